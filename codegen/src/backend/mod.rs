@@ -1,0 +1,1 @@
+//! Stage 6: [`Program`](crate::program::Program) -> text.

@@ -1,0 +1,95 @@
+//! Kane's equations as bound symbolic expressions, in the order they were formed.
+
+use crate::laminate::Mechanism;
+use crate::source::ids::index;
+use crate::source::{InputId, JointId, ParameterId};
+use crate::symbolic::Tree;
+use crate::topology::{LoopId, NodeId, Topology};
+
+index!(
+    /// A bound intermediate of [`Equations`].
+    BindingId
+);
+
+/// What a symbol in a [`Tree`] stands for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Leaf {
+    /// Time t, s.
+    Time,
+    /// Coordinate q, rad.
+    Position(JointId),
+    /// Speed u = dq/dt, rad/s.
+    Rate(JointId),
+    /// A parameter.
+    Parameter(ParameterId),
+    /// An input.
+    Input(InputId),
+    /// A number that is not a small integer.
+    Constant(f64),
+    /// An intermediate bound earlier.
+    Bound(BindingId),
+}
+
+/// A named intermediate: `name = tree`.
+#[derive(Clone, Debug)]
+pub struct Binding {
+    /// What it is, for the reader of the generated module: `omega_left_x`.
+    pub name: String,
+    /// The part of the derivation it belongs to.
+    pub section: Section,
+    /// Its value, over leaves and earlier bindings.
+    pub tree: Tree<Leaf>,
+}
+
+/// The body or loop an intermediate belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Section {
+    /// The whole mechanism (time functions, gravity).
+    Mechanism,
+    /// A body (or ghost) of the tree.
+    Node(NodeId),
+    /// A loop.
+    Loop(LoopId),
+}
+
+/// The equations of motion of one mechanism.
+///
+/// Shapes: N joints, C acceleration rows (sum of [`Loop::rows`](crate::topology::Loop::rows)),
+/// L loops, B bodies, P points. Matrices are row-major.
+#[derive(Clone, Debug)]
+pub struct Equations {
+    /// The mechanism with its tree and loops.
+    pub topology: Topology,
+    /// Intermediates, each over earlier ones.
+    pub bindings: Vec<Binding>,
+    /// M of `M du/dt = f`, N x N, symmetric, kg m^2.
+    pub mass: Vec<Tree<Leaf>>,
+    /// f(t, q, u), N, N m.
+    pub forcing: Vec<Tree<Leaf>>,
+    /// J of `J du/dt = -gamma`, C x N, m.
+    pub jacobian: Vec<Tree<Leaf>>,
+    /// gamma(q, u), C, m/s^2.
+    pub gamma: Vec<Tree<Leaf>>,
+    /// Closure residuals, 9 L, m: per loop, points P1 P2 P3, components x y z of [`Loop::frame`]
+    /// carried by the original, of ghost less original.
+    ///
+    /// [`Loop::frame`]: crate::topology::Loop::frame
+    pub residual: Vec<Tree<Leaf>>,
+    /// Jacobian of all nine closure rows by q, 9 L x N, m.
+    pub residual_jacobian: Vec<Tree<Leaf>>,
+    /// Per body 12 numbers: R row-major, then p, so that the point drawn at x lies at R x + p.
+    pub poses: Vec<Tree<Leaf>>,
+    /// Per point its position in the base frame, m.
+    pub points: Vec<Tree<Leaf>>,
+    /// Kinetic energy, J.
+    pub kinetic_energy: Tree<Leaf>,
+    /// Potential energy of gravity and springs, J.
+    pub potential_energy: Tree<Leaf>,
+}
+
+impl Equations {
+    /// The mechanism the equations describe.
+    pub fn mechanism(&self) -> &Mechanism {
+        &self.topology.mechanism
+    }
+}

@@ -1,0 +1,122 @@
+//! The mechanism as mechanics sees it: rigid bodies with inertia, revolute joints with springs.
+//!
+//! Flat state: all q = 0, every body as drawn, all frames parallel to the base frame. SI, radians.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::source::{BodyId, Expression, JointId, ParameterId, PointId, Span};
+
+/// Rigid bodies and the hinges between them.
+#[derive(Clone, Debug)]
+pub struct Mechanism {
+    /// An identifier.
+    pub name: String,
+    /// Gravity in the base frame, m/s^2.
+    pub gravity: [Expression; 3],
+    /// Bodies, in file order.
+    pub bodies: Vec<Body>,
+    /// Joints, in file order.
+    pub joints: Vec<Joint>,
+    /// Declared parameters, then those made by `tunable`.
+    pub parameters: Vec<Parameter>,
+    /// Input names.
+    pub inputs: Vec<String>,
+    /// Output points.
+    pub points: Vec<Point>,
+    /// Forces at points.
+    pub forces: Vec<Force>,
+    /// Rough guess of q, one per joint, rad.
+    pub initial_q: Vec<f64>,
+    /// Joints whose guess was given in the file: assembly moves these least.
+    pub initial_given: Vec<JointId>,
+    /// Initial u, one per joint, rad/s.
+    pub initial_u: Vec<f64>,
+    /// Diagonal of the flat bounding box over plates, hinge lines, centres of mass and points, m.
+    pub size: f64,
+}
+
+/// A rigid body; all fixed bodies together are the ground.
+#[derive(Clone, Debug)]
+pub struct Body {
+    /// Its name.
+    pub name: String,
+    /// Part of the ground.
+    pub fixed: bool,
+    /// Mass, centre, inertia.
+    pub mass_properties: MassProperties,
+    /// When mass is tunable: the parameter that replaces `mass` (inertia scales with it).
+    pub mass_parameter: Option<ParameterId>,
+    /// Its entry in the file.
+    pub span: Span,
+}
+
+/// Mass, centre of mass and inertia of a rigid body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MassProperties {
+    /// kg.
+    pub mass: f64,
+    /// Centre of mass, flat coordinates, m.
+    pub com: Vector3<f64>,
+    /// Inertia about the centre of mass, flat axes, kg m^2.
+    pub inertia: Matrix3<f64>,
+}
+
+/// A revolute hinge. q turns `bodies[1]` relative to `bodies[0]` about `direction` (right hand).
+#[derive(Clone, Debug)]
+pub struct Joint {
+    /// Its name.
+    pub name: String,
+    /// First and second body.
+    pub bodies: [BodyId; 2],
+    /// First point of the hinge line, flat coordinates, m.
+    pub point: Vector3<f64>,
+    /// Unit vector from the first to the second point; its z component is exactly 0.
+    pub direction: Vector3<f64>,
+    /// Length of the hinge line, m.
+    pub length: f64,
+    /// N m/rad.
+    pub stiffness: Expression,
+    /// N m s/rad.
+    pub damping: Expression,
+    /// Relaxed angle, rad.
+    pub rest: Expression,
+    /// Torque on `bodies[1]` about `direction`, N m.
+    pub torque: Expression,
+    /// Allowed angles, rad; infinite where there are none.
+    pub limits: [f64; 2],
+    /// Its entry in the file.
+    pub span: Span,
+}
+
+/// A number that stays a symbol.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// Its name.
+    pub name: String,
+    /// Default, SI.
+    pub value: f64,
+    /// One line for its documentation, with the unit where it is known.
+    pub doc: String,
+}
+
+/// An output point.
+#[derive(Clone, Debug)]
+pub struct Point {
+    /// Its name.
+    pub name: String,
+    /// The body it is fixed to.
+    pub body: BodyId,
+    /// Flat coordinates, m.
+    pub at: Vector3<f64>,
+}
+
+/// A force at a point.
+#[derive(Clone, Debug)]
+pub struct Force {
+    /// Its name.
+    pub name: String,
+    /// Where it acts.
+    pub point: PointId,
+    /// Base frame, N.
+    pub force: [Expression; 3],
+}

@@ -1,0 +1,19 @@
+//! `lamc`: the compiler for the motion of laminate robots.
+//!
+//! Data flows one way, and each stage imports only the stages before it:
+//!
+//! ```text
+//! source -> laminate -> topology -> kane -> program -> backend
+//! (YAML)    (physics)   (tree+loops) (symbolic) (straight line)  (Rust)
+//! ```
+//!
+//! [`pipeline::compile`] names every stage in order.
+
+pub mod backend;
+pub mod kane;
+pub mod laminate;
+pub mod pipeline;
+pub mod program;
+pub mod source;
+pub mod symbolic;
+pub mod topology;

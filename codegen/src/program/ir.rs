@@ -1,0 +1,179 @@
+//! The straight-line program: typed values, operations, functions and their outputs.
+//!
+//! A [`Program`] is the set of functions a compiled mechanism offers plus what a caller must know
+//! of it ([`Interface`]). Each [`Function`] is a list of instructions in which every operand was
+//! defined earlier.
+
+use crate::kane::Section;
+use crate::source::ids::index;
+use crate::source::{InputId, JointId, ParameterId};
+
+index!(
+    /// The result of an instruction of the same function.
+    Value
+);
+
+/// An operation; operands are earlier values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(missing_docs, reason = "each is the operation of its name")]
+pub enum Op {
+    Const(f64),
+    Load(Slot),
+    Neg(Value),
+    Add(Value, Value),
+    Sub(Value, Value),
+    Mul(Value, Value),
+    Div(Value, Value),
+    Sqrt(Value),
+    Sin(Value),
+    Cos(Value),
+    Tan(Value),
+    Exp(Value),
+    Abs(Value),
+    Tanh(Value),
+    Min(Value, Value),
+    Max(Value, Value),
+    Pow(Value, Value),
+}
+
+/// What a function reads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Slot {
+    /// t, s.
+    Time,
+    /// q, rad.
+    Position(JointId),
+    /// u, rad/s.
+    Rate(JointId),
+    /// A parameter.
+    Parameter(ParameterId),
+    /// An input.
+    Input(InputId),
+}
+
+/// One instruction; its index in [`Function::instructions`] is its [`Value`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Instruction {
+    /// What it computes.
+    pub op: Op,
+    /// The body or loop it belongs to.
+    pub section: Section,
+    /// What it is, when it is a named quantity: `omega_left_x`.
+    pub name: Option<String>,
+}
+
+/// Which function of a compiled mechanism.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum FunctionKind {
+    /// (t, q, u) -> mass N x N, forcing N, jacobian C x N, gamma C.
+    Equations,
+    /// (q) -> residual 9 L, jacobian 9 L x N.
+    Closure,
+    /// (q) -> poses B x 12.
+    Poses,
+    /// (q) -> points P x 3.
+    Points,
+    /// (t, q, u) -> kinetic, potential.
+    Energy,
+}
+
+/// A straight-line function.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Function {
+    /// Which.
+    pub kind: FunctionKind,
+    /// Operands always precede.
+    pub instructions: Vec<Instruction>,
+    /// What it writes.
+    pub outputs: Vec<Output>,
+}
+
+/// A named array a function writes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Output {
+    /// `mass`, `forcing`, `jacobian`, `gamma`, `residual`, `poses`, `points`, `kinetic`, ...
+    pub name: &'static str,
+    /// Number of rows.
+    pub rows: usize,
+    /// Number of columns.
+    pub columns: usize,
+    /// Row-major.
+    pub entries: Vec<Value>,
+}
+
+/// Everything a backend needs.
+#[derive(Clone, Debug)]
+pub struct Program {
+    /// Names, sizes, defaults.
+    pub interface: Interface,
+    /// One per [`FunctionKind`], in that order.
+    pub functions: Vec<Function>,
+}
+
+/// What a caller must know of a mechanism.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Interface {
+    /// The model's name, an identifier in snake case.
+    pub name: String,
+    /// The input file's name without folders.
+    pub source_name: String,
+    /// SHA-256 of the input text, hexadecimal.
+    pub source_hash: String,
+    /// Joints, in the order of q and u.
+    pub joints: Vec<JointInfo>,
+    /// Body names, in file order.
+    pub bodies: Vec<BodyInfo>,
+    /// Point names, in file order.
+    pub points: Vec<String>,
+    /// Parameters.
+    pub parameters: Vec<ParameterInfo>,
+    /// Input names.
+    pub inputs: Vec<String>,
+    /// Rows of the acceleration's closure Jacobian.
+    pub rows: usize,
+    /// One line per loop: class, equations, rank, mobility.
+    pub loops: Vec<String>,
+    /// Generic rank over all loops.
+    pub rank: usize,
+    /// Degrees of freedom.
+    pub mobility: usize,
+    /// Diagonal of the flat bounding box, m.
+    pub size: f64,
+}
+
+/// A joint, as a caller sees it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointInfo {
+    /// Its name.
+    pub name: String,
+    /// Names of the two bodies.
+    pub bodies: [String; 2],
+    /// Allowed angles, rad.
+    pub limits: [f64; 2],
+    /// Rough guess of q, rad.
+    pub initial_q: f64,
+    /// Whether the guess was given by the user.
+    pub initial_given: bool,
+    /// Initial u, rad/s.
+    pub initial_u: f64,
+}
+
+/// A body, as a caller sees it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyInfo {
+    /// Its name.
+    pub name: String,
+    /// Part of the ground.
+    pub fixed: bool,
+}
+
+/// A parameter, as a caller sees it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ParameterInfo {
+    /// Its name.
+    pub name: String,
+    /// Default, SI.
+    pub value: f64,
+    /// One line of documentation.
+    pub doc: String,
+}

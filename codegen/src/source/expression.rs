@@ -1,0 +1,66 @@
+//! Expressions of the model file (`torque: "motor - 0.02*sin(2*pi*t)"`) after name resolution.
+//!
+//! SI and radians throughout.
+
+use super::ids::{InputId, JointId, ParameterId};
+
+/// A scalar expression over numbers, parameters, inputs, time, coordinates and speeds.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Expression {
+    /// A number.
+    Number(f64),
+    /// A parameter, settable at run time.
+    Parameter(ParameterId),
+    /// An input, set by the caller at every step.
+    Input(InputId),
+    /// Time t in seconds.
+    Time,
+    /// `q.<joint>`, radians.
+    Position(JointId),
+    /// `u.<joint>`, radians per second.
+    Rate(JointId),
+    /// A function of one argument.
+    Unary(Unary, Box<Expression>),
+    /// An operator or function of two arguments.
+    Binary(Binary, Box<Expression>, Box<Expression>),
+}
+
+/// Functions of one argument.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[allow(missing_docs, reason = "each is the function of its name")]
+pub enum Unary {
+    Neg,
+    Sin,
+    Cos,
+    Tan,
+    Exp,
+    Sqrt,
+    Abs,
+    Tanh,
+}
+
+/// Operators and functions of two arguments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[allow(missing_docs, reason = "each is the operation of its name")]
+pub enum Binary {
+    Add,
+    Sub,
+    Mul,
+    Div,
+    Pow,
+    Min,
+    Max,
+}
+
+impl Expression {
+    /// The expression `0`.
+    pub const ZERO: Self = Self::Number(0.0);
+
+    /// The number, when the expression is one.
+    pub fn as_number(&self) -> Option<f64> {
+        match self {
+            Self::Number(number) => Some(*number),
+            _ => None,
+        }
+    }
+}

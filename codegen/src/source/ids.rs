@@ -1,0 +1,38 @@
+//! Typed indices into the lists of a model; file order, shared by every later stage.
+
+macro_rules! index {
+    ($(#[$doc:meta])* $name:ident) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub struct $name(pub usize);
+
+        impl $name {
+            /// The position in the list it indexes.
+            pub fn index(self) -> usize {
+                self.0
+            }
+        }
+    };
+}
+pub(crate) use index;
+
+index!(
+    /// A body, in file order.
+    BodyId
+);
+index!(
+    /// A joint, in file order: the order of the coordinates q and speeds u.
+    JointId
+);
+index!(
+    /// A parameter: declared ones in file order, then those made by `tunable`.
+    ParameterId
+);
+index!(
+    /// An input, in file order.
+    InputId
+);
+index!(
+    /// An output point, in file order.
+    PointId
+);

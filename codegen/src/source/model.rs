@@ -1,0 +1,194 @@
+//! The model as written: names resolved, quantities in SI and radians, nothing derived yet.
+
+use super::diagnostic::{Span, Spanned};
+use super::expression::Expression;
+use super::ids::{BodyId, InputId, JointId, PointId};
+
+/// A mechanism as its file describes it. All numbers SI (m, kg, s, rad).
+#[derive(Clone, Debug)]
+pub struct SourceModel {
+    /// The model's name: an identifier.
+    pub name: Spanned<String>,
+    /// Gravity in the base frame, m/s^2.
+    pub gravity: [Expression; 3],
+    /// Materials, in file order.
+    pub materials: Vec<Material>,
+    /// The stack of sheets, bottom (z = 0) to top: indices into `materials`.
+    pub layup: Vec<usize>,
+    /// Bodies, in file order.
+    pub bodies: Vec<Body>,
+    /// Joints, in file order: the order of q and u.
+    pub joints: Vec<Joint>,
+    /// Declared parameters with their default values.
+    pub parameters: Vec<Parameter>,
+    /// Inputs by name.
+    pub inputs: Vec<Spanned<String>>,
+    /// Constants of every joint (body) that become parameters.
+    pub tunable: Vec<Spanned<Tunable>>,
+    /// Rough guess of the coordinates, rad: those given.
+    pub initial_q: Vec<(JointId, f64)>,
+    /// Initial speeds, rad/s: those given.
+    pub initial_u: Vec<(JointId, f64)>,
+    /// Output points.
+    pub points: Vec<Point>,
+    /// Forces at points.
+    pub forces: Vec<Force>,
+}
+
+/// A sheet material.
+#[derive(Clone, Debug)]
+pub struct Material {
+    /// Its name.
+    pub name: Spanned<String>,
+    /// Density, kg/m^3.
+    pub density: Spanned<f64>,
+    /// Sheet thickness, m.
+    pub thickness: Spanned<f64>,
+    /// Young's modulus, Pa.
+    pub youngs_modulus: Option<Spanned<f64>>,
+    /// Yield stress, Pa.
+    pub yield_stress: Option<Spanned<f64>>,
+}
+
+/// A rigid body.
+#[derive(Clone, Debug)]
+pub struct Body {
+    /// Its name.
+    pub name: Spanned<String>,
+    /// Part of the ground.
+    pub fixed: bool,
+    /// Where its mass comes from.
+    pub shape: Shape,
+    /// Point masses fixed to it.
+    pub point_masses: Vec<PointMass>,
+    /// The body's whole entry.
+    pub span: Span,
+}
+
+/// Where a body's mass properties come from.
+#[derive(Clone, Debug)]
+pub enum Shape {
+    /// Nothing given (a fixed body, or point masses only).
+    None,
+    /// One list of plates per layer of the layup, bottom to top (`outline` fills every layer).
+    Plates(Vec<Vec<Plate>>),
+    /// Given outright.
+    Rigid {
+        /// kg.
+        mass: Spanned<f64>,
+        /// Centre of mass, flat coordinates, m.
+        com: Spanned<[f64; 3]>,
+        /// Inertia about the centre of mass, axes of the flat state, kg m^2.
+        inertia: Spanned<[[f64; 3]; 3]>,
+    },
+}
+
+/// A polygon with holes, in one layer.
+#[derive(Clone, Debug)]
+pub struct Plate {
+    /// Vertices, m; the last is joined to the first; either orientation.
+    pub outline: Spanned<Vec<[f64; 2]>>,
+    /// Holes, as the outline.
+    pub holes: Vec<Spanned<Vec<[f64; 2]>>>,
+}
+
+/// A mass without extent.
+#[derive(Clone, Debug)]
+pub struct PointMass {
+    /// kg.
+    pub mass: Spanned<f64>,
+    /// Flat coordinates, m.
+    pub at: [f64; 3],
+}
+
+/// A flexure hinge.
+#[derive(Clone, Debug)]
+pub struct Joint {
+    /// Its name.
+    pub name: Spanned<String>,
+    /// q turns `bodies[1]` relative to `bodies[0]`.
+    pub bodies: [Spanned<BodyId>; 2],
+    /// Two points of the hinge line, flat coordinates, m.
+    pub axis: Spanned<[[f64; 2]; 2]>,
+    /// Height of the hinge line, m.
+    pub z: f64,
+    /// Spring.
+    pub spring: Spring,
+    /// N m s/rad.
+    pub damping: Spanned<Expression>,
+    /// Angle at which the spring is relaxed, rad.
+    pub rest: Spanned<Expression>,
+    /// Allowed angles, rad.
+    pub limits: Option<Spanned<[f64; 2]>>,
+    /// Torque on `bodies[1]` about the axis, N m.
+    pub torque: Spanned<Expression>,
+    /// The joint's whole entry.
+    pub span: Span,
+}
+
+/// Where a hinge's stiffness comes from.
+#[derive(Clone, Debug)]
+pub enum Spring {
+    /// N m/rad.
+    Stiffness(Spanned<Expression>),
+    /// A strip in bending: k = E I / L, I = w t^3 / 12.
+    Beam {
+        /// Index into `materials`: gives E and t.
+        material: Spanned<usize>,
+        /// Free length L across the gap, m.
+        length: Spanned<f64>,
+        /// Width w along the hinge line, m.
+        width: Spanned<f64>,
+    },
+}
+
+/// A named number that stays a symbol.
+#[derive(Clone, Debug)]
+pub struct Parameter {
+    /// Its name.
+    pub name: Spanned<String>,
+    /// Default value, SI.
+    pub value: f64,
+}
+
+/// What `tunable` turns into parameters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Tunable {
+    /// `stiffness_<joint>`.
+    Stiffness,
+    /// `damping_<joint>`.
+    Damping,
+    /// `rest_<joint>`.
+    Rest,
+    /// `mass_<body>`; inertia scales with it (same shape, other density).
+    Mass,
+}
+
+/// An output point.
+#[derive(Clone, Debug)]
+pub struct Point {
+    /// Its name.
+    pub name: Spanned<String>,
+    /// The body it is fixed to.
+    pub body: BodyId,
+    /// Flat coordinates, m.
+    pub at: [f64; 3],
+}
+
+/// A force at a point.
+#[derive(Clone, Debug)]
+pub struct Force {
+    /// Its name.
+    pub name: Spanned<String>,
+    /// Where it acts.
+    pub point: PointId,
+    /// Components in the base frame, N.
+    pub force: [Expression; 3],
+}
+
+impl SourceModel {
+    /// The input with this name.
+    pub fn input(&self, name: &str) -> Option<InputId> {
+        self.inputs.iter().position(|input| input.value == name).map(InputId)
+    }
+}

@@ -1,0 +1,41 @@
+//! A finished expression as plain data: what leaves a symbolic session.
+
+/// An expression over leaves `L` in the engine's canonical form.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Tree<L> {
+    /// An exact rational number, numerator over denominator (denominator positive).
+    Rational(i64, i64),
+    /// A symbol.
+    Leaf(L),
+    /// A sum of at least two terms.
+    Sum(Vec<Tree<L>>),
+    /// A product of at least two factors.
+    Product(Vec<Tree<L>>),
+    /// An integer power, exponent not 0 or 1 (negative: division).
+    Power(Box<Tree<L>>, i64),
+    /// A function applied to one or two arguments.
+    Apply(Function, Vec<Tree<L>>),
+}
+
+/// Functions the equations may contain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[allow(missing_docs, reason = "each is the function of its name")]
+pub enum Function {
+    Sin,
+    Cos,
+    Tan,
+    Exp,
+    Sqrt,
+    Abs,
+    Tanh,
+    Min,
+    Max,
+    Pow,
+}
+
+impl<L> Tree<L> {
+    /// The number 0.
+    pub const ZERO: Self = Self::Rational(0, 1);
+    /// The number 1.
+    pub const ONE: Self = Self::Rational(1, 1);
+}

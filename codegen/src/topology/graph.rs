@@ -1,0 +1,111 @@
+//! The spanning tree and its loops.
+//!
+//! Every joint has exactly one node, the body (or copy of a body) that hangs on it, so nodes and
+//! joints are one-to-one. A joint that closes a loop carries a ghost: a copy of an already placed
+//! body that must coincide with the original.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::laminate::Mechanism;
+use crate::source::ids::index;
+use crate::source::{BodyId, Diagnostics, JointId};
+
+index!(
+    /// A node of the spanning tree; parents come before children.
+    NodeId
+);
+index!(
+    /// A closed loop, in the order of the joints that close them.
+    LoopId
+);
+
+/// A mechanism with its spanning tree and loops.
+#[derive(Clone, Debug)]
+pub struct Topology {
+    /// The mechanism.
+    pub mechanism: Mechanism,
+    /// Nodes; parents before children.
+    pub nodes: Vec<Node>,
+    /// Loops.
+    pub loops: Vec<Loop>,
+    /// Generic rank of the closure Jacobian of all loops together.
+    pub rank: usize,
+    /// Degrees of freedom: joints less `rank`.
+    pub mobility: usize,
+    /// Joint angles of one closed configuration away from the flat state, where one was found.
+    pub assembled: Option<Vec<f64>>,
+    /// Warnings found on the way (near misses, immobile loops).
+    pub warnings: Diagnostics,
+}
+
+/// A body, or a ghost of one, hanging on a joint.
+#[derive(Clone, Debug)]
+pub struct Node {
+    /// The joint it hangs on.
+    pub joint: JointId,
+    /// The body it is (a copy of).
+    pub body: BodyId,
+    /// `None` for the original, else which loop's ghost it is.
+    pub ghost: Option<LoopId>,
+    /// The node that carries it; `None` for the ground.
+    pub parent: Option<NodeId>,
+    /// +1 when the node is the joint's second body, -1 when it is the first: the node turns by
+    /// `sense * q` about the joint's direction, relative to its parent.
+    pub sense: f64,
+    /// Its share of the body's mass and inertia: 1 / number of copies.
+    pub share: f64,
+}
+
+/// A loop: the ghost must coincide with the original.
+#[derive(Clone, Debug)]
+pub struct Loop {
+    /// The joint that closes it.
+    pub joint: JointId,
+    /// The original of the cut body.
+    pub original: NodeId,
+    /// Its ghost, which hangs on `joint`.
+    pub ghost: NodeId,
+    /// The joints around the loop: from the ghost up to the common ancestor, then down to the
+    /// original.
+    pub joints: Vec<JointId>,
+    /// What the hinge lines have in common in the flat state.
+    pub class: LoopClass,
+    /// Three points P1, P2, P3 fixed to the cut body, flat coordinates, m.
+    pub points: [Vector3<f64>; 3],
+    /// Columns: directions x, y, z fixed to the cut body (flat axes) along which closure rows are
+    /// written; P2 - P1 is along x, P3 - P1 in the plane of x and y.
+    pub frame: Matrix3<f64>,
+    /// The rows the acceleration uses: of P1 x y z, P2 y z, P3 z those that are not identically
+    /// zero for the class.
+    pub rows: Vec<Row>,
+    /// Generic rank of this loop's closure Jacobian alone.
+    pub rank: usize,
+    /// Joints of the loop less `rank`.
+    pub mobility: usize,
+}
+
+/// One closure row: component `axis` (0 x, 1 y, 2 z of [`Loop::frame`]) of point `point` (0..3).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Row {
+    /// Which of the three points.
+    pub point: usize,
+    /// Which direction of the frame.
+    pub axis: usize,
+}
+
+/// What the hinge lines of a loop have in common.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LoopClass {
+    /// All hinge lines parallel.
+    Planar {
+        /// Their common direction.
+        normal: Vector3<f64>,
+    },
+    /// All hinge lines through one point.
+    Spherical {
+        /// That point, flat coordinates, m.
+        centre: Vector3<f64>,
+    },
+    /// Anything else.
+    Spatial,
+}
