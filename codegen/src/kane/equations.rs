@@ -70,10 +70,8 @@ pub struct Equations {
     pub jacobian: Vec<Tree<Leaf>>,
     /// gamma(q, u), C, m/s^2.
     pub gamma: Vec<Tree<Leaf>>,
-    /// Closure residuals, 9 L, m: per loop, points P1 P2 P3, components x y z of [`Loop::frame`]
-    /// carried by the original, of ghost less original.
-    ///
-    /// [`Loop::frame`]: crate::topology::Loop::frame
+    /// Closure residuals, 9 L, m: per loop ghost less original of P1, P2, P3, components in the
+    /// frame of the nearest common ancestor of the two.
     pub residual: Vec<Tree<Leaf>>,
     /// Jacobian of all nine closure rows by q, 9 L x N, m.
     pub residual_jacobian: Vec<Tree<Leaf>>,

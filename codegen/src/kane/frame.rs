@@ -1,0 +1,107 @@
+//! Frames of the nodes: aligned with their hinges, origins slid along the hinge lines.
+//!
+//! The x axis of a node's frame lies along its hinge and z along the base frame's z in the flat
+//! state, so the rotation from parent to node is a constant turn about z (the drawing is flat) and
+//! one elementary turn about x. The origin may lie anywhere on the hinge line: where that line
+//! meets the parent's, the offset between origins has one component or none.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::laminate::Joint;
+use crate::topology::{LoopClass, Node, NodeId, Topology};
+
+/// Origins farther than this many sizes from the drawing would cost digits.
+const FARTHEST_ORIGIN: f64 = 4.0;
+/// Relative to the size or to 1: differences below this are rounding of the drawing.
+const ROUNDING: f64 = 1e-14;
+
+/// A node's frame in the flat state.
+#[derive(Clone, Debug)]
+pub struct Frame {
+    /// Columns: the axes in flat coordinates.
+    pub axes: Matrix3<f64>,
+    /// The origin, a point of the hinge line, flat coordinates, m.
+    pub origin: Vector3<f64>,
+}
+
+impl Frame {
+    /// The base frame.
+    pub fn base() -> Self {
+        Self { axes: Matrix3::identity(), origin: Vector3::zeros() }
+    }
+
+    /// Components of a flat-state direction in this frame.
+    pub fn direction(&self, flat: &Vector3<f64>) -> [f64; 3] {
+        let length = flat.norm();
+        self.axes.tr_mul(flat).map(|x| if x.abs() <= ROUNDING * length { 0.0 } else { x }).into()
+    }
+
+    /// Coordinates in this frame of a point drawn at `flat`, m; `size` is the mechanism's.
+    pub fn coordinates(&self, flat: &Vector3<f64>, size: f64) -> [f64; 3] {
+        let offset = self.axes.tr_mul(&(flat - self.origin));
+        offset.map(|x| if x.abs() <= ROUNDING * size { 0.0 } else { x }).into()
+    }
+
+    /// Components in this frame of a tensor given in flat axes.
+    pub fn tensor(&self, flat: &Matrix3<f64>) -> Matrix3<f64> {
+        let largest = flat.amax();
+        let turned = self.axes.tr_mul(flat) * self.axes;
+        turned.map(|x| if x.abs() <= ROUNDING * largest { 0.0 } else { x })
+    }
+}
+
+/// The frame of every node.
+pub fn frames(topology: &Topology) -> Vec<Frame> {
+    let mut frames: Vec<Frame> = Vec::new();
+    for (index, node) in topology.nodes.iter().enumerate() {
+        let hinge = joint(topology, node);
+        let x = hinge.direction * node.sense;
+        let z = Vector3::z();
+        let axes = Matrix3::from_columns(&[x, z.cross(&x), z]);
+        let origin = origin(topology, &frames, NodeId(index));
+        frames.push(Frame { axes, origin });
+    }
+    frames
+}
+
+fn joint<'a>(topology: &'a Topology, node: &Node) -> &'a Joint {
+    &topology.mechanism.joints[node.joint.index()]
+}
+
+/// The point of a node's hinge line that makes offsets sparsest.
+fn origin(topology: &Topology, placed: &[Frame], id: NodeId) -> Vector3<f64> {
+    let node = &topology.nodes[id.index()];
+    let hinge = joint(topology, node);
+    let size = topology.mechanism.size;
+    let on_line = |point: &Vector3<f64>| {
+        hinge.point + hinge.direction * hinge.direction.dot(&(point - hinge.point))
+    };
+    for closed in &topology.loops {
+        if let LoopClass::Spherical { centre } = closed.class {
+            let miss = (on_line(&centre) - centre).norm();
+            if closed.joints.contains(&node.joint) && miss <= ROUNDING * 10.0 * size {
+                return centre;
+            }
+        }
+    }
+    let neighbour = match node.parent {
+        Some(parent) => Some(joint(topology, &topology.nodes[parent.index()])),
+        None => topology.nodes.iter().find(|n| n.parent == Some(id)).map(|n| joint(topology, n)),
+    };
+    let crossing = neighbour.and_then(|other| crossing(hinge, other));
+    match (crossing, node.parent) {
+        (Some(point), _) if (point - hinge.point).norm() <= FARTHEST_ORIGIN * size => point,
+        (_, Some(parent)) => on_line(&placed[parent.index()].origin),
+        (_, None) => hinge.point,
+    }
+}
+
+/// The point of `hinge`'s line nearest to `other`'s line; `None` when they are parallel.
+fn crossing(hinge: &Joint, other: &Joint) -> Option<Vector3<f64>> {
+    let normal = hinge.direction.cross(&other.direction);
+    let square = normal.norm_squared();
+    (square > ROUNDING).then(|| {
+        let along = (other.point - hinge.point).cross(&other.direction).dot(&normal) / square;
+        hinge.point + hinge.direction * along
+    })
+}

@@ -1,0 +1,132 @@
+//! A symbolic expression: the arithmetic of the engine under our own name.
+
+use std::ops::{Add, Mul, Neg, Sub};
+
+use symbolica::atom::{Atom, AtomCore, AtomView};
+use symbolica::{function, symbol};
+
+use super::tree::Function;
+
+/// A symbolic expression, always in the engine's canonical form.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Expr(pub(super) Atom);
+
+impl Expr {
+    /// The number 0.
+    pub fn zero() -> Self {
+        Self::integer(0)
+    }
+
+    /// The number 1.
+    pub fn one() -> Self {
+        Self::integer(1)
+    }
+
+    /// A whole number.
+    pub fn integer(value: i64) -> Self {
+        Self(Atom::num(value))
+    }
+
+    /// Whether this is the number 0.
+    pub fn is_zero(&self) -> bool {
+        self.0.is_zero()
+    }
+
+    /// The whole number this is.
+    pub fn as_integer(&self) -> Option<i64> {
+        i64::try_from(&self.0).ok()
+    }
+
+    /// Whether this is a number, a symbol, or the negative of a symbol: not worth a name.
+    pub(super) fn is_atomic(&self) -> bool {
+        match self.0.as_view() {
+            AtomView::Num(_) | AtomView::Var(_) => true,
+            AtomView::Mul(product) => {
+                let mut factors = product.iter();
+                let is_number = |factor| matches!(factor, AtomView::Num(_));
+                product.get_nargs() == 2
+                    && factors.any(|factor| factor == Self::integer(-1).0.as_view())
+                    && product
+                        .iter()
+                        .filter(|factor| !is_number(*factor))
+                        .all(|factor| matches!(factor, AtomView::Var(_)))
+            }
+            _ => false,
+        }
+    }
+
+    /// An integer power; negative exponents divide.
+    pub fn power(&self, exponent: i64) -> Self {
+        Self(self.0.pow(Atom::num(exponent)))
+    }
+
+    /// A function of one or two arguments.
+    ///
+    /// Sine and cosine are the engine's own, whose derivatives it knows. The others occur only in
+    /// the user's expressions and stay opaque, so that no rewriting changes their domain.
+    pub fn apply(function: Function, arguments: &[Expr]) -> Self {
+        match (function, arguments) {
+            (Function::Sin, [x]) => Self(x.0.sin()),
+            (Function::Cos, [x]) => Self(x.0.cos()),
+            (_, [x]) => {
+                let head = symbol!(opaque_name(function));
+                Self(function!(head, x.0.clone()))
+            }
+            (_, [x, y]) => {
+                let head = symbol!(opaque_name(function));
+                Self(function!(head, x.0.clone(), y.0.clone()))
+            }
+            _ => unreachable!("functions take one or two arguments"),
+        }
+    }
+}
+
+/// Opaque functions and their names in the engine.
+const OPAQUE: [Function; 8] = [
+    Function::Tan,
+    Function::Exp,
+    Function::Sqrt,
+    Function::Abs,
+    Function::Tanh,
+    Function::Min,
+    Function::Max,
+    Function::Pow,
+];
+
+/// The engine's name of an opaque function.
+fn opaque_name(function: Function) -> String {
+    format!("lamc::{function:?}")
+}
+
+/// The opaque function of this name (without its namespace).
+pub(super) fn opaque_function(name: &str) -> Option<Function> {
+    OPAQUE.into_iter().find(|function| format!("{function:?}") == name)
+}
+
+impl Add for &Expr {
+    type Output = Expr;
+    fn add(self, other: &Expr) -> Expr {
+        Expr(&self.0 + &other.0)
+    }
+}
+
+impl Sub for &Expr {
+    type Output = Expr;
+    fn sub(self, other: &Expr) -> Expr {
+        Expr(&self.0 - &other.0)
+    }
+}
+
+impl Mul for &Expr {
+    type Output = Expr;
+    fn mul(self, other: &Expr) -> Expr {
+        Expr(&self.0 * &other.0)
+    }
+}
+
+impl Neg for &Expr {
+    type Output = Expr;
+    fn neg(self) -> Expr {
+        Expr(-&self.0)
+    }
+}

@@ -1,0 +1,261 @@
+//! Sessions of the engine, bindings, and derivatives that follow them.
+//!
+//! Without a licence key the engine serves one thread of one process of a user at a time and ends
+//! the process that asks for a second. So there is one session at a time: on a thread of its own
+//! that lives as long as the session, behind a lock within the process and a locked file between
+//! processes, where others wait their turn.
+//!
+//! Symbols are numbered in the order a session makes them and their names are drawn from one pool
+//! (`v0`, `v1`, ...), so the canonical order of terms does not depend on what was compiled before.
+
+use std::collections::HashMap;
+use std::fs::{self, File};
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+use std::{env, io, thread};
+
+use symbolica::atom::{Atom, AtomCore, AtomView, Symbol};
+use symbolica::coefficient::CoefficientView;
+use symbolica::symbol;
+
+use super::expr::{Expr, opaque_function};
+use super::tree::{Function, Tree};
+
+/// Why no session could be held.
+#[derive(Debug, thiserror::Error)]
+pub enum SessionError {
+    /// The file that makes processes take turns cannot be opened or locked.
+    #[error("cannot lock {path}: {error}")]
+    Lock {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        error: io::Error,
+    },
+    /// No thread could be started.
+    #[error("cannot start the thread of the symbolic engine: {0}")]
+    Thread(io::Error),
+}
+
+/// Stack of the session's thread: derivatives recurse once per binding on the way to a leaf.
+const STACK_BYTES: usize = 256 << 20;
+
+/// Holds a session: runs `work` with an empty [`Algebra`], after waiting for any other session of
+/// this user.
+///
+/// # Errors
+/// When the lock file or the thread cannot be had. A panic in `work` is passed on.
+pub fn session<L, B, R>(
+    work: impl FnOnce(&mut Algebra<L, B>) -> R + Send,
+) -> Result<R, SessionError>
+where
+    R: Send,
+{
+    static TURN: Mutex<()> = Mutex::new(());
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let _file = lock_file()?;
+    hide_banner();
+    thread::scope(|scope| {
+        thread::Builder::new()
+            .name("symbolic".to_owned())
+            .stack_size(STACK_BYTES)
+            .spawn_scoped(scope, || work(&mut Algebra::new()))
+            .map_err(SessionError::Thread)?
+            .join()
+            .map_err(|panic| std::panic::resume_unwind(panic))
+    })
+}
+
+/// Waits for the file that serialises the processes of one user; unlocked when dropped.
+fn lock_file() -> Result<File, SessionError> {
+    let folder = env::home_dir().map(|home| home.join(".cache").join("lamc"));
+    let folder = folder.filter(|folder| fs::create_dir_all(folder).is_ok());
+    let path = folder.unwrap_or_else(env::temp_dir).join("symbolic.lock");
+    File::options()
+        .create(true)
+        .truncate(false)
+        .write(true)
+        .open(&path)
+        .and_then(|file| file.lock().map(|()| file))
+        .map_err(|error| SessionError::Lock { path, error })
+}
+
+/// Asks the engine, by its documented switch, not to print its banner on our standard output.
+#[allow(unsafe_code, reason = "the switch is an environment variable")]
+fn hide_banner() {
+    const SWITCH: &str = "SYMBOLICA_HIDE_BANNER";
+    if env::var_os(SWITCH).is_none() {
+        // SAFETY: Rust code reads the environment through the standard library's lock. This is
+        // set once, before the engine's first use and before this crate starts any thread.
+        unsafe { env::set_var(SWITCH, "1") }
+    }
+}
+
+/// What a symbol means.
+enum Meaning<L> {
+    Leaf(L),
+    Bound(usize),
+}
+
+/// A bound intermediate.
+struct Definition<B> {
+    label: B,
+    value: Expr,
+}
+
+/// The expressions of one session: leaves `L`, and intermediates labelled `B`.
+pub struct Algebra<L, B> {
+    meanings: Vec<Meaning<L>>,
+    index: HashMap<Symbol, usize>,
+    definitions: Vec<Definition<B>>,
+    bound: HashMap<Expr, Expr>,
+    derivatives: HashMap<(usize, Symbol), Expr>,
+}
+
+impl<L, B> Algebra<L, B> {
+    fn new() -> Self {
+        Self {
+            meanings: Vec::new(),
+            index: HashMap::new(),
+            definitions: Vec::new(),
+            bound: HashMap::new(),
+            derivatives: HashMap::new(),
+        }
+    }
+
+    fn symbol(&mut self, meaning: Meaning<L>) -> Expr {
+        let index = self.meanings.len();
+        let symbol = symbol!(format!("lamc::v{index}"));
+        self.meanings.push(meaning);
+        self.index.insert(symbol, index);
+        Expr(symbol.to_atom())
+    }
+
+    /// A new symbol that stands for `leaf`.
+    pub fn leaf(&mut self, leaf: L) -> Expr {
+        self.symbol(Meaning::Leaf(leaf))
+    }
+
+    /// Names `value`: returns a symbol bound to it, or `value` itself where a name gains nothing.
+    ///
+    /// A value bound before keeps its first name.
+    pub fn bind(&mut self, value: Expr, label: B) -> Expr {
+        if value.is_atomic() {
+            return value;
+        }
+        if let Some(symbol) = self.bound.get(&value) {
+            return symbol.clone();
+        }
+        let symbol = self.symbol(Meaning::Bound(self.definitions.len()));
+        self.bound.insert(value.clone(), symbol.clone());
+        self.definitions.push(Definition { label, value });
+        symbol
+    }
+
+    /// The total derivative of `expr` by the symbol `by`: the chain rule through every binding,
+    /// whose own derivatives are bound in turn under `label(label of the binding)`.
+    ///
+    /// # Panics
+    /// When `by` is not a symbol.
+    pub fn derivative(&mut self, expr: &Expr, by: &Expr, label: &impl Fn(&B) -> B) -> Expr {
+        let AtomView::Var(by_symbol) = by.0.as_view() else {
+            unreachable!("derivatives are taken by symbols");
+        };
+        let by_symbol = by_symbol.get_symbol();
+        let mut total = Expr(expr.0.derivative(by_symbol));
+        for (symbol, definition) in self.bindings_in(expr) {
+            let inner = match self.derivatives.get(&(definition, by_symbol)) {
+                Some(known) => known.clone(),
+                None => {
+                    let value = self.definitions[definition].value.clone();
+                    let inner = self.derivative(&value, by, label);
+                    let name = label(&self.definitions[definition].label);
+                    let inner = self.bind(inner, name);
+                    self.derivatives.insert((definition, by_symbol), inner.clone());
+                    inner
+                }
+            };
+            if !inner.is_zero() {
+                total = &total + &(&Expr(expr.0.derivative(symbol)) * &inner);
+            }
+        }
+        total
+    }
+
+    /// The bound symbols in `expr`, in the order they were made.
+    fn bindings_in(&self, expr: &Expr) -> Vec<(Symbol, usize)> {
+        let symbols = expr.0.get_all_symbols(false);
+        let mut found: Vec<_> = symbols
+            .into_iter()
+            .filter_map(|symbol| match self.meanings[*self.index.get(&symbol)?] {
+                Meaning::Bound(definition) => Some((symbol, definition)),
+                Meaning::Leaf(_) => None,
+            })
+            .collect();
+        found.sort_by_key(|&(_, definition)| definition);
+        found
+    }
+
+    /// Every binding in the order it was made, with its value as plain data.
+    pub fn definitions(&self, bound: &impl Fn(usize) -> L) -> Vec<(B, Tree<L>)>
+    where
+        L: Clone,
+        B: Clone,
+    {
+        let tree = |d: &Definition<B>| (d.label.clone(), self.tree(&d.value, bound));
+        self.definitions.iter().map(tree).collect()
+    }
+
+    /// `expr` as plain data; `bound` makes the leaf that refers to a binding by its number.
+    pub fn tree(&self, expr: &Expr, bound: &impl Fn(usize) -> L) -> Tree<L>
+    where
+        L: Clone,
+    {
+        self.tree_of(expr.0.as_view(), bound)
+    }
+
+    fn tree_of(&self, view: AtomView<'_>, bound: &impl Fn(usize) -> L) -> Tree<L>
+    where
+        L: Clone,
+    {
+        match view {
+            AtomView::Num(number) => match number.get_coeff_view() {
+                CoefficientView::Natural(numerator, denominator, 0, _) => {
+                    Tree::Rational(numerator, denominator)
+                }
+                other => unreachable!("numbers enter as -1, 0, 1 and cannot become {other:?}"),
+            },
+            AtomView::Var(variable) => match &self.meanings[self.index[&variable.get_symbol()]] {
+                Meaning::Leaf(leaf) => Tree::Leaf(leaf.clone()),
+                Meaning::Bound(definition) => Tree::Leaf(bound(*definition)),
+            },
+            AtomView::Fun(function) => {
+                let symbol = function.get_symbol();
+                let head = if symbol == Symbol::SIN {
+                    Function::Sin
+                } else if symbol == Symbol::COS {
+                    Function::Cos
+                } else if let Some(opaque) = opaque_function(symbol.get_stripped_name()) {
+                    opaque
+                } else {
+                    unreachable!("no function {symbol} is ever applied")
+                };
+                let arguments = function.iter().map(|view| self.tree_of(view, bound)).collect();
+                Tree::Apply(head, arguments)
+            }
+            AtomView::Pow(power) => {
+                let (base, exponent) = power.get_base_exp();
+                match i64::try_from(&Atom::from(exponent)) {
+                    Ok(exponent) => Tree::Power(Box::new(self.tree_of(base, bound)), exponent),
+                    Err(_) => unreachable!("powers are whole; others are functions"),
+                }
+            }
+            AtomView::Mul(product) => {
+                Tree::Product(product.iter().map(|view| self.tree_of(view, bound)).collect())
+            }
+            AtomView::Add(sum) => {
+                Tree::Sum(sum.iter().map(|view| self.tree_of(view, bound)).collect())
+            }
+        }
+    }
+}
