@@ -77,6 +77,12 @@ pub enum FunctionKind {
     Energy,
 }
 
+impl FunctionKind {
+    /// Every kind, in order.
+    pub const ALL: [Self; 5] =
+        [Self::Equations, Self::Closure, Self::Poses, Self::Points, Self::Energy];
+}
+
 /// A straight-line function.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Function {
@@ -108,6 +114,13 @@ pub struct Program {
     pub interface: Interface,
     /// One per [`FunctionKind`], in that order.
     pub functions: Vec<Function>,
+}
+
+impl Program {
+    /// The function of this kind.
+    pub fn function_of(&self, kind: FunctionKind) -> &Function {
+        &self.functions[kind as usize]
+    }
 }
 
 /// What a caller must know of a mechanism.

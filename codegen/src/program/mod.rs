@@ -1,5 +1,48 @@
-//! Stage 5: [`Equations`](crate::kane::Equations) -> [`Program`]: straight-line code in SSA form.
+//! Stage 5: [`Equations`] -> [`Program`]: straight-line code in SSA form.
+//!
+//! [`lower`] names every pass in order. Each pass takes a [`Function`] and returns one that
+//! computes the same, up to rounding, with its stated postcondition; the verifier runs after each
+//! in debug builds and tests.
 
+mod cost;
+mod dead;
+mod fold;
+mod interface;
+mod interpreter;
 mod ir;
+mod lowering;
+mod number;
+mod op;
+mod text;
+mod verify;
 
+#[cfg(test)]
+mod tests;
+
+pub use cost::Cost;
+pub use interpreter::{Interpreter, UnknownName};
 pub use ir::*;
+pub use verify::{VerifyError, verify};
+
+use crate::kane::Equations;
+
+/// The program of a mechanism. `source_name` (no folders) and `source_text` identify the input in
+/// the generated header.
+pub fn lower(equations: &Equations, source_name: &str, source_text: &str) -> Program {
+    let interface = interface::interface(equations, source_name, source_text);
+    let functions = lowering::functions(equations)
+        .into_iter()
+        .map(|function| {
+            let function = check(&interface, fold::fold(function));
+            let function = check(&interface, number::number(function));
+            check(&interface, dead::dead(function))
+        })
+        .collect();
+    Program { interface, functions }
+}
+
+/// Passes a function through, after the verifier has seen it.
+fn check(interface: &Interface, function: Function) -> Function {
+    debug_assert_eq!(verify::function(interface, &function), Ok(()));
+    function
+}

@@ -1,0 +1,135 @@
+//! Folding: arithmetic that is known now is done now.
+//!
+//! Postcondition: no operation has only constant operands; there is no addition of 0, no
+//! multiplication by 0, 1 or -1, no negation of a negation, no addition or subtraction of a
+//! negation, and at most one constant in a product of constants and one value.
+//!
+//! Products of constants are re-associated, so results may differ in rounding. `0 * x` is 0
+//! whatever x: a zero factor here comes from the geometry and says that x does not enter.
+
+use super::ir::{Function, Instruction, Op, Value};
+
+/// Folds a function.
+pub fn fold(function: Function) -> Function {
+    let mut folding = Folding { instructions: Vec::with_capacity(function.instructions.len()) };
+    let mut map: Vec<Value> = Vec::with_capacity(function.instructions.len());
+    for instruction in function.instructions {
+        let Instruction { op, section, name } = instruction;
+        let before = folding.instructions.len();
+        let value = folding.simplify(op.map(|operand| map[operand.index()]), section);
+        if value.index() >= before {
+            folding.instructions[value.index()].name = name;
+        }
+        map.push(value);
+    }
+    let mut outputs = function.outputs;
+    for entry in outputs.iter_mut().flat_map(|output| &mut output.entries) {
+        *entry = map[entry.index()];
+    }
+    Function { kind: function.kind, instructions: folding.instructions, outputs }
+}
+
+struct Folding {
+    instructions: Vec<Instruction>,
+}
+
+impl Folding {
+    fn op(&self, value: Value) -> Op {
+        self.instructions[value.index()].op
+    }
+
+    fn constant(&self, value: Value) -> Option<f64> {
+        match self.op(value) {
+            Op::Const(number) => Some(number),
+            _ => None,
+        }
+    }
+
+    fn negated(&self, value: Value) -> Option<Value> {
+        match self.op(value) {
+            Op::Neg(inner) => Some(inner),
+            _ => None,
+        }
+    }
+
+    /// The value of `op`, simplified; operands are values of the folded function.
+    fn simplify(&mut self, op: Op, section: crate::kane::Section) -> Value {
+        let known: Vec<Option<f64>> = op.operands().map(|x| self.constant(x)).collect();
+        if !known.is_empty() && known.iter().all(Option::is_some) {
+            let number = op.evaluate(|x| self.constant(x).unwrap_or(f64::NAN));
+            return self.push(Op::Const(number), section);
+        }
+        match op {
+            Op::Neg(x) => match self.negated(x) {
+                Some(inner) => inner,
+                None => self.push(op, section),
+            },
+            Op::Add(x, y) => {
+                match (self.constant(x), self.constant(y), self.negated(x), self.negated(y)) {
+                    (Some(0.0), ..) => y,
+                    (_, Some(0.0), ..) => x,
+                    (_, _, _, Some(y)) => self.simplify(Op::Sub(x, y), section),
+                    (_, _, Some(x), None) => self.push(Op::Sub(y, x), section),
+                    _ => self.push(op, section),
+                }
+            }
+            Op::Sub(x, y) => match (self.constant(x), self.constant(y), self.negated(y)) {
+                (Some(0.0), ..) => self.simplify(Op::Neg(y), section),
+                (_, Some(0.0), _) => x,
+                (_, _, Some(y)) => self.simplify(Op::Add(x, y), section),
+                _ => self.push(op, section),
+            },
+            Op::Mul(x, y) => self.product(x, y, section),
+            Op::Div(x, y) => match (self.constant(x), self.constant(y)) {
+                (Some(0.0), _) => x,
+                (_, Some(1.0)) => x,
+                _ => self.push(op, section),
+            },
+            _ => self.push(op, section),
+        }
+    }
+
+    fn product(&mut self, x: Value, y: Value, section: crate::kane::Section) -> Value {
+        let (number, value) = match (self.constant(x), self.constant(y)) {
+            (Some(number), _) => (number, y),
+            (_, Some(number)) => (number, x),
+            _ => {
+                return match (self.negated(x), self.negated(y)) {
+                    (Some(x), Some(y)) => self.push(Op::Mul(x, y), section),
+                    (Some(x), None) => self.negated_product(x, y, section),
+                    (None, Some(y)) => self.negated_product(x, y, section),
+                    (None, None) => self.push(Op::Mul(x, y), section),
+                };
+            }
+        };
+        if let Some(inner) = self.negated(value) {
+            let number = self.push(Op::Const(-number), section);
+            return self.product(number, inner, section);
+        }
+        if let Op::Mul(factor, rest) = self.op(value)
+            && let Some(inner) = self.constant(factor)
+        {
+            let number = self.push(Op::Const(number * inner), section);
+            return self.product(number, rest, section);
+        }
+        match number {
+            0.0 => self.push(Op::Const(0.0), section),
+            1.0 => value,
+            -1.0 => self.push(Op::Neg(value), section),
+            _ => {
+                let number = self.push(Op::Const(number), section);
+                self.push(Op::Mul(number, value), section)
+            }
+        }
+    }
+
+    fn negated_product(&mut self, x: Value, y: Value, section: crate::kane::Section) -> Value {
+        let product = self.push(Op::Mul(x, y), section);
+        self.push(Op::Neg(product), section)
+    }
+
+    fn push(&mut self, op: Op, section: crate::kane::Section) -> Value {
+        self.instructions.push(Instruction { op, section, name: None });
+        Value(self.instructions.len() - 1)
+    }
+}

@@ -1,0 +1,54 @@
+//! What a caller must know of a mechanism, gathered from the stages before.
+
+use sha2::{Digest, Sha256};
+
+use super::ir::{BodyInfo, Interface, JointInfo, ParameterInfo};
+use crate::kane::Equations;
+use crate::source::JointId;
+
+/// The interface of a mechanism.
+pub fn interface(equations: &Equations, source_name: &str, source_text: &str) -> Interface {
+    let topology = &equations.topology;
+    let mechanism = &topology.mechanism;
+    let hash = Sha256::digest(source_text.as_bytes());
+    let body_name = |id: crate::source::BodyId| mechanism.bodies[id.index()].name.clone();
+    Interface {
+        name: mechanism.name.clone(),
+        source_name: source_name.to_owned(),
+        source_hash: hash.iter().map(|byte| format!("{byte:02x}")).collect(),
+        joints: mechanism
+            .joints
+            .iter()
+            .enumerate()
+            .map(|(index, joint)| JointInfo {
+                name: joint.name.clone(),
+                bodies: joint.bodies.map(body_name),
+                limits: joint.limits,
+                initial_q: mechanism.initial_q[index],
+                initial_given: mechanism.initial_given.contains(&JointId(index)),
+                initial_u: mechanism.initial_u[index],
+            })
+            .collect(),
+        bodies: mechanism
+            .bodies
+            .iter()
+            .map(|body| BodyInfo { name: body.name.clone(), fixed: body.fixed })
+            .collect(),
+        points: mechanism.points.iter().map(|point| point.name.clone()).collect(),
+        parameters: mechanism
+            .parameters
+            .iter()
+            .map(|parameter| ParameterInfo {
+                name: parameter.name.clone(),
+                value: parameter.value,
+                doc: parameter.doc.clone(),
+            })
+            .collect(),
+        inputs: mechanism.inputs.clone(),
+        rows: equations.gamma.len(),
+        loops: topology.summary_lines(),
+        rank: topology.rank,
+        mobility: topology.mobility,
+        size: mechanism.size,
+    }
+}

@@ -1,0 +1,194 @@
+//! The plain interpreter: what every backend must agree with, and a mechanism the runtime can
+//! integrate without a compiler.
+
+use std::cell::RefCell;
+
+use lamc_runtime::{Dimensions, Energy, EquationsMut, System, workspace_len};
+
+use super::ir::{FunctionKind, Interface, Op, Output, Program, Slot, Value};
+
+/// No parameter or input has this name.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("no parameter or input is called `{0}`")]
+pub struct UnknownName(pub String);
+
+/// A program with values for its parameters and inputs, ready to be evaluated.
+#[derive(Clone, Debug)]
+pub struct Interpreter {
+    interface: Interface,
+    parameters: Vec<f64>,
+    inputs: Vec<f64>,
+    functions: Vec<(Vec<Op>, Vec<Output>)>,
+    values: RefCell<Vec<f64>>,
+}
+
+/// What a function is evaluated at.
+#[derive(Clone, Copy)]
+struct State<'a> {
+    t: f64,
+    q: &'a [f64],
+    u: &'a [f64],
+}
+
+impl Interpreter {
+    /// An interpreter with default parameters and all inputs zero.
+    pub fn new(program: &Program) -> Self {
+        let interface = program.interface.clone();
+        let ops = |f: &super::ir::Function| f.instructions.iter().map(|i| i.op).collect();
+        Self {
+            parameters: interface.parameters.iter().map(|p| p.value).collect(),
+            inputs: vec![0.0; interface.inputs.len()],
+            functions: program.functions.iter().map(|f| (ops(f), f.outputs.clone())).collect(),
+            values: RefCell::default(),
+            interface,
+        }
+    }
+
+    /// What is known of the mechanism.
+    pub fn interface(&self) -> &Interface {
+        &self.interface
+    }
+
+    /// Sets a parameter, SI.
+    ///
+    /// # Errors
+    /// When there is none of this name.
+    pub fn set_parameter(&mut self, name: &str, value: f64) -> Result<(), UnknownName> {
+        let index = self.interface.parameters.iter().position(|p| p.name == name);
+        let index = index.ok_or_else(|| UnknownName(name.to_owned()))?;
+        self.parameters[index] = value;
+        Ok(())
+    }
+
+    /// Sets an input, SI.
+    ///
+    /// # Errors
+    /// When there is none of this name.
+    pub fn set_input(&mut self, name: &str, value: f64) -> Result<(), UnknownName> {
+        let index = self.interface.inputs.iter().position(|input| input == name);
+        let index = index.ok_or_else(|| UnknownName(name.to_owned()))?;
+        self.inputs[index] = value;
+        Ok(())
+    }
+
+    /// Parameters and inputs go back to their defaults.
+    pub fn reset(&mut self) {
+        self.parameters = self.interface.parameters.iter().map(|p| p.value).collect();
+        self.inputs.fill(0.0);
+    }
+
+    /// Evaluates one function and copies its outputs, in order, to `out`.
+    fn evaluate(&self, kind: FunctionKind, at: State<'_>, out: &mut [&mut [f64]]) {
+        let (ops, outputs) = &self.functions[kind as usize];
+        let mut values = self.values.borrow_mut();
+        values.clear();
+        for op in ops {
+            let value = match op {
+                Op::Load(slot) => self.load(*slot, at),
+                op => op.evaluate(|operand: Value| values[operand.index()]),
+            };
+            values.push(value);
+        }
+        for (output, target) in outputs.iter().zip(out) {
+            for (entry, slot) in output.entries.iter().zip(target.iter_mut()) {
+                *slot = values[entry.index()];
+            }
+        }
+    }
+
+    fn load(&self, slot: Slot, at: State<'_>) -> f64 {
+        match slot {
+            Slot::Time => at.t,
+            Slot::Position(id) => at.q[id.index()],
+            Slot::Rate(id) => at.u[id.index()],
+            Slot::Parameter(id) => self.parameters[id.index()],
+            Slot::Input(id) => self.inputs[id.index()],
+        }
+    }
+
+    /// Whether `q` and `u` have one number per joint.
+    fn fits(&self, q: &[f64], u: &[f64]) -> bool {
+        q.len() == self.interface.joints.len() && u.len() == q.len()
+    }
+}
+
+impl System for Interpreter {
+    type Scalar = f64;
+    type Vector = Vec<f64>;
+    type Workspace = Vec<f64>;
+
+    fn dimensions(&self) -> Dimensions {
+        let interface = &self.interface;
+        Dimensions {
+            coordinates: interface.joints.len(),
+            rows: interface.rows,
+            loops: interface.loops.len(),
+            bodies: interface.bodies.len(),
+            points: interface.points.len(),
+        }
+    }
+
+    fn vector(&self) -> Vec<f64> {
+        vec![0.0; self.interface.joints.len()]
+    }
+
+    fn workspace(&self) -> Vec<f64> {
+        vec![0.0; workspace_len(self.dimensions())]
+    }
+
+    fn size(&self) -> f64 {
+        self.interface.size
+    }
+
+    fn limits(&self, joint: usize) -> [f64; 2] {
+        let unlimited = [f64::NEG_INFINITY, f64::INFINITY];
+        self.interface.joints.get(joint).map_or(unlimited, |joint| joint.limits)
+    }
+
+    fn initial_position(&self, joint: usize) -> f64 {
+        self.interface.joints.get(joint).map_or(0.0, |joint| joint.initial_q)
+    }
+
+    fn initial_speed(&self, joint: usize) -> f64 {
+        self.interface.joints.get(joint).map_or(0.0, |joint| joint.initial_u)
+    }
+
+    fn is_given(&self, joint: usize) -> bool {
+        self.interface.joints.get(joint).is_some_and(|joint| joint.initial_given)
+    }
+
+    fn write_equations(&self, t: f64, q: &[f64], u: &[f64], out: EquationsMut<'_, f64>) {
+        if self.fits(q, u) {
+            let out = &mut [out.mass, out.forcing, out.jacobian, out.gamma];
+            self.evaluate(FunctionKind::Equations, State { t, q, u }, out);
+        }
+    }
+
+    fn write_closure(&self, q: &[f64], residual: &mut [f64], jacobian: &mut [f64]) {
+        if self.fits(q, q) {
+            let at = State { t: 0.0, q, u: q };
+            self.evaluate(FunctionKind::Closure, at, &mut [residual, jacobian]);
+        }
+    }
+
+    fn write_poses(&self, q: &[f64], out: &mut [f64]) {
+        if self.fits(q, q) {
+            self.evaluate(FunctionKind::Poses, State { t: 0.0, q, u: q }, &mut [out]);
+        }
+    }
+
+    fn write_points(&self, q: &[f64], out: &mut [f64]) {
+        if self.fits(q, q) {
+            self.evaluate(FunctionKind::Points, State { t: 0.0, q, u: q }, &mut [out]);
+        }
+    }
+
+    fn energy(&self, t: f64, q: &[f64], u: &[f64]) -> Energy<f64> {
+        let (mut kinetic, mut potential) = ([f64::NAN], [f64::NAN]);
+        if self.fits(q, u) {
+            let out: &mut [&mut [f64]] = &mut [&mut kinetic, &mut potential];
+            self.evaluate(FunctionKind::Energy, State { t, q, u }, out);
+        }
+        Energy { kinetic: kinetic[0], potential: potential[0] }
+    }
+}

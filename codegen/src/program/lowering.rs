@@ -1,0 +1,243 @@
+//! Trees become instructions: one function per [`FunctionKind`], each from the bindings it needs.
+//!
+//! Postcondition: every operand precedes its use; a named binding that is an operation carries its
+//! name. A sum is a chain of additions and subtractions, a product multiplies its numbers first
+//! and divides once.
+
+use crate::kane::{Equations, Leaf, Section};
+use crate::symbolic::{Function as SymbolicFunction, Tree};
+
+use super::ir::{Function, FunctionKind, Instruction, Op, Output, Slot, Value};
+
+/// Every function of the mechanism, in the order of [`FunctionKind`].
+pub fn functions(equations: &Equations) -> Vec<Function> {
+    let n = equations.mechanism().joints.len();
+    let (rows, loops) = (equations.gamma.len(), equations.topology.loops.len());
+    let bodies = equations.mechanism().bodies.len();
+    let points = equations.mechanism().points.len();
+    let kinetic = std::slice::from_ref(&equations.kinetic_energy);
+    let potential = std::slice::from_ref(&equations.potential_energy);
+    let of = |kind, outputs: &[(&'static str, usize, usize, &[Tree<Leaf>])]| {
+        function(equations, kind, outputs)
+    };
+    vec![
+        of(
+            FunctionKind::Equations,
+            &[
+                ("mass", n, n, &equations.mass),
+                ("forcing", n, 1, &equations.forcing),
+                ("jacobian", rows, n, &equations.jacobian),
+                ("gamma", rows, 1, &equations.gamma),
+            ],
+        ),
+        of(
+            FunctionKind::Closure,
+            &[
+                ("residual", 9 * loops, 1, &equations.residual),
+                ("jacobian", 9 * loops, n, &equations.residual_jacobian),
+            ],
+        ),
+        of(FunctionKind::Poses, &[("poses", bodies, 12, &equations.poses)]),
+        of(FunctionKind::Points, &[("points", points, 3, &equations.points)]),
+        of(FunctionKind::Energy, &[("kinetic", 1, 1, kinetic), ("potential", 1, 1, potential)]),
+    ]
+}
+
+fn function(
+    equations: &Equations,
+    kind: FunctionKind,
+    outputs: &[(&'static str, usize, usize, &[Tree<Leaf>])],
+) -> Function {
+    let needed = needed(equations, outputs.iter().flat_map(|output| output.3));
+    let mut lowering = Lowering {
+        instructions: Vec::new(),
+        bound: vec![None; equations.bindings.len()],
+        section: Section::Mechanism,
+    };
+    for (index, binding) in equations.bindings.iter().enumerate().filter(|(i, _)| needed[*i]) {
+        lowering.section = binding.section;
+        let value = lowering.tree(&binding.tree);
+        lowering.bound[index] = Some(value);
+        let instruction = &mut lowering.instructions[value.index()];
+        if !matches!(instruction.op, Op::Const(_) | Op::Load(_)) && instruction.name.is_none() {
+            instruction.name = Some(binding.name.clone());
+        }
+    }
+    lowering.section = Section::Mechanism;
+    let outputs = outputs
+        .iter()
+        .map(|&(name, rows, columns, trees)| {
+            let entries = trees.iter().map(|tree| lowering.tree(tree)).collect();
+            Output { name, rows, columns, entries }
+        })
+        .collect();
+    Function { kind, instructions: lowering.instructions, outputs }
+}
+
+/// Which bindings the given trees depend on.
+fn needed<'a>(
+    equations: &Equations,
+    trees: impl Iterator<Item = &'a Tree<Leaf>>,
+) -> Vec<bool> {
+    let mut needed = vec![false; equations.bindings.len()];
+    trees.for_each(|tree| mark(tree, &mut needed));
+    for index in (0..needed.len()).rev() {
+        if needed[index] {
+            mark(&equations.bindings[index].tree, &mut needed);
+        }
+    }
+    needed
+}
+
+fn mark(tree: &Tree<Leaf>, needed: &mut [bool]) {
+    match tree {
+        Tree::Leaf(Leaf::Bound(id)) => needed[id.index()] = true,
+        Tree::Rational(..) | Tree::Leaf(_) => {}
+        Tree::Power(base, _) => mark(base, needed),
+        Tree::Sum(parts) | Tree::Product(parts) | Tree::Apply(_, parts) => {
+            parts.iter().for_each(|part| mark(part, needed));
+        }
+    }
+}
+
+struct Lowering {
+    instructions: Vec<Instruction>,
+    bound: Vec<Option<Value>>,
+    section: Section,
+}
+
+impl Lowering {
+    fn push(&mut self, op: Op) -> Value {
+        self.instructions.push(Instruction { op, section: self.section, name: None });
+        Value(self.instructions.len() - 1)
+    }
+
+    fn tree(&mut self, tree: &Tree<Leaf>) -> Value {
+        match tree {
+            Tree::Rational(numerator, denominator) => {
+                self.push(Op::Const(*numerator as f64 / *denominator as f64))
+            }
+            Tree::Leaf(leaf) => self.leaf(*leaf),
+            Tree::Sum(terms) => self.sum(terms),
+            Tree::Product(factors) => match self.product(factors) {
+                (true, value) => self.push(Op::Neg(value)),
+                (false, value) => value,
+            },
+            Tree::Power(base, exponent) => {
+                let power = self.power(base, exponent.unsigned_abs());
+                if *exponent > 0 {
+                    return power;
+                }
+                let one = self.push(Op::Const(1.0));
+                self.push(Op::Div(one, power))
+            }
+            Tree::Apply(function, arguments) => {
+                let arguments: Vec<_> = arguments.iter().map(|x| self.tree(x)).collect();
+                let (x, y) = (arguments[0], arguments[arguments.len() - 1]);
+                self.push(match function {
+                    SymbolicFunction::Sin => Op::Sin(x),
+                    SymbolicFunction::Cos => Op::Cos(x),
+                    SymbolicFunction::Tan => Op::Tan(x),
+                    SymbolicFunction::Exp => Op::Exp(x),
+                    SymbolicFunction::Sqrt => Op::Sqrt(x),
+                    SymbolicFunction::Abs => Op::Abs(x),
+                    SymbolicFunction::Tanh => Op::Tanh(x),
+                    SymbolicFunction::Min => Op::Min(x, y),
+                    SymbolicFunction::Max => Op::Max(x, y),
+                    SymbolicFunction::Pow => Op::Pow(x, y),
+                })
+            }
+        }
+    }
+
+    fn leaf(&mut self, leaf: Leaf) -> Value {
+        self.push(match leaf {
+            Leaf::Time => Op::Load(Slot::Time),
+            Leaf::Position(id) => Op::Load(Slot::Position(id)),
+            Leaf::Rate(id) => Op::Load(Slot::Rate(id)),
+            Leaf::Parameter(id) => Op::Load(Slot::Parameter(id)),
+            Leaf::Input(id) => Op::Load(Slot::Input(id)),
+            Leaf::Constant(value) => Op::Const(value),
+            Leaf::Bound(id) => match self.bound[id.index()] {
+                Some(value) => return value,
+                None => unreachable!("bindings refer to earlier ones, all of them needed"),
+            },
+        })
+    }
+
+    /// Positive terms first, so that the chain starts without a negation where it can.
+    fn sum(&mut self, terms: &[Tree<Leaf>]) -> Value {
+        let mut signed: Vec<_> = terms.iter().map(|term| self.signed(term)).collect();
+        if let Some(first) = signed.iter().position(|(negative, _)| !negative) {
+            let positive = signed.remove(first);
+            signed.insert(0, positive);
+        }
+        let (negative, first) = signed[0];
+        let first = if negative { self.push(Op::Neg(first)) } else { first };
+        signed[1..].iter().fold(first, |sum, &(negative, term)| {
+            self.push(if negative { Op::Sub(sum, term) } else { Op::Add(sum, term) })
+        })
+    }
+
+    /// Whether a term is negated, and its magnitude.
+    fn signed(&mut self, term: &Tree<Leaf>) -> (bool, Value) {
+        match term {
+            Tree::Product(factors) => self.product(factors),
+            Tree::Rational(numerator, denominator) if *numerator < 0 => {
+                let value = Tree::Rational(-numerator, *denominator);
+                (true, self.tree(&value))
+            }
+            other => (false, self.tree(other)),
+        }
+    }
+
+    /// Whether a product is negative, and its magnitude: numbers, then symbols, then one division.
+    fn product(&mut self, factors: &[Tree<Leaf>]) -> (bool, Value) {
+        let mut coefficient = 1.0;
+        let (mut above, mut below) = (Vec::new(), Vec::new());
+        for factor in factors {
+            match factor {
+                Tree::Rational(a, b) => coefficient *= *a as f64 / *b as f64,
+                Tree::Leaf(Leaf::Constant(value)) => coefficient *= value,
+                Tree::Power(base, exponent) if *exponent < 0 => {
+                    below.push(self.power(base, exponent.unsigned_abs()));
+                }
+                other => above.push(self.tree(other)),
+            }
+        }
+        let magnitude = f64::abs(coefficient);
+        if magnitude != 1.0 || above.is_empty() {
+            let number = self.push(Op::Const(magnitude));
+            above.insert(0, number);
+        }
+        let mut multiply = |values: Vec<Value>| {
+            values.into_iter().reduce(|product, value| self.push(Op::Mul(product, value)))
+        };
+        let value = match (multiply(above), multiply(below)) {
+            (Some(above), Some(below)) => self.push(Op::Div(above, below)),
+            (Some(above), None) => above,
+            (None, _) => unreachable!("a product has a numerator"),
+        };
+        (coefficient < 0.0, value)
+    }
+
+    /// base^exponent by repeated squaring, exponent >= 1.
+    fn power(&mut self, base: &Tree<Leaf>, exponent: u64) -> Value {
+        let mut square = self.tree(base);
+        let mut result = None;
+        let mut left = exponent;
+        loop {
+            if left % 2 == 1 {
+                result = Some(match result {
+                    Some(product) => self.push(Op::Mul(product, square)),
+                    None => square,
+                });
+            }
+            left /= 2;
+            match result {
+                Some(product) if left == 0 => return product,
+                _ => square = self.push(Op::Mul(square, square)),
+            }
+        }
+    }
+}

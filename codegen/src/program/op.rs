@@ -1,0 +1,96 @@
+//! What every pass asks of an operation: its operands, and its value.
+
+use super::ir::{Op, Value};
+
+impl Op {
+    /// The operands, in order.
+    pub fn operands(self) -> impl Iterator<Item = Value> {
+        let (first, second) = match self {
+            Self::Const(_) | Self::Load(_) => (None, None),
+            Self::Neg(x)
+            | Self::Sqrt(x)
+            | Self::Sin(x)
+            | Self::Cos(x)
+            | Self::Tan(x)
+            | Self::Exp(x)
+            | Self::Abs(x)
+            | Self::Tanh(x) => (Some(x), None),
+            Self::Add(x, y)
+            | Self::Sub(x, y)
+            | Self::Mul(x, y)
+            | Self::Div(x, y)
+            | Self::Min(x, y)
+            | Self::Max(x, y)
+            | Self::Pow(x, y) => (Some(x), Some(y)),
+        };
+        first.into_iter().chain(second)
+    }
+
+    /// The same operation on other operands.
+    pub fn map(self, f: impl Fn(Value) -> Value) -> Self {
+        match self {
+            Self::Const(_) | Self::Load(_) => self,
+            Self::Neg(x) => Self::Neg(f(x)),
+            Self::Sqrt(x) => Self::Sqrt(f(x)),
+            Self::Sin(x) => Self::Sin(f(x)),
+            Self::Cos(x) => Self::Cos(f(x)),
+            Self::Tan(x) => Self::Tan(f(x)),
+            Self::Exp(x) => Self::Exp(f(x)),
+            Self::Abs(x) => Self::Abs(f(x)),
+            Self::Tanh(x) => Self::Tanh(f(x)),
+            Self::Add(x, y) => Self::Add(f(x), f(y)),
+            Self::Sub(x, y) => Self::Sub(f(x), f(y)),
+            Self::Mul(x, y) => Self::Mul(f(x), f(y)),
+            Self::Div(x, y) => Self::Div(f(x), f(y)),
+            Self::Min(x, y) => Self::Min(f(x), f(y)),
+            Self::Max(x, y) => Self::Max(f(x), f(y)),
+            Self::Pow(x, y) => Self::Pow(f(x), f(y)),
+        }
+    }
+
+    /// The value of the operation for given operands; NaN for a load.
+    pub fn evaluate(self, of: impl Fn(Value) -> f64) -> f64 {
+        match self {
+            Self::Const(number) => number,
+            Self::Load(_) => f64::NAN,
+            Self::Neg(x) => -of(x),
+            Self::Sqrt(x) => of(x).sqrt(),
+            Self::Sin(x) => of(x).sin(),
+            Self::Cos(x) => of(x).cos(),
+            Self::Tan(x) => of(x).tan(),
+            Self::Exp(x) => of(x).exp(),
+            Self::Abs(x) => of(x).abs(),
+            Self::Tanh(x) => of(x).tanh(),
+            Self::Add(x, y) => of(x) + of(y),
+            Self::Sub(x, y) => of(x) - of(y),
+            Self::Mul(x, y) => of(x) * of(y),
+            Self::Div(x, y) => of(x) / of(y),
+            Self::Min(x, y) => lamc_runtime::Scalar::min(of(x), of(y)),
+            Self::Max(x, y) => lamc_runtime::Scalar::max(of(x), of(y)),
+            Self::Pow(x, y) => of(x).powf(of(y)),
+        }
+    }
+
+    /// The operation's name in the text form.
+    pub fn mnemonic(self) -> &'static str {
+        match self {
+            Self::Const(_) => "const",
+            Self::Load(_) => "load",
+            Self::Neg(_) => "neg",
+            Self::Add(..) => "add",
+            Self::Sub(..) => "sub",
+            Self::Mul(..) => "mul",
+            Self::Div(..) => "div",
+            Self::Sqrt(_) => "sqrt",
+            Self::Sin(_) => "sin",
+            Self::Cos(_) => "cos",
+            Self::Tan(_) => "tan",
+            Self::Exp(_) => "exp",
+            Self::Abs(_) => "abs",
+            Self::Tanh(_) => "tanh",
+            Self::Min(..) => "min",
+            Self::Max(..) => "max",
+            Self::Pow(..) => "pow",
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! The program as text: one line per instruction, stable between runs.
+
+use std::fmt;
+
+use super::ir::{Function, Op, Program, Slot};
+
+impl fmt::Display for Program {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "program {}", self.interface.name)?;
+        for function in &self.functions {
+            writeln!(f)?;
+            self.function(function, f)?;
+        }
+        Ok(())
+    }
+}
+
+impl Program {
+    fn function(&self, function: &Function, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "function {:?}  ; {}", function.kind, function.cost())?;
+        for (index, instruction) in function.instructions.iter().enumerate() {
+            write!(f, "  v{index} = {}", instruction.op.mnemonic())?;
+            match instruction.op {
+                Op::Const(number) => write!(f, " {number:?}")?,
+                Op::Load(slot) => write!(f, " {}", self.slot(slot))?,
+                op => {
+                    for (position, operand) in op.operands().enumerate() {
+                        let separator = if position == 0 { " " } else { ", " };
+                        write!(f, "{separator}v{}", operand.index())?;
+                    }
+                }
+            }
+            match &instruction.name {
+                Some(name) => writeln!(f, "  ; {name}")?,
+                None => writeln!(f)?,
+            }
+        }
+        for output in &function.outputs {
+            write!(f, "  {} {}x{} =", output.name, output.rows, output.columns)?;
+            for entry in &output.entries {
+                write!(f, " v{}", entry.index())?;
+            }
+            writeln!(f)?;
+        }
+        Ok(())
+    }
+
+    fn slot(&self, slot: Slot) -> String {
+        let interface = &self.interface;
+        match slot {
+            Slot::Time => "t".to_owned(),
+            Slot::Position(id) => format!("q.{}", interface.joints[id.index()].name),
+            Slot::Rate(id) => format!("u.{}", interface.joints[id.index()].name),
+            Slot::Parameter(id) => interface.parameters[id.index()].name.clone(),
+            Slot::Input(id) => interface.inputs[id.index()].clone(),
+        }
+    }
+}
