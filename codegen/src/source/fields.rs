@@ -26,21 +26,33 @@ impl<'n> Fields<'n> {
         let owner = owner.into();
         let Content::Mapping(entries) = &node.content else {
             let message = format!("{owner} must be a mapping of {}", quote_list(known));
-            let error = Diagnostic::error("wrong-type", if node.is_null() { at } else { node.span }, message);
+            let error = Diagnostic::error(
+                "wrong-type",
+                if node.is_null() { at } else { node.span },
+                message,
+            );
             diagnostics.push(error.label(format!("this is {}", node.describe())));
             return None;
         };
         for Entry { key, value } in entries {
             if !known.contains(&key.value.as_str()) {
                 diagnostics.push(
-                    Diagnostic::error("unknown-key", key.span, format!("unknown key `{}`", key.value))
-                        .label(format!("{owner} has no such key"))
-                        .hint(alternatives(&key.value, known, "keys")),
+                    Diagnostic::error(
+                        "unknown-key",
+                        key.span,
+                        format!("unknown key `{}`", key.value),
+                    )
+                    .label(format!("{owner} has no such key"))
+                    .hint(alternatives(&key.value, known, "keys")),
                 );
             } else if value.is_null() {
                 diagnostics.push(
-                    Diagnostic::error("no-value", key.span, format!("`{}` has no value", key.value))
-                        .hint("write a value, or remove the key"),
+                    Diagnostic::error(
+                        "no-value",
+                        key.span,
+                        format!("`{}` has no value", key.value),
+                    )
+                    .hint("write a value, or remove the key"),
                 );
             }
         }
@@ -80,7 +92,8 @@ pub(super) fn entries<'n>(
         None => &[],
         Some((Content::Mapping(entries), _)) => entries,
         Some((_, node)) => {
-            let error = Diagnostic::error("wrong-type", node.span, format!("{what} by name: a mapping"));
+            let error =
+                Diagnostic::error("wrong-type", node.span, format!("{what} by name: a mapping"));
             diagnostics.push(
                 error
                     .label(format!("this is {}", node.describe()))

@@ -49,8 +49,11 @@ impl SourceFile {
     pub fn read(path: &str) -> Result<Self, ReadError> {
         let name = if path == "-" { STDIN } else { path };
         let io = |source| ReadError::Io { path: name.into(), source };
-        let reader: Box<dyn Read> =
-            if path == "-" { Box::new(std::io::stdin()) } else { Box::new(File::open(path).map_err(io)?) };
+        let reader: Box<dyn Read> = if path == "-" {
+            Box::new(std::io::stdin())
+        } else {
+            Box::new(File::open(path).map_err(io)?)
+        };
         let mut bytes = Vec::new();
         reader.take(MAX_FILE_BYTES as u64 + 1).read_to_end(&mut bytes).map_err(io)?;
         if bytes.len() > MAX_FILE_BYTES {
@@ -116,10 +119,7 @@ mod tests {
     #[test]
     fn a_file_of_the_limit_is_read_and_one_byte_more_is_not() {
         assert!(read(&vec![b'#'; MAX_FILE_BYTES]).is_ok());
-        assert!(matches!(
-            read(&vec![b'#'; MAX_FILE_BYTES + 1]),
-            Err(ReadError::TooLarge { .. })
-        ));
+        assert!(matches!(read(&vec![b'#'; MAX_FILE_BYTES + 1]), Err(ReadError::TooLarge { .. })));
     }
 
     #[test]

@@ -106,7 +106,10 @@ pub(super) fn check(name: &Spanned<String>, kind: Kind, diagnostics: &mut Diagno
         diagnostics.push(
             Diagnostic::error("reserved-name", name.span, format!("`{text}` cannot name a {what}"))
                 .label(format!("`{text}` is {reason}"))
-                .hint(format!("use another name, such as `{text}_{}`", what.replace("model", "robot"))),
+                .hint(format!(
+                    "use another name, such as `{text}_{}`",
+                    what.replace("model", "robot")
+                )),
         );
     }
 }
@@ -118,7 +121,10 @@ pub(super) fn identifier_from(text: &str) -> String {
     let letters = name.trim_matches('_');
     match letters {
         "" => "model".into(),
-        _ if is_identifier(letters) && reserved(letters).is_none() && !is_type_of_module(letters) => {
+        _ if is_identifier(letters)
+            && reserved(letters).is_none()
+            && !is_type_of_module(letters) =>
+        {
             letters.into()
         }
         _ => format!("m{letters}"),
@@ -132,8 +138,7 @@ pub(super) fn closest<'k>(name: &str, known: &[&'k str]) -> Option<&'k str> {
     known
         .iter()
         .map(|candidate| {
-            let similarity =
-                strsim::jaro_winkler(&name.to_lowercase(), &candidate.to_lowercase());
+            let similarity = strsim::jaro_winkler(&name.to_lowercase(), &candidate.to_lowercase());
             (similarity, *candidate)
         })
         .filter(|(similarity, _)| *similarity > SIMILAR)

@@ -53,7 +53,8 @@ fn snippet<'a>(
     let primary = AnnotationKind::Primary.span(shift(span));
     let primary =
         if diagnostic.label.is_empty() { primary } else { primary.label(&diagnostic.label) };
-    let secondary = also.map(|(span, label)| AnnotationKind::Context.span(shift(span)).label(label));
+    let secondary =
+        also.map(|(span, label)| AnnotationKind::Context.span(shift(span)).label(label));
     Snippet::source(&text[start..end])
         .line_start(text[..start].matches('\n').count() + 1)
         .path(&file.path)

@@ -21,16 +21,22 @@ pub fn to_yaml(model: &SourceModel) -> String {
             format!("density: {}", number(material.density.value)),
             format!("thickness: {}", number(material.thickness.value)),
         ];
-        let optional =
-            [("youngs_modulus", &material.youngs_modulus), ("yield_stress", &material.yield_stress)];
+        let optional = [
+            ("youngs_modulus", &material.youngs_modulus),
+            ("yield_stress", &material.yield_stress),
+        ];
         for (key, value) in optional {
             fields.extend(value.as_ref().map(|value| format!("{key}: {}", number(value.value))));
         }
-        line(out, 1, &format!("{}: {{ {} }}", material.name.value, fields.join(", ")));
+        mapping(out, 1, &material.name.value, &fields);
     });
     if !model.layup.is_empty() {
         let names = model.layup.iter().map(|&i| model.materials[i].name.value.clone());
-        line(&mut out, 0, &format!("layup: [{}]  # bottom to top", names.collect::<Vec<_>>().join(", ")));
+        line(
+            &mut out,
+            0,
+            &format!("layup: [{}]  # bottom to top", names.collect::<Vec<_>>().join(", ")),
+        );
     }
     section(&mut out, "parameters", &model.parameters, |out, parameter| {
         line(out, 1, &format!("{}: {}", parameter.name.value, number(parameter.value)));
@@ -40,9 +46,9 @@ pub fn to_yaml(model: &SourceModel) -> String {
     section(&mut out, "bodies", &model.bodies, body);
     section(&mut out, "joints", &model.joints, |out, item| joint(out, item, model));
     let guess = |values: &[(super::JointId, f64)]| {
-        let named = values
-            .iter()
-            .map(|(id, value)| format!("{}: {}", model.joints[id.index()].name.value, number(*value)));
+        let named = values.iter().map(|(id, value)| {
+            format!("{}: {}", model.joints[id.index()].name.value, number(*value))
+        });
         format!("{{ {} }}", named.collect::<Vec<_>>().join(", "))
     };
     if !(model.initial_q.is_empty() && model.initial_u.is_empty()) {
@@ -70,6 +76,16 @@ pub fn to_yaml(model: &SourceModel) -> String {
 fn line(out: &mut String, indent: usize, text: &str) {
     // Writing to a string cannot fail.
     let _ = writeln!(out, "{:1$}{text}", "", 2 * indent);
+}
+
+/// `key: { .. }` on one line, or a field a line where that would be too long.
+fn mapping(out: &mut String, indent: usize, key: &str, fields: &[String]) {
+    let flow = format!("{key}: {{ {} }}", fields.join(", "));
+    if 2 * indent + flow.len() <= WIDTH {
+        return line(out, indent, &flow);
+    }
+    line(out, indent, &format!("{key}:"));
+    fields.iter().for_each(|field| line(out, indent + 1, field));
 }
 
 fn section<T>(out: &mut String, key: &str, items: &[T], mut write: impl FnMut(&mut String, &T)) {
@@ -200,10 +216,18 @@ fn ring(out: &mut String, indent: usize, key: &str, vertices: &[[f64; 2]]) {
 
 fn joint(out: &mut String, joint: &Joint, model: &SourceModel) {
     line(out, 1, &format!("{}:", joint.name.value));
-    let [first, second] = joint.bodies.each_ref().map(|id| &model.bodies[id.value.index()].name.value);
+    let [first, second] =
+        joint.bodies.each_ref().map(|id| &model.bodies[id.value.index()].name.value);
     line(out, 2, &format!("bodies: [{first}, {second}]"));
-    let [from, to] = joint.axis.value.each_ref().map(|point| list(point));
-    line(out, 2, &format!("axis: [{from}, {to}]"));
+    let points = joint.axis.value.each_ref().map(|point| list(point));
+    let axis = format!("axis: [{}]", points.join(", "));
+    match axis.len() + 4 > WIDTH {
+        true => {
+            line(out, 2, "axis:");
+            points.iter().for_each(|point| line(out, 3, &format!("- {point}")));
+        }
+        false => line(out, 2, &axis),
+    }
     // A negative zero is a number of its own.
     if joint.z.to_bits() != 0 {
         line(out, 2, &format!("z: {}", number(joint.z)));

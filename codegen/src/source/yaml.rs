@@ -9,7 +9,9 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use serde_saphyr::granit_parser::{self, ErrorKind, Event, Parser, ScalarStyle, ScanError, StructureStyle};
+use serde_saphyr::granit_parser::{
+    self, ErrorKind, Event, Parser, ScalarStyle, ScanError, StructureStyle,
+};
 
 use super::diagnostic::{Diagnostic, Diagnostics, Span, Spanned};
 
@@ -218,9 +220,13 @@ impl Builder<'_> {
             Event::Alias(anchor) => match self.anchors.get(&anchor).cloned().flatten() {
                 Some(built) => self.add(built, span)?,
                 None => {
-                    return Err(Diagnostic::error("self-alias", span, "an alias inside its own value")
-                        .hint("write the value out")
-                        .into());
+                    return Err(Diagnostic::error(
+                        "self-alias",
+                        span,
+                        "an alias inside its own value",
+                    )
+                    .hint("write the value out")
+                    .into());
                 }
             },
             Event::SequenceStart(style, anchor, written_tag) => {

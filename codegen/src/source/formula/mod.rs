@@ -87,18 +87,16 @@ pub(super) fn parse(text: &str, scope: &dyn Scope) -> Result<Expression, Vec<Pro
         _ => Err(parser.expected("an operator")),
     });
     match result {
-        Ok(Tree { expression, .. }) if parser.problems.is_empty() => {
-            match expression.constant() {
-                Some(value) if !value.is_finite() => Err(vec![Problem {
-                    code: "not-finite",
-                    range: 0..text.len(),
-                    message: format!("the value of this expression is {value}"),
-                    label: "not a finite number".into(),
-                    hint: None,
-                }]),
-                _ => Ok(expression),
-            }
-        }
+        Ok(Tree { expression, .. }) if parser.problems.is_empty() => match expression.constant() {
+            Some(value) if !value.is_finite() => Err(vec![Problem {
+                code: "not-finite",
+                range: 0..text.len(),
+                message: format!("the value of this expression is {value}"),
+                label: "not a finite number".into(),
+                hint: None,
+            }]),
+            _ => Ok(expression),
+        },
         Ok(_) => Err(parser.problems),
         Err(problem) => {
             parser.problems.push(problem);
@@ -165,7 +163,13 @@ impl<'t> Parser<'t> {
         (token, range)
     }
 
-    fn problem(&self, code: &'static str, range: Range<usize>, message: String, label: &str) -> Problem {
+    fn problem(
+        &self,
+        code: &'static str,
+        range: Range<usize>,
+        message: String,
+        label: &str,
+    ) -> Problem {
         Problem { code, range, message, label: label.into(), hint: None }
     }
 
@@ -188,7 +192,9 @@ impl<'t> Parser<'t> {
                  alone, as in `30 deg`"
                     .into(),
             ),
-            Token::Name(_) | Token::Number(_) | Token::Symbol('(') if what.starts_with("an operator") => {
+            Token::Name(_) | Token::Number(_) | Token::Symbol('(')
+                if what.starts_with("an operator") =>
+            {
                 Some("a product needs its `*`".into())
             }
             Token::Symbol('*') if self.text[..range.start].ends_with('*') => {
@@ -310,7 +316,8 @@ impl<'t> Parser<'t> {
     fn motion(&mut self, prefix: &str, joint: &str, range: &Range<usize>) -> Option<Expression> {
         if let Some(reason) = self.scope.motion_refused() {
             let message = format!("`{prefix}.{joint}` cannot stand here");
-            let mut problem = self.problem("not-here", range.clone(), message, "depends on the motion");
+            let mut problem =
+                self.problem("not-here", range.clone(), message, "depends on the motion");
             problem.hint = Some(reason.into());
             self.problems.push(problem);
             return None;
@@ -318,7 +325,8 @@ impl<'t> Parser<'t> {
         let Some(id) = self.scope.joint(joint) else {
             let message = format!("there is no joint `{joint}`");
             let start = range.start + prefix.len() + 1;
-            let mut problem = self.problem("unknown-joint", start..range.end, message, "unknown joint");
+            let mut problem =
+                self.problem("unknown-joint", start..range.end, message, "unknown joint");
             problem.hint = Some(alternatives(joint, &self.scope.joints(), "joints"));
             self.problems.push(problem);
             return None;
@@ -330,8 +338,12 @@ impl<'t> Parser<'t> {
         if let Some(symbol) = self.scope.symbol(name) {
             return Some(symbol);
         }
-        let mut problem =
-            self.problem("unknown-name", range.clone(), format!("unknown name `{name}`"), "unknown name");
+        let mut problem = self.problem(
+            "unknown-name",
+            range.clone(),
+            format!("unknown name `{name}`"),
+            "unknown name",
+        );
         problem.hint = Some(if is_function(name) {
             problem.message = format!("`{name}` is a function");
             problem.label = "without arguments".into();
@@ -363,11 +375,12 @@ impl<'t> Parser<'t> {
             let message = format!("unknown function `{name}`");
             let mut problem = self.problem("unknown-function", range, message, "unknown function");
             let known: Vec<_> = FUNCTIONS.iter().map(|(name, _)| *name).collect();
-            problem.hint = Some(if self.scope.symbol(name).is_some() || matches!(name, "t" | "pi") {
-                format!("`{name}` is a number: a product is written `{name}*(..)`")
-            } else {
-                alternatives(name, &known, "functions")
-            });
+            problem.hint =
+                Some(if self.scope.symbol(name).is_some() || matches!(name, "t" | "pi") {
+                    format!("`{name}` is a number: a product is written `{name}*(..)`")
+                } else {
+                    alternatives(name, &known, "functions")
+                });
             self.problems.push(problem);
             return Ok(Tree::leaf(Expression::ZERO));
         };

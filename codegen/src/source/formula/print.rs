@@ -19,7 +19,9 @@ fn binding(expression: &Expression) -> u8 {
     match expression {
         Expression::Number(value) if value.is_sign_negative() => SIGN,
         Expression::Unary(Unary::Neg, _) => SIGN,
-        Expression::Binary(operator, ..) => operator_of(*operator).map_or(ATOM, |(_, powers)| powers.0.min(powers.1)),
+        Expression::Binary(operator, ..) => {
+            operator_of(*operator).map_or(ATOM, |(_, powers)| powers.0.min(powers.1))
+        }
         _ => ATOM,
     }
 }
@@ -46,6 +48,7 @@ fn write(expression: &Expression, least: u8, model: &SourceModel, text: &mut Str
         text.push('(');
     }
     match expression {
+        Expression::Number(std::f64::consts::PI) => text.push_str("pi"),
         Expression::Number(value) => text.push_str(&number(*value)),
         Expression::Parameter(id) => text.push_str(&model.parameters[id.index()].name.value),
         Expression::Input(id) => text.push_str(&model.inputs[id.index()].value),

@@ -37,7 +37,9 @@ impl Lowering {
         self.note(
             Diagnostic::error("no-fixed-body", at, "no body is fixed")
                 .label("none of these is the ground")
-                .hint(format!("give one of them `fixed: true`, as in `{first}: {{ fixed: true, .. }}`")),
+                .hint(format!(
+                    "give one of them `fixed: true`, as in `{first}: {{ fixed: true, .. }}`"
+                )),
         );
     }
 
@@ -57,7 +59,9 @@ impl Lowering {
         let shape = self.shape(&fields, layers);
         let point_masses = match fields.get("point_masses") {
             None => Some(Vec::new()),
-            Some(node) => self.list(node, "a list of `{ mass: .., at: [x, y, z] }`", Self::point_mass),
+            Some(node) => {
+                self.list(node, "a list of `{ mass: .., at: [x, y, z] }`", Self::point_mass)
+            }
         };
         Some(Body {
             name: entry.key.clone(),
@@ -81,18 +85,27 @@ impl Lowering {
     }
 
     fn shape(&mut self, fields: &Fields, layers: Option<usize>) -> Option<Shape> {
-        let ways = [("outline", "outline"), ("holes", "outline"), ("layers", "layers"),
-            ("mass", "mass"), ("com", "mass"), ("inertia", "mass")];
+        let ways = [
+            ("outline", "outline"),
+            ("holes", "outline"),
+            ("layers", "layers"),
+            ("mass", "mass"),
+            ("com", "mass"),
+            ("inertia", "mass"),
+        ];
         let mut given = ways.iter().filter_map(|(key, way)| fields.entry(key).map(|e| (e, *way)));
         let Some((first, way)) = given.next() else { return Some(Shape::None) };
         if let Some((other, _)) = given.find(|(_, other)| *other != way) {
-            let message = format!("a body has either `{}` or `{}`", first.key.value, other.key.value);
+            let message =
+                format!("a body has either `{}` or `{}`", first.key.value, other.key.value);
             self.note(
                 Diagnostic::error("mixed-shape", other.key.span, message)
                     .label("a second shape")
                     .also(first.key.span, "the first")
-                    .hint("give an `outline`, or `layers`, or `mass`, `com` and `inertia`; \
-                           `point_masses` may go with any"),
+                    .hint(
+                        "give an `outline`, or `layers`, or `mass`, `com` and `inertia`; \
+                           `point_masses` may go with any",
+                    ),
             );
             return None;
         }
@@ -164,9 +177,13 @@ impl Lowering {
         }
         if let Some(i) = vertices.windows(2).position(|pair| pair[0] == pair[1]) {
             self.note(
-                Diagnostic::error("repeated-vertex", nodes[i + 1].span, "a vertex stands twice in a row")
-                    .label("the same as the one before")
-                    .hint("remove one of them"),
+                Diagnostic::error(
+                    "repeated-vertex",
+                    nodes[i + 1].span,
+                    "a vertex stands twice in a row",
+                )
+                .label("the same as the one before")
+                .hint("remove one of them"),
             );
             return None;
         }

@@ -10,9 +10,8 @@ use crate::source::yaml::{Entry, Node};
 
 use super::{Lowering, Uses};
 
-const KEYS: &[&str] = &[
-    "bodies", "axis", "z", "stiffness", "damping", "rest", "limits", "torque", "hinge", "drive",
-];
+const KEYS: &[&str] =
+    &["bodies", "axis", "z", "stiffness", "damping", "rest", "limits", "torque", "hinge", "drive"];
 const NO_MOTION: Uses = Uses::Constants(
     "the spring k*(q - rest) and the damper b*u have their q and u already; other laws of q and u \
      go into `torque`",
@@ -33,8 +32,10 @@ impl Lowering {
             self.note(
                 Diagnostic::error("no-drive", drive.key.span, "lamc has no prescribed joints yet")
                     .label("`drive` cannot be compiled")
-                    .hint("give the joint a `torque` that holds it to the motion, such as \
-                           `kp*(sin(t) - q.joint) - kd*u.joint`"),
+                    .hint(
+                        "give the joint a `torque` that holds it to the motion, such as \
+                           `kp*(sin(t) - q.joint) - kd*u.joint`",
+                    ),
             );
         }
         let bodies = fields.require("bodies", &mut self.diagnostics);
@@ -65,16 +66,20 @@ impl Lowering {
     }
 
     fn joint_bodies(&mut self, node: &Node, fixed: &[bool]) -> Option<[Spanned<BodyId>; 2]> {
-        let nodes: &[Node; 2] = array(node, "two bodies, `[first, second]`", &mut self.diagnostics)?;
-        let [first, second] = nodes.each_ref().map(|node| {
-            self.body_named(node).map(|value| Spanned { value, span: node.span })
-        });
+        let nodes: &[Node; 2] =
+            array(node, "two bodies, `[first, second]`", &mut self.diagnostics)?;
+        let [first, second] = nodes
+            .each_ref()
+            .map(|node| self.body_named(node).map(|value| Spanned { value, span: node.span }));
         let (first, second) = (first?, second?);
         let (code, message, hint) = if first.value == second.value {
             ("same-body", "a joint between a body and itself", "name two different bodies")
         } else if fixed[first.value.index()] && fixed[second.value.index()] {
-            ("both-fixed", "a joint between two fixed bodies",
-             "it can never turn: remove the joint, or `fixed` from one of the bodies")
+            (
+                "both-fixed",
+                "a joint between two fixed bodies",
+                "it can never turn: remove the joint, or `fixed` from one of the bodies",
+            )
         } else {
             return Some([first, second]);
         };
@@ -92,8 +97,10 @@ impl Lowering {
             self.note(
                 Diagnostic::error("zero-axis", node.span, "the hinge line has no length")
                     .label("twice the same point")
-                    .hint("give two different points; the joint turns about the line from the first \
-                           to the second"),
+                    .hint(
+                        "give two different points; the joint turns about the line from the first \
+                           to the second",
+                    ),
             );
             return None;
         }
@@ -103,7 +110,8 @@ impl Lowering {
     fn limits(&mut self, node: &Node) -> Option<Spanned<[f64; 2]>> {
         let value = self.numbers::<2>(node, "`[lowest, highest]`", &ANGLE)?;
         if value[0] >= value[1] {
-            let error = Diagnostic::error("empty-limits", node.span, "no angle is within these limits");
+            let error =
+                Diagnostic::error("empty-limits", node.span, "no angle is within these limits");
             self.note(error.label("the first must be less than the second"));
             return None;
         }
@@ -134,10 +142,14 @@ impl Lowering {
         match (fields.entry("hinge"), fields.entry("stiffness")) {
             (Some(hinge), Some(stiffness)) => {
                 self.note(
-                    Diagnostic::error("two-springs", stiffness.key.span, "`stiffness` besides `hinge`")
-                        .label("a second stiffness")
-                        .also(hinge.key.span, "the first is computed from this")
-                        .hint("keep one of them"),
+                    Diagnostic::error(
+                        "two-springs",
+                        stiffness.key.span,
+                        "`stiffness` besides `hinge`",
+                    )
+                    .label("a second stiffness")
+                    .also(hinge.key.span, "the first is computed from this")
+                    .hint("keep one of them"),
                 );
                 None
             }
@@ -146,12 +158,7 @@ impl Lowering {
         }
     }
 
-    fn beam(
-        &mut self,
-        node: &Node,
-        at: Span,
-        materials: &Option<Vec<Material>>,
-    ) -> Option<Spring> {
+    fn beam(&mut self, node: &Node, at: Span, materials: &Option<Vec<Material>>) -> Option<Spring> {
         // Other models have keys of their own: the model comes first.
         if let Some(model) = node.get("model").filter(|model| !model.is_null()) {
             let name = self.text(model, "the name of a hinge model")?;
@@ -196,10 +203,14 @@ impl Lowering {
         }
         let name = &material.name;
         self.note(
-            Diagnostic::error("no-modulus", node.span, format!("`{}` has no `youngs_modulus`", name.value))
-                .label("a beam's stiffness needs it")
-                .also(name.span, "the material")
-                .hint("add it to the material, as in `youngs_modulus: 4.4 GPa`"),
+            Diagnostic::error(
+                "no-modulus",
+                node.span,
+                format!("`{}` has no `youngs_modulus`", name.value),
+            )
+            .label("a beam's stiffness needs it")
+            .also(name.span, "the material")
+            .hint("add it to the material, as in `youngs_modulus: 4.4 GPa`"),
         );
         None
     }

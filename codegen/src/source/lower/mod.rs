@@ -19,9 +19,23 @@ mod scalars;
 use scalars::Uses;
 
 const KEYS: &[&str] = &[
-    "name", "units", "gravity", "materials", "layup", "bodies", "parameters", "inputs", "tunable",
-    "joints", "initial", "points", "forces",
+    "name",
+    "units",
+    "gravity",
+    "materials",
+    "layup",
+    "bodies",
+    "parameters",
+    "inputs",
+    "tunable",
+    "joints",
+    "initial",
+    "points",
+    "forces",
 ];
+
+/// Most layers of a layup: an outline is copied to each of them.
+const MAX_LAYERS: usize = 64;
 
 /// Earth's, along -z, m/s^2.
 pub(super) const STANDARD_GRAVITY: f64 = 9.81;
@@ -66,10 +80,14 @@ impl Lowering {
         let materials = entries(fields.get("materials"), "materials", &mut self.diagnostics);
         let parameters = entries(fields.get("parameters"), "parameters", &mut self.diagnostics);
         let bodies = entries(
-            fields.require("bodies", &mut self.diagnostics), "bodies", &mut self.diagnostics,
+            fields.require("bodies", &mut self.diagnostics),
+            "bodies",
+            &mut self.diagnostics,
         );
         let joints = entries(
-            fields.require("joints", &mut self.diagnostics), "joints", &mut self.diagnostics,
+            fields.require("joints", &mut self.diagnostics),
+            "joints",
+            &mut self.diagnostics,
         );
         let points = entries(fields.get("points"), "points", &mut self.diagnostics);
         let forces = entries(fields.get("forces"), "forces", &mut self.diagnostics);
@@ -203,6 +221,11 @@ impl Lowering {
             self.note(error.hint("list materials from bottom to top, or remove the key"));
             return None;
         }
+        if items.len() > MAX_LAYERS {
+            let message = format!("{} layers, more than the {MAX_LAYERS} lamc reads", items.len());
+            self.note(Diagnostic::error("too-large", node.span, message));
+            return None;
+        }
         let found: Vec<_> = items.iter().map(|item| self.material_named(item)).collect();
         found.into_iter().collect()
     }
@@ -323,8 +346,7 @@ impl Lowering {
                 _ => self.names.joints.clone(),
             };
             for made in owners.iter().map(|owner| kind.value.parameter_name(owner)) {
-                if let Some(clash) =
-                    parameters.iter().chain(inputs).find(|name| name.value == made)
+                if let Some(clash) = parameters.iter().chain(inputs).find(|name| name.value == made)
                 {
                     let message = format!("`{made}` is the name of a parameter made by `tunable`");
                     let error = Diagnostic::error("duplicate-name", clash.span, message);
@@ -340,7 +362,8 @@ impl Lowering {
         let Some(node) = node else {
             return Some([Number(0.0), Number(0.0), Number(-STANDARD_GRAVITY)]);
         };
-        let uses = Uses::Constants("gravity is the same for every pose: it may not depend on q or u");
+        let uses =
+            Uses::Constants("gravity is the same for every pose: it may not depend on q or u");
         self.vector(node, &units::ACCELERATION, uses)
     }
 

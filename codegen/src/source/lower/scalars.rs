@@ -75,10 +75,13 @@ impl Lowering {
         if self.is_infinite(node) {
             return None;
         }
-        let error = Diagnostic::error("not-a-number", node.span, format!("expected {}", quantity.name))
-            .label(format!("{} is not a number", node.describe()));
+        let error =
+            Diagnostic::error("not-a-number", node.span, format!("expected {}", quantity.name))
+                .label(format!("{} is not a number", node.describe()));
         let hint = match text.filter(|_| !node.is_null()) {
-            Some(_) => "a number, or a number and a unit in SI prefixes; expressions cannot stand here",
+            Some(_) => {
+                "a number, or a number and a unit in SI prefixes; expressions cannot stand here"
+            }
             None => "write a number, or a number and a unit",
         };
         self.note(error.hint(hint));
@@ -105,9 +108,12 @@ impl Lowering {
             return self.quantity(node, number, unit, None);
         }
         if !self.is_infinite(node) {
-            let error = Diagnostic::error("not-a-number", node.span, "a parameter's default is a number")
-                .label(format!("this is {}", node.describe()));
-            self.note(error.hint("bare numbers are SI and radians; a unit may follow, as in `20 mm`"));
+            let error =
+                Diagnostic::error("not-a-number", node.span, "a parameter's default is a number")
+                    .label(format!("this is {}", node.describe()));
+            self.note(
+                error.hint("bare numbers are SI and radians; a unit may follow, as in `20 mm`"),
+            );
         }
         None
     }
@@ -158,7 +164,8 @@ impl Lowering {
         let text = node.scalar().map_or("", |scalar| &scalar.text);
         // The unit is the end of the text.
         let at = text.trim_end().len() - unit.trim_end().len();
-        let within = |range: &std::ops::Range<usize>| node.span_within(at + range.start, at + range.end);
+        let within =
+            |range: &std::ops::Range<usize>| node.span_within(at + range.start, at + range.end);
         let (code, span, message, label, hint) = match units::parse_unit(unit.trim_end()) {
             Ok(found) => match quantity.filter(|quantity| quantity.dimension != found.dimension) {
                 None => return Some(found),
@@ -172,17 +179,18 @@ impl Lowering {
             },
             Err(UnitError::Unknown(range)) => {
                 let name = &unit[range.clone()];
-                let hint = if self.names.parameters.iter().chain(&self.names.inputs).any(|n| n == name) {
-                    format!("`{name}` is a parameter or input: write the product with `*`")
-                } else {
-                    let known = units::unit_names();
-                    match (crate::source::names::closest(name, &known), quantity) {
-                        (None, Some(quantity)) => {
-                            format!("{} is in {}", quantity.name, quantity.examples)
+                let hint =
+                    if self.names.parameters.iter().chain(&self.names.inputs).any(|n| n == name) {
+                        format!("`{name}` is a parameter or input: write the product with `*`")
+                    } else {
+                        let known = units::unit_names();
+                        match (crate::source::names::closest(name, &known), quantity) {
+                            (None, Some(quantity)) => {
+                                format!("{} is in {}", quantity.name, quantity.examples)
+                            }
+                            _ => alternatives(name, &known, "units"),
                         }
-                        _ => alternatives(name, &known, "units"),
-                    }
-                };
+                    };
                 let message = format!("unknown unit `{}`", shorten(name));
                 ("unknown-unit", within(&range), message, "unknown unit".into(), hint)
             }

@@ -13,10 +13,10 @@ use super::expression::Expression;
 use super::fields::{array, items};
 use super::ids::BodyId;
 use super::lower::STANDARD_GRAVITY;
-use super::model::{Body, Joint, Material, Shape, SourceModel, Spring};
+use super::model::{Body, Joint, Shape, SourceModel, Spring};
 use super::names::{self, alternatives};
 use super::units;
-use super::yaml::{Content, Node};
+use super::yaml::{Content, Node, shorten};
 
 mod materials;
 mod orientation;
@@ -53,12 +53,16 @@ pub(super) fn origin(root: &Node) -> Origin {
 pub(super) fn export_again(root: &Node) -> Diagnostic {
     let start = root.span.start;
     let span = root.tag.as_ref().map_or(Span { start, end: start + 1 }, |tag| tag.span);
-    Diagnostic::error("old-export", span, "this is neither a model nor a `DynamicsInfo` of foldable_robotics")
-        .label("expected a mapping, or the tag of `DynamicsInfo`")
-        .hint(
-            "an older export holds bare tuples: open the design and export it again with \
+    Diagnostic::error(
+        "old-export",
+        span,
+        "this is neither a model nor a `DynamicsInfo` of foldable_robotics",
+    )
+    .label("expected a mapping, or the tag of `DynamicsInfo`")
+    .hint(
+        "an older export holds bare tuples: open the design and export it again with \
              foldable_robotics' `DynamicsInfo`",
-        )
+    )
 }
 
 /// Reads a `DynamicsInfo`. Errors are in the diagnostics, without any there is a model.
@@ -96,6 +100,16 @@ impl Import {
         for (i, connection) in connections.iter().enumerate() {
             joints.push(self.joint(i, connection, &ids, &fixed));
         }
+        if layers == Some(0) {
+            let error =
+                Diagnostic::error("empty-layup", at, "the design has no `material_properties`");
+            self.diagnostics
+                .push(error.hint("without layers nothing has mass: export the design again"));
+        }
+        if newtonian.is_some_and(<[Node]>::is_empty) {
+            let error = Diagnostic::error("no-fixed-body", at, "no body is fixed");
+            self.diagnostics.push(error.hint("list the ground's id in `newtonian_ids`"));
+        }
         if connections.is_empty() {
             let error = Diagnostic::error("no-joints", at, "the design has no `connections`");
             self.diagnostics.push(error.hint("nothing can move: a mechanism needs a joint"));
@@ -128,9 +142,8 @@ impl Import {
         for entry in entries.iter().filter(|entry| !known.contains(&entry.key.value.as_str())) {
             let key = &entry.key;
             let message = format!("`{}` is not known to lamc", key.value);
-            self.diagnostics.push(
-                Diagnostic::warning("unknown-key", key.span, message).label("ignored"),
-            );
+            self.diagnostics
+                .push(Diagnostic::warning("unknown-key", key.span, message).label("ignored"));
         }
     }
 
@@ -204,7 +217,7 @@ impl Import {
             let mut known: Vec<_> = ids.iter().map(|(id, body)| (*body, id.as_str())).collect();
             known.sort_unstable();
             let known: Vec<_> = known.into_iter().map(|(_, id)| id).collect();
-            let message = format!("no body has the id {}", names_of(&id));
+            let message = format!("no body has the id {}", shorten(&id));
             self.diagnostics.push(
                 Diagnostic::error("unknown-body", node.span, message)
                     .label("not among `connected_items`")
@@ -240,13 +253,7 @@ impl Import {
     }
 
     /// A connection: hinge line, two bodies, properties.
-    fn joint(
-        &mut self,
-        i: usize,
-        node: &Node,
-        ids: &Ids,
-        fixed: &[BodyId],
-    ) -> Option<Joint> {
+    fn joint(&mut self, i: usize, node: &Node, ids: &Ids, fixed: &[BodyId]) -> Option<Joint> {
         let what = "a connection: hinge line, two bodies' ids, `JointProps`";
         let [line, bodies, properties]: &[Node; 3] = array(node, what, &mut self.diagnostics)?;
         let axis = self.axis(line);
@@ -263,7 +270,8 @@ impl Import {
             known.map(|key| self.required_number(properties, at, key));
         let (low, high) = (low?, high?);
         if low.value >= high.value {
-            let error = Diagnostic::error("empty-limits", low.span, "no angle is within these limits");
+            let error =
+                Diagnostic::error("empty-limits", low.span, "no angle is within these limits");
             self.diagnostics.push(error.label("must be less than `limit_pos`"));
             return None;
         }
@@ -278,7 +286,10 @@ impl Import {
             spring: Spring::Stiffness(number(stiffness?)),
             damping: number(damping?),
             rest: number(Spanned { value: radians(preload.value), span: preload.span }),
-            limits: Some(Spanned { value: [radians(low.value), radians(high.value)], span: limits }),
+            limits: Some(Spanned {
+                value: [radians(low.value), radians(high.value)],
+                span: limits,
+            }),
             torque: Spanned { value: Expression::ZERO, span: head(node) },
             span: node.span,
         })
@@ -323,10 +334,6 @@ fn head(node: &Node) -> Span {
         Content::Mapping(entries) => entries.first().map_or(node.span, |entry| entry.key.span),
         _ => Span { start: node.span.start, end: node.span.end.min(node.span.start + 1) },
     }
-}
-
-fn names_of(id: &str) -> String {
-    super::yaml::shorten(id)
 }
 
 fn radians(degrees: f64) -> f64 {

@@ -132,7 +132,10 @@ mod tests {
             (format!("POLYGON ({SQUARE})"), vec![0]),
             (format!("POLYGON ({SQUARE}, {HOLE})"), vec![1]),
             (format!("MULTIPOLYGON (({SQUARE}, {HOLE}), ({SQUARE}))"), vec![1, 0]),
-            (format!("GEOMETRYCOLLECTION (POLYGON ({SQUARE}), MULTIPOLYGON (({SQUARE})))"), vec![0, 0]),
+            (
+                format!("GEOMETRYCOLLECTION (POLYGON ({SQUARE}), MULTIPOLYGON (({SQUARE})))"),
+                vec![0, 0],
+            ),
             ("GEOMETRYCOLLECTION EMPTY".into(), vec![]),
             ("POLYGON EMPTY".into(), vec![]),
             ("MULTIPOLYGON EMPTY".into(), vec![]),
