@@ -219,9 +219,10 @@ pub(super) fn split_number(text: &str) -> Option<(&str, &str)> {
 pub(super) fn split_quantity(text: &str) -> Option<(&str, &str)> {
     let (number, rest) = split_number(text)?;
     let unit = rest.trim_start();
-    let of_units = |c: char| c.is_alphanumeric() || " */^·°-²³".contains(c);
-    let is_unit =
-        unit.starts_with(|c: char| c.is_alphabetic() || c == '°') && unit.chars().all(of_units);
+    let starts = unit.starts_with(|c: char| c.is_alphabetic() || c == '°');
+    // A minus belongs to a power (`s^-1`); elsewhere it makes the text an expression.
+    let of_units = |c: char| c.is_alphanumeric() || " */^·°²³".contains(c);
+    let is_unit = starts && unit.replace("^-", "^").chars().all(of_units);
     (unit.is_empty() || is_unit).then_some((number, unit))
 }
 
@@ -329,7 +330,9 @@ mod tests {
         for text in ["1", "-1.5e-3", "2 m", "2m", ".5 mm", "5. N*m", "1e", "2 q"] {
             assert!(split_quantity(text).is_some(), "{text}");
         }
-        for text in ["k", "2*k", "2 + 3", "2*pi", "sin(t)", "", "-", ".", "2 sin(t)", "1/2"] {
+        for text in
+            ["k", "2*k", "2 + 3", "2*pi", "sin(t)", "", "-", ".", "2 sin(t)", "1/2", "2 m-k"]
+        {
             assert!(split_quantity(text).is_none(), "{text}");
         }
     }
