@@ -129,6 +129,9 @@ pub(super) fn array<'n, const K: usize>(
         return Some(array);
     }
     let error = Diagnostic::error("wrong-length", node.span, format!("expected {what}"));
-    diagnostics.push(error.label(format!("{} of {K} items", items.len())));
+    diagnostics.push(error.label(match items.len() {
+        1 => format!("one item instead of {K}"),
+        given => format!("{given} items instead of {K}"),
+    }));
     None
 }

@@ -37,12 +37,14 @@ const PYTHON_KEYWORDS: &[&str] = &[
     "in", "is", "lambda", "nonlocal", "not", "or", "pass", "raise", "return", "try", "while",
     "with", "yield",
 ];
-/// Items of the generated module, and the names expressions know.
+/// Items of the generated module.
 #[rustfmt::skip]
 const MODULE_ITEMS: &[&str] = &[
     "B", "BODIES", "C", "Inputs", "JOINTS", "LOOPS", "Mechanism", "N", "P", "POINTS", "Params", "S",
-    "Scalar", "System", "inputs", "params", "pi", "q", "t", "u",
+    "Scalar", "System", "inputs", "params",
 ];
+/// What expressions call time, coordinates, speeds and the number.
+const EXPRESSION_NAMES: &[&str] = &["pi", "q", "t", "u"];
 
 /// Why an identifier cannot be used, when it cannot.
 fn reserved(name: &str) -> Option<&'static str> {
@@ -52,6 +54,7 @@ fn reserved(name: &str) -> Option<&'static str> {
         (CPP_KEYWORDS, "a keyword of C++, which may include the C header"),
         (PYTHON_KEYWORDS, "a keyword of Python"),
         (MODULE_ITEMS, "an item of the generated module"),
+        (EXPRESSION_NAMES, "a name of its own in expressions"),
         (&["null", "NULL"], "YAML's and C's word for nothing"),
         (&["_"], "no identifier in Rust"),
     ];
@@ -85,11 +88,11 @@ pub(super) enum Kind {
 pub(super) fn check(name: &Spanned<String>, kind: Kind, diagnostics: &mut Diagnostics) {
     let text = name.value.as_str();
     let what = match kind {
-        Kind::Model => "model",
+        Kind::Model => "a model",
         Kind::Symbol(what) | Kind::Other(what) => what,
     };
     if !is_identifier(text) {
-        let message = format!("`{}` cannot name a {what}", super::yaml::shorten(text));
+        let message = format!("`{}` cannot be the name of {what}", super::yaml::shorten(text));
         diagnostics.push(
             Diagnostic::error("bad-name", name.span, message)
                 .label("a name has letters, digits and `_`, and no digit first")
@@ -103,13 +106,15 @@ pub(super) fn check(name: &Spanned<String>, kind: Kind, diagnostics: &mut Diagno
         _ => reserved(text),
     };
     if let Some(reason) = reason {
+        let suffix = what.rsplit(' ').next().unwrap_or_default();
         diagnostics.push(
-            Diagnostic::error("reserved-name", name.span, format!("`{text}` cannot name a {what}"))
-                .label(format!("`{text}` is {reason}"))
-                .hint(format!(
-                    "use another name, such as `{text}_{}`",
-                    what.replace("model", "robot")
-                )),
+            Diagnostic::error(
+                "reserved-name",
+                name.span,
+                format!("`{text}` cannot be the name of {what}"),
+            )
+            .label(format!("`{text}` is {reason}"))
+            .hint(format!("use another name, such as `{text}_{suffix}`")),
         );
     }
 }
@@ -141,9 +146,15 @@ pub(super) fn closest<'k>(name: &str, known: &[&'k str]) -> Option<&'k str> {
             let similarity = strsim::jaro_winkler(&name.to_lowercase(), &candidate.to_lowercase());
             (similarity, *candidate)
         })
-        .filter(|(similarity, _)| *similarity > SIMILAR)
+        .filter(|(similarity, candidate)| *similarity > SIMILAR || is_slip(name, candidate))
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, candidate)| candidate)
+}
+
+/// One letter wrong, missing, added or swapped with its neighbour, in a name that has a few.
+fn is_slip(name: &str, candidate: &str) -> bool {
+    const SHORTEST: usize = 3;
+    name.chars().count() >= SHORTEST && strsim::damerau_levenshtein(name, candidate) == 1
 }
 
 /// A hint after an unknown name: the one that was meant, or all there are.
@@ -151,6 +162,7 @@ pub(super) fn alternatives(name: &str, known: &[&str], plural: &str) -> String {
     match closest(name, known) {
         Some(meant) => format!("did you mean `{meant}`?"),
         None if known.is_empty() => format!("there are no {plural}"),
+        None if known.len() == 1 => format!("there is only `{}`", known[0]),
         None => format!("the {plural} are {}", quote_list(known)),
     }
 }
@@ -193,6 +205,7 @@ mod tests {
     fn what_is_meant() {
         assert_eq!(closest("left_am", &["right_arm", "left_arm"]), Some("left_arm"));
         assert_eq!(closest("stifness", &["damping", "stiffness"]), Some("stiffness"));
+        assert_eq!(closest("amr", &["base", "arm"]), Some("arm"));
         assert_eq!(closest("j7", &["j0", "j1"]), None);
     }
 }

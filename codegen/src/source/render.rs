@@ -8,6 +8,8 @@ use super::diagnostic::{Diagnostic, Diagnostics, Severity, SourceFile, Span};
 
 /// Columns of a rendered line; longer source lines are trimmed around the caret.
 const WIDTH: usize = 100;
+/// Nobody reads more at once.
+const MOST_SHOWN: usize = 100;
 
 impl Diagnostics {
     /// All findings in the order of the file, each as a block of text; `color` for terminals.
@@ -15,7 +17,12 @@ impl Diagnostics {
         let renderer = if color { Renderer::styled() } else { Renderer::plain() }.term_width(WIDTH);
         let mut ordered: Vec<&Diagnostic> = self.0.iter().collect();
         ordered.sort_by_key(|diagnostic| diagnostic.span.map(|span| span.start));
-        ordered.iter().map(|diagnostic| render(diagnostic, file, &renderer) + "\n").collect()
+        let shown = ordered.iter().take(MOST_SHOWN);
+        let mut text: String = shown.map(|one| render(one, file, &renderer) + "\n").collect();
+        if let Some(more) = ordered.len().checked_sub(MOST_SHOWN).filter(|more| *more > 0) {
+            text += &format!("... and {more} more\n");
+        }
+        text
     }
 }
 
@@ -55,7 +62,7 @@ fn snippet<'a>(
         if diagnostic.label.is_empty() { primary } else { primary.label(&diagnostic.label) };
     let secondary =
         also.map(|(span, label)| AnnotationKind::Context.span(shift(span)).label(label));
-    Snippet::source(&text[start..end])
+    Snippet::source(text[start..end].trim_end_matches('\r'))
         .line_start(text[..start].matches('\n').count() + 1)
         .path(&file.path)
         .annotation(primary)

@@ -63,9 +63,9 @@ pub(super) struct Quantity {
 }
 
 macro_rules! quantities {
-    ($($id:ident = $name:literal, ($m:literal, $l:literal, $t:literal, $a:literal), $examples:literal;)*) => {
+    ($($id:ident = $name:literal, $powers:tt, $examples:literal;)*) => {
         $(pub(super) const $id: Quantity =
-            Quantity { name: $name, dimension: dimension($m, $l, $t, $a), examples: $examples };)*
+            Quantity { name: $name, dimension: dimension $powers, examples: $examples };)*
         const QUANTITIES: &[Quantity] = &[$($id),*];
     };
 }

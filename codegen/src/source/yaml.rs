@@ -86,12 +86,34 @@ impl Node {
         self.scalar().is_some_and(|s| s.plain && matches!(&*s.text, "" | "~" | "null"))
     }
 
-    /// Where bytes `start..end` of a scalar's text stand; the whole scalar when escapes or folded
-    /// lines make that unclear.
-    pub fn span_within(&self, start: usize, end: usize) -> Span {
-        match self.scalar().and_then(|scalar| scalar.verbatim) {
-            Some(at) => Span { start: at + start, end: at + end },
-            None => self.span,
+    /// Where bytes `start..end` of a scalar's text stand in `source`; the whole scalar when escapes
+    /// make that unclear.
+    pub fn span_within(&self, source: &str, start: usize, end: usize) -> Span {
+        let Some(scalar) = self.scalar() else { return self.span };
+        if let Some(at) = scalar.verbatim {
+            return Span { start: at + start, end: at + end };
+        }
+        // Folded lines differ in their blanks only: count the characters between these.
+        let solid = |text: &str| text.chars().filter(|c| !c.is_whitespace()).count();
+        let raw = source.get(self.span.start..self.span.end).unwrap_or_default();
+        let unquoted = raw.trim_start_matches(['"', '\'']);
+        let offset = self.span.start + (raw.len() - unquoted.len());
+        let raw = unquoted.trim_end_matches(['"', '\'']);
+        let same = raw.split_whitespace().flat_map(str::chars);
+        if raw.is_empty() || !same.eq(scalar.text.split_whitespace().flat_map(str::chars)) {
+            return self.span;
+        }
+        let skipped = solid(&scalar.text[..start]);
+        let kept = solid(&scalar.text[start..end]).max(1);
+        let mut places = raw.char_indices().filter(|(_, c)| !c.is_whitespace()).skip(skipped);
+        match (places.next(), places.nth(kept.saturating_sub(2))) {
+            (Some((from, c)), _) if kept == 1 => {
+                Span { start: offset + from, end: offset + from + c.len_utf8() }
+            }
+            (Some((from, _)), Some((last, c))) => {
+                Span { start: offset + from, end: offset + last + c.len_utf8() }
+            }
+            _ => self.span,
         }
     }
 
@@ -126,7 +148,7 @@ pub(super) fn parse(text: &str) -> Result<(Node, Diagnostics), Diagnostics> {
     options.set_emit_comments(false);
     let mut builder = Builder { text, ..Builder::default() };
     for event in Parser::new_from_str_with_options(text, options) {
-        let (event, span) = event.map_err(|error| syntax_error(text, &error))?;
+        let (event, span) = event.map_err(|error| syntax_error(text, &error, &builder.open))?;
         builder.event(event, span)?;
     }
     match builder.root {
@@ -138,7 +160,7 @@ pub(super) fn parse(text: &str) -> Result<(Node, Diagnostics), Diagnostics> {
 }
 
 /// The parser's own error, at its place.
-fn syntax_error(text: &str, error: &ScanError) -> Diagnostics {
+fn syntax_error(text: &str, error: &ScanError, open: &[Open]) -> Diagnostics {
     let at = error.marker().byte_offset().unwrap_or(text.len()).min(text.len());
     let next = text.get(at..).and_then(|rest| rest.chars().next());
     let width = next.filter(|c| !matches!(c, '\n' | '\r')).map_or(0, char::len_utf8);
@@ -146,9 +168,20 @@ fn syntax_error(text: &str, error: &ScanError) -> Diagnostics {
     if *error.kind() == ErrorKind::RecursionLimitExceeded {
         return too_deep(span).into();
     }
-    Diagnostic::error("yaml-syntax", span, format!("not valid YAML: {}", error.info()))
-        .label("the YAML parser stopped here")
-        .into()
+    if *error.kind() == ErrorKind::UnknownAnchor {
+        return Diagnostic::error("unknown-alias", span, "this alias has no anchor before it")
+            .hint("write `&name` in front of the value that `*name` stands for")
+            .into();
+    }
+    let message = format!("not valid YAML: {}", error.info());
+    let found = Diagnostic::error("yaml-syntax", span, message).label("the parser stopped here");
+    match open.last().filter(|open| open.flow) {
+        // What is missing is the end of this, often lines above.
+        Some(Open { start, .. }) => {
+            found.also(Span { start: *start, end: start + 1 }, "opened here").into()
+        }
+        None => found.into(),
+    }
 }
 
 fn too_deep(span: Span) -> Diagnostic {

@@ -4,7 +4,7 @@ use crate::source::diagnostic::{Diagnostic, Spanned};
 use crate::source::fields::{Fields, array, items};
 use crate::source::model::{Body, Plate, PointMass, Shape};
 use crate::source::units::{INERTIA, LENGTH, MASS};
-use crate::source::yaml::{Content, Entry, Node};
+use crate::source::yaml::{Entry, Node};
 
 use super::Lowering;
 
@@ -13,13 +13,17 @@ const KEYS: &[&str] =
 
 /// Which bodies say `fixed: true`, in file order; needed before the bodies are read.
 pub(super) fn fixed(bodies: &[Entry]) -> Vec<bool> {
-    let is_fixed = |entry: &Entry| match &entry.value.content {
-        Content::Mapping(fields) => fields
-            .iter()
-            .any(|field| field.key.value == "fixed" && boolean(&field.value) == Some(true)),
-        _ => false,
-    };
+    let is_fixed = |entry: &Entry| entry.value.get("fixed").and_then(boolean) == Some(true);
     bodies.iter().map(is_fixed).collect()
+}
+
+/// Whether no body claims to be fixed, not even with a value that is none.
+pub(super) fn none_fixed(bodies: &[Entry]) -> bool {
+    let claim = |entry: &Entry| {
+        entry.value.get("fixed").and_then(boolean) != Some(false)
+            && entry.value.get("fixed").is_some()
+    };
+    !bodies.iter().any(claim)
 }
 
 fn boolean(node: &Node) -> Option<bool> {
@@ -30,7 +34,7 @@ fn boolean(node: &Node) -> Option<bool> {
     }
 }
 
-impl Lowering {
+impl Lowering<'_> {
     pub(super) fn no_fixed_body(&mut self, model: &Fields, bodies: &[Entry]) {
         let at = model.entry("bodies").map(|entry| entry.key.span).unwrap_or_default();
         let first = bodies.first().map_or("base", |entry| &entry.key.value);

@@ -17,7 +17,7 @@ const NO_MOTION: Uses = Uses::Constants(
      go into `torque`",
 );
 
-impl Lowering {
+impl Lowering<'_> {
     pub(super) fn joint(
         &mut self,
         entry: &Entry,

@@ -51,7 +51,9 @@ struct Names {
     points: Vec<String>,
 }
 
-struct Lowering {
+struct Lowering<'s> {
+    /// The text of the file.
+    source: &'s str,
     diagnostics: Diagnostics,
     /// What bare lengths and angles are in.
     length: Unit,
@@ -62,6 +64,7 @@ struct Lowering {
 /// Reads a model in our schema. Errors are in the diagnostics, without any there is a model.
 pub(super) fn lower(root: &Node, file: &SourceFile) -> (Option<SourceModel>, Diagnostics) {
     let mut lowering = Lowering {
+        source: &file.text,
         diagnostics: Diagnostics::default(),
         length: units::SI,
         angle: units::SI,
@@ -71,7 +74,7 @@ pub(super) fn lower(root: &Node, file: &SourceFile) -> (Option<SourceModel>, Dia
     (model, lowering.diagnostics)
 }
 
-impl Lowering {
+impl Lowering<'_> {
     fn model(&mut self, root: &Node, file: &SourceFile) -> Option<SourceModel> {
         let start = Span { start: root.span.start, end: root.span.start };
         let fields = Fields::new(root, start, "a model", KEYS, &mut self.diagnostics)?;
@@ -93,14 +96,14 @@ impl Lowering {
         let forces = entries(fields.get("forces"), "forces", &mut self.diagnostics);
         let inputs = self.inputs(fields.get("inputs"));
         self.names = Names {
-            materials: self.declare(materials, Kind::Other("material")),
-            bodies: self.declare(bodies, Kind::Other("body")),
-            joints: self.declare(joints, Kind::Other("joint")),
-            parameters: self.declare(parameters, Kind::Symbol("parameter")),
+            materials: self.declare(materials, Kind::Other("a material")),
+            bodies: self.declare(bodies, Kind::Other("a body")),
+            joints: self.declare(joints, Kind::Other("a joint")),
+            parameters: self.declare(parameters, Kind::Symbol("a parameter")),
             inputs: inputs.iter().map(|input| input.value.clone()).collect(),
-            points: self.declare(points, Kind::Other("point")),
+            points: self.declare(points, Kind::Other("a point")),
         };
-        self.declare(forces, Kind::Other("force"));
+        self.declare(forces, Kind::Other("a force"));
 
         let name = self.name(fields.get("name"), file);
         let gravity = self.gravity(fields.get("gravity"));
@@ -109,7 +112,7 @@ impl Lowering {
         let layers = fields.get("layup").map(|_| layup.as_ref().map_or(0, Vec::len));
         let lowered_bodies = self.each(bodies, |this, entry| this.body(entry, layers));
         let fixed = bodies::fixed(bodies);
-        if !bodies.is_empty() && !fixed.contains(&true) {
+        if !bodies.is_empty() && bodies::none_fixed(bodies) {
             self.no_fixed_body(&fields, bodies);
         }
         if let Some(entry) = fields.entry("joints").filter(|_| joints.is_empty()) {
@@ -119,7 +122,7 @@ impl Lowering {
         let parameters_read = self.each(parameters, Self::parameter);
         let joints_read = self.each(joints, |this, entry| this.joint(entry, &fixed, &materials));
         let tunable = self.tunable(fields.get("tunable"), parameters, &inputs, &fixed);
-        let (initial_q, initial_u) = self.initial(fields.get("initial"));
+        let [initial_q, initial_u] = self.initial(fields.get("initial"));
         let points = self.each(points, Self::point);
         let forces = self.each(forces, Self::force);
         Some(SourceModel {
@@ -288,20 +291,23 @@ impl Lowering {
         let mut inputs: Vec<Spanned<String>> = Vec::new();
         for node in nodes {
             let Some(name) = self.text(node, "the name of an input") else { continue };
-            names::check(&name, Kind::Symbol("input"), &mut self.diagnostics);
-            self.once(&inputs, &name, "input");
-            inputs.push(name);
+            names::check(&name, Kind::Symbol("an input"), &mut self.diagnostics);
+            if self.once(&inputs, &name) {
+                inputs.push(name);
+            }
         }
         inputs
     }
 
-    /// Reports a name that is in the list already.
-    fn once(&mut self, earlier: &[Spanned<String>], name: &Spanned<String>, kind: &str) {
+    /// Reports a name that is in the list already, and returns false.
+    fn once(&mut self, earlier: &[Spanned<String>], name: &Spanned<String>) -> bool {
         if let Some(first) = earlier.iter().find(|other| other.value == name.value) {
-            let message = format!("`{}` is the name of two {kind}s", name.value);
+            let message = format!("`{}` is listed twice", name.value);
             let error = Diagnostic::error("duplicate-name", name.span, message);
-            self.note(error.label("second").also(first.span, "first"));
+            self.note(error.label("second time").also(first.span, "first time"));
+            return false;
         }
+        true
     }
 
     /// Reads `tunable`, and keeps apart the names of parameters, inputs and what it makes.
@@ -333,9 +339,10 @@ impl Lowering {
                 self.note(Diagnostic::error("unknown-tunable", name.span, message).hint(hint));
                 continue;
             };
-            self.once(&seen, &name, "tunable");
-            seen.push(name);
-            tunable.push(Spanned { value: kind, span: node.span });
+            if self.once(&seen, &name) {
+                seen.push(name);
+                tunable.push(Spanned { value: kind, span: node.span });
+            }
         }
         for kind in &tunable {
             let owners: Vec<String> = match kind.value {
@@ -368,8 +375,8 @@ impl Lowering {
     }
 
     /// The joints' coordinates or speeds given under `initial`.
-    fn initial(&mut self, node: Option<&Node>) -> (Vec<(JointId, f64)>, Vec<(JointId, f64)>) {
-        let none = (Vec::new(), Vec::new());
+    fn initial(&mut self, node: Option<&Node>) -> [Vec<(JointId, f64)>; 2] {
+        let none = [Vec::new(), Vec::new()];
         let Some(node) = node else { return none };
         let known = ["q", "u"];
         let Some(fields) = Fields::new(node, node.span, "`initial`", &known, &mut self.diagnostics)
@@ -387,6 +394,6 @@ impl Lowering {
             }
             values
         };
-        (read("q", &units::ANGLE), read("u", &units::ANGULAR_SPEED))
+        [read("q", &units::ANGLE), read("u", &units::ANGULAR_SPEED)]
     }
 }

@@ -7,7 +7,7 @@ use crate::source::yaml::Entry;
 
 use super::{Lowering, Uses};
 
-impl Lowering {
+impl Lowering<'_> {
     pub(super) fn point(&mut self, entry: &Entry) -> Option<Point> {
         let owner = format!("point `{}`", entry.key.value);
         let known = ["body", "at"];

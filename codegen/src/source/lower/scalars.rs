@@ -52,7 +52,7 @@ impl Scope for Symbols<'_> {
     }
 }
 
-impl Lowering {
+impl Lowering<'_> {
     /// A text, such as a name.
     pub(super) fn text(&mut self, node: &Node, what: &str) -> Option<Spanned<String>> {
         match node.scalar().filter(|_| !node.is_null()) {
@@ -78,11 +78,10 @@ impl Lowering {
         let error =
             Diagnostic::error("not-a-number", node.span, format!("expected {}", quantity.name))
                 .label(format!("{} is not a number", node.describe()));
+        let units = quantity.examples;
         let hint = match text.filter(|_| !node.is_null()) {
-            Some(_) => {
-                "a number, or a number and a unit in SI prefixes; expressions cannot stand here"
-            }
-            None => "write a number, or a number and a unit",
+            Some(_) => format!("write a number, bare or in {units}; expressions cannot stand here"),
+            None => format!("write a number, bare or in {units}"),
         };
         self.note(error.hint(hint));
         None
@@ -164,8 +163,9 @@ impl Lowering {
         let text = node.scalar().map_or("", |scalar| &scalar.text);
         // The unit is the end of the text.
         let at = text.trim_end().len() - unit.trim_end().len();
-        let within =
-            |range: &std::ops::Range<usize>| node.span_within(at + range.start, at + range.end);
+        let within = |range: &std::ops::Range<usize>| {
+            node.span_within(self.source, at + range.start, at + range.end)
+        };
         let (code, span, message, label, hint) = match units::parse_unit(unit.trim_end()) {
             Ok(found) => match quantity.filter(|quantity| quantity.dimension != found.dimension) {
                 None => return Some(found),
@@ -179,18 +179,18 @@ impl Lowering {
             },
             Err(UnitError::Unknown(range)) => {
                 let name = &unit[range.clone()];
-                let hint =
-                    if self.names.parameters.iter().chain(&self.names.inputs).any(|n| n == name) {
-                        format!("`{name}` is a parameter or input: write the product with `*`")
-                    } else {
-                        let known = units::unit_names();
-                        match (crate::source::names::closest(name, &known), quantity) {
-                            (None, Some(quantity)) => {
-                                format!("{} is in {}", quantity.name, quantity.examples)
-                            }
-                            _ => alternatives(name, &known, "units"),
+                let symbols = self.names.parameters.iter().chain(&self.names.inputs);
+                let hint = if symbols.map(String::as_str).chain(["t", "pi"]).any(|n| n == name) {
+                    format!("`{name}` is no unit but a name: write the product with its `*`")
+                } else {
+                    let known = units::unit_names();
+                    match (crate::source::names::closest(name, &known), quantity) {
+                        (None, Some(quantity)) => {
+                            format!("{} is in {}", quantity.name, quantity.examples)
                         }
-                    };
+                        _ => alternatives(name, &known, "units"),
+                    }
+                };
                 let message = format!("unknown unit `{}`", shorten(name));
                 ("unknown-unit", within(&range), message, "unknown unit".into(), hint)
             }
@@ -233,7 +233,7 @@ impl Lowering {
     }
 
     fn problem(&mut self, node: &Node, problem: formula::Problem) {
-        let span = node.span_within(problem.range.start, problem.range.end);
+        let span = node.span_within(self.source, problem.range.start, problem.range.end);
         let error = Diagnostic::error(problem.code, span, problem.message).label(problem.label);
         self.note(Diagnostic { hint: problem.hint, ..error });
     }

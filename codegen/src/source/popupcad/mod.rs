@@ -14,7 +14,7 @@ use super::fields::{array, items};
 use super::ids::BodyId;
 use super::lower::STANDARD_GRAVITY;
 use super::model::{Body, Joint, Shape, SourceModel, Spring};
-use super::names::{self, alternatives};
+use super::names;
 use super::units;
 use super::yaml::{Content, Node, shorten};
 
@@ -85,12 +85,14 @@ impl Import {
         self.warn_of_others(root, &known);
         let at = root.tag.as_ref().map_or(root.span, |tag| tag.span);
         let [items, connections, properties, newtonian] = known.map(|key| self.list(root, at, key));
-        let (items, connections) = (items?, connections?);
+        let complete = items.is_some() && connections.is_some() && newtonian.is_some();
+        let items = items.unwrap_or_default();
+        let connections = connections.unwrap_or_default();
 
         let stack = properties.and_then(|properties| self.materials(properties));
         let layers = properties.map(<[Node]>::len);
         let ids = self.ids(items);
-        let fixed = self.fixed(newtonian?, &ids);
+        let fixed = self.fixed(newtonian.unwrap_or_default(), &ids);
         let bodies: Vec<_> = items
             .iter()
             .enumerate()
@@ -110,14 +112,14 @@ impl Import {
             let error = Diagnostic::error("no-fixed-body", at, "no body is fixed");
             self.diagnostics.push(error.hint("list the ground's id in `newtonian_ids`"));
         }
-        if connections.is_empty() {
+        if complete && connections.is_empty() {
             let error = Diagnostic::error("no-joints", at, "the design has no `connections`");
             self.diagnostics.push(error.hint("nothing can move: a mechanism needs a joint"));
         }
         let mut joints: Vec<Joint> = joints.into_iter().collect::<Option<_>>()?;
         orientation::orient(&mut joints, &fixed, items.len());
 
-        let (materials, layup) = stack?;
+        let (materials, layup) = stack.filter(|_| complete)?;
         let name = names::identifier_from(file.stem());
         Some(SourceModel {
             name: Spanned { value: name, span: Span::default() },
@@ -214,14 +216,10 @@ impl Import {
         let id = self.id(node)?;
         let body = ids.get(&id).map(|&value| Spanned { value, span: node.span });
         if body.is_none() {
-            let mut known: Vec<_> = ids.iter().map(|(id, body)| (*body, id.as_str())).collect();
-            known.sort_unstable();
-            let known: Vec<_> = known.into_iter().map(|(_, id)| id).collect();
             let message = format!("no body has the id {}", shorten(&id));
             self.diagnostics.push(
                 Diagnostic::error("unknown-body", node.span, message)
-                    .label("not among `connected_items`")
-                    .hint(alternatives(&id, &known, "ids")),
+                    .label("not among `connected_items`"),
             );
         }
         body

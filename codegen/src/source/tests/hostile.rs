@@ -15,7 +15,7 @@ fn aliases_do_not_multiply() {
     }
     assert_eq!(code(&bomb), "too-large");
     assert_eq!(code("a: &a [*a]"), "self-alias");
-    assert_eq!(code("a: *nowhere"), "yaml-syntax");
+    assert_eq!(code("a: *nowhere"), "unknown-alias");
 }
 
 #[test]
