@@ -3,7 +3,7 @@
 //! Bodies `b0..` and joints `j0..` in file order, layer `i` of material `i`, bodies of
 //! `newtonian_ids` fixed, angles in degrees, everything else SI (github.com/idealabasu,
 //! `foldable_robotics/dynamics_info.py`). Young's moduli are left out: the program writes 1 for
-//! all. What a joint's file order of bodies means is said in [`orientation`].
+//! all. What a joint's file order of bodies means is said in `orientation`.
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
