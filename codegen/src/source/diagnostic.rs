@@ -51,6 +51,8 @@ pub struct Diagnostic {
     pub span: Option<Span>,
     /// Short text under the caret.
     pub label: String,
+    /// A second place that has to do with it, and its short text.
+    pub also: Option<(Span, String)>,
     /// What would be right.
     pub hint: Option<String>,
 }
@@ -64,8 +66,14 @@ impl Diagnostic {
             message: message.into(),
             span: Some(span),
             label: String::new(),
+            also: None,
             hint: None,
         }
+    }
+
+    /// An error of the file as a whole.
+    pub fn whole_file(code: &'static str, message: impl Into<String>) -> Self {
+        Self { span: None, ..Self::error(code, Span::default(), message) }
     }
 
     /// A warning at `span`.
@@ -76,6 +84,12 @@ impl Diagnostic {
     /// Adds the text under the caret.
     pub fn label(mut self, label: impl Into<String>) -> Self {
         self.label = label.into();
+        self
+    }
+
+    /// Adds a second place that has to do with it.
+    pub fn also(mut self, span: Span, label: impl Into<String>) -> Self {
+        self.also = Some((span, label.into()));
         self
     }
 
@@ -99,6 +113,12 @@ impl Diagnostics {
     /// True when at least one finding is an error.
     pub fn has_errors(&self) -> bool {
         self.0.iter().any(|d| d.severity == Severity::Error)
+    }
+}
+
+impl Extend<Diagnostic> for Diagnostics {
+    fn extend<I: IntoIterator<Item = Diagnostic>>(&mut self, diagnostics: I) {
+        self.0.extend(diagnostics);
     }
 }
 

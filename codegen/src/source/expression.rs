@@ -63,4 +63,45 @@ impl Expression {
             _ => None,
         }
     }
+
+    /// The value of an expression that depends on nothing: `2*pi`. Not finite for `1/0`.
+    pub fn constant(&self) -> Option<f64> {
+        Some(match self {
+            Self::Number(number) => *number,
+            Self::Unary(function, x) => function.apply(x.constant()?),
+            Self::Binary(operator, x, y) => operator.apply(x.constant()?, y.constant()?),
+            _ => return None,
+        })
+    }
+}
+
+impl Unary {
+    /// Its value.
+    pub fn apply(self, x: f64) -> f64 {
+        match self {
+            Self::Neg => -x,
+            Self::Sin => x.sin(),
+            Self::Cos => x.cos(),
+            Self::Tan => x.tan(),
+            Self::Exp => x.exp(),
+            Self::Sqrt => x.sqrt(),
+            Self::Abs => x.abs(),
+            Self::Tanh => x.tanh(),
+        }
+    }
+}
+
+impl Binary {
+    /// Its value.
+    pub fn apply(self, x: f64, y: f64) -> f64 {
+        match self {
+            Self::Add => x + y,
+            Self::Sub => x - y,
+            Self::Mul => x * y,
+            Self::Div => x / y,
+            Self::Pow => x.powf(y),
+            Self::Min => x.min(y),
+            Self::Max => x.max(y),
+        }
+    }
 }

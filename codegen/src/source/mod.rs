@@ -1,11 +1,74 @@
 //! Stage 1: text -> [`SourceModel`], with spans and diagnostics.
+//!
+//! [`parse`] reads our schema and the files of popupCAD / foldable_robotics, told apart by their
+//! tag; [`to_yaml`] writes any model in our schema.
+//!
+//! ```text
+//! text -> yaml (nodes with spans) -> lower    (our schema)  -> SourceModel
+//!                                    popupcad (DynamicsInfo)
+//! ```
 
 pub mod diagnostic;
 pub mod expression;
+mod fields;
+mod file;
+mod formula;
 pub mod ids;
+mod lower;
 mod model;
+mod names;
+mod popupcad;
+mod render;
+#[cfg(test)]
+mod tests;
+mod units;
+mod write;
+mod yaml;
 
 pub use diagnostic::{Diagnostic, Diagnostics, Severity, SourceFile, Span, Spanned};
 pub use expression::{Binary, Expression, Unary};
+pub use file::{MAX_FILE_BYTES, ReadError};
 pub use ids::{BodyId, InputId, JointId, ParameterId, PointId};
 pub use model::*;
+pub use write::to_yaml;
+
+use popupcad::Origin;
+use yaml::{Content, Node};
+
+/// Reads a model. All errors found are reported together; with a model come its warnings.
+pub fn parse(file: &SourceFile) -> Result<(SourceModel, Diagnostics), Diagnostics> {
+    let (root, mut diagnostics) = yaml::parse(&file.text)?;
+    let (model, found) = match popupcad::origin(&root) {
+        Origin::Schema => {
+            refuse_tags(&root, &mut diagnostics);
+            lower::lower(&root, file)
+        }
+        Origin::DynamicsInfo => popupcad::import(&root, file),
+        Origin::BarePython => return Err(popupcad::export_again(&root).into()),
+    };
+    diagnostics.extend(found.0);
+    match model {
+        Some(model) if !diagnostics.has_errors() => Ok((model, diagnostics)),
+        _ => Err(diagnostics),
+    }
+}
+
+/// Our schema has no tags; those of YAML's own types say nothing and are let by.
+fn refuse_tags(node: &Node, diagnostics: &mut Diagnostics) {
+    const CORE: &str = "tag:yaml.org,2002:";
+    const TYPES: &[&str] = &["str", "int", "float", "bool", "seq", "map"];
+    if let Some(tag) = &node.tag
+        && !tag.value.strip_prefix(CORE).is_some_and(|tag| TYPES.contains(&tag))
+    {
+        let shown = tag.value.replace(CORE, "!!");
+        let message = format!("unexpected tag `{}`", yaml::shorten(&shown));
+        diagnostics.push(Diagnostic::error("unexpected-tag", tag.span, message).hint("remove it"));
+    }
+    match &node.content {
+        Content::Scalar(_) => {}
+        Content::Sequence(items) => items.iter().for_each(|item| refuse_tags(item, diagnostics)),
+        Content::Mapping(entries) => {
+            entries.iter().for_each(|entry| refuse_tags(&entry.value, diagnostics));
+        }
+    }
+}

@@ -192,3 +192,23 @@ impl SourceModel {
         self.inputs.iter().position(|input| input.value == name).map(InputId)
     }
 }
+
+impl Tunable {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Stiffness, Self::Damping, Self::Rest, Self::Mass];
+
+    /// Its name in the file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Stiffness => "stiffness",
+            Self::Damping => "damping",
+            Self::Rest => "rest",
+            Self::Mass => "mass",
+        }
+    }
+
+    /// The parameter it makes of a joint's (body's) constant.
+    pub fn parameter_name(self, owner: &str) -> String {
+        format!("{}_{owner}", self.name())
+    }
+}

@@ -1,0 +1,137 @@
+//! The keys of one mapping: unknown ones are errors, missing ones too when they are needed.
+
+use super::diagnostic::{Diagnostic, Diagnostics, Span};
+use super::names::{alternatives, quote_list};
+use super::yaml::{Content, Entry, Node};
+
+/// A mapping whose keys are all known.
+pub(super) struct Fields<'n> {
+    entries: &'n [Entry],
+    /// Where a missing key is reported.
+    at: Span,
+    /// What it describes, such as "joint `j0`".
+    owner: String,
+}
+
+impl<'n> Fields<'n> {
+    /// Checks that `node` is a mapping with no keys but `known`. `at` is where to report what is
+    /// missing in `owner`.
+    pub fn new(
+        node: &'n Node,
+        at: Span,
+        owner: impl Into<String>,
+        known: &[&str],
+        diagnostics: &mut Diagnostics,
+    ) -> Option<Self> {
+        let owner = owner.into();
+        let Content::Mapping(entries) = &node.content else {
+            let message = format!("{owner} must be a mapping of {}", quote_list(known));
+            let error = Diagnostic::error(
+                "wrong-type",
+                if node.is_null() { at } else { node.span },
+                message,
+            );
+            diagnostics.push(error.label(format!("this is {}", node.describe())));
+            return None;
+        };
+        for Entry { key, value } in entries {
+            if !known.contains(&key.value.as_str()) {
+                diagnostics.push(
+                    Diagnostic::error(
+                        "unknown-key",
+                        key.span,
+                        format!("unknown key `{}`", key.value),
+                    )
+                    .label(format!("{owner} has no such key"))
+                    .hint(alternatives(&key.value, known, "keys")),
+                );
+            } else if value.is_null() {
+                diagnostics.push(
+                    Diagnostic::error(
+                        "no-value",
+                        key.span,
+                        format!("`{}` has no value", key.value),
+                    )
+                    .hint("write a value, or remove the key"),
+                );
+            }
+        }
+        Some(Self { entries, at, owner })
+    }
+
+    /// The value of `key`. Keys without value (reported already) count as absent.
+    pub fn get(&self, key: &str) -> Option<&'n Node> {
+        self.entry(key).map(|entry| &entry.value)
+    }
+
+    /// Key and value.
+    pub fn entry(&self, key: &str) -> Option<&'n Entry> {
+        self.entries.iter().find(|entry| entry.key.value == key && !entry.value.is_null())
+    }
+
+    /// The value of a key that must be there.
+    pub fn require(&self, key: &str, diagnostics: &mut Diagnostics) -> Option<&'n Node> {
+        // A key without value has been reported already.
+        if !self.entries.iter().any(|entry| entry.key.value == key) {
+            diagnostics.push(
+                Diagnostic::error("missing-key", self.at, format!("{} needs `{key}`", self.owner))
+                    .label(format!("`{key}` is missing")),
+            );
+        }
+        self.get(key)
+    }
+}
+
+/// The entries of a mapping with free keys, such as `bodies`; none when `node` is absent.
+pub(super) fn entries<'n>(
+    node: Option<&'n Node>,
+    what: &str,
+    diagnostics: &mut Diagnostics,
+) -> &'n [Entry] {
+    match node.map(|node| (&node.content, node)) {
+        None => &[],
+        Some((Content::Mapping(entries), _)) => entries,
+        Some((_, node)) => {
+            let error =
+                Diagnostic::error("wrong-type", node.span, format!("{what} by name: a mapping"));
+            diagnostics.push(
+                error
+                    .label(format!("this is {}", node.describe()))
+                    .hint("write `name: { .. }` for each of them"),
+            );
+            &[]
+        }
+    }
+}
+
+/// The items of a list.
+pub(super) fn items<'n>(
+    node: &'n Node,
+    what: &str,
+    diagnostics: &mut Diagnostics,
+) -> Option<&'n [Node]> {
+    if let Content::Sequence(items) = &node.content {
+        return Some(items);
+    }
+    let error = Diagnostic::error("wrong-type", node.span, format!("expected {what}"));
+    diagnostics.push(error.label(format!("this is {}", node.describe())));
+    None
+}
+
+/// The items of a list of known length.
+pub(super) fn array<'n, const K: usize>(
+    node: &'n Node,
+    what: &str,
+    diagnostics: &mut Diagnostics,
+) -> Option<&'n [Node; K]> {
+    let items = items(node, what, diagnostics)?;
+    if let Ok(array) = items.try_into() {
+        return Some(array);
+    }
+    let error = Diagnostic::error("wrong-length", node.span, format!("expected {what}"));
+    diagnostics.push(error.label(match items.len() {
+        1 => format!("one item instead of {K}"),
+        given => format!("{given} items instead of {K}"),
+    }));
+    None
+}

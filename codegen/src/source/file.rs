@@ -1,0 +1,130 @@
+//! Reading the source text from a file or standard input.
+
+use std::fs::File;
+use std::io::Read;
+
+use thiserror::Error;
+
+use super::diagnostic::SourceFile;
+
+/// Largest source text, bytes: 16 MiB. The largest published design has 23 kB.
+pub const MAX_FILE_BYTES: usize = 16 << 20;
+
+/// Standard input's name in diagnostics.
+const STDIN: &str = "<stdin>";
+
+/// Why a source file could not be read.
+#[derive(Debug, Error)]
+pub enum ReadError {
+    /// The operating system refused.
+    #[error("cannot read {path}: {source}")]
+    Io {
+        /// Path as given.
+        path: String,
+        /// Its reason.
+        source: std::io::Error,
+    },
+    /// Longer than [`MAX_FILE_BYTES`].
+    #[error("{path} is larger than {} MiB, the most lamc reads", MAX_FILE_BYTES >> 20)]
+    TooLarge {
+        /// Path as given.
+        path: String,
+    },
+    /// Not text.
+    #[error("{path}:{line}:{column}: not UTF-8 text (byte 0x{byte:02x}); save the file as UTF-8")]
+    NotUtf8 {
+        /// Path as given.
+        path: String,
+        /// Line of the first bad byte, from 1.
+        line: usize,
+        /// Its column in characters, from 1.
+        column: usize,
+        /// The byte.
+        byte: u8,
+    },
+}
+
+impl SourceFile {
+    /// Reads `path`; `-` is standard input, shown as `<stdin>`. A byte order mark is dropped.
+    pub fn read(path: &str) -> Result<Self, ReadError> {
+        let name = if path == "-" { STDIN } else { path };
+        let io = |source| ReadError::Io { path: name.into(), source };
+        let reader: Box<dyn Read> = if path == "-" {
+            Box::new(std::io::stdin())
+        } else {
+            Box::new(File::open(path).map_err(io)?)
+        };
+        let mut bytes = Vec::new();
+        reader.take(MAX_FILE_BYTES as u64 + 1).read_to_end(&mut bytes).map_err(io)?;
+        if bytes.len() > MAX_FILE_BYTES {
+            return Err(ReadError::TooLarge { path: name.into() });
+        }
+        let text = String::from_utf8(bytes).map_err(|error| not_utf8(name, &error))?;
+        let text = text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text);
+        Ok(Self { path: name.into(), text })
+    }
+
+    /// The file's stem without the endings that say what kind of file it is:
+    /// `designs/4th_Design.cad.joints` -> `4th_Design`.
+    pub fn stem(&self) -> &str {
+        if self.path == STDIN {
+            return "model";
+        }
+        let mut stem = self.path.rsplit(['/', '\\']).next().unwrap_or_default();
+        while let Some((rest, "yaml" | "yml" | "joints" | "cad")) = stem.rsplit_once('.') {
+            stem = rest;
+        }
+        stem
+    }
+}
+
+fn not_utf8(path: &str, error: &std::string::FromUtf8Error) -> ReadError {
+    let at = error.utf8_error().valid_up_to();
+    let before = String::from_utf8_lossy(&error.as_bytes()[..at]);
+    let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+    ReadError::NotUtf8 {
+        path: path.into(),
+        line: before.matches('\n').count() + 1,
+        column: before[line_start..].chars().count() + 1,
+        byte: error.as_bytes()[at],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use super::*;
+
+    fn read(bytes: &[u8]) -> Result<SourceFile, ReadError> {
+        let mut file = tempfile::NamedTempFile::new().unwrap();
+        file.write_all(bytes).unwrap();
+        SourceFile::read(file.path().to_str().unwrap())
+    }
+
+    #[test]
+    fn bad_bytes_are_located() {
+        let error = read(b"name: a\ngr\xc3\xb6\xdfe: 1\n").unwrap_err();
+        assert!(
+            matches!(error, ReadError::NotUtf8 { line: 2, column: 4, byte: 0xdf, .. }),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn the_byte_order_mark_is_dropped() {
+        assert_eq!(read(b"\xef\xbb\xbfname: a").unwrap().text, "name: a");
+    }
+
+    #[test]
+    fn a_file_of_the_limit_is_read_and_one_byte_more_is_not() {
+        assert!(read(&vec![b'#'; MAX_FILE_BYTES]).is_ok());
+        assert!(matches!(read(&vec![b'#'; MAX_FILE_BYTES + 1]), Err(ReadError::TooLarge { .. })));
+    }
+
+    #[test]
+    fn a_missing_file_is_named() {
+        let error = SourceFile::read("nowhere/robot.yaml").unwrap_err().to_string();
+        assert!(error.starts_with("cannot read nowhere/robot.yaml: "), "{error}");
+    }
+}

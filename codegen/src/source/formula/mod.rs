@@ -1,0 +1,409 @@
+//! Text -> [`Expression`]: operator precedence parsing (V. Pratt, "Top down operator precedence",
+//! 1973), names resolved on the way.
+//!
+//! `^` binds tightest and to the right, then unary minus (`-2^2` is -4), then `* /`, then `+ -`.
+
+use std::ops::Range;
+
+use super::expression::{Binary, Expression, Unary};
+use super::ids::JointId;
+use super::names::alternatives;
+use super::units::split_number;
+
+mod print;
+#[cfg(test)]
+mod tests;
+
+pub(super) use print::{number, print};
+
+/// Deepest nesting of parentheses, calls, signs and powers.
+const MAX_NESTING: usize = 64;
+/// Deepest tree, reached by long sums: later stages walk it recursively.
+const MAX_DEPTH: usize = 400;
+
+/// A function of expressions.
+#[derive(Clone, Copy)]
+enum Function {
+    One(Unary),
+    Two(Binary),
+}
+
+const FUNCTIONS: &[(&str, Function)] = &[
+    ("sin", Function::One(Unary::Sin)),
+    ("cos", Function::One(Unary::Cos)),
+    ("tan", Function::One(Unary::Tan)),
+    ("exp", Function::One(Unary::Exp)),
+    ("sqrt", Function::One(Unary::Sqrt)),
+    ("abs", Function::One(Unary::Abs)),
+    ("tanh", Function::One(Unary::Tanh)),
+    ("min", Function::Two(Binary::Min)),
+    ("max", Function::Two(Binary::Max)),
+];
+
+/// Binding powers: left, right.
+const SUM: (u8, u8) = (10, 11);
+const PRODUCT: (u8, u8) = (20, 21);
+const SIGN: u8 = 30;
+const POWER: (u8, u8) = (41, 40);
+
+fn function(name: &str) -> Option<Function> {
+    FUNCTIONS.iter().find(|(known, _)| *known == name).map(|(_, function)| *function)
+}
+
+/// True for the names of functions.
+pub(super) fn is_function(name: &str) -> bool {
+    function(name).is_some()
+}
+
+/// What is wrong with an expression; the range is bytes of its text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Problem {
+    pub code: &'static str,
+    pub range: Range<usize>,
+    pub message: String,
+    pub label: String,
+    pub hint: Option<String>,
+}
+
+/// Gives the names of an expression their meaning.
+pub(super) trait Scope {
+    /// A name without prefix that is neither `pi` nor `t`.
+    fn symbol(&self, name: &str) -> Option<Expression>;
+    /// Every name that [`Scope::symbol`] knows.
+    fn symbols(&self) -> Vec<&str>;
+    /// The joint of this name.
+    fn joint(&self, name: &str) -> Option<JointId>;
+    /// Every joint.
+    fn joints(&self) -> Vec<&str>;
+    /// Why the expression must not depend on `q` and `u`, when it must not.
+    fn motion_refused(&self) -> Option<&'static str>;
+}
+
+/// Reads `text`; all unknown names are reported together, a syntax error ends the reading.
+pub(super) fn parse(text: &str, scope: &dyn Scope) -> Result<Expression, Vec<Problem>> {
+    let mut parser = Parser { text, at: 0, nesting: 0, scope, problems: Vec::new() };
+    let result = parser.expression(0).and_then(|tree| match parser.peek() {
+        Token::End => Ok(tree),
+        _ => Err(parser.expected("an operator")),
+    });
+    match result {
+        Ok(Tree { expression, .. }) if parser.problems.is_empty() => match expression.constant() {
+            Some(value) if !value.is_finite() => Err(vec![Problem {
+                code: "not-finite",
+                range: 0..text.len(),
+                message: format!("the value of this expression is {value}"),
+                label: "not a finite number".into(),
+                hint: None,
+            }]),
+            _ => Ok(expression),
+        },
+        Ok(_) => Err(parser.problems),
+        Err(problem) => {
+            parser.problems.push(problem);
+            Err(parser.problems)
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Token<'t> {
+    Number(f64),
+    /// With its prefix, as in `q.j0`.
+    Name(&'t str),
+    Symbol(char),
+    End,
+}
+
+/// An expression and the depth of its tree.
+struct Tree {
+    expression: Expression,
+    depth: usize,
+}
+
+impl Tree {
+    fn leaf(expression: Expression) -> Self {
+        Self { expression, depth: 1 }
+    }
+}
+
+struct Parser<'t> {
+    text: &'t str,
+    at: usize,
+    nesting: usize,
+    scope: &'t dyn Scope,
+    problems: Vec<Problem>,
+}
+
+impl<'t> Parser<'t> {
+    /// The next token and its bytes.
+    fn token(&self) -> (Token<'t>, Range<usize>) {
+        let rest = self.text[self.at..].trim_start();
+        let start = self.text.len() - rest.len();
+        let Some(first) = rest.chars().next() else { return (Token::End, start..start) };
+        let in_name = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '.';
+        if first.is_ascii_alphabetic() || first == '_' {
+            let end = rest.find(|c| !in_name(c)).unwrap_or(rest.len());
+            return (Token::Name(&rest[..end]), start..start + end);
+        }
+        match split_number(rest) {
+            Some((number, _)) if !matches!(first, '+' | '-') => {
+                (Token::Number(number.parse().unwrap_or(f64::NAN)), start..start + number.len())
+            }
+            _ => (Token::Symbol(first), start..start + first.len_utf8()),
+        }
+    }
+
+    fn peek(&self) -> Token<'t> {
+        self.token().0
+    }
+
+    fn next(&mut self) -> (Token<'t>, Range<usize>) {
+        let (token, range) = self.token();
+        self.at = range.end;
+        (token, range)
+    }
+
+    fn problem(
+        &self,
+        code: &'static str,
+        range: Range<usize>,
+        message: String,
+        label: &str,
+    ) -> Problem {
+        Problem { code, range, message, label: label.into(), hint: None }
+    }
+
+    /// The next token is not what has to come.
+    fn expected(&self, what: &str) -> Problem {
+        let (token, range) = self.token();
+        let found = match token {
+            Token::End => "the end of the expression".into(),
+            _ => format!("`{}`", &self.text[range.clone()]),
+        };
+        let mut problem = self.problem(
+            "bad-expression",
+            range.clone(),
+            format!("expected {what}, found {found}"),
+            &format!("expected {what}"),
+        );
+        problem.hint = match token {
+            Token::Name(name) if super::units::find(name).is_some() => Some(
+                "expressions are in SI and radians; a unit may only follow a number that stands \
+                 alone, as in `30 deg`"
+                    .into(),
+            ),
+            Token::Name(_) | Token::Number(_) | Token::Symbol('(')
+                if what.starts_with("an operator") =>
+            {
+                Some("a product needs its `*`".into())
+            }
+            Token::Symbol('*') if self.text[..range.start].ends_with('*') => {
+                Some("powers are written `^`".into())
+            }
+            _ => None,
+        };
+        problem
+    }
+
+    /// An expression of operators that bind at least as tightly as `least`.
+    fn expression(&mut self, least: u8) -> Result<Tree, Problem> {
+        self.nesting += 1;
+        if self.nesting > MAX_NESTING {
+            return Err(self.too_deep());
+        }
+        let mut left = self.operand()?;
+        loop {
+            let (operator, (left_power, right_power)) = match self.peek() {
+                Token::Symbol('+') => (Binary::Add, SUM),
+                Token::Symbol('-') => (Binary::Sub, SUM),
+                Token::Symbol('*') => (Binary::Mul, PRODUCT),
+                Token::Symbol('/') => (Binary::Div, PRODUCT),
+                Token::Symbol('^') => (Binary::Pow, POWER),
+                _ => break,
+            };
+            if left_power < least {
+                break;
+            }
+            self.next();
+            let right = self.expression(right_power)?;
+            left = self.binary(operator, left, right)?;
+        }
+        self.nesting -= 1;
+        Ok(left)
+    }
+
+    fn operand(&mut self) -> Result<Tree, Problem> {
+        match self.peek() {
+            Token::Number(value) => {
+                let (_, range) = self.next();
+                if !value.is_finite() {
+                    let message = "this number is too large".into();
+                    return Err(self.problem("not-finite", range, message, "not a finite number"));
+                }
+                Ok(Tree::leaf(Expression::Number(value)))
+            }
+            Token::Name(name) => {
+                let (_, range) = self.next();
+                self.name(name, range)
+            }
+            Token::Symbol('-') => {
+                self.next();
+                let Tree { expression, depth } = self.expression(SIGN)?;
+                Ok(match expression {
+                    Expression::Number(value) => Tree::leaf(Expression::Number(-value)),
+                    other => Tree {
+                        expression: Expression::Unary(Unary::Neg, Box::new(other)),
+                        depth: depth + 1,
+                    },
+                })
+            }
+            Token::Symbol('(') => {
+                self.next();
+                let inner = self.expression(0)?;
+                self.close()?;
+                Ok(inner)
+            }
+            _ => Err(self.expected("a number, a name or `(`")),
+        }
+    }
+
+    fn close(&mut self) -> Result<(), Problem> {
+        if self.peek() != Token::Symbol(')') {
+            return Err(self.expected("an operator or `)`"));
+        }
+        self.next();
+        Ok(())
+    }
+
+    fn binary(&self, operator: Binary, left: Tree, right: Tree) -> Result<Tree, Problem> {
+        let depth = left.depth.max(right.depth) + 1;
+        if depth > MAX_DEPTH {
+            return Err(self.too_deep());
+        }
+        let (left, right) = (Box::new(left.expression), Box::new(right.expression));
+        Ok(Tree { expression: Expression::Binary(operator, left, right), depth })
+    }
+
+    fn too_deep(&self) -> Problem {
+        let mut problem = self.problem(
+            "too-deep",
+            0..self.text.len(),
+            "this expression is too long or too deeply nested".into(),
+            "",
+        );
+        problem.hint = Some(format!(
+            "at most {MAX_NESTING} parentheses within each other and {MAX_DEPTH} terms"
+        ));
+        problem
+    }
+
+    /// What a name stands for. Unknown ones are noted and read as 0, to find what else is wrong.
+    fn name(&mut self, name: &str, range: Range<usize>) -> Result<Tree, Problem> {
+        if self.peek() == Token::Symbol('(') {
+            return self.call(name, range);
+        }
+        let known = match name {
+            "pi" => Some(Expression::Number(std::f64::consts::PI)),
+            "t" => Some(Expression::Time),
+            _ => match name.split_once('.') {
+                Some((prefix @ ("q" | "u"), joint)) => self.motion(prefix, joint, &range),
+                _ => self.symbol(name, &range),
+            },
+        };
+        Ok(Tree::leaf(known.unwrap_or(Expression::ZERO)))
+    }
+
+    fn motion(&mut self, prefix: &str, joint: &str, range: &Range<usize>) -> Option<Expression> {
+        if let Some(reason) = self.scope.motion_refused() {
+            let message = format!("`{prefix}.{joint}` cannot stand here");
+            let mut problem =
+                self.problem("not-here", range.clone(), message, "depends on the motion");
+            problem.hint = Some(reason.into());
+            self.problems.push(problem);
+            return None;
+        }
+        let Some(id) = self.scope.joint(joint) else {
+            let message = format!("there is no joint `{joint}`");
+            let start = range.start + prefix.len() + 1;
+            let mut problem =
+                self.problem("unknown-joint", start..range.end, message, "unknown joint");
+            problem.hint = Some(alternatives(joint, &self.scope.joints(), "joints"));
+            self.problems.push(problem);
+            return None;
+        };
+        Some(if prefix == "q" { Expression::Position(id) } else { Expression::Rate(id) })
+    }
+
+    fn symbol(&mut self, name: &str, range: &Range<usize>) -> Option<Expression> {
+        if let Some(symbol) = self.scope.symbol(name) {
+            return Some(symbol);
+        }
+        let mut problem = self.problem(
+            "unknown-name",
+            range.clone(),
+            format!("unknown name `{name}`"),
+            "unknown name",
+        );
+        problem.hint = Some(if is_function(name) {
+            problem.message = format!("`{name}` is a function");
+            problem.label = "without arguments".into();
+            format!("write `{name}(..)`")
+        } else if self.scope.joint(name).is_some() {
+            format!("write `q.{name}` for the joint's angle, `u.{name}` for its speed")
+        } else if matches!(name, "q" | "u") {
+            format!("write `{name}.` and the joint's name")
+        } else {
+            let mut known = self.scope.symbols();
+            known.extend(["t", "pi"]);
+            alternatives(name, &known, "names an expression may use")
+        });
+        self.problems.push(problem);
+        None
+    }
+
+    /// `name(..)`: the opening parenthesis is next.
+    fn call(&mut self, name: &str, range: Range<usize>) -> Result<Tree, Problem> {
+        self.next();
+        let mut arguments = vec![self.expression(0)?];
+        while self.peek() == Token::Symbol(',') {
+            self.next();
+            arguments.push(self.expression(0)?);
+        }
+        self.close()?;
+        let whole = range.start..self.at;
+        let Some(function) = function(name) else {
+            let message = format!("unknown function `{name}`");
+            let mut problem = self.problem("unknown-function", range, message, "unknown function");
+            let known: Vec<_> = FUNCTIONS.iter().map(|(name, _)| *name).collect();
+            problem.hint =
+                Some(if self.scope.symbol(name).is_some() || matches!(name, "t" | "pi") {
+                    format!("`{name}` is a number: a product is written `{name}*(..)`")
+                } else {
+                    alternatives(name, &known, "functions")
+                });
+            self.problems.push(problem);
+            return Ok(Tree::leaf(Expression::ZERO));
+        };
+        let given = arguments.len();
+        let mut arguments = arguments.into_iter();
+        match (function, arguments.next(), arguments.next(), arguments.next()) {
+            (Function::One(function), Some(argument), None, None) => {
+                let depth = argument.depth + 1;
+                let expression = Expression::Unary(function, Box::new(argument.expression));
+                Ok(Tree { expression, depth })
+            }
+            (Function::Two(function), Some(first), Some(second), None) => {
+                self.binary(function, first, second)
+            }
+            _ => {
+                let takes = match function {
+                    Function::One(_) => "one argument",
+                    Function::Two(_) => "two arguments",
+                };
+                let message = format!("`{name}` takes {takes}, not {given}");
+                self.problems.push(self.problem("wrong-arguments", whole, message, ""));
+                Ok(Tree::leaf(Expression::ZERO))
+            }
+        }
+    }
+}

@@ -1,0 +1,233 @@
+//! Bodies: plates, rigid bodies given outright, point masses.
+
+use crate::source::diagnostic::{Diagnostic, Spanned};
+use crate::source::fields::{Fields, array, items};
+use crate::source::model::{Body, Plate, PointMass, Shape};
+use crate::source::units::{INERTIA, LENGTH, MASS};
+use crate::source::yaml::{Entry, Node};
+
+use super::Lowering;
+
+const KEYS: &[&str] =
+    &["fixed", "outline", "holes", "layers", "mass", "com", "inertia", "point_masses"];
+
+/// Which bodies say `fixed: true`, in file order; needed before the bodies are read.
+pub(super) fn fixed(bodies: &[Entry]) -> Vec<bool> {
+    let is_fixed = |entry: &Entry| entry.value.get("fixed").and_then(boolean) == Some(true);
+    bodies.iter().map(is_fixed).collect()
+}
+
+/// Whether no body claims to be fixed, not even with a value that is none.
+pub(super) fn none_fixed(bodies: &[Entry]) -> bool {
+    let claim = |entry: &Entry| {
+        entry.value.get("fixed").and_then(boolean) != Some(false)
+            && entry.value.get("fixed").is_some()
+    };
+    !bodies.iter().any(claim)
+}
+
+fn boolean(node: &Node) -> Option<bool> {
+    match &*node.scalar()?.text {
+        "true" => Some(true),
+        "false" => Some(false),
+        _ => None,
+    }
+}
+
+impl Lowering<'_> {
+    pub(super) fn no_fixed_body(&mut self, model: &Fields, bodies: &[Entry]) {
+        let at = model.entry("bodies").map(|entry| entry.key.span).unwrap_or_default();
+        let first = bodies.first().map_or("base", |entry| &entry.key.value);
+        self.note(
+            Diagnostic::error("no-fixed-body", at, "no body is fixed")
+                .label("none of these is the ground")
+                .hint(format!(
+                    "give one of them `fixed: true`, as in `{first}: {{ fixed: true, .. }}`"
+                )),
+        );
+    }
+
+    /// `layers`: how many the layup has, `None` without a layup, 0 when it could not be read.
+    pub(super) fn body(&mut self, entry: &Entry, layers: Option<usize>) -> Option<Body> {
+        let at = entry.key.span;
+        let owner = format!("body `{}`", entry.key.value);
+        let fields = Fields::new(&entry.value, at, owner, KEYS, &mut self.diagnostics)?;
+        let fixed = match fields.get("fixed") {
+            None => Some(false),
+            Some(node) => boolean(node).or_else(|| {
+                let error = Diagnostic::error("wrong-type", node.span, "`fixed` is true or false");
+                self.note(error.label(format!("this is {}", node.describe())));
+                None
+            }),
+        };
+        let shape = self.shape(&fields, layers);
+        let point_masses = match fields.get("point_masses") {
+            None => Some(Vec::new()),
+            Some(node) => {
+                self.list(node, "a list of `{ mass: .., at: [x, y, z] }`", Self::point_mass)
+            }
+        };
+        Some(Body {
+            name: entry.key.clone(),
+            fixed: fixed?,
+            shape: shape?,
+            point_masses: point_masses?,
+            span: entry.span(),
+        })
+    }
+
+    /// Reads every item, also after one that fails; `None` when one did.
+    fn list<T>(
+        &mut self,
+        node: &Node,
+        what: &str,
+        mut read: impl FnMut(&mut Self, &Node) -> Option<T>,
+    ) -> Option<Vec<T>> {
+        let items = items(node, what, &mut self.diagnostics)?;
+        let read: Vec<_> = items.iter().map(|item| read(self, item)).collect();
+        read.into_iter().collect()
+    }
+
+    fn shape(&mut self, fields: &Fields, layers: Option<usize>) -> Option<Shape> {
+        let ways = [
+            ("outline", "outline"),
+            ("holes", "outline"),
+            ("layers", "layers"),
+            ("mass", "mass"),
+            ("com", "mass"),
+            ("inertia", "mass"),
+        ];
+        let mut given = ways.iter().filter_map(|(key, way)| fields.entry(key).map(|e| (e, *way)));
+        let Some((first, way)) = given.next() else { return Some(Shape::None) };
+        if let Some((other, _)) = given.find(|(_, other)| *other != way) {
+            let message =
+                format!("a body has either `{}` or `{}`", first.key.value, other.key.value);
+            self.note(
+                Diagnostic::error("mixed-shape", other.key.span, message)
+                    .label("a second shape")
+                    .also(first.key.span, "the first")
+                    .hint(
+                        "give an `outline`, or `layers`, or `mass`, `com` and `inertia`; \
+                           `point_masses` may go with any",
+                    ),
+            );
+            return None;
+        }
+        if way == "mass" {
+            return self.rigid(fields);
+        }
+        let Some(layers) = layers else {
+            let message = format!("`{}` needs a `layup`", first.key.value);
+            self.note(
+                Diagnostic::error("no-layup", first.key.span, message)
+                    .label("of which material?")
+                    .hint("add `layup: [..]`, the materials from bottom to top"),
+            );
+            return None;
+        };
+        match fields.get("layers") {
+            Some(node) => self.layers(node, layers),
+            None => self.plate_of(fields).map(|plate| Shape::Plates(vec![vec![plate]; layers])),
+        }
+    }
+
+    fn layers(&mut self, node: &Node, layers: usize) -> Option<Shape> {
+        let what = "one list of plates per layer of the layup";
+        let lists = items(node, what, &mut self.diagnostics)?;
+        if layers > 0 && lists.len() != layers {
+            let plural = |n: usize| if n == 1 { "layer" } else { "layers" };
+            let message = format!(
+                "{} {} given, but the layup has {layers}",
+                lists.len(),
+                plural(lists.len())
+            );
+            self.note(
+                Diagnostic::error("wrong-length", node.span, message)
+                    .label(format!("expected {layers} {}", plural(layers)))
+                    .hint("one list per layer, bottom to top; a layer without plates is `[]`"),
+            );
+        }
+        let lists: Vec<_> = lists
+            .iter()
+            .map(|list| self.list(list, "a list of plates, `[{ outline: .. }]`", Self::plate))
+            .collect();
+        lists.into_iter().collect::<Option<_>>().map(Shape::Plates)
+    }
+
+    fn plate(&mut self, node: &Node) -> Option<Plate> {
+        let known = ["outline", "holes"];
+        let fields = Fields::new(node, node.span, "a plate", &known, &mut self.diagnostics)?;
+        self.plate_of(&fields)
+    }
+
+    fn plate_of(&mut self, fields: &Fields) -> Option<Plate> {
+        let outline = fields.require("outline", &mut self.diagnostics);
+        let outline = outline.and_then(|node| self.ring(node));
+        let holes = match fields.get("holes") {
+            None => Some(Vec::new()),
+            Some(node) => self.list(node, "a list of outlines", Self::ring),
+        };
+        Some(Plate { outline: outline?, holes: holes? })
+    }
+
+    /// A closed line; the first vertex may be repeated at the end.
+    fn ring(&mut self, node: &Node) -> Option<Spanned<Vec<[f64; 2]>>> {
+        let nodes = items(node, "a list of vertices `[x, y]`", &mut self.diagnostics)?;
+        let vertices: Vec<_> =
+            nodes.iter().map(|node| self.numbers::<2>(node, "`[x, y]`", &LENGTH)).collect();
+        let mut vertices: Vec<[f64; 2]> = vertices.into_iter().collect::<Option<_>>()?;
+        if vertices.len() > 1 && vertices.first() == vertices.last() {
+            vertices.pop();
+        }
+        if let Some(i) = vertices.windows(2).position(|pair| pair[0] == pair[1]) {
+            self.note(
+                Diagnostic::error(
+                    "repeated-vertex",
+                    nodes[i + 1].span,
+                    "a vertex stands twice in a row",
+                )
+                .label("the same as the one before")
+                .hint("remove one of them"),
+            );
+            return None;
+        }
+        if vertices.len() < 3 {
+            let message = format!("an outline needs three vertices, this has {}", vertices.len());
+            self.note(Diagnostic::error("short-outline", node.span, message));
+            return None;
+        }
+        Some(Spanned { value: vertices, span: node.span })
+    }
+
+    fn rigid(&mut self, fields: &Fields) -> Option<Shape> {
+        let mass = fields.require("mass", &mut self.diagnostics);
+        let com = fields.require("com", &mut self.diagnostics);
+        let inertia = fields.require("inertia", &mut self.diagnostics);
+        let mass = mass.and_then(|node| self.number(node, &MASS));
+        let com = com.and_then(|node| {
+            let value = self.numbers::<3>(node, "`[x, y, z]`", &LENGTH)?;
+            Some(Spanned { value, span: node.span })
+        });
+        let inertia = inertia.and_then(|node| self.inertia(node));
+        Some(Shape::Rigid { mass: mass?, com: com?, inertia: inertia? })
+    }
+
+    /// A 3x3 matrix, by rows.
+    fn inertia(&mut self, node: &Node) -> Option<Spanned<[[f64; 3]; 3]>> {
+        let what = "a 3x3 matrix, `[[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]]`";
+        let rows: &[Node; 3] = array(node, what, &mut self.diagnostics)?;
+        let rows = rows.each_ref().map(|row| self.numbers::<3>(row, "a row of three", &INERTIA));
+        let [Some(x), Some(y), Some(z)] = rows else { return None };
+        Some(Spanned { value: [x, y, z], span: node.span })
+    }
+
+    fn point_mass(&mut self, node: &Node) -> Option<PointMass> {
+        let known = ["mass", "at"];
+        let fields = Fields::new(node, node.span, "a point mass", &known, &mut self.diagnostics)?;
+        let mass = fields.require("mass", &mut self.diagnostics);
+        let mass = mass.and_then(|node| self.number(node, &MASS));
+        let at = fields.require("at", &mut self.diagnostics);
+        let at = at.and_then(|node| self.numbers::<3>(node, "`[x, y, z]`", &LENGTH));
+        Some(PointMass { mass: mass?, at: at? })
+    }
+}

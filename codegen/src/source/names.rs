@@ -1,0 +1,211 @@
+//! Names: what may be one, and what was meant by one that is not known.
+//!
+//! Names end up in Rust, in a C99 header that C++ may include, and in Python scripts around both.
+
+use super::diagnostic::{Diagnostic, Diagnostics, Spanned};
+use super::formula;
+
+#[rustfmt::skip]
+const RUST_KEYWORDS: &[&str] = &[
+    "Self", "abstract", "as", "async", "await", "become", "box", "break", "const", "continue",
+    "crate", "do", "dyn", "else", "enum", "extern", "false", "final", "fn", "for", "gen", "if",
+    "impl", "in", "let", "loop", "macro", "match", "mod", "move", "mut", "override", "priv", "pub",
+    "ref", "return", "self", "static", "struct", "super", "trait", "true", "try", "type", "typeof",
+    "unsafe", "unsized", "use", "virtual", "where", "while", "yield",
+];
+#[rustfmt::skip]
+const C_KEYWORDS: &[&str] = &[
+    "_Bool", "_Complex", "_Imaginary", "auto", "bool", "break", "case", "char", "const", "continue",
+    "default", "do", "double", "else", "enum", "extern", "float", "for", "goto", "if", "inline",
+    "int", "long", "register", "restrict", "return", "short", "signed", "sizeof", "static",
+    "struct", "switch", "typedef", "union", "unsigned", "void", "volatile", "while",
+];
+#[rustfmt::skip]
+const CPP_KEYWORDS: &[&str] = &[
+    "alignas", "alignof", "and", "and_eq", "asm", "bitand", "bitor", "catch", "class", "compl",
+    "concept", "consteval", "constexpr", "constinit", "const_cast", "co_await", "co_return",
+    "co_yield", "decltype", "delete", "dynamic_cast", "explicit", "export", "friend", "mutable",
+    "namespace", "new", "noexcept", "not", "not_eq", "nullptr", "operator", "or", "or_eq",
+    "private", "protected", "public", "reinterpret_cast", "requires", "static_assert",
+    "static_cast", "template", "this", "thread_local", "throw", "typeid", "typename", "using",
+    "wchar_t", "xor", "xor_eq",
+];
+#[rustfmt::skip]
+const PYTHON_KEYWORDS: &[&str] = &[
+    "False", "None", "True", "and", "as", "assert", "async", "await", "break", "class", "continue",
+    "def", "del", "elif", "else", "except", "finally", "for", "from", "global", "if", "import",
+    "in", "is", "lambda", "nonlocal", "not", "or", "pass", "raise", "return", "try", "while",
+    "with", "yield",
+];
+/// Items of the generated module.
+#[rustfmt::skip]
+const MODULE_ITEMS: &[&str] = &[
+    "B", "BODIES", "C", "Inputs", "JOINTS", "LOOPS", "Mechanism", "N", "P", "POINTS", "Params", "S",
+    "Scalar", "System", "inputs", "params",
+];
+/// What expressions call time, coordinates, speeds and the number.
+const EXPRESSION_NAMES: &[&str] = &["pi", "q", "t", "u"];
+
+/// Why an identifier cannot be used, when it cannot.
+fn reserved(name: &str) -> Option<&'static str> {
+    let lists = [
+        (RUST_KEYWORDS, "a keyword of Rust"),
+        (C_KEYWORDS, "a keyword of C"),
+        (CPP_KEYWORDS, "a keyword of C++, which may include the C header"),
+        (PYTHON_KEYWORDS, "a keyword of Python"),
+        (MODULE_ITEMS, "an item of the generated module"),
+        (EXPRESSION_NAMES, "a name of its own in expressions"),
+        (&["null", "NULL"], "YAML's and C's word for nothing"),
+        (&["_"], "no identifier in Rust"),
+    ];
+    lists.iter().find(|(list, _)| list.contains(&name)).map(|(_, reason)| *reason)
+}
+
+/// Whether the name's type (`fourbar` -> `Fourbar`) is one the module has already.
+fn is_type_of_module(name: &str) -> bool {
+    let flat = name.replace('_', "");
+    MODULE_ITEMS.iter().any(|item| item.len() > 1 && item.eq_ignore_ascii_case(&flat))
+}
+
+fn is_identifier(name: &str) -> bool {
+    !name.starts_with(|c: char| c.is_ascii_digit())
+        && !name.is_empty()
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+}
+
+/// What a name is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// The model: also the name of a type.
+    Model,
+    /// A parameter or input: also a name in expressions.
+    Symbol(&'static str),
+    /// Anything else.
+    Other(&'static str),
+}
+
+/// Reports a name that cannot be an identifier of the generated code.
+pub(super) fn check(name: &Spanned<String>, kind: Kind, diagnostics: &mut Diagnostics) {
+    let text = name.value.as_str();
+    let what = match kind {
+        Kind::Model => "a model",
+        Kind::Symbol(what) | Kind::Other(what) => what,
+    };
+    if !is_identifier(text) {
+        let message = format!("`{}` cannot be the name of {what}", super::yaml::shorten(text));
+        diagnostics.push(
+            Diagnostic::error("bad-name", name.span, message)
+                .label("a name has letters, digits and `_`, and no digit first")
+                .hint(format!("write `{}`", identifier_from(text))),
+        );
+        return;
+    }
+    let reason = match kind {
+        Kind::Model if is_type_of_module(text) => Some("an item of the generated module"),
+        Kind::Symbol(_) if formula::is_function(text) => Some("a function of expressions"),
+        _ => reserved(text),
+    };
+    if let Some(reason) = reason {
+        let suffix = what.rsplit(' ').next().unwrap_or_default();
+        diagnostics.push(
+            Diagnostic::error(
+                "reserved-name",
+                name.span,
+                format!("`{text}` cannot be the name of {what}"),
+            )
+            .label(format!("`{text}` is {reason}"))
+            .hint(format!("use another name, such as `{text}_{suffix}`")),
+        );
+    }
+}
+
+/// An identifier that reads like `text`: `4th Design` -> `m4th_Design`.
+pub(super) fn identifier_from(text: &str) -> String {
+    let name: String =
+        text.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+    let letters = name.trim_matches('_');
+    match letters {
+        "" => "model".into(),
+        _ if is_identifier(letters)
+            && reserved(letters).is_none()
+            && !is_type_of_module(letters) =>
+        {
+            letters.into()
+        }
+        _ => format!("m{letters}"),
+    }
+}
+
+/// The known name that reads most like `name`.
+pub(super) fn closest<'k>(name: &str, known: &[&'k str]) -> Option<&'k str> {
+    /// Below, suggestions surprise more than they help.
+    const SIMILAR: f64 = 0.8;
+    known
+        .iter()
+        .map(|candidate| {
+            let similarity = strsim::jaro_winkler(&name.to_lowercase(), &candidate.to_lowercase());
+            (similarity, *candidate)
+        })
+        .filter(|(similarity, candidate)| *similarity > SIMILAR || is_slip(name, candidate))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, candidate)| candidate)
+}
+
+/// One letter wrong, missing, added or swapped with its neighbour, in a name that has a few.
+fn is_slip(name: &str, candidate: &str) -> bool {
+    const SHORTEST: usize = 3;
+    name.chars().count() >= SHORTEST && strsim::damerau_levenshtein(name, candidate) == 1
+}
+
+/// A hint after an unknown name: the one that was meant, or all there are.
+pub(super) fn alternatives(name: &str, known: &[&str], plural: &str) -> String {
+    match closest(name, known) {
+        Some(meant) => format!("did you mean `{meant}`?"),
+        None if known.is_empty() => format!("there are no {plural}"),
+        None if known.len() == 1 => format!("there is only `{}`", known[0]),
+        None => format!("the {plural} are {}", quote_list(known)),
+    }
+}
+
+/// `` `a`, `b` and `c` ``; long lists are cut.
+pub(super) fn quote_list(names: &[&str]) -> String {
+    const MOST: usize = 14;
+    let quoted: Vec<_> = names.iter().take(MOST).map(|name| format!("`{name}`")).collect();
+    match quoted.as_slice() {
+        _ if names.len() > MOST => format!("{} and {} more", quoted.join(", "), names.len() - MOST),
+        [first @ .., last] if !first.is_empty() => format!("{} and {last}", first.join(", ")),
+        _ => quoted.concat(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stems_become_identifiers() {
+        for (stem, name) in [
+            ("sixbar", "sixbar"),
+            ("4th_Design", "m4th_Design"),
+            ("W_3.5", "W_3_5"),
+            ("fünf-gelenk", "f_nf_gelenk"),
+            ("for", "mfor"),
+            ("params", "mparams"),
+            ("...", "model"),
+        ] {
+            assert_eq!(identifier_from(stem), name, "{stem}");
+            let spanned = Spanned { value: name.to_owned(), span: Default::default() };
+            let mut diagnostics = Diagnostics::default();
+            check(&spanned, Kind::Model, &mut diagnostics);
+            assert!(!diagnostics.has_errors(), "{diagnostics}");
+        }
+    }
+
+    #[test]
+    fn what_is_meant() {
+        assert_eq!(closest("left_am", &["right_arm", "left_arm"]), Some("left_arm"));
+        assert_eq!(closest("stifness", &["damping", "stiffness"]), Some("stiffness"));
+        assert_eq!(closest("amr", &["base", "arm"]), Some("arm"));
+        assert_eq!(closest("j7", &["j0", "j1"]), None);
+    }
+}

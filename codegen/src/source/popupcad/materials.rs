@@ -1,0 +1,66 @@
+//! The layers' materials: equal ones are shared, different ones of one name told apart.
+
+use super::{Import, head};
+use crate::source::diagnostic::Spanned;
+use crate::source::model::Material;
+use crate::source::names::identifier_from;
+use crate::source::yaml::Node;
+
+/// What `MaterialProperty` holds.
+#[rustfmt::skip]
+const KEYS: &[&str] = &[
+    "E1", "E2", "color", "density", "is_adhesive", "is_conductive", "is_flexible", "is_rigid",
+    "name", "poisson", "thickness",
+];
+
+impl Import {
+    /// The materials, and for each layer (bottom to top) which of them it is.
+    pub(super) fn materials(&mut self, layers: &[Node]) -> Option<(Vec<Material>, Vec<usize>)> {
+        let read: Vec<_> = layers.iter().map(|layer| self.material(layer)).collect();
+        let mut materials: Vec<Material> = Vec::new();
+        let mut layup = Vec::new();
+        for mut material in read.into_iter().collect::<Option<Vec<_>>>()? {
+            let same = |a: &Material| {
+                a.density.value == material.density.value
+                    && a.thickness.value == material.thickness.value
+            };
+            let stem = material.name.value.clone();
+            let mut number = 1;
+            // `adhesive`, `adhesive_2`, ...: the first that is free or is this very material.
+            let position = loop {
+                let named = |a: &Material| a.name.value == material.name.value;
+                match materials.iter().position(named) {
+                    Some(i) if same(&materials[i]) => break i,
+                    Some(_) => {
+                        number += 1;
+                        material.name.value = format!("{stem}_{number}");
+                    }
+                    None => {
+                        materials.push(material);
+                        break materials.len() - 1;
+                    }
+                }
+            };
+            layup.push(position);
+        }
+        Some((materials, layup))
+    }
+
+    fn material(&mut self, node: &Node) -> Option<Material> {
+        self.warn_of_others(node, KEYS);
+        let at = node.tag.as_ref().map_or(head(node), |tag| tag.span);
+        let name = self.require(node, at, "name").and_then(|node| {
+            let value = identifier_from(&self.id(node)?);
+            Some(Spanned { value, span: node.span })
+        });
+        let density = self.required_number(node, at, "density");
+        let thickness = self.required_number(node, at, "thickness");
+        Some(Material {
+            name: name?,
+            density: density?,
+            thickness: thickness?,
+            youngs_modulus: None,
+            yield_stress: None,
+        })
+    }
+}

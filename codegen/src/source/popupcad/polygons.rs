@@ -1,0 +1,168 @@
+//! A layer's geometry: polygons as well-known text (OGC 06-103r4), as shapely writes them.
+
+use std::str::FromStr;
+
+use wkt::Wkt;
+use wkt::types::{LineString, Polygon};
+
+use super::{Import, head};
+use crate::source::diagnostic::{Diagnostic, Spanned};
+use crate::source::fields::items;
+use crate::source::model::Plate;
+use crate::source::yaml::Node;
+
+/// Deepest parentheses: a collection of multipolygons has five. The reader recurses over them.
+const MAX_DEPTH: usize = 8;
+
+impl Import {
+    /// All plates of a layer, in file order.
+    pub(super) fn layer(&mut self, node: &Node) -> Option<Vec<Plate>> {
+        let geometries = self.require(node, head(node), "geoms")?;
+        let texts = items(geometries, "a list of polygons as text", &mut self.diagnostics)?;
+        let plates: Vec<_> = texts.iter().map(|text| self.geometry(text)).collect();
+        plates.into_iter().collect::<Option<Vec<_>>>().map(|plates| plates.concat())
+    }
+
+    fn geometry(&mut self, node: &Node) -> Option<Vec<Plate>> {
+        let text = node.scalar().map_or("", |scalar| &scalar.text);
+        let read = balanced(text).and_then(|()| Wkt::<f64>::from_str(text));
+        let read = read.map_err(str::to_owned).and_then(|geometry| {
+            let mut plates = Vec::new();
+            collect(geometry, node, &mut plates).map(|()| plates)
+        });
+        match read {
+            Ok(plates) => Some(plates),
+            Err(reason) => {
+                self.diagnostics.push(
+                    Diagnostic::error("bad-polygon", node.span, format!("not a polygon: {reason}"))
+                        .hint("a layer holds `POLYGON ((x y, ..))` or `MULTIPOLYGON`, with holes"),
+                );
+                None
+            }
+        }
+    }
+}
+
+/// One geometry and nothing after it, not nested deeper than any layer.
+fn balanced(text: &str) -> Result<(), &'static str> {
+    let mut depth = 0_usize;
+    let mut closed = false;
+    for character in text.chars() {
+        match character {
+            _ if closed && !character.is_whitespace() => return Err("text after the geometry"),
+            '(' => depth += 1,
+            ')' if depth == 0 => return Err("a `)` too many"),
+            ')' => {
+                depth -= 1;
+                closed = depth == 0;
+            }
+            _ => {}
+        }
+        if depth > MAX_DEPTH {
+            return Err("nested too deeply");
+        }
+    }
+    Ok(())
+}
+
+/// Adds the geometry's polygons.
+fn collect(geometry: Wkt<f64>, node: &Node, plates: &mut Vec<Plate>) -> Result<(), String> {
+    match geometry {
+        Wkt::Polygon(polygon) => plates.extend(plate(&polygon, node)?),
+        Wkt::MultiPolygon(polygons) => {
+            for polygon in polygons.polygons() {
+                plates.extend(plate(polygon, node)?);
+            }
+        }
+        Wkt::GeometryCollection(collection) => {
+            for geometry in collection.into_inner().0 {
+                collect(geometry, node, plates)?;
+            }
+        }
+        // What shapely leaves of a plate that shrank to nothing has no area and no mass.
+        Wkt::Point(_) | Wkt::MultiPoint(_) | Wkt::LineString(_) | Wkt::MultiLineString(_) => {
+            return Err("points and lines have no area".into());
+        }
+    }
+    Ok(())
+}
+
+/// The polygon with its holes; `None` for an empty one.
+fn plate(polygon: &Polygon<f64>, node: &Node) -> Result<Option<Plate>, String> {
+    let Some((outline, holes)) = polygon.rings().split_first() else { return Ok(None) };
+    if outline.coords().is_empty() {
+        return Ok(None);
+    }
+    let holes = holes.iter().map(|hole| ring(hole, node)).collect::<Result<_, _>>()?;
+    Ok(Some(Plate { outline: ring(outline, node)?, holes }))
+}
+
+/// The vertices, without repeated ones: the first at the end, and those shapely leaves on a line.
+fn ring(line: &LineString<f64>, node: &Node) -> Result<Spanned<Vec<[f64; 2]>>, String> {
+    let mut vertices: Vec<[f64; 2]> = line.coords().iter().map(|c| [c.x, c.y]).collect();
+    vertices.dedup();
+    if vertices.len() > 1 && vertices.first() == vertices.last() {
+        vertices.pop();
+    }
+    if vertices.len() < 3 {
+        return Err(format!("a ring needs three vertices, this has {}", vertices.len()));
+    }
+    if !vertices.iter().flatten().all(|x| x.is_finite()) {
+        return Err("a vertex is not finite".into());
+    }
+    Ok(Spanned { value: vertices, span: node.span })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::source::yaml;
+
+    fn plates(wkt: &str) -> Result<Vec<Plate>, String> {
+        let (node, _) = yaml::parse(&format!("geoms: ['{wkt}']")).unwrap();
+        let mut import = Import { diagnostics: Default::default() };
+        import.layer(&node).ok_or_else(|| import.diagnostics.to_string())
+    }
+
+    #[test]
+    fn every_kind_of_layer() {
+        const SQUARE: &str = "(0 0, 4 0, 4 4, 0 4, 0 0)";
+        const HOLE: &str = "(1 1, 2 1, 2 2, 1 1)";
+        for (wkt, holes) in [
+            (format!("POLYGON ({SQUARE})"), vec![0]),
+            (format!("POLYGON ({SQUARE}, {HOLE})"), vec![1]),
+            (format!("MULTIPOLYGON (({SQUARE}, {HOLE}), ({SQUARE}))"), vec![1, 0]),
+            (
+                format!("GEOMETRYCOLLECTION (POLYGON ({SQUARE}), MULTIPOLYGON (({SQUARE})))"),
+                vec![0, 0],
+            ),
+            ("GEOMETRYCOLLECTION EMPTY".into(), vec![]),
+            ("POLYGON EMPTY".into(), vec![]),
+            ("MULTIPOLYGON EMPTY".into(), vec![]),
+        ] {
+            let plates = plates(&wkt).unwrap();
+            assert_eq!(plates.iter().map(|p| p.holes.len()).collect::<Vec<_>>(), holes, "{wkt}");
+            for plate in plates {
+                assert_eq!(plate.outline.value, [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]]);
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_layer() {
+        for (wkt, words) in [
+            ("LINESTRING (0 0, 1 1)", "no area"),
+            ("POLYGON ((0 0, 1 0, 0 0))", "this has 2"),
+            ("POLYGON ((0 0, 1 0, 1 1, 0 0)) and more", "text after"),
+            ("POLYGON ((0 0, 1 0, 1 1, 0 0", "not a polygon"),
+            ("POLYGON ((0 0, 1e999 0, 1 1, 0 0))", "not finite"),
+            ("POLYGON ((0 0, one 0, 1 1, 0 0))", "not a polygon"),
+            ("", "not a polygon"),
+        ] {
+            let error = plates(wkt).unwrap_err();
+            assert!(error.contains(words), "{wkt}: {error}");
+        }
+        let deep = "GEOMETRYCOLLECTION (".repeat(100_000);
+        assert!(plates(&deep).unwrap_err().contains("too deeply"));
+    }
+}

@@ -1,0 +1,80 @@
+//! Diagnostics as text: `file:line:column`, the line, a caret, what would be right.
+
+use std::ops::Range;
+
+use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
+
+use super::diagnostic::{Diagnostic, Diagnostics, Severity, SourceFile, Span};
+
+/// Columns of a rendered line; longer source lines are trimmed around the caret.
+const WIDTH: usize = 100;
+/// Nobody reads more at once.
+const MOST_SHOWN: usize = 100;
+
+impl Diagnostics {
+    /// All findings in the order of the file, each as a block of text; `color` for terminals.
+    pub fn render(&self, file: &SourceFile, color: bool) -> String {
+        let renderer = if color { Renderer::styled() } else { Renderer::plain() }.term_width(WIDTH);
+        let mut ordered: Vec<&Diagnostic> = self.0.iter().collect();
+        ordered.sort_by_key(|diagnostic| diagnostic.span.map(|span| span.start));
+        let shown = ordered.iter().take(MOST_SHOWN);
+        let mut text: String = shown.map(|one| render(one, file, &renderer) + "\n").collect();
+        if let Some(more) = ordered.len().checked_sub(MOST_SHOWN).filter(|more| *more > 0) {
+            text += &format!("... and {more} more\n");
+        }
+        text
+    }
+}
+
+fn render(diagnostic: &Diagnostic, file: &SourceFile, renderer: &Renderer) -> String {
+    let level = match diagnostic.severity {
+        Severity::Error => Level::ERROR,
+        Severity::Warning => Level::WARNING,
+    };
+    let title = level.primary_title(&diagnostic.message).id(diagnostic.code);
+    let group = match diagnostic.span {
+        Some(span) => Group::with_title(title).element(snippet(diagnostic, span, file)),
+        None => Group::with_title(title).element(Origin::path(&file.path)),
+    };
+    let group = match &diagnostic.hint {
+        Some(hint) => group.element(Level::HELP.message(hint)),
+        None => group,
+    };
+    renderer.render(&[group]) + "\n"
+}
+
+/// The lines the diagnostic is about. Only these are handed on: a file may have thousands.
+fn snippet<'a>(
+    diagnostic: &'a Diagnostic,
+    span: Span,
+    file: &'a SourceFile,
+) -> Snippet<'a, annotate_snippets::Annotation<'a>> {
+    let text = &file.text;
+    let span = on_one_line(text, span);
+    let also = diagnostic.also.as_ref().map(|(span, label)| (on_one_line(text, *span), label));
+    let first = also.as_ref().map_or(span.start, |(also, _)| also.start.min(span.start));
+    let last = also.as_ref().map_or(span.end, |(also, _)| also.end.max(span.end));
+    let start = text[..first].rfind('\n').map_or(0, |newline| newline + 1);
+    let end = text[last..].find('\n').map_or(text.len(), |newline| last + newline);
+    let shift = |range: Range<usize>| range.start - start..range.end - start;
+    let primary = AnnotationKind::Primary.span(shift(span));
+    let primary =
+        if diagnostic.label.is_empty() { primary } else { primary.label(&diagnostic.label) };
+    let secondary =
+        also.map(|(span, label)| AnnotationKind::Context.span(shift(span)).label(label));
+    Snippet::source(text[start..end].trim_end_matches('\r'))
+        .line_start(text[..start].matches('\n').count() + 1)
+        .path(&file.path)
+        .annotation(primary)
+        .annotations(secondary)
+}
+
+/// The part of a span on its first line (a whole entry is marked by its first line), moved to
+/// character boundaries within the text.
+fn on_one_line(text: &str, span: Span) -> Range<usize> {
+    let boundary = |at: usize| (0..=at.min(text.len())).rev().find(|&i| text.is_char_boundary(i));
+    let start = boundary(span.start).unwrap_or(0);
+    let end = boundary(span.end).unwrap_or(0).max(start);
+    let line = text[start..end].find(['\n', '\r']).map_or(end, |newline| start + newline);
+    start..line
+}

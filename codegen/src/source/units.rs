@@ -1,0 +1,349 @@
+//! Quantities: a number and a unit, checked for dimension and brought to SI and radians.
+//!
+//! A unit is a product of powers (`mN*m/rad`, `kg m^2`). Powers of ten move the decimal exponent
+//! of the number before it is read, so `0.127 mm` is the double nearest to 0.000127, not the
+//! product of two rounded ones. Angle is a dimension of its own: `N*m/deg` and `N*m` are told
+//! apart. (`uom` checks dimensions in types; a unit in a text is known only when the file is read.)
+
+use std::f64::consts::PI;
+use std::fmt;
+use std::ops::Range;
+
+/// Exponents of kilogram, metre, second and radian.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Dimension {
+    mass: i32,
+    length: i32,
+    time: i32,
+    angle: i32,
+}
+
+const fn dimension(mass: i32, length: i32, time: i32, angle: i32) -> Dimension {
+    Dimension { mass, length, time, angle }
+}
+
+impl Dimension {
+    fn plus(self, other: Self, power: i32) -> Self {
+        Self {
+            mass: self.mass + power * other.mass,
+            length: self.length + power * other.length,
+            time: self.time + power * other.time,
+            angle: self.angle + power * other.angle,
+        }
+    }
+}
+
+impl fmt::Display for Dimension {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(quantity) = QUANTITIES.iter().find(|quantity| quantity.dimension == *self) {
+            return f.write_str(quantity.name);
+        }
+        let bases = [(self.mass, "kg"), (self.length, "m"), (self.time, "s"), (self.angle, "rad")];
+        let powers: Vec<_> = bases
+            .iter()
+            .filter(|(power, _)| *power != 0)
+            .map(
+                |(power, base)| {
+                    if *power == 1 { (*base).into() } else { format!("{base}^{power}") }
+                },
+            )
+            .collect();
+        write!(f, "in {}", powers.join("*"))
+    }
+}
+
+/// What a field of the model measures.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Quantity {
+    /// With its article.
+    pub name: &'static str,
+    pub dimension: Dimension,
+    /// Units a user would write.
+    pub examples: &'static str,
+}
+
+macro_rules! quantities {
+    ($($id:ident = $name:literal, $powers:tt, $examples:literal;)*) => {
+        $(pub(super) const $id: Quantity =
+            Quantity { name: $name, dimension: dimension $powers, examples: $examples };)*
+        const QUANTITIES: &[Quantity] = &[$($id),*];
+    };
+}
+
+quantities! {
+    LENGTH = "a length", (0, 1, 0, 0), "`m`, `mm`, `um` or `in`";
+    ANGLE = "an angle", (0, 0, 0, 1), "`rad` or `deg`";
+    ANGULAR_SPEED = "an angular speed", (0, 0, -1, 1), "`rad/s` or `deg/s`";
+    MASS = "a mass", (1, 0, 0, 0), "`kg`, `g` or `mg`";
+    INERTIA = "a moment of inertia", (1, 2, 0, 0), "`kg*m^2` or `g*mm^2`";
+    DENSITY = "a density", (1, -3, 0, 0), "`kg/m^3` or `g/cm^3`";
+    PRESSURE = "a pressure or stress", (1, -1, -2, 0), "`Pa`, `MPa` or `GPa`";
+    STIFFNESS = "a rotational stiffness", (1, 2, -2, -1), "`N*m/rad` or `mN*m/deg`";
+    DAMPING = "a rotational damping", (1, 2, -1, -1), "`N*m*s/rad`";
+    TORQUE = "a torque", (1, 2, -2, 0), "`N*m` or `mN*m`";
+    FORCE = "a force", (1, 1, -2, 0), "`N` or `mN`";
+    ACCELERATION = "an acceleration", (0, 1, -2, 0), "`m/s^2`";
+    TIME = "a time", (0, 0, 1, 0), "`s` or `ms`";
+    FREQUENCY = "a frequency", (0, 0, -1, 0), "`Hz`";
+    SPEED = "a speed", (0, 1, -1, 0), "`m/s`";
+    AREA = "an area", (0, 2, 0, 0), "`m^2`";
+}
+
+/// A unit as a factor to SI: `mantissa * 10^exponent`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Unit {
+    mantissa: f64,
+    exponent: i32,
+    pub dimension: Dimension,
+}
+
+/// SI itself.
+pub(super) const SI: Unit = unit(1.0, 0, dimension(0, 0, 0, 0));
+
+const fn unit(mantissa: f64, exponent: i32, dimension: Dimension) -> Unit {
+    Unit { mantissa, exponent, dimension }
+}
+
+#[rustfmt::skip]
+const UNITS: &[(&str, Unit)] = &[
+    ("m", unit(1.0, 0, LENGTH.dimension)),
+    ("cm", unit(1.0, -2, LENGTH.dimension)),
+    ("mm", unit(1.0, -3, LENGTH.dimension)),
+    ("um", unit(1.0, -6, LENGTH.dimension)),
+    ("µm", unit(1.0, -6, LENGTH.dimension)),
+    ("μm", unit(1.0, -6, LENGTH.dimension)),
+    ("nm", unit(1.0, -9, LENGTH.dimension)),
+    ("in", unit(254.0, -4, LENGTH.dimension)),
+    ("mil", unit(254.0, -7, LENGTH.dimension)),
+    ("rad", unit(1.0, 0, ANGLE.dimension)),
+    ("mrad", unit(1.0, -3, ANGLE.dimension)),
+    ("deg", unit(PI / 180.0, 0, ANGLE.dimension)),
+    ("°", unit(PI / 180.0, 0, ANGLE.dimension)),
+    ("rev", unit(2.0 * PI, 0, ANGLE.dimension)),
+    ("kg", unit(1.0, 0, MASS.dimension)),
+    ("g", unit(1.0, -3, MASS.dimension)),
+    ("mg", unit(1.0, -6, MASS.dimension)),
+    ("s", unit(1.0, 0, TIME.dimension)),
+    ("ms", unit(1.0, -3, TIME.dimension)),
+    ("us", unit(1.0, -6, TIME.dimension)),
+    ("min", unit(6.0, 1, TIME.dimension)),
+    ("Hz", unit(1.0, 0, FREQUENCY.dimension)),
+    ("kHz", unit(1.0, 3, FREQUENCY.dimension)),
+    ("N", unit(1.0, 0, FORCE.dimension)),
+    ("mN", unit(1.0, -3, FORCE.dimension)),
+    ("uN", unit(1.0, -6, FORCE.dimension)),
+    ("kN", unit(1.0, 3, FORCE.dimension)),
+    ("Nm", unit(1.0, 0, TORQUE.dimension)),
+    ("mNm", unit(1.0, -3, TORQUE.dimension)),
+    ("Pa", unit(1.0, 0, PRESSURE.dimension)),
+    ("kPa", unit(1.0, 3, PRESSURE.dimension)),
+    ("MPa", unit(1.0, 6, PRESSURE.dimension)),
+    ("GPa", unit(1.0, 9, PRESSURE.dimension)),
+    ("J", unit(1.0, 0, TORQUE.dimension)),
+    ("mJ", unit(1.0, -3, TORQUE.dimension)),
+    ("W", unit(1.0, 0, dimension(1, 2, -3, 0))),
+];
+
+/// Every unit's name.
+pub(super) fn unit_names() -> Vec<&'static str> {
+    UNITS.iter().map(|(name, _)| *name).collect()
+}
+
+/// The unit of this name.
+pub(super) fn find(name: &str) -> Option<Unit> {
+    UNITS.iter().find(|(known, _)| *known == name).map(|(_, unit)| *unit)
+}
+
+/// Why a unit cannot be read; ranges are bytes of the text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum UnitError {
+    /// No unit of this name.
+    Unknown(Range<usize>),
+    /// Not a product of powers of units.
+    Malformed(Range<usize>),
+}
+
+impl Unit {
+    /// The number written as `number`, in this unit, in SI. Infinite when too large for a double.
+    pub fn to_si(self, number: &str) -> f64 {
+        let (digits, exponent) = number.split_once(['e', 'E']).unwrap_or((number, "0"));
+        let exponent = exponent.parse::<i64>().unwrap_or(match exponent.starts_with('-') {
+            true => i64::MIN / 2,
+            false => i64::MAX / 2,
+        });
+        // The factor comes before the shift: 254 is exact where 1e-4 is not. Digits with an
+        // exponent are always a number; one that overflows is reported as not finite.
+        let digits = match self.mantissa {
+            1.0 => digits.to_owned(),
+            mantissa => (digits.parse::<f64>().unwrap_or(f64::NAN) * mantissa).to_string(),
+        };
+        let shifted = format!("{digits}e{}", exponent + i64::from(self.exponent));
+        shifted.parse().unwrap_or(f64::NAN)
+    }
+
+    fn times(self, other: Self, power: i32) -> Self {
+        Self {
+            mantissa: self.mantissa * other.mantissa.powi(power),
+            exponent: self.exponent + power * other.exponent,
+            dimension: self.dimension.plus(other.dimension, power),
+        }
+    }
+}
+
+/// Splits `text` after the number it starts with; `None` when it starts with none.
+pub(super) fn split_number(text: &str) -> Option<(&str, &str)> {
+    let bytes = text.as_bytes();
+    let digits = |from: usize| bytes[from..].iter().take_while(|b| b.is_ascii_digit()).count();
+    let sign = usize::from(matches!(bytes.first(), Some(b'+' | b'-')));
+    let whole = digits(sign);
+    let mut end = sign + whole;
+    let mut fraction = 0;
+    if bytes.get(end) == Some(&b'.') {
+        fraction = digits(end + 1);
+        end += 1 + fraction;
+    }
+    if whole + fraction == 0 {
+        return None;
+    }
+    if matches!(bytes.get(end), Some(b'e' | b'E')) {
+        let sign = usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
+        let exponent = digits((end + 1 + sign).min(bytes.len()));
+        if exponent > 0 {
+            end += 1 + sign + exponent;
+        }
+    }
+    Some(text.split_at(end))
+}
+
+/// Splits text that is one number and at most one unit; `None` for other text (an expression).
+pub(super) fn split_quantity(text: &str) -> Option<(&str, &str)> {
+    let (number, rest) = split_number(text)?;
+    let unit = rest.trim_start();
+    let starts = unit.starts_with(|c: char| c.is_alphabetic() || c == '°');
+    // A minus belongs to a power (`s^-1`); elsewhere it makes the text an expression.
+    let of_units = |c: char| c.is_alphanumeric() || " */^·°²³".contains(c);
+    let is_unit = starts && unit.replace("^-", "^").chars().all(of_units);
+    (unit.is_empty() || is_unit).then_some((number, unit))
+}
+
+/// Reads a unit: names with powers, between `*`, `·`, blanks and `/`. A `/` divides by the one
+/// name after it.
+pub(super) fn parse_unit(text: &str) -> Result<Unit, UnitError> {
+    /// More is no unit of mechanics.
+    const HIGHEST_POWER: i32 = 9;
+    let mut total = SI;
+    let mut at = 0;
+    let mut sign = 1;
+    loop {
+        let rest = &text[at..];
+        let length = rest.find(|c: char| !(c.is_alphabetic() || c == '°')).unwrap_or(rest.len());
+        let name = &rest[..length];
+        if name.is_empty() {
+            return Err(UnitError::Malformed(at..text.len().max(at)));
+        }
+        let unit = find(name).ok_or(UnitError::Unknown(at..at + length))?;
+        at += length;
+        let (power, used) = parse_power(&text[at..]).ok_or(UnitError::Malformed(at..text.len()))?;
+        if power == 0 || power.abs() > HIGHEST_POWER {
+            return Err(UnitError::Malformed(at..at + used));
+        }
+        at += used;
+        total = total.times(unit, sign * power);
+        let rest = text[at..].trim_start();
+        if rest.is_empty() {
+            return Ok(total);
+        }
+        sign = if rest.starts_with('/') { -1 } else { 1 };
+        let rest = rest.strip_prefix(['*', '/', '·']).unwrap_or(rest).trim_start();
+        // A unit of this many factors is no unit either; the exponents stay small.
+        if text.len() > 100 {
+            return Err(UnitError::Malformed(0..text.len()));
+        }
+        at = text.len() - rest.len();
+    }
+}
+
+/// A power at the start of `text` (1 when there is none) and the bytes it takes.
+fn parse_power(text: &str) -> Option<(i32, usize)> {
+    if let Some(power) = text.strip_prefix('^') {
+        let digits = power.strip_prefix('-').unwrap_or(power);
+        let length = digits.bytes().take_while(u8::is_ascii_digit).count();
+        let used = power.len() - digits.len() + length;
+        return power[..used].parse().ok().map(|value| (value, used + 1));
+    }
+    match text.chars().next() {
+        Some('²') => Some((2, '²'.len_utf8())),
+        Some('³') => Some((3, '³'.len_utf8())),
+        _ => Some((1, 0)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn si(text: &str) -> (f64, Dimension) {
+        let (number, unit) = split_quantity(text).unwrap();
+        let unit = if unit.is_empty() { SI } else { parse_unit(unit).unwrap() };
+        (unit.to_si(number), unit.dimension)
+    }
+
+    #[test]
+    fn quantities_are_the_nearest_doubles() {
+        for (text, value, of) in [
+            ("0.127 mm", 0.000127, LENGTH),
+            ("127um", 127e-6, LENGTH),
+            ("127 µm", 127e-6, LENGTH),
+            ("5 mil", 127e-6, LENGTH),
+            ("1 in", 0.0254, LENGTH),
+            ("180 deg", PI, ANGLE),
+            ("-90°", -PI / 2.0, ANGLE),
+            ("11.4 mN*m/rad", 0.0114, STIFFNESS),
+            ("11.4 mNm/rad", 0.0114, STIFFNESS),
+            ("4383.27 MPa", 4383.27e6, PRESSURE),
+            ("42.84 N/mm^2", 42.84e6, PRESSURE),
+            ("0.5 g", 0.0005, MASS),
+            ("2 g*mm^2", 2e-9, INERTIA),
+            ("2 g mm²", 2e-9, INERTIA),
+            ("2e3 mg·mm^2", 2e-9, INERTIA),
+            ("1.38 g/cm^3", 1380.0, DENSITY),
+            ("9.81 m s^-2", 9.81, ACCELERATION),
+            ("3.5e-6 N*m*s/rad", 3.5e-6, DAMPING),
+            ("1e400 mm", f64::INFINITY, LENGTH),
+        ] {
+            let (got, dimension) = si(text);
+            assert_eq!(dimension, of.dimension, "{text}");
+            assert_eq!(got, value, "{text}");
+        }
+        // Factors that are no power of ten cost a rounding each.
+        for (text, value, of) in
+            [("1 mN*m/deg", 0.18 / PI, STIFFNESS), ("60 rev/min", 2.0 * PI, ANGULAR_SPEED)]
+        {
+            let (got, dimension) = si(text);
+            assert_eq!(dimension, of.dimension, "{text}");
+            assert!((got / value - 1.0).abs() < 4e-16, "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_a_quantity_and_what_an_expression() {
+        for text in ["1", "-1.5e-3", "2 m", "2m", ".5 mm", "5. N*m", "1e", "2 q"] {
+            assert!(split_quantity(text).is_some(), "{text}");
+        }
+        for text in
+            ["k", "2*k", "2 + 3", "2*pi", "sin(t)", "", "-", ".", "2 sin(t)", "1/2", "2 m-k"]
+        {
+            assert!(split_quantity(text).is_none(), "{text}");
+        }
+    }
+
+    #[test]
+    fn bad_units() {
+        assert_eq!(parse_unit("mN*furlong"), Err(UnitError::Unknown(3..10)));
+        assert_eq!(parse_unit("mm^"), Err(UnitError::Malformed(2..3)));
+        assert_eq!(parse_unit("mm*"), Err(UnitError::Malformed(3..3)));
+        assert_eq!(parse_unit("m^99"), Err(UnitError::Malformed(1..4)));
+        assert_eq!(parse_unit("m//s"), Err(UnitError::Malformed(2..4)));
+        assert_eq!(parse_unit(&"m*".repeat(60)), Err(UnitError::Malformed(0..120)));
+    }
+}

@@ -1,0 +1,255 @@
+//! [`SourceModel`] -> our schema, for `lamc import`.
+//!
+//! SI and radians, every number as the shortest text that reads back as the same double.
+
+use std::fmt::Write;
+
+use super::expression::Expression;
+use super::formula::{number, print};
+use super::model::{Body, Joint, Plate, Shape, SourceModel, Spring};
+
+/// Longest line of vertices.
+const WIDTH: usize = 100;
+
+/// The model as a file of our schema; reading it gives the same model, number for number.
+pub fn to_yaml(model: &SourceModel) -> String {
+    let mut out = String::from("# SI units and radians.\n");
+    line(&mut out, 0, &format!("name: {}", model.name.value));
+    line(&mut out, 0, &format!("gravity: {}", expressions(&model.gravity, model)));
+    section(&mut out, "materials", &model.materials, |out, material| {
+        let mut fields = vec![
+            format!("density: {}", number(material.density.value)),
+            format!("thickness: {}", number(material.thickness.value)),
+        ];
+        let optional = [
+            ("youngs_modulus", &material.youngs_modulus),
+            ("yield_stress", &material.yield_stress),
+        ];
+        for (key, value) in optional {
+            fields.extend(value.as_ref().map(|value| format!("{key}: {}", number(value.value))));
+        }
+        mapping(out, 1, &material.name.value, &fields);
+    });
+    if !model.layup.is_empty() {
+        let names = model.layup.iter().map(|&i| model.materials[i].name.value.clone());
+        line(
+            &mut out,
+            0,
+            &format!("layup: [{}]  # bottom to top", names.collect::<Vec<_>>().join(", ")),
+        );
+    }
+    section(&mut out, "parameters", &model.parameters, |out, parameter| {
+        line(out, 1, &format!("{}: {}", parameter.name.value, number(parameter.value)));
+    });
+    names(&mut out, "inputs", model.inputs.iter().map(|input| input.value.as_str()));
+    names(&mut out, "tunable", model.tunable.iter().map(|kind| kind.value.name()));
+    section(&mut out, "bodies", &model.bodies, body);
+    section(&mut out, "joints", &model.joints, |out, item| joint(out, item, model));
+    let guess = |values: &[(super::JointId, f64)]| {
+        let named = values.iter().map(|(id, value)| {
+            format!("{}: {}", model.joints[id.index()].name.value, number(*value))
+        });
+        format!("{{ {} }}", named.collect::<Vec<_>>().join(", "))
+    };
+    if !(model.initial_q.is_empty() && model.initial_u.is_empty()) {
+        line(&mut out, 0, "initial:");
+        for (key, values) in [("q", &model.initial_q), ("u", &model.initial_u)] {
+            if !values.is_empty() {
+                line(&mut out, 1, &format!("{key}: {}", guess(values)));
+            }
+        }
+    }
+    section(&mut out, "points", &model.points, |out, point| {
+        let body = &model.bodies[point.body.index()].name.value;
+        let name = &point.name.value;
+        line(out, 1, &format!("{name}: {{ body: {body}, at: {} }}", list(&point.at)));
+    });
+    section(&mut out, "forces", &model.forces, |out, force| {
+        let point = &model.points[force.point.index()].name.value;
+        let components = expressions(&force.force, model);
+        let name = &force.name.value;
+        line(out, 1, &format!("{name}: {{ point: {point}, force: {components} }}"));
+    });
+    out
+}
+
+fn line(out: &mut String, indent: usize, text: &str) {
+    // Writing to a string cannot fail.
+    let _ = writeln!(out, "{:1$}{text}", "", 2 * indent);
+}
+
+/// `key: { .. }` on one line, or a field a line where that would be too long.
+fn mapping(out: &mut String, indent: usize, key: &str, fields: &[String]) {
+    let flow = format!("{key}: {{ {} }}", fields.join(", "));
+    if 2 * indent + flow.len() <= WIDTH {
+        return line(out, indent, &flow);
+    }
+    line(out, indent, &format!("{key}:"));
+    fields.iter().for_each(|field| line(out, indent + 1, field));
+}
+
+fn section<T>(out: &mut String, key: &str, items: &[T], mut write: impl FnMut(&mut String, &T)) {
+    if !items.is_empty() {
+        line(out, 0, &format!("{key}:"));
+        items.iter().for_each(|item| write(out, item));
+    }
+}
+
+fn names<'n>(out: &mut String, key: &str, names: impl Iterator<Item = &'n str>) {
+    let names: Vec<_> = names.collect();
+    if !names.is_empty() {
+        line(out, 0, &format!("{key}: [{}]", names.join(", ")));
+    }
+}
+
+fn list(values: &[f64]) -> String {
+    let values: Vec<_> = values.iter().map(|value| number(*value)).collect();
+    format!("[{}]", values.join(", "))
+}
+
+/// A number bare, anything else quoted.
+fn expression(expression: &Expression, model: &SourceModel) -> String {
+    match expression {
+        Expression::Number(value) => number(*value),
+        other => format!("\"{}\"", print(other, model)),
+    }
+}
+
+fn expressions(values: &[Expression], model: &SourceModel) -> String {
+    let values: Vec<_> = values.iter().map(|value| expression(value, model)).collect();
+    format!("[{}]", values.join(", "))
+}
+
+fn body(out: &mut String, body: &Body) {
+    let bare = matches!(body.shape, Shape::None) && body.point_masses.is_empty();
+    if bare {
+        let fixed = if body.fixed { " fixed: true " } else { "" };
+        return line(out, 1, &format!("{}: {{{fixed}}}", body.name.value));
+    }
+    line(out, 1, &format!("{}:", body.name.value));
+    if body.fixed {
+        line(out, 2, "fixed: true");
+    }
+    match &body.shape {
+        Shape::None => {}
+        Shape::Plates(layers) => plates(out, &body.name.value, layers),
+        Shape::Rigid { mass, com, inertia } => {
+            line(out, 2, &format!("mass: {}", number(mass.value)));
+            line(out, 2, &format!("com: {}", list(&com.value)));
+            line(out, 2, "inertia:");
+            inertia.value.iter().for_each(|row| line(out, 3, &format!("- {}", list(row))));
+        }
+    }
+    if !body.point_masses.is_empty() {
+        line(out, 2, "point_masses:");
+        for point in &body.point_masses {
+            let mass = number(point.mass.value);
+            line(out, 3, &format!("- {{ mass: {mass}, at: {} }}", list(&point.at)));
+        }
+    }
+}
+
+/// Plates, where equal layers are written once.
+fn plates(out: &mut String, name: &str, layers: &[Vec<Plate>]) {
+    let same = |a: &[Plate], b: &[Plate]| {
+        a.len() == b.len()
+            && a.iter().zip(b).all(|(a, b)| {
+                a.outline.value == b.outline.value
+                    && a.holes.iter().map(|h| &h.value).eq(b.holes.iter().map(|h| &h.value))
+            })
+    };
+    if let [first, rest @ ..] = layers
+        && let [plate] = first.as_slice()
+        && rest.iter().all(|layer| same(layer, first))
+    {
+        return plate_fields(out, 2, plate, "");
+    }
+    line(out, 2, "layers:");
+    for (i, layer) in layers.iter().enumerate() {
+        if layer.is_empty() {
+            line(out, 3, "- []");
+            continue;
+        }
+        if let Some(earlier) = layers[..i].iter().position(|other| same(other, layer)) {
+            line(out, 3, &format!("- *{name}_layer_{earlier}"));
+            continue;
+        }
+        match layers[i + 1..].iter().any(|other| same(other, layer)) {
+            true => line(out, 3, &format!("- &{name}_layer_{i}")),
+            false => line(out, 3, "-"),
+        }
+        for plate in layer {
+            plate_fields(out, 4, plate, "- ");
+        }
+    }
+}
+
+/// `outline` and `holes`; `mark` starts the first line.
+fn plate_fields(out: &mut String, indent: usize, plate: &Plate, mark: &str) {
+    ring(out, indent, &format!("{mark}outline: "), &plate.outline.value);
+    if !plate.holes.is_empty() {
+        let inner = indent + mark.len() / 2;
+        line(out, inner, "holes:");
+        plate.holes.iter().for_each(|hole| ring(out, inner + 1, "- ", &hole.value));
+    }
+}
+
+/// A list of vertices, as many on a line as fit.
+fn ring(out: &mut String, indent: usize, key: &str, vertices: &[[f64; 2]]) {
+    let mut text = format!("{key}[");
+    let hanging = indent + 1 + usize::from(key.starts_with("- o"));
+    let mut indent = indent;
+    for (i, vertex) in vertices.iter().enumerate() {
+        let last = i + 1 == vertices.len();
+        let item = format!("{}{}", list(vertex), if last { "]" } else { "," });
+        if 2 * indent + text.len() + 1 + item.len() > WIDTH {
+            line(out, indent, text.trim_end());
+            (text, indent) = (String::new(), hanging);
+        }
+        if !(text.is_empty() || text.ends_with('[')) {
+            text.push(' ');
+        }
+        text.push_str(&item);
+    }
+    line(out, indent, &text);
+}
+
+fn joint(out: &mut String, joint: &Joint, model: &SourceModel) {
+    line(out, 1, &format!("{}:", joint.name.value));
+    let [first, second] =
+        joint.bodies.each_ref().map(|id| &model.bodies[id.value.index()].name.value);
+    line(out, 2, &format!("bodies: [{first}, {second}]"));
+    let points = joint.axis.value.each_ref().map(|point| list(point));
+    let axis = format!("axis: [{}]", points.join(", "));
+    match axis.len() + 4 > WIDTH {
+        true => {
+            line(out, 2, "axis:");
+            points.iter().for_each(|point| line(out, 3, &format!("- {point}")));
+        }
+        false => line(out, 2, &axis),
+    }
+    // A negative zero is a number of its own.
+    if joint.z.to_bits() != 0 {
+        line(out, 2, &format!("z: {}", number(joint.z)));
+    }
+    let mut law = |key: &str, value: &Expression| {
+        if !matches!(value, Expression::Number(zero) if zero.to_bits() == 0) {
+            line(out, 2, &format!("{key}: {}", expression(value, model)));
+        }
+    };
+    if let Spring::Stiffness(stiffness) = &joint.spring {
+        law("stiffness", &stiffness.value);
+    }
+    law("damping", &joint.damping.value);
+    law("rest", &joint.rest.value);
+    law("torque", &joint.torque.value);
+    if let Spring::Beam { material, length, width } = &joint.spring {
+        let material = &model.materials[material.value].name.value;
+        let (length, width) = (number(length.value), number(width.value));
+        let fields = format!("model: beam, material: {material}, length: {length}, width: {width}");
+        line(out, 2, &format!("hinge: {{ {fields} }}"));
+    }
+    if let Some(limits) = &joint.limits {
+        line(out, 2, &format!("limits: {}", list(&limits.value)));
+    }
+}

@@ -1,0 +1,379 @@
+//! YAML text -> a tree of nodes that know where they stand in the text.
+//!
+//! Built on the event parser under `serde-saphyr` rather than on its `Spanned<T>`: that one gives a
+//! mapping the location of its first event only, drops the tags that tell a popupCAD file apart,
+//! types scalars before we know whether they are a name or a number, and stops at the first
+//! duplicate key. Its limits on aliases sit in the same layer, so ours stand here: what the
+//! aliases expand to counts against one budget of nodes.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use serde_saphyr::granit_parser::{
+    self, ErrorKind, Event, Parser, ScalarStyle, ScanError, StructureStyle,
+};
+
+use super::diagnostic::{Diagnostic, Diagnostics, Span, Spanned};
+
+/// Deepest nesting of mappings and sequences, aliases followed.
+const MAX_DEPTH: usize = 64;
+/// Most nodes of a file, aliases followed.
+const MAX_NODES: usize = 2_000_000;
+
+/// A value of the file.
+#[derive(Clone, Debug)]
+pub(super) struct Node {
+    pub content: Content,
+    /// The resolved tag (`tag:yaml.org,2002:python/tuple`), when one is written.
+    pub tag: Option<Spanned<String>>,
+    /// From the first to the last byte of the value, without the tag.
+    pub span: Span,
+}
+
+/// What a node holds.
+#[derive(Clone, Debug)]
+pub(super) enum Content {
+    Scalar(Scalar),
+    Sequence(Vec<Node>),
+    Mapping(Vec<Entry>),
+}
+
+/// Text, after YAML's escapes; whether it is a number is for the reader of the field to say.
+#[derive(Clone, Debug)]
+pub(super) struct Scalar {
+    pub text: Arc<str>,
+    /// Written without quotes.
+    plain: bool,
+    /// Where `text` starts in the file, when the file holds it letter for letter.
+    verbatim: Option<usize>,
+}
+
+/// One `key: value`.
+#[derive(Clone, Debug)]
+pub(super) struct Entry {
+    pub key: Spanned<String>,
+    pub value: Node,
+}
+
+impl Entry {
+    /// Key and value.
+    pub fn span(&self) -> Span {
+        Span { start: self.key.span.start, end: self.value.span.end.max(self.key.span.end) }
+    }
+}
+
+impl Node {
+    /// The scalar, when the node is one.
+    pub fn scalar(&self) -> Option<&Scalar> {
+        match &self.content {
+            Content::Scalar(scalar) => Some(scalar),
+            _ => None,
+        }
+    }
+
+    /// The value of a mapping's key.
+    pub fn get(&self, key: &str) -> Option<&Node> {
+        match &self.content {
+            Content::Mapping(entries) => {
+                entries.iter().find(|entry| entry.key.value == key).map(|entry| &entry.value)
+            }
+            _ => None,
+        }
+    }
+
+    /// True for `key:` with nothing after it, `null` and `~`.
+    pub fn is_null(&self) -> bool {
+        self.scalar().is_some_and(|s| s.plain && matches!(&*s.text, "" | "~" | "null"))
+    }
+
+    /// Where bytes `start..end` of a scalar's text stand in `source`; the whole scalar when escapes
+    /// make that unclear.
+    pub fn span_within(&self, source: &str, start: usize, end: usize) -> Span {
+        let Some(scalar) = self.scalar() else { return self.span };
+        if let Some(at) = scalar.verbatim {
+            return Span { start: at + start, end: at + end };
+        }
+        // Folded lines differ in their blanks only: count the characters between these.
+        let solid = |text: &str| text.chars().filter(|c| !c.is_whitespace()).count();
+        let raw = source.get(self.span.start..self.span.end).unwrap_or_default();
+        let unquoted = raw.trim_start_matches(['"', '\'']);
+        let offset = self.span.start + (raw.len() - unquoted.len());
+        let raw = unquoted.trim_end_matches(['"', '\'']);
+        let same = raw.split_whitespace().flat_map(str::chars);
+        if raw.is_empty() || !same.eq(scalar.text.split_whitespace().flat_map(str::chars)) {
+            return self.span;
+        }
+        let skipped = solid(&scalar.text[..start]);
+        let kept = solid(&scalar.text[start..end]).max(1);
+        let mut places = raw.char_indices().filter(|(_, c)| !c.is_whitespace()).skip(skipped);
+        match (places.next(), places.nth(kept.saturating_sub(2))) {
+            (Some((from, c)), _) if kept == 1 => {
+                Span { start: offset + from, end: offset + from + c.len_utf8() }
+            }
+            (Some((from, _)), Some((last, c))) => {
+                Span { start: offset + from, end: offset + last + c.len_utf8() }
+            }
+            _ => self.span,
+        }
+    }
+
+    /// What it is, for messages.
+    pub fn describe(&self) -> String {
+        match &self.content {
+            Content::Scalar(_) if self.is_null() => "nothing".into(),
+            Content::Scalar(scalar) => format!("`{}`", shorten(&scalar.text)),
+            Content::Sequence(_) => "a list".into(),
+            Content::Mapping(_) => "a mapping".into(),
+        }
+    }
+}
+
+/// At most a line's worth of a user's text.
+pub(super) fn shorten(text: &str) -> String {
+    const LONGEST: usize = 40;
+    let line = text.lines().next().unwrap_or_default();
+    if line.chars().count() <= LONGEST && line.len() == text.len() {
+        return line.into();
+    }
+    line.chars().take(LONGEST).chain(['…']).collect()
+}
+
+/// Reads the one document of `text`. The diagnostics beside the tree are errors that do not keep
+/// the rest from being read: duplicate keys, keys that are no text.
+pub(super) fn parse(text: &str) -> Result<(Node, Diagnostics), Diagnostics> {
+    let mut options = granit_parser::options! {
+        flow_nesting_limit: MAX_DEPTH,
+        block_nesting_limit: MAX_DEPTH,
+    };
+    options.set_emit_comments(false);
+    let mut builder = Builder { text, ..Builder::default() };
+    for event in Parser::new_from_str_with_options(text, options) {
+        let (event, span) = event.map_err(|error| syntax_error(text, &error, &builder.open))?;
+        builder.event(event, span)?;
+    }
+    match builder.root {
+        Some(root) => Ok((root, builder.diagnostics)),
+        None => Err(Diagnostic::error("empty-file", Span::default(), "the file is empty")
+            .hint("a model needs at least `bodies` and `joints`")
+            .into()),
+    }
+}
+
+/// The parser's own error, at its place.
+fn syntax_error(text: &str, error: &ScanError, open: &[Open]) -> Diagnostics {
+    let at = error.marker().byte_offset().unwrap_or(text.len()).min(text.len());
+    let next = text.get(at..).and_then(|rest| rest.chars().next());
+    let width = next.filter(|c| !matches!(c, '\n' | '\r')).map_or(0, char::len_utf8);
+    let span = Span { start: at, end: at + width };
+    if *error.kind() == ErrorKind::RecursionLimitExceeded {
+        return too_deep(span).into();
+    }
+    if *error.kind() == ErrorKind::UnknownAnchor {
+        return Diagnostic::error("unknown-alias", span, "this alias has no anchor before it")
+            .hint("write `&name` in front of the value that `*name` stands for")
+            .into();
+    }
+    let message = format!("not valid YAML: {}", error.info());
+    let found = Diagnostic::error("yaml-syntax", span, message).label("the parser stopped here");
+    match open.last().filter(|open| open.flow) {
+        // What is missing is the end of this, often lines above.
+        Some(Open { start, .. }) => {
+            found.also(Span { start: *start, end: start + 1 }, "opened here").into()
+        }
+        None => found.into(),
+    }
+}
+
+fn too_deep(span: Span) -> Diagnostic {
+    Diagnostic::error("too-deep", span, format!("nested more than {MAX_DEPTH} levels deep"))
+        .hint("a model needs about ten")
+}
+
+/// A finished value, its size and depth with aliases followed.
+#[derive(Clone)]
+struct Built {
+    node: Node,
+    size: usize,
+    depth: usize,
+}
+
+/// A sequence or mapping being read.
+struct Open {
+    anchor: usize,
+    tag: Option<Spanned<String>>,
+    start: usize,
+    end: usize,
+    flow: bool,
+    size: usize,
+    depth: usize,
+    children: Children,
+}
+
+enum Children {
+    Items(Vec<Node>),
+    Entries { entries: Vec<Entry>, key: Option<Node> },
+}
+
+#[derive(Default)]
+struct Builder<'t> {
+    text: &'t str,
+    root: Option<Node>,
+    open: Vec<Open>,
+    /// `None` while the anchored value is still being read.
+    anchors: HashMap<usize, Option<Built>>,
+    nodes: usize,
+    diagnostics: Diagnostics,
+}
+
+impl Builder<'_> {
+    fn event(&mut self, event: Event, at: granit_parser::Span) -> Result<(), Diagnostics> {
+        let range = at.byte_range().unwrap_or(0..0);
+        let span = Span { start: range.start, end: range.end };
+        let tag = |tag: Option<std::borrow::Cow<granit_parser::Tag>>| {
+            let written = at.tag_span().and_then(|s| s.byte_range()).unwrap_or(range.clone());
+            tag.map(|tag| Spanned {
+                value: format!("{}{}", tag.handle(), tag.suffix()),
+                span: Span { start: written.start, end: written.end },
+            })
+        };
+        match event {
+            Event::DocumentStart(..) if self.root.is_some() => {
+                return Err(Diagnostic::error("several-documents", span, "a second YAML document")
+                    .hint("one file describes one mechanism: remove `---`")
+                    .into());
+            }
+            Event::Scalar(text, style, anchor, written_tag) => {
+                let plain = style == ScalarStyle::Plain;
+                let at = span.start + usize::from(!plain);
+                let verbatim = self.text.get(at..).is_some_and(|t| t.starts_with(&*text));
+                let scalar = Scalar { text: text.into(), plain, verbatim: verbatim.then_some(at) };
+                let node = Node { content: Content::Scalar(scalar), tag: tag(written_tag), span };
+                self.finish(anchor, Built { node, size: 1, depth: 0 })?;
+            }
+            Event::Alias(anchor) => match self.anchors.get(&anchor).cloned().flatten() {
+                Some(built) => self.add(built, span)?,
+                None => {
+                    return Err(Diagnostic::error(
+                        "self-alias",
+                        span,
+                        "an alias inside its own value",
+                    )
+                    .hint("write the value out")
+                    .into());
+                }
+            },
+            Event::SequenceStart(style, anchor, written_tag) => {
+                self.start(style, anchor, tag(written_tag), span, Children::Items(Vec::new()));
+            }
+            Event::MappingStart(style, anchor, written_tag) => {
+                let children = Children::Entries { entries: Vec::new(), key: None };
+                self.start(style, anchor, tag(written_tag), span, children);
+            }
+            Event::SequenceEnd | Event::MappingEnd => self.end(span)?,
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn start(
+        &mut self,
+        style: StructureStyle,
+        anchor: usize,
+        tag: Option<Spanned<String>>,
+        span: Span,
+        children: Children,
+    ) {
+        if anchor != 0 {
+            self.anchors.insert(anchor, None);
+        }
+        let flow = style == StructureStyle::Flow;
+        let (start, end) = (span.start, span.end);
+        self.open.push(Open { anchor, tag, start, end, flow, size: 1, depth: 0, children });
+    }
+
+    fn end(&mut self, span: Span) -> Result<(), Diagnostics> {
+        let Some(open) = self.open.pop() else { return Ok(()) };
+        let content = match open.children {
+            Children::Items(items) => Content::Sequence(items),
+            Children::Entries { entries, .. } => {
+                Content::Mapping(distinct(entries, &mut self.diagnostics))
+            }
+        };
+        // A block ends where its last child does: its end event stands at the next token.
+        let end = if open.flow { span.end } else { open.end };
+        let node = Node { content, tag: open.tag, span: Span { start: open.start, end } };
+        self.finish(open.anchor, Built { node, size: open.size, depth: open.depth + 1 })
+    }
+
+    fn finish(&mut self, anchor: usize, built: Built) -> Result<(), Diagnostics> {
+        if anchor != 0 {
+            self.anchors.insert(anchor, Some(built.clone()));
+        }
+        self.nodes += 1;
+        let at = built.node.span;
+        if self.nodes > MAX_NODES {
+            return Err(too_many(at));
+        }
+        self.place(built, at)
+    }
+
+    /// Puts a copy of an anchored value where its alias (at `at`) stands.
+    fn add(&mut self, built: Built, at: Span) -> Result<(), Diagnostics> {
+        self.nodes = self.nodes.saturating_add(built.size);
+        if self.nodes > MAX_NODES {
+            return Err(too_many(at));
+        }
+        if self.open.len() + built.depth > MAX_DEPTH {
+            return Err(too_deep(at).into());
+        }
+        self.place(built, at)
+    }
+
+    fn place(&mut self, built: Built, at: Span) -> Result<(), Diagnostics> {
+        let Some(parent) = self.open.last_mut() else {
+            self.root = Some(built.node);
+            return Ok(());
+        };
+        parent.size += built.size;
+        parent.depth = parent.depth.max(built.depth);
+        parent.end = parent.end.max(at.end);
+        match &mut parent.children {
+            Children::Items(items) => items.push(built.node),
+            Children::Entries { key: key @ None, .. } => *key = Some(built.node),
+            Children::Entries { entries, key } => {
+                let Some(key) = key.take() else { return Ok(()) };
+                let Some(scalar) = key.scalar() else {
+                    let error = Diagnostic::error("bad-key", key.span, "a key must be text");
+                    self.diagnostics.push(error.label(format!("this is {}", key.describe())));
+                    return Ok(());
+                };
+                let key = Spanned { value: scalar.text.to_string(), span: key.span };
+                entries.push(Entry { key, value: built.node });
+            }
+        }
+        Ok(())
+    }
+}
+
+fn too_many(at: Span) -> Diagnostics {
+    Diagnostic::error("too-large", at, format!("the file expands to more than {MAX_NODES} values"))
+        .hint("aliases of aliases multiply: write the values out")
+        .into()
+}
+
+/// Drops the second of two equal keys, and says so.
+fn distinct(entries: Vec<Entry>, diagnostics: &mut Diagnostics) -> Vec<Entry> {
+    let mut seen: HashMap<String, Span> = HashMap::with_capacity(entries.len());
+    let mut kept = Vec::with_capacity(entries.len());
+    for entry in entries {
+        let Spanned { value: key, span } = &entry.key;
+        if let Some(&first) = seen.get(key) {
+            let error = Diagnostic::error("duplicate-key", *span, format!("`{key}` stands twice"));
+            diagnostics.push(error.label("second time").also(first, "first time"));
+            continue;
+        }
+        seen.insert(key.clone(), *span);
+        kept.push(entry);
+    }
+    kept
+}
