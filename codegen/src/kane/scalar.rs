@@ -14,7 +14,7 @@ const LARGEST_POWER: f64 = 16.0;
 impl Derivation<'_> {
     /// An expression of the model as a bound symbol. `what` and `span` name it in an error.
     pub fn scalar(&mut self, expression: &Expression, what: &str, span: Option<Span>) -> Expr {
-        if let Some(value) = constant(expression) {
+        if let Some(value) = expression.constant() {
             return self.constant(value);
         }
         let value = match expression {
@@ -38,7 +38,7 @@ impl Derivation<'_> {
                 }
             }
             Expression::Binary(operator, x, y) => {
-                let exponent = constant(y).filter(|_| *operator == Binary::Pow);
+                let exponent = y.constant().filter(|_| *operator == Binary::Pow);
                 let x = self.scalar(x, what, span);
                 let y = self.scalar(y, what, span);
                 self.binary(*operator, x, y, exponent, what, span)
@@ -78,37 +78,4 @@ impl Derivation<'_> {
             (Binary::Max, _) => Expr::apply(Function::Max, &[x, y]),
         }
     }
-}
-
-/// The value of an expression without symbols.
-fn constant(expression: &Expression) -> Option<f64> {
-    Some(match expression {
-        Expression::Number(value) => *value,
-        Expression::Unary(operator, x) => {
-            let x = constant(x)?;
-            match operator {
-                Unary::Neg => -x,
-                Unary::Sin => x.sin(),
-                Unary::Cos => x.cos(),
-                Unary::Tan => x.tan(),
-                Unary::Exp => x.exp(),
-                Unary::Sqrt => x.sqrt(),
-                Unary::Abs => x.abs(),
-                Unary::Tanh => x.tanh(),
-            }
-        }
-        Expression::Binary(operator, x, y) => {
-            let (x, y) = (constant(x)?, constant(y)?);
-            match operator {
-                Binary::Add => x + y,
-                Binary::Sub => x - y,
-                Binary::Mul => x * y,
-                Binary::Div => x / y,
-                Binary::Pow => x.powf(y),
-                Binary::Min => x.min(y),
-                Binary::Max => x.max(y),
-            }
-        }
-        _ => return None,
-    })
 }

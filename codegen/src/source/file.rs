@@ -64,13 +64,18 @@ impl SourceFile {
         Ok(Self { path: name.into(), text })
     }
 
+    /// The file's name without folders; `<stdin>` for standard input.
+    pub fn name(&self) -> &str {
+        self.path.rsplit(['/', '\\']).next().unwrap_or_default()
+    }
+
     /// The file's stem without the endings that say what kind of file it is:
     /// `designs/4th_Design.cad.joints` -> `4th_Design`.
     pub fn stem(&self) -> &str {
         if self.path == STDIN {
             return "model";
         }
-        let mut stem = self.path.rsplit(['/', '\\']).next().unwrap_or_default();
+        let mut stem = self.name();
         while let Some((rest, "yaml" | "yml" | "joints" | "cad")) = stem.rsplit_once('.') {
             stem = rest;
         }
