@@ -197,8 +197,8 @@ fn absurd_expressions_are_refused() {
     assert_eq!(parse(&("-".repeat(100_000) + "1"), &FREE).unwrap_err()[0].code, "too-deep");
     assert_eq!(parse(&"2^".repeat(100_000), &FREE).unwrap_err()[0].code, "too-deep");
     assert_eq!(
-        parse(&("1".to_owned() + &"+k".repeat(100_000)), &FREE).unwrap_err()[0].code,
+        parse(&format!("1{}", "+k".repeat(100_000)), &FREE).unwrap_err()[0].code,
         "too-deep"
     );
-    assert!(parse(&("1".to_owned() + &"+k".repeat(399)), &FREE).is_ok());
+    assert!(parse(&format!("1{}", "+k".repeat(399)), &FREE).is_ok());
 }
