@@ -89,7 +89,7 @@ impl<'a> Derivation<'a> {
             problems: Diagnostics::default(),
             algebra,
             constants: HashMap::new(),
-            names: names(topology),
+            names: topology.node_names(),
         };
         derivation.bind_angles();
         derivation
@@ -222,17 +222,4 @@ impl<'a> Derivation<'a> {
 
 fn bound(index: usize) -> Leaf {
     Leaf::Bound(BindingId(index))
-}
-
-/// What nodes are called: their bodies' names, ghosts with the loop they close.
-fn names(topology: &Topology) -> Vec<String> {
-    let name = |body: usize| topology.mechanism.bodies[body].name.clone();
-    topology
-        .nodes
-        .iter()
-        .map(|node| match node.ghost {
-            None => name(node.body.index()),
-            Some(closed) => format!("{}_ghost{}", name(node.body.index()), closed.index()),
-        })
-        .collect()
 }

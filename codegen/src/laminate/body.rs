@@ -115,8 +115,11 @@ fn impossible(inertia: &Matrix3<f64>) -> Option<String> {
     if least.is_nan() || least <= TOLERANCE * most {
         return Some(format!("the inertia is not positive definite: {values}"));
     }
-    (least + middle < most * (1.0 - TOLERANCE))
-        .then(|| format!("no body has this inertia: {values}, and two must not add up to less than the third"))
+    (least + middle < most * (1.0 - TOLERANCE)).then(|| {
+        format!(
+            "no body has this inertia: {values}, and two must not add up to less than the third"
+        )
+    })
 }
 
 fn check_moving(body: &Body, properties: &MassProperties, problems: &mut Diagnostics) {

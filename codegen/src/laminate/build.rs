@@ -13,10 +13,7 @@ use crate::source::{
 ///
 /// # Errors
 /// Everything physically impossible about the model.
-pub fn build(
-    model: &SourceModel,
-    warnings: &mut Diagnostics,
-) -> Result<Mechanism, Diagnostics> {
+pub fn build(model: &SourceModel, warnings: &mut Diagnostics) -> Result<Mechanism, Diagnostics> {
     let mut problems = Diagnostics::default();
     for material in &model.materials {
         check_positive("density", &material.density, &mut problems);

@@ -31,8 +31,7 @@ impl AreaMoments {
             sum.first[0] += cross * (x0 + x1) / 6.0;
             sum.first[1] += cross * (y0 + y1) / 6.0;
             sum.second[0] += cross * (x0 * x0 + x0 * x1 + x1 * x1) / 12.0;
-            sum.second[1] +=
-                cross * (2.0 * (x0 * y0 + x1 * y1) + x0 * y1 + x1 * y0) / 24.0;
+            sum.second[1] += cross * (2.0 * (x0 * y0 + x1 * y1) + x0 * y1 + x1 * y0) / 24.0;
             sum.second[2] += cross * (y0 * y0 + y0 * y1 + y1 * y1) / 12.0;
         }
         let sign = sum.area.signum();
@@ -78,7 +77,17 @@ impl MassMoments {
         Self {
             mass: area.area,
             first: Vector3::new(x, y, area.area * middle),
-            second: Matrix3::new(xx, xy, x * middle, xy, yy, y * middle, x * middle, y * middle, zz),
+            second: Matrix3::new(
+                xx,
+                xy,
+                x * middle,
+                xy,
+                yy,
+                y * middle,
+                x * middle,
+                y * middle,
+                zz,
+            ),
         }
         .scaled(density * thickness)
     }

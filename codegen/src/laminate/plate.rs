@@ -19,9 +19,10 @@ pub fn moments(plate: &Plate, origin: [f64; 2], problems: &mut Diagnostics) -> A
         check_holes(plate, problems);
     }
     let outline = AreaMoments::of(&plate.outline.value, origin);
-    plate.holes.iter().fold(outline, |sum, hole| {
-        sum.plus(AreaMoments::of(&hole.value, origin).scaled(-1.0))
-    })
+    plate
+        .holes
+        .iter()
+        .fold(outline, |sum, hole| sum.plus(AreaMoments::of(&hole.value, origin).scaled(-1.0)))
 }
 
 /// Reports plates of one layer that lie on each other: their mass would count twice.
@@ -34,8 +35,9 @@ pub fn check_overlaps(plates: &[Plate], warnings: &mut Diagnostics) {
             if shared > OVERLAP * smaller {
                 let share = 100.0 * shared / smaller;
                 let message = format!("plates of one layer overlap by {share:.1} % of the smaller");
-                let warning = Diagnostic::warning("overlapping-plates", plate.outline.span, message)
-                    .hint("the overlap counts twice in the body's mass");
+                let warning =
+                    Diagnostic::warning("overlapping-plates", plate.outline.span, message)
+                        .hint("the overlap counts twice in the body's mass");
                 warnings.push(warning);
             }
         }
@@ -43,11 +45,7 @@ pub fn check_overlaps(plates: &[Plate], warnings: &mut Diagnostics) {
 }
 
 /// Whether a ring neither crosses nor touches itself and has an area.
-fn check_simple(
-    ring: &Spanned<Vec<[f64; 2]>>,
-    what: &str,
-    problems: &mut Diagnostics,
-) -> bool {
+fn check_simple(ring: &Spanned<Vec<[f64; 2]>>, what: &str, problems: &mut Diagnostics) -> bool {
     let polygon = Polygon::new(line_string(&ring.value), Vec::new());
     let area = polygon.unsigned_area();
     let extent = ring.value.iter().flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
@@ -75,12 +73,9 @@ fn check_holes(plate: &Plate, problems: &mut Diagnostics) {
         let area = solid(&hole.value).unsigned_area();
         let inside = outline.intersection(&solid(&hole.value)).unsigned_area();
         if inside < area * (1.0 - OVERLAP) {
-            let problem = Diagnostic::error(
-                "hole-outside",
-                hole.span,
-                "this hole is not inside the outline",
-            )
-            .also(plate.outline.span, "the outline");
+            let problem =
+                Diagnostic::error("hole-outside", hole.span, "this hole is not inside the outline")
+                    .also(plate.outline.span, "the outline");
             problems.push(problem);
         }
         for other in &plate.holes[..index] {

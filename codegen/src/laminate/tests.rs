@@ -33,7 +33,8 @@ fn assert_close(left: f64, right: f64, scale: f64) {
 #[test]
 fn a_box_far_from_the_origin_has_a_boxs_inertia() {
     let layers = "[[[100, 50], [100.3, 50], [100.3, 50.2], [100, 50.2]]]";
-    let part = body(&format!("{{ layers: [[{{ outline: {} }}], []] }}", &layers[1..layers.len() - 1]));
+    let part =
+        body(&format!("{{ layers: [[{{ outline: {} }}], []] }}", &layers[1..layers.len() - 1]));
     let properties = part.bodies[1].mass_properties;
     let mass = 1000.0 * 0.3 * 0.2 * 0.02;
     assert_close(properties.mass, mass, mass * 100.0);
@@ -69,11 +70,7 @@ fn a_triangle_has_its_product_of_inertia_in_either_orientation() {
         assert_close(properties.com.y, 0.1, 1.0);
         // Right triangle with legs a, b: integral of x y dm about the centroid is -m a b / 36.
         assert_close(properties.inertia[(0, 1)], mass * 0.6 * 0.3 / 36.0, 1.0);
-        assert_close(
-            properties.inertia[(2, 2)],
-            mass * (0.36 + 0.09) / 18.0,
-            1.0,
-        );
+        assert_close(properties.inertia[(2, 2)], mass * (0.36 + 0.09) / 18.0, 1.0);
     }
 }
 

@@ -56,7 +56,8 @@ impl Folding {
     fn simplify(&mut self, op: Op, section: crate::kane::Section) -> Value {
         let known: Vec<Option<f64>> = op.operands().map(|x| self.constant(x)).collect();
         if !known.is_empty() && known.iter().all(Option::is_some) {
-            let number = op.evaluate(|x| self.constant(x).unwrap_or(f64::NAN));
+            // Adding 0 makes -0 the same constant as 0.
+            let number = op.evaluate(|x| self.constant(x).unwrap_or(f64::NAN)) + 0.0;
             return self.push(Op::Const(number), section);
         }
         match op {

@@ -34,6 +34,7 @@ pub fn interface(equations: &Equations, source_name: &str, source_text: &str) ->
             .iter()
             .map(|body| BodyInfo { name: body.name.clone(), fixed: body.fixed })
             .collect(),
+        nodes: topology.node_names(),
         points: mechanism.points.iter().map(|point| point.name.clone()).collect(),
         parameters: mechanism
             .parameters

@@ -136,6 +136,8 @@ pub struct Interface {
     pub joints: Vec<JointInfo>,
     /// Body names, in file order.
     pub bodies: Vec<BodyInfo>,
+    /// Nodes of the tree: bodies by name, ghosts with the loop they close.
+    pub nodes: Vec<String>,
     /// Point names, in file order.
     pub points: Vec<String>,
     /// Parameters.

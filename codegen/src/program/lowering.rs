@@ -75,10 +75,7 @@ fn function(
 }
 
 /// Which bindings the given trees depend on.
-fn needed<'a>(
-    equations: &Equations,
-    trees: impl Iterator<Item = &'a Tree<Leaf>>,
-) -> Vec<bool> {
+fn needed<'a>(equations: &Equations, trees: impl Iterator<Item = &'a Tree<Leaf>>) -> Vec<bool> {
     let mut needed = vec![false; equations.bindings.len()];
     trees.for_each(|tree| mark(tree, &mut needed));
     for index in (0..needed.len()).rev() {

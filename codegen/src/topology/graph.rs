@@ -109,3 +109,17 @@ pub enum LoopClass {
     /// Anything else.
     Spatial,
 }
+
+impl Topology {
+    /// What nodes are called: their bodies' names, ghosts with the loop they close.
+    pub fn node_names(&self) -> Vec<String> {
+        let name = |node: &Node| &self.mechanism.bodies[node.body.index()].name;
+        self.nodes
+            .iter()
+            .map(|node| match node.ghost {
+                None => name(node).clone(),
+                Some(closed) => format!("{}_ghost{}", name(node), closed.index()),
+            })
+            .collect()
+    }
+}

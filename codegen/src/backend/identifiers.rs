@@ -1,0 +1,52 @@
+//! Every identifier of generated code is made here.
+
+use std::collections::HashSet;
+
+/// `four_bar` -> `FourBar`.
+pub fn type_name(name: &str) -> String {
+    let mut camel = String::new();
+    for word in name.split('_').filter(|word| !word.is_empty()) {
+        let mut letters = word.chars();
+        camel.extend(letters.next().map(|first| first.to_ascii_uppercase()));
+        camel.push_str(letters.as_str());
+    }
+    if camel.is_empty() { "Model".to_owned() } else { camel }
+}
+
+/// Gives out identifiers in snake case, each once.
+#[derive(Debug, Default)]
+pub struct Names {
+    taken: HashSet<String>,
+}
+
+impl Names {
+    /// No identifier is given out twice, nor any of `reserved`.
+    pub fn reserving(reserved: &[&str]) -> Self {
+        Self { taken: reserved.iter().map(|&name| name.to_owned()).collect() }
+    }
+
+    /// An identifier for `name`: in lower case, numbered when it was given out before.
+    pub fn give(&mut self, name: &str) -> String {
+        let lower = name.to_ascii_lowercase();
+        let mut candidate = lower.clone();
+        let mut count = 1;
+        while !self.taken.insert(candidate.clone()) {
+            count += 1;
+            candidate = format!("{lower}_{count}");
+        }
+        candidate
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Names, type_name};
+
+    #[test]
+    fn names_are_given_once_and_types_are_camels() {
+        let mut names = Names::reserving(&["q"]);
+        let given = ["q", "Left", "left", "left_2"].map(|name| names.give(name));
+        assert_eq!(given, ["q_2", "left", "left_2", "left_2_2"]);
+        assert_eq!(type_name("m4th_design"), "M4thDesign");
+    }
+}

@@ -1,0 +1,70 @@
+//! The header comment: where the module comes from and what it contains.
+
+use serde::Serialize;
+use tera::{Context, Tera};
+
+use super::{Options, ScalarChoice};
+use crate::program::Program;
+
+#[derive(Serialize)]
+struct Joint {
+    index: usize,
+    name: String,
+    first: String,
+    second: String,
+    limits: String,
+}
+
+#[derive(Serialize)]
+struct Cost {
+    name: String,
+    cost: String,
+}
+
+/// The header of a program's module.
+pub fn header(program: &Program, options: &Options) -> String {
+    let interface = &program.interface;
+    let mut context = Context::new();
+    context.insert("version", env!("CARGO_PKG_VERSION"));
+    context.insert("rust_version", env!("CARGO_PKG_RUST_VERSION"));
+    context.insert("name", &interface.name);
+    context.insert("source_name", &interface.source_name);
+    context.insert("source_hash", &interface.source_hash);
+    let flags = match options.scalar {
+        ScalarChoice::Generic => "",
+        ScalarChoice::F64 => " --scalar f64",
+        ScalarChoice::F32 => " --scalar f32",
+    };
+    context.insert("flags", flags);
+    let joints: Vec<Joint> = interface
+        .joints
+        .iter()
+        .enumerate()
+        .map(|(index, joint)| Joint {
+            index,
+            name: joint.name.clone(),
+            first: joint.bodies[0].clone(),
+            second: joint.bodies[1].clone(),
+            limits: limits(joint.limits),
+        })
+        .collect();
+    context.insert("joints", &joints);
+    context.insert("mobility", &interface.mobility);
+    context.insert("loops", &interface.loops);
+    let cost = |f: &crate::program::Function| Cost {
+        name: format!("{:?}", f.kind).to_lowercase(),
+        cost: f.cost().to_string(),
+    };
+    context.insert("costs", &program.functions.iter().map(cost).collect::<Vec<_>>());
+    match Tera::one_off(lamc_templates::RUST_HEADER, &context, false) {
+        Ok(header) => header,
+        Err(error) => unreachable!("the header's template is at fault: {error}"),
+    }
+}
+
+fn limits([least, greatest]: [f64; 2]) -> String {
+    if least == f64::NEG_INFINITY && greatest == f64::INFINITY {
+        return String::new();
+    }
+    format!(", {:.4} .. {:.4} deg", least.to_degrees(), greatest.to_degrees())
+}

@@ -1,0 +1,418 @@
+//! The module's items: constants, parameters, inputs, the mechanism and its implementations.
+
+use proc_macro2::{Ident, Literal, Span, TokenStream};
+use quote::{format_ident, quote};
+
+use super::ScalarChoice;
+use super::body::{Body, constant};
+use crate::backend::identifiers::{Names, type_name};
+use crate::program::{Function, FunctionKind, Program};
+
+/// The fields that hold parameters and inputs.
+pub struct FieldNames {
+    pub parameters: Vec<Ident>,
+    pub inputs: Vec<Ident>,
+}
+
+impl FieldNames {
+    fn of(program: &Program) -> Self {
+        let fields = |names: Vec<&String>| {
+            let mut given = Names::default();
+            let ident = |name: &String| Ident::new(&given.give(name), Span::call_site());
+            names.into_iter().map(ident).collect()
+        };
+        Self {
+            parameters: fields(program.interface.parameters.iter().map(|p| &p.name).collect()),
+            inputs: fields(program.interface.inputs.iter().collect()),
+        }
+    }
+}
+
+/// The pieces of syntax that depend on the number type.
+struct Syntax {
+    /// `S`, `f64` or `f32`.
+    scalar: TokenStream,
+    /// `<S>` or nothing.
+    generic: TokenStream,
+    /// `<S: ::lamc_runtime::Scalar>` or nothing.
+    bound: TokenStream,
+    /// `let c = S::from_f64;` or nothing.
+    constants: TokenStream,
+}
+
+impl Syntax {
+    fn of(choice: ScalarChoice) -> Self {
+        let concrete = |scalar: TokenStream| Self {
+            scalar,
+            generic: TokenStream::new(),
+            bound: TokenStream::new(),
+            constants: TokenStream::new(),
+        };
+        match choice {
+            ScalarChoice::Generic => Self {
+                scalar: quote!(S),
+                generic: quote!(<S>),
+                bound: quote!(<S: ::lamc_runtime::Scalar>),
+                constants: quote!(let c = S::from_f64;),
+            },
+            ScalarChoice::F64 => concrete(quote!(f64)),
+            ScalarChoice::F32 => concrete(quote!(f32)),
+        }
+    }
+}
+
+/// The whole module.
+pub fn module(program: &Program, choice: ScalarChoice) -> TokenStream {
+    let syntax = Syntax::of(choice);
+    let fields = FieldNames::of(program);
+    let constants = constants(program);
+    let parameters = parameters(program, choice, &syntax, &fields);
+    let inputs = inputs(program, choice, &syntax, &fields);
+    let mechanism = mechanism(program, &syntax);
+    let system = system(program, choice, &syntax, &fields);
+    let front = front(program, choice, &syntax);
+    quote! { #constants #parameters #inputs #mechanism #system #front }
+}
+
+fn number(value: usize) -> Literal {
+    Literal::usize_unsuffixed(value)
+}
+
+fn constants(program: &Program) -> TokenStream {
+    let interface = &program.interface;
+    let (n, rows) = (number(interface.joints.len()), number(interface.rows));
+    let (loops, bodies) = (number(interface.loops.len()), number(interface.bodies.len()));
+    let points = number(interface.points.len());
+    let joint_names = interface.joints.iter().map(|joint| &joint.name);
+    let body_names = interface.bodies.iter().map(|body| &body.name);
+    let point_names = &interface.points;
+    quote! {
+        /// Coordinates: one angle per joint.
+        pub const N: usize = #n;
+        /// Closure rows of the acceleration.
+        pub const C: usize = #rows;
+        /// Closed loops: nine closure residuals each.
+        pub const LOOPS: usize = #loops;
+        /// Joints, in the order of q and u.
+        pub const JOINTS: [&str; N] = [#(#joint_names),*];
+        /// Bodies, in the order of the poses.
+        pub const BODIES: [&str; #bodies] = [#(#body_names),*];
+        /// Output points.
+        pub const POINTS: [&str; #points] = [#(#point_names),*];
+    }
+}
+
+/// A field for each name, its documentation, and the alias where its spelling changed.
+fn declarations<'a>(
+    names: &'a [String],
+    docs: &'a [String],
+    fields: &'a [Ident],
+    scalar: &'a TokenStream,
+) -> impl Iterator<Item = TokenStream> + 'a {
+    names.iter().zip(docs).zip(fields).map(move |((name, doc), field)| {
+        let doc = format!(" {doc}");
+        let alias = (field != name.as_str()).then(|| quote!(#[doc(alias = #name)]));
+        quote! { #[doc = #doc] #alias pub #field: #scalar }
+    })
+}
+
+/// What stands for the members of a struct without any.
+fn marker(is_empty: bool, generic: bool) -> [TokenStream; 2] {
+    if is_empty && generic {
+        [
+            quote! {
+                /// Without members.
+                pub marker: ::core::marker::PhantomData<S>,
+            },
+            quote!(marker: ::core::marker::PhantomData,),
+        ]
+    } else {
+        Default::default()
+    }
+}
+
+fn parameters(
+    program: &Program,
+    choice: ScalarChoice,
+    syntax: &Syntax,
+    fields: &FieldNames,
+) -> TokenStream {
+    let Syntax { scalar, generic, bound, constants } = syntax;
+    let list = &program.interface.parameters;
+    let names: Vec<_> = list.iter().map(|p| p.name.clone()).collect();
+    let docs: Vec<_> = list.iter().map(|p| format!("{} Default: {:?}.", p.doc, p.value)).collect();
+    let members = declarations(&names, &docs, &fields.parameters, scalar);
+    let [marker, marker_value] = marker(list.is_empty(), choice == ScalarChoice::Generic);
+    let idents = &fields.parameters;
+    let values = list.iter().map(|p| constant(choice, p.value));
+    let constants = if list.is_empty() { &TokenStream::new() } else { constants };
+    quote! {
+        /// Numbers that can be changed at run time, SI.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct Params #generic { #(#members,)* #marker }
+
+        impl #bound ::core::default::Default for Params #generic {
+            fn default() -> Self {
+                #constants
+                Self { #(#idents: #values,)* #marker_value }
+            }
+        }
+    }
+}
+
+fn inputs(
+    program: &Program,
+    choice: ScalarChoice,
+    syntax: &Syntax,
+    fields: &FieldNames,
+) -> TokenStream {
+    let Syntax { scalar, generic, bound, constants } = syntax;
+    let names = &program.interface.inputs;
+    let docs: Vec<_> = names.iter().map(|name| format!("Input `{name}`, SI.")).collect();
+    let members = declarations(names, &docs, &fields.inputs, scalar);
+    let [marker, marker_value] = marker(names.is_empty(), choice == ScalarChoice::Generic);
+    let idents = &fields.inputs;
+    let values = names.iter().map(|_| constant(choice, 0.0));
+    let constants = if names.is_empty() { &TokenStream::new() } else { constants };
+    quote! {
+        /// Numbers set by the caller at every step, SI; zero at first.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct Inputs #generic { #(#members,)* #marker }
+
+        impl #bound ::core::default::Default for Inputs #generic {
+            fn default() -> Self {
+                #constants
+                Self { #(#idents: #values,)* #marker_value }
+            }
+        }
+    }
+}
+
+/// The type's name.
+fn model(program: &Program) -> Ident {
+    format_ident!("{}", type_name(&program.interface.name))
+}
+
+fn mechanism(program: &Program, syntax: &Syntax) -> TokenStream {
+    let interface = &program.interface;
+    let Syntax { generic, bound, .. } = syntax;
+    let model = model(program);
+    let mut docs = vec![format!(" The mechanism `{}`.", interface.name), String::new()];
+    docs.push(" | q | joint | turns | against |".to_owned());
+    docs.push(" |---|---|---|---|".to_owned());
+    for (index, joint) in interface.joints.iter().enumerate() {
+        let [first, second] = &joint.bodies;
+        docs.push(format!(" | {index} | `{}` | `{second}` | `{first}` |", joint.name));
+    }
+    docs.push(String::new());
+    docs.push(format!(
+        " Mobility {}; {} closed loop(s).",
+        interface.mobility,
+        interface.loops.len()
+    ));
+    quote! {
+        #(#[doc = #docs])*
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct #model #generic {
+            /// Parameters.
+            pub params: Params #generic,
+            /// Inputs.
+            pub inputs: Inputs #generic,
+        }
+
+        impl #bound ::core::default::Default for #model #generic {
+            fn default() -> Self {
+                Self {
+                    params: ::core::default::Default::default(),
+                    inputs: ::core::default::Default::default(),
+                }
+            }
+        }
+    }
+}
+
+fn system(
+    program: &Program,
+    choice: ScalarChoice,
+    syntax: &Syntax,
+    fields: &FieldNames,
+) -> TokenStream {
+    let Syntax { scalar, generic, bound, constants } = syntax;
+    let model = model(program);
+    let interface = &program.interface;
+    let write = |kind| {
+        let function: &Function = program.function_of(kind);
+        Body::new(program, function, choice, fields)
+    };
+    let equations = write(FunctionKind::Equations);
+    let closure = write(FunctionKind::Closure);
+    let [poses, points] = [FunctionKind::Poses, FunctionKind::Points].map(write);
+    let energy = write(FunctionKind::Energy);
+    let equations_body = filled(
+        &equations,
+        syntax,
+        &[
+            ("mass", "out.mass"),
+            ("forcing", "out.forcing"),
+            ("jacobian", "out.jacobian"),
+            ("gamma", "out.gamma"),
+        ],
+        true,
+    );
+    let closure_body =
+        filled(&closure, syntax, &[("residual", "residual"), ("jacobian", "jacobian")], false);
+    let poses_body = filled(&poses, syntax, &[("poses", "out")], false);
+    let points_body = filled(&points, syntax, &[("points", "out")], false);
+    let energy_statements = energy.statements();
+    let kinetic = energy.output("kinetic");
+    let potential = energy.output("potential");
+    let nan = constant(choice, f64::NAN);
+    let zero = constant(choice, 0.0);
+    let table = |f: &dyn Fn(&crate::program::JointInfo) -> f64| {
+        let entries: Vec<_> = interface.joints.iter().map(|j| constant(choice, f(j))).collect();
+        quote!([#(#entries),*])
+    };
+    let least = table(&|joint| joint.limits[0]);
+    let greatest = table(&|joint| joint.limits[1]);
+    let positions = table(&|joint| joint.initial_q);
+    let speeds = table(&|joint| joint.initial_u);
+    let given = interface.joints.iter().map(|joint| joint.initial_given);
+    let size = constant(choice, interface.size);
+    let (infinity, minus_infinity) =
+        (constant(choice, f64::INFINITY), constant(choice, f64::NEG_INFINITY));
+    quote! {
+        #[allow(
+            clippy::approx_constant, clippy::excessive_precision, unused_variables,
+            reason = "numbers of the drawing; not every function reads everything it is given"
+        )]
+        #[rustfmt::skip]
+        impl #bound ::lamc_runtime::System for #model #generic {
+            type Scalar = #scalar;
+            type Vector = [#scalar; N];
+            type Workspace = [#scalar; ::lamc_runtime::workspace_len(DIMENSIONS)];
+
+            fn dimensions(&self) -> ::lamc_runtime::Dimensions { DIMENSIONS }
+            fn vector(&self) -> Self::Vector { #constants [#zero; N] }
+            fn workspace(&self) -> Self::Workspace {
+                #constants
+                [#zero; ::lamc_runtime::workspace_len(DIMENSIONS)]
+            }
+            fn size(&self) -> #scalar { #constants #size }
+            fn limits(&self, joint: usize) -> [#scalar; 2] {
+                #constants
+                let (least, greatest) = (#least, #greatest);
+                match (least.get(joint), greatest.get(joint)) {
+                    (Some(&least), Some(&greatest)) => [least, greatest],
+                    _ => [#minus_infinity, #infinity],
+                }
+            }
+            fn initial_position(&self, joint: usize) -> #scalar {
+                #constants
+                #positions.get(joint).copied().unwrap_or(#zero)
+            }
+            fn initial_speed(&self, joint: usize) -> #scalar {
+                #constants
+                #speeds.get(joint).copied().unwrap_or(#zero)
+            }
+            fn is_given(&self, joint: usize) -> bool {
+                [#(#given),*].get(joint).copied().unwrap_or(false)
+            }
+            fn write_equations(
+                &self, t: #scalar, q: &[#scalar], u: &[#scalar],
+                out: ::lamc_runtime::EquationsMut<'_, #scalar>,
+            ) { #equations_body }
+            fn write_closure(
+                &self, q: &[#scalar], residual: &mut [#scalar], jacobian: &mut [#scalar],
+            ) { #closure_body }
+            fn write_poses(&self, q: &[#scalar], out: &mut [#scalar]) { #poses_body }
+            fn write_points(&self, q: &[#scalar], out: &mut [#scalar]) { #points_body }
+            fn energy(&self, t: #scalar, q: &[#scalar], u: &[#scalar])
+                -> ::lamc_runtime::Energy<#scalar>
+            {
+                #constants
+                let (Some(q), Some(u)) = (q.first_chunk::<N>(), u.first_chunk::<N>()) else {
+                    return ::lamc_runtime::Energy { kinetic: #nan, potential: #nan };
+                };
+                #energy_statements
+                ::lamc_runtime::Energy { kinetic: #(#kinetic)*, potential: #(#potential)* }
+            }
+        }
+    }
+}
+
+/// Statements, then every output assigned to an array of exactly its length.
+fn filled(
+    body: &Body,
+    syntax: &Syntax,
+    outputs: &[(&str, &str)],
+    reads_speeds: bool,
+) -> TokenStream {
+    let constants = &syntax.constants;
+    let mut arrays = TokenStream::new();
+    let mut assignments = TokenStream::new();
+    for (output, place) in outputs {
+        let entries = body.output(output);
+        if entries.is_empty() {
+            continue;
+        }
+        let (name, length) = (format_ident!("{output}"), number(entries.len()));
+        let place: TokenStream = place
+            .split('.')
+            .map(|p| format_ident!("{p}"))
+            .fold(TokenStream::new(), |path, part| {
+                if path.is_empty() { quote!(#part) } else { quote!(#path.#part) }
+            });
+        arrays.extend(quote! {
+            let Some(#name) = #place.first_chunk_mut::<#length>() else { return };
+        });
+        for (index, entry) in entries.iter().enumerate() {
+            let index = number(index);
+            assignments.extend(quote!(#name[#index] = #entry;));
+        }
+    }
+    if assignments.is_empty() {
+        return TokenStream::new();
+    }
+    let speeds = reads_speeds.then(|| quote!(let Some(u) = u.first_chunk::<N>() else { return };));
+    let statements = body.statements();
+    quote! {
+        #constants
+        let Some(q) = q.first_chunk::<N>() else { return };
+        #speeds
+        #arrays
+        #statements
+        #assignments
+    }
+}
+
+fn front(program: &Program, choice: ScalarChoice, syntax: &Syntax) -> TokenStream {
+    let Syntax { scalar, generic, bound, constants } = syntax;
+    let model = model(program);
+    let interface = &program.interface;
+    let (n, rows) = (number(interface.joints.len()), number(interface.rows));
+    let (loops, bodies) = (number(interface.loops.len()), number(interface.bodies.len()));
+    let points = number(interface.points.len());
+    let zero = constant(choice, 0.0);
+    quote! {
+        const DIMENSIONS: ::lamc_runtime::Dimensions = ::lamc_runtime::Dimensions {
+            coordinates: #n, rows: #rows, loops: #loops, bodies: #bodies, points: #points,
+        };
+
+        impl #bound ::lamc_runtime::Mechanism<#scalar, N, C> for #model #generic {
+            type Residual = [#scalar; 9 * LOOPS];
+            type ClosureJacobian = [[#scalar; N]; 9 * LOOPS];
+            type Poses = [[#scalar; 12]; #bodies];
+            type Points = [[#scalar; 3]; #points];
+
+            fn arrays() -> (Self::Residual, Self::ClosureJacobian, Self::Poses, Self::Points) {
+                #constants
+                (
+                    [#zero; 9 * LOOPS],
+                    [[#zero; N]; 9 * LOOPS],
+                    [[#zero; 12]; #bodies],
+                    [[#zero; 3]; #points],
+                )
+            }
+        }
+    }
+}

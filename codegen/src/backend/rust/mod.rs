@@ -1,0 +1,57 @@
+//! The Rust backend: a module generic over the runtime's `Scalar`, or for one float type.
+//!
+//! Tokens are formatted by prettyplease, which drops comments; section headings are emitted as
+//! statements `__section!("left")` and turned into comments afterwards, and the header is put in
+//! front of the formatted text.
+
+mod body;
+mod header;
+mod items;
+
+use crate::program::Program;
+
+/// The number type of a generated module.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ScalarChoice {
+    /// `struct Model<S>`, for every `lamc_runtime::Scalar`.
+    #[default]
+    Generic,
+    /// `f64` throughout.
+    F64,
+    /// `f32` throughout.
+    F32,
+}
+
+/// How to write a module.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Options {
+    /// The number type.
+    pub scalar: ScalarChoice,
+}
+
+/// The module's text: the same bytes for the same program and options.
+///
+/// # Panics
+/// When the tokens are not Rust: a bug of this backend.
+pub fn write(program: &Program, options: &Options) -> String {
+    let tokens = items::module(program, options.scalar);
+    let file: syn::File = match syn::parse2(tokens) {
+        Ok(file) => file,
+        Err(error) => unreachable!("the generated module is not Rust: {error}"),
+    };
+    let code = prettyplease::unparse(&file);
+    let mut text = header::header(program, options);
+    for line in code.lines() {
+        match line.trim_start().strip_prefix("__section!(\"") {
+            Some(heading) => {
+                let indent = &line[..line.len() - line.trim_start().len()];
+                text.push_str(indent);
+                text.push_str("// ");
+                text.push_str(heading.trim_end_matches("\");"));
+            }
+            None => text.push_str(line),
+        }
+        text.push('\n');
+    }
+    text
+}
