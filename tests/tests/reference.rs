@@ -18,9 +18,7 @@ fn each(check: impl Fn(&str, &lamc::pipeline::Compiled, &Interpreter, &Reference
 #[test]
 fn masses_centres_and_inertias() {
     each(|name, compiled, _, reference| {
-        for (body, expected) in
-            compiled.topology.mechanism.bodies.iter().zip(&reference.bodies)
-        {
+        for (body, expected) in compiled.topology.mechanism.bodies.iter().zip(&reference.bodies) {
             let properties = &body.mass_properties;
             let mass = (properties.mass - expected.mass).abs() / expected.mass;
             assert!(mass <= 1e-12, "{name} {}: mass {mass:e}", body.name);
@@ -87,8 +85,7 @@ fn mass_matrix_and_forcing_of_trees() {
 fn trajectories() {
     each(|name, _, system, reference| {
         let trajectory = &reference.trajectory;
-        let mut state =
-            State { t: 0.0, q: trajectory.q0.clone(), u: trajectory.u0.clone() };
+        let mut state = State { t: 0.0, q: trajectory.q0.clone(), u: trajectory.u0.clone() };
         let mut integrator = Dopri5::new(system, 1e-10);
         let loops = system.dimensions().loops;
         let mut residual = vec![0.0; 9 * loops];
@@ -97,11 +94,8 @@ fn trajectories() {
             if let Err(error) = integrator.advance(system, &mut state, t) {
                 panic!("{name} at t = {t}: {error}");
             }
-            let error = state
-                .q
-                .iter()
-                .zip(expected)
-                .fold(0.0_f64, |most, (x, y)| most.max((x - y).abs()));
+            let error =
+                state.q.iter().zip(expected).fold(0.0_f64, |most, (x, y)| most.max((x - y).abs()));
             assert!(error <= 1e-6, "{name} at t = {t}: off by {error:e}");
             system.write_closure(&state.q, &mut residual, &mut jacobian);
             let open = residual.iter().fold(0.0_f64, |most, x| most.max(x.abs()));

@@ -278,6 +278,23 @@ fn parse_power(text: &str) -> Option<(i32, usize)> {
     }
 }
 
+/// The value in SI of a number with any unit, as written on a command line; bare numbers are SI.
+pub fn read_quantity(text: &str) -> Option<f64> {
+    read(text, None)
+}
+
+/// The value in radians of a number with a unit of angle; bare numbers are radians.
+pub fn read_angle(text: &str) -> Option<f64> {
+    read(text, Some(ANGLE.dimension))
+}
+
+fn read(text: &str, dimension: Option<Dimension>) -> Option<f64> {
+    let (number, unit) = split_quantity(text.trim())?;
+    let unit = if unit.is_empty() { SI } else { parse_unit(unit).ok()? };
+    let fits = dimension.is_none_or(|d| unit.dimension == d || unit == SI);
+    Some(unit.to_si(number)).filter(|value| fits && value.is_finite())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

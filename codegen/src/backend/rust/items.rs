@@ -356,12 +356,12 @@ fn filled(
             continue;
         }
         let (name, length) = (format_ident!("{output}"), number(entries.len()));
-        let place: TokenStream = place
-            .split('.')
-            .map(|p| format_ident!("{p}"))
-            .fold(TokenStream::new(), |path, part| {
+        let place: TokenStream = place.split('.').map(|p| format_ident!("{p}")).fold(
+            TokenStream::new(),
+            |path, part| {
                 if path.is_empty() { quote!(#part) } else { quote!(#path.#part) }
-            });
+            },
+        );
         arrays.extend(quote! {
             let Some(#name) = #place.first_chunk_mut::<#length>() else { return };
         });

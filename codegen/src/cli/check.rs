@@ -1,0 +1,65 @@
+//! `lamc check MODEL`: what the compiler understood.
+
+use std::fmt::Write;
+
+use lamc::pipeline::Compiled;
+
+use super::{Outcome, load, output};
+
+pub fn run(model: &str) -> Outcome {
+    output::print(&report(&load(model)?))
+}
+
+fn report(compiled: &Compiled) -> String {
+    let topology = &compiled.topology;
+    let mechanism = &topology.mechanism;
+    let mut text = format!("{}\n\n", mechanism.name);
+    let line = |text: &mut String, line: std::fmt::Arguments<'_>| {
+        // Writing to a String cannot fail.
+        let _ = text.write_fmt(line);
+        text.push('\n');
+    };
+    line(
+        &mut text,
+        format_args!(
+            "mobility {}: {} joints, {} independent closure equations",
+            topology.mobility,
+            mechanism.joints.len(),
+            topology.rank
+        ),
+    );
+    for summary in topology.summary_lines() {
+        line(&mut text, format_args!("  {summary}"));
+    }
+    line(
+        &mut text,
+        format_args!(
+            "\n{:<16} {:>12} {:>34} {:>40}",
+            "body", "mass g", "centre of mass mm", "principal moments g mm^2"
+        ),
+    );
+    for body in &mechanism.bodies {
+        let properties = &body.mass_properties;
+        let [x, y, z] = (properties.com * 1e3).into();
+        let mut moments = properties.inertia.symmetric_eigenvalues() * 1e9;
+        moments.as_mut_slice().sort_by(f64::total_cmp);
+        let [a, b, c] = moments.into();
+        let mass = properties.mass * 1e3;
+        let fixed = if body.fixed { " (fixed)" } else { "" };
+        line(
+            &mut text,
+            format_args!(
+                "{:<16} {mass:>12.5} {:>34} {:>40}",
+                format!("{}{fixed}", body.name),
+                format!("{x:.4} {y:.4} {z:.4}"),
+                format!("{a:.4} {b:.4} {c:.4}"),
+            ),
+        );
+    }
+    text.push_str("\noperations per evaluation\n");
+    for function in &compiled.program.functions {
+        let name = format!("{:?}", function.kind).to_lowercase();
+        line(&mut text, format_args!("  {name:<10} {}", function.cost()));
+    }
+    text
+}

@@ -1,0 +1,19 @@
+//! `lamc import DESIGN -o FILE`.
+
+use lamc::source;
+
+use super::{Failed, Outcome, output, read, report};
+
+pub fn run(design: &str, path: &str) -> Outcome {
+    let file = read(design)?;
+    match source::parse(&file) {
+        Ok((model, warnings)) => {
+            report(&warnings, &file);
+            output::write(path, &source::to_yaml(&model))
+        }
+        Err(problems) => {
+            report(&problems, &file);
+            Err(Failed)
+        }
+    }
+}

@@ -1,0 +1,159 @@
+//! The command line: arguments in, one library call, exit code out.
+//!
+//! Exit codes: 0 done, 1 any failure (reported on standard error), 2 usage (clap's own).
+
+mod check;
+mod compile;
+mod eval;
+mod import;
+mod output;
+mod plot;
+mod simulate;
+
+use std::fmt::Display;
+use std::io::{self, IsTerminal, Write};
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use lamc::backend::rust::ScalarChoice;
+use lamc::pipeline::{self, CompileError, Compiled};
+use lamc::source::{Diagnostics, SourceFile};
+
+const TERMS: &str = concat!(
+    env!("CARGO_PKG_VERSION"),
+    "\n\nlamc derives equations with Symbolica, which is free for non-commercial use; other use needs \
+     a key\nfrom symbolica.io, read from the environment variable SYMBOLICA_LICENSE. Generated code \
+     and\nlamc-runtime contain nothing of it (MIT OR Apache-2.0)."
+);
+
+/// Compiler for the motion of laminate robots: writes a Rust module from a mechanism's YAML.
+#[derive(Parser)]
+#[command(name = "lamc", version, long_version = TERMS, args_conflicts_with_subcommands = true)]
+#[command(
+    subcommand_negates_reqs = true,
+    after_help = "A model called like a command is reached as ./check."
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    compile: Option<Compile>,
+}
+
+/// Compile a model to a Rust module.
+#[derive(Args)]
+struct Compile {
+    /// The model: lamc's YAML or a popupCAD DynamicsInfo file; `-` reads standard input
+    model: String,
+    /// Where to write the module; `-` writes standard output
+    #[arg(short, long, value_name = "FILE")]
+    output: String,
+    /// The number type of the module
+    #[arg(long, value_enum, default_value_t)]
+    scalar: Scalar,
+    /// Write nothing; fail when FILE is not what would be written
+    #[arg(long)]
+    check: bool,
+}
+
+#[derive(Clone, Copy, Default, ValueEnum)]
+enum Scalar {
+    /// f64 throughout
+    F64,
+    /// f32 throughout
+    F32,
+    /// Generic over lamc_runtime::Scalar
+    #[default]
+    Generic,
+}
+
+impl From<Scalar> for ScalarChoice {
+    fn from(scalar: Scalar) -> Self {
+        match scalar {
+            Scalar::F64 => Self::F64,
+            Scalar::F32 => Self::F32,
+            Scalar::Generic => Self::Generic,
+        }
+    }
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Report on a model: warnings, mobility, masses, operation counts
+    Check {
+        /// The model
+        model: String,
+    },
+    /// Evaluate a model at given states (JSON in, JSON out)
+    Eval {
+        /// The model
+        model: String,
+        /// The states: {"states": [{"q": [..], "u": [..], "t": 0}]}; `-` reads standard input
+        #[arg(long, value_name = "FILE")]
+        states: String,
+    },
+    /// Simulate a model from its initial configuration
+    Simulate(simulate::Arguments),
+    /// Write any readable model (popupCAD files too) in lamc's schema
+    Import {
+        /// The design
+        design: String,
+        /// Where to write it; `-` writes standard output
+        #[arg(short, long, value_name = "FILE")]
+        output: String,
+    },
+}
+
+/// Already reported on standard error.
+struct Failed;
+
+type Outcome = Result<(), Failed>;
+
+/// Runs the command line.
+pub fn run() -> ExitCode {
+    let cli = Cli::parse();
+    let outcome = match (cli.command, cli.compile) {
+        (Some(Command::Check { model }), _) => check::run(&model),
+        (Some(Command::Eval { model, states }), _) => eval::run(&model, &states),
+        (Some(Command::Simulate(arguments)), _) => simulate::run(&arguments),
+        (Some(Command::Import { design, output }), _) => import::run(&design, &output),
+        (None, Some(arguments)) => compile::run(&arguments),
+        (None, None) => unreachable!("clap asks for a model or a command"),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failed) => ExitCode::FAILURE,
+    }
+}
+
+/// Reports a failure that has no place in the model's text.
+fn fail(message: impl Display) -> Failed {
+    // Nobody is left to tell when standard error is closed.
+    let _ = writeln!(io::stderr(), "error: {message}");
+    Failed
+}
+
+fn report(diagnostics: &Diagnostics, file: &SourceFile) {
+    let color = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+    let _ = write!(io::stderr(), "{}", diagnostics.render(file, color));
+}
+
+fn read(path: &str) -> Result<SourceFile, Failed> {
+    SourceFile::read(path).map_err(fail)
+}
+
+/// Reads and compiles a model, reporting errors and warnings.
+fn load(path: &str) -> Result<Compiled, Failed> {
+    let file = read(path)?;
+    match pipeline::compile(&file) {
+        Ok(compiled) => {
+            report(&compiled.warnings, &file);
+            Ok(compiled)
+        }
+        Err(CompileError::Model(problems)) => {
+            report(&problems, &file);
+            Err(Failed)
+        }
+        Err(error) => Err(fail(error)),
+    }
+}

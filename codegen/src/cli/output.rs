@@ -1,0 +1,47 @@
+//! Writing: atomically, only what changed, and without complaint into a closed pipe.
+
+use std::fs;
+use std::io::{self, ErrorKind, Write};
+use std::path::Path;
+
+use super::{Failed, Outcome, fail};
+
+/// Writes `text` to standard output. A reader that went away is no failure.
+pub fn print(text: &str) -> Outcome {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(fail(format_args!("cannot write to standard output: {error}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Writes `text` to a file (`-`: standard output): whole or not at all, and not when it is there
+/// already.
+pub fn write(path: &str, text: &str) -> Outcome {
+    if path == "-" {
+        return print(text);
+    }
+    if fs::read(path).is_ok_and(|old| old == text.as_bytes()) {
+        return Ok(());
+    }
+    replace(Path::new(path), text)
+        .map_err(|error| -> Failed { fail(format_args!("cannot write {path}: {error}")) })
+}
+
+/// A temporary file in the same folder takes the place of the old one.
+fn replace(path: &Path, text: &str) -> io::Result<()> {
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let mut builder = tempfile::Builder::new();
+    // Temporary files are private; what we write is as readable as any new file.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut file = builder.prefix(".lamc-").tempfile_in(folder)?;
+    file.write_all(text.as_bytes())?;
+    file.persist(path)?;
+    Ok(())
+}
