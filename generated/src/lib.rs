@@ -1,1 +1,34 @@
-//! Placeholder.
+//! Modules that `lamc` wrote for the mechanisms in `examples/`, kept equal to what it writes now.
+//!
+//! ```
+//! use lamc_generated::sixbar::Sixbar;
+//! use lamc_runtime::{Rk4, State, System, assemble};
+//!
+//! let robot = Sixbar::<f64>::default();
+//! let mut state = State::initial(&robot);
+//! assemble(&robot, &mut state.q, &[], &mut robot.workspace())?;
+//! let mut rk4 = Rk4::new(&robot);
+//! for _ in 0..100 {
+//!     rk4.step(&robot, &mut state, 1e-3)?;
+//! }
+//! # Ok::<(), lamc_runtime::Error>(())
+//! ```
+
+#![no_std]
+#![forbid(unsafe_code)]
+
+/// A four-bar: one planar loop, very stiff.
+#[rustfmt::skip]
+pub mod fourbar;
+
+/// A simple pendulum with a measured hinge.
+#[rustfmt::skip]
+pub mod pendulum;
+
+/// A six-bar: one spherical loop.
+#[rustfmt::skip]
+pub mod sixbar;
+
+/// A triple pendulum.
+#[rustfmt::skip]
+pub mod triple_pendulum;

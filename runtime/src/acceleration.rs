@@ -97,7 +97,8 @@ fn full_rank_solve<S: Scalar>(
         inverse_square += dot(column, column);
     }
     let limit = S::from_f64(1e-2) / S::EPSILON.sqrt();
-    if !(trace * inverse_square < limit) {
+    let well_conditioned = trace * inverse_square < limit;
+    if !well_conditioned {
         return false;
     }
     lambda.copy_from_slice(r);

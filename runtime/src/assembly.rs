@@ -126,10 +126,10 @@ fn descend<M: System>(
         if now < square {
             q.copy_from_slice(trial);
             square = now;
-            damping = damping * M::Scalar::from_f64(0.1);
+            damping *= M::Scalar::from_f64(0.1);
             damping = if damping < least_damping { least_damping } else { damping };
         } else {
-            damping = damping * M::Scalar::from_f64(10.0);
+            damping *= M::Scalar::from_f64(10.0);
             system.write_closure(q, residual, jacobian);
         }
     }
@@ -221,7 +221,7 @@ fn not_closed<M: System>(system: &M, q: &[M::Scalar], residual: &[M::Scalar]) ->
     let mut widest = (0, M::Scalar::ZERO);
     for (index, residual) in residual.chunks(9).enumerate() {
         let open = largest(residual);
-        if !(open <= widest.1) {
+        if open > widest.1 {
             widest = (index, open);
         }
     }

@@ -101,7 +101,7 @@ impl<M: System> Dopri5<M> {
         while state.t < t_end {
             self.begin(system, state)?;
             let left = t_end - state.t;
-            if !(self.step > M::Scalar::ZERO) {
+            if self.step <= M::Scalar::ZERO {
                 self.step = self.first_step(state, left);
             }
             let wanted = self.step.min(self.longest_step);

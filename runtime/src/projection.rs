@@ -74,8 +74,9 @@ pub fn project<M: System>(
         correct(jacobian, residual, q);
         system.write_closure(q, residual, jacobian);
         let now = largest(residual);
-        // Also true for NaN: the step that does not help is taken back.
-        if !(now < open) {
+        // A step that does not help (or is not a number) is taken back.
+        let helped = now < open;
+        if !helped {
             q.copy_from_slice(forcing);
             system.write_closure(q, residual, jacobian);
             break;

@@ -236,7 +236,7 @@ impl<'a> Body<'a> {
 pub fn constant(scalar: ScalarChoice, number: f64) -> TokenStream {
     let literal = |number: f64| {
         if number.is_finite() {
-            let magnitude = Literal::f64_unsuffixed(number.abs());
+            let magnitude = float(number.abs(), |x| format!("{x:?}"));
             if number.is_sign_negative() { quote!(-#magnitude) } else { quote!(#magnitude) }
         } else if number.is_nan() {
             quote!(f64::NAN)
@@ -256,7 +256,7 @@ pub fn constant(scalar: ScalarChoice, number: f64) -> TokenStream {
             quote!(#number)
         }
         ScalarChoice::F32 if number.is_finite() => {
-            let short = Literal::f32_unsuffixed((number as f32).abs());
+            let short = float(number.abs(), |x| format!("{:?}", x as f32));
             if number < 0.0 { quote!(-#short) } else { quote!(#short) }
         }
         ScalarChoice::F32 => {
@@ -264,6 +264,27 @@ pub fn constant(scalar: ScalarChoice, number: f64) -> TokenStream {
             quote!(#number as f32)
         }
     }
+}
+
+/// The shortest digits that read back as the same number; Rust's `{:?}` chooses exponents well.
+fn float(magnitude: f64, digits: impl Fn(f64) -> String) -> Literal {
+    let text = if magnitude != 0.0 && magnitude < 1e-2 {
+        // Rust would write up to five leading zeros.
+        let plain = digits(magnitude);
+        match plain.strip_prefix("0.") {
+            Some(fraction) => {
+                let digits = fraction.trim_start_matches('0');
+                let exponent = fraction.len() - digits.len() + 1;
+                let (first, rest) = digits.split_at(1);
+                let point = if rest.is_empty() { "" } else { "." };
+                format!("{first}{point}{rest}e-{exponent}")
+            }
+            None => plain,
+        }
+    } else {
+        digits(magnitude)
+    };
+    text.parse().unwrap_or_else(|_| Literal::f64_unsuffixed(magnitude))
 }
 
 /// How often each value is used.

@@ -41,11 +41,21 @@ pub fn write(program: &Program, options: &Options) -> String {
     };
     let code = prettyplease::unparse(&file);
     let mut text = header::header(program, options);
+    let mut within_item = false;
     for line in code.lines() {
+        // prettyplease sets items close together: a blank line before each, documented or not.
+        let begins = line.starts_with(|c: char| !c.is_whitespace() && c != '}' && c != ')');
+        if begins && !within_item {
+            text.push('\n');
+        }
+        within_item = if begins {
+            line.starts_with("///") || line.starts_with('#') || !line.ends_with([';', '}'])
+        } else {
+            within_item && !line.starts_with('}')
+        };
         match line.trim_start().strip_prefix("__section!(\"") {
             Some(heading) => {
-                let indent = &line[..line.len() - line.trim_start().len()];
-                text.push_str(indent);
+                text.push_str(&line[..line.len() - line.trim_start().len()]);
                 text.push_str("// ");
                 text.push_str(heading.trim_end_matches("\");"));
             }
