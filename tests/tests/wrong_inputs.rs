@@ -6,7 +6,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use lamc::source::{SourceFile, parse};
+use lamc::pipeline::{CompileError, compile};
+use lamc::source::SourceFile;
 use similar::TextDiff;
 
 fn folder() -> PathBuf {
@@ -18,9 +19,10 @@ fn check(path: &Path) -> String {
     let mut file = SourceFile::read(path.to_str().expect("a fixture's path is UTF-8")).unwrap();
     // The same text wherever the project lies.
     file.path = format!("wrong/{}", path.file_name().unwrap().to_str().unwrap());
-    let diagnostics = match parse(&file) {
-        Ok((_, warnings)) => warnings,
-        Err(errors) => errors,
+    let diagnostics = match compile(&file) {
+        Ok(compiled) => compiled.warnings,
+        Err(CompileError::Model(errors)) => errors,
+        Err(error) => panic!("{error}"),
     };
     diagnostics.render(&file, false)
 }

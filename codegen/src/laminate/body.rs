@@ -36,7 +36,11 @@ pub fn mass_properties(
         sum.plus(MassMoments::point(point.mass.value, Vector3::from(point.at) - origin))
     });
     let properties = all.properties(origin);
-    if !body.fixed && problems.0.len() == before {
+    // A sheet without density was reported as such: no need to say that its plates have no mass.
+    let sheets =
+        || model.materials.iter().all(|m| m.density.value > 0.0 && m.thickness.value > 0.0);
+    let sound = !matches!(body.shape, Shape::Plates(_)) || sheets();
+    if !body.fixed && sound && problems.0.len() == before {
         check_moving(body, &properties, problems);
     }
     properties

@@ -1,6 +1,6 @@
 //! Plates: what makes an outline with holes a piece of sheet.
 
-use geo::{Area, BooleanOps, Coord, LineString, Polygon, Validation};
+use geo::{Area, BooleanOps, ConvexHull, Coord, LineString, Polygon, Validation};
 
 use super::moments::AreaMoments;
 use crate::source::{Diagnostic, Diagnostics, Plate, Spanned};
@@ -47,9 +47,8 @@ pub fn check_overlaps(plates: &[Plate], warnings: &mut Diagnostics) {
 /// Whether a ring neither crosses nor touches itself and has an area.
 fn check_simple(ring: &Spanned<Vec<[f64; 2]>>, what: &str, problems: &mut Diagnostics) -> bool {
     let polygon = Polygon::new(line_string(&ring.value), Vec::new());
-    let area = polygon.unsigned_area();
     let extent = ring.value.iter().flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
-    if area <= f64::EPSILON * extent * extent {
+    if polygon.convex_hull().unsigned_area() <= f64::EPSILON * extent * extent {
         let problem = Diagnostic::error("no-area", ring.span, format!("this {what} has no area"))
             .hint("its vertices lie on one line");
         problems.push(problem);
