@@ -102,7 +102,7 @@ fn a_sarrus_linkage_has_rank_five() {
 fn a_miura_sheet_of_nine_vertices_moves_once() {
     // 4 x 4 facets; fold lines along x are straight, those along y zigzag.
     let at = |i: usize, j: usize| {
-        let shift = if j % 2 == 0 { 0.0 } else { 0.4 };
+        let shift = 0.4 * (j % 2) as f64;
         [i as f64 + shift, j as f64]
     };
     let facet = |i: usize, j: usize| 4 * j + i;

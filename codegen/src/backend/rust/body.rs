@@ -95,7 +95,7 @@ impl<'a> Body<'a> {
     fn write(&mut self) {
         let uses = uses(self.function);
         let partners = partners(self.function);
-        for index in 0..self.function.instructions.len() {
+        for (index, &uses) in uses.iter().enumerate() {
             if self.written.len() > index && !self.written[index].tokens.is_empty() {
                 continue;
             }
@@ -106,7 +106,7 @@ impl<'a> Body<'a> {
                 Op::Sin(x) | Op::Cos(x) => self.sine_cosine(index, x, &partners),
                 op => {
                     let written = self.expression(op);
-                    let inline = instruction.name.is_none() && uses[index] == 1;
+                    let inline = instruction.name.is_none() && uses == 1;
                     if inline && written.size <= LONGEST_EXPRESSION {
                         written
                     } else {
