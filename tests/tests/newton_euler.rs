@@ -16,7 +16,7 @@ fn the_evaluator_agrees_with_the_reference() {
             let solution = solve(&mechanism, &values);
             assert!(solution.open_by < 1e-10, "{stem} {index}: open by {}", solution.open_by);
             assert!(solution.speed_mismatch < 1e-9, "{stem}: {}", solution.speed_mismatch);
-            let mut check = |what: &str, found: &[f64], expected: &[f64]| {
+            let check = |what: &str, found: &[f64], expected: &[f64]| {
                 let error = relative_error(found, expected);
                 assert!(error < 1e-9, "{stem} state {index}: {what} off by {error:e}");
             };
