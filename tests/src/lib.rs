@@ -3,6 +3,7 @@
 
 pub mod expression;
 pub mod newton_euler;
+pub mod random;
 mod reference;
 
 use std::path::{Path, PathBuf};
