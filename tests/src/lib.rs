@@ -1,4 +1,10 @@
-//! What the end-to-end tests share: reference files, compiled models, comparisons.
+//! What the end-to-end tests share: reference files, compiled models, comparisons, and mechanics
+//! of its own to compare with.
+
+pub mod expression;
+pub mod newton_euler;
+pub mod random;
+mod reference;
 
 use std::path::{Path, PathBuf};
 
@@ -52,21 +58,41 @@ fn compile_file(file: &SourceFile) -> Compiled {
 /// A reference file: values computed independently of lamc.
 #[derive(Debug, Deserialize)]
 pub struct Reference {
+    /// Gravity, m/s^2.
+    pub gravity: [f64; 3],
     /// Bodies in file order.
     pub bodies: Vec<ReferenceBody>,
+    /// Joints in file order.
+    pub joints: Vec<ReferenceJoint>,
     /// Closed configurations with consistent rates.
     pub states: Vec<ReferenceState>,
     /// A motion from rest.
     pub trajectory: Trajectory,
 }
 
-/// A body's mass properties.
+/// A body with its mass properties.
 #[derive(Debug, Deserialize)]
 #[allow(missing_docs, reason = "named as in the file")]
 pub struct ReferenceBody {
+    pub name: String,
+    pub fixed: bool,
     pub mass: f64,
     pub com: [f64; 3],
     pub inertia: [[f64; 3]; 3],
+}
+
+/// A hinge; a child "ghost of b3" is the body b3.
+#[derive(Debug, Deserialize)]
+#[allow(missing_docs, reason = "named as in the file")]
+pub struct ReferenceJoint {
+    pub name: String,
+    pub parent: String,
+    pub child: String,
+    pub axis: [f64; 3],
+    pub point: [f64; 3],
+    pub stiffness: f64,
+    pub damping: f64,
+    pub rest: f64,
 }
 
 /// Values at one state.

@@ -1,0 +1,320 @@
+//! Random mechanisms in our schema: trees, and loops of every class.
+//!
+//! A loop is a chain of new plates between two bodies that exist already, so loops share bodies,
+//! reach the ground several times and pass through one body together. What class it has follows
+//! from its hinge lines: all parallel, all through one point, or any.
+
+use std::fmt::Write;
+
+use lamc::topology::LoopClass;
+
+/// What a random mechanism is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct Recipe {
+    /// Plates that hang on no more than one hinge each.
+    pub branches: usize,
+    /// Closed loops.
+    pub loops: usize,
+    /// What their hinge lines have in common.
+    pub lines: Lines,
+}
+
+/// What the hinge lines have in common.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lines {
+    /// Nothing.
+    Any,
+    /// Their direction.
+    Parallel,
+    /// One point.
+    Concurrent,
+}
+
+impl Lines {
+    /// The class lamc must find for a loop of such hinges.
+    pub fn is(self, class: &LoopClass) -> bool {
+        match self {
+            Self::Any => matches!(class, LoopClass::Spatial),
+            Self::Parallel => matches!(class, LoopClass::Planar { .. }),
+            Self::Concurrent => matches!(class, LoopClass::Spherical { .. }),
+        }
+    }
+
+    /// Independent closure equations of one loop.
+    pub fn rank(self) -> usize {
+        if self == Self::Any { 6 } else { 3 }
+    }
+}
+
+/// Uniform numbers (xorshift64*; Vigna, An experimental exploration of Marsaglia's xorshift
+/// generators, 2016).
+#[derive(Clone, Debug)]
+pub struct Random(u64);
+
+impl Random {
+    /// A sequence of its own for every seed.
+    pub fn new(seed: u64) -> Self {
+        let mut random = Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
+        (0..8).for_each(|_| _ = random.bits());
+        random
+    }
+
+    fn bits(&mut self) -> u64 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        self.0.wrapping_mul(0x2545_f491_4f6c_dd1d)
+    }
+
+    /// In `low .. high`.
+    pub fn range(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * ((self.bits() >> 11) as f64 / (1_u64 << 53) as f64)
+    }
+
+    /// In `0 .. count`.
+    pub fn below(&mut self, count: usize) -> usize {
+        ((self.bits() >> 32) as usize * count) >> 32
+    }
+
+    fn chance(&mut self, probability: f64) -> bool {
+        self.range(0.0, 1.0) < probability
+    }
+}
+
+/// The text of a random mechanism; the same for the same seed.
+pub fn model(seed: u64, recipe: Recipe) -> String {
+    let mut random = Random::new(seed);
+    let hinges = hinges(&mut random, recipe);
+    let bodies = 1 + hinges.iter().map(|hinge| hinge.bodies[0].max(hinge.bodies[1])).max().unwrap();
+    let mut writer = Writer { millimetres: random.chance(0.5), random, text: String::new() };
+    writer.model(seed, bodies, &hinges);
+    writer.text
+}
+
+/// A hinge between two bodies; bodies 0 and 1 are fixed.
+struct Hinge {
+    bodies: [usize; 2],
+    axis: [[f64; 2]; 2],
+    z: f64,
+}
+
+/// Bodies 0 .. FIXED are the ground.
+const FIXED: usize = 2;
+
+fn hinges(random: &mut Random, recipe: Recipe) -> Vec<Hinge> {
+    let centre = [random.range(-0.05, 0.05), random.range(-0.05, 0.05)];
+    let height = random.range(0.0, 0.003);
+    let common = random.range(0.0, std::f64::consts::TAU);
+    let line = |random: &mut Random, lines: Lines| {
+        let angle = if lines == Lines::Parallel { common } else { random.range(0.0, 6.28) };
+        let length = random.range(0.02, 0.06);
+        let (from, z) = match lines {
+            Lines::Concurrent => (centre, height),
+            _ => ([random.range(-0.1, 0.1), random.range(-0.1, 0.1)], random.range(-0.03, 0.03)),
+        };
+        let to = [from[0] + length * angle.cos(), from[1] + length * angle.sin()];
+        ([from, to], z)
+    };
+    let mut hinges = Vec::new();
+    let mut bodies = FIXED;
+    let mut connect = |random: &mut Random, from: usize, to: usize, lines: Lines| {
+        let (axis, z) = line(random, lines);
+        // Which body comes first says which way q counts, not where the tree grows.
+        let bodies = if random.chance(0.5) { [from, to] } else { [to, from] };
+        hinges.push(Hinge { bodies, axis, z });
+    };
+    for _ in 0..recipe.loops {
+        let from = random.below(bodies);
+        let to = random.below(bodies);
+        // One hinge more than equations leaves every loop a freedom of its own. Four lines through
+        // a point are often locked all the same: the widest angle equals the others' sum.
+        let spare = usize::from(recipe.lines == Lines::Concurrent);
+        let links = recipe.lines.rank() + spare + random.below(2);
+        let mut last = from;
+        for _ in 0..links {
+            connect(random, last, bodies, recipe.lines);
+            last = bodies;
+            bodies += 1;
+        }
+        connect(random, last, to, recipe.lines);
+    }
+    for _ in 0..recipe.branches {
+        // Mostly onto one of the last few: long chains with side branches.
+        let nearby = bodies.min(if random.chance(0.7) { 2 } else { bodies });
+        let from = bodies - 1 - random.below(nearby);
+        connect(random, from, bodies, Lines::Any);
+        bodies += 1;
+    }
+    // File order is the order of coordinates and decides which hinge closes a loop.
+    for i in (1..hinges.len()).rev() {
+        hinges.swap(i, random.below(i + 1));
+    }
+    hinges
+}
+
+struct Writer {
+    random: Random,
+    millimetres: bool,
+    text: String,
+}
+
+impl Writer {
+    fn line(&mut self, line: &str) {
+        self.text.push_str(line);
+        self.text.push('\n');
+    }
+
+    /// A length in the model's unit.
+    fn length(&self, metres: f64) -> f64 {
+        if self.millimetres { metres * 1e3 } else { metres }
+    }
+
+    fn at(&mut self) -> String {
+        let xyz = [0.1, 0.1, 0.01].map(|most| self.random.range(-most, most));
+        let [x, y, z] = xyz.map(|x| self.length(x));
+        format!("[{x}, {y}, {z}]")
+    }
+
+    fn model(&mut self, seed: u64, bodies: usize, hinges: &[Hinge]) {
+        self.line(&format!("name: random{seed}"));
+        if self.millimetres {
+            self.line("units: { length: mm, angle: deg }");
+        }
+        let [x, y, z] = [0.0; 3].map(|_: f64| self.random.range(-12.0, 12.0));
+        self.line(&format!("gravity: [{x}, {y}, \"{z} + 0*swing\"]"));
+        self.line("materials:");
+        for (name, density, least, most) in
+            [("card", 700.0, 3e-4, 5e-4), ("film", 1380.0, 5e-5, 2e-4)]
+        {
+            let thickness = self.random.range(least, most);
+            let thickness = self.length(thickness);
+            self.line(&format!("  {name}: {{ density: {density}, thickness: {thickness} }}"));
+        }
+        self.line("layup: [card, film, card]");
+        self.line("parameters: { k: 0.0114, swing: 0.003 }");
+        self.line("inputs: [motor]");
+        if self.random.chance(0.3) {
+            self.line("tunable: [stiffness, rest, mass]");
+        }
+        self.line("bodies:");
+        for body in 0..bodies {
+            self.body(body);
+        }
+        self.line("joints:");
+        for (index, hinge) in hinges.iter().enumerate() {
+            self.joint(index, hinge, hinges.len());
+        }
+        self.line("points:");
+        for point in 0..2 {
+            let body = FIXED + self.random.below(bodies - FIXED);
+            let at = self.at();
+            self.line(&format!("  p{point}: {{ body: b{body}, at: {at} }}"));
+        }
+        self.line("forces:");
+        let joint = self.random.below(hinges.len());
+        let pull = self.random.range(-0.02, 0.02);
+        self.line(&format!("  pull: {{ point: p0, force: [{pull}, 0, \"motor*t\"] }}"));
+        let push = format!("[\"swing*sin(q.j{joint})\", \"-1e-3*u.j{joint}\", 0]");
+        self.line(&format!("  push: {{ point: p1, force: {push} }}"));
+    }
+
+    fn body(&mut self, body: usize) {
+        if body == 0 {
+            return self.line("  b0: { fixed: true }");
+        }
+        let fixed = if body < FIXED { "fixed: true, " } else { "" };
+        let shape = match self.random.below(4) {
+            0 => self.plates(),
+            1 => self.rigid(),
+            _ => {
+                let (outline, hole) = self.plate();
+                let weight = self.random.range(1e-4, 1e-3);
+                let at = self.at();
+                format!(
+                    "outline: {outline}, holes: [{hole}], \
+                     point_masses: [{{ mass: {weight}, at: {at} }}]"
+                )
+            }
+        };
+        self.line(&format!("  b{body}: {{ {fixed}{shape} }}"));
+    }
+
+    /// A star-shaped polygon and a triangle inside it.
+    fn plate(&mut self) -> (String, String) {
+        let count = 3 + self.random.below(6);
+        let centre = [0.0; 2].map(|_: f64| self.random.range(-0.08, 0.08));
+        let mut ring = |count: usize, least: f64, most: f64| {
+            let corners = (0..count).map(|i| {
+                let angle = std::f64::consts::TAU * i as f64 / count as f64;
+                let radius = self.random.range(least, most);
+                let x = self.length(centre[0] + radius * angle.cos());
+                let y = self.length(centre[1] + radius * angle.sin());
+                format!("[{x}, {y}]")
+            });
+            format!("[{}]", corners.collect::<Vec<_>>().join(", "))
+        };
+        (ring(count, 0.02, 0.05), ring(3, 0.003, 0.008))
+    }
+
+    fn plates(&mut self) -> String {
+        let layers = [0, 1, 2].map(|layer| {
+            let (outline, hole) = self.plate();
+            match layer {
+                0 => format!("[{{ outline: {outline} }}]"),
+                1 if self.random.chance(0.5) => "[]".to_owned(),
+                _ => format!("[{{ outline: {outline}, holes: [{hole}] }}]"),
+            }
+        });
+        format!("layers: [{}]", layers.join(", "))
+    }
+
+    /// Principal moments of a box, turned about a random direction by a random angle.
+    fn rigid(&mut self) -> String {
+        let mass = self.random.range(5e-4, 3e-3);
+        let [a, b, c] = [0.0; 3].map(|_: f64| self.random.range(0.01, 0.05).powi(2) * mass / 12.0);
+        let axis = nalgebra::Vector3::from_fn(|_, _| self.random.range(-2.0, 2.0));
+        let turn = nalgebra::Rotation3::new(axis).into_inner();
+        let principal = nalgebra::Matrix3::from_diagonal(&[b + c, c + a, a + b].into());
+        let inertia = turn * principal * turn.transpose();
+        let inertia = (inertia + inertia.transpose()) * 0.5;
+        let rows = [0, 1, 2].map(|i| {
+            let [x, y, z] = [0, 1, 2].map(|j| inertia[(i, j)]);
+            format!("[{x:e}, {y:e}, {z:e}]")
+        });
+        let com = self.at();
+        format!("mass: {mass}, com: {com}, inertia: [{}]", rows.join(", "))
+    }
+
+    fn joint(&mut self, index: usize, hinge: &Hinge, joints: usize) {
+        let [a, b] = hinge.axis.map(|[x, y]| [self.length(x), self.length(y)]);
+        let z = self.length(hinge.z);
+        let mut entry = String::new();
+        let [first, second] = hinge.bodies;
+        write!(entry, "bodies: [b{first}, b{second}], axis: [{a:?}, {b:?}], z: {z}").unwrap();
+        match self.random.below(3) {
+            0 => {}
+            1 => entry.push_str(", stiffness: k"),
+            _ => write!(entry, ", stiffness: {}", self.random.range(1e-3, 0.02)).unwrap(),
+        }
+        match self.random.below(3) {
+            0 => {}
+            1 => entry.push_str(", damping: \"1e-5*(1 + t)\""),
+            _ => write!(entry, ", damping: {}", self.random.range(1e-6, 2e-5)).unwrap(),
+        }
+        if self.random.chance(0.5) {
+            let rest = self.random.range(-0.5, 0.5);
+            let rest = if self.millimetres { rest.to_degrees() } else { rest };
+            write!(entry, ", rest: {rest}").unwrap();
+        }
+        let other = self.random.below(joints);
+        let torque = match self.random.below(8) {
+            0 => "motor - 0.002*sin(2*pi*t)".to_owned(),
+            1 => format!("k*q.j{other}/10 - 1e-6*u.j{other}*abs(u.j{index})"),
+            2 => format!("0.001*tanh(10*u.j{other})"),
+            3 => format!("max(0.0005*cos(q.j{other}), 1e-4*exp(-t))"),
+            4 => format!("1e-3*sqrt(q.j{other}^2 + 0.01) - min(motor, 1e-3)"),
+            _ => "0".to_owned(),
+        };
+        self.line(&format!("  j{index}: {{ {entry}, torque: \"{torque}\" }}"));
+    }
+}
