@@ -219,49 +219,47 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
             + gravity_coupler_ghost0_y;
         let free_fall_coupler_ghost0_z = gravity_coupler_ghost0_z
             - coupler_ghost0_part_3;
-        let force_coupler_ghost0_y = free_fall_coupler_ghost0_y
-            * c(2.6778931497499996e-4)
-            + omega_coupler_ghost0_x * omega_coupler_ghost0_x * c(9.272985481377834e-6);
-        let force_coupler_ghost0_z = free_fall_coupler_ghost0_z
-            * c(2.6778931497499996e-4);
+        let force_coupler_ghost0_y = free_fall_coupler_ghost0_y * c(2.67789314975e-4)
+            + omega_coupler_ghost0_x * omega_coupler_ghost0_x * c(9.272985481377836e-6);
+        let force_coupler_ghost0_z = free_fall_coupler_ghost0_z * c(2.67789314975e-4);
         let moment_coupler_ghost0_x = free_fall_coupler_ghost0_z
-            * c(9.272985481377834e-6);
+            * c(9.272985481377836e-6);
         let force_above_coupler_ghost0_z = sin_coupler_rocker * force_coupler_ghost0_y
             + cos_coupler_rocker * force_coupler_ghost0_z;
         let moment_above_coupler_ghost0_x = moment_coupler_ghost0_x
             + c(0.5135738999999999) * force_above_coupler_ghost0_z;
         // coupler
         let coupler_part_4 = omega_coupler_x * omega_coupler_x;
-        let force_coupler_y = free_fall_coupler_y * c(2.6778931497499996e-4)
-            + coupler_part_4 * c(4.354409965431688e-5);
-        let force_coupler_z = free_fall_coupler_z * c(2.6778931497499996e-4);
-        let moment_coupler_x = free_fall_coupler_z * c(4.354409965431688e-5);
+        let force_coupler_y = free_fall_coupler_y * c(2.67789314975e-4)
+            + coupler_part_4 * c(4.3544099654316885e-5);
+        let force_coupler_z = free_fall_coupler_z * c(2.67789314975e-4);
+        let moment_coupler_x = free_fall_coupler_z * c(4.3544099654316885e-5);
         let force_above_coupler_z = sin_coupler_crank * force_coupler_y
             + cos_coupler_crank * force_coupler_z;
         let moment_above_coupler_x = moment_coupler_x
             + c(0.534813) * force_above_coupler_z;
         // rocker
         let moment_rocker_x = moment_above_coupler_ghost0_x
-            + cos_rocker_hinge * c(-1.6056691924332457e-3);
+            + cos_rocker_hinge * c(-1.6056691924332452e-3);
         // crank
         let moment_crank_x = moment_above_coupler_x
-            + cos_crank_hinge * c(-1.7414377400064131e-3);
+            + cos_crank_hinge * c(-1.7414377400064135e-3);
         // coupler_ghost0
         let moment_above_coupler_ghost0_x_2 = cos_coupler_rocker
-            * c(4.762363318314591e-6) + c(1.8705126833160893e-6);
+            * c(4.762363318314592e-6) + c(1.8705126833160889e-6);
         // coupler
-        let moment_above_coupler_x_2 = cos_coupler_crank * c(2.328795056842417e-5)
-            + c(8.62993232310351e-6);
+        let moment_above_coupler_x_2 = cos_coupler_crank * c(2.3287950568424175e-5)
+            + c(8.629932323103512e-6);
         // rocker
-        let inertia_xx_rocker = c(7.063161451141716e-5)
-            + (c(1.8705126833160893e-6)
-                + (cos_coupler_rocker * c(9.524726636629182e-6)
+        let inertia_xx_rocker = c(7.063161451141718e-5)
+            + (c(1.8705126833160889e-6)
+                + (cos_coupler_rocker * c(9.524726636629184e-6)
                     + c(5.5954153788808836e-5)));
         // crank
-        let inertia_xx_crank = c(7.659442407901057e-5)
-            + (c(8.62993232310351e-6)
-                + (cos_coupler_crank * c(4.657590113684834e-5)
-                    + c(6.319884794476543e-5)));
+        let inertia_xx_crank = c(7.659442407901059e-5)
+            + (c(8.629932323103512e-6)
+                + (cos_coupler_crank * c(4.657590113684835e-5)
+                    + c(6.319884794476544e-5)));
         // coupler
         let v_coupler_y_by_crank_hinge = sin_coupler_crank * c(0.534813);
         // coupler_ghost0
@@ -280,9 +278,9 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
             * c(0.5135738999999999);
         // loop 0
         let gamma0_1 = coupler_ghost0_part_3 - coupler_part_3;
-        let closure0_2_crank_hinge = -v_coupler_z_by_crank_hinge - c(0.889500570130581);
+        let closure0_2_crank_hinge = -v_coupler_z_by_crank_hinge - c(0.5430958883848717);
         let closure0_2_rocker_hinge = v_coupler_ghost0_z_by_rocker_hinge
-            + c(0.7615226701305811);
+            + c(0.4151179883848717);
         mass[0] = inertia_xx_crank;
         mass[1] = c(0.0);
         mass[2] = moment_above_coupler_x_2;
@@ -293,12 +291,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         mass[7] = moment_above_coupler_ghost0_x_2;
         mass[8] = moment_above_coupler_x_2;
         mass[9] = c(0.0);
-        mass[10] = c(8.62993232310351e-6);
+        mass[10] = c(8.629932323103512e-6);
         mass[11] = c(0.0);
         mass[12] = c(0.0);
         mass[13] = moment_above_coupler_ghost0_x_2;
         mass[14] = c(0.0);
-        mass[15] = c(1.8705126833160893e-6);
+        mass[15] = c(1.8705126833160889e-6);
         forcing[0] = moment_crank_x - q[0] * c(10.0) - u[0] * c(0.1);
         forcing[1] = moment_rocker_x - q[1] * c(10.0) - u[1] * c(0.1);
         forcing[2] = moment_coupler_x - q[2] * c(10.0) - u[2] * c(0.1);
@@ -313,8 +311,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         jacobian[7] = c(0.0);
         jacobian[8] = closure0_2_crank_hinge;
         jacobian[9] = closure0_2_rocker_hinge;
-        jacobian[10] = c(-0.889500570130581);
-        jacobian[11] = c(0.7615226701305811);
+        jacobian[10] = c(-0.5430958883848717);
+        jacobian[11] = c(0.4151179883848717);
         gamma[0] = gamma0_0;
         gamma[1] = gamma0_1;
         gamma[2] = gamma0_1;
@@ -368,14 +366,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let arm0_0_crank_z = point0_original_coupler_z - c(2.5e-3);
         // coupler_ghost0
         let point1_ghost_coupler_ghost0_x = origin_coupler_ghost0_x
-            + axis_y_coupler_ghost0_x * c(0.7615226701305811);
+            + axis_y_coupler_ghost0_x * c(0.4151179883848717);
         let point1_ghost_coupler_ghost0_z = origin_coupler_ghost0_z
-            + axis_y_coupler_ghost0_z * c(0.7615226701305811);
+            + axis_y_coupler_ghost0_z * c(0.4151179883848717);
         // coupler
         let point1_original_coupler_x = origin_coupler_x
-            + axis_y_coupler_x * c(0.889500570130581);
+            + axis_y_coupler_x * c(0.5430958883848717);
         let point1_original_coupler_z = origin_coupler_z
-            + axis_y_coupler_z * c(0.889500570130581);
+            + axis_y_coupler_z * c(0.5430958883848717);
         // coupler_ghost0
         let arm0_1_coupler_ghost0_x = point1_ghost_coupler_ghost0_x
             - origin_coupler_ghost0_x;
@@ -392,14 +390,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let arm0_1_crank_z = point1_original_coupler_z - c(2.5e-3);
         // coupler_ghost0
         let point2_ghost_coupler_ghost0_x = origin_coupler_ghost0_x
-            + axis_z_coupler_ghost0_x * c(0.7615226701305812);
+            + axis_z_coupler_ghost0_x * c(0.41511798838487174);
         let point2_ghost_coupler_ghost0_z = origin_coupler_ghost0_z
-            + axis_y_coupler_ghost0_x * c(0.7615226701305812);
+            + axis_y_coupler_ghost0_x * c(0.41511798838487174);
         // coupler
         let point2_original_coupler_x = origin_coupler_x
-            + (coupler_part_3 + axis_z_coupler_x * c(0.7615226701305812));
+            + (coupler_part_3 + axis_z_coupler_x * c(0.41511798838487174));
         let point2_original_coupler_z = origin_coupler_z
-            + (coupler_part_4 + axis_y_coupler_x * c(0.7615226701305812));
+            + (coupler_part_4 + axis_y_coupler_x * c(0.41511798838487174));
         // coupler_ghost0
         let arm0_2_coupler_ghost0_x = point2_ghost_coupler_ghost0_x
             - origin_coupler_ghost0_x;
@@ -415,13 +413,13 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let arm0_2_crank_x = c(0.3137601) + point2_original_coupler_x;
         let arm0_2_crank_z = point2_original_coupler_z - c(2.5e-3);
         residual[0] = origin_coupler_ghost0_x - point0_original_coupler_x;
-        residual[1] = c(0.0);
+        residual[1] = c(6.938893903907228e-18);
         residual[2] = origin_coupler_ghost0_z - point0_original_coupler_z;
         residual[3] = point1_ghost_coupler_ghost0_x - point1_original_coupler_x;
-        residual[4] = c(0.0);
+        residual[4] = c(6.938893903907228e-18);
         residual[5] = point1_ghost_coupler_ghost0_z - point1_original_coupler_z;
         residual[6] = point2_ghost_coupler_ghost0_x - point2_original_coupler_x;
-        residual[7] = c(0.0);
+        residual[7] = c(6.938893903907228e-18);
         residual[8] = point2_ghost_coupler_ghost0_z - point2_original_coupler_z;
         jacobian[0] = arm0_0_crank_z;
         jacobian[1] = -arm0_0_rocker_z;
@@ -578,42 +576,42 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let v_coupler_ghost0_y = sin_coupler_rocker * coupler_ghost0_part;
         let v_coupler_ghost0_z = cos_coupler_rocker * coupler_ghost0_part;
         // crank
-        let kinetic_crank = u[0] * u[0] * c(3.1599423972382714e-5);
+        let kinetic_crank = u[0] * u[0] * c(3.159942397238272e-5);
         // rocker
         let kinetic_rocker = u[1] * u[1] * c(2.7977076894404418e-5);
         // coupler
-        let kinetic_coupler = omega_coupler_x * omega_coupler_x * c(4.314966161551755e-6)
-            + (v_coupler_z * (omega_coupler_x * c(4.354409965431688e-5))
+        let kinetic_coupler = omega_coupler_x * omega_coupler_x * c(4.314966161551756e-6)
+            + (v_coupler_z * (omega_coupler_x * c(4.3544099654316885e-5))
                 + (v_coupler_y * v_coupler_y + v_coupler_z * v_coupler_z)
-                    * c(1.3389465748749998e-4));
+                    * c(1.338946574875e-4));
         // coupler_ghost0
         let kinetic_coupler_ghost0 = omega_coupler_ghost0_x * omega_coupler_ghost0_x
-            * c(9.352563416580446e-7)
-            + (v_coupler_ghost0_z * (omega_coupler_ghost0_x * c(9.272985481377834e-6))
-                + c(1.3389465748749998e-4)
+            * c(9.352563416580444e-7)
+            + (v_coupler_ghost0_z * (omega_coupler_ghost0_x * c(9.272985481377836e-6))
+                + c(1.338946574875e-4)
                     * (v_coupler_ghost0_y * v_coupler_ghost0_y
                         + v_coupler_ghost0_z * v_coupler_ghost0_z));
         // crank
-        let potential_crank = (sin_crank_hinge * c(1.77516589195353e-4)
-            + c(1.6596130124999999e-6)) * c(9.81);
+        let potential_crank = (sin_crank_hinge * c(1.7751658919535306e-4)
+            + c(1.6596130125000005e-6)) * c(9.81);
         // rocker
         let potential_rocker = c(9.81)
-            * (sin_rocker_hinge * c(1.6367677802581505e-4) + c(1.593506625e-6));
+            * (sin_rocker_hinge * c(1.63676778025815e-4) + c(1.593506625e-6));
         // coupler
         let axis_y_coupler_z = sin_crank_hinge * cos_coupler_crank
             + cos_crank_hinge * sin_coupler_crank;
         let origin_coupler_z = sin_crank_hinge * c(0.534813) + c(2.5e-3);
         let potential_coupler = c(9.81)
-            * (origin_coupler_z * c(2.6778931497499996e-4)
-                + c(4.354409965431688e-5) * axis_y_coupler_z);
+            * (origin_coupler_z * c(2.67789314975e-4)
+                + c(4.3544099654316885e-5) * axis_y_coupler_z);
         // coupler_ghost0
         let axis_y_coupler_ghost0_z = sin_rocker_hinge * cos_coupler_rocker
             + cos_rocker_hinge * sin_coupler_rocker;
         let origin_coupler_ghost0_z = c(2.5e-3)
             + sin_rocker_hinge * c(0.5135738999999999);
         let potential_coupler_ghost0 = c(9.81)
-            * (c(2.6778931497499996e-4) * origin_coupler_ghost0_z
-                + c(9.272985481377834e-6) * axis_y_coupler_ghost0_z);
+            * (c(2.67789314975e-4) * origin_coupler_ghost0_z
+                + c(9.272985481377836e-6) * axis_y_coupler_ghost0_z);
         // the whole mechanism
         let spring_crank_hinge = q[0] * q[0] * c(5.0);
         let spring_rocker_hinge = c(5.0) * (q[1] * q[1]);

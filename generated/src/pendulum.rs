@@ -149,8 +149,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         let Some(forcing) = out.forcing.first_chunk_mut::<1>() else { return };
         // arm
         let cos_hinge = S::sin_cos(q[0]).1;
-        let moment_arm_x = -cos_hinge * c(-0.017779800073960805);
-        mass[0] = c(1.2282610013696917e-4);
+        let moment_arm_x = -cos_hinge * c(-0.0177798000739608);
+        mass[0] = c(1.2282610013696912e-4);
         forcing[0] = moment_arm_x - q[0] * c(7.6e-3) - u[0] * c(2.5e-5);
     }
     fn write_closure(&self, q: &[S], residual: &mut [S], jacobian: &mut [S]) {}
@@ -205,9 +205,9 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         };
         // arm
         let sin_hinge = S::sin_cos(q[0]).0;
-        let kinetic_arm = u[0] * u[0] * c(6.141305006848459e-5);
-        let potential_arm = (c(1.1060708461600002e-4)
-            - sin_hinge * c(1.8124159096800005e-3)) * c(9.81);
+        let kinetic_arm = u[0] * u[0] * c(6.141305006848456e-5);
+        let potential_arm = (c(1.1060708461599998e-4) - sin_hinge * c(1.81241590968e-3))
+            * c(9.81);
         // the whole mechanism
         let spring_hinge = q[0] * q[0] * c(3.8e-3);
         ::lamc_runtime::Energy {

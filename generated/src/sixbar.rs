@@ -18,7 +18,7 @@
 //   loop 0: spherical, 9 equations, 3 independent, mobility 3
 //
 // Cost of one evaluation:
-//   equations: 515 operations: 207 add, 302 mul, 0 div, 6 sin_cos, 0 other
+//   equations: 517 operations: 207 add, 304 mul, 0 div, 6 sin_cos, 0 other
 //   closure: 269 operations: 123 add, 140 mul, 0 div, 6 sin_cos, 0 other
 //   poses: 210 operations: 94 add, 111 mul, 0 div, 5 sin_cos, 0 other
 //   points: 64 operations: 26 add, 35 mul, 0 div, 3 sin_cos, 0 other
@@ -225,31 +225,31 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let alpha_south_west_y = south_west_part_3 * u[2];
         let south_west_part_4 = south_west_part_2 * u[2];
         // south
-        let across_south = carried_south_east_y * c(0.49999986554903386)
+        let across_south = carried_south_east_y * c(0.4999998655490338)
             + omega_south_east_x * c(0.8660254814097262);
-        let carried_south_x = omega_south_east_x * c(0.49999986554903386)
+        let carried_south_x = omega_south_east_x * c(0.4999998655490338)
             - carried_south_east_y * c(0.8660254814097262);
         let carried_south_y = cos_south_south_east * across_south
             - sin_south_south_east * south_east_part;
         let carried_south_z = -cos_south_south_east * south_east_part
             - sin_south_south_east * across_south;
         let omega_south_x = carried_south_x + u[1];
-        let across_south_2 = south_east_part_2 * c(-0.49999986554903386);
+        let across_south_2 = south_east_part_2 * c(-0.4999998655490338);
         let alpha_south_y = cos_south_south_east * across_south_2
             + (carried_south_z * u[1] - sin_south_south_east * south_east_part_3);
         let alpha_south_z = -cos_south_south_east * south_east_part_3
             - carried_south_y * u[1] - sin_south_south_east * across_south_2;
         // south_ghost0
-        let across_south_ghost0 = south_west_part_2 * c(-0.7071071698144962)
+        let across_south_ghost0 = south_west_part_2 * c(-0.7071071698144961)
             - omega_south_west_x * c(0.7071063925583853);
         let carried_south_ghost0_x = south_west_part_2 * c(-0.7071063925583853)
-            + omega_south_west_x * c(0.7071071698144962);
+            + omega_south_west_x * c(0.7071071698144961);
         let carried_south_ghost0_y = sin_south_west_south * south_west_part_3
             + cos_south_west_south * across_south_ghost0;
         let carried_south_ghost0_z = cos_south_west_south * south_west_part_3
             - sin_south_west_south * across_south_ghost0;
         let omega_south_ghost0_x = carried_south_ghost0_x + u[0];
-        let across_south_ghost0_2 = alpha_south_west_y * c(0.7071071698144962);
+        let across_south_ghost0_2 = alpha_south_west_y * c(0.7071071698144961);
         let alpha_south_ghost0_y = cos_south_west_south * across_south_ghost0_2
             + (carried_south_ghost0_z * u[0] + sin_south_west_south * south_west_part_4);
         let alpha_south_ghost0_z = cos_south_west_south * south_west_part_4
@@ -266,109 +266,109 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let gravity_south_east_z = -cos_south_east_east * east_part
             - sin_south_east_east * across_south_east_2;
         let spin_south_east_x = carried_south_east_y * c(7.2072789294646456e-6)
-            + omega_south_east_x * c(6.528386880865054e-6);
-        let spin_south_east_y = carried_south_east_y * c(1.2623937521576764e-5)
+            + omega_south_east_x * c(6.528386880865056e-6);
+        let spin_south_east_y = carried_south_east_y * c(1.2623937521576776e-5)
             + omega_south_east_x * c(7.2072789294646456e-6);
-        let spin_south_east_z = south_east_part * c(-1.908555292572182e-5);
+        let spin_south_east_z = south_east_part * c(-1.9085552925721835e-5);
         // south_west
         let across_south_west = sin_ground_west * c(-4.904994011767025);
         let gravity_south_west_y = cos_west_south_west * across_south_west
             - sin_west_south_west * west_part;
         let gravity_south_west_z = -cos_west_south_west * west_part
             - sin_west_south_west * across_south_west;
-        let spin_south_west_x = omega_south_west_x * c(3.500911243495733e-6)
-            - south_west_part_2 * c(-5.774803566455839e-6);
-        let spin_south_west_y = south_west_part_2 * c(-1.3277584214115292e-5)
-            - omega_south_west_x * c(5.774803566455839e-6);
-        let spin_south_west_z = south_west_part_3 * c(1.6724917355178234e-5);
+        let spin_south_west_x = omega_south_west_x * c(3.5009112434957244e-6)
+            - south_west_part_2 * c(-5.7748035664558305e-6);
+        let spin_south_west_y = south_west_part_2 * c(-1.3277584214115283e-5)
+            - omega_south_west_x * c(5.7748035664558305e-6);
+        let spin_south_west_z = south_west_part_3 * c(1.672491735517822e-5);
         // south
-        let across_south_3 = c(0.49999986554903386) * gravity_south_east_y
+        let across_south_3 = c(0.4999998655490338) * gravity_south_east_y
             + sin_ground_east * c(6.007374132640437);
-        let gravity_south_x = sin_ground_east * c(3.4683578290716426)
+        let gravity_south_x = sin_ground_east * c(3.468357829071642)
             - c(0.8660254814097262) * gravity_south_east_y;
         let gravity_south_y = sin_south_south_east * gravity_south_east_z
             + cos_south_south_east * across_south_3;
         let gravity_south_z = cos_south_south_east * gravity_south_east_z
             - sin_south_south_east * across_south_3;
-        let spin_south_x = carried_south_y * c(6.645555056848835e-6)
-            + omega_south_x * c(5.58903539074169e-6);
-        let spin_south_y = carried_south_y * c(1.3262745496786395e-5)
-            + omega_south_x * c(6.645555056848835e-6);
-        let spin_south_z = carried_south_z * c(1.880432772214126e-5);
+        let spin_south_x = carried_south_y * c(6.64555505684884e-6)
+            + omega_south_x * c(5.589035390741692e-6);
+        let spin_south_y = carried_south_y * c(1.3262745496786403e-5)
+            + omega_south_x * c(6.64555505684884e-6);
+        let spin_south_z = carried_south_z * c(1.880432772214127e-5);
         // south_ghost0
-        let across_south_ghost0_3 = c(0.7071071698144962) * gravity_south_west_y
+        let across_south_ghost0_3 = c(0.7071071698144961) * gravity_south_west_y
             - sin_ground_west * c(-6.007372737186426);
-        let gravity_south_ghost0_x = sin_ground_west * c(-6.007379340531014)
+        let gravity_south_ghost0_x = sin_ground_west * c(-6.007379340531013)
             + c(0.7071063925583853) * gravity_south_west_y;
         let gravity_south_ghost0_y = sin_south_west_south * gravity_south_west_z
             + cos_south_west_south * across_south_ghost0_3;
         let gravity_south_ghost0_z = cos_south_west_south * gravity_south_west_z
             - sin_south_west_south * across_south_ghost0_3;
-        let spin_south_ghost0_x = omega_south_ghost0_x * c(5.58909434186858e-6)
-            - carried_south_ghost0_y * c(6.645589092322221e-6);
-        let spin_south_ghost0_y = carried_south_ghost0_y * c(1.326268654565951e-5)
-            - omega_south_ghost0_x * c(6.645589092322221e-6);
-        let spin_south_ghost0_z = carried_south_ghost0_z * c(1.880432772214126e-5);
+        let spin_south_ghost0_x = omega_south_ghost0_x * c(5.589094341868576e-6)
+            - carried_south_ghost0_y * c(6.645589092322223e-6);
+        let spin_south_ghost0_y = carried_south_ghost0_y * c(1.3262686545659515e-5)
+            - omega_south_ghost0_x * c(6.645589092322223e-6);
+        let spin_south_ghost0_z = carried_south_ghost0_z * c(1.880432772214127e-5);
         let moment_south_ghost0_x = gravity_south_ghost0_z * c(1.7025149681007906e-4)
-            - (alpha_south_west_y * c(3.952084337747174e-6)
+            - (alpha_south_west_y * c(3.952084337747171e-6)
                 + (carried_south_ghost0_y * spin_south_ghost0_z
                     - carried_south_ghost0_z * spin_south_ghost0_y)
-                - alpha_south_ghost0_y * c(6.645589092322221e-6));
-        let moment_south_ghost0_y = -gravity_south_ghost0_z * c(2.94882834003111e-4)
-            - (alpha_south_ghost0_y * c(1.326268654565951e-5)
+                - alpha_south_ghost0_y * c(6.645589092322223e-6));
+        let moment_south_ghost0_y = -gravity_south_ghost0_z * c(2.948828340031111e-4)
+            - (alpha_south_ghost0_y * c(1.3262686545659515e-5)
                 + (carried_south_ghost0_z * spin_south_ghost0_x
                     - omega_south_ghost0_x * spin_south_ghost0_z
-                    - alpha_south_west_y * c(4.699138529497319e-6)));
-        let moment_south_ghost0_z = gravity_south_ghost0_y * c(2.94882834003111e-4)
+                    - alpha_south_west_y * c(4.699138529497321e-6)));
+        let moment_south_ghost0_z = gravity_south_ghost0_y * c(2.948828340031111e-4)
             - gravity_south_ghost0_x * c(1.7025149681007906e-4)
-            - (alpha_south_ghost0_z * c(1.880432772214126e-5)
+            - (alpha_south_ghost0_z * c(1.880432772214127e-5)
                 + (omega_south_ghost0_x * spin_south_ghost0_y
                     - carried_south_ghost0_y * spin_south_ghost0_x));
         let across_south_ghost0_4 = cos_south_west_south * moment_south_ghost0_y
             - sin_south_west_south * moment_south_ghost0_z;
-        let moment_above_south_ghost0_x = c(0.7071071698144962) * moment_south_ghost0_x
+        let moment_above_south_ghost0_x = c(0.7071071698144961) * moment_south_ghost0_x
             - c(0.7071063925583853) * across_south_ghost0_4;
-        let moment_above_south_ghost0_y = c(0.7071071698144962) * across_south_ghost0_4
+        let moment_above_south_ghost0_y = c(0.7071071698144961) * across_south_ghost0_4
             + c(0.7071063925583853) * moment_south_ghost0_x;
         let moment_above_south_ghost0_z = sin_south_west_south * moment_south_ghost0_y
             + cos_south_west_south * moment_south_ghost0_z;
         // south
         let moment_south_x = -gravity_south_z * c(1.702501854199059e-4)
-            - (alpha_south_y * c(6.645555056848835e-6)
-                + (south_east_part_2 * c(4.8402470648830694e-6)
+            - (alpha_south_y * c(6.64555505684884e-6)
+                + (south_east_part_2 * c(4.840247064883071e-6)
                     + (carried_south_y * spin_south_z
                         - carried_south_z * spin_south_y)));
-        let moment_south_y = -gravity_south_z * c(2.94883591134309e-4)
-            - (alpha_south_y * c(1.3262745496786395e-5)
-                + (south_east_part_2 * c(5.755220017342353e-6)
+        let moment_south_y = -gravity_south_z * c(2.9488359113430905e-4)
+            - (alpha_south_y * c(1.3262745496786403e-5)
+                + (south_east_part_2 * c(5.755220017342357e-6)
                     + (carried_south_z * spin_south_x - omega_south_x * spin_south_z)));
-        let moment_south_z = gravity_south_y * c(2.94883591134309e-4)
+        let moment_south_z = gravity_south_y * c(2.9488359113430905e-4)
             + gravity_south_x * c(1.702501854199059e-4)
-            - (alpha_south_z * c(1.880432772214126e-5)
+            - (alpha_south_z * c(1.880432772214127e-5)
                 + (omega_south_x * spin_south_y - carried_south_y * spin_south_x));
         let across_south_4 = cos_south_south_east * moment_south_y
             - sin_south_south_east * moment_south_z;
-        let moment_above_south_x = c(0.49999986554903386) * moment_south_x
+        let moment_above_south_x = c(0.4999998655490338) * moment_south_x
             + c(0.8660254814097262) * across_south_4;
-        let moment_above_south_y = c(0.49999986554903386) * across_south_4
+        let moment_above_south_y = c(0.4999998655490338) * across_south_4
             - c(0.8660254814097262) * moment_south_x;
         let moment_above_south_z = sin_south_south_east * moment_south_y
             + cos_south_south_east * moment_south_z;
         // south_west
         let moment_south_west_x = moment_above_south_ghost0_x
-            + gravity_south_west_z * c(1.4350139506894656e-4)
+            + gravity_south_west_z * c(1.4350139506894642e-4)
             - (-south_west_part_2 * spin_south_west_z
                 - south_west_part_3 * spin_south_west_y
-                - alpha_south_west_y * c(5.774803566455839e-6));
+                - alpha_south_west_y * c(5.7748035664558305e-6));
         let moment_south_west_y = moment_above_south_ghost0_y
-            - gravity_south_west_z * c(3.191766616116624e-4)
-            - (alpha_south_west_y * c(1.3277584214115292e-5)
+            - gravity_south_west_z * c(3.191766616116623e-4)
+            - (alpha_south_west_y * c(1.3277584214115283e-5)
                 + (south_west_part_3 * spin_south_west_x
                     - omega_south_west_x * spin_south_west_z));
         let moment_south_west_z = moment_above_south_ghost0_z
-            + (gravity_south_west_y * c(3.191766616116624e-4)
-                - sin_ground_west * c(-1.2191466200246917e-3))
-            - (south_west_part_4 * c(1.6724917355178234e-5)
+            + (gravity_south_west_y * c(3.191766616116623e-4)
+                - sin_ground_west * c(-1.2191466200246904e-3))
+            - (south_west_part_4 * c(1.672491735517822e-5)
                 + (south_west_part_2 * spin_south_west_x
                     + omega_south_west_x * spin_south_west_y));
         let across_south_west_2 = cos_west_south_west * moment_south_west_y
@@ -382,14 +382,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
                 + (carried_south_east_y * spin_south_east_z
                     + south_east_part * spin_south_east_y));
         let moment_south_east_y = moment_above_south_y
-            - gravity_south_east_z * c(3.4369412604123276e-4)
-            - (south_east_part_2 * c(-1.2623937521576764e-5)
+            - gravity_south_east_z * c(3.4369412604123286e-4)
+            - (south_east_part_2 * c(-1.2623937521576776e-5)
                 + (-south_east_part * spin_south_east_x
                     - omega_south_east_x * spin_south_east_z));
         let moment_south_east_z = moment_above_south_z
-            + (gravity_south_east_y * c(3.4369412604123276e-4)
+            + (gravity_south_east_y * c(3.4369412604123286e-4)
                 + sin_ground_east * c(1.5136381780420903e-3))
-            - (south_east_part_3 * c(-1.908555292572182e-5)
+            - (south_east_part_3 * c(-1.9085552925721835e-5)
                 + (omega_south_east_x * spin_south_east_y
                     - carried_south_east_y * spin_south_east_x));
         let across_south_east_3 = cos_south_east_east * moment_south_east_y
@@ -401,15 +401,15 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             + cos_ground_west * c(-1.84966277484791e-3);
         // east
         let moment_east_x = moment_above_south_east_x
-            - cos_ground_east * c(-1.2186563262174762e-3);
+            - cos_ground_east * c(-1.2186563262174758e-3);
         // south_ghost0
-        let moment_above_south_ghost0_x_2 = c(3.952088681904905e-6)
-            - cos_south_west_south * c(-4.699138529497319e-6);
-        let moment_above_south_ghost0_y_2 = c(3.952084337747174e-6)
-            + cos_south_west_south * c(-4.699143694822052e-6);
+        let moment_above_south_ghost0_x_2 = c(3.952088681904902e-6)
+            - cos_south_west_south * c(-4.699138529497321e-6);
+        let moment_above_south_ghost0_y_2 = c(3.952084337747171e-6)
+            + cos_south_west_south * c(-4.699143694822053e-6);
         // south_west
         let across_south_west_3 = sin_west_south_west
-            * (sin_south_west_south * c(6.645589092322221e-6))
+            * (sin_south_west_south * c(6.645589092322223e-6))
             + cos_west_south_west * moment_above_south_ghost0_y_2;
         let moment_above_south_west_x_2 = c(0.4999993895786978)
             * moment_above_south_ghost0_x_2
@@ -417,15 +417,15 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         // south_ghost0
         let cos_squared_south_ghost0 = cos_south_west_south * cos_south_west_south;
         let sin_cos_south_ghost0 = sin_south_west_south * cos_south_west_south;
-        let bend_south_ghost0 = cos_squared_south_ghost0 * c(-5.541641176481749e-6);
-        let turned_yy_south_ghost0 = c(1.880432772214126e-5) + bend_south_ghost0;
-        let twist_south_ghost0 = cos_south_west_south * c(-6.645589092318206e-6);
+        let bend_south_ghost0 = cos_squared_south_ghost0 * c(-5.541641176481754e-6);
+        let turned_yy_south_ghost0 = c(1.880432772214127e-5) + bend_south_ghost0;
+        let twist_south_ghost0 = cos_south_west_south * c(-6.645589092318208e-6);
         // south
-        let moment_above_south_x_2 = c(2.794516943919637e-6)
-            + cos_south_south_east * c(5.755220017342353e-6);
-        let moment_above_south_y_2 = cos_south_south_east * c(3.3227766349231197e-6)
-            - c(4.8402470648830694e-6);
-        let moment_above_south_z_2 = sin_south_south_east * c(6.645555056848835e-6);
+        let moment_above_south_x_2 = c(2.7945169439196375e-6)
+            + cos_south_south_east * c(5.755220017342357e-6);
+        let moment_above_south_y_2 = cos_south_south_east * c(3.3227766349231214e-6)
+            - c(4.840247064883071e-6);
+        let moment_above_south_z_2 = sin_south_south_east * c(6.64555505684884e-6);
         // south_east
         let across_south_east_4 = cos_south_east_east * moment_above_south_y_2
             - sin_south_east_east * moment_above_south_z_2;
@@ -434,24 +434,23 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         // south
         let cos_squared_south = cos_south_south_east * cos_south_south_east;
         let sin_cos_south = sin_south_south_east * cos_south_south_east;
-        let bend_south = cos_squared_south * c(-5.541582225354864e-6);
-        let turned_yy_south = c(1.880432772214126e-5) + bend_south;
-        let south_part = cos_south_south_east * c(5.7552184697525705e-6);
+        let bend_south = cos_squared_south * c(-5.541582225354866e-6);
+        let turned_yy_south = c(1.880432772214127e-5) + bend_south;
+        let south_part = cos_south_south_east * c(5.755218469752573e-6);
         // south_west
         let inertia_xx_south_west = turned_yy_south_ghost0 * c(0.4999994503969332)
-            + c(6.295461486213413e-6) - twist_south_ghost0;
-        let inertia_xy_south_west = (c(5.58909434186858e-6) - turned_yy_south_ghost0)
-            * c(0.4999999999996979)
-            + (cos_south_west_south * c(-7.304872291024946e-12)
-                - c(5.774803566455839e-6));
-        let inertia_xz_south_west = sin_south_west_south * c(-4.699143694822052e-6)
-            - sin_cos_south_ghost0 * c(-3.918529901155015e-6);
+            + c(6.295461486213403e-6) - twist_south_ghost0;
+        let inertia_xy_south_west = (c(5.589094341868576e-6) - turned_yy_south_ghost0)
+            * c(0.49999999999969785)
+            + (cos_south_west_south * c(-7.30487229028714e-12)
+                - c(5.7748035664558305e-6));
+        let inertia_xz_south_west = sin_south_west_south * c(-4.699143694822053e-6)
+            - sin_cos_south_ghost0 * c(-3.9185299011550195e-6);
         let inertia_yy_south_west = twist_south_ghost0
-            + (turned_yy_south_ghost0 * c(0.5000005496030667)
-                + c(1.6072128313266192e-5));
-        let inertia_yz_south_west = sin_cos_south_ghost0 * c(-3.918534208429484e-6)
-            + sin_south_west_south * c(-4.699138529497319e-6);
-        let inertia_zz_south_west = c(2.9987603900837746e-5) - bend_south_ghost0;
+            + (turned_yy_south_ghost0 * c(0.5000005496030666) + c(1.607212831326618e-5));
+        let inertia_yz_south_west = sin_cos_south_ghost0 * c(-3.9185342084294875e-6)
+            + sin_south_west_south * c(-4.699138529497321e-6);
+        let inertia_zz_south_west = c(2.9987603900837736e-5) - bend_south_ghost0;
         let across_south_west_4 = cos_west_south_west * inertia_xy_south_west
             - sin_west_south_west * inertia_xz_south_west;
         let moment_above_south_west_x_3 = c(0.4999993895786978) * inertia_xx_south_west
@@ -465,17 +464,17 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let twist_south_west = across_south_west_4 * c(0.866024698929915);
         // south_east
         let inertia_xx_south_east = south_part
-            + (turned_yy_south * c(0.750000134450948) + c(7.92564497709937e-6));
+            + (turned_yy_south * c(0.750000134450948) + c(7.925644977099372e-6));
         let inertia_xy_south_east = c(7.2072789294646456e-6)
-            + cos_south_south_east * c(-3.322779315426773e-6)
-            - (c(5.58903539074169e-6) - turned_yy_south) * c(0.43301262426690046);
-        let inertia_xz_south_east = sin_south_south_east * c(3.3227766349231197e-6)
-            + sin_cos_south * c(-4.799151414484528e-6);
-        let inertia_yy_south_east = turned_yy_south * c(0.24999986554905193)
-            + c(1.681571481608414e-5) - south_part;
-        let inertia_yz_south_east = sin_cos_south * c(-2.770790367606348e-6)
-            - sin_south_south_east * c(5.755220017342353e-6);
-        let inertia_zz_south_east = c(3.234829842250822e-5) - bend_south;
+            + cos_south_south_east * c(-3.322779315426776e-6)
+            - (c(5.589035390741692e-6) - turned_yy_south) * c(0.4330126242669004);
+        let inertia_xz_south_east = sin_south_south_east * c(3.3227766349231214e-6)
+            + sin_cos_south * c(-4.79915141448453e-6);
+        let inertia_yy_south_east = turned_yy_south * c(0.24999986554905188)
+            + c(1.6815714816084153e-5) - south_part;
+        let inertia_yz_south_east = sin_cos_south * c(-2.7707903676063486e-6)
+            - sin_south_south_east * c(5.755220017342357e-6);
+        let inertia_zz_south_east = c(3.234829842250824e-5) - bend_south;
         let across_south_east_5 = cos_south_east_east * inertia_xy_south_east
             - sin_south_east_east * inertia_xz_south_east;
         let moment_above_south_east_x_3 = c(0.7071067811865475) * inertia_xx_south_east
@@ -488,16 +487,16 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let turned_yy_south_east = inertia_zz_south_east + bend_south_east;
         // west
         let inertia_xx_west = turned_yy_south_west * c(0.7500006104209291)
-            + (c(4.858529110617977e-6) + inertia_xx_south_west * c(0.2499993895790704))
+            + (c(4.858529110617979e-6) + inertia_xx_south_west * c(0.2499993895790704))
             - twist_south_west;
         // east
         let inertia_xx_east = across_south_east_5 * c(0.9999999999999998)
             + (turned_yy_south_east * c(0.4999999999999999)
-                + (c(2.6145799326651512e-6)
+                + (c(2.614579932665148e-6)
                     + inertia_xx_south_east * c(0.4999999999999999)));
         // loop 0
-        let closure0_0_west_south_west = sin_south_west_south * c(0.04949747279601473);
-        let closure0_0_south_east_east = -sin_south_south_east * c(-0.06062181470547809);
+        let closure0_0_west_south_west = sin_south_west_south * c(0.057052339107130284);
+        let closure0_0_south_east_east = -sin_south_south_east * c(-0.06987460438879263);
         // south_east
         let south_east_part_4 = sin_south_east_east * c(0.7071067811865475);
         // south
@@ -506,83 +505,84 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let carried_south_z_by_ground_east = -cos_south_south_east * south_east_part_4
             - sin_south_south_east * across_south_by_ground_east;
         // loop 0
-        let closure0_0_ground_east = -c(0.07000003580356227)
+        let closure0_0_ground_east = -c(0.08068423607472835)
             * carried_south_z_by_ground_east;
         // south_west
         let carried_south_west_z_by_ground_west = sin_west_south_west
             * c(0.8660257562110547);
         // south_ghost0
         let across_south_ghost0_by_ground_west = cos_west_south_west
-            * c(-0.6123730214608577) - c(0.3535527646463877);
+            * c(-0.6123730214608576) - c(0.3535527646463877);
         let carried_south_ghost0_z_by_ground_west = cos_south_west_south
             * carried_south_west_z_by_ground_west
             - sin_south_west_south * across_south_ghost0_by_ground_west;
         // loop 0
-        let closure0_0_ground_west = c(0.07000003580356227)
+        let closure0_0_ground_west = c(0.08068423607472834)
             * carried_south_ghost0_z_by_ground_west;
-        let loop0_part = carried_south_ghost0_y * c(0.07000003580356227);
-        let loop0_part_2 = carried_south_y * c(0.035000036724923494);
-        let loop0_part_3 = -loop0_part_2 - omega_south_x * c(0.06062179840415498);
-        let loop0_part_4 = carried_south_z * carried_south_z;
-        let loop0_part_5 = c(0.8660252485338009)
-            * (carried_south_y * loop0_part_3 + alpha_south_z * c(0.06062179840415498)
-                - c(0.035000036724923494) * loop0_part_4)
-            + (c(0.06062179840415498) * loop0_part_4
-                + (alpha_south_z * c(0.035000036724923494)
-                    - omega_south_x * loop0_part_3)) * c(0.5000002689018961);
-        let gamma0_0 = omega_south_ghost0_x * loop0_part
-            + alpha_south_ghost0_z * c(0.07000003580356227) - loop0_part_5;
-        let closure0_1_west_south_west = -cos_south_west_south * c(-0.04949747279601473);
-        let closure0_1_south_east_east = c(0.030310891051418123)
-            + cos_south_south_east * c(0.030310923654059966);
+        let loop0_part = carried_south_ghost0_y * c(0.08068423607472835);
+        let loop0_part_2 = -carried_south_y * c(0.04034213973350825)
+            - omega_south_x * c(0.06987458559937648);
+        let loop0_part_3 = carried_south_z * carried_south_z;
+        let loop0_part_4 = c(0.8660252485338008)
+            * (carried_south_y * loop0_part_2 + alpha_south_z * c(0.06987458559937648)
+                - c(0.04034213973350825) * loop0_part_3)
+            + (c(0.06987458559937648) * loop0_part_3
+                + (alpha_south_z * c(0.04034213973350825)
+                    - omega_south_x * loop0_part_2)) * c(0.5000002689018962);
+        let gamma0_0 = (omega_south_ghost0_x * loop0_part
+            + alpha_south_ghost0_z * c(0.08068423607472835)) * c(0.9999999999999999)
+            - loop0_part_4;
+        let closure0_1_west_south_west = -cos_south_west_south * c(-0.0570523391071303);
+        let closure0_1_south_east_east = c(0.03493728340498269)
+            + cos_south_south_east * c(0.03493732098380993);
         // south
         let carried_south_y_by_ground_east = cos_south_south_east
             * across_south_by_ground_east - sin_south_south_east * south_east_part_4;
         let carried_south_x_by_ground_east = c(0.3535532955220838)
             - cos_south_east_east * c(0.6123724905851617);
         // loop 0
-        let closure0_1_ground_east = c(0.035000036724923494)
+        let closure0_1_ground_east = c(0.04034213973350825)
             * carried_south_y_by_ground_east
-            + c(0.06062179840415498) * carried_south_x_by_ground_east;
+            + c(0.06987458559937648) * carried_south_x_by_ground_east;
         // south_ghost0
         let carried_south_ghost0_y_by_ground_west = sin_south_west_south
             * carried_south_west_z_by_ground_west
             + cos_south_west_south * across_south_ghost0_by_ground_west;
         // loop 0
-        let closure0_1_ground_west = -c(0.07000003580356227)
+        let closure0_1_ground_west = -c(0.08068423607472835)
             * carried_south_ghost0_y_by_ground_west;
         let gamma0_1 = omega_south_ghost0_x
-            * (carried_south_ghost0_z * c(0.07000003580356227))
-            - alpha_south_ghost0_y * c(0.07000003580356227)
-            - (omega_south_x * (carried_south_z * c(0.035000036724923494))
-                - carried_south_z * (carried_south_y * c(0.06062179840415498))
-                - south_east_part_2 * c(0.05250002214688169)
-                - alpha_south_y * c(0.035000036724923494));
-        let closure0_2_south_east_east = cos_south_south_east * c(0.05250002214688169)
-            - c(0.017500013656672996);
-        let closure0_2_ground_east = c(0.06062179840415498)
-            * carried_south_y_by_ground_east
-            - c(0.035000036724923494) * carried_south_x_by_ground_east;
+            * (carried_south_ghost0_z * c(0.08068423607472835))
+            - alpha_south_ghost0_y * c(0.08068423607472835)
+            - (omega_south_x * (carried_south_z * c(0.04034213973350825))
+                - carried_south_z * (carried_south_y * c(0.06987458559937648))
+                - south_east_part_2 * c(0.06051317163200514)
+                - alpha_south_y * c(0.04034213973350825));
+        let closure0_2_south_east_east = cos_south_south_east * c(0.060513171632005154)
+            - c(0.020171064442714458);
+        let closure0_2_ground_east = carried_south_y_by_ground_east
+            * c(0.0698745855993765)
+            - carried_south_x_by_ground_east * c(0.040342139733508246);
         // south_ghost0
-        let carried_south_ghost0_x_by_ground_west = c(0.3535531532739687)
+        let carried_south_ghost0_x_by_ground_west = c(0.35355315327396863)
             + cos_west_south_west * c(-0.6123723483370465);
         // loop 0
-        let closure0_2_ground_west = c(0.07000003580356227)
+        let closure0_2_ground_west = c(0.08068423607472835)
             * carried_south_ghost0_x_by_ground_west;
         let gamma0_2 = carried_south_ghost0_z * loop0_part
-            + alpha_south_west_y * c(0.04949747279601473)
-            - (south_east_part_2 * c(0.030310923654059966)
-                + (carried_south_z * loop0_part_2
-                    + omega_south_x * (carried_south_z * c(0.06062179840415498)))
-                - alpha_south_y * c(0.06062179840415498));
-        mass[0] = c(5.58909434186858e-6);
+            + alpha_south_west_y * c(0.0570523391071303)
+            - (south_east_part_2 * c(0.03493732098380992)
+                + (carried_south_z * (carried_south_y * c(0.040342139733508246))
+                    + omega_south_x * (carried_south_z * c(0.0698745855993765)))
+                - alpha_south_y * c(0.0698745855993765));
+        mass[0] = c(5.589094341868576e-6);
         mass[1] = c(0.0);
         mass[2] = moment_above_south_ghost0_x_2;
         mass[3] = c(0.0);
         mass[4] = c(0.0);
         mass[5] = moment_above_south_west_x_2;
         mass[6] = c(0.0);
-        mass[7] = c(5.58903539074169e-6);
+        mass[7] = c(5.589035390741692e-6);
         mass[8] = c(0.0);
         mass[9] = moment_above_south_x_2;
         mass[10] = moment_above_south_east_x_2;
@@ -624,14 +624,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         jacobian[4] = closure0_0_ground_east;
         jacobian[5] = closure0_0_ground_west;
         jacobian[6] = c(0.0);
-        jacobian[7] = c(0.06062179840415498);
+        jacobian[7] = c(0.06987458559937648);
         jacobian[8] = closure0_1_west_south_west;
         jacobian[9] = closure0_1_south_east_east;
         jacobian[10] = closure0_1_ground_east;
         jacobian[11] = closure0_1_ground_west;
-        jacobian[12] = c(0.07000003580356227);
-        jacobian[13] = c(-0.035000036724923494);
-        jacobian[14] = c(0.04949752720397032);
+        jacobian[12] = c(0.08068423607472835);
+        jacobian[13] = c(-0.040342139733508246);
+        jacobian[14] = c(0.05705240181944583);
         jacobian[15] = closure0_2_south_east_east;
         jacobian[16] = closure0_2_ground_east;
         jacobian[17] = closure0_2_ground_west;
@@ -705,15 +705,15 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_z_south_west_z = cos_ground_west * cos_west_south_west
             - sin_west_south_west * across_south_west_z;
         // south
-        let across_south_x = axis_y_south_east_x * c(0.49999986554903386)
+        let across_south_x = axis_y_south_east_x * c(0.4999998655490338)
             + axis_x_south_east_x * c(0.8660254814097262);
-        let across_south_y = axis_y_south_east_y * c(0.49999986554903386)
+        let across_south_y = axis_y_south_east_y * c(0.4999998655490338)
             + axis_x_south_east_y * c(0.8660254814097262);
-        let across_south_z = axis_y_south_east_z * c(0.49999986554903386)
+        let across_south_z = axis_y_south_east_z * c(0.4999998655490338)
             + sin_ground_east * c(-0.6123724905851617);
-        let axis_x_south_x = axis_x_south_east_x * c(0.49999986554903386)
+        let axis_x_south_x = axis_x_south_east_x * c(0.4999998655490338)
             - axis_y_south_east_x * c(0.8660254814097262);
-        let axis_x_south_y = axis_x_south_east_y * c(0.49999986554903386)
+        let axis_x_south_y = axis_x_south_east_y * c(0.4999998655490338)
             - axis_y_south_east_y * c(0.8660254814097262);
         let axis_x_south_z = sin_ground_east * c(-0.3535532955220838)
             - axis_y_south_east_z * c(0.8660254814097262);
@@ -724,17 +724,17 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_y_south_z = sin_south_south_east * axis_z_south_east_z
             + cos_south_south_east * across_south_z;
         // south_ghost0
-        let across_south_ghost0_x = axis_y_south_west_x * c(0.7071071698144962)
+        let across_south_ghost0_x = axis_y_south_west_x * c(0.7071071698144961)
             - axis_x_south_west_x * c(0.7071063925583853);
-        let across_south_ghost0_y = axis_y_south_west_y * c(0.7071071698144962)
+        let across_south_ghost0_y = axis_y_south_west_y * c(0.7071071698144961)
             - axis_x_south_west_y * c(0.7071063925583853);
-        let across_south_ghost0_z = axis_y_south_west_z * c(0.7071071698144962)
+        let across_south_ghost0_z = axis_y_south_west_z * c(0.7071071698144961)
             - sin_ground_west * c(0.6123723483370465);
-        let axis_x_south_ghost0_x = axis_x_south_west_x * c(0.7071071698144962)
+        let axis_x_south_ghost0_x = axis_x_south_west_x * c(0.7071071698144961)
             + axis_y_south_west_x * c(0.7071063925583853);
-        let axis_x_south_ghost0_y = axis_x_south_west_y * c(0.7071071698144962)
+        let axis_x_south_ghost0_y = axis_x_south_west_y * c(0.7071071698144961)
             + axis_y_south_west_y * c(0.7071063925583853);
-        let axis_x_south_ghost0_z = sin_ground_west * c(0.6123730214608577)
+        let axis_x_south_ghost0_z = sin_ground_west * c(0.6123730214608576)
             + axis_y_south_west_z * c(0.7071063925583853);
         let axis_y_south_ghost0_x = sin_south_west_south * axis_z_south_west_x
             + cos_south_west_south * across_south_ghost0_x;
@@ -743,20 +743,20 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_y_south_ghost0_z = sin_south_west_south * axis_z_south_west_z
             + cos_south_west_south * across_south_ghost0_z;
         let point1_ghost_south_ghost0_x = c(9.3319e-3)
-            + axis_x_south_ghost0_x * c(0.07000003580356227);
-        let point1_ghost_south_ghost0_y = axis_x_south_ghost0_y * c(0.07000003580356227)
+            + axis_x_south_ghost0_x * c(0.08068423607472835);
+        let point1_ghost_south_ghost0_y = axis_x_south_ghost0_y * c(0.08068423607472835)
             - c(0.0293065);
         let point1_ghost_south_ghost0_z = c(3.075e-3)
-            + axis_x_south_ghost0_z * c(0.07000003580356227);
+            + axis_x_south_ghost0_z * c(0.08068423607472835);
         // south
         let point1_original_south_x = c(9.3319e-3)
-            + axis_x_south_x * c(0.035000036724923494)
-            - axis_y_south_x * c(0.06062179840415498);
-        let point1_original_south_y = axis_x_south_y * c(0.035000036724923494)
-            - c(0.0293065) - axis_y_south_y * c(0.06062179840415498);
+            + axis_x_south_x * c(0.04034213973350825)
+            - axis_y_south_x * c(0.06987458559937648);
+        let point1_original_south_y = axis_x_south_y * c(0.04034213973350825)
+            - c(0.0293065) - axis_y_south_y * c(0.06987458559937648);
         let point1_original_south_z = c(3.075e-3)
-            + axis_x_south_z * c(0.035000036724923494)
-            - axis_y_south_z * c(0.06062179840415498);
+            + axis_x_south_z * c(0.04034213973350825)
+            - axis_y_south_z * c(0.06987458559937648);
         // south_ghost0
         let arm0_1_south_ghost0_x = point1_ghost_south_ghost0_x - c(9.3319e-3);
         let arm0_1_south_ghost0_y = c(0.0293065) + point1_ghost_south_ghost0_y;
@@ -767,18 +767,18 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let arm0_1_south_z = point1_original_south_z - c(3.075e-3);
         // south_ghost0
         let point2_ghost_south_ghost0_x = c(9.3319e-3)
-            + axis_y_south_ghost0_x * c(0.07000003580356227);
-        let point2_ghost_south_ghost0_y = axis_y_south_ghost0_y * c(0.07000003580356227)
+            + axis_y_south_ghost0_x * c(0.08068423607472835);
+        let point2_ghost_south_ghost0_y = axis_y_south_ghost0_y * c(0.08068423607472835)
             - c(0.0293065);
         let point2_ghost_south_ghost0_z = c(3.075e-3)
-            + axis_y_south_ghost0_z * c(0.07000003580356227);
+            + axis_y_south_ghost0_z * c(0.08068423607472835);
         // south
-        let point2_original_south_x = axis_y_south_x * c(0.035000036724923494)
-            + (c(9.3319e-3) + axis_x_south_x * c(0.06062179840415498));
-        let point2_original_south_y = axis_y_south_y * c(0.035000036724923494)
-            + (axis_x_south_y * c(0.06062179840415498) - c(0.0293065));
-        let point2_original_south_z = axis_y_south_z * c(0.035000036724923494)
-            + (c(3.075e-3) + axis_x_south_z * c(0.06062179840415498));
+        let point2_original_south_x = axis_y_south_x * c(0.040342139733508246)
+            + (c(9.3319e-3) + axis_x_south_x * c(0.0698745855993765));
+        let point2_original_south_y = axis_y_south_y * c(0.040342139733508246)
+            + (axis_x_south_y * c(0.0698745855993765) - c(0.0293065));
+        let point2_original_south_z = axis_y_south_z * c(0.040342139733508246)
+            + (c(3.075e-3) + axis_x_south_z * c(0.0698745855993765));
         // south_ghost0
         let arm0_2_south_ghost0_x = point2_ghost_south_ghost0_x - c(9.3319e-3);
         let arm0_2_south_ghost0_y = c(0.0293065) + point2_ghost_south_ghost0_y;
@@ -849,8 +849,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             - axis_x_south_east_y * arm0_1_south_x);
         jacobian[34] = -(c(0.7071067811865475) * arm0_1_south_y
             - c(0.7071067811865475) * arm0_1_south_x);
-        jacobian[35] = -c(0.7071067811865475) * arm0_1_south_ghost0_x
-            - c(0.7071067811865475) * arm0_1_south_ghost0_y;
+        jacobian[35] = -c(0.7071067811865475) * arm0_1_south_ghost0_y
+            - c(0.7071067811865475) * arm0_1_south_ghost0_x;
         jacobian[36] = axis_x_south_ghost0_y * arm0_2_south_ghost0_z
             - axis_x_south_ghost0_z * arm0_2_south_ghost0_y;
         jacobian[37] = -(axis_x_south_y * arm0_2_south_z
@@ -947,15 +947,15 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_z_south_west_z = cos_ground_west * cos_west_south_west
             - sin_west_south_west * across_south_west_z;
         // south
-        let across_south_x = axis_y_south_east_x * c(0.49999986554903386)
+        let across_south_x = axis_y_south_east_x * c(0.4999998655490338)
             + axis_x_south_east_x * c(0.8660254814097262);
-        let across_south_y = axis_y_south_east_y * c(0.49999986554903386)
+        let across_south_y = axis_y_south_east_y * c(0.4999998655490338)
             + axis_x_south_east_y * c(0.8660254814097262);
-        let across_south_z = axis_y_south_east_z * c(0.49999986554903386)
+        let across_south_z = axis_y_south_east_z * c(0.4999998655490338)
             + sin_ground_east * c(-0.6123724905851617);
-        let axis_x_south_x = axis_x_south_east_x * c(0.49999986554903386)
+        let axis_x_south_x = axis_x_south_east_x * c(0.4999998655490338)
             - axis_y_south_east_x * c(0.8660254814097262);
-        let axis_x_south_y = axis_x_south_east_y * c(0.49999986554903386)
+        let axis_x_south_y = axis_x_south_east_y * c(0.4999998655490338)
             - axis_y_south_east_y * c(0.8660254814097262);
         let axis_x_south_z = sin_ground_east * c(-0.3535532955220838)
             - axis_y_south_east_z * c(0.8660254814097262);
@@ -1027,27 +1027,27 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         poses[33] = c(0.0);
         poses[34] = c(0.0);
         poses[35] = c(0.0);
-        poses[36] = c(0.49999986554903386) * axis_x_south_x
+        poses[36] = c(0.4999998655490338) * axis_x_south_x
             + c(0.8660254814097262) * axis_y_south_x;
-        poses[37] = c(0.49999986554903386) * axis_y_south_x
+        poses[37] = c(0.4999998655490338) * axis_y_south_x
             - c(0.8660254814097262) * axis_x_south_x;
         poses[38] = axis_z_south_x;
-        poses[39] = c(0.49999986554903386) * axis_x_south_y
+        poses[39] = c(0.4999998655490338) * axis_x_south_y
             + c(0.8660254814097262) * axis_y_south_y;
-        poses[40] = c(0.49999986554903386) * axis_y_south_y
+        poses[40] = c(0.4999998655490338) * axis_y_south_y
             - c(0.8660254814097262) * axis_x_south_y;
         poses[41] = axis_z_south_y;
-        poses[42] = c(0.49999986554903386) * axis_x_south_z
+        poses[42] = c(0.4999998655490338) * axis_x_south_z
             + c(0.8660254814097262) * axis_y_south_z;
-        poses[43] = c(0.49999986554903386) * axis_y_south_z
+        poses[43] = c(0.4999998655490338) * axis_y_south_z
             - c(0.8660254814097262) * axis_x_south_z;
         poses[44] = axis_z_south_z;
-        poses[45] = axis_y_south_x * c(6.571582869745336e-3)
+        poses[45] = axis_y_south_x * c(6.571582869745334e-3)
             + (c(9.3319e-3) - axis_z_south_x * c(3.075e-3)
                 - axis_x_south_x * c(0.03004612451625117));
-        poses[46] = axis_y_south_y * c(6.571582869745336e-3) - c(0.0293065)
+        poses[46] = axis_y_south_y * c(6.571582869745334e-3) - c(0.0293065)
             - axis_z_south_y * c(3.075e-3) - axis_x_south_y * c(0.03004612451625117);
-        poses[47] = axis_y_south_z * c(6.571582869745336e-3)
+        poses[47] = axis_y_south_z * c(6.571582869745334e-3)
             + (c(3.075e-3) - axis_z_south_z * c(3.075e-3)
                 - axis_x_south_z * c(0.03004612451625117));
         poses[48] = axis_x_south_east_x;
@@ -1121,15 +1121,15 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_z_south_east_z = cos_ground_east * cos_south_east_east
             - south_east_part_3;
         // south
-        let across_south_x = axis_y_south_east_x * c(0.49999986554903386)
+        let across_south_x = axis_y_south_east_x * c(0.4999998655490338)
             + axis_x_south_east_x * c(0.8660254814097262);
-        let across_south_y = axis_y_south_east_y * c(0.49999986554903386)
+        let across_south_y = axis_y_south_east_y * c(0.4999998655490338)
             + axis_x_south_east_y * c(0.8660254814097262);
-        let across_south_z = axis_y_south_east_z * c(0.49999986554903386)
+        let across_south_z = axis_y_south_east_z * c(0.4999998655490338)
             + sin_ground_east * c(-0.6123724905851617);
-        let axis_x_south_x = axis_x_south_east_x * c(0.49999986554903386)
+        let axis_x_south_x = axis_x_south_east_x * c(0.4999998655490338)
             - axis_y_south_east_x * c(0.8660254814097262);
-        let axis_x_south_y = axis_x_south_east_y * c(0.49999986554903386)
+        let axis_x_south_y = axis_x_south_east_y * c(0.4999998655490338)
             - axis_y_south_east_y * c(0.8660254814097262);
         let axis_x_south_z = sin_ground_east * c(-0.3535532955220838)
             - axis_y_south_east_z * c(0.8660254814097262);
@@ -1140,11 +1140,11 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_y_south_z = sin_south_south_east * axis_z_south_east_z
             + cos_south_south_east * across_south_z;
         points[0] = c(9.3319e-3) + axis_x_south_x * c(0.056876294967278834)
-            - axis_y_south_x * c(0.03287436738030243);
+            - axis_y_south_x * c(0.03287436738030242);
         points[1] = axis_x_south_y * c(0.056876294967278834) - c(0.0293065)
-            - axis_y_south_y * c(0.03287436738030243);
+            - axis_y_south_y * c(0.03287436738030242);
         points[2] = c(3.075e-3) + axis_x_south_z * c(0.056876294967278834)
-            - axis_y_south_z * c(0.03287436738030243);
+            - axis_y_south_z * c(0.03287436738030242);
     }
     fn energy(&self, t: S, q: &[S], u: &[S]) -> ::lamc_runtime::Energy<S> {
         let c = S::from_f64;
@@ -1178,9 +1178,9 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let south_west_part_3 = sin_west_south_west * south_west_part;
         let omega_south_west_x = carried_south_west_x + u[2];
         // south
-        let across_south = carried_south_east_y * c(0.49999986554903386)
+        let across_south = carried_south_east_y * c(0.4999998655490338)
             + omega_south_east_x * c(0.8660254814097262);
-        let carried_south_x = omega_south_east_x * c(0.49999986554903386)
+        let carried_south_x = omega_south_east_x * c(0.4999998655490338)
             - carried_south_east_y * c(0.8660254814097262);
         let carried_south_y = cos_south_south_east * across_south
             - sin_south_south_east * south_east_part;
@@ -1188,62 +1188,62 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             - sin_south_south_east * across_south;
         let omega_south_x = carried_south_x + u[1];
         // south_ghost0
-        let across_south_ghost0 = south_west_part_2 * c(-0.7071071698144962)
+        let across_south_ghost0 = south_west_part_2 * c(-0.7071071698144961)
             - omega_south_west_x * c(0.7071063925583853);
         let carried_south_ghost0_x = south_west_part_2 * c(-0.7071063925583853)
-            + omega_south_west_x * c(0.7071071698144962);
+            + omega_south_west_x * c(0.7071071698144961);
         let carried_south_ghost0_y = sin_south_west_south * south_west_part_3
             + cos_south_west_south * across_south_ghost0;
         let carried_south_ghost0_z = cos_south_west_south * south_west_part_3
             - sin_south_west_south * across_south_ghost0;
         let omega_south_ghost0_x = carried_south_ghost0_x + u[0];
         // east
-        let kinetic_east = u[4] * u[4] * c(1.3072899663325756e-6);
+        let kinetic_east = u[4] * u[4] * c(1.307289966332574e-6);
         // west
-        let kinetic_west = u[5] * u[5] * c(2.4292645553089883e-6);
+        let kinetic_west = u[5] * u[5] * c(2.4292645553089896e-6);
         // south_east
         let south_east_part_2 = south_east_part * south_east_part
-            * c(1.908555292572182e-5)
+            * c(1.9085552925721835e-5)
             + (carried_south_east_y
-                * (carried_south_east_y * c(1.2623937521576764e-5)
+                * (carried_south_east_y * c(1.2623937521576776e-5)
                     + omega_south_east_x * c(7.2072789294646456e-6))
                 + omega_south_east_x
                     * (carried_south_east_y * c(7.2072789294646456e-6)
-                        + omega_south_east_x * c(6.528386880865054e-6)));
+                        + omega_south_east_x * c(6.528386880865056e-6)));
         let kinetic_south_east = south_east_part_2 * c(0.5);
         // south_west
         let south_west_part_4 = south_west_part_3 * south_west_part_3
-            * c(1.6724917355178234e-5)
+            * c(1.672491735517822e-5)
             + (omega_south_west_x
-                * (omega_south_west_x * c(3.500911243495733e-6)
-                    - south_west_part_2 * c(-5.774803566455839e-6))
+                * (omega_south_west_x * c(3.5009112434957244e-6)
+                    - south_west_part_2 * c(-5.7748035664558305e-6))
                 - south_west_part_2
-                    * (south_west_part_2 * c(-1.3277584214115292e-5)
-                        - omega_south_west_x * c(5.774803566455839e-6)));
+                    * (south_west_part_2 * c(-1.3277584214115283e-5)
+                        - omega_south_west_x * c(5.7748035664558305e-6)));
         let kinetic_south_west = c(0.5) * south_west_part_4;
         // south
-        let south_part = carried_south_z * carried_south_z * c(1.880432772214126e-5)
+        let south_part = carried_south_z * carried_south_z * c(1.880432772214127e-5)
             + (carried_south_y
-                * (carried_south_y * c(1.3262745496786395e-5)
-                    + omega_south_x * c(6.645555056848835e-6))
+                * (carried_south_y * c(1.3262745496786403e-5)
+                    + omega_south_x * c(6.64555505684884e-6))
                 + omega_south_x
-                    * (carried_south_y * c(6.645555056848835e-6)
-                        + omega_south_x * c(5.58903539074169e-6)));
+                    * (carried_south_y * c(6.64555505684884e-6)
+                        + omega_south_x * c(5.589035390741692e-6)));
         let kinetic_south = c(0.5) * south_part;
         // south_ghost0
-        let south_ghost0_part = c(1.880432772214126e-5)
+        let south_ghost0_part = c(1.880432772214127e-5)
             * (carried_south_ghost0_z * carried_south_ghost0_z)
             + (carried_south_ghost0_y
-                * (carried_south_ghost0_y * c(1.326268654565951e-5)
-                    - omega_south_ghost0_x * c(6.645589092322221e-6))
+                * (carried_south_ghost0_y * c(1.3262686545659515e-5)
+                    - omega_south_ghost0_x * c(6.645589092322223e-6))
                 + omega_south_ghost0_x
-                    * (omega_south_ghost0_x * c(5.58909434186858e-6)
-                        - carried_south_ghost0_y * c(6.645589092322221e-6)));
+                    * (omega_south_ghost0_x * c(5.589094341868576e-6)
+                        - carried_south_ghost0_y * c(6.645589092322223e-6)));
         let kinetic_south_ghost0 = c(0.5) * south_ghost0_part;
         // east
         let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
         let potential_east = (c(2.6259338451085914e-5)
-            - sin_ground_east * c(1.2422592520055823e-4)) * c(9.81);
+            - sin_ground_east * c(1.2422592520055817e-4)) * c(9.81);
         // west
         let potential_west = c(9.81)
             * (sin_ground_west * c(1.885487028387268e-4) + c(3.271830984658037e-5));
@@ -1253,7 +1253,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_z_south_east_z = cos_ground_east * cos_south_east_east
             - sin_south_east_east * axis_z_east_x;
         let potential_south_east = c(9.81)
-            * (c(3.271796768985903e-5) + sin_ground_east * c(-2.4302844717773964e-4)
+            * (c(3.271796768985903e-5) + sin_ground_east * c(-2.4302844717773972e-4)
                 - axis_y_south_east_z * c(2.1820669112261221e-4));
         // south_west
         let across_south_west_z = sin_ground_west * c(0.4999993895786978);
@@ -1262,30 +1262,30 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_z_south_west_z = cos_ground_west * cos_west_south_west
             - sin_west_south_west * across_south_west_z;
         let potential_south_west = c(9.81)
-            * (axis_y_south_west_z * c(1.4350139506894656e-4)
+            * (axis_y_south_west_z * c(1.4350139506894642e-4)
                 + (c(2.6258770161227824e-5)
-                    + sin_ground_west * c(2.7641520973715984e-4)));
+                    + sin_ground_west * c(2.7641520973715973e-4)));
         // south
-        let across_south_z = c(0.49999986554903386) * axis_y_south_east_z
+        let across_south_z = c(0.4999998655490338) * axis_y_south_east_z
             + sin_ground_east * c(-0.6123724905851617);
         let axis_x_south_z = sin_ground_east * c(-0.3535532955220838)
             - c(0.8660254814097262) * axis_y_south_east_z;
         let axis_y_south_z = sin_south_south_east * axis_z_south_east_z
             + cos_south_south_east * across_south_z;
         let potential_south = c(9.81)
-            * (c(2.3245895025686745e-5) + axis_x_south_z * c(2.94883591134309e-4)
+            * (c(2.3245895025686742e-5) + axis_x_south_z * c(2.9488359113430905e-4)
                 - axis_y_south_z * c(1.702501854199059e-4));
         // south_ghost0
-        let across_south_ghost0_z = c(0.7071071698144962) * axis_y_south_west_z
+        let across_south_ghost0_z = c(0.7071071698144961) * axis_y_south_west_z
             - sin_ground_west * c(0.6123723483370465);
-        let axis_x_south_ghost0_z = sin_ground_west * c(0.6123730214608577)
+        let axis_x_south_ghost0_z = sin_ground_west * c(0.6123730214608576)
             + c(0.7071063925583853) * axis_y_south_west_z;
         let axis_y_south_ghost0_z = sin_south_west_south * axis_z_south_west_z
             + cos_south_west_south * across_south_ghost0_z;
         let potential_south_ghost0 = c(9.81)
             * (axis_y_south_ghost0_z * c(1.7025149681007906e-4)
-                + (c(2.3245895025686745e-5)
-                    + axis_x_south_ghost0_z * c(2.94882834003111e-4)));
+                + (c(2.3245895025686742e-5)
+                    + axis_x_south_ghost0_z * c(2.948828340031111e-4)));
         // the whole mechanism
         let spring_south_west_south = q[0] * q[0] * c(5.7e-3);
         let spring_south_south_east = c(5.7e-3) * (q[1] * q[1]);

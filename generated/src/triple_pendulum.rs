@@ -186,10 +186,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
             + cos_wrist * gravity_middle_z;
         let free_fall_lower_y = gravity_lower_y - a_lower_y;
         let free_fall_lower_z = gravity_lower_z - a_lower_z;
-        let force_lower_y = free_fall_lower_y * c(0.9999917999999999)
-            + omega_lower_x * omega_lower_x * c(0.4999999999598998);
-        let force_lower_z = free_fall_lower_z * c(0.9999917999999999);
-        let moment_lower_x = free_fall_lower_z * c(0.4999999999598998);
+        let force_lower_y = free_fall_lower_y * c(0.9999918)
+            + omega_lower_x * omega_lower_x * c(0.4999999999599003);
+        let force_lower_z = free_fall_lower_z * c(0.9999918);
+        let moment_lower_x = free_fall_lower_z * c(0.4999999999599003);
         let across_lower = cos_wrist * force_lower_y - sin_wrist * force_lower_z;
         let force_above_lower_z = sin_wrist * force_lower_y + cos_wrist * force_lower_z;
         let moment_above_lower_x = -moment_lower_x - force_above_lower_z;
@@ -205,15 +205,16 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let moment_upper_x = moment_above_middle_x
             - cos_shoulder * c(-4.904919558000001);
         // lower
-        let first_moment_above_lower_z = sin_wrist * c(0.4999999999598998);
-        let force_above_lower_z_2 = cos_wrist * c(0.4999999999598998);
-        let moment_above_lower_x_2 = c(-0.4166658393333328) - force_above_lower_z_2;
+        let first_moment_above_lower_z = sin_wrist * c(0.4999999999599003);
+        let force_above_lower_z_2 = cos_wrist * c(0.4999999999599003);
+        let moment_above_lower_x_2 = c(-0.4166658393333333) - force_above_lower_z_2;
         // middle
         let middle_part_2 = sin_elbow * first_moment_above_lower_z;
         let force_above_middle_z_2 = middle_part_2 + cos_elbow * force_above_lower_z_2;
         let moment_above_middle_x_2 = moment_above_lower_x_2 - force_above_middle_z_2;
-        let first_moment_middle_y = c(-1.4999835999999998) - force_above_lower_z_2;
-        let inertia_xx_middle = cos_wrist * c(0.9999999999197996) + c(1.833314451413532);
+        let first_moment_middle_y = c(-1.4999836) - force_above_lower_z_2;
+        let inertia_xx_middle = cos_wrist * c(0.9999999999198006)
+            + c(1.8333144514135327);
         let force_above_middle_z_3 = cos_elbow * first_moment_middle_y - middle_part_2;
         let moment_above_middle_x_3 = inertia_xx_middle - force_above_middle_z_3;
         // upper
@@ -227,7 +228,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         mass[5] = moment_above_lower_x_2;
         mass[6] = moment_above_middle_x_2;
         mass[7] = moment_above_lower_x_2;
-        mass[8] = c(0.4166658393333328);
+        mass[8] = c(0.4166658393333333);
         forcing[0] = moment_upper_x - q[0] * c(100.0) - u[0] * c(10.0);
         forcing[1] = moment_middle_x - q[1] * c(100.0) - u[1] * c(10.0);
         forcing[2] = moment_lower_x - q[2] * c(100.0) - u[2] * c(10.0);
@@ -363,14 +364,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         // middle
         let kinetic_middle = middle_part_2 * (omega_middle_x * c(0.4999918))
             + ((middle_part * middle_part + middle_part_2 * middle_part_2) * c(0.4999918)
-                + omega_middle_x * omega_middle_x * c(0.20832840604009967));
+                + omega_middle_x * omega_middle_x * c(0.20832840604009972));
         // lower
-        let kinetic_lower = v_lower_z * (omega_lower_x * c(0.4999999999598998))
-            + ((v_lower_y * v_lower_y + v_lower_z * v_lower_z) * c(0.49999589999999994)
-                + omega_lower_x * omega_lower_x * c(0.2083329196666664));
+        let kinetic_lower = v_lower_z * (omega_lower_x * c(0.4999999999599003))
+            + ((v_lower_y * v_lower_y + v_lower_z * v_lower_z) * c(0.4999959)
+                + omega_lower_x * omega_lower_x * c(0.20833291966666664));
         // upper
-        let potential_upper = (c(0.4999918) - sin_shoulder * c(0.4999918000000001))
-            * c(9.81);
+        let potential_upper = (c(0.4999918000000001)
+            - sin_shoulder * c(0.4999918000000001)) * c(9.81);
         // middle
         let axis_y_middle_z = sin_shoulder * cos_elbow + cos_shoulder * sin_elbow;
         let axis_z_middle_z = cos_shoulder * cos_elbow - sin_shoulder * sin_elbow;
@@ -381,8 +382,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let axis_y_lower_z = sin_wrist * axis_z_middle_z - cos_wrist * axis_y_middle_z;
         let origin_lower_z = origin_middle_z - axis_y_middle_z;
         let potential_lower = c(9.81)
-            * (origin_lower_z * c(0.9999917999999999)
-                + c(0.4999999999598998) * axis_y_lower_z);
+            * (origin_lower_z * c(0.9999918) + c(0.4999999999599003) * axis_y_lower_z);
         // the whole mechanism
         let spring_shoulder = q[0] * q[0] * c(50.0);
         let spring_elbow = c(50.0) * (q[1] * q[1]);

@@ -106,7 +106,11 @@ fn hinges(random: &mut Random, recipe: Recipe) -> Vec<Hinge> {
     let height = random.range(0.0, 0.003);
     let common = random.range(0.0, std::f64::consts::TAU);
     let line = |random: &mut Random, lines: Lines| {
-        let angle = if lines == Lines::Parallel { common } else { random.range(0.0, 6.28) };
+        let angle = if lines == Lines::Parallel {
+            common
+        } else {
+            random.range(0.0, std::f64::consts::TAU)
+        };
         let length = random.range(0.02, 0.06);
         let (from, z) = match lines {
             Lines::Concurrent => (centre, height),

@@ -1,15 +1,127 @@
-//! Stage 2: [`SourceModel`](crate::source::SourceModel) -> [`Mechanism`]: plates become mass
+//! Stage 2: [`SourceModel`] -> [`Mechanism`]: plates become mass
 //! properties, hinges become springs; what is physically impossible is refused.
 
-mod body;
-mod build;
+mod check;
 mod hinge;
+mod mass;
 mod mechanism;
-mod moments;
+mod outline;
 mod plate;
-
 #[cfg(test)]
 mod tests;
+mod tunable;
 
-pub use build::build;
 pub use mechanism::*;
+
+use nalgebra::Vector3;
+
+use crate::source::{Diagnostic, Diagnostics, Severity, Shape, SourceModel};
+
+/// Mechanisms less than this across, m, are mistakes, and lose digits to underflow.
+const SMALLEST: f64 = 1e-9;
+/// Mechanisms more than this across, m, are mistakes, and lose digits to overflow.
+const LARGEST: f64 = 1e9;
+
+/// Derives the rigid bodies and hinges of a model; what is allowed but odd goes to `warnings`.
+///
+/// # Errors
+/// Everything that is physically impossible, together.
+pub fn build(model: &SourceModel, warnings: &mut Diagnostics) -> Result<Mechanism, Diagnostics> {
+    let mut found = Diagnostics::default();
+    check::materials(model, &mut found);
+    let bodies = model.bodies.iter().map(|body| plate::body(model, body, &mut found)).collect();
+    let joints = model.joints.iter().map(|joint| hinge::hinge(model, joint, &mut found)).collect();
+    let mut mechanism = Mechanism {
+        name: model.name.value.clone(),
+        gravity: model.gravity.clone(),
+        bodies,
+        joints,
+        parameters: tunable::declared(model),
+        inputs: model.inputs.iter().map(|input| input.value.clone()).collect(),
+        points: points(model),
+        forces: forces(model),
+        initial_q: per_joint(model, &model.initial_q),
+        initial_given: model.initial_q.iter().map(|(joint, _)| *joint).collect(),
+        initial_u: per_joint(model, &model.initial_u),
+        size: 0.0,
+    };
+    for (joint, angle) in &model.initial_q {
+        hinge::initial_angle(&mechanism.joints[joint.index()], *angle, &mut found);
+    }
+    mechanism.size = size(model, &mechanism);
+    let across = mechanism.size;
+    if !(SMALLEST..LARGEST).contains(&across) && !found.has_errors() {
+        let message = format!("the mechanism is {across:e} m across");
+        found.push(
+            Diagnostic::error("out-of-scale", model.name.span, message)
+                .hint("are the units right?"),
+        );
+    }
+    tunable::apply(model, &mut mechanism);
+
+    // A body's `outline` stands in every layer: what is wrong with it is said once.
+    let mut said: Vec<Diagnostic> = Vec::new();
+    for diagnostic in found.0 {
+        if !said.contains(&diagnostic) {
+            said.push(diagnostic);
+        }
+    }
+    if said.iter().any(|diagnostic| diagnostic.severity == Severity::Error) {
+        return Err(Diagnostics(said));
+    }
+    warnings.0.extend(said);
+    Ok(mechanism)
+}
+
+fn per_joint(model: &SourceModel, given: &[(crate::source::JointId, f64)]) -> Vec<f64> {
+    let mut values = vec![0.0; model.joints.len()];
+    for (joint, value) in given {
+        values[joint.index()] = *value;
+    }
+    values
+}
+
+fn points(model: &SourceModel) -> Vec<Point> {
+    let point = |point: &crate::source::Point| Point {
+        name: point.name.value.clone(),
+        body: point.body,
+        at: point.at.into(),
+    };
+    model.points.iter().map(point).collect()
+}
+
+fn forces(model: &SourceModel) -> Vec<Force> {
+    let force = |force: &crate::source::Force| Force {
+        name: force.name.value.clone(),
+        point: force.point,
+        force: force.force.clone(),
+    };
+    model.forces.iter().map(force).collect()
+}
+
+/// Diagonal of the flat bounding box over plates, hinge lines, centres of mass and points, m.
+fn size(model: &SourceModel, mechanism: &Mechanism) -> f64 {
+    let mut all: Vec<Vector3<f64>> = Vec::new();
+    for (body, built) in model.bodies.iter().zip(&mechanism.bodies) {
+        if built.mass_properties.mass > 0.0 {
+            all.push(built.mass_properties.com);
+        }
+        if let Shape::Plates(layers) = &body.shape {
+            for (layer, plates) in plate::stack(model).zip(layers) {
+                for [x, y] in plates.iter().flat_map(|plate| &plate.outline.value) {
+                    all.push(Vector3::new(*x, *y, layer.bottom));
+                    all.push(Vector3::new(*x, *y, layer.bottom + layer.thickness));
+                }
+            }
+        }
+    }
+    for joint in &mechanism.joints {
+        all.push(joint.point);
+        all.push(joint.point + joint.direction * joint.length);
+    }
+    all.extend(mechanism.points.iter().map(|point| point.at));
+    let Some(first) = all.first() else { return 0.0 };
+    let low = all.iter().fold(*first, |low, x| low.inf(x));
+    let high = all.iter().fold(*first, |high, x| high.sup(x));
+    (high - low).norm()
+}

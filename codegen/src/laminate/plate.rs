@@ -1,100 +1,155 @@
-//! Plates: what makes an outline with holes a piece of sheet.
+//! Mass properties of bodies: polygon plates stacked by the layup, point masses, rigid parts.
+//!
+//! The moments of a polygon with vertices (x_i, y_i) follow from Green's theorem; with the cross
+//! product c_i = x_i y_{i+1} - x_{i+1} y_i (Steger, "On the calculation of arbitrary moments of
+//! polygons", 1996):
+//!
+//! ```text
+//! A        = 1/2  sum c_i
+//! int x    = 1/6  sum c_i (x_i + x_{i+1})
+//! int x^2  = 1/12 sum c_i (x_i^2 + x_i x_{i+1} + x_{i+1}^2)
+//! int x y  = 1/24 sum c_i (2 x_i y_i + x_i y_{i+1} + x_{i+1} y_i + 2 x_{i+1} y_{i+1})
+//! ```
 
-use geo::{Area, BooleanOps, ConvexHull, Coord, LineString, Polygon, Validation};
+use nalgebra::{Matrix3, Vector2, Vector3};
 
-use super::moments::AreaMoments;
-use crate::source::{Diagnostic, Diagnostics, Plate, Spanned};
+use super::mechanism::{Body, MassProperties};
+use super::{check, outline};
+use crate::source::{Diagnostics, Plate, Shape, SourceModel};
 
-/// Overlap of two plates of one layer, relative to the smaller, that is more than rounding.
-const OVERLAP: f64 = 1e-6;
+/// One sheet of the layup.
+pub struct Layer {
+    /// Height of its lower face, m.
+    pub bottom: f64,
+    /// m.
+    pub thickness: f64,
+    /// kg/m^3.
+    pub density: f64,
+}
 
-/// The moments of a plate about `origin`; what is wrong with it is reported.
-pub fn moments(plate: &Plate, origin: [f64; 2], problems: &mut Diagnostics) -> AreaMoments {
-    let outline_is_simple = check_simple(&plate.outline, "outline", problems);
-    let mut holes_are_simple = true;
+/// The sheets of the layup, bottom (z = 0) to top.
+pub fn stack(model: &SourceModel) -> impl Iterator<Item = Layer> + '_ {
+    model.layup.iter().scan(0.0, |top, material| {
+        let material = &model.materials[*material];
+        let bottom = *top;
+        *top += material.thickness.value;
+        let thickness = material.thickness.value;
+        Some(Layer { bottom, thickness, density: material.density.value })
+    })
+}
+
+/// A body with its mass properties; what is wrong with its geometry or mass goes to `found`.
+pub fn body(model: &SourceModel, source: &crate::source::Body, found: &mut Diagnostics) -> Body {
+    let before = found.0.len();
+    let mut parts = Vec::new();
+    match &source.shape {
+        Shape::None => {}
+        Shape::Plates(layers) => {
+            for (layer, plates) in stack(model).zip(layers) {
+                outline::check(plates, found);
+                parts.extend(plates.iter().map(|plate| moments(plate).extrude(&layer)));
+            }
+        }
+        Shape::Rigid { mass, com, inertia } => {
+            check::positive("mass", mass, "kg", found);
+            let given = Matrix3::from_fn(|i, j| inertia.value[i][j]);
+            check::rigid_inertia(&given, inertia.span, found);
+            let inertia = (given + given.transpose()) / 2.0;
+            parts.push(MassProperties { mass: mass.value, com: com.value.into(), inertia });
+        }
+    }
+    for point in &source.point_masses {
+        check::positive("mass", &point.mass, "kg", found);
+        parts.push(MassProperties::point(point.mass.value, point.at.into()));
+    }
+    let mass_properties = MassProperties::sum(&parts);
+    let clean = !found.0[before..].iter().any(|d| d.severity == crate::source::Severity::Error);
+    let sheets_are_physical =
+        model.layup.iter().all(|material| check::is_physical(&model.materials[*material]));
+    // Mistakes above explain an impossible mass; it is judged only where they do not.
+    let explained = !clean || (matches!(source.shape, Shape::Plates(_)) && !sheets_are_physical);
+    if !source.fixed && !explained {
+        check::moving_body(source, &mass_properties, found);
+    }
+    Body {
+        name: source.name.value.clone(),
+        fixed: source.fixed,
+        mass_properties,
+        mass_parameter: None,
+        span: source.span,
+    }
+}
+
+/// Moments of a plane figure about a point near it.
+struct Moments {
+    /// The point, flat coordinates, m.
+    origin: Vector2<f64>,
+    /// m^2.
+    area: f64,
+    /// Integral of (x, y) from the origin, m^3.
+    first: Vector2<f64>,
+    /// Integrals of x^2, y^2, x y from the origin, m^4.
+    second: [f64; 3],
+}
+
+/// Moments of a plate: outline less holes, whatever their orientation.
+fn moments(plate: &Plate) -> Moments {
+    let outline = &plate.outline.value;
+    // About the middle of the bounding box, or digits would cancel far from the drawing's origin.
+    let low = outline.iter().fold([f64::INFINITY; 2], |a, b| [a[0].min(b[0]), a[1].min(b[1])]);
+    let high = outline.iter().fold([f64::NEG_INFINITY; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])]);
+    let origin = Vector2::new(low[0] + (high[0] - low[0]) / 2.0, low[1] + (high[1] - low[1]) / 2.0);
+    let mut total = ring(outline, origin);
     for hole in &plate.holes {
-        holes_are_simple &= check_simple(hole, "hole", problems);
-    }
-    if outline_is_simple && holes_are_simple {
-        check_holes(plate, problems);
-    }
-    let outline = AreaMoments::of(&plate.outline.value, origin);
-    plate
-        .holes
-        .iter()
-        .fold(outline, |sum, hole| sum.plus(AreaMoments::of(&hole.value, origin).scaled(-1.0)))
-}
-
-/// Reports plates of one layer that lie on each other: their mass would count twice.
-pub fn check_overlaps(plates: &[Plate], warnings: &mut Diagnostics) {
-    let polygons: Vec<_> = plates.iter().map(polygon).collect();
-    for (index, (plate, one)) in plates.iter().zip(&polygons).enumerate() {
-        for other in &polygons[..index] {
-            let smaller = one.unsigned_area().min(other.unsigned_area());
-            let shared = one.intersection(other).unsigned_area();
-            if shared > OVERLAP * smaller {
-                let share = 100.0 * shared / smaller;
-                let message = format!("plates of one layer overlap by {share:.1} % of the smaller");
-                let warning =
-                    Diagnostic::warning("overlapping-plates", plate.outline.span, message)
-                        .hint("the overlap counts twice in the body's mass");
-                warnings.push(warning);
-            }
+        let hole = ring(&hole.value, origin);
+        total.area -= hole.area;
+        total.first -= hole.first;
+        for (sum, part) in total.second.iter_mut().zip(hole.second) {
+            *sum -= part;
         }
     }
+    total
 }
 
-/// Whether a ring neither crosses nor touches itself and has an area.
-fn check_simple(ring: &Spanned<Vec<[f64; 2]>>, what: &str, problems: &mut Diagnostics) -> bool {
-    let polygon = Polygon::new(line_string(&ring.value), Vec::new());
-    let extent = ring.value.iter().flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
-    if polygon.convex_hull().unsigned_area() <= f64::EPSILON * extent * extent {
-        let problem = Diagnostic::error("no-area", ring.span, format!("this {what} has no area"))
-            .hint("its vertices lie on one line");
-        problems.push(problem);
-        return false;
+/// Moments of the region inside a closed line.
+fn ring(vertices: &[[f64; 2]], origin: Vector2<f64>) -> Moments {
+    let mut area = 0.0;
+    let mut first = Vector2::zeros();
+    let mut second = [0.0; 3];
+    for (i, from) in vertices.iter().enumerate() {
+        let a = Vector2::from(*from) - origin;
+        let b = Vector2::from(vertices[(i + 1) % vertices.len()]) - origin;
+        let cross = a.x * b.y - b.x * a.y;
+        area += cross / 2.0;
+        first += (a + b) * (cross / 6.0);
+        second[0] += cross / 12.0 * (a.x * a.x + a.x * b.x + b.x * b.x);
+        second[1] += cross / 12.0 * (a.y * a.y + a.y * b.y + b.y * b.y);
+        second[2] += cross / 24.0 * (2.0 * a.x * a.y + a.x * b.y + b.x * a.y + 2.0 * b.x * b.y);
     }
-    if polygon.is_valid() {
-        return true;
-    }
-    let problem =
-        Diagnostic::error("self-crossing", ring.span, format!("this {what} crosses itself"))
-            .hint("list the vertices in order around the edge, each once");
-    problems.push(problem);
-    false
+    let turn = if area < 0.0 { -1.0 } else { 1.0 };
+    let second = second.map(|moment| moment * turn);
+    Moments { origin, area: area * turn, first: first * turn, second }
 }
 
-/// Whether every hole lies inside the outline and none on another.
-fn check_holes(plate: &Plate, problems: &mut Diagnostics) {
-    let solid = |ring: &[[f64; 2]]| Polygon::new(line_string(ring), Vec::new());
-    let outline = solid(&plate.outline.value);
-    for (index, hole) in plate.holes.iter().enumerate() {
-        let area = solid(&hole.value).unsigned_area();
-        let inside = outline.intersection(&solid(&hole.value)).unsigned_area();
-        if inside < area * (1.0 - OVERLAP) {
-            let problem =
-                Diagnostic::error("hole-outside", hole.span, "this hole is not inside the outline")
-                    .also(plate.outline.span, "the outline");
-            problems.push(problem);
+impl Moments {
+    /// The figure as a sheet of a layer.
+    fn extrude(&self, layer: &Layer) -> MassProperties {
+        if self.area == 0.0 {
+            return MassProperties::ZERO;
         }
-        for other in &plate.holes[..index] {
-            let shared = solid(&hole.value).intersection(&solid(&other.value)).unsigned_area();
-            if shared > area * OVERLAP {
-                let problem =
-                    Diagnostic::error("overlapping-holes", hole.span, "this hole overlaps another")
-                        .also(other.span, "this one")
-                        .hint("make one hole of the two");
-                problems.push(problem);
-            }
+        let surface = layer.density * layer.thickness;
+        let mass = surface * self.area;
+        let d = self.first / self.area;
+        let [xx, yy, xy] = self.second;
+        let xx = surface * (xx - self.area * d.x * d.x);
+        let yy = surface * (yy - self.area * d.y * d.y);
+        let xy = surface * (xy - self.area * d.x * d.y);
+        let zz = mass * layer.thickness * layer.thickness / 12.0;
+        let middle = layer.bottom + layer.thickness / 2.0;
+        MassProperties {
+            mass,
+            com: Vector3::new(self.origin.x + d.x, self.origin.y + d.y, middle),
+            inertia: Matrix3::new(yy + zz, -xy, 0.0, -xy, xx + zz, 0.0, 0.0, 0.0, xx + yy),
         }
     }
-}
-
-fn polygon(plate: &Plate) -> Polygon {
-    let holes = plate.holes.iter().map(|hole| line_string(&hole.value)).collect();
-    Polygon::new(line_string(&plate.outline.value), holes)
-}
-
-fn line_string(ring: &[[f64; 2]]) -> LineString {
-    ring.iter().map(|&[x, y]| Coord { x, y }).collect()
 }

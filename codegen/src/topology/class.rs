@@ -1,133 +1,224 @@
-//! What the hinge lines of a loop have in common, and the points and rows that follow.
+//! What the hinge lines of a loop have in common, and where its closure is written.
 //!
-//! A ghost moves against its original like a rigid body: six numbers, of which the rows of P1
-//! (x y z), P2 (y z) and P3 (z) are an invertible function. Where all hinge lines are parallel the
-//! relative motion stays in a plane (three of the six are always zero); where they meet in one
-//! point it is a turn about it (again three).
+//! Parallel lines leave three relative motions (planar), lines through one point three turns
+//! (spherical): three closure rows then say as much as all nine. Hinge lines that nearly, but not
+//! exactly, do so make a loop that binds or breaks its hinges: they are reported.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
-use super::graph::{Loop, LoopClass, LoopId, Row, Topology};
-use super::tree::{Closing, joints_around};
+use super::graph::{LoopClass, Row};
 use crate::laminate::{Joint, Mechanism};
 use crate::source::{Diagnostic, JointId};
 
-/// Lines are parallel, or meet, when they miss by less: rad, or fraction of the size.
-const EXACT: f64 = 1e-10;
-/// They nearly do when they miss by less.
+/// Sine of the angle between lines that count as parallel.
+const PARALLEL: f64 = 1e-12;
+/// Distance, over the mechanism's size, of lines that count as concurrent.
+const CONCURRENT: f64 = 1e-10;
+/// Misses up to this, in rad or over the loop's extent, are taken for drawing errors.
 const NEAR: f64 = 1e-2;
 
-/// Fills in the loops that the closings make.
-pub fn classify(topology: &mut Topology, closings: &[Closing]) {
-    for closing in closings {
-        let joints = joints_around(&topology.nodes, closing);
-        let mechanism = &topology.mechanism;
-        let lines: Vec<&Joint> = joints.iter().map(|j| &mechanism.joints[j.index()]).collect();
-        let (class, near_miss) = class_of(mechanism, &lines);
-        if let Some(near_miss) = near_miss {
-            let id = LoopId(topology.loops.len());
-            let offender = &mechanism.joints[joints[near_miss.line].index()];
-            let message = format!("the hinge lines of loop {} {}", id.index(), near_miss.what);
-            topology.warnings.push(
-                Diagnostic::warning("near-miss", offender.span, message)
-                    .label(format!("`{}` misses most", offender.name))
-                    .hint("drawn exactly, the loop could move; as drawn it is taken at its word"),
-            );
+/// Points, directions and rows in which a loop's closure is written; see [`super::Loop`].
+pub struct Writing {
+    pub points: [Vector3<f64>; 3],
+    pub frame: Matrix3<f64>,
+    pub rows: Vec<Row>,
+}
+
+/// The hinges around a loop, the closing one first.
+pub struct HingeLines<'a> {
+    hinges: Vec<&'a Joint>,
+    size: f64,
+}
+
+impl<'a> HingeLines<'a> {
+    /// The hinge lines of these joints.
+    pub fn new(mechanism: &'a Mechanism, joints: &[JointId]) -> Self {
+        let hinges = joints.iter().map(|joint| &mechanism.joints[joint.index()]).collect();
+        Self { hinges, size: mechanism.size }
+    }
+
+    /// What the lines have in common in the flat state.
+    pub fn class(&self) -> LoopClass {
+        let normal = self.hinges[0].direction;
+        if self.hinges.iter().all(|hinge| angle(hinge.direction, normal) <= PARALLEL) {
+            return LoopClass::Planar { normal };
         }
-        let closed = make(mechanism, closing, joints, class);
-        topology.loops.push(closed);
+        match nearest_point(&self.hinges) {
+            Some(centre) if miss(&self.hinges, &centre) <= CONCURRENT * self.size => {
+                LoopClass::Spherical { centre: self.drawn_point(centre) }
+            }
+            _ => LoopClass::Spatial,
+        }
     }
-}
 
-/// Lines that nearly have something in common.
-struct NearMiss {
-    what: String,
-    /// Which line misses most.
-    line: usize,
-}
+    /// The end of a hinge line at a computed point, where there is one: it has no rounding.
+    fn drawn_point(&self, computed: Vector3<f64>) -> Vector3<f64> {
+        let ends = self.hinges.iter().flat_map(|hinge| ends(hinge));
+        let mut near = ends.filter(|end| (end - computed).norm() <= PARALLEL * self.size);
+        near.next().unwrap_or(computed)
+    }
 
-fn class_of(mechanism: &Mechanism, lines: &[&Joint]) -> (LoopClass, Option<NearMiss>) {
-    let first = lines[0].direction;
-    let angles = lines.iter().map(|line| line.direction.cross(&first).norm());
-    let (crooked, angle) = largest(angles);
-    if angle <= EXACT {
-        return (LoopClass::Planar { normal: first }, None);
+    /// Half the diagonal of the box around the hinge lines, m: makes turns and shifts of the cut
+    /// body weigh alike.
+    fn length(&self) -> f64 {
+        let (mut low, mut high) = (self.hinges[0].point, self.hinges[0].point);
+        for end in self.hinges.iter().flat_map(|hinge| ends(hinge)) {
+            (low, high) = (low.inf(&end), high.sup(&end));
+        }
+        ((high - low).norm() / 2.0).max(1e-9 * self.size)
     }
-    let centre = nearest_point(lines);
-    let misses = lines.iter().map(|line| (centre - line.point).cross(&line.direction).norm());
-    let (far, miss) = largest(misses);
-    if miss <= EXACT * mechanism.size {
-        // Drawn lines mostly share an end point: then the centre is exactly that.
-        let end = lines[0].point;
-        let exact = if (end - centre).norm() <= EXACT * mechanism.size { end } else { centre };
-        return (LoopClass::Spherical { centre: exact }, None);
+
+    /// For a planar loop whose longest link is as long as the others together: says so.
+    pub fn locked_by_length(&self) -> Option<String> {
+        let n = self.hinges.len();
+        let links = (0..n).map(|i| distance(self.hinges[i], &self.hinges[(i + 1) % n].point));
+        let (sum, longest) = links.fold((0.0, 0.0_f64), |(s, l), link| (s + link, l.max(link)));
+        let planar = matches!(self.class(), LoopClass::Planar { .. });
+        (planar && longest > 0.0 && 2.0 * longest >= sum * (1.0 - 1e-9)).then(|| {
+            let length = millimetres(longest);
+            format!("its longest link, {length}, is as long as the others together")
+        })
     }
-    let near_miss = if miss <= NEAR * mechanism.size {
-        let what = format!("miss a common point by {:.3e} mm", miss * 1e3);
-        Some(NearMiss { what, line: far })
-    } else if angle <= NEAR {
-        let what = format!("are up to {:.3e} deg from parallel", angle.to_degrees());
-        Some(NearMiss { what, line: crooked })
-    } else {
+
+    /// Where the closure of a loop of this class is written; `sense` is the ghost's.
+    ///
+    /// The closing hinge is an axis of the frame: its own turn then moves fewer rows.
+    pub fn writing(&self, class: &LoopClass, sense: f64) -> Writing {
+        let closing = self.hinges[0];
+        let (along, up) = (closing.direction * sense, Vector3::z());
+        let across = up.cross(&along);
+        let (origin, [x, y, z], rows): (_, _, &[(usize, usize)]) = match class {
+            // The normal is z; what moves are P1 in the plane and P2 across.
+            LoopClass::Planar { .. } => {
+                (closing.point, [across, up, across.cross(&up)], &[(0, 0), (0, 1), (1, 1)])
+            }
+            // P1 stays; P2 and P3 turn about it.
+            LoopClass::Spherical { centre } => {
+                (*centre, [along, across, up], &[(1, 1), (1, 2), (2, 2)])
+            }
+            LoopClass::Spatial => (
+                closing.point,
+                [along, across, up],
+                &[(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)],
+            ),
+        };
+        let length = self.length();
+        Writing {
+            points: [origin, origin + x * length, origin + y * length],
+            frame: Matrix3::from_columns(&[x, y, z]),
+            rows: rows.iter().map(|(point, axis)| Row { point: *point, axis: *axis }).collect(),
+        }
+    }
+
+    /// A warning where a spatial loop is nearly planar, spherical or one hinge line.
+    pub fn near_miss(&self, class: &LoopClass) -> Option<Diagnostic> {
+        let n = self.hinges.len();
+        let extent = 2.0 * self.length();
+        let closing = self.hinges[0];
+        let warn = |miss: String, worst: &Joint, hint: &str| {
+            let (loop_of, name) = (&closing.name, &worst.name);
+            let message = format!("the loop closed by `{loop_of}` misses {miss}, by `{name}`");
+            Some(
+                Diagnostic::warning("near-miss", worst.span, message)
+                    .label("this hinge line is the farthest off")
+                    .hint(hint),
+            )
+        };
+        if n == 2 {
+            // Two hinges between two bodies turn only when they lie in line.
+            let [a, b] = [self.hinges[0], self.hinges[1]];
+            let turn = angle(a.direction, b.direction);
+            let shift = distance(a, &b.point).max(distance(a, &ends(b)[1]));
+            let exact = turn <= PARALLEL && shift <= CONCURRENT * self.size;
+            if !exact && turn <= NEAR && shift <= NEAR * extent {
+                let miss = format!("being one hinge line by {}", millimetres(shift));
+                return warn(miss, b, "give both hinges points of one line");
+            }
+            return None;
+        }
+        if !matches!(class, LoopClass::Spatial) || n < 4 {
+            return None;
+        }
+        let (odd, off) = odd_one_out(n, |i, others| {
+            let direction = self.hinges[others[0]].direction;
+            let worst = others.iter().map(|k| angle(self.hinges[*k].direction, direction));
+            Some((worst.fold(0.0, f64::max), angle(self.hinges[i].direction, direction)))
+        })?;
+        let spread =
+            self.hinges.iter().map(|h| angle(h.direction, self.hinges[(odd + 1) % n].direction));
+        if spread.fold(0.0, f64::max) <= NEAR {
+            let miss = format!("being planar by {:.3e} deg", off.to_degrees());
+            return warn(miss, self.hinges[odd], "draw all hinge lines of a planar loop parallel");
+        }
+        let (odd, off) = odd_one_out(n, |i, others| {
+            let others: Vec<_> = others.iter().map(|k| self.hinges[*k]).collect();
+            let centre = nearest_point(&others)?;
+            Some((miss(&others, &centre), distance(self.hinges[i], &centre)))
+        })?;
+        let centre = nearest_point(&self.hinges)?;
+        if miss(&self.hinges, &centre) <= NEAR * extent {
+            let miss = format!("being spherical by {}", millimetres(off));
+            let hint = "draw all hinge lines of a spherical loop through one point";
+            return warn(miss, self.hinges[odd], hint);
+        }
         None
-    };
-    (LoopClass::Spatial, near_miss)
-}
-
-fn largest(values: impl Iterator<Item = f64>) -> (usize, f64) {
-    let larger = |best: (usize, f64), next: (usize, f64)| if next.1 > best.1 { next } else { best };
-    values.enumerate().fold((0, 0.0), larger)
-}
-
-/// The point with the least sum of squared distances to the lines (not all parallel).
-fn nearest_point(lines: &[&Joint]) -> Vector3<f64> {
-    // Relative to one of them, so that the sums stay small.
-    let origin = lines[0].point;
-    let mut matrix = Matrix3::zeros();
-    let mut rhs = Vector3::zeros();
-    for line in lines {
-        let across = Matrix3::identity() - line.direction * line.direction.transpose();
-        matrix += across;
-        rhs += across * (line.point - origin);
     }
-    origin + matrix.try_inverse().map_or(Vector3::zeros(), |inverse| inverse * rhs)
 }
 
-fn make(mechanism: &Mechanism, closing: &Closing, joints: Vec<JointId>, class: LoopClass) -> Loop {
-    let hinge = &mechanism.joints[closing.joint.index()];
-    let middle = hinge.point + hinge.direction * (hinge.length / 2.0);
-    // Axes along the closing hinge: its own joint then moves none of the points on its line.
-    let (centre, x, z) = match class {
-        LoopClass::Planar { normal } => (middle, Vector3::z().cross(&normal), normal),
-        LoopClass::Spherical { centre } => (centre, hinge.direction, Vector3::z()),
-        LoopClass::Spatial => (middle, hinge.direction, Vector3::z()),
-    };
-    let frame = Matrix3::from_columns(&[x, z.cross(&x), z]);
-    let spread = joints
-        .iter()
-        .map(|joint| &mechanism.joints[joint.index()])
-        .flat_map(|line| [line.point, line.point + line.direction * line.length])
-        .map(|end| (end - centre).norm())
-        .fold(0.0, f64::max);
-    let arm = if spread > 0.0 { spread } else { mechanism.size };
-    let row = |point, axis| Row { point, axis };
-    let rows = match class {
-        LoopClass::Planar { .. } => vec![row(0, 0), row(0, 1), row(1, 1)],
-        LoopClass::Spherical { .. } => vec![row(1, 1), row(1, 2), row(2, 2)],
-        LoopClass::Spatial => {
-            vec![row(0, 0), row(0, 1), row(0, 2), row(1, 1), row(1, 2), row(2, 2)]
-        }
-    };
-    Loop {
-        joint: closing.joint,
-        original: closing.original,
-        ghost: closing.ghost,
-        mobility: joints.len(),
-        joints,
-        class,
-        points: [centre, centre + x * arm, centre + frame.column(1) * arm],
-        frame,
-        rows,
-        rank: 0,
+fn millimetres(length: f64) -> String {
+    let length = length * 1e3;
+    if length < 1e-3 { format!("{length:.3e} mm") } else { format!("{length:.3} mm") }
+}
+
+fn ends(hinge: &Joint) -> [Vector3<f64>; 2] {
+    [hinge.point, hinge.point + hinge.direction * hinge.length]
+}
+
+/// Between two lines, whatever their sense; all lie flat, so the cross product is along z.
+fn angle(a: Vector3<f64>, b: Vector3<f64>) -> f64 {
+    a.cross(&b).norm().min(1.0).asin()
+}
+
+/// From a hinge's line to a point.
+fn distance(hinge: &Joint, point: &Vector3<f64>) -> f64 {
+    (point - hinge.point).cross(&hinge.direction).norm()
+}
+
+/// The largest distance of the lines to a point.
+fn miss(hinges: &[&Joint], point: &Vector3<f64>) -> f64 {
+    hinges.iter().map(|hinge| distance(hinge, point)).fold(0.0, f64::max)
+}
+
+/// The point nearest to all lines: sum (1 - d d^T) (x - p) = 0, which for lines that lie flat
+/// parts into the plane and the mean height. `None` for parallel lines.
+fn nearest_point(hinges: &[&Joint]) -> Option<Vector3<f64>> {
+    // Relative to one of the lines, for digits.
+    let near = hinges[0].point;
+    let (mut matrix, mut right, mut height) = (Matrix2::zeros(), Vector2::zeros(), 0.0);
+    for hinge in hinges {
+        let across = Vector2::new(-hinge.direction.y, hinge.direction.x);
+        let offset = hinge.point - near;
+        matrix += across * across.transpose();
+        right += across * across.dot(&offset.xy());
+        height += offset.z / hinges.len() as f64;
     }
+    // The trace is the number of lines, so the determinant compares with 1.
+    if matrix.determinant() <= PARALLEL * PARALLEL {
+        return None;
+    }
+    let plane = matrix.try_inverse()? * right;
+    Some(near + Vector3::new(plane.x, plane.y, height))
+}
+
+/// The member without which the others agree best, and how far off it is. `judge(i, others)` gives
+/// the disagreement of the others and the distance of i from what they agree on.
+fn odd_one_out(
+    n: usize,
+    judge: impl Fn(usize, &[usize]) -> Option<(f64, f64)>,
+) -> Option<(usize, f64)> {
+    let judged = (0..n).filter_map(|i| {
+        let others: Vec<usize> = (0..n).filter(|k| *k != i).collect();
+        judge(i, &others).map(|(disagreement, off)| (i, disagreement, off))
+    });
+    judged.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _, off)| (i, off))
 }

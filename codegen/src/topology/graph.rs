@@ -4,6 +4,8 @@
 //! joints are one-to-one. A joint that closes a loop carries a ghost: a copy of an already placed
 //! body that must coincide with the original.
 
+use std::fmt;
+
 use nalgebra::{Matrix3, Vector3};
 
 use crate::laminate::Mechanism;
@@ -30,7 +32,8 @@ pub struct Topology {
     pub loops: Vec<Loop>,
     /// Generic rank of the closure Jacobian of all loops together.
     pub rank: usize,
-    /// Degrees of freedom: joints less `rank`.
+    /// Degrees of freedom: joints less `rank`; less still where loops close in isolated
+    /// configurations only, though their equations are fewer than their joints.
     pub mobility: usize,
     /// Joint angles of one closed configuration away from the flat state, where one was found.
     pub assembled: Option<Vec<f64>>,
@@ -80,7 +83,8 @@ pub struct Loop {
     pub rows: Vec<Row>,
     /// Generic rank of this loop's closure Jacobian alone.
     pub rank: usize,
-    /// Joints of the loop less `rank`.
+    /// Joints of the loop less `rank`; 0 where it closes in isolated configurations only (four
+    /// hinges in a row on one sheet).
     pub mobility: usize,
 }
 
@@ -110,6 +114,23 @@ pub enum LoopClass {
     Spatial,
 }
 
+impl fmt::Display for LoopClass {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Planar { .. } => "planar",
+            Self::Spherical { .. } => "spherical",
+            Self::Spatial => "spatial",
+        })
+    }
+}
+
+impl fmt::Display for Loop {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { class, rank, mobility, .. } = self;
+        write!(f, "{class}, 9 equations, {rank} independent, mobility {mobility}")
+    }
+}
+
 impl Topology {
     /// What nodes are called: their bodies' names, ghosts with the loop they close.
     pub fn node_names(&self) -> Vec<String> {
@@ -121,5 +142,10 @@ impl Topology {
                 Some(closed) => format!("{}_ghost{}", name(node), closed.index()),
             })
             .collect()
+    }
+
+    /// One line per loop: `loop 0: spherical, 9 equations, 3 independent, mobility 3`.
+    pub fn summary_lines(&self) -> Vec<String> {
+        self.loops.iter().enumerate().map(|(i, l)| format!("loop {i}: {l}")).collect()
     }
 }

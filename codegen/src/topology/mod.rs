@@ -1,36 +1,197 @@
-//! Stage 3: [`Mechanism`] -> [`Topology`]: a spanning tree, the loops that close on it, and how
-//! many ways the whole can move.
+//! Stage 3: [`Mechanism`] -> [`Topology`]: a spanning tree, the loops
+//! that close on it, and how many ways the whole can move.
 
 mod class;
+mod closure;
 mod graph;
-mod kinematics;
 mod mobility;
-mod tree;
-
 #[cfg(test)]
 mod tests;
+mod tree;
 
 pub use graph::*;
 
-use crate::laminate::Mechanism;
-use crate::source::Diagnostics;
+use nalgebra::DVector;
 
-/// Finds the tree, the loops and their mobility.
+use crate::laminate::Mechanism;
+use crate::source::{Diagnostic, Diagnostics, JointId};
+use class::HingeLines;
+use closure::Closure;
+use mobility::mobility;
+use tree::{Cut, Tree};
+
+/// Spans the mechanism with a tree, cuts its loops and counts how many ways it moves.
 ///
 /// # Errors
-/// Bodies that no chain of joints connects to the ground.
+/// Joints that can never turn, and bodies that no chain of joints connects with the ground.
 pub fn build(mechanism: Mechanism) -> Result<Topology, Diagnostics> {
-    let (nodes, closings) = tree::span(&mechanism)?;
-    let mut topology = Topology {
-        mobility: mechanism.joints.len(),
+    let tree = tree::grow(&mechanism)?;
+    let mut warnings = Diagnostics::default();
+    let loops: Vec<Loop> =
+        tree.cuts.iter().map(|cut| closed_loop(&mechanism, &tree, cut, &mut warnings)).collect();
+    let whole = whole(&mechanism, &tree, &loops, &mut warnings);
+    Ok(Topology {
+        nodes: tree.nodes,
+        loops,
+        rank: whole.rank,
+        mobility: whole.mobility,
+        assembled: whole.assembled,
+        warnings,
         mechanism,
-        nodes,
-        loops: Vec::new(),
+    })
+}
+
+/// One loop alone.
+fn closed_loop(mechanism: &Mechanism, tree: &Tree, cut: &Cut, warnings: &mut Diagnostics) -> Loop {
+    let joint_of = |node: &NodeId| tree.nodes[node.index()].joint;
+    let joints: Vec<JointId> =
+        cut.ghost_path.iter().rev().chain(&cut.original_path).map(joint_of).collect();
+    let lines = HingeLines::new(mechanism, &joints);
+    let class = lines.class();
+    let writing = lines.writing(&class, tree.nodes[cut.ghost.index()].sense);
+    let mut closed = Loop {
+        joint: cut.joint,
+        original: cut.original,
+        ghost: cut.ghost,
+        joints: joints.clone(),
+        class,
+        points: writing.points,
+        frame: writing.frame,
+        rows: writing.rows,
         rank: 0,
-        assembled: None,
-        warnings: Diagnostics::default(),
+        mobility: 0,
     };
-    class::classify(&mut topology, &closings);
-    mobility::sample(&mut topology);
-    Ok(topology)
+    if let Some(warning) = lines.near_miss(&class) {
+        warnings.push(warning);
+    }
+    let mut columns = joints;
+    columns.sort();
+    let closure = Closure::new(mechanism, tree, [(cut, &closed)], columns);
+    let found = mobility(&closure, &guess(mechanism, &closure));
+    (closed.rank, closed.mobility) = (found.rank, found.mobility);
+    if found.mobility == 0 {
+        let name = &mechanism.joints[cut.joint.index()].name;
+        let (n, rank) = (closed.joints.len(), found.rank);
+        let where_closed = match found.assembled {
+            Some(_) => "in isolated configurations",
+            None => "in the flat state",
+        };
+        let message = format!(
+            "the loop closed by `{name}` cannot move: its {n} hinges close only {where_closed} \
+             ({rank} independent equations){}",
+            lines.locked_by_length().map(|text| format!("; {text}")).unwrap_or_default()
+        );
+        warnings.push(
+            Diagnostic::warning("immobile", mechanism.joints[cut.joint.index()].span, message)
+                .label("closes a loop that is rigid")
+                .hint("a planar or spherical loop needs four hinges to move, any other seven"),
+        );
+    }
+    closed
+}
+
+/// What sampling found about all loops together, with one angle per joint of the mechanism.
+struct Whole {
+    rank: usize,
+    mobility: usize,
+    assembled: Option<Vec<f64>>,
+}
+
+/// All loops together.
+///
+/// Loops that cannot move alone cannot in company: their joints stay as drawn. The others fall
+/// into groups that share joints, and ranks and mobilities of groups add.
+fn whole(mechanism: &Mechanism, tree: &Tree, loops: &[Loop], warnings: &mut Diagnostics) -> Whole {
+    let n = mechanism.joints.len();
+    let mut whole = Whole { rank: 0, mobility: n, assembled: None };
+    let mut q = vec![0.0; n];
+    let mut held = vec![false; n];
+    let (rigid, moving): (Vec<usize>, Vec<usize>) =
+        (0..loops.len()).partition(|i| loops[*i].mobility == 0);
+    for group in groups(loops, &rigid, &held) {
+        let closure = Closure::new(mechanism, tree, pairs(tree, loops, &group.loops), group.joints);
+        for joint in &closure.joints {
+            held[joint.index()] = true;
+        }
+        whole.mobility -= closure.joints.len();
+        whole.rank += mobility(&closure, &DVector::zeros(closure.joints.len())).rank;
+    }
+    for group in groups(loops, &moving, &held) {
+        let closure = Closure::new(mechanism, tree, pairs(tree, loops, &group.loops), group.joints);
+        let found = mobility(&closure, &guess(mechanism, &closure));
+        whole.rank += found.rank;
+        whole.mobility = whole.mobility + found.mobility - closure.joints.len();
+        if found.mobility == 0 {
+            warnings.push(jointly_immobile(mechanism, loops, &group.loops, &closure, found.rank));
+        }
+        if let Some(angles) = found.assembled {
+            for (joint, angle) in closure.joints.iter().zip(angles.iter()) {
+                q[joint.index()] = *angle;
+            }
+            whole.assembled = Some(Vec::new());
+        }
+    }
+    whole.assembled = whole.assembled.map(|_| q);
+    whole
+}
+
+/// Loops that share joints, and their joints that are not held.
+struct Group {
+    loops: Vec<usize>,
+    joints: Vec<JointId>,
+}
+
+fn groups(loops: &[Loop], chosen: &[usize], held: &[bool]) -> Vec<Group> {
+    let mut groups: Vec<Group> = Vec::new();
+    for index in chosen {
+        let free = loops[*index].joints.iter().filter(|joint| !held[joint.index()]);
+        let mut merged = Group { loops: vec![*index], joints: free.copied().collect() };
+        let touches = |group: &Group| group.joints.iter().any(|j| merged.joints.contains(j));
+        let (touching, apart): (Vec<_>, Vec<_>) = groups.drain(..).partition(touches);
+        for group in touching {
+            merged.loops.extend(group.loops);
+            merged.joints.extend(group.joints);
+        }
+        merged.loops.sort();
+        merged.joints.sort();
+        merged.joints.dedup();
+        groups = apart;
+        groups.push(merged);
+    }
+    // Loops all of whose joints are held have nothing left to say.
+    groups.retain(|group| !group.joints.is_empty());
+    groups
+}
+
+fn pairs<'a>(
+    tree: &'a Tree,
+    loops: &'a [Loop],
+    chosen: &'a [usize],
+) -> impl Iterator<Item = (&'a Cut, &'a Loop)> {
+    chosen.iter().map(|index| (&tree.cuts[*index], &loops[*index]))
+}
+
+fn jointly_immobile(
+    mechanism: &Mechanism,
+    loops: &[Loop],
+    group: &[usize],
+    closure: &Closure,
+    rank: usize,
+) -> Diagnostic {
+    let hinge = |index: usize| &mechanism.joints[loops[index].joint.index()];
+    let names: Vec<_> = group.iter().map(|index| format!("`{}`", hinge(*index).name)).collect();
+    let message = format!(
+        "the loops closed by {} hold each other: their {} hinges cannot move ({rank} independent \
+         equations)",
+        names.join(", "),
+        closure.joints.len()
+    );
+    Diagnostic::warning("immobile", hinge(group[0]).span, message)
+        .hint("remove a joint, or split a body by another hinge")
+}
+
+/// The guess of the file for the joints that move.
+fn guess(mechanism: &Mechanism, closure: &Closure) -> DVector<f64> {
+    let angles = closure.joints.iter().map(|joint| mechanism.initial_q[joint.index()]);
+    DVector::from_iterator(closure.joints.len(), angles)
 }

@@ -1,4 +1,6 @@
 //! The spanning tree: breadth-first from the ground over the joints in file order.
+//!
+//! A joint that reaches a body already placed closes a loop: it carries a ghost of that body.
 
 use std::collections::VecDeque;
 
@@ -6,96 +8,151 @@ use super::graph::{LoopId, Node, NodeId};
 use crate::laminate::Mechanism;
 use crate::source::{BodyId, Diagnostic, Diagnostics, JointId};
 
-/// A joint that closes a loop: the ghost hangs on it.
-#[derive(Clone, Copy, Debug)]
-pub struct Closing {
-    /// The joint.
+/// The nodes and, per loop, what closes it.
+pub struct Tree {
+    /// Parents before children.
+    pub nodes: Vec<Node>,
+    /// In the order of the joints that close them.
+    pub cuts: Vec<Cut>,
+}
+
+/// Where a loop is cut.
+pub struct Cut {
+    /// The joint that closes the loop.
     pub joint: JointId,
     /// The original of the cut body.
     pub original: NodeId,
     /// Its ghost.
     pub ghost: NodeId,
+    /// From the common ancestor of both down to the ghost.
+    pub ghost_path: Vec<NodeId>,
+    /// From the common ancestor down to the original.
+    pub original_path: Vec<NodeId>,
 }
 
-/// Nodes (parents before children) and the joints that close loops, in the order reached.
+/// Grows the tree.
 ///
-/// A body that a second joint reaches is cut: the joint carries a ghost of it, and original and
-/// ghosts share its mass equally. The ground is never cut: it is where the walk begins.
-pub fn span(mechanism: &Mechanism) -> Result<(Vec<Node>, Vec<Closing>), Diagnostics> {
-    let is_fixed = |body: BodyId| mechanism.bodies[body.index()].fixed;
-    let mut nodes: Vec<Node> = Vec::new();
-    let mut closings = Vec::new();
-    let mut used = vec![false; mechanism.joints.len()];
-    let mut place: Vec<Option<NodeId>> = vec![None; mechanism.bodies.len()];
-    // `None` is the ground, all fixed bodies together.
-    let mut queue: VecDeque<Option<BodyId>> = VecDeque::from([None]);
-    while let Some(from) = queue.pop_front() {
-        for (index, joint) in mechanism.joints.iter().enumerate() {
-            if used[index] {
-                continue;
-            }
-            let is_here = |body: BodyId| match from {
-                None => is_fixed(body),
-                Some(from) => body == from,
-            };
-            // The node is the joint's second body, or its first turned the other way.
-            let (body, sense) = match joint.bodies.map(is_here) {
-                [true, false] => (joint.bodies[1], 1.0),
-                [false, true] => (joint.bodies[0], -1.0),
-                _ => continue,
-            };
-            used[index] = true;
-            let id = NodeId(nodes.len());
-            let original = place[body.index()];
-            nodes.push(Node {
-                joint: JointId(index),
-                body,
-                ghost: original.map(|_| LoopId(closings.len())),
-                parent: from.and_then(|from| place[from.index()]),
-                sense,
-                share: 1.0,
-            });
-            match original {
-                Some(original) => {
-                    closings.push(Closing { joint: JointId(index), original, ghost: id });
-                }
-                None => {
-                    place[body.index()] = Some(id);
-                    queue.push_back(Some(body));
-                }
+/// # Errors
+/// Joints that can never turn, and bodies that no chain of joints connects with the ground.
+pub fn grow(mechanism: &Mechanism) -> Result<Tree, Diagnostics> {
+    refuse_dead_joints(mechanism)?;
+    let bodies = &mechanism.bodies;
+    let mut joints_of: Vec<Vec<JointId>> = vec![Vec::new(); bodies.len()];
+    let mut joints_of_ground = Vec::new();
+    for (index, joint) in mechanism.joints.iter().enumerate() {
+        for body in joint.bodies {
+            if bodies[body.index()].fixed {
+                joints_of_ground.push(JointId(index));
+            } else {
+                joints_of[body.index()].push(JointId(index));
             }
         }
     }
-    let mut problems = Diagnostics::default();
-    for (body, place) in mechanism.bodies.iter().zip(&place) {
-        if !body.fixed && place.is_none() {
-            let message = format!("no chain of joints connects body `{}` to the ground", body.name);
-            problems.push(
-                Diagnostic::error("out-of-reach", body.span, message).hint(
-                    "join it, by way of other bodies if need be, to a body with `fixed: true`",
-                ),
+
+    let mut nodes: Vec<Node> = Vec::new();
+    let mut placed: Vec<Option<NodeId>> = vec![None; bodies.len()];
+    let mut used = vec![false; mechanism.joints.len()];
+    let mut queue: VecDeque<Option<NodeId>> = VecDeque::from([None]);
+    while let Some(parent) = queue.pop_front() {
+        let here = parent.map(|node| nodes[node.index()].body);
+        let joints = here.map_or(&joints_of_ground, |body| &joints_of[body.index()]);
+        for joint in joints {
+            if std::mem::replace(&mut used[joint.index()], true) {
+                continue;
+            }
+            let [first, second] = mechanism.joints[joint.index()].bodies;
+            let is_here = |body: BodyId| match here {
+                Some(here) => body == here,
+                None => bodies[body.index()].fixed,
+            };
+            let (body, sense) = if is_here(first) { (second, 1.0) } else { (first, -1.0) };
+            let id = NodeId(nodes.len());
+            // Loops are numbered by their joints, once all are known.
+            let ghost = placed[body.index()].map(|_| LoopId(0));
+            if ghost.is_none() {
+                placed[body.index()] = Some(id);
+                queue.push_back(Some(id));
+            }
+            nodes.push(Node { joint: *joint, body, ghost, parent, sense, share: 1.0 });
+        }
+    }
+    refuse_bodies_out_of_reach(mechanism, &placed)?;
+    let cuts = cuts(&mut nodes, &placed);
+    share_mass(&mut nodes, bodies.len());
+    Ok(Tree { nodes, cuts })
+}
+
+fn refuse_dead_joints(mechanism: &Mechanism) -> Result<(), Diagnostics> {
+    let mut errors = Diagnostics::default();
+    for joint in &mechanism.joints {
+        let [first, second] = joint.bodies;
+        let fixed = |body: BodyId| mechanism.bodies[body.index()].fixed;
+        if first == second || (fixed(first) && fixed(second)) {
+            let message =
+                format!("joint `{}` connects a body with itself or two fixed ones", joint.name);
+            errors.push(
+                Diagnostic::error("dead-joint", joint.span, message)
+                    .hint("it can never turn: remove it, or name two bodies that can"),
             );
         }
     }
-    if problems.has_errors() {
-        return Err(problems);
-    }
-    for index in 0..nodes.len() {
-        let copies = nodes.iter().filter(|node| node.body == nodes[index].body).count();
-        nodes[index].share = 1.0 / copies as f64;
-    }
-    Ok((nodes, closings))
+    if errors.has_errors() { Err(errors) } else { Ok(()) }
 }
 
-/// The joints around a loop: from the ghost up to the common ancestor, then down to the original.
-pub fn joints_around(nodes: &[Node], closing: &Closing) -> Vec<JointId> {
-    let path = |tip: NodeId| {
-        let up = |id: &NodeId| nodes[id.index()].parent;
-        std::iter::successors(Some(tip), up).collect::<Vec<_>>()
-    };
-    let (ghost, original) = (path(closing.ghost), path(closing.original));
-    let joint = |id: &NodeId| nodes[id.index()].joint;
-    let up = ghost.iter().filter(|id| !original.contains(id)).map(joint);
-    let down = original.iter().rev().filter(|id| !ghost.contains(id)).map(joint);
-    up.chain(down).collect()
+fn refuse_bodies_out_of_reach(
+    mechanism: &Mechanism,
+    placed: &[Option<NodeId>],
+) -> Result<(), Diagnostics> {
+    let mut errors = Diagnostics::default();
+    for (body, node) in mechanism.bodies.iter().zip(placed) {
+        if !body.fixed && node.is_none() {
+            let message =
+                format!("no chain of joints connects body `{}` with the ground", body.name);
+            errors.push(
+                Diagnostic::error("out-of-reach", body.span, message)
+                    .label("out of reach of the fixed bodies")
+                    .hint("add a joint to a body that is connected, or make it `fixed: true`"),
+            );
+        }
+    }
+    if errors.has_errors() { Err(errors) } else { Ok(()) }
+}
+
+/// Numbers the loops in the order of their joints and walks around each.
+fn cuts(nodes: &mut [Node], placed: &[Option<NodeId>]) -> Vec<Cut> {
+    let mut ghosts: Vec<NodeId> =
+        (0..nodes.len()).map(NodeId).filter(|node| nodes[node.index()].ghost.is_some()).collect();
+    ghosts.sort_by_key(|ghost| nodes[ghost.index()].joint);
+    let mut cuts = Vec::new();
+    for (index, ghost) in ghosts.into_iter().enumerate() {
+        let node = &mut nodes[ghost.index()];
+        node.ghost = Some(LoopId(index));
+        let (joint, body) = (node.joint, node.body);
+        let Some(original) = placed[body.index()] else { continue };
+        let (mut ghost_path, mut original_path) = (path(nodes, ghost), path(nodes, original));
+        let shared = ghost_path.iter().zip(&original_path).take_while(|(a, b)| a == b).count();
+        ghost_path.drain(..shared);
+        original_path.drain(..shared);
+        cuts.push(Cut { joint, original, ghost, ghost_path, original_path });
+    }
+    cuts
+}
+
+/// From the ground's child down to the node.
+fn path(nodes: &[Node], node: NodeId) -> Vec<NodeId> {
+    let parent = |node: &NodeId| nodes[node.index()].parent;
+    let mut path: Vec<_> = std::iter::successors(Some(node), parent).collect();
+    path.reverse();
+    path
+}
+
+/// k copies of a body carry 1/k of it each.
+fn share_mass(nodes: &mut [Node], bodies: usize) {
+    let mut copies = vec![0_usize; bodies];
+    for node in nodes.iter() {
+        copies[node.body.index()] += 1;
+    }
+    for node in nodes {
+        node.share = 1.0 / copies[node.body.index()] as f64;
+    }
 }

@@ -1,0 +1,115 @@
+//! What no material and no rigid body can be.
+//!
+//! The inertia of a rigid body is symmetric and positive definite, and each principal moment is at
+//! most the sum of the two others (each is an integral of the squares of two coordinates).
+
+use nalgebra::Matrix3;
+
+use super::mechanism::MassProperties;
+use crate::source::{Body, Diagnostic, Diagnostics, Material, SourceModel, Span, Spanned};
+
+/// Relative to the largest moment: differences below this are rounding of printed numbers.
+const ROUNDING: f64 = 1e-6;
+/// Relative to the largest moment: a principal moment below this makes the inertia singular.
+const SINGULAR: f64 = 1e-12;
+
+/// A quantity that must be finite and more than zero.
+pub fn positive(name: &str, given: &Spanned<f64>, unit: &str, found: &mut Diagnostics) {
+    if given.value > 0.0 && given.value.is_finite() {
+        return;
+    }
+    let message = format!("the {name} is {} {unit}", given.value);
+    found.push(
+        Diagnostic::error("not-positive", given.span, message)
+            .label("must be more than zero, and finite"),
+    );
+}
+
+/// Density, thickness and moduli of every material.
+pub fn materials(model: &SourceModel, found: &mut Diagnostics) {
+    for material in &model.materials {
+        positive("density", &material.density, "kg/m^3", found);
+        positive("thickness", &material.thickness, "m", found);
+        if let Some(modulus) = &material.youngs_modulus {
+            positive("Young's modulus", modulus, "Pa", found);
+        }
+        if let Some(stress) = &material.yield_stress {
+            positive("yield stress", stress, "Pa", found);
+        }
+    }
+}
+
+/// Whether sheets of a material have mass.
+pub fn is_physical(material: &Material) -> bool {
+    let values = [material.density.value, material.thickness.value];
+    values.iter().all(|value| *value > 0.0 && value.is_finite())
+}
+
+/// An inertia given outright: symmetric, no negative moment, triangle inequality.
+pub fn rigid_inertia(inertia: &Matrix3<f64>, span: Span, found: &mut Diagnostics) {
+    let largest = inertia.amax();
+    let error = |code, message: String| Diagnostic::error(code, span, message);
+    if !largest.is_finite() {
+        found.push(error("not-finite", "the inertia is not finite".into()));
+        return;
+    }
+    if (inertia - inertia.transpose()).amax() > ROUNDING * largest {
+        found.push(
+            error("asymmetric-inertia", "the inertia is not symmetric".into())
+                .hint("xy = yx, xz = zx, yz = zy"),
+        );
+        return;
+    }
+    let moments = principal_moments(inertia);
+    let [low, middle, high] = moments;
+    if low < -ROUNDING * high.abs() || high < 0.0 {
+        let message = format!("the inertia has the negative principal moment {low:.3e} kg m^2");
+        found.push(error("inertia-not-positive", message).hint(
+            "products of inertia enter with a minus sign: xy = -sum(m x y), \
+             and moments are about the centre of mass",
+        ));
+    } else if low + middle < high * (1.0 - ROUNDING) {
+        let message = format!(
+            "no rigid body has the principal moments {low:.3e}, {middle:.3e} and {high:.3e} kg m^2"
+        );
+        found.push(error("inertia-triangle", message).label("the largest exceeds the others' sum"));
+    }
+}
+
+/// Mass and inertia of a body that moves, whose parts are sound.
+pub fn moving_body(body: &Body, properties: &MassProperties, found: &mut Diagnostics) {
+    let name = &body.name.value;
+    let error = |code, message: String| Diagnostic::error(code, body.name.span, message);
+    let MassProperties { mass, com, inertia } = properties;
+    if !mass.is_finite() || !com.iter().all(|x| x.is_finite()) || !inertia.amax().is_finite() {
+        let message = format!("the mass properties of body `{name}` are not finite");
+        found.push(error("out-of-scale", message).hint("are the units right?"));
+        return;
+    }
+    if *mass <= 0.0 {
+        found
+            .push(error("no-mass", format!("body `{name}` moves but has no mass")).hint(
+                "give it an `outline`, `layers` with plates, or `mass`, `com` and `inertia`",
+            ));
+        return;
+    }
+    let [low, _, high] = principal_moments(inertia);
+    if low <= SINGULAR * high {
+        found.push(
+            error(
+                "singular-inertia",
+                format!(
+                    "body `{name}` has all its mass on one line: nothing resists turning about it"
+                ),
+            )
+            .hint("give it an `outline`, or point masses that are not on one line"),
+        );
+    }
+}
+
+/// Ascending.
+fn principal_moments(inertia: &Matrix3<f64>) -> [f64; 3] {
+    let mut moments: [f64; 3] = inertia.symmetric_eigenvalues().into();
+    moments.sort_by(f64::total_cmp);
+    moments
+}

@@ -1,0 +1,158 @@
+//! Validity of plates: simple outlines, holes inside them, no two plates in one place.
+
+use geo::algorithm::validation::{InvalidPolygon, RingRole};
+use geo::{
+    Area, BooleanOps, BoundingRect, ConvexHull, Coord, Intersects, LineString, Polygon, Validation,
+};
+
+use crate::source::{Diagnostic, Diagnostics, Plate, Span, Spanned};
+
+/// Areas below this fraction of the plate's are rounding.
+const NEGLIGIBLE: f64 = 1e-9;
+
+/// Checks the plates of one layer of one body.
+pub fn check(plates: &[Plate], found: &mut Diagnostics) {
+    let scale = scale(plates);
+    let mut sound = Vec::new();
+    for plate in plates {
+        let holes = plate.holes.iter().map(|hole| ring(&hole.value, scale)).collect();
+        let polygon = Polygon::new(ring(&plate.outline.value, scale), holes);
+        if let Some(error) = degenerate_ring(plate, &polygon) {
+            found.push(error);
+            continue;
+        }
+        let errors = invalidities(plate, &polygon);
+        if errors.is_empty() {
+            sound.push((plate, polygon));
+        }
+        for error in errors {
+            found.push(error);
+        }
+    }
+    for (i, (plate, polygon)) in sound.iter().enumerate() {
+        for (other, neighbour) in &sound[..i] {
+            if let Some(area) = overlap(polygon, neighbour) {
+                let area = area / (scale * scale) * 1e6;
+                let line = "their mass counts twice where they overlap";
+                found.push(
+                    Diagnostic::warning(
+                        "overlapping-plates",
+                        plate.outline.span,
+                        format!("two plates of one layer overlap by {area:.4} mm^2: {line}"),
+                    )
+                    .label(if other.outline.span == plate.outline.span {
+                        "overlaps its neighbour"
+                    } else {
+                        "overlaps an earlier plate"
+                    })
+                    .hint("cut one of them back, or draw both as one outline"),
+                );
+            }
+        }
+    }
+}
+
+/// A power of two, which rounds nothing, that brings coordinates near 1: predicates of products
+/// of coordinates then neither overflow nor underflow.
+fn scale(plates: &[Plate]) -> f64 {
+    let vertices = plates.iter().flat_map(|plate| &plate.outline.value).flatten();
+    let largest = vertices.fold(0.0_f64, |largest, x| largest.max(x.abs()));
+    if largest > 0.0 && largest.is_finite() {
+        (-largest.log2().floor()).clamp(-1000.0, 1000.0).exp2()
+    } else {
+        1.0
+    }
+}
+
+fn ring(vertices: &[[f64; 2]], scale: f64) -> LineString<f64> {
+    vertices.iter().map(|[x, y]| Coord { x: x * scale, y: y * scale }).collect()
+}
+
+/// An outline or hole that encloses nothing, or passes a point twice: no later check survives it.
+fn degenerate_ring(plate: &Plate, polygon: &Polygon<f64>) -> Option<Diagnostic> {
+    let lines = std::iter::once(&plate.outline).chain(&plate.holes);
+    let rings = std::iter::once(polygon.exterior()).chain(polygon.interiors());
+    for (line, ring) in lines.zip(rings) {
+        if !ring.0.iter().all(|c| c.x.is_finite() && c.y.is_finite()) {
+            return Some(at(line, "not-finite", "a vertex is not a finite number"));
+        }
+        let extent = ring.bounding_rect().map_or(0.0, |r| r.width().hypot(r.height()));
+        // The hull, because the halves of a figure eight cancel.
+        if ring.convex_hull().unsigned_area() <= 1e-14 * extent * extent {
+            return Some(
+                at(line, "zero-area", "the outline encloses no area")
+                    .hint("give at least three vertices that are not on one line"),
+            );
+        }
+        let mut vertices = line.value.clone();
+        vertices.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+        if let Some(pair) = vertices.windows(2).find(|pair| pair[0] == pair[1]) {
+            let [x, y] = pair[0].map(|x| x * 1e3);
+            let message = format!("the outline passes twice through ({x} mm, {y} mm)");
+            return Some(
+                at(line, "self-crossing-outline", &message)
+                    .hint("the vertices go once around; draw parts that touch as two plates"),
+            );
+        }
+    }
+    None
+}
+
+/// What `geo` finds wrong with a plate, in the words of its drawing.
+fn invalidities(plate: &Plate, polygon: &Polygon<f64>) -> Vec<Diagnostic> {
+    let line = |role: RingRole| match role {
+        RingRole::Exterior => &plate.outline,
+        RingRole::Interior(hole) => &plate.holes[hole],
+    };
+    let mut errors = Vec::new();
+    for error in polygon.validation_errors() {
+        errors.push(match error {
+            InvalidPolygon::SelfIntersection(role) => {
+                let hint = "the vertices go once around, in order; look for two that are swapped";
+                match role {
+                    RingRole::Exterior => {
+                        at(line(role), "self-crossing-outline", "the outline crosses itself")
+                    }
+                    RingRole::Interior(_) => {
+                        at(line(role), "self-crossing-hole", "the hole's outline crosses itself")
+                    }
+                }
+                .hint(hint)
+            }
+            InvalidPolygon::InteriorRingNotContainedInExteriorRing(role) => {
+                at(line(role), "hole-outside", "the hole is not within the outline")
+                    .hint("a cut-out at the edge belongs to the outline itself")
+            }
+            InvalidPolygon::IntersectingRingsOnAnArea(_, role) => {
+                at(line(role), "overlapping-holes", "the hole overlaps another one")
+                    .hint("draw both as one hole: what is cut twice would be subtracted twice")
+            }
+            InvalidPolygon::TooFewPointsInRing(role) => {
+                at(line(role), "short-outline", "an outline needs three vertices")
+            }
+            InvalidPolygon::NonFiniteCoord(role, _) => {
+                at(line(role), "not-finite", "a vertex is not a finite number")
+            }
+            // A hole along an edge removes what it encloses like any other.
+            InvalidPolygon::IntersectingRingsOnALine(..) => continue,
+        });
+    }
+    // One mistake may be found by several rules; its first name is enough.
+    errors.dedup_by_key(|error: &mut Diagnostic| error.span);
+    errors
+}
+
+fn at(line: &Spanned<Vec<[f64; 2]>>, code: &'static str, message: &str) -> Diagnostic {
+    let span: Span = line.span;
+    Diagnostic::error(code, span, message)
+}
+
+/// The area two sound plates share, where it is more than rounding.
+fn overlap(a: &Polygon<f64>, b: &Polygon<f64>) -> Option<f64> {
+    let (Some(box_a), Some(box_b)) = (a.bounding_rect(), b.bounding_rect()) else { return None };
+    if !box_a.intersects(&box_b) {
+        return None;
+    }
+    let area = a.intersection(b).unsigned_area();
+    (area > NEGLIGIBLE * a.unsigned_area().min(b.unsigned_area())).then_some(area)
+}

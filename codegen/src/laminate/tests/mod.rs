@@ -1,0 +1,92 @@
+//! Mass properties against closed forms, quadrature and published designs; what is refused.
+
+mod hinges;
+mod masses;
+mod published;
+mod refusals;
+
+use super::{Mechanism, build};
+use crate::source::{
+    Body, BodyId, Diagnostics, Expression, Joint, Material, Plate, PointMass, Shape, SourceModel,
+    Span, Spanned, Spring,
+};
+
+pub fn spanned<T>(value: T) -> Spanned<T> {
+    Spanned { value, span: Span { start: 1, end: 2 } }
+}
+
+pub fn named(name: &str) -> Spanned<String> {
+    spanned(name.to_string())
+}
+
+/// kg/m^3 and m.
+pub fn material(density: f64, thickness: f64) -> Material {
+    Material {
+        name: named("sheet"),
+        density: spanned(density),
+        thickness: spanned(thickness),
+        youngs_modulus: None,
+        yield_stress: None,
+    }
+}
+
+pub fn plate(outline: &[[f64; 2]], holes: &[&[[f64; 2]]]) -> Plate {
+    Plate {
+        outline: spanned(outline.to_vec()),
+        holes: holes.iter().map(|hole| spanned(hole.to_vec())).collect(),
+    }
+}
+
+pub fn body(name: &str, shape: Shape) -> Body {
+    Body {
+        name: named(name),
+        fixed: false,
+        shape,
+        point_masses: Vec::new(),
+        span: Span { start: 1, end: 9 },
+    }
+}
+
+pub fn point_mass(mass: f64, at: [f64; 3]) -> PointMass {
+    PointMass { mass: spanned(mass), at }
+}
+
+/// Ground, then these bodies, the first hinged to the ground along y through the origin.
+pub fn model(materials: Vec<Material>, bodies: Vec<Body>) -> SourceModel {
+    let ground = Body { fixed: true, ..body("ground", Shape::None) };
+    let zero = || spanned(Expression::ZERO);
+    SourceModel {
+        name: named("test"),
+        gravity: [Expression::ZERO, Expression::ZERO, Expression::Number(-9.81)],
+        layup: (0..materials.len()).collect(),
+        materials,
+        bodies: std::iter::once(ground).chain(bodies).collect(),
+        joints: vec![Joint {
+            name: named("j0"),
+            bodies: [spanned(BodyId(0)), spanned(BodyId(1))],
+            axis: spanned([[0.0, 0.0], [0.0, 1.0]]),
+            z: 0.0,
+            spring: Spring::Stiffness(zero()),
+            damping: zero(),
+            rest: zero(),
+            limits: None,
+            torque: zero(),
+            span: Span { start: 3, end: 9 },
+        }],
+        parameters: Vec::new(),
+        inputs: Vec::new(),
+        tunable: Vec::new(),
+        initial_q: Vec::new(),
+        initial_u: Vec::new(),
+        points: Vec::new(),
+        forces: Vec::new(),
+    }
+}
+
+/// Builds a model that has nothing wrong with it.
+pub fn mechanism(model: &SourceModel) -> Mechanism {
+    let mut warnings = Diagnostics::default();
+    let mechanism = build(model, &mut warnings).unwrap();
+    assert_eq!(warnings, Diagnostics::default());
+    mechanism
+}

@@ -1,0 +1,182 @@
+//! Numeric closure of loops: where the ghost's three points are, less the original's.
+//!
+//! ```text
+//! r   = P_ghost - P_original,     nine numbers per loop, over the loop's length
+//! J_j = +- a_j x (P - c_j),       a_j: direction of joint j, c_j: a point of its line
+//! ```
+//!
+//! Both chains start at their common ancestor, whose own motion cancels.
+
+use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, SVector, Unit, Vector3};
+
+use super::graph::Loop;
+use super::tree::{Cut, Tree};
+use crate::laminate::{Joint, Mechanism};
+use crate::source::JointId;
+
+/// Nine components: points P1 P2 P3, each x y z.
+type Nine = SVector<f64, 9>;
+
+/// Some loops of a mechanism as functions of some of its joint angles; all others stay flat.
+pub struct Closure<'a> {
+    mechanism: &'a Mechanism,
+    loops: Vec<Chains>,
+    /// The joints that move, in order: the columns of the Jacobian.
+    pub joints: Vec<JointId>,
+    /// Column of each joint of the mechanism.
+    columns: Vec<Option<usize>>,
+}
+
+/// A loop as two chains of hinges with what they carry.
+struct Chains {
+    ghost: Vec<(JointId, f64)>,
+    original: Vec<(JointId, f64)>,
+    /// The hinge lines' points are taken relative to this one, for digits.
+    near: Vector3<f64>,
+    points: [Vector3<f64>; 3],
+    length: f64,
+}
+
+impl<'a> Closure<'a> {
+    /// The closure of these loops as a function of these joints.
+    pub fn new<'b>(
+        mechanism: &'a Mechanism,
+        tree: &Tree,
+        loops: impl IntoIterator<Item = (&'b Cut, &'b Loop)>,
+        joints: Vec<JointId>,
+    ) -> Self {
+        let hinges = |path: &[super::NodeId]| {
+            let node = |node: &super::NodeId| &tree.nodes[node.index()];
+            path.iter().map(node).map(|node| (node.joint, node.sense)).collect()
+        };
+        let chains = |(cut, closed): (&Cut, &Loop)| Chains {
+            ghost: hinges(&cut.ghost_path),
+            original: hinges(&cut.original_path),
+            near: closed.points[0],
+            points: closed.points.map(|point| point - closed.points[0]),
+            length: (closed.points[1] - closed.points[0]).norm(),
+        };
+        let mut columns = vec![None; mechanism.joints.len()];
+        for (column, joint) in joints.iter().enumerate() {
+            columns[joint.index()] = Some(column);
+        }
+        let loops = loops.into_iter().map(chains).collect();
+        Self { mechanism, loops, joints, columns }
+    }
+
+    /// Allowed angles of the joint of a column, rad.
+    pub fn limits(&self, column: usize) -> [f64; 2] {
+        self.joint(self.joints[column]).limits
+    }
+
+    fn joint(&self, joint: JointId) -> &Joint {
+        &self.mechanism.joints[joint.index()]
+    }
+
+    /// A loop's hinges and the points of its ghost and its original, at these angles.
+    fn place(&self, chains: &Chains, q: &DVector<f64>) -> Placed {
+        let mut hinges = Vec::new();
+        let [ghost, original] =
+            [(&chains.ghost, 1.0), (&chains.original, -1.0)].map(|(chain, side)| {
+                let (mut turn, mut shift) = (Matrix3::identity(), Vector3::zeros());
+                for (id, sense) in chain {
+                    let joint = self.joint(*id);
+                    let column = self.columns[id.index()];
+                    let angle = sense * column.map_or(0.0, |column| q[column]);
+                    let point = joint.point - chains.near;
+                    let line = turn * point + shift;
+                    if let Some(column) = column {
+                        let axis = turn * joint.direction * (*sense * side);
+                        hinges.push(PlacedHinge { column, of_ghost: side > 0.0, axis, line });
+                    }
+                    let axis = Unit::new_unchecked(joint.direction);
+                    turn *= Rotation3::from_axis_angle(&axis, angle).into_inner();
+                    shift = line - turn * point;
+                }
+                chains.points.map(|point| turn * point + shift)
+            });
+        Placed { hinges, ghost, original, length: chains.length }
+    }
+
+    /// J^T J, J^T r and the largest residual, over the loops' lengths.
+    pub fn normal_equations(&self, q: &DVector<f64>) -> (DMatrix<f64>, DVector<f64>, f64) {
+        let n = self.joints.len();
+        let (mut matrix, mut right) = (DMatrix::zeros(n, n), DVector::zeros(n));
+        let mut largest = 0.0_f64;
+        for chains in &self.loops {
+            let placed = self.place(chains, q);
+            let (residual, columns) = (placed.residual(), placed.columns());
+            largest = largest.max(residual.amax());
+            for (i, a) in &columns {
+                right[*i] += a.dot(&residual);
+                for (j, b) in &columns {
+                    matrix[(*i, *j)] += a.dot(b);
+                }
+            }
+        }
+        (matrix, right, largest)
+    }
+
+    /// Sum of the squares of all residuals.
+    pub fn squared_residual(&self, q: &DVector<f64>) -> f64 {
+        self.loops.iter().map(|chains| self.place(chains, q).residual().norm_squared()).sum()
+    }
+
+    /// Six rows per loop, the twist of the ghost relative to the original at the ghost's P1 per
+    /// radian of each joint: of the rank of the nine closure rows where the loop is closed, and
+    /// still of the rank the hinges' twists have together where it is not.
+    pub fn twists(&self, q: &DVector<f64>) -> DMatrix<f64> {
+        let mut twists = DMatrix::zeros(6 * self.loops.len(), self.joints.len());
+        for (i, chains) in self.loops.iter().enumerate() {
+            let placed = self.place(chains, q);
+            for hinge in &placed.hinges {
+                let moment = hinge.axis.cross(&(placed.ghost[0] - hinge.line)) / placed.length;
+                let mut column = twists.fixed_view_mut::<6, 1>(6 * i, hinge.column);
+                column.fixed_rows_mut::<3>(0).copy_from(&hinge.axis);
+                column.fixed_rows_mut::<3>(3).copy_from(&moment);
+            }
+        }
+        twists
+    }
+}
+
+/// A loop at given angles, relative to the common ancestor.
+struct Placed {
+    hinges: Vec<PlacedHinge>,
+    ghost: [Vector3<f64>; 3],
+    original: [Vector3<f64>; 3],
+    length: f64,
+}
+
+struct PlacedHinge {
+    column: usize,
+    of_ghost: bool,
+    /// Unit; reversed on the original's side, which enters with a minus sign.
+    axis: Vector3<f64>,
+    /// A point of the hinge line.
+    line: Vector3<f64>,
+}
+
+impl Placed {
+    fn residual(&self) -> Nine {
+        let mut residual = Nine::zeros();
+        for (i, (ghost, original)) in self.ghost.iter().zip(&self.original).enumerate() {
+            residual.fixed_rows_mut::<3>(3 * i).copy_from(&((ghost - original) / self.length));
+        }
+        residual
+    }
+
+    /// Velocities of the three points per radian, for every hinge.
+    fn columns(&self) -> Vec<(usize, Nine)> {
+        let column = |hinge: &PlacedHinge| {
+            let points = if hinge.of_ghost { &self.ghost } else { &self.original };
+            let mut entry = Nine::zeros();
+            for (i, point) in points.iter().enumerate() {
+                let velocity = hinge.axis.cross(&(point - hinge.line)) / self.length;
+                entry.fixed_rows_mut::<3>(3 * i).copy_from(&velocity);
+            }
+            (hinge.column, entry)
+        };
+        self.hinges.iter().map(column).collect()
+    }
+}
