@@ -4,6 +4,7 @@
 //! reach the ground several times and pass through one body together. What class it has follows
 //! from its hinge lines: all parallel, all through one point, or any.
 
+use std::f64::consts::TAU;
 use std::fmt::Write;
 
 use lamc::topology::LoopClass;
@@ -104,13 +105,9 @@ const FIXED: usize = 2;
 fn hinges(random: &mut Random, recipe: Recipe) -> Vec<Hinge> {
     let centre = [random.range(-0.05, 0.05), random.range(-0.05, 0.05)];
     let height = random.range(0.0, 0.003);
-    let common = random.range(0.0, std::f64::consts::TAU);
+    let common = random.range(0.0, TAU);
     let line = |random: &mut Random, lines: Lines| {
-        let angle = if lines == Lines::Parallel {
-            common
-        } else {
-            random.range(0.0, std::f64::consts::TAU)
-        };
+        let angle = if lines == Lines::Parallel { common } else { random.range(0.0, TAU) };
         let length = random.range(0.02, 0.06);
         let (from, z) = match lines {
             Lines::Concurrent => (centre, height),
@@ -249,7 +246,7 @@ impl Writer {
         let centre = [0.0; 2].map(|_: f64| self.random.range(-0.08, 0.08));
         let mut ring = |count: usize, least: f64, most: f64| {
             let corners = (0..count).map(|i| {
-                let angle = std::f64::consts::TAU * i as f64 / count as f64;
+                let angle = TAU * i as f64 / count as f64;
                 let radius = self.random.range(least, most);
                 let x = self.length(centre[0] + radius * angle.cos());
                 let y = self.length(centre[1] + radius * angle.sin());

@@ -73,6 +73,31 @@ fn spatial_loops() {
     check(5000..5024, |seed| looped(seed, Lines::Any));
 }
 
+/// Drawn flat, hinge lines through one point lie in one plane: the closure loses rank. From rest the
+/// accelerations are still those of Gauss's principle.
+#[test]
+fn flat_sheets_at_rest() {
+    for seed in 6000..6020 {
+        let compiled = compile_text(&model(seed, looped(seed, Lines::Concurrent)));
+        let mechanism = &compiled.topology.mechanism;
+        let mut system = Interpreter::new(&compiled.program);
+        system.set_input("motor", 1e-3).unwrap();
+        let n = mechanism.joints.len();
+        let parameters = mechanism.parameters.iter().map(|parameter| parameter.value).collect();
+        let (q, u) = (vec![0.0; n], vec![0.0; n]);
+        let rank = certain_rank(&system, &q).expect("the lines' directions are well apart");
+        assert!(rank < compiled.topology.rank, "seed {seed}: flat is not singular");
+        let values = Values { parameters, inputs: vec![1e-3], t: 0.5, q, u };
+        let expected = solve(mechanism, &values);
+        let (mut found, mut workspace) = (vec![0.0; n], system.workspace());
+        let at = (values.t, &values.q, &values.u);
+        let found_rank = acceleration(&system, at.0, at.1, at.2, &mut workspace, &mut found);
+        assert_eq!(found_rank, Ok(rank), "seed {seed}");
+        let error = relative_error(&found, &expected.acceleration);
+        assert!(error < 1e-9, "seed {seed}: acceleration off by {error:e}");
+    }
+}
+
 /// One, two or three loops with up to three more plates.
 fn looped(seed: u64, lines: Lines) -> Recipe {
     Recipe { branches: seed as usize % 4, loops: 1 + seed as usize % 3, lines }
