@@ -2,11 +2,10 @@
 //!
 //! ```
 //! use lamc_generated::sixbar::Sixbar;
-//! use lamc_runtime::{Rk4, State, System, assemble};
+//! use lamc_runtime::{Mechanism, Rk4};
 //!
 //! let robot = Sixbar::<f64>::default();
-//! let mut state = State::initial(&robot);
-//! assemble(&robot, &mut state.q, &[], &mut robot.workspace())?;
+//! let mut state = robot.assembled()?;
 //! let mut rk4 = Rk4::new(&robot);
 //! for _ in 0..100 {
 //!     rk4.step(&robot, &mut state, 1e-3)?;

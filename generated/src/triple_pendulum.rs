@@ -408,16 +408,7 @@ const DIMENSIONS: ::lamc_runtime::Dimensions = ::lamc_runtime::Dimensions {
 impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism<S, N, C>
 for TriplePendulum<S> {
     type Residual = [S; 9 * LOOPS];
-    type ClosureJacobian = [[S; N]; 9 * LOOPS];
+    type ResidualJacobian = [[S; N]; 9 * LOOPS];
     type Poses = [[S; 12]; 4];
     type Points = [[S; 3]; 1];
-    fn arrays() -> (Self::Residual, Self::ClosureJacobian, Self::Poses, Self::Points) {
-        let c = S::from_f64;
-        (
-            [c(0.0); 9 * LOOPS],
-            [[c(0.0); N]; 9 * LOOPS],
-            [[c(0.0); 12]; 4],
-            [[c(0.0); 3]; 1],
-        )
-    }
 }

@@ -1,58 +1,77 @@
-//! What can go wrong while a mechanism runs.
+//! What can go wrong: a small enum that names the joint or the loop.
 
 use core::fmt;
 
-/// Why a computation has no result. Joints and loops are given by index.
+/// Why an algorithm stopped. Indices are those of q and of the loops.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Error {
-    /// The caller's workspace or state has the wrong length.
-    Workspace,
-    /// The mass matrix is not positive definite at this joint: the state or a parameter is absurd.
+    /// The workspace is shorter than [`workspace_len`](crate::workspace_len).
+    Workspace {
+        /// Numbers needed.
+        needed: usize,
+        /// Numbers given.
+        given: usize,
+    },
+    /// A vector has not one entry per joint (or, of multipliers, per closure row).
+    Length {
+        /// Entries expected.
+        expected: usize,
+        /// Entries given.
+        given: usize,
+    },
+    /// The mass matrix is not positive definite at this joint.
     MassMatrix {
-        /// The joint whose pivot is not positive.
+        /// Joint whose pivot failed.
         joint: usize,
     },
-    /// An acceleration is infinite or NaN.
+    /// A coordinate, speed, force or acceleration is infinite or not a number.
     NotFinite {
-        /// The joint.
+        /// First joint concerned.
         joint: usize,
     },
-    /// No closed configuration was found.
+    /// A loop cannot be closed.
     NotClosed {
-        /// The loop that stays open widest.
+        /// Loop with the largest residual.
         loop_index: usize,
-        /// How wide, m.
+        /// That residual, m.
         residual: f64,
-        /// A joint that stands at its limit, if any.
+        /// A joint that ran into its limit.
         joint: Option<usize>,
     },
-    /// An adaptive integrator cannot take a step this small.
+    /// The adaptive step fell below the least one: the motion is too stiff or breaks off here.
     StepTooSmall {
-        /// Where it stopped, s.
+        /// Time reached, s.
         t: f64,
     },
+    /// A step or an end time is not a finite number, or a step is not positive.
+    Time,
 }
 
 impl fmt::Display for Error {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Workspace => f.write_str("the workspace or the state has the wrong length"),
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Workspace { needed, given } => {
+                write!(out, "workspace of {given} numbers where {needed} are needed")
+            }
+            Self::Length { expected, given } => {
+                write!(out, "vector of {given} numbers where {expected} are expected")
+            }
             Self::MassMatrix { joint } => {
-                write!(f, "the mass matrix is not positive definite at joint {joint}")
+                write!(out, "mass matrix is not positive definite at joint {joint}")
             }
             Self::NotFinite { joint } => {
-                write!(f, "the acceleration of joint {joint} is not a finite number")
+                write!(out, "joint {joint} has a value that is not finite")
             }
             Self::NotClosed { loop_index, residual, joint } => {
-                write!(f, "loop {loop_index} stays {residual:.3e} m open")?;
+                write!(out, "loop {loop_index} stays open by {residual:.3e} m")?;
                 match joint {
-                    Some(joint) => write!(f, "; joint {joint} stands at its limit"),
+                    Some(joint) => write!(out, "; joint {joint} is at its limit"),
                     None => Ok(()),
                 }
             }
-            Self::StepTooSmall { t } => {
-                write!(f, "the step became too small at t = {t} s: the motion is too stiff or ends")
-            }
+            Self::StepTooSmall { t } => write!(out, "step became too small at t = {t} s"),
+            Self::Time => write!(out, "step or end time is not a usable number"),
         }
     }
 }

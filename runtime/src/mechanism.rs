@@ -1,8 +1,26 @@
 //! The fixed-size front of a compiled mechanism: arrays in, arrays out.
 
-use crate::{EquationsMut, Error, Scalar, System, acceleration};
+use crate::{EquationsMut, Error, Scalar, State, System, acceleration, assemble, project};
 
-/// M du/dt = f + J^T lambda and J du/dt = -gamma at a state.
+/// Arrays (of arrays) of numbers whose length only their type knows.
+pub trait Storage: Clone {
+    /// Filled with zeros.
+    fn zeros() -> Self;
+}
+
+impl<S: Scalar> Storage for S {
+    fn zeros() -> Self {
+        S::ZERO
+    }
+}
+
+impl<T: Storage, const K: usize> Storage for [T; K] {
+    fn zeros() -> Self {
+        core::array::from_fn(|_| T::zeros())
+    }
+}
+
+/// M du/dt = f + J^T lambda, J du/dt = -gamma at a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Equations<S, const N: usize, const C: usize> {
     /// M, kg m^2.
@@ -15,96 +33,113 @@ pub struct Equations<S, const N: usize, const C: usize> {
     pub gamma: [S; C],
 }
 
-/// Closure of all loops at a configuration.
+/// All nine closure equations of every loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Closure<R, J> {
-    /// Nine residuals per loop, m.
+    /// Residuals, 9 L, m.
     pub residual: R,
-    /// Their Jacobian by q, one row per residual, m.
+    /// Their Jacobian by q, 9 L x N, m.
     pub jacobian: J,
 }
 
-/// Where a body is: the point drawn at x lies at R x + p in the base frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Pose<S> {
-    /// R.
-    pub rotation: [[S; 3]; 3],
-    /// p, m.
-    pub position: [S; 3],
-}
-
-impl<S: Scalar> From<[S; 12]> for Pose<S> {
-    /// R row-major, then p.
-    fn from([a, b, c, d, e, f, g, h, i, x, y, z]: [S; 12]) -> Self {
-        Self { rotation: [[a, b, c], [d, e, f], [g, h, i]], position: [x, y, z] }
-    }
-}
-
-/// A compiled mechanism with N coordinates and C closure rows.
+/// A [`System`] whose sizes are constants, with results as arrays.
 ///
-/// A generated module implements [`System`] and names its array types here; everything else is
-/// provided.
+/// Everything is provided; an implementation only spells out the arrays whose lengths are neither
+/// N nor C, as the example of the [crate] does:
+///
+/// ```text
+/// impl<S: Scalar> Mechanism<S, N, C> for Sixbar<S> {
+///     type Residual = [S; 9];
+///     type ResidualJacobian = [[S; N]; 9];
+///     type Poses = [[S; 12]; B];
+///     type Points = [[S; 3]; P];
+/// }
+/// ```
 pub trait Mechanism<S: Scalar, const N: usize, const C: usize>:
     System<Scalar = S, Vector = [S; N]> + Sized
 {
-    /// `[S; 9 * LOOPS]`.
-    type Residual: AsMut<[S]>;
-    /// `[[S; N]; 9 * LOOPS]`.
-    type ClosureJacobian: AsMut<[[S; N]]>;
-    /// `[[S; 12]; B]`: see [`Pose`].
-    type Poses: AsMut<[[S; 12]]>;
+    /// `[S; 9 * L]`.
+    type Residual: Storage + AsMut<[S]>;
+    /// `[[S; N]; 9 * L]`.
+    type ResidualJacobian: Storage + AsMut<[[S; N]]>;
+    /// `[[S; 12]; B]`.
+    type Poses: Storage + AsMut<[[S; 12]]>;
     /// `[[S; 3]; P]`.
-    type Points: AsMut<[[S; 3]]>;
+    type Points: Storage + AsMut<[[S; 3]]>;
 
-    /// Zeros of each of the array types.
-    fn arrays() -> (Self::Residual, Self::ClosureJacobian, Self::Poses, Self::Points);
-
-    /// M, f, J, gamma at a state.
+    /// M, f, J and gamma at a state.
     fn equations(&self, t: S, q: &[S; N], u: &[S; N]) -> Equations<S, N, C> {
-        let mut out = Equations {
-            mass: [[S::ZERO; N]; N],
-            forcing: [S::ZERO; N],
-            jacobian: [[S::ZERO; N]; C],
-            gamma: [S::ZERO; C],
+        let mut equations = Equations {
+            mass: Storage::zeros(),
+            forcing: Storage::zeros(),
+            jacobian: Storage::zeros(),
+            gamma: Storage::zeros(),
         };
-        let equations = EquationsMut {
-            mass: out.mass.as_flattened_mut(),
-            forcing: &mut out.forcing,
-            jacobian: out.jacobian.as_flattened_mut(),
-            gamma: &mut out.gamma,
-        };
-        self.write_equations(t, q, u, equations);
-        out
+        self.write_equations(
+            t,
+            q,
+            u,
+            EquationsMut {
+                mass: equations.mass.as_flattened_mut(),
+                forcing: &mut equations.forcing,
+                jacobian: equations.jacobian.as_flattened_mut(),
+                gamma: &mut equations.gamma,
+            },
+        );
+        equations
     }
 
-    /// du/dt at a state, rad/s^2.
+    /// du/dt, rad/s^2, with closed loops.
     ///
     /// # Errors
-    /// As [`acceleration`](crate::acceleration()).
+    ///
+    /// As [`acceleration`](fn@crate::acceleration).
     fn acceleration(&self, t: S, q: &[S; N], u: &[S; N]) -> Result<[S; N], Error> {
         let mut out = [S::ZERO; N];
         acceleration(self, t, q, u, self.workspace().as_mut(), &mut out)?;
         Ok(out)
     }
 
-    /// Nine residuals per loop and their Jacobian.
-    fn closure(&self, q: &[S; N]) -> Closure<Self::Residual, Self::ClosureJacobian> {
-        let (mut residual, mut jacobian, ..) = Self::arrays();
-        self.write_closure(q, residual.as_mut(), jacobian.as_mut().as_flattened_mut());
-        Closure { residual, jacobian }
+    /// Nine residuals per loop, and their Jacobian.
+    fn closure(&self, q: &[S; N]) -> Closure<Self::Residual, Self::ResidualJacobian> {
+        let mut closure = Closure {
+            residual: Self::Residual::zeros(),
+            jacobian: Self::ResidualJacobian::zeros(),
+        };
+        self.write_closure(
+            q,
+            closure.residual.as_mut(),
+            closure.jacobian.as_mut().as_flattened_mut(),
+        );
+        closure
     }
 
-    /// Where every body is; each row makes a [`Pose`].
+    /// Poses of the bodies: R row-major, then p, m.
     fn poses(&self, q: &[S; N]) -> Self::Poses {
-        let (_, _, mut poses, _) = Self::arrays();
+        let mut poses = Self::Poses::zeros();
         self.write_poses(q, poses.as_mut().as_flattened_mut());
         poses
     }
 
-    /// Positions of the output points in the base frame, m.
+    /// Positions of the points in the base frame, m.
     fn points(&self, q: &[S; N]) -> Self::Points {
-        let (.., mut points) = Self::arrays();
+        let mut points = Self::Points::zeros();
         self.write_points(q, points.as_mut().as_flattened_mut());
         points
+    }
+
+    /// The initial state with closed loops: assembled from the model's guess, the joints the user
+    /// gave pinned, and with speeds that the closure allows.
+    ///
+    /// # Errors
+    ///
+    /// As [`assemble`] and [`project`].
+    fn assembled(&self) -> Result<State<[S; N], S>, Error> {
+        let mut state = State::initial(self);
+        let pinned: [bool; N] = core::array::from_fn(|joint| self.is_given(joint));
+        let mut workspace = self.workspace();
+        assemble(self, &mut state.q, &pinned, workspace.as_mut())?;
+        project(self, state.t, &mut state.q, &mut state.u, workspace.as_mut())?;
+        Ok(state)
     }
 }

@@ -18,7 +18,7 @@ pub struct Dimensions {
     pub loops: usize,
     /// B, bodies.
     pub bodies: usize,
-    /// P, output points.
+    /// P, points.
     pub points: usize,
 }
 
@@ -66,11 +66,12 @@ pub trait System {
     fn size(&self) -> Self::Scalar;
     /// Least and greatest angle of a joint, rad; infinite where there is no limit.
     fn limits(&self, joint: usize) -> [Self::Scalar; 2];
-    /// Rough guess of a joint's angle, rad.
+    /// Guess of a joint's angle to assemble from, rad.
     fn initial_position(&self, joint: usize) -> Self::Scalar;
-    /// Initial speed of a joint, rad/s.
+    /// A joint's initial speed, rad/s.
     fn initial_speed(&self, joint: usize) -> Self::Scalar;
-    /// Whether the guess of a joint was given by the designer: assembly holds it if it can.
+    /// Whether the user gave [`initial_position`](Self::initial_position): such a joint is pinned
+    /// during assembly.
     fn is_given(&self, joint: usize) -> bool;
     /// M, f, J, gamma at a state.
     fn write_equations(
@@ -87,10 +88,6 @@ pub trait System {
         residual: &mut [Self::Scalar],
         jacobian: &mut [Self::Scalar],
     );
-    /// Per body 12 numbers: R row-major, then p (m), so that the point drawn at x lies at R x + p.
-    fn write_poses(&self, q: &[Self::Scalar], out: &mut [Self::Scalar]);
-    /// Positions of the output points in the base frame, m, 3 P.
-    fn write_points(&self, q: &[Self::Scalar], out: &mut [Self::Scalar]);
     /// Energies at a state.
     fn energy(
         &self,
@@ -98,29 +95,9 @@ pub trait System {
         q: &[Self::Scalar],
         u: &[Self::Scalar],
     ) -> Energy<Self::Scalar>;
-}
-
-/// Time, coordinates and speeds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct State<V, S> {
-    /// s.
-    pub t: S,
-    /// q, rad.
-    pub q: V,
-    /// u = dq/dt, rad/s.
-    pub u: V,
-}
-
-impl<S: Scalar, V: AsMut<[S]>> State<V, S> {
-    /// The designer's guess at t = 0: not closed yet, see [`assemble`](crate::assemble()).
-    pub fn initial<M: System<Scalar = S, Vector = V>>(system: &M) -> Self {
-        let (mut q, mut u) = (system.vector(), system.vector());
-        for (joint, slot) in q.as_mut().iter_mut().enumerate() {
-            *slot = system.initial_position(joint);
-        }
-        for (joint, slot) in u.as_mut().iter_mut().enumerate() {
-            *slot = system.initial_speed(joint);
-        }
-        Self { t: S::ZERO, q, u }
-    }
+    /// Poses of the bodies, 12 numbers each: R row-major, then p in m, so that the point drawn at
+    /// x lies at R x + p in the base frame.
+    fn write_poses(&self, q: &[Self::Scalar], out: &mut [Self::Scalar]);
+    /// Positions of the points in the base frame, 3 numbers each, m.
+    fn write_points(&self, q: &[Self::Scalar], out: &mut [Self::Scalar]);
 }

@@ -1,71 +1,55 @@
-//! The caller's memory, divided.
+//! How much storage the algorithms need, and how they share it out.
 
-use crate::linear::PseudoInverse;
-use crate::{Dimensions, Error, Scalar};
+use crate::{Dimensions, Error, System};
 
-/// Numbers that every algorithm of this crate can work in: the mass matrix and the rotations of the
-/// singular value decomposition (N x N each); the closure Jacobian, its weighted copy and the
-/// transposed one (m x N each); residual and bias (m each); four vectors of N; m is the larger of C
-/// and 9 L.
-pub const fn workspace_len(d: Dimensions) -> usize {
-    let n = d.coordinates;
-    let m = closure_rows(d);
-    2 * n * n + 3 * m * n + 2 * m + 4 * n
+/// Numbers of workspace that suffice for every algorithm of this crate.
+///
+/// With N coordinates, C closure rows, L loops and R = 9 L residuals it is the largest of
+///
+/// * acceleration: M or its factor N N; J 2 C N (one copy is orthogonalised); gamma and lambda
+///   2 C; a vector N;
+/// * projection: M or its factor N N; then, one after the other in the same place, f, J, gamma
+///   N + C N + C, or residuals, their Jacobian and two vectors R + R N + 2 N;
+/// * assembly: residuals and their Jacobian, each twice, 2 R + 2 R N; eight vectors 8 N.
+pub const fn workspace_len(dimensions: Dimensions) -> usize {
+    let Dimensions { coordinates: n, rows: c, loops, .. } = dimensions;
+    let r = 9 * loops;
+    let acceleration = n * n + 2 * c * n + 2 * c + n;
+    let projection = n * n + greater(n + c * n + c, r + r * n + 2 * n);
+    let assembly = 2 * r + 2 * r * n + 8 * n;
+    greater(acceleration, greater(projection, assembly))
 }
 
-/// The larger of C and 9 L.
-const fn closure_rows(d: Dimensions) -> usize {
-    if d.rows > 9 * d.loops { d.rows } else { 9 * d.loops }
+const fn greater(a: usize, b: usize) -> usize {
+    if a > b { a } else { b }
 }
 
-/// The parts of a workspace.
-pub struct Parts<'a, S> {
-    /// N x N.
-    pub mass: &'a mut [S],
-    /// m x N.
-    pub jacobian: &'a mut [S],
-    /// m x N.
-    pub weighted: &'a mut [S],
-    /// m.
-    pub residual: &'a mut [S],
-    /// m.
-    pub rhs: &'a mut [S],
-    /// N.
-    pub forcing: &'a mut [S],
-    /// N.
-    pub y: &'a mut [S],
-    /// N.
-    pub trial: &'a mut [S],
-    /// N.
-    pub wanted: &'a mut [S],
-    /// For the singular value decomposition.
-    pub inverse: PseudoInverse<'a, S>,
+/// Cuts the first `len` numbers off a workspace.
+pub(crate) fn split<'a, S>(workspace: &mut &'a mut [S], len: usize) -> Result<&'a mut [S], Error> {
+    let given = workspace.len();
+    match core::mem::take(workspace).split_at_mut_checked(len) {
+        Some((part, rest)) => {
+            *workspace = rest;
+            Ok(part)
+        }
+        None => Err(Error::Workspace { needed: len, given }),
+    }
 }
 
-/// Divides a workspace for `rows` closure rows.
-pub fn split<S: Scalar>(
-    workspace: &mut [S],
-    d: Dimensions,
-    rows: usize,
-) -> Result<Parts<'_, S>, Error> {
-    let n = d.coordinates;
-    let mut rest = workspace;
-    let mut take = |len: usize| {
-        let (part, after) =
-            core::mem::take(&mut rest).split_at_mut_checked(len).ok_or(Error::Workspace)?;
-        rest = after;
-        Ok(part)
-    };
-    Ok(Parts {
-        mass: take(n * n)?,
-        jacobian: take(rows * n)?,
-        weighted: take(rows * n)?,
-        residual: take(rows)?,
-        rhs: take(rows)?,
-        forcing: take(n)?,
-        y: take(n)?,
-        trial: take(n)?,
-        wanted: take(n)?,
-        inverse: PseudoInverse { v: take(n * n)?, transposed: take(rows * n)? },
-    })
+/// Checks that a workspace suffices and that vectors have one entry per joint.
+pub(crate) fn check<Y: System>(
+    system: &Y,
+    workspace: &[Y::Scalar],
+    vectors: &[usize],
+) -> Result<Dimensions, Error> {
+    let dimensions = system.dimensions();
+    let needed = workspace_len(dimensions);
+    if workspace.len() < needed {
+        return Err(Error::Workspace { needed, given: workspace.len() });
+    }
+    let expected = dimensions.coordinates;
+    match vectors.iter().find(|&&given| given != expected) {
+        Some(&given) => Err(Error::Length { expected, given }),
+        None => Ok(dimensions),
+    }
 }

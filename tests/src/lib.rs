@@ -9,7 +9,9 @@ mod reference;
 use std::path::{Path, PathBuf};
 
 use lamc::pipeline::{self, Compiled};
+use lamc::program::Interpreter;
 use lamc::source::SourceFile;
+use lamc_runtime::Dopri5;
 use serde::Deserialize;
 
 /// The folder of published designs and reference values beside the workspace, when it is there.
@@ -128,6 +130,14 @@ impl Reference {
             .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         serde_json::from_str(&text).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
     }
+}
+
+/// An adaptive integrator with one tolerance for relative and absolute errors.
+pub fn dopri5(system: &Interpreter, tolerance: f64) -> Dopri5<Interpreter> {
+    let mut integrator = Dopri5::new(system);
+    integrator.relative = tolerance;
+    integrator.absolute = tolerance;
+    integrator
 }
 
 /// Largest difference over largest magnitude of the right side.

@@ -36,10 +36,12 @@ where
         }
         "trajectory" => {
             let mut state = State { t: S::ZERO, q: array(x), u: array(&x[N..]) };
-            let mut integrator = Dopri5::new(&model, S::from_f64(1e-10));
+            let mut integrator = Dopri5::new(&model);
+            integrator.relative = S::from_f64(1e-10);
+            integrator.absolute = S::from_f64(1e-10);
             let mut motion = Vec::new();
             for &t in &x[2 * N..] {
-                integrator.advance(&model, &mut state, S::from_f64(t)).unwrap();
+                integrator.run(&model, &mut state, S::from_f64(t), |_| ()).unwrap();
                 motion.extend(state.q.iter().map(|q| q.to_f64()));
                 let mut closure = model.closure(&state.q).residual;
                 let open = closure.as_mut().iter().map(|r| r.to_f64().abs()).fold(0.0, f64::max);

@@ -40,8 +40,10 @@ fn replace(path: &Path, text: &str) -> io::Result<()> {
     // Temporary files are private; what we write is as readable as any new file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder.prefix(".lamc-").tempfile_in(folder)?;
+    // The system's reason alone: the temporary file's name means nothing to the user.
+    let reason = |error: io::Error| io::Error::from(error.kind());
+    let mut file = builder.prefix(".lamc-").tempfile_in(folder).map_err(reason)?;
     file.write_all(text.as_bytes())?;
-    file.persist(path)?;
+    file.persist(path).map_err(|error| error.error)?;
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! Stage 4: [`Topology`] -> [`Equations`]: Kane's method and the three-point closure.
+//! Stage 4: [`Topology`](crate::topology::Topology) -> [`Equations`]: Kane's method and the three-point closure.
 //!
 //! For generalised speeds u = dq/dt, Kane's equations F_r + F_r* = 0 of the tree (paper, eq. 1-6)
 //! are linear in du/dt:
@@ -11,11 +11,11 @@
 //!
 //! | quantity | where |
 //! |---|---|
-//! | frames, origins | [`frame`] |
-//! | omega, v, alpha, a, partial velocities | [`motion`] |
-//! | F_r, F_r*, mass matrix, energies | [`dynamics`] |
-//! | closure residual, J, gamma | [`closure`] |
-//! | torque and force expressions | [`scalar`] |
+//! | frames, origins | `frame` |
+//! | omega, v, alpha, a, partial velocities | `motion` |
+//! | F_r, F_r*, mass matrix, energies | `dynamics` |
+//! | closure residual, J, gamma | `closure` |
+//! | torque and force expressions | `scalar` |
 
 mod closure;
 mod derivation;

@@ -70,7 +70,7 @@ pub fn module(program: &Program, choice: ScalarChoice) -> TokenStream {
     let inputs = inputs(program, choice, &syntax, &fields);
     let mechanism = mechanism(program, &syntax);
     let system = system(program, choice, &syntax, &fields);
-    let front = front(program, choice, &syntax);
+    let front = front(program, &syntax);
     quote! { #constants #parameters #inputs #mechanism #system #front }
 }
 
@@ -385,14 +385,13 @@ fn filled(
     }
 }
 
-fn front(program: &Program, choice: ScalarChoice, syntax: &Syntax) -> TokenStream {
-    let Syntax { scalar, generic, bound, constants } = syntax;
+fn front(program: &Program, syntax: &Syntax) -> TokenStream {
+    let Syntax { scalar, generic, bound, .. } = syntax;
     let model = model(program);
     let interface = &program.interface;
     let (n, rows) = (number(interface.joints.len()), number(interface.rows));
     let (loops, bodies) = (number(interface.loops.len()), number(interface.bodies.len()));
     let points = number(interface.points.len());
-    let zero = constant(choice, 0.0);
     quote! {
         const DIMENSIONS: ::lamc_runtime::Dimensions = ::lamc_runtime::Dimensions {
             coordinates: #n, rows: #rows, loops: #loops, bodies: #bodies, points: #points,
@@ -400,19 +399,10 @@ fn front(program: &Program, choice: ScalarChoice, syntax: &Syntax) -> TokenStrea
 
         impl #bound ::lamc_runtime::Mechanism<#scalar, N, C> for #model #generic {
             type Residual = [#scalar; 9 * LOOPS];
-            type ClosureJacobian = [[#scalar; N]; 9 * LOOPS];
+            type ResidualJacobian = [[#scalar; N]; 9 * LOOPS];
             type Poses = [[#scalar; 12]; #bodies];
             type Points = [[#scalar; 3]; #points];
 
-            fn arrays() -> (Self::Residual, Self::ClosureJacobian, Self::Poses, Self::Points) {
-                #constants
-                (
-                    [#zero; 9 * LOOPS],
-                    [[#zero; N]; 9 * LOOPS],
-                    [[#zero; 12]; #bodies],
-                    [[#zero; 3]; #points],
-                )
-            }
         }
     }
 }

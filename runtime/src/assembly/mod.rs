@@ -1,0 +1,258 @@
+//! Assembly: from a rough guess to the nearest configuration with closed loops.
+//!
+//! Levenberg-Marquardt on all nine residuals r of each loop closes them, by steps as short as
+//! possible; then q slides along the closure towards the guess g,
+//!
+//! ```text
+//! step = -J^+ r + (I - J^+ J)(g - q) = (g - q) + J^+ (-r - J (g - q)),
+//! ```
+//!
+//! closing again after each step. Joints stay within their limits (projected steps: a joint at
+//! its limit that would leave is held for that step), within half a turn where there are none.
+//! A guess that leads nowhere is perturbed, always in the same way. After J. Nocedal and
+//! S. Wright, "Numerical Optimization", 10.3 and 16.7; the damping proportional to |r| after
+//! J. Fan and Y. Yuan, "On the quadratic convergence of the Levenberg-Marquardt method without
+//! nonsingularity assumption", 2005.
+
+mod steps;
+
+use core::f64::consts::{PI, TAU};
+use core::ops::Range;
+
+use crate::acceleration::not_finite;
+use crate::linear::max_abs;
+use crate::projection::worst_loop;
+use crate::workspace::{check, split};
+use crate::{Error, Scalar, System};
+
+/// Perturbed guesses that are tried.
+const RESTARTS: usize = 40;
+/// Of these, to find a branch with the signs of the guess once another is found.
+const SIGN_RESTARTS: usize = 8;
+/// Of these, to find a nearer branch if there is none.
+const OTHER_RESTARTS: Range<usize> = 1..4;
+
+/// Angle from which on a joint counts as bent to one side, rad.
+const CLEAR: f64 = 1e-4;
+
+/// What an assembly reached.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Assembly<S> {
+    /// Steps taken.
+    pub iterations: usize,
+    /// Largest closure residual left, m.
+    pub residual: S,
+}
+
+/// Closes the loops: `q` (N, rad) is the guess, and the result.
+///
+/// Joints whose entry in `pinned` (N) is true keep their angle if the loops can close that way,
+/// and move like the others if not. Of the branches it finds, it prefers one in which no joint
+/// has the sign opposite to its guess. On failure `q` is unchanged.
+///
+/// # Errors
+///
+/// [`Error::NotClosed`] names the loop that stayed open; [`Error::NotFinite`],
+/// [`Error::Workspace`], [`Error::Length`].
+pub fn assemble<Y: System>(
+    system: &Y,
+    q: &mut [Y::Scalar],
+    pinned: &[bool],
+    mut workspace: &mut [Y::Scalar],
+) -> Result<Assembly<Y::Scalar>, Error> {
+    let dimensions = check(system, workspace, &[q.len(), pinned.len()])?;
+    if let Some(joint) = not_finite(&[q]) {
+        return Err(Error::NotFinite { joint });
+    }
+    let (n, r) = (dimensions.coordinates, 9 * dimensions.loops);
+    let mut search = Search {
+        system,
+        residual: split(&mut workspace, r)?,
+        jacobian: split(&mut workspace, r * n)?,
+        rhs: split(&mut workspace, r)?,
+        rows: split(&mut workspace, r * n)?,
+        lower: split(&mut workspace, n)?,
+        upper: split(&mut workspace, n)?,
+        guess: split(&mut workspace, n)?,
+        step: split(&mut workspace, n)?,
+        trial: split(&mut workspace, n)?,
+        free: split(&mut workspace, n)?,
+        iterations: 0,
+        failure: Error::NotClosed { loop_index: 0, residual: f64::INFINITY, joint: None },
+    };
+    let attempt = split(&mut workspace, n)?;
+    let candidate = split(&mut workspace, n)?;
+    search.set_limits();
+    for (joint, &value) in q.iter().enumerate() {
+        search.guess[joint] = search.wrapped(joint, value);
+    }
+    for held in [pinned, &[]] {
+        if !search.find(attempt, candidate, held, 0..RESTARTS) {
+            if pinned.contains(&true) {
+                continue;
+            }
+            break;
+        }
+        q.copy_from_slice(attempt);
+        if !search.has_signs(q) {
+            search.improve(q, attempt, candidate, held);
+        }
+        let residual = search.evaluate(q);
+        return Ok(Assembly { iterations: search.iterations, residual });
+    }
+    Err(search.failure)
+}
+
+/// A number between -1 and 1, always the same for the same arguments.
+fn noise(restart: usize, joint: usize) -> f64 {
+    let mut bits =
+        (restart as u64 * 0x1_0001 + joint as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    (bits >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+}
+
+struct Search<'a, Y: System> {
+    system: &'a Y,
+    /// r, 9 L, m, and its Jacobian, 9 L x N, where last evaluated.
+    residual: &'a mut [Y::Scalar],
+    jacobian: &'a mut [Y::Scalar],
+    /// The linear equations being solved.
+    rhs: &'a mut [Y::Scalar],
+    rows: &'a mut [Y::Scalar],
+    /// Least and greatest angles, rad.
+    lower: &'a mut [Y::Scalar],
+    upper: &'a mut [Y::Scalar],
+    /// Where to stay near, rad.
+    guess: &'a mut [Y::Scalar],
+    step: &'a mut [Y::Scalar],
+    trial: &'a mut [Y::Scalar],
+    /// 1 for joints that may move in this step, 0 for others.
+    free: &'a mut [Y::Scalar],
+    iterations: usize,
+    /// The attempt that came closest.
+    failure: Error,
+}
+
+impl<Y: System> Search<'_, Y> {
+    fn set_limits(&mut self) {
+        let half_turn = Y::Scalar::from_f64(PI);
+        for joint in 0..self.guess.len() {
+            let [lower, upper] = self.system.limits(joint);
+            self.lower[joint] = if lower.is_finite() { lower } else { -half_turn };
+            self.upper[joint] = if upper.is_finite() { upper } else { half_turn };
+        }
+    }
+
+    /// Lets no joint leave the side of zero on which its guess lies.
+    fn set_signs(&mut self) {
+        let zero = Y::Scalar::ZERO;
+        for joint in 0..self.guess.len() {
+            if self.guess[joint] > zero {
+                self.lower[joint] = self.lower[joint].max(zero);
+            } else if self.guess[joint] < zero {
+                self.upper[joint] = self.upper[joint].min(zero);
+            }
+        }
+    }
+
+    /// Whether each joint with a guess lies clearly on its guess's side of zero.
+    fn has_signs(&self, q: &[Y::Scalar]) -> bool {
+        let zero = Y::Scalar::ZERO;
+        let clear = Y::Scalar::from_f64(CLEAR);
+        self.guess
+            .iter()
+            .zip(q)
+            .all(|(&guess, &q)| guess == zero || if guess > zero { q > clear } else { q < -clear })
+    }
+
+    fn clamped(&self, joint: usize, angle: Y::Scalar) -> Y::Scalar {
+        // Not `min` and `max`: with lower above upper this stays in order.
+        if angle < self.lower[joint] {
+            self.lower[joint]
+        } else if angle > self.upper[joint] {
+            self.upper[joint]
+        } else {
+            angle
+        }
+    }
+
+    /// The same direction within the limits, or the nearest limit.
+    fn wrapped(&self, joint: usize, angle: Y::Scalar) -> Y::Scalar {
+        if self.clamped(joint, angle) == angle {
+            return angle;
+        }
+        let turns = angle.to_f64() / TAU;
+        let nearest = (turns + if turns < 0.0 { -0.5 } else { 0.5 }) as i64 as f64;
+        let wrapped = angle - Y::Scalar::from_f64(nearest * TAU);
+        let inside = self.clamped(joint, wrapped) == wrapped;
+        self.clamped(joint, if inside { wrapped } else { angle })
+    }
+
+    /// Residual and Jacobian at q; the largest residual.
+    fn evaluate(&mut self, q: &[Y::Scalar]) -> Y::Scalar {
+        self.system.write_closure(q, self.residual, self.jacobian);
+        max_abs(self.residual)
+    }
+
+    /// Closes the loops from the guess, or from perturbed ones, and slides towards the guess.
+    fn find(
+        &mut self,
+        q: &mut [Y::Scalar],
+        candidate: &mut [Y::Scalar],
+        held: &[bool],
+        restarts: Range<usize>,
+    ) -> bool {
+        for restart in restarts {
+            let reach = 0.1 * restart as f64;
+            for joint in 0..q.len() {
+                let fixed = held.get(joint) == Some(&true);
+                let shift = if fixed { 0.0 } else { reach * noise(restart, joint) };
+                q[joint] = self.clamped(joint, self.guess[joint] + Y::Scalar::from_f64(shift));
+            }
+            if self.close(q, held) {
+                self.slide(q, candidate, held);
+                return true;
+            }
+            self.note_failure(q);
+        }
+        false
+    }
+
+    /// Looks for a branch with the signs of the guess, or else for a nearer one: a guess between
+    /// two branches may have led to the singular state where they meet.
+    fn improve(
+        &mut self,
+        q: &mut [Y::Scalar],
+        attempt: &mut [Y::Scalar],
+        candidate: &mut [Y::Scalar],
+        held: &[bool],
+    ) {
+        self.set_signs();
+        let found = self.find(attempt, candidate, held, 0..SIGN_RESTARTS);
+        self.set_limits();
+        if found && self.has_signs(attempt) {
+            q.copy_from_slice(attempt);
+            return;
+        }
+        for restart in OTHER_RESTARTS {
+            let found = self.find(attempt, candidate, held, restart..restart + 1);
+            if found && self.distance(attempt) < self.distance(q) {
+                q.copy_from_slice(attempt);
+            }
+        }
+    }
+
+    fn note_failure(&mut self, q: &[Y::Scalar]) {
+        let (loop_index, residual) = worst_loop(self.residual);
+        let residual = residual.to_f64();
+        if matches!(self.failure, Error::NotClosed { residual: least, .. } if residual < least) {
+            let joint = q.iter().enumerate().position(|(joint, &angle)| {
+                let [lower, upper] = self.system.limits(joint);
+                angle <= lower || angle >= upper
+            });
+            self.failure = Error::NotClosed { loop_index, residual, joint };
+        }
+    }
+}

@@ -1,0 +1,339 @@
+//! The Runge-Kutta pair of order 5(4) of J. R. Dormand and P. J. Prince, "A family of embedded
+//! Runge-Kutta formulae", 1980, with the step control and the dense output of E. Hairer,
+//! S. P. Norsett, G. Wanner, "Solving Ordinary Differential Equations I", II.4 and II.6.
+//!
+//! The seventh stage is evaluated at the projected end of the step. It is then the first stage of
+//! the next step, the continuous extension is smooth through projected points, and its part in
+//! the error estimate differs only in a term of higher order. What the projection moves is not
+//! counted as an error: where the rank changes it is finite however short the step.
+
+use super::{Projection, accelerate};
+use crate::linear::{add_scaled, tolerance};
+use crate::{Error, Scalar, StateOf, System};
+
+const STAGES: usize = 7;
+
+/// Where the stages lie in the step.
+const C: [f64; STAGES] = [0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0];
+
+/// Each stage from those before; the last row is the solution of order 5.
+const A: [[f64; 6]; STAGES] = [
+    [0.0; 6],
+    [1.0 / 5.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [3.0 / 40.0, 9.0 / 40.0, 0.0, 0.0, 0.0, 0.0],
+    [44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0, 0.0, 0.0, 0.0],
+    [19372.0 / 6561.0, -25360.0 / 2187.0, 64448.0 / 6561.0, -212.0 / 729.0, 0.0, 0.0],
+    [9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0, 0.0],
+    [35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0],
+];
+
+/// The solution of order 5 less the embedded one of order 4.
+const ERROR: [f64; STAGES] = [
+    71.0 / 57600.0,
+    0.0,
+    -71.0 / 16695.0,
+    71.0 / 1920.0,
+    -17253.0 / 339200.0,
+    22.0 / 525.0,
+    -1.0 / 40.0,
+];
+
+/// The term of the continuous extension that takes all stages.
+const DENSE: [f64; STAGES] = [
+    -12715105075.0 / 11282082432.0,
+    0.0,
+    87487479700.0 / 32700410799.0,
+    -10690763975.0 / 1880347072.0,
+    701980252875.0 / 199316789632.0,
+    -1453857185.0 / 822651844.0,
+    69997945.0 / 29380423.0,
+];
+
+/// Adaptive Runge-Kutta of order 5: six evaluations per step, and the projection.
+#[derive(Clone, Debug)]
+pub struct Dopri5<Y: System> {
+    /// Error allowed per step, relative to q and u.
+    pub relative: Y::Scalar,
+    /// Error allowed per step on top, rad and rad/s.
+    pub absolute: Y::Scalar,
+    /// Longest step, s; infinite unless set.
+    pub max_step: Y::Scalar,
+    /// Least step, s; below it (or where time no longer advances) integration fails.
+    pub min_step: Y::Scalar,
+    /// Whether each step, and each sample between steps, ends on the closure.
+    pub projection: Projection,
+    workspace: Y::Workspace,
+    /// u of the stages: the derivative of q.
+    speeds: [Y::Vector; STAGES],
+    /// du/dt of the stages.
+    accelerations: [Y::Vector; STAGES],
+    /// Start of the last step.
+    start: StateOf<Y>,
+    /// End of the last step.
+    end: StateOf<Y>,
+    /// Step to try next, s; 0 until one is known.
+    step: Y::Scalar,
+    /// Error of the last accepted step, for the controller.
+    last_error: Y::Scalar,
+}
+
+impl<Y: System> Dopri5<Y> {
+    /// With storage for the system, a relative error of 1e-8 (1e-5 in `f32`) and an absolute one
+    /// of 1e-10 (1e-7).
+    pub fn new(system: &Y) -> Self {
+        let zero = Y::Scalar::ZERO;
+        let state = StateOf::<Y> { t: zero, q: system.vector(), u: system.vector() };
+        Self {
+            relative: tolerance(1e-8, 100.0),
+            absolute: tolerance(1e-10, 1.0),
+            max_step: Y::Scalar::from_f64(f64::INFINITY),
+            min_step: zero,
+            projection: Projection::EveryStep,
+            workspace: system.workspace(),
+            speeds: core::array::from_fn(|_| system.vector()),
+            accelerations: core::array::from_fn(|_| system.vector()),
+            start: state.clone(),
+            end: state,
+            step: zero,
+            last_error: Y::Scalar::from_f64(1e-4),
+        }
+    }
+
+    /// Advances to `t_end` (s) and shows the state after every step. An end that is not later
+    /// than the state changes nothing. Between calls the system's parameters and inputs and the
+    /// state may be changed freely.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::StepTooSmall`]; at the initial state those of
+    /// [`acceleration`](crate::acceleration()). The state is then the last good one.
+    /// [`Error::Time`] if the end is not finite.
+    pub fn run(
+        &mut self,
+        system: &Y,
+        state: &mut StateOf<Y>,
+        t_end: Y::Scalar,
+        mut observe: impl FnMut(&StateOf<Y>),
+    ) -> Result<(), Error> {
+        self.drive(system, state, t_end, |_, state| {
+            observe(state);
+            Ok(())
+        })
+    }
+
+    /// As [`run`](Self::run), but shows the state at the given ascending times (s), from the
+    /// continuous extension of order 4 and projected as steps are. Times outside the run are left
+    /// out.
+    ///
+    /// # Errors
+    ///
+    /// As [`run`](Self::run), and those of [`project`](crate::project) at a sample.
+    pub fn sample(
+        &mut self,
+        system: &Y,
+        state: &mut StateOf<Y>,
+        t_end: Y::Scalar,
+        times: impl IntoIterator<Item = Y::Scalar>,
+        mut observe: impl FnMut(&StateOf<Y>),
+    ) -> Result<(), Error> {
+        let begin = state.t;
+        let mut times = times.into_iter().skip_while(|&time| time < begin).peekable();
+        while times.next_if(|&time| time == begin).is_some() {
+            observe(state);
+        }
+        self.drive(system, state, t_end, |integrator, state| {
+            while let Some(time) = times.next_if(|&time| time <= state.t) {
+                if time == state.t {
+                    observe(state);
+                } else {
+                    observe(&integrator.between(system, time)?);
+                }
+            }
+            Ok(())
+        })
+    }
+
+    /// Steps to `t_end`.
+    fn drive(
+        &mut self,
+        system: &Y,
+        state: &mut StateOf<Y>,
+        t_end: Y::Scalar,
+        mut after: impl FnMut(&mut Self, &StateOf<Y>) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        if !(t_end - state.t).is_finite() {
+            return Err(Error::Time);
+        }
+        if t_end <= state.t {
+            return Ok(());
+        }
+        // What the last call left may belong to other parameters: evaluate anew.
+        self.end.clone_from(state);
+        self.speeds[STAGES - 1].clone_from(&state.u);
+        let (last, workspace) = (&mut self.accelerations[STAGES - 1], &mut self.workspace);
+        accelerate(system, state.t, &state.q, &state.u, workspace, last)?;
+        if !(self.step > Y::Scalar::ZERO) {
+            self.step = self.first_step();
+        }
+        while state.t < t_end {
+            self.accept(system, t_end)?;
+            state.clone_from(&self.end);
+            after(self, state)?;
+        }
+        Ok(())
+    }
+
+    /// One accepted step from `end`, after as many rejected ones as it takes.
+    fn accept(&mut self, system: &Y, t_end: Y::Scalar) -> Result<(), Error> {
+        self.start.clone_from(&self.end);
+        self.speeds.swap(0, STAGES - 1);
+        self.accelerations.swap(0, STAGES - 1);
+        let of = Y::Scalar::from_f64;
+        let t = self.start.t;
+        let least = self.min_step.max(of(4.0) * Y::Scalar::EPSILON * t.abs().max(t_end.abs()));
+        let mut rejected = false;
+        loop {
+            let wanted = self.step.min(self.max_step);
+            let left = t_end - t;
+            // A remainder a little longer than the step is taken whole, or it would leave a tiny
+            // step for the end.
+            let ends = wanted * of(1.01) >= left;
+            let step = if ends { left.min(self.max_step) } else { wanted };
+            let ends = ends && step == left;
+            if !(step > least) && !ends {
+                return Err(Error::StepTooSmall { t: t.to_f64() });
+            }
+            let error = self.attempt(system, step);
+            match error {
+                Ok(error) if error <= Y::Scalar::ONE => {
+                    let factor = self.growth(error, rejected);
+                    // A step cut short by the end says nothing against the longer one.
+                    let next = step * factor;
+                    self.step = if ends && !rejected { next.max(wanted) } else { next };
+                    self.last_error = error.max(of(1e-4));
+                    if ends {
+                        self.end.t = t_end;
+                    }
+                    return Ok(());
+                }
+                Ok(error) if error.is_finite() => {
+                    self.step = step * (of(0.9) * error.pow(of(-0.2))).max(of(0.2)).min(of(0.9));
+                }
+                // Values that are not finite, or a projection that leads nowhere.
+                _ => self.step = step * of(0.5),
+            }
+            if !(self.step > least) {
+                return Err(Error::StepTooSmall { t: t.to_f64() });
+            }
+            rejected = true;
+        }
+    }
+
+    /// How much longer the next step is: the PI controller of Hairer and Wanner.
+    fn growth(&self, error: Y::Scalar, rejected: bool) -> Y::Scalar {
+        let of = Y::Scalar::from_f64;
+        let most = if rejected { Y::Scalar::ONE } else { of(10.0) };
+        if error == Y::Scalar::ZERO {
+            return most;
+        }
+        let factor = of(0.9) * error.pow(of(-0.17)) * self.last_error.pow(of(0.04));
+        factor.max(of(0.2)).min(most)
+    }
+
+    /// From `start` to `end`; the error in units of what is allowed.
+    fn attempt(&mut self, system: &Y, step: Y::Scalar) -> Result<Y::Scalar, Error> {
+        let Self { workspace, speeds, accelerations, start, end, .. } = self;
+        for stage in 1..STAGES {
+            end.q.clone_from(&start.q);
+            end.u.clone_from(&start.u);
+            for (earlier, &a) in A[stage].iter().enumerate().take(stage) {
+                if a != 0.0 {
+                    let weight = step * Y::Scalar::from_f64(a);
+                    add_scaled(end.q.as_mut(), weight, speeds[earlier].as_ref());
+                    add_scaled(end.u.as_mut(), weight, accelerations[earlier].as_ref());
+                }
+            }
+            end.t = start.t + step * Y::Scalar::from_f64(C[stage]);
+            if stage == STAGES - 1 {
+                self.projection.apply(system, end.t, &mut end.q, &mut end.u, workspace)?;
+            }
+            speeds[stage].clone_from(&end.u);
+            accelerate(system, end.t, &end.q, &end.u, workspace, &mut accelerations[stage])?;
+        }
+        let q = self.squared_error(step, self.start.q.as_ref(), self.end.q.as_ref(), &self.speeds);
+        let accelerations = &self.accelerations;
+        let u = self.squared_error(step, self.start.u.as_ref(), self.end.u.as_ref(), accelerations);
+        let count = (2 * self.start.q.as_ref().len()).max(1);
+        Ok(((q + u) / Y::Scalar::from_f64(count as f64)).sqrt())
+    }
+
+    /// Sum of squares of the estimated errors, in units of what is allowed.
+    fn squared_error(
+        &self,
+        step: Y::Scalar,
+        start: &[Y::Scalar],
+        end: &[Y::Scalar],
+        rates: &[Y::Vector; STAGES],
+    ) -> Y::Scalar {
+        let mut sum = Y::Scalar::ZERO;
+        for (j, (&start, &end)) in start.iter().zip(end).enumerate() {
+            let allowed = self.absolute + self.relative * start.abs().max(end.abs());
+            let error = step * weighted(&ERROR, rates, j) / allowed;
+            sum += error * error;
+        }
+        sum
+    }
+
+    /// A first step by the sizes of state and derivative; the controller takes it from there.
+    fn first_step(&self) -> Y::Scalar {
+        let of = Y::Scalar::from_f64;
+        let last = STAGES - 1;
+        let (mut size, mut rate) = (Y::Scalar::ZERO, Y::Scalar::ZERO);
+        let parts = [
+            (self.end.q.as_ref(), self.speeds[last].as_ref()),
+            (self.end.u.as_ref(), self.accelerations[last].as_ref()),
+        ];
+        for (values, rates) in parts {
+            for (&value, &derivative) in values.iter().zip(rates) {
+                let allowed = self.absolute + self.relative * value.abs();
+                size = size.max(value.abs() / allowed);
+                rate = rate.max(derivative.abs() / allowed);
+            }
+        }
+        let small = of(1e-5);
+        if size > small && rate > small { of(0.01) * size / rate } else { of(1e-6) }
+    }
+
+    /// The state at a time within the last step.
+    fn between(&mut self, system: &Y, t: Y::Scalar) -> Result<StateOf<Y>, Error> {
+        let mut state = self.start.clone();
+        state.t = t;
+        let step = self.end.t - self.start.t;
+        let part = (t - self.start.t) / step;
+        extend(state.q.as_mut(), self.end.q.as_ref(), step, part, &self.speeds);
+        extend(state.u.as_mut(), self.end.u.as_ref(), step, part, &self.accelerations);
+        self.projection.apply(system, t, &mut state.q, &mut state.u, &mut self.workspace)?;
+        Ok(state)
+    }
+}
+
+/// Sum over the stages of weight times component `j`.
+fn weighted<S: Scalar, V: AsRef<[S]>>(weights: &[f64], rates: &[V], j: usize) -> S {
+    weights.iter().zip(rates).fold(S::ZERO, |sum, (&weight, rate)| match rate.as_ref().get(j) {
+        Some(&rate) if weight != 0.0 => sum + S::from_f64(weight) * rate,
+        _ => sum,
+    })
+}
+
+/// The continuous extension: `values` at the start of the step become those at `part` of it.
+fn extend<S: Scalar, V: AsRef<[S]>>(values: &mut [S], end: &[S], step: S, part: S, rates: &[V]) {
+    let rest = S::ONE - part;
+    for (j, (value, &end)) in values.iter_mut().zip(end).enumerate() {
+        let change = end - *value;
+        let component = |stage: usize| rates[stage].as_ref()[j];
+        let slope = step * component(0) - change;
+        let curve = change - step * component(STAGES - 1) - slope;
+        let quartic = step * weighted(&DENSE, rates, j);
+        *value += part * (change + rest * (slope + part * (curve + rest * quartic)));
+    }
+}

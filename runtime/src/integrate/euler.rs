@@ -1,0 +1,60 @@
+//! Semi-implicit (symplectic) Euler: u += a(q, u) dt, then q += u dt. Order 1.
+
+use super::{Projection, accelerate, fixed};
+use crate::linear::add_scaled;
+use crate::{Error, StateOf, System};
+
+/// Semi-implicit Euler of fixed step: one evaluation per step, bounded energy error.
+#[derive(Clone, Debug)]
+pub struct SemiImplicitEuler<Y: System> {
+    /// Whether each step ends on the closure.
+    pub projection: Projection,
+    workspace: Y::Workspace,
+    acceleration: Y::Vector,
+}
+
+impl<Y: System> SemiImplicitEuler<Y> {
+    /// With storage for the system.
+    pub fn new(system: &Y) -> Self {
+        Self {
+            projection: Projection::EveryStep,
+            workspace: system.workspace(),
+            acceleration: system.vector(),
+        }
+    }
+
+    /// Advances by `dt` (s); a step that leads to values that are not finite is cut into halves.
+    ///
+    /// # Errors
+    ///
+    /// Of [`acceleration`](crate::acceleration()) and [`project`](crate::project); the state is
+    /// then unchanged. [`Error::Time`] for a step that is not finite.
+    pub fn step(&mut self, system: &Y, state: &mut StateOf<Y>, dt: Y::Scalar) -> Result<(), Error> {
+        fixed::step::<Y>(state, dt, |state, dt| self.attempt(system, state, dt))
+    }
+
+    /// Advances to `t_end` (s) in equal steps of at most `dt` (s), and shows the state after each.
+    ///
+    /// # Errors
+    ///
+    /// As [`step`](Self::step); the state is then the last good one.
+    pub fn run(
+        &mut self,
+        system: &Y,
+        state: &mut StateOf<Y>,
+        t_end: Y::Scalar,
+        dt: Y::Scalar,
+        observe: impl FnMut(&StateOf<Y>),
+    ) -> Result<(), Error> {
+        fixed::run::<Y>(state, t_end, dt, |state, dt| self.step(system, state, dt), observe)
+    }
+
+    fn attempt(&mut self, system: &Y, state: &mut StateOf<Y>, dt: Y::Scalar) -> Result<(), Error> {
+        let (workspace, acceleration) = (&mut self.workspace, &mut self.acceleration);
+        accelerate(system, state.t, &state.q, &state.u, workspace, acceleration)?;
+        add_scaled(state.u.as_mut(), dt, acceleration.as_ref());
+        add_scaled(state.q.as_mut(), dt, state.u.as_ref());
+        state.t += dt;
+        self.projection.apply(system, state.t, &mut state.q, &mut state.u, workspace)
+    }
+}

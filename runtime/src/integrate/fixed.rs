@@ -1,0 +1,59 @@
+//! What integrators of fixed step have in common: a step that fails is cut into halves, a run
+//! ends exactly at its end.
+
+use crate::{Error, Scalar, StateOf, System};
+
+/// Pieces a step is cut into at most.
+const PIECES: u32 = 1 << 10;
+
+/// Advances `state` by `dt` (s), in as many equal pieces as it takes to keep every value finite.
+/// `attempt` advances by one piece, or fails and may leave its state anyhow.
+pub(super) fn step<Y: System>(
+    state: &mut StateOf<Y>,
+    dt: Y::Scalar,
+    mut attempt: impl FnMut(&mut StateOf<Y>, Y::Scalar) -> Result<(), Error>,
+) -> Result<(), Error> {
+    if !dt.is_finite() {
+        return Err(Error::Time);
+    }
+    let mut pieces = 1;
+    loop {
+        let mut trial = state.clone();
+        let piece = dt / Y::Scalar::from_f64(pieces.into());
+        match (0..pieces).try_for_each(|_| attempt(&mut trial, piece)) {
+            Ok(()) => {
+                trial.t = state.t + dt;
+                *state = trial;
+                return Ok(());
+            }
+            Err(error) if pieces == PIECES => return Err(error),
+            Err(_) => pieces *= 2,
+        }
+    }
+}
+
+/// Advances to `t_end` (s) in equal steps of at most `dt` (s).
+pub(super) fn run<Y: System>(
+    state: &mut StateOf<Y>,
+    t_end: Y::Scalar,
+    dt: Y::Scalar,
+    mut step: impl FnMut(&mut StateOf<Y>, Y::Scalar) -> Result<(), Error>,
+    mut observe: impl FnMut(&StateOf<Y>),
+) -> Result<(), Error> {
+    let start = state.t;
+    let duration = t_end - start;
+    if !(dt > Y::Scalar::ZERO) || !dt.is_finite() || !duration.is_finite() {
+        return Err(Error::Time);
+    }
+    // A quotient that is a whole number but for rounding is that number.
+    let quotient = (duration / dt).to_f64() * (1.0 - 4.0 * Y::Scalar::EPSILON.to_f64());
+    let steps = if quotient > 0.0 { quotient as u64 + 1 } else { 0 };
+    let length = duration / Y::Scalar::from_f64(steps as f64);
+    for i in 1..=steps {
+        step(state, length)?;
+        // From the count, not by adding up: a thousand steps of f32 lose digits.
+        state.t = if i == steps { t_end } else { start + Y::Scalar::from_f64(i as f64) * length };
+        observe(state);
+    }
+    Ok(())
+}

@@ -1,0 +1,92 @@
+//! The classical Runge-Kutta method of order 4 (W. Kutta, 1901).
+
+use super::{Projection, accelerate, fixed};
+use crate::linear::add_scaled;
+use crate::{Error, Scalar, StateOf, System};
+
+/// Runge-Kutta of order 4 and fixed step: four evaluations per step.
+#[derive(Clone, Debug)]
+pub struct Rk4<Y: System> {
+    /// Whether each step ends on the closure.
+    pub projection: Projection,
+    workspace: Y::Workspace,
+    acceleration: Y::Vector,
+    /// State of a stage.
+    q: Y::Vector,
+    u: Y::Vector,
+    /// Weighted sums of the stages' derivatives.
+    dq: Y::Vector,
+    du: Y::Vector,
+}
+
+impl<Y: System> Rk4<Y> {
+    /// With storage for the system.
+    pub fn new(system: &Y) -> Self {
+        Self {
+            projection: Projection::EveryStep,
+            workspace: system.workspace(),
+            acceleration: system.vector(),
+            q: system.vector(),
+            u: system.vector(),
+            dq: system.vector(),
+            du: system.vector(),
+        }
+    }
+
+    /// Advances by `dt` (s); a step that leads to values that are not finite is cut into halves.
+    ///
+    /// # Errors
+    ///
+    /// Of [`acceleration`](crate::acceleration()) and [`project`](crate::project); the state is
+    /// then unchanged. [`Error::Time`] for a step that is not finite.
+    pub fn step(&mut self, system: &Y, state: &mut StateOf<Y>, dt: Y::Scalar) -> Result<(), Error> {
+        fixed::step::<Y>(state, dt, |state, dt| self.attempt(system, state, dt))
+    }
+
+    /// Advances to `t_end` (s) in equal steps of at most `dt` (s), and shows the state after each.
+    ///
+    /// # Errors
+    ///
+    /// As [`step`](Self::step); the state is then the last good one.
+    pub fn run(
+        &mut self,
+        system: &Y,
+        state: &mut StateOf<Y>,
+        t_end: Y::Scalar,
+        dt: Y::Scalar,
+        observe: impl FnMut(&StateOf<Y>),
+    ) -> Result<(), Error> {
+        fixed::run::<Y>(state, t_end, dt, |state, dt| self.step(system, state, dt), observe)
+    }
+
+    fn attempt(&mut self, system: &Y, state: &mut StateOf<Y>, dt: Y::Scalar) -> Result<(), Error> {
+        // Where each stage lies in the step, and its weight.
+        const STAGES: [(f64, f64); 4] =
+            [(0.0, 1.0 / 6.0), (0.5, 1.0 / 3.0), (0.5, 1.0 / 3.0), (1.0, 1.0 / 6.0)];
+        self.dq.as_mut().fill(Y::Scalar::ZERO);
+        self.du.as_mut().fill(Y::Scalar::ZERO);
+        for (place, weight) in STAGES {
+            let ahead = Y::Scalar::from_f64(place) * dt;
+            // The stage's q first: it needs the previous stage's u.
+            advance(self.q.as_mut(), state.q.as_ref(), ahead, self.u.as_ref());
+            advance(self.u.as_mut(), state.u.as_ref(), ahead, self.acceleration.as_ref());
+            let (workspace, acceleration) = (&mut self.workspace, &mut self.acceleration);
+            accelerate(system, state.t + ahead, &self.q, &self.u, workspace, acceleration)?;
+            let weight = Y::Scalar::from_f64(weight) * dt;
+            add_scaled(self.dq.as_mut(), weight, self.u.as_ref());
+            add_scaled(self.du.as_mut(), weight, self.acceleration.as_ref());
+        }
+        add_scaled(state.q.as_mut(), Y::Scalar::ONE, self.dq.as_ref());
+        add_scaled(state.u.as_mut(), Y::Scalar::ONE, self.du.as_ref());
+        state.t += dt;
+        self.projection.apply(system, state.t, &mut state.q, &mut state.u, &mut self.workspace)
+    }
+}
+
+/// `out = from + dt rate`; `from` alone at dt = 0, when the rate may hold anything.
+fn advance<S: Scalar>(out: &mut [S], from: &[S], dt: S, rate: &[S]) {
+    out.copy_from_slice(from);
+    if dt != S::ZERO {
+        add_scaled(out, dt, rate);
+    }
+}

@@ -1,0 +1,45 @@
+//! Small dense linear algebra on slices. Matrices are row-major.
+
+mod cholesky;
+mod pseudoinverse;
+
+pub(crate) use cholesky::{backward, conditioning, factor, forward};
+pub(crate) use pseudoinverse::{Spectrum, combine, orthogonalise};
+
+use crate::Scalar;
+
+/// Scalar product of equally long slices.
+#[inline]
+pub(crate) fn dot<S: Scalar>(a: &[S], b: &[S]) -> S {
+    a.iter().zip(b).fold(S::ZERO, |sum, (&a, &b)| sum + a * b)
+}
+
+/// `y += factor x`.
+#[inline]
+pub(crate) fn add_scaled<S: Scalar>(y: &mut [S], factor: S, x: &[S]) {
+    for (y, &x) in y.iter_mut().zip(x) {
+        *y += factor * x;
+    }
+}
+
+/// Largest magnitude; NaN if any entry is.
+pub(crate) fn max_abs<S: Scalar>(values: &[S]) -> S {
+    values.iter().fold(S::ZERO, |largest, value| largest.max(value.abs()))
+}
+
+/// The larger of a constant and a multiple of the machine epsilon: a tolerance that suits `f64`
+/// as stated and is as wide as rounding makes necessary in `f32`.
+#[inline]
+pub(crate) fn tolerance<S: Scalar>(constant: f64, epsilons: f64) -> S {
+    S::from_f64(constant).max(S::from_f64(epsilons) * S::EPSILON)
+}
+
+/// A matrix of numbers in -1 .. 1 that look random and never change.
+#[cfg(test)]
+pub(crate) fn test_matrix(rows: usize, columns: usize, seed: u64) -> nalgebra::DMatrix<f64> {
+    let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
+    nalgebra::DMatrix::from_fn(rows, columns, |_, _| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963);
+        (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    })
+}
