@@ -159,7 +159,8 @@ impl<S: Scalar> Closure<'_, S> {
                 size = next?;
                 continue;
             }
-            // Stalled: near a singular state the direction that is missing lies below the cut.
+            // Stalled: near a singular state the direction that is missing lies below the cut of
+            // the acceleration. Position needs it: only what is rounding is dropped.
             if !matches!(next, Ok(next) if next <= size) {
                 q.copy_from_slice(previous);
             }
@@ -168,7 +169,7 @@ impl<S: Scalar> Closure<'_, S> {
                 break;
             }
             finer = false;
-            spectrum.cut = tolerance(1e-12, 8.0);
+            spectrum.cut = tolerance(1e-15, 8.0);
         }
         Ok(size)
     }
