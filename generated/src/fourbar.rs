@@ -21,6 +21,9 @@
 //   poses: 41 operations: 20 add, 18 mul, 0 div, 3 sin_cos, 0 other
 //   points: 16 operations: 6 add, 8 mul, 0 div, 2 sin_cos, 0 other
 //   energy: 78 operations: 26 add, 48 mul, 0 div, 4 sin_cos, 0 other
+//   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
+//   reactions: 226 operations: 110 add, 112 mul, 0 div, 4 sin_cos, 0 other
+//   tangent: 216 operations: 89 add, 123 mul, 0 div, 4 sin_cos, 0 other
 
 /// Coordinates: one angle per joint.
 pub const N: usize = 4;
@@ -105,6 +108,7 @@ impl<S: ::lamc_runtime::Scalar> ::core::default::Default for Fourbar<S> {
 #[allow(
     clippy::approx_constant,
     clippy::excessive_precision,
+    unused_mut,
     unused_variables,
     reason = "numbers of the drawing; not every function reads everything it is given"
 )]
@@ -112,6 +116,7 @@ impl<S: ::lamc_runtime::Scalar> ::core::default::Default for Fourbar<S> {
 impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
     type Scalar = S;
     type Vector = [S; N];
+    type Matrix = [S; N * N];
     type Workspace = [S; ::lamc_runtime::workspace_len(DIMENSIONS)];
     fn dimensions(&self) -> ::lamc_runtime::Dimensions {
         DIMENSIONS
@@ -119,6 +124,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
     fn vector(&self) -> Self::Vector {
         let c = S::from_f64;
         [c(0.0); N]
+    }
+    fn matrix(&self) -> Self::Matrix {
+        let c = S::from_f64;
+        [c(0.0); N * N]
     }
     fn workspace(&self) -> Self::Workspace {
         let c = S::from_f64;
@@ -629,6 +638,389 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
                                     + (potential_crank + potential_rocker)))))),
         }
     }
+    fn drives(&self, t: S, mut visit: impl FnMut(::lamc_runtime::Drive<S>)) {}
+    fn write_reactions(&self, at: ::lamc_runtime::Balance<'_, S>, out: &mut [S]) {
+        let c = S::from_f64;
+        let t = at.t;
+        let Some(q) = at.q.first_chunk::<N>() else { return };
+        let Some(u) = at.u.first_chunk::<N>() else { return };
+        let Some(a) = at.acceleration.first_chunk::<N>() else { return };
+        let Some(lambda) = at.multipliers.first_chunk::<C>() else { return };
+        let Some(reactions) = out.first_chunk_mut::<24>() else { return };
+        // crank
+        let (sin_crank_hinge, cos_crank_hinge) = S::sin_cos(q[0]);
+        // rocker
+        let (sin_rocker_hinge, cos_rocker_hinge) = S::sin_cos(q[1]);
+        // coupler
+        let (sin_coupler_crank, cos_coupler_crank) = S::sin_cos(q[2]);
+        // coupler_ghost0
+        let (sin_coupler_rocker, cos_coupler_rocker) = S::sin_cos(q[3]);
+        // coupler
+        let omega_coupler_x = u[0] + u[2];
+        let coupler_part = u[0] * u[0];
+        let coupler_part_2 = coupler_part * c(0.534813);
+        // coupler_ghost0
+        let omega_coupler_ghost0_x = u[1] + u[3];
+        let coupler_ghost0_part = u[1] * u[1];
+        let coupler_ghost0_part_2 = coupler_ghost0_part * c(0.5135738999999999);
+        // crank
+        let crank_part = sin_crank_hinge * c(9.81);
+        let crank_part_2 = cos_crank_hinge * c(9.81);
+        // rocker
+        let rocker_part = sin_rocker_hinge * c(9.81);
+        let rocker_part_2 = cos_rocker_hinge * c(9.81);
+        // coupler
+        let gravity_coupler_y = -sin_coupler_crank * crank_part_2
+            - cos_coupler_crank * crank_part;
+        let gravity_coupler_z = sin_coupler_crank * crank_part
+            - cos_coupler_crank * crank_part_2;
+        // coupler_ghost0
+        let gravity_coupler_ghost0_y = -sin_coupler_rocker * rocker_part_2
+            - cos_coupler_rocker * rocker_part;
+        let gravity_coupler_ghost0_z = sin_coupler_rocker * rocker_part
+            - cos_coupler_rocker * rocker_part_2;
+        // coupler
+        let alpha_moving_coupler_x = a[0] + a[2];
+        let a_moving_coupler_y = a[0] * (sin_coupler_crank * c(0.534813))
+            - cos_coupler_crank * coupler_part_2;
+        let a_moving_coupler_z = sin_coupler_crank * coupler_part_2
+            + a[0] * (cos_coupler_crank * c(0.534813));
+        // coupler_ghost0
+        let alpha_moving_coupler_ghost0_x = a[1] + a[3];
+        let a_moving_coupler_ghost0_y = a[1]
+            * (sin_coupler_rocker * c(0.5135738999999999))
+            - cos_coupler_rocker * coupler_ghost0_part_2;
+        let a_moving_coupler_ghost0_z = sin_coupler_rocker * coupler_ghost0_part_2
+            + a[1] * (cos_coupler_rocker * c(0.5135738999999999));
+        // coupler
+        let free_fall_coupler_y = gravity_coupler_y - a_moving_coupler_y;
+        let free_fall_coupler_z = gravity_coupler_z - a_moving_coupler_z;
+        // coupler_ghost0
+        let free_fall_coupler_ghost0_y = gravity_coupler_ghost0_y
+            - a_moving_coupler_ghost0_y;
+        let free_fall_coupler_ghost0_z = gravity_coupler_ghost0_z
+            - a_moving_coupler_ghost0_z;
+        let force_moving_coupler_ghost0_y = free_fall_coupler_ghost0_y
+            * c(2.67789314975e-4)
+            + omega_coupler_ghost0_x * omega_coupler_ghost0_x * c(9.272985481377836e-6);
+        let force_moving_coupler_ghost0_z = free_fall_coupler_ghost0_z
+            * c(2.67789314975e-4)
+            - alpha_moving_coupler_ghost0_x * c(9.272985481377836e-6);
+        let moment_moving_coupler_ghost0_x = free_fall_coupler_ghost0_z
+            * c(9.272985481377836e-6)
+            - alpha_moving_coupler_ghost0_x * c(1.8705126833160889e-6);
+        let moment_moving_coupler_ghost0_y = c(1.6864942993284786e-6)
+            * alpha_moving_coupler_ghost0_x
+            - free_fall_coupler_ghost0_z * c(7.69453703511471e-5);
+        let moment_moving_coupler_ghost0_z = omega_coupler_ghost0_x
+            * (omega_coupler_ghost0_x * c(1.6864942993284786e-6))
+            + free_fall_coupler_ghost0_y * c(7.69453703511471e-5);
+        let across_coupler_ghost0 = cos_coupler_rocker * force_moving_coupler_ghost0_y
+            - sin_coupler_rocker * force_moving_coupler_ghost0_z;
+        let force_above_coupler_ghost0_z = sin_coupler_rocker
+            * force_moving_coupler_ghost0_y
+            + cos_coupler_rocker * force_moving_coupler_ghost0_z;
+        let across_coupler_ghost0_2 = cos_coupler_rocker * moment_moving_coupler_ghost0_y
+            - sin_coupler_rocker * moment_moving_coupler_ghost0_z;
+        let moment_above_coupler_ghost0_x = moment_moving_coupler_ghost0_x
+            + c(0.5135738999999999) * force_above_coupler_ghost0_z;
+        let moment_above_coupler_ghost0_z = sin_coupler_rocker
+            * moment_moving_coupler_ghost0_y
+            + cos_coupler_rocker * moment_moving_coupler_ghost0_z;
+        // coupler
+        let force_moving_coupler_y = free_fall_coupler_y * c(2.67789314975e-4)
+            + omega_coupler_x * omega_coupler_x * c(4.3544099654316885e-5);
+        let force_moving_coupler_z = free_fall_coupler_z * c(2.67789314975e-4)
+            - alpha_moving_coupler_x * c(4.3544099654316885e-5);
+        let moment_moving_coupler_x = free_fall_coupler_z * c(4.3544099654316885e-5)
+            - alpha_moving_coupler_x * c(8.629932323103512e-6);
+        let moment_moving_coupler_y = c(6.477762980113233e-7) * alpha_moving_coupler_x
+            - free_fall_coupler_z * c(9.998041607397091e-6);
+        let moment_moving_coupler_z = omega_coupler_x
+            * (omega_coupler_x * c(6.477762980113233e-7))
+            + free_fall_coupler_y * c(9.998041607397091e-6);
+        let across_coupler = cos_coupler_crank * force_moving_coupler_y
+            - sin_coupler_crank * force_moving_coupler_z;
+        let force_above_coupler_z = sin_coupler_crank * force_moving_coupler_y
+            + cos_coupler_crank * force_moving_coupler_z;
+        let across_coupler_2 = cos_coupler_crank * moment_moving_coupler_y
+            - sin_coupler_crank * moment_moving_coupler_z;
+        let moment_above_coupler_x = moment_moving_coupler_x
+            + c(0.534813) * force_above_coupler_z;
+        let moment_above_coupler_z = sin_coupler_crank * moment_moving_coupler_y
+            + cos_coupler_crank * moment_moving_coupler_z;
+        // rocker
+        let force_moving_rocker_y = coupler_ghost0_part * c(1.63676778025815e-4)
+            + (across_coupler_ghost0 + sin_rocker_hinge * c(-6.252919996500001e-3));
+        let force_moving_rocker_z = force_above_coupler_ghost0_z
+            + (cos_rocker_hinge * c(-6.252919996500001e-3)
+                - a[1] * c(1.63676778025815e-4));
+        let moment_moving_rocker_x = moment_above_coupler_ghost0_x
+            + (cos_rocker_hinge * c(-1.6056691924332452e-3)
+                - a[1] * c(5.5954153788808836e-5));
+        let moment_moving_rocker_y = across_coupler_ghost0_2
+            + (c(2.037770976118056e-5) * a[1]
+                - cos_rocker_hinge * c(-7.784866636882511e-4));
+        let moment_moving_rocker_z = moment_above_coupler_ghost0_z
+            + (u[1] * (u[1] * c(2.037770976118056e-5))
+                + sin_rocker_hinge * c(-7.784866636882511e-4));
+        // crank
+        let force_moving_crank_y = coupler_part * c(1.7751658919535306e-4)
+            + (across_coupler + sin_crank_hinge * c(-6.512321461050003e-3));
+        let force_moving_crank_z = force_above_coupler_z
+            + (cos_crank_hinge * c(-6.512321461050003e-3)
+                - a[0] * c(1.7751658919535306e-4));
+        let moment_moving_crank_x = moment_above_coupler_x
+            + (cos_crank_hinge * c(-1.7414377400064135e-3)
+                - a[0] * c(6.319884794476544e-5));
+        let moment_moving_crank_y = across_coupler_2
+            + (c(2.2278278689040052e-5) * a[0]
+                - cos_crank_hinge * c(-8.172943896653371e-4));
+        let moment_moving_crank_z = moment_above_coupler_z
+            + (u[0] * (u[0] * c(2.2278278689040052e-5))
+                + sin_crank_hinge * c(-8.172943896653371e-4));
+        // coupler_ghost0
+        let force_closing_coupler_ghost0_z = lambda[1] + lambda[2];
+        let moment_closing_coupler_ghost0_x = lambda[2] * c(0.4151179883848717);
+        let across_coupler_ghost0_3 = cos_coupler_rocker * lambda[0]
+            - sin_coupler_rocker * force_closing_coupler_ghost0_z;
+        let force_above_coupler_ghost0_z_2 = sin_coupler_rocker * lambda[0]
+            + cos_coupler_rocker * force_closing_coupler_ghost0_z;
+        let moment_above_coupler_ghost0_x_2 = moment_closing_coupler_ghost0_x
+            + c(0.5135738999999999) * force_above_coupler_ghost0_z_2;
+        // coupler
+        let force_closing_coupler_z = -lambda[1] - lambda[2];
+        let moment_closing_coupler_x = -lambda[1] * c(0.12797789999999998)
+            - lambda[2] * c(0.5430958883848717);
+        let moment_closing_coupler_y = -lambda[1] * c(0.25) - lambda[2] * c(0.25);
+        let moment_closing_coupler_z = lambda[0] * c(0.25);
+        let across_coupler_3 = -sin_coupler_crank * force_closing_coupler_z
+            - cos_coupler_crank * lambda[0];
+        let force_above_coupler_z_2 = cos_coupler_crank * force_closing_coupler_z
+            - sin_coupler_crank * lambda[0];
+        let across_coupler_4 = cos_coupler_crank * moment_closing_coupler_y
+            - sin_coupler_crank * moment_closing_coupler_z;
+        let moment_above_coupler_x_2 = moment_closing_coupler_x
+            + c(0.534813) * force_above_coupler_z_2;
+        let moment_above_coupler_z_2 = sin_coupler_crank * moment_closing_coupler_y
+            + cos_coupler_crank * moment_closing_coupler_z;
+        reactions[0] = c(0.0);
+        reactions[1] = -(force_moving_crank_y + across_coupler_3);
+        reactions[2] = -(force_moving_crank_z + force_above_coupler_z_2);
+        reactions[3] = -(moment_moving_crank_x + moment_above_coupler_x_2);
+        reactions[4] = -(moment_moving_crank_y + across_coupler_4);
+        reactions[5] = -(moment_moving_crank_z + moment_above_coupler_z_2);
+        reactions[6] = c(0.0);
+        reactions[7] = -(force_moving_rocker_y + across_coupler_ghost0_3);
+        reactions[8] = -(force_moving_rocker_z + force_above_coupler_ghost0_z_2);
+        reactions[9] = -(moment_moving_rocker_x + moment_above_coupler_ghost0_x_2);
+        reactions[10] = -moment_moving_rocker_y;
+        reactions[11] = -moment_moving_rocker_z;
+        reactions[12] = c(0.0);
+        reactions[13] = -(force_moving_coupler_y - lambda[0]);
+        reactions[14] = -(force_moving_coupler_z + force_closing_coupler_z);
+        reactions[15] = -(moment_moving_coupler_x + moment_closing_coupler_x);
+        reactions[16] = -(moment_moving_coupler_y + moment_closing_coupler_y);
+        reactions[17] = -(moment_moving_coupler_z + moment_closing_coupler_z);
+        reactions[18] = c(0.0);
+        reactions[19] = -(force_moving_coupler_ghost0_y + lambda[0]);
+        reactions[20] = -(force_moving_coupler_ghost0_z
+            + force_closing_coupler_ghost0_z);
+        reactions[21] = -(moment_moving_coupler_ghost0_x
+            + moment_closing_coupler_ghost0_x);
+        reactions[22] = -moment_moving_coupler_ghost0_y;
+        reactions[23] = -moment_moving_coupler_ghost0_z;
+    }
+    fn write_tangent(
+        &self,
+        at: ::lamc_runtime::Balance<'_, S>,
+        change: ::lamc_runtime::Change<'_, S>,
+        forces: &mut [S],
+        closure: &mut [S],
+    ) {
+        let c = S::from_f64;
+        let t = at.t;
+        let Some(q) = at.q.first_chunk::<N>() else { return };
+        let Some(u) = at.u.first_chunk::<N>() else { return };
+        let Some(a) = at.acceleration.first_chunk::<N>() else { return };
+        let Some(lambda) = at.multipliers.first_chunk::<C>() else { return };
+        let dt = change.t;
+        let Some(dq) = change.q.first_chunk::<N>() else { return };
+        let Some(du) = change.u.first_chunk::<N>() else { return };
+        let Some(dp) = change.parameters.first_chunk::<0>() else { return };
+        let Some(di) = change.inputs.first_chunk::<0>() else { return };
+        let Some(forces) = forces.first_chunk_mut::<4>() else { return };
+        let Some(closure) = closure.first_chunk_mut::<3>() else { return };
+        // crank
+        let (sin_crank_hinge, cos_crank_hinge) = S::sin_cos(q[0]);
+        let d_sin_crank_hinge = dq[0] * cos_crank_hinge;
+        let crank_part = dq[0] * sin_crank_hinge;
+        // rocker
+        let (sin_rocker_hinge, cos_rocker_hinge) = S::sin_cos(q[1]);
+        let d_sin_rocker_hinge = dq[1] * cos_rocker_hinge;
+        let rocker_part = dq[1] * sin_rocker_hinge;
+        // coupler
+        let (sin_coupler_crank, cos_coupler_crank) = S::sin_cos(q[2]);
+        let d_sin_coupler_crank = dq[2] * cos_coupler_crank;
+        let coupler_part = dq[2] * sin_coupler_crank;
+        // coupler_ghost0
+        let (sin_coupler_rocker, cos_coupler_rocker) = S::sin_cos(q[3]);
+        let d_sin_coupler_rocker = dq[3] * cos_coupler_rocker;
+        let coupler_ghost0_part = dq[3] * sin_coupler_rocker;
+        // coupler
+        let omega_coupler_x = u[0] + u[2];
+        let d_omega_coupler_x = du[0] + du[2];
+        let coupler_part_2 = u[0] * du[0];
+        let coupler_part_3 = u[0] * u[0] * c(0.534813);
+        let coupler_part_4 = (coupler_part_2 + coupler_part_2) * c(0.534813);
+        // coupler_ghost0
+        let omega_coupler_ghost0_x = u[1] + u[3];
+        let d_omega_coupler_ghost0_x = du[1] + du[3];
+        let coupler_ghost0_part_2 = u[1] * du[1];
+        let coupler_ghost0_part_3 = u[1] * u[1] * c(0.5135738999999999);
+        let coupler_ghost0_part_4 = (coupler_ghost0_part_2 + coupler_ghost0_part_2)
+            * c(0.5135738999999999);
+        // crank
+        let crank_part_2 = sin_crank_hinge * c(9.81);
+        let crank_part_3 = d_sin_crank_hinge * c(9.81);
+        let crank_part_4 = cos_crank_hinge * c(9.81);
+        let crank_part_5 = crank_part * c(-9.81);
+        // rocker
+        let rocker_part_2 = sin_rocker_hinge * c(9.81);
+        let rocker_part_3 = d_sin_rocker_hinge * c(9.81);
+        let rocker_part_4 = cos_rocker_hinge * c(9.81);
+        let rocker_part_5 = rocker_part * c(-9.81);
+        // coupler
+        let gravity_coupler_y = -sin_coupler_crank * crank_part_4
+            - cos_coupler_crank * crank_part_2;
+        let d_gravity_coupler_y = -d_sin_coupler_crank * crank_part_4
+            - sin_coupler_crank * crank_part_5
+            + (coupler_part * crank_part_2 - cos_coupler_crank * crank_part_3);
+        let gravity_coupler_z = sin_coupler_crank * crank_part_2
+            - cos_coupler_crank * crank_part_4;
+        let d_gravity_coupler_z = coupler_part * crank_part_4
+            - cos_coupler_crank * crank_part_5
+            - (-d_sin_coupler_crank * crank_part_2 - sin_coupler_crank * crank_part_3);
+        // coupler_ghost0
+        let gravity_coupler_ghost0_y = -sin_coupler_rocker * rocker_part_4
+            - cos_coupler_rocker * rocker_part_2;
+        let d_gravity_coupler_ghost0_y = -d_sin_coupler_rocker * rocker_part_4
+            - sin_coupler_rocker * rocker_part_5
+            + (coupler_ghost0_part * rocker_part_2 - cos_coupler_rocker * rocker_part_3);
+        let gravity_coupler_ghost0_z = sin_coupler_rocker * rocker_part_2
+            - cos_coupler_rocker * rocker_part_4;
+        let d_gravity_coupler_ghost0_z = coupler_ghost0_part * rocker_part_4
+            - cos_coupler_rocker * rocker_part_5
+            - (-d_sin_coupler_rocker * rocker_part_2
+                - sin_coupler_rocker * rocker_part_3);
+        // coupler
+        let alpha_moving_coupler_x = a[0] + a[2];
+        let a_moving_coupler_y = a[0] * (sin_coupler_crank * c(0.534813))
+            - cos_coupler_crank * coupler_part_3;
+        let d_a_moving_coupler_y = a[0] * (d_sin_coupler_crank * c(0.534813))
+            + (coupler_part * coupler_part_3 - cos_coupler_crank * coupler_part_4);
+        let a_moving_coupler_z = sin_coupler_crank * coupler_part_3
+            + a[0] * (cos_coupler_crank * c(0.534813));
+        let d_a_moving_coupler_z = a[0] * (coupler_part * c(-0.534813))
+            - (-d_sin_coupler_crank * coupler_part_3
+                - sin_coupler_crank * coupler_part_4);
+        // coupler_ghost0
+        let alpha_moving_coupler_ghost0_x = a[1] + a[3];
+        let a_moving_coupler_ghost0_y = a[1]
+            * (sin_coupler_rocker * c(0.5135738999999999))
+            - cos_coupler_rocker * coupler_ghost0_part_3;
+        let d_a_moving_coupler_ghost0_y = a[1]
+            * (d_sin_coupler_rocker * c(0.5135738999999999))
+            + (coupler_ghost0_part * coupler_ghost0_part_3
+                - cos_coupler_rocker * coupler_ghost0_part_4);
+        let a_moving_coupler_ghost0_z = sin_coupler_rocker * coupler_ghost0_part_3
+            + a[1] * (cos_coupler_rocker * c(0.5135738999999999));
+        let d_a_moving_coupler_ghost0_z = a[1]
+            * (coupler_ghost0_part * c(-0.5135738999999999))
+            - (-d_sin_coupler_rocker * coupler_ghost0_part_3
+                - sin_coupler_rocker * coupler_ghost0_part_4);
+        // coupler
+        let free_fall_coupler_y = gravity_coupler_y - a_moving_coupler_y;
+        let d_free_fall_coupler_y = d_gravity_coupler_y - d_a_moving_coupler_y;
+        let free_fall_coupler_z = gravity_coupler_z - a_moving_coupler_z;
+        let d_free_fall_coupler_z = d_gravity_coupler_z - d_a_moving_coupler_z;
+        // coupler_ghost0
+        let free_fall_coupler_ghost0_y = gravity_coupler_ghost0_y
+            - a_moving_coupler_ghost0_y;
+        let d_free_fall_coupler_ghost0_y = d_gravity_coupler_ghost0_y
+            - d_a_moving_coupler_ghost0_y;
+        let free_fall_coupler_ghost0_z = gravity_coupler_ghost0_z
+            - a_moving_coupler_ghost0_z;
+        let d_free_fall_coupler_ghost0_z = d_gravity_coupler_ghost0_z
+            - d_a_moving_coupler_ghost0_z;
+        let coupler_ghost0_part_5 = omega_coupler_ghost0_x * d_omega_coupler_ghost0_x;
+        let force_moving_coupler_ghost0_y = free_fall_coupler_ghost0_y
+            * c(2.67789314975e-4)
+            + omega_coupler_ghost0_x * omega_coupler_ghost0_x * c(9.272985481377836e-6);
+        let d_force_moving_coupler_ghost0_y = d_free_fall_coupler_ghost0_y
+            * c(2.67789314975e-4)
+            + (coupler_ghost0_part_5 + coupler_ghost0_part_5) * c(9.272985481377836e-6);
+        let d_force_moving_coupler_ghost0_z = d_free_fall_coupler_ghost0_z
+            * c(2.67789314975e-4);
+        let force_moving_coupler_ghost0_z = free_fall_coupler_ghost0_z
+            * c(2.67789314975e-4)
+            - alpha_moving_coupler_ghost0_x * c(9.272985481377836e-6);
+        let d_moment_moving_coupler_ghost0_x = d_free_fall_coupler_ghost0_z
+            * c(9.272985481377836e-6);
+        let d_force_above_coupler_ghost0_z = d_sin_coupler_rocker
+            * force_moving_coupler_ghost0_y
+            + sin_coupler_rocker * d_force_moving_coupler_ghost0_y
+            + (cos_coupler_rocker * d_force_moving_coupler_ghost0_z
+                - coupler_ghost0_part * force_moving_coupler_ghost0_z);
+        let d_moment_above_coupler_ghost0_x = d_moment_moving_coupler_ghost0_x
+            + c(0.5135738999999999) * d_force_above_coupler_ghost0_z;
+        // coupler
+        let coupler_part_5 = omega_coupler_x * d_omega_coupler_x;
+        let coupler_part_6 = coupler_part_5 + coupler_part_5;
+        let force_moving_coupler_y = free_fall_coupler_y * c(2.67789314975e-4)
+            + omega_coupler_x * omega_coupler_x * c(4.3544099654316885e-5);
+        let d_force_moving_coupler_y = d_free_fall_coupler_y * c(2.67789314975e-4)
+            + coupler_part_6 * c(4.3544099654316885e-5);
+        let d_force_moving_coupler_z = d_free_fall_coupler_z * c(2.67789314975e-4);
+        let force_moving_coupler_z = free_fall_coupler_z * c(2.67789314975e-4)
+            - alpha_moving_coupler_x * c(4.3544099654316885e-5);
+        let d_moment_moving_coupler_x = d_free_fall_coupler_z * c(4.3544099654316885e-5);
+        let d_force_above_coupler_z = d_sin_coupler_crank * force_moving_coupler_y
+            + sin_coupler_crank * d_force_moving_coupler_y
+            + (cos_coupler_crank * d_force_moving_coupler_z
+                - coupler_part * force_moving_coupler_z);
+        let d_moment_above_coupler_x = d_moment_moving_coupler_x
+            + c(0.534813) * d_force_above_coupler_z;
+        // rocker
+        let d_moment_moving_rocker_x = d_moment_above_coupler_ghost0_x
+            + rocker_part * c(1.6056691924332452e-3);
+        // crank
+        let d_moment_moving_crank_x = d_moment_above_coupler_x
+            + crank_part * c(1.7414377400064135e-3);
+        // coupler_ghost0
+        let force_closing_coupler_ghost0_z = lambda[1] + lambda[2];
+        let d_force_above_coupler_ghost0_z_2 = d_sin_coupler_rocker * lambda[0]
+            - coupler_ghost0_part * force_closing_coupler_ghost0_z;
+        let d_moment_above_coupler_ghost0_x_2 = c(0.5135738999999999)
+            * d_force_above_coupler_ghost0_z_2;
+        // coupler
+        let force_closing_coupler_z = -lambda[1] - lambda[2];
+        let d_force_above_coupler_z_2 = -coupler_part * force_closing_coupler_z
+            - d_sin_coupler_crank * lambda[0];
+        let d_moment_above_coupler_x_2 = c(0.534813) * d_force_above_coupler_z_2;
+        // the whole mechanism
+        let part = d_a_moving_coupler_ghost0_z - d_a_moving_coupler_z;
+        forces[0] = d_moment_above_coupler_x_2
+            + (d_moment_moving_crank_x - dq[0] * c(10.0) - du[0] * c(0.1));
+        forces[1] = d_moment_above_coupler_ghost0_x_2
+            + (d_moment_moving_rocker_x - dq[1] * c(10.0) - du[1] * c(0.1));
+        forces[2] = d_moment_moving_coupler_x - dq[2] * c(10.0) - du[2] * c(0.1);
+        forces[3] = d_moment_moving_coupler_ghost0_x - dq[3] * c(10.0) - du[3] * c(0.1);
+        closure[0] = d_a_moving_coupler_ghost0_y
+            - (d_a_moving_coupler_y - coupler_part_6 * c(0.12797789999999998));
+        closure[1] = part;
+        closure[2] = part;
+    }
 }
 
 const DIMENSIONS: ::lamc_runtime::Dimensions = ::lamc_runtime::Dimensions {
@@ -637,6 +1029,9 @@ const DIMENSIONS: ::lamc_runtime::Dimensions = ::lamc_runtime::Dimensions {
     loops: 1,
     bodies: 4,
     points: 1,
+    drives: 0,
+    parameters: 0,
+    inputs: 0,
 };
 
 impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism<S, N, C> for Fourbar<S> {

@@ -17,6 +17,9 @@
 //   poses: 10 operations: 5 add, 4 mul, 0 div, 1 sin_cos, 0 other
 //   points: 6 operations: 3 add, 2 mul, 0 div, 1 sin_cos, 0 other
 //   energy: 9 operations: 2 add, 6 mul, 0 div, 1 sin_cos, 0 other
+//   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
+//   reactions: 25 operations: 12 add, 12 mul, 0 div, 1 sin_cos, 0 other
+//   tangent: 8 operations: 3 add, 4 mul, 0 div, 1 sin_cos, 0 other
 
 /// Coordinates: one angle per joint.
 pub const N: usize = 1;
@@ -93,6 +96,7 @@ impl<S: ::lamc_runtime::Scalar> ::core::default::Default for Pendulum<S> {
 #[allow(
     clippy::approx_constant,
     clippy::excessive_precision,
+    unused_mut,
     unused_variables,
     reason = "numbers of the drawing; not every function reads everything it is given"
 )]
@@ -100,6 +104,7 @@ impl<S: ::lamc_runtime::Scalar> ::core::default::Default for Pendulum<S> {
 impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
     type Scalar = S;
     type Vector = [S; N];
+    type Matrix = [S; N * N];
     type Workspace = [S; ::lamc_runtime::workspace_len(DIMENSIONS)];
     fn dimensions(&self) -> ::lamc_runtime::Dimensions {
         DIMENSIONS
@@ -107,6 +112,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
     fn vector(&self) -> Self::Vector {
         let c = S::from_f64;
         [c(0.0); N]
+    }
+    fn matrix(&self) -> Self::Matrix {
+        let c = S::from_f64;
+        [c(0.0); N * N]
     }
     fn workspace(&self) -> Self::Workspace {
         let c = S::from_f64;
@@ -215,6 +224,58 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
             potential: potential_arm + spring_hinge,
         }
     }
+    fn drives(&self, t: S, mut visit: impl FnMut(::lamc_runtime::Drive<S>)) {}
+    fn write_reactions(&self, at: ::lamc_runtime::Balance<'_, S>, out: &mut [S]) {
+        let c = S::from_f64;
+        let t = at.t;
+        let Some(q) = at.q.first_chunk::<N>() else { return };
+        let Some(u) = at.u.first_chunk::<N>() else { return };
+        let Some(a) = at.acceleration.first_chunk::<N>() else { return };
+        let Some(lambda) = at.multipliers.first_chunk::<C>() else { return };
+        let Some(reactions) = out.first_chunk_mut::<6>() else { return };
+        // arm
+        let (sin_hinge, cos_hinge) = S::sin_cos(q[0]);
+        let spin_arm_y = u[0] * c(4.531021650040903e-5);
+        let force_arm_y = sin_hinge * c(-0.34228880128799993)
+            - u[0] * u[0] * c(1.81241590968e-3);
+        let moment_arm_z = sin_hinge * c(-8.557185803319869e-3) - u[0] * spin_arm_y;
+        let force_moving_arm_z = cos_hinge * c(-0.34228880128799993)
+            + c(1.81241590968e-3) * a[0];
+        let moment_moving_arm_x = -cos_hinge * c(-0.0177798000739608)
+            - a[0] * c(1.2282610013696912e-4);
+        let moment_moving_arm_y = -cos_hinge * c(-8.557185803319869e-3)
+            - c(4.531021650040903e-5) * a[0];
+        reactions[0] = c(0.0);
+        reactions[1] = -force_arm_y;
+        reactions[2] = -force_moving_arm_z;
+        reactions[3] = -moment_moving_arm_x;
+        reactions[4] = -moment_moving_arm_y;
+        reactions[5] = -moment_arm_z;
+    }
+    fn write_tangent(
+        &self,
+        at: ::lamc_runtime::Balance<'_, S>,
+        change: ::lamc_runtime::Change<'_, S>,
+        forces: &mut [S],
+        closure: &mut [S],
+    ) {
+        let c = S::from_f64;
+        let t = at.t;
+        let Some(q) = at.q.first_chunk::<N>() else { return };
+        let Some(u) = at.u.first_chunk::<N>() else { return };
+        let Some(a) = at.acceleration.first_chunk::<N>() else { return };
+        let Some(lambda) = at.multipliers.first_chunk::<C>() else { return };
+        let dt = change.t;
+        let Some(dq) = change.q.first_chunk::<N>() else { return };
+        let Some(du) = change.u.first_chunk::<N>() else { return };
+        let Some(dp) = change.parameters.first_chunk::<0>() else { return };
+        let Some(di) = change.inputs.first_chunk::<0>() else { return };
+        let Some(forces) = forces.first_chunk_mut::<1>() else { return };
+        // arm
+        let arm_part = S::sin_cos(q[0]).0;
+        let d_moment_moving_arm_x = -dq[0] * arm_part * c(0.0177798000739608);
+        forces[0] = d_moment_moving_arm_x - dq[0] * c(7.6e-3) - du[0] * c(2.5e-5);
+    }
 }
 
 const DIMENSIONS: ::lamc_runtime::Dimensions = ::lamc_runtime::Dimensions {
@@ -223,6 +284,9 @@ const DIMENSIONS: ::lamc_runtime::Dimensions = ::lamc_runtime::Dimensions {
     loops: 0,
     bodies: 2,
     points: 1,
+    drives: 0,
+    parameters: 0,
+    inputs: 0,
 };
 
 impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism<S, N, C> for Pendulum<S> {

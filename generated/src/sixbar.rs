@@ -23,6 +23,9 @@
 //   poses: 210 operations: 94 add, 111 mul, 0 div, 5 sin_cos, 0 other
 //   points: 64 operations: 26 add, 35 mul, 0 div, 3 sin_cos, 0 other
 //   energy: 184 operations: 65 add, 113 mul, 0 div, 6 sin_cos, 0 other
+//   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
+//   reactions: 724 operations: 330 add, 388 mul, 0 div, 6 sin_cos, 0 other
+//   tangent: 924 operations: 382 add, 536 mul, 0 div, 6 sin_cos, 0 other
 
 /// Coordinates: one angle per joint.
 pub const N: usize = 6;
@@ -118,6 +121,7 @@ impl<S: ::lamc_runtime::Scalar> ::core::default::Default for Sixbar<S> {
 #[allow(
     clippy::approx_constant,
     clippy::excessive_precision,
+    unused_mut,
     unused_variables,
     reason = "numbers of the drawing; not every function reads everything it is given"
 )]
@@ -125,6 +129,7 @@ impl<S: ::lamc_runtime::Scalar> ::core::default::Default for Sixbar<S> {
 impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
     type Scalar = S;
     type Vector = [S; N];
+    type Matrix = [S; N * N];
     type Workspace = [S; ::lamc_runtime::workspace_len(DIMENSIONS)];
     fn dimensions(&self) -> ::lamc_runtime::Dimensions {
         DIMENSIONS
@@ -132,6 +137,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
     fn vector(&self) -> Self::Vector {
         let c = S::from_f64;
         [c(0.0); N]
+    }
+    fn matrix(&self) -> Self::Matrix {
+        let c = S::from_f64;
+        [c(0.0); N * N]
     }
     fn workspace(&self) -> Self::Workspace {
         let c = S::from_f64;
@@ -1312,6 +1321,1116 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             potential: part,
         }
     }
+    fn drives(&self, t: S, mut visit: impl FnMut(::lamc_runtime::Drive<S>)) {}
+    fn write_reactions(&self, at: ::lamc_runtime::Balance<'_, S>, out: &mut [S]) {
+        let c = S::from_f64;
+        let t = at.t;
+        let Some(q) = at.q.first_chunk::<N>() else { return };
+        let Some(u) = at.u.first_chunk::<N>() else { return };
+        let Some(a) = at.acceleration.first_chunk::<N>() else { return };
+        let Some(lambda) = at.multipliers.first_chunk::<C>() else { return };
+        let Some(reactions) = out.first_chunk_mut::<36>() else { return };
+        // east
+        let (sin_ground_east, cos_ground_east) = S::sin_cos(q[4]);
+        // west
+        let (sin_ground_west, cos_ground_west) = S::sin_cos(q[5]);
+        // south_east
+        let (sin_south_east_east, cos_south_east_east) = S::sin_cos(q[3]);
+        // south_west
+        let (sin_west_south_west, cos_west_south_west) = S::sin_cos(q[2]);
+        // south
+        let (sin_south_south_east, cos_south_south_east) = S::sin_cos(q[1]);
+        // south_ghost0
+        let (sin_south_west_south, cos_south_west_south) = S::sin_cos(q[0]);
+        // south_east
+        let across_south_east = u[4] * c(0.7071067811865475);
+        let carried_south_east_y = cos_south_east_east * across_south_east;
+        let south_east_part = sin_south_east_east * across_south_east;
+        let omega_south_east_x = across_south_east + u[3];
+        // south_west
+        let south_west_part = u[5] * c(0.8660257562110547);
+        let carried_south_west_x = u[5] * c(0.4999993895786978);
+        let south_west_part_2 = cos_west_south_west * south_west_part;
+        let south_west_part_3 = sin_west_south_west * south_west_part;
+        let omega_south_west_x = carried_south_west_x + u[2];
+        // south
+        let across_south = carried_south_east_y * c(0.4999998655490338)
+            + omega_south_east_x * c(0.8660254814097262);
+        let carried_south_x = omega_south_east_x * c(0.4999998655490338)
+            - carried_south_east_y * c(0.8660254814097262);
+        let carried_south_y = cos_south_south_east * across_south
+            - sin_south_south_east * south_east_part;
+        let carried_south_z = -cos_south_south_east * south_east_part
+            - sin_south_south_east * across_south;
+        let omega_south_x = carried_south_x + u[1];
+        // south_ghost0
+        let across_south_ghost0 = south_west_part_2 * c(-0.7071071698144961)
+            - omega_south_west_x * c(0.7071063925583853);
+        let carried_south_ghost0_x = south_west_part_2 * c(-0.7071063925583853)
+            + omega_south_west_x * c(0.7071071698144961);
+        let carried_south_ghost0_y = sin_south_west_south * south_west_part_3
+            + cos_south_west_south * across_south_ghost0;
+        let carried_south_ghost0_z = cos_south_west_south * south_west_part_3
+            - sin_south_west_south * across_south_ghost0;
+        let omega_south_ghost0_x = carried_south_ghost0_x + u[0];
+        // east
+        let east_part = cos_ground_east * c(9.81);
+        let spin_east_y = u[4] * c(4.888494966109656e-6);
+        // west
+        let west_part = cos_ground_west * c(9.81);
+        // south_east
+        let across_south_east_2 = sin_ground_east * c(-6.936717523440031);
+        let gravity_south_east_y = cos_south_east_east * across_south_east_2
+            - sin_south_east_east * east_part;
+        let gravity_south_east_z = -cos_south_east_east * east_part
+            - sin_south_east_east * across_south_east_2;
+        let spin_south_east_x = carried_south_east_y * c(7.2072789294646456e-6)
+            + omega_south_east_x * c(6.528386880865056e-6);
+        let spin_south_east_y = carried_south_east_y * c(1.2623937521576776e-5)
+            + omega_south_east_x * c(7.2072789294646456e-6);
+        let spin_south_east_z = south_east_part * c(-1.9085552925721835e-5);
+        // south_west
+        let across_south_west = sin_ground_west * c(-4.904994011767025);
+        let gravity_south_west_y = cos_west_south_west * across_south_west
+            - sin_west_south_west * west_part;
+        let gravity_south_west_z = -cos_west_south_west * west_part
+            - sin_west_south_west * across_south_west;
+        let spin_south_west_x = omega_south_west_x * c(3.5009112434957244e-6)
+            - south_west_part_2 * c(-5.7748035664558305e-6);
+        let spin_south_west_y = south_west_part_2 * c(-1.3277584214115283e-5)
+            - omega_south_west_x * c(5.7748035664558305e-6);
+        let spin_south_west_z = south_west_part_3 * c(1.672491735517822e-5);
+        // south
+        let across_south_2 = c(0.4999998655490338) * gravity_south_east_y
+            + sin_ground_east * c(6.007374132640437);
+        let gravity_south_x = sin_ground_east * c(3.468357829071642)
+            - c(0.8660254814097262) * gravity_south_east_y;
+        let gravity_south_y = sin_south_south_east * gravity_south_east_z
+            + cos_south_south_east * across_south_2;
+        let gravity_south_z = cos_south_south_east * gravity_south_east_z
+            - sin_south_south_east * across_south_2;
+        let spin_south_x = carried_south_y * c(6.64555505684884e-6)
+            + omega_south_x * c(5.589035390741692e-6);
+        let spin_south_y = carried_south_y * c(1.3262745496786403e-5)
+            + omega_south_x * c(6.64555505684884e-6);
+        let spin_south_z = carried_south_z * c(1.880432772214127e-5);
+        // south_ghost0
+        let across_south_ghost0_2 = c(0.7071071698144961) * gravity_south_west_y
+            - sin_ground_west * c(-6.007372737186426);
+        let gravity_south_ghost0_x = sin_ground_west * c(-6.007379340531013)
+            + c(0.7071063925583853) * gravity_south_west_y;
+        let gravity_south_ghost0_y = sin_south_west_south * gravity_south_west_z
+            + cos_south_west_south * across_south_ghost0_2;
+        let gravity_south_ghost0_z = cos_south_west_south * gravity_south_west_z
+            - sin_south_west_south * across_south_ghost0_2;
+        let spin_south_ghost0_x = omega_south_ghost0_x * c(5.589094341868576e-6)
+            - carried_south_ghost0_y * c(6.645589092322223e-6);
+        let spin_south_ghost0_y = carried_south_ghost0_y * c(1.3262686545659515e-5)
+            - omega_south_ghost0_x * c(6.645589092322223e-6);
+        let spin_south_ghost0_z = carried_south_ghost0_z * c(1.880432772214127e-5);
+        // south_east
+        let across_south_east_3 = c(0.7071067811865475) * a[4];
+        let alpha_moving_south_east_x = across_south_east_3 + a[3];
+        let alpha_moving_south_east_y = cos_south_east_east * across_south_east_3
+            - south_east_part * u[3];
+        let alpha_moving_south_east_z = -carried_south_east_y * u[3]
+            - sin_south_east_east * across_south_east_3;
+        // south_west
+        let south_west_part_4 = c(0.8660257562110547) * a[5];
+        let alpha_moving_south_west_x = c(0.4999993895786978) * a[5] + a[2];
+        let alpha_moving_south_west_y = south_west_part_3 * u[2]
+            - cos_west_south_west * south_west_part_4;
+        let alpha_moving_south_west_z = south_west_part_2 * u[2]
+            + sin_west_south_west * south_west_part_4;
+        // south
+        let across_south_3 = c(0.4999998655490338) * alpha_moving_south_east_y
+            + c(0.8660254814097262) * alpha_moving_south_east_x;
+        let alpha_moving_south_x = a[1]
+            + (c(0.4999998655490338) * alpha_moving_south_east_x
+                - c(0.8660254814097262) * alpha_moving_south_east_y);
+        let alpha_moving_south_y = cos_south_south_east * across_south_3
+            + (carried_south_z * u[1]
+                + sin_south_south_east * alpha_moving_south_east_z);
+        let alpha_moving_south_z = cos_south_south_east * alpha_moving_south_east_z
+            - carried_south_y * u[1] - sin_south_south_east * across_south_3;
+        // south_ghost0
+        let across_south_ghost0_3 = c(0.7071071698144961) * alpha_moving_south_west_y
+            - c(0.7071063925583853) * alpha_moving_south_west_x;
+        let alpha_moving_south_ghost0_x = a[0]
+            + (c(0.7071071698144961) * alpha_moving_south_west_x
+                + c(0.7071063925583853) * alpha_moving_south_west_y);
+        let alpha_moving_south_ghost0_y = cos_south_west_south * across_south_ghost0_3
+            + (carried_south_ghost0_z * u[0]
+                + sin_south_west_south * alpha_moving_south_west_z);
+        let alpha_moving_south_ghost0_z = cos_south_west_south
+            * alpha_moving_south_west_z - carried_south_ghost0_y * u[0]
+            - sin_south_west_south * across_south_ghost0_3;
+        let south_ghost0_part = omega_south_ghost0_x * c(1.7025149681007906e-4)
+            - carried_south_ghost0_y * c(2.948828340031111e-4);
+        let south_ghost0_part_2 = carried_south_ghost0_z * carried_south_ghost0_z;
+        let force_moving_south_ghost0_x = gravity_south_ghost0_x
+            * c(7.559640658759916e-3)
+            - (carried_south_ghost0_y * south_ghost0_part
+                - alpha_moving_south_ghost0_z * c(1.7025149681007906e-4)
+                - c(2.948828340031111e-4) * south_ghost0_part_2);
+        let force_moving_south_ghost0_y = gravity_south_ghost0_y
+            * c(7.559640658759916e-3)
+            - (alpha_moving_south_ghost0_z * c(2.948828340031111e-4)
+                - omega_south_ghost0_x * south_ghost0_part
+                - c(1.7025149681007906e-4) * south_ghost0_part_2);
+        let force_moving_south_ghost0_z = gravity_south_ghost0_z
+            * c(7.559640658759916e-3)
+            - (alpha_moving_south_ghost0_x * c(1.7025149681007906e-4)
+                + (carried_south_ghost0_z
+                    * (carried_south_ghost0_y * c(1.7025149681007906e-4))
+                    + omega_south_ghost0_x
+                        * (carried_south_ghost0_z * c(2.948828340031111e-4))
+                    - alpha_moving_south_ghost0_y * c(2.948828340031111e-4)));
+        let moment_moving_south_ghost0_x = gravity_south_ghost0_z
+            * c(1.7025149681007906e-4)
+            - (c(5.589094341868576e-6) * alpha_moving_south_ghost0_x
+                + (carried_south_ghost0_y * spin_south_ghost0_z
+                    - carried_south_ghost0_z * spin_south_ghost0_y)
+                - c(6.645589092322223e-6) * alpha_moving_south_ghost0_y);
+        let moment_moving_south_ghost0_y = -gravity_south_ghost0_z
+            * c(2.948828340031111e-4)
+            - (c(1.3262686545659515e-5) * alpha_moving_south_ghost0_y
+                + (carried_south_ghost0_z * spin_south_ghost0_x
+                    - omega_south_ghost0_x * spin_south_ghost0_z
+                    - c(6.645589092322223e-6) * alpha_moving_south_ghost0_x));
+        let moment_moving_south_ghost0_z = gravity_south_ghost0_y
+            * c(2.948828340031111e-4) - gravity_south_ghost0_x * c(1.7025149681007906e-4)
+            - (c(1.880432772214127e-5) * alpha_moving_south_ghost0_z
+                + (omega_south_ghost0_x * spin_south_ghost0_y
+                    - carried_south_ghost0_y * spin_south_ghost0_x));
+        let across_south_ghost0_4 = cos_south_west_south * force_moving_south_ghost0_y
+            - sin_south_west_south * force_moving_south_ghost0_z;
+        let force_above_south_ghost0_x = c(0.7071071698144961)
+            * force_moving_south_ghost0_x
+            - c(0.7071063925583853) * across_south_ghost0_4;
+        let force_above_south_ghost0_y = c(0.7071071698144961) * across_south_ghost0_4
+            + c(0.7071063925583853) * force_moving_south_ghost0_x;
+        let force_above_south_ghost0_z = sin_south_west_south
+            * force_moving_south_ghost0_y
+            + cos_south_west_south * force_moving_south_ghost0_z;
+        let across_south_ghost0_5 = cos_south_west_south * moment_moving_south_ghost0_y
+            - sin_south_west_south * moment_moving_south_ghost0_z;
+        let moment_above_south_ghost0_x = c(0.7071071698144961)
+            * moment_moving_south_ghost0_x
+            - c(0.7071063925583853) * across_south_ghost0_5;
+        let moment_above_south_ghost0_y = c(0.7071071698144961) * across_south_ghost0_5
+            + c(0.7071063925583853) * moment_moving_south_ghost0_x;
+        let moment_above_south_ghost0_z = sin_south_west_south
+            * moment_moving_south_ghost0_y
+            + cos_south_west_south * moment_moving_south_ghost0_z;
+        // south
+        let south_part = -carried_south_y * c(2.9488359113430905e-4)
+            - omega_south_x * c(1.702501854199059e-4);
+        let south_part_2 = carried_south_z * carried_south_z;
+        let force_moving_south_x = gravity_south_x * c(7.559640658759916e-3)
+            - (carried_south_y * south_part
+                + alpha_moving_south_z * c(1.702501854199059e-4)
+                - c(2.9488359113430905e-4) * south_part_2);
+        let force_moving_south_y = gravity_south_y * c(7.559640658759916e-3)
+            - (c(1.702501854199059e-4) * south_part_2
+                + (alpha_moving_south_z * c(2.9488359113430905e-4)
+                    - omega_south_x * south_part));
+        let force_moving_south_z = gravity_south_z * c(7.559640658759916e-3)
+            - (omega_south_x * (carried_south_z * c(2.9488359113430905e-4))
+                - carried_south_z * (carried_south_y * c(1.702501854199059e-4))
+                - alpha_moving_south_y * c(2.9488359113430905e-4)
+                - alpha_moving_south_x * c(1.702501854199059e-4));
+        let moment_moving_south_x = -gravity_south_z * c(1.702501854199059e-4)
+            - (c(6.64555505684884e-6) * alpha_moving_south_y
+                + (c(5.589035390741692e-6) * alpha_moving_south_x
+                    + (carried_south_y * spin_south_z
+                        - carried_south_z * spin_south_y)));
+        let moment_moving_south_y = -gravity_south_z * c(2.9488359113430905e-4)
+            - (c(1.3262745496786403e-5) * alpha_moving_south_y
+                + (c(6.64555505684884e-6) * alpha_moving_south_x
+                    + (carried_south_z * spin_south_x - omega_south_x * spin_south_z)));
+        let moment_moving_south_z = gravity_south_y * c(2.9488359113430905e-4)
+            + gravity_south_x * c(1.702501854199059e-4)
+            - (c(1.880432772214127e-5) * alpha_moving_south_z
+                + (omega_south_x * spin_south_y - carried_south_y * spin_south_x));
+        let across_south_4 = cos_south_south_east * force_moving_south_y
+            - sin_south_south_east * force_moving_south_z;
+        let force_above_south_x = c(0.4999998655490338) * force_moving_south_x
+            + c(0.8660254814097262) * across_south_4;
+        let force_above_south_y = c(0.4999998655490338) * across_south_4
+            - c(0.8660254814097262) * force_moving_south_x;
+        let force_above_south_z = sin_south_south_east * force_moving_south_y
+            + cos_south_south_east * force_moving_south_z;
+        let across_south_5 = cos_south_south_east * moment_moving_south_y
+            - sin_south_south_east * moment_moving_south_z;
+        let moment_above_south_x = c(0.4999998655490338) * moment_moving_south_x
+            + c(0.8660254814097262) * across_south_5;
+        let moment_above_south_y = c(0.4999998655490338) * across_south_5
+            - c(0.8660254814097262) * moment_moving_south_x;
+        let moment_above_south_z = sin_south_south_east * moment_moving_south_y
+            + cos_south_south_east * moment_moving_south_z;
+        // south_west
+        let south_west_part_5 = omega_south_west_x * c(1.4350139506894642e-4)
+            - south_west_part_2 * c(-3.191766616116623e-4);
+        let south_west_part_6 = south_west_part_3 * south_west_part_3;
+        let force_moving_south_west_x = force_above_south_ghost0_x
+            + sin_ground_west * c(-0.07254860693208019)
+            - (-south_west_part_2 * south_west_part_5
+                - alpha_moving_south_west_z * c(1.4350139506894642e-4)
+                - c(3.191766616116623e-4) * south_west_part_6);
+        let force_moving_south_west_y = force_above_south_ghost0_y
+            + gravity_south_west_y * c(8.539437450805796e-3)
+            - (alpha_moving_south_west_z * c(3.191766616116623e-4)
+                - omega_south_west_x * south_west_part_5
+                - c(1.4350139506894642e-4) * south_west_part_6);
+        let force_moving_south_west_z = force_above_south_ghost0_z
+            + gravity_south_west_z * c(8.539437450805796e-3)
+            - (alpha_moving_south_west_x * c(1.4350139506894642e-4)
+                + (south_west_part_3 * (south_west_part_2 * c(-1.4350139506894642e-4))
+                    + omega_south_west_x * (south_west_part_3 * c(3.191766616116623e-4))
+                    - alpha_moving_south_west_y * c(3.191766616116623e-4)));
+        let moment_moving_south_west_x = moment_above_south_ghost0_x
+            + gravity_south_west_z * c(1.4350139506894642e-4)
+            - (c(3.5009112434957244e-6) * alpha_moving_south_west_x
+                + (-south_west_part_2 * spin_south_west_z
+                    - south_west_part_3 * spin_south_west_y)
+                - c(5.7748035664558305e-6) * alpha_moving_south_west_y);
+        let moment_moving_south_west_y = moment_above_south_ghost0_y
+            - gravity_south_west_z * c(3.191766616116623e-4)
+            - (c(1.3277584214115283e-5) * alpha_moving_south_west_y
+                + (south_west_part_3 * spin_south_west_x
+                    - omega_south_west_x * spin_south_west_z
+                    - c(5.7748035664558305e-6) * alpha_moving_south_west_x));
+        let moment_moving_south_west_z = moment_above_south_ghost0_z
+            + (gravity_south_west_y * c(3.191766616116623e-4)
+                - sin_ground_west * c(-1.2191466200246904e-3))
+            - (c(1.672491735517822e-5) * alpha_moving_south_west_z
+                + (south_west_part_2 * spin_south_west_x
+                    + omega_south_west_x * spin_south_west_y));
+        let across_south_west_2 = cos_west_south_west * force_moving_south_west_y
+            - sin_west_south_west * force_moving_south_west_z;
+        let force_above_south_west_x = c(0.4999993895786978) * force_moving_south_west_x
+            - c(0.8660257562110547) * across_south_west_2;
+        let force_above_south_west_y = c(0.4999993895786978) * across_south_west_2
+            + c(0.8660257562110547) * force_moving_south_west_x;
+        let force_above_south_west_z = sin_west_south_west * force_moving_south_west_y
+            + cos_west_south_west * force_moving_south_west_z;
+        let across_south_west_3 = cos_west_south_west * moment_moving_south_west_y
+            - sin_west_south_west * moment_moving_south_west_z;
+        let moment_above_south_west_x = c(0.4999993895786978)
+            * moment_moving_south_west_x - c(0.8660257562110547) * across_south_west_3;
+        let moment_above_south_west_y = c(0.4999993895786978) * across_south_west_3
+            + c(0.8660257562110547) * moment_moving_south_west_x;
+        let moment_above_south_west_z = sin_west_south_west * moment_moving_south_west_y
+            + cos_west_south_west * moment_moving_south_west_z;
+        // south_east
+        let south_east_part_2 = -carried_south_east_y * c(3.4369412604123286e-4)
+            - omega_south_east_x * c(2.1820669112261221e-4);
+        let south_east_part_3 = south_east_part * south_east_part;
+        let force_moving_south_east_x = force_above_south_x
+            + sin_ground_east * c(0.07380660156279345)
+            - (carried_south_east_y * south_east_part_2
+                + alpha_moving_south_east_z * c(2.1820669112261221e-4)
+                - c(3.4369412604123286e-4) * south_east_part_3);
+        let force_moving_south_east_y = force_above_south_y
+            + gravity_south_east_y * c(0.010639989492637083)
+            - (c(2.1820669112261221e-4) * south_east_part_3
+                + (alpha_moving_south_east_z * c(3.4369412604123286e-4)
+                    - omega_south_east_x * south_east_part_2));
+        let force_moving_south_east_z = force_above_south_z
+            + gravity_south_east_z * c(0.010639989492637083)
+            - (south_east_part * (carried_south_east_y * c(2.1820669112261221e-4))
+                + omega_south_east_x * (south_east_part * c(-3.4369412604123286e-4))
+                - alpha_moving_south_east_y * c(3.4369412604123286e-4)
+                - alpha_moving_south_east_x * c(2.1820669112261221e-4));
+        let moment_moving_south_east_x = moment_above_south_x
+            - gravity_south_east_z * c(2.1820669112261221e-4)
+            - (c(7.2072789294646456e-6) * alpha_moving_south_east_y
+                + (c(6.528386880865056e-6) * alpha_moving_south_east_x
+                    + (carried_south_east_y * spin_south_east_z
+                        + south_east_part * spin_south_east_y)));
+        let moment_moving_south_east_y = moment_above_south_y
+            - gravity_south_east_z * c(3.4369412604123286e-4)
+            - (c(1.2623937521576776e-5) * alpha_moving_south_east_y
+                + (c(7.2072789294646456e-6) * alpha_moving_south_east_x
+                    + (-south_east_part * spin_south_east_x
+                        - omega_south_east_x * spin_south_east_z)));
+        let moment_moving_south_east_z = moment_above_south_z
+            + (gravity_south_east_y * c(3.4369412604123286e-4)
+                + sin_ground_east * c(1.5136381780420903e-3))
+            - (c(1.9085552925721835e-5) * alpha_moving_south_east_z
+                + (omega_south_east_x * spin_south_east_y
+                    - carried_south_east_y * spin_south_east_x));
+        let across_south_east_4 = cos_south_east_east * force_moving_south_east_y
+            - sin_south_east_east * force_moving_south_east_z;
+        let south_east_part_4 = c(0.7071067811865475) * force_moving_south_east_x;
+        let south_east_part_5 = c(0.7071067811865475) * across_south_east_4;
+        let force_above_south_east_x = south_east_part_4 + south_east_part_5;
+        let force_above_south_east_y = south_east_part_5 - south_east_part_4;
+        let force_above_south_east_z = sin_south_east_east * force_moving_south_east_y
+            + cos_south_east_east * force_moving_south_east_z;
+        let across_south_east_5 = cos_south_east_east * moment_moving_south_east_y
+            - sin_south_east_east * moment_moving_south_east_z;
+        let south_east_part_6 = c(0.7071067811865475) * moment_moving_south_east_x;
+        let south_east_part_7 = c(0.7071067811865475) * across_south_east_5;
+        let moment_above_south_east_x = south_east_part_6 + south_east_part_7;
+        let moment_above_south_east_y = south_east_part_7 - south_east_part_6;
+        let moment_above_south_east_z = sin_south_east_east * moment_moving_south_east_y
+            + cos_south_east_east * moment_moving_south_east_z;
+        // west
+        let force_moving_west_y = u[5] * u[5] * c(1.885487028387268e-4)
+            + (force_above_south_west_y + sin_ground_west * c(-0.10437938848616371));
+        let force_moving_west_z = force_above_south_west_z
+            + (cos_ground_west * c(-0.10437938848616371)
+                - a[5] * c(1.885487028387268e-4));
+        let moment_moving_west_x = moment_above_south_west_x
+            + (cos_ground_west * c(-1.84966277484791e-3)
+                - a[5] * c(4.858529110617979e-6));
+        let moment_moving_west_y = moment_above_south_west_y
+            + (c(6.243161609895162e-6) * a[5]
+                - cos_ground_west * c(-3.539652672546511e-3));
+        let moment_moving_west_z = moment_above_south_west_z
+            + (u[5] * (u[5] * c(6.243161609895162e-6))
+                + sin_ground_west * c(-3.539652672546511e-3));
+        // east
+        let force_moving_east_y = force_above_south_east_y
+            + sin_ground_east * c(-0.08377369437565946)
+            - u[4] * u[4] * c(1.2422592520055817e-4);
+        let force_moving_east_z = force_above_south_east_z
+            + (cos_ground_east * c(-0.08377369437565946)
+                + a[4] * c(1.2422592520055817e-4));
+        let moment_moving_east_x = moment_above_south_east_x
+            - cos_ground_east * c(-1.2186563262174758e-3)
+            - a[4] * c(2.614579932665148e-6);
+        let moment_moving_east_y = moment_above_south_east_y
+            - cos_ground_east * c(-3.2095218013892565e-3)
+            - c(4.888494966109656e-6) * a[4];
+        let moment_moving_east_z = moment_above_south_east_z
+            + (sin_ground_east * c(-3.2095218013892565e-3) - u[4] * spin_east_y);
+        // south_ghost0
+        let force_closing_south_ghost0_y = lambda[0] * c(0.9999999999999999);
+        let force_closing_south_ghost0_z = lambda[1] + lambda[2];
+        let moment_closing_south_ghost0_x = lambda[2] * c(0.08068423607472835);
+        let south_ghost0_part_3 = lambda[1] * c(0.08068423607472835);
+        let moment_closing_south_ghost0_z = lambda[0] * c(0.08068423607472834);
+        let across_south_ghost0_6 = cos_south_west_south * force_closing_south_ghost0_y
+            - sin_south_west_south * force_closing_south_ghost0_z;
+        let force_above_south_ghost0_y_2 = c(0.7071071698144961) * across_south_ghost0_6;
+        let force_above_south_ghost0_z_2 = sin_south_west_south
+            * force_closing_south_ghost0_y
+            + cos_south_west_south * force_closing_south_ghost0_z;
+        let across_south_ghost0_7 = -cos_south_west_south * south_ghost0_part_3
+            - sin_south_west_south * moment_closing_south_ghost0_z;
+        let moment_above_south_ghost0_x_2 = lambda[2] * c(0.05705240181944583)
+            - c(0.7071063925583853) * across_south_ghost0_7;
+        let moment_above_south_ghost0_y_2 = c(0.7071071698144961) * across_south_ghost0_7
+            + lambda[2] * c(0.0570523391071303);
+        let moment_above_south_ghost0_z_2 = cos_south_west_south
+            * moment_closing_south_ghost0_z - sin_south_west_south * south_ghost0_part_3;
+        // south_west
+        let across_south_west_4 = cos_west_south_west * force_above_south_ghost0_y_2
+            - sin_west_south_west * force_above_south_ghost0_z_2;
+        let force_above_south_west_x_2 = across_south_ghost0_6 * c(-0.3535527646463877)
+            - c(0.8660257562110547) * across_south_west_4;
+        let force_above_south_west_y_2 = c(0.4999993895786978) * across_south_west_4
+            + across_south_ghost0_6 * c(-0.6123723483370465);
+        let force_above_south_west_z_2 = sin_west_south_west
+            * force_above_south_ghost0_y_2
+            + cos_west_south_west * force_above_south_ghost0_z_2;
+        let across_south_west_5 = cos_west_south_west * moment_above_south_ghost0_y_2
+            - sin_west_south_west * moment_above_south_ghost0_z_2;
+        let moment_above_south_west_x_2 = c(0.4999993895786978)
+            * moment_above_south_ghost0_x_2
+            - c(0.8660257562110547) * across_south_west_5;
+        let moment_above_south_west_y_2 = c(0.4999993895786978) * across_south_west_5
+            + c(0.8660257562110547) * moment_above_south_ghost0_x_2;
+        let moment_above_south_west_z_2 = sin_west_south_west
+            * moment_above_south_ghost0_y_2
+            + cos_west_south_west * moment_above_south_ghost0_z_2;
+        // south
+        let south_part_3 = lambda[0] * c(0.5000002689018962);
+        let force_closing_south_z = -lambda[1] - lambda[2];
+        let moment_closing_south_x = lambda[1] * c(0.06987458559937648)
+            - lambda[2] * c(0.040342139733508246);
+        let moment_closing_south_y = lambda[1] * c(0.04034213973350825)
+            + lambda[2] * c(0.0698745855993765);
+        let moment_closing_south_z = -lambda[0] * c(0.060513155359896355)
+            - lambda[0] * c(0.020171080714831997);
+        let across_south_6 = -cos_south_south_east * south_part_3
+            - sin_south_south_east * force_closing_south_z;
+        let force_above_south_x_2 = lambda[0] * c(-0.433012507828969)
+            + c(0.8660254814097262) * across_south_6;
+        let force_above_south_y_2 = c(0.4999998655490338) * across_south_6
+            - lambda[0] * c(-0.7499999327744626);
+        let force_above_south_z_2 = cos_south_south_east * force_closing_south_z
+            - sin_south_south_east * south_part_3;
+        let across_south_7 = cos_south_south_east * moment_closing_south_y
+            - sin_south_south_east * moment_closing_south_z;
+        let moment_above_south_x_2 = c(0.4999998655490338) * moment_closing_south_x
+            + c(0.8660254814097262) * across_south_7;
+        let moment_above_south_y_2 = c(0.4999998655490338) * across_south_7
+            - c(0.8660254814097262) * moment_closing_south_x;
+        let moment_above_south_z_2 = sin_south_south_east * moment_closing_south_y
+            + cos_south_south_east * moment_closing_south_z;
+        // south_east
+        let across_south_east_6 = cos_south_east_east * force_above_south_y_2
+            - sin_south_east_east * force_above_south_z_2;
+        let south_east_part_8 = c(0.7071067811865475) * force_above_south_x_2;
+        let south_east_part_9 = c(0.7071067811865475) * across_south_east_6;
+        let force_above_south_east_x_2 = south_east_part_8 + south_east_part_9;
+        let force_above_south_east_y_2 = south_east_part_9 - south_east_part_8;
+        let force_above_south_east_z_2 = sin_south_east_east * force_above_south_y_2
+            + cos_south_east_east * force_above_south_z_2;
+        let across_south_east_7 = cos_south_east_east * moment_above_south_y_2
+            - sin_south_east_east * moment_above_south_z_2;
+        let south_east_part_10 = c(0.7071067811865475) * moment_above_south_x_2;
+        let south_east_part_11 = c(0.7071067811865475) * across_south_east_7;
+        let moment_above_south_east_x_2 = south_east_part_10 + south_east_part_11;
+        let moment_above_south_east_y_2 = south_east_part_11 - south_east_part_10;
+        let moment_above_south_east_z_2 = sin_south_east_east * moment_above_south_y_2
+            + cos_south_east_east * moment_above_south_z_2;
+        reactions[0] = -force_moving_south_ghost0_x;
+        reactions[1] = -(force_moving_south_ghost0_y + force_closing_south_ghost0_y);
+        reactions[2] = -(force_moving_south_ghost0_z + force_closing_south_ghost0_z);
+        reactions[3] = -(moment_moving_south_ghost0_x + moment_closing_south_ghost0_x);
+        reactions[4] = -(moment_moving_south_ghost0_y - south_ghost0_part_3);
+        reactions[5] = -(moment_moving_south_ghost0_z + moment_closing_south_ghost0_z);
+        reactions[6] = -(force_moving_south_x - lambda[0] * c(0.8660252485338008));
+        reactions[7] = -(force_moving_south_y - south_part_3);
+        reactions[8] = -(force_moving_south_z + force_closing_south_z);
+        reactions[9] = -(moment_moving_south_x + moment_closing_south_x);
+        reactions[10] = -(moment_moving_south_y + moment_closing_south_y);
+        reactions[11] = -(moment_moving_south_z + moment_closing_south_z);
+        reactions[12] = -(force_moving_south_west_x
+            - c(0.7071063925583853) * across_south_ghost0_6);
+        reactions[13] = -(force_moving_south_west_y + force_above_south_ghost0_y_2);
+        reactions[14] = -(force_moving_south_west_z + force_above_south_ghost0_z_2);
+        reactions[15] = -(moment_moving_south_west_x + moment_above_south_ghost0_x_2);
+        reactions[16] = -(moment_moving_south_west_y + moment_above_south_ghost0_y_2);
+        reactions[17] = -(moment_moving_south_west_z + moment_above_south_ghost0_z_2);
+        reactions[18] = -(force_moving_south_east_x + force_above_south_x_2);
+        reactions[19] = -(force_moving_south_east_y + force_above_south_y_2);
+        reactions[20] = -(force_moving_south_east_z + force_above_south_z_2);
+        reactions[21] = -(moment_moving_south_east_x + moment_above_south_x_2);
+        reactions[22] = -(moment_moving_south_east_y + moment_above_south_y_2);
+        reactions[23] = -(moment_moving_south_east_z + moment_above_south_z_2);
+        reactions[24] = -(force_above_south_east_x + force_above_south_east_x_2);
+        reactions[25] = -(force_moving_east_y + force_above_south_east_y_2);
+        reactions[26] = -(force_moving_east_z + force_above_south_east_z_2);
+        reactions[27] = -(moment_moving_east_x + moment_above_south_east_x_2);
+        reactions[28] = -(moment_moving_east_y + moment_above_south_east_y_2);
+        reactions[29] = -(moment_moving_east_z + moment_above_south_east_z_2);
+        reactions[30] = -(force_above_south_west_x + force_above_south_west_x_2);
+        reactions[31] = -(force_moving_west_y + force_above_south_west_y_2);
+        reactions[32] = -(force_moving_west_z + force_above_south_west_z_2);
+        reactions[33] = -(moment_moving_west_x + moment_above_south_west_x_2);
+        reactions[34] = -(moment_moving_west_y + moment_above_south_west_y_2);
+        reactions[35] = -(moment_moving_west_z + moment_above_south_west_z_2);
+    }
+    fn write_tangent(
+        &self,
+        at: ::lamc_runtime::Balance<'_, S>,
+        change: ::lamc_runtime::Change<'_, S>,
+        forces: &mut [S],
+        closure: &mut [S],
+    ) {
+        let c = S::from_f64;
+        let t = at.t;
+        let Some(q) = at.q.first_chunk::<N>() else { return };
+        let Some(u) = at.u.first_chunk::<N>() else { return };
+        let Some(a) = at.acceleration.first_chunk::<N>() else { return };
+        let Some(lambda) = at.multipliers.first_chunk::<C>() else { return };
+        let dt = change.t;
+        let Some(dq) = change.q.first_chunk::<N>() else { return };
+        let Some(du) = change.u.first_chunk::<N>() else { return };
+        let Some(dp) = change.parameters.first_chunk::<0>() else { return };
+        let Some(di) = change.inputs.first_chunk::<0>() else { return };
+        let Some(forces) = forces.first_chunk_mut::<6>() else { return };
+        let Some(closure) = closure.first_chunk_mut::<3>() else { return };
+        // east
+        let (sin_ground_east, cos_ground_east) = S::sin_cos(q[4]);
+        let d_sin_ground_east = dq[4] * cos_ground_east;
+        let east_part = dq[4] * sin_ground_east;
+        // west
+        let (sin_ground_west, cos_ground_west) = S::sin_cos(q[5]);
+        let d_sin_ground_west = dq[5] * cos_ground_west;
+        let west_part = dq[5] * sin_ground_west;
+        // south_east
+        let (sin_south_east_east, cos_south_east_east) = S::sin_cos(q[3]);
+        let d_sin_south_east_east = dq[3] * cos_south_east_east;
+        let south_east_part = dq[3] * sin_south_east_east;
+        // south_west
+        let (sin_west_south_west, cos_west_south_west) = S::sin_cos(q[2]);
+        let d_sin_west_south_west = dq[2] * cos_west_south_west;
+        let south_west_part = dq[2] * sin_west_south_west;
+        // south
+        let (sin_south_south_east, cos_south_south_east) = S::sin_cos(q[1]);
+        let d_sin_south_south_east = dq[1] * cos_south_south_east;
+        let south_part = dq[1] * sin_south_south_east;
+        // south_ghost0
+        let (sin_south_west_south, cos_south_west_south) = S::sin_cos(q[0]);
+        let d_sin_south_west_south = dq[0] * cos_south_west_south;
+        let south_ghost0_part = dq[0] * sin_south_west_south;
+        // south_east
+        let across_south_east = u[4] * c(0.7071067811865475);
+        let d_across_south_east = du[4] * c(0.7071067811865475);
+        let carried_south_east_y = cos_south_east_east * across_south_east;
+        let d_carried_south_east_y = cos_south_east_east * d_across_south_east
+            - south_east_part * across_south_east;
+        let south_east_part_2 = sin_south_east_east * across_south_east;
+        let south_east_part_3 = d_sin_south_east_east * across_south_east
+            + sin_south_east_east * d_across_south_east;
+        let omega_south_east_x = across_south_east + u[3];
+        let d_omega_south_east_x = d_across_south_east + du[3];
+        // south_west
+        let south_west_part_2 = u[5] * c(0.8660257562110547);
+        let south_west_part_3 = du[5] * c(0.8660257562110547);
+        let carried_south_west_x = u[5] * c(0.4999993895786978);
+        let d_carried_south_west_x = du[5] * c(0.4999993895786978);
+        let south_west_part_4 = cos_west_south_west * south_west_part_2;
+        let d_carried_south_west_y = south_west_part * south_west_part_2
+            - cos_west_south_west * south_west_part_3;
+        let south_west_part_5 = sin_west_south_west * south_west_part_2;
+        let south_west_part_6 = -d_sin_west_south_west * south_west_part_2
+            - sin_west_south_west * south_west_part_3;
+        let omega_south_west_x = carried_south_west_x + u[2];
+        let d_omega_south_west_x = d_carried_south_west_x + du[2];
+        // south
+        let across_south = carried_south_east_y * c(0.4999998655490338)
+            + omega_south_east_x * c(0.8660254814097262);
+        let d_across_south = d_carried_south_east_y * c(0.4999998655490338)
+            + d_omega_south_east_x * c(0.8660254814097262);
+        let carried_south_x = omega_south_east_x * c(0.4999998655490338)
+            - carried_south_east_y * c(0.8660254814097262);
+        let d_carried_south_x = d_omega_south_east_x * c(0.4999998655490338)
+            - d_carried_south_east_y * c(0.8660254814097262);
+        let carried_south_y = cos_south_south_east * across_south
+            - sin_south_south_east * south_east_part_2;
+        let d_carried_south_y = -d_sin_south_south_east * south_east_part_2
+            - sin_south_south_east * south_east_part_3
+            + (cos_south_south_east * d_across_south - south_part * across_south);
+        let carried_south_z = -cos_south_south_east * south_east_part_2
+            - sin_south_south_east * across_south;
+        let d_carried_south_z = south_part * south_east_part_2
+            - cos_south_south_east * south_east_part_3
+            - (d_sin_south_south_east * across_south
+                + sin_south_south_east * d_across_south);
+        let omega_south_x = carried_south_x + u[1];
+        let d_omega_south_x = d_carried_south_x + du[1];
+        // south_ghost0
+        let across_south_ghost0 = south_west_part_4 * c(-0.7071071698144961)
+            - omega_south_west_x * c(0.7071063925583853);
+        let d_across_south_ghost0 = d_carried_south_west_y * c(0.7071071698144961)
+            - d_omega_south_west_x * c(0.7071063925583853);
+        let carried_south_ghost0_x = south_west_part_4 * c(-0.7071063925583853)
+            + omega_south_west_x * c(0.7071071698144961);
+        let d_carried_south_ghost0_x = d_carried_south_west_y * c(0.7071063925583853)
+            + d_omega_south_west_x * c(0.7071071698144961);
+        let carried_south_ghost0_y = sin_south_west_south * south_west_part_5
+            + cos_south_west_south * across_south_ghost0;
+        let d_carried_south_ghost0_y = d_sin_south_west_south * south_west_part_5
+            - sin_south_west_south * south_west_part_6
+            + (cos_south_west_south * d_across_south_ghost0
+                - south_ghost0_part * across_south_ghost0);
+        let carried_south_ghost0_z = cos_south_west_south * south_west_part_5
+            - sin_south_west_south * across_south_ghost0;
+        let d_carried_south_ghost0_z = -south_ghost0_part * south_west_part_5
+            - cos_south_west_south * south_west_part_6
+            - (d_sin_south_west_south * across_south_ghost0
+                + sin_south_west_south * d_across_south_ghost0);
+        let omega_south_ghost0_x = carried_south_ghost0_x + u[0];
+        let d_omega_south_ghost0_x = d_carried_south_ghost0_x + du[0];
+        // east
+        let east_part_2 = cos_ground_east * c(9.81);
+        let east_part_3 = east_part * c(-9.81);
+        // west
+        let west_part_2 = cos_ground_west * c(9.81);
+        let west_part_3 = west_part * c(-9.81);
+        // south_east
+        let across_south_east_2 = sin_ground_east * c(-6.936717523440031);
+        let d_across_south_east_2 = d_sin_ground_east * c(-6.936717523440031);
+        let gravity_south_east_y = cos_south_east_east * across_south_east_2
+            - sin_south_east_east * east_part_2;
+        let d_gravity_south_east_y = -d_sin_south_east_east * east_part_2
+            - sin_south_east_east * east_part_3
+            + (cos_south_east_east * d_across_south_east_2
+                - south_east_part * across_south_east_2);
+        let gravity_south_east_z = -cos_south_east_east * east_part_2
+            - sin_south_east_east * across_south_east_2;
+        let d_gravity_south_east_z = south_east_part * east_part_2
+            - cos_south_east_east * east_part_3
+            - (d_sin_south_east_east * across_south_east_2
+                + sin_south_east_east * d_across_south_east_2);
+        let spin_south_east_x = carried_south_east_y * c(7.2072789294646456e-6)
+            + omega_south_east_x * c(6.528386880865056e-6);
+        let d_spin_south_east_x = d_carried_south_east_y * c(7.2072789294646456e-6)
+            + d_omega_south_east_x * c(6.528386880865056e-6);
+        let spin_south_east_y = carried_south_east_y * c(1.2623937521576776e-5)
+            + omega_south_east_x * c(7.2072789294646456e-6);
+        let d_spin_south_east_y = d_carried_south_east_y * c(1.2623937521576776e-5)
+            + d_omega_south_east_x * c(7.2072789294646456e-6);
+        let spin_south_east_z = south_east_part_2 * c(-1.9085552925721835e-5);
+        let d_spin_south_east_z = south_east_part_3 * c(-1.9085552925721835e-5);
+        // south_west
+        let across_south_west = sin_ground_west * c(-4.904994011767025);
+        let d_across_south_west = d_sin_ground_west * c(-4.904994011767025);
+        let gravity_south_west_y = cos_west_south_west * across_south_west
+            - sin_west_south_west * west_part_2;
+        let d_gravity_south_west_y = -d_sin_west_south_west * west_part_2
+            - sin_west_south_west * west_part_3
+            + (cos_west_south_west * d_across_south_west
+                - south_west_part * across_south_west);
+        let gravity_south_west_z = -cos_west_south_west * west_part_2
+            - sin_west_south_west * across_south_west;
+        let d_gravity_south_west_z = south_west_part * west_part_2
+            - cos_west_south_west * west_part_3
+            - (d_sin_west_south_west * across_south_west
+                + sin_west_south_west * d_across_south_west);
+        let spin_south_west_x = omega_south_west_x * c(3.5009112434957244e-6)
+            - south_west_part_4 * c(-5.7748035664558305e-6);
+        let d_spin_south_west_x = d_omega_south_west_x * c(3.5009112434957244e-6)
+            - d_carried_south_west_y * c(5.7748035664558305e-6);
+        let spin_south_west_y = south_west_part_4 * c(-1.3277584214115283e-5)
+            - omega_south_west_x * c(5.7748035664558305e-6);
+        let d_spin_south_west_y = d_carried_south_west_y * c(1.3277584214115283e-5)
+            - d_omega_south_west_x * c(5.7748035664558305e-6);
+        let spin_south_west_z = south_west_part_5 * c(1.672491735517822e-5);
+        let d_spin_south_west_z = south_west_part_6 * c(-1.672491735517822e-5);
+        // south
+        let across_south_2 = c(0.4999998655490338) * gravity_south_east_y
+            + sin_ground_east * c(6.007374132640437);
+        let d_across_south_2 = c(0.4999998655490338) * d_gravity_south_east_y
+            + d_sin_ground_east * c(6.007374132640437);
+        let gravity_south_x = sin_ground_east * c(3.468357829071642)
+            - c(0.8660254814097262) * gravity_south_east_y;
+        let d_gravity_south_x = d_sin_ground_east * c(3.468357829071642)
+            - c(0.8660254814097262) * d_gravity_south_east_y;
+        let gravity_south_y = sin_south_south_east * gravity_south_east_z
+            + cos_south_south_east * across_south_2;
+        let d_gravity_south_y = d_sin_south_south_east * gravity_south_east_z
+            + sin_south_south_east * d_gravity_south_east_z
+            + (cos_south_south_east * d_across_south_2 - south_part * across_south_2);
+        let gravity_south_z = cos_south_south_east * gravity_south_east_z
+            - sin_south_south_east * across_south_2;
+        let d_gravity_south_z = cos_south_south_east * d_gravity_south_east_z
+            - south_part * gravity_south_east_z
+            - (d_sin_south_south_east * across_south_2
+                + sin_south_south_east * d_across_south_2);
+        let spin_south_x = carried_south_y * c(6.64555505684884e-6)
+            + omega_south_x * c(5.589035390741692e-6);
+        let d_spin_south_x = d_carried_south_y * c(6.64555505684884e-6)
+            + d_omega_south_x * c(5.589035390741692e-6);
+        let spin_south_y = carried_south_y * c(1.3262745496786403e-5)
+            + omega_south_x * c(6.64555505684884e-6);
+        let d_spin_south_y = d_carried_south_y * c(1.3262745496786403e-5)
+            + d_omega_south_x * c(6.64555505684884e-6);
+        let spin_south_z = carried_south_z * c(1.880432772214127e-5);
+        let d_spin_south_z = d_carried_south_z * c(1.880432772214127e-5);
+        // south_ghost0
+        let across_south_ghost0_2 = c(0.7071071698144961) * gravity_south_west_y
+            - sin_ground_west * c(-6.007372737186426);
+        let d_across_south_ghost0_2 = c(0.7071071698144961) * d_gravity_south_west_y
+            - d_sin_ground_west * c(-6.007372737186426);
+        let gravity_south_ghost0_x = sin_ground_west * c(-6.007379340531013)
+            + c(0.7071063925583853) * gravity_south_west_y;
+        let d_gravity_south_ghost0_x = d_sin_ground_west * c(-6.007379340531013)
+            + c(0.7071063925583853) * d_gravity_south_west_y;
+        let gravity_south_ghost0_y = sin_south_west_south * gravity_south_west_z
+            + cos_south_west_south * across_south_ghost0_2;
+        let d_gravity_south_ghost0_y = d_sin_south_west_south * gravity_south_west_z
+            + sin_south_west_south * d_gravity_south_west_z
+            + (cos_south_west_south * d_across_south_ghost0_2
+                - south_ghost0_part * across_south_ghost0_2);
+        let gravity_south_ghost0_z = cos_south_west_south * gravity_south_west_z
+            - sin_south_west_south * across_south_ghost0_2;
+        let d_gravity_south_ghost0_z = cos_south_west_south * d_gravity_south_west_z
+            - south_ghost0_part * gravity_south_west_z
+            - (d_sin_south_west_south * across_south_ghost0_2
+                + sin_south_west_south * d_across_south_ghost0_2);
+        let spin_south_ghost0_x = omega_south_ghost0_x * c(5.589094341868576e-6)
+            - carried_south_ghost0_y * c(6.645589092322223e-6);
+        let d_spin_south_ghost0_x = d_omega_south_ghost0_x * c(5.589094341868576e-6)
+            - d_carried_south_ghost0_y * c(6.645589092322223e-6);
+        let spin_south_ghost0_y = carried_south_ghost0_y * c(1.3262686545659515e-5)
+            - omega_south_ghost0_x * c(6.645589092322223e-6);
+        let d_spin_south_ghost0_y = d_carried_south_ghost0_y * c(1.3262686545659515e-5)
+            - d_omega_south_ghost0_x * c(6.645589092322223e-6);
+        let spin_south_ghost0_z = carried_south_ghost0_z * c(1.880432772214127e-5);
+        let d_spin_south_ghost0_z = d_carried_south_ghost0_z * c(1.880432772214127e-5);
+        // south_east
+        let across_south_east_3 = c(0.7071067811865475) * a[4];
+        let alpha_moving_south_east_x = across_south_east_3 + a[3];
+        let alpha_moving_south_east_y = cos_south_east_east * across_south_east_3
+            - south_east_part_2 * u[3];
+        let d_alpha_moving_south_east_y = -south_east_part_2 * du[3]
+            - south_east_part_3 * u[3] - south_east_part * across_south_east_3;
+        let alpha_moving_south_east_z = -carried_south_east_y * u[3]
+            - sin_south_east_east * across_south_east_3;
+        let d_alpha_moving_south_east_z = -(carried_south_east_y * du[3]
+            + d_carried_south_east_y * u[3])
+            - d_sin_south_east_east * across_south_east_3;
+        // south_west
+        let south_west_part_7 = c(0.8660257562110547) * a[5];
+        let alpha_moving_south_west_x = c(0.4999993895786978) * a[5] + a[2];
+        let alpha_moving_south_west_y = south_west_part_5 * u[2]
+            - cos_west_south_west * south_west_part_7;
+        let d_alpha_moving_south_west_y = south_west_part_5 * du[2]
+            - south_west_part_6 * u[2] + south_west_part * south_west_part_7;
+        let alpha_moving_south_west_z = south_west_part_4 * u[2]
+            + sin_west_south_west * south_west_part_7;
+        let d_alpha_moving_south_west_z = d_sin_west_south_west * south_west_part_7
+            - (d_carried_south_west_y * u[2] - south_west_part_4 * du[2]);
+        // south
+        let d_across_south_3 = c(0.4999998655490338) * d_alpha_moving_south_east_y;
+        let across_south_3 = c(0.4999998655490338) * alpha_moving_south_east_y
+            + c(0.8660254814097262) * alpha_moving_south_east_x;
+        let alpha_moving_south_x = a[1]
+            + (c(0.4999998655490338) * alpha_moving_south_east_x
+                - c(0.8660254814097262) * alpha_moving_south_east_y);
+        let alpha_moving_south_y = cos_south_south_east * across_south_3
+            + (carried_south_z * u[1]
+                + sin_south_south_east * alpha_moving_south_east_z);
+        let d_alpha_moving_south_y = cos_south_south_east * d_across_south_3
+            - south_part * across_south_3
+            + (carried_south_z * du[1] + d_carried_south_z * u[1]
+                + (d_sin_south_south_east * alpha_moving_south_east_z
+                    + sin_south_south_east * d_alpha_moving_south_east_z));
+        let alpha_moving_south_z = cos_south_south_east * alpha_moving_south_east_z
+            - carried_south_y * u[1] - sin_south_south_east * across_south_3;
+        let d_alpha_moving_south_z = cos_south_south_east * d_alpha_moving_south_east_z
+            - south_part * alpha_moving_south_east_z
+            - (carried_south_y * du[1] + d_carried_south_y * u[1])
+            - (d_sin_south_south_east * across_south_3
+                + sin_south_south_east * d_across_south_3);
+        // south_ghost0
+        let d_across_south_ghost0_3 = c(0.7071071698144961)
+            * d_alpha_moving_south_west_y;
+        let across_south_ghost0_3 = c(0.7071071698144961) * alpha_moving_south_west_y
+            - c(0.7071063925583853) * alpha_moving_south_west_x;
+        let alpha_moving_south_ghost0_x = a[0]
+            + (c(0.7071071698144961) * alpha_moving_south_west_x
+                + c(0.7071063925583853) * alpha_moving_south_west_y);
+        let alpha_moving_south_ghost0_y = cos_south_west_south * across_south_ghost0_3
+            + (carried_south_ghost0_z * u[0]
+                + sin_south_west_south * alpha_moving_south_west_z);
+        let d_alpha_moving_south_ghost0_y = cos_south_west_south
+            * d_across_south_ghost0_3 - south_ghost0_part * across_south_ghost0_3
+            + (carried_south_ghost0_z * du[0] + d_carried_south_ghost0_z * u[0]
+                + (d_sin_south_west_south * alpha_moving_south_west_z
+                    + sin_south_west_south * d_alpha_moving_south_west_z));
+        let alpha_moving_south_ghost0_z = cos_south_west_south
+            * alpha_moving_south_west_z - carried_south_ghost0_y * u[0]
+            - sin_south_west_south * across_south_ghost0_3;
+        let d_alpha_moving_south_ghost0_z = cos_south_west_south
+            * d_alpha_moving_south_west_z - south_ghost0_part * alpha_moving_south_west_z
+            - (carried_south_ghost0_y * du[0] + d_carried_south_ghost0_y * u[0])
+            - (d_sin_south_west_south * across_south_ghost0_3
+                + sin_south_west_south * d_across_south_ghost0_3);
+        let south_ghost0_part_2 = d_alpha_moving_south_west_y * c(3.952084337747171e-6)
+            + (d_carried_south_ghost0_y * spin_south_ghost0_z
+                + carried_south_ghost0_y * d_spin_south_ghost0_z
+                - (d_carried_south_ghost0_z * spin_south_ghost0_y
+                    + carried_south_ghost0_z * d_spin_south_ghost0_y))
+            - c(6.645589092322223e-6) * d_alpha_moving_south_ghost0_y;
+        let moment_moving_south_ghost0_x = gravity_south_ghost0_z
+            * c(1.7025149681007906e-4)
+            - (c(5.589094341868576e-6) * alpha_moving_south_ghost0_x
+                + (carried_south_ghost0_y * spin_south_ghost0_z
+                    - carried_south_ghost0_z * spin_south_ghost0_y)
+                - c(6.645589092322223e-6) * alpha_moving_south_ghost0_y);
+        let d_moment_moving_south_ghost0_x = d_gravity_south_ghost0_z
+            * c(1.7025149681007906e-4) - south_ghost0_part_2;
+        let south_ghost0_part_3 = c(1.3262686545659515e-5)
+            * d_alpha_moving_south_ghost0_y
+            + (d_carried_south_ghost0_z * spin_south_ghost0_x
+                + carried_south_ghost0_z * d_spin_south_ghost0_x
+                - (d_omega_south_ghost0_x * spin_south_ghost0_z
+                    + omega_south_ghost0_x * d_spin_south_ghost0_z)
+                - d_alpha_moving_south_west_y * c(4.699138529497321e-6));
+        let moment_moving_south_ghost0_y = -gravity_south_ghost0_z
+            * c(2.948828340031111e-4)
+            - (c(1.3262686545659515e-5) * alpha_moving_south_ghost0_y
+                + (carried_south_ghost0_z * spin_south_ghost0_x
+                    - omega_south_ghost0_x * spin_south_ghost0_z
+                    - c(6.645589092322223e-6) * alpha_moving_south_ghost0_x));
+        let d_moment_moving_south_ghost0_y = -d_gravity_south_ghost0_z
+            * c(2.948828340031111e-4) - south_ghost0_part_3;
+        let moment_moving_south_ghost0_z = gravity_south_ghost0_y
+            * c(2.948828340031111e-4) - gravity_south_ghost0_x * c(1.7025149681007906e-4)
+            - (c(1.880432772214127e-5) * alpha_moving_south_ghost0_z
+                + (omega_south_ghost0_x * spin_south_ghost0_y
+                    - carried_south_ghost0_y * spin_south_ghost0_x));
+        let d_moment_moving_south_ghost0_z = d_gravity_south_ghost0_y
+            * c(2.948828340031111e-4)
+            - d_gravity_south_ghost0_x * c(1.7025149681007906e-4)
+            - (c(1.880432772214127e-5) * d_alpha_moving_south_ghost0_z
+                + (d_omega_south_ghost0_x * spin_south_ghost0_y
+                    + omega_south_ghost0_x * d_spin_south_ghost0_y
+                    - (d_carried_south_ghost0_y * spin_south_ghost0_x
+                        + carried_south_ghost0_y * d_spin_south_ghost0_x)));
+        let across_south_ghost0_4 = cos_south_west_south * moment_moving_south_ghost0_y
+            - sin_south_west_south * moment_moving_south_ghost0_z;
+        let d_across_south_ghost0_4 = cos_south_west_south
+            * d_moment_moving_south_ghost0_y
+            - south_ghost0_part * moment_moving_south_ghost0_y
+            - (d_sin_south_west_south * moment_moving_south_ghost0_z
+                + sin_south_west_south * d_moment_moving_south_ghost0_z);
+        let d_moment_above_south_ghost0_x = c(0.7071071698144961)
+            * d_moment_moving_south_ghost0_x
+            - c(0.7071063925583853) * d_across_south_ghost0_4;
+        let moment_above_south_ghost0_y = c(0.7071071698144961) * across_south_ghost0_4
+            + c(0.7071063925583853) * moment_moving_south_ghost0_x;
+        let d_moment_above_south_ghost0_y = c(0.7071071698144961)
+            * d_across_south_ghost0_4
+            + c(0.7071063925583853) * d_moment_moving_south_ghost0_x;
+        let moment_above_south_ghost0_z = sin_south_west_south
+            * moment_moving_south_ghost0_y
+            + cos_south_west_south * moment_moving_south_ghost0_z;
+        let d_moment_above_south_ghost0_z = d_sin_south_west_south
+            * moment_moving_south_ghost0_y
+            + sin_south_west_south * d_moment_moving_south_ghost0_y
+            + (cos_south_west_south * d_moment_moving_south_ghost0_z
+                - south_ghost0_part * moment_moving_south_ghost0_z);
+        // south
+        let south_part_2 = c(6.64555505684884e-6) * d_alpha_moving_south_y
+            + (d_alpha_moving_south_east_y * c(-4.840247064883071e-6)
+                + (d_carried_south_y * spin_south_z + carried_south_y * d_spin_south_z
+                    - (d_carried_south_z * spin_south_y
+                        + carried_south_z * d_spin_south_y)));
+        let moment_moving_south_x = -gravity_south_z * c(1.702501854199059e-4)
+            - (c(6.64555505684884e-6) * alpha_moving_south_y
+                + (c(5.589035390741692e-6) * alpha_moving_south_x
+                    + (carried_south_y * spin_south_z
+                        - carried_south_z * spin_south_y)));
+        let d_moment_moving_south_x = -d_gravity_south_z * c(1.702501854199059e-4)
+            - south_part_2;
+        let south_part_3 = c(1.3262745496786403e-5) * d_alpha_moving_south_y
+            + (d_alpha_moving_south_east_y * c(-5.755220017342357e-6)
+                + (d_carried_south_z * spin_south_x + carried_south_z * d_spin_south_x
+                    - (d_omega_south_x * spin_south_z
+                        + omega_south_x * d_spin_south_z)));
+        let moment_moving_south_y = -gravity_south_z * c(2.9488359113430905e-4)
+            - (c(1.3262745496786403e-5) * alpha_moving_south_y
+                + (c(6.64555505684884e-6) * alpha_moving_south_x
+                    + (carried_south_z * spin_south_x - omega_south_x * spin_south_z)));
+        let d_moment_moving_south_y = -d_gravity_south_z * c(2.9488359113430905e-4)
+            - south_part_3;
+        let moment_moving_south_z = gravity_south_y * c(2.9488359113430905e-4)
+            + gravity_south_x * c(1.702501854199059e-4)
+            - (c(1.880432772214127e-5) * alpha_moving_south_z
+                + (omega_south_x * spin_south_y - carried_south_y * spin_south_x));
+        let d_moment_moving_south_z = d_gravity_south_y * c(2.9488359113430905e-4)
+            + d_gravity_south_x * c(1.702501854199059e-4)
+            - (c(1.880432772214127e-5) * d_alpha_moving_south_z
+                + (d_omega_south_x * spin_south_y + omega_south_x * d_spin_south_y
+                    - (d_carried_south_y * spin_south_x
+                        + carried_south_y * d_spin_south_x)));
+        let across_south_4 = cos_south_south_east * moment_moving_south_y
+            - sin_south_south_east * moment_moving_south_z;
+        let d_across_south_4 = cos_south_south_east * d_moment_moving_south_y
+            - south_part * moment_moving_south_y
+            - (d_sin_south_south_east * moment_moving_south_z
+                + sin_south_south_east * d_moment_moving_south_z);
+        let d_moment_above_south_x = c(0.4999998655490338) * d_moment_moving_south_x
+            + c(0.8660254814097262) * d_across_south_4;
+        let moment_above_south_y = c(0.4999998655490338) * across_south_4
+            - c(0.8660254814097262) * moment_moving_south_x;
+        let d_moment_above_south_y = c(0.4999998655490338) * d_across_south_4
+            - c(0.8660254814097262) * d_moment_moving_south_x;
+        let moment_above_south_z = sin_south_south_east * moment_moving_south_y
+            + cos_south_south_east * moment_moving_south_z;
+        let d_moment_above_south_z = d_sin_south_south_east * moment_moving_south_y
+            + sin_south_south_east * d_moment_moving_south_y
+            + (cos_south_south_east * d_moment_moving_south_z
+                - south_part * moment_moving_south_z);
+        // south_west
+        let d_moment_moving_south_west_x = d_moment_above_south_ghost0_x
+            + d_gravity_south_west_z * c(1.4350139506894642e-4)
+            - (d_carried_south_west_y * spin_south_west_z
+                - south_west_part_4 * d_spin_south_west_z
+                - (south_west_part_5 * d_spin_south_west_y
+                    - south_west_part_6 * spin_south_west_y)
+                - c(5.7748035664558305e-6) * d_alpha_moving_south_west_y);
+        let moment_moving_south_west_y = moment_above_south_ghost0_y
+            - gravity_south_west_z * c(3.191766616116623e-4)
+            - (c(1.3277584214115283e-5) * alpha_moving_south_west_y
+                + (south_west_part_5 * spin_south_west_x
+                    - omega_south_west_x * spin_south_west_z
+                    - c(5.7748035664558305e-6) * alpha_moving_south_west_x));
+        let d_moment_moving_south_west_y = d_moment_above_south_ghost0_y
+            - d_gravity_south_west_z * c(3.191766616116623e-4)
+            - (c(1.3277584214115283e-5) * d_alpha_moving_south_west_y
+                + (south_west_part_5 * d_spin_south_west_x
+                    - south_west_part_6 * spin_south_west_x
+                    - (d_omega_south_west_x * spin_south_west_z
+                        + omega_south_west_x * d_spin_south_west_z)));
+        let moment_moving_south_west_z = moment_above_south_ghost0_z
+            + (gravity_south_west_y * c(3.191766616116623e-4)
+                - sin_ground_west * c(-1.2191466200246904e-3))
+            - (c(1.672491735517822e-5) * alpha_moving_south_west_z
+                + (south_west_part_4 * spin_south_west_x
+                    + omega_south_west_x * spin_south_west_y));
+        let d_moment_moving_south_west_z = d_moment_above_south_ghost0_z
+            + (d_gravity_south_west_y * c(3.191766616116623e-4)
+                - d_sin_ground_west * c(-1.2191466200246904e-3))
+            - (c(1.672491735517822e-5) * d_alpha_moving_south_west_z
+                + (d_omega_south_west_x * spin_south_west_y
+                    + omega_south_west_x * d_spin_south_west_y
+                    - (d_carried_south_west_y * spin_south_west_x
+                        - south_west_part_4 * d_spin_south_west_x)));
+        let d_across_south_west_2 = cos_west_south_west * d_moment_moving_south_west_y
+            - south_west_part * moment_moving_south_west_y
+            - (d_sin_west_south_west * moment_moving_south_west_z
+                + sin_west_south_west * d_moment_moving_south_west_z);
+        let d_moment_above_south_west_x = c(0.4999993895786978)
+            * d_moment_moving_south_west_x
+            - c(0.8660257562110547) * d_across_south_west_2;
+        // south_east
+        let d_moment_moving_south_east_x = d_moment_above_south_x
+            - d_gravity_south_east_z * c(2.1820669112261221e-4)
+            - (c(7.2072789294646456e-6) * d_alpha_moving_south_east_y
+                + (d_carried_south_east_y * spin_south_east_z
+                    + carried_south_east_y * d_spin_south_east_z
+                    - (-south_east_part_3 * spin_south_east_y
+                        - south_east_part_2 * d_spin_south_east_y)));
+        let moment_moving_south_east_y = moment_above_south_y
+            - gravity_south_east_z * c(3.4369412604123286e-4)
+            - (c(1.2623937521576776e-5) * alpha_moving_south_east_y
+                + (c(7.2072789294646456e-6) * alpha_moving_south_east_x
+                    + (-south_east_part_2 * spin_south_east_x
+                        - omega_south_east_x * spin_south_east_z)));
+        let d_moment_moving_south_east_y = d_moment_above_south_y
+            - d_gravity_south_east_z * c(3.4369412604123286e-4)
+            - (c(1.2623937521576776e-5) * d_alpha_moving_south_east_y
+                + (-south_east_part_3 * spin_south_east_x
+                    - south_east_part_2 * d_spin_south_east_x
+                    - (d_omega_south_east_x * spin_south_east_z
+                        + omega_south_east_x * d_spin_south_east_z)));
+        let moment_moving_south_east_z = moment_above_south_z
+            + (gravity_south_east_y * c(3.4369412604123286e-4)
+                + sin_ground_east * c(1.5136381780420903e-3))
+            - (c(1.9085552925721835e-5) * alpha_moving_south_east_z
+                + (omega_south_east_x * spin_south_east_y
+                    - carried_south_east_y * spin_south_east_x));
+        let d_moment_moving_south_east_z = d_moment_above_south_z
+            + (d_gravity_south_east_y * c(3.4369412604123286e-4)
+                + d_sin_ground_east * c(1.5136381780420903e-3))
+            - (c(1.9085552925721835e-5) * d_alpha_moving_south_east_z
+                + (d_omega_south_east_x * spin_south_east_y
+                    + omega_south_east_x * d_spin_south_east_y
+                    - (d_carried_south_east_y * spin_south_east_x
+                        + carried_south_east_y * d_spin_south_east_x)));
+        let d_across_south_east_3 = cos_south_east_east * d_moment_moving_south_east_y
+            - south_east_part * moment_moving_south_east_y
+            - (d_sin_south_east_east * moment_moving_south_east_z
+                + sin_south_east_east * d_moment_moving_south_east_z);
+        let d_moment_above_south_east_x = c(0.7071067811865475)
+            * d_moment_moving_south_east_x
+            + c(0.7071067811865475) * d_across_south_east_3;
+        // west
+        let d_moment_moving_west_x = d_moment_above_south_west_x
+            + west_part * c(1.84966277484791e-3);
+        // east
+        let d_moment_moving_east_x = d_moment_above_south_east_x
+            - east_part * c(1.2186563262174758e-3);
+        // south_ghost0
+        let south_ghost0_part_4 = c(0.08068423607472835) * lambda[1];
+        let moment_closing_south_ghost0_z = lambda[0] * c(0.08068423607472834);
+        let across_south_ghost0_5 = -cos_south_west_south * south_ghost0_part_4
+            - sin_south_west_south * moment_closing_south_ghost0_z;
+        let d_across_south_ghost0_5 = south_ghost0_part * south_ghost0_part_4
+            - d_sin_south_west_south * moment_closing_south_ghost0_z;
+        let d_moment_above_south_ghost0_y_2 = c(0.7071071698144961)
+            * d_across_south_ghost0_5;
+        let moment_above_south_ghost0_y_2 = c(0.7071071698144961) * across_south_ghost0_5
+            + lambda[2] * c(0.0570523391071303);
+        let moment_above_south_ghost0_z_2 = cos_south_west_south
+            * moment_closing_south_ghost0_z - sin_south_west_south * south_ghost0_part_4;
+        let d_moment_above_south_ghost0_z_2 = -d_sin_south_west_south
+            * south_ghost0_part_4 - south_ghost0_part * moment_closing_south_ghost0_z;
+        // south_west
+        let d_across_south_west_3 = cos_west_south_west * d_moment_above_south_ghost0_y_2
+            - south_west_part * moment_above_south_ghost0_y_2
+            - (d_sin_west_south_west * moment_above_south_ghost0_z_2
+                + sin_west_south_west * d_moment_above_south_ghost0_z_2);
+        let d_moment_above_south_west_x_2 = d_across_south_ghost0_5
+            * c(-0.3535527646463877) - c(0.8660257562110547) * d_across_south_west_3;
+        // south
+        let moment_closing_south_x = lambda[1] * c(0.06987458559937648)
+            - lambda[2] * c(0.040342139733508246);
+        let moment_closing_south_y = lambda[1] * c(0.04034213973350825)
+            + lambda[2] * c(0.0698745855993765);
+        let moment_closing_south_z = -lambda[0] * c(0.060513155359896355)
+            - lambda[0] * c(0.020171080714831997);
+        let across_south_5 = cos_south_south_east * moment_closing_south_y
+            - sin_south_south_east * moment_closing_south_z;
+        let d_across_south_5 = -south_part * moment_closing_south_y
+            - d_sin_south_south_east * moment_closing_south_z;
+        let d_moment_above_south_x_2 = c(0.8660254814097262) * d_across_south_5;
+        let d_moment_above_south_y_2 = c(0.4999998655490338) * d_across_south_5;
+        let moment_above_south_y_2 = c(0.4999998655490338) * across_south_5
+            - c(0.8660254814097262) * moment_closing_south_x;
+        let moment_above_south_z_2 = sin_south_south_east * moment_closing_south_y
+            + cos_south_south_east * moment_closing_south_z;
+        let d_moment_above_south_z_2 = d_sin_south_south_east * moment_closing_south_y
+            - south_part * moment_closing_south_z;
+        // south_east
+        let d_across_south_east_4 = cos_south_east_east * d_moment_above_south_y_2
+            - south_east_part * moment_above_south_y_2
+            - (d_sin_south_east_east * moment_above_south_z_2
+                + sin_south_east_east * d_moment_above_south_z_2);
+        let d_moment_above_south_east_x_2 = d_across_south_5 * c(0.6123724905851617)
+            + c(0.7071067811865475) * d_across_south_east_4;
+        // the whole mechanism
+        let part = carried_south_ghost0_y * c(0.08068423607472835);
+        let part_2 = d_carried_south_ghost0_y * c(0.08068423607472835);
+        let part_3 = -carried_south_y * c(0.04034213973350825)
+            - omega_south_x * c(0.06987458559937648);
+        let part_4 = -d_carried_south_y * c(0.04034213973350825)
+            - d_omega_south_x * c(0.06987458559937648);
+        let part_5 = carried_south_z * d_carried_south_z;
+        let part_6 = part_5 + part_5;
+        let part_7 = (d_carried_south_y * part_3 + carried_south_y * part_4
+            + d_alpha_moving_south_z * c(0.06987458559937648)
+            - c(0.04034213973350825) * part_6) * c(0.8660252485338008)
+            + (c(0.06987458559937648) * part_6
+                + (d_alpha_moving_south_z * c(0.04034213973350825)
+                    - (d_omega_south_x * part_3 + omega_south_x * part_4)))
+                * c(0.5000002689018962);
+        let part_8 = omega_south_x * (d_carried_south_z * c(0.04034213973350825))
+            + d_omega_south_x * (carried_south_z * c(0.04034213973350825))
+            - (carried_south_z * (d_carried_south_y * c(0.06987458559937648))
+                + d_carried_south_z * (carried_south_y * c(0.06987458559937648)));
+        let part_9 = omega_south_ghost0_x
+            * (d_carried_south_ghost0_z * c(0.08068423607472835))
+            + d_omega_south_ghost0_x * (carried_south_ghost0_z * c(0.08068423607472835))
+            - d_alpha_moving_south_ghost0_y * c(0.08068423607472835)
+            - (part_8 - d_alpha_moving_south_y * c(0.04034213973350825)
+                - d_alpha_moving_south_east_y * c(-0.06051317163200514));
+        let part_10 = carried_south_z * (d_carried_south_y * c(0.040342139733508246))
+            + d_carried_south_z * (carried_south_y * c(0.040342139733508246))
+            + (omega_south_x * (d_carried_south_z * c(0.0698745855993765))
+                + d_omega_south_x * (carried_south_z * c(0.0698745855993765)));
+        forces[0] = d_moment_moving_south_ghost0_x - dq[0] * c(0.0114)
+            - du[0] * c(3.5e-6);
+        forces[1] = d_moment_moving_south_x - dq[1] * c(0.0114) - du[1] * c(3.5e-6);
+        forces[2] = d_moment_moving_south_west_x - dq[2] * c(0.0114) - du[2] * c(3.5e-6)
+            - c(0.7071063925583853) * d_across_south_ghost0_5;
+        forces[3] = d_moment_above_south_x_2
+            + (d_moment_moving_south_east_x - dq[3] * c(0.0114) - du[3] * c(3.5e-6));
+        forces[4] = d_moment_above_south_east_x_2
+            + (d_moment_moving_east_x - dq[4] * c(0.0114) - du[4] * c(3.5e-6));
+        forces[5] = d_moment_above_south_west_x_2
+            + (d_moment_moving_west_x - dq[5] * c(0.0114) - du[5] * c(3.5e-6));
+        closure[0] = (omega_south_ghost0_x * part_2 + d_omega_south_ghost0_x * part
+            + d_alpha_moving_south_ghost0_z * c(0.08068423607472835))
+            * c(0.9999999999999999) - part_7;
+        closure[1] = part_9;
+        closure[2] = carried_south_ghost0_z * part_2 + d_carried_south_ghost0_z * part
+            + d_alpha_moving_south_west_y * c(0.0570523391071303)
+            - (d_alpha_moving_south_east_y * c(-0.03493732098380992)
+                + (part_10 - d_alpha_moving_south_y * c(0.0698745855993765)));
+    }
 }
 
 const DIMENSIONS: ::lamc_runtime::Dimensions = ::lamc_runtime::Dimensions {
@@ -1320,6 +2439,9 @@ const DIMENSIONS: ::lamc_runtime::Dimensions = ::lamc_runtime::Dimensions {
     loops: 1,
     bodies: 6,
     points: 1,
+    drives: 0,
+    parameters: 0,
+    inputs: 0,
 };
 
 impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism<S, N, C> for Sixbar<S> {

@@ -19,6 +19,9 @@
 //   poses: 44 operations: 23 add, 18 mul, 0 div, 3 sin_cos, 0 other
 //   points: 21 operations: 10 add, 8 mul, 0 div, 3 sin_cos, 0 other
 //   energy: 72 operations: 27 add, 42 mul, 0 div, 3 sin_cos, 0 other
+//   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
+//   reactions: 145 operations: 74 add, 68 mul, 0 div, 3 sin_cos, 0 other
+//   tangent: 191 operations: 87 add, 101 mul, 0 div, 3 sin_cos, 0 other
 
 /// Coordinates: one angle per joint.
 pub const N: usize = 3;
@@ -97,6 +100,7 @@ impl<S: ::lamc_runtime::Scalar> ::core::default::Default for TriplePendulum<S> {
 #[allow(
     clippy::approx_constant,
     clippy::excessive_precision,
+    unused_mut,
     unused_variables,
     reason = "numbers of the drawing; not every function reads everything it is given"
 )]
@@ -104,6 +108,7 @@ impl<S: ::lamc_runtime::Scalar> ::core::default::Default for TriplePendulum<S> {
 impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
     type Scalar = S;
     type Vector = [S; N];
+    type Matrix = [S; N * N];
     type Workspace = [S; ::lamc_runtime::workspace_len(DIMENSIONS)];
     fn dimensions(&self) -> ::lamc_runtime::Dimensions {
         DIMENSIONS
@@ -111,6 +116,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
     fn vector(&self) -> Self::Vector {
         let c = S::from_f64;
         [c(0.0); N]
+    }
+    fn matrix(&self) -> Self::Matrix {
+        let c = S::from_f64;
+        [c(0.0); N * N]
     }
     fn workspace(&self) -> Self::Workspace {
         let c = S::from_f64;
@@ -395,6 +404,269 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
                         + (potential_lower + (potential_upper + potential_middle)))),
         }
     }
+    fn drives(&self, t: S, mut visit: impl FnMut(::lamc_runtime::Drive<S>)) {}
+    fn write_reactions(&self, at: ::lamc_runtime::Balance<'_, S>, out: &mut [S]) {
+        let c = S::from_f64;
+        let t = at.t;
+        let Some(q) = at.q.first_chunk::<N>() else { return };
+        let Some(u) = at.u.first_chunk::<N>() else { return };
+        let Some(a) = at.acceleration.first_chunk::<N>() else { return };
+        let Some(lambda) = at.multipliers.first_chunk::<C>() else { return };
+        let Some(reactions) = out.first_chunk_mut::<18>() else { return };
+        // upper
+        let (sin_shoulder, cos_shoulder) = S::sin_cos(q[0]);
+        // middle
+        let (sin_elbow, cos_elbow) = S::sin_cos(q[1]);
+        // lower
+        let (sin_wrist, cos_wrist) = S::sin_cos(q[2]);
+        // middle
+        let omega_middle_x = u[0] + u[1];
+        let across_middle = u[0] * u[0];
+        // lower
+        let omega_lower_x = u[2] - omega_middle_x;
+        // upper
+        let upper_part = sin_shoulder * c(9.81);
+        let upper_part_2 = cos_shoulder * c(9.81);
+        let spin_upper_y = u[0] * c(0.24999590000000005);
+        // middle
+        let gravity_middle_y = -sin_elbow * upper_part_2 - cos_elbow * upper_part;
+        let gravity_middle_z = sin_elbow * upper_part - cos_elbow * upper_part_2;
+        let spin_middle_y = omega_middle_x * c(0.2499959);
+        // lower
+        let gravity_lower_y = sin_wrist * gravity_middle_z
+            - cos_wrist * gravity_middle_y;
+        let gravity_lower_z = sin_wrist * gravity_middle_y
+            + cos_wrist * gravity_middle_z;
+        let spin_lower_y = omega_lower_x * c(0.24999999997995015);
+        // middle
+        let alpha_moving_middle_x = a[0] + a[1];
+        let a_moving_middle_y = cos_elbow * across_middle - sin_elbow * a[0];
+        let a_moving_middle_z = -sin_elbow * across_middle - cos_elbow * a[0];
+        // lower
+        let alpha_moving_lower_x = a[2] - alpha_moving_middle_x;
+        let lower_part = omega_middle_x * omega_middle_x;
+        let lower_part_2 = a_moving_middle_y + lower_part;
+        let lower_part_3 = a_moving_middle_z - alpha_moving_middle_x;
+        let a_moving_lower_y = sin_wrist * lower_part_3 - cos_wrist * lower_part_2;
+        let a_moving_lower_z = sin_wrist * lower_part_2 + cos_wrist * lower_part_3;
+        // middle
+        let free_fall_middle_y = gravity_middle_y - a_moving_middle_y;
+        let free_fall_middle_z = gravity_middle_z - a_moving_middle_z;
+        // lower
+        let free_fall_lower_y = gravity_lower_y - a_moving_lower_y;
+        let free_fall_lower_z = gravity_lower_z - a_moving_lower_z;
+        let force_moving_lower_y = free_fall_lower_y * c(0.9999918)
+            + omega_lower_x * omega_lower_x * c(0.4999999999599003);
+        let force_moving_lower_z = free_fall_lower_z * c(0.9999918)
+            - alpha_moving_lower_x * c(0.4999999999599003);
+        let moment_moving_lower_x = free_fall_lower_z * c(0.4999999999599003)
+            - alpha_moving_lower_x * c(0.4166658393333333);
+        let moment_moving_lower_y = free_fall_lower_z * c(0.4999959)
+            - c(0.24999999997995015) * alpha_moving_lower_x;
+        let moment_moving_lower_z = -omega_lower_x * spin_lower_y
+            - free_fall_lower_y * c(0.4999959);
+        let across_lower = cos_wrist * force_moving_lower_y
+            - sin_wrist * force_moving_lower_z;
+        let force_above_lower_z = sin_wrist * force_moving_lower_y
+            + cos_wrist * force_moving_lower_z;
+        let across_lower_2 = cos_wrist * moment_moving_lower_y
+            - sin_wrist * moment_moving_lower_z;
+        let lower_part_4 = -moment_moving_lower_x;
+        let moment_above_lower_x = lower_part_4 - force_above_lower_z;
+        let moment_above_lower_z = sin_wrist * moment_moving_lower_y
+            + cos_wrist * moment_moving_lower_z;
+        // middle
+        let force_moving_middle_y = free_fall_middle_y * c(0.9999836) - across_lower
+            - lower_part * c(0.4999918);
+        let force_moving_middle_z = force_above_lower_z
+            + (free_fall_middle_z * c(0.9999836) + alpha_moving_middle_x * c(0.4999918));
+        let middle_part = free_fall_middle_z * c(0.4999918);
+        let moment_moving_middle_x = moment_above_lower_x - middle_part
+            - alpha_moving_middle_x * c(0.41665681208019945);
+        let moment_moving_middle_y = -middle_part - c(0.2499959) * alpha_moving_middle_x
+            - across_lower_2;
+        let moment_moving_middle_z = moment_above_lower_z
+            + (free_fall_middle_y * c(0.4999918) - omega_middle_x * spin_middle_y);
+        let across_middle_2 = cos_elbow * force_moving_middle_y
+            - sin_elbow * force_moving_middle_z;
+        let force_above_middle_z = sin_elbow * force_moving_middle_y
+            + cos_elbow * force_moving_middle_z;
+        let across_middle_3 = cos_elbow * moment_moving_middle_y
+            - sin_elbow * moment_moving_middle_z;
+        let moment_above_middle_x = moment_moving_middle_x - force_above_middle_z;
+        let moment_above_middle_z = sin_elbow * moment_moving_middle_y
+            + cos_elbow * moment_moving_middle_z;
+        // upper
+        let force_moving_upper_y = across_middle_2 + sin_shoulder * c(-9.809839116000003)
+            - across_middle * c(0.4999918000000001);
+        let force_moving_upper_z = force_above_middle_z
+            + (cos_shoulder * c(-9.809839116000003) + a[0] * c(0.4999918000000001));
+        let upper_part_3 = cos_shoulder * c(-4.904919558000001);
+        let moment_moving_upper_x = moment_above_middle_x - upper_part_3
+            - a[0] * c(0.41665681208019956);
+        let moment_moving_upper_y = across_middle_3 - upper_part_3
+            - c(0.24999590000000005) * a[0];
+        let moment_moving_upper_z = moment_above_middle_z
+            + (sin_shoulder * c(-4.904919558000001) - u[0] * spin_upper_y);
+        reactions[0] = c(0.0);
+        reactions[1] = -force_moving_upper_y;
+        reactions[2] = -force_moving_upper_z;
+        reactions[3] = -moment_moving_upper_x;
+        reactions[4] = -moment_moving_upper_y;
+        reactions[5] = -moment_moving_upper_z;
+        reactions[6] = c(0.0);
+        reactions[7] = -force_moving_middle_y;
+        reactions[8] = -force_moving_middle_z;
+        reactions[9] = -moment_moving_middle_x;
+        reactions[10] = -moment_moving_middle_y;
+        reactions[11] = -moment_moving_middle_z;
+        reactions[12] = c(0.0);
+        reactions[13] = -force_moving_lower_y;
+        reactions[14] = -force_moving_lower_z;
+        reactions[15] = lower_part_4;
+        reactions[16] = -(moment_moving_lower_y - force_moving_lower_z);
+        reactions[17] = -(force_moving_lower_y + moment_moving_lower_z);
+    }
+    fn write_tangent(
+        &self,
+        at: ::lamc_runtime::Balance<'_, S>,
+        change: ::lamc_runtime::Change<'_, S>,
+        forces: &mut [S],
+        closure: &mut [S],
+    ) {
+        let c = S::from_f64;
+        let t = at.t;
+        let Some(q) = at.q.first_chunk::<N>() else { return };
+        let Some(u) = at.u.first_chunk::<N>() else { return };
+        let Some(a) = at.acceleration.first_chunk::<N>() else { return };
+        let Some(lambda) = at.multipliers.first_chunk::<C>() else { return };
+        let dt = change.t;
+        let Some(dq) = change.q.first_chunk::<N>() else { return };
+        let Some(du) = change.u.first_chunk::<N>() else { return };
+        let Some(dp) = change.parameters.first_chunk::<0>() else { return };
+        let Some(di) = change.inputs.first_chunk::<0>() else { return };
+        let Some(forces) = forces.first_chunk_mut::<3>() else { return };
+        // upper
+        let (sin_shoulder, cos_shoulder) = S::sin_cos(q[0]);
+        let d_sin_shoulder = dq[0] * cos_shoulder;
+        let upper_part = dq[0] * sin_shoulder;
+        // middle
+        let (sin_elbow, cos_elbow) = S::sin_cos(q[1]);
+        let d_sin_elbow = dq[1] * cos_elbow;
+        let middle_part = dq[1] * sin_elbow;
+        // lower
+        let (sin_wrist, cos_wrist) = S::sin_cos(q[2]);
+        let d_sin_wrist = dq[2] * cos_wrist;
+        let lower_part = dq[2] * sin_wrist;
+        // middle
+        let omega_middle_x = u[0] + u[1];
+        let d_omega_middle_x = du[0] + du[1];
+        let across_middle = u[0] * u[0];
+        let middle_part_2 = u[0] * du[0];
+        let d_across_middle = middle_part_2 + middle_part_2;
+        // lower
+        let omega_lower_x = u[2] - omega_middle_x;
+        let d_omega_lower_x = du[2] - d_omega_middle_x;
+        // upper
+        let upper_part_2 = sin_shoulder * c(9.81);
+        let upper_part_3 = d_sin_shoulder * c(9.81);
+        let upper_part_4 = cos_shoulder * c(9.81);
+        let upper_part_5 = upper_part * c(-9.81);
+        // middle
+        let gravity_middle_y = -sin_elbow * upper_part_4 - cos_elbow * upper_part_2;
+        let d_gravity_middle_y = -d_sin_elbow * upper_part_4 - sin_elbow * upper_part_5
+            + (middle_part * upper_part_2 - cos_elbow * upper_part_3);
+        let gravity_middle_z = sin_elbow * upper_part_2 - cos_elbow * upper_part_4;
+        let d_gravity_middle_z = middle_part * upper_part_4 - cos_elbow * upper_part_5
+            - (-d_sin_elbow * upper_part_2 - sin_elbow * upper_part_3);
+        // lower
+        let gravity_lower_y = sin_wrist * gravity_middle_z
+            - cos_wrist * gravity_middle_y;
+        let d_gravity_lower_y = d_sin_wrist * gravity_middle_z
+            + sin_wrist * d_gravity_middle_z
+            - (cos_wrist * d_gravity_middle_y - lower_part * gravity_middle_y);
+        let gravity_lower_z = sin_wrist * gravity_middle_y
+            + cos_wrist * gravity_middle_z;
+        let d_gravity_lower_z = d_sin_wrist * gravity_middle_y
+            + sin_wrist * d_gravity_middle_y
+            + (cos_wrist * d_gravity_middle_z - lower_part * gravity_middle_z);
+        // middle
+        let alpha_moving_middle_x = a[0] + a[1];
+        let a_moving_middle_y = cos_elbow * across_middle - sin_elbow * a[0];
+        let d_a_moving_middle_y = cos_elbow * d_across_middle
+            - middle_part * across_middle - d_sin_elbow * a[0];
+        let a_moving_middle_z = -sin_elbow * across_middle - cos_elbow * a[0];
+        let d_a_moving_middle_z = middle_part * a[0]
+            - (d_sin_elbow * across_middle + sin_elbow * d_across_middle);
+        // lower
+        let alpha_moving_lower_x = a[2] - alpha_moving_middle_x;
+        let lower_part_2 = omega_middle_x * omega_middle_x;
+        let lower_part_3 = omega_middle_x * d_omega_middle_x;
+        let lower_part_4 = lower_part_3 + lower_part_3;
+        let lower_part_5 = a_moving_middle_y + lower_part_2;
+        let lower_part_6 = d_a_moving_middle_y + lower_part_4;
+        let lower_part_7 = a_moving_middle_z - alpha_moving_middle_x;
+        let a_moving_lower_y = sin_wrist * lower_part_7 - cos_wrist * lower_part_5;
+        let d_a_moving_lower_y = d_sin_wrist * lower_part_7
+            + sin_wrist * d_a_moving_middle_z
+            + (lower_part * lower_part_5 - cos_wrist * lower_part_6);
+        let a_moving_lower_z = sin_wrist * lower_part_5 + cos_wrist * lower_part_7;
+        let d_a_moving_lower_z = cos_wrist * d_a_moving_middle_z
+            - lower_part * lower_part_7
+            - (-d_sin_wrist * lower_part_5 - sin_wrist * lower_part_6);
+        // middle
+        let free_fall_middle_y = gravity_middle_y - a_moving_middle_y;
+        let d_free_fall_middle_y = d_gravity_middle_y - d_a_moving_middle_y;
+        let free_fall_middle_z = gravity_middle_z - a_moving_middle_z;
+        let d_free_fall_middle_z = d_gravity_middle_z - d_a_moving_middle_z;
+        // lower
+        let free_fall_lower_y = gravity_lower_y - a_moving_lower_y;
+        let d_free_fall_lower_y = d_gravity_lower_y - d_a_moving_lower_y;
+        let free_fall_lower_z = gravity_lower_z - a_moving_lower_z;
+        let d_free_fall_lower_z = d_gravity_lower_z - d_a_moving_lower_z;
+        let lower_part_8 = omega_lower_x * d_omega_lower_x;
+        let force_moving_lower_y = free_fall_lower_y * c(0.9999918)
+            + omega_lower_x * omega_lower_x * c(0.4999999999599003);
+        let d_force_moving_lower_y = d_free_fall_lower_y * c(0.9999918)
+            + (lower_part_8 + lower_part_8) * c(0.4999999999599003);
+        let d_force_moving_lower_z = d_free_fall_lower_z * c(0.9999918);
+        let force_moving_lower_z = free_fall_lower_z * c(0.9999918)
+            - alpha_moving_lower_x * c(0.4999999999599003);
+        let d_moment_moving_lower_x = d_free_fall_lower_z * c(0.4999999999599003);
+        let across_lower = cos_wrist * force_moving_lower_y
+            - sin_wrist * force_moving_lower_z;
+        let d_across_lower = cos_wrist * d_force_moving_lower_y
+            - lower_part * force_moving_lower_y
+            - (d_sin_wrist * force_moving_lower_z + sin_wrist * d_force_moving_lower_z);
+        let force_above_lower_z = sin_wrist * force_moving_lower_y
+            + cos_wrist * force_moving_lower_z;
+        let d_force_above_lower_z = d_sin_wrist * force_moving_lower_y
+            + sin_wrist * d_force_moving_lower_y
+            + (cos_wrist * d_force_moving_lower_z - lower_part * force_moving_lower_z);
+        let d_moment_above_lower_x = -d_moment_moving_lower_x - d_force_above_lower_z;
+        // middle
+        let force_moving_middle_y = free_fall_middle_y * c(0.9999836) - across_lower
+            - lower_part_2 * c(0.4999918);
+        let d_force_moving_middle_y = d_free_fall_middle_y * c(0.9999836)
+            - d_across_lower - lower_part_4 * c(0.4999918);
+        let force_moving_middle_z = force_above_lower_z
+            + (free_fall_middle_z * c(0.9999836) + alpha_moving_middle_x * c(0.4999918));
+        let d_force_moving_middle_z = d_force_above_lower_z
+            + d_free_fall_middle_z * c(0.9999836);
+        let d_moment_moving_middle_x = d_moment_above_lower_x
+            - d_free_fall_middle_z * c(0.4999918);
+        let d_force_above_middle_z = d_sin_elbow * force_moving_middle_y
+            + sin_elbow * d_force_moving_middle_y
+            + (cos_elbow * d_force_moving_middle_z
+                - middle_part * force_moving_middle_z);
+        let d_moment_above_middle_x = d_moment_moving_middle_x - d_force_above_middle_z;
+        // upper
+        let d_moment_moving_upper_x = d_moment_above_middle_x
+            - upper_part * c(4.904919558000001);
+        forces[0] = d_moment_moving_upper_x - dq[0] * c(100.0) - du[0] * c(10.0);
+        forces[1] = d_moment_moving_middle_x - dq[1] * c(100.0) - du[1] * c(10.0);
+        forces[2] = d_moment_moving_lower_x - dq[2] * c(100.0) - du[2] * c(10.0);
+    }
 }
 
 const DIMENSIONS: ::lamc_runtime::Dimensions = ::lamc_runtime::Dimensions {
@@ -403,6 +675,9 @@ const DIMENSIONS: ::lamc_runtime::Dimensions = ::lamc_runtime::Dimensions {
     loops: 0,
     bodies: 4,
     points: 1,
+    drives: 0,
+    parameters: 0,
+    inputs: 0,
 };
 
 impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism<S, N, C>

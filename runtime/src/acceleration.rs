@@ -6,6 +6,9 @@
 //!       = L^-T (y + W^+ (-gamma - W y))
 //! ```
 //!
+//! Driven joints are rows more: e_j du/dt = d2s/dt2, scaled by the mechanism's size so that they
+//! weigh as closure rows do.
+//!
 //! This is the pseudo-inverse solution of F. E. Udwadia and R. E. Kalaba, "A new perspective on
 //! constrained motion", 1992: finite at every state, also where closure equations are redundant
 //! or the mechanism is singular.
@@ -15,7 +18,7 @@ use crate::linear::{
     tolerance,
 };
 use crate::workspace::{check, split};
-use crate::{EquationsMut, Error, Scalar, System};
+use crate::{Dimensions, EquationsMut, Error, Scalar, System};
 
 /// Eigenvalues of J M^-1 J^T below this share of the largest are dropped. `f32` drops below
 /// 8 epsilon, about 1e-6: singular values are the square roots of these, so that what is kept
@@ -31,7 +34,7 @@ pub(crate) fn plain<S: Scalar>() -> Spectrum<S> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Constraint {
-    /// Independent rows among the C of the acceleration.
+    /// Independent rows among the C of the acceleration and the D driven joints.
     pub rank: usize,
 }
 
@@ -52,8 +55,9 @@ pub fn acceleration<Y: System>(
     solve(system, t, q, u, workspace, out, None)
 }
 
-/// As [`acceleration`], and the closure forces lambda (C, N): J^T lambda acts on the coordinates.
-/// Of redundant rows it is the smallest that does.
+/// As [`acceleration`], and what holds the constraints, C + D: the closure forces lambda (N), of
+/// which J^T lambda acts on the coordinates, then the torque of each driven joint's motor (N m) on
+/// the joint's second body. Of redundant rows it is the smallest that does.
 ///
 /// # Errors
 ///
@@ -67,7 +71,8 @@ pub fn acceleration_and_forces<Y: System>(
     out: &mut [Y::Scalar],
     lambda: &mut [Y::Scalar],
 ) -> Result<Constraint, Error> {
-    let expected = system.dimensions().rows;
+    let Dimensions { rows, drives, .. } = system.dimensions();
+    let expected = rows + drives;
     if lambda.len() != expected {
         return Err(Error::Length { expected, given: lambda.len() });
     }
@@ -84,11 +89,11 @@ fn solve<Y: System>(
     lambda: Option<&mut [Y::Scalar]>,
 ) -> Result<Constraint, Error> {
     let dimensions = check(system, workspace, &[q.len(), u.len(), out.len()])?;
-    let (n, c) = (dimensions.coordinates, dimensions.rows);
+    let (n, c) = (dimensions.coordinates, dimensions.rows + dimensions.drives);
     let mass = split(&mut workspace, n * n)?;
     let jacobian = split(&mut workspace, c * n)?;
     let gamma = split(&mut workspace, c)?;
-    system.write_equations(t, q, u, EquationsMut { mass, forcing: out, jacobian, gamma });
+    write(system, t, q, u, EquationsMut { mass, forcing: out, jacobian, gamma });
     factor(mass, n).map_err(|joint| blame(&[q, u], mass, joint))?;
     let failure = not_finite(&[q, u, out]);
     forward(mass, out);
@@ -111,6 +116,9 @@ fn solve<Y: System>(
         };
         if let Some(lambda) = lambda {
             lambda.copy_from_slice(closure.multipliers);
+            for torque in &mut lambda[dimensions.rows..] {
+                *torque *= system.size();
+            }
         }
         rank
     };
@@ -119,6 +127,30 @@ fn solve<Y: System>(
         Some(joint) => Err(Error::NotFinite { joint }),
         None => Ok(Constraint { rank }),
     }
+}
+
+/// The equations with a row more for each driven joint: J is (C + D) x N, gamma C + D.
+pub(crate) fn write<Y: System>(
+    system: &Y,
+    t: Y::Scalar,
+    q: &[Y::Scalar],
+    u: &[Y::Scalar],
+    out: EquationsMut<'_, Y::Scalar>,
+) {
+    let Dimensions { rows, coordinates: n, .. } = system.dimensions();
+    let EquationsMut { mass, forcing, jacobian, gamma } = out;
+    let (jacobian, driven) = jacobian.split_at_mut(rows * n);
+    let (gamma, prescribed) = gamma.split_at_mut(rows);
+    system.write_equations(t, q, u, EquationsMut { mass, forcing, jacobian, gamma });
+    driven.fill(Y::Scalar::ZERO);
+    let size = system.size();
+    let mut slots = driven.chunks_exact_mut(n.max(1)).zip(prescribed);
+    system.drives(t, |drive| {
+        if let Some((row, gamma)) = slots.next() {
+            row[drive.joint] = size;
+            *gamma = -size * drive.acceleration;
+        }
+    });
 }
 
 /// Rows of J become rows of J L^-T.
@@ -199,7 +231,7 @@ impl<S: Scalar> Rows<'_, S> {
         let n = y.len();
         self.scratch.copy_from_slice(self.weighted);
         self.multipliers.copy_from_slice(self.rhs);
-        let k = orthogonalise(self.scratch, self.multipliers, n);
+        let k = orthogonalise(self.scratch, self.multipliers, self.rhs.len(), n);
         let rhs = &self.multipliers[..k];
         let rank = combine(self.scratch, rhs, plain(), 1, self.vector);
         add_scaled(y, S::ONE, self.vector);

@@ -39,6 +39,16 @@ pub enum Error {
         /// A joint that ran into its limit.
         joint: Option<usize>,
     },
+    /// A driven joint cannot be where it should be: the loops do not let it.
+    NotDriven {
+        /// The joint.
+        joint: usize,
+    },
+    /// No state of rest was found.
+    NoEquilibrium {
+        /// Largest generalised force left, N m.
+        force: f64,
+    },
     /// The adaptive step fell below the least one: the motion is too stiff or breaks off here.
     StepTooSmall {
         /// Time reached, s.
@@ -69,6 +79,12 @@ impl fmt::Display for Error {
                     Some(joint) => write!(out, "; joint {joint} is at its limit"),
                     None => Ok(()),
                 }
+            }
+            Self::NotDriven { joint } => {
+                write!(out, "driven joint {joint} cannot follow: the loops do not let it")
+            }
+            Self::NoEquilibrium { force } => {
+                write!(out, "no state of rest found: {force:.3e} N m are left")
             }
             Self::StepTooSmall { t } => write!(out, "step became too small at t = {t} s"),
             Self::Time => write!(out, "step or end time is not a usable number"),

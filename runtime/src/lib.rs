@@ -24,14 +24,14 @@
 //!
 //! ```
 //! use lamc_runtime::{
-//!     Dimensions, Dopri5, Energy, EquationsMut, Error, Mechanism, Scalar, State, System,
+//!     Dimensions, Dopri5, Energy, EquationsMut, Error, Integrator, Mechanism, Scalar, State, System,
 //!     workspace_len,
 //! };
 //!
 //! const N: usize = 1;
 //! const C: usize = 0;
 //! const DIMENSIONS: Dimensions =
-//!     Dimensions { coordinates: N, rows: C, loops: 0, bodies: 1, points: 1 };
+//!     Dimensions { coordinates: N, rows: C, bodies: 1, points: 1, ..Dimensions::ZERO };
 //!
 //! /// A point mass of 1 kg, 1 m below its hinge.
 //! struct Pendulum;
@@ -39,10 +39,12 @@
 //! impl System for Pendulum {
 //!     type Scalar = f64;
 //!     type Vector = [f64; N];
+//!     type Matrix = [f64; N * N];
 //!     type Workspace = [f64; workspace_len(DIMENSIONS)];
 //!
 //!     fn dimensions(&self) -> Dimensions { DIMENSIONS }
 //!     fn vector(&self) -> Self::Vector { [0.0; N] }
+//!     fn matrix(&self) -> Self::Matrix { [0.0; N * N] }
 //!     fn workspace(&self) -> Self::Workspace { [0.0; workspace_len(DIMENSIONS)] }
 //!     fn size(&self) -> f64 { 1.0 }
 //!     fn limits(&self, _: usize) -> [f64; 2] { [f64::NEG_INFINITY, f64::INFINITY] }
@@ -98,6 +100,7 @@ mod acceleration;
 mod assembly;
 mod error;
 mod integrate;
+mod jacobian;
 mod linear;
 mod mechanism;
 mod projection;
@@ -109,10 +112,11 @@ mod workspace;
 pub use acceleration::{Constraint, RANK_TOLERANCE, acceleration, acceleration_and_forces};
 pub use assembly::{Assembly, assemble};
 pub use error::Error;
-pub use integrate::{Dopri5, Projection, Rk4, SemiImplicitEuler};
+pub use integrate::{Dopri5, Integrator, Projection, Rk4, Rodas, SemiImplicitEuler};
+pub use jacobian::{JacobianMut, jacobian};
 pub use mechanism::{Closure, Equations, Mechanism, Storage};
 pub use projection::{Projected, project};
 pub use scalar::Scalar;
 pub use state::{State, StateOf};
-pub use system::{Dimensions, Energy, EquationsMut, System};
+pub use system::{Balance, Change, Dimensions, Drive, Energy, EquationsMut, System};
 pub use workspace::workspace_len;

@@ -138,7 +138,7 @@ pub trait Mechanism<S: Scalar, const N: usize, const C: usize>:
         let mut state = State::initial(self);
         let pinned: [bool; N] = core::array::from_fn(|joint| self.is_given(joint));
         let mut workspace = self.workspace();
-        assemble(self, &mut state.q, &pinned, workspace.as_mut())?;
+        assemble(self, state.t, &mut state.q, &pinned, workspace.as_mut())?;
         project(self, state.t, &mut state.q, &mut state.u, workspace.as_mut())?;
         Ok(state)
     }

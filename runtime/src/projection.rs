@@ -2,7 +2,8 @@
 //!
 //! Coordinates by Gauss-Newton on all nine residuals r of each loop, q += -M^-1 J^T (J M^-1
 //! J^T)^+ r, then speeds onto J u = 0 in the same metric, u += -M^-1 J^T (J M^-1 J^T)^+ J u: what
-//! keeps an index-1 integration on the constraints. After E. Hairer, C. Lubich, G. Wanner,
+//! keeps an index-1 integration on the constraints. A driven joint is a tenth kind of residual,
+//! its distance from where it should be times the mechanism's size. After E. Hairer, C. Lubich, G. Wanner,
 //! "Geometric Numerical Integration", IV.4; E. Eich, "Convergence results for a coordinate
 //! projection method", 1993.
 
@@ -50,11 +51,12 @@ pub(crate) fn worst_loop<S: Scalar>(residual: &[S]) -> (usize, S) {
     worst
 }
 
-/// Moves q (rad) onto the closure and u (rad/s) onto its tangent. Without loops nothing happens.
+/// Moves q (rad) onto the closure and u (rad/s) onto its tangent, driven joints to where they
+/// should be at t (s). Without loops and drives nothing happens.
 ///
 /// # Errors
 ///
-/// [`Error::NotClosed`] if q is too far away; [`Error::MassMatrix`], [`Error::NotFinite`],
+/// [`Error::NotClosed`] or [`Error::NotDriven`] if q is too far away; [`Error::MassMatrix`], [`Error::NotFinite`],
 /// [`Error::Workspace`], [`Error::Length`].
 pub fn project<Y: System>(
     system: &Y,
@@ -64,10 +66,11 @@ pub fn project<Y: System>(
     mut workspace: &mut [Y::Scalar],
 ) -> Result<Projected<Y::Scalar>, Error> {
     let dimensions = check(system, workspace, &[q.len(), u.len()])?;
-    if dimensions.loops == 0 {
+    if dimensions.loops + dimensions.drives == 0 {
         return Ok(Projected { residual: Y::Scalar::ZERO, rank: 0 });
     }
-    let (n, c, r) = (dimensions.coordinates, dimensions.rows, 9 * dimensions.loops);
+    let (n, c) = (dimensions.coordinates, dimensions.rows);
+    let r = 9 * dimensions.loops + dimensions.drives;
     let mass = split(&mut workspace, n * n)?;
     {
         // Only M is of interest: the closure takes the place of the rest.
@@ -79,6 +82,8 @@ pub fn project<Y: System>(
     }
     factor(mass, n).map_err(|joint| blame(&[q, u], mass, joint))?;
     let mut closure = Closure {
+        t,
+        loops: dimensions.loops,
         mass,
         residual: split(&mut workspace, r)?,
         jacobian: split(&mut workspace, r * n)?,
@@ -86,10 +91,9 @@ pub fn project<Y: System>(
     };
     let residual = closure.move_coordinates(system, q, split(&mut workspace, n)?)?;
     if !(residual <= bearable(system)) {
-        let (loop_index, residual) = worst_loop(closure.residual);
-        return Err(Error::NotClosed { loop_index, residual: residual.to_f64(), joint: None });
+        return Err(closure.open(system));
     }
-    let rank = closure.move_speeds(u);
+    let rank = closure.move_speeds(system, u);
     match not_finite(&[q, u]) {
         Some(joint) => Err(Error::NotFinite { joint }),
         None => Ok(Projected { residual, rank }),
@@ -98,11 +102,15 @@ pub fn project<Y: System>(
 
 /// The linearised closure and the metric.
 struct Closure<'a, S> {
+    /// s.
+    t: S,
+    /// L.
+    loops: usize,
     /// Factor of M.
     mass: &'a [S],
-    /// r, 9 L; also the right-hand side.
+    /// r, 9 L + D; also the right-hand side.
     residual: &'a mut [S],
-    /// J, 9 L x N; then its orthogonal rows.
+    /// J, (9 L + D) x N; then its orthogonal rows.
     jacobian: &'a mut [S],
     /// N.
     step: &'a mut [S],
@@ -111,27 +119,54 @@ struct Closure<'a, S> {
 impl<S: Scalar> Closure<'_, S> {
     /// Residual and Jacobian at q; the largest residual.
     fn evaluate<Y: System<Scalar = S>>(&mut self, system: &Y, q: &[S]) -> Result<S, Error> {
-        system.write_closure(q, self.residual, self.jacobian);
+        let n = self.step.len();
+        let (residual, driven) = self.residual.split_at_mut(9 * self.loops);
+        let (jacobian, rows) = self.jacobian.split_at_mut(9 * self.loops * n);
+        system.write_closure(q, residual, jacobian);
+        rows.fill(S::ZERO);
+        let mut slots = driven.iter_mut().zip(rows.chunks_exact_mut(n.max(1)));
+        system.drives(self.t, |drive| {
+            if let Some((residual, row)) = slots.next() {
+                *residual = system.size() * (q[drive.joint] - drive.position);
+                row[drive.joint] = system.size();
+            }
+        });
         let size = max_abs(self.residual);
         if size.is_finite() {
             return Ok(size);
         }
-        let (loop_index, residual) = worst_loop(self.residual);
         match not_finite(&[q]) {
             Some(joint) => Err(Error::NotFinite { joint }),
-            None => Err(Error::NotClosed { loop_index, residual: residual.to_f64(), joint: None }),
+            None => Err(self.open(system)),
         }
+    }
+
+    /// Which constraint is not met.
+    fn open<Y: System<Scalar = S>>(&self, system: &Y) -> Error {
+        let (residual, driven) = self.residual.split_at(9 * self.loops);
+        let (loop_index, largest) = worst_loop(residual);
+        let mut error =
+            Error::NotClosed { loop_index, residual: largest.to_f64(), joint: None };
+        let mut values = driven.iter();
+        system.drives(self.t, |drive| {
+            if let Some(&value) = values.next()
+                && !(value.abs() <= largest)
+            {
+                error = Error::NotDriven { joint: drive.joint };
+            }
+        });
+        error
     }
 
     /// The step of least weighted length that takes the residual (negated here) away, and the
     /// rank.
     fn solve(&mut self, spectrum: Spectrum<S>) -> usize {
-        let n = self.step.len();
+        let (n, rows) = (self.step.len(), self.residual.len());
         for value in self.residual.iter_mut() {
             *value = -*value;
         }
         weigh(self.mass, self.jacobian, n);
-        let k = orthogonalise(self.jacobian, self.residual, n);
+        let k = orthogonalise(self.jacobian, self.residual, rows, n);
         let rank = combine(self.jacobian, &self.residual[..k], spectrum, 1, self.step);
         backward(self.mass, self.step);
         rank
@@ -174,14 +209,20 @@ impl<S: Scalar> Closure<'_, S> {
         Ok(size)
     }
 
-    /// Makes J u = 0, with the Jacobian that [`evaluate`](Self::evaluate) left. The cut is that of
+    /// Makes J u = 0 (for a driven joint: its speed), with the Jacobian that [`evaluate`](Self::evaluate) left. The cut is that of
     /// the acceleration: a finer one would stop, at each passage of a singular state, speeds that
     /// the acceleration left free, and take their energy away.
-    fn move_speeds(&mut self, u: &mut [S]) -> usize {
+    fn move_speeds<Y: System<Scalar = S>>(&mut self, system: &Y, u: &mut [S]) -> usize {
         let n = u.len();
         for (value, row) in self.residual.iter_mut().zip(self.jacobian.chunks_exact(n.max(1))) {
             *value = dot(row, u);
         }
+        let mut driven = self.residual[9 * self.loops..].iter_mut();
+        system.drives(self.t, |drive| {
+            if let Some(value) = driven.next() {
+                *value -= system.size() * drive.speed;
+            }
+        });
         let rank = self.solve(plain());
         add_scaled(u, S::ONE, self.step);
         rank

@@ -42,6 +42,10 @@ pub trait Scalar:
     fn tanh(self) -> Self;
     /// To the power of `exponent`.
     fn pow(self, exponent: Self) -> Self;
+    /// Natural logarithm.
+    fn ln(self) -> Self;
+    /// 1 where not negative, else 0; NaN stays.
+    fn step(self) -> Self;
     /// Magnitude.
     fn abs(self) -> Self;
     /// The smaller; NaN if either is.
@@ -55,7 +59,8 @@ pub trait Scalar:
 /// Implements [`Scalar`] by libm, or by the standard library with the feature `std`. Sums of
 /// products are never fused: results are the same on every machine.
 macro_rules! scalar {
-    ($type:ident, $sqrt:ident, $sincos:ident, $tan:ident, $exp:ident, $tanh:ident, $pow:ident) => {
+    ($type:ident, $sqrt:ident, $sincos:ident, $tan:ident, $exp:ident, $tanh:ident, $pow:ident,
+     $ln:ident) => {
         impl Scalar for $type {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -78,6 +83,17 @@ macro_rules! scalar {
                 return $type::sin_cos(self);
                 #[cfg(not(feature = "std"))]
                 return libm::$sincos(self);
+            }
+            scalar!(@function ln, $ln);
+            #[inline]
+            fn step(self) -> Self {
+                if self < 0.0 {
+                    0.0
+                } else if self >= 0.0 {
+                    1.0
+                } else {
+                    self
+                }
             }
             #[inline]
             fn pow(self, exponent: Self) -> Self {
@@ -128,8 +144,8 @@ macro_rules! scalar {
     };
 }
 
-scalar!(f64, sqrt, sincos, tan, exp, tanh, pow);
-scalar!(f32, sqrtf, sincosf, tanf, expf, tanhf, powf);
+scalar!(f64, sqrt, sincos, tan, exp, tanh, pow, log);
+scalar!(f32, sqrtf, sincosf, tanf, expf, tanhf, powf, logf);
 
 #[cfg(test)]
 mod tests {
@@ -145,6 +161,8 @@ mod tests {
             (of(1.0).exp(), core::f64::consts::E),
             (of(0.5).tanh(), 0.462_117_157_260_009_76),
             (of(2.0).pow(of(0.5)), core::f64::consts::SQRT_2),
+            (of(2.0).ln(), core::f64::consts::LN_2),
+            (of(-0.5).step() + of(0.0).step() + of(3.0).step(), 2.0),
             (of(-2.0).abs(), 2.0),
             (Scalar::min(of(1.0), of(2.0)), 1.0),
             (Scalar::max(of(1.0), of(2.0)), 2.0),

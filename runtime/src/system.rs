@@ -20,6 +20,26 @@ pub struct Dimensions {
     pub bodies: usize,
     /// P, points.
     pub points: usize,
+    /// D, joints that follow a prescribed angle.
+    pub drives: usize,
+    /// Parameters.
+    pub parameters: usize,
+    /// Inputs.
+    pub inputs: usize,
+}
+
+impl Dimensions {
+    /// Nothing at all.
+    pub const ZERO: Self = Self {
+        coordinates: 0,
+        rows: 0,
+        loops: 0,
+        bodies: 0,
+        points: 0,
+        drives: 0,
+        parameters: 0,
+        inputs: 0,
+    };
 }
 
 /// Where [`System::write_equations`] writes. Matrices are row-major.
@@ -44,6 +64,51 @@ pub struct Energy<S> {
     pub potential: S,
 }
 
+/// A joint that follows a prescribed angle s(t): `q_j` = s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drive<S> {
+    /// j.
+    pub joint: usize,
+    /// s, rad.
+    pub position: S,
+    /// ds/dt, rad/s.
+    pub speed: S,
+    /// Its derivative, rad/s^2.
+    pub acceleration: S,
+    /// Its derivative in turn, rad/s^3.
+    pub jerk: S,
+}
+
+/// A state with du/dt and the closure forces that go with it.
+#[derive(Clone, Copy, Debug)]
+pub struct Balance<'a, S> {
+    /// t, s.
+    pub t: S,
+    /// q, N, rad.
+    pub q: &'a [S],
+    /// u, N, rad/s.
+    pub u: &'a [S],
+    /// du/dt, N, rad/s^2.
+    pub acceleration: &'a [S],
+    /// lambda, C.
+    pub multipliers: &'a [S],
+}
+
+/// The direction of a derivative: how fast everything the equations depend on changes.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Change<'a, S> {
+    /// Of t.
+    pub t: S,
+    /// Of q, N.
+    pub q: &'a [S],
+    /// Of u, N.
+    pub u: &'a [S],
+    /// Of the parameters, in their order.
+    pub parameters: &'a [S],
+    /// Of the inputs, in their order.
+    pub inputs: &'a [S],
+}
+
 /// A mechanism the algorithms of this crate can run: compiled, or interpreted in process.
 ///
 /// Slices have exactly the lengths that [`dimensions`](Self::dimensions) gives; an implementation
@@ -53,6 +118,8 @@ pub trait System {
     type Scalar: Scalar;
     /// Storage for N numbers.
     type Vector: Clone + AsRef<[Self::Scalar]> + AsMut<[Self::Scalar]>;
+    /// Storage for N x N numbers.
+    type Matrix: Clone + AsRef<[Self::Scalar]> + AsMut<[Self::Scalar]>;
     /// Storage for [`workspace_len`](crate::workspace_len) numbers.
     type Workspace: Clone + AsRef<[Self::Scalar]> + AsMut<[Self::Scalar]>;
 
@@ -60,6 +127,8 @@ pub trait System {
     fn dimensions(&self) -> Dimensions;
     /// N zeros.
     fn vector(&self) -> Self::Vector;
+    /// N x N zeros.
+    fn matrix(&self) -> Self::Matrix;
     /// [`workspace_len`](crate::workspace_len) zeros.
     fn workspace(&self) -> Self::Workspace;
     /// Diagonal of the flat bounding box, m: the scale of closure residuals.
@@ -100,4 +169,30 @@ pub trait System {
     fn write_poses(&self, q: &[Self::Scalar], out: &mut [Self::Scalar]);
     /// Positions of the points in the base frame, 3 numbers each, m.
     fn write_points(&self, q: &[Self::Scalar], out: &mut [Self::Scalar]);
+    /// Shows each driven joint, in ascending order of the joints. Provided: none.
+    fn drives(&self, t: Self::Scalar, visit: impl FnMut(Drive<Self::Scalar>)) {
+        let _ = (t, visit);
+    }
+    /// Per joint the force (N) and the moment about the first point of the hinge line (N m) by
+    /// which the first body of the joint acts on the second, N x 6, in the joint's frame: x along
+    /// the hinge, z normal to the flat sheet, fixed to the second body. The moment about x is that
+    /// of spring, damper, torque and motor. Provided: not a number.
+    fn write_reactions(&self, at: Balance<'_, Self::Scalar>, out: &mut [Self::Scalar]) {
+        let _ = at;
+        out.fill(Self::Scalar::from_f64(f64::NAN));
+    }
+    /// The changes of f - M du/dt + J^T lambda, N, and of gamma + J du/dt, C, in the direction of
+    /// `change` at constant du/dt and lambda. Provided: not a number, with which everything that
+    /// needs derivatives fails.
+    fn write_tangent(
+        &self,
+        at: Balance<'_, Self::Scalar>,
+        change: Change<'_, Self::Scalar>,
+        forces: &mut [Self::Scalar],
+        closure: &mut [Self::Scalar],
+    ) {
+        let _ = (at, change);
+        forces.fill(Self::Scalar::from_f64(f64::NAN));
+        closure.fill(Self::Scalar::from_f64(f64::NAN));
+    }
 }

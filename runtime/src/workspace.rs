@@ -4,20 +4,26 @@ use crate::{Dimensions, Error, System};
 
 /// Numbers of workspace that suffice for every algorithm of this crate.
 ///
-/// With N coordinates, C closure rows, L loops and R = 9 L residuals it is the largest of
+/// With N coordinates, C closure rows, L loops and D driven joints, to which each joint at a stop
+/// adds one, there are c = C + D + N rows and r = 9 L + D + N residuals at most; P parameters and
+/// I inputs. It is the largest of
 ///
-/// * acceleration: M or its factor N N; J 2 C N (one copy is orthogonalised); gamma and lambda
-///   2 C; a vector N;
+/// * acceleration: M or its factor N N; J 2 c N (one copy is orthogonalised); gamma and lambda
+///   2 c; a vector N;
 /// * projection: M or its factor N N; then, one after the other in the same place, f, J, gamma
-///   N + C N + C, or residuals, their Jacobian and two vectors R + R N + 2 N;
-/// * assembly: residuals and their Jacobian, each twice, 2 R + 2 R N; eight vectors 8 N.
+///   N + C N + C, or residuals, their Jacobian and two vectors r + r N + 2 N;
+/// * assembly: residuals and their Jacobian, each twice, 2 r + 2 r N; eight vectors 8 N;
+/// * jacobian: M or its factor N N; J c N and what orthogonalised it c c; four vectors of rows
+///   4 c and four of coordinates 4 N; directions P + I.
 pub const fn workspace_len(dimensions: Dimensions) -> usize {
-    let Dimensions { coordinates: n, rows: c, loops, .. } = dimensions;
-    let r = 9 * loops;
+    let Dimensions { coordinates: n, rows, loops, drives, parameters, inputs, .. } = dimensions;
+    let c = rows + drives + n;
+    let r = 9 * loops + drives + n;
     let acceleration = n * n + 2 * c * n + 2 * c + n;
-    let projection = n * n + greater(n + c * n + c, r + r * n + 2 * n);
+    let projection = n * n + greater(n + rows * n + rows, r + r * n + 2 * n);
     let assembly = 2 * r + 2 * r * n + 8 * n;
-    greater(acceleration, greater(projection, assembly))
+    let jacobian = n * n + c * n + c * c + 4 * c + 4 * n + parameters + inputs;
+    greater(greater(acceleration, jacobian), greater(projection, assembly))
 }
 
 const fn greater(a: usize, b: usize) -> usize {

@@ -23,7 +23,7 @@ fn closing(system: &Tree<f64>, sigma: f64, count: usize) -> usize {
     let mut iterations = 0;
     for _ in 0..count {
         let mut q = random.normals(n, sigma);
-        let result = assemble(system, &mut q, &vec![false; n], &mut system.workspace());
+        let result = assemble(system, 0.0, &mut q, &vec![false; n], &mut system.workspace());
         if let Ok(assembly) = result {
             assert!(residual(system, &q) <= 1e-12 * system.size);
             assert!(q.iter().all(|q| q.abs() <= PI));
@@ -62,7 +62,7 @@ fn a_nudge_unfolds_the_flat_state_and_stays() {
             let n = system.bodies.len();
             let (mut q, mut pinned) = (vec![0.0; n], vec![false; n]);
             (q[0], pinned[0]) = (nudge, true);
-            assemble(&system, &mut q, &pinned, &mut system.workspace()).expect(name);
+            assemble(&system, 0.0, &mut q, &pinned, &mut system.workspace()).expect(name);
             assert_eq!(q[0], nudge, "{name}");
             assert!(residual(&system, &q) <= 1e-12 * system.size);
         }
@@ -80,7 +80,7 @@ fn single_precision_unfolds_too() {
         let mut random = Random(3);
         for _ in 0..100 {
             let mut q: Vec<f32> = random.normals(n, 0.5).iter().map(|&q| q as f32).collect();
-            let assembly = assemble(&system, &mut q, &vec![false; n], &mut system.workspace());
+            let assembly = assemble(&system, 0.0, &mut q, &vec![false; n], &mut system.workspace());
             assert!(assembly.expect(name).residual <= 2e-6 * system.size as f32);
         }
     }
@@ -93,7 +93,7 @@ fn the_signs_of_the_guess_choose_the_branch() {
     for other in [0.3, -0.3] {
         let mut q = [0.5, 0.0, other, 0.0];
         let pinned = [true, false, false, false];
-        if assemble(&system, &mut q, &pinned, &mut system.workspace()).is_ok() {
+        if assemble(&system, 0.0, &mut q, &pinned, &mut system.workspace()).is_ok() {
             assert_eq!(q[0], 0.5);
             assert!(q[2] * other > 0.0, "{q:?}");
             seen.push(q);
@@ -105,8 +105,8 @@ fn the_signs_of_the_guess_choose_the_branch() {
         let mut mirrored = q.map(|q| -q);
         mirrored[1] -= 0.1;
         let mut image = mirrored.map(|q| -q);
-        assemble(&system, &mut mirrored, &[false; 4], &mut system.workspace()).unwrap();
-        assemble(&system, &mut image, &[false; 4], &mut system.workspace()).unwrap();
+        assemble(&system, 0.0, &mut mirrored, &[false; 4], &mut system.workspace()).unwrap();
+        assemble(&system, 0.0, &mut image, &[false; 4], &mut system.workspace()).unwrap();
         for (a, b) in mirrored.iter().zip(image) {
             assert!((a + b).abs() < 1e-6, "{mirrored:?} {image:?}");
         }
@@ -119,13 +119,13 @@ fn the_result_is_the_nearest_closed_configuration() {
     let guess = [0.6, 0.3, 0.5, 0.5];
     let distance = |q: &[f64]| -> f64 { q.iter().zip(guess).map(|(q, g)| (q - g).powi(2)).sum() };
     let mut q = guess;
-    assemble(&system, &mut q, &[false; 4], &mut system.workspace()).unwrap();
+    assemble(&system, 0.0, &mut q, &[false; 4], &mut system.workspace()).unwrap();
     // The whole curve, by pinning its first angle.
     for k in -300..=300 {
         let mut other = guess;
         other[0] = f64::from(k) * 0.01;
         let pinned = [true, false, false, false];
-        if assemble(&system, &mut other, &pinned, &mut system.workspace()).is_ok() {
+        if assemble(&system, 0.0, &mut other, &pinned, &mut system.workspace()).is_ok() {
             assert!(distance(&q) <= distance(&other) + 1e-9, "{q:?} {other:?}");
         }
     }
@@ -136,12 +136,12 @@ fn a_pinned_joint_moves_only_if_it_must() {
     // The shortest crank of a four-bar that is not Grashof's cannot reach half a turn.
     let system = planar::<f64>([0.0, 0.03, 0.045, 0.025], &ALL);
     let mut q = [3.0, 0.0, 0.0, 0.0];
-    assemble(&system, &mut q, &[true, false, false, false], &mut system.workspace()).unwrap();
+    assemble(&system, 0.0, &mut q, &[true, false, false, false], &mut system.workspace()).unwrap();
     assert!(residual(&system, &q) <= 1e-12 * system.size);
     let pinned = [true, false, false, false];
     let mut reachable = q;
     let kept = reachable[0];
-    assemble(&system, &mut reachable, &pinned, &mut system.workspace()).unwrap();
+    assemble(&system, 0.0, &mut reachable, &pinned, &mut system.workspace()).unwrap();
     assert_eq!(reachable[0], kept);
 }
 
@@ -154,7 +154,7 @@ fn limits_hold_and_turns_are_taken_off() {
     }
     for _ in 0..100 {
         let mut q = random.normals(6, 1.0);
-        assemble(&system, &mut q, &[false; 6], &mut system.workspace()).unwrap();
+        assemble(&system, 0.0, &mut q, &[false; 6], &mut system.workspace()).unwrap();
         assert!(q.iter().all(|q| q.abs() <= 0.7), "{q:?}");
     }
 
@@ -162,8 +162,8 @@ fn limits_hold_and_turns_are_taken_off() {
     let guess = random.normals(6, 0.5);
     let (mut plain, mut wound) = (guess.clone(), guess);
     wound[2] += 4.0 * PI;
-    assemble(&system, &mut plain, &[false; 6], &mut system.workspace()).unwrap();
-    assemble(&system, &mut wound, &[false; 6], &mut system.workspace()).unwrap();
+    assemble(&system, 0.0, &mut plain, &[false; 6], &mut system.workspace()).unwrap();
+    assemble(&system, 0.0, &mut wound, &[false; 6], &mut system.workspace()).unwrap();
     for (plain, wound) in plain.iter().zip(wound) {
         assert!((plain - wound).abs() < 1e-9);
     }
@@ -177,7 +177,7 @@ fn failure_names_the_loop_and_the_limit_and_changes_nothing() {
         body.limits = [0.3, 1.0];
     }
     let mut q = [0.5; 6];
-    let result = assemble(&system, &mut q, &[false; 6], &mut system.workspace());
+    let result = assemble(&system, 0.0, &mut q, &[false; 6], &mut system.workspace());
     let Err(Error::NotClosed { loop_index: 0, residual, joint: Some(joint) }) = result else {
         panic!("{result:?}");
     };
@@ -185,8 +185,8 @@ fn failure_names_the_loop_and_the_limit_and_changes_nothing() {
     assert_eq!(q, [0.5; 6]);
 
     q[4] = f64::NAN;
-    let result = assemble(&system, &mut q, &[false; 6], &mut system.workspace());
+    let result = assemble(&system, 0.0, &mut q, &[false; 6], &mut system.workspace());
     assert_eq!(result, Err(Error::NotFinite { joint: 4 }));
-    let result = assemble(&system, &mut [0.5; 6], &[false; 5], &mut system.workspace());
+    let result = assemble(&system, 0.0, &mut [0.5; 6], &[false; 5], &mut system.workspace());
     assert_eq!(result, Err(Error::Length { expected: 6, given: 5 }));
 }

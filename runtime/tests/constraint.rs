@@ -44,7 +44,7 @@ fn closed_state(system: &Tree<f64>, seed: u64) -> (Vec<f64>, Vec<f64>) {
     let mut random = Random(seed);
     let (mut q, mut u) = (random.normals(n, 0.6), random.normals(n, 3.0));
     let mut workspace = system.workspace();
-    assemble(system, &mut q, &vec![false; n], &mut workspace).unwrap();
+    assemble(system, 0.0, &mut q, &vec![false; n], &mut workspace).unwrap();
     project(system, 0.0, &mut q, &mut u, &mut workspace).unwrap();
     (q, u)
 }

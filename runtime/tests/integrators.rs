@@ -8,7 +8,7 @@ use common::Tree;
 use common::designs::{ALL, PLACES, Random, SIX, chain, four_vertex, planar, sixbar, two_loops};
 use common::planar::{FourBar, Pendulum};
 use lamc_runtime::{
-    Dopri5, Error, Mechanism, Projection, Rk4, Scalar, SemiImplicitEuler, State, StateOf, System,
+    Dopri5, Integrator, Error, Mechanism, Projection, Rk4, Scalar, SemiImplicitEuler, State, StateOf, System,
     assemble, project,
 };
 
@@ -52,7 +52,7 @@ fn closed_state(system: &Tree<f64>, seed: u64, speed: f64) -> StateOf<Tree<f64>>
     let mut random = Random(seed);
     let mut state = State { t: 0.0, q: random.normals(n, 0.6), u: random.normals(n, speed) };
     let mut workspace = system.workspace();
-    assemble(system, &mut state.q, &vec![false; n], &mut workspace).unwrap();
+    assemble(system, 0.0, &mut state.q, &vec![false; n], &mut workspace).unwrap();
     project(system, 0.0, &mut state.q, &mut state.u, &mut workspace).unwrap();
     state
 }
@@ -267,7 +267,7 @@ fn a_mechanism_passes_through_its_flat_singular_state() {
     }
     let mut state = State { t: 0.0, q: vec![0.5, 0.3, 0.0, 0.0], u: vec![0.0; 4] };
     let pinned = [true, false, false, false];
-    assemble(&system, &mut state.q, &pinned, &mut system.workspace()).unwrap();
+    assemble(&system, 0.0, &mut state.q, &pinned, &mut system.workspace()).unwrap();
     let before = total(&system, &state);
     let mut crossings = 0;
     let mut last = state.q[0];
@@ -293,9 +293,13 @@ fn steps_that_fail_are_shortened_and_then_named() {
     impl System for Breaks {
         type Scalar = f64;
         type Vector = [f64; 1];
+        type Matrix = [f64; 1];
         type Workspace = <Pendulum<f64> as System>::Workspace;
         fn dimensions(&self) -> lamc_runtime::Dimensions {
             self.0.dimensions()
+        }
+        fn matrix(&self) -> [f64; 1] {
+            [0.0; 1]
         }
         fn vector(&self) -> [f64; 1] {
             self.0.vector()

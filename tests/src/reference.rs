@@ -34,6 +34,7 @@ impl Reference {
             damping: Expression::Number(joint.damping),
             rest: Expression::Number(joint.rest),
             torque: Expression::ZERO,
+            drive: None,
             limits: [f64::NEG_INFINITY, f64::INFINITY],
             span: Span::default(),
         });

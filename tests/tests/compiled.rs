@@ -17,7 +17,7 @@ const MAIN: &str = r#"//! Evaluates generated modules.
 
 use std::io::BufRead;
 
-use lamc_runtime::{Dopri5, Mechanism, Scalar, State};
+use lamc_runtime::{Dopri5, Integrator, Mechanism, Scalar, State};
 
 MODULES
 

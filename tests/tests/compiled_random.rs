@@ -106,7 +106,7 @@ fn closed_state(system: &Interpreter, random: &mut Random) -> State<Vec<f64>, f6
         let t = random.range(0.0, 1.0);
         let mut q: Vec<f64> = (0..n).map(|_| random.range(-1.2, 1.2)).collect();
         let mut u: Vec<f64> = (0..n).map(|_| random.range(-3.0, 3.0)).collect();
-        if assemble(system, &mut q, &vec![false; n], &mut workspace).is_ok()
+        if assemble(system, 0.0, &mut q, &vec![false; n], &mut workspace).is_ok()
             && project(system, t, &mut q, &mut u, &mut workspace).is_ok()
         {
             return State { t, q, u };

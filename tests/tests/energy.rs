@@ -15,7 +15,7 @@ fn the_undamped_six_bar_keeps_its_energy() {
     let system = Interpreter::new(&compiled.program);
     let mut state = State::initial(&system);
     let mut workspace = system.workspace();
-    assemble(&system, &mut state.q, &[false; 6], &mut workspace)
+    assemble(&system, 0.0, &mut state.q, &[false; 6], &mut workspace)
         .unwrap_or_else(|error| panic!("{error}"));
     project(&system, 0.0, &mut state.q, &mut state.u, &mut workspace)
         .unwrap_or_else(|error| panic!("{error}"));

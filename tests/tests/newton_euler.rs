@@ -136,7 +136,7 @@ fn compare(seed: u64, recipe: Recipe) -> usize {
         let t = random.range(0.0, 1.0);
         let motor = random.range(-2e-3, 2e-3);
         system.set_input("motor", motor).unwrap();
-        if assemble(&system, &mut q, &vec![false; n], &mut workspace).is_err()
+        if assemble(&system, 0.0, &mut q, &vec![false; n], &mut workspace).is_err()
             || project(&system, t, &mut q, &mut u, &mut workspace).is_err()
         {
             continue;

@@ -1,7 +1,7 @@
 //! The published designs against reference values from three independent implementations.
 
 use lamc::program::Interpreter;
-use lamc_runtime::{EquationsMut, State, System, acceleration, assemble};
+use lamc_runtime::{EquationsMut, Integrator, State, System, acceleration, assemble};
 use lamc_tests::{DESIGNS, Reference, compile, dopri5, relative_error, shared};
 use nalgebra::{Matrix3, Vector3};
 
@@ -112,7 +112,7 @@ fn assembly_from_rough_guesses() {
         for state in &reference.states {
             let mut guess: Vec<f64> = state.q.iter().map(|q| (q * 10.0).round() / 10.0).collect();
             let assembly =
-                assemble(system, &mut guess, &vec![false; state.q.len()], &mut workspace);
+                assemble(system, 0.0, &mut guess, &vec![false; state.q.len()], &mut workspace);
             let residual = assembly.map(|assembly| assembly.residual);
             assert!(
                 residual.is_ok_and(|residual| residual <= 1e-12 * system.size()),

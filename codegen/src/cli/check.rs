@@ -58,7 +58,7 @@ fn report(compiled: &Compiled) -> String {
     }
     text.push_str("\noperations per evaluation\n");
     for function in &compiled.program.functions {
-        let name = format!("{:?}", function.kind).to_lowercase();
+        let name = function.kind.name();
         line(&mut text, format_args!("  {name:<10} {}", function.cost()));
     }
     text

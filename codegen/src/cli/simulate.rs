@@ -6,7 +6,7 @@ use std::time::Instant;
 use clap::Args;
 use lamc::program::Interpreter;
 use lamc::source::{read_angle, read_quantity};
-use lamc_runtime::{Dopri5, Energy, State, System, assemble, project};
+use lamc_runtime::{Dopri5, Energy, Integrator, State, System, assemble, project};
 
 use super::{Failed, Outcome, fail, load, output, plot};
 
@@ -139,7 +139,7 @@ fn start(system: &Interpreter, arguments: &Arguments) -> Result<State<Vec<f64>, 
         pinned[joint] = true;
     }
     let mut workspace = system.workspace();
-    assemble(system, &mut state.q, &pinned, &mut workspace).map_err(|error| {
+    assemble(system, 0.0, &mut state.q, &pinned, &mut workspace).map_err(|error| {
         let named = match error {
             lamc_runtime::Error::NotClosed { joint: Some(joint), .. } => {
                 format!(" (`{}`)", joints[joint].name)

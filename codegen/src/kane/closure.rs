@@ -50,7 +50,8 @@ impl Derivation<'_> {
         path
     }
 
-    fn common_ancestor(&self, closed: &Loop) -> Option<NodeId> {
+    /// The node on which both sides of a loop meet; `None`: the ground.
+    pub fn common_ancestor(&self, closed: &Loop) -> Option<NodeId> {
         let (ghost, original) = (self.path(closed.ghost), self.path(closed.original));
         let shared = ghost.iter().zip(&original).take_while(|(a, b)| a == b);
         shared.last().and_then(|(node, _)| *node)

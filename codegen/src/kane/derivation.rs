@@ -6,7 +6,7 @@ use super::equations::{Binding, BindingId, Equations, Leaf, Section};
 use super::frame::{Frame, frames};
 use super::motion::{Motion, Placement};
 use super::vector::Vector;
-use super::{closure, dynamics};
+use super::{closure, dynamics, inverse};
 use crate::laminate::Mechanism;
 use crate::source::{Diagnostic, Diagnostics, InputId, JointId, ParameterId, Span};
 use crate::symbolic::{self, Algebra, Expr, SessionError, Tree};
@@ -51,11 +51,16 @@ pub struct Derivation<'a> {
     pub t: Expr,
     pub parameters: Vec<Expr>,
     pub inputs: Vec<Expr>,
+    /// Given du/dt, by joint, and lambda, by closure row: symbols of the inverse dynamics only.
+    pub accelerations: Vec<Expr>,
+    pub multipliers: Vec<Expr>,
     /// sin q and cos q, by joint.
     pub sin_cos: Vec<[Expr; 2]>,
     /// Relative to an ancestor (`None`: the ground), by ancestor and node.
     pub motions: HashMap<(Option<NodeId>, NodeId), Motion>,
     pub placements: HashMap<(Option<NodeId>, NodeId), Placement>,
+    /// As `motions`, at the given du/dt.
+    pub accelerated: HashMap<(Option<NodeId>, NodeId), Motion>,
     pub problems: Diagnostics,
     algebra: &'a mut Algebra<Leaf, Label>,
     constants: HashMap<u64, Expr>,
@@ -83,9 +88,12 @@ impl<'a> Derivation<'a> {
             t,
             parameters,
             inputs,
+            accelerations: Vec::new(),
+            multipliers: Vec::new(),
             sin_cos: Vec::new(),
             motions: HashMap::new(),
             placements: HashMap::new(),
+            accelerated: HashMap::new(),
             problems: Diagnostics::default(),
             algebra,
             constants: HashMap::new(),
@@ -116,6 +124,8 @@ impl<'a> Derivation<'a> {
         let closure = closure::closure(&mut self);
         let poses = self.poses();
         let points = self.points();
+        let drives = self.drives();
+        let inverse = inverse::inverse(&mut self, &dynamics);
         if self.problems.has_errors() {
             return Err(self.problems);
         }
@@ -129,10 +139,35 @@ impl<'a> Derivation<'a> {
             residual_jacobian: self.trees(&closure.residual_jacobian),
             poses: self.trees(&poses),
             points: self.trees(&points),
+            drives: self.trees(&drives),
+            imbalance: self.trees(&inverse.imbalance),
+            opening: self.trees(&inverse.opening),
+            reactions: self.trees(&inverse.reactions),
             kinetic_energy: self.tree(&dynamics.kinetic_energy),
             potential_energy: self.tree(&dynamics.potential_energy),
             bindings: self.bindings(),
         })
+    }
+
+    /// Makes the symbols of the inverse dynamics, last: terms are ordered by the age of their
+    /// symbols, and the rest should not depend on these.
+    pub fn give_accelerations(&mut self) {
+        let joints = (0..self.q.len()).map(JointId).map(Leaf::Acceleration);
+        self.accelerations = joints.map(|leaf| self.algebra.leaf(leaf)).collect();
+        let rows: usize = self.topology.loops.iter().map(|closed| closed.rows.len()).sum();
+        self.multipliers =
+            (0..rows).map(|row| self.algebra.leaf(Leaf::Multiplier(row))).collect();
+    }
+
+    /// Prescribed angles of the driven joints, in their order.
+    fn drives(&mut self) -> Vec<Expr> {
+        let mechanism = self.mechanism();
+        let driven = mechanism.joints.iter().filter_map(|joint| Some((joint, joint.drive.as_ref()?)));
+        driven
+            .map(|(joint, drive)| {
+                self.scalar(drive, &format!("drive_{}", joint.name), Some(joint.span))
+            })
+            .collect()
     }
 
     /// The mechanism.

@@ -34,11 +34,15 @@ pub struct Dynamics {
     pub kinetic_energy: Expr,
     /// J.
     pub potential_energy: Expr,
+    /// By node.
+    pub partial: Vec<PartialVelocity>,
+    /// By node: its share of its body.
+    pub inertia: Vec<Inertia>,
 }
 
 /// Inertia of a body or a composite about its frame's origin, in its frame.
 #[derive(Clone)]
-struct Inertia {
+pub struct Inertia {
     /// kg.
     mass: Expr,
     /// Mass times centre of mass, kg m.
@@ -49,15 +53,15 @@ struct Inertia {
 
 /// Force and moment about the frame's origin, in the frame.
 #[derive(Clone)]
-struct Wrench {
-    force: Vector,
-    moment: Vector,
+pub struct Wrench {
+    pub force: Vector,
+    pub moment: Vector,
 }
 
 /// dv/du and domega/du of a node by the speed of its own joint.
-struct PartialVelocity {
-    omega: Vector,
-    v: Vector,
+pub struct PartialVelocity {
+    pub omega: Vector,
+    pub v: Vector,
 }
 
 /// Derives M, f and the energies of the tree.
@@ -65,17 +69,24 @@ pub fn dynamics(d: &mut Derivation) -> Dynamics {
     let nodes: Vec<NodeId> = (0..d.topology.nodes.len()).map(NodeId).collect();
     let partial: Vec<_> = nodes.iter().map(|&node| d.partial_velocity(node)).collect();
     let inertia: Vec<_> = nodes.iter().map(|&node| d.inertia(node)).collect();
-    let wrench: Vec<_> = nodes.iter().map(|&node| d.wrench(node, &inertia)).collect();
+    let mut wrenches = Vec::with_capacity(nodes.len());
+    for &node in &nodes {
+        let motion = d.motion(None, Some(node));
+        wrenches.push(d.wrench(node, &inertia, &motion));
+    }
     Dynamics {
-        forcing: d.forcing(&partial, wrench),
+        forcing: d.forcing(&partial, wrenches),
         mass: d.mass_matrix(&partial, inertia.clone()),
         kinetic_energy: d.kinetic_energy(&inertia),
         potential_energy: d.potential_energy(&inertia),
+        partial,
+        inertia,
     }
 }
 
 impl Derivation<'_> {
-    fn joint_of(&self, node: NodeId) -> usize {
+    /// The index of a node's joint.
+    pub fn joint_of(&self, node: NodeId) -> usize {
         self.topology.nodes[node.index()].joint.index()
     }
 
@@ -137,11 +148,10 @@ impl Derivation<'_> {
         }
     }
 
-    /// Gravity, forces at points and inertia (at du/dt = 0) on one node: the summands of F_r and
-    /// F_r* without their partial velocities.
-    fn wrench(&mut self, node: NodeId, inertia: &[Inertia]) -> Wrench {
+    /// Gravity, forces at points and inertia on one node in motion: the summands of F_r and F_r*
+    /// without their partial velocities.
+    pub fn wrench(&mut self, node: NodeId, inertia: &[Inertia], motion: &Motion) -> Wrench {
         let Inertia { mass, moment: h, inertia: i } = inertia[node.index()].clone();
-        let motion = self.motion(None, Some(node));
         let gravity = self.gravity(Some(node));
         let free = self.bind_vector(node, "free_fall", sub(&gravity, &motion.a));
         let omega = &motion.omega;
@@ -170,7 +180,7 @@ impl Derivation<'_> {
     }
 
     /// tau_r: the joint's own torque on the child about the hinge, along u_r, N m.
-    fn joint_torque(&mut self, joint: usize) -> Expr {
+    pub fn joint_torque(&mut self, joint: usize) -> Expr {
         let hinge = &self.mechanism().joints[joint];
         let name = &hinge.name;
         let span = Some(hinge.span);
@@ -211,7 +221,7 @@ impl Derivation<'_> {
     }
 
     /// The same wrench about the parent's origin, in the parent's frame.
-    fn carry_wrench(&mut self, node: NodeId, wrench: &Wrench) -> Wrench {
+    pub fn carry_wrench(&mut self, node: NodeId, wrench: &Wrench) -> Wrench {
         let force = self.up(node, &wrench.force);
         let force = self.bind_vector(node, "force_above", force);
         let moment = self.up(node, &wrench.moment);

@@ -24,6 +24,10 @@ pub enum Leaf {
     Parameter(ParameterId),
     /// An input.
     Input(InputId),
+    /// Given du/dt, rad/s^2.
+    Acceleration(JointId),
+    /// Given closure force lambda of a row, N.
+    Multiplier(usize),
     /// A number that is not a small integer.
     Constant(f64),
     /// An intermediate bound earlier.
@@ -79,6 +83,15 @@ pub struct Equations {
     pub poses: Vec<Tree<Leaf>>,
     /// Per point its position in the base frame, m.
     pub points: Vec<Tree<Leaf>>,
+    /// Prescribed angles of the driven joints, rad.
+    pub drives: Vec<Tree<Leaf>>,
+    /// f - M du/dt + J^T lambda at given du/dt and lambda, N, N m.
+    pub imbalance: Vec<Tree<Leaf>>,
+    /// gamma + J du/dt at given du/dt, C, m/s^2.
+    pub opening: Vec<Tree<Leaf>>,
+    /// Per joint the force (N) and the moment (N m) that the hinge passes on at given du/dt and
+    /// lambda, N x 6.
+    pub reactions: Vec<Tree<Leaf>>,
     /// Kinetic energy, J.
     pub kinetic_energy: Tree<Leaf>,
     /// Potential energy of gravity and springs, J.

@@ -15,6 +15,7 @@
 //! | omega, v, alpha, a, partial velocities | `motion` |
 //! | F_r, F_r*, mass matrix, energies | `dynamics` |
 //! | closure residual, J, gamma | `closure` |
+//! | what is left at given du/dt and lambda, hinge reactions | `inverse` |
 //! | torque and force expressions | `scalar` |
 
 mod closure;
@@ -22,6 +23,7 @@ mod derivation;
 mod dynamics;
 mod equations;
 mod frame;
+mod inverse;
 mod motion;
 mod scalar;
 mod vector;

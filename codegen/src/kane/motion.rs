@@ -31,7 +31,8 @@ pub struct Motion {
 }
 
 impl Motion {
-    fn rest() -> Self {
+    /// Of the ancestor relative to itself.
+    pub fn rest() -> Self {
         Self { omega: zero(), v: zero(), alpha: zero(), a: zero() }
     }
 
@@ -73,7 +74,7 @@ impl Placement {
 
 impl Derivation<'_> {
     /// The node's parent.
-    fn parent(&self, node: NodeId) -> Option<NodeId> {
+    pub fn parent(&self, node: NodeId) -> Option<NodeId> {
         self.topology.nodes[node.index()].parent
     }
 

@@ -37,6 +37,7 @@ impl<'a> Evaluator<'a> {
                 self.equations.mechanism().parameters[p.index()].value
             }
             Tree::Leaf(Leaf::Time | Leaf::Input(_)) => 0.0,
+            Tree::Leaf(Leaf::Acceleration(_) | Leaf::Multiplier(_)) => f64::NAN,
             Tree::Sum(terms) => terms.iter().map(|x| self.value(x)).sum(),
             Tree::Product(factors) => factors.iter().map(|x| self.value(x)).product(),
             Tree::Power(base, n) => self.value(base).powi(*n as i32),
@@ -75,6 +76,7 @@ fn chain(n: usize, mass: f64, inertia: f64) -> Topology {
         damping: number(0.2),
         rest: number(0.1),
         torque: number(0.0),
+        drive: None,
         limits: [f64::NEG_INFINITY, f64::INFINITY],
         span: Span::default(),
     };

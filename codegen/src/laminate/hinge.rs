@@ -50,6 +50,7 @@ pub fn hinge(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diag
         damping: joint.damping.value.clone(),
         rest: joint.rest.value.clone(),
         torque: joint.torque.value.clone(),
+        drive: joint.drive.as_ref().map(|drive| drive.value.clone()),
         limits: joint
             .limits
             .as_ref()

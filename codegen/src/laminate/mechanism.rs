@@ -82,6 +82,8 @@ pub struct Joint {
     pub rest: Expression,
     /// Torque on `bodies[1]` about `direction`, N m.
     pub torque: Expression,
+    /// Prescribed angle, rad: a function of t, parameters and inputs.
+    pub drive: Option<Expression>,
     /// Allowed angles, rad; infinite where there are none.
     pub limits: [f64; 2],
     /// Its entry in the file.

@@ -27,6 +27,7 @@ pub fn interface(equations: &Equations, source_name: &str, source_text: &str) ->
                 initial_q: mechanism.initial_q[index],
                 initial_given: mechanism.initial_given.contains(&JointId(index)),
                 initial_u: mechanism.initial_u[index],
+                driven: joint.drive.is_some(),
             })
             .collect(),
         bodies: mechanism

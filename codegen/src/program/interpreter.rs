@@ -3,9 +3,11 @@
 
 use std::cell::RefCell;
 
-use lamc_runtime::{Dimensions, Energy, EquationsMut, System, workspace_len};
+use lamc_runtime::{
+    Balance, Change, Dimensions, Drive, Energy, EquationsMut, System, workspace_len,
+};
 
-use super::ir::{FunctionKind, Interface, Op, Output, Program, Slot, Value};
+use super::ir::{FunctionKind, Interface, Moving, Op, Output, Program, Slot, Value};
 
 /// No parameter or input has this name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -22,12 +24,15 @@ pub struct Interpreter {
     values: RefCell<Vec<f64>>,
 }
 
-/// What a function is evaluated at.
-#[derive(Clone, Copy)]
+/// What a function is evaluated at; what it does not read may be empty.
+#[derive(Clone, Copy, Default)]
 struct State<'a> {
     t: f64,
     q: &'a [f64],
     u: &'a [f64],
+    acceleration: &'a [f64],
+    multipliers: &'a [f64],
+    change: Change<'a, f64>,
 }
 
 impl Interpreter {
@@ -103,7 +108,23 @@ impl Interpreter {
             Slot::Rate(id) => at.u[id.index()],
             Slot::Parameter(id) => self.parameters[id.index()],
             Slot::Input(id) => self.inputs[id.index()],
+            Slot::Acceleration(id) => at.acceleration[id.index()],
+            Slot::Multiplier(row) => at.multipliers[row],
+            Slot::Change(moving) => match moving {
+                Moving::Time => at.change.t,
+                Moving::Position(id) => at.change.q[id.index()],
+                Moving::Rate(id) => at.change.u[id.index()],
+                Moving::Parameter(id) => at.change.parameters[id.index()],
+                Moving::Input(id) => at.change.inputs[id.index()],
+            },
         }
+    }
+
+    /// Whether a balance has one number per joint and per closure row.
+    fn balanced(&self, at: &Balance<'_, f64>) -> bool {
+        self.fits(at.q, at.u)
+            && at.acceleration.len() == at.q.len()
+            && at.multipliers.len() == self.interface.rows
     }
 
     /// Whether `q` and `u` have one number per joint.
@@ -115,6 +136,7 @@ impl Interpreter {
 impl System for Interpreter {
     type Scalar = f64;
     type Vector = Vec<f64>;
+    type Matrix = Vec<f64>;
     type Workspace = Vec<f64>;
 
     fn dimensions(&self) -> Dimensions {
@@ -125,11 +147,18 @@ impl System for Interpreter {
             loops: interface.loops.len(),
             bodies: interface.bodies.len(),
             points: interface.points.len(),
+            drives: interface.driven().len(),
+            parameters: interface.parameters.len(),
+            inputs: interface.inputs.len(),
         }
     }
 
     fn vector(&self) -> Vec<f64> {
         vec![0.0; self.interface.joints.len()]
+    }
+
+    fn matrix(&self) -> Vec<f64> {
+        vec![0.0; self.interface.joints.len() * self.interface.joints.len()]
     }
 
     fn workspace(&self) -> Vec<f64> {
@@ -160,26 +189,26 @@ impl System for Interpreter {
     fn write_equations(&self, t: f64, q: &[f64], u: &[f64], out: EquationsMut<'_, f64>) {
         if self.fits(q, u) {
             let out = &mut [out.mass, out.forcing, out.jacobian, out.gamma];
-            self.evaluate(FunctionKind::Equations, State { t, q, u }, out);
+            self.evaluate(FunctionKind::Equations, State { t, q, u, ..State::default() }, out);
         }
     }
 
     fn write_closure(&self, q: &[f64], residual: &mut [f64], jacobian: &mut [f64]) {
         if self.fits(q, q) {
-            let at = State { t: 0.0, q, u: q };
+            let at = State { q, ..State::default() };
             self.evaluate(FunctionKind::Closure, at, &mut [residual, jacobian]);
         }
     }
 
     fn write_poses(&self, q: &[f64], out: &mut [f64]) {
         if self.fits(q, q) {
-            self.evaluate(FunctionKind::Poses, State { t: 0.0, q, u: q }, &mut [out]);
+            self.evaluate(FunctionKind::Poses, State { q, ..State::default() }, &mut [out]);
         }
     }
 
     fn write_points(&self, q: &[f64], out: &mut [f64]) {
         if self.fits(q, q) {
-            self.evaluate(FunctionKind::Points, State { t: 0.0, q, u: q }, &mut [out]);
+            self.evaluate(FunctionKind::Points, State { q, ..State::default() }, &mut [out]);
         }
     }
 
@@ -187,8 +216,45 @@ impl System for Interpreter {
         let (mut kinetic, mut potential) = ([f64::NAN], [f64::NAN]);
         if self.fits(q, u) {
             let out: &mut [&mut [f64]] = &mut [&mut kinetic, &mut potential];
-            self.evaluate(FunctionKind::Energy, State { t, q, u }, out);
+            self.evaluate(FunctionKind::Energy, State { t, q, u, ..State::default() }, out);
         }
         Energy { kinetic: kinetic[0], potential: potential[0] }
+    }
+
+    fn drives(&self, t: f64, mut visit: impl FnMut(Drive<f64>)) {
+        let driven = self.interface.driven();
+        let mut values = vec![0.0; 4 * driven.len()];
+        let at = State { t, ..State::default() };
+        self.evaluate(FunctionKind::Drives, at, &mut [&mut values]);
+        for (joint, values) in driven.iter().zip(values.chunks_exact(4)) {
+            let [position, speed, acceleration, jerk] = [values[0], values[1], values[2], values[3]];
+            visit(Drive { joint: joint.index(), position, speed, acceleration, jerk });
+        }
+    }
+
+    fn write_reactions(&self, at: Balance<'_, f64>, out: &mut [f64]) {
+        if self.balanced(&at) {
+            let Balance { t, q, u, acceleration, multipliers } = at;
+            let at = State { t, q, u, acceleration, multipliers, ..State::default() };
+            self.evaluate(FunctionKind::Reactions, at, &mut [out]);
+        }
+    }
+
+    fn write_tangent(
+        &self,
+        at: Balance<'_, f64>,
+        change: Change<'_, f64>,
+        forces: &mut [f64],
+        closure: &mut [f64],
+    ) {
+        let interface = &self.interface;
+        let fits = self.fits(change.q, change.u)
+            && change.parameters.len() == interface.parameters.len()
+            && change.inputs.len() == interface.inputs.len();
+        if self.balanced(&at) && fits {
+            let Balance { t, q, u, acceleration, multipliers } = at;
+            let at = State { t, q, u, acceleration, multipliers, change };
+            self.evaluate(FunctionKind::Tangent, at, &mut [forces, closure]);
+        }
     }
 }

@@ -31,6 +31,10 @@ pub enum Op {
     Exp(Value),
     Abs(Value),
     Tanh(Value),
+    /// Natural logarithm.
+    Ln(Value),
+    /// 1 where the operand is not negative, else 0.
+    Step(Value),
     Min(Value, Value),
     Max(Value, Value),
     Pow(Value, Value),
@@ -48,6 +52,23 @@ pub enum Slot {
     /// A parameter.
     Parameter(ParameterId),
     /// An input.
+    Input(InputId),
+    /// Given du/dt, rad/s^2.
+    Acceleration(JointId),
+    /// Given closure force lambda of a row, N.
+    Multiplier(usize),
+    /// The direction of a derivative: the rate at which another slot changes.
+    Change(Moving),
+}
+
+/// What a [`Slot::Change`] is the rate of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[allow(missing_docs, reason = "as in `Slot`")]
+pub enum Moving {
+    Time,
+    Position(JointId),
+    Rate(JointId),
+    Parameter(ParameterId),
     Input(InputId),
 }
 
@@ -75,12 +96,32 @@ pub enum FunctionKind {
     Points,
     /// (t, q, u) -> kinetic, potential.
     Energy,
+    /// (t) -> per driven joint its angle and three derivatives by t, D x 4.
+    Drives,
+    /// (t, q, u, du/dt, lambda) -> force and moment of each hinge, N x 6.
+    Reactions,
+    /// (t, q, u, du/dt, lambda; their changes) -> the changes of f - M du/dt + J^T lambda, N, and
+    /// of gamma + J du/dt, C, at constant du/dt and lambda.
+    Tangent,
 }
 
 impl FunctionKind {
     /// Every kind, in order.
-    pub const ALL: [Self; 5] =
-        [Self::Equations, Self::Closure, Self::Poses, Self::Points, Self::Energy];
+    pub const ALL: [Self; 8] = [
+        Self::Equations,
+        Self::Closure,
+        Self::Poses,
+        Self::Points,
+        Self::Energy,
+        Self::Drives,
+        Self::Reactions,
+        Self::Tangent,
+    ];
+
+    /// The function's name in reports.
+    pub fn name(self) -> String {
+        format!("{self:?}").to_lowercase()
+    }
 }
 
 /// A straight-line function.
@@ -114,6 +155,14 @@ pub struct Program {
     pub interface: Interface,
     /// One per [`FunctionKind`], in that order.
     pub functions: Vec<Function>,
+}
+
+impl Interface {
+    /// The driven joints, in the order of the drives.
+    pub fn driven(&self) -> Vec<JointId> {
+        let joints = self.joints.iter().enumerate().filter(|(_, joint)| joint.driven);
+        joints.map(|(index, _)| JointId(index)).collect()
+    }
 }
 
 impl Program {
@@ -171,6 +220,8 @@ pub struct JointInfo {
     pub initial_given: bool,
     /// Initial u, rad/s.
     pub initial_u: f64,
+    /// Whether it follows a prescribed angle.
+    pub driven: bool,
 }
 
 /// A body, as a caller sees it.

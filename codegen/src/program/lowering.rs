@@ -1,4 +1,5 @@
-//! Trees become instructions: one function per [`FunctionKind`], each from the bindings it needs.
+//! Trees become instructions: one function per [`FunctionKind`], each from the bindings it needs;
+//! what is a derivative is differentiated here.
 //!
 //! Postcondition: every operand precedes its use; a named binding that is an operation carries its
 //! name. A sum is a chain of additions and subtractions, a product multiplies its numbers first
@@ -7,6 +8,7 @@
 use crate::kane::{Equations, Leaf, Section};
 use crate::symbolic::{Function as SymbolicFunction, Tree};
 
+use super::differentiate;
 use super::ir::{Function, FunctionKind, Instruction, Op, Output, Slot, Value};
 
 /// Every function of the mechanism, in the order of [`FunctionKind`].
@@ -40,7 +42,36 @@ pub fn functions(equations: &Equations) -> Vec<Function> {
         of(FunctionKind::Poses, &[("poses", bodies, 12, &equations.poses)]),
         of(FunctionKind::Points, &[("points", points, 3, &equations.points)]),
         of(FunctionKind::Energy, &[("kinetic", 1, 1, kinetic), ("potential", 1, 1, potential)]),
+        drives(of(FunctionKind::Drives, &[("angle", equations.drives.len(), 1, &equations.drives)])),
+        of(FunctionKind::Reactions, &[("reactions", n, 6, &equations.reactions)]),
+        differentiate::along_changes(of(
+            FunctionKind::Tangent,
+            &[("forces", n, 1, &equations.imbalance), ("closure", rows, 1, &equations.opening)],
+        )),
     ]
+}
+
+/// Each driven angle followed by its first three derivatives by t.
+fn drives(angles: Function) -> Function {
+    let speeds = differentiate::by_time(angles.clone());
+    let accelerations = differentiate::by_time(speeds.clone());
+    let jerks = differentiate::by_time(accelerations.clone());
+    let mut all =
+        Function { kind: angles.kind, instructions: Vec::new(), outputs: Vec::new() };
+    let mut columns = Vec::new();
+    for part in [angles, speeds, accelerations, jerks] {
+        let shift = all.instructions.len();
+        let moved = |value: Value| Value(value.index() + shift);
+        columns.push(part.outputs[0].entries.iter().copied().map(moved).collect::<Vec<_>>());
+        all.instructions.extend(
+            part.instructions.into_iter().map(|i| Instruction { op: i.op.map(moved), ..i }),
+        );
+    }
+    let rows = columns[0].len();
+    let entries = (0..rows).flat_map(|row| columns.iter().map(move |column| column[row]));
+    all.outputs =
+        vec![Output { name: "drives", rows, columns: columns.len(), entries: entries.collect() }];
+    all
 }
 
 fn function(
@@ -154,6 +185,8 @@ impl Lowering {
             Leaf::Rate(id) => Op::Load(Slot::Rate(id)),
             Leaf::Parameter(id) => Op::Load(Slot::Parameter(id)),
             Leaf::Input(id) => Op::Load(Slot::Input(id)),
+            Leaf::Acceleration(id) => Op::Load(Slot::Acceleration(id)),
+            Leaf::Multiplier(row) => Op::Load(Slot::Multiplier(row)),
             Leaf::Constant(value) => Op::Const(value),
             Leaf::Bound(id) => match self.bound[id.index()] {
                 Some(value) => return value,

@@ -6,6 +6,7 @@
 
 mod cost;
 mod dead;
+mod differentiate;
 mod fold;
 mod interface;
 mod interpreter;

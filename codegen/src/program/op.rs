@@ -14,7 +14,9 @@ impl Op {
             | Self::Tan(x)
             | Self::Exp(x)
             | Self::Abs(x)
-            | Self::Tanh(x) => (Some(x), None),
+            | Self::Tanh(x)
+            | Self::Ln(x)
+            | Self::Step(x) => (Some(x), None),
             Self::Add(x, y)
             | Self::Sub(x, y)
             | Self::Mul(x, y)
@@ -38,6 +40,8 @@ impl Op {
             Self::Exp(x) => Self::Exp(f(x)),
             Self::Abs(x) => Self::Abs(f(x)),
             Self::Tanh(x) => Self::Tanh(f(x)),
+            Self::Ln(x) => Self::Ln(f(x)),
+            Self::Step(x) => Self::Step(f(x)),
             Self::Add(x, y) => Self::Add(f(x), f(y)),
             Self::Sub(x, y) => Self::Sub(f(x), f(y)),
             Self::Mul(x, y) => Self::Mul(f(x), f(y)),
@@ -61,6 +65,8 @@ impl Op {
             Self::Exp(x) => of(x).exp(),
             Self::Abs(x) => of(x).abs(),
             Self::Tanh(x) => of(x).tanh(),
+            Self::Ln(x) => of(x).ln(),
+            Self::Step(x) => lamc_runtime::Scalar::step(of(x)),
             Self::Add(x, y) => of(x) + of(y),
             Self::Sub(x, y) => of(x) - of(y),
             Self::Mul(x, y) => of(x) * of(y),
@@ -88,6 +94,8 @@ impl Op {
             Self::Exp(_) => "exp",
             Self::Abs(_) => "abs",
             Self::Tanh(_) => "tanh",
+            Self::Ln(_) => "ln",
+            Self::Step(_) => "step",
             Self::Min(..) => "min",
             Self::Max(..) => "max",
             Self::Pow(..) => "pow",

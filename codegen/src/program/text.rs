@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::ir::{Function, Op, Program, Slot};
+use super::ir::{Function, Moving, Op, Program, Slot};
 
 impl fmt::Display for Program {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -53,6 +53,18 @@ impl Program {
             Slot::Rate(id) => format!("u.{}", interface.joints[id.index()].name),
             Slot::Parameter(id) => interface.parameters[id.index()].name.clone(),
             Slot::Input(id) => interface.inputs[id.index()].clone(),
+            Slot::Acceleration(id) => format!("a.{}", interface.joints[id.index()].name),
+            Slot::Multiplier(row) => format!("lambda.{row}"),
+            Slot::Change(moving) => format!(
+                "d_{}",
+                self.slot(match moving {
+                    Moving::Time => Slot::Time,
+                    Moving::Position(id) => Slot::Position(id),
+                    Moving::Rate(id) => Slot::Rate(id),
+                    Moving::Parameter(id) => Slot::Parameter(id),
+                    Moving::Input(id) => Slot::Input(id),
+                })
+            ),
         }
     }
 }

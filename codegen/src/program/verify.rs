@@ -1,6 +1,6 @@
 //! The verifier: what every function must satisfy between passes.
 
-use super::ir::{Function, FunctionKind, Interface, Op, Program, Slot, Value};
+use super::ir::{Function, FunctionKind, Interface, Moving, Op, Program, Slot, Value};
 
 /// A broken invariant of a program: a bug in a pass, never a user's mistake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -60,12 +60,29 @@ pub(super) fn function(interface: &Interface, function: &Function) -> Result<(),
 
 /// Whether a function of this kind is given this slot, and the slot exists.
 fn readable(interface: &Interface, kind: FunctionKind, slot: Slot) -> bool {
-    let moves = matches!(kind, FunctionKind::Equations | FunctionKind::Energy);
+    use FunctionKind::{Drives, Energy, Equations, Reactions, Tangent};
+    let balanced = matches!(kind, Reactions | Tangent);
+    let moves = balanced || matches!(kind, Equations | Energy);
+    let timed = moves || kind == Drives;
+    let joint = |id: crate::source::JointId| id.index() < interface.joints.len();
+    let parameter = |id: crate::source::ParameterId| id.index() < interface.parameters.len();
+    let input = |id: crate::source::InputId| id.index() < interface.inputs.len();
     match slot {
-        Slot::Position(id) => id.index() < interface.joints.len(),
-        Slot::Rate(id) => moves && id.index() < interface.joints.len(),
-        Slot::Parameter(id) => moves && id.index() < interface.parameters.len(),
-        Slot::Input(id) => moves && id.index() < interface.inputs.len(),
-        Slot::Time => moves,
+        Slot::Time => timed,
+        Slot::Position(id) => kind != Drives && joint(id),
+        Slot::Rate(id) => moves && joint(id),
+        Slot::Parameter(id) => timed && parameter(id),
+        Slot::Input(id) => timed && input(id),
+        Slot::Acceleration(id) => balanced && joint(id),
+        Slot::Multiplier(row) => balanced && row < interface.rows,
+        Slot::Change(moving) => {
+            kind == Tangent
+                && match moving {
+                    Moving::Time => true,
+                    Moving::Position(id) | Moving::Rate(id) => joint(id),
+                    Moving::Parameter(id) => parameter(id),
+                    Moving::Input(id) => input(id),
+                }
+        }
     }
 }

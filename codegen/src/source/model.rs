@@ -122,6 +122,8 @@ pub struct Joint {
     pub limits: Option<Spanned<[f64; 2]>>,
     /// Torque on `bodies[1]` about the axis, N m.
     pub torque: Spanned<Expression>,
+    /// Prescribed angle, rad: a function of t, parameters and inputs.
+    pub drive: Option<Spanned<Expression>>,
     /// The joint's whole entry.
     pub span: Span,
 }

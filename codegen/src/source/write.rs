@@ -243,6 +243,9 @@ fn joint(out: &mut String, joint: &Joint, model: &SourceModel) {
     law("damping", &joint.damping.value);
     law("rest", &joint.rest.value);
     law("torque", &joint.torque.value);
+    if let Some(drive) = &joint.drive {
+        line(out, 2, &format!("drive: {}", expression(&drive.value, model)));
+    }
     if let Spring::Beam { material, length, width } = &joint.spring {
         let material = &model.materials[material.value].name.value;
         let (length, width) = (number(length.value), number(width.value));

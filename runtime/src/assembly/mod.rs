@@ -45,7 +45,8 @@ pub struct Assembly<S> {
     pub residual: S,
 }
 
-/// Closes the loops: `q` (N, rad) is the guess, and the result.
+/// Closes the loops: `q` (N, rad) is the guess, and the result. Driven joints are where they
+/// should be at t (s).
 ///
 /// Joints whose entry in `pinned` (N) is true keep their angle if the loops can close that way,
 /// and move like the others if not. Of the branches it finds, it prefers one in which no joint
@@ -57,6 +58,7 @@ pub struct Assembly<S> {
 /// [`Error::Workspace`], [`Error::Length`].
 pub fn assemble<Y: System>(
     system: &Y,
+    t: Y::Scalar,
     q: &mut [Y::Scalar],
     pinned: &[bool],
     mut workspace: &mut [Y::Scalar],
@@ -68,6 +70,7 @@ pub fn assemble<Y: System>(
     let (n, r) = (dimensions.coordinates, 9 * dimensions.loops);
     let mut search = Search {
         system,
+        t,
         residual: split(&mut workspace, r)?,
         jacobian: split(&mut workspace, r * n)?,
         rhs: split(&mut workspace, r)?,
@@ -115,6 +118,8 @@ fn noise(restart: usize, joint: usize) -> f64 {
 
 struct Search<'a, Y: System> {
     system: &'a Y,
+    /// s.
+    t: Y::Scalar,
     /// r, 9 L, m, and its Jacobian, 9 L x N, where last evaluated.
     residual: &'a mut [Y::Scalar],
     jacobian: &'a mut [Y::Scalar],
@@ -143,12 +148,20 @@ impl<Y: System> Search<'_, Y> {
             self.lower[joint] = if lower.is_finite() { lower } else { -half_turn };
             self.upper[joint] = if upper.is_finite() { upper } else { half_turn };
         }
+        // A driven joint is where it should be.
+        self.system.drives(self.t, |drive| {
+            self.lower[drive.joint] = drive.position;
+            self.upper[drive.joint] = drive.position;
+        });
     }
 
     /// Lets no joint leave the side of zero on which its guess lies.
     fn set_signs(&mut self) {
         let zero = Y::Scalar::ZERO;
         for joint in 0..self.guess.len() {
+            if self.lower[joint] == self.upper[joint] {
+                continue;
+            }
             if self.guess[joint] > zero {
                 self.lower[joint] = self.lower[joint].max(zero);
             } else if self.guess[joint] < zero {

@@ -94,7 +94,7 @@ impl<Y: System> Search<'_, Y> {
                 *row = from * free;
             }
         }
-        orthogonalise(self.rows, self.rhs, n)
+        orthogonalise(self.rows, self.rhs, self.residual.len(), n)
     }
 
     /// Moves a closed q along the closure as near to the guess as it gets.

@@ -7,7 +7,8 @@
 //! the error estimate differs only in a term of higher order. What the projection moves is not
 //! counted as an error: where the rank changes it is finite however short the step.
 
-use super::{Projection, accelerate};
+use super::steps::{Steps, first_step};
+use super::{Integrator, Projection, accelerate, same};
 use crate::linear::{add_scaled, tolerance};
 use crate::{Error, Scalar, StateOf, System};
 
@@ -71,10 +72,9 @@ pub struct Dopri5<Y: System> {
     start: StateOf<Y>,
     /// End of the last step.
     end: StateOf<Y>,
-    /// Step to try next, s; 0 until one is known.
-    step: Y::Scalar,
-    /// Error of the last accepted step, for the controller.
-    last_error: Y::Scalar,
+    steps: Steps<Y::Scalar>,
+    /// Whether the last stage belongs to `end` and to the system as it is.
+    fresh: bool,
 }
 
 impl<Y: System> Dopri5<Y> {
@@ -94,150 +94,9 @@ impl<Y: System> Dopri5<Y> {
             accelerations: core::array::from_fn(|_| system.vector()),
             start: state.clone(),
             end: state,
-            step: zero,
-            last_error: Y::Scalar::from_f64(1e-4),
+            steps: Steps::new(5.0),
+            fresh: false,
         }
-    }
-
-    /// Advances to `t_end` (s) and shows the state after every step. An end that is not later
-    /// than the state changes nothing. Between calls the system's parameters and inputs and the
-    /// state may be changed freely.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::StepTooSmall`]; at the initial state those of
-    /// [`acceleration`](crate::acceleration()). The state is then the last good one.
-    /// [`Error::Time`] if the end is not finite.
-    pub fn run(
-        &mut self,
-        system: &Y,
-        state: &mut StateOf<Y>,
-        t_end: Y::Scalar,
-        mut observe: impl FnMut(&StateOf<Y>),
-    ) -> Result<(), Error> {
-        self.drive(system, state, t_end, |_, state| {
-            observe(state);
-            Ok(())
-        })
-    }
-
-    /// As [`run`](Self::run), but shows the state at the given ascending times (s), from the
-    /// continuous extension of order 4 and projected as steps are. Times outside the run are left
-    /// out.
-    ///
-    /// # Errors
-    ///
-    /// As [`run`](Self::run), and those of [`project`](crate::project) at a sample.
-    pub fn sample(
-        &mut self,
-        system: &Y,
-        state: &mut StateOf<Y>,
-        t_end: Y::Scalar,
-        times: impl IntoIterator<Item = Y::Scalar>,
-        mut observe: impl FnMut(&StateOf<Y>),
-    ) -> Result<(), Error> {
-        let begin = state.t;
-        let mut times = times.into_iter().skip_while(|&time| time < begin).peekable();
-        while times.next_if(|&time| time == begin).is_some() {
-            observe(state);
-        }
-        self.drive(system, state, t_end, |integrator, state| {
-            while let Some(time) = times.next_if(|&time| time <= state.t) {
-                if time == state.t {
-                    observe(state);
-                } else {
-                    observe(&integrator.between(system, time)?);
-                }
-            }
-            Ok(())
-        })
-    }
-
-    /// Steps to `t_end`.
-    fn drive(
-        &mut self,
-        system: &Y,
-        state: &mut StateOf<Y>,
-        t_end: Y::Scalar,
-        mut after: impl FnMut(&mut Self, &StateOf<Y>) -> Result<(), Error>,
-    ) -> Result<(), Error> {
-        if !(t_end - state.t).is_finite() {
-            return Err(Error::Time);
-        }
-        if t_end <= state.t {
-            return Ok(());
-        }
-        // What the last call left may belong to other parameters: evaluate anew.
-        self.end.clone_from(state);
-        self.speeds[STAGES - 1].clone_from(&state.u);
-        let (last, workspace) = (&mut self.accelerations[STAGES - 1], &mut self.workspace);
-        accelerate(system, state.t, &state.q, &state.u, workspace, last)?;
-        if !(self.step > Y::Scalar::ZERO) {
-            self.step = self.first_step();
-        }
-        while state.t < t_end {
-            self.accept(system, t_end)?;
-            state.clone_from(&self.end);
-            after(self, state)?;
-        }
-        Ok(())
-    }
-
-    /// One accepted step from `end`, after as many rejected ones as it takes.
-    fn accept(&mut self, system: &Y, t_end: Y::Scalar) -> Result<(), Error> {
-        self.start.clone_from(&self.end);
-        self.speeds.swap(0, STAGES - 1);
-        self.accelerations.swap(0, STAGES - 1);
-        let of = Y::Scalar::from_f64;
-        let t = self.start.t;
-        let least = self.min_step.max(of(4.0) * Y::Scalar::EPSILON * t.abs().max(t_end.abs()));
-        let mut rejected = false;
-        loop {
-            let wanted = self.step.min(self.max_step);
-            let left = t_end - t;
-            // A remainder a little longer than the step is taken whole, or it would leave a tiny
-            // step for the end.
-            let ends = wanted * of(1.01) >= left;
-            let step = if ends { left.min(self.max_step) } else { wanted };
-            let ends = ends && step == left;
-            if !(step > least) && !ends {
-                return Err(Error::StepTooSmall { t: t.to_f64() });
-            }
-            let error = self.attempt(system, step);
-            match error {
-                Ok(error) if error <= Y::Scalar::ONE => {
-                    let factor = self.growth(error, rejected);
-                    // A step cut short by the end says nothing against the longer one.
-                    let next = step * factor;
-                    self.step = if ends && !rejected { next.max(wanted) } else { next };
-                    self.last_error = error.max(of(1e-4));
-                    if ends {
-                        self.end.t = t_end;
-                    }
-                    return Ok(());
-                }
-                Ok(error) if error.is_finite() => {
-                    self.step = step * (of(0.9) * error.pow(of(-0.2))).max(of(0.2)).min(of(0.9));
-                }
-                // Values that are not finite, or a projection that leads nowhere.
-                _ => self.step = step * of(0.5),
-            }
-            if !(self.step > least) {
-                return Err(Error::StepTooSmall { t: t.to_f64() });
-            }
-            rejected = true;
-        }
-    }
-
-    /// How much longer the next step is: the PI controller of Hairer and Wanner.
-    fn growth(&self, error: Y::Scalar, rejected: bool) -> Y::Scalar {
-        let of = Y::Scalar::from_f64;
-        let most = if rejected { Y::Scalar::ONE } else { of(10.0) };
-        if error == Y::Scalar::ZERO {
-            return most;
-        }
-        let factor = of(0.9) * error.pow(of(-0.17)) * self.last_error.pow(of(0.04));
-        factor.max(of(0.2)).min(most)
     }
 
     /// From `start` to `end`; the error in units of what is allowed.
@@ -283,28 +142,45 @@ impl<Y: System> Dopri5<Y> {
         }
         sum
     }
+}
 
-    /// A first step by the sizes of state and derivative; the controller takes it from there.
-    fn first_step(&self) -> Y::Scalar {
-        let of = Y::Scalar::from_f64;
-        let last = STAGES - 1;
-        let (mut size, mut rate) = (Y::Scalar::ZERO, Y::Scalar::ZERO);
-        let parts = [
-            (self.end.q.as_ref(), self.speeds[last].as_ref()),
-            (self.end.u.as_ref(), self.accelerations[last].as_ref()),
-        ];
-        for (values, rates) in parts {
-            for (&value, &derivative) in values.iter().zip(rates) {
-                let allowed = self.absolute + self.relative * value.abs();
-                size = size.max(value.abs() / allowed);
-                rate = rate.max(derivative.abs() / allowed);
-            }
+impl<Y: System> Integrator<Y> for Dopri5<Y> {
+    fn step(
+        &mut self,
+        system: &Y,
+        state: &mut StateOf<Y>,
+        t_end: Y::Scalar,
+    ) -> Result<(), Error> {
+        const LAST: usize = STAGES - 1;
+        if !self.fresh || !same::<Y>(&self.end, state) {
+            self.end.clone_from(state);
+            self.speeds[LAST].clone_from(&state.u);
+            let (last, workspace) = (&mut self.accelerations[LAST], &mut self.workspace);
+            accelerate(system, state.t, &state.q, &state.u, workspace, last)?;
+            self.fresh = true;
         }
-        let small = of(1e-5);
-        if size > small && rate > small { of(0.01) * size / rate } else { of(1e-6) }
+        if !(self.steps.next > Y::Scalar::ZERO) {
+            let parts = [
+                (self.end.q.as_ref(), self.speeds[LAST].as_ref()),
+                (self.end.u.as_ref(), self.accelerations[LAST].as_ref()),
+            ];
+            self.steps.next = first_step(parts, [self.relative, self.absolute]);
+        }
+        self.start.clone_from(&self.end);
+        self.speeds.swap(0, LAST);
+        self.accelerations.swap(0, LAST);
+        let mut steps = self.steps;
+        let bounds = [self.min_step, self.max_step];
+        let ends = steps.accept([state.t, t_end], bounds, |step| self.attempt(system, step));
+        self.steps = steps;
+        self.fresh = ends.is_ok();
+        if ends? {
+            self.end.t = t_end;
+        }
+        state.clone_from(&self.end);
+        Ok(())
     }
 
-    /// The state at a time within the last step.
     fn between(&mut self, system: &Y, t: Y::Scalar) -> Result<StateOf<Y>, Error> {
         let mut state = self.start.clone();
         state.t = t;
@@ -314,6 +190,10 @@ impl<Y: System> Dopri5<Y> {
         extend(state.u.as_mut(), self.end.u.as_ref(), step, part, &self.accelerations);
         self.projection.apply(system, t, &mut state.q, &mut state.u, &mut self.workspace)?;
         Ok(state)
+    }
+
+    fn restart(&mut self) {
+        self.fresh = false;
     }
 }
 

@@ -6,13 +6,18 @@
 mod dopri5;
 mod euler;
 mod fixed;
+mod integrator;
 mod rk4;
+mod rodas;
+mod steps;
 
 pub use dopri5::Dopri5;
 pub use euler::SemiImplicitEuler;
+pub use integrator::Integrator;
 pub use rk4::Rk4;
+pub use rodas::Rodas;
 
-use crate::{Error, System, acceleration, project};
+use crate::{Error, StateOf, System, acceleration, project};
 
 /// Whether an integrator projects onto the closure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -52,4 +57,9 @@ fn accelerate<Y: System>(
     out: &mut Y::Vector,
 ) -> Result<(), Error> {
     acceleration(system, t, q.as_ref(), u.as_ref(), workspace.as_mut(), out.as_mut()).map(|_| ())
+}
+
+/// Whether two states are the same, number by number.
+fn same<Y: System>(a: &StateOf<Y>, b: &StateOf<Y>) -> bool {
+    a.t == b.t && a.q.as_ref() == b.q.as_ref() && a.u.as_ref() == b.u.as_ref()
 }

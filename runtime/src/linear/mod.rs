@@ -1,9 +1,11 @@
 //! Small dense linear algebra on slices. Matrices are row-major.
 
 mod cholesky;
+mod householder;
 mod pseudoinverse;
 
 pub(crate) use cholesky::{backward, conditioning, factor, forward};
+pub(crate) use householder::{reflect, solve};
 pub(crate) use pseudoinverse::{Spectrum, combine, orthogonalise};
 
 use crate::Scalar;

@@ -27,21 +27,24 @@ pub(crate) struct Spectrum<S> {
     pub damping: S,
 }
 
-/// Makes the rows of `a` (m x n, m = `b.len()`) orthogonal and turns `b` with them. Returns the
-/// number of rows that remain, min(m, n); what `a` and `b` hold beyond is meaningless.
-pub(crate) fn orthogonalise<S: Scalar>(a: &mut [S], b: &mut [S], n: usize) -> usize {
-    let m = b.len();
+/// Makes the rows of `a` (m x n) orthogonal and turns the rows of `b` (m x any) with them. Returns
+/// the number of rows that remain, min(m, n); what `a` and `b` hold beyond is meaningless.
+pub(crate) fn orthogonalise<S: Scalar>(a: &mut [S], b: &mut [S], m: usize, n: usize) -> usize {
+    if m == 0 {
+        return 0;
+    }
+    let width = b.len() / m;
     if m > n {
-        reduce(a, b, n);
+        reduce(a, b, m, n);
     }
     let k = m.min(n);
-    rotate(&mut a[..k * n], &mut b[..k], n);
+    rotate(&mut a[..k * n], &mut b[..k * width], k, n);
     k
 }
 
 /// Householder reflections: the first n rows become upper triangular, the rest vanish.
-fn reduce<S: Scalar>(a: &mut [S], b: &mut [S], n: usize) {
-    let m = b.len();
+fn reduce<S: Scalar>(a: &mut [S], b: &mut [S], m: usize, n: usize) {
+    let width = b.len() / m;
     for j in 0..n {
         let below = (j + 1..m).fold(S::ZERO, |sum, i| sum + a[i * n + j] * a[i * n + j]);
         if below == S::ZERO {
@@ -61,9 +64,13 @@ fn reduce<S: Scalar>(a: &mut [S], b: &mut [S], n: usize) {
                 a[i * n + column] -= factor * v;
             }
         }
-        let factor = (j..m).fold(S::ZERO, |sum, i| sum + a[i * n + j] * b[i]) * scale;
-        for i in j..m {
-            b[i] -= factor * a[i * n + j];
+        for column in 0..width {
+            let product =
+                (j..m).fold(S::ZERO, |sum, i| sum + a[i * n + j] * b[i * width + column]);
+            let factor = product * scale;
+            for i in j..m {
+                b[i * width + column] -= factor * a[i * n + j];
+            }
         }
         a[j * n + j] = alpha;
         for i in j + 1..m {
@@ -73,16 +80,16 @@ fn reduce<S: Scalar>(a: &mut [S], b: &mut [S], n: usize) {
 }
 
 /// Plane rotations of pairs of rows until all are orthogonal to rounding.
-fn rotate<S: Scalar>(a: &mut [S], b: &mut [S], n: usize) {
+fn rotate<S: Scalar>(a: &mut [S], b: &mut [S], k: usize, n: usize) {
+    let width = b.len() / k;
     let threshold = S::from_f64(16.0) * S::EPSILON * S::EPSILON;
     // A row this short is rounding: turning it any further changes no other row.
     let negligible = S::EPSILON * S::EPSILON * dot(a, a);
     for _ in 0..SWEEPS {
         let mut done = true;
-        for p in 0..b.len() {
-            for q in p + 1..b.len() {
-                let (left, right) = a.split_at_mut(q * n);
-                let (first, second) = (&mut left[p * n..(p + 1) * n], &mut right[..n]);
+        for p in 0..k {
+            for q in p + 1..k {
+                let (first, second) = two_rows(a, p, q, n);
                 let product = dot(first, second);
                 if product == S::ZERO {
                     continue;
@@ -100,15 +107,26 @@ fn rotate<S: Scalar>(a: &mut [S], b: &mut [S], n: usize) {
                 let tangent = if zeta < S::ZERO { -S::ONE / root } else { S::ONE / root };
                 let cosine = S::ONE / (S::ONE + tangent * tangent).sqrt();
                 let sine = cosine * tangent;
-                for (x, y) in first.iter_mut().zip(second) {
-                    (*x, *y) = (cosine * *x - sine * *y, sine * *x + cosine * *y);
-                }
-                (b[p], b[q]) = (cosine * b[p] - sine * b[q], sine * b[p] + cosine * b[q]);
+                turn(first, second, cosine, sine);
+                let (first, second) = two_rows(b, p, q, width);
+                turn(first, second, cosine, sine);
             }
         }
         if done {
             break;
         }
+    }
+}
+
+/// Rows p < q of a matrix of n columns.
+fn two_rows<S>(a: &mut [S], p: usize, q: usize, n: usize) -> (&mut [S], &mut [S]) {
+    let (left, right) = a.split_at_mut(q * n);
+    (&mut left[p * n..(p + 1) * n], &mut right[..n])
+}
+
+fn turn<S: Scalar>(first: &mut [S], second: &mut [S], cosine: S, sine: S) {
+    for (x, y) in first.iter_mut().zip(second) {
+        (*x, *y) = (cosine * *x - sine * *y, sine * *x + cosine * *y);
     }
 }
 
@@ -161,7 +179,7 @@ mod tests {
         let b = DVector::from_fn(m, |i, _| (1.0 + i as f64).sin());
         let mut rows: Vec<f64> = a.transpose().iter().copied().collect();
         let mut turned: Vec<f64> = b.iter().copied().collect();
-        let remaining = orthogonalise(&mut rows, &mut turned, n);
+        let remaining = orthogonalise(&mut rows, &mut turned, m, n);
         let mut x = vec![0.0; n];
         assert_eq!(combine(&rows, &turned[..remaining], PLAIN, 1, &mut x), rank, "{m} x {n}");
         let expected = &inverse * &b;
@@ -198,16 +216,16 @@ mod tests {
 
     #[test]
     fn a_zero_matrix_has_rank_zero_and_solution_zero() {
-        let (mut a, mut b, mut x) = ([0.0_f64; 12], [1.0; 4], [5.0; 3]);
-        let k = orthogonalise(&mut a, &mut b, 3);
+        let (mut a, mut b, mut x, b_len) = ([0.0_f64; 12], [1.0; 4], [5.0; 3], 4);
+        let k = orthogonalise(&mut a, &mut b, b_len, 3);
         assert_eq!(combine(&a, &b[..k], PLAIN, 1, &mut x), 0);
         assert_eq!(x, [0.0; 3]);
     }
 
     #[test]
     fn not_a_number_ends_and_stays_visible() {
-        let (mut a, mut b, mut x) = ([f64::NAN; 6], [1.0; 2], [0.0; 3]);
-        let k = orthogonalise(&mut a, &mut b, 3);
+        let (mut a, mut b, mut x, b_len) = ([f64::NAN; 6], [1.0; 2], [0.0; 3], 2);
+        let k = orthogonalise(&mut a, &mut b, b_len, 3);
         combine(&a, &b[..k], PLAIN, 1, &mut x);
         assert!(x.iter().all(|x| x.is_nan()));
     }

@@ -189,6 +189,7 @@ fn store<S: Scalar>(out: &mut [S], values: impl IntoIterator<Item = f64>) {
 impl<S: Scalar> System for Tree<S> {
     type Scalar = S;
     type Vector = Vec<S>;
+    type Matrix = Vec<S>;
     type Workspace = Vec<S>;
 
     fn dimensions(&self) -> Dimensions {
@@ -197,9 +198,13 @@ impl<S: Scalar> System for Tree<S> {
             rows: self.rows.len() * self.loops.len(),
             loops: self.loops.len(),
             bodies: self.bodies.len(),
-            points: 0,
+            ..Dimensions::ZERO
         }
     }
+    fn matrix(&self) -> Vec<S> {
+        vec![S::ZERO; self.bodies.len() * self.bodies.len()]
+    }
+
     fn vector(&self) -> Vec<S> {
         vec![S::ZERO; self.bodies.len()]
     }

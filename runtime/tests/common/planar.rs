@@ -12,16 +12,21 @@ pub struct Pendulum<S> {
     pub initial: [S; 2],
 }
 
-const PENDULUM: Dimensions = Dimensions { coordinates: 1, rows: 0, loops: 0, bodies: 1, points: 1 };
+const PENDULUM: Dimensions = Dimensions { coordinates: 1, rows: 0, loops: 0, bodies: 1, points: 1, ..Dimensions::ZERO };
 
 impl<S: Scalar> System for Pendulum<S> {
     type Scalar = S;
     type Vector = [S; 1];
+    type Matrix = [S; 1];
     type Workspace = [S; workspace_len(PENDULUM)];
 
     fn dimensions(&self) -> Dimensions {
         PENDULUM
     }
+    fn matrix(&self) -> Self::Matrix {
+        [S::ZERO; 1]
+    }
+
     fn vector(&self) -> Self::Vector {
         [S::ZERO]
     }
@@ -90,7 +95,7 @@ pub struct FourBar<S> {
     pub guess: [S; 4],
 }
 
-const FOURBAR: Dimensions = Dimensions { coordinates: 4, rows: 3, loops: 1, bodies: 4, points: 0 };
+const FOURBAR: Dimensions = Dimensions { coordinates: 4, rows: 3, loops: 1, bodies: 4, ..Dimensions::ZERO };
 
 impl<S: Scalar> FourBar<S> {
     /// Four different links of a few centimetres.
@@ -157,11 +162,16 @@ const DRAWN: [[f64; 2]; 3] = [[0.0, 0.0], [0.02, 0.0], [0.01, 0.015]];
 impl<S: Scalar> System for FourBar<S> {
     type Scalar = S;
     type Vector = [S; 4];
+    type Matrix = [S; 16];
     type Workspace = [S; workspace_len(FOURBAR)];
 
     fn dimensions(&self) -> Dimensions {
         FOURBAR
     }
+    fn matrix(&self) -> Self::Matrix {
+        [S::ZERO; 16]
+    }
+
     fn vector(&self) -> Self::Vector {
         [S::ZERO; 4]
     }

@@ -10,7 +10,7 @@ use super::ScalarChoice;
 use super::items::FieldNames;
 use crate::backend::identifiers::Names;
 use crate::kane::Section;
-use crate::program::{Function, Op, Program, Slot, Value};
+use crate::program::{Function, Moving, Op, Program, Slot, Value};
 
 /// Operations written into one expression at most.
 const LONGEST_EXPRESSION: usize = 10;
@@ -64,8 +64,10 @@ impl<'a> Body<'a> {
         scalar: ScalarChoice,
         fields: &'a FieldNames,
     ) -> Self {
-        let reserved =
-            ["t", "q", "u", "c", "out", "mass", "forcing", "jacobian", "gamma", "residual"];
+        let reserved = [
+            "t", "q", "u", "a", "lambda", "dt", "dq", "du", "dp", "di", "c", "at", "change", "out",
+            "mass", "forcing", "jacobian", "gamma", "residual", "forces", "closure", "visit",
+        ];
         let mut body = Self {
             program,
             function,
@@ -227,6 +229,25 @@ impl<'a> Body<'a> {
             Slot::Input(id) => {
                 let field = &self.fields.inputs[id.index()];
                 quote!(self.inputs.#field)
+            }
+            Slot::Acceleration(id) => {
+                let i = index(id.index());
+                quote!(a[#i])
+            }
+            Slot::Multiplier(row) => {
+                let i = index(row);
+                quote!(lambda[#i])
+            }
+            Slot::Change(moving) => {
+                let (rates, i) = match moving {
+                    Moving::Time => return quote!(dt),
+                    Moving::Position(id) => (quote!(dq), id.index()),
+                    Moving::Rate(id) => (quote!(du), id.index()),
+                    Moving::Parameter(id) => (quote!(dp), id.index()),
+                    Moving::Input(id) => (quote!(di), id.index()),
+                };
+                let i = index(i);
+                quote!(#rates[#i])
             }
         }
     }

@@ -52,7 +52,7 @@ pub fn header(program: &Program, options: &Options) -> String {
     context.insert("mobility", &interface.mobility);
     context.insert("loops", &interface.loops);
     let cost = |f: &crate::program::Function| Cost {
-        name: format!("{:?}", f.kind).to_lowercase(),
+        name: f.kind.name(),
         cost: f.cost().to_string(),
     };
     context.insert("costs", &program.functions.iter().map(cost).collect::<Vec<_>>());

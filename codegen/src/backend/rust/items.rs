@@ -248,6 +248,31 @@ fn system(
     let closure = write(FunctionKind::Closure);
     let [poses, points] = [FunctionKind::Poses, FunctionKind::Points].map(write);
     let energy = write(FunctionKind::Energy);
+    let [drives, reactions, tangent] =
+        [FunctionKind::Drives, FunctionKind::Reactions, FunctionKind::Tangent].map(write);
+    let position = quote!(let Some(q) = q.first_chunk::<N>() else { return };);
+    let motion = quote!(#position let Some(u) = u.first_chunk::<N>() else { return };);
+    let balance = quote! {
+        let t = at.t;
+        let Some(q) = at.q.first_chunk::<N>() else { return };
+        let Some(u) = at.u.first_chunk::<N>() else { return };
+        let Some(a) = at.acceleration.first_chunk::<N>() else { return };
+        let Some(lambda) = at.multipliers.first_chunk::<C>() else { return };
+    };
+    let (parameter_count, input_count) =
+        (number(interface.parameters.len()), number(interface.inputs.len()));
+    let directed = quote! {
+        #balance
+        let dt = change.t;
+        let Some(dq) = change.q.first_chunk::<N>() else { return };
+        let Some(du) = change.u.first_chunk::<N>() else { return };
+        let Some(dp) = change.parameters.first_chunk::<#parameter_count>() else { return };
+        let Some(di) = change.inputs.first_chunk::<#input_count>() else { return };
+    };
+    let drives_body = drive_visits(program, &drives, syntax);
+    let reactions_body = filled(&reactions, syntax, &[("reactions", "out")], &balance);
+    let tangent_body =
+        filled(&tangent, syntax, &[("forces", "forces"), ("closure", "closure")], &directed);
     let equations_body = filled(
         &equations,
         syntax,
@@ -257,12 +282,12 @@ fn system(
             ("jacobian", "out.jacobian"),
             ("gamma", "out.gamma"),
         ],
-        true,
+        &motion,
     );
     let closure_body =
-        filled(&closure, syntax, &[("residual", "residual"), ("jacobian", "jacobian")], false);
-    let poses_body = filled(&poses, syntax, &[("poses", "out")], false);
-    let points_body = filled(&points, syntax, &[("points", "out")], false);
+        filled(&closure, syntax, &[("residual", "residual"), ("jacobian", "jacobian")], &position);
+    let poses_body = filled(&poses, syntax, &[("poses", "out")], &position);
+    let points_body = filled(&points, syntax, &[("points", "out")], &position);
     let energy_statements = energy.statements();
     let kinetic = energy.output("kinetic");
     let potential = energy.output("potential");
@@ -282,17 +307,19 @@ fn system(
         (constant(choice, f64::INFINITY), constant(choice, f64::NEG_INFINITY));
     quote! {
         #[allow(
-            clippy::approx_constant, clippy::excessive_precision, unused_variables,
+            clippy::approx_constant, clippy::excessive_precision, unused_mut, unused_variables,
             reason = "numbers of the drawing; not every function reads everything it is given"
         )]
         #[rustfmt::skip]
         impl #bound ::lamc_runtime::System for #model #generic {
             type Scalar = #scalar;
             type Vector = [#scalar; N];
+            type Matrix = [#scalar; N * N];
             type Workspace = [#scalar; ::lamc_runtime::workspace_len(DIMENSIONS)];
 
             fn dimensions(&self) -> ::lamc_runtime::Dimensions { DIMENSIONS }
             fn vector(&self) -> Self::Vector { #constants [#zero; N] }
+            fn matrix(&self) -> Self::Matrix { #constants [#zero; N * N] }
             fn workspace(&self) -> Self::Workspace {
                 #constants
                 [#zero; ::lamc_runtime::workspace_len(DIMENSIONS)]
@@ -336,16 +363,27 @@ fn system(
                 #energy_statements
                 ::lamc_runtime::Energy { kinetic: #(#kinetic)*, potential: #(#potential)* }
             }
+            fn drives(&self, t: #scalar, mut visit: impl FnMut(::lamc_runtime::Drive<#scalar>)) {
+                #drives_body
+            }
+            fn write_reactions(
+                &self, at: ::lamc_runtime::Balance<'_, #scalar>, out: &mut [#scalar],
+            ) { #reactions_body }
+            fn write_tangent(
+                &self, at: ::lamc_runtime::Balance<'_, #scalar>,
+                change: ::lamc_runtime::Change<'_, #scalar>,
+                forces: &mut [#scalar], closure: &mut [#scalar],
+            ) { #tangent_body }
         }
     }
 }
 
-/// Statements, then every output assigned to an array of exactly its length.
+/// What is given, statements, then every output assigned to an array of exactly its length.
 fn filled(
     body: &Body,
     syntax: &Syntax,
     outputs: &[(&str, &str)],
-    reads_speeds: bool,
+    given: &TokenStream,
 ) -> TokenStream {
     let constants = &syntax.constants;
     let mut arrays = TokenStream::new();
@@ -373,16 +411,36 @@ fn filled(
     if assignments.is_empty() {
         return TokenStream::new();
     }
-    let speeds = reads_speeds.then(|| quote!(let Some(u) = u.first_chunk::<N>() else { return };));
     let statements = body.statements();
     quote! {
         #constants
-        let Some(q) = q.first_chunk::<N>() else { return };
-        #speeds
+        #given
         #arrays
         #statements
         #assignments
     }
+}
+
+/// One visit per driven joint.
+fn drive_visits(program: &Program, body: &Body, syntax: &Syntax) -> TokenStream {
+    let entries = body.output("drives");
+    if entries.is_empty() {
+        return TokenStream::new();
+    }
+    let constants = &syntax.constants;
+    let statements = body.statements();
+    let driven = program.interface.driven();
+    let visits = driven.iter().zip(entries.chunks_exact(4)).map(|(joint, values)| {
+        let joint = number(joint.index());
+        let [position, speed, acceleration, jerk] = [0, 1, 2, 3].map(|k| &values[k]);
+        quote! {
+            visit(::lamc_runtime::Drive {
+                joint: #joint, position: #position, speed: #speed,
+                acceleration: #acceleration, jerk: #jerk,
+            });
+        }
+    });
+    quote! { #constants #statements #(#visits)* }
 }
 
 fn front(program: &Program, syntax: &Syntax) -> TokenStream {
@@ -392,9 +450,12 @@ fn front(program: &Program, syntax: &Syntax) -> TokenStream {
     let (n, rows) = (number(interface.joints.len()), number(interface.rows));
     let (loops, bodies) = (number(interface.loops.len()), number(interface.bodies.len()));
     let points = number(interface.points.len());
+    let [drives, parameters, inputs] =
+        [interface.driven().len(), interface.parameters.len(), interface.inputs.len()].map(number);
     quote! {
         const DIMENSIONS: ::lamc_runtime::Dimensions = ::lamc_runtime::Dimensions {
             coordinates: #n, rows: #rows, loops: #loops, bodies: #bodies, points: #points,
+            drives: #drives, parameters: #parameters, inputs: #inputs,
         };
 
         impl #bound ::lamc_runtime::Mechanism<#scalar, N, C> for #model #generic {

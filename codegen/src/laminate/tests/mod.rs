@@ -71,6 +71,7 @@ pub fn model(materials: Vec<Material>, bodies: Vec<Body>) -> SourceModel {
             rest: zero(),
             limits: None,
             torque: zero(),
+            drive: None,
             span: Span { start: 3, end: 9 },
         }],
         parameters: Vec::new(),

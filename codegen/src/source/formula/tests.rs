@@ -68,6 +68,7 @@ fn model() -> SourceModel {
             rest: zero.clone(),
             limits: None,
             torque: zero,
+            drive: None,
             span: Span::default(),
         }],
         parameters: vec![Parameter { name: named("k"), value: 0.0 }],

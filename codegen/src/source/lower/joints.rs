@@ -12,6 +12,10 @@ use super::{Lowering, Uses};
 
 const KEYS: &[&str] =
     &["bodies", "axis", "z", "stiffness", "damping", "rest", "limits", "torque", "hinge", "drive"];
+const PRESCRIBED: Uses = Uses::Constants(
+    "a prescribed angle is a function of t, parameters and inputs; a law of q and u goes into \
+     `torque`",
+);
 const NO_MOTION: Uses = Uses::Constants(
     "the spring k*(q - rest) and the damper b*u have their q and u already; other laws of q and u \
      go into `torque`",
@@ -28,16 +32,6 @@ impl Lowering<'_> {
         let at = entry.key.span;
         let owner = format!("joint `{name}`");
         let fields = Fields::new(&entry.value, at, owner, KEYS, &mut self.diagnostics)?;
-        if let Some(drive) = fields.entry("drive") {
-            self.note(
-                Diagnostic::error("no-drive", drive.key.span, "lamc has no prescribed joints yet")
-                    .label("`drive` cannot be compiled")
-                    .hint(
-                        "give the joint a `torque` that holds it to the motion, such as \
-                           `kp*(sin(t) - q.joint) - kd*u.joint`",
-                    ),
-            );
-        }
         let bodies = fields.require("bodies", &mut self.diagnostics);
         let bodies = bodies.and_then(|node| self.joint_bodies(node, fixed));
         let axis = fields.require("axis", &mut self.diagnostics);
@@ -47,6 +41,7 @@ impl Lowering<'_> {
         let damping = self.law(&fields, at, "damping", &DAMPING, NO_MOTION);
         let rest = self.law(&fields, at, "rest", &ANGLE, NO_MOTION);
         let torque = self.law(&fields, at, "torque", &TORQUE, Uses::Motion);
+        let drive = self.drive(&fields);
         let limits = match fields.get("limits") {
             None => Some(None),
             Some(node) => self.limits(node).map(Some),
@@ -61,6 +56,7 @@ impl Lowering<'_> {
             rest: rest?,
             limits: limits?,
             torque: torque?,
+            drive: drive?,
             span: entry.span(),
         })
     }
@@ -131,6 +127,22 @@ impl Lowering<'_> {
             None => Some(Spanned { value: Expression::ZERO, span: at }),
             Some(node) => self.expression(node, quantity, uses),
         }
+    }
+
+    /// The prescribed angle, which stands in the place of a torque.
+    #[allow(clippy::option_option, reason = "absent and wrong are different things")]
+    fn drive(&mut self, fields: &Fields) -> Option<Option<Spanned<Expression>>> {
+        let Some(drive) = fields.entry("drive") else { return Some(None) };
+        if let Some(torque) = fields.entry("torque") {
+            self.note(
+                Diagnostic::error("driven-torque", torque.key.span, "`torque` besides `drive`")
+                    .label("changes nothing of a prescribed motion")
+                    .also(drive.key.span, "the joint follows this")
+                    .hint("keep one of them: the torque that `drive` needs is a result"),
+            );
+            return None;
+        }
+        self.expression(&drive.value, &ANGLE, PRESCRIBED).map(Some)
     }
 
     fn spring(

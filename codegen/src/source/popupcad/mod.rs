@@ -289,6 +289,7 @@ impl Import {
                 span: limits,
             }),
             torque: Spanned { value: Expression::ZERO, span: head(node) },
+            drive: None,
             span: node.span,
         })
     }

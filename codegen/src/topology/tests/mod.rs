@@ -56,6 +56,7 @@ pub fn mechanism(hinges: &[Hinge]) -> Mechanism {
             damping: Expression::ZERO,
             rest: Expression::ZERO,
             torque: Expression::ZERO,
+            drive: None,
             limits: [f64::NEG_INFINITY, f64::INFINITY],
             span: Span { start: 100 + index, end: 101 + index },
         }

@@ -1,0 +1,227 @@
+//! Differentiation of a function: forward, instruction by instruction.
+//!
+//! Each value v gets a companion dv, the derivative along a direction, by the rules of the
+//! calculus; where every dv of an operand is zero, so is its own and nothing is written. The
+//! outputs become the companions of the old ones. Unneeded companions go with dead code.
+//!
+//! After A. Griewank and A. Walther, "Evaluating Derivatives", 2008, section 3.1.
+//!
+//! Where a function has a corner (`abs`, `min`, `max`) its derivative is that of the side of the
+//! larger argument; at a pole (`sqrt` of 0) it is infinite.
+
+use super::ir::{Function, Instruction, Moving, Op, Slot, Value};
+
+/// The derivative along the direction that the [`Slot::Change`]s give, du/dt and lambda constant.
+pub fn along_changes(function: Function) -> Function {
+    let change = |slot| match slot {
+        Slot::Time => Some(Moving::Time),
+        Slot::Position(id) => Some(Moving::Position(id)),
+        Slot::Rate(id) => Some(Moving::Rate(id)),
+        Slot::Parameter(id) => Some(Moving::Parameter(id)),
+        Slot::Input(id) => Some(Moving::Input(id)),
+        Slot::Acceleration(_) | Slot::Multiplier(_) | Slot::Change(_) => None,
+    };
+    differentiate(function, |slot| change(slot).map(|moving| Op::Load(Slot::Change(moving))))
+}
+
+/// The derivative by t, all else constant.
+pub fn by_time(function: Function) -> Function {
+    differentiate(function, |slot| (slot == Slot::Time).then_some(Op::Const(1.0)))
+}
+
+fn differentiate(function: Function, seed: impl Fn(Slot) -> Option<Op>) -> Function {
+    let mut forward = Forward { instructions: Vec::with_capacity(3 * function.instructions.len()) };
+    let mut primal: Vec<Value> = Vec::with_capacity(function.instructions.len());
+    let mut tangent: Vec<Option<Value>> = Vec::with_capacity(function.instructions.len());
+    for instruction in function.instructions {
+        let Instruction { op, section, name } = instruction;
+        let change = name.as_ref().map(|name| format!("d_{name}"));
+        let value = forward.push(op.map(|x| primal[x.index()]), section);
+        forward.instructions[value.index()].name = name;
+        let derivative = match op {
+            Op::Load(slot) => seed(slot).map(|op| forward.push(op, section)),
+            op => {
+                let of = |x: Value| (primal[x.index()], tangent[x.index()]);
+                Rule { forward: &mut forward, section }.derivative(op, value, of)
+            }
+        };
+        if let Some(derivative) = derivative {
+            let named = &mut forward.instructions[derivative.index()];
+            if !matches!(named.op, Op::Load(_) | Op::Const(_)) && named.name.is_none() {
+                named.name = change;
+            }
+        }
+        primal.push(value);
+        tangent.push(derivative);
+    }
+    let mut outputs = function.outputs;
+    for entry in outputs.iter_mut().flat_map(|output| &mut output.entries) {
+        *entry = match tangent[entry.index()] {
+            Some(value) => value,
+            None => forward.push(Op::Const(0.0), crate::kane::Section::Mechanism),
+        };
+    }
+    Function { kind: function.kind, instructions: forward.instructions, outputs }
+}
+
+struct Forward {
+    instructions: Vec<Instruction>,
+}
+
+impl Forward {
+    fn push(&mut self, op: Op, section: crate::kane::Section) -> Value {
+        self.instructions.push(Instruction { op, section, name: None });
+        Value(self.instructions.len() - 1)
+    }
+}
+
+/// Writes the derivative of one operation.
+struct Rule<'a> {
+    forward: &'a mut Forward,
+    section: crate::kane::Section,
+}
+
+impl Rule<'_> {
+    fn push(&mut self, op: Op) -> Value {
+        self.forward.push(op, self.section)
+    }
+
+    fn constant(&mut self, number: f64) -> Value {
+        self.push(Op::Const(number))
+    }
+
+    /// The derivative of `op`, whose value is `value`; `of` gives an operand and its derivative.
+    fn derivative(
+        &mut self,
+        op: Op,
+        value: Value,
+        of: impl Fn(Value) -> (Value, Option<Value>),
+    ) -> Option<Value> {
+        match op {
+            Op::Const(_) | Op::Load(_) | Op::Step(_) => None,
+            Op::Neg(x) => of(x).1.map(|dx| self.push(Op::Neg(dx))),
+            Op::Add(x, y) => match (of(x).1, of(y).1) {
+                (Some(dx), Some(dy)) => Some(self.push(Op::Add(dx, dy))),
+                (dx, dy) => dx.or(dy),
+            },
+            Op::Sub(x, y) => match (of(x).1, of(y).1) {
+                (Some(dx), Some(dy)) => Some(self.push(Op::Sub(dx, dy))),
+                (None, Some(dy)) => Some(self.push(Op::Neg(dy))),
+                (dx, None) => dx,
+            },
+            Op::Mul(x, y) => {
+                let ((x, dx), (y, dy)) = (of(x), of(y));
+                let left = dx.map(|dx| self.push(Op::Mul(dx, y)));
+                let right = dy.map(|dy| self.push(Op::Mul(x, dy)));
+                self.sum(left, right)
+            }
+            // d(x / y) = (dx - (x / y) dy) / y
+            Op::Div(x, y) => {
+                let ((_, dx), (y, dy)) = (of(x), of(y));
+                let carried = dy.map(|dy| self.push(Op::Mul(value, dy)));
+                let above = match (dx, carried) {
+                    (Some(dx), Some(carried)) => Some(self.push(Op::Sub(dx, carried))),
+                    (None, Some(carried)) => Some(self.push(Op::Neg(carried))),
+                    (dx, None) => dx,
+                };
+                above.map(|above| self.push(Op::Div(above, y)))
+            }
+            Op::Sqrt(x) => of(x).1.map(|dx| {
+                let twice = self.push(Op::Add(value, value));
+                self.push(Op::Div(dx, twice))
+            }),
+            Op::Sin(x) => self.chain(of(x), |rule, x| rule.push(Op::Cos(x))),
+            Op::Cos(x) => self.chain(of(x), |rule, x| {
+                let sine = rule.push(Op::Sin(x));
+                rule.push(Op::Neg(sine))
+            }),
+            // 1 + tan^2
+            Op::Tan(x) => self.chain(of(x), |rule, _| {
+                let one = rule.constant(1.0);
+                let square = rule.push(Op::Mul(value, value));
+                rule.push(Op::Add(one, square))
+            }),
+            Op::Exp(x) => self.chain(of(x), |_, _| value),
+            // 1 - tanh^2
+            Op::Tanh(x) => self.chain(of(x), |rule, _| {
+                let one = rule.constant(1.0);
+                let square = rule.push(Op::Mul(value, value));
+                rule.push(Op::Sub(one, square))
+            }),
+            Op::Ln(x) => {
+                let (x, dx) = of(x);
+                dx.map(|dx| self.push(Op::Div(dx, x)))
+            }
+            Op::Abs(x) => self.chain(of(x), |rule, x| {
+                let (one, step) = (rule.constant(1.0), rule.push(Op::Step(x)));
+                let twice = rule.push(Op::Add(step, step));
+                rule.push(Op::Sub(twice, one))
+            }),
+            Op::Max(x, y) => self.blend((of(x).0, of(y).0), of(x).1, of(y).1),
+            Op::Min(x, y) => self.blend((of(y).0, of(x).0), of(x).1, of(y).1),
+            Op::Pow(x, y) => self.power(value, of(x), of(y)),
+        }
+    }
+
+    fn sum(&mut self, x: Option<Value>, y: Option<Value>) -> Option<Value> {
+        match (x, y) {
+            (Some(x), Some(y)) => Some(self.push(Op::Add(x, y))),
+            (x, y) => x.or(y),
+        }
+    }
+
+    /// f'(x) dx.
+    fn chain(
+        &mut self,
+        (x, dx): (Value, Option<Value>),
+        slope: impl FnOnce(&mut Self, Value) -> Value,
+    ) -> Option<Value> {
+        dx.map(|dx| {
+            let slope = slope(self, x);
+            self.push(Op::Mul(slope, dx))
+        })
+    }
+
+    /// dx where `larger` is not less than `smaller`, else dy.
+    fn blend(
+        &mut self,
+        (larger, smaller): (Value, Value),
+        dx: Option<Value>,
+        dy: Option<Value>,
+    ) -> Option<Value> {
+        if dx.is_none() && dy.is_none() {
+            return None;
+        }
+        let difference = self.push(Op::Sub(larger, smaller));
+        let step = self.push(Op::Step(difference));
+        let left = dx.map(|dx| self.push(Op::Mul(step, dx)));
+        let right = dy.map(|dy| {
+            let one = self.constant(1.0);
+            let rest = self.push(Op::Sub(one, step));
+            self.push(Op::Mul(rest, dy))
+        });
+        self.sum(left, right)
+    }
+
+    /// d(x^y) = y x^(y - 1) dx + x^y ln x dy
+    fn power(
+        &mut self,
+        value: Value,
+        (x, dx): (Value, Option<Value>),
+        (y, dy): (Value, Option<Value>),
+    ) -> Option<Value> {
+        let base = dx.map(|dx| {
+            let one = self.constant(1.0);
+            let less = self.push(Op::Sub(y, one));
+            let power = self.push(Op::Pow(x, less));
+            let slope = self.push(Op::Mul(y, power));
+            self.push(Op::Mul(slope, dx))
+        });
+        let exponent = dy.map(|dy| {
+            let logarithm = self.push(Op::Ln(x));
+            let slope = self.push(Op::Mul(value, logarithm));
+            self.push(Op::Mul(slope, dy))
+        });
+        self.sum(base, exponent)
+    }
+}

@@ -1,0 +1,263 @@
+//! RODASP, an L-stable Rosenbrock method of order 4(3) with six stages (G. Steinebach,
+//! "Order-reduction of ROW-methods for DAEs and method of lines applications", 1995, in the
+//! formulation of E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", IV.7).
+//!
+//! With y = (q, u), F = (u, a(t, q, u)), W = 1 / (h gamma) - dF/dy and the coefficients below,
+//!
+//! ```text
+//! W k_i = F(t + c_i h, y + sum_j A_ij k_j) + sum_j C_ij / h k_j + d_i h dF/dt
+//! y'    = y + sum_j A_5j k_j + k_5 + k_6          error = k_6
+//! ```
+//!
+//! dF/dy has the blocks 0, 1, da/dq, da/du, so that one matrix of N x N is factored per step.
+//! Steps end with a projection onto the closure, as everywhere.
+
+use super::steps::{Steps, first_step};
+use super::{Integrator, Projection, accelerate};
+use crate::linear::{add_scaled, reflect, solve, tolerance};
+use crate::{Error, JacobianMut, Scalar, StateOf, System, jacobian};
+
+const STAGES: usize = 6;
+const GAMMA: f64 = 0.25;
+
+/// Where the stages lie in the step.
+const PLACE: [f64; STAGES] = [0.0, 0.75, 0.21, 0.63, 1.0, 1.0];
+/// Weights of dF/dt.
+const TIME: [f64; STAGES] = [0.25, -0.5, -0.023504, -0.0362, 0.0, 0.0];
+
+/// The arguments of F; the fifth row, with k_5 added, is also the argument of the sixth stage.
+const A: [[f64; 4]; 5] = [
+    [0.0, 0.0, 0.0, 0.0],
+    [3.0, 0.0, 0.0, 0.0],
+    [1.831036793486759, 0.4955183967433795, 0.0, 0.0],
+    [2.304376582692669, -0.05249275245743001, -1.176798761832782, 0.0],
+    [-7.170454962423024, -4.741636671481785, -16.31002631330971, -1.062004044111401],
+];
+
+const C: [[f64; 5]; STAGES] = [
+    [0.0; 5],
+    [-12.0, 0.0, 0.0, 0.0, 0.0],
+    [-8.791795173947035, -2.207865586973518, 0.0, 0.0, 0.0],
+    [10.81793056857153, 6.780270611428266, 19.53485944642410, 0.0, 0.0],
+    [34.19095006749676, 15.49671153725963, 54.74760875964130, 14.16005392148534, 0.0],
+    [
+        34.62605830930532,
+        15.30084976114473,
+        56.99955578662667,
+        18.40807009793095,
+        -5.714285714285717,
+    ],
+];
+
+/// The continuous extension, of order 3.
+const DENSE: [[f64; 5]; 2] = [
+    [25.09876703708589, 11.62013104361867, 28.49148307714626, -5.664021568594133, 0.0],
+    [1.638054557396973, -0.7373619806678748, 8.477918219238990, 15.99253148779520, -1.882352941176471],
+];
+
+/// Adaptive and L-stable: for stiff hinges, whose rates an explicit method would have to resolve
+/// long after they have died away. Six evaluations and one Jacobian per step.
+#[derive(Clone, Debug)]
+pub struct Rodas<Y: System> {
+    /// Error allowed per step, relative to q and u.
+    pub relative: Y::Scalar,
+    /// Error allowed per step on top, rad and rad/s.
+    pub absolute: Y::Scalar,
+    /// Longest step, s; infinite unless set.
+    pub max_step: Y::Scalar,
+    /// Least step, s; below it (or where time no longer advances) integration fails.
+    pub min_step: Y::Scalar,
+    workspace: Y::Workspace,
+    /// da/dq and da/du at the start of the step.
+    by_position: Y::Matrix,
+    by_speed: Y::Matrix,
+    /// da/dt and a there.
+    by_time: Y::Vector,
+    acceleration: Y::Vector,
+    /// W reduced to u, factored.
+    matrix: Y::Matrix,
+    diagonal: Y::Vector,
+    /// k of the stages: their parts in q and u.
+    positions: [Y::Vector; STAGES],
+    speeds: [Y::Vector; STAGES],
+    start: StateOf<Y>,
+    end: StateOf<Y>,
+    steps: Steps<Y::Scalar>,
+}
+
+impl<Y: System> Rodas<Y> {
+    /// With storage for the system, a relative error of 1e-6 (1e-4 in `f32`) and an absolute one
+    /// of 1e-8 (1e-6).
+    pub fn new(system: &Y) -> Self {
+        let zero = Y::Scalar::ZERO;
+        let state = StateOf::<Y> { t: zero, q: system.vector(), u: system.vector() };
+        Self {
+            relative: tolerance(1e-6, 1000.0),
+            absolute: tolerance(1e-8, 10.0),
+            max_step: Y::Scalar::from_f64(f64::INFINITY),
+            min_step: zero,
+            workspace: system.workspace(),
+            by_position: system.matrix(),
+            by_speed: system.matrix(),
+            by_time: system.vector(),
+            acceleration: system.vector(),
+            matrix: system.matrix(),
+            diagonal: system.vector(),
+            positions: core::array::from_fn(|_| system.vector()),
+            speeds: core::array::from_fn(|_| system.vector()),
+            start: state.clone(),
+            end: state,
+            steps: Steps::new(4.0),
+        }
+    }
+
+    /// From `start` to `end`; the error in units of what is allowed.
+    fn attempt(&mut self, system: &Y, step: Y::Scalar) -> Result<Y::Scalar, Error> {
+        let of = Y::Scalar::from_f64;
+        let ahead = step * of(GAMMA);
+        let n = self.start.q.as_ref().len();
+        // k_q = ahead (r_q + k_u) leaves
+        // (1 / ahead - da/du - ahead da/dq) k_u = r_u + ahead da/dq r_q.
+        let (by_position, by_speed) = (self.by_position.as_ref(), self.by_speed.as_ref());
+        let matrix = self.matrix.as_mut();
+        for (i, entry) in matrix.iter_mut().enumerate() {
+            *entry = -by_speed[i] - ahead * by_position[i];
+            if i / n == i % n {
+                *entry += Y::Scalar::ONE / ahead;
+            }
+        }
+        if !reflect(matrix, self.diagonal.as_mut()) {
+            return Ok(of(f64::NAN));
+        }
+        for stage in 0..STAGES {
+            self.stage(system, step, ahead, stage)?;
+        }
+        let Self { positions, speeds, start, end, workspace, .. } = self;
+        add_scaled(end.q.as_mut(), Y::Scalar::ONE, positions[STAGES - 1].as_ref());
+        add_scaled(end.u.as_mut(), Y::Scalar::ONE, speeds[STAGES - 1].as_ref());
+        end.t = start.t + step;
+        let mut sum = Y::Scalar::ZERO;
+        let parts = [
+            (start.q.as_ref(), end.q.as_ref(), positions[STAGES - 1].as_ref()),
+            (start.u.as_ref(), end.u.as_ref(), speeds[STAGES - 1].as_ref()),
+        ];
+        for (start, end, errors) in parts {
+            for ((&start, &end), &error) in start.iter().zip(end).zip(errors) {
+                let allowed = self.absolute + self.relative * start.abs().max(end.abs());
+                sum += (error / allowed) * (error / allowed);
+            }
+        }
+        let error = (sum / of((2 * n).max(1) as f64)).sqrt();
+        if error <= Y::Scalar::ONE {
+            Projection::EveryStep.apply(system, end.t, &mut end.q, &mut end.u, workspace)?;
+        }
+        Ok(error)
+    }
+
+    /// k of one stage. Leaves the argument of F in `end`.
+    fn stage(
+        &mut self,
+        system: &Y,
+        step: Y::Scalar,
+        ahead: Y::Scalar,
+        stage: usize,
+    ) -> Result<(), Error> {
+        let of = Y::Scalar::from_f64;
+        let Self { workspace, positions, speeds, start, end, .. } = self;
+        if stage < STAGES - 1 {
+            end.q.clone_from(&start.q);
+            end.u.clone_from(&start.u);
+            for (earlier, &a) in A[stage].iter().enumerate().take(stage) {
+                add_scaled(end.q.as_mut(), of(a), positions[earlier].as_ref());
+                add_scaled(end.u.as_mut(), of(a), speeds[earlier].as_ref());
+            }
+        } else {
+            add_scaled(end.q.as_mut(), Y::Scalar::ONE, positions[stage - 1].as_ref());
+            add_scaled(end.u.as_mut(), Y::Scalar::ONE, speeds[stage - 1].as_ref());
+        }
+        if stage == 0 {
+            speeds[0].clone_from(&self.acceleration);
+        } else {
+            let t = start.t + step * of(PLACE[stage]);
+            accelerate(system, t, &end.q, &end.u, workspace, &mut speeds[stage])?;
+        }
+        let (before, now) = positions.split_at_mut(stage);
+        let (speeds_before, speeds_now) = speeds.split_at_mut(stage);
+        let (position, speed) = (now[0].as_mut(), speeds_now[0].as_mut());
+        position.copy_from_slice(end.u.as_ref());
+        add_scaled(speed, of(TIME[stage]) * step, self.by_time.as_ref());
+        for (earlier, &c) in C[stage].iter().enumerate().take(stage) {
+            let weight = of(c) / step;
+            add_scaled(position, weight, before[earlier].as_ref());
+            add_scaled(speed, weight, speeds_before[earlier].as_ref());
+        }
+        let n = position.len();
+        for (value, row) in speed.iter_mut().zip(self.by_position.as_ref().chunks_exact(n.max(1))) {
+            *value += ahead * crate::linear::dot(row, position);
+        }
+        solve(self.matrix.as_ref(), self.diagonal.as_ref(), speed);
+        for (position, &speed) in position.iter_mut().zip(&*speed) {
+            *position = ahead * (*position + speed);
+        }
+        Ok(())
+    }
+}
+
+impl<Y: System> Integrator<Y> for Rodas<Y> {
+    fn step(
+        &mut self,
+        system: &Y,
+        state: &mut StateOf<Y>,
+        t_end: Y::Scalar,
+    ) -> Result<(), Error> {
+        self.start.clone_from(state);
+        let out = JacobianMut {
+            acceleration: self.acceleration.as_mut(),
+            dq: self.by_position.as_mut(),
+            du: self.by_speed.as_mut(),
+            dt: self.by_time.as_mut(),
+        };
+        let (q, u) = (state.q.as_ref(), state.u.as_ref());
+        jacobian(system, state.t, q, u, self.workspace.as_mut(), out)?;
+        if !(self.steps.next > Y::Scalar::ZERO) {
+            let parts = [(q, u), (u, self.acceleration.as_ref())];
+            self.steps.next = first_step(parts, [self.relative, self.absolute]);
+        }
+        let mut steps = self.steps;
+        let bounds = [self.min_step, self.max_step];
+        let ends = steps.accept([state.t, t_end], bounds, |step| self.attempt(system, step));
+        self.steps = steps;
+        if ends? {
+            self.end.t = t_end;
+        }
+        state.clone_from(&self.end);
+        Ok(())
+    }
+
+    fn between(&mut self, system: &Y, t: Y::Scalar) -> Result<StateOf<Y>, Error> {
+        let part = (t - self.start.t) / (self.end.t - self.start.t);
+        let mut state = self.start.clone();
+        state.t = t;
+        extend(state.q.as_mut(), self.end.q.as_ref(), part, &self.positions);
+        extend(state.u.as_mut(), self.end.u.as_ref(), part, &self.speeds);
+        let (q, u) = (&mut state.q, &mut state.u);
+        Projection::EveryStep.apply(system, t, q, u, &mut self.workspace)?;
+        Ok(state)
+    }
+
+    fn restart(&mut self) {}
+}
+
+/// `values` at the start of the step become those at `part` of it.
+fn extend<S: Scalar, V: AsRef<[S]>>(values: &mut [S], end: &[S], part: S, stages: &[V]) {
+    let rest = S::ONE - part;
+    for (j, (value, &end)) in values.iter_mut().zip(end).enumerate() {
+        let sum = |weights: &[f64; 5]| {
+            weights.iter().zip(stages).fold(S::ZERO, |sum, (&weight, stage)| {
+                sum + S::from_f64(weight) * stage.as_ref()[j]
+            })
+        };
+        let [quadratic, cubic] = DENSE.each_ref().map(sum);
+        *value = *value * rest + part * (end + rest * (quadratic + part * cubic));
+    }
+}

@@ -1,0 +1,92 @@
+//! Control of the step from an estimate of its error: the PI controller of K. Gustafsson as
+//! Hairer and Wanner use it ("Solving Ordinary Differential Equations II", IV.2).
+
+use crate::{Error, Scalar};
+
+/// What an adaptive integrator knows of its next step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Steps<S> {
+    /// Step to try next, s; 0 until one is known.
+    pub next: S,
+    /// Error of the last accepted step.
+    last_error: S,
+    /// The error grows as the step to this power.
+    order: f64,
+}
+
+impl<S: Scalar> Steps<S> {
+    pub fn new(order: f64) -> Self {
+        Self { next: S::ZERO, last_error: S::from_f64(1e-4), order }
+    }
+
+    /// Tries steps from `t` until one is accepted; `attempt` takes a step's length and returns its
+    /// error in units of what is allowed. Returns whether the step ended at `t_end`.
+    pub fn accept(
+        &mut self,
+        [t, t_end]: [S; 2],
+        [shortest, longest]: [S; 2],
+        mut attempt: impl FnMut(S) -> Result<S, Error>,
+    ) -> Result<bool, Error> {
+        let of = S::from_f64;
+        let least = shortest.max(of(4.0) * S::EPSILON * t.abs().max(t_end.abs()));
+        let mut rejected = false;
+        loop {
+            let wanted = self.next.min(longest);
+            let left = t_end - t;
+            // A remainder a little longer than the step is taken whole, or it would leave a tiny
+            // step for the end.
+            let ends = wanted * of(1.01) >= left;
+            let step = if ends { left.min(longest) } else { wanted };
+            let ends = ends && step == left;
+            if !(step > least) && !ends {
+                return Err(Error::StepTooSmall { t: t.to_f64() });
+            }
+            match attempt(step) {
+                Ok(error) if error <= S::ONE => {
+                    let next = step * self.growth(error, rejected);
+                    // A step cut short by the end says nothing against the longer one.
+                    self.next = if ends && !rejected { next.max(wanted) } else { next };
+                    self.last_error = error.max(of(1e-4));
+                    return Ok(ends);
+                }
+                Ok(error) if error.is_finite() => {
+                    let factor = of(0.9) * error.pow(of(-1.0 / self.order));
+                    self.next = step * factor.max(of(0.2)).min(of(0.9));
+                }
+                // Values that are not finite, or a projection that leads nowhere.
+                _ => self.next = step * of(0.5),
+            }
+            if !(self.next > least) {
+                return Err(Error::StepTooSmall { t: t.to_f64() });
+            }
+            rejected = true;
+        }
+    }
+
+    /// How much longer the next step is.
+    fn growth(&self, error: S, rejected: bool) -> S {
+        let of = S::from_f64;
+        let most = if rejected { S::ONE } else { of(10.0) };
+        if error == S::ZERO {
+            return most;
+        }
+        let now = error.pow(of(-0.85 / self.order));
+        let before = self.last_error.pow(of(0.2 / self.order));
+        (of(0.9) * now * before).max(of(0.2)).min(most)
+    }
+}
+
+/// A first step by the sizes of state and derivative; the controller takes it from there.
+pub(super) fn first_step<S: Scalar>(parts: [(&[S], &[S]); 2], [relative, absolute]: [S; 2]) -> S {
+    let of = S::from_f64;
+    let (mut size, mut rate) = (S::ZERO, S::ZERO);
+    for (values, rates) in parts {
+        for (&value, &derivative) in values.iter().zip(rates) {
+            let allowed = absolute + relative * value.abs();
+            size = size.max(value.abs() / allowed);
+            rate = rate.max(derivative.abs() / allowed);
+        }
+    }
+    let small = of(1e-5);
+    if size > small && rate > small { of(0.01) * size / rate } else { of(1e-6) }
+}

@@ -1,0 +1,246 @@
+//! Derivatives of the constrained acceleration, by implicit differentiation.
+//!
+//! M a = f + J^T lambda and J a = -gamma hold at every state. In any direction of t, q, u,
+//!
+//! ```text
+//! M da - J^T dlambda = d(f - M a + J^T lambda)    at constant a and lambda
+//! J da               = -d(gamma + J a)
+//! ```
+//!
+//! which has the matrix of the acceleration itself: its factors serve for all directions. The
+//! right-hand sides come from [`System::write_tangent`].
+//!
+//! Where closure equations are redundant this is the derivative along the closure; directions that
+//! open a loop are followed with the rank as it is.
+
+use crate::acceleration::{blame, not_finite, weigh, write};
+use crate::linear::{Spectrum, add_scaled, backward, dot, factor, forward, orthogonalise};
+use crate::workspace::{check, split};
+use crate::{Balance, Change, EquationsMut, Error, Scalar, System};
+
+/// Where [`jacobian`] writes. Matrices are N x N, row-major.
+#[derive(Debug)]
+pub struct JacobianMut<'a, S> {
+    /// a = du/dt at the state itself, N, rad/s^2.
+    pub acceleration: &'a mut [S],
+    /// da/dq, 1/s^2.
+    pub dq: &'a mut [S],
+    /// da/du, 1/s.
+    pub du: &'a mut [S],
+    /// da/dt, N, rad/s^3.
+    pub dt: &'a mut [S],
+}
+
+/// du/dt and its derivatives by q, u and t.
+///
+/// # Errors
+///
+/// As [`acceleration`](crate::acceleration()).
+pub fn jacobian<Y: System>(
+    system: &Y,
+    t: Y::Scalar,
+    q: &[Y::Scalar],
+    u: &[Y::Scalar],
+    workspace: &mut [Y::Scalar],
+    out: JacobianMut<'_, Y::Scalar>,
+) -> Result<(), Error> {
+    let n = system.dimensions().coordinates;
+    let mut linear = Linearised::at(system, t, q, u, crate::acceleration::plain(), workspace)?;
+    out.acceleration.copy_from_slice(linear.acceleration);
+    linear.derivatives(out.dq, out.du, out.dt);
+    let JacobianMut { dq, du, dt, .. } = out;
+    match not_finite(&[dq, du, dt]) {
+        Some(index) => Err(Error::NotFinite { joint: index % n }),
+        None => Ok(()),
+    }
+}
+
+/// The equations of motion at a state, solved, with everything needed to differentiate them.
+pub(crate) struct Linearised<'a, Y: System> {
+    system: &'a Y,
+    t: Y::Scalar,
+    q: &'a [Y::Scalar],
+    u: &'a [Y::Scalar],
+    spectrum: Spectrum<Y::Scalar>,
+    /// Factor of M.
+    pub mass: &'a mut [Y::Scalar],
+    /// Orthogonal rows of J L^-T; those beyond `kept` are meaningless.
+    pub rows: &'a mut [Y::Scalar],
+    /// What made them orthogonal, (C + D) x (C + D).
+    turn: &'a mut [Y::Scalar],
+    /// Orthogonal rows.
+    kept: usize,
+    pub acceleration: &'a mut [Y::Scalar],
+    /// lambda, C, then what drives the driven joints, D, divided by the size.
+    pub multipliers: &'a mut [Y::Scalar],
+    rhs: &'a mut [Y::Scalar],
+    turned: &'a mut [Y::Scalar],
+    opening: &'a mut [Y::Scalar],
+    force: &'a mut [Y::Scalar],
+    zeros: &'a mut [Y::Scalar],
+    direction: &'a mut [Y::Scalar],
+    parameters: &'a mut [Y::Scalar],
+    inputs: &'a mut [Y::Scalar],
+}
+
+impl<'a, Y: System> Linearised<'a, Y> {
+    pub fn at(
+        system: &'a Y,
+        t: Y::Scalar,
+        q: &'a [Y::Scalar],
+        u: &'a [Y::Scalar],
+        spectrum: Spectrum<Y::Scalar>,
+        mut workspace: &'a mut [Y::Scalar],
+    ) -> Result<Self, Error> {
+        let dimensions = check(system, workspace, &[q.len(), u.len()])?;
+        let (n, m) = (dimensions.coordinates, dimensions.rows + dimensions.drives);
+        let mut linear = Self {
+            system,
+            t,
+            q,
+            u,
+            spectrum,
+            mass: split(&mut workspace, n * n)?,
+            rows: split(&mut workspace, m * n)?,
+            turn: split(&mut workspace, m * m)?,
+            kept: 0,
+            acceleration: split(&mut workspace, n)?,
+            multipliers: split(&mut workspace, m)?,
+            rhs: split(&mut workspace, m)?,
+            turned: split(&mut workspace, m)?,
+            opening: split(&mut workspace, m)?,
+            force: split(&mut workspace, n)?,
+            zeros: split(&mut workspace, n)?,
+            direction: split(&mut workspace, n)?,
+            parameters: split(&mut workspace, dimensions.parameters)?,
+            inputs: split(&mut workspace, dimensions.inputs)?,
+        };
+        for zeros in [&mut *linear.zeros, linear.direction, linear.parameters, linear.inputs] {
+            zeros.fill(Y::Scalar::ZERO);
+        }
+        linear.solve_state()?;
+        Ok(linear)
+    }
+
+    fn solve_state(&mut self) -> Result<(), Error> {
+        let (n, m) = (self.q.len(), self.rhs.len());
+        let out = EquationsMut {
+            mass: &mut *self.mass,
+            forcing: &mut *self.force,
+            jacobian: &mut *self.rows,
+            gamma: &mut *self.opening,
+        };
+        write(self.system, self.t, self.q, self.u, out);
+        factor(self.mass, n).map_err(|joint| blame(&[self.q, self.u], self.mass, joint))?;
+        weigh(self.mass, self.rows, n);
+        self.turn.fill(Y::Scalar::ZERO);
+        for i in 0..m {
+            self.turn[i * m + i] = Y::Scalar::ONE;
+        }
+        self.kept = orthogonalise(self.rows, self.turn, m, n);
+        forward(self.mass, self.force);
+        self.constrain();
+        self.acceleration.copy_from_slice(self.force);
+        // lambda = (W W^T)^+ r = Q^T (c_i / |B_i|^2)
+        self.multipliers.fill(Y::Scalar::ZERO);
+        for i in 0..self.kept {
+            add_scaled(self.multipliers, self.turned[i], &self.turn[i * m..(i + 1) * m]);
+        }
+        match not_finite(&[self.q, self.u, self.acceleration]) {
+            Some(joint) => Err(Error::NotFinite { joint }),
+            None => Ok(()),
+        }
+    }
+
+    /// Turns y = L^-1 f in `force` into the solution a of M a = f + J^T lambda, J a = -`opening`;
+    /// leaves c_i / |B_i|^2 in `turned`.
+    fn constrain(&mut self) {
+        let (n, m) = (self.force.len(), self.rhs.len());
+        let row = |rows: &[Y::Scalar], i: usize| -> Y::Scalar {
+            dot(&rows[i * n..(i + 1) * n], &rows[i * n..(i + 1) * n])
+        };
+        let largest = (0..self.kept)
+            .fold(Y::Scalar::ZERO, |most, i| most.max(row(self.rows, i)));
+        let cut = self.spectrum.cut * largest;
+        // B_i and B_k are orthogonal: what one adds to the solution does not touch the other.
+        for i in 0..self.kept {
+            let square = row(self.rows, i);
+            let wanted = -dot(&self.turn[i * m..(i + 1) * m], self.opening)
+                - dot(&self.rows[i * n..(i + 1) * n], self.force);
+            // Written so that NaN is kept and seen.
+            self.turned[i] = if square <= cut { Y::Scalar::ZERO } else { wanted / square };
+        }
+        for i in 0..self.kept {
+            add_scaled(self.force, self.turned[i], &self.rows[i * n..(i + 1) * n]);
+        }
+        backward(self.mass, self.force);
+    }
+
+    /// Columns of da/dq and da/du, N x N, and da/dt.
+    pub fn derivatives(
+        &mut self,
+        dq: &mut [Y::Scalar],
+        du: &mut [Y::Scalar],
+        dt: &mut [Y::Scalar],
+    ) {
+        let n = self.q.len();
+        for joint in 0..n {
+            self.direction[joint] = Y::Scalar::ONE;
+            for (by_speed, matrix) in [(false, &mut *dq), (true, &mut *du)] {
+                self.tangent(Y::Scalar::ZERO, by_speed);
+                self.differentiate();
+                for i in 0..n {
+                    matrix[i * n + joint] = self.force[i];
+                }
+            }
+            self.direction[joint] = Y::Scalar::ZERO;
+        }
+        self.tangent(Y::Scalar::ONE, false);
+        let rows = self.system.dimensions().rows;
+        let mut openings = self.opening[rows..].iter_mut();
+        self.system.drives(self.t, |drive| {
+            if let Some(opening) = openings.next() {
+                *opening = -self.system.size() * drive.jerk;
+            }
+        });
+        self.differentiate();
+        dt.copy_from_slice(self.force);
+    }
+
+    /// da in the direction of an input.
+    pub fn by_input(&mut self, input: usize, out: &mut [Y::Scalar]) {
+        self.inputs[input] = Y::Scalar::ONE;
+        self.tangent(Y::Scalar::ZERO, false);
+        self.inputs[input] = Y::Scalar::ZERO;
+        self.differentiate();
+        out.copy_from_slice(self.force);
+    }
+
+    /// Right-hand sides in `force` and `opening` for a change of t and of q or u along
+    /// `direction`.
+    fn tangent(&mut self, t: Y::Scalar, by_speed: bool) {
+        let rows = self.system.dimensions().rows;
+        let (q, u) = match by_speed {
+            true => (&*self.zeros, &*self.direction),
+            false => (&*self.direction, &*self.zeros),
+        };
+        self.opening.fill(Y::Scalar::ZERO);
+        self.system.write_tangent(
+            Balance {
+                t: self.t,
+                q: self.q,
+                u: self.u,
+                acceleration: self.acceleration,
+                multipliers: &self.multipliers[..rows],
+            },
+            Change { t, q, u, parameters: self.parameters, inputs: self.inputs },
+            self.force,
+            &mut self.opening[..rows],
+        );
+    }
+
+    fn differentiate(&mut self) {
+        forward(self.mass, self.force);
+        self.constrain();
+    }
+}
