@@ -13,7 +13,7 @@
 //! Where closure equations are redundant this is the derivative along the closure; directions that
 //! open a loop are followed with the rank as it is.
 
-use crate::acceleration::{blame, not_finite, weigh, write};
+use crate::acceleration::{blame, not_finite, plain, weigh, write};
 use crate::linear::{Spectrum, add_scaled, backward, dot, factor, forward, orthogonalise};
 use crate::workspace::{check, split};
 use crate::{Balance, Change, EquationsMut, Error, Scalar, System};
@@ -44,8 +44,21 @@ pub fn jacobian<Y: System>(
     workspace: &mut [Y::Scalar],
     out: JacobianMut<'_, Y::Scalar>,
 ) -> Result<(), Error> {
+    jacobian_within(system, t, q, u, plain(), workspace, out)
+}
+
+/// As [`jacobian`], with this spectrum.
+pub(crate) fn jacobian_within<Y: System>(
+    system: &Y,
+    t: Y::Scalar,
+    q: &[Y::Scalar],
+    u: &[Y::Scalar],
+    spectrum: Spectrum<Y::Scalar>,
+    workspace: &mut [Y::Scalar],
+    out: JacobianMut<'_, Y::Scalar>,
+) -> Result<(), Error> {
     let n = system.dimensions().coordinates;
-    let mut linear = Linearised::at(system, t, q, u, crate::acceleration::plain(), workspace)?;
+    let mut linear = Linearised::at(system, t, q, u, spectrum, workspace)?;
     out.acceleration.copy_from_slice(linear.acceleration);
     linear.derivatives(out.dq, out.du, out.dt);
     let JacobianMut { dq, du, dt, .. } = out;
@@ -242,5 +255,85 @@ impl<'a, Y: System> Linearised<'a, Y> {
     fn differentiate(&mut self) {
         forward(self.mass, self.force);
         self.constrain();
+    }
+
+    /// Only da/dq, N x N.
+    pub fn by_position(&mut self, dq: &mut [Y::Scalar]) {
+        let n = self.q.len();
+        for joint in 0..n {
+            self.direction[joint] = Y::Scalar::ONE;
+            self.tangent(Y::Scalar::ZERO, false);
+            self.direction[joint] = Y::Scalar::ZERO;
+            self.differentiate();
+            for i in 0..n {
+                dq[i * n + joint] = self.force[i];
+            }
+        }
+    }
+
+    /// Directions of q along the constraints, orthonormal in M: N numbers each, one after the
+    /// other in `basis` (N x N). Returns how many there are.
+    pub fn tangent_basis(&self, basis: &mut [Y::Scalar]) -> usize {
+        let n = self.q.len();
+        let row = |i: usize| &self.rows[i * n..(i + 1) * n];
+        let largest =
+            (0..self.kept).fold(Y::Scalar::ZERO, |most, i| most.max(dot(row(i), row(i))));
+        let cut = self.spectrum.cut * largest;
+        let mut found = 0;
+        let rank = (0..self.kept).filter(|&i| !(dot(row(i), row(i)) <= cut)).count();
+        while found + rank < n {
+            // Of the unit vectors, the one that is least in what is known, less its part there.
+            let (known, free) = basis.split_at_mut(found * n);
+            let left = |k: usize| {
+                let taken = |v: &[Y::Scalar]| v[k] * v[k] / dot(v, v);
+                let rows = (0..self.kept)
+                    .filter(|&i| !(dot(row(i), row(i)) <= cut))
+                    .fold(Y::Scalar::ZERO, |sum, i| sum + taken(row(i)));
+                known.chunks_exact(n).fold(rows, |sum, v| sum + taken(v))
+            };
+            let mut best = 0;
+            for k in 1..n {
+                if left(k) < left(best) {
+                    best = k;
+                }
+            }
+            let vector = &mut free[..n];
+            vector.fill(Y::Scalar::ZERO);
+            vector[best] = Y::Scalar::ONE;
+            // Twice is enough (W. Kahan).
+            for _ in 0..2 {
+                for i in (0..self.kept).filter(|&i| !(dot(row(i), row(i)) <= cut)) {
+                    let part = dot(vector, row(i)) / dot(row(i), row(i));
+                    add_scaled(vector, -part, row(i));
+                }
+                for other in known.chunks_exact(n) {
+                    let part = dot(vector, other);
+                    add_scaled(vector, -part, other);
+                }
+            }
+            let length = dot(vector, vector).sqrt();
+            for value in vector.iter_mut() {
+                *value = *value / length;
+            }
+            found += 1;
+        }
+        for vector in basis[..found * n].chunks_exact_mut(n.max(1)) {
+            backward(self.mass, vector);
+        }
+        found
+    }
+
+    /// `x = M x`.
+    pub fn times_mass(&self, x: &mut [Y::Scalar]) {
+        let n = x.len();
+        // The factor's diagonal is inverse. L^T x, from the top; then L, from the bottom.
+        for i in 0..n {
+            let below = (i + 1..n)
+                .fold(Y::Scalar::ZERO, |sum, k| sum + self.mass[k * n + i] * x[k]);
+            x[i] = x[i] / self.mass[i * n + i] + below;
+        }
+        for i in (0..n).rev() {
+            x[i] = x[i] / self.mass[i * n + i] + dot(&self.mass[i * n..i * n + i], &x[..i]);
+        }
     }
 }

@@ -98,6 +98,7 @@
 
 mod acceleration;
 mod assembly;
+mod equilibrium;
 mod error;
 mod integrate;
 mod jacobian;
@@ -106,11 +107,13 @@ mod mechanism;
 mod projection;
 mod scalar;
 mod state;
+mod stops;
 mod system;
 mod workspace;
 
 pub use acceleration::{Constraint, RANK_TOLERANCE, acceleration, acceleration_and_forces};
 pub use assembly::{Assembly, assemble};
+pub use equilibrium::{Equilibrium, equilibrium};
 pub use error::Error;
 pub use integrate::{Dopri5, Integrator, Projection, Rk4, Rodas, SemiImplicitEuler};
 pub use jacobian::{JacobianMut, jacobian};
@@ -118,5 +121,6 @@ pub use mechanism::{Closure, Equations, Mechanism, Storage};
 pub use projection::{Projected, project};
 pub use scalar::Scalar;
 pub use state::{State, StateOf};
+pub use stops::Stopped;
 pub use system::{Balance, Change, Dimensions, Drive, Energy, EquationsMut, System};
 pub use workspace::workspace_len;

@@ -7,7 +7,7 @@
 //! "Geometric Numerical Integration", IV.4; E. Eich, "Convergence results for a coordinate
 //! projection method", 1993.
 
-use crate::acceleration::{blame, not_finite, plain, weigh};
+use crate::acceleration::{blame, fine, not_finite, plain, weigh};
 use crate::linear::{
     Spectrum, add_scaled, backward, combine, dot, factor, max_abs, orthogonalise, tolerance,
 };
@@ -63,6 +63,32 @@ pub fn project<Y: System>(
     t: Y::Scalar,
     q: &mut [Y::Scalar],
     u: &mut [Y::Scalar],
+    workspace: &mut [Y::Scalar],
+) -> Result<Projected<Y::Scalar>, Error> {
+    project_within(system, t, q, u, plain(), closed(system), workspace)
+}
+
+/// As [`project`] to the last digit, and with the speeds' directions kept as far as rounding
+/// allows: near a singular state, where a residual says little of the position.
+pub(crate) fn project_finely<Y: System>(
+    system: &Y,
+    t: Y::Scalar,
+    q: &mut [Y::Scalar],
+    u: &mut [Y::Scalar],
+    workspace: &mut [Y::Scalar],
+) -> Result<Projected<Y::Scalar>, Error> {
+    let enough = Y::Scalar::from_f64(4.0) * Y::Scalar::EPSILON * system.size();
+    project_within(system, t, q, u, fine(), enough, workspace)
+}
+
+/// As [`project`], with this spectrum for the speeds and this residual (m) for closed.
+fn project_within<Y: System>(
+    system: &Y,
+    t: Y::Scalar,
+    q: &mut [Y::Scalar],
+    u: &mut [Y::Scalar],
+    spectrum: Spectrum<Y::Scalar>,
+    enough: Y::Scalar,
     mut workspace: &mut [Y::Scalar],
 ) -> Result<Projected<Y::Scalar>, Error> {
     let dimensions = check(system, workspace, &[q.len(), u.len()])?;
@@ -89,11 +115,11 @@ pub fn project<Y: System>(
         jacobian: split(&mut workspace, r * n)?,
         step: split(&mut workspace, n)?,
     };
-    let residual = closure.move_coordinates(system, q, split(&mut workspace, n)?)?;
+    let residual = closure.move_coordinates(system, q, enough, split(&mut workspace, n)?)?;
     if !(residual <= bearable(system)) {
         return Err(closure.open(system));
     }
-    let rank = closure.move_speeds(system, u);
+    let rank = closure.move_speeds(system, u, spectrum);
     match not_finite(&[q, u]) {
         Some(joint) => Err(Error::NotFinite { joint }),
         None => Ok(Projected { residual, rank }),
@@ -177,13 +203,14 @@ impl<S: Scalar> Closure<'_, S> {
         &mut self,
         system: &Y,
         q: &mut [S],
+        enough: S,
         previous: &mut [S],
     ) -> Result<S, Error> {
         let mut spectrum = plain();
         let mut finer = true;
         let mut size = self.evaluate(system, q)?;
         for _ in 0..ITERATIONS {
-            if size <= closed(system) {
+            if size <= enough {
                 break;
             }
             previous.copy_from_slice(q);
@@ -212,7 +239,12 @@ impl<S: Scalar> Closure<'_, S> {
     /// Makes J u = 0 (for a driven joint: its speed), with the Jacobian that [`evaluate`](Self::evaluate) left. The cut is that of
     /// the acceleration: a finer one would stop, at each passage of a singular state, speeds that
     /// the acceleration left free, and take their energy away.
-    fn move_speeds<Y: System<Scalar = S>>(&mut self, system: &Y, u: &mut [S]) -> usize {
+    fn move_speeds<Y: System<Scalar = S>>(
+        &mut self,
+        system: &Y,
+        u: &mut [S],
+        spectrum: Spectrum<S>,
+    ) -> usize {
         let n = u.len();
         for (value, row) in self.residual.iter_mut().zip(self.jacobian.chunks_exact(n.max(1))) {
             *value = dot(row, u);
@@ -223,7 +255,7 @@ impl<S: Scalar> Closure<'_, S> {
                 *value -= system.size() * drive.speed;
             }
         });
-        let rank = self.solve(plain());
+        let rank = self.solve(spectrum);
         add_scaled(u, S::ONE, self.step);
         rank
     }

@@ -2,7 +2,7 @@
 
 use crate::{Dimensions, Error, System};
 
-/// Numbers of workspace that suffice for every algorithm of this crate.
+/// Numbers of workspace that suffice for every algorithm of this crate, with any joints at stops.
 ///
 /// With N coordinates, C closure rows, L loops and D driven joints, to which each joint at a stop
 /// adds one, there are c = C + D + N rows and r = 9 L + D + N residuals at most; P parameters and
@@ -16,9 +16,14 @@ use crate::{Dimensions, Error, System};
 /// * jacobian: M or its factor N N; J c N and what orthogonalised it c c; four vectors of rows
 ///   4 c and four of coordinates 4 N; directions P + I.
 pub const fn workspace_len(dimensions: Dimensions) -> usize {
+    needed(Dimensions { drives: dimensions.drives + dimensions.coordinates, ..dimensions })
+}
+
+/// What is needed without another joint at a stop.
+const fn needed(dimensions: Dimensions) -> usize {
     let Dimensions { coordinates: n, rows, loops, drives, parameters, inputs, .. } = dimensions;
-    let c = rows + drives + n;
-    let r = 9 * loops + drives + n;
+    let c = rows + drives;
+    let r = 9 * loops + drives;
     let acceleration = n * n + 2 * c * n + 2 * c + n;
     let projection = n * n + greater(n + rows * n + rows, r + r * n + 2 * n);
     let assembly = 2 * r + 2 * r * n + 8 * n;
@@ -49,7 +54,7 @@ pub(crate) fn check<Y: System>(
     vectors: &[usize],
 ) -> Result<Dimensions, Error> {
     let dimensions = system.dimensions();
-    let needed = workspace_len(dimensions);
+    let needed = needed(dimensions);
     if workspace.len() < needed {
         return Err(Error::Workspace { needed, given: workspace.len() });
     }

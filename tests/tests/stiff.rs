@@ -44,13 +44,34 @@ fn experiment() {
     let mut rodas = Rodas::new(&system);
     let mut steps = 0;
     let mut next = 0.0;
-    let result = rodas.run(&system, &mut state, 10.0, |state| {
+    let result = rodas.run(&system, &mut state, std::env::var("T").map_or(0.1, |t| t.parse().unwrap()), |state| {
         steps += 1;
-        if state.t >= next || steps % 1000 == 0 {
+        if state.t >= next || steps % 100000 == 0 {
             let e = system.energy(state.t, &state.q, &state.u);
             println!("{steps} t {:e} q {:?} u {:?} E {:e} {:e}", state.t, state.q, state.u, e.kinetic, e.potential);
             next = if state.t == 0.0 { 1e-3 } else { state.t * 1.3 };
         }
     });
     println!("{steps} {result:?} {:?} {:?}", state.q, state.u);
+}
+
+#[test]
+fn equilibria() {
+    use lamc_runtime::equilibrium;
+    let Some(shared) = shared() else { return };
+    for name in lamc_tests::DESIGNS {
+        let reference = Reference::read(&shared, name);
+        let compiled = compile(&shared.join(format!("designs/{name}.cad.joints")));
+        let system = Interpreter::new(&compiled.program);
+        for state in &reference.states {
+            let mut q = state.q.clone();
+            let begin = Instant::now();
+            let found = equilibrium(&system, 0.0, &mut q, &mut system.workspace());
+            let v = system.energy(0.0, &q, &vec![0.0; q.len()]).potential;
+            println!("{name} {found:?} V {v:e} {:?} {q:?}", begin.elapsed());
+        }
+        let mut q = vec![0.0; reference.states[0].q.len()];
+        let found = equilibrium(&system, 0.0, &mut q, &mut system.workspace());
+        println!("{name} from flat {found:?} {q:?}");
+    }
 }

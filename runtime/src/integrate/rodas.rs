@@ -13,9 +13,12 @@
 //! Steps end with a projection onto the closure, as everywhere.
 
 use super::steps::{Steps, first_step};
-use super::{Integrator, Projection, accelerate};
+use super::Integrator;
+use crate::acceleration::{fine, solve as accelerate};
+use crate::jacobian::jacobian_within;
 use crate::linear::{add_scaled, reflect, solve, tolerance};
-use crate::{Error, JacobianMut, Scalar, StateOf, System, jacobian};
+use crate::projection::project_finely;
+use crate::{Error, JacobianMut, Scalar, StateOf, System};
 
 const STAGES: usize = 6;
 const GAMMA: f64 = 0.25;
@@ -149,7 +152,13 @@ impl<Y: System> Rodas<Y> {
         }
         let error = (sum / of((2 * n).max(1) as f64)).sqrt();
         if error <= Y::Scalar::ONE {
-            Projection::EveryStep.apply(system, end.t, &mut end.q, &mut end.u, workspace)?;
+            project_finely(
+                system,
+                end.t,
+                end.q.as_mut(),
+                end.u.as_mut(),
+                workspace.as_mut(),
+            )?;
         }
         Ok(error)
     }
@@ -179,7 +188,8 @@ impl<Y: System> Rodas<Y> {
             speeds[0].clone_from(&self.acceleration);
         } else {
             let t = start.t + step * of(PLACE[stage]);
-            accelerate(system, t, &end.q, &end.u, workspace, &mut speeds[stage])?;
+            let (q, u, out) = (end.q.as_ref(), end.u.as_ref(), speeds[stage].as_mut());
+            accelerate(system, t, q, u, fine(), workspace.as_mut(), out, None)?;
         }
         let (before, now) = positions.split_at_mut(stage);
         let (speeds_before, speeds_now) = speeds.split_at_mut(stage);
@@ -218,7 +228,7 @@ impl<Y: System> Integrator<Y> for Rodas<Y> {
             dt: self.by_time.as_mut(),
         };
         let (q, u) = (state.q.as_ref(), state.u.as_ref());
-        jacobian(system, state.t, q, u, self.workspace.as_mut(), out)?;
+        jacobian_within(system, state.t, q, u, fine(), self.workspace.as_mut(), out)?;
         if !(self.steps.next > Y::Scalar::ZERO) {
             let parts = [(q, u), (u, self.acceleration.as_ref())];
             self.steps.next = first_step(parts, [self.relative, self.absolute]);
@@ -240,8 +250,8 @@ impl<Y: System> Integrator<Y> for Rodas<Y> {
         state.t = t;
         extend(state.q.as_mut(), self.end.q.as_ref(), part, &self.positions);
         extend(state.u.as_mut(), self.end.u.as_ref(), part, &self.speeds);
-        let (q, u) = (&mut state.q, &mut state.u);
-        Projection::EveryStep.apply(system, t, q, u, &mut self.workspace)?;
+        let (q, u) = (state.q.as_mut(), state.u.as_mut());
+        project_finely(system, t, q, u, self.workspace.as_mut())?;
         Ok(state)
     }
 

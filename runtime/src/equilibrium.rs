@@ -1,0 +1,297 @@
+//! Equilibrium: a state of rest on the closed manifold.
+//!
+//! At rest the constrained acceleration a(q) at u = 0 is the generalised force along the closure,
+//! measured by M. Its zero is found by following the overdamped motion dq/dtau = a(q) with
+//! implicit steps that grow as a fades, the last of which are Newton's:
+//!
+//! ```text
+//! (w + K) z = T^T M a(q),    dq = T z,    K = -T^T M da/dq T,    w' = w |a'| / |a|
+//! ```
+//!
+//! with the columns of T along the closure
+//!
+//! (pseudo-transient continuation: C. T. Kelley, D. E. Keyes, "Convergence analysis of
+//! pseudo-transient continuation", 1998). A step must run downhill: the force must do work along
+//! it. So the motion leaves unstable equilibria and runs into stable ones; each step ends on the
+//! closure. A joint that reaches a limit is held there as long
+//! as the stop pushes.
+
+use crate::acceleration::fine;
+use crate::jacobian::Linearised;
+use crate::linear::{add_scaled, dot, factor, max_abs, reflect, solve, tolerance};
+use crate::projection::project_finely;
+use crate::{Error, Scalar, Stopped, System};
+
+/// Steps at most.
+const ITERATIONS: usize = 400;
+/// Longest step of a joint, rad: longer ones jump to another branch.
+const LONGEST: f64 = 0.2;
+
+/// Steps of joints up to this length, rad, may rely on the force alone: where the work they do is
+/// lost in rounding.
+const SHORT: f64 = 1e-5;
+
+/// A state of rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Equilibrium<S> {
+    /// Steps taken.
+    pub iterations: usize,
+    /// Largest generalised force along the closure that is left, N m.
+    pub force: S,
+    /// Whether it comes back when pushed: forces that have a potential hold it in a minimum.
+    pub stable: bool,
+}
+
+/// Moves `q` (N, rad) to a state of rest at t (s), downhill from where it is; it should be nearly
+/// closed. Driven joints stand where they should be at t. On failure `q` is unchanged.
+///
+/// # Errors
+///
+/// [`Error::NoEquilibrium`]; [`Error::NotClosed`] and [`Error::NotDriven`] where `q` is too far
+/// from closed; [`Error::MassMatrix`], [`Error::NotFinite`], [`Error::Workspace`],
+/// [`Error::Length`].
+pub fn equilibrium<Y: System>(
+    system: &Y,
+    t: Y::Scalar,
+    q: &mut Y::Vector,
+    workspace: &mut [Y::Scalar],
+) -> Result<Equilibrium<Y::Scalar>, Error> {
+    let mut search = Search {
+        system: Stopped { still: true, ..Stopped::new(system) },
+        t,
+        q: q.clone(),
+        u: system.vector(),
+        step: system.vector(),
+        force: system.vector(),
+        covector: system.vector(),
+        basis: system.matrix(),
+        stiffness: system.matrix(),
+        matrix: system.matrix(),
+        workspace,
+    };
+    let found = search.run()?;
+    q.clone_from(&search.q);
+    Ok(found)
+}
+
+struct Search<'a, 'w, Y: System> {
+    system: Stopped<'a, Y>,
+    t: Y::Scalar,
+    q: Y::Vector,
+    /// Zero.
+    u: Y::Vector,
+    step: Y::Vector,
+    /// Along the basis.
+    force: Y::Vector,
+    /// M a, N m.
+    covector: Y::Vector,
+    /// Directions along the closure, one after the other.
+    basis: Y::Matrix,
+    stiffness: Y::Matrix,
+    matrix: Y::Matrix,
+    workspace: &'w mut [Y::Scalar],
+}
+
+/// How far a state is from rest.
+#[derive(Clone, Copy)]
+struct Unrest<S> {
+    /// a^T M a, the square of the force measured by M.
+    square: S,
+    /// Largest component of M a, N m.
+    force: S,
+}
+
+impl<Y: System> Search<'_, '_, Y> {
+    fn run(&mut self) -> Result<Equilibrium<Y::Scalar>, Error> {
+        let of = Y::Scalar::from_f64;
+        self.close()?;
+        let mut unrest = self.evaluate()?;
+        let mut weight = Y::Scalar::ZERO;
+        let enough: Y::Scalar = tolerance(1e-13, 8.0);
+        let mut diagonal = self.system.vector();
+        for iterations in 0..ITERATIONS {
+            let freedoms = self.stiffness()?;
+            let stiffest = max_abs(&self.stiffness.as_ref()[..freedoms * freedoms]);
+            let floor = of(1e-12) * stiffest;
+            weight = if iterations == 0 { stiffest } else { weight.max(floor) };
+            let matrix = &mut self.matrix.as_mut()[..freedoms * freedoms];
+            let diagonal = &mut diagonal.as_mut()[..freedoms];
+            matrix.copy_from_slice(&self.stiffness.as_ref()[..freedoms * freedoms]);
+            for i in 0..freedoms {
+                matrix[i * freedoms + i] += weight;
+            }
+            let regular = reflect(matrix, diagonal);
+            let length = if regular { self.direction(diagonal) } else { Y::Scalar::ZERO };
+            if (!regular && unrest.square == Y::Scalar::ZERO)
+                || (regular && length <= enough && weight <= of(1e-6) * stiffest)
+            {
+                if self.release()? {
+                    unrest = self.evaluate()?;
+                    weight = stiffest;
+                    continue;
+                }
+                let stable = self.is_stable(freedoms, stiffest);
+                return Ok(Equilibrium { iterations, force: unrest.force, stable });
+            }
+            let before = self.q.clone();
+            let force = self.covector.clone();
+            let sides = self.system.sides.clone();
+            let held = self.advance(length);
+            let next = self.close().and_then(|()| self.evaluate());
+            match next {
+                Ok(next)
+                    if held
+                        || self.work(before.as_ref(), force.as_ref()) > Y::Scalar::ZERO
+                        || (length <= of(SHORT) && next.square < unrest.square) =>
+                {
+                    let ratio = (next.square / unrest.square).sqrt();
+                    weight *= if held { Y::Scalar::ONE } else { ratio.max(of(0.02)).min(of(2.0)) };
+                    unrest = next;
+                }
+                _ => {
+                    self.q.clone_from(&before);
+                    self.system.sides.clone_from(&sides);
+                    self.evaluate()?;
+                    weight = weight.max(of(1e-3) * stiffest) * of(8.0);
+                }
+            }
+        }
+        Err(Error::NoEquilibrium { force: unrest.force.to_f64() })
+    }
+
+    fn close(&mut self) -> Result<(), Error> {
+        let (q, u) = (self.q.as_mut(), self.u.as_mut());
+        u.fill(Y::Scalar::ZERO);
+        project_finely(&self.system, self.t, q, u, self.workspace).map(|_| ())
+    }
+
+    /// a at rest.
+    fn evaluate(&mut self) -> Result<Unrest<Y::Scalar>, Error> {
+        let (q, u) = (self.q.as_ref(), self.u.as_ref());
+        let linear = Linearised::at(&self.system, self.t, q, u, fine(), self.workspace)?;
+        let force = self.covector.as_mut();
+        force.copy_from_slice(linear.acceleration);
+        linear.times_mass(force);
+        Ok(Unrest { square: dot(force, linear.acceleration), force: max_abs(force) })
+    }
+
+    /// What the force does from a state with its force to where q is, J (by the trapezoidal rule).
+    fn work(&self, before: &[Y::Scalar], force: &[Y::Scalar]) -> Y::Scalar {
+        let path = self.q.as_ref().iter().zip(before);
+        let forces = self.covector.as_ref().iter().zip(force);
+        path.zip(forces).fold(Y::Scalar::ZERO, |sum, ((&q, &before), (&now, &then))| {
+            sum + (q - before) * (now + then)
+        })
+    }
+
+    /// The basis T of the directions along the closure (T^T M T = 1), the stiffness
+    /// -T^T M da/dq T and the force T^T M a; the number of directions.
+    fn stiffness(&mut self) -> Result<usize, Error> {
+        let Self { system, t, q, u, basis, stiffness, matrix, force, workspace, .. } = self;
+        let n = u.as_ref().len();
+        let mut linear =
+            Linearised::at(&*system, *t, q.as_ref(), u.as_ref(), fine(), workspace)?;
+        let (basis, force) = (basis.as_mut(), force.as_mut());
+        let freedoms = linear.tangent_basis(basis);
+        let mut image = system.vector();
+        let image = image.as_mut();
+        image.copy_from_slice(linear.acceleration);
+        linear.times_mass(image);
+        for k in 0..freedoms {
+            force[k] = dot(&basis[k * n..(k + 1) * n], image);
+        }
+        let (by_position, stiffness) = (matrix.as_mut(), stiffness.as_mut());
+        linear.by_position(by_position);
+        for i in 0..freedoms {
+            for (out, row) in image.iter_mut().zip(by_position.chunks_exact(n.max(1))) {
+                *out = -dot(row, &basis[i * n..(i + 1) * n]);
+            }
+            linear.times_mass(image);
+            for k in 0..freedoms {
+                stiffness[k * freedoms + i] = dot(&basis[k * n..(k + 1) * n], image);
+            }
+        }
+        Ok(freedoms)
+    }
+
+    /// The step from the factored matrix; its largest component.
+    fn direction(&mut self, diagonal: &[Y::Scalar]) -> Y::Scalar {
+        let freedoms = diagonal.len();
+        let n = self.u.as_ref().len();
+        let force = &mut self.force.as_mut()[..freedoms];
+        solve(&self.matrix.as_ref()[..freedoms * freedoms], diagonal, force);
+        let step = self.step.as_mut();
+        step.fill(Y::Scalar::ZERO);
+        for (k, &part) in force.iter().enumerate() {
+            add_scaled(step, part, &self.basis.as_ref()[k * n..(k + 1) * n]);
+        }
+        max_abs(step)
+    }
+
+    /// Takes the step, as far as limits allow; whether it ended at one.
+    fn advance(&mut self, length: Y::Scalar) -> bool {
+        let longest = Y::Scalar::from_f64(LONGEST);
+        let mut share = if length > longest { longest / length } else { Y::Scalar::ONE };
+        let mut stop = None;
+        for joint in 0..self.u.as_ref().len() {
+            let (q, step) = (self.q.as_ref()[joint], self.step.as_ref()[joint]);
+            let [least, greatest] = self.system.system.limits(joint);
+            let (limit, side) = if step < Y::Scalar::ZERO {
+                (least, -Y::Scalar::ONE)
+            } else {
+                (greatest, Y::Scalar::ONE)
+            };
+            let beyond = (q + share * step - limit) * side > Y::Scalar::ZERO;
+            let free = self.system.sides.as_ref()[joint] == Y::Scalar::ZERO;
+            if beyond && free && !self.system.is_driven(self.t, joint) {
+                share = ((limit - q) / step).max(Y::Scalar::ZERO);
+                stop = Some((joint, side));
+            }
+        }
+        add_scaled(self.q.as_mut(), share, self.step.as_ref());
+        if let Some((joint, side)) = stop {
+            self.system.sides.as_mut()[joint] = side;
+        }
+        stop.is_some()
+    }
+
+    /// Lets go of the joint that pulls hardest at its stop; whether there is one.
+    fn release(&mut self) -> Result<bool, Error> {
+        let d = self.system.system.dimensions();
+        let (q, u) = (self.q.as_ref(), self.u.as_ref());
+        let linear = Linearised::at(&self.system, self.t, q, u, fine(), self.workspace)?;
+        let mut torques = linear.multipliers[d.rows + d.drives..].iter();
+        let mut worst = (Y::Scalar::ZERO, None);
+        for (joint, &side) in self.system.sides.as_ref().iter().enumerate() {
+            if side == Y::Scalar::ZERO {
+                continue;
+            }
+            // A stop at the greatest angle pushes back.
+            if let Some(&torque) = torques.next()
+                && torque * side > worst.0
+            {
+                worst = (torque * side, Some(joint));
+            }
+        }
+        if let Some(joint) = worst.1 {
+            self.system.sides.as_mut()[joint] = Y::Scalar::ZERO;
+        }
+        Ok(worst.1.is_some())
+    }
+
+    /// Whether the stiffness is positive definite.
+    fn is_stable(&mut self, freedoms: usize, stiffest: Y::Scalar) -> bool {
+        let half = Y::Scalar::from_f64(0.5);
+        let stiffness = &mut self.stiffness.as_mut()[..freedoms * freedoms];
+        for i in 0..freedoms {
+            for k in 0..i {
+                let mean = half * (stiffness[i * freedoms + k] + stiffness[k * freedoms + i]);
+                stiffness[i * freedoms + k] = mean;
+            }
+            // What is rounding does not hold it.
+            stiffness[i * freedoms + i] -= Y::Scalar::from_f64(64.0) * Y::Scalar::EPSILON * stiffest;
+        }
+        factor(stiffness, freedoms).is_ok()
+    }
+}

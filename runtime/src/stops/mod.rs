@@ -1,0 +1,3 @@
+mod stopped;
+
+pub use stopped::Stopped;
