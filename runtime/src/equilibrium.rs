@@ -58,7 +58,11 @@ pub fn equilibrium<Y: System>(
     workspace: &mut [Y::Scalar],
 ) -> Result<Equilibrium<Y::Scalar>, Error> {
     let mut search = Search {
-        system: Stopped { still: true, ..Stopped::new(system) },
+        system: {
+            let mut system = Stopped::new(system);
+            system.still = true;
+            system
+        },
         t,
         q: q.clone(),
         u: system.vector(),
@@ -76,7 +80,7 @@ pub fn equilibrium<Y: System>(
 }
 
 struct Search<'a, 'w, Y: System> {
-    system: Stopped<'a, Y>,
+    system: Stopped<&'a Y>,
     t: Y::Scalar,
     q: Y::Vector,
     /// Zero.

@@ -196,3 +196,98 @@ pub trait System {
         closure.fill(Self::Scalar::from_f64(f64::NAN));
     }
 }
+
+/// The methods of [`System`] that another system answers, but for `dimensions` and `drives`.
+macro_rules! delegate {
+    ($self:ident => $inner:expr) => {
+        fn vector(&$self) -> Self::Vector {
+            $inner.vector()
+        }
+        fn matrix(&$self) -> Self::Matrix {
+            $inner.matrix()
+        }
+        fn workspace(&$self) -> Self::Workspace {
+            $inner.workspace()
+        }
+        fn size(&$self) -> Self::Scalar {
+            $inner.size()
+        }
+        fn limits(&$self, joint: usize) -> [Self::Scalar; 2] {
+            $inner.limits(joint)
+        }
+        fn initial_position(&$self, joint: usize) -> Self::Scalar {
+            $inner.initial_position(joint)
+        }
+        fn initial_speed(&$self, joint: usize) -> Self::Scalar {
+            $inner.initial_speed(joint)
+        }
+        fn is_given(&$self, joint: usize) -> bool {
+            $inner.is_given(joint)
+        }
+        fn write_equations(
+            &$self,
+            t: Self::Scalar,
+            q: &[Self::Scalar],
+            u: &[Self::Scalar],
+            out: $crate::EquationsMut<'_, Self::Scalar>,
+        ) {
+            $inner.write_equations(t, q, u, out);
+        }
+        fn write_closure(
+            &$self,
+            q: &[Self::Scalar],
+            residual: &mut [Self::Scalar],
+            jacobian: &mut [Self::Scalar],
+        ) {
+            $inner.write_closure(q, residual, jacobian);
+        }
+        fn energy(
+            &$self,
+            t: Self::Scalar,
+            q: &[Self::Scalar],
+            u: &[Self::Scalar],
+        ) -> $crate::Energy<Self::Scalar> {
+            $inner.energy(t, q, u)
+        }
+        fn write_poses(&$self, q: &[Self::Scalar], out: &mut [Self::Scalar]) {
+            $inner.write_poses(q, out);
+        }
+        fn write_points(&$self, q: &[Self::Scalar], out: &mut [Self::Scalar]) {
+            $inner.write_points(q, out);
+        }
+        fn write_reactions(
+            &$self,
+            at: $crate::Balance<'_, Self::Scalar>,
+            out: &mut [Self::Scalar],
+        ) {
+            $inner.write_reactions(at, out);
+        }
+        fn write_tangent(
+            &$self,
+            at: $crate::Balance<'_, Self::Scalar>,
+            change: $crate::Change<'_, Self::Scalar>,
+            forces: &mut [Self::Scalar],
+            closure: &mut [Self::Scalar],
+        ) {
+            $inner.write_tangent(at, change, forces, closure);
+        }
+    };
+}
+pub(crate) use delegate;
+
+impl<Y: System> System for &Y {
+    type Scalar = Y::Scalar;
+    type Vector = Y::Vector;
+    type Matrix = Y::Matrix;
+    type Workspace = Y::Workspace;
+
+    fn dimensions(&self) -> Dimensions {
+        (**self).dimensions()
+    }
+
+    fn drives(&self, t: Self::Scalar, visit: impl FnMut(Drive<Self::Scalar>)) {
+        (**self).drives(t, visit);
+    }
+
+    delegate!(self => (**self));
+}

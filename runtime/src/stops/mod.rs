@@ -1,3 +1,246 @@
+//! Joint limits as stops: impacts, rest, and release, found as events of a motion.
+//!
+//! After F. Pfeiffer, C. Glocker, "Multibody Dynamics with Unilateral Contacts", 1996, without
+//! friction: an impact changes u by an impulse along the joint's coordinate and along the closure,
+//! M (u+ - u-) = J^T Lambda + e_j p, so that J u+ = 0 and u_j+ = -restitution u_j-.
+
 mod stopped;
 
 pub use stopped::Stopped;
+
+use crate::integrate::Integrator;
+use crate::projection::project_finely;
+use crate::{Error, Scalar, StateOf, System, acceleration_and_forces};
+
+/// A joint this close to a limit is there, rad.
+const TOUCH: f64 = 1e-10;
+/// Bisections of the time of an event.
+const BISECTIONS: usize = 48;
+/// Places within a step at which joints that could reach a limit are looked at.
+const LOOKS: usize = 4;
+/// Events at one instant, at most.
+const EVENTS: usize = 64;
+
+impl<Y: System> Stopped<Y> {
+    /// Advances to `t_end` (s), stopping joints at their limits, and shows the state after every
+    /// step and every impact.
+    ///
+    /// # Errors
+    ///
+    /// As [`Integrator::run`].
+    pub fn run<I: Integrator<Self>>(
+        &mut self,
+        integrator: &mut I,
+        state: &mut StateOf<Y>,
+        t_end: Y::Scalar,
+        mut observe: impl FnMut(&StateOf<Y>),
+    ) -> Result<(), Error> {
+        if !(t_end - state.t).is_finite() {
+            return Err(Error::Time);
+        }
+        let mut at_once = 0;
+        self.strike(state)?;
+        integrator.restart();
+        while state.t < t_end {
+            let start = state.clone();
+            integrator.step(self, state, t_end)?;
+            if let Some(event) = self.first_event(integrator, &start, state)? {
+                *state = event;
+                at_once = if state.t > start.t { 0 } else { at_once + 1 };
+                if at_once > EVENTS {
+                    return Err(Error::StepTooSmall { t: state.t.to_f64() });
+                }
+                self.strike(state)?;
+                integrator.restart();
+            }
+            observe(state);
+        }
+        Ok(())
+    }
+
+    /// Impacts and releases at a state, for integrators of fixed step after each step: joints
+    /// beyond a limit go back to it and leave it as they should.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`project`](crate::project) and [`acceleration`](crate::acceleration()).
+    pub fn strike(&mut self, state: &mut StateOf<Y>) -> Result<(), Error> {
+        let zero = Y::Scalar::ZERO;
+        let n = state.q.as_ref().len();
+        let mut hit = false;
+        for joint in 0..n {
+            let (q, u) = (state.q.as_ref()[joint], state.u.as_ref()[joint]);
+            let held = self.sides.as_ref()[joint] != zero;
+            if held || self.is_driven(state.t, joint) {
+                continue;
+            }
+            for side in [-Y::Scalar::ONE, Y::Scalar::ONE] {
+                let beyond = (q - self.limit(joint, side)) * side;
+                let touches = beyond >= -Y::Scalar::from_f64(TOUCH);
+                if touches && (u * side >= zero || beyond > Y::Scalar::from_f64(TOUCH)) {
+                    let speed = (-self.restitution * u) * side;
+                    let leaves = speed.abs() > self.threshold && u * side > zero;
+                    self.sides.as_mut()[joint] = side;
+                    self.speeds.as_mut()[joint] = if leaves { speed * side } else { zero };
+                    hit = true;
+                }
+            }
+        }
+        if hit {
+            self.impulse(state)?;
+            for joint in 0..n {
+                if self.speeds.as_ref()[joint] != zero {
+                    self.sides.as_mut()[joint] = zero;
+                    self.speeds.as_mut()[joint] = zero;
+                }
+            }
+        }
+        while let Some(joint) = self.pulled(state)? {
+            self.sides.as_mut()[joint] = zero;
+        }
+        Ok(())
+    }
+
+    /// Changes u by the impulses of the joints at stops; those that an impulse would have to hold
+    /// back let go.
+    fn impulse(&mut self, state: &mut StateOf<Y>) -> Result<(), Error> {
+        let zero = Y::Scalar::ZERO;
+        let mut workspace = self.workspace();
+        let mut after = state.clone();
+        project_finely(self, state.t, after.q.as_mut(), after.u.as_mut(), workspace.as_mut())?;
+        for joint in 0..state.q.as_ref().len() {
+            let side = self.sides.as_ref()[joint];
+            if side == zero || self.speeds.as_ref()[joint] != zero {
+                continue;
+            }
+            self.sides.as_mut()[joint] = zero;
+            let mut without = state.clone();
+            let (q, u) = (without.q.as_mut(), without.u.as_mut());
+            let moved = project_finely(self, state.t, q, u, workspace.as_mut());
+            let small = Y::Scalar::from_f64(16.0) * Y::Scalar::EPSILON * u[joint].abs();
+            if moved.is_ok() && u[joint] * side < -small {
+                after = without;
+            } else {
+                self.sides.as_mut()[joint] = side;
+            }
+        }
+        *state = after;
+        Ok(())
+    }
+
+    /// The held joint that its stop would have to pull hardest to keep.
+    fn pulled(&self, state: &StateOf<Y>) -> Result<Option<usize>, Error> {
+        Ok(self.pull(state)?.map(|(_, joint)| joint))
+    }
+
+    /// The torque (N m) by which a stop would have to pull, and the joint; the largest.
+    fn pull(&self, state: &StateOf<Y>) -> Result<Option<(Y::Scalar, usize)>, Error> {
+        let zero = Y::Scalar::ZERO;
+        let sides = self.sides.as_ref();
+        if sides.iter().all(|&side| side == zero) {
+            return Ok(None);
+        }
+        let d = self.dimensions();
+        let own = self.system.dimensions();
+        let mut acceleration = self.vector();
+        let mut workspace = self.workspace();
+        // C + D + held, of which there are N at most: the storage of a matrix, where it is enough.
+        let mut storage = self.multiplier_storage();
+        let lambda = storage
+            .as_mut()
+            .get_mut(..d.rows + d.drives)
+            .ok_or(Error::Length { expected: d.rows + d.drives, given: 0 })?;
+        let (q, u) = (state.q.as_ref(), state.u.as_ref());
+        let out = acceleration.as_mut();
+        acceleration_and_forces(self, state.t, q, u, workspace.as_mut(), out, lambda)?;
+        let held = (0..sides.len()).filter(|&joint| sides[joint] != zero);
+        let mut worst: Option<(Y::Scalar, usize)> = None;
+        for (joint, &torque) in held.zip(&lambda[own.rows + own.drives..]) {
+            // A stop at the greatest angle pushes back.
+            let pull = torque * sides[joint];
+            if pull > zero && worst.is_none_or(|(most, _)| pull > most) {
+                worst = Some((pull, joint));
+            }
+        }
+        Ok(worst)
+    }
+
+    /// Storage for the multipliers: a second workspace, which always suffices.
+    fn multiplier_storage(&self) -> Y::Workspace {
+        self.workspace()
+    }
+
+    /// The state at the first event within the step from `start` to `end`: a joint reaches a
+    /// limit, or is let go.
+    fn first_event<I: Integrator<Self>>(
+        &self,
+        integrator: &mut I,
+        start: &StateOf<Y>,
+        end: &StateOf<Y>,
+    ) -> Result<Option<StateOf<Y>>, Error> {
+        let step = end.t - start.t;
+        let looks = if self.may_reach(start, end) { LOOKS } else { 1 };
+        let mut before = start.t;
+        for look in 1..=looks {
+            let share = Y::Scalar::from_f64(look as f64 / looks as f64);
+            let after = if look == looks { end.t } else { start.t + share * step };
+            let state =
+                if look == looks { end.clone() } else { integrator.between(self, after)? };
+            if self.happened(&state)? {
+                return self.bisect(integrator, before, after, state).map(Some);
+            }
+            before = after;
+        }
+        Ok(None)
+    }
+
+    /// Whether a joint could have been at a limit within the step and be back at its end.
+    fn may_reach(&self, start: &StateOf<Y>, end: &StateOf<Y>) -> bool {
+        let step = end.t - start.t;
+        (0..start.q.as_ref().len()).any(|joint| {
+            let speed = start.u.as_ref()[joint].abs().max(end.u.as_ref()[joint].abs());
+            let [least, greatest] = self.system.limits(joint);
+            let (a, b) = (start.q.as_ref()[joint], end.q.as_ref()[joint]);
+            let near = (a.min(b) - least).min(greatest - a.max(b));
+            near < speed * step
+        })
+    }
+
+    /// Whether at this state a free joint is beyond a limit or a held one is pulled.
+    fn happened(&self, state: &StateOf<Y>) -> Result<bool, Error> {
+        let zero = Y::Scalar::ZERO;
+        for (joint, &q) in state.q.as_ref().iter().enumerate() {
+            let [least, greatest] = self.system.limits(joint);
+            let touch = Y::Scalar::from_f64(TOUCH / 2.0);
+            let free = self.sides.as_ref()[joint] == zero && !self.is_driven(state.t, joint);
+            if free && (q < least - touch || q > greatest + touch) {
+                return Ok(true);
+            }
+        }
+        Ok(self.pull(state)?.is_some())
+    }
+
+    /// The state just after the event between two times of a step, where `state` is the later.
+    fn bisect<I: Integrator<Self>>(
+        &self,
+        integrator: &mut I,
+        mut before: Y::Scalar,
+        mut after: Y::Scalar,
+        mut state: StateOf<Y>,
+    ) -> Result<StateOf<Y>, Error> {
+        let half = Y::Scalar::from_f64(0.5);
+        for _ in 0..BISECTIONS {
+            let middle = before + half * (after - before);
+            if !(middle > before && middle < after) {
+                break;
+            }
+            let there = integrator.between(self, middle)?;
+            if self.happened(&there)? {
+                (after, state) = (middle, there);
+            } else {
+                before = middle;
+            }
+        }
+        Ok(state)
+    }
+}
