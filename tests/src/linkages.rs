@@ -168,8 +168,7 @@ pub fn sarrus() -> Linkage {
     Linkage { folded, ..Linkage::new("sarrus", hinges, 5) }
 }
 
-/// Watt's six-bar, folded flat: two four-bars that share a ternary body and the ground's
-/// neighbour.
+/// Watt's six-bar, folded flat: two four-bars that share two bodies and the hinge between them.
 pub fn watt() -> Linkage {
     let hinge = |(bodies, x): ([usize; 2], f64)| ray(bodies, ([0.03 * x, 0.0], FRAC_PI_2, 0.0));
     let hinges = [
