@@ -34,18 +34,20 @@ pub struct Constrained {
     pub rank: usize,
     /// Its eigenvalues over the largest, in descending order; at most N of them.
     pub spectrum: Vec<f64>,
-}
-
-impl Constrained {
-    /// The least eigenvalue kept, over the largest.
-    pub fn least_kept(&self) -> f64 {
-        self.spectrum[self.rank - 1]
-    }
-
-    /// The greatest eigenvalue dropped, over the largest.
-    pub fn greatest_dropped(&self) -> f64 {
-        self.spectrum.get(self.rank).map_or(0.0, |value| value.max(0.0))
-    }
+    /// L.
+    pub lower: DMatrix<f64>,
+    /// y.
+    pub free: DVector<f64>,
+    /// W.
+    pub weighted: DMatrix<f64>,
+    /// b = -gamma - W y.
+    pub rhs: DVector<f64>,
+    /// Columns: an orthonormal basis of the range of what is kept of W.
+    pub range: DMatrix<f64>,
+    /// The least singular value of W that is kept.
+    pub least_kept: f64,
+    /// The size of what is dropped of W, which its largest singular value there does not exceed.
+    pub dropped: f64,
 }
 
 impl Equations {
@@ -53,13 +55,10 @@ impl Equations {
     /// dropped.
     pub fn solve(&self, cut: f64) -> Constrained {
         let n = self.forcing.len();
-        let factor = Cholesky::new(self.mass.clone()).expect("a positive definite mass matrix");
-        let lower = factor.l();
-        let solved = |b: &DMatrix<f64>| lower.solve_lower_triangular(b).expect("a regular factor");
-        let weighted = solved(&self.jacobian.transpose()).transpose();
-        let free = solved(&DMatrix::from_column_slice(n, 1, self.forcing.as_slice()))
-            .column(0)
-            .into_owned();
+        let lower = Cholesky::new(self.mass.clone()).expect("a positive definite matrix").l();
+        let columns = lower.solve_lower_triangular(&self.jacobian.transpose());
+        let weighted = columns.expect("a regular factor").transpose();
+        let free = lower.solve_lower_triangular(&self.forcing).expect("a regular factor");
         let rhs = -&self.gamma - &weighted * &free;
 
         let eigen = (weighted.transpose() * &weighted).symmetric_eigen();
@@ -73,24 +72,76 @@ impl Equations {
         // Eigenvectors of W^T W are good to epsilon over the ratio of their eigenvalues; once to
         // the range of W and back, in the order of their size, makes it the root of that ratio.
         let range = (&weighted * DMatrix::from_columns(&kept)).qr().q();
-        let rows = (weighted.transpose() * &range).qr();
-        let inner = (range.transpose() * rhs).as_slice().to_vec();
-        let inner = rows
-            .r()
-            .transpose()
-            .solve_lower_triangular(&DVector::from_vec(inner))
-            .expect("independent directions");
-        let solution = free + rows.q() * inner;
+        let (basis, inner) = (weighted.transpose() * &range).qr().unpack();
+        let inner = inner.transpose();
+        let solution = inner.solve_lower_triangular(&(range.transpose() * &rhs));
+        let solution = &free + &basis * solution.expect("independent directions");
         let acceleration =
             lower.transpose().solve_upper_triangular(&solution).expect("a regular factor");
-        Constrained { acceleration, rank, spectrum }
+        let least_kept = inner.singular_values().min();
+        let dropped = (&weighted - &weighted * &basis * basis.transpose()).norm();
+        Constrained {
+            acceleration,
+            rank,
+            spectrum,
+            lower,
+            free,
+            weighted,
+            rhs,
+            range,
+            least_kept,
+            dropped,
+        }
+    }
+}
+
+/// The constant of Wedin's bound |A^+ - B^+| <= c |A^+| |B^+| |A - B| for matrices of one rank
+/// ("Perturbation theory for pseudo-inverses", 1973).
+const WEDIN: f64 = 1.619;
+
+impl Constrained {
+    /// |L^T v|, the length of a vector of rates in the metric of mass.
+    pub fn length(&self, rates: &DVector<f64>) -> f64 {
+        (self.lower.transpose() * rates).norm()
     }
 
-    /// What is left of J du/dt = -gamma, beside the largest term of its rows: more than rounding
-    /// where the equations contradict each other or an eigenvalue was dropped that is not zero.
-    pub fn contradiction(&self, found: &Constrained) -> f64 {
-        let rates = found.acceleration.amax();
-        let scale = self.jacobian.amax() * rates + self.gamma.amax();
-        (&self.jacobian * &found.acceleration + &self.gamma).amax() / scale
+    /// How far, in the metric of mass, an acceleration by the rows T W may be from this one.
+    ///
+    /// With W = W_r + E, W_r of the rank kept and |E| what is dropped, and b = W_r x + r, r across
+    /// the range of W_r,
+    ///
+    /// ```text
+    /// (T W_r)^+ T b - W_r^+ b = (T W_r)^+ T r,   |(T W_r)^+| <= 1 / (tau s_r)
+    /// ```
+    ///
+    /// where tau is the least singular value of T on the range and s_r the least of W_r; and what
+    /// is kept of T W is within 2 |T E| of T W_r. The rows of T are orthonormal, so that |T| = 1.
+    pub fn by_other_rows(&self, selection: &DMatrix<f64>, other: &Self) -> f64 {
+        let tau = (selection * &self.range).singular_values().min();
+        let across = (&self.rhs - &self.range * (self.range.transpose() * &self.rhs)).norm();
+        let inverse = 1.0 / (tau * self.least_kept);
+        let turned = WEDIN * inverse / other.least_kept * 2.0 * self.dropped;
+        across * inverse + turned * self.rhs.norm()
+    }
+
+    /// How far, in the metric of mass at this state, the acceleration at another one nearby may
+    /// be, when what is kept of W has the same rank: to first order
+    ///
+    /// ```text
+    /// |d(W_r^+)| <= 3 |dW| / (s_r (s_r - s_d))
+    /// ```
+    ///
+    /// with s_r the least singular value kept and s_d the greatest dropped: one share each for
+    /// what happens within the spaces kept and for the turns of the two spaces, left and right.
+    pub fn by_distance(&self, other: &Self) -> f64 {
+        let inverse = 1.0 / self.least_kept;
+        let gap = self.least_kept - self.dropped;
+        let weights = (&other.weighted - &self.weighted).norm();
+        let metric = other.lower.solve_lower_triangular(&self.lower).expect("a regular factor");
+        let metric = (metric - DMatrix::identity(self.free.len(), self.free.len())).norm();
+        3.0 * weights * inverse / gap * self.rhs.norm()
+            + (&other.rhs - &self.rhs).norm() * inverse
+            + (&other.free - &self.free).norm()
+            + metric * other.length(&other.acceleration)
     }
 }

@@ -4,14 +4,13 @@
 //! M, f and the Jacobian of the nine rows are lamc's; their gamma is that of a kinematics apart.
 //!
 //! Nine rows and the C the runtime uses of them, C = T N, say the same where N du/dt = -gamma can
-//! be met: there the pseudo-inverse does not depend on the rows. Next to the flat state it cannot
-//! always be met. Speeds that are free to first order are not to second, so the equations
-//! contradict each other; and what is dropped below the cut is small but not zero. Least squares
-//! share such a contradiction out by the rows they are given, so that the accelerations of nine and
-//! of C rows differ by as much as the contradiction, over the least singular value kept. Two
-//! references therefore: all nine rows, to 1e-6 where they can be met and within that bound
-//! elsewhere; and everywhere, to 1e-6, those combinations of the nine that
-//! [`lamc::topology::Loop::rows`] names.
+//! be met and nothing but zeros is dropped: there the pseudo-inverse does not depend on the rows.
+//! Next to the flat state it does. Speeds that are free to first order are not to second, so the
+//! equations contradict each other, and least squares share that out by the rows they are given;
+//! and the space that is dropped depends on the rows as soon as its singular values are not zero.
+//! Two references therefore: everywhere, to 1e-6, the combinations of the nine rows that
+//! [`lamc::topology::Loop::rows`] names; and all nine, within what these two effects amount to
+//! ([`Constrained::by_other_rows`]), which is nothing at the flat state at rest and far from it.
 
 use std::fmt::{self, Display};
 
@@ -32,14 +31,11 @@ const CUT: f64 = 1e-7;
 const DOUBT: f64 = 30.0;
 /// The same for a decision on the same rows: rounding.
 const ROUNDING: f64 = 1.01;
-/// Nine rows are met where the [contradiction](Equations::contradiction) is no larger.
-const MET: f64 = 1e-8;
-/// Where they are not: what the rows make of the contradiction, by [`Constrained::least_kept`].
-const BY_ROWS: f64 = 2.0;
-/// An acceleration changes by no more than this share of itself, over the least singular value
-/// kept, per radian (and per [`SPEED`] of u): the derivative of W^+ is of the size of |W^+|.
-const LIPSCHITZ: f64 = 10.0;
+/// What rounding adds to bounds that are exact, over the length of the acceleration.
+const NOISE: f64 = 1e-8;
 
+/// Masses, springs and states differ by seed.
+const SEEDS: [u64; 3] = [1, 2, 3];
 /// Random closed states per linkage, and guesses for them.
 const STATES: usize = 16;
 const GUESSES: usize = 40;
@@ -96,15 +92,17 @@ fn miura_sheet() {
 }
 
 fn check(linkage: &Linkage) {
-    let compiled = compile_text(&linkage.text(1));
-    let topology = &compiled.topology;
-    assert_eq!((topology.rank, topology.mobility), (linkage.rank, linkage.mobility));
-    let system = Interpreter::new(&compiled.program);
-    let bench = Bench { linkage, compiled: &compiled, system: &system };
-    bench.the_kinematics_are_those_of_the_closure();
-    let states = bench.random_states();
-    bench.flattened_states(&states);
-    bench.continuity(&states);
+    for seed in SEEDS {
+        let compiled = compile_text(&linkage.text(seed));
+        let topology = &compiled.topology;
+        assert_eq!((topology.rank, topology.mobility), (linkage.rank, linkage.mobility));
+        let system = Interpreter::new(&compiled.program);
+        let bench = Bench { linkage, compiled: &compiled, system: &system, seed };
+        bench.the_kinematics_are_those_of_the_closure();
+        let states = bench.random_states();
+        bench.flattened_states(&states);
+        bench.continuity(&states);
+    }
 }
 
 /// The largest of some errors.
@@ -137,12 +135,15 @@ struct State {
 struct Reference {
     nine: Equations,
     selected: Equations,
+    /// T.
+    selection: DMatrix<f64>,
 }
 
 struct Bench<'a> {
     linkage: &'a Linkage,
     compiled: &'a Compiled,
     system: &'a Interpreter,
+    seed: u64,
 }
 
 impl Bench<'_> {
@@ -184,7 +185,7 @@ impl Bench<'_> {
         let jacobian = &rows.selection * &nine.jacobian;
         let gamma = &rows.selection * &nine.gamma;
         let selected = Equations { jacobian, gamma, ..nine.clone() };
-        Reference { nine, selected }
+        Reference { nine, selected, selection: rows.selection }
     }
 
     /// lamc's acceleration and rank.
@@ -210,7 +211,7 @@ impl Bench<'_> {
     /// lamc's Jacobian along u give it, which err by some 1e-10.
     fn the_kinematics_are_those_of_the_closure(&self) {
         const H: f64 = 4e-3;
-        let mut random = Random::new(11);
+        let mut random = Random::new(11 + 100 * self.seed);
         let (mut exact, mut differenced) = (Worst::default(), Worst::default());
         for _ in 0..10 {
             let q = self.random_vector(&mut random, 1.5);
@@ -236,7 +237,7 @@ impl Bench<'_> {
     /// Random closed states, each compared to 1e-9 of the largest acceleration.
     fn random_states(&self) -> Vec<State> {
         let name = self.linkage.name;
-        let mut random = Random::new(7);
+        let mut random = Random::new(7 + 100 * self.seed);
         let (mut states, mut worst, mut bias) = (Vec::new(), Worst::default(), Worst::default());
         let folded = self.linkage.folded.iter().any(|angle| *angle != 0.0);
         for _ in 0..GUESSES {
@@ -264,50 +265,53 @@ impl Bench<'_> {
         assert_eq!(states.len(), STATES, "{name}: too few states could be compared");
         assert!(worst.error < 1e-9, "{name}: acceleration off by {worst}");
         // Otherwise gamma was not put to the test.
-        assert!(bias.error > 1e-2, "{name}: gamma makes a difference of {:e} only", bias.error);
+        assert!(bias.error > 1e-3, "{name}: gamma makes a difference of {:e} only", bias.error);
         states
     }
 
     /// Closed states flattened and closed again, at rest and with random speeds.
     fn flattened_states(&self, states: &[State]) {
         let name = self.linkage.name;
-        let mut random = Random::new(5);
-        let [mut selected, mut met, mut unmet, mut bound] = [(); 4].map(|()| Worst::default());
+        let mut random = Random::new(5 + 100 * self.seed);
+        let [mut selected, mut same, mut differ, mut bound] = [(); 4].map(|()| Worst::default());
         let mut ranks = (usize::MAX, 0);
         for (state, scale) in pairs(&states[..FLATTENED], &SCALES) {
             for speed in [0.0, SPEED] {
                 let at = format!("{name}, {scale:e} of a closed state, speeds {speed}");
                 let state = self.flattened(state, scale, speed, &mut random);
                 let (found, rank) = self.acceleration(&state);
-                let off = |from: &Constrained| relative_error(&found, from.acceleration.as_slice());
                 let reference = self.reference(&state);
-                let expected = reference.selected.solve(CUT);
-                if !is_doubtful(&expected, ROUNDING) {
-                    assert_eq!(rank, expected.rank, "{at}");
-                    selected.note(off(&expected));
-                }
-                let expected = reference.nine.solve(CUT);
-                if is_doubtful(&expected, DOUBT) {
+                let few = reference.selected.solve(CUT);
+                if is_doubtful(&few, ROUNDING) {
                     continue;
                 }
-                assert_eq!(rank, expected.rank, "{at}: of nine rows");
-                ranks = (rank.min(ranks.0), rank.max(ranks.1));
-                let contradiction = reference.nine.contradiction(&expected);
-                if contradiction <= MET {
-                    met.note(off(&expected));
-                } else {
-                    unmet.note(off(&expected));
-                    bound.note(off(&expected) / contradiction * expected.least_kept().sqrt());
+                assert_eq!(rank, few.rank, "{at}");
+                selected.note(relative_error(&found, few.acceleration.as_slice()));
+                let nine = reference.nine.solve(CUT);
+                if is_doubtful(&nine, DOUBT) {
+                    continue;
                 }
+                assert_eq!(rank, nine.rank, "{at}: of nine rows");
+                ranks = (rank.min(ranks.0), rank.max(ranks.1));
+                let error = relative_error(&found, nine.acceleration.as_slice());
+                let scale = nine.length(&nine.acceleration);
+                let off = nine.length(&(DVector::from_vec(found) - &nine.acceleration));
+                let allowed = nine.by_other_rows(&reference.selection, &few);
+                if allowed < 1e-6 * scale {
+                    same.note(error);
+                } else {
+                    differ.note(error);
+                }
+                bound.note(off / (allowed + NOISE * scale));
             }
         }
         println!(
-            "{name}: flattened, ranks {ranks:?}: rows in use {selected}; nine rows, met {met}; \
-             not met {unmet}, by contradiction over singular value {bound}"
+            "{name}: flattened, ranks {ranks:?}: rows in use {selected}; nine rows, the same \
+             {same}; dependent on the rows {differ}; all over their bound {bound}"
         );
         assert!(selected.count >= 100 && selected.error < 1e-6, "{name}: off by {selected}");
-        assert!(met.count >= 30 && met.error < 1e-6, "{name}: nine rows off by {met}");
-        assert!(bound.error < BY_ROWS, "{name}: not met and off by {bound}");
+        assert!(same.count >= 20 && same.error < 1e-6, "{name}: nine rows off by {same}");
+        assert!(bound.error < 1.0, "{name}: nine rows off by more than their bound, {bound}");
     }
 
     /// A closed state with random speeds near the flattened one.
@@ -321,8 +325,8 @@ impl Bench<'_> {
     /// Of two states some 1e-9 apart, where their rank is the same.
     fn continuity(&self, states: &[State]) {
         let name = self.linkage.name;
-        let mut random = Random::new(3);
-        let mut worst = Worst::default();
+        let mut random = Random::new(3 + 100 * self.seed);
+        let (mut bound, mut widest) = (Worst::default(), Worst::default());
         for (state, scale) in pairs(states, &[1.0, 1e-1, 1e-2, 1e-3, 1e-5, 1e-7, 0.0]) {
             let state = self.flattened(state, scale, SPEED, &mut random);
             let mut shifted = |values: &[f64], most: f64| -> Vec<f64> {
@@ -330,20 +334,21 @@ impl Bench<'_> {
             };
             let (q, u) = (shifted(&state.q, 1e-9), shifted(&state.u, 1e-9 * SPEED));
             let Some(other) = self.closed(State { q, u }, false) else { continue };
-            let apart = |left: &[f64], right: &[f64]| {
-                left.iter().zip(right).fold(0.0_f64, |most, (x, y)| most.max((x - y).abs()))
-            };
-            let distance = apart(&state.q, &other.q).max(apart(&state.u, &other.u) / SPEED);
             let (found, rank) = self.acceleration(&state);
             let (moved, other_rank) = self.acceleration(&other);
             if rank == other_rank {
-                let kept = self.reference(&state).selected.solve(CUT).least_kept();
-                worst.note(relative_error(&moved, &found) / distance * kept.sqrt());
+                let here = self.reference(&state).selected.solve(CUT);
+                let there = self.reference(&other).selected.solve(CUT);
+                let scale = here.length(&here.acceleration);
+                let allowed = here.by_distance(&there);
+                let change = here.length(&(DVector::from_vec(moved) - DVector::from_vec(found)));
+                bound.note(change / (allowed + 1e-3 * NOISE * scale));
+                widest.note(allowed / scale);
             }
         }
-        println!("{name}: change over distance and singular value {worst}");
-        assert!(worst.count >= 90, "{name}: only {worst} could be compared");
-        assert!(worst.error < LIPSCHITZ, "{name}: not continuous, {worst}");
+        println!("{name}: change over its bound {bound}, which is at most {widest}");
+        assert!(bound.count >= 90, "{name}: only {bound} could be compared");
+        assert!(bound.error < 1.0, "{name}: not continuous, {bound}");
     }
 }
 
