@@ -2,9 +2,12 @@
 //! of its own to compare with.
 
 pub mod expression;
+pub mod linkages;
 pub mod newton_euler;
+pub mod nine_rows;
 pub mod random;
 mod reference;
+pub mod udwadia;
 
 use std::path::{Path, PathBuf};
 
