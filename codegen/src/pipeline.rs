@@ -4,7 +4,7 @@ use crate::backend::rust;
 use crate::kane::{self, DeriveError, Equations};
 use crate::laminate;
 use crate::program::{self, Program};
-use crate::source::{self, Diagnostic, Diagnostics, SourceFile, SourceModel};
+use crate::source::{self, Diagnostic, Diagnostics, SourceFile, SourceModel, UnknownEntry};
 use crate::symbolic::SessionError;
 use crate::topology::{self, Topology};
 
@@ -14,6 +14,9 @@ pub enum CompileError {
     /// The model is wrong.
     #[error("{0}")]
     Model(Diagnostics),
+    /// A change asks for a joint or force that the model has not.
+    #[error(transparent)]
+    Edit(#[from] UnknownEntry),
     /// The symbolic engine is not to be had.
     #[error(transparent)]
     Session(#[from] SessionError),
@@ -45,15 +48,35 @@ pub struct Compiled {
     pub warnings: Diagnostics,
 }
 
+/// As [`compile`], after a change of the model as read.
+///
+/// # Errors
+/// As [`compile`]; [`CompileError::Edit`] when the change asks for something there is not.
+pub fn compile_edited(
+    file: &SourceFile,
+    edit: impl FnOnce(&mut SourceModel) -> Result<(), UnknownEntry>,
+) -> Result<Compiled, CompileError> {
+    let (mut model, warnings) = source::parse(file)?;
+    edit(&mut model)?;
+    lower(&analysed(&model, warnings)?, file)
+}
+
 /// Compiles a model as far as its program: every stage but the backend.
 ///
 /// # Errors
 /// Everything wrong with the model that one stage could see, together.
 pub fn compile(file: &SourceFile) -> Result<Compiled, CompileError> {
-    let (topology, warnings) = analyse(file)?;
-    let equations: Equations = kane::derive(&topology)?;
+    lower(&analyse(file)?, file)
+}
+
+/// The stages from the algebra on.
+fn lower(
+    (topology, warnings): &(Topology, Diagnostics),
+    file: &SourceFile,
+) -> Result<Compiled, CompileError> {
+    let equations: Equations = kane::derive(topology)?;
     let program = program::lower(&equations, file.name(), &file.text);
-    Ok(Compiled { topology, program, warnings })
+    Ok(Compiled { topology: equations.topology, program, warnings: warnings.clone() })
 }
 
 /// The stages before the algebra: source, laminate, topology.
@@ -61,12 +84,18 @@ pub fn compile(file: &SourceFile) -> Result<Compiled, CompileError> {
 /// # Errors
 /// As [`compile`].
 pub fn analyse(file: &SourceFile) -> Result<(Topology, Diagnostics), Diagnostics> {
-    let (model, mut warnings): (SourceModel, Vec<Diagnostic>) = {
-        let (model, warnings) = source::parse(file)?;
-        (model, warnings.0)
-    };
+    let (model, warnings) = source::parse(file)?;
+    analysed(&model, warnings)
+}
+
+/// The stages between: laminate and topology.
+fn analysed(
+    model: &SourceModel,
+    found: Diagnostics,
+) -> Result<(Topology, Diagnostics), Diagnostics> {
+    let mut warnings: Vec<Diagnostic> = found.0;
     let mut physical = Diagnostics::default();
-    let mechanism = laminate::build(&model, &mut physical)?;
+    let mechanism = laminate::build(model, &mut physical)?;
     let topology = topology::build(mechanism)?;
     warnings.extend(physical.0);
     warnings.extend(topology.warnings.0.iter().cloned());

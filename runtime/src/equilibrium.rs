@@ -194,8 +194,7 @@ impl<Y: System> Search<'_, '_, Y> {
     fn stiffness(&mut self) -> Result<usize, Error> {
         let Self { system, t, q, u, basis, stiffness, matrix, force, workspace, .. } = self;
         let n = u.as_ref().len();
-        let mut linear =
-            Linearised::at(&*system, *t, q.as_ref(), u.as_ref(), fine(), workspace)?;
+        let mut linear = Linearised::at(&*system, *t, q.as_ref(), u.as_ref(), fine(), workspace)?;
         let (basis, force) = (basis.as_mut(), force.as_mut());
         let freedoms = linear.tangent_basis(basis);
         let mut image = system.vector();
@@ -207,15 +206,7 @@ impl<Y: System> Search<'_, '_, Y> {
         }
         let (by_position, stiffness) = (matrix.as_mut(), stiffness.as_mut());
         linear.by_position(by_position);
-        for i in 0..freedoms {
-            for (out, row) in image.iter_mut().zip(by_position.chunks_exact(n.max(1))) {
-                *out = -dot(row, &basis[i * n..(i + 1) * n]);
-            }
-            linear.times_mass(image);
-            for k in 0..freedoms {
-                stiffness[k * freedoms + i] = dot(&basis[k * n..(k + 1) * n], image);
-            }
-        }
+        linear.reduce(by_position, &basis[..freedoms * n], image, stiffness);
         Ok(freedoms)
     }
 
@@ -294,7 +285,8 @@ impl<Y: System> Search<'_, '_, Y> {
                 stiffness[i * freedoms + k] = mean;
             }
             // What is rounding does not hold it.
-            stiffness[i * freedoms + i] -= Y::Scalar::from_f64(64.0) * Y::Scalar::EPSILON * stiffest;
+            stiffness[i * freedoms + i] -=
+                Y::Scalar::from_f64(64.0) * Y::Scalar::EPSILON * stiffest;
         }
         factor(stiffness, freedoms).is_ok()
     }

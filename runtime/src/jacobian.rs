@@ -172,8 +172,7 @@ impl<'a, Y: System> Linearised<'a, Y> {
         let row = |rows: &[Y::Scalar], i: usize| -> Y::Scalar {
             dot(&rows[i * n..(i + 1) * n], &rows[i * n..(i + 1) * n])
         };
-        let largest = (0..self.kept)
-            .fold(Y::Scalar::ZERO, |most, i| most.max(row(self.rows, i)));
+        let largest = (0..self.kept).fold(Y::Scalar::ZERO, |most, i| most.max(row(self.rows, i)));
         let cut = self.spectrum.cut * largest;
         // B_i and B_k are orthogonal: what one adds to the solution does not touch the other.
         for i in 0..self.kept {
@@ -276,8 +275,7 @@ impl<'a, Y: System> Linearised<'a, Y> {
     pub fn tangent_basis(&self, basis: &mut [Y::Scalar]) -> usize {
         let n = self.q.len();
         let row = |i: usize| &self.rows[i * n..(i + 1) * n];
-        let largest =
-            (0..self.kept).fold(Y::Scalar::ZERO, |most, i| most.max(dot(row(i), row(i))));
+        let largest = (0..self.kept).fold(Y::Scalar::ZERO, |most, i| most.max(dot(row(i), row(i))));
         let cut = self.spectrum.cut * largest;
         let mut found = 0;
         let rank = (0..self.kept).filter(|&i| !(dot(row(i), row(i)) <= cut)).count();
@@ -328,8 +326,8 @@ impl<'a, Y: System> Linearised<'a, Y> {
         let n = x.len();
         // The factor's diagonal is inverse. L^T x, from the top; then L, from the bottom.
         for i in 0..n {
-            let below = (i + 1..n)
-                .fold(Y::Scalar::ZERO, |sum, k| sum + self.mass[k * n + i] * x[k]);
+            let below =
+                (i + 1..n).fold(Y::Scalar::ZERO, |sum, k| sum + self.mass[k * n + i] * x[k]);
             x[i] = x[i] / self.mass[i * n + i] + below;
         }
         for i in (0..n).rev() {

@@ -8,7 +8,10 @@
 //! | du/dt with closed loops | [`acceleration()`], [`acceleration_and_forces`] |
 //! | from a rough guess to closed loops | [`assemble`], [`Mechanism::assembled`] |
 //! | back onto closed loops | [`project`] |
-//! | motion | [`Dopri5`] (adaptive), [`Rk4`], [`SemiImplicitEuler`] |
+//! | a state of rest | [`equilibrium()`], [`Mechanism::settled`] |
+//! | derivatives of du/dt, linear motion about rest | [`jacobian()`], [`linearize`] |
+//! | motion | [`Dopri5`] (adaptive), [`Rodas`] (adaptive, for stiff hinges), [`Rk4`], [`SemiImplicitEuler`] |
+//! | motion between stops | [`Stopped`] |
 //!
 //! Vectors are the caller's slices, temporaries live in a workspace of [`workspace_len`] numbers.
 //! Angles are in radians, everything else in SI units. A slice that is too short, a state that is
@@ -103,6 +106,7 @@ mod error;
 mod integrate;
 mod jacobian;
 mod linear;
+mod linearization;
 mod mechanism;
 mod projection;
 mod scalar;
@@ -115,9 +119,10 @@ pub use acceleration::{Constraint, RANK_TOLERANCE, acceleration, acceleration_an
 pub use assembly::{Assembly, assemble};
 pub use equilibrium::{Equilibrium, equilibrium};
 pub use error::Error;
-pub use integrate::{Dopri5, Integrator, Projection, Rk4, Rodas, SemiImplicitEuler};
+pub use integrate::{Dopri5, Integrator, Rk4, Rodas, SemiImplicitEuler, Stabilisation};
 pub use jacobian::{JacobianMut, jacobian};
-pub use mechanism::{Closure, Equations, Mechanism, Storage};
+pub use linearization::{LinearizationMut, linearize};
+pub use mechanism::{Closure, Equations, Forces, Jacobian, Mechanism, Storage};
 pub use projection::{Projected, project};
 pub use scalar::Scalar;
 pub use state::{State, StateOf};

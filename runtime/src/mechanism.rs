@@ -1,6 +1,9 @@
 //! The fixed-size front of a compiled mechanism: arrays in, arrays out.
 
-use crate::{EquationsMut, Error, Scalar, State, System, acceleration, assemble, project};
+use crate::{
+    Balance, EquationsMut, Equilibrium, Error, JacobianMut, Scalar, State, System, acceleration,
+    acceleration_and_forces, assemble, equilibrium, jacobian, project,
+};
 
 /// Arrays (of arrays) of numbers whose length only their type knows.
 pub trait Storage: Clone {
@@ -31,6 +34,32 @@ pub struct Equations<S, const N: usize, const C: usize> {
     pub jacobian: [[S; N]; C],
     /// gamma, m/s^2.
     pub gamma: [S; C],
+}
+
+/// What holds the constraints at a state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Forces<S, const N: usize, const C: usize> {
+    /// du/dt, rad/s^2.
+    pub acceleration: [S; N],
+    /// lambda, N: J^T lambda acts on the coordinates. Of redundant rows the smallest that does.
+    pub closure: [S; C],
+    /// Torque of each driven joint's motor on its second body, N m; 0 for other joints.
+    pub motor: [S; N],
+    /// Force (N) and moment (N m) of each hinge, as of [`System::write_reactions`].
+    pub reactions: [[S; 6]; N],
+}
+
+/// du/dt and its derivatives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jacobian<S, const N: usize> {
+    /// a = du/dt, rad/s^2.
+    pub acceleration: [S; N],
+    /// da/dq, 1/s^2.
+    pub dq: [[S; N]; N],
+    /// da/du, 1/s.
+    pub du: [[S; N]; N],
+    /// da/dt, rad/s^3.
+    pub dt: [S; N],
 }
 
 /// All nine closure equations of every loop.
@@ -100,6 +129,60 @@ pub trait Mechanism<S: Scalar, const N: usize, const C: usize>:
         Ok(out)
     }
 
+    /// du/dt and what holds the constraints: closure forces, motor torques, and what each hinge
+    /// carries.
+    ///
+    /// # Errors
+    ///
+    /// As [`acceleration`](fn@crate::acceleration).
+    fn forces(&self, t: S, q: &[S; N], u: &[S; N]) -> Result<Forces<S, N, C>, Error> {
+        let d = self.dimensions();
+        let mut forces = Forces {
+            acceleration: Storage::zeros(),
+            closure: Storage::zeros(),
+            motor: Storage::zeros(),
+            reactions: Storage::zeros(),
+        };
+        // The second workspace holds the multipliers.
+        let (mut workspace, mut storage) = (self.workspace(), self.workspace());
+        let lambda = &mut storage.as_mut()[..d.rows + d.drives];
+        let out = &mut forces.acceleration;
+        acceleration_and_forces(self, t, q, u, workspace.as_mut(), out, lambda)?;
+        forces.closure.copy_from_slice(&lambda[..d.rows]);
+        let mut torques = lambda[d.rows..].iter();
+        self.drives(t, |drive| {
+            if let Some(&torque) = torques.next() {
+                forces.motor[drive.joint] = torque;
+            }
+        });
+        let (acceleration, multipliers) = (&forces.acceleration[..], &forces.closure[..]);
+        let at = Balance { t, q, u, acceleration, multipliers };
+        self.write_reactions(at, forces.reactions.as_flattened_mut());
+        Ok(forces)
+    }
+
+    /// du/dt and its derivatives by q, u and t.
+    ///
+    /// # Errors
+    ///
+    /// As [`jacobian`](fn@crate::jacobian).
+    fn jacobian(&self, t: S, q: &[S; N], u: &[S; N]) -> Result<Jacobian<S, N>, Error> {
+        let mut out = Jacobian {
+            acceleration: Storage::zeros(),
+            dq: Storage::zeros(),
+            du: Storage::zeros(),
+            dt: Storage::zeros(),
+        };
+        let slices = JacobianMut {
+            acceleration: &mut out.acceleration,
+            dq: out.dq.as_flattened_mut(),
+            du: out.du.as_flattened_mut(),
+            dt: &mut out.dt,
+        };
+        jacobian(self, t, q, u, self.workspace().as_mut(), slices)?;
+        Ok(out)
+    }
+
     /// Nine residuals per loop, and their Jacobian.
     fn closure(&self, q: &[S; N]) -> Closure<Self::Residual, Self::ResidualJacobian> {
         let mut closure = Closure {
@@ -141,5 +224,18 @@ pub trait Mechanism<S: Scalar, const N: usize, const C: usize>:
         assemble(self, state.t, &mut state.q, &pinned, workspace.as_mut())?;
         project(self, state.t, &mut state.q, &mut state.u, workspace.as_mut())?;
         Ok(state)
+    }
+
+    /// The state of rest downhill from [`assembled`](Self::assembled), at t = 0: gravity, springs,
+    /// torques and forces in balance on closed loops.
+    ///
+    /// # Errors
+    ///
+    /// As [`assemble`] and [`equilibrium`](fn@crate::equilibrium).
+    fn settled(&self) -> Result<(State<[S; N], S>, Equilibrium<S>), Error> {
+        let mut state = self.assembled()?;
+        state.u = [S::ZERO; N];
+        let found = equilibrium(self, state.t, &mut state.q, self.workspace().as_mut())?;
+        Ok((state, found))
     }
 }

@@ -89,33 +89,14 @@ fn project_within<Y: System>(
     u: &mut [Y::Scalar],
     spectrum: Spectrum<Y::Scalar>,
     enough: Y::Scalar,
-    mut workspace: &mut [Y::Scalar],
+    workspace: &mut [Y::Scalar],
 ) -> Result<Projected<Y::Scalar>, Error> {
     let dimensions = check(system, workspace, &[q.len(), u.len()])?;
     if dimensions.loops + dimensions.drives == 0 {
         return Ok(Projected { residual: Y::Scalar::ZERO, rank: 0 });
     }
-    let (n, c) = (dimensions.coordinates, dimensions.rows);
-    let r = 9 * dimensions.loops + dimensions.drives;
-    let mass = split(&mut workspace, n * n)?;
-    {
-        // Only M is of interest: the closure takes the place of the rest.
-        let mut rest = &mut *workspace;
-        let forcing = split(&mut rest, n)?;
-        let jacobian = split(&mut rest, c * n)?;
-        let gamma = split(&mut rest, c)?;
-        system.write_equations(t, q, u, EquationsMut { mass, forcing, jacobian, gamma });
-    }
-    factor(mass, n).map_err(|joint| blame(&[q, u], mass, joint))?;
-    let mut closure = Closure {
-        t,
-        loops: dimensions.loops,
-        mass,
-        residual: split(&mut workspace, r)?,
-        jacobian: split(&mut workspace, r * n)?,
-        step: split(&mut workspace, n)?,
-    };
-    let residual = closure.move_coordinates(system, q, enough, split(&mut workspace, n)?)?;
+    let (mut closure, previous) = Closure::new(system, t, q, u, workspace)?;
+    let residual = closure.move_coordinates(system, q, enough, previous)?;
     if !(residual <= bearable(system)) {
         return Err(closure.open(system));
     }
@@ -124,6 +105,29 @@ fn project_within<Y: System>(
         Some(joint) => Err(Error::NotFinite { joint }),
         None => Ok(Projected { residual, rank }),
     }
+}
+
+/// Adds to du/dt what restores the constraints, -M^-1 J^T (J M^-1 J^T)^+ (2 g J u + g^2 r), all
+/// nine rows per loop, with the gain g (1/s).
+pub(crate) fn restore<Y: System>(
+    system: &Y,
+    t: Y::Scalar,
+    q: &[Y::Scalar],
+    u: &[Y::Scalar],
+    gain: Y::Scalar,
+    workspace: &mut [Y::Scalar],
+    acceleration: &mut [Y::Scalar],
+) -> Result<(), Error> {
+    let dimensions = check(system, workspace, &[q.len(), u.len(), acceleration.len()])?;
+    if dimensions.loops + dimensions.drives == 0 {
+        return Ok(());
+    }
+    let (mut closure, _) = Closure::new(system, t, q, u, workspace)?;
+    closure.evaluate(system, q)?;
+    closure.add_rates(system, u, gain + gain, gain * gain);
+    closure.solve(plain());
+    add_scaled(acceleration, Y::Scalar::ONE, closure.step);
+    Ok(())
 }
 
 /// The linearised closure and the metric.
@@ -142,7 +146,53 @@ struct Closure<'a, S> {
     step: &'a mut [S],
 }
 
-impl<S: Scalar> Closure<'_, S> {
+impl<'a, S: Scalar> Closure<'a, S> {
+    /// With the metric at a state; and a vector more.
+    fn new<Y: System<Scalar = S>>(
+        system: &Y,
+        t: S,
+        q: &[S],
+        u: &[S],
+        mut workspace: &'a mut [S],
+    ) -> Result<(Self, &'a mut [S]), Error> {
+        let dimensions = system.dimensions();
+        let (n, c) = (dimensions.coordinates, dimensions.rows);
+        let r = 9 * dimensions.loops + dimensions.drives;
+        let mass = split(&mut workspace, n * n)?;
+        {
+            // Only M is of interest: the closure takes the place of the rest.
+            let mut rest = &mut *workspace;
+            let forcing = split(&mut rest, n)?;
+            let jacobian = split(&mut rest, c * n)?;
+            let gamma = split(&mut rest, c)?;
+            system.write_equations(t, q, u, EquationsMut { mass, forcing, jacobian, gamma });
+        }
+        factor(mass, n).map_err(|joint| blame(&[q, u], mass, joint))?;
+        let closure = Self {
+            t,
+            loops: dimensions.loops,
+            mass,
+            residual: split(&mut workspace, r)?,
+            jacobian: split(&mut workspace, r * n)?,
+            step: split(&mut workspace, n)?,
+        };
+        Ok((closure, split(&mut workspace, n)?))
+    }
+
+    /// The residual r becomes a J u + b r, where for a driven joint J u is less its due speed.
+    fn add_rates<Y: System<Scalar = S>>(&mut self, system: &Y, u: &[S], a: S, b: S) {
+        let n = u.len();
+        for (value, row) in self.residual.iter_mut().zip(self.jacobian.chunks_exact(n.max(1))) {
+            *value = a * dot(row, u) + b * *value;
+        }
+        let mut driven = self.residual[9 * self.loops..].iter_mut();
+        system.drives(self.t, |drive| {
+            if let Some(value) = driven.next() {
+                *value -= a * system.size() * drive.speed;
+            }
+        });
+    }
+
     /// Residual and Jacobian at q; the largest residual.
     fn evaluate<Y: System<Scalar = S>>(&mut self, system: &Y, q: &[S]) -> Result<S, Error> {
         let n = self.step.len();
@@ -171,8 +221,7 @@ impl<S: Scalar> Closure<'_, S> {
     fn open<Y: System<Scalar = S>>(&self, system: &Y) -> Error {
         let (residual, driven) = self.residual.split_at(9 * self.loops);
         let (loop_index, largest) = worst_loop(residual);
-        let mut error =
-            Error::NotClosed { loop_index, residual: largest.to_f64(), joint: None };
+        let mut error = Error::NotClosed { loop_index, residual: largest.to_f64(), joint: None };
         let mut values = driven.iter();
         system.drives(self.t, |drive| {
             if let Some(&value) = values.next()
@@ -245,16 +294,7 @@ impl<S: Scalar> Closure<'_, S> {
         u: &mut [S],
         spectrum: Spectrum<S>,
     ) -> usize {
-        let n = u.len();
-        for (value, row) in self.residual.iter_mut().zip(self.jacobian.chunks_exact(n.max(1))) {
-            *value = dot(row, u);
-        }
-        let mut driven = self.residual[9 * self.loops..].iter_mut();
-        system.drives(self.t, |drive| {
-            if let Some(value) = driven.next() {
-                *value -= system.size() * drive.speed;
-            }
-        });
+        self.add_rates(system, u, S::ONE, S::ZERO);
         let rank = self.solve(spectrum);
         add_scaled(u, S::ONE, self.step);
         rank

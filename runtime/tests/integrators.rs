@@ -8,8 +8,8 @@ use common::Tree;
 use common::designs::{ALL, PLACES, Random, SIX, chain, four_vertex, planar, sixbar, two_loops};
 use common::planar::{FourBar, Pendulum};
 use lamc_runtime::{
-    Dopri5, Integrator, Error, Mechanism, Projection, Rk4, Scalar, SemiImplicitEuler, State, StateOf, System,
-    assemble, project,
+    Dopri5, Error, Integrator, Mechanism, Rk4, Scalar, SemiImplicitEuler, Stabilisation, State,
+    StateOf, System, assemble, project,
 };
 
 fn pendulum<S: Scalar>() -> Pendulum<S> {
@@ -179,10 +179,10 @@ fn projection_stops_the_drift_that_is_there_without_it() {
     let system = FourBar::<f64>::example();
     let begin = system.assembled().unwrap();
     for (projection, low, high) in
-        [(Projection::EveryStep, 0.0, 1e-9), (Projection::Off, 1e-9, 1.0)]
+        [(Stabilisation::Projection, 0.0, 1e-9), (Stabilisation::Off, 1e-9, 1.0)]
     {
         let mut rk4 = Rk4::new(&system);
-        rk4.projection = projection;
+        rk4.stabilisation = projection;
         let mut state = begin;
         rk4.run(&system, &mut state, 1.0, 2e-3, |_| ()).unwrap();
         let found = drift(&system, &state).0;

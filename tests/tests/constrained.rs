@@ -201,7 +201,7 @@ impl Bench<'_> {
     fn closed(&self, State { mut q, mut u }: State, assembled: bool) -> Option<State> {
         let mut workspace = self.system.workspace();
         if assembled {
-            assemble(self.system, &mut q, &vec![false; self.n()], &mut workspace).ok()?;
+            assemble(self.system, 0.0, &mut q, &vec![false; self.n()], &mut workspace).ok()?;
         }
         project(self.system, 0.0, &mut q, &mut u, &mut workspace).ok()?;
         Some(State { q, u })

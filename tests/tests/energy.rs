@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use lamc::program::Interpreter;
-use lamc_runtime::{Rk4, State, System, assemble, project};
+use lamc_runtime::{Integrator, Rk4, State, System, assemble, project};
 use lamc_tests::{compile_text, dopri5, workspace};
 
 /// Ten seconds of the six-bar without dampers: the energy stays, to 1e-9 of the peak kinetic.

@@ -44,14 +44,22 @@ fn experiment() {
     let mut rodas = Rodas::new(&system);
     let mut steps = 0;
     let mut next = 0.0;
-    let result = rodas.run(&system, &mut state, std::env::var("T").map_or(0.1, |t| t.parse().unwrap()), |state| {
-        steps += 1;
-        if state.t >= next || steps % 100000 == 0 {
-            let e = system.energy(state.t, &state.q, &state.u);
-            println!("{steps} t {:e} q {:?} u {:?} E {:e} {:e}", state.t, state.q, state.u, e.kinetic, e.potential);
-            next = if state.t == 0.0 { 1e-3 } else { state.t * 1.3 };
-        }
-    });
+    let result = rodas.run(
+        &system,
+        &mut state,
+        std::env::var("T").map_or(0.1, |t| t.parse().unwrap()),
+        |state| {
+            steps += 1;
+            if state.t >= next || steps % 100000 == 0 {
+                let e = system.energy(state.t, &state.q, &state.u);
+                println!(
+                    "{steps} t {:e} q {:?} u {:?} E {:e} {:e}",
+                    state.t, state.q, state.u, e.kinetic, e.potential
+                );
+                next = if state.t == 0.0 { 1e-3 } else { state.t * 1.3 };
+            }
+        },
+    );
     println!("{steps} {result:?} {:?} {:?}", state.q, state.u);
 }
 

@@ -1,14 +1,29 @@
-//! `lamc eval MODEL --states FILE`: numbers at given states, through the interpreter.
+//! `lamc eval MODEL --states FILE`: numbers at given states, or at the assembled initial one,
+//! through the interpreter.
 
 use std::collections::BTreeMap;
 use std::io::Read;
 
 use lamc::program::Interpreter;
-use lamc_runtime::{EquationsMut, RANK_TOLERANCE, System, acceleration};
+use lamc_runtime::{Balance, EquationsMut, RANK_TOLERANCE, System, acceleration_and_forces};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
-use super::{Outcome, fail, load, output};
+use clap::Args;
+
+use super::start::{Start, describe};
+use super::{Failed, Outcome, fail, output};
+
+/// Evaluate a model (JSON in, JSON out).
+#[derive(Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    start: Start,
+    /// The states: {"states": [{"q": [..], "u": [..], "t": 0}]}; `-` reads standard input. Without
+    /// it, the initial configuration, assembled
+    #[arg(long, value_name = "FILE")]
+    states: Option<String>,
+}
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -16,7 +31,7 @@ struct Input {
     states: Vec<StateInput>,
 }
 
-#[derive(Deserialize)]
+#[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StateInput {
     q: Vec<f64>,
@@ -38,6 +53,9 @@ struct Report {
 
 #[derive(Serialize)]
 struct StateReport {
+    t: f64,
+    q: Vec<f64>,
+    u: Vec<f64>,
     acceleration: Vec<f64>,
     constraint_rank: usize,
     dof: usize,
@@ -46,25 +64,35 @@ struct StateReport {
     potential_energy: f64,
     mass_matrix: Vec<Vec<f64>>,
     forcing: Vec<f64>,
+    /// Per joint force (N) and moment (N m) of the first body on the second, joint's frame.
+    reactions: Vec<Vec<f64>>,
+    /// Of driven joints, N m.
+    motor_torques: BTreeMap<String, f64>,
 }
 
-pub fn run(model: &str, states: &str) -> Outcome {
-    let text = if states == "-" {
-        let mut text = String::new();
-        std::io::stdin().read_to_string(&mut text).map(|_| text)
-    } else {
-        std::fs::read_to_string(states)
-    };
-    let text = text.map_err(|error| fail(format_args!("cannot read {states}: {error}")))?;
-    let input: Input =
-        serde_json::from_str(&text).map_err(|error| fail(format_args!("{states}: {error}")))?;
-    let compiled = load(model)?;
-    let mut interpreter = Interpreter::new(&compiled.program);
+pub fn run(arguments: &Arguments) -> Outcome {
+    let compiled;
+    let mut interpreter;
     let mut reports = Vec::new();
-    for (index, state) in input.states.iter().enumerate() {
-        let report = evaluate(&mut interpreter, state)
-            .map_err(|problem| fail(format_args!("{states}: state {index}: {problem}")))?;
-        reports.push(report);
+    match &arguments.states {
+        Some(states) => {
+            let input = read(states)?;
+            compiled = arguments.start.compile(&[])?;
+            for (index, state) in input.states.iter().enumerate() {
+                let mut system = arguments.start.system(&compiled)?;
+                let report = evaluate(&mut system, state)
+                    .map_err(|problem| fail(format_args!("{states}: state {index}: {problem}")))?;
+                reports.push(report);
+            }
+            interpreter = arguments.start.system(&compiled)?;
+        }
+        None => {
+            compiled = arguments.start.compile(&[])?;
+            interpreter = arguments.start.system(&compiled)?;
+            let state = arguments.start.assembled(&interpreter)?;
+            let state = StateInput { q: state.q, u: Some(state.u), ..StateInput::default() };
+            reports.push(evaluate(&mut interpreter, &state).map_err(fail)?);
+        }
     }
     let interface = interpreter.interface();
     let report = Report {
@@ -74,6 +102,17 @@ pub fn run(model: &str, states: &str) -> Outcome {
     };
     let json = serde_json::to_string_pretty(&report).map_err(fail)?;
     output::print(&(json + "\n"))
+}
+
+fn read(states: &str) -> Result<Input, Failed> {
+    let text = if states == "-" {
+        let mut text = String::new();
+        std::io::stdin().read_to_string(&mut text).map(|_| text)
+    } else {
+        std::fs::read_to_string(states)
+    };
+    let text = text.map_err(|error| fail(format_args!("cannot read {states}: {error}")))?;
+    serde_json::from_str(&text).map_err(|error| fail(format_args!("{states}: {error}")))
 }
 
 fn evaluate(system: &mut Interpreter, state: &StateInput) -> Result<StateReport, String> {
@@ -86,7 +125,6 @@ fn evaluate(system: &mut Interpreter, state: &StateInput) -> Result<StateReport,
             return Err(format!("`{name}` has {} numbers, the model {n} joints", numbers.len()));
         }
     }
-    system.reset();
     for (name, &value) in &state.params {
         system.set_parameter(name, value).map_err(|error| format!("`params`: {error}"))?;
     }
@@ -94,8 +132,18 @@ fn evaluate(system: &mut Interpreter, state: &StateInput) -> Result<StateReport,
         system.set_input(name, value).map_err(|error| format!("`inputs`: {error}"))?;
     }
     let mut rates = system.vector();
-    acceleration(system, state.t, q, u, &mut system.workspace(), &mut rates)
-        .map_err(|error| error.to_string())?;
+    let mut lambda = vec![0.0; d.rows + d.drives];
+    let mut workspace = system.workspace();
+    acceleration_and_forces(system, state.t, q, u, &mut workspace, &mut rates, &mut lambda)
+        .map_err(|error| describe(&error, system.interface()))?;
+    let mut reactions = vec![0.0; 6 * n];
+    let multipliers = &lambda[..d.rows];
+    let at = Balance { t: state.t, q, u, acceleration: &rates, multipliers };
+    system.write_reactions(at, &mut reactions);
+    let mut motor_torques = BTreeMap::new();
+    for (joint, &torque) in system.interface().driven().iter().zip(&lambda[d.rows..]) {
+        motor_torques.insert(system.interface().joints[joint.index()].name.clone(), torque);
+    }
     let (mut mass, mut forcing) = (vec![0.0; n * n], vec![0.0; n]);
     let (mut rows, mut gamma) = (vec![0.0; d.rows * n], vec![0.0; d.rows]);
     let out = EquationsMut {
@@ -107,9 +155,19 @@ fn evaluate(system: &mut Interpreter, state: &StateInput) -> Result<StateReport,
     system.write_equations(state.t, q, u, out);
     let (mut residual, mut jacobian) = (vec![0.0; 9 * d.loops], vec![0.0; 9 * d.loops * n]);
     system.write_closure(q, &mut residual, &mut jacobian);
+    system.drives(state.t, |drive| {
+        let start = jacobian.len();
+        jacobian.resize(start + n, 0.0);
+        jacobian[start + drive.joint] = system.size();
+    });
     let constraint_rank = rank(&mass, &jacobian, n);
     let energy = system.energy(state.t, q, u);
     Ok(StateReport {
+        t: state.t,
+        q: q.clone(),
+        u: u.clone(),
+        reactions: reactions.chunks(6).map(<[f64]>::to_vec).collect(),
+        motor_torques,
         acceleration: rates,
         constraint_rank,
         dof: n - constraint_rank,
@@ -121,7 +179,7 @@ fn evaluate(system: &mut Interpreter, state: &StateInput) -> Result<StateReport,
     })
 }
 
-/// Rank of all nine closure rows per loop, weighted by the mass matrix as in the dynamics.
+/// Rank of all nine closure rows per loop and of the driven joints, weighted by the mass matrix as in the dynamics.
 fn rank(mass: &[f64], jacobian: &[f64], n: usize) -> usize {
     let rows = jacobian.len() / n;
     let Some(factor) = DMatrix::from_row_slice(n, n, mass).cholesky() else { return 0 };

@@ -4,11 +4,14 @@
 
 mod check;
 mod compile;
+mod equilibrium;
 mod eval;
 mod import;
+mod modes;
 mod output;
 mod plot;
 mod simulate;
+mod start;
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
@@ -17,7 +20,7 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use lamc::backend::rust::ScalarChoice;
 use lamc::pipeline::{self, CompileError, Compiled};
-use lamc::source::{Diagnostics, SourceFile};
+use lamc::source::{Diagnostics, SourceFile, SourceModel, UnknownEntry};
 
 const TERMS: &str = concat!(
     env!("CARGO_PKG_VERSION"),
@@ -84,16 +87,14 @@ enum Command {
         /// The model
         model: String,
     },
-    /// Evaluate a model at given states (JSON in, JSON out)
-    Eval {
-        /// The model
-        model: String,
-        /// The states: {"states": [{"q": [..], "u": [..], "t": 0}]}; `-` reads standard input
-        #[arg(long, value_name = "FILE")]
-        states: String,
-    },
+    /// Evaluate a model at given states (JSON in, JSON out), or at its initial configuration
+    Eval(eval::Arguments),
     /// Simulate a model from its initial configuration
     Simulate(simulate::Arguments),
+    /// Find where a model comes to rest
+    Equilibrium(equilibrium::Arguments),
+    /// Natural frequencies, damping and shapes about a state of rest
+    Modes(modes::Arguments),
     /// Write any readable model (popupCAD files too) in lamc's schema
     Import {
         /// The design
@@ -114,8 +115,10 @@ pub fn run() -> ExitCode {
     let cli = Cli::parse();
     let outcome = match (cli.command, cli.compile) {
         (Some(Command::Check { model }), _) => check::run(&model),
-        (Some(Command::Eval { model, states }), _) => eval::run(&model, &states),
+        (Some(Command::Eval(arguments)), _) => eval::run(&arguments),
         (Some(Command::Simulate(arguments)), _) => simulate::run(&arguments),
+        (Some(Command::Equilibrium(arguments)), _) => equilibrium::run(&arguments),
+        (Some(Command::Modes(arguments)), _) => modes::run(&arguments),
         (Some(Command::Import { design, output }), _) => import::run(&design, &output),
         (None, Some(arguments)) => compile::run(&arguments),
         (None, None) => unreachable!("clap asks for a model or a command"),
@@ -144,8 +147,16 @@ fn read(path: &str) -> Result<SourceFile, Failed> {
 
 /// Reads and compiles a model, reporting errors and warnings.
 fn load(path: &str) -> Result<Compiled, Failed> {
+    load_edited(path, |_| Ok(()))
+}
+
+/// As [`load`], after a change of the model as read.
+fn load_edited(
+    path: &str,
+    edit: impl FnOnce(&mut SourceModel) -> Result<(), UnknownEntry>,
+) -> Result<Compiled, Failed> {
     let file = read(path)?;
-    match pipeline::compile(&file) {
+    match pipeline::compile_edited(&file, edit) {
         Ok(compiled) => {
             report(&compiled.warnings, &file);
             Ok(compiled)

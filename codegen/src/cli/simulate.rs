@@ -1,26 +1,31 @@
-//! `lamc simulate MODEL`: assemble, integrate through the interpreter, show what happened.
+//! `lamc simulate MODEL`: assemble or settle, integrate through the interpreter, show what happened.
 
 use std::fmt::Write;
 use std::time::Instant;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use lamc::program::Interpreter;
-use lamc::source::{read_angle, read_quantity};
-use lamc_runtime::{Dopri5, Energy, Integrator, State, System, assemble, project};
+use lamc_runtime::{Dopri5, Energy, Error, Rodas, State, Stopped, System};
 
-use super::{Failed, Outcome, fail, load, output, plot};
+use super::equilibrium::settle;
+use super::start::{Start, describe};
+use super::{Failed, Outcome, fail, output, plot};
+
+/// Accepted steps of the explicit method within which a motion must get on by a share of its
+/// duration, or it is stiff.
+const PATIENCE: (usize, f64) = (2000, 0.02);
 
 /// Simulate a model from its initial configuration.
 #[derive(Args)]
 pub struct Arguments {
-    /// The model
-    model: String,
-    /// Set a parameter: k=0.02, k=11.4mN*m/rad
-    #[arg(long, value_name = "NAME=VALUE")]
-    set: Vec<String>,
-    /// Start from another angle: j0=30deg
-    #[arg(long, value_name = "JOINT=ANGLE")]
-    initial: Vec<String>,
+    #[command(flatten)]
+    start: Start,
+    /// Begin at rest, where gravity, springs, torques and forces are in balance
+    #[arg(long)]
+    settle: bool,
+    /// Settle, then take away a force, or what drives a joint
+    #[arg(long, value_name = "NAME")]
+    release: Vec<String>,
     /// Seconds to simulate
     #[arg(long, default_value_t = 2.0, value_name = "SECONDS")]
     duration: f64,
@@ -30,12 +35,29 @@ pub struct Arguments {
     /// Error allowed per step, relative and absolute
     #[arg(long, default_value_t = 1e-8)]
     tolerance: f64,
+    /// How to integrate
+    #[arg(long, value_enum, default_value_t)]
+    integrator: Method,
+    /// Share of its speed with which a joint leaves a stop, 0 to 1
+    #[arg(long, default_value_t = 0.0, value_name = "SHARE")]
+    restitution: f64,
     /// Write the motion as CSV; `-` writes standard output
     #[arg(long, value_name = "FILE")]
     csv: Option<String>,
     /// Draw the joint angles over time as SVG
     #[arg(long, value_name = "FILE")]
     plot: Option<String>,
+}
+
+#[derive(Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+enum Method {
+    /// Explicit, and implicit from where the motion turns out to be stiff
+    #[default]
+    Auto,
+    /// Dormand and Prince's pair of order 5(4), explicit
+    Dopri5,
+    /// RODASP of order 4(3), implicit and L-stable
+    Rodas,
 }
 
 /// A motion, sampled.
@@ -62,34 +84,25 @@ pub fn run(arguments: &Arguments) -> Outcome {
             return Err(fail(format_args!("{name} must be a positive number")));
         }
     }
+    if !(0.0..=1.0).contains(&arguments.restitution) {
+        return Err(fail("--restitution must lie between 0 and 1"));
+    }
     let samples = (arguments.duration * arguments.rate).ceil();
     if samples > 1e7 {
         return Err(fail("more than 10 million samples: lower --rate or --duration"));
     }
-    let compiled = load(&arguments.model)?;
-    let mut system = Interpreter::new(&compiled.program);
-    for setting in &arguments.set {
-        let (name, value) = pair(setting, "--set k=0.02", read_quantity)?;
-        system.set_parameter(name, value).map_err(fail)?;
-    }
+    let (system, state) = begin(arguments)?;
     let begin = Instant::now();
-    let mut state = start(&system, arguments)?;
-    let mut integrator = Dopri5::new(&system);
-    integrator.relative = arguments.tolerance;
-    integrator.absolute = arguments.tolerance;
-    let mut steps = 0_usize;
-    let mut motion = Motion::new(&system);
-    motion.record(&system, &state);
+    let mut run = Run::new(system, state, arguments);
     for sample in 1..=samples as usize {
-        let t = (sample as f64 / arguments.rate).min(arguments.duration);
-        integrator.run(&system, &mut state, t, |_| steps += 1).map_err(fail)?;
-        motion.record(&system, &state);
+        run.advance((sample as f64 / arguments.rate).min(arguments.duration))?;
     }
+    let (motion, system) = (&run.motion, &run.system.system);
     if let Some(path) = &arguments.csv {
         output::write(path, &motion.csv())?;
     }
     if let Some(path) = &arguments.plot {
-        let svg = plot::angles(&system.interface().name, &motion).map_err(fail)?;
+        let svg = plot::angles(&system.interface().name, motion).map_err(fail)?;
         output::write(path, &svg)?;
     }
     if arguments.csv.as_deref() == Some("-") || arguments.plot.as_deref() == Some("-") {
@@ -97,59 +110,131 @@ pub fn run(arguments: &Arguments) -> Outcome {
     }
     let seconds = begin.elapsed().as_secs_f64();
     let mut text = motion.summary(system.size());
+    run.note_stops(&mut text);
+    let methods: Vec<_> = [(run.explicit_steps, "Dormand-Prince"), (run.implicit_steps, "RODASP")]
+        .into_iter()
+        .filter(|(steps, _)| *steps > 0)
+        .map(|(steps, name)| format!("{steps} steps of {name}"))
+        .collect();
     let _ = writeln!(
         text,
-        "{steps} steps of the Dormand-Prince method in {:.3} s: {:.1} times real time",
-        seconds,
+        "{} in {seconds:.3} s: {:.1} times real time",
+        methods.join(", then "),
         arguments.duration / seconds
     );
     output::print(&text)
 }
 
-/// Splits `name=value`.
-fn pair<'a>(
-    text: &'a str,
-    example: &str,
-    read: impl Fn(&str) -> Option<f64>,
-) -> Result<(&'a str, f64), Failed> {
-    let parts = text.split_once('=').and_then(|(name, value)| Some((name.trim(), read(value)?)));
-    parts.ok_or_else(|| fail(format_args!("`{text}` is not of the form `{example}`")))
+/// The system that moves, and the state it starts from: assembled or at rest.
+fn begin(arguments: &Arguments) -> Result<(Interpreter, State<Vec<f64>, f64>), Failed> {
+    let start = &arguments.start;
+    let compiled = start.compile(&[])?;
+    let system = start.system(&compiled)?;
+    let mut state = start.assembled(&system)?;
+    if !arguments.settle && arguments.release.is_empty() {
+        return Ok((system, state));
+    }
+    settle(&system, &mut state)?;
+    if arguments.release.is_empty() {
+        return Ok((system, state));
+    }
+    let released = start.compile(&arguments.release)?;
+    Ok((start.system(&released)?, state))
 }
 
-/// The closed configuration nearest to the guess, at consistent rates.
-fn start(system: &Interpreter, arguments: &Arguments) -> Result<State<Vec<f64>, f64>, Failed> {
-    let mut state = State::initial(system);
-    let n = state.q.len();
-    let mut pinned: Vec<bool> = (0..n).map(|joint| system.is_given(joint)).collect();
-    let joints = &system.interface().joints;
-    if !arguments.initial.is_empty() {
-        pinned.fill(false);
-    }
-    for setting in &arguments.initial {
-        let (name, angle) = pair(setting, "--initial j0=30deg", read_angle)?;
-        let Some(joint) = joints.iter().position(|joint| joint.name == name) else {
-            let names: Vec<_> = joints.iter().map(|joint| joint.name.as_str()).collect();
-            return Err(fail(format_args!("no joint `{name}`; there are {}", names.join(", "))));
-        };
-        let [least, greatest] = joints[joint].limits;
-        if angle < least || angle > greatest {
-            return Err(fail(format_args!("`{setting}` is outside the limits of `{name}`")));
+/// A motion on its way.
+struct Run {
+    system: Stopped<Interpreter>,
+    state: State<Vec<f64>, f64>,
+    explicit: Dopri5<Stopped<Interpreter>>,
+    implicit: Rodas<Stopped<Interpreter>>,
+    method: Method,
+    duration: f64,
+    explicit_steps: usize,
+    implicit_steps: usize,
+    /// Explicit steps when a share of the duration was last gone, and the time then, s.
+    mark: (usize, f64),
+    motion: Motion,
+    /// Joints that were at a stop.
+    stopped: Vec<bool>,
+}
+
+impl Run {
+    fn new(system: Interpreter, state: State<Vec<f64>, f64>, arguments: &Arguments) -> Self {
+        let mut motion = Motion::new(&system);
+        motion.record(&system, &state);
+        let stopped = vec![false; state.q.len()];
+        let mut system = Stopped::new(system);
+        system.restitution = arguments.restitution;
+        let (mut explicit, mut implicit) = (Dopri5::new(&system), Rodas::new(&system));
+        (explicit.relative, explicit.absolute) = (arguments.tolerance, arguments.tolerance);
+        (implicit.relative, implicit.absolute) = (arguments.tolerance, arguments.tolerance);
+        Self {
+            system,
+            state,
+            explicit,
+            implicit,
+            method: arguments.integrator,
+            duration: arguments.duration,
+            explicit_steps: 0,
+            implicit_steps: 0,
+            mark: (0, 0.0),
+            motion,
+            stopped,
         }
-        state.q[joint] = angle;
-        pinned[joint] = true;
     }
-    let mut workspace = system.workspace();
-    assemble(system, 0.0, &mut state.q, &pinned, &mut workspace).map_err(|error| {
-        let named = match error {
-            lamc_runtime::Error::NotClosed { joint: Some(joint), .. } => {
-                format!(" (`{}`)", joints[joint].name)
+
+    /// To a time, s, and records the state there.
+    fn advance(&mut self, t: f64) -> Result<(), Failed> {
+        while self.state.t < t {
+            let outcome = match self.method {
+                Method::Rodas => {
+                    self.implicit_steps += 1;
+                    self.system.step(&mut self.implicit, &mut self.state, t)
+                }
+                Method::Auto | Method::Dopri5 => {
+                    self.explicit_steps += 1;
+                    self.system.step(&mut self.explicit, &mut self.state, t)
+                }
+            };
+            self.look_for_stiffness(&outcome);
+            if let Err(error) = outcome
+                && self.method != Method::Rodas
+                && matches!(error, Error::StepTooSmall { .. })
+            {
+                return Err(fail(format_args!("{error}; try --integrator rodas")));
             }
-            _ => String::new(),
-        };
-        fail(format_args!("no closed configuration near the initial one: {error}{named}"))
-    })?;
-    project(system, 0.0, &mut state.q, &mut state.u, &mut workspace).map_err(fail)?;
-    Ok(state)
+            outcome.map_err(|error| fail(describe(&error, self.system.system.interface())))?;
+            for (stopped, &side) in self.stopped.iter_mut().zip(&self.system.sides) {
+                *stopped |= side != 0.0;
+            }
+        }
+        self.motion.record(&self.system.system, &self.state);
+        Ok(())
+    }
+
+    /// Turns to the implicit method where the explicit one hardly gets on.
+    fn look_for_stiffness(&mut self, outcome: &Result<(), Error>) {
+        if self.method != Method::Auto {
+            return;
+        }
+        let (steps, share) = PATIENCE;
+        if self.explicit_steps - self.mark.0 >= steps || outcome.is_err() {
+            if self.state.t - self.mark.1 < share * self.duration {
+                self.method = Method::Rodas;
+            }
+            self.mark = (self.explicit_steps, self.state.t);
+        }
+    }
+
+    fn note_stops(&self, text: &mut String) {
+        let joints = &self.system.system.interface().joints;
+        let resting = joints.iter().zip(&self.stopped).filter(|(_, stopped)| **stopped);
+        let names: Vec<_> = resting.map(|(joint, _)| format!("`{}`", joint.name)).collect();
+        if !names.is_empty() {
+            let _ = writeln!(text, "at a stop for a while: {}", names.join(", "));
+        }
+    }
 }
 
 impl Motion {

@@ -155,14 +155,14 @@ impl<'a> Derivation<'a> {
         let joints = (0..self.q.len()).map(JointId).map(Leaf::Acceleration);
         self.accelerations = joints.map(|leaf| self.algebra.leaf(leaf)).collect();
         let rows: usize = self.topology.loops.iter().map(|closed| closed.rows.len()).sum();
-        self.multipliers =
-            (0..rows).map(|row| self.algebra.leaf(Leaf::Multiplier(row))).collect();
+        self.multipliers = (0..rows).map(|row| self.algebra.leaf(Leaf::Multiplier(row))).collect();
     }
 
     /// Prescribed angles of the driven joints, in their order.
     fn drives(&mut self) -> Vec<Expr> {
         let mechanism = self.mechanism();
-        let driven = mechanism.joints.iter().filter_map(|joint| Some((joint, joint.drive.as_ref()?)));
+        let driven =
+            mechanism.joints.iter().filter_map(|joint| Some((joint, joint.drive.as_ref()?)));
         driven
             .map(|(joint, drive)| {
                 self.scalar(drive, &format!("drive_{}", joint.name), Some(joint.span))

@@ -227,7 +227,8 @@ impl System for Interpreter {
         let at = State { t, ..State::default() };
         self.evaluate(FunctionKind::Drives, at, &mut [&mut values]);
         for (joint, values) in driven.iter().zip(values.chunks_exact(4)) {
-            let [position, speed, acceleration, jerk] = [values[0], values[1], values[2], values[3]];
+            let [position, speed, acceleration, jerk] =
+                [values[0], values[1], values[2], values[3]];
             visit(Drive { joint: joint.index(), position, speed, acceleration, jerk });
         }
     }

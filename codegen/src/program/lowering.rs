@@ -42,7 +42,10 @@ pub fn functions(equations: &Equations) -> Vec<Function> {
         of(FunctionKind::Poses, &[("poses", bodies, 12, &equations.poses)]),
         of(FunctionKind::Points, &[("points", points, 3, &equations.points)]),
         of(FunctionKind::Energy, &[("kinetic", 1, 1, kinetic), ("potential", 1, 1, potential)]),
-        drives(of(FunctionKind::Drives, &[("angle", equations.drives.len(), 1, &equations.drives)])),
+        drives(of(
+            FunctionKind::Drives,
+            &[("angle", equations.drives.len(), 1, &equations.drives)],
+        )),
         of(FunctionKind::Reactions, &[("reactions", n, 6, &equations.reactions)]),
         differentiate::along_changes(of(
             FunctionKind::Tangent,
@@ -56,8 +59,7 @@ fn drives(angles: Function) -> Function {
     let speeds = differentiate::by_time(angles.clone());
     let accelerations = differentiate::by_time(speeds.clone());
     let jerks = differentiate::by_time(accelerations.clone());
-    let mut all =
-        Function { kind: angles.kind, instructions: Vec::new(), outputs: Vec::new() };
+    let mut all = Function { kind: angles.kind, instructions: Vec::new(), outputs: Vec::new() };
     let mut columns = Vec::new();
     for part in [angles, speeds, accelerations, jerks] {
         let shift = all.instructions.len();

@@ -8,7 +8,7 @@
 //! counted as an error: where the rank changes it is finite however short the step.
 
 use super::steps::{Steps, first_step};
-use super::{Integrator, Projection, accelerate, same};
+use super::{Integrator, Stabilisation, same};
 use crate::linear::{add_scaled, tolerance};
 use crate::{Error, Scalar, StateOf, System};
 
@@ -61,8 +61,8 @@ pub struct Dopri5<Y: System> {
     pub max_step: Y::Scalar,
     /// Least step, s; below it (or where time no longer advances) integration fails.
     pub min_step: Y::Scalar,
-    /// Whether each step, and each sample between steps, ends on the closure.
-    pub projection: Projection,
+    /// How loops are kept closed, at steps and at samples between them.
+    pub stabilisation: Stabilisation,
     workspace: Y::Workspace,
     /// u of the stages: the derivative of q.
     speeds: [Y::Vector; STAGES],
@@ -88,7 +88,7 @@ impl<Y: System> Dopri5<Y> {
             absolute: tolerance(1e-10, 1.0),
             max_step: Y::Scalar::from_f64(f64::INFINITY),
             min_step: zero,
-            projection: Projection::EveryStep,
+            stabilisation: Stabilisation::Projection,
             workspace: system.workspace(),
             speeds: core::array::from_fn(|_| system.vector()),
             accelerations: core::array::from_fn(|_| system.vector()),
@@ -101,7 +101,7 @@ impl<Y: System> Dopri5<Y> {
 
     /// From `start` to `end`; the error in units of what is allowed.
     fn attempt(&mut self, system: &Y, step: Y::Scalar) -> Result<Y::Scalar, Error> {
-        let Self { workspace, speeds, accelerations, start, end, .. } = self;
+        let Self { workspace, speeds, accelerations, start, end, stabilisation, .. } = self;
         for stage in 1..STAGES {
             end.q.clone_from(&start.q);
             end.u.clone_from(&start.u);
@@ -114,10 +114,11 @@ impl<Y: System> Dopri5<Y> {
             }
             end.t = start.t + step * Y::Scalar::from_f64(C[stage]);
             if stage == STAGES - 1 {
-                self.projection.apply(system, end.t, &mut end.q, &mut end.u, workspace)?;
+                stabilisation.project(system, end.t, &mut end.q, &mut end.u, workspace)?;
             }
             speeds[stage].clone_from(&end.u);
-            accelerate(system, end.t, &end.q, &end.u, workspace, &mut accelerations[stage])?;
+            let (at, out) = ((end.t, &end.q, &end.u), &mut accelerations[stage]);
+            stabilisation.accelerate(system, step, at, workspace, out)?;
         }
         let q = self.squared_error(step, self.start.q.as_ref(), self.end.q.as_ref(), &self.speeds);
         let accelerations = &self.accelerations;
@@ -145,18 +146,14 @@ impl<Y: System> Dopri5<Y> {
 }
 
 impl<Y: System> Integrator<Y> for Dopri5<Y> {
-    fn step(
-        &mut self,
-        system: &Y,
-        state: &mut StateOf<Y>,
-        t_end: Y::Scalar,
-    ) -> Result<(), Error> {
+    fn step(&mut self, system: &Y, state: &mut StateOf<Y>, t_end: Y::Scalar) -> Result<(), Error> {
         const LAST: usize = STAGES - 1;
         if !self.fresh || !same::<Y>(&self.end, state) {
             self.end.clone_from(state);
             self.speeds[LAST].clone_from(&state.u);
             let (last, workspace) = (&mut self.accelerations[LAST], &mut self.workspace);
-            accelerate(system, state.t, &state.q, &state.u, workspace, last)?;
+            let at = (state.t, &state.q, &state.u);
+            self.stabilisation.accelerate(system, self.steps.next, at, workspace, last)?;
             self.fresh = true;
         }
         if !(self.steps.next > Y::Scalar::ZERO) {
@@ -188,7 +185,7 @@ impl<Y: System> Integrator<Y> for Dopri5<Y> {
         let part = (t - self.start.t) / step;
         extend(state.q.as_mut(), self.end.q.as_ref(), step, part, &self.speeds);
         extend(state.u.as_mut(), self.end.u.as_ref(), step, part, &self.accelerations);
-        self.projection.apply(system, t, &mut state.q, &mut state.u, &mut self.workspace)?;
+        self.stabilisation.project(system, t, &mut state.q, &mut state.u, &mut self.workspace)?;
         Ok(state)
     }
 

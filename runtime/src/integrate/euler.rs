@@ -1,14 +1,14 @@
 //! Semi-implicit (symplectic) Euler: u += a(q, u) dt, then q += u dt. Order 1.
 
-use super::{Projection, accelerate, fixed};
+use super::{Stabilisation, fixed};
 use crate::linear::add_scaled;
 use crate::{Error, StateOf, System};
 
 /// Semi-implicit Euler of fixed step: one evaluation per step, bounded energy error.
 #[derive(Clone, Debug)]
 pub struct SemiImplicitEuler<Y: System> {
-    /// Whether each step ends on the closure.
-    pub projection: Projection,
+    /// How loops are kept closed.
+    pub stabilisation: Stabilisation,
     workspace: Y::Workspace,
     acceleration: Y::Vector,
 }
@@ -17,7 +17,7 @@ impl<Y: System> SemiImplicitEuler<Y> {
     /// With storage for the system.
     pub fn new(system: &Y) -> Self {
         Self {
-            projection: Projection::EveryStep,
+            stabilisation: Stabilisation::Projection,
             workspace: system.workspace(),
             acceleration: system.vector(),
         }
@@ -51,10 +51,11 @@ impl<Y: System> SemiImplicitEuler<Y> {
 
     fn attempt(&mut self, system: &Y, state: &mut StateOf<Y>, dt: Y::Scalar) -> Result<(), Error> {
         let (workspace, acceleration) = (&mut self.workspace, &mut self.acceleration);
-        accelerate(system, state.t, &state.q, &state.u, workspace, acceleration)?;
+        let at = (state.t, &state.q, &state.u);
+        self.stabilisation.accelerate(system, dt, at, workspace, acceleration)?;
         add_scaled(state.u.as_mut(), dt, acceleration.as_ref());
         add_scaled(state.q.as_mut(), dt, state.u.as_ref());
         state.t += dt;
-        self.projection.apply(system, state.t, &mut state.q, &mut state.u, workspace)
+        self.stabilisation.project(system, state.t, &mut state.q, &mut state.u, workspace)
     }
 }

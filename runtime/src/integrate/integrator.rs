@@ -10,12 +10,7 @@ pub trait Integrator<Y: System> {
     ///
     /// [`Error::StepTooSmall`]; at a new state those of
     /// [`acceleration`](crate::acceleration()). The state is then unchanged.
-    fn step(
-        &mut self,
-        system: &Y,
-        state: &mut StateOf<Y>,
-        t_end: Y::Scalar,
-    ) -> Result<(), Error>;
+    fn step(&mut self, system: &Y, state: &mut StateOf<Y>, t_end: Y::Scalar) -> Result<(), Error>;
 
     /// The state at a time (s) within the last step: the continuous extension, projected as steps
     /// are.

@@ -1,14 +1,14 @@
 //! The classical Runge-Kutta method of order 4 (W. Kutta, 1901).
 
-use super::{Projection, accelerate, fixed};
+use super::{Stabilisation, fixed};
 use crate::linear::add_scaled;
 use crate::{Error, Scalar, StateOf, System};
 
 /// Runge-Kutta of order 4 and fixed step: four evaluations per step.
 #[derive(Clone, Debug)]
 pub struct Rk4<Y: System> {
-    /// Whether each step ends on the closure.
-    pub projection: Projection,
+    /// How loops are kept closed.
+    pub stabilisation: Stabilisation,
     workspace: Y::Workspace,
     acceleration: Y::Vector,
     /// State of a stage.
@@ -23,7 +23,7 @@ impl<Y: System> Rk4<Y> {
     /// With storage for the system.
     pub fn new(system: &Y) -> Self {
         Self {
-            projection: Projection::EveryStep,
+            stabilisation: Stabilisation::Projection,
             workspace: system.workspace(),
             acceleration: system.vector(),
             q: system.vector(),
@@ -71,7 +71,8 @@ impl<Y: System> Rk4<Y> {
             advance(self.q.as_mut(), state.q.as_ref(), ahead, self.u.as_ref());
             advance(self.u.as_mut(), state.u.as_ref(), ahead, self.acceleration.as_ref());
             let (workspace, acceleration) = (&mut self.workspace, &mut self.acceleration);
-            accelerate(system, state.t + ahead, &self.q, &self.u, workspace, acceleration)?;
+            let at = (state.t + ahead, &self.q, &self.u);
+            self.stabilisation.accelerate(system, dt, at, workspace, acceleration)?;
             let weight = Y::Scalar::from_f64(weight) * dt;
             add_scaled(self.dq.as_mut(), weight, self.u.as_ref());
             add_scaled(self.du.as_mut(), weight, self.acceleration.as_ref());
@@ -79,7 +80,7 @@ impl<Y: System> Rk4<Y> {
         add_scaled(state.q.as_mut(), Y::Scalar::ONE, self.dq.as_ref());
         add_scaled(state.u.as_mut(), Y::Scalar::ONE, self.du.as_ref());
         state.t += dt;
-        self.projection.apply(system, state.t, &mut state.q, &mut state.u, &mut self.workspace)
+        self.stabilisation.project(system, state.t, &mut state.q, &mut state.u, &mut self.workspace)
     }
 }
 

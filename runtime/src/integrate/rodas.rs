@@ -12,8 +12,8 @@
 //! dF/dy has the blocks 0, 1, da/dq, da/du, so that one matrix of N x N is factored per step.
 //! Steps end with a projection onto the closure, as everywhere.
 
-use super::steps::{Steps, first_step};
 use super::Integrator;
+use super::steps::{Steps, first_step};
 use crate::acceleration::{fine, solve as accelerate};
 use crate::jacobian::jacobian_within;
 use crate::linear::{add_scaled, reflect, solve, tolerance};
@@ -55,7 +55,13 @@ const C: [[f64; 5]; STAGES] = [
 /// The continuous extension, of order 3.
 const DENSE: [[f64; 5]; 2] = [
     [25.09876703708589, 11.62013104361867, 28.49148307714626, -5.664021568594133, 0.0],
-    [1.638054557396973, -0.7373619806678748, 8.477918219238990, 15.99253148779520, -1.882352941176471],
+    [
+        1.638054557396973,
+        -0.7373619806678748,
+        8.477918219238990,
+        15.99253148779520,
+        -1.882352941176471,
+    ],
 ];
 
 /// Adaptive and L-stable: for stiff hinges, whose rates an explicit method would have to resolve
@@ -152,13 +158,7 @@ impl<Y: System> Rodas<Y> {
         }
         let error = (sum / of((2 * n).max(1) as f64)).sqrt();
         if error <= Y::Scalar::ONE {
-            project_finely(
-                system,
-                end.t,
-                end.q.as_mut(),
-                end.u.as_mut(),
-                workspace.as_mut(),
-            )?;
+            project_finely(system, end.t, end.q.as_mut(), end.u.as_mut(), workspace.as_mut())?;
         }
         Ok(error)
     }
@@ -214,12 +214,7 @@ impl<Y: System> Rodas<Y> {
 }
 
 impl<Y: System> Integrator<Y> for Rodas<Y> {
-    fn step(
-        &mut self,
-        system: &Y,
-        state: &mut StateOf<Y>,
-        t_end: Y::Scalar,
-    ) -> Result<(), Error> {
+    fn step(&mut self, system: &Y, state: &mut StateOf<Y>, t_end: Y::Scalar) -> Result<(), Error> {
         self.start.clone_from(state);
         let out = JacobianMut {
             acceleration: self.acceleration.as_mut(),

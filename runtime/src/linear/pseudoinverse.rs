@@ -65,8 +65,7 @@ fn reduce<S: Scalar>(a: &mut [S], b: &mut [S], m: usize, n: usize) {
             }
         }
         for column in 0..width {
-            let product =
-                (j..m).fold(S::ZERO, |sum, i| sum + a[i * n + j] * b[i * width + column]);
+            let product = (j..m).fold(S::ZERO, |sum, i| sum + a[i * n + j] * b[i * width + column]);
             let factor = product * scale;
             for i in j..m {
                 b[i * width + column] -= factor * a[i * n + j];

@@ -38,33 +38,52 @@ impl<Y: System> Stopped<Y> {
         if !(t_end - state.t).is_finite() {
             return Err(Error::Time);
         }
-        let mut at_once = 0;
-        self.strike(state)?;
         integrator.restart();
         while state.t < t_end {
-            let start = state.clone();
-            integrator.step(self, state, t_end)?;
-            if let Some(event) = self.first_event(integrator, &start, state)? {
-                *state = event;
-                at_once = if state.t > start.t { 0 } else { at_once + 1 };
-                if at_once > EVENTS {
-                    return Err(Error::StepTooSmall { t: state.t.to_f64() });
-                }
-                self.strike(state)?;
-                integrator.restart();
-            }
+            self.step(integrator, state, t_end)?;
             observe(state);
         }
         Ok(())
     }
 
+    /// One step, not beyond `t_end` (s), nor beyond the first joint to reach or to leave a stop.
+    ///
+    /// # Errors
+    ///
+    /// As [`Integrator::step`].
+    pub fn step<I: Integrator<Self>>(
+        &mut self,
+        integrator: &mut I,
+        state: &mut StateOf<Y>,
+        t_end: Y::Scalar,
+    ) -> Result<(), Error> {
+        if self.strike(state)? {
+            integrator.restart();
+        }
+        let start = state.clone();
+        integrator.step(self, state, t_end)?;
+        let mut events = 0;
+        while let Some(event) = self.first_event(integrator, &start, state)? {
+            *state = event;
+            let changed = self.strike(state)?;
+            integrator.restart();
+            events += 1;
+            if changed && (state.t > start.t || events > EVENTS) {
+                break;
+            }
+            // What happens at the very start of the step: it begins anew.
+            integrator.step(self, state, t_end)?;
+        }
+        Ok(())
+    }
+
     /// Impacts and releases at a state, for integrators of fixed step after each step: joints
-    /// beyond a limit go back to it and leave it as they should.
+    /// beyond a limit go back to it and leave it as they should. Returns whether anything changed.
     ///
     /// # Errors
     ///
     /// Those of [`project`](crate::project) and [`acceleration`](crate::acceleration()).
-    pub fn strike(&mut self, state: &mut StateOf<Y>) -> Result<(), Error> {
+    pub fn strike(&mut self, state: &mut StateOf<Y>) -> Result<bool, Error> {
         let zero = Y::Scalar::ZERO;
         let n = state.q.as_ref().len();
         let mut hit = false;
@@ -95,10 +114,11 @@ impl<Y: System> Stopped<Y> {
                 }
             }
         }
-        while let Some(joint) = self.pulled(state)? {
+        while let Some((_, joint)) = self.pull(state)? {
             self.sides.as_mut()[joint] = zero;
+            hit = true;
         }
-        Ok(())
+        Ok(hit)
     }
 
     /// Changes u by the impulses of the joints at stops; those that an impulse would have to hold
@@ -128,11 +148,6 @@ impl<Y: System> Stopped<Y> {
         Ok(())
     }
 
-    /// The held joint that its stop would have to pull hardest to keep.
-    fn pulled(&self, state: &StateOf<Y>) -> Result<Option<usize>, Error> {
-        Ok(self.pull(state)?.map(|(_, joint)| joint))
-    }
-
     /// The torque (N m) by which a stop would have to pull, and the joint; the largest.
     fn pull(&self, state: &StateOf<Y>) -> Result<Option<(Y::Scalar, usize)>, Error> {
         let zero = Y::Scalar::ZERO;
@@ -144,12 +159,9 @@ impl<Y: System> Stopped<Y> {
         let own = self.system.dimensions();
         let mut acceleration = self.vector();
         let mut workspace = self.workspace();
-        // C + D + held, of which there are N at most: the storage of a matrix, where it is enough.
-        let mut storage = self.multiplier_storage();
-        let lambda = storage
-            .as_mut()
-            .get_mut(..d.rows + d.drives)
-            .ok_or(Error::Length { expected: d.rows + d.drives, given: 0 })?;
+        // The second workspace holds the multipliers.
+        let mut storage = self.workspace();
+        let lambda = &mut storage.as_mut()[..d.rows + d.drives];
         let (q, u) = (state.q.as_ref(), state.u.as_ref());
         let out = acceleration.as_mut();
         acceleration_and_forces(self, state.t, q, u, workspace.as_mut(), out, lambda)?;
@@ -163,11 +175,6 @@ impl<Y: System> Stopped<Y> {
             }
         }
         Ok(worst)
-    }
-
-    /// Storage for the multipliers: a second workspace, which always suffices.
-    fn multiplier_storage(&self) -> Y::Workspace {
-        self.workspace()
     }
 
     /// The state at the first event within the step from `start` to `end`: a joint reaches a

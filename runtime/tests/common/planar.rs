@@ -12,7 +12,8 @@ pub struct Pendulum<S> {
     pub initial: [S; 2],
 }
 
-const PENDULUM: Dimensions = Dimensions { coordinates: 1, rows: 0, loops: 0, bodies: 1, points: 1, ..Dimensions::ZERO };
+const PENDULUM: Dimensions =
+    Dimensions { coordinates: 1, rows: 0, loops: 0, bodies: 1, points: 1, ..Dimensions::ZERO };
 
 impl<S: Scalar> System for Pendulum<S> {
     type Scalar = S;
@@ -95,7 +96,8 @@ pub struct FourBar<S> {
     pub guess: [S; 4],
 }
 
-const FOURBAR: Dimensions = Dimensions { coordinates: 4, rows: 3, loops: 1, bodies: 4, ..Dimensions::ZERO };
+const FOURBAR: Dimensions =
+    Dimensions { coordinates: 4, rows: 3, loops: 1, bodies: 4, ..Dimensions::ZERO };
 
 impl<S: Scalar> FourBar<S> {
     /// Four different links of a few centimetres.

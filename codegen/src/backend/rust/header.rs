@@ -51,10 +51,8 @@ pub fn header(program: &Program, options: &Options) -> String {
     context.insert("joints", &joints);
     context.insert("mobility", &interface.mobility);
     context.insert("loops", &interface.loops);
-    let cost = |f: &crate::program::Function| Cost {
-        name: f.kind.name(),
-        cost: f.cost().to_string(),
-    };
+    let cost =
+        |f: &crate::program::Function| Cost { name: f.kind.name(), cost: f.cost().to_string() };
     context.insert("costs", &program.functions.iter().map(cost).collect::<Vec<_>>());
     match Tera::one_off(lamc_templates::RUST_HEADER, &context, false) {
         Ok(header) => header,
