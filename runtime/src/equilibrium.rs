@@ -127,7 +127,8 @@ impl<Y: System> Search<'_, '_, Y> {
             }
             let regular = reflect(matrix, diagonal);
             let length = if regular { self.direction(diagonal) } else { Y::Scalar::ZERO };
-            if (!regular && unrest.square == Y::Scalar::ZERO)
+            if freedoms == 0
+                || (!regular && unrest.square == Y::Scalar::ZERO)
                 || (regular && length <= enough && weight <= of(1e-6) * stiffest)
             {
                 if self.release()? {

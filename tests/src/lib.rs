@@ -35,8 +35,11 @@ pub fn workspace() -> PathBuf {
 /// The published designs.
 pub const DESIGNS: [&str; 4] = ["W_3.5", "pendulum2", "newMechanism", "4th_Design"];
 
-/// Our examples.
-pub const EXAMPLES: [&str; 4] = ["pendulum", "triple_pendulum", "fourbar", "sixbar"];
+/// Our examples; those of the paper, which `generated` has modules of, first.
+pub const EXAMPLES: [&str; 5] = ["pendulum", "triple_pendulum", "fourbar", "sixbar", "miura"];
+
+/// The examples that `generated` has modules of.
+pub const MODULES: &[&str] = EXAMPLES.split_at(4).0;
 
 /// Compiles a file, or panics with its diagnostics.
 pub fn compile(path: &Path) -> Compiled {

@@ -4,11 +4,11 @@ use std::fs;
 
 use lamc::backend::rust::Options;
 use lamc::pipeline::rust_module;
-use lamc_tests::{EXAMPLES, compile, workspace};
+use lamc_tests::{MODULES, compile, workspace};
 
 #[test]
 fn modules_are_what_the_compiler_writes() {
-    for name in EXAMPLES {
+    for name in MODULES {
         let text = written(name);
         let path = workspace().join("generated/src").join(format!("{name}.rs"));
         if std::env::var_os("LAMC_BLESS").is_some() {

@@ -28,6 +28,15 @@ fn report(compiled: &Compiled) -> String {
             topology.rank
         ),
     );
+    let driven: Vec<_> = mechanism
+        .joints
+        .iter()
+        .filter(|joint| joint.drive.is_some())
+        .map(|joint| format!("`{}`", joint.name))
+        .collect();
+    if !driven.is_empty() {
+        line(&mut text, format_args!("  driven: {}", driven.join(", ")));
+    }
     for summary in topology.summary_lines() {
         line(&mut text, format_args!("  {summary}"));
     }

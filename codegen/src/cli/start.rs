@@ -33,7 +33,11 @@ impl Start {
     pub fn compile(&self, released: &[String]) -> Result<Compiled, Failed> {
         let mut locks = Vec::new();
         for lock in &self.lock {
-            locks.push(pair(lock, "--lock j0=30deg", read_angle)?);
+            let (joint, angle) = pair(lock, "--lock j0=30deg", read_angle)?;
+            // What is locked to settle may be let go to move.
+            if !released.iter().any(|name| name == joint) {
+                locks.push((joint, angle));
+            }
         }
         load_edited(&self.model, |model| {
             released.iter().try_for_each(|name| model.release(name))?;

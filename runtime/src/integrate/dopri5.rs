@@ -72,6 +72,10 @@ pub struct Dopri5<Y: System> {
     start: StateOf<Y>,
     /// End of the last step.
     end: StateOf<Y>,
+    /// Argument of the sixth stage.
+    sixth: (Y::Vector, Y::Vector),
+    /// Steps at the limit of stability, and others since the last of these.
+    at_limit: (u32, u32),
     steps: Steps<Y::Scalar>,
     /// Whether the last stage belongs to `end` and to the system as it is.
     fresh: bool,
@@ -94,14 +98,48 @@ impl<Y: System> Dopri5<Y> {
             accelerations: core::array::from_fn(|_| system.vector()),
             start: state.clone(),
             end: state,
+            sixth: (system.vector(), system.vector()),
+            at_limit: (0, 0),
             steps: Steps::new(5.0),
             fresh: false,
         }
     }
 
+    /// Whether steps have been held short by stability, not by accuracy, for a while: an implicit
+    /// method is faster then.
+    pub fn is_stiff(&self) -> bool {
+        self.at_limit.0 >= 15
+    }
+
+    /// Counts steps at which the largest eigenvalue, estimated from the last two stages, which lie
+    /// at the same time, is at the limit of stability (Hairer and Wanner, "Solving Ordinary
+    /// Differential Equations II", IV.2).
+    fn watch_stability(&mut self) {
+        let step = self.end.t - self.start.t;
+        let last = STAGES - 1;
+        let square = |a: &Y::Vector, b: &Y::Vector| {
+            a.as_ref().iter().zip(b.as_ref()).fold(Y::Scalar::ZERO, |sum, (&a, &b)| {
+                sum + (a - b) * (a - b)
+            })
+        };
+        let above = square(&self.speeds[last], &self.speeds[last - 1])
+            + square(&self.accelerations[last], &self.accelerations[last - 1]);
+        let below = square(&self.end.q, &self.sixth.0) + square(&self.end.u, &self.sixth.1);
+        let limit = Y::Scalar::from_f64(3.25);
+        let (at_limit, others) = &mut self.at_limit;
+        if above * step * step > limit * limit * below {
+            (*at_limit, *others) = (*at_limit + 1, 0);
+        } else {
+            *others += 1;
+            if *others >= 6 {
+                *at_limit = 0;
+            }
+        }
+    }
+
     /// From `start` to `end`; the error in units of what is allowed.
     fn attempt(&mut self, system: &Y, step: Y::Scalar) -> Result<Y::Scalar, Error> {
-        let Self { workspace, speeds, accelerations, start, end, stabilisation, .. } = self;
+        let Self { workspace, speeds, accelerations, start, end, stabilisation, sixth, .. } = self;
         for stage in 1..STAGES {
             end.q.clone_from(&start.q);
             end.u.clone_from(&start.u);
@@ -115,6 +153,10 @@ impl<Y: System> Dopri5<Y> {
             end.t = start.t + step * Y::Scalar::from_f64(C[stage]);
             if stage == STAGES - 1 {
                 stabilisation.project(system, end.t, &mut end.q, &mut end.u, workspace)?;
+            }
+            if stage == STAGES - 2 {
+                sixth.0.clone_from(&end.q);
+                sixth.1.clone_from(&end.u);
             }
             speeds[stage].clone_from(&end.u);
             let (at, out) = ((end.t, &end.q, &end.u), &mut accelerations[stage]);
@@ -174,6 +216,7 @@ impl<Y: System> Integrator<Y> for Dopri5<Y> {
         if ends? {
             self.end.t = t_end;
         }
+        self.watch_stability();
         state.clone_from(&self.end);
         Ok(())
     }
