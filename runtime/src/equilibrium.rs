@@ -5,14 +5,14 @@
 //! implicit steps that grow as a fades, the last of which are Newton's:
 //!
 //! ```text
-//! (w + K) z = T^T M a(q),    dq = T z,    K = -T^T M da/dq T,    w' = w |a'| / |a|
+//! (w + K) z = T^T M a(q),    dq = T z,    K = -T^T M da/dq T,    w' = w min(|a'| / |a|, 1/2)
 //! ```
 //!
 //! with the columns of T along the closure
 //!
 //! (pseudo-transient continuation: C. T. Kelley, D. E. Keyes, "Convergence analysis of
-//! pseudo-transient continuation", 1998). A step must run downhill: the force must do work along
-//! it. So the motion leaves unstable equilibria and runs into stable ones; each step ends on the
+//! pseudo-transient continuation", 1998). A step must run downhill: w + K must be positive definite,
+//! and the force must do work along the step. So the motion leaves unstable equilibria and runs into stable ones; each step ends on the
 //! closure. A joint that reaches a limit is held there as long
 //! as the stop pushes.
 
@@ -119,24 +119,28 @@ impl<Y: System> Search<'_, '_, Y> {
             let stiffest = max_abs(&self.stiffness.as_ref()[..freedoms * freedoms]);
             let floor = of(1e-12) * stiffest;
             weight = if iterations == 0 { stiffest } else { weight.max(floor) };
-            let matrix = &mut self.matrix.as_mut()[..freedoms * freedoms];
+            while !self.curves_up(freedoms, weight) {
+                weight = weight.max(floor).max(Y::Scalar::EPSILON) * of(4.0);
+            }
             let diagonal = &mut diagonal.as_mut()[..freedoms];
+            let matrix = &mut self.matrix.as_mut()[..freedoms * freedoms];
             matrix.copy_from_slice(&self.stiffness.as_ref()[..freedoms * freedoms]);
             for i in 0..freedoms {
                 matrix[i * freedoms + i] += weight;
             }
-            let regular = reflect(matrix, diagonal);
-            let length = if regular { self.direction(diagonal) } else { Y::Scalar::ZERO };
-            if freedoms == 0
-                || (!regular && unrest.square == Y::Scalar::ZERO)
-                || (regular && length <= enough && weight <= of(1e-6) * stiffest)
-            {
+            reflect(matrix, diagonal);
+            let length = self.direction(diagonal);
+            let found = unrest.square == Y::Scalar::ZERO
+                || (length <= enough && weight <= of(1e-6) * stiffest);
+            if freedoms == 0 || found {
                 if self.release()? {
                     unrest = self.evaluate()?;
                     weight = stiffest;
                     continue;
                 }
-                let stable = self.is_stable(freedoms, stiffest);
+                // What is rounding does not hold it.
+                let rounding = of(64.0) * Y::Scalar::EPSILON * stiffest;
+                let stable = self.curves_up(freedoms, -rounding);
                 return Ok(Equilibrium { iterations, force: unrest.force, stable });
             }
             let before = self.q.clone();
@@ -151,7 +155,7 @@ impl<Y: System> Search<'_, '_, Y> {
                         || (length <= of(SHORT) && next.square < unrest.square) =>
                 {
                     let ratio = (next.square / unrest.square).sqrt();
-                    weight *= if held { Y::Scalar::ONE } else { ratio.max(of(0.02)).min(of(2.0)) };
+                    weight *= if held { Y::Scalar::ONE } else { ratio.max(of(0.02)).min(of(0.5)) };
                     unrest = next;
                 }
                 _ => {
@@ -276,19 +280,20 @@ impl<Y: System> Search<'_, '_, Y> {
         Ok(worst.1.is_some())
     }
 
-    /// Whether the stiffness is positive definite.
-    fn is_stable(&mut self, freedoms: usize, stiffest: Y::Scalar) -> bool {
+    /// Whether the potential curves up everywhere along the closure: the symmetric part of K + w is
+    /// positive definite.
+    fn curves_up(&mut self, freedoms: usize, weight: Y::Scalar) -> bool {
         let half = Y::Scalar::from_f64(0.5);
-        let stiffness = &mut self.stiffness.as_mut()[..freedoms * freedoms];
+        let stiffness = &self.stiffness.as_ref()[..freedoms * freedoms];
+        let matrix = &mut self.matrix.as_mut()[..freedoms * freedoms];
         for i in 0..freedoms {
             for k in 0..i {
-                let mean = half * (stiffness[i * freedoms + k] + stiffness[k * freedoms + i]);
-                stiffness[i * freedoms + k] = mean;
+                let sum = stiffness[i * freedoms + k] + stiffness[k * freedoms + i];
+                matrix[i * freedoms + k] = half * sum;
             }
-            // What is rounding does not hold it.
-            stiffness[i * freedoms + i] -=
-                Y::Scalar::from_f64(64.0) * Y::Scalar::EPSILON * stiffest;
+            matrix[i * freedoms + i] = stiffness[i * freedoms + i] + weight;
         }
-        factor(stiffness, freedoms).is_ok()
+        // NaN has no sign to wait for.
+        !weight.is_finite() || factor(matrix, freedoms).is_ok()
     }
 }

@@ -1,0 +1,166 @@
+//! Joint limits as stops: impact, rest and release against closed forms.
+
+use lamc::program::Interpreter;
+use lamc_runtime::{
+    Dopri5, Integrator, Rk4, Rodas, State, Stopped, System, assemble, equilibrium, project,
+};
+use lamc_tests::{compile_text, linkages};
+
+/// A wheel of 1e-6 kg m^2 about its hinge, without gravity, and a torque towards its stop at -1.
+const WHEEL: &str = "
+gravity: [0, 0, 0]
+bodies:
+  base: { fixed: true }
+  wheel: { mass: 1 g, com: [0, 0, 0], inertia: [[1e-6, 0, 0], [0, 1e-6, 0], [0, 0, 1e-6]] }
+inputs: [load]
+joints:
+  hinge: { bodies: [base, wheel], axis: [[0, 0], [1, 0]], limits: [-1, 2], torque: TORQUE }
+";
+
+fn wheel(torque: &str) -> Stopped<Interpreter> {
+    let compiled = compile_text(&WHEEL.replace("TORQUE", torque));
+    Stopped::new(Interpreter::new(&compiled.program))
+}
+
+/// Falls onto the stop at constant acceleration 8 rad/s^2 and bounces: times and heights of a
+/// ball in uniform gravity.
+fn bounces<I: Integrator<Stopped<Interpreter>>>(make: impl Fn(&Stopped<Interpreter>) -> I) {
+    let mut system = wheel("-8e-6");
+    system.restitution = 0.5;
+    let mut integrator = make(&system);
+    let mut state = State { t: 0.0, q: vec![0.0], u: vec![0.0] };
+    // From rest 1 rad above the stop: first impact at 1/2 s, with 4 rad/s.
+    let mut at = 0.5;
+    let mut speed = 4.0;
+    for _ in 0..6 {
+        system.run(&mut integrator, &mut state, at - 1e-9, |_| ()).unwrap();
+        assert!((state.u[0] + speed).abs() < 1e-7, "{state:?}");
+        speed *= 0.5;
+        system.run(&mut integrator, &mut state, at + 1e-6, |_| ()).unwrap();
+        assert!((state.u[0] - speed).abs() < 1e-4, "{state:?} should leave at {speed}");
+        assert!((state.q[0] + 1.0).abs() < 1e-5);
+        at += 2.0 * speed / 8.0;
+    }
+    // All bounces are over after 3 times the first fall.
+    let mut lowest = 0.0_f64;
+    system.run(&mut integrator, &mut state, 2.0, |state| lowest = lowest.min(state.q[0])).unwrap();
+    assert!((lowest + 1.0).abs() < 1e-9, "{lowest}");
+    assert_eq!((state.q[0], state.u[0], system.sides[0]), (-1.0, 0.0, -1.0));
+}
+
+#[test]
+fn a_wheel_bounces_as_a_ball_does() {
+    bounces(|system| {
+        let mut integrator = Dopri5::new(system);
+        (integrator.relative, integrator.absolute) = (1e-11, 1e-11);
+        integrator
+    });
+    bounces(|system| {
+        let mut integrator = Rodas::new(system);
+        (integrator.relative, integrator.absolute) = (1e-11, 1e-11);
+        integrator
+    });
+}
+
+/// The torque that holds it at the stop changes sign at t = 0.7 s: it leaves then, and turns by
+/// the double integral of the torque.
+#[test]
+fn a_joint_leaves_its_stop_when_the_torque_turns() {
+    let mut system = wheel("1e-5*(t - 0.7)");
+    let mut integrator = Dopri5::new(&system);
+    (integrator.relative, integrator.absolute) = (1e-11, 1e-11);
+    let mut state = State { t: 0.0, q: vec![-1.0], u: vec![0.0] };
+    let mut left = f64::NAN;
+    let observe = |state: &State<Vec<f64>, f64>| {
+        if state.q[0] > -1.0 && left.is_nan() {
+            left = state.t;
+        }
+    };
+    system.run(&mut integrator, &mut state, 1.3, observe).unwrap();
+    assert!(left > 0.7, "left at {left}");
+    let expected = -1.0 + 10.0 * 0.6_f64.powi(3) / 6.0;
+    assert!((state.q[0] - expected).abs() < 1e-8, "{} is not {expected}", state.q[0]);
+}
+
+#[test]
+fn inputs_may_change_between_runs_and_equilibria_rest_on_stops() {
+    let mut system = wheel("load - 1e-6*q.hinge");
+    let mut integrator = Dopri5::new(&system);
+    let mut state = State { t: 0.0, q: vec![1.9], u: vec![0.0] };
+    system.system.set_input("load", 1e-3).unwrap();
+    system.run(&mut integrator, &mut state, 0.5, |_| ()).unwrap();
+    assert_eq!((state.q[0], system.sides[0]), (2.0, 1.0));
+    system.system.set_input("load", -1e-3).unwrap();
+    system.run(&mut integrator, &mut state, 1.0, |_| ()).unwrap();
+    assert_eq!((state.q[0], system.sides[0]), (-1.0, -1.0));
+    let mut q = vec![0.5];
+    let mut workspace = system.system.workspace();
+    let found = equilibrium(&system.system, 0.0, &mut q, &mut workspace).unwrap();
+    assert_eq!((q[0], found.stable), (-1.0, true));
+    // A stop that the torque leaves does not hold it.
+    system.system.set_input("load", 1e-6).unwrap();
+    let mut q = vec![-1.0];
+    equilibrium(&system.system, 0.0, &mut q, &mut workspace).unwrap();
+    assert!((q[0] - 1.0).abs() < 1e-12, "{q:?}");
+}
+
+/// A fixed-step integrator with a strike after each step.
+#[test]
+fn stops_after_steps_of_fixed_length() {
+    let mut system = wheel("-8e-6");
+    let mut rk4 = Rk4::new(&system);
+    let mut state = State { t: 0.0, q: vec![0.0], u: vec![0.0] };
+    for _ in 0..1000 {
+        rk4.step(&system, &mut state, 1e-3).unwrap();
+        system.strike(&mut state).unwrap();
+    }
+    assert_eq!((state.q[0], state.u[0], system.sides[0]), (-1.0, 0.0, -1.0));
+}
+
+/// A loop whose joint hits a stop: u jumps along the closure only, kinetic energy never grows, and
+/// what it loses is that of the impulse p: p (u_j- + u_j+) / 2 = (1 - e^2) / 2 of u_j^2 / w.
+#[test]
+fn impacts_of_a_loop_respect_its_closure() {
+    let six = [0.0, 50.0, 140.0, 180.0, 220.0, 290.0];
+    let mut text = linkages::spherical("struck", &six).text(4);
+    let joint = text.find("  j1: {").expect("a joint");
+    let end = text[joint..].find(" }").expect("its end") + joint;
+    text.insert_str(end, ", limits: [-0.3, 0.3]");
+    let compiled = compile_text(&text);
+    for restitution in [0.0, 0.6, 1.0] {
+        let mut system = Stopped::new(Interpreter::new(&compiled.program));
+        system.restitution = restitution;
+        let mut state = State::initial(&system);
+        state.q = vec![0.4, -0.2, -0.5, 0.3, 0.1, -0.2];
+        state.u = vec![3.0, -8.0, 2.0, 1.0, -4.0, 2.0];
+        let mut workspace = system.workspace();
+        assemble(&system, 0.0, &mut state.q, &[false; 6], &mut workspace).unwrap();
+        project(&system, 0.0, &mut state.q, &mut state.u, &mut workspace).unwrap();
+        let mut integrator = Dopri5::new(&system);
+        let mut last = state.clone();
+        let mut impacts = 0;
+        while state.t < 1.0 {
+            let before = state.clone();
+            system.step(&mut integrator, &mut state, 1.0).unwrap();
+            assert!(state.q[1].abs() <= 0.3 + 1e-9, "{state:?}");
+            if (state.u[1] - before.u[1]).abs() > 0.5 && state.q[1].abs() > 0.299 {
+                impacts += 1;
+            }
+            let rows = 9;
+            let (mut residual, mut jacobian) = (vec![0.0; rows], vec![0.0; rows * 6]);
+            system.write_closure(&state.q, &mut residual, &mut jacobian);
+            for row in jacobian.chunks(6) {
+                let rate: f64 = row.iter().zip(&state.u).map(|(j, u)| j * u).sum();
+                assert!(rate.abs() < 1e-9, "opens at {rate:e} m/s");
+            }
+            let total = |state: &State<Vec<f64>, f64>| {
+                let energy = system.energy(0.0, &state.q, &state.u);
+                energy.kinetic + energy.potential
+            };
+            assert!(total(&state) <= total(&last) + 1e-9, "energy grew");
+            last = state.clone();
+        }
+        println!("restitution {restitution}: {impacts} impacts");
+        assert!(impacts > 0 || restitution == 0.0);
+    }
+}
