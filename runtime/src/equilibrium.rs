@@ -31,6 +31,9 @@ const LONGEST: f64 = 0.2;
 /// lost in rounding.
 const SHORT: f64 = 1e-5;
 
+/// Newton's steps of this length, rad, that do no better are rounding.
+const NOISE: f64 = 1e-8;
+
 /// A state of rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
@@ -114,28 +117,23 @@ impl<Y: System> Search<'_, '_, Y> {
         let mut weight = Y::Scalar::ZERO;
         let enough: Y::Scalar = tolerance(1e-13, 8.0);
         let mut diagonal = self.system.vector();
+        let mut rejected = false;
         for iterations in 0..ITERATIONS {
             let freedoms = self.stiffness()?;
             let stiffest = max_abs(&self.stiffness.as_ref()[..freedoms * freedoms]);
             let floor = of(1e-12) * stiffest;
             weight = if iterations == 0 { stiffest } else { weight.max(floor) };
-            while !self.curves_up(freedoms, weight) {
-                weight = weight.max(floor).max(Y::Scalar::EPSILON) * of(4.0);
-            }
-            let diagonal = &mut diagonal.as_mut()[..freedoms];
-            let matrix = &mut self.matrix.as_mut()[..freedoms * freedoms];
-            matrix.copy_from_slice(&self.stiffness.as_ref()[..freedoms * freedoms]);
-            for i in 0..freedoms {
-                matrix[i * freedoms + i] += weight;
-            }
-            reflect(matrix, diagonal);
-            let length = self.direction(diagonal);
-            let found = unrest.square == Y::Scalar::ZERO
-                || (length <= enough && weight <= of(1e-6) * stiffest);
+            let newton = match self.curves_up(freedoms, floor) {
+                true => self.solve(freedoms, floor, diagonal.as_mut()),
+                false => of(f64::INFINITY),
+            };
+            let stalled = rejected && newton <= of(NOISE);
+            let found = unrest.square == Y::Scalar::ZERO || newton <= enough || stalled;
             if freedoms == 0 || found {
                 if self.release()? {
                     unrest = self.evaluate()?;
                     weight = stiffest;
+                    rejected = false;
                     continue;
                 }
                 // What is rounding does not hold it.
@@ -143,6 +141,10 @@ impl<Y: System> Search<'_, '_, Y> {
                 let stable = self.curves_up(freedoms, -rounding);
                 return Ok(Equilibrium { iterations, force: unrest.force, stable });
             }
+            while !self.curves_up(freedoms, weight) {
+                weight = weight.max(floor).max(Y::Scalar::EPSILON) * of(4.0);
+            }
+            let length = self.solve(freedoms, weight, diagonal.as_mut());
             let before = self.q.clone();
             let force = self.covector.clone();
             let sides = self.system.sides.clone();
@@ -157,8 +159,10 @@ impl<Y: System> Search<'_, '_, Y> {
                     let ratio = (next.square / unrest.square).sqrt();
                     weight *= if held { Y::Scalar::ONE } else { ratio.max(of(0.02)).min(of(0.5)) };
                     unrest = next;
+                    rejected = false;
                 }
                 _ => {
+                    rejected = true;
                     self.q.clone_from(&before);
                     self.system.sides.clone_from(&sides);
                     self.evaluate()?;
@@ -215,15 +219,27 @@ impl<Y: System> Search<'_, '_, Y> {
         Ok(freedoms)
     }
 
-    /// The step from the factored matrix; its largest component.
-    fn direction(&mut self, diagonal: &[Y::Scalar]) -> Y::Scalar {
-        let freedoms = diagonal.len();
+    /// The step of this weight; its largest component.
+    fn solve(
+        &mut self,
+        freedoms: usize,
+        weight: Y::Scalar,
+        diagonal: &mut [Y::Scalar],
+    ) -> Y::Scalar {
         let n = self.u.as_ref().len();
-        let force = &mut self.force.as_mut()[..freedoms];
-        solve(&self.matrix.as_ref()[..freedoms * freedoms], diagonal, force);
+        let diagonal = &mut diagonal[..freedoms];
+        let matrix = &mut self.matrix.as_mut()[..freedoms * freedoms];
+        matrix.copy_from_slice(&self.stiffness.as_ref()[..freedoms * freedoms]);
+        for i in 0..freedoms {
+            matrix[i * freedoms + i] += weight;
+        }
+        reflect(matrix, diagonal);
+        let mut parts = self.force.clone();
+        let parts = &mut parts.as_mut()[..freedoms];
+        solve(matrix, diagonal, parts);
         let step = self.step.as_mut();
         step.fill(Y::Scalar::ZERO);
-        for (k, &part) in force.iter().enumerate() {
+        for (k, &part) in parts.iter().enumerate() {
             add_scaled(step, part, &self.basis.as_ref()[k * n..(k + 1) * n]);
         }
         max_abs(step)

@@ -1,85 +1,119 @@
-//! The stiff four-bar of the published designs.
+//! The stiff four-bar of the published designs: k = 10 N m/rad and b = 0.1 N m s/rad on plates of
+//! 0.6 g, at rest a ten-thousandth of a radian beside the flat, singular state.
 
 use std::time::Instant;
 
 use lamc::program::Interpreter;
-use lamc_runtime::{Integrator, Rodas, State, System};
+use lamc_runtime::{Error, Integrator, Rodas, State, System, equilibrium};
 use lamc_tests::{Reference, compile, dopri5, shared};
 
-#[test]
-fn experiment() {
-    let Some(shared) = shared() else { return };
+fn four_bar() -> Option<(Reference, Interpreter)> {
+    let shared = shared()?;
     let reference = Reference::read(&shared, "newMechanism");
     let compiled = compile(&shared.join("designs/newMechanism.cad.joints"));
-    let system = Interpreter::new(&compiled.program);
+    Some((reference, Interpreter::new(&compiled.program)))
+}
+
+fn start(reference: &Reference) -> State<Vec<f64>, f64> {
     let trajectory = &reference.trajectory;
-    for tolerance in [1e-4, 1e-5, 1e-6, 1e-7, 1e-8] {
-        let mut state = State { t: 0.0, q: trajectory.q0.clone(), u: trajectory.u0.clone() };
-        let mut rodas = Rodas::new(&system);
-        rodas.relative = tolerance;
-        rodas.absolute = tolerance * 1e-2;
-        let (mut steps, begin) = (0, Instant::now());
-        let mut worst = 0.0_f64;
-        for (&t, q) in trajectory.t.iter().zip(&trajectory.q) {
-            if let Err(error) = rodas.run(&system, &mut state, t, |_| steps += 1) {
-                println!("{error}");
-                break;
-            }
-            worst = state.q.iter().zip(q).fold(worst, |w, (a, b)| w.max((a - b).abs()));
+    State { t: 0.0, q: trajectory.q0.clone(), u: trajectory.u0.clone() }
+}
+
+/// Largest error of q at the reference's samples.
+fn error<I: Integrator<Interpreter>>(
+    integrator: &mut I,
+    system: &Interpreter,
+    reference: &Reference,
+) -> Result<f64, Error> {
+    let trajectory = &reference.trajectory;
+    let (mut index, mut worst) = (0, 0.0_f64);
+    let end = trajectory.t[trajectory.t.len() - 1];
+    let times = trajectory.t.iter().copied();
+    integrator.sample(system, &mut start(reference), end, times, |state| {
+        for (x, y) in state.q.iter().zip(&trajectory.q[index]) {
+            worst = worst.max((x - y).abs());
         }
-        println!("rodas {tolerance:e}: {steps} steps, error {worst:e}, {:?}", begin.elapsed());
-    }
-    for tolerance in [1e-6, 1e-8] {
-        let mut state = State { t: 0.0, q: trajectory.q0.clone(), u: trajectory.u0.clone() };
-        let mut integrator = dopri5(&system, tolerance);
-        let (mut steps, begin) = (0, Instant::now());
-        let mut worst = 0.0_f64;
-        for (&t, q) in trajectory.t.iter().zip(&trajectory.q) {
-            integrator.run(&system, &mut state, t, |_| steps += 1).unwrap();
-            worst = state.q.iter().zip(q).fold(worst, |w, (a, b)| w.max((a - b).abs()));
-        }
-        println!("dopri5 {tolerance:e}: {steps} steps, error {worst:e}, {:?}", begin.elapsed());
-    }
-    let mut state = State { t: 0.0, q: trajectory.q0.clone(), u: trajectory.u0.clone() };
-    let mut rodas = Rodas::new(&system);
-    let mut steps = 0;
-    let mut next = 0.0;
-    let result = rodas.run(
-        &system,
-        &mut state,
-        std::env::var("T").map_or(0.1, |t| t.parse().unwrap()),
-        |state| {
-            steps += 1;
-            if state.t >= next || steps % 100000 == 0 {
-                let e = system.energy(state.t, &state.q, &state.u);
-                println!(
-                    "{steps} t {:e} q {:?} u {:?} E {:e} {:e}",
-                    state.t, state.q, state.u, e.kinetic, e.potential
-                );
-                next = if state.t == 0.0 { 1e-3 } else { state.t * 1.3 };
-            }
-        },
-    );
-    println!("{steps} {result:?} {:?} {:?}", state.q, state.u);
+        index += 1;
+    })?;
+    assert_eq!(index, trajectory.t.len());
+    Ok(worst)
 }
 
 #[test]
-fn equilibria() {
-    use lamc_runtime::equilibrium;
-    let Some(shared) = shared() else { return };
-    for name in lamc_tests::DESIGNS {
-        let reference = Reference::read(&shared, name);
-        let compiled = compile(&shared.join(format!("designs/{name}.cad.joints")));
-        let system = Interpreter::new(&compiled.program);
-        for state in &reference.states {
-            let mut q = state.q.clone();
-            let begin = Instant::now();
-            let found = equilibrium(&system, 0.0, &mut q, &mut system.workspace());
-            let v = system.energy(0.0, &q, &vec![0.0; q.len()]).potential;
-            println!("{name} {found:?} V {v:e} {:?} {q:?}", begin.elapsed());
-        }
-        let mut q = vec![0.0; reference.states[0].q.len()];
-        let found = equilibrium(&system, 0.0, &mut q, &mut system.workspace());
-        println!("{name} from flat {found:?} {q:?}");
+fn the_reference_trajectory() {
+    let Some((reference, system)) = four_bar() else { return };
+    for tolerance in [1e-4, 1e-6, 1e-8] {
+        let mut rodas = Rodas::new(&system);
+        (rodas.relative, rodas.absolute) = (tolerance, 1e-2 * tolerance);
+        let worst = error(&mut rodas, &system, &reference).unwrap();
+        println!("tolerance {tolerance:e}: {worst:e}");
+        assert!(worst < f64::min(1e-6, tolerance), "{worst:e}");
     }
+}
+
+/// Ten seconds through the singular state: finite, the energy never grows, and it ends at rest
+/// where the equilibrium is.
+#[test]
+fn through_the_singular_state_to_rest() {
+    let Some((reference, system)) = four_bar() else { return };
+    let mut state = start(&reference);
+    let mut rodas = Rodas::new(&system);
+    let total = |state: &State<Vec<f64>, f64>| {
+        let energy = system.energy(state.t, &state.q, &state.u);
+        energy.kinetic + energy.potential
+    };
+    let begin = total(&state);
+    let (mut last, mut steps, mut signs) = (begin, 0, [false; 2]);
+    let (mut residual, mut jacobian) = ([0.0; 9], [0.0; 36]);
+    rodas
+        .run(&system, &mut state, 10.0, |state| {
+            let now = total(state);
+            assert!(now.is_finite() && state.q.iter().chain(&state.u).all(|x| x.is_finite()));
+            assert!(now <= last + 1e-12 * begin, "energy grew by {:e} J", now - last);
+            last = now;
+            steps += 1;
+            signs[usize::from(state.q[0] > 0.0)] = true;
+            system.write_closure(&state.q, &mut residual, &mut jacobian);
+            let open = residual.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            assert!(open <= 1e-9 * system.size(), "open by {open:e} m");
+        })
+        .unwrap();
+    assert_eq!(signs, [true, true], "it never passed the flat state");
+    let mut rest = state.q.clone();
+    let found = equilibrium(&system, 0.0, &mut rest, &mut system.workspace()).unwrap();
+    let away = rest.iter().zip(&state.q).fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+    let speed = state.u.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
+    println!("{steps} steps; {away:e} rad from rest, {speed:e} rad/s");
+    assert!(found.stable && away < 1e-9 && speed < 1e-9, "{away:e} rad, {speed:e} rad/s");
+    assert!(steps < 2000, "{steps} steps");
+}
+
+/// How much work each method takes, Jacobians counted: along the reference, where accuracy limits
+/// both, and on past the singular state, where stability limits the explicit one.
+#[test]
+fn what_it_costs_beside_an_explicit_method() {
+    let Some((reference, system)) = four_bar() else { return };
+    let mut report = String::new();
+    for (end, ratio) in [(reference.trajectory.t[40], 0.0), (0.5, 20.0)] {
+        let mut state = start(&reference);
+        let mut rodas = Rodas::new(&system);
+        (rodas.relative, rodas.absolute) = (1e-5, 1e-7);
+        let (mut implicit, begin) = (0, Instant::now());
+        rodas.run(&system, &mut state, end, |_| implicit += 1).unwrap();
+        let fast = begin.elapsed();
+        let mut state = start(&reference);
+        let mut integrator = dopri5(&system, 1e-6);
+        let (mut explicit, begin) = (0, Instant::now());
+        integrator.run(&system, &mut state, end, |_| explicit += 1).unwrap();
+        let slow = begin.elapsed();
+        // A step of RODASP: six evaluations and nine tangents of about twice their operations.
+        let cost = |steps: usize, per_step: f64| steps as f64 * per_step;
+        let found = cost(explicit, 6.0) / cost(implicit, 6.0 + 9.0 * 2.0);
+        report.push_str(&format!(
+            "{end:.4} s: {implicit} steps of RODASP in {fast:?}, {explicit} of Dormand-Prince in \
+             {slow:?}: {found:.1} times the work\n"
+        ));
+        assert!(found > ratio, "{report}");
+    }
+    println!("{report}");
 }

@@ -45,7 +45,8 @@ fn bounces<I: Integrator<Stopped<Interpreter>>>(make: impl Fn(&Stopped<Interpret
     let mut lowest = 0.0_f64;
     system.run(&mut integrator, &mut state, 2.0, |state| lowest = lowest.min(state.q[0])).unwrap();
     assert!((lowest + 1.0).abs() < 1e-9, "{lowest}");
-    assert_eq!((state.q[0], state.u[0], system.sides[0]), (-1.0, 0.0, -1.0));
+    assert!((state.q[0] + 1.0).abs() < 1e-12, "{state:?}");
+    assert_eq!((state.u[0], system.sides[0]), (0.0, -1.0));
 }
 
 #[test]
@@ -89,14 +90,14 @@ fn inputs_may_change_between_runs_and_equilibria_rest_on_stops() {
     let mut state = State { t: 0.0, q: vec![1.9], u: vec![0.0] };
     system.system.set_input("load", 1e-3).unwrap();
     system.run(&mut integrator, &mut state, 0.5, |_| ()).unwrap();
-    assert_eq!((state.q[0], system.sides[0]), (2.0, 1.0));
+    assert!((state.q[0] - 2.0).abs() < 1e-12 && system.sides[0] == 1.0, "{state:?}");
     system.system.set_input("load", -1e-3).unwrap();
     system.run(&mut integrator, &mut state, 1.0, |_| ()).unwrap();
-    assert_eq!((state.q[0], system.sides[0]), (-1.0, -1.0));
+    assert!((state.q[0] + 1.0).abs() < 1e-12 && system.sides[0] == -1.0, "{state:?}");
     let mut q = vec![0.5];
     let mut workspace = system.system.workspace();
     let found = equilibrium(&system.system, 0.0, &mut q, &mut workspace).unwrap();
-    assert_eq!((q[0], found.stable), (-1.0, true));
+    assert!((q[0] + 1.0).abs() < 1e-12 && found.stable, "{q:?}");
     // A stop that the torque leaves does not hold it.
     system.system.set_input("load", 1e-6).unwrap();
     let mut q = vec![-1.0];
@@ -114,7 +115,8 @@ fn stops_after_steps_of_fixed_length() {
         rk4.step(&system, &mut state, 1e-3).unwrap();
         system.strike(&mut state).unwrap();
     }
-    assert_eq!((state.q[0], state.u[0], system.sides[0]), (-1.0, 0.0, -1.0));
+    assert!((state.q[0] + 1.0).abs() < 1e-12, "{state:?}");
+    assert_eq!((state.u[0], system.sides[0]), (0.0, -1.0));
 }
 
 /// A loop whose joint hits a stop: u jumps along the closure only, kinetic energy never grows, and
