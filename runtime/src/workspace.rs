@@ -12,7 +12,8 @@ use crate::{Dimensions, Error, System};
 ///   2 c; a vector N;
 /// * projection: M or its factor N N; then, one after the other in the same place, f, J, gamma
 ///   N + C N + C, or residuals, their Jacobian and two vectors r + r N + 2 N;
-/// * assembly: residuals and their Jacobian, each twice, 2 r + 2 r N; eight vectors 8 N;
+/// * assembly: residuals and their Jacobian r + r N; the normal equations and their factor 2 N N;
+///   eleven vectors 11 N;
 /// * jacobian: M or its factor N N; J c N and what orthogonalised it c c; four vectors of rows
 ///   4 c and four of coordinates 4 N; directions P + I.
 pub const fn workspace_len(dimensions: Dimensions) -> usize {
@@ -26,7 +27,7 @@ const fn needed(dimensions: Dimensions) -> usize {
     let r = 9 * loops + drives;
     let acceleration = n * n + 2 * c * n + 2 * c + n;
     let projection = n * n + greater(n + rows * n + rows, r + r * n + 2 * n);
-    let assembly = 2 * r + 2 * r * n + 8 * n;
+    let assembly = r + r * n + 2 * n * n + 11 * n;
     let jacobian = n * n + c * n + c * c + 4 * c + 4 * n + parameters + inputs;
     greater(greater(acceleration, jacobian), greater(projection, assembly))
 }

@@ -3,7 +3,9 @@
 use lamc::program::Interpreter;
 use lamc_runtime::{System, assemble, equilibrium, project};
 use lamc_tests::random::Random;
-use lamc_tests::{DESIGNS, EXAMPLES, Reference, compile, compile_text, linkages, shared, workspace};
+use lamc_tests::{
+    DESIGNS, EXAMPLES, Reference, compile, compile_text, linkages, shared, workspace,
+};
 use nalgebra::{DMatrix, DVector};
 
 /// Orthonormal directions along the closure: the null space of all nine rows per loop.
@@ -89,7 +91,13 @@ fn of_the_published_designs() {
         for mut q in starts.chain([flat]) {
             let stable = check(name, &system, &mut q);
             // The four-bar rests 1e-4 rad beside the singular state.
-            check_stability(name, &system, &q, stable, if name == "newMechanism" { 1e-5 } else { 1e-3 });
+            check_stability(
+                name,
+                &system,
+                &q,
+                stable,
+                if name == "newMechanism" { 1e-5 } else { 1e-3 },
+            );
             assert!(stable, "{name}: {q:?}");
         }
     }

@@ -32,12 +32,16 @@ fn reactions(system: &Interpreter, q: &[f64], u: &[f64]) -> (Vec<f64>, Vec<Vec<f
 /// Largest error of force and moment balance over the moving bodies, relative to the largest
 /// reaction: sum of what hinges and gravity do to a body against its change of momentum, by central
 /// differences of poses along q + u s + a s^2 / 2.
-fn imbalance(compiled: &lamc::pipeline::Compiled, system: &Interpreter, q: &[f64], u: &[f64]) -> f64 {
+fn imbalance(
+    compiled: &lamc::pipeline::Compiled,
+    system: &Interpreter,
+    q: &[f64],
+    u: &[f64],
+) -> f64 {
     let mechanism = &compiled.topology.mechanism;
     let (a, reactions) = reactions(system, q, u);
     let at = |s: f64| -> Vec<(Matrix3<f64>, Vector3<f64>)> {
-        let q: Vec<f64> =
-            (0..q.len()).map(|i| q[i] + s * u[i] + 0.5 * s * s * a[i]).collect();
+        let q: Vec<f64> = (0..q.len()).map(|i| q[i] + s * u[i] + 0.5 * s * s * a[i]).collect();
         poses(system, &q)
     };
     let now = at(0.0);

@@ -171,9 +171,11 @@ fn rows(path: &str, system: &Interpreter) -> Result<Vec<Row>, Failed> {
         for &(column, unit) in &columns {
             let text = record.get(column).unwrap_or_default();
             let number = text.parse::<f64>().ok().filter(|number| number.is_finite());
-            q.push(unit * number.ok_or_else(|| {
-                bad(format!("row {}, column {}: `{text}` is no number", line + 1, column + 1))
-            })?);
+            q.push(
+                unit * number.ok_or_else(|| {
+                    bad(format!("row {}, column {}: `{text}` is no number", line + 1, column + 1))
+                })?,
+            );
         }
         rows.push(Row { name: record.get(0).unwrap_or_default().to_owned(), q });
     }

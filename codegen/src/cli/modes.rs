@@ -112,9 +112,9 @@ fn linear(system: &Interpreter, state: &State<Vec<f64>, f64>) -> Result<Linear, 
         a.push(line);
     }
     let mut b = vec![vec![0.0; dimensions.inputs]; d];
-    b.extend((0..d).map(|row| {
-        inputs[row * dimensions.inputs..(row + 1) * dimensions.inputs].to_vec()
-    }));
+    b.extend(
+        (0..d).map(|row| inputs[row * dimensions.inputs..(row + 1) * dimensions.inputs].to_vec()),
+    );
     let basis = (0..n).map(|joint| (0..d).map(|k| basis[k * n + joint]).collect()).collect();
     Ok(Linear { basis, a, b })
 }
@@ -126,10 +126,8 @@ fn modes(linear: &Linear) -> Vec<Mode> {
         return Vec::new();
     }
     let a = DMatrix::from_fn(size, size, |i, k| linear.a[i][k]);
-    let mut values: Vec<Complex<f64>> = balanced_eigenvalues(&a)
-        .into_iter()
-        .filter(|value| value.im >= 0.0)
-        .collect();
+    let mut values: Vec<Complex<f64>> =
+        balanced_eigenvalues(&a).into_iter().filter(|value| value.im >= 0.0).collect();
     values.sort_by(|x, y| x.norm().total_cmp(&y.norm()));
     values
         .into_iter()

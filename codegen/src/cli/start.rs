@@ -72,7 +72,10 @@ impl Start {
             let (name, angle) = pair(setting, "--initial j0=30deg", read_angle)?;
             let Some(joint) = joints.iter().position(|joint| joint.name == name) else {
                 let names: Vec<_> = joints.iter().map(|joint| joint.name.as_str()).collect();
-                return Err(fail(format_args!("no joint `{name}`; there are {}", names.join(", "))));
+                return Err(fail(format_args!(
+                    "no joint `{name}`; there are {}",
+                    names.join(", ")
+                )));
             };
             let [least, greatest] = joints[joint].limits;
             if angle < least || angle > greatest {

@@ -24,11 +24,12 @@ use crate::linear::max_abs;
 use crate::projection::worst_loop;
 use crate::workspace::{check, split};
 use crate::{Error, Scalar, System};
+use steps::{NEAR, NEAREST};
 
 /// Perturbed guesses that are tried.
 const RESTARTS: usize = 40;
 /// Of these, to find a branch with the signs of the guess once another is found.
-const SIGN_RESTARTS: usize = 8;
+const SIGN_RESTARTS: usize = 4;
 /// Of these, to find a nearer branch if there is none.
 const OTHER_RESTARTS: Range<usize> = 1..4;
 
@@ -73,14 +74,17 @@ pub fn assemble<Y: System>(
         t,
         residual: split(&mut workspace, r)?,
         jacobian: split(&mut workspace, r * n)?,
-        rhs: split(&mut workspace, r)?,
-        rows: split(&mut workspace, r * n)?,
+        normal: split(&mut workspace, n * n)?,
+        factor: split(&mut workspace, n * n)?,
+        rhs: split(&mut workspace, n)?,
         lower: split(&mut workspace, n)?,
         upper: split(&mut workspace, n)?,
         guess: split(&mut workspace, n)?,
         step: split(&mut workspace, n)?,
         trial: split(&mut workspace, n)?,
         free: split(&mut workspace, n)?,
+        last_q: split(&mut workspace, n)?,
+        last_step: split(&mut workspace, n)?,
         iterations: 0,
         failure: Error::NotClosed { loop_index: 0, residual: f64::INFINITY, joint: None },
     };
@@ -101,6 +105,8 @@ pub fn assemble<Y: System>(
         if !search.has_signs(q) {
             search.improve(q, attempt, candidate, held);
         }
+        search.evaluate(q);
+        search.slide(q, candidate, held, NEAREST);
         let residual = search.evaluate(q);
         return Ok(Assembly { iterations: search.iterations, residual });
     }
@@ -123,9 +129,10 @@ struct Search<'a, Y: System> {
     /// r, 9 L, m, and its Jacobian, 9 L x N, where last evaluated.
     residual: &'a mut [Y::Scalar],
     jacobian: &'a mut [Y::Scalar],
-    /// The linear equations being solved.
+    /// J^T J of the free joints and its damped factor, N x N; the right-hand side, N.
+    normal: &'a mut [Y::Scalar],
+    factor: &'a mut [Y::Scalar],
     rhs: &'a mut [Y::Scalar],
-    rows: &'a mut [Y::Scalar],
     /// Least and greatest angles, rad.
     lower: &'a mut [Y::Scalar],
     upper: &'a mut [Y::Scalar],
@@ -135,6 +142,9 @@ struct Search<'a, Y: System> {
     trial: &'a mut [Y::Scalar],
     /// 1 for joints that may move in this step, 0 for others.
     free: &'a mut [Y::Scalar],
+    /// The last slide began here, along this step.
+    last_q: &'a mut [Y::Scalar],
+    last_step: &'a mut [Y::Scalar],
     iterations: usize,
     /// The attempt that came closest.
     failure: Error,
@@ -225,7 +235,7 @@ impl<Y: System> Search<'_, Y> {
                 q[joint] = self.clamped(joint, self.guess[joint] + Y::Scalar::from_f64(shift));
             }
             if self.close(q, held) {
-                self.slide(q, candidate, held);
+                self.slide(q, candidate, held, NEAR);
                 return true;
             }
             self.note_failure(q);
@@ -247,6 +257,12 @@ impl<Y: System> Search<'_, Y> {
         self.set_limits();
         if found && self.has_signs(attempt) {
             q.copy_from_slice(attempt);
+            return;
+        }
+        // Flat joints that should be bent: where branches meet.
+        let clear = Y::Scalar::from_f64(CLEAR);
+        let flat = |(&guess, &q): (&Y::Scalar, &Y::Scalar)| guess.abs() > clear && q.abs() <= clear;
+        if !self.guess.iter().zip(&*q).any(flat) {
             return;
         }
         for restart in OTHER_RESTARTS {

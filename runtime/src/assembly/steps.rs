@@ -1,8 +1,7 @@
 //! The steps of an assembly: closing the loops, and sliding along the closure.
 
 use super::Search;
-use crate::acceleration::plain;
-use crate::linear::{Spectrum, add_scaled, combine, dot, max_abs, orthogonalise, tolerance};
+use crate::linear::{add_scaled, backward, dot, factor, forward, max_abs, tolerance};
 use crate::projection::closed;
 use crate::{Scalar, System};
 
@@ -10,8 +9,19 @@ use crate::{Scalar, System};
 const CLOSING: usize = 80;
 /// Steps along the closure.
 const SLIDING: usize = 60;
+/// A search ends where steps along the closure are shorter than this, rad: what is left is their
+/// square.
+pub(super) const NEAR: f64 = 5e-2;
+/// The result's steps are shorter than this, rad.
+pub(super) const NEAREST: f64 = 1e-4;
 /// Longest step of a joint, rad: longer ones jump to another branch.
 const LONGEST: f64 = 0.5;
+
+/// Damping of the normal equations, as a share of the largest entry of J^T J, that rounding makes
+/// necessary where J has not full rank.
+fn least_damping<S: Scalar>() -> S {
+    tolerance(1e-13, 4.0)
+}
 
 impl<Y: System> Search<'_, Y> {
     /// Levenberg-Marquardt from q. Leaves residual and Jacobian at the final q.
@@ -27,12 +37,11 @@ impl<Y: System> Search<'_, Y> {
             }
             self.iterations += 1;
             let square = dot(self.residual, self.residual);
-            let k = self.linearise(q, held);
+            self.linearise(q, held);
+            let share = (size / scale).min(Y::Scalar::ONE);
             let mut accepted = false;
             for _ in 0..10 {
-                let share = (size / scale).min(Y::Scalar::ONE);
-                let spectrum = Spectrum { cut: tolerance(1e-14, 1e-2), damping: damping * share };
-                combine(self.rows, &self.rhs[..k], spectrum, 1, self.step);
+                self.solve(damping * share);
                 self.try_step(q);
                 let next = max_abs(self.residual);
                 let ratio = dot(self.residual, self.residual) / square;
@@ -46,7 +55,7 @@ impl<Y: System> Search<'_, Y> {
                 }
                 damping = damping.max(Y::Scalar::from_f64(1e-6)) * Y::Scalar::from_f64(8.0);
             }
-            if !accepted || slow > 12 {
+            if !accepted || slow > 4 {
                 break;
             }
         }
@@ -64,37 +73,70 @@ impl<Y: System> Search<'_, Y> {
         self.system.write_closure(self.trial, self.residual, self.jacobian);
     }
 
-    /// Orthogonal rows of J step = -r in the joints that are free to go downhill.
-    fn linearise(&mut self, q: &[Y::Scalar], held: &[bool]) -> usize {
+    /// J^T J and -J^T r of the joints that are free to go downhill.
+    fn linearise(&mut self, q: &[Y::Scalar], held: &[bool]) {
         let n = q.len();
+        self.rhs.fill(Y::Scalar::ZERO);
+        for (row, &r) in self.jacobian.chunks_exact(n.max(1)).zip(&*self.residual) {
+            add_scaled(self.rhs, -r, row);
+        }
         for joint in 0..n {
-            let gradient = self
-                .residual
-                .iter()
-                .enumerate()
-                .fold(Y::Scalar::ZERO, |sum, (i, &r)| sum + self.jacobian[i * n + joint] * r);
+            let downhill = self.rhs[joint];
             let zero = Y::Scalar::ZERO;
-            let stopped = (q[joint] <= self.lower[joint] && gradient > zero)
-                || (q[joint] >= self.upper[joint] && gradient < zero);
+            let stopped = (q[joint] <= self.lower[joint] && downhill < zero)
+                || (q[joint] >= self.upper[joint] && downhill > zero);
             let fixed = stopped || held.get(joint) == Some(&true);
             self.free[joint] = if fixed { zero } else { Y::Scalar::ONE };
         }
-        for (rhs, &r) in self.rhs.iter_mut().zip(&*self.residual) {
-            *rhs = -r;
-        }
-        self.orthogonalise(n)
+        self.square(n);
     }
 
-    /// Orthogonal rows of J, without the columns of joints that are not free.
-    fn orthogonalise(&mut self, n: usize) -> usize {
-        for (row, from) in
-            self.rows.chunks_exact_mut(n.max(1)).zip(self.jacobian.chunks_exact(n.max(1)))
-        {
-            for ((row, &from), &free) in row.iter_mut().zip(from).zip(&*self.free) {
-                *row = from * free;
+    /// J^T J, lower triangle, where both joints are free.
+    fn square(&mut self, n: usize) {
+        self.normal.fill(Y::Scalar::ZERO);
+        for row in self.jacobian.chunks_exact(n.max(1)) {
+            for i in 0..n {
+                let value = row[i] * self.free[i];
+                if value != Y::Scalar::ZERO {
+                    add_scaled(&mut self.normal[i * n..=i * n + i], value, &row[..=i]);
+                }
             }
         }
-        orthogonalise(self.rows, self.rhs, self.residual.len(), n)
+        for i in 0..n {
+            for k in 0..i {
+                self.normal[i * n + k] *= self.free[k];
+            }
+        }
+    }
+
+    /// The step of (J^T J + mu) step = rhs; mu as a share of the largest entry of J^T J.
+    fn solve(&mut self, damping: Y::Scalar) {
+        let n = self.step.len();
+        let largest = (0..n).fold(Y::Scalar::ZERO, |most, i| most.max(self.normal[i * n + i]));
+        let mut damping = damping.max(least_damping());
+        loop {
+            self.factor.copy_from_slice(self.normal);
+            for i in 0..n {
+                let fixed = self.free[i] == Y::Scalar::ZERO;
+                self.factor[i * n + i] += damping * largest;
+                if fixed {
+                    self.factor[i * n + i] = Y::Scalar::ONE;
+                }
+            }
+            if factor(self.factor, n).is_ok() || !damping.is_finite() {
+                break;
+            }
+            damping *= Y::Scalar::from_f64(16.0);
+            if !(largest > Y::Scalar::ZERO) {
+                self.step.fill(Y::Scalar::ZERO);
+                return;
+            }
+        }
+        for ((step, &rhs), &free) in self.step.iter_mut().zip(&*self.rhs).zip(&*self.free) {
+            *step = rhs * free;
+        }
+        forward(self.factor, self.step);
+        backward(self.factor, self.step);
     }
 
     /// Moves a closed q along the closure as near to the guess as it gets.
@@ -103,14 +145,17 @@ impl<Y: System> Search<'_, Y> {
         q: &mut [Y::Scalar],
         candidate: &mut [Y::Scalar],
         held: &[bool],
+        arrived: f64,
     ) {
-        for _ in 0..SLIDING {
+        for slid in 0..SLIDING {
             self.tangent(q, held);
-            if max_abs(self.step) <= tolerance(1e-6, 32.0) {
+            if max_abs(self.step) <= tolerance(arrived, 32.0) {
                 return;
             }
             let distance = self.distance(q);
-            let mut factor = Y::Scalar::ONE;
+            let mut factor = if slid == 0 { Y::Scalar::ONE } else { self.length(q) };
+            self.last_q.copy_from_slice(q);
+            self.last_step.copy_from_slice(self.step);
             let mut accepted = false;
             for _ in 0..6 {
                 for joint in 0..q.len() {
@@ -133,6 +178,24 @@ impl<Y: System> Search<'_, Y> {
         }
     }
 
+    /// How far to go along the step: by what the last one made of the one before (J. Barzilai,
+    /// J. Borwein, "Two-point step size gradient methods", 1988), where steps alone converge as
+    /// slowly as the closure is curved.
+    fn length(&self, q: &[Y::Scalar]) -> Y::Scalar {
+        let of = Y::Scalar::from_f64;
+        let (mut square, mut product) = (Y::Scalar::ZERO, Y::Scalar::ZERO);
+        for joint in 0..q.len() {
+            let moved = q[joint] - self.last_q[joint];
+            square += moved * moved;
+            product += moved * (self.last_step[joint] - self.step[joint]);
+        }
+        if product > Y::Scalar::ZERO {
+            (square / product).max(of(0.1)).min(of(10.0))
+        } else {
+            Y::Scalar::ONE
+        }
+    }
+
     /// Square of the distance from the guess, rad^2.
     pub(super) fn distance(&self, q: &[Y::Scalar]) -> Y::Scalar {
         q.iter()
@@ -140,7 +203,8 @@ impl<Y: System> Search<'_, Y> {
             .fold(Y::Scalar::ZERO, |sum, (&q, &guess)| sum + (q - guess) * (q - guess))
     }
 
-    /// The step towards the guess that keeps q closed to first order.
+    /// The step towards the guess that keeps q closed to first order: g - q less its part
+    /// J^+ (r + J (g - q)) across the closure.
     fn tangent(&mut self, q: &[Y::Scalar], held: &[bool]) {
         let n = q.len();
         for joint in 0..n {
@@ -152,11 +216,13 @@ impl<Y: System> Search<'_, Y> {
             for joint in 0..n {
                 self.trial[joint] = self.free[joint] * (self.guess[joint] - q[joint]);
             }
-            for (i, rhs) in self.rhs.iter_mut().enumerate() {
-                *rhs = -self.residual[i] - dot(&self.jacobian[i * n..(i + 1) * n], self.trial);
+            self.rhs.fill(Y::Scalar::ZERO);
+            for (row, &r) in self.jacobian.chunks_exact(n.max(1)).zip(&*self.residual) {
+                let across = r + dot(row, self.trial);
+                add_scaled(self.rhs, -across, row);
             }
-            let k = self.orthogonalise(n);
-            combine(self.rows, &self.rhs[..k], plain(), 1, self.step);
+            self.square(n);
+            self.solve(Y::Scalar::ZERO);
             add_scaled(self.step, Y::Scalar::ONE, self.trial);
             let mut leaves = false;
             for joint in 0..n {

@@ -118,9 +118,10 @@ impl<Y: System> Dopri5<Y> {
         let step = self.end.t - self.start.t;
         let last = STAGES - 1;
         let square = |a: &Y::Vector, b: &Y::Vector| {
-            a.as_ref().iter().zip(b.as_ref()).fold(Y::Scalar::ZERO, |sum, (&a, &b)| {
-                sum + (a - b) * (a - b)
-            })
+            a.as_ref()
+                .iter()
+                .zip(b.as_ref())
+                .fold(Y::Scalar::ZERO, |sum, (&a, &b)| sum + (a - b) * (a - b))
         };
         let above = square(&self.speeds[last], &self.speeds[last - 1])
             + square(&self.accelerations[last], &self.accelerations[last - 1]);
