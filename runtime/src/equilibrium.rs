@@ -118,6 +118,7 @@ impl<Y: System> Search<'_, '_, Y> {
         let enough: Y::Scalar = tolerance(1e-13, 8.0);
         let mut diagonal = self.system.vector();
         let mut rejected = false;
+        let mut shortest = of(f64::INFINITY);
         for iterations in 0..ITERATIONS {
             let freedoms = self.stiffness()?;
             let stiffest = max_abs(&self.stiffness.as_ref()[..freedoms * freedoms]);
@@ -127,7 +128,7 @@ impl<Y: System> Search<'_, '_, Y> {
                 true => self.solve(freedoms, floor, diagonal.as_mut()),
                 false => of(f64::INFINITY),
             };
-            let stalled = rejected && newton <= of(NOISE);
+            let stalled = rejected && (newton <= of(NOISE) || shortest <= enough);
             let found = unrest.square == Y::Scalar::ZERO || newton <= enough || stalled;
             if freedoms == 0 || found {
                 if self.release()? {
@@ -145,6 +146,7 @@ impl<Y: System> Search<'_, '_, Y> {
                 weight = weight.max(floor).max(Y::Scalar::EPSILON) * of(4.0);
             }
             let length = self.solve(freedoms, weight, diagonal.as_mut());
+            shortest = length;
             let before = self.q.clone();
             let force = self.covector.clone();
             let sides = self.system.sides.clone();

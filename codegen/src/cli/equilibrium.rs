@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use clap::Args;
 use lamc::program::Interpreter;
-use lamc_runtime::{Equilibrium, State, System, equilibrium, project};
+use lamc_runtime::{Equilibrium, State, Stopped, System, equilibrium, project};
 use serde::Serialize;
 
 use super::start::{Start, describe};
@@ -23,7 +23,7 @@ pub struct Arguments {
     json: bool,
     /// Compare with angles from elsewhere: CSV, a header of a first column for names and then
     /// joints (`j0`: rad, `j0 [deg]`: degrees)
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "json")]
     compare: Option<String>,
 }
 
@@ -72,7 +72,13 @@ pub fn run(arguments: &Arguments) -> Outcome {
         return output::print(&(json + "\n"));
     }
     let mut text = table(&system, &state.q, &rows);
-    let kind = if found.stable { "stable" } else { "unstable: a push moves it away" };
+    let resting = stopped(system, &mut state)?;
+    let system = &resting.system;
+    let joints = system.interface().joints.iter().zip(&resting.sides);
+    for (joint, _) in joints.filter(|(_, side)| **side != 0.0) {
+        let _ = writeln!(text, "`{}` rests on its stop", joint.name);
+    }
+    let kind = if found.stable { "stable" } else { "not stable: a push can move it away" };
     let _ = writeln!(
         text,
         "{kind}; {:.1e} N m are left after {} steps; closed within {open:.1e} m of {:.1} mm; \
@@ -95,6 +101,18 @@ pub fn settle(
         let reason = describe(&error, system.interface());
         fail(format_args!("it does not come to rest: {reason}"))
     })
+}
+
+/// The system at rest, its joints held at the stops they rest on.
+pub fn stopped(
+    system: Interpreter,
+    state: &mut State<Vec<f64>, f64>,
+) -> Result<Stopped<Interpreter>, Failed> {
+    let mut resting = Stopped::new(system);
+    match resting.strike(state) {
+        Ok(_) => Ok(resting),
+        Err(error) => Err(fail(describe(&error, resting.system.interface()))),
+    }
 }
 
 /// Largest closure residual, m.

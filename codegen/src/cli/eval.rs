@@ -21,7 +21,7 @@ pub struct Arguments {
     start: Start,
     /// The states: {"states": [{"q": [..], "u": [..], "t": 0}]}; `-` reads standard input. Without
     /// it, the initial configuration, assembled
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "initial")]
     states: Option<String>,
 }
 
@@ -162,6 +162,9 @@ fn evaluate(system: &mut Interpreter, state: &StateInput) -> Result<StateReport,
     });
     let constraint_rank = rank(&mass, &jacobian, n);
     let energy = system.energy(state.t, q, u);
+    if !(energy.kinetic.is_finite() && energy.potential.is_finite()) {
+        return Err("its energy is beyond what numbers hold".to_owned());
+    }
     Ok(StateReport {
         t: state.t,
         q: q.clone(),

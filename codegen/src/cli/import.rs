@@ -13,7 +13,7 @@ pub fn run(design: &str, path: &str) -> Outcome {
         }
         Err(problems) => {
             report(&problems, &file);
-            Err(Failed)
+            Err(Failed(1))
         }
     }
 }

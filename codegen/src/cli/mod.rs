@@ -105,8 +105,8 @@ enum Command {
     },
 }
 
-/// Already reported on standard error.
-struct Failed;
+/// Already reported on standard error; the exit code.
+struct Failed(u8);
 
 type Outcome = Result<(), Failed>;
 
@@ -125,7 +125,7 @@ pub fn run() -> ExitCode {
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
-        Err(Failed) => ExitCode::FAILURE,
+        Err(Failed(code)) => ExitCode::from(code),
     }
 }
 
@@ -133,7 +133,13 @@ pub fn run() -> ExitCode {
 fn fail(message: impl Display) -> Failed {
     // Nobody is left to tell when standard error is closed.
     let _ = writeln!(io::stderr(), "error: {message}");
-    Failed
+    Failed(1)
+}
+
+/// Reports an argument that cannot be read.
+fn misused(message: impl Display) -> Failed {
+    let Failed(_) = fail(message);
+    Failed(2)
 }
 
 fn report(diagnostics: &Diagnostics, file: &SourceFile) {
@@ -163,7 +169,7 @@ fn load_edited(
         }
         Err(CompileError::Model(problems)) => {
             report(&problems, &file);
-            Err(Failed)
+            Err(Failed(1))
         }
         Err(error) => Err(fail(error)),
     }

@@ -5,11 +5,11 @@ use std::fmt::Write;
 
 use clap::Args;
 use lamc::program::Interpreter;
-use lamc_runtime::{LinearizationMut, State, System, linearize};
+use lamc_runtime::{LinearizationMut, State, Stopped, System, linearize};
 use nalgebra::{Complex, DMatrix, DVector};
 use serde::Serialize;
 
-use super::equilibrium::settle;
+use super::equilibrium::{settle, stopped};
 use super::start::{Start, describe};
 use super::{Failed, Outcome, fail, output};
 
@@ -65,27 +65,32 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let system = arguments.start.system(&compiled)?;
     let mut state = arguments.start.assembled(&system)?;
     settle(&system, &mut state)?;
-    let linear = linear(&system, &state)?;
+    let resting = stopped(system, &mut state)?;
+    let linear = linear(&resting, &state)?;
+    let system = &resting.system;
     let modes = modes(&linear);
     let interface = system.interface();
+    // What neither grows nor fades is stable.
+    let fastest = modes.iter().map(|mode| mode.frequency * TAU).fold(0.0, f64::max);
+    let rounding = 1e-9 * fastest;
     if arguments.json {
         let report = Report {
             model: &interface.name,
             joints: interface.joints.iter().map(|joint| joint.name.as_str()).collect(),
             inputs: &interface.inputs,
             q: &state.q,
-            stable: modes.iter().all(|mode| mode.eigenvalue[0] < 0.0),
+            stable: modes.iter().all(|mode| mode.eigenvalue[0] <= rounding),
             modes: &modes,
             linear: &linear,
         };
         let json = serde_json::to_string_pretty(&report).map_err(fail)?;
         return output::print(&(json + "\n"));
     }
-    output::print(&table(&system, &state, &modes))
+    output::print(&table(system, &state, &modes))
 }
 
 /// The motion about a state of rest.
-fn linear(system: &Interpreter, state: &State<Vec<f64>, f64>) -> Result<Linear, Failed> {
+fn linear(system: &Stopped<Interpreter>, state: &State<Vec<f64>, f64>) -> Result<Linear, Failed> {
     let dimensions = system.dimensions();
     let n = dimensions.coordinates;
     let (mut basis, mut stiffness, mut damping) =
@@ -98,7 +103,7 @@ fn linear(system: &Interpreter, state: &State<Vec<f64>, f64>) -> Result<Linear, 
         inputs: &mut inputs,
     };
     let d = linearize(system, state.t, &state.q, &mut system.workspace(), out)
-        .map_err(|error| fail(describe(&error, system.interface())))?;
+        .map_err(|error| fail(describe(&error, system.system.interface())))?;
     let below = |matrix: &[f64], row: usize| matrix[row * d..(row + 1) * d].to_vec();
     let negative = |row: Vec<f64>| row.into_iter().map(|x| -x).collect::<Vec<_>>();
     let mut a = Vec::new();
@@ -203,6 +208,10 @@ fn table(system: &Interpreter, state: &State<Vec<f64>, f64>, modes: &[Mode]) -> 
         }
         text.push('\n');
     }
+    if modes.is_empty() {
+        text.push_str("nothing can move\n");
+        return text;
+    }
     let mut line = |name: &str, value: &dyn Fn(&Mode) -> f64| {
         let _ = write!(text, "{name:<33}");
         for mode in modes {
@@ -212,6 +221,6 @@ fn table(system: &Interpreter, state: &State<Vec<f64>, f64>, modes: &[Mode]) -> 
     };
     line("frequency Hz", &|mode| mode.frequency);
     line("damping ratio", &|mode| mode.damping_ratio);
-    line("decays at 1/s", &|mode| -mode.eigenvalue[0]);
+    line("decay rate 1/s", &|mode| -mode.eigenvalue[0]);
     text
 }

@@ -18,16 +18,26 @@ pub fn print(text: &str) -> Outcome {
 }
 
 /// Writes `text` to a file (`-`: standard output): whole or not at all, and not when it is there
-/// already.
+/// already. Links are followed; what is no file (a device, a pipe) is written to as it is.
 pub fn write(path: &str, text: &str) -> Outcome {
     if path == "-" {
         return print(text);
     }
-    if fs::read(path).is_ok_and(|old| old == text.as_bytes()) {
-        return Ok(());
+    let failure = |error| -> Failed { fail(format_args!("cannot write {path}: {error}")) };
+    match fs::metadata(path) {
+        Ok(found) if found.is_file() => {
+            if fs::read(path).is_ok_and(|old| old == text.as_bytes()) {
+                return Ok(());
+            }
+            let target = fs::canonicalize(path).map_err(failure)?;
+            replace(&target, text).map_err(failure)
+        }
+        Ok(found) if !found.is_dir() => {
+            let written = fs::OpenOptions::new().write(true).open(path);
+            written.and_then(|mut file| file.write_all(text.as_bytes())).map_err(failure)
+        }
+        _ => replace(Path::new(path), text).map_err(failure),
     }
-    replace(Path::new(path), text)
-        .map_err(|error| -> Failed { fail(format_args!("cannot write {path}: {error}")) })
 }
 
 /// A temporary file in the same folder takes the place of the old one.

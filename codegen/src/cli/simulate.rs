@@ -5,14 +5,17 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use lamc::program::Interpreter;
-use lamc_runtime::{Dopri5, Energy, Error, Rodas, State, Stopped, System};
+use lamc_runtime::{Dopri5, Energy, Error, Rodas, State, Stopped, System, project};
 
 use super::equilibrium::settle;
 use super::start::{Start, describe};
-use super::{Failed, Outcome, fail, output, plot};
+use super::{Failed, Outcome, fail, misused, output, plot};
 
 /// Explicit steps within which a motion must get on by a share of its duration.
 const PATIENCE: (usize, f64) = (1000, 0.01);
+
+/// More steps than any smooth motion takes.
+const MOST_STEPS: usize = 2_000_000;
 
 /// Simulate a model from its initial configuration.
 #[derive(Args)]
@@ -80,15 +83,15 @@ pub fn run(arguments: &Arguments) -> Outcome {
         ("--tolerance", arguments.tolerance),
     ] {
         if !(value.is_finite() && value > 0.0) {
-            return Err(fail(format_args!("{name} must be a positive number")));
+            return Err(misused(format_args!("{name} must be a positive number")));
         }
     }
     if !(0.0..=1.0).contains(&arguments.restitution) {
-        return Err(fail("--restitution must lie between 0 and 1"));
+        return Err(misused("--restitution must lie between 0 and 1"));
     }
     let samples = (arguments.duration * arguments.rate).ceil();
     if samples > 1e7 {
-        return Err(fail("more than 10 million samples: lower --rate or --duration"));
+        return Err(misused("more than 10 million samples: lower --rate or --duration"));
     }
     let (system, state) = begin(arguments)?;
     let begin = Instant::now();
@@ -134,11 +137,15 @@ fn begin(arguments: &Arguments) -> Result<(Interpreter, State<Vec<f64>, f64>), F
         return Ok((system, state));
     }
     settle(&system, &mut state)?;
-    if arguments.release.is_empty() {
-        return Ok((system, state));
-    }
-    let released = start.compile(&arguments.release)?;
-    Ok((start.system(&released)?, state))
+    let system = match arguments.release.is_empty() {
+        true => system,
+        false => start.system(&start.compile(&arguments.release)?)?,
+    };
+    // Driven joints may set off at once.
+    let workspace = &mut system.workspace();
+    project(&system, 0.0, &mut state.q, &mut state.u, workspace)
+        .map_err(|error| fail(describe(&error, system.interface())))?;
+    Ok((system, state))
 }
 
 /// A motion on its way.
@@ -196,6 +203,13 @@ impl Run {
                     self.system.step(&mut self.explicit, &mut self.state, t)
                 }
             };
+            if self.explicit_steps + self.implicit_steps >= MOST_STEPS {
+                return Err(fail(format_args!(
+                    "gave up after {MOST_STEPS} steps, at t = {} s: the motion is not smooth, or \
+                     --tolerance asks for too much",
+                    self.state.t
+                )));
+            }
             let gives_up = matches!(outcome, Err(Error::StepTooSmall { .. }));
             let stuck = self.explicit.is_stiff() || self.is_slow();
             if self.method == Method::Auto && (gives_up || stuck) {

@@ -7,7 +7,7 @@ use lamc::program::{Interface, Interpreter};
 use lamc::source::{read_angle, read_quantity};
 use lamc_runtime::{Error, State, System, assemble, project};
 
-use super::{Failed, fail, load_edited};
+use super::{Failed, fail, load_edited, misused};
 
 /// Which model, and where it starts.
 #[derive(Args)]
@@ -77,6 +77,9 @@ impl Start {
                     names.join(", ")
                 )));
             };
+            if joints[joint].driven {
+                return Err(fail(format_args!("`{name}` is driven: its angle is prescribed")));
+            }
             let [least, greatest] = joints[joint].limits;
             if angle < least || angle > greatest {
                 return Err(fail(format_args!("`{setting}` is outside the limits of `{name}`")));
@@ -102,7 +105,7 @@ pub fn pair<'a>(
     read: impl Fn(&str) -> Option<f64>,
 ) -> Result<(&'a str, f64), Failed> {
     let parts = text.split_once('=').and_then(|(name, value)| Some((name.trim(), read(value)?)));
-    parts.ok_or_else(|| fail(format_args!("`{text}` is not of the form `{example}`")))
+    parts.ok_or_else(|| misused(format_args!("`{text}` is not of the form `{example}`")))
 }
 
 /// The runtime's error with the names of the joints it is about.

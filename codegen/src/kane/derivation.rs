@@ -235,7 +235,10 @@ impl<'a> Derivation<'a> {
         )
         .hint("the divisor is zero whatever t, q, u, parameters and inputs are");
         problem.span = span;
-        self.problems.push(problem);
+        // The law of a joint is read for the motion and for the balance.
+        if !self.problems.0.contains(&problem) {
+            self.problems.push(problem);
+        }
     }
 
     fn bindings(&self) -> Vec<Binding> {

@@ -26,6 +26,7 @@ pub fn hinge(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diag
     }
     let stiffness = stiffness(model, joint, found);
     warn_of_negative_stiffness(name, &stiffness, found);
+    driven_angle(joint, found);
     if let Some(damping) = joint.damping.value.as_number()
         && damping < 0.0
     {
@@ -73,6 +74,22 @@ fn direction(dx: f64, dy: f64) -> Vector3<f64> {
         Vector3::new(x.signum(), 0.0, 0.0)
     } else {
         Vector3::new(x, y, 0.0)
+    }
+}
+
+/// A constant prescribed angle that the stops do not allow.
+fn driven_angle(joint: &crate::source::Joint, found: &mut Diagnostics) {
+    let (Some(drive), Some(limits)) = (&joint.drive, &joint.limits) else { return };
+    let [low, high] = limits.value;
+    if let Some(angle) = drive.value.constant()
+        && (angle < low || angle > high)
+    {
+        let message = format!("the angle of `{}` is outside its limits", joint.name.value);
+        let [angle, low, high] = [angle, low, high].map(f64::to_degrees);
+        found.push(
+            Diagnostic::error("driven-outside-limits", drive.span, message)
+                .hint(format!("{angle:.4} deg is not within {low:.4} .. {high:.4} deg")),
+        );
     }
 }
 

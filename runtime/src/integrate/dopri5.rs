@@ -8,7 +8,7 @@
 //! counted as an error: where the rank changes it is finite however short the step.
 
 use super::steps::{Steps, first_step};
-use super::{Integrator, Stabilisation, same};
+use super::{Integrator, Stabilisation, same, strayed};
 use crate::linear::{add_scaled, tolerance};
 use crate::{Error, Scalar, StateOf, System};
 
@@ -141,6 +141,8 @@ impl<Y: System> Dopri5<Y> {
     /// From `start` to `end`; the error in units of what is allowed.
     fn attempt(&mut self, system: &Y, step: Y::Scalar) -> Result<Y::Scalar, Error> {
         let Self { workspace, speeds, accelerations, start, end, stabilisation, sixth, .. } = self;
+        let allowed = [self.relative, self.absolute];
+        let mut away = Y::Scalar::ZERO;
         for stage in 1..STAGES {
             end.q.clone_from(&start.q);
             end.u.clone_from(&start.u);
@@ -153,6 +155,7 @@ impl<Y: System> Dopri5<Y> {
             }
             end.t = start.t + step * Y::Scalar::from_f64(C[stage]);
             if stage == STAGES - 1 {
+                away = strayed(system, end.t, end.q.as_ref(), allowed);
                 stabilisation.project(system, end.t, &mut end.q, &mut end.u, workspace)?;
             }
             if stage == STAGES - 2 {
@@ -167,7 +170,7 @@ impl<Y: System> Dopri5<Y> {
         let accelerations = &self.accelerations;
         let u = self.squared_error(step, self.start.u.as_ref(), self.end.u.as_ref(), accelerations);
         let count = (2 * self.start.q.as_ref().len()).max(1);
-        Ok(((q + u) / Y::Scalar::from_f64(count as f64)).sqrt())
+        Ok(((q + u + away) / Y::Scalar::from_f64(count as f64)).sqrt())
     }
 
     /// Sum of squares of the estimated errors, in units of what is allowed.

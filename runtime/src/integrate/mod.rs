@@ -76,3 +76,16 @@ impl Stabilisation {
 fn same<Y: System>(a: &StateOf<Y>, b: &StateOf<Y>) -> bool {
     a.t == b.t && a.q.as_ref() == b.q.as_ref() && a.u.as_ref() == b.u.as_ref()
 }
+
+/// How far driven joints are from where they should be, squared, in units of what is allowed: a
+/// projection would hide it, where a prescribed angle has a kink within the step.
+fn strayed<Y: System>(system: &Y, t: Y::Scalar, q: &[Y::Scalar], allowed: [Y::Scalar; 2]) -> Y::Scalar {
+    let [relative, absolute] = allowed;
+    let mut sum = Y::Scalar::ZERO;
+    system.drives(t, |drive| {
+        let error = (q[drive.joint] - drive.position)
+            / (absolute + relative * drive.position.abs().max(q[drive.joint].abs()));
+        sum += error * error;
+    });
+    sum
+}

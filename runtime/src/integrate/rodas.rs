@@ -12,7 +12,7 @@
 //! dF/dy has the blocks 0, 1, da/dq, da/du, so that one matrix of N x N is factored per step.
 //! Steps end with a projection onto the closure, as everywhere.
 
-use super::Integrator;
+use super::{Integrator, strayed};
 use super::steps::{Steps, first_step};
 use crate::acceleration::{fine, solve as accelerate};
 use crate::jacobian::jacobian_within;
@@ -156,6 +156,7 @@ impl<Y: System> Rodas<Y> {
                 sum += (error / allowed) * (error / allowed);
             }
         }
+        sum += strayed(system, end.t, end.q.as_ref(), [self.relative, self.absolute]);
         let error = (sum / of((2 * n).max(1) as f64)).sqrt();
         if error <= Y::Scalar::ONE {
             project_finely(system, end.t, end.q.as_mut(), end.u.as_mut(), workspace.as_mut())?;
