@@ -140,7 +140,12 @@ fn eval_answers_in_the_stated_keys_and_names_the_wrong_state() {
             "forcing",
             "kinetic_energy",
             "mass_matrix",
-            "potential_energy"
+            "motor_torques",
+            "potential_energy",
+            "q",
+            "reactions",
+            "t",
+            "u"
         ]
     );
     for (wrong, problem) in [
@@ -203,4 +208,159 @@ fn simulate_writes_a_table_and_a_picture() {
     let wrong = run(&["simulate", &model, "--initial", "elbow=3"]);
     assert_eq!(wrong.status.code(), Some(1));
     assert!(text(&wrong.stderr).contains("no joint `elbow`"));
+}
+
+fn json(output: &Output) -> serde_json::Value {
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap_or_default()
+}
+
+#[test]
+fn equilibrium_agrees_with_published_end_states() {
+    let model = example("sixbar_markers.yaml");
+    let csv = example("../docs/sixbar_published.csv");
+    let table = run(&["equilibrium", &model, "--compare", &csv]);
+    assert_eq!(table.status.code(), Some(0), "{}", text(&table.stderr));
+    assert!(text(&table.stdout).contains("two-step"));
+    // Of the authors' simulations that close first; rad, printed to six digits.
+    let published = [
+        ("0.0102", [0.280474, 0.0579898, 0.431370, -0.470499, -0.199470, -0.235800]),
+        ("0.0114", [0.265413, 0.057515, 0.388605, -0.434225, -0.180187, -0.216840]),
+        ("0.01315", [0.244296, 0.0552327, 0.339353, -0.389250, -0.157832, -0.193760]),
+    ];
+    let order = [
+        "ground_east",
+        "ground_west",
+        "south_east_east",
+        "west_south_west",
+        "south_south_east",
+        "south_west_south",
+    ];
+    for (k, angles) in published {
+        let found = json(&run(&["equilibrium", &model, "--set", &format!("k={k}"), "--json"]));
+        assert_eq!(found["stable"], true);
+        assert!(found["closure_residual"].as_f64().is_some_and(|open| open < 1e-13));
+        assert!(found["generalized_force"].as_f64().is_some_and(|force| force < 1e-12));
+        let joints = found["joints"].as_array().cloned().unwrap_or_default();
+        for (name, angle) in order.iter().zip(angles) {
+            let index = joints.iter().position(|joint| joint == name).unwrap_or(99);
+            let ours = found["q"][index].as_f64().unwrap_or(f64::NAN);
+            assert!((ours - angle).abs() < 3e-5, "k = {k}, {name}: {ours} is not {angle}");
+        }
+    }
+}
+
+#[test]
+fn modes_of_a_pendulum_by_hand() {
+    let (_guard, folder) = folder();
+    let file = folder.join("swing.yaml");
+    let model = "
+gravity: [0, -9.81, 0]
+bodies:
+  base: { fixed: true }
+  rod: { mass: 2 g, com: [0, -0.02, 0], inertia: [[3e-7, 0, 0], [0, 1e-9, 0], [0, 0, 3e-7]] }
+joints: { hinge: { bodies: [base, rod], axis: [[0, 0], [1, 0]], stiffness: 1e-3, damping: 4e-6 } }
+";
+    fs::write(&file, model).ok();
+    let found = json(&run(&["modes", &file.display().to_string(), "--json"]));
+    let inertia = 3e-7 + 0.002 * 0.02 * 0.02;
+    let omega = f64::sqrt((1e-3 + 0.002 * 9.81 * 0.02) / inertia);
+    let mode = &found["modes"][0];
+    let near = |key: &str, expected: f64| {
+        let value = mode[key].as_f64().unwrap_or(f64::NAN);
+        assert!((value - expected).abs() < 1e-9 * expected, "{key}: {value} is not {expected}");
+    };
+    near("frequency", omega / std::f64::consts::TAU);
+    near("damping_ratio", 4e-6 / inertia / (2.0 * omega));
+    assert_eq!((&found["stable"], &mode["shape"][0][0]), (&true.into(), &1.0.into()));
+}
+
+/// A lever that a force holds up: it settles, is let go, and swings about where it then rests.
+#[test]
+fn settle_and_release() {
+    let (_guard, folder) = folder();
+    let file = folder.join("lever.yaml").display().to_string();
+    let model = "
+bodies:
+  base: { fixed: true }
+  lever: { mass: 2 g, com: [0.02, 0, 0], inertia: [[1e-9, 0, 0], [0, 3e-7, 0], [0, 0, 3e-7]] }
+joints: { hinge: { bodies: [base, lever], axis: [[0, 0], [0, 1]], stiffness: 2e-3 } }
+points: { tip: { body: lever, at: [0.04, 0, 0] } }
+forces: { pull: { point: tip, force: [0, 0, 0.02] } }
+";
+    fs::write(&file, model).ok();
+    let rest = |release: &[&str]| {
+        let arguments = [&["equilibrium", &file, "--json"], release].concat();
+        json(&run(&arguments))["q"][0].as_f64().unwrap_or(f64::NAN)
+    };
+    let (pulled, free) = (rest(&[]), rest(&["--release", "pull"]));
+    // k q = (m g l - F b) cos q about +y, where positive angles lower the lever.
+    for (q, torque) in [(pulled, 0.002 * 9.81 * 0.02 - 0.02 * 0.04), (free, 0.002 * 9.81 * 0.02)] {
+        assert!((2e-3 * q - torque * q.cos()).abs() < 1e-12, "{q}");
+    }
+    let csv = folder.join("swing.csv").display().to_string();
+    let output = run(&["simulate", &file, "--release", "pull", "--csv", &csv, "--duration", "1"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let table = fs::read_to_string(&csv).unwrap_or_default();
+    let angles: Vec<f64> = table
+        .lines()
+        .skip(1)
+        .filter_map(|line| line.split(',').nth(1)?.parse().ok())
+        .collect();
+    assert_eq!(angles[0], pulled);
+    let highest = angles.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    assert!(highest > free && angles.iter().all(|q| *q >= pulled - 1e-6), "{highest} {free}");
+    let settled = run(&["simulate", &file, "--settle", "--csv", "-", "--duration", "0.1"]);
+    let still = text(&settled.stdout);
+    assert!(still.lines().skip(1).all(|line| line.split(',').nth(2) == Some("0.0")
+        || line.split(',').nth(2).and_then(|u| u.parse().ok()).is_some_and(|u: f64| u.abs() < 1e-9)));
+    let unknown = run(&["simulate", &file, "--release", "pul"]);
+    assert_eq!(unknown.status.code(), Some(1));
+    assert!(text(&unknown.stderr).contains("did you mean `pull`?"), "{}", text(&unknown.stderr));
+}
+
+#[test]
+fn locks_stops_and_usage() {
+    let model = example("sixbar.yaml");
+    let locked = json(&run(&["equilibrium", &model, "--lock", "ground_west=10deg", "--json"]));
+    let q = locked["q"][5].as_f64().unwrap_or(f64::NAN);
+    assert!((q - 10.0_f64.to_radians()).abs() < 1e-15);
+    for (arguments, code) in [
+        (vec!["simulate", &model, "--duration", "0"], 2),
+        (vec!["simulate", &model, "--restitution", "1.5"], 2),
+        (vec!["simulate", &model, "--lock", "ground_west"], 2),
+        (vec!["simulate", &model, "--lock", "ground_est=1deg"], 1),
+        (vec!["equilibrium", &model, "--lock", "ground_west=190deg"], 1),
+        (vec!["equilibrium", &model, "--json", "--compare", "x.csv"], 2),
+        (vec!["equilibrium", &model, "--compare", "nowhere.csv"], 1),
+        (vec!["eval", &model, "--states", "-", "--initial", "ground_west=1deg"], 2),
+    ] {
+        let output = run(&arguments);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}", text(&output.stderr));
+        assert!(output.stdout.is_empty() && !output.stderr.is_empty());
+    }
+    // An assembled initial configuration, evaluated.
+    let found = json(&run(&["eval", &model, "--initial", "ground_west=10deg"]));
+    assert!(found["states"][0]["closure_residual"].as_f64().is_some_and(|open| open < 1e-12));
+}
+
+/// Links are followed, devices stay devices.
+#[cfg(unix)]
+#[test]
+fn what_is_no_plain_file_stays_what_it_is() {
+    let (_guard, folder) = folder();
+    let (link, target) = (folder.join("link.csv"), folder.join("target.csv"));
+    fs::write(&target, "old").ok();
+    std::os::unix::fs::symlink(&target, &link).ok();
+    let write = |path: &Path| {
+        let path = path.display().to_string();
+        run(&["simulate", &example("pendulum.yaml"), "--duration", "0.05", "--csv", &path])
+    };
+    assert_eq!(write(&link).status.code(), Some(0));
+    assert!(fs::symlink_metadata(&link).is_ok_and(|data| data.is_symlink()));
+    assert!(fs::read_to_string(&target).unwrap_or_default().starts_with("t [s]"));
+    assert_eq!(write(Path::new("/dev/full")).status.code(), Some(1));
+    let missing = write(&folder.join("nowhere").join("out.csv"));
+    assert_eq!(missing.status.code(), Some(1));
+    assert_eq!(files(&folder).len(), 2);
 }
