@@ -302,18 +302,21 @@ forces: { pull: { point: tip, force: [0, 0, 0.02] } }
     let output = run(&["simulate", &file, "--release", "pull", "--csv", &csv, "--duration", "1"]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let table = fs::read_to_string(&csv).unwrap_or_default();
-    let angles: Vec<f64> = table
-        .lines()
-        .skip(1)
-        .filter_map(|line| line.split(',').nth(1)?.parse().ok())
-        .collect();
+    let angles: Vec<f64> =
+        table.lines().skip(1).filter_map(|line| line.split(',').nth(1)?.parse().ok()).collect();
     assert_eq!(angles[0], pulled);
     let highest = angles.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     assert!(highest > free && angles.iter().all(|q| *q >= pulled - 1e-6), "{highest} {free}");
     let settled = run(&["simulate", &file, "--settle", "--csv", "-", "--duration", "0.1"]);
     let still = text(&settled.stdout);
-    assert!(still.lines().skip(1).all(|line| line.split(',').nth(2) == Some("0.0")
-        || line.split(',').nth(2).and_then(|u| u.parse().ok()).is_some_and(|u: f64| u.abs() < 1e-9)));
+    assert!(still.lines().skip(1).all(|line| {
+        line.split(',').nth(2) == Some("0.0")
+            || line
+                .split(',')
+                .nth(2)
+                .and_then(|u| u.parse().ok())
+                .is_some_and(|u: f64| u.abs() < 1e-9)
+    }));
     let unknown = run(&["simulate", &file, "--release", "pul"]);
     assert_eq!(unknown.status.code(), Some(1));
     assert!(text(&unknown.stderr).contains("did you mean `pull`?"), "{}", text(&unknown.stderr));

@@ -14,7 +14,9 @@ const DURATION: f64 = 10.0;
 fn main() -> Result<(), lamc_runtime::Error> {
     let robot = Sixbar::<f64>::default();
     let start = robot.assembled()?;
-    println!("| step | kept closed by | open by, of the size | energy balance, of what is lost | us per step |");
+    println!(
+        "| step | kept closed by | open by, of the size | energy balance, of what is lost | us per step |"
+    );
     println!("|---|---|---|---|---|");
     for step in [1e-3, 2e-3, 4e-3] {
         for (name, stabilisation) in [

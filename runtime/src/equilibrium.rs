@@ -178,7 +178,7 @@ impl<Y: System> Search<'_, '_, Y> {
     fn close(&mut self) -> Result<(), Error> {
         let (q, u) = (self.q.as_mut(), self.u.as_mut());
         u.fill(Y::Scalar::ZERO);
-        project_finely(&self.system, self.t, q, u, self.workspace).map(|_| ())
+        project_finely(&self.system, self.t, q, u, fine(), self.workspace).map(|_| ())
     }
 
     /// a at rest.

@@ -44,10 +44,11 @@ pub fn jacobian<Y: System>(
     workspace: &mut [Y::Scalar],
     out: JacobianMut<'_, Y::Scalar>,
 ) -> Result<(), Error> {
-    jacobian_within(system, t, q, u, plain(), workspace, out)
+    jacobian_within(system, t, q, u, plain(), workspace, out).map(|_| ())
 }
 
-/// As [`jacobian`], with this spectrum.
+/// As [`jacobian`], with this spectrum. Returns whether it keeps a direction of the closure that the
+/// plain one drops.
 pub(crate) fn jacobian_within<Y: System>(
     system: &Y,
     t: Y::Scalar,
@@ -56,15 +57,16 @@ pub(crate) fn jacobian_within<Y: System>(
     spectrum: Spectrum<Y::Scalar>,
     workspace: &mut [Y::Scalar],
     out: JacobianMut<'_, Y::Scalar>,
-) -> Result<(), Error> {
+) -> Result<bool, Error> {
     let n = system.dimensions().coordinates;
     let mut linear = Linearised::at(system, t, q, u, spectrum, workspace)?;
     out.acceleration.copy_from_slice(linear.acceleration);
     linear.derivatives(out.dq, out.du, out.dt);
+    let loose = linear.is_loose();
     let JacobianMut { dq, du, dt, .. } = out;
     match not_finite(&[dq, du, dt]) {
         Some(index) => Err(Error::NotFinite { joint: index % n }),
-        None => Ok(()),
+        None => Ok(loose),
     }
 }
 
@@ -186,6 +188,18 @@ impl<'a, Y: System> Linearised<'a, Y> {
             add_scaled(self.force, self.turned[i], &self.rows[i * n..(i + 1) * n]);
         }
         backward(self.mass, self.force);
+    }
+
+    /// Whether a direction is kept that the plain spectrum drops.
+    fn is_loose(&self) -> bool {
+        let n = self.q.len();
+        let square = |i: usize| {
+            let row = &self.rows[i * n..(i + 1) * n];
+            dot(row, row)
+        };
+        let largest = (0..self.kept).fold(Y::Scalar::ZERO, |most, i| most.max(square(i)));
+        let cut = |spectrum: Spectrum<Y::Scalar>| spectrum.cut * largest;
+        (0..self.kept).any(|i| square(i) > cut(self.spectrum) && square(i) <= cut(plain()))
     }
 
     /// Columns of da/dq and da/du, N x N, and da/dt.

@@ -7,7 +7,7 @@
 //! "Geometric Numerical Integration", IV.4; E. Eich, "Convergence results for a coordinate
 //! projection method", 1993.
 
-use crate::acceleration::{blame, fine, not_finite, plain, weigh};
+use crate::acceleration::{blame, not_finite, plain, weigh};
 use crate::linear::{
     Spectrum, add_scaled, backward, combine, dot, factor, max_abs, orthogonalise, tolerance,
 };
@@ -68,17 +68,18 @@ pub fn project<Y: System>(
     project_within(system, t, q, u, plain(), closed(system), workspace)
 }
 
-/// As [`project`] to the last digit, and with the speeds' directions kept as far as rounding
-/// allows: near a singular state, where a residual says little of the position.
+/// As [`project`] to the last digit, with this spectrum for the speeds' directions: near a singular
+/// state a residual says little of the position.
 pub(crate) fn project_finely<Y: System>(
     system: &Y,
     t: Y::Scalar,
     q: &mut [Y::Scalar],
     u: &mut [Y::Scalar],
+    spectrum: Spectrum<Y::Scalar>,
     workspace: &mut [Y::Scalar],
 ) -> Result<Projected<Y::Scalar>, Error> {
     let enough = Y::Scalar::from_f64(4.0) * Y::Scalar::EPSILON * system.size();
-    project_within(system, t, q, u, fine(), enough, workspace)
+    project_within(system, t, q, u, spectrum, enough, workspace)
 }
 
 /// As [`project`], with this spectrum for the speeds and this residual (m) for closed.

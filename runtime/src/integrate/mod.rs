@@ -79,7 +79,12 @@ fn same<Y: System>(a: &StateOf<Y>, b: &StateOf<Y>) -> bool {
 
 /// How far driven joints are from where they should be, squared, in units of what is allowed: a
 /// projection would hide it, where a prescribed angle has a kink within the step.
-fn strayed<Y: System>(system: &Y, t: Y::Scalar, q: &[Y::Scalar], allowed: [Y::Scalar; 2]) -> Y::Scalar {
+fn strayed<Y: System>(
+    system: &Y,
+    t: Y::Scalar,
+    q: &[Y::Scalar],
+    allowed: [Y::Scalar; 2],
+) -> Y::Scalar {
     let [relative, absolute] = allowed;
     let mut sum = Y::Scalar::ZERO;
     system.drives(t, |drive| {

@@ -12,14 +12,17 @@
 //! dF/dy has the blocks 0, 1, da/dq, da/du, so that one matrix of N x N is factored per step.
 //! Steps end with a projection onto the closure, as everywhere.
 
-use super::{Integrator, strayed};
 use super::steps::{Steps, first_step};
-use crate::acceleration::{fine, solve as accelerate};
+use super::{Integrator, strayed};
+use crate::acceleration::{fine, plain, solve as accelerate};
 use crate::jacobian::jacobian_within;
-use crate::linear::{add_scaled, reflect, solve, tolerance};
+use crate::linear::{Spectrum, add_scaled, max_abs, reflect, solve, tolerance};
 use crate::projection::project_finely;
 use crate::{Error, JacobianMut, Scalar, StateOf, System};
 
+/// How near a singular state, rad, the plain spectrum drops the direction that fades: the square
+/// root of its cut.
+const ZONE: f64 = 3e-4;
 const STAGES: usize = 6;
 const GAMMA: f64 = 0.25;
 
@@ -91,6 +94,8 @@ pub struct Rodas<Y: System> {
     speeds: [Y::Vector; STAGES],
     start: StateOf<Y>,
     end: StateOf<Y>,
+    /// Which directions of the closure count.
+    spectrum: Spectrum<Y::Scalar>,
     steps: Steps<Y::Scalar>,
 }
 
@@ -116,8 +121,41 @@ impl<Y: System> Rodas<Y> {
             speeds: core::array::from_fn(|_| system.vector()),
             start: state.clone(),
             end: state,
+            spectrum: fine(),
             steps: Steps::new(4.0),
         }
+    }
+
+    /// The Jacobian at the start of a step, with the direction of the closure that fades next to a
+    /// singular state where it bears load, and without where the motion has passed before what is
+    /// loose could move.
+    fn choose_directions(&mut self, system: &Y, state: &StateOf<Y>) -> Result<(), Error> {
+        self.spectrum = fine();
+        if !self.linearise(system, state)? {
+            return Ok(());
+        }
+        self.spectrum = plain();
+        self.linearise(system, state)?;
+        let stiffness = max_abs(self.by_position.as_ref()).sqrt();
+        let rate = stiffness.max(max_abs(self.by_speed.as_ref()));
+        let speed = max_abs(state.u.as_ref());
+        if rate * Y::Scalar::from_f64(ZONE) < speed {
+            return Ok(());
+        }
+        self.spectrum = fine();
+        self.linearise(system, state).map(|_| ())
+    }
+
+    /// The Jacobian at the start of a step.
+    fn linearise(&mut self, system: &Y, state: &StateOf<Y>) -> Result<bool, Error> {
+        let out = JacobianMut {
+            acceleration: self.acceleration.as_mut(),
+            dq: self.by_position.as_mut(),
+            du: self.by_speed.as_mut(),
+            dt: self.by_time.as_mut(),
+        };
+        let (q, u) = (state.q.as_ref(), state.u.as_ref());
+        jacobian_within(system, state.t, q, u, self.spectrum, self.workspace.as_mut(), out)
     }
 
     /// From `start` to `end`; the error in units of what is allowed.
@@ -159,7 +197,8 @@ impl<Y: System> Rodas<Y> {
         sum += strayed(system, end.t, end.q.as_ref(), [self.relative, self.absolute]);
         let error = (sum / of((2 * n).max(1) as f64)).sqrt();
         if error <= Y::Scalar::ONE {
-            project_finely(system, end.t, end.q.as_mut(), end.u.as_mut(), workspace.as_mut())?;
+            let (q, u) = (end.q.as_mut(), end.u.as_mut());
+            project_finely(system, end.t, q, u, self.spectrum, workspace.as_mut())?;
         }
         Ok(error)
     }
@@ -173,7 +212,7 @@ impl<Y: System> Rodas<Y> {
         stage: usize,
     ) -> Result<(), Error> {
         let of = Y::Scalar::from_f64;
-        let Self { workspace, positions, speeds, start, end, .. } = self;
+        let Self { workspace, positions, speeds, start, end, spectrum, .. } = self;
         if stage < STAGES - 1 {
             end.q.clone_from(&start.q);
             end.u.clone_from(&start.u);
@@ -190,7 +229,7 @@ impl<Y: System> Rodas<Y> {
         } else {
             let t = start.t + step * of(PLACE[stage]);
             let (q, u, out) = (end.q.as_ref(), end.u.as_ref(), speeds[stage].as_mut());
-            accelerate(system, t, q, u, fine(), workspace.as_mut(), out, None)?;
+            accelerate(system, t, q, u, *spectrum, workspace.as_mut(), out, None)?;
         }
         let (before, now) = positions.split_at_mut(stage);
         let (speeds_before, speeds_now) = speeds.split_at_mut(stage);
@@ -217,20 +256,14 @@ impl<Y: System> Rodas<Y> {
 impl<Y: System> Integrator<Y> for Rodas<Y> {
     fn step(&mut self, system: &Y, state: &mut StateOf<Y>, t_end: Y::Scalar) -> Result<(), Error> {
         self.start.clone_from(state);
-        let out = JacobianMut {
-            acceleration: self.acceleration.as_mut(),
-            dq: self.by_position.as_mut(),
-            du: self.by_speed.as_mut(),
-            dt: self.by_time.as_mut(),
-        };
+        self.choose_directions(system, state)?;
         let (q, u) = (state.q.as_ref(), state.u.as_ref());
-        jacobian_within(system, state.t, q, u, fine(), self.workspace.as_mut(), out)?;
         if !(self.steps.next > Y::Scalar::ZERO) {
             let parts = [(q, u), (u, self.acceleration.as_ref())];
             self.steps.next = first_step(parts, [self.relative, self.absolute]);
         }
-        let mut steps = self.steps;
         let bounds = [self.min_step, self.max_step];
+        let mut steps = self.steps;
         let ends = steps.accept([state.t, t_end], bounds, |step| self.attempt(system, step));
         self.steps = steps;
         if ends? {
@@ -247,7 +280,7 @@ impl<Y: System> Integrator<Y> for Rodas<Y> {
         extend(state.q.as_mut(), self.end.q.as_ref(), part, &self.positions);
         extend(state.u.as_mut(), self.end.u.as_ref(), part, &self.speeds);
         let (q, u) = (state.q.as_mut(), state.u.as_mut());
-        project_finely(system, t, q, u, self.workspace.as_mut())?;
+        project_finely(system, t, q, u, self.spectrum, self.workspace.as_mut())?;
         Ok(state)
     }
 

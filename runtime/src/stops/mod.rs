@@ -8,6 +8,7 @@ mod stopped;
 
 pub use stopped::Stopped;
 
+use crate::acceleration::fine;
 use crate::integrate::Integrator;
 use crate::projection::project_finely;
 use crate::{Error, Scalar, StateOf, System, acceleration_and_forces};
@@ -127,7 +128,8 @@ impl<Y: System> Stopped<Y> {
         let zero = Y::Scalar::ZERO;
         let mut workspace = self.workspace();
         let mut after = state.clone();
-        project_finely(self, state.t, after.q.as_mut(), after.u.as_mut(), workspace.as_mut())?;
+        let (q, u) = (after.q.as_mut(), after.u.as_mut());
+        project_finely(self, state.t, q, u, fine(), workspace.as_mut())?;
         for joint in 0..state.q.as_ref().len() {
             let side = self.sides.as_ref()[joint];
             if side == zero || self.speeds.as_ref()[joint] != zero {
@@ -136,7 +138,7 @@ impl<Y: System> Stopped<Y> {
             self.sides.as_mut()[joint] = zero;
             let mut without = state.clone();
             let (q, u) = (without.q.as_mut(), without.u.as_mut());
-            let moved = project_finely(self, state.t, q, u, workspace.as_mut());
+            let moved = project_finely(self, state.t, q, u, fine(), workspace.as_mut());
             let small = Y::Scalar::from_f64(16.0) * Y::Scalar::EPSILON * u[joint].abs();
             if moved.is_ok() && u[joint] * side < -small {
                 after = without;
