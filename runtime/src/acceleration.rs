@@ -59,7 +59,7 @@ pub fn acceleration<Y: System>(
     workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
 ) -> Result<Constraint, Error> {
-    solve(system, t, q, u, plain(), workspace, out, None)
+    solve(system, (t, q, u), plain(), workspace, out, None)
 }
 
 /// As [`acceleration`], and what holds the constraints, C + D: the closure forces lambda (N), of
@@ -83,14 +83,13 @@ pub fn acceleration_and_forces<Y: System>(
     if lambda.len() != expected {
         return Err(Error::Length { expected, given: lambda.len() });
     }
-    solve(system, t, q, u, plain(), workspace, out, Some(lambda))
+    solve(system, (t, q, u), plain(), workspace, out, Some(lambda))
 }
 
+/// du/dt at (t, q, u) with this spectrum, and lambda if there is a place for it.
 pub(crate) fn solve<Y: System>(
     system: &Y,
-    t: Y::Scalar,
-    q: &[Y::Scalar],
-    u: &[Y::Scalar],
+    (t, q, u): (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
     spectrum: Spectrum<Y::Scalar>,
     mut workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],

@@ -1,8 +1,8 @@
 //! The fixed-size front of a compiled mechanism: arrays in, arrays out.
 
 use crate::{
-    Balance, EquationsMut, Equilibrium, Error, JacobianMut, Scalar, State, System, acceleration,
-    acceleration_and_forces, assemble, equilibrium, jacobian, project,
+    Balance, EquationsMut, Equilibrium, Error, JacobianMut, Scalar, State, StateOf, System,
+    acceleration, acceleration_and_forces, assemble, equilibrium, jacobian, project,
 };
 
 /// Arrays (of arrays) of numbers whose length only their type knows.
@@ -232,7 +232,7 @@ pub trait Mechanism<S: Scalar, const N: usize, const C: usize>:
     /// # Errors
     ///
     /// As [`assemble`] and [`equilibrium`](fn@crate::equilibrium).
-    fn settled(&self) -> Result<(State<[S; N], S>, Equilibrium<S>), Error> {
+    fn settled(&self) -> Result<(StateOf<Self>, Equilibrium<S>), Error> {
         let mut state = self.assembled()?;
         state.u = [S::ZERO; N];
         let found = equilibrium(self, state.t, &mut state.q, self.workspace().as_mut())?;

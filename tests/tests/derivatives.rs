@@ -156,13 +156,10 @@ where
             dual.acceleration(Dual::ZERO, &lift(&q, !by_speed), &lift(&u, by_speed)).unwrap()
         };
         for (matrix, by_speed) in [(&own.dq, false), (&own.du, true)] {
-            let mut expected = [[0.0; N]; N];
-            for joint in 0..N {
-                for (row, value) in column(by_speed, joint).iter().enumerate() {
-                    expected[row][joint] = value.1;
-                }
-            }
-            let error = relative_error(matrix.as_flattened(), expected.as_flattened());
+            let columns: Vec<[Dual; N]> = (0..N).map(|joint| column(by_speed, joint)).collect();
+            let entry = |i: usize| columns[i % N][i / N].1;
+            let expected: Vec<f64> = (0..N * N).map(entry).collect();
+            let error = relative_error(matrix.as_flattened(), &expected);
             worst = worst.max(error);
         }
     }

@@ -9,6 +9,9 @@ use lamc_tests::random::Random;
 use lamc_tests::{compile, compile_text, dopri5, linkages, relative_error, shared};
 use nalgebra::{Matrix3, Vector3};
 
+/// Momentum and moment of momentum.
+type Momentum = (Vector3<f64>, Vector3<f64>);
+
 /// Poses of the bodies, R and p.
 fn poses(system: &Interpreter, q: &[f64]) -> Vec<(Matrix3<f64>, Vector3<f64>)> {
     let mut out = vec![0.0; 12 * system.dimensions().bodies];
@@ -47,7 +50,7 @@ fn imbalance(
     let now = at(0.0);
     // Momentum and moment of momentum about the base's origin of each body at a time nearby.
     let h = 2e-4;
-    let momenta = |s: f64| -> Vec<(Vector3<f64>, Vector3<f64>)> {
+    let momenta = |s: f64| -> Vec<Momentum> {
         let [far_before, before, after, far_after] = [-2.0, -1.0, 1.0, 2.0].map(|k| at(s + k * h));
         let rate = |i: usize| {
             let r = (far_before[i].0 - before[i].0 * 8.0 + after[i].0 * 8.0 - far_after[i].0)
@@ -83,13 +86,13 @@ fn imbalance(
     let mut sums: Vec<(Vector3<f64>, Vector3<f64>)> = Vec::new();
     for (i, body) in mechanism.bodies.iter().enumerate() {
         let com = now[i].0 * body.mass_properties.com + now[i].1;
-        let rate = |pick: &dyn Fn(&(Vector3<f64>, Vector3<f64>)) -> Vector3<f64>| {
+        let rate = |pick: fn(&Momentum) -> Vector3<f64>| {
             (pick(&far_before[i]) - pick(&before[i]) * 8.0 + pick(&after[i]) * 8.0
                 - pick(&far_after[i]))
                 / (12.0 * h)
         };
         let weight = gravity * body.mass_properties.mass;
-        sums.push((weight - rate(&|m| m.0), com.cross(&weight) - rate(&|m| m.1)));
+        sums.push((weight - rate(|m| m.0), com.cross(&weight) - rate(|m| m.1)));
     }
     let (mut largest_force, mut largest_moment) = (1e-12_f64, 1e-12_f64);
     for (joint, reaction) in mechanism.joints.iter().zip(&reactions) {

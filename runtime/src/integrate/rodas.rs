@@ -44,8 +44,8 @@ const C: [[f64; 5]; STAGES] = [
     [0.0; 5],
     [-12.0, 0.0, 0.0, 0.0, 0.0],
     [-8.791795173947035, -2.207865586973518, 0.0, 0.0, 0.0],
-    [10.81793056857153, 6.780270611428266, 19.53485944642410, 0.0, 0.0],
-    [34.19095006749676, 15.49671153725963, 54.74760875964130, 14.16005392148534, 0.0],
+    [10.81793056857153, 6.780270611428266, 19.5348594464241, 0.0, 0.0],
+    [34.19095006749676, 15.49671153725963, 54.7476087596413, 14.16005392148534, 0.0],
     [
         34.62605830930532,
         15.30084976114473,
@@ -61,8 +61,8 @@ const DENSE: [[f64; 5]; 2] = [
     [
         1.638054557396973,
         -0.7373619806678748,
-        8.477918219238990,
-        15.99253148779520,
+        8.47791821923899,
+        15.9925314877952,
         -1.882352941176471,
     ],
 ];
@@ -228,8 +228,8 @@ impl<Y: System> Rodas<Y> {
             speeds[0].clone_from(&self.acceleration);
         } else {
             let t = start.t + step * of(PLACE[stage]);
-            let (q, u, out) = (end.q.as_ref(), end.u.as_ref(), speeds[stage].as_mut());
-            accelerate(system, t, q, u, *spectrum, workspace.as_mut(), out, None)?;
+            let (at, out) = ((t, end.q.as_ref(), end.u.as_ref()), speeds[stage].as_mut());
+            accelerate(system, at, *spectrum, workspace.as_mut(), out, None)?;
         }
         let (before, now) = positions.split_at_mut(stage);
         let (speeds_before, speeds_now) = speeds.split_at_mut(stage);
