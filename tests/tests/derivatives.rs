@@ -202,7 +202,7 @@ forces: { pull: { point: tip, force: [1e-4*t, 2e-4*q.j0, 3e-4*sin(u.j1)] } }
 
 /// Fourth-order central differences of the acceleration along a direction.
 fn difference(f: impl Fn(f64) -> Vec<f64>) -> Vec<f64> {
-    let h = 1e-3;
+    let h = 2.5e-4;
     let [a, b, c, d] = [-2.0, -1.0, 1.0, 2.0].map(|k| f(k * h));
     (0..a.len()).map(|i| (a[i] - 8.0 * b[i] + 8.0 * c[i] - d[i]) / (12.0 * h)).collect()
 }

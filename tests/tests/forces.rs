@@ -141,6 +141,11 @@ fn reactions_balance_every_body() {
             if assemble(&system, 0.0, &mut q, &vec![false; n], &mut workspace).is_err() {
                 continue;
             }
+            // Next to the flat state a loop is loose in a direction more: bodies then do not move
+            // as their hinges say.
+            if q.iter().all(|q| q.abs() < 0.02) {
+                continue;
+            }
             tried += 1;
             project(&system, 0.0, &mut q, &mut u, &mut workspace).unwrap();
             worst = worst.max(imbalance(&compiled, &system, &q, &u));
