@@ -367,3 +367,38 @@ fn what_is_no_plain_file_stays_what_it_is() {
     assert_eq!(missing.status.code(), Some(1));
     assert_eq!(files(&folder).len(), 2);
 }
+
+/// Flat four-bars and six-bars leave their singular start, and a loop driven twice is warned of.
+#[test]
+fn flat_starts_and_too_many_drives() {
+    let (_guard, folder) = folder();
+    let bar = |name: &str, mass: f64, x: f64| {
+        format!(
+            "  {name}: {{ mass: {mass}, com: [{x}, 0.01, 0], \
+             inertia: [[1e-7, 0, 0], [0, 1e-6, 0], [0, 0, 1.1e-6]] }}\n"
+        )
+    };
+    let model = |first: &str, last: &str| {
+        format!(
+            "bodies:\n  base: {{ fixed: true }}\n{}{}{}joints:
+  j0: {{ bodies: [base, a], axis: [[0, 0], [0, 0.02]], {first} }}
+  j1: {{ bodies: [a, b], axis: [[0.03, 0], [0.03, 0.02]], stiffness: 1e-3 }}
+  j2: {{ bodies: [b, c], axis: [[0.12, 0], [0.12, 0.02]], stiffness: 1e-3 }}
+  j3: {{ bodies: [c, base], axis: [[0.015, 0], [0.015, 0.02]], {last} }}\n",
+            bar("a", 0.001, 0.015),
+            bar("b", 0.003, 0.075),
+            bar("c", 0.0035, 0.0675)
+        )
+    };
+    let file = folder.join("flat.yaml").display().to_string();
+    fs::write(&file, model("stiffness: 1e-3", "stiffness: 1e-3")).ok();
+    let output = run(&["simulate", &file, "--duration", "0.5"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let report = text(&output.stdout);
+    assert!(report.contains("RODASP") && report.contains("Dormand-Prince"), "{report}");
+    fs::write(&file, model("drive: t", "drive: -0.1*t")).ok();
+    let output = run(&["check", &file]);
+    let report = text(&output.stderr);
+    assert!(report.contains("warning[overdriven]") && report.contains("`j0`, `j3`"), "{report}");
+    assert!(text(&output.stdout).contains("driven: `j0`, `j3`"));
+}

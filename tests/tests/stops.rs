@@ -4,7 +4,7 @@ use lamc::program::Interpreter;
 use lamc_runtime::{
     Dopri5, Integrator, Rk4, Rodas, State, Stopped, System, assemble, equilibrium, project,
 };
-use lamc_tests::{compile_text, linkages};
+use lamc_tests::{compile_text, linkages, shared};
 
 /// A wheel of 1e-6 kg m^2 about its hinge, without gravity, and a torque towards its stop at -1.
 const WHEEL: &str = "
@@ -165,4 +165,27 @@ fn impacts_of_a_loop_respect_its_closure() {
         println!("restitution {restitution}: {impacts} impacts");
         assert!(impacts > 0 || restitution == 0.0);
     }
+}
+
+/// The limits of a published design, drawn closer, stop it: its pendulum would hang at 62 deg.
+#[test]
+fn limits_of_popupcad_files_are_honoured() {
+    let Some(shared) = shared() else { return };
+    let path = shared.join("designs/W_3.5.cad.joints");
+    let text = std::fs::read_to_string(path).unwrap();
+    let closer = text.replace("limit_pos: 180", "limit_pos: 40");
+    assert_ne!(text, closer, "the file has no such limit");
+    let compiled = compile_text(&closer);
+    let mut system = Stopped::new(Interpreter::new(&compiled.program));
+    let mut integrator = Dopri5::new(&system);
+    let mut state = State { t: 0.0, q: vec![0.0], u: vec![0.0] };
+    let mut highest = 0.0_f64;
+    system
+        .run(&mut integrator, &mut state, 3.0, |state| highest = highest.max(state.q[0]))
+        .unwrap();
+    let limit = 40.0_f64.to_radians();
+    assert!((state.q[0] - limit).abs() < 1e-12 && highest < limit + 1e-9, "{state:?}, {highest}");
+    let mut q = vec![0.0];
+    equilibrium(&system.system, 0.0, &mut q, &mut system.workspace()).unwrap();
+    assert!((q[0] - limit).abs() < 1e-12, "{q:?}");
 }

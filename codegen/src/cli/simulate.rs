@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use lamc::program::Interpreter;
-use lamc_runtime::{Dopri5, Energy, Error, Rodas, State, Stopped, System, project};
+use lamc_runtime::{Dopri5, Energy, Error, Rodas, State, Stopped, System, acceleration, project};
 
 use super::equilibrium::settle;
 use super::start::{Start, describe};
@@ -121,7 +121,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let _ = writeln!(
         text,
         "{} in {seconds:.3} s: {:.1} times real time",
-        methods.join(", then "),
+        methods.join(" and "),
         arguments.duration / seconds
     );
     output::print(&text)
@@ -148,6 +148,17 @@ fn begin(arguments: &Arguments) -> Result<(Interpreter, State<Vec<f64>, f64>), F
     Ok((system, state))
 }
 
+/// Whether the loops are loose in a direction more than they usually are, as in the flat state.
+/// Which branch the motion leaves by is for the implicit method to find.
+fn is_singular(system: &Stopped<Interpreter>, state: &State<Vec<f64>, f64>) -> bool {
+    let d = system.dimensions();
+    let mut rates = system.vector();
+    let found =
+        acceleration(system, state.t, &state.q, &state.u, &mut system.workspace(), &mut rates);
+    let usual = system.system.interface().rank + d.drives;
+    found.is_ok_and(|constraint| constraint.rank < usual.min(d.coordinates))
+}
+
 /// A motion on its way.
 struct Run {
     system: Stopped<Interpreter>,
@@ -155,10 +166,12 @@ struct Run {
     explicit: Dopri5<Stopped<Interpreter>>,
     implicit: Rodas<Stopped<Interpreter>>,
     method: Method,
+    /// Whether the implicit method is only to lead out of a singular state.
+    leaves: bool,
     duration: f64,
     explicit_steps: usize,
     implicit_steps: usize,
-    /// Explicit steps and the time, s, when progress was last looked at.
+    /// Steps and the time, s, when progress was last looked at.
     mark: (usize, f64),
     motion: Motion,
     /// Joints that were at a stop.
@@ -172,6 +185,8 @@ impl Run {
         let stopped = vec![false; state.q.len()];
         let mut system = Stopped::new(system);
         system.restitution = arguments.restitution;
+        let leaves = arguments.integrator == Method::Auto && is_singular(&system, &state);
+        let method = if leaves { Method::Rodas } else { arguments.integrator };
         let (mut explicit, mut implicit) = (Dopri5::new(&system), Rodas::new(&system));
         (explicit.relative, explicit.absolute) = (arguments.tolerance, arguments.tolerance);
         (implicit.relative, implicit.absolute) = (arguments.tolerance, arguments.tolerance);
@@ -180,7 +195,8 @@ impl Run {
             state,
             explicit,
             implicit,
-            method: arguments.integrator,
+            method,
+            leaves,
             duration: arguments.duration,
             explicit_steps: 0,
             implicit_steps: 0,
@@ -203,12 +219,18 @@ impl Run {
                     self.system.step(&mut self.explicit, &mut self.state, t)
                 }
             };
-            if self.explicit_steps + self.implicit_steps >= MOST_STEPS {
+            if self.is_hopeless() {
                 return Err(fail(format_args!(
-                    "gave up after {MOST_STEPS} steps, at t = {} s: the motion is not smooth, or \
-                     --tolerance asks for too much",
+                    "gave up after {} steps, at t = {} s: the motion is not smooth there, or \
+                     --tolerance asks for too much; out of a flat sheet, start from a folded guess \
+                     (--initial)",
+                    self.explicit_steps + self.implicit_steps,
                     self.state.t
                 )));
+            }
+            if self.leaves && !is_singular(&self.system, &self.state) {
+                (self.leaves, self.method) = (false, Method::Auto);
+                self.mark = (self.explicit_steps + self.implicit_steps, self.state.t);
             }
             let gives_up = matches!(outcome, Err(Error::StepTooSmall { .. }));
             let stuck = self.explicit.is_stiff() || self.is_slow();
@@ -216,7 +238,7 @@ impl Run {
                 self.method = Method::Rodas;
                 continue;
             }
-            outcome.map_err(|error| fail(describe(&error, self.system.system.interface())))?;
+            outcome.map_err(|error| self.explain(&error))?;
             for (stopped, &side) in self.stopped.iter_mut().zip(&self.system.sides) {
                 *stopped |= side != 0.0;
             }
@@ -225,15 +247,45 @@ impl Run {
         Ok(())
     }
 
+    /// Whether the implicit method, too, hardly gets on: at this pace it would take far more steps
+    /// than any smooth motion.
+    fn is_hopeless(&mut self) -> bool {
+        let steps = self.explicit_steps + self.implicit_steps;
+        if self.method != Method::Rodas || steps - self.mark.0 < PATIENCE.0 {
+            return steps >= MOST_STEPS;
+        }
+        let gone = self.state.t - self.mark.1;
+        let pace = (steps - self.mark.0) as f64 / gone;
+        self.mark = (steps, self.state.t);
+        pace * self.duration > MOST_STEPS as f64
+    }
+
     /// Whether the explicit method hardly gets on, as between the ranks of a singular state.
     fn is_slow(&mut self) -> bool {
         let (steps, share) = PATIENCE;
-        if self.explicit_steps - self.mark.0 < steps {
+        let now = self.explicit_steps + self.implicit_steps;
+        if self.method == Method::Rodas || now - self.mark.0 < steps {
             return false;
         }
         let gone = self.state.t - self.mark.1;
-        self.mark = (self.explicit_steps, self.state.t);
+        self.mark = (now, self.state.t);
         gone < share * self.duration
+    }
+
+    /// An error with the joints that were at a stop.
+    fn explain(&self, error: &Error) -> Failed {
+        let interface = self.system.system.interface();
+        let reason = describe(error, interface);
+        let held =
+            interface.joints.iter().zip(&self.system.sides).filter(|(_, side)| **side != 0.0);
+        let names: Vec<_> = held.map(|(joint, _)| format!("`{}`", joint.name)).collect();
+        match names.is_empty() {
+            true => fail(format_args!("{reason}, at t = {} s", self.state.t)),
+            false => {
+                let names = names.join(", ");
+                fail(format_args!("{reason}, at t = {} s with {names} at a stop", self.state.t))
+            }
+        }
     }
 
     fn note_stops(&self, text: &mut String) {

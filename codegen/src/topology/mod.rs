@@ -30,6 +30,9 @@ pub fn build(mechanism: Mechanism) -> Result<Topology, Diagnostics> {
     let loops: Vec<Loop> =
         tree.cuts.iter().map(|cut| closed_loop(&mechanism, &tree, cut, &mut warnings)).collect();
     let whole = whole(&mechanism, &tree, &loops, &mut warnings);
+    if let Some(warning) = overdriven(&mechanism, whole.mobility) {
+        warnings.push(warning);
+    }
     Ok(Topology {
         nodes: tree.nodes,
         loops,
@@ -39,6 +42,23 @@ pub fn build(mechanism: Mechanism) -> Result<Topology, Diagnostics> {
         warnings,
         mechanism,
     })
+}
+
+/// More prescribed joints than ways to move.
+fn overdriven(mechanism: &Mechanism, mobility: usize) -> Option<Diagnostic> {
+    let driven: Vec<_> = mechanism.joints.iter().filter(|joint| joint.drive.is_some()).collect();
+    let last = driven.last().filter(|_| driven.len() > mobility)?;
+    let names: Vec<_> = driven.iter().map(|joint| format!("`{}`", joint.name)).collect();
+    let message = format!(
+        "{} are driven, but the mechanism moves in {mobility} {} only",
+        names.join(", "),
+        if mobility == 1 { "way" } else { "ways" }
+    );
+    Some(
+        Diagnostic::warning("overdriven", last.span, message).hint(
+            "unless the prescribed angles agree with the loops at all times, none can follow",
+        ),
+    )
 }
 
 /// One loop alone.
