@@ -1,5 +1,5 @@
-//! Generated modules of random mechanisms, with parameters, inputs, torques, forces and several
-//! loops, compiled by rustc in a package of their own, against the interpreter.
+//! Generated modules of random mechanisms, with parameters, inputs, torques, forces, a driven joint
+//! and several loops, compiled by rustc in a package of their own, against the interpreter.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -10,7 +10,9 @@ use lamc::backend::identifiers::type_name;
 use lamc::backend::rust::Options;
 use lamc::pipeline::rust_module;
 use lamc::program::Interpreter;
-use lamc_runtime::{State, System, acceleration, assemble, project};
+use lamc_runtime::{
+    Balance, JacobianMut, State, System, acceleration_and_forces, assemble, jacobian, project,
+};
 use lamc_tests::random::{Lines, Random, Recipe, model};
 use lamc_tests::{compile_text, relative_error, workspace};
 
@@ -32,7 +34,7 @@ fn compiled_modules_agree_with_the_interpreter() {
     let mut body = String::new();
     let mut expected = Vec::new();
     for (seed, recipe) in RECIPES {
-        let compiled = compile_text(&model(seed, recipe));
+        let compiled = compile_text(&driven(&model(seed, recipe)));
         let mut system = Interpreter::new(&compiled.program);
         let mut random = Random::new(seed);
         let motor = random.range(-2e-3, 2e-3);
@@ -66,12 +68,28 @@ fn compiled_modules_agree_with_the_interpreter() {
     for ((seed, _), expected) in RECIPES.iter().zip(expected) {
         let found: Vec<f64> =
             lines.next().unwrap().split(' ').map(|word| word.parse().unwrap()).collect();
-        let n = expected.len() - 2;
-        for (what, range) in [("acceleration", 0..n), ("energy", n..n + 2)] {
-            let error = relative_error(&found[range.clone()], &expected[range]);
-            assert!(error <= 1e-10, "seed {seed}: {what} off by {error:e}");
+        for ((what, expected), found) in expected.iter().zip(parts(&found, &expected)) {
+            let error = relative_error(found, expected);
+            assert!(error <= 1e-9, "seed {seed}: {what} off by {error:e}");
         }
     }
+}
+
+/// The model with its first joint driven by time, a parameter and an input.
+fn driven(text: &str) -> String {
+    let (mut lines, mut done) = (Vec::new(), false);
+    for line in text.lines() {
+        match line.find(", torque: ").filter(|_| line.starts_with("  j0: {") && !done) {
+            Some(at) => {
+                let law = "k*20 + motor*30 + 0.2*sin(3*t) + 0.1*t^3";
+                lines.push(format!("{}, drive: \"{law}\" }}", &line[..at]));
+                done = true;
+            }
+            None => lines.push(line.to_owned()),
+        }
+    }
+    assert!(done, "no joint j0");
+    lines.join("\n") + "\n"
 }
 
 /// As [`answers`], for a generated module.
@@ -83,20 +101,64 @@ where
     M: Mechanism<f64, N, C>,
 {
     let energy = model.energy(t, q, u);
-    let rates = model.acceleration(t, q, u).unwrap();
-    let numbers = rates.into_iter().chain([energy.kinetic, energy.potential]);
-    let words: Vec<String> = numbers.map(|x| format!(\"{x:?}\")).collect();
+    let forces = model.forces(t, q, u).unwrap();
+    let slopes = model.jacobian(t, q, u).unwrap();
+    let mut numbers = forces.acceleration.to_vec();
+    numbers.extend([energy.kinetic, energy.potential]);
+    numbers.extend(forces.motor);
+    numbers.extend(forces.reactions.as_flattened());
+    numbers.extend(slopes.dq.as_flattened());
+    numbers.extend(slopes.du.as_flattened());
+    numbers.extend(slopes.dt);
+    let words: Vec<String> = numbers.iter().map(|x| format!(\"{x:?}\")).collect();
     println!(\"{}\", words.join(\" \"));
 }
 ";
 
-/// Accelerations, then kinetic and potential energy.
-fn answers(system: &Interpreter, State { t, q, u }: &State<Vec<f64>, f64>) -> Vec<f64> {
-    let mut answers = system.vector();
-    acceleration(system, *t, q, u, &mut system.workspace(), &mut answers).unwrap();
+type Answers = Vec<(&'static str, Vec<f64>)>;
+
+/// What the interpreter says about a state.
+fn answers(system: &Interpreter, State { t, q, u }: &State<Vec<f64>, f64>) -> Answers {
+    let (n, d) = (q.len(), system.dimensions());
+    let mut workspace = system.workspace();
+    let (mut a, mut lambda) = (vec![0.0; n], vec![0.0; d.rows + d.drives]);
+    acceleration_and_forces(system, *t, q, u, &mut workspace, &mut a, &mut lambda).unwrap();
     let energy = system.energy(*t, q, u);
-    answers.extend([energy.kinetic, energy.potential]);
-    answers
+    let mut motor = vec![0.0; n];
+    motor[0] = lambda[d.rows];
+    let mut reactions = vec![0.0; 6 * n];
+    let multipliers = &lambda[..d.rows];
+    let at = Balance { t: *t, q, u, acceleration: &a, multipliers };
+    system.write_reactions(at, &mut reactions);
+    let (mut rates, mut dt) = (vec![0.0; n], vec![0.0; n]);
+    let (mut dq, mut du) = (vec![0.0; n * n], vec![0.0; n * n]);
+    let out = JacobianMut { acceleration: &mut rates, dq: &mut dq, du: &mut du, dt: &mut dt };
+    jacobian(system, *t, q, u, &mut workspace, out).unwrap();
+    // The drive's second derivative is what it does, but for a direction next to the cut in rank.
+    let s = 0.2 * -9.0 * f64::sin(3.0 * t) + 0.6 * t;
+    let largest = a.iter().fold(1.0_f64, |most, a| most.max(a.abs()));
+    assert!((a[0] - s).abs() < 1e-8 * largest, "{} is not {s} of {largest:e}", a[0]);
+    vec![
+        ("acceleration", a),
+        ("energy", vec![energy.kinetic, energy.potential]),
+        ("motor torques", motor),
+        ("reactions", reactions),
+        ("da/dq", dq),
+        ("da/du", du),
+        ("da/dt", dt),
+    ]
+}
+
+/// Numbers cut as the answers are.
+fn parts<'a>(mut numbers: &'a [f64], like: &Answers) -> Vec<&'a [f64]> {
+    let mut parts = Vec::new();
+    for (_, values) in like {
+        let (part, rest) = numbers.split_at(values.len());
+        parts.push(part);
+        numbers = rest;
+    }
+    assert!(numbers.is_empty());
+    parts
 }
 
 fn closed_state(system: &Interpreter, random: &mut Random) -> State<Vec<f64>, f64> {
@@ -106,7 +168,7 @@ fn closed_state(system: &Interpreter, random: &mut Random) -> State<Vec<f64>, f6
         let t = random.range(0.0, 1.0);
         let mut q: Vec<f64> = (0..n).map(|_| random.range(-1.2, 1.2)).collect();
         let mut u: Vec<f64> = (0..n).map(|_| random.range(-3.0, 3.0)).collect();
-        if assemble(system, 0.0, &mut q, &vec![false; n], &mut workspace).is_ok()
+        if assemble(system, t, &mut q, &vec![false; n], &mut workspace).is_ok()
             && project(system, t, &mut q, &mut u, &mut workspace).is_ok()
         {
             return State { t, q, u };

@@ -29,6 +29,8 @@ impl<S: Scalar> Steps<S> {
     ) -> Result<bool, Error> {
         let of = S::from_f64;
         let least = shortest.max(of(4.0) * S::EPSILON * t.abs().max(t_end.abs()));
+        // A first guess may be too careful for the digits there are.
+        self.next = self.next.max(least + least);
         let mut rejected = false;
         loop {
             let wanted = self.next.min(longest);
