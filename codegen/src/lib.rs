@@ -10,6 +10,8 @@
 //! [`pipeline::compile`] names every stage in order.
 
 pub mod backend;
+mod config;
+pub mod files;
 pub mod kane;
 pub mod laminate;
 pub mod pipeline;
@@ -17,3 +19,6 @@ pub mod program;
 pub mod source;
 pub mod symbolic;
 pub mod topology;
+
+pub use config::{BuildError, Config, Precision};
+pub use source::Tunable;

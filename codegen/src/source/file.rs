@@ -69,6 +69,11 @@ impl SourceFile {
         self.path.rsplit(['/', '\\']).next().unwrap_or_default()
     }
 
+    /// An identifier made of the stem: `designs/4th_Design.cad.joints` -> `m4th_Design`.
+    pub fn module_name(&self) -> String {
+        super::names::identifier_from(self.stem())
+    }
+
     /// The file's stem without the endings that say what kind of file it is:
     /// `designs/4th_Design.cad.joints` -> `4th_Design`.
     pub fn stem(&self) -> &str {

@@ -28,7 +28,9 @@ pub fn header(program: &Program, options: &Options) -> String {
     context.insert("version", env!("CARGO_PKG_VERSION"));
     context.insert("rust_version", env!("CARGO_PKG_RUST_VERSION"));
     context.insert("name", &interface.name);
-    context.insert("source_name", &interface.source_name);
+    // A line break in a file's name would end the comment.
+    let source_name = interface.source_name.replace(char::is_control, "?");
+    context.insert("source_name", &source_name);
     context.insert("source_hash", &interface.source_hash);
     let flags = match options.scalar {
         ScalarChoice::Generic => "",

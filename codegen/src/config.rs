@@ -1,0 +1,141 @@
+//! Compiling models from a build script.
+//!
+//! ```no_run
+//! fn main() -> Result<(), lamc::BuildError> {
+//!     lamc::Config::new().precision(lamc::Precision::F32).compile("robot/sixbar.yaml")?;
+//!     Ok(())
+//! }
+//! ```
+//!
+//! writes `$OUT_DIR/sixbar.rs`, to be included where it is wanted:
+//!
+//! ```ignore
+//! mod sixbar {
+//!     include!(concat!(env!("OUT_DIR"), "/sixbar.rs"));
+//! }
+//! ```
+
+use std::path::{Path, PathBuf};
+use std::{env, fmt, io};
+
+use crate::backend::rust::Options;
+pub use crate::backend::rust::ScalarChoice as Precision;
+use crate::files;
+use crate::pipeline::{self, CompileError};
+use crate::source::{ReadError, SourceFile, Span, Spanned, Tunable};
+
+/// How to compile models in a build script.
+#[derive(Clone, Debug, Default)]
+pub struct Config {
+    precision: Precision,
+    out_dir: Option<PathBuf>,
+    tunable: Vec<Tunable>,
+}
+
+/// Why a model could not be compiled in a build script.
+///
+/// Cargo shows the `Debug` form of what `main` of a build script returns: it is the same report.
+#[derive(thiserror::Error)]
+pub enum BuildError {
+    /// The model cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The model is wrong: its diagnostics, with lines and columns.
+    #[error("{0}")]
+    Model(String),
+    /// The model cannot be compiled.
+    #[error("{0}")]
+    Compile(String),
+    /// No folder was given, and there is no `OUT_DIR`.
+    #[error("OUT_DIR is not set: call this from a build script, or set `out_dir`")]
+    NoFolder,
+    /// The module cannot be written.
+    #[error("cannot write {path}: {error}")]
+    Write {
+        /// The module.
+        path: PathBuf,
+        /// What the system said.
+        error: io::Error,
+    },
+}
+
+impl fmt::Debug for BuildError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
+impl Config {
+    /// Modules generic over the number type, in `OUT_DIR`.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The number type of the modules.
+    #[must_use]
+    pub fn precision(mut self, precision: Precision) -> Self {
+        self.precision = precision;
+        self
+    }
+
+    /// Where to write, instead of cargo's `OUT_DIR`.
+    #[must_use]
+    pub fn out_dir(mut self, folder: impl Into<PathBuf>) -> Self {
+        self.out_dir = Some(folder.into());
+        self
+    }
+
+    /// Makes these constants of every joint (body) parameters, as `tunable` in the model does.
+    #[must_use]
+    pub fn tunable(mut self, tunable: impl IntoIterator<Item = Tunable>) -> Self {
+        self.tunable.extend(tunable);
+        self
+    }
+
+    /// Compiles a model to a module named after its file; returns where it is. Tells cargo to run
+    /// the build script again when the model changes, and of the model's warnings.
+    ///
+    /// # Errors
+    /// [`BuildError`]; nothing is written then.
+    pub fn compile(&self, model: impl AsRef<Path>) -> Result<PathBuf, BuildError> {
+        let model = model.as_ref();
+        println!("cargo:rerun-if-changed={}", model.display());
+        let file = SourceFile::read(&model.display().to_string())?;
+        let compiled = pipeline::compile_edited(&file, |source| {
+            for &value in &self.tunable {
+                if source.tunable.iter().all(|there| there.value != value) {
+                    source.tunable.push(Spanned { value, span: Span::default() });
+                }
+            }
+            Ok(())
+        });
+        let compiled = compiled.map_err(|error| match error {
+            CompileError::Model(problems) => BuildError::Model(problems.render(&file, false)),
+            other => BuildError::Compile(other.to_string()),
+        })?;
+        for line in compiled.warnings.render(&file, false).lines() {
+            println!("cargo:warning={line}");
+        }
+        let folder = match &self.out_dir {
+            Some(folder) => folder.clone(),
+            None => env::var_os("OUT_DIR").map(PathBuf::from).ok_or(BuildError::NoFolder)?,
+        };
+        let path = folder.join(file.module_name()).with_extension("rs");
+        let text = pipeline::rust_module(&compiled, &Options { scalar: self.precision });
+        match files::write(&path, &text) {
+            Ok(()) => Ok(path),
+            Err(error) => Err(BuildError::Write { path, error }),
+        }
+    }
+
+    /// As [`compile`](Self::compile), for several models.
+    ///
+    /// # Errors
+    /// The first model's that fails.
+    pub fn compile_all<P: AsRef<Path>>(
+        &self,
+        models: impl IntoIterator<Item = P>,
+    ) -> Result<Vec<PathBuf>, BuildError> {
+        models.into_iter().map(|model| self.compile(model)).collect()
+    }
+}

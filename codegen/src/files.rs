@@ -1,0 +1,43 @@
+//! Writing files: whole or not at all, and only what changed.
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::Path;
+
+/// Writes `text` to a file, not when it is there already. Links are followed; what is no file (a
+/// device, a pipe) is written to as it is.
+///
+/// # Errors
+/// The system's; a file that could not be written whole is as it was.
+pub fn write(path: &Path, text: &str) -> io::Result<()> {
+    match fs::metadata(path) {
+        Ok(found) if found.is_file() => {
+            if fs::read(path).is_ok_and(|old| old == text.as_bytes()) {
+                return Ok(());
+            }
+            replace(&fs::canonicalize(path)?, text)
+        }
+        Ok(found) if !found.is_dir() => {
+            fs::OpenOptions::new().write(true).open(path)?.write_all(text.as_bytes())
+        }
+        _ => replace(path, text),
+    }
+}
+
+/// A temporary file in the same folder takes the place of the old one.
+fn replace(path: &Path, text: &str) -> io::Result<()> {
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let mut builder = tempfile::Builder::new();
+    // Temporary files are private; what we write is as readable as any new file.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    // The system's reason alone: the temporary file's name means nothing to the user.
+    let reason = |error: io::Error| io::Error::from(error.kind());
+    let mut file = builder.prefix(".lamc-").tempfile_in(folder).map_err(reason)?;
+    file.write_all(text.as_bytes())?;
+    file.persist(path).map_err(|error| error.error)?;
+    Ok(())
+}

@@ -1,0 +1,48 @@
+//! Build scripts: what `lamc::Config` writes, and what it answers when it cannot.
+
+use std::fs;
+use std::path::Path;
+
+use lamc::{BuildError, Config, Precision, Tunable};
+
+fn example(name: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples").join(name).display().to_string()
+}
+
+#[test]
+fn modules_are_named_after_their_files_and_left_alone_when_unchanged() {
+    let folder = tempfile::tempdir().unwrap_or_else(|error| panic!("{error}"));
+    let config = Config::new().precision(Precision::F32).out_dir(folder.path());
+    let models = ["pendulum.yaml", "fourbar.yaml"].map(example);
+    let paths = config.compile_all(&models).unwrap_or_else(|error| panic!("{error}"));
+    let names: Vec<_> =
+        paths.iter().map(|path| path.file_name().and_then(|n| n.to_str())).collect();
+    assert_eq!(names, [Some("pendulum.rs"), Some("fourbar.rs")]);
+    let text = fs::read_to_string(&paths[0]).unwrap_or_default();
+    assert!(text.contains("--scalar f32") && text.contains("pub struct Pendulum"), "{text}");
+    let time = |path: &Path| fs::metadata(path).and_then(|data| data.modified()).ok();
+    let before = time(&paths[0]);
+    config.compile(&models[0]).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(time(&paths[0]), before, "an unchanged module was written again");
+    let tunable = config.tunable([Tunable::Stiffness, Tunable::Mass]);
+    let path = tunable.compile(&models[1]).unwrap_or_else(|error| panic!("{error}"));
+    let text = fs::read_to_string(path).unwrap_or_default();
+    assert!(text.contains("stiffness_crank_hinge") && text.contains("mass_coupler"), "{text}");
+}
+
+#[test]
+fn failures_read_well_and_leave_nothing() {
+    let folder = tempfile::tempdir().unwrap_or_else(|error| panic!("{error}"));
+    let wrong = folder.path().join("wrong.yaml");
+    fs::write(&wrong, "bodies: { a: { fixed: true } }\njonts: {}\n").ok();
+    let config = Config::new().out_dir(folder.path());
+    let Err(error) = config.compile(&wrong) else { panic!("a wrong model was compiled") };
+    // What cargo shows of an error that `main` returns.
+    let report = format!("{error:?}");
+    assert!(report.contains("wrong.yaml:2:1\n") && report.contains("joints"), "{report}");
+    assert!(matches!(config.compile(folder.path().join("none.yaml")), Err(BuildError::Read(_))));
+    let nowhere = Config::new().out_dir(folder.path().join("nowhere"));
+    let outcome = nowhere.compile(example("pendulum.yaml"));
+    assert!(matches!(outcome, Err(BuildError::Write { .. })), "{outcome:?}");
+    assert_eq!(fs::read_dir(folder.path()).map(Iterator::count).unwrap_or(0), 1);
+}

@@ -1,0 +1,20 @@
+//! The hand's linkages: where they come to rest.
+
+#[allow(dead_code)]
+mod sixbar {
+    include!(concat!(env!("OUT_DIR"), "/sixbar.rs"));
+}
+#[allow(dead_code)]
+mod fourbar {
+    include!(concat!(env!("OUT_DIR"), "/fourbar.rs"));
+}
+
+use lamc_runtime::{Error, Mechanism};
+
+fn main() -> Result<(), Error> {
+    let (six, _) = sixbar::Sixbar::<f64>::default().settled()?;
+    let (four, _) = fourbar::Fourbar::<f64>::default().settled()?;
+    println!("six-bar at {:.2?} deg", six.q.map(f64::to_degrees));
+    println!("four-bar at {:.4?} deg", four.q.map(f64::to_degrees));
+    Ok(())
+}
