@@ -36,7 +36,8 @@ pub fn workspace() -> PathBuf {
 pub const DESIGNS: [&str; 4] = ["W_3.5", "pendulum2", "newMechanism", "4th_Design"];
 
 /// Our examples; those of the paper, which `generated` has modules of, first.
-pub const EXAMPLES: [&str; 5] = ["pendulum", "triple_pendulum", "fourbar", "sixbar", "miura"];
+pub const EXAMPLES: [&str; 6] =
+    ["pendulum", "triple_pendulum", "fourbar", "sixbar", "miura", "sixbar_markers"];
 
 /// The examples that `generated` has modules of.
 pub const MODULES: &[&str] = EXAMPLES.split_at(4).0;

@@ -70,7 +70,9 @@ fn compiled_modules_agree_with_the_interpreter() {
             lines.next().unwrap().split(' ').map(|word| word.parse().unwrap()).collect();
         for ((what, expected), found) in expected.iter().zip(parts(&found, &expected)) {
             let error = relative_error(found, expected);
-            assert!(error <= 1e-9, "seed {seed}: {what} off by {error:e}");
+            let derived = what.starts_with("da/") || matches!(*what, "reactions" | "motor torques");
+            let tolerance = if derived { 1e-9 } else { 1e-10 };
+            assert!(error <= tolerance, "seed {seed}: {what} off by {error:e}");
         }
     }
 }

@@ -13,7 +13,9 @@ const SLIDING: usize = 60;
 /// square.
 pub(super) const NEAR: f64 = 5e-2;
 /// The result's steps are shorter than this, rad.
-pub(super) const NEAREST: f64 = 1e-4;
+pub(super) const NEAREST: f64 = 1e-6;
+/// Damping of steps along the closure: rounding divided by less would drown what is along it.
+const ACROSS: f64 = 1e-6;
 /// Longest step of a joint, rad: longer ones jump to another branch.
 const LONGEST: f64 = 0.5;
 
@@ -132,6 +134,11 @@ impl<Y: System> Search<'_, Y> {
                 return;
             }
         }
+        self.substitute();
+    }
+
+    /// The step of another right-hand side.
+    fn substitute(&mut self) {
         for ((step, &rhs), &free) in self.step.iter_mut().zip(&*self.rhs).zip(&*self.free) {
             *step = rhs * free;
         }
@@ -216,14 +223,22 @@ impl<Y: System> Search<'_, Y> {
             for joint in 0..n {
                 self.trial[joint] = self.free[joint] * (self.guess[joint] - q[joint]);
             }
-            self.rhs.fill(Y::Scalar::ZERO);
-            for (row, &r) in self.jacobian.chunks_exact(n.max(1)).zip(&*self.residual) {
-                let across = r + dot(row, self.trial);
-                add_scaled(self.rhs, -across, row);
-            }
             self.square(n);
-            self.solve(Y::Scalar::ZERO);
-            add_scaled(self.step, Y::Scalar::ONE, self.trial);
+            // The second time takes away what damping left across the closure.
+            for pass in 0..2 {
+                self.rhs.fill(Y::Scalar::ZERO);
+                for (row, &r) in self.jacobian.chunks_exact(n.max(1)).zip(&*self.residual) {
+                    let across = r + dot(row, self.trial);
+                    add_scaled(self.rhs, -across, row);
+                }
+                if pass == 0 {
+                    self.solve(tolerance(ACROSS, 16.0));
+                } else {
+                    self.substitute();
+                }
+                add_scaled(self.trial, Y::Scalar::ONE, self.step);
+            }
+            self.step.copy_from_slice(self.trial);
             let mut leaves = false;
             for joint in 0..n {
                 let step = self.step[joint];
