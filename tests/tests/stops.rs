@@ -119,6 +119,23 @@ fn stops_after_steps_of_fixed_length() {
     assert_eq!((state.u[0], system.sides[0]), (0.0, -1.0));
 }
 
+/// Beyond a stop, as a step of fixed length may leave it: back to the limit, outwards with the
+/// share of its speed that the stop returns, inwards with all of it.
+#[test]
+fn a_joint_beyond_its_stop_goes_back() {
+    for (restitution, before, after) in [(0.5, -4.0, 2.0), (0.0, -4.0, 0.0), (0.5, 3.0, 3.0)] {
+        let mut system = wheel("0");
+        system.restitution = restitution;
+        let mut state = State { t: 0.0, q: vec![-1.01], u: vec![before] };
+        assert!(system.strike(&mut state).unwrap());
+        assert!(
+            (state.q[0] + 1.0).abs() < 1e-12 && (state.u[0] - after).abs() < 1e-12,
+            "{state:?}"
+        );
+        assert_eq!(system.sides[0], if after == 0.0 { -1.0 } else { 0.0 });
+    }
+}
+
 /// A loop whose joint hits a stop: u jumps along the closure only, kinetic energy never grows, and
 /// what it loses is that of the impulse p: p (u_j- + u_j+) / 2 = (1 - e^2) / 2 of u_j^2 / w.
 #[test]

@@ -98,10 +98,11 @@ impl<Y: System> Stopped<Y> {
                 let beyond = (q - self.limit(joint, side)) * side;
                 let touches = beyond >= -Y::Scalar::from_f64(TOUCH);
                 if touches && (u * side >= zero || beyond > Y::Scalar::from_f64(TOUCH)) {
-                    let speed = (-self.restitution * u) * side;
-                    let leaves = speed.abs() > self.threshold && u * side > zero;
+                    // One that is on its way back already keeps its speed.
+                    let back = if u * side < zero { u } else { -self.restitution * u };
+                    let leaves = u * side < zero || back.abs() > self.threshold;
                     self.sides.as_mut()[joint] = side;
-                    self.speeds.as_mut()[joint] = if leaves { speed * side } else { zero };
+                    self.speeds.as_mut()[joint] = if leaves { back } else { zero };
                     hit = true;
                 }
             }
