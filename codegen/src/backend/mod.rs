@@ -1,4 +1,6 @@
 //! Stage 6: [`Program`](crate::program::Program) -> text.
 
 pub mod identifiers;
+pub mod literal;
 pub mod rust;
+pub mod statements;
