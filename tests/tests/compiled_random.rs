@@ -45,8 +45,8 @@ fn compiled_modules_agree_with_the_interpreter() {
         expected.push(answers(&system, &state));
 
         let name = type_name(&compiled.program.interface.name);
-        fs::write(source.join(format!("m{seed}.rs")), rust_module(&compiled, &Options::default()))
-            .unwrap();
+        let text = rust_module(&compiled, &Options::default()).unwrap();
+        fs::write(source.join(format!("m{seed}.rs")), text).unwrap();
         writeln!(main, "mod m{seed};").unwrap();
         let State { t, q, u } = state;
         writeln!(
