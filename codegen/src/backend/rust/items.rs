@@ -3,9 +3,9 @@
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{format_ident, quote};
 
+use super::body::{Body, constant};
 use super::exports::exports;
 use super::{Options, ScalarChoice};
-use super::body::{Body, constant};
 use crate::backend::identifiers::{Names, type_name};
 use crate::program::{Function, FunctionKind, Program};
 
