@@ -9,7 +9,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// The system's; a file that could not be written whole is as it was.
-pub fn write(path: &Path, content: impl AsRef<[u8]>) -> io::Result<()> {
+pub fn write(path: &Path, content: &(impl AsRef<[u8]> + ?Sized)) -> io::Result<()> {
     let content = content.as_ref();
     match fs::metadata(path) {
         Ok(found) if found.is_file() => {

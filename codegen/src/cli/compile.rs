@@ -19,7 +19,7 @@ pub fn run(arguments: &Compile) -> Outcome {
     for (path, content) in contents(arguments)? {
         match arguments.check {
             true => check(path, &content)?,
-            false => output::write(path, content)?,
+            false => output::write(path, &content)?,
         }
     }
     Ok(())

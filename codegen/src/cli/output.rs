@@ -8,7 +8,7 @@ use lamc::files;
 use super::{Failed, Outcome, fail};
 
 /// Writes a text or bytes to standard output. A reader that went away is no failure.
-pub fn print(content: impl AsRef<[u8]>) -> Outcome {
+pub fn print(content: &(impl AsRef<[u8]> + ?Sized)) -> Outcome {
     let mut out = io::stdout().lock();
     match out.write_all(content.as_ref()).and_then(|()| out.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
@@ -19,7 +19,7 @@ pub fn print(content: impl AsRef<[u8]>) -> Outcome {
 }
 
 /// Writes a text or bytes to a file (`-`: standard output): whole or not at all.
-pub fn write(path: &str, content: impl AsRef<[u8]>) -> Outcome {
+pub fn write(path: &str, content: &(impl AsRef<[u8]> + ?Sized)) -> Outcome {
     if path == "-" {
         return print(content);
     }
