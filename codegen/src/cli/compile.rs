@@ -7,7 +7,7 @@ use lamc::backend::c::Real;
 use lamc::backend::rust::Options;
 use lamc::pipeline;
 
-use super::{Compile, Failed, Outcome, Scalar, fail, load, misused, output};
+use super::{Compile, Failed, Outcome, Scalar, fail, load_edited, misused, output};
 
 pub fn run(arguments: &Compile) -> Outcome {
     let paths = [&arguments.output, &arguments.c, &arguments.header];
@@ -26,7 +26,9 @@ pub fn run(arguments: &Compile) -> Outcome {
 
 /// Every file asked for, with its text: all are made before the first is written.
 fn texts(arguments: &Compile) -> Result<Vec<(&String, String)>, Failed> {
-    let compiled = load(&arguments.model)?;
+    let compiled = load_edited(&arguments.model, |model| {
+        arguments.cut.iter().try_for_each(|joint| model.cut(joint))
+    })?;
     let real = match arguments.scalar {
         Scalar::F32 => Real::Float,
         Scalar::F64 | Scalar::Generic => Real::Double,
@@ -41,6 +43,9 @@ fn texts(arguments: &Compile) -> Result<Vec<(&String, String)>, Failed> {
         let standard = format!("{}.h", compiled.program.interface.name);
         let name = Path::new(header).file_name().and_then(|name| name.to_str());
         let name = name.filter(|&name| name != "-").unwrap_or(&standard);
+        if name.contains(|c: char| matches!(c, '"' | '\\') || c.is_control()) {
+            return Err(misused(format_args!("C cannot include a header called {name}")));
+        }
         texts.push((path, pipeline::c_source(&compiled, real, name).map_err(fail)?));
     }
     if let Some(path) = &arguments.header {
