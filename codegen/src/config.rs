@@ -31,6 +31,7 @@ pub struct Config {
     out_dir: Option<PathBuf>,
     tunable: Vec<Tunable>,
     extern_c: bool,
+    cuts: Vec<String>,
 }
 
 /// Why a model could not be compiled in a build script.
@@ -101,6 +102,15 @@ impl Config {
         self
     }
 
+    /// Cuts loops at these joints, where otherwise a breadth-first walk from the ground first closes
+    /// them. It changes how many operations the equations take (see the module's header), not the
+    /// motion.
+    #[must_use]
+    pub fn cut<N: Into<String>>(mut self, joints: impl IntoIterator<Item = N>) -> Self {
+        self.cuts.extend(joints.into_iter().map(Into::into));
+        self
+    }
+
     /// Compiles a model to a module named after its file; returns where it is. Tells cargo to run
     /// the build script again when the model changes, and of the model's warnings.
     ///
@@ -116,7 +126,7 @@ impl Config {
                     source.tunable.push(Spanned { value, span: Span::default() });
                 }
             }
-            Ok(())
+            self.cuts.iter().try_for_each(|joint| source.cut(joint))
         });
         let compiled = compiled.map_err(|error| match error {
             CompileError::Model(problems) => BuildError::Model(problems.render(&file, false)),

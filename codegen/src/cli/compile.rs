@@ -8,7 +8,7 @@ use lamc::backend::fmu::Version;
 use lamc::backend::rust::Options;
 use lamc::pipeline;
 
-use super::{Compile, Failed, Fmi, Outcome, Scalar, fail, load, misused, output};
+use super::{Compile, Failed, Fmi, Outcome, Scalar, fail, load_edited, misused, output};
 
 pub fn run(arguments: &Compile) -> Outcome {
     let Compile { output, c, header, python, fmu, .. } = arguments;
@@ -31,7 +31,9 @@ fn contents(arguments: &Compile) -> Result<Vec<(&String, Vec<u8>)>, Failed> {
         (Some(python), Some(c), Some(header)) => Some(beside(python, c, header)?),
         _ => None,
     };
-    let compiled = load(&arguments.model)?;
+    let compiled = load_edited(&arguments.model, |model| {
+        arguments.cut.iter().try_for_each(|joint| model.cut(joint))
+    })?;
     let real = match arguments.scalar {
         Scalar::F32 => Real::Float,
         Scalar::F64 | Scalar::Generic => Real::Double,
@@ -46,6 +48,9 @@ fn contents(arguments: &Compile) -> Result<Vec<(&String, Vec<u8>)>, Failed> {
         let header = arguments.header.as_deref().unwrap_or_default();
         let standard = format!("{}.h", compiled.program.interface.name);
         let name = file_name(header).unwrap_or(&standard);
+        if name.contains(|c: char| matches!(c, '"' | '\\') || c.is_control()) {
+            return Err(misused(format_args!("C cannot include a header called {name}")));
+        }
         let text = pipeline::c_source(&compiled, real, name).map_err(fail)?;
         contents.push((path, text.into_bytes()));
     }

@@ -72,6 +72,9 @@ struct Compile {
     /// The number type; C takes `generic` for f64
     #[arg(long, value_enum, default_value_t)]
     scalar: Scalar,
+    /// Cut a loop at this joint: another cost, the same motion
+    #[arg(long, value_name = "JOINT")]
+    cut: Vec<String>,
     /// Write nothing; fail when a file is not what would be written
     #[arg(long)]
     check: bool,

@@ -6,7 +6,7 @@ use tera::Context;
 use super::Real;
 use super::body::constant;
 use crate::backend::identifiers::Names;
-use crate::backend::text::{comment, limits};
+use crate::backend::text::{comment, cuts, limits};
 use crate::program::Program;
 
 /// A code that functions return.
@@ -72,7 +72,8 @@ pub fn of(program: &Program, real: Real) -> Context {
     context.insert("source_hash", &interface.source_hash);
     let name = &interface.name;
     let scalar = if real == Real::Float { " --scalar f32" } else { "" };
-    context.insert("flags", &format!("{scalar} --c {name}.c --header {name}.h"));
+    let flags = format!("{scalar} --c {name}.c --header {name}.h{}", cuts(interface));
+    context.insert("flags", &flags);
     let joints: Vec<Joint> = interface
         .joints
         .iter()

@@ -4,7 +4,7 @@ use serde::Serialize;
 use tera::{Context, Tera};
 
 use super::{Options, ScalarChoice};
-use crate::backend::text::{comment, limits};
+use crate::backend::text::{comment, cuts, limits};
 use crate::program::Program;
 
 #[derive(Serialize)]
@@ -37,7 +37,7 @@ pub fn header(program: &Program, options: &Options) -> String {
         ScalarChoice::F32 => " --scalar f32",
     };
     let exports = if options.extern_c { " --extern-c" } else { "" };
-    context.insert("flags", &format!("{flags}{exports}"));
+    context.insert("flags", &format!("{flags}{exports}{}", cuts(interface)));
     let joints: Vec<Joint> = interface
         .joints
         .iter()
