@@ -233,6 +233,7 @@ def calls(version, folder):
         lambda: set_(flap, [0.1]),
         lambda: set_([references["parameters.k"]], [np.nan]),
         lambda: set_([references["solver.step"]], [0.0]),
+        lambda: set_([references["inputs.push"], references["time"]], [1.0, 1.0]),
         lambda: fmu.doStep(currentCommunicationPoint=0.0, communicationStepSize=-1.0),
         lambda: deserialize(stored[:-1]),
     ):
@@ -240,7 +241,7 @@ def calls(version, folder):
     # What fails leaves the state as it was.
     assert get(everything) == first
     said = [message.decode() if isinstance(message, bytes) else message for message in messages]
-    assert len(said) == 8 and "solver.step must be positive" in said, said
+    assert len(said) == 9 and "solver.step must be positive" in said, said
     fmu.terminate()
     fmu.freeInstance()
 
