@@ -85,7 +85,10 @@ def compare(model, folder, duration, arguments=(), start_values=None):
 def motions(version):
     """With loops, with parameters, inputs, a drive and points, and a published design."""
     sixbar = ROOT / "examples" / "sixbar.yaml"
-    compare(sixbar, unpacked(sixbar, version), 0.5)
+    folder = unpacked(sixbar, version)
+    compare(sixbar, folder, 0.5)
+    # Another joint than the model's is held, and those of the model no more.
+    compare(sixbar, folder, 0.1, ("--initial", "south_south_east=-0.1rad"), {"joints.south_south_east.q": -0.1})
 
     folder = unpacked(CRANK, version)
     arguments = [("--set", "amplitude=0.2"), ("--set", "K=1e-3"), ("--input", "motor=1e-4"), ("--input", "push=1e-3")]
