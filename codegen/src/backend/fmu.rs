@@ -2,7 +2,7 @@
 //! Model Exchange and Co-Simulation.
 //!
 //! Variables are scalars. Where each stands in an instance's memory is its value reference; the
-//! blocks are given out by [`Layout`].
+//! blocks are given out by `Layout`.
 
 use std::io::{Cursor, Write};
 
