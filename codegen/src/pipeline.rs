@@ -1,6 +1,8 @@
 //! The way through the house: every stage, in order.
 
 use crate::backend::c::{self, Real};
+use crate::backend::fmu::{self, Version};
+use crate::backend::python;
 use crate::backend::rust::{self, ScalarChoice};
 use crate::kane::{self, DeriveError, Equations};
 use crate::laminate;
@@ -135,6 +137,21 @@ pub fn c_source(
         fits_single(&compiled.program)?;
     }
     Ok(c::source(&compiled.program, real, header_name))
+}
+
+/// Python around the C module, whose source and header lie beside it under these names.
+pub fn python_module(
+    compiled: &Compiled,
+    real: Real,
+    source_name: &str,
+    header_name: &str,
+) -> String {
+    python::write(&compiled.program, real, source_name, header_name)
+}
+
+/// The bytes of a source FMU.
+pub fn fmu(compiled: &Compiled, version: Version) -> Vec<u8> {
+    fmu::archive(&compiled.program, version)
 }
 
 /// Whether every finite constant is finite in single precision too.

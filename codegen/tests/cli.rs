@@ -448,3 +448,29 @@ fn flat_starts_and_too_many_drives() {
     assert!(report.contains("warning[overdriven]") && report.contains("`j0`, `j3`"), "{report}");
     assert!(text(&output.stdout).contains("driven: `j0`, `j3`"));
 }
+
+#[test]
+fn python_and_fmus_are_written_whole_or_refused() {
+    let (_guard, folder) = folder();
+    let at = |name: &str| folder.join(name).display().to_string();
+    let model = example("pendulum.yaml");
+    let (c, header, python) = (at("p.c"), at("p.h"), at("p.py"));
+    let elsewhere = run(&[&model, "--c", "p.c", "--header", &header, "--python", &python]);
+    assert_eq!(elsewhere.status.code(), Some(2));
+    assert!(text(&elsewhere.stderr).contains("in one folder"));
+    for usage in [&["--python", &python][..], &["-o", "-", "--fmi", "3"][..]] {
+        assert_eq!(run(&[&[model.as_str()], usage].concat()).status.code(), Some(2));
+    }
+    assert!(files(&folder).is_empty());
+    let written = run(&[&model, "--c", &c, "--header", &header, "--python", &python]);
+    assert_eq!(written.status.code(), Some(0));
+    assert!(fs::read_to_string(&python).is_ok_and(|text| text.contains("\nclass Pendulum:\n")));
+
+    let fmu = at("p.fmu");
+    let check = || run(&[&model, "--fmu", &fmu, "--check"]).status.code();
+    assert_eq!(run(&[&model, "--fmu", &fmu, "--fmi", "3"]).status.code(), Some(0));
+    assert_eq!(check(), Some(1), "one version of FMI was taken for the other");
+    assert_eq!(run(&[&model, "--fmu", &fmu]).status.code(), Some(0));
+    assert_eq!(check(), Some(0));
+    assert_eq!(fs::read(&fmu).ok(), Some(run(&[&model, "--fmu", "-"]).stdout));
+}

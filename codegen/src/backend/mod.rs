@@ -1,8 +1,10 @@
 //! Stage 6: [`Program`](crate::program::Program) -> text.
 
 pub mod c;
+pub mod fmu;
 pub mod identifiers;
 pub mod literal;
+pub mod python;
 pub mod rust;
 pub mod statements;
 mod text;

@@ -29,7 +29,7 @@ const TERMS: &str = concat!(
      and\nlamc-runtime contain nothing of it (MIT OR Apache-2.0)."
 );
 
-/// Compiler for the motion of laminate robots: writes Rust or C from a mechanism's YAML.
+/// Compiler for the motion of laminate robots: writes Rust, C, Python or an FMU from a mechanism's YAML.
 #[derive(Parser)]
 #[command(name = "lamc", version, long_version = TERMS, args_conflicts_with_subcommands = true)]
 #[command(
@@ -43,13 +43,13 @@ struct Cli {
     compile: Option<Compile>,
 }
 
-/// Compile a model to Rust or C.
+/// Compile a model to Rust, C, Python around C, or an FMU.
 #[derive(Args)]
 struct Compile {
     /// The model: lamc's YAML or a popupCAD DynamicsInfo file; `-` reads standard input
     model: String,
     /// Where to write the Rust module; `-` writes standard output
-    #[arg(short, long, value_name = "FILE", required_unless_present_any = ["c", "header"])]
+    #[arg(short, long, value_name = "FILE", required_unless_present_any = ["c", "header", "fmu"])]
     output: Option<String>,
     /// Where to write the same in freestanding C99
     #[arg(long, value_name = "FILE", requires = "header")]
@@ -57,6 +57,15 @@ struct Compile {
     /// Where to write the header of the C source, or of a Rust module with --extern-c
     #[arg(long, value_name = "FILE")]
     header: Option<String>,
+    /// Where to write Python (NumPy) around the C source: in the same folder
+    #[arg(long, value_name = "FILE", requires = "c")]
+    python: Option<String>,
+    /// Where to write a source FMU for Model Exchange and Co-Simulation, in f64
+    #[arg(long, value_name = "FILE")]
+    fmu: Option<String>,
+    /// The version of FMI
+    #[arg(long, value_enum, default_value_t, requires = "fmu")]
+    fmi: Fmi,
     /// Let the Rust module export the header's functions
     #[arg(long, requires = "output")]
     extern_c: bool,
@@ -80,6 +89,17 @@ enum Scalar {
     /// Generic over lamc_runtime::Scalar
     #[default]
     Generic,
+}
+
+#[derive(Clone, Copy, Default, ValueEnum)]
+enum Fmi {
+    /// FMI 2.0
+    #[default]
+    #[value(name = "2")]
+    Two,
+    /// FMI 3.0
+    #[value(name = "3")]
+    Three,
 }
 
 impl From<Scalar> for ScalarChoice {

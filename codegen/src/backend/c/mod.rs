@@ -10,6 +10,8 @@ mod description;
 use tera::{Context, Tera};
 
 use crate::program::Program;
+pub(super) use body::constant;
+pub(super) use description::fields;
 pub use description::{STATUS, Status};
 
 /// The number type of C.
