@@ -12,7 +12,12 @@ pub fn type_name(name: &str) -> String {
         camel.extend(letters.next().map(|first| first.to_ascii_uppercase()));
         camel.push_str(letters.as_str());
     }
-    if camel.is_empty() { "Model".to_owned() } else { camel }
+    // `_1a` is an identifier, `1a` is none.
+    if camel.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        camel
+    } else {
+        format!("Model{camel}")
+    }
 }
 
 /// Gives out identifiers in snake case, each once.
@@ -52,5 +57,6 @@ mod tests {
         assert_eq!(given, ["q_2", "left", "left_2", "left_2_2"]);
         assert_eq!(["Type", "Double"].map(|name| names.give(name)), ["type_2", "double_2"]);
         assert_eq!(type_name("m4th_design"), "M4thDesign");
+        assert_eq!(["_1a", "__"].map(type_name), ["Model1a", "Model"]);
     }
 }
