@@ -110,6 +110,7 @@ mod linearization;
 mod mechanism;
 mod projection;
 mod scalar;
+mod sin_cos;
 mod state;
 mod stops;
 mod system;
