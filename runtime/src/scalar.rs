@@ -56,11 +56,11 @@ pub trait Scalar:
     fn is_finite(self) -> bool;
 }
 
-/// Implements [`Scalar`] by libm, or by the standard library with the feature `std`. Sums of
-/// products are never fused: results are the same on every machine.
+/// Implements [`Scalar`] by these functions, or by the standard library with the feature `std`. Sums
+/// of products are never fused: results are the same on every machine.
 macro_rules! scalar {
-    ($type:ident, $sqrt:ident, $sincos:path, $tan:ident, $exp:ident, $tanh:ident, $pow:ident,
-     $ln:ident) => {
+    ($type:ident, $sqrt:path, $sincos:path, $tan:path, $exp:path, $tanh:path, $pow:path,
+     $ln:path) => {
         impl Scalar for $type {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -100,7 +100,7 @@ macro_rules! scalar {
                 #[cfg(feature = "std")]
                 return $type::powf(self, exponent);
                 #[cfg(not(feature = "std"))]
-                return libm::$pow(self, exponent);
+                return $pow(self, exponent);
             }
             #[inline]
             fn abs(self) -> Self {
@@ -133,13 +133,13 @@ macro_rules! scalar {
             }
         }
     };
-    (@function $name:ident, $libm:ident) => {
+    (@function $name:ident, $path:path) => {
         #[inline]
         fn $name(self) -> Self {
             #[cfg(feature = "std")]
             return Self::$name(self);
             #[cfg(not(feature = "std"))]
-            return libm::$libm(self);
+            return $path(self);
         }
     };
 }
@@ -165,8 +165,18 @@ pub(crate) fn truncated<S: Scalar>(value: S) -> S {
     if value < S::ZERO { -below } else { below }
 }
 
-scalar!(f64, sqrt, libm::sincos, tan, exp, tanh, pow, log);
-scalar!(f32, sqrtf, crate::sin_cos::sin_cos, tanf, expf, tanhf, powf, logf);
+scalar!(f64, libm::sqrt, libm::sincos, libm::tan, libm::exp, libm::tanh, libm::pow, libm::log);
+// What libm computes by way of f64 is computed here.
+scalar!(
+    f32,
+    libm::sqrtf,
+    crate::sin_cos::sin_cos,
+    crate::sin_cos::tan,
+    libm::expf,
+    libm::tanhf,
+    libm::powf,
+    libm::logf
+);
 
 #[cfg(test)]
 mod tests {

@@ -40,6 +40,12 @@ pub(crate) fn sin_cos(x: f32) -> (f32, f32) {
     }
 }
 
+/// Tangent.
+pub(crate) fn tan(x: f32) -> f32 {
+    let (sine, cosine) = sin_cos(x);
+    sine / cosine
+}
+
 /// By Horner's rule.
 fn polynomial(x: f32, [a, b, c, d]: [f32; 4]) -> f32 {
     a + x * (b + x * (c + x * d))
@@ -49,11 +55,13 @@ fn polynomial(x: f32, [a, b, c, d]: [f32; 4]) -> f32 {
 fn near(x: f32) -> (i32, f32) {
     let turns = x * core::f32::consts::FRAC_2_PI;
     let quarters = (turns + if turns < 0.0 { -0.5 } else { 0.5 }) as i32;
-    let [a, b, c] = HALF_PI.map(|part| quarters as f32 * part);
-    (quarters, x - a - b - c)
+    let count = quarters as f32;
+    let [a, b, c] = HALF_PI;
+    (quarters, x - count * a - count * b - count * c)
 }
 
 /// As [`near`], where |x| >= 1/2.
+#[cold]
 fn far(x: f32) -> (i32, f32) {
     let bits = x.to_bits();
     // |x| = mantissa 2^exponent; 2/pi from its bit of weight 2^(1 - exponent) on makes 2^1 and what

@@ -20,7 +20,7 @@ use core::f64::consts::{PI, TAU};
 use core::ops::Range;
 
 use crate::acceleration::not_finite;
-use crate::linear::max_abs;
+use crate::linear::{max_abs, tolerance};
 use crate::projection::worst_loop;
 use crate::scalar::{truncated, whole};
 use crate::workspace::{check, split};
@@ -108,7 +108,7 @@ pub fn assemble<Y: System>(
             search.improve(q, attempt, candidate, held);
         }
         search.evaluate(q);
-        search.slide(q, candidate, held, NEAREST);
+        search.slide(q, candidate, held, tolerance(NEAREST, 32.0));
         let residual = search.evaluate(q);
         return Ok(Assembly { iterations: search.iterations, residual });
     }
@@ -239,7 +239,7 @@ impl<Y: System> Search<'_, Y> {
                 q[joint] = self.clamped(joint, self.guess[joint] + reach * share);
             }
             if self.close(q, held) {
-                self.slide(q, candidate, held, NEAR);
+                self.slide(q, candidate, held, tolerance(NEAR, 32.0));
                 return true;
             }
             self.note_failure(q);

@@ -72,7 +72,7 @@ fn report() -> Result<(), &'static str> {
         sum += u64::from(taken);
         most = most.max(taken);
     }
-    hprint!("{{\"coordinates\": [");
+    hprint!("{}\"coordinates\": [", '{');
     for (i, value) in motion.coordinates().into_iter().enumerate() {
         let separator = if i == 0 { "" } else { ", " };
         hprint!("{}\"{:016x}\"", separator, f64::from(value).to_bits());
