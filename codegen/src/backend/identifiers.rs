@@ -2,6 +2,8 @@
 
 use std::collections::HashSet;
 
+use crate::source::names::is_keyword;
+
 /// `four_bar` -> `FourBar`.
 pub fn type_name(name: &str) -> String {
     let mut camel = String::new();
@@ -25,12 +27,13 @@ impl Names {
         Self { taken: reserved.iter().map(|&name| name.to_owned()).collect() }
     }
 
-    /// An identifier for `name`: in lower case, numbered when it was given out before.
+    /// An identifier for `name`: in lower case, numbered when it was given out before or is a
+    /// keyword.
     pub fn give(&mut self, name: &str) -> String {
         let lower = name.to_ascii_lowercase();
         let mut candidate = lower.clone();
         let mut count = 1;
-        while !self.taken.insert(candidate.clone()) {
+        while is_keyword(&candidate) || !self.taken.insert(candidate.clone()) {
             count += 1;
             candidate = format!("{lower}_{count}");
         }
@@ -47,6 +50,7 @@ mod tests {
         let mut names = Names::reserving(&["q"]);
         let given = ["q", "Left", "left", "left_2"].map(|name| names.give(name));
         assert_eq!(given, ["q_2", "left", "left_2", "left_2_2"]);
+        assert_eq!(["Type", "Double"].map(|name| names.give(name)), ["type_2", "double_2"]);
         assert_eq!(type_name("m4th_design"), "M4thDesign");
     }
 }

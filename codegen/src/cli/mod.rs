@@ -29,7 +29,7 @@ const TERMS: &str = concat!(
      and\nlamc-runtime contain nothing of it (MIT OR Apache-2.0)."
 );
 
-/// Compiler for the motion of laminate robots: writes a Rust module from a mechanism's YAML.
+/// Compiler for the motion of laminate robots: writes Rust or C from a mechanism's YAML.
 #[derive(Parser)]
 #[command(name = "lamc", version, long_version = TERMS, args_conflicts_with_subcommands = true)]
 #[command(
@@ -43,18 +43,30 @@ struct Cli {
     compile: Option<Compile>,
 }
 
-/// Compile a model to a Rust module.
+/// Compile a model to Rust or C.
 #[derive(Args)]
 struct Compile {
     /// The model: lamc's YAML or a popupCAD DynamicsInfo file; `-` reads standard input
     model: String,
-    /// Where to write the module; `-` writes standard output
-    #[arg(short, long, value_name = "FILE")]
-    output: String,
-    /// The number type of the module
+    /// Where to write the Rust module; `-` writes standard output
+    #[arg(short, long, value_name = "FILE", required_unless_present_any = ["c", "header"])]
+    output: Option<String>,
+    /// Where to write the same in freestanding C99
+    #[arg(long, value_name = "FILE", requires = "header")]
+    c: Option<String>,
+    /// Where to write the header of the C source, or of a Rust module with --extern-c
+    #[arg(long, value_name = "FILE")]
+    header: Option<String>,
+    /// Let the Rust module export the header's functions
+    #[arg(long, requires = "output")]
+    extern_c: bool,
+    /// The number type; C takes `generic` for f64
     #[arg(long, value_enum, default_value_t)]
     scalar: Scalar,
-    /// Write nothing; fail when FILE is not what would be written
+    /// Cut a loop at this joint: another cost, the same motion
+    #[arg(long, value_name = "JOINT")]
+    cut: Vec<String>,
+    /// Write nothing; fail when a file is not what would be written
     #[arg(long)]
     check: bool,
 }
