@@ -1,8 +1,8 @@
 //! Compares what targets report with what this machine computes, and holds firmware to its limits.
 //!
 //! Each argument is a row of the table that is printed: `NAME;SCALAR;REPORT;ELF`, where ELF may be
-//! left out. A name that ends in `!` is held to the limits. SCALAR is `f32` or `f64`, or the report
-//! of a reference.
+//! left out. A name that ends in `!` is held to the limits. SCALAR is `f32` or `f64`, and may be
+//! followed by `=` and the report of a reference, to compare with instead of Rust on this machine.
 
 use std::error::Error;
 use std::process::ExitCode;
@@ -57,7 +57,9 @@ struct Image {
 }
 
 fn main() -> ExitCode {
-    println!("| | largest difference | instructions per step | longest step | flash | static RAM | stack: assembly | step |");
+    println!(
+        "| | largest difference | instructions per step | longest step | flash | static RAM | stack: assembly | step |"
+    );
     println!("|---|---|---|---|---|---|---|---|");
     let mut sound = true;
     for row in env::args().skip(1) {
@@ -88,10 +90,17 @@ fn judge(row: &str) -> Result<Vec<String>, Box<dyn Error>> {
     let mut complaints = Vec::new();
 
     let got = coordinates(&report)?;
-    let (expected, allowed) = match scalar {
-        "f32" => (motion::<f32>()?, 1e-4),
-        "f64" => (motion::<f64>()?, 1e-9),
-        reference => (coordinates(&self::report(reference)?)?, 1e-9),
+    let (scalar, reference) = match scalar.split_once('=') {
+        Some((scalar, path)) => (scalar, Some(coordinates(&self::report(path)?)?)),
+        None => (scalar, None),
+    };
+    let ours = reference.is_none();
+    let (expected, allowed) = match (scalar, reference) {
+        ("f32", Some(reference)) => (reference, 1e-4),
+        ("f64", Some(reference)) => (reference, 1e-9),
+        ("f32", None) => (motion::<f32>()?, 1e-4),
+        ("f64", None) => (motion::<f64>()?, 1e-9),
+        _ => return Err(format!("{scalar} is neither f32 nor f64").into()),
     };
     if got.len() != expected.len() {
         return Err(format!("{} coordinates instead of {}", got.len(), expected.len()).into());
@@ -139,7 +148,8 @@ fn judge(row: &str) -> Result<Vec<String>, Box<dyn Error>> {
         }
         None => println!(" | |"),
     }
-    if scalar == "f32"
+    if ours
+        && scalar == "f32"
         && let Some(image) = image
         && !image.double.is_empty()
     {

@@ -21,14 +21,7 @@ const RELOAD: u32 = 0x00ff_ffff;
 const PAINT: u32 = 0xc5c5_c5c5;
 
 // A loop of two instructions per turn.
-global_asm!(
-    ".thumb_func",
-    ".global spin",
-    "spin:",
-    "1: subs r0, r0, #1",
-    "bne 1b",
-    "bx lr",
-);
+global_asm!(".thumb_func", ".global spin", "spin:", "1: subs r0, r0, #1", "bne 1b", "bx lr",);
 
 unsafe extern "C" {
     /// End of the static data: the lowest address the stack may grow to.
