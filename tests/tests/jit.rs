@@ -106,24 +106,34 @@ fn a_sixbar_is_compiled_within_50_ms_and_runs_ten_seconds_within_100_ms() {
     let best = |measure: &dyn Fn() -> f64| (0..5).map(|_| measure()).fold(f64::INFINITY, f64::min);
     let compiling = best(&|| {
         let machine = Jit::new(&program);
-        let begin = Instant::now();
+        let begin = worked();
         assert!(machine.engine().compile());
-        begin.elapsed().as_secs_f64()
+        worked() - begin
     });
     let start = moving(&Interpreter::new(&program));
     let running = best(&|| {
         let machine = Jit::new(&program);
         let mut state = State { u: vec![0.0; start.u.len()], ..start.clone() };
         let mut integrator = Dopri5::new(&machine);
-        let begin = Instant::now();
+        let begin = worked();
         let times = (0..=300).map(|frame| f64::from(frame) / 30.0);
         let outcome = integrator.sample(&machine, &mut state, 10.0, times, |_| ());
         outcome.unwrap_or_else(|error| panic!("{error}"));
-        begin.elapsed().as_secs_f64()
+        worked() - begin
     });
     println!("compiled in {:.1} ms, ten seconds in {:.1} ms", 1e3 * compiling, 1e3 * running);
     assert!(compiling < 0.05, "compiling takes {compiling} s");
     assert!(running < 0.1, "ten seconds take {running} s");
+}
+
+/// Seconds this thread has been at work: other processes do not count, where the system tells.
+fn worked() -> f64 {
+    let nanoseconds = std::fs::read_to_string("/proc/thread-self/schedstat")
+        .ok()
+        .and_then(|text| text.split(' ').next()?.parse::<f64>().ok());
+    static BEGIN: std::sync::OnceLock<Instant> = std::sync::OnceLock::new();
+    let wall = || BEGIN.get_or_init(Instant::now).elapsed().as_secs_f64();
+    nanoseconds.map_or_else(wall, |nanoseconds| 1e-9 * nanoseconds)
 }
 
 /// The reference motions, integrated through machine code.

@@ -10,6 +10,7 @@ mod import;
 mod modes;
 mod output;
 mod plot;
+mod run;
 mod simulate;
 mod start;
 
@@ -20,7 +21,7 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use lamc::backend::rust::ScalarChoice;
 use lamc::pipeline::{self, CompileError, Compiled};
-use lamc::source::{Diagnostics, SourceFile, SourceModel, UnknownEntry};
+use lamc::source::{Diagnostics, EditError, SourceFile, SourceModel};
 
 const TERMS: &str = concat!(
     env!("CARGO_PKG_VERSION"),
@@ -159,7 +160,7 @@ fn load(path: &str) -> Result<Compiled, Failed> {
 /// As [`load`], after a change of the model as read.
 fn load_edited(
     path: &str,
-    edit: impl FnOnce(&mut SourceModel) -> Result<(), UnknownEntry>,
+    edit: impl FnOnce(&mut SourceModel) -> Result<(), EditError>,
 ) -> Result<Compiled, Failed> {
     let file = read(path)?;
     match pipeline::compile_edited(&file, edit) {

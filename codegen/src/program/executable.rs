@@ -59,6 +59,16 @@ impl<E: Engine> Executable<E> {
         &self.interface
     }
 
+    /// The parameters in their order, SI.
+    pub fn parameters(&self) -> &[f64] {
+        &self.parameters
+    }
+
+    /// The inputs in their order, SI.
+    pub fn inputs(&self) -> &[f64] {
+        &self.inputs
+    }
+
     /// Sets a parameter, SI.
     ///
     /// # Errors

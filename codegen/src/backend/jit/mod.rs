@@ -34,7 +34,15 @@ pub struct MachineCode {
     interpretation: Interpretation,
     functions: Rc<[Function]>,
     module: Rc<RefCell<Option<Memory>>>,
-    code: Rc<[(Cell<u32>, OnceCell<Option<Code>>)]>,
+    entries: Rc<[Entry]>,
+}
+
+/// Where a function is called from.
+#[derive(Default)]
+struct Entry {
+    calls: Cell<u32>,
+    /// Nothing in it where it cannot be compiled.
+    code: OnceCell<Option<Code>>,
 }
 
 /// A compiled function.
@@ -67,7 +75,7 @@ impl MachineCode {
             interpretation: Interpretation::new(program),
             functions: program.functions.clone().into(),
             module: Rc::new(RefCell::new(module)),
-            code: program.functions.iter().map(|_| Default::default()).collect(),
+            entries: program.functions.iter().map(|_| Entry::default()).collect(),
         }
     }
 
@@ -78,7 +86,7 @@ impl MachineCode {
 
     /// The function as machine code, compiled if it was not.
     fn compiled(&self, kind: FunctionKind) -> Option<&Code> {
-        let (_, code) = &self.code[kind as usize];
+        let code = &self.entries[kind as usize].code;
         let compile = || {
             let mut module = self.module.borrow_mut();
             let module = module.as_mut()?.0.as_mut()?;
@@ -90,7 +98,7 @@ impl MachineCode {
 
 impl Engine for MachineCode {
     fn run(&self, kind: FunctionKind, load: impl Fn(Slot) -> f64, out: &mut [&mut [f64]]) {
-        let (calls, _) = &self.code[kind as usize];
+        let calls = &self.entries[kind as usize].calls;
         calls.set(calls.get().saturating_add(1));
         match if calls.get() > WORTH { self.compiled(kind) } else { None } {
             Some(code) => code.run(load, out),
@@ -125,7 +133,7 @@ impl Code {
 impl Drop for Memory {
     fn drop(&mut self) {
         if let Some(module) = self.0.take() {
-            // SAFETY: pointers into this memory are kept only in the `code` of a `MachineCode`,
+            // SAFETY: pointers into this memory are kept only in the `entries` of a `MachineCode`,
             // which is private, runs them only while it is borrowed, and goes with the memory.
             #[allow(unsafe_code)]
             unsafe {
@@ -138,14 +146,14 @@ impl Drop for Memory {
 impl fmt::Debug for MachineCode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let compiled =
-            |kind: &FunctionKind| matches!(self.code[*kind as usize].1.get(), Some(Some(_)));
+            |kind: &FunctionKind| matches!(self.entries[*kind as usize].code.get(), Some(Some(_)));
         let names = FunctionKind::ALL.into_iter().filter(compiled);
         f.debug_tuple("MachineCode").field(&names.collect::<Vec<_>>()).finish()
     }
 }
 
 /// An empty module for this machine.
-fn host() -> Result<JITModule, ModuleError> {
+fn host() -> translate::Translated<JITModule> {
     let mut flags = settings::builder();
     // The program has been optimised already; code is called by address from anywhere.
     for (name, value) in [
@@ -154,10 +162,11 @@ fn host() -> Result<JITModule, ModuleError> {
         ("use_colocated_libcalls", "false"),
         ("enable_verifier", if cfg!(test) { "true" } else { "false" }),
     ] {
-        flags.set(name, value)?;
+        flags.set(name, value).map_err(ModuleError::from)?;
     }
     let unknown = |reason: &str| ModuleError::Backend(std::io::Error::other(reason).into());
-    let isa = cranelift_native::builder().map_err(unknown)?.finish(Flags::new(flags))?;
+    let isa = cranelift_native::builder().map_err(unknown)?.finish(Flags::new(flags));
+    let isa = isa.map_err(ModuleError::from)?;
     let mut builder = JITBuilder::with_isa(isa, default_libcall_names());
     builder.symbols(translate::HOST_FUNCTIONS.map(|(name, address)| (name, address())));
     Ok(JITModule::new(builder))

@@ -13,10 +13,13 @@ use cranelift_codegen::ir::types::F64;
 use cranelift_codegen::ir::{self, AbiParam, FuncRef, InstBuilder, MemFlags, Signature};
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use cranelift_jit::JITModule;
-use cranelift_module::{Linkage, Module, ModuleError, ModuleResult};
+use cranelift_module::{Linkage, Module, ModuleError};
 
 use super::Code;
 use crate::program::{Function, Op, Value};
+
+/// What there is, or why the machine code cannot be had.
+pub(super) type Translated<T> = Result<T, Box<ModuleError>>;
 
 /// Operations of a part.
 const PART: usize = 1000;
@@ -58,7 +61,7 @@ fn host_function(op: Op) -> Option<&'static str> {
 }
 
 /// Compiles a function.
-pub(super) fn function(module: &mut JITModule, function: &Function) -> ModuleResult<Code> {
+pub(super) fn function(module: &mut JITModule, function: &Function) -> Translated<Code> {
     let layout = Layout::new(function);
     let mut context = module.make_context();
     let mut builder = FunctionBuilderContext::new();
@@ -175,7 +178,7 @@ impl<'a, 'b> Part<'a, 'b> {
         Self { module, builder, layout, function, base, known, host }
     }
 
-    fn write(mut self, range: Range<usize>) -> ModuleResult<()> {
+    fn write(mut self, range: Range<usize>) -> Translated<()> {
         for index in range {
             let op = self.function.instructions[index].op;
             if matches!(op, Op::Load(_) | Op::Const(_)) {
@@ -193,7 +196,7 @@ impl<'a, 'b> Part<'a, 'b> {
     }
 
     /// A value computed in this part, or from its cell.
-    fn value(&mut self, value: Value) -> ModuleResult<ir::Value> {
+    fn value(&mut self, value: Value) -> Translated<ir::Value> {
         if let Some(&known) = self.known.get(&value.index()) {
             return Ok(known);
         }
@@ -205,9 +208,9 @@ impl<'a, 'b> Part<'a, 'b> {
         Ok(read)
     }
 
-    fn operation(&mut self, op: Op) -> ModuleResult<ir::Value> {
+    fn operation(&mut self, op: Op) -> Translated<ir::Value> {
         let operands = op.operands().map(|operand| self.value(operand));
-        let operands = operands.collect::<ModuleResult<Vec<_>>>()?;
+        let operands = operands.collect::<Translated<Vec<_>>>()?;
         if let Some(name) = host_function(op) {
             return self.call(name, &operands);
         }
@@ -252,7 +255,7 @@ impl<'a, 'b> Part<'a, 'b> {
         self.builder.ins().select(holds, then, otherwise)
     }
 
-    fn call(&mut self, name: &'static str, operands: &[ir::Value]) -> ModuleResult<ir::Value> {
+    fn call(&mut self, name: &'static str, operands: &[ir::Value]) -> Translated<ir::Value> {
         let function = match self.host.get(name) {
             Some(&function) => function,
             None => {
@@ -271,6 +274,7 @@ impl<'a, 'b> Part<'a, 'b> {
 }
 
 /// Bytes from the first cell.
-fn offset(cell: usize) -> ModuleResult<i32> {
-    i32::try_from(cell * size_of::<f64>()).map_err(|error| ModuleError::Backend(error.into()))
+fn offset(cell: usize) -> Translated<i32> {
+    i32::try_from(cell * size_of::<f64>())
+        .map_err(|error| ModuleError::Backend(error.into()).into())
 }
