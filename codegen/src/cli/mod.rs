@@ -11,6 +11,7 @@ mod modes;
 mod output;
 mod plot;
 mod run;
+mod shell;
 mod simulate;
 mod start;
 
@@ -104,6 +105,17 @@ enum Command {
         #[arg(short, long, value_name = "FILE")]
         output: String,
     },
+    /// Print the script by which a shell completes lamc
+    Completions {
+        /// The shell
+        #[arg(value_enum)]
+        shell: clap_complete::Shell,
+    },
+    /// Write the manual: a page for lamc and one for each command
+    Man {
+        /// Where to, such as ~/.local/share/man/man1
+        folder: String,
+    },
 }
 
 /// Already reported on standard error; the exit code.
@@ -121,6 +133,8 @@ pub fn run() -> ExitCode {
         (Some(Command::Equilibrium(arguments)), _) => equilibrium::run(&arguments),
         (Some(Command::Modes(arguments)), _) => modes::run(&arguments),
         (Some(Command::Import { design, output }), _) => import::run(&design, &output),
+        (Some(Command::Completions { shell }), _) => shell::completions(shell),
+        (Some(Command::Man { folder }), _) => shell::man(&folder),
         (None, Some(arguments)) => compile::run(&arguments),
         (None, None) => unreachable!("clap asks for a model or a command"),
     };

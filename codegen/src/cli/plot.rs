@@ -48,10 +48,11 @@ pub fn format(path: &str) -> Result<Format, String> {
     }
 }
 
-/// Pixels of a picture: its width, a panel's height, that of a square one, the legend's width.
+/// Pixels of a picture: its width, a panel's height, that of a tall one, the legend's width, the
+/// title's height.
 const WIDTH: u32 = 900;
 const HEIGHT: u32 = 300;
-const SQUARE: u32 = 480;
+const TALL: u32 = 480;
 const LEGEND: u32 = 190;
 const TITLE: u32 = 34;
 
@@ -79,8 +80,16 @@ const COLORS: [RGBColor; 10] = [
 struct Chart {
     labels: [String; 2],
     curves: Vec<Curve>,
-    /// Whether both axes have one scale.
-    square: bool,
+    kind: Kind,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    OverTime,
+    /// Any two quantities.
+    Plane,
+    /// Two lengths at one scale.
+    Map,
 }
 
 struct Curve {
@@ -111,7 +120,7 @@ impl Panel {
         let (angle, unit) = if radians { (1.0, "rad") } else { (1.0_f64.to_degrees(), "deg") };
         let over_time = |what: String, curves| {
             let labels = ["time, s".to_owned(), what];
-            Chart { labels, curves, square: false }
+            Chart { labels, curves, kind: Kind::OverTime }
         };
         let joints = |of: fn(&Sample) -> &Vec<f64>| {
             let curve = |(joint, name): (usize, &String)| Curve {
@@ -151,15 +160,10 @@ impl Panel {
                 };
                 let labels = [format!("angle, {unit}"), format!("rate, {unit}/s")];
                 let curves = motion.joints.iter().enumerate().map(curve).collect();
-                Chart { labels, curves, square: false }
+                Chart { labels, curves, kind: Kind::Plane }
             }
             Self::Paths => paths(motion),
         }
-    }
-
-    /// Pixels.
-    fn height(chart: &Chart) -> u32 {
-        if chart.square { SQUARE } else { HEIGHT }
     }
 }
 
@@ -202,7 +206,7 @@ fn paths(motion: &Motion) -> Chart {
             .collect(),
     };
     let labels = [across, up].map(|axis| format!("{}, mm", AXES[axis]));
-    Chart { labels, curves: motion.points.iter().enumerate().map(curve).collect(), square: true }
+    Chart { labels, curves: motion.points.iter().enumerate().map(curve).collect(), kind: Kind::Map }
 }
 
 fn range(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
@@ -210,7 +214,7 @@ fn range(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
 }
 
 fn svg(title: &str, charts: &[Chart]) -> Result<String, Box<dyn Error>> {
-    let height = TITLE + charts.iter().map(Panel::height).sum::<u32>();
+    let height = TITLE + charts.iter().map(Chart::height).sum::<u32>();
     let size = (WIDTH * FINE, height * FINE);
     let mut svg = String::new();
     {
@@ -220,7 +224,7 @@ fn svg(title: &str, charts: &[Chart]) -> Result<String, Box<dyn Error>> {
         let style = font(18).into_text_style(&head);
         head.draw_text(title, &style, (px(20), px(10)))?;
         for chart in charts {
-            let (panel, below) = rest.split_vertically(Panel::height(chart) * FINE);
+            let (panel, below) = rest.split_vertically(chart.height() * FINE);
             chart.draw(&panel)?;
             rest = below;
         }
@@ -234,15 +238,21 @@ fn svg(title: &str, charts: &[Chart]) -> Result<String, Box<dyn Error>> {
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 impl Chart {
+    /// Pixels.
+    fn height(&self) -> u32 {
+        if self.kind == Kind::OverTime { HEIGHT } else { TALL }
+    }
+
     fn draw(&self, area: &Area<'_>) -> Result<(), Box<dyn Error>> {
         let (left, right) = area.split_horizontally((WIDTH - LEGEND) * FINE);
         let [x, y] = self.ranges();
         let mut chart = ChartBuilder::on(&left)
             .margin_top(px(6))
+            .margin_left(px(12))
             .margin_right(px(6))
             .margin_bottom(px(4))
-            .x_label_area_size(px(46))
-            .y_label_area_size(px(78))
+            .x_label_area_size(px(42))
+            .y_label_area_size(px(68))
             .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
         let decimals = |(low, high): (f64, f64)| {
             // Ticks are some tenth of the range apart.
@@ -260,7 +270,7 @@ impl Chart {
         chart
             .configure_mesh()
             .x_labels(9)
-            .y_labels(if self.square { 9 } else { 7 })
+            .y_labels(if self.kind == Kind::OverTime { 7 } else { 9 })
             .x_desc(&self.labels[0])
             .y_desc(&self.labels[1])
             .x_label_formatter(&decimals(x))
@@ -282,7 +292,7 @@ impl Chart {
     /// The names beside the panel, as far as there is room to read them.
     fn legend(&self, area: &Area<'_>) -> Result<(), Box<dyn Error>> {
         const ROOM: i32 = 12;
-        let height = Panel::height(self) as i32 - 60;
+        let height = self.height() as i32 - 60;
         let step = (height / (self.curves.len() as i32).max(1)).min(20);
         if step < ROOM {
             let style = font(13).into_text_style(area);
@@ -312,11 +322,14 @@ impl Chart {
         };
         let x = range(points().map(|point| point.0));
         let y = wide(range(points().map(|point| point.1)));
-        if !self.square {
-            return [if self.labels[0].starts_with("time") && x.1 > x.0 { x } else { wide(x) }, y];
+        if self.kind == Kind::OverTime && x.1 > x.0 {
+            return [x, y];
+        }
+        if self.kind != Kind::Map {
+            return [wide(x), y];
         }
         // The panel's inside, by the sizes of its labels.
-        let ratio = f64::from(WIDTH - LEGEND - 84) / f64::from(SQUARE - 56);
+        let ratio = f64::from(WIDTH - LEGEND - 86) / f64::from(TALL - 52);
         let x = wide(x);
         let half = (0.5 * (y.1 - y.0)).max(0.5 * (x.1 - x.0) / ratio);
         let around = |(low, high): (f64, f64), half: f64| {
