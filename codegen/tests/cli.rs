@@ -556,26 +556,28 @@ fn pictures_of_every_panel() {
 #[test]
 fn an_interrupt_keeps_what_is_done() {
     let (_guard, folder) = folder();
-    let csv = folder.join("m.csv");
+    let (model, csv) = (folder.join("swing.yaml"), folder.join("m.csv"));
+    // It never comes to rest.
+    fs::write(&model, SWING.replace("TORQUE", "0").replace(", damping: 4e-6", "")).ok();
     let child = lamc()
-        .args(["simulate", &example("sixbar.yaml"), "--duration", "10000", "--rate", "50"])
-        .args(["--csv", &csv.display().to_string()])
+        .args(["simulate", &model.display().to_string(), "--duration", "1e6", "--rate", "1"])
+        .args(["--initial", "hinge=1", "--csv", &csv.display().to_string()])
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
         .unwrap_or_else(|error| panic!("{error}"));
     std::thread::sleep(std::time::Duration::from_secs(3));
-    assert!(files(&folder).is_empty(), "a file before its time");
+    assert_eq!(files(&folder), ["swing.yaml"], "a file before its time");
     let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
     assert!(kill.is_ok_and(|status| status.success()));
     let output = child.wait_with_output().unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(output.status.code(), Some(130), "{}", text(&output.stderr));
     assert!(text(&output.stdout).contains("interrupted"), "{}", text(&output.stdout));
-    assert_eq!(files(&folder), ["m.csv"]);
+    assert_eq!(files(&folder).len(), 2);
     let table = fs::read_to_string(&csv).unwrap_or_default();
     let columns = table.lines().next().map_or(0, |header| header.split(',').count());
     let lines = table.lines().count();
-    assert!(lines > 2 && lines < 500_000 && table.ends_with('\n'), "{lines} lines");
+    assert!(lines > 2 && lines < 1_000_000 && table.ends_with('\n'), "{lines} lines");
     assert!(table.lines().all(|line| line.split(',').count() == columns));
 }
 
