@@ -7,7 +7,7 @@ use crate::backend::rust::{self, ScalarChoice};
 use crate::kane::{self, DeriveError, Equations};
 use crate::laminate;
 use crate::program::{self, Op, Program};
-use crate::source::{self, Diagnostic, Diagnostics, SourceFile, SourceModel, UnknownEntry};
+use crate::source::{self, Diagnostic, Diagnostics, EditError, SourceFile, SourceModel};
 use crate::symbolic::SessionError;
 use crate::topology::{self, Topology};
 
@@ -19,7 +19,7 @@ pub enum CompileError {
     Model(Diagnostics),
     /// A change asks for a joint or force that the model has not.
     #[error(transparent)]
-    Edit(#[from] UnknownEntry),
+    Edit(#[from] EditError),
     /// A number of the model is too large for the number type.
     #[error("the number {0:e} of the equations does not fit f32: use f64")]
     OutOfRange(f64),
@@ -60,7 +60,7 @@ pub struct Compiled {
 /// As [`compile`]; [`CompileError::Edit`] when the change asks for something there is not.
 pub fn compile_edited(
     file: &SourceFile,
-    edit: impl FnOnce(&mut SourceModel) -> Result<(), UnknownEntry>,
+    edit: impl FnOnce(&mut SourceModel) -> Result<(), EditError>,
 ) -> Result<Compiled, CompileError> {
     let (mut model, warnings) = source::parse(file)?;
     edit(&mut model)?;

@@ -1,8 +1,9 @@
-//! Stage 6: [`Program`](crate::program::Program) -> text.
+//! Stage 6: [`Program`](crate::program::Program) -> text, or machine code in this process.
 
 pub mod c;
 pub mod fmu;
 pub mod identifiers;
+pub mod jit;
 pub mod literal;
 pub mod python;
 pub mod rust;
