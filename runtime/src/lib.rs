@@ -110,7 +110,7 @@ mod linearization;
 mod mechanism;
 mod projection;
 mod scalar;
-#[cfg(any(test, not(feature = "std")))]
+#[cfg(not(feature = "std"))]
 mod sin_cos;
 mod state;
 mod stops;
