@@ -1,0 +1,161 @@
+//! What a mechanism looks like: solids in flat coordinates, hinge lines, points. The pictures
+//! (`picture/`) and the viewer page (`page/`) are drawn from it.
+
+mod mesh;
+mod palette;
+mod solid;
+
+pub use mesh::{Mesh, Triangle};
+pub use palette::Rgb;
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::laminate::Mechanism;
+
+/// A mechanism as it is drawn. Flat coordinates, m.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The model's name.
+    pub name: String,
+    /// Bodies, in the order of the poses.
+    pub bodies: Vec<Solid>,
+    /// Hinge lines, in the order of q.
+    pub hinges: Vec<HingeLine>,
+    /// Output points.
+    pub points: Vec<Marker>,
+    /// Materials and their colours, as far as they are seen.
+    pub materials: Vec<(String, Rgb)>,
+    /// Diagonal of the flat bounding box, m.
+    pub size: f64,
+}
+
+/// A body with its surface.
+#[derive(Clone, Debug)]
+pub struct Solid {
+    /// Its name.
+    pub name: String,
+    /// Part of the ground.
+    pub fixed: bool,
+    /// Its surface.
+    pub mesh: Mesh,
+}
+
+/// The line two bodies turn about.
+#[derive(Clone, Debug)]
+pub struct HingeLine {
+    /// The joint's name.
+    pub name: String,
+    /// The body that carries it: the joint's first.
+    pub body: usize,
+    /// Both ends, flat coordinates, m.
+    pub ends: [Vector3<f64>; 2],
+}
+
+/// A point fixed to a body.
+#[derive(Clone, Debug)]
+pub struct Marker {
+    /// Its name.
+    pub name: String,
+    /// The body.
+    pub body: usize,
+    /// Flat coordinates, m.
+    pub at: Vector3<f64>,
+}
+
+/// A motion to be shown: one entry per sample in each list.
+#[derive(Clone, Debug, Default)]
+pub struct Clip {
+    /// s.
+    pub t: Vec<f64>,
+    /// rad, in the order of the joints.
+    pub q: Vec<Vec<f64>>,
+    /// As [`write_poses`](lamc_runtime::System::write_poses) gives them: 12 numbers per body.
+    pub poses: Vec<Vec<f64>>,
+}
+
+/// Where a body is: the point drawn at x lies at R x + p in the base frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Pose {
+    /// R.
+    pub rotation: Matrix3<f64>,
+    /// p, m.
+    pub position: Vector3<f64>,
+}
+
+impl Pose {
+    /// The pose of a body among those of all, 12 numbers each; flat where there are too few.
+    pub fn of(poses: &[f64], body: usize) -> Self {
+        match poses.get(12 * body..12 * body + 12) {
+            Some(pose) => Self {
+                rotation: Matrix3::from_row_slice(&pose[..9]),
+                position: Vector3::from_column_slice(&pose[9..]),
+            },
+            None => Self { rotation: Matrix3::identity(), position: Vector3::zeros() },
+        }
+    }
+
+    /// Where a point of the body is, base frame, m.
+    pub fn apply(&self, x: &Vector3<f64>) -> Vector3<f64> {
+        self.rotation * x + self.position
+    }
+}
+
+impl Scene {
+    /// What there is to see of a mechanism.
+    pub fn new(mechanism: &Mechanism) -> Self {
+        let materials = palette::of_materials(
+            mechanism.bodies.iter().flat_map(|body| &body.sheets).map(|sheet| &*sheet.material),
+        );
+        let end = |joint: &crate::laminate::Joint, share: f64| {
+            joint.point + joint.direction * (share * joint.length)
+        };
+        let hinges: Vec<_> = mechanism
+            .joints
+            .iter()
+            .map(|joint| HingeLine {
+                name: joint.name.clone(),
+                body: joint.bodies[0].index(),
+                ends: [end(joint, 0.0), end(joint, 1.0)],
+            })
+            .collect();
+        let bodies = mechanism.bodies.iter().enumerate().map(|(index, body)| {
+            let held = mechanism.joints.iter().filter(|joint| {
+                joint.bodies.iter().any(|id| id.index() == index)
+            });
+            let middles: Vec<_> = held.map(|joint| end(joint, 0.5)).collect();
+            Solid {
+                name: body.name.clone(),
+                fixed: body.fixed,
+                mesh: solid::mesh(body, &middles, &materials, mechanism.size),
+            }
+        });
+        let points = mechanism.points.iter().map(|point| Marker {
+            name: point.name.clone(),
+            body: point.body.index(),
+            at: point.at,
+        });
+        Self {
+            name: mechanism.name.clone(),
+            bodies: bodies.collect(),
+            hinges,
+            points: points.collect(),
+            materials,
+            size: mechanism.size,
+        }
+    }
+
+    /// Everything's positions at given poses, base frame, m: vertices, ends of hinges, points.
+    pub fn positions(&self, poses: &[f64]) -> Vec<Vector3<f64>> {
+        let mut all = Vec::new();
+        for (index, body) in self.bodies.iter().enumerate() {
+            let pose = Pose::of(poses, index);
+            all.extend(body.mesh.vertices.iter().map(|vertex| pose.apply(vertex)));
+        }
+        for hinge in &self.hinges {
+            let pose = Pose::of(poses, hinge.body);
+            all.extend(hinge.ends.iter().map(|end| pose.apply(end)));
+        }
+        all.extend(self.points.iter().map(|point| Pose::of(poses, point.body).apply(&point.at)));
+        all
+    }
+}
