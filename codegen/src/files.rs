@@ -4,28 +4,29 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Writes `text` to a file, not when it is there already. Links are followed; what is no file (a
+/// Writes a file, not when it is there already. Links are followed; what is no file (a
 /// device, a pipe) is written to as it is.
 ///
 /// # Errors
 /// The system's; a file that could not be written whole is as it was.
-pub fn write(path: &Path, text: &str) -> io::Result<()> {
+pub fn write(path: &Path, contents: impl AsRef<[u8]>) -> io::Result<()> {
+    let contents = contents.as_ref();
     match fs::metadata(path) {
         Ok(found) if found.is_file() => {
-            if fs::read(path).is_ok_and(|old| old == text.as_bytes()) {
+            if fs::read(path).is_ok_and(|old| old == contents) {
                 return Ok(());
             }
-            replace(&fs::canonicalize(path)?, text)
+            replace(&fs::canonicalize(path)?, contents)
         }
         Ok(found) if !found.is_dir() => {
-            fs::OpenOptions::new().write(true).open(path)?.write_all(text.as_bytes())
+            fs::OpenOptions::new().write(true).open(path)?.write_all(contents)
         }
-        _ => replace(path, text),
+        _ => replace(path, contents),
     }
 }
 
 /// A temporary file in the same folder takes the place of the old one.
-fn replace(path: &Path, text: &str) -> io::Result<()> {
+fn replace(path: &Path, contents: &[u8]) -> io::Result<()> {
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
@@ -37,7 +38,7 @@ fn replace(path: &Path, text: &str) -> io::Result<()> {
     // The system's reason alone: the temporary file's name means nothing to the user.
     let reason = |error: io::Error| io::Error::from(error.kind());
     let mut file = builder.prefix(".lamc-").tempfile_in(folder).map_err(reason)?;
-    file.write_all(text.as_bytes())?;
+    file.write_all(contents)?;
     file.persist(path).map_err(|error| error.error)?;
     Ok(())
 }

@@ -14,6 +14,7 @@ mod config;
 pub mod files;
 pub mod kane;
 pub mod laminate;
+pub mod motion;
 pub mod picture;
 pub mod pipeline;
 pub mod program;

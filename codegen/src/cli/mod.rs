@@ -9,6 +9,7 @@ mod eval;
 mod import;
 mod modes;
 mod output;
+mod pictures;
 mod plot;
 mod simulate;
 mod start;

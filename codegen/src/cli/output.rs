@@ -7,10 +7,10 @@ use lamc::files;
 
 use super::{Failed, Outcome, fail};
 
-/// Writes `text` to standard output. A reader that went away is no failure.
-pub fn print(text: &str) -> Outcome {
+/// Writes text, or anything, to standard output. A reader that went away is no failure.
+pub fn print(contents: impl AsRef<[u8]>) -> Outcome {
     let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    match out.write_all(contents.as_ref()).and_then(|()| out.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
             Err(fail(format_args!("cannot write to standard output: {error}")))
         }
@@ -18,11 +18,11 @@ pub fn print(text: &str) -> Outcome {
     }
 }
 
-/// Writes `text` to a file (`-`: standard output): whole or not at all.
-pub fn write(path: &str, text: &str) -> Outcome {
+/// Writes a file (`-`: standard output): whole or not at all.
+pub fn write(path: &str, contents: impl AsRef<[u8]>) -> Outcome {
     if path == "-" {
-        return print(text);
+        return print(contents);
     }
-    files::write(Path::new(path), text)
+    files::write(Path::new(path), contents.as_ref())
         .map_err(|error| -> Failed { fail(format_args!("cannot write {path}: {error}")) })
 }

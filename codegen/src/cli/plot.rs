@@ -4,7 +4,7 @@ use std::error::Error;
 
 use plotters::prelude::*;
 
-use super::simulate::Motion;
+use lamc::motion::Motion;
 
 /// Pixels.
 const SIZE: (u32, u32) = (900, 480);
@@ -15,11 +15,11 @@ pub fn angles(title: &str, motion: &Motion) -> Result<String, Box<dyn Error>> {
     {
         let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
         root.fill(&WHITE)?;
-        let degrees = || motion.q.iter().flatten().map(|q| q.to_degrees());
+        let degrees = || motion.samples.iter().flat_map(|sample| &sample.q).map(|q| q.to_degrees());
         let low = degrees().fold(f64::INFINITY, f64::min);
         let high = degrees().fold(f64::NEG_INFINITY, f64::max);
         let margin = 0.05 * (high - low) + 0.5;
-        let end = motion.t.last().copied().unwrap_or(1.0);
+        let end = motion.samples.last().map_or(1.0, |sample| sample.t);
         let mut chart = ChartBuilder::on(&root)
             .caption(title, ("sans-serif", 20))
             .margin(12)
@@ -36,7 +36,8 @@ pub fn angles(title: &str, motion: &Motion) -> Result<String, Box<dyn Error>> {
             .draw()?;
         for (joint, name) in motion.joints.iter().enumerate() {
             let color = Palette99::pick(joint).to_rgba();
-            let points = motion.t.iter().zip(&motion.q).map(|(&t, q)| (t, q[joint].to_degrees()));
+            let points =
+                motion.samples.iter().map(|sample| (sample.t, sample.q[joint].to_degrees()));
             chart.draw_series(LineSeries::new(points, color.stroke_width(2)))?.label(name).legend(
                 move |(x, y)| PathElement::new([(x, y), (x + 18, y)], color.stroke_width(2)),
             );

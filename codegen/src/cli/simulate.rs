@@ -4,12 +4,14 @@ use std::fmt::Write;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
+use lamc::motion::Motion;
 use lamc::program::Interpreter;
+use lamc::scene::Scene;
 use lamc_runtime::{Dopri5, Energy, Error, Rodas, State, Stopped, System, acceleration, project};
 
 use super::equilibrium::settle;
 use super::start::{Start, describe};
-use super::{Failed, Outcome, fail, misused, output, plot};
+use super::{Failed, Outcome, fail, misused, output, pictures, plot};
 
 /// Explicit steps within which a motion must get on by a share of its duration.
 const PATIENCE: (usize, f64) = (1000, 0.01);
@@ -49,6 +51,8 @@ pub struct Arguments {
     /// Draw the joint angles over time as SVG
     #[arg(long, value_name = "FILE")]
     plot: Option<String>,
+    #[command(flatten)]
+    pictures: pictures::Pictures,
 }
 
 #[derive(Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
@@ -60,20 +64,6 @@ enum Method {
     Dopri5,
     /// RODASP of order 4(3), implicit and L-stable
     Rodas,
-}
-
-/// A motion, sampled.
-pub struct Motion {
-    pub joints: Vec<String>,
-    /// s.
-    pub t: Vec<f64>,
-    /// rad, by sample.
-    pub q: Vec<Vec<f64>>,
-    /// rad/s, by sample.
-    pub u: Vec<Vec<f64>>,
-    pub energy: Vec<Energy<f64>>,
-    /// Largest closure residual, m, by sample.
-    pub open: Vec<f64>,
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
@@ -93,25 +83,27 @@ pub fn run(arguments: &Arguments) -> Outcome {
     if samples > 1e7 {
         return Err(misused("more than 10 million samples: lower --rate or --duration"));
     }
-    let (system, state) = begin(arguments)?;
+    let (scene, system, state) = begin(arguments)?;
     let begin = Instant::now();
     let mut run = Run::new(system, state, arguments);
+    run.record()?;
     for sample in 1..=samples as usize {
         run.advance((sample as f64 / arguments.rate).min(arguments.duration))?;
     }
-    let (motion, system) = (&run.motion, &run.system.system);
+    let motion = &run.motion;
     if let Some(path) = &arguments.csv {
-        output::write(path, &motion.csv())?;
+        output::write(path, &csv(motion))?;
     }
     if let Some(path) = &arguments.plot {
-        let svg = plot::angles(&system.interface().name, motion).map_err(fail)?;
+        let svg = plot::angles(&motion.name, motion).map_err(fail)?;
         output::write(path, &svg)?;
     }
+    arguments.pictures.write(&scene, motion)?;
     if arguments.csv.as_deref() == Some("-") || arguments.plot.as_deref() == Some("-") {
         return Ok(());
     }
     let seconds = begin.elapsed().as_secs_f64();
-    let mut text = motion.summary(system.size());
+    let mut text = summary(motion);
     run.note_stops(&mut text);
     let methods: Vec<_> = [(run.explicit_steps, "Dormand-Prince"), (run.implicit_steps, "RODASP")]
         .into_iter()
@@ -127,14 +119,15 @@ pub fn run(arguments: &Arguments) -> Outcome {
     output::print(&text)
 }
 
-/// The system that moves, and the state it starts from: assembled or at rest.
-fn begin(arguments: &Arguments) -> Result<(Interpreter, State<Vec<f64>, f64>), Failed> {
+/// What there is to see, the system that moves, and the state it starts from: assembled or at rest.
+fn begin(arguments: &Arguments) -> Result<(Scene, Interpreter, State<Vec<f64>, f64>), Failed> {
     let start = &arguments.start;
     let compiled = start.compile(&[])?;
+    let scene = Scene::new(&compiled.topology.mechanism);
     let system = start.system(&compiled)?;
     let mut state = start.assembled(&system)?;
     if !arguments.settle && arguments.release.is_empty() {
-        return Ok((system, state));
+        return Ok((scene, system, state));
     }
     settle(&system, &mut state)?;
     let system = match arguments.release.is_empty() {
@@ -145,7 +138,7 @@ fn begin(arguments: &Arguments) -> Result<(Interpreter, State<Vec<f64>, f64>), F
     let workspace = &mut system.workspace();
     project(&system, 0.0, &mut state.q, &mut state.u, workspace)
         .map_err(|error| fail(describe(&error, system.interface())))?;
-    Ok((system, state))
+    Ok((scene, system, state))
 }
 
 /// Whether the loops are loose in a direction more than they usually are, as in the flat state.
@@ -180,8 +173,7 @@ struct Run {
 
 impl Run {
     fn new(system: Interpreter, state: State<Vec<f64>, f64>, arguments: &Arguments) -> Self {
-        let mut motion = Motion::new(&system);
-        motion.record(&system, &state);
+        let motion = Motion::new(system.interface());
         let stopped = vec![false; state.q.len()];
         let mut system = Stopped::new(system);
         system.restitution = arguments.restitution;
@@ -243,8 +235,13 @@ impl Run {
                 *stopped |= side != 0.0;
             }
         }
-        self.motion.record(&self.system.system, &self.state);
-        Ok(())
+        self.record()
+    }
+
+    /// Records the state as it is.
+    fn record(&mut self) -> Result<(), Failed> {
+        let outcome = self.motion.record(&self.system, &self.state);
+        outcome.map_err(|error| self.explain(&error))
     }
 
     /// Whether the implicit method, too, hardly gets on: at this pace it would take far more steps
@@ -298,61 +295,36 @@ impl Run {
     }
 }
 
-impl Motion {
-    fn new(system: &Interpreter) -> Self {
-        Self {
-            joints: system.interface().joints.iter().map(|joint| joint.name.clone()).collect(),
-            t: Vec::new(),
-            q: Vec::new(),
-            u: Vec::new(),
-            energy: Vec::new(),
-            open: Vec::new(),
+fn csv(motion: &Motion) -> String {
+    let mut text = "t [s]".to_owned();
+    for (symbol, unit) in [("q", "rad"), ("u", "rad/s")] {
+        for joint in &motion.joints {
+            let _ = write!(text, ",{symbol}.{joint} [{unit}]");
         }
     }
+    text.push_str(",kinetic [J],potential [J],closure [m]\n");
+    for sample in &motion.samples {
+        let _ = write!(text, "{:?}", sample.t);
+        for number in sample.q.iter().chain(&sample.u) {
+            let _ = write!(text, ",{number:?}");
+        }
+        let Energy { kinetic, potential } = sample.energy;
+        let _ = writeln!(text, ",{kinetic:?},{potential:?},{:?}", sample.closure);
+    }
+    text
+}
 
-    fn record(&mut self, system: &Interpreter, state: &State<Vec<f64>, f64>) {
-        let rows = 9 * system.dimensions().loops;
-        let (mut residual, mut jacobian) = (vec![0.0; rows], vec![0.0; rows * state.q.len()]);
-        system.write_closure(&state.q, &mut residual, &mut jacobian);
-        self.t.push(state.t);
-        self.q.push(state.q.clone());
-        self.u.push(state.u.clone());
-        self.energy.push(system.energy(state.t, &state.q, &state.u));
-        self.open.push(residual.iter().fold(0.0, |most, x| x.abs().max(most)));
+fn summary(motion: &Motion) -> String {
+    let mut text = String::new();
+    let [first, .., last] = motion.samples.as_slice() else { return text };
+    let _ = writeln!(text, "{:<16} {:>10} {:>10}", "joint", "start deg", "end deg");
+    for (joint, name) in motion.joints.iter().enumerate() {
+        let [start, end] = [first, last].map(|sample| sample.q[joint].to_degrees());
+        let _ = writeln!(text, "{name:<16} {start:>10.3} {end:>10.3}");
     }
-
-    fn csv(&self) -> String {
-        let mut text = "t [s]".to_owned();
-        for (symbol, unit) in [("q", "rad"), ("u", "rad/s")] {
-            for joint in &self.joints {
-                let _ = write!(text, ",{symbol}.{joint} [{unit}]");
-            }
-        }
-        text.push_str(",kinetic [J],potential [J],closure [m]\n");
-        for (index, t) in self.t.iter().enumerate() {
-            let _ = write!(text, "{t:?}");
-            for number in self.q[index].iter().chain(&self.u[index]) {
-                let _ = write!(text, ",{number:?}");
-            }
-            let Energy { kinetic, potential } = self.energy[index];
-            let _ = writeln!(text, ",{kinetic:?},{potential:?},{:?}", self.open[index]);
-        }
-        text
-    }
-
-    fn summary(&self, size: f64) -> String {
-        let mut text = String::new();
-        let (first, last) = (0, self.t.len() - 1);
-        let _ = writeln!(text, "{:<16} {:>10} {:>10}", "joint", "start deg", "end deg");
-        for (joint, name) in self.joints.iter().enumerate() {
-            let [start, end] = [first, last].map(|sample| self.q[sample][joint].to_degrees());
-            let _ = writeln!(text, "{name:<16} {start:>10.3} {end:>10.3}");
-        }
-        let total = |sample: usize| self.energy[sample].kinetic + self.energy[sample].potential;
-        let _ =
-            writeln!(text, "energy: {:.6e} J at start, {:.6e} J at end", total(first), total(last));
-        let open = self.open.iter().copied().fold(0.0, f64::max);
-        let _ = writeln!(text, "closure: within {open:.1e} m of {:.1} mm", size * 1e3);
-        text
-    }
+    let [start, end] = [first, last].map(|sample| sample.energy.kinetic + sample.energy.potential);
+    let _ = writeln!(text, "energy: {start:.6e} J at start, {end:.6e} J at end");
+    let open = motion.samples.iter().map(|sample| sample.closure).fold(0.0, f64::max);
+    let _ = writeln!(text, "closure: within {open:.1e} m of {:.1} mm", motion.size * 1e3);
+    text
 }

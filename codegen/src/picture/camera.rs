@@ -138,8 +138,7 @@ impl Camera {
     /// The direction that is seen at a place of the picture, at depth 1.
     pub fn ray(&self, x: f64, y: f64) -> Vector3<f64> {
         let [width, height] = self.size.map(|pixels| pixels as f64);
-        self.right * ((x - width / 2.0) / self.focal)
-            + self.up * ((height / 2.0 - y) / self.focal)
+        self.right * ((x - width / 2.0) / self.focal) + self.up * ((height / 2.0 - y) / self.focal)
             - self.back
     }
 }

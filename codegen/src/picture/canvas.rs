@@ -84,9 +84,8 @@ impl Canvas {
         for axis in axes {
             let color = linear(COLORS[axis]);
             let [x, y] = [camera.right[axis], -camera.up[axis]];
-            let tip = |length: f64| {
-                [origin[0] + length * unit * x, origin[1] + length * unit * y, 0.0]
-            };
+            let tip =
+                |length: f64| [origin[0] + length * unit * x, origin[1] + length * unit * y, 0.0];
             self.line([origin, tip(36.0)], 2.4, color, |_| 1.0);
             // An axis that points at the camera has no room for its letter.
             if x.hypot(y) < 0.25 {
@@ -94,9 +93,8 @@ impl Canvas {
             }
             let middle = tip(48.0);
             for [x0, y0, x1, y1] in LETTERS[axis] {
-                let place = |x: f64, y: f64| {
-                    [middle[0] + 5.0 * unit * x, middle[1] - 5.0 * unit * y, 0.0]
-                };
+                let place =
+                    |x: f64, y: f64| [middle[0] + 5.0 * unit * x, middle[1] - 5.0 * unit * y, 0.0];
                 self.line([place(*x0, *y0), place(*x1, *y1)], 1.5, color, |_| 1.0);
             }
         }
@@ -142,7 +140,8 @@ pub fn background(camera: &Camera, shadows: &[Vector3<f64>], ground: f64) -> Vec
                     row as f64 + 0.125 + f64::from(sample / 4) / 4.0,
                 ];
                 let Some(point) = on_ground(camera, x, y, ground) else { continue };
-                let from = |axis: usize| (point[axis] / square - (point[axis] / square).round()).abs();
+                let from =
+                    |axis: usize| (point[axis] / square - (point[axis] / square).round()).abs();
                 let pixel = (point - camera.eye).norm() / camera.focal / square;
                 let away = (point - middle).norm() / reach;
                 if from(0).min(from(1)) < 0.6 * pixel {
@@ -158,5 +157,9 @@ pub fn background(camera: &Camera, shadows: &[Vector3<f64>], ground: f64) -> Vec
 /// The nearest of 1, 2, 5, 10, ... (powers of ten) not below a length.
 pub fn square(length: f64) -> f64 {
     let decade = 10.0_f64.powf(length.log10().floor());
-    [1.0, 2.0, 5.0, 10.0].map(|step| step * decade).into_iter().find(|step| *step >= length).unwrap_or(length)
+    [1.0, 2.0, 5.0, 10.0]
+        .map(|step| step * decade)
+        .into_iter()
+        .find(|step| *step >= length)
+        .unwrap_or(length)
 }

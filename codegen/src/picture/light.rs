@@ -76,10 +76,8 @@ impl Light {
         let mut reached = 0;
         for row in row..row + SOFT as usize {
             let at = row * SAMPLES + column;
-            reached += self.hit.near[at..at + SOFT as usize]
-                .iter()
-                .filter(|hit| **hit <= height)
-                .count();
+            reached +=
+                self.hit.near[at..at + SOFT as usize].iter().filter(|hit| **hit <= height).count();
         }
         reached as f32 / (SOFT * SOFT) as f32
     }

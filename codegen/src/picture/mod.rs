@@ -15,7 +15,8 @@ use nalgebra::Vector3;
 use self::canvas::{Canvas, Linear, linear};
 use self::light::Light;
 use self::raster::{NOTHING, Raster};
-use crate::scene::{Clip, Pose, Scene};
+use crate::motion::{Motion, Pose};
+use crate::scene::{Placement, Scene};
 
 /// Samples per pixel, each way.
 const FINE: usize = 2;
@@ -59,10 +60,14 @@ struct Surface {
 
 impl<'a> Renderer<'a> {
     /// A renderer that shows the whole of a motion, for pictures of a size in pixels.
-    pub fn new(scene: &'a Scene, clip: &Clip, view: View, size: [usize; 2]) -> Self {
-        let every = clip.poses.len().div_ceil(LOOKS).max(1);
-        let mut points: Vec<_> =
-            clip.poses.iter().step_by(every).flat_map(|poses| scene.positions(poses)).collect();
+    pub fn new(scene: &'a Scene, motion: &Motion, view: View, size: [usize; 2]) -> Self {
+        let every = motion.samples.len().div_ceil(LOOKS).max(1);
+        let mut points: Vec<_> = motion
+            .samples
+            .iter()
+            .step_by(every)
+            .flat_map(|sample| scene.positions(&sample.poses))
+            .collect();
         let lowest = points.iter().map(|point| point.z).fold(f64::INFINITY, f64::min);
         let ground = lowest - 0.02 * scene.size;
         let camera = Camera::framing(&points, view, size);
@@ -70,7 +75,8 @@ impl<'a> Renderer<'a> {
         let (azimuth, elevation) = (view.azimuth - 0.7, 0.95);
         let light = Light::new(azimuth, elevation, &points);
         let direction = light.direction;
-        let shadows = points.iter().map(|point| point - direction * ((point.z - ground) / direction.z));
+        let shadows =
+            points.iter().map(|point| point - direction * ((point.z - ground) / direction.z));
         points = shadows.collect();
         let background = canvas::background(&camera, &points, ground);
         let mut surfaces = Vec::new();
@@ -89,7 +95,7 @@ impl<'a> Renderer<'a> {
     }
 
     /// The picture at given poses.
-    pub fn draw(&mut self, poses: &[f64]) -> Picture {
+    pub fn draw(&mut self, poses: &[Pose]) -> Picture {
         self.rasterise(poses);
         let [width, height] = self.camera.size;
         let mut canvas = Canvas::new(width, height);
@@ -103,12 +109,12 @@ impl<'a> Renderer<'a> {
     }
 
     /// Which triangle is seen at each sample, and which the light hits.
-    fn rasterise(&mut self, poses: &[f64]) {
+    fn rasterise(&mut self, poses: &[Pose]) {
         self.seen.clear();
         self.light.clear();
         let mut what = 0;
         for (index, body) in self.scene.bodies.iter().enumerate() {
-            let pose = Pose::of(poses, index);
+            let pose = Placement::of(poses, index);
             let at: Vec<_> = body.mesh.vertices.iter().map(|vertex| pose.apply(vertex)).collect();
             let seen: Vec<_> = at.iter().map(|point| self.sample(point)).collect();
             for triangle in &body.mesh.triangles {
@@ -157,11 +163,10 @@ impl<'a> Renderer<'a> {
 
     /// Whether another face begins to the right of a sample or below it.
     fn is_edge(&self, column: usize, row: usize) -> bool {
-        let face = |column: usize, row: usize| {
-            match self.seen.what[row * self.seen.width + column] {
-                NOTHING => NOTHING,
-                what => self.surfaces[what as usize].face,
-            }
+        let face = |column: usize, row: usize| match self.seen.what[row * self.seen.width + column]
+        {
+            NOTHING => NOTHING,
+            what => self.surfaces[what as usize].face,
         };
         let here = face(column, row);
         (column + 1 < self.seen.width && face(column + 1, row) != here)
@@ -191,7 +196,7 @@ impl<'a> Renderer<'a> {
     }
 
     /// Hinge lines, points and the axes of the base frame, over what is drawn.
-    fn annotate(&self, canvas: &mut Canvas, poses: &[f64]) {
+    fn annotate(&self, canvas: &mut Canvas, poses: &[Pose]) {
         // Hinge lines lie inside their sheet: they are brought forward by about its thickness.
         let forward = self.camera.back * (0.01 * self.scene.size);
         let see = |point: Vector3<f64>| {
@@ -200,12 +205,12 @@ impl<'a> Renderer<'a> {
         };
         let shown = |at: &[f64; 3]| self.visible(at);
         for hinge in &self.scene.hinges {
-            let pose = Pose::of(poses, hinge.body);
+            let pose = Placement::of(poses, hinge.body);
             let ends = hinge.ends.map(|end| see(pose.apply(&end)));
             canvas.line(ends, 2.0, linear([214, 48, 49]), shown);
         }
         for point in &self.scene.points {
-            let at = see(Pose::of(poses, point.body).apply(&point.at));
+            let at = see(Placement::of(poses, point.body).apply(&point.at));
             canvas.line([at, at], 7.0, linear([20, 60, 120]), shown);
         }
         canvas.axes(&self.camera);

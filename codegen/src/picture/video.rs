@@ -7,8 +7,8 @@ use std::num::NonZeroU32;
 use rusty_h264_common::YuvFrame;
 use rusty_h264_encoder::{EncodeError, EncoderConfig, Preset};
 use shiguredo_mp4::boxes::{Avc1Box, AvccBox, SampleEntry, UnknownBox, VisualSampleEntryFields};
-use shiguredo_mp4::mux::{Mp4FileMuxer, Mp4FileMuxerOptions, MuxError, Sample};
 use shiguredo_mp4::mux::estimate_maximum_moov_box_size;
+use shiguredo_mp4::mux::{Mp4FileMuxer, Mp4FileMuxerOptions, MuxError, Sample};
 use shiguredo_mp4::{BoxSize, BoxType, TrackKind, Uint};
 
 use super::Picture;
@@ -190,8 +190,12 @@ fn level(macroblocks: usize, rate: u32) -> u8 {
 
 /// The units of a stream, between start codes (two or three zeros and a one).
 fn units(stream: &[u8]) -> impl Iterator<Item = &[u8]> {
-    let mut starts: Vec<usize> =
-        stream.windows(3).enumerate().filter(|(_, code)| *code == [0, 0, 1]).map(|(at, _)| at).collect();
+    let mut starts: Vec<usize> = stream
+        .windows(3)
+        .enumerate()
+        .filter(|(_, code)| *code == [0, 0, 1])
+        .map(|(at, _)| at)
+        .collect();
     starts.push(stream.len());
     let pairs: Vec<_> = starts.windows(2).map(|pair| [pair[0] + 3, pair[1]]).collect();
     pairs.into_iter().map(|[start, end]| {
@@ -222,7 +226,8 @@ fn planes(picture: &Picture) -> YuvFrame {
     for y in (0..height).step_by(2) {
         for x in (0..width).step_by(2) {
             let four = [at(x, y), at(x + 1, y), at(x, y + 1), at(x + 1, y + 1)];
-            let mean = [0, 1, 2].map(|part| four.iter().map(|color| color[part]).sum::<f32>() / 4.0);
+            let mean =
+                [0, 1, 2].map(|part| four.iter().map(|color| color[part]).sum::<f32>() / 4.0);
             let difference = |part: f32, weight: f32| {
                 (128.0 + 224.0 * (part - luma(mean)) / (2.0 * (1.0 - weight))).round() as u8
             };

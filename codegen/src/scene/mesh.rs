@@ -126,9 +126,7 @@ impl Mesh {
                 self.vertices.push(center + axes * Vector3::new(s * x, s * y, c));
             }
         }
-        let at = |circle: usize, meridian: usize| {
-            first + circle * MERIDIANS + meridian % MERIDIANS
-        };
+        let at = |circle: usize, meridian: usize| first + circle * MERIDIANS + meridian % MERIDIANS;
         for circle in 0..circles {
             for meridian in 0..MERIDIANS {
                 let (a, b) = (at(circle, meridian), at(circle + 1, meridian));

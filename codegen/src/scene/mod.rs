@@ -3,14 +3,17 @@
 
 mod mesh;
 mod palette;
+mod poses;
 mod solid;
 
 pub use mesh::{Mesh, Triangle};
 pub use palette::Rgb;
+pub use poses::{Placement, poses_at};
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use crate::laminate::Mechanism;
+use crate::motion::Pose;
 
 /// A mechanism as it is drawn. Flat coordinates, m.
 #[derive(Clone, Debug)]
@@ -62,44 +65,6 @@ pub struct Marker {
     pub at: Vector3<f64>,
 }
 
-/// A motion to be shown: one entry per sample in each list.
-#[derive(Clone, Debug, Default)]
-pub struct Clip {
-    /// s.
-    pub t: Vec<f64>,
-    /// rad, in the order of the joints.
-    pub q: Vec<Vec<f64>>,
-    /// As [`write_poses`](lamc_runtime::System::write_poses) gives them: 12 numbers per body.
-    pub poses: Vec<Vec<f64>>,
-}
-
-/// Where a body is: the point drawn at x lies at R x + p in the base frame.
-#[derive(Clone, Copy, Debug)]
-pub struct Pose {
-    /// R.
-    pub rotation: Matrix3<f64>,
-    /// p, m.
-    pub position: Vector3<f64>,
-}
-
-impl Pose {
-    /// The pose of a body among those of all, 12 numbers each; flat where there are too few.
-    pub fn of(poses: &[f64], body: usize) -> Self {
-        match poses.get(12 * body..12 * body + 12) {
-            Some(pose) => Self {
-                rotation: Matrix3::from_row_slice(&pose[..9]),
-                position: Vector3::from_column_slice(&pose[9..]),
-            },
-            None => Self { rotation: Matrix3::identity(), position: Vector3::zeros() },
-        }
-    }
-
-    /// Where a point of the body is, base frame, m.
-    pub fn apply(&self, x: &Vector3<f64>) -> Vector3<f64> {
-        self.rotation * x + self.position
-    }
-}
-
 impl Scene {
     /// What there is to see of a mechanism.
     pub fn new(mechanism: &Mechanism) -> Self {
@@ -119,9 +84,10 @@ impl Scene {
             })
             .collect();
         let bodies = mechanism.bodies.iter().enumerate().map(|(index, body)| {
-            let held = mechanism.joints.iter().filter(|joint| {
-                joint.bodies.iter().any(|id| id.index() == index)
-            });
+            let held = mechanism
+                .joints
+                .iter()
+                .filter(|joint| joint.bodies.iter().any(|id| id.index() == index));
             let middles: Vec<_> = held.map(|joint| end(joint, 0.5)).collect();
             Solid {
                 name: body.name.clone(),
@@ -144,18 +110,21 @@ impl Scene {
         }
     }
 
-    /// Everything's positions at given poses, base frame, m: vertices, ends of hinges, points.
-    pub fn positions(&self, poses: &[f64]) -> Vec<Vector3<f64>> {
+    /// Everything's positions at given poses of the bodies, base frame, m: vertices, ends of
+    /// hinges, points.
+    pub fn positions(&self, poses: &[Pose]) -> Vec<Vector3<f64>> {
         let mut all = Vec::new();
         for (index, body) in self.bodies.iter().enumerate() {
-            let pose = Pose::of(poses, index);
-            all.extend(body.mesh.vertices.iter().map(|vertex| pose.apply(vertex)));
+            let placement = Placement::of(poses, index);
+            all.extend(body.mesh.vertices.iter().map(|vertex| placement.apply(vertex)));
         }
         for hinge in &self.hinges {
-            let pose = Pose::of(poses, hinge.body);
-            all.extend(hinge.ends.iter().map(|end| pose.apply(end)));
+            let placement = Placement::of(poses, hinge.body);
+            all.extend(hinge.ends.iter().map(|end| placement.apply(end)));
         }
-        all.extend(self.points.iter().map(|point| Pose::of(poses, point.body).apply(&point.at)));
+        for point in &self.points {
+            all.push(Placement::of(poses, point.body).apply(&point.at));
+        }
         all
     }
 }

@@ -13,12 +13,7 @@ const ROD: f64 = 0.008;
 
 /// A body's sheets; without any, the ellipsoid of its inertia with rods to the middles of its
 /// hinges. Point masses are dots.
-pub fn mesh(
-    body: &Body,
-    hinges: &[Vector3<f64>],
-    materials: &[(String, Rgb)],
-    size: f64,
-) -> Mesh {
+pub fn mesh(body: &Body, hinges: &[Vector3<f64>], materials: &[(String, Rgb)], size: f64) -> Mesh {
     let mut mesh = Mesh::default();
     for sheet in &body.sheets {
         let known = materials.iter().find(|(name, _)| *name == sheet.material);

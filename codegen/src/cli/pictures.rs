@@ -1,0 +1,137 @@
+//! A motion as seen: pictures, a video, a page to look at it from all sides.
+
+use std::num::NonZeroU32;
+use std::thread;
+
+use clap::Args;
+use lamc::motion::{Motion, Pose};
+use lamc::picture::{Encoder, Picture, Renderer, View};
+use lamc::scene::{Scene, poses_at};
+
+use super::{Failed, Outcome, fail, misused, output};
+
+/// Pictures per second of a video.
+const RATE: NonZeroU32 = NonZeroU32::new(30).unwrap();
+
+/// Most pictures of a video or a series: an hour and some.
+const MOST: f64 = 1e5;
+
+/// What to make of a motion.
+#[derive(Args)]
+pub struct Pictures {
+    /// Draw a video of the motion, 30 pictures per second, as MP4
+    #[arg(long, value_name = "FILE")]
+    video: Option<String>,
+    /// Draw the end of the motion as PNG; with `#` in the name, every picture of the video:
+    /// frames/####.png
+    #[arg(long, value_name = "FILE")]
+    png: Option<String>,
+    /// Where pictures are seen from, degrees: azimuth from x towards y, elevation; zoom 1 shows all
+    #[arg(long, value_name = "AZIMUTH,ELEVATION[,ZOOM]", allow_hyphen_values = true)]
+    camera: Option<View>,
+    /// Width and height of pictures, pixels
+    #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "800x600", value_parser = size)]
+    size: [usize; 2],
+    /// How fast the video shows the motion: 1 is as it is, 0.1 ten times slower
+    #[arg(long, value_name = "TIMES", default_value_t = 1.0)]
+    speed: f64,
+}
+
+/// Reads `WIDTHxHEIGHT`.
+fn size(text: &str) -> Result<[usize; 2], String> {
+    let pixels = |text: &str| text.parse().ok().filter(|pixels| (16..=4096).contains(pixels));
+    let sides = text.split_once('x').and_then(|(w, h)| Some([pixels(w)?, pixels(h)?]));
+    sides.ok_or_else(|| "not of the form `800x600`, each 16 to 4096".to_owned())
+}
+
+impl Pictures {
+    /// Writes what was asked for.
+    pub fn write(&self, scene: &Scene, motion: &Motion) -> Outcome {
+        let series = self.png.as_deref().filter(|name| name.contains('#'));
+        let view = self.camera.unwrap_or_default();
+        let renderer = || Renderer::new(scene, motion, view, self.size);
+        if let (Some(path), None) = (&self.png, series) {
+            let end = motion.samples.last().map_or(&[][..], |sample| &sample.poses);
+            output::write(path, png(&renderer().draw(end))?)?;
+        }
+        if self.video.is_none() && series.is_none() {
+            return Ok(());
+        }
+        let times = self.times(motion)?;
+        let mut video = match &self.video {
+            Some(_) => Some(Encoder::new(self.size, RATE).map_err(misused)?),
+            None => None,
+        };
+        let mut number = 0;
+        draw(&renderer(), motion, &times, |picture| {
+            if let Some(name) = series {
+                output::write(&numbered(name, number), png(picture)?)?;
+            }
+            if let Some(video) = &mut video {
+                video.push(picture).map_err(fail)?;
+            }
+            number += 1;
+            Ok(())
+        })?;
+        if let (Some(path), Some(video)) = (&self.video, video) {
+            output::write(path, video.finish().map_err(fail)?)?;
+        }
+        Ok(())
+    }
+
+    /// The times a video shows, s.
+    fn times(&self, motion: &Motion) -> Result<Vec<f64>, Failed> {
+        if !(self.speed.is_finite() && self.speed > 0.0) {
+            return Err(misused("--speed must be a positive number"));
+        }
+        let [Some(start), Some(end)] =
+            [motion.samples.first(), motion.samples.last()].map(|sample| sample.map(|s| s.t))
+        else {
+            return Ok(Vec::new());
+        };
+        let step = self.speed / f64::from(RATE.get());
+        let pictures = ((end - start) / step + 1e-9).floor() + 1.0;
+        if pictures > MOST {
+            return Err(misused(format_args!(
+                "{pictures:.0} pictures are too many: lower --duration or raise --speed"
+            )));
+        }
+        Ok((0..pictures as usize).map(|picture| start + step * picture as f64).collect())
+    }
+}
+
+/// Draws the motion at each of `times`, on all processors, and hands on the pictures in order.
+fn draw(
+    renderer: &Renderer<'_>,
+    motion: &Motion,
+    times: &[f64],
+    mut each: impl FnMut(&Picture) -> Outcome,
+) -> Outcome {
+    let workers = thread::available_parallelism().map_or(1, usize::from);
+    let mut renderers = vec![renderer.clone(); workers];
+    for times in times.chunks(workers) {
+        let poses: Vec<Vec<Pose>> = times.iter().map(|t| poses_at(motion, *t)).collect();
+        let pictures: Vec<Picture> = thread::scope(|scope| {
+            let drawn: Vec<_> = renderers
+                .iter_mut()
+                .zip(&poses)
+                .map(|(renderer, poses)| scope.spawn(|| renderer.draw(poses)))
+                .collect();
+            drawn.into_iter().map(|worker| worker.join()).collect::<Result<_, _>>()
+        })
+        .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        pictures.iter().try_for_each(&mut each)?;
+    }
+    Ok(())
+}
+
+fn png(picture: &Picture) -> Result<Vec<u8>, Failed> {
+    picture.png().map_err(|error| fail(format_args!("cannot write PNG: {error}")))
+}
+
+/// `####` replaced by a number with as many digits.
+fn numbered(name: &str, number: usize) -> String {
+    let start = name.find('#').unwrap_or(name.len());
+    let digits = name[start..].bytes().take_while(|byte| *byte == b'#').count();
+    format!("{}{number:0digits$}{}", &name[..start], &name[start + digits..])
+}
