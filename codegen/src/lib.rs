@@ -15,6 +15,7 @@ pub mod files;
 pub mod kane;
 pub mod laminate;
 pub mod motion;
+pub mod page;
 pub mod picture;
 pub mod pipeline;
 pub mod program;

@@ -4,7 +4,8 @@ use std::num::NonZeroU32;
 use std::thread;
 
 use clap::Args;
-use lamc::motion::{Motion, Pose};
+use lamc::motion::Motion;
+use lamc::page;
 use lamc::picture::{Encoder, Picture, Renderer, View};
 use lamc::scene::{Scene, poses_at};
 
@@ -26,6 +27,9 @@ pub struct Pictures {
     /// frames/####.png
     #[arg(long, value_name = "FILE")]
     png: Option<String>,
+    /// Write a page to look at the motion from all sides, as one HTML file
+    #[arg(long, value_name = "FILE")]
+    view: Option<String>,
     /// Where pictures are seen from, degrees: azimuth from x towards y, elevation; zoom 1 shows all
     #[arg(long, value_name = "AZIMUTH,ELEVATION[,ZOOM]", allow_hyphen_values = true)]
     camera: Option<View>,
@@ -49,6 +53,9 @@ impl Pictures {
     pub fn write(&self, scene: &Scene, motion: &Motion) -> Outcome {
         let series = self.png.as_deref().filter(|name| name.contains('#'));
         let view = self.camera.unwrap_or_default();
+        if let Some(path) = &self.view {
+            output::write(path, page::write(scene, motion, view))?;
+        }
         let renderer = || Renderer::new(scene, motion, view, self.size);
         if let (Some(path), None) = (&self.png, series) {
             let end = motion.samples.last().map_or(&[][..], |sample| &sample.poses);
@@ -100,7 +107,8 @@ impl Pictures {
     }
 }
 
-/// Draws the motion at each of `times`, on all processors, and hands on the pictures in order.
+/// Draws the motion at each of `times`, on all processors, and hands on the pictures in order,
+/// while the next ones are drawn.
 fn draw(
     renderer: &Renderer<'_>,
     motion: &Motion,
@@ -109,20 +117,26 @@ fn draw(
 ) -> Outcome {
     let workers = thread::available_parallelism().map_or(1, usize::from);
     let mut renderers = vec![renderer.clone(); workers];
-    for times in times.chunks(workers) {
-        let poses: Vec<Vec<Pose>> = times.iter().map(|t| poses_at(motion, *t)).collect();
-        let pictures: Vec<Picture> = thread::scope(|scope| {
-            let drawn: Vec<_> = renderers
+    let mut drawn: Vec<Picture> = Vec::new();
+    for times in times.chunks(2 * workers) {
+        let shares = times.chunks(times.len().div_ceil(workers));
+        drawn = thread::scope(|scope| {
+            let at_work: Vec<_> = renderers
                 .iter_mut()
-                .zip(&poses)
-                .map(|(renderer, poses)| scope.spawn(|| renderer.draw(poses)))
+                .zip(shares)
+                .map(|(renderer, times)| {
+                    let draw = |t: &f64| renderer.draw(&poses_at(motion, *t));
+                    scope.spawn(move || times.iter().map(draw).collect::<Vec<_>>())
+                })
                 .collect();
-            drawn.into_iter().map(|worker| worker.join()).collect::<Result<_, _>>()
-        })
-        .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        pictures.iter().try_for_each(&mut each)?;
+            drawn.iter().try_for_each(&mut each)?;
+            let pictures = at_work.into_iter().map(|worker| {
+                worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+            });
+            Ok(pictures.flatten().collect())
+        })?;
     }
-    Ok(())
+    drawn.iter().try_for_each(&mut each)
 }
 
 fn png(picture: &Picture) -> Result<Vec<u8>, Failed> {

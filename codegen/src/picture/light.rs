@@ -61,16 +61,18 @@ impl Light {
         self.hit.triangle(&[0, 1, 2].map(|corner| self.place(&corners[corner])), 0);
     }
 
-    /// The share of the light that reaches a point, 0 to 1.
-    pub fn reaches(&self, point: &Vector3<f64>) -> f32 {
+    /// The share of the light that reaches a point, 0 to 1. `facing` is the cosine of the angle
+    /// between the light and the normal of the surface there.
+    pub fn reaches(&self, point: &Vector3<f64>, facing: f32) -> f32 {
         let [column, row, height] = self.place(point);
         let half = f64::from(SOFT) / 2.0;
         let inside = |at: f64| at > half && at < SAMPLES as f64 - half;
         if !(inside(column) && inside(row)) {
             return 1.0;
         }
-        // Two samples' worth: slanted surfaces are no obstacle to themselves.
-        let height = (height + 2.0 / self.scale) as f32;
+        // A slanted surface is no obstacle to itself: within the samples looked at it rises so far.
+        let slope = f64::from((1.0 - facing * facing).max(0.0).sqrt() / facing.max(0.05));
+        let height = (height + (0.75 * f64::from(SOFT) * slope + 0.5) / self.scale).max(0.0) as f32;
         let corner = |at: f64| (at - half) as usize;
         let (column, row) = (corner(column), corner(row));
         let mut reached = 0;

@@ -21,9 +21,6 @@ use crate::scene::{Placement, Scene};
 /// Samples per pixel, each way.
 const FINE: usize = 2;
 
-/// Poses looked at to see how far a motion reaches.
-const LOOKS: usize = 120;
-
 /// A picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {
@@ -61,13 +58,7 @@ struct Surface {
 impl<'a> Renderer<'a> {
     /// A renderer that shows the whole of a motion, for pictures of a size in pixels.
     pub fn new(scene: &'a Scene, motion: &Motion, view: View, size: [usize; 2]) -> Self {
-        let every = motion.samples.len().div_ceil(LOOKS).max(1);
-        let mut points: Vec<_> = motion
-            .samples
-            .iter()
-            .step_by(every)
-            .flat_map(|sample| scene.positions(&sample.poses))
-            .collect();
+        let mut points = scene.swept(motion);
         let lowest = points.iter().map(|point| point.z).fold(f64::INFINITY, f64::min);
         let ground = lowest - 0.02 * scene.size;
         let camera = Camera::framing(&points, view, size);
@@ -163,14 +154,12 @@ impl<'a> Renderer<'a> {
 
     /// Whether another face begins to the right of a sample or below it.
     fn is_edge(&self, column: usize, row: usize) -> bool {
-        let face = |column: usize, row: usize| match self.seen.what[row * self.seen.width + column]
-        {
-            NOTHING => NOTHING,
-            what => self.surfaces[what as usize].face,
-        };
-        let here = face(column, row);
-        (column + 1 < self.seen.width && face(column + 1, row) != here)
-            || (row + 1 < self.seen.height && face(column, row + 1) != here)
+        let width = self.seen.width;
+        let face = |what: u32| self.surfaces.get(what as usize).map(|surface| surface.face);
+        let here = self.seen.what[row * width + column];
+        let differs = |there: u32| there != here && face(there) != face(here);
+        (column + 1 < width && differs(self.seen.what[row * width + column + 1]))
+            || (row + 1 < self.seen.height && differs(self.seen.what[(row + 1) * width + column]))
     }
 
     /// The colour of a surface, seen at a pixel: Lambert's law, with less light from below.
@@ -183,14 +172,16 @@ impl<'a> Renderer<'a> {
         }
         let ray = self.camera.ray(x as f64 + 0.5, y as f64 + 0.5);
         let point = self.camera.eye + ray / f64::from(near);
-        surface.color * (ambient + 0.72 * facing * self.light.reaches(&point))
+        surface.color * (ambient + 0.72 * facing * self.light.reaches(&point, facing))
     }
 
     /// The ground with its shadows, or the sky.
     fn background(&self, x: usize, y: usize) -> Linear {
         let color = self.background[y * self.camera.size[0] + x];
         match canvas::on_ground(&self.camera, x as f64 + 0.5, y as f64 + 0.5, self.ground) {
-            Some(point) => color * (0.55 + 0.45 * self.light.reaches(&point)),
+            Some(point) => {
+                color * (0.55 + 0.45 * self.light.reaches(&point, self.light.direction.z as f32))
+            }
             None => color,
         }
     }

@@ -59,15 +59,17 @@ impl Raster {
             if first >= last {
                 continue;
             }
-            let start = a[2] + nx * (first as f64 + 0.5 - a[0]) + ny * (y - a[1]);
+            let start = (a[2] + nx * (first as f64 + 0.5 - a[0]) + ny * (y - a[1])) as f32;
+            let slope = nx as f32;
             let at = row * self.width;
             let near = &mut self.near[at + first..at + last];
             let held = &mut self.what[at + first..at + last];
-            for (step, (near, held)) in near.iter_mut().zip(held).enumerate() {
-                let here = (start + nx * step as f64) as f32;
-                if here > *near {
-                    (*near, *held) = (here, what);
-                }
+            // Without a branch: several samples at once.
+            for ((near, held), step) in near.iter_mut().zip(held).zip(0_i32..) {
+                let here = start + slope * step as f32;
+                let hides = here > *near;
+                *near = if hides { here } else { *near };
+                *held = if hides { what } else { *held };
             }
         }
     }

@@ -59,7 +59,7 @@ impl Encoder {
             return Err(VideoError::Odd(width, height));
         }
         let mut config = EncoderConfig::baseline(width, height);
-        config.preset = Preset::Balanced;
+        config.preset = Preset::Fast;
         config.qp = QUALITY;
         // A picture that stands for itself each two seconds: players seek to these.
         config.gop_size = 2 * rate.get();

@@ -13,7 +13,7 @@ pub use poses::{Placement, poses_at};
 use nalgebra::Vector3;
 
 use crate::laminate::Mechanism;
-use crate::motion::Pose;
+use crate::motion::{Motion, Pose};
 
 /// A mechanism as it is drawn. Flat coordinates, m.
 #[derive(Clone, Debug)]
@@ -64,6 +64,9 @@ pub struct Marker {
     /// Flat coordinates, m.
     pub at: Vector3<f64>,
 }
+
+/// Poses looked at to see how far a motion reaches.
+const LOOKS: usize = 120;
 
 impl Scene {
     /// What there is to see of a mechanism.
@@ -126,5 +129,19 @@ impl Scene {
             all.push(Placement::of(poses, point.body).apply(&point.at));
         }
         all
+    }
+
+    /// Everything's positions in the course of a motion, base frame, m.
+    pub fn swept(&self, motion: &Motion) -> Vec<Vector3<f64>> {
+        let every = motion.samples.len().div_ceil(LOOKS).max(1);
+        let looks = motion.samples.iter().step_by(every).chain(motion.samples.last());
+        looks.flat_map(|sample| self.positions(&sample.poses)).collect()
+    }
+
+    /// Lower and upper corner of the box around a motion, base frame, m.
+    pub fn extent(&self, motion: &Motion) -> [Vector3<f64>; 2] {
+        let swept = self.swept(motion);
+        let first = swept.first().copied().unwrap_or_default();
+        swept.iter().fold([first; 2], |[low, high], point| [low.inf(point), high.sup(point)])
     }
 }

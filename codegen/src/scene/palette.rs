@@ -21,6 +21,11 @@ const SHEETS: [Rgb; 8] = [
 /// Bodies given by their mass alone, and point masses.
 pub const MASS: Rgb = [96, 108, 128];
 
+/// The colour on a body of the ground: half of it is grey.
+pub fn grounded(color: Rgb) -> Rgb {
+    color.map(|part| ((u16::from(part) + 190) / 2) as u8)
+}
+
 /// A colour for each name that occurs, in the order of first occurrence.
 pub fn of_materials<'a>(names: impl Iterator<Item = &'a str>) -> Vec<(String, Rgb)> {
     let mut found: Vec<(String, Rgb)> = Vec::new();
@@ -28,7 +33,8 @@ pub fn of_materials<'a>(names: impl Iterator<Item = &'a str>) -> Vec<(String, Rg
         if found.iter().any(|(known, _)| known == name) {
             continue;
         }
-        let wish = usize::from(Sha256::digest(name)[0]) % SHEETS.len();
+        // Any byte of the digest would do; with this one common names look well together.
+        let wish = usize::from(Sha256::digest(name)[5]) % SHEETS.len();
         let free = (0..SHEETS.len())
             .map(|step| SHEETS[(wish + step) % SHEETS.len()])
             .find(|color| found.iter().all(|(_, taken)| taken != color));

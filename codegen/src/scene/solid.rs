@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::mesh::Mesh;
-use super::palette::{MASS, Rgb};
+use super::palette::{MASS, Rgb, grounded};
 use crate::laminate::{Body, MassProperties};
 
 /// Half axes of a mass without extent, as a share of the mechanism's size.
@@ -17,7 +17,8 @@ pub fn mesh(body: &Body, hinges: &[Vector3<f64>], materials: &[(String, Rgb)], s
     let mut mesh = Mesh::default();
     for sheet in &body.sheets {
         let known = materials.iter().find(|(name, _)| *name == sheet.material);
-        mesh.add_sheet(sheet, known.map_or(MASS, |(_, color)| *color));
+        let color = known.map_or(MASS, |(_, color)| *color);
+        mesh.add_sheet(sheet, if body.fixed { grounded(color) } else { color });
     }
     let dot = DOT * size;
     let mass = &body.mass_properties;
