@@ -84,8 +84,12 @@
     plane.receiveShadow = true;
     world.add(grid, plane);
     const length = 0.18 * reach;
-    [[1, 0, 0, 0xc82d2d], [0, 1, 0, 0x288c3c], [0, 0, 1, 0x2d55c8]].forEach(([x, y, z, color]) =>
-      world.add(new THREE.ArrowHelper(new THREE.Vector3(x, y, z), new THREE.Vector3(0, 0, 0), length, color, 0.18 * length, 0.09 * length)));
+    [[1, 0, 0, 0xc82d2d], [0, 1, 0, 0x288c3c], [0, 0, 1, 0x2d55c8]].forEach(([x, y, z, color]) => {
+        // Axes of the base frame, seen through whatever hides them.
+        const arrow = new THREE.ArrowHelper(new THREE.Vector3(x, y, z), new THREE.Vector3(), length, color, 0.18 * length, 0.09 * length);
+        for (const part of [arrow.line, arrow.cone]) Object.assign(part, { renderOrder: 1 }).material.depthTest = false;
+        world.add(arrow);
+      });
     const { azimuth, elevation, zoom } = data.view;
     const from = (azimuth, elevation) => new THREE.Vector3(
       Math.cos(elevation) * Math.cos(azimuth), Math.cos(elevation) * Math.sin(azimuth), Math.sin(elevation));
@@ -99,7 +103,7 @@
     if (drawn !== model.name) {
       drawn = model.name;
       controls.target.copy(middle);
-      const far = reach / Math.sin(camera.fov * Math.PI / 360);
+      const far = 0.8 * reach / Math.sin(12.5 * Math.PI / 180);
       camera.near = far / 200;
       camera.far = far * 20;
       camera.position.copy(middle).addScaledVector(from(azimuth, Math.min(Math.abs(elevation), 1.57) * Math.sign(elevation || 1)), far / zoom);
