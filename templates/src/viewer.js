@@ -3,6 +3,7 @@
 (() => {
   const $ = (id) => document.getElementById(id);
   const data = JSON.parse($("data").textContent);
+  let first = { azimuth: 0, elevation: 0, zoom: 1 };
   const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const CURVES = ["#4878d0", "#ee854a", "#3f9e5a", "#d65f5f", "#956cb4", "#8c613c", "#dc7ec0", "#797979", "#b8a500", "#2fa4b5"];
   const curve = (index) => CURVES[index % CURVES.length];
@@ -90,7 +91,7 @@
         for (const part of [arrow.line, arrow.cone]) Object.assign(part, { renderOrder: 1 }).material.depthTest = false;
         world.add(arrow);
       });
-    const { azimuth, elevation, zoom } = data.view;
+    const { azimuth, elevation, zoom } = first;
     const from = (azimuth, elevation) => new THREE.Vector3(
       Math.cos(elevation) * Math.cos(azimuth), Math.cos(elevation) * Math.sin(azimuth), Math.sin(elevation));
     sun.position.copy(middle).addScaledVector(from(azimuth - 0.7, 0.95), 4 * reach);
@@ -303,6 +304,7 @@
   }
 
   function play(on) {
+    if (!motion) return;
     if (on && state.t >= end()) go(motion.t[0]);
     state.playing = on;
     $("play").textContent = on ? "\u23F8" : "\u25B6";
@@ -339,6 +341,7 @@
   for (const speed of [0.01, 0.03, 0.1, 0.25, 0.5, 1, 2, 5]) $("speed").add(new Option(`${speed}\u00D7`, speed, speed === 1, speed === 1));
   $("speed").addEventListener("change", (event) => { state.speed = Number(event.target.value); });
   addEventListener("keydown", (event) => {
+    if (!motion) return;
     if (event.target.matches("select, input[type=range]") && event.key !== " ") return;
     const step = (event.shiftKey ? 10 : 1) * (end() - motion.t[0]) / Math.max(motion.t.length - 1, 1);
     const action = {
@@ -387,17 +390,107 @@
   }
 
   // --- what is shown -----------------------------------------------------------------------------
-  function show(newModel, newMotion) {
-    if (newModel) { model = newModel; motion = newMotion; build(); }
-    motion = newMotion;
+  // A model as text: another one is built anew, the same one only moves otherwise.
+  let built = "";
+  function show(shown) {
+    first = shown.view;
+    model = shown.model;
+    motion = shown.motion;
+    const { extent, ...shape } = model;
+    if (built !== JSON.stringify(shape)) {
+      built = JSON.stringify(shape);
+      build();
+    }
     buildPlots();
     Object.assign($("scrub"), { min: motion.t[0], max: end() });
     go(state.t);
   }
 
+  // --- live: what the server sends, and sliders that tell it what to try --------------------------
+  let changed = { parameters: {}, initial: {} }, sending = false, unsent = false;
+
+  async function send() {
+    unsent = true;
+    if (sending) return;
+    sending = true;
+    while (unsent) {
+      unsent = false;
+      await fetch("/set", { method: "POST", body: JSON.stringify(changed) }).catch(() => {});
+    }
+    sending = false;
+  }
+
+  function slider(name, doc, value, low, high, scale, unit, set) {
+    const row = document.createElement("label");
+    row.className = "slider";
+    row.title = doc;
+    const label = document.createElement("span");
+    label.textContent = name;
+    const told = document.createElement("output");
+    const input = Object.assign(document.createElement("input"), { type: "range", step: "any", min: low, max: high, value });
+    input.name = name;
+    const tell = () => { told.textContent = `${Number((Number(input.value) * scale).toPrecision(4))}${unit}`; };
+    tell();
+    input.addEventListener("input", () => { tell(); set(Number(input.value)); send(); });
+    row.append(label, told, input);
+    return row;
+  }
+
+  function buildSliders({ parameters, initial }) {
+    changed = { parameters: {}, initial: {} };
+    const rows = parameters.map(({ name, value, doc }) => slider(
+      name, doc, value, Math.min(0, 3 * value), Math.max(3 * value, 0) || 1, 1, "", (value) => { changed.parameters[name] = value; }));
+    // The angles given pin the configuration together: all are sent once one is moved.
+    const angles = Object.fromEntries(initial.map(({ joint, angle }) => [joint, angle]));
+    rows.push(...initial.map(({ joint, angle, limits }) => slider(
+      `${joint} at start`, "", angle, limits[0], limits[1], 180 / Math.PI, "\u00B0", (value) => { angles[joint] = value; changed.initial = { ...angles }; })));
+    $("sliders").replaceChildren(...rows);
+  }
+
+  function take({ written, failed, told, shown }) {
+    const problem = $("problem");
+    problem.hidden = !told;
+    problem.textContent = told;
+    if (failed) return;
+    if (written) {
+      buildSliders(shown.controls);
+      state.t = 0;
+    }
+    const began = motion !== undefined;
+    show(shown);
+    if (written || !began) play(end() > motion.t[0]);
+  }
+
+  async function listen() {
+    let seen = 0;
+    for (;;) {
+      try {
+        const answer = await fetch(`/next?after=${seen}`);
+        if (answer.status === 200) {
+          const message = await answer.json();
+          seen = message.number;
+          take(message);
+          window.viewer.seen = seen;
+        } else if (answer.status !== 204) {
+          throw new Error(await answer.text());
+        }
+      } catch (error) {
+        $("problem").hidden = false;
+        $("problem").textContent = `lamc live does not answer: ${error.message}`;
+        // A server that was started again counts from the beginning.
+        seen = 0;
+        await new Promise((done) => setTimeout(done, 500));
+      }
+    }
+  }
+
   // For tests, and for the curious.
-  window.viewer = { state, go, play, show, camera, scene, bodies: () => bodies, hinges: () => hinges };
-  show(data.model, data.motion);
-  if (end() > motion.t[0]) play(true);
+  window.viewer = { state, go, play, camera, bodies: () => bodies, hinges: () => hinges, motion: () => motion };
+  if (data) {
+    show(data);
+    play(end() > motion.t[0]);
+  } else {
+    listen();
+  }
   requestAnimationFrame(frame);
 })();

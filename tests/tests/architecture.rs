@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use lamc_tests::workspace;
 
 /// Each folder of the compiler and what of the compiler it may name.
-const MAY_NAME: [(&str, &[&str]); 7] = [
+const MAY_NAME: [(&str, &[&str]); 10] = [
     ("source", &[]),
     ("laminate", &["source"]),
     ("topology", &["source", "laminate"]),
@@ -15,6 +15,10 @@ const MAY_NAME: [(&str, &[&str]); 7] = [
     // What leaves the algebra is plain data, and its type lives in `symbolic`.
     ("program", &["source", "laminate", "topology", "symbolic", "kane"]),
     ("backend", &["source", "laminate", "topology", "symbolic", "kane", "program"]),
+    // What shows a motion stands beside the stages and reads the mechanism.
+    ("scene", &["laminate"]),
+    ("picture", &["scene"]),
+    ("page", &["scene", "picture", "program"]),
 ];
 
 #[test]

@@ -8,7 +8,7 @@ use lamc::files;
 use super::{Failed, Outcome, fail};
 
 /// Writes text, or anything, to standard output. A reader that went away is no failure.
-pub fn print(contents: impl AsRef<[u8]>) -> Outcome {
+pub fn print(contents: &(impl AsRef<[u8]> + ?Sized)) -> Outcome {
     let mut out = io::stdout().lock();
     match out.write_all(contents.as_ref()).and_then(|()| out.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
@@ -19,7 +19,7 @@ pub fn print(contents: impl AsRef<[u8]>) -> Outcome {
 }
 
 /// Writes a file (`-`: standard output): whole or not at all.
-pub fn write(path: &str, contents: impl AsRef<[u8]>) -> Outcome {
+pub fn write(path: &str, contents: &(impl AsRef<[u8]> + ?Sized)) -> Outcome {
     if path == "-" {
         return print(contents);
     }

@@ -7,6 +7,7 @@ use clap::Args;
 use lamc::motion::Motion;
 use lamc::page;
 use lamc::picture::{Encoder, Picture, Renderer, View};
+use lamc::program::Interface;
 use lamc::scene::{Scene, poses_at};
 
 use super::{Failed, Outcome, fail, misused, output};
@@ -27,7 +28,7 @@ pub struct Pictures {
     /// frames/####.png
     #[arg(long, value_name = "FILE")]
     png: Option<String>,
-    /// Write a page to look at the motion from all sides, as one HTML file
+    /// Write a page to look at the motion from all sides, as one HTML file; its data alone as .json
     #[arg(long, value_name = "FILE")]
     view: Option<String>,
     /// Where pictures are seen from, degrees: azimuth from x towards y, elevation; zoom 1 shows all
@@ -50,16 +51,18 @@ fn size(text: &str) -> Result<[usize; 2], String> {
 
 impl Pictures {
     /// Writes what was asked for.
-    pub fn write(&self, scene: &Scene, motion: &Motion) -> Outcome {
+    pub fn write(&self, scene: &Scene, motion: &Motion, interface: &Interface) -> Outcome {
         let series = self.png.as_deref().filter(|name| name.contains('#'));
         let view = self.camera.unwrap_or_default();
         if let Some(path) = &self.view {
-            output::write(path, page::write(scene, motion, view))?;
+            let data = page::data(scene, motion, interface, view);
+            let alone = path.ends_with(".json");
+            output::write(path, &if alone { data } else { page::write(&scene.name, &data) })?;
         }
         let renderer = || Renderer::new(scene, motion, view, self.size);
         if let (Some(path), None) = (&self.png, series) {
             let end = motion.samples.last().map_or(&[][..], |sample| &sample.poses);
-            output::write(path, png(&renderer().draw(end))?)?;
+            output::write(path, &png(&renderer().draw(end))?)?;
         }
         if self.video.is_none() && series.is_none() {
             return Ok(());
@@ -72,7 +75,7 @@ impl Pictures {
         let mut number = 0;
         draw(&renderer(), motion, &times, |picture| {
             if let Some(name) = series {
-                output::write(&numbered(name, number), png(picture)?)?;
+                output::write(&numbered(name, number), &png(picture)?)?;
             }
             if let Some(video) = &mut video {
                 video.push(picture).map_err(fail)?;
@@ -81,7 +84,7 @@ impl Pictures {
             Ok(())
         })?;
         if let (Some(path), Some(video)) = (&self.video, video) {
-            output::write(path, video.finish().map_err(fail)?)?;
+            output::write(path, &video.finish().map_err(fail)?)?;
         }
         Ok(())
     }

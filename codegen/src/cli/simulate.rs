@@ -98,7 +98,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         let svg = plot::angles(&motion.name, motion).map_err(fail)?;
         output::write(path, &svg)?;
     }
-    arguments.pictures.write(&scene, motion)?;
+    arguments.pictures.write(&scene, motion, run.system.system.interface())?;
     if arguments.csv.as_deref() == Some("-") || arguments.plot.as_deref() == Some("-") {
         return Ok(());
     }
@@ -119,8 +119,11 @@ pub fn run(arguments: &Arguments) -> Outcome {
     output::print(&text)
 }
 
-/// What there is to see, the system that moves, and the state it starts from: assembled or at rest.
-fn begin(arguments: &Arguments) -> Result<(Scene, Interpreter, State<Vec<f64>, f64>), Failed> {
+/// What there is to see, the system that moves, and the state it starts from.
+type Beginning = (Scene, Interpreter, State<Vec<f64>, f64>);
+
+/// How a motion begins: assembled or at rest.
+fn begin(arguments: &Arguments) -> Result<Beginning, Failed> {
     let start = &arguments.start;
     let compiled = start.compile(&[])?;
     let scene = Scene::new(&compiled.topology.mechanism);

@@ -1,5 +1,7 @@
 //! The viewer: one HTML file with a model, a motion, and everything needed to look at them.
 
+use std::f64::consts::PI;
+
 use lamc_templates::{THREE, VIEWER, VIEWER_SCRIPT, VIEWER_STYLE};
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -7,14 +9,17 @@ use tera::{Context, Tera};
 
 use crate::motion::{Motion, Sample};
 use crate::picture::View;
+use crate::program::Interface;
 use crate::scene::{Placement, Rgb, Scene};
 
-/// What the page shows. Lengths in m, angles in rad, numbers of single precision.
+/// What a page shows. Lengths in m, angles in rad, most numbers of single precision.
 #[derive(Serialize)]
-struct Page<'a> {
+struct Shown<'a> {
     view: ViewFrom,
-    #[serde(flatten)]
-    shown: Shown<'a>,
+    model: Model<'a>,
+    motion: Curves<'a>,
+    /// What can be tried out in a live page.
+    controls: Controls<'a>,
 }
 
 #[derive(Serialize)]
@@ -24,11 +29,26 @@ struct ViewFrom {
     zoom: f64,
 }
 
-/// A model and its motion.
 #[derive(Serialize)]
-struct Shown<'a> {
-    model: Model<'a>,
-    motion: Curves<'a>,
+struct Controls<'a> {
+    parameters: Vec<Parameter<'a>>,
+    initial: Vec<Initial<'a>>,
+}
+
+#[derive(Serialize)]
+struct Parameter<'a> {
+    name: &'a str,
+    /// SI.
+    value: f64,
+    doc: &'a str,
+}
+
+/// A joint whose angle at the start is given.
+#[derive(Serialize)]
+struct Initial<'a> {
+    joint: &'a str,
+    angle: f64,
+    limits: [f64; 2],
 }
 
 #[derive(Serialize)]
@@ -82,35 +102,71 @@ struct Curves<'a> {
     poses: Vec<Vec<f32>>,
 }
 
-/// The page of a motion, first seen from `view`.
-pub fn write(scene: &Scene, motion: &Motion, view: View) -> String {
+/// What a page shows of a motion, first seen from `view`, as JSON in which there is no `<`: it may
+/// stand in a script element.
+pub fn data(scene: &Scene, motion: &Motion, interface: &Interface, view: View) -> String {
     let View { azimuth, elevation, zoom } = view;
-    let view = ViewFrom { azimuth, elevation, zoom };
-    let page = Page { view, shown: shown(scene, motion) };
+    json(&Shown {
+        view: ViewFrom { azimuth, elevation, zoom },
+        model: model(scene, motion),
+        motion: curves(motion),
+        controls: controls(interface),
+    })
+}
+
+/// The page that shows such data.
+pub fn write(title: &str, data: &str) -> String {
+    fill_in(title, data, false)
+}
+
+/// The page that asks the server it came from for data.
+pub fn live(title: &str) -> String {
+    fill_in(title, "null", true)
+}
+
+fn fill_in(title: &str, data: &str, live: bool) -> String {
     let mut context = Context::new();
-    context.insert("title", &scene.name);
+    context.insert("title", title);
     context.insert("style", VIEWER_STYLE);
     context.insert("three", THREE);
     context.insert("script", VIEWER_SCRIPT);
-    context.insert("data", &json(&page));
-    context.insert("live", &false);
+    context.insert("data", data);
+    context.insert("live", &live);
     match Tera::one_off(VIEWER, &context, true) {
         Ok(page) => page,
-        // The template is ours, and a test fills it in.
+        // The template is ours, and tests fill it in.
         Err(error) => unreachable!("the viewer's template: {error:?}"),
     }
 }
 
-/// JSON that may stand in a script element: nothing in it ends the element.
-fn json(value: &impl Serialize) -> String {
-    match serde_json::to_string(value) {
+fn json(shown: &Shown<'_>) -> String {
+    match serde_json::to_string(shown) {
         Ok(text) => text.replace('<', "\\u003c"),
         Err(error) => unreachable!("plain data: {error}"),
     }
 }
 
-fn shown<'a>(scene: &'a Scene, motion: &'a Motion) -> Shown<'a> {
-    Shown { model: model(scene, motion), motion: curves(motion) }
+/// Every parameter, and the joints whose guess was given; if none was, all that are not driven.
+fn controls(interface: &Interface) -> Controls<'_> {
+    let joints = &interface.joints;
+    let some_given = joints.iter().any(|joint| joint.initial_given && !joint.driven);
+    let initial =
+        joints.iter().filter(|joint| !joint.driven && (joint.initial_given || !some_given));
+    let parameters = interface.parameters.iter().map(|parameter| Parameter {
+        name: &parameter.name,
+        value: parameter.value,
+        doc: &parameter.doc,
+    });
+    Controls {
+        parameters: parameters.collect(),
+        initial: initial
+            .map(|joint| Initial {
+                joint: &joint.name,
+                angle: joint.initial_q,
+                limits: joint.limits.map(|limit| limit.clamp(-PI, PI)),
+            })
+            .collect(),
+    }
 }
 
 fn model<'a>(scene: &'a Scene, motion: &Motion) -> Model<'a> {
