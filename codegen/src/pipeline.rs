@@ -4,7 +4,7 @@ use crate::backend::rust;
 use crate::kane::{self, DeriveError, Equations};
 use crate::laminate;
 use crate::program::{self, Program};
-use crate::source::{self, Diagnostic, Diagnostics, SourceFile, SourceModel, UnknownEntry};
+use crate::source::{self, Diagnostic, Diagnostics, EditError, SourceFile, SourceModel};
 use crate::symbolic::SessionError;
 use crate::topology::{self, Topology};
 
@@ -16,7 +16,7 @@ pub enum CompileError {
     Model(Diagnostics),
     /// A change asks for a joint or force that the model has not.
     #[error(transparent)]
-    Edit(#[from] UnknownEntry),
+    Edit(#[from] EditError),
     /// The symbolic engine is not to be had.
     #[error(transparent)]
     Session(#[from] SessionError),
@@ -54,7 +54,7 @@ pub struct Compiled {
 /// As [`compile`]; [`CompileError::Edit`] when the change asks for something there is not.
 pub fn compile_edited(
     file: &SourceFile,
-    edit: impl FnOnce(&mut SourceModel) -> Result<(), UnknownEntry>,
+    edit: impl FnOnce(&mut SourceModel) -> Result<(), EditError>,
 ) -> Result<Compiled, CompileError> {
     let (mut model, warnings) = source::parse(file)?;
     edit(&mut model)?;

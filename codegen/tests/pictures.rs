@@ -320,10 +320,10 @@ fn what_cannot_be_written_is_said_and_nothing_is_left() {
         assert_eq!(fs::read_dir(folder.path()).map(Iterator::count).ok(), Some(0), "{arguments:?}");
     };
     for flag in ["--video", "--png", "--view"] {
-        refused(&[flag, "no/such/folder"], 1, "cannot write no/such/folder: ");
+        refused(&[flag, "no/such/file"], 1, "there is no folder `no/such`");
         refused(&[flag, "/dev/full"], 1, "cannot write /dev/full: No space left on device");
     }
-    refused(&["--png", "missing/##.png"], 1, "cannot write missing/00.png: ");
+    refused(&["--png", "missing/##.png"], 1, "cannot write missing/##.png: ");
     refused(&["--video", "a.mp4", "--size", "321x240"], 2, "must be even, not 321 x 240");
     refused(&["--png", "a.png", "--size", "5x5"], 2, "`800x600`, each 16 to 4096");
     refused(&["--png", "a.png", "--camera", "45"], 2, "`azimuth,elevation`");

@@ -394,6 +394,7 @@
   let built = "";
   function show(shown) {
     first = shown.view;
+    state.hovered = -1;
     model = shown.model;
     motion = shown.motion;
     const { extent, ...shape } = model;

@@ -1,4 +1,5 @@
-//! Stage 6: [`Program`](crate::program::Program) -> text.
+//! Stage 6: [`Program`](crate::program::Program) -> text, or machine code in this process.
 
 pub mod identifiers;
+pub mod jit;
 pub mod rust;

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use clap::Args;
-use lamc::program::Interpreter;
+use lamc::backend::jit::Jit;
 use lamc_runtime::{Equilibrium, State, Stopped, System, equilibrium, project};
 use serde::Serialize;
 
@@ -92,10 +92,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
 }
 
 /// Brings an assembled state to rest.
-pub fn settle(
-    system: &Interpreter,
-    state: &mut State<Vec<f64>, f64>,
-) -> Result<Equilibrium<f64>, Failed> {
+pub fn settle(system: &Jit, state: &mut State<Vec<f64>, f64>) -> Result<Equilibrium<f64>, Failed> {
     state.u.fill(0.0);
     equilibrium(system, state.t, &mut state.q, &mut system.workspace()).map_err(|error| {
         let reason = describe(&error, system.interface());
@@ -104,10 +101,7 @@ pub fn settle(
 }
 
 /// The system at rest, its joints held at the stops they rest on.
-pub fn stopped(
-    system: Interpreter,
-    state: &mut State<Vec<f64>, f64>,
-) -> Result<Stopped<Interpreter>, Failed> {
+pub fn stopped(system: Jit, state: &mut State<Vec<f64>, f64>) -> Result<Stopped<Jit>, Failed> {
     let mut resting = Stopped::new(system);
     match resting.strike(state) {
         Ok(_) => Ok(resting),
@@ -116,7 +110,7 @@ pub fn stopped(
 }
 
 /// Largest closure residual, m.
-fn opening(system: &Interpreter, q: &[f64]) -> f64 {
+fn opening(system: &Jit, q: &[f64]) -> f64 {
     let rows = 9 * system.dimensions().loops;
     let (mut residual, mut jacobian) = (vec![0.0; rows], vec![0.0; rows * q.len()]);
     system.write_closure(q, &mut residual, &mut jacobian);
@@ -124,7 +118,7 @@ fn opening(system: &Interpreter, q: &[f64]) -> f64 {
 }
 
 /// Angles in degrees: ours, then the others with how far they are from closing.
-fn table(system: &Interpreter, q: &[f64], rows: &[Row]) -> String {
+fn table(system: &Jit, q: &[f64], rows: &[Row]) -> String {
     let mut text = format!("{:<20} {:>12}", "joint", "deg");
     for row in rows {
         let _ = write!(text, " {:>12}", row.name);
@@ -164,7 +158,7 @@ fn table(system: &Interpreter, q: &[f64], rows: &[Row]) -> String {
 }
 
 /// Reads the configurations to compare with.
-fn rows(path: &str, system: &Interpreter) -> Result<Vec<Row>, Failed> {
+fn rows(path: &str, system: &Jit) -> Result<Vec<Row>, Failed> {
     let bad = |what: String| fail(format_args!("{path}: {what}"));
     let mut reader = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)

@@ -1,10 +1,9 @@
-//! `lamc eval MODEL --states FILE`: numbers at given states, or at the assembled initial one,
-//! through the interpreter.
+//! `lamc eval MODEL --states FILE`: numbers at given states, or at the assembled initial one.
 
 use std::collections::BTreeMap;
 use std::io::Read;
 
-use lamc::program::Interpreter;
+use lamc::backend::jit::Jit;
 use lamc_runtime::{Balance, EquationsMut, RANK_TOLERANCE, System, acceleration_and_forces};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
@@ -115,7 +114,7 @@ fn read(states: &str) -> Result<Input, Failed> {
     serde_json::from_str(&text).map_err(|error| fail(format_args!("{states}: {error}")))
 }
 
-fn evaluate(system: &mut Interpreter, state: &StateInput) -> Result<StateReport, String> {
+fn evaluate(system: &mut Jit, state: &StateInput) -> Result<StateReport, String> {
     let d = system.dimensions();
     let n = d.coordinates;
     let zeros = vec![0.0; n];

@@ -12,6 +12,8 @@ mod modes;
 mod output;
 mod pictures;
 mod plot;
+mod run;
+mod shell;
 mod simulate;
 mod start;
 
@@ -22,7 +24,7 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use lamc::backend::rust::ScalarChoice;
 use lamc::pipeline::{self, CompileError, Compiled};
-use lamc::source::{Diagnostics, SourceFile, SourceModel, UnknownEntry};
+use lamc::source::{Diagnostics, EditError, SourceFile, SourceModel};
 
 const TERMS: &str = concat!(
     env!("CARGO_PKG_VERSION"),
@@ -107,6 +109,17 @@ enum Command {
         #[arg(short, long, value_name = "FILE")]
         output: String,
     },
+    /// Print the script by which a shell completes lamc
+    Completions {
+        /// The shell
+        #[arg(value_enum)]
+        shell: clap_complete::Shell,
+    },
+    /// Write the manual: a page for lamc and one for each command
+    Man {
+        /// Where to, such as ~/.local/share/man/man1
+        folder: String,
+    },
 }
 
 /// Already reported on standard error; the exit code.
@@ -125,6 +138,8 @@ pub fn run() -> ExitCode {
         (Some(Command::Equilibrium(arguments)), _) => equilibrium::run(&arguments),
         (Some(Command::Modes(arguments)), _) => modes::run(&arguments),
         (Some(Command::Import { design, output }), _) => import::run(&design, &output),
+        (Some(Command::Completions { shell }), _) => shell::completions(shell),
+        (Some(Command::Man { folder }), _) => shell::man(&folder),
         (None, Some(arguments)) => compile::run(&arguments),
         (None, None) => unreachable!("clap asks for a model or a command"),
     };
@@ -164,7 +179,7 @@ fn load(path: &str) -> Result<Compiled, Failed> {
 /// As [`load`], after a change of the model as read.
 fn load_edited(
     path: &str,
-    edit: impl FnOnce(&mut SourceModel) -> Result<(), UnknownEntry>,
+    edit: impl FnOnce(&mut SourceModel) -> Result<(), EditError>,
 ) -> Result<Compiled, Failed> {
     let file = read(path)?;
     match pipeline::compile_edited(&file, edit) {

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::fmt::Write;
 
 use clap::Args;
-use lamc::program::Interpreter;
+use lamc::backend::jit::Jit;
 use lamc_runtime::{LinearizationMut, State, Stopped, System, linearize};
 use nalgebra::{Complex, DMatrix, DVector};
 use serde::Serialize;
@@ -90,7 +90,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
 }
 
 /// The motion about a state of rest.
-fn linear(system: &Stopped<Interpreter>, state: &State<Vec<f64>, f64>) -> Result<Linear, Failed> {
+fn linear(system: &Stopped<Jit>, state: &State<Vec<f64>, f64>) -> Result<Linear, Failed> {
     let dimensions = system.dimensions();
     let n = dimensions.coordinates;
     let (mut basis, mut stiffness, mut damping) =
@@ -193,7 +193,7 @@ fn shape(a: &DMatrix<f64>, value: Complex<f64>, linear: &Linear) -> Vec<[f64; 2]
     }
 }
 
-fn table(system: &Interpreter, state: &State<Vec<f64>, f64>, modes: &[Mode]) -> String {
+fn table(system: &Jit, state: &State<Vec<f64>, f64>, modes: &[Mode]) -> String {
     let mut text = format!("{:<20} {:>12}", "joint", "rest deg");
     for number in 1..=modes.len() {
         let _ = write!(text, " {:>10}", format!("mode {number}"));

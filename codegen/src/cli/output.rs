@@ -7,7 +7,7 @@ use lamc::files;
 
 use super::{Failed, Outcome, fail};
 
-/// Writes text, or anything, to standard output. A reader that went away is no failure.
+/// Writes a text or bytes to standard output. A reader that went away is no failure.
 pub fn print(contents: &(impl AsRef<[u8]> + ?Sized)) -> Outcome {
     let mut out = io::stdout().lock();
     match out.write_all(contents.as_ref()).and_then(|()| out.flush()) {
@@ -18,11 +18,22 @@ pub fn print(contents: &(impl AsRef<[u8]> + ?Sized)) -> Outcome {
     }
 }
 
-/// Writes a file (`-`: standard output): whole or not at all.
+/// Writes a text or bytes to a file (`-`: standard output): whole or not at all.
 pub fn write(path: &str, contents: &(impl AsRef<[u8]> + ?Sized)) -> Outcome {
     if path == "-" {
         return print(contents);
     }
-    files::write(Path::new(path), contents.as_ref())
-        .map_err(|error| -> Failed { fail(format_args!("cannot write {path}: {error}")) })
+    files::write(Path::new(path), contents).map_err(|error| unwritable(path, &error))
+}
+
+/// Fails where [`write`] would, as far as can be known before there is something to write.
+pub fn probe(path: &str) -> Outcome {
+    if path == "-" {
+        return Ok(());
+    }
+    files::probe(Path::new(path)).map_err(|error| unwritable(path, &error))
+}
+
+fn unwritable(path: &str, error: &io::Error) -> Failed {
+    fail(format_args!("cannot write {path}: {error}"))
 }

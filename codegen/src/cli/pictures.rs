@@ -1,15 +1,18 @@
 //! A motion as seen: pictures, a video, a page to look at it from all sides.
 
 use std::num::NonZeroU32;
+use std::sync::atomic::Ordering;
 use std::thread;
 
 use clap::Args;
+use lamc::laminate::Mechanism;
 use lamc::motion::Motion;
 use lamc::page;
 use lamc::picture::{Encoder, Picture, Renderer, View};
-use lamc::program::Interface;
 use lamc::scene::{Scene, poses_at};
 
+use super::run::INTERRUPTED;
+use super::simulate::{EXIT_INTERRUPTED, progress};
 use super::{Failed, Outcome, fail, misused, output};
 
 /// Pictures per second of a video.
@@ -50,50 +53,80 @@ fn size(text: &str) -> Result<[usize; 2], String> {
 }
 
 impl Pictures {
+    /// Refuses what cannot be made.
+    pub fn check(&self) -> Outcome {
+        if !(self.speed.is_finite() && self.speed > 0.0) {
+            return Err(misused("--speed must be a positive number"));
+        }
+        match self.video {
+            Some(_) => Encoder::new(self.size, RATE).map(drop).map_err(misused),
+            None => Ok(()),
+        }
+    }
+
+    /// What is to be written.
+    pub fn files(&self) -> impl Iterator<Item = &String> {
+        [&self.video, &self.png, &self.view].into_iter().flatten()
+    }
+
     /// Writes what was asked for.
-    pub fn write(&self, scene: &Scene, motion: &Motion, interface: &Interface) -> Outcome {
-        let series = self.png.as_deref().filter(|name| name.contains('#'));
+    pub fn write(&self, mechanism: &Mechanism, motion: &Motion) -> Outcome {
+        if self.files().next().is_none() {
+            return Ok(());
+        }
+        let scene = Scene::new(mechanism);
         let view = self.camera.unwrap_or_default();
         if let Some(path) = &self.view {
-            let data = page::data(scene, motion, interface, view);
+            let data = page::data(&scene, motion, mechanism, view);
             let alone = path.ends_with(".json");
             output::write(path, &if alone { data } else { page::write(&scene.name, &data) })?;
         }
-        let renderer = || Renderer::new(scene, motion, view, self.size);
-        if let (Some(path), None) = (&self.png, series) {
-            let end = motion.samples.last().map_or(&[][..], |sample| &sample.poses);
-            output::write(path, &png(&renderer().draw(end))?)?;
-        }
-        if self.video.is_none() && series.is_none() {
+        if self.video.is_none() && self.png.is_none() {
             return Ok(());
         }
+        let mut renderer = Renderer::new(&scene, motion, view, self.size);
+        let series = self.png.as_deref().filter(|name| name.contains('#'));
+        if let (Some(path), None) = (&self.png, series) {
+            let end = motion.samples.last().map_or(&[][..], |sample| &sample.poses);
+            output::write(path, &png(&renderer.draw(end))?)?;
+        }
+        match (&self.video, series) {
+            (None, None) => Ok(()),
+            (video, series) => self.draw(&renderer, motion, video.as_deref(), series),
+        }
+    }
+
+    /// Draws the pictures of a video, one after the other.
+    fn draw(
+        &self,
+        renderer: &Renderer<'_>,
+        motion: &Motion,
+        video: Option<&str>,
+        series: Option<&str>,
+    ) -> Outcome {
         let times = self.times(motion)?;
-        let mut video = match &self.video {
-            Some(_) => Some(Encoder::new(self.size, RATE).map_err(misused)?),
-            None => None,
-        };
-        let mut number = 0;
-        draw(&renderer(), motion, &times, |picture| {
+        let encoder = video.map(|_| Encoder::new(self.size, RATE)).transpose();
+        let mut encoder = encoder.map_err(misused)?;
+        let progress = progress(times.len());
+        each_picture(renderer, motion, &times, |number, picture| {
             if let Some(name) = series {
                 output::write(&numbered(name, number), &png(picture)?)?;
             }
-            if let Some(video) = &mut video {
-                video.push(picture).map_err(fail)?;
+            if let Some(encoder) = &mut encoder {
+                encoder.push(picture).map_err(fail)?;
             }
-            number += 1;
+            progress.inc(1);
             Ok(())
         })?;
-        if let (Some(path), Some(video)) = (&self.video, video) {
-            output::write(path, &video.finish().map_err(fail)?)?;
+        progress.finish_and_clear();
+        match (video, encoder) {
+            (Some(path), Some(encoder)) => output::write(path, &encoder.finish().map_err(fail)?),
+            _ => Ok(()),
         }
-        Ok(())
     }
 
     /// The times a video shows, s.
     fn times(&self, motion: &Motion) -> Result<Vec<f64>, Failed> {
-        if !(self.speed.is_finite() && self.speed > 0.0) {
-            return Err(misused("--speed must be a positive number"));
-        }
         let [Some(start), Some(end)] =
             [motion.samples.first(), motion.samples.last()].map(|sample| sample.map(|s| s.t))
         else {
@@ -111,16 +144,23 @@ impl Pictures {
 }
 
 /// Draws the motion at each of `times`, on all processors, and hands on the pictures in order,
-/// while the next ones are drawn.
-fn draw(
+/// while the next ones are drawn. An interrupt ends it.
+fn each_picture(
     renderer: &Renderer<'_>,
     motion: &Motion,
     times: &[f64],
-    mut each: impl FnMut(&Picture) -> Outcome,
+    mut each: impl FnMut(usize, &Picture) -> Outcome,
 ) -> Outcome {
     let workers = thread::available_parallelism().map_or(1, usize::from);
     let mut renderers = vec![renderer.clone(); workers];
     let mut drawn: Vec<Picture> = Vec::new();
+    let mut numbers = 0..;
+    let mut hand_on = |drawn: &[Picture]| {
+        if INTERRUPTED.load(Ordering::Relaxed) {
+            return Err(Failed(EXIT_INTERRUPTED));
+        }
+        drawn.iter().zip(&mut numbers).try_for_each(|(picture, number)| each(number, picture))
+    };
     for times in times.chunks(2 * workers) {
         let shares = times.chunks(times.len().div_ceil(workers));
         drawn = thread::scope(|scope| {
@@ -132,14 +172,14 @@ fn draw(
                     scope.spawn(move || times.iter().map(draw).collect::<Vec<_>>())
                 })
                 .collect();
-            drawn.iter().try_for_each(&mut each)?;
+            hand_on(&drawn)?;
             let pictures = at_work.into_iter().map(|worker| {
                 worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
             });
             Ok(pictures.flatten().collect())
         })?;
     }
-    drawn.iter().try_for_each(&mut each)
+    hand_on(&drawn)
 }
 
 fn png(picture: &Picture) -> Result<Vec<u8>, Failed> {

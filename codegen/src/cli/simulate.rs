@@ -1,23 +1,29 @@
-//! `lamc simulate MODEL`: assemble or settle, integrate through the interpreter, show what happened.
+//! `lamc simulate MODEL`: assemble or settle, integrate, write what was asked for, and show on one
+//! screen what happened.
 
 use std::fmt::Write;
-use std::time::Instant;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
 
-use clap::{Args, ValueEnum};
-use lamc::motion::Motion;
-use lamc::program::Interpreter;
-use lamc::scene::Scene;
-use lamc_runtime::{Dopri5, Energy, Error, Rodas, State, Stopped, System, acceleration, project};
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use lamc::backend::jit::Jit;
+use lamc::laminate::Mechanism;
+use lamc::motion::{Motion, Work};
+use lamc_runtime::{State, System, project};
 
 use super::equilibrium::settle;
+use super::pictures::Pictures;
+use super::plot::{self, Panel};
+use super::run::{INTERRUPTED, Method, Run, Settings};
 use super::start::{Start, describe};
-use super::{Failed, Outcome, fail, misused, output, pictures, plot};
+use super::{Failed, Outcome, fail, misused, output};
 
-/// Explicit steps within which a motion must get on by a share of its duration.
-const PATIENCE: (usize, f64) = (1000, 0.01);
+/// Most numbers a recorded motion may have: a gigabyte.
+const MOST_NUMBERS: f64 = 125e6;
 
-/// More steps than any smooth motion takes.
-const MOST_STEPS: usize = 2_000_000;
+/// The exit code of what was interrupted, as shells have it.
+pub const EXIT_INTERRUPTED: u8 = 130;
 
 /// Simulate a model from its initial configuration.
 #[derive(Args)]
@@ -48,63 +54,181 @@ pub struct Arguments {
     /// Write the motion as CSV; `-` writes standard output
     #[arg(long, value_name = "FILE")]
     csv: Option<String>,
-    /// Draw the joint angles over time as SVG
+    /// Write the motion with all poses as a NumPy archive
+    #[arg(long, value_name = "FILE")]
+    npz: Option<String>,
+    /// Draw the motion: FILE.svg or FILE.png; `-` writes SVG to standard output
     #[arg(long, value_name = "FILE")]
     plot: Option<String>,
+    /// What to draw, one above the other
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "angles,rates")]
+    panels: Vec<Panel>,
+    /// Draw angles in radians instead of degrees
+    #[arg(long)]
+    radians: bool,
     #[command(flatten)]
-    pictures: pictures::Pictures,
+    pictures: Pictures,
 }
 
-#[derive(Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
-enum Method {
-    /// Explicit, and implicit from where the motion turns out to be stiff
-    #[default]
-    Auto,
-    /// Dormand and Prince's pair of order 5(4), explicit
-    Dopri5,
-    /// RODASP of order 4(3), implicit and L-stable
-    Rodas,
+impl Arguments {
+    fn check(&self) -> Outcome {
+        for (name, value) in
+            [("--duration", self.duration), ("--rate", self.rate), ("--tolerance", self.tolerance)]
+        {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(misused(format_args!("{name} must be a positive number")));
+            }
+        }
+        if !(0.0..=1.0).contains(&self.restitution) {
+            return Err(misused("--restitution must lie between 0 and 1"));
+        }
+        if let Some(path) = &self.plot {
+            plot::format(path).map_err(misused)?;
+        }
+        self.pictures.check()?;
+        // Better now than after the work.
+        self.files().try_for_each(|path| output::probe(path))
+    }
+
+    /// What is to be written.
+    fn files(&self) -> impl Iterator<Item = &String> {
+        [&self.csv, &self.npz, &self.plot].into_iter().flatten().chain(self.pictures.files())
+    }
+
+    /// Samples after the first.
+    fn samples(&self, system: &Jit) -> Result<usize, Failed> {
+        let samples = (self.duration * self.rate).ceil();
+        let d = system.dimensions();
+        let numbers = 4 + 3 * d.coordinates + 3 * d.points + 12 * d.bodies;
+        if samples * numbers as f64 > MOST_NUMBERS {
+            let most = MOST_NUMBERS / numbers as f64;
+            return Err(misused(format_args!(
+                "{samples} samples are more than the {most:.0} that are kept of this model: lower \
+                 --rate or --duration"
+            )));
+        }
+        Ok(samples as usize)
+    }
+
+    fn settings(&self) -> Settings {
+        Settings {
+            method: self.integrator,
+            duration: self.duration,
+            tolerance: self.tolerance,
+            restitution: self.restitution,
+        }
+    }
+
+    fn write(&self, mechanism: &Mechanism, motion: &Motion) -> Outcome {
+        if let Some(path) = &self.csv {
+            output::write(path, &motion.to_csv())?;
+        }
+        if let Some(path) = &self.npz {
+            output::write(path, &motion.to_npz().map_err(fail)?)?;
+        }
+        if let Some(path) = &self.plot {
+            let picture = plot::draw(motion, &self.panels, self.radians, path);
+            output::write(path, &picture.map_err(fail)?)?;
+        }
+        self.pictures.write(mechanism, motion)
+    }
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
-    for (name, value) in [
-        ("--duration", arguments.duration),
-        ("--rate", arguments.rate),
-        ("--tolerance", arguments.tolerance),
-    ] {
-        if !(value.is_finite() && value > 0.0) {
-            return Err(misused(format_args!("{name} must be a positive number")));
-        }
-    }
-    if !(0.0..=1.0).contains(&arguments.restitution) {
-        return Err(misused("--restitution must lie between 0 and 1"));
-    }
-    let samples = (arguments.duration * arguments.rate).ceil();
-    if samples > 1e7 {
-        return Err(misused("more than 10 million samples: lower --rate or --duration"));
-    }
-    let (scene, system, state) = begin(arguments)?;
+    arguments.check()?;
+    let Beginning { mechanism, system, state } = begin(arguments)?;
+    let samples = arguments.samples(&system)?;
+    // Only from here on is there something to keep; before, an interrupt ends the process.
+    ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed)).map_err(fail)?;
+    let work = Work::new(&mechanism, system.parameters(), system.inputs());
     let begin = Instant::now();
-    let mut run = Run::new(system, state, arguments);
+    let mut run = Run::new(system, state, work, &arguments.settings());
     run.record()?;
-    for sample in 1..=samples as usize {
-        run.advance((sample as f64 / arguments.rate).min(arguments.duration))?;
-    }
-    let motion = &run.motion;
-    if let Some(path) = &arguments.csv {
-        output::write(path, &csv(motion))?;
-    }
-    if let Some(path) = &arguments.plot {
-        let svg = plot::angles(&motion.name, motion).map_err(fail)?;
-        output::write(path, &svg)?;
-    }
-    arguments.pictures.write(&scene, motion, run.system.system.interface())?;
-    if arguments.csv.as_deref() == Some("-") || arguments.plot.as_deref() == Some("-") {
-        return Ok(());
-    }
+    let times =
+        (1..=samples).map(|sample| (sample as f64 / arguments.rate).min(arguments.duration));
+    let progress = progress(samples);
+    let outcome = run.through(times, |done| progress.set_position(done as u64));
+    progress.finish_and_clear();
+    outcome?;
     let seconds = begin.elapsed().as_secs_f64();
-    let mut text = summary(motion);
-    run.note_stops(&mut text);
+    arguments.write(&mechanism, &run.motion)?;
+    if !arguments.files().any(|path| path == "-") {
+        output::print(&summary(&run, seconds))?;
+    }
+    match INTERRUPTED.load(Ordering::Relaxed) {
+        true => Err(Failed(EXIT_INTERRUPTED)),
+        false => Ok(()),
+    }
+}
+
+/// What moves, and from where: assembled or at rest.
+struct Beginning {
+    mechanism: Mechanism,
+    system: Jit,
+    state: State<Vec<f64>, f64>,
+}
+
+fn begin(arguments: &Arguments) -> Result<Beginning, Failed> {
+    let start = &arguments.start;
+    let mut compiled = start.compile(&[])?;
+    let mut system = start.system(&compiled)?;
+    let mut state = start.assembled(&system)?;
+    if arguments.settle || !arguments.release.is_empty() {
+        settle(&system, &mut state)?;
+        if !arguments.release.is_empty() {
+            compiled = start.compile(&arguments.release)?;
+            system = start.system(&compiled)?;
+        }
+        // Driven joints may set off at once.
+        let workspace = &mut system.workspace();
+        project(&system, 0.0, &mut state.q, &mut state.u, workspace)
+            .map_err(|error| fail(describe(&error, system.interface())))?;
+    }
+    Ok(Beginning { mechanism: compiled.topology.mechanism, system, state })
+}
+
+/// On a terminal, for what takes longer than a moment.
+pub fn progress(samples: usize) -> ProgressBar {
+    let bar = ProgressBar::new(samples as u64);
+    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {eta} left") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
+
+/// What happened, on one screen.
+fn summary(run: &Run, seconds: f64) -> String {
+    let mut text = String::new();
+    let motion = &run.motion;
+    let ([first, ..], [.., last]) = (motion.samples.as_slice(), motion.samples.as_slice()) else {
+        return text;
+    };
+    let _ = writeln!(text, "{:<20} {:>10} {:>10}", "joint", "start deg", "end deg");
+    for (joint, name) in motion.joints.iter().enumerate() {
+        let [start, end] = [first, last].map(|sample| sample.q[joint].to_degrees());
+        let _ = writeln!(text, "{name:<20} {start:>10.3} {end:>10.3}");
+    }
+    let [start, end] = [first, last].map(|sample| sample.energy.kinetic + sample.energy.potential);
+    let _ = writeln!(text, "energy: {start:.6e} J at start, {end:.6e} J at end");
+    if let Some(work) = &run.work {
+        let off = (end - start - work.total).abs();
+        let _ = match work.exchanged > 0.0 {
+            true => writeln!(
+                text,
+                "balance: torques and dampers did {:.6e} J; {off:.1e} J unaccounted for",
+                work.total
+            ),
+            false => writeln!(text, "balance: nothing takes energy; {off:.1e} J drifted away"),
+        };
+    }
+    let open = motion.samples.iter().map(|sample| sample.closure).fold(0.0, f64::max);
+    let _ = writeln!(text, "closure: within {open:.1e} m of {:.1} mm", motion.size * 1e3);
+    let joints = motion.joints.iter().zip(&run.stopped).filter(|(_, stopped)| **stopped);
+    let stopped: Vec<_> = joints.map(|(name, _)| format!("`{name}`")).collect();
+    if !stopped.is_empty() {
+        let _ = writeln!(text, "at a stop for a while: {}", stopped.join(", "));
+    }
     let methods: Vec<_> = [(run.explicit_steps, "Dormand-Prince"), (run.implicit_steps, "RODASP")]
         .into_iter()
         .filter(|(steps, _)| *steps > 0)
@@ -114,220 +238,10 @@ pub fn run(arguments: &Arguments) -> Outcome {
         text,
         "{} in {seconds:.3} s: {:.1} times real time",
         methods.join(" and "),
-        arguments.duration / seconds
+        last.t / seconds
     );
-    output::print(&text)
-}
-
-/// What there is to see, the system that moves, and the state it starts from.
-type Beginning = (Scene, Interpreter, State<Vec<f64>, f64>);
-
-/// How a motion begins: assembled or at rest.
-fn begin(arguments: &Arguments) -> Result<Beginning, Failed> {
-    let start = &arguments.start;
-    let compiled = start.compile(&[])?;
-    let scene = Scene::new(&compiled.topology.mechanism);
-    let system = start.system(&compiled)?;
-    let mut state = start.assembled(&system)?;
-    if !arguments.settle && arguments.release.is_empty() {
-        return Ok((scene, system, state));
+    if INTERRUPTED.load(Ordering::Relaxed) {
+        let _ = writeln!(text, "interrupted: what was written ends at t = {} s", last.t);
     }
-    settle(&system, &mut state)?;
-    let system = match arguments.release.is_empty() {
-        true => system,
-        false => start.system(&start.compile(&arguments.release)?)?,
-    };
-    // Driven joints may set off at once.
-    let workspace = &mut system.workspace();
-    project(&system, 0.0, &mut state.q, &mut state.u, workspace)
-        .map_err(|error| fail(describe(&error, system.interface())))?;
-    Ok((scene, system, state))
-}
-
-/// Whether the loops are loose in a direction more than they usually are, as in the flat state.
-/// Which branch the motion leaves by is for the implicit method to find.
-fn is_singular(system: &Stopped<Interpreter>, state: &State<Vec<f64>, f64>) -> bool {
-    let d = system.dimensions();
-    let mut rates = system.vector();
-    let found =
-        acceleration(system, state.t, &state.q, &state.u, &mut system.workspace(), &mut rates);
-    let usual = system.system.interface().rank + d.drives;
-    found.is_ok_and(|constraint| constraint.rank < usual.min(d.coordinates))
-}
-
-/// A motion on its way.
-struct Run {
-    system: Stopped<Interpreter>,
-    state: State<Vec<f64>, f64>,
-    explicit: Dopri5<Stopped<Interpreter>>,
-    implicit: Rodas<Stopped<Interpreter>>,
-    method: Method,
-    /// Whether the implicit method is only to lead out of a singular state.
-    leaves: bool,
-    duration: f64,
-    explicit_steps: usize,
-    implicit_steps: usize,
-    /// Steps and the time, s, when progress was last looked at.
-    mark: (usize, f64),
-    motion: Motion,
-    /// Joints that were at a stop.
-    stopped: Vec<bool>,
-}
-
-impl Run {
-    fn new(system: Interpreter, state: State<Vec<f64>, f64>, arguments: &Arguments) -> Self {
-        let motion = Motion::new(system.interface());
-        let stopped = vec![false; state.q.len()];
-        let mut system = Stopped::new(system);
-        system.restitution = arguments.restitution;
-        let leaves = arguments.integrator == Method::Auto && is_singular(&system, &state);
-        let method = if leaves { Method::Rodas } else { arguments.integrator };
-        let (mut explicit, mut implicit) = (Dopri5::new(&system), Rodas::new(&system));
-        (explicit.relative, explicit.absolute) = (arguments.tolerance, arguments.tolerance);
-        (implicit.relative, implicit.absolute) = (arguments.tolerance, arguments.tolerance);
-        Self {
-            system,
-            state,
-            explicit,
-            implicit,
-            method,
-            leaves,
-            duration: arguments.duration,
-            explicit_steps: 0,
-            implicit_steps: 0,
-            mark: (0, 0.0),
-            motion,
-            stopped,
-        }
-    }
-
-    /// To a time, s, and records the state there.
-    fn advance(&mut self, t: f64) -> Result<(), Failed> {
-        while self.state.t < t {
-            let outcome = match self.method {
-                Method::Rodas => {
-                    self.implicit_steps += 1;
-                    self.system.step(&mut self.implicit, &mut self.state, t)
-                }
-                Method::Auto | Method::Dopri5 => {
-                    self.explicit_steps += 1;
-                    self.system.step(&mut self.explicit, &mut self.state, t)
-                }
-            };
-            if self.is_hopeless() {
-                return Err(fail(format_args!(
-                    "gave up after {} steps, at t = {} s: the motion is not smooth there, or \
-                     --tolerance asks for too much; out of a flat sheet, start from a folded guess \
-                     (--initial)",
-                    self.explicit_steps + self.implicit_steps,
-                    self.state.t
-                )));
-            }
-            if self.leaves && !is_singular(&self.system, &self.state) {
-                (self.leaves, self.method) = (false, Method::Auto);
-                self.mark = (self.explicit_steps + self.implicit_steps, self.state.t);
-            }
-            let gives_up = matches!(outcome, Err(Error::StepTooSmall { .. }));
-            let stuck = self.explicit.is_stiff() || self.is_slow();
-            if self.method == Method::Auto && (gives_up || stuck) {
-                self.method = Method::Rodas;
-                continue;
-            }
-            outcome.map_err(|error| self.explain(&error))?;
-            for (stopped, &side) in self.stopped.iter_mut().zip(&self.system.sides) {
-                *stopped |= side != 0.0;
-            }
-        }
-        self.record()
-    }
-
-    /// Records the state as it is.
-    fn record(&mut self) -> Result<(), Failed> {
-        let outcome = self.motion.record(&self.system, &self.state);
-        outcome.map_err(|error| self.explain(&error))
-    }
-
-    /// Whether the implicit method, too, hardly gets on: at this pace it would take far more steps
-    /// than any smooth motion.
-    fn is_hopeless(&mut self) -> bool {
-        let steps = self.explicit_steps + self.implicit_steps;
-        if self.method != Method::Rodas || steps - self.mark.0 < PATIENCE.0 {
-            return steps >= MOST_STEPS;
-        }
-        let gone = self.state.t - self.mark.1;
-        let pace = (steps - self.mark.0) as f64 / gone;
-        self.mark = (steps, self.state.t);
-        pace * self.duration > MOST_STEPS as f64
-    }
-
-    /// Whether the explicit method hardly gets on, as between the ranks of a singular state.
-    fn is_slow(&mut self) -> bool {
-        let (steps, share) = PATIENCE;
-        let now = self.explicit_steps + self.implicit_steps;
-        if self.method == Method::Rodas || now - self.mark.0 < steps {
-            return false;
-        }
-        let gone = self.state.t - self.mark.1;
-        self.mark = (now, self.state.t);
-        gone < share * self.duration
-    }
-
-    /// An error with the joints that were at a stop.
-    fn explain(&self, error: &Error) -> Failed {
-        let interface = self.system.system.interface();
-        let reason = describe(error, interface);
-        let held =
-            interface.joints.iter().zip(&self.system.sides).filter(|(_, side)| **side != 0.0);
-        let names: Vec<_> = held.map(|(joint, _)| format!("`{}`", joint.name)).collect();
-        match names.is_empty() {
-            true => fail(format_args!("{reason}, at t = {} s", self.state.t)),
-            false => {
-                let names = names.join(", ");
-                fail(format_args!("{reason}, at t = {} s with {names} at a stop", self.state.t))
-            }
-        }
-    }
-
-    fn note_stops(&self, text: &mut String) {
-        let joints = &self.system.system.interface().joints;
-        let resting = joints.iter().zip(&self.stopped).filter(|(_, stopped)| **stopped);
-        let names: Vec<_> = resting.map(|(joint, _)| format!("`{}`", joint.name)).collect();
-        if !names.is_empty() {
-            let _ = writeln!(text, "at a stop for a while: {}", names.join(", "));
-        }
-    }
-}
-
-fn csv(motion: &Motion) -> String {
-    let mut text = "t [s]".to_owned();
-    for (symbol, unit) in [("q", "rad"), ("u", "rad/s")] {
-        for joint in &motion.joints {
-            let _ = write!(text, ",{symbol}.{joint} [{unit}]");
-        }
-    }
-    text.push_str(",kinetic [J],potential [J],closure [m]\n");
-    for sample in &motion.samples {
-        let _ = write!(text, "{:?}", sample.t);
-        for number in sample.q.iter().chain(&sample.u) {
-            let _ = write!(text, ",{number:?}");
-        }
-        let Energy { kinetic, potential } = sample.energy;
-        let _ = writeln!(text, ",{kinetic:?},{potential:?},{:?}", sample.closure);
-    }
-    text
-}
-
-fn summary(motion: &Motion) -> String {
-    let mut text = String::new();
-    let [first, .., last] = motion.samples.as_slice() else { return text };
-    let _ = writeln!(text, "{:<16} {:>10} {:>10}", "joint", "start deg", "end deg");
-    for (joint, name) in motion.joints.iter().enumerate() {
-        let [start, end] = [first, last].map(|sample| sample.q[joint].to_degrees());
-        let _ = writeln!(text, "{name:<16} {start:>10.3} {end:>10.3}");
-    }
-    let [start, end] = [first, last].map(|sample| sample.energy.kinetic + sample.energy.potential);
-    let _ = writeln!(text, "energy: {start:.6e} J at start, {end:.6e} J at end");
-    let open = motion.samples.iter().map(|sample| sample.closure).fold(0.0, f64::max);
-    let _ = writeln!(text, "closure: within {open:.1e} m of {:.1} mm", motion.size * 1e3);
     text
 }

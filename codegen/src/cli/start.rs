@@ -2,8 +2,9 @@
 //! configuration to start from.
 
 use clap::Args;
+use lamc::backend::jit::Jit;
 use lamc::pipeline::Compiled;
-use lamc::program::{Interface, Interpreter};
+use lamc::program::Interface;
 use lamc::source::{read_angle, read_quantity};
 use lamc_runtime::{Error, State, System, assemble, project};
 
@@ -17,7 +18,8 @@ pub struct Start {
     /// Set a parameter: k=0.02, k=11.4mN*m/rad
     #[arg(long, value_name = "NAME=VALUE")]
     set: Vec<String>,
-    /// Set an input, constant: motor=2mN*m
+    /// Set an input, constant or an expression of t and the parameters:
+    /// motor=2mN*m, "motor=0.002*sin(2*pi*t)"
     #[arg(long, value_name = "NAME=VALUE")]
     input: Vec<String>,
     /// Start from another angle, a rough guess: j0=30deg
@@ -39,28 +41,34 @@ impl Start {
                 locks.push((joint, angle));
             }
         }
+        let prescribed = self.input.iter().map(|setting| named(setting, INPUT));
+        let prescribed = prescribed.collect::<Result<Vec<_>, _>>()?;
         load_edited(&self.model, |model| {
+            let functions = prescribed.iter().filter(|(_, text)| read_quantity(text).is_none());
+            functions.into_iter().try_for_each(|(name, text)| model.prescribe(name, text))?;
             released.iter().try_for_each(|name| model.release(name))?;
             locks.iter().try_for_each(|(joint, angle)| model.lock(joint, *angle))
         })
     }
 
     /// The model ready to be evaluated, with parameters and inputs set.
-    pub fn system(&self, compiled: &Compiled) -> Result<Interpreter, Failed> {
-        let mut system = Interpreter::new(&compiled.program);
+    pub fn system(&self, compiled: &Compiled) -> Result<Jit, Failed> {
+        let mut system = Jit::new(&compiled.program);
         for setting in &self.set {
             let (name, value) = pair(setting, "--set k=0.02", read_quantity)?;
             system.set_parameter(name, value).map_err(fail)?;
         }
         for setting in &self.input {
-            let (name, value) = pair(setting, "--input motor=0.02", read_quantity)?;
-            system.set_input(name, value).map_err(fail)?;
+            let (name, text) = named(setting, INPUT)?;
+            if let Some(value) = read_quantity(text) {
+                system.set_input(name, value).map_err(fail)?;
+            }
         }
         Ok(system)
     }
 
     /// The closed configuration nearest to the guess, at consistent rates.
-    pub fn assembled(&self, system: &Interpreter) -> Result<State<Vec<f64>, f64>, Failed> {
+    pub fn assembled(&self, system: &Jit) -> Result<State<Vec<f64>, f64>, Failed> {
         let mut state = State::initial(system);
         let n = state.q.len();
         let mut pinned: Vec<bool> = (0..n).map(|joint| system.is_given(joint)).collect();
@@ -98,14 +106,24 @@ impl Start {
     }
 }
 
+/// How an input is set.
+const INPUT: &str = "--input motor=0.02";
+
+/// Splits `name=text`.
+fn named<'a>(text: &'a str, example: &str) -> Result<(&'a str, &'a str), Failed> {
+    let parts = text.split_once('=').map(|(name, value)| (name.trim(), value.trim()));
+    parts.ok_or_else(|| misused(format_args!("`{text}` is not of the form `{example}`")))
+}
+
 /// Splits `name=value`.
 pub fn pair<'a>(
     text: &'a str,
     example: &str,
     read: impl Fn(&str) -> Option<f64>,
 ) -> Result<(&'a str, f64), Failed> {
-    let parts = text.split_once('=').and_then(|(name, value)| Some((name.trim(), read(value)?)));
-    parts.ok_or_else(|| misused(format_args!("`{text}` is not of the form `{example}`")))
+    let (name, value) = named(text, example)?;
+    let value = read(value).map(|value| (name, value));
+    value.ok_or_else(|| misused(format_args!("`{text}` is not of the form `{example}`")))
 }
 
 /// The runtime's error with the names of the joints it is about.

@@ -7,9 +7,9 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use tera::{Context, Tera};
 
+use crate::laminate::Mechanism;
 use crate::motion::{Motion, Sample};
 use crate::picture::View;
-use crate::program::Interface;
 use crate::scene::{Placement, Rgb, Scene};
 
 /// What a page shows. Lengths in m, angles in rad, most numbers of single precision.
@@ -104,13 +104,13 @@ struct Curves<'a> {
 
 /// What a page shows of a motion, first seen from `view`, as JSON in which there is no `<`: it may
 /// stand in a script element.
-pub fn data(scene: &Scene, motion: &Motion, interface: &Interface, view: View) -> String {
+pub fn data(scene: &Scene, motion: &Motion, mechanism: &Mechanism, view: View) -> String {
     let View { azimuth, elevation, zoom } = view;
     json(&Shown {
         view: ViewFrom { azimuth, elevation, zoom },
         model: model(scene, motion),
         motion: curves(motion),
-        controls: controls(interface),
+        controls: controls(mechanism),
     })
 }
 
@@ -147,26 +147,24 @@ fn json(shown: &Shown<'_>) -> String {
 }
 
 /// Every parameter, and the joints whose guess was given; if none was, all that are not driven.
-fn controls(interface: &Interface) -> Controls<'_> {
-    let joints = &interface.joints;
-    let some_given = joints.iter().any(|joint| joint.initial_given && !joint.driven);
-    let initial =
-        joints.iter().filter(|joint| !joint.driven && (joint.initial_given || !some_given));
-    let parameters = interface.parameters.iter().map(|parameter| Parameter {
+fn controls(mechanism: &Mechanism) -> Controls<'_> {
+    let is_free = |joint: &usize| mechanism.joints[*joint].drive.is_none();
+    let given = mechanism.initial_given.iter().map(|joint| joint.index());
+    let mut joints: Vec<usize> = given.filter(is_free).collect();
+    if joints.is_empty() {
+        joints = (0..mechanism.joints.len()).filter(is_free).collect();
+    }
+    let initial = joints.into_iter().map(|joint| Initial {
+        joint: &mechanism.joints[joint].name,
+        angle: mechanism.initial_q[joint],
+        limits: mechanism.joints[joint].limits.map(|limit| limit.clamp(-PI, PI)),
+    });
+    let parameters = mechanism.parameters.iter().map(|parameter| Parameter {
         name: &parameter.name,
         value: parameter.value,
         doc: &parameter.doc,
     });
-    Controls {
-        parameters: parameters.collect(),
-        initial: initial
-            .map(|joint| Initial {
-                joint: &joint.name,
-                angle: joint.initial_q,
-                limits: joint.limits.map(|limit| limit.clamp(-PI, PI)),
-            })
-            .collect(),
-    }
+    Controls { parameters: parameters.collect(), initial: initial.collect() }
 }
 
 fn model<'a>(scene: &'a Scene, motion: &Motion) -> Model<'a> {

@@ -7,6 +7,7 @@
 mod cost;
 mod dead;
 mod differentiate;
+mod executable;
 mod fold;
 mod interface;
 mod interpreter;
@@ -21,7 +22,8 @@ mod verify;
 mod tests;
 
 pub use cost::Cost;
-pub use interpreter::{Interpreter, UnknownName};
+pub use executable::{Engine, Executable, UnknownName};
+pub use interpreter::{Interpretation, Interpreter};
 pub use ir::*;
 pub use verify::{VerifyError, verify};
 

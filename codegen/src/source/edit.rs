@@ -1,17 +1,50 @@
-//! Changes of a model that a command asks for: joints locked, forces released.
+//! Changes of a model that a command asks for: joints locked, forces released, inputs given as
+//! functions of time.
 
 use super::diagnostic::Spanned;
 use super::expression::Expression;
-use super::model::SourceModel;
+use super::formula::{self, Scope};
+use super::ids::{JointId, ParameterId};
+use super::model::{SourceModel, Spring};
 use super::names::alternatives;
 
-/// No such name in the model.
+/// A change that the model does not admit.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("there is no {what} `{name}`: {hint}")]
-pub struct UnknownEntry {
-    what: &'static str,
-    name: String,
-    hint: String,
+pub enum EditError {
+    /// No such name in the model.
+    #[error("there is no {what} `{name}`: {hint}")]
+    #[allow(missing_docs, reason = "the message says it all")]
+    Unknown { what: &'static str, name: String, hint: String },
+    /// Not an expression of t and the parameters.
+    #[error("`{text}`: {reason}")]
+    #[allow(missing_docs, reason = "the message says it all")]
+    Expression { text: String, reason: String },
+}
+
+/// What an input may depend on, besides t: parameters.
+struct Parameters<'m>(&'m SourceModel);
+
+impl Scope for Parameters<'_> {
+    fn symbol(&self, name: &str) -> Option<Expression> {
+        let index = self.0.parameters.iter().position(|parameter| parameter.name.value == name)?;
+        Some(Expression::Parameter(ParameterId(index)))
+    }
+
+    fn symbols(&self) -> Vec<&str> {
+        self.0.parameters.iter().map(|parameter| parameter.name.value.as_str()).collect()
+    }
+
+    fn joint(&self, name: &str) -> Option<JointId> {
+        self.0.joints.iter().position(|joint| joint.name.value == name).map(JointId)
+    }
+
+    fn joints(&self) -> Vec<&str> {
+        self.0.joints.iter().map(|joint| joint.name.value.as_str()).collect()
+    }
+
+    fn motion_refused(&self) -> Option<&'static str> {
+        Some("an input is given from outside: it may depend on t and parameters, not on q or u")
+    }
 }
 
 impl SourceModel {
@@ -19,11 +52,11 @@ impl SourceModel {
     ///
     /// # Errors
     /// When there is no joint of this name.
-    pub fn lock(&mut self, joint: &str, angle: f64) -> Result<(), UnknownEntry> {
+    pub fn lock(&mut self, joint: &str, angle: f64) -> Result<(), EditError> {
         let names: Vec<&str> = self.joints.iter().map(|joint| joint.name.value.as_str()).collect();
         let Some(index) = names.iter().position(|name| *name == joint) else {
             let hint = alternatives(joint, &names, "joints");
-            return Err(UnknownEntry { what: "joint", name: joint.to_owned(), hint });
+            return Err(EditError::Unknown { what: "joint", name: joint.to_owned(), hint });
         };
         let entry = &mut self.joints[index];
         entry.drive = Some(Spanned { value: Expression::Number(angle), span: entry.span });
@@ -35,7 +68,7 @@ impl SourceModel {
     ///
     /// # Errors
     /// When there is neither a force nor a joint of this name.
-    pub fn release(&mut self, name: &str) -> Result<(), UnknownEntry> {
+    pub fn release(&mut self, name: &str) -> Result<(), EditError> {
         if let Some(index) = self.forces.iter().position(|force| force.name.value == name) {
             self.forces.remove(index);
             return Ok(());
@@ -49,6 +82,45 @@ impl SourceModel {
         let joints = self.joints.iter().map(|joint| joint.name.value.as_str());
         let names: Vec<&str> = forces.chain(joints).collect();
         let hint = alternatives(name, &names, "forces and joints");
-        Err(UnknownEntry { what: "force or joint", name: name.to_owned(), hint })
+        Err(EditError::Unknown { what: "force or joint", name: name.to_owned(), hint })
+    }
+
+    /// Gives an input the value of an expression of t and the parameters wherever it is used.
+    ///
+    /// # Errors
+    /// When there is no input of this name, or the expression cannot be read.
+    pub fn prescribe(&mut self, input: &str, text: &str) -> Result<(), EditError> {
+        let Some(id) = self.input(input) else {
+            let names: Vec<&str> = self.inputs.iter().map(|input| input.value.as_str()).collect();
+            let hint = alternatives(input, &names, "inputs");
+            return Err(EditError::Unknown { what: "input", name: input.to_owned(), hint });
+        };
+        let given = formula::parse(text, &Parameters(self)).map_err(|problems| {
+            let lines = problems.into_iter().map(|problem| match problem.hint {
+                Some(hint) => format!("{} ({hint})", problem.message),
+                None => problem.message,
+            });
+            let reason = lines.collect::<Vec<_>>().join("; ");
+            EditError::Expression { text: text.to_owned(), reason }
+        })?;
+        for expression in self.expressions_mut() {
+            expression.replace(&Expression::Input(id), &given);
+        }
+        Ok(())
+    }
+
+    /// Every expression.
+    fn expressions_mut(&mut self) -> impl Iterator<Item = &mut Expression> {
+        let joints = self.joints.iter_mut().flat_map(|joint| {
+            let stiffness = match &mut joint.spring {
+                Spring::Stiffness(stiffness) => Some(stiffness),
+                Spring::Beam { .. } => None,
+            };
+            let others = [&mut joint.damping, &mut joint.rest, &mut joint.torque];
+            let expressions = others.into_iter().chain(stiffness).chain(&mut joint.drive);
+            expressions.map(|expression| &mut expression.value)
+        });
+        let forces = self.forces.iter_mut().flat_map(|force| &mut force.force);
+        self.gravity.iter_mut().chain(joints).chain(forces)
     }
 }

@@ -64,6 +64,41 @@ impl Expression {
         }
     }
 
+    /// The value, `of` giving those of its leaves: all that is neither a number nor a function.
+    pub fn evaluate(&self, of: &impl Fn(&Self) -> f64) -> f64 {
+        match self {
+            Self::Number(number) => *number,
+            Self::Unary(function, x) => function.apply(x.evaluate(of)),
+            Self::Binary(operator, x, y) => operator.apply(x.evaluate(of), y.evaluate(of)),
+            leaf => of(leaf),
+        }
+    }
+
+    /// Whether a leaf stands in it.
+    pub fn contains(&self, leaf: &Self) -> bool {
+        match self {
+            Self::Unary(_, x) => x.contains(leaf),
+            Self::Binary(_, x, y) => x.contains(leaf) || y.contains(leaf),
+            other => other == leaf,
+        }
+    }
+
+    /// Puts `new` wherever `old` stands.
+    pub(super) fn replace(&mut self, old: &Self, new: &Self) {
+        if self == old {
+            *self = new.clone();
+            return;
+        }
+        match self {
+            Self::Unary(_, x) => x.replace(old, new),
+            Self::Binary(_, x, y) => {
+                x.replace(old, new);
+                y.replace(old, new);
+            }
+            _ => {}
+        }
+    }
+
     /// The value of an expression that depends on nothing: `2*pi`. Not finite for `1/0`.
     pub fn constant(&self) -> Option<f64> {
         Some(match self {

@@ -27,7 +27,7 @@ mod write;
 mod yaml;
 
 pub use diagnostic::{Diagnostic, Diagnostics, Severity, SourceFile, Span, Spanned};
-pub use edit::UnknownEntry;
+pub use edit::EditError;
 pub use expression::{Binary, Expression, Unary};
 pub use file::{MAX_FILE_BYTES, ReadError};
 pub use ids::{BodyId, InputId, JointId, ParameterId, PointId};

@@ -1,6 +1,12 @@
 //! A motion as it was sampled: what `lamc simulate` records, and everything that writes or shows
 //! it reads.
 
+mod csv;
+mod npz;
+mod work;
+
+pub use work::Work;
+
 use lamc_runtime::{Energy, Error, State, System, acceleration};
 
 use crate::program::Interface;

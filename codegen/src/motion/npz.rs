@@ -1,0 +1,92 @@
+//! A motion as a NumPy archive: a zip of arrays, by name.
+
+use std::io::{self, Cursor, Write};
+
+use npyz::{AutoSerialize, DType, WriterBuilder};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipWriter};
+
+use super::{Motion, Sample};
+
+impl Motion {
+    /// Everything recorded, for T samples of N joints, P points and B bodies:
+    ///
+    /// ```text
+    /// joints N, points P, bodies B        names
+    /// t T                                 s
+    /// q, u, a T x N                       rad, rad/s, rad/s^2
+    /// kinetic, potential T                J
+    /// closure T                           m
+    /// positions T x P x 3                 of the points, m
+    /// rotations T x B x 3 x 3             R of the bodies: x drawn lies at R x + p
+    /// translations T x B x 3              p, m
+    /// ```
+    ///
+    /// # Errors
+    /// Those of the archive, as when it is too large.
+    pub fn to_npz(&self) -> io::Result<Vec<u8>> {
+        let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
+        let (samples, n, points, bodies) =
+            (self.samples.len(), self.joints.len(), self.points.len(), self.bodies.len());
+        archive.names("joints", &self.joints)?;
+        archive.names("points", &self.points)?;
+        archive.names("bodies", &self.bodies)?;
+        let each = |of: fn(&Sample) -> f64| self.samples.iter().map(of);
+        archive.numbers("t", &[samples], each(|sample| sample.t))?;
+        let joints = |of: fn(&Sample) -> &Vec<f64>| self.samples.iter().flat_map(of).copied();
+        archive.numbers("q", &[samples, n], joints(|sample| &sample.q))?;
+        archive.numbers("u", &[samples, n], joints(|sample| &sample.u))?;
+        archive.numbers("a", &[samples, n], joints(|sample| &sample.acceleration))?;
+        archive.numbers("kinetic", &[samples], each(|sample| sample.energy.kinetic))?;
+        archive.numbers("potential", &[samples], each(|sample| sample.energy.potential))?;
+        archive.numbers("closure", &[samples], each(|sample| sample.closure))?;
+        let positions = self.samples.iter().flat_map(|sample| sample.points.as_flattened());
+        archive.numbers("positions", &[samples, points, 3], positions.copied())?;
+        let poses = || self.samples.iter().flat_map(|sample| &sample.poses);
+        let rotations = poses().flat_map(|pose| pose.rotation.as_flattened());
+        archive.numbers("rotations", &[samples, bodies, 3, 3], rotations.copied())?;
+        let translations = poses().flat_map(|pose| pose.translation);
+        archive.numbers("translations", &[samples, bodies, 3], translations)?;
+        Ok(archive.0.finish()?.into_inner())
+    }
+}
+
+/// Arrays on their way into the archive, as they are: floating-point numbers hardly shrink.
+struct Archive(ZipWriter<Cursor<Vec<u8>>>);
+
+impl Archive {
+    fn numbers(
+        &mut self,
+        name: &str,
+        shape: &[usize],
+        numbers: impl Iterator<Item = f64>,
+    ) -> io::Result<()> {
+        self.array(name, shape, f64::default_dtype(), numbers)
+    }
+
+    fn names(&mut self, name: &str, names: &[String]) -> io::Result<()> {
+        let longest = names.iter().map(|name| name.chars().count()).max().unwrap_or(0).max(1);
+        let kind = format!("<U{longest}").parse().map_err(io::Error::other)?;
+        self.array(name, &[names.len()], DType::new_scalar(kind), names.iter().map(String::as_str))
+    }
+
+    fn array<T: npyz::Serialize>(
+        &mut self,
+        name: &str,
+        shape: &[usize],
+        kind: DType,
+        entries: impl Iterator<Item = T>,
+    ) -> io::Result<()> {
+        let shape: Vec<u64> = shape.iter().map(|&length| length as u64).collect();
+        let mut bytes = Vec::new();
+        let options = npyz::WriteOptions::new().dtype(kind).shape(&shape);
+        let mut writer = options.writer(&mut bytes).begin_nd()?;
+        for entry in entries {
+            writer.push(&entry)?;
+        }
+        writer.finish()?;
+        let stored = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);
+        self.0.start_file(format!("{name}.npy"), stored.large_file(bytes.len() > 1 << 31))?;
+        self.0.write_all(&bytes)
+    }
+}

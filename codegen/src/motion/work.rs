@@ -1,0 +1,71 @@
+//! The work of the torques and dampers of the hinges along a motion:
+//!
+//! ```text
+//! W = integral of sum over j of (torque_j - b_j u_j) u_j dt
+//! ```
+//!
+//! from the model's own formulas, apart from the equations of motion: what the energy T + V changes
+//! by, where nothing else does work. Each step of the integrator is integrated by Simpson's rule.
+
+use lamc_runtime::State;
+
+use crate::laminate::Mechanism;
+use crate::source::Expression;
+
+/// Work done so far.
+#[derive(Clone, Debug)]
+pub struct Work {
+    /// Damping and torque of each joint.
+    hinges: Vec<[Expression; 2]>,
+    parameters: Vec<f64>,
+    inputs: Vec<f64>,
+    /// W, J.
+    pub total: f64,
+    /// Integral of the magnitude of the power, J.
+    pub exchanged: f64,
+}
+
+impl Work {
+    /// None done yet. `None` where the energy changes by something else: forces, driven joints,
+    /// springs or gravity that change with time.
+    pub fn new(mechanism: &Mechanism, parameters: &[f64], inputs: &[f64]) -> Option<Self> {
+        let joints = &mechanism.joints;
+        let springs = joints.iter().flat_map(|joint| [&joint.stiffness, &joint.rest]);
+        let mut stored = springs.chain(&mechanism.gravity);
+        let is_alone = mechanism.forces.is_empty()
+            && joints.iter().all(|joint| joint.drive.is_none())
+            && !stored.any(|expression| expression.contains(&Expression::Time));
+        is_alone.then(|| Self {
+            hinges: joints.iter().map(|j| [j.damping.clone(), j.torque.clone()]).collect(),
+            parameters: parameters.to_vec(),
+            inputs: inputs.to_vec(),
+            total: 0.0,
+            exchanged: 0.0,
+        })
+    }
+
+    /// Adds the work of a step, from the states at its begin, middle and end.
+    pub fn add(&mut self, states: [&State<Vec<f64>, f64>; 3]) {
+        let step = states[2].t - states[0].t;
+        let power = states.map(|state| self.power(state));
+        let simpson = |p: [f64; 3]| step / 6.0 * (p[0] + 4.0 * p[1] + p[2]);
+        self.total += simpson(power);
+        self.exchanged += simpson(power.map(f64::abs));
+    }
+
+    /// W.
+    fn power(&self, State { t, q, u }: &State<Vec<f64>, f64>) -> f64 {
+        let leaf = |leaf: &Expression| match *leaf {
+            Expression::Time => *t,
+            Expression::Parameter(id) => self.parameters[id.index()],
+            Expression::Input(id) => self.inputs[id.index()],
+            Expression::Position(id) => q[id.index()],
+            Expression::Rate(id) => u[id.index()],
+            _ => f64::NAN,
+        };
+        let hinges = self.hinges.iter().zip(u).map(|([damping, torque], u)| {
+            (torque.evaluate(&leaf) - damping.evaluate(&leaf) * u) * u
+        });
+        hinges.sum()
+    }
+}

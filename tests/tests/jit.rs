@@ -1,0 +1,159 @@
+//! Machine code in process against the interpreter and against reference values.
+
+use std::time::Instant;
+
+use lamc::backend::jit::Jit;
+use lamc::program::{FunctionKind, Interpreter, Program};
+use lamc_runtime::{
+    Balance, Change, Dopri5, Drive, Integrator, State, System, acceleration_and_forces, assemble,
+};
+use lamc_tests::{DESIGNS, EXAMPLES, Reference, compile, compile_text, shared, workspace};
+
+/// Everything a system can be asked, at a state.
+fn answers<Y: System<Scalar = f64>>(system: &Y, t: f64, q: &[f64], u: &[f64]) -> Vec<f64> {
+    let d = system.dimensions();
+    let n = d.coordinates;
+    let (mut rates, mut lambda) = (vec![0.0; n], vec![0.0; d.rows + d.drives]);
+    let mut workspace = system.workspace();
+    acceleration_and_forces(system, t, q, u, workspace.as_mut(), &mut rates, &mut lambda)
+        .unwrap_or_else(|error| panic!("{error}"));
+    let energy = system.energy(t, q, u);
+    let (mut residual, mut slopes) = (vec![0.0; 9 * d.loops], vec![0.0; 9 * d.loops * n]);
+    system.write_closure(q, &mut residual, &mut slopes);
+    let (mut poses, mut points) = (vec![0.0; 12 * d.bodies], vec![0.0; 3 * d.points]);
+    system.write_poses(q, &mut poses);
+    system.write_points(q, &mut points);
+    let at = Balance { t, q, u, acceleration: &rates, multipliers: &lambda[..d.rows] };
+    let mut reactions = vec![0.0; 6 * n];
+    system.write_reactions(at, &mut reactions);
+    let (parameters, inputs) = (vec![0.3; d.parameters], vec![0.7; d.inputs]);
+    let change = Change { t: 0.5, q: u, u: q, parameters: &parameters, inputs: &inputs };
+    let (mut forces, mut closure) = (vec![0.0; n], vec![0.0; d.rows]);
+    system.write_tangent(at, change, &mut forces, &mut closure);
+    let mut drives = Vec::new();
+    system.drives(t, |drive| {
+        let Drive { joint: _, position, speed, acceleration, jerk } = drive;
+        drives.extend([position, speed, acceleration, jerk]);
+    });
+    let energies = vec![energy.kinetic, energy.potential];
+    let last = [residual, slopes, poses, points, reactions, forces, closure, drives, energies];
+    [rates, lambda].into_iter().chain(last).flatten().collect()
+}
+
+/// A configuration that closes as the initial one does, in motion.
+fn moving(system: &Interpreter) -> State<Vec<f64>, f64> {
+    let mut state = State::initial(system);
+    let pinned: Vec<bool> = (0..state.q.len()).map(|joint| system.is_given(joint)).collect();
+    let mut workspace = system.workspace();
+    let _ = assemble(system, 0.0, &mut state.q, &pinned, &mut workspace);
+    state.u.iter_mut().enumerate().for_each(|(j, u)| *u = 0.4 - 0.3 * j as f64);
+    state
+}
+
+fn check(name: &str, program: &Program) {
+    let (plain, machine) = (Interpreter::new(program), Jit::new(program));
+    let begin = Instant::now();
+    assert!(machine.engine().compile(), "{name}: no machine code on this host");
+    let seconds = begin.elapsed().as_secs_f64();
+    let state = moving(&plain);
+    let expected = answers(&plain, 0.1, &state.q, &state.u);
+    // Often enough that what was compiled is what answers.
+    for _ in 0..201 {
+        let got = answers(&machine, 0.1, &state.q, &state.u);
+        assert!(got.iter().zip(&expected).all(|(x, y)| x.to_bits() == y.to_bits()), "{name}");
+    }
+    let operations: usize = program.functions.iter().map(|f| f.instructions.len()).sum();
+    println!("{name}: {operations} instructions compiled in {:.1} ms", 1e3 * seconds);
+}
+
+#[test]
+fn examples_and_designs_bit_for_bit() {
+    for name in EXAMPLES {
+        let path = workspace().join("examples").join(format!("{name}.yaml"));
+        check(name, &compile(&path).program);
+    }
+    let Some(shared) = shared() else { return };
+    for name in DESIGNS {
+        let path = shared.join("designs").join(format!("{name}.cad.joints"));
+        check(name, &compile(&path).program);
+    }
+}
+
+/// Inputs, drives, forces and every function of formulas.
+#[test]
+fn formulas_bit_for_bit() {
+    let text = "
+parameters: { k: 0.3 }
+inputs: [motor]
+bodies:
+  base: { fixed: true }
+  a: { mass: 1, com: [0.1, 0.2, 0], inertia: [[0.01, 0, 0], [0, 0.01, 0], [0, 0, 0.01]] }
+  b: { mass: 1, com: [0.3, 0.2, 0], inertia: [[0.01, 0, 0], [0, 0.01, 0], [0, 0, 0.01]] }
+joints:
+  j0: { bodies: [base, a], axis: [[0, 0], [0, 1]], stiffness: k,
+        torque: 'motor + tanh(q.j0)*min(u.j0, t) + max(abs(u.j1), exp(-t))^1.3 + tan(q.j0/3)' }
+  j1: { bodies: [a, b], axis: [[0.2, 0], [0.2, 1]], drive: '0.3*sin(2*pi*t)*sqrt(1 + t) + abs(t)' }
+points: { tip: { body: b, at: [0.4, 0, 0] } }
+forces: { pull: { point: tip, force: [0, t, 'cos(t)*k'] } }
+";
+    check("formulas", &compile_text(text).program);
+}
+
+#[test]
+fn a_sixbar_is_compiled_within_50_ms_and_runs_ten_seconds_within_100_ms() {
+    let path = workspace().join("examples/sixbar.yaml");
+    let program = compile(&path).program;
+    let best = |measure: &dyn Fn() -> f64| (0..5).map(|_| measure()).fold(f64::INFINITY, f64::min);
+    let compiling = best(&|| {
+        let machine = Jit::new(&program);
+        let begin = worked();
+        assert!(machine.engine().compile());
+        worked() - begin
+    });
+    let start = moving(&Interpreter::new(&program));
+    let running = best(&|| {
+        let machine = Jit::new(&program);
+        let mut state = State { u: vec![0.0; start.u.len()], ..start.clone() };
+        let mut integrator = Dopri5::new(&machine);
+        let begin = worked();
+        let times = (0..=300).map(|frame| f64::from(frame) / 30.0);
+        let outcome = integrator.sample(&machine, &mut state, 10.0, times, |_| ());
+        outcome.unwrap_or_else(|error| panic!("{error}"));
+        worked() - begin
+    });
+    println!("compiled in {:.1} ms, ten seconds in {:.1} ms", 1e3 * compiling, 1e3 * running);
+    assert!(compiling < 0.05, "compiling takes {compiling} s");
+    assert!(running < 0.1, "ten seconds take {running} s");
+}
+
+/// Seconds this thread has been at work: other processes do not count, where the system tells.
+fn worked() -> f64 {
+    let nanoseconds = std::fs::read_to_string("/proc/thread-self/schedstat")
+        .ok()
+        .and_then(|text| text.split(' ').next()?.parse::<f64>().ok());
+    static BEGIN: std::sync::OnceLock<Instant> = std::sync::OnceLock::new();
+    let wall = || BEGIN.get_or_init(Instant::now).elapsed().as_secs_f64();
+    nanoseconds.map_or_else(wall, |nanoseconds| 1e-9 * nanoseconds)
+}
+
+/// The reference motions, integrated through machine code.
+#[test]
+fn reference_trajectories() {
+    let Some(shared) = shared() else { return };
+    for name in DESIGNS {
+        let path = shared.join("designs").join(format!("{name}.cad.joints"));
+        let system = Jit::new(&compile(&path).program);
+        let trajectory = Reference::read(&shared, name).trajectory;
+        let mut state = State { t: 0.0, q: trajectory.q0, u: trajectory.u0 };
+        let mut integrator = Dopri5::new(&system);
+        (integrator.relative, integrator.absolute) = (1e-10, 1e-10);
+        for (&t, expected) in trajectory.t.iter().zip(&trajectory.q) {
+            let outcome = integrator.run(&system, &mut state, t, |_| ());
+            outcome.unwrap_or_else(|error| panic!("{name} at t = {t}: {error}"));
+            let error =
+                state.q.iter().zip(expected).fold(0.0_f64, |most, (x, y)| most.max((x - y).abs()));
+            assert!(error <= 1e-6, "{name} at t = {t}: off by {error:e}");
+        }
+        assert!(format!("{system:?}").contains(&format!("{:?}", FunctionKind::Equations)));
+    }
+}
