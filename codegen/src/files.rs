@@ -4,8 +4,8 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Writes a text or bytes to a file, not when they are there already. Links are followed; what is no file (a
-/// device, a pipe) is written to as it is.
+/// Writes a text or bytes to a file, not when they are there already. Links are
+/// followed; what is no file (a device, a pipe) is written to as it is.
 ///
 /// # Errors
 /// The system's; a file that could not be written whole is as it was.
@@ -41,7 +41,8 @@ pub fn probe(path: &Path) -> io::Result<()> {
 /// A temporary file in the same folder takes the place of the old one.
 fn replace(path: &Path, contents: &[u8]) -> io::Result<()> {
     let mut file = temporary(path)?;
-    file.write_all(contents)?;
+    // The file itself: errors of the wrapper name it.
+    file.as_file_mut().write_all(contents)?;
     file.persist(path).map_err(|error| error.error)?;
     Ok(())
 }

@@ -307,7 +307,7 @@
     if (!motion) return;
     if (on && state.t >= end()) go(motion.t[0]);
     state.playing = on;
-    $("play").textContent = on ? "\u23F8" : "\u25B6";
+    $("play").classList.toggle("on", on);
   }
 
   function hover(joint) {

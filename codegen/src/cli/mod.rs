@@ -94,7 +94,7 @@ enum Command {
     /// Evaluate a model at given states (JSON in, JSON out), or at its initial configuration
     Eval(eval::Arguments),
     /// Simulate a model from its initial configuration
-    Simulate(simulate::Arguments),
+    Simulate(Box<simulate::Arguments>),
     /// Show a model's motion in the browser, anew whenever its file is saved
     Live(live::Arguments),
     /// Find where a model comes to rest
