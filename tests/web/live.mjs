@@ -1,7 +1,9 @@
 // `lamc live` in a browser: node live.mjs LAMC MODEL.yaml [FOLDER for a screenshot]
 import { spawn } from "node:child_process";
 import { mkdtempSync, readFileSync, renameSync, rmSync, writeFileSync } from "node:fs";
-import { tmpdir } from "node:os";
+import { request } from "node:http";
+import { connect } from "node:net";
+import { networkInterfaces, tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import { createInterface } from "node:readline";
 import { check, visit } from "./browser.mjs";
@@ -84,6 +86,18 @@ try {
   const status = async (path, options) => (await fetch(url + path, options)).status;
   check("another site may not read", await status("next?after=0", { headers: { Origin: "http://example.org" } }) === 403);
   check("nor write", await status("set", { method: "POST", body: "{}", headers: { "Sec-Fetch-Site": "cross-site" } }) === 403);
+  const named = (host) => new Promise((done, fail) =>
+    request(url, { headers: { Host: host } }, (answer) => { answer.resume(); done(answer.statusCode); })
+      .on("error", fail).end());
+  const port = new URL(url).port;
+  check("another name for this machine is none", await named(`example.org:${port}`) === 403);
+  check("its own are", await named(`localhost:${port}`) === 200);
+  const [outside] = Object.values(networkInterfaces()).flat().filter(({ internal, family }) => !internal && family === "IPv4");
+  if (outside) {
+    const heard = await new Promise((done) => connect(port, outside.address)
+      .on("connect", () => done(true)).on("error", () => done(false)));
+    check(`nobody listens on ${outside.address}`, !heard);
+  }
   check("what is no setting is refused", await status("set", { method: "POST", body: '{"parameters": 1}' }) === 400);
   check("there is nothing else", await status("etc/passwd") === 404);
 } finally {
