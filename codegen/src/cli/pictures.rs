@@ -31,7 +31,8 @@ pub struct Pictures {
     /// frames/####.png
     #[arg(long, value_name = "FILE")]
     png: Option<String>,
-    /// Write a page to look at the motion from all sides, as one HTML file; its data alone as .json
+    /// Write a page to look at the motion from all sides, as one HTML file; `-` writes its data
+    /// alone, JSON, to standard output
     #[arg(long, value_name = "FILE")]
     view: Option<String>,
     /// Where pictures are seen from, degrees: azimuth from x towards y, elevation; zoom 1 shows all
@@ -78,8 +79,8 @@ impl Pictures {
         let view = self.camera.unwrap_or_default();
         if let Some(path) = &self.view {
             let data = page::data(&scene, motion, mechanism, view);
-            let alone = path.ends_with(".json");
-            output::write(path, &if alone { data } else { page::write(&scene.name, &data) })?;
+            let page = if path == "-" { data } else { page::write(&scene.name, &data) };
+            output::write(path, &page)?;
         }
         if self.video.is_none() && self.png.is_none() {
             return Ok(());

@@ -1,13 +1,10 @@
 //! Motions on demand: each is a run of `lamc simulate`.
 
-use std::fs::{self, File};
-use std::io;
+use std::io::{self, Read};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
-
-use tempfile::TempDir;
 
 use super::Arguments;
 use super::board::{Board, Wish};
@@ -24,8 +21,6 @@ pub struct Simulation {
     model: String,
     duration: f64,
     rate: f64,
-    /// For what a run writes.
-    folder: TempDir,
 }
 
 impl Simulation {
@@ -36,7 +31,6 @@ impl Simulation {
             model: arguments.model.clone(),
             duration: arguments.duration,
             rate: arguments.rate,
-            folder: tempfile::tempdir()?,
         })
     }
 
@@ -57,9 +51,8 @@ impl Simulation {
     }
 
     fn answer(&self, wish: &Wish, board: &Board) -> io::Result<Option<String>> {
-        let [shown, told] = ["shown.json", "told"].map(|name| self.folder.path().join(name));
         let mut command = Command::new(&self.program);
-        command.arg("simulate").arg("--view").arg(&shown);
+        command.args(["simulate", "--view", "-"]);
         command.arg(format!("--duration={}", self.duration));
         command.arg(format!("--rate={}", self.rate));
         for settings in wish.settings.iter() {
@@ -71,15 +64,29 @@ impl Simulation {
             }
         }
         command.arg("--").arg(&self.model);
-        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(File::create(&told)?);
+        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = command.spawn()?;
-        let Some(done) = finish(&mut child, || board.is_outdated(wish.number))? else {
-            return Ok(None);
-        };
-        let told = String::from_utf8_lossy(&fs::read(&told)?).into_owned();
-        let shown = if done { fs::read_to_string(&shown)? } else { "null".to_owned() };
-        Ok(Some(message(wish, !done, &told, &shown)))
+        let (out, err) = (child.stdout.take(), child.stderr.take());
+        thread::scope(|scope| {
+            let shown = scope.spawn(|| text(out));
+            let told = scope.spawn(|| text(err));
+            let done = finish(&mut child, || board.is_outdated(wish.number))?;
+            let [shown, told] = [shown, told].map(|reader| {
+                reader.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+            });
+            let (shown, told) = (shown?, told?);
+            Ok(done.map(|done| message(wish, !done, &told, if done { &shown } else { "null" })))
+        })
     }
+}
+
+/// Everything that comes out of a pipe.
+fn text(pipe: Option<impl Read>) -> io::Result<String> {
+    let mut bytes = Vec::new();
+    if let Some(mut pipe) = pipe {
+        pipe.read_to_end(&mut bytes)?;
+    }
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
 /// Whether a run succeeded; nothing when it was ended because it is outdated.
