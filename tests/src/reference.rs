@@ -22,6 +22,8 @@ impl Reference {
                 inertia: Matrix3::from_fn(|i, j| body.inertia[i][j]),
             },
             mass_parameter: None,
+            sheets: Vec::new(),
+            point_masses: Vec::new(),
             span: Span::default(),
         });
         let joints = self.joints.iter().map(|joint| Joint {

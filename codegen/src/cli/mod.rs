@@ -7,8 +7,10 @@ mod compile;
 mod equilibrium;
 mod eval;
 mod import;
+mod live;
 mod modes;
 mod output;
+mod pictures;
 mod plot;
 mod run;
 mod shell;
@@ -124,7 +126,9 @@ enum Command {
     /// Evaluate a model at given states (JSON in, JSON out), or at its initial configuration
     Eval(eval::Arguments),
     /// Simulate a model from its initial configuration
-    Simulate(simulate::Arguments),
+    Simulate(Box<simulate::Arguments>),
+    /// Show a model's motion in the browser, anew whenever its file is saved
+    Live(live::Arguments),
     /// Find where a model comes to rest
     Equilibrium(equilibrium::Arguments),
     /// Natural frequencies, damping and shapes about a state of rest
@@ -162,6 +166,7 @@ pub fn run() -> ExitCode {
         (Some(Command::Check { model }), _) => check::run(&model),
         (Some(Command::Eval(arguments)), _) => eval::run(&arguments),
         (Some(Command::Simulate(arguments)), _) => simulate::run(&arguments),
+        (Some(Command::Live(arguments)), _) => live::run(&arguments),
         (Some(Command::Equilibrium(arguments)), _) => equilibrium::run(&arguments),
         (Some(Command::Modes(arguments)), _) => modes::run(&arguments),
         (Some(Command::Import { design, output }), _) => import::run(&design, &output),

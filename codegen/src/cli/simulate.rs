@@ -13,6 +13,7 @@ use lamc::motion::{Motion, Work};
 use lamc_runtime::{State, System, project};
 
 use super::equilibrium::settle;
+use super::pictures::Pictures;
 use super::plot::{self, Panel};
 use super::run::{INTERRUPTED, Method, Run, Settings};
 use super::start::{Start, describe};
@@ -22,7 +23,7 @@ use super::{Failed, Outcome, fail, misused, output};
 const MOST_NUMBERS: f64 = 125e6;
 
 /// The exit code of what was interrupted, as shells have it.
-const EXIT_INTERRUPTED: u8 = 130;
+pub const EXIT_INTERRUPTED: u8 = 130;
 
 /// Simulate a model from its initial configuration.
 #[derive(Args)]
@@ -73,6 +74,8 @@ struct Files {
     /// Draw angles in radians instead of degrees
     #[arg(long)]
     radians: bool,
+    #[command(flatten)]
+    pictures: Pictures,
 }
 
 impl Arguments {
@@ -121,15 +124,16 @@ impl Files {
         if let Some(path) = &self.plot {
             plot::format(path).map_err(misused)?;
         }
+        self.pictures.check()?;
         self.paths().try_for_each(|path| output::probe(path))
     }
 
     /// Where.
     fn paths(&self) -> impl Iterator<Item = &String> {
-        [&self.csv, &self.npz, &self.plot].into_iter().flatten()
+        [&self.csv, &self.npz, &self.plot].into_iter().flatten().chain(self.pictures.files())
     }
 
-    fn write(&self, motion: &Motion) -> Outcome {
+    fn write(&self, mechanism: &Mechanism, motion: &Motion) -> Outcome {
         if let Some(path) = &self.csv {
             output::write(path, &motion.to_csv())?;
         }
@@ -140,7 +144,7 @@ impl Files {
             let picture = plot::draw(motion, &self.panels, self.radians, path);
             output::write(path, &picture.map_err(fail)?)?;
         }
-        Ok(())
+        self.pictures.write(mechanism, motion)
     }
 }
 
@@ -161,7 +165,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     progress.finish_and_clear();
     outcome?;
     let seconds = begin.elapsed().as_secs_f64();
-    arguments.files.write(&run.motion)?;
+    arguments.files.write(&mechanism, &run.motion)?;
     if !arguments.files.paths().any(|path| path == "-") {
         output::print(&summary(&run, seconds))?;
     }
@@ -198,7 +202,7 @@ fn begin(arguments: &Arguments) -> Result<Beginning, Failed> {
 }
 
 /// On a terminal, for what takes longer than a moment.
-fn progress(samples: usize) -> ProgressBar {
+pub fn progress(samples: usize) -> ProgressBar {
     let bar = ProgressBar::new(samples as u64);
     if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {eta} left") {
         bar.set_style(style);

@@ -64,6 +64,8 @@ fn chain(n: usize, mass: f64, inertia: f64) -> Topology {
             inertia: Matrix3::from_diagonal(&Vector3::new(inertia / 9.0, inertia, inertia)),
         },
         mass_parameter: None,
+        sheets: Vec::new(),
+        point_masses: Vec::new(),
         span: Span::default(),
     };
     let joint = |k: usize| Joint {

@@ -48,8 +48,25 @@ pub struct Body {
     pub mass_properties: MassProperties,
     /// When mass is tunable: the parameter that replaces `mass` (inertia scales with it).
     pub mass_parameter: Option<ParameterId>,
+    /// What it is cut from, bottom to top; none where its mass is given outright.
+    pub sheets: Vec<Sheet>,
+    /// Where its point masses are, flat coordinates, m.
+    pub point_masses: Vec<Vector3<f64>>,
     /// Its entry in the file.
     pub span: Span,
+}
+
+/// A flat piece of one layer of the layup: a polygon with holes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sheet {
+    /// Its material's name.
+    pub material: String,
+    /// Heights of its lower and upper face, m.
+    pub z: [f64; 2],
+    /// Vertices, flat coordinates, m; the last is joined to the first; either orientation.
+    pub outline: Vec<[f64; 2]>,
+    /// As the outline.
+    pub holes: Vec<Vec<[f64; 2]>>,
 }
 
 /// Mass, centre of mass and inertia of a rigid body.

@@ -13,12 +13,14 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use super::mechanism::{Body, MassProperties};
+use super::mechanism::{Body, MassProperties, Sheet};
 use super::{check, outline};
 use crate::source::{Diagnostics, Plate, Shape, SourceModel};
 
 /// One sheet of the layup.
-pub struct Layer {
+pub struct Layer<'a> {
+    /// Its material's name.
+    pub material: &'a str,
     /// Height of its lower face, m.
     pub bottom: f64,
     /// m.
@@ -28,13 +30,14 @@ pub struct Layer {
 }
 
 /// The sheets of the layup, bottom (z = 0) to top.
-pub fn stack(model: &SourceModel) -> impl Iterator<Item = Layer> + '_ {
+pub fn stack(model: &SourceModel) -> impl Iterator<Item = Layer<'_>> {
     model.layup.iter().scan(0.0, |top, material| {
         let material = &model.materials[*material];
         let bottom = *top;
         *top += material.thickness.value;
         let thickness = material.thickness.value;
-        Some(Layer { bottom, thickness, density: material.density.value })
+        let density = material.density.value;
+        Some(Layer { material: &material.name.value, bottom, thickness, density })
     })
 }
 
@@ -42,12 +45,14 @@ pub fn stack(model: &SourceModel) -> impl Iterator<Item = Layer> + '_ {
 pub fn body(model: &SourceModel, source: &crate::source::Body, found: &mut Diagnostics) -> Body {
     let before = found.0.len();
     let mut parts = Vec::new();
+    let mut sheets = Vec::new();
     match &source.shape {
         Shape::None => {}
         Shape::Plates(layers) => {
             for (layer, plates) in stack(model).zip(layers) {
                 outline::check(plates, found);
                 parts.extend(plates.iter().map(|plate| moments(plate).extrude(&layer)));
+                sheets.extend(plates.iter().map(|plate| sheet(plate, &layer)));
             }
         }
         Shape::Rigid { mass, com, inertia } => {
@@ -76,7 +81,19 @@ pub fn body(model: &SourceModel, source: &crate::source::Body, found: &mut Diagn
         fixed: source.fixed,
         mass_properties,
         mass_parameter: None,
+        sheets,
+        point_masses: source.point_masses.iter().map(|point| point.at.into()).collect(),
         span: source.span,
+    }
+}
+
+/// A plate at its height.
+fn sheet(plate: &Plate, layer: &Layer<'_>) -> Sheet {
+    Sheet {
+        material: layer.material.to_owned(),
+        z: [layer.bottom, layer.bottom + layer.thickness],
+        outline: plate.outline.value.clone(),
+        holes: plate.holes.iter().map(|hole| hole.value.clone()).collect(),
     }
 }
 
@@ -133,7 +150,7 @@ fn ring(vertices: &[[f64; 2]], origin: Vector2<f64>) -> Moments {
 
 impl Moments {
     /// The figure as a sheet of a layer.
-    fn extrude(&self, layer: &Layer) -> MassProperties {
+    fn extrude(&self, layer: &Layer<'_>) -> MassProperties {
         if self.area == 0.0 {
             return MassProperties::ZERO;
         }

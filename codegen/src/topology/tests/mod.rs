@@ -42,6 +42,8 @@ pub fn mechanism(hinges: &[Hinge]) -> Mechanism {
             inertia: Matrix3::identity(),
         },
         mass_parameter: None,
+        sheets: Vec::new(),
+        point_masses: Vec::new(),
         span: Span { start: index, end: index + 1 },
     };
     let joint = |(index, hinge): (usize, &Hinge)| {

@@ -1,0 +1,80 @@
+//! `lamc live MODEL`: the viewer in a browser, fed anew whenever the model is saved or a slider
+//! moves.
+//!
+//! Every motion is made by a process of its own (`lamc simulate`): what goes wrong there, or takes
+//! too long, does not touch the server. One thread watches the file, one makes motions, and each
+//! request has its own; they meet in a [`Board`].
+
+mod board;
+mod server;
+mod simulation;
+
+use std::fs;
+use std::sync::Arc;
+use std::thread;
+use std::time::Duration;
+
+use clap::Args;
+use tiny_http::Server;
+
+use self::board::Board;
+use super::{Outcome, fail, misused, output, read};
+
+/// How often the file is looked at.
+const LOOK: Duration = Duration::from_millis(30);
+
+/// Show a model's motion in the browser, anew whenever its file is saved.
+#[derive(Args)]
+pub struct Arguments {
+    /// The model
+    model: String,
+    /// Port on this machine; 0 takes any that is free
+    #[arg(long, default_value_t = 7878)]
+    port: u16,
+    /// Seconds to simulate
+    #[arg(long, default_value_t = 2.0, value_name = "SECONDS")]
+    duration: f64,
+    /// Samples per second
+    #[arg(long, default_value_t = 100.0, value_name = "HERTZ")]
+    rate: f64,
+}
+
+pub fn run(arguments: &Arguments) -> Outcome {
+    if arguments.model == "-" {
+        return Err(misused("a model to be watched is a file, not standard input"));
+    }
+    // A name mistyped is said at once; a model that is wrong, in the page.
+    let file = read(&arguments.model)?;
+    let here = ("127.0.0.1", arguments.port);
+    let server = Server::http(here).map_err(|error| {
+        fail(format_args!("cannot listen on 127.0.0.1:{}: {error}", arguments.port))
+    })?;
+    let port = server.server_addr().to_ip().map_or(arguments.port, |address| address.port());
+    let board = Arc::new(Board::default());
+    let simulation = simulation::Simulation::new(arguments).map_err(fail)?;
+    output::print(&format!(
+        "http://127.0.0.1:{port}/ shows {}; Ctrl-C ends it\n",
+        arguments.model
+    ))?;
+    thread::scope(|scope| {
+        scope.spawn(|| watch(&arguments.model, &board));
+        scope.spawn(|| simulation.serve(&board));
+        server::serve(&server, port, file.stem(), &board)
+    })
+}
+
+/// Asks for a new motion whenever the file is another. Looking is cheap, and sees what editors do
+/// with a file, by whatever way, on any file system.
+fn watch(path: &str, board: &Board) {
+    let look = || fs::metadata(path).and_then(|found| Ok((found.modified()?, found.len()))).ok();
+    let mut before = look();
+    loop {
+        thread::sleep(LOOK);
+        let now = look();
+        // Gone for a moment: being replaced.
+        if now.is_some() && now != before {
+            before = now;
+            board.saved();
+        }
+    }
+}

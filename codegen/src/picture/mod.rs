@@ -1,0 +1,241 @@
+//! Pictures of a mechanism, drawn without help from the graphics hardware: a z-buffer of two by two
+//! samples per pixel, sunlight with shadows, edges between faces, hinge lines.
+
+mod camera;
+mod canvas;
+mod light;
+mod raster;
+mod video;
+
+pub use camera::{Camera, View};
+pub use video::{Encoder, VideoError};
+
+use nalgebra::Vector3;
+
+use self::canvas::{Canvas, Linear, linear};
+use self::light::Light;
+use self::raster::{NOTHING, Raster};
+use crate::motion::{Motion, Pose};
+use crate::scene::{Placement, Scene};
+
+/// Samples per pixel, each way.
+const FINE: usize = 2;
+
+/// A picture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Picture {
+    /// Pixels.
+    pub width: usize,
+    /// Pixels.
+    pub height: usize,
+    /// Red, green, blue (sRGB) of each pixel, by rows from the top.
+    pub rgb: Vec<u8>,
+}
+
+/// Draws a scene from where a camera stands.
+#[derive(Clone, Debug)]
+pub struct Renderer<'a> {
+    scene: &'a Scene,
+    /// Where it is seen from.
+    pub camera: Camera,
+    light: Light,
+    /// Height of the ground, m.
+    ground: f64,
+    background: Vec<Linear>,
+    seen: Raster,
+    /// Of the bodies' triangles, in order: colour, unit normal, face.
+    surfaces: Vec<Surface>,
+}
+
+/// A triangle as it is in one picture.
+#[derive(Clone, Copy, Debug)]
+struct Surface {
+    color: Linear,
+    normal: Vector3<f64>,
+    face: u32,
+}
+
+impl<'a> Renderer<'a> {
+    /// A renderer that shows the whole of a motion, for pictures of a size in pixels.
+    pub fn new(scene: &'a Scene, motion: &Motion, view: View, size: [usize; 2]) -> Self {
+        let mut points = scene.swept(motion);
+        let lowest = points.iter().map(|point| point.z).fold(f64::INFINITY, f64::min);
+        let ground = lowest - 0.02 * scene.size;
+        let camera = Camera::framing(&points, view, size);
+        // Shadows fall on the ground, too.
+        let (azimuth, elevation) = (view.azimuth - 0.7, 0.95);
+        let light = Light::new(azimuth, elevation, &points);
+        let direction = light.direction;
+        let shadows =
+            points.iter().map(|point| point - direction * ((point.z - ground) / direction.z));
+        points = shadows.collect();
+        let background = canvas::background(&camera, &points, ground);
+        let mut surfaces = Vec::new();
+        let mut faces = 0;
+        for body in &scene.bodies {
+            surfaces.extend(body.mesh.triangles.iter().map(|triangle| Surface {
+                color: linear(triangle.color),
+                normal: triangle.normal,
+                face: (faces + triangle.face) as u32,
+            }));
+            faces += body.mesh.faces();
+        }
+        let [width, height] = size;
+        let seen = Raster::new(FINE * width, FINE * height);
+        Self { scene, camera, light, ground, background, seen, surfaces }
+    }
+
+    /// The picture at given poses.
+    pub fn draw(&mut self, poses: &[Pose]) -> Picture {
+        self.rasterise(poses);
+        let [width, height] = self.camera.size;
+        let mut canvas = Canvas::new(width, height);
+        for y in 0..height {
+            for x in 0..width {
+                canvas.pixels[y * width + x] = self.pixel(x, y);
+            }
+        }
+        self.annotate(&mut canvas, poses);
+        canvas.picture()
+    }
+
+    /// Which triangle is seen at each sample, and which the light hits.
+    fn rasterise(&mut self, poses: &[Pose]) {
+        self.seen.clear();
+        self.light.clear();
+        let mut what = 0;
+        for (index, body) in self.scene.bodies.iter().enumerate() {
+            let pose = Placement::of(poses, index);
+            let at: Vec<_> = body.mesh.vertices.iter().map(|vertex| pose.apply(vertex)).collect();
+            let seen: Vec<_> = at.iter().map(|point| self.sample(point)).collect();
+            for triangle in &body.mesh.triangles {
+                let normal = pose.rotation * triangle.normal;
+                self.surfaces[what].normal = normal;
+                let corners = triangle.corners.map(|corner| at[corner]);
+                if normal.dot(&(self.camera.eye - corners[0])) > 0.0 {
+                    self.seen.triangle(&triangle.corners.map(|corner| seen[corner]), what as u32);
+                }
+                if normal.dot(&self.light.direction) > 0.0 {
+                    self.light.cast(&corners);
+                }
+                what += 1;
+            }
+        }
+    }
+
+    /// A point on the grid of samples: nearness is 1 / depth, which is linear across a picture.
+    fn sample(&self, point: &Vector3<f64>) -> [f64; 3] {
+        let [x, y, depth] = self.camera.project(point);
+        [FINE as f64 * x, FINE as f64 * y, 1.0 / depth]
+    }
+
+    /// The colour of a pixel: the mean of its samples.
+    fn pixel(&self, x: usize, y: usize) -> Linear {
+        let mut sum = Linear::zeros();
+        let mut background = None;
+        let mut last = (NOTHING, Linear::zeros());
+        for row in FINE * y..FINE * (y + 1) {
+            for column in FINE * x..FINE * (x + 1) {
+                let at = row * self.seen.width + column;
+                let what = self.seen.what[at];
+                let color = if what == NOTHING {
+                    *background.get_or_insert_with(|| self.background(x, y))
+                } else {
+                    if last.0 != what {
+                        last = (what, self.shade(what, x, y, self.seen.near[at]));
+                    }
+                    last.1
+                };
+                sum += if self.is_edge(column, row) { color * 0.35 } else { color };
+            }
+        }
+        sum / (FINE * FINE) as f32
+    }
+
+    /// Whether another face begins to the right of a sample or below it.
+    fn is_edge(&self, column: usize, row: usize) -> bool {
+        let width = self.seen.width;
+        let face = |what: u32| self.surfaces.get(what as usize).map(|surface| surface.face);
+        let here = self.seen.what[row * width + column];
+        let differs = |there: u32| there != here && face(there) != face(here);
+        (column + 1 < width && differs(self.seen.what[row * width + column + 1]))
+            || (row + 1 < self.seen.height && differs(self.seen.what[(row + 1) * width + column]))
+    }
+
+    /// The colour of a surface, seen at a pixel: Lambert's law, with less light from below.
+    fn shade(&self, what: u32, x: usize, y: usize, near: f32) -> Linear {
+        let surface = self.surfaces[what as usize];
+        let ambient = 0.34 + 0.14 * surface.normal.z as f32;
+        let facing = surface.normal.dot(&self.light.direction) as f32;
+        if facing <= 0.0 {
+            return surface.color * ambient;
+        }
+        let ray = self.camera.ray(x as f64 + 0.5, y as f64 + 0.5);
+        let point = self.camera.eye + ray / f64::from(near);
+        surface.color * (ambient + 0.72 * facing * self.light.reaches(&point, facing))
+    }
+
+    /// The ground with its shadows, or the sky.
+    fn background(&self, x: usize, y: usize) -> Linear {
+        let color = self.background[y * self.camera.size[0] + x];
+        match canvas::on_ground(&self.camera, x as f64 + 0.5, y as f64 + 0.5, self.ground) {
+            Some(point) => {
+                color * (0.55 + 0.45 * self.light.reaches(&point, self.light.direction.z as f32))
+            }
+            None => color,
+        }
+    }
+
+    /// Hinge lines, points and the axes of the base frame, over what is drawn.
+    fn annotate(&self, canvas: &mut Canvas, poses: &[Pose]) {
+        // Hinge lines lie inside their sheet: they are brought forward by about its thickness.
+        let forward = self.camera.back * (0.01 * self.scene.size);
+        let see = |point: Vector3<f64>| {
+            let [x, y, _] = self.camera.project(&point);
+            [x, y, 1.0 / self.camera.project(&(point + forward))[2]]
+        };
+        let shown = |at: &[f64; 3]| self.visible(at);
+        for hinge in &self.scene.hinges {
+            let pose = Placement::of(poses, hinge.body);
+            let ends = hinge.ends.map(|end| see(pose.apply(&end)));
+            canvas.line(ends, 2.0, linear([214, 48, 49]), shown);
+        }
+        for point in &self.scene.points {
+            let at = see(Placement::of(poses, point.body).apply(&point.at));
+            canvas.line([at, at], 7.0, linear([20, 60, 120]), shown);
+        }
+        canvas.axes(&self.camera);
+    }
+
+    /// How much of a pixel something is seen at, given where it is and its nearness; what is
+    /// hidden shines through a little.
+    fn visible(&self, [x, y, near]: &[f64; 3]) -> f32 {
+        let [column, row] = [x, y].map(|at| FINE * at.floor() as usize);
+        let mut free = 0;
+        for row in row..row + FINE {
+            for column in column..column + FINE {
+                let index = row * self.seen.width + column;
+                free += usize::from(f64::from(self.seen.near[index]) <= *near);
+            }
+        }
+        0.12 + 0.88 * free as f32 / (FINE * FINE) as f32
+    }
+}
+
+impl Picture {
+    /// As a PNG file.
+    ///
+    /// # Errors
+    /// When the picture is too large for one.
+    pub fn png(&self) -> Result<Vec<u8>, png::EncodingError> {
+        let mut file = Vec::new();
+        let [width, height] = [self.width, self.height].map(|pixels| pixels as u32);
+        let mut encoder = png::Encoder::new(&mut file, width, height);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(&self.rgb)?;
+        writer.finish()?;
+        Ok(file)
+    }
+}
