@@ -25,7 +25,7 @@ pub fn write(path: &Path, contents: &(impl AsRef<[u8]> + ?Sized)) -> io::Result<
     }
 }
 
-/// Whether [`write`] can be expected to succeed: to be asked before long work. Nothing is written.
+/// Whether [`write`](fn@write) can be expected to succeed: to be asked before long work. Nothing is written.
 ///
 /// # Errors
 /// The system's.
