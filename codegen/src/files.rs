@@ -4,8 +4,8 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Writes a text or bytes to a file, not when they are there already. Links are
-/// followed; what is no file (a device, a pipe) is written to as it is.
+/// Writes a text or bytes to a file, not when they are there already. Links are followed; what is
+/// no file (a device, a pipe) is written to as it is.
 ///
 /// # Errors
 /// The system's; a file that could not be written whole is as it was.
@@ -25,7 +25,8 @@ pub fn write(path: &Path, contents: &(impl AsRef<[u8]> + ?Sized)) -> io::Result<
     }
 }
 
-/// Whether [`write()`] can be expected to succeed: to be asked before long work. Nothing is written.
+/// Whether [`write`](fn@write) can be expected to succeed: to be asked before long work. Nothing is
+/// written.
 ///
 /// # Errors
 /// The system's.

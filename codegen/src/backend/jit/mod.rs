@@ -172,6 +172,6 @@ fn host() -> translate::Translated<JITModule> {
     let isa = cranelift_native::builder().map_err(unknown)?.finish(Flags::new(flags));
     let isa = isa.map_err(ModuleError::from)?;
     let mut builder = JITBuilder::with_isa(isa, default_libcall_names());
-    builder.symbols(translate::HOST_FUNCTIONS.map(|(name, address)| (name, address())));
+    builder.symbols(translate::HOST_FUNCTIONS.iter().map(|(name, address)| (*name, address())));
     Ok(JITModule::new(builder))
 }

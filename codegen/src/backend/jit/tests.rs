@@ -66,6 +66,7 @@ fn program(function: Function) -> Program {
         inputs: Vec::new(),
         rows: 0,
         loops: Vec::new(),
+        cuts: Vec::new(),
         rank: 0,
         mobility: 0,
         size: 1.0,
