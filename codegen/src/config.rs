@@ -30,6 +30,8 @@ pub struct Config {
     precision: Precision,
     out_dir: Option<PathBuf>,
     tunable: Vec<Tunable>,
+    extern_c: bool,
+    cuts: Vec<String>,
 }
 
 /// Why a model could not be compiled in a build script.
@@ -92,6 +94,23 @@ impl Config {
         self
     }
 
+    /// Lets the modules export the functions of their C header (`lamc MODEL --header FILE`), which
+    /// is written beside each.
+    #[must_use]
+    pub fn extern_c(mut self, extern_c: bool) -> Self {
+        self.extern_c = extern_c;
+        self
+    }
+
+    /// Cuts loops at these joints, where otherwise a breadth-first walk from the ground first closes
+    /// them. It changes how many operations the equations take (see the module's header), not the
+    /// motion.
+    #[must_use]
+    pub fn cut<N: Into<String>>(mut self, joints: impl IntoIterator<Item = N>) -> Self {
+        self.cuts.extend(joints.into_iter().map(Into::into));
+        self
+    }
+
     /// Compiles a model to a module named after its file; returns where it is. Tells cargo to run
     /// the build script again when the model changes, and of the model's warnings.
     ///
@@ -107,7 +126,7 @@ impl Config {
                     source.tunable.push(Spanned { value, span: Span::default() });
                 }
             }
-            Ok(())
+            self.cuts.iter().try_for_each(|joint| source.cut(joint))
         });
         let compiled = compiled.map_err(|error| match error {
             CompileError::Model(problems) => BuildError::Model(problems.render(&file, false)),
@@ -121,11 +140,19 @@ impl Config {
             None => env::var_os("OUT_DIR").map(PathBuf::from).ok_or(BuildError::NoFolder)?,
         };
         let path = folder.join(file.module_name()).with_extension("rs");
-        let text = pipeline::rust_module(&compiled, &Options { scalar: self.precision });
-        match files::write(&path, &text) {
-            Ok(()) => Ok(path),
-            Err(error) => Err(BuildError::Write { path, error }),
+        let options = Options { scalar: self.precision, extern_c: self.extern_c };
+        let text = pipeline::rust_module(&compiled, &options)
+            .map_err(|error| BuildError::Compile(error.to_string()))?;
+        let write = |path: &Path, text: &str| match files::write(path, text) {
+            Ok(()) => Ok(()),
+            Err(error) => Err(BuildError::Write { path: path.to_owned(), error }),
+        };
+        write(&path, &text)?;
+        if self.extern_c {
+            let header = pipeline::c_header(&compiled, options.c_real());
+            write(&path.with_extension("h"), &header)?;
         }
+        Ok(path)
     }
 
     /// As [`compile`](Self::compile), for several models.

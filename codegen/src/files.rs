@@ -41,7 +41,7 @@ pub fn probe(path: &Path) -> io::Result<()> {
 /// A temporary file in the same folder takes the place of the old one.
 fn replace(path: &Path, contents: &[u8]) -> io::Result<()> {
     let mut file = temporary(path)?;
-    // The file itself: errors of the wrapper name it.
+    // Past the wrapper, which would name the temporary file.
     file.as_file_mut().write_all(contents)?;
     file.persist(path).map_err(|error| error.error)?;
     Ok(())

@@ -1,9 +1,12 @@
 //! The way through the house: every stage, in order.
 
-use crate::backend::rust;
+use crate::backend::c::{self, Real};
+use crate::backend::fmu::{self, Version};
+use crate::backend::python;
+use crate::backend::rust::{self, ScalarChoice};
 use crate::kane::{self, DeriveError, Equations};
 use crate::laminate;
-use crate::program::{self, Program};
+use crate::program::{self, Op, Program};
 use crate::source::{self, Diagnostic, Diagnostics, EditError, SourceFile, SourceModel};
 use crate::symbolic::SessionError;
 use crate::topology::{self, Topology};
@@ -17,6 +20,9 @@ pub enum CompileError {
     /// A change asks for a joint or force that the model has not.
     #[error(transparent)]
     Edit(#[from] EditError),
+    /// A number of the model is too large for the number type.
+    #[error("the number {0:e} of the equations does not fit f32: use f64")]
+    OutOfRange(f64),
     /// The symbolic engine is not to be had.
     #[error(transparent)]
     Session(#[from] SessionError),
@@ -103,6 +109,62 @@ fn analysed(
 }
 
 /// The Rust module of a compiled model.
-pub fn rust_module(compiled: &Compiled, options: &rust::Options) -> String {
-    rust::write(&compiled.program, options)
+///
+/// # Errors
+/// [`CompileError::OutOfRange`].
+pub fn rust_module(compiled: &Compiled, options: &rust::Options) -> Result<String, CompileError> {
+    if options.scalar == ScalarChoice::F32 {
+        fits_single(&compiled.program)?;
+    }
+    Ok(rust::write(&compiled.program, options))
+}
+
+/// The header of the C module, or of a Rust module that exports its functions.
+pub fn c_header(compiled: &Compiled, real: Real) -> String {
+    c::header(&compiled.program, real)
+}
+
+/// The C module of a compiled model, which includes its header by this name.
+///
+/// # Errors
+/// [`CompileError::OutOfRange`].
+pub fn c_source(
+    compiled: &Compiled,
+    real: Real,
+    header_name: &str,
+) -> Result<String, CompileError> {
+    if real == Real::Float {
+        fits_single(&compiled.program)?;
+    }
+    Ok(c::source(&compiled.program, real, header_name))
+}
+
+/// Python around the C module, whose source and header lie beside it under these names.
+pub fn python_module(
+    compiled: &Compiled,
+    real: Real,
+    source_name: &str,
+    header_name: &str,
+) -> String {
+    python::write(&compiled.program, real, source_name, header_name)
+}
+
+/// The bytes of a source FMU.
+pub fn fmu(compiled: &Compiled, version: Version) -> Vec<u8> {
+    fmu::archive(&compiled.program, version)
+}
+
+/// Whether every finite constant is finite in single precision too.
+fn fits_single(program: &Program) -> Result<(), CompileError> {
+    let instructions = program.functions.iter().flat_map(|function| &function.instructions);
+    let constants = instructions.filter_map(|instruction| match instruction.op {
+        Op::Const(number) => Some(number),
+        _ => None,
+    });
+    let parameters = program.interface.parameters.iter().map(|parameter| parameter.value);
+    let mut numbers = constants.chain(parameters);
+    match numbers.find(|number| number.is_finite() && !(*number as f32).is_finite()) {
+        Some(number) => Err(CompileError::OutOfRange(number)),
+        None => Ok(()),
+    }
 }

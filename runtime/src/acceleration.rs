@@ -200,6 +200,7 @@ struct Rows<'a, S> {
 }
 
 impl<S: Scalar> Rows<'_, S> {
+    #[inline]
     fn row(&self, i: usize) -> &[S] {
         let n = self.vector.len();
         &self.weighted[i * n..(i + 1) * n]

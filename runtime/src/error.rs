@@ -58,6 +58,23 @@ pub enum Error {
     Time,
 }
 
+impl Error {
+    /// The status code of functions with a C interface: 0 is success, these are the same in every
+    /// generated C module. Lengths are no concern there: of those it is -1.
+    pub const fn code(&self) -> i32 {
+        match self {
+            Self::MassMatrix { .. } => 1,
+            Self::NotFinite { .. } => 2,
+            Self::NotClosed { .. } => 3,
+            Self::NotDriven { .. } => 4,
+            Self::Time => 5,
+            Self::NoEquilibrium { .. } => 6,
+            Self::StepTooSmall { .. } => 7,
+            Self::Workspace { .. } | Self::Length { .. } => -1,
+        }
+    }
+}
+
 impl fmt::Display for Error {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {

@@ -110,6 +110,8 @@ mod linearization;
 mod mechanism;
 mod projection;
 mod scalar;
+#[cfg(not(feature = "std"))]
+mod sin_cos;
 mod state;
 mod stops;
 mod system;

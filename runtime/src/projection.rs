@@ -9,7 +9,7 @@
 
 use crate::acceleration::{blame, not_finite, plain, weigh};
 use crate::linear::{
-    Spectrum, add_scaled, backward, combine, dot, factor, max_abs, orthogonalise, tolerance,
+    Spectrum, add_scaled, backward, combine, dot, factor, max_abs, orthogonalise, reduce, tolerance,
 };
 use crate::workspace::{check, split};
 use crate::{EquationsMut, Error, Scalar, System};
@@ -234,16 +234,19 @@ impl<'a, S: Scalar> Closure<'a, S> {
         error
     }
 
-    /// The step of least weighted length that takes the residual (negated here) away, and the
-    /// rank.
+    /// The step of least weighted length that takes the residual away, and the rank. Residual and
+    /// Jacobian are lost.
     fn solve(&mut self, spectrum: Spectrum<S>) -> usize {
         let (n, rows) = (self.step.len(), self.residual.len());
-        for value in self.residual.iter_mut() {
+        // Nine rows per loop are redundant: only what reduction leaves of them is weighed.
+        let k = reduce(self.jacobian, self.residual, rows, n);
+        let (jacobian, residual) = (&mut self.jacobian[..k * n], &mut self.residual[..k]);
+        for value in residual.iter_mut() {
             *value = -*value;
         }
-        weigh(self.mass, self.jacobian, n);
-        let k = orthogonalise(self.jacobian, self.residual, rows, n);
-        let rank = combine(self.jacobian, &self.residual[..k], spectrum, 1, self.step);
+        weigh(self.mass, jacobian, n);
+        let k = orthogonalise(jacobian, residual, k, n);
+        let rank = combine(jacobian, &residual[..k], spectrum, 1, self.step);
         backward(self.mass, self.step);
         rank
     }

@@ -56,11 +56,11 @@ pub trait Scalar:
     fn is_finite(self) -> bool;
 }
 
-/// Implements [`Scalar`] by libm, or by the standard library with the feature `std`. Sums of
-/// products are never fused: results are the same on every machine.
+/// Implements [`Scalar`] by these functions, or by the standard library with the feature `std`. Sums
+/// of products are never fused: results are the same on every machine.
 macro_rules! scalar {
-    ($type:ident, $sqrt:ident, $sincos:ident, $tan:ident, $exp:ident, $tanh:ident, $pow:ident,
-     $ln:ident) => {
+    ($type:ident, $sqrt:path, $sincos:path, $tan:path, $exp:path, $tanh:path, $pow:path,
+     $ln:path) => {
         impl Scalar for $type {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -82,7 +82,7 @@ macro_rules! scalar {
                 #[cfg(feature = "std")]
                 return $type::sin_cos(self);
                 #[cfg(not(feature = "std"))]
-                return libm::$sincos(self);
+                return $sincos(self);
             }
             scalar!(@function ln, $ln);
             #[inline]
@@ -100,7 +100,7 @@ macro_rules! scalar {
                 #[cfg(feature = "std")]
                 return $type::powf(self, exponent);
                 #[cfg(not(feature = "std"))]
-                return libm::$pow(self, exponent);
+                return $pow(self, exponent);
             }
             #[inline]
             fn abs(self) -> Self {
@@ -133,19 +133,50 @@ macro_rules! scalar {
             }
         }
     };
-    (@function $name:ident, $libm:ident) => {
+    (@function $name:ident, $path:path) => {
         #[inline]
         fn $name(self) -> Self {
             #[cfg(feature = "std")]
             return Self::$name(self);
             #[cfg(not(feature = "std"))]
-            return libm::$libm(self);
+            return $path(self);
         }
     };
 }
 
-scalar!(f64, sqrt, sincos, tan, exp, tanh, pow, log);
-scalar!(f32, sqrtf, sincosf, tanf, expf, tanhf, powf, logf);
+/// A whole number; without `f64`, for which many a microcontroller has no instructions.
+pub(crate) fn whole<S: Scalar>(value: u64) -> S {
+    (0..u64::BITS - value.leading_zeros()).rev().fold(S::ZERO, |above, bit| {
+        let twice = above + above;
+        if value >> bit & 1 == 1 { twice + S::ONE } else { twice }
+    })
+}
+
+/// Without the fraction.
+pub(crate) fn truncated<S: Scalar>(value: S) -> S {
+    // Next to a number this large there are only whole ones; such a one itself has no fraction.
+    let large = S::ONE / S::EPSILON;
+    let size = value.abs();
+    if !(size < large) {
+        return value;
+    }
+    let nearest = (size + large) - large;
+    let below = if nearest > size { nearest - S::ONE } else { nearest };
+    if value < S::ZERO { -below } else { below }
+}
+
+scalar!(f64, libm::sqrt, libm::sincos, libm::tan, libm::exp, libm::tanh, libm::pow, libm::log);
+// What libm computes by way of f64 is computed here.
+scalar!(
+    f32,
+    libm::sqrtf,
+    crate::sin_cos::sin_cos,
+    crate::sin_cos::tan,
+    libm::expf,
+    libm::tanhf,
+    libm::powf,
+    libm::logf
+);
 
 #[cfg(test)]
 mod tests {
@@ -180,6 +211,20 @@ mod tests {
             assert!(value.to_f64().is_nan(), "NaN got lost");
         }
         assert!(!nan.is_finite() && !of(f64::INFINITY).is_finite() && S::ONE.is_finite());
+    }
+
+    #[test]
+    fn whole_numbers_are_as_the_language_converts_and_cuts_them() {
+        for value in [0, 1, 2, 3, 1000, (1 << 24) - 1, 1 << 24, (1 << 53) - 1, 1 << 63] {
+            assert_eq!(whole::<f64>(value), value as f64);
+            assert_eq!(whole::<f32>(value & 0xff_ffff), (value & 0xff_ffff) as f32);
+        }
+        let sizes = [0.0_f64, 0.4, 0.5, 0.9, 1.0, 1.5, 2.5, 12_345.678, 8_388_606.5, 1e9, 1e300];
+        for value in sizes.into_iter().flat_map(|size| [size, -size]) {
+            assert_eq!(truncated(value), value.trunc());
+            assert_eq!(truncated(value as f32), (value as f32).trunc());
+        }
+        assert!(truncated(f64::NAN).is_nan());
     }
 
     #[test]

@@ -21,6 +21,7 @@ pub const fn workspace_len(dimensions: Dimensions) -> usize {
 }
 
 /// What is needed without another joint at a stop.
+#[inline]
 const fn needed(dimensions: Dimensions) -> usize {
     let Dimensions { coordinates: n, rows, loops, drives, parameters, inputs, .. } = dimensions;
     let c = rows + drives;

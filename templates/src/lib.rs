@@ -12,3 +12,33 @@ pub const VIEWER_STYLE: &str = include_str!("viewer.css");
 pub const VIEWER_SCRIPT: &str = include_str!("viewer.js");
 /// The parts of three.js that the script uses (MIT licence), as `three/make` bundles them.
 pub const THREE: &str = include_str!("three.min.js");
+
+/// Header of a generated C module: also of a Rust module that exports the same functions.
+pub const C_HEADER: &str = include_str!("c_header.tera");
+
+/// A generated C module: the runtime's algorithms for fixed sizes, around the mechanism's functions.
+pub const C_SOURCE: &str = include_str!("c_source.tera");
+
+/// Python around a generated C module.
+pub const PYTHON: &str = include_str!("python.py.tera");
+
+/// An FMU's C code around a generated C module, less what is of one version of FMI.
+pub const FMU_MODEL: &str = include_str!("fmu_model.c.tera");
+
+/// The functions of FMI 2.0; includes `model`.
+pub const FMI2: &str = include_str!("fmi2.c.tera");
+
+/// The functions of FMI 3.0; includes `model`.
+pub const FMI3: &str = include_str!("fmi3.c.tera");
+
+/// The units of a model description, of either version.
+pub const FMU_UNITS: &str = include_str!("fmu_units.xml.tera");
+
+/// The model description of FMI 2.0; includes `units`.
+pub const FMI2_DESCRIPTION: &str = include_str!("fmi2_description.xml.tera");
+
+/// The model description of FMI 3.0; includes `units`.
+pub const FMI3_DESCRIPTION: &str = include_str!("fmi3_description.xml.tera");
+
+/// How an FMU of FMI 3.0 is built.
+pub const FMI3_BUILD: &str = include_str!("fmi3_build.xml.tera");

@@ -7,7 +7,9 @@
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
+use lamc::program::Interpreter;
 use lamc::topology::LoopClass;
+use lamc_runtime::{State, System, assemble, project};
 
 /// What a random mechanism is made of.
 #[derive(Clone, Copy, Debug)]
@@ -318,4 +320,44 @@ impl Writer {
         };
         self.line(&format!("  j{index}: {{ {entry}, torque: \"{torque}\" }}"));
     }
+}
+
+/// The model with its first joint driven by time, a parameter and an input.
+///
+/// # Panics
+/// When the model has no joint `j0` with a torque.
+pub fn driven(text: &str) -> String {
+    let (mut lines, mut done) = (Vec::new(), false);
+    for line in text.lines() {
+        match line.find(", torque: ").filter(|_| line.starts_with("  j0: {") && !done) {
+            Some(at) => {
+                let law = "k*20 + motor*30 + 0.2*sin(3*t) + 0.1*t^3";
+                lines.push(format!("{}, drive: \"{law}\" }}", &line[..at]));
+                done = true;
+            }
+            None => lines.push(line.to_owned()),
+        }
+    }
+    assert!(done, "no joint j0");
+    lines.join("\n") + "\n"
+}
+
+/// Some closed configuration with speeds that the loops allow.
+///
+/// # Panics
+/// When thirty guesses lead to none.
+pub fn closed_state(system: &Interpreter, random: &mut Random) -> State<Vec<f64>, f64> {
+    let n = system.dimensions().coordinates;
+    let mut workspace = system.workspace();
+    for _ in 0..30 {
+        let t = random.range(0.0, 1.0);
+        let mut q: Vec<f64> = (0..n).map(|_| random.range(-1.2, 1.2)).collect();
+        let mut u: Vec<f64> = (0..n).map(|_| random.range(-3.0, 3.0)).collect();
+        if assemble(system, t, &mut q, &vec![false; n], &mut workspace).is_ok()
+            && project(system, t, &mut q, &mut u, &mut workspace).is_ok()
+        {
+            return State { t, q, u };
+        }
+    }
+    panic!("no closed configuration found");
 }

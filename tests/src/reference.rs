@@ -43,6 +43,7 @@ impl Reference {
         let points = self.joints.iter().map(|joint| Vector3::from(joint.point));
         let spread = points.clone().map(|p| p.norm()).fold(0.0, f64::max);
         Mechanism {
+            cuts: Vec::new(),
             name: "reference".into(),
             gravity: self.gravity.map(Expression::Number),
             bodies: bodies.collect(),

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use lamc_tests::workspace;
 
 /// Each folder of the compiler and what of the compiler it may name.
-const MAY_NAME: [(&str, &[&str]); 10] = [
+const MAY_NAME: [(&str, &[&str]); 11] = [
     ("source", &[]),
     ("laminate", &["source"]),
     ("topology", &["source", "laminate"]),
@@ -15,10 +15,11 @@ const MAY_NAME: [(&str, &[&str]); 10] = [
     // What leaves the algebra is plain data, and its type lives in `symbolic`.
     ("program", &["source", "laminate", "topology", "symbolic", "kane"]),
     ("backend", &["source", "laminate", "topology", "symbolic", "kane", "program"]),
+    ("motion", &["source", "laminate", "program"]),
     // What shows a motion stands beside the stages and reads the mechanism.
-    ("scene", &["laminate"]),
-    ("picture", &["scene"]),
-    ("page", &["laminate", "scene", "picture"]),
+    ("scene", &["laminate", "motion"]),
+    ("picture", &["motion", "scene"]),
+    ("page", &["laminate", "motion", "scene", "picture"]),
 ];
 
 #[test]

@@ -145,7 +145,8 @@ fn write_package(folder: &Path, shared: &Path) {
             ("f32", ScalarChoice::F32, ""),
         ] {
             let module = format!("d{index}_{scalar}");
-            let text = rust_module(&compiled, &Options { scalar: choice });
+            let text =
+                rust_module(&compiled, &Options { scalar: choice, extern_c: false }).unwrap();
             write(&source.join(format!("{module}.rs")), &text);
             let _ = writeln!(modules, "mod {module};");
             let _ = writeln!(

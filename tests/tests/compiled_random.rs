@@ -10,10 +10,8 @@ use lamc::backend::identifiers::type_name;
 use lamc::backend::rust::Options;
 use lamc::pipeline::rust_module;
 use lamc::program::Interpreter;
-use lamc_runtime::{
-    Balance, JacobianMut, State, System, acceleration_and_forces, assemble, jacobian, project,
-};
-use lamc_tests::random::{Lines, Random, Recipe, model};
+use lamc_runtime::{Balance, JacobianMut, State, System, acceleration_and_forces, jacobian};
+use lamc_tests::random::{Lines, Random, Recipe, closed_state, driven, model};
 use lamc_tests::{compile_text, relative_error, workspace};
 
 const RECIPES: [(u64, Recipe); 6] = [
@@ -45,8 +43,8 @@ fn compiled_modules_agree_with_the_interpreter() {
         expected.push(answers(&system, &state));
 
         let name = type_name(&compiled.program.interface.name);
-        fs::write(source.join(format!("m{seed}.rs")), rust_module(&compiled, &Options::default()))
-            .unwrap();
+        let text = rust_module(&compiled, &Options::default()).unwrap();
+        fs::write(source.join(format!("m{seed}.rs")), text).unwrap();
         writeln!(main, "mod m{seed};").unwrap();
         let State { t, q, u } = state;
         writeln!(
@@ -75,23 +73,6 @@ fn compiled_modules_agree_with_the_interpreter() {
             assert!(error <= tolerance, "seed {seed}: {what} off by {error:e}");
         }
     }
-}
-
-/// The model with its first joint driven by time, a parameter and an input.
-fn driven(text: &str) -> String {
-    let (mut lines, mut done) = (Vec::new(), false);
-    for line in text.lines() {
-        match line.find(", torque: ").filter(|_| line.starts_with("  j0: {") && !done) {
-            Some(at) => {
-                let law = "k*20 + motor*30 + 0.2*sin(3*t) + 0.1*t^3";
-                lines.push(format!("{}, drive: \"{law}\" }}", &line[..at]));
-                done = true;
-            }
-            None => lines.push(line.to_owned()),
-        }
-    }
-    assert!(done, "no joint j0");
-    lines.join("\n") + "\n"
 }
 
 /// As [`answers`], for a generated module.
@@ -161,22 +142,6 @@ fn parts<'a>(mut numbers: &'a [f64], like: &Answers) -> Vec<&'a [f64]> {
     }
     assert!(numbers.is_empty());
     parts
-}
-
-fn closed_state(system: &Interpreter, random: &mut Random) -> State<Vec<f64>, f64> {
-    let n = system.dimensions().coordinates;
-    let mut workspace = system.workspace();
-    for _ in 0..30 {
-        let t = random.range(0.0, 1.0);
-        let mut q: Vec<f64> = (0..n).map(|_| random.range(-1.2, 1.2)).collect();
-        let mut u: Vec<f64> = (0..n).map(|_| random.range(-3.0, 3.0)).collect();
-        if assemble(system, t, &mut q, &vec![false; n], &mut workspace).is_ok()
-            && project(system, t, &mut q, &mut u, &mut workspace).is_ok()
-        {
-            return State { t, q, u };
-        }
-    }
-    panic!("no closed configuration found");
 }
 
 fn build_and_run(folder: &Path) -> String {

@@ -33,5 +33,5 @@ fn bytes_do_not_depend_on_what_was_compiled_before() {
 
 fn written(name: &str) -> String {
     let compiled = compile(&workspace().join("examples").join(format!("{name}.yaml")));
-    rust_module(&compiled, &Options::default())
+    rust_module(&compiled, &Options::default()).unwrap()
 }

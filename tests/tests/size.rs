@@ -39,7 +39,7 @@ fn modules_grow_as_the_square_of_the_hinges() {
     let size = |hinges| {
         let begin = Instant::now();
         let compiled = compile_text(&chain(hinges));
-        let module = rust_module(&compiled, &Options::default());
+        let module = rust_module(&compiled, &Options::default()).unwrap();
         let operations = compiled.program.functions[0].cost().total();
         println!(
             "{hinges} hinges: {operations} operations, {} kB, {:.2} s",

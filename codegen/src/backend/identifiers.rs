@@ -2,6 +2,8 @@
 
 use std::collections::HashSet;
 
+use crate::source::names::is_keyword;
+
 /// `four_bar` -> `FourBar`.
 pub fn type_name(name: &str) -> String {
     let mut camel = String::new();
@@ -10,7 +12,12 @@ pub fn type_name(name: &str) -> String {
         camel.extend(letters.next().map(|first| first.to_ascii_uppercase()));
         camel.push_str(letters.as_str());
     }
-    if camel.is_empty() { "Model".to_owned() } else { camel }
+    // `_1a` is an identifier, `1a` is none.
+    if camel.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        camel
+    } else {
+        format!("Model{camel}")
+    }
 }
 
 /// Gives out identifiers in snake case, each once.
@@ -25,12 +32,13 @@ impl Names {
         Self { taken: reserved.iter().map(|&name| name.to_owned()).collect() }
     }
 
-    /// An identifier for `name`: in lower case, numbered when it was given out before.
+    /// An identifier for `name`: in lower case, numbered when it was given out before or is a
+    /// keyword.
     pub fn give(&mut self, name: &str) -> String {
         let lower = name.to_ascii_lowercase();
         let mut candidate = lower.clone();
         let mut count = 1;
-        while !self.taken.insert(candidate.clone()) {
+        while is_keyword(&candidate) || !self.taken.insert(candidate.clone()) {
             count += 1;
             candidate = format!("{lower}_{count}");
         }
@@ -47,6 +55,8 @@ mod tests {
         let mut names = Names::reserving(&["q"]);
         let given = ["q", "Left", "left", "left_2"].map(|name| names.give(name));
         assert_eq!(given, ["q_2", "left", "left_2", "left_2_2"]);
+        assert_eq!(["Type", "Double"].map(|name| names.give(name)), ["type_2", "double_2"]);
         assert_eq!(type_name("m4th_design"), "M4thDesign");
+        assert_eq!(["_1a", "__"].map(type_name), ["Model1a", "Model"]);
     }
 }

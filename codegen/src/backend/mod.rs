@@ -1,5 +1,11 @@
 //! Stage 6: [`Program`](crate::program::Program) -> text, or machine code in this process.
 
+pub mod c;
+pub mod fmu;
 pub mod identifiers;
 pub mod jit;
+pub mod literal;
+pub mod python;
 pub mod rust;
+pub mod statements;
+mod text;

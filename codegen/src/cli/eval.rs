@@ -70,30 +70,25 @@ struct StateReport {
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
-    let compiled;
-    let mut interpreter;
+    let input = arguments.states.as_deref().map(read).transpose()?;
+    let system = arguments.start.system(&arguments.start.compile(&[])?)?;
     let mut reports = Vec::new();
-    match &arguments.states {
-        Some(states) => {
-            let input = read(states)?;
-            compiled = arguments.start.compile(&[])?;
+    match (&arguments.states, input) {
+        (Some(path), Some(input)) => {
             for (index, state) in input.states.iter().enumerate() {
-                let mut system = arguments.start.system(&compiled)?;
-                let report = evaluate(&mut system, state)
-                    .map_err(|problem| fail(format_args!("{states}: state {index}: {problem}")))?;
+                // What a state sets holds for it alone.
+                let report = evaluate(&mut system.clone(), state)
+                    .map_err(|problem| fail(format_args!("{path}: state {index}: {problem}")))?;
                 reports.push(report);
             }
-            interpreter = arguments.start.system(&compiled)?;
         }
-        None => {
-            compiled = arguments.start.compile(&[])?;
-            interpreter = arguments.start.system(&compiled)?;
-            let state = arguments.start.assembled(&interpreter)?;
+        _ => {
+            let state = arguments.start.assembled(&system)?;
             let state = StateInput { q: state.q, u: Some(state.u), ..StateInput::default() };
-            reports.push(evaluate(&mut interpreter, &state).map_err(fail)?);
+            reports.push(evaluate(&mut system.clone(), &state).map_err(fail)?);
         }
     }
-    let interface = interpreter.interface();
+    let interface = system.interface();
     let report = Report {
         model: interface.name.clone(),
         joints: interface.joints.iter().map(|joint| joint.name.clone()).collect(),

@@ -33,7 +33,7 @@ const TERMS: &str = concat!(
      and\nlamc-runtime contain nothing of it (MIT OR Apache-2.0)."
 );
 
-/// Compiler for the motion of laminate robots: writes a Rust module from a mechanism's YAML.
+/// Compiler for the motion of laminate robots: writes Rust, C, Python or an FMU from a mechanism's YAML.
 #[derive(Parser)]
 #[command(name = "lamc", version, long_version = TERMS, args_conflicts_with_subcommands = true)]
 #[command(
@@ -47,18 +47,39 @@ struct Cli {
     compile: Option<Compile>,
 }
 
-/// Compile a model to a Rust module.
+/// Compile a model to Rust, C, Python around C, or an FMU.
 #[derive(Args)]
 struct Compile {
     /// The model: lamc's YAML or a popupCAD DynamicsInfo file; `-` reads standard input
     model: String,
-    /// Where to write the module; `-` writes standard output
-    #[arg(short, long, value_name = "FILE")]
-    output: String,
-    /// The number type of the module
+    /// Where to write the Rust module; `-` writes standard output
+    #[arg(short, long, value_name = "FILE", required_unless_present_any = ["c", "header", "fmu"])]
+    output: Option<String>,
+    /// Where to write the same in freestanding C99
+    #[arg(long, value_name = "FILE", requires = "header")]
+    c: Option<String>,
+    /// Where to write the header of the C source, or of a Rust module with --extern-c
+    #[arg(long, value_name = "FILE")]
+    header: Option<String>,
+    /// Where to write Python (NumPy) around the C source: in the same folder
+    #[arg(long, value_name = "FILE", requires = "c")]
+    python: Option<String>,
+    /// Where to write a source FMU for Model Exchange and Co-Simulation, in f64
+    #[arg(long, value_name = "FILE")]
+    fmu: Option<String>,
+    /// The version of FMI
+    #[arg(long, value_enum, default_value_t, requires = "fmu")]
+    fmi: Fmi,
+    /// Let the Rust module export the header's functions
+    #[arg(long, requires = "output")]
+    extern_c: bool,
+    /// The number type; C takes `generic` for f64
     #[arg(long, value_enum, default_value_t)]
     scalar: Scalar,
-    /// Write nothing; fail when FILE is not what would be written
+    /// Cut a loop at this joint: another cost, the same motion
+    #[arg(long, value_name = "JOINT")]
+    cut: Vec<String>,
+    /// Write nothing; fail when a file is not what would be written
     #[arg(long)]
     check: bool,
 }
@@ -72,6 +93,17 @@ enum Scalar {
     /// Generic over lamc_runtime::Scalar
     #[default]
     Generic,
+}
+
+#[derive(Clone, Copy, Default, ValueEnum)]
+enum Fmi {
+    /// FMI 2.0
+    #[default]
+    #[value(name = "2")]
+    Two,
+    /// FMI 3.0
+    #[value(name = "3")]
+    Three,
 }
 
 impl From<Scalar> for ScalarChoice {

@@ -55,6 +55,9 @@ const HEIGHT: u32 = 300;
 const TALL: u32 = 480;
 const LEGEND: u32 = 190;
 const TITLE: u32 = 34;
+/// What labels take of a panel's height, and a name of the legend at least.
+const LABELS: u32 = 60;
+const ROOM: u32 = 12;
 
 /// Units of the drawing to a pixel: plotters rounds to whole units.
 const FINE: u32 = 8;
@@ -238,9 +241,11 @@ fn svg(title: &str, charts: &[Chart]) -> Result<String, Box<dyn Error>> {
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 impl Chart {
-    /// Pixels.
+    /// Pixels: enough for the names beside it, if they are not too many.
     fn height(&self) -> u32 {
-        if self.kind == Kind::OverTime { HEIGHT } else { TALL }
+        let least = if self.kind == Kind::OverTime { HEIGHT } else { TALL };
+        let names = LABELS + ROOM * self.curves.len() as u32;
+        if names <= TALL + LABELS { least.max(names) } else { least }
     }
 
     fn draw(&self, area: &Area<'_>) -> Result<(), Box<dyn Error>> {
@@ -291,10 +296,9 @@ impl Chart {
 
     /// The names beside the panel, as far as there is room to read them.
     fn legend(&self, area: &Area<'_>) -> Result<(), Box<dyn Error>> {
-        const ROOM: i32 = 12;
-        let height = self.height() as i32 - 60;
+        let height = (self.height() - LABELS) as i32;
         let step = (height / (self.curves.len() as i32).max(1)).min(20);
-        if step < ROOM {
+        if step < ROOM as i32 {
             let style = font(13).into_text_style(area);
             area.draw_text(&format!("{} curves", self.curves.len()), &style, (px(10), px(8)))?;
             return Ok(());
@@ -317,7 +321,10 @@ impl Chart {
                 return (0.0, 1.0);
             }
             let middle = 0.5 * (low + high);
-            let half = (0.53 * (high - low)).max(1e-6 * middle.abs()).max(1e-12);
+            let half = match high > low {
+                true => (0.53 * (high - low)).max(1e-4 * middle.abs()),
+                false => (0.1 * middle.abs()).max(1.0),
+            };
             (middle - half, middle + half)
         };
         let x = range(points().map(|point| point.0));

@@ -14,7 +14,10 @@ use super::{Failed, fail};
 const PATIENCE: (usize, f64) = (1000, 0.01);
 
 /// More steps than any smooth motion takes.
-const MOST_STEPS: usize = 2_000_000;
+const MOST_STEPS: f64 = 2e6;
+
+/// What both are meant for, s: a longer motion may take as many for each such part of it.
+const USUAL: f64 = 2.0;
 
 /// How near to its limit a joint may have struck it, rad.
 const STOP: f64 = 1e-6;
@@ -206,12 +209,12 @@ impl Run {
     fn is_hopeless(&mut self) -> bool {
         let steps = self.explicit_steps + self.implicit_steps;
         if self.method != Method::Rodas || steps - self.mark.0 < PATIENCE.0 {
-            return steps >= MOST_STEPS;
+            return steps as f64 >= MOST_STEPS * (self.duration / USUAL).max(1.0);
         }
         let gone = self.state.t - self.mark.1;
         let pace = (steps - self.mark.0) as f64 / gone;
         self.mark = (steps, self.state.t);
-        pace * self.duration > MOST_STEPS as f64
+        pace * self.duration.min(USUAL) > MOST_STEPS
     }
 
     /// Whether the explicit method hardly gets on, as between the ranks of a singular state.
@@ -223,7 +226,7 @@ impl Run {
         }
         let gone = self.state.t - self.mark.1;
         self.mark = (now, self.state.t);
-        gone < share * self.duration
+        gone < share * self.duration.min(USUAL)
     }
 
     /// An error with the joints that were at a stop.

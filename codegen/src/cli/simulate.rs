@@ -51,6 +51,14 @@ pub struct Arguments {
     /// Share of its speed with which a joint leaves a stop, 0 to 1
     #[arg(long, default_value_t = 0.0, value_name = "SHARE")]
     restitution: f64,
+    #[command(flatten)]
+    files: Files,
+}
+
+/// What to write.
+#[derive(Args)]
+#[command(next_help_heading = "Files")]
+struct Files {
     /// Write the motion as CSV; `-` writes standard output
     #[arg(long, value_name = "FILE")]
     csv: Option<String>,
@@ -82,17 +90,7 @@ impl Arguments {
         if !(0.0..=1.0).contains(&self.restitution) {
             return Err(misused("--restitution must lie between 0 and 1"));
         }
-        if let Some(path) = &self.plot {
-            plot::format(path).map_err(misused)?;
-        }
-        self.pictures.check()?;
-        // Better now than after the work.
-        self.files().try_for_each(|path| output::probe(path))
-    }
-
-    /// What is to be written.
-    fn files(&self) -> impl Iterator<Item = &String> {
-        [&self.csv, &self.npz, &self.plot].into_iter().flatten().chain(self.pictures.files())
+        self.files.check()
     }
 
     /// Samples after the first.
@@ -117,6 +115,22 @@ impl Arguments {
             tolerance: self.tolerance,
             restitution: self.restitution,
         }
+    }
+}
+
+impl Files {
+    /// Better before the work than after it.
+    fn check(&self) -> Outcome {
+        if let Some(path) = &self.plot {
+            plot::format(path).map_err(misused)?;
+        }
+        self.pictures.check()?;
+        self.paths().try_for_each(|path| output::probe(path))
+    }
+
+    /// Where.
+    fn paths(&self) -> impl Iterator<Item = &String> {
+        [&self.csv, &self.npz, &self.plot].into_iter().flatten().chain(self.pictures.files())
     }
 
     fn write(&self, mechanism: &Mechanism, motion: &Motion) -> Outcome {
@@ -151,8 +165,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
     progress.finish_and_clear();
     outcome?;
     let seconds = begin.elapsed().as_secs_f64();
-    arguments.write(&mechanism, &run.motion)?;
-    if !arguments.files().any(|path| path == "-") {
+    arguments.files.write(&mechanism, &run.motion)?;
+    if !arguments.files.paths().any(|path| path == "-") {
         output::print(&summary(&run, seconds))?;
     }
     match INTERRUPTED.load(Ordering::Relaxed) {

@@ -31,6 +31,8 @@ pub struct Mechanism {
     pub initial_given: Vec<JointId>,
     /// Initial u, one per joint, rad/s.
     pub initial_u: Vec<f64>,
+    /// Joints that are to close loops.
+    pub cuts: Vec<JointId>,
     /// Diagonal of the flat bounding box over plates, hinge lines, centres of mass and points, m.
     pub size: f64,
 }

@@ -41,6 +41,7 @@ pub fn build(model: &SourceModel, warnings: &mut Diagnostics) -> Result<Mechanis
         points: points(model),
         forces: forces(model),
         initial_q: per_joint(model, &model.initial_q),
+        cuts: model.cuts.clone(),
         initial_given: model.initial_q.iter().map(|(joint, _)| *joint).collect(),
         initial_u: per_joint(model, &model.initial_u),
         size: 0.0,

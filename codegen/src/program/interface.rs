@@ -51,6 +51,7 @@ pub fn interface(equations: &Equations, source_name: &str, source_text: &str) ->
         loops: topology.summary_lines(),
         rank: topology.rank,
         mobility: topology.mobility,
+        cuts: mechanism.cuts.iter().map(|id| mechanism.joints[id.index()].name.clone()).collect(),
         size: mechanism.size,
     }
 }

@@ -1,6 +1,7 @@
 //! The plain interpreter: what every backend must agree with.
 
 use std::cell::RefCell;
+use std::sync::Arc;
 
 use super::executable::{Engine, Executable};
 use super::ir::{FunctionKind, Op, Output, Program, Slot, Value};
@@ -8,10 +9,10 @@ use super::ir::{FunctionKind, Op, Output, Program, Slot, Value};
 /// A program run instruction by instruction.
 pub type Interpreter = Executable<Interpretation>;
 
-/// Runs functions instruction by instruction.
+/// Runs functions instruction by instruction. Clones share them.
 #[derive(Clone, Debug)]
 pub struct Interpretation {
-    functions: Vec<(Vec<Op>, Vec<Output>)>,
+    functions: Arc<[(Vec<Op>, Vec<Output>)]>,
     values: RefCell<Vec<f64>>,
 }
 

@@ -201,6 +201,8 @@ pub struct Interface {
     pub rank: usize,
     /// Degrees of freedom.
     pub mobility: usize,
+    /// Joints at which loops were to be cut, by name.
+    pub cuts: Vec<String>,
     /// Diagonal of the flat bounding box, m.
     pub size: f64,
 }

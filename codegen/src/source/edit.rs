@@ -1,5 +1,5 @@
-//! Changes of a model that a command asks for: joints locked, forces released, inputs given as
-//! functions of time.
+//! Changes of a model that a command asks for: joints locked, forces released, loops cut,
+//! inputs given as functions of time.
 
 use super::diagnostic::Spanned;
 use super::expression::Expression;
@@ -53,15 +53,35 @@ impl SourceModel {
     /// # Errors
     /// When there is no joint of this name.
     pub fn lock(&mut self, joint: &str, angle: f64) -> Result<(), EditError> {
-        let names: Vec<&str> = self.joints.iter().map(|joint| joint.name.value.as_str()).collect();
-        let Some(index) = names.iter().position(|name| *name == joint) else {
-            let hint = alternatives(joint, &names, "joints");
-            return Err(EditError::Unknown { what: "joint", name: joint.to_owned(), hint });
-        };
-        let entry = &mut self.joints[index];
+        let joint = self.joint(joint)?;
+        let entry = &mut self.joints[joint.index()];
         entry.drive = Some(Spanned { value: Expression::Number(angle), span: entry.span });
         entry.torque.value = Expression::ZERO;
         Ok(())
+    }
+
+    /// Lets a joint close a loop: another choice of the tree costs other operations, and moves the
+    /// same.
+    ///
+    /// # Errors
+    /// When there is no joint of this name.
+    pub fn cut(&mut self, joint: &str) -> Result<(), EditError> {
+        let joint = self.joint(joint)?;
+        if !self.cuts.contains(&joint) {
+            self.cuts.push(joint);
+        }
+        Ok(())
+    }
+
+    fn joint(&self, name: &str) -> Result<JointId, EditError> {
+        let names: Vec<&str> = self.joints.iter().map(|joint| joint.name.value.as_str()).collect();
+        match names.iter().position(|known| *known == name) {
+            Some(index) => Ok(JointId(index)),
+            None => {
+                let hint = alternatives(name, &names, "joints");
+                Err(EditError::Unknown { what: "joint", name: name.to_owned(), hint })
+            }
+        }
     }
 
     /// Takes away a force, or what drives a joint: its `torque` and its `drive`.

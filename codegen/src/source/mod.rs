@@ -17,7 +17,7 @@ mod formula;
 pub mod ids;
 mod lower;
 mod model;
-mod names;
+pub(crate) mod names;
 mod popupcad;
 mod render;
 #[cfg(test)]

@@ -33,6 +33,8 @@ pub struct SourceModel {
     pub points: Vec<Point>,
     /// Forces at points.
     pub forces: Vec<Force>,
+    /// Joints that are to close loops; where they leave it open, a breadth-first walk chooses.
+    pub cuts: Vec<JointId>,
 }
 
 /// A sheet material.

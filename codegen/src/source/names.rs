@@ -61,6 +61,13 @@ fn reserved(name: &str) -> Option<&'static str> {
     lists.iter().find(|(list, _)| list.contains(&name)).map(|(_, reason)| *reason)
 }
 
+/// Whether Rust, C, C++ or Python have another use for the word.
+pub(crate) fn is_keyword(name: &str) -> bool {
+    [RUST_KEYWORDS, C_KEYWORDS, CPP_KEYWORDS, PYTHON_KEYWORDS]
+        .iter()
+        .any(|list| list.contains(&name))
+}
+
 /// Whether the name's type (`fourbar` -> `Fourbar`) is one the module has already.
 fn is_type_of_module(name: &str) -> bool {
     let flat = name.replace('_', "");

@@ -2,8 +2,6 @@
 //!
 //! A joint that reaches a body already placed closes a loop: it carries a ghost of that body.
 
-use std::collections::VecDeque;
-
 use super::graph::{LoopId, Node, NodeId};
 use crate::laminate::Mechanism;
 use crate::source::{BodyId, Diagnostic, Diagnostics, JointId};
@@ -52,28 +50,38 @@ pub fn grow(mechanism: &Mechanism) -> Result<Tree, Diagnostics> {
     let mut nodes: Vec<Node> = Vec::new();
     let mut placed: Vec<Option<NodeId>> = vec![None; bodies.len()];
     let mut used = vec![false; mechanism.joints.len()];
-    let mut queue: VecDeque<Option<NodeId>> = VecDeque::from([None]);
-    while let Some(parent) = queue.pop_front() {
-        let here = parent.map(|node| nodes[node.index()].body);
-        let joints = here.map_or(&joints_of_ground, |body| &joints_of[body.index()]);
-        for joint in joints {
-            if std::mem::replace(&mut used[joint.index()], true) {
-                continue;
+    // Where the walk has been, the ground first.
+    let mut visited: Vec<Option<NodeId>> = vec![None];
+    // Joints that are to close loops come last, when all bodies have their place.
+    for closing in [false, true] {
+        let mut next = 0;
+        while let Some(&parent) = visited.get(next) {
+            next += 1;
+            let here = parent.map(|node| nodes[node.index()].body);
+            let joints = here.map_or(&joints_of_ground, |body| &joints_of[body.index()]);
+            for joint in joints {
+                let waits = !closing && mechanism.cuts.contains(joint);
+                if waits || std::mem::replace(&mut used[joint.index()], true) {
+                    continue;
+                }
+                let [first, second] = mechanism.joints[joint.index()].bodies;
+                let is_here = |body: BodyId| match here {
+                    Some(here) => body == here,
+                    None => bodies[body.index()].fixed,
+                };
+                let (body, sense) = if is_here(first) { (second, 1.0) } else { (first, -1.0) };
+                let id = NodeId(nodes.len());
+                // Loops are numbered by their joints, once all are known.
+                let ghost = placed[body.index()].map(|_| LoopId(0));
+                if ghost.is_none() {
+                    if closing {
+                        return Err(closes_nothing(mechanism, *joint, body));
+                    }
+                    placed[body.index()] = Some(id);
+                    visited.push(Some(id));
+                }
+                nodes.push(Node { joint: *joint, body, ghost, parent, sense, share: 1.0 });
             }
-            let [first, second] = mechanism.joints[joint.index()].bodies;
-            let is_here = |body: BodyId| match here {
-                Some(here) => body == here,
-                None => bodies[body.index()].fixed,
-            };
-            let (body, sense) = if is_here(first) { (second, 1.0) } else { (first, -1.0) };
-            let id = NodeId(nodes.len());
-            // Loops are numbered by their joints, once all are known.
-            let ghost = placed[body.index()].map(|_| LoopId(0));
-            if ghost.is_none() {
-                placed[body.index()] = Some(id);
-                queue.push_back(Some(id));
-            }
-            nodes.push(Node { joint: *joint, body, ghost, parent, sense, share: 1.0 });
         }
     }
     refuse_bodies_out_of_reach(mechanism, &placed)?;
@@ -97,6 +105,20 @@ fn refuse_dead_joints(mechanism: &Mechanism) -> Result<(), Diagnostics> {
         }
     }
     if errors.has_errors() { Err(errors) } else { Ok(()) }
+}
+
+/// A joint that was to close a loop, but without which a body hangs on nothing.
+fn closes_nothing(mechanism: &Mechanism, joint: JointId, body: BodyId) -> Diagnostics {
+    let joint = &mechanism.joints[joint.index()];
+    let body = &mechanism.bodies[body.index()].name;
+    let message = format!("joint `{}` cannot be where a loop is cut", joint.name);
+    let mut errors = Diagnostics::default();
+    errors.push(
+        Diagnostic::error("no-loop", joint.span, message)
+            .label(format!("without it nothing connects `{body}` with the ground"))
+            .hint("choose a joint of a loop, and one joint per loop"),
+    );
+    errors
 }
 
 fn refuse_bodies_out_of_reach(

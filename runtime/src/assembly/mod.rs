@@ -20,8 +20,9 @@ use core::f64::consts::{PI, TAU};
 use core::ops::Range;
 
 use crate::acceleration::not_finite;
-use crate::linear::max_abs;
+use crate::linear::{max_abs, tolerance};
 use crate::projection::worst_loop;
+use crate::scalar::{truncated, whole};
 use crate::workspace::{check, split};
 use crate::{Error, Scalar, System};
 use steps::{NEAR, NEAREST};
@@ -87,6 +88,7 @@ pub fn assemble<Y: System>(
         last_step: split(&mut workspace, n)?,
         iterations: 0,
         failure: Error::NotClosed { loop_index: 0, residual: f64::INFINITY, joint: None },
+        closest: Y::Scalar::from_f64(f64::INFINITY),
     };
     let attempt = split(&mut workspace, n)?;
     let candidate = split(&mut workspace, n)?;
@@ -106,7 +108,7 @@ pub fn assemble<Y: System>(
             search.improve(q, attempt, candidate, held);
         }
         search.evaluate(q);
-        search.slide(q, candidate, held, NEAREST);
+        search.slide(q, candidate, held, tolerance(NEAREST, 32.0));
         let residual = search.evaluate(q);
         return Ok(Assembly { iterations: search.iterations, residual });
     }
@@ -114,12 +116,12 @@ pub fn assemble<Y: System>(
 }
 
 /// A number between -1 and 1, always the same for the same arguments.
-fn noise(restart: usize, joint: usize) -> f64 {
+fn noise<S: Scalar>(restart: usize, joint: usize) -> S {
     let mut bits =
         (restart as u64 * 0x1_0001 + joint as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    (bits >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    whole::<S>(bits >> 11) / whole(1 << 52) - S::ONE
 }
 
 struct Search<'a, Y: System> {
@@ -146,8 +148,9 @@ struct Search<'a, Y: System> {
     last_q: &'a mut [Y::Scalar],
     last_step: &'a mut [Y::Scalar],
     iterations: usize,
-    /// The attempt that came closest.
+    /// The attempt that came closest, and its residual, m.
     failure: Error,
+    closest: Y::Scalar,
 }
 
 impl<Y: System> Search<'_, Y> {
@@ -206,9 +209,10 @@ impl<Y: System> Search<'_, Y> {
         if self.clamped(joint, angle) == angle {
             return angle;
         }
-        let turns = angle.to_f64() / TAU;
-        let nearest = (turns + if turns < 0.0 { -0.5 } else { 0.5 }) as i64 as f64;
-        let wrapped = angle - Y::Scalar::from_f64(nearest * TAU);
+        let of = Y::Scalar::from_f64;
+        let turns = angle / of(TAU);
+        let nearest = truncated(turns + of(if turns < Y::Scalar::ZERO { -0.5 } else { 0.5 }));
+        let wrapped = angle - nearest * of(TAU);
         let inside = self.clamped(joint, wrapped) == wrapped;
         self.clamped(joint, if inside { wrapped } else { angle })
     }
@@ -228,14 +232,14 @@ impl<Y: System> Search<'_, Y> {
         restarts: Range<usize>,
     ) -> bool {
         for restart in restarts {
-            let reach = 0.1 * restart as f64;
+            let reach = Y::Scalar::from_f64(0.1) * whole(restart as u64);
             for joint in 0..q.len() {
                 let fixed = held.get(joint) == Some(&true);
-                let shift = if fixed { 0.0 } else { reach * noise(restart, joint) };
-                q[joint] = self.clamped(joint, self.guess[joint] + Y::Scalar::from_f64(shift));
+                let share = if fixed { Y::Scalar::ZERO } else { noise(restart, joint) };
+                q[joint] = self.clamped(joint, self.guess[joint] + reach * share);
             }
             if self.close(q, held) {
-                self.slide(q, candidate, held, NEAR);
+                self.slide(q, candidate, held, tolerance(NEAR, 32.0));
                 return true;
             }
             self.note_failure(q);
@@ -275,13 +279,13 @@ impl<Y: System> Search<'_, Y> {
 
     fn note_failure(&mut self, q: &[Y::Scalar]) {
         let (loop_index, residual) = worst_loop(self.residual);
-        let residual = residual.to_f64();
-        if matches!(self.failure, Error::NotClosed { residual: least, .. } if residual < least) {
+        if residual < self.closest {
             let joint = q.iter().enumerate().position(|(joint, &angle)| {
                 let [lower, upper] = self.system.limits(joint);
                 angle <= lower || angle >= upper
             });
-            self.failure = Error::NotClosed { loop_index, residual, joint };
+            self.closest = residual;
+            self.failure = Error::NotClosed { loop_index, residual: residual.to_f64(), joint };
         }
     }
 }

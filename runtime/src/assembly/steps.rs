@@ -152,11 +152,11 @@ impl<Y: System> Search<'_, Y> {
         q: &mut [Y::Scalar],
         candidate: &mut [Y::Scalar],
         held: &[bool],
-        arrived: f64,
+        arrived: Y::Scalar,
     ) {
         for slid in 0..SLIDING {
             self.tangent(q, held);
-            if max_abs(self.step) <= tolerance(arrived, 32.0) {
+            if max_abs(self.step) <= arrived {
                 return;
             }
             let distance = self.distance(q);

@@ -1,10 +1,11 @@
 //! What integrators of fixed step have in common: a step that fails is cut into halves, a run
 //! ends exactly at its end.
 
+use crate::scalar::whole;
 use crate::{Error, Scalar, StateOf, System};
 
 /// Pieces a step is cut into at most.
-const PIECES: u32 = 1 << 10;
+const PIECES: u64 = 1 << 10;
 
 /// Advances `state` by `dt` (s), in as many equal pieces as it takes to keep every value finite.
 /// `attempt` advances by one piece, or fails and may leave its state anyhow.
@@ -19,7 +20,7 @@ pub(super) fn step<Y: System>(
     let mut pieces = 1;
     loop {
         let mut trial = state.clone();
-        let piece = dt / Y::Scalar::from_f64(pieces.into());
+        let piece = dt / whole::<Y::Scalar>(pieces);
         match (0..pieces).try_for_each(|_| attempt(&mut trial, piece)) {
             Ok(()) => {
                 trial.t = state.t + dt;
@@ -48,11 +49,11 @@ pub(super) fn run<Y: System>(
     // A quotient that is a whole number but for rounding is that number.
     let quotient = (duration / dt).to_f64() * (1.0 - 4.0 * Y::Scalar::EPSILON.to_f64());
     let steps = if quotient > 0.0 { quotient as u64 + 1 } else { 0 };
-    let length = duration / Y::Scalar::from_f64(steps as f64);
+    let length = duration / whole::<Y::Scalar>(steps);
     for i in 1..=steps {
         step(state, length)?;
         // From the count, not by adding up: a thousand steps of f32 lose digits.
-        state.t = if i == steps { t_end } else { start + Y::Scalar::from_f64(i as f64) * length };
+        state.t = if i == steps { t_end } else { start + whole::<Y::Scalar>(i) * length };
         observe(state);
     }
     Ok(())

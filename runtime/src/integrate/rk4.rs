@@ -60,20 +60,19 @@ impl<Y: System> Rk4<Y> {
     }
 
     fn attempt(&mut self, system: &Y, state: &mut StateOf<Y>, dt: Y::Scalar) -> Result<(), Error> {
-        // Where each stage lies in the step, and its weight.
-        const STAGES: [(f64, f64); 4] =
-            [(0.0, 1.0 / 6.0), (0.5, 1.0 / 3.0), (0.5, 1.0 / 3.0), (1.0, 1.0 / 6.0)];
+        let part = |share| Y::Scalar::from_f64(share) * dt;
+        let (none, sixth, third, half) =
+            (Y::Scalar::ZERO, part(1.0 / 6.0), part(1.0 / 3.0), part(0.5));
         self.dq.as_mut().fill(Y::Scalar::ZERO);
         self.du.as_mut().fill(Y::Scalar::ZERO);
-        for (place, weight) in STAGES {
-            let ahead = Y::Scalar::from_f64(place) * dt;
+        // How far ahead each stage lies, and its weight.
+        for (ahead, weight) in [(none, sixth), (half, third), (half, third), (dt, sixth)] {
             // The stage's q first: it needs the previous stage's u.
             advance(self.q.as_mut(), state.q.as_ref(), ahead, self.u.as_ref());
             advance(self.u.as_mut(), state.u.as_ref(), ahead, self.acceleration.as_ref());
             let (workspace, acceleration) = (&mut self.workspace, &mut self.acceleration);
             let at = (state.t + ahead, &self.q, &self.u);
             self.stabilisation.accelerate(system, dt, at, workspace, acceleration)?;
-            let weight = Y::Scalar::from_f64(weight) * dt;
             add_scaled(self.dq.as_mut(), weight, self.u.as_ref());
             add_scaled(self.du.as_mut(), weight, self.acceleration.as_ref());
         }

@@ -4,6 +4,7 @@
 
 use super::dot;
 use crate::Scalar;
+use crate::scalar::whole;
 
 /// Overwrites the lower triangle of `a` (n x n) by its factor; the rest is neither read nor
 /// written. Fails with the index of the first pivot that is not safely positive.
@@ -49,7 +50,7 @@ pub(crate) fn backward<S: Scalar>(l: &[S], x: &mut [S]) {
 /// by the inequality of the means det A <= `lambda_min` (trace / (n - 1))^(n - 1), and
 /// `lambda_max` <= trace.
 pub(crate) fn conditioning<S: Scalar>(l: &[S], n: usize, trace: S) -> S {
-    let scale = S::from_f64(n.saturating_sub(1) as f64) / trace;
+    let scale = whole::<S>(n.saturating_sub(1) as u64) / trace;
     (0..n).fold(S::ONE, |bound, i| {
         let reciprocal = l[i * n + i];
         let weight = if i == 0 { S::ONE / trace } else { scale };

@@ -6,7 +6,7 @@ mod pseudoinverse;
 
 pub(crate) use cholesky::{backward, conditioning, factor, forward};
 pub(crate) use householder::{reflect, solve};
-pub(crate) use pseudoinverse::{Spectrum, combine, orthogonalise};
+pub(crate) use pseudoinverse::{Spectrum, combine, orthogonalise, reduce};
 
 use crate::Scalar;
 

@@ -28,62 +28,69 @@ pub(crate) struct Spectrum<S> {
 }
 
 /// Makes the rows of `a` (m x n) orthogonal and turns the rows of `b` (m x any) with them. Returns
-/// the number of rows that remain, min(m, n); what `a` and `b` hold beyond is meaningless.
+/// the number of rows that remain, at most min(m, n); what `a` and `b` hold beyond is meaningless.
 pub(crate) fn orthogonalise<S: Scalar>(a: &mut [S], b: &mut [S], m: usize, n: usize) -> usize {
-    if m == 0 {
-        return 0;
+    let k = if m > n { reduce(a, b, m, n) } else { m };
+    if k > 0 {
+        let width = b.len() / m;
+        rotate(&mut a[..k * n], &mut b[..k * width], k, n);
     }
-    let width = b.len() / m;
-    if m > n {
-        reduce(a, b, m, n);
-    }
-    let k = m.min(n);
-    rotate(&mut a[..k * n], &mut b[..k * width], k, n);
     k
 }
 
-/// Householder reflections: the first n rows become upper triangular, the rest vanish.
-fn reduce<S: Scalar>(a: &mut [S], b: &mut [S], m: usize, n: usize) {
-    let width = b.len() / m;
+/// Householder reflections of `a` (m x n) and with it of `b` (m x any) to the row echelon form:
+/// returns the number of rows that remain, at most min(m, n). Others are shorter than rounding.
+pub(crate) fn reduce<S: Scalar>(a: &mut [S], b: &mut [S], m: usize, n: usize) -> usize {
+    let negligible = negligible(a);
+    let width = b.len() / m.max(1);
+    let mut done = 0;
     for j in 0..n {
-        let below = (j + 1..m).fold(S::ZERO, |sum, i| sum + a[i * n + j] * a[i * n + j]);
-        if below == S::ZERO {
+        let (a, b) = (&mut a[done * n..], &mut b[done * width..]);
+        let square = a.chunks_exact(n).fold(S::ZERO, |sum, row| sum + row[j] * row[j]);
+        // Written so that what is not finite is kept and seen.
+        if square < negligible || square == S::ZERO {
             continue;
         }
-        let head = a[j * n + j];
-        let length = (head * head + below).sqrt();
+        let (head, length) = (a[j], square.sqrt());
         let alpha = if head > S::ZERO { -length } else { length };
         // v = column - alpha e_j, kept in the column; H = 1 - v v^T / (alpha (alpha - head)).
-        a[j * n + j] = head - alpha;
+        a[j] = head - alpha;
         let scale = S::ONE / (alpha * (alpha - head));
         for column in j + 1..n {
-            let product = (j..m).fold(S::ZERO, |sum, i| sum + a[i * n + j] * a[i * n + column]);
-            let factor = product * scale;
-            for i in j..m {
-                let v = a[i * n + j];
-                a[i * n + column] -= factor * v;
+            let rows = a.chunks_exact(n);
+            let factor = scale * rows.fold(S::ZERO, |sum, row| sum + row[j] * row[column]);
+            for row in a.chunks_exact_mut(n) {
+                row[column] -= factor * row[j];
             }
         }
         for column in 0..width {
-            let product = (j..m).fold(S::ZERO, |sum, i| sum + a[i * n + j] * b[i * width + column]);
-            let factor = product * scale;
-            for i in j..m {
-                b[i * width + column] -= factor * a[i * n + j];
+            let rows = a.chunks_exact(n).zip(b.chunks_exact(width));
+            let factor = scale * rows.fold(S::ZERO, |sum, (row, b)| sum + row[j] * b[column]);
+            for (row, b) in a.chunks_exact(n).zip(b.chunks_exact_mut(width)) {
+                b[column] -= factor * row[j];
             }
         }
-        a[j * n + j] = alpha;
-        for i in j + 1..m {
-            a[i * n + j] = S::ZERO;
+        a[..j].fill(S::ZERO);
+        a[j] = alpha;
+        done += 1;
+        if done == m {
+            break;
         }
     }
+    done
+}
+
+/// The square of a length that is rounding beside the entries of `a`.
+fn negligible<S: Scalar>(a: &[S]) -> S {
+    S::from_f64(64.0) * S::EPSILON * S::EPSILON * dot(a, a)
 }
 
 /// Plane rotations of pairs of rows until all are orthogonal to rounding.
 fn rotate<S: Scalar>(a: &mut [S], b: &mut [S], k: usize, n: usize) {
     let width = b.len() / k;
     let threshold = S::from_f64(16.0) * S::EPSILON * S::EPSILON;
-    // A row this short is rounding: turning it any further changes no other row.
-    let negligible = S::EPSILON * S::EPSILON * dot(a, a);
+    // Turning a row this short any further changes no other row.
+    let negligible = negligible(a);
     for _ in 0..SWEEPS {
         let mut done = true;
         for p in 0..k {
@@ -118,6 +125,7 @@ fn rotate<S: Scalar>(a: &mut [S], b: &mut [S], k: usize, n: usize) {
 }
 
 /// Rows p < q of a matrix of n columns.
+#[inline]
 fn two_rows<S>(a: &mut [S], p: usize, q: usize, n: usize) -> (&mut [S], &mut [S]) {
     let (left, right) = a.split_at_mut(q * n);
     (&mut left[p * n..(p + 1) * n], &mut right[..n])

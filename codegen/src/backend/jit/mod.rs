@@ -22,10 +22,9 @@ use crate::program::{Engine, Executable, Function, FunctionKind, Interpretation,
 /// A program run as machine code.
 pub type Jit = Executable<MachineCode>;
 
-/// Calls after which a function is compiled. Compiling an operation takes as long as interpreting
-/// it some thousand times; a command that asks for one state never gets there, a motion does in
-/// its first few dozen steps.
-const WORTH: u32 = 200;
+/// Calls after which a function is compiled: by then interpreting it has taken as long as compiling
+/// it takes, so that neither choice can cost more than twice the better one.
+const WORTH: u32 = 600;
 
 /// Runs functions as machine code, those that are called seldom by interpretation. Clones share
 /// the code.
@@ -98,9 +97,14 @@ impl MachineCode {
 
 impl Engine for MachineCode {
     fn run(&self, kind: FunctionKind, load: impl Fn(Slot) -> f64, out: &mut [&mut [f64]]) {
-        let calls = &self.entries[kind as usize].calls;
+        let Entry { calls, code } = &self.entries[kind as usize];
         calls.set(calls.get().saturating_add(1));
-        match if calls.get() > WORTH { self.compiled(kind) } else { None } {
+        let code = match code.get() {
+            Some(code) => code.as_ref(),
+            None if calls.get() > WORTH => self.compiled(kind),
+            None => None,
+        };
+        match code {
             Some(code) => code.run(load, out),
             None => self.interpretation.run(kind, load, out),
         }

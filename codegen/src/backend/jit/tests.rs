@@ -84,6 +84,10 @@ proptest! {
         let program = program(function);
         let (plain, machine) = (Interpretation::new(&program), MachineCode::new(&program));
         prop_assert!(machine.compiled(FunctionKind::Equations).is_some(), "no machine code here");
+        // As on a host without.
+        let mut bare = MachineCode::new(&program);
+        bare.module = Default::default();
+        prop_assert!(bare.compiled(FunctionKind::Equations).is_none());
         for q in states {
             let load = |slot| match slot {
                 Slot::Position(id) => q[id.index()],
@@ -91,11 +95,13 @@ proptest! {
             };
             let (mut expected, mut got) = (vec![0.0; length], vec![0.0; length]);
             plain.run(FunctionKind::Equations, load, &mut [&mut expected]);
-            machine.compiled(FunctionKind::Equations).into_iter().for_each(|code| {
-                code.run(load, &mut [&mut got]);
-            });
-            for (x, y) in got.iter().zip(&expected) {
-                prop_assert!(x.to_bits() == y.to_bits() || (x.is_nan() && y.is_nan()), "{x} {y}");
+            for machine in [&machine, &bare] {
+                got.fill(0.0);
+                machine.run(FunctionKind::Equations, load, &mut [&mut got]);
+                for (x, y) in got.iter().zip(&expected) {
+                    let same = x.to_bits() == y.to_bits() || (x.is_nan() && y.is_nan());
+                    prop_assert!(same, "{x} is not {y}");
+                }
             }
         }
     }

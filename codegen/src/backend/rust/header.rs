@@ -4,6 +4,7 @@ use serde::Serialize;
 use tera::{Context, Tera};
 
 use super::{Options, ScalarChoice};
+use crate::backend::text::{comment, cuts, limits};
 use crate::program::Program;
 
 #[derive(Serialize)]
@@ -28,16 +29,15 @@ pub fn header(program: &Program, options: &Options) -> String {
     context.insert("version", env!("CARGO_PKG_VERSION"));
     context.insert("rust_version", env!("CARGO_PKG_RUST_VERSION"));
     context.insert("name", &interface.name);
-    // A line break in a file's name would end the comment.
-    let source_name = interface.source_name.replace(char::is_control, "?");
-    context.insert("source_name", &source_name);
+    context.insert("source_name", &comment(&interface.source_name));
     context.insert("source_hash", &interface.source_hash);
     let flags = match options.scalar {
         ScalarChoice::Generic => "",
         ScalarChoice::F64 => " --scalar f64",
         ScalarChoice::F32 => " --scalar f32",
     };
-    context.insert("flags", flags);
+    let exports = if options.extern_c { " --extern-c" } else { "" };
+    context.insert("flags", &format!("{flags}{exports}{}", cuts(interface)));
     let joints: Vec<Joint> = interface
         .joints
         .iter()
@@ -60,11 +60,4 @@ pub fn header(program: &Program, options: &Options) -> String {
         Ok(header) => header,
         Err(error) => unreachable!("the header's template is at fault: {error}"),
     }
-}
-
-fn limits([least, greatest]: [f64; 2]) -> String {
-    if least == f64::NEG_INFINITY && greatest == f64::INFINITY {
-        return String::new();
-    }
-    format!(", {:.4} .. {:.4} deg", least.to_degrees(), greatest.to_degrees())
 }

@@ -3,8 +3,9 @@
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{format_ident, quote};
 
-use super::ScalarChoice;
 use super::body::{Body, constant};
+use super::exports::exports;
+use super::{Options, ScalarChoice};
 use crate::backend::identifiers::{Names, type_name};
 use crate::program::{Function, FunctionKind, Program};
 
@@ -29,11 +30,11 @@ impl FieldNames {
 }
 
 /// The pieces of syntax that depend on the number type.
-struct Syntax {
+pub struct Syntax {
     /// `S`, `f64` or `f32`.
     scalar: TokenStream,
     /// `<S>` or nothing.
-    generic: TokenStream,
+    pub generic: TokenStream,
     /// `<S: ::lamc_runtime::Scalar>` or nothing.
     bound: TokenStream,
     /// `let c = S::from_f64;` or nothing.
@@ -62,16 +63,19 @@ impl Syntax {
 }
 
 /// The whole module.
-pub fn module(program: &Program, choice: ScalarChoice) -> TokenStream {
+pub fn module(program: &Program, options: &Options) -> TokenStream {
+    let choice = options.scalar;
     let syntax = Syntax::of(choice);
     let fields = FieldNames::of(program);
     let constants = constants(program);
-    let parameters = parameters(program, choice, &syntax, &fields);
-    let inputs = inputs(program, choice, &syntax, &fields);
+    let layout = if options.extern_c { quote!(#[repr(C)]) } else { quote!() };
+    let parameters = parameters(program, choice, &syntax, &fields, &layout);
+    let inputs = inputs(program, choice, &syntax, &fields, &layout);
     let mechanism = mechanism(program, &syntax);
     let system = system(program, choice, &syntax, &fields);
     let front = front(program, &syntax);
-    quote! { #constants #parameters #inputs #mechanism #system #front }
+    let exports = if options.extern_c { exports(program, options, &syntax) } else { quote!() };
+    quote! { #constants #parameters #inputs #mechanism #system #front #exports }
 }
 
 fn number(value: usize) -> Literal {
@@ -136,6 +140,7 @@ fn parameters(
     choice: ScalarChoice,
     syntax: &Syntax,
     fields: &FieldNames,
+    layout: &TokenStream,
 ) -> TokenStream {
     let Syntax { scalar, generic, bound, constants } = syntax;
     let list = &program.interface.parameters;
@@ -149,6 +154,7 @@ fn parameters(
     quote! {
         /// Numbers that can be changed at run time, SI.
         #[derive(Clone, Copy, Debug, PartialEq)]
+        #layout
         pub struct Params #generic { #(#members,)* #marker }
 
         impl #bound ::core::default::Default for Params #generic {
@@ -165,6 +171,7 @@ fn inputs(
     choice: ScalarChoice,
     syntax: &Syntax,
     fields: &FieldNames,
+    layout: &TokenStream,
 ) -> TokenStream {
     let Syntax { scalar, generic, bound, constants } = syntax;
     let names = &program.interface.inputs;
@@ -177,6 +184,7 @@ fn inputs(
     quote! {
         /// Numbers set by the caller at every step, SI; zero at first.
         #[derive(Clone, Copy, Debug, PartialEq)]
+        #layout
         pub struct Inputs #generic { #(#members,)* #marker }
 
         impl #bound ::core::default::Default for Inputs #generic {
@@ -189,7 +197,7 @@ fn inputs(
 }
 
 /// The type's name.
-fn model(program: &Program) -> Ident {
+pub fn model(program: &Program) -> Ident {
     format_ident!("{}", type_name(&program.interface.name))
 }
 

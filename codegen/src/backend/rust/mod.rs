@@ -5,9 +5,11 @@
 //! front of the formatted text.
 
 mod body;
+mod exports;
 mod header;
 mod items;
 
+use crate::backend::c::Real;
 use crate::program::Program;
 
 /// The number type of a generated module.
@@ -27,6 +29,18 @@ pub enum ScalarChoice {
 pub struct Options {
     /// The number type.
     pub scalar: ScalarChoice,
+    /// Whether the module exports the functions of the C header; a generic one in `f64`.
+    pub extern_c: bool,
+}
+
+impl Options {
+    /// The number type of the C interface.
+    pub fn c_real(&self) -> Real {
+        match self.scalar {
+            ScalarChoice::F32 => Real::Float,
+            ScalarChoice::Generic | ScalarChoice::F64 => Real::Double,
+        }
+    }
 }
 
 /// The module's text: the same bytes for the same program and options.
@@ -34,7 +48,7 @@ pub struct Options {
 /// # Panics
 /// When the tokens are not Rust: a bug of this backend.
 pub fn write(program: &Program, options: &Options) -> String {
-    let tokens = items::module(program, options.scalar);
+    let tokens = items::module(program, options);
     let file: syn::File = match syn::parse2(tokens) {
         Ok(file) => file,
         Err(error) => unreachable!("the generated module is not Rust: {error}"),

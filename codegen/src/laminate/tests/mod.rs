@@ -56,6 +56,7 @@ pub fn model(materials: Vec<Material>, bodies: Vec<Body>) -> SourceModel {
     let ground = Body { fixed: true, ..body("ground", Shape::None) };
     let zero = || spanned(Expression::ZERO);
     SourceModel {
+        cuts: Vec::new(),
         name: named("test"),
         gravity: [Expression::ZERO, Expression::ZERO, Expression::Number(-9.81)],
         layup: (0..materials.len()).collect(),

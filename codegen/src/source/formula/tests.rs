@@ -53,6 +53,7 @@ fn model() -> SourceModel {
     let zero = Spanned { value: Expression::ZERO, span: Span::default() };
     let body = Spanned { value: crate::source::BodyId(0), span: Span::default() };
     SourceModel {
+        cuts: Vec::new(),
         name: named("m"),
         gravity: [Expression::ZERO, Expression::ZERO, Expression::ZERO],
         materials: vec![],

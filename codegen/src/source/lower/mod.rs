@@ -126,6 +126,7 @@ impl Lowering<'_> {
         let points = self.each(points, Self::point);
         let forces = self.each(forces, Self::force);
         Some(SourceModel {
+            cuts: Vec::new(),
             name: name?,
             gravity: gravity?,
             materials: materials?,

@@ -122,6 +122,7 @@ impl Import {
         let (materials, layup) = stack.filter(|_| complete)?;
         let name = names::identifier_from(file.stem());
         Some(SourceModel {
+            cuts: Vec::new(),
             name: Spanned { value: name, span: Span::default() },
             gravity: [0.0, 0.0, -STANDARD_GRAVITY].map(Expression::Number),
             materials,

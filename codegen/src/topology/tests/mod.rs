@@ -69,6 +69,7 @@ pub fn mechanism(hinges: &[Hinge]) -> Mechanism {
     let low = ends.iter().fold(ends[0], |a, b| a.inf(b));
     let high = ends.iter().fold(ends[0], |a, b| a.sup(b));
     Mechanism {
+        cuts: Vec::new(),
         name: "test".into(),
         gravity: [Expression::ZERO, Expression::ZERO, Expression::ZERO],
         bodies: (0..bodies).map(body).collect(),

@@ -1,0 +1,133 @@
+//! What header and source say of a mechanism besides its functions.
+
+use serde::Serialize;
+use tera::Context;
+
+use super::Real;
+use super::body::constant;
+use crate::backend::identifiers::Names;
+use crate::backend::text::{comment, cuts, limits};
+use crate::program::Program;
+
+/// A code that functions return.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Status {
+    /// Without the module's prefix.
+    pub name: &'static str,
+    /// As `lamc_runtime::Error::code`.
+    pub number: i32,
+    /// What it means.
+    pub what: &'static str,
+}
+
+/// Every code, in order.
+pub const STATUS: [Status; 6] = [
+    Status { name: "OK", number: 0, what: "done" },
+    Status { name: "MASS_MATRIX", number: 1, what: "the mass matrix is not positive definite" },
+    Status { name: "NOT_FINITE", number: 2, what: "a value is infinite or not a number" },
+    Status { name: "NOT_CLOSED", number: 3, what: "a loop cannot be closed" },
+    Status { name: "NOT_DRIVEN", number: 4, what: "a driven joint cannot be where it should" },
+    Status { name: "TIME", number: 5, what: "a time or a step is no usable number" },
+];
+
+#[derive(Serialize)]
+struct Joint {
+    index: usize,
+    name: String,
+    first: String,
+    second: String,
+    limits: String,
+}
+
+#[derive(Serialize)]
+struct Field {
+    name: String,
+    doc: String,
+    value: String,
+}
+
+/// Named indices into one kind of array.
+#[derive(Serialize)]
+struct Indices {
+    what: &'static str,
+    prefix: &'static str,
+    names: Vec<String>,
+}
+
+/// The fields of parameters or inputs.
+pub fn fields<'a>(names: impl IntoIterator<Item = &'a String>) -> Vec<String> {
+    // Macros of compilers that were not told to follow the standard.
+    let mut given = Names::reserving(&["linux", "unix", "i386"]);
+    names.into_iter().map(|name| given.give(name)).collect()
+}
+
+/// What both templates are filled with.
+pub fn of(program: &Program, real: Real) -> Context {
+    let interface = &program.interface;
+    let mut context = Context::new();
+    context.insert("version", env!("CARGO_PKG_VERSION"));
+    context.insert("name", &interface.name);
+    context.insert("upper", &interface.name.to_ascii_uppercase());
+    context.insert("source_name", &comment(&interface.source_name));
+    context.insert("source_hash", &interface.source_hash);
+    let name = &interface.name;
+    let scalar = if real == Real::Float { " --scalar f32" } else { "" };
+    let flags = format!("{scalar} --c {name}.c --header {name}.h{}", cuts(interface));
+    context.insert("flags", &flags);
+    let joints: Vec<Joint> = interface
+        .joints
+        .iter()
+        .enumerate()
+        .map(|(index, joint)| Joint {
+            index,
+            name: joint.name.clone(),
+            first: joint.bodies[0].clone(),
+            second: joint.bodies[1].clone(),
+            limits: limits(joint.limits),
+        })
+        .collect();
+    context.insert("joints", &joints);
+    context.insert("mobility", &interface.mobility);
+    context.insert("loops", &interface.loops);
+    context.insert("n", &interface.joints.len());
+    context.insert("rows", &interface.rows);
+    context.insert("residuals", &(9 * interface.loops.len()));
+    context.insert("drives", &interface.driven().len());
+    let bodies: Vec<&String> = interface.bodies.iter().map(|body| &body.name).collect();
+    context.insert("bodies", &bodies);
+    context.insert("points", &interface.points);
+    context.insert("codes", &STATUS);
+    let joint_names = interface.joints.iter().map(|joint| &joint.name).collect();
+    let indices: Vec<Indices> = [
+        ("Joints, in the order of q and u.", "JOINT", joint_names),
+        ("Bodies, in the order of the poses.", "BODY", bodies),
+        ("Points, in their order.", "POINT", interface.points.iter().collect()),
+    ]
+    .into_iter()
+    .filter(|(_, _, names)| !names.is_empty())
+    .map(|(what, prefix, names)| Indices { what, prefix, names: upper(&names) })
+    .collect();
+    context.insert("indices", &indices);
+    let names = fields(interface.parameters.iter().map(|parameter| &parameter.name));
+    let parameters = names.into_iter().zip(&interface.parameters).map(|(name, parameter)| Field {
+        name,
+        doc: comment(&format!("{} Default: {:?}.", parameter.doc, parameter.value)),
+        value: constant(real, parameter.value),
+    });
+    context.insert("parameters", &parameters.collect::<Vec<_>>());
+    let inputs = fields(&interface.inputs).into_iter().map(|name| Field {
+        name,
+        doc: String::new(),
+        value: String::new(),
+    });
+    context.insert("inputs", &inputs.collect::<Vec<_>>());
+    context.insert("real", real.name());
+    context.insert("bytes", &real.bytes());
+    context
+}
+
+/// In capitals, numbered where that makes two the same.
+fn upper(names: &[&String]) -> Vec<String> {
+    let mut given = Names::default();
+    names.iter().map(|name| given.give(name).to_ascii_uppercase()).collect()
+}

@@ -1,0 +1,65 @@
+//! The Python backend: NumPy and ctypes around the C module, with loops over rows in C.
+
+use serde::Serialize;
+use tera::{Context, Tera};
+
+use super::c::{Real, STATUS};
+use super::identifiers::type_name;
+use super::text::comment;
+use crate::program::Program;
+
+#[derive(Serialize)]
+struct Value {
+    name: String,
+    value: String,
+    doc: String,
+}
+
+/// The Python module that compiles and calls the C source and header of these names beside it.
+pub fn write(program: &Program, real: Real, source_name: &str, header_name: &str) -> String {
+    let interface = &program.interface;
+    let mut context = Context::new();
+    context.insert("version", env!("CARGO_PKG_VERSION"));
+    context.insert("source_name", &comment(&interface.source_name));
+    context.insert("name", &interface.name);
+    context.insert("upper", &interface.name.to_ascii_uppercase());
+    context.insert("class", &type_name(&interface.name));
+    context.insert("c_file", &quoted(source_name));
+    context.insert("header_file", &quoted(header_name));
+    context.insert("real", real.name());
+    let dtype = match real {
+        Real::Double => "float64",
+        Real::Float => "float32",
+    };
+    context.insert("dtype", dtype);
+    context.insert("n", &interface.joints.len());
+    context.insert("rows", &interface.rows);
+    context.insert("loops", &interface.loops.len());
+    context.insert("drives", &interface.driven().len());
+    let joints: Vec<&String> = interface.joints.iter().map(|joint| &joint.name).collect();
+    context.insert("joints", &joints);
+    let bodies: Vec<&String> = interface.bodies.iter().map(|body| &body.name).collect();
+    context.insert("bodies", &bodies);
+    context.insert("points", &interface.points);
+    let parameters = interface.parameters.iter().map(|parameter| Value {
+        name: parameter.name.clone(),
+        value: format!("{:?}", parameter.value),
+        doc: comment(&parameter.doc),
+    });
+    let parameters: Vec<Value> = parameters.collect();
+    let example =
+        parameters.first().map(|parameter| format!("{}={}", parameter.name, parameter.value));
+    context.insert("example", &example.unwrap_or_default());
+    context.insert("parameters", &parameters);
+    context.insert("inputs", &interface.inputs);
+    context.insert("codes", &STATUS);
+    match Tera::one_off(lamc_templates::PYTHON, &context, false) {
+        Ok(text) => text,
+        Err(error) => unreachable!("the template is at fault: {error:?}"),
+    }
+}
+
+/// A string literal: Python's are JSON's here.
+fn quoted(text: &str) -> String {
+    serde_json::Value::from(text).to_string()
+}

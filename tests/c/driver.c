@@ -1,0 +1,156 @@
+/* Asks a generated module: lines `command numbers..` in, lines `name status numbers..` out.
+ * Compiled with -DHEADER=".." -DMODEL=.. -DUPPER=.. -DREAL=.. for the module. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include HEADER
+
+#define JOIN_(a, b) a##_##b
+#define JOIN(a, b) JOIN_(a, b)
+#define F(name) JOIN(MODEL, name)
+#define M(name) JOIN(UPPER, name)
+#define N M(N)
+
+typedef REAL real;
+
+static F(params) p;
+static F(inputs) in;
+static char *rest;
+
+static real number(void)
+{
+    char *end;
+    const double value = strtod(rest, &end);
+    if (end == rest)
+        exit(2);
+    rest = end;
+    return (real)value;
+}
+
+static void numbers(real *x, int n)
+{
+    for (int i = 0; i < n; i++)
+        x[i] = number();
+}
+
+static void answer(const char *name, int status, const real *x, int n)
+{
+    printf("%s %d", name, status);
+    for (int i = 0; i < n; i++)
+        printf(" %.17g", (double)x[i]);
+    printf("\n");
+}
+
+static void state(void)
+{
+    real q[N], u[N], qdd[N] = { 0 }, energy[2], poses[M(BODIES)][12], mass[N][N], forcing[N];
+    const real t = number();
+    int status;
+    numbers(q, N);
+    numbers(u, N);
+    status = F(acceleration)(t, q, u, &p, &in, qdd);
+    answer("acceleration", status, qdd, N);
+    F(energy)(t, q, u, &p, &in, &energy[0], &energy[1]);
+    answer("energy", 0, energy, 2);
+    F(poses)(q, poses);
+    answer("poses", 0, &poses[0][0], 12 * M(BODIES));
+#if M(C) > 0
+    {
+        real jacobian[M(C)][N], gamma[M(C)];
+        F(equations)(t, q, u, &p, &in, mass, forcing, jacobian, gamma);
+        answer("jacobian", 0, &jacobian[0][0], M(C) * N);
+        answer("gamma", 0, gamma, M(C));
+    }
+#else
+    F(equations)(t, q, u, &p, &in, mass, forcing);
+#endif
+    answer("mass", 0, &mass[0][0], N * N);
+    answer("forcing", 0, forcing, N);
+#if M(LOOPS) > 0
+    {
+        real residual[9 * M(LOOPS)], jacobian[9 * M(LOOPS)][N];
+        F(closure)(q, residual, jacobian);
+        answer("residual", 0, residual, 9 * M(LOOPS));
+        answer("residual's jacobian", 0, &jacobian[0][0], 9 * M(LOOPS) * N);
+    }
+#endif
+#if M(POINTS) > 0
+    {
+        real points[M(POINTS)][3];
+        F(points)(q, points);
+        answer("points", 0, &points[0][0], 3 * M(POINTS));
+    }
+#endif
+#if M(DRIVES) > 0
+    {
+        real torque[N] = { 0 };
+        status = F(motor_torques)(t, q, u, &p, &in, torque);
+        answer("motor torques", status, torque, N);
+    }
+#endif
+}
+
+int main(void)
+{
+    static char line[1 << 20];
+    real q[N], u[N], t;
+    F(params_default)(&p);
+    F(inputs_default)(&in);
+    while (fgets(line, sizeof line, stdin)) {
+        rest = line + 1;
+        memset(q, 0, sizeof q);
+        memset(u, 0, sizeof u);
+        switch (line[0]) {
+        case 'c': /* parameters, inputs */
+            numbers((real *)&p, (int)(sizeof p / sizeof(real)));
+            numbers((real *)&in, (int)(sizeof in / sizeof(real)));
+            break;
+        case 's':
+            state();
+            break;
+        case 'i': {
+            const int status = F(initial)(q, u, &p, &in);
+            answer("initial q", status, q, N);
+            answer("initial u", status, u, N);
+            break;
+        }
+        case 'a': { /* t, q, pinned */
+            unsigned char pinned[N];
+            t = number();
+            numbers(q, N);
+            for (int i = 0; i < N; i++)
+                pinned[i] = number() > 0;
+            const int status = F(assemble)(t, q, pinned, &p, &in);
+            answer("assembled", status, q, N);
+            break;
+        }
+        case 'p': { /* t, q, u */
+            t = number();
+            numbers(q, N);
+            numbers(u, N);
+            const int status = F(project)(t, q, u, &p, &in);
+            answer("projected q", status, q, N);
+            answer("projected u", status, u, N);
+            break;
+        }
+        case 'r': { /* steps, dt, t, q, u */
+            const int steps = (int)number();
+            const real dt = number();
+            int status = M(OK);
+            t = number();
+            numbers(q, N);
+            numbers(u, N);
+            for (int i = 0; i < steps && status == M(OK); i++)
+                status = F(step_rk4)(&t, q, u, dt, &p, &in);
+            answer("t after steps", status, &t, 1);
+            answer("q after steps", status, q, N);
+            answer("u after steps", status, u, N);
+            break;
+        }
+        default:
+            return 2;
+        }
+    }
+    return 0;
+}

@@ -1,0 +1,12 @@
+/* A firmware of nothing but the motion: its flash is that of the model, the library's functions and
+ * start-up code. */
+#include "motion.h"
+
+int main(void)
+{
+    static motion m;
+    if (motion_assemble(&m) == SIXBAR_OK)
+        while (motion_step(&m) == SIXBAR_OK)
+            __asm__ volatile("" ::"r"(&m) : "memory");
+    return 0;
+}

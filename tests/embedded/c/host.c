@@ -1,0 +1,25 @@
+/* Where the motion ends on this machine, as JSON; with an argument, where it starts, in C. */
+#include <stdio.h>
+
+#include "motion.h"
+
+int main(int arguments, char **argument)
+{
+    static motion m;
+    int status = motion_assemble(&m);
+    (void)argument;
+    if (arguments > 1) {
+        printf("static const REAL start[SIXBAR_N] = {");
+        for (int i = 0; i < SIXBAR_N; i++)
+            printf("(REAL)%a, ", (double)m.q[i]);
+        printf("};\n");
+        return status;
+    }
+    for (int step = 0; step < STEPS && status == SIXBAR_OK; step++)
+        status = motion_step(&m);
+    printf("{\"coordinates\": [");
+    for (int i = 0; i < 2 * SIXBAR_N; i++)
+        printf("%s\"%016llx\"", i ? ", " : "", motion_bits(&m, i));
+    printf("]}\n");
+    return status;
+}

@@ -1,0 +1,140 @@
+/* Runs the motion on an emulated board and reports, as JSON through semihosting, where it ends and
+ * what it took. */
+#include <stdint.h>
+
+#include "motion.h"
+#include "start.h"
+
+/* Assembly seeks the state nearest to the guess: a minimum, which float knows to some 1e-3 rad, and
+ * which sines that differ in the last digit move as far. Motions are compared from one start. */
+#define NEAR 1e-2
+
+/* SysTick counts down from here. */
+#define RELOAD 0x00ffffffu
+/* What unused stack is painted with. */
+#define PAINT 0xc5c5c5c5u
+
+#define SYST_CSR (*(volatile uint32_t *)0xe000e010)
+#define SYST_RVR (*(volatile uint32_t *)0xe000e014)
+#define SYST_CVR (*(volatile uint32_t *)0xe000e018)
+
+/* End of the static data: the lowest address the stack may grow to. */
+extern uint32_t bss_end[];
+
+static motion m;
+
+/* A request to the emulator. */
+static int semihost(int operation, const void *argument)
+{
+    register int r0 __asm__("r0") = operation;
+    register const void *r1 __asm__("r1") = argument;
+    __asm__ volatile("bkpt 0xab" : "+r"(r0) : "r"(r1) : "memory");
+    return r0;
+}
+
+static void print(const char *text)
+{
+    semihost(0x04, text);
+}
+
+static void print_number(unsigned long long value, unsigned base, int width)
+{
+    char digits[24];
+    int at = sizeof digits - 1;
+    digits[at] = 0;
+    do {
+        digits[--at] = "0123456789abcdef"[value % base];
+        value /= base;
+    } while (--width > 0 || value > 0);
+    print(digits + at);
+}
+
+static void finish(int failed)
+{
+    /* ADP_Stopped_ApplicationExit, or ADP_Stopped_RunTimeErrorUnknown. */
+    semihost(0x18, (const void *)(failed ? 0x20023 : 0x20026));
+}
+
+/* Two instructions per turn. */
+__attribute__((noinline)) static void spin(uint32_t turns)
+{
+    __asm__ volatile("1: subs %0, %0, #1\n bne 1b" : "+r"(turns) : : "cc");
+}
+
+static uint32_t spin_ticks(uint32_t turns)
+{
+    uint32_t before = SYST_CVR;
+    spin(turns);
+    return (before - SYST_CVR) & RELOAD;
+}
+
+static uint32_t step_ticks(int *status)
+{
+    uint32_t before = SYST_CVR;
+    *status |= motion_step(&m);
+    return (before - SYST_CVR) & RELOAD;
+}
+
+/* Bytes of stack that a call uses. Nothing is in use between static data and the stack pointer. */
+__attribute__((noinline)) static uint32_t depth(int (*call)(motion *), int *status)
+{
+    volatile uint32_t *top, *at;
+    __asm__ volatile("mov %0, sp" : "=r"(top));
+    for (at = bss_end; at < top; at++)
+        *at = PAINT;
+    *status |= call(&m);
+    for (at = bss_end; at < top && *at == PAINT; at++)
+        ;
+    return (uint32_t)((uintptr_t)top - (uintptr_t)at);
+}
+
+int main(void)
+{
+    int status = SIXBAR_OK;
+    uint32_t assembly, stack = 0, longest = 0;
+    unsigned long long sum = 0;
+
+    SYST_RVR = RELOAD;
+    SYST_CVR = 0;
+    SYST_CSR = 5; /* enabled, by the processor's clock */
+    uint32_t brief = spin_ticks(10000), twice = spin_ticks(20000);
+
+    assembly = depth(motion_assemble, &status);
+    for (int i = 0; i < SIXBAR_N; i++) {
+        double off = m.q[i] - start[i];
+        status |= !(off < NEAR && -off < NEAR);
+        m.q[i] = start[i];
+        m.u[i] = 0;
+    }
+    for (int step = 0; step < STEPS; step++) {
+        uint32_t taken = step_ticks(&status);
+        sum += taken;
+        longest = taken > longest ? taken : longest;
+    }
+    print("{\"coordinates\": [");
+    for (int i = 0; i < 2 * SIXBAR_N; i++) {
+        print(i ? ", \"" : "\"");
+        print_number(motion_bits(&m, i), 16, 16);
+        print("\"");
+    }
+    print("], \"ticks\": {\"spin_10000\": ");
+    print_number(brief, 10, 1);
+    print(", \"spin_20000\": ");
+    print_number(twice, 10, 1);
+    print(", \"steps\": ");
+    print_number(sum, 10, 1);
+    print(", \"longest_step\": ");
+    print_number(longest, 10, 1);
+    /* On, to see how deep a step goes: painting takes longer than the step. */
+    for (int step = 0; step < STEPS / 10; step++) {
+        uint32_t used = depth(motion_step, &status);
+        stack = used > stack ? used : stack;
+    }
+    print("}, \"stack\": {\"assembly\": ");
+    print_number(assembly, 10, 1);
+    print(", \"step\": ");
+    print_number(stack, 10, 1);
+    print("}}\n");
+    finish(status != SIXBAR_OK);
+    return 0;
+}

@@ -1,0 +1,34 @@
+//! A firmware of nothing but the motion: its flash is that of model, runtime and start-up code.
+
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+use core::panic::PanicInfo;
+use cortex_m::singleton;
+use lamc_embedded_firmware::Real;
+use lamc_embedded_motion::Motion;
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    if let Ok(assembled) = Motion::<Real>::assembled()
+        && let Some(motion) = singleton!(: Option<Motion<Real>> = None)
+    {
+        let motion = motion.insert(assembled);
+        while motion.step().is_ok() {
+            black_box(motion.coordinates());
+        }
+    }
+    halt()
+}
+
+#[panic_handler]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    halt()
+}
+
+fn halt() -> ! {
+    loop {
+        cortex_m::asm::wfi();
+    }
+}

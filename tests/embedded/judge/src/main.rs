@@ -1,0 +1,202 @@
+//! Compares what targets report with what this machine computes, and holds firmware to its limits.
+//!
+//! Each argument is a row of the table that is printed: `NAME;SCALAR;REPORT;ELF`, where ELF may be
+//! left out. A name that ends in `!` is held to the limits. SCALAR is `f32` or `f64`, and may be
+//! followed by `=` and the report of a reference, to compare with instead of Rust on this machine.
+
+#![allow(clippy::neg_cmp_op_on_partial_ord, reason = "`!(a <= b)` is how NaN is meant to fail")]
+
+use std::error::Error;
+use std::process::ExitCode;
+use std::{env, fs};
+
+use lamc_embedded_motion::{Motion, STEPS};
+use lamc_runtime::Scalar;
+use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, elf};
+use serde::Deserialize;
+
+/// Instructions of a step, at most.
+const INSTRUCTIONS: f64 = 60_000.0;
+/// Bytes of flash, at most.
+const FLASH: u64 = 40 * 1024;
+/// Bytes of stack, at most.
+const STACK: u64 = 4 * 1024;
+
+/// What a target reports.
+#[derive(Deserialize)]
+struct Report {
+    /// q (rad), then u (rad/s): the bits of an `f64`, in hexadecimal.
+    coordinates: Vec<String>,
+    ticks: Option<Ticks>,
+    stack: Option<Stack>,
+}
+
+/// Ticks of a clock that counts executed instructions.
+#[derive(Deserialize)]
+struct Ticks {
+    /// Of a loop of two instructions, ten thousand times.
+    spin_10000: f64,
+    /// Twice as often.
+    spin_20000: f64,
+    /// Of all steps.
+    steps: f64,
+    longest_step: f64,
+}
+
+/// Bytes of stack.
+#[derive(Deserialize)]
+struct Stack {
+    assembly: u64,
+    step: u64,
+}
+
+/// What a firmware of nothing but the motion takes, bytes.
+struct Image {
+    flash: u64,
+    ram: u64,
+    /// Routines of `f64` in software, but for the conversion that an error's residual takes.
+    double: Vec<String>,
+}
+
+fn main() -> ExitCode {
+    println!(
+        "| | largest difference | instructions per step | longest step | flash | static RAM | stack: assembly | step |"
+    );
+    println!("|---|---|---|---|---|---|---|---|");
+    let mut sound = true;
+    for row in env::args().skip(1) {
+        match judge(&row) {
+            Ok(complaints) => {
+                for complaint in complaints {
+                    sound = false;
+                    eprintln!("{row}: {complaint}");
+                }
+            }
+            Err(error) => {
+                sound = false;
+                eprintln!("{row}: {error}");
+            }
+        }
+    }
+    if sound { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+/// Prints a row; what is wrong with it.
+fn judge(row: &str) -> Result<Vec<String>, Box<dyn Error>> {
+    let mut fields = row.split(';');
+    let mut field = |what| fields.next().ok_or(format!("there is no {what}"));
+    let (name, scalar, path) = (field("name")?, field("scalar")?, field("report")?);
+    let image = field("image").ok().map(image).transpose()?;
+    let report = report(path)?;
+    let (name, limited) = name.strip_suffix('!').map_or((name, false), |name| (name, true));
+    let mut complaints = Vec::new();
+
+    let got = coordinates(&report)?;
+    let (scalar, reference) = match scalar.split_once('=') {
+        Some((scalar, path)) => (scalar, Some(coordinates(&self::report(path)?)?)),
+        None => (scalar, None),
+    };
+    let ours = reference.is_none();
+    let (expected, allowed) = match (scalar, reference) {
+        ("f32", Some(reference)) => (reference, 1e-4),
+        ("f64", Some(reference)) => (reference, 1e-9),
+        ("f32", None) => (motion::<f32>()?, 1e-4),
+        ("f64", None) => (motion::<f64>()?, 1e-9),
+        _ => return Err(format!("{scalar} is neither f32 nor f64").into()),
+    };
+    if got.len() != expected.len() {
+        return Err(format!("{} coordinates instead of {}", got.len(), expected.len()).into());
+    }
+    let difference = got.iter().zip(&expected).fold(0.0_f64, |most, (got, expected)| {
+        let difference = (got - expected).abs();
+        if difference > most || difference.is_nan() { difference } else { most }
+    });
+    if !(difference <= allowed) {
+        complaints.push(format!("differs by {difference:e}, allowed is {allowed:e}"));
+    }
+    print!("| {name} | {difference:.1e} |");
+
+    let mut check = |what: &str, value: f64, most: f64| {
+        if limited && !(value <= most) {
+            complaints.push(format!("{what} {value} exceeds {most}"));
+        }
+    };
+    match &report.ticks {
+        Some(ticks) => {
+            // What the clock is worth, and that reading it costs next to nothing.
+            let per_tick = 20_000.0 / (ticks.spin_20000 - ticks.spin_10000);
+            let error = ticks.spin_10000 * per_tick - 20_000.0;
+            if !(error.abs() <= 20.0) {
+                return Err(format!("a known loop is off by {error} instructions").into());
+            }
+            let longest = ticks.longest_step * per_tick;
+            check("instructions", longest, INSTRUCTIONS);
+            print!(" {:.0} | {longest:.0} |", ticks.steps * per_tick / STEPS as f64);
+        }
+        None => print!(" | |"),
+    }
+    match &image {
+        Some(image) => {
+            check("flash", image.flash as f64, FLASH as f64);
+            print!(" {} | {} |", image.flash, image.ram);
+        }
+        None => print!(" | |"),
+    }
+    match &report.stack {
+        Some(stack) => {
+            check("stack", stack.assembly.max(stack.step) as f64, STACK as f64);
+            println!(" {} | {} |", stack.assembly, stack.step);
+        }
+        None => println!(" | |"),
+    }
+    if ours
+        && scalar == "f32"
+        && let Some(image) = image
+        && !image.double.is_empty()
+    {
+        complaints.push(format!("contains arithmetic of f64: {}", image.double.join(", ")));
+    }
+    Ok(complaints)
+}
+
+/// Where this machine's motion ends.
+fn motion<S: Scalar>() -> Result<Vec<f64>, Box<dyn Error>> {
+    let mut motion = Motion::<S>::assembled().map_err(|error| format!("{error:?}"))?;
+    for _ in 0..STEPS {
+        motion.step().map_err(|error| format!("{error:?}"))?;
+    }
+    Ok(motion.coordinates().map(S::to_f64).to_vec())
+}
+
+fn report(path: &str) -> Result<Report, Box<dyn Error>> {
+    let text = fs::read_to_string(path).map_err(|error| format!("{path}: {error}"))?;
+    serde_json::from_str(&text).map_err(|error| format!("{path}: {error}\n{text}").into())
+}
+
+fn coordinates(report: &Report) -> Result<Vec<f64>, Box<dyn Error>> {
+    let number = |bits: &String| Ok(f64::from_bits(u64::from_str_radix(bits, 16)?));
+    report.coordinates.iter().map(number).collect()
+}
+
+/// Sizes of an executable's sections.
+fn image(path: &str) -> Result<Image, Box<dyn Error>> {
+    let bytes = fs::read(path).map_err(|error| format!("{path}: {error}"))?;
+    let file = object::File::parse(&*bytes)?;
+    let mut image = Image { flash: 0, ram: 0, double: Vec::new() };
+    for section in file.sections() {
+        let SectionFlags::Elf { sh_flags } = section.flags() else { continue };
+        if sh_flags & u64::from(elf::SHF_ALLOC) == 0 {
+            continue;
+        }
+        let stored = section.file_range().is_some();
+        image.flash += if stored { section.size() } else { 0 };
+        image.ram += if sh_flags & u64::from(elf::SHF_WRITE) != 0 { section.size() } else { 0 };
+    }
+    for symbol in file.symbols().filter_map(|symbol| symbol.name().ok()) {
+        let routine = symbol.starts_with("__aeabi_d") || symbol.ends_with("2d");
+        if routine && symbol != "__aeabi_f2d" {
+            image.double.push(symbol.to_owned());
+        }
+    }
+    Ok(image)
+}

@@ -1,0 +1,47 @@
+//! The motion every target is asked for: the six-bar, let go where its guess closes, for a second.
+
+#![no_std]
+#![forbid(unsafe_code)]
+
+use lamc_generated::sixbar::{N, Sixbar};
+use lamc_runtime::{Error, Mechanism, Rk4, Scalar, StateOf};
+
+/// Steps of a second.
+pub const STEPS: usize = 1000;
+
+/// The six-bar in motion.
+pub struct Motion<S: Scalar> {
+    robot: Sixbar<S>,
+    state: StateOf<Sixbar<S>>,
+    rk4: Rk4<Sixbar<S>>,
+}
+
+impl<S: Scalar> Motion<S> {
+    /// At its initial pose, loops closed.
+    ///
+    /// # Errors
+    ///
+    /// Of the assembly.
+    #[inline(never)]
+    pub fn assembled() -> Result<Self, Error> {
+        let robot = Sixbar::default();
+        let state = robot.assembled()?;
+        let rk4 = Rk4::new(&robot);
+        Ok(Self { robot, state, rk4 })
+    }
+
+    /// A millisecond on: classical Runge-Kutta, projected.
+    ///
+    /// # Errors
+    ///
+    /// Of [`Rk4::step`].
+    #[inline(never)]
+    pub fn step(&mut self) -> Result<(), Error> {
+        self.rk4.step(&self.robot, &mut self.state, S::from_f64(1e-3))
+    }
+
+    /// q (rad), then u (rad/s).
+    pub fn coordinates(&self) -> [S; 2 * N] {
+        core::array::from_fn(|i| if i < N { self.state.q[i] } else { self.state.u[i - N] })
+    }
+}

@@ -1,0 +1,45 @@
+//! The motion for WebAssembly: `motion_f32` and `motion_f64` write where it ends into the module's
+//! memory and return the address, or 0.
+
+#![no_std]
+
+use core::panic::PanicInfo;
+use core::ptr;
+use core::sync::atomic::{AtomicU64, Ordering};
+
+use lamc_embedded_motion::{Motion, STEPS};
+use lamc_runtime::Scalar;
+
+/// Coordinates: q (rad), then u (rad/s), as bits of `f64`.
+static COORDINATES: [AtomicU64; 12] = [const { AtomicU64::new(0) }; 12];
+
+/// In `f32`.
+#[unsafe(no_mangle)]
+pub extern "C" fn motion_f32() -> *const AtomicU64 {
+    run::<f32>()
+}
+
+/// In `f64`.
+#[unsafe(no_mangle)]
+pub extern "C" fn motion_f64() -> *const AtomicU64 {
+    run::<f64>()
+}
+
+fn run<S: Scalar>() -> *const AtomicU64 {
+    let Ok(mut motion) = Motion::<S>::assembled() else { return ptr::null() };
+    for _ in 0..STEPS {
+        if motion.step().is_err() {
+            return ptr::null();
+        }
+    }
+    for (place, value) in COORDINATES.iter().zip(motion.coordinates()) {
+        place.store(value.to_f64().to_bits(), Ordering::Relaxed);
+    }
+    COORDINATES.as_ptr()
+}
+
+#[cfg(target_family = "wasm")]
+#[panic_handler]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    core::arch::wasm32::unreachable()
+}

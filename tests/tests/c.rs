@@ -1,0 +1,502 @@
+//! Generated C modules, and Rust modules that export the same functions, compiled and asked by a
+//! C program, against the runtime on the interpreted program.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use lamc::backend::c::{Real, STATUS};
+use lamc::backend::rust::{Options, ScalarChoice};
+use lamc::pipeline::{self, Compiled};
+use lamc::program::Interpreter;
+use lamc_runtime::{
+    EquationsMut, Error, Rk4, State, System, acceleration_and_forces, assemble, project,
+};
+use lamc_tests::random::{Lines, Random, Recipe, closed_state, driven, model};
+use lamc_tests::{
+    DESIGNS, EXAMPLES, Reference, compile, compile_text, relative_error, shared, workspace,
+};
+
+/// Every function of the formulas, and names that C or its preprocessors have other uses for.
+const FORMULAS: &str = r#"
+name: r
+bodies:
+  base: { fixed: true }
+  arm: { outline: [[0, 0], [0.05, 0], [0.05, 0.02], [0, 0.02]] }
+  end: { outline: [[0.05, 0], [0.09, 0], [0.09, 0.02], [0.05, 0.02]] }
+  free: { outline: [[0, 0], [-0.03, 0], [-0.03, 0.02], [0, 0.02]] }
+materials: { card: { density: 700, thickness: 0.0004 } }
+layup: [card]
+parameters: { Double: 0.3, k: 0.02, linux: 0.5 }
+inputs: [motor]
+joints:
+  hip: { bodies: [base, arm], axis: [[0, 0], [0, 0.02]], stiffness: k, damping: 1e-5, limits: [-2, 2],
+         torque: "motor + 1e-4*tanh(u.hip) - 1e-3*min(q.hip, linux) + 1e-4*max(0, q.knee)" }
+  knee: { bodies: [arm, end], axis: [[0.05, 0], [0.05, 0.02]], damping: 1e-5,
+          torque: "1e-5*(exp(-t)*sqrt(abs(q.hip) + 1) + (2 + q.hip)^Double + tan(q.knee/3))" }
+  tail: { bodies: [base, free], axis: [[0, 0], [0, 0.02]], drive: "k*sin(20*t) + linux*cos(t)*motor" }
+initial: { q: { hip: 0.3, knee: -0.4 }, u: { knee: 1 } }
+points: { tip: { body: end, at: [0.09, 0.01, 0] }, mid: { body: arm, at: [0.02, 0.01, 0] } }
+forces: { pull: { point: tip, force: [0, "1e-4*sin(t)", "1e-3*t"] } }
+"#;
+
+const RECIPES: [(u64, Recipe); 5] = [
+    (27, Recipe { branches: 9, loops: 0, lines: Lines::Any }),
+    (28, Recipe { branches: 2, loops: 1, lines: Lines::Parallel }),
+    (29, Recipe { branches: 1, loops: 3, lines: Lines::Parallel }),
+    (30, Recipe { branches: 0, loops: 2, lines: Lines::Concurrent }),
+    (32, Recipe { branches: 1, loops: 2, lines: Lines::Any }),
+];
+
+/// Steps of a motion, and their length, s.
+const STEPS: (usize, f64) = (200, 1e-3);
+
+const STRICT: [&str; 6] = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"];
+
+type State64 = State<Vec<f64>, f64>;
+/// Name, status, numbers.
+type Answer = (String, i32, Vec<f64>);
+
+/// A mechanism, with constants and states to ask about.
+struct Case {
+    compiled: Compiled,
+    system: Interpreter,
+    /// Parameters and inputs.
+    constants: Vec<f64>,
+    states: Vec<State64>,
+    /// Whether a motion can be compared: not where neighbouring motions part.
+    moves: bool,
+}
+
+impl Case {
+    fn new(compiled: Compiled, states: Vec<State64>) -> Self {
+        let system = Interpreter::new(&compiled.program);
+        let interface = &compiled.program.interface;
+        let mut constants: Vec<f64> = interface.parameters.iter().map(|p| p.value).collect();
+        constants.extend(interface.inputs.iter().map(|_| 0.0));
+        Self { compiled, system, constants, states, moves: true }
+    }
+
+    /// With other constants than the model's, and closed states that fit them.
+    fn varied(text: &str, seed: u64, count: usize) -> Self {
+        let mut case = Self::new(compile_text(text), Vec::new());
+        let mut random = Random::new(seed);
+        let interface = case.compiled.program.interface.clone();
+        case.constants.clear();
+        for parameter in &interface.parameters {
+            let value = parameter.value * random.range(0.8, 1.2);
+            case.system.set_parameter(&parameter.name, value).unwrap();
+            case.constants.push(value);
+        }
+        for name in &interface.inputs {
+            let value = random.range(-1e-3, 1e-3);
+            case.system.set_input(name, value).unwrap();
+            case.constants.push(value);
+        }
+        case.states = (0..count).map(|_| closed_state(&case.system, &mut random)).collect();
+        case
+    }
+
+    fn name(&self) -> &str {
+        &self.compiled.program.interface.name
+    }
+
+    /// The questions, for the driver.
+    fn questions(&self, pinned: &[bool]) -> String {
+        let mut text = String::from("i\n");
+        let _ = writeln!(text, "c{}", words(&[&self.constants]));
+        let flags: Vec<f64> = pinned.iter().map(|&pinned| f64::from(u8::from(pinned))).collect();
+        for State { t, q, u } in &self.states {
+            let _ = writeln!(text, "s{}", words(&[&[*t], q, u]));
+            let _ = writeln!(text, "a{}", words(&[&[*t], &astray(q), &flags]));
+            let _ = writeln!(text, "p{}", words(&[&[*t], &nudged(q), u]));
+        }
+        if self.moves
+            && let Some(State { t, q, u }) = self.states.first()
+        {
+            let (count, dt) = STEPS;
+            let _ = writeln!(text, "r{}", words(&[&[count as f64, dt, *t], q, u]));
+        }
+        text
+    }
+
+    /// The answers of the runtime.
+    fn answers(&self, pinned: &[bool]) -> Vec<Answer> {
+        let mut answers = Vec::new();
+        let n = pinned.len();
+        let initial = Interpreter::new(&self.compiled.program);
+        let workspace = &mut initial.workspace();
+        let mut state: State64 = State::initial(&initial);
+        let given: Vec<bool> = (0..n).map(|joint| initial.is_given(joint)).collect();
+        let done = assemble(&initial, 0.0, &mut state.q, &given, workspace)
+            .and_then(|_| project(&initial, 0.0, &mut state.q, &mut state.u, workspace));
+        answers.push(("initial q".to_owned(), code(&done), state.q));
+        answers.push(("initial u".to_owned(), code(&done), state.u));
+        for State { t, q, u } in &self.states {
+            self.evaluate(*t, q, u, &mut answers);
+            let mut moved = astray(q);
+            let done = assemble(&self.system, *t, &mut moved, pinned, workspace);
+            answers.push(("assembled".to_owned(), code(&done), moved));
+            let (mut moved, mut speeds) = (nudged(q), u.clone());
+            let done = project(&self.system, *t, &mut moved, &mut speeds, workspace);
+            answers.push(("projected q".to_owned(), code(&done), moved));
+            answers.push(("projected u".to_owned(), code(&done), speeds));
+        }
+        if self.moves
+            && let Some(state) = self.states.first()
+        {
+            let (mut state, mut rk4) = (state.clone(), Rk4::new(&self.system));
+            let done = (0..STEPS.0).try_for_each(|_| rk4.step(&self.system, &mut state, STEPS.1));
+            answers.push(("t after steps".to_owned(), code(&done), vec![state.t]));
+            answers.push(("q after steps".to_owned(), code(&done), state.q));
+            answers.push(("u after steps".to_owned(), code(&done), state.u));
+        }
+        answers
+    }
+
+    fn evaluate(&self, t: f64, q: &[f64], u: &[f64], answers: &mut Vec<Answer>) {
+        let (system, d) = (&self.system, self.system.dimensions());
+        let n = d.coordinates;
+        let mut push = |name: &str, status: i32, numbers: Vec<f64>| {
+            answers.push((name.to_owned(), status, numbers));
+        };
+        let workspace = &mut system.workspace();
+        let (mut rates, mut lambda) = (vec![0.0; n], vec![0.0; d.rows + d.drives]);
+        let done = acceleration_and_forces(system, t, q, u, workspace, &mut rates, &mut lambda);
+        push("acceleration", code(&done), rates);
+        let energy = system.energy(t, q, u);
+        push("energy", 0, vec![energy.kinetic, energy.potential]);
+        let mut poses = vec![0.0; 12 * d.bodies];
+        system.write_poses(q, &mut poses);
+        push("poses", 0, poses);
+        let (mut mass, mut forcing) = (vec![0.0; n * n], vec![0.0; n]);
+        let (mut jacobian, mut gamma) = (vec![0.0; d.rows * n], vec![0.0; d.rows]);
+        let out = EquationsMut {
+            mass: &mut mass,
+            forcing: &mut forcing,
+            jacobian: &mut jacobian,
+            gamma: &mut gamma,
+        };
+        system.write_equations(t, q, u, out);
+        if d.rows > 0 {
+            push("jacobian", 0, jacobian);
+            push("gamma", 0, gamma);
+        }
+        push("mass", 0, mass);
+        push("forcing", 0, forcing);
+        if d.loops > 0 {
+            let (mut residual, mut slopes) = (vec![0.0; 9 * d.loops], vec![0.0; 9 * d.loops * n]);
+            system.write_closure(q, &mut residual, &mut slopes);
+            push("residual", 0, residual);
+            push("residual's jacobian", 0, slopes);
+        }
+        if d.points > 0 {
+            let mut points = vec![0.0; 3 * d.points];
+            system.write_points(q, &mut points);
+            push("points", 0, points);
+        }
+        if d.drives > 0 {
+            let mut torque = vec![0.0; n];
+            let driven = self.compiled.program.interface.driven();
+            for (joint, lambda) in driven.iter().zip(&lambda[d.rows..]) {
+                torque[joint.index()] = *lambda;
+            }
+            push("motor torques", code(&done), torque);
+        }
+    }
+}
+
+/// A guess some way off.
+fn astray(q: &[f64]) -> Vec<f64> {
+    q.iter().enumerate().map(|(joint, q)| q + 0.2 * f64::cos(3.0 * joint as f64)).collect()
+}
+
+/// What an integrator may leave.
+fn nudged(q: &[f64]) -> Vec<f64> {
+    q.iter().enumerate().map(|(joint, q)| q + 1e-4 * f64::sin(1.0 + joint as f64)).collect()
+}
+
+fn code<T>(done: &Result<T, Error>) -> i32 {
+    done.as_ref().map_or_else(Error::code, |_| 0)
+}
+
+fn words(numbers: &[&[f64]]) -> String {
+    numbers.concat().iter().map(|number| format!(" {number:?}")).collect()
+}
+
+fn cases() -> Vec<Case> {
+    let mut cases = vec![Case::varied(FORMULAS, 1, 4)];
+    for (seed, recipe) in RECIPES {
+        let text = driven(&model(seed, recipe));
+        cases.push(Case::varied(&text, seed, 3));
+    }
+    for name in EXAMPLES {
+        let compiled = compile(&workspace().join("examples").join(format!("{name}.yaml")));
+        let mut case = Case::new(compiled, Vec::new());
+        case.states = vec![closed_state(&case.system, &mut Random::new(3))];
+        // Too stiff for explicit steps of this length.
+        case.moves = name != "fourbar";
+        cases.push(case);
+    }
+    if let Some(shared) = shared() {
+        for name in DESIGNS {
+            let compiled = compile(&shared.join("designs").join(format!("{name}.cad.joints")));
+            let reference = Reference::read(&shared, name);
+            let states = reference.states.iter().map(|state| State {
+                t: 0.0,
+                q: state.q.clone(),
+                u: state.u.clone(),
+            });
+            cases.push(Case { moves: false, ..Case::new(compiled, states.collect()) });
+        }
+    }
+    cases
+}
+
+/// The compilers of C there are; none is an error only where CI runs.
+fn compilers() -> Vec<&'static str> {
+    let runs = |name: &&str| Command::new(name).arg("--version").output().is_ok();
+    let found: Vec<_> = ["gcc", "clang", "arm-none-eabi-gcc"].into_iter().filter(runs).collect();
+    for missing in ["gcc", "clang", "arm-none-eabi-gcc"] {
+        if !found.contains(&missing) {
+            assert!(std::env::var_os("CI").is_none(), "CI installs {missing}");
+            eprintln!("NOT CHECKED: the C backend under {missing}, which is absent");
+        }
+    }
+    found
+}
+
+fn successful(command: &mut Command, what: &str) -> String {
+    let output = command.output().unwrap_or_else(|error| panic!("{what}: {error}"));
+    let problems = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{what}: {problems}");
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// Writes source and header, and compiles them strictly with every compiler there is.
+fn write_c(folder: &Path, case: &Case, real: Real, compilers: &[&str]) -> PathBuf {
+    let name = case.name();
+    let source = folder.join(format!("{name}.c"));
+    let header = format!("{name}.h");
+    let text = pipeline::c_source(&case.compiled, real, &header).unwrap();
+    fs::write(&source, text).unwrap();
+    fs::write(folder.join(&header), pipeline::c_header(&case.compiled, real)).unwrap();
+    for compiler in compilers {
+        let mut command = Command::new(compiler);
+        command.args(STRICT).arg(&source);
+        // What may be uninitialised gcc knows only when it optimises.
+        match (*compiler, real) {
+            ("gcc", Real::Double) => {
+                command.args(["-O1", "-c", "-o"]).arg(folder.join("strict.o"));
+            }
+            _ => {
+                command.arg("-fsyntax-only");
+            }
+        }
+        successful(&mut command, &format!("{compiler} on {name} ({})", real.name()));
+    }
+    source
+}
+
+/// The driver for a module, with what it is linked with.
+fn build_driver(folder: &Path, case: &Case, real: Real, module: &[&str]) -> PathBuf {
+    let name = case.name();
+    let program = folder.join(format!("{name}_{}", real.name()));
+    let mut command = Command::new("gcc");
+    command
+        .args(["-std=c99", "-g"])
+        .arg(format!("-DHEADER=\"{name}.h\""))
+        .arg(format!("-DMODEL={name}"))
+        .arg(format!("-DUPPER={}", name.to_ascii_uppercase()))
+        .arg(format!("-DREAL={}", real.name()))
+        .arg("-I")
+        .arg(folder)
+        .arg(workspace().join("tests/c/driver.c"))
+        .args(module)
+        .args(["-lm", "-o"])
+        .arg(&program);
+    successful(&mut command, &format!("the driver of {name}"));
+    program
+}
+
+fn ask(program: &Path, questions: &str) -> Vec<Answer> {
+    use std::io::Write as _;
+    let mut child = Command::new(program)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    child.stdin.take().unwrap().write_all(questions.as_bytes()).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let problems = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && problems.is_empty(), "{}: {problems}", program.display());
+    let line = |line: &str| {
+        let at = line.find(|c: char| c.is_ascii_digit()).unwrap();
+        let mut words = line[at..].split(' ');
+        let status = words.next().unwrap().parse().unwrap();
+        (line[..at].trim().to_owned(), status, words.map(|word| word.parse().unwrap()).collect())
+    };
+    String::from_utf8_lossy(&output.stdout).lines().map(line).collect()
+}
+
+/// Largest relative error allowed. An assembly may be another point as near to the guess but for
+/// rounding, which in single precision is far.
+fn tolerance(real: Real, what: &str) -> f64 {
+    match (real, what) {
+        (Real::Double, _) if what.contains("after steps") => 1e-9,
+        (Real::Double, "assembled" | "initial q" | "initial u") => 1e-9,
+        (Real::Double, _) => 1e-12,
+        (Real::Float, "assembled" | "initial q" | "initial u") => f64::INFINITY,
+        (Real::Float, "projected q" | "projected u" | "motor torques") => 1e-2,
+        (Real::Float, _) => 1e-3,
+    }
+}
+
+fn compare(case: &Case, real: Real, found: &[Answer], expected: &[Answer]) {
+    let name = case.name();
+    assert_eq!(found.len(), expected.len(), "{name}");
+    for ((what, status, found), (wanted, due, expected)) in found.iter().zip(expected) {
+        assert_eq!((what, status), (wanted, due), "{name} ({})", real.name());
+        if matches!(what.as_str(), "assembled" | "initial q") && *status == 0 {
+            let open = openness(&case.system, found);
+            let allowed = if real == Real::Double { 1e-11 } else { 1e-5 };
+            assert!(open <= allowed, "{name} ({}): {what} open by {open:e}", real.name());
+        }
+        // What is zero but for rounding is measured by the mechanism's size.
+        let largest = expected.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        let error = match largest < 1e-9 * case.system.size() {
+            true => found.iter().fold(0.0_f64, |most, x| most.max(x.abs())) / case.system.size(),
+            false => relative_error(found, expected),
+        };
+        let allowed = tolerance(real, what);
+        assert!(error <= allowed, "{name} ({}): {what} off by {error:e}", real.name());
+    }
+}
+
+/// The largest closure residual, by the mechanism's size.
+fn openness(system: &Interpreter, q: &[f64]) -> f64 {
+    let rows = 9 * system.dimensions().loops;
+    let (mut residual, mut jacobian) = (vec![0.0; rows], vec![0.0; rows * q.len()]);
+    system.write_closure(q, &mut residual, &mut jacobian);
+    residual.iter().fold(0.0_f64, |most, x| most.max(x.abs())) / system.size()
+}
+
+#[test]
+fn c_modules_agree_with_the_runtime_and_no_compiler_complains() {
+    let compilers = compilers();
+    let folder = tempfile::tempdir().unwrap();
+    for case in cases() {
+        let n = case.system.dimensions().coordinates;
+        let pinned: Vec<bool> = (0..n).map(|joint| joint == 0 && n > 1).collect();
+        let (questions, expected) = (case.questions(&pinned), case.answers(&pinned));
+        // The largest takes a compiler long enough once.
+        let reals = [Real::Double, Real::Float];
+        for &real in &reals[..if n > 20 { 1 } else { 2 }] {
+            let source = write_c(folder.path(), &case, real, &compilers);
+            if !compilers.contains(&"gcc") {
+                continue;
+            }
+            let flags = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
+            let module = [flags[0], flags[1], source.to_str().unwrap()];
+            let program = build_driver(folder.path(), &case, real, &module);
+            compare(&case, real, &ask(&program, &questions), &expected);
+        }
+    }
+}
+
+#[test]
+fn a_header_is_c_plus_plus_too() {
+    if Command::new("g++").arg("--version").output().is_err() {
+        eprintln!("NOT CHECKED: headers in C++, g++ is absent");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    for case in cases() {
+        let name = case.name();
+        let header = pipeline::c_header(&case.compiled, Real::Double);
+        fs::write(folder.path().join(format!("{name}.h")), header).unwrap();
+        let text = format!("#include \"{name}.h\"\n#include \"{name}.h\"\nint main() {{}}\n");
+        let source = folder.path().join(format!("{name}.cpp"));
+        fs::write(&source, text).unwrap();
+        let mut command = Command::new("g++");
+        command.args(["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-fsyntax-only"]).arg(source);
+        successful(&mut command, name);
+    }
+}
+
+#[test]
+fn a_rust_module_exports_what_its_header_declares() {
+    if !compilers().contains(&"gcc") {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let source = folder.path().join("src");
+    fs::create_dir_all(&source).unwrap();
+    let runtime = workspace().join("runtime").canonicalize().unwrap();
+    let manifest = format!(
+        "[package]\nname = \"exported\"\nversion = \"0.0.0\"\nedition = \"2024\"\n\n\
+         [lib]\ncrate-type = [\"staticlib\"]\n\n\
+         [dependencies]\nlamc-runtime = {{ path = {runtime:?} }}\n\n\
+         [lints.rust]\nwarnings = \"deny\"\nmissing_docs = \"deny\"\nunsafe_code = \"deny\"\n\
+         [lints.clippy]\nall = \"deny\"\n\n[workspace]\n"
+    );
+    fs::write(folder.path().join("Cargo.toml"), manifest).unwrap();
+    let sixbar = workspace().join("examples/sixbar.yaml");
+    let pendulum = workspace().join("examples/pendulum.yaml");
+    let mut random = Random::new(5);
+    let mut cases = [
+        (Case::varied(FORMULAS, 1, 2), ScalarChoice::F64),
+        (Case::varied(&driven(&model(28, RECIPES[1].1)), 28, 2), ScalarChoice::Generic),
+        (Case::new(compile(&sixbar), Vec::new()), ScalarChoice::F32),
+        (Case::new(compile(&pendulum), Vec::new()), ScalarChoice::Generic),
+    ];
+    let mut library = "//! Modules that C programs call.\n".to_owned();
+    for (case, scalar) in &mut cases {
+        if case.states.is_empty() {
+            case.states = vec![closed_state(&case.system, &mut random)];
+        }
+        let options = Options { scalar: *scalar, extern_c: true };
+        let text = pipeline::rust_module(&case.compiled, &options).unwrap();
+        let name = case.name();
+        fs::write(source.join(format!("m_{name}.rs")), text).unwrap();
+        let header = pipeline::c_header(&case.compiled, options.c_real());
+        fs::write(folder.path().join(format!("{name}.h")), header).unwrap();
+        let _ = writeln!(library, "/// A mechanism.\npub mod m_{name};");
+    }
+    fs::write(source.join("lib.rs"), library).unwrap();
+    let target = folder.path().join("target");
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo
+        .args(["build", "--quiet", "--offline"])
+        .current_dir(folder.path())
+        .env("CARGO_TARGET_DIR", &target);
+    successful(&mut cargo, "the exporting modules");
+    let archive = target.join("debug/libexported.a");
+    for (case, scalar) in &cases {
+        let real = Options { scalar: *scalar, extern_c: true }.c_real();
+        let n = case.system.dimensions().coordinates;
+        let pinned: Vec<bool> = (0..n).map(|joint| joint == 0 && n > 1).collect();
+        let module = [archive.to_str().unwrap(), "-lpthread", "-ldl"];
+        let program = build_driver(folder.path(), case, real, &module);
+        let found = ask(&program, &case.questions(&pinned));
+        compare(case, real, &found, &case.answers(&pinned));
+    }
+}
+
+#[test]
+fn status_codes_are_those_of_the_runtime() {
+    let errors = [
+        Error::MassMatrix { joint: 0 },
+        Error::NotFinite { joint: 0 },
+        Error::NotClosed { loop_index: 0, residual: 1.0, joint: None },
+        Error::NotDriven { joint: 0 },
+        Error::Time,
+    ];
+    assert_eq!(STATUS[0].number, 0);
+    for (status, error) in STATUS[1..].iter().zip(&errors) {
+        assert_eq!(status.number, error.code(), "{error}");
+    }
+    assert_eq!(STATUS.len(), errors.len() + 1);
+}
