@@ -4,6 +4,15 @@
 /// Header comment of a generated Rust module.
 pub const RUST_HEADER: &str = include_str!("rust_header.tera");
 
+/// The viewer page: `title`, `style`, `three`, `script`, `data` (JSON without `<`), `live`.
+pub const VIEWER: &str = include_str!("viewer.html.tera");
+/// Its style sheet.
+pub const VIEWER_STYLE: &str = include_str!("viewer.css");
+/// Its script.
+pub const VIEWER_SCRIPT: &str = include_str!("viewer.js");
+/// The parts of three.js that the script uses (MIT licence), as `three/make` bundles them.
+pub const THREE: &str = include_str!("three.min.js");
+
 /// Header of a generated C module: also of a Rust module that exports the same functions.
 pub const C_HEADER: &str = include_str!("c_header.tera");
 
@@ -33,12 +42,3 @@ pub const FMI3_DESCRIPTION: &str = include_str!("fmi3_description.xml.tera");
 
 /// How an FMU of FMI 3.0 is built.
 pub const FMI3_BUILD: &str = include_str!("fmi3_build.xml.tera");
-
-/// The viewer page: `title`, `style`, `three`, `script`, `data` (JSON without `<`), `live`.
-pub const VIEWER: &str = include_str!("viewer.html.tera");
-/// Its style sheet.
-pub const VIEWER_STYLE: &str = include_str!("viewer.css");
-/// Its script.
-pub const VIEWER_SCRIPT: &str = include_str!("viewer.js");
-/// The parts of three.js that the script uses (MIT licence), as `three/make` bundles them.
-pub const THREE: &str = include_str!("three.min.js");

@@ -17,9 +17,9 @@ const MAY_NAME: [(&str, &[&str]); 11] = [
     ("backend", &["source", "laminate", "topology", "symbolic", "kane", "program"]),
     ("motion", &["source", "laminate", "program"]),
     // What shows a motion stands beside the stages and reads the mechanism.
-    ("scene", &["laminate"]),
-    ("picture", &["scene"]),
-    ("page", &["laminate", "scene", "picture"]),
+    ("scene", &["laminate", "motion"]),
+    ("picture", &["motion", "scene"]),
+    ("page", &["laminate", "motion", "scene", "picture"]),
 ];
 
 #[test]

@@ -60,3 +60,53 @@ pub fn poses_at(motion: &Motion, t: f64) -> Vec<Pose> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use lamc_runtime::Energy;
+
+    use super::*;
+    use crate::motion::Sample;
+
+    /// A body that turns about z at 3 rad/s while its origin moves along x at 2 m/s.
+    fn pose(t: f64) -> Pose {
+        let (s, c) = (3.0 * t).sin_cos();
+        Pose {
+            rotation: [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]],
+            translation: [2.0 * t, 0.0, 0.0],
+        }
+    }
+
+    #[test]
+    fn a_uniform_motion_is_found_at_any_time() {
+        let sample = |t: f64| Sample {
+            t,
+            q: Vec::new(),
+            u: Vec::new(),
+            acceleration: Vec::new(),
+            energy: Energy { kinetic: 0.0, potential: 0.0 },
+            closure: 0.0,
+            points: Vec::new(),
+            poses: vec![pose(t)],
+        };
+        let motion = Motion {
+            name: String::new(),
+            joints: Vec::new(),
+            bodies: vec!["body".to_owned()],
+            points: Vec::new(),
+            size: 1.0,
+            samples: [0.5, 0.6, 0.9].map(sample).to_vec(),
+        };
+        for (t, expected) in
+            [(0.0, 0.5), (0.5, 0.5), (0.53, 0.53), (0.6, 0.6), (0.87, 0.87), (2.0, 0.9)]
+        {
+            let [found, wanted] = [poses_at(&motion, t)[0], pose(expected)];
+            let pairs = found.rotation.iter().flatten().zip(wanted.rotation.iter().flatten());
+            let pairs = pairs.chain(found.translation.iter().zip(&wanted.translation));
+            for (found, wanted) in pairs {
+                assert!((found - wanted).abs() < 1e-12, "{found} is not {wanted} at {t}");
+            }
+        }
+        assert!(poses_at(&Motion { samples: Vec::new(), ..motion }, 0.0).is_empty());
+    }
+}
