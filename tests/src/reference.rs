@@ -22,6 +22,7 @@ impl Reference {
                 inertia: Matrix3::from_fn(|i, j| body.inertia[i][j]),
             },
             mass_parameter: None,
+            surface: Vec::new(),
             span: Span::default(),
         });
         let joints = self.joints.iter().map(|joint| Joint {
@@ -33,6 +34,9 @@ impl Reference {
             stiffness: Expression::Number(joint.stiffness),
             damping: Expression::Number(joint.damping),
             rest: Expression::Number(joint.rest),
+            cubic_stiffness: lamc::source::Expression::ZERO,
+            friction: None,
+            linear_range: f64::INFINITY,
             torque: Expression::ZERO,
             drive: None,
             limits: [f64::NEG_INFINITY, f64::INFINITY],
@@ -52,6 +56,7 @@ impl Reference {
             initial_q: vec![0.0; self.joints.len()],
             initial_given: Vec::new(),
             initial_u: vec![0.0; self.joints.len()],
+            air: None,
             size: spread,
         }
     }

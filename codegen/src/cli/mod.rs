@@ -6,6 +6,7 @@ mod check;
 mod compile;
 mod equilibrium;
 mod eval;
+mod hinge;
 mod import;
 mod modes;
 mod output;
@@ -95,6 +96,9 @@ enum Command {
     Equilibrium(equilibrium::Arguments),
     /// Natural frequencies, damping and shapes about a state of rest
     Modes(modes::Arguments),
+    /// Stiffness, damping and linear range of a hinge
+    #[command(subcommand)]
+    Hinge(hinge::Command),
     /// Write any readable model (popupCAD files too) in lamc's schema
     Import {
         /// The design
@@ -119,6 +123,7 @@ pub fn run() -> ExitCode {
         (Some(Command::Simulate(arguments)), _) => simulate::run(&arguments),
         (Some(Command::Equilibrium(arguments)), _) => equilibrium::run(&arguments),
         (Some(Command::Modes(arguments)), _) => modes::run(&arguments),
+        (Some(Command::Hinge(command)), _) => hinge::run(&command),
         (Some(Command::Import { design, output }), _) => import::run(&design, &output),
         (None, Some(arguments)) => compile::run(&arguments),
         (None, None) => unreachable!("clap asks for a model or a command"),
@@ -134,6 +139,11 @@ fn fail(message: impl Display) -> Failed {
     // Nobody is left to tell when standard error is closed.
     let _ = writeln!(io::stderr(), "error: {message}");
     Failed(1)
+}
+
+/// Reports what is allowed but odd.
+fn warn(message: impl Display) {
+    let _ = writeln!(io::stderr(), "warning: {message}");
 }
 
 /// Reports an argument that cannot be read.

@@ -4,12 +4,13 @@ use std::fmt::Write;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
+use lamc::laminate::{Mechanism, excursions};
 use lamc::program::Interpreter;
 use lamc_runtime::{Dopri5, Energy, Error, Rodas, State, Stopped, System, acceleration, project};
 
 use super::equilibrium::settle;
 use super::start::{Start, describe};
-use super::{Failed, Outcome, fail, misused, output, plot};
+use super::{Failed, Outcome, fail, misused, output, plot, warn};
 
 /// Explicit steps within which a motion must get on by a share of its duration.
 const PATIENCE: (usize, f64) = (1000, 0.01);
@@ -93,13 +94,17 @@ pub fn run(arguments: &Arguments) -> Outcome {
     if samples > 1e7 {
         return Err(misused("more than 10 million samples: lower --rate or --duration"));
     }
-    let (system, state) = begin(arguments)?;
+    let (mechanism, system, state) = begin(arguments)?;
     let begin = Instant::now();
     let mut run = Run::new(system, state, arguments);
     for sample in 1..=samples as usize {
         run.advance((sample as f64 / arguments.rate).min(arguments.duration))?;
     }
     let (motion, system) = (&run.motion, &run.system.system);
+    let samples = motion.t.iter().copied().zip(motion.q.iter().map(Vec::as_slice));
+    for excursion in excursions(&mechanism, system.parameters(), system.inputs(), samples) {
+        warn(excursion);
+    }
     if let Some(path) = &arguments.csv {
         output::write(path, &motion.csv())?;
     }
@@ -127,14 +132,14 @@ pub fn run(arguments: &Arguments) -> Outcome {
     output::print(&text)
 }
 
-/// The system that moves, and the state it starts from: assembled or at rest.
-fn begin(arguments: &Arguments) -> Result<(Interpreter, State<Vec<f64>, f64>), Failed> {
+/// What moves, and the state it starts from: assembled or at rest.
+fn begin(arguments: &Arguments) -> Result<(Mechanism, Interpreter, State<Vec<f64>, f64>), Failed> {
     let start = &arguments.start;
     let compiled = start.compile(&[])?;
     let system = start.system(&compiled)?;
     let mut state = start.assembled(&system)?;
     if !arguments.settle && arguments.release.is_empty() {
-        return Ok((system, state));
+        return Ok((compiled.topology.mechanism, system, state));
     }
     settle(&system, &mut state)?;
     let system = match arguments.release.is_empty() {
@@ -145,7 +150,7 @@ fn begin(arguments: &Arguments) -> Result<(Interpreter, State<Vec<f64>, f64>), F
     let workspace = &mut system.workspace();
     project(&system, 0.0, &mut state.q, &mut state.u, workspace)
         .map_err(|error| fail(describe(&error, system.interface())))?;
-    Ok((system, state))
+    Ok((compiled.topology.mechanism, system, state))
 }
 
 /// Whether the loops are loose in a direction more than they usually are, as in the flat state.

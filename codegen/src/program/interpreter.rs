@@ -54,6 +54,16 @@ impl Interpreter {
         &self.interface
     }
 
+    /// Values of the parameters, in their order, SI.
+    pub fn parameters(&self) -> &[f64] {
+        &self.parameters
+    }
+
+    /// Values of the inputs, in their order, SI.
+    pub fn inputs(&self) -> &[f64] {
+        &self.inputs
+    }
+
     /// Sets a parameter, SI.
     ///
     /// # Errors

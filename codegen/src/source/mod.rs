@@ -32,7 +32,7 @@ pub use expression::{Binary, Expression, Unary};
 pub use file::{MAX_FILE_BYTES, ReadError};
 pub use ids::{BodyId, InputId, JointId, ParameterId, PointId};
 pub use model::*;
-pub use units::{read_angle, read_quantity};
+pub use units::{read_angle, read_in, read_quantity};
 pub use write::to_yaml;
 
 use popupcad::Origin;

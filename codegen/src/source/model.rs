@@ -33,6 +33,17 @@ pub struct SourceModel {
     pub points: Vec<Point>,
     /// Forces at points.
     pub forces: Vec<Force>,
+    /// The air that plates are dragged through.
+    pub air: Option<Air>,
+}
+
+/// Air, which resists plates.
+#[derive(Clone, Debug)]
+pub struct Air {
+    /// kg/m^3.
+    pub density: Expression,
+    /// Drag coefficient of a plate square to the flow.
+    pub drag: Expression,
 }
 
 /// A sheet material.
@@ -118,6 +129,10 @@ pub struct Joint {
     pub damping: Spanned<Expression>,
     /// Angle at which the spring is relaxed, rad.
     pub rest: Spanned<Expression>,
+    /// Cubic part of the spring, N m/rad^3.
+    pub cubic_stiffness: Spanned<Expression>,
+    /// Dry friction.
+    pub friction: Option<Friction>,
     /// Allowed angles, rad.
     pub limits: Option<Spanned<[f64; 2]>>,
     /// Torque on `bodies[1]` about the axis, N m.
@@ -141,7 +156,31 @@ pub enum Spring {
         length: Spanned<f64>,
         /// Width w along the hinge line, m.
         width: Spanned<f64>,
+        /// What is cut out of the width, m.
+        gaps: Option<Spanned<f64>>,
     },
+    /// The polynomials of DETC2018-86359, which give the damping too.
+    Sharifzadeh2018 {
+        /// Hinge length l, m.
+        length: Spanned<f64>,
+        /// Hinge width w, m.
+        width: Spanned<f64>,
+        /// Area a of the body that swings, m^2; without it the air's damping is left out.
+        area: Option<Spanned<f64>>,
+        /// With the coefficients as printed, not as corrected.
+        printed: bool,
+        /// The entry.
+        span: Span,
+    },
+}
+
+/// Coulomb's friction, smoothed: torque tanh(u / speed) against the motion.
+#[derive(Clone, Debug)]
+pub struct Friction {
+    /// N m.
+    pub torque: Spanned<Expression>,
+    /// Speed at which 76 % of the torque acts, rad/s.
+    pub speed: Spanned<f64>,
 }
 
 /// A named number that stays a symbol.

@@ -69,6 +69,8 @@ pub fn model(materials: Vec<Material>, bodies: Vec<Body>) -> SourceModel {
             spring: Spring::Stiffness(zero()),
             damping: zero(),
             rest: zero(),
+            cubic_stiffness: zero(),
+            friction: None,
             limits: None,
             torque: zero(),
             drive: None,
@@ -81,6 +83,7 @@ pub fn model(materials: Vec<Material>, bodies: Vec<Body>) -> SourceModel {
         initial_u: Vec::new(),
         points: Vec::new(),
         forces: Vec::new(),
+        air: None,
     }
 }
 

@@ -66,6 +66,8 @@ fn model() -> SourceModel {
             spring: Spring::Stiffness(zero.clone()),
             damping: zero.clone(),
             rest: zero.clone(),
+            cubic_stiffness: zero.clone(),
+            friction: None,
             limits: None,
             torque: zero,
             drive: None,
@@ -78,6 +80,7 @@ fn model() -> SourceModel {
         initial_u: vec![],
         points: vec![],
         forces: vec![],
+        air: None,
     }
 }
 

@@ -6,7 +6,7 @@
 use super::diagnostic::{Diagnostic, Diagnostics, SourceFile, Span, Spanned};
 use super::fields::{Fields, entries, items};
 use super::ids::{BodyId, JointId, PointId};
-use super::model::{Material, Parameter, SourceModel, Tunable};
+use super::model::{Air, Material, Parameter, SourceModel, Tunable};
 use super::names::{self, Kind, alternatives};
 use super::units::{self, Unit};
 use super::yaml::{Entry, Node, shorten};
@@ -32,6 +32,7 @@ const KEYS: &[&str] = &[
     "initial",
     "points",
     "forces",
+    "air",
 ];
 
 /// Most layers of a layup: an outline is copied to each of them.
@@ -125,6 +126,7 @@ impl Lowering<'_> {
         let [initial_q, initial_u] = self.initial(fields.get("initial"));
         let points = self.each(points, Self::point);
         let forces = self.each(forces, Self::force);
+        let air = self.air(fields.get("air"));
         Some(SourceModel {
             name: name?,
             gravity: gravity?,
@@ -139,6 +141,7 @@ impl Lowering<'_> {
             initial_u,
             points: points?,
             forces: forces?,
+            air: air?,
         })
     }
 
@@ -372,6 +375,20 @@ impl Lowering<'_> {
         let uses =
             Uses::Constants("gravity is the same for every pose: it may not depend on q or u");
         self.vector(node, &units::ACCELERATION, uses)
+    }
+
+    #[allow(clippy::option_option, reason = "absent and wrong are different things")]
+    fn air(&mut self, node: Option<&Node>) -> Option<Option<Air>> {
+        let Some(node) = node else { return Some(None) };
+        let known = ["density", "drag"];
+        let fields = Fields::new(node, node.span, "`air`", &known, &mut self.diagnostics)?;
+        let mut read = |key: &str, quantity| {
+            let node = fields.require(key, &mut self.diagnostics)?;
+            let uses = Uses::Constants("the drag has the speed of the plate in it already");
+            self.expression(node, quantity, uses).map(|law| law.value)
+        };
+        let (density, drag) = (read("density", &units::DENSITY), read("drag", &units::NUMBER));
+        Some(Some(Air { density: density?, drag: drag? }))
     }
 
     /// The joints' coordinates or speeds given under `initial`.

@@ -135,6 +135,7 @@ impl Import {
             initial_u: Vec::new(),
             points: Vec::new(),
             forces: Vec::new(),
+            air: None,
         })
     }
 
@@ -288,6 +289,8 @@ impl Import {
                 value: [radians(low.value), radians(high.value)],
                 span: limits,
             }),
+            cubic_stiffness: Spanned { value: Expression::ZERO, span: head(node) },
+            friction: None,
             torque: Spanned { value: Expression::ZERO, span: head(node) },
             drive: None,
             span: node.span,
