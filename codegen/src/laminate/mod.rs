@@ -47,7 +47,7 @@ pub fn build(model: &SourceModel, warnings: &mut Diagnostics) -> Result<Mechanis
         initial_q: per_joint(model, &model.initial_q),
         initial_given: model.initial_q.iter().map(|(joint, _)| *joint).collect(),
         initial_u: per_joint(model, &model.initial_u),
-        air: model.air.as_ref().map(|air| air::air(model, air, &mut found)),
+        air: model.air.as_ref().map(|air| air::air(air, &mut found)),
         size: 0.0,
     };
     for (joint, angle) in &model.initial_q {

@@ -41,9 +41,9 @@ pub struct SourceModel {
 #[derive(Clone, Debug)]
 pub struct Air {
     /// kg/m^3.
-    pub density: Expression,
+    pub density: Spanned<Expression>,
     /// Drag coefficient of a plate square to the flow.
-    pub drag: Expression,
+    pub drag: Spanned<Expression>,
 }
 
 /// A sheet material.

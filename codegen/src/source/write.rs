@@ -44,7 +44,7 @@ pub fn to_yaml(model: &SourceModel) -> String {
     });
     names(&mut out, "inputs", model.inputs.iter().map(|input| input.value.as_str()));
     if let Some(air) = &model.air {
-        let [density, drag] = [&air.density, &air.drag].map(|law| expression(law, model));
+        let [density, drag] = [&air.density, &air.drag].map(|law| expression(&law.value, model));
         line(&mut out, 0, &format!("air: {{ density: {density}, drag: {drag} }}"));
     }
     names(&mut out, "tunable", model.tunable.iter().map(|kind| kind.value.name()));

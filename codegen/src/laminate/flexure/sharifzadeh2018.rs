@@ -17,10 +17,10 @@
 //!   printed polynomial is -1.4e-4, less than nothing; with -0.0227 l it is 6.0e-5, and `b(a)`
 //!   there is 5.6e-5.
 //! * The errors stated with `k(l, w)` are 2.59e-4 N m/rad, or 1.39 %: a mean stiffness of about
-//!   0.0186. At l = 5 mm `k(l)` as printed is 0.232, twelve times that; with 0.0251 it is 0.0065,
-//!   and `k(l, w)` at l = 5 mm, w = 50 mm is 0.0066.
-//! * `k(w)` would be positive with +0.1361 w or with 0.003 instead of 0.0003; nothing printed
-//!   decides, so it stands as it is and is refused where it is not positive.
+//!   0.0186. At l = 1 mm, w = 50 mm `k(l, w)` is 0.01841; `k(l)` there is 0.2443 as printed and
+//!   0.01839 with 0.0251.
+//! * `k(w)` at w = 50 mm is 0.0012, a fifteenth of both. No change of one sign or digit mends it
+//!   (+0.1361 w gives 0.0148), so it stands as it is and is refused where it is not positive.
 //!
 //! The damping is the material's and the air's, b = b_material(l, w) + b_air(a): the terms with a
 //! are the air's. (How the constant is shared out is not known; here it is all the material's.)

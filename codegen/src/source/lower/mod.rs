@@ -385,7 +385,7 @@ impl Lowering<'_> {
         let mut read = |key: &str, quantity| {
             let node = fields.require(key, &mut self.diagnostics)?;
             let uses = Uses::Constants("the drag has the speed of the plate in it already");
-            self.expression(node, quantity, uses).map(|law| law.value)
+            self.expression(node, quantity, uses)
         };
         let (density, drag) = (read("density", &units::DENSITY), read("drag", &units::NUMBER));
         Some(Some(Air { density: density?, drag: drag? }))
