@@ -12,6 +12,7 @@
 pub mod backend;
 mod config;
 pub mod files;
+pub mod identify;
 pub mod kane;
 pub mod laminate;
 pub mod pipeline;

@@ -86,10 +86,10 @@ fn beam(given: &BeamArguments) -> Outcome {
         ("--yield-stress", given.yield_stress.unwrap_or(1.0)),
         ("--arm", given.arm.unwrap_or(1.0)),
     ];
-    if let Some((name, _)) = positive.iter().find(|(_, value)| !(*value > 0.0)) {
+    if let Some((name, _)) = positive.iter().find(|(_, value)| *value <= 0.0) {
         return Err(misused(format_args!("{name} must be more than zero")));
     }
-    if !(given.gaps >= 0.0) {
+    if given.gaps < 0.0 {
         return Err(misused("--gaps must not be negative"));
     }
     let beam = Beam {

@@ -212,7 +212,7 @@ impl Derivation<'_> {
             let arm = self.arm(Some(node), &point.at);
             let speed = dot(&normal, &motion.velocity_at(&arm));
             let speed = self.bind_scalar(node, &format!("wind_{index}"), speed);
-            let size = Expr::apply(Function::Abs, &[speed.clone()]);
+            let size = Expr::apply(Function::Abs, std::slice::from_ref(&speed));
             let size = self.bind_scalar(node, &format!("wind_size_{index}"), size);
             let half_area = self.constant(0.5 * point.area);
             let push = -&(&(&half_area * &pressure) * &(&size * &speed));

@@ -82,7 +82,8 @@ mod tests {
             points.iter().map(|point| point.area * of(point.at.x, point.at.y)).sum()
         };
         // [0, 3] x [0, 1] and [0, 1] x [1, 2].
-        let cases: [(fn(f64, f64) -> f64, f64); 6] = [
+        type Integrand = fn(f64, f64) -> f64;
+        let cases: [(Integrand, f64); 6] = [
             (|_, _| 1.0, 3.0 + 1.0),
             (|x, _| x, 4.5 + 0.5),
             (|_, y| y, 1.5 + 1.5),

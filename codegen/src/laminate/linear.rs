@@ -49,7 +49,7 @@ pub fn excursions<'q>(
             // A rest angle does not depend on the motion.
             let Some(rest) = joint.rest.value(t, parameters, inputs) else { continue };
             let ratio = (q - rest).abs() / allowed;
-            if !(ratio > 1.0) {
+            if ratio <= 1.0 {
                 continue;
             }
             let name = joint.name.clone();

@@ -147,7 +147,7 @@ impl Coefficients {
         let damping = hinge.material_damping + hinge.air_damping;
         let results =
             [("stiffness", "N m/rad", hinge.stiffness), ("damping", "N m s/rad", damping)];
-        match results.into_iter().find(|(_, _, value)| !(*value > 0.0)) {
+        match results.into_iter().find(|(_, _, value)| *value <= 0.0) {
             Some((what, unit, value)) => Err(Refusal::NotPositive { what, unit, value }),
             None => Ok(hinge),
         }
