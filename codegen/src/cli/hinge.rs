@@ -3,10 +3,12 @@
 use std::fmt::Write;
 
 use clap::{Args, Subcommand};
+use lamc::identify::swing::Swing;
 use lamc::laminate::flexure::Beam;
 use lamc::laminate::flexure::sharifzadeh2018::Coefficients;
 use lamc::source::read_in;
 
+use super::fit::{Report, read, summary};
 use super::{Outcome, fail, misused, output};
 
 #[derive(Subcommand)]
@@ -15,6 +17,8 @@ pub enum Command {
     Beam(BeamArguments),
     /// Stiffness and damping by the polynomials of DETC2018-86359
     Sharifzadeh2018(PolynomialArguments),
+    /// Stiffness and damping from a recorded swing
+    Fit(FitArguments),
 }
 
 #[derive(Args)]
@@ -58,6 +62,35 @@ pub struct PolynomialArguments {
     printed: bool,
 }
 
+#[derive(Args)]
+pub struct FitArguments {
+    /// The swing as CSV: `t [s]` and `theta [deg]` or `theta [rad]`, zero where the body hangs; `-`
+    /// reads standard input
+    data: String,
+    /// Moment of inertia about the centre of mass: 25kg*mm^2
+    #[arg(long, value_parser = moment, value_name = "INERTIA")]
+    inertia: f64,
+    /// Mass of the body that swings
+    #[arg(long, value_parser = mass, value_name = "MASS")]
+    mass: f64,
+    /// From the hinge to the centre of mass
+    #[arg(long, value_parser = length, value_name = "LENGTH")]
+    arm: f64,
+    /// Gravity, m/s^2
+    #[arg(long, default_value_t = 9.81, value_name = "M/S^2")]
+    gravity: f64,
+    #[command(flatten)]
+    report: Report,
+}
+
+fn moment(text: &str) -> Result<f64, String> {
+    read_in(text, "kg*m^2")
+}
+
+fn mass(text: &str) -> Result<f64, String> {
+    read_in(text, "kg")
+}
+
 fn pressure(text: &str) -> Result<f64, String> {
     read_in(text, "Pa")
 }
@@ -74,6 +107,7 @@ pub fn run(command: &Command) -> Outcome {
     match command {
         Command::Beam(arguments) => beam(arguments),
         Command::Sharifzadeh2018(arguments) => sharifzadeh2018(arguments),
+        Command::Fit(arguments) => swing(arguments),
     }
 }
 
@@ -135,6 +169,24 @@ fn sharifzadeh2018(given: &PolynomialArguments) -> Outcome {
     line("b(w)", model.damping_by_width().value(at), "N m s/rad");
     if given.area.is_some() {
         line("b(a)", model.damping_by_area().value(at), "N m s/rad");
+    }
+    output::print(&text)
+}
+
+fn swing(given: &FitArguments) -> Outcome {
+    let FitArguments { inertia, mass, arm, gravity, .. } = *given;
+    let record = read(&given.data, &["theta"])?;
+    let swing = Swing { inertia, mass, arm, gravity };
+    let system = swing.compile().map_err(fail)?;
+    let fit = swing.by_trajectory(&system, &record).map_err(fail)?;
+    given.report.write(&record, &fit, &["theta"])?;
+    let mut text = summary(&fit);
+    let (t, theta) = record.seen(0);
+    if let Some((estimates, series)) = swing.by_derivatives(&t, &theta) {
+        let _ = writeln!(text, "by derivatives of a Fourier series of order {}:", series.order());
+        for estimate in estimates {
+            let _ = writeln!(text, "{:<24} {:>14.6e}", estimate.name, estimate.value);
+        }
     }
     output::print(&text)
 }

@@ -4,8 +4,10 @@
 
 mod check;
 mod compile;
+mod curves;
 mod equilibrium;
 mod eval;
+mod fit;
 mod hinge;
 mod import;
 mod modes;
@@ -96,6 +98,8 @@ enum Command {
     Equilibrium(equilibrium::Arguments),
     /// Natural frequencies, damping and shapes about a state of rest
     Modes(modes::Arguments),
+    /// Find parameters with which a model moves as measured
+    Fit(fit::Arguments),
     /// Stiffness, damping and linear range of a hinge
     #[command(subcommand)]
     Hinge(hinge::Command),
@@ -123,6 +127,7 @@ pub fn run() -> ExitCode {
         (Some(Command::Simulate(arguments)), _) => simulate::run(&arguments),
         (Some(Command::Equilibrium(arguments)), _) => equilibrium::run(&arguments),
         (Some(Command::Modes(arguments)), _) => modes::run(&arguments),
+        (Some(Command::Fit(arguments)), _) => fit::run(&arguments),
         (Some(Command::Hinge(command)), _) => hinge::run(&command),
         (Some(Command::Import { design, output }), _) => import::run(&design, &output),
         (None, Some(arguments)) => compile::run(&arguments),

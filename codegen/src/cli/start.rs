@@ -4,7 +4,7 @@
 use clap::Args;
 use lamc::pipeline::Compiled;
 use lamc::program::{Interface, Interpreter};
-use lamc::source::{read_angle, read_quantity};
+use lamc::source::{SourceModel, read_angle, read_quantity};
 use lamc_runtime::{Error, State, System, assemble, project};
 
 use super::{Failed, fail, load_edited, misused};
@@ -31,6 +31,24 @@ pub struct Start {
 impl Start {
     /// The model compiled, its joints locked as asked, without what is released.
     pub fn compile(&self, released: &[String]) -> Result<Compiled, Failed> {
+        let locks = self.locks(released)?;
+        load_edited(&self.model, |model| {
+            released.iter().try_for_each(|name| model.release(name))?;
+            locks.iter().try_for_each(|(joint, angle)| model.lock(joint, *angle))
+        })
+    }
+
+    /// As [`compile`](Self::compile), after another change of the model.
+    pub fn compile_tuned(&self, tune: impl FnOnce(&mut SourceModel)) -> Result<Compiled, Failed> {
+        let locks = self.locks(&[])?;
+        load_edited(&self.model, |model| {
+            tune(model);
+            locks.iter().try_for_each(|(joint, angle)| model.lock(joint, *angle))
+        })
+    }
+
+    /// The joints to hold, but for what is released.
+    fn locks(&self, released: &[String]) -> Result<Vec<(&str, f64)>, Failed> {
         let mut locks = Vec::new();
         for lock in &self.lock {
             let (joint, angle) = pair(lock, "--lock j0=30deg", read_angle)?;
@@ -39,10 +57,7 @@ impl Start {
                 locks.push((joint, angle));
             }
         }
-        load_edited(&self.model, |model| {
-            released.iter().try_for_each(|name| model.release(name))?;
-            locks.iter().try_for_each(|(joint, angle)| model.lock(joint, *angle))
-        })
+        Ok(locks)
     }
 
     /// The model ready to be evaluated, with parameters and inputs set.

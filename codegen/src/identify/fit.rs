@@ -21,6 +21,12 @@ const REFUSED: f64 = 1e3;
 /// Singular values less than this fraction of the largest, columns of length one: the unknowns
 /// cannot be told apart.
 const TELLING: f64 = 1e-9;
+/// Error of integration for a start, rad.
+const COARSE: f64 = 1e-5;
+/// Error of integration over what is left of the angles.
+const BESIDE: f64 = 1e-4;
+/// A guess is near when it leaves less than this share of the motion.
+const NEAR: f64 = 0.3;
 /// Evaluations per unknown before giving up.
 const PATIENCE: usize = 60;
 
@@ -152,15 +158,15 @@ impl Problem<'_> {
             &vec![0.0; freedoms],
         )?;
         let from = (begun.q.as_slice(), begun.u.as_slice());
-        let steps = enough_steps(&self.system, &self.record.t, from, self.tolerance);
-        let mut steps = steps.ok_or(FitError::Stiff)?;
+        let mut steps =
+            enough_steps(&self.system, &self.record.t, from, COARSE).ok_or(FitError::Stiff)?;
         let mut evaluations = 0;
-        // A short piece first: over a long one the phase of a wrong guess is anything.
-        for share in [8, 4, 2, 1, 1] {
-            let samples = (self.record.t.len() / share).max(3);
-            if self.measured(samples).count() <= unknowns {
-                continue;
-            }
+        // Short pieces first: over a long one the phase of a wrong guess is anything.
+        let whole = self.record.t.len();
+        let mut pieces = vec![whole / 2, whole / 4, whole / 8];
+        pieces.retain(|samples| self.measured(*samples).count() > 2 * unknowns);
+        loop {
+            let piece = pieces.pop();
             let mut at = At {
                 problem: self,
                 system: self.system.clone(),
@@ -168,34 +174,41 @@ impl Problem<'_> {
                 near: &near,
                 steps,
                 unknowns: x.clone(),
-                samples,
+                samples: whole,
                 motion: None,
             };
             at.set_params(&x);
-            let patience = PATIENCE;
-            let method = LevenbergMarquardt::new().with_patience(patience).with_tol(1e-13);
+            if let Some(samples) = piece {
+                if at.is_near() {
+                    pieces.clear();
+                    continue;
+                }
+                at.samples = samples;
+                at.set_params(&x);
+            }
+            let method = LevenbergMarquardt::new().with_patience(PATIENCE).with_tol(1e-11);
             let (solved, report) = method.minimize(at);
             evaluations += report.number_of_evaluations;
             x = solved.unknowns.clone();
-            if share != 1 {
-                continue;
-            }
-            // The motion found may need more steps than that of the guess.
-            let from = solved.begun()?;
-            let found =
-                enough_steps(&solved.system, &self.record.t, (&from.q, &from.u), self.tolerance);
-            let found = found.ok_or(FitError::Stiff)?;
-            if found > steps {
-                steps = found;
+            if piece.is_some() {
                 continue;
             }
             if !report.termination.was_successful() && !stalled(&report.termination) {
                 let reason = format!("{:?}", report.termination);
                 return Err(FitError::NoMinimum { evaluations, reason });
             }
-            return solved.report(evaluations);
+            // The method's error is to be small beside what is left; the motion found may also need
+            // more steps than that of the guess.
+            let begun = solved.begun()?;
+            let allowed = self.tolerance.max(BESIDE * solved.rms());
+            let from = (begun.q.as_slice(), begun.u.as_slice());
+            let needed = enough_steps(&solved.system, &self.record.t, from, allowed);
+            let needed = needed.ok_or(FitError::Stiff)?;
+            if needed <= steps {
+                return solved.report(evaluations);
+            }
+            steps = needed;
         }
-        Err(FitError::Stiff)
     }
 
     /// The closed configuration nearest to the first sample.
@@ -229,6 +242,24 @@ fn stalled(termination: &levenberg_marquardt::TerminationReason) -> bool {
 }
 
 impl At<'_> {
+    /// Root of the mean square of what is left, rad.
+    fn rms(&self) -> f64 {
+        let residuals = self.residuals().unwrap_or_default();
+        (residuals.norm_squared() / residuals.len().max(1) as f64).sqrt()
+    }
+
+    /// Whether the motion is the measured one but for a small part of how far that goes.
+    fn is_near(&self) -> bool {
+        let first = &self.problem.record.q[0];
+        let measured = self.problem.measured(self.samples);
+        let gone = measured.map(|(sample, joint)| {
+            let gone = self.problem.record.q[sample][joint] - first[joint];
+            if gone.is_nan() { 0.0 } else { gone * gone }
+        });
+        let count = self.problem.measured(self.samples).count().max(1) as f64;
+        self.rms() < NEAR * (gone.sum::<f64>() / count).sqrt()
+    }
+
     fn begun(&self) -> Result<Begun, Error> {
         let (free, freedoms) = (self.problem.free.len(), self.start.independent.len());
         let (coordinates, speeds) = self.unknowns.as_slice()[free..].split_at(freedoms);
@@ -297,7 +328,7 @@ impl At<'_> {
         Ok(Fit {
             estimates: (0..free).map(estimate).collect(),
             correlations: (0..free * free).map(|k| correlation(k / free, k % free)).collect(),
-            rms: (residuals.norm_squared() / residuals.len() as f64).sqrt(),
+            rms: self.rms(),
             q: motion.q,
             u: self.begun()?.u,
             evaluations,

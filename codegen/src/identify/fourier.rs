@@ -15,7 +15,7 @@ use std::f64::consts::TAU;
 use nalgebra::{DMatrix, DVector};
 
 /// Periods that are tried, over the length of the record.
-const PERIODS: [f64; 5] = [1.0, 1.2, 1.4, 1.7, 2.0];
+const PERIODS: [f64; 3] = [1.0, 1.2, 1.6];
 /// Highest order that is tried.
 const MOST_HARMONICS: usize = 40;
 
@@ -50,7 +50,9 @@ impl Fourier {
             let columns = 1 + 2 * harmonics;
             let terms = |row: usize, column: usize| basis(column, frequency, t[row] - t[0], 0);
             let qr = DMatrix::from_fn(m, columns, terms).qr();
-            let along = qr.q().transpose() * &right;
+            let mut along = right.clone();
+            qr.q_tr_mul(&mut along);
+            let r = qr.r();
             let mut left = right.norm_squared() - along[0] * along[0];
             for order in 1..=harmonics {
                 left -= along[2 * order - 1].powi(2) + along[2 * order].powi(2);
@@ -61,7 +63,7 @@ impl Fourier {
                 if best.as_ref().is_some_and(|(least, _)| *least <= criterion) {
                     continue;
                 }
-                let r = qr.r().view((0, 0), (unknowns, unknowns)).into_owned();
+                let r = r.view((0, 0), (unknowns, unknowns)).into_owned();
                 let Some(solved) = r.solve_upper_triangular(&along.rows(0, unknowns).into_owned())
                 else {
                     continue;

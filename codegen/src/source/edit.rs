@@ -2,7 +2,7 @@
 
 use super::diagnostic::Spanned;
 use super::expression::Expression;
-use super::model::SourceModel;
+use super::model::{SourceModel, Tunable};
 use super::names::alternatives;
 
 /// No such name in the model.
@@ -29,6 +29,13 @@ impl SourceModel {
         entry.drive = Some(Spanned { value: Expression::Number(angle), span: entry.span });
         entry.torque.value = Expression::ZERO;
         Ok(())
+    }
+
+    /// Makes constants of every joint (body) parameters, as `tunable` in the file does.
+    pub fn tune(&mut self, kind: Tunable) {
+        if self.tunable.iter().all(|known| known.value != kind) {
+            self.tunable.push(Spanned { value: kind, span: self.name.span });
+        }
     }
 
     /// Takes away a force, or what drives a joint: its `torque` and its `drive`.

@@ -80,6 +80,16 @@ impl Expression {
         })
     }
 
+    /// Whether it contains the parameter of this index.
+    pub fn depends_on(&self, parameter: usize) -> bool {
+        match self {
+            Self::Parameter(id) => id.index() == parameter,
+            Self::Unary(_, x) => x.depends_on(parameter),
+            Self::Binary(_, x, y) => x.depends_on(parameter) || y.depends_on(parameter),
+            _ => false,
+        }
+    }
+
     /// The value of an expression that depends on nothing: `2*pi`. Not finite for `1/0`.
     pub fn constant(&self) -> Option<f64> {
         Some(match self {
