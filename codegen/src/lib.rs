@@ -15,6 +15,7 @@ pub mod files;
 pub mod identify;
 pub mod kane;
 pub mod laminate;
+pub mod mocap;
 pub mod pipeline;
 pub mod program;
 pub mod source;

@@ -10,6 +10,7 @@ mod eval;
 mod fit;
 mod hinge;
 mod import;
+mod mocap;
 mod modes;
 mod output;
 mod plot;
@@ -103,6 +104,8 @@ enum Command {
     /// Stiffness, damping and linear range of a hinge
     #[command(subcommand)]
     Hinge(hinge::Command),
+    /// Joint angles from motion capture: unit quaternions of the bodies over time
+    Mocap(mocap::Arguments),
     /// Write any readable model (popupCAD files too) in lamc's schema
     Import {
         /// The design
@@ -129,6 +132,7 @@ pub fn run() -> ExitCode {
         (Some(Command::Modes(arguments)), _) => modes::run(&arguments),
         (Some(Command::Fit(arguments)), _) => fit::run(&arguments),
         (Some(Command::Hinge(command)), _) => hinge::run(&command),
+        (Some(Command::Mocap(arguments)), _) => mocap::run(&arguments),
         (Some(Command::Import { design, output }), _) => import::run(&design, &output),
         (None, Some(arguments)) => compile::run(&arguments),
         (None, None) => unreachable!("clap asks for a model or a command"),
