@@ -37,15 +37,18 @@ fn names(compiled: &Compiled) -> Vec<&str> {
     compiled.topology.mechanism.bodies.iter().map(|body| body.name.as_str()).collect()
 }
 
-/// The six-bar of the paper over a second, 120 Hz.
-fn six_bar() -> (Compiled, Interpreter, Vec<f64>, Vec<Vec<f64>>, Vec<Vec<f64>>) {
+/// Angles or speeds, by sample.
+type Samples = Vec<Vec<f64>>;
+
+/// The six-bar of the paper over a second, at the 360 Hz of its cameras.
+fn six_bar() -> (Compiled, Interpreter, Vec<f64>, Samples, Samples) {
     let compiled = compile(&workspace().join("examples/sixbar.yaml"));
     let system = Interpreter::new(&compiled.program);
     let mut state = State::initial(&system);
     let pinned: Vec<bool> = (0..6).map(|joint| system.is_given(joint)).collect();
     assemble(&system, 0.0, &mut state.q, &pinned, &mut system.workspace()).unwrap();
     let (mut t, mut q, mut u) = (Vec::new(), Vec::new(), Vec::new());
-    let times = (0..=120).map(|k| f64::from(k) / 120.0);
+    let times = (0..=360).map(|k| f64::from(k) / 360.0);
     dopri5(&system, 1e-11)
         .sample(&system, &mut state, 1.0, times, |state| {
             t.push(state.t);
@@ -61,7 +64,7 @@ fn a_six_bar_gives_its_angles_back() {
     let (compiled, system, t, motion, speeds) = six_bar();
     let text = write(&names(&compiled), &t, &rotations(&system, &motion));
     let found = angles(&compiled.topology.mechanism, &read(&compiled, &text));
-    let mut worst = 0.0_f64;
+    let (mut worst, mut slowest) = (0.0_f64, 0.0_f64);
     for (joint, measured) in found.iter().enumerate() {
         let measured = measured.as_ref().unwrap();
         assert!(measured.axis.is_some() && measured.misalignment < 1e-9, "{measured:?}");
@@ -75,13 +78,12 @@ fn a_six_bar_gives_its_angles_back() {
         }
         // Rates in the middle of the record.
         let fastest = speeds.iter().map(|u| u[joint].abs()).fold(0.0, f64::max);
-        for sample in 20..100 {
-            let error = (measured.rate[sample] - speeds[sample][joint]).abs();
-            assert!(error < 0.02 * fastest, "`{}`: {error} rad/s", measured.name);
+        for (rate, u) in measured.rate.iter().zip(&speeds).take(300).skip(60) {
+            slowest = slowest.max((rate - u[joint]).abs() / fastest);
         }
     }
-    println!("angles within {worst:e} rad");
-    assert!(worst < 1e-9);
+    println!("angles within {worst:e} rad, rates within {slowest:e} of the fastest");
+    assert!(worst < 1e-9 && slowest < 0.01);
 }
 
 #[test]
@@ -98,7 +100,7 @@ fn gaps_lengths_and_mounts_are_seen_through() {
     for row in &mut flat_rows {
         for (body, rotation) in row.iter_mut().enumerate() {
             let mount = UnitQuaternion::new(Vector3::new(0.3, -0.2, 0.1 * body as f64));
-            *rotation = *rotation * mount.into_inner();
+            *rotation *= mount.into_inner();
         }
     }
     let mut text = write(&names, &times, &flat_rows);
@@ -178,7 +180,7 @@ fn misalignment_is_reported() {
     // Both bodies of the joint: the relative rotation turns its axis, not its angle.
     for row in &mut rows {
         for body in joint.bodies {
-            row[body.index()] = row[body.index()] * askew.into_inner();
+            row[body.index()] *= askew.into_inner();
         }
     }
     let text = write(&names(&compiled), &t, &rows);

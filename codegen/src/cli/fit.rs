@@ -5,12 +5,12 @@ use std::fs::File;
 use std::io::{self, Read};
 
 use clap::Args;
-use lamc::identify::{Fit, Problem, Record};
+use lamc::identify::{Fit, NEAR, Problem, Record};
 use lamc::source::Tunable;
 
 use super::curves::Curve;
 use super::start::Start;
-use super::{Failed, Outcome, curves, fail, output};
+use super::{Failed, Outcome, curves, fail, output, warn};
 
 /// Find parameters with which a model moves as measured.
 #[derive(Args)]
@@ -122,6 +122,12 @@ pub fn summary(fit: &Fit) -> String {
             "{:<24} {:>14.6e} {:>14.2e} {share:>9.3}",
             estimate.name, estimate.value, estimate.standard_error
         );
+    }
+    if fit.share > NEAR {
+        let percent = 100.0 * fit.share;
+        warn(format_args!(
+            "the model does not move as measured: {percent:.0} % of the motion are left"
+        ));
     }
     let n = fit.estimates.len();
     let pairs = (0..n).flat_map(|i| (0..i).map(move |j| (i, j)));

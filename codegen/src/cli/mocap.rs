@@ -235,5 +235,5 @@ fn synthesize(
     }
     let names: Vec<&str> = mechanism.bodies.iter().map(|body| body.name.as_str()).collect();
     let head = format!("# synthetic: simulated motion of {}\n", mechanism.name);
-    output::write(&arguments.quaternions, &(head + &write(&names, &t, &rotations)))
+    output::write(&arguments.quaternions, &format!("{head}{}", write(&names, &t, &rotations)))
 }

@@ -132,8 +132,11 @@ pub fn run(arguments: &Arguments) -> Outcome {
     output::print(&text)
 }
 
-/// What moves, and the state it starts from: assembled or at rest.
-fn begin(arguments: &Arguments) -> Result<(Mechanism, Interpreter, State<Vec<f64>, f64>), Failed> {
+/// What moves, and the state it starts from.
+type Beginning = (Mechanism, Interpreter, State<Vec<f64>, f64>);
+
+/// The beginning of the motion: assembled or at rest.
+fn begin(arguments: &Arguments) -> Result<Beginning, Failed> {
     let start = &arguments.start;
     let compiled = start.compile(&[])?;
     let system = start.system(&compiled)?;

@@ -25,8 +25,8 @@ const TELLING: f64 = 1e-9;
 const COARSE: f64 = 1e-5;
 /// Error of integration over what is left of the angles.
 const BESIDE: f64 = 1e-4;
-/// A guess is near when it leaves less than this share of the motion.
-const NEAR: f64 = 0.3;
+/// A motion is near the measured one when it leaves less than this share of it.
+pub const NEAR: f64 = 0.3;
 /// Evaluations per unknown before giving up.
 const PATIENCE: usize = 60;
 
@@ -65,6 +65,8 @@ pub struct Fit {
     pub correlations: Vec<f64>,
     /// Root of the mean square of what is left, rad.
     pub rms: f64,
+    /// That, over how far the motion goes: near 1 the model does not move as measured at all.
+    pub share: f64,
     /// The fitted motion at the record's times, rad.
     pub q: Vec<Vec<f64>>,
     /// The fitted speeds at the start, rad/s.
@@ -179,7 +181,7 @@ impl Problem<'_> {
             };
             at.set_params(&x);
             if let Some(samples) = piece {
-                if at.is_near() {
+                if at.share() < NEAR {
                     pieces.clear();
                     continue;
                 }
@@ -248,8 +250,8 @@ impl At<'_> {
         (residuals.norm_squared() / residuals.len().max(1) as f64).sqrt()
     }
 
-    /// Whether the motion is the measured one but for a small part of how far that goes.
-    fn is_near(&self) -> bool {
+    /// What is left over how far the measured motion goes from its first sample, root mean square.
+    fn share(&self) -> f64 {
         let first = &self.problem.record.q[0];
         let measured = self.problem.measured(self.samples);
         let gone = measured.map(|(sample, joint)| {
@@ -257,7 +259,7 @@ impl At<'_> {
             if gone.is_nan() { 0.0 } else { gone * gone }
         });
         let count = self.problem.measured(self.samples).count().max(1) as f64;
-        self.rms() < NEAR * (gone.sum::<f64>() / count).sqrt()
+        self.rms() / (gone.sum::<f64>() / count).sqrt()
     }
 
     fn begun(&self) -> Result<Begun, Error> {
@@ -329,6 +331,7 @@ impl At<'_> {
             estimates: (0..free).map(estimate).collect(),
             correlations: (0..free * free).map(|k| correlation(k / free, k % free)).collect(),
             rms: self.rms(),
+            share: self.share(),
             q: motion.q,
             u: self.begun()?.u,
             evaluations,

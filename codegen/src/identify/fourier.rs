@@ -17,7 +17,7 @@ use nalgebra::{DMatrix, DVector};
 /// Periods that are tried, over the length of the record.
 const PERIODS: [f64; 3] = [1.0, 1.2, 1.6];
 /// Highest order that is tried.
-const MOST_HARMONICS: usize = 40;
+const MOST_HARMONICS: usize = 80;
 
 /// A series.
 #[derive(Clone, Debug, PartialEq)]
@@ -95,7 +95,7 @@ fn basis(column: usize, frequency: f64, s: f64, derivative: u32) -> f64 {
         return f64::from(u8::from(derivative == 0));
     }
     // Each derivative turns by a right angle; a sine is a cosine a right angle later.
-    let behind = if column % 2 == 0 { 3 } else { 0 };
+    let behind = if column.is_multiple_of(2) { 3 } else { 0 };
     let (sin, cos) = (harmonic * s).sin_cos();
     let value = match (derivative + behind) % 4 {
         0 => cos,

@@ -16,5 +16,5 @@ mod start;
 pub mod swing;
 mod trajectory;
 
-pub use fit::{Estimate, Fit, FitError, Problem};
+pub use fit::{Estimate, Fit, FitError, NEAR, Problem};
 pub use record::{Record, RecordError};
