@@ -103,13 +103,20 @@ pub fn run(arguments: &Arguments) -> Outcome {
     output::print(&summary(&fit))
 }
 
+/// A file, or standard input.
+pub fn open(path: &str) -> Result<Box<dyn Read>, Failed> {
+    match path {
+        "-" => Ok(Box::new(io::stdin())),
+        _ => match File::open(path) {
+            Ok(file) => Ok(Box::new(file)),
+            Err(error) => Err(fail(format_args!("{path}: {error}"))),
+        },
+    }
+}
+
 /// Reads measured angles of these joints.
 pub fn read(path: &str, joints: &[&str]) -> Result<Record, Failed> {
-    let text: Box<dyn Read> = match path {
-        "-" => Box::new(io::stdin()),
-        _ => Box::new(File::open(path).map_err(|error| fail(format_args!("{path}: {error}")))?),
-    };
-    Record::read(text, joints).map_err(|error| fail(format_args!("{path}: {error}")))
+    Record::read(open(path)?, joints).map_err(|error| fail(format_args!("{path}: {error}")))
 }
 
 /// Estimates, standard errors, and what is left.

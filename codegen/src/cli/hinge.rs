@@ -3,12 +3,13 @@
 use std::fmt::Write;
 
 use clap::{Args, Subcommand};
+use lamc::identify::family;
 use lamc::identify::swing::Swing;
 use lamc::laminate::flexure::Beam;
 use lamc::laminate::flexure::sharifzadeh2018::Coefficients;
 use lamc::source::read_in;
 
-use super::fit::{Report, read, summary};
+use super::fit::{Report, open, read, summary};
 use super::{Outcome, fail, misused, output};
 
 #[derive(Subcommand)]
@@ -19,6 +20,8 @@ pub enum Command {
     Sharifzadeh2018(PolynomialArguments),
     /// Stiffness and damping from a recorded swing
     Fit(FitArguments),
+    /// Polynomials of a family of hinges from a table of measured ones
+    Family(FamilyArguments),
 }
 
 #[derive(Args)]
@@ -60,6 +63,18 @@ pub struct PolynomialArguments {
     /// Take the coefficients as printed, not as corrected
     #[arg(long)]
     printed: bool,
+}
+
+#[derive(Args)]
+pub struct FamilyArguments {
+    /// Specimens as CSV: `l [mm]`, `w [mm]`, `a [cm^2]`, `k [N*m/rad]`, `b [N*m*s/rad]`
+    table: String,
+    /// What mechanisms call it
+    #[arg(long)]
+    name: String,
+    /// Where to write the entry for `hinge_models`; `-` writes standard output
+    #[arg(short, long, value_name = "FILE")]
+    output: String,
 }
 
 #[derive(Args)]
@@ -108,6 +123,7 @@ pub fn run(command: &Command) -> Outcome {
         Command::Beam(arguments) => beam(arguments),
         Command::Sharifzadeh2018(arguments) => sharifzadeh2018(arguments),
         Command::Fit(arguments) => swing(arguments),
+        Command::Family(arguments) => family_of(arguments),
     }
 }
 
@@ -189,4 +205,11 @@ fn swing(given: &FitArguments) -> Outcome {
         }
     }
     output::print(&text)
+}
+
+fn family_of(given: &FamilyArguments) -> Outcome {
+    let located = |error| fail(format_args!("{}: {error}", given.table));
+    let specimens = family::read(open(&given.table)?).map_err(located)?;
+    let regressions = family::regress(&specimens).map_err(located)?;
+    output::write(&given.output, &family::to_yaml(&given.name, &regressions, &specimens))
 }

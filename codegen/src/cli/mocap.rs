@@ -1,8 +1,6 @@
 //! `lamc mocap quats.csv --model MODEL`: joint angles from the quaternions of bodies.
 
 use std::fmt::Write;
-use std::fs::File;
-use std::io::{self, Read};
 
 use clap::Args;
 use lamc::laminate::Mechanism;
@@ -16,6 +14,7 @@ use rand_chacha::rand_core::{RngCore, SeedableRng};
 use rand_distr::{Distribution, Normal};
 
 use super::curves::{self, Curve};
+use super::fit::open;
 use super::start::describe;
 use super::{Failed, Outcome, fail, load, misused, output, warn};
 
@@ -67,10 +66,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         return synthesize(arguments, mechanism, &system, seconds);
     }
     let path = &arguments.quaternions;
-    let text: Box<dyn Read> = match path.as_str() {
-        "-" => Box::new(io::stdin()),
-        _ => Box::new(File::open(path).map_err(|error| fail(format_args!("{path}: {error}")))?),
-    };
+    let text = open(path)?;
     let bodies: Vec<_> =
         mechanism.bodies.iter().map(|body| (body.name.as_str(), body.fixed)).collect();
     let located = |error| fail(format_args!("{path}: {error}"));

@@ -5,11 +5,11 @@
 use nalgebra::Vector3;
 
 use super::check;
-use super::flexure::Beam;
 use super::flexure::sharifzadeh2018::Coefficients;
+use super::flexure::{self, Beam};
 use super::mechanism::{Friction, Joint};
 use crate::source::{
-    Diagnostic, Diagnostics, Expression, Material, SourceModel, Span, Spanned, Spring,
+    Diagnostic, Diagnostics, Expression, HingeModel, Material, SourceModel, Span, Spanned, Spring,
 };
 
 /// Components of a unit vector below this are rounding of a direction along the other axis.
@@ -28,7 +28,7 @@ pub fn hinge(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diag
                 .hint("give two different points"),
         );
     }
-    let Flexure { stiffness, damping, linear_range } = flexure(model, joint, found);
+    let Flexure { stiffness, damping, linear_range } = flexed(model, joint, found);
     warn_of_negative_stiffness(name, &stiffness, found);
     driven_angle(joint, found);
     if let Some(number) = damping.value.as_number()
@@ -124,7 +124,7 @@ struct Flexure {
     linear_range: f64,
 }
 
-fn flexure(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diagnostics) -> Flexure {
+fn flexed(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diagnostics) -> Flexure {
     let at = |value: f64, span: Span| Spanned { value: Expression::Number(value), span };
     let damping = joint.damping.clone();
     match &joint.spring {
@@ -142,6 +142,24 @@ fn flexure(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diagno
             let linear_range = range.map_or(f64::INFINITY, |range| range.angle);
             let stiffness = at(stiffness.unwrap_or(0.0), joint.name.span);
             Flexure { stiffness, damping, linear_range }
+        }
+        Spring::Family { model: family, length, width, area, span } => {
+            let family = &model.hinge_models[*family];
+            let at = [length.value, width.value, area.as_ref().map_or(0.0, |area| area.value)];
+            let [stiffness, damping] =
+                [&family.stiffness, &family.damping].map(|polynomial| polynomial.value(at));
+            family_bounds(family, &joint.name.value, at, area.is_some(), *span, found);
+            for (what, value) in [("stiffness", stiffness), ("damping", damping)] {
+                if value.is_nan() || value <= 0.0 {
+                    let name = &family.name.value;
+                    let message =
+                        format!("the {what} of `{name}` there is {value:.4e}, not positive");
+                    found.push(Diagnostic::error("outside-model", *span, message));
+                }
+            }
+            let number = |value: f64| Spanned { value: Expression::Number(value), span: *span };
+            let (stiffness, damping) = (number(stiffness), number(damping));
+            Flexure { stiffness, damping, linear_range: f64::INFINITY }
         }
         Spring::Sharifzadeh2018 { length, width, area, printed, span } => {
             let model = if *printed { Coefficients::Printed } else { Coefficients::Corrected };
@@ -198,6 +216,31 @@ fn beam(
         length: length.value,
         width: width.value - cut,
         thickness: strip.thickness.value,
+    }
+}
+
+/// Warns of a hinge outside the convex hull of the specimens its model was fitted to.
+fn family_bounds(
+    family: &HingeModel,
+    joint: &str,
+    at: [f64; 3],
+    has_area: bool,
+    span: Span,
+    found: &mut Diagnostics,
+) {
+    let [length, width, _] = at;
+    let flat: Vec<[f64; 2]> = family.specimens.iter().map(|[l, w, _]| [*l, *w]).collect();
+    let inside = match has_area {
+        true => flexure::contains(&family.specimens, at),
+        false => flexure::contains(&flat, [length, width]),
+    };
+    if !inside {
+        let name = &family.name.value;
+        let message = format!("`{joint}` lies outside the specimens that `{name}` was fitted to");
+        found.push(
+            Diagnostic::warning("outside-specimens", span, message)
+                .hint("a polynomial says little beyond what was measured"),
+        );
     }
 }
 

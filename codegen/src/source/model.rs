@@ -3,6 +3,7 @@
 use super::diagnostic::{Span, Spanned};
 use super::expression::Expression;
 use super::ids::{BodyId, InputId, JointId, PointId};
+use super::polynomial::Polynomial;
 
 /// A mechanism as its file describes it. All numbers SI (m, kg, s, rad).
 #[derive(Clone, Debug)]
@@ -33,8 +34,23 @@ pub struct SourceModel {
     pub points: Vec<Point>,
     /// Forces at points.
     pub forces: Vec<Force>,
+    /// Hinge models by name.
+    pub hinge_models: Vec<HingeModel>,
     /// The air that plates are dragged through.
     pub air: Option<Air>,
+}
+
+/// Stiffness and damping of a family of hinges.
+#[derive(Clone, Debug)]
+pub struct HingeModel {
+    /// Its name.
+    pub name: Spanned<String>,
+    /// k, N m/rad.
+    pub stiffness: Polynomial,
+    /// b, N m s/rad.
+    pub damping: Polynomial,
+    /// Length (m), width (m) and area (m^2) of the hinges that were measured.
+    pub specimens: Vec<[f64; 3]>,
 }
 
 /// Air, which resists plates.
@@ -169,6 +185,19 @@ pub enum Spring {
         area: Option<Spanned<f64>>,
         /// With the coefficients as printed, not as corrected.
         printed: bool,
+        /// The entry.
+        span: Span,
+    },
+    /// One of `hinge_models`, which gives the damping too.
+    Family {
+        /// Index into `hinge_models`.
+        model: usize,
+        /// Hinge length l, m.
+        length: Spanned<f64>,
+        /// Hinge width w, m.
+        width: Spanned<f64>,
+        /// Area a of the body that swings, m^2; without it the air's damping is left out.
+        area: Option<Spanned<f64>>,
         /// The entry.
         span: Span,
     },

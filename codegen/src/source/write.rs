@@ -8,6 +8,7 @@ use super::diagnostic::Spanned;
 use super::expression::Expression;
 use super::formula::{number, print};
 use super::model::{Body, Joint, Plate, Shape, SourceModel, Spring};
+use super::polynomial::Term;
 
 /// Longest line of vertices.
 const WIDTH: usize = 100;
@@ -47,6 +48,17 @@ pub fn to_yaml(model: &SourceModel) -> String {
         let [density, drag] = [&air.density, &air.drag].map(|law| expression(&law.value, model));
         line(&mut out, 0, &format!("air: {{ density: {density}, drag: {drag} }}"));
     }
+    section(&mut out, "hinge_models", &model.hinge_models, |out, family| {
+        line(out, 1, &format!("{}:", family.name.value));
+        for (key, polynomial) in [("stiffness", &family.stiffness), ("damping", &family.damping)] {
+            line(out, 2, &format!("{key}:"));
+            for Term { coefficient, powers: [l, w, a] } in &polynomial.0 {
+                line(out, 3, &format!("- [{}, {l}, {w}, {a}]", number(*coefficient)));
+            }
+        }
+        line(out, 2, "specimens:");
+        family.specimens.iter().for_each(|at| line(out, 3, &format!("- {}", list(at))));
+    });
     names(&mut out, "tunable", model.tunable.iter().map(|kind| kind.value.name()));
     section(&mut out, "bodies", &model.bodies, body);
     section(&mut out, "joints", &model.joints, |out, item| joint(out, item, model));
@@ -276,6 +288,10 @@ fn hinge(out: &mut String, spring: &Spring, model: &SourceModel) {
             let material = &model.materials[material.value].name.value;
             let (size, gaps) = (size(length, width), optional("gaps", gaps));
             format!("model: beam, material: {material}, {size}{gaps}")
+        }
+        Spring::Family { model: family, length, width, area, .. } => {
+            let name = &model.hinge_models[*family].name.value;
+            format!("model: {name}, {}{}", size(length, width), optional("area", area))
         }
         Spring::Sharifzadeh2018 { length, width, area, printed, .. } => {
             let (size, area) = (size(length, width), optional("area", area));

@@ -25,7 +25,7 @@
 //! The damping is the material's and the air's, b = b_material(l, w) + b_air(a): the terms with a
 //! are the air's. (How the constant is shared out is not known; here it is all the material's.)
 
-use super::Polynomial;
+use crate::source::Polynomial;
 
 /// Which coefficients to take.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -83,6 +83,7 @@ pub fn model(materials: Vec<Material>, bodies: Vec<Body>) -> SourceModel {
         initial_u: Vec::new(),
         points: Vec::new(),
         forces: Vec::new(),
+        hinge_models: Vec::new(),
         air: None,
     }
 }

@@ -80,6 +80,7 @@ fn model() -> SourceModel {
         initial_u: vec![],
         points: vec![],
         forces: vec![],
+        hinge_models: vec![],
         air: None,
     }
 }

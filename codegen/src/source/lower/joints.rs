@@ -2,12 +2,14 @@
 
 use crate::source::diagnostic::{Diagnostic, Span, Spanned};
 use crate::source::expression::Expression;
-use crate::source::fields::{Fields, array};
+use crate::source::fields::{Fields, array, items};
 use crate::source::ids::BodyId;
-use crate::source::model::{Friction, Joint, Material, Spring};
+use crate::source::model::{Friction, HingeModel, Joint, Material, Spring};
 use crate::source::names::alternatives;
+use crate::source::polynomial::{Polynomial, Term};
 use crate::source::units::{
-    ANGLE, ANGULAR_SPEED, AREA, CUBIC_STIFFNESS, DAMPING, LENGTH, Quantity, STIFFNESS, TORQUE,
+    ANGLE, ANGULAR_SPEED, AREA, CUBIC_STIFFNESS, DAMPING, LENGTH, NUMBER, Quantity, STIFFNESS,
+    TORQUE,
 };
 use crate::source::yaml::{Entry, Node, shorten};
 
@@ -221,8 +223,14 @@ impl Lowering<'_> {
             "beam" => self.beam(node, at, materials),
             "sharifzadeh2018" => self.sharifzadeh2018(node, at, joint),
             other => {
+                let named = &self.names.hinge_models;
+                if let Some(model) = named.iter().position(|known| known == other) {
+                    return self.family(node, at, joint, model);
+                }
+                let mut known = HINGE_MODELS.to_vec();
+                known.extend(named.iter().map(String::as_str));
                 let message = format!("there is no hinge model `{}`", shorten(other));
-                let hint = alternatives(other, HINGE_MODELS, "hinge models");
+                let hint = alternatives(other, &known, "hinge models");
                 self.note(Diagnostic::error("unknown-hinge", name.span, message).hint(hint));
                 None
             }
@@ -263,17 +271,73 @@ impl Lowering<'_> {
                 found.map(|index| index == 1)
             }
         };
-        if let Some(damping) = joint.entry("damping") {
-            self.note(
-                Diagnostic::error("two-dampings", damping.key.span, "`damping` besides `hinge`")
-                    .label("a second damping")
-                    .also(at, "the first is computed from this")
-                    .hint("`sharifzadeh2018` gives stiffness and damping: remove `damping`"),
-            );
-            return None;
-        }
+        self.no_other_damping(joint, at)?;
         let (length, width) = (length?, width?);
         Some(Spring::Sharifzadeh2018 { length, width, area: area?, printed: printed?, span: at })
+    }
+
+    fn family(&mut self, node: &Node, at: Span, joint: &Fields, model: usize) -> Option<Spring> {
+        let known = ["model", "length", "width", "area"];
+        let fields = Fields::new(node, at, "`hinge`", &known, &mut self.diagnostics)?;
+        let [length, width] = self.hinge_size(&fields);
+        let area = self.optional(fields.get("area"), &AREA);
+        self.no_other_damping(joint, at)?;
+        Some(Spring::Family { model, length: length?, width: width?, area: area?, span: at })
+    }
+
+    /// A model that gives the damping leaves no place for another.
+    fn no_other_damping(&mut self, joint: &Fields, hinge: Span) -> Option<()> {
+        let Some(damping) = joint.entry("damping") else { return Some(()) };
+        self.note(
+            Diagnostic::error("two-dampings", damping.key.span, "`damping` besides `hinge`")
+                .label("a second damping")
+                .also(hinge, "the first is computed from this")
+                .hint("this hinge model gives stiffness and damping: remove `damping`"),
+        );
+        None
+    }
+
+    /// Polynomials of a family of hinges, SI whatever `units` says.
+    pub(super) fn hinge_model(&mut self, entry: &Entry) -> Option<HingeModel> {
+        let known = ["stiffness", "damping", "specimens"];
+        let owner = format!("hinge model `{}`", entry.key.value);
+        let at = entry.key.span;
+        if HINGE_MODELS.contains(&entry.key.value.as_str()) {
+            let message = format!("`{}` is a hinge model of lamc's own", entry.key.value);
+            self.note(Diagnostic::error("duplicate-name", at, message).hint("choose another name"));
+        }
+        let fields = Fields::new(&entry.value, at, owner, &known, &mut self.diagnostics)?;
+        let [stiffness, damping] = ["stiffness", "damping"].map(|key| {
+            let node = fields.require(key, &mut self.diagnostics)?;
+            let what = "a list of terms, `[coefficient, l, w, a]`";
+            let terms = items(node, what, &mut self.diagnostics)?;
+            let terms: Vec<_> = terms.iter().map(|node| self.term(node)).collect();
+            terms.into_iter().collect::<Option<Vec<Term>>>().map(Polynomial)
+        });
+        let specimens = fields.require("specimens", &mut self.diagnostics)?;
+        let what = "a list of `[length, width, area]`";
+        let specimens = items(specimens, what, &mut self.diagnostics)?;
+        let specimens: Vec<_> = specimens
+            .iter()
+            .map(|node| self.numbers::<3>(node, "`[length, width, area]`", &NUMBER))
+            .collect();
+        Some(HingeModel {
+            name: entry.key.clone(),
+            stiffness: stiffness?,
+            damping: damping?,
+            specimens: specimens.into_iter().collect::<Option<_>>()?,
+        })
+    }
+
+    fn term(&mut self, node: &Node) -> Option<Term> {
+        let what = "a coefficient and the exponents of length, width and area";
+        let [coefficient, powers @ ..] = self.numbers::<4>(node, what, &NUMBER)?;
+        if powers.iter().any(|power| power.fract() != 0.0 || !(0.0..=9.0).contains(power)) {
+            let message = "exponents are whole numbers from 0 to 9";
+            self.note(Diagnostic::error("bad-exponent", node.span, message));
+            return None;
+        }
+        Some(Term { coefficient, powers: powers.map(|power| power as u8) })
     }
 
     /// Length and width of a hinge.

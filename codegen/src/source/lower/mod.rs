@@ -33,6 +33,7 @@ const KEYS: &[&str] = &[
     "points",
     "forces",
     "air",
+    "hinge_models",
 ];
 
 /// Most layers of a layup: an outline is copied to each of them.
@@ -50,6 +51,7 @@ struct Names {
     parameters: Vec<String>,
     inputs: Vec<String>,
     points: Vec<String>,
+    hinge_models: Vec<String>,
 }
 
 struct Lowering<'s> {
@@ -95,6 +97,7 @@ impl Lowering<'_> {
         );
         let points = entries(fields.get("points"), "points", &mut self.diagnostics);
         let forces = entries(fields.get("forces"), "forces", &mut self.diagnostics);
+        let models = entries(fields.get("hinge_models"), "hinge models", &mut self.diagnostics);
         let inputs = self.inputs(fields.get("inputs"));
         self.names = Names {
             materials: self.declare(materials, Kind::Other("a material")),
@@ -103,6 +106,7 @@ impl Lowering<'_> {
             parameters: self.declare(parameters, Kind::Symbol("a parameter")),
             inputs: inputs.iter().map(|input| input.value.clone()).collect(),
             points: self.declare(points, Kind::Other("a point")),
+            hinge_models: self.declare(models, Kind::Other("a hinge model")),
         };
         self.declare(forces, Kind::Other("a force"));
 
@@ -120,6 +124,7 @@ impl Lowering<'_> {
             let error = Diagnostic::error("no-joints", entry.span(), "there are no joints");
             self.diagnostics.push(error.hint("nothing can move: a mechanism needs a joint"));
         }
+        let hinge_models = self.each(models, Self::hinge_model);
         let parameters_read = self.each(parameters, Self::parameter);
         let joints_read = self.each(joints, |this, entry| this.joint(entry, &fixed, &materials));
         let tunable = self.tunable(fields.get("tunable"), parameters, &inputs, &fixed);
@@ -141,6 +146,7 @@ impl Lowering<'_> {
             initial_u,
             points: points?,
             forces: forces?,
+            hinge_models: hinge_models?,
             air: air?,
         })
     }

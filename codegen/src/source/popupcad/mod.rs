@@ -135,6 +135,7 @@ impl Import {
             initial_u: Vec::new(),
             points: Vec::new(),
             forces: Vec::new(),
+            hinge_models: Vec::new(),
             air: None,
         })
     }

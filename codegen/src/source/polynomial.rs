@@ -1,6 +1,6 @@
-//! Polynomials of a hinge's length l, width w and body area a.
+//! Polynomials of a hinge's length l, width w and body area a, SI.
 
-/// Coefficient l^i w^j a^k, SI.
+/// Coefficient l^i w^j a^k.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Term {
     /// Of the term.
@@ -13,6 +13,13 @@ pub struct Term {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Polynomial(pub Vec<Term>);
 
+impl Term {
+    /// l^i w^j a^k at (l, w, a) in m, m, m^2.
+    pub fn monomial(&self, at: [f64; 3]) -> f64 {
+        self.powers.iter().zip(at).map(|(&power, x)| x.powi(power.into())).product()
+    }
+}
+
 impl Polynomial {
     /// From coefficients with the exponents of l, w and a.
     pub fn new(terms: &[(f64, [u8; 3])]) -> Self {
@@ -22,7 +29,7 @@ impl Polynomial {
 
     /// Its value at (l, w, a) in m, m, m^2.
     pub fn value(&self, at: [f64; 3]) -> f64 {
-        self.0.iter().map(|term| term.coefficient * monomial(term.powers, at)).sum()
+        self.0.iter().map(|term| term.coefficient * term.monomial(at)).sum()
     }
 
     /// The terms with a, and those without.
@@ -30,9 +37,4 @@ impl Polynomial {
         let (with, without) = self.0.iter().partition(|term: &&Term| term.powers[2] > 0);
         (Self(with), Self(without))
     }
-}
-
-/// l^i w^j a^k.
-pub fn monomial(powers: [u8; 3], at: [f64; 3]) -> f64 {
-    powers.iter().zip(at).map(|(&power, x)| x.powi(power.into())).product()
 }
