@@ -193,10 +193,11 @@ pub fn to_yaml(
     for (what, regression, unit) in known {
         let Regression { error, validated, mean, .. } = regression;
         let percent = 100.0 * error / mean;
-        let _ = writeln!(
-            text,
-            "    # mean error {error:.3e} {unit} ({percent:.2} %), cross-validated {validated:.3e} {unit}"
-        );
+        let validated = match validated.is_finite() {
+            true => format!("{validated:.3e} {unit} cross-validated"),
+            false => "not cross-validated: a specimen alone tells one of the terms".into(),
+        };
+        let _ = writeln!(text, "    # mean error {error:.3e} {unit} ({percent:.2} %), {validated}");
         let _ = writeln!(text, "    {what}:  # [coefficient, powers of length, width, area], SI");
         for Term { coefficient, powers: [l, w, a] } in &regression.polynomial.0 {
             let _ = writeln!(text, "      - [{coefficient:e}, {l}, {w}, {a}]");
