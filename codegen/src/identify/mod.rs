@@ -15,6 +15,8 @@ pub mod fourier;
 mod record;
 mod start;
 pub mod swing;
+#[cfg(test)]
+mod tests;
 mod trajectory;
 
 pub use fit::{Estimate, Fit, FitError, NEAR, Problem};
