@@ -70,6 +70,42 @@ pub(crate) fn jacobian_within<Y: System>(
     }
 }
 
+/// du/dt and its derivatives along some directions of q, u, the parameters and the inputs: N
+/// numbers in `out` for du/dt itself, and N for each change, 1/s^2 per unit of it. Prescribed angles
+/// stay as they are.
+///
+/// # Errors
+///
+/// As [`acceleration`](crate::acceleration()); [`Error::Length`] of an `out` of another length.
+pub fn derivatives_along<'c, Y: System>(
+    system: &Y,
+    t: Y::Scalar,
+    q: &[Y::Scalar],
+    u: &[Y::Scalar],
+    changes: impl ExactSizeIterator<Item = Change<'c, Y::Scalar>>,
+    workspace: &mut [Y::Scalar],
+    out: &mut [Y::Scalar],
+) -> Result<(), Error>
+where
+    Y::Scalar: 'c,
+{
+    let n = system.dimensions().coordinates;
+    let (expected, given) = (n * (1 + changes.len()), out.len());
+    if expected != given {
+        return Err(Error::Length { expected, given });
+    }
+    let mut linear = Linearised::at(system, t, q, u, plain(), workspace)?;
+    let (acceleration, derivatives) = out.split_at_mut(n);
+    acceleration.copy_from_slice(linear.acceleration);
+    for (change, derivative) in changes.zip(derivatives.chunks_exact_mut(n.max(1))) {
+        linear.along(change, derivative);
+    }
+    match not_finite(&[out]) {
+        Some(index) => Err(Error::NotFinite { joint: index % n }),
+        None => Ok(()),
+    }
+}
+
 /// The equations of motion at a state, solved, with everything needed to differentiate them.
 pub(crate) struct Linearised<'a, Y: System> {
     system: &'a Y,
@@ -238,6 +274,22 @@ impl<'a, Y: System> Linearised<'a, Y> {
         self.inputs[input] = Y::Scalar::ONE;
         self.tangent(Y::Scalar::ZERO, false);
         self.inputs[input] = Y::Scalar::ZERO;
+        self.differentiate();
+        out.copy_from_slice(self.force);
+    }
+
+    /// da in the direction of a change.
+    fn along(&mut self, change: Change<'_, Y::Scalar>, out: &mut [Y::Scalar]) {
+        let rows = self.system.dimensions().rows;
+        self.opening.fill(Y::Scalar::ZERO);
+        let at = Balance {
+            t: self.t,
+            q: self.q,
+            u: self.u,
+            acceleration: self.acceleration,
+            multipliers: &self.multipliers[..rows],
+        };
+        self.system.write_tangent(at, change, self.force, &mut self.opening[..rows]);
         self.differentiate();
         out.copy_from_slice(self.force);
     }

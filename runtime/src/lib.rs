@@ -9,7 +9,7 @@
 //! | from a rough guess to closed loops | [`assemble`], [`Mechanism::assembled`] |
 //! | back onto closed loops | [`project`] |
 //! | a state of rest | [`equilibrium()`], [`Mechanism::settled`] |
-//! | derivatives of du/dt, linear motion about rest | [`jacobian()`], [`linearize`] |
+//! | derivatives of du/dt, linear motion about rest | [`jacobian()`], [`derivatives_along`], [`linearize`] |
 //! | motion | [`Dopri5`] (adaptive), [`Rodas`] (adaptive, for stiff hinges), [`Rk4`], [`SemiImplicitEuler`] |
 //! | motion between stops | [`Stopped`] |
 //!
@@ -122,7 +122,7 @@ pub use assembly::{Assembly, assemble};
 pub use equilibrium::{Equilibrium, equilibrium};
 pub use error::Error;
 pub use integrate::{Dopri5, Integrator, Rk4, Rodas, SemiImplicitEuler, Stabilisation};
-pub use jacobian::{JacobianMut, jacobian};
+pub use jacobian::{JacobianMut, derivatives_along, jacobian};
 pub use linearization::{LinearizationMut, linearize};
 pub use mechanism::{Closure, Equations, Forces, Jacobian, Mechanism, Storage};
 pub use projection::{Projected, project};

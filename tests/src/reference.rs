@@ -24,6 +24,7 @@ impl Reference {
             mass_parameter: None,
             sheets: Vec::new(),
             point_masses: Vec::new(),
+            surface: Vec::new(),
             span: Span::default(),
         });
         let joints = self.joints.iter().map(|joint| Joint {
@@ -35,6 +36,9 @@ impl Reference {
             stiffness: Expression::Number(joint.stiffness),
             damping: Expression::Number(joint.damping),
             rest: Expression::Number(joint.rest),
+            cubic_stiffness: lamc::source::Expression::ZERO,
+            friction: None,
+            linear_range: f64::INFINITY,
             torque: Expression::ZERO,
             drive: None,
             limits: [f64::NEG_INFINITY, f64::INFINITY],
@@ -55,6 +59,7 @@ impl Reference {
             initial_q: vec![0.0; self.joints.len()],
             initial_given: Vec::new(),
             initial_u: vec![0.0; self.joints.len()],
+            air: None,
             size: spread,
         }
     }

@@ -2,12 +2,30 @@
 
 use std::fmt::Write;
 
+use lamc::laminate::excursions;
 use lamc::pipeline::Compiled;
+use lamc::program::Interpreter;
+use lamc_runtime::{State, System, assemble};
 
-use super::{Outcome, load, output};
+use super::{Outcome, load, output, warn};
 
 pub fn run(model: &str) -> Outcome {
-    output::print(&report(&load(model)?))
+    let compiled = load(model)?;
+    warn_of_bends(&compiled);
+    output::print(&report(&compiled))
+}
+
+/// Warns of hinges that are bent beyond their linear range where the motion starts.
+fn warn_of_bends(compiled: &Compiled) {
+    let system = Interpreter::new(&compiled.program);
+    let mut q = State::initial(&system).q;
+    let pinned: Vec<bool> = (0..q.len()).map(|joint| system.is_given(joint)).collect();
+    // What cannot be assembled is told by the commands that need it.
+    if assemble(&system, 0.0, &mut q, &pinned, &mut system.workspace()).is_ok() {
+        let (parameters, inputs) = (system.parameters(), system.inputs());
+        let start = std::iter::once((0.0, q.as_slice()));
+        excursions(&compiled.topology.mechanism, parameters, inputs, start).iter().for_each(warn);
+    }
 }
 
 fn report(compiled: &Compiled) -> String {
@@ -64,6 +82,15 @@ fn report(compiled: &Compiled) -> String {
                 format!("{a:.4} {b:.4} {c:.4}"),
             ),
         );
+    }
+    let linear: Vec<_> =
+        mechanism.joints.iter().filter(|joint| joint.linear_range.is_finite()).collect();
+    if !linear.is_empty() {
+        line(&mut text, format_args!("\n{:<16} {:>22}", "hinge", "linear within deg"));
+    }
+    for joint in linear {
+        let degrees = joint.linear_range.to_degrees();
+        line(&mut text, format_args!("{:<16} {degrees:>22.3}", joint.name));
     }
     text.push_str("\noperations per evaluation\n");
     for function in &compiled.program.functions {

@@ -4,10 +4,14 @@
 
 mod check;
 mod compile;
+mod curves;
 mod equilibrium;
 mod eval;
+mod fit;
+mod hinge;
 mod import;
 mod live;
+mod mocap;
 mod modes;
 mod output;
 mod pictures;
@@ -133,6 +137,13 @@ enum Command {
     Equilibrium(equilibrium::Arguments),
     /// Natural frequencies, damping and shapes about a state of rest
     Modes(modes::Arguments),
+    /// Find parameters with which a model moves as measured
+    Fit(fit::Arguments),
+    /// Stiffness, damping and linear range of a hinge
+    #[command(subcommand)]
+    Hinge(hinge::Command),
+    /// Joint angles from motion capture: unit quaternions of the bodies over time
+    Mocap(mocap::Arguments),
     /// Write any readable model (popupCAD files too) in lamc's schema
     Import {
         /// The design
@@ -169,6 +180,9 @@ pub fn run() -> ExitCode {
         (Some(Command::Live(arguments)), _) => live::run(&arguments),
         (Some(Command::Equilibrium(arguments)), _) => equilibrium::run(&arguments),
         (Some(Command::Modes(arguments)), _) => modes::run(&arguments),
+        (Some(Command::Fit(arguments)), _) => fit::run(&arguments),
+        (Some(Command::Hinge(command)), _) => hinge::run(&command),
+        (Some(Command::Mocap(arguments)), _) => mocap::run(&arguments),
         (Some(Command::Import { design, output }), _) => import::run(&design, &output),
         (Some(Command::Completions { shell }), _) => shell::completions(shell),
         (Some(Command::Man { folder }), _) => shell::man(&folder),
@@ -186,6 +200,11 @@ fn fail(message: impl Display) -> Failed {
     // Nobody is left to tell when standard error is closed.
     let _ = writeln!(io::stderr(), "error: {message}");
     Failed(1)
+}
+
+/// Reports what is allowed but odd.
+fn warn(message: impl Display) {
+    let _ = writeln!(io::stderr(), "warning: {message}");
 }
 
 /// Reports an argument that cannot be read.

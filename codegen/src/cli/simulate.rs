@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use lamc::backend::jit::Jit;
-use lamc::laminate::Mechanism;
+use lamc::laminate::{Mechanism, excursions};
 use lamc::motion::{Motion, Work};
 use lamc_runtime::{State, System, project};
 
@@ -17,7 +17,7 @@ use super::pictures::Pictures;
 use super::plot::{self, Panel};
 use super::run::{INTERRUPTED, Method, Run, Settings};
 use super::start::{Start, describe};
-use super::{Failed, Outcome, fail, misused, output};
+use super::{Failed, Outcome, fail, misused, output, warn};
 
 /// Most numbers a recorded motion may have: a gigabyte.
 const MOST_NUMBERS: f64 = 125e6;
@@ -154,7 +154,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let samples = arguments.samples(&system)?;
     // Only from here on is there something to keep; before, an interrupt ends the process.
     ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed)).map_err(fail)?;
-    let work = Work::new(&mechanism, system.parameters(), system.inputs());
+    let (parameters, inputs) = (system.parameters().to_vec(), system.inputs().to_vec());
+    let work = Work::new(&mechanism, &parameters, &inputs);
     let begin = Instant::now();
     let mut run = Run::new(system, state, work, &arguments.settings());
     run.record()?;
@@ -164,6 +165,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let outcome = run.through(times, |done| progress.set_position(done as u64));
     progress.finish_and_clear();
     outcome?;
+    let moved = run.motion.samples.iter().map(|sample| (sample.t, sample.q.as_slice()));
+    excursions(&mechanism, &parameters, &inputs, moved).into_iter().for_each(warn);
     let seconds = begin.elapsed().as_secs_f64();
     arguments.files.write(&mechanism, &run.motion)?;
     if !arguments.files.paths().any(|path| path == "-") {

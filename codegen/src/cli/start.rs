@@ -5,7 +5,7 @@ use clap::Args;
 use lamc::backend::jit::Jit;
 use lamc::pipeline::Compiled;
 use lamc::program::Interface;
-use lamc::source::{read_angle, read_quantity};
+use lamc::source::{SourceModel, read_angle, read_quantity};
 use lamc_runtime::{Error, State, System, assemble, project};
 
 use super::{Failed, fail, load_edited, misused};
@@ -33,6 +33,29 @@ pub struct Start {
 impl Start {
     /// The model compiled, its joints locked as asked, without what is released.
     pub fn compile(&self, released: &[String]) -> Result<Compiled, Failed> {
+        self.compile_changed(released, |_| ())
+    }
+
+    /// As [`compile`](Self::compile), after another change of the model.
+    pub fn compile_changed(
+        &self,
+        released: &[String],
+        change: impl FnOnce(&mut SourceModel),
+    ) -> Result<Compiled, Failed> {
+        let locks = self.locks(released)?;
+        let prescribed = self.input.iter().map(|setting| named(setting, INPUT));
+        let prescribed = prescribed.collect::<Result<Vec<_>, _>>()?;
+        load_edited(&self.model, |model| {
+            change(model);
+            let functions = prescribed.iter().filter(|(_, text)| read_quantity(text).is_none());
+            functions.into_iter().try_for_each(|(name, text)| model.prescribe(name, text))?;
+            released.iter().try_for_each(|name| model.release(name))?;
+            locks.iter().try_for_each(|(joint, angle)| model.lock(joint, *angle))
+        })
+    }
+
+    /// The joints to hold, but for what is released.
+    fn locks(&self, released: &[String]) -> Result<Vec<(&str, f64)>, Failed> {
         let mut locks = Vec::new();
         for lock in &self.lock {
             let (joint, angle) = pair(lock, "--lock j0=30deg", read_angle)?;
@@ -41,14 +64,7 @@ impl Start {
                 locks.push((joint, angle));
             }
         }
-        let prescribed = self.input.iter().map(|setting| named(setting, INPUT));
-        let prescribed = prescribed.collect::<Result<Vec<_>, _>>()?;
-        load_edited(&self.model, |model| {
-            let functions = prescribed.iter().filter(|(_, text)| read_quantity(text).is_none());
-            functions.into_iter().try_for_each(|(name, text)| model.prescribe(name, text))?;
-            released.iter().try_for_each(|name| model.release(name))?;
-            locks.iter().try_for_each(|(joint, angle)| model.lock(joint, *angle))
-        })
+        Ok(locks)
     }
 
     /// The model ready to be evaluated, with parameters and inputs set.

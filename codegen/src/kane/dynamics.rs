@@ -20,8 +20,8 @@ use std::array;
 use super::derivation::Derivation;
 use super::equations::Section;
 use super::motion::Motion;
-use super::vector::{Tensor, Vector, add, apply, cross, dot, scale, shift, sub};
-use crate::symbolic::Expr;
+use super::vector::{Tensor, Vector, add, apply, cross, dot, scale, shift, sub, zero};
+use crate::symbolic::{Expr, Function};
 use crate::topology::NodeId;
 
 /// What [`dynamics`] derives.
@@ -56,6 +56,16 @@ pub struct Inertia {
 pub struct Wrench {
     pub force: Vector,
     pub moment: Vector,
+}
+
+/// A joint's spring: its torque is -k bend - k3 bend^3.
+struct Spring {
+    /// k, N m/rad.
+    stiffness: Expr,
+    /// k3, N m/rad^3.
+    cubic: Expr,
+    /// q - rest, rad.
+    bend: Expr,
 }
 
 /// dv/du and domega/du of a node by the speed of its own joint.
@@ -176,7 +186,42 @@ impl Derivation<'_> {
                 force = add(&force, &here);
             }
         }
+        if self.topology.nodes[node.index()].ghost.is_none() {
+            let drag = self.drag(node, motion);
+            force = add(&force, &drag.force);
+            moment = add(&moment, &drag.moment);
+        }
         Wrench { force, moment }
+    }
+
+    /// What the air does to the plates of a node: density drag |v| v / 2 per area against the speed
+    /// v along the normal.
+    fn drag(&mut self, node: NodeId, motion: &Motion) -> Wrench {
+        let mut sum = Wrench { force: zero(), moment: zero() };
+        let mechanism = self.mechanism();
+        let body = &mechanism.bodies[self.topology.nodes[node.index()].body.index()];
+        let Some(air) = mechanism.air.as_ref().filter(|_| !body.surface.is_empty()) else {
+            return sum;
+        };
+        let density = self.scalar(&air.density, "air_density", None);
+        let drag = self.scalar(&air.drag, "air_drag", None);
+        let pressure = self.bind(Section::Mechanism, "air_pressure".into(), &density * &drag);
+        let normal = self.frame(Some(node)).direction(&nalgebra::Vector3::z());
+        let normal = self.constants(normal);
+        for (index, point) in body.surface.iter().enumerate() {
+            let arm = self.arm(Some(node), &point.at);
+            let speed = dot(&normal, &motion.velocity_at(&arm));
+            let speed = self.bind_scalar(node, &format!("wind_{index}"), speed);
+            let size = Expr::apply(Function::Abs, std::slice::from_ref(&speed));
+            let size = self.bind_scalar(node, &format!("wind_size_{index}"), size);
+            let half_area = self.constant(0.5 * point.area);
+            let push = -&(&(&half_area * &pressure) * &(&size * &speed));
+            let push = self.bind_scalar(node, &format!("drag_{index}"), push);
+            let force = scale(&push, &normal);
+            sum.moment = add(&sum.moment, &cross(&arm, &force));
+            sum.force = add(&sum.force, &force);
+        }
+        sum
     }
 
     /// tau_r: the joint's own torque on the child about the hinge, along u_r, N m.
@@ -186,18 +231,33 @@ impl Derivation<'_> {
         let span = Some(hinge.span);
         let torque = self.scalar(&hinge.torque, &format!("torque_{name}"), span);
         let damping = self.scalar(&hinge.damping, &format!("damping_{name}"), span);
-        let (stiffness, bend) = self.spring(joint);
+        let Spring { stiffness, cubic, bend } = self.spring(joint);
         let u = self.u[joint].clone();
-        &(&torque - &(&stiffness * &bend)) - &(&damping * &u)
+        let linear = &(&torque - &(&stiffness * &bend)) - &(&damping * &u);
+        let stiffened = &linear - &(&cubic * &bend.power(3));
+        match &hinge.friction {
+            None => stiffened,
+            Some(friction) => {
+                let torque = self.scalar(&friction.torque, &format!("friction_{name}"), span);
+                let speed = self.constant(1.0 / friction.speed);
+                let sense = Expr::apply(Function::Tanh, &[&speed * &u]);
+                let sense = self.bind(Section::Mechanism, format!("sense_{name}"), sense);
+                &stiffened - &(&torque * &sense)
+            }
+        }
     }
 
-    /// Stiffness k and deflection q - rest of a joint's spring.
-    fn spring(&mut self, joint: usize) -> (Expr, Expr) {
+    fn spring(&mut self, joint: usize) -> Spring {
         let hinge = &self.mechanism().joints[joint];
         let (name, span) = (&hinge.name, Some(hinge.span));
         let stiffness = self.scalar(&hinge.stiffness, &format!("stiffness_{name}"), span);
+        let cubic = self.scalar(&hinge.cubic_stiffness, &format!("cubic_stiffness_{name}"), span);
         let rest = self.scalar(&hinge.rest, &format!("rest_{name}"), span);
-        (stiffness, &self.q[joint] - &rest)
+        let mut bend = &self.q[joint] - &rest;
+        if !cubic.is_zero() {
+            bend = self.bind(Section::Mechanism, format!("bend_{name}"), bend);
+        }
+        Spring { stiffness, cubic, bend }
     }
 
     /// f: everything in F_r + F_r* that is not a coefficient of du/dt.
@@ -354,7 +414,7 @@ impl Derivation<'_> {
         total
     }
 
-    /// Sum over nodes of -m g . p and over joints of k (q - rest)^2 / 2.
+    /// Sum over nodes of -m g . p and over joints of k bend^2 / 2 + k3 bend^4 / 4.
     fn potential_energy(&mut self, inertia: &[Inertia]) -> Expr {
         let half = self.constant(0.5);
         let gravity = self.gravity(None);
@@ -367,9 +427,11 @@ impl Derivation<'_> {
             total = &total + &self.bind_scalar(node, "potential", energy);
         }
         for joint in 0..self.mechanism().joints.len() {
-            let (stiffness, bend) = self.spring(joint);
+            let Spring { stiffness, cubic, bend } = self.spring(joint);
             let name = format!("spring_{}", self.mechanism().joints[joint].name);
-            let energy = &(&half * &stiffness) * &(&bend * &bend);
+            let quarter = if cubic.is_zero() { Expr::zero() } else { self.constant(0.25) };
+            let energy = &(&(&half * &stiffness) * &(&bend * &bend))
+                + &(&(&quarter * &cubic) * &bend.power(4));
             total = &total + &self.bind(Section::Mechanism, name, energy);
         }
         total

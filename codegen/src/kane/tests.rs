@@ -66,6 +66,7 @@ fn chain(n: usize, mass: f64, inertia: f64) -> Topology {
         mass_parameter: None,
         sheets: Vec::new(),
         point_masses: Vec::new(),
+        surface: Vec::new(),
         span: Span::default(),
     };
     let joint = |k: usize| Joint {
@@ -77,6 +78,9 @@ fn chain(n: usize, mass: f64, inertia: f64) -> Topology {
         stiffness: number(3.0),
         damping: number(0.2),
         rest: number(0.1),
+        cubic_stiffness: number(0.0),
+        friction: None,
+        linear_range: f64::INFINITY,
         torque: number(0.0),
         drive: None,
         limits: [f64::NEG_INFINITY, f64::INFINITY],
@@ -103,6 +107,7 @@ fn chain(n: usize, mass: f64, inertia: f64) -> Topology {
         initial_q: vec![0.0; n],
         initial_given: Vec::new(),
         initial_u: vec![0.0; n],
+        air: None,
         size: n as f64,
     };
     Topology {

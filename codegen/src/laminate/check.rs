@@ -25,6 +25,11 @@ pub fn positive(name: &str, given: &Spanned<f64>, unit: &str, found: &mut Diagno
     );
 }
 
+/// Whether every number is finite.
+pub fn all_finite(values: &[f64]) -> bool {
+    values.iter().all(|value| value.is_finite())
+}
+
 /// Density, thickness and moduli of every material.
 pub fn materials(model: &SourceModel, found: &mut Diagnostics) {
     for material in &model.materials {

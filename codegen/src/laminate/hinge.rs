@@ -1,12 +1,16 @@
 //! Hinges: the line they turn about and the spring they turn against.
 //!
-//! A beam hinge is a strip bent over its free length L: k = E I / L, I = w t^3 / 12.
+//! Models of hinges are in [`flexure`](super::flexure).
 
 use nalgebra::Vector3;
 
 use super::check;
-use super::mechanism::Joint;
-use crate::source::{Diagnostic, Diagnostics, Expression, SourceModel, Spanned, Spring};
+use super::flexure::sharifzadeh2018::Coefficients;
+use super::flexure::{self, Beam};
+use super::mechanism::{Friction, Joint};
+use crate::source::{
+    Diagnostic, Diagnostics, Expression, HingeModel, Material, SourceModel, Span, Spanned, Spring,
+};
 
 /// Components of a unit vector below this are rounding of a direction along the other axis.
 const ALONG_AXIS: f64 = 1e-15;
@@ -24,18 +28,21 @@ pub fn hinge(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diag
                 .hint("give two different points"),
         );
     }
-    let stiffness = stiffness(model, joint, found);
+    let Flexure { stiffness, damping, linear_range } = flexed(model, joint, found);
     warn_of_negative_stiffness(name, &stiffness, found);
     driven_angle(joint, found);
-    if let Some(damping) = joint.damping.value.as_number()
-        && damping < 0.0
+    if let Some(number) = damping.value.as_number()
+        && number < 0.0
     {
         let message = format!("the damping of `{name}` is negative: it would add energy");
-        found.push(Diagnostic::error("negative-damping", joint.damping.span, message));
+        found.push(Diagnostic::error("negative-damping", damping.span, message));
     }
-    for (what, value) in
-        [("stiffness", &stiffness), ("damping", &joint.damping), ("rest angle", &joint.rest)]
-    {
+    for (what, value) in [
+        ("stiffness", &stiffness),
+        ("damping", &damping),
+        ("rest angle", &joint.rest),
+        ("cubic stiffness", &joint.cubic_stiffness),
+    ] {
         if value.value.as_number().is_some_and(|number| !number.is_finite()) {
             let message = format!("the {what} of `{name}` is not finite");
             found.push(Diagnostic::error("not-finite", value.span, message));
@@ -48,8 +55,11 @@ pub fn hinge(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diag
         direction: direction(dx, dy),
         length,
         stiffness: stiffness.value,
-        damping: joint.damping.value.clone(),
+        damping: damping.value,
         rest: joint.rest.value.clone(),
+        cubic_stiffness: joint.cubic_stiffness.value.clone(),
+        friction: joint.friction.as_ref().map(|given| friction(name, given, found)),
+        linear_range,
         torque: joint.torque.value.clone(),
         drive: joint.drive.as_ref().map(|drive| drive.value.clone()),
         limits: joint
@@ -106,32 +116,144 @@ pub fn initial_angle(joint: &Joint, angle: f64, found: &mut Diagnostics) {
     }
 }
 
-fn stiffness(
-    model: &SourceModel,
-    joint: &crate::source::Joint,
+/// What a hinge's model says of it.
+struct Flexure {
+    stiffness: Spanned<Expression>,
+    damping: Spanned<Expression>,
+    /// rad.
+    linear_range: f64,
+}
+
+fn flexed(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diagnostics) -> Flexure {
+    let at = |value: f64, span: Span| Spanned { value: Expression::Number(value), span };
+    let damping = joint.damping.clone();
+    match &joint.spring {
+        Spring::Stiffness(stiffness) => {
+            Flexure { stiffness: stiffness.clone(), damping, linear_range: f64::INFINITY }
+        }
+        Spring::Beam { material, length, width, gaps } => {
+            let strip = &model.materials[material.value];
+            let beam = beam(strip, material.span, length, width, gaps.as_ref(), found);
+            // Mistakes in the strip's numbers are reported as such, not as what they lead to.
+            let stiffness = Some(beam.stiffness()).filter(|stiffness| stiffness.is_finite());
+            // The angle is that of the bending moment, whatever the arm.
+            let range =
+                strip.yield_stress.as_ref().map(|sigma| beam.linear_range(sigma.value, 1.0));
+            let linear_range = range.map_or(f64::INFINITY, |range| range.angle);
+            let stiffness = at(stiffness.unwrap_or(0.0), joint.name.span);
+            Flexure { stiffness, damping, linear_range }
+        }
+        Spring::Family { model: family, length, width, area, span } => {
+            let family = &model.hinge_models[*family];
+            let at = [length.value, width.value, area.as_ref().map_or(0.0, |area| area.value)];
+            let [stiffness, damping] =
+                [&family.stiffness, &family.damping].map(|polynomial| polynomial.value(at));
+            family_bounds(family, &joint.name.value, at, area.is_some(), *span, found);
+            for (what, value) in [("stiffness", stiffness), ("damping", damping)] {
+                if value.is_nan() || value <= 0.0 {
+                    let name = &family.name.value;
+                    let message =
+                        format!("the {what} of `{name}` there is {value:.4e}, not positive");
+                    found.push(Diagnostic::error("outside-model", *span, message));
+                }
+            }
+            let number = |value: f64| Spanned { value: Expression::Number(value), span: *span };
+            let (stiffness, damping) = (number(stiffness), number(damping));
+            Flexure { stiffness, damping, linear_range: f64::INFINITY }
+        }
+        Spring::Sharifzadeh2018 { length, width, area, printed, span } => {
+            let model = if *printed { Coefficients::Printed } else { Coefficients::Corrected };
+            let area = area.as_ref().map(|area| area.value);
+            let [stiffness, damping] = match model.hinge(length.value, width.value, area) {
+                Ok(hinge) => [hinge.stiffness, hinge.material_damping + hinge.air_damping],
+                Err(refusal) => {
+                    let name = &joint.name.value;
+                    found.push(
+                        Diagnostic::error("outside-model", *span, refusal.to_string())
+                            .label(format!("`sharifzadeh2018` does not describe `{name}`"))
+                            .hint("see docs/HINGES.md, or give the `stiffness` and `damping` themselves"),
+                    );
+                    [0.0; 2]
+                }
+            };
+            let (stiffness, damping) = (at(stiffness, *span), at(damping, *span));
+            Flexure { stiffness, damping, linear_range: f64::INFINITY }
+        }
+    }
+}
+
+fn beam(
+    strip: &Material,
+    named: Span,
+    length: &Spanned<f64>,
+    width: &Spanned<f64>,
+    gaps: Option<&Spanned<f64>>,
     found: &mut Diagnostics,
-) -> Spanned<Expression> {
-    let (material, length, width) = match &joint.spring {
-        Spring::Stiffness(stiffness) => return stiffness.clone(),
-        Spring::Beam { material, length, width } => (material, length, width),
-    };
+) -> Beam {
     check::positive("free length of the hinge", length, "m", found);
     check::positive("width of the hinge", width, "m", found);
-    let strip = &model.materials[material.value];
+    let cut = gaps.map_or(0.0, |gaps| gaps.value);
+    if let Some(gaps) = gaps
+        && !(cut >= 0.0 && cut < width.value)
+    {
+        let message = format!("gaps of {cut} m in a hinge {} m wide", width.value);
+        found.push(
+            Diagnostic::error("no-width", gaps.span, message)
+                .hint("`gaps` is how much of the width is cut out: less than all of it"),
+        );
+    }
     let modulus = strip.youngs_modulus.as_ref().map(|modulus| modulus.value);
     if modulus.is_none() {
         let message = format!("`{}` has no `youngs_modulus`", strip.name.value);
         found.push(
-            Diagnostic::error("no-modulus", material.span, message)
+            Diagnostic::error("no-modulus", named, message)
                 .label("a beam's stiffness needs it")
                 .hint("add it to the material, as in `youngs_modulus: 4.4 GPa`"),
         );
     }
-    let second_moment = width.value * strip.thickness.value.powi(3) / 12.0;
-    let stiffness = modulus.map_or(0.0, |modulus| modulus * second_moment / length.value);
-    // Mistakes in the strip's numbers are reported as such, not as what they lead to.
-    let stiffness = if stiffness.is_finite() { stiffness } else { 0.0 };
-    Spanned { value: Expression::Number(stiffness), span: joint.name.span }
+    Beam {
+        youngs_modulus: modulus.unwrap_or(0.0),
+        length: length.value,
+        width: width.value - cut,
+        thickness: strip.thickness.value,
+    }
+}
+
+/// Warns of a hinge outside the convex hull of the specimens its model was fitted to.
+fn family_bounds(
+    family: &HingeModel,
+    joint: &str,
+    at: [f64; 3],
+    has_area: bool,
+    span: Span,
+    found: &mut Diagnostics,
+) {
+    let [length, width, _] = at;
+    let flat: Vec<[f64; 2]> = family.specimens.iter().map(|[l, w, _]| [*l, *w]).collect();
+    let inside = match has_area {
+        true => flexure::contains(&family.specimens, at),
+        false => flexure::contains(&flat, [length, width]),
+    };
+    if !inside {
+        let name = &family.name.value;
+        let message = format!("`{joint}` lies outside the specimens that `{name}` was fitted to");
+        found.push(
+            Diagnostic::warning("outside-specimens", span, message)
+                .hint("a polynomial says little beyond what was measured"),
+        );
+    }
+}
+
+fn friction(name: &str, given: &crate::source::Friction, found: &mut Diagnostics) -> Friction {
+    check::positive("speed of the friction", &given.speed, "rad/s", found);
+    if given.torque.value.constant().is_some_and(|torque| !(torque >= 0.0 && torque.is_finite())) {
+        let message = format!("the friction of `{name}` is negative or not finite");
+        found.push(
+            Diagnostic::error("negative-friction", given.torque.span, message)
+                .hint("it acts against the motion: give its magnitude"),
+        );
+    }
+    Friction { torque: given.torque.value.clone(), speed: given.speed.value }
 }
 
 fn warn_of_negative_stiffness(

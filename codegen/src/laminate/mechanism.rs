@@ -33,8 +33,20 @@ pub struct Mechanism {
     pub initial_u: Vec<f64>,
     /// Joints that are to close loops.
     pub cuts: Vec<JointId>,
+    /// The air that plates are dragged through.
+    pub air: Option<Air>,
     /// Diagonal of the flat bounding box over plates, hinge lines, centres of mass and points, m.
     pub size: f64,
+}
+
+/// Air, which resists plates by density drag v^2 / 2 per area, v the speed along the plate's
+/// normal.
+#[derive(Clone, Debug)]
+pub struct Air {
+    /// kg/m^3.
+    pub density: Expression,
+    /// Drag coefficient.
+    pub drag: Expression,
 }
 
 /// A rigid body; all fixed bodies together are the ground.
@@ -52,6 +64,8 @@ pub struct Body {
     pub sheets: Vec<Sheet>,
     /// Where its point masses are, flat coordinates, m.
     pub point_masses: Vec<Vector3<f64>>,
+    /// The area of its plates seen square to the sheet, as points: where there is air.
+    pub surface: Vec<SurfacePoint>,
     /// Its entry in the file.
     pub span: Span,
 }
@@ -67,6 +81,15 @@ pub struct Sheet {
     pub outline: Vec<[f64; 2]>,
     /// As the outline.
     pub holes: Vec<Vec<[f64; 2]>>,
+}
+
+/// A part of a body's area.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint {
+    /// Flat coordinates, m.
+    pub at: Vector3<f64>,
+    /// m^2.
+    pub area: f64,
 }
 
 /// Mass, centre of mass and inertia of a rigid body.
@@ -99,6 +122,12 @@ pub struct Joint {
     pub damping: Expression,
     /// Relaxed angle, rad.
     pub rest: Expression,
+    /// Cubic part of the spring, N m/rad^3: the torque is -k bend - k3 bend^3, bend = q - rest.
+    pub cubic_stiffness: Expression,
+    /// Dry friction.
+    pub friction: Option<Friction>,
+    /// Largest bend, either way, at which the hinge is elastic, rad; infinite where not known.
+    pub linear_range: f64,
     /// Torque on `bodies[1]` about `direction`, N m.
     pub torque: Expression,
     /// Prescribed angle, rad: a function of t, parameters and inputs.
@@ -107,6 +136,15 @@ pub struct Joint {
     pub limits: [f64; 2],
     /// Its entry in the file.
     pub span: Span,
+}
+
+/// Coulomb's friction, smoothed: the torque is -torque tanh(u / speed).
+#[derive(Clone, Debug)]
+pub struct Friction {
+    /// N m.
+    pub torque: Expression,
+    /// rad/s.
+    pub speed: f64,
 }
 
 /// A number that stays a symbol.

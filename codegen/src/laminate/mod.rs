@@ -1,8 +1,11 @@
 //! Stage 2: [`SourceModel`] -> [`Mechanism`]: plates become mass
 //! properties, hinges become springs; what is physically impossible is refused.
 
+mod air;
 mod check;
+pub mod flexure;
 mod hinge;
+mod linear;
 mod mass;
 mod mechanism;
 mod outline;
@@ -11,6 +14,7 @@ mod plate;
 mod tests;
 mod tunable;
 
+pub use linear::{Excursion, excursions};
 pub use mechanism::*;
 
 use nalgebra::Vector3;
@@ -44,6 +48,7 @@ pub fn build(model: &SourceModel, warnings: &mut Diagnostics) -> Result<Mechanis
         cuts: model.cuts.clone(),
         initial_given: model.initial_q.iter().map(|(joint, _)| *joint).collect(),
         initial_u: per_joint(model, &model.initial_u),
+        air: model.air.as_ref().map(|air| air::air(air, &mut found)),
         size: 0.0,
     };
     for (joint, angle) in &model.initial_q {

@@ -3,12 +3,32 @@
 use geo::algorithm::validation::{InvalidPolygon, RingRole};
 use geo::{
     Area, BooleanOps, BoundingRect, ConvexHull, Coord, Intersects, LineString, Polygon, Validation,
+    unary_union,
 };
 
 use crate::source::{Diagnostic, Diagnostics, Plate, Span, Spanned};
 
 /// Areas below this fraction of the plate's are rounding.
 const NEGLIGIBLE: f64 = 1e-9;
+
+/// The area that sound plates of all layers cover together, as plates that do not overlap.
+pub fn silhouette(layers: &[Vec<Plate>]) -> Vec<Plate> {
+    let scale = layers.iter().map(|plates| scale(plates)).fold(f64::INFINITY, f64::min);
+    let polygon = |plate: &Plate| {
+        let holes = plate.holes.iter().map(|hole| ring(&hole.value, scale)).collect();
+        Polygon::new(ring(&plate.outline.value, scale), holes)
+    };
+    let polygons: Vec<_> = layers.iter().flatten().map(polygon).collect();
+    let bare = |ring: &LineString<f64>| {
+        let value = ring.coords().map(|c| [c.x / scale, c.y / scale]).collect();
+        Spanned { value, span: Span::default() }
+    };
+    let plate = |polygon: &Polygon<f64>| Plate {
+        outline: bare(polygon.exterior()),
+        holes: polygon.interiors().iter().map(bare).collect(),
+    };
+    unary_union(&polygons).iter().map(plate).collect()
+}
 
 /// Checks the plates of one layer of one body.
 pub fn check(plates: &[Plate], found: &mut Diagnostics) {

@@ -14,7 +14,7 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::mechanism::{Body, MassProperties, Sheet};
-use super::{check, outline};
+use super::{air, check, outline};
 use crate::source::{Diagnostics, Plate, Shape, SourceModel};
 
 /// One sheet of the layup.
@@ -76,6 +76,12 @@ pub fn body(model: &SourceModel, source: &crate::source::Body, found: &mut Diagn
     if !source.fixed && !explained {
         check::moving_body(source, &mass_properties, found);
     }
+    let surface = match &source.shape {
+        Shape::Plates(layers) if clean && !source.fixed && model.air.is_some() => {
+            air::surface(layers)
+        }
+        _ => Vec::new(),
+    };
     Body {
         name: source.name.value.clone(),
         fixed: source.fixed,
@@ -83,6 +89,7 @@ pub fn body(model: &SourceModel, source: &crate::source::Body, found: &mut Diagn
         mass_parameter: None,
         sheets,
         point_masses: source.point_masses.iter().map(|point| point.at.into()).collect(),
+        surface,
         span: source.span,
     }
 }
@@ -98,15 +105,37 @@ fn sheet(plate: &Plate, layer: &Layer<'_>) -> Sheet {
 }
 
 /// Moments of a plane figure about a point near it.
-struct Moments {
+pub struct Moments {
     /// The point, flat coordinates, m.
-    origin: Vector2<f64>,
+    pub origin: Vector2<f64>,
     /// m^2.
-    area: f64,
+    pub area: f64,
     /// Integral of (x, y) from the origin, m^3.
-    first: Vector2<f64>,
+    pub first: Vector2<f64>,
     /// Integrals of x^2, y^2, x y from the origin, m^4.
-    second: [f64; 3],
+    pub second: [f64; 3],
+}
+
+/// Moments of plates that do not overlap, about a point near the first.
+pub fn area_moments(plates: &[Plate]) -> Moments {
+    let mut parts = plates.iter().map(moments);
+    let none =
+        Moments { origin: Vector2::zeros(), area: 0.0, first: Vector2::zeros(), second: [0.0; 3] };
+    let mut total = parts.next().unwrap_or(none);
+    for part in parts {
+        let d = part.origin - total.origin;
+        let shifted = [
+            part.second[0] + 2.0 * d.x * part.first.x + d.x * d.x * part.area,
+            part.second[1] + 2.0 * d.y * part.first.y + d.y * d.y * part.area,
+            part.second[2] + d.x * part.first.y + d.y * part.first.x + d.x * d.y * part.area,
+        ];
+        for (sum, part) in total.second.iter_mut().zip(shifted) {
+            *sum += part;
+        }
+        total.first += part.first + d * part.area;
+        total.area += part.area;
+    }
+    total
 }
 
 /// Moments of a plate: outline less holes, whatever their orientation.

@@ -26,14 +26,16 @@ pub struct Work {
 }
 
 impl Work {
-    /// None done yet. `None` where the energy changes by something else: forces, driven joints,
-    /// springs or gravity that change with time.
+    /// None done yet. `None` where the energy changes by something else: forces, air, driven joints,
+    /// friction, springs or gravity that change with time.
     pub fn new(mechanism: &Mechanism, parameters: &[f64], inputs: &[f64]) -> Option<Self> {
         let joints = &mechanism.joints;
-        let springs = joints.iter().flat_map(|joint| [&joint.stiffness, &joint.rest]);
+        let springs =
+            joints.iter().flat_map(|joint| [&joint.stiffness, &joint.rest, &joint.cubic_stiffness]);
         let mut stored = springs.chain(&mechanism.gravity);
         let is_alone = mechanism.forces.is_empty()
-            && joints.iter().all(|joint| joint.drive.is_none())
+            && mechanism.air.is_none()
+            && joints.iter().all(|joint| joint.drive.is_none() && joint.friction.is_none())
             && !stored.any(|expression| expression.contains(&Expression::Time));
         is_alone.then(|| Self {
             hinges: joints.iter().map(|j| [j.damping.clone(), j.torque.clone()]).collect(),

@@ -5,7 +5,7 @@ use super::diagnostic::Spanned;
 use super::expression::Expression;
 use super::formula::{self, Scope};
 use super::ids::{JointId, ParameterId};
-use super::model::{SourceModel, Spring};
+use super::model::{SourceModel, Spring, Tunable};
 use super::names::alternatives;
 
 /// A change that the model does not admit.
@@ -84,6 +84,13 @@ impl SourceModel {
         }
     }
 
+    /// Makes constants of every joint (body) parameters, as `tunable` in the file does.
+    pub fn tune(&mut self, kind: Tunable) {
+        if self.tunable.iter().all(|known| known.value != kind) {
+            self.tunable.push(Spanned { value: kind, span: self.name.span });
+        }
+    }
+
     /// Takes away a force, or what drives a joint: its `torque` and its `drive`.
     ///
     /// # Errors
@@ -134,13 +141,24 @@ impl SourceModel {
         let joints = self.joints.iter_mut().flat_map(|joint| {
             let stiffness = match &mut joint.spring {
                 Spring::Stiffness(stiffness) => Some(stiffness),
-                Spring::Beam { .. } => None,
+                Spring::Beam { .. } | Spring::Sharifzadeh2018 { .. } | Spring::Family { .. } => {
+                    None
+                }
             };
-            let others = [&mut joint.damping, &mut joint.rest, &mut joint.torque];
-            let expressions = others.into_iter().chain(stiffness).chain(&mut joint.drive);
+            let friction = joint.friction.as_mut().map(|friction| &mut friction.torque);
+            let others = [
+                &mut joint.damping,
+                &mut joint.rest,
+                &mut joint.torque,
+                &mut joint.cubic_stiffness,
+            ];
+            let others = others.into_iter().chain(stiffness).chain(friction);
+            let expressions = others.chain(&mut joint.drive);
             expressions.map(|expression| &mut expression.value)
         });
         let forces = self.forces.iter_mut().flat_map(|force| &mut force.force);
-        self.gravity.iter_mut().chain(joints).chain(forces)
+        let air = self.air.iter_mut().flat_map(|air| [&mut air.density, &mut air.drag]);
+        let air = air.map(|expression| &mut expression.value);
+        self.gravity.iter_mut().chain(joints).chain(forces).chain(air)
     }
 }

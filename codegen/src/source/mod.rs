@@ -18,6 +18,7 @@ pub mod ids;
 mod lower;
 mod model;
 pub(crate) mod names;
+mod polynomial;
 mod popupcad;
 mod render;
 #[cfg(test)]
@@ -32,7 +33,8 @@ pub use expression::{Binary, Expression, Unary};
 pub use file::{MAX_FILE_BYTES, ReadError};
 pub use ids::{BodyId, InputId, JointId, ParameterId, PointId};
 pub use model::*;
-pub use units::{read_angle, read_quantity};
+pub use polynomial::{Polynomial, Term};
+pub use units::{read_angle, read_in, read_quantity};
 pub use write::to_yaml;
 
 use popupcad::Origin;

@@ -3,6 +3,7 @@
 use super::diagnostic::{Span, Spanned};
 use super::expression::Expression;
 use super::ids::{BodyId, InputId, JointId, PointId};
+use super::polynomial::Polynomial;
 
 /// A mechanism as its file describes it. All numbers SI (m, kg, s, rad).
 #[derive(Clone, Debug)]
@@ -35,6 +36,32 @@ pub struct SourceModel {
     pub forces: Vec<Force>,
     /// Joints that are to close loops; where they leave it open, a breadth-first walk chooses.
     pub cuts: Vec<JointId>,
+    /// Hinge models by name.
+    pub hinge_models: Vec<HingeModel>,
+    /// The air that plates are dragged through.
+    pub air: Option<Air>,
+}
+
+/// Stiffness and damping of a family of hinges.
+#[derive(Clone, Debug)]
+pub struct HingeModel {
+    /// Its name.
+    pub name: Spanned<String>,
+    /// k, N m/rad.
+    pub stiffness: Polynomial,
+    /// b, N m s/rad.
+    pub damping: Polynomial,
+    /// Length (m), width (m) and area (m^2) of the hinges that were measured.
+    pub specimens: Vec<[f64; 3]>,
+}
+
+/// Air, which resists plates.
+#[derive(Clone, Debug)]
+pub struct Air {
+    /// kg/m^3.
+    pub density: Spanned<Expression>,
+    /// Drag coefficient of a plate square to the flow.
+    pub drag: Spanned<Expression>,
 }
 
 /// A sheet material.
@@ -120,6 +147,10 @@ pub struct Joint {
     pub damping: Spanned<Expression>,
     /// Angle at which the spring is relaxed, rad.
     pub rest: Spanned<Expression>,
+    /// Cubic part of the spring, N m/rad^3.
+    pub cubic_stiffness: Spanned<Expression>,
+    /// Dry friction.
+    pub friction: Option<Friction>,
     /// Allowed angles, rad.
     pub limits: Option<Spanned<[f64; 2]>>,
     /// Torque on `bodies[1]` about the axis, N m.
@@ -143,7 +174,44 @@ pub enum Spring {
         length: Spanned<f64>,
         /// Width w along the hinge line, m.
         width: Spanned<f64>,
+        /// What is cut out of the width, m.
+        gaps: Option<Spanned<f64>>,
     },
+    /// The polynomials of DETC2018-86359, which give the damping too.
+    Sharifzadeh2018 {
+        /// Hinge length l, m.
+        length: Spanned<f64>,
+        /// Hinge width w, m.
+        width: Spanned<f64>,
+        /// Area a of the body that swings, m^2; without it the air's damping is left out.
+        area: Option<Spanned<f64>>,
+        /// With the coefficients as printed, not as corrected.
+        printed: bool,
+        /// The entry.
+        span: Span,
+    },
+    /// One of `hinge_models`, which gives the damping too.
+    Family {
+        /// Index into `hinge_models`.
+        model: usize,
+        /// Hinge length l, m.
+        length: Spanned<f64>,
+        /// Hinge width w, m.
+        width: Spanned<f64>,
+        /// Area a of the body that swings, m^2; without it the air's damping is left out.
+        area: Option<Spanned<f64>>,
+        /// The entry.
+        span: Span,
+    },
+}
+
+/// Coulomb's friction, smoothed: torque tanh(u / speed) against the motion.
+#[derive(Clone, Debug)]
+pub struct Friction {
+    /// N m.
+    pub torque: Spanned<Expression>,
+    /// Speed at which 76 % of the torque acts, rad/s.
+    pub speed: Spanned<f64>,
 }
 
 /// A named number that stays a symbol.

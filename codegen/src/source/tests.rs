@@ -136,7 +136,7 @@ fn every_key_is_read() {
     assert_eq!(stiffness.value, Expression::Parameter(ParameterId(0)));
     assert_eq!(j0.rest.value, Expression::Number(10f64.to_radians()));
     assert_eq!(j0.limits.as_ref().map(|l| l.value), Some([-PI, PI]));
-    assert!(matches!(&j1.spring, Spring::Beam { material, length, width }
+    assert!(matches!(&j1.spring, Spring::Beam { material, length, width, gaps: None }
             if (material.value, length.value, width.value) == (1, 1e-3, 20e-3)));
     assert_eq!(j1.damping.value, Expression::Number(1e-6));
     assert!(j2.limits.is_none() && j2.torque.value == Expression::ZERO && j2.z == 0.0);

@@ -79,6 +79,7 @@ quantities! {
     DENSITY = "a density", (1, -3, 0, 0), "`kg/m^3` or `g/cm^3`";
     PRESSURE = "a pressure or stress", (1, -1, -2, 0), "`Pa`, `MPa` or `GPa`";
     STIFFNESS = "a rotational stiffness", (1, 2, -2, -1), "`N*m/rad` or `mN*m/deg`";
+    CUBIC_STIFFNESS = "a cubic rotational stiffness", (1, 2, -2, -3), "`N*m/rad^3`";
     DAMPING = "a rotational damping", (1, 2, -1, -1), "`N*m*s/rad`";
     TORQUE = "a torque", (1, 2, -2, 0), "`N*m` or `mN*m`";
     FORCE = "a force", (1, 1, -2, 0), "`N` or `mN`";
@@ -86,7 +87,8 @@ quantities! {
     TIME = "a time", (0, 0, 1, 0), "`s` or `ms`";
     FREQUENCY = "a frequency", (0, 0, -1, 0), "`Hz`";
     SPEED = "a speed", (0, 1, -1, 0), "`m/s`";
-    AREA = "an area", (0, 2, 0, 0), "`m^2`";
+    AREA = "an area", (0, 2, 0, 0), "`m^2` or `cm^2`";
+    NUMBER = "a number", (0, 0, 0, 0), "no unit";
 }
 
 /// A unit as a factor to SI: `mantissa * 10^exponent`.
@@ -286,6 +288,16 @@ pub fn read_quantity(text: &str) -> Option<f64> {
 /// The value in radians of a number with a unit of angle; bare numbers are radians.
 pub fn read_angle(text: &str) -> Option<f64> {
     read(text, Some(ANGLE.dimension))
+}
+
+/// The value in SI of a number with a unit of the dimension of `unit`; bare numbers are SI.
+///
+/// # Errors
+/// What was expected.
+pub fn read_in(text: &str, unit: &str) -> Result<f64, String> {
+    let dimension = parse_unit(unit).ok().map(|unit| unit.dimension);
+    read(text, dimension)
+        .ok_or_else(|| format!("expected a number, bare or with a unit as in `1 {unit}`"))
 }
 
 fn read(text: &str, dimension: Option<Dimension>) -> Option<f64> {

@@ -4,9 +4,11 @@
 
 use std::fmt::Write;
 
+use super::diagnostic::Spanned;
 use super::expression::Expression;
 use super::formula::{number, print};
 use super::model::{Body, Joint, Plate, Shape, SourceModel, Spring};
+use super::polynomial::Term;
 
 /// Longest line of vertices.
 const WIDTH: usize = 100;
@@ -42,6 +44,21 @@ pub fn to_yaml(model: &SourceModel) -> String {
         line(out, 1, &format!("{}: {}", parameter.name.value, number(parameter.value)));
     });
     names(&mut out, "inputs", model.inputs.iter().map(|input| input.value.as_str()));
+    if let Some(air) = &model.air {
+        let [density, drag] = [&air.density, &air.drag].map(|law| expression(&law.value, model));
+        line(&mut out, 0, &format!("air: {{ density: {density}, drag: {drag} }}"));
+    }
+    section(&mut out, "hinge_models", &model.hinge_models, |out, family| {
+        line(out, 1, &format!("{}:", family.name.value));
+        for (key, polynomial) in [("stiffness", &family.stiffness), ("damping", &family.damping)] {
+            line(out, 2, &format!("{key}:"));
+            for Term { coefficient, powers: [l, w, a] } in &polynomial.0 {
+                line(out, 3, &format!("- [{}, {l}, {w}, {a}]", number(*coefficient)));
+            }
+        }
+        line(out, 2, "specimens:");
+        family.specimens.iter().for_each(|at| line(out, 3, &format!("- {}", list(at))));
+    });
     names(&mut out, "tunable", model.tunable.iter().map(|kind| kind.value.name()));
     section(&mut out, "bodies", &model.bodies, body);
     section(&mut out, "joints", &model.joints, |out, item| joint(out, item, model));
@@ -242,17 +259,45 @@ fn joint(out: &mut String, joint: &Joint, model: &SourceModel) {
     }
     law("damping", &joint.damping.value);
     law("rest", &joint.rest.value);
+    law("cubic_stiffness", &joint.cubic_stiffness.value);
     law("torque", &joint.torque.value);
     if let Some(drive) = &joint.drive {
         line(out, 2, &format!("drive: {}", expression(&drive.value, model)));
     }
-    if let Spring::Beam { material, length, width } = &joint.spring {
-        let material = &model.materials[material.value].name.value;
-        let (length, width) = (number(length.value), number(width.value));
-        let fields = format!("model: beam, material: {material}, length: {length}, width: {width}");
-        line(out, 2, &format!("hinge: {{ {fields} }}"));
+    if let Some(friction) = &joint.friction {
+        let torque = expression(&friction.torque.value, model);
+        let speed = number(friction.speed.value);
+        line(out, 2, &format!("friction: {{ torque: {torque}, speed: {speed} }}"));
     }
+    hinge(out, &joint.spring, model);
     if let Some(limits) = &joint.limits {
         line(out, 2, &format!("limits: {}", list(&limits.value)));
     }
+}
+
+fn hinge(out: &mut String, spring: &Spring, model: &SourceModel) {
+    let size = |length: &Spanned<f64>, width: &Spanned<f64>| {
+        format!("length: {}, width: {}", number(length.value), number(width.value))
+    };
+    let optional = |key: &str, value: &Option<Spanned<f64>>| {
+        value.as_ref().map_or(String::new(), |value| format!(", {key}: {}", number(value.value)))
+    };
+    let fields = match spring {
+        Spring::Stiffness(_) => return,
+        Spring::Beam { material, length, width, gaps } => {
+            let material = &model.materials[material.value].name.value;
+            let (size, gaps) = (size(length, width), optional("gaps", gaps));
+            format!("model: beam, material: {material}, {size}{gaps}")
+        }
+        Spring::Family { model: family, length, width, area, .. } => {
+            let name = &model.hinge_models[*family].name.value;
+            format!("model: {name}, {}{}", size(length, width), optional("area", area))
+        }
+        Spring::Sharifzadeh2018 { length, width, area, printed, .. } => {
+            let (size, area) = (size(length, width), optional("area", area));
+            let coefficients = if *printed { ", coefficients: printed" } else { "" };
+            format!("model: sharifzadeh2018, {size}{area}{coefficients}")
+        }
+    };
+    line(out, 2, &format!("hinge: {{ {fields} }}"));
 }

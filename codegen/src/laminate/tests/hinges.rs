@@ -36,8 +36,12 @@ fn beam_has_the_textbook_stiffness() {
     let mut pendulum = pendulum();
     pendulum.materials[0].youngs_modulus = Some(spanned(4.38327e9));
     pendulum.materials[0].thickness.value = 1.27e-4;
-    pendulum.joints[0].spring =
-        Spring::Beam { material: spanned(0), length: spanned(1e-3), width: spanned(20e-3) };
+    pendulum.joints[0].spring = Spring::Beam {
+        material: spanned(0),
+        length: spanned(1e-3),
+        width: spanned(20e-3),
+        gaps: None,
+    };
     let stiffness = mechanism(&pendulum).joints[0].stiffness.as_number().unwrap();
     // 4.38327e9 * 0.02 * 1.27e-4^3 / 12 / 1e-3 in rational arithmetic.
     assert!((stiffness / 0.01496435958735 - 1.0).abs() < 1e-13, "{stiffness}");

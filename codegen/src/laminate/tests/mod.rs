@@ -70,6 +70,8 @@ pub fn model(materials: Vec<Material>, bodies: Vec<Body>) -> SourceModel {
             spring: Spring::Stiffness(zero()),
             damping: zero(),
             rest: zero(),
+            cubic_stiffness: zero(),
+            friction: None,
             limits: None,
             torque: zero(),
             drive: None,
@@ -82,6 +84,8 @@ pub fn model(materials: Vec<Material>, bodies: Vec<Body>) -> SourceModel {
         initial_u: Vec::new(),
         points: Vec::new(),
         forces: Vec::new(),
+        hinge_models: Vec::new(),
+        air: None,
     }
 }
 

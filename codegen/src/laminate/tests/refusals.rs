@@ -145,8 +145,12 @@ fn everything_is_reported_together_and_once() {
     model.bodies.push(body("nothing", Shape::None));
     model.joints[0].limits = Some(spanned([0.0, 1.0]));
     model.initial_q = vec![(JointId(0), -0.1)];
-    model.joints[0].spring =
-        Spring::Beam { material: spanned(0), length: spanned(0.0), width: spanned(f64::NAN) };
+    model.joints[0].spring = Spring::Beam {
+        material: spanned(0),
+        length: spanned(0.0),
+        width: spanned(f64::NAN),
+        gaps: None,
+    };
     let expected = [
         "not-positive", // density
         "not-positive", // thickness

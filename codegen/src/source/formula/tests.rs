@@ -67,6 +67,8 @@ fn model() -> SourceModel {
             spring: Spring::Stiffness(zero.clone()),
             damping: zero.clone(),
             rest: zero.clone(),
+            cubic_stiffness: zero.clone(),
+            friction: None,
             limits: None,
             torque: zero,
             drive: None,
@@ -79,6 +81,8 @@ fn model() -> SourceModel {
         initial_u: vec![],
         points: vec![],
         forces: vec![],
+        hinge_models: vec![],
+        air: None,
     }
 }
 

@@ -6,7 +6,7 @@
 use super::diagnostic::{Diagnostic, Diagnostics, SourceFile, Span, Spanned};
 use super::fields::{Fields, entries, items};
 use super::ids::{BodyId, JointId, PointId};
-use super::model::{Material, Parameter, SourceModel, Tunable};
+use super::model::{Air, Material, Parameter, SourceModel, Tunable};
 use super::names::{self, Kind, alternatives};
 use super::units::{self, Unit};
 use super::yaml::{Entry, Node, shorten};
@@ -32,6 +32,8 @@ const KEYS: &[&str] = &[
     "initial",
     "points",
     "forces",
+    "air",
+    "hinge_models",
 ];
 
 /// Most layers of a layup: an outline is copied to each of them.
@@ -49,6 +51,7 @@ struct Names {
     parameters: Vec<String>,
     inputs: Vec<String>,
     points: Vec<String>,
+    hinge_models: Vec<String>,
 }
 
 struct Lowering<'s> {
@@ -94,6 +97,7 @@ impl Lowering<'_> {
         );
         let points = entries(fields.get("points"), "points", &mut self.diagnostics);
         let forces = entries(fields.get("forces"), "forces", &mut self.diagnostics);
+        let models = entries(fields.get("hinge_models"), "hinge models", &mut self.diagnostics);
         let inputs = self.inputs(fields.get("inputs"));
         self.names = Names {
             materials: self.declare(materials, Kind::Other("a material")),
@@ -102,6 +106,7 @@ impl Lowering<'_> {
             parameters: self.declare(parameters, Kind::Symbol("a parameter")),
             inputs: inputs.iter().map(|input| input.value.clone()).collect(),
             points: self.declare(points, Kind::Other("a point")),
+            hinge_models: self.declare(models, Kind::Other("a hinge model")),
         };
         self.declare(forces, Kind::Other("a force"));
 
@@ -119,12 +124,14 @@ impl Lowering<'_> {
             let error = Diagnostic::error("no-joints", entry.span(), "there are no joints");
             self.diagnostics.push(error.hint("nothing can move: a mechanism needs a joint"));
         }
+        let hinge_models = self.each(models, Self::hinge_model);
         let parameters_read = self.each(parameters, Self::parameter);
         let joints_read = self.each(joints, |this, entry| this.joint(entry, &fixed, &materials));
         let tunable = self.tunable(fields.get("tunable"), parameters, &inputs, &fixed);
         let [initial_q, initial_u] = self.initial(fields.get("initial"));
         let points = self.each(points, Self::point);
         let forces = self.each(forces, Self::force);
+        let air = self.air(fields.get("air"));
         Some(SourceModel {
             cuts: Vec::new(),
             name: name?,
@@ -140,6 +147,8 @@ impl Lowering<'_> {
             initial_u,
             points: points?,
             forces: forces?,
+            hinge_models: hinge_models?,
+            air: air?,
         })
     }
 
@@ -373,6 +382,20 @@ impl Lowering<'_> {
         let uses =
             Uses::Constants("gravity is the same for every pose: it may not depend on q or u");
         self.vector(node, &units::ACCELERATION, uses)
+    }
+
+    #[allow(clippy::option_option, reason = "absent and wrong are different things")]
+    fn air(&mut self, node: Option<&Node>) -> Option<Option<Air>> {
+        let Some(node) = node else { return Some(None) };
+        let known = ["density", "drag"];
+        let fields = Fields::new(node, node.span, "`air`", &known, &mut self.diagnostics)?;
+        let mut read = |key: &str, quantity| {
+            let node = fields.require(key, &mut self.diagnostics)?;
+            let uses = Uses::Constants("the drag has the speed of the plate in it already");
+            self.expression(node, quantity, uses)
+        };
+        let (density, drag) = (read("density", &units::DENSITY), read("drag", &units::NUMBER));
+        Some(Some(Air { density: density?, drag: drag? }))
     }
 
     /// The joints' coordinates or speeds given under `initial`.

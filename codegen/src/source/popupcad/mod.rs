@@ -136,6 +136,8 @@ impl Import {
             initial_u: Vec::new(),
             points: Vec::new(),
             forces: Vec::new(),
+            hinge_models: Vec::new(),
+            air: None,
         })
     }
 
@@ -289,6 +291,8 @@ impl Import {
                 value: [radians(low.value), radians(high.value)],
                 span: limits,
             }),
+            cubic_stiffness: Spanned { value: Expression::ZERO, span: head(node) },
+            friction: None,
             torque: Spanned { value: Expression::ZERO, span: head(node) },
             drive: None,
             span: node.span,

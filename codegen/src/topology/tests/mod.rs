@@ -44,6 +44,7 @@ pub fn mechanism(hinges: &[Hinge]) -> Mechanism {
         mass_parameter: None,
         sheets: Vec::new(),
         point_masses: Vec::new(),
+        surface: Vec::new(),
         span: Span { start: index, end: index + 1 },
     };
     let joint = |(index, hinge): (usize, &Hinge)| {
@@ -57,6 +58,9 @@ pub fn mechanism(hinges: &[Hinge]) -> Mechanism {
             stiffness: Expression::ZERO,
             damping: Expression::ZERO,
             rest: Expression::ZERO,
+            cubic_stiffness: crate::source::Expression::ZERO,
+            friction: None,
+            linear_range: f64::INFINITY,
             torque: Expression::ZERO,
             drive: None,
             limits: [f64::NEG_INFINITY, f64::INFINITY],
@@ -75,6 +79,7 @@ pub fn mechanism(hinges: &[Hinge]) -> Mechanism {
         bodies: (0..bodies).map(body).collect(),
         initial_q: vec![0.0; joints.len()],
         initial_u: vec![0.0; joints.len()],
+        air: None,
         joints,
         parameters: Vec::new(),
         inputs: Vec::new(),

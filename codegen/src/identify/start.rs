@@ -1,0 +1,198 @@
+//! Where a motion may begin: states with closed loops, by as many independent coordinates and
+//! speeds as the mechanism has freedoms.
+//!
+//! With the coordinates split into independent and dependent ones, J = [J_i J_d],
+//!
+//! ```text
+//! r(q_i, q_d) = 0,   u = T u_i,   T = [1; -J_d^+ J_i]
+//! dq/dq_i = T,   du/du_i = T,   du/dq_i along v: [0; -J_d^+ (dJ/dq . T v) u]
+//! ```
+//!
+//! Prescribed angles are rows of J as closure equations are. (J. Garcia de Jalon, E. Bayo,
+//! "Kinematic and Dynamic Simulation of Multibody Systems", 1994, section 3.5, coordinate
+//! partitioning.)
+
+use lamc_runtime::{Drive, Error, System};
+use nalgebra::{DMatrix, DVector};
+
+/// Pivots less than this fraction of the largest are none.
+const RANK: f64 = 1e-7;
+/// Steps of Newton's method: it converges quadratically.
+const ITERATIONS: usize = 20;
+/// For differences of J, rad: the cube root of rounding.
+const DIFFERENCE: f64 = 6e-6;
+
+/// Independent coordinates of a mechanism near a closed state.
+pub struct Start {
+    /// Joints that are free.
+    pub independent: Vec<usize>,
+    dependent: Vec<usize>,
+}
+
+/// A start with its derivatives.
+pub struct Begun {
+    /// rad.
+    pub q: Vec<f64>,
+    /// rad/s.
+    pub u: Vec<f64>,
+    /// dq and du by each independent coordinate, then by each independent speed.
+    pub directions: Vec<(Vec<f64>, Vec<f64>)>,
+}
+
+impl Start {
+    /// The joints that determine the others best near q (rad, closed), by pivoting.
+    pub fn near<Y: System<Scalar = f64>>(system: &Y, t: f64, q: &[f64]) -> Self {
+        let (_, jacobian) = constraint(system, t, q);
+        let n = q.len();
+        let mut left = jacobian;
+        let mut dependent = Vec::new();
+        // Gaussian elimination with full pivoting; what is left of the columns is free.
+        let mut rows: Vec<usize> = (0..left.nrows()).collect();
+        let largest = left.amax();
+        loop {
+            let mut best = (0, 0, 0.0);
+            for (place, &row) in rows.iter().enumerate() {
+                for column in (0..n).filter(|column| !dependent.contains(column)) {
+                    if left[(row, column)].abs() > best.2 {
+                        best = (place, column, left[(row, column)].abs());
+                    }
+                }
+            }
+            let (place, column, pivot) = best;
+            if pivot <= RANK * largest {
+                break;
+            }
+            let row = rows.swap_remove(place);
+            dependent.push(column);
+            let pivot_row = left.row(row).clone_owned();
+            for &other in &rows {
+                let factor = left[(other, column)] / pivot_row[column];
+                let reduced = left.row(other) - &pivot_row * factor;
+                left.set_row(other, &reduced);
+            }
+        }
+        let independent = (0..n).filter(|joint| !dependent.contains(joint)).collect();
+        Self { independent, dependent }
+    }
+
+    /// The state of these independent coordinates (rad) and speeds (rad/s), the others from `near`.
+    ///
+    /// # Errors
+    /// [`Error::NotClosed`] where the loops do not close.
+    pub fn at<Y: System<Scalar = f64>>(
+        &self,
+        system: &Y,
+        t: f64,
+        near: &[f64],
+        coordinates: &[f64],
+        speeds: &[f64],
+    ) -> Result<Begun, Error> {
+        let mut q = near.to_vec();
+        for (&joint, value) in self.independent.iter().zip(coordinates) {
+            q[joint] = *value;
+        }
+        let mut residual = f64::INFINITY;
+        for _ in 0..ITERATIONS {
+            let (open, jacobian) = constraint(system, t, &q);
+            let before = residual;
+            residual = open.amax();
+            if residual == 0.0 || (residual < 1e-12 * system.size() && residual >= before) {
+                break;
+            }
+            let step = self.solve(&jacobian, &DMatrix::from_columns(&[open]));
+            for (place, &joint) in self.dependent.iter().enumerate() {
+                q[joint] -= step[(place, 0)];
+            }
+        }
+        if !self.dependent.is_empty() && !residual.le(&(1e-9 * system.size())) {
+            return Err(Error::NotClosed { loop_index: 0, residual, joint: None });
+        }
+        let (_, jacobian) = constraint(system, t, &q);
+        let free = jacobian.select_columns(&self.independent);
+        let follow = self.solve(&jacobian, &free);
+        let tangent = |weights: &DVector<f64>| {
+            let carried = &follow * weights;
+            self.spread(weights.iter().copied(), carried.iter().map(|x| -x))
+        };
+        let unit =
+            |k: usize| DVector::from_fn(self.independent.len(), |i, _| f64::from(u8::from(i == k)));
+        let speeds = DVector::from_column_slice(speeds);
+        let drift = drive_rates(system, t, jacobian.nrows());
+        let dragged = self.solve(&jacobian, &DMatrix::from_columns(&[drift]));
+        let mut u = tangent(&speeds);
+        for (place, &joint) in self.dependent.iter().enumerate() {
+            u[joint] += dragged[(place, 0)];
+        }
+        let mut directions = Vec::new();
+        for k in 0..self.independent.len() {
+            let v = tangent(&unit(k));
+            let moved = |h: f64| {
+                let q: Vec<f64> = q.iter().zip(&v).map(|(q, v)| q + h * v).collect();
+                constraint(system, t, &q).1 * DVector::from_column_slice(&u)
+            };
+            let turning = (moved(DIFFERENCE) - moved(-DIFFERENCE)) / (2.0 * DIFFERENCE);
+            let change = self.solve(&jacobian, &DMatrix::from_columns(&[turning]));
+            let none = vec![0.0; self.independent.len()];
+            directions.push((v, self.spread(none.into_iter(), change.iter().map(|x| -x))));
+        }
+        for k in 0..self.independent.len() {
+            directions.push((vec![0.0; q.len()], tangent(&unit(k))));
+        }
+        Ok(Begun { q, u, directions })
+    }
+
+    /// J_d^+ times a matrix.
+    fn solve(&self, jacobian: &DMatrix<f64>, right: &DMatrix<f64>) -> DMatrix<f64> {
+        if self.dependent.is_empty() {
+            return DMatrix::zeros(0, right.ncols());
+        }
+        let columns = jacobian.select_columns(&self.dependent);
+        let svd = columns.svd(true, true);
+        let cut = RANK * svd.singular_values.amax();
+        svd.solve(right, cut)
+            .unwrap_or_else(|_| DMatrix::zeros(self.dependent.len(), right.ncols()))
+    }
+
+    /// Independent and dependent values as one vector over the joints.
+    fn spread(
+        &self,
+        independent: impl Iterator<Item = f64>,
+        dependent: impl Iterator<Item = f64>,
+    ) -> Vec<f64> {
+        let mut all = vec![0.0; self.independent.len() + self.dependent.len()];
+        for (&joint, value) in self.independent.iter().zip(independent) {
+            all[joint] = value;
+        }
+        for (&joint, value) in self.dependent.iter().zip(dependent) {
+            all[joint] = value;
+        }
+        all
+    }
+}
+
+/// Residuals of closure and prescribed angles, m (these times the size), and their Jacobian.
+fn constraint<Y: System<Scalar = f64>>(
+    system: &Y,
+    t: f64,
+    q: &[f64],
+) -> (DVector<f64>, DMatrix<f64>) {
+    let (n, loops) = (q.len(), 9 * system.dimensions().loops);
+    let (mut residual, mut rows) = (vec![0.0; loops], vec![0.0; loops * n]);
+    system.write_closure(q, &mut residual, &mut rows);
+    let size = system.size();
+    system.drives(t, |Drive { joint, position, .. }| {
+        residual.push(size * (q[joint] - position));
+        rows.extend((0..n).map(|k| if k == joint { size } else { 0.0 }));
+    });
+    let jacobian = DMatrix::from_row_slice(residual.len(), n, &rows);
+    (DVector::from_vec(residual), jacobian)
+}
+
+/// J u of prescribed angles: zeros for the loops, speeds times the size for the drives.
+fn drive_rates<Y: System<Scalar = f64>>(system: &Y, t: f64, rows: usize) -> DVector<f64> {
+    let mut rates = vec![0.0; 9 * system.dimensions().loops];
+    let size = system.size();
+    system.drives(t, |drive| rates.push(size * drive.speed));
+    rates.resize(rows, 0.0);
+    DVector::from_vec(rates)
+}

@@ -1,0 +1,137 @@
+//! A motion and its derivatives by parameters and by where it starts.
+//!
+//! With z any of these, the variational equations of dq/dt = u, du/dt = a(t, q, u, p)
+//!
+//! ```text
+//! d/dt dq/dz = du/dz
+//! d/dt du/dz = (da/dq) dq/dz + (da/du) du/dz + da/dp dp/dz
+//! ```
+//!
+//! are integrated beside them with the derivatives the program takes of itself, by the classical
+//! method of Runge and Kutta in fixed steps: what it computes is a smooth function of z, as least
+//! squares want it. After each step the state is projected onto the closed loops; the derivatives
+//! lie along these but for the method's own error.
+
+use lamc_runtime::{Change, Error, System, derivatives_along, project};
+
+/// Most steps between two samples.
+const MOST_STEPS: usize = 256;
+
+/// A direction in which a motion may change.
+#[derive(Clone, Debug)]
+pub struct Direction {
+    /// dq/dz at the start.
+    pub q: Vec<f64>,
+    /// du/dz at the start.
+    pub u: Vec<f64>,
+    /// dp/dz, by parameter.
+    pub parameters: Vec<f64>,
+}
+
+/// Angles at the samples and their derivatives.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trajectory {
+    /// By sample, rad.
+    pub q: Vec<Vec<f64>>,
+    /// By sample, then direction after direction, N each.
+    pub derivatives: Vec<Vec<f64>>,
+}
+
+/// The motion from (q, u) at the first of some ascending times (s), in `steps` steps between two of
+/// them.
+///
+/// # Errors
+/// As [`lamc_runtime::acceleration`] and [`project`].
+pub fn integrate<Y: System<Scalar = f64>>(
+    system: &Y,
+    times: &[f64],
+    start: (&[f64], &[f64]),
+    directions: &[Direction],
+    steps: usize,
+) -> Result<Trajectory, Error> {
+    let n = start.0.len();
+    let d = system.dimensions();
+    let inputs = vec![0.0; d.inputs];
+    let mut workspace = system.workspace();
+    // q, u, then dq, du of each direction.
+    let mut y: Vec<f64> = [start.0, start.1].concat();
+    for direction in directions {
+        y.extend(direction.q.iter().chain(&direction.u));
+    }
+    let mut out = vec![0.0; n * (1 + directions.len())];
+    let mut rates = |t: f64, y: &[f64], dy: &mut [f64], workspace: &mut Y::Workspace| {
+        let changes =
+            y[2 * n..].chunks_exact(2 * n).zip(directions).map(|(part, direction)| Change {
+                t: 0.0,
+                q: &part[..n],
+                u: &part[n..],
+                parameters: &direction.parameters,
+                inputs: &inputs,
+            });
+        let (q, u) = y[..2 * n].split_at(n);
+        derivatives_along(system, t, q, u, changes, workspace.as_mut(), &mut out)?;
+        let parts = dy.chunks_exact_mut(2 * n).zip(y.chunks_exact(2 * n));
+        for ((dy, y), a) in parts.zip(out.chunks_exact(n)) {
+            dy[..n].copy_from_slice(&y[n..]);
+            dy[n..].copy_from_slice(a);
+        }
+        Ok::<(), Error>(())
+    };
+    let mut trajectory = Trajectory { q: Vec::new(), derivatives: Vec::new() };
+    let mut record = |y: &[f64]| {
+        trajectory.q.push(y[..n].to_vec());
+        let of = y[2 * n..].chunks_exact(2 * n).flat_map(|part| &part[..n]);
+        trajectory.derivatives.push(of.copied().collect());
+    };
+    record(&y);
+    let (mut stage, mut slope, mut sum) = (y.clone(), vec![0.0; y.len()], vec![0.0; y.len()]);
+    for pair in times.windows(2) {
+        let h = (pair[1] - pair[0]) / steps as f64;
+        for step in 0..steps {
+            let t = pair[0] + h * step as f64;
+            sum.fill(0.0);
+            for (place, weight) in [(0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)] {
+                for ((stage, y), slope) in stage.iter_mut().zip(&y).zip(&slope) {
+                    *stage = if place == 0.0 { *y } else { y + h * place * slope };
+                }
+                rates(t + h * place, &stage, &mut slope, &mut workspace)?;
+                for (sum, slope) in sum.iter_mut().zip(&slope) {
+                    *sum += weight * slope;
+                }
+            }
+            for (y, sum) in y.iter_mut().zip(&sum) {
+                *y += h / 6.0 * sum;
+            }
+            let (q, u) = y[..2 * n].split_at_mut(n);
+            project(system, t + h, q, u, workspace.as_mut())?;
+        }
+        record(&y);
+    }
+    Ok(trajectory)
+}
+
+/// Steps between samples that keep the angles within `tolerance` (rad), by comparison with twice as
+/// many; `None` where not even [`MOST_STEPS`] do: the motion is too stiff.
+pub fn enough_steps<Y: System<Scalar = f64>>(
+    system: &Y,
+    times: &[f64],
+    start: (&[f64], &[f64]),
+    tolerance: f64,
+) -> Option<usize> {
+    let at = |steps: usize| integrate(system, times, start, &[], steps).ok();
+    let mut steps = 1;
+    let mut coarse = at(1);
+    while steps < MOST_STEPS {
+        let fine = at(2 * steps);
+        if let (Some(coarse), Some(fine)) = (&coarse, &fine) {
+            let both = coarse.q.iter().flatten().zip(fine.q.iter().flatten());
+            let error = both.fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+            // Of order 4: the coarse one is off by 16/15 of the difference.
+            if error * 16.0 / 15.0 <= tolerance {
+                return Some(steps);
+            }
+        }
+        (steps, coarse) = (2 * steps, fine);
+    }
+    None
+}

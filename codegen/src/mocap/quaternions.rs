@@ -1,0 +1,161 @@
+//! Quaternions of bodies over time, from and to CSV.
+//!
+//! The header names `t [s]` (or `t`, `time`) and, for each body, `<body>.w`, `<body>.x`, `<body>.y`,
+//! `<body>.z`. Empty fields are gaps; fixed bodies without columns stay as drawn.
+
+use std::fmt::Write;
+use std::io::Read;
+
+use nalgebra::{Quaternion, UnitQuaternion};
+
+/// Lengths this far from 1 are no rotations: the row is left out.
+const NO_ROTATION: f64 = 0.01;
+/// Lengths this far from 1 are more than printed digits, and told.
+const INEXACT: f64 = 1e-3;
+
+/// Rotations of bodies over time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Quaternions {
+    /// Ascending, s.
+    pub t: Vec<f64>,
+    /// By body of the model, then by sample: body to world; `None` in a gap. Empty for a body that
+    /// was not seen at all.
+    pub bodies: Vec<Vec<Option<UnitQuaternion<f64>>>>,
+    /// What was set right or left out.
+    pub notes: Vec<String>,
+}
+
+/// Why quaternions cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum MocapError {
+    /// Not CSV.
+    #[error("{0}")]
+    Csv(#[from] csv::Error),
+    /// Its columns or numbers are wrong.
+    #[error("{0}")]
+    Content(String),
+}
+
+impl Quaternions {
+    /// Reads the rotations of these bodies, each with whether it is fixed.
+    ///
+    /// # Errors
+    /// No time, no body, only some of a body's four columns, times that do not ascend, fields that
+    /// are no numbers, fewer than two samples.
+    pub fn read(text: impl Read, bodies: &[(&str, bool)]) -> Result<Self, MocapError> {
+        let wrong = MocapError::Content;
+        let mut reader =
+            csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text);
+        let header = reader.headers()?.clone();
+        let column = |name: &str| header.iter().position(|found| found == name);
+        let time = ["t [s]", "t", "time [s]", "time"].into_iter().find_map(column);
+        let time = time.ok_or_else(|| wrong("there is no column `t [s]`".into()))?;
+        let mut columns: Vec<Option<[usize; 4]>> = Vec::new();
+        for (body, _) in bodies {
+            let found = ["w", "x", "y", "z"].map(|part| column(&format!("{body}.{part}")));
+            columns.push(match found {
+                [Some(w), Some(x), Some(y), Some(z)] => Some([w, x, y, z]),
+                [None, None, None, None] => None,
+                _ => {
+                    let message = format!("`{body}` needs all of .w, .x, .y and .z");
+                    return Err(wrong(message));
+                }
+            });
+        }
+        if columns.iter().all(Option::is_none) {
+            let names: Vec<_> = bodies.iter().map(|(name, _)| format!("`{name}.w`")).collect();
+            return Err(wrong(format!("no column is a body's; there may be {}", names.join(", "))));
+        }
+        let seen = |column: &Option<[usize; 4]>| column.is_some();
+        let mut all =
+            Self { t: Vec::new(), bodies: vec![Vec::new(); bodies.len()], notes: Vec::new() };
+        let (mut inexact, mut refused) = (vec![0; bodies.len()], vec![0; bodies.len()]);
+        for row in reader.records() {
+            let row = row?;
+            let line = row.position().map_or(0, csv::Position::line);
+            let number = |column: usize| match row.get(column).unwrap_or_default() {
+                "" => Ok(None),
+                text => match text.parse::<f64>() {
+                    Ok(number) if number.is_finite() => Ok(Some(number)),
+                    _ => Err(wrong(format!("line {line}: `{text}` is no number"))),
+                },
+            };
+            let t = number(time)?.filter(|t| all.t.last().is_none_or(|last| last < t));
+            all.t.push(t.ok_or_else(|| wrong(format!("line {line}: times do not ascend")))?);
+            for (body, columns) in columns.iter().enumerate() {
+                let Some(columns) = columns else { continue };
+                let mut parts = [None; 4];
+                for (part, column) in parts.iter_mut().zip(columns) {
+                    *part = number(*column)?;
+                }
+                let rotation = match parts {
+                    [Some(w), Some(x), Some(y), Some(z)] => Some(Quaternion::new(w, x, y, z)),
+                    _ => None,
+                };
+                let off = rotation.map_or(0.0, |rotation| (rotation.norm() - 1.0).abs());
+                refused[body] += usize::from(off > NO_ROTATION);
+                inexact[body] += usize::from(off > INEXACT && off <= NO_ROTATION);
+                let sound = rotation.filter(|_| off <= NO_ROTATION);
+                all.bodies[body].push(sound.map(UnitQuaternion::from_quaternion));
+            }
+        }
+        if all.t.len() < 2 {
+            return Err(wrong(format!("{} samples are too few", all.t.len())));
+        }
+        for (body, (name, fixed)) in bodies.iter().enumerate() {
+            if !seen(&columns[body]) && *fixed {
+                all.bodies[body] = vec![Some(UnitQuaternion::identity()); all.t.len()];
+            }
+            let counts = [
+                (refused[body], "are no rotations (length off by more than 1 %) and left out"),
+                (inexact[body], "are not of length 1 and made so"),
+            ];
+            for (count, what) in counts.iter().filter(|(count, _)| *count > 0) {
+                all.notes.push(format!("{count} rows of `{name}` {what}"));
+            }
+        }
+        Ok(all)
+    }
+
+    /// Makes all frames parallel as they are at the sample nearest to `t` (s) at which all bodies
+    /// that were seen are seen: the sheet lies flat there.
+    ///
+    /// # Errors
+    /// When there is no such sample.
+    pub fn flatten(&mut self, t: f64) -> Result<(), MocapError> {
+        let complete = |sample: &usize| {
+            self.bodies.iter().all(|body| body.is_empty() || body[*sample].is_some())
+        };
+        let away = |sample: &usize| (self.t[*sample] - t).abs();
+        let flat = (0..self.t.len())
+            .filter(complete)
+            .min_by(|a, b| away(a).total_cmp(&away(b)))
+            .ok_or_else(|| MocapError::Content("at no time are all bodies seen".into()))?;
+        for body in &mut self.bodies {
+            let Some(mount) = body.get(flat).copied().flatten() else { continue };
+            for rotation in body.iter_mut().flatten() {
+                *rotation *= mount.inverse();
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Rotations as CSV, as [`Quaternions::read`] reads it: by sample, then by body.
+pub fn write(bodies: &[&str], t: &[f64], rotations: &[Vec<Quaternion<f64>>]) -> String {
+    let mut text = "t [s]".to_owned();
+    for body in bodies {
+        for part in ["w", "x", "y", "z"] {
+            let _ = write!(text, ",{body}.{part}");
+        }
+    }
+    text.push('\n');
+    for (t, row) in t.iter().zip(rotations) {
+        let _ = write!(text, "{t:?}");
+        for q in row {
+            let _ = write!(text, ",{:?},{:?},{:?},{:?}", q.w, q.i, q.j, q.k);
+        }
+        text.push('\n');
+    }
+    text
+}
