@@ -12,9 +12,8 @@ pub mod udwadia;
 use std::path::{Path, PathBuf};
 
 use lamc::pipeline::{self, Compiled};
-use lamc::program::Interpreter;
 use lamc::source::SourceFile;
-use lamc_runtime::Dopri5;
+use lamc_runtime::{Dopri5, System};
 use serde::Deserialize;
 
 /// The folder of published designs and reference values beside the workspace, when it is there.
@@ -140,7 +139,7 @@ impl Reference {
 }
 
 /// An adaptive integrator with one tolerance for relative and absolute errors.
-pub fn dopri5(system: &Interpreter, tolerance: f64) -> Dopri5<Interpreter> {
+pub fn dopri5<Y: System<Scalar = f64>>(system: &Y, tolerance: f64) -> Dopri5<Y> {
     let mut integrator = Dopri5::new(system);
     integrator.relative = tolerance;
     integrator.absolute = tolerance;
