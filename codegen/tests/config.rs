@@ -31,6 +31,20 @@ fn modules_are_named_after_their_files_and_left_alone_when_unchanged() {
 }
 
 #[test]
+fn headers_and_cuts() {
+    let folder = tempfile::tempdir().unwrap_or_else(|error| panic!("{error}"));
+    let config = Config::new().extern_c(true).cut(["ground_west"]).out_dir(folder.path());
+    let path = config.compile(example("sixbar.yaml")).unwrap_or_else(|error| panic!("{error}"));
+    let text = fs::read_to_string(&path).unwrap_or_default();
+    assert!(text.contains("--extern-c --cut ground_west") && text.contains("fn sixbar_step_rk4("));
+    let header = fs::read_to_string(path.with_extension("h")).unwrap_or_default();
+    assert!(header.contains("int sixbar_step_rk4(double *t, double q[6]"), "{header}");
+    let wrong = Config::new().cut(["ground_wst"]).out_dir(folder.path());
+    let Err(error) = wrong.compile(example("sixbar.yaml")) else { panic!("cut at no joint") };
+    assert!(error.to_string().contains("did you mean `ground_west`?"), "{error}");
+}
+
+#[test]
 fn failures_read_well_and_leave_nothing() {
     let folder = tempfile::tempdir().unwrap_or_else(|error| panic!("{error}"));
     let wrong = folder.path().join("wrong.yaml");
