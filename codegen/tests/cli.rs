@@ -771,3 +771,41 @@ fn fits_and_motion_capture_go_from_file_to_file() {
         assert!(text(&refused.stderr).contains(says), "{}", text(&refused.stderr));
     }
 }
+
+#[test]
+fn outputs_are_what_their_names_say_and_apart() {
+    let (_guard, folder) = folder();
+    let at = |name: &str| folder.join(name).display().to_string();
+    let model = example("pendulum.yaml");
+    let (one, avi, jpg) = (at("one.csv"), at("one.avi"), at("one.jpg"));
+    for arguments in [
+        &["simulate", &model, "--csv", "-", "--plot", "-"][..],
+        &["simulate", &model, "--csv", &one, "--npz", &one],
+        &["simulate", &model, "--video", &avi],
+        &["simulate", &model, "--png", &jpg],
+        &["fit", &model, "--data", &one, "--free", "damping", "--plot", &jpg],
+        &["fit", &model, "--data", &one, "--free", "damping", "--initial", "hinge=1"],
+        &["mocap", &one, "--model", &model, "--plot", &jpg],
+        &["hinge", "family", &one, "--name", "a b", "--output", &jpg],
+        &["hinge", "family", &one, "--name", "beam", "--output", &jpg],
+    ] {
+        let output = run(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", text(&output.stderr));
+    }
+    assert!(files(&folder).is_empty());
+}
+
+#[test]
+fn a_fit_says_what_its_record_does_not_tell() {
+    let (_guard, folder) = folder();
+    let at = |name: &str| folder.join(name).display().to_string();
+    let (model, data) = (at("rest.yaml"), at("rest.csv"));
+    // At rest at 0.3 rad nothing is damped.
+    let still = SWING.replace("TORQUE", "0").replace("4e-6", "4e-6, rest: 0.3");
+    fs::write(&model, format!("gravity: [0, 0, 0]\n{still}")).unwrap();
+    let rows: String = (0..100).map(|k| format!("{},0.3\n", f64::from(k) / 100.0)).collect();
+    fs::write(&data, format!("t [s],q.hinge [rad]\n{rows}")).unwrap();
+    let output = run(&["fit", &model, "--data", &data, "--free", "stiffness,damping"]);
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stdout));
+    assert!(text(&output.stderr).contains("the record does not tell"), "{}", text(&output.stderr));
+}

@@ -132,7 +132,12 @@ fn gaps_lengths_and_mounts_are_seen_through() {
             format!("1 rows of `{}` are not of length 1 and made so", names[0]),
         ]
     );
-    measured.flatten(-1.0).unwrap();
+    let fixed: Vec<bool> =
+        compiled.topology.mechanism.bodies.iter().map(|body| body.fixed).collect();
+    for outside in [f64::NAN, -1.1, 1e3] {
+        assert!(measured.flatten(outside, &fixed).is_err(), "{outside} s");
+    }
+    measured.flatten(-1.0, &fixed).unwrap();
     let found = angles(&compiled.topology.mechanism, &measured);
     for (joint, found) in found.iter().enumerate() {
         let touches =
@@ -205,5 +210,38 @@ fn what_is_wrong_is_said() {
     ] {
         let error = Quaternions::read(text.as_bytes(), &bodies).unwrap_err();
         assert_eq!(error.to_string(), says);
+    }
+}
+
+/// Cameras see the world from anywhere, and frames that follow the drawing need no mending.
+#[test]
+fn a_turned_world_turns_no_angle() {
+    let compiled = compile_text(
+        "
+bodies:
+  base: { fixed: true }
+  arm: { mass: 1, com: [0, 0, 0], inertia: [[1, 0, 0], [0, 1, 0], [0, 0, 1]] }
+  end: { mass: 1, com: [0, 0, 0], inertia: [[1, 0, 0], [0, 1, 0], [0, 0, 1]] }
+joints:
+  hip: { bodies: [base, arm], axis: [[0, 0], [0, 1]] }
+  knee: { bodies: [end, arm], axis: [[1, 0], [2, 3]] }
+",
+    );
+    let system = Interpreter::new(&compiled.program);
+    let t: Vec<f64> = (0..50).map(|k| f64::from(k) / 50.0).collect();
+    let motion: Vec<Vec<f64>> = t.iter().map(|t| vec![0.7 * (3.0 * t).sin(), -0.4 * t]).collect();
+    let mut seen = rotations(&system, &motion);
+    let world = UnitQuaternion::from_euler_angles(2.9, -0.4, 3.0).into_inner();
+    seen.iter_mut().flatten().for_each(|rotation| *rotation = world * *rotation);
+    let text = write(&names(&compiled), &t, &seen);
+    let fixed = [true, false, false];
+    for flat_at in [None, Some(0.0)] {
+        let mut measured = read(&compiled, &text);
+        flat_at.map(|t| measured.flatten(t, &fixed).unwrap());
+        for (joint, found) in angles(&compiled.topology.mechanism, &measured).iter().enumerate() {
+            for (angle, q) in found.as_ref().unwrap().angle.iter().zip(&motion) {
+                assert!((angle - q[joint]).abs() < 1e-12, "{angle} is not {}", q[joint]);
+            }
+        }
     }
 }

@@ -12,10 +12,7 @@ use super::{Compile, Failed, Fmi, Outcome, Scalar, fail, load_edited, misused, o
 
 pub fn run(arguments: &Compile) -> Outcome {
     let Compile { output, c, header, python, fmu, .. } = arguments;
-    let paths: Vec<&String> = [output, c, header, python, fmu].into_iter().flatten().collect();
-    if let Some(twice) = paths.iter().enumerate().find(|(i, path)| paths[..*i].contains(path)) {
-        return Err(misused(format_args!("{} is given for two outputs", twice.1)));
-    }
+    output::are_distinct([output, c, header, python, fmu].into_iter().flatten())?;
     for (path, content) in contents(arguments)? {
         match arguments.check {
             true => check(path, &content)?,

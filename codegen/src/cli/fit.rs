@@ -44,6 +44,8 @@ pub struct Report {
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
+    arguments.start.refuse_initial("a fit starts where the record does")?;
+    arguments.report.check()?;
     let kind = |name: &str| {
         Tunable::ALL.into_iter().find(|kind| {
             name.strip_prefix(kind.name())
@@ -154,6 +156,12 @@ pub fn summary(fit: &Fit) -> String {
 }
 
 impl Report {
+    /// Refuses outputs that cannot be.
+    pub fn check(&self) -> Outcome {
+        output::are_distinct([&self.csv, &self.plot].into_iter().flatten())?;
+        output::has_extension(self.plot.as_ref(), "svg")
+    }
+
     /// Writes what was asked for.
     pub fn write(&self, record: &Record, fit: &Fit, joints: &[&str]) -> Outcome {
         if let Some(path) = &self.csv {

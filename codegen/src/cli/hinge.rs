@@ -208,6 +208,9 @@ fn swing(given: &FitArguments) -> Outcome {
 }
 
 fn family_of(given: &FamilyArguments) -> Outcome {
+    if let Some(reason) = family::unusable(&given.name) {
+        return Err(misused(format_args!("--name: {reason}")));
+    }
     let located = |error| fail(format_args!("{}: {error}", given.table));
     let specimens = family::read(open(&given.table)?).map_err(located)?;
     let regressions = family::regress(&specimens).map_err(located)?;

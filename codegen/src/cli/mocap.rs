@@ -18,6 +18,10 @@ use super::fit::open;
 use super::start::describe;
 use super::{Failed, Outcome, fail, load, misused, output, warn};
 
+/// An axis this far from the drawn one, rad, may as well be the opposite one of frames that are
+/// farther off.
+const DOUBTFUL: f64 = std::f64::consts::FRAC_PI_4;
+
 /// Joint angles from motion capture: unit quaternions of the bodies over time.
 #[derive(Args)]
 pub struct Arguments {
@@ -59,6 +63,8 @@ fn angle(text: &str) -> Result<f64, String> {
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
+    output::are_distinct([&arguments.output, &arguments.plot].into_iter().flatten())?;
+    output::has_extension(arguments.plot.as_ref(), "svg")?;
     let compiled = load(&arguments.model)?;
     let mechanism = &compiled.topology.mechanism;
     let system = Interpreter::new(&compiled.program);
@@ -73,11 +79,20 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let mut measured = Quaternions::read(text, &bodies).map_err(located)?;
     measured.notes.iter().for_each(warn);
     if let Some(t) = arguments.flat_at {
-        measured.flatten(t).map_err(located)?;
+        let fixed: Vec<bool> = bodies.iter().map(|(_, fixed)| *fixed).collect();
+        measured.flatten(t, &fixed).map_err(located)?;
     }
     let joints = angles(mechanism, &measured);
     if joints.iter().all(Option::is_none) {
         return Err(fail(format_args!("{path}: of no joint both bodies are seen")));
+    }
+    for motion in joints.iter().flatten().filter(|motion| motion.misalignment > DOUBTFUL) {
+        warn(format_args!(
+            "the axis of `{}` is {:.0} deg off the drawn one: its angle may have the wrong sign; \
+             frames are to follow the drawing (--flat-at makes them parallel to the ground's)",
+            motion.name,
+            motion.misalignment.to_degrees()
+        ));
     }
     if let Some(output) = &arguments.output {
         output::write(output, &csv(&measured.t, &joints))?;

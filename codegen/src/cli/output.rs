@@ -1,11 +1,12 @@
 //! Writing: files, and standard output without complaint into a closed pipe.
 
+use std::collections::HashSet;
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
 
 use lamc::files;
 
-use super::{Failed, Outcome, fail};
+use super::{Failed, Outcome, fail, misused};
 
 /// Writes a text or bytes to standard output. A reader that went away is no failure.
 pub fn print(contents: &(impl AsRef<[u8]> + ?Sized)) -> Outcome {
@@ -24,6 +25,26 @@ pub fn write(path: &str, contents: &(impl AsRef<[u8]> + ?Sized)) -> Outcome {
         return print(contents);
     }
     files::write(Path::new(path), contents).map_err(|error| unwritable(path, &error))
+}
+
+/// Refuses one file for two outputs.
+pub fn are_distinct<'p>(paths: impl IntoIterator<Item = &'p String>) -> Outcome {
+    let mut seen = HashSet::new();
+    match paths.into_iter().find(|path| !seen.insert(*path)) {
+        Some(twice) => Err(misused(format_args!("{twice} is given for two outputs"))),
+        None => Ok(()),
+    }
+}
+
+/// Refuses a file whose name says that it is something else; a device may be called anything.
+pub fn has_extension(path: Option<&String>, extension: &str) -> Outcome {
+    let is_other = |path: &&String| {
+        *path != "-" && !path.starts_with("/dev/") && !path.to_lowercase().ends_with(extension)
+    };
+    match path.filter(is_other) {
+        Some(path) => Err(misused(format_args!("`{path}` is no .{extension}"))),
+        None => Ok(()),
+    }
 }
 
 /// Fails where [`write`] would, as far as can be known before there is something to write.

@@ -59,6 +59,8 @@ impl Pictures {
         if !(self.speed.is_finite() && self.speed > 0.0) {
             return Err(misused("--speed must be a positive number"));
         }
+        output::has_extension(self.video.as_ref(), "mp4")?;
+        output::has_extension(self.png.as_ref(), "png")?;
         match self.video {
             Some(_) => Encoder::new(self.size, RATE).map(drop).map_err(misused),
             None => Ok(()),

@@ -237,6 +237,7 @@ impl Run {
             interface.joints.iter().zip(&self.system.sides).filter(|(_, side)| **side != 0.0);
         let names: Vec<_> = held.map(|(joint, _)| format!("`{}`", joint.name)).collect();
         match names.is_empty() {
+            true if matches!(error, Error::StepTooSmall { .. }) => fail(reason),
             true => fail(format_args!("{reason}, at t = {} s", self.state.t)),
             false => {
                 let names = names.join(", ");

@@ -125,6 +125,7 @@ impl Files {
             plot::format(path).map_err(misused)?;
         }
         self.pictures.check()?;
+        output::are_distinct(self.paths())?;
         self.paths().try_for_each(|path| output::probe(path))
     }
 
@@ -228,7 +229,8 @@ fn summary(run: &Run, seconds: f64) -> String {
     }
     let [start, end] = [first, last].map(|sample| sample.energy.kinetic + sample.energy.potential);
     let _ = writeln!(text, "energy: {start:.6e} J at start, {end:.6e} J at end");
-    if let Some(work) = &run.work {
+    // An interrupt leaves steps that were counted and not recorded.
+    if let Some(work) = run.work.as_ref().filter(|_| !INTERRUPTED.load(Ordering::Relaxed)) {
         let off = (end - start - work.total).abs();
         let _ = match work.exchanged > 0.0 {
             true => writeln!(

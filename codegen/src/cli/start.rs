@@ -54,6 +54,14 @@ impl Start {
         })
     }
 
+    /// Refuses `--initial` where it has no say.
+    pub fn refuse_initial(&self, why: &str) -> Result<(), Failed> {
+        match self.initial.is_empty() {
+            true => Ok(()),
+            false => Err(misused(format_args!("--initial has no say: {why}"))),
+        }
+    }
+
     /// The joints to hold, but for what is released.
     fn locks(&self, released: &[String]) -> Result<Vec<(&str, f64)>, Failed> {
         let mut locks = Vec::new();

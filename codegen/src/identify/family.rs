@@ -12,6 +12,7 @@ use std::io::Read;
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::source::names::{is_identifier, is_keyword};
 use crate::source::{Polynomial, Term, read_in};
 
 /// Highest power of a variable.
@@ -179,6 +180,17 @@ fn fit(
         error: mean_of(left.iter().map(|error| error.abs()).sum()),
         validated: mean_of(validated.sum()),
         mean: mean_of(right.sum()),
+    })
+}
+
+/// Why no mechanism could name a family so.
+pub fn unusable(name: &str) -> Option<String> {
+    if ["beam", "sharifzadeh2018"].contains(&name) {
+        return Some(format!("`{name}` is a model of its own"));
+    }
+    let usable = is_identifier(name) && !is_keyword(name);
+    (!usable).then(|| {
+        format!("`{name}` is no name: letters, digits and `_`, no digit first, no keyword")
     })
 }
 

@@ -7,7 +7,7 @@
 //! s^2 (J^T J)^-1, s^2 = (sum of squares) / (residuals - unknowns).
 
 use lamc_runtime::{Error, State, System, assemble};
-use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationReason};
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn, U1};
 
@@ -21,6 +21,8 @@ const REFUSED: f64 = 1e3;
 /// Singular values less than this fraction of the largest, columns of length one: the unknowns
 /// cannot be told apart.
 const TELLING: f64 = 1e-9;
+/// An unknown that moves the angles by less than this, rad, root mean square, moves nothing.
+const IDLE: f64 = 1e-10;
 /// Error of integration for a start, rad.
 const COARSE: f64 = 1e-5;
 /// Error of integration over what is left of the angles.
@@ -196,7 +198,14 @@ impl Problem<'_> {
                 continue;
             }
             if !report.termination.was_successful() && !stalled(&report.termination) {
-                let reason = format!("{:?}", report.termination);
+                // What the record does not tell has no minimum.
+                if let Err(told @ FitError::Indistinct(_)) = solved.report(evaluations) {
+                    return Err(told);
+                }
+                let reason = match report.termination {
+                    TerminationReason::LostPatience => "it went on without end".to_owned(),
+                    other => format!("{other:?}"),
+                };
                 return Err(FitError::NoMinimum { evaluations, reason });
             }
             // The method's error is to be small beside what is left; the motion found may also need
@@ -239,8 +248,8 @@ impl Problem<'_> {
 }
 
 /// Whether the method stopped because numbers have no more digits: that is a minimum, too.
-fn stalled(termination: &levenberg_marquardt::TerminationReason) -> bool {
-    matches!(termination, levenberg_marquardt::TerminationReason::NoImprovementPossible(_))
+fn stalled(termination: &TerminationReason) -> bool {
+    matches!(termination, TerminationReason::NoImprovementPossible(_))
 }
 
 impl At<'_> {
@@ -299,7 +308,14 @@ impl At<'_> {
         let motion = self.integrate()?;
         let lengths: Vec<f64> = jacobian.column_iter().map(|column| column.norm()).collect();
         let names: Vec<String> = self.names();
-        if let Some(idle) = lengths.iter().position(|length| *length == 0.0) {
+        // How far, root mean square, angles go with an unknown as large as it is or was.
+        let given = self.problem.free.iter().map(|&k| self.problem.system.parameters()[k].abs());
+        let sizes = given.chain(std::iter::repeat(1.0)).zip(self.unknowns.iter());
+        let rows = (residuals.len() as f64).sqrt();
+        let is_idle = |(length, (given, found)): (&f64, (f64, &f64))| {
+            *length == 0.0 || (given > 0.0 && length * found.abs().max(given) < IDLE * rows)
+        };
+        if let Some(idle) = lengths.iter().zip(sizes).position(is_idle) {
             return Err(FitError::Indistinct(format!("`{}`", names[idle])));
         }
         let mut scaled = jacobian;

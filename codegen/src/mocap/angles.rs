@@ -48,6 +48,9 @@ pub fn angles(mechanism: &Mechanism, measured: &Quaternions) -> Vec<Option<Joint
             .zip(second)
             .map(|(first, second)| Some(first.as_ref()?.inverse() * second.as_ref()?))
             .collect();
+        if relative.iter().all(Option::is_none) {
+            return None;
+        }
         let found = axis(relative.iter().flatten(), &joint.direction);
         let along = found.axis.unwrap_or(joint.direction);
         let angle = unwrapped(&relative, &along);

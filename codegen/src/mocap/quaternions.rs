@@ -1,7 +1,8 @@
 //! Quaternions of bodies over time, from and to CSV.
 //!
 //! The header names `t [s]` (or `t`, `time`) and, for each body, `<body>.w`, `<body>.x`, `<body>.y`,
-//! `<body>.z`. Empty fields are gaps; fixed bodies without columns stay as drawn.
+//! `<body>.z`. Empty fields are gaps; fixed bodies without columns are where others are that have them,
+//! or else stay in the world as drawn.
 
 use std::fmt::Write;
 use std::io::Read;
@@ -102,9 +103,23 @@ impl Quaternions {
         if all.t.len() < 2 {
             return Err(wrong(format!("{} samples are too few", all.t.len())));
         }
+        let ground = (0..bodies.len()).find(|&body| bodies[body].1 && seen(&columns[body]));
+        if ground.is_none() {
+            let note =
+                "no fixed body is in the file: the ground is taken to be as drawn in the world";
+            all.notes.push(note.to_owned());
+        }
+        for name in header.iter().filter_map(|column| column.strip_suffix(".w")) {
+            if bodies.iter().all(|(body, _)| *body != name) {
+                all.notes.push(format!("no body is called `{name}`: its columns are left out"));
+            }
+        }
         for (body, (name, fixed)) in bodies.iter().enumerate() {
             if !seen(&columns[body]) && *fixed {
-                all.bodies[body] = vec![Some(UnitQuaternion::identity()); all.t.len()];
+                all.bodies[body] = match ground {
+                    Some(ground) => all.bodies[ground].clone(),
+                    None => vec![Some(UnitQuaternion::identity()); all.t.len()],
+                };
             }
             let counts = [
                 (refused[body], "are no rotations (length off by more than 1 %) and left out"),
@@ -117,12 +132,17 @@ impl Quaternions {
         Ok(all)
     }
 
-    /// Makes all frames parallel as they are at the sample nearest to `t` (s) at which all bodies
-    /// that were seen are seen: the sheet lies flat there.
+    /// Makes all frames parallel to that of a fixed body as they are at the sample nearest to `t` (s)
+    /// at which all bodies that were seen are seen: the sheet lies flat there. `fixed` is by body.
     ///
     /// # Errors
-    /// When there is no such sample.
-    pub fn flatten(&mut self, t: f64) -> Result<(), MocapError> {
+    /// When there is no such sample, or `t` is outside the record.
+    pub fn flatten(&mut self, t: f64, fixed: &[bool]) -> Result<(), MocapError> {
+        let [first, last] = [self.t[0], self.t[self.t.len() - 1]];
+        if !(first..=last).contains(&t) {
+            let message = format!("{t} s is not within the record, {first} .. {last} s");
+            return Err(MocapError::Content(message));
+        }
         let complete = |sample: &usize| {
             self.bodies.iter().all(|body| body.is_empty() || body[*sample].is_some())
         };
@@ -131,10 +151,13 @@ impl Quaternions {
             .filter(complete)
             .min_by(|a, b| away(a).total_cmp(&away(b)))
             .ok_or_else(|| MocapError::Content("at no time are all bodies seen".into()))?;
+        let at = |body: &Vec<Option<UnitQuaternion<f64>>>| body.get(flat).copied().flatten();
+        let mut grounds = self.bodies.iter().zip(fixed).filter(|(_, fixed)| **fixed);
+        let ground = grounds.find_map(|(body, _)| at(body)).unwrap_or_default();
         for body in &mut self.bodies {
-            let Some(mount) = body.get(flat).copied().flatten() else { continue };
+            let Some(mount) = at(body) else { continue };
             for rotation in body.iter_mut().flatten() {
-                *rotation *= mount.inverse();
+                *rotation *= mount.inverse() * ground;
             }
         }
         Ok(())

@@ -74,7 +74,8 @@ fn is_type_of_module(name: &str) -> bool {
     MODULE_ITEMS.iter().any(|item| item.len() > 1 && item.eq_ignore_ascii_case(&flat))
 }
 
-fn is_identifier(name: &str) -> bool {
+/// Letters, digits and `_`, no digit first.
+pub(crate) fn is_identifier(name: &str) -> bool {
     !name.starts_with(|c: char| c.is_ascii_digit())
         && !name.is_empty()
         && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')

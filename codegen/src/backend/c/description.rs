@@ -56,8 +56,8 @@ struct Indices {
 
 /// The fields of parameters or inputs.
 pub fn fields<'a>(names: impl IntoIterator<Item = &'a String>) -> Vec<String> {
-    // Macros of compilers that were not told to follow the standard.
-    let mut given = Names::reserving(&["linux", "unix", "i386"]);
+    // Macros of the library, and of compilers that were not told to follow the standard.
+    let mut given = Names::reserving(&["linux", "unix", "i386", "errno"]);
     names.into_iter().map(|name| given.give(name)).collect()
 }
 
