@@ -237,7 +237,9 @@ joints:
     let fixed = [true, false, false];
     for flat_at in [None, Some(0.0)] {
         let mut measured = read(&compiled, &text);
-        flat_at.map(|t| measured.flatten(t, &fixed).unwrap());
+        if let Some(t) = flat_at {
+            measured.flatten(t, &fixed).unwrap();
+        }
         for (joint, found) in angles(&compiled.topology.mechanism, &measured).iter().enumerate() {
             for (angle, q) in found.as_ref().unwrap().angle.iter().zip(&motion) {
                 assert!((angle - q[joint]).abs() < 1e-12, "{angle} is not {}", q[joint]);
