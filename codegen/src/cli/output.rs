@@ -36,12 +36,12 @@ pub fn are_distinct<'p>(paths: impl IntoIterator<Item = &'p String>) -> Outcome 
     }
 }
 
-/// Refuses a file whose name says that it is something else; a device may be called anything.
+/// Refuses a file whose name says that it is something else.
 pub fn has_extension(path: Option<&String>, extension: &str) -> Outcome {
-    let is_other = |path: &&String| {
-        *path != "-" && !path.starts_with("/dev/") && !path.to_lowercase().ends_with(extension)
+    let says_other = |path: &&String| {
+        Path::new(path).extension().is_some_and(|found| !found.eq_ignore_ascii_case(extension))
     };
-    match path.filter(is_other) {
+    match path.filter(says_other) {
         Some(path) => Err(misused(format_args!("`{path}` is no .{extension}"))),
         None => Ok(()),
     }
