@@ -1,6 +1,8 @@
 //! Words in the comments of every backend.
 
-use crate::program::Interface;
+use serde::Serialize;
+
+use crate::program::{Interface, JointInfo};
 
 /// Text that may stand in a comment of Rust or C: no line break, which would end the one, and
 /// nothing that would end the other or seem to begin another.
@@ -13,8 +15,29 @@ pub fn cuts(interface: &Interface) -> String {
     interface.cuts.iter().map(|joint| format!(" --cut {joint}")).collect()
 }
 
-/// A joint's limits for the table of joints.
-pub fn limits([least, greatest]: [f64; 2]) -> String {
+/// A row of the table of joints.
+#[derive(Serialize)]
+pub struct Joint {
+    index: usize,
+    name: String,
+    first: String,
+    second: String,
+    limits: String,
+}
+
+/// The table of joints, in the order of q.
+pub fn joints(interface: &Interface) -> Vec<Joint> {
+    let joint = |(index, joint): (usize, &JointInfo)| Joint {
+        index,
+        name: joint.name.clone(),
+        first: joint.bodies[0].clone(),
+        second: joint.bodies[1].clone(),
+        limits: limits(joint.limits),
+    };
+    interface.joints.iter().enumerate().map(joint).collect()
+}
+
+fn limits([least, greatest]: [f64; 2]) -> String {
     if least == f64::NEG_INFINITY && greatest == f64::INFINITY {
         return String::new();
     }

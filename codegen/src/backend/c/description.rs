@@ -6,7 +6,7 @@ use tera::Context;
 use super::Real;
 use super::body::constant;
 use crate::backend::identifiers::Names;
-use crate::backend::text::{comment, cuts, limits};
+use crate::backend::text::{comment, cuts, joints};
 use crate::program::Program;
 
 /// A code that functions return.
@@ -29,15 +29,6 @@ pub const STATUS: [Status; 6] = [
     Status { name: "NOT_DRIVEN", number: 4, what: "a driven joint cannot be where it should" },
     Status { name: "TIME", number: 5, what: "a time or a step is no usable number" },
 ];
-
-#[derive(Serialize)]
-struct Joint {
-    index: usize,
-    name: String,
-    first: String,
-    second: String,
-    limits: String,
-}
 
 #[derive(Serialize)]
 struct Field {
@@ -74,19 +65,7 @@ pub fn of(program: &Program, real: Real) -> Context {
     let scalar = if real == Real::Float { " --scalar f32" } else { "" };
     let flags = format!("{scalar} --c {name}.c --header {name}.h{}", cuts(interface));
     context.insert("flags", &flags);
-    let joints: Vec<Joint> = interface
-        .joints
-        .iter()
-        .enumerate()
-        .map(|(index, joint)| Joint {
-            index,
-            name: joint.name.clone(),
-            first: joint.bodies[0].clone(),
-            second: joint.bodies[1].clone(),
-            limits: limits(joint.limits),
-        })
-        .collect();
-    context.insert("joints", &joints);
+    context.insert("joints", &joints(interface));
     context.insert("mobility", &interface.mobility);
     context.insert("loops", &interface.loops);
     context.insert("n", &interface.joints.len());

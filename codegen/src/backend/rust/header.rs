@@ -4,17 +4,8 @@ use serde::Serialize;
 use tera::{Context, Tera};
 
 use super::{Options, ScalarChoice};
-use crate::backend::text::{comment, cuts, limits};
+use crate::backend::text::{comment, cuts, joints};
 use crate::program::Program;
-
-#[derive(Serialize)]
-struct Joint {
-    index: usize,
-    name: String,
-    first: String,
-    second: String,
-    limits: String,
-}
 
 #[derive(Serialize)]
 struct Cost {
@@ -38,19 +29,7 @@ pub fn header(program: &Program, options: &Options) -> String {
     };
     let exports = if options.extern_c { " --extern-c" } else { "" };
     context.insert("flags", &format!("{flags}{exports}{}", cuts(interface)));
-    let joints: Vec<Joint> = interface
-        .joints
-        .iter()
-        .enumerate()
-        .map(|(index, joint)| Joint {
-            index,
-            name: joint.name.clone(),
-            first: joint.bodies[0].clone(),
-            second: joint.bodies[1].clone(),
-            limits: limits(joint.limits),
-        })
-        .collect();
-    context.insert("joints", &joints);
+    context.insert("joints", &joints(interface));
     context.insert("mobility", &interface.mobility);
     context.insert("loops", &interface.loops);
     let cost =
