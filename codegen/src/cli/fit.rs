@@ -6,7 +6,7 @@ use std::io::{self, Read};
 
 use clap::Args;
 use lamc::identify::{Fit, NEAR, Problem, Record};
-use lamc::source::Tunable;
+use lamc::source::{Expression, ParameterId, Tunable};
 
 use super::curves::Curve;
 use super::start::Start;
@@ -83,8 +83,9 @@ pub fn run(arguments: &Arguments) -> Outcome {
         free.extend(found.into_iter().filter(|index| !free.contains(index)).collect::<Vec<_>>());
     }
     let driven = compiled.topology.mechanism.joints.iter().filter_map(|joint| joint.drive.as_ref());
+    let parameter = |k| Expression::Parameter(ParameterId(k));
     for drive in driven {
-        if let Some(&k) = free.iter().find(|&&k| drive.depends_on(k)) {
+        if let Some(&k) = free.iter().find(|&&k| drive.contains(&parameter(k))) {
             return Err(fail(format_args!(
                 "`{}` cannot be free: a prescribed angle depends on it",
                 parameters[k].name

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::mechanism::Mechanism;
+use crate::source::Expression;
 
 /// The first time a hinge is bent beyond its linear range, and the most it is.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,10 +47,15 @@ pub fn excursions<'q>(
             if allowed.is_infinite() {
                 continue;
             }
-            // A rest angle does not depend on the motion.
-            let Some(rest) = joint.rest.value(t, parameters, inputs) else { continue };
+            let rest = joint.rest.evaluate(&|leaf: &Expression| match *leaf {
+                Expression::Time => t,
+                Expression::Parameter(id) => parameters[id.index()],
+                Expression::Input(id) => inputs[id.index()],
+                // A rest angle does not depend on the motion.
+                _ => f64::NAN,
+            });
             let ratio = (q - rest).abs() / allowed;
-            if ratio <= 1.0 {
+            if ratio.is_nan() || ratio <= 1.0 {
                 continue;
             }
             let name = joint.name.clone();

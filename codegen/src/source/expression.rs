@@ -99,32 +99,6 @@ impl Expression {
         }
     }
 
-    /// The value at a time (s) for parameters and inputs in their order; `None` for an expression of
-    /// the motion.
-    pub fn value(&self, t: f64, parameters: &[f64], inputs: &[f64]) -> Option<f64> {
-        Some(match self {
-            Self::Number(number) => *number,
-            Self::Parameter(id) => *parameters.get(id.index())?,
-            Self::Input(id) => *inputs.get(id.index())?,
-            Self::Time => t,
-            Self::Position(_) | Self::Rate(_) => return None,
-            Self::Unary(function, x) => function.apply(x.value(t, parameters, inputs)?),
-            Self::Binary(operator, x, y) => {
-                operator.apply(x.value(t, parameters, inputs)?, y.value(t, parameters, inputs)?)
-            }
-        })
-    }
-
-    /// Whether it contains the parameter of this index.
-    pub fn depends_on(&self, parameter: usize) -> bool {
-        match self {
-            Self::Parameter(id) => id.index() == parameter,
-            Self::Unary(_, x) => x.depends_on(parameter),
-            Self::Binary(_, x, y) => x.depends_on(parameter) || y.depends_on(parameter),
-            _ => false,
-        }
-    }
-
     /// The value of an expression that depends on nothing: `2*pi`. Not finite for `1/0`.
     pub fn constant(&self) -> Option<f64> {
         Some(match self {
