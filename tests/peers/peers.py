@@ -2,6 +2,7 @@
 
 import ctypes
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -227,8 +228,9 @@ def pinocchio_peers(name, path, quick):
         if quick:
             missing("Pinocchio", "its compilation takes some minutes, which --quick does not wait for")
             return {}
+        # clang's is twice as fast as gcc's.
         command = [
-            "g++", "-std=c++17", *C_FLAGS, "-DNDEBUG", "-w",
+            shutil.which("clang++") or "g++", "-std=c++17", *C_FLAGS, "-DNDEBUG", "-w",
             "-DBOOST_MPL_LIMIT_LIST_SIZE=30", "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS",
             "-isystem", prefix / "include", "-isystem", "/usr/include/eigen3",
             HERE / "pinocchio.cpp", "-o", library,
