@@ -15,6 +15,7 @@ import subprocess
 import sys
 import time
 
+import bound
 import numpy as np
 import peers as p
 import report
@@ -36,7 +37,8 @@ def main():
     p.WORK.mkdir(parents=True, exist_ok=True)
     p.build_runtime()
     chains = [6, 12] if options.quick else CHAINS
-    results = {"machine": machine(), "mechanisms": {}}
+    profile = "users (release)" if "release" in options.lamc else "development"
+    results = {"machine": {**machine(), "profile": profile}, "mechanisms": {}}
     mechanisms = [("sixbar", p.WORKSPACE / "examples" / "sixbar.yaml")]
     for n in chains:
         path = p.WORK / f"chain{n}.yaml"
@@ -79,12 +81,15 @@ def mechanism(name, path, options):
     functions |= {extra: own.other(model, extra) for extra in ("rk4_steps", "jacobians")}
     times = measured(functions, model, options.quick)
     base = np.array(times["lamc"])
+    instructions = bound.disassembled(own.path, "::write_acceleration")
     return {
         "n": model.n,
         "states": len(model.q),
         "derivation_s": own.derivation,
         "compilation_s": own.compilation,
         "module_bytes": own.bytes,
+        "instructions": bound.counts(instructions),
+        "mca": bound.mca(instructions) if model.loops else None,
         "operations": report.operations(output(options.lamc, "check", path)),
         "peers": {
             label: {

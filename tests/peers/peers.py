@@ -90,7 +90,7 @@ class Lamc:
             "-L", f"dependency={runtime / 'deps'}", "-o", library, HERE / "lamc.rs",
             env={**os.environ, "MODEL": str(named)},
         )  # fmt: skip
-        self.library = ctypes.CDLL(str(library))
+        self.path, self.library = library, ctypes.CDLL(str(library))
         self.bytes = module.stat().st_size
 
     def peer(self, model):
@@ -214,6 +214,28 @@ def mujoco_peers(name, path):
     return {"MuJoCo": (Peer("MuJoCo", order, tolerance, call, at_rest=bool(model.loops)), {})}
 
 
+def pinocchio_library(compiler, prefix, quick):
+    """None where it is not to be had."""
+    library = WORK / f"libpinocchio_{compiler}.so"
+    if not outdated(library, HERE / "pinocchio.cpp"):
+        return library
+    if quick:
+        missing(f"Pinocchio, {compiler}", "--quick does not wait for its compilation")
+    elif shutil.which(compiler) is None:
+        missing(f"Pinocchio, {compiler}", "there is no such compiler")
+    else:
+        print(f"compiling Pinocchio by {compiler}, some minutes", file=sys.stderr)
+        run(
+            compiler, "-std=c++17", *C_FLAGS, "-DNDEBUG", "-w",
+            "-DBOOST_MPL_LIMIT_LIST_SIZE=30", "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS",
+            "-isystem", prefix / "include", "-isystem", "/usr/include/eigen3",
+            HERE / "pinocchio.cpp", "-o", library,
+            f"-L{prefix / 'lib'}", f"-Wl,-rpath,{prefix / 'lib'}", "-lpinocchio_default",
+        )  # fmt: skip
+        return library
+    return None
+
+
 def pinocchio_peers(name, path, quick):
     """aba for trees; for loops constraintDynamics and lcaba, whose constraints are proximal: as few
     iterations as reach their tolerance."""
@@ -223,21 +245,6 @@ def pinocchio_peers(name, path, quick):
         missing("Pinocchio", error)
         return {}
     prefix = Path(pinocchio.__file__).parents[4]
-    library = WORK / "libpinocchio_states.so"
-    if outdated(library, HERE / "pinocchio.cpp"):
-        if quick:
-            missing("Pinocchio", "its compilation takes some minutes, which --quick does not wait for")
-            return {}
-        # clang's is twice as fast as gcc's.
-        command = [
-            shutil.which("clang++") or "g++", "-std=c++17", *C_FLAGS, "-DNDEBUG", "-w",
-            "-DBOOST_MPL_LIMIT_LIST_SIZE=30", "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS",
-            "-isystem", prefix / "include", "-isystem", "/usr/include/eigen3",
-            HERE / "pinocchio.cpp", "-o", library,
-            f"-L{prefix / 'lib'}", f"-Wl,-rpath,{prefix / 'lib'}", "-lpinocchio_default",
-        ]  # fmt: skip
-        print("compiling Pinocchio, some minutes", file=sys.stderr)
-        run(*command)
     model = Model(path)
     order = model.depth_first()
     at = {node: k for k, node in enumerate(order)}
@@ -245,8 +252,6 @@ def pinocchio_peers(name, path, quick):
     joints = [node.joint for node in nodes]
     ends = [[at[loop[end]] for end in ("original", "ghost")] for loop in model.loops]
     pairs = [(loop["ghost"], loop["original"]) for loop in model.loops]
-    between = [model.between(ghost, original) for ghost, original in pairs]
-    offsets = [model.offset(ghost, original) for ghost, original in pairs]
     parents = [-1 if node.parent is None else at[node.parent] for node in nodes]
     doubles = lambda xs: np.ascontiguousarray(np.array(xs, dtype=float))
     integers = lambda xs: np.ascontiguousarray(np.array(xs, dtype=np.int32))
@@ -257,22 +262,32 @@ def pinocchio_peers(name, path, quick):
         doubles(model.stiffness[joints]), doubles(model.damping[joints]),
         doubles(model.rest[joints]), doubles(model.gravity),
     ]  # fmt: skip
-    loops = [integers(ends), doubles(between), doubles(offsets)]
-    lib = ctypes.CDLL(str(library))
-    lib.create.restype = ctypes.c_void_p
+    loops = [
+        integers(ends), doubles([model.between(*pair) for pair in pairs]),
+        doubles([model.offset(*pair) for pair in pairs]),
+    ]  # fmt: skip
+    peers = {}
 
-    def peer(label, function, mu, iterations, tolerance):
+    def add(algorithm, function, mu, iterations, tolerance):
         handle = ctypes.c_void_p(lib.create(
             len(nodes), *map(pointer, arrays), len(model.loops), *map(pointer, loops),
             ctypes.c_double(mu), ctypes.c_double(1e-12), iterations,
         ))  # fmt: skip
         lib.prepare(handle, function)
-        call = lambda *arguments: lib.accelerations(handle, function, *arguments)
-        return label, (Peer(label, joints, tolerance, call), {})
+        call = lambda *arguments: accelerations(handle, function, *arguments)
+        label = f"Pinocchio, {compiler}, {algorithm}"
+        peers[label] = (Peer(label, joints, tolerance, call), {})
 
-    if not model.loops:
-        return dict([peer("Pinocchio aba", 0, 1e-6, 1, 1e-8)])
-    return dict([
-        peer("Pinocchio constraintDynamics", 1, 1e-6, 1, 1e-7),
-        peer("Pinocchio lcaba", 2, 1e-2, 2, 1e-7),
-    ])  # fmt: skip
+    for compiler in ("g++", "clang++"):
+        library = pinocchio_library(compiler, prefix, quick)
+        if library is None:
+            continue
+        lib = ctypes.CDLL(str(library))
+        lib.create.restype = ctypes.c_void_p
+        accelerations = lib.accelerations
+        if model.loops:
+            add("constraintDynamics", 1, 1e-6, 1, 1e-7)
+            add("lcaba", 2, 1e-2, 2, 1e-7)
+        else:
+            add("aba", 0, 1e-6, 1, 1e-8)
+    return peers

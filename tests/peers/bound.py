@@ -1,0 +1,71 @@
+"""What the processor could do at best: instructions of a compiled function, issue width, llvm-mca."""
+
+import re
+import shutil
+import subprocess
+
+# Zen 4: two pipes multiply, fuse and divide, two others add (AMD, Software Optimization Guide for
+# the AMD Zen 4 Microarchitecture, 57647, section 2.10).
+MULTIPLIERS, ADDERS = 2, 2
+KINDS = {
+    "fused": r"vfn?m(add|sub)",
+    "multiplied": r"vmul[sp][sd]",
+    "added": r"v(add|sub)[sp][sd]",
+    "divided": r"v(div|sqrt)[sp][sd]",
+    "moved": r"v?mov(u|a|s|d|q)",
+    "called": r"call",
+}
+
+
+def disassembled(library, name):
+    """The instructions of the function whose name ends so."""
+    text = subprocess.run(
+        ["objdump", "--disassemble", "--no-show-raw-insn", "--demangle", str(library)],
+        check=True, capture_output=True, text=True,
+    ).stdout  # fmt: skip
+    body = re.search(rf"^\w+ <.*{name}>:\n((?:.+\n)+)", text, re.MULTILINE)
+    return [line.split("\t", 1)[1].split("#")[0].strip() for line in body[1].splitlines()]
+
+
+def counts(instructions):
+    found = {kind: 0 for kind in KINDS}
+    for instruction in instructions:
+        for kind, pattern in KINDS.items():
+            found[kind] += re.match(pattern, instruction) is not None
+    return {"total": len(instructions), **found}
+
+
+def cycles(count):
+    """At least so many: every pipe busy in every cycle."""
+    multiplied = count["fused"] + count["multiplied"] + count["divided"]
+    return max(
+        multiplied / MULTIPLIERS,
+        count["added"] / ADDERS,
+        (multiplied + count["added"]) / (MULTIPLIERS + ADDERS),
+    )
+
+
+def mca(instructions):
+    """Cycles of one evaluation after another, and of one alone, by llvm-mca; None without it."""
+    tools = [f"llvm-mca-{version}" for version in range(30, 15, -1)] + ["llvm-mca"]
+    tool = next(filter(shutil.which, tools), None)
+    if tool is None:
+        return None
+    # What branches or calls is left out: the rest is one straight line.
+    straight = [i for i in instructions if not re.match(r"(call|j\w+|ret|nop|int3|cs|data16)", i)]
+
+    def total(iterations):
+        done = subprocess.run(
+            [tool, "-mcpu=native", f"-iterations={iterations}"],
+            input="\n".join(straight), capture_output=True, text=True,
+        )  # fmt: skip
+        found = re.search(r"Total Cycles: +(\d+)", done.stdout)
+        return int(found[1]) / iterations if found else None
+
+    streamed, alone = total(100), total(1)
+    version = subprocess.run([tool, "--version"], capture_output=True, text=True).stdout
+    return streamed and {
+        "streamed": streamed,
+        "alone": alone,
+        "version": re.search(r"LLVM version \S+", version)[0],
+    }
