@@ -1,6 +1,7 @@
 """Those who compute the same accelerations, each as a shared library built for this processor."""
 
 import ctypes
+import importlib.util
 import os
 import shutil
 import subprocess
@@ -239,12 +240,11 @@ def pinocchio_library(compiler, prefix, quick):
 def pinocchio_peers(name, path, quick):
     """aba for trees; for loops constraintDynamics and lcaba, whose constraints are proximal: as few
     iterations as reach their tolerance."""
-    try:
-        import pinocchio
-    except ImportError as error:
-        missing("Pinocchio", error)
+    found = importlib.util.find_spec("pinocchio")
+    if found is None:
+        missing("Pinocchio", "no package of this name")
         return {}
-    prefix = Path(pinocchio.__file__).parents[4]
+    prefix = Path(found.origin).parents[4]
     model = Model(path)
     order = model.depth_first()
     at = {node: k for k, node in enumerate(order)}
@@ -268,13 +268,13 @@ def pinocchio_peers(name, path, quick):
     ]  # fmt: skip
     peers = {}
 
-    def add(algorithm, function, mu, iterations, tolerance):
+    def add(compiler, lib, algorithm, function, mu, iterations, tolerance):
         handle = ctypes.c_void_p(lib.create(
             len(nodes), *map(pointer, arrays), len(model.loops), *map(pointer, loops),
             ctypes.c_double(mu), ctypes.c_double(1e-12), iterations,
         ))  # fmt: skip
         lib.prepare(handle, function)
-        call = lambda *arguments: accelerations(handle, function, *arguments)
+        call = lambda *arguments: lib.accelerations(handle, function, *arguments)
         label = f"Pinocchio, {compiler}, {algorithm}"
         peers[label] = (Peer(label, joints, tolerance, call), {})
 
@@ -284,10 +284,9 @@ def pinocchio_peers(name, path, quick):
             continue
         lib = ctypes.CDLL(str(library))
         lib.create.restype = ctypes.c_void_p
-        accelerations = lib.accelerations
         if model.loops:
-            add("constraintDynamics", 1, 1e-6, 1, 1e-7)
-            add("lcaba", 2, 1e-2, 2, 1e-7)
+            add(compiler, lib, "constraintDynamics", 1, 1e-6, 1, 1e-7)
+            add(compiler, lib, "lcaba", 2, 1e-2, 2, 1e-7)
         else:
-            add("aba", 0, 1e-6, 1, 1e-8)
+            add(compiler, lib, "aba", 0, 1e-6, 1, 1e-8)
     return peers
