@@ -108,6 +108,7 @@ impl<S: ::lamc_runtime::Scalar> ::core::default::Default for Fourbar<S> {
 #[allow(
     clippy::approx_constant,
     clippy::excessive_precision,
+    clippy::too_many_arguments,
     unused_mut,
     unused_variables,
     reason = "numbers of the drawing; not every function reads everything it is given"
@@ -180,20 +181,19 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         out: ::lamc_runtime::EquationsMut<'_, S>,
     ) {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let Some(q) = q.first_chunk::<N>() else { return };
         let Some(u) = u.first_chunk::<N>() else { return };
         let Some(mass) = out.mass.first_chunk_mut::<16>() else { return };
         let Some(forcing) = out.forcing.first_chunk_mut::<4>() else { return };
         let Some(jacobian) = out.jacobian.first_chunk_mut::<12>() else { return };
         let Some(gamma) = out.gamma.first_chunk_mut::<3>() else { return };
-        // crank
-        let (sin_crank_hinge, cos_crank_hinge) = S::sin_cos(q[0]);
-        // rocker
-        let (sin_rocker_hinge, cos_rocker_hinge) = S::sin_cos(q[1]);
-        // coupler
-        let (sin_coupler_crank, cos_coupler_crank) = S::sin_cos(q[2]);
-        // coupler_ghost0
-        let (sin_coupler_rocker, cos_coupler_rocker) = S::sin_cos(q[3]);
+        let [
+            (sin_crank_hinge, cos_crank_hinge),
+            (sin_rocker_hinge, cos_rocker_hinge),
+            (sin_coupler_crank, cos_coupler_crank),
+            (sin_coupler_rocker, cos_coupler_rocker),
+        ] = S::sin_cos_all([q[0], q[1], q[2], q[3]]);
         // coupler
         let omega_coupler_x = u[0] + u[2];
         let coupler_part = u[0] * u[0] * c(0.534813);
@@ -213,83 +213,72 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let rocker_part = sin_rocker_hinge * c(9.81);
         let rocker_part_2 = cos_rocker_hinge * c(9.81);
         // coupler
-        let gravity_coupler_y = -sin_coupler_crank * crank_part_2
-            - cos_coupler_crank * crank_part;
-        let gravity_coupler_z = sin_coupler_crank * crank_part
-            - cos_coupler_crank * crank_part_2;
+        let gravity_coupler_y = mul_add(-cos_coupler_crank, crank_part,
+            -sin_coupler_crank * crank_part_2);
+        let gravity_coupler_z = mul_add(-cos_coupler_crank, crank_part_2,
+            sin_coupler_crank * crank_part);
         let free_fall_coupler_y = coupler_part_2 + gravity_coupler_y;
         let free_fall_coupler_z = gravity_coupler_z - coupler_part_3;
         // coupler_ghost0
-        let gravity_coupler_ghost0_y = -sin_coupler_rocker * rocker_part_2
-            - cos_coupler_rocker * rocker_part;
-        let gravity_coupler_ghost0_z = sin_coupler_rocker * rocker_part
-            - cos_coupler_rocker * rocker_part_2;
-        let free_fall_coupler_ghost0_y = coupler_ghost0_part_2
-            + gravity_coupler_ghost0_y;
-        let free_fall_coupler_ghost0_z = gravity_coupler_ghost0_z
-            - coupler_ghost0_part_3;
-        let force_coupler_ghost0_y = free_fall_coupler_ghost0_y * c(2.67789314975e-4)
-            + omega_coupler_ghost0_x * omega_coupler_ghost0_x * c(9.272985481377836e-6);
+        let gravity_coupler_ghost0_y = mul_add(-cos_coupler_rocker, rocker_part,
+            -sin_coupler_rocker * rocker_part_2);
+        let gravity_coupler_ghost0_z = mul_add(-cos_coupler_rocker, rocker_part_2,
+            sin_coupler_rocker * rocker_part);
+        let free_fall_coupler_ghost0_y = coupler_ghost0_part_2 + gravity_coupler_ghost0_y;
+        let free_fall_coupler_ghost0_z = gravity_coupler_ghost0_z - coupler_ghost0_part_3;
+        let force_coupler_ghost0_y = mul_add(c(9.272985481377836e-6),
+            omega_coupler_ghost0_x * omega_coupler_ghost0_x,
+            free_fall_coupler_ghost0_y * c(2.67789314975e-4));
         let force_coupler_ghost0_z = free_fall_coupler_ghost0_z * c(2.67789314975e-4);
-        let moment_coupler_ghost0_x = free_fall_coupler_ghost0_z
-            * c(9.272985481377836e-6);
-        let force_above_coupler_ghost0_z = sin_coupler_rocker * force_coupler_ghost0_y
-            + cos_coupler_rocker * force_coupler_ghost0_z;
-        let moment_above_coupler_ghost0_x = moment_coupler_ghost0_x
-            + c(0.5135738999999999) * force_above_coupler_ghost0_z;
+        let moment_coupler_ghost0_x = free_fall_coupler_ghost0_z * c(9.272985481377836e-6);
+        let force_above_coupler_ghost0_z = mul_add(cos_coupler_rocker, force_coupler_ghost0_z,
+            sin_coupler_rocker * force_coupler_ghost0_y);
+        let moment_above_coupler_ghost0_x = mul_add(c(0.5135738999999999),
+            force_above_coupler_ghost0_z, moment_coupler_ghost0_x);
         // coupler
         let coupler_part_4 = omega_coupler_x * omega_coupler_x;
-        let force_coupler_y = free_fall_coupler_y * c(2.67789314975e-4)
-            + coupler_part_4 * c(4.3544099654316885e-5);
+        let force_coupler_y = mul_add(c(4.3544099654316885e-5), coupler_part_4,
+            free_fall_coupler_y * c(2.67789314975e-4));
         let force_coupler_z = free_fall_coupler_z * c(2.67789314975e-4);
         let moment_coupler_x = free_fall_coupler_z * c(4.3544099654316885e-5);
-        let force_above_coupler_z = sin_coupler_crank * force_coupler_y
-            + cos_coupler_crank * force_coupler_z;
-        let moment_above_coupler_x = moment_coupler_x
-            + c(0.534813) * force_above_coupler_z;
+        let force_above_coupler_z = mul_add(cos_coupler_crank, force_coupler_z,
+            sin_coupler_crank * force_coupler_y);
+        let moment_above_coupler_x = mul_add(c(0.534813), force_above_coupler_z, moment_coupler_x);
         // rocker
-        let moment_rocker_x = moment_above_coupler_ghost0_x
-            + cos_rocker_hinge * c(-1.6056691924332452e-3);
+        let moment_rocker_x = mul_add(c(-1.6056691924332452e-3), cos_rocker_hinge,
+            moment_above_coupler_ghost0_x);
         // crank
-        let moment_crank_x = moment_above_coupler_x
-            + cos_crank_hinge * c(-1.7414377400064135e-3);
+        let moment_crank_x = mul_add(c(-1.7414377400064135e-3), cos_crank_hinge,
+            moment_above_coupler_x);
         // coupler_ghost0
-        let moment_above_coupler_ghost0_x_2 = cos_coupler_rocker
-            * c(4.762363318314592e-6) + c(1.8705126833160889e-6);
+        let moment_above_coupler_ghost0_x_2 = mul_add(c(4.762363318314592e-6), cos_coupler_rocker,
+            c(1.8705126833160889e-6));
         // coupler
-        let moment_above_coupler_x_2 = cos_coupler_crank * c(2.3287950568424175e-5)
-            + c(8.629932323103512e-6);
+        let moment_above_coupler_x_2 = mul_add(c(2.3287950568424175e-5), cos_coupler_crank,
+            c(8.629932323103512e-6));
         // rocker
-        let inertia_xx_rocker = c(7.063161451141718e-5)
-            + (c(1.8705126833160889e-6)
-                + (cos_coupler_rocker * c(9.524726636629184e-6)
-                    + c(5.5954153788808836e-5)));
+        let inertia_xx_rocker = c(7.063161451141718e-5) + (c(1.8705126833160889e-6)
+            + mul_add(c(9.524726636629184e-6), cos_coupler_rocker, c(5.5954153788808836e-5)));
         // crank
-        let inertia_xx_crank = c(7.659442407901059e-5)
-            + (c(8.629932323103512e-6)
-                + (cos_coupler_crank * c(4.657590113684835e-5)
-                    + c(6.319884794476544e-5)));
+        let inertia_xx_crank = c(7.659442407901059e-5) + (c(8.629932323103512e-6)
+            + mul_add(c(4.657590113684835e-5), cos_coupler_crank, c(6.319884794476544e-5)));
         // coupler
         let v_coupler_y_by_crank_hinge = sin_coupler_crank * c(0.534813);
         // coupler_ghost0
-        let v_coupler_ghost0_y_by_rocker_hinge = sin_coupler_rocker
-            * c(0.5135738999999999);
+        let v_coupler_ghost0_y_by_rocker_hinge = sin_coupler_rocker * c(0.5135738999999999);
         // loop 0
-        let gamma0_0 = a_coupler_ghost0_y
-            - (a_coupler_y - coupler_part_4 * c(0.12797789999999998));
+        let gamma0_0 = a_coupler_ghost0_y - mul_add(c(-0.12797789999999998), coupler_part_4,
+            a_coupler_y);
         // coupler
         let v_coupler_z_by_crank_hinge = cos_coupler_crank * c(0.534813);
         // loop 0
-        let closure0_1_crank_hinge = c(-0.12797789999999998)
-            - v_coupler_z_by_crank_hinge;
+        let closure0_1_crank_hinge = c(-0.12797789999999998) - v_coupler_z_by_crank_hinge;
         // coupler_ghost0
-        let v_coupler_ghost0_z_by_rocker_hinge = cos_coupler_rocker
-            * c(0.5135738999999999);
+        let v_coupler_ghost0_z_by_rocker_hinge = cos_coupler_rocker * c(0.5135738999999999);
         // loop 0
         let gamma0_1 = coupler_ghost0_part_3 - coupler_part_3;
         let closure0_2_crank_hinge = -v_coupler_z_by_crank_hinge - c(0.5430958883848717);
-        let closure0_2_rocker_hinge = v_coupler_ghost0_z_by_rocker_hinge
-            + c(0.4151179883848717);
+        let closure0_2_rocker_hinge = v_coupler_ghost0_z_by_rocker_hinge + c(0.4151179883848717);
         mass[0] = inertia_xx_crank;
         mass[1] = c(0.0);
         mass[2] = moment_above_coupler_x_2;
@@ -306,10 +295,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         mass[13] = moment_above_coupler_ghost0_x_2;
         mass[14] = c(0.0);
         mass[15] = c(1.8705126833160889e-6);
-        forcing[0] = moment_crank_x - q[0] * c(10.0) - u[0] * c(0.1);
-        forcing[1] = moment_rocker_x - q[1] * c(10.0) - u[1] * c(0.1);
-        forcing[2] = moment_coupler_x - q[2] * c(10.0) - u[2] * c(0.1);
-        forcing[3] = moment_coupler_ghost0_x - q[3] * c(10.0) - u[3] * c(0.1);
+        forcing[0] = mul_add(c(-0.1), u[0], mul_add(c(-10.0), q[0], moment_crank_x));
+        forcing[1] = mul_add(c(-0.1), u[1], mul_add(c(-10.0), q[1], moment_rocker_x));
+        forcing[2] = mul_add(c(-0.1), u[2], mul_add(c(-10.0), q[2], moment_coupler_x));
+        forcing[3] = mul_add(c(-0.1), u[3], mul_add(c(-10.0), q[3], moment_coupler_ghost0_x));
         jacobian[0] = -v_coupler_y_by_crank_hinge;
         jacobian[1] = v_coupler_ghost0_y_by_rocker_hinge;
         jacobian[2] = c(0.0);
@@ -328,37 +317,35 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
     }
     fn write_closure(&self, q: &[S], residual: &mut [S], jacobian: &mut [S]) {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let Some(q) = q.first_chunk::<N>() else { return };
         let Some(residual) = residual.first_chunk_mut::<9>() else { return };
         let Some(jacobian) = jacobian.first_chunk_mut::<36>() else { return };
-        // crank
-        let (sin_crank_hinge, cos_crank_hinge) = S::sin_cos(q[0]);
-        // rocker
-        let (sin_rocker_hinge, cos_rocker_hinge) = S::sin_cos(q[1]);
+        let [
+            (sin_crank_hinge, cos_crank_hinge),
+            (sin_rocker_hinge, cos_rocker_hinge),
+            (sin_coupler_crank, cos_coupler_crank),
+            (sin_coupler_rocker, cos_coupler_rocker),
+        ] = S::sin_cos_all([q[0], q[1], q[2], q[3]]);
         // coupler
-        let (sin_coupler_crank, cos_coupler_crank) = S::sin_cos(q[2]);
-        // coupler_ghost0
-        let (sin_coupler_rocker, cos_coupler_rocker) = S::sin_cos(q[3]);
-        // coupler
-        let axis_y_coupler_x = cos_crank_hinge * cos_coupler_crank
-            - sin_crank_hinge * sin_coupler_crank;
+        let axis_y_coupler_x = mul_add(-sin_crank_hinge, sin_coupler_crank,
+            cos_crank_hinge * cos_coupler_crank);
         let coupler_part = sin_crank_hinge * cos_coupler_crank;
         let coupler_part_2 = cos_crank_hinge * sin_coupler_crank;
         let axis_y_coupler_z = coupler_part + coupler_part_2;
         let axis_z_coupler_x = -coupler_part - coupler_part_2;
-        let origin_coupler_x = cos_crank_hinge * c(0.534813) - c(0.3137601);
-        let origin_coupler_z = sin_crank_hinge * c(0.534813) + c(2.5e-3);
+        let origin_coupler_x = mul_add(c(0.534813), cos_crank_hinge, c(-0.3137601));
+        let origin_coupler_z = mul_add(c(0.534813), sin_crank_hinge, c(2.5e-3));
         // coupler_ghost0
-        let axis_y_coupler_ghost0_x = cos_rocker_hinge * cos_coupler_rocker
-            - sin_rocker_hinge * sin_coupler_rocker;
+        let axis_y_coupler_ghost0_x = mul_add(-sin_rocker_hinge, sin_coupler_rocker,
+            cos_rocker_hinge * cos_coupler_rocker);
         let coupler_ghost0_part = sin_rocker_hinge * cos_coupler_rocker;
         let coupler_ghost0_part_2 = cos_rocker_hinge * sin_coupler_rocker;
         let axis_y_coupler_ghost0_z = coupler_ghost0_part + coupler_ghost0_part_2;
         let axis_z_coupler_ghost0_x = -coupler_ghost0_part - coupler_ghost0_part_2;
-        let origin_coupler_ghost0_x = cos_rocker_hinge * c(0.5135738999999999)
-            - c(0.1645431);
-        let origin_coupler_ghost0_z = c(2.5e-3)
-            + sin_rocker_hinge * c(0.5135738999999999);
+        let origin_coupler_ghost0_x = mul_add(c(0.5135738999999999), cos_rocker_hinge,
+            c(-0.1645431));
+        let origin_coupler_ghost0_z = mul_add(c(0.5135738999999999), sin_rocker_hinge, c(2.5e-3));
         // coupler
         let coupler_part_3 = axis_y_coupler_x * c(0.12797789999999998);
         let point0_original_coupler_x = origin_coupler_x + coupler_part_3;
@@ -374,20 +361,18 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let arm0_0_crank_x = c(0.3137601) + point0_original_coupler_x;
         let arm0_0_crank_z = point0_original_coupler_z - c(2.5e-3);
         // coupler_ghost0
-        let point1_ghost_coupler_ghost0_x = origin_coupler_ghost0_x
-            + axis_y_coupler_ghost0_x * c(0.4151179883848717);
-        let point1_ghost_coupler_ghost0_z = origin_coupler_ghost0_z
-            + axis_y_coupler_ghost0_z * c(0.4151179883848717);
+        let point1_ghost_coupler_ghost0_x = mul_add(c(0.4151179883848717), axis_y_coupler_ghost0_x,
+            origin_coupler_ghost0_x);
+        let point1_ghost_coupler_ghost0_z = mul_add(c(0.4151179883848717), axis_y_coupler_ghost0_z,
+            origin_coupler_ghost0_z);
         // coupler
-        let point1_original_coupler_x = origin_coupler_x
-            + axis_y_coupler_x * c(0.5430958883848717);
-        let point1_original_coupler_z = origin_coupler_z
-            + axis_y_coupler_z * c(0.5430958883848717);
+        let point1_original_coupler_x = mul_add(c(0.5430958883848717), axis_y_coupler_x,
+            origin_coupler_x);
+        let point1_original_coupler_z = mul_add(c(0.5430958883848717), axis_y_coupler_z,
+            origin_coupler_z);
         // coupler_ghost0
-        let arm0_1_coupler_ghost0_x = point1_ghost_coupler_ghost0_x
-            - origin_coupler_ghost0_x;
-        let arm0_1_coupler_ghost0_z = point1_ghost_coupler_ghost0_z
-            - origin_coupler_ghost0_z;
+        let arm0_1_coupler_ghost0_x = point1_ghost_coupler_ghost0_x - origin_coupler_ghost0_x;
+        let arm0_1_coupler_ghost0_z = point1_ghost_coupler_ghost0_z - origin_coupler_ghost0_z;
         // rocker
         let arm0_1_rocker_x = c(0.1645431) + point1_ghost_coupler_ghost0_x;
         let arm0_1_rocker_z = point1_ghost_coupler_ghost0_z - c(2.5e-3);
@@ -398,20 +383,18 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let arm0_1_crank_x = c(0.3137601) + point1_original_coupler_x;
         let arm0_1_crank_z = point1_original_coupler_z - c(2.5e-3);
         // coupler_ghost0
-        let point2_ghost_coupler_ghost0_x = origin_coupler_ghost0_x
-            + axis_z_coupler_ghost0_x * c(0.41511798838487174);
-        let point2_ghost_coupler_ghost0_z = origin_coupler_ghost0_z
-            + axis_y_coupler_ghost0_x * c(0.41511798838487174);
+        let point2_ghost_coupler_ghost0_x = mul_add(c(0.41511798838487174), axis_z_coupler_ghost0_x,
+            origin_coupler_ghost0_x);
+        let point2_ghost_coupler_ghost0_z = mul_add(c(0.41511798838487174), axis_y_coupler_ghost0_x,
+            origin_coupler_ghost0_z);
         // coupler
-        let point2_original_coupler_x = origin_coupler_x
-            + (coupler_part_3 + axis_z_coupler_x * c(0.41511798838487174));
-        let point2_original_coupler_z = origin_coupler_z
-            + (coupler_part_4 + axis_y_coupler_x * c(0.41511798838487174));
+        let point2_original_coupler_x = origin_coupler_x + mul_add(c(0.41511798838487174),
+            axis_z_coupler_x, coupler_part_3);
+        let point2_original_coupler_z = origin_coupler_z + mul_add(c(0.41511798838487174),
+            axis_y_coupler_x, coupler_part_4);
         // coupler_ghost0
-        let arm0_2_coupler_ghost0_x = point2_ghost_coupler_ghost0_x
-            - origin_coupler_ghost0_x;
-        let arm0_2_coupler_ghost0_z = point2_ghost_coupler_ghost0_z
-            - origin_coupler_ghost0_z;
+        let arm0_2_coupler_ghost0_x = point2_ghost_coupler_ghost0_x - origin_coupler_ghost0_x;
+        let arm0_2_coupler_ghost0_z = point2_ghost_coupler_ghost0_z - origin_coupler_ghost0_z;
         // rocker
         let arm0_2_rocker_x = c(0.1645431) + point2_ghost_coupler_ghost0_x;
         let arm0_2_rocker_z = point2_ghost_coupler_ghost0_z - c(2.5e-3);
@@ -469,22 +452,23 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
     }
     fn write_poses(&self, q: &[S], out: &mut [S]) {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let Some(q) = q.first_chunk::<N>() else { return };
         let Some(poses) = out.first_chunk_mut::<48>() else { return };
-        // crank
-        let (sin_crank_hinge, cos_crank_hinge) = S::sin_cos(q[0]);
-        // rocker
-        let (sin_rocker_hinge, cos_rocker_hinge) = S::sin_cos(q[1]);
+        let [
+            (sin_crank_hinge, cos_crank_hinge),
+            (sin_rocker_hinge, cos_rocker_hinge),
+            (sin_coupler_crank, cos_coupler_crank),
+        ] = S::sin_cos_all([q[0], q[1], q[2]]);
         // coupler
-        let (sin_coupler_crank, cos_coupler_crank) = S::sin_cos(q[2]);
-        let axis_y_coupler_x = cos_crank_hinge * cos_coupler_crank
-            - sin_crank_hinge * sin_coupler_crank;
+        let axis_y_coupler_x = mul_add(-sin_crank_hinge, sin_coupler_crank,
+            cos_crank_hinge * cos_coupler_crank);
         let coupler_part = sin_crank_hinge * cos_coupler_crank;
         let coupler_part_2 = cos_crank_hinge * sin_coupler_crank;
         let axis_y_coupler_z = coupler_part + coupler_part_2;
         let axis_z_coupler_x = -coupler_part - coupler_part_2;
-        let origin_coupler_x = cos_crank_hinge * c(0.534813) - c(0.3137601);
-        let origin_coupler_z = sin_crank_hinge * c(0.534813) + c(2.5e-3);
+        let origin_coupler_x = mul_add(c(0.534813), cos_crank_hinge, c(-0.3137601));
+        let origin_coupler_z = mul_add(c(0.534813), sin_crank_hinge, c(2.5e-3));
         poses[0] = c(1.0);
         poses[1] = c(0.0);
         poses[2] = c(0.0);
@@ -506,11 +490,11 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         poses[18] = sin_crank_hinge;
         poses[19] = c(0.0);
         poses[20] = cos_crank_hinge;
-        poses[21] = sin_crank_hinge * c(2.5e-3) + cos_crank_hinge * c(0.3137601)
+        poses[21] = mul_add(c(0.3137601), cos_crank_hinge, sin_crank_hinge * c(2.5e-3))
             - c(0.3137601);
         poses[22] = c(0.0);
-        poses[23] = c(2.5e-3)
-            + (sin_crank_hinge * c(0.3137601) - cos_crank_hinge * c(2.5e-3));
+        poses[23] = c(2.5e-3) + mul_add(c(-2.5e-3), cos_crank_hinge,
+            sin_crank_hinge * c(0.3137601));
         poses[24] = cos_rocker_hinge;
         poses[25] = c(0.0);
         poses[26] = -sin_rocker_hinge;
@@ -520,11 +504,11 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         poses[30] = sin_rocker_hinge;
         poses[31] = c(0.0);
         poses[32] = cos_rocker_hinge;
-        poses[33] = sin_rocker_hinge * c(2.5e-3) + cos_rocker_hinge * c(0.1645431)
+        poses[33] = mul_add(c(0.1645431), cos_rocker_hinge, sin_rocker_hinge * c(2.5e-3))
             - c(0.1645431);
         poses[34] = c(0.0);
-        poses[35] = c(2.5e-3)
-            + (sin_rocker_hinge * c(0.1645431) - cos_rocker_hinge * c(2.5e-3));
+        poses[35] = c(2.5e-3) + mul_add(c(-2.5e-3), cos_rocker_hinge,
+            sin_rocker_hinge * c(0.1645431));
         poses[36] = axis_y_coupler_x;
         poses[37] = c(0.0);
         poses[38] = axis_z_coupler_x;
@@ -534,46 +518,48 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         poses[42] = axis_y_coupler_z;
         poses[43] = c(0.0);
         poses[44] = axis_y_coupler_x;
-        poses[45] = origin_coupler_x - axis_z_coupler_x * c(2.5e-3)
-            - axis_y_coupler_x * c(0.2210529);
+        poses[45] = mul_add(c(-0.2210529), axis_y_coupler_x, mul_add(c(-2.5e-3), axis_z_coupler_x,
+            origin_coupler_x));
         poses[46] = c(0.0);
-        poses[47] = origin_coupler_z - axis_y_coupler_x * c(2.5e-3)
-            - axis_y_coupler_z * c(0.2210529);
+        poses[47] = mul_add(c(-0.2210529), axis_y_coupler_z, mul_add(c(-2.5e-3), axis_y_coupler_x,
+            origin_coupler_z));
     }
     fn write_points(&self, q: &[S], out: &mut [S]) {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let Some(q) = q.first_chunk::<N>() else { return };
         let Some(points) = out.first_chunk_mut::<3>() else { return };
-        // crank
-        let (sin_crank_hinge, cos_crank_hinge) = S::sin_cos(q[0]);
+        let [
+            (sin_crank_hinge, cos_crank_hinge),
+            (sin_coupler_crank, cos_coupler_crank),
+        ] = S::sin_cos_all([q[0], q[2]]);
         // coupler
-        let (sin_coupler_crank, cos_coupler_crank) = S::sin_cos(q[2]);
-        let axis_y_coupler_x = cos_crank_hinge * cos_coupler_crank
-            - sin_crank_hinge * sin_coupler_crank;
-        let axis_y_coupler_z = sin_crank_hinge * cos_coupler_crank
-            + cos_crank_hinge * sin_coupler_crank;
-        let origin_coupler_x = cos_crank_hinge * c(0.534813) - c(0.3137601);
-        let origin_coupler_z = sin_crank_hinge * c(0.534813) + c(2.5e-3);
-        points[0] = origin_coupler_x + axis_y_coupler_x * c(0.1389471);
+        let axis_y_coupler_x = mul_add(-sin_crank_hinge, sin_coupler_crank,
+            cos_crank_hinge * cos_coupler_crank);
+        let axis_y_coupler_z = mul_add(cos_crank_hinge, sin_coupler_crank,
+            sin_crank_hinge * cos_coupler_crank);
+        let origin_coupler_x = mul_add(c(0.534813), cos_crank_hinge, c(-0.3137601));
+        let origin_coupler_z = mul_add(c(0.534813), sin_crank_hinge, c(2.5e-3));
+        points[0] = mul_add(c(0.1389471), axis_y_coupler_x, origin_coupler_x);
         points[1] = c(-0.247);
-        points[2] = origin_coupler_z + axis_y_coupler_z * c(0.1389471);
+        points[2] = mul_add(c(0.1389471), axis_y_coupler_z, origin_coupler_z);
     }
     fn energy(&self, t: S, q: &[S], u: &[S]) -> ::lamc_runtime::Energy<S> {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let (Some(q), Some(u)) = (q.first_chunk::<N>(), u.first_chunk::<N>()) else {
             return ::lamc_runtime::Energy {
                 kinetic: c(f64::NAN),
                 potential: c(f64::NAN),
             };
         };
-        // crank
-        let (sin_crank_hinge, cos_crank_hinge) = S::sin_cos(q[0]);
-        // rocker
-        let (sin_rocker_hinge, cos_rocker_hinge) = S::sin_cos(q[1]);
-        // coupler
-        let (sin_coupler_crank, cos_coupler_crank) = S::sin_cos(q[2]);
-        // coupler_ghost0
-        let (sin_coupler_rocker, cos_coupler_rocker) = S::sin_cos(q[3]);
+        let (kinetic, potential) = (&mut [c(0.0)], &mut [c(0.0)]);
+        let [
+            (sin_crank_hinge, cos_crank_hinge),
+            (sin_rocker_hinge, cos_rocker_hinge),
+            (sin_coupler_crank, cos_coupler_crank),
+            (sin_coupler_rocker, cos_coupler_rocker),
+        ] = S::sin_cos_all([q[0], q[1], q[2], q[3]]);
         // coupler
         let omega_coupler_x = u[0] + u[2];
         let coupler_part = u[0] * c(0.534813);
@@ -584,77 +570,58 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let coupler_ghost0_part = u[1] * c(0.5135738999999999);
         let v_coupler_ghost0_y = sin_coupler_rocker * coupler_ghost0_part;
         let v_coupler_ghost0_z = cos_coupler_rocker * coupler_ghost0_part;
-        // crank
-        let kinetic_crank = u[0] * u[0] * c(3.159942397238272e-5);
-        // rocker
-        let kinetic_rocker = u[1] * u[1] * c(2.7977076894404418e-5);
         // coupler
-        let kinetic_coupler = omega_coupler_x * omega_coupler_x * c(4.314966161551756e-6)
-            + (v_coupler_z * (omega_coupler_x * c(4.3544099654316885e-5))
-                + (v_coupler_y * v_coupler_y + v_coupler_z * v_coupler_z)
-                    * c(1.338946574875e-4));
+        let kinetic_coupler = mul_add(c(4.314966161551756e-6), omega_coupler_x * omega_coupler_x,
+            mul_add(c(1.338946574875e-4), mul_add(v_coupler_z, v_coupler_z,
+            v_coupler_y * v_coupler_y),
+            v_coupler_z * (omega_coupler_x * c(4.3544099654316885e-5))));
         // coupler_ghost0
-        let kinetic_coupler_ghost0 = omega_coupler_ghost0_x * omega_coupler_ghost0_x
-            * c(9.352563416580444e-7)
-            + (v_coupler_ghost0_z * (omega_coupler_ghost0_x * c(9.272985481377836e-6))
-                + c(1.338946574875e-4)
-                    * (v_coupler_ghost0_y * v_coupler_ghost0_y
-                        + v_coupler_ghost0_z * v_coupler_ghost0_z));
-        // crank
-        let potential_crank = (sin_crank_hinge * c(1.7751658919535306e-4)
-            + c(1.6596130125000005e-6)) * c(9.81);
-        // rocker
-        let potential_rocker = c(9.81)
-            * (sin_rocker_hinge * c(1.63676778025815e-4) + c(1.593506625e-6));
+        let kinetic_coupler_ghost0 = mul_add(c(9.352563416580444e-7),
+            omega_coupler_ghost0_x * omega_coupler_ghost0_x, mul_add(c(1.338946574875e-4),
+            mul_add(v_coupler_ghost0_z, v_coupler_ghost0_z,
+            v_coupler_ghost0_y * v_coupler_ghost0_y),
+            v_coupler_ghost0_z * (omega_coupler_ghost0_x * c(9.272985481377836e-6))));
         // coupler
-        let axis_y_coupler_z = sin_crank_hinge * cos_coupler_crank
-            + cos_crank_hinge * sin_coupler_crank;
-        let origin_coupler_z = sin_crank_hinge * c(0.534813) + c(2.5e-3);
-        let potential_coupler = c(9.81)
-            * (origin_coupler_z * c(2.67789314975e-4)
-                + c(4.3544099654316885e-5) * axis_y_coupler_z);
+        let axis_y_coupler_z = mul_add(cos_crank_hinge, sin_coupler_crank,
+            sin_crank_hinge * cos_coupler_crank);
+        let origin_coupler_z = mul_add(c(0.534813), sin_crank_hinge, c(2.5e-3));
         // coupler_ghost0
-        let axis_y_coupler_ghost0_z = sin_rocker_hinge * cos_coupler_rocker
-            + cos_rocker_hinge * sin_coupler_rocker;
-        let origin_coupler_ghost0_z = c(2.5e-3)
-            + sin_rocker_hinge * c(0.5135738999999999);
-        let potential_coupler_ghost0 = c(9.81)
-            * (c(2.67789314975e-4) * origin_coupler_ghost0_z
-                + c(9.272985481377836e-6) * axis_y_coupler_ghost0_z);
+        let axis_y_coupler_ghost0_z = mul_add(cos_rocker_hinge, sin_coupler_rocker,
+            sin_rocker_hinge * cos_coupler_rocker);
+        let origin_coupler_ghost0_z = mul_add(c(0.5135738999999999), sin_rocker_hinge, c(2.5e-3));
         // the whole mechanism
-        let spring_crank_hinge = q[0] * q[0] * c(5.0);
-        let spring_rocker_hinge = c(5.0) * (q[1] * q[1]);
-        let spring_coupler_crank = c(5.0) * (q[2] * q[2]);
-        let spring_coupler_rocker = c(5.0) * (q[3] * q[3]);
+        let part = mul_add(c(9.81), mul_add(c(4.3544099654316885e-5), axis_y_coupler_z,
+            origin_coupler_z * c(2.67789314975e-4)), mul_add(c(9.81),
+            mul_add(c(1.63676778025815e-4), sin_rocker_hinge, c(1.593506625e-6)),
+            mul_add(c(1.7751658919535306e-4), sin_crank_hinge,
+            c(1.6596130125000005e-6)) * c(9.81)));
+        let part_2 = mul_add(c(5.0), q[1] * q[1], mul_add(c(5.0), q[0] * q[0], mul_add(c(9.81),
+            mul_add(c(9.272985481377836e-6), axis_y_coupler_ghost0_z,
+            c(2.67789314975e-4) * origin_coupler_ghost0_z), part)));
+        kinetic[0] = kinetic_coupler_ghost0 + (kinetic_coupler + mul_add(c(2.7977076894404418e-5),
+            u[1] * u[1], u[0] * u[0] * c(3.159942397238272e-5)));
+        potential[0] = mul_add(c(5.0), q[3] * q[3], mul_add(c(5.0), q[2] * q[2], part_2));
         ::lamc_runtime::Energy {
-            kinetic: kinetic_coupler_ghost0
-                + (kinetic_coupler + (kinetic_crank + kinetic_rocker)),
-            potential: spring_coupler_rocker
-                + (spring_coupler_crank
-                    + (spring_rocker_hinge
-                        + (spring_crank_hinge
-                            + (potential_coupler_ghost0
-                                + (potential_coupler
-                                    + (potential_crank + potential_rocker)))))),
+            kinetic: kinetic[0],
+            potential: potential[0],
         }
     }
     fn drives(&self, t: S, mut visit: impl FnMut(::lamc_runtime::Drive<S>)) {}
     fn write_reactions(&self, at: ::lamc_runtime::Balance<'_, S>, out: &mut [S]) {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let t = at.t;
         let Some(q) = at.q.first_chunk::<N>() else { return };
         let Some(u) = at.u.first_chunk::<N>() else { return };
         let Some(a) = at.acceleration.first_chunk::<N>() else { return };
         let Some(lambda) = at.multipliers.first_chunk::<C>() else { return };
         let Some(reactions) = out.first_chunk_mut::<24>() else { return };
-        // crank
-        let (sin_crank_hinge, cos_crank_hinge) = S::sin_cos(q[0]);
-        // rocker
-        let (sin_rocker_hinge, cos_rocker_hinge) = S::sin_cos(q[1]);
-        // coupler
-        let (sin_coupler_crank, cos_coupler_crank) = S::sin_cos(q[2]);
-        // coupler_ghost0
-        let (sin_coupler_rocker, cos_coupler_rocker) = S::sin_cos(q[3]);
+        let [
+            (sin_crank_hinge, cos_crank_hinge),
+            (sin_rocker_hinge, cos_rocker_hinge),
+            (sin_coupler_crank, cos_coupler_crank),
+            (sin_coupler_rocker, cos_coupler_rocker),
+        ] = S::sin_cos_all([q[0], q[1], q[2], q[3]]);
         // coupler
         let omega_coupler_x = u[0] + u[2];
         let coupler_part = u[0] * u[0];
@@ -670,140 +637,125 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let rocker_part = sin_rocker_hinge * c(9.81);
         let rocker_part_2 = cos_rocker_hinge * c(9.81);
         // coupler
-        let gravity_coupler_y = -sin_coupler_crank * crank_part_2
-            - cos_coupler_crank * crank_part;
-        let gravity_coupler_z = sin_coupler_crank * crank_part
-            - cos_coupler_crank * crank_part_2;
+        let gravity_coupler_y = mul_add(-cos_coupler_crank, crank_part,
+            -sin_coupler_crank * crank_part_2);
+        let gravity_coupler_z = mul_add(-cos_coupler_crank, crank_part_2,
+            sin_coupler_crank * crank_part);
         // coupler_ghost0
-        let gravity_coupler_ghost0_y = -sin_coupler_rocker * rocker_part_2
-            - cos_coupler_rocker * rocker_part;
-        let gravity_coupler_ghost0_z = sin_coupler_rocker * rocker_part
-            - cos_coupler_rocker * rocker_part_2;
+        let gravity_coupler_ghost0_y = mul_add(-cos_coupler_rocker, rocker_part,
+            -sin_coupler_rocker * rocker_part_2);
+        let gravity_coupler_ghost0_z = mul_add(-cos_coupler_rocker, rocker_part_2,
+            sin_coupler_rocker * rocker_part);
         // coupler
         let alpha_moving_coupler_x = a[0] + a[2];
-        let a_moving_coupler_y = a[0] * (sin_coupler_crank * c(0.534813))
-            - cos_coupler_crank * coupler_part_2;
-        let a_moving_coupler_z = sin_coupler_crank * coupler_part_2
-            + a[0] * (cos_coupler_crank * c(0.534813));
+        let a_moving_coupler_y = mul_add(-cos_coupler_crank, coupler_part_2,
+            a[0] * (sin_coupler_crank * c(0.534813)));
+        let a_moving_coupler_z = mul_add(a[0], cos_coupler_crank * c(0.534813),
+            sin_coupler_crank * coupler_part_2);
         // coupler_ghost0
         let alpha_moving_coupler_ghost0_x = a[1] + a[3];
-        let a_moving_coupler_ghost0_y = a[1]
-            * (sin_coupler_rocker * c(0.5135738999999999))
-            - cos_coupler_rocker * coupler_ghost0_part_2;
-        let a_moving_coupler_ghost0_z = sin_coupler_rocker * coupler_ghost0_part_2
-            + a[1] * (cos_coupler_rocker * c(0.5135738999999999));
+        let a_moving_coupler_ghost0_y = mul_add(-cos_coupler_rocker, coupler_ghost0_part_2,
+            a[1] * (sin_coupler_rocker * c(0.5135738999999999)));
+        let a_moving_coupler_ghost0_z = mul_add(a[1], cos_coupler_rocker * c(0.5135738999999999),
+            sin_coupler_rocker * coupler_ghost0_part_2);
         // coupler
         let free_fall_coupler_y = gravity_coupler_y - a_moving_coupler_y;
         let free_fall_coupler_z = gravity_coupler_z - a_moving_coupler_z;
         // coupler_ghost0
-        let free_fall_coupler_ghost0_y = gravity_coupler_ghost0_y
-            - a_moving_coupler_ghost0_y;
-        let free_fall_coupler_ghost0_z = gravity_coupler_ghost0_z
-            - a_moving_coupler_ghost0_z;
-        let force_moving_coupler_ghost0_y = free_fall_coupler_ghost0_y
-            * c(2.67789314975e-4)
-            + omega_coupler_ghost0_x * omega_coupler_ghost0_x * c(9.272985481377836e-6);
-        let force_moving_coupler_ghost0_z = free_fall_coupler_ghost0_z
-            * c(2.67789314975e-4)
-            - alpha_moving_coupler_ghost0_x * c(9.272985481377836e-6);
-        let moment_moving_coupler_ghost0_x = free_fall_coupler_ghost0_z
-            * c(9.272985481377836e-6)
-            - alpha_moving_coupler_ghost0_x * c(1.8705126833160889e-6);
-        let moment_moving_coupler_ghost0_y = c(1.6864942993284786e-6)
-            * alpha_moving_coupler_ghost0_x
-            - free_fall_coupler_ghost0_z * c(7.69453703511471e-5);
-        let moment_moving_coupler_ghost0_z = omega_coupler_ghost0_x
-            * (omega_coupler_ghost0_x * c(1.6864942993284786e-6))
-            + free_fall_coupler_ghost0_y * c(7.69453703511471e-5);
-        let across_coupler_ghost0 = cos_coupler_rocker * force_moving_coupler_ghost0_y
-            - sin_coupler_rocker * force_moving_coupler_ghost0_z;
-        let force_above_coupler_ghost0_z = sin_coupler_rocker
-            * force_moving_coupler_ghost0_y
-            + cos_coupler_rocker * force_moving_coupler_ghost0_z;
-        let across_coupler_ghost0_2 = cos_coupler_rocker * moment_moving_coupler_ghost0_y
-            - sin_coupler_rocker * moment_moving_coupler_ghost0_z;
-        let moment_above_coupler_ghost0_x = moment_moving_coupler_ghost0_x
-            + c(0.5135738999999999) * force_above_coupler_ghost0_z;
-        let moment_above_coupler_ghost0_z = sin_coupler_rocker
-            * moment_moving_coupler_ghost0_y
-            + cos_coupler_rocker * moment_moving_coupler_ghost0_z;
+        let free_fall_coupler_ghost0_y = gravity_coupler_ghost0_y - a_moving_coupler_ghost0_y;
+        let free_fall_coupler_ghost0_z = gravity_coupler_ghost0_z - a_moving_coupler_ghost0_z;
+        let force_moving_coupler_ghost0_y = mul_add(c(9.272985481377836e-6),
+            omega_coupler_ghost0_x * omega_coupler_ghost0_x,
+            free_fall_coupler_ghost0_y * c(2.67789314975e-4));
+        let force_moving_coupler_ghost0_z = mul_add(c(-9.272985481377836e-6),
+            alpha_moving_coupler_ghost0_x, free_fall_coupler_ghost0_z * c(2.67789314975e-4));
+        let moment_moving_coupler_ghost0_x = mul_add(c(-1.8705126833160889e-6),
+            alpha_moving_coupler_ghost0_x, free_fall_coupler_ghost0_z * c(9.272985481377836e-6));
+        let moment_moving_coupler_ghost0_y = mul_add(c(-7.69453703511471e-5),
+            free_fall_coupler_ghost0_z, c(1.6864942993284786e-6) * alpha_moving_coupler_ghost0_x);
+        let moment_moving_coupler_ghost0_z = mul_add(c(7.69453703511471e-5),
+            free_fall_coupler_ghost0_y,
+            omega_coupler_ghost0_x * (omega_coupler_ghost0_x * c(1.6864942993284786e-6)));
+        let across_coupler_ghost0 = mul_add(-sin_coupler_rocker, force_moving_coupler_ghost0_z,
+            cos_coupler_rocker * force_moving_coupler_ghost0_y);
+        let force_above_coupler_ghost0_z = mul_add(cos_coupler_rocker,
+            force_moving_coupler_ghost0_z, sin_coupler_rocker * force_moving_coupler_ghost0_y);
+        let across_coupler_ghost0_2 = mul_add(-sin_coupler_rocker, moment_moving_coupler_ghost0_z,
+            cos_coupler_rocker * moment_moving_coupler_ghost0_y);
+        let moment_above_coupler_ghost0_x = mul_add(c(0.5135738999999999),
+            force_above_coupler_ghost0_z, moment_moving_coupler_ghost0_x);
+        let moment_above_coupler_ghost0_z = mul_add(cos_coupler_rocker,
+            moment_moving_coupler_ghost0_z, sin_coupler_rocker * moment_moving_coupler_ghost0_y);
         // coupler
-        let force_moving_coupler_y = free_fall_coupler_y * c(2.67789314975e-4)
-            + omega_coupler_x * omega_coupler_x * c(4.3544099654316885e-5);
-        let force_moving_coupler_z = free_fall_coupler_z * c(2.67789314975e-4)
-            - alpha_moving_coupler_x * c(4.3544099654316885e-5);
-        let moment_moving_coupler_x = free_fall_coupler_z * c(4.3544099654316885e-5)
-            - alpha_moving_coupler_x * c(8.629932323103512e-6);
-        let moment_moving_coupler_y = c(6.477762980113233e-7) * alpha_moving_coupler_x
-            - free_fall_coupler_z * c(9.998041607397091e-6);
-        let moment_moving_coupler_z = omega_coupler_x
-            * (omega_coupler_x * c(6.477762980113233e-7))
-            + free_fall_coupler_y * c(9.998041607397091e-6);
-        let across_coupler = cos_coupler_crank * force_moving_coupler_y
-            - sin_coupler_crank * force_moving_coupler_z;
-        let force_above_coupler_z = sin_coupler_crank * force_moving_coupler_y
-            + cos_coupler_crank * force_moving_coupler_z;
-        let across_coupler_2 = cos_coupler_crank * moment_moving_coupler_y
-            - sin_coupler_crank * moment_moving_coupler_z;
-        let moment_above_coupler_x = moment_moving_coupler_x
-            + c(0.534813) * force_above_coupler_z;
-        let moment_above_coupler_z = sin_coupler_crank * moment_moving_coupler_y
-            + cos_coupler_crank * moment_moving_coupler_z;
+        let force_moving_coupler_y = mul_add(c(4.3544099654316885e-5),
+            omega_coupler_x * omega_coupler_x, free_fall_coupler_y * c(2.67789314975e-4));
+        let force_moving_coupler_z = mul_add(c(-4.3544099654316885e-5), alpha_moving_coupler_x,
+            free_fall_coupler_z * c(2.67789314975e-4));
+        let moment_moving_coupler_x = mul_add(c(-8.629932323103512e-6), alpha_moving_coupler_x,
+            free_fall_coupler_z * c(4.3544099654316885e-5));
+        let moment_moving_coupler_y = mul_add(c(-9.998041607397091e-6), free_fall_coupler_z,
+            c(6.477762980113233e-7) * alpha_moving_coupler_x);
+        let moment_moving_coupler_z = mul_add(c(9.998041607397091e-6), free_fall_coupler_y,
+            omega_coupler_x * (omega_coupler_x * c(6.477762980113233e-7)));
+        let across_coupler = mul_add(-sin_coupler_crank, force_moving_coupler_z,
+            cos_coupler_crank * force_moving_coupler_y);
+        let force_above_coupler_z = mul_add(cos_coupler_crank, force_moving_coupler_z,
+            sin_coupler_crank * force_moving_coupler_y);
+        let across_coupler_2 = mul_add(-sin_coupler_crank, moment_moving_coupler_z,
+            cos_coupler_crank * moment_moving_coupler_y);
+        let moment_above_coupler_x = mul_add(c(0.534813), force_above_coupler_z,
+            moment_moving_coupler_x);
+        let moment_above_coupler_z = mul_add(cos_coupler_crank, moment_moving_coupler_z,
+            sin_coupler_crank * moment_moving_coupler_y);
         // rocker
-        let force_moving_rocker_y = coupler_ghost0_part * c(1.63676778025815e-4)
-            + (across_coupler_ghost0 + sin_rocker_hinge * c(-6.252919996500001e-3));
-        let force_moving_rocker_z = force_above_coupler_ghost0_z
-            + (cos_rocker_hinge * c(-6.252919996500001e-3)
-                - a[1] * c(1.63676778025815e-4));
+        let force_moving_rocker_y = mul_add(c(1.63676778025815e-4), coupler_ghost0_part,
+            mul_add(c(-6.252919996500001e-3), sin_rocker_hinge, across_coupler_ghost0));
+        let force_moving_rocker_z = force_above_coupler_ghost0_z + mul_add(c(-1.63676778025815e-4),
+            a[1], cos_rocker_hinge * c(-6.252919996500001e-3));
         let moment_moving_rocker_x = moment_above_coupler_ghost0_x
-            + (cos_rocker_hinge * c(-1.6056691924332452e-3)
-                - a[1] * c(5.5954153788808836e-5));
-        let moment_moving_rocker_y = across_coupler_ghost0_2
-            + (c(2.037770976118056e-5) * a[1]
-                - cos_rocker_hinge * c(-7.784866636882511e-4));
+            + mul_add(c(-5.5954153788808836e-5), a[1],
+            cos_rocker_hinge * c(-1.6056691924332452e-3));
+        let moment_moving_rocker_y = across_coupler_ghost0_2 + mul_add(c(7.784866636882511e-4),
+            cos_rocker_hinge, c(2.037770976118056e-5) * a[1]);
         let moment_moving_rocker_z = moment_above_coupler_ghost0_z
-            + (u[1] * (u[1] * c(2.037770976118056e-5))
-                + sin_rocker_hinge * c(-7.784866636882511e-4));
+            + mul_add(c(-7.784866636882511e-4), sin_rocker_hinge,
+            u[1] * (u[1] * c(2.037770976118056e-5)));
         // crank
-        let force_moving_crank_y = coupler_part * c(1.7751658919535306e-4)
-            + (across_coupler + sin_crank_hinge * c(-6.512321461050003e-3));
-        let force_moving_crank_z = force_above_coupler_z
-            + (cos_crank_hinge * c(-6.512321461050003e-3)
-                - a[0] * c(1.7751658919535306e-4));
-        let moment_moving_crank_x = moment_above_coupler_x
-            + (cos_crank_hinge * c(-1.7414377400064135e-3)
-                - a[0] * c(6.319884794476544e-5));
-        let moment_moving_crank_y = across_coupler_2
-            + (c(2.2278278689040052e-5) * a[0]
-                - cos_crank_hinge * c(-8.172943896653371e-4));
-        let moment_moving_crank_z = moment_above_coupler_z
-            + (u[0] * (u[0] * c(2.2278278689040052e-5))
-                + sin_crank_hinge * c(-8.172943896653371e-4));
+        let force_moving_crank_y = mul_add(c(1.7751658919535306e-4), coupler_part,
+            mul_add(c(-6.512321461050003e-3), sin_crank_hinge, across_coupler));
+        let force_moving_crank_z = force_above_coupler_z + mul_add(c(-1.7751658919535306e-4), a[0],
+            cos_crank_hinge * c(-6.512321461050003e-3));
+        let moment_moving_crank_x = moment_above_coupler_x + mul_add(c(-6.319884794476544e-5), a[0],
+            cos_crank_hinge * c(-1.7414377400064135e-3));
+        let moment_moving_crank_y = across_coupler_2 + mul_add(c(8.172943896653371e-4),
+            cos_crank_hinge, c(2.2278278689040052e-5) * a[0]);
+        let moment_moving_crank_z = moment_above_coupler_z + mul_add(c(-8.172943896653371e-4),
+            sin_crank_hinge, u[0] * (u[0] * c(2.2278278689040052e-5)));
         // coupler_ghost0
         let force_closing_coupler_ghost0_z = lambda[1] + lambda[2];
         let moment_closing_coupler_ghost0_x = lambda[2] * c(0.4151179883848717);
-        let across_coupler_ghost0_3 = cos_coupler_rocker * lambda[0]
-            - sin_coupler_rocker * force_closing_coupler_ghost0_z;
-        let force_above_coupler_ghost0_z_2 = sin_coupler_rocker * lambda[0]
-            + cos_coupler_rocker * force_closing_coupler_ghost0_z;
-        let moment_above_coupler_ghost0_x_2 = moment_closing_coupler_ghost0_x
-            + c(0.5135738999999999) * force_above_coupler_ghost0_z_2;
+        let across_coupler_ghost0_3 = mul_add(-sin_coupler_rocker, force_closing_coupler_ghost0_z,
+            cos_coupler_rocker * lambda[0]);
+        let force_above_coupler_ghost0_z_2 = mul_add(cos_coupler_rocker,
+            force_closing_coupler_ghost0_z, sin_coupler_rocker * lambda[0]);
+        let moment_above_coupler_ghost0_x_2 = mul_add(c(0.5135738999999999),
+            force_above_coupler_ghost0_z_2, moment_closing_coupler_ghost0_x);
         // coupler
         let force_closing_coupler_z = -lambda[1] - lambda[2];
-        let moment_closing_coupler_x = -lambda[1] * c(0.12797789999999998)
-            - lambda[2] * c(0.5430958883848717);
-        let moment_closing_coupler_y = -lambda[1] * c(0.25) - lambda[2] * c(0.25);
+        let moment_closing_coupler_x = mul_add(c(-0.5430958883848717), lambda[2],
+            -lambda[1] * c(0.12797789999999998));
+        let moment_closing_coupler_y = mul_add(c(-0.25), lambda[2], -lambda[1] * c(0.25));
         let moment_closing_coupler_z = lambda[0] * c(0.25);
-        let across_coupler_3 = -sin_coupler_crank * force_closing_coupler_z
-            - cos_coupler_crank * lambda[0];
-        let force_above_coupler_z_2 = cos_coupler_crank * force_closing_coupler_z
-            - sin_coupler_crank * lambda[0];
-        let across_coupler_4 = cos_coupler_crank * moment_closing_coupler_y
-            - sin_coupler_crank * moment_closing_coupler_z;
-        let moment_above_coupler_x_2 = moment_closing_coupler_x
-            + c(0.534813) * force_above_coupler_z_2;
-        let moment_above_coupler_z_2 = sin_coupler_crank * moment_closing_coupler_y
-            + cos_coupler_crank * moment_closing_coupler_z;
+        let across_coupler_3 = mul_add(-cos_coupler_crank, lambda[0],
+            -sin_coupler_crank * force_closing_coupler_z);
+        let force_above_coupler_z_2 = mul_add(-sin_coupler_crank, lambda[0],
+            cos_coupler_crank * force_closing_coupler_z);
+        let across_coupler_4 = mul_add(-sin_coupler_crank, moment_closing_coupler_z,
+            cos_coupler_crank * moment_closing_coupler_y);
+        let moment_above_coupler_x_2 = mul_add(c(0.534813), force_above_coupler_z_2,
+            moment_closing_coupler_x);
+        let moment_above_coupler_z_2 = mul_add(cos_coupler_crank, moment_closing_coupler_z,
+            sin_coupler_crank * moment_closing_coupler_y);
         reactions[0] = c(0.0);
         reactions[1] = -(force_moving_crank_y + across_coupler_3);
         reactions[2] = -(force_moving_crank_z + force_above_coupler_z_2);
@@ -824,10 +776,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         reactions[17] = -(moment_moving_coupler_z + moment_closing_coupler_z);
         reactions[18] = c(0.0);
         reactions[19] = -(force_moving_coupler_ghost0_y + lambda[0]);
-        reactions[20] = -(force_moving_coupler_ghost0_z
-            + force_closing_coupler_ghost0_z);
-        reactions[21] = -(moment_moving_coupler_ghost0_x
-            + moment_closing_coupler_ghost0_x);
+        reactions[20] = -(force_moving_coupler_ghost0_z + force_closing_coupler_ghost0_z);
+        reactions[21] = -(moment_moving_coupler_ghost0_x + moment_closing_coupler_ghost0_x);
         reactions[22] = -moment_moving_coupler_ghost0_y;
         reactions[23] = -moment_moving_coupler_ghost0_z;
     }
@@ -839,6 +789,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         closure: &mut [S],
     ) {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let t = at.t;
         let Some(q) = at.q.first_chunk::<N>() else { return };
         let Some(u) = at.u.first_chunk::<N>() else { return };
@@ -851,20 +802,22 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let Some(di) = change.inputs.first_chunk::<0>() else { return };
         let Some(forces) = forces.first_chunk_mut::<4>() else { return };
         let Some(closure) = closure.first_chunk_mut::<3>() else { return };
+        let [
+            (sin_crank_hinge, cos_crank_hinge),
+            (sin_rocker_hinge, cos_rocker_hinge),
+            (sin_coupler_crank, cos_coupler_crank),
+            (sin_coupler_rocker, cos_coupler_rocker),
+        ] = S::sin_cos_all([q[0], q[1], q[2], q[3]]);
         // crank
-        let (sin_crank_hinge, cos_crank_hinge) = S::sin_cos(q[0]);
         let d_sin_crank_hinge = dq[0] * cos_crank_hinge;
         let crank_part = dq[0] * sin_crank_hinge;
         // rocker
-        let (sin_rocker_hinge, cos_rocker_hinge) = S::sin_cos(q[1]);
         let d_sin_rocker_hinge = dq[1] * cos_rocker_hinge;
         let rocker_part = dq[1] * sin_rocker_hinge;
         // coupler
-        let (sin_coupler_crank, cos_coupler_crank) = S::sin_cos(q[2]);
         let d_sin_coupler_crank = dq[2] * cos_coupler_crank;
         let coupler_part = dq[2] * sin_coupler_crank;
         // coupler_ghost0
-        let (sin_coupler_rocker, cos_coupler_rocker) = S::sin_cos(q[3]);
         let d_sin_coupler_rocker = dq[3] * cos_coupler_rocker;
         let coupler_ghost0_part = dq[3] * sin_coupler_rocker;
         // coupler
@@ -878,8 +831,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let d_omega_coupler_ghost0_x = du[1] + du[3];
         let coupler_ghost0_part_2 = u[1] * du[1];
         let coupler_ghost0_part_3 = u[1] * u[1] * c(0.5135738999999999);
-        let coupler_ghost0_part_4 = (coupler_ghost0_part_2 + coupler_ghost0_part_2)
-            * c(0.5135738999999999);
+        let coupler_ghost0_part_4 = (coupler_ghost0_part_2
+            + coupler_ghost0_part_2) * c(0.5135738999999999);
         // crank
         let crank_part_2 = sin_crank_hinge * c(9.81);
         let crank_part_3 = d_sin_crank_hinge * c(9.81);
@@ -891,133 +844,117 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let rocker_part_4 = cos_rocker_hinge * c(9.81);
         let rocker_part_5 = rocker_part * c(-9.81);
         // coupler
-        let gravity_coupler_y = -sin_coupler_crank * crank_part_4
-            - cos_coupler_crank * crank_part_2;
-        let d_gravity_coupler_y = -d_sin_coupler_crank * crank_part_4
-            - sin_coupler_crank * crank_part_5
-            + (coupler_part * crank_part_2 - cos_coupler_crank * crank_part_3);
-        let gravity_coupler_z = sin_coupler_crank * crank_part_2
-            - cos_coupler_crank * crank_part_4;
-        let d_gravity_coupler_z = coupler_part * crank_part_4
-            - cos_coupler_crank * crank_part_5
-            - (-d_sin_coupler_crank * crank_part_2 - sin_coupler_crank * crank_part_3);
+        let gravity_coupler_y = mul_add(-cos_coupler_crank, crank_part_2,
+            -sin_coupler_crank * crank_part_4);
+        let d_gravity_coupler_y = mul_add(-sin_coupler_crank, crank_part_5,
+            -d_sin_coupler_crank * crank_part_4) + mul_add(-cos_coupler_crank, crank_part_3,
+            coupler_part * crank_part_2);
+        let gravity_coupler_z = mul_add(-cos_coupler_crank, crank_part_4,
+            sin_coupler_crank * crank_part_2);
+        let d_gravity_coupler_z = mul_add(-cos_coupler_crank, crank_part_5,
+            coupler_part * crank_part_4) - mul_add(-sin_coupler_crank, crank_part_3,
+            -d_sin_coupler_crank * crank_part_2);
         // coupler_ghost0
-        let gravity_coupler_ghost0_y = -sin_coupler_rocker * rocker_part_4
-            - cos_coupler_rocker * rocker_part_2;
-        let d_gravity_coupler_ghost0_y = -d_sin_coupler_rocker * rocker_part_4
-            - sin_coupler_rocker * rocker_part_5
-            + (coupler_ghost0_part * rocker_part_2 - cos_coupler_rocker * rocker_part_3);
-        let gravity_coupler_ghost0_z = sin_coupler_rocker * rocker_part_2
-            - cos_coupler_rocker * rocker_part_4;
-        let d_gravity_coupler_ghost0_z = coupler_ghost0_part * rocker_part_4
-            - cos_coupler_rocker * rocker_part_5
-            - (-d_sin_coupler_rocker * rocker_part_2
-                - sin_coupler_rocker * rocker_part_3);
+        let gravity_coupler_ghost0_y = mul_add(-cos_coupler_rocker, rocker_part_2,
+            -sin_coupler_rocker * rocker_part_4);
+        let d_gravity_coupler_ghost0_y = mul_add(-sin_coupler_rocker, rocker_part_5,
+            -d_sin_coupler_rocker * rocker_part_4) + mul_add(-cos_coupler_rocker, rocker_part_3,
+            coupler_ghost0_part * rocker_part_2);
+        let gravity_coupler_ghost0_z = mul_add(-cos_coupler_rocker, rocker_part_4,
+            sin_coupler_rocker * rocker_part_2);
+        let d_gravity_coupler_ghost0_z = mul_add(-cos_coupler_rocker, rocker_part_5,
+            coupler_ghost0_part * rocker_part_4) - mul_add(-sin_coupler_rocker, rocker_part_3,
+            -d_sin_coupler_rocker * rocker_part_2);
         // coupler
         let alpha_moving_coupler_x = a[0] + a[2];
-        let a_moving_coupler_y = a[0] * (sin_coupler_crank * c(0.534813))
-            - cos_coupler_crank * coupler_part_3;
-        let d_a_moving_coupler_y = a[0] * (d_sin_coupler_crank * c(0.534813))
-            + (coupler_part * coupler_part_3 - cos_coupler_crank * coupler_part_4);
-        let a_moving_coupler_z = sin_coupler_crank * coupler_part_3
-            + a[0] * (cos_coupler_crank * c(0.534813));
-        let d_a_moving_coupler_z = a[0] * (coupler_part * c(-0.534813))
-            - (-d_sin_coupler_crank * coupler_part_3
-                - sin_coupler_crank * coupler_part_4);
+        let a_moving_coupler_y = mul_add(-cos_coupler_crank, coupler_part_3,
+            a[0] * (sin_coupler_crank * c(0.534813)));
+        let d_a_moving_coupler_y = mul_add(a[0], d_sin_coupler_crank * c(0.534813),
+            mul_add(-cos_coupler_crank, coupler_part_4, coupler_part * coupler_part_3));
+        let a_moving_coupler_z = mul_add(a[0], cos_coupler_crank * c(0.534813),
+            sin_coupler_crank * coupler_part_3);
+        let d_a_moving_coupler_z = mul_add(a[0], coupler_part * c(-0.534813),
+            -mul_add(-sin_coupler_crank, coupler_part_4, -d_sin_coupler_crank * coupler_part_3));
         // coupler_ghost0
         let alpha_moving_coupler_ghost0_x = a[1] + a[3];
-        let a_moving_coupler_ghost0_y = a[1]
-            * (sin_coupler_rocker * c(0.5135738999999999))
-            - cos_coupler_rocker * coupler_ghost0_part_3;
-        let d_a_moving_coupler_ghost0_y = a[1]
-            * (d_sin_coupler_rocker * c(0.5135738999999999))
-            + (coupler_ghost0_part * coupler_ghost0_part_3
-                - cos_coupler_rocker * coupler_ghost0_part_4);
-        let a_moving_coupler_ghost0_z = sin_coupler_rocker * coupler_ghost0_part_3
-            + a[1] * (cos_coupler_rocker * c(0.5135738999999999));
-        let d_a_moving_coupler_ghost0_z = a[1]
-            * (coupler_ghost0_part * c(-0.5135738999999999))
-            - (-d_sin_coupler_rocker * coupler_ghost0_part_3
-                - sin_coupler_rocker * coupler_ghost0_part_4);
+        let a_moving_coupler_ghost0_y = mul_add(-cos_coupler_rocker, coupler_ghost0_part_3,
+            a[1] * (sin_coupler_rocker * c(0.5135738999999999)));
+        let d_a_moving_coupler_ghost0_y = mul_add(a[1],
+            d_sin_coupler_rocker * c(0.5135738999999999), mul_add(-cos_coupler_rocker,
+            coupler_ghost0_part_4, coupler_ghost0_part * coupler_ghost0_part_3));
+        let a_moving_coupler_ghost0_z = mul_add(a[1], cos_coupler_rocker * c(0.5135738999999999),
+            sin_coupler_rocker * coupler_ghost0_part_3);
+        let d_a_moving_coupler_ghost0_z = mul_add(a[1],
+            coupler_ghost0_part * c(-0.5135738999999999), -mul_add(-sin_coupler_rocker,
+            coupler_ghost0_part_4, -d_sin_coupler_rocker * coupler_ghost0_part_3));
         // coupler
         let free_fall_coupler_y = gravity_coupler_y - a_moving_coupler_y;
         let d_free_fall_coupler_y = d_gravity_coupler_y - d_a_moving_coupler_y;
         let free_fall_coupler_z = gravity_coupler_z - a_moving_coupler_z;
         let d_free_fall_coupler_z = d_gravity_coupler_z - d_a_moving_coupler_z;
         // coupler_ghost0
-        let free_fall_coupler_ghost0_y = gravity_coupler_ghost0_y
-            - a_moving_coupler_ghost0_y;
-        let d_free_fall_coupler_ghost0_y = d_gravity_coupler_ghost0_y
-            - d_a_moving_coupler_ghost0_y;
-        let free_fall_coupler_ghost0_z = gravity_coupler_ghost0_z
-            - a_moving_coupler_ghost0_z;
-        let d_free_fall_coupler_ghost0_z = d_gravity_coupler_ghost0_z
-            - d_a_moving_coupler_ghost0_z;
+        let free_fall_coupler_ghost0_y = gravity_coupler_ghost0_y - a_moving_coupler_ghost0_y;
+        let d_free_fall_coupler_ghost0_y = d_gravity_coupler_ghost0_y - d_a_moving_coupler_ghost0_y;
+        let free_fall_coupler_ghost0_z = gravity_coupler_ghost0_z - a_moving_coupler_ghost0_z;
+        let d_free_fall_coupler_ghost0_z = d_gravity_coupler_ghost0_z - d_a_moving_coupler_ghost0_z;
         let coupler_ghost0_part_5 = omega_coupler_ghost0_x * d_omega_coupler_ghost0_x;
-        let force_moving_coupler_ghost0_y = free_fall_coupler_ghost0_y
-            * c(2.67789314975e-4)
-            + omega_coupler_ghost0_x * omega_coupler_ghost0_x * c(9.272985481377836e-6);
-        let d_force_moving_coupler_ghost0_y = d_free_fall_coupler_ghost0_y
-            * c(2.67789314975e-4)
-            + (coupler_ghost0_part_5 + coupler_ghost0_part_5) * c(9.272985481377836e-6);
-        let d_force_moving_coupler_ghost0_z = d_free_fall_coupler_ghost0_z
-            * c(2.67789314975e-4);
-        let force_moving_coupler_ghost0_z = free_fall_coupler_ghost0_z
-            * c(2.67789314975e-4)
-            - alpha_moving_coupler_ghost0_x * c(9.272985481377836e-6);
-        let d_moment_moving_coupler_ghost0_x = d_free_fall_coupler_ghost0_z
-            * c(9.272985481377836e-6);
-        let d_force_above_coupler_ghost0_z = d_sin_coupler_rocker
-            * force_moving_coupler_ghost0_y
-            + sin_coupler_rocker * d_force_moving_coupler_ghost0_y
-            + (cos_coupler_rocker * d_force_moving_coupler_ghost0_z
-                - coupler_ghost0_part * force_moving_coupler_ghost0_z);
-        let d_moment_above_coupler_ghost0_x = d_moment_moving_coupler_ghost0_x
-            + c(0.5135738999999999) * d_force_above_coupler_ghost0_z;
+        let force_moving_coupler_ghost0_y = mul_add(c(9.272985481377836e-6),
+            omega_coupler_ghost0_x * omega_coupler_ghost0_x,
+            free_fall_coupler_ghost0_y * c(2.67789314975e-4));
+        let d_force_moving_coupler_ghost0_y = mul_add(c(9.272985481377836e-6), coupler_ghost0_part_5
+            + coupler_ghost0_part_5, d_free_fall_coupler_ghost0_y * c(2.67789314975e-4));
+        let d_force_moving_coupler_ghost0_z = d_free_fall_coupler_ghost0_z * c(2.67789314975e-4);
+        let force_moving_coupler_ghost0_z = mul_add(c(-9.272985481377836e-6),
+            alpha_moving_coupler_ghost0_x, free_fall_coupler_ghost0_z * c(2.67789314975e-4));
+        let d_moment_moving_coupler_ghost0_x =
+            d_free_fall_coupler_ghost0_z * c(9.272985481377836e-6);
+        let d_force_above_coupler_ghost0_z = mul_add(sin_coupler_rocker,
+            d_force_moving_coupler_ghost0_y, d_sin_coupler_rocker * force_moving_coupler_ghost0_y)
+            + mul_add(-coupler_ghost0_part, force_moving_coupler_ghost0_z,
+            cos_coupler_rocker * d_force_moving_coupler_ghost0_z);
+        let d_moment_above_coupler_ghost0_x = mul_add(c(0.5135738999999999),
+            d_force_above_coupler_ghost0_z, d_moment_moving_coupler_ghost0_x);
         // coupler
         let coupler_part_5 = omega_coupler_x * d_omega_coupler_x;
         let coupler_part_6 = coupler_part_5 + coupler_part_5;
-        let force_moving_coupler_y = free_fall_coupler_y * c(2.67789314975e-4)
-            + omega_coupler_x * omega_coupler_x * c(4.3544099654316885e-5);
-        let d_force_moving_coupler_y = d_free_fall_coupler_y * c(2.67789314975e-4)
-            + coupler_part_6 * c(4.3544099654316885e-5);
+        let force_moving_coupler_y = mul_add(c(4.3544099654316885e-5),
+            omega_coupler_x * omega_coupler_x, free_fall_coupler_y * c(2.67789314975e-4));
+        let d_force_moving_coupler_y = mul_add(c(4.3544099654316885e-5), coupler_part_6,
+            d_free_fall_coupler_y * c(2.67789314975e-4));
         let d_force_moving_coupler_z = d_free_fall_coupler_z * c(2.67789314975e-4);
-        let force_moving_coupler_z = free_fall_coupler_z * c(2.67789314975e-4)
-            - alpha_moving_coupler_x * c(4.3544099654316885e-5);
+        let force_moving_coupler_z = mul_add(c(-4.3544099654316885e-5), alpha_moving_coupler_x,
+            free_fall_coupler_z * c(2.67789314975e-4));
         let d_moment_moving_coupler_x = d_free_fall_coupler_z * c(4.3544099654316885e-5);
-        let d_force_above_coupler_z = d_sin_coupler_crank * force_moving_coupler_y
-            + sin_coupler_crank * d_force_moving_coupler_y
-            + (cos_coupler_crank * d_force_moving_coupler_z
-                - coupler_part * force_moving_coupler_z);
-        let d_moment_above_coupler_x = d_moment_moving_coupler_x
-            + c(0.534813) * d_force_above_coupler_z;
+        let d_force_above_coupler_z = mul_add(sin_coupler_crank, d_force_moving_coupler_y,
+            d_sin_coupler_crank * force_moving_coupler_y) + mul_add(-coupler_part,
+            force_moving_coupler_z, cos_coupler_crank * d_force_moving_coupler_z);
+        let d_moment_above_coupler_x = mul_add(c(0.534813), d_force_above_coupler_z,
+            d_moment_moving_coupler_x);
         // rocker
-        let d_moment_moving_rocker_x = d_moment_above_coupler_ghost0_x
-            + rocker_part * c(1.6056691924332452e-3);
+        let d_moment_moving_rocker_x = mul_add(c(1.6056691924332452e-3), rocker_part,
+            d_moment_above_coupler_ghost0_x);
         // crank
-        let d_moment_moving_crank_x = d_moment_above_coupler_x
-            + crank_part * c(1.7414377400064135e-3);
+        let d_moment_moving_crank_x = mul_add(c(1.7414377400064135e-3), crank_part,
+            d_moment_above_coupler_x);
         // coupler_ghost0
         let force_closing_coupler_ghost0_z = lambda[1] + lambda[2];
-        let d_force_above_coupler_ghost0_z_2 = d_sin_coupler_rocker * lambda[0]
-            - coupler_ghost0_part * force_closing_coupler_ghost0_z;
-        let d_moment_above_coupler_ghost0_x_2 = c(0.5135738999999999)
-            * d_force_above_coupler_ghost0_z_2;
+        let d_force_above_coupler_ghost0_z_2 = mul_add(-coupler_ghost0_part,
+            force_closing_coupler_ghost0_z, d_sin_coupler_rocker * lambda[0]);
         // coupler
         let force_closing_coupler_z = -lambda[1] - lambda[2];
-        let d_force_above_coupler_z_2 = -coupler_part * force_closing_coupler_z
-            - d_sin_coupler_crank * lambda[0];
-        let d_moment_above_coupler_x_2 = c(0.534813) * d_force_above_coupler_z_2;
+        let d_force_above_coupler_z_2 = mul_add(-d_sin_coupler_crank, lambda[0],
+            -coupler_part * force_closing_coupler_z);
         // the whole mechanism
         let part = d_a_moving_coupler_ghost0_z - d_a_moving_coupler_z;
-        forces[0] = d_moment_above_coupler_x_2
-            + (d_moment_moving_crank_x - dq[0] * c(10.0) - du[0] * c(0.1));
-        forces[1] = d_moment_above_coupler_ghost0_x_2
-            + (d_moment_moving_rocker_x - dq[1] * c(10.0) - du[1] * c(0.1));
-        forces[2] = d_moment_moving_coupler_x - dq[2] * c(10.0) - du[2] * c(0.1);
-        forces[3] = d_moment_moving_coupler_ghost0_x - dq[3] * c(10.0) - du[3] * c(0.1);
-        closure[0] = d_a_moving_coupler_ghost0_y
-            - (d_a_moving_coupler_y - coupler_part_6 * c(0.12797789999999998));
+        forces[0] = mul_add(c(0.534813), d_force_above_coupler_z_2, mul_add(c(-0.1), du[0],
+            mul_add(c(-10.0), dq[0], d_moment_moving_crank_x)));
+        forces[1] = mul_add(c(0.5135738999999999), d_force_above_coupler_ghost0_z_2,
+            mul_add(c(-0.1), du[1], mul_add(c(-10.0), dq[1], d_moment_moving_rocker_x)));
+        forces[2] = mul_add(c(-0.1), du[2], mul_add(c(-10.0), dq[2], d_moment_moving_coupler_x));
+        forces[3] = mul_add(c(-0.1), du[3], mul_add(c(-10.0), dq[3],
+            d_moment_moving_coupler_ghost0_x));
+        closure[0] = d_a_moving_coupler_ghost0_y - mul_add(c(-0.12797789999999998), coupler_part_6,
+            d_a_moving_coupler_y);
         closure[1] = part;
         closure[2] = part;
     }

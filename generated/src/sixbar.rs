@@ -121,6 +121,7 @@ impl<S: ::lamc_runtime::Scalar> ::core::default::Default for Sixbar<S> {
 #[allow(
     clippy::approx_constant,
     clippy::excessive_precision,
+    clippy::too_many_arguments,
     unused_mut,
     unused_variables,
     reason = "numbers of the drawing; not every function reads everything it is given"
@@ -200,24 +201,21 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         out: ::lamc_runtime::EquationsMut<'_, S>,
     ) {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let Some(q) = q.first_chunk::<N>() else { return };
         let Some(u) = u.first_chunk::<N>() else { return };
         let Some(mass) = out.mass.first_chunk_mut::<36>() else { return };
         let Some(forcing) = out.forcing.first_chunk_mut::<6>() else { return };
         let Some(jacobian) = out.jacobian.first_chunk_mut::<18>() else { return };
         let Some(gamma) = out.gamma.first_chunk_mut::<3>() else { return };
-        // east
-        let (sin_ground_east, cos_ground_east) = S::sin_cos(q[4]);
-        // west
-        let (sin_ground_west, cos_ground_west) = S::sin_cos(q[5]);
-        // south_east
-        let (sin_south_east_east, cos_south_east_east) = S::sin_cos(q[3]);
-        // south_west
-        let (sin_west_south_west, cos_west_south_west) = S::sin_cos(q[2]);
-        // south
-        let (sin_south_south_east, cos_south_south_east) = S::sin_cos(q[1]);
-        // south_ghost0
-        let (sin_south_west_south, cos_south_west_south) = S::sin_cos(q[0]);
+        let [
+            (sin_ground_east, cos_ground_east),
+            (sin_ground_west, cos_ground_west),
+            (sin_south_east_east, cos_south_east_east),
+            (sin_west_south_west, cos_west_south_west),
+            (sin_south_south_east, cos_south_south_east),
+            (sin_south_west_south, cos_south_west_south),
+        ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
         // south_east
         let across_south_east = u[4] * c(0.7071067811865475);
         let carried_south_east_y = cos_south_east_east * across_south_east;
@@ -227,202 +225,181 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let south_east_part_3 = carried_south_east_y * u[3];
         // south_west
         let south_west_part = u[5] * c(0.8660257562110547);
-        let carried_south_west_x = u[5] * c(0.4999993895786978);
         let south_west_part_2 = cos_west_south_west * south_west_part;
         let south_west_part_3 = sin_west_south_west * south_west_part;
-        let omega_south_west_x = carried_south_west_x + u[2];
+        let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
         let alpha_south_west_y = south_west_part_3 * u[2];
         let south_west_part_4 = south_west_part_2 * u[2];
         // south
-        let across_south = carried_south_east_y * c(0.4999998655490338)
-            + omega_south_east_x * c(0.8660254814097262);
-        let carried_south_x = omega_south_east_x * c(0.4999998655490338)
-            - carried_south_east_y * c(0.8660254814097262);
-        let carried_south_y = cos_south_south_east * across_south
-            - sin_south_south_east * south_east_part;
-        let carried_south_z = -cos_south_south_east * south_east_part
-            - sin_south_south_east * across_south;
+        let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
+            carried_south_east_y * c(0.4999998655490338));
+        let carried_south_x = mul_add(c(-0.8660254814097262), carried_south_east_y,
+            omega_south_east_x * c(0.4999998655490338));
+        let carried_south_y = mul_add(-sin_south_south_east, south_east_part,
+            cos_south_south_east * across_south);
+        let carried_south_z = mul_add(-sin_south_south_east, across_south,
+            -cos_south_south_east * south_east_part);
         let omega_south_x = carried_south_x + u[1];
         let across_south_2 = south_east_part_2 * c(-0.4999998655490338);
-        let alpha_south_y = cos_south_south_east * across_south_2
-            + (carried_south_z * u[1] - sin_south_south_east * south_east_part_3);
-        let alpha_south_z = -cos_south_south_east * south_east_part_3
-            - carried_south_y * u[1] - sin_south_south_east * across_south_2;
+        let alpha_south_y = mul_add(cos_south_south_east, across_south_2,
+            mul_add(-sin_south_south_east, south_east_part_3, carried_south_z * u[1]));
+        let alpha_south_z = mul_add(-sin_south_south_east, across_south_2, mul_add(-carried_south_y,
+            u[1], -cos_south_south_east * south_east_part_3));
         // south_ghost0
-        let across_south_ghost0 = south_west_part_2 * c(-0.7071071698144961)
-            - omega_south_west_x * c(0.7071063925583853);
-        let carried_south_ghost0_x = south_west_part_2 * c(-0.7071063925583853)
-            + omega_south_west_x * c(0.7071071698144961);
-        let carried_south_ghost0_y = sin_south_west_south * south_west_part_3
-            + cos_south_west_south * across_south_ghost0;
-        let carried_south_ghost0_z = cos_south_west_south * south_west_part_3
-            - sin_south_west_south * across_south_ghost0;
+        let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
+            south_west_part_2 * c(-0.7071071698144961));
+        let carried_south_ghost0_x = mul_add(c(0.7071071698144961), omega_south_west_x,
+            south_west_part_2 * c(-0.7071063925583853));
+        let carried_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0,
+            sin_south_west_south * south_west_part_3);
+        let carried_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0,
+            cos_south_west_south * south_west_part_3);
         let omega_south_ghost0_x = carried_south_ghost0_x + u[0];
         let across_south_ghost0_2 = alpha_south_west_y * c(0.7071071698144961);
-        let alpha_south_ghost0_y = cos_south_west_south * across_south_ghost0_2
-            + (carried_south_ghost0_z * u[0] + sin_south_west_south * south_west_part_4);
-        let alpha_south_ghost0_z = cos_south_west_south * south_west_part_4
-            - carried_south_ghost0_y * u[0]
-            - sin_south_west_south * across_south_ghost0_2;
+        let alpha_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0_2,
+            mul_add(sin_south_west_south, south_west_part_4, carried_south_ghost0_z * u[0]));
+        let alpha_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_2,
+            mul_add(-carried_south_ghost0_y, u[0], cos_south_west_south * south_west_part_4));
         // east
         let east_part = cos_ground_east * c(9.81);
         // west
         let west_part = cos_ground_west * c(9.81);
         // south_east
         let across_south_east_2 = sin_ground_east * c(-6.936717523440031);
-        let gravity_south_east_y = cos_south_east_east * across_south_east_2
-            - sin_south_east_east * east_part;
-        let gravity_south_east_z = -cos_south_east_east * east_part
-            - sin_south_east_east * across_south_east_2;
-        let spin_south_east_x = carried_south_east_y * c(7.2072789294646456e-6)
-            + omega_south_east_x * c(6.528386880865056e-6);
-        let spin_south_east_y = carried_south_east_y * c(1.2623937521576776e-5)
-            + omega_south_east_x * c(7.2072789294646456e-6);
+        let gravity_south_east_y = mul_add(-sin_south_east_east, east_part,
+            cos_south_east_east * across_south_east_2);
+        let gravity_south_east_z = mul_add(-sin_south_east_east, across_south_east_2,
+            -cos_south_east_east * east_part);
+        let spin_south_east_x = mul_add(c(6.528386880865056e-6), omega_south_east_x,
+            carried_south_east_y * c(7.2072789294646456e-6));
+        let spin_south_east_y = mul_add(c(7.2072789294646456e-6), omega_south_east_x,
+            carried_south_east_y * c(1.2623937521576776e-5));
         let spin_south_east_z = south_east_part * c(-1.9085552925721835e-5);
         // south_west
         let across_south_west = sin_ground_west * c(-4.904994011767025);
-        let gravity_south_west_y = cos_west_south_west * across_south_west
-            - sin_west_south_west * west_part;
-        let gravity_south_west_z = -cos_west_south_west * west_part
-            - sin_west_south_west * across_south_west;
-        let spin_south_west_x = omega_south_west_x * c(3.5009112434957244e-6)
-            - south_west_part_2 * c(-5.7748035664558305e-6);
-        let spin_south_west_y = south_west_part_2 * c(-1.3277584214115283e-5)
-            - omega_south_west_x * c(5.7748035664558305e-6);
+        let gravity_south_west_y = mul_add(-sin_west_south_west, west_part,
+            cos_west_south_west * across_south_west);
+        let gravity_south_west_z = mul_add(-sin_west_south_west, across_south_west,
+            -cos_west_south_west * west_part);
+        let spin_south_west_x = mul_add(c(5.7748035664558305e-6), south_west_part_2,
+            omega_south_west_x * c(3.5009112434957244e-6));
+        let spin_south_west_y = mul_add(c(-5.7748035664558305e-6), omega_south_west_x,
+            south_west_part_2 * c(-1.3277584214115283e-5));
         let spin_south_west_z = south_west_part_3 * c(1.672491735517822e-5);
         // south
-        let across_south_3 = c(0.4999998655490338) * gravity_south_east_y
-            + sin_ground_east * c(6.007374132640437);
-        let gravity_south_x = sin_ground_east * c(3.468357829071642)
-            - c(0.8660254814097262) * gravity_south_east_y;
-        let gravity_south_y = sin_south_south_east * gravity_south_east_z
-            + cos_south_south_east * across_south_3;
-        let gravity_south_z = cos_south_south_east * gravity_south_east_z
-            - sin_south_south_east * across_south_3;
-        let spin_south_x = carried_south_y * c(6.64555505684884e-6)
-            + omega_south_x * c(5.589035390741692e-6);
-        let spin_south_y = carried_south_y * c(1.3262745496786403e-5)
-            + omega_south_x * c(6.64555505684884e-6);
+        let across_south_3 = mul_add(c(6.007374132640437), sin_ground_east,
+            c(0.4999998655490338) * gravity_south_east_y);
+        let gravity_south_x = mul_add(c(-0.8660254814097262), gravity_south_east_y,
+            sin_ground_east * c(3.468357829071642));
+        let gravity_south_y = mul_add(cos_south_south_east, across_south_3,
+            sin_south_south_east * gravity_south_east_z);
+        let gravity_south_z = mul_add(-sin_south_south_east, across_south_3,
+            cos_south_south_east * gravity_south_east_z);
+        let spin_south_x = mul_add(c(5.589035390741692e-6), omega_south_x,
+            carried_south_y * c(6.64555505684884e-6));
+        let spin_south_y = mul_add(c(6.64555505684884e-6), omega_south_x,
+            carried_south_y * c(1.3262745496786403e-5));
         let spin_south_z = carried_south_z * c(1.880432772214127e-5);
         // south_ghost0
-        let across_south_ghost0_3 = c(0.7071071698144961) * gravity_south_west_y
-            - sin_ground_west * c(-6.007372737186426);
-        let gravity_south_ghost0_x = sin_ground_west * c(-6.007379340531013)
-            + c(0.7071063925583853) * gravity_south_west_y;
-        let gravity_south_ghost0_y = sin_south_west_south * gravity_south_west_z
-            + cos_south_west_south * across_south_ghost0_3;
-        let gravity_south_ghost0_z = cos_south_west_south * gravity_south_west_z
-            - sin_south_west_south * across_south_ghost0_3;
-        let spin_south_ghost0_x = omega_south_ghost0_x * c(5.589094341868576e-6)
-            - carried_south_ghost0_y * c(6.645589092322223e-6);
-        let spin_south_ghost0_y = carried_south_ghost0_y * c(1.3262686545659515e-5)
-            - omega_south_ghost0_x * c(6.645589092322223e-6);
+        let across_south_ghost0_3 = mul_add(c(6.007372737186426), sin_ground_west,
+            c(0.7071071698144961) * gravity_south_west_y);
+        let gravity_south_ghost0_x = mul_add(c(0.7071063925583853), gravity_south_west_y,
+            sin_ground_west * c(-6.007379340531013));
+        let gravity_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0_3,
+            sin_south_west_south * gravity_south_west_z);
+        let gravity_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_3,
+            cos_south_west_south * gravity_south_west_z);
+        let spin_south_ghost0_x = mul_add(c(-6.645589092322223e-6), carried_south_ghost0_y,
+            omega_south_ghost0_x * c(5.589094341868576e-6));
+        let spin_south_ghost0_y = mul_add(c(-6.645589092322223e-6), omega_south_ghost0_x,
+            carried_south_ghost0_y * c(1.3262686545659515e-5));
         let spin_south_ghost0_z = carried_south_ghost0_z * c(1.880432772214127e-5);
-        let moment_south_ghost0_x = gravity_south_ghost0_z * c(1.7025149681007906e-4)
-            - (alpha_south_west_y * c(3.952084337747171e-6)
-                + (carried_south_ghost0_y * spin_south_ghost0_z
-                    - carried_south_ghost0_z * spin_south_ghost0_y)
-                - alpha_south_ghost0_y * c(6.645589092322223e-6));
+        let moment_south_ghost0_x = mul_add(c(1.7025149681007906e-4), gravity_south_ghost0_z,
+            -mul_add(c(-6.645589092322223e-6), alpha_south_ghost0_y,
+            mul_add(c(3.952084337747171e-6), alpha_south_west_y, mul_add(-carried_south_ghost0_z,
+            spin_south_ghost0_y, carried_south_ghost0_y * spin_south_ghost0_z))));
         let moment_south_ghost0_y = -gravity_south_ghost0_z * c(2.948828340031111e-4)
-            - (alpha_south_ghost0_y * c(1.3262686545659515e-5)
-                + (carried_south_ghost0_z * spin_south_ghost0_x
-                    - omega_south_ghost0_x * spin_south_ghost0_z
-                    - alpha_south_west_y * c(4.699138529497321e-6)));
-        let moment_south_ghost0_z = gravity_south_ghost0_y * c(2.948828340031111e-4)
-            - gravity_south_ghost0_x * c(1.7025149681007906e-4)
-            - (alpha_south_ghost0_z * c(1.880432772214127e-5)
-                + (omega_south_ghost0_x * spin_south_ghost0_y
-                    - carried_south_ghost0_y * spin_south_ghost0_x));
-        let across_south_ghost0_4 = cos_south_west_south * moment_south_ghost0_y
-            - sin_south_west_south * moment_south_ghost0_z;
-        let moment_above_south_ghost0_x = c(0.7071071698144961) * moment_south_ghost0_x
-            - c(0.7071063925583853) * across_south_ghost0_4;
-        let moment_above_south_ghost0_y = c(0.7071071698144961) * across_south_ghost0_4
-            + c(0.7071063925583853) * moment_south_ghost0_x;
-        let moment_above_south_ghost0_z = sin_south_west_south * moment_south_ghost0_y
-            + cos_south_west_south * moment_south_ghost0_z;
+            - mul_add(c(1.3262686545659515e-5), alpha_south_ghost0_y,
+            mul_add(c(-4.699138529497321e-6), alpha_south_west_y, mul_add(-omega_south_ghost0_x,
+            spin_south_ghost0_z, carried_south_ghost0_z * spin_south_ghost0_x)));
+        let moment_south_ghost0_z = mul_add(c(-1.7025149681007906e-4), gravity_south_ghost0_x,
+            gravity_south_ghost0_y * c(2.948828340031111e-4)) - mul_add(c(1.880432772214127e-5),
+            alpha_south_ghost0_z, mul_add(-carried_south_ghost0_y, spin_south_ghost0_x,
+            omega_south_ghost0_x * spin_south_ghost0_y));
+        let across_south_ghost0_4 = mul_add(-sin_south_west_south, moment_south_ghost0_z,
+            cos_south_west_south * moment_south_ghost0_y);
+        let moment_above_south_ghost0_x = mul_add(c(-0.7071063925583853), across_south_ghost0_4,
+            c(0.7071071698144961) * moment_south_ghost0_x);
+        let moment_above_south_ghost0_y = mul_add(c(0.7071063925583853), moment_south_ghost0_x,
+            c(0.7071071698144961) * across_south_ghost0_4);
+        let moment_above_south_ghost0_z = mul_add(cos_south_west_south, moment_south_ghost0_z,
+            sin_south_west_south * moment_south_ghost0_y);
         // south
         let moment_south_x = -gravity_south_z * c(1.702501854199059e-4)
-            - (alpha_south_y * c(6.64555505684884e-6)
-                + (south_east_part_2 * c(4.840247064883071e-6)
-                    + (carried_south_y * spin_south_z
-                        - carried_south_z * spin_south_y)));
+            - mul_add(c(6.64555505684884e-6), alpha_south_y, mul_add(c(4.840247064883071e-6),
+            south_east_part_2, mul_add(-carried_south_z, spin_south_y,
+            carried_south_y * spin_south_z)));
         let moment_south_y = -gravity_south_z * c(2.9488359113430905e-4)
-            - (alpha_south_y * c(1.3262745496786403e-5)
-                + (south_east_part_2 * c(5.755220017342357e-6)
-                    + (carried_south_z * spin_south_x - omega_south_x * spin_south_z)));
-        let moment_south_z = gravity_south_y * c(2.9488359113430905e-4)
-            + gravity_south_x * c(1.702501854199059e-4)
-            - (alpha_south_z * c(1.880432772214127e-5)
-                + (omega_south_x * spin_south_y - carried_south_y * spin_south_x));
-        let across_south_4 = cos_south_south_east * moment_south_y
-            - sin_south_south_east * moment_south_z;
-        let moment_above_south_x = c(0.4999998655490338) * moment_south_x
-            + c(0.8660254814097262) * across_south_4;
-        let moment_above_south_y = c(0.4999998655490338) * across_south_4
-            - c(0.8660254814097262) * moment_south_x;
-        let moment_above_south_z = sin_south_south_east * moment_south_y
-            + cos_south_south_east * moment_south_z;
+            - mul_add(c(1.3262745496786403e-5), alpha_south_y, mul_add(c(5.755220017342357e-6),
+            south_east_part_2, mul_add(-omega_south_x, spin_south_z,
+            carried_south_z * spin_south_x)));
+        let moment_south_z = mul_add(c(1.702501854199059e-4), gravity_south_x,
+            gravity_south_y * c(2.9488359113430905e-4)) - mul_add(c(1.880432772214127e-5),
+            alpha_south_z, mul_add(-carried_south_y, spin_south_x, omega_south_x * spin_south_y));
+        let across_south_4 = mul_add(-sin_south_south_east, moment_south_z,
+            cos_south_south_east * moment_south_y);
+        let moment_above_south_x = mul_add(c(0.8660254814097262), across_south_4,
+            c(0.4999998655490338) * moment_south_x);
+        let moment_above_south_y = mul_add(c(-0.8660254814097262), moment_south_x,
+            c(0.4999998655490338) * across_south_4);
+        let moment_above_south_z = mul_add(cos_south_south_east, moment_south_z,
+            sin_south_south_east * moment_south_y);
         // south_west
-        let moment_south_west_x = moment_above_south_ghost0_x
-            + gravity_south_west_z * c(1.4350139506894642e-4)
-            - (-south_west_part_2 * spin_south_west_z
-                - south_west_part_3 * spin_south_west_y
-                - alpha_south_west_y * c(5.7748035664558305e-6));
-        let moment_south_west_y = moment_above_south_ghost0_y
-            - gravity_south_west_z * c(3.191766616116623e-4)
-            - (alpha_south_west_y * c(1.3277584214115283e-5)
-                + (south_west_part_3 * spin_south_west_x
-                    - omega_south_west_x * spin_south_west_z));
-        let moment_south_west_z = moment_above_south_ghost0_z
-            + (gravity_south_west_y * c(3.191766616116623e-4)
-                - sin_ground_west * c(-1.2191466200246904e-3))
-            - (south_west_part_4 * c(1.672491735517822e-5)
-                + (south_west_part_2 * spin_south_west_x
-                    + omega_south_west_x * spin_south_west_y));
-        let across_south_west_2 = cos_west_south_west * moment_south_west_y
-            - sin_west_south_west * moment_south_west_z;
-        let moment_above_south_west_x = c(0.4999993895786978) * moment_south_west_x
-            - c(0.8660257562110547) * across_south_west_2;
+        let moment_south_west_x = mul_add(c(1.4350139506894642e-4), gravity_south_west_z,
+            moment_above_south_ghost0_x) - mul_add(c(-5.7748035664558305e-6), alpha_south_west_y,
+            mul_add(-south_west_part_3, spin_south_west_y, -south_west_part_2 * spin_south_west_z));
+        let moment_south_west_y = mul_add(c(-3.191766616116623e-4), gravity_south_west_z,
+            moment_above_south_ghost0_y) - mul_add(c(1.3277584214115283e-5), alpha_south_west_y,
+            mul_add(-omega_south_west_x, spin_south_west_z, south_west_part_3 * spin_south_west_x));
+        let moment_south_west_z = moment_above_south_ghost0_z + mul_add(c(1.2191466200246904e-3),
+            sin_ground_west, gravity_south_west_y * c(3.191766616116623e-4))
+            - mul_add(c(1.672491735517822e-5), south_west_part_4, mul_add(omega_south_west_x,
+            spin_south_west_y, south_west_part_2 * spin_south_west_x));
+        let across_south_west_2 = mul_add(-sin_west_south_west, moment_south_west_z,
+            cos_west_south_west * moment_south_west_y);
+        let moment_above_south_west_x = mul_add(c(-0.8660257562110547), across_south_west_2,
+            c(0.4999993895786978) * moment_south_west_x);
         // south_east
-        let moment_south_east_x = moment_above_south_x
-            - gravity_south_east_z * c(2.1820669112261221e-4)
-            - (south_east_part_2 * c(-7.2072789294646456e-6)
-                + (carried_south_east_y * spin_south_east_z
-                    + south_east_part * spin_south_east_y));
-        let moment_south_east_y = moment_above_south_y
-            - gravity_south_east_z * c(3.4369412604123286e-4)
-            - (south_east_part_2 * c(-1.2623937521576776e-5)
-                + (-south_east_part * spin_south_east_x
-                    - omega_south_east_x * spin_south_east_z));
-        let moment_south_east_z = moment_above_south_z
-            + (gravity_south_east_y * c(3.4369412604123286e-4)
-                + sin_ground_east * c(1.5136381780420903e-3))
-            - (south_east_part_3 * c(-1.9085552925721835e-5)
-                + (omega_south_east_x * spin_south_east_y
-                    - carried_south_east_y * spin_south_east_x));
-        let across_south_east_3 = cos_south_east_east * moment_south_east_y
-            - sin_south_east_east * moment_south_east_z;
-        let moment_above_south_east_x = c(0.7071067811865475) * moment_south_east_x
-            + c(0.7071067811865475) * across_south_east_3;
+        let moment_south_east_x = mul_add(c(-2.1820669112261221e-4), gravity_south_east_z,
+            moment_above_south_x) - mul_add(c(-7.2072789294646456e-6), south_east_part_2,
+            mul_add(south_east_part, spin_south_east_y, carried_south_east_y * spin_south_east_z));
+        let moment_south_east_y = mul_add(c(-3.4369412604123286e-4), gravity_south_east_z,
+            moment_above_south_y) - mul_add(c(-1.2623937521576776e-5), south_east_part_2,
+            mul_add(-omega_south_east_x, spin_south_east_z, -south_east_part * spin_south_east_x));
+        let moment_south_east_z = moment_above_south_z + mul_add(c(1.5136381780420903e-3),
+            sin_ground_east, gravity_south_east_y * c(3.4369412604123286e-4))
+            - mul_add(c(-1.9085552925721835e-5), south_east_part_3, mul_add(-carried_south_east_y,
+            spin_south_east_x, omega_south_east_x * spin_south_east_y));
+        let across_south_east_3 = mul_add(-sin_south_east_east, moment_south_east_z,
+            cos_south_east_east * moment_south_east_y);
+        let moment_above_south_east_x = mul_add(c(0.7071067811865475), across_south_east_3,
+            c(0.7071067811865475) * moment_south_east_x);
         // west
-        let moment_west_x = moment_above_south_west_x
-            + cos_ground_west * c(-1.84966277484791e-3);
+        let moment_west_x = mul_add(c(-1.84966277484791e-3), cos_ground_west,
+            moment_above_south_west_x);
         // east
-        let moment_east_x = moment_above_south_east_x
-            - cos_ground_east * c(-1.2186563262174758e-3);
+        let moment_east_x = mul_add(c(1.2186563262174758e-3), cos_ground_east,
+            moment_above_south_east_x);
         // south_ghost0
-        let moment_above_south_ghost0_x_2 = c(3.952088681904902e-6)
-            - cos_south_west_south * c(-4.699138529497321e-6);
-        let moment_above_south_ghost0_y_2 = c(3.952084337747171e-6)
-            + cos_south_west_south * c(-4.699143694822053e-6);
+        let moment_above_south_ghost0_x_2 = mul_add(c(4.699138529497321e-6), cos_south_west_south,
+            c(3.952088681904902e-6));
+        let moment_above_south_ghost0_y_2 = mul_add(c(-4.699143694822053e-6), cos_south_west_south,
+            c(3.952084337747171e-6));
         // south_west
-        let across_south_west_3 = sin_west_south_west
-            * (sin_south_west_south * c(6.645589092322223e-6))
-            + cos_west_south_west * moment_above_south_ghost0_y_2;
-        let moment_above_south_west_x_2 = c(0.4999993895786978)
-            * moment_above_south_ghost0_x_2
-            - c(0.8660257562110547) * across_south_west_3;
+        let across_south_west_3 = mul_add(cos_west_south_west, moment_above_south_ghost0_y_2,
+            sin_west_south_west * (sin_south_west_south * c(6.645589092322223e-6)));
+        let moment_above_south_west_x_2 = mul_add(c(-0.8660257562110547), across_south_west_3,
+            c(0.4999993895786978) * moment_above_south_ghost0_x_2);
         // south_ghost0
         let cos_squared_south_ghost0 = cos_south_west_south * cos_south_west_south;
         let sin_cos_south_ghost0 = sin_south_west_south * cos_south_west_south;
@@ -430,16 +407,16 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let turned_yy_south_ghost0 = c(1.880432772214127e-5) + bend_south_ghost0;
         let twist_south_ghost0 = cos_south_west_south * c(-6.645589092318208e-6);
         // south
-        let moment_above_south_x_2 = c(2.7945169439196375e-6)
-            + cos_south_south_east * c(5.755220017342357e-6);
-        let moment_above_south_y_2 = cos_south_south_east * c(3.3227766349231214e-6)
-            - c(4.840247064883071e-6);
+        let moment_above_south_x_2 = mul_add(c(5.755220017342357e-6), cos_south_south_east,
+            c(2.7945169439196375e-6));
+        let moment_above_south_y_2 = mul_add(c(3.3227766349231214e-6), cos_south_south_east,
+            c(-4.840247064883071e-6));
         let moment_above_south_z_2 = sin_south_south_east * c(6.64555505684884e-6);
         // south_east
-        let across_south_east_4 = cos_south_east_east * moment_above_south_y_2
-            - sin_south_east_east * moment_above_south_z_2;
-        let moment_above_south_east_x_2 = c(0.7071067811865475) * moment_above_south_x_2
-            + c(0.7071067811865475) * across_south_east_4;
+        let across_south_east_4 = mul_add(-sin_south_east_east, moment_above_south_z_2,
+            cos_south_east_east * moment_above_south_y_2);
+        let moment_above_south_east_x_2 = mul_add(c(0.7071067811865475), across_south_east_4,
+            c(0.7071067811865475) * moment_above_south_x_2);
         // south
         let cos_squared_south = cos_south_south_east * cos_south_south_east;
         let sin_cos_south = sin_south_south_east * cos_south_south_east;
@@ -447,143 +424,129 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let turned_yy_south = c(1.880432772214127e-5) + bend_south;
         let south_part = cos_south_south_east * c(5.755218469752573e-6);
         // south_west
-        let inertia_xx_south_west = turned_yy_south_ghost0 * c(0.4999994503969332)
-            + c(6.295461486213403e-6) - twist_south_ghost0;
-        let inertia_xy_south_west = (c(5.589094341868576e-6) - turned_yy_south_ghost0)
-            * c(0.49999999999969785)
-            + (cos_south_west_south * c(-7.30487229028714e-12)
-                - c(5.7748035664558305e-6));
-        let inertia_xz_south_west = sin_south_west_south * c(-4.699143694822053e-6)
-            - sin_cos_south_ghost0 * c(-3.9185299011550195e-6);
-        let inertia_yy_south_west = twist_south_ghost0
-            + (turned_yy_south_ghost0 * c(0.5000005496030666) + c(1.607212831326618e-5));
-        let inertia_yz_south_west = sin_cos_south_ghost0 * c(-3.9185342084294875e-6)
-            + sin_south_west_south * c(-4.699138529497321e-6);
+        let inertia_xx_south_west = mul_add(c(0.4999994503969332), turned_yy_south_ghost0,
+            c(6.295461486213403e-6)) - twist_south_ghost0;
+        let inertia_xy_south_west = mul_add(c(0.49999999999969785), c(5.589094341868576e-6)
+            - turned_yy_south_ghost0, mul_add(c(-7.30487229028714e-12), cos_south_west_south,
+            c(-5.7748035664558305e-6)));
+        let inertia_xz_south_west = mul_add(c(3.9185299011550195e-6), sin_cos_south_ghost0,
+            sin_south_west_south * c(-4.699143694822053e-6));
+        let inertia_yy_south_west = twist_south_ghost0 + mul_add(c(0.5000005496030666),
+            turned_yy_south_ghost0, c(1.607212831326618e-5));
+        let inertia_yz_south_west = mul_add(c(-4.699138529497321e-6), sin_south_west_south,
+            sin_cos_south_ghost0 * c(-3.9185342084294875e-6));
         let inertia_zz_south_west = c(2.9987603900837736e-5) - bend_south_ghost0;
-        let across_south_west_4 = cos_west_south_west * inertia_xy_south_west
-            - sin_west_south_west * inertia_xz_south_west;
-        let moment_above_south_west_x_3 = c(0.4999993895786978) * inertia_xx_south_west
-            - c(0.8660257562110547) * across_south_west_4;
+        let across_south_west_4 = mul_add(-sin_west_south_west, inertia_xz_south_west,
+            cos_west_south_west * inertia_xy_south_west);
+        let moment_above_south_west_x_3 = mul_add(c(-0.8660257562110547), across_south_west_4,
+            c(0.4999993895786978) * inertia_xx_south_west);
         let cos_squared_south_west = cos_west_south_west * cos_west_south_west;
         let sin_cos_south_west = sin_west_south_west * cos_west_south_west;
         let difference_south_west = inertia_yy_south_west - inertia_zz_south_west;
-        let bend_south_west = cos_squared_south_west * difference_south_west
-            - sin_cos_south_west * (inertia_yz_south_west * c(2.0));
+        let bend_south_west = mul_add(-sin_cos_south_west, inertia_yz_south_west * c(2.0),
+            cos_squared_south_west * difference_south_west);
         let turned_yy_south_west = inertia_zz_south_west + bend_south_west;
-        let twist_south_west = across_south_west_4 * c(0.866024698929915);
         // south_east
-        let inertia_xx_south_east = south_part
-            + (turned_yy_south * c(0.750000134450948) + c(7.925644977099372e-6));
-        let inertia_xy_south_east = c(7.2072789294646456e-6)
-            + cos_south_south_east * c(-3.322779315426776e-6)
-            - (c(5.589035390741692e-6) - turned_yy_south) * c(0.4330126242669004);
-        let inertia_xz_south_east = sin_south_south_east * c(3.3227766349231214e-6)
-            + sin_cos_south * c(-4.79915141448453e-6);
-        let inertia_yy_south_east = turned_yy_south * c(0.24999986554905188)
-            + c(1.6815714816084153e-5) - south_part;
-        let inertia_yz_south_east = sin_cos_south * c(-2.7707903676063486e-6)
-            - sin_south_south_east * c(5.755220017342357e-6);
+        let inertia_xx_south_east = south_part + mul_add(c(0.750000134450948), turned_yy_south,
+            c(7.925644977099372e-6));
+        let inertia_xy_south_east = mul_add(c(-0.4330126242669004), c(5.589035390741692e-6)
+            - turned_yy_south, mul_add(c(-3.322779315426776e-6), cos_south_south_east,
+            c(7.2072789294646456e-6)));
+        let inertia_xz_south_east = mul_add(c(-4.79915141448453e-6), sin_cos_south,
+            sin_south_south_east * c(3.3227766349231214e-6));
+        let inertia_yy_south_east = mul_add(c(0.24999986554905188), turned_yy_south,
+            c(1.6815714816084153e-5)) - south_part;
+        let inertia_yz_south_east = mul_add(c(-5.755220017342357e-6), sin_south_south_east,
+            sin_cos_south * c(-2.7707903676063486e-6));
         let inertia_zz_south_east = c(3.234829842250824e-5) - bend_south;
-        let across_south_east_5 = cos_south_east_east * inertia_xy_south_east
-            - sin_south_east_east * inertia_xz_south_east;
-        let moment_above_south_east_x_3 = c(0.7071067811865475) * inertia_xx_south_east
-            + c(0.7071067811865475) * across_south_east_5;
+        let across_south_east_5 = mul_add(-sin_south_east_east, inertia_xz_south_east,
+            cos_south_east_east * inertia_xy_south_east);
+        let moment_above_south_east_x_3 = mul_add(c(0.7071067811865475), across_south_east_5,
+            c(0.7071067811865475) * inertia_xx_south_east);
         let cos_squared_south_east = cos_south_east_east * cos_south_east_east;
         let sin_cos_south_east = sin_south_east_east * cos_south_east_east;
         let difference_south_east = inertia_yy_south_east - inertia_zz_south_east;
-        let bend_south_east = cos_squared_south_east * difference_south_east
-            - sin_cos_south_east * (c(2.0) * inertia_yz_south_east);
+        let bend_south_east = mul_add(-sin_cos_south_east, c(2.0) * inertia_yz_south_east,
+            cos_squared_south_east * difference_south_east);
         let turned_yy_south_east = inertia_zz_south_east + bend_south_east;
         // west
-        let inertia_xx_west = turned_yy_south_west * c(0.7500006104209291)
-            + (c(4.858529110617979e-6) + inertia_xx_south_west * c(0.2499993895790704))
-            - twist_south_west;
+        let inertia_xx_west = mul_add(c(-0.866024698929915), across_south_west_4,
+            mul_add(c(0.7500006104209291), turned_yy_south_west, mul_add(c(0.2499993895790704),
+            inertia_xx_south_west, c(4.858529110617979e-6))));
         // east
-        let inertia_xx_east = across_south_east_5 * c(0.9999999999999998)
-            + (turned_yy_south_east * c(0.4999999999999999)
-                + (c(2.614579932665148e-6)
-                    + inertia_xx_south_east * c(0.4999999999999999)));
+        let inertia_xx_east = mul_add(c(0.9999999999999998), across_south_east_5,
+            mul_add(c(0.4999999999999999), turned_yy_south_east, mul_add(c(0.4999999999999999),
+            inertia_xx_south_east, c(2.614579932665148e-6))));
         // loop 0
         let closure0_0_west_south_west = sin_south_west_south * c(0.057052339107130284);
         let closure0_0_south_east_east = -sin_south_south_east * c(-0.06987460438879263);
         // south_east
         let south_east_part_4 = sin_south_east_east * c(0.7071067811865475);
         // south
-        let across_south_by_ground_east = c(0.6123724905851617)
-            + cos_south_east_east * c(0.3535532955220838);
-        let carried_south_z_by_ground_east = -cos_south_south_east * south_east_part_4
-            - sin_south_south_east * across_south_by_ground_east;
+        let across_south_by_ground_east = mul_add(c(0.3535532955220838), cos_south_east_east,
+            c(0.6123724905851617));
+        let carried_south_z_by_ground_east = mul_add(-sin_south_south_east,
+            across_south_by_ground_east, -cos_south_south_east * south_east_part_4);
         // loop 0
-        let closure0_0_ground_east = -c(0.08068423607472835)
-            * carried_south_z_by_ground_east;
+        let closure0_0_ground_east = -c(0.08068423607472835) * carried_south_z_by_ground_east;
         // south_west
-        let carried_south_west_z_by_ground_west = sin_west_south_west
-            * c(0.8660257562110547);
+        let carried_south_west_z_by_ground_west = sin_west_south_west * c(0.8660257562110547);
         // south_ghost0
-        let across_south_ghost0_by_ground_west = cos_west_south_west
-            * c(-0.6123730214608576) - c(0.3535527646463877);
-        let carried_south_ghost0_z_by_ground_west = cos_south_west_south
-            * carried_south_west_z_by_ground_west
-            - sin_south_west_south * across_south_ghost0_by_ground_west;
+        let across_south_ghost0_by_ground_west = mul_add(c(-0.6123730214608576),
+            cos_west_south_west, c(-0.3535527646463877));
+        let carried_south_ghost0_z_by_ground_west = mul_add(-sin_south_west_south,
+            across_south_ghost0_by_ground_west,
+            cos_south_west_south * carried_south_west_z_by_ground_west);
         // loop 0
-        let closure0_0_ground_west = c(0.08068423607472834)
-            * carried_south_ghost0_z_by_ground_west;
+        let closure0_0_ground_west = c(0.08068423607472834) * carried_south_ghost0_z_by_ground_west;
         let loop0_part = carried_south_ghost0_y * c(0.08068423607472835);
-        let loop0_part_2 = -carried_south_y * c(0.04034213973350825)
-            - omega_south_x * c(0.06987458559937648);
+        let loop0_part_2 = mul_add(c(-0.06987458559937648), omega_south_x,
+            -carried_south_y * c(0.04034213973350825));
         let loop0_part_3 = carried_south_z * carried_south_z;
-        let loop0_part_4 = c(0.8660252485338008)
-            * (carried_south_y * loop0_part_2 + alpha_south_z * c(0.06987458559937648)
-                - c(0.04034213973350825) * loop0_part_3)
-            + (c(0.06987458559937648) * loop0_part_3
-                + (alpha_south_z * c(0.04034213973350825)
-                    - omega_south_x * loop0_part_2)) * c(0.5000002689018962);
-        let gamma0_0 = (omega_south_ghost0_x * loop0_part
-            + alpha_south_ghost0_z * c(0.08068423607472835)) * c(0.9999999999999999)
-            - loop0_part_4;
+        let loop0_part_4 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
+            loop0_part_3, mul_add(-omega_south_x, loop0_part_2,
+            alpha_south_z * c(0.04034213973350825))),
+            c(0.8660252485338008) * mul_add(c(-0.04034213973350825), loop0_part_3,
+            mul_add(c(0.06987458559937648), alpha_south_z, carried_south_y * loop0_part_2)));
+        let gamma0_0 = mul_add(c(0.9999999999999999), mul_add(c(0.08068423607472835),
+            alpha_south_ghost0_z, omega_south_ghost0_x * loop0_part), -loop0_part_4);
         let closure0_1_west_south_west = -cos_south_west_south * c(-0.0570523391071303);
-        let closure0_1_south_east_east = c(0.03493728340498269)
-            + cos_south_south_east * c(0.03493732098380993);
+        let closure0_1_south_east_east = mul_add(c(0.03493732098380993), cos_south_south_east,
+            c(0.03493728340498269));
         // south
-        let carried_south_y_by_ground_east = cos_south_south_east
-            * across_south_by_ground_east - sin_south_south_east * south_east_part_4;
-        let carried_south_x_by_ground_east = c(0.3535532955220838)
-            - cos_south_east_east * c(0.6123724905851617);
+        let carried_south_y_by_ground_east = mul_add(-sin_south_south_east, south_east_part_4,
+            cos_south_south_east * across_south_by_ground_east);
+        let carried_south_x_by_ground_east = mul_add(c(-0.6123724905851617), cos_south_east_east,
+            c(0.3535532955220838));
         // loop 0
-        let closure0_1_ground_east = c(0.04034213973350825)
-            * carried_south_y_by_ground_east
-            + c(0.06987458559937648) * carried_south_x_by_ground_east;
+        let closure0_1_ground_east = mul_add(c(0.06987458559937648), carried_south_x_by_ground_east,
+            c(0.04034213973350825) * carried_south_y_by_ground_east);
         // south_ghost0
-        let carried_south_ghost0_y_by_ground_west = sin_south_west_south
-            * carried_south_west_z_by_ground_west
-            + cos_south_west_south * across_south_ghost0_by_ground_west;
+        let carried_south_ghost0_y_by_ground_west = mul_add(cos_south_west_south,
+            across_south_ghost0_by_ground_west,
+            sin_south_west_south * carried_south_west_z_by_ground_west);
         // loop 0
-        let closure0_1_ground_west = -c(0.08068423607472835)
-            * carried_south_ghost0_y_by_ground_west;
-        let gamma0_1 = omega_south_ghost0_x
-            * (carried_south_ghost0_z * c(0.08068423607472835))
-            - alpha_south_ghost0_y * c(0.08068423607472835)
-            - (omega_south_x * (carried_south_z * c(0.04034213973350825))
-                - carried_south_z * (carried_south_y * c(0.06987458559937648))
-                - south_east_part_2 * c(0.06051317163200514)
-                - alpha_south_y * c(0.04034213973350825));
-        let closure0_2_south_east_east = cos_south_south_east * c(0.060513171632005154)
-            - c(0.020171064442714458);
-        let closure0_2_ground_east = carried_south_y_by_ground_east
-            * c(0.0698745855993765)
-            - carried_south_x_by_ground_east * c(0.040342139733508246);
+        let closure0_1_ground_west =
+            -c(0.08068423607472835) * carried_south_ghost0_y_by_ground_west;
+        let gamma0_1 = mul_add(c(-0.08068423607472835), alpha_south_ghost0_y,
+            omega_south_ghost0_x * (carried_south_ghost0_z * c(0.08068423607472835)))
+            - mul_add(c(-0.04034213973350825), alpha_south_y, mul_add(c(-0.06051317163200514),
+            south_east_part_2, mul_add(-carried_south_z, carried_south_y * c(0.06987458559937648),
+            omega_south_x * (carried_south_z * c(0.04034213973350825)))));
+        let closure0_2_south_east_east = mul_add(c(0.060513171632005154), cos_south_south_east,
+            c(-0.020171064442714458));
+        let closure0_2_ground_east = mul_add(c(-0.040342139733508246),
+            carried_south_x_by_ground_east, carried_south_y_by_ground_east * c(0.0698745855993765));
         // south_ghost0
-        let carried_south_ghost0_x_by_ground_west = c(0.35355315327396863)
-            + cos_west_south_west * c(-0.6123723483370465);
+        let carried_south_ghost0_x_by_ground_west = mul_add(c(-0.6123723483370465),
+            cos_west_south_west, c(0.35355315327396863));
         // loop 0
-        let closure0_2_ground_west = c(0.08068423607472835)
-            * carried_south_ghost0_x_by_ground_west;
-        let gamma0_2 = carried_south_ghost0_z * loop0_part
-            + alpha_south_west_y * c(0.0570523391071303)
-            - (south_east_part_2 * c(0.03493732098380992)
-                + (carried_south_z * (carried_south_y * c(0.040342139733508246))
-                    + omega_south_x * (carried_south_z * c(0.0698745855993765)))
-                - alpha_south_y * c(0.0698745855993765));
+        let closure0_2_ground_west = c(0.08068423607472835) * carried_south_ghost0_x_by_ground_west;
+        let gamma0_2 = mul_add(c(0.0570523391071303), alpha_south_west_y,
+            carried_south_ghost0_z * loop0_part) - mul_add(c(-0.0698745855993765), alpha_south_y,
+            mul_add(c(0.03493732098380992), south_east_part_2, mul_add(omega_south_x,
+            carried_south_z * c(0.0698745855993765),
+            carried_south_z * (carried_south_y * c(0.040342139733508246)))));
         mass[0] = c(5.589094341868576e-6);
         mass[1] = c(0.0);
         mass[2] = moment_above_south_ghost0_x_2;
@@ -620,12 +583,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         mass[33] = c(0.0);
         mass[34] = c(0.0);
         mass[35] = inertia_xx_west;
-        forcing[0] = moment_south_ghost0_x - q[0] * c(0.0114) - u[0] * c(3.5e-6);
-        forcing[1] = moment_south_x - q[1] * c(0.0114) - u[1] * c(3.5e-6);
-        forcing[2] = moment_south_west_x - q[2] * c(0.0114) - u[2] * c(3.5e-6);
-        forcing[3] = moment_south_east_x - q[3] * c(0.0114) - u[3] * c(3.5e-6);
-        forcing[4] = moment_east_x - q[4] * c(0.0114) - u[4] * c(3.5e-6);
-        forcing[5] = moment_west_x - q[5] * c(0.0114) - u[5] * c(3.5e-6);
+        forcing[0] = mul_add(c(-3.5e-6), u[0], mul_add(c(-0.0114), q[0], moment_south_ghost0_x));
+        forcing[1] = mul_add(c(-3.5e-6), u[1], mul_add(c(-0.0114), q[1], moment_south_x));
+        forcing[2] = mul_add(c(-3.5e-6), u[2], mul_add(c(-0.0114), q[2], moment_south_west_x));
+        forcing[3] = mul_add(c(-3.5e-6), u[3], mul_add(c(-0.0114), q[3], moment_south_east_x));
+        forcing[4] = mul_add(c(-3.5e-6), u[4], mul_add(c(-0.0114), q[4], moment_east_x));
+        forcing[5] = mul_add(c(-3.5e-6), u[5], mul_add(c(-0.0114), q[5], moment_west_x));
         jacobian[0] = c(0.0);
         jacobian[1] = c(0.0);
         jacobian[2] = closure0_0_west_south_west;
@@ -650,21 +613,18 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
     }
     fn write_closure(&self, q: &[S], residual: &mut [S], jacobian: &mut [S]) {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let Some(q) = q.first_chunk::<N>() else { return };
         let Some(residual) = residual.first_chunk_mut::<9>() else { return };
         let Some(jacobian) = jacobian.first_chunk_mut::<54>() else { return };
-        // east
-        let (sin_ground_east, cos_ground_east) = S::sin_cos(q[4]);
-        // west
-        let (sin_ground_west, cos_ground_west) = S::sin_cos(q[5]);
-        // south_east
-        let (sin_south_east_east, cos_south_east_east) = S::sin_cos(q[3]);
-        // south_west
-        let (sin_west_south_west, cos_west_south_west) = S::sin_cos(q[2]);
-        // south
-        let (sin_south_south_east, cos_south_south_east) = S::sin_cos(q[1]);
-        // south_ghost0
-        let (sin_south_west_south, cos_south_west_south) = S::sin_cos(q[0]);
+        let [
+            (sin_ground_east, cos_ground_east),
+            (sin_ground_west, cos_ground_west),
+            (sin_south_east_east, cos_south_east_east),
+            (sin_west_south_west, cos_west_south_west),
+            (sin_south_south_east, cos_south_south_east),
+            (sin_south_west_south, cos_south_west_south),
+        ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
         // east
         let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
         // west
@@ -677,19 +637,17 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_x_south_east_x = c(0.4999999999999999) - south_east_part;
         let axis_x_south_east_y = c(0.4999999999999999) - south_east_part_2;
         let south_east_part_3 = sin_south_east_east * axis_z_east_x;
-        let axis_y_south_east_x = south_east_part_3
-            + cos_south_east_east * across_south_east_x;
-        let axis_y_south_east_y = cos_south_east_east * across_south_east_y
-            - south_east_part_3;
+        let axis_y_south_east_x = mul_add(cos_south_east_east, across_south_east_x,
+            south_east_part_3);
+        let axis_y_south_east_y = mul_add(cos_south_east_east, across_south_east_y,
+            -south_east_part_3);
         let south_east_part_4 = cos_south_east_east * axis_z_east_x;
-        let axis_y_south_east_z = cos_ground_east * sin_south_east_east
-            + south_east_part_4;
-        let axis_z_south_east_x = south_east_part_4
-            - sin_south_east_east * across_south_east_x;
-        let axis_z_south_east_y = -south_east_part_4
-            - sin_south_east_east * across_south_east_y;
-        let axis_z_south_east_z = cos_ground_east * cos_south_east_east
-            - south_east_part_3;
+        let axis_y_south_east_z = mul_add(cos_ground_east, sin_south_east_east, south_east_part_4);
+        let axis_z_south_east_x = mul_add(-sin_south_east_east, across_south_east_x,
+            south_east_part_4);
+        let axis_z_south_east_y = mul_add(-sin_south_east_east, across_south_east_y,
+            -south_east_part_4);
+        let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east, -south_east_part_3);
         // south_west
         let south_west_part = cos_ground_west * c(-0.35355295896023153);
         let across_south_west_x = c(0.6123726848990445) + south_west_part;
@@ -700,72 +658,70 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_x_south_west_y = c(0.35355295896023153) + south_west_part_2;
         let axis_x_south_west_z = sin_ground_west * c(0.8660257562110547);
         let south_west_part_3 = sin_west_south_west * axis_z_west_x;
-        let axis_y_south_west_x = south_west_part_3
-            + cos_west_south_west * across_south_west_x;
-        let axis_y_south_west_y = south_west_part_3
-            + cos_west_south_west * across_south_west_y;
-        let axis_y_south_west_z = cos_ground_west * sin_west_south_west
-            + cos_west_south_west * across_south_west_z;
+        let axis_y_south_west_x = mul_add(cos_west_south_west, across_south_west_x,
+            south_west_part_3);
+        let axis_y_south_west_y = mul_add(cos_west_south_west, across_south_west_y,
+            south_west_part_3);
+        let axis_y_south_west_z = mul_add(cos_west_south_west, across_south_west_z,
+            cos_ground_west * sin_west_south_west);
         let south_west_part_4 = cos_west_south_west * axis_z_west_x;
-        let axis_z_south_west_x = south_west_part_4
-            - sin_west_south_west * across_south_west_x;
-        let axis_z_south_west_y = south_west_part_4
-            - sin_west_south_west * across_south_west_y;
-        let axis_z_south_west_z = cos_ground_west * cos_west_south_west
-            - sin_west_south_west * across_south_west_z;
+        let axis_z_south_west_x = mul_add(-sin_west_south_west, across_south_west_x,
+            south_west_part_4);
+        let axis_z_south_west_y = mul_add(-sin_west_south_west, across_south_west_y,
+            south_west_part_4);
+        let axis_z_south_west_z = mul_add(-sin_west_south_west, across_south_west_z,
+            cos_ground_west * cos_west_south_west);
         // south
-        let across_south_x = axis_y_south_east_x * c(0.4999998655490338)
-            + axis_x_south_east_x * c(0.8660254814097262);
-        let across_south_y = axis_y_south_east_y * c(0.4999998655490338)
-            + axis_x_south_east_y * c(0.8660254814097262);
-        let across_south_z = axis_y_south_east_z * c(0.4999998655490338)
-            + sin_ground_east * c(-0.6123724905851617);
-        let axis_x_south_x = axis_x_south_east_x * c(0.4999998655490338)
-            - axis_y_south_east_x * c(0.8660254814097262);
-        let axis_x_south_y = axis_x_south_east_y * c(0.4999998655490338)
-            - axis_y_south_east_y * c(0.8660254814097262);
-        let axis_x_south_z = sin_ground_east * c(-0.3535532955220838)
-            - axis_y_south_east_z * c(0.8660254814097262);
-        let axis_y_south_x = sin_south_south_east * axis_z_south_east_x
-            + cos_south_south_east * across_south_x;
-        let axis_y_south_y = sin_south_south_east * axis_z_south_east_y
-            + cos_south_south_east * across_south_y;
-        let axis_y_south_z = sin_south_south_east * axis_z_south_east_z
-            + cos_south_south_east * across_south_z;
+        let across_south_x = mul_add(c(0.8660254814097262), axis_x_south_east_x,
+            axis_y_south_east_x * c(0.4999998655490338));
+        let across_south_y = mul_add(c(0.8660254814097262), axis_x_south_east_y,
+            axis_y_south_east_y * c(0.4999998655490338));
+        let across_south_z = mul_add(c(-0.6123724905851617), sin_ground_east,
+            axis_y_south_east_z * c(0.4999998655490338));
+        let axis_x_south_x = mul_add(c(-0.8660254814097262), axis_y_south_east_x,
+            axis_x_south_east_x * c(0.4999998655490338));
+        let axis_x_south_y = mul_add(c(-0.8660254814097262), axis_y_south_east_y,
+            axis_x_south_east_y * c(0.4999998655490338));
+        let axis_x_south_z = mul_add(c(-0.8660254814097262), axis_y_south_east_z,
+            sin_ground_east * c(-0.3535532955220838));
+        let axis_y_south_x = mul_add(cos_south_south_east, across_south_x,
+            sin_south_south_east * axis_z_south_east_x);
+        let axis_y_south_y = mul_add(cos_south_south_east, across_south_y,
+            sin_south_south_east * axis_z_south_east_y);
+        let axis_y_south_z = mul_add(cos_south_south_east, across_south_z,
+            sin_south_south_east * axis_z_south_east_z);
         // south_ghost0
-        let across_south_ghost0_x = axis_y_south_west_x * c(0.7071071698144961)
-            - axis_x_south_west_x * c(0.7071063925583853);
-        let across_south_ghost0_y = axis_y_south_west_y * c(0.7071071698144961)
-            - axis_x_south_west_y * c(0.7071063925583853);
-        let across_south_ghost0_z = axis_y_south_west_z * c(0.7071071698144961)
-            - sin_ground_west * c(0.6123723483370465);
-        let axis_x_south_ghost0_x = axis_x_south_west_x * c(0.7071071698144961)
-            + axis_y_south_west_x * c(0.7071063925583853);
-        let axis_x_south_ghost0_y = axis_x_south_west_y * c(0.7071071698144961)
-            + axis_y_south_west_y * c(0.7071063925583853);
-        let axis_x_south_ghost0_z = sin_ground_west * c(0.6123730214608576)
-            + axis_y_south_west_z * c(0.7071063925583853);
-        let axis_y_south_ghost0_x = sin_south_west_south * axis_z_south_west_x
-            + cos_south_west_south * across_south_ghost0_x;
-        let axis_y_south_ghost0_y = sin_south_west_south * axis_z_south_west_y
-            + cos_south_west_south * across_south_ghost0_y;
-        let axis_y_south_ghost0_z = sin_south_west_south * axis_z_south_west_z
-            + cos_south_west_south * across_south_ghost0_z;
-        let point1_ghost_south_ghost0_x = c(9.3319e-3)
-            + axis_x_south_ghost0_x * c(0.08068423607472835);
-        let point1_ghost_south_ghost0_y = axis_x_south_ghost0_y * c(0.08068423607472835)
-            - c(0.0293065);
-        let point1_ghost_south_ghost0_z = c(3.075e-3)
-            + axis_x_south_ghost0_z * c(0.08068423607472835);
+        let across_south_ghost0_x = mul_add(c(-0.7071063925583853), axis_x_south_west_x,
+            axis_y_south_west_x * c(0.7071071698144961));
+        let across_south_ghost0_y = mul_add(c(-0.7071063925583853), axis_x_south_west_y,
+            axis_y_south_west_y * c(0.7071071698144961));
+        let across_south_ghost0_z = mul_add(c(-0.6123723483370465), sin_ground_west,
+            axis_y_south_west_z * c(0.7071071698144961));
+        let axis_x_south_ghost0_x = mul_add(c(0.7071063925583853), axis_y_south_west_x,
+            axis_x_south_west_x * c(0.7071071698144961));
+        let axis_x_south_ghost0_y = mul_add(c(0.7071063925583853), axis_y_south_west_y,
+            axis_x_south_west_y * c(0.7071071698144961));
+        let axis_x_south_ghost0_z = mul_add(c(0.7071063925583853), axis_y_south_west_z,
+            sin_ground_west * c(0.6123730214608576));
+        let axis_y_south_ghost0_x = mul_add(cos_south_west_south, across_south_ghost0_x,
+            sin_south_west_south * axis_z_south_west_x);
+        let axis_y_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0_y,
+            sin_south_west_south * axis_z_south_west_y);
+        let axis_y_south_ghost0_z = mul_add(cos_south_west_south, across_south_ghost0_z,
+            sin_south_west_south * axis_z_south_west_z);
+        let point1_ghost_south_ghost0_x = mul_add(c(0.08068423607472835), axis_x_south_ghost0_x,
+            c(9.3319e-3));
+        let point1_ghost_south_ghost0_y = mul_add(c(0.08068423607472835), axis_x_south_ghost0_y,
+            c(-0.0293065));
+        let point1_ghost_south_ghost0_z = mul_add(c(0.08068423607472835), axis_x_south_ghost0_z,
+            c(3.075e-3));
         // south
-        let point1_original_south_x = c(9.3319e-3)
-            + axis_x_south_x * c(0.04034213973350825)
-            - axis_y_south_x * c(0.06987458559937648);
-        let point1_original_south_y = axis_x_south_y * c(0.04034213973350825)
-            - c(0.0293065) - axis_y_south_y * c(0.06987458559937648);
-        let point1_original_south_z = c(3.075e-3)
-            + axis_x_south_z * c(0.04034213973350825)
-            - axis_y_south_z * c(0.06987458559937648);
+        let point1_original_south_x = mul_add(c(-0.06987458559937648), axis_y_south_x,
+            mul_add(c(0.04034213973350825), axis_x_south_x, c(9.3319e-3)));
+        let point1_original_south_y = mul_add(c(-0.06987458559937648), axis_y_south_y,
+            mul_add(c(0.04034213973350825), axis_x_south_y, c(-0.0293065)));
+        let point1_original_south_z = mul_add(c(-0.06987458559937648), axis_y_south_z,
+            mul_add(c(0.04034213973350825), axis_x_south_z, c(3.075e-3)));
         // south_ghost0
         let arm0_1_south_ghost0_x = point1_ghost_south_ghost0_x - c(9.3319e-3);
         let arm0_1_south_ghost0_y = c(0.0293065) + point1_ghost_south_ghost0_y;
@@ -775,19 +731,19 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let arm0_1_south_y = c(0.0293065) + point1_original_south_y;
         let arm0_1_south_z = point1_original_south_z - c(3.075e-3);
         // south_ghost0
-        let point2_ghost_south_ghost0_x = c(9.3319e-3)
-            + axis_y_south_ghost0_x * c(0.08068423607472835);
-        let point2_ghost_south_ghost0_y = axis_y_south_ghost0_y * c(0.08068423607472835)
-            - c(0.0293065);
-        let point2_ghost_south_ghost0_z = c(3.075e-3)
-            + axis_y_south_ghost0_z * c(0.08068423607472835);
+        let point2_ghost_south_ghost0_x = mul_add(c(0.08068423607472835), axis_y_south_ghost0_x,
+            c(9.3319e-3));
+        let point2_ghost_south_ghost0_y = mul_add(c(0.08068423607472835), axis_y_south_ghost0_y,
+            c(-0.0293065));
+        let point2_ghost_south_ghost0_z = mul_add(c(0.08068423607472835), axis_y_south_ghost0_z,
+            c(3.075e-3));
         // south
-        let point2_original_south_x = axis_y_south_x * c(0.040342139733508246)
-            + (c(9.3319e-3) + axis_x_south_x * c(0.0698745855993765));
-        let point2_original_south_y = axis_y_south_y * c(0.040342139733508246)
-            + (axis_x_south_y * c(0.0698745855993765) - c(0.0293065));
-        let point2_original_south_z = axis_y_south_z * c(0.040342139733508246)
-            + (c(3.075e-3) + axis_x_south_z * c(0.0698745855993765));
+        let point2_original_south_x = mul_add(c(0.040342139733508246), axis_y_south_x,
+            mul_add(c(0.0698745855993765), axis_x_south_x, c(9.3319e-3)));
+        let point2_original_south_y = mul_add(c(0.040342139733508246), axis_y_south_y,
+            mul_add(c(0.0698745855993765), axis_x_south_y, c(-0.0293065)));
+        let point2_original_south_z = mul_add(c(0.040342139733508246), axis_y_south_z,
+            mul_add(c(0.0698745855993765), axis_x_south_z, c(3.075e-3)));
         // south_ghost0
         let arm0_2_south_ghost0_x = point2_ghost_south_ghost0_x - c(9.3319e-3);
         let arm0_2_south_ghost0_y = c(0.0293065) + point2_ghost_south_ghost0_y;
@@ -828,85 +784,77 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         jacobian[15] = c(0.0);
         jacobian[16] = c(0.0);
         jacobian[17] = c(0.0);
-        jacobian[18] = axis_x_south_ghost0_y * arm0_1_south_ghost0_z
-            - axis_x_south_ghost0_z * arm0_1_south_ghost0_y;
-        jacobian[19] = -(axis_x_south_y * arm0_1_south_z
-            - axis_x_south_z * arm0_1_south_y);
-        jacobian[20] = axis_x_south_west_y * arm0_1_south_ghost0_z
-            - axis_x_south_west_z * arm0_1_south_ghost0_y;
-        jacobian[21] = -(axis_z_east_x * arm0_1_south_y
-            + axis_x_south_east_y * arm0_1_south_z);
+        jacobian[18] = mul_add(-axis_x_south_ghost0_z, arm0_1_south_ghost0_y,
+            axis_x_south_ghost0_y * arm0_1_south_ghost0_z);
+        jacobian[19] = -mul_add(-axis_x_south_z, arm0_1_south_y, axis_x_south_y * arm0_1_south_z);
+        jacobian[20] = mul_add(-axis_x_south_west_z, arm0_1_south_ghost0_y,
+            axis_x_south_west_y * arm0_1_south_ghost0_z);
+        jacobian[21] = -mul_add(axis_x_south_east_y, arm0_1_south_z,
+            axis_z_east_x * arm0_1_south_y);
         jacobian[22] = -part;
         jacobian[23] = part_2;
-        jacobian[24] = axis_x_south_ghost0_z * arm0_1_south_ghost0_x
-            - axis_x_south_ghost0_x * arm0_1_south_ghost0_z;
-        jacobian[25] = -(axis_x_south_z * arm0_1_south_x
-            - axis_x_south_x * arm0_1_south_z);
-        jacobian[26] = axis_x_south_west_z * arm0_1_south_ghost0_x
-            - axis_x_south_west_x * arm0_1_south_ghost0_z;
-        jacobian[27] = -(-axis_z_east_x * arm0_1_south_x
-            - axis_x_south_east_x * arm0_1_south_z);
+        jacobian[24] = mul_add(-axis_x_south_ghost0_x, arm0_1_south_ghost0_z,
+            axis_x_south_ghost0_z * arm0_1_south_ghost0_x);
+        jacobian[25] = -mul_add(-axis_x_south_x, arm0_1_south_z, axis_x_south_z * arm0_1_south_x);
+        jacobian[26] = mul_add(-axis_x_south_west_x, arm0_1_south_ghost0_z,
+            axis_x_south_west_z * arm0_1_south_ghost0_x);
+        jacobian[27] = -mul_add(-axis_x_south_east_x, arm0_1_south_z,
+            -axis_z_east_x * arm0_1_south_x);
         jacobian[28] = part;
         jacobian[29] = part_2;
-        jacobian[30] = axis_x_south_ghost0_x * arm0_1_south_ghost0_y
-            - axis_x_south_ghost0_y * arm0_1_south_ghost0_x;
-        jacobian[31] = -(axis_x_south_x * arm0_1_south_y
-            - axis_x_south_y * arm0_1_south_x);
-        jacobian[32] = axis_x_south_west_x * arm0_1_south_ghost0_y
-            - axis_x_south_west_y * arm0_1_south_ghost0_x;
-        jacobian[33] = -(axis_x_south_east_x * arm0_1_south_y
-            - axis_x_south_east_y * arm0_1_south_x);
-        jacobian[34] = -(c(0.7071067811865475) * arm0_1_south_y
-            - c(0.7071067811865475) * arm0_1_south_x);
-        jacobian[35] = -c(0.7071067811865475) * arm0_1_south_ghost0_y
-            - c(0.7071067811865475) * arm0_1_south_ghost0_x;
-        jacobian[36] = axis_x_south_ghost0_y * arm0_2_south_ghost0_z
-            - axis_x_south_ghost0_z * arm0_2_south_ghost0_y;
-        jacobian[37] = -(axis_x_south_y * arm0_2_south_z
-            - axis_x_south_z * arm0_2_south_y);
-        jacobian[38] = axis_x_south_west_y * arm0_2_south_ghost0_z
-            - axis_x_south_west_z * arm0_2_south_ghost0_y;
-        jacobian[39] = -(axis_z_east_x * arm0_2_south_y
-            + axis_x_south_east_y * arm0_2_south_z);
+        jacobian[30] = mul_add(-axis_x_south_ghost0_y, arm0_1_south_ghost0_x,
+            axis_x_south_ghost0_x * arm0_1_south_ghost0_y);
+        jacobian[31] = -mul_add(-axis_x_south_y, arm0_1_south_x, axis_x_south_x * arm0_1_south_y);
+        jacobian[32] = mul_add(-axis_x_south_west_y, arm0_1_south_ghost0_x,
+            axis_x_south_west_x * arm0_1_south_ghost0_y);
+        jacobian[33] = -mul_add(-axis_x_south_east_y, arm0_1_south_x,
+            axis_x_south_east_x * arm0_1_south_y);
+        jacobian[34] = -mul_add(c(-0.7071067811865475), arm0_1_south_x,
+            c(0.7071067811865475) * arm0_1_south_y);
+        jacobian[35] = mul_add(c(-0.7071067811865475), arm0_1_south_ghost0_x,
+            -c(0.7071067811865475) * arm0_1_south_ghost0_y);
+        jacobian[36] = mul_add(-axis_x_south_ghost0_z, arm0_2_south_ghost0_y,
+            axis_x_south_ghost0_y * arm0_2_south_ghost0_z);
+        jacobian[37] = -mul_add(-axis_x_south_z, arm0_2_south_y, axis_x_south_y * arm0_2_south_z);
+        jacobian[38] = mul_add(-axis_x_south_west_z, arm0_2_south_ghost0_y,
+            axis_x_south_west_y * arm0_2_south_ghost0_z);
+        jacobian[39] = -mul_add(axis_x_south_east_y, arm0_2_south_z,
+            axis_z_east_x * arm0_2_south_y);
         jacobian[40] = -part_3;
         jacobian[41] = part_4;
-        jacobian[42] = axis_x_south_ghost0_z * arm0_2_south_ghost0_x
-            - axis_x_south_ghost0_x * arm0_2_south_ghost0_z;
-        jacobian[43] = -(axis_x_south_z * arm0_2_south_x
-            - axis_x_south_x * arm0_2_south_z);
-        jacobian[44] = axis_x_south_west_z * arm0_2_south_ghost0_x
-            - axis_x_south_west_x * arm0_2_south_ghost0_z;
-        jacobian[45] = -(-axis_z_east_x * arm0_2_south_x
-            - axis_x_south_east_x * arm0_2_south_z);
+        jacobian[42] = mul_add(-axis_x_south_ghost0_x, arm0_2_south_ghost0_z,
+            axis_x_south_ghost0_z * arm0_2_south_ghost0_x);
+        jacobian[43] = -mul_add(-axis_x_south_x, arm0_2_south_z, axis_x_south_z * arm0_2_south_x);
+        jacobian[44] = mul_add(-axis_x_south_west_x, arm0_2_south_ghost0_z,
+            axis_x_south_west_z * arm0_2_south_ghost0_x);
+        jacobian[45] = -mul_add(-axis_x_south_east_x, arm0_2_south_z,
+            -axis_z_east_x * arm0_2_south_x);
         jacobian[46] = part_3;
         jacobian[47] = part_4;
-        jacobian[48] = axis_x_south_ghost0_x * arm0_2_south_ghost0_y
-            - axis_x_south_ghost0_y * arm0_2_south_ghost0_x;
-        jacobian[49] = -(axis_x_south_x * arm0_2_south_y
-            - axis_x_south_y * arm0_2_south_x);
-        jacobian[50] = axis_x_south_west_x * arm0_2_south_ghost0_y
-            - axis_x_south_west_y * arm0_2_south_ghost0_x;
-        jacobian[51] = -(axis_x_south_east_x * arm0_2_south_y
-            - axis_x_south_east_y * arm0_2_south_x);
-        jacobian[52] = -(c(0.7071067811865475) * arm0_2_south_y
-            - c(0.7071067811865475) * arm0_2_south_x);
-        jacobian[53] = -c(0.7071067811865475) * arm0_2_south_ghost0_x
-            - c(0.7071067811865475) * arm0_2_south_ghost0_y;
+        jacobian[48] = mul_add(-axis_x_south_ghost0_y, arm0_2_south_ghost0_x,
+            axis_x_south_ghost0_x * arm0_2_south_ghost0_y);
+        jacobian[49] = -mul_add(-axis_x_south_y, arm0_2_south_x, axis_x_south_x * arm0_2_south_y);
+        jacobian[50] = mul_add(-axis_x_south_west_y, arm0_2_south_ghost0_x,
+            axis_x_south_west_x * arm0_2_south_ghost0_y);
+        jacobian[51] = -mul_add(-axis_x_south_east_y, arm0_2_south_x,
+            axis_x_south_east_x * arm0_2_south_y);
+        jacobian[52] = -mul_add(c(-0.7071067811865475), arm0_2_south_x,
+            c(0.7071067811865475) * arm0_2_south_y);
+        jacobian[53] = mul_add(c(-0.7071067811865475), arm0_2_south_ghost0_y,
+            -c(0.7071067811865475) * arm0_2_south_ghost0_x);
     }
     fn write_poses(&self, q: &[S], out: &mut [S]) {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let Some(q) = q.first_chunk::<N>() else { return };
         let Some(poses) = out.first_chunk_mut::<72>() else { return };
-        // east
-        let (sin_ground_east, cos_ground_east) = S::sin_cos(q[4]);
-        // west
-        let (sin_ground_west, cos_ground_west) = S::sin_cos(q[5]);
-        // south_east
-        let (sin_south_east_east, cos_south_east_east) = S::sin_cos(q[3]);
-        // south_west
-        let (sin_west_south_west, cos_west_south_west) = S::sin_cos(q[2]);
-        // south
-        let (sin_south_south_east, cos_south_south_east) = S::sin_cos(q[1]);
+        let [
+            (sin_ground_east, cos_ground_east),
+            (sin_ground_west, cos_ground_west),
+            (sin_south_east_east, cos_south_east_east),
+            (sin_west_south_west, cos_west_south_west),
+            (sin_south_south_east, cos_south_south_east),
+        ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1]]);
         // east
         let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
         let axis_z_east_y = -axis_z_east_x;
@@ -920,19 +868,17 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_x_south_east_x = c(0.4999999999999999) - south_east_part;
         let axis_x_south_east_y = c(0.4999999999999999) - south_east_part_2;
         let south_east_part_3 = sin_south_east_east * axis_z_east_x;
-        let axis_y_south_east_x = south_east_part_3
-            + cos_south_east_east * across_south_east_x;
-        let axis_y_south_east_y = cos_south_east_east * across_south_east_y
-            - south_east_part_3;
+        let axis_y_south_east_x = mul_add(cos_south_east_east, across_south_east_x,
+            south_east_part_3);
+        let axis_y_south_east_y = mul_add(cos_south_east_east, across_south_east_y,
+            -south_east_part_3);
         let south_east_part_4 = cos_south_east_east * axis_z_east_x;
-        let axis_y_south_east_z = cos_ground_east * sin_south_east_east
-            + south_east_part_4;
-        let axis_z_south_east_x = south_east_part_4
-            - sin_south_east_east * across_south_east_x;
-        let axis_z_south_east_y = -south_east_part_4
-            - sin_south_east_east * across_south_east_y;
-        let axis_z_south_east_z = cos_ground_east * cos_south_east_east
-            - south_east_part_3;
+        let axis_y_south_east_z = mul_add(cos_ground_east, sin_south_east_east, south_east_part_4);
+        let axis_z_south_east_x = mul_add(-sin_south_east_east, across_south_east_x,
+            south_east_part_4);
+        let axis_z_south_east_y = mul_add(-sin_south_east_east, across_south_east_y,
+            -south_east_part_4);
+        let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east, -south_east_part_3);
         // south_west
         let south_west_part = cos_ground_west * c(-0.35355295896023153);
         let across_south_west_x = c(0.6123726848990445) + south_west_part;
@@ -942,44 +888,44 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_x_south_west_x = south_west_part_2 - c(0.35355295896023153);
         let axis_x_south_west_y = c(0.35355295896023153) + south_west_part_2;
         let south_west_part_3 = sin_west_south_west * axis_z_west_x;
-        let axis_y_south_west_x = south_west_part_3
-            + cos_west_south_west * across_south_west_x;
-        let axis_y_south_west_y = south_west_part_3
-            + cos_west_south_west * across_south_west_y;
-        let axis_y_south_west_z = cos_ground_west * sin_west_south_west
-            + cos_west_south_west * across_south_west_z;
+        let axis_y_south_west_x = mul_add(cos_west_south_west, across_south_west_x,
+            south_west_part_3);
+        let axis_y_south_west_y = mul_add(cos_west_south_west, across_south_west_y,
+            south_west_part_3);
+        let axis_y_south_west_z = mul_add(cos_west_south_west, across_south_west_z,
+            cos_ground_west * sin_west_south_west);
         let south_west_part_4 = cos_west_south_west * axis_z_west_x;
-        let axis_z_south_west_x = south_west_part_4
-            - sin_west_south_west * across_south_west_x;
-        let axis_z_south_west_y = south_west_part_4
-            - sin_west_south_west * across_south_west_y;
-        let axis_z_south_west_z = cos_ground_west * cos_west_south_west
-            - sin_west_south_west * across_south_west_z;
+        let axis_z_south_west_x = mul_add(-sin_west_south_west, across_south_west_x,
+            south_west_part_4);
+        let axis_z_south_west_y = mul_add(-sin_west_south_west, across_south_west_y,
+            south_west_part_4);
+        let axis_z_south_west_z = mul_add(-sin_west_south_west, across_south_west_z,
+            cos_ground_west * cos_west_south_west);
         // south
-        let across_south_x = axis_y_south_east_x * c(0.4999998655490338)
-            + axis_x_south_east_x * c(0.8660254814097262);
-        let across_south_y = axis_y_south_east_y * c(0.4999998655490338)
-            + axis_x_south_east_y * c(0.8660254814097262);
-        let across_south_z = axis_y_south_east_z * c(0.4999998655490338)
-            + sin_ground_east * c(-0.6123724905851617);
-        let axis_x_south_x = axis_x_south_east_x * c(0.4999998655490338)
-            - axis_y_south_east_x * c(0.8660254814097262);
-        let axis_x_south_y = axis_x_south_east_y * c(0.4999998655490338)
-            - axis_y_south_east_y * c(0.8660254814097262);
-        let axis_x_south_z = sin_ground_east * c(-0.3535532955220838)
-            - axis_y_south_east_z * c(0.8660254814097262);
-        let axis_y_south_x = sin_south_south_east * axis_z_south_east_x
-            + cos_south_south_east * across_south_x;
-        let axis_y_south_y = sin_south_south_east * axis_z_south_east_y
-            + cos_south_south_east * across_south_y;
-        let axis_y_south_z = sin_south_south_east * axis_z_south_east_z
-            + cos_south_south_east * across_south_z;
-        let axis_z_south_x = cos_south_south_east * axis_z_south_east_x
-            - sin_south_south_east * across_south_x;
-        let axis_z_south_y = cos_south_south_east * axis_z_south_east_y
-            - sin_south_south_east * across_south_y;
-        let axis_z_south_z = cos_south_south_east * axis_z_south_east_z
-            - sin_south_south_east * across_south_z;
+        let across_south_x = mul_add(c(0.8660254814097262), axis_x_south_east_x,
+            axis_y_south_east_x * c(0.4999998655490338));
+        let across_south_y = mul_add(c(0.8660254814097262), axis_x_south_east_y,
+            axis_y_south_east_y * c(0.4999998655490338));
+        let across_south_z = mul_add(c(-0.6123724905851617), sin_ground_east,
+            axis_y_south_east_z * c(0.4999998655490338));
+        let axis_x_south_x = mul_add(c(-0.8660254814097262), axis_y_south_east_x,
+            axis_x_south_east_x * c(0.4999998655490338));
+        let axis_x_south_y = mul_add(c(-0.8660254814097262), axis_y_south_east_y,
+            axis_x_south_east_y * c(0.4999998655490338));
+        let axis_x_south_z = mul_add(c(-0.8660254814097262), axis_y_south_east_z,
+            sin_ground_east * c(-0.3535532955220838));
+        let axis_y_south_x = mul_add(cos_south_south_east, across_south_x,
+            sin_south_south_east * axis_z_south_east_x);
+        let axis_y_south_y = mul_add(cos_south_south_east, across_south_y,
+            sin_south_south_east * axis_z_south_east_y);
+        let axis_y_south_z = mul_add(cos_south_south_east, across_south_z,
+            sin_south_south_east * axis_z_south_east_z);
+        let axis_z_south_x = mul_add(-sin_south_south_east, across_south_x,
+            cos_south_south_east * axis_z_south_east_x);
+        let axis_z_south_y = mul_add(-sin_south_south_east, across_south_y,
+            cos_south_south_east * axis_z_south_east_y);
+        let axis_z_south_z = mul_add(-sin_south_south_east, across_south_z,
+            cos_south_south_east * axis_z_south_east_z);
         // the whole mechanism
         let part = cos_ground_west * c(-0.4999999999999999);
         let part_2 = c(0.4999999999999999) - part;
@@ -998,32 +944,32 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         poses[8] = cos_ground_west;
         poses[9] = c(9.3319e-3) - part_5 - c(0.019319199999999995) - part_6;
         poses[10] = c(-9.987300000000005e-3) - part_5 - part_6;
-        poses[11] = c(3.075e-3) - sin_ground_west * c(0.01412417511148881)
-            - cos_ground_west * c(3.075e-3);
-        poses[12] = axis_y_south_west_x * c(0.2588197259388131)
-            - axis_x_south_west_x * c(0.9659256438592764);
-        poses[13] = -axis_x_south_west_x * c(0.2588197259388131)
-            - axis_y_south_west_x * c(0.9659256438592764);
+        poses[11] = mul_add(c(-3.075e-3), cos_ground_west, mul_add(c(-0.01412417511148881),
+            sin_ground_west, c(3.075e-3)));
+        poses[12] = mul_add(c(-0.9659256438592764), axis_x_south_west_x,
+            axis_y_south_west_x * c(0.2588197259388131));
+        poses[13] = mul_add(c(-0.9659256438592764), axis_y_south_west_x,
+            -axis_x_south_west_x * c(0.2588197259388131));
         poses[14] = axis_z_south_west_x;
-        poses[15] = axis_y_south_west_y * c(0.2588197259388131)
-            - axis_x_south_west_y * c(0.9659256438592764);
-        poses[16] = -axis_x_south_west_y * c(0.2588197259388131)
-            - axis_y_south_west_y * c(0.9659256438592764);
+        poses[15] = mul_add(c(-0.9659256438592764), axis_x_south_west_y,
+            axis_y_south_west_y * c(0.2588197259388131));
+        poses[16] = mul_add(c(-0.9659256438592764), axis_y_south_west_y,
+            -axis_x_south_west_y * c(0.2588197259388131));
         poses[17] = axis_z_south_west_y;
-        poses[18] = axis_y_south_west_z * c(0.2588197259388131)
-            - sin_ground_west * c(0.8365164861668797);
-        poses[19] = -sin_ground_west * c(0.22414454887849852)
-            - axis_y_south_west_z * c(0.9659256438592764);
+        poses[18] = mul_add(c(-0.8365164861668797), sin_ground_west,
+            axis_y_south_west_z * c(0.2588197259388131));
+        poses[19] = mul_add(c(-0.9659256438592764), axis_y_south_west_z,
+            -sin_ground_west * c(0.22414454887849852));
         poses[20] = axis_z_south_west_z;
-        poses[21] = axis_x_south_west_x * c(1.428821217704556e-3)
-            + (c(9.3319e-3) - axis_z_south_west_x * c(3.075e-3))
-            - axis_y_south_west_x * c(0.030723179682250294);
-        poses[22] = axis_x_south_west_y * c(1.428821217704556e-3) - c(0.0293065)
-            - axis_z_south_west_y * c(3.075e-3)
-            - axis_y_south_west_y * c(0.030723179682250294);
-        poses[23] = sin_ground_west * c(1.237395975552988e-3)
-            + (c(3.075e-3) - axis_z_south_west_z * c(3.075e-3))
-            - axis_y_south_west_z * c(0.030723179682250294);
+        poses[21] = mul_add(c(-0.030723179682250294), axis_y_south_west_x,
+            mul_add(c(1.428821217704556e-3), axis_x_south_west_x, mul_add(c(-3.075e-3),
+            axis_z_south_west_x, c(9.3319e-3))));
+        poses[22] = mul_add(c(-0.030723179682250294), axis_y_south_west_y, mul_add(c(-3.075e-3),
+            axis_z_south_west_y, mul_add(c(1.428821217704556e-3), axis_x_south_west_y,
+            c(-0.0293065))));
+        poses[23] = mul_add(c(-0.030723179682250294), axis_y_south_west_z,
+            mul_add(c(1.237395975552988e-3), sin_ground_west, mul_add(c(-3.075e-3),
+            axis_z_south_west_z, c(3.075e-3))));
         poses[24] = c(1.0);
         poses[25] = c(0.0);
         poses[26] = c(0.0);
@@ -1036,29 +982,29 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         poses[33] = c(0.0);
         poses[34] = c(0.0);
         poses[35] = c(0.0);
-        poses[36] = c(0.4999998655490338) * axis_x_south_x
-            + c(0.8660254814097262) * axis_y_south_x;
-        poses[37] = c(0.4999998655490338) * axis_y_south_x
-            - c(0.8660254814097262) * axis_x_south_x;
+        poses[36] = mul_add(c(0.8660254814097262), axis_y_south_x,
+            c(0.4999998655490338) * axis_x_south_x);
+        poses[37] = mul_add(c(-0.8660254814097262), axis_x_south_x,
+            c(0.4999998655490338) * axis_y_south_x);
         poses[38] = axis_z_south_x;
-        poses[39] = c(0.4999998655490338) * axis_x_south_y
-            + c(0.8660254814097262) * axis_y_south_y;
-        poses[40] = c(0.4999998655490338) * axis_y_south_y
-            - c(0.8660254814097262) * axis_x_south_y;
+        poses[39] = mul_add(c(0.8660254814097262), axis_y_south_y,
+            c(0.4999998655490338) * axis_x_south_y);
+        poses[40] = mul_add(c(-0.8660254814097262), axis_x_south_y,
+            c(0.4999998655490338) * axis_y_south_y);
         poses[41] = axis_z_south_y;
-        poses[42] = c(0.4999998655490338) * axis_x_south_z
-            + c(0.8660254814097262) * axis_y_south_z;
-        poses[43] = c(0.4999998655490338) * axis_y_south_z
-            - c(0.8660254814097262) * axis_x_south_z;
+        poses[42] = mul_add(c(0.8660254814097262), axis_y_south_z,
+            c(0.4999998655490338) * axis_x_south_z);
+        poses[43] = mul_add(c(-0.8660254814097262), axis_x_south_z,
+            c(0.4999998655490338) * axis_y_south_z);
         poses[44] = axis_z_south_z;
-        poses[45] = axis_y_south_x * c(6.571582869745334e-3)
-            + (c(9.3319e-3) - axis_z_south_x * c(3.075e-3)
-                - axis_x_south_x * c(0.03004612451625117));
-        poses[46] = axis_y_south_y * c(6.571582869745334e-3) - c(0.0293065)
-            - axis_z_south_y * c(3.075e-3) - axis_x_south_y * c(0.03004612451625117);
-        poses[47] = axis_y_south_z * c(6.571582869745334e-3)
-            + (c(3.075e-3) - axis_z_south_z * c(3.075e-3)
-                - axis_x_south_z * c(0.03004612451625117));
+        poses[45] = mul_add(c(6.571582869745334e-3), axis_y_south_x,
+            mul_add(c(-0.03004612451625117), axis_x_south_x, mul_add(c(-3.075e-3), axis_z_south_x,
+            c(9.3319e-3))));
+        poses[46] = mul_add(c(-0.03004612451625117), axis_x_south_y, mul_add(c(-3.075e-3),
+            axis_z_south_y, mul_add(c(6.571582869745334e-3), axis_y_south_y, c(-0.0293065))));
+        poses[47] = mul_add(c(6.571582869745334e-3), axis_y_south_z,
+            mul_add(c(-0.03004612451625117), axis_x_south_z, mul_add(c(-3.075e-3), axis_z_south_z,
+            c(3.075e-3))));
         poses[48] = axis_x_south_east_x;
         poses[49] = axis_y_south_east_x;
         poses[50] = axis_z_south_east_x;
@@ -1068,16 +1014,13 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         poses[54] = axis_z_east_y;
         poses[55] = axis_y_south_east_z;
         poses[56] = axis_z_south_east_z;
-        poses[57] = axis_y_south_east_x * c(0.0293065)
-            + (c(9.3319e-3) - axis_x_south_east_x * c(9.3319e-3))
-            - axis_z_south_east_x * c(3.075e-3);
-        poses[58] = axis_y_south_east_y * c(0.0293065)
-            - axis_x_south_east_y * c(9.3319e-3) - c(0.0293065)
-            - axis_z_south_east_y * c(3.075e-3);
-        poses[59] = c(3.075e-3)
-            + (axis_y_south_east_z * c(0.0293065)
-                - sin_ground_east * c(-6.598649771354743e-3))
-            - axis_z_south_east_z * c(3.075e-3);
+        poses[57] = mul_add(c(-3.075e-3), axis_z_south_east_x, mul_add(c(0.0293065),
+            axis_y_south_east_x, mul_add(c(-9.3319e-3), axis_x_south_east_x, c(9.3319e-3))));
+        poses[58] = mul_add(c(-3.075e-3), axis_z_south_east_y, mul_add(c(-9.3319e-3),
+            axis_x_south_east_y, axis_y_south_east_y * c(0.0293065)) - c(0.0293065));
+        poses[59] = mul_add(c(-3.075e-3), axis_z_south_east_z, c(3.075e-3)
+            + mul_add(c(6.598649771354743e-3), sin_ground_east,
+            axis_y_south_east_z * c(0.0293065)));
         poses[60] = axis_x_south_east_x;
         poses[61] = across_south_east_x;
         poses[62] = axis_z_east_x;
@@ -1087,25 +1030,23 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         poses[66] = axis_z_east_y;
         poses[67] = axis_z_east_x;
         poses[68] = cos_ground_east;
-        poses[69] = cos_ground_east * c(-0.019319199999999995)
-            + (c(9.987299999999998e-3)
-                + (c(9.3319e-3) - sin_ground_east * c(2.1743533521486336e-3)));
-        poses[70] = cos_ground_east * c(0.019319199999999995)
-            + (c(-0.0193192) - sin_ground_east * c(-2.1743533521486336e-3));
-        poses[71] = c(3.075e-3)
-            + (sin_ground_east * c(0.027321474654198295)
-                - cos_ground_east * c(3.075e-3));
+        poses[69] = mul_add(c(-0.019319199999999995), cos_ground_east, c(9.987299999999998e-3)
+            + mul_add(c(-2.1743533521486336e-3), sin_ground_east, c(9.3319e-3)));
+        poses[70] = mul_add(c(0.019319199999999995), cos_ground_east,
+            mul_add(c(2.1743533521486336e-3), sin_ground_east, c(-0.0193192)));
+        poses[71] = c(3.075e-3) + mul_add(c(-3.075e-3), cos_ground_east,
+            sin_ground_east * c(0.027321474654198295));
     }
     fn write_points(&self, q: &[S], out: &mut [S]) {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let Some(q) = q.first_chunk::<N>() else { return };
         let Some(points) = out.first_chunk_mut::<3>() else { return };
-        // east
-        let (sin_ground_east, cos_ground_east) = S::sin_cos(q[4]);
-        // south_east
-        let (sin_south_east_east, cos_south_east_east) = S::sin_cos(q[3]);
-        // south
-        let (sin_south_south_east, cos_south_south_east) = S::sin_cos(q[1]);
+        let [
+            (sin_ground_east, cos_ground_east),
+            (sin_south_east_east, cos_south_east_east),
+            (sin_south_south_east, cos_south_south_east),
+        ] = S::sin_cos_all([q[4], q[3], q[1]]);
         // east
         let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
         // south_east
@@ -1116,65 +1057,61 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_x_south_east_x = c(0.4999999999999999) - south_east_part;
         let axis_x_south_east_y = c(0.4999999999999999) - south_east_part_2;
         let south_east_part_3 = sin_south_east_east * axis_z_east_x;
-        let axis_y_south_east_x = south_east_part_3
-            + cos_south_east_east * across_south_east_x;
-        let axis_y_south_east_y = cos_south_east_east * across_south_east_y
-            - south_east_part_3;
+        let axis_y_south_east_x = mul_add(cos_south_east_east, across_south_east_x,
+            south_east_part_3);
+        let axis_y_south_east_y = mul_add(cos_south_east_east, across_south_east_y,
+            -south_east_part_3);
         let south_east_part_4 = cos_south_east_east * axis_z_east_x;
-        let axis_y_south_east_z = cos_ground_east * sin_south_east_east
-            + south_east_part_4;
-        let axis_z_south_east_x = south_east_part_4
-            - sin_south_east_east * across_south_east_x;
-        let axis_z_south_east_y = -south_east_part_4
-            - sin_south_east_east * across_south_east_y;
-        let axis_z_south_east_z = cos_ground_east * cos_south_east_east
-            - south_east_part_3;
+        let axis_y_south_east_z = mul_add(cos_ground_east, sin_south_east_east, south_east_part_4);
+        let axis_z_south_east_x = mul_add(-sin_south_east_east, across_south_east_x,
+            south_east_part_4);
+        let axis_z_south_east_y = mul_add(-sin_south_east_east, across_south_east_y,
+            -south_east_part_4);
+        let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east, -south_east_part_3);
         // south
-        let across_south_x = axis_y_south_east_x * c(0.4999998655490338)
-            + axis_x_south_east_x * c(0.8660254814097262);
-        let across_south_y = axis_y_south_east_y * c(0.4999998655490338)
-            + axis_x_south_east_y * c(0.8660254814097262);
-        let across_south_z = axis_y_south_east_z * c(0.4999998655490338)
-            + sin_ground_east * c(-0.6123724905851617);
-        let axis_x_south_x = axis_x_south_east_x * c(0.4999998655490338)
-            - axis_y_south_east_x * c(0.8660254814097262);
-        let axis_x_south_y = axis_x_south_east_y * c(0.4999998655490338)
-            - axis_y_south_east_y * c(0.8660254814097262);
-        let axis_x_south_z = sin_ground_east * c(-0.3535532955220838)
-            - axis_y_south_east_z * c(0.8660254814097262);
-        let axis_y_south_x = sin_south_south_east * axis_z_south_east_x
-            + cos_south_south_east * across_south_x;
-        let axis_y_south_y = sin_south_south_east * axis_z_south_east_y
-            + cos_south_south_east * across_south_y;
-        let axis_y_south_z = sin_south_south_east * axis_z_south_east_z
-            + cos_south_south_east * across_south_z;
-        points[0] = c(9.3319e-3) + axis_x_south_x * c(0.056876294967278834)
-            - axis_y_south_x * c(0.03287436738030242);
-        points[1] = axis_x_south_y * c(0.056876294967278834) - c(0.0293065)
-            - axis_y_south_y * c(0.03287436738030242);
-        points[2] = c(3.075e-3) + axis_x_south_z * c(0.056876294967278834)
-            - axis_y_south_z * c(0.03287436738030242);
+        let across_south_x = mul_add(c(0.8660254814097262), axis_x_south_east_x,
+            axis_y_south_east_x * c(0.4999998655490338));
+        let across_south_y = mul_add(c(0.8660254814097262), axis_x_south_east_y,
+            axis_y_south_east_y * c(0.4999998655490338));
+        let across_south_z = mul_add(c(-0.6123724905851617), sin_ground_east,
+            axis_y_south_east_z * c(0.4999998655490338));
+        let axis_x_south_x = mul_add(c(-0.8660254814097262), axis_y_south_east_x,
+            axis_x_south_east_x * c(0.4999998655490338));
+        let axis_x_south_y = mul_add(c(-0.8660254814097262), axis_y_south_east_y,
+            axis_x_south_east_y * c(0.4999998655490338));
+        let axis_x_south_z = mul_add(c(-0.8660254814097262), axis_y_south_east_z,
+            sin_ground_east * c(-0.3535532955220838));
+        let axis_y_south_x = mul_add(cos_south_south_east, across_south_x,
+            sin_south_south_east * axis_z_south_east_x);
+        let axis_y_south_y = mul_add(cos_south_south_east, across_south_y,
+            sin_south_south_east * axis_z_south_east_y);
+        let axis_y_south_z = mul_add(cos_south_south_east, across_south_z,
+            sin_south_south_east * axis_z_south_east_z);
+        points[0] = mul_add(c(-0.03287436738030242), axis_y_south_x,
+            mul_add(c(0.056876294967278834), axis_x_south_x, c(9.3319e-3)));
+        points[1] = mul_add(c(-0.03287436738030242), axis_y_south_y,
+            mul_add(c(0.056876294967278834), axis_x_south_y, c(-0.0293065)));
+        points[2] = mul_add(c(-0.03287436738030242), axis_y_south_z,
+            mul_add(c(0.056876294967278834), axis_x_south_z, c(3.075e-3)));
     }
     fn energy(&self, t: S, q: &[S], u: &[S]) -> ::lamc_runtime::Energy<S> {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let (Some(q), Some(u)) = (q.first_chunk::<N>(), u.first_chunk::<N>()) else {
             return ::lamc_runtime::Energy {
                 kinetic: c(f64::NAN),
                 potential: c(f64::NAN),
             };
         };
-        // east
-        let (sin_ground_east, cos_ground_east) = S::sin_cos(q[4]);
-        // west
-        let (sin_ground_west, cos_ground_west) = S::sin_cos(q[5]);
-        // south_east
-        let (sin_south_east_east, cos_south_east_east) = S::sin_cos(q[3]);
-        // south_west
-        let (sin_west_south_west, cos_west_south_west) = S::sin_cos(q[2]);
-        // south
-        let (sin_south_south_east, cos_south_south_east) = S::sin_cos(q[1]);
-        // south_ghost0
-        let (sin_south_west_south, cos_south_west_south) = S::sin_cos(q[0]);
+        let (kinetic, potential) = (&mut [c(0.0)], &mut [c(0.0)]);
+        let [
+            (sin_ground_east, cos_ground_east),
+            (sin_ground_west, cos_ground_west),
+            (sin_south_east_east, cos_south_east_east),
+            (sin_west_south_west, cos_west_south_west),
+            (sin_south_south_east, cos_south_south_east),
+            (sin_south_west_south, cos_south_west_south),
+        ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
         // south_east
         let across_south_east = u[4] * c(0.7071067811865475);
         let carried_south_east_y = cos_south_east_east * across_south_east;
@@ -1182,166 +1119,126 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let omega_south_east_x = across_south_east + u[3];
         // south_west
         let south_west_part = u[5] * c(0.8660257562110547);
-        let carried_south_west_x = u[5] * c(0.4999993895786978);
         let south_west_part_2 = cos_west_south_west * south_west_part;
         let south_west_part_3 = sin_west_south_west * south_west_part;
-        let omega_south_west_x = carried_south_west_x + u[2];
+        let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
         // south
-        let across_south = carried_south_east_y * c(0.4999998655490338)
-            + omega_south_east_x * c(0.8660254814097262);
-        let carried_south_x = omega_south_east_x * c(0.4999998655490338)
-            - carried_south_east_y * c(0.8660254814097262);
-        let carried_south_y = cos_south_south_east * across_south
-            - sin_south_south_east * south_east_part;
-        let carried_south_z = -cos_south_south_east * south_east_part
-            - sin_south_south_east * across_south;
+        let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
+            carried_south_east_y * c(0.4999998655490338));
+        let carried_south_x = mul_add(c(-0.8660254814097262), carried_south_east_y,
+            omega_south_east_x * c(0.4999998655490338));
+        let carried_south_y = mul_add(-sin_south_south_east, south_east_part,
+            cos_south_south_east * across_south);
+        let carried_south_z = mul_add(-sin_south_south_east, across_south,
+            -cos_south_south_east * south_east_part);
         let omega_south_x = carried_south_x + u[1];
         // south_ghost0
-        let across_south_ghost0 = south_west_part_2 * c(-0.7071071698144961)
-            - omega_south_west_x * c(0.7071063925583853);
-        let carried_south_ghost0_x = south_west_part_2 * c(-0.7071063925583853)
-            + omega_south_west_x * c(0.7071071698144961);
-        let carried_south_ghost0_y = sin_south_west_south * south_west_part_3
-            + cos_south_west_south * across_south_ghost0;
-        let carried_south_ghost0_z = cos_south_west_south * south_west_part_3
-            - sin_south_west_south * across_south_ghost0;
+        let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
+            south_west_part_2 * c(-0.7071071698144961));
+        let carried_south_ghost0_x = mul_add(c(0.7071071698144961), omega_south_west_x,
+            south_west_part_2 * c(-0.7071063925583853));
+        let carried_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0,
+            sin_south_west_south * south_west_part_3);
+        let carried_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0,
+            cos_south_west_south * south_west_part_3);
         let omega_south_ghost0_x = carried_south_ghost0_x + u[0];
-        // east
-        let kinetic_east = u[4] * u[4] * c(1.307289966332574e-6);
-        // west
-        let kinetic_west = u[5] * u[5] * c(2.4292645553089896e-6);
         // south_east
-        let south_east_part_2 = south_east_part * south_east_part
-            * c(1.9085552925721835e-5)
-            + (carried_south_east_y
-                * (carried_south_east_y * c(1.2623937521576776e-5)
-                    + omega_south_east_x * c(7.2072789294646456e-6))
-                + omega_south_east_x
-                    * (carried_south_east_y * c(7.2072789294646456e-6)
-                        + omega_south_east_x * c(6.528386880865056e-6)));
-        let kinetic_south_east = south_east_part_2 * c(0.5);
+        let south_east_part_2 = mul_add(c(1.9085552925721835e-5), south_east_part * south_east_part,
+            mul_add(omega_south_east_x, mul_add(c(6.528386880865056e-6), omega_south_east_x,
+            carried_south_east_y * c(7.2072789294646456e-6)),
+            carried_south_east_y * mul_add(c(7.2072789294646456e-6), omega_south_east_x,
+            carried_south_east_y * c(1.2623937521576776e-5))));
         // south_west
-        let south_west_part_4 = south_west_part_3 * south_west_part_3
-            * c(1.672491735517822e-5)
-            + (omega_south_west_x
-                * (omega_south_west_x * c(3.5009112434957244e-6)
-                    - south_west_part_2 * c(-5.7748035664558305e-6))
-                - south_west_part_2
-                    * (south_west_part_2 * c(-1.3277584214115283e-5)
-                        - omega_south_west_x * c(5.7748035664558305e-6)));
-        let kinetic_south_west = c(0.5) * south_west_part_4;
+        let south_west_part_4 = mul_add(c(1.672491735517822e-5),
+            south_west_part_3 * south_west_part_3, mul_add(-south_west_part_2,
+            mul_add(c(-5.7748035664558305e-6), omega_south_west_x,
+            south_west_part_2 * c(-1.3277584214115283e-5)),
+            omega_south_west_x * mul_add(c(5.7748035664558305e-6), south_west_part_2,
+            omega_south_west_x * c(3.5009112434957244e-6))));
         // south
-        let south_part = carried_south_z * carried_south_z * c(1.880432772214127e-5)
-            + (carried_south_y
-                * (carried_south_y * c(1.3262745496786403e-5)
-                    + omega_south_x * c(6.64555505684884e-6))
-                + omega_south_x
-                    * (carried_south_y * c(6.64555505684884e-6)
-                        + omega_south_x * c(5.589035390741692e-6)));
-        let kinetic_south = c(0.5) * south_part;
+        let south_part = mul_add(c(1.880432772214127e-5), carried_south_z * carried_south_z,
+            mul_add(omega_south_x, mul_add(c(5.589035390741692e-6), omega_south_x,
+            carried_south_y * c(6.64555505684884e-6)),
+            carried_south_y * mul_add(c(6.64555505684884e-6), omega_south_x,
+            carried_south_y * c(1.3262745496786403e-5))));
         // south_ghost0
-        let south_ghost0_part = c(1.880432772214127e-5)
-            * (carried_south_ghost0_z * carried_south_ghost0_z)
-            + (carried_south_ghost0_y
-                * (carried_south_ghost0_y * c(1.3262686545659515e-5)
-                    - omega_south_ghost0_x * c(6.645589092322223e-6))
-                + omega_south_ghost0_x
-                    * (omega_south_ghost0_x * c(5.589094341868576e-6)
-                        - carried_south_ghost0_y * c(6.645589092322223e-6)));
-        let kinetic_south_ghost0 = c(0.5) * south_ghost0_part;
+        let south_ghost0_part = mul_add(c(1.880432772214127e-5),
+            carried_south_ghost0_z * carried_south_ghost0_z, mul_add(omega_south_ghost0_x,
+            mul_add(c(-6.645589092322223e-6), carried_south_ghost0_y,
+            omega_south_ghost0_x * c(5.589094341868576e-6)),
+            carried_south_ghost0_y * mul_add(c(-6.645589092322223e-6), omega_south_ghost0_x,
+            carried_south_ghost0_y * c(1.3262686545659515e-5))));
         // east
         let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
-        let potential_east = (c(2.6259338451085914e-5)
-            - sin_ground_east * c(1.2422592520055817e-4)) * c(9.81);
-        // west
-        let potential_west = c(9.81)
-            * (sin_ground_west * c(1.885487028387268e-4) + c(3.271830984658037e-5));
         // south_east
-        let axis_y_south_east_z = cos_ground_east * sin_south_east_east
-            + cos_south_east_east * axis_z_east_x;
-        let axis_z_south_east_z = cos_ground_east * cos_south_east_east
-            - sin_south_east_east * axis_z_east_x;
-        let potential_south_east = c(9.81)
-            * (c(3.271796768985903e-5) + sin_ground_east * c(-2.4302844717773972e-4)
-                - axis_y_south_east_z * c(2.1820669112261221e-4));
+        let axis_y_south_east_z = mul_add(cos_south_east_east, axis_z_east_x,
+            cos_ground_east * sin_south_east_east);
+        let axis_z_south_east_z = mul_add(-sin_south_east_east, axis_z_east_x,
+            cos_ground_east * cos_south_east_east);
         // south_west
         let across_south_west_z = sin_ground_west * c(0.4999993895786978);
-        let axis_y_south_west_z = cos_ground_west * sin_west_south_west
-            + cos_west_south_west * across_south_west_z;
-        let axis_z_south_west_z = cos_ground_west * cos_west_south_west
-            - sin_west_south_west * across_south_west_z;
-        let potential_south_west = c(9.81)
-            * (axis_y_south_west_z * c(1.4350139506894642e-4)
-                + (c(2.6258770161227824e-5)
-                    + sin_ground_west * c(2.7641520973715973e-4)));
+        let axis_y_south_west_z = mul_add(cos_west_south_west, across_south_west_z,
+            cos_ground_west * sin_west_south_west);
+        let axis_z_south_west_z = mul_add(-sin_west_south_west, across_south_west_z,
+            cos_ground_west * cos_west_south_west);
         // south
-        let across_south_z = c(0.4999998655490338) * axis_y_south_east_z
-            + sin_ground_east * c(-0.6123724905851617);
-        let axis_x_south_z = sin_ground_east * c(-0.3535532955220838)
-            - c(0.8660254814097262) * axis_y_south_east_z;
-        let axis_y_south_z = sin_south_south_east * axis_z_south_east_z
-            + cos_south_south_east * across_south_z;
-        let potential_south = c(9.81)
-            * (c(2.3245895025686742e-5) + axis_x_south_z * c(2.9488359113430905e-4)
-                - axis_y_south_z * c(1.702501854199059e-4));
+        let across_south_z = mul_add(c(-0.6123724905851617), sin_ground_east,
+            c(0.4999998655490338) * axis_y_south_east_z);
+        let axis_x_south_z = mul_add(c(-0.8660254814097262), axis_y_south_east_z,
+            sin_ground_east * c(-0.3535532955220838));
+        let axis_y_south_z = mul_add(cos_south_south_east, across_south_z,
+            sin_south_south_east * axis_z_south_east_z);
         // south_ghost0
-        let across_south_ghost0_z = c(0.7071071698144961) * axis_y_south_west_z
-            - sin_ground_west * c(0.6123723483370465);
-        let axis_x_south_ghost0_z = sin_ground_west * c(0.6123730214608576)
-            + c(0.7071063925583853) * axis_y_south_west_z;
-        let axis_y_south_ghost0_z = sin_south_west_south * axis_z_south_west_z
-            + cos_south_west_south * across_south_ghost0_z;
-        let potential_south_ghost0 = c(9.81)
-            * (axis_y_south_ghost0_z * c(1.7025149681007906e-4)
-                + (c(2.3245895025686742e-5)
-                    + axis_x_south_ghost0_z * c(2.948828340031111e-4)));
+        let across_south_ghost0_z = mul_add(c(-0.6123723483370465), sin_ground_west,
+            c(0.7071071698144961) * axis_y_south_west_z);
+        let axis_x_south_ghost0_z = mul_add(c(0.7071063925583853), axis_y_south_west_z,
+            sin_ground_west * c(0.6123730214608576));
+        let axis_y_south_ghost0_z = mul_add(cos_south_west_south, across_south_ghost0_z,
+            sin_south_west_south * axis_z_south_west_z);
         // the whole mechanism
-        let spring_south_west_south = q[0] * q[0] * c(5.7e-3);
-        let spring_south_south_east = c(5.7e-3) * (q[1] * q[1]);
-        let spring_west_south_west = c(5.7e-3) * (q[2] * q[2]);
-        let spring_south_east_east = c(5.7e-3) * (q[3] * q[3]);
-        let spring_ground_east = c(5.7e-3) * (q[4] * q[4]);
-        let spring_ground_west = c(5.7e-3) * (q[5] * q[5]);
-        let part = spring_ground_west
-            + (spring_ground_east
-                + (spring_south_east_east
-                    + (spring_west_south_west
-                        + (spring_south_south_east
-                            + (spring_south_west_south
-                                + (potential_south_ghost0
-                                    + (potential_south
-                                        + (potential_south_west
-                                            + (potential_south_east
-                                                + (potential_east + potential_west))))))))));
+        let part = mul_add(c(0.5), south_part, mul_add(c(0.5), south_west_part_4, mul_add(c(0.5),
+            south_east_part_2, mul_add(c(2.4292645553089896e-6), u[5] * u[5],
+            u[4] * u[4] * c(1.307289966332574e-6)))));
+        let part_2 = mul_add(c(9.81), mul_add(c(-2.1820669112261221e-4), axis_y_south_east_z,
+            mul_add(c(-2.4302844717773972e-4), sin_ground_east, c(3.271796768985903e-5))),
+            mul_add(c(9.81), mul_add(c(1.885487028387268e-4), sin_ground_west,
+            c(3.271830984658037e-5)), mul_add(c(-1.2422592520055817e-4), sin_ground_east,
+            c(2.6259338451085914e-5)) * c(9.81)));
+        let part_3 = mul_add(c(9.81), mul_add(c(-1.702501854199059e-4), axis_y_south_z,
+            mul_add(c(2.9488359113430905e-4), axis_x_south_z, c(2.3245895025686742e-5))),
+            mul_add(c(9.81), mul_add(c(1.4350139506894642e-4), axis_y_south_west_z,
+            mul_add(c(2.7641520973715973e-4), sin_ground_west, c(2.6258770161227824e-5))), part_2));
+        let part_4 = mul_add(c(5.7e-3), q[1] * q[1], mul_add(c(5.7e-3), q[0] * q[0],
+            mul_add(c(9.81), mul_add(c(1.7025149681007906e-4), axis_y_south_ghost0_z,
+            mul_add(c(2.948828340031111e-4), axis_x_south_ghost0_z, c(2.3245895025686742e-5))),
+            part_3)));
+        let part_5 = mul_add(c(5.7e-3), q[5] * q[5], mul_add(c(5.7e-3), q[4] * q[4],
+            mul_add(c(5.7e-3), q[3] * q[3], mul_add(c(5.7e-3), q[2] * q[2], part_4))));
+        kinetic[0] = mul_add(c(0.5), south_ghost0_part, part);
+        potential[0] = part_5;
         ::lamc_runtime::Energy {
-            kinetic: kinetic_south_ghost0
-                + (kinetic_south
-                    + (kinetic_south_west
-                        + (kinetic_south_east + (kinetic_east + kinetic_west)))),
-            potential: part,
+            kinetic: kinetic[0],
+            potential: potential[0],
         }
     }
     fn drives(&self, t: S, mut visit: impl FnMut(::lamc_runtime::Drive<S>)) {}
     fn write_reactions(&self, at: ::lamc_runtime::Balance<'_, S>, out: &mut [S]) {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let t = at.t;
         let Some(q) = at.q.first_chunk::<N>() else { return };
         let Some(u) = at.u.first_chunk::<N>() else { return };
         let Some(a) = at.acceleration.first_chunk::<N>() else { return };
         let Some(lambda) = at.multipliers.first_chunk::<C>() else { return };
         let Some(reactions) = out.first_chunk_mut::<36>() else { return };
-        // east
-        let (sin_ground_east, cos_ground_east) = S::sin_cos(q[4]);
-        // west
-        let (sin_ground_west, cos_ground_west) = S::sin_cos(q[5]);
-        // south_east
-        let (sin_south_east_east, cos_south_east_east) = S::sin_cos(q[3]);
-        // south_west
-        let (sin_west_south_west, cos_west_south_west) = S::sin_cos(q[2]);
-        // south
-        let (sin_south_south_east, cos_south_south_east) = S::sin_cos(q[1]);
-        // south_ghost0
-        let (sin_south_west_south, cos_south_west_south) = S::sin_cos(q[0]);
+        let [
+            (sin_ground_east, cos_ground_east),
+            (sin_ground_west, cos_ground_west),
+            (sin_south_east_east, cos_south_east_east),
+            (sin_west_south_west, cos_west_south_west),
+            (sin_south_south_east, cos_south_south_east),
+            (sin_south_west_south, cos_south_west_south),
+        ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
         // south_east
         let across_south_east = u[4] * c(0.7071067811865475);
         let carried_south_east_y = cos_south_east_east * across_south_east;
@@ -1349,29 +1246,28 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let omega_south_east_x = across_south_east + u[3];
         // south_west
         let south_west_part = u[5] * c(0.8660257562110547);
-        let carried_south_west_x = u[5] * c(0.4999993895786978);
         let south_west_part_2 = cos_west_south_west * south_west_part;
         let south_west_part_3 = sin_west_south_west * south_west_part;
-        let omega_south_west_x = carried_south_west_x + u[2];
+        let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
         // south
-        let across_south = carried_south_east_y * c(0.4999998655490338)
-            + omega_south_east_x * c(0.8660254814097262);
-        let carried_south_x = omega_south_east_x * c(0.4999998655490338)
-            - carried_south_east_y * c(0.8660254814097262);
-        let carried_south_y = cos_south_south_east * across_south
-            - sin_south_south_east * south_east_part;
-        let carried_south_z = -cos_south_south_east * south_east_part
-            - sin_south_south_east * across_south;
+        let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
+            carried_south_east_y * c(0.4999998655490338));
+        let carried_south_x = mul_add(c(-0.8660254814097262), carried_south_east_y,
+            omega_south_east_x * c(0.4999998655490338));
+        let carried_south_y = mul_add(-sin_south_south_east, south_east_part,
+            cos_south_south_east * across_south);
+        let carried_south_z = mul_add(-sin_south_south_east, across_south,
+            -cos_south_south_east * south_east_part);
         let omega_south_x = carried_south_x + u[1];
         // south_ghost0
-        let across_south_ghost0 = south_west_part_2 * c(-0.7071071698144961)
-            - omega_south_west_x * c(0.7071063925583853);
-        let carried_south_ghost0_x = south_west_part_2 * c(-0.7071063925583853)
-            + omega_south_west_x * c(0.7071071698144961);
-        let carried_south_ghost0_y = sin_south_west_south * south_west_part_3
-            + cos_south_west_south * across_south_ghost0;
-        let carried_south_ghost0_z = cos_south_west_south * south_west_part_3
-            - sin_south_west_south * across_south_ghost0;
+        let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
+            south_west_part_2 * c(-0.7071071698144961));
+        let carried_south_ghost0_x = mul_add(c(0.7071071698144961), omega_south_west_x,
+            south_west_part_2 * c(-0.7071063925583853));
+        let carried_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0,
+            sin_south_west_south * south_west_part_3);
+        let carried_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0,
+            cos_south_west_south * south_west_part_3);
         let omega_south_ghost0_x = carried_south_ghost0_x + u[0];
         // east
         let east_part = cos_ground_east * c(9.81);
@@ -1380,429 +1276,384 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let west_part = cos_ground_west * c(9.81);
         // south_east
         let across_south_east_2 = sin_ground_east * c(-6.936717523440031);
-        let gravity_south_east_y = cos_south_east_east * across_south_east_2
-            - sin_south_east_east * east_part;
-        let gravity_south_east_z = -cos_south_east_east * east_part
-            - sin_south_east_east * across_south_east_2;
-        let spin_south_east_x = carried_south_east_y * c(7.2072789294646456e-6)
-            + omega_south_east_x * c(6.528386880865056e-6);
-        let spin_south_east_y = carried_south_east_y * c(1.2623937521576776e-5)
-            + omega_south_east_x * c(7.2072789294646456e-6);
+        let gravity_south_east_y = mul_add(-sin_south_east_east, east_part,
+            cos_south_east_east * across_south_east_2);
+        let gravity_south_east_z = mul_add(-sin_south_east_east, across_south_east_2,
+            -cos_south_east_east * east_part);
+        let spin_south_east_x = mul_add(c(6.528386880865056e-6), omega_south_east_x,
+            carried_south_east_y * c(7.2072789294646456e-6));
+        let spin_south_east_y = mul_add(c(7.2072789294646456e-6), omega_south_east_x,
+            carried_south_east_y * c(1.2623937521576776e-5));
         let spin_south_east_z = south_east_part * c(-1.9085552925721835e-5);
         // south_west
         let across_south_west = sin_ground_west * c(-4.904994011767025);
-        let gravity_south_west_y = cos_west_south_west * across_south_west
-            - sin_west_south_west * west_part;
-        let gravity_south_west_z = -cos_west_south_west * west_part
-            - sin_west_south_west * across_south_west;
-        let spin_south_west_x = omega_south_west_x * c(3.5009112434957244e-6)
-            - south_west_part_2 * c(-5.7748035664558305e-6);
-        let spin_south_west_y = south_west_part_2 * c(-1.3277584214115283e-5)
-            - omega_south_west_x * c(5.7748035664558305e-6);
+        let gravity_south_west_y = mul_add(-sin_west_south_west, west_part,
+            cos_west_south_west * across_south_west);
+        let gravity_south_west_z = mul_add(-sin_west_south_west, across_south_west,
+            -cos_west_south_west * west_part);
+        let spin_south_west_x = mul_add(c(5.7748035664558305e-6), south_west_part_2,
+            omega_south_west_x * c(3.5009112434957244e-6));
+        let spin_south_west_y = mul_add(c(-5.7748035664558305e-6), omega_south_west_x,
+            south_west_part_2 * c(-1.3277584214115283e-5));
         let spin_south_west_z = south_west_part_3 * c(1.672491735517822e-5);
         // south
-        let across_south_2 = c(0.4999998655490338) * gravity_south_east_y
-            + sin_ground_east * c(6.007374132640437);
-        let gravity_south_x = sin_ground_east * c(3.468357829071642)
-            - c(0.8660254814097262) * gravity_south_east_y;
-        let gravity_south_y = sin_south_south_east * gravity_south_east_z
-            + cos_south_south_east * across_south_2;
-        let gravity_south_z = cos_south_south_east * gravity_south_east_z
-            - sin_south_south_east * across_south_2;
-        let spin_south_x = carried_south_y * c(6.64555505684884e-6)
-            + omega_south_x * c(5.589035390741692e-6);
-        let spin_south_y = carried_south_y * c(1.3262745496786403e-5)
-            + omega_south_x * c(6.64555505684884e-6);
+        let across_south_2 = mul_add(c(6.007374132640437), sin_ground_east,
+            c(0.4999998655490338) * gravity_south_east_y);
+        let gravity_south_x = mul_add(c(-0.8660254814097262), gravity_south_east_y,
+            sin_ground_east * c(3.468357829071642));
+        let gravity_south_y = mul_add(cos_south_south_east, across_south_2,
+            sin_south_south_east * gravity_south_east_z);
+        let gravity_south_z = mul_add(-sin_south_south_east, across_south_2,
+            cos_south_south_east * gravity_south_east_z);
+        let spin_south_x = mul_add(c(5.589035390741692e-6), omega_south_x,
+            carried_south_y * c(6.64555505684884e-6));
+        let spin_south_y = mul_add(c(6.64555505684884e-6), omega_south_x,
+            carried_south_y * c(1.3262745496786403e-5));
         let spin_south_z = carried_south_z * c(1.880432772214127e-5);
         // south_ghost0
-        let across_south_ghost0_2 = c(0.7071071698144961) * gravity_south_west_y
-            - sin_ground_west * c(-6.007372737186426);
-        let gravity_south_ghost0_x = sin_ground_west * c(-6.007379340531013)
-            + c(0.7071063925583853) * gravity_south_west_y;
-        let gravity_south_ghost0_y = sin_south_west_south * gravity_south_west_z
-            + cos_south_west_south * across_south_ghost0_2;
-        let gravity_south_ghost0_z = cos_south_west_south * gravity_south_west_z
-            - sin_south_west_south * across_south_ghost0_2;
-        let spin_south_ghost0_x = omega_south_ghost0_x * c(5.589094341868576e-6)
-            - carried_south_ghost0_y * c(6.645589092322223e-6);
-        let spin_south_ghost0_y = carried_south_ghost0_y * c(1.3262686545659515e-5)
-            - omega_south_ghost0_x * c(6.645589092322223e-6);
+        let across_south_ghost0_2 = mul_add(c(6.007372737186426), sin_ground_west,
+            c(0.7071071698144961) * gravity_south_west_y);
+        let gravity_south_ghost0_x = mul_add(c(0.7071063925583853), gravity_south_west_y,
+            sin_ground_west * c(-6.007379340531013));
+        let gravity_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0_2,
+            sin_south_west_south * gravity_south_west_z);
+        let gravity_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_2,
+            cos_south_west_south * gravity_south_west_z);
+        let spin_south_ghost0_x = mul_add(c(-6.645589092322223e-6), carried_south_ghost0_y,
+            omega_south_ghost0_x * c(5.589094341868576e-6));
+        let spin_south_ghost0_y = mul_add(c(-6.645589092322223e-6), omega_south_ghost0_x,
+            carried_south_ghost0_y * c(1.3262686545659515e-5));
         let spin_south_ghost0_z = carried_south_ghost0_z * c(1.880432772214127e-5);
         // south_east
         let across_south_east_3 = c(0.7071067811865475) * a[4];
         let alpha_moving_south_east_x = across_south_east_3 + a[3];
-        let alpha_moving_south_east_y = cos_south_east_east * across_south_east_3
-            - south_east_part * u[3];
-        let alpha_moving_south_east_z = -carried_south_east_y * u[3]
-            - sin_south_east_east * across_south_east_3;
+        let alpha_moving_south_east_y = mul_add(-south_east_part, u[3],
+            cos_south_east_east * across_south_east_3);
+        let alpha_moving_south_east_z = mul_add(-sin_south_east_east, across_south_east_3,
+            -carried_south_east_y * u[3]);
         // south_west
         let south_west_part_4 = c(0.8660257562110547) * a[5];
-        let alpha_moving_south_west_x = c(0.4999993895786978) * a[5] + a[2];
-        let alpha_moving_south_west_y = south_west_part_3 * u[2]
-            - cos_west_south_west * south_west_part_4;
-        let alpha_moving_south_west_z = south_west_part_2 * u[2]
-            + sin_west_south_west * south_west_part_4;
+        let alpha_moving_south_west_x = mul_add(c(0.4999993895786978), a[5], a[2]);
+        let alpha_moving_south_west_y = mul_add(-cos_west_south_west, south_west_part_4,
+            south_west_part_3 * u[2]);
+        let alpha_moving_south_west_z = mul_add(sin_west_south_west, south_west_part_4,
+            south_west_part_2 * u[2]);
         // south
-        let across_south_3 = c(0.4999998655490338) * alpha_moving_south_east_y
-            + c(0.8660254814097262) * alpha_moving_south_east_x;
-        let alpha_moving_south_x = a[1]
-            + (c(0.4999998655490338) * alpha_moving_south_east_x
-                - c(0.8660254814097262) * alpha_moving_south_east_y);
-        let alpha_moving_south_y = cos_south_south_east * across_south_3
-            + (carried_south_z * u[1]
-                + sin_south_south_east * alpha_moving_south_east_z);
-        let alpha_moving_south_z = cos_south_south_east * alpha_moving_south_east_z
-            - carried_south_y * u[1] - sin_south_south_east * across_south_3;
+        let across_south_3 = mul_add(c(0.8660254814097262), alpha_moving_south_east_x,
+            c(0.4999998655490338) * alpha_moving_south_east_y);
+        let alpha_moving_south_x = a[1] + mul_add(c(-0.8660254814097262), alpha_moving_south_east_y,
+            c(0.4999998655490338) * alpha_moving_south_east_x);
+        let alpha_moving_south_y = mul_add(cos_south_south_east, across_south_3,
+            mul_add(sin_south_south_east, alpha_moving_south_east_z, carried_south_z * u[1]));
+        let alpha_moving_south_z = mul_add(-sin_south_south_east, across_south_3,
+            mul_add(-carried_south_y, u[1], cos_south_south_east * alpha_moving_south_east_z));
         // south_ghost0
-        let across_south_ghost0_3 = c(0.7071071698144961) * alpha_moving_south_west_y
-            - c(0.7071063925583853) * alpha_moving_south_west_x;
-        let alpha_moving_south_ghost0_x = a[0]
-            + (c(0.7071071698144961) * alpha_moving_south_west_x
-                + c(0.7071063925583853) * alpha_moving_south_west_y);
-        let alpha_moving_south_ghost0_y = cos_south_west_south * across_south_ghost0_3
-            + (carried_south_ghost0_z * u[0]
-                + sin_south_west_south * alpha_moving_south_west_z);
-        let alpha_moving_south_ghost0_z = cos_south_west_south
-            * alpha_moving_south_west_z - carried_south_ghost0_y * u[0]
-            - sin_south_west_south * across_south_ghost0_3;
-        let south_ghost0_part = omega_south_ghost0_x * c(1.7025149681007906e-4)
-            - carried_south_ghost0_y * c(2.948828340031111e-4);
+        let across_south_ghost0_3 = mul_add(c(-0.7071063925583853), alpha_moving_south_west_x,
+            c(0.7071071698144961) * alpha_moving_south_west_y);
+        let alpha_moving_south_ghost0_x = a[0] + mul_add(c(0.7071063925583853),
+            alpha_moving_south_west_y, c(0.7071071698144961) * alpha_moving_south_west_x);
+        let alpha_moving_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0_3,
+            mul_add(sin_south_west_south, alpha_moving_south_west_z,
+            carried_south_ghost0_z * u[0]));
+        let alpha_moving_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_3,
+            mul_add(-carried_south_ghost0_y, u[0],
+            cos_south_west_south * alpha_moving_south_west_z));
+        let south_ghost0_part = mul_add(c(-2.948828340031111e-4), carried_south_ghost0_y,
+            omega_south_ghost0_x * c(1.7025149681007906e-4));
         let south_ghost0_part_2 = carried_south_ghost0_z * carried_south_ghost0_z;
-        let force_moving_south_ghost0_x = gravity_south_ghost0_x
-            * c(7.559640658759916e-3)
-            - (carried_south_ghost0_y * south_ghost0_part
-                - alpha_moving_south_ghost0_z * c(1.7025149681007906e-4)
-                - c(2.948828340031111e-4) * south_ghost0_part_2);
-        let force_moving_south_ghost0_y = gravity_south_ghost0_y
-            * c(7.559640658759916e-3)
-            - (alpha_moving_south_ghost0_z * c(2.948828340031111e-4)
-                - omega_south_ghost0_x * south_ghost0_part
-                - c(1.7025149681007906e-4) * south_ghost0_part_2);
-        let force_moving_south_ghost0_z = gravity_south_ghost0_z
-            * c(7.559640658759916e-3)
-            - (alpha_moving_south_ghost0_x * c(1.7025149681007906e-4)
-                + (carried_south_ghost0_z
-                    * (carried_south_ghost0_y * c(1.7025149681007906e-4))
-                    + omega_south_ghost0_x
-                        * (carried_south_ghost0_z * c(2.948828340031111e-4))
-                    - alpha_moving_south_ghost0_y * c(2.948828340031111e-4)));
-        let moment_moving_south_ghost0_x = gravity_south_ghost0_z
-            * c(1.7025149681007906e-4)
-            - (c(5.589094341868576e-6) * alpha_moving_south_ghost0_x
-                + (carried_south_ghost0_y * spin_south_ghost0_z
-                    - carried_south_ghost0_z * spin_south_ghost0_y)
-                - c(6.645589092322223e-6) * alpha_moving_south_ghost0_y);
-        let moment_moving_south_ghost0_y = -gravity_south_ghost0_z
-            * c(2.948828340031111e-4)
-            - (c(1.3262686545659515e-5) * alpha_moving_south_ghost0_y
-                + (carried_south_ghost0_z * spin_south_ghost0_x
-                    - omega_south_ghost0_x * spin_south_ghost0_z
-                    - c(6.645589092322223e-6) * alpha_moving_south_ghost0_x));
-        let moment_moving_south_ghost0_z = gravity_south_ghost0_y
-            * c(2.948828340031111e-4) - gravity_south_ghost0_x * c(1.7025149681007906e-4)
-            - (c(1.880432772214127e-5) * alpha_moving_south_ghost0_z
-                + (omega_south_ghost0_x * spin_south_ghost0_y
-                    - carried_south_ghost0_y * spin_south_ghost0_x));
-        let across_south_ghost0_4 = cos_south_west_south * force_moving_south_ghost0_y
-            - sin_south_west_south * force_moving_south_ghost0_z;
-        let force_above_south_ghost0_x = c(0.7071071698144961)
-            * force_moving_south_ghost0_x
-            - c(0.7071063925583853) * across_south_ghost0_4;
-        let force_above_south_ghost0_y = c(0.7071071698144961) * across_south_ghost0_4
-            + c(0.7071063925583853) * force_moving_south_ghost0_x;
-        let force_above_south_ghost0_z = sin_south_west_south
-            * force_moving_south_ghost0_y
-            + cos_south_west_south * force_moving_south_ghost0_z;
-        let across_south_ghost0_5 = cos_south_west_south * moment_moving_south_ghost0_y
-            - sin_south_west_south * moment_moving_south_ghost0_z;
-        let moment_above_south_ghost0_x = c(0.7071071698144961)
-            * moment_moving_south_ghost0_x
-            - c(0.7071063925583853) * across_south_ghost0_5;
-        let moment_above_south_ghost0_y = c(0.7071071698144961) * across_south_ghost0_5
-            + c(0.7071063925583853) * moment_moving_south_ghost0_x;
-        let moment_above_south_ghost0_z = sin_south_west_south
-            * moment_moving_south_ghost0_y
-            + cos_south_west_south * moment_moving_south_ghost0_z;
+        let force_moving_south_ghost0_x = mul_add(c(7.559640658759916e-3), gravity_south_ghost0_x,
+            -mul_add(c(-2.948828340031111e-4), south_ghost0_part_2,
+            mul_add(c(-1.7025149681007906e-4), alpha_moving_south_ghost0_z,
+            carried_south_ghost0_y * south_ghost0_part)));
+        let force_moving_south_ghost0_y = mul_add(c(7.559640658759916e-3), gravity_south_ghost0_y,
+            -mul_add(c(-1.7025149681007906e-4), south_ghost0_part_2, mul_add(-omega_south_ghost0_x,
+            south_ghost0_part, alpha_moving_south_ghost0_z * c(2.948828340031111e-4))));
+        let force_moving_south_ghost0_z = mul_add(c(7.559640658759916e-3), gravity_south_ghost0_z,
+            -mul_add(c(1.7025149681007906e-4), alpha_moving_south_ghost0_x,
+            mul_add(c(-2.948828340031111e-4), alpha_moving_south_ghost0_y,
+            mul_add(omega_south_ghost0_x, carried_south_ghost0_z * c(2.948828340031111e-4),
+            carried_south_ghost0_z * (carried_south_ghost0_y * c(1.7025149681007906e-4))))));
+        let moment_moving_south_ghost0_x = mul_add(c(1.7025149681007906e-4), gravity_south_ghost0_z,
+            -mul_add(c(-6.645589092322223e-6), alpha_moving_south_ghost0_y,
+            mul_add(c(5.589094341868576e-6), alpha_moving_south_ghost0_x,
+            mul_add(-carried_south_ghost0_z, spin_south_ghost0_y,
+            carried_south_ghost0_y * spin_south_ghost0_z))));
+        let moment_moving_south_ghost0_y = -gravity_south_ghost0_z * c(2.948828340031111e-4)
+            - mul_add(c(1.3262686545659515e-5), alpha_moving_south_ghost0_y,
+            mul_add(c(-6.645589092322223e-6), alpha_moving_south_ghost0_x,
+            mul_add(-omega_south_ghost0_x, spin_south_ghost0_z,
+            carried_south_ghost0_z * spin_south_ghost0_x)));
+        let moment_moving_south_ghost0_z = mul_add(c(-1.7025149681007906e-4),
+            gravity_south_ghost0_x, gravity_south_ghost0_y * c(2.948828340031111e-4))
+            - mul_add(c(1.880432772214127e-5), alpha_moving_south_ghost0_z,
+            mul_add(-carried_south_ghost0_y, spin_south_ghost0_x,
+            omega_south_ghost0_x * spin_south_ghost0_y));
+        let across_south_ghost0_4 = mul_add(-sin_south_west_south, force_moving_south_ghost0_z,
+            cos_south_west_south * force_moving_south_ghost0_y);
+        let force_above_south_ghost0_x = mul_add(c(-0.7071063925583853), across_south_ghost0_4,
+            c(0.7071071698144961) * force_moving_south_ghost0_x);
+        let force_above_south_ghost0_y = mul_add(c(0.7071063925583853), force_moving_south_ghost0_x,
+            c(0.7071071698144961) * across_south_ghost0_4);
+        let force_above_south_ghost0_z = mul_add(cos_south_west_south, force_moving_south_ghost0_z,
+            sin_south_west_south * force_moving_south_ghost0_y);
+        let across_south_ghost0_5 = mul_add(-sin_south_west_south, moment_moving_south_ghost0_z,
+            cos_south_west_south * moment_moving_south_ghost0_y);
+        let moment_above_south_ghost0_x = mul_add(c(-0.7071063925583853), across_south_ghost0_5,
+            c(0.7071071698144961) * moment_moving_south_ghost0_x);
+        let moment_above_south_ghost0_y = mul_add(c(0.7071063925583853),
+            moment_moving_south_ghost0_x, c(0.7071071698144961) * across_south_ghost0_5);
+        let moment_above_south_ghost0_z = mul_add(cos_south_west_south,
+            moment_moving_south_ghost0_z, sin_south_west_south * moment_moving_south_ghost0_y);
         // south
-        let south_part = -carried_south_y * c(2.9488359113430905e-4)
-            - omega_south_x * c(1.702501854199059e-4);
+        let south_part = mul_add(c(-1.702501854199059e-4), omega_south_x,
+            -carried_south_y * c(2.9488359113430905e-4));
         let south_part_2 = carried_south_z * carried_south_z;
-        let force_moving_south_x = gravity_south_x * c(7.559640658759916e-3)
-            - (carried_south_y * south_part
-                + alpha_moving_south_z * c(1.702501854199059e-4)
-                - c(2.9488359113430905e-4) * south_part_2);
-        let force_moving_south_y = gravity_south_y * c(7.559640658759916e-3)
-            - (c(1.702501854199059e-4) * south_part_2
-                + (alpha_moving_south_z * c(2.9488359113430905e-4)
-                    - omega_south_x * south_part));
-        let force_moving_south_z = gravity_south_z * c(7.559640658759916e-3)
-            - (omega_south_x * (carried_south_z * c(2.9488359113430905e-4))
-                - carried_south_z * (carried_south_y * c(1.702501854199059e-4))
-                - alpha_moving_south_y * c(2.9488359113430905e-4)
-                - alpha_moving_south_x * c(1.702501854199059e-4));
+        let force_moving_south_x = mul_add(c(7.559640658759916e-3), gravity_south_x,
+            -mul_add(c(-2.9488359113430905e-4), south_part_2, mul_add(c(1.702501854199059e-4),
+            alpha_moving_south_z, carried_south_y * south_part)));
+        let force_moving_south_y = mul_add(c(7.559640658759916e-3), gravity_south_y,
+            -mul_add(c(1.702501854199059e-4), south_part_2, mul_add(-omega_south_x, south_part,
+            alpha_moving_south_z * c(2.9488359113430905e-4))));
+        let force_moving_south_z = mul_add(c(7.559640658759916e-3), gravity_south_z,
+            -mul_add(c(-1.702501854199059e-4), alpha_moving_south_x,
+            mul_add(c(-2.9488359113430905e-4), alpha_moving_south_y, mul_add(-carried_south_z,
+            carried_south_y * c(1.702501854199059e-4),
+            omega_south_x * (carried_south_z * c(2.9488359113430905e-4))))));
         let moment_moving_south_x = -gravity_south_z * c(1.702501854199059e-4)
-            - (c(6.64555505684884e-6) * alpha_moving_south_y
-                + (c(5.589035390741692e-6) * alpha_moving_south_x
-                    + (carried_south_y * spin_south_z
-                        - carried_south_z * spin_south_y)));
+            - mul_add(c(6.64555505684884e-6), alpha_moving_south_y, mul_add(c(5.589035390741692e-6),
+            alpha_moving_south_x, mul_add(-carried_south_z, spin_south_y,
+            carried_south_y * spin_south_z)));
         let moment_moving_south_y = -gravity_south_z * c(2.9488359113430905e-4)
-            - (c(1.3262745496786403e-5) * alpha_moving_south_y
-                + (c(6.64555505684884e-6) * alpha_moving_south_x
-                    + (carried_south_z * spin_south_x - omega_south_x * spin_south_z)));
-        let moment_moving_south_z = gravity_south_y * c(2.9488359113430905e-4)
-            + gravity_south_x * c(1.702501854199059e-4)
-            - (c(1.880432772214127e-5) * alpha_moving_south_z
-                + (omega_south_x * spin_south_y - carried_south_y * spin_south_x));
-        let across_south_4 = cos_south_south_east * force_moving_south_y
-            - sin_south_south_east * force_moving_south_z;
-        let force_above_south_x = c(0.4999998655490338) * force_moving_south_x
-            + c(0.8660254814097262) * across_south_4;
-        let force_above_south_y = c(0.4999998655490338) * across_south_4
-            - c(0.8660254814097262) * force_moving_south_x;
-        let force_above_south_z = sin_south_south_east * force_moving_south_y
-            + cos_south_south_east * force_moving_south_z;
-        let across_south_5 = cos_south_south_east * moment_moving_south_y
-            - sin_south_south_east * moment_moving_south_z;
-        let moment_above_south_x = c(0.4999998655490338) * moment_moving_south_x
-            + c(0.8660254814097262) * across_south_5;
-        let moment_above_south_y = c(0.4999998655490338) * across_south_5
-            - c(0.8660254814097262) * moment_moving_south_x;
-        let moment_above_south_z = sin_south_south_east * moment_moving_south_y
-            + cos_south_south_east * moment_moving_south_z;
+            - mul_add(c(1.3262745496786403e-5), alpha_moving_south_y,
+            mul_add(c(6.64555505684884e-6), alpha_moving_south_x, mul_add(-omega_south_x,
+            spin_south_z, carried_south_z * spin_south_x)));
+        let moment_moving_south_z = mul_add(c(1.702501854199059e-4), gravity_south_x,
+            gravity_south_y * c(2.9488359113430905e-4)) - mul_add(c(1.880432772214127e-5),
+            alpha_moving_south_z, mul_add(-carried_south_y, spin_south_x,
+            omega_south_x * spin_south_y));
+        let across_south_4 = mul_add(-sin_south_south_east, force_moving_south_z,
+            cos_south_south_east * force_moving_south_y);
+        let force_above_south_x = mul_add(c(0.8660254814097262), across_south_4,
+            c(0.4999998655490338) * force_moving_south_x);
+        let force_above_south_y = mul_add(c(-0.8660254814097262), force_moving_south_x,
+            c(0.4999998655490338) * across_south_4);
+        let force_above_south_z = mul_add(cos_south_south_east, force_moving_south_z,
+            sin_south_south_east * force_moving_south_y);
+        let across_south_5 = mul_add(-sin_south_south_east, moment_moving_south_z,
+            cos_south_south_east * moment_moving_south_y);
+        let moment_above_south_x = mul_add(c(0.8660254814097262), across_south_5,
+            c(0.4999998655490338) * moment_moving_south_x);
+        let moment_above_south_y = mul_add(c(-0.8660254814097262), moment_moving_south_x,
+            c(0.4999998655490338) * across_south_5);
+        let moment_above_south_z = mul_add(cos_south_south_east, moment_moving_south_z,
+            sin_south_south_east * moment_moving_south_y);
         // south_west
-        let south_west_part_5 = omega_south_west_x * c(1.4350139506894642e-4)
-            - south_west_part_2 * c(-3.191766616116623e-4);
+        let south_west_part_5 = mul_add(c(3.191766616116623e-4), south_west_part_2,
+            omega_south_west_x * c(1.4350139506894642e-4));
         let south_west_part_6 = south_west_part_3 * south_west_part_3;
-        let force_moving_south_west_x = force_above_south_ghost0_x
-            + sin_ground_west * c(-0.07254860693208019)
-            - (-south_west_part_2 * south_west_part_5
-                - alpha_moving_south_west_z * c(1.4350139506894642e-4)
-                - c(3.191766616116623e-4) * south_west_part_6);
-        let force_moving_south_west_y = force_above_south_ghost0_y
-            + gravity_south_west_y * c(8.539437450805796e-3)
-            - (alpha_moving_south_west_z * c(3.191766616116623e-4)
-                - omega_south_west_x * south_west_part_5
-                - c(1.4350139506894642e-4) * south_west_part_6);
-        let force_moving_south_west_z = force_above_south_ghost0_z
-            + gravity_south_west_z * c(8.539437450805796e-3)
-            - (alpha_moving_south_west_x * c(1.4350139506894642e-4)
-                + (south_west_part_3 * (south_west_part_2 * c(-1.4350139506894642e-4))
-                    + omega_south_west_x * (south_west_part_3 * c(3.191766616116623e-4))
-                    - alpha_moving_south_west_y * c(3.191766616116623e-4)));
-        let moment_moving_south_west_x = moment_above_south_ghost0_x
-            + gravity_south_west_z * c(1.4350139506894642e-4)
-            - (c(3.5009112434957244e-6) * alpha_moving_south_west_x
-                + (-south_west_part_2 * spin_south_west_z
-                    - south_west_part_3 * spin_south_west_y)
-                - c(5.7748035664558305e-6) * alpha_moving_south_west_y);
-        let moment_moving_south_west_y = moment_above_south_ghost0_y
-            - gravity_south_west_z * c(3.191766616116623e-4)
-            - (c(1.3277584214115283e-5) * alpha_moving_south_west_y
-                + (south_west_part_3 * spin_south_west_x
-                    - omega_south_west_x * spin_south_west_z
-                    - c(5.7748035664558305e-6) * alpha_moving_south_west_x));
+        let force_moving_south_west_x = mul_add(c(-0.07254860693208019), sin_ground_west,
+            force_above_south_ghost0_x) - mul_add(c(-3.191766616116623e-4), south_west_part_6,
+            mul_add(c(-1.4350139506894642e-4), alpha_moving_south_west_z,
+            -south_west_part_2 * south_west_part_5));
+        let force_moving_south_west_y = mul_add(c(8.539437450805796e-3), gravity_south_west_y,
+            force_above_south_ghost0_y) - mul_add(c(-1.4350139506894642e-4), south_west_part_6,
+            mul_add(-omega_south_west_x, south_west_part_5,
+            alpha_moving_south_west_z * c(3.191766616116623e-4)));
+        let force_moving_south_west_z = mul_add(c(8.539437450805796e-3), gravity_south_west_z,
+            force_above_south_ghost0_z) - mul_add(c(1.4350139506894642e-4),
+            alpha_moving_south_west_x, mul_add(c(-3.191766616116623e-4), alpha_moving_south_west_y,
+            mul_add(omega_south_west_x, south_west_part_3 * c(3.191766616116623e-4),
+            south_west_part_3 * (south_west_part_2 * c(-1.4350139506894642e-4)))));
+        let moment_moving_south_west_x = mul_add(c(1.4350139506894642e-4), gravity_south_west_z,
+            moment_above_south_ghost0_x) - mul_add(c(-5.7748035664558305e-6),
+            alpha_moving_south_west_y, mul_add(c(3.5009112434957244e-6), alpha_moving_south_west_x,
+            mul_add(-south_west_part_3, spin_south_west_y,
+            -south_west_part_2 * spin_south_west_z)));
+        let moment_moving_south_west_y = mul_add(c(-3.191766616116623e-4), gravity_south_west_z,
+            moment_above_south_ghost0_y) - mul_add(c(1.3277584214115283e-5),
+            alpha_moving_south_west_y, mul_add(c(-5.7748035664558305e-6), alpha_moving_south_west_x,
+            mul_add(-omega_south_west_x, spin_south_west_z,
+            south_west_part_3 * spin_south_west_x)));
         let moment_moving_south_west_z = moment_above_south_ghost0_z
-            + (gravity_south_west_y * c(3.191766616116623e-4)
-                - sin_ground_west * c(-1.2191466200246904e-3))
-            - (c(1.672491735517822e-5) * alpha_moving_south_west_z
-                + (south_west_part_2 * spin_south_west_x
-                    + omega_south_west_x * spin_south_west_y));
-        let across_south_west_2 = cos_west_south_west * force_moving_south_west_y
-            - sin_west_south_west * force_moving_south_west_z;
-        let force_above_south_west_x = c(0.4999993895786978) * force_moving_south_west_x
-            - c(0.8660257562110547) * across_south_west_2;
-        let force_above_south_west_y = c(0.4999993895786978) * across_south_west_2
-            + c(0.8660257562110547) * force_moving_south_west_x;
-        let force_above_south_west_z = sin_west_south_west * force_moving_south_west_y
-            + cos_west_south_west * force_moving_south_west_z;
-        let across_south_west_3 = cos_west_south_west * moment_moving_south_west_y
-            - sin_west_south_west * moment_moving_south_west_z;
-        let moment_above_south_west_x = c(0.4999993895786978)
-            * moment_moving_south_west_x - c(0.8660257562110547) * across_south_west_3;
-        let moment_above_south_west_y = c(0.4999993895786978) * across_south_west_3
-            + c(0.8660257562110547) * moment_moving_south_west_x;
-        let moment_above_south_west_z = sin_west_south_west * moment_moving_south_west_y
-            + cos_west_south_west * moment_moving_south_west_z;
+            + mul_add(c(1.2191466200246904e-3), sin_ground_west,
+            gravity_south_west_y * c(3.191766616116623e-4)) - mul_add(c(1.672491735517822e-5),
+            alpha_moving_south_west_z, mul_add(omega_south_west_x, spin_south_west_y,
+            south_west_part_2 * spin_south_west_x));
+        let across_south_west_2 = mul_add(-sin_west_south_west, force_moving_south_west_z,
+            cos_west_south_west * force_moving_south_west_y);
+        let force_above_south_west_x = mul_add(c(-0.8660257562110547), across_south_west_2,
+            c(0.4999993895786978) * force_moving_south_west_x);
+        let force_above_south_west_y = mul_add(c(0.8660257562110547), force_moving_south_west_x,
+            c(0.4999993895786978) * across_south_west_2);
+        let force_above_south_west_z = mul_add(cos_west_south_west, force_moving_south_west_z,
+            sin_west_south_west * force_moving_south_west_y);
+        let across_south_west_3 = mul_add(-sin_west_south_west, moment_moving_south_west_z,
+            cos_west_south_west * moment_moving_south_west_y);
+        let moment_above_south_west_x = mul_add(c(-0.8660257562110547), across_south_west_3,
+            c(0.4999993895786978) * moment_moving_south_west_x);
+        let moment_above_south_west_y = mul_add(c(0.8660257562110547), moment_moving_south_west_x,
+            c(0.4999993895786978) * across_south_west_3);
+        let moment_above_south_west_z = mul_add(cos_west_south_west, moment_moving_south_west_z,
+            sin_west_south_west * moment_moving_south_west_y);
         // south_east
-        let south_east_part_2 = -carried_south_east_y * c(3.4369412604123286e-4)
-            - omega_south_east_x * c(2.1820669112261221e-4);
+        let south_east_part_2 = mul_add(c(-2.1820669112261221e-4), omega_south_east_x,
+            -carried_south_east_y * c(3.4369412604123286e-4));
         let south_east_part_3 = south_east_part * south_east_part;
-        let force_moving_south_east_x = force_above_south_x
-            + sin_ground_east * c(0.07380660156279345)
-            - (carried_south_east_y * south_east_part_2
-                + alpha_moving_south_east_z * c(2.1820669112261221e-4)
-                - c(3.4369412604123286e-4) * south_east_part_3);
-        let force_moving_south_east_y = force_above_south_y
-            + gravity_south_east_y * c(0.010639989492637083)
-            - (c(2.1820669112261221e-4) * south_east_part_3
-                + (alpha_moving_south_east_z * c(3.4369412604123286e-4)
-                    - omega_south_east_x * south_east_part_2));
-        let force_moving_south_east_z = force_above_south_z
-            + gravity_south_east_z * c(0.010639989492637083)
-            - (south_east_part * (carried_south_east_y * c(2.1820669112261221e-4))
-                + omega_south_east_x * (south_east_part * c(-3.4369412604123286e-4))
-                - alpha_moving_south_east_y * c(3.4369412604123286e-4)
-                - alpha_moving_south_east_x * c(2.1820669112261221e-4));
-        let moment_moving_south_east_x = moment_above_south_x
-            - gravity_south_east_z * c(2.1820669112261221e-4)
-            - (c(7.2072789294646456e-6) * alpha_moving_south_east_y
-                + (c(6.528386880865056e-6) * alpha_moving_south_east_x
-                    + (carried_south_east_y * spin_south_east_z
-                        + south_east_part * spin_south_east_y)));
-        let moment_moving_south_east_y = moment_above_south_y
-            - gravity_south_east_z * c(3.4369412604123286e-4)
-            - (c(1.2623937521576776e-5) * alpha_moving_south_east_y
-                + (c(7.2072789294646456e-6) * alpha_moving_south_east_x
-                    + (-south_east_part * spin_south_east_x
-                        - omega_south_east_x * spin_south_east_z)));
-        let moment_moving_south_east_z = moment_above_south_z
-            + (gravity_south_east_y * c(3.4369412604123286e-4)
-                + sin_ground_east * c(1.5136381780420903e-3))
-            - (c(1.9085552925721835e-5) * alpha_moving_south_east_z
-                + (omega_south_east_x * spin_south_east_y
-                    - carried_south_east_y * spin_south_east_x));
-        let across_south_east_4 = cos_south_east_east * force_moving_south_east_y
-            - sin_south_east_east * force_moving_south_east_z;
+        let force_moving_south_east_x = mul_add(c(0.07380660156279345), sin_ground_east,
+            force_above_south_x) - mul_add(c(-3.4369412604123286e-4), south_east_part_3,
+            mul_add(c(2.1820669112261221e-4), alpha_moving_south_east_z,
+            carried_south_east_y * south_east_part_2));
+        let force_moving_south_east_y = mul_add(c(0.010639989492637083), gravity_south_east_y,
+            force_above_south_y) - mul_add(c(2.1820669112261221e-4), south_east_part_3,
+            mul_add(-omega_south_east_x, south_east_part_2,
+            alpha_moving_south_east_z * c(3.4369412604123286e-4)));
+        let force_moving_south_east_z = mul_add(c(0.010639989492637083), gravity_south_east_z,
+            force_above_south_z) - mul_add(c(-2.1820669112261221e-4), alpha_moving_south_east_x,
+            mul_add(c(-3.4369412604123286e-4), alpha_moving_south_east_y,
+            mul_add(omega_south_east_x, south_east_part * c(-3.4369412604123286e-4),
+            south_east_part * (carried_south_east_y * c(2.1820669112261221e-4)))));
+        let moment_moving_south_east_x = mul_add(c(-2.1820669112261221e-4), gravity_south_east_z,
+            moment_above_south_x) - mul_add(c(7.2072789294646456e-6), alpha_moving_south_east_y,
+            mul_add(c(6.528386880865056e-6), alpha_moving_south_east_x, mul_add(south_east_part,
+            spin_south_east_y, carried_south_east_y * spin_south_east_z)));
+        let moment_moving_south_east_y = mul_add(c(-3.4369412604123286e-4), gravity_south_east_z,
+            moment_above_south_y) - mul_add(c(1.2623937521576776e-5), alpha_moving_south_east_y,
+            mul_add(c(7.2072789294646456e-6), alpha_moving_south_east_x,
+            mul_add(-omega_south_east_x, spin_south_east_z, -south_east_part * spin_south_east_x)));
+        let moment_moving_south_east_z = moment_above_south_z + mul_add(c(1.5136381780420903e-3),
+            sin_ground_east, gravity_south_east_y * c(3.4369412604123286e-4))
+            - mul_add(c(1.9085552925721835e-5), alpha_moving_south_east_z,
+            mul_add(-carried_south_east_y, spin_south_east_x,
+            omega_south_east_x * spin_south_east_y));
+        let across_south_east_4 = mul_add(-sin_south_east_east, force_moving_south_east_z,
+            cos_south_east_east * force_moving_south_east_y);
         let south_east_part_4 = c(0.7071067811865475) * force_moving_south_east_x;
         let south_east_part_5 = c(0.7071067811865475) * across_south_east_4;
         let force_above_south_east_x = south_east_part_4 + south_east_part_5;
         let force_above_south_east_y = south_east_part_5 - south_east_part_4;
-        let force_above_south_east_z = sin_south_east_east * force_moving_south_east_y
-            + cos_south_east_east * force_moving_south_east_z;
-        let across_south_east_5 = cos_south_east_east * moment_moving_south_east_y
-            - sin_south_east_east * moment_moving_south_east_z;
+        let force_above_south_east_z = mul_add(cos_south_east_east, force_moving_south_east_z,
+            sin_south_east_east * force_moving_south_east_y);
+        let across_south_east_5 = mul_add(-sin_south_east_east, moment_moving_south_east_z,
+            cos_south_east_east * moment_moving_south_east_y);
         let south_east_part_6 = c(0.7071067811865475) * moment_moving_south_east_x;
         let south_east_part_7 = c(0.7071067811865475) * across_south_east_5;
         let moment_above_south_east_x = south_east_part_6 + south_east_part_7;
         let moment_above_south_east_y = south_east_part_7 - south_east_part_6;
-        let moment_above_south_east_z = sin_south_east_east * moment_moving_south_east_y
-            + cos_south_east_east * moment_moving_south_east_z;
+        let moment_above_south_east_z = mul_add(cos_south_east_east, moment_moving_south_east_z,
+            sin_south_east_east * moment_moving_south_east_y);
         // west
-        let force_moving_west_y = u[5] * u[5] * c(1.885487028387268e-4)
-            + (force_above_south_west_y + sin_ground_west * c(-0.10437938848616371));
-        let force_moving_west_z = force_above_south_west_z
-            + (cos_ground_west * c(-0.10437938848616371)
-                - a[5] * c(1.885487028387268e-4));
-        let moment_moving_west_x = moment_above_south_west_x
-            + (cos_ground_west * c(-1.84966277484791e-3)
-                - a[5] * c(4.858529110617979e-6));
-        let moment_moving_west_y = moment_above_south_west_y
-            + (c(6.243161609895162e-6) * a[5]
-                - cos_ground_west * c(-3.539652672546511e-3));
-        let moment_moving_west_z = moment_above_south_west_z
-            + (u[5] * (u[5] * c(6.243161609895162e-6))
-                + sin_ground_west * c(-3.539652672546511e-3));
+        let force_moving_west_y = mul_add(c(1.885487028387268e-4), u[5] * u[5],
+            mul_add(c(-0.10437938848616371), sin_ground_west, force_above_south_west_y));
+        let force_moving_west_z = force_above_south_west_z + mul_add(c(-1.885487028387268e-4), a[5],
+            cos_ground_west * c(-0.10437938848616371));
+        let moment_moving_west_x = moment_above_south_west_x + mul_add(c(-4.858529110617979e-6),
+            a[5], cos_ground_west * c(-1.84966277484791e-3));
+        let moment_moving_west_y = moment_above_south_west_y + mul_add(c(3.539652672546511e-3),
+            cos_ground_west, c(6.243161609895162e-6) * a[5]);
+        let moment_moving_west_z = moment_above_south_west_z + mul_add(c(-3.539652672546511e-3),
+            sin_ground_west, u[5] * (u[5] * c(6.243161609895162e-6)));
         // east
-        let force_moving_east_y = force_above_south_east_y
-            + sin_ground_east * c(-0.08377369437565946)
-            - u[4] * u[4] * c(1.2422592520055817e-4);
-        let force_moving_east_z = force_above_south_east_z
-            + (cos_ground_east * c(-0.08377369437565946)
-                + a[4] * c(1.2422592520055817e-4));
-        let moment_moving_east_x = moment_above_south_east_x
-            - cos_ground_east * c(-1.2186563262174758e-3)
-            - a[4] * c(2.614579932665148e-6);
-        let moment_moving_east_y = moment_above_south_east_y
-            - cos_ground_east * c(-3.2095218013892565e-3)
-            - c(4.888494966109656e-6) * a[4];
-        let moment_moving_east_z = moment_above_south_east_z
-            + (sin_ground_east * c(-3.2095218013892565e-3) - u[4] * spin_east_y);
+        let force_moving_east_y = mul_add(c(-1.2422592520055817e-4), u[4] * u[4],
+            mul_add(c(-0.08377369437565946), sin_ground_east, force_above_south_east_y));
+        let force_moving_east_z = force_above_south_east_z + mul_add(c(1.2422592520055817e-4), a[4],
+            cos_ground_east * c(-0.08377369437565946));
+        let moment_moving_east_x = mul_add(c(-2.614579932665148e-6), a[4],
+            mul_add(c(1.2186563262174758e-3), cos_ground_east, moment_above_south_east_x));
+        let moment_moving_east_y = mul_add(c(-4.888494966109656e-6), a[4],
+            mul_add(c(3.2095218013892565e-3), cos_ground_east, moment_above_south_east_y));
+        let moment_moving_east_z = moment_above_south_east_z + mul_add(-u[4], spin_east_y,
+            sin_ground_east * c(-3.2095218013892565e-3));
         // south_ghost0
         let force_closing_south_ghost0_y = lambda[0] * c(0.9999999999999999);
         let force_closing_south_ghost0_z = lambda[1] + lambda[2];
-        let moment_closing_south_ghost0_x = lambda[2] * c(0.08068423607472835);
         let south_ghost0_part_3 = lambda[1] * c(0.08068423607472835);
         let moment_closing_south_ghost0_z = lambda[0] * c(0.08068423607472834);
-        let across_south_ghost0_6 = cos_south_west_south * force_closing_south_ghost0_y
-            - sin_south_west_south * force_closing_south_ghost0_z;
+        let across_south_ghost0_6 = mul_add(-sin_south_west_south, force_closing_south_ghost0_z,
+            cos_south_west_south * force_closing_south_ghost0_y);
         let force_above_south_ghost0_y_2 = c(0.7071071698144961) * across_south_ghost0_6;
-        let force_above_south_ghost0_z_2 = sin_south_west_south
-            * force_closing_south_ghost0_y
-            + cos_south_west_south * force_closing_south_ghost0_z;
-        let across_south_ghost0_7 = -cos_south_west_south * south_ghost0_part_3
-            - sin_south_west_south * moment_closing_south_ghost0_z;
-        let moment_above_south_ghost0_x_2 = lambda[2] * c(0.05705240181944583)
-            - c(0.7071063925583853) * across_south_ghost0_7;
-        let moment_above_south_ghost0_y_2 = c(0.7071071698144961) * across_south_ghost0_7
-            + lambda[2] * c(0.0570523391071303);
-        let moment_above_south_ghost0_z_2 = cos_south_west_south
-            * moment_closing_south_ghost0_z - sin_south_west_south * south_ghost0_part_3;
+        let force_above_south_ghost0_z_2 = mul_add(cos_south_west_south,
+            force_closing_south_ghost0_z, sin_south_west_south * force_closing_south_ghost0_y);
+        let across_south_ghost0_7 = mul_add(-sin_south_west_south, moment_closing_south_ghost0_z,
+            -cos_south_west_south * south_ghost0_part_3);
+        let moment_above_south_ghost0_x_2 = mul_add(c(-0.7071063925583853), across_south_ghost0_7,
+            lambda[2] * c(0.05705240181944583));
+        let moment_above_south_ghost0_y_2 = mul_add(c(0.0570523391071303), lambda[2],
+            c(0.7071071698144961) * across_south_ghost0_7);
+        let moment_above_south_ghost0_z_2 = mul_add(-sin_south_west_south, south_ghost0_part_3,
+            cos_south_west_south * moment_closing_south_ghost0_z);
         // south_west
-        let across_south_west_4 = cos_west_south_west * force_above_south_ghost0_y_2
-            - sin_west_south_west * force_above_south_ghost0_z_2;
-        let force_above_south_west_x_2 = across_south_ghost0_6 * c(-0.3535527646463877)
-            - c(0.8660257562110547) * across_south_west_4;
-        let force_above_south_west_y_2 = c(0.4999993895786978) * across_south_west_4
-            + across_south_ghost0_6 * c(-0.6123723483370465);
-        let force_above_south_west_z_2 = sin_west_south_west
-            * force_above_south_ghost0_y_2
-            + cos_west_south_west * force_above_south_ghost0_z_2;
-        let across_south_west_5 = cos_west_south_west * moment_above_south_ghost0_y_2
-            - sin_west_south_west * moment_above_south_ghost0_z_2;
-        let moment_above_south_west_x_2 = c(0.4999993895786978)
-            * moment_above_south_ghost0_x_2
-            - c(0.8660257562110547) * across_south_west_5;
-        let moment_above_south_west_y_2 = c(0.4999993895786978) * across_south_west_5
-            + c(0.8660257562110547) * moment_above_south_ghost0_x_2;
-        let moment_above_south_west_z_2 = sin_west_south_west
-            * moment_above_south_ghost0_y_2
-            + cos_west_south_west * moment_above_south_ghost0_z_2;
+        let across_south_west_4 = mul_add(-sin_west_south_west, force_above_south_ghost0_z_2,
+            cos_west_south_west * force_above_south_ghost0_y_2);
+        let force_above_south_west_x_2 = mul_add(c(-0.8660257562110547), across_south_west_4,
+            across_south_ghost0_6 * c(-0.3535527646463877));
+        let force_above_south_west_y_2 = mul_add(c(-0.6123723483370465), across_south_ghost0_6,
+            c(0.4999993895786978) * across_south_west_4);
+        let force_above_south_west_z_2 = mul_add(cos_west_south_west, force_above_south_ghost0_z_2,
+            sin_west_south_west * force_above_south_ghost0_y_2);
+        let across_south_west_5 = mul_add(-sin_west_south_west, moment_above_south_ghost0_z_2,
+            cos_west_south_west * moment_above_south_ghost0_y_2);
+        let moment_above_south_west_x_2 = mul_add(c(-0.8660257562110547), across_south_west_5,
+            c(0.4999993895786978) * moment_above_south_ghost0_x_2);
+        let moment_above_south_west_y_2 = mul_add(c(0.8660257562110547),
+            moment_above_south_ghost0_x_2, c(0.4999993895786978) * across_south_west_5);
+        let moment_above_south_west_z_2 = mul_add(cos_west_south_west,
+            moment_above_south_ghost0_z_2, sin_west_south_west * moment_above_south_ghost0_y_2);
         // south
         let south_part_3 = lambda[0] * c(0.5000002689018962);
         let force_closing_south_z = -lambda[1] - lambda[2];
-        let moment_closing_south_x = lambda[1] * c(0.06987458559937648)
-            - lambda[2] * c(0.040342139733508246);
-        let moment_closing_south_y = lambda[1] * c(0.04034213973350825)
-            + lambda[2] * c(0.0698745855993765);
-        let moment_closing_south_z = -lambda[0] * c(0.060513155359896355)
-            - lambda[0] * c(0.020171080714831997);
-        let across_south_6 = -cos_south_south_east * south_part_3
-            - sin_south_south_east * force_closing_south_z;
-        let force_above_south_x_2 = lambda[0] * c(-0.433012507828969)
-            + c(0.8660254814097262) * across_south_6;
-        let force_above_south_y_2 = c(0.4999998655490338) * across_south_6
-            - lambda[0] * c(-0.7499999327744626);
-        let force_above_south_z_2 = cos_south_south_east * force_closing_south_z
-            - sin_south_south_east * south_part_3;
-        let across_south_7 = cos_south_south_east * moment_closing_south_y
-            - sin_south_south_east * moment_closing_south_z;
-        let moment_above_south_x_2 = c(0.4999998655490338) * moment_closing_south_x
-            + c(0.8660254814097262) * across_south_7;
-        let moment_above_south_y_2 = c(0.4999998655490338) * across_south_7
-            - c(0.8660254814097262) * moment_closing_south_x;
-        let moment_above_south_z_2 = sin_south_south_east * moment_closing_south_y
-            + cos_south_south_east * moment_closing_south_z;
+        let moment_closing_south_x = mul_add(c(-0.040342139733508246), lambda[2],
+            lambda[1] * c(0.06987458559937648));
+        let moment_closing_south_y = mul_add(c(0.0698745855993765), lambda[2],
+            lambda[1] * c(0.04034213973350825));
+        let moment_closing_south_z = mul_add(c(-0.020171080714831997), lambda[0],
+            -lambda[0] * c(0.060513155359896355));
+        let across_south_6 = mul_add(-sin_south_south_east, force_closing_south_z,
+            -cos_south_south_east * south_part_3);
+        let force_above_south_x_2 = mul_add(c(0.8660254814097262), across_south_6,
+            lambda[0] * c(-0.433012507828969));
+        let force_above_south_y_2 = mul_add(c(0.7499999327744626), lambda[0],
+            c(0.4999998655490338) * across_south_6);
+        let force_above_south_z_2 = mul_add(-sin_south_south_east, south_part_3,
+            cos_south_south_east * force_closing_south_z);
+        let across_south_7 = mul_add(-sin_south_south_east, moment_closing_south_z,
+            cos_south_south_east * moment_closing_south_y);
+        let moment_above_south_x_2 = mul_add(c(0.8660254814097262), across_south_7,
+            c(0.4999998655490338) * moment_closing_south_x);
+        let moment_above_south_y_2 = mul_add(c(-0.8660254814097262), moment_closing_south_x,
+            c(0.4999998655490338) * across_south_7);
+        let moment_above_south_z_2 = mul_add(cos_south_south_east, moment_closing_south_z,
+            sin_south_south_east * moment_closing_south_y);
         // south_east
-        let across_south_east_6 = cos_south_east_east * force_above_south_y_2
-            - sin_south_east_east * force_above_south_z_2;
+        let across_south_east_6 = mul_add(-sin_south_east_east, force_above_south_z_2,
+            cos_south_east_east * force_above_south_y_2);
         let south_east_part_8 = c(0.7071067811865475) * force_above_south_x_2;
         let south_east_part_9 = c(0.7071067811865475) * across_south_east_6;
         let force_above_south_east_x_2 = south_east_part_8 + south_east_part_9;
         let force_above_south_east_y_2 = south_east_part_9 - south_east_part_8;
-        let force_above_south_east_z_2 = sin_south_east_east * force_above_south_y_2
-            + cos_south_east_east * force_above_south_z_2;
-        let across_south_east_7 = cos_south_east_east * moment_above_south_y_2
-            - sin_south_east_east * moment_above_south_z_2;
+        let force_above_south_east_z_2 = mul_add(cos_south_east_east, force_above_south_z_2,
+            sin_south_east_east * force_above_south_y_2);
+        let across_south_east_7 = mul_add(-sin_south_east_east, moment_above_south_z_2,
+            cos_south_east_east * moment_above_south_y_2);
         let south_east_part_10 = c(0.7071067811865475) * moment_above_south_x_2;
         let south_east_part_11 = c(0.7071067811865475) * across_south_east_7;
         let moment_above_south_east_x_2 = south_east_part_10 + south_east_part_11;
         let moment_above_south_east_y_2 = south_east_part_11 - south_east_part_10;
-        let moment_above_south_east_z_2 = sin_south_east_east * moment_above_south_y_2
-            + cos_south_east_east * moment_above_south_z_2;
+        let moment_above_south_east_z_2 = mul_add(cos_south_east_east, moment_above_south_z_2,
+            sin_south_east_east * moment_above_south_y_2);
         reactions[0] = -force_moving_south_ghost0_x;
         reactions[1] = -(force_moving_south_ghost0_y + force_closing_south_ghost0_y);
         reactions[2] = -(force_moving_south_ghost0_z + force_closing_south_ghost0_z);
-        reactions[3] = -(moment_moving_south_ghost0_x + moment_closing_south_ghost0_x);
+        reactions[3] = -mul_add(c(0.08068423607472835), lambda[2], moment_moving_south_ghost0_x);
         reactions[4] = -(moment_moving_south_ghost0_y - south_ghost0_part_3);
         reactions[5] = -(moment_moving_south_ghost0_z + moment_closing_south_ghost0_z);
-        reactions[6] = -(force_moving_south_x - lambda[0] * c(0.8660252485338008));
+        reactions[6] = -mul_add(c(-0.8660252485338008), lambda[0], force_moving_south_x);
         reactions[7] = -(force_moving_south_y - south_part_3);
         reactions[8] = -(force_moving_south_z + force_closing_south_z);
         reactions[9] = -(moment_moving_south_x + moment_closing_south_x);
         reactions[10] = -(moment_moving_south_y + moment_closing_south_y);
         reactions[11] = -(moment_moving_south_z + moment_closing_south_z);
-        reactions[12] = -(force_moving_south_west_x
-            - c(0.7071063925583853) * across_south_ghost0_6);
+        reactions[12] = -mul_add(c(-0.7071063925583853), across_south_ghost0_6,
+            force_moving_south_west_x);
         reactions[13] = -(force_moving_south_west_y + force_above_south_ghost0_y_2);
         reactions[14] = -(force_moving_south_west_z + force_above_south_ghost0_z_2);
         reactions[15] = -(moment_moving_south_west_x + moment_above_south_ghost0_x_2);
@@ -1835,6 +1686,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         closure: &mut [S],
     ) {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let t = at.t;
         let Some(q) = at.q.first_chunk::<N>() else { return };
         let Some(u) = at.u.first_chunk::<N>() else { return };
@@ -1847,97 +1699,94 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let Some(di) = change.inputs.first_chunk::<0>() else { return };
         let Some(forces) = forces.first_chunk_mut::<6>() else { return };
         let Some(closure) = closure.first_chunk_mut::<3>() else { return };
+        let [
+            (sin_ground_east, cos_ground_east),
+            (sin_ground_west, cos_ground_west),
+            (sin_south_east_east, cos_south_east_east),
+            (sin_west_south_west, cos_west_south_west),
+            (sin_south_south_east, cos_south_south_east),
+            (sin_south_west_south, cos_south_west_south),
+        ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
         // east
-        let (sin_ground_east, cos_ground_east) = S::sin_cos(q[4]);
         let d_sin_ground_east = dq[4] * cos_ground_east;
         let east_part = dq[4] * sin_ground_east;
         // west
-        let (sin_ground_west, cos_ground_west) = S::sin_cos(q[5]);
         let d_sin_ground_west = dq[5] * cos_ground_west;
         let west_part = dq[5] * sin_ground_west;
         // south_east
-        let (sin_south_east_east, cos_south_east_east) = S::sin_cos(q[3]);
         let d_sin_south_east_east = dq[3] * cos_south_east_east;
         let south_east_part = dq[3] * sin_south_east_east;
         // south_west
-        let (sin_west_south_west, cos_west_south_west) = S::sin_cos(q[2]);
         let d_sin_west_south_west = dq[2] * cos_west_south_west;
         let south_west_part = dq[2] * sin_west_south_west;
         // south
-        let (sin_south_south_east, cos_south_south_east) = S::sin_cos(q[1]);
         let d_sin_south_south_east = dq[1] * cos_south_south_east;
         let south_part = dq[1] * sin_south_south_east;
         // south_ghost0
-        let (sin_south_west_south, cos_south_west_south) = S::sin_cos(q[0]);
         let d_sin_south_west_south = dq[0] * cos_south_west_south;
         let south_ghost0_part = dq[0] * sin_south_west_south;
         // south_east
         let across_south_east = u[4] * c(0.7071067811865475);
         let d_across_south_east = du[4] * c(0.7071067811865475);
         let carried_south_east_y = cos_south_east_east * across_south_east;
-        let d_carried_south_east_y = cos_south_east_east * d_across_south_east
-            - south_east_part * across_south_east;
+        let d_carried_south_east_y = mul_add(-south_east_part, across_south_east,
+            cos_south_east_east * d_across_south_east);
         let south_east_part_2 = sin_south_east_east * across_south_east;
-        let south_east_part_3 = d_sin_south_east_east * across_south_east
-            + sin_south_east_east * d_across_south_east;
+        let south_east_part_3 = mul_add(sin_south_east_east, d_across_south_east,
+            d_sin_south_east_east * across_south_east);
         let omega_south_east_x = across_south_east + u[3];
         let d_omega_south_east_x = d_across_south_east + du[3];
         // south_west
         let south_west_part_2 = u[5] * c(0.8660257562110547);
         let south_west_part_3 = du[5] * c(0.8660257562110547);
-        let carried_south_west_x = u[5] * c(0.4999993895786978);
-        let d_carried_south_west_x = du[5] * c(0.4999993895786978);
         let south_west_part_4 = cos_west_south_west * south_west_part_2;
-        let d_carried_south_west_y = south_west_part * south_west_part_2
-            - cos_west_south_west * south_west_part_3;
+        let d_carried_south_west_y = mul_add(-cos_west_south_west, south_west_part_3,
+            south_west_part * south_west_part_2);
         let south_west_part_5 = sin_west_south_west * south_west_part_2;
-        let south_west_part_6 = -d_sin_west_south_west * south_west_part_2
-            - sin_west_south_west * south_west_part_3;
-        let omega_south_west_x = carried_south_west_x + u[2];
-        let d_omega_south_west_x = d_carried_south_west_x + du[2];
+        let south_west_part_6 = mul_add(-sin_west_south_west, south_west_part_3,
+            -d_sin_west_south_west * south_west_part_2);
+        let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
+        let d_omega_south_west_x = mul_add(c(0.4999993895786978), du[5], du[2]);
         // south
-        let across_south = carried_south_east_y * c(0.4999998655490338)
-            + omega_south_east_x * c(0.8660254814097262);
-        let d_across_south = d_carried_south_east_y * c(0.4999998655490338)
-            + d_omega_south_east_x * c(0.8660254814097262);
-        let carried_south_x = omega_south_east_x * c(0.4999998655490338)
-            - carried_south_east_y * c(0.8660254814097262);
-        let d_carried_south_x = d_omega_south_east_x * c(0.4999998655490338)
-            - d_carried_south_east_y * c(0.8660254814097262);
-        let carried_south_y = cos_south_south_east * across_south
-            - sin_south_south_east * south_east_part_2;
-        let d_carried_south_y = -d_sin_south_south_east * south_east_part_2
-            - sin_south_south_east * south_east_part_3
-            + (cos_south_south_east * d_across_south - south_part * across_south);
-        let carried_south_z = -cos_south_south_east * south_east_part_2
-            - sin_south_south_east * across_south;
-        let d_carried_south_z = south_part * south_east_part_2
-            - cos_south_south_east * south_east_part_3
-            - (d_sin_south_south_east * across_south
-                + sin_south_south_east * d_across_south);
+        let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
+            carried_south_east_y * c(0.4999998655490338));
+        let d_across_south = mul_add(c(0.8660254814097262), d_omega_south_east_x,
+            d_carried_south_east_y * c(0.4999998655490338));
+        let carried_south_x = mul_add(c(-0.8660254814097262), carried_south_east_y,
+            omega_south_east_x * c(0.4999998655490338));
+        let d_carried_south_x = mul_add(c(-0.8660254814097262), d_carried_south_east_y,
+            d_omega_south_east_x * c(0.4999998655490338));
+        let carried_south_y = mul_add(-sin_south_south_east, south_east_part_2,
+            cos_south_south_east * across_south);
+        let d_carried_south_y = mul_add(-sin_south_south_east, south_east_part_3,
+            -d_sin_south_south_east * south_east_part_2) + mul_add(-south_part, across_south,
+            cos_south_south_east * d_across_south);
+        let carried_south_z = mul_add(-sin_south_south_east, across_south,
+            -cos_south_south_east * south_east_part_2);
+        let d_carried_south_z = mul_add(-cos_south_south_east, south_east_part_3,
+            south_part * south_east_part_2) - mul_add(sin_south_south_east, d_across_south,
+            d_sin_south_south_east * across_south);
         let omega_south_x = carried_south_x + u[1];
         let d_omega_south_x = d_carried_south_x + du[1];
         // south_ghost0
-        let across_south_ghost0 = south_west_part_4 * c(-0.7071071698144961)
-            - omega_south_west_x * c(0.7071063925583853);
-        let d_across_south_ghost0 = d_carried_south_west_y * c(0.7071071698144961)
-            - d_omega_south_west_x * c(0.7071063925583853);
-        let carried_south_ghost0_x = south_west_part_4 * c(-0.7071063925583853)
-            + omega_south_west_x * c(0.7071071698144961);
-        let d_carried_south_ghost0_x = d_carried_south_west_y * c(0.7071063925583853)
-            + d_omega_south_west_x * c(0.7071071698144961);
-        let carried_south_ghost0_y = sin_south_west_south * south_west_part_5
-            + cos_south_west_south * across_south_ghost0;
-        let d_carried_south_ghost0_y = d_sin_south_west_south * south_west_part_5
-            - sin_south_west_south * south_west_part_6
-            + (cos_south_west_south * d_across_south_ghost0
-                - south_ghost0_part * across_south_ghost0);
-        let carried_south_ghost0_z = cos_south_west_south * south_west_part_5
-            - sin_south_west_south * across_south_ghost0;
-        let d_carried_south_ghost0_z = -south_ghost0_part * south_west_part_5
-            - cos_south_west_south * south_west_part_6
-            - (d_sin_south_west_south * across_south_ghost0
-                + sin_south_west_south * d_across_south_ghost0);
+        let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
+            south_west_part_4 * c(-0.7071071698144961));
+        let d_across_south_ghost0 = mul_add(c(-0.7071063925583853), d_omega_south_west_x,
+            d_carried_south_west_y * c(0.7071071698144961));
+        let carried_south_ghost0_x = mul_add(c(0.7071071698144961), omega_south_west_x,
+            south_west_part_4 * c(-0.7071063925583853));
+        let d_carried_south_ghost0_x = mul_add(c(0.7071071698144961), d_omega_south_west_x,
+            d_carried_south_west_y * c(0.7071063925583853));
+        let carried_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0,
+            sin_south_west_south * south_west_part_5);
+        let d_carried_south_ghost0_y = mul_add(-sin_south_west_south, south_west_part_6,
+            d_sin_south_west_south * south_west_part_5) + mul_add(-south_ghost0_part,
+            across_south_ghost0, cos_south_west_south * d_across_south_ghost0);
+        let carried_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0,
+            cos_south_west_south * south_west_part_5);
+        let d_carried_south_ghost0_z = mul_add(-cos_south_west_south, south_west_part_6,
+            -south_ghost0_part * south_west_part_5) - mul_add(sin_south_west_south,
+            d_across_south_ghost0, d_sin_south_west_south * across_south_ghost0);
         let omega_south_ghost0_x = carried_south_ghost0_x + u[0];
         let d_omega_south_ghost0_x = d_carried_south_ghost0_x + du[0];
         // east
@@ -1949,487 +1798,423 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         // south_east
         let across_south_east_2 = sin_ground_east * c(-6.936717523440031);
         let d_across_south_east_2 = d_sin_ground_east * c(-6.936717523440031);
-        let gravity_south_east_y = cos_south_east_east * across_south_east_2
-            - sin_south_east_east * east_part_2;
-        let d_gravity_south_east_y = -d_sin_south_east_east * east_part_2
-            - sin_south_east_east * east_part_3
-            + (cos_south_east_east * d_across_south_east_2
-                - south_east_part * across_south_east_2);
-        let gravity_south_east_z = -cos_south_east_east * east_part_2
-            - sin_south_east_east * across_south_east_2;
-        let d_gravity_south_east_z = south_east_part * east_part_2
-            - cos_south_east_east * east_part_3
-            - (d_sin_south_east_east * across_south_east_2
-                + sin_south_east_east * d_across_south_east_2);
-        let spin_south_east_x = carried_south_east_y * c(7.2072789294646456e-6)
-            + omega_south_east_x * c(6.528386880865056e-6);
-        let d_spin_south_east_x = d_carried_south_east_y * c(7.2072789294646456e-6)
-            + d_omega_south_east_x * c(6.528386880865056e-6);
-        let spin_south_east_y = carried_south_east_y * c(1.2623937521576776e-5)
-            + omega_south_east_x * c(7.2072789294646456e-6);
-        let d_spin_south_east_y = d_carried_south_east_y * c(1.2623937521576776e-5)
-            + d_omega_south_east_x * c(7.2072789294646456e-6);
+        let gravity_south_east_y = mul_add(-sin_south_east_east, east_part_2,
+            cos_south_east_east * across_south_east_2);
+        let d_gravity_south_east_y = mul_add(-sin_south_east_east, east_part_3,
+            -d_sin_south_east_east * east_part_2) + mul_add(-south_east_part, across_south_east_2,
+            cos_south_east_east * d_across_south_east_2);
+        let gravity_south_east_z = mul_add(-sin_south_east_east, across_south_east_2,
+            -cos_south_east_east * east_part_2);
+        let d_gravity_south_east_z = mul_add(-cos_south_east_east, east_part_3,
+            south_east_part * east_part_2) - mul_add(sin_south_east_east, d_across_south_east_2,
+            d_sin_south_east_east * across_south_east_2);
+        let spin_south_east_x = mul_add(c(6.528386880865056e-6), omega_south_east_x,
+            carried_south_east_y * c(7.2072789294646456e-6));
+        let d_spin_south_east_x = mul_add(c(6.528386880865056e-6), d_omega_south_east_x,
+            d_carried_south_east_y * c(7.2072789294646456e-6));
+        let spin_south_east_y = mul_add(c(7.2072789294646456e-6), omega_south_east_x,
+            carried_south_east_y * c(1.2623937521576776e-5));
+        let d_spin_south_east_y = mul_add(c(7.2072789294646456e-6), d_omega_south_east_x,
+            d_carried_south_east_y * c(1.2623937521576776e-5));
         let spin_south_east_z = south_east_part_2 * c(-1.9085552925721835e-5);
         let d_spin_south_east_z = south_east_part_3 * c(-1.9085552925721835e-5);
         // south_west
         let across_south_west = sin_ground_west * c(-4.904994011767025);
         let d_across_south_west = d_sin_ground_west * c(-4.904994011767025);
-        let gravity_south_west_y = cos_west_south_west * across_south_west
-            - sin_west_south_west * west_part_2;
-        let d_gravity_south_west_y = -d_sin_west_south_west * west_part_2
-            - sin_west_south_west * west_part_3
-            + (cos_west_south_west * d_across_south_west
-                - south_west_part * across_south_west);
-        let gravity_south_west_z = -cos_west_south_west * west_part_2
-            - sin_west_south_west * across_south_west;
-        let d_gravity_south_west_z = south_west_part * west_part_2
-            - cos_west_south_west * west_part_3
-            - (d_sin_west_south_west * across_south_west
-                + sin_west_south_west * d_across_south_west);
-        let spin_south_west_x = omega_south_west_x * c(3.5009112434957244e-6)
-            - south_west_part_4 * c(-5.7748035664558305e-6);
-        let d_spin_south_west_x = d_omega_south_west_x * c(3.5009112434957244e-6)
-            - d_carried_south_west_y * c(5.7748035664558305e-6);
-        let spin_south_west_y = south_west_part_4 * c(-1.3277584214115283e-5)
-            - omega_south_west_x * c(5.7748035664558305e-6);
-        let d_spin_south_west_y = d_carried_south_west_y * c(1.3277584214115283e-5)
-            - d_omega_south_west_x * c(5.7748035664558305e-6);
+        let gravity_south_west_y = mul_add(-sin_west_south_west, west_part_2,
+            cos_west_south_west * across_south_west);
+        let d_gravity_south_west_y = mul_add(-sin_west_south_west, west_part_3,
+            -d_sin_west_south_west * west_part_2) + mul_add(-south_west_part, across_south_west,
+            cos_west_south_west * d_across_south_west);
+        let gravity_south_west_z = mul_add(-sin_west_south_west, across_south_west,
+            -cos_west_south_west * west_part_2);
+        let d_gravity_south_west_z = mul_add(-cos_west_south_west, west_part_3,
+            south_west_part * west_part_2) - mul_add(sin_west_south_west, d_across_south_west,
+            d_sin_west_south_west * across_south_west);
+        let spin_south_west_x = mul_add(c(5.7748035664558305e-6), south_west_part_4,
+            omega_south_west_x * c(3.5009112434957244e-6));
+        let d_spin_south_west_x = mul_add(c(-5.7748035664558305e-6), d_carried_south_west_y,
+            d_omega_south_west_x * c(3.5009112434957244e-6));
+        let spin_south_west_y = mul_add(c(-5.7748035664558305e-6), omega_south_west_x,
+            south_west_part_4 * c(-1.3277584214115283e-5));
+        let d_spin_south_west_y = mul_add(c(-5.7748035664558305e-6), d_omega_south_west_x,
+            d_carried_south_west_y * c(1.3277584214115283e-5));
         let spin_south_west_z = south_west_part_5 * c(1.672491735517822e-5);
         let d_spin_south_west_z = south_west_part_6 * c(-1.672491735517822e-5);
         // south
-        let across_south_2 = c(0.4999998655490338) * gravity_south_east_y
-            + sin_ground_east * c(6.007374132640437);
-        let d_across_south_2 = c(0.4999998655490338) * d_gravity_south_east_y
-            + d_sin_ground_east * c(6.007374132640437);
-        let gravity_south_x = sin_ground_east * c(3.468357829071642)
-            - c(0.8660254814097262) * gravity_south_east_y;
-        let d_gravity_south_x = d_sin_ground_east * c(3.468357829071642)
-            - c(0.8660254814097262) * d_gravity_south_east_y;
-        let gravity_south_y = sin_south_south_east * gravity_south_east_z
-            + cos_south_south_east * across_south_2;
-        let d_gravity_south_y = d_sin_south_south_east * gravity_south_east_z
-            + sin_south_south_east * d_gravity_south_east_z
-            + (cos_south_south_east * d_across_south_2 - south_part * across_south_2);
-        let gravity_south_z = cos_south_south_east * gravity_south_east_z
-            - sin_south_south_east * across_south_2;
-        let d_gravity_south_z = cos_south_south_east * d_gravity_south_east_z
-            - south_part * gravity_south_east_z
-            - (d_sin_south_south_east * across_south_2
-                + sin_south_south_east * d_across_south_2);
-        let spin_south_x = carried_south_y * c(6.64555505684884e-6)
-            + omega_south_x * c(5.589035390741692e-6);
-        let d_spin_south_x = d_carried_south_y * c(6.64555505684884e-6)
-            + d_omega_south_x * c(5.589035390741692e-6);
-        let spin_south_y = carried_south_y * c(1.3262745496786403e-5)
-            + omega_south_x * c(6.64555505684884e-6);
-        let d_spin_south_y = d_carried_south_y * c(1.3262745496786403e-5)
-            + d_omega_south_x * c(6.64555505684884e-6);
+        let across_south_2 = mul_add(c(6.007374132640437), sin_ground_east,
+            c(0.4999998655490338) * gravity_south_east_y);
+        let d_across_south_2 = mul_add(c(6.007374132640437), d_sin_ground_east,
+            c(0.4999998655490338) * d_gravity_south_east_y);
+        let gravity_south_x = mul_add(c(-0.8660254814097262), gravity_south_east_y,
+            sin_ground_east * c(3.468357829071642));
+        let d_gravity_south_x = mul_add(c(-0.8660254814097262), d_gravity_south_east_y,
+            d_sin_ground_east * c(3.468357829071642));
+        let gravity_south_y = mul_add(cos_south_south_east, across_south_2,
+            sin_south_south_east * gravity_south_east_z);
+        let d_gravity_south_y = mul_add(sin_south_south_east, d_gravity_south_east_z,
+            d_sin_south_south_east * gravity_south_east_z) + mul_add(-south_part, across_south_2,
+            cos_south_south_east * d_across_south_2);
+        let gravity_south_z = mul_add(-sin_south_south_east, across_south_2,
+            cos_south_south_east * gravity_south_east_z);
+        let d_gravity_south_z = mul_add(-south_part, gravity_south_east_z,
+            cos_south_south_east * d_gravity_south_east_z) - mul_add(sin_south_south_east,
+            d_across_south_2, d_sin_south_south_east * across_south_2);
+        let spin_south_x = mul_add(c(5.589035390741692e-6), omega_south_x,
+            carried_south_y * c(6.64555505684884e-6));
+        let d_spin_south_x = mul_add(c(5.589035390741692e-6), d_omega_south_x,
+            d_carried_south_y * c(6.64555505684884e-6));
+        let spin_south_y = mul_add(c(6.64555505684884e-6), omega_south_x,
+            carried_south_y * c(1.3262745496786403e-5));
+        let d_spin_south_y = mul_add(c(6.64555505684884e-6), d_omega_south_x,
+            d_carried_south_y * c(1.3262745496786403e-5));
         let spin_south_z = carried_south_z * c(1.880432772214127e-5);
         let d_spin_south_z = d_carried_south_z * c(1.880432772214127e-5);
         // south_ghost0
-        let across_south_ghost0_2 = c(0.7071071698144961) * gravity_south_west_y
-            - sin_ground_west * c(-6.007372737186426);
-        let d_across_south_ghost0_2 = c(0.7071071698144961) * d_gravity_south_west_y
-            - d_sin_ground_west * c(-6.007372737186426);
-        let gravity_south_ghost0_x = sin_ground_west * c(-6.007379340531013)
-            + c(0.7071063925583853) * gravity_south_west_y;
-        let d_gravity_south_ghost0_x = d_sin_ground_west * c(-6.007379340531013)
-            + c(0.7071063925583853) * d_gravity_south_west_y;
-        let gravity_south_ghost0_y = sin_south_west_south * gravity_south_west_z
-            + cos_south_west_south * across_south_ghost0_2;
-        let d_gravity_south_ghost0_y = d_sin_south_west_south * gravity_south_west_z
-            + sin_south_west_south * d_gravity_south_west_z
-            + (cos_south_west_south * d_across_south_ghost0_2
-                - south_ghost0_part * across_south_ghost0_2);
-        let gravity_south_ghost0_z = cos_south_west_south * gravity_south_west_z
-            - sin_south_west_south * across_south_ghost0_2;
-        let d_gravity_south_ghost0_z = cos_south_west_south * d_gravity_south_west_z
-            - south_ghost0_part * gravity_south_west_z
-            - (d_sin_south_west_south * across_south_ghost0_2
-                + sin_south_west_south * d_across_south_ghost0_2);
-        let spin_south_ghost0_x = omega_south_ghost0_x * c(5.589094341868576e-6)
-            - carried_south_ghost0_y * c(6.645589092322223e-6);
-        let d_spin_south_ghost0_x = d_omega_south_ghost0_x * c(5.589094341868576e-6)
-            - d_carried_south_ghost0_y * c(6.645589092322223e-6);
-        let spin_south_ghost0_y = carried_south_ghost0_y * c(1.3262686545659515e-5)
-            - omega_south_ghost0_x * c(6.645589092322223e-6);
-        let d_spin_south_ghost0_y = d_carried_south_ghost0_y * c(1.3262686545659515e-5)
-            - d_omega_south_ghost0_x * c(6.645589092322223e-6);
+        let across_south_ghost0_2 = mul_add(c(6.007372737186426), sin_ground_west,
+            c(0.7071071698144961) * gravity_south_west_y);
+        let d_across_south_ghost0_2 = mul_add(c(6.007372737186426), d_sin_ground_west,
+            c(0.7071071698144961) * d_gravity_south_west_y);
+        let gravity_south_ghost0_x = mul_add(c(0.7071063925583853), gravity_south_west_y,
+            sin_ground_west * c(-6.007379340531013));
+        let d_gravity_south_ghost0_x = mul_add(c(0.7071063925583853), d_gravity_south_west_y,
+            d_sin_ground_west * c(-6.007379340531013));
+        let gravity_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0_2,
+            sin_south_west_south * gravity_south_west_z);
+        let d_gravity_south_ghost0_y = mul_add(sin_south_west_south, d_gravity_south_west_z,
+            d_sin_south_west_south * gravity_south_west_z) + mul_add(-south_ghost0_part,
+            across_south_ghost0_2, cos_south_west_south * d_across_south_ghost0_2);
+        let gravity_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_2,
+            cos_south_west_south * gravity_south_west_z);
+        let d_gravity_south_ghost0_z = mul_add(-south_ghost0_part, gravity_south_west_z,
+            cos_south_west_south * d_gravity_south_west_z) - mul_add(sin_south_west_south,
+            d_across_south_ghost0_2, d_sin_south_west_south * across_south_ghost0_2);
+        let spin_south_ghost0_x = mul_add(c(-6.645589092322223e-6), carried_south_ghost0_y,
+            omega_south_ghost0_x * c(5.589094341868576e-6));
+        let d_spin_south_ghost0_x = mul_add(c(-6.645589092322223e-6), d_carried_south_ghost0_y,
+            d_omega_south_ghost0_x * c(5.589094341868576e-6));
+        let spin_south_ghost0_y = mul_add(c(-6.645589092322223e-6), omega_south_ghost0_x,
+            carried_south_ghost0_y * c(1.3262686545659515e-5));
+        let d_spin_south_ghost0_y = mul_add(c(-6.645589092322223e-6), d_omega_south_ghost0_x,
+            d_carried_south_ghost0_y * c(1.3262686545659515e-5));
         let spin_south_ghost0_z = carried_south_ghost0_z * c(1.880432772214127e-5);
         let d_spin_south_ghost0_z = d_carried_south_ghost0_z * c(1.880432772214127e-5);
         // south_east
         let across_south_east_3 = c(0.7071067811865475) * a[4];
         let alpha_moving_south_east_x = across_south_east_3 + a[3];
-        let alpha_moving_south_east_y = cos_south_east_east * across_south_east_3
-            - south_east_part_2 * u[3];
-        let d_alpha_moving_south_east_y = -south_east_part_2 * du[3]
-            - south_east_part_3 * u[3] - south_east_part * across_south_east_3;
-        let alpha_moving_south_east_z = -carried_south_east_y * u[3]
-            - sin_south_east_east * across_south_east_3;
-        let d_alpha_moving_south_east_z = -(carried_south_east_y * du[3]
-            + d_carried_south_east_y * u[3])
-            - d_sin_south_east_east * across_south_east_3;
+        let alpha_moving_south_east_y = mul_add(-south_east_part_2, u[3],
+            cos_south_east_east * across_south_east_3);
+        let d_alpha_moving_south_east_y = mul_add(-south_east_part, across_south_east_3,
+            mul_add(-south_east_part_3, u[3], -south_east_part_2 * du[3]));
+        let alpha_moving_south_east_z = mul_add(-sin_south_east_east, across_south_east_3,
+            -carried_south_east_y * u[3]);
+        let d_alpha_moving_south_east_z = mul_add(-d_sin_south_east_east, across_south_east_3,
+            -mul_add(d_carried_south_east_y, u[3], carried_south_east_y * du[3]));
         // south_west
         let south_west_part_7 = c(0.8660257562110547) * a[5];
-        let alpha_moving_south_west_x = c(0.4999993895786978) * a[5] + a[2];
-        let alpha_moving_south_west_y = south_west_part_5 * u[2]
-            - cos_west_south_west * south_west_part_7;
-        let d_alpha_moving_south_west_y = south_west_part_5 * du[2]
-            - south_west_part_6 * u[2] + south_west_part * south_west_part_7;
-        let alpha_moving_south_west_z = south_west_part_4 * u[2]
-            + sin_west_south_west * south_west_part_7;
-        let d_alpha_moving_south_west_z = d_sin_west_south_west * south_west_part_7
-            - (d_carried_south_west_y * u[2] - south_west_part_4 * du[2]);
+        let alpha_moving_south_west_x = mul_add(c(0.4999993895786978), a[5], a[2]);
+        let alpha_moving_south_west_y = mul_add(-cos_west_south_west, south_west_part_7,
+            south_west_part_5 * u[2]);
+        let d_alpha_moving_south_west_y = mul_add(south_west_part, south_west_part_7,
+            mul_add(-south_west_part_6, u[2], south_west_part_5 * du[2]));
+        let alpha_moving_south_west_z = mul_add(sin_west_south_west, south_west_part_7,
+            south_west_part_4 * u[2]);
+        let d_alpha_moving_south_west_z = mul_add(d_sin_west_south_west, south_west_part_7,
+            -mul_add(-south_west_part_4, du[2], d_carried_south_west_y * u[2]));
         // south
         let d_across_south_3 = c(0.4999998655490338) * d_alpha_moving_south_east_y;
-        let across_south_3 = c(0.4999998655490338) * alpha_moving_south_east_y
-            + c(0.8660254814097262) * alpha_moving_south_east_x;
-        let alpha_moving_south_x = a[1]
-            + (c(0.4999998655490338) * alpha_moving_south_east_x
-                - c(0.8660254814097262) * alpha_moving_south_east_y);
-        let alpha_moving_south_y = cos_south_south_east * across_south_3
-            + (carried_south_z * u[1]
-                + sin_south_south_east * alpha_moving_south_east_z);
-        let d_alpha_moving_south_y = cos_south_south_east * d_across_south_3
-            - south_part * across_south_3
-            + (carried_south_z * du[1] + d_carried_south_z * u[1]
-                + (d_sin_south_south_east * alpha_moving_south_east_z
-                    + sin_south_south_east * d_alpha_moving_south_east_z));
-        let alpha_moving_south_z = cos_south_south_east * alpha_moving_south_east_z
-            - carried_south_y * u[1] - sin_south_south_east * across_south_3;
-        let d_alpha_moving_south_z = cos_south_south_east * d_alpha_moving_south_east_z
-            - south_part * alpha_moving_south_east_z
-            - (carried_south_y * du[1] + d_carried_south_y * u[1])
-            - (d_sin_south_south_east * across_south_3
-                + sin_south_south_east * d_across_south_3);
+        let across_south_3 = mul_add(c(0.8660254814097262), alpha_moving_south_east_x,
+            c(0.4999998655490338) * alpha_moving_south_east_y);
+        let alpha_moving_south_x = a[1] + mul_add(c(-0.8660254814097262), alpha_moving_south_east_y,
+            c(0.4999998655490338) * alpha_moving_south_east_x);
+        let alpha_moving_south_y = mul_add(cos_south_south_east, across_south_3,
+            mul_add(sin_south_south_east, alpha_moving_south_east_z, carried_south_z * u[1]));
+        let d_alpha_moving_south_y = mul_add(-south_part, across_south_3,
+            cos_south_south_east * d_across_south_3) + (mul_add(d_carried_south_z, u[1],
+            carried_south_z * du[1]) + mul_add(sin_south_south_east, d_alpha_moving_south_east_z,
+            d_sin_south_south_east * alpha_moving_south_east_z));
+        let alpha_moving_south_z = mul_add(-sin_south_south_east, across_south_3,
+            mul_add(-carried_south_y, u[1], cos_south_south_east * alpha_moving_south_east_z));
+        let d_alpha_moving_south_z = mul_add(-south_part, alpha_moving_south_east_z,
+            cos_south_south_east * d_alpha_moving_south_east_z) - mul_add(d_carried_south_y, u[1],
+            carried_south_y * du[1]) - mul_add(sin_south_south_east, d_across_south_3,
+            d_sin_south_south_east * across_south_3);
         // south_ghost0
-        let d_across_south_ghost0_3 = c(0.7071071698144961)
-            * d_alpha_moving_south_west_y;
-        let across_south_ghost0_3 = c(0.7071071698144961) * alpha_moving_south_west_y
-            - c(0.7071063925583853) * alpha_moving_south_west_x;
-        let alpha_moving_south_ghost0_x = a[0]
-            + (c(0.7071071698144961) * alpha_moving_south_west_x
-                + c(0.7071063925583853) * alpha_moving_south_west_y);
-        let alpha_moving_south_ghost0_y = cos_south_west_south * across_south_ghost0_3
-            + (carried_south_ghost0_z * u[0]
-                + sin_south_west_south * alpha_moving_south_west_z);
-        let d_alpha_moving_south_ghost0_y = cos_south_west_south
-            * d_across_south_ghost0_3 - south_ghost0_part * across_south_ghost0_3
-            + (carried_south_ghost0_z * du[0] + d_carried_south_ghost0_z * u[0]
-                + (d_sin_south_west_south * alpha_moving_south_west_z
-                    + sin_south_west_south * d_alpha_moving_south_west_z));
-        let alpha_moving_south_ghost0_z = cos_south_west_south
-            * alpha_moving_south_west_z - carried_south_ghost0_y * u[0]
-            - sin_south_west_south * across_south_ghost0_3;
-        let d_alpha_moving_south_ghost0_z = cos_south_west_south
-            * d_alpha_moving_south_west_z - south_ghost0_part * alpha_moving_south_west_z
-            - (carried_south_ghost0_y * du[0] + d_carried_south_ghost0_y * u[0])
-            - (d_sin_south_west_south * across_south_ghost0_3
-                + sin_south_west_south * d_across_south_ghost0_3);
-        let south_ghost0_part_2 = d_alpha_moving_south_west_y * c(3.952084337747171e-6)
-            + (d_carried_south_ghost0_y * spin_south_ghost0_z
-                + carried_south_ghost0_y * d_spin_south_ghost0_z
-                - (d_carried_south_ghost0_z * spin_south_ghost0_y
-                    + carried_south_ghost0_z * d_spin_south_ghost0_y))
-            - c(6.645589092322223e-6) * d_alpha_moving_south_ghost0_y;
-        let moment_moving_south_ghost0_x = gravity_south_ghost0_z
-            * c(1.7025149681007906e-4)
-            - (c(5.589094341868576e-6) * alpha_moving_south_ghost0_x
-                + (carried_south_ghost0_y * spin_south_ghost0_z
-                    - carried_south_ghost0_z * spin_south_ghost0_y)
-                - c(6.645589092322223e-6) * alpha_moving_south_ghost0_y);
-        let d_moment_moving_south_ghost0_x = d_gravity_south_ghost0_z
-            * c(1.7025149681007906e-4) - south_ghost0_part_2;
-        let south_ghost0_part_3 = c(1.3262686545659515e-5)
-            * d_alpha_moving_south_ghost0_y
-            + (d_carried_south_ghost0_z * spin_south_ghost0_x
-                + carried_south_ghost0_z * d_spin_south_ghost0_x
-                - (d_omega_south_ghost0_x * spin_south_ghost0_z
-                    + omega_south_ghost0_x * d_spin_south_ghost0_z)
-                - d_alpha_moving_south_west_y * c(4.699138529497321e-6));
-        let moment_moving_south_ghost0_y = -gravity_south_ghost0_z
-            * c(2.948828340031111e-4)
-            - (c(1.3262686545659515e-5) * alpha_moving_south_ghost0_y
-                + (carried_south_ghost0_z * spin_south_ghost0_x
-                    - omega_south_ghost0_x * spin_south_ghost0_z
-                    - c(6.645589092322223e-6) * alpha_moving_south_ghost0_x));
-        let d_moment_moving_south_ghost0_y = -d_gravity_south_ghost0_z
-            * c(2.948828340031111e-4) - south_ghost0_part_3;
-        let moment_moving_south_ghost0_z = gravity_south_ghost0_y
-            * c(2.948828340031111e-4) - gravity_south_ghost0_x * c(1.7025149681007906e-4)
-            - (c(1.880432772214127e-5) * alpha_moving_south_ghost0_z
-                + (omega_south_ghost0_x * spin_south_ghost0_y
-                    - carried_south_ghost0_y * spin_south_ghost0_x));
-        let d_moment_moving_south_ghost0_z = d_gravity_south_ghost0_y
-            * c(2.948828340031111e-4)
-            - d_gravity_south_ghost0_x * c(1.7025149681007906e-4)
-            - (c(1.880432772214127e-5) * d_alpha_moving_south_ghost0_z
-                + (d_omega_south_ghost0_x * spin_south_ghost0_y
-                    + omega_south_ghost0_x * d_spin_south_ghost0_y
-                    - (d_carried_south_ghost0_y * spin_south_ghost0_x
-                        + carried_south_ghost0_y * d_spin_south_ghost0_x)));
-        let across_south_ghost0_4 = cos_south_west_south * moment_moving_south_ghost0_y
-            - sin_south_west_south * moment_moving_south_ghost0_z;
-        let d_across_south_ghost0_4 = cos_south_west_south
-            * d_moment_moving_south_ghost0_y
-            - south_ghost0_part * moment_moving_south_ghost0_y
-            - (d_sin_south_west_south * moment_moving_south_ghost0_z
-                + sin_south_west_south * d_moment_moving_south_ghost0_z);
-        let d_moment_above_south_ghost0_x = c(0.7071071698144961)
-            * d_moment_moving_south_ghost0_x
-            - c(0.7071063925583853) * d_across_south_ghost0_4;
-        let moment_above_south_ghost0_y = c(0.7071071698144961) * across_south_ghost0_4
-            + c(0.7071063925583853) * moment_moving_south_ghost0_x;
-        let d_moment_above_south_ghost0_y = c(0.7071071698144961)
-            * d_across_south_ghost0_4
-            + c(0.7071063925583853) * d_moment_moving_south_ghost0_x;
-        let moment_above_south_ghost0_z = sin_south_west_south
-            * moment_moving_south_ghost0_y
-            + cos_south_west_south * moment_moving_south_ghost0_z;
-        let d_moment_above_south_ghost0_z = d_sin_south_west_south
-            * moment_moving_south_ghost0_y
-            + sin_south_west_south * d_moment_moving_south_ghost0_y
-            + (cos_south_west_south * d_moment_moving_south_ghost0_z
-                - south_ghost0_part * moment_moving_south_ghost0_z);
+        let d_across_south_ghost0_3 = c(0.7071071698144961) * d_alpha_moving_south_west_y;
+        let across_south_ghost0_3 = mul_add(c(-0.7071063925583853), alpha_moving_south_west_x,
+            c(0.7071071698144961) * alpha_moving_south_west_y);
+        let alpha_moving_south_ghost0_x = a[0] + mul_add(c(0.7071063925583853),
+            alpha_moving_south_west_y, c(0.7071071698144961) * alpha_moving_south_west_x);
+        let alpha_moving_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0_3,
+            mul_add(sin_south_west_south, alpha_moving_south_west_z,
+            carried_south_ghost0_z * u[0]));
+        let d_alpha_moving_south_ghost0_y = mul_add(-south_ghost0_part, across_south_ghost0_3,
+            cos_south_west_south * d_across_south_ghost0_3) + (mul_add(d_carried_south_ghost0_z,
+            u[0], carried_south_ghost0_z * du[0]) + mul_add(sin_south_west_south,
+            d_alpha_moving_south_west_z, d_sin_south_west_south * alpha_moving_south_west_z));
+        let alpha_moving_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_3,
+            mul_add(-carried_south_ghost0_y, u[0],
+            cos_south_west_south * alpha_moving_south_west_z));
+        let d_alpha_moving_south_ghost0_z = mul_add(-south_ghost0_part, alpha_moving_south_west_z,
+            cos_south_west_south * d_alpha_moving_south_west_z) - mul_add(d_carried_south_ghost0_y,
+            u[0], carried_south_ghost0_y * du[0]) - mul_add(sin_south_west_south,
+            d_across_south_ghost0_3, d_sin_south_west_south * across_south_ghost0_3);
+        let south_ghost0_part_2 = mul_add(c(-6.645589092322223e-6), d_alpha_moving_south_ghost0_y,
+            mul_add(c(3.952084337747171e-6), d_alpha_moving_south_west_y,
+            mul_add(carried_south_ghost0_y, d_spin_south_ghost0_z,
+            d_carried_south_ghost0_y * spin_south_ghost0_z) - mul_add(carried_south_ghost0_z,
+            d_spin_south_ghost0_y, d_carried_south_ghost0_z * spin_south_ghost0_y)));
+        let moment_moving_south_ghost0_x = mul_add(c(1.7025149681007906e-4), gravity_south_ghost0_z,
+            -mul_add(c(-6.645589092322223e-6), alpha_moving_south_ghost0_y,
+            mul_add(c(5.589094341868576e-6), alpha_moving_south_ghost0_x,
+            mul_add(-carried_south_ghost0_z, spin_south_ghost0_y,
+            carried_south_ghost0_y * spin_south_ghost0_z))));
+        let d_moment_moving_south_ghost0_x = mul_add(c(1.7025149681007906e-4),
+            d_gravity_south_ghost0_z, -south_ghost0_part_2);
+        let south_ghost0_part_3 = mul_add(c(1.3262686545659515e-5), d_alpha_moving_south_ghost0_y,
+            mul_add(c(-4.699138529497321e-6), d_alpha_moving_south_west_y,
+            mul_add(carried_south_ghost0_z, d_spin_south_ghost0_x,
+            d_carried_south_ghost0_z * spin_south_ghost0_x) - mul_add(omega_south_ghost0_x,
+            d_spin_south_ghost0_z, d_omega_south_ghost0_x * spin_south_ghost0_z)));
+        let moment_moving_south_ghost0_y = -gravity_south_ghost0_z * c(2.948828340031111e-4)
+            - mul_add(c(1.3262686545659515e-5), alpha_moving_south_ghost0_y,
+            mul_add(c(-6.645589092322223e-6), alpha_moving_south_ghost0_x,
+            mul_add(-omega_south_ghost0_x, spin_south_ghost0_z,
+            carried_south_ghost0_z * spin_south_ghost0_x)));
+        let d_moment_moving_south_ghost0_y = -d_gravity_south_ghost0_z * c(2.948828340031111e-4)
+            - south_ghost0_part_3;
+        let moment_moving_south_ghost0_z = mul_add(c(-1.7025149681007906e-4),
+            gravity_south_ghost0_x, gravity_south_ghost0_y * c(2.948828340031111e-4))
+            - mul_add(c(1.880432772214127e-5), alpha_moving_south_ghost0_z,
+            mul_add(-carried_south_ghost0_y, spin_south_ghost0_x,
+            omega_south_ghost0_x * spin_south_ghost0_y));
+        let d_moment_moving_south_ghost0_z = mul_add(c(-1.7025149681007906e-4),
+            d_gravity_south_ghost0_x, d_gravity_south_ghost0_y * c(2.948828340031111e-4))
+            - mul_add(c(1.880432772214127e-5), d_alpha_moving_south_ghost0_z,
+            mul_add(omega_south_ghost0_x, d_spin_south_ghost0_y,
+            d_omega_south_ghost0_x * spin_south_ghost0_y) - mul_add(carried_south_ghost0_y,
+            d_spin_south_ghost0_x, d_carried_south_ghost0_y * spin_south_ghost0_x));
+        let across_south_ghost0_4 = mul_add(-sin_south_west_south, moment_moving_south_ghost0_z,
+            cos_south_west_south * moment_moving_south_ghost0_y);
+        let d_across_south_ghost0_4 = mul_add(-south_ghost0_part, moment_moving_south_ghost0_y,
+            cos_south_west_south * d_moment_moving_south_ghost0_y) - mul_add(sin_south_west_south,
+            d_moment_moving_south_ghost0_z, d_sin_south_west_south * moment_moving_south_ghost0_z);
+        let d_moment_above_south_ghost0_x = mul_add(c(-0.7071063925583853), d_across_south_ghost0_4,
+            c(0.7071071698144961) * d_moment_moving_south_ghost0_x);
+        let moment_above_south_ghost0_y = mul_add(c(0.7071063925583853),
+            moment_moving_south_ghost0_x, c(0.7071071698144961) * across_south_ghost0_4);
+        let d_moment_above_south_ghost0_y = mul_add(c(0.7071063925583853),
+            d_moment_moving_south_ghost0_x, c(0.7071071698144961) * d_across_south_ghost0_4);
+        let moment_above_south_ghost0_z = mul_add(cos_south_west_south,
+            moment_moving_south_ghost0_z, sin_south_west_south * moment_moving_south_ghost0_y);
+        let d_moment_above_south_ghost0_z = mul_add(sin_south_west_south,
+            d_moment_moving_south_ghost0_y, d_sin_south_west_south * moment_moving_south_ghost0_y)
+            + mul_add(-south_ghost0_part, moment_moving_south_ghost0_z,
+            cos_south_west_south * d_moment_moving_south_ghost0_z);
         // south
-        let south_part_2 = c(6.64555505684884e-6) * d_alpha_moving_south_y
-            + (d_alpha_moving_south_east_y * c(-4.840247064883071e-6)
-                + (d_carried_south_y * spin_south_z + carried_south_y * d_spin_south_z
-                    - (d_carried_south_z * spin_south_y
-                        + carried_south_z * d_spin_south_y)));
+        let south_part_2 = mul_add(c(6.64555505684884e-6), d_alpha_moving_south_y,
+            mul_add(c(-4.840247064883071e-6), d_alpha_moving_south_east_y, mul_add(carried_south_y,
+            d_spin_south_z, d_carried_south_y * spin_south_z) - mul_add(carried_south_z,
+            d_spin_south_y, d_carried_south_z * spin_south_y)));
         let moment_moving_south_x = -gravity_south_z * c(1.702501854199059e-4)
-            - (c(6.64555505684884e-6) * alpha_moving_south_y
-                + (c(5.589035390741692e-6) * alpha_moving_south_x
-                    + (carried_south_y * spin_south_z
-                        - carried_south_z * spin_south_y)));
-        let d_moment_moving_south_x = -d_gravity_south_z * c(1.702501854199059e-4)
-            - south_part_2;
-        let south_part_3 = c(1.3262745496786403e-5) * d_alpha_moving_south_y
-            + (d_alpha_moving_south_east_y * c(-5.755220017342357e-6)
-                + (d_carried_south_z * spin_south_x + carried_south_z * d_spin_south_x
-                    - (d_omega_south_x * spin_south_z
-                        + omega_south_x * d_spin_south_z)));
+            - mul_add(c(6.64555505684884e-6), alpha_moving_south_y, mul_add(c(5.589035390741692e-6),
+            alpha_moving_south_x, mul_add(-carried_south_z, spin_south_y,
+            carried_south_y * spin_south_z)));
+        let d_moment_moving_south_x = -d_gravity_south_z * c(1.702501854199059e-4) - south_part_2;
+        let south_part_3 = mul_add(c(1.3262745496786403e-5), d_alpha_moving_south_y,
+            mul_add(c(-5.755220017342357e-6), d_alpha_moving_south_east_y, mul_add(carried_south_z,
+            d_spin_south_x, d_carried_south_z * spin_south_x) - mul_add(omega_south_x,
+            d_spin_south_z, d_omega_south_x * spin_south_z)));
         let moment_moving_south_y = -gravity_south_z * c(2.9488359113430905e-4)
-            - (c(1.3262745496786403e-5) * alpha_moving_south_y
-                + (c(6.64555505684884e-6) * alpha_moving_south_x
-                    + (carried_south_z * spin_south_x - omega_south_x * spin_south_z)));
-        let d_moment_moving_south_y = -d_gravity_south_z * c(2.9488359113430905e-4)
-            - south_part_3;
-        let moment_moving_south_z = gravity_south_y * c(2.9488359113430905e-4)
-            + gravity_south_x * c(1.702501854199059e-4)
-            - (c(1.880432772214127e-5) * alpha_moving_south_z
-                + (omega_south_x * spin_south_y - carried_south_y * spin_south_x));
-        let d_moment_moving_south_z = d_gravity_south_y * c(2.9488359113430905e-4)
-            + d_gravity_south_x * c(1.702501854199059e-4)
-            - (c(1.880432772214127e-5) * d_alpha_moving_south_z
-                + (d_omega_south_x * spin_south_y + omega_south_x * d_spin_south_y
-                    - (d_carried_south_y * spin_south_x
-                        + carried_south_y * d_spin_south_x)));
-        let across_south_4 = cos_south_south_east * moment_moving_south_y
-            - sin_south_south_east * moment_moving_south_z;
-        let d_across_south_4 = cos_south_south_east * d_moment_moving_south_y
-            - south_part * moment_moving_south_y
-            - (d_sin_south_south_east * moment_moving_south_z
-                + sin_south_south_east * d_moment_moving_south_z);
-        let d_moment_above_south_x = c(0.4999998655490338) * d_moment_moving_south_x
-            + c(0.8660254814097262) * d_across_south_4;
-        let moment_above_south_y = c(0.4999998655490338) * across_south_4
-            - c(0.8660254814097262) * moment_moving_south_x;
-        let d_moment_above_south_y = c(0.4999998655490338) * d_across_south_4
-            - c(0.8660254814097262) * d_moment_moving_south_x;
-        let moment_above_south_z = sin_south_south_east * moment_moving_south_y
-            + cos_south_south_east * moment_moving_south_z;
-        let d_moment_above_south_z = d_sin_south_south_east * moment_moving_south_y
-            + sin_south_south_east * d_moment_moving_south_y
-            + (cos_south_south_east * d_moment_moving_south_z
-                - south_part * moment_moving_south_z);
+            - mul_add(c(1.3262745496786403e-5), alpha_moving_south_y,
+            mul_add(c(6.64555505684884e-6), alpha_moving_south_x, mul_add(-omega_south_x,
+            spin_south_z, carried_south_z * spin_south_x)));
+        let d_moment_moving_south_y = -d_gravity_south_z * c(2.9488359113430905e-4) - south_part_3;
+        let moment_moving_south_z = mul_add(c(1.702501854199059e-4), gravity_south_x,
+            gravity_south_y * c(2.9488359113430905e-4)) - mul_add(c(1.880432772214127e-5),
+            alpha_moving_south_z, mul_add(-carried_south_y, spin_south_x,
+            omega_south_x * spin_south_y));
+        let d_moment_moving_south_z = mul_add(c(1.702501854199059e-4), d_gravity_south_x,
+            d_gravity_south_y * c(2.9488359113430905e-4)) - mul_add(c(1.880432772214127e-5),
+            d_alpha_moving_south_z, mul_add(omega_south_x, d_spin_south_y,
+            d_omega_south_x * spin_south_y) - mul_add(carried_south_y, d_spin_south_x,
+            d_carried_south_y * spin_south_x));
+        let across_south_4 = mul_add(-sin_south_south_east, moment_moving_south_z,
+            cos_south_south_east * moment_moving_south_y);
+        let d_across_south_4 = mul_add(-south_part, moment_moving_south_y,
+            cos_south_south_east * d_moment_moving_south_y) - mul_add(sin_south_south_east,
+            d_moment_moving_south_z, d_sin_south_south_east * moment_moving_south_z);
+        let d_moment_above_south_x = mul_add(c(0.8660254814097262), d_across_south_4,
+            c(0.4999998655490338) * d_moment_moving_south_x);
+        let moment_above_south_y = mul_add(c(-0.8660254814097262), moment_moving_south_x,
+            c(0.4999998655490338) * across_south_4);
+        let d_moment_above_south_y = mul_add(c(-0.8660254814097262), d_moment_moving_south_x,
+            c(0.4999998655490338) * d_across_south_4);
+        let moment_above_south_z = mul_add(cos_south_south_east, moment_moving_south_z,
+            sin_south_south_east * moment_moving_south_y);
+        let d_moment_above_south_z = mul_add(sin_south_south_east, d_moment_moving_south_y,
+            d_sin_south_south_east * moment_moving_south_y) + mul_add(-south_part,
+            moment_moving_south_z, cos_south_south_east * d_moment_moving_south_z);
         // south_west
-        let d_moment_moving_south_west_x = d_moment_above_south_ghost0_x
-            + d_gravity_south_west_z * c(1.4350139506894642e-4)
-            - (d_carried_south_west_y * spin_south_west_z
-                - south_west_part_4 * d_spin_south_west_z
-                - (south_west_part_5 * d_spin_south_west_y
-                    - south_west_part_6 * spin_south_west_y)
-                - c(5.7748035664558305e-6) * d_alpha_moving_south_west_y);
-        let moment_moving_south_west_y = moment_above_south_ghost0_y
-            - gravity_south_west_z * c(3.191766616116623e-4)
-            - (c(1.3277584214115283e-5) * alpha_moving_south_west_y
-                + (south_west_part_5 * spin_south_west_x
-                    - omega_south_west_x * spin_south_west_z
-                    - c(5.7748035664558305e-6) * alpha_moving_south_west_x));
-        let d_moment_moving_south_west_y = d_moment_above_south_ghost0_y
-            - d_gravity_south_west_z * c(3.191766616116623e-4)
-            - (c(1.3277584214115283e-5) * d_alpha_moving_south_west_y
-                + (south_west_part_5 * d_spin_south_west_x
-                    - south_west_part_6 * spin_south_west_x
-                    - (d_omega_south_west_x * spin_south_west_z
-                        + omega_south_west_x * d_spin_south_west_z)));
+        let d_moment_moving_south_west_x = mul_add(c(1.4350139506894642e-4), d_gravity_south_west_z,
+            d_moment_above_south_ghost0_x) - mul_add(c(-5.7748035664558305e-6),
+            d_alpha_moving_south_west_y, mul_add(-south_west_part_4, d_spin_south_west_z,
+            d_carried_south_west_y * spin_south_west_z) - mul_add(-south_west_part_6,
+            spin_south_west_y, south_west_part_5 * d_spin_south_west_y));
+        let moment_moving_south_west_y = mul_add(c(-3.191766616116623e-4), gravity_south_west_z,
+            moment_above_south_ghost0_y) - mul_add(c(1.3277584214115283e-5),
+            alpha_moving_south_west_y, mul_add(c(-5.7748035664558305e-6), alpha_moving_south_west_x,
+            mul_add(-omega_south_west_x, spin_south_west_z,
+            south_west_part_5 * spin_south_west_x)));
+        let d_moment_moving_south_west_y = mul_add(c(-3.191766616116623e-4), d_gravity_south_west_z,
+            d_moment_above_south_ghost0_y) - mul_add(c(1.3277584214115283e-5),
+            d_alpha_moving_south_west_y, mul_add(-south_west_part_6, spin_south_west_x,
+            south_west_part_5 * d_spin_south_west_x) - mul_add(omega_south_west_x,
+            d_spin_south_west_z, d_omega_south_west_x * spin_south_west_z));
         let moment_moving_south_west_z = moment_above_south_ghost0_z
-            + (gravity_south_west_y * c(3.191766616116623e-4)
-                - sin_ground_west * c(-1.2191466200246904e-3))
-            - (c(1.672491735517822e-5) * alpha_moving_south_west_z
-                + (south_west_part_4 * spin_south_west_x
-                    + omega_south_west_x * spin_south_west_y));
+            + mul_add(c(1.2191466200246904e-3), sin_ground_west,
+            gravity_south_west_y * c(3.191766616116623e-4)) - mul_add(c(1.672491735517822e-5),
+            alpha_moving_south_west_z, mul_add(omega_south_west_x, spin_south_west_y,
+            south_west_part_4 * spin_south_west_x));
         let d_moment_moving_south_west_z = d_moment_above_south_ghost0_z
-            + (d_gravity_south_west_y * c(3.191766616116623e-4)
-                - d_sin_ground_west * c(-1.2191466200246904e-3))
-            - (c(1.672491735517822e-5) * d_alpha_moving_south_west_z
-                + (d_omega_south_west_x * spin_south_west_y
-                    + omega_south_west_x * d_spin_south_west_y
-                    - (d_carried_south_west_y * spin_south_west_x
-                        - south_west_part_4 * d_spin_south_west_x)));
-        let d_across_south_west_2 = cos_west_south_west * d_moment_moving_south_west_y
-            - south_west_part * moment_moving_south_west_y
-            - (d_sin_west_south_west * moment_moving_south_west_z
-                + sin_west_south_west * d_moment_moving_south_west_z);
-        let d_moment_above_south_west_x = c(0.4999993895786978)
-            * d_moment_moving_south_west_x
-            - c(0.8660257562110547) * d_across_south_west_2;
+            + mul_add(c(1.2191466200246904e-3), d_sin_ground_west,
+            d_gravity_south_west_y * c(3.191766616116623e-4)) - mul_add(c(1.672491735517822e-5),
+            d_alpha_moving_south_west_z, mul_add(omega_south_west_x, d_spin_south_west_y,
+            d_omega_south_west_x * spin_south_west_y) - mul_add(-south_west_part_4,
+            d_spin_south_west_x, d_carried_south_west_y * spin_south_west_x));
+        let d_across_south_west_2 = mul_add(-south_west_part, moment_moving_south_west_y,
+            cos_west_south_west * d_moment_moving_south_west_y) - mul_add(sin_west_south_west,
+            d_moment_moving_south_west_z, d_sin_west_south_west * moment_moving_south_west_z);
+        let d_moment_above_south_west_x = mul_add(c(-0.8660257562110547), d_across_south_west_2,
+            c(0.4999993895786978) * d_moment_moving_south_west_x);
         // south_east
-        let d_moment_moving_south_east_x = d_moment_above_south_x
-            - d_gravity_south_east_z * c(2.1820669112261221e-4)
-            - (c(7.2072789294646456e-6) * d_alpha_moving_south_east_y
-                + (d_carried_south_east_y * spin_south_east_z
-                    + carried_south_east_y * d_spin_south_east_z
-                    - (-south_east_part_3 * spin_south_east_y
-                        - south_east_part_2 * d_spin_south_east_y)));
-        let moment_moving_south_east_y = moment_above_south_y
-            - gravity_south_east_z * c(3.4369412604123286e-4)
-            - (c(1.2623937521576776e-5) * alpha_moving_south_east_y
-                + (c(7.2072789294646456e-6) * alpha_moving_south_east_x
-                    + (-south_east_part_2 * spin_south_east_x
-                        - omega_south_east_x * spin_south_east_z)));
-        let d_moment_moving_south_east_y = d_moment_above_south_y
-            - d_gravity_south_east_z * c(3.4369412604123286e-4)
-            - (c(1.2623937521576776e-5) * d_alpha_moving_south_east_y
-                + (-south_east_part_3 * spin_south_east_x
-                    - south_east_part_2 * d_spin_south_east_x
-                    - (d_omega_south_east_x * spin_south_east_z
-                        + omega_south_east_x * d_spin_south_east_z)));
-        let moment_moving_south_east_z = moment_above_south_z
-            + (gravity_south_east_y * c(3.4369412604123286e-4)
-                + sin_ground_east * c(1.5136381780420903e-3))
-            - (c(1.9085552925721835e-5) * alpha_moving_south_east_z
-                + (omega_south_east_x * spin_south_east_y
-                    - carried_south_east_y * spin_south_east_x));
+        let d_moment_moving_south_east_x = mul_add(c(-2.1820669112261221e-4),
+            d_gravity_south_east_z, d_moment_above_south_x) - mul_add(c(7.2072789294646456e-6),
+            d_alpha_moving_south_east_y, mul_add(carried_south_east_y, d_spin_south_east_z,
+            d_carried_south_east_y * spin_south_east_z) - mul_add(-south_east_part_2,
+            d_spin_south_east_y, -south_east_part_3 * spin_south_east_y));
+        let moment_moving_south_east_y = mul_add(c(-3.4369412604123286e-4), gravity_south_east_z,
+            moment_above_south_y) - mul_add(c(1.2623937521576776e-5), alpha_moving_south_east_y,
+            mul_add(c(7.2072789294646456e-6), alpha_moving_south_east_x,
+            mul_add(-omega_south_east_x, spin_south_east_z,
+            -south_east_part_2 * spin_south_east_x)));
+        let d_moment_moving_south_east_y = mul_add(c(-3.4369412604123286e-4),
+            d_gravity_south_east_z, d_moment_above_south_y) - mul_add(c(1.2623937521576776e-5),
+            d_alpha_moving_south_east_y, mul_add(-south_east_part_2, d_spin_south_east_x,
+            -south_east_part_3 * spin_south_east_x) - mul_add(omega_south_east_x,
+            d_spin_south_east_z, d_omega_south_east_x * spin_south_east_z));
+        let moment_moving_south_east_z = moment_above_south_z + mul_add(c(1.5136381780420903e-3),
+            sin_ground_east, gravity_south_east_y * c(3.4369412604123286e-4))
+            - mul_add(c(1.9085552925721835e-5), alpha_moving_south_east_z,
+            mul_add(-carried_south_east_y, spin_south_east_x,
+            omega_south_east_x * spin_south_east_y));
         let d_moment_moving_south_east_z = d_moment_above_south_z
-            + (d_gravity_south_east_y * c(3.4369412604123286e-4)
-                + d_sin_ground_east * c(1.5136381780420903e-3))
-            - (c(1.9085552925721835e-5) * d_alpha_moving_south_east_z
-                + (d_omega_south_east_x * spin_south_east_y
-                    + omega_south_east_x * d_spin_south_east_y
-                    - (d_carried_south_east_y * spin_south_east_x
-                        + carried_south_east_y * d_spin_south_east_x)));
-        let d_across_south_east_3 = cos_south_east_east * d_moment_moving_south_east_y
-            - south_east_part * moment_moving_south_east_y
-            - (d_sin_south_east_east * moment_moving_south_east_z
-                + sin_south_east_east * d_moment_moving_south_east_z);
-        let d_moment_above_south_east_x = c(0.7071067811865475)
-            * d_moment_moving_south_east_x
-            + c(0.7071067811865475) * d_across_south_east_3;
+            + mul_add(c(1.5136381780420903e-3), d_sin_ground_east,
+            d_gravity_south_east_y * c(3.4369412604123286e-4)) - mul_add(c(1.9085552925721835e-5),
+            d_alpha_moving_south_east_z, mul_add(omega_south_east_x, d_spin_south_east_y,
+            d_omega_south_east_x * spin_south_east_y) - mul_add(carried_south_east_y,
+            d_spin_south_east_x, d_carried_south_east_y * spin_south_east_x));
+        let d_across_south_east_3 = mul_add(-south_east_part, moment_moving_south_east_y,
+            cos_south_east_east * d_moment_moving_south_east_y) - mul_add(sin_south_east_east,
+            d_moment_moving_south_east_z, d_sin_south_east_east * moment_moving_south_east_z);
+        let d_moment_above_south_east_x = mul_add(c(0.7071067811865475), d_across_south_east_3,
+            c(0.7071067811865475) * d_moment_moving_south_east_x);
         // west
-        let d_moment_moving_west_x = d_moment_above_south_west_x
-            + west_part * c(1.84966277484791e-3);
+        let d_moment_moving_west_x = mul_add(c(1.84966277484791e-3), west_part,
+            d_moment_above_south_west_x);
         // east
-        let d_moment_moving_east_x = d_moment_above_south_east_x
-            - east_part * c(1.2186563262174758e-3);
+        let d_moment_moving_east_x = mul_add(c(-1.2186563262174758e-3), east_part,
+            d_moment_above_south_east_x);
         // south_ghost0
         let south_ghost0_part_4 = c(0.08068423607472835) * lambda[1];
         let moment_closing_south_ghost0_z = lambda[0] * c(0.08068423607472834);
-        let across_south_ghost0_5 = -cos_south_west_south * south_ghost0_part_4
-            - sin_south_west_south * moment_closing_south_ghost0_z;
-        let d_across_south_ghost0_5 = south_ghost0_part * south_ghost0_part_4
-            - d_sin_south_west_south * moment_closing_south_ghost0_z;
-        let d_moment_above_south_ghost0_y_2 = c(0.7071071698144961)
-            * d_across_south_ghost0_5;
-        let moment_above_south_ghost0_y_2 = c(0.7071071698144961) * across_south_ghost0_5
-            + lambda[2] * c(0.0570523391071303);
-        let moment_above_south_ghost0_z_2 = cos_south_west_south
-            * moment_closing_south_ghost0_z - sin_south_west_south * south_ghost0_part_4;
-        let d_moment_above_south_ghost0_z_2 = -d_sin_south_west_south
-            * south_ghost0_part_4 - south_ghost0_part * moment_closing_south_ghost0_z;
+        let across_south_ghost0_5 = mul_add(-sin_south_west_south, moment_closing_south_ghost0_z,
+            -cos_south_west_south * south_ghost0_part_4);
+        let d_across_south_ghost0_5 = mul_add(-d_sin_south_west_south,
+            moment_closing_south_ghost0_z, south_ghost0_part * south_ghost0_part_4);
+        let d_moment_above_south_ghost0_y_2 = c(0.7071071698144961) * d_across_south_ghost0_5;
+        let moment_above_south_ghost0_y_2 = mul_add(c(0.0570523391071303), lambda[2],
+            c(0.7071071698144961) * across_south_ghost0_5);
+        let moment_above_south_ghost0_z_2 = mul_add(-sin_south_west_south, south_ghost0_part_4,
+            cos_south_west_south * moment_closing_south_ghost0_z);
+        let d_moment_above_south_ghost0_z_2 = mul_add(-south_ghost0_part,
+            moment_closing_south_ghost0_z, -d_sin_south_west_south * south_ghost0_part_4);
         // south_west
-        let d_across_south_west_3 = cos_west_south_west * d_moment_above_south_ghost0_y_2
-            - south_west_part * moment_above_south_ghost0_y_2
-            - (d_sin_west_south_west * moment_above_south_ghost0_z_2
-                + sin_west_south_west * d_moment_above_south_ghost0_z_2);
-        let d_moment_above_south_west_x_2 = d_across_south_ghost0_5
-            * c(-0.3535527646463877) - c(0.8660257562110547) * d_across_south_west_3;
+        let d_across_south_west_3 = mul_add(-south_west_part, moment_above_south_ghost0_y_2,
+            cos_west_south_west * d_moment_above_south_ghost0_y_2) - mul_add(sin_west_south_west,
+            d_moment_above_south_ghost0_z_2, d_sin_west_south_west * moment_above_south_ghost0_z_2);
+        let d_moment_above_south_west_x_2 = mul_add(c(-0.8660257562110547), d_across_south_west_3,
+            d_across_south_ghost0_5 * c(-0.3535527646463877));
         // south
-        let moment_closing_south_x = lambda[1] * c(0.06987458559937648)
-            - lambda[2] * c(0.040342139733508246);
-        let moment_closing_south_y = lambda[1] * c(0.04034213973350825)
-            + lambda[2] * c(0.0698745855993765);
-        let moment_closing_south_z = -lambda[0] * c(0.060513155359896355)
-            - lambda[0] * c(0.020171080714831997);
-        let across_south_5 = cos_south_south_east * moment_closing_south_y
-            - sin_south_south_east * moment_closing_south_z;
-        let d_across_south_5 = -south_part * moment_closing_south_y
-            - d_sin_south_south_east * moment_closing_south_z;
-        let d_moment_above_south_x_2 = c(0.8660254814097262) * d_across_south_5;
+        let moment_closing_south_x = mul_add(c(-0.040342139733508246), lambda[2],
+            lambda[1] * c(0.06987458559937648));
+        let moment_closing_south_y = mul_add(c(0.0698745855993765), lambda[2],
+            lambda[1] * c(0.04034213973350825));
+        let moment_closing_south_z = mul_add(c(-0.020171080714831997), lambda[0],
+            -lambda[0] * c(0.060513155359896355));
+        let across_south_5 = mul_add(-sin_south_south_east, moment_closing_south_z,
+            cos_south_south_east * moment_closing_south_y);
+        let d_across_south_5 = mul_add(-d_sin_south_south_east, moment_closing_south_z,
+            -south_part * moment_closing_south_y);
         let d_moment_above_south_y_2 = c(0.4999998655490338) * d_across_south_5;
-        let moment_above_south_y_2 = c(0.4999998655490338) * across_south_5
-            - c(0.8660254814097262) * moment_closing_south_x;
-        let moment_above_south_z_2 = sin_south_south_east * moment_closing_south_y
-            + cos_south_south_east * moment_closing_south_z;
-        let d_moment_above_south_z_2 = d_sin_south_south_east * moment_closing_south_y
-            - south_part * moment_closing_south_z;
+        let moment_above_south_y_2 = mul_add(c(-0.8660254814097262), moment_closing_south_x,
+            c(0.4999998655490338) * across_south_5);
+        let moment_above_south_z_2 = mul_add(cos_south_south_east, moment_closing_south_z,
+            sin_south_south_east * moment_closing_south_y);
+        let d_moment_above_south_z_2 = mul_add(-south_part, moment_closing_south_z,
+            d_sin_south_south_east * moment_closing_south_y);
         // south_east
-        let d_across_south_east_4 = cos_south_east_east * d_moment_above_south_y_2
-            - south_east_part * moment_above_south_y_2
-            - (d_sin_south_east_east * moment_above_south_z_2
-                + sin_south_east_east * d_moment_above_south_z_2);
-        let d_moment_above_south_east_x_2 = d_across_south_5 * c(0.6123724905851617)
-            + c(0.7071067811865475) * d_across_south_east_4;
+        let d_across_south_east_4 = mul_add(-south_east_part, moment_above_south_y_2,
+            cos_south_east_east * d_moment_above_south_y_2) - mul_add(sin_south_east_east,
+            d_moment_above_south_z_2, d_sin_south_east_east * moment_above_south_z_2);
+        let d_moment_above_south_east_x_2 = mul_add(c(0.7071067811865475), d_across_south_east_4,
+            d_across_south_5 * c(0.6123724905851617));
         // the whole mechanism
         let part = carried_south_ghost0_y * c(0.08068423607472835);
         let part_2 = d_carried_south_ghost0_y * c(0.08068423607472835);
-        let part_3 = -carried_south_y * c(0.04034213973350825)
-            - omega_south_x * c(0.06987458559937648);
-        let part_4 = -d_carried_south_y * c(0.04034213973350825)
-            - d_omega_south_x * c(0.06987458559937648);
+        let part_3 = mul_add(c(-0.06987458559937648), omega_south_x,
+            -carried_south_y * c(0.04034213973350825));
+        let part_4 = mul_add(c(-0.06987458559937648), d_omega_south_x,
+            -d_carried_south_y * c(0.04034213973350825));
         let part_5 = carried_south_z * d_carried_south_z;
         let part_6 = part_5 + part_5;
-        let part_7 = (d_carried_south_y * part_3 + carried_south_y * part_4
-            + d_alpha_moving_south_z * c(0.06987458559937648)
-            - c(0.04034213973350825) * part_6) * c(0.8660252485338008)
-            + (c(0.06987458559937648) * part_6
-                + (d_alpha_moving_south_z * c(0.04034213973350825)
-                    - (d_omega_south_x * part_3 + omega_south_x * part_4)))
-                * c(0.5000002689018962);
-        let part_8 = omega_south_x * (d_carried_south_z * c(0.04034213973350825))
-            + d_omega_south_x * (carried_south_z * c(0.04034213973350825))
-            - (carried_south_z * (d_carried_south_y * c(0.06987458559937648))
-                + d_carried_south_z * (carried_south_y * c(0.06987458559937648)));
-        let part_9 = omega_south_ghost0_x
-            * (d_carried_south_ghost0_z * c(0.08068423607472835))
-            + d_omega_south_ghost0_x * (carried_south_ghost0_z * c(0.08068423607472835))
-            - d_alpha_moving_south_ghost0_y * c(0.08068423607472835)
-            - (part_8 - d_alpha_moving_south_y * c(0.04034213973350825)
-                - d_alpha_moving_south_east_y * c(-0.06051317163200514));
-        let part_10 = carried_south_z * (d_carried_south_y * c(0.040342139733508246))
-            + d_carried_south_z * (carried_south_y * c(0.040342139733508246))
-            + (omega_south_x * (d_carried_south_z * c(0.0698745855993765))
-                + d_omega_south_x * (carried_south_z * c(0.0698745855993765)));
-        forces[0] = d_moment_moving_south_ghost0_x - dq[0] * c(0.0114)
-            - du[0] * c(3.5e-6);
-        forces[1] = d_moment_moving_south_x - dq[1] * c(0.0114) - du[1] * c(3.5e-6);
-        forces[2] = d_moment_moving_south_west_x - dq[2] * c(0.0114) - du[2] * c(3.5e-6)
-            - c(0.7071063925583853) * d_across_south_ghost0_5;
-        forces[3] = d_moment_above_south_x_2
-            + (d_moment_moving_south_east_x - dq[3] * c(0.0114) - du[3] * c(3.5e-6));
-        forces[4] = d_moment_above_south_east_x_2
-            + (d_moment_moving_east_x - dq[4] * c(0.0114) - du[4] * c(3.5e-6));
-        forces[5] = d_moment_above_south_west_x_2
-            + (d_moment_moving_west_x - dq[5] * c(0.0114) - du[5] * c(3.5e-6));
-        closure[0] = (omega_south_ghost0_x * part_2 + d_omega_south_ghost0_x * part
-            + d_alpha_moving_south_ghost0_z * c(0.08068423607472835))
-            * c(0.9999999999999999) - part_7;
+        let part_7 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648), part_6,
+            mul_add(c(0.04034213973350825), d_alpha_moving_south_z, -mul_add(omega_south_x, part_4,
+            d_omega_south_x * part_3))), mul_add(c(-0.04034213973350825), part_6,
+            mul_add(c(0.06987458559937648), d_alpha_moving_south_z, mul_add(carried_south_y, part_4,
+            d_carried_south_y * part_3))) * c(0.8660252485338008));
+        let part_8 = mul_add(d_omega_south_x, carried_south_z * c(0.04034213973350825),
+            omega_south_x * (d_carried_south_z * c(0.04034213973350825)))
+            - mul_add(d_carried_south_z, carried_south_y * c(0.06987458559937648),
+            carried_south_z * (d_carried_south_y * c(0.06987458559937648)));
+        let part_9 = mul_add(c(-0.08068423607472835), d_alpha_moving_south_ghost0_y,
+            mul_add(d_omega_south_ghost0_x, carried_south_ghost0_z * c(0.08068423607472835),
+            omega_south_ghost0_x * (d_carried_south_ghost0_z * c(0.08068423607472835))))
+            - mul_add(c(0.06051317163200514), d_alpha_moving_south_east_y,
+            mul_add(c(-0.04034213973350825), d_alpha_moving_south_y, part_8));
+        let part_10 = mul_add(d_carried_south_z, carried_south_y * c(0.040342139733508246),
+            carried_south_z * (d_carried_south_y * c(0.040342139733508246)))
+            + mul_add(d_omega_south_x, carried_south_z * c(0.0698745855993765),
+            omega_south_x * (d_carried_south_z * c(0.0698745855993765)));
+        forces[0] = mul_add(c(-3.5e-6), du[0], mul_add(c(-0.0114), dq[0],
+            d_moment_moving_south_ghost0_x));
+        forces[1] = mul_add(c(-3.5e-6), du[1], mul_add(c(-0.0114), dq[1], d_moment_moving_south_x));
+        forces[2] = mul_add(c(-0.7071063925583853), d_across_south_ghost0_5, mul_add(c(-3.5e-6),
+            du[2], mul_add(c(-0.0114), dq[2], d_moment_moving_south_west_x)));
+        forces[3] = mul_add(c(0.8660254814097262), d_across_south_5, mul_add(c(-3.5e-6), du[3],
+            mul_add(c(-0.0114), dq[3], d_moment_moving_south_east_x)));
+        forces[4] = d_moment_above_south_east_x_2 + mul_add(c(-3.5e-6), du[4], mul_add(c(-0.0114),
+            dq[4], d_moment_moving_east_x));
+        forces[5] = d_moment_above_south_west_x_2 + mul_add(c(-3.5e-6), du[5], mul_add(c(-0.0114),
+            dq[5], d_moment_moving_west_x));
+        closure[0] = mul_add(c(0.9999999999999999), mul_add(c(0.08068423607472835),
+            d_alpha_moving_south_ghost0_z, mul_add(d_omega_south_ghost0_x, part,
+            omega_south_ghost0_x * part_2)), -part_7);
         closure[1] = part_9;
-        closure[2] = carried_south_ghost0_z * part_2 + d_carried_south_ghost0_z * part
-            + d_alpha_moving_south_west_y * c(0.0570523391071303)
-            - (d_alpha_moving_south_east_y * c(-0.03493732098380992)
-                + (part_10 - d_alpha_moving_south_y * c(0.0698745855993765)));
+        closure[2] = mul_add(c(0.0570523391071303), d_alpha_moving_south_west_y,
+            mul_add(d_carried_south_ghost0_z, part, carried_south_ghost0_z * part_2))
+            - mul_add(c(-0.03493732098380992), d_alpha_moving_south_east_y,
+            mul_add(c(-0.0698745855993765), d_alpha_moving_south_y, part_10));
     }
 }
 

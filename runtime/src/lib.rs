@@ -126,7 +126,7 @@ pub use jacobian::{JacobianMut, derivatives_along, jacobian};
 pub use linearization::{LinearizationMut, linearize};
 pub use mechanism::{Closure, Equations, Forces, Jacobian, Mechanism, Storage};
 pub use projection::{Projected, project};
-pub use scalar::Scalar;
+pub use scalar::{Scalar, Scalar as Arithmetic};
 pub use state::{State, StateOf};
 pub use stops::Stopped;
 pub use system::{Balance, Change, Dimensions, Drive, Energy, EquationsMut, System};

@@ -30,6 +30,16 @@ pub trait Scalar:
     fn from_f64(value: f64) -> Self;
     /// As an `f64`.
     fn to_f64(self) -> f64;
+    /// self * a + b.
+    #[inline]
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        self * a + b
+    }
+    /// Sines and cosines.
+    #[inline]
+    fn sin_cos_all<const K: usize>(angles: [Self; K]) -> [(Self, Self); K] {
+        angles.map(Self::sin_cos)
+    }
     /// Square root.
     fn sqrt(self) -> Self;
     /// Sine and cosine.
