@@ -18,8 +18,11 @@
 //   points: 6 operations: 3 add, 2 mul, 0 div, 1 sin_cos, 0 other
 //   energy: 9 operations: 2 add, 6 mul, 0 div, 1 sin_cos, 0 other
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
-//   reactions: 25 operations: 12 add, 12 mul, 0 div, 1 sin_cos, 0 other
+//   reactions: 26 operations: 13 add, 12 mul, 0 div, 1 sin_cos, 0 other
 //   tangent: 8 operations: 3 add, 4 mul, 0 div, 1 sin_cos, 0 other
+//   acceleration: 8 operations: 3 add, 4 mul, 0 div, 1 sin_cos, 0 other
+//   projection: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
+//   misfit: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 
 /// Coordinates: one angle per joint.
 pub const N: usize = 1;
@@ -239,22 +242,23 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         let Some(reactions) = out.first_chunk_mut::<6>() else { return };
         let (sin_hinge, cos_hinge) = S::sin_cos(q[0]);
         // arm
-        let spin_arm_y = u[0] * c(4.531021650040903e-5);
-        let force_arm_y = mul_add(c(-1.81241590968e-3), u[0] * u[0],
+        let omega_xx_arm = u[0] * u[0];
+        let moment_moving_arm_x = -cos_hinge * c(-0.0177798000739608)
+            - mul_add(c(1.167917774784309e-7), a[0], a[0] * c(1.2270930835949067e-4));
+        let force_carried_arm_y = mul_add(c(-1.81241590968e-3), omega_xx_arm,
             sin_hinge * c(-0.34228880128799993));
-        let moment_arm_z = mul_add(-u[0], spin_arm_y, sin_hinge * c(-8.557185803319869e-3));
-        let force_moving_arm_z = mul_add(c(1.81241590968e-3), a[0],
+        let force_carried_arm_z = mul_add(c(1.81241590968e-3), a[0],
             cos_hinge * c(-0.34228880128799993));
-        let moment_moving_arm_x = mul_add(c(-1.2282610013696912e-4), a[0],
-            -cos_hinge * c(-0.0177798000739608));
-        let moment_moving_arm_y = mul_add(c(-4.531021650040903e-5), a[0],
+        let moment_carried_arm_y = mul_add(c(-4.531021650040903e-5), a[0],
             -cos_hinge * c(-8.557185803319869e-3));
+        let moment_carried_arm_z = mul_add(c(-4.531021650040903e-5), omega_xx_arm,
+            sin_hinge * c(-8.557185803319869e-3));
         reactions[0] = c(0.0);
-        reactions[1] = -force_arm_y;
-        reactions[2] = -force_moving_arm_z;
+        reactions[1] = -force_carried_arm_y;
+        reactions[2] = -force_carried_arm_z;
         reactions[3] = -moment_moving_arm_x;
-        reactions[4] = -moment_moving_arm_y;
-        reactions[5] = -moment_arm_z;
+        reactions[4] = -moment_carried_arm_y;
+        reactions[5] = -moment_carried_arm_z;
     }
     fn write_tangent(
         &self,
@@ -280,6 +284,37 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         // arm
         let d_moment_moving_arm_x = -dq[0] * arm_part * c(0.0177798000739608);
         forces[0] = mul_add(c(-2.5e-5), du[0], mul_add(c(-7.6e-3), dq[0], d_moment_moving_arm_x));
+    }
+    fn write_acceleration(
+        &self,
+        t: S,
+        q: &[S],
+        u: &[S],
+        out: &mut [S],
+    ) -> ::lamc_runtime::Margin<S> {
+        let c = S::from_f64;
+        let mul_add = S::mul_add;
+        let Some(q) = q.first_chunk::<N>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let Some(u) = u.first_chunk::<N>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let margin = &mut [c(0.0); 2];
+        let Some(acceleration) = out.first_chunk_mut::<1>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let (_, cos_hinge) = S::sin_cos(q[0]);
+        // arm
+        let moment_arm_x = -cos_hinge * c(-0.0177798000739608);
+        acceleration[0] = mul_add(c(-2.5e-5), u[0], mul_add(c(-7.6e-3), q[0],
+            moment_arm_x)) * c(8141.592046681067);
+        margin[0] = c(8141.592046681067);
+        margin[1] = c(1.0);
+        ::lamc_runtime::Margin {
+            inverse_pivot: margin[0],
+            conditioning: margin[1],
+        }
     }
 }
 

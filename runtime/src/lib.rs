@@ -129,5 +129,7 @@ pub use projection::{Projected, project};
 pub use scalar::{Scalar, Scalar as Arithmetic};
 pub use state::{State, StateOf};
 pub use stops::Stopped;
-pub use system::{Balance, Change, Dimensions, Drive, Energy, EquationsMut, System};
+pub use system::{
+    Balance, Change, Dimensions, Drive, Energy, EquationsMut, Margin, MisfitMut, System,
+};
 pub use workspace::workspace_len;

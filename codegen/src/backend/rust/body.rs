@@ -16,7 +16,7 @@ use crate::backend::text::wrap;
 use crate::program::{Function, Interface, Moving, Program, Slot};
 
 /// What locals must not be called.
-const RESERVED: [&str; 31] = [
+const RESERVED: [&str; 35] = [
     "t",
     "q",
     "u",
@@ -48,6 +48,10 @@ const RESERVED: [&str; 31] = [
     "closure",
     "visit",
     "acceleration",
+    "misfit",
+    "speeds",
+    "correction",
+    "margin",
 ];
 
 /// Spaces in front of a statement.

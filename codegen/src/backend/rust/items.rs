@@ -278,7 +278,7 @@ fn system(
         let Some(di) = change.inputs.first_chunk::<#input_count>() else { return };
     };
     let mut filled = |kind, places: &[&str], given: &TokenStream| {
-        filled(program.function_of(kind), syntax, places, given, bodies)
+        filled(program.function_of(kind), syntax, places, given, bodies, &TokenStream::new())
     };
     let equations_body = filled(
         FunctionKind::Equations,
@@ -290,6 +290,7 @@ fn system(
     let points_body = filled(FunctionKind::Points, &["out"], &position);
     let reactions_body = filled(FunctionKind::Reactions, &["out"], &balance);
     let tangent_body = filled(FunctionKind::Tangent, &["forces", "closure"], &directed);
+    let solved = solved(program, choice, syntax, bodies);
     let energy_body = bodies.write(program.function_of(FunctionKind::Energy));
     let drives_body = drive_visits(program, choice, syntax, bodies);
     let allowances = allowances();
@@ -373,8 +374,64 @@ fn system(
                 change: ::lamc_runtime::Change<'_, #scalar>,
                 forces: &mut [#scalar], closure: &mut [#scalar],
             ) { #tangent_body }
+            #solved
         }
     }
+}
+
+/// The functions that solve, where the program has them.
+fn solved(
+    program: &Program,
+    choice: ScalarChoice,
+    syntax: &Syntax,
+    bodies: &mut Bodies,
+) -> TokenStream {
+    let (scalar, zero) = (&syntax.scalar, constant(choice, 0.0));
+    let none = quote!(::lamc_runtime::Margin::none());
+    let given = |otherwise: &TokenStream| {
+        quote! {
+            let Some(q) = q.first_chunk::<N>() else { return #otherwise };
+            let Some(u) = u.first_chunk::<N>() else { return #otherwise };
+        }
+    };
+    let mut functions = TokenStream::new();
+    let acceleration = program.function_of(FunctionKind::Acceleration);
+    let solving = given(&none);
+    let solving = quote!(#solving let margin = &mut [#zero; 2];);
+    let trusted = quote! {
+        ::lamc_runtime::Margin { inverse_pivot: margin[0], conditioning: margin[1] }
+    };
+    if !acceleration.outputs.is_empty() {
+        let body = filled(acceleration, syntax, &["out"], &solving, bodies, &none);
+        functions.extend(quote! {
+            fn write_acceleration(
+                &self, t: #scalar, q: &[#scalar], u: &[#scalar], out: &mut [#scalar],
+            ) -> ::lamc_runtime::Margin<#scalar> { #body #trusted }
+        });
+    }
+    let projection = program.function_of(FunctionKind::Projection);
+    let places = ["out.residual", "out.misfit", "out.speeds", "correction"];
+    if !projection.outputs.is_empty() {
+        let body = filled(projection, syntax, &places, &solving, bodies, &none);
+        functions.extend(quote! {
+            fn write_projection(
+                &self, q: &[#scalar], u: &[#scalar],
+                out: ::lamc_runtime::MisfitMut<'_, #scalar>, correction: &mut [#scalar],
+            ) -> ::lamc_runtime::Margin<#scalar> { #body #trusted }
+        });
+    }
+    let misfit = program.function_of(FunctionKind::Misfit);
+    if !misfit.outputs.is_empty() {
+        let nothing = TokenStream::new();
+        let body = filled(misfit, syntax, &places[..3], &given(&nothing), bodies, &nothing);
+        functions.extend(quote! {
+            fn write_misfit(
+                &self, q: &[#scalar], u: &[#scalar],
+                out: ::lamc_runtime::MisfitMut<'_, #scalar>,
+            ) { #body }
+        });
+    }
+    functions
 }
 
 /// What is allowed to functions of many statements.
@@ -399,13 +456,15 @@ fn parts_of(program: &Program, syntax: &Syntax, parts: &TokenStream) -> TokenStr
     quote! { #allowances impl #bound #model #generic { #parts } }
 }
 
-/// What is given, then every output assigned to an array of exactly its length, at these places.
+/// What is given, then every output assigned to an array of exactly its length, at these places;
+/// returns `otherwise` where one is too short.
 fn filled(
     function: &Function,
     syntax: &Syntax,
     places: &[&str],
     given: &TokenStream,
     bodies: &mut Bodies,
+    otherwise: &TokenStream,
 ) -> TokenStream {
     let mut arrays = TokenStream::new();
     for (output, place) in function.outputs.iter().zip(places) {
@@ -413,7 +472,7 @@ fn filled(
             let (name, length) = (format_ident!("{}", output.name), number(output.entries.len()));
             let path = place.split('.').map(|part| format_ident!("{part}"));
             arrays.extend(quote! {
-                let Some(#name) = #(#path).*.first_chunk_mut::<#length>() else { return };
+                let Some(#name) = #(#path).*.first_chunk_mut::<#length>() else { return #otherwise };
             });
         }
     }
