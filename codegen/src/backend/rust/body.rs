@@ -101,7 +101,7 @@ impl<'a> Body<'a> {
     fn trait_path(&self) -> TokenStream {
         match self.scalar {
             ScalarChoice::Generic => quote!(S),
-            _ => quote!(::lamc_runtime::Scalar),
+            _ => quote!(::lamc_runtime::Arithmetic),
         }
     }
 
