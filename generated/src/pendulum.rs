@@ -18,8 +18,11 @@
 //   points: 6 operations: 3 add, 2 mul, 0 div, 1 sin_cos, 0 other
 //   energy: 9 operations: 2 add, 6 mul, 0 div, 1 sin_cos, 0 other
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
-//   reactions: 25 operations: 12 add, 12 mul, 0 div, 1 sin_cos, 0 other
+//   reactions: 26 operations: 13 add, 12 mul, 0 div, 1 sin_cos, 0 other
 //   tangent: 8 operations: 3 add, 4 mul, 0 div, 1 sin_cos, 0 other
+//   acceleration: 8 operations: 3 add, 4 mul, 0 div, 1 sin_cos, 0 other
+//   projection: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
+//   misfit: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 
 /// Coordinates: one angle per joint.
 pub const N: usize = 1;
@@ -235,22 +238,23 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         let Some(reactions) = out.first_chunk_mut::<6>() else { return };
         // arm
         let (sin_hinge, cos_hinge) = S::sin_cos(q[0]);
-        let spin_arm_y = u[0] * c(4.531021650040903e-5);
-        let force_arm_y = sin_hinge * c(-0.34228880128799993)
-            - u[0] * u[0] * c(1.81241590968e-3);
-        let moment_arm_z = sin_hinge * c(-8.557185803319869e-3) - u[0] * spin_arm_y;
-        let force_moving_arm_z = cos_hinge * c(-0.34228880128799993)
-            + c(1.81241590968e-3) * a[0];
+        let omega_xx_arm = u[0] * u[0];
         let moment_moving_arm_x = -cos_hinge * c(-0.0177798000739608)
-            - a[0] * c(1.2282610013696912e-4);
-        let moment_moving_arm_y = -cos_hinge * c(-8.557185803319869e-3)
-            - c(4.531021650040903e-5) * a[0];
+            - (a[0] * c(1.2270930835949067e-4) + a[0] * c(1.167917774784309e-7));
+        let force_carried_arm_y = sin_hinge * c(-0.34228880128799993)
+            - omega_xx_arm * c(1.81241590968e-3);
+        let force_carried_arm_z = cos_hinge * c(-0.34228880128799993)
+            + c(1.81241590968e-3) * a[0];
+        let moment_carried_arm_y = -cos_hinge * c(-8.557185803319869e-3)
+            - a[0] * c(4.531021650040903e-5);
+        let moment_carried_arm_z = sin_hinge * c(-8.557185803319869e-3)
+            - omega_xx_arm * c(4.531021650040903e-5);
         reactions[0] = c(0.0);
-        reactions[1] = -force_arm_y;
-        reactions[2] = -force_moving_arm_z;
+        reactions[1] = -force_carried_arm_y;
+        reactions[2] = -force_carried_arm_z;
         reactions[3] = -moment_moving_arm_x;
-        reactions[4] = -moment_moving_arm_y;
-        reactions[5] = -moment_arm_z;
+        reactions[4] = -moment_carried_arm_y;
+        reactions[5] = -moment_carried_arm_z;
     }
     fn write_tangent(
         &self,
@@ -275,6 +279,33 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         let arm_part = S::sin_cos(q[0]).0;
         let d_moment_moving_arm_x = -dq[0] * arm_part * c(0.0177798000739608);
         forces[0] = d_moment_moving_arm_x - dq[0] * c(7.6e-3) - du[0] * c(2.5e-5);
+    }
+    fn write_acceleration(
+        &self,
+        t: S,
+        q: &[S],
+        u: &[S],
+        out: &mut [S],
+    ) -> ::lamc_runtime::Margin<S> {
+        let c = S::from_f64;
+        let Some(q) = q.first_chunk::<N>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let Some(u) = u.first_chunk::<N>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let Some(acceleration) = out.first_chunk_mut::<1>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        // arm
+        let cos_hinge = S::sin_cos(q[0]).1;
+        let moment_arm_x = -cos_hinge * c(-0.0177798000739608);
+        acceleration[0] = (moment_arm_x - q[0] * c(7.6e-3) - u[0] * c(2.5e-5))
+            * c(8141.592046681067);
+        ::lamc_runtime::Margin {
+            inverse_pivot: c(8141.592046681067),
+            conditioning: c(1.0),
+        }
     }
 }
 

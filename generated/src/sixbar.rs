@@ -18,14 +18,17 @@
 //   loop 0: spherical, 9 equations, 3 independent, mobility 3
 //
 // Cost of one evaluation:
-//   equations: 517 operations: 207 add, 304 mul, 0 div, 6 sin_cos, 0 other
+//   equations: 470 operations: 202 add, 262 mul, 0 div, 6 sin_cos, 0 other
 //   closure: 269 operations: 123 add, 140 mul, 0 div, 6 sin_cos, 0 other
 //   poses: 210 operations: 94 add, 111 mul, 0 div, 5 sin_cos, 0 other
 //   points: 64 operations: 26 add, 35 mul, 0 div, 3 sin_cos, 0 other
 //   energy: 184 operations: 65 add, 113 mul, 0 div, 6 sin_cos, 0 other
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
-//   reactions: 724 operations: 330 add, 388 mul, 0 div, 6 sin_cos, 0 other
-//   tangent: 924 operations: 382 add, 536 mul, 0 div, 6 sin_cos, 0 other
+//   reactions: 682 operations: 329 add, 347 mul, 0 div, 6 sin_cos, 0 other
+//   tangent: 783 operations: 341 add, 436 mul, 0 div, 6 sin_cos, 0 other
+//   acceleration: 674 operations: 274 add, 382 mul, 8 div, 6 sin_cos, 4 other
+//   projection: 647 operations: 263 add, 366 mul, 8 div, 6 sin_cos, 4 other
+//   misfit: 228 operations: 93 add, 129 mul, 0 div, 6 sin_cos, 0 other
 
 /// Coordinates: one angle per joint.
 pub const N: usize = 6;
@@ -224,7 +227,16 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let south_east_part = sin_south_east_east * across_south_east;
         let omega_south_east_x = across_south_east + u[3];
         let south_east_part_2 = south_east_part * u[3];
+        let alpha_south_east_y = -south_east_part_2;
         let south_east_part_3 = carried_south_east_y * u[3];
+        let omega_xx_south_east = omega_south_east_x * omega_south_east_x;
+        let omega_yy_south_east = carried_south_east_y * carried_south_east_y;
+        let omega_xy_south_east = carried_south_east_y * omega_south_east_x;
+        let south_east_part_4 = south_east_part * omega_south_east_x;
+        let south_east_part_5 = carried_south_east_y * south_east_part;
+        let gradient_x_south_east_y = south_east_part_3 + omega_xy_south_east;
+        let gradient_x_south_east_z = alpha_south_east_y - south_east_part_4;
+        let gradient_z_south_east_x = south_east_part_2 - south_east_part_4;
         // south_west
         let south_west_part = u[5] * c(0.8660257562110547);
         let carried_south_west_x = u[5] * c(0.4999993895786978);
@@ -233,6 +245,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let omega_south_west_x = carried_south_west_x + u[2];
         let alpha_south_west_y = south_west_part_3 * u[2];
         let south_west_part_4 = south_west_part_2 * u[2];
+        let omega_xx_south_west = omega_south_west_x * omega_south_west_x;
+        let omega_yy_south_west = south_west_part_2 * south_west_part_2;
+        let omega_xy_south_west = -south_west_part_2 * omega_south_west_x;
+        let omega_xz_south_west = south_west_part_3 * omega_south_west_x;
+        let south_west_part_5 = south_west_part_2 * south_west_part_3;
+        let gradient_x_south_west_y = omega_xy_south_west - south_west_part_4;
+        let gradient_x_south_west_z = alpha_south_west_y + omega_xz_south_west;
+        let gradient_z_south_west_x = omega_xz_south_west - alpha_south_west_y;
         // south
         let across_south = carried_south_east_y * c(0.4999998655490338)
             + omega_south_east_x * c(0.8660254814097262);
@@ -244,10 +264,23 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             - sin_south_south_east * across_south;
         let omega_south_x = carried_south_x + u[1];
         let across_south_2 = south_east_part_2 * c(-0.4999998655490338);
+        let south_part = south_east_part_2 * c(-0.8660254814097262);
         let alpha_south_y = cos_south_south_east * across_south_2
             + (carried_south_z * u[1] - sin_south_south_east * south_east_part_3);
         let alpha_south_z = -cos_south_south_east * south_east_part_3
             - carried_south_y * u[1] - sin_south_south_east * across_south_2;
+        let omega_xx_south = omega_south_x * omega_south_x;
+        let omega_yy_south = carried_south_y * carried_south_y;
+        let omega_zz_south = carried_south_z * carried_south_z;
+        let omega_xy_south = carried_south_y * omega_south_x;
+        let omega_xz_south = carried_south_z * omega_south_x;
+        let omega_yz_south = carried_south_y * carried_south_z;
+        let gradient_x_south_y = omega_xy_south - alpha_south_z;
+        let gradient_x_south_z = alpha_south_y + omega_xz_south;
+        let gradient_y_south_x = alpha_south_z + omega_xy_south;
+        let gradient_y_south_z = south_part + omega_yz_south;
+        let gradient_z_south_x = omega_xz_south - alpha_south_y;
+        let gradient_z_south_y = omega_yz_south - south_part;
         // south_ghost0
         let across_south_ghost0 = south_west_part_2 * c(-0.7071071698144961)
             - omega_south_west_x * c(0.7071063925583853);
@@ -259,177 +292,152 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             - sin_south_west_south * across_south_ghost0;
         let omega_south_ghost0_x = carried_south_ghost0_x + u[0];
         let across_south_ghost0_2 = alpha_south_west_y * c(0.7071071698144961);
+        let alpha_south_ghost0_x = alpha_south_west_y * c(0.7071063925583853);
         let alpha_south_ghost0_y = cos_south_west_south * across_south_ghost0_2
             + (carried_south_ghost0_z * u[0] + sin_south_west_south * south_west_part_4);
         let alpha_south_ghost0_z = cos_south_west_south * south_west_part_4
             - carried_south_ghost0_y * u[0]
             - sin_south_west_south * across_south_ghost0_2;
+        let omega_xx_south_ghost0 = omega_south_ghost0_x * omega_south_ghost0_x;
+        let omega_yy_south_ghost0 = carried_south_ghost0_y * carried_south_ghost0_y;
+        let omega_xy_south_ghost0 = carried_south_ghost0_y * omega_south_ghost0_x;
+        let omega_xz_south_ghost0 = carried_south_ghost0_z * omega_south_ghost0_x;
+        let omega_yz_south_ghost0 = carried_south_ghost0_y * carried_south_ghost0_z;
+        let gradient_x_south_ghost0_y = omega_xy_south_ghost0 - alpha_south_ghost0_z;
+        let gradient_x_south_ghost0_z = alpha_south_ghost0_y + omega_xz_south_ghost0;
+        let gradient_y_south_ghost0_x = alpha_south_ghost0_z + omega_xy_south_ghost0;
+        let gradient_y_south_ghost0_z = omega_yz_south_ghost0 - alpha_south_ghost0_x;
+        let gradient_z_south_ghost0_x = omega_xz_south_ghost0 - alpha_south_ghost0_y;
+        let gradient_z_south_ghost0_y = alpha_south_ghost0_x + omega_yz_south_ghost0;
         // east
         let east_part = cos_ground_east * c(9.81);
         // west
         let west_part = cos_ground_west * c(9.81);
         // south_east
         let across_south_east_2 = sin_ground_east * c(-6.936717523440031);
-        let gravity_south_east_y = cos_south_east_east * across_south_east_2
+        let free_fall_south_east_y = cos_south_east_east * across_south_east_2
             - sin_south_east_east * east_part;
-        let gravity_south_east_z = -cos_south_east_east * east_part
+        let free_fall_south_east_z = -cos_south_east_east * east_part
             - sin_south_east_east * across_south_east_2;
-        let spin_south_east_x = carried_south_east_y * c(7.2072789294646456e-6)
-            + omega_south_east_x * c(6.528386880865056e-6);
-        let spin_south_east_y = carried_south_east_y * c(1.2623937521576776e-5)
-            + omega_south_east_x * c(7.2072789294646456e-6);
-        let spin_south_east_z = south_east_part * c(-1.9085552925721835e-5);
         // south_west
         let across_south_west = sin_ground_west * c(-4.904994011767025);
-        let gravity_south_west_y = cos_west_south_west * across_south_west
+        let free_fall_south_west_y = cos_west_south_west * across_south_west
             - sin_west_south_west * west_part;
-        let gravity_south_west_z = -cos_west_south_west * west_part
+        let free_fall_south_west_z = -cos_west_south_west * west_part
             - sin_west_south_west * across_south_west;
-        let spin_south_west_x = omega_south_west_x * c(3.5009112434957244e-6)
-            - south_west_part_2 * c(-5.7748035664558305e-6);
-        let spin_south_west_y = south_west_part_2 * c(-1.3277584214115283e-5)
-            - omega_south_west_x * c(5.7748035664558305e-6);
-        let spin_south_west_z = south_west_part_3 * c(1.672491735517822e-5);
         // south
-        let across_south_3 = c(0.4999998655490338) * gravity_south_east_y
+        let across_south_3 = c(0.4999998655490338) * free_fall_south_east_y
             + sin_ground_east * c(6.007374132640437);
-        let gravity_south_x = sin_ground_east * c(3.468357829071642)
-            - c(0.8660254814097262) * gravity_south_east_y;
-        let gravity_south_y = sin_south_south_east * gravity_south_east_z
-            + cos_south_south_east * across_south_3;
-        let gravity_south_z = cos_south_south_east * gravity_south_east_z
+        let free_fall_south_x = sin_ground_east * c(3.468357829071642)
+            - c(0.8660254814097262) * free_fall_south_east_y;
+        let free_fall_south_z = cos_south_south_east * free_fall_south_east_z
             - sin_south_south_east * across_south_3;
-        let spin_south_x = carried_south_y * c(6.64555505684884e-6)
-            + omega_south_x * c(5.589035390741692e-6);
-        let spin_south_y = carried_south_y * c(1.3262745496786403e-5)
-            + omega_south_x * c(6.64555505684884e-6);
-        let spin_south_z = carried_south_z * c(1.880432772214127e-5);
         // south_ghost0
-        let across_south_ghost0_3 = c(0.7071071698144961) * gravity_south_west_y
+        let across_south_ghost0_3 = c(0.7071071698144961) * free_fall_south_west_y
             - sin_ground_west * c(-6.007372737186426);
-        let gravity_south_ghost0_x = sin_ground_west * c(-6.007379340531013)
-            + c(0.7071063925583853) * gravity_south_west_y;
-        let gravity_south_ghost0_y = sin_south_west_south * gravity_south_west_z
-            + cos_south_west_south * across_south_ghost0_3;
-        let gravity_south_ghost0_z = cos_south_west_south * gravity_south_west_z
+        let free_fall_south_ghost0_x = sin_ground_west * c(-6.007379340531013)
+            + c(0.7071063925583853) * free_fall_south_west_y;
+        let free_fall_south_ghost0_z = cos_south_west_south * free_fall_south_west_z
             - sin_south_west_south * across_south_ghost0_3;
-        let spin_south_ghost0_x = omega_south_ghost0_x * c(5.589094341868576e-6)
-            - carried_south_ghost0_y * c(6.645589092322223e-6);
-        let spin_south_ghost0_y = carried_south_ghost0_y * c(1.3262686545659515e-5)
-            - omega_south_ghost0_x * c(6.645589092322223e-6);
-        let spin_south_ghost0_z = carried_south_ghost0_z * c(1.880432772214127e-5);
-        let moment_south_ghost0_x = gravity_south_ghost0_z * c(1.7025149681007906e-4)
-            - (alpha_south_west_y * c(3.952084337747171e-6)
-                + (carried_south_ghost0_y * spin_south_ghost0_z
-                    - carried_south_ghost0_z * spin_south_ghost0_y)
-                - alpha_south_ghost0_y * c(6.645589092322223e-6));
-        let moment_south_ghost0_y = -gravity_south_ghost0_z * c(2.948828340031111e-4)
-            - (alpha_south_ghost0_y * c(1.3262686545659515e-5)
-                + (carried_south_ghost0_z * spin_south_ghost0_x
-                    - omega_south_ghost0_x * spin_south_ghost0_z
-                    - alpha_south_west_y * c(4.699138529497321e-6)));
-        let moment_south_ghost0_z = gravity_south_ghost0_y * c(2.948828340031111e-4)
-            - gravity_south_ghost0_x * c(1.7025149681007906e-4)
-            - (alpha_south_ghost0_z * c(1.880432772214127e-5)
-                + (omega_south_ghost0_x * spin_south_ghost0_y
-                    - carried_south_ghost0_y * spin_south_ghost0_x));
-        let across_south_ghost0_4 = cos_south_west_south * moment_south_ghost0_y
+        let moment_south_ghost0_x = free_fall_south_ghost0_z * c(1.7025149681007906e-4)
+            - (gradient_z_south_ghost0_y * c(5.5653677591751645e-6)
+                + (gradient_z_south_ghost0_x * c(6.645589092322223e-6)
+                    - gradient_y_south_ghost0_z * c(2.372658269341246e-8)));
+        let south_ghost0_part = gradient_x_south_ghost0_z * c(2.372658269341246e-8)
+            - gradient_z_south_ghost0_y * c(6.645589092322223e-6);
+        let moment_south_ghost0_z = -free_fall_south_ghost0_x * c(1.7025149681007906e-4)
+            - (c(6.645589092322223e-6) * (omega_yy_south_ghost0 - omega_xx_south_ghost0)
+                - gradient_x_south_ghost0_y * c(5.5653677591751645e-6));
+        let across_south_ghost0_4 = -cos_south_west_south * south_ghost0_part
             - sin_south_west_south * moment_south_ghost0_z;
         let moment_above_south_ghost0_x = c(0.7071071698144961) * moment_south_ghost0_x
             - c(0.7071063925583853) * across_south_ghost0_4;
         let moment_above_south_ghost0_y = c(0.7071071698144961) * across_south_ghost0_4
             + c(0.7071063925583853) * moment_south_ghost0_x;
-        let moment_above_south_ghost0_z = sin_south_west_south * moment_south_ghost0_y
-            + cos_south_west_south * moment_south_ghost0_z;
+        let moment_above_south_ghost0_z = cos_south_west_south * moment_south_ghost0_z
+            - sin_south_west_south * south_ghost0_part;
         // south
-        let moment_south_x = -gravity_south_z * c(1.702501854199059e-4)
-            - (alpha_south_y * c(6.64555505684884e-6)
-                + (south_east_part_2 * c(4.840247064883071e-6)
-                    + (carried_south_y * spin_south_z
-                        - carried_south_z * spin_south_y)));
-        let moment_south_y = -gravity_south_z * c(2.9488359113430905e-4)
-            - (alpha_south_y * c(1.3262745496786403e-5)
-                + (south_east_part_2 * c(5.755220017342357e-6)
-                    + (carried_south_z * spin_south_x - omega_south_x * spin_south_z)));
-        let moment_south_z = gravity_south_y * c(2.9488359113430905e-4)
-            + gravity_south_x * c(1.702501854199059e-4)
-            - (alpha_south_z * c(1.880432772214127e-5)
-                + (omega_south_x * spin_south_y - carried_south_y * spin_south_x));
-        let across_south_4 = cos_south_south_east * moment_south_y
+        let moment_south_x = -free_fall_south_z * c(1.702501854199059e-4)
+            - (gradient_z_south_y * c(5.565308808048279e-6)
+                - gradient_y_south_z * c(2.3726582693412885e-8)
+                - gradient_z_south_x * c(6.64555505684884e-6));
+        let south_part_2 = gradient_x_south_z * c(2.3726582693412885e-8)
+            + gradient_z_south_y * c(6.64555505684884e-6);
+        let moment_south_z = free_fall_south_x * c(1.702501854199059e-4)
+            - (-gradient_x_south_y * c(5.565308808048279e-6)
+                - c(6.64555505684884e-6) * (omega_yy_south - omega_xx_south));
+        let across_south_4 = -cos_south_south_east * south_part_2
             - sin_south_south_east * moment_south_z;
         let moment_above_south_x = c(0.4999998655490338) * moment_south_x
             + c(0.8660254814097262) * across_south_4;
         let moment_above_south_y = c(0.4999998655490338) * across_south_4
             - c(0.8660254814097262) * moment_south_x;
-        let moment_above_south_z = sin_south_south_east * moment_south_y
-            + cos_south_south_east * moment_south_z;
+        let moment_above_south_z = cos_south_south_east * moment_south_z
+            - sin_south_south_east * south_part_2;
         // south_west
         let moment_south_west_x = moment_above_south_ghost0_x
-            + gravity_south_west_z * c(1.4350139506894642e-4)
-            - (-south_west_part_2 * spin_south_west_z
-                - south_west_part_3 * spin_south_west_y
-                - alpha_south_west_y * c(5.7748035664558305e-6));
+            + free_fall_south_west_z * c(3.520149320482795e-4)
+            - (gradient_z_south_west_x * c(1.2394283547934881e-5)
+                + (south_west_part_5 * c(-1.0093594897589384e-5)
+                    - south_west_part_5 * c(-2.6789051216394143e-8)));
         let moment_south_west_y = moment_above_south_ghost0_y
-            - gravity_south_west_z * c(3.191766616116623e-4)
-            - (alpha_south_west_y * c(1.3277584214115283e-5)
-                + (south_west_part_3 * spin_south_west_x
-                    - omega_south_west_x * spin_south_west_z));
+            - (gradient_x_south_west_z * c(2.6789051216394143e-8)
+                - south_west_part_5 * c(-1.2394283547934881e-5));
         let moment_south_west_z = moment_above_south_ghost0_z
-            + (gravity_south_west_y * c(3.191766616116623e-4)
-                - sin_ground_west * c(-1.2191466200246904e-3))
-            - (south_west_part_4 * c(1.672491735517822e-5)
-                + (south_west_part_2 * spin_south_west_x
-                    + omega_south_west_x * spin_south_west_y));
+            - sin_ground_west * c(-2.9906177176792508e-3)
+            - (c(1.2394283547934881e-5) * (omega_yy_south_west - omega_xx_south_west)
+                - gradient_x_south_west_y * c(1.0093594897589384e-5));
         let across_south_west_2 = cos_west_south_west * moment_south_west_y
             - sin_west_south_west * moment_south_west_z;
         let moment_above_south_west_x = c(0.4999993895786978) * moment_south_west_x
             - c(0.8660257562110547) * across_south_west_2;
         // south_east
         let moment_south_east_x = moment_above_south_x
-            - gravity_south_east_z * c(2.1820669112261221e-4)
-            - (south_east_part_2 * c(-7.2072789294646456e-6)
-                + (carried_south_east_y * spin_south_east_z
-                    + south_east_part * spin_south_east_y));
+            - free_fall_south_east_z * c(4.7358339509453106e-4)
+            - (south_east_part_5 * c(-1.6424267108073443e-5)
+                - south_east_part_5 * c(-3.338573836000013e-8)
+                - gradient_z_south_east_x * c(1.293994125217518e-5));
         let moment_south_east_y = moment_above_south_y
-            - gravity_south_east_z * c(3.4369412604123286e-4)
-            - (south_east_part_2 * c(-1.2623937521576776e-5)
-                + (-south_east_part * spin_south_east_x
-                    - omega_south_east_x * spin_south_east_z));
+            - (south_east_part_5 * c(-1.293994125217518e-5)
+                + gradient_x_south_east_z * c(3.338573836000013e-8));
         let moment_south_east_z = moment_above_south_z
-            + (gravity_south_east_y * c(3.4369412604123286e-4)
-                + sin_ground_east * c(1.5136381780420903e-3))
-            - (south_east_part_3 * c(-1.9085552925721835e-5)
-                + (omega_south_east_x * spin_south_east_y
-                    - carried_south_east_y * spin_south_east_x));
+            + sin_ground_east * c(3.285114235562457e-3)
+            - (-gradient_x_south_east_y * c(1.6424267108073443e-5)
+                - c(1.293994125217518e-5) * (omega_yy_south_east - omega_xx_south_east));
         let across_south_east_3 = cos_south_east_east * moment_south_east_y
             - sin_south_east_east * moment_south_east_z;
         let moment_above_south_east_x = c(0.7071067811865475) * moment_south_east_x
             + c(0.7071067811865475) * across_south_east_3;
         // west
         let moment_west_x = moment_above_south_west_x
-            + cos_ground_west * c(-1.84966277484791e-3);
+            + cos_ground_west * c(-6.332769027236974e-3);
         // east
         let moment_east_x = moment_above_south_east_x
-            - cos_ground_east * c(-1.2186563262174758e-3);
+            - cos_ground_east * c(-4.625527205006544e-3);
         // south_ghost0
-        let moment_above_south_ghost0_x_2 = c(3.952088681904902e-6)
+        let turned_xy_south_ghost0 = cos_south_west_south * c(6.645589092322223e-6);
+        let moment_above_south_ghost0_x_2 = c(3.952088681904903e-6)
             - cos_south_west_south * c(-4.699138529497321e-6);
-        let moment_above_south_ghost0_y_2 = c(3.952084337747171e-6)
-            + cos_south_west_south * c(-4.699143694822053e-6);
+        let moment_above_south_ghost0_y_2 = cos_south_west_south
+            * c(-4.699143694822053e-6) + c(3.952084337747171e-6);
+        let turned_xz_south_ghost0 = sin_south_west_south * c(6.645589092322223e-6);
         // south_west
-        let across_south_west_3 = sin_west_south_west
-            * (sin_south_west_south * c(6.645589092322223e-6))
+        let across_south_west_3 = sin_west_south_west * turned_xz_south_ghost0
             + cos_west_south_west * moment_above_south_ghost0_y_2;
         let moment_above_south_west_x_2 = c(0.4999993895786978)
             * moment_above_south_ghost0_x_2
             - c(0.8660257562110547) * across_south_west_3;
         // south_ghost0
-        let cos_squared_south_ghost0 = cos_south_west_south * cos_south_west_south;
-        let sin_cos_south_ghost0 = sin_south_west_south * cos_south_west_south;
-        let bend_south_ghost0 = cos_squared_south_ghost0 * c(-5.541641176481754e-6);
-        let turned_yy_south_ghost0 = c(1.880432772214127e-5) + bend_south_ghost0;
-        let twist_south_ghost0 = cos_south_west_south * c(-6.645589092318208e-6);
+        let twist_south_ghost0 = sin_south_west_south * c(5.541641176481752e-6);
+        let bend_south_ghost0 = sin_south_west_south * twist_south_ghost0;
+        let shear_south_ghost0 = cos_south_west_south * twist_south_ghost0;
+        let turned_yy_south_ghost0 = c(5.5653677591751645e-6) - bend_south_ghost0;
+        let twist_south_ghost0_2 = cos_south_west_south * c(9.398287389644106e-6)
+            - c(0.7071063925583853) * turned_yy_south_ghost0;
+        let bend_south_ghost0_2 = c(0.7071063925583853) * twist_south_ghost0_2;
+        let shear_south_ghost0_2 = c(0.7071071698144961) * twist_south_ghost0_2;
         // south
+        let across_south_5 = cos_south_south_east * c(6.64555505684884e-6);
         let moment_above_south_x_2 = c(2.7945169439196375e-6)
             + cos_south_south_east * c(5.755220017342357e-6);
         let moment_above_south_y_2 = cos_south_south_east * c(3.3227766349231214e-6)
@@ -441,77 +449,87 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let moment_above_south_east_x_2 = c(0.7071067811865475) * moment_above_south_x_2
             + c(0.7071067811865475) * across_south_east_4;
         // south
-        let cos_squared_south = cos_south_south_east * cos_south_south_east;
-        let sin_cos_south = sin_south_south_east * cos_south_south_east;
-        let bend_south = cos_squared_south * c(-5.541582225354866e-6);
-        let turned_yy_south = c(1.880432772214127e-5) + bend_south;
-        let south_part = cos_south_south_east * c(5.755218469752573e-6);
+        let twist_south = sin_south_south_east * c(5.541582225354866e-6);
+        let bend_south = sin_south_south_east * twist_south;
+        let shear_south = cos_south_south_east * twist_south;
+        let turned_yy_south = c(5.565308808048279e-6) - bend_south;
+        let twist_south_2 = cos_south_south_east * c(-6.645553269846243e-6)
+            + c(0.8660254814097262) * turned_yy_south;
+        let south_part_3 = c(0.8660254814097262) * twist_south_2;
+        let shear_south_2 = c(0.4999998655490338) * twist_south_2;
         // south_west
-        let inertia_xx_south_west = turned_yy_south_ghost0 * c(0.4999994503969332)
-            + c(6.295461486213403e-6) - twist_south_ghost0;
-        let inertia_xy_south_west = (c(5.589094341868576e-6) - turned_yy_south_ghost0)
-            * c(0.49999999999969785)
-            + (cos_south_west_south * c(-7.30487229028714e-12)
-                - c(5.7748035664558305e-6));
-        let inertia_xz_south_west = sin_south_west_south * c(-4.699143694822053e-6)
-            - sin_cos_south_ghost0 * c(-3.9185299011550195e-6);
-        let inertia_yy_south_west = twist_south_ghost0
-            + (turned_yy_south_ghost0 * c(0.5000005496030666) + c(1.607212831326618e-5));
-        let inertia_yz_south_west = sin_cos_south_ghost0 * c(-3.9185342084294875e-6)
-            + sin_south_west_south * c(-4.699138529497321e-6);
-        let inertia_zz_south_west = c(2.9987603900837736e-5) - bend_south_ghost0;
-        let across_south_west_4 = cos_west_south_west * inertia_xy_south_west
-            - sin_west_south_west * inertia_xz_south_west;
-        let moment_above_south_west_x_3 = c(0.4999993895786978) * inertia_xx_south_west
+        let second_moment_xy_south_west = shear_south_ghost0_2
+            + (c(1.2394283547934881e-5) - turned_xy_south_ghost0);
+        let second_moment_xz_south_west = sin_south_west_south * c(4.699143694822053e-6)
+            - c(0.7071063925583853) * shear_south_ghost0;
+        let second_moment_yy_south_west = bend_south_ghost0_2
+            + (c(1.0093594897589384e-5) + turned_yy_south_ghost0);
+        let second_moment_yz_south_west = c(0.7071071698144961) * shear_south_ghost0
+            + sin_south_west_south * c(4.699138529497321e-6);
+        let second_moment_zz_south_west = bend_south_ghost0 + c(5.0515633909806605e-8);
+        let mass_west_south_west_west_south_west = second_moment_yy_south_west
+            + second_moment_zz_south_west;
+        let south_west_part_6 = sin_west_south_west * second_moment_xz_south_west;
+        let south_west_part_7 = cos_west_south_west * second_moment_xy_south_west;
+        let across_south_west_4 = south_west_part_6 - south_west_part_7;
+        let moment_above_south_west_x_3 = c(0.4999993895786978)
+            * mass_west_south_west_west_south_west
             - c(0.8660257562110547) * across_south_west_4;
-        let cos_squared_south_west = cos_west_south_west * cos_west_south_west;
-        let sin_cos_south_west = sin_west_south_west * cos_west_south_west;
-        let difference_south_west = inertia_yy_south_west - inertia_zz_south_west;
-        let bend_south_west = cos_squared_south_west * difference_south_west
-            - sin_cos_south_west * (inertia_yz_south_west * c(2.0));
-        let turned_yy_south_west = inertia_zz_south_west + bend_south_west;
-        let twist_south_west = across_south_west_4 * c(0.866024698929915);
+        let twist_south_west = sin_west_south_west
+            * (second_moment_yy_south_west - second_moment_zz_south_west)
+            + second_moment_yz_south_west * (cos_west_south_west * c(2.0));
+        let bend_south_west = sin_west_south_west * twist_south_west;
+        let turned_xy_south_west = south_west_part_7 - south_west_part_6;
+        let turned_yy_south_west = second_moment_yy_south_west - bend_south_west;
+        let twist_south_west_2 = turned_xy_south_west * c(0.9999987791573955)
+            + c(0.8660257562110547) * (-bend_south_ghost0_2 - turned_yy_south_west);
+        let bend_south_west_2 = c(0.8660257562110547) * twist_south_west_2;
         // south_east
-        let inertia_xx_south_east = south_part
-            + (turned_yy_south * c(0.750000134450948) + c(7.925644977099372e-6));
-        let inertia_xy_south_east = c(7.2072789294646456e-6)
-            + cos_south_south_east * c(-3.322779315426776e-6)
-            - (c(5.589035390741692e-6) - turned_yy_south) * c(0.4330126242669004);
-        let inertia_xz_south_east = sin_south_south_east * c(3.3227766349231214e-6)
-            + sin_cos_south * c(-4.79915141448453e-6);
-        let inertia_yy_south_east = turned_yy_south * c(0.24999986554905188)
-            + c(1.6815714816084153e-5) - south_part;
-        let inertia_yz_south_east = sin_cos_south * c(-2.7707903676063486e-6)
-            - sin_south_south_east * c(5.755220017342357e-6);
-        let inertia_zz_south_east = c(3.234829842250824e-5) - bend_south;
-        let across_south_east_5 = cos_south_east_east * inertia_xy_south_east
-            - sin_south_east_east * inertia_xz_south_east;
-        let moment_above_south_east_x_3 = c(0.7071067811865475) * inertia_xx_south_east
-            + c(0.7071067811865475) * across_south_east_5;
-        let cos_squared_south_east = cos_south_east_east * cos_south_east_east;
-        let sin_cos_south_east = sin_south_east_east * cos_south_east_east;
-        let difference_south_east = inertia_yy_south_east - inertia_zz_south_east;
-        let bend_south_east = cos_squared_south_east * difference_south_east
-            - sin_cos_south_east * (c(2.0) * inertia_yz_south_east);
-        let turned_yy_south_east = inertia_zz_south_east + bend_south_east;
+        let second_moment_xy_south_east = across_south_5
+            + (shear_south_2 - c(1.293994125217518e-5));
+        let second_moment_xz_south_east = sin_south_south_east
+            * c(-3.3227766349231214e-6) + c(0.8660254814097262) * shear_south;
+        let second_moment_yy_south_east = c(1.6424267108073443e-5) + turned_yy_south
+            - south_part_3;
+        let second_moment_yz_south_east = c(0.4999998655490338) * shear_south
+            - sin_south_south_east * c(-5.755220017342357e-6);
+        let second_moment_zz_south_east = bend_south + c(5.711232105341301e-8);
+        let mass_south_east_east_south_east_east = second_moment_yy_south_east
+            + second_moment_zz_south_east;
+        let south_east_part_6 = sin_south_east_east * second_moment_xz_south_east;
+        let south_east_part_7 = cos_south_east_east * second_moment_xy_south_east;
+        let across_south_east_5 = south_east_part_6 - south_east_part_7;
+        let moment_above_south_east_x_3 = c(0.7071067811865475) * across_south_east_5
+            + c(0.7071067811865475) * mass_south_east_east_south_east_east;
+        let twist_south_east = sin_south_east_east
+            * (second_moment_yy_south_east - second_moment_zz_south_east)
+            + second_moment_yz_south_east * (cos_south_east_east * c(2.0));
+        let bend_south_east = sin_south_east_east * twist_south_east;
+        let turned_xy_south_east = south_east_part_7 - south_east_part_6;
+        let turned_yy_south_east = second_moment_yy_south_east - bend_south_east;
+        let twist_south_east_2 = turned_xy_south_east * c(1.414213562373095)
+            - c(0.7071067811865475) * (south_part_3 - turned_yy_south_east);
         // west
-        let inertia_xx_west = turned_yy_south_west * c(0.7500006104209291)
-            + (c(4.858529110617979e-6) + inertia_xx_south_west * c(0.2499993895790704))
-            - twist_south_west;
+        let second_moment_yy_west = bend_south_west_2
+            + (turned_yy_south_west + c(1.9727866980665146e-5));
+        let second_moment_zz_west = bend_south_west
+            + (second_moment_zz_south_west + c(3.3386074605289806e-8));
+        let mass_ground_west_ground_west = second_moment_yy_west + second_moment_zz_west;
         // east
-        let inertia_xx_east = across_south_east_5 * c(0.9999999999999998)
-            + (turned_yy_south_east * c(0.4999999999999999)
-                + (c(2.614579932665148e-6)
-                    + inertia_xx_south_east * c(0.4999999999999999)));
+        let second_moment_yy_east = turned_yy_south_east + c(1.0537942653489101e-5)
+            - c(0.7071067811865475) * twist_south_east_2;
+        let second_moment_zz_east = bend_south_east
+            + (second_moment_zz_south_east + c(2.6789645046735387e-8));
+        let mass_ground_east_ground_east = second_moment_yy_east + second_moment_zz_east;
         // loop 0
         let closure0_0_west_south_west = sin_south_west_south * c(0.057052339107130284);
         let closure0_0_south_east_east = -sin_south_south_east * c(-0.06987460438879263);
         // south_east
-        let south_east_part_4 = sin_south_east_east * c(0.7071067811865475);
+        let south_east_part_8 = sin_south_east_east * c(0.7071067811865475);
         // south
         let across_south_by_ground_east = c(0.6123724905851617)
             + cos_south_east_east * c(0.3535532955220838);
-        let carried_south_z_by_ground_east = -cos_south_south_east * south_east_part_4
+        let carried_south_z_by_ground_east = -cos_south_south_east * south_east_part_8
             - sin_south_south_east * across_south_by_ground_east;
         // loop 0
         let closure0_0_ground_east = -c(0.08068423607472835)
@@ -528,25 +546,18 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         // loop 0
         let closure0_0_ground_west = c(0.08068423607472834)
             * carried_south_ghost0_z_by_ground_west;
-        let loop0_part = carried_south_ghost0_y * c(0.08068423607472835);
-        let loop0_part_2 = -carried_south_y * c(0.04034213973350825)
-            - omega_south_x * c(0.06987458559937648);
-        let loop0_part_3 = carried_south_z * carried_south_z;
-        let loop0_part_4 = c(0.8660252485338008)
-            * (carried_south_y * loop0_part_2 + alpha_south_z * c(0.06987458559937648)
-                - c(0.04034213973350825) * loop0_part_3)
-            + (c(0.06987458559937648) * loop0_part_3
-                + (alpha_south_z * c(0.04034213973350825)
-                    - omega_south_x * loop0_part_2)) * c(0.5000002689018962);
-        let gamma0_0 = (omega_south_ghost0_x * loop0_part
-            + alpha_south_ghost0_z * c(0.08068423607472835)) * c(0.9999999999999999)
-            - loop0_part_4;
+        let loop0_part = ((omega_yy_south + omega_zz_south) * c(-0.04034213973350825)
+            - gradient_x_south_y * c(0.06987458559937648)) * c(0.8660252485338008)
+            + (gradient_y_south_x * c(0.04034213973350825)
+                - (omega_xx_south + omega_zz_south) * c(-0.06987458559937648))
+                * c(0.5000002689018962);
+        let gamma0_0 = gradient_y_south_ghost0_x * c(0.08068423607472834) - loop0_part;
         let closure0_1_west_south_west = -cos_south_west_south * c(-0.0570523391071303);
         let closure0_1_south_east_east = c(0.03493728340498269)
             + cos_south_south_east * c(0.03493732098380993);
         // south
         let carried_south_y_by_ground_east = cos_south_south_east
-            * across_south_by_ground_east - sin_south_south_east * south_east_part_4;
+            * across_south_by_ground_east - sin_south_south_east * south_east_part_8;
         let carried_south_x_by_ground_east = c(0.3535532955220838)
             - cos_south_east_east * c(0.6123724905851617);
         // loop 0
@@ -560,13 +571,9 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         // loop 0
         let closure0_1_ground_west = -c(0.08068423607472835)
             * carried_south_ghost0_y_by_ground_west;
-        let gamma0_1 = omega_south_ghost0_x
-            * (carried_south_ghost0_z * c(0.08068423607472835))
-            - alpha_south_ghost0_y * c(0.08068423607472835)
-            - (omega_south_x * (carried_south_z * c(0.04034213973350825))
-                - carried_south_z * (carried_south_y * c(0.06987458559937648))
-                - south_east_part_2 * c(0.06051317163200514)
-                - alpha_south_y * c(0.04034213973350825));
+        let gamma0_1 = gradient_z_south_ghost0_x * c(0.08068423607472835)
+            - (gradient_z_south_x * c(0.04034213973350825)
+                - gradient_z_south_y * c(0.06987458559937648));
         let closure0_2_south_east_east = cos_south_south_east * c(0.060513171632005154)
             - c(0.020171064442714458);
         let closure0_2_ground_east = carried_south_y_by_ground_east
@@ -578,13 +585,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         // loop 0
         let closure0_2_ground_west = c(0.08068423607472835)
             * carried_south_ghost0_x_by_ground_west;
-        let gamma0_2 = carried_south_ghost0_z * loop0_part
-            + alpha_south_west_y * c(0.0570523391071303)
-            - (south_east_part_2 * c(0.03493732098380992)
-                + (carried_south_z * (carried_south_y * c(0.040342139733508246))
-                    + omega_south_x * (carried_south_z * c(0.0698745855993765)))
-                - alpha_south_y * c(0.0698745855993765));
-        mass[0] = c(5.589094341868576e-6);
+        let gamma0_2 = gradient_z_south_ghost0_y * c(0.08068423607472835)
+            - (gradient_z_south_x * c(0.0698745855993765)
+                + gradient_z_south_y * c(0.040342139733508246));
+        mass[0] = c(5.5890943418685765e-6);
         mass[1] = c(0.0);
         mass[2] = moment_above_south_ghost0_x_2;
         mass[3] = c(0.0);
@@ -598,28 +602,28 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         mass[11] = c(0.0);
         mass[12] = moment_above_south_ghost0_x_2;
         mass[13] = c(0.0);
-        mass[14] = inertia_xx_south_west;
+        mass[14] = mass_west_south_west_west_south_west;
         mass[15] = c(0.0);
         mass[16] = c(0.0);
         mass[17] = moment_above_south_west_x_3;
         mass[18] = c(0.0);
         mass[19] = moment_above_south_x_2;
         mass[20] = c(0.0);
-        mass[21] = inertia_xx_south_east;
+        mass[21] = mass_south_east_east_south_east_east;
         mass[22] = moment_above_south_east_x_3;
         mass[23] = c(0.0);
         mass[24] = c(0.0);
         mass[25] = moment_above_south_east_x_2;
         mass[26] = c(0.0);
         mass[27] = moment_above_south_east_x_3;
-        mass[28] = inertia_xx_east;
+        mass[28] = mass_ground_east_ground_east;
         mass[29] = c(0.0);
         mass[30] = moment_above_south_west_x_2;
         mass[31] = c(0.0);
         mass[32] = moment_above_south_west_x_3;
         mass[33] = c(0.0);
         mass[34] = c(0.0);
-        mass[35] = inertia_xx_west;
+        mass[35] = mass_ground_west_ground_west;
         forcing[0] = moment_south_ghost0_x - q[0] * c(0.0114) - u[0] * c(3.5e-6);
         forcing[1] = moment_south_x - q[1] * c(0.0114) - u[1] * c(3.5e-6);
         forcing[2] = moment_south_west_x - q[2] * c(0.0114) - u[2] * c(3.5e-6);
@@ -858,8 +862,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             - axis_x_south_east_y * arm0_1_south_x);
         jacobian[34] = -(c(0.7071067811865475) * arm0_1_south_y
             - c(0.7071067811865475) * arm0_1_south_x);
-        jacobian[35] = -c(0.7071067811865475) * arm0_1_south_ghost0_y
-            - c(0.7071067811865475) * arm0_1_south_ghost0_x;
+        jacobian[35] = -c(0.7071067811865475) * arm0_1_south_ghost0_x
+            - c(0.7071067811865475) * arm0_1_south_ghost0_y;
         jacobian[36] = axis_x_south_ghost0_y * arm0_2_south_ghost0_z
             - axis_x_south_ghost0_z * arm0_2_south_ghost0_y;
         jacobian[37] = -(axis_x_south_y * arm0_2_south_z
@@ -1207,46 +1211,46 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             - sin_south_west_south * across_south_ghost0;
         let omega_south_ghost0_x = carried_south_ghost0_x + u[0];
         // east
-        let kinetic_east = u[4] * u[4] * c(1.307289966332574e-6);
+        let kinetic_east = u[4] * u[4] * c(1.3072899663325737e-6);
         // west
-        let kinetic_west = u[5] * u[5] * c(2.4292645553089896e-6);
+        let kinetic_west = u[5] * u[5] * c(2.429264555308989e-6);
         // south_east
         let south_east_part_2 = south_east_part * south_east_part
             * c(1.9085552925721835e-5)
             + (carried_south_east_y
-                * (carried_south_east_y * c(1.2623937521576776e-5)
+                * (carried_south_east_y * c(1.2623937521576779e-5)
                     + omega_south_east_x * c(7.2072789294646456e-6))
                 + omega_south_east_x
                     * (carried_south_east_y * c(7.2072789294646456e-6)
-                        + omega_south_east_x * c(6.528386880865056e-6)));
-        let kinetic_south_east = south_east_part_2 * c(0.5);
+                        + omega_south_east_x * c(6.528386880865058e-6)));
+        let kinetic_south_east = c(0.5) * south_east_part_2;
         // south_west
         let south_west_part_4 = south_west_part_3 * south_west_part_3
-            * c(1.672491735517822e-5)
+            * c(1.6724917355178218e-5)
             + (omega_south_west_x
-                * (omega_south_west_x * c(3.5009112434957244e-6)
+                * (omega_south_west_x * c(3.500911243495723e-6)
                     - south_west_part_2 * c(-5.7748035664558305e-6))
                 - south_west_part_2
-                    * (south_west_part_2 * c(-1.3277584214115283e-5)
+                    * (south_west_part_2 * c(-1.3277584214115281e-5)
                         - omega_south_west_x * c(5.7748035664558305e-6)));
         let kinetic_south_west = c(0.5) * south_west_part_4;
         // south
-        let south_part = carried_south_z * carried_south_z * c(1.880432772214127e-5)
+        let south_part = carried_south_z * carried_south_z * c(1.8804327722141266e-5)
             + (carried_south_y
-                * (carried_south_y * c(1.3262745496786403e-5)
+                * (carried_south_y * c(1.3262745496786401e-5)
                     + omega_south_x * c(6.64555505684884e-6))
                 + omega_south_x
                     * (carried_south_y * c(6.64555505684884e-6)
                         + omega_south_x * c(5.589035390741692e-6)));
         let kinetic_south = c(0.5) * south_part;
         // south_ghost0
-        let south_ghost0_part = c(1.880432772214127e-5)
-            * (carried_south_ghost0_z * carried_south_ghost0_z)
+        let south_ghost0_part = carried_south_ghost0_z * carried_south_ghost0_z
+            * c(1.880432772214127e-5)
             + (carried_south_ghost0_y
-                * (carried_south_ghost0_y * c(1.3262686545659515e-5)
+                * (carried_south_ghost0_y * c(1.3262686545659517e-5)
                     - omega_south_ghost0_x * c(6.645589092322223e-6))
                 + omega_south_ghost0_x
-                    * (omega_south_ghost0_x * c(5.589094341868576e-6)
+                    * (omega_south_ghost0_x * c(5.5890943418685765e-6)
                         - carried_south_ghost0_y * c(6.645589092322223e-6)));
         let kinetic_south_ghost0 = c(0.5) * south_ghost0_part;
         // east
@@ -1302,17 +1306,17 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let spring_south_east_east = c(5.7e-3) * (q[3] * q[3]);
         let spring_ground_east = c(5.7e-3) * (q[4] * q[4]);
         let spring_ground_west = c(5.7e-3) * (q[5] * q[5]);
-        let part = spring_ground_west
-            + (spring_ground_east
-                + (spring_south_east_east
-                    + (spring_west_south_west
-                        + (spring_south_south_east
-                            + (spring_south_west_south
-                                + (potential_south_ghost0
-                                    + (potential_south
-                                        + (potential_south_west
-                                            + (potential_south_east
-                                                + (potential_east + potential_west))))))))));
+        let part = spring_ground_east
+            + (spring_south_east_east
+                + (spring_west_south_west
+                    + (spring_south_south_east
+                        + (spring_south_west_south
+                            + (potential_south_ghost0
+                                + (potential_south
+                                    + (potential_south_west
+                                        + (potential_south_east
+                                            + (potential_west
+                                                + (potential_east + spring_ground_west))))))))));
         ::lamc_runtime::Energy {
             kinetic: kinetic_south_ghost0
                 + (kinetic_south
@@ -1342,17 +1346,37 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let (sin_south_south_east, cos_south_south_east) = S::sin_cos(q[1]);
         // south_ghost0
         let (sin_south_west_south, cos_south_west_south) = S::sin_cos(q[0]);
+        // east
+        let omega_xx_east = u[4] * u[4];
+        // west
+        let omega_xx_west = u[5] * u[5];
         // south_east
         let across_south_east = u[4] * c(0.7071067811865475);
         let carried_south_east_y = cos_south_east_east * across_south_east;
         let south_east_part = sin_south_east_east * across_south_east;
         let omega_south_east_x = across_south_east + u[3];
+        let omega_xx_south_east = omega_south_east_x * omega_south_east_x;
+        let omega_yy_south_east = carried_south_east_y * carried_south_east_y;
+        let omega_zz_south_east = south_east_part * south_east_part;
+        let omega_xy_south_east = carried_south_east_y * omega_south_east_x;
+        let south_east_part_2 = south_east_part * omega_south_east_x;
+        let omega_xz_south_east = -south_east_part_2;
+        let south_east_part_3 = carried_south_east_y * south_east_part;
+        let omega_yz_south_east = -south_east_part_3;
         // south_west
         let south_west_part = u[5] * c(0.8660257562110547);
         let carried_south_west_x = u[5] * c(0.4999993895786978);
         let south_west_part_2 = cos_west_south_west * south_west_part;
         let south_west_part_3 = sin_west_south_west * south_west_part;
         let omega_south_west_x = carried_south_west_x + u[2];
+        let omega_xx_south_west = omega_south_west_x * omega_south_west_x;
+        let omega_yy_south_west = south_west_part_2 * south_west_part_2;
+        let omega_zz_south_west = south_west_part_3 * south_west_part_3;
+        let south_west_part_4 = south_west_part_2 * omega_south_west_x;
+        let omega_xy_south_west = -south_west_part_4;
+        let omega_xz_south_west = south_west_part_3 * omega_south_west_x;
+        let south_west_part_5 = south_west_part_2 * south_west_part_3;
+        let omega_yz_south_west = -south_west_part_5;
         // south
         let across_south = carried_south_east_y * c(0.4999998655490338)
             + omega_south_east_x * c(0.8660254814097262);
@@ -1363,6 +1387,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let carried_south_z = -cos_south_south_east * south_east_part
             - sin_south_south_east * across_south;
         let omega_south_x = carried_south_x + u[1];
+        let omega_xx_south = omega_south_x * omega_south_x;
+        let omega_yy_south = carried_south_y * carried_south_y;
+        let omega_zz_south = carried_south_z * carried_south_z;
+        let omega_xy_south = carried_south_y * omega_south_x;
+        let omega_xz_south = carried_south_z * omega_south_x;
+        let omega_yz_south = carried_south_y * carried_south_z;
         // south_ghost0
         let across_south_ghost0 = south_west_part_2 * c(-0.7071071698144961)
             - omega_south_west_x * c(0.7071063925583853);
@@ -1373,61 +1403,46 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let carried_south_ghost0_z = cos_south_west_south * south_west_part_3
             - sin_south_west_south * across_south_ghost0;
         let omega_south_ghost0_x = carried_south_ghost0_x + u[0];
+        let omega_xx_south_ghost0 = omega_south_ghost0_x * omega_south_ghost0_x;
+        let omega_yy_south_ghost0 = carried_south_ghost0_y * carried_south_ghost0_y;
+        let omega_zz_south_ghost0 = carried_south_ghost0_z * carried_south_ghost0_z;
+        let omega_xy_south_ghost0 = carried_south_ghost0_y * omega_south_ghost0_x;
+        let omega_xz_south_ghost0 = carried_south_ghost0_z * omega_south_ghost0_x;
+        let omega_yz_south_ghost0 = carried_south_ghost0_y * carried_south_ghost0_z;
         // east
         let east_part = cos_ground_east * c(9.81);
-        let spin_east_y = u[4] * c(4.888494966109656e-6);
         // west
         let west_part = cos_ground_west * c(9.81);
         // south_east
         let across_south_east_2 = sin_ground_east * c(-6.936717523440031);
-        let gravity_south_east_y = cos_south_east_east * across_south_east_2
+        let free_fall_south_east_y = cos_south_east_east * across_south_east_2
             - sin_south_east_east * east_part;
-        let gravity_south_east_z = -cos_south_east_east * east_part
+        let free_fall_south_east_z = -cos_south_east_east * east_part
             - sin_south_east_east * across_south_east_2;
-        let spin_south_east_x = carried_south_east_y * c(7.2072789294646456e-6)
-            + omega_south_east_x * c(6.528386880865056e-6);
-        let spin_south_east_y = carried_south_east_y * c(1.2623937521576776e-5)
-            + omega_south_east_x * c(7.2072789294646456e-6);
-        let spin_south_east_z = south_east_part * c(-1.9085552925721835e-5);
         // south_west
         let across_south_west = sin_ground_west * c(-4.904994011767025);
-        let gravity_south_west_y = cos_west_south_west * across_south_west
+        let free_fall_south_west_y = cos_west_south_west * across_south_west
             - sin_west_south_west * west_part;
-        let gravity_south_west_z = -cos_west_south_west * west_part
+        let free_fall_south_west_z = -cos_west_south_west * west_part
             - sin_west_south_west * across_south_west;
-        let spin_south_west_x = omega_south_west_x * c(3.5009112434957244e-6)
-            - south_west_part_2 * c(-5.7748035664558305e-6);
-        let spin_south_west_y = south_west_part_2 * c(-1.3277584214115283e-5)
-            - omega_south_west_x * c(5.7748035664558305e-6);
-        let spin_south_west_z = south_west_part_3 * c(1.672491735517822e-5);
         // south
-        let across_south_2 = c(0.4999998655490338) * gravity_south_east_y
+        let across_south_2 = c(0.4999998655490338) * free_fall_south_east_y
             + sin_ground_east * c(6.007374132640437);
-        let gravity_south_x = sin_ground_east * c(3.468357829071642)
-            - c(0.8660254814097262) * gravity_south_east_y;
-        let gravity_south_y = sin_south_south_east * gravity_south_east_z
+        let free_fall_south_x = sin_ground_east * c(3.468357829071642)
+            - c(0.8660254814097262) * free_fall_south_east_y;
+        let free_fall_south_y = sin_south_south_east * free_fall_south_east_z
             + cos_south_south_east * across_south_2;
-        let gravity_south_z = cos_south_south_east * gravity_south_east_z
+        let free_fall_south_z = cos_south_south_east * free_fall_south_east_z
             - sin_south_south_east * across_south_2;
-        let spin_south_x = carried_south_y * c(6.64555505684884e-6)
-            + omega_south_x * c(5.589035390741692e-6);
-        let spin_south_y = carried_south_y * c(1.3262745496786403e-5)
-            + omega_south_x * c(6.64555505684884e-6);
-        let spin_south_z = carried_south_z * c(1.880432772214127e-5);
         // south_ghost0
-        let across_south_ghost0_2 = c(0.7071071698144961) * gravity_south_west_y
+        let across_south_ghost0_2 = c(0.7071071698144961) * free_fall_south_west_y
             - sin_ground_west * c(-6.007372737186426);
-        let gravity_south_ghost0_x = sin_ground_west * c(-6.007379340531013)
-            + c(0.7071063925583853) * gravity_south_west_y;
-        let gravity_south_ghost0_y = sin_south_west_south * gravity_south_west_z
+        let free_fall_south_ghost0_x = sin_ground_west * c(-6.007379340531013)
+            + c(0.7071063925583853) * free_fall_south_west_y;
+        let free_fall_south_ghost0_y = sin_south_west_south * free_fall_south_west_z
             + cos_south_west_south * across_south_ghost0_2;
-        let gravity_south_ghost0_z = cos_south_west_south * gravity_south_west_z
+        let free_fall_south_ghost0_z = cos_south_west_south * free_fall_south_west_z
             - sin_south_west_south * across_south_ghost0_2;
-        let spin_south_ghost0_x = omega_south_ghost0_x * c(5.589094341868576e-6)
-            - carried_south_ghost0_y * c(6.645589092322223e-6);
-        let spin_south_ghost0_y = carried_south_ghost0_y * c(1.3262686545659515e-5)
-            - omega_south_ghost0_x * c(6.645589092322223e-6);
-        let spin_south_ghost0_z = carried_south_ghost0_z * c(1.880432772214127e-5);
         // south_east
         let across_south_east_3 = c(0.7071067811865475) * a[4];
         let alpha_moving_south_east_x = across_south_east_3 + a[3];
@@ -1435,13 +1450,37 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             - south_east_part * u[3];
         let alpha_moving_south_east_z = -carried_south_east_y * u[3]
             - sin_south_east_east * across_south_east_3;
+        let gradient_moving_x_south_east_y = omega_xy_south_east
+            - alpha_moving_south_east_z;
+        let gradient_moving_x_south_east_z = alpha_moving_south_east_y
+            - south_east_part_2;
+        let gradient_moving_y_south_east_x = omega_xy_south_east
+            + alpha_moving_south_east_z;
+        let gradient_moving_y_south_east_z = omega_yz_south_east
+            - alpha_moving_south_east_x;
+        let gradient_moving_z_south_east_x = omega_xz_south_east
+            - alpha_moving_south_east_y;
+        let gradient_moving_z_south_east_y = alpha_moving_south_east_x
+            - south_east_part_3;
         // south_west
-        let south_west_part_4 = c(0.8660257562110547) * a[5];
+        let south_west_part_6 = c(0.8660257562110547) * a[5];
         let alpha_moving_south_west_x = c(0.4999993895786978) * a[5] + a[2];
         let alpha_moving_south_west_y = south_west_part_3 * u[2]
-            - cos_west_south_west * south_west_part_4;
+            - cos_west_south_west * south_west_part_6;
         let alpha_moving_south_west_z = south_west_part_2 * u[2]
-            + sin_west_south_west * south_west_part_4;
+            + sin_west_south_west * south_west_part_6;
+        let gradient_moving_x_south_west_y = omega_xy_south_west
+            - alpha_moving_south_west_z;
+        let gradient_moving_x_south_west_z = omega_xz_south_west
+            + alpha_moving_south_west_y;
+        let gradient_moving_y_south_west_x = alpha_moving_south_west_z
+            - south_west_part_4;
+        let gradient_moving_y_south_west_z = omega_yz_south_west
+            - alpha_moving_south_west_x;
+        let gradient_moving_z_south_west_x = omega_xz_south_west
+            - alpha_moving_south_west_y;
+        let gradient_moving_z_south_west_y = alpha_moving_south_west_x
+            - south_west_part_5;
         // south
         let across_south_3 = c(0.4999998655490338) * alpha_moving_south_east_y
             + c(0.8660254814097262) * alpha_moving_south_east_x;
@@ -1453,6 +1492,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
                 + sin_south_south_east * alpha_moving_south_east_z);
         let alpha_moving_south_z = cos_south_south_east * alpha_moving_south_east_z
             - carried_south_y * u[1] - sin_south_south_east * across_south_3;
+        let gradient_moving_x_south_y = omega_xy_south - alpha_moving_south_z;
+        let gradient_moving_x_south_z = omega_xz_south + alpha_moving_south_y;
+        let gradient_moving_y_south_x = omega_xy_south + alpha_moving_south_z;
+        let gradient_moving_y_south_z = omega_yz_south - alpha_moving_south_x;
+        let gradient_moving_z_south_x = omega_xz_south - alpha_moving_south_y;
+        let gradient_moving_z_south_y = omega_yz_south + alpha_moving_south_x;
         // south_ghost0
         let across_south_ghost0_3 = c(0.7071071698144961) * alpha_moving_south_west_y
             - c(0.7071063925583853) * alpha_moving_south_west_x;
@@ -1465,253 +1510,237 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let alpha_moving_south_ghost0_z = cos_south_west_south
             * alpha_moving_south_west_z - carried_south_ghost0_y * u[0]
             - sin_south_west_south * across_south_ghost0_3;
-        let south_ghost0_part = omega_south_ghost0_x * c(1.7025149681007906e-4)
-            - carried_south_ghost0_y * c(2.948828340031111e-4);
-        let south_ghost0_part_2 = carried_south_ghost0_z * carried_south_ghost0_z;
-        let force_moving_south_ghost0_x = gravity_south_ghost0_x
-            * c(7.559640658759916e-3)
-            - (carried_south_ghost0_y * south_ghost0_part
-                - alpha_moving_south_ghost0_z * c(1.7025149681007906e-4)
-                - c(2.948828340031111e-4) * south_ghost0_part_2);
-        let force_moving_south_ghost0_y = gravity_south_ghost0_y
-            * c(7.559640658759916e-3)
-            - (alpha_moving_south_ghost0_z * c(2.948828340031111e-4)
-                - omega_south_ghost0_x * south_ghost0_part
-                - c(1.7025149681007906e-4) * south_ghost0_part_2);
-        let force_moving_south_ghost0_z = gravity_south_ghost0_z
-            * c(7.559640658759916e-3)
-            - (alpha_moving_south_ghost0_x * c(1.7025149681007906e-4)
-                + (carried_south_ghost0_z
-                    * (carried_south_ghost0_y * c(1.7025149681007906e-4))
-                    + omega_south_ghost0_x
-                        * (carried_south_ghost0_z * c(2.948828340031111e-4))
-                    - alpha_moving_south_ghost0_y * c(2.948828340031111e-4)));
-        let moment_moving_south_ghost0_x = gravity_south_ghost0_z
+        let gradient_moving_x_south_ghost0_y = omega_xy_south_ghost0
+            - alpha_moving_south_ghost0_z;
+        let gradient_moving_x_south_ghost0_z = omega_xz_south_ghost0
+            + alpha_moving_south_ghost0_y;
+        let gradient_moving_y_south_ghost0_x = omega_xy_south_ghost0
+            + alpha_moving_south_ghost0_z;
+        let gradient_moving_y_south_ghost0_z = omega_yz_south_ghost0
+            - alpha_moving_south_ghost0_x;
+        let gradient_moving_z_south_ghost0_x = omega_xz_south_ghost0
+            - alpha_moving_south_ghost0_y;
+        let gradient_moving_z_south_ghost0_y = omega_yz_south_ghost0
+            + alpha_moving_south_ghost0_x;
+        let moment_moving_south_ghost0_x = free_fall_south_ghost0_z
             * c(1.7025149681007906e-4)
-            - (c(5.589094341868576e-6) * alpha_moving_south_ghost0_x
-                + (carried_south_ghost0_y * spin_south_ghost0_z
-                    - carried_south_ghost0_z * spin_south_ghost0_y)
-                - c(6.645589092322223e-6) * alpha_moving_south_ghost0_y);
-        let moment_moving_south_ghost0_y = -gravity_south_ghost0_z
+            - (gradient_moving_z_south_ghost0_x * c(6.645589092322223e-6)
+                + gradient_moving_z_south_ghost0_y * c(5.5653677591751645e-6)
+                - gradient_moving_y_south_ghost0_z * c(2.372658269341246e-8));
+        // south
+        let moment_moving_south_x = -free_fall_south_z * c(1.702501854199059e-4)
+            - (gradient_moving_z_south_y * c(5.565308808048279e-6)
+                - gradient_moving_z_south_x * c(6.64555505684884e-6)
+                - gradient_moving_y_south_z * c(2.3726582693412885e-8));
+        // south_ghost0
+        let force_carried_south_ghost0_x = free_fall_south_ghost0_x
+            * c(7.559640658759916e-3)
+            - ((omega_yy_south_ghost0 + omega_zz_south_ghost0) * c(-2.948828340031111e-4)
+                + gradient_moving_x_south_ghost0_y * c(1.7025149681007906e-4));
+        let force_carried_south_ghost0_y = free_fall_south_ghost0_y
+            * c(7.559640658759916e-3)
+            - ((omega_xx_south_ghost0 + omega_zz_south_ghost0)
+                * c(-1.7025149681007906e-4)
+                + gradient_moving_y_south_ghost0_x * c(2.948828340031111e-4));
+        let force_carried_south_ghost0_z = free_fall_south_ghost0_z
+            * c(7.559640658759916e-3)
+            - (gradient_moving_z_south_ghost0_x * c(2.948828340031111e-4)
+                + gradient_moving_z_south_ghost0_y * c(1.7025149681007906e-4));
+        let moment_carried_south_ghost0_y = -free_fall_south_ghost0_z
             * c(2.948828340031111e-4)
-            - (c(1.3262686545659515e-5) * alpha_moving_south_ghost0_y
-                + (carried_south_ghost0_z * spin_south_ghost0_x
-                    - omega_south_ghost0_x * spin_south_ghost0_z
-                    - c(6.645589092322223e-6) * alpha_moving_south_ghost0_x));
-        let moment_moving_south_ghost0_z = gravity_south_ghost0_y
-            * c(2.948828340031111e-4) - gravity_south_ghost0_x * c(1.7025149681007906e-4)
-            - (c(1.880432772214127e-5) * alpha_moving_south_ghost0_z
-                + (omega_south_ghost0_x * spin_south_ghost0_y
-                    - carried_south_ghost0_y * spin_south_ghost0_x));
-        let across_south_ghost0_4 = cos_south_west_south * force_moving_south_ghost0_y
-            - sin_south_west_south * force_moving_south_ghost0_z;
+            - (gradient_moving_x_south_ghost0_z * c(2.372658269341246e-8)
+                - gradient_moving_z_south_ghost0_x * c(1.3238959962966104e-5)
+                - gradient_moving_z_south_ghost0_y * c(6.645589092322223e-6));
+        let moment_carried_south_ghost0_z = free_fall_south_ghost0_y
+            * c(2.948828340031111e-4)
+            - free_fall_south_ghost0_x * c(1.7025149681007906e-4)
+            - (gradient_moving_y_south_ghost0_x * c(1.3238959962966104e-5)
+                + c(6.645589092322223e-6)
+                    * (omega_yy_south_ghost0 - omega_xx_south_ghost0)
+                - gradient_moving_x_south_ghost0_y * c(5.5653677591751645e-6));
+        let across_south_ghost0_4 = cos_south_west_south * force_carried_south_ghost0_y
+            - sin_south_west_south * force_carried_south_ghost0_z;
         let force_above_south_ghost0_x = c(0.7071071698144961)
-            * force_moving_south_ghost0_x
+            * force_carried_south_ghost0_x
             - c(0.7071063925583853) * across_south_ghost0_4;
         let force_above_south_ghost0_y = c(0.7071071698144961) * across_south_ghost0_4
-            + c(0.7071063925583853) * force_moving_south_ghost0_x;
+            + c(0.7071063925583853) * force_carried_south_ghost0_x;
         let force_above_south_ghost0_z = sin_south_west_south
-            * force_moving_south_ghost0_y
-            + cos_south_west_south * force_moving_south_ghost0_z;
-        let across_south_ghost0_5 = cos_south_west_south * moment_moving_south_ghost0_y
-            - sin_south_west_south * moment_moving_south_ghost0_z;
+            * force_carried_south_ghost0_y
+            + cos_south_west_south * force_carried_south_ghost0_z;
+        let across_south_ghost0_5 = cos_south_west_south * moment_carried_south_ghost0_y
+            - sin_south_west_south * moment_carried_south_ghost0_z;
         let moment_above_south_ghost0_x = c(0.7071071698144961)
             * moment_moving_south_ghost0_x
             - c(0.7071063925583853) * across_south_ghost0_5;
         let moment_above_south_ghost0_y = c(0.7071071698144961) * across_south_ghost0_5
             + c(0.7071063925583853) * moment_moving_south_ghost0_x;
         let moment_above_south_ghost0_z = sin_south_west_south
-            * moment_moving_south_ghost0_y
-            + cos_south_west_south * moment_moving_south_ghost0_z;
+            * moment_carried_south_ghost0_y
+            + cos_south_west_south * moment_carried_south_ghost0_z;
         // south
-        let south_part = -carried_south_y * c(2.9488359113430905e-4)
-            - omega_south_x * c(1.702501854199059e-4);
-        let south_part_2 = carried_south_z * carried_south_z;
-        let force_moving_south_x = gravity_south_x * c(7.559640658759916e-3)
-            - (carried_south_y * south_part
-                + alpha_moving_south_z * c(1.702501854199059e-4)
-                - c(2.9488359113430905e-4) * south_part_2);
-        let force_moving_south_y = gravity_south_y * c(7.559640658759916e-3)
-            - (c(1.702501854199059e-4) * south_part_2
-                + (alpha_moving_south_z * c(2.9488359113430905e-4)
-                    - omega_south_x * south_part));
-        let force_moving_south_z = gravity_south_z * c(7.559640658759916e-3)
-            - (omega_south_x * (carried_south_z * c(2.9488359113430905e-4))
-                - carried_south_z * (carried_south_y * c(1.702501854199059e-4))
-                - alpha_moving_south_y * c(2.9488359113430905e-4)
-                - alpha_moving_south_x * c(1.702501854199059e-4));
-        let moment_moving_south_x = -gravity_south_z * c(1.702501854199059e-4)
-            - (c(6.64555505684884e-6) * alpha_moving_south_y
-                + (c(5.589035390741692e-6) * alpha_moving_south_x
-                    + (carried_south_y * spin_south_z
-                        - carried_south_z * spin_south_y)));
-        let moment_moving_south_y = -gravity_south_z * c(2.9488359113430905e-4)
-            - (c(1.3262745496786403e-5) * alpha_moving_south_y
-                + (c(6.64555505684884e-6) * alpha_moving_south_x
-                    + (carried_south_z * spin_south_x - omega_south_x * spin_south_z)));
-        let moment_moving_south_z = gravity_south_y * c(2.9488359113430905e-4)
-            + gravity_south_x * c(1.702501854199059e-4)
-            - (c(1.880432772214127e-5) * alpha_moving_south_z
-                + (omega_south_x * spin_south_y - carried_south_y * spin_south_x));
-        let across_south_4 = cos_south_south_east * force_moving_south_y
-            - sin_south_south_east * force_moving_south_z;
-        let force_above_south_x = c(0.4999998655490338) * force_moving_south_x
+        let force_carried_south_x = free_fall_south_x * c(7.559640658759916e-3)
+            - ((omega_yy_south + omega_zz_south) * c(-2.9488359113430905e-4)
+                - gradient_moving_x_south_y * c(1.702501854199059e-4));
+        let force_carried_south_y = free_fall_south_y * c(7.559640658759916e-3)
+            - (gradient_moving_y_south_x * c(2.9488359113430905e-4)
+                - (omega_xx_south + omega_zz_south) * c(-1.702501854199059e-4));
+        let force_carried_south_z = free_fall_south_z * c(7.559640658759916e-3)
+            - (gradient_moving_z_south_x * c(2.9488359113430905e-4)
+                - gradient_moving_z_south_y * c(1.702501854199059e-4));
+        let moment_carried_south_y = -free_fall_south_z * c(2.9488359113430905e-4)
+            - (gradient_moving_x_south_z * c(2.3726582693412885e-8)
+                + (gradient_moving_z_south_y * c(6.64555505684884e-6)
+                    - gradient_moving_z_south_x * c(1.3239018914092989e-5)));
+        let moment_carried_south_z = free_fall_south_y * c(2.9488359113430905e-4)
+            + free_fall_south_x * c(1.702501854199059e-4)
+            - (gradient_moving_y_south_x * c(1.3239018914092989e-5)
+                - c(6.64555505684884e-6) * (omega_yy_south - omega_xx_south)
+                - gradient_moving_x_south_y * c(5.565308808048279e-6));
+        let across_south_4 = cos_south_south_east * force_carried_south_y
+            - sin_south_south_east * force_carried_south_z;
+        let force_above_south_x = c(0.4999998655490338) * force_carried_south_x
             + c(0.8660254814097262) * across_south_4;
         let force_above_south_y = c(0.4999998655490338) * across_south_4
-            - c(0.8660254814097262) * force_moving_south_x;
-        let force_above_south_z = sin_south_south_east * force_moving_south_y
-            + cos_south_south_east * force_moving_south_z;
-        let across_south_5 = cos_south_south_east * moment_moving_south_y
-            - sin_south_south_east * moment_moving_south_z;
+            - c(0.8660254814097262) * force_carried_south_x;
+        let force_above_south_z = sin_south_south_east * force_carried_south_y
+            + cos_south_south_east * force_carried_south_z;
+        let across_south_5 = cos_south_south_east * moment_carried_south_y
+            - sin_south_south_east * moment_carried_south_z;
         let moment_above_south_x = c(0.4999998655490338) * moment_moving_south_x
             + c(0.8660254814097262) * across_south_5;
         let moment_above_south_y = c(0.4999998655490338) * across_south_5
             - c(0.8660254814097262) * moment_moving_south_x;
-        let moment_above_south_z = sin_south_south_east * moment_moving_south_y
-            + cos_south_south_east * moment_moving_south_z;
+        let moment_above_south_z = sin_south_south_east * moment_carried_south_y
+            + cos_south_south_east * moment_carried_south_z;
         // south_west
-        let south_west_part_5 = omega_south_west_x * c(1.4350139506894642e-4)
-            - south_west_part_2 * c(-3.191766616116623e-4);
-        let south_west_part_6 = south_west_part_3 * south_west_part_3;
-        let force_moving_south_west_x = force_above_south_ghost0_x
+        let force_carried_south_west_x = force_above_south_ghost0_x
             + sin_ground_west * c(-0.07254860693208019)
-            - (-south_west_part_2 * south_west_part_5
-                - alpha_moving_south_west_z * c(1.4350139506894642e-4)
-                - c(3.191766616116623e-4) * south_west_part_6);
-        let force_moving_south_west_y = force_above_south_ghost0_y
-            + gravity_south_west_y * c(8.539437450805796e-3)
-            - (alpha_moving_south_west_z * c(3.191766616116623e-4)
-                - omega_south_west_x * south_west_part_5
-                - c(1.4350139506894642e-4) * south_west_part_6);
-        let force_moving_south_west_z = force_above_south_ghost0_z
-            + gravity_south_west_z * c(8.539437450805796e-3)
-            - (alpha_moving_south_west_x * c(1.4350139506894642e-4)
-                + (south_west_part_3 * (south_west_part_2 * c(-1.4350139506894642e-4))
-                    + omega_south_west_x * (south_west_part_3 * c(3.191766616116623e-4))
-                    - alpha_moving_south_west_y * c(3.191766616116623e-4)));
-        let moment_moving_south_west_x = moment_above_south_ghost0_x
-            + gravity_south_west_z * c(1.4350139506894642e-4)
-            - (c(3.5009112434957244e-6) * alpha_moving_south_west_x
-                + (-south_west_part_2 * spin_south_west_z
-                    - south_west_part_3 * spin_south_west_y)
-                - c(5.7748035664558305e-6) * alpha_moving_south_west_y);
-        let moment_moving_south_west_y = moment_above_south_ghost0_y
-            - gravity_south_west_z * c(3.191766616116623e-4)
-            - (c(1.3277584214115283e-5) * alpha_moving_south_west_y
-                + (south_west_part_3 * spin_south_west_x
-                    - omega_south_west_x * spin_south_west_z
-                    - c(5.7748035664558305e-6) * alpha_moving_south_west_x));
-        let moment_moving_south_west_z = moment_above_south_ghost0_z
-            + (gravity_south_west_y * c(3.191766616116623e-4)
+            - ((omega_yy_south_west + omega_zz_south_west) * c(-3.191766616116623e-4)
+                + gradient_moving_x_south_west_y * c(1.4350139506894642e-4));
+        let force_carried_south_west_y = force_above_south_ghost0_y
+            + free_fall_south_west_y * c(8.539437450805796e-3)
+            - ((omega_xx_south_west + omega_zz_south_west) * c(-1.4350139506894642e-4)
+                + gradient_moving_y_south_west_x * c(3.191766616116623e-4));
+        let force_carried_south_west_z = force_above_south_ghost0_z
+            + free_fall_south_west_z * c(8.539437450805796e-3)
+            - (gradient_moving_z_south_west_x * c(3.191766616116623e-4)
+                + gradient_moving_z_south_west_y * c(1.4350139506894642e-4));
+        let moment_carried_south_west_x = moment_above_south_ghost0_x
+            + free_fall_south_west_z * c(1.4350139506894642e-4)
+            - (gradient_moving_z_south_west_x * c(5.7748035664558305e-6)
+                + gradient_moving_z_south_west_y * c(3.474122192279329e-6)
+                - gradient_moving_y_south_west_z * c(2.6789051216394143e-8));
+        let moment_carried_south_west_y = moment_above_south_ghost0_y
+            - free_fall_south_west_z * c(3.191766616116623e-4)
+            - (gradient_moving_x_south_west_z * c(2.6789051216394143e-8)
+                - gradient_moving_z_south_west_x * c(1.3250795162898888e-5)
+                - gradient_moving_z_south_west_y * c(5.7748035664558305e-6));
+        let moment_carried_south_west_z = moment_above_south_ghost0_z
+            + (free_fall_south_west_y * c(3.191766616116623e-4)
                 - sin_ground_west * c(-1.2191466200246904e-3))
-            - (c(1.672491735517822e-5) * alpha_moving_south_west_z
-                + (south_west_part_2 * spin_south_west_x
-                    + omega_south_west_x * spin_south_west_y));
-        let across_south_west_2 = cos_west_south_west * force_moving_south_west_y
-            - sin_west_south_west * force_moving_south_west_z;
-        let force_above_south_west_x = c(0.4999993895786978) * force_moving_south_west_x
+            - (gradient_moving_y_south_west_x * c(1.3250795162898888e-5)
+                + c(5.7748035664558305e-6) * (omega_yy_south_west - omega_xx_south_west)
+                - gradient_moving_x_south_west_y * c(3.474122192279329e-6));
+        let across_south_west_2 = cos_west_south_west * force_carried_south_west_y
+            - sin_west_south_west * force_carried_south_west_z;
+        let force_above_south_west_x = c(0.4999993895786978) * force_carried_south_west_x
             - c(0.8660257562110547) * across_south_west_2;
         let force_above_south_west_y = c(0.4999993895786978) * across_south_west_2
-            + c(0.8660257562110547) * force_moving_south_west_x;
-        let force_above_south_west_z = sin_west_south_west * force_moving_south_west_y
-            + cos_west_south_west * force_moving_south_west_z;
-        let across_south_west_3 = cos_west_south_west * moment_moving_south_west_y
-            - sin_west_south_west * moment_moving_south_west_z;
+            + c(0.8660257562110547) * force_carried_south_west_x;
+        let force_above_south_west_z = sin_west_south_west * force_carried_south_west_y
+            + cos_west_south_west * force_carried_south_west_z;
+        let across_south_west_3 = cos_west_south_west * moment_carried_south_west_y
+            - sin_west_south_west * moment_carried_south_west_z;
         let moment_above_south_west_x = c(0.4999993895786978)
-            * moment_moving_south_west_x - c(0.8660257562110547) * across_south_west_3;
+            * moment_carried_south_west_x - c(0.8660257562110547) * across_south_west_3;
         let moment_above_south_west_y = c(0.4999993895786978) * across_south_west_3
-            + c(0.8660257562110547) * moment_moving_south_west_x;
-        let moment_above_south_west_z = sin_west_south_west * moment_moving_south_west_y
-            + cos_west_south_west * moment_moving_south_west_z;
+            + c(0.8660257562110547) * moment_carried_south_west_x;
+        let moment_above_south_west_z = sin_west_south_west * moment_carried_south_west_y
+            + cos_west_south_west * moment_carried_south_west_z;
         // south_east
-        let south_east_part_2 = -carried_south_east_y * c(3.4369412604123286e-4)
-            - omega_south_east_x * c(2.1820669112261221e-4);
-        let south_east_part_3 = south_east_part * south_east_part;
-        let force_moving_south_east_x = force_above_south_x
+        let force_carried_south_east_x = force_above_south_x
             + sin_ground_east * c(0.07380660156279345)
-            - (carried_south_east_y * south_east_part_2
-                + alpha_moving_south_east_z * c(2.1820669112261221e-4)
-                - c(3.4369412604123286e-4) * south_east_part_3);
-        let force_moving_south_east_y = force_above_south_y
-            + gravity_south_east_y * c(0.010639989492637083)
-            - (c(2.1820669112261221e-4) * south_east_part_3
-                + (alpha_moving_south_east_z * c(3.4369412604123286e-4)
-                    - omega_south_east_x * south_east_part_2));
-        let force_moving_south_east_z = force_above_south_z
-            + gravity_south_east_z * c(0.010639989492637083)
-            - (south_east_part * (carried_south_east_y * c(2.1820669112261221e-4))
-                + omega_south_east_x * (south_east_part * c(-3.4369412604123286e-4))
-                - alpha_moving_south_east_y * c(3.4369412604123286e-4)
-                - alpha_moving_south_east_x * c(2.1820669112261221e-4));
-        let moment_moving_south_east_x = moment_above_south_x
-            - gravity_south_east_z * c(2.1820669112261221e-4)
-            - (c(7.2072789294646456e-6) * alpha_moving_south_east_y
-                + (c(6.528386880865056e-6) * alpha_moving_south_east_x
-                    + (carried_south_east_y * spin_south_east_z
-                        + south_east_part * spin_south_east_y)));
-        let moment_moving_south_east_y = moment_above_south_y
-            - gravity_south_east_z * c(3.4369412604123286e-4)
-            - (c(1.2623937521576776e-5) * alpha_moving_south_east_y
-                + (c(7.2072789294646456e-6) * alpha_moving_south_east_x
-                    + (-south_east_part * spin_south_east_x
-                        - omega_south_east_x * spin_south_east_z)));
-        let moment_moving_south_east_z = moment_above_south_z
-            + (gravity_south_east_y * c(3.4369412604123286e-4)
+            - ((omega_yy_south_east + omega_zz_south_east) * c(-3.4369412604123286e-4)
+                - gradient_moving_x_south_east_y * c(2.1820669112261221e-4));
+        let force_carried_south_east_y = force_above_south_y
+            + free_fall_south_east_y * c(0.010639989492637083)
+            - (gradient_moving_y_south_east_x * c(3.4369412604123286e-4)
+                - (omega_xx_south_east + omega_zz_south_east)
+                    * c(-2.1820669112261221e-4));
+        let force_carried_south_east_z = force_above_south_z
+            + free_fall_south_east_z * c(0.010639989492637083)
+            - (gradient_moving_z_south_east_x * c(3.4369412604123286e-4)
+                - gradient_moving_z_south_east_y * c(2.1820669112261221e-4));
+        let moment_carried_south_east_x = moment_above_south_x
+            - free_fall_south_east_z * c(2.1820669112261221e-4)
+            - (gradient_moving_z_south_east_y * c(6.4950011425050576e-6)
+                - gradient_moving_z_south_east_x * c(7.2072789294646456e-6)
+                - gradient_moving_y_south_east_z * c(3.338573836000013e-8));
+        let moment_carried_south_east_y = moment_above_south_y
+            - free_fall_south_east_z * c(3.4369412604123286e-4)
+            - (gradient_moving_x_south_east_z * c(3.338573836000013e-8)
+                + (gradient_moving_z_south_east_y * c(7.2072789294646456e-6)
+                    - gradient_moving_z_south_east_x * c(1.2590551783216779e-5)));
+        let moment_carried_south_east_z = moment_above_south_z
+            + (free_fall_south_east_y * c(3.4369412604123286e-4)
                 + sin_ground_east * c(1.5136381780420903e-3))
-            - (c(1.9085552925721835e-5) * alpha_moving_south_east_z
-                + (omega_south_east_x * spin_south_east_y
-                    - carried_south_east_y * spin_south_east_x));
-        let across_south_east_4 = cos_south_east_east * force_moving_south_east_y
-            - sin_south_east_east * force_moving_south_east_z;
-        let south_east_part_4 = c(0.7071067811865475) * force_moving_south_east_x;
+            - (gradient_moving_y_south_east_x * c(1.2590551783216779e-5)
+                - c(7.2072789294646456e-6) * (omega_yy_south_east - omega_xx_south_east)
+                - gradient_moving_x_south_east_y * c(6.4950011425050576e-6));
+        let across_south_east_4 = cos_south_east_east * force_carried_south_east_y
+            - sin_south_east_east * force_carried_south_east_z;
+        let south_east_part_4 = c(0.7071067811865475) * force_carried_south_east_x;
         let south_east_part_5 = c(0.7071067811865475) * across_south_east_4;
         let force_above_south_east_x = south_east_part_4 + south_east_part_5;
         let force_above_south_east_y = south_east_part_5 - south_east_part_4;
-        let force_above_south_east_z = sin_south_east_east * force_moving_south_east_y
-            + cos_south_east_east * force_moving_south_east_z;
-        let across_south_east_5 = cos_south_east_east * moment_moving_south_east_y
-            - sin_south_east_east * moment_moving_south_east_z;
-        let south_east_part_6 = c(0.7071067811865475) * moment_moving_south_east_x;
+        let force_above_south_east_z = sin_south_east_east * force_carried_south_east_y
+            + cos_south_east_east * force_carried_south_east_z;
+        let across_south_east_5 = cos_south_east_east * moment_carried_south_east_y
+            - sin_south_east_east * moment_carried_south_east_z;
+        let south_east_part_6 = c(0.7071067811865475) * moment_carried_south_east_x;
         let south_east_part_7 = c(0.7071067811865475) * across_south_east_5;
         let moment_above_south_east_x = south_east_part_6 + south_east_part_7;
         let moment_above_south_east_y = south_east_part_7 - south_east_part_6;
-        let moment_above_south_east_z = sin_south_east_east * moment_moving_south_east_y
-            + cos_south_east_east * moment_moving_south_east_z;
+        let moment_above_south_east_z = sin_south_east_east * moment_carried_south_east_y
+            + cos_south_east_east * moment_carried_south_east_z;
         // west
-        let force_moving_west_y = u[5] * u[5] * c(1.885487028387268e-4)
-            + (force_above_south_west_y + sin_ground_west * c(-0.10437938848616371));
-        let force_moving_west_z = force_above_south_west_z
+        let force_carried_west_y = force_above_south_west_y
+            + (omega_xx_west * c(1.885487028387268e-4)
+                + sin_ground_west * c(-0.10437938848616371));
+        let force_carried_west_z = force_above_south_west_z
             + (cos_ground_west * c(-0.10437938848616371)
                 - a[5] * c(1.885487028387268e-4));
-        let moment_moving_west_x = moment_above_south_west_x
-            + (cos_ground_west * c(-1.84966277484791e-3)
-                - a[5] * c(4.858529110617979e-6));
-        let moment_moving_west_y = moment_above_south_west_y
-            + (c(6.243161609895162e-6) * a[5]
+        let moment_carried_west_x = moment_above_south_west_x
+            + cos_ground_west * c(-1.84966277484791e-3)
+            - (a[5] * c(4.825143036012689e-6) + a[5] * c(3.3386074605289806e-8));
+        let moment_carried_west_y = moment_above_south_west_y
+            + (a[5] * c(6.243161609895162e-6)
                 - cos_ground_west * c(-3.539652672546511e-3));
-        let moment_moving_west_z = moment_above_south_west_z
-            + (u[5] * (u[5] * c(6.243161609895162e-6))
+        let moment_carried_west_z = moment_above_south_west_z
+            + (omega_xx_west * c(6.243161609895162e-6)
                 + sin_ground_west * c(-3.539652672546511e-3));
         // east
-        let force_moving_east_y = force_above_south_east_y
-            + sin_ground_east * c(-0.08377369437565946)
-            - u[4] * u[4] * c(1.2422592520055817e-4);
-        let force_moving_east_z = force_above_south_east_z
+        let force_carried_east_y = force_above_south_east_y
+            + (sin_ground_east * c(-0.08377369437565946)
+                - omega_xx_east * c(1.2422592520055817e-4));
+        let force_carried_east_z = force_above_south_east_z
             + (cos_ground_east * c(-0.08377369437565946)
                 + a[4] * c(1.2422592520055817e-4));
-        let moment_moving_east_x = moment_above_south_east_x
+        let moment_carried_east_x = moment_above_south_east_x
             - cos_ground_east * c(-1.2186563262174758e-3)
-            - a[4] * c(2.614579932665148e-6);
-        let moment_moving_east_y = moment_above_south_east_y
+            - (a[4] * c(2.587790287618412e-6) + a[4] * c(2.6789645046735387e-8));
+        let moment_carried_east_y = moment_above_south_east_y
             - cos_ground_east * c(-3.2095218013892565e-3)
-            - c(4.888494966109656e-6) * a[4];
-        let moment_moving_east_z = moment_above_south_east_z
-            + (sin_ground_east * c(-3.2095218013892565e-3) - u[4] * spin_east_y);
+            - a[4] * c(4.888494966109656e-6);
+        let moment_carried_east_z = moment_above_south_east_z
+            + (sin_ground_east * c(-3.2095218013892565e-3)
+                - omega_xx_east * c(4.888494966109656e-6));
         // south_ghost0
         let force_closing_south_ghost0_y = lambda[0] * c(0.9999999999999999);
         let force_closing_south_ghost0_z = lambda[1] + lambda[2];
         let moment_closing_south_ghost0_x = lambda[2] * c(0.08068423607472835);
-        let south_ghost0_part_3 = lambda[1] * c(0.08068423607472835);
+        let south_ghost0_part = lambda[1] * c(0.08068423607472835);
         let moment_closing_south_ghost0_z = lambda[0] * c(0.08068423607472834);
         let across_south_ghost0_6 = cos_south_west_south * force_closing_south_ghost0_y
             - sin_south_west_south * force_closing_south_ghost0_z;
@@ -1719,14 +1748,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let force_above_south_ghost0_z_2 = sin_south_west_south
             * force_closing_south_ghost0_y
             + cos_south_west_south * force_closing_south_ghost0_z;
-        let across_south_ghost0_7 = -cos_south_west_south * south_ghost0_part_3
+        let across_south_ghost0_7 = -cos_south_west_south * south_ghost0_part
             - sin_south_west_south * moment_closing_south_ghost0_z;
         let moment_above_south_ghost0_x_2 = lambda[2] * c(0.05705240181944583)
             - c(0.7071063925583853) * across_south_ghost0_7;
         let moment_above_south_ghost0_y_2 = c(0.7071071698144961) * across_south_ghost0_7
             + lambda[2] * c(0.0570523391071303);
         let moment_above_south_ghost0_z_2 = cos_south_west_south
-            * moment_closing_south_ghost0_z - sin_south_west_south * south_ghost0_part_3;
+            * moment_closing_south_ghost0_z - sin_south_west_south * south_ghost0_part;
         // south_west
         let across_south_west_4 = cos_west_south_west * force_above_south_ghost0_y_2
             - sin_west_south_west * force_above_south_ghost0_z_2;
@@ -1748,22 +1777,21 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             * moment_above_south_ghost0_y_2
             + cos_west_south_west * moment_above_south_ghost0_z_2;
         // south
-        let south_part_3 = lambda[0] * c(0.5000002689018962);
+        let south_part = lambda[0] * c(0.5000002689018962);
         let force_closing_south_z = -lambda[1] - lambda[2];
         let moment_closing_south_x = lambda[1] * c(0.06987458559937648)
             - lambda[2] * c(0.040342139733508246);
         let moment_closing_south_y = lambda[1] * c(0.04034213973350825)
             + lambda[2] * c(0.0698745855993765);
-        let moment_closing_south_z = -lambda[0] * c(0.060513155359896355)
-            - lambda[0] * c(0.020171080714831997);
-        let across_south_6 = -cos_south_south_east * south_part_3
+        let moment_closing_south_z = lambda[0] * c(-0.08068423607472835);
+        let across_south_6 = -cos_south_south_east * south_part
             - sin_south_south_east * force_closing_south_z;
         let force_above_south_x_2 = lambda[0] * c(-0.433012507828969)
             + c(0.8660254814097262) * across_south_6;
         let force_above_south_y_2 = c(0.4999998655490338) * across_south_6
             - lambda[0] * c(-0.7499999327744626);
         let force_above_south_z_2 = cos_south_south_east * force_closing_south_z
-            - sin_south_south_east * south_part_3;
+            - sin_south_south_east * south_part;
         let across_south_7 = cos_south_south_east * moment_closing_south_y
             - sin_south_south_east * moment_closing_south_z;
         let moment_above_south_x_2 = c(0.4999998655490338) * moment_closing_south_x
@@ -1789,43 +1817,43 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let moment_above_south_east_y_2 = south_east_part_11 - south_east_part_10;
         let moment_above_south_east_z_2 = sin_south_east_east * moment_above_south_y_2
             + cos_south_east_east * moment_above_south_z_2;
-        reactions[0] = -force_moving_south_ghost0_x;
-        reactions[1] = -(force_moving_south_ghost0_y + force_closing_south_ghost0_y);
-        reactions[2] = -(force_moving_south_ghost0_z + force_closing_south_ghost0_z);
+        reactions[0] = -force_carried_south_ghost0_x;
+        reactions[1] = -(force_carried_south_ghost0_y + force_closing_south_ghost0_y);
+        reactions[2] = -(force_carried_south_ghost0_z + force_closing_south_ghost0_z);
         reactions[3] = -(moment_moving_south_ghost0_x + moment_closing_south_ghost0_x);
-        reactions[4] = -(moment_moving_south_ghost0_y - south_ghost0_part_3);
-        reactions[5] = -(moment_moving_south_ghost0_z + moment_closing_south_ghost0_z);
-        reactions[6] = -(force_moving_south_x - lambda[0] * c(0.8660252485338008));
-        reactions[7] = -(force_moving_south_y - south_part_3);
-        reactions[8] = -(force_moving_south_z + force_closing_south_z);
+        reactions[4] = -(moment_carried_south_ghost0_y - south_ghost0_part);
+        reactions[5] = -(moment_carried_south_ghost0_z + moment_closing_south_ghost0_z);
+        reactions[6] = -(force_carried_south_x - lambda[0] * c(0.8660252485338008));
+        reactions[7] = -(force_carried_south_y - south_part);
+        reactions[8] = -(force_carried_south_z + force_closing_south_z);
         reactions[9] = -(moment_moving_south_x + moment_closing_south_x);
-        reactions[10] = -(moment_moving_south_y + moment_closing_south_y);
-        reactions[11] = -(moment_moving_south_z + moment_closing_south_z);
-        reactions[12] = -(force_moving_south_west_x
+        reactions[10] = -(moment_carried_south_y + moment_closing_south_y);
+        reactions[11] = -(moment_carried_south_z + moment_closing_south_z);
+        reactions[12] = -(force_carried_south_west_x
             - c(0.7071063925583853) * across_south_ghost0_6);
-        reactions[13] = -(force_moving_south_west_y + force_above_south_ghost0_y_2);
-        reactions[14] = -(force_moving_south_west_z + force_above_south_ghost0_z_2);
-        reactions[15] = -(moment_moving_south_west_x + moment_above_south_ghost0_x_2);
-        reactions[16] = -(moment_moving_south_west_y + moment_above_south_ghost0_y_2);
-        reactions[17] = -(moment_moving_south_west_z + moment_above_south_ghost0_z_2);
-        reactions[18] = -(force_moving_south_east_x + force_above_south_x_2);
-        reactions[19] = -(force_moving_south_east_y + force_above_south_y_2);
-        reactions[20] = -(force_moving_south_east_z + force_above_south_z_2);
-        reactions[21] = -(moment_moving_south_east_x + moment_above_south_x_2);
-        reactions[22] = -(moment_moving_south_east_y + moment_above_south_y_2);
-        reactions[23] = -(moment_moving_south_east_z + moment_above_south_z_2);
+        reactions[13] = -(force_carried_south_west_y + force_above_south_ghost0_y_2);
+        reactions[14] = -(force_carried_south_west_z + force_above_south_ghost0_z_2);
+        reactions[15] = -(moment_carried_south_west_x + moment_above_south_ghost0_x_2);
+        reactions[16] = -(moment_carried_south_west_y + moment_above_south_ghost0_y_2);
+        reactions[17] = -(moment_carried_south_west_z + moment_above_south_ghost0_z_2);
+        reactions[18] = -(force_carried_south_east_x + force_above_south_x_2);
+        reactions[19] = -(force_carried_south_east_y + force_above_south_y_2);
+        reactions[20] = -(force_carried_south_east_z + force_above_south_z_2);
+        reactions[21] = -(moment_carried_south_east_x + moment_above_south_x_2);
+        reactions[22] = -(moment_carried_south_east_y + moment_above_south_y_2);
+        reactions[23] = -(moment_carried_south_east_z + moment_above_south_z_2);
         reactions[24] = -(force_above_south_east_x + force_above_south_east_x_2);
-        reactions[25] = -(force_moving_east_y + force_above_south_east_y_2);
-        reactions[26] = -(force_moving_east_z + force_above_south_east_z_2);
-        reactions[27] = -(moment_moving_east_x + moment_above_south_east_x_2);
-        reactions[28] = -(moment_moving_east_y + moment_above_south_east_y_2);
-        reactions[29] = -(moment_moving_east_z + moment_above_south_east_z_2);
+        reactions[25] = -(force_carried_east_y + force_above_south_east_y_2);
+        reactions[26] = -(force_carried_east_z + force_above_south_east_z_2);
+        reactions[27] = -(moment_carried_east_x + moment_above_south_east_x_2);
+        reactions[28] = -(moment_carried_east_y + moment_above_south_east_y_2);
+        reactions[29] = -(moment_carried_east_z + moment_above_south_east_z_2);
         reactions[30] = -(force_above_south_west_x + force_above_south_west_x_2);
-        reactions[31] = -(force_moving_west_y + force_above_south_west_y_2);
-        reactions[32] = -(force_moving_west_z + force_above_south_west_z_2);
-        reactions[33] = -(moment_moving_west_x + moment_above_south_west_x_2);
-        reactions[34] = -(moment_moving_west_y + moment_above_south_west_y_2);
-        reactions[35] = -(moment_moving_west_z + moment_above_south_west_z_2);
+        reactions[31] = -(force_carried_west_y + force_above_south_west_y_2);
+        reactions[32] = -(force_carried_west_z + force_above_south_west_z_2);
+        reactions[33] = -(moment_carried_west_x + moment_above_south_west_x_2);
+        reactions[34] = -(moment_carried_west_y + moment_above_south_west_y_2);
+        reactions[35] = -(moment_carried_west_z + moment_above_south_west_z_2);
     }
     fn write_tangent(
         &self,
@@ -1882,6 +1910,19 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             + sin_south_east_east * d_across_south_east;
         let omega_south_east_x = across_south_east + u[3];
         let d_omega_south_east_x = d_across_south_east + du[3];
+        let omega_xx_south_east = omega_south_east_x * omega_south_east_x;
+        let south_east_part_4 = omega_south_east_x * d_omega_south_east_x;
+        let d_omega_xx_south_east = south_east_part_4 + south_east_part_4;
+        let omega_yy_south_east = carried_south_east_y * carried_south_east_y;
+        let south_east_part_5 = carried_south_east_y * d_carried_south_east_y;
+        let d_omega_yy_south_east = south_east_part_5 + south_east_part_5;
+        let omega_xy_south_east = carried_south_east_y * omega_south_east_x;
+        let d_omega_xy_south_east = d_carried_south_east_y * omega_south_east_x
+            + carried_south_east_y * d_omega_south_east_x;
+        let d_omega_xz_south_east = -south_east_part_3 * omega_south_east_x
+            - south_east_part_2 * d_omega_south_east_x;
+        let d_omega_yz_south_east = -d_carried_south_east_y * south_east_part_2
+            - carried_south_east_y * south_east_part_3;
         // south_west
         let south_west_part_2 = u[5] * c(0.8660257562110547);
         let south_west_part_3 = du[5] * c(0.8660257562110547);
@@ -1895,6 +1936,20 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             - sin_west_south_west * south_west_part_3;
         let omega_south_west_x = carried_south_west_x + u[2];
         let d_omega_south_west_x = d_carried_south_west_x + du[2];
+        let omega_xx_south_west = omega_south_west_x * omega_south_west_x;
+        let south_west_part_7 = omega_south_west_x * d_omega_south_west_x;
+        let d_omega_xx_south_west = south_west_part_7 + south_west_part_7;
+        let omega_yy_south_west = south_west_part_4 * south_west_part_4;
+        let south_west_part_8 = south_west_part_4 * d_carried_south_west_y;
+        let d_omega_yy_south_west = -south_west_part_8 - south_west_part_8;
+        let omega_xy_south_west = -south_west_part_4 * omega_south_west_x;
+        let d_omega_xy_south_west = d_carried_south_west_y * omega_south_west_x
+            - south_west_part_4 * d_omega_south_west_x;
+        let omega_xz_south_west = south_west_part_5 * omega_south_west_x;
+        let d_omega_xz_south_west = south_west_part_5 * d_omega_south_west_x
+            - south_west_part_6 * omega_south_west_x;
+        let d_omega_yz_south_west = d_carried_south_west_y * south_west_part_5
+            + south_west_part_4 * south_west_part_6;
         // south
         let across_south = carried_south_east_y * c(0.4999998655490338)
             + omega_south_east_x * c(0.8660254814097262);
@@ -1917,6 +1972,23 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
                 + sin_south_south_east * d_across_south);
         let omega_south_x = carried_south_x + u[1];
         let d_omega_south_x = d_carried_south_x + du[1];
+        let omega_xx_south = omega_south_x * omega_south_x;
+        let south_part_2 = omega_south_x * d_omega_south_x;
+        let d_omega_xx_south = south_part_2 + south_part_2;
+        let omega_yy_south = carried_south_y * carried_south_y;
+        let south_part_3 = carried_south_y * d_carried_south_y;
+        let d_omega_yy_south = south_part_3 + south_part_3;
+        let south_part_4 = carried_south_z * d_carried_south_z;
+        let d_omega_zz_south = south_part_4 + south_part_4;
+        let omega_xy_south = carried_south_y * omega_south_x;
+        let d_omega_xy_south = d_carried_south_y * omega_south_x
+            + carried_south_y * d_omega_south_x;
+        let omega_xz_south = carried_south_z * omega_south_x;
+        let d_omega_xz_south = d_carried_south_z * omega_south_x
+            + carried_south_z * d_omega_south_x;
+        let omega_yz_south = carried_south_y * carried_south_z;
+        let d_omega_yz_south = d_carried_south_y * carried_south_z
+            + carried_south_y * d_carried_south_z;
         // south_ghost0
         let across_south_ghost0 = south_west_part_4 * c(-0.7071071698144961)
             - omega_south_west_x * c(0.7071063925583853);
@@ -1940,6 +2012,21 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
                 + sin_south_west_south * d_across_south_ghost0);
         let omega_south_ghost0_x = carried_south_ghost0_x + u[0];
         let d_omega_south_ghost0_x = d_carried_south_ghost0_x + du[0];
+        let omega_xx_south_ghost0 = omega_south_ghost0_x * omega_south_ghost0_x;
+        let south_ghost0_part_2 = omega_south_ghost0_x * d_omega_south_ghost0_x;
+        let d_omega_xx_south_ghost0 = south_ghost0_part_2 + south_ghost0_part_2;
+        let omega_yy_south_ghost0 = carried_south_ghost0_y * carried_south_ghost0_y;
+        let south_ghost0_part_3 = carried_south_ghost0_y * d_carried_south_ghost0_y;
+        let d_omega_yy_south_ghost0 = south_ghost0_part_3 + south_ghost0_part_3;
+        let omega_xy_south_ghost0 = carried_south_ghost0_y * omega_south_ghost0_x;
+        let d_omega_xy_south_ghost0 = d_carried_south_ghost0_y * omega_south_ghost0_x
+            + carried_south_ghost0_y * d_omega_south_ghost0_x;
+        let omega_xz_south_ghost0 = carried_south_ghost0_z * omega_south_ghost0_x;
+        let d_omega_xz_south_ghost0 = d_carried_south_ghost0_z * omega_south_ghost0_x
+            + carried_south_ghost0_z * d_omega_south_ghost0_x;
+        let omega_yz_south_ghost0 = carried_south_ghost0_y * carried_south_ghost0_z;
+        let d_omega_yz_south_ghost0 = d_carried_south_ghost0_y * carried_south_ghost0_z
+            + carried_south_ghost0_y * d_carried_south_ghost0_z;
         // east
         let east_part_2 = cos_ground_east * c(9.81);
         let east_part_3 = east_part * c(-9.81);
@@ -1949,114 +2036,63 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         // south_east
         let across_south_east_2 = sin_ground_east * c(-6.936717523440031);
         let d_across_south_east_2 = d_sin_ground_east * c(-6.936717523440031);
-        let gravity_south_east_y = cos_south_east_east * across_south_east_2
+        let free_fall_south_east_y = cos_south_east_east * across_south_east_2
             - sin_south_east_east * east_part_2;
-        let d_gravity_south_east_y = -d_sin_south_east_east * east_part_2
+        let d_free_fall_south_east_y = -d_sin_south_east_east * east_part_2
             - sin_south_east_east * east_part_3
             + (cos_south_east_east * d_across_south_east_2
                 - south_east_part * across_south_east_2);
-        let gravity_south_east_z = -cos_south_east_east * east_part_2
+        let free_fall_south_east_z = -cos_south_east_east * east_part_2
             - sin_south_east_east * across_south_east_2;
-        let d_gravity_south_east_z = south_east_part * east_part_2
+        let d_free_fall_south_east_z = south_east_part * east_part_2
             - cos_south_east_east * east_part_3
             - (d_sin_south_east_east * across_south_east_2
                 + sin_south_east_east * d_across_south_east_2);
-        let spin_south_east_x = carried_south_east_y * c(7.2072789294646456e-6)
-            + omega_south_east_x * c(6.528386880865056e-6);
-        let d_spin_south_east_x = d_carried_south_east_y * c(7.2072789294646456e-6)
-            + d_omega_south_east_x * c(6.528386880865056e-6);
-        let spin_south_east_y = carried_south_east_y * c(1.2623937521576776e-5)
-            + omega_south_east_x * c(7.2072789294646456e-6);
-        let d_spin_south_east_y = d_carried_south_east_y * c(1.2623937521576776e-5)
-            + d_omega_south_east_x * c(7.2072789294646456e-6);
-        let spin_south_east_z = south_east_part_2 * c(-1.9085552925721835e-5);
-        let d_spin_south_east_z = south_east_part_3 * c(-1.9085552925721835e-5);
         // south_west
         let across_south_west = sin_ground_west * c(-4.904994011767025);
         let d_across_south_west = d_sin_ground_west * c(-4.904994011767025);
-        let gravity_south_west_y = cos_west_south_west * across_south_west
+        let free_fall_south_west_y = cos_west_south_west * across_south_west
             - sin_west_south_west * west_part_2;
-        let d_gravity_south_west_y = -d_sin_west_south_west * west_part_2
+        let d_free_fall_south_west_y = -d_sin_west_south_west * west_part_2
             - sin_west_south_west * west_part_3
             + (cos_west_south_west * d_across_south_west
                 - south_west_part * across_south_west);
-        let gravity_south_west_z = -cos_west_south_west * west_part_2
+        let free_fall_south_west_z = -cos_west_south_west * west_part_2
             - sin_west_south_west * across_south_west;
-        let d_gravity_south_west_z = south_west_part * west_part_2
+        let d_free_fall_south_west_z = south_west_part * west_part_2
             - cos_west_south_west * west_part_3
             - (d_sin_west_south_west * across_south_west
                 + sin_west_south_west * d_across_south_west);
-        let spin_south_west_x = omega_south_west_x * c(3.5009112434957244e-6)
-            - south_west_part_4 * c(-5.7748035664558305e-6);
-        let d_spin_south_west_x = d_omega_south_west_x * c(3.5009112434957244e-6)
-            - d_carried_south_west_y * c(5.7748035664558305e-6);
-        let spin_south_west_y = south_west_part_4 * c(-1.3277584214115283e-5)
-            - omega_south_west_x * c(5.7748035664558305e-6);
-        let d_spin_south_west_y = d_carried_south_west_y * c(1.3277584214115283e-5)
-            - d_omega_south_west_x * c(5.7748035664558305e-6);
-        let spin_south_west_z = south_west_part_5 * c(1.672491735517822e-5);
-        let d_spin_south_west_z = south_west_part_6 * c(-1.672491735517822e-5);
         // south
-        let across_south_2 = c(0.4999998655490338) * gravity_south_east_y
+        let across_south_2 = c(0.4999998655490338) * free_fall_south_east_y
             + sin_ground_east * c(6.007374132640437);
-        let d_across_south_2 = c(0.4999998655490338) * d_gravity_south_east_y
+        let d_across_south_2 = c(0.4999998655490338) * d_free_fall_south_east_y
             + d_sin_ground_east * c(6.007374132640437);
-        let gravity_south_x = sin_ground_east * c(3.468357829071642)
-            - c(0.8660254814097262) * gravity_south_east_y;
-        let d_gravity_south_x = d_sin_ground_east * c(3.468357829071642)
-            - c(0.8660254814097262) * d_gravity_south_east_y;
-        let gravity_south_y = sin_south_south_east * gravity_south_east_z
-            + cos_south_south_east * across_south_2;
-        let d_gravity_south_y = d_sin_south_south_east * gravity_south_east_z
-            + sin_south_south_east * d_gravity_south_east_z
-            + (cos_south_south_east * d_across_south_2 - south_part * across_south_2);
-        let gravity_south_z = cos_south_south_east * gravity_south_east_z
+        let free_fall_south_x = sin_ground_east * c(3.468357829071642)
+            - c(0.8660254814097262) * free_fall_south_east_y;
+        let d_free_fall_south_x = d_sin_ground_east * c(3.468357829071642)
+            - c(0.8660254814097262) * d_free_fall_south_east_y;
+        let free_fall_south_z = cos_south_south_east * free_fall_south_east_z
             - sin_south_south_east * across_south_2;
-        let d_gravity_south_z = cos_south_south_east * d_gravity_south_east_z
-            - south_part * gravity_south_east_z
+        let d_free_fall_south_z = cos_south_south_east * d_free_fall_south_east_z
+            - south_part * free_fall_south_east_z
             - (d_sin_south_south_east * across_south_2
                 + sin_south_south_east * d_across_south_2);
-        let spin_south_x = carried_south_y * c(6.64555505684884e-6)
-            + omega_south_x * c(5.589035390741692e-6);
-        let d_spin_south_x = d_carried_south_y * c(6.64555505684884e-6)
-            + d_omega_south_x * c(5.589035390741692e-6);
-        let spin_south_y = carried_south_y * c(1.3262745496786403e-5)
-            + omega_south_x * c(6.64555505684884e-6);
-        let d_spin_south_y = d_carried_south_y * c(1.3262745496786403e-5)
-            + d_omega_south_x * c(6.64555505684884e-6);
-        let spin_south_z = carried_south_z * c(1.880432772214127e-5);
-        let d_spin_south_z = d_carried_south_z * c(1.880432772214127e-5);
         // south_ghost0
-        let across_south_ghost0_2 = c(0.7071071698144961) * gravity_south_west_y
+        let across_south_ghost0_2 = c(0.7071071698144961) * free_fall_south_west_y
             - sin_ground_west * c(-6.007372737186426);
-        let d_across_south_ghost0_2 = c(0.7071071698144961) * d_gravity_south_west_y
+        let d_across_south_ghost0_2 = c(0.7071071698144961) * d_free_fall_south_west_y
             - d_sin_ground_west * c(-6.007372737186426);
-        let gravity_south_ghost0_x = sin_ground_west * c(-6.007379340531013)
-            + c(0.7071063925583853) * gravity_south_west_y;
-        let d_gravity_south_ghost0_x = d_sin_ground_west * c(-6.007379340531013)
-            + c(0.7071063925583853) * d_gravity_south_west_y;
-        let gravity_south_ghost0_y = sin_south_west_south * gravity_south_west_z
-            + cos_south_west_south * across_south_ghost0_2;
-        let d_gravity_south_ghost0_y = d_sin_south_west_south * gravity_south_west_z
-            + sin_south_west_south * d_gravity_south_west_z
-            + (cos_south_west_south * d_across_south_ghost0_2
-                - south_ghost0_part * across_south_ghost0_2);
-        let gravity_south_ghost0_z = cos_south_west_south * gravity_south_west_z
+        let free_fall_south_ghost0_x = sin_ground_west * c(-6.007379340531013)
+            + c(0.7071063925583853) * free_fall_south_west_y;
+        let d_free_fall_south_ghost0_x = d_sin_ground_west * c(-6.007379340531013)
+            + c(0.7071063925583853) * d_free_fall_south_west_y;
+        let free_fall_south_ghost0_z = cos_south_west_south * free_fall_south_west_z
             - sin_south_west_south * across_south_ghost0_2;
-        let d_gravity_south_ghost0_z = cos_south_west_south * d_gravity_south_west_z
-            - south_ghost0_part * gravity_south_west_z
+        let d_free_fall_south_ghost0_z = cos_south_west_south * d_free_fall_south_west_z
+            - south_ghost0_part * free_fall_south_west_z
             - (d_sin_south_west_south * across_south_ghost0_2
                 + sin_south_west_south * d_across_south_ghost0_2);
-        let spin_south_ghost0_x = omega_south_ghost0_x * c(5.589094341868576e-6)
-            - carried_south_ghost0_y * c(6.645589092322223e-6);
-        let d_spin_south_ghost0_x = d_omega_south_ghost0_x * c(5.589094341868576e-6)
-            - d_carried_south_ghost0_y * c(6.645589092322223e-6);
-        let spin_south_ghost0_y = carried_south_ghost0_y * c(1.3262686545659515e-5)
-            - omega_south_ghost0_x * c(6.645589092322223e-6);
-        let d_spin_south_ghost0_y = d_carried_south_ghost0_y * c(1.3262686545659515e-5)
-            - d_omega_south_ghost0_x * c(6.645589092322223e-6);
-        let spin_south_ghost0_z = carried_south_ghost0_z * c(1.880432772214127e-5);
-        let d_spin_south_ghost0_z = d_carried_south_ghost0_z * c(1.880432772214127e-5);
         // south_east
         let across_south_east_3 = c(0.7071067811865475) * a[4];
         let alpha_moving_south_east_x = across_south_east_3 + a[3];
@@ -2069,21 +2105,46 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_alpha_moving_south_east_z = -(carried_south_east_y * du[3]
             + d_carried_south_east_y * u[3])
             - d_sin_south_east_east * across_south_east_3;
+        let gradient_moving_x_south_east_y = omega_xy_south_east
+            - alpha_moving_south_east_z;
+        let d_gradient_moving_x_south_east_y = d_omega_xy_south_east
+            - d_alpha_moving_south_east_z;
+        let gradient_moving_x_south_east_z = alpha_moving_south_east_y
+            - south_east_part_2 * omega_south_east_x;
+        let d_gradient_moving_x_south_east_z = d_omega_xz_south_east
+            + d_alpha_moving_south_east_y;
+        let d_gradient_moving_z_south_east_x = d_omega_xz_south_east
+            - d_alpha_moving_south_east_y;
+        let gradient_moving_z_south_east_y = alpha_moving_south_east_x
+            - carried_south_east_y * south_east_part_2;
         // south_west
-        let south_west_part_7 = c(0.8660257562110547) * a[5];
+        let south_west_part_9 = c(0.8660257562110547) * a[5];
         let alpha_moving_south_west_x = c(0.4999993895786978) * a[5] + a[2];
         let alpha_moving_south_west_y = south_west_part_5 * u[2]
-            - cos_west_south_west * south_west_part_7;
+            - cos_west_south_west * south_west_part_9;
         let d_alpha_moving_south_west_y = south_west_part_5 * du[2]
-            - south_west_part_6 * u[2] + south_west_part * south_west_part_7;
+            - south_west_part_6 * u[2] + south_west_part * south_west_part_9;
         let alpha_moving_south_west_z = south_west_part_4 * u[2]
-            + sin_west_south_west * south_west_part_7;
-        let d_alpha_moving_south_west_z = d_sin_west_south_west * south_west_part_7
+            + sin_west_south_west * south_west_part_9;
+        let d_alpha_moving_south_west_z = d_sin_west_south_west * south_west_part_9
             - (d_carried_south_west_y * u[2] - south_west_part_4 * du[2]);
+        let gradient_moving_x_south_west_y = omega_xy_south_west
+            - alpha_moving_south_west_z;
+        let d_gradient_moving_x_south_west_y = d_omega_xy_south_west
+            - d_alpha_moving_south_west_z;
+        let gradient_moving_x_south_west_z = omega_xz_south_west
+            + alpha_moving_south_west_y;
+        let d_gradient_moving_x_south_west_z = d_omega_xz_south_west
+            + d_alpha_moving_south_west_y;
+        let d_gradient_moving_z_south_west_x = d_omega_xz_south_west
+            - d_alpha_moving_south_west_y;
+        let gradient_moving_z_south_west_y = alpha_moving_south_west_x
+            - south_west_part_4 * south_west_part_5;
         // south
         let d_across_south_3 = c(0.4999998655490338) * d_alpha_moving_south_east_y;
         let across_south_3 = c(0.4999998655490338) * alpha_moving_south_east_y
             + c(0.8660254814097262) * alpha_moving_south_east_x;
+        let south_part_5 = c(0.8660254814097262) * d_alpha_moving_south_east_y;
         let alpha_moving_south_x = a[1]
             + (c(0.4999998655490338) * alpha_moving_south_east_x
                 - c(0.8660254814097262) * alpha_moving_south_east_y);
@@ -2102,11 +2163,24 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             - (carried_south_y * du[1] + d_carried_south_y * u[1])
             - (d_sin_south_south_east * across_south_3
                 + sin_south_south_east * d_across_south_3);
+        let gradient_moving_x_south_y = omega_xy_south - alpha_moving_south_z;
+        let d_gradient_moving_x_south_y = d_omega_xy_south - d_alpha_moving_south_z;
+        let gradient_moving_x_south_z = omega_xz_south + alpha_moving_south_y;
+        let d_gradient_moving_x_south_z = d_omega_xz_south + d_alpha_moving_south_y;
+        let d_gradient_moving_y_south_x = d_omega_xy_south + d_alpha_moving_south_z;
+        let gradient_moving_y_south_z = omega_yz_south - alpha_moving_south_x;
+        let d_gradient_moving_y_south_z = d_omega_yz_south + south_part_5;
+        let gradient_moving_z_south_x = omega_xz_south - alpha_moving_south_y;
+        let d_gradient_moving_z_south_x = d_omega_xz_south - d_alpha_moving_south_y;
+        let gradient_moving_z_south_y = omega_yz_south + alpha_moving_south_x;
+        let d_gradient_moving_z_south_y = d_omega_yz_south - south_part_5;
         // south_ghost0
         let d_across_south_ghost0_3 = c(0.7071071698144961)
             * d_alpha_moving_south_west_y;
         let across_south_ghost0_3 = c(0.7071071698144961) * alpha_moving_south_west_y
             - c(0.7071063925583853) * alpha_moving_south_west_x;
+        let d_alpha_moving_south_ghost0_x = c(0.7071063925583853)
+            * d_alpha_moving_south_west_y;
         let alpha_moving_south_ghost0_x = a[0]
             + (c(0.7071071698144961) * alpha_moving_south_west_x
                 + c(0.7071063925583853) * alpha_moving_south_west_y);
@@ -2126,53 +2200,57 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             - (carried_south_ghost0_y * du[0] + d_carried_south_ghost0_y * u[0])
             - (d_sin_south_west_south * across_south_ghost0_3
                 + sin_south_west_south * d_across_south_ghost0_3);
-        let south_ghost0_part_2 = d_alpha_moving_south_west_y * c(3.952084337747171e-6)
-            + (d_carried_south_ghost0_y * spin_south_ghost0_z
-                + carried_south_ghost0_y * d_spin_south_ghost0_z
-                - (d_carried_south_ghost0_z * spin_south_ghost0_y
-                    + carried_south_ghost0_z * d_spin_south_ghost0_y))
-            - c(6.645589092322223e-6) * d_alpha_moving_south_ghost0_y;
-        let moment_moving_south_ghost0_x = gravity_south_ghost0_z
+        let gradient_moving_x_south_ghost0_y = omega_xy_south_ghost0
+            - alpha_moving_south_ghost0_z;
+        let d_gradient_moving_x_south_ghost0_y = d_omega_xy_south_ghost0
+            - d_alpha_moving_south_ghost0_z;
+        let gradient_moving_x_south_ghost0_z = omega_xz_south_ghost0
+            + alpha_moving_south_ghost0_y;
+        let d_gradient_moving_x_south_ghost0_z = d_omega_xz_south_ghost0
+            + d_alpha_moving_south_ghost0_y;
+        let d_gradient_moving_y_south_ghost0_x = d_omega_xy_south_ghost0
+            + d_alpha_moving_south_ghost0_z;
+        let gradient_moving_y_south_ghost0_z = omega_yz_south_ghost0
+            - alpha_moving_south_ghost0_x;
+        let d_gradient_moving_y_south_ghost0_z = d_omega_yz_south_ghost0
+            - d_alpha_moving_south_ghost0_x;
+        let gradient_moving_z_south_ghost0_x = omega_xz_south_ghost0
+            - alpha_moving_south_ghost0_y;
+        let d_gradient_moving_z_south_ghost0_x = d_omega_xz_south_ghost0
+            - d_alpha_moving_south_ghost0_y;
+        let gradient_moving_z_south_ghost0_y = omega_yz_south_ghost0
+            + alpha_moving_south_ghost0_x;
+        let d_gradient_moving_z_south_ghost0_y = d_omega_yz_south_ghost0
+            + d_alpha_moving_south_ghost0_x;
+        let moment_moving_south_ghost0_x = free_fall_south_ghost0_z
             * c(1.7025149681007906e-4)
-            - (c(5.589094341868576e-6) * alpha_moving_south_ghost0_x
-                + (carried_south_ghost0_y * spin_south_ghost0_z
-                    - carried_south_ghost0_z * spin_south_ghost0_y)
-                - c(6.645589092322223e-6) * alpha_moving_south_ghost0_y);
-        let d_moment_moving_south_ghost0_x = d_gravity_south_ghost0_z
-            * c(1.7025149681007906e-4) - south_ghost0_part_2;
-        let south_ghost0_part_3 = c(1.3262686545659515e-5)
-            * d_alpha_moving_south_ghost0_y
-            + (d_carried_south_ghost0_z * spin_south_ghost0_x
-                + carried_south_ghost0_z * d_spin_south_ghost0_x
-                - (d_omega_south_ghost0_x * spin_south_ghost0_z
-                    + omega_south_ghost0_x * d_spin_south_ghost0_z)
-                - d_alpha_moving_south_west_y * c(4.699138529497321e-6));
-        let moment_moving_south_ghost0_y = -gravity_south_ghost0_z
-            * c(2.948828340031111e-4)
-            - (c(1.3262686545659515e-5) * alpha_moving_south_ghost0_y
-                + (carried_south_ghost0_z * spin_south_ghost0_x
-                    - omega_south_ghost0_x * spin_south_ghost0_z
-                    - c(6.645589092322223e-6) * alpha_moving_south_ghost0_x));
-        let d_moment_moving_south_ghost0_y = -d_gravity_south_ghost0_z
-            * c(2.948828340031111e-4) - south_ghost0_part_3;
-        let moment_moving_south_ghost0_z = gravity_south_ghost0_y
-            * c(2.948828340031111e-4) - gravity_south_ghost0_x * c(1.7025149681007906e-4)
-            - (c(1.880432772214127e-5) * alpha_moving_south_ghost0_z
-                + (omega_south_ghost0_x * spin_south_ghost0_y
-                    - carried_south_ghost0_y * spin_south_ghost0_x));
-        let d_moment_moving_south_ghost0_z = d_gravity_south_ghost0_y
-            * c(2.948828340031111e-4)
-            - d_gravity_south_ghost0_x * c(1.7025149681007906e-4)
-            - (c(1.880432772214127e-5) * d_alpha_moving_south_ghost0_z
-                + (d_omega_south_ghost0_x * spin_south_ghost0_y
-                    + omega_south_ghost0_x * d_spin_south_ghost0_y
-                    - (d_carried_south_ghost0_y * spin_south_ghost0_x
-                        + carried_south_ghost0_y * d_spin_south_ghost0_x)));
-        let across_south_ghost0_4 = cos_south_west_south * moment_moving_south_ghost0_y
+            - (gradient_moving_z_south_ghost0_x * c(6.645589092322223e-6)
+                + gradient_moving_z_south_ghost0_y * c(5.5653677591751645e-6)
+                - gradient_moving_y_south_ghost0_z * c(2.372658269341246e-8));
+        let d_moment_moving_south_ghost0_x = d_free_fall_south_ghost0_z
+            * c(1.7025149681007906e-4)
+            - (d_gradient_moving_z_south_ghost0_x * c(6.645589092322223e-6)
+                + d_gradient_moving_z_south_ghost0_y * c(5.5653677591751645e-6)
+                - d_gradient_moving_y_south_ghost0_z * c(2.372658269341246e-8));
+        let south_ghost0_part_4 = gradient_moving_x_south_ghost0_z
+            * c(2.372658269341246e-8)
+            - gradient_moving_z_south_ghost0_y * c(6.645589092322223e-6);
+        let south_ghost0_part_5 = d_gradient_moving_x_south_ghost0_z
+            * c(2.372658269341246e-8)
+            - d_gradient_moving_z_south_ghost0_y * c(6.645589092322223e-6);
+        let moment_moving_south_ghost0_z = -free_fall_south_ghost0_x
+            * c(1.7025149681007906e-4)
+            - (c(6.645589092322223e-6) * (omega_yy_south_ghost0 - omega_xx_south_ghost0)
+                - gradient_moving_x_south_ghost0_y * c(5.5653677591751645e-6));
+        let d_moment_moving_south_ghost0_z = -d_free_fall_south_ghost0_x
+            * c(1.7025149681007906e-4)
+            - (c(6.645589092322223e-6)
+                * (d_omega_yy_south_ghost0 - d_omega_xx_south_ghost0)
+                - d_gradient_moving_x_south_ghost0_y * c(5.5653677591751645e-6));
+        let across_south_ghost0_4 = -cos_south_west_south * south_ghost0_part_4
             - sin_south_west_south * moment_moving_south_ghost0_z;
-        let d_across_south_ghost0_4 = cos_south_west_south
-            * d_moment_moving_south_ghost0_y
-            - south_ghost0_part * moment_moving_south_ghost0_y
+        let d_across_south_ghost0_4 = south_ghost0_part * south_ghost0_part_4
+            - cos_south_west_south * south_ghost0_part_5
             - (d_sin_south_west_south * moment_moving_south_ghost0_z
                 + sin_south_west_south * d_moment_moving_south_ghost0_z);
         let d_moment_above_south_ghost0_x = c(0.7071071698144961)
@@ -2183,52 +2261,35 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_moment_above_south_ghost0_y = c(0.7071071698144961)
             * d_across_south_ghost0_4
             + c(0.7071063925583853) * d_moment_moving_south_ghost0_x;
-        let moment_above_south_ghost0_z = sin_south_west_south
-            * moment_moving_south_ghost0_y
-            + cos_south_west_south * moment_moving_south_ghost0_z;
-        let d_moment_above_south_ghost0_z = d_sin_south_west_south
-            * moment_moving_south_ghost0_y
-            + sin_south_west_south * d_moment_moving_south_ghost0_y
+        let moment_above_south_ghost0_z = cos_south_west_south
+            * moment_moving_south_ghost0_z - sin_south_west_south * south_ghost0_part_4;
+        let d_moment_above_south_ghost0_z = -d_sin_south_west_south * south_ghost0_part_4
+            - sin_south_west_south * south_ghost0_part_5
             + (cos_south_west_south * d_moment_moving_south_ghost0_z
                 - south_ghost0_part * moment_moving_south_ghost0_z);
         // south
-        let south_part_2 = c(6.64555505684884e-6) * d_alpha_moving_south_y
-            + (d_alpha_moving_south_east_y * c(-4.840247064883071e-6)
-                + (d_carried_south_y * spin_south_z + carried_south_y * d_spin_south_z
-                    - (d_carried_south_z * spin_south_y
-                        + carried_south_z * d_spin_south_y)));
-        let moment_moving_south_x = -gravity_south_z * c(1.702501854199059e-4)
-            - (c(6.64555505684884e-6) * alpha_moving_south_y
-                + (c(5.589035390741692e-6) * alpha_moving_south_x
-                    + (carried_south_y * spin_south_z
-                        - carried_south_z * spin_south_y)));
-        let d_moment_moving_south_x = -d_gravity_south_z * c(1.702501854199059e-4)
-            - south_part_2;
-        let south_part_3 = c(1.3262745496786403e-5) * d_alpha_moving_south_y
-            + (d_alpha_moving_south_east_y * c(-5.755220017342357e-6)
-                + (d_carried_south_z * spin_south_x + carried_south_z * d_spin_south_x
-                    - (d_omega_south_x * spin_south_z
-                        + omega_south_x * d_spin_south_z)));
-        let moment_moving_south_y = -gravity_south_z * c(2.9488359113430905e-4)
-            - (c(1.3262745496786403e-5) * alpha_moving_south_y
-                + (c(6.64555505684884e-6) * alpha_moving_south_x
-                    + (carried_south_z * spin_south_x - omega_south_x * spin_south_z)));
-        let d_moment_moving_south_y = -d_gravity_south_z * c(2.9488359113430905e-4)
-            - south_part_3;
-        let moment_moving_south_z = gravity_south_y * c(2.9488359113430905e-4)
-            + gravity_south_x * c(1.702501854199059e-4)
-            - (c(1.880432772214127e-5) * alpha_moving_south_z
-                + (omega_south_x * spin_south_y - carried_south_y * spin_south_x));
-        let d_moment_moving_south_z = d_gravity_south_y * c(2.9488359113430905e-4)
-            + d_gravity_south_x * c(1.702501854199059e-4)
-            - (c(1.880432772214127e-5) * d_alpha_moving_south_z
-                + (d_omega_south_x * spin_south_y + omega_south_x * d_spin_south_y
-                    - (d_carried_south_y * spin_south_x
-                        + carried_south_y * d_spin_south_x)));
-        let across_south_4 = cos_south_south_east * moment_moving_south_y
+        let moment_moving_south_x = -free_fall_south_z * c(1.702501854199059e-4)
+            - (gradient_moving_z_south_y * c(5.565308808048279e-6)
+                - gradient_moving_z_south_x * c(6.64555505684884e-6)
+                - gradient_moving_y_south_z * c(2.3726582693412885e-8));
+        let d_moment_moving_south_x = -d_free_fall_south_z * c(1.702501854199059e-4)
+            - (d_gradient_moving_z_south_y * c(5.565308808048279e-6)
+                - d_gradient_moving_z_south_x * c(6.64555505684884e-6)
+                - d_gradient_moving_y_south_z * c(2.3726582693412885e-8));
+        let south_part_6 = gradient_moving_z_south_y * c(6.64555505684884e-6)
+            + gradient_moving_x_south_z * c(2.3726582693412885e-8);
+        let south_part_7 = d_gradient_moving_z_south_y * c(6.64555505684884e-6)
+            + d_gradient_moving_x_south_z * c(2.3726582693412885e-8);
+        let moment_moving_south_z = free_fall_south_x * c(1.702501854199059e-4)
+            - (-c(6.64555505684884e-6) * (omega_yy_south - omega_xx_south)
+                - gradient_moving_x_south_y * c(5.565308808048279e-6));
+        let d_moment_moving_south_z = d_free_fall_south_x * c(1.702501854199059e-4)
+            - (-c(6.64555505684884e-6) * (d_omega_yy_south - d_omega_xx_south)
+                - d_gradient_moving_x_south_y * c(5.565308808048279e-6));
+        let across_south_4 = -cos_south_south_east * south_part_6
             - sin_south_south_east * moment_moving_south_z;
-        let d_across_south_4 = cos_south_south_east * d_moment_moving_south_y
-            - south_part * moment_moving_south_y
+        let d_across_south_4 = south_part * south_part_6
+            - cos_south_south_east * south_part_7
             - (d_sin_south_south_east * moment_moving_south_z
                 + sin_south_south_east * d_moment_moving_south_z);
         let d_moment_above_south_x = c(0.4999998655490338) * d_moment_moving_south_x
@@ -2237,47 +2298,32 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             - c(0.8660254814097262) * moment_moving_south_x;
         let d_moment_above_south_y = c(0.4999998655490338) * d_across_south_4
             - c(0.8660254814097262) * d_moment_moving_south_x;
-        let moment_above_south_z = sin_south_south_east * moment_moving_south_y
-            + cos_south_south_east * moment_moving_south_z;
-        let d_moment_above_south_z = d_sin_south_south_east * moment_moving_south_y
-            + sin_south_south_east * d_moment_moving_south_y
+        let moment_above_south_z = cos_south_south_east * moment_moving_south_z
+            - sin_south_south_east * south_part_6;
+        let d_moment_above_south_z = -d_sin_south_south_east * south_part_6
+            - sin_south_south_east * south_part_7
             + (cos_south_south_east * d_moment_moving_south_z
                 - south_part * moment_moving_south_z);
         // south_west
         let d_moment_moving_south_west_x = d_moment_above_south_ghost0_x
-            + d_gravity_south_west_z * c(1.4350139506894642e-4)
-            - (d_carried_south_west_y * spin_south_west_z
-                - south_west_part_4 * d_spin_south_west_z
-                - (south_west_part_5 * d_spin_south_west_y
-                    - south_west_part_6 * spin_south_west_y)
-                - c(5.7748035664558305e-6) * d_alpha_moving_south_west_y);
+            + d_free_fall_south_west_z * c(3.520149320482795e-4)
+            - (d_omega_yz_south_west * c(1.0093594897589384e-5)
+                + (d_gradient_moving_z_south_west_x * c(1.2394283547934881e-5)
+                    - d_omega_yz_south_west * c(2.6789051216394143e-8)));
         let moment_moving_south_west_y = moment_above_south_ghost0_y
-            - gravity_south_west_z * c(3.191766616116623e-4)
-            - (c(1.3277584214115283e-5) * alpha_moving_south_west_y
-                + (south_west_part_5 * spin_south_west_x
-                    - omega_south_west_x * spin_south_west_z
-                    - c(5.7748035664558305e-6) * alpha_moving_south_west_x));
+            - (gradient_moving_x_south_west_z * c(2.6789051216394143e-8)
+                - gradient_moving_z_south_west_y * c(1.2394283547934881e-5));
         let d_moment_moving_south_west_y = d_moment_above_south_ghost0_y
-            - d_gravity_south_west_z * c(3.191766616116623e-4)
-            - (c(1.3277584214115283e-5) * d_alpha_moving_south_west_y
-                + (south_west_part_5 * d_spin_south_west_x
-                    - south_west_part_6 * spin_south_west_x
-                    - (d_omega_south_west_x * spin_south_west_z
-                        + omega_south_west_x * d_spin_south_west_z)));
+            - (d_gradient_moving_x_south_west_z * c(2.6789051216394143e-8)
+                - d_omega_yz_south_west * c(1.2394283547934881e-5));
         let moment_moving_south_west_z = moment_above_south_ghost0_z
-            + (gravity_south_west_y * c(3.191766616116623e-4)
-                - sin_ground_west * c(-1.2191466200246904e-3))
-            - (c(1.672491735517822e-5) * alpha_moving_south_west_z
-                + (south_west_part_4 * spin_south_west_x
-                    + omega_south_west_x * spin_south_west_y));
+            - sin_ground_west * c(-2.9906177176792508e-3)
+            - (c(1.2394283547934881e-5) * (omega_yy_south_west - omega_xx_south_west)
+                - gradient_moving_x_south_west_y * c(1.0093594897589384e-5));
         let d_moment_moving_south_west_z = d_moment_above_south_ghost0_z
-            + (d_gravity_south_west_y * c(3.191766616116623e-4)
-                - d_sin_ground_west * c(-1.2191466200246904e-3))
-            - (c(1.672491735517822e-5) * d_alpha_moving_south_west_z
-                + (d_omega_south_west_x * spin_south_west_y
-                    + omega_south_west_x * d_spin_south_west_y
-                    - (d_carried_south_west_y * spin_south_west_x
-                        - south_west_part_4 * d_spin_south_west_x)));
+            - d_sin_ground_west * c(-2.9906177176792508e-3)
+            - (c(1.2394283547934881e-5) * (d_omega_yy_south_west - d_omega_xx_south_west)
+                - d_gradient_moving_x_south_west_y * c(1.0093594897589384e-5));
         let d_across_south_west_2 = cos_west_south_west * d_moment_moving_south_west_y
             - south_west_part * moment_moving_south_west_y
             - (d_sin_west_south_west * moment_moving_south_west_z
@@ -2287,39 +2333,24 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             - c(0.8660257562110547) * d_across_south_west_2;
         // south_east
         let d_moment_moving_south_east_x = d_moment_above_south_x
-            - d_gravity_south_east_z * c(2.1820669112261221e-4)
-            - (c(7.2072789294646456e-6) * d_alpha_moving_south_east_y
-                + (d_carried_south_east_y * spin_south_east_z
-                    + carried_south_east_y * d_spin_south_east_z
-                    - (-south_east_part_3 * spin_south_east_y
-                        - south_east_part_2 * d_spin_south_east_y)));
+            - d_free_fall_south_east_z * c(4.7358339509453106e-4)
+            - (d_omega_yz_south_east * c(1.6424267108073443e-5)
+                - d_omega_yz_south_east * c(3.338573836000013e-8)
+                - d_gradient_moving_z_south_east_x * c(1.293994125217518e-5));
         let moment_moving_south_east_y = moment_above_south_y
-            - gravity_south_east_z * c(3.4369412604123286e-4)
-            - (c(1.2623937521576776e-5) * alpha_moving_south_east_y
-                + (c(7.2072789294646456e-6) * alpha_moving_south_east_x
-                    + (-south_east_part_2 * spin_south_east_x
-                        - omega_south_east_x * spin_south_east_z)));
+            - (gradient_moving_x_south_east_z * c(3.338573836000013e-8)
+                + gradient_moving_z_south_east_y * c(1.293994125217518e-5));
         let d_moment_moving_south_east_y = d_moment_above_south_y
-            - d_gravity_south_east_z * c(3.4369412604123286e-4)
-            - (c(1.2623937521576776e-5) * d_alpha_moving_south_east_y
-                + (-south_east_part_3 * spin_south_east_x
-                    - south_east_part_2 * d_spin_south_east_x
-                    - (d_omega_south_east_x * spin_south_east_z
-                        + omega_south_east_x * d_spin_south_east_z)));
+            - (d_gradient_moving_x_south_east_z * c(3.338573836000013e-8)
+                + d_omega_yz_south_east * c(1.293994125217518e-5));
         let moment_moving_south_east_z = moment_above_south_z
-            + (gravity_south_east_y * c(3.4369412604123286e-4)
-                + sin_ground_east * c(1.5136381780420903e-3))
-            - (c(1.9085552925721835e-5) * alpha_moving_south_east_z
-                + (omega_south_east_x * spin_south_east_y
-                    - carried_south_east_y * spin_south_east_x));
+            + sin_ground_east * c(3.285114235562457e-3)
+            - (-c(1.293994125217518e-5) * (omega_yy_south_east - omega_xx_south_east)
+                - gradient_moving_x_south_east_y * c(1.6424267108073443e-5));
         let d_moment_moving_south_east_z = d_moment_above_south_z
-            + (d_gravity_south_east_y * c(3.4369412604123286e-4)
-                + d_sin_ground_east * c(1.5136381780420903e-3))
-            - (c(1.9085552925721835e-5) * d_alpha_moving_south_east_z
-                + (d_omega_south_east_x * spin_south_east_y
-                    + omega_south_east_x * d_spin_south_east_y
-                    - (d_carried_south_east_y * spin_south_east_x
-                        + carried_south_east_y * d_spin_south_east_x)));
+            + d_sin_ground_east * c(3.285114235562457e-3)
+            - (-c(1.293994125217518e-5) * (d_omega_yy_south_east - d_omega_xx_south_east)
+                - d_gradient_moving_x_south_east_y * c(1.6424267108073443e-5));
         let d_across_south_east_3 = cos_south_east_east * d_moment_moving_south_east_y
             - south_east_part * moment_moving_south_east_y
             - (d_sin_south_east_east * moment_moving_south_east_z
@@ -2329,25 +2360,27 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             + c(0.7071067811865475) * d_across_south_east_3;
         // west
         let d_moment_moving_west_x = d_moment_above_south_west_x
-            + west_part * c(1.84966277484791e-3);
+            + west_part * c(6.332769027236974e-3);
         // east
         let d_moment_moving_east_x = d_moment_above_south_east_x
-            - east_part * c(1.2186563262174758e-3);
+            - east_part * c(4.625527205006544e-3);
         // south_ghost0
-        let south_ghost0_part_4 = c(0.08068423607472835) * lambda[1];
+        let south_ghost0_part_6 = c(0.08068423607472835) * lambda[1];
         let moment_closing_south_ghost0_z = lambda[0] * c(0.08068423607472834);
-        let across_south_ghost0_5 = -cos_south_west_south * south_ghost0_part_4
+        let across_south_ghost0_5 = -cos_south_west_south * south_ghost0_part_6
             - sin_south_west_south * moment_closing_south_ghost0_z;
-        let d_across_south_ghost0_5 = south_ghost0_part * south_ghost0_part_4
+        let d_across_south_ghost0_5 = south_ghost0_part * south_ghost0_part_6
             - d_sin_south_west_south * moment_closing_south_ghost0_z;
+        let d_moment_above_south_ghost0_x_2 = -c(0.7071063925583853)
+            * d_across_south_ghost0_5;
         let d_moment_above_south_ghost0_y_2 = c(0.7071071698144961)
             * d_across_south_ghost0_5;
         let moment_above_south_ghost0_y_2 = c(0.7071071698144961) * across_south_ghost0_5
             + lambda[2] * c(0.0570523391071303);
         let moment_above_south_ghost0_z_2 = cos_south_west_south
-            * moment_closing_south_ghost0_z - sin_south_west_south * south_ghost0_part_4;
+            * moment_closing_south_ghost0_z - sin_south_west_south * south_ghost0_part_6;
         let d_moment_above_south_ghost0_z_2 = -d_sin_south_west_south
-            * south_ghost0_part_4 - south_ghost0_part * moment_closing_south_ghost0_z;
+            * south_ghost0_part_6 - south_ghost0_part * moment_closing_south_ghost0_z;
         // south_west
         let d_across_south_west_3 = cos_west_south_west * d_moment_above_south_ghost0_y_2
             - south_west_part * moment_above_south_ghost0_y_2
@@ -2360,8 +2393,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             - lambda[2] * c(0.040342139733508246);
         let moment_closing_south_y = lambda[1] * c(0.04034213973350825)
             + lambda[2] * c(0.0698745855993765);
-        let moment_closing_south_z = -lambda[0] * c(0.060513155359896355)
-            - lambda[0] * c(0.020171080714831997);
+        let moment_closing_south_z = lambda[0] * c(-0.08068423607472835);
         let across_south_5 = cos_south_south_east * moment_closing_south_y
             - sin_south_south_east * moment_closing_south_z;
         let d_across_south_5 = -south_part * moment_closing_south_y
@@ -2382,54 +2414,1287 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_moment_above_south_east_x_2 = d_across_south_5 * c(0.6123724905851617)
             + c(0.7071067811865475) * d_across_south_east_4;
         // the whole mechanism
-        let part = carried_south_ghost0_y * c(0.08068423607472835);
-        let part_2 = d_carried_south_ghost0_y * c(0.08068423607472835);
-        let part_3 = -carried_south_y * c(0.04034213973350825)
-            - omega_south_x * c(0.06987458559937648);
-        let part_4 = -d_carried_south_y * c(0.04034213973350825)
-            - d_omega_south_x * c(0.06987458559937648);
-        let part_5 = carried_south_z * d_carried_south_z;
-        let part_6 = part_5 + part_5;
-        let part_7 = (d_carried_south_y * part_3 + carried_south_y * part_4
-            + d_alpha_moving_south_z * c(0.06987458559937648)
-            - c(0.04034213973350825) * part_6) * c(0.8660252485338008)
-            + (c(0.06987458559937648) * part_6
-                + (d_alpha_moving_south_z * c(0.04034213973350825)
-                    - (d_omega_south_x * part_3 + omega_south_x * part_4)))
+        let part = ((d_omega_yy_south + d_omega_zz_south) * c(-0.04034213973350825)
+            - d_gradient_moving_x_south_y * c(0.06987458559937648))
+            * c(0.8660252485338008)
+            + (d_gradient_moving_y_south_x * c(0.04034213973350825)
+                - (d_omega_xx_south + d_omega_zz_south) * c(-0.06987458559937648))
                 * c(0.5000002689018962);
-        let part_8 = omega_south_x * (d_carried_south_z * c(0.04034213973350825))
-            + d_omega_south_x * (carried_south_z * c(0.04034213973350825))
-            - (carried_south_z * (d_carried_south_y * c(0.06987458559937648))
-                + d_carried_south_z * (carried_south_y * c(0.06987458559937648)));
-        let part_9 = omega_south_ghost0_x
-            * (d_carried_south_ghost0_z * c(0.08068423607472835))
-            + d_omega_south_ghost0_x * (carried_south_ghost0_z * c(0.08068423607472835))
-            - d_alpha_moving_south_ghost0_y * c(0.08068423607472835)
-            - (part_8 - d_alpha_moving_south_y * c(0.04034213973350825)
-                - d_alpha_moving_south_east_y * c(-0.06051317163200514));
-        let part_10 = carried_south_z * (d_carried_south_y * c(0.040342139733508246))
-            + d_carried_south_z * (carried_south_y * c(0.040342139733508246))
-            + (omega_south_x * (d_carried_south_z * c(0.0698745855993765))
-                + d_omega_south_x * (carried_south_z * c(0.0698745855993765)));
         forces[0] = d_moment_moving_south_ghost0_x - dq[0] * c(0.0114)
             - du[0] * c(3.5e-6);
-        forces[1] = d_moment_moving_south_x - dq[1] * c(0.0114) - du[1] * c(3.5e-6);
-        forces[2] = d_moment_moving_south_west_x - dq[2] * c(0.0114) - du[2] * c(3.5e-6)
-            - c(0.7071063925583853) * d_across_south_ghost0_5;
-        forces[3] = d_moment_above_south_x_2
-            + (d_moment_moving_south_east_x - dq[3] * c(0.0114) - du[3] * c(3.5e-6));
-        forces[4] = d_moment_above_south_east_x_2
-            + (d_moment_moving_east_x - dq[4] * c(0.0114) - du[4] * c(3.5e-6));
-        forces[5] = d_moment_above_south_west_x_2
-            + (d_moment_moving_west_x - dq[5] * c(0.0114) - du[5] * c(3.5e-6));
-        closure[0] = (omega_south_ghost0_x * part_2 + d_omega_south_ghost0_x * part
-            + d_alpha_moving_south_ghost0_z * c(0.08068423607472835))
-            * c(0.9999999999999999) - part_7;
-        closure[1] = part_9;
-        closure[2] = carried_south_ghost0_z * part_2 + d_carried_south_ghost0_z * part
-            + d_alpha_moving_south_west_y * c(0.0570523391071303)
-            - (d_alpha_moving_south_east_y * c(-0.03493732098380992)
-                + (part_10 - d_alpha_moving_south_y * c(0.0698745855993765)));
+        forces[1] = d_moment_moving_south_x + (-dq[1] * c(0.0114) - du[1] * c(3.5e-6));
+        forces[2] = d_moment_moving_south_west_x
+            + (d_moment_above_south_ghost0_x_2 - dq[2] * c(0.0114) - du[2] * c(3.5e-6));
+        forces[3] = d_moment_moving_south_east_x
+            + (d_moment_above_south_x_2 - dq[3] * c(0.0114) - du[3] * c(3.5e-6));
+        forces[4] = d_moment_moving_east_x
+            + (d_moment_above_south_east_x_2 - dq[4] * c(0.0114) - du[4] * c(3.5e-6));
+        forces[5] = d_moment_moving_west_x
+            + (d_moment_above_south_west_x_2 - dq[5] * c(0.0114) - du[5] * c(3.5e-6));
+        closure[0] = d_gradient_moving_y_south_ghost0_x * c(0.08068423607472834) - part;
+        closure[1] = d_gradient_moving_z_south_ghost0_x * c(0.08068423607472835)
+            - (d_gradient_moving_z_south_x * c(0.04034213973350825)
+                - d_gradient_moving_z_south_y * c(0.06987458559937648));
+        closure[2] = d_gradient_moving_z_south_ghost0_y * c(0.08068423607472835)
+            - (d_gradient_moving_z_south_x * c(0.0698745855993765)
+                + d_gradient_moving_z_south_y * c(0.040342139733508246));
+    }
+    fn write_acceleration(
+        &self,
+        t: S,
+        q: &[S],
+        u: &[S],
+        out: &mut [S],
+    ) -> ::lamc_runtime::Margin<S> {
+        let c = S::from_f64;
+        let Some(q) = q.first_chunk::<N>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let Some(u) = u.first_chunk::<N>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let Some(acceleration) = out.first_chunk_mut::<6>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        // east
+        let (sin_ground_east, cos_ground_east) = S::sin_cos(q[4]);
+        // west
+        let (sin_ground_west, cos_ground_west) = S::sin_cos(q[5]);
+        // south_east
+        let (sin_south_east_east, cos_south_east_east) = S::sin_cos(q[3]);
+        // south_west
+        let (sin_west_south_west, cos_west_south_west) = S::sin_cos(q[2]);
+        // south
+        let (sin_south_south_east, cos_south_south_east) = S::sin_cos(q[1]);
+        // south_ghost0
+        let (sin_south_west_south, cos_south_west_south) = S::sin_cos(q[0]);
+        // south_east
+        let across_south_east = u[4] * c(0.7071067811865475);
+        let carried_south_east_y = cos_south_east_east * across_south_east;
+        let south_east_part = sin_south_east_east * across_south_east;
+        let omega_south_east_x = across_south_east + u[3];
+        let south_east_part_2 = south_east_part * u[3];
+        let alpha_south_east_y = -south_east_part_2;
+        let south_east_part_3 = carried_south_east_y * u[3];
+        let omega_xx_south_east = omega_south_east_x * omega_south_east_x;
+        let omega_yy_south_east = carried_south_east_y * carried_south_east_y;
+        let omega_xy_south_east = carried_south_east_y * omega_south_east_x;
+        let south_east_part_4 = south_east_part * omega_south_east_x;
+        let south_east_part_5 = carried_south_east_y * south_east_part;
+        let gradient_x_south_east_y = south_east_part_3 + omega_xy_south_east;
+        let gradient_x_south_east_z = alpha_south_east_y - south_east_part_4;
+        let gradient_z_south_east_x = south_east_part_2 - south_east_part_4;
+        // south_west
+        let south_west_part = u[5] * c(0.8660257562110547);
+        let carried_south_west_x = u[5] * c(0.4999993895786978);
+        let south_west_part_2 = cos_west_south_west * south_west_part;
+        let south_west_part_3 = sin_west_south_west * south_west_part;
+        let omega_south_west_x = carried_south_west_x + u[2];
+        let alpha_south_west_y = south_west_part_3 * u[2];
+        let south_west_part_4 = south_west_part_2 * u[2];
+        let omega_xx_south_west = omega_south_west_x * omega_south_west_x;
+        let omega_yy_south_west = south_west_part_2 * south_west_part_2;
+        let omega_xy_south_west = -south_west_part_2 * omega_south_west_x;
+        let omega_xz_south_west = south_west_part_3 * omega_south_west_x;
+        let south_west_part_5 = south_west_part_2 * south_west_part_3;
+        let gradient_x_south_west_y = omega_xy_south_west - south_west_part_4;
+        let gradient_x_south_west_z = alpha_south_west_y + omega_xz_south_west;
+        let gradient_z_south_west_x = omega_xz_south_west - alpha_south_west_y;
+        // south
+        let across_south = carried_south_east_y * c(0.4999998655490338)
+            + omega_south_east_x * c(0.8660254814097262);
+        let carried_south_x = omega_south_east_x * c(0.4999998655490338)
+            - carried_south_east_y * c(0.8660254814097262);
+        let carried_south_y = cos_south_south_east * across_south
+            - sin_south_south_east * south_east_part;
+        let carried_south_z = -cos_south_south_east * south_east_part
+            - sin_south_south_east * across_south;
+        let omega_south_x = carried_south_x + u[1];
+        let across_south_2 = south_east_part_2 * c(-0.4999998655490338);
+        let south_part = south_east_part_2 * c(-0.8660254814097262);
+        let alpha_south_y = cos_south_south_east * across_south_2
+            + (carried_south_z * u[1] - sin_south_south_east * south_east_part_3);
+        let alpha_south_z = -cos_south_south_east * south_east_part_3
+            - carried_south_y * u[1] - sin_south_south_east * across_south_2;
+        let omega_xx_south = omega_south_x * omega_south_x;
+        let omega_yy_south = carried_south_y * carried_south_y;
+        let omega_zz_south = carried_south_z * carried_south_z;
+        let omega_xy_south = carried_south_y * omega_south_x;
+        let omega_xz_south = carried_south_z * omega_south_x;
+        let omega_yz_south = carried_south_y * carried_south_z;
+        let gradient_x_south_y = omega_xy_south - alpha_south_z;
+        let gradient_x_south_z = alpha_south_y + omega_xz_south;
+        let gradient_y_south_x = alpha_south_z + omega_xy_south;
+        let gradient_y_south_z = south_part + omega_yz_south;
+        let gradient_z_south_x = omega_xz_south - alpha_south_y;
+        let gradient_z_south_y = omega_yz_south - south_part;
+        // south_ghost0
+        let across_south_ghost0 = south_west_part_2 * c(-0.7071071698144961)
+            - omega_south_west_x * c(0.7071063925583853);
+        let carried_south_ghost0_x = south_west_part_2 * c(-0.7071063925583853)
+            + omega_south_west_x * c(0.7071071698144961);
+        let carried_south_ghost0_y = sin_south_west_south * south_west_part_3
+            + cos_south_west_south * across_south_ghost0;
+        let carried_south_ghost0_z = cos_south_west_south * south_west_part_3
+            - sin_south_west_south * across_south_ghost0;
+        let omega_south_ghost0_x = carried_south_ghost0_x + u[0];
+        let across_south_ghost0_2 = alpha_south_west_y * c(0.7071071698144961);
+        let alpha_south_ghost0_x = alpha_south_west_y * c(0.7071063925583853);
+        let alpha_south_ghost0_y = cos_south_west_south * across_south_ghost0_2
+            + (carried_south_ghost0_z * u[0] + sin_south_west_south * south_west_part_4);
+        let alpha_south_ghost0_z = cos_south_west_south * south_west_part_4
+            - carried_south_ghost0_y * u[0]
+            - sin_south_west_south * across_south_ghost0_2;
+        let omega_xx_south_ghost0 = omega_south_ghost0_x * omega_south_ghost0_x;
+        let omega_yy_south_ghost0 = carried_south_ghost0_y * carried_south_ghost0_y;
+        let omega_xy_south_ghost0 = carried_south_ghost0_y * omega_south_ghost0_x;
+        let omega_xz_south_ghost0 = carried_south_ghost0_z * omega_south_ghost0_x;
+        let omega_yz_south_ghost0 = carried_south_ghost0_y * carried_south_ghost0_z;
+        let gradient_x_south_ghost0_y = omega_xy_south_ghost0 - alpha_south_ghost0_z;
+        let gradient_x_south_ghost0_z = alpha_south_ghost0_y + omega_xz_south_ghost0;
+        let gradient_y_south_ghost0_x = alpha_south_ghost0_z + omega_xy_south_ghost0;
+        let gradient_y_south_ghost0_z = omega_yz_south_ghost0 - alpha_south_ghost0_x;
+        let gradient_z_south_ghost0_x = omega_xz_south_ghost0 - alpha_south_ghost0_y;
+        let gradient_z_south_ghost0_y = alpha_south_ghost0_x + omega_yz_south_ghost0;
+        // east
+        let east_part = cos_ground_east * c(9.81);
+        // west
+        let west_part = cos_ground_west * c(9.81);
+        // south_east
+        let across_south_east_2 = sin_ground_east * c(-6.936717523440031);
+        let free_fall_south_east_y = cos_south_east_east * across_south_east_2
+            - sin_south_east_east * east_part;
+        let free_fall_south_east_z = -cos_south_east_east * east_part
+            - sin_south_east_east * across_south_east_2;
+        // south_west
+        let across_south_west = sin_ground_west * c(-4.904994011767025);
+        let free_fall_south_west_y = cos_west_south_west * across_south_west
+            - sin_west_south_west * west_part;
+        let free_fall_south_west_z = -cos_west_south_west * west_part
+            - sin_west_south_west * across_south_west;
+        // south
+        let across_south_3 = c(0.4999998655490338) * free_fall_south_east_y
+            + sin_ground_east * c(6.007374132640437);
+        let free_fall_south_x = sin_ground_east * c(3.468357829071642)
+            - c(0.8660254814097262) * free_fall_south_east_y;
+        let free_fall_south_z = cos_south_south_east * free_fall_south_east_z
+            - sin_south_south_east * across_south_3;
+        // south_ghost0
+        let across_south_ghost0_3 = c(0.7071071698144961) * free_fall_south_west_y
+            - sin_ground_west * c(-6.007372737186426);
+        let free_fall_south_ghost0_x = sin_ground_west * c(-6.007379340531013)
+            + c(0.7071063925583853) * free_fall_south_west_y;
+        let free_fall_south_ghost0_z = cos_south_west_south * free_fall_south_west_z
+            - sin_south_west_south * across_south_ghost0_3;
+        let moment_south_ghost0_x = free_fall_south_ghost0_z * c(1.7025149681007906e-4)
+            - (gradient_z_south_ghost0_y * c(5.5653677591751645e-6)
+                + (gradient_z_south_ghost0_x * c(6.645589092322223e-6)
+                    - gradient_y_south_ghost0_z * c(2.372658269341246e-8)));
+        let moment_south_ghost0_y = -(gradient_x_south_ghost0_z * c(2.372658269341246e-8)
+            - gradient_z_south_ghost0_y * c(6.645589092322223e-6));
+        let moment_south_ghost0_z = -free_fall_south_ghost0_x * c(1.7025149681007906e-4)
+            - (c(6.645589092322223e-6) * (omega_yy_south_ghost0 - omega_xx_south_ghost0)
+                - gradient_x_south_ghost0_y * c(5.5653677591751645e-6));
+        // south
+        let moment_south_x = -free_fall_south_z * c(1.702501854199059e-4)
+            - (gradient_z_south_y * c(5.565308808048279e-6)
+                - gradient_y_south_z * c(2.3726582693412885e-8)
+                - gradient_z_south_x * c(6.64555505684884e-6));
+        let moment_south_y = -(gradient_x_south_z * c(2.3726582693412885e-8)
+            + gradient_z_south_y * c(6.64555505684884e-6));
+        let moment_south_z = free_fall_south_x * c(1.702501854199059e-4)
+            - (-gradient_x_south_y * c(5.565308808048279e-6)
+                - c(6.64555505684884e-6) * (omega_yy_south - omega_xx_south));
+        // loop 0
+        let loop0_part = ((omega_yy_south + omega_zz_south) * c(-0.04034213973350825)
+            - gradient_x_south_y * c(0.06987458559937648)) * c(0.8660252485338008)
+            + (gradient_y_south_x * c(0.04034213973350825)
+                - (omega_xx_south + omega_zz_south) * c(-0.06987458559937648))
+                * c(0.5000002689018962);
+        let gamma0_0 = gradient_y_south_ghost0_x * c(0.08068423607472834) - loop0_part;
+        let gamma0_1 = gradient_z_south_ghost0_x * c(0.08068423607472835)
+            - (gradient_z_south_x * c(0.04034213973350825)
+                - gradient_z_south_y * c(0.06987458559937648));
+        let gamma0_2 = gradient_z_south_ghost0_y * c(0.08068423607472835)
+            - (gradient_z_south_x * c(0.0698745855993765)
+                + gradient_z_south_y * c(0.040342139733508246));
+        // south_ghost0
+        let twist_south_ghost0 = sin_south_west_south * c(-1.3443432000292933e-5);
+        let bend_south_ghost0 = sin_south_west_south * twist_south_ghost0;
+        let shear_south_ghost0 = cos_south_west_south * twist_south_ghost0;
+        let turned_yy_south_ghost0 = c(-7.878064241117769e-6) - bend_south_ghost0;
+        let bend_south_ghost0_2 = turned_yy_south_ghost0 * c(-0.4999994503969332);
+        let shear_south_ghost0_2 = turned_yy_south_ghost0 * c(-0.49999999999969785);
+        let south_ghost0_part = c(0.7071063925583853) * shear_south_ghost0;
+        let inertia_yy_south_ghost0 = turned_yy_south_ghost0 + bend_south_ghost0_2;
+        let inertia_yz_south_ghost0 = c(0.7071071698144961) * shear_south_ghost0;
+        let inertia_zz_south_ghost0 = c(5.5653677591751645e-6) + bend_south_ghost0;
+        // south
+        let twist_south = sin_south_south_east * c(-1.344337545550088e-5);
+        let bend_south = sin_south_south_east * twist_south;
+        let shear_south = cos_south_south_east * twist_south;
+        let turned_yy_south = c(-7.878066647452602e-6) - bend_south;
+        let south_part_2 = turned_yy_south * c(0.750000134450948);
+        let shear_south_2 = turned_yy_south * c(0.4330126242669004);
+        let inertia_xz_south = c(0.8660254814097262) * shear_south;
+        let inertia_yy_south = turned_yy_south - south_part_2;
+        let inertia_yz_south = c(0.4999998655490338) * shear_south;
+        let inertia_zz_south = c(5.565308808048279e-6) + bend_south;
+        // south_west
+        let inertia_xx_south_west = c(1.0120383948805778e-5) - bend_south_ghost0_2;
+        let inertia_xy_south_west = shear_south_ghost0_2 - c(1.2394283547934881e-5);
+        let inertia_yy_south_west = inertia_yy_south_ghost0 + c(2.6789051216394143e-8);
+        let inertia_zz_south_west = inertia_zz_south_ghost0 + c(1.0093594897589384e-5);
+        let inverse_pivot_south_west = c(1.0) / inertia_xx_south_west;
+        let moment_share_y_south_west = inertia_xy_south_west * inverse_pivot_south_west;
+        let south_west_part_6 = south_ghost0_part * inverse_pivot_south_west;
+        let left_inertia_yy_south_west = inertia_yy_south_west
+            - inertia_xy_south_west * moment_share_y_south_west;
+        let left_inertia_yz_south_west = inertia_yz_south_ghost0
+            + inertia_xy_south_west * south_west_part_6;
+        let left_inertia_zz_south_west = inertia_zz_south_west
+            - south_ghost0_part * south_west_part_6;
+        let twist_south_west = sin_west_south_west
+            * (left_inertia_yy_south_west - left_inertia_zz_south_west)
+            + left_inertia_yz_south_west * (cos_west_south_west * c(2.0));
+        let bend_south_west = sin_west_south_west * twist_south_west;
+        let turned_yy_south_west = left_inertia_yy_south_west - bend_south_west;
+        let bend_south_west_2 = turned_yy_south_west * c(-0.7500006104209291);
+        // south_east
+        let inertia_xx_south_east = south_part_2 + c(1.6457652846433443e-5);
+        let inertia_xy_south_east = shear_south_2 + c(1.293994125217518e-5);
+        let inertia_yy_south_east = inertia_yy_south + c(3.338573836000013e-8);
+        let inertia_zz_south_east = inertia_zz_south + c(1.6424267108073443e-5);
+        let inverse_pivot_south_east = c(1.0) / inertia_xx_south_east;
+        let moment_share_y_south_east = inertia_xy_south_east * inverse_pivot_south_east;
+        let moment_share_z_south_east = inertia_xz_south * inverse_pivot_south_east;
+        let left_inertia_yy_south_east = inertia_yy_south_east
+            - inertia_xy_south_east * moment_share_y_south_east;
+        let left_inertia_yz_south_east = inertia_yz_south
+            - inertia_xy_south_east * moment_share_z_south_east;
+        let left_inertia_zz_south_east = inertia_zz_south_east
+            - inertia_xz_south * moment_share_z_south_east;
+        let twist_south_east = sin_south_east_east
+            * (left_inertia_yy_south_east - left_inertia_zz_south_east)
+            + left_inertia_yz_south_east * (cos_south_east_east * c(2.0));
+        let bend_south_east = sin_south_east_east * twist_south_east;
+        let turned_yy_south_east = left_inertia_yy_south_east - bend_south_east;
+        // west
+        let inertia_xx_west = c(1.9761253055270436e-5) - bend_south_west_2;
+        let inverse_pivot_west = c(1.0) / inertia_xx_west;
+        // east
+        let inertia_xx_east = turned_yy_south_east * c(0.4999999999999999)
+            + c(1.0564732298535837e-5);
+        let inverse_pivot_east = c(1.0) / inertia_xx_east;
+        let torque_east = -q[4] * c(0.0114) - u[4] * c(3.5e-6);
+        // west
+        let torque_west = -q[5] * c(0.0114) - u[5] * c(3.5e-6);
+        // south_east
+        let torque_south_east = -q[3] * c(0.0114) - u[3] * c(3.5e-6);
+        // south_west
+        let torque_south_west = -q[2] * c(0.0114) - u[2] * c(3.5e-6);
+        // south
+        let torque_south = -q[1] * c(0.0114) - u[1] * c(3.5e-6);
+        // south_ghost0
+        let torque_south_ghost0 = -q[0] * c(0.0114) - u[0] * c(3.5e-6);
+        let reduced_south_ghost0 = moment_south_ghost0_x + torque_south_ghost0;
+        let moment_left_south_ghost0_y = moment_south_ghost0_y
+            - c(-1.189027897156668) * reduced_south_ghost0;
+        let across_south_ghost0_4 = cos_south_west_south * moment_left_south_ghost0_y
+            - sin_south_west_south * moment_south_ghost0_z;
+        let moment_above_south_ghost0_x = -c(0.7071071698144961) * torque_south_ghost0
+            - c(0.7071063925583853) * across_south_ghost0_4;
+        let moment_above_south_ghost0_y = c(0.7071071698144961) * across_south_ghost0_4
+            - c(0.7071063925583853) * torque_south_ghost0;
+        let moment_above_south_ghost0_z = sin_south_west_south
+            * moment_left_south_ghost0_y + cos_south_west_south * moment_south_ghost0_z;
+        // south
+        let reduced_south = moment_south_x + torque_south;
+        let moment_left_south_y = moment_south_y - c(1.18903434890702) * reduced_south;
+        let across_south_4 = cos_south_south_east * moment_left_south_y
+            - sin_south_south_east * moment_south_z;
+        let moment_above_south_x = c(0.8660254814097262) * across_south_4
+            - c(0.4999998655490338) * torque_south;
+        let moment_above_south_y = c(0.4999998655490338) * across_south_4
+            + c(0.8660254814097262) * torque_south;
+        let moment_above_south_z = sin_south_south_east * moment_left_south_y
+            + cos_south_south_east * moment_south_z;
+        // south_west
+        let moment_load_south_west_x = moment_above_south_ghost0_x
+            + free_fall_south_west_z * c(3.520149320482795e-4)
+            - (gradient_z_south_west_x * c(1.2394283547934881e-5)
+                + (south_west_part_5 * c(-1.0093594897589384e-5)
+                    - south_west_part_5 * c(-2.6789051216394143e-8)));
+        let moment_load_south_west_y = moment_above_south_ghost0_y
+            - (gradient_x_south_west_z * c(2.6789051216394143e-8)
+                - south_west_part_5 * c(-1.2394283547934881e-5));
+        let moment_load_south_west_z = moment_above_south_ghost0_z
+            - sin_ground_west * c(-2.9906177176792508e-3)
+            - (c(1.2394283547934881e-5) * (omega_yy_south_west - omega_xx_south_west)
+                - gradient_x_south_west_y * c(1.0093594897589384e-5));
+        let reduced_south_west = torque_south_west + moment_load_south_west_x;
+        let moment_left_south_west_y = moment_load_south_west_y
+            - moment_share_y_south_west * reduced_south_west;
+        let moment_left_south_west_z = moment_load_south_west_z
+            + south_west_part_6 * reduced_south_west;
+        let across_south_west_2 = cos_west_south_west * moment_left_south_west_y
+            - sin_west_south_west * moment_left_south_west_z;
+        let moment_above_south_west_x = -c(0.4999993895786978) * torque_south_west
+            - c(0.8660257562110547) * across_south_west_2;
+        // south_east
+        let moment_load_south_east_x = moment_above_south_x
+            - free_fall_south_east_z * c(4.7358339509453106e-4)
+            - (south_east_part_5 * c(-1.6424267108073443e-5)
+                - south_east_part_5 * c(-3.338573836000013e-8)
+                - gradient_z_south_east_x * c(1.293994125217518e-5));
+        let moment_load_south_east_y = moment_above_south_y
+            - (south_east_part_5 * c(-1.293994125217518e-5)
+                + gradient_x_south_east_z * c(3.338573836000013e-8));
+        let moment_load_south_east_z = moment_above_south_z
+            + sin_ground_east * c(3.285114235562457e-3)
+            - (-gradient_x_south_east_y * c(1.6424267108073443e-5)
+                - c(1.293994125217518e-5) * (omega_yy_south_east - omega_xx_south_east));
+        let reduced_south_east = torque_south_east + moment_load_south_east_x;
+        let moment_left_south_east_y = moment_load_south_east_y
+            - moment_share_y_south_east * reduced_south_east;
+        let moment_left_south_east_z = moment_load_south_east_z
+            - moment_share_z_south_east * reduced_south_east;
+        let across_south_east_3 = cos_south_east_east * moment_left_south_east_y
+            - sin_south_east_east * moment_left_south_east_z;
+        let moment_above_south_east_x = c(0.7071067811865475) * across_south_east_3
+            - c(0.7071067811865475) * torque_south_east;
+        // west
+        let moment_load_west_x = moment_above_south_west_x
+            + cos_ground_west * c(-6.332769027236974e-3);
+        let reduced_west = torque_west + moment_load_west_x;
+        // east
+        let moment_load_east_x = moment_above_south_east_x
+            - cos_ground_east * c(-4.625527205006544e-3);
+        let reduced_east = torque_east + moment_load_east_x;
+        // south_ghost0
+        let south_ghost0_part_2 = sin_south_west_south * c(-0.057052339107130284);
+        let moment_above_south_ghost0_y_2 = sin_south_west_south
+            * c(-0.05705240181944582);
+        let moment_above_south_ghost0_z_2 = cos_south_west_south
+            * c(0.08068423607472834);
+        // south
+        let moment_above_south_x_2 = sin_south_south_east * c(0.06987460438879263);
+        let moment_above_south_y_2 = sin_south_south_east * c(0.04034210718929068);
+        let moment_above_south_z_2 = cos_south_south_east * c(-0.08068423607472835);
+        // south_west
+        let moment_left_south_west_y_2 = moment_above_south_ghost0_y_2
+            + moment_share_y_south_west * south_ghost0_part_2;
+        let moment_left_south_west_z_2 = moment_above_south_ghost0_z_2
+            - south_west_part_6 * south_ghost0_part_2;
+        let across_south_west_3 = cos_west_south_west * moment_left_south_west_y_2
+            - sin_west_south_west * moment_left_south_west_z_2;
+        let south_west_part_7 = c(0.8660257562110547) * across_south_west_3;
+        // south_east
+        let moment_left_south_east_y_2 = moment_above_south_y_2
+            - moment_share_y_south_east * moment_above_south_x_2;
+        let moment_left_south_east_z_2 = moment_above_south_z_2
+            - moment_share_z_south_east * moment_above_south_x_2;
+        let across_south_east_4 = cos_south_east_east * moment_left_south_east_y_2
+            - sin_south_east_east * moment_left_south_east_z_2;
+        let moment_above_south_east_x_2 = c(0.7071067811865475) * across_south_east_4;
+        // south_ghost0
+        let south_ghost0_part_3 = cos_south_west_south * c(-0.0570523391071303);
+        let moment_above_south_ghost0_y_3 = cos_south_west_south
+            * c(-0.05705240181944583);
+        let moment_above_south_ghost0_z_3 = -sin_south_west_south
+            * c(0.08068423607472835);
+        // south
+        let moment_above_south_x_3 = cos_south_south_east * c(-0.03701491864795006);
+        let moment_above_south_y_3 = cos_south_south_east * c(-0.021370565583309173);
+        let moment_above_south_z_3 = sin_south_south_east * c(-0.0427411426597942);
+        // south_west
+        let moment_left_south_west_y_3 = moment_above_south_ghost0_y_3
+            + moment_share_y_south_west * south_ghost0_part_3;
+        let moment_left_south_west_z_3 = moment_above_south_ghost0_z_3
+            - south_west_part_6 * south_ghost0_part_3;
+        let across_south_west_4 = cos_west_south_west * moment_left_south_west_y_3
+            - sin_west_south_west * moment_left_south_west_z_3;
+        let south_west_part_8 = c(0.8660257562110547) * across_south_west_4;
+        // south_east
+        let moment_left_south_east_y_3 = moment_above_south_y_3
+            - moment_share_y_south_east * moment_above_south_x_3;
+        let moment_left_south_east_z_3 = moment_above_south_z_3
+            - moment_share_z_south_east * moment_above_south_x_3;
+        let across_south_east_5 = cos_south_east_east * moment_left_south_east_y_3
+            - sin_south_east_east * moment_left_south_east_z_3;
+        let moment_above_south_east_x_3 = c(0.7071067811865475) * across_south_east_5;
+        // south_ghost0
+        let south_ghost0_part_4 = cos_south_west_south * c(0.06783682279642027);
+        let moment_above_south_ghost0_y_4 = cos_south_west_south
+            * c(0.06783689736311294);
+        let moment_above_south_ghost0_z_4 = sin_south_west_south
+            * c(0.09593580755362642);
+        // south
+        let moment_above_south_x_4 = cos_south_south_east * c(0.10205484634054517);
+        let moment_above_south_y_4 = cos_south_south_east * c(0.058921371881387234);
+        let moment_above_south_z_4 = sin_south_south_east * c(0.1178427754509245);
+        // south_west
+        let moment_left_south_west_y_4 = moment_above_south_ghost0_y_4
+            + moment_share_y_south_west * south_ghost0_part_4;
+        let moment_left_south_west_z_4 = moment_above_south_ghost0_z_4
+            - south_west_part_6 * south_ghost0_part_4;
+        let across_south_west_5 = cos_west_south_west * moment_left_south_west_y_4
+            - sin_west_south_west * moment_left_south_west_z_4;
+        let south_west_part_9 = c(0.8660257562110547) * across_south_west_5;
+        // south_east
+        let moment_left_south_east_y_4 = moment_above_south_y_4
+            - moment_share_y_south_east * moment_above_south_x_4;
+        let moment_left_south_east_z_4 = moment_above_south_z_4
+            - moment_share_z_south_east * moment_above_south_x_4;
+        let across_south_east_6 = cos_south_east_east * moment_left_south_east_y_4
+            - sin_south_east_east * moment_left_south_east_z_4;
+        let moment_above_south_east_x_4 = c(0.7071067811865475) * across_south_east_6;
+        // the whole mechanism
+        let part = inverse_pivot_south_west * south_ghost0_part_2;
+        let part_2 = inverse_pivot_south_east * moment_above_south_x_2;
+        let part_3 = inverse_pivot_east * moment_above_south_east_x_2;
+        let part_4 = inverse_pivot_west * south_west_part_7;
+        let part_5 = inverse_pivot_south_west * south_ghost0_part_3;
+        let part_6 = inverse_pivot_south_east * moment_above_south_x_3;
+        let part_7 = inverse_pivot_east * moment_above_south_east_x_3;
+        let part_8 = inverse_pivot_west * south_west_part_8;
+        let part_9 = inverse_pivot_south_west * south_ghost0_part_4;
+        let part_10 = inverse_pivot_south_east * moment_above_south_x_4;
+        let part_11 = inverse_pivot_east * moment_above_south_east_x_4;
+        let part_12 = inverse_pivot_west * south_west_part_9;
+        let part_13 = south_ghost0_part_2 * part + moment_above_south_x_2 * part_2
+            + moment_above_south_east_x_2 * part_3 + south_west_part_7 * part_4;
+        let part_14 = south_ghost0_part_2 * part_5 + moment_above_south_x_2 * part_6
+            + moment_above_south_east_x_2 * part_7 + south_west_part_7 * part_8;
+        let part_15 = c(873.577884436453) + south_ghost0_part_3 * part_5
+            + moment_above_south_x_3 * part_6 + moment_above_south_east_x_3 * part_7
+            + south_west_part_8 * part_8;
+        let part_16 = south_ghost0_part_2 * part_9 + moment_above_south_x_2 * part_10
+            + moment_above_south_east_x_2 * part_11 + south_west_part_7 * part_12;
+        let part_17 = c(1455.9516904983989) + south_ghost0_part_4 * part_9
+            + moment_above_south_x_4 * part_10 + moment_above_south_east_x_4 * part_11
+            + south_west_part_9 * part_12;
+        let part_18 = c(1.0) / (part_17 + (part_13 + part_15));
+        let part_19 = c(2.0) * part_18;
+        let part_20 = c(1.0) / part_13;
+        let part_21 = part_14 * part_20;
+        let part_22 = part_15 - part_14 * part_21;
+        let part_23 = part_16 * part_20;
+        let part_24 = c(-504.3607884001874) + south_ghost0_part_3 * part_9
+            + moment_above_south_x_3 * part_10 + moment_above_south_east_x_3 * part_11
+            + south_west_part_8 * part_12 - part_14 * part_23;
+        let part_25 = c(1.0) / part_22;
+        let part_26 = part_24 * part_25;
+        let part_27 = part_17 - part_16 * part_23 - part_24 * part_26;
+        let part_28 = gamma0_0
+            + (reduced_south_east * part_2 - reduced_south_west * part
+                + reduced_east * part_3 - reduced_west * part_4);
+        let part_29 = reduced_south_ghost0 * c(14436.012552214956)
+            + reduced_south * c(-7218.08629094307) - reduced_south_west * part_9
+            + reduced_south_east * part_10 + reduced_east * part_11
+            - reduced_west * part_12;
+        let part_30 = part_21 * part_28
+            - (gamma0_1
+                + (reduced_south * c(12502.083224437016) - reduced_south_west * part_5
+                    + reduced_south_east * part_6 + reduced_east * part_7
+                    - reduced_west * part_8));
+        let part_31 = c(1.0) / part_27
+            * (part_23 * part_28 - (gamma0_2 + part_29) - part_26 * part_30);
+        let part_32 = part_25 * part_30 - part_26 * part_31;
+        let part_33 = -part_20 * part_28 - part_23 * part_31 - part_21 * part_32;
+        let part_34 = inverse_pivot_east * reduced_east
+            + (part_3 * part_33 + part_7 * part_32 + part_11 * part_31);
+        let part_35 = inverse_pivot_west * reduced_west
+            + (-part_4 * part_33 - part_8 * part_32 - part_12 * part_31);
+        // south_east
+        let across_south_east_7 = c(0.7071067811865475) * part_34;
+        // south_west
+        let south_west_part_10 = c(0.8660257562110547) * part_35;
+        // south_east
+        let turn_gain_south_east_y = cos_south_east_east * across_south_east_7;
+        let south_east_part_6 = sin_south_east_east * across_south_east_7;
+        let along_hinge_south_east = inverse_pivot_south_east * reduced_south_east
+            + (part_2 * part_33 + part_6 * part_32 + part_10 * part_31)
+            - (moment_share_y_south_east * turn_gain_south_east_y
+                - moment_share_z_south_east * south_east_part_6);
+        // south_west
+        let turn_gain_south_west_x = c(0.4999993895786978) * part_35;
+        let south_west_part_11 = cos_west_south_west * south_west_part_10;
+        let south_west_part_12 = sin_west_south_west * south_west_part_10;
+        let along_hinge_south_west = inverse_pivot_south_west * reduced_south_west
+            + (-part * part_33 - part_5 * part_32 - part_9 * part_31)
+            - (-moment_share_y_south_west * south_west_part_11
+                - south_west_part_6 * south_west_part_12);
+        // south
+        let across_south_5 = c(0.4999998655490338) * turn_gain_south_east_y
+            + c(0.8660254814097262) * along_hinge_south_east;
+        let turn_gain_south_x = c(0.4999998655490338) * along_hinge_south_east
+            - c(0.8660254814097262) * turn_gain_south_east_y;
+        let turn_gain_south_y = cos_south_south_east * across_south_5
+            - sin_south_south_east * south_east_part_6;
+        let along_hinge_south = c(178921.751266151) * reduced_south
+            + (c(12502.083224437016) * part_32 + c(-7218.08629094307) * part_31)
+            - c(1.18903434890702) * turn_gain_south_y;
+        // south_ghost0
+        let across_south_ghost0_5 = c(-0.7071071698144961) * south_west_part_11
+            - c(0.7071063925583853) * along_hinge_south_west;
+        let turn_gain_south_ghost0_x = c(0.7071071698144961) * along_hinge_south_west
+            + c(-0.7071063925583853) * south_west_part_11;
+        let turn_gain_south_ghost0_y = sin_south_west_south * south_west_part_12
+            + cos_south_west_south * across_south_ghost0_5;
+        let along_hinge_south_ghost0 = c(178919.86408403952) * reduced_south_ghost0
+            + c(14436.012552214956) * part_31
+            - c(-1.189027897156668) * turn_gain_south_ghost0_y;
+        acceleration[0] = along_hinge_south_ghost0 - turn_gain_south_ghost0_x;
+        acceleration[1] = along_hinge_south - turn_gain_south_x;
+        acceleration[2] = along_hinge_south_west - turn_gain_south_west_x;
+        acceleration[3] = along_hinge_south_east - across_south_east_7;
+        acceleration[4] = part_34;
+        acceleration[5] = part_35;
+        ::lamc_runtime::Margin {
+            inverse_pivot: S::min(
+                S::min(
+                    S::min(
+                        S::min(c(178919.86408403952), inverse_pivot_south_west),
+                        inverse_pivot_south_east,
+                    ),
+                    inverse_pivot_east,
+                ),
+                inverse_pivot_west,
+            ),
+            conditioning: part_13 * part_18 * (part_19 * part_22) * (part_19 * part_27),
+        }
+    }
+    fn write_projection(
+        &self,
+        q: &[S],
+        u: &[S],
+        out: ::lamc_runtime::MisfitMut<'_, S>,
+        correction: &mut [S],
+    ) -> ::lamc_runtime::Margin<S> {
+        let c = S::from_f64;
+        let Some(q) = q.first_chunk::<N>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let Some(u) = u.first_chunk::<N>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let Some(residual) = out.residual.first_chunk_mut::<9>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let Some(misfit) = out.misfit.first_chunk_mut::<3>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let Some(speeds) = out.speeds.first_chunk_mut::<3>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let Some(correction) = correction.first_chunk_mut::<18>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        // east
+        let (sin_ground_east, cos_ground_east) = S::sin_cos(q[4]);
+        // west
+        let (sin_ground_west, cos_ground_west) = S::sin_cos(q[5]);
+        // south_east
+        let (sin_south_east_east, cos_south_east_east) = S::sin_cos(q[3]);
+        // south_west
+        let (sin_west_south_west, cos_west_south_west) = S::sin_cos(q[2]);
+        // south
+        let (sin_south_south_east, cos_south_south_east) = S::sin_cos(q[1]);
+        // south_ghost0
+        let (sin_south_west_south, cos_south_west_south) = S::sin_cos(q[0]);
+        // south_east
+        let across_south_east = u[4] * c(0.7071067811865475);
+        let carried_south_east_y = cos_south_east_east * across_south_east;
+        let south_east_part = sin_south_east_east * across_south_east;
+        let omega_south_east_x = across_south_east + u[3];
+        // south_west
+        let south_west_part = u[5] * c(0.8660257562110547);
+        let carried_south_west_x = u[5] * c(0.4999993895786978);
+        let south_west_part_2 = cos_west_south_west * south_west_part;
+        let south_west_part_3 = sin_west_south_west * south_west_part;
+        let omega_south_west_x = carried_south_west_x + u[2];
+        // south
+        let across_south = carried_south_east_y * c(0.4999998655490338)
+            + omega_south_east_x * c(0.8660254814097262);
+        let carried_south_x = omega_south_east_x * c(0.4999998655490338)
+            - carried_south_east_y * c(0.8660254814097262);
+        let carried_south_y = cos_south_south_east * across_south
+            - sin_south_south_east * south_east_part;
+        let carried_south_z = -cos_south_south_east * south_east_part
+            - sin_south_south_east * across_south;
+        let omega_south_x = carried_south_x + u[1];
+        // south_ghost0
+        let across_south_ghost0 = south_west_part_2 * c(-0.7071071698144961)
+            - omega_south_west_x * c(0.7071063925583853);
+        let carried_south_ghost0_x = south_west_part_2 * c(-0.7071063925583853)
+            + omega_south_west_x * c(0.7071071698144961);
+        let carried_south_ghost0_y = sin_south_west_south * south_west_part_3
+            + cos_south_west_south * across_south_ghost0;
+        let carried_south_ghost0_z = cos_south_west_south * south_west_part_3
+            - sin_south_west_south * across_south_ghost0;
+        let omega_south_ghost0_x = carried_south_ghost0_x + u[0];
+        let turned_xy_south_ghost0 = cos_south_west_south * c(6.645589092322223e-6);
+        let moment_above_south_ghost0_x = c(3.952088681904903e-6)
+            - cos_south_west_south * c(-4.699138529497321e-6);
+        let moment_above_south_ghost0_y = cos_south_west_south * c(-4.699143694822053e-6)
+            + c(3.952084337747171e-6);
+        let turned_xz_south_ghost0 = sin_south_west_south * c(6.645589092322223e-6);
+        // south_west
+        let across_south_west = sin_west_south_west * turned_xz_south_ghost0
+            + cos_west_south_west * moment_above_south_ghost0_y;
+        let moment_above_south_west_x = c(0.4999993895786978)
+            * moment_above_south_ghost0_x - c(0.8660257562110547) * across_south_west;
+        // south_ghost0
+        let twist_south_ghost0 = sin_south_west_south * c(5.541641176481752e-6);
+        let bend_south_ghost0 = sin_south_west_south * twist_south_ghost0;
+        let shear_south_ghost0 = cos_south_west_south * twist_south_ghost0;
+        let turned_yy_south_ghost0 = c(5.5653677591751645e-6) - bend_south_ghost0;
+        let twist_south_ghost0_2 = cos_south_west_south * c(9.398287389644106e-6)
+            - c(0.7071063925583853) * turned_yy_south_ghost0;
+        let bend_south_ghost0_2 = c(0.7071063925583853) * twist_south_ghost0_2;
+        let shear_south_ghost0_2 = c(0.7071071698144961) * twist_south_ghost0_2;
+        // south
+        let across_south_2 = cos_south_south_east * c(6.64555505684884e-6);
+        let moment_above_south_x = c(2.7945169439196375e-6)
+            + cos_south_south_east * c(5.755220017342357e-6);
+        let moment_above_south_y = cos_south_south_east * c(3.3227766349231214e-6)
+            - c(4.840247064883071e-6);
+        let moment_above_south_z = sin_south_south_east * c(6.64555505684884e-6);
+        // south_east
+        let across_south_east_2 = cos_south_east_east * moment_above_south_y
+            - sin_south_east_east * moment_above_south_z;
+        let moment_above_south_east_x = c(0.7071067811865475) * moment_above_south_x
+            + c(0.7071067811865475) * across_south_east_2;
+        // south
+        let twist_south = sin_south_south_east * c(5.541582225354866e-6);
+        let bend_south = sin_south_south_east * twist_south;
+        let shear_south = cos_south_south_east * twist_south;
+        let turned_yy_south = c(5.565308808048279e-6) - bend_south;
+        let twist_south_2 = cos_south_south_east * c(-6.645553269846243e-6)
+            + c(0.8660254814097262) * turned_yy_south;
+        let south_part = c(0.8660254814097262) * twist_south_2;
+        let shear_south_2 = c(0.4999998655490338) * twist_south_2;
+        // south_west
+        let second_moment_xy_south_west = shear_south_ghost0_2
+            + (c(1.2394283547934881e-5) - turned_xy_south_ghost0);
+        let second_moment_xz_south_west = sin_south_west_south * c(4.699143694822053e-6)
+            - c(0.7071063925583853) * shear_south_ghost0;
+        let second_moment_yy_south_west = bend_south_ghost0_2
+            + (turned_yy_south_ghost0 + c(1.0093594897589384e-5));
+        let second_moment_yz_south_west = c(0.7071071698144961) * shear_south_ghost0
+            + sin_south_west_south * c(4.699138529497321e-6);
+        let second_moment_zz_south_west = bend_south_ghost0 + c(5.0515633909806605e-8);
+        let mass_west_south_west_west_south_west = second_moment_yy_south_west
+            + second_moment_zz_south_west;
+        let south_west_part_4 = sin_west_south_west * second_moment_xz_south_west;
+        let south_west_part_5 = cos_west_south_west * second_moment_xy_south_west;
+        let across_south_west_2 = south_west_part_4 - south_west_part_5;
+        let moment_above_south_west_x_2 = c(0.4999993895786978)
+            * mass_west_south_west_west_south_west
+            - c(0.8660257562110547) * across_south_west_2;
+        let twist_south_west = sin_west_south_west
+            * (second_moment_yy_south_west - second_moment_zz_south_west)
+            + second_moment_yz_south_west * (cos_west_south_west * c(2.0));
+        let bend_south_west = sin_west_south_west * twist_south_west;
+        let turned_xy_south_west = south_west_part_5 - south_west_part_4;
+        let turned_yy_south_west = second_moment_yy_south_west - bend_south_west;
+        let twist_south_west_2 = turned_xy_south_west * c(0.9999987791573955)
+            + c(0.8660257562110547) * (-bend_south_ghost0_2 - turned_yy_south_west);
+        let bend_south_west_2 = c(0.8660257562110547) * twist_south_west_2;
+        // south_east
+        let second_moment_xy_south_east = across_south_2
+            + (shear_south_2 - c(1.293994125217518e-5));
+        let second_moment_xz_south_east = sin_south_south_east
+            * c(-3.3227766349231214e-6) + c(0.8660254814097262) * shear_south;
+        let second_moment_yy_south_east = turned_yy_south + c(1.6424267108073443e-5)
+            - south_part;
+        let second_moment_yz_south_east = c(0.4999998655490338) * shear_south
+            - sin_south_south_east * c(-5.755220017342357e-6);
+        let second_moment_zz_south_east = bend_south + c(5.711232105341301e-8);
+        let mass_south_east_east_south_east_east = second_moment_yy_south_east
+            + second_moment_zz_south_east;
+        let south_east_part_2 = sin_south_east_east * second_moment_xz_south_east;
+        let south_east_part_3 = cos_south_east_east * second_moment_xy_south_east;
+        let across_south_east_3 = south_east_part_2 - south_east_part_3;
+        let moment_above_south_east_x_2 = c(0.7071067811865475) * across_south_east_3
+            + c(0.7071067811865475) * mass_south_east_east_south_east_east;
+        let twist_south_east = sin_south_east_east
+            * (second_moment_yy_south_east - second_moment_zz_south_east)
+            + second_moment_yz_south_east * (cos_south_east_east * c(2.0));
+        let bend_south_east = sin_south_east_east * twist_south_east;
+        let turned_xy_south_east = south_east_part_3 - south_east_part_2;
+        let turned_yy_south_east = second_moment_yy_south_east - bend_south_east;
+        let twist_south_east_2 = turned_xy_south_east * c(1.414213562373095)
+            - c(0.7071067811865475) * (south_part - turned_yy_south_east);
+        // west
+        let second_moment_yy_west = bend_south_west_2
+            + (turned_yy_south_west + c(1.9727866980665146e-5));
+        let second_moment_zz_west = bend_south_west
+            + (second_moment_zz_south_west + c(3.3386074605289806e-8));
+        let mass_ground_west_ground_west = second_moment_yy_west + second_moment_zz_west;
+        // east
+        let second_moment_yy_east = turned_yy_south_east + c(1.0537942653489101e-5)
+            - c(0.7071067811865475) * twist_south_east_2;
+        let second_moment_zz_east = bend_south_east
+            + (second_moment_zz_south_east + c(2.6789645046735387e-8));
+        let mass_ground_east_ground_east = second_moment_yy_east + second_moment_zz_east;
+        let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
+        // west
+        let axis_z_west_x = sin_ground_west * c(0.7071067811865475);
+        // south_east
+        let south_east_part_4 = cos_ground_east * c(-0.4999999999999999);
+        let across_south_east_x = south_east_part_4 + c(0.4999999999999999);
+        let south_east_part_5 = cos_ground_east * c(0.4999999999999999);
+        let across_south_east_y = c(0.4999999999999999) + south_east_part_5;
+        let axis_x_south_east_x = c(0.4999999999999999) - south_east_part_4;
+        let axis_x_south_east_y = c(0.4999999999999999) - south_east_part_5;
+        let south_east_part_6 = sin_south_east_east * axis_z_east_x;
+        let axis_y_south_east_x = south_east_part_6
+            + cos_south_east_east * across_south_east_x;
+        let axis_y_south_east_y = cos_south_east_east * across_south_east_y
+            - south_east_part_6;
+        let south_east_part_7 = cos_south_east_east * axis_z_east_x;
+        let axis_y_south_east_z = cos_ground_east * sin_south_east_east
+            + south_east_part_7;
+        let axis_z_south_east_x = south_east_part_7
+            - sin_south_east_east * across_south_east_x;
+        let axis_z_south_east_y = -south_east_part_7
+            - sin_south_east_east * across_south_east_y;
+        let axis_z_south_east_z = cos_ground_east * cos_south_east_east
+            - south_east_part_6;
+        // south_west
+        let south_west_part_6 = cos_ground_west * c(-0.35355295896023153);
+        let across_south_west_x = c(0.6123726848990445) + south_west_part_6;
+        let across_south_west_y = south_west_part_6 - c(0.6123726848990445);
+        let across_south_west_z = sin_ground_west * c(0.4999993895786978);
+        let south_west_part_7 = cos_ground_west * c(-0.6123726848990445);
+        let axis_x_south_west_x = south_west_part_7 - c(0.35355295896023153);
+        let axis_x_south_west_y = c(0.35355295896023153) + south_west_part_7;
+        let south_west_part_8 = sin_west_south_west * axis_z_west_x;
+        let axis_y_south_west_x = south_west_part_8
+            + cos_west_south_west * across_south_west_x;
+        let axis_y_south_west_y = south_west_part_8
+            + cos_west_south_west * across_south_west_y;
+        let axis_y_south_west_z = cos_ground_west * sin_west_south_west
+            + cos_west_south_west * across_south_west_z;
+        let south_west_part_9 = cos_west_south_west * axis_z_west_x;
+        let axis_z_south_west_x = south_west_part_9
+            - sin_west_south_west * across_south_west_x;
+        let axis_z_south_west_y = south_west_part_9
+            - sin_west_south_west * across_south_west_y;
+        let axis_z_south_west_z = cos_ground_west * cos_west_south_west
+            - sin_west_south_west * across_south_west_z;
+        // south
+        let across_south_x = c(0.4999998655490338) * axis_y_south_east_x
+            + c(0.8660254814097262) * axis_x_south_east_x;
+        let across_south_y = c(0.4999998655490338) * axis_y_south_east_y
+            + c(0.8660254814097262) * axis_x_south_east_y;
+        let across_south_z = c(0.4999998655490338) * axis_y_south_east_z
+            + sin_ground_east * c(-0.6123724905851617);
+        let axis_x_south_x = c(0.4999998655490338) * axis_x_south_east_x
+            - c(0.8660254814097262) * axis_y_south_east_x;
+        let axis_x_south_y = c(0.4999998655490338) * axis_x_south_east_y
+            - c(0.8660254814097262) * axis_y_south_east_y;
+        let axis_x_south_z = sin_ground_east * c(-0.3535532955220838)
+            - c(0.8660254814097262) * axis_y_south_east_z;
+        let axis_y_south_x = sin_south_south_east * axis_z_south_east_x
+            + cos_south_south_east * across_south_x;
+        let axis_y_south_y = sin_south_south_east * axis_z_south_east_y
+            + cos_south_south_east * across_south_y;
+        let axis_y_south_z = sin_south_south_east * axis_z_south_east_z
+            + cos_south_south_east * across_south_z;
+        // south_ghost0
+        let across_south_ghost0_x = c(0.7071071698144961) * axis_y_south_west_x
+            - c(0.7071063925583853) * axis_x_south_west_x;
+        let across_south_ghost0_y = c(0.7071071698144961) * axis_y_south_west_y
+            - c(0.7071063925583853) * axis_x_south_west_y;
+        let across_south_ghost0_z = c(0.7071071698144961) * axis_y_south_west_z
+            - sin_ground_west * c(0.6123723483370465);
+        let axis_x_south_ghost0_x = c(0.7071071698144961) * axis_x_south_west_x
+            + c(0.7071063925583853) * axis_y_south_west_x;
+        let axis_x_south_ghost0_y = c(0.7071071698144961) * axis_x_south_west_y
+            + c(0.7071063925583853) * axis_y_south_west_y;
+        let axis_x_south_ghost0_z = sin_ground_west * c(0.6123730214608576)
+            + c(0.7071063925583853) * axis_y_south_west_z;
+        let axis_y_south_ghost0_x = sin_south_west_south * axis_z_south_west_x
+            + cos_south_west_south * across_south_ghost0_x;
+        let axis_y_south_ghost0_y = sin_south_west_south * axis_z_south_west_y
+            + cos_south_west_south * across_south_ghost0_y;
+        let axis_y_south_ghost0_z = sin_south_west_south * axis_z_south_west_z
+            + cos_south_west_south * across_south_ghost0_z;
+        let axis_z_south_ghost0_x = cos_south_west_south * axis_z_south_west_x
+            - sin_south_west_south * across_south_ghost0_x;
+        let axis_z_south_ghost0_y = cos_south_west_south * axis_z_south_west_y
+            - sin_south_west_south * across_south_ghost0_y;
+        let axis_z_south_ghost0_z = cos_south_west_south * axis_z_south_west_z
+            - sin_south_west_south * across_south_ghost0_z;
+        // loop 0
+        let closure0_0_west_south_west = sin_south_west_south * c(0.057052339107130284);
+        let loop0_part = sin_south_south_east * c(-0.06987460438879263);
+        // south_east
+        let south_east_part_8 = sin_south_east_east * c(0.7071067811865475);
+        // south
+        let across_south_by_ground_east = c(0.6123724905851617)
+            + cos_south_east_east * c(0.3535532955220838);
+        let carried_south_z_by_ground_east = -cos_south_south_east * south_east_part_8
+            - sin_south_south_east * across_south_by_ground_east;
+        // south_west
+        let carried_south_west_z_by_ground_west = sin_west_south_west
+            * c(0.8660257562110547);
+        // south_ghost0
+        let across_south_ghost0_by_ground_west = cos_west_south_west
+            * c(-0.6123730214608576) - c(0.3535527646463877);
+        let carried_south_ghost0_z_by_ground_west = cos_south_west_south
+            * carried_south_west_z_by_ground_west
+            - sin_south_west_south * across_south_ghost0_by_ground_west;
+        // loop 0
+        let closure0_0_ground_west = c(0.08068423607472834)
+            * carried_south_ghost0_z_by_ground_west;
+        let loop0_part_2 = cos_south_west_south * c(-0.0570523391071303);
+        let closure0_1_south_east_east = c(0.03493728340498269)
+            + cos_south_south_east * c(0.03493732098380993);
+        // south
+        let carried_south_y_by_ground_east = cos_south_south_east
+            * across_south_by_ground_east - sin_south_south_east * south_east_part_8;
+        let carried_south_x_by_ground_east = c(0.3535532955220838)
+            - cos_south_east_east * c(0.6123724905851617);
+        // loop 0
+        let closure0_1_ground_east = c(0.04034213973350825)
+            * carried_south_y_by_ground_east
+            + carried_south_x_by_ground_east * c(0.06987458559937648);
+        // south_ghost0
+        let carried_south_ghost0_y_by_ground_west = sin_south_west_south
+            * carried_south_west_z_by_ground_west
+            + cos_south_west_south * across_south_ghost0_by_ground_west;
+        // loop 0
+        let closure0_2_south_east_east = cos_south_south_east * c(0.060513171632005154)
+            - c(0.020171064442714458);
+        let closure0_2_ground_east = carried_south_y_by_ground_east
+            * c(0.0698745855993765)
+            - carried_south_x_by_ground_east * c(0.040342139733508246);
+        // south_ghost0
+        let carried_south_ghost0_x_by_ground_west = c(0.35355315327396863)
+            + cos_west_south_west * c(-0.6123723483370465);
+        // loop 0
+        let closure0_2_ground_west = c(0.08068423607472835)
+            * carried_south_ghost0_x_by_ground_west;
+        // south_ghost0
+        let point1_ghost_south_ghost0_x = c(9.3319e-3)
+            + axis_x_south_ghost0_x * c(0.08068423607472835);
+        let point1_ghost_south_ghost0_y = axis_x_south_ghost0_y * c(0.08068423607472835)
+            - c(0.0293065);
+        let point1_ghost_south_ghost0_z = c(3.075e-3)
+            + axis_x_south_ghost0_z * c(0.08068423607472835);
+        // south
+        let point1_original_south_x = c(9.3319e-3)
+            + axis_x_south_x * c(0.04034213973350825)
+            - axis_y_south_x * c(0.06987458559937648);
+        let point1_original_south_y = axis_x_south_y * c(0.04034213973350825)
+            - c(0.0293065) - axis_y_south_y * c(0.06987458559937648);
+        let point1_original_south_z = c(3.075e-3)
+            + axis_x_south_z * c(0.04034213973350825)
+            - axis_y_south_z * c(0.06987458559937648);
+        // south_ghost0
+        let point2_ghost_south_ghost0_x = c(9.3319e-3)
+            + axis_y_south_ghost0_x * c(0.08068423607472835);
+        let point2_ghost_south_ghost0_y = axis_y_south_ghost0_y * c(0.08068423607472835)
+            - c(0.0293065);
+        let point2_ghost_south_ghost0_z = c(3.075e-3)
+            + axis_y_south_ghost0_z * c(0.08068423607472835);
+        // south
+        let point2_original_south_x = axis_y_south_x * c(0.040342139733508246)
+            + (c(9.3319e-3) + axis_x_south_x * c(0.0698745855993765));
+        let point2_original_south_y = axis_y_south_y * c(0.040342139733508246)
+            + (axis_x_south_y * c(0.0698745855993765) - c(0.0293065));
+        let point2_original_south_z = axis_y_south_z * c(0.040342139733508246)
+            + (c(3.075e-3) + axis_x_south_z * c(0.0698745855993765));
+        // the whole mechanism
+        let part = point1_ghost_south_ghost0_x - point1_original_south_x;
+        let part_2 = point1_ghost_south_ghost0_y - point1_original_south_y;
+        let part_3 = point1_ghost_south_ghost0_z - point1_original_south_z;
+        let part_4 = point2_ghost_south_ghost0_x - point2_original_south_x;
+        let part_5 = point2_ghost_south_ghost0_y - point2_original_south_y;
+        let part_6 = point2_ghost_south_ghost0_z - point2_original_south_z;
+        let factor_south_west_south_ground_west = moment_above_south_west_x
+            * c(178919.86408403952);
+        let factor_south_west_south_west_south_west = moment_above_south_ghost0_x
+            * c(178919.86408403952);
+        let part_7 = moment_above_south_west_x_2
+            - moment_above_south_west_x * factor_south_west_south_west_south_west;
+        let factor_south_south_east_ground_east = moment_above_south_east_x
+            * c(178921.751266151);
+        let factor_south_south_east_south_east_east = moment_above_south_x
+            * c(178921.751266151);
+        let part_8 = moment_above_south_east_x_2
+            - moment_above_south_east_x * factor_south_south_east_south_east_east;
+        let inverse_pivot_west_south_west = c(1.0)
+            / (mass_west_south_west_west_south_west
+                - moment_above_south_ghost0_x * factor_south_west_south_west_south_west);
+        let factor_west_south_west_ground_west = part_7 * inverse_pivot_west_south_west;
+        let inverse_pivot_south_east_east = c(1.0)
+            / (mass_south_east_east_south_east_east
+                - moment_above_south_x * factor_south_south_east_south_east_east);
+        let factor_south_east_east_ground_east = part_8 * inverse_pivot_south_east_east;
+        let inverse_pivot_ground_west = c(1.0)
+            / (mass_ground_west_ground_west
+                - moment_above_south_west_x * factor_south_west_south_ground_west
+                - part_7 * factor_west_south_west_ground_west);
+        let inverse_pivot_ground_east = c(1.0)
+            / (mass_ground_east_ground_east
+                - moment_above_south_east_x * factor_south_south_east_ground_east
+                - part_8 * factor_south_east_east_ground_east);
+        let part_9 = closure0_0_ground_west
+            - closure0_0_west_south_west * factor_west_south_west_ground_west;
+        let part_10 = loop0_part * factor_south_east_east_ground_east
+            - c(0.08068423607472835) * carried_south_z_by_ground_east;
+        let part_11 = closure0_1_south_east_east
+            - moment_above_south_x * c(12502.083224437016);
+        let part_12 = loop0_part_2 * factor_west_south_west_ground_west
+            - c(0.08068423607472835) * carried_south_ghost0_y_by_ground_west;
+        let part_13 = closure0_1_ground_east
+            - moment_above_south_east_x * c(12502.083224437016)
+            - factor_south_east_east_ground_east * part_11;
+        let part_14 = c(0.05705240181944583)
+            - moment_above_south_ghost0_x * c(14436.012552214956);
+        let part_15 = closure0_2_south_east_east
+            - moment_above_south_x * c(-7218.08629094307);
+        let part_16 = closure0_2_ground_west
+            - moment_above_south_west_x * c(14436.012552214956)
+            - factor_west_south_west_ground_west * part_14;
+        let part_17 = closure0_2_ground_east
+            - moment_above_south_east_x * c(-7218.08629094307)
+            - factor_south_east_east_ground_east * part_15;
+        let part_18 = closure0_0_west_south_west * inverse_pivot_west_south_west;
+        let part_19 = loop0_part * inverse_pivot_south_east_east;
+        let part_20 = inverse_pivot_ground_east * part_10;
+        let part_21 = inverse_pivot_ground_west * part_9;
+        let part_22 = loop0_part_2 * inverse_pivot_west_south_west;
+        let part_23 = inverse_pivot_south_east_east * part_11;
+        let part_24 = inverse_pivot_ground_east * part_13;
+        let part_25 = inverse_pivot_ground_west * part_12;
+        let part_26 = inverse_pivot_west_south_west * part_14;
+        let part_27 = inverse_pivot_south_east_east * part_15;
+        let part_28 = inverse_pivot_ground_east * part_17;
+        let part_29 = inverse_pivot_ground_west * part_16;
+        let part_30 = closure0_0_west_south_west * part_18 + loop0_part * part_19
+            + part_10 * part_20 + part_9 * part_21;
+        let part_31 = -closure0_0_west_south_west * part_22 - loop0_part * part_23
+            + part_10 * part_24 + part_9 * part_25;
+        let part_32 = c(873.577884436453) + loop0_part_2 * part_22 + part_11 * part_23
+            + part_13 * part_24 + part_12 * part_25;
+        let part_33 = closure0_0_west_south_west * part_26 - loop0_part * part_27
+            + part_10 * part_28 + part_9 * part_29;
+        let part_34 = c(1455.9516904983989) + part_14 * part_26 + part_15 * part_27
+            + part_17 * part_28 + part_16 * part_29;
+        let part_35 = c(1.0) / (part_34 + (part_30 + part_32));
+        let part_36 = c(2.0) * part_35;
+        let part_37 = c(1.0) / part_30;
+        let part_38 = part_31 * part_37;
+        let part_39 = part_32 - part_31 * part_38;
+        let part_40 = part_33 * part_37;
+        let part_41 = c(-504.3607884001874) - loop0_part_2 * part_26 + part_11 * part_27
+            + part_13 * part_28 + part_12 * part_29 - part_31 * part_40;
+        let part_42 = c(1.0) / part_39;
+        let part_43 = part_41 * part_42;
+        let part_44 = part_34 - part_33 * part_40 - part_41 * part_43;
+        let part_45 = c(1.0) / part_44;
+        let part_46 = part_45 * (part_38 * part_43 - part_40);
+        let part_47 = -part_38 * part_42 - part_43 * part_46;
+        let part_48 = part_37 - part_40 * part_46 - part_38 * part_47;
+        let part_49 = part_20 * part_48 + part_24 * part_47 + part_28 * part_46;
+        let part_50 = part_21 * part_48 + part_25 * part_47 + part_29 * part_46;
+        let part_51 = part_23 * part_47 - part_19 * part_48 + part_27 * part_46
+            - factor_south_east_east_ground_east * part_49;
+        let part_52 = part_18 * part_48 - part_22 * part_47 + part_26 * part_46
+            - factor_west_south_west_ground_west * part_50;
+        let part_53 = part_43 * part_45;
+        let part_54 = part_42 + part_43 * part_53;
+        let part_55 = part_40 * part_53 - part_38 * part_54;
+        let part_56 = part_20 * part_55 + part_24 * part_54 - part_28 * part_53;
+        let part_57 = part_21 * part_55 + part_25 * part_54 - part_29 * part_53;
+        let part_58 = part_23 * part_54 - part_19 * part_55 - part_27 * part_53
+            - factor_south_east_east_ground_east * part_56;
+        let part_59 = part_18 * part_55 - part_22 * part_54 - part_26 * part_53
+            - factor_west_south_west_ground_west * part_57;
+        let part_60 = part_38 * part_53 - part_40 * part_45;
+        let part_61 = part_20 * part_60 - part_24 * part_53 + part_28 * part_45;
+        let part_62 = part_21 * part_60 - part_25 * part_53 + part_29 * part_45;
+        let part_63 = -part_19 * part_60 - part_23 * part_53 + part_27 * part_45
+            - factor_south_east_east_ground_east * part_61;
+        let part_64 = part_18 * part_60 + part_22 * part_53 + part_26 * part_45
+            - factor_west_south_west_ground_west * part_62;
+        residual[0] = c(0.0);
+        residual[1] = c(0.0);
+        residual[2] = c(0.0);
+        residual[3] = part;
+        residual[4] = part_2;
+        residual[5] = part_3;
+        residual[6] = part_4;
+        residual[7] = part_5;
+        residual[8] = part_6;
+        misfit[0] = part_3 * (axis_y_south_ghost0_z * c(0.9999999999999999))
+            + (part * (axis_y_south_ghost0_x * c(0.9999999999999999))
+                + part_2 * (axis_y_south_ghost0_y * c(0.9999999999999999)));
+        misfit[1] = axis_z_south_ghost0_z * part_3
+            + (axis_z_south_ghost0_x * part + axis_z_south_ghost0_y * part_2);
+        misfit[2] = axis_z_south_ghost0_z * part_6
+            + (axis_z_south_ghost0_x * part_4 + axis_z_south_ghost0_y * part_5);
+        speeds[0] = carried_south_ghost0_z * c(0.08068423607472834)
+            - (carried_south_z * c(0.060513155359896355)
+                + carried_south_z * c(0.020171080714831997));
+        speeds[1] = -carried_south_ghost0_y * c(0.08068423607472835)
+            - (-carried_south_y * c(0.04034213973350825)
+                - omega_south_x * c(0.06987458559937648));
+        speeds[2] = omega_south_ghost0_x * c(0.08068423607472835)
+            - (omega_south_x * c(0.040342139733508246)
+                - carried_south_y * c(0.0698745855993765));
+        correction[0] = c(14436.012552214956) * part_46
+            - factor_south_west_south_ground_west * part_50
+            - factor_south_west_south_west_south_west * part_52;
+        correction[1] = part_53 * c(-14436.012552214956)
+            - factor_south_west_south_ground_west * part_57
+            - factor_south_west_south_west_south_west * part_59;
+        correction[2] = c(14436.012552214956) * part_45
+            - factor_south_west_south_ground_west * part_62
+            - factor_south_west_south_west_south_west * part_64;
+        correction[3] = c(12502.083224437016) * part_47 + c(-7218.08629094307) * part_46
+            - factor_south_south_east_ground_east * part_49
+            - factor_south_south_east_south_east_east * part_51;
+        correction[4] = c(12502.083224437016) * part_54 + part_53 * c(7218.08629094307)
+            - factor_south_south_east_ground_east * part_56
+            - factor_south_south_east_south_east_east * part_58;
+        correction[5] = part_53 * c(-12502.083224437016) + c(-7218.08629094307) * part_45
+            - factor_south_south_east_ground_east * part_61
+            - factor_south_south_east_south_east_east * part_63;
+        correction[6] = part_52;
+        correction[7] = part_59;
+        correction[8] = part_64;
+        correction[9] = part_51;
+        correction[10] = part_58;
+        correction[11] = part_63;
+        correction[12] = part_49;
+        correction[13] = part_56;
+        correction[14] = part_61;
+        correction[15] = part_50;
+        correction[16] = part_57;
+        correction[17] = part_62;
+        ::lamc_runtime::Margin {
+            inverse_pivot: S::min(
+                S::min(
+                    S::min(
+                        S::min(c(178919.86408403952), inverse_pivot_west_south_west),
+                        inverse_pivot_south_east_east,
+                    ),
+                    inverse_pivot_ground_east,
+                ),
+                inverse_pivot_ground_west,
+            ),
+            conditioning: part_30 * part_35 * (part_36 * part_39) * (part_36 * part_44),
+        }
+    }
+    fn write_misfit(&self, q: &[S], u: &[S], out: ::lamc_runtime::MisfitMut<'_, S>) {
+        let c = S::from_f64;
+        let Some(q) = q.first_chunk::<N>() else { return };
+        let Some(u) = u.first_chunk::<N>() else { return };
+        let Some(residual) = out.residual.first_chunk_mut::<9>() else { return };
+        let Some(misfit) = out.misfit.first_chunk_mut::<3>() else { return };
+        let Some(speeds) = out.speeds.first_chunk_mut::<3>() else { return };
+        // east
+        let (sin_ground_east, cos_ground_east) = S::sin_cos(q[4]);
+        // west
+        let (sin_ground_west, cos_ground_west) = S::sin_cos(q[5]);
+        // south_east
+        let (sin_south_east_east, cos_south_east_east) = S::sin_cos(q[3]);
+        // south_west
+        let (sin_west_south_west, cos_west_south_west) = S::sin_cos(q[2]);
+        // south
+        let (sin_south_south_east, cos_south_south_east) = S::sin_cos(q[1]);
+        // south_ghost0
+        let (sin_south_west_south, cos_south_west_south) = S::sin_cos(q[0]);
+        // south_east
+        let across_south_east = u[4] * c(0.7071067811865475);
+        let carried_south_east_y = cos_south_east_east * across_south_east;
+        let south_east_part = sin_south_east_east * across_south_east;
+        let omega_south_east_x = across_south_east + u[3];
+        // south_west
+        let south_west_part = u[5] * c(0.8660257562110547);
+        let carried_south_west_x = u[5] * c(0.4999993895786978);
+        let south_west_part_2 = cos_west_south_west * south_west_part;
+        let south_west_part_3 = sin_west_south_west * south_west_part;
+        let omega_south_west_x = carried_south_west_x + u[2];
+        // south
+        let across_south = carried_south_east_y * c(0.4999998655490338)
+            + omega_south_east_x * c(0.8660254814097262);
+        let carried_south_x = omega_south_east_x * c(0.4999998655490338)
+            - carried_south_east_y * c(0.8660254814097262);
+        let carried_south_y = cos_south_south_east * across_south
+            - sin_south_south_east * south_east_part;
+        let carried_south_z = -cos_south_south_east * south_east_part
+            - sin_south_south_east * across_south;
+        let omega_south_x = carried_south_x + u[1];
+        // south_ghost0
+        let across_south_ghost0 = south_west_part_2 * c(-0.7071071698144961)
+            - omega_south_west_x * c(0.7071063925583853);
+        let carried_south_ghost0_x = south_west_part_2 * c(-0.7071063925583853)
+            + omega_south_west_x * c(0.7071071698144961);
+        let carried_south_ghost0_y = sin_south_west_south * south_west_part_3
+            + cos_south_west_south * across_south_ghost0;
+        let carried_south_ghost0_z = cos_south_west_south * south_west_part_3
+            - sin_south_west_south * across_south_ghost0;
+        let omega_south_ghost0_x = carried_south_ghost0_x + u[0];
+        // east
+        let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
+        // west
+        let axis_z_west_x = sin_ground_west * c(0.7071067811865475);
+        // south_east
+        let south_east_part_2 = cos_ground_east * c(-0.4999999999999999);
+        let across_south_east_x = south_east_part_2 + c(0.4999999999999999);
+        let south_east_part_3 = cos_ground_east * c(0.4999999999999999);
+        let across_south_east_y = c(0.4999999999999999) + south_east_part_3;
+        let axis_x_south_east_x = c(0.4999999999999999) - south_east_part_2;
+        let axis_x_south_east_y = c(0.4999999999999999) - south_east_part_3;
+        let south_east_part_4 = sin_south_east_east * axis_z_east_x;
+        let axis_y_south_east_x = south_east_part_4
+            + cos_south_east_east * across_south_east_x;
+        let axis_y_south_east_y = cos_south_east_east * across_south_east_y
+            - south_east_part_4;
+        let south_east_part_5 = cos_south_east_east * axis_z_east_x;
+        let axis_y_south_east_z = cos_ground_east * sin_south_east_east
+            + south_east_part_5;
+        let axis_z_south_east_x = south_east_part_5
+            - sin_south_east_east * across_south_east_x;
+        let axis_z_south_east_y = -south_east_part_5
+            - sin_south_east_east * across_south_east_y;
+        let axis_z_south_east_z = cos_ground_east * cos_south_east_east
+            - south_east_part_4;
+        // south_west
+        let south_west_part_4 = cos_ground_west * c(-0.35355295896023153);
+        let across_south_west_x = c(0.6123726848990445) + south_west_part_4;
+        let across_south_west_y = south_west_part_4 - c(0.6123726848990445);
+        let across_south_west_z = sin_ground_west * c(0.4999993895786978);
+        let south_west_part_5 = cos_ground_west * c(-0.6123726848990445);
+        let axis_x_south_west_x = south_west_part_5 - c(0.35355295896023153);
+        let axis_x_south_west_y = c(0.35355295896023153) + south_west_part_5;
+        let south_west_part_6 = sin_west_south_west * axis_z_west_x;
+        let axis_y_south_west_x = south_west_part_6
+            + cos_west_south_west * across_south_west_x;
+        let axis_y_south_west_y = south_west_part_6
+            + cos_west_south_west * across_south_west_y;
+        let axis_y_south_west_z = cos_ground_west * sin_west_south_west
+            + cos_west_south_west * across_south_west_z;
+        let south_west_part_7 = cos_west_south_west * axis_z_west_x;
+        let axis_z_south_west_x = south_west_part_7
+            - sin_west_south_west * across_south_west_x;
+        let axis_z_south_west_y = south_west_part_7
+            - sin_west_south_west * across_south_west_y;
+        let axis_z_south_west_z = cos_ground_west * cos_west_south_west
+            - sin_west_south_west * across_south_west_z;
+        // south
+        let across_south_x = c(0.4999998655490338) * axis_y_south_east_x
+            + c(0.8660254814097262) * axis_x_south_east_x;
+        let across_south_y = c(0.4999998655490338) * axis_y_south_east_y
+            + c(0.8660254814097262) * axis_x_south_east_y;
+        let across_south_z = c(0.4999998655490338) * axis_y_south_east_z
+            + sin_ground_east * c(-0.6123724905851617);
+        let axis_x_south_x = c(0.4999998655490338) * axis_x_south_east_x
+            - c(0.8660254814097262) * axis_y_south_east_x;
+        let axis_x_south_y = c(0.4999998655490338) * axis_x_south_east_y
+            - c(0.8660254814097262) * axis_y_south_east_y;
+        let axis_x_south_z = sin_ground_east * c(-0.3535532955220838)
+            - c(0.8660254814097262) * axis_y_south_east_z;
+        let axis_y_south_x = sin_south_south_east * axis_z_south_east_x
+            + cos_south_south_east * across_south_x;
+        let axis_y_south_y = sin_south_south_east * axis_z_south_east_y
+            + cos_south_south_east * across_south_y;
+        let axis_y_south_z = sin_south_south_east * axis_z_south_east_z
+            + cos_south_south_east * across_south_z;
+        // south_ghost0
+        let across_south_ghost0_x = c(0.7071071698144961) * axis_y_south_west_x
+            - c(0.7071063925583853) * axis_x_south_west_x;
+        let across_south_ghost0_y = c(0.7071071698144961) * axis_y_south_west_y
+            - c(0.7071063925583853) * axis_x_south_west_y;
+        let across_south_ghost0_z = c(0.7071071698144961) * axis_y_south_west_z
+            - sin_ground_west * c(0.6123723483370465);
+        let axis_x_south_ghost0_x = c(0.7071071698144961) * axis_x_south_west_x
+            + c(0.7071063925583853) * axis_y_south_west_x;
+        let axis_x_south_ghost0_y = c(0.7071071698144961) * axis_x_south_west_y
+            + c(0.7071063925583853) * axis_y_south_west_y;
+        let axis_x_south_ghost0_z = sin_ground_west * c(0.6123730214608576)
+            + c(0.7071063925583853) * axis_y_south_west_z;
+        let axis_y_south_ghost0_x = sin_south_west_south * axis_z_south_west_x
+            + cos_south_west_south * across_south_ghost0_x;
+        let axis_y_south_ghost0_y = sin_south_west_south * axis_z_south_west_y
+            + cos_south_west_south * across_south_ghost0_y;
+        let axis_y_south_ghost0_z = sin_south_west_south * axis_z_south_west_z
+            + cos_south_west_south * across_south_ghost0_z;
+        let axis_z_south_ghost0_x = cos_south_west_south * axis_z_south_west_x
+            - sin_south_west_south * across_south_ghost0_x;
+        let axis_z_south_ghost0_y = cos_south_west_south * axis_z_south_west_y
+            - sin_south_west_south * across_south_ghost0_y;
+        let axis_z_south_ghost0_z = cos_south_west_south * axis_z_south_west_z
+            - sin_south_west_south * across_south_ghost0_z;
+        let point1_ghost_south_ghost0_x = c(9.3319e-3)
+            + axis_x_south_ghost0_x * c(0.08068423607472835);
+        let point1_ghost_south_ghost0_y = axis_x_south_ghost0_y * c(0.08068423607472835)
+            - c(0.0293065);
+        let point1_ghost_south_ghost0_z = c(3.075e-3)
+            + axis_x_south_ghost0_z * c(0.08068423607472835);
+        // south
+        let point1_original_south_x = c(9.3319e-3)
+            + axis_x_south_x * c(0.04034213973350825)
+            - axis_y_south_x * c(0.06987458559937648);
+        let point1_original_south_y = axis_x_south_y * c(0.04034213973350825)
+            - c(0.0293065) - axis_y_south_y * c(0.06987458559937648);
+        let point1_original_south_z = c(3.075e-3)
+            + axis_x_south_z * c(0.04034213973350825)
+            - axis_y_south_z * c(0.06987458559937648);
+        // south_ghost0
+        let point2_ghost_south_ghost0_x = c(9.3319e-3)
+            + axis_y_south_ghost0_x * c(0.08068423607472835);
+        let point2_ghost_south_ghost0_y = axis_y_south_ghost0_y * c(0.08068423607472835)
+            - c(0.0293065);
+        let point2_ghost_south_ghost0_z = c(3.075e-3)
+            + axis_y_south_ghost0_z * c(0.08068423607472835);
+        // south
+        let point2_original_south_x = axis_y_south_x * c(0.040342139733508246)
+            + (c(9.3319e-3) + axis_x_south_x * c(0.0698745855993765));
+        let point2_original_south_y = axis_y_south_y * c(0.040342139733508246)
+            + (axis_x_south_y * c(0.0698745855993765) - c(0.0293065));
+        let point2_original_south_z = axis_y_south_z * c(0.040342139733508246)
+            + (c(3.075e-3) + axis_x_south_z * c(0.0698745855993765));
+        // the whole mechanism
+        let part = point1_ghost_south_ghost0_x - point1_original_south_x;
+        let part_2 = point1_ghost_south_ghost0_y - point1_original_south_y;
+        let part_3 = point1_ghost_south_ghost0_z - point1_original_south_z;
+        let part_4 = point2_ghost_south_ghost0_x - point2_original_south_x;
+        let part_5 = point2_ghost_south_ghost0_y - point2_original_south_y;
+        let part_6 = point2_ghost_south_ghost0_z - point2_original_south_z;
+        residual[0] = c(0.0);
+        residual[1] = c(0.0);
+        residual[2] = c(0.0);
+        residual[3] = part;
+        residual[4] = part_2;
+        residual[5] = part_3;
+        residual[6] = part_4;
+        residual[7] = part_5;
+        residual[8] = part_6;
+        misfit[0] = part_3 * (axis_y_south_ghost0_z * c(0.9999999999999999))
+            + (part * (axis_y_south_ghost0_x * c(0.9999999999999999))
+                + part_2 * (axis_y_south_ghost0_y * c(0.9999999999999999)));
+        misfit[1] = axis_z_south_ghost0_z * part_3
+            + (axis_z_south_ghost0_x * part + axis_z_south_ghost0_y * part_2);
+        misfit[2] = axis_z_south_ghost0_z * part_6
+            + (axis_z_south_ghost0_x * part_4 + axis_z_south_ghost0_y * part_5);
+        speeds[0] = carried_south_ghost0_z * c(0.08068423607472834)
+            - (carried_south_z * c(0.060513155359896355)
+                + carried_south_z * c(0.020171080714831997));
+        speeds[1] = -carried_south_ghost0_y * c(0.08068423607472835)
+            - (-carried_south_y * c(0.04034213973350825)
+                - omega_south_x * c(0.06987458559937648));
+        speeds[2] = omega_south_ghost0_x * c(0.08068423607472835)
+            - (omega_south_x * c(0.040342139733508246)
+                - carried_south_y * c(0.0698745855993765));
     }
 }
 

@@ -14,14 +14,17 @@
 // Mobility: 3
 //
 // Cost of one evaluation:
-//   equations: 92 operations: 42 add, 47 mul, 0 div, 3 sin_cos, 0 other
+//   equations: 88 operations: 45 add, 40 mul, 0 div, 3 sin_cos, 0 other
 //   closure: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   poses: 44 operations: 23 add, 18 mul, 0 div, 3 sin_cos, 0 other
 //   points: 21 operations: 10 add, 8 mul, 0 div, 3 sin_cos, 0 other
 //   energy: 72 operations: 27 add, 42 mul, 0 div, 3 sin_cos, 0 other
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
-//   reactions: 145 operations: 74 add, 68 mul, 0 div, 3 sin_cos, 0 other
-//   tangent: 191 operations: 87 add, 101 mul, 0 div, 3 sin_cos, 0 other
+//   reactions: 133 operations: 70 add, 60 mul, 0 div, 3 sin_cos, 0 other
+//   tangent: 118 operations: 54 add, 61 mul, 0 div, 3 sin_cos, 0 other
+//   acceleration: 108 operations: 48 add, 53 mul, 2 div, 3 sin_cos, 2 other
+//   projection: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
+//   misfit: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 
 /// Coordinates: one angle per joint.
 pub const N: usize = 3;
@@ -169,75 +172,83 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let (sin_elbow, cos_elbow) = S::sin_cos(q[1]);
         // lower
         let (sin_wrist, cos_wrist) = S::sin_cos(q[2]);
+        // upper
+        let omega_xx_upper = u[0] * u[0];
         // middle
         let omega_middle_x = u[0] + u[1];
-        let across_middle = u[0] * u[0];
-        let a_middle_y = cos_elbow * across_middle;
-        let middle_part = sin_elbow * across_middle;
+        let omega_xx_middle = omega_middle_x * omega_middle_x;
         // lower
         let omega_lower_x = u[2] - omega_middle_x;
-        let lower_part = omega_middle_x * omega_middle_x;
-        let lower_part_2 = a_middle_y + lower_part;
-        let a_lower_y = -sin_wrist * middle_part - cos_wrist * lower_part_2;
-        let a_lower_z = sin_wrist * lower_part_2 - cos_wrist * middle_part;
+        let omega_xx_lower = omega_lower_x * omega_lower_x;
         // upper
-        let upper_part = sin_shoulder * c(9.81);
-        let upper_part_2 = cos_shoulder * c(9.81);
+        let free_fall_upper_y = -sin_shoulder * c(9.81);
+        let upper_part = cos_shoulder * c(9.81);
         // middle
-        let gravity_middle_y = -sin_elbow * upper_part_2 - cos_elbow * upper_part;
-        let gravity_middle_z = sin_elbow * upper_part - cos_elbow * upper_part_2;
-        let free_fall_middle_y = gravity_middle_y - a_middle_y;
-        let free_fall_middle_z = middle_part + gravity_middle_z;
+        let fall_above_middle_y = free_fall_upper_y - omega_xx_upper;
+        let free_fall_middle_y = cos_elbow * fall_above_middle_y
+            - sin_elbow * upper_part;
+        let free_fall_middle_z = -cos_elbow * upper_part
+            - sin_elbow * fall_above_middle_y;
         // lower
-        let gravity_lower_y = sin_wrist * gravity_middle_z
-            - cos_wrist * gravity_middle_y;
-        let gravity_lower_z = sin_wrist * gravity_middle_y
-            + cos_wrist * gravity_middle_z;
-        let free_fall_lower_y = gravity_lower_y - a_lower_y;
-        let free_fall_lower_z = gravity_lower_z - a_lower_z;
-        let force_lower_y = free_fall_lower_y * c(0.9999918)
-            + omega_lower_x * omega_lower_x * c(0.4999999999599003);
-        let force_lower_z = free_fall_lower_z * c(0.9999918);
+        let fall_above_lower_y = free_fall_middle_y - omega_xx_middle;
+        let free_fall_lower_z = sin_wrist * fall_above_lower_y
+            + cos_wrist * free_fall_middle_z;
+        let force_lower_y = omega_xx_lower * c(0.4999999999599003);
         let moment_lower_x = free_fall_lower_z * c(0.4999999999599003);
-        let across_lower = cos_wrist * force_lower_y - sin_wrist * force_lower_z;
-        let force_above_lower_z = sin_wrist * force_lower_y + cos_wrist * force_lower_z;
+        let across_lower = cos_wrist * force_lower_y;
+        let force_above_lower_z = sin_wrist * force_lower_y;
         let moment_above_lower_x = -moment_lower_x - force_above_lower_z;
         // middle
-        let force_middle_y = free_fall_middle_y * c(0.9999836) - across_lower
-            - lower_part * c(0.4999918);
-        let force_middle_z = force_above_lower_z + free_fall_middle_z * c(0.9999836);
-        let moment_middle_x = moment_above_lower_x - free_fall_middle_z * c(0.4999918);
+        let force_middle_y = -omega_xx_middle * c(1.4999836) - across_lower;
+        let moment_middle_x = moment_above_lower_x - free_fall_middle_z * c(1.4999836);
         let force_above_middle_z = sin_elbow * force_middle_y
-            + cos_elbow * force_middle_z;
+            + cos_elbow * force_above_lower_z;
         let moment_above_middle_x = moment_middle_x - force_above_middle_z;
         // upper
-        let moment_upper_x = moment_above_middle_x
-            - cos_shoulder * c(-4.904919558000001);
+        let moment_upper_x = moment_above_middle_x - cos_shoulder * c(-24.524678232);
         // lower
         let first_moment_above_lower_z = sin_wrist * c(0.4999999999599003);
+        let across_lower_2 = -first_moment_above_lower_z;
         let force_above_lower_z_2 = cos_wrist * c(0.4999999999599003);
-        let moment_above_lower_x_2 = c(-0.4166658393333333) - force_above_lower_z_2;
+        let moment_above_lower_x_2 = -force_above_lower_z_2 - c(0.4166658393333334);
         // middle
-        let middle_part_2 = sin_elbow * first_moment_above_lower_z;
-        let force_above_middle_z_2 = middle_part_2 + cos_elbow * force_above_lower_z_2;
+        let middle_part = sin_elbow * first_moment_above_lower_z;
+        let force_above_middle_z_2 = middle_part + cos_elbow * force_above_lower_z_2;
         let moment_above_middle_x_2 = moment_above_lower_x_2 - force_above_middle_z_2;
+        // lower
+        let twist_lower = sin_wrist * c(0.25000082733333334);
+        let bend_lower = sin_wrist * twist_lower;
+        let shear_lower = cos_wrist * twist_lower;
+        let turned_yy_lower = c(0.33333333333333337) - bend_lower;
+        // middle
         let first_moment_middle_y = c(-1.4999836) - force_above_lower_z_2;
-        let inertia_xx_middle = cos_wrist * c(0.9999999999198006)
-            + c(1.8333144514135327);
-        let force_above_middle_z_3 = cos_elbow * first_moment_middle_y - middle_part_2;
-        let moment_above_middle_x_3 = inertia_xx_middle - force_above_middle_z_3;
+        let second_moment_yy_middle = turned_yy_lower
+            + (c(1.3333169334135326) + cos_wrist * c(0.9999999999198006));
+        let second_moment_yz_middle = across_lower_2 - shear_lower;
+        let second_moment_zz_middle = bend_lower + c(0.1666641846666667);
+        let mass_elbow_elbow = second_moment_yy_middle + second_moment_zz_middle;
+        let force_above_middle_z_3 = cos_elbow * first_moment_middle_y - middle_part;
+        let moment_above_middle_x_3 = mass_elbow_elbow - force_above_middle_z_3;
+        let twist_middle = sin_elbow
+            * (second_moment_yy_middle - second_moment_zz_middle)
+            + second_moment_yz_middle * (cos_elbow * c(2.0));
+        let bend_middle = sin_elbow * twist_middle;
+        let turned_yy_middle = second_moment_yy_middle - bend_middle;
         // upper
-        let inertia_xx_upper = inertia_xx_middle + c(2.4166322120801995)
-            - c(2.0) * force_above_middle_z_3;
-        mass[0] = inertia_xx_upper;
+        let second_moment_yy_upper = turned_yy_middle
+            + (c(2.333300533413533) - c(2.0) * force_above_middle_z_3);
+        let second_moment_zz_upper = bend_middle
+            + (second_moment_zz_middle + c(0.08333167866666671));
+        let mass_shoulder_shoulder = second_moment_yy_upper + second_moment_zz_upper;
+        mass[0] = mass_shoulder_shoulder;
         mass[1] = moment_above_middle_x_3;
         mass[2] = moment_above_middle_x_2;
         mass[3] = moment_above_middle_x_3;
-        mass[4] = inertia_xx_middle;
+        mass[4] = mass_elbow_elbow;
         mass[5] = moment_above_lower_x_2;
         mass[6] = moment_above_middle_x_2;
         mass[7] = moment_above_lower_x_2;
-        mass[8] = c(0.4166658393333333);
+        mass[8] = c(0.4166658393333334);
         forcing[0] = moment_upper_x - q[0] * c(100.0) - u[0] * c(10.0);
         forcing[1] = moment_middle_x - q[1] * c(100.0) - u[1] * c(10.0);
         forcing[2] = moment_lower_x - q[2] * c(100.0) - u[2] * c(10.0);
@@ -377,7 +388,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         // lower
         let kinetic_lower = v_lower_z * (omega_lower_x * c(0.4999999999599003))
             + ((v_lower_y * v_lower_y + v_lower_z * v_lower_z) * c(0.4999959)
-                + omega_lower_x * omega_lower_x * c(0.20833291966666664));
+                + omega_lower_x * omega_lower_x * c(0.2083329196666667));
         // upper
         let potential_upper = (c(0.4999918000000001)
             - sin_shoulder * c(0.4999918000000001)) * c(9.81);
@@ -419,113 +430,109 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let (sin_elbow, cos_elbow) = S::sin_cos(q[1]);
         // lower
         let (sin_wrist, cos_wrist) = S::sin_cos(q[2]);
+        // upper
+        let omega_xx_upper = u[0] * u[0];
         // middle
         let omega_middle_x = u[0] + u[1];
-        let across_middle = u[0] * u[0];
+        let omega_xx_middle = omega_middle_x * omega_middle_x;
         // lower
         let omega_lower_x = u[2] - omega_middle_x;
+        let omega_xx_lower = omega_lower_x * omega_lower_x;
         // upper
-        let upper_part = sin_shoulder * c(9.81);
-        let upper_part_2 = cos_shoulder * c(9.81);
-        let spin_upper_y = u[0] * c(0.24999590000000005);
+        let free_fall_upper_y = -sin_shoulder * c(9.81);
         // middle
-        let gravity_middle_y = -sin_elbow * upper_part_2 - cos_elbow * upper_part;
-        let gravity_middle_z = sin_elbow * upper_part - cos_elbow * upper_part_2;
-        let spin_middle_y = omega_middle_x * c(0.2499959);
-        // lower
-        let gravity_lower_y = sin_wrist * gravity_middle_z
-            - cos_wrist * gravity_middle_y;
-        let gravity_lower_z = sin_wrist * gravity_middle_y
-            + cos_wrist * gravity_middle_z;
-        let spin_lower_y = omega_lower_x * c(0.24999999997995015);
-        // middle
+        let fall_above_middle_y = free_fall_upper_y - omega_xx_upper;
         let alpha_moving_middle_x = a[0] + a[1];
-        let a_moving_middle_y = cos_elbow * across_middle - sin_elbow * a[0];
-        let a_moving_middle_z = -sin_elbow * across_middle - cos_elbow * a[0];
         // lower
         let alpha_moving_lower_x = a[2] - alpha_moving_middle_x;
-        let lower_part = omega_middle_x * omega_middle_x;
-        let lower_part_2 = a_moving_middle_y + lower_part;
-        let lower_part_3 = a_moving_middle_z - alpha_moving_middle_x;
-        let a_moving_lower_y = sin_wrist * lower_part_3 - cos_wrist * lower_part_2;
-        let a_moving_lower_z = sin_wrist * lower_part_2 + cos_wrist * lower_part_3;
         // middle
-        let free_fall_middle_y = gravity_middle_y - a_moving_middle_y;
-        let free_fall_middle_z = gravity_middle_z - a_moving_middle_z;
+        let fall_above_middle_z = a[0] - cos_shoulder * c(9.81);
+        let free_fall_middle_y = sin_elbow * fall_above_middle_z
+            + cos_elbow * fall_above_middle_y;
+        let free_fall_middle_z = cos_elbow * fall_above_middle_z
+            - sin_elbow * fall_above_middle_y;
         // lower
-        let free_fall_lower_y = gravity_lower_y - a_moving_lower_y;
-        let free_fall_lower_z = gravity_lower_z - a_moving_lower_z;
-        let force_moving_lower_y = free_fall_lower_y * c(0.9999918)
-            + omega_lower_x * omega_lower_x * c(0.4999999999599003);
-        let force_moving_lower_z = free_fall_lower_z * c(0.9999918)
-            - alpha_moving_lower_x * c(0.4999999999599003);
+        let fall_above_lower_y = free_fall_middle_y - omega_xx_middle;
+        let fall_above_lower_z = alpha_moving_middle_x + free_fall_middle_z;
+        let free_fall_lower_y = sin_wrist * fall_above_lower_z
+            - cos_wrist * fall_above_lower_y;
+        let free_fall_lower_z = sin_wrist * fall_above_lower_y
+            + cos_wrist * fall_above_lower_z;
         let moment_moving_lower_x = free_fall_lower_z * c(0.4999999999599003)
-            - alpha_moving_lower_x * c(0.4166658393333333);
-        let moment_moving_lower_y = free_fall_lower_z * c(0.4999959)
-            - c(0.24999999997995015) * alpha_moving_lower_x;
-        let moment_moving_lower_z = -omega_lower_x * spin_lower_y
+            - (alpha_moving_lower_x * c(0.33333333333333337)
+                + alpha_moving_lower_x * c(0.08333250600000003));
+        let force_carried_lower_y = omega_xx_lower * c(0.4999999999599003)
+            + free_fall_lower_y * c(0.9999918);
+        let force_carried_lower_z = free_fall_lower_z * c(0.9999918)
+            - alpha_moving_lower_x * c(0.4999999999599003);
+        let moment_carried_lower_y = free_fall_lower_z * c(0.4999959)
+            - alpha_moving_lower_x * c(0.24999999997995015);
+        let moment_carried_lower_z = -omega_xx_lower * c(0.24999999997995015)
             - free_fall_lower_y * c(0.4999959);
-        let across_lower = cos_wrist * force_moving_lower_y
-            - sin_wrist * force_moving_lower_z;
-        let force_above_lower_z = sin_wrist * force_moving_lower_y
-            + cos_wrist * force_moving_lower_z;
-        let across_lower_2 = cos_wrist * moment_moving_lower_y
-            - sin_wrist * moment_moving_lower_z;
-        let lower_part_4 = -moment_moving_lower_x;
-        let moment_above_lower_x = lower_part_4 - force_above_lower_z;
-        let moment_above_lower_z = sin_wrist * moment_moving_lower_y
-            + cos_wrist * moment_moving_lower_z;
+        let across_lower = cos_wrist * force_carried_lower_y
+            - sin_wrist * force_carried_lower_z;
+        let force_above_lower_z = sin_wrist * force_carried_lower_y
+            + cos_wrist * force_carried_lower_z;
+        let across_lower_2 = cos_wrist * moment_carried_lower_y
+            - sin_wrist * moment_carried_lower_z;
+        let lower_part = -moment_moving_lower_x;
+        let moment_above_lower_x = lower_part - force_above_lower_z;
+        let moment_above_lower_z = sin_wrist * moment_carried_lower_y
+            + cos_wrist * moment_carried_lower_z;
         // middle
-        let force_moving_middle_y = free_fall_middle_y * c(0.9999836) - across_lower
-            - lower_part * c(0.4999918);
-        let force_moving_middle_z = force_above_lower_z
+        let force_carried_middle_y = free_fall_middle_y * c(0.9999836)
+            - omega_xx_middle * c(0.4999918) - across_lower;
+        let force_carried_middle_z = force_above_lower_z
             + (free_fall_middle_z * c(0.9999836) + alpha_moving_middle_x * c(0.4999918));
         let middle_part = free_fall_middle_z * c(0.4999918);
-        let moment_moving_middle_x = moment_above_lower_x - middle_part
-            - alpha_moving_middle_x * c(0.41665681208019945);
-        let moment_moving_middle_y = -middle_part - c(0.2499959) * alpha_moving_middle_x
+        let moment_carried_middle_x = moment_above_lower_x - middle_part
+            - (alpha_moving_middle_x * c(0.33332513341353276)
+                + alpha_moving_middle_x * c(0.08333167866666666));
+        let moment_carried_middle_y = -middle_part - alpha_moving_middle_x * c(0.2499959)
             - across_lower_2;
-        let moment_moving_middle_z = moment_above_lower_z
-            + (free_fall_middle_y * c(0.4999918) - omega_middle_x * spin_middle_y);
-        let across_middle_2 = cos_elbow * force_moving_middle_y
-            - sin_elbow * force_moving_middle_z;
-        let force_above_middle_z = sin_elbow * force_moving_middle_y
-            + cos_elbow * force_moving_middle_z;
-        let across_middle_3 = cos_elbow * moment_moving_middle_y
-            - sin_elbow * moment_moving_middle_z;
-        let moment_above_middle_x = moment_moving_middle_x - force_above_middle_z;
-        let moment_above_middle_z = sin_elbow * moment_moving_middle_y
-            + cos_elbow * moment_moving_middle_z;
+        let moment_carried_middle_z = moment_above_lower_z
+            + (free_fall_middle_y * c(0.4999918) - omega_xx_middle * c(0.2499959));
+        let across_middle = cos_elbow * force_carried_middle_y
+            - sin_elbow * force_carried_middle_z;
+        let force_above_middle_z = sin_elbow * force_carried_middle_y
+            + cos_elbow * force_carried_middle_z;
+        let across_middle_2 = cos_elbow * moment_carried_middle_y
+            - sin_elbow * moment_carried_middle_z;
+        let moment_above_middle_x = moment_carried_middle_x - force_above_middle_z;
+        let moment_above_middle_z = sin_elbow * moment_carried_middle_y
+            + cos_elbow * moment_carried_middle_z;
         // upper
-        let force_moving_upper_y = across_middle_2 + sin_shoulder * c(-9.809839116000003)
-            - across_middle * c(0.4999918000000001);
-        let force_moving_upper_z = force_above_middle_z
+        let force_carried_upper_y = across_middle
+            + (sin_shoulder * c(-9.809839116000003)
+                - omega_xx_upper * c(0.4999918000000001));
+        let force_carried_upper_z = force_above_middle_z
             + (cos_shoulder * c(-9.809839116000003) + a[0] * c(0.4999918000000001));
-        let upper_part_3 = cos_shoulder * c(-4.904919558000001);
-        let moment_moving_upper_x = moment_above_middle_x - upper_part_3
-            - a[0] * c(0.41665681208019956);
-        let moment_moving_upper_y = across_middle_3 - upper_part_3
-            - c(0.24999590000000005) * a[0];
-        let moment_moving_upper_z = moment_above_middle_z
-            + (sin_shoulder * c(-4.904919558000001) - u[0] * spin_upper_y);
+        let upper_part = cos_shoulder * c(-4.904919558000001);
+        let moment_carried_upper_x = moment_above_middle_x - upper_part
+            - (a[0] * c(0.33332513341353287) + a[0] * c(0.08333167866666671));
+        let moment_carried_upper_y = across_middle_2 - upper_part
+            - a[0] * c(0.24999590000000005);
+        let moment_carried_upper_z = moment_above_middle_z
+            + (sin_shoulder * c(-4.904919558000001)
+                - omega_xx_upper * c(0.24999590000000005));
         reactions[0] = c(0.0);
-        reactions[1] = -force_moving_upper_y;
-        reactions[2] = -force_moving_upper_z;
-        reactions[3] = -moment_moving_upper_x;
-        reactions[4] = -moment_moving_upper_y;
-        reactions[5] = -moment_moving_upper_z;
+        reactions[1] = -force_carried_upper_y;
+        reactions[2] = -force_carried_upper_z;
+        reactions[3] = -moment_carried_upper_x;
+        reactions[4] = -moment_carried_upper_y;
+        reactions[5] = -moment_carried_upper_z;
         reactions[6] = c(0.0);
-        reactions[7] = -force_moving_middle_y;
-        reactions[8] = -force_moving_middle_z;
-        reactions[9] = -moment_moving_middle_x;
-        reactions[10] = -moment_moving_middle_y;
-        reactions[11] = -moment_moving_middle_z;
+        reactions[7] = -force_carried_middle_y;
+        reactions[8] = -force_carried_middle_z;
+        reactions[9] = -moment_carried_middle_x;
+        reactions[10] = -moment_carried_middle_y;
+        reactions[11] = -moment_carried_middle_z;
         reactions[12] = c(0.0);
-        reactions[13] = -force_moving_lower_y;
-        reactions[14] = -force_moving_lower_z;
-        reactions[15] = lower_part_4;
-        reactions[16] = -(moment_moving_lower_y - force_moving_lower_z);
-        reactions[17] = -(force_moving_lower_y + moment_moving_lower_z);
+        reactions[13] = -force_carried_lower_y;
+        reactions[14] = -force_carried_lower_z;
+        reactions[15] = lower_part;
+        reactions[16] = -(moment_carried_lower_y - force_carried_lower_z);
+        reactions[17] = -(force_carried_lower_y + moment_carried_lower_z);
     }
     fn write_tangent(
         &self,
@@ -558,114 +565,197 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let (sin_wrist, cos_wrist) = S::sin_cos(q[2]);
         let d_sin_wrist = dq[2] * cos_wrist;
         let lower_part = dq[2] * sin_wrist;
+        // upper
+        let omega_xx_upper = u[0] * u[0];
+        let upper_part_2 = u[0] * du[0];
+        let d_omega_xx_upper = upper_part_2 + upper_part_2;
         // middle
         let omega_middle_x = u[0] + u[1];
         let d_omega_middle_x = du[0] + du[1];
-        let across_middle = u[0] * u[0];
-        let middle_part_2 = u[0] * du[0];
-        let d_across_middle = middle_part_2 + middle_part_2;
+        let omega_xx_middle = omega_middle_x * omega_middle_x;
+        let middle_part_2 = omega_middle_x * d_omega_middle_x;
+        let d_omega_xx_middle = middle_part_2 + middle_part_2;
         // lower
         let omega_lower_x = u[2] - omega_middle_x;
         let d_omega_lower_x = du[2] - d_omega_middle_x;
+        let omega_xx_lower = omega_lower_x * omega_lower_x;
+        let lower_part_2 = omega_lower_x * d_omega_lower_x;
+        let d_omega_xx_lower = lower_part_2 + lower_part_2;
         // upper
-        let upper_part_2 = sin_shoulder * c(9.81);
-        let upper_part_3 = d_sin_shoulder * c(9.81);
-        let upper_part_4 = cos_shoulder * c(9.81);
-        let upper_part_5 = upper_part * c(-9.81);
+        let free_fall_upper_y = -sin_shoulder * c(9.81);
+        let d_free_fall_upper_y = -d_sin_shoulder * c(9.81);
+        let upper_part_3 = upper_part * c(-9.81);
         // middle
-        let gravity_middle_y = -sin_elbow * upper_part_4 - cos_elbow * upper_part_2;
-        let d_gravity_middle_y = -d_sin_elbow * upper_part_4 - sin_elbow * upper_part_5
-            + (middle_part * upper_part_2 - cos_elbow * upper_part_3);
-        let gravity_middle_z = sin_elbow * upper_part_2 - cos_elbow * upper_part_4;
-        let d_gravity_middle_z = middle_part * upper_part_4 - cos_elbow * upper_part_5
-            - (-d_sin_elbow * upper_part_2 - sin_elbow * upper_part_3);
+        let fall_above_middle_y = free_fall_upper_y - omega_xx_upper;
+        let d_fall_above_middle_y = d_free_fall_upper_y - d_omega_xx_upper;
         // lower
-        let gravity_lower_y = sin_wrist * gravity_middle_z
-            - cos_wrist * gravity_middle_y;
-        let d_gravity_lower_y = d_sin_wrist * gravity_middle_z
-            + sin_wrist * d_gravity_middle_z
-            - (cos_wrist * d_gravity_middle_y - lower_part * gravity_middle_y);
-        let gravity_lower_z = sin_wrist * gravity_middle_y
-            + cos_wrist * gravity_middle_z;
-        let d_gravity_lower_z = d_sin_wrist * gravity_middle_y
-            + sin_wrist * d_gravity_middle_y
-            + (cos_wrist * d_gravity_middle_z - lower_part * gravity_middle_z);
+        let force_lower_y = omega_xx_lower * c(0.4999999999599003);
+        let d_force_lower_y = d_omega_xx_lower * c(0.4999999999599003);
         // middle
         let alpha_moving_middle_x = a[0] + a[1];
-        let a_moving_middle_y = cos_elbow * across_middle - sin_elbow * a[0];
-        let d_a_moving_middle_y = cos_elbow * d_across_middle
-            - middle_part * across_middle - d_sin_elbow * a[0];
-        let a_moving_middle_z = -sin_elbow * across_middle - cos_elbow * a[0];
-        let d_a_moving_middle_z = middle_part * a[0]
-            - (d_sin_elbow * across_middle + sin_elbow * d_across_middle);
         // lower
         let alpha_moving_lower_x = a[2] - alpha_moving_middle_x;
-        let lower_part_2 = omega_middle_x * omega_middle_x;
-        let lower_part_3 = omega_middle_x * d_omega_middle_x;
-        let lower_part_4 = lower_part_3 + lower_part_3;
-        let lower_part_5 = a_moving_middle_y + lower_part_2;
-        let lower_part_6 = d_a_moving_middle_y + lower_part_4;
-        let lower_part_7 = a_moving_middle_z - alpha_moving_middle_x;
-        let a_moving_lower_y = sin_wrist * lower_part_7 - cos_wrist * lower_part_5;
-        let d_a_moving_lower_y = d_sin_wrist * lower_part_7
-            + sin_wrist * d_a_moving_middle_z
-            + (lower_part * lower_part_5 - cos_wrist * lower_part_6);
-        let a_moving_lower_z = sin_wrist * lower_part_5 + cos_wrist * lower_part_7;
-        let d_a_moving_lower_z = cos_wrist * d_a_moving_middle_z
-            - lower_part * lower_part_7
-            - (-d_sin_wrist * lower_part_5 - sin_wrist * lower_part_6);
         // middle
-        let free_fall_middle_y = gravity_middle_y - a_moving_middle_y;
-        let d_free_fall_middle_y = d_gravity_middle_y - d_a_moving_middle_y;
-        let free_fall_middle_z = gravity_middle_z - a_moving_middle_z;
-        let d_free_fall_middle_z = d_gravity_middle_z - d_a_moving_middle_z;
+        let fall_above_middle_z = a[0] - cos_shoulder * c(9.81);
+        let free_fall_middle_y = sin_elbow * fall_above_middle_z
+            + cos_elbow * fall_above_middle_y;
+        let d_free_fall_middle_y = d_sin_elbow * fall_above_middle_z
+            - sin_elbow * upper_part_3
+            + (cos_elbow * d_fall_above_middle_y - middle_part * fall_above_middle_y);
+        let free_fall_middle_z = cos_elbow * fall_above_middle_z
+            - sin_elbow * fall_above_middle_y;
+        let d_free_fall_middle_z = -middle_part * fall_above_middle_z
+            - cos_elbow * upper_part_3
+            - (d_sin_elbow * fall_above_middle_y + sin_elbow * d_fall_above_middle_y);
         // lower
-        let free_fall_lower_y = gravity_lower_y - a_moving_lower_y;
-        let d_free_fall_lower_y = d_gravity_lower_y - d_a_moving_lower_y;
-        let free_fall_lower_z = gravity_lower_z - a_moving_lower_z;
-        let d_free_fall_lower_z = d_gravity_lower_z - d_a_moving_lower_z;
-        let lower_part_8 = omega_lower_x * d_omega_lower_x;
-        let force_moving_lower_y = free_fall_lower_y * c(0.9999918)
-            + omega_lower_x * omega_lower_x * c(0.4999999999599003);
-        let d_force_moving_lower_y = d_free_fall_lower_y * c(0.9999918)
-            + (lower_part_8 + lower_part_8) * c(0.4999999999599003);
-        let d_force_moving_lower_z = d_free_fall_lower_z * c(0.9999918);
-        let force_moving_lower_z = free_fall_lower_z * c(0.9999918)
-            - alpha_moving_lower_x * c(0.4999999999599003);
-        let d_moment_moving_lower_x = d_free_fall_lower_z * c(0.4999999999599003);
-        let across_lower = cos_wrist * force_moving_lower_y
-            - sin_wrist * force_moving_lower_z;
-        let d_across_lower = cos_wrist * d_force_moving_lower_y
-            - lower_part * force_moving_lower_y
-            - (d_sin_wrist * force_moving_lower_z + sin_wrist * d_force_moving_lower_z);
-        let force_above_lower_z = sin_wrist * force_moving_lower_y
-            + cos_wrist * force_moving_lower_z;
-        let d_force_above_lower_z = d_sin_wrist * force_moving_lower_y
-            + sin_wrist * d_force_moving_lower_y
-            + (cos_wrist * d_force_moving_lower_z - lower_part * force_moving_lower_z);
+        let fall_above_lower_y = free_fall_middle_y - omega_xx_middle;
+        let d_fall_above_lower_y = d_free_fall_middle_y - d_omega_xx_middle;
+        let fall_above_lower_z = alpha_moving_middle_x + free_fall_middle_z;
+        let d_free_fall_lower_z = d_sin_wrist * fall_above_lower_y
+            + sin_wrist * d_fall_above_lower_y
+            + (cos_wrist * d_free_fall_middle_z - lower_part * fall_above_lower_z);
+        let lower_part_3 = c(0.4999999999599003) * alpha_moving_lower_x;
+        let d_moment_moving_lower_x = c(0.4999999999599003) * d_free_fall_lower_z;
+        let across_lower = sin_wrist * lower_part_3 + cos_wrist * force_lower_y;
+        let d_across_lower = d_sin_wrist * lower_part_3
+            + (cos_wrist * d_force_lower_y - lower_part * force_lower_y);
+        let force_above_lower_z = sin_wrist * force_lower_y - cos_wrist * lower_part_3;
+        let d_force_above_lower_z = d_sin_wrist * force_lower_y
+            + sin_wrist * d_force_lower_y + lower_part * lower_part_3;
         let d_moment_above_lower_x = -d_moment_moving_lower_x - d_force_above_lower_z;
         // middle
-        let force_moving_middle_y = free_fall_middle_y * c(0.9999836) - across_lower
-            - lower_part_2 * c(0.4999918);
-        let d_force_moving_middle_y = d_free_fall_middle_y * c(0.9999836)
-            - d_across_lower - lower_part_4 * c(0.4999918);
+        let force_moving_middle_y = -omega_xx_middle * c(1.4999836) - across_lower;
+        let d_force_moving_middle_y = -d_omega_xx_middle * c(1.4999836) - d_across_lower;
         let force_moving_middle_z = force_above_lower_z
-            + (free_fall_middle_z * c(0.9999836) + alpha_moving_middle_x * c(0.4999918));
-        let d_force_moving_middle_z = d_force_above_lower_z
-            + d_free_fall_middle_z * c(0.9999836);
+            + alpha_moving_middle_x * c(1.4999836);
         let d_moment_moving_middle_x = d_moment_above_lower_x
-            - d_free_fall_middle_z * c(0.4999918);
+            - d_free_fall_middle_z * c(1.4999836);
         let d_force_above_middle_z = d_sin_elbow * force_moving_middle_y
             + sin_elbow * d_force_moving_middle_y
-            + (cos_elbow * d_force_moving_middle_z
-                - middle_part * force_moving_middle_z);
+            + (cos_elbow * d_force_above_lower_z - middle_part * force_moving_middle_z);
         let d_moment_above_middle_x = d_moment_moving_middle_x - d_force_above_middle_z;
         // upper
         let d_moment_moving_upper_x = d_moment_above_middle_x
-            - upper_part * c(4.904919558000001);
+            - upper_part * c(24.524678232);
         forces[0] = d_moment_moving_upper_x - dq[0] * c(100.0) - du[0] * c(10.0);
         forces[1] = d_moment_moving_middle_x - dq[1] * c(100.0) - du[1] * c(10.0);
         forces[2] = d_moment_moving_lower_x - dq[2] * c(100.0) - du[2] * c(10.0);
+    }
+    fn write_acceleration(
+        &self,
+        t: S,
+        q: &[S],
+        u: &[S],
+        out: &mut [S],
+    ) -> ::lamc_runtime::Margin<S> {
+        let c = S::from_f64;
+        let Some(q) = q.first_chunk::<N>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let Some(u) = u.first_chunk::<N>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let Some(acceleration) = out.first_chunk_mut::<3>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        // upper
+        let (sin_shoulder, cos_shoulder) = S::sin_cos(q[0]);
+        // middle
+        let (sin_elbow, cos_elbow) = S::sin_cos(q[1]);
+        // lower
+        let (sin_wrist, cos_wrist) = S::sin_cos(q[2]);
+        // upper
+        let omega_xx_upper = u[0] * u[0];
+        // middle
+        let omega_middle_x = u[0] + u[1];
+        let omega_xx_middle = omega_middle_x * omega_middle_x;
+        // lower
+        let omega_lower_x = u[2] - omega_middle_x;
+        let omega_xx_lower = omega_lower_x * omega_lower_x;
+        // upper
+        let free_fall_upper_y = -sin_shoulder * c(9.81);
+        let upper_part = cos_shoulder * c(9.81);
+        // middle
+        let fall_above_middle_y = free_fall_upper_y - omega_xx_upper;
+        let free_fall_middle_y = cos_elbow * fall_above_middle_y
+            - sin_elbow * upper_part;
+        let free_fall_middle_z = -cos_elbow * upper_part
+            - sin_elbow * fall_above_middle_y;
+        // lower
+        let fall_above_lower_y = free_fall_middle_y - omega_xx_middle;
+        let free_fall_lower_z = sin_wrist * fall_above_lower_y
+            + cos_wrist * free_fall_middle_z;
+        let force_lower_y = omega_xx_lower * c(0.4999999999599003);
+        let moment_lower_x = free_fall_lower_z * c(0.4999999999599003);
+        let lower_part = sin_wrist * c(-0.600001191266126);
+        let lower_part_2 = sin_wrist * lower_part;
+        let lower_part_3 = cos_wrist * lower_part;
+        let mass_zz_lower = c(-0.600001191266126) - lower_part_2;
+        // middle
+        let inertia_xx_middle = mass_zz_lower + c(1.4166486120801993);
+        let coupling_middle_z = c(-1.4999836) - mass_zz_lower;
+        let inverse_pivot_middle = c(1.0) / inertia_xx_middle;
+        let middle_part = lower_part_3 * inverse_pivot_middle;
+        let force_share_middle_z = coupling_middle_z * inverse_pivot_middle;
+        let left_mass_yy_middle = lower_part_2 - lower_part_3 * middle_part;
+        let left_mass_yz_middle = lower_part_3 + lower_part_3 * force_share_middle_z;
+        let left_mass_zz_middle = mass_zz_lower
+            - coupling_middle_z * force_share_middle_z;
+        let twist_middle = sin_elbow * (left_mass_yy_middle - left_mass_zz_middle)
+            + left_mass_yz_middle * (cos_elbow * c(2.0));
+        let bend_middle = sin_elbow * twist_middle;
+        let mass_zz_middle = left_mass_zz_middle + bend_middle;
+        // upper
+        let inertia_xx_upper = mass_zz_middle + c(2.4166322120801995);
+        let inverse_pivot_upper = c(1.0) / inertia_xx_upper;
+        let torque_upper = -q[0] * c(100.0) - u[0] * c(10.0);
+        // middle
+        let torque_middle = -q[1] * c(100.0) - u[1] * c(10.0);
+        // lower
+        let torque_lower = -q[2] * c(100.0) - u[2] * c(10.0);
+        let reduced_lower = moment_lower_x + torque_lower;
+        let lower_part_4 = c(1.2000023826284916) * reduced_lower;
+        let across_lower = sin_wrist * lower_part_4 + cos_wrist * force_lower_y;
+        let force_above_lower_z = sin_wrist * force_lower_y - cos_wrist * lower_part_4;
+        let moment_above_lower_x = torque_lower - force_above_lower_z;
+        // middle
+        let force_load_middle_y = -omega_xx_middle * c(1.4999836) - across_lower;
+        let moment_load_middle_x = moment_above_lower_x
+            - free_fall_middle_z * c(1.4999836);
+        let reduced_middle = torque_middle + moment_load_middle_x;
+        let force_left_middle_y = force_load_middle_y + middle_part * reduced_middle;
+        let force_left_middle_z = force_above_lower_z
+            - force_share_middle_z * reduced_middle;
+        let force_above_middle_z = sin_elbow * force_left_middle_y
+            + cos_elbow * force_left_middle_z;
+        let moment_above_middle_x = -torque_middle - force_above_middle_z;
+        // upper
+        let moment_load_upper_x = moment_above_middle_x
+            - cos_shoulder * c(-24.524678232);
+        let reduced_upper = torque_upper + moment_load_upper_x;
+        // the whole mechanism
+        let part = inverse_pivot_upper * reduced_upper;
+        // middle
+        let middle_part_2 = sin_elbow * part;
+        let middle_part_3 = cos_elbow * part;
+        let gain_middle_z = -middle_part_3;
+        let along_hinge_middle = inverse_pivot_middle * reduced_middle
+            - (middle_part * middle_part_2 - force_share_middle_z * middle_part_3);
+        // lower
+        let gain_above_lower_z = gain_middle_z - along_hinge_middle;
+        let gain_lower_z = cos_wrist * gain_above_lower_z - sin_wrist * middle_part_2;
+        let along_hinge_lower = c(2.400004765449462) * reduced_lower
+            - c(1.2000023826284916) * gain_lower_z;
+        acceleration[0] = part;
+        acceleration[1] = along_hinge_middle - part;
+        acceleration[2] = along_hinge_middle + along_hinge_lower;
+        ::lamc_runtime::Margin {
+            inverse_pivot: S::min(
+                S::min(inverse_pivot_upper, inverse_pivot_middle),
+                c(2.400004765449462),
+            ),
+            conditioning: c(1.0),
+        }
     }
 }
 

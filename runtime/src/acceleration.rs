@@ -18,7 +18,7 @@ use crate::linear::{
     tolerance,
 };
 use crate::workspace::{check, split};
-use crate::{Arithmetic, Dimensions, EquationsMut, Error, Scalar, System};
+use crate::{Arithmetic, Dimensions, EquationsMut, Error, Margin, Scalar, System};
 
 /// Eigenvalues of J M^-1 J^T below this share of the largest are dropped. `f32` drops below
 /// 8 epsilon, about 1e-6: singular values are the square roots of these, so that what is kept
@@ -86,6 +86,35 @@ pub fn acceleration_and_forces<Y: System>(
     solve(system, (t, q, u), plain(), workspace, out, Some(lambda))
 }
 
+/// Whether rows are certainly independent and far from dependence: solving by J M^-1 J^T loses as
+/// many digits as its condition number has; ten are kept.
+#[inline]
+pub(crate) fn is_safe<S: Scalar>(conditioning: S) -> bool {
+    conditioning > tolerance(1e-4, 1e5)
+}
+
+/// Whether the results of a straight-line elimination hold.
+#[inline]
+pub(crate) fn holds<S: Scalar>(margin: &Margin<S>) -> bool {
+    margin.inverse_pivot > S::ZERO && is_safe(margin.conditioning)
+}
+
+/// du/dt at (t, q, u) by the system's own elimination, where that holds.
+#[inline]
+pub(crate) fn direct<Y: System>(
+    system: &Y,
+    (t, q, u): (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
+    out: &mut [Y::Scalar],
+) -> Option<Constraint> {
+    let Dimensions { rows, drives, .. } = system.dimensions();
+    if drives != 0 {
+        return None;
+    }
+    let margin = system.write_acceleration(t, q, u, out);
+    let good = holds(&margin) && out.iter().all(|x| x.is_finite());
+    good.then_some(Constraint { rank: rows })
+}
+
 /// du/dt at (t, q, u) with this spectrum, and lambda if there is a place for it.
 pub(crate) fn solve<Y: System>(
     system: &Y,
@@ -96,6 +125,11 @@ pub(crate) fn solve<Y: System>(
     lambda: Option<&mut [Y::Scalar]>,
 ) -> Result<Constraint, Error> {
     let dimensions = check(system, workspace, &[q.len(), u.len(), out.len()])?;
+    if lambda.is_none()
+        && let Some(constraint) = direct(system, (t, q, u), out)
+    {
+        return Ok(constraint);
+    }
     let (n, c) = (dimensions.coordinates, dimensions.rows + dimensions.drives);
     let mass = split(&mut workspace, n * n)?;
     let jacobian = split(&mut workspace, c * n)?;
@@ -221,8 +255,7 @@ impl<S: Scalar> Rows<'_, S> {
             trace += self.scratch[i * c + i];
         }
         factor(self.scratch, c).ok()?;
-        // Solving by W W^T loses as many digits as its condition number has: keep ten.
-        if !(conditioning(self.scratch, c, trace) > tolerance(1e-4, 1e5)) {
+        if !is_safe(conditioning(self.scratch, c, trace)) {
             return None;
         }
         self.multipliers.copy_from_slice(self.rhs);

@@ -130,5 +130,7 @@ pub use projection::{Projected, project};
 pub use scalar::{Arithmetic, Scalar};
 pub use state::{State, StateOf};
 pub use stops::Stopped;
-pub use system::{Balance, Change, Dimensions, Drive, Energy, EquationsMut, System};
+pub use system::{
+    Balance, Change, Dimensions, Drive, Energy, EquationsMut, Margin, MisfitMut, System,
+};
 pub use workspace::workspace_len;

@@ -1,5 +1,6 @@
 //! The fixed-size front of a compiled mechanism: arrays in, arrays out.
 
+use crate::acceleration::direct;
 use crate::{
     Balance, EquationsMut, Equilibrium, Error, JacobianMut, Scalar, State, StateOf, System,
     acceleration, acceleration_and_forces, assemble, equilibrium, jacobian, project,
@@ -125,7 +126,10 @@ pub trait Mechanism<S: Scalar, const N: usize, const C: usize>:
     /// As [`acceleration`](fn@crate::acceleration).
     fn acceleration(&self, t: S, q: &[S; N], u: &[S; N]) -> Result<[S; N], Error> {
         let mut out = [S::ZERO; N];
-        acceleration(self, t, q, u, self.workspace().as_mut(), &mut out)?;
+        // Most states need no workspace.
+        if direct(self, (t, q, u), &mut out).is_none() {
+            acceleration(self, t, q, u, self.workspace().as_mut(), &mut out)?;
+        }
         Ok(out)
     }
 

@@ -7,12 +7,12 @@
 //! "Geometric Numerical Integration", IV.4; E. Eich, "Convergence results for a coordinate
 //! projection method", 1993.
 
-use crate::acceleration::{blame, not_finite, plain, weigh};
+use crate::acceleration::{blame, holds, not_finite, plain, weigh};
 use crate::linear::{
     Spectrum, add_scaled, backward, combine, dot, factor, max_abs, orthogonalise, reduce, tolerance,
 };
 use crate::workspace::{check, split};
-use crate::{Arithmetic, EquationsMut, Error, Scalar, System};
+use crate::{Arithmetic, Dimensions, EquationsMut, Error, MisfitMut, Scalar, System};
 
 /// Steps of Gauss-Newton; it converges quadratically from where an integrator leaves it.
 const ITERATIONS: usize = 12;
@@ -96,15 +96,75 @@ fn project_within<Y: System>(
     if dimensions.loops + dimensions.drives == 0 {
         return Ok(Projected { residual: Y::Scalar::ZERO, rank: 0 });
     }
-    let (mut closure, previous) = Closure::new(system, t, q, u, workspace)?;
-    let residual = closure.move_coordinates(system, q, enough, previous)?;
-    if !(residual <= bearable(system)) {
-        return Err(closure.open(system));
-    }
-    let rank = closure.move_speeds(system, u, spectrum);
+    let projected = match directly(system, q, u, enough, workspace) {
+        Some(projected) => projected,
+        None => {
+            let (mut closure, previous) = Closure::new(system, t, q, u, workspace)?;
+            let residual = closure.move_coordinates(system, q, enough, previous)?;
+            if !(residual <= bearable(system)) {
+                return Err(closure.open(system));
+            }
+            Projected { residual, rank: closure.move_speeds(system, u, spectrum) }
+        }
+    };
     match not_finite(&[q, u]) {
         Some(joint) => Err(Error::NotFinite { joint }),
-        None => Ok(Projected { residual, rank }),
+        None => Ok(projected),
+    }
+}
+
+/// By the system's own elimination, where that holds and closes the loops: the correction of the
+/// first state serves for all steps and for the speeds, whose errors it divides as those of
+/// Newton's method. Otherwise q and u stay as they are.
+fn directly<Y: System>(
+    system: &Y,
+    q: &mut [Y::Scalar],
+    u: &mut [Y::Scalar],
+    enough: Y::Scalar,
+    mut workspace: &mut [Y::Scalar],
+) -> Option<Projected<Y::Scalar>> {
+    let Dimensions { coordinates: n, rows: c, loops, drives, .. } = system.dimensions();
+    if drives != 0 {
+        return None;
+    }
+    let residual = split(&mut workspace, 9 * loops).ok()?;
+    let misfit = split(&mut workspace, c).ok()?;
+    let speeds = split(&mut workspace, c).ok()?;
+    let correction = split(&mut workspace, n * c).ok()?;
+    let given = split(&mut workspace, n).ok()?;
+    let out = MisfitMut { residual, misfit, speeds };
+    let margin = system.write_projection(q, u, out, correction);
+    let mut size = max_abs(residual);
+    if !holds(&margin) || !size.is_finite() {
+        return None;
+    }
+    given.copy_from_slice(q);
+    for _ in 0..ITERATIONS {
+        if size <= enough {
+            break;
+        }
+        subtract_product(q, correction, misfit);
+        system.write_misfit(q, u, MisfitMut { residual, misfit, speeds });
+        let next = max_abs(residual);
+        // Written so that NaN is no progress.
+        if !(next + next < size) {
+            q.copy_from_slice(given);
+            return None;
+        }
+        size = next;
+    }
+    if !(size <= enough) {
+        q.copy_from_slice(given);
+        return None;
+    }
+    subtract_product(u, correction, speeds);
+    Some(Projected { residual: size, rank: c })
+}
+
+/// `x -= A b`.
+fn subtract_product<S: Scalar>(x: &mut [S], a: &[S], b: &[S]) {
+    for (x, row) in x.iter_mut().zip(a.chunks_exact(b.len().max(1))) {
+        *x -= dot(row, b);
     }
 }
 

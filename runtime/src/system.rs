@@ -55,6 +55,35 @@ pub struct EquationsMut<'a, S> {
     pub gamma: &'a mut [S],
 }
 
+/// Where [`System::write_misfit`] writes.
+#[derive(Debug)]
+pub struct MisfitMut<'a, S> {
+    /// Closure residuals, 9 L, m.
+    pub residual: &'a mut [S],
+    /// The residuals along the rows of J, C, m.
+    pub misfit: &'a mut [S],
+    /// J u, C, m/s.
+    pub speeds: &'a mut [S],
+}
+
+/// How far results of a straight-line elimination can be trusted: not at all where a number is
+/// not positive, or is not a number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Margin<S> {
+    /// The least of the inverse pivots of M.
+    pub inverse_pivot: S,
+    /// A lower bound of smallest over largest eigenvalue of J M^-1 J^T; 1 without rows.
+    pub conditioning: S,
+}
+
+impl<S: Scalar> Margin<S> {
+    /// Nothing was computed.
+    pub fn none() -> Self {
+        let nan = S::from_f64(f64::NAN);
+        Self { inverse_pivot: nan, conditioning: nan }
+    }
+}
+
 /// Energy of the whole mechanism, J.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Energy<S> {
@@ -195,6 +224,42 @@ pub trait System {
         forces.fill(Self::Scalar::from_f64(f64::NAN));
         closure.fill(Self::Scalar::from_f64(f64::NAN));
     }
+    /// du/dt, N, by elimination in straight-line code, without drives and without a decision on the
+    /// rank. Provided: nothing.
+    fn write_acceleration(
+        &self,
+        t: Self::Scalar,
+        q: &[Self::Scalar],
+        u: &[Self::Scalar],
+        out: &mut [Self::Scalar],
+    ) -> Margin<Self::Scalar> {
+        let _ = (t, q, u, out);
+        Margin::none()
+    }
+    /// How far the loops are open and how fast they open, and what closes them,
+    /// M^-1 J^T (J M^-1 J^T)^-1, N x C, in straight-line code as
+    /// [`write_acceleration`](Self::write_acceleration). Provided: nothing.
+    fn write_projection(
+        &self,
+        q: &[Self::Scalar],
+        u: &[Self::Scalar],
+        out: MisfitMut<'_, Self::Scalar>,
+        correction: &mut [Self::Scalar],
+    ) -> Margin<Self::Scalar> {
+        let _ = (q, u, out, correction);
+        Margin::none()
+    }
+    /// The first part of [`write_projection`](Self::write_projection) alone. Provided: not a
+    /// number.
+    fn write_misfit(
+        &self,
+        q: &[Self::Scalar],
+        u: &[Self::Scalar],
+        out: MisfitMut<'_, Self::Scalar>,
+    ) {
+        let _ = (q, u);
+        out.residual.fill(Self::Scalar::from_f64(f64::NAN));
+    }
 }
 
 /// The methods of [`System`] that another system answers, but for `dimensions` and `drives`.
@@ -270,6 +335,32 @@ macro_rules! delegate {
             closure: &mut [Self::Scalar],
         ) {
             $inner.write_tangent(at, change, forces, closure);
+        }
+        fn write_acceleration(
+            &$self,
+            t: Self::Scalar,
+            q: &[Self::Scalar],
+            u: &[Self::Scalar],
+            out: &mut [Self::Scalar],
+        ) -> $crate::Margin<Self::Scalar> {
+            $inner.write_acceleration(t, q, u, out)
+        }
+        fn write_projection(
+            &$self,
+            q: &[Self::Scalar],
+            u: &[Self::Scalar],
+            out: $crate::MisfitMut<'_, Self::Scalar>,
+            correction: &mut [Self::Scalar],
+        ) -> $crate::Margin<Self::Scalar> {
+            $inner.write_projection(q, u, out, correction)
+        }
+        fn write_misfit(
+            &$self,
+            q: &[Self::Scalar],
+            u: &[Self::Scalar],
+            out: $crate::MisfitMut<'_, Self::Scalar>,
+        ) {
+            $inner.write_misfit(q, u, out);
         }
     };
 }

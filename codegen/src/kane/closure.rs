@@ -22,6 +22,8 @@ use crate::topology::{Loop, LoopId, NodeId};
 pub struct Closure {
     pub jacobian: Vec<Expr>,
     pub gamma: Vec<Expr>,
+    pub row_velocity: Vec<Expr>,
+    pub row_residual: Vec<Expr>,
     pub residual: Vec<Expr>,
     pub residual_jacobian: Vec<Expr>,
 }
@@ -92,6 +94,7 @@ impl Derivation<'_> {
             }
             let name = format!("gamma{}_{number}", id.index());
             out.gamma.push(self.bind(Section::Loop(id), name, gamma));
+            out.row_velocity.push(velocity);
         }
     }
 
@@ -104,11 +107,14 @@ impl Derivation<'_> {
         ancestor: Option<NodeId>,
         out: &mut Closure,
     ) {
+        let mut gaps = Vec::new();
         for (number, point) in closed.points.iter().enumerate() {
             let name = |side: &str| format!("point{number}_{side}");
             let ghost = self.point_of(ancestor, closed.ghost, point, &name("ghost"));
             let original = self.point_of(ancestor, closed.original, point, &name("original"));
-            out.residual.extend(sub(&ghost, &original));
+            let gap = sub(&ghost, &original);
+            gaps.push(gap.clone());
+            out.residual.extend(gap);
             let n = self.u.len();
             let mut columns = vec![super::vector::zero(); n];
             for (tip, at, sign) in [(closed.ghost, ghost, 1.0), (closed.original, original, -1.0)] {
@@ -128,6 +134,13 @@ impl Derivation<'_> {
             for row in 0..3 {
                 out.residual_jacobian.extend(columns.iter().map(|column| column[row].clone()));
             }
+        }
+        for row in &closed.rows {
+            let along = closed.frame.column(row.axis).into_owned();
+            let direction = self.frame(Some(closed.ghost)).direction(&along);
+            let direction = self.constants(direction);
+            let along = self.placement(ancestor, Some(closed.ghost)).turn(&direction);
+            out.row_residual.push(dot(&along, &gaps[row.point]));
         }
     }
 

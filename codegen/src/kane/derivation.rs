@@ -2,11 +2,11 @@
 
 use std::collections::HashMap;
 
-use super::equations::{Binding, BindingId, Equations, Leaf, Section};
+use super::equations::{Binding, BindingId, Elimination, Equations, Leaf, Section};
 use super::frame::{Frame, frames};
 use super::motion::{Motion, Placement};
 use super::vector::Vector;
-use super::{closure, dynamics, inverse};
+use super::{articulated, closure, dynamics, inverse};
 use crate::laminate::Mechanism;
 use crate::source::{Diagnostic, Diagnostics, InputId, JointId, ParameterId, Span};
 use crate::symbolic::{self, Algebra, Expr, SessionError, Tree};
@@ -125,7 +125,9 @@ impl<'a> Derivation<'a> {
         let poses = self.poses();
         let points = self.points();
         let drives = self.drives();
+        self.give_accelerations();
         let inverse = inverse::inverse(&mut self, &dynamics);
+        let elimination = articulated::articulated(&mut self, &dynamics);
         if self.problems.has_errors() {
             return Err(self.problems);
         }
@@ -135,6 +137,14 @@ impl<'a> Derivation<'a> {
             forcing: self.trees(&dynamics.forcing),
             jacobian: self.trees(&closure.jacobian),
             gamma: self.trees(&closure.gamma),
+            elimination: Elimination {
+                inverse_pivots: self.trees(&elimination.inverse_pivots),
+                reduced: self.trees(&elimination.reduced),
+                reduced_rows: self.trees(&elimination.reduced_rows),
+                accelerations: self.trees(&elimination.accelerations),
+            },
+            row_residual: self.trees(&closure.row_residual),
+            row_velocity: self.trees(&closure.row_velocity),
             residual: self.trees(&closure.residual),
             residual_jacobian: self.trees(&closure.residual_jacobian),
             poses: self.trees(&poses),
@@ -151,7 +161,7 @@ impl<'a> Derivation<'a> {
 
     /// Makes the symbols of the inverse dynamics, last: terms are ordered by the age of their
     /// symbols, and the rest should not depend on these.
-    pub fn give_accelerations(&mut self) {
+    fn give_accelerations(&mut self) {
         let joints = (0..self.q.len()).map(JointId).map(Leaf::Acceleration);
         self.accelerations = joints.map(|leaf| self.algebra.leaf(leaf)).collect();
         let rows: usize = self.topology.loops.iter().map(|closed| closed.rows.len()).sum();

@@ -10,17 +10,16 @@
 //! ```
 //!
 //! Wrenches are gathered from the leaves to the root. The coefficients of du/dt are gathered the
-//! same way from composite bodies (mass m, first moment h, inertia I about the origin): with the
-//! partial accelerations of joint s, f = partial_omega x h + m partial_v,
+//! same way from composite bodies (mass m, first moment h, second moments S about the origin,
+//! I = tr(S) - S): with the partial accelerations of joint s, f = partial_omega x h + m partial_v,
 //! n = I partial_omega + h x partial_v, carried to every ancestor r (Walker & Orin 1982; one entry
 //! costs the same whatever lies beyond it, so the whole grows as N^2).
 
-use std::array;
-
 use super::derivation::Derivation;
 use super::equations::Section;
+use super::inertia::Inertia;
 use super::motion::Motion;
-use super::vector::{Tensor, Vector, add, apply, cross, dot, scale, shift, sub, zero};
+use super::vector::{Vector, add, apply, cross, dot, scale, sub, twice_symmetric, zero};
 use crate::symbolic::{Expr, Function};
 use crate::topology::NodeId;
 
@@ -37,18 +36,11 @@ pub struct Dynamics {
     /// By node.
     pub partial: Vec<PartialVelocity>,
     /// By node: its share of its body.
-    pub inertia: Vec<Inertia>,
-}
-
-/// Inertia of a body or a composite about its frame's origin, in its frame.
-#[derive(Clone)]
-pub struct Inertia {
-    /// kg.
-    mass: Expr,
-    /// Mass times centre of mass, kg m.
-    moment: Vector,
-    /// About the origin, kg m^2.
-    inertia: Tensor,
+    pub shares: Vec<Inertia>,
+    /// By node: the part of the inertia that moves a hinge.
+    pub moving: Vec<Inertia>,
+    /// By node: gravity, applied forces and inertia at du/dt = 0.
+    pub wrenches: Vec<Wrench>,
 }
 
 /// Force and moment about the frame's origin, in the frame.
@@ -56,6 +48,18 @@ pub struct Inertia {
 pub struct Wrench {
     pub force: Vector,
     pub moment: Vector,
+}
+
+impl Wrench {
+    /// No force, no moment.
+    pub fn none() -> Self {
+        Self { force: zero(), moment: zero() }
+    }
+
+    /// The sum of two about the same point.
+    pub fn plus(&self, other: &Self) -> Self {
+        Self { force: add(&self.force, &other.force), moment: add(&self.moment, &other.moment) }
+    }
 }
 
 /// A joint's spring: its torque is -k bend - k3 bend^3.
@@ -78,19 +82,39 @@ pub struct PartialVelocity {
 pub fn dynamics(d: &mut Derivation) -> Dynamics {
     let nodes: Vec<NodeId> = (0..d.topology.nodes.len()).map(NodeId).collect();
     let partial: Vec<_> = nodes.iter().map(|&node| d.partial_velocity(node)).collect();
-    let inertia: Vec<_> = nodes.iter().map(|&node| d.inertia(node)).collect();
-    let mut wrenches = Vec::with_capacity(nodes.len());
-    for &node in &nodes {
-        let motion = d.motion(None, Some(node));
-        wrenches.push(d.wrench(node, &inertia, &motion));
-    }
+    let (shares, moving) = (d.shares(), d.moving_parts());
+    let motions: Vec<_> = nodes.iter().map(|&node| d.motion(None, Some(node))).collect();
+    let wrenches = d.wrenches(&moving, &motions);
     Dynamics {
-        forcing: d.forcing(&partial, wrenches),
-        mass: d.mass_matrix(&partial, inertia.clone()),
-        kinetic_energy: d.kinetic_energy(&inertia),
-        potential_energy: d.potential_energy(&inertia),
+        forcing: d.forcing(&partial, wrenches.clone()),
+        mass: d.mass_matrix(&partial, moving.clone()),
+        kinetic_energy: d.kinetic_energy(&shares),
+        potential_energy: d.potential_energy(&shares),
         partial,
-        inertia,
+        shares,
+        moving,
+        wrenches,
+    }
+}
+
+/// Gravity and inertia, with the second moments S of the node and its motion's E:
+///
+/// ```text
+/// f = m (g - a) - E h        n_i = (h x (g - a))_i - sum_jk eps_ijk (E S)_kj
+/// ```
+fn inertial_wrench(inertia: &Inertia, motion: &Motion, fall: &Vector) -> Wrench {
+    let Inertia { mass, moment: h, second: [sxx, sxy, sxz, syy, syz, szz] } = inertia;
+    let [[_, xy, xz], [yx, _, yz], [zx, zy, _]] = &motion.gradient;
+    // Of the diagonal of E only differences count.
+    let [x, y, z] = &motion.squares;
+    let twist = [
+        &(&(&(zx * sxy) - &(yx * sxz)) + &(&(zy * syy) - &(yz * szz))) + &(&(z - y) * syz),
+        &(&(&(xz * szz) - &(zx * sxx)) + &(&(xy * syz) - &(zy * sxy))) + &(&(x - z) * sxz),
+        &(&(&(yx * sxx) - &(xy * syy)) + &(&(yz * sxz) - &(xz * syz))) + &(&(y - x) * sxy),
+    ];
+    Wrench {
+        force: sub(&scale(mass, fall), &motion.relative_acceleration(h)),
+        moment: sub(&cross(h, fall), &twist),
     }
 }
 
@@ -109,72 +133,30 @@ impl Derivation<'_> {
         }
     }
 
-    /// The node's share of its body.
-    fn inertia(&mut self, node: NodeId) -> Inertia {
-        let (share, body) = {
-            let node = &self.topology.nodes[node.index()];
-            (node.share, &self.mechanism().bodies[node.body.index()])
-        };
-        let properties = &body.mass_properties;
-        let frame = self.frame(Some(node));
-        let com = frame.coordinates(&properties.com, self.mechanism().size);
-        let central = frame.tensor(&properties.inertia);
-        // With a tunable mass everything below is per kilogram, and scales with the parameter.
-        let unit = if body.mass_parameter.is_some() { 1.0 / properties.mass } else { 1.0 };
-        let mass = properties.mass * share * unit;
-        let com_vector = nalgebra::Vector3::from(com);
-        let about_origin = central * (share * unit)
-            + (nalgebra::Matrix3::identity() * com_vector.norm_squared()
-                - com_vector * com_vector.transpose())
-                * mass;
-        let i = about_origin;
-        let tensor = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].map(|at| i[at]);
-        let scale_by = match body.mass_parameter {
-            Some(parameter) => self.parameters[parameter.index()].clone(),
-            None => Expr::one(),
-        };
-        let mass_unit = self.constant(mass);
-        let moment = self.constants(com.map(|x| x * mass));
-        let tensor = self.constants(tensor);
-        Inertia {
-            mass: &scale_by * &mass_unit,
-            moment: scale(&scale_by, &moment),
-            inertia: scale(&scale_by, &tensor),
-        }
+    /// Per node, by its motion: gravity, forces at points, air and inertia, the summands of F_r and
+    /// F_r* without their partial velocities.
+    pub fn wrenches(&mut self, inertia: &[Inertia], motions: &[Motion]) -> Vec<Wrench> {
+        let falls = self.free_fall(motions);
+        let nodes = (0..motions.len()).map(NodeId);
+        nodes
+            .map(|id| {
+                let (inertia, motion) = (&inertia[id.index()], &motions[id.index()]);
+                inertial_wrench(inertia, motion, &falls[id.index()]).plus(&self.applied(id, motion))
+            })
+            .collect()
     }
 
-    /// Gravity in the node's frame, m/s^2.
-    fn gravity(&mut self, node: Option<NodeId>) -> Vector {
-        match node {
-            None => {
-                let gravity = self.mechanism().gravity.clone();
-                array::from_fn(|i| self.scalar(&gravity[i], "gravity", None))
-            }
-            Some(id) => {
-                let above = self.gravity(self.topology.nodes[id.index()].parent);
-                let here = self.down(id, &above);
-                self.bind_vector(id, "gravity", here)
-            }
+    /// Forces at points and the air.
+    fn applied(&mut self, node: NodeId, motion: &Motion) -> Wrench {
+        if self.topology.nodes[node.index()].ghost.is_some() {
+            return Wrench::none();
         }
-    }
-
-    /// Gravity, forces at points and inertia on one node in motion: the summands of F_r and F_r*
-    /// without their partial velocities.
-    pub fn wrench(&mut self, node: NodeId, inertia: &[Inertia], motion: &Motion) -> Wrench {
-        let Inertia { mass, moment: h, inertia: i } = inertia[node.index()].clone();
-        let gravity = self.gravity(Some(node));
-        let free = self.bind_vector(node, "free_fall", sub(&gravity, &motion.a));
-        let omega = &motion.omega;
-        let swirl = add(&cross(&motion.alpha, &h), &cross(omega, &cross(omega, &h)));
-        let spin = self.bind_vector(node, "spin", apply(&i, omega));
-        let torque = add(&apply(&i, &motion.alpha), &cross(omega, &spin));
-        let mut force = sub(&scale(&mass, &free), &swirl);
-        let mut moment = sub(&cross(&h, &free), &torque);
+        let mut sum = self.drag(node, motion);
         let mechanism = self.mechanism();
         let body = self.topology.nodes[node.index()].body;
         for applied in &mechanism.forces {
             let point = &mechanism.points[applied.point.index()];
-            if point.body == body && self.topology.nodes[node.index()].ghost.is_none() {
+            if point.body == body {
                 let name = format!("force_{}", applied.name);
                 let components = applied.force.clone();
                 let at_base = components.map(|component| self.scalar(&component, &name, None));
@@ -182,22 +164,17 @@ impl Derivation<'_> {
                 let here = axes.map(|axis| dot(&axis, &at_base));
                 let here = self.bind_vector(node, &name, here);
                 let arm = self.arm(Some(node), &point.at);
-                moment = add(&moment, &cross(&arm, &here));
-                force = add(&force, &here);
+                sum.moment = add(&sum.moment, &cross(&arm, &here));
+                sum.force = add(&sum.force, &here);
             }
         }
-        if self.topology.nodes[node.index()].ghost.is_none() {
-            let drag = self.drag(node, motion);
-            force = add(&force, &drag.force);
-            moment = add(&moment, &drag.moment);
-        }
-        Wrench { force, moment }
+        sum
     }
 
     /// What the air does to the plates of a node: density drag |v| v / 2 per area against the speed
     /// v along the normal.
     fn drag(&mut self, node: NodeId, motion: &Motion) -> Wrench {
-        let mut sum = Wrench { force: zero(), moment: zero() };
+        let mut sum = Wrench::none();
         let mechanism = self.mechanism();
         let body = &mechanism.bodies[self.topology.nodes[node.index()].body.index()];
         let Some(air) = mechanism.air.as_ref().filter(|_| !body.surface.is_empty()) else {
@@ -272,9 +249,7 @@ impl Derivation<'_> {
             forcing[joint] = &(&dot(omega, &moment) + &dot(v, &force)) + &self.joint_torque(joint);
             if let Some(parent) = self.topology.nodes[id.index()].parent {
                 let carried = self.carry_wrench(id, &Wrench { force, moment });
-                let sum = &mut wrench[parent.index()];
-                sum.force = add(&sum.force, &carried.force);
-                sum.moment = add(&sum.moment, &carried.moment);
+                wrench[parent.index()] = wrench[parent.index()].plus(&carried);
             }
         }
         forcing
@@ -304,7 +279,7 @@ impl Derivation<'_> {
             let PartialVelocity { omega, v } = &partial[id.index()];
             let mut wrench = Wrench {
                 force: add(&cross(omega, &body.moment), &scale(&body.mass, v)),
-                moment: add(&apply(&body.inertia, omega), &cross(&body.moment, v)),
+                moment: add(&apply(&body.tensor(), omega), &cross(&body.moment, v)),
             };
             let mut at = id;
             loop {
@@ -325,22 +300,17 @@ impl Derivation<'_> {
                 let sum = &mut composite[parent.index()];
                 sum.mass = &sum.mass + &carried.mass;
                 sum.moment = add(&sum.moment, &carried.moment);
-                sum.inertia = add(&sum.inertia, &carried.inertia);
+                sum.second = add(&sum.second, &carried.second);
             }
         }
         matrix
     }
 
     fn bind_inertia(&mut self, node: NodeId, body: Inertia) -> Inertia {
-        let axes = ["xx", "xy", "xz", "yy", "yz", "zz"];
-        let mut axes = axes.into_iter();
         Inertia {
             mass: self.bind_scalar(node, "mass", body.mass),
             moment: self.bind_vector(node, "first_moment", body.moment),
-            inertia: body.inertia.map(|component| {
-                let axis = axes.next().unwrap_or_default();
-                self.bind_scalar(node, &format!("inertia_{axis}"), component)
-            }),
+            second: self.bind_tensor(node, "second_moment", body.second),
         }
     }
 
@@ -349,65 +319,27 @@ impl Derivation<'_> {
         let r = self.offset(node);
         let moment = self.up(node, &body.moment);
         let moment = self.bind_vector(node, "first_moment_above", moment);
-        let turned = self.turn_tensor(node, &body.inertia);
+        let turned = self.turn_tensor(node, &body.second);
+        // int (x + r)(x + r)^T dm.
         let half = self.constant(0.5);
-        let parallel = scale(&(&half * &body.mass), &shift(&r, &r));
+        let middle = add(&moment, &scale(&(&half * &body.mass), &r));
         Inertia {
             mass: body.mass.clone(),
-            inertia: add(&turned, &add(&shift(&r, &moment), &parallel)),
             moment: add(&moment, &scale(&body.mass, &r)),
+            second: add(&turned, &twice_symmetric(&r, &middle)),
         }
     }
 
-    /// Changes a tensor's components from the node's frame to the parent's.
-    fn turn_tensor(&mut self, node: NodeId, [xx, xy, xz, yy, yz, zz]: &Tensor) -> Tensor {
-        let [s, c] = self.sin_cos[self.joint_of(node)].clone();
-        let cc = self.bind_scalar(node, "cos_squared", &c * &c);
-        let cs = self.bind_scalar(node, "sin_cos", &c * &s);
-        let difference = self.bind_scalar(node, "difference", yy - zz);
-        let bend =
-            self.bind_scalar(node, "bend", &(&cc * &difference) - &(&(&cs * yz) + &(&cs * yz)));
-        // About x: the y-z block turns by q.
-        let about_x: Tensor = [
-            xx.clone(),
-            self.bind_scalar(node, "turned_xy", &(&c * xy) - &(&s * xz)),
-            &(&s * xy) + &(&c * xz),
-            self.bind_scalar(node, "turned_yy", zz + &bend),
-            self.bind_scalar(
-                node,
-                "turned_yz",
-                &(&(&cs * &difference) + &(&(&cc * yz) + &(&cc * yz))) - yz,
-            ),
-            yy - &bend,
-        ];
-        // About z: the x-y block turns by the constant angle of the hinge lines.
-        let [cos, sin] = self.turn(node);
-        let [cc, cs, ss] = self.constants([cos * cos, cos * sin, sin * sin]);
-        let [cos, sin] = self.constants([cos, sin]);
-        let [xx, xy, xz, yy, yz, zz] = about_x;
-        let xz = self.bind_scalar(node, "turned_xz", xz);
-        let twist = &(&cs * &xy) + &(&cs * &xy);
-        let twist = self.bind_scalar(node, "twist", twist);
-        [
-            &(&(&cc * &xx) + &(&ss * &yy)) - &twist,
-            &(&cs * &(&xx - &yy)) + &(&(&cc - &ss) * &xy),
-            &(&cos * &xz) - &(&sin * &yz),
-            &(&(&ss * &xx) + &(&cc * &yy)) + &twist,
-            &(&sin * &xz) + &(&cos * &yz),
-            zz,
-        ]
-    }
-
     /// Sum over nodes of m v.v / 2 + v.(omega x h) + omega.I omega / 2.
-    fn kinetic_energy(&mut self, inertia: &[Inertia]) -> Expr {
+    fn kinetic_energy(&mut self, shares: &[Inertia]) -> Expr {
         let half = self.constant(0.5);
         let mut total = Expr::zero();
-        for (index, body) in inertia.iter().enumerate() {
+        for (index, body) in shares.iter().enumerate() {
             let node = NodeId(index);
             let Motion { omega, v, .. } = self.motion(None, Some(node));
             let linear = &(&half * &body.mass) * &dot(&v, &v);
             let mixed = dot(&v, &cross(&omega, &body.moment));
-            let angular = &half * &dot(&omega, &apply(&body.inertia, &omega));
+            let angular = &half * &dot(&omega, &apply(&body.tensor(), &omega));
             let energy = &(&linear + &mixed) + &angular;
             total = &total + &self.bind_scalar(node, "kinetic", energy);
         }
@@ -415,11 +347,11 @@ impl Derivation<'_> {
     }
 
     /// Sum over nodes of -m g . p and over joints of k bend^2 / 2 + k3 bend^4 / 4.
-    fn potential_energy(&mut self, inertia: &[Inertia]) -> Expr {
+    fn potential_energy(&mut self, shares: &[Inertia]) -> Expr {
         let half = self.constant(0.5);
-        let gravity = self.gravity(None);
+        let gravity = self.gravity();
         let mut total = Expr::zero();
-        for (index, body) in inertia.iter().enumerate() {
+        for (index, body) in shares.iter().enumerate() {
             let node = NodeId(index);
             let placement = self.placement(None, Some(node));
             let moment = add(&scale(&body.mass, &placement.origin), &placement.turn(&body.moment));

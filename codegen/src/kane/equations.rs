@@ -74,6 +74,13 @@ pub struct Equations {
     pub jacobian: Vec<Tree<Leaf>>,
     /// gamma(q, u), C, m/s^2.
     pub gamma: Vec<Tree<Leaf>>,
+    /// The same equations of the tree, eliminated without M.
+    pub elimination: Elimination,
+    /// J u, C, m/s.
+    pub row_velocity: Vec<Tree<Leaf>>,
+    /// The closure residuals along the rows of J, C, m: their rate of change is J u where the loops
+    /// are closed.
+    pub row_residual: Vec<Tree<Leaf>>,
     /// Closure residuals, 9 L, m: per loop ghost less original of P1, P2, P3, components in the
     /// frame of the nearest common ancestor of the two.
     pub residual: Vec<Tree<Leaf>>,
@@ -96,6 +103,19 @@ pub struct Equations {
     pub kinetic_energy: Tree<Leaf>,
     /// Potential energy of gravity and springs, J.
     pub potential_energy: Tree<Leaf>,
+}
+
+/// M = L^T D L, and what of M du/dt = f + J^T lambda can be said with it.
+#[derive(Clone, Debug)]
+pub struct Elimination {
+    /// 1 / D, N, 1/(kg m^2).
+    pub inverse_pivots: Vec<Tree<Leaf>>,
+    /// L^-T f, N, N m.
+    pub reduced: Vec<Tree<Leaf>>,
+    /// J L^-1, C x N, m.
+    pub reduced_rows: Vec<Tree<Leaf>>,
+    /// L^-1 a at given a, N, rad/s^2: du/dt where a = D^-1 L^-T (f + J^T lambda).
+    pub accelerations: Vec<Tree<Leaf>>,
 }
 
 impl Equations {

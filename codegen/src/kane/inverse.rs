@@ -13,8 +13,9 @@
 
 use super::derivation::Derivation;
 use super::dynamics::{Dynamics, Wrench};
+use super::inertia::Inertia;
 use super::motion::Motion;
-use super::vector::{Vector, add, cross, dot, scale, sub, zero};
+use super::vector::{Vector, add, cross, dot, scale, sub};
 use crate::symbolic::Expr;
 use crate::topology::{Loop, NodeId};
 
@@ -27,23 +28,21 @@ pub struct Inverse {
 
 /// Derives the inverse dynamics.
 pub fn inverse(d: &mut Derivation, dynamics: &Dynamics) -> Inverse {
-    d.give_accelerations();
     let nodes: Vec<NodeId> = (0..d.topology.nodes.len()).map(NodeId).collect();
     let accelerated: Vec<_> = nodes.iter().map(|&node| d.accelerated(None, node)).collect();
-    let wrenches = d.gathered(dynamics, &accelerated);
+    // What moves hinges is enough for the balance; hinges carry all there is.
+    let moving = d.gathered("moving", &dynamics.moving, &accelerated);
+    let carried = d.gathered("carried", &dynamics.shares, &accelerated);
     let closing = d.closing_wrenches();
     let mut imbalance = vec![Expr::zero(); nodes.len()];
     let mut reactions = vec![Expr::zero(); 6 * nodes.len()];
-    for (index, (wrench, closing)) in wrenches.iter().zip(&closing).enumerate() {
-        let id = NodeId(index);
+    for (index, id) in nodes.into_iter().enumerate() {
         let joint = d.joint_of(id);
-        let sum = Wrench {
-            force: add(&wrench.force, &closing.force),
-            moment: add(&wrench.moment, &closing.moment),
-        };
+        let sum = moving[index].plus(&closing[index]);
         let partial = &dynamics.partial[index];
         let along = &dot(&partial.omega, &sum.moment) + &dot(&partial.v, &sum.force);
         imbalance[joint] = &along + &d.joint_torque(joint);
+        let sum = carried[index].plus(&closing[index]);
         for (k, component) in d.reaction(id, &sum).into_iter().enumerate() {
             reactions[6 * joint + k] = component;
         }
@@ -73,25 +72,21 @@ impl Derivation<'_> {
         let alpha = self.bind_vector(node, "alpha_moving", add(&carried, &turned));
         let a = self.down(node, &above.acceleration_at(&r));
         let a = self.bind_vector(node, "a_moving", a);
-        let motion = Motion { alpha, a, ..bias };
+        let (gradient, _) = self.gradient(node, "gradient_moving", &bias.omega, &alpha);
+        let motion = Motion { alpha, a, gradient, ..bias };
         self.accelerated.insert((ancestor, node), motion.clone());
         motion
     }
 
     /// Active and inertia wrenches of each node and all beyond it, about its origin.
-    fn gathered(&mut self, dynamics: &Dynamics, accelerated: &[Motion]) -> Vec<Wrench> {
-        let mut sums: Vec<Wrench> = Vec::with_capacity(accelerated.len());
-        for (index, motion) in accelerated.iter().enumerate() {
-            sums.push(self.wrench(NodeId(index), &dynamics.inertia, motion));
-        }
+    fn gathered(&mut self, name: &str, inertia: &[Inertia], motions: &[Motion]) -> Vec<Wrench> {
+        let mut sums = self.wrenches(inertia, motions);
         for id in (0..sums.len()).rev().map(NodeId) {
-            let wrench = self.bind_wrench(id, "moving", sums[id.index()].clone());
+            let wrench = self.bind_wrench(id, name, sums[id.index()].clone());
             sums[id.index()] = wrench.clone();
             if let Some(parent) = self.parent(id) {
                 let carried = self.carry_wrench(id, &wrench);
-                let sum = &mut sums[parent.index()];
-                sum.force = add(&sum.force, &carried.force);
-                sum.moment = add(&sum.moment, &carried.moment);
+                sums[parent.index()] = sums[parent.index()].plus(&carried);
             }
         }
         sums
@@ -100,8 +95,7 @@ impl Derivation<'_> {
     /// What the closure forces lambda contribute: along both sides of each loop, up to where they
     /// meet and cancel.
     fn closing_wrenches(&mut self) -> Vec<Wrench> {
-        let none = Wrench { force: zero(), moment: zero() };
-        let mut sums = vec![none; self.topology.nodes.len()];
+        let mut sums = vec![Wrench::none(); self.topology.nodes.len()];
         let mut row = 0;
         let topology = self.topology;
         for closed in &topology.loops {
@@ -116,9 +110,7 @@ impl Derivation<'_> {
                 let mut at = tip;
                 loop {
                     wrench = self.bind_wrench(at, "closing", wrench);
-                    let sum = &mut sums[at.index()];
-                    sum.force = add(&sum.force, &wrench.force);
-                    sum.moment = add(&sum.moment, &wrench.moment);
+                    sums[at.index()] = sums[at.index()].plus(&wrench);
                     let parent = self.parent(at);
                     match parent.filter(|_| parent != ancestor) {
                         Some(parent) => {
@@ -135,17 +127,23 @@ impl Derivation<'_> {
 
     /// Sum over a loop's rows of lambda along the row's direction, at the row's point.
     fn row_forces(&mut self, closed: &Loop, tip: NodeId, sign: f64, first: usize) -> Wrench {
-        let mut sum = Wrench { force: zero(), moment: zero() };
-        for (number, row) in closed.rows.iter().enumerate() {
-            let along = closed.frame.column(row.axis) * sign;
-            let direction = self.frame(Some(tip)).direction(&along);
-            let direction = self.constants(direction);
-            let force = scale(&self.multipliers[first + number], &direction);
-            let arm = self.arm(Some(tip), &closed.points[row.point]);
-            sum.moment = add(&sum.moment, &cross(&arm, &force));
-            sum.force = add(&sum.force, &force);
+        let mut sum = Wrench::none();
+        for row in 0..closed.rows.len() {
+            let Wrench { force, moment } = self.unit_wrench(closed, row, tip, sign);
+            let size = self.multipliers[first + row].clone();
+            sum = sum.plus(&Wrench { force: scale(&size, &force), moment: scale(&size, &moment) });
         }
         sum
+    }
+
+    /// A force of `sign` along a row's direction, at the row's point.
+    pub fn unit_wrench(&mut self, closed: &Loop, row: usize, tip: NodeId, sign: f64) -> Wrench {
+        let row = &closed.rows[row];
+        let along = closed.frame.column(row.axis) * sign;
+        let direction = self.frame(Some(tip)).direction(&along);
+        let force = self.constants(direction);
+        let arm = self.arm(Some(tip), &closed.points[row.point]);
+        Wrench { moment: cross(&arm, &force), force }
     }
 
     /// gamma + J du/dt.
@@ -196,7 +194,7 @@ impl Derivation<'_> {
         [a, b, c_, d, e, f]
     }
 
-    fn bind_wrench(&mut self, node: NodeId, name: &str, wrench: Wrench) -> Wrench {
+    pub fn bind_wrench(&mut self, node: NodeId, name: &str, wrench: Wrench) -> Wrench {
         Wrench {
             force: self.bind_vector(node, &format!("force_{name}"), wrench.force),
             moment: self.bind_vector(node, &format!("moment_{name}"), wrench.moment),

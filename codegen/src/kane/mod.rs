@@ -13,19 +13,25 @@
 //! |---|---|
 //! | frames, origins | `frame` |
 //! | omega, v, alpha, a, partial velocities | `motion` |
+//! | minimal inertial parameters | `inertia` |
 //! | F_r, F_r*, mass matrix, energies | `dynamics` |
+//! | changes of frame of tensors | `turn` |
+//! | M du/dt = b body by body | `articulated` |
 //! | closure residual, J, gamma | `closure` |
 //! | what is left at given du/dt and lambda, hinge reactions | `inverse` |
 //! | torque and force expressions | `scalar` |
 
+mod articulated;
 mod closure;
 mod derivation;
 mod dynamics;
 mod equations;
 mod frame;
+mod inertia;
 mod inverse;
 mod motion;
 mod scalar;
+mod turn;
 mod vector;
 
 #[cfg(test)]

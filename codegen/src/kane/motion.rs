@@ -5,14 +5,15 @@
 //!
 //! ```text
 //! omega = down(omega_P) + u x             v = down(v_P + omega_P x r)
-//! alpha = down(alpha_P) + omega x (u x)   a = down(a_P + alpha_P x r + omega_P x (omega_P x r))
+//! alpha = down(alpha_P) + omega x (u x)   a = down(a_P + E_P r)
+//! E r   = alpha x r + omega x (omega x r)
 //! ```
 //!
 //! (Kane & Levinson, Dynamics, sections 2.4-2.8; alpha and a are the terms without du/dt.)
 
 use super::derivation::Derivation;
 use super::frame::Frame;
-use super::vector::{Vector, add, cross, zero};
+use super::vector::{Vector, add, cross, dot, sub, zero};
 use crate::source::BodyId;
 use crate::symbolic::Expr;
 use crate::topology::NodeId;
@@ -28,12 +29,17 @@ pub struct Motion {
     pub alpha: Vector,
     /// Acceleration of the origin at du/dt = 0, m/s^2.
     pub a: Vector,
+    /// E, rows: how the acceleration grows with the distance from the origin, 1/s^2.
+    pub gradient: [Vector; 3],
+    /// Squares of omega's components, rad^2/s^2.
+    pub squares: Vector,
 }
 
 impl Motion {
     /// Of the ancestor relative to itself.
     pub fn rest() -> Self {
-        Self { omega: zero(), v: zero(), alpha: zero(), a: zero() }
+        let gradient = std::array::from_fn(|_| zero());
+        Self { omega: zero(), v: zero(), alpha: zero(), a: zero(), gradient, squares: zero() }
     }
 
     /// Velocity of the point at `arm` in the node's frame.
@@ -43,8 +49,12 @@ impl Motion {
 
     /// Acceleration at du/dt = 0 of the point at `arm` in the node's frame.
     pub fn acceleration_at(&self, arm: &Vector) -> Vector {
-        let centripetal = cross(&self.omega, &cross(&self.omega, arm));
-        add(&add(&self.a, &cross(&self.alpha, arm)), &centripetal)
+        add(&self.a, &self.relative_acceleration(arm))
+    }
+
+    /// E r.
+    pub fn relative_acceleration(&self, r: &Vector) -> Vector {
+        [0, 1, 2].map(|row| dot(&self.gradient[row], r))
     }
 }
 
@@ -144,9 +154,64 @@ impl Derivation<'_> {
         let alpha = self.bind_vector(id, "alpha", add(&alpha, &bend));
         let a = self.down(id, &parent.acceleration_at(&r));
         let a = self.bind_vector(id, "a", a);
-        let motion = Motion { omega, v, alpha, a };
+        let (gradient, squares) = self.gradient(id, "gradient", &omega, &alpha);
+        let motion = Motion { omega, v, alpha, a, gradient, squares };
         self.motions.insert((ancestor, id), motion.clone());
         motion
+    }
+
+    /// E = [alpha]x + omega omega^T - omega^2 1, and the squares in it.
+    pub fn gradient(
+        &mut self,
+        node: NodeId,
+        name: &str,
+        [x, y, z]: &Vector,
+        alpha: &Vector,
+    ) -> ([Vector; 3], Vector) {
+        let mut product = |name: &str, a: &Expr, b: &Expr| {
+            self.bind_scalar(node, &format!("omega_{name}"), a * b)
+        };
+        let (xx, yy, zz) = (product("xx", x, x), product("yy", y, y), product("zz", z, z));
+        let (xy, xz, yz) = (product("xy", x, y), product("xz", x, z), product("yz", y, z));
+        let [ax, ay, az] = alpha;
+        let rows = [
+            [-&(&yy + &zz), &xy - az, &xz + ay],
+            [&xy + az, -&(&xx + &zz), &yz - ax],
+            [&xz - ay, &yz + ax, -&(&xx + &yy)],
+        ];
+        let mut axes = ["x", "y", "z"].into_iter();
+        let gradient = rows.map(|row| {
+            let axis = axes.next().unwrap_or_default();
+            self.bind_vector(node, &format!("{name}_{axis}"), row)
+        });
+        (gradient, [xx, yy, zz])
+    }
+
+    /// By node: g - a at its origin, its own components, m/s^2. `motions` are the nodes', relative
+    /// to the ground.
+    pub fn free_fall(&mut self, motions: &[Motion]) -> Vec<Vector> {
+        let gravity = self.gravity();
+        let mut falls: Vec<Vector> = Vec::with_capacity(motions.len());
+        for id in (0..motions.len()).map(NodeId) {
+            let above = match self.parent(id) {
+                None => gravity.clone(),
+                Some(parent) => {
+                    let r = self.offset(id);
+                    let relative = motions[parent.index()].relative_acceleration(&r);
+                    let above = sub(&falls[parent.index()], &relative);
+                    self.bind_vector(id, "fall_above", above)
+                }
+            };
+            let here = self.down(id, &above);
+            falls.push(self.bind_vector(id, "free_fall", here));
+        }
+        falls
+    }
+
+    /// Gravity in the base frame, m/s^2.
+    pub fn gravity(&mut self) -> Vector {
+        let gravity = self.mechanism().gravity.clone();
+        std::array::from_fn(|i| self.scalar(&gravity[i], "gravity", None))
     }
 
     /// Placement of `node` relative to `ancestor` (`None`: the ground).

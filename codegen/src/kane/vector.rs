@@ -49,19 +49,8 @@ pub fn apply(t: &Tensor, a: &Vector) -> Vector {
     [[xx, xy.clone(), xz.clone()], [xy, yy, yz.clone()], [xz, yz, zz]].map(|row| dot(&row, a))
 }
 
-/// (a . b) 1 - (a b^T + b a^T) / 2, twice: the symmetric part of -[a]x [b]x, doubled.
-///
-/// Moves an inertia tensor: about O + r less about O it is `shift(r, h) + m shift(r, r) / 2`, with
-/// h the first moment about O.
-pub fn shift(a: &Vector, b: &Vector) -> Tensor {
-    let twice = |i: usize, j: usize| &(&a[i] * &b[j]) + &(&a[i] * &b[j]);
-    let mixed = |i: usize, j: usize| -&(&(&a[i] * &b[j]) + &(&a[j] * &b[i]));
-    [
-        &twice(1, 1) + &twice(2, 2),
-        mixed(0, 1),
-        mixed(0, 2),
-        &twice(0, 0) + &twice(2, 2),
-        mixed(1, 2),
-        &twice(0, 0) + &twice(1, 1),
-    ]
+/// a b^T + b a^T.
+pub fn twice_symmetric(a: &Vector, b: &Vector) -> Tensor {
+    let entry = |i: usize, j: usize| &(&a[i] * &b[j]) + &(&b[i] * &a[j]);
+    [entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2)]
 }

@@ -2,7 +2,8 @@
 //! without a Rust compiler, whatever runs the functions.
 
 use lamc_runtime::{
-    Balance, Change, Dimensions, Drive, Energy, EquationsMut, System, workspace_len,
+    Balance, Change, Dimensions, Drive, Energy, EquationsMut, Margin, MisfitMut, System,
+    workspace_len,
 };
 
 use super::ir::{FunctionKind, Interface, Moving, Slot};
@@ -256,6 +257,42 @@ impl<E: Engine> System for Executable<E> {
             let Balance { t, q, u, acceleration, multipliers } = at;
             let at = State { t, q, u, acceleration, multipliers, change };
             self.evaluate(FunctionKind::Tangent, at, &mut [forces, closure]);
+        }
+    }
+
+    fn write_acceleration(&self, t: f64, q: &[f64], u: &[f64], out: &mut [f64]) -> Margin<f64> {
+        let mut margin = [f64::NAN; 2];
+        if self.fits(q, u) {
+            let at = State { t, q, u, ..State::default() };
+            self.evaluate(FunctionKind::Acceleration, at, &mut [out, &mut margin]);
+        }
+        let [inverse_pivot, conditioning] = margin;
+        Margin { inverse_pivot, conditioning }
+    }
+
+    fn write_projection(
+        &self,
+        q: &[f64],
+        u: &[f64],
+        out: MisfitMut<'_, f64>,
+        correction: &mut [f64],
+    ) -> Margin<f64> {
+        let mut margin = [f64::NAN; 2];
+        if self.fits(q, u) {
+            let MisfitMut { residual, misfit, speeds } = out;
+            let out: &mut [&mut [f64]] = &mut [residual, misfit, speeds, correction, &mut margin];
+            self.evaluate(FunctionKind::Projection, State { q, u, ..State::default() }, out);
+        }
+        let [inverse_pivot, conditioning] = margin;
+        Margin { inverse_pivot, conditioning }
+    }
+
+    fn write_misfit(&self, q: &[f64], u: &[f64], out: MisfitMut<'_, f64>) {
+        let MisfitMut { residual, misfit, speeds } = out;
+        residual.fill(f64::NAN);
+        if self.fits(q, u) {
+            let out: &mut [&mut [f64]] = &mut [residual, misfit, speeds];
+            self.evaluate(FunctionKind::Misfit, State { q, u, ..State::default() }, out);
         }
     }
 }

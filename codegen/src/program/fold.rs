@@ -11,7 +11,7 @@ use super::ir::{Function, Instruction, Op, Value};
 
 /// Folds a function.
 pub fn fold(function: Function) -> Function {
-    let mut folding = Folding { instructions: Vec::with_capacity(function.instructions.len()) };
+    let mut folding = Builder { instructions: Vec::with_capacity(function.instructions.len()) };
     let mut map: Vec<Value> = Vec::with_capacity(function.instructions.len());
     for instruction in function.instructions {
         let Instruction { op, section, name } = instruction;
@@ -29,16 +29,36 @@ pub fn fold(function: Function) -> Function {
     Function { kind: function.kind, instructions: folding.instructions, outputs }
 }
 
-struct Folding {
+/// A function in the making, whose operations are folded as they come.
+pub struct Builder {
     instructions: Vec<Instruction>,
 }
 
-impl Folding {
+impl Builder {
+    /// Continues folded instructions.
+    pub fn after(instructions: Vec<Instruction>) -> Self {
+        Self { instructions }
+    }
+
+    /// The instructions.
+    pub fn instructions(self) -> Vec<Instruction> {
+        self.instructions
+    }
+
+    /// Names a value that has none, if it is an operation.
+    pub fn name(&mut self, value: Value, name: impl FnOnce() -> String) {
+        let instruction = &mut self.instructions[value.index()];
+        if instruction.name.is_none() && !matches!(instruction.op, Op::Const(_) | Op::Load(_)) {
+            instruction.name = Some(name());
+        }
+    }
+
     fn op(&self, value: Value) -> Op {
         self.instructions[value.index()].op
     }
 
-    fn constant(&self, value: Value) -> Option<f64> {
+    /// The number a value is.
+    pub fn constant(&self, value: Value) -> Option<f64> {
         match self.op(value) {
             Op::Const(number) => Some(number),
             _ => None,
@@ -53,7 +73,7 @@ impl Folding {
     }
 
     /// The value of `op`, simplified; operands are values of the folded function.
-    fn simplify(&mut self, op: Op, section: crate::kane::Section) -> Value {
+    pub fn simplify(&mut self, op: Op, section: crate::kane::Section) -> Value {
         let known: Vec<Option<f64>> = op.operands().map(|x| self.constant(x)).collect();
         if !known.is_empty() && known.iter().all(Option::is_some) {
             // Adding 0 makes -0 the same constant as 0.

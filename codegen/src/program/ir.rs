@@ -103,11 +103,21 @@ pub enum FunctionKind {
     /// (t, q, u, du/dt, lambda; their changes) -> the changes of f - M du/dt + J^T lambda, N, and
     /// of gamma + J du/dt, C, at constant du/dt and lambda.
     Tangent,
+    /// (t, q, u) -> acceleration N, margin 2: du/dt by elimination, good where the margins, least
+    /// of the inverse pivots of M and conditioning of J M^-1 J^T, are large enough. Without
+    /// outputs where the closure is never regular or would take too many operations.
+    Acceleration,
+    /// (q, u) -> residual 9 L, misfit C, speeds C, correction N x C, margin 2: the closure
+    /// residuals, those along the rows of J, J u, and M^-1 J^T (J M^-1 J^T)^-1. Without outputs as
+    /// `Acceleration`, and where there are no loops.
+    Projection,
+    /// (q, u) -> residual 9 L, misfit C, speeds C: the first outputs of `Projection`.
+    Misfit,
 }
 
 impl FunctionKind {
     /// Every kind, in order.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 11] = [
         Self::Equations,
         Self::Closure,
         Self::Poses,
@@ -116,6 +126,9 @@ impl FunctionKind {
         Self::Drives,
         Self::Reactions,
         Self::Tangent,
+        Self::Acceleration,
+        Self::Projection,
+        Self::Misfit,
     ];
 
     /// The function's name in reports.

@@ -54,6 +54,54 @@ pub fn functions(equations: &Equations) -> Vec<Function> {
     ]
 }
 
+/// What the elimination by entry starts from: `mass` and `jacobian`, and either `forcing` and
+/// `gamma` or what a projection wants.
+pub fn by_entry(equations: &Equations, kind: FunctionKind) -> Function {
+    let n = equations.mechanism().joints.len();
+    let rows = equations.gamma.len();
+    let mut outputs: Vec<(_, _, _, &[_])> =
+        vec![("mass", n, n, &equations.mass), ("jacobian", rows, n, &equations.jacobian)];
+    match kind {
+        FunctionKind::Acceleration => {
+            outputs.push(("forcing", n, 1, &equations.forcing));
+            outputs.push(("gamma", rows, 1, &equations.gamma));
+        }
+        _ => outputs.extend(misfit(equations)),
+    }
+    function(equations, kind, &outputs)
+}
+
+/// What the elimination by body starts from: `inverse_pivots`, `rows`, and either `reduced` and
+/// `gamma` or what a projection wants; and the substitution.
+pub fn by_body(equations: &Equations, kind: FunctionKind) -> [Function; 2] {
+    let n = equations.mechanism().joints.len();
+    let rows = equations.gamma.len();
+    let elimination = &equations.elimination;
+    let mut outputs: Vec<(_, _, _, &[_])> = vec![
+        ("inverse_pivots", n, 1, &elimination.inverse_pivots),
+        ("rows", rows, n, &elimination.reduced_rows),
+    ];
+    match kind {
+        FunctionKind::Acceleration => {
+            outputs.push(("reduced", n, 1, &elimination.reduced));
+            outputs.push(("gamma", rows, 1, &equations.gamma));
+        }
+        _ => outputs.extend(misfit(equations)),
+    }
+    let substitution = [("acceleration", n, 1, elimination.accelerations.as_slice())];
+    [function(equations, kind, &outputs), function(equations, kind, &substitution)]
+}
+
+/// How far the loops are open, and how fast they open.
+pub fn misfit(equations: &Equations) -> [(&'static str, usize, usize, &[Tree<Leaf>]); 3] {
+    let (rows, loops) = (equations.gamma.len(), equations.topology.loops.len());
+    [
+        ("residual", 9 * loops, 1, &equations.residual),
+        ("misfit", rows, 1, &equations.row_residual),
+        ("speeds", rows, 1, &equations.row_velocity),
+    ]
+}
+
 /// Each driven angle followed by its first three derivatives by t.
 fn drives(angles: Function) -> Function {
     let speeds = differentiate::by_time(angles.clone());
@@ -76,7 +124,8 @@ fn drives(angles: Function) -> Function {
     all
 }
 
-fn function(
+/// The function with these outputs.
+pub fn function(
     equations: &Equations,
     kind: FunctionKind,
     outputs: &[(&'static str, usize, usize, &[Tree<Leaf>])],

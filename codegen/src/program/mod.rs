@@ -7,6 +7,7 @@
 mod cost;
 mod dead;
 mod differentiate;
+mod eliminate;
 mod executable;
 mod fold;
 mod interface;
@@ -15,6 +16,7 @@ mod ir;
 mod lowering;
 mod number;
 mod op;
+mod solution;
 mod text;
 mod verify;
 
@@ -33,14 +35,14 @@ use crate::kane::Equations;
 /// the generated header.
 pub fn lower(equations: &Equations, source_name: &str, source_text: &str) -> Program {
     let interface = interface::interface(equations, source_name, source_text);
-    let functions = lowering::functions(equations)
-        .into_iter()
-        .map(|function| {
-            let function = check(&interface, fold::fold(function));
-            let function = check(&interface, number::number(function));
-            check(&interface, dead::dead(function))
-        })
-        .collect();
+    let optimise = |function: Function| {
+        let function = check(&interface, fold::fold(function));
+        let function = check(&interface, number::number(function));
+        check(&interface, dead::dead(function))
+    };
+    let stated = lowering::functions(equations).into_iter().map(optimise);
+    let solved = solution::functions(equations, optimise);
+    let functions = stated.chain(solved).collect();
     Program { interface, functions }
 }
 

@@ -10,9 +10,33 @@ use crate::backend::statements::{Expression, Infix, Statement, Statements};
 use crate::program::{Function, Moving, Program, Slot};
 
 /// What locals must not be called.
-const RESERVED: [&str; 22] = [
-    "t", "q", "u", "a", "lambda", "dt", "dq", "du", "dp", "di", "c", "at", "change", "out", "mass",
-    "forcing", "jacobian", "gamma", "residual", "forces", "closure", "visit",
+const RESERVED: [&str; 26] = [
+    "t",
+    "q",
+    "u",
+    "a",
+    "lambda",
+    "dt",
+    "dq",
+    "du",
+    "dp",
+    "di",
+    "c",
+    "at",
+    "change",
+    "out",
+    "mass",
+    "forcing",
+    "jacobian",
+    "gamma",
+    "residual",
+    "forces",
+    "closure",
+    "visit",
+    "acceleration",
+    "misfit",
+    "speeds",
+    "correction",
 ];
 
 /// The statements of a function and, per output, its entries as expressions.

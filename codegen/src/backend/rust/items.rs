@@ -277,6 +277,7 @@ fn system(
         let Some(dp) = change.parameters.first_chunk::<#parameter_count>() else { return };
         let Some(di) = change.inputs.first_chunk::<#input_count>() else { return };
     };
+    let solved = solved(program, choice, syntax, fields);
     let drives_body = drive_visits(program, &drives, syntax);
     let reactions_body = filled(&reactions, syntax, &[("reactions", "out")], &balance);
     let tangent_body =
@@ -382,8 +383,71 @@ fn system(
                 change: ::lamc_runtime::Change<'_, #scalar>,
                 forces: &mut [#scalar], closure: &mut [#scalar],
             ) { #tangent_body }
+            #solved
         }
     }
+}
+
+/// The functions that solve, where the program has them.
+fn solved(
+    program: &Program,
+    choice: ScalarChoice,
+    syntax: &Syntax,
+    fields: &FieldNames,
+) -> TokenStream {
+    let scalar = &syntax.scalar;
+    let misfit = [("residual", "out.residual"), ("misfit", "out.misfit"), ("speeds", "out.speeds")];
+    let none = quote!(::lamc_runtime::Margin::none());
+    let given = |otherwise: &TokenStream| {
+        quote! {
+            let Some(q) = q.first_chunk::<N>() else { return #otherwise };
+            let Some(u) = u.first_chunk::<N>() else { return #otherwise };
+        }
+    };
+    let body = |kind, outputs: &[(&str, &str)]| {
+        let function = program.function_of(kind);
+        let body = Body::new(program, function, choice, fields);
+        let margin = body.output("margin");
+        let (otherwise, result) = match margin.as_slice() {
+            [inverse_pivot, conditioning] => {
+                let margin = quote! {
+                    ::lamc_runtime::Margin {
+                        inverse_pivot: #inverse_pivot, conditioning: #conditioning,
+                    }
+                };
+                (none.clone(), margin)
+            }
+            _ => (TokenStream::new(), TokenStream::new()),
+        };
+        let filled = filled_or(&body, syntax, outputs, &given(&otherwise), &otherwise);
+        (!function.outputs.is_empty()).then(|| quote!(#filled #result))
+    };
+    let acceleration = body(FunctionKind::Acceleration, &[("acceleration", "out")]).map(|body| {
+        quote! {
+            fn write_acceleration(
+                &self, t: #scalar, q: &[#scalar], u: &[#scalar], out: &mut [#scalar],
+            ) -> ::lamc_runtime::Margin<#scalar> { #body }
+        }
+    });
+    let mut corrected = misfit.to_vec();
+    corrected.push(("correction", "correction"));
+    let projection = body(FunctionKind::Projection, &corrected).map(|body| {
+        quote! {
+            fn write_projection(
+                &self, q: &[#scalar], u: &[#scalar],
+                out: ::lamc_runtime::MisfitMut<'_, #scalar>, correction: &mut [#scalar],
+            ) -> ::lamc_runtime::Margin<#scalar> { #body }
+        }
+    });
+    let misfit = body(FunctionKind::Misfit, &misfit).map(|body| {
+        quote! {
+            fn write_misfit(
+                &self, q: &[#scalar], u: &[#scalar],
+                out: ::lamc_runtime::MisfitMut<'_, #scalar>,
+            ) { #body }
+        }
+    });
+    quote!(#acceleration #projection #misfit)
 }
 
 /// What is given, statements, then every output assigned to an array of exactly its length.
@@ -392,6 +456,17 @@ fn filled(
     syntax: &Syntax,
     outputs: &[(&str, &str)],
     given: &TokenStream,
+) -> TokenStream {
+    filled_or(body, syntax, outputs, given, &TokenStream::new())
+}
+
+/// As [`filled`]; returns `otherwise` where an array is too short.
+fn filled_or(
+    body: &Body,
+    syntax: &Syntax,
+    outputs: &[(&str, &str)],
+    given: &TokenStream,
+    otherwise: &TokenStream,
 ) -> TokenStream {
     let constants = &syntax.constants;
     let mut arrays = TokenStream::new();
@@ -409,7 +484,7 @@ fn filled(
             },
         );
         arrays.extend(quote! {
-            let Some(#name) = #place.first_chunk_mut::<#length>() else { return };
+            let Some(#name) = #place.first_chunk_mut::<#length>() else { return #otherwise };
         });
         for (index, entry) in entries.iter().enumerate() {
             let index = number(index);

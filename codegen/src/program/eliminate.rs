@@ -1,0 +1,337 @@
+//! Elimination: M du/dt = f + J^T lambda, J du/dt = -gamma solved by straight-line code.
+//!
+//! ```text
+//! M = L^T D L          y = L^-T f     Y = J L^-1     (L^-T: from the leaves to the root)
+//! S = Y D^-1 Y^T       S lambda = -gamma - Y D^-1 y
+//! du/dt = L^-1 D^-1 (y + Y^T lambda)
+//! ```
+//!
+//! L has the zeros of the tree: a joint's row has entries for those before it on the way from the
+//! ground only (R. Featherstone, "Rigid Body Dynamics Algorithms", 2008, 6.5). S is dense per group
+//! of loops with common joints, and zero between groups. Nothing is exchanged and nothing decided:
+//! the code holds where all pivots of M are positive and S is far from singular, and says by how
+//! much; elsewhere the runtime decides on the rank.
+
+use super::fold::Builder;
+use super::ir::{Function, Op, Output, Slot, Value};
+use crate::kane::Section;
+
+/// A factor of M, by joint.
+pub trait Factor {
+    /// 1 / D.
+    fn inverse_pivots(&self) -> &[Value];
+    /// L^-1 a.
+    fn substitute(&self, code: &mut Code, a: &[Value]) -> Vec<Value>;
+}
+
+/// What the closure makes of a factor: y, Y, and -gamma.
+pub struct Reduced {
+    /// y, N.
+    pub forcing: Vec<Value>,
+    /// Y, C rows of N.
+    pub rows: Vec<Vec<Value>>,
+    /// gamma, C.
+    pub gamma: Vec<Value>,
+}
+
+/// A function being extended.
+pub struct Code {
+    builder: Builder,
+    section: Section,
+}
+
+impl Code {
+    /// Continues a function, whose outputs are left to the caller.
+    pub fn after(function: Function) -> (Self, Vec<Output>) {
+        let builder = Builder::after(function.instructions);
+        (Self { builder, section: Section::Mechanism }, function.outputs)
+    }
+
+    /// The function with these outputs.
+    pub fn finish(self, kind: super::FunctionKind, outputs: Vec<Output>) -> Function {
+        Function { kind, instructions: self.builder.instructions(), outputs }
+    }
+
+    fn op(&mut self, op: Op) -> Value {
+        self.builder.simplify(op, self.section)
+    }
+
+    fn named(&mut self, op: Op, name: impl FnOnce() -> String) -> Value {
+        let value = self.op(op);
+        self.builder.name(value, name);
+        value
+    }
+
+    fn is_zero(&self, value: Value) -> bool {
+        self.builder.constant(value) == Some(0.0)
+    }
+
+    fn number(&mut self, number: f64) -> Value {
+        self.op(Op::Const(number))
+    }
+
+    /// a . b, terms that are zero left out.
+    fn dot(&mut self, a: &[Value], b: &[Value]) -> Value {
+        let mut sum = None;
+        for (&a, &b) in a.iter().zip(b) {
+            if self.is_zero(a) || self.is_zero(b) {
+                continue;
+            }
+            let product = self.op(Op::Mul(a, b));
+            sum = Some(match sum {
+                Some(sum) => self.op(Op::Add(sum, product)),
+                None => product,
+            });
+        }
+        sum.unwrap_or_else(|| self.number(0.0))
+    }
+
+    /// a - b c.
+    fn less(&mut self, a: Value, b: Value, c: Value) -> Value {
+        if self.is_zero(b) || self.is_zero(c) {
+            return a;
+        }
+        let product = self.op(Op::Mul(b, c));
+        self.op(Op::Sub(a, product))
+    }
+
+    /// Appends a function that reads these accelerations; its first output.
+    fn inline(&mut self, function: &Function, accelerations: &[Value]) -> Vec<Value> {
+        let mut map: Vec<Value> = Vec::with_capacity(function.instructions.len());
+        for instruction in &function.instructions {
+            let value = match instruction.op {
+                Op::Load(Slot::Acceleration(joint)) => accelerations[joint.index()],
+                op => {
+                    let op = op.map(|operand| map[operand.index()]);
+                    let value = self.builder.simplify(op, instruction.section);
+                    if let Some(name) = &instruction.name {
+                        self.builder.name(value, || name.clone());
+                    }
+                    value
+                }
+            };
+            map.push(value);
+        }
+        function.outputs[0].entries.iter().map(|entry| map[entry.index()]).collect()
+    }
+}
+
+/// The factor by body: a function that substitutes.
+pub struct ByBody {
+    pub inverse_pivots: Vec<Value>,
+    pub substitution: Function,
+}
+
+impl Factor for ByBody {
+    fn inverse_pivots(&self) -> &[Value] {
+        &self.inverse_pivots
+    }
+
+    fn substitute(&self, code: &mut Code, a: &[Value]) -> Vec<Value> {
+        code.inline(&self.substitution, a)
+    }
+}
+
+/// The factor of a matrix, and its joints from the root to the leaves.
+pub struct ByEntry {
+    order: Vec<usize>,
+    inverse_pivots: Vec<Value>,
+    /// L, rows by joint; only entries before the diagonal in `order` are used.
+    lower: Vec<Vec<Value>>,
+}
+
+impl ByEntry {
+    /// Factors M, N x N. `names` are the joints'.
+    pub fn of(code: &mut Code, mass: &[Value], order: &[usize], names: &[&str]) -> Self {
+        let n = order.len();
+        let mut m: Vec<Vec<Value>> = mass.chunks_exact(n.max(1)).map(<[_]>::to_vec).collect();
+        let zero = code.number(0.0);
+        let one = code.number(1.0);
+        let mut lower = vec![vec![zero; n]; n];
+        let mut inverse_pivots = vec![zero; n];
+        for (index, &k) in order.iter().enumerate().rev() {
+            let name = || format!("inverse_pivot_{}", names[k]);
+            inverse_pivots[k] = code.named(Op::Div(one, m[k][k]), name);
+            let before: Vec<usize> =
+                order[..index].iter().copied().filter(|&i| !code.is_zero(m[k][i])).collect();
+            for (position, &i) in before.iter().enumerate() {
+                let name = || format!("factor_{}_{}", names[k], names[i]);
+                let factor = code.named(Op::Mul(m[k][i], inverse_pivots[k]), name);
+                lower[k][i] = factor;
+                for &j in &before[..=position] {
+                    let entry = code.less(m[i][j], factor, m[k][j]);
+                    m[i][j] = entry;
+                    m[j][i] = entry;
+                }
+            }
+        }
+        Self { order: order.to_vec(), inverse_pivots, lower }
+    }
+
+    /// L^-T b.
+    pub fn reduce(&self, code: &mut Code, b: &[Value]) -> Vec<Value> {
+        let mut y = b.to_vec();
+        for (index, &k) in self.order.iter().enumerate().rev() {
+            for &i in &self.order[..index] {
+                y[i] = code.less(y[i], self.lower[k][i], y[k]);
+            }
+        }
+        y
+    }
+}
+
+impl Factor for ByEntry {
+    fn inverse_pivots(&self) -> &[Value] {
+        &self.inverse_pivots
+    }
+
+    fn substitute(&self, code: &mut Code, a: &[Value]) -> Vec<Value> {
+        let mut x = a.to_vec();
+        for (index, &k) in self.order.iter().enumerate() {
+            for &i in &self.order[..index] {
+                x[k] = code.less(x[k], self.lower[k][i], x[i]);
+            }
+        }
+        x
+    }
+}
+
+/// S = L D L^T of the closure's rows.
+struct Closure {
+    /// D^-1 Y^T, C rows of N.
+    weighted: Vec<Vec<Value>>,
+    /// Below the diagonal.
+    lower: Vec<Vec<Value>>,
+    inverse_pivots: Vec<Value>,
+    /// A lower bound of smallest over largest eigenvalue of S.
+    conditioning: Value,
+}
+
+impl Closure {
+    fn of(code: &mut Code, inverse_pivots: &[Value], rows: &[Vec<Value>]) -> Self {
+        let c = rows.len();
+        let weighted: Vec<Vec<Value>> = rows
+            .iter()
+            .map(|row| {
+                let pairs = row.iter().zip(inverse_pivots);
+                pairs.map(|(&y, &d)| code.op(Op::Mul(y, d))).collect()
+            })
+            .collect();
+        let zero = code.number(0.0);
+        let one = code.number(1.0);
+        let mut s = vec![vec![zero; c]; c];
+        for i in 0..c {
+            for j in 0..=i {
+                s[i][j] = code.dot(&weighted[i], &rows[j]);
+            }
+        }
+        let trace = (0..c).fold(zero, |sum, i| code.op(Op::Add(sum, s[i][i])));
+        let mut lower = vec![vec![zero; c]; c];
+        let mut inverse = vec![zero; c];
+        // By the inequality of the means det S <= least (trace / (C - 1))^(C - 1), and
+        // largest <= trace.
+        let whole = code.op(Op::Div(one, trace));
+        let others = code.number(c.saturating_sub(1) as f64);
+        let share = code.op(Op::Mul(others, whole));
+        let mut conditioning = one;
+        for k in 0..c {
+            let weight = if k == 0 { whole } else { share };
+            let part = code.op(Op::Mul(weight, s[k][k]));
+            conditioning = code.op(Op::Mul(conditioning, part));
+            inverse[k] = code.op(Op::Div(one, s[k][k]));
+            for i in k + 1..c {
+                if code.is_zero(s[i][k]) {
+                    continue;
+                }
+                lower[i][k] = code.op(Op::Mul(s[i][k], inverse[k]));
+                for j in k + 1..=i {
+                    s[i][j] = code.less(s[i][j], lower[i][k], s[j][k]);
+                }
+            }
+        }
+        Self { weighted, lower, inverse_pivots: inverse, conditioning }
+    }
+
+    /// S^-1 b.
+    fn solve(&self, code: &mut Code, b: &[Value]) -> Vec<Value> {
+        let c = b.len();
+        let mut x = b.to_vec();
+        for i in 0..c {
+            for j in 0..i {
+                x[i] = code.less(x[i], self.lower[i][j], x[j]);
+            }
+        }
+        for (value, &inverse) in x.iter_mut().zip(&self.inverse_pivots) {
+            *value = code.op(Op::Mul(*value, inverse));
+        }
+        for j in (0..c).rev() {
+            for i in 0..j {
+                x[i] = code.less(x[i], self.lower[j][i], x[j]);
+            }
+        }
+        x
+    }
+
+    /// D^-1 Y^T lambda.
+    fn combined(&self, code: &mut Code, lambda: &[Value], n: usize) -> Vec<Value> {
+        let column = |joint: usize| self.weighted.iter().map(|row| row[joint]).collect::<Vec<_>>();
+        (0..n).map(|joint| code.dot(&column(joint), lambda)).collect()
+    }
+}
+
+/// du/dt, and by how much it can be trusted.
+pub fn acceleration(code: &mut Code, factor: &impl Factor, reduced: &Reduced) -> [Output; 2] {
+    let inverse_pivots = factor.inverse_pivots().to_vec();
+    let n = inverse_pivots.len();
+    let pairs = reduced.forcing.iter().zip(&inverse_pivots);
+    let mut a: Vec<Value> = pairs.map(|(&y, &d)| code.op(Op::Mul(y, d))).collect();
+    let mut conditioning = code.number(1.0);
+    if !reduced.rows.is_empty() {
+        let closure = Closure::of(code, &inverse_pivots, &reduced.rows);
+        let mut wanted = Vec::with_capacity(reduced.gamma.len());
+        for (row, &gamma) in closure.weighted.iter().zip(&reduced.gamma) {
+            let there = code.dot(row, &reduced.forcing);
+            let sum = code.op(Op::Add(gamma, there));
+            wanted.push(code.op(Op::Neg(sum)));
+        }
+        let lambda = closure.solve(code, &wanted);
+        let closing = closure.combined(code, &lambda, n);
+        for (a, closing) in a.iter_mut().zip(closing) {
+            *a = code.op(Op::Add(*a, closing));
+        }
+        conditioning = closure.conditioning;
+    }
+    let entries = factor.substitute(code, &a);
+    [
+        Output { name: "acceleration", rows: n, columns: 1, entries },
+        margin(code, &inverse_pivots, conditioning),
+    ]
+}
+
+/// M^-1 J^T (J M^-1 J^T)^-1, N x C, and by how much it can be trusted.
+pub fn correction(code: &mut Code, factor: &impl Factor, rows: &[Vec<Value>]) -> [Output; 2] {
+    let inverse_pivots = factor.inverse_pivots().to_vec();
+    let (n, c) = (inverse_pivots.len(), rows.len());
+    let closure = Closure::of(code, &inverse_pivots, rows);
+    let (zero, one) = (code.number(0.0), code.number(1.0));
+    let mut entries = vec![zero; n * c];
+    for k in 0..c {
+        let unit: Vec<Value> = (0..c).map(|row| if row == k { one } else { zero }).collect();
+        let lambda = closure.solve(code, &unit);
+        let column = closure.combined(code, &lambda, n);
+        for (joint, value) in factor.substitute(code, &column).into_iter().enumerate() {
+            entries[joint * c + k] = value;
+        }
+    }
+    [
+        Output { name: "correction", rows: n, columns: c, entries },
+        margin(code, &inverse_pivots, closure.conditioning),
+    ]
+}
+
+/// The least of 1 / D, and the conditioning of S.
+fn margin(code: &mut Code, inverse_pivots: &[Value], conditioning: Value) -> Output {
+    let least = inverse_pivots.iter().copied().reduce(|least, d| code.op(Op::Min(least, d)));
+    let least = least.unwrap_or_else(|| code.number(1.0));
+    Output { name: "margin", rows: 2, columns: 1, entries: vec![least, conditioning] }
+}
