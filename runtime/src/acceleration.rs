@@ -18,7 +18,7 @@ use crate::linear::{
     tolerance,
 };
 use crate::workspace::{check, split};
-use crate::{Dimensions, EquationsMut, Error, Margin, Scalar, System};
+use crate::{Arithmetic, Dimensions, EquationsMut, Error, Margin, Scalar, System};
 
 /// Eigenvalues of J M^-1 J^T below this share of the largest are dropped. `f32` drops below
 /// 8 epsilon, about 1e-6: singular values are the square roots of these, so that what is kept

@@ -20,7 +20,7 @@ use crate::acceleration::fine;
 use crate::jacobian::Linearised;
 use crate::linear::{add_scaled, dot, factor, max_abs, reflect, solve, tolerance};
 use crate::projection::project_finely;
-use crate::{Error, Scalar, Stopped, System};
+use crate::{Arithmetic, Error, Scalar, Stopped, System};
 
 /// Steps at most.
 const ITERATIONS: usize = 400;

@@ -16,7 +16,7 @@
 use crate::acceleration::{blame, not_finite, plain, weigh, write};
 use crate::linear::{Spectrum, add_scaled, backward, dot, factor, forward, orthogonalise};
 use crate::workspace::{check, split};
-use crate::{Balance, Change, EquationsMut, Error, Scalar, System};
+use crate::{Arithmetic, Balance, Change, EquationsMut, Error, System};
 
 /// Where [`jacobian`] writes. Matrices are N x N, row-major.
 #[derive(Debug)]

@@ -18,8 +18,10 @@
 //! not finite, a loop that cannot be closed is an [`Error`] that names the joint or the loop:
 //! nothing here panics as long as the `System` itself does not, and NaN never spreads silently.
 //!
-//! Without the feature `std`, functions such as sine come from libm and give the same results on
-//! every machine.
+//! Sine and cosine are this crate's own ([`Arithmetic::sin_cos_all`]). The feature `std` takes the
+//! other functions, such as the tangent, from the standard library instead of libm, and fuses
+//! [products with sums](Arithmetic::mul_add) on targets with an instruction for that; without it
+//! results are the same on every machine.
 //!
 //! # Example
 //!
@@ -27,8 +29,8 @@
 //!
 //! ```
 //! use lamc_runtime::{
-//!     Dimensions, Dopri5, Energy, EquationsMut, Error, Integrator, Mechanism, Scalar, State, System,
-//!     workspace_len,
+//!     Arithmetic, Dimensions, Dopri5, Energy, EquationsMut, Error, Integrator, Mechanism, State,
+//!     System, workspace_len,
 //! };
 //!
 //! const N: usize = 1;
@@ -56,19 +58,19 @@
 //!     fn is_given(&self, _: usize) -> bool { true }
 //!     fn write_equations(&self, _: f64, q: &[f64], _: &[f64], out: EquationsMut<'_, f64>) {
 //!         out.mass[0] = 1.0;
-//!         out.forcing[0] = -9.81 * Scalar::sin_cos(q[0]).0;
+//!         out.forcing[0] = -9.81 * Arithmetic::sin_cos(q[0]).0;
 //!     }
 //!     fn write_closure(&self, _: &[f64], _: &mut [f64], _: &mut [f64]) {}
 //!     fn energy(&self, _: f64, q: &[f64], u: &[f64]) -> Energy<f64> {
-//!         let potential = -9.81 * Scalar::sin_cos(q[0]).1;
+//!         let potential = -9.81 * Arithmetic::sin_cos(q[0]).1;
 //!         Energy { kinetic: u[0] * u[0] / 2.0, potential }
 //!     }
 //!     fn write_poses(&self, q: &[f64], out: &mut [f64]) {
-//!         let (s, c) = Scalar::sin_cos(q[0]);
+//!         let (s, c) = Arithmetic::sin_cos(q[0]);
 //!         out.copy_from_slice(&[c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]);
 //!     }
 //!     fn write_points(&self, q: &[f64], out: &mut [f64]) {
-//!         let (s, c) = Scalar::sin_cos(q[0]);
+//!         let (s, c) = Arithmetic::sin_cos(q[0]);
 //!         out.copy_from_slice(&[s, -c, 0.0]);
 //!     }
 //! }
@@ -110,7 +112,6 @@ mod linearization;
 mod mechanism;
 mod projection;
 mod scalar;
-#[cfg(not(feature = "std"))]
 mod sin_cos;
 mod state;
 mod stops;
@@ -126,7 +127,7 @@ pub use jacobian::{JacobianMut, derivatives_along, jacobian};
 pub use linearization::{LinearizationMut, linearize};
 pub use mechanism::{Closure, Equations, Forces, Jacobian, Mechanism, Storage};
 pub use projection::{Projected, project};
-pub use scalar::Scalar;
+pub use scalar::{Arithmetic, Scalar};
 pub use state::{State, StateOf};
 pub use stops::Stopped;
 pub use system::{

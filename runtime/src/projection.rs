@@ -12,7 +12,7 @@ use crate::linear::{
     Spectrum, add_scaled, backward, combine, dot, factor, max_abs, orthogonalise, reduce, tolerance,
 };
 use crate::workspace::{check, split};
-use crate::{Dimensions, EquationsMut, Error, MisfitMut, Scalar, System};
+use crate::{Arithmetic, Dimensions, EquationsMut, Error, MisfitMut, Scalar, System};
 
 /// Steps of Gauss-Newton; it converges quadratically from where an integrator leaves it.
 const ITERATIONS: usize = 12;

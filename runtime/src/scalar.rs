@@ -3,13 +3,15 @@
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
-/// A real number.
-pub trait Scalar:
+use crate::sin_cos::sin_cos_all;
+
+/// What straight-line code computes with: a real number, or several side by side.
+///
+/// There is nothing to compare by and thus to branch on, so that lanes of a vector qualify.
+pub trait Arithmetic:
     Copy
     + Debug
     + Default
-    + PartialEq
-    + PartialOrd
     + Add<Output = Self>
     + Sub<Output = Self>
     + Mul<Output = Self>
@@ -28,12 +30,21 @@ pub trait Scalar:
     const EPSILON: Self;
     /// The nearest representable number.
     fn from_f64(value: f64) -> Self;
-    /// As an `f64`.
-    fn to_f64(self) -> f64;
+    /// `self * a + b`: for `f64` and `f32` rounded once where the compilation target has an
+    /// instruction for that and the feature `std` is on, else twice; never a function of a library.
+    #[inline]
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        self * a + b
+    }
     /// Square root.
     fn sqrt(self) -> Self;
     /// Sine and cosine.
     fn sin_cos(self) -> (Self, Self);
+    /// Sine and cosine of each angle.
+    #[inline]
+    fn sin_cos_all<const K: usize>(angles: [Self; K]) -> [(Self, Self); K] {
+        angles.map(Self::sin_cos)
+    }
     /// Tangent.
     fn tan(self) -> Self;
     /// e to the power.
@@ -52,16 +63,33 @@ pub trait Scalar:
     fn min(self, other: Self) -> Self;
     /// The larger; NaN if either is.
     fn max(self, other: Self) -> Self;
+}
+
+/// A real number, which algorithms decide by.
+pub trait Scalar: Arithmetic + PartialEq + PartialOrd {
+    /// As an `f64`.
+    fn to_f64(self) -> f64;
     /// Neither infinite nor NaN.
     fn is_finite(self) -> bool;
 }
 
-/// Implements [`Scalar`] by these functions, or by the standard library with the feature `std`. Sums
-/// of products are never fused: results are the same on every machine.
+/// Implements both by these functions, or by the standard library with the feature `std`. Only
+/// [`mul_add`](Arithmetic::mul_add) differs between targets.
 macro_rules! scalar {
-    ($type:ident, $sqrt:path, $sincos:path, $tan:path, $exp:path, $tanh:path, $pow:path,
+    ($type:ident, $sqrt:path, $tan:path, $exp:path, $tanh:path, $pow:path,
      $ln:path) => {
         impl Scalar for $type {
+            #[inline]
+            fn to_f64(self) -> f64 {
+                self.into()
+            }
+            #[inline]
+            fn is_finite(self) -> bool {
+                $type::is_finite(self)
+            }
+        }
+
+        impl Arithmetic for $type {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
             const EPSILON: Self = $type::EPSILON;
@@ -69,21 +97,24 @@ macro_rules! scalar {
             fn from_f64(value: f64) -> Self {
                 value as Self
             }
+            #[cfg(all(feature = "std", any(target_feature = "fma", target_arch = "aarch64")))]
             #[inline]
-            fn to_f64(self) -> f64 {
-                self.into()
+            fn mul_add(self, a: Self, b: Self) -> Self {
+                $type::mul_add(self, a, b)
+            }
+            #[inline]
+            fn sin_cos(self) -> (Self, Self) {
+                let [both] = sin_cos_all([self]);
+                both
+            }
+            #[inline]
+            fn sin_cos_all<const K: usize>(angles: [Self; K]) -> [(Self, Self); K] {
+                sin_cos_all(angles)
             }
             scalar!(@function sqrt, $sqrt);
             scalar!(@function tan, $tan);
             scalar!(@function exp, $exp);
             scalar!(@function tanh, $tanh);
-            #[inline]
-            fn sin_cos(self) -> (Self, Self) {
-                #[cfg(feature = "std")]
-                return $type::sin_cos(self);
-                #[cfg(not(feature = "std"))]
-                return $sincos(self);
-            }
             scalar!(@function ln, $ln);
             #[inline]
             fn step(self) -> Self {
@@ -127,10 +158,6 @@ macro_rules! scalar {
                     self + other
                 }
             }
-            #[inline]
-            fn is_finite(self) -> bool {
-                $type::is_finite(self)
-            }
         }
     };
     (@function $name:ident, $path:path) => {
@@ -165,18 +192,9 @@ pub(crate) fn truncated<S: Scalar>(value: S) -> S {
     if value < S::ZERO { -below } else { below }
 }
 
-scalar!(f64, libm::sqrt, libm::sincos, libm::tan, libm::exp, libm::tanh, libm::pow, libm::log);
+scalar!(f64, libm::sqrt, libm::tan, libm::exp, libm::tanh, libm::pow, libm::log);
 // What libm computes by way of f64 is computed here.
-scalar!(
-    f32,
-    libm::sqrtf,
-    crate::sin_cos::sin_cos,
-    crate::sin_cos::tan,
-    libm::expf,
-    libm::tanhf,
-    libm::powf,
-    libm::logf
-);
+scalar!(f32, libm::sqrtf, crate::sin_cos::tan, libm::expf, libm::tanhf, libm::powf, libm::logf);
 
 #[cfg(test)]
 mod tests {
@@ -195,18 +213,18 @@ mod tests {
             (of(2.0).ln(), core::f64::consts::LN_2),
             (of(-0.5).step() + of(0.0).step() + of(3.0).step(), 2.0),
             (of(-2.0).abs(), 2.0),
-            (Scalar::min(of(1.0), of(2.0)), 1.0),
-            (Scalar::max(of(1.0), of(2.0)), 2.0),
+            (Arithmetic::min(of(1.0), of(2.0)), 1.0),
+            (Arithmetic::max(of(1.0), of(2.0)), 2.0),
         ];
         for (got, expected) in table {
             assert!((got.to_f64() - expected).abs() <= tolerance, "{got:?} is not {expected}");
         }
         let nan = of(f64::NAN);
         for value in [
-            Scalar::min(nan, S::ONE),
-            Scalar::min(S::ONE, nan),
-            Scalar::max(nan, S::ONE),
-            Scalar::max(S::ONE, nan),
+            Arithmetic::min(nan, S::ONE),
+            Arithmetic::min(S::ONE, nan),
+            Arithmetic::max(nan, S::ONE),
+            Arithmetic::max(S::ONE, nan),
         ] {
             assert!(value.to_f64().is_nan(), "NaN got lost");
         }

@@ -5,7 +5,7 @@
 //! J(q) du/dt = -gamma(q, u)                        closure, differentiated twice
 //! ```
 
-use crate::Scalar;
+use crate::{Arithmetic, Scalar};
 
 /// Sizes of a mechanism.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

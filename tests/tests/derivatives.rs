@@ -7,7 +7,7 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 use lamc::program::Interpreter;
 use lamc_generated::{fourbar::Fourbar, sixbar::Sixbar, triple_pendulum::TriplePendulum};
 use lamc_runtime::{
-    JacobianMut, Mechanism, Scalar, System, acceleration, assemble, jacobian, project,
+    Arithmetic, JacobianMut, Mechanism, Scalar, System, acceleration, assemble, jacobian, project,
 };
 use lamc_tests::random::Random;
 use lamc_tests::{compile, compile_text, linkages, relative_error, workspace};
@@ -81,15 +81,12 @@ impl MulAssign for Dual {
     }
 }
 
-impl Scalar for Dual {
+impl Arithmetic for Dual {
     const ZERO: Self = Self(0.0, 0.0);
     const ONE: Self = Self(1.0, 0.0);
     const EPSILON: Self = Self(f64::EPSILON, 0.0);
     fn from_f64(value: f64) -> Self {
         Self(value, 0.0)
-    }
-    fn to_f64(self) -> f64 {
-        self.0
     }
     fn sqrt(self) -> Self {
         let root = self.0.sqrt();
@@ -128,6 +125,12 @@ impl Scalar for Dual {
     }
     fn max(self, other: Self) -> Self {
         if self.0 >= other.0 { self } else { other }
+    }
+}
+
+impl Scalar for Dual {
+    fn to_f64(self) -> f64 {
+        self.0
     }
     fn is_finite(self) -> bool {
         self.0.is_finite() && self.1.is_finite()

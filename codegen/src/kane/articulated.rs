@@ -113,8 +113,7 @@ impl Response {
         let rows = [0, 1, 2].map(|i| cross(r, &coupling[i]));
         let turned = [0, 1, 2].map(|k| cross(r, &self.coupling[k]));
         let entry = |i: usize, k: usize| &rows[i][k] + &turned[k][i];
-        let shift =
-            [entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2)];
+        let shift = [entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2)];
         Self { inertia: add(&self.inertia, &shift), coupling, mass: self.mass.clone() }
     }
 }
@@ -151,19 +150,8 @@ impl Derivation<'_> {
         let [wy, wz] = &hinge.moment;
         let w = &hinge.force;
         let row = &coupling[0];
-        let inertia = [
-            none(),
-            none(),
-            none(),
-            yy - &(xy * wy),
-            yz - &(xy * wz),
-            zz - &(xz * wz),
-        ];
-        let coupling = [
-            zero(),
-            sub(&coupling[1], &scale(xy, w)),
-            sub(&coupling[2], &scale(xz, w)),
-        ];
+        let inertia = [none(), none(), none(), yy - &(xy * wy), yz - &(xy * wz), zz - &(xz * wz)];
+        let coupling = [zero(), sub(&coupling[1], &scale(xy, w)), sub(&coupling[2], &scale(xz, w))];
         let pairs = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
         let mut terms = pairs.map(|(i, k)| &row[i] * &w[k]).into_iter();
         let mass = mass.clone().map(|m| &m - &terms.next().unwrap_or_else(Expr::zero));
@@ -245,10 +233,8 @@ impl Derivation<'_> {
                 }
             }
             loads[tip.index()] = Some(load);
-            let opposite = Wrench {
-                force: balance.force.map(|x| -&x),
-                moment: balance.moment.map(|x| -&x),
-            };
+            let opposite =
+                Wrench { force: balance.force.map(|x| -&x), moment: balance.moment.map(|x| -&x) };
             let sum = &mut loads[meeting.index()];
             *sum = Some(match sum.take() {
                 Some(other) => other.plus(&opposite),

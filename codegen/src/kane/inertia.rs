@@ -92,11 +92,7 @@ impl Derivation<'_> {
         let share = if self.scales(id) { node.share / properties.mass } else { node.share };
         let mass = properties.mass * share;
         let spread = Matrix3::identity() * (0.5 * central.trace()) - central;
-        Moments {
-            mass,
-            first: com * mass,
-            second: spread * share + com * com.transpose() * mass,
-        }
+        Moments { mass, first: com * mass, second: spread * share + com * com.transpose() * mass }
     }
 
     fn inertia(&mut self, id: NodeId, moments: &Moments) -> Inertia {
@@ -134,7 +130,12 @@ impl Moments {
     }
 
     /// Adds a line through `origin`.
-    fn add_line(&mut self, [mass, first, second]: [f64; 3], origin: &Vector3<f64>, along: &Vector3<f64>) {
+    fn add_line(
+        &mut self,
+        [mass, first, second]: [f64; 3],
+        origin: &Vector3<f64>,
+        along: &Vector3<f64>,
+    ) {
         let mixed = along * origin.transpose();
         self.mass += mass;
         self.first += origin * mass + along * first;

@@ -59,10 +59,8 @@ pub fn functions(equations: &Equations) -> Vec<Function> {
 pub fn by_entry(equations: &Equations, kind: FunctionKind) -> Function {
     let n = equations.mechanism().joints.len();
     let rows = equations.gamma.len();
-    let mut outputs: Vec<(_, _, _, &[_])> = vec![
-        ("mass", n, n, &equations.mass),
-        ("jacobian", rows, n, &equations.jacobian),
-    ];
+    let mut outputs: Vec<(_, _, _, &[_])> =
+        vec![("mass", n, n, &equations.mass), ("jacobian", rows, n, &equations.jacobian)];
     match kind {
         FunctionKind::Acceleration => {
             outputs.push(("forcing", n, 1, &equations.forcing));

@@ -66,13 +66,13 @@ impl Op {
             Self::Abs(x) => of(x).abs(),
             Self::Tanh(x) => of(x).tanh(),
             Self::Ln(x) => of(x).ln(),
-            Self::Step(x) => lamc_runtime::Scalar::step(of(x)),
+            Self::Step(x) => lamc_runtime::Arithmetic::step(of(x)),
             Self::Add(x, y) => of(x) + of(y),
             Self::Sub(x, y) => of(x) - of(y),
             Self::Mul(x, y) => of(x) * of(y),
             Self::Div(x, y) => of(x) / of(y),
-            Self::Min(x, y) => lamc_runtime::Scalar::min(of(x), of(y)),
-            Self::Max(x, y) => lamc_runtime::Scalar::max(of(x), of(y)),
+            Self::Min(x, y) => lamc_runtime::Arithmetic::min(of(x), of(y)),
+            Self::Max(x, y) => lamc_runtime::Arithmetic::max(of(x), of(y)),
             Self::Pow(x, y) => of(x).powf(of(y)),
         }
     }

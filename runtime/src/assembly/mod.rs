@@ -24,7 +24,7 @@ use crate::linear::{max_abs, tolerance};
 use crate::projection::worst_loop;
 use crate::scalar::{truncated, whole};
 use crate::workspace::{check, split};
-use crate::{Error, Scalar, System};
+use crate::{Arithmetic, Error, Scalar, System};
 use steps::{NEAR, NEAREST};
 
 /// Perturbed guesses that are tried.

@@ -3,7 +3,7 @@
 use super::Search;
 use crate::linear::{add_scaled, backward, dot, factor, forward, max_abs, tolerance};
 use crate::projection::closed;
-use crate::{Scalar, System};
+use crate::{Arithmetic, Scalar, System};
 
 /// Steps to close.
 const CLOSING: usize = 80;

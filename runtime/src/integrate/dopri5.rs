@@ -10,7 +10,7 @@
 use super::steps::{Steps, first_step};
 use super::{Integrator, Stabilisation, same, strayed};
 use crate::linear::{add_scaled, tolerance};
-use crate::{Error, Scalar, StateOf, System};
+use crate::{Arithmetic, Error, Scalar, StateOf, System};
 
 const STAGES: usize = 7;
 

@@ -2,7 +2,7 @@
 //! ends exactly at its end.
 
 use crate::scalar::whole;
-use crate::{Error, Scalar, StateOf, System};
+use crate::{Arithmetic, Error, Scalar, StateOf, System};
 
 /// Pieces a step is cut into at most.
 const PIECES: u64 = 1 << 10;

@@ -18,7 +18,7 @@ pub use rk4::Rk4;
 pub use rodas::Rodas;
 
 use crate::projection::restore;
-use crate::{Error, Scalar, StateOf, System, acceleration, project};
+use crate::{Arithmetic, Error, StateOf, System, acceleration, project};
 
 /// How an explicit integrator keeps loops closed (and driven joints where they should be).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use super::{Stabilisation, fixed};
 use crate::linear::add_scaled;
-use crate::{Error, Scalar, StateOf, System};
+use crate::{Arithmetic, Error, Scalar, StateOf, System};
 
 /// Runge-Kutta of order 4 and fixed step: four evaluations per step.
 #[derive(Clone, Debug)]

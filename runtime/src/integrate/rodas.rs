@@ -18,7 +18,7 @@ use crate::acceleration::{fine, plain, solve as accelerate};
 use crate::jacobian::jacobian_within;
 use crate::linear::{Spectrum, add_scaled, max_abs, reflect, solve, tolerance};
 use crate::projection::project_finely;
-use crate::{Error, JacobianMut, Scalar, StateOf, System};
+use crate::{Arithmetic, Error, JacobianMut, Scalar, StateOf, System};
 
 /// How near a singular state, rad, the plain spectrum drops the direction that fades: the square
 /// root of its cut.

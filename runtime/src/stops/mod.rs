@@ -11,7 +11,7 @@ pub use stopped::Stopped;
 use crate::acceleration::fine;
 use crate::integrate::Integrator;
 use crate::projection::project_finely;
-use crate::{Error, Scalar, StateOf, System, acceleration_and_forces};
+use crate::{Arithmetic, Error, Scalar, StateOf, System, acceleration_and_forces};
 
 /// A joint this close to a limit is there, rad.
 const TOUCH: f64 = 1e-10;

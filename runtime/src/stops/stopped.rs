@@ -2,7 +2,7 @@
 //! more that follows a prescribed angle.
 
 use crate::system::delegate;
-use crate::{Dimensions, Drive, Scalar, System};
+use crate::{Arithmetic, Dimensions, Drive, System};
 
 /// A system whose joints stop at their limits.
 ///

@@ -7,62 +7,75 @@
 //! M. H. Payne and R. N. Hanek, "Radian reduction for trigonometric functions", 1983: those bits of
 //! 2/pi that matter for the fraction, in whole numbers.
 
+use core::f32::consts::FRAC_2_PI;
+
+use super::Angle;
+use crate::Arithmetic;
+
 /// pi/2: parts of 17, 17 and 24 bits.
 const HALF_PI: [f32; 3] = [1.570_785_5, 1.080_427_3e-5, 6.077_100_6e-11];
 
-/// Up to here multiples are of 7 bits, and exact.
-const SMALL: f32 = 128.0;
+/// 1.5 2^23: a number to which this is added becomes whole, and stands in the last bits.
+const ROUND: f32 = 12_582_912.0;
 
 /// 2/pi = 0.a2f9836e..., the point after the first word.
 const TWO_OVER_PI: [u32; 8] =
     [0, 0xa2f9_836e, 0x4e44_1529, 0xfc27_57d1, 0xf534_ddc0, 0xdb62_9599, 0x3c43_9041, 0xfe51_63ab];
 
-/// Sine and cosine: to 1.7 units in the last place, and 2.5 beyond 128 rad (tested); NaN of what is
-/// not finite.
-pub(crate) fn sin_cos(x: f32) -> (f32, f32) {
-    let (quarters, x) = if x.abs() <= SMALL {
-        near(x)
-    } else if x.is_finite() {
-        far(x)
-    } else {
-        return (f32::NAN, f32::NAN);
-    };
-    let square = x * x;
-    let sine = polynomial(square, [-1.0 / 6.0, 1.0 / 120.0, -1.0 / 5040.0, 1.0 / 362_880.0]);
-    let sine = x + x * square * sine;
-    let cosine = polynomial(square, [1.0 / 24.0, -1.0 / 720.0, 1.0 / 40_320.0, -1.0 / 3_628_800.0]);
-    let cosine = 1.0 - (0.5 * square - square * square * cosine);
-    match quarters & 3 {
-        0 => (sine, cosine),
-        1 => (cosine, -sine),
-        2 => (-sine, -cosine),
-        _ => (-cosine, sine),
+impl Angle for f32 {
+    // Multiples are of 7 bits, and exact.
+    const NEAR: Self = 128.0;
+
+    #[inline(always)]
+    fn near(self) -> (Self, Self) {
+        of_quadrant(near(self))
+    }
+
+    fn far(self) -> (Self, Self) {
+        if self.is_finite() { of_quadrant(far(self)) } else { (Self::NAN, Self::NAN) }
     }
 }
 
+/// Sine and cosine of an angle by the nearest multiple of a quarter turn, modulo four, and what is left.
+#[inline(always)]
+fn of_quadrant((quadrant, x): (u32, f32)) -> (f32, f32) {
+    let square = x * x;
+    let sine = polynomial(square, [-1.0 / 6.0, 1.0 / 120.0, -1.0 / 5040.0, 1.0 / 362_880.0]);
+    let sine = Arithmetic::mul_add(x * square, sine, x);
+    let cosine = polynomial(square, [1.0 / 24.0, -1.0 / 720.0, 1.0 / 40_320.0, -1.0 / 3_628_800.0]);
+    let cosine = 1.0 - Arithmetic::mul_add(-(square * square), cosine, 0.5 * square);
+    let odd = (quadrant & 1).wrapping_neg();
+    let swap = (sine.to_bits() ^ cosine.to_bits()) & odd;
+    let sine = sine.to_bits() ^ swap ^ (quadrant & 2) << 30;
+    let cosine = cosine.to_bits() ^ swap ^ (quadrant.wrapping_add(1) & 2) << 30;
+    (f32::from_bits(sine), f32::from_bits(cosine))
+}
+
 /// Tangent.
+#[cfg(not(feature = "std"))]
 pub(crate) fn tan(x: f32) -> f32 {
-    let (sine, cosine) = sin_cos(x);
+    let (sine, cosine) = Arithmetic::sin_cos(x);
     sine / cosine
 }
 
 /// By Horner's rule.
+#[inline(always)]
 fn polynomial(x: f32, [a, b, c, d]: [f32; 4]) -> f32 {
-    a + x * (b + x * (c + x * d))
+    let horner = |high, low| Arithmetic::mul_add(x, high, low);
+    horner(horner(horner(d, c), b), a)
 }
 
-/// The nearest multiple of a quarter turn, and what x exceeds it by.
-fn near(x: f32) -> (i32, f32) {
-    let turns = x * core::f32::consts::FRAC_2_PI;
-    let quarters = (turns + if turns < 0.0 { -0.5 } else { 0.5 }) as i32;
-    let count = quarters as f32;
-    let [a, b, c] = HALF_PI;
-    (quarters, x - count * a - count * b - count * c)
+/// The nearest multiple of a quarter turn, in the last two bits, and what x exceeds it by.
+#[inline(always)]
+fn near(x: f32) -> (u32, f32) {
+    let shifted = Arithmetic::mul_add(x, FRAC_2_PI, ROUND);
+    let quarters = shifted - ROUND;
+    let rest = HALF_PI.into_iter().fold(x, |x, part| Arithmetic::mul_add(-quarters, part, x));
+    (shifted.to_bits(), rest)
 }
 
 /// As [`near`], where |x| >= 1/2.
-#[cold]
-fn far(x: f32) -> (i32, f32) {
+fn far(x: f32) -> (u32, f32) {
     let bits = x.to_bits();
     // |x| = mantissa 2^exponent; 2/pi from its bit of weight 2^(1 - exponent) on makes 2^1 and what
     // is below, that is, all that matters of the product: modulo four quarter turns.
@@ -79,19 +92,21 @@ fn far(x: f32) -> (i32, f32) {
     let quarters = (turns >> 62) + (turns >> 61 & 1);
     let rest = turns.wrapping_sub(quarters << 62) as i64;
     let rest = rest as f32 * (core::f32::consts::FRAC_PI_2 / (1_u64 << 62) as f32);
-    if x < 0.0 { (-(quarters as i32), -rest) } else { (quarters as i32, rest) }
+    let quarters = quarters as u32;
+    if x < 0.0 { (quarters.wrapping_neg(), -rest) } else { (quarters, rest) }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::sin_cos_all;
     use super::*;
 
     /// Compares with the standard library's `f64`, in units of the last place.
     fn check(values: impl Iterator<Item = f32>) {
         for x in values {
-            let allowed = if x.abs() <= SMALL { 1.7 } else { 2.5 };
+            let allowed = if x.abs() < <f32 as Angle>::NEAR { 1.7 } else { 2.5 };
             let exact = f64::from(x).sin_cos();
-            let got = sin_cos(x);
+            let [got] = sin_cos_all([x]);
             for (got, exact) in [(got.0, exact.0), (got.1, exact.1)] {
                 let place = (exact as f32).abs().max(f32::MIN_POSITIVE);
                 let unit = f64::from(f32::from_bits(place.to_bits() + 1) - place);
@@ -108,7 +123,8 @@ mod tests {
         check(sizes());
         check(sizes().map(|x| -x));
         for x in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-            assert!(sin_cos(x).0.is_nan() && sin_cos(x).1.is_nan());
+            let [(sine, cosine)] = sin_cos_all([x]);
+            assert!(sine.is_nan() && cosine.is_nan());
         }
     }
 
@@ -120,6 +136,6 @@ mod tests {
         };
         let eighths = (0..200_000).map(|k| (f64::from(k) * core::f64::consts::FRAC_PI_4) as f32);
         check(eighths.flat_map(beside));
-        check(beside(SMALL));
+        check(beside(f32::NEAR));
     }
 }
