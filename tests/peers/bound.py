@@ -4,9 +4,11 @@ import re
 import shutil
 import subprocess
 
-# Zen 4: two pipes multiply, fuse and divide, two others add (AMD, Software Optimization Guide for
-# the AMD Zen 4 Microarchitecture, 57647, section 2.10).
+# Zen 4: two pipes multiply and fuse, two others add, one of the former divides (AMD, Software
+# Optimization Guide for the AMD Zen 4 Microarchitecture, 57647, section 2.11 and its table of
+# instruction latencies).
 MULTIPLIERS, ADDERS = 2, 2
+DIVISION = 5
 KINDS = {
     "fused": r"vfn?m(add|sub)",
     "multiplied": r"vmul[sp][sd]",
@@ -18,13 +20,26 @@ KINDS = {
 
 
 def disassembled(library, name):
-    """The instructions of the function whose name ends so."""
+    """The instructions of the function whose name ends so, with those of what it calls: the sines.
+
+    What these call in turn is for angles beyond all bounds and left out.
+    """
     text = subprocess.run(
         ["objdump", "--disassemble", "--no-show-raw-insn", "--demangle", str(library)],
         check=True, capture_output=True, text=True,
     ).stdout  # fmt: skip
-    body = re.search(rf"^\w+ <.*{name}>:\n((?:.+\n)+)", text, re.MULTILINE)
-    return [line.split("\t", 1)[1].split("#")[0].strip() for line in body[1].splitlines()]
+    functions = {}
+    for address, symbol, body in re.findall(r"^(\w+) <(.*)>:\n((?:.+\n)+)", text, re.MULTILINE):
+        lines = [line.split("\t", 1)[1].split("#")[0].strip() for line in body.splitlines()]
+        functions[int(address, 16)] = symbol, lines
+    [own] = [lines for symbol, lines in functions.values() if symbol.endswith(name)]
+    found = []
+    for instruction in own:
+        found.append(instruction)
+        call = re.match(r"call +([0-9a-f]+) ", instruction)
+        if call and int(call[1], 16) in functions:
+            found += functions[int(call[1], 16)][1]
+    return found
 
 
 def counts(instructions):
@@ -37,7 +52,7 @@ def counts(instructions):
 
 def cycles(count):
     """At least so many: every pipe busy in every cycle."""
-    multiplied = count["fused"] + count["multiplied"] + count["divided"]
+    multiplied = count["fused"] + count["multiplied"] + DIVISION * count["divided"]
     return max(
         multiplied / MULTIPLIERS,
         count["added"] / ADDERS,

@@ -81,7 +81,8 @@ def mechanism(name, path, options):
     functions |= {extra: own.other(model, extra) for extra in ("rk4_steps", "jacobians")}
     times = measured(functions, model, options.quick)
     base = np.array(times["lamc"])
-    instructions = bound.disassembled(own.path, "::write_acceleration")
+    # Of chains it is cut into parts, which is beside what is asked of the six-bar.
+    instructions = bound.disassembled(own.path, "::write_acceleration") if model.loops else []
     return {
         "n": model.n,
         "states": len(model.q),
@@ -89,7 +90,7 @@ def mechanism(name, path, options):
         "compilation_s": own.compilation,
         "module_bytes": own.bytes,
         "instructions": bound.counts(instructions),
-        "mca": bound.mca(instructions) if model.loops else None,
+        "mca": bound.mca(instructions) if instructions else None,
         "operations": report.operations(output(options.lamc, "check", path)),
         "peers": {
             label: {
