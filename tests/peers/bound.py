@@ -61,7 +61,8 @@ def cycles(count):
 
 
 def mca(instructions):
-    """Cycles of one evaluation after another, and of one alone, by llvm-mca; None without it."""
+    """Cycles by llvm-mca: by the busiest pipe, of one evaluation after another, of one alone. None
+    where there is no llvm-mca that knows this processor."""
     tools = [f"llvm-mca-{version}" for version in range(30, 15, -1)] + ["llvm-mca"]
     tool = next(filter(shutil.which, tools), None)
     if tool is None:
@@ -69,18 +70,21 @@ def mca(instructions):
     # What branches or calls is left out: the rest is one straight line.
     straight = [i for i in instructions if not re.match(r"(call|j\w+|ret|nop|int3|cs|data16)", i)]
 
-    def total(iterations):
+    def simulated(iterations):
         done = subprocess.run(
             [tool, "-mcpu=native", f"-iterations={iterations}"],
             input="\n".join(straight), capture_output=True, text=True,
         )  # fmt: skip
-        found = re.search(r"Total Cycles: +(\d+)", done.stdout)
-        return int(found[1]) / iterations if found else None
+        found = dict(re.findall(r"^([A-Z][\w ]+): +([\d.]+)$", done.stdout, re.MULTILINE))
+        if "Total Cycles" not in found:
+            return None
+        return float(found["Total Cycles"]) / iterations, float(found["Block RThroughput"])
 
-    streamed, alone = total(100), total(1)
+    streamed, alone = simulated(100), simulated(1)
     version = subprocess.run([tool, "--version"], capture_output=True, text=True).stdout
     return streamed and {
-        "streamed": streamed,
-        "alone": alone,
+        "pipes": streamed[1],
+        "streamed": streamed[0],
+        "alone": alone[0],
         "version": re.search(r"LLVM version \S+", version)[0],
     }

@@ -89,9 +89,11 @@ def limits(results):
     if found["mca"]:
         version = found["mca"]["version"]
         rows += [
-            [f"cycles by llvm-mca ({version}), one after another", f"{found['mca']['streamed']:.0f}"],
-            [f"cycles by llvm-mca ({version}), alone", f"{found['mca']['alone']:.0f}"],
-        ]
+            [f"cycles by llvm-mca ({version}), {what}", f"{found['mca'][key]:.0f}"]
+            for what, key in (
+                ("busiest pipe", "pipes"), ("one after another", "streamed"), ("alone", "alone"),
+            )
+        ]  # fmt: skip
     rows += [
         ["cycles measured", f"{measured:.0f}"],
         ["measured over least", f"{measured / least:.1f}"],
