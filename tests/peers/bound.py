@@ -3,6 +3,7 @@
 import re
 import shutil
 import subprocess
+import sys
 
 # Zen 4: two pipes multiply and fuse, two others add, one of the former divides (AMD, Software
 # Optimization Guide for the AMD Zen 4 Microarchitecture, 57647, section 2.11 and its table of
@@ -32,7 +33,10 @@ def disassembled(library, name):
     for address, symbol, body in re.findall(r"^(\w+) <(.*)>:\n((?:.+\n)+)", text, re.MULTILINE):
         lines = [line.split("\t", 1)[1].split("#")[0].strip() for line in body.splitlines()]
         functions[int(address, 16)] = symbol, lines
-    [own] = [lines for symbol, lines in functions.values() if symbol.endswith(name)]
+    named = [lines for symbol, lines in functions.values() if symbol.endswith(name)]
+    if len(named) != 1:
+        sys.exit(f"{library} has {len(named)} functions {name}")
+    [own] = named
     found = []
     for instruction in own:
         found.append(instruction)

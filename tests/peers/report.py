@@ -29,11 +29,15 @@ def line(name, found):
     return f"{name}: {peers}"
 
 
+def entries(found, label):
+    """All of this name, whatever they add to it."""
+    peers = found["peers"].items()
+    return [e for name, e in peers if name == label or name.startswith(f"{label}, ")]
+
+
 def entry(found, label):
-    """By name; of several that begin so, the fastest."""
-    exact = found["peers"].get(label)
-    others = [e for name, e in found["peers"].items() if name.startswith(label)]
-    return exact or min(others, key=lambda e: e["ns"], default=None)
+    """The fastest of this name."""
+    return min(entries(found, label), key=lambda e: e["ns"], default=None)
 
 
 def table(head, rows):
@@ -145,9 +149,12 @@ def goals(results):
 def differences(results):
     rows = []
     for name, found in results["mechanisms"].items():
-        for label, peer in found["peers"].items():
-            rows.append([NAMES.get(name, name), label, f"{peer['difference']:.0e}"])
-    return table(["", "", "difference"], rows)
+        row = [NAMES.get(name, name)]
+        for label in ("lamc", *COLUMNS):
+            all_of = [e["difference"] for e in entries(found, label)]
+            row.append(f"{max(all_of):.0e}" if all_of else "")
+        rows.append(row)
+    return table(["", "lamc", *COLUMNS], rows)
 
 
 def machine(results):
@@ -170,7 +177,7 @@ def document(results):
     for part in (machine, ratios, own, limits, goals, differences):
         name = part.__name__
         marked = rf"(<!-- {name} -->\n).*?(\n<!-- end -->)"
-        text, count = re.subn(marked, lambda m: m[1] + part(results) + m[2], text, flags=re.DOTALL)
+        text, count = re.subn(marked, lambda m: f"{m[1]}\n{part(results)}\n{m[2]}", text, flags=re.DOTALL)
         assert count == 1, f"{DOCUMENT} has {count} places for {name}"
     DOCUMENT.write_text(text)
     chains = [found for name, found in results["mechanisms"].items() if name.startswith("chain")]
