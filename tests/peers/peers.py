@@ -45,7 +45,9 @@ class Peer:
         """Nanoseconds of processor time a state."""
         q, u = (np.ascontiguousarray(x[:, self.order]) for x in (q, u))
         begin = time.thread_time_ns()
-        self.call(pointer(q), pointer(u), pointer(out), ctypes.c_long(len(q)), ctypes.c_long(repeats))
+        self.call(
+            pointer(q), pointer(u), pointer(out), ctypes.c_long(len(q)), ctypes.c_long(repeats)
+        )
         return (time.thread_time_ns() - begin) / (len(q) * repeats)
 
 
@@ -60,7 +62,9 @@ def missing(name, why):
 def run(*command, **options):
     """Seconds the command took."""
     begin = time.perf_counter()
-    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, **options)
+    done = subprocess.run(
+        [str(word) for word in command], capture_output=True, text=True, **options
+    )
     if done.returncode != 0:
         sys.exit(f"{' '.join(map(str, command))}\n{done.stdout}{done.stderr}")
     return time.perf_counter() - begin
@@ -80,9 +84,7 @@ class Lamc:
         self.derivation = run(lamc, path, "-o", module, "--scalar", "f64")
         camel = "".join(word.capitalize() for word in name.split("_"))
         named, library = WORK / f"{name}_model.rs", WORK / f"lib{name}.so"
-        named.write_text(
-            f'mod module {{ include!("{module}"); }}\nuse module::{camel} as Model;\n'
-        )
+        named.write_text(f'mod module {{ include!("{module}"); }}\nuse module::{camel} as Model;\n')
         runtime = WORK / "runtime" / "release"
         self.compilation = run(
             os.environ.get("RUSTC", "rustc"), "--edition", "2024", "--crate-type", "cdylib",
