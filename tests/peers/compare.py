@@ -23,6 +23,8 @@ from model import Model
 
 CHAINS = [1, 2, 3, 6, 12, 24, 48, 96]
 STATES = 64
+# What else lamc's module does.
+OWN = ("rk4_steps", "rodas_steps", "jacobians")
 # CasADi's factored chains grow as n^3, and gcc's time with their square: beyond, it gives up.
 LARGEST_FACTORED = 24
 
@@ -84,7 +86,7 @@ def mechanism(name, path, options):
     if "lamc" in refused:
         sys.exit(f"{name}: the compiled module is not what its interpreter says")
     functions = {label: peer for label, (peer, _) in agreeing.items()}
-    functions |= {extra: own.other(model, extra) for extra in ("rk4_steps", "jacobians")}
+    functions |= {extra: own.other(model, extra) for extra in OWN}
     times = measured(functions, model, options.quick)
     base = np.array(times["lamc"])
     # Of chains it is cut into parts, which is beside what is asked of the six-bar.
@@ -113,7 +115,7 @@ def mechanism(name, path, options):
                 "ns": statistics.median(times[extra]),
                 "ratio": float(np.median(np.array(times[extra]) / base)),
             }
-            for extra in ("rk4_steps", "jacobians")
+            for extra in OWN
         },
     }
 
@@ -122,16 +124,19 @@ def measured(functions, model, quick):
     """Times a state, ns, per round: in every round each has one batch, beginning with another."""
     batch, rounds = (3e5, 7) if quick else (2e6, 61)
     out = np.zeros_like(model.q)
-    repeats = {}
+    portions = {}
     for label, function in functions.items():
-        function.run(model.q, model.u, out, 1)
-        once = function.run(model.q, model.u, out, 1) * len(model.q)
-        repeats[label] = max(1, round(batch / once))
+        once = function.run(model.q[:1], model.u[:1], out, 3)
+        evaluations = max(1, round(batch / once))
+        states = min(evaluations, len(model.q))
+        portions[label] = states, evaluations // states
     times = {label: [] for label in functions}
     labels = list(functions)
     for k in range(rounds):
         for label in labels[k % len(labels) :] + labels[: k % len(labels)]:
-            times[label].append(functions[label].run(model.q, model.u, out, repeats[label]))
+            states, repeats = portions[label]
+            q, u = model.q[:states], model.u[:states]
+            times[label].append(functions[label].run(q, u, out, repeats))
     return times
 
 

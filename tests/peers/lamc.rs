@@ -5,10 +5,13 @@
 use std::hint::black_box;
 use std::slice;
 
-use lamc_runtime::{Integrator, Mechanism, Rk4, State};
+use lamc_runtime::{Integrator, Mechanism, Rk4, Rodas, State};
 use module::N;
 
 include!(env!("MODEL"));
+
+/// s.
+const STEP: f64 = 1e-5;
 
 type Rows<'a> = (&'a [[f64; N]], &'a [[f64; N]], &'a mut [[f64; N]]);
 
@@ -79,14 +82,36 @@ pub unsafe extern "C" fn rk4_steps(
     states: usize,
     repeats: usize,
 ) {
-    let (q, u, out) = unsafe { rows(q, u, out, states) };
     let model = Model::default();
     let mut rk4 = Rk4::new(&model);
+    let step = |state: &mut _| rk4.step(&model, state, STEP).is_ok();
+    steps(step, unsafe { rows(q, u, out, states) }, repeats);
+}
+
+/// A step of RODASP, with its derivatives and its projection, from every state.
+///
+/// # Safety
+/// As [`rows`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn rodas_steps(
+    q: *const f64,
+    u: *const f64,
+    out: *mut f64,
+    states: usize,
+    repeats: usize,
+) {
+    let model = Model::default();
+    let mut rodas = Rodas::new(&model);
+    let step = |state: &mut _| rodas.step(&model, state, STEP).is_ok();
+    steps(step, unsafe { rows(q, u, out, states) }, repeats);
+}
+
+fn steps(mut step: impl FnMut(&mut State<[f64; N], f64>) -> bool, rows: Rows<'_>, repeats: usize) {
+    let (q, u, out) = rows;
     for _ in 0..repeats {
         for ((q, u), out) in q.iter().zip(u).zip(out.iter_mut()) {
             let mut state = State { t: 0.0, q: *black_box(q), u: *black_box(u) };
-            let done = rk4.step(&model, &mut state, 1e-5);
-            *out = done.map_or([f64::NAN; N], |_| state.q);
+            *out = if step(&mut state) { state.q } else { [f64::NAN; N] };
         }
     }
 }

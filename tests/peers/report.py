@@ -65,14 +65,16 @@ def own(results):
     rows = []
     for name, found in results["mechanisms"].items():
         counted = found["operations"]["acceleration"]["total"]
-        cells = [f"{found['lamc'][f]['ratio']:.1f}" for f in ("rk4_steps", "jacobians")]
+        cells = [
+            f"{found['lamc'][f]['ratio']:.1f}" for f in ("rk4_steps", "rodas_steps", "jacobians")
+        ]
         seconds = [f"{found[key]:.2f}" for key in ("derivation_s", "compilation_s")]
         gcc = entry(found, "CasADi")
         gcc = f"{gcc['compilation']:.2f}" if gcc else ""
         size = f"{found['module_bytes'] / 1e3:.0f}"
         rows.append([NAMES.get(name, name), counted, *cells, size, *seconds, gcc])
     head = [
-        "", "operations", "RK4 step", "derivatives", "module, kB", "derivation, s", "rustc, s",
+        "", "operations", "RK4 step", "RODASP step", "derivatives", "module, kB", "derivation, s", "rustc, s",
         "gcc of CasADi, s",
     ]  # fmt: skip
     return table(head, rows)
