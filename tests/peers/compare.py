@@ -124,12 +124,7 @@ def measured(functions, model, quick):
     """Times a state, ns, per round: in every round each has one batch, beginning with another."""
     batch, rounds = (3e5, 7) if quick else (2e6, 61)
     out = np.zeros_like(model.q)
-    portions = {}
-    for label, function in functions.items():
-        once = function.run(model.q[:1], model.u[:1], out, 3)
-        evaluations = max(1, round(batch / once))
-        states = min(evaluations, len(model.q))
-        portions[label] = states, evaluations // states
+    portions = {label: portion(function, model, batch) for label, function in functions.items()}
     times = {label: [] for label in functions}
     labels = list(functions)
     for k in range(rounds):
@@ -138,6 +133,20 @@ def measured(functions, model, quick):
             q, u = model.q[:states], model.u[:states]
             times[label].append(functions[label].run(q, u, out, repeats))
     return times
+
+
+def portion(function, model, batch):
+    """How many states, and how often, take about as long as a batch, ns."""
+    out = np.zeros_like(model.q)
+    states, repeats = 1, 1
+    while True:
+        spent = function.run(model.q[:states], model.u[:states], out, repeats) * states * repeats
+        if spent > batch / 1.4:
+            return states, repeats
+        if states < len(model.q):
+            states *= 2
+        else:
+            repeats *= 2
 
 
 def machine():

@@ -3,6 +3,7 @@
 import ctypes
 import importlib.util
 import os
+import resource
 import shutil
 import subprocess
 import sys
@@ -60,14 +61,14 @@ def missing(name, why):
 
 
 def run(*command, **options):
-    """Seconds the command took."""
-    begin = time.perf_counter()
-    done = subprocess.run(
-        [str(word) for word in command], capture_output=True, text=True, **options
-    )
+    """Seconds of processor time the command took."""
+    begin = resource.getrusage(resource.RUSAGE_CHILDREN)
+    command = [str(word) for word in command]
+    done = subprocess.run(command, check=False, capture_output=True, text=True, **options)
     if done.returncode != 0:
-        sys.exit(f"{' '.join(map(str, command))}\n{done.stdout}{done.stderr}")
-    return time.perf_counter() - begin
+        sys.exit(f"{' '.join(command)}\n{done.stdout}{done.stderr}")
+    end = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return end.ru_utime + end.ru_stime - begin.ru_utime - begin.ru_stime
 
 
 def outdated(target, *sources):
