@@ -13,8 +13,8 @@ def write(model, path):
     root = xml.Element("mujoco", model=model.name)
     xml.SubElement(root, "compiler", angle="radian", autolimits="false")
     option = xml.SubElement(root, "option", gravity=text(model.gravity), solver="Newton")
-    off = dict.fromkeys(("contact", "limit", "frictionloss", "actuation", "sensor"), "disable")
-    xml.SubElement(option, "flag", **off)
+    off = ("contact", "limit", "frictionloss", "actuation", "sensor", "island")
+    xml.SubElement(option, "flag", dict.fromkeys(off, "disable"))
     bodies = {None: xml.SubElement(root, "worldbody")}
     for i, node in enumerate(model.nodes):
         half = math.atan2(node.turn[1, 0], node.turn[0, 0]) / 2

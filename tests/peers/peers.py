@@ -17,6 +17,7 @@ from model import Model
 HERE = Path(__file__).parent
 WORKSPACE = HERE.parent.parent
 WORK = WORKSPACE / "target" / "peers"
+EIGEN = Path("/usr/include/eigen3")
 C_FLAGS = ["-O3", "-march=native", "-shared", "-fPIC"]
 
 
@@ -225,6 +226,8 @@ def pinocchio_library(compiler, prefix, quick):
         return library
     if quick:
         missing(f"Pinocchio, {compiler}", "--quick does not wait for its compilation")
+    elif not EIGEN.is_dir():
+        missing("Pinocchio", f"no {EIGEN}")
     elif shutil.which(compiler) is None:
         missing(f"Pinocchio, {compiler}", "there is no such compiler")
     else:
@@ -232,7 +235,7 @@ def pinocchio_library(compiler, prefix, quick):
         run(
             compiler, "-std=c++17", *C_FLAGS, "-DNDEBUG", "-w",
             "-DBOOST_MPL_LIMIT_LIST_SIZE=30", "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS",
-            "-isystem", prefix / "include", "-isystem", "/usr/include/eigen3",
+            "-isystem", prefix / "include", "-isystem", EIGEN,
             HERE / "pinocchio.cpp", "-o", library,
             f"-L{prefix / 'lib'}", f"-Wl,-rpath,{prefix / 'lib'}", "-lpinocchio_default",
         )  # fmt: skip
