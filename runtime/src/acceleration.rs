@@ -97,7 +97,7 @@ pub(crate) fn is_safe<S: Scalar>(conditioning: S) -> bool {
 /// Whether the results of a straight-line elimination hold.
 #[inline]
 pub(crate) fn holds<S: Scalar>(margin: &Margin<S>) -> bool {
-    margin.inverse_pivot > S::ZERO && is_safe(margin.conditioning)
+    (margin.inverse_pivot > S::ZERO) & is_safe(margin.conditioning)
 }
 
 /// du/dt at (t, q, u) by the system's own elimination, where that holds.
