@@ -18,7 +18,7 @@ HERE = Path(__file__).parent
 WORKSPACE = HERE.parent.parent
 WORK = WORKSPACE / "target" / "peers"
 EIGEN = Path("/usr/include/eigen3")
-C_FLAGS = ["-O3", "-march=native", "-shared", "-fPIC"]
+C_FLAGS = ["-O3", "-march=native", "-fno-semantic-interposition", "-shared", "-fPIC"]
 
 
 @dataclass
