@@ -131,6 +131,7 @@ pub use scalar::{Arithmetic, Scalar};
 pub use state::{State, StateOf};
 pub use stops::Stopped;
 pub use system::{
-    Balance, Change, Dimensions, Drive, Energy, EquationsMut, Margin, MisfitMut, System,
+    Balance, Change, Dimensions, Drive, Energy, EquationsMut, Margin, ProjectionMut,
+    System,
 };
 pub use workspace::workspace_len;

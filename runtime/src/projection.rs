@@ -12,7 +12,7 @@ use crate::linear::{
     Spectrum, add_scaled, backward, combine, dot, factor, max_abs, orthogonalise, reduce, tolerance,
 };
 use crate::workspace::{check, split};
-use crate::{Arithmetic, Dimensions, EquationsMut, Error, MisfitMut, Scalar, System};
+use crate::{Arithmetic, Dimensions, EquationsMut, Error, ProjectionMut, Scalar, System};
 
 /// Steps of Gauss-Newton; it converges quadratically from where an integrator leaves it.
 const ITERATIONS: usize = 12;
@@ -58,6 +58,7 @@ pub(crate) fn worst_loop<S: Scalar>(residual: &[S]) -> (usize, S) {
 ///
 /// [`Error::NotClosed`] or [`Error::NotDriven`] if q is too far away; [`Error::MassMatrix`], [`Error::NotFinite`],
 /// [`Error::Workspace`], [`Error::Length`].
+#[inline]
 pub fn project<Y: System>(
     system: &Y,
     t: Y::Scalar,
@@ -83,6 +84,7 @@ pub(crate) fn project_finely<Y: System>(
 }
 
 /// As [`project`], with this spectrum for the speeds and this residual (m) for closed.
+#[inline]
 fn project_within<Y: System>(
     system: &Y,
     t: Y::Scalar,
@@ -96,76 +98,89 @@ fn project_within<Y: System>(
     if dimensions.loops + dimensions.drives == 0 {
         return Ok(Projected { residual: Y::Scalar::ZERO, rank: 0 });
     }
-    let projected = match directly(system, q, u, enough, workspace) {
+    match directly(system, q, u, enough, workspace) {
         Some(projected) => projected,
-        None => {
-            let (mut closure, previous) = Closure::new(system, t, q, u, workspace)?;
-            let residual = closure.move_coordinates(system, q, enough, previous)?;
-            if !(residual <= bearable(system)) {
-                return Err(closure.open(system));
-            }
-            Projected { residual, rank: closure.move_speeds(system, u, spectrum) }
-        }
-    };
-    match not_finite(&[q, u]) {
-        Some(joint) => Err(Error::NotFinite { joint }),
-        None => Ok(projected),
+        None => generally(system, t, q, u, spectrum, enough, workspace),
     }
 }
 
-/// By the system's own elimination, where that holds and closes the loops: the correction of the
-/// first state serves for all steps and for the speeds, whose errors it divides as those of
-/// Newton's method. Otherwise q and u stay as they are.
+/// With a decision on the rank. Much code, seldom needed: not to be inlined.
+#[inline(never)]
+fn generally<Y: System>(
+    system: &Y,
+    t: Y::Scalar,
+    q: &mut [Y::Scalar],
+    u: &mut [Y::Scalar],
+    spectrum: Spectrum<Y::Scalar>,
+    enough: Y::Scalar,
+    workspace: &mut [Y::Scalar],
+) -> Result<Projected<Y::Scalar>, Error> {
+    let (mut closure, previous) = Closure::new(system, t, q, u, workspace)?;
+    let residual = closure.move_coordinates(system, q, enough, previous)?;
+    if !(residual <= bearable(system)) {
+        return Err(closure.open(system));
+    }
+    let rank = closure.move_speeds(system, u, spectrum);
+    match not_finite(&[q, u]) {
+        Some(joint) => Err(Error::NotFinite { joint }),
+        None => Ok(Projected { residual, rank }),
+    }
+}
+
+/// By the system's own elimination, where that holds and closes the loops; otherwise q and u stay as
+/// they are.
+#[inline]
 fn directly<Y: System>(
     system: &Y,
     q: &mut [Y::Scalar],
     u: &mut [Y::Scalar],
     enough: Y::Scalar,
     mut workspace: &mut [Y::Scalar],
-) -> Option<Projected<Y::Scalar>> {
-    let Dimensions { coordinates: n, rows: c, loops, drives, .. } = system.dimensions();
+) -> Option<Result<Projected<Y::Scalar>, Error>> {
+    let Dimensions { coordinates: n, rows, loops, drives, .. } = system.dimensions();
     if drives != 0 {
         return None;
     }
     let residual = split(&mut workspace, 9 * loops).ok()?;
-    let misfit = split(&mut workspace, c).ok()?;
-    let speeds = split(&mut workspace, c).ok()?;
-    let correction = split(&mut workspace, n * c).ok()?;
+    let positions = split(&mut workspace, n).ok()?;
+    let speeds = split(&mut workspace, n).ok()?;
     let given = split(&mut workspace, n).ok()?;
-    let out = MisfitMut { residual, misfit, speeds };
-    let margin = system.write_projection(q, u, out, correction);
-    let mut size = max_abs(residual);
-    if !holds(&margin) || !size.is_finite() {
-        return None;
-    }
     given.copy_from_slice(q);
+    let mut before = None;
     for _ in 0..ITERATIONS {
-        if size <= enough {
+        let out = ProjectionMut { residual, positions, speeds };
+        let margin = system.write_projection(q, u, out);
+        if !holds(&margin) {
             break;
         }
-        subtract_product(q, correction, misfit);
-        system.write_misfit(q, u, MisfitMut { residual, misfit, speeds });
-        let next = max_abs(residual);
-        // Written so that NaN is no progress.
-        if !(next + next < size) {
-            q.copy_from_slice(given);
-            return None;
+        // Written so that NaN is not closed.
+        if residual.iter().all(|x| x.abs() <= enough) {
+            let moved = subtract(u, speeds);
+            return Some(moved.map(|()| Projected { residual: max_abs(residual), rank: rows }));
         }
-        size = next;
+        // Written so that NaN is no progress.
+        let size = max_abs(residual);
+        if !before.is_none_or(|before| size + size < before) {
+            break;
+        }
+        before = Some(size);
+        add_scaled(q, -Y::Scalar::ONE, positions);
     }
-    if !(size <= enough) {
-        q.copy_from_slice(given);
-        return None;
-    }
-    subtract_product(u, correction, speeds);
-    Some(Projected { residual: size, rank: c })
+    q.copy_from_slice(given);
+    None
 }
 
-/// `x -= A b`.
-fn subtract_product<S: Scalar>(x: &mut [S], a: &[S], b: &[S]) {
-    for (x, row) in x.iter_mut().zip(a.chunks_exact(b.len().max(1))) {
-        *x -= dot(row, b);
+/// `x -= y`, one number after the other: y comes fresh from single stores, which a wide load would
+/// have to wait for.
+#[inline]
+fn subtract<S: Scalar>(x: &mut [S], y: &[S]) -> Result<(), Error> {
+    for (joint, (x, &y)) in x.iter_mut().zip(y).enumerate() {
+        *x -= y;
+        if !x.is_finite() {
+            return Err(Error::NotFinite { joint });
+        }
     }
+    Ok(())
 }
 
 /// Adds to du/dt what restores the constraints, -M^-1 J^T (J M^-1 J^T)^+ (2 g J u + g^2 r), all

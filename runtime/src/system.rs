@@ -55,14 +55,14 @@ pub struct EquationsMut<'a, S> {
     pub gamma: &'a mut [S],
 }
 
-/// Where [`System::write_misfit`] writes.
+/// Where [`System::write_projection`] writes.
 #[derive(Debug)]
-pub struct MisfitMut<'a, S> {
+pub struct ProjectionMut<'a, S> {
     /// Closure residuals, 9 L, m.
     pub residual: &'a mut [S],
-    /// The residuals along the rows of J, C, m.
-    pub misfit: &'a mut [S],
-    /// J u, C, m/s.
+    /// By what q exceeds the nearest closed loops to first order, N, rad.
+    pub positions: &'a mut [S],
+    /// By what u exceeds the nearest speeds that keep the loops as they are, N, rad/s.
     pub speeds: &'a mut [S],
 }
 
@@ -236,29 +236,17 @@ pub trait System {
         let _ = (t, q, u, out);
         Margin::none()
     }
-    /// How far the loops are open and how fast they open, and what closes them,
-    /// M^-1 J^T (J M^-1 J^T)^-1, N x C, in straight-line code as
+    /// How far the loops are open, and what closes them: M^-1 J^T (J M^-1 J^T)^-1 times the
+    /// residuals along the rows of J, and times J u, in straight-line code as
     /// [`write_acceleration`](Self::write_acceleration). Provided: nothing.
     fn write_projection(
         &self,
         q: &[Self::Scalar],
         u: &[Self::Scalar],
-        out: MisfitMut<'_, Self::Scalar>,
-        correction: &mut [Self::Scalar],
+        out: ProjectionMut<'_, Self::Scalar>,
     ) -> Margin<Self::Scalar> {
-        let _ = (q, u, out, correction);
+        let _ = (q, u, out);
         Margin::none()
-    }
-    /// The first part of [`write_projection`](Self::write_projection) alone. Provided: not a
-    /// number.
-    fn write_misfit(
-        &self,
-        q: &[Self::Scalar],
-        u: &[Self::Scalar],
-        out: MisfitMut<'_, Self::Scalar>,
-    ) {
-        let _ = (q, u);
-        out.residual.fill(Self::Scalar::from_f64(f64::NAN));
     }
 }
 
@@ -349,18 +337,9 @@ macro_rules! delegate {
             &$self,
             q: &[Self::Scalar],
             u: &[Self::Scalar],
-            out: $crate::MisfitMut<'_, Self::Scalar>,
-            correction: &mut [Self::Scalar],
+            out: $crate::ProjectionMut<'_, Self::Scalar>,
         ) -> $crate::Margin<Self::Scalar> {
-            $inner.write_projection(q, u, out, correction)
-        }
-        fn write_misfit(
-            &$self,
-            q: &[Self::Scalar],
-            u: &[Self::Scalar],
-            out: $crate::MisfitMut<'_, Self::Scalar>,
-        ) {
-            $inner.write_misfit(q, u, out);
+            $inner.write_projection(q, u, out)
         }
     };
 }

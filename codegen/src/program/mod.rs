@@ -17,6 +17,7 @@ mod ir;
 mod lowering;
 mod number;
 mod op;
+mod schedule;
 mod solution;
 mod text;
 mod verify;
@@ -40,7 +41,8 @@ pub fn lower(equations: &Equations, source_name: &str, source_text: &str) -> Pro
         let function = check(&interface, fold::fold(function));
         let function = check(&interface, number::number(function));
         let function = check(&interface, dead::dead(function));
-        check(&interface, balance::balance(function))
+        let function = check(&interface, balance::balance(function));
+        check(&interface, schedule::schedule(function))
     };
     let stated = lowering::functions(equations).into_iter().map(optimise);
     let solved = solution::functions(equations, optimise);

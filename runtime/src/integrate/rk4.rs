@@ -63,18 +63,21 @@ impl<Y: System> Rk4<Y> {
         let part = |share| Y::Scalar::from_f64(share) * dt;
         let (none, sixth, third, half) =
             (Y::Scalar::ZERO, part(1.0 / 6.0), part(1.0 / 3.0), part(0.5));
+        self.q.as_mut().copy_from_slice(state.q.as_ref());
+        self.u.as_mut().copy_from_slice(state.u.as_ref());
         self.dq.as_mut().fill(Y::Scalar::ZERO);
         self.du.as_mut().fill(Y::Scalar::ZERO);
-        // How far ahead each stage lies, and its weight.
-        for (ahead, weight) in [(none, sixth), (half, third), (half, third), (dt, sixth)] {
-            // The stage's q first: it needs the previous stage's u.
-            advance(self.q.as_mut(), state.q.as_ref(), ahead, self.u.as_ref());
-            advance(self.u.as_mut(), state.u.as_ref(), ahead, self.acceleration.as_ref());
+        // How far ahead each stage lies, its weight, and how far ahead it sends the next.
+        for (ahead, weight, next) in
+            [(none, sixth, half), (half, third, half), (half, third, dt), (dt, sixth, dt)]
+        {
             let (workspace, acceleration) = (&mut self.workspace, &mut self.acceleration);
             let at = (state.t + ahead, &self.q, &self.u);
             self.stabilisation.accelerate(system, dt, at, workspace, acceleration)?;
-            add_scaled(self.dq.as_mut(), weight, self.u.as_ref());
-            add_scaled(self.du.as_mut(), weight, self.acceleration.as_ref());
+            let rates = (weight, next, self.u.as_ref());
+            advance(self.q.as_mut(), self.dq.as_mut(), state.q.as_ref(), rates)?;
+            let rates = (weight, next, self.acceleration.as_ref());
+            advance(self.u.as_mut(), self.du.as_mut(), state.u.as_ref(), rates)?;
         }
         add_scaled(state.q.as_mut(), Y::Scalar::ONE, self.dq.as_ref());
         add_scaled(state.u.as_mut(), Y::Scalar::ONE, self.du.as_ref());
@@ -83,10 +86,22 @@ impl<Y: System> Rk4<Y> {
     }
 }
 
-/// `out = from + dt rate`; `from` alone at dt = 0, when the rate may hold anything.
-fn advance<S: Scalar>(out: &mut [S], from: &[S], dt: S, rate: &[S]) {
-    out.copy_from_slice(from);
-    if dt != S::ZERO {
-        add_scaled(out, dt, rate);
+/// `sum += weight rate`, `out = from + next rate`, one number after the other: they come fresh from
+/// single stores, which a wide load would have to wait for.
+#[inline]
+fn advance<S: Scalar>(
+    out: &mut [S],
+    sum: &mut [S],
+    from: &[S],
+    (weight, next, rate): (S, S, &[S]),
+) -> Result<(), Error> {
+    let places = out.iter_mut().zip(sum).zip(from).zip(rate).enumerate();
+    for (joint, (((out, sum), &from), &rate)) in places {
+        if !rate.is_finite() {
+            return Err(Error::NotFinite { joint });
+        }
+        *sum += weight * rate;
+        *out = from + next * rate;
     }
+    Ok(())
 }
