@@ -106,13 +106,15 @@ class Lamc:
         return Peer(function, list(range(model.n)), 1e-9, getattr(self.library, function))
 
 
-def build_runtime():
-    flags = "-C target-cpu=native"
-    run(
-        "cargo", "build", "--release", "--locked", "-p", "lamc-runtime", "--features", "std",
-        "--target-dir", WORK / "runtime",
-        cwd=WORKSPACE, env={**os.environ, "RUSTFLAGS": flags},
-    )  # fmt: skip
+def native(command, *arguments):
+    """What cargo's command prints, of a release for this processor."""
+    target = ["--release", "--locked", "--target-dir", WORK / "runtime"]
+    flags = {**os.environ, "RUSTFLAGS": "-C target-cpu=native"}
+    words = map(str, ["cargo", command, *target, *arguments])
+    done = subprocess.run(
+        list(words), check=True, stdout=subprocess.PIPE, text=True, cwd=WORKSPACE, env=flags
+    )
+    return done.stdout
 
 
 def casadi_peers(name, path, largest):
