@@ -99,6 +99,7 @@ impl<S: ::lamc_runtime::Scalar> ::core::default::Default for Pendulum<S> {
 #[allow(
     clippy::approx_constant,
     clippy::excessive_precision,
+    clippy::too_many_arguments,
     unused_mut,
     unused_variables,
     reason = "numbers of the drawing; not every function reads everything it is given"
@@ -155,22 +156,23 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         out: ::lamc_runtime::EquationsMut<'_, S>,
     ) {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let Some(q) = q.first_chunk::<N>() else { return };
         let Some(u) = u.first_chunk::<N>() else { return };
         let Some(mass) = out.mass.first_chunk_mut::<1>() else { return };
         let Some(forcing) = out.forcing.first_chunk_mut::<1>() else { return };
+        let (_, cos_hinge) = S::sin_cos(q[0]);
         // arm
-        let cos_hinge = S::sin_cos(q[0]).1;
         let moment_arm_x = -cos_hinge * c(-0.0177798000739608);
         mass[0] = c(1.2282610013696912e-4);
-        forcing[0] = moment_arm_x - q[0] * c(7.6e-3) - u[0] * c(2.5e-5);
+        forcing[0] = mul_add(c(-2.5e-5), u[0], mul_add(c(-7.6e-3), q[0], moment_arm_x));
     }
     fn write_closure(&self, q: &[S], residual: &mut [S], jacobian: &mut [S]) {}
     fn write_poses(&self, q: &[S], out: &mut [S]) {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let Some(q) = q.first_chunk::<N>() else { return };
         let Some(poses) = out.first_chunk_mut::<24>() else { return };
-        // arm
         let (sin_hinge, cos_hinge) = S::sin_cos(q[0]);
         poses[0] = c(1.0);
         poses[1] = c(0.0);
@@ -194,61 +196,63 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         poses[19] = sin_hinge;
         poses[20] = cos_hinge;
         poses[21] = c(0.0);
-        poses[22] = sin_hinge * c(3.17e-3) + cos_hinge * c(0.022255) - c(0.022255);
-        poses[23] = c(3.17e-3) + (sin_hinge * c(0.022255) - cos_hinge * c(3.17e-3));
+        poses[22] = mul_add(c(0.022255), cos_hinge, sin_hinge * c(3.17e-3)) - c(0.022255);
+        poses[23] = c(3.17e-3) + mul_add(c(-3.17e-3), cos_hinge, sin_hinge * c(0.022255));
     }
     fn write_points(&self, q: &[S], out: &mut [S]) {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let Some(q) = q.first_chunk::<N>() else { return };
         let Some(points) = out.first_chunk_mut::<3>() else { return };
-        // arm
         let (sin_hinge, cos_hinge) = S::sin_cos(q[0]);
         points[0] = c(-3.2000000000000015e-3);
         points[1] = -cos_hinge * c(0.1015) - c(0.022255);
-        points[2] = c(3.17e-3) - sin_hinge * c(0.1015);
+        points[2] = mul_add(c(-0.1015), sin_hinge, c(3.17e-3));
     }
     fn energy(&self, t: S, q: &[S], u: &[S]) -> ::lamc_runtime::Energy<S> {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let (Some(q), Some(u)) = (q.first_chunk::<N>(), u.first_chunk::<N>()) else {
             return ::lamc_runtime::Energy {
                 kinetic: c(f64::NAN),
                 potential: c(f64::NAN),
             };
         };
+        let (kinetic, potential) = (&mut [c(0.0)], &mut [c(0.0)]);
+        let (sin_hinge, _) = S::sin_cos(q[0]);
         // arm
-        let sin_hinge = S::sin_cos(q[0]).0;
         let kinetic_arm = u[0] * u[0] * c(6.141305006848456e-5);
-        let potential_arm = (c(1.1060708461599998e-4) - sin_hinge * c(1.81241590968e-3))
-            * c(9.81);
-        // the whole mechanism
-        let spring_hinge = q[0] * q[0] * c(3.8e-3);
+        kinetic[0] = kinetic_arm;
+        potential[0] = mul_add(c(3.8e-3), q[0] * q[0], mul_add(c(-1.81241590968e-3), sin_hinge,
+            c(1.1060708461599998e-4)) * c(9.81));
         ::lamc_runtime::Energy {
-            kinetic: kinetic_arm,
-            potential: potential_arm + spring_hinge,
+            kinetic: kinetic[0],
+            potential: potential[0],
         }
     }
     fn drives(&self, t: S, mut visit: impl FnMut(::lamc_runtime::Drive<S>)) {}
     fn write_reactions(&self, at: ::lamc_runtime::Balance<'_, S>, out: &mut [S]) {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let t = at.t;
         let Some(q) = at.q.first_chunk::<N>() else { return };
         let Some(u) = at.u.first_chunk::<N>() else { return };
         let Some(a) = at.acceleration.first_chunk::<N>() else { return };
         let Some(lambda) = at.multipliers.first_chunk::<C>() else { return };
         let Some(reactions) = out.first_chunk_mut::<6>() else { return };
-        // arm
         let (sin_hinge, cos_hinge) = S::sin_cos(q[0]);
+        // arm
         let omega_xx_arm = u[0] * u[0];
         let moment_moving_arm_x = -cos_hinge * c(-0.0177798000739608)
-            - (a[0] * c(1.2270930835949067e-4) + a[0] * c(1.167917774784309e-7));
-        let force_carried_arm_y = sin_hinge * c(-0.34228880128799993)
-            - omega_xx_arm * c(1.81241590968e-3);
-        let force_carried_arm_z = cos_hinge * c(-0.34228880128799993)
-            + c(1.81241590968e-3) * a[0];
-        let moment_carried_arm_y = -cos_hinge * c(-8.557185803319869e-3)
-            - a[0] * c(4.531021650040903e-5);
-        let moment_carried_arm_z = sin_hinge * c(-8.557185803319869e-3)
-            - omega_xx_arm * c(4.531021650040903e-5);
+            - mul_add(c(1.167917774784309e-7), a[0], a[0] * c(1.2270930835949067e-4));
+        let force_carried_arm_y = mul_add(c(-1.81241590968e-3), omega_xx_arm,
+            sin_hinge * c(-0.34228880128799993));
+        let force_carried_arm_z = mul_add(c(1.81241590968e-3), a[0],
+            cos_hinge * c(-0.34228880128799993));
+        let moment_carried_arm_y = mul_add(c(-4.531021650040903e-5), a[0],
+            -cos_hinge * c(-8.557185803319869e-3));
+        let moment_carried_arm_z = mul_add(c(-4.531021650040903e-5), omega_xx_arm,
+            sin_hinge * c(-8.557185803319869e-3));
         reactions[0] = c(0.0);
         reactions[1] = -force_carried_arm_y;
         reactions[2] = -force_carried_arm_z;
@@ -264,6 +268,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         closure: &mut [S],
     ) {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let t = at.t;
         let Some(q) = at.q.first_chunk::<N>() else { return };
         let Some(u) = at.u.first_chunk::<N>() else { return };
@@ -275,10 +280,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         let Some(dp) = change.parameters.first_chunk::<0>() else { return };
         let Some(di) = change.inputs.first_chunk::<0>() else { return };
         let Some(forces) = forces.first_chunk_mut::<1>() else { return };
+        let (arm_part, _) = S::sin_cos(q[0]);
         // arm
-        let arm_part = S::sin_cos(q[0]).0;
         let d_moment_moving_arm_x = -dq[0] * arm_part * c(0.0177798000739608);
-        forces[0] = d_moment_moving_arm_x - dq[0] * c(7.6e-3) - du[0] * c(2.5e-5);
+        forces[0] = mul_add(c(-2.5e-5), du[0], mul_add(c(-7.6e-3), dq[0], d_moment_moving_arm_x));
     }
     fn write_acceleration(
         &self,
@@ -288,23 +293,27 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         out: &mut [S],
     ) -> ::lamc_runtime::Margin<S> {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let Some(q) = q.first_chunk::<N>() else {
             return ::lamc_runtime::Margin::none()
         };
         let Some(u) = u.first_chunk::<N>() else {
             return ::lamc_runtime::Margin::none()
         };
+        let margin = &mut [c(0.0); 2];
         let Some(acceleration) = out.first_chunk_mut::<1>() else {
             return ::lamc_runtime::Margin::none()
         };
+        let (_, cos_hinge) = S::sin_cos(q[0]);
         // arm
-        let cos_hinge = S::sin_cos(q[0]).1;
         let moment_arm_x = -cos_hinge * c(-0.0177798000739608);
-        acceleration[0] = (moment_arm_x - q[0] * c(7.6e-3) - u[0] * c(2.5e-5))
-            * c(8141.592046681067);
+        acceleration[0] = mul_add(c(-2.5e-5), u[0], mul_add(c(-7.6e-3), q[0],
+            moment_arm_x)) * c(8141.592046681067);
+        margin[0] = c(8141.592046681067);
+        margin[1] = c(1.0);
         ::lamc_runtime::Margin {
-            inverse_pivot: c(8141.592046681067),
-            conditioning: c(1.0),
+            inverse_pivot: margin[0],
+            conditioning: margin[1],
         }
     }
 }

@@ -103,6 +103,7 @@ impl<S: ::lamc_runtime::Scalar> ::core::default::Default for TriplePendulum<S> {
 #[allow(
     clippy::approx_constant,
     clippy::excessive_precision,
+    clippy::too_many_arguments,
     unused_mut,
     unused_variables,
     reason = "numbers of the drawing; not every function reads everything it is given"
@@ -162,18 +163,16 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         out: ::lamc_runtime::EquationsMut<'_, S>,
     ) {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let Some(q) = q.first_chunk::<N>() else { return };
         let Some(u) = u.first_chunk::<N>() else { return };
         let Some(mass) = out.mass.first_chunk_mut::<9>() else { return };
         let Some(forcing) = out.forcing.first_chunk_mut::<3>() else { return };
-        // upper
-        let (sin_shoulder, cos_shoulder) = S::sin_cos(q[0]);
-        // middle
-        let (sin_elbow, cos_elbow) = S::sin_cos(q[1]);
-        // lower
-        let (sin_wrist, cos_wrist) = S::sin_cos(q[2]);
-        // upper
-        let omega_xx_upper = u[0] * u[0];
+        let [
+            (sin_shoulder, cos_shoulder),
+            (sin_elbow, cos_elbow),
+            (sin_wrist, cos_wrist),
+        ] = S::sin_cos_all([q[0], q[1], q[2]]);
         // middle
         let omega_middle_x = u[0] + u[1];
         let omega_xx_middle = omega_middle_x * omega_middle_x;
@@ -184,61 +183,56 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let free_fall_upper_y = -sin_shoulder * c(9.81);
         let upper_part = cos_shoulder * c(9.81);
         // middle
-        let fall_above_middle_y = free_fall_upper_y - omega_xx_upper;
-        let free_fall_middle_y = cos_elbow * fall_above_middle_y
-            - sin_elbow * upper_part;
-        let free_fall_middle_z = -cos_elbow * upper_part
-            - sin_elbow * fall_above_middle_y;
+        let fall_above_middle_y = mul_add(-u[0], u[0], free_fall_upper_y);
+        let free_fall_middle_y = mul_add(-sin_elbow, upper_part, cos_elbow * fall_above_middle_y);
+        let free_fall_middle_z = mul_add(-sin_elbow, fall_above_middle_y, -cos_elbow * upper_part);
         // lower
         let fall_above_lower_y = free_fall_middle_y - omega_xx_middle;
-        let free_fall_lower_z = sin_wrist * fall_above_lower_y
-            + cos_wrist * free_fall_middle_z;
+        let free_fall_lower_z = mul_add(cos_wrist, free_fall_middle_z,
+            sin_wrist * fall_above_lower_y);
         let force_lower_y = omega_xx_lower * c(0.4999999999599003);
         let moment_lower_x = free_fall_lower_z * c(0.4999999999599003);
-        let across_lower = cos_wrist * force_lower_y;
         let force_above_lower_z = sin_wrist * force_lower_y;
         let moment_above_lower_x = -moment_lower_x - force_above_lower_z;
         // middle
-        let force_middle_y = -omega_xx_middle * c(1.4999836) - across_lower;
-        let moment_middle_x = moment_above_lower_x - free_fall_middle_z * c(1.4999836);
-        let force_above_middle_z = sin_elbow * force_middle_y
-            + cos_elbow * force_above_lower_z;
+        let force_middle_y = mul_add(-cos_wrist, force_lower_y, -omega_xx_middle * c(1.4999836));
+        let moment_middle_x = mul_add(c(-1.4999836), free_fall_middle_z, moment_above_lower_x);
+        let force_above_middle_z = mul_add(cos_elbow, force_above_lower_z,
+            sin_elbow * force_middle_y);
         let moment_above_middle_x = moment_middle_x - force_above_middle_z;
         // upper
-        let moment_upper_x = moment_above_middle_x - cos_shoulder * c(-24.524678232);
+        let moment_upper_x = mul_add(c(24.524678232), cos_shoulder, moment_above_middle_x);
         // lower
         let first_moment_above_lower_z = sin_wrist * c(0.4999999999599003);
-        let across_lower_2 = -first_moment_above_lower_z;
+        let across_lower = -first_moment_above_lower_z;
         let force_above_lower_z_2 = cos_wrist * c(0.4999999999599003);
         let moment_above_lower_x_2 = -force_above_lower_z_2 - c(0.4166658393333334);
         // middle
         let middle_part = sin_elbow * first_moment_above_lower_z;
-        let force_above_middle_z_2 = middle_part + cos_elbow * force_above_lower_z_2;
+        let force_above_middle_z_2 = mul_add(cos_elbow, force_above_lower_z_2, middle_part);
         let moment_above_middle_x_2 = moment_above_lower_x_2 - force_above_middle_z_2;
         // lower
         let twist_lower = sin_wrist * c(0.25000082733333334);
         let bend_lower = sin_wrist * twist_lower;
-        let shear_lower = cos_wrist * twist_lower;
         let turned_yy_lower = c(0.33333333333333337) - bend_lower;
         // middle
         let first_moment_middle_y = c(-1.4999836) - force_above_lower_z_2;
-        let second_moment_yy_middle = turned_yy_lower
-            + (c(1.3333169334135326) + cos_wrist * c(0.9999999999198006));
-        let second_moment_yz_middle = across_lower_2 - shear_lower;
+        let second_moment_yy_middle = turned_yy_lower + mul_add(c(0.9999999999198006), cos_wrist,
+            c(1.3333169334135326));
+        let second_moment_yz_middle = mul_add(-cos_wrist, twist_lower, across_lower);
         let second_moment_zz_middle = bend_lower + c(0.1666641846666667);
         let mass_elbow_elbow = second_moment_yy_middle + second_moment_zz_middle;
-        let force_above_middle_z_3 = cos_elbow * first_moment_middle_y - middle_part;
+        let force_above_middle_z_3 = mul_add(cos_elbow, first_moment_middle_y, -middle_part);
         let moment_above_middle_x_3 = mass_elbow_elbow - force_above_middle_z_3;
-        let twist_middle = sin_elbow
-            * (second_moment_yy_middle - second_moment_zz_middle)
-            + second_moment_yz_middle * (cos_elbow * c(2.0));
+        let twist_middle = mul_add(second_moment_yz_middle, cos_elbow * c(2.0),
+            sin_elbow * (second_moment_yy_middle - second_moment_zz_middle));
         let bend_middle = sin_elbow * twist_middle;
         let turned_yy_middle = second_moment_yy_middle - bend_middle;
         // upper
-        let second_moment_yy_upper = turned_yy_middle
-            + (c(2.333300533413533) - c(2.0) * force_above_middle_z_3);
-        let second_moment_zz_upper = bend_middle
-            + (second_moment_zz_middle + c(0.08333167866666671));
+        let second_moment_yy_upper = turned_yy_middle + mul_add(c(-2.0), force_above_middle_z_3,
+            c(2.333300533413533));
+        let second_moment_zz_upper = bend_middle + (second_moment_zz_middle
+            + c(0.08333167866666671));
         let mass_shoulder_shoulder = second_moment_yy_upper + second_moment_zz_upper;
         mass[0] = mass_shoulder_shoulder;
         mass[1] = moment_above_middle_x_3;
@@ -249,35 +243,35 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         mass[6] = moment_above_middle_x_2;
         mass[7] = moment_above_lower_x_2;
         mass[8] = c(0.4166658393333334);
-        forcing[0] = moment_upper_x - q[0] * c(100.0) - u[0] * c(10.0);
-        forcing[1] = moment_middle_x - q[1] * c(100.0) - u[1] * c(10.0);
-        forcing[2] = moment_lower_x - q[2] * c(100.0) - u[2] * c(10.0);
+        forcing[0] = mul_add(c(-10.0), u[0], mul_add(c(-100.0), q[0], moment_upper_x));
+        forcing[1] = mul_add(c(-10.0), u[1], mul_add(c(-100.0), q[1], moment_middle_x));
+        forcing[2] = mul_add(c(-10.0), u[2], mul_add(c(-100.0), q[2], moment_lower_x));
     }
     fn write_closure(&self, q: &[S], residual: &mut [S], jacobian: &mut [S]) {}
     fn write_poses(&self, q: &[S], out: &mut [S]) {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let Some(q) = q.first_chunk::<N>() else { return };
         let Some(poses) = out.first_chunk_mut::<48>() else { return };
-        // upper
-        let (sin_shoulder, cos_shoulder) = S::sin_cos(q[0]);
-        // middle
-        let (sin_elbow, cos_elbow) = S::sin_cos(q[1]);
-        // lower
-        let (sin_wrist, cos_wrist) = S::sin_cos(q[2]);
+        let [
+            (sin_shoulder, cos_shoulder),
+            (sin_elbow, cos_elbow),
+            (sin_wrist, cos_wrist),
+        ] = S::sin_cos_all([q[0], q[1], q[2]]);
         // middle
         let middle_part = sin_shoulder * sin_elbow;
         let middle_part_2 = cos_shoulder * cos_elbow;
         let axis_y_middle_x = middle_part - middle_part_2;
-        let axis_y_middle_z = sin_shoulder * cos_elbow + cos_shoulder * sin_elbow;
+        let axis_y_middle_z = mul_add(cos_shoulder, sin_elbow, sin_shoulder * cos_elbow);
         let axis_z_middle_z = middle_part_2 - middle_part;
         let origin_middle_z = c(0.5) - sin_shoulder;
         // lower
         let lower_part = sin_wrist * axis_y_middle_z;
-        let axis_y_lower_x = lower_part - cos_wrist * axis_y_middle_x;
+        let axis_y_lower_x = mul_add(-cos_wrist, axis_y_middle_x, lower_part);
         let lower_part_2 = cos_wrist * axis_y_middle_z;
-        let axis_y_lower_z = sin_wrist * axis_z_middle_z - lower_part_2;
-        let axis_z_lower_x = lower_part_2 + sin_wrist * axis_y_middle_x;
-        let axis_z_lower_z = lower_part + cos_wrist * axis_z_middle_z;
+        let axis_y_lower_z = mul_add(sin_wrist, axis_z_middle_z, -lower_part_2);
+        let axis_z_lower_x = mul_add(sin_wrist, axis_y_middle_x, lower_part_2);
+        let axis_z_lower_z = mul_add(cos_wrist, axis_z_middle_z, lower_part);
         let origin_lower_x = cos_shoulder - axis_y_middle_x;
         let origin_lower_z = origin_middle_z - axis_y_middle_z;
         poses[0] = c(1.0);
@@ -303,7 +297,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         poses[20] = cos_shoulder;
         poses[21] = -sin_shoulder * c(0.5);
         poses[22] = c(0.0);
-        poses[23] = c(0.5) - cos_shoulder * c(0.5);
+        poses[23] = mul_add(c(-0.5), cos_shoulder, c(0.5));
         poses[24] = -axis_y_middle_x;
         poses[25] = c(0.0);
         poses[26] = axis_y_middle_z;
@@ -313,9 +307,9 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         poses[30] = -axis_y_middle_z;
         poses[31] = c(0.0);
         poses[32] = axis_z_middle_z;
-        poses[33] = axis_y_middle_x + (cos_shoulder - axis_y_middle_z * c(0.5));
+        poses[33] = axis_y_middle_x + mul_add(c(-0.5), axis_y_middle_z, cos_shoulder);
         poses[34] = c(0.0);
-        poses[35] = origin_middle_z + (axis_y_middle_z - axis_z_middle_z * c(0.5));
+        poses[35] = origin_middle_z + mul_add(c(-0.5), axis_z_middle_z, axis_y_middle_z);
         poses[36] = axis_y_lower_x;
         poses[37] = c(0.0);
         poses[38] = axis_z_lower_x;
@@ -325,30 +319,32 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         poses[42] = axis_y_lower_z;
         poses[43] = c(0.0);
         poses[44] = axis_z_lower_z;
-        poses[45] = origin_lower_x - c(0.5) * axis_z_lower_x - axis_y_lower_x * c(2.0);
+        poses[45] = mul_add(c(-2.0), axis_y_lower_x, mul_add(c(-0.5), axis_z_lower_x,
+            origin_lower_x));
         poses[46] = c(0.0);
-        poses[47] = origin_lower_z - c(0.5) * axis_z_lower_z - axis_y_lower_z * c(2.0);
+        poses[47] = mul_add(c(-2.0), axis_y_lower_z, mul_add(c(-0.5), axis_z_lower_z,
+            origin_lower_z));
     }
     fn write_points(&self, q: &[S], out: &mut [S]) {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let Some(q) = q.first_chunk::<N>() else { return };
         let Some(points) = out.first_chunk_mut::<3>() else { return };
-        // upper
-        let (sin_shoulder, cos_shoulder) = S::sin_cos(q[0]);
-        // middle
-        let (sin_elbow, cos_elbow) = S::sin_cos(q[1]);
-        // lower
-        let (sin_wrist, cos_wrist) = S::sin_cos(q[2]);
+        let [
+            (sin_shoulder, cos_shoulder),
+            (sin_elbow, cos_elbow),
+            (sin_wrist, cos_wrist),
+        ] = S::sin_cos_all([q[0], q[1], q[2]]);
         // middle
         let middle_part = sin_shoulder * sin_elbow;
         let middle_part_2 = cos_shoulder * cos_elbow;
         let axis_y_middle_x = middle_part - middle_part_2;
-        let axis_y_middle_z = sin_shoulder * cos_elbow + cos_shoulder * sin_elbow;
+        let axis_y_middle_z = mul_add(cos_shoulder, sin_elbow, sin_shoulder * cos_elbow);
         let axis_z_middle_z = middle_part_2 - middle_part;
         let origin_middle_z = c(0.5) - sin_shoulder;
         // lower
-        let axis_y_lower_x = sin_wrist * axis_y_middle_z - cos_wrist * axis_y_middle_x;
-        let axis_y_lower_z = sin_wrist * axis_z_middle_z - cos_wrist * axis_y_middle_z;
+        let axis_y_lower_x = mul_add(-cos_wrist, axis_y_middle_x, sin_wrist * axis_y_middle_z);
+        let axis_y_lower_z = mul_add(-cos_wrist, axis_y_middle_z, sin_wrist * axis_z_middle_z);
         let origin_lower_x = cos_shoulder - axis_y_middle_x;
         let origin_lower_z = origin_middle_z - axis_y_middle_z;
         points[0] = axis_y_lower_x + origin_lower_x;
@@ -357,18 +353,19 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
     }
     fn energy(&self, t: S, q: &[S], u: &[S]) -> ::lamc_runtime::Energy<S> {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let (Some(q), Some(u)) = (q.first_chunk::<N>(), u.first_chunk::<N>()) else {
             return ::lamc_runtime::Energy {
                 kinetic: c(f64::NAN),
                 potential: c(f64::NAN),
             };
         };
-        // upper
-        let (sin_shoulder, cos_shoulder) = S::sin_cos(q[0]);
-        // middle
-        let (sin_elbow, cos_elbow) = S::sin_cos(q[1]);
-        // lower
-        let (sin_wrist, cos_wrist) = S::sin_cos(q[2]);
+        let (kinetic, potential) = (&mut [c(0.0)], &mut [c(0.0)]);
+        let [
+            (sin_shoulder, cos_shoulder),
+            (sin_elbow, cos_elbow),
+            (sin_wrist, cos_wrist),
+        ] = S::sin_cos_all([q[0], q[1], q[2]]);
         // middle
         let omega_middle_x = u[0] + u[1];
         let middle_part = sin_elbow * u[0];
@@ -377,59 +374,51 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         // lower
         let omega_lower_x = u[2] - omega_middle_x;
         let lower_part = v_middle_z - omega_middle_x;
-        let v_lower_y = sin_wrist * lower_part + cos_wrist * middle_part;
-        let v_lower_z = cos_wrist * lower_part - sin_wrist * middle_part;
-        // upper
-        let kinetic_upper = u[0] * u[0] * c(0.20832840604009978);
+        let v_lower_y = mul_add(cos_wrist, middle_part, sin_wrist * lower_part);
+        let v_lower_z = mul_add(-sin_wrist, middle_part, cos_wrist * lower_part);
         // middle
-        let kinetic_middle = middle_part_2 * (omega_middle_x * c(0.4999918))
-            + ((middle_part * middle_part + middle_part_2 * middle_part_2) * c(0.4999918)
-                + omega_middle_x * omega_middle_x * c(0.20832840604009972));
+        let kinetic_middle = mul_add(middle_part_2, omega_middle_x * c(0.4999918),
+            mul_add(c(0.20832840604009972), omega_middle_x * omega_middle_x, mul_add(middle_part_2,
+            middle_part_2, middle_part * middle_part) * c(0.4999918)));
         // lower
-        let kinetic_lower = v_lower_z * (omega_lower_x * c(0.4999999999599003))
-            + ((v_lower_y * v_lower_y + v_lower_z * v_lower_z) * c(0.4999959)
-                + omega_lower_x * omega_lower_x * c(0.2083329196666667));
-        // upper
-        let potential_upper = (c(0.4999918000000001)
-            - sin_shoulder * c(0.4999918000000001)) * c(9.81);
+        let kinetic_lower = mul_add(v_lower_z, omega_lower_x * c(0.4999999999599003),
+            mul_add(c(0.2083329196666667), omega_lower_x * omega_lower_x, mul_add(v_lower_z,
+            v_lower_z, v_lower_y * v_lower_y) * c(0.4999959)));
         // middle
-        let axis_y_middle_z = sin_shoulder * cos_elbow + cos_shoulder * sin_elbow;
-        let axis_z_middle_z = cos_shoulder * cos_elbow - sin_shoulder * sin_elbow;
+        let axis_y_middle_z = mul_add(cos_shoulder, sin_elbow, sin_shoulder * cos_elbow);
+        let axis_z_middle_z = mul_add(-sin_shoulder, sin_elbow, cos_shoulder * cos_elbow);
         let origin_middle_z = c(0.5) - sin_shoulder;
-        let potential_middle = c(9.81)
-            * (origin_middle_z * c(0.9999836) - c(0.4999918) * axis_y_middle_z);
         // lower
-        let axis_y_lower_z = sin_wrist * axis_z_middle_z - cos_wrist * axis_y_middle_z;
+        let axis_y_lower_z = mul_add(-cos_wrist, axis_y_middle_z, sin_wrist * axis_z_middle_z);
         let origin_lower_z = origin_middle_z - axis_y_middle_z;
-        let potential_lower = c(9.81)
-            * (origin_lower_z * c(0.9999918) + c(0.4999999999599003) * axis_y_lower_z);
         // the whole mechanism
-        let spring_shoulder = q[0] * q[0] * c(50.0);
-        let spring_elbow = c(50.0) * (q[1] * q[1]);
-        let spring_wrist = c(50.0) * (q[2] * q[2]);
+        let part = mul_add(c(9.81), mul_add(c(0.4999999999599003), axis_y_lower_z,
+            origin_lower_z * c(0.9999918)), mul_add(c(9.81), mul_add(c(-0.4999918), axis_y_middle_z,
+            origin_middle_z * c(0.9999836)), mul_add(c(-0.4999918000000001), sin_shoulder,
+            c(0.4999918000000001)) * c(9.81)));
+        kinetic[0] = kinetic_lower + mul_add(c(0.20832840604009978), u[0] * u[0], kinetic_middle);
+        potential[0] = mul_add(c(50.0), q[2] * q[2], mul_add(c(50.0), q[1] * q[1], mul_add(c(50.0),
+            q[0] * q[0], part)));
         ::lamc_runtime::Energy {
-            kinetic: kinetic_lower + (kinetic_upper + kinetic_middle),
-            potential: spring_wrist
-                + (spring_elbow
-                    + (spring_shoulder
-                        + (potential_lower + (potential_upper + potential_middle)))),
+            kinetic: kinetic[0],
+            potential: potential[0],
         }
     }
     fn drives(&self, t: S, mut visit: impl FnMut(::lamc_runtime::Drive<S>)) {}
     fn write_reactions(&self, at: ::lamc_runtime::Balance<'_, S>, out: &mut [S]) {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let t = at.t;
         let Some(q) = at.q.first_chunk::<N>() else { return };
         let Some(u) = at.u.first_chunk::<N>() else { return };
         let Some(a) = at.acceleration.first_chunk::<N>() else { return };
         let Some(lambda) = at.multipliers.first_chunk::<C>() else { return };
         let Some(reactions) = out.first_chunk_mut::<18>() else { return };
-        // upper
-        let (sin_shoulder, cos_shoulder) = S::sin_cos(q[0]);
-        // middle
-        let (sin_elbow, cos_elbow) = S::sin_cos(q[1]);
-        // lower
-        let (sin_wrist, cos_wrist) = S::sin_cos(q[2]);
+        let [
+            (sin_shoulder, cos_shoulder),
+            (sin_elbow, cos_elbow),
+            (sin_wrist, cos_wrist),
+        ] = S::sin_cos_all([q[0], q[1], q[2]]);
         // upper
         let omega_xx_upper = u[0] * u[0];
         // middle
@@ -446,75 +435,73 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         // lower
         let alpha_moving_lower_x = a[2] - alpha_moving_middle_x;
         // middle
-        let fall_above_middle_z = a[0] - cos_shoulder * c(9.81);
-        let free_fall_middle_y = sin_elbow * fall_above_middle_z
-            + cos_elbow * fall_above_middle_y;
-        let free_fall_middle_z = cos_elbow * fall_above_middle_z
-            - sin_elbow * fall_above_middle_y;
+        let fall_above_middle_z = mul_add(c(-9.81), cos_shoulder, a[0]);
+        let free_fall_middle_y = mul_add(cos_elbow, fall_above_middle_y,
+            sin_elbow * fall_above_middle_z);
+        let free_fall_middle_z = mul_add(-sin_elbow, fall_above_middle_y,
+            cos_elbow * fall_above_middle_z);
         // lower
         let fall_above_lower_y = free_fall_middle_y - omega_xx_middle;
         let fall_above_lower_z = alpha_moving_middle_x + free_fall_middle_z;
-        let free_fall_lower_y = sin_wrist * fall_above_lower_z
-            - cos_wrist * fall_above_lower_y;
-        let free_fall_lower_z = sin_wrist * fall_above_lower_y
-            + cos_wrist * fall_above_lower_z;
-        let moment_moving_lower_x = free_fall_lower_z * c(0.4999999999599003)
-            - (alpha_moving_lower_x * c(0.33333333333333337)
-                + alpha_moving_lower_x * c(0.08333250600000003));
-        let force_carried_lower_y = omega_xx_lower * c(0.4999999999599003)
-            + free_fall_lower_y * c(0.9999918);
-        let force_carried_lower_z = free_fall_lower_z * c(0.9999918)
-            - alpha_moving_lower_x * c(0.4999999999599003);
-        let moment_carried_lower_y = free_fall_lower_z * c(0.4999959)
-            - alpha_moving_lower_x * c(0.24999999997995015);
-        let moment_carried_lower_z = -omega_xx_lower * c(0.24999999997995015)
-            - free_fall_lower_y * c(0.4999959);
-        let across_lower = cos_wrist * force_carried_lower_y
-            - sin_wrist * force_carried_lower_z;
-        let force_above_lower_z = sin_wrist * force_carried_lower_y
-            + cos_wrist * force_carried_lower_z;
-        let across_lower_2 = cos_wrist * moment_carried_lower_y
-            - sin_wrist * moment_carried_lower_z;
+        let free_fall_lower_y = mul_add(-cos_wrist, fall_above_lower_y,
+            sin_wrist * fall_above_lower_z);
+        let free_fall_lower_z = mul_add(cos_wrist, fall_above_lower_z,
+            sin_wrist * fall_above_lower_y);
+        let moment_moving_lower_x = mul_add(c(0.4999999999599003), free_fall_lower_z,
+            -mul_add(c(0.08333250600000003), alpha_moving_lower_x,
+            alpha_moving_lower_x * c(0.33333333333333337)));
+        let force_carried_lower_y = mul_add(c(0.9999918), free_fall_lower_y,
+            omega_xx_lower * c(0.4999999999599003));
+        let force_carried_lower_z = mul_add(c(-0.4999999999599003), alpha_moving_lower_x,
+            free_fall_lower_z * c(0.9999918));
+        let moment_carried_lower_y = mul_add(c(-0.24999999997995015), alpha_moving_lower_x,
+            free_fall_lower_z * c(0.4999959));
+        let moment_carried_lower_z = mul_add(c(-0.4999959), free_fall_lower_y,
+            -omega_xx_lower * c(0.24999999997995015));
+        let across_lower = mul_add(-sin_wrist, force_carried_lower_z,
+            cos_wrist * force_carried_lower_y);
+        let force_above_lower_z = mul_add(cos_wrist, force_carried_lower_z,
+            sin_wrist * force_carried_lower_y);
+        let across_lower_2 = mul_add(-sin_wrist, moment_carried_lower_z,
+            cos_wrist * moment_carried_lower_y);
         let lower_part = -moment_moving_lower_x;
         let moment_above_lower_x = lower_part - force_above_lower_z;
-        let moment_above_lower_z = sin_wrist * moment_carried_lower_y
-            + cos_wrist * moment_carried_lower_z;
+        let moment_above_lower_z = mul_add(cos_wrist, moment_carried_lower_z,
+            sin_wrist * moment_carried_lower_y);
         // middle
-        let force_carried_middle_y = free_fall_middle_y * c(0.9999836)
-            - omega_xx_middle * c(0.4999918) - across_lower;
-        let force_carried_middle_z = force_above_lower_z
-            + (free_fall_middle_z * c(0.9999836) + alpha_moving_middle_x * c(0.4999918));
+        let force_carried_middle_y = mul_add(c(-0.4999918), omega_xx_middle,
+            free_fall_middle_y * c(0.9999836)) - across_lower;
+        let force_carried_middle_z = force_above_lower_z + mul_add(c(0.4999918),
+            alpha_moving_middle_x, free_fall_middle_z * c(0.9999836));
         let middle_part = free_fall_middle_z * c(0.4999918);
         let moment_carried_middle_x = moment_above_lower_x - middle_part
-            - (alpha_moving_middle_x * c(0.33332513341353276)
-                + alpha_moving_middle_x * c(0.08333167866666666));
-        let moment_carried_middle_y = -middle_part - alpha_moving_middle_x * c(0.2499959)
+            - mul_add(c(0.08333167866666666), alpha_moving_middle_x,
+            alpha_moving_middle_x * c(0.33332513341353276));
+        let moment_carried_middle_y = mul_add(c(-0.2499959), alpha_moving_middle_x, -middle_part)
             - across_lower_2;
-        let moment_carried_middle_z = moment_above_lower_z
-            + (free_fall_middle_y * c(0.4999918) - omega_xx_middle * c(0.2499959));
-        let across_middle = cos_elbow * force_carried_middle_y
-            - sin_elbow * force_carried_middle_z;
-        let force_above_middle_z = sin_elbow * force_carried_middle_y
-            + cos_elbow * force_carried_middle_z;
-        let across_middle_2 = cos_elbow * moment_carried_middle_y
-            - sin_elbow * moment_carried_middle_z;
+        let moment_carried_middle_z = moment_above_lower_z + mul_add(c(-0.2499959), omega_xx_middle,
+            free_fall_middle_y * c(0.4999918));
+        let across_middle = mul_add(-sin_elbow, force_carried_middle_z,
+            cos_elbow * force_carried_middle_y);
+        let force_above_middle_z = mul_add(cos_elbow, force_carried_middle_z,
+            sin_elbow * force_carried_middle_y);
+        let across_middle_2 = mul_add(-sin_elbow, moment_carried_middle_z,
+            cos_elbow * moment_carried_middle_y);
         let moment_above_middle_x = moment_carried_middle_x - force_above_middle_z;
-        let moment_above_middle_z = sin_elbow * moment_carried_middle_y
-            + cos_elbow * moment_carried_middle_z;
+        let moment_above_middle_z = mul_add(cos_elbow, moment_carried_middle_z,
+            sin_elbow * moment_carried_middle_y);
         // upper
-        let force_carried_upper_y = across_middle
-            + (sin_shoulder * c(-9.809839116000003)
-                - omega_xx_upper * c(0.4999918000000001));
-        let force_carried_upper_z = force_above_middle_z
-            + (cos_shoulder * c(-9.809839116000003) + a[0] * c(0.4999918000000001));
+        let force_carried_upper_y = across_middle + mul_add(c(-0.4999918000000001), omega_xx_upper,
+            sin_shoulder * c(-9.809839116000003));
+        let force_carried_upper_z = force_above_middle_z + mul_add(c(0.4999918000000001), a[0],
+            cos_shoulder * c(-9.809839116000003));
         let upper_part = cos_shoulder * c(-4.904919558000001);
         let moment_carried_upper_x = moment_above_middle_x - upper_part
-            - (a[0] * c(0.33332513341353287) + a[0] * c(0.08333167866666671));
-        let moment_carried_upper_y = across_middle_2 - upper_part
-            - a[0] * c(0.24999590000000005);
-        let moment_carried_upper_z = moment_above_middle_z
-            + (sin_shoulder * c(-4.904919558000001)
-                - omega_xx_upper * c(0.24999590000000005));
+            - mul_add(c(0.08333167866666671), a[0], a[0] * c(0.33332513341353287));
+        let moment_carried_upper_y = mul_add(c(-0.24999590000000005), a[0], across_middle_2
+            - upper_part);
+        let moment_carried_upper_z = moment_above_middle_z + mul_add(c(-0.24999590000000005),
+            omega_xx_upper, sin_shoulder * c(-4.904919558000001));
         reactions[0] = c(0.0);
         reactions[1] = -force_carried_upper_y;
         reactions[2] = -force_carried_upper_z;
@@ -542,6 +529,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         closure: &mut [S],
     ) {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let t = at.t;
         let Some(q) = at.q.first_chunk::<N>() else { return };
         let Some(u) = at.u.first_chunk::<N>() else { return };
@@ -553,20 +541,21 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let Some(dp) = change.parameters.first_chunk::<0>() else { return };
         let Some(di) = change.inputs.first_chunk::<0>() else { return };
         let Some(forces) = forces.first_chunk_mut::<3>() else { return };
+        let [
+            (sin_shoulder, cos_shoulder),
+            (sin_elbow, cos_elbow),
+            (sin_wrist, cos_wrist),
+        ] = S::sin_cos_all([q[0], q[1], q[2]]);
         // upper
-        let (sin_shoulder, cos_shoulder) = S::sin_cos(q[0]);
         let d_sin_shoulder = dq[0] * cos_shoulder;
         let upper_part = dq[0] * sin_shoulder;
         // middle
-        let (sin_elbow, cos_elbow) = S::sin_cos(q[1]);
         let d_sin_elbow = dq[1] * cos_elbow;
         let middle_part = dq[1] * sin_elbow;
         // lower
-        let (sin_wrist, cos_wrist) = S::sin_cos(q[2]);
         let d_sin_wrist = dq[2] * cos_wrist;
         let lower_part = dq[2] * sin_wrist;
         // upper
-        let omega_xx_upper = u[0] * u[0];
         let upper_part_2 = u[0] * du[0];
         let d_omega_xx_upper = upper_part_2 + upper_part_2;
         // middle
@@ -586,7 +575,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let d_free_fall_upper_y = -d_sin_shoulder * c(9.81);
         let upper_part_3 = upper_part * c(-9.81);
         // middle
-        let fall_above_middle_y = free_fall_upper_y - omega_xx_upper;
+        let fall_above_middle_y = mul_add(-u[0], u[0], free_fall_upper_y);
         let d_fall_above_middle_y = d_free_fall_upper_y - d_omega_xx_upper;
         // lower
         let force_lower_y = omega_xx_lower * c(0.4999999999599003);
@@ -596,50 +585,50 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         // lower
         let alpha_moving_lower_x = a[2] - alpha_moving_middle_x;
         // middle
-        let fall_above_middle_z = a[0] - cos_shoulder * c(9.81);
-        let free_fall_middle_y = sin_elbow * fall_above_middle_z
-            + cos_elbow * fall_above_middle_y;
-        let d_free_fall_middle_y = d_sin_elbow * fall_above_middle_z
-            - sin_elbow * upper_part_3
-            + (cos_elbow * d_fall_above_middle_y - middle_part * fall_above_middle_y);
-        let free_fall_middle_z = cos_elbow * fall_above_middle_z
-            - sin_elbow * fall_above_middle_y;
-        let d_free_fall_middle_z = -middle_part * fall_above_middle_z
-            - cos_elbow * upper_part_3
-            - (d_sin_elbow * fall_above_middle_y + sin_elbow * d_fall_above_middle_y);
+        let fall_above_middle_z = mul_add(c(-9.81), cos_shoulder, a[0]);
+        let free_fall_middle_y = mul_add(cos_elbow, fall_above_middle_y,
+            sin_elbow * fall_above_middle_z);
+        let d_free_fall_middle_y = mul_add(-sin_elbow, upper_part_3,
+            d_sin_elbow * fall_above_middle_z) + mul_add(-middle_part, fall_above_middle_y,
+            cos_elbow * d_fall_above_middle_y);
+        let free_fall_middle_z = mul_add(-sin_elbow, fall_above_middle_y,
+            cos_elbow * fall_above_middle_z);
+        let d_free_fall_middle_z = mul_add(-cos_elbow, upper_part_3,
+            -middle_part * fall_above_middle_z) - mul_add(sin_elbow, d_fall_above_middle_y,
+            d_sin_elbow * fall_above_middle_y);
         // lower
         let fall_above_lower_y = free_fall_middle_y - omega_xx_middle;
         let d_fall_above_lower_y = d_free_fall_middle_y - d_omega_xx_middle;
         let fall_above_lower_z = alpha_moving_middle_x + free_fall_middle_z;
-        let d_free_fall_lower_z = d_sin_wrist * fall_above_lower_y
-            + sin_wrist * d_fall_above_lower_y
-            + (cos_wrist * d_free_fall_middle_z - lower_part * fall_above_lower_z);
+        let d_free_fall_lower_z = mul_add(sin_wrist, d_fall_above_lower_y,
+            d_sin_wrist * fall_above_lower_y) + mul_add(-lower_part, fall_above_lower_z,
+            cos_wrist * d_free_fall_middle_z);
         let lower_part_3 = c(0.4999999999599003) * alpha_moving_lower_x;
         let d_moment_moving_lower_x = c(0.4999999999599003) * d_free_fall_lower_z;
-        let across_lower = sin_wrist * lower_part_3 + cos_wrist * force_lower_y;
-        let d_across_lower = d_sin_wrist * lower_part_3
-            + (cos_wrist * d_force_lower_y - lower_part * force_lower_y);
-        let force_above_lower_z = sin_wrist * force_lower_y - cos_wrist * lower_part_3;
-        let d_force_above_lower_z = d_sin_wrist * force_lower_y
-            + sin_wrist * d_force_lower_y + lower_part * lower_part_3;
+        let across_lower = mul_add(cos_wrist, force_lower_y, sin_wrist * lower_part_3);
+        let d_across_lower = mul_add(d_sin_wrist, lower_part_3, mul_add(-lower_part, force_lower_y,
+            cos_wrist * d_force_lower_y));
+        let force_above_lower_z = mul_add(-cos_wrist, lower_part_3, sin_wrist * force_lower_y);
+        let d_force_above_lower_z = mul_add(lower_part, lower_part_3, mul_add(sin_wrist,
+            d_force_lower_y, d_sin_wrist * force_lower_y));
         let d_moment_above_lower_x = -d_moment_moving_lower_x - d_force_above_lower_z;
         // middle
         let force_moving_middle_y = -omega_xx_middle * c(1.4999836) - across_lower;
         let d_force_moving_middle_y = -d_omega_xx_middle * c(1.4999836) - d_across_lower;
-        let force_moving_middle_z = force_above_lower_z
-            + alpha_moving_middle_x * c(1.4999836);
-        let d_moment_moving_middle_x = d_moment_above_lower_x
-            - d_free_fall_middle_z * c(1.4999836);
-        let d_force_above_middle_z = d_sin_elbow * force_moving_middle_y
-            + sin_elbow * d_force_moving_middle_y
-            + (cos_elbow * d_force_above_lower_z - middle_part * force_moving_middle_z);
+        let force_moving_middle_z = mul_add(c(1.4999836), alpha_moving_middle_x,
+            force_above_lower_z);
+        let d_moment_moving_middle_x = mul_add(c(-1.4999836), d_free_fall_middle_z,
+            d_moment_above_lower_x);
+        let d_force_above_middle_z = mul_add(sin_elbow, d_force_moving_middle_y,
+            d_sin_elbow * force_moving_middle_y) + mul_add(-middle_part, force_moving_middle_z,
+            cos_elbow * d_force_above_lower_z);
         let d_moment_above_middle_x = d_moment_moving_middle_x - d_force_above_middle_z;
         // upper
-        let d_moment_moving_upper_x = d_moment_above_middle_x
-            - upper_part * c(24.524678232);
-        forces[0] = d_moment_moving_upper_x - dq[0] * c(100.0) - du[0] * c(10.0);
-        forces[1] = d_moment_moving_middle_x - dq[1] * c(100.0) - du[1] * c(10.0);
-        forces[2] = d_moment_moving_lower_x - dq[2] * c(100.0) - du[2] * c(10.0);
+        let d_moment_moving_upper_x = mul_add(c(-24.524678232), upper_part,
+            d_moment_above_middle_x);
+        forces[0] = mul_add(c(-10.0), du[0], mul_add(c(-100.0), dq[0], d_moment_moving_upper_x));
+        forces[1] = mul_add(c(-10.0), du[1], mul_add(c(-100.0), dq[1], d_moment_moving_middle_x));
+        forces[2] = mul_add(c(-10.0), du[2], mul_add(c(-100.0), dq[2], d_moment_moving_lower_x));
     }
     fn write_acceleration(
         &self,
@@ -649,23 +638,22 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         out: &mut [S],
     ) -> ::lamc_runtime::Margin<S> {
         let c = S::from_f64;
+        let mul_add = S::mul_add;
         let Some(q) = q.first_chunk::<N>() else {
             return ::lamc_runtime::Margin::none()
         };
         let Some(u) = u.first_chunk::<N>() else {
             return ::lamc_runtime::Margin::none()
         };
+        let margin = &mut [c(0.0); 2];
         let Some(acceleration) = out.first_chunk_mut::<3>() else {
             return ::lamc_runtime::Margin::none()
         };
-        // upper
-        let (sin_shoulder, cos_shoulder) = S::sin_cos(q[0]);
-        // middle
-        let (sin_elbow, cos_elbow) = S::sin_cos(q[1]);
-        // lower
-        let (sin_wrist, cos_wrist) = S::sin_cos(q[2]);
-        // upper
-        let omega_xx_upper = u[0] * u[0];
+        let [
+            (sin_shoulder, cos_shoulder),
+            (sin_elbow, cos_elbow),
+            (sin_wrist, cos_wrist),
+        ] = S::sin_cos_all([q[0], q[1], q[2]]);
         // middle
         let omega_middle_x = u[0] + u[1];
         let omega_xx_middle = omega_middle_x * omega_middle_x;
@@ -676,17 +664,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let free_fall_upper_y = -sin_shoulder * c(9.81);
         let upper_part = cos_shoulder * c(9.81);
         // middle
-        let fall_above_middle_y = free_fall_upper_y - omega_xx_upper;
-        let free_fall_middle_y = cos_elbow * fall_above_middle_y
-            - sin_elbow * upper_part;
-        let free_fall_middle_z = -cos_elbow * upper_part
-            - sin_elbow * fall_above_middle_y;
+        let fall_above_middle_y = mul_add(-u[0], u[0], free_fall_upper_y);
+        let free_fall_middle_y = mul_add(-sin_elbow, upper_part, cos_elbow * fall_above_middle_y);
+        let free_fall_middle_z = mul_add(-sin_elbow, fall_above_middle_y, -cos_elbow * upper_part);
         // lower
         let fall_above_lower_y = free_fall_middle_y - omega_xx_middle;
-        let free_fall_lower_z = sin_wrist * fall_above_lower_y
-            + cos_wrist * free_fall_middle_z;
+        let free_fall_lower_z = mul_add(cos_wrist, free_fall_middle_z,
+            sin_wrist * fall_above_lower_y);
         let force_lower_y = omega_xx_lower * c(0.4999999999599003);
-        let moment_lower_x = free_fall_lower_z * c(0.4999999999599003);
         let lower_part = sin_wrist * c(-0.600001191266126);
         let lower_part_2 = sin_wrist * lower_part;
         let lower_part_3 = cos_wrist * lower_part;
@@ -697,41 +682,37 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let inverse_pivot_middle = c(1.0) / inertia_xx_middle;
         let middle_part = lower_part_3 * inverse_pivot_middle;
         let force_share_middle_z = coupling_middle_z * inverse_pivot_middle;
-        let left_mass_yy_middle = lower_part_2 - lower_part_3 * middle_part;
-        let left_mass_yz_middle = lower_part_3 + lower_part_3 * force_share_middle_z;
-        let left_mass_zz_middle = mass_zz_lower
-            - coupling_middle_z * force_share_middle_z;
-        let twist_middle = sin_elbow * (left_mass_yy_middle - left_mass_zz_middle)
-            + left_mass_yz_middle * (cos_elbow * c(2.0));
-        let bend_middle = sin_elbow * twist_middle;
-        let mass_zz_middle = left_mass_zz_middle + bend_middle;
+        let left_mass_yy_middle = mul_add(-lower_part_3, middle_part, lower_part_2);
+        let left_mass_yz_middle = mul_add(lower_part_3, force_share_middle_z, lower_part_3);
+        let left_mass_zz_middle = mul_add(-coupling_middle_z, force_share_middle_z, mass_zz_lower);
+        let twist_middle = mul_add(left_mass_yz_middle, cos_elbow * c(2.0),
+            sin_elbow * (left_mass_yy_middle - left_mass_zz_middle));
+        let mass_zz_middle = mul_add(sin_elbow, twist_middle, left_mass_zz_middle);
         // upper
         let inertia_xx_upper = mass_zz_middle + c(2.4166322120801995);
         let inverse_pivot_upper = c(1.0) / inertia_xx_upper;
-        let torque_upper = -q[0] * c(100.0) - u[0] * c(10.0);
+        let torque_upper = mul_add(c(-10.0), u[0], -q[0] * c(100.0));
         // middle
-        let torque_middle = -q[1] * c(100.0) - u[1] * c(10.0);
+        let torque_middle = mul_add(c(-10.0), u[1], -q[1] * c(100.0));
         // lower
-        let torque_lower = -q[2] * c(100.0) - u[2] * c(10.0);
-        let reduced_lower = moment_lower_x + torque_lower;
+        let torque_lower = mul_add(c(-10.0), u[2], -q[2] * c(100.0));
+        let reduced_lower = mul_add(c(0.4999999999599003), free_fall_lower_z, torque_lower);
         let lower_part_4 = c(1.2000023826284916) * reduced_lower;
-        let across_lower = sin_wrist * lower_part_4 + cos_wrist * force_lower_y;
-        let force_above_lower_z = sin_wrist * force_lower_y - cos_wrist * lower_part_4;
+        let across_lower = mul_add(cos_wrist, force_lower_y, sin_wrist * lower_part_4);
+        let force_above_lower_z = mul_add(-cos_wrist, lower_part_4, sin_wrist * force_lower_y);
         let moment_above_lower_x = torque_lower - force_above_lower_z;
         // middle
         let force_load_middle_y = -omega_xx_middle * c(1.4999836) - across_lower;
-        let moment_load_middle_x = moment_above_lower_x
-            - free_fall_middle_z * c(1.4999836);
+        let moment_load_middle_x = mul_add(c(-1.4999836), free_fall_middle_z, moment_above_lower_x);
         let reduced_middle = torque_middle + moment_load_middle_x;
-        let force_left_middle_y = force_load_middle_y + middle_part * reduced_middle;
-        let force_left_middle_z = force_above_lower_z
-            - force_share_middle_z * reduced_middle;
-        let force_above_middle_z = sin_elbow * force_left_middle_y
-            + cos_elbow * force_left_middle_z;
+        let force_left_middle_y = mul_add(middle_part, reduced_middle, force_load_middle_y);
+        let force_left_middle_z = mul_add(-force_share_middle_z, reduced_middle,
+            force_above_lower_z);
+        let force_above_middle_z = mul_add(cos_elbow, force_left_middle_z,
+            sin_elbow * force_left_middle_y);
         let moment_above_middle_x = -torque_middle - force_above_middle_z;
         // upper
-        let moment_load_upper_x = moment_above_middle_x
-            - cos_shoulder * c(-24.524678232);
+        let moment_load_upper_x = mul_add(c(24.524678232), cos_shoulder, moment_above_middle_x);
         let reduced_upper = torque_upper + moment_load_upper_x;
         // the whole mechanism
         let part = inverse_pivot_upper * reduced_upper;
@@ -739,22 +720,21 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let middle_part_2 = sin_elbow * part;
         let middle_part_3 = cos_elbow * part;
         let gain_middle_z = -middle_part_3;
-        let along_hinge_middle = inverse_pivot_middle * reduced_middle
-            - (middle_part * middle_part_2 - force_share_middle_z * middle_part_3);
+        let along_hinge_middle = mul_add(inverse_pivot_middle, reduced_middle,
+            -mul_add(-force_share_middle_z, middle_part_3, middle_part * middle_part_2));
         // lower
         let gain_above_lower_z = gain_middle_z - along_hinge_middle;
-        let gain_lower_z = cos_wrist * gain_above_lower_z - sin_wrist * middle_part_2;
-        let along_hinge_lower = c(2.400004765449462) * reduced_lower
-            - c(1.2000023826284916) * gain_lower_z;
+        let gain_lower_z = mul_add(-sin_wrist, middle_part_2, cos_wrist * gain_above_lower_z);
+        let along_hinge_lower = mul_add(c(-1.2000023826284916), gain_lower_z,
+            c(2.400004765449462) * reduced_lower);
         acceleration[0] = part;
         acceleration[1] = along_hinge_middle - part;
         acceleration[2] = along_hinge_middle + along_hinge_lower;
+        margin[0] = S::min(S::min(inverse_pivot_upper, inverse_pivot_middle), c(2.400004765449462));
+        margin[1] = c(1.0);
         ::lamc_runtime::Margin {
-            inverse_pivot: S::min(
-                S::min(inverse_pivot_upper, inverse_pivot_middle),
-                c(2.400004765449462),
-            ),
-            conditioning: c(1.0),
+            inverse_pivot: margin[0],
+            conditioning: margin[1],
         }
     }
 }

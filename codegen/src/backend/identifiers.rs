@@ -1,6 +1,6 @@
 //! Every identifier of generated code is made here.
 
-use std::collections::HashSet;
+use std::collections::HashMap;
 
 use crate::source::names::is_keyword;
 
@@ -23,13 +23,14 @@ pub fn type_name(name: &str) -> String {
 /// Gives out identifiers in snake case, each once.
 #[derive(Debug, Default)]
 pub struct Names {
-    taken: HashSet<String>,
+    /// What was given out or is reserved, and the number it was last given out with.
+    taken: HashMap<String, usize>,
 }
 
 impl Names {
     /// No identifier is given out twice, nor any of `reserved`.
     pub fn reserving(reserved: &[&str]) -> Self {
-        Self { taken: reserved.iter().map(|&name| name.to_owned()).collect() }
+        Self { taken: reserved.iter().map(|&name| (name.to_owned(), 1)).collect() }
     }
 
     /// An identifier for `name`: in lower case, numbered when it was given out before or is a
@@ -37,11 +38,13 @@ impl Names {
     pub fn give(&mut self, name: &str) -> String {
         let lower = name.to_ascii_lowercase();
         let mut candidate = lower.clone();
-        let mut count = 1;
-        while is_keyword(&candidate) || !self.taken.insert(candidate.clone()) {
+        let mut count = self.taken.get(&lower).copied().unwrap_or(1);
+        while is_keyword(&candidate) || self.taken.contains_key(&candidate) {
             count += 1;
             candidate = format!("{lower}_{count}");
         }
+        self.taken.insert(candidate.clone(), 1);
+        self.taken.insert(lower, count);
         candidate
     }
 }

@@ -5,6 +5,7 @@ pub mod fmu;
 pub mod identifiers;
 pub mod jit;
 pub mod literal;
+pub mod parts;
 pub mod python;
 pub mod rust;
 pub mod statements;

@@ -1,12 +1,11 @@
 //! Function bodies in no particular language: instructions become statements, grouped by the body
 //! they belong to.
 //!
-//! Constants and reads are written where they are used, and so are unnamed values used once: what
-//! remains has a name of the derivation.
-
-use std::collections::HashMap;
+//! Constants and reads are written where they are used, and so are unnamed values used once and
+//! products that one sum adds or subtracts: what remains has a name of the derivation.
 
 use super::identifiers::Names;
+use super::parts::{Angle, Parts, angles, is_read};
 use crate::kane::Section;
 use crate::program::{Function, Op, Program, Slot, Value};
 
@@ -25,15 +24,19 @@ pub enum Statement {
         /// The value.
         value: Expression,
     },
-    /// New names for sine, cosine or both of an angle.
-    SineCosine {
-        /// Of the sine.
-        sine: Option<String>,
-        /// Of the cosine.
-        cosine: Option<String>,
-        /// The angle, rad.
-        angle: Expression,
-    },
+    /// New names for sines and cosines, to be computed together.
+    SineCosine(Vec<SineCosine>),
+}
+
+/// New names for sine, cosine or both of an angle.
+#[derive(Clone, Debug)]
+pub struct SineCosine {
+    /// Of the sine.
+    pub sine: Option<String>,
+    /// Of the cosine.
+    pub cosine: Option<String>,
+    /// The angle, rad.
+    pub angle: Expression,
 }
 
 /// An expression; parentheses are there where the order of operations needs them.
@@ -107,43 +110,54 @@ impl Expression {
     }
 }
 
-/// The statements of a function and, per output, its entries.
-pub struct Statements<'a> {
-    program: &'a Program,
-    function: &'a Function,
-    names: Names,
-    written: Vec<Option<Expression>>,
-    list: Vec<Statement>,
-    section: Option<Section>,
+/// The statements of a part of a function.
+#[derive(Clone, Debug, Default)]
+pub struct Stretch {
+    /// Names of values of earlier parts, and the cells to read them from first.
+    pub takes: Vec<(String, usize)>,
+    /// The statements, in order.
+    pub list: Vec<Statement>,
+    /// Entries of outputs that are known here: the output's name, the index, the value.
+    pub entries: Vec<(&'static str, usize, Expression)>,
+    /// Names of values for later parts, and the cells to put them in.
+    pub leaves: Vec<(String, usize)>,
 }
 
-impl<'a> Statements<'a> {
-    /// Of every instruction of `function`; no local name is one of `reserved`.
-    pub fn new(program: &'a Program, function: &'a Function, reserved: &[&str]) -> Self {
-        let mut statements = Self {
-            program,
-            function,
-            names: Names::reserving(reserved),
-            written: vec![None; function.instructions.len()],
-            list: Vec::new(),
-            section: None,
-        };
-        statements.write();
-        statements
-    }
+/// The statements of every instruction of `function`, by its `parts`; no local name is one of
+/// `reserved`.
+pub fn statements(
+    program: &Program,
+    function: &Function,
+    parts: &Parts,
+    reserved: &[&str],
+) -> Vec<Stretch> {
+    let mut writer = Writer {
+        program,
+        function,
+        parts,
+        names: Names::reserving(reserved),
+        written: vec![None; function.instructions.len()],
+        stretches: vec![Stretch::default(); parts.list.len()],
+        section: None,
+    };
+    writer.write();
+    writer.write_entries();
+    writer.name_what_crosses();
+    writer.stretches
+}
 
-    /// The statements, in order.
-    pub fn list(&self) -> &[Statement] {
-        &self.list
-    }
+struct Writer<'a> {
+    program: &'a Program,
+    function: &'a Function,
+    parts: &'a Parts,
+    names: Names,
+    written: Vec<Option<Expression>>,
+    stretches: Vec<Stretch>,
+    /// The part and section of the last statement.
+    section: Option<(usize, Section)>,
+}
 
-    /// The entries of an output, by name.
-    pub fn output(&self, name: &str) -> impl Iterator<Item = &Expression> {
-        let output = self.function.outputs.iter().find(|output| output.name == name);
-        let entries = output.map(|output| output.entries.as_slice()).unwrap_or_default();
-        entries.iter().map(|&entry| self.of(entry))
-    }
-
+impl Writer<'_> {
     fn of(&self, value: Value) -> &Expression {
         match &self.written[value.index()] {
             Some(expression) => expression,
@@ -152,47 +166,90 @@ impl<'a> Statements<'a> {
     }
 
     fn write(&mut self) {
-        let uses = uses(self.function);
-        let partners = partners(self.function);
-        for (index, &uses) in uses.iter().enumerate() {
+        let function = self.function;
+        for (index, instruction) in function.instructions.iter().enumerate() {
+            self.written[index] = match instruction.op {
+                Op::Const(number) => Some(Expression::Constant(number)),
+                Op::Load(slot) => Some(Expression::Load(slot)),
+                _ => None,
+            };
+        }
+        let mut later = self.write_first_angles().into_iter().peekable();
+        let users = users(function);
+        for (index, instruction) in function.instructions.iter().enumerate() {
+            if let Some(angle) = later.next_if(|angle| angle.members().min() == Some(Value(index)))
+            {
+                let pair = self.sine_cosine(angle);
+                self.push(index, Statement::SineCosine(vec![pair]));
+            }
             if self.written[index].is_some() {
                 continue;
             }
-            let instruction = &self.function.instructions[index];
-            let expression = match instruction.op {
-                Op::Const(number) => Expression::Constant(number),
-                Op::Load(slot) => Expression::Load(slot),
-                Op::Sin(x) | Op::Cos(x) => self.sine_cosine(index, x, partners[index]),
-                op => {
-                    let expression = self.expression(op);
-                    let inline = instruction.name.is_none() && uses == 1;
-                    if inline && expression.size() <= LONGEST_EXPRESSION {
-                        expression
-                    } else {
-                        let name = self.name(index);
-                        self.push(index, Statement::Let { name: name.clone(), value: expression });
-                        Expression::Name(name)
+            let expression = self.expression(instruction.op);
+            let inline = self.parts.is_local(Value(index))
+                && match users[index] {
+                    Users::Sum if matches!(instruction.op, Op::Mul(..)) => true,
+                    Users::Sum | Users::One => {
+                        instruction.name.is_none() && expression.size() <= LONGEST_EXPRESSION
                     }
-                }
-            };
-            self.written[index] = Some(expression);
+                    Users::None | Users::Many => false,
+                };
+            self.written[index] = Some(if inline {
+                expression
+            } else {
+                let name = self.name(index);
+                self.push(index, Statement::Let { name: name.clone(), value: expression });
+                Expression::Name(name)
+            });
         }
     }
 
-    /// One statement for sine and cosine of an angle, where both are wanted.
-    fn sine_cosine(&mut self, index: usize, x: Value, partner: Option<usize>) -> Expression {
-        let angle = self.of(x).clone();
-        let is_sine = matches!(self.function.instructions[index].op, Op::Sin(_));
-        let mine = self.name(index);
-        let other = partner.map(|partner| {
-            let name = self.name(partner);
-            self.written[partner] = Some(Expression::Name(name.clone()));
+    /// Sines and cosines of what is read, first of all; returns the others.
+    fn write_first_angles(&mut self) -> Vec<Angle> {
+        let (first, later): (Vec<_>, Vec<_>) =
+            angles(self.function).into_iter().partition(|a| is_read(self.function, a.angle));
+        let pairs: Vec<_> = first.into_iter().map(|angle| self.sine_cosine(angle)).collect();
+        if !pairs.is_empty() {
+            self.stretches[0].list.push(Statement::SineCosine(pairs));
+        }
+        later
+    }
+
+    /// Names the sine and the cosine of an angle.
+    fn sine_cosine(&mut self, Angle { angle, sine, cosine }: Angle) -> SineCosine {
+        let mut give = |value: Value| {
+            let name = self.name(value.index());
+            self.written[value.index()] = Some(Expression::Name(name.clone()));
             name
-        });
-        let this = Some(mine.clone());
-        let (sine, cosine) = if is_sine { (this, other) } else { (other, this) };
-        self.push(index, Statement::SineCosine { sine, cosine, angle });
-        Expression::Name(mine)
+        };
+        let (sine, cosine) = (sine.map(&mut give), cosine.map(&mut give));
+        SineCosine { sine, cosine, angle: self.of(angle).clone() }
+    }
+
+    /// Every entry of an output, in the part where it is known.
+    fn write_entries(&mut self) {
+        for output in &self.function.outputs {
+            for (index, &entry) in output.entries.iter().enumerate() {
+                let value = self.of(entry).clone();
+                let home = self.parts.home[entry.index()];
+                self.stretches[home].entries.push((output.name, index, value));
+            }
+        }
+    }
+
+    fn name_what_crosses(&mut self) {
+        let named = |values: &[(Value, usize)]| {
+            let name = |&(value, cell): &(Value, usize)| match self.of(value) {
+                Expression::Name(name) => (name.clone(), cell),
+                _ => unreachable!("what another part uses has a name"),
+            };
+            values.iter().map(name).collect::<Vec<_>>()
+        };
+        let crossing: Vec<_> =
+            self.parts.list.iter().map(|part| (named(&part.takes), named(&part.leaves))).collect();
+        for (stretch, (takes, leaves)) in self.stretches.iter_mut().zip(crossing) {
+            (stretch.takes, stretch.leaves) = (takes, leaves);
+        }
     }
 
     fn name(&mut self, index: usize) -> String {
@@ -207,15 +264,16 @@ impl<'a> Statements<'a> {
 
     /// A statement, after a heading where another section begins.
     fn push(&mut self, index: usize, statement: Statement) {
-        let section = self.function.instructions[index].section;
-        if self.section.replace(section) != Some(section) {
-            self.list.push(Statement::Section(match section {
+        let place = (self.parts.home[index], self.function.instructions[index].section);
+        let list = &mut self.stretches[place.0].list;
+        if self.section.replace(place) != Some(place) {
+            list.push(Statement::Section(match place.1 {
                 Section::Mechanism => "the whole mechanism".to_owned(),
                 Section::Node(node) => self.program.interface.nodes[node.index()].clone(),
                 Section::Loop(id) => format!("loop {}", id.index()),
             }));
         }
-        self.list.push(statement);
+        list.push(statement);
     }
 
     fn expression(&self, op: Op) -> Expression {
@@ -237,25 +295,30 @@ impl<'a> Statements<'a> {
     }
 }
 
-/// How often each value is used.
-fn uses(function: &Function) -> Vec<usize> {
-    let mut uses = vec![0; function.instructions.len()];
-    let operands = function.instructions.iter().flat_map(|i| i.op.operands());
-    let entries = function.outputs.iter().flat_map(|o| o.entries.iter().copied());
-    operands.chain(entries).for_each(|value| uses[value.index()] += 1);
-    uses
+/// Who uses a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Users {
+    None,
+    /// One addition or subtraction.
+    Sum,
+    /// One instruction of another kind, or an output.
+    One,
+    Many,
 }
 
-/// For the first of a sine and a cosine of one angle, the other.
-fn partners(function: &Function) -> Vec<Option<usize>> {
-    let mut seen: HashMap<Value, usize> = HashMap::new();
-    let mut partners = vec![None; function.instructions.len()];
-    for (index, instruction) in function.instructions.iter().enumerate() {
-        if let Op::Sin(x) | Op::Cos(x) = instruction.op
-            && let Some(first) = seen.insert(x, index)
-        {
-            partners[first] = Some(index);
-        }
+/// Who uses each value.
+fn users(function: &Function) -> Vec<Users> {
+    let mut users = vec![Users::None; function.instructions.len()];
+    let mut note = |value: Value, user: Users| {
+        let users = &mut users[value.index()];
+        *users = if *users == Users::None { user } else { Users::Many };
+    };
+    for instruction in &function.instructions {
+        let is_sum = matches!(instruction.op, Op::Add(..) | Op::Sub(..));
+        let user = if is_sum { Users::Sum } else { Users::One };
+        instruction.op.operands().for_each(|operand| note(operand, user));
     }
-    partners
+    let entries = function.outputs.iter().flat_map(|output| &output.entries);
+    entries.for_each(|&entry| note(entry, Users::One));
+    users
 }

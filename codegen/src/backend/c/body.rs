@@ -9,7 +9,9 @@ use tera::Context;
 use super::Real;
 use super::description::fields;
 use crate::backend::literal::digits;
-use crate::backend::statements::{Expression, Statement, Statements};
+use crate::backend::parts::Parts;
+use crate::backend::statements::{Expression, SineCosine, Statement, statements};
+use crate::backend::text::wrap;
 use crate::program::{Function, FunctionKind, Op, Program, Slot};
 
 /// What locals must not be called: parameters, functions and types of the template that a body
@@ -48,9 +50,6 @@ const RESERVED: [&str; 32] = [
     "i386",
     "size",
 ];
-
-/// Columns of a line.
-const WIDTH: usize = 100;
 
 /// A static function: its head, the parameters that it does not read, its lines.
 #[derive(Serialize)]
@@ -208,7 +207,8 @@ impl Printer {
         outputs: &[(&str, &str)],
     ) -> Written {
         let model = &program.interface.name;
-        let statements = Statements::new(program, function, &RESERVED);
+        let parts = Parts::whole(function);
+        let stretch = statements(program, function, &parts, &RESERVED).remove(0);
         let mut parameters: Vec<String> = given
             .iter()
             .map(|&name| match name {
@@ -219,18 +219,17 @@ impl Printer {
             })
             .collect();
         let mut lines = Vec::new();
-        for statement in statements.list() {
+        for statement in &stretch.list {
             self.statement(statement, &mut lines);
         }
         for (output, place) in outputs {
-            let entries: Vec<_> = statements.output(output).collect();
-            if entries.is_empty() {
-                continue;
-            }
-            parameters.push(format!("real *{place}"));
-            for (index, entry) in entries.into_iter().enumerate() {
+            let entries = stretch.entries.iter().filter(|(name, ..)| name == output);
+            for (_, index, entry) in entries {
                 let value = self.expression(entry);
                 wrap(&format!("    {place}[{index}] = {value};"), &mut lines);
+            }
+            if function.outputs.iter().any(|o| o.name == *output && !o.entries.is_empty()) {
+                parameters.push(format!("real *{place}"));
             }
         }
         let reads: BTreeSet<_> = function
@@ -254,12 +253,14 @@ impl Printer {
             Statement::Let { name, value } => {
                 wrap(&format!("    const real {name} = {};", self.expression(value)), lines);
             }
-            Statement::SineCosine { sine, cosine, angle } => {
-                let angle = self.expression(angle);
-                for (name, function) in [(sine, "sin"), (cosine, "cos")] {
-                    if let Some(name) = name {
-                        let line = format!("    const real {name} = {function}{suffix}({angle});");
-                        wrap(&line, lines);
+            Statement::SineCosine(pairs) => {
+                for SineCosine { sine, cosine, angle } in pairs {
+                    let angle = self.expression(angle);
+                    for (name, function) in [(sine, "sin"), (cosine, "cos")] {
+                        if let Some(name) = name {
+                            let value = format!("{function}{suffix}({angle})");
+                            wrap(&format!("    const real {name} = {value};"), lines);
+                        }
                     }
                 }
             }
@@ -333,21 +334,4 @@ pub fn constant(real: Real, number: f64) -> String {
         Real::Float => digits(number.abs() as f32),
     };
     format!("{sign}{magnitude}{suffix}")
-}
-
-/// Cuts a line at spaces where it is too long.
-fn wrap(line: &str, lines: &mut Vec<String>) {
-    let indent = line.len() - line.trim_start().len();
-    let next = " ".repeat(indent + 4);
-    let mut current = " ".repeat(indent);
-    for word in line.trim_start().split(' ') {
-        let begins = current.trim().is_empty();
-        if !begins && current.len() + 1 + word.len() > WIDTH {
-            lines.push(std::mem::replace(&mut current, next.clone()));
-        } else if !begins {
-            current.push(' ');
-        }
-        current.push_str(word);
-    }
-    lines.push(current);
 }

@@ -1,16 +1,22 @@
-//! Function bodies as Rust.
+//! Function bodies as Rust: text, of which there is far too much for tokens.
+//!
+//! Products that are added or subtracted are fused with the sum, wherever the target can.
 
-use proc_macro2::{Ident, Literal, Span, TokenStream};
+use std::collections::BTreeMap;
+
+use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 
 use super::ScalarChoice;
-use super::items::FieldNames;
+use super::items::{FieldNames, Syntax, number};
 use crate::backend::literal::digits;
-use crate::backend::statements::{Expression, Infix, Statement, Statements};
-use crate::program::{Function, Moving, Program, Slot};
+use crate::backend::parts::{Part, Parts};
+use crate::backend::statements::{Expression, Infix, SineCosine, Statement, Stretch, statements};
+use crate::backend::text::wrap;
+use crate::program::{Function, Interface, Moving, Program, Slot};
 
 /// What locals must not be called.
-const RESERVED: [&str; 26] = [
+const RESERVED: [&str; 35] = [
     "t",
     "q",
     "u",
@@ -22,6 +28,8 @@ const RESERVED: [&str; 26] = [
     "dp",
     "di",
     "c",
+    "mul_add",
+    "kept",
     "at",
     "change",
     "out",
@@ -30,6 +38,12 @@ const RESERVED: [&str; 26] = [
     "jacobian",
     "gamma",
     "residual",
+    "poses",
+    "points",
+    "kinetic",
+    "potential",
+    "drives",
+    "reactions",
     "forces",
     "closure",
     "visit",
@@ -37,175 +51,272 @@ const RESERVED: [&str; 26] = [
     "misfit",
     "speeds",
     "correction",
+    "margin",
 ];
 
-/// The statements of a function and, per output, its entries as expressions.
-pub struct Body<'a> {
+/// Spaces in front of a statement.
+const INDENT: &str = "        ";
+
+/// The bodies of a module's functions, and the functions that parts of long ones are.
+pub struct Bodies<'a> {
+    program: &'a Program,
     scalar: ScalarChoice,
+    syntax: &'a Syntax,
     fields: &'a FieldNames,
-    statements: Statements<'a>,
+    texts: Vec<String>,
+    parts: TokenStream,
 }
 
-impl<'a> Body<'a> {
-    /// Of every instruction of `function`.
+impl<'a> Bodies<'a> {
+    /// None yet.
     pub fn new(
         program: &'a Program,
-        function: &'a Function,
         scalar: ScalarChoice,
+        syntax: &'a Syntax,
         fields: &'a FieldNames,
     ) -> Self {
-        Self { scalar, fields, statements: Statements::new(program, function, &RESERVED) }
+        Self { program, scalar, syntax, fields, texts: Vec::new(), parts: TokenStream::new() }
     }
 
-    /// The statements.
-    pub fn statements(&self) -> TokenStream {
-        self.statements.list().iter().map(|statement| self.statement(statement)).collect()
+    /// What assigns every output of `function` to the array of its name; what the function reads
+    /// has the names of [`given`].
+    pub fn write(&mut self, function: &Function) -> TokenStream {
+        let parts = Parts::bounded(function);
+        let stretches = statements(self.program, function, &parts, &RESERVED);
+        if let [stretch] = &stretches[..] {
+            return self.text(stretch);
+        }
+        let (scalar, cells) = (&self.syntax.scalar, number(parts.cells));
+        let zero: TokenStream = constant(self.scalar, 0.0);
+        let mut calls = quote!(let kept = &mut [#zero; #cells];);
+        for (index, (part, stretch)) in parts.list.iter().zip(&stretches).enumerate() {
+            let name = format_ident!("{}_part_{}", function.kind.name(), index + 1);
+            let mut parameters = self.given(part);
+            parameters.push((format_ident!("kept"), quote!(&mut [#scalar; #cells])));
+            for output in &function.outputs {
+                if stretch.entries.iter().any(|(name, ..)| *name == output.name) {
+                    let length = number(output.entries.len());
+                    let place = format_ident!("{}", output.name);
+                    parameters.push((place, quote!(&mut [#scalar; #length])));
+                }
+            }
+            let (names, types): (Vec<_>, Vec<_>) = parameters.into_iter().unzip();
+            let (locals, body) = (&self.syntax.locals, self.text(stretch));
+            calls.extend(quote!(self.#name(#(#names),*);));
+            self.parts.extend(quote! {
+                #[inline(never)]
+                fn #name(&self, #(#names: #types),*) { #locals #body }
+            });
+        }
+        calls
     }
 
-    /// The entries of an output, by name.
-    pub fn output(&self, name: &str) -> Vec<TokenStream> {
-        self.statements.output(name).map(|entry| self.expression(entry)).collect()
+    /// The functions that parts of others are, and the texts by what stands for them.
+    pub fn finish(self) -> (TokenStream, Vec<String>) {
+        (self.parts, self.texts)
     }
 
-    fn statement(&self, statement: &Statement) -> TokenStream {
-        let ident = |name: &String| Ident::new(name, Span::call_site());
+    /// Parameters for what a part reads, and their types.
+    fn given(&self, part: &Part) -> Vec<(proc_macro2::Ident, TokenStream)> {
+        let given: BTreeMap<_, _> =
+            part.reads.iter().filter_map(|&slot| self.parameter(slot)).collect();
+        given.into_iter().map(|(name, ty)| (format_ident!("{name}"), ty)).collect()
+    }
+
+    /// The parameter through which a slot is read, unless it is a field.
+    fn parameter(&self, slot: Slot) -> Option<(&'static str, TokenStream)> {
+        let Interface { parameters, inputs, .. } = &self.program.interface;
+        let scalar = &self.syntax.scalar;
+        let array = |length: TokenStream| quote!(&[#scalar; #length]);
+        let counted = |length: usize| {
+            let length = number(length);
+            array(quote!(#length))
+        };
+        Some(match slot {
+            Slot::Time => ("t", scalar.clone()),
+            Slot::Position(_) => ("q", array(quote!(N))),
+            Slot::Rate(_) => ("u", array(quote!(N))),
+            Slot::Parameter(_) | Slot::Input(_) => return None,
+            Slot::Acceleration(_) => ("a", array(quote!(N))),
+            Slot::Multiplier(_) => ("lambda", array(quote!(C))),
+            Slot::Change(Moving::Time) => ("dt", scalar.clone()),
+            Slot::Change(Moving::Position(_)) => ("dq", array(quote!(N))),
+            Slot::Change(Moving::Rate(_)) => ("du", array(quote!(N))),
+            Slot::Change(Moving::Parameter(_)) => ("dp", counted(parameters.len())),
+            Slot::Change(Moving::Input(_)) => ("di", counted(inputs.len())),
+        })
+    }
+
+    /// What stands for a text among tokens.
+    fn text(&mut self, stretch: &Stretch) -> TokenStream {
+        let mut lines = Vec::new();
+        let mut line = |text: String| wrap(&format!("{INDENT}{text}"), &mut lines);
+        for (name, cell) in &stretch.takes {
+            line(format!("let {name} = kept[{cell}];"));
+        }
+        for statement in &stretch.list {
+            self.statement(statement, &mut line);
+        }
+        for (output, index, entry) in &stretch.entries {
+            line(format!("{output}[{index}] = {};", self.expression(entry)));
+        }
+        for (name, cell) in &stretch.leaves {
+            line(format!("kept[{cell}] = {name};"));
+        }
+        self.texts.push(lines.join("\n"));
+        let index = number(self.texts.len() - 1);
+        quote!(__body!(#index);)
+    }
+
+    fn statement(&self, statement: &Statement, line: &mut impl FnMut(String)) {
         match statement {
-            Statement::Section(text) => quote!(__section!(#text);),
+            Statement::Section(text) => line(format!("// {text}")),
             Statement::Let { name, value } => {
-                let (name, value) = (ident(name), self.expression(value));
-                quote!(let #name = #value;)
+                line(format!("let {name} = {};", self.expression(value)));
             }
-            Statement::SineCosine { sine, cosine, angle } => {
-                let (angle, scalar) = (self.expression(angle), self.trait_path());
-                match (sine.as_ref().map(ident), cosine.as_ref().map(ident)) {
-                    (Some(sine), Some(cosine)) => {
-                        quote!(let (#sine, #cosine) = #scalar::sin_cos(#angle);)
-                    }
-                    (Some(sine), None) => quote!(let #sine = #scalar::sin_cos(#angle).0;),
-                    (None, Some(cosine)) => quote!(let #cosine = #scalar::sin_cos(#angle).1;),
-                    (None, None) => TokenStream::new(),
-                }
-            }
+            Statement::SineCosine(pairs) => self.sines(pairs, line),
         }
     }
 
-    fn expression(&self, expression: &Expression) -> TokenStream {
+    fn sines(&self, pairs: &[SineCosine], line: &mut impl FnMut(String)) {
+        let scalar = trait_path(self.scalar);
+        let name = |name: &Option<String>| name.clone().unwrap_or_else(|| "_".to_owned());
+        let names = |pair: &SineCosine| format!("({}, {})", name(&pair.sine), name(&pair.cosine));
+        if let [pair] = pairs {
+            let angle = self.expression(&pair.angle);
+            return line(format!("let {} = {scalar}::sin_cos({angle});", names(pair)));
+        }
+        line("let [".to_owned());
+        pairs.iter().for_each(|pair| line(format!("    {},", names(pair))));
+        let angles: Vec<_> = pairs.iter().map(|pair| self.expression(&pair.angle)).collect();
+        line(format!("] = {scalar}::sin_cos_all([{}]);", angles.join(", ")));
+    }
+
+    fn expression(&self, expression: &Expression) -> String {
         match expression {
-            Expression::Constant(number) => constant(self.scalar, *number),
+            Expression::Constant(number) => constant_text(self.scalar, *number),
             Expression::Load(slot) => self.load(*slot),
-            Expression::Name(name) => {
-                let name = Ident::new(name, Span::call_site());
-                quote!(#name)
-            }
-            Expression::Parenthesised(x) => {
-                let x = self.expression(x);
-                quote!((#x))
-            }
-            Expression::Negated(x) => {
-                let x = self.expression(x);
-                quote!(-#x)
-            }
-            Expression::Infix(x, operator, y) => {
-                let (x, y) = (self.expression(x), self.expression(y));
-                match operator {
-                    Infix::Add => quote!(#x + #y),
-                    Infix::Sub => quote!(#x - #y),
-                    Infix::Mul => quote!(#x * #y),
-                    Infix::Div => quote!(#x / #y),
+            Expression::Name(name) => name.clone(),
+            Expression::Parenthesised(x) if fused(x).is_some() => self.expression(x),
+            Expression::Parenthesised(x) => format!("({})", self.expression(x)),
+            Expression::Negated(x) => negated(self.expression(x)),
+            Expression::Infix(x, operator, y) => match fused(expression) {
+                Some(Fused { negative, factors: [a, b], sum, less }) => {
+                    // The sign of a number is free.
+                    let [a, b] = if matches!(b, Expression::Constant(_)) { [b, a] } else { [a, b] };
+                    let (a, b) = (self.signed(a, negative), self.signed(b, false));
+                    let sum = self.signed(sum, less);
+                    format!("mul_add({a}, {b}, {sum})")
                 }
-            }
+                None => {
+                    let (x, y) = (self.expression(x), self.expression(y));
+                    format!("{x} {} {y}", operator.symbol())
+                }
+            },
             Expression::Call(function, arguments) => {
-                let (scalar, function) = (self.trait_path(), format_ident!("{function}"));
-                let arguments = arguments.iter().map(|x| self.expression(x));
-                quote!(#scalar::#function(#(#arguments),*))
+                let arguments: Vec<_> = arguments.iter().map(|x| self.expression(x)).collect();
+                format!("{}::{function}({})", trait_path(self.scalar), arguments.join(", "))
             }
         }
     }
 
-    fn trait_path(&self) -> TokenStream {
-        match self.scalar {
-            ScalarChoice::Generic => quote!(S),
-            _ => quote!(::lamc_runtime::Arithmetic),
+    /// An argument of a function, or less that.
+    fn signed(&self, expression: &Expression, negative: bool) -> String {
+        match bare(expression) {
+            x if !negative => self.expression(x),
+            Expression::Constant(number) => constant_text(self.scalar, -number),
+            Expression::Negated(x) => self.expression(bare(x)),
+            x @ Expression::Infix(_, Infix::Add | Infix::Sub, _) if fused(x).is_none() => {
+                format!("-({})", self.expression(x))
+            }
+            x => negated(self.expression(x)),
         }
     }
 
-    fn load(&self, slot: Slot) -> TokenStream {
-        let index = |i: usize| Literal::usize_unsuffixed(i);
+    fn load(&self, slot: Slot) -> String {
         match slot {
-            Slot::Time => quote!(t),
-            Slot::Position(id) => {
-                let i = index(id.index());
-                quote!(q[#i])
-            }
-            Slot::Rate(id) => {
-                let i = index(id.index());
-                quote!(u[#i])
-            }
-            Slot::Parameter(id) => {
-                let field = &self.fields.parameters[id.index()];
-                quote!(self.params.#field)
-            }
-            Slot::Input(id) => {
-                let field = &self.fields.inputs[id.index()];
-                quote!(self.inputs.#field)
-            }
-            Slot::Acceleration(id) => {
-                let i = index(id.index());
-                quote!(a[#i])
-            }
-            Slot::Multiplier(row) => {
-                let i = index(row);
-                quote!(lambda[#i])
-            }
-            Slot::Change(moving) => {
-                let (rates, i) = match moving {
-                    Moving::Time => return quote!(dt),
-                    Moving::Position(id) => (quote!(dq), id.index()),
-                    Moving::Rate(id) => (quote!(du), id.index()),
-                    Moving::Parameter(id) => (quote!(dp), id.index()),
-                    Moving::Input(id) => (quote!(di), id.index()),
-                };
-                let i = index(i);
-                quote!(#rates[#i])
-            }
+            Slot::Time => "t".to_owned(),
+            Slot::Position(id) => format!("q[{}]", id.index()),
+            Slot::Rate(id) => format!("u[{}]", id.index()),
+            Slot::Parameter(id) => format!("self.params.{}", self.fields.parameters[id.index()]),
+            Slot::Input(id) => format!("self.inputs.{}", self.fields.inputs[id.index()]),
+            Slot::Acceleration(id) => format!("a[{}]", id.index()),
+            Slot::Multiplier(row) => format!("lambda[{row}]"),
+            Slot::Change(moving) => match moving {
+                Moving::Time => "dt".to_owned(),
+                Moving::Position(id) => format!("dq[{}]", id.index()),
+                Moving::Rate(id) => format!("du[{}]", id.index()),
+                Moving::Parameter(id) => format!("dp[{}]", id.index()),
+                Moving::Input(id) => format!("di[{}]", id.index()),
+            },
         }
     }
+}
+
+/// Where the operations are that have no operator.
+fn trait_path(scalar: ScalarChoice) -> &'static str {
+    match scalar {
+        ScalarChoice::Generic => "S",
+        _ => "::lamc_runtime::Arithmetic",
+    }
+}
+
+/// factors[0] factors[1] + sum; `negative`: less the product, `less`: less the sum.
+struct Fused<'a> {
+    negative: bool,
+    factors: [&'a Expression; 2],
+    sum: &'a Expression,
+    less: bool,
+}
+
+/// The sum of a product and something else, in one operation. Of two products the later one is
+/// taken, whose factors are more likely to be waited for.
+fn fused(expression: &Expression) -> Option<Fused<'_>> {
+    let Expression::Infix(x, operator @ (Infix::Add | Infix::Sub), y) = expression else {
+        return None;
+    };
+    let less = *operator == Infix::Sub;
+    match (bare(x), bare(y)) {
+        (_, Expression::Infix(a, Infix::Mul, b)) => {
+            Some(Fused { negative: less, factors: [a, b], sum: x, less: false })
+        }
+        (Expression::Infix(a, Infix::Mul, b), _) => {
+            Some(Fused { negative: false, factors: [a, b], sum: y, less })
+        }
+        _ => None,
+    }
+}
+
+/// Without parentheses around it.
+fn bare(expression: &Expression) -> &Expression {
+    match expression {
+        Expression::Parenthesised(x) => bare(x),
+        x => x,
+    }
+}
+
+fn negated(text: String) -> String {
+    if text.starts_with('-') { format!("-({text})") } else { format!("-{text}") }
 }
 
 /// A number of the module's type.
 pub fn constant(scalar: ScalarChoice, number: f64) -> TokenStream {
-    let literal = |number: f64| {
-        if number.is_finite() {
-            let magnitude = float(number.abs(), digits(number.abs()));
-            if number.is_sign_negative() { quote!(-#magnitude) } else { quote!(#magnitude) }
-        } else if number.is_nan() {
-            quote!(f64::NAN)
-        } else if number > 0.0 {
-            quote!(f64::INFINITY)
-        } else {
-            quote!(f64::NEG_INFINITY)
-        }
-    };
-    match scalar {
-        ScalarChoice::Generic => {
-            let number = literal(number);
-            quote!(c(#number))
-        }
-        ScalarChoice::F64 => {
-            let number = literal(number);
-            quote!(#number)
-        }
-        ScalarChoice::F32 if number.is_finite() => {
-            let short = float(number.abs(), digits(number.abs() as f32));
-            if number < 0.0 { quote!(-#short) } else { quote!(#short) }
-        }
-        ScalarChoice::F32 => {
-            let number = literal(number);
-            quote!(#number as f32)
-        }
-    }
+    let text = constant_text(scalar, number);
+    text.parse().unwrap_or_else(|error| unreachable!("{text} is no number: {error}"))
 }
 
-fn float(magnitude: f64, digits: String) -> Literal {
-    digits.parse().unwrap_or_else(|_| Literal::f64_unsuffixed(magnitude))
+fn constant_text(scalar: ScalarChoice, number: f64) -> String {
+    let sign = if number.is_sign_negative() { "-" } else { "" };
+    let literal = match number {
+        _ if number.is_nan() => "f64::NAN".to_owned(),
+        _ if number.is_infinite() && number > 0.0 => "f64::INFINITY".to_owned(),
+        _ if number.is_infinite() => "f64::NEG_INFINITY".to_owned(),
+        _ if scalar == ScalarChoice::F32 => format!("{sign}{}", digits(number.abs() as f32)),
+        _ => format!("{sign}{}", digits(number.abs())),
+    };
+    match scalar {
+        ScalarChoice::Generic => format!("c({literal})"),
+        ScalarChoice::F32 if !number.is_finite() => format!("{literal} as f32"),
+        _ => literal,
+    }
 }

@@ -3,7 +3,7 @@
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{format_ident, quote};
 
-use super::body::{Body, constant};
+use super::body::{Bodies, constant};
 use super::exports::exports;
 use super::{Options, ScalarChoice};
 use crate::backend::identifiers::{Names, type_name};
@@ -32,18 +32,21 @@ impl FieldNames {
 /// The pieces of syntax that depend on the number type.
 pub struct Syntax {
     /// `S`, `f64` or `f32`.
-    scalar: TokenStream,
+    pub scalar: TokenStream,
     /// `<S>` or nothing.
     pub generic: TokenStream,
     /// `<S: ::lamc_runtime::Scalar>` or nothing.
     bound: TokenStream,
     /// `let c = S::from_f64;` or nothing.
     constants: TokenStream,
+    /// What function bodies call: that and `let mul_add = S::mul_add;`.
+    pub locals: TokenStream,
 }
 
 impl Syntax {
     fn of(choice: ScalarChoice) -> Self {
         let concrete = |scalar: TokenStream| Self {
+            locals: quote!(let mul_add = <#scalar as ::lamc_runtime::Arithmetic>::mul_add;),
             scalar,
             generic: TokenStream::new(),
             bound: TokenStream::new(),
@@ -55,6 +58,7 @@ impl Syntax {
                 generic: quote!(<S>),
                 bound: quote!(<S: ::lamc_runtime::Scalar>),
                 constants: quote!(let c = S::from_f64;),
+                locals: quote!(let c = S::from_f64; let mul_add = S::mul_add;),
             },
             ScalarChoice::F64 => concrete(quote!(f64)),
             ScalarChoice::F32 => concrete(quote!(f32)),
@@ -62,23 +66,29 @@ impl Syntax {
     }
 }
 
-/// The whole module.
-pub fn module(program: &Program, options: &Options) -> TokenStream {
+/// The whole module, where `__body!(index);` stands for a text, and the texts.
+pub fn module(program: &Program, options: &Options) -> (TokenStream, Vec<String>) {
     let choice = options.scalar;
     let syntax = Syntax::of(choice);
     let fields = FieldNames::of(program);
+    let mut bodies = Bodies::new(program, choice, &syntax, &fields);
     let constants = constants(program);
     let layout = if options.extern_c { quote!(#[repr(C)]) } else { quote!() };
     let parameters = parameters(program, choice, &syntax, &fields, &layout);
     let inputs = inputs(program, choice, &syntax, &fields, &layout);
     let mechanism = mechanism(program, &syntax);
-    let system = system(program, choice, &syntax, &fields);
+    let system = system(program, choice, &syntax, &mut bodies);
     let front = front(program, &syntax);
     let exports = if options.extern_c { exports(program, options, &syntax) } else { quote!() };
-    quote! { #constants #parameters #inputs #mechanism #system #front #exports }
+    let (parts, texts) = bodies.finish();
+    let parts = parts_of(program, &syntax, &parts);
+    let tokens =
+        quote! { #constants #parameters #inputs #mechanism #system #front #parts #exports };
+    (tokens, texts)
 }
 
-fn number(value: usize) -> Literal {
+/// A count without a suffix.
+pub fn number(value: usize) -> Literal {
     Literal::usize_unsuffixed(value)
 }
 
@@ -142,7 +152,7 @@ fn parameters(
     fields: &FieldNames,
     layout: &TokenStream,
 ) -> TokenStream {
-    let Syntax { scalar, generic, bound, constants } = syntax;
+    let Syntax { scalar, generic, bound, constants, .. } = syntax;
     let list = &program.interface.parameters;
     let names: Vec<_> = list.iter().map(|p| p.name.clone()).collect();
     let docs: Vec<_> = list.iter().map(|p| format!("{} Default: {:?}.", p.doc, p.value)).collect();
@@ -173,7 +183,7 @@ fn inputs(
     fields: &FieldNames,
     layout: &TokenStream,
 ) -> TokenStream {
-    let Syntax { scalar, generic, bound, constants } = syntax;
+    let Syntax { scalar, generic, bound, constants, .. } = syntax;
     let names = &program.interface.inputs;
     let docs: Vec<_> = names.iter().map(|name| format!("Input `{name}`, SI.")).collect();
     let members = declarations(names, &docs, &fields.inputs, scalar);
@@ -243,21 +253,11 @@ fn system(
     program: &Program,
     choice: ScalarChoice,
     syntax: &Syntax,
-    fields: &FieldNames,
+    bodies: &mut Bodies,
 ) -> TokenStream {
-    let Syntax { scalar, generic, bound, constants } = syntax;
+    let Syntax { scalar, generic, bound, constants, locals } = syntax;
     let model = model(program);
     let interface = &program.interface;
-    let write = |kind| {
-        let function: &Function = program.function_of(kind);
-        Body::new(program, function, choice, fields)
-    };
-    let equations = write(FunctionKind::Equations);
-    let closure = write(FunctionKind::Closure);
-    let [poses, points] = [FunctionKind::Poses, FunctionKind::Points].map(write);
-    let energy = write(FunctionKind::Energy);
-    let [drives, reactions, tangent] =
-        [FunctionKind::Drives, FunctionKind::Reactions, FunctionKind::Tangent].map(write);
     let position = quote!(let Some(q) = q.first_chunk::<N>() else { return };);
     let motion = quote!(#position let Some(u) = u.first_chunk::<N>() else { return };);
     let balance = quote! {
@@ -277,29 +277,23 @@ fn system(
         let Some(dp) = change.parameters.first_chunk::<#parameter_count>() else { return };
         let Some(di) = change.inputs.first_chunk::<#input_count>() else { return };
     };
-    let solved = solved(program, choice, syntax, fields);
-    let drives_body = drive_visits(program, &drives, syntax);
-    let reactions_body = filled(&reactions, syntax, &[("reactions", "out")], &balance);
-    let tangent_body =
-        filled(&tangent, syntax, &[("forces", "forces"), ("closure", "closure")], &directed);
+    let mut filled = |kind, places: &[&str], given: &TokenStream| {
+        filled(program.function_of(kind), syntax, places, given, bodies, &TokenStream::new())
+    };
     let equations_body = filled(
-        &equations,
-        syntax,
-        &[
-            ("mass", "out.mass"),
-            ("forcing", "out.forcing"),
-            ("jacobian", "out.jacobian"),
-            ("gamma", "out.gamma"),
-        ],
+        FunctionKind::Equations,
+        &["out.mass", "out.forcing", "out.jacobian", "out.gamma"],
         &motion,
     );
-    let closure_body =
-        filled(&closure, syntax, &[("residual", "residual"), ("jacobian", "jacobian")], &position);
-    let poses_body = filled(&poses, syntax, &[("poses", "out")], &position);
-    let points_body = filled(&points, syntax, &[("points", "out")], &position);
-    let energy_statements = energy.statements();
-    let kinetic = energy.output("kinetic");
-    let potential = energy.output("potential");
+    let closure_body = filled(FunctionKind::Closure, &["residual", "jacobian"], &position);
+    let poses_body = filled(FunctionKind::Poses, &["out"], &position);
+    let points_body = filled(FunctionKind::Points, &["out"], &position);
+    let reactions_body = filled(FunctionKind::Reactions, &["out"], &balance);
+    let tangent_body = filled(FunctionKind::Tangent, &["forces", "closure"], &directed);
+    let solved = solved(program, choice, syntax, bodies);
+    let energy_body = bodies.write(program.function_of(FunctionKind::Energy));
+    let drives_body = drive_visits(program, choice, syntax, bodies);
+    let allowances = allowances();
     let nan = constant(choice, f64::NAN);
     let zero = constant(choice, 0.0);
     let table = |f: &dyn Fn(&crate::program::JointInfo) -> f64| {
@@ -315,11 +309,7 @@ fn system(
     let (infinity, minus_infinity) =
         (constant(choice, f64::INFINITY), constant(choice, f64::NEG_INFINITY));
     quote! {
-        #[allow(
-            clippy::approx_constant, clippy::excessive_precision, unused_mut, unused_variables,
-            reason = "numbers of the drawing; not every function reads everything it is given"
-        )]
-        #[rustfmt::skip]
+        #allowances
         impl #bound ::lamc_runtime::System for #model #generic {
             type Scalar = #scalar;
             type Vector = [#scalar; N];
@@ -365,12 +355,13 @@ fn system(
             fn energy(&self, t: #scalar, q: &[#scalar], u: &[#scalar])
                 -> ::lamc_runtime::Energy<#scalar>
             {
-                #constants
+                #locals
                 let (Some(q), Some(u)) = (q.first_chunk::<N>(), u.first_chunk::<N>()) else {
                     return ::lamc_runtime::Energy { kinetic: #nan, potential: #nan };
                 };
-                #energy_statements
-                ::lamc_runtime::Energy { kinetic: #(#kinetic)*, potential: #(#potential)* }
+                let (kinetic, potential) = (&mut [#zero], &mut [#zero]);
+                #energy_body
+                ::lamc_runtime::Energy { kinetic: kinetic[0], potential: potential[0] }
             }
             fn drives(&self, t: #scalar, mut visit: impl FnMut(::lamc_runtime::Drive<#scalar>)) {
                 #drives_body
@@ -393,10 +384,9 @@ fn solved(
     program: &Program,
     choice: ScalarChoice,
     syntax: &Syntax,
-    fields: &FieldNames,
+    bodies: &mut Bodies,
 ) -> TokenStream {
-    let scalar = &syntax.scalar;
-    let misfit = [("residual", "out.residual"), ("misfit", "out.misfit"), ("speeds", "out.speeds")];
+    let (scalar, zero) = (&syntax.scalar, constant(choice, 0.0));
     let none = quote!(::lamc_runtime::Margin::none());
     let given = |otherwise: &TokenStream| {
         quote! {
@@ -404,126 +394,120 @@ fn solved(
             let Some(u) = u.first_chunk::<N>() else { return #otherwise };
         }
     };
-    let body = |kind, outputs: &[(&str, &str)]| {
-        let function = program.function_of(kind);
-        let body = Body::new(program, function, choice, fields);
-        let margin = body.output("margin");
-        let (otherwise, result) = match margin.as_slice() {
-            [inverse_pivot, conditioning] => {
-                let margin = quote! {
-                    ::lamc_runtime::Margin {
-                        inverse_pivot: #inverse_pivot, conditioning: #conditioning,
-                    }
-                };
-                (none.clone(), margin)
-            }
-            _ => (TokenStream::new(), TokenStream::new()),
-        };
-        let filled = filled_or(&body, syntax, outputs, &given(&otherwise), &otherwise);
-        (!function.outputs.is_empty()).then(|| quote!(#filled #result))
+    let mut functions = TokenStream::new();
+    let acceleration = program.function_of(FunctionKind::Acceleration);
+    let solving = given(&none);
+    let solving = quote!(#solving let margin = &mut [#zero; 2];);
+    let trusted = quote! {
+        ::lamc_runtime::Margin { inverse_pivot: margin[0], conditioning: margin[1] }
     };
-    let acceleration = body(FunctionKind::Acceleration, &[("acceleration", "out")]).map(|body| {
-        quote! {
+    if !acceleration.outputs.is_empty() {
+        let body = filled(acceleration, syntax, &["out"], &solving, bodies, &none);
+        functions.extend(quote! {
             fn write_acceleration(
                 &self, t: #scalar, q: &[#scalar], u: &[#scalar], out: &mut [#scalar],
-            ) -> ::lamc_runtime::Margin<#scalar> { #body }
-        }
-    });
-    let mut corrected = misfit.to_vec();
-    corrected.push(("correction", "correction"));
-    let projection = body(FunctionKind::Projection, &corrected).map(|body| {
-        quote! {
+            ) -> ::lamc_runtime::Margin<#scalar> { #body #trusted }
+        });
+    }
+    let projection = program.function_of(FunctionKind::Projection);
+    let places = ["out.residual", "out.misfit", "out.speeds", "correction"];
+    if !projection.outputs.is_empty() {
+        let body = filled(projection, syntax, &places, &solving, bodies, &none);
+        functions.extend(quote! {
             fn write_projection(
                 &self, q: &[#scalar], u: &[#scalar],
                 out: ::lamc_runtime::MisfitMut<'_, #scalar>, correction: &mut [#scalar],
-            ) -> ::lamc_runtime::Margin<#scalar> { #body }
-        }
-    });
-    let misfit = body(FunctionKind::Misfit, &misfit).map(|body| {
-        quote! {
+            ) -> ::lamc_runtime::Margin<#scalar> { #body #trusted }
+        });
+    }
+    let misfit = program.function_of(FunctionKind::Misfit);
+    if !misfit.outputs.is_empty() {
+        let nothing = TokenStream::new();
+        let body = filled(misfit, syntax, &places[..3], &given(&nothing), bodies, &nothing);
+        functions.extend(quote! {
             fn write_misfit(
                 &self, q: &[#scalar], u: &[#scalar],
                 out: ::lamc_runtime::MisfitMut<'_, #scalar>,
             ) { #body }
-        }
-    });
-    quote!(#acceleration #projection #misfit)
-}
-
-/// What is given, statements, then every output assigned to an array of exactly its length.
-fn filled(
-    body: &Body,
-    syntax: &Syntax,
-    outputs: &[(&str, &str)],
-    given: &TokenStream,
-) -> TokenStream {
-    filled_or(body, syntax, outputs, given, &TokenStream::new())
-}
-
-/// As [`filled`]; returns `otherwise` where an array is too short.
-fn filled_or(
-    body: &Body,
-    syntax: &Syntax,
-    outputs: &[(&str, &str)],
-    given: &TokenStream,
-    otherwise: &TokenStream,
-) -> TokenStream {
-    let constants = &syntax.constants;
-    let mut arrays = TokenStream::new();
-    let mut assignments = TokenStream::new();
-    for (output, place) in outputs {
-        let entries = body.output(output);
-        if entries.is_empty() {
-            continue;
-        }
-        let (name, length) = (format_ident!("{output}"), number(entries.len()));
-        let place: TokenStream = place.split('.').map(|p| format_ident!("{p}")).fold(
-            TokenStream::new(),
-            |path, part| {
-                if path.is_empty() { quote!(#part) } else { quote!(#path.#part) }
-            },
-        );
-        arrays.extend(quote! {
-            let Some(#name) = #place.first_chunk_mut::<#length>() else { return #otherwise };
         });
-        for (index, entry) in entries.iter().enumerate() {
-            let index = number(index);
-            assignments.extend(quote!(#name[#index] = #entry;));
-        }
     }
-    if assignments.is_empty() {
+    functions
+}
+
+/// What is allowed to functions of many statements.
+fn allowances() -> TokenStream {
+    quote! {
+        #[allow(
+            clippy::approx_constant, clippy::excessive_precision, clippy::too_many_arguments,
+            unused_mut, unused_variables,
+            reason = "numbers of the drawing; not every function reads everything it is given"
+        )]
+        #[rustfmt::skip]
+    }
+}
+
+/// The functions that parts of long ones are.
+fn parts_of(program: &Program, syntax: &Syntax, parts: &TokenStream) -> TokenStream {
+    if parts.is_empty() {
         return TokenStream::new();
     }
-    let statements = body.statements();
-    quote! {
-        #constants
-        #given
-        #arrays
-        #statements
-        #assignments
+    let Syntax { generic, bound, .. } = syntax;
+    let (model, allowances) = (model(program), allowances());
+    quote! { #allowances impl #bound #model #generic { #parts } }
+}
+
+/// What is given, then every output assigned to an array of exactly its length, at these places;
+/// returns `otherwise` where one is too short.
+fn filled(
+    function: &Function,
+    syntax: &Syntax,
+    places: &[&str],
+    given: &TokenStream,
+    bodies: &mut Bodies,
+    otherwise: &TokenStream,
+) -> TokenStream {
+    let mut arrays = TokenStream::new();
+    for (output, place) in function.outputs.iter().zip(places) {
+        if !output.entries.is_empty() {
+            let (name, length) = (format_ident!("{}", output.name), number(output.entries.len()));
+            let path = place.split('.').map(|part| format_ident!("{part}"));
+            arrays.extend(quote! {
+                let Some(#name) = #(#path).*.first_chunk_mut::<#length>() else { return #otherwise };
+            });
+        }
     }
+    if arrays.is_empty() {
+        return TokenStream::new();
+    }
+    let (locals, body) = (&syntax.locals, bodies.write(function));
+    quote! { #locals #given #arrays #body }
 }
 
 /// One visit per driven joint.
-fn drive_visits(program: &Program, body: &Body, syntax: &Syntax) -> TokenStream {
-    let entries = body.output("drives");
-    if entries.is_empty() {
+fn drive_visits(
+    program: &Program,
+    choice: ScalarChoice,
+    syntax: &Syntax,
+    bodies: &mut Bodies,
+) -> TokenStream {
+    let driven = program.interface.driven();
+    if driven.is_empty() {
         return TokenStream::new();
     }
-    let constants = &syntax.constants;
-    let statements = body.statements();
-    let driven = program.interface.driven();
-    let visits = driven.iter().zip(entries.chunks_exact(4)).map(|(joint, values)| {
+    let (locals, zero) = (&syntax.locals, constant(choice, 0.0));
+    let length = number(4 * driven.len());
+    let body = bodies.write(program.function_of(FunctionKind::Drives));
+    let visits = driven.iter().enumerate().map(|(index, joint)| {
         let joint = number(joint.index());
-        let [position, speed, acceleration, jerk] = [0, 1, 2, 3].map(|k| &values[k]);
+        let [position, speed, acceleration, jerk] = [0, 1, 2, 3].map(|k| number(4 * index + k));
         quote! {
             visit(::lamc_runtime::Drive {
-                joint: #joint, position: #position, speed: #speed,
-                acceleration: #acceleration, jerk: #jerk,
+                joint: #joint, position: drives[#position], speed: drives[#speed],
+                acceleration: drives[#acceleration], jerk: drives[#jerk],
             });
         }
     });
-    quote! { #constants #statements #(#visits)* }
+    quote! { #locals let drives = &mut [#zero; #length]; #body #(#visits)* }
 }
 
 fn front(program: &Program, syntax: &Syntax) -> TokenStream {

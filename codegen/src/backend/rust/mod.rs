@@ -1,8 +1,7 @@
 //! The Rust backend: a module generic over the runtime's `Scalar`, or for one float type.
 //!
-//! Tokens are formatted by prettyplease, which drops comments; section headings are emitted as
-//! statements `__section!("left")` and turned into comments afterwards, and the header is put in
-//! front of the formatted text.
+//! Items are tokens, formatted by prettyplease; bodies of functions are text, put in afterwards
+//! where the tokens say `__body!(index);`, and the header is put in front.
 
 mod body;
 mod exports;
@@ -48,7 +47,7 @@ impl Options {
 /// # Panics
 /// When the tokens are not Rust: a bug of this backend.
 pub fn write(program: &Program, options: &Options) -> String {
-    let tokens = items::module(program, options);
+    let (tokens, bodies) = items::module(program, options);
     let file: syn::File = match syn::parse2(tokens) {
         Ok(file) => file,
         Err(error) => unreachable!("the generated module is not Rust: {error}"),
@@ -67,15 +66,14 @@ pub fn write(program: &Program, options: &Options) -> String {
         } else {
             within_item && !line.starts_with('}')
         };
-        match line.trim_start().strip_prefix("__section!(\"") {
-            Some(heading) => {
-                text.push_str(&line[..line.len() - line.trim_start().len()]);
-                text.push_str("// ");
-                text.push_str(heading.trim_end_matches("\");"));
-            }
-            None => text.push_str(line),
-        }
+        text.push_str(body(&bodies, line).unwrap_or(line));
         text.push('\n');
     }
     text
+}
+
+/// The text a line stands for.
+fn body<'a>(bodies: &'a [String], line: &str) -> Option<&'a str> {
+    let index = line.trim_start().strip_prefix("__body!(")?.strip_suffix(");")?;
+    bodies.get(index.parse::<usize>().ok()?).map(String::as_str)
 }
