@@ -9,13 +9,14 @@
 
 use crate::acceleration::{blame, holds, not_finite, plain, weigh};
 use crate::linear::{
-    Spectrum, add_scaled, backward, combine, dot, factor, max_abs, orthogonalise, reduce, tolerance,
+    Spectrum, add_scaled, backward, combine, dot, factor, max_abs, orthogonalise, reduce,
+    subtract_product, tolerance,
 };
 use crate::workspace::{check, split};
 use crate::{Arithmetic, Dimensions, EquationsMut, Error, MisfitMut, Scalar, System};
 
 /// Steps of Gauss-Newton; it converges quadratically from where an integrator leaves it.
-const ITERATIONS: usize = 12;
+pub(crate) const ITERATIONS: usize = 12;
 
 /// What a projection reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -159,13 +160,6 @@ fn directly<Y: System>(
     }
     subtract_product(u, correction, speeds);
     Some(Projected { residual: size, rank: c })
-}
-
-/// `x -= A b`.
-fn subtract_product<S: Scalar>(x: &mut [S], a: &[S], b: &[S]) {
-    for (x, row) in x.iter_mut().zip(a.chunks_exact(b.len().max(1))) {
-        *x -= dot(row, b);
-    }
 }
 
 /// Adds to du/dt what restores the constraints, -M^-1 J^T (J M^-1 J^T)^+ (2 g J u + g^2 r), all

@@ -2,7 +2,7 @@
 
 use super::{Stabilisation, fixed};
 use crate::linear::add_scaled;
-use crate::{Arithmetic, Error, Scalar, StateOf, System};
+use crate::{Arithmetic, Error, State, StateOf, System};
 
 /// Runge-Kutta of order 4 and fixed step: four evaluations per step.
 #[derive(Clone, Debug)]
@@ -10,13 +10,7 @@ pub struct Rk4<Y: System> {
     /// How loops are kept closed.
     pub stabilisation: Stabilisation,
     workspace: Y::Workspace,
-    acceleration: Y::Vector,
-    /// State of a stage.
-    q: Y::Vector,
-    u: Y::Vector,
-    /// Weighted sums of the stages' derivatives.
-    dq: Y::Vector,
-    du: Y::Vector,
+    stages: Stages<Y::Vector>,
 }
 
 impl<Y: System> Rk4<Y> {
@@ -25,11 +19,7 @@ impl<Y: System> Rk4<Y> {
         Self {
             stabilisation: Stabilisation::Projection,
             workspace: system.workspace(),
-            acceleration: system.vector(),
-            q: system.vector(),
-            u: system.vector(),
-            dq: system.vector(),
-            du: system.vector(),
+            stages: Stages::new(system.vector()),
         }
     }
 
@@ -60,33 +50,77 @@ impl<Y: System> Rk4<Y> {
     }
 
     fn attempt(&mut self, system: &Y, state: &mut StateOf<Y>, dt: Y::Scalar) -> Result<(), Error> {
-        let part = |share| Y::Scalar::from_f64(share) * dt;
-        let (none, sixth, third, half) =
-            (Y::Scalar::ZERO, part(1.0 / 6.0), part(1.0 / 3.0), part(0.5));
-        self.dq.as_mut().fill(Y::Scalar::ZERO);
-        self.du.as_mut().fill(Y::Scalar::ZERO);
-        // How far ahead each stage lies, and its weight.
-        for (ahead, weight) in [(none, sixth), (half, third), (half, third), (dt, sixth)] {
-            // The stage's q first: it needs the previous stage's u.
-            advance(self.q.as_mut(), state.q.as_ref(), ahead, self.u.as_ref());
-            advance(self.u.as_mut(), state.u.as_ref(), ahead, self.acceleration.as_ref());
-            let (workspace, acceleration) = (&mut self.workspace, &mut self.acceleration);
-            let at = (state.t + ahead, &self.q, &self.u);
-            self.stabilisation.accelerate(system, dt, at, workspace, acceleration)?;
-            add_scaled(self.dq.as_mut(), weight, self.u.as_ref());
-            add_scaled(self.du.as_mut(), weight, self.acceleration.as_ref());
-        }
-        add_scaled(state.q.as_mut(), Y::Scalar::ONE, self.dq.as_ref());
-        add_scaled(state.u.as_mut(), Y::Scalar::ONE, self.du.as_ref());
-        state.t += dt;
-        self.stabilisation.project(system, state.t, &mut state.q, &mut state.u, &mut self.workspace)
+        let (stabilisation, workspace) = (self.stabilisation, &mut self.workspace);
+        self.stages.advance(state, dt, |t, q, u, out| {
+            stabilisation.accelerate(system, dt, (t, q, u), workspace, out)
+        })?;
+        stabilisation.project(system, state.t, &mut state.q, &mut state.u, workspace)
     }
 }
 
-/// `out = from + dt rate`; `from` alone at dt = 0, when the rate may hold anything.
-fn advance<S: Scalar>(out: &mut [S], from: &[S], dt: S, rate: &[S]) {
-    out.copy_from_slice(from);
-    if dt != S::ZERO {
-        add_scaled(out, dt, rate);
+/// What the stages of a step are computed in; V holds N numbers.
+#[derive(Clone, Debug)]
+pub(crate) struct Stages<V> {
+    acceleration: V,
+    /// State of a stage.
+    q: V,
+    u: V,
+    /// Weighted sums of the stages' derivatives.
+    dq: V,
+    du: V,
+}
+
+impl<V: Clone> Stages<V> {
+    /// With this storage.
+    pub(crate) fn new(vector: V) -> Self {
+        Self {
+            acceleration: vector.clone(),
+            q: vector.clone(),
+            u: vector.clone(),
+            dq: vector.clone(),
+            du: vector,
+        }
+    }
+
+    /// Advances by `dt` (s), where `accelerate` writes du/dt at (t, q, u); its failure leaves the
+    /// state as it was. Nothing is projected.
+    #[inline]
+    pub(crate) fn advance<S: Arithmetic, E>(
+        &mut self,
+        state: &mut State<V, S>,
+        dt: S,
+        mut accelerate: impl FnMut(S, &V, &V, &mut V) -> Result<(), E>,
+    ) -> Result<(), E>
+    where
+        V: AsRef<[S]> + AsMut<[S]>,
+    {
+        let part = |share| S::from_f64(share) * dt;
+        let (sixth, third, half) = (part(1.0 / 6.0), part(1.0 / 3.0), part(0.5));
+        self.dq.as_mut().fill(S::ZERO);
+        self.du.as_mut().fill(S::ZERO);
+        // How far ahead each stage lies, and its weight.
+        for (ahead, weight) in
+            [(None, sixth), (Some(half), third), (Some(half), third), (Some(dt), sixth)]
+        {
+            let mut t = state.t;
+            let (q, u) = (self.q.as_mut(), self.u.as_mut());
+            q.copy_from_slice(state.q.as_ref());
+            if let Some(ahead) = ahead {
+                // By the previous stage's u.
+                t += ahead;
+                add_scaled(q, ahead, u);
+                u.copy_from_slice(state.u.as_ref());
+                add_scaled(u, ahead, self.acceleration.as_ref());
+            } else {
+                u.copy_from_slice(state.u.as_ref());
+            }
+            accelerate(t, &self.q, &self.u, &mut self.acceleration)?;
+            add_scaled(self.dq.as_mut(), weight, self.u.as_ref());
+            add_scaled(self.du.as_mut(), weight, self.acceleration.as_ref());
+        }
+        add_scaled(state.q.as_mut(), S::ONE, self.dq.as_ref());
+        add_scaled(state.u.as_mut(), S::ONE, self.du.as_ref());
+        state.t += dt;
+        Ok(())
     }
 }
