@@ -69,7 +69,7 @@ pub struct Params<S> {
     pub marker: ::core::marker::PhantomData<S>,
 }
 
-impl<S: ::lamc_runtime::Scalar> ::core::default::Default for Params<S> {
+impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Params<S> {
     fn default() -> Self {
         Self {
             marker: ::core::marker::PhantomData,
@@ -84,7 +84,7 @@ pub struct Inputs<S> {
     pub marker: ::core::marker::PhantomData<S>,
 }
 
-impl<S: ::lamc_runtime::Scalar> ::core::default::Default for Inputs<S> {
+impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Inputs<S> {
     fn default() -> Self {
         Self {
             marker: ::core::marker::PhantomData,
@@ -112,7 +112,7 @@ pub struct Sixbar<S> {
     pub inputs: Inputs<S>,
 }
 
-impl<S: ::lamc_runtime::Scalar> ::core::default::Default for Sixbar<S> {
+impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Sixbar<S> {
     fn default() -> Self {
         Self {
             params: ::core::default::Default::default(),
@@ -2234,6 +2234,19 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             -mul_add(c(0.040342139733508246), d_gradient_moving_z_south_y,
             d_gradient_moving_z_south_x * c(0.0698745855993765)));
     }
+}
+
+#[allow(
+    clippy::approx_constant,
+    clippy::excessive_precision,
+    clippy::too_many_arguments,
+    unused_mut,
+    unused_variables,
+    reason = "numbers of the drawing; not every function reads everything it is given"
+)]
+#[rustfmt::skip]
+impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
+    type Number = S;
     fn write_acceleration(
         &self,
         t: S,
@@ -3417,4 +3430,19 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism<S, N, C> for Sixbar<S>
     type ResidualJacobian = [[S; N]; 9 * LOOPS];
     type Poses = [[S; 12]; 6];
     type Points = [[S; 3]; 1];
+}
+
+impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S, N, C> for Sixbar<S> {
+    type Lane = Sixbar<S::Number>;
+    type Residual = [S; 9 * LOOPS];
+    fn lane(&self, lane: usize) -> Self::Lane {
+        Sixbar {
+            params: Params {
+                marker: ::core::marker::PhantomData,
+            },
+            inputs: Inputs {
+                marker: ::core::marker::PhantomData,
+            },
+        }
+    }
 }
