@@ -81,10 +81,9 @@ pub struct PartialVelocity {
 /// Derives M, f and the energies of the tree.
 pub fn dynamics(d: &mut Derivation) -> Dynamics {
     let nodes: Vec<NodeId> = (0..d.topology.nodes.len()).map(NodeId).collect();
-    let partial: Vec<_> = nodes.iter().map(|&node| d.partial_velocity(node)).collect();
     let (shares, moving) = (d.shares(), d.moving_parts());
-    let motions: Vec<_> = nodes.iter().map(|&node| d.motion(None, Some(node))).collect();
-    let wrenches = d.wrenches(&moving, &motions);
+    let wrenches = d.wrenches(&moving, |d, id| d.motion(None, Some(id)));
+    let partial: Vec<_> = nodes.iter().map(|&node| d.partial_velocity(node)).collect();
     Dynamics {
         forcing: d.forcing(&partial, wrenches.clone()),
         mass: d.mass_matrix(&partial, moving.clone()),
@@ -134,16 +133,30 @@ impl Derivation<'_> {
     }
 
     /// Per node, by its motion: gravity, forces at points, air and inertia, the summands of F_r and
-    /// F_r* without their partial velocities.
-    pub fn wrenches(&mut self, inertia: &[Inertia], motions: &[Motion]) -> Vec<Wrench> {
-        let falls = self.free_fall(motions);
-        let nodes = (0..motions.len()).map(NodeId);
-        nodes
-            .map(|id| {
-                let (inertia, motion) = (&inertia[id.index()], &motions[id.index()]);
-                inertial_wrench(inertia, motion, &falls[id.index()]).plus(&self.applied(id, motion))
-            })
-            .collect()
+    /// F_r* without their partial velocities. Node by node, so that little has to be remembered.
+    pub fn wrenches(
+        &mut self,
+        inertia: &[Inertia],
+        motion_of: impl Fn(&mut Self, NodeId) -> Motion,
+    ) -> Vec<Wrench> {
+        let gravity = self.gravity();
+        let mut falls: Vec<Vector> = Vec::with_capacity(inertia.len());
+        let mut wrenches = Vec::with_capacity(inertia.len());
+        for (index, inertia) in inertia.iter().enumerate() {
+            let id = NodeId(index);
+            let motion = motion_of(self, id);
+            let fall = match self.parent(id) {
+                None => self.free_fall(id, &gravity, &Motion::rest()),
+                Some(parent) => {
+                    let carrier = motion_of(self, parent);
+                    self.free_fall(id, &falls[parent.index()], &carrier)
+                }
+            };
+            let wrench = inertial_wrench(inertia, &motion, &fall).plus(&self.applied(id, &motion));
+            wrenches.push(self.bind_wrench(id, "own", wrench));
+            falls.push(fall);
+        }
+        wrenches
     }
 
     /// Forces at points and the air.

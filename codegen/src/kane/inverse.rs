@@ -29,10 +29,9 @@ pub struct Inverse {
 /// Derives the inverse dynamics.
 pub fn inverse(d: &mut Derivation, dynamics: &Dynamics) -> Inverse {
     let nodes: Vec<NodeId> = (0..d.topology.nodes.len()).map(NodeId).collect();
-    let accelerated: Vec<_> = nodes.iter().map(|&node| d.accelerated(None, node)).collect();
     // What moves hinges is enough for the balance; hinges carry all there is.
-    let moving = d.gathered("moving", &dynamics.moving, &accelerated);
-    let carried = d.gathered("carried", &dynamics.shares, &accelerated);
+    let moving = d.gathered("moving", &dynamics.moving);
+    let carried = d.gathered("carried", &dynamics.shares);
     let closing = d.closing_wrenches();
     let mut imbalance = vec![Expr::zero(); nodes.len()];
     let mut reactions = vec![Expr::zero(); 6 * nodes.len()];
@@ -79,8 +78,8 @@ impl Derivation<'_> {
     }
 
     /// Active and inertia wrenches of each node and all beyond it, about its origin.
-    fn gathered(&mut self, name: &str, inertia: &[Inertia], motions: &[Motion]) -> Vec<Wrench> {
-        let mut sums = self.wrenches(inertia, motions);
+    fn gathered(&mut self, name: &str, inertia: &[Inertia]) -> Vec<Wrench> {
+        let mut sums = self.wrenches(inertia, |d, id| d.accelerated(None, id));
         for id in (0..sums.len()).rev().map(NodeId) {
             let wrench = self.bind_wrench(id, name, sums[id.index()].clone());
             sums[id.index()] = wrench.clone();

@@ -187,25 +187,14 @@ impl Derivation<'_> {
         (gradient, [xx, yy, zz])
     }
 
-    /// By node: g - a at its origin, its own components, m/s^2. `motions` are the nodes', relative
-    /// to the ground.
-    pub fn free_fall(&mut self, motions: &[Motion]) -> Vec<Vector> {
-        let gravity = self.gravity();
-        let mut falls: Vec<Vector> = Vec::with_capacity(motions.len());
-        for id in (0..motions.len()).map(NodeId) {
-            let above = match self.parent(id) {
-                None => gravity.clone(),
-                Some(parent) => {
-                    let r = self.offset(id);
-                    let relative = motions[parent.index()].relative_acceleration(&r);
-                    let above = sub(&falls[parent.index()], &relative);
-                    self.bind_vector(id, "fall_above", above)
-                }
-            };
-            let here = self.down(id, &above);
-            falls.push(self.bind_vector(id, "free_fall", here));
-        }
-        falls
+    /// g - a at a node's origin, its own components, m/s^2, by what that is for its parent (the
+    /// base) and the parent's motion relative to the ground.
+    pub fn free_fall(&mut self, id: NodeId, above: &Vector, motion: &Motion) -> Vector {
+        let r = self.offset(id);
+        let above = sub(above, &motion.relative_acceleration(&r));
+        let above = self.bind_vector(id, "fall_above", above);
+        let here = self.down(id, &above);
+        self.bind_vector(id, "free_fall", here)
     }
 
     /// Gravity in the base frame, m/s^2.
