@@ -3,6 +3,7 @@
 
 use wide::{f32x8, f64x4};
 
+use crate::sin_cos::write_sin_cos;
 use crate::{Arithmetic, Lanes};
 
 /// Implements [`Arithmetic`] by the vector's own operations where these are exact or correctly
@@ -31,8 +32,16 @@ macro_rules! lanes {
             }
             #[inline]
             fn sin_cos(self) -> (Self, Self) {
-                let lanes = $scalar::sin_cos_all(self.to_array());
-                (Self::new(lanes.map(|lane| lane.0)), Self::new(lanes.map(|lane| lane.1)))
+                let [both] = Self::sin_cos_all([self]);
+                both
+            }
+            #[inline]
+            fn sin_cos_all<const K: usize>(angles: [Self; K]) -> [(Self, Self); K] {
+                let angles = angles.map(Self::to_array);
+                let [mut sines, mut cosines] = [[[0.0; $count]; K]; 2];
+                let (sin, cos) = (sines.as_flattened_mut(), cosines.as_flattened_mut());
+                write_sin_cos(angles.as_flattened(), sin, cos);
+                core::array::from_fn(|k| (Self::new(sines[k]), Self::new(cosines[k])))
             }
             #[inline]
             fn min(self, other: Self) -> Self {
