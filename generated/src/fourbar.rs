@@ -16,7 +16,7 @@
 //   loop 0: planar, 9 equations, 3 independent, mobility 1
 //
 // Cost of one evaluation:
-//   equations: 97 operations: 44 add, 49 mul, 0 div, 4 sin_cos, 0 other
+//   equations: 95 operations: 42 add, 49 mul, 0 div, 4 sin_cos, 0 other
 //   closure: 89 operations: 63 add, 22 mul, 0 div, 4 sin_cos, 0 other
 //   poses: 41 operations: 20 add, 18 mul, 0 div, 3 sin_cos, 0 other
 //   points: 16 operations: 6 add, 8 mul, 0 div, 2 sin_cos, 0 other
@@ -206,29 +206,28 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let coupler_part = omega_xx_crank * c(0.534813);
         let a_coupler_y = -cos_coupler_crank * coupler_part;
         let omega_xx_coupler = omega_coupler_x * omega_coupler_x;
+        let fall_above_coupler_y = mul_add(c(-9.81), sin_crank_hinge, coupler_part);
+        let free_fall_coupler_z = mul_add(-sin_coupler_crank, fall_above_coupler_y,
+            -cos_coupler_crank * (cos_crank_hinge * c(9.81)));
+        let force_own_coupler_y = omega_xx_coupler * c(4.3544099654316885e-5);
+        let moment_own_coupler_x = free_fall_coupler_z * c(4.3544099654316885e-5);
         // coupler_ghost0
         let omega_coupler_ghost0_x = u[1] + u[3];
         let coupler_ghost0_part = omega_xx_rocker * c(0.5135738999999999);
         let a_coupler_ghost0_y = -cos_coupler_rocker * coupler_ghost0_part;
         let omega_xx_coupler_ghost0 = omega_coupler_ghost0_x * omega_coupler_ghost0_x;
-        // coupler
-        let fall_above_coupler_y = mul_add(c(-9.81), sin_crank_hinge, coupler_part);
-        let free_fall_coupler_z = mul_add(-sin_coupler_crank, fall_above_coupler_y,
-            -cos_coupler_crank * (cos_crank_hinge * c(9.81)));
-        // coupler_ghost0
         let fall_above_coupler_ghost0_y = mul_add(c(-9.81), sin_rocker_hinge, coupler_ghost0_part);
         let free_fall_coupler_ghost0_z = mul_add(-sin_coupler_rocker, fall_above_coupler_ghost0_y,
             -cos_coupler_rocker * (cos_rocker_hinge * c(9.81)));
-        let force_coupler_ghost0_y = omega_xx_coupler_ghost0 * c(9.272985481377836e-6);
-        let moment_coupler_ghost0_x = free_fall_coupler_ghost0_z * c(9.272985481377836e-6);
-        let force_above_coupler_ghost0_z = sin_coupler_rocker * force_coupler_ghost0_y;
+        let force_own_coupler_ghost0_y = omega_xx_coupler_ghost0 * c(9.272985481377836e-6);
+        let moment_own_coupler_ghost0_x = free_fall_coupler_ghost0_z * c(9.272985481377836e-6);
+        let force_above_coupler_ghost0_z = sin_coupler_rocker * force_own_coupler_ghost0_y;
         let moment_above_coupler_ghost0_x = mul_add(c(0.5135738999999999),
-            force_above_coupler_ghost0_z, moment_coupler_ghost0_x);
+            force_above_coupler_ghost0_z, moment_own_coupler_ghost0_x);
         // coupler
-        let force_coupler_y = omega_xx_coupler * c(4.3544099654316885e-5);
-        let moment_coupler_x = free_fall_coupler_z * c(4.3544099654316885e-5);
-        let force_above_coupler_z = sin_coupler_crank * force_coupler_y;
-        let moment_above_coupler_x = mul_add(c(0.534813), force_above_coupler_z, moment_coupler_x);
+        let force_above_coupler_z = sin_coupler_crank * force_own_coupler_y;
+        let moment_above_coupler_x = mul_add(c(0.534813), force_above_coupler_z,
+            moment_own_coupler_x);
         // rocker
         let moment_rocker_x = mul_add(c(-2.954834596588329e-3), cos_rocker_hinge,
             moment_above_coupler_ghost0_x);
@@ -236,14 +235,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let moment_crank_x = mul_add(c(-3.1463985397908126e-3), cos_crank_hinge,
             moment_above_coupler_x);
         // coupler_ghost0
-        let moment_above_coupler_ghost0_x_2 = c(1.8699552824298414e-6)
-            + mul_add(c(4.762363318314592e-6), cos_coupler_rocker, c(5.57400886248129e-10));
+        let moment_above_coupler_ghost0_x_2 = mul_add(c(4.762363318314592e-6), cos_coupler_rocker,
+            c(1.8705126833160895e-6));
         let twist_coupler_ghost0 = sin_coupler_rocker * c(1.8693978815435932e-6);
         let bend_coupler_ghost0 = sin_coupler_rocker * twist_coupler_ghost0;
         let turned_yy_coupler_ghost0 = c(1.8699552824298414e-6) - bend_coupler_ghost0;
         // coupler
-        let moment_above_coupler_x_2 = c(5.57400886248129e-10) + mul_add(c(2.3287950568424175e-5),
-            cos_coupler_crank, c(8.629374922217267e-6));
+        let moment_above_coupler_x_2 = mul_add(c(2.3287950568424175e-5), cos_coupler_crank,
+            c(8.629932323103514e-6));
         let twist_coupler = sin_coupler_crank * c(8.62881752133102e-6);
         let bend_coupler = sin_coupler_crank * twist_coupler;
         let turned_yy_coupler = c(8.629374922217267e-6) - bend_coupler;
@@ -293,8 +292,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         mass[15] = c(1.8705126833160895e-6);
         forcing[0] = mul_add(c(-0.1), u[0], mul_add(c(-10.0), q[0], moment_crank_x));
         forcing[1] = mul_add(c(-0.1), u[1], mul_add(c(-10.0), q[1], moment_rocker_x));
-        forcing[2] = mul_add(c(-0.1), u[2], mul_add(c(-10.0), q[2], moment_coupler_x));
-        forcing[3] = mul_add(c(-0.1), u[3], mul_add(c(-10.0), q[3], moment_coupler_ghost0_x));
+        forcing[2] = mul_add(c(-0.1), u[2], mul_add(c(-10.0), q[2], moment_own_coupler_x));
+        forcing[3] = mul_add(c(-0.1), u[3], mul_add(c(-10.0), q[3], moment_own_coupler_ghost0_x));
         jacobian[0] = -v_coupler_y_by_crank_hinge;
         jacobian[1] = v_coupler_ghost0_y_by_rocker_hinge;
         jacobian[2] = c(0.0);
@@ -568,15 +567,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let v_coupler_ghost0_z = cos_coupler_rocker * coupler_ghost0_part;
         // coupler
         let kinetic_coupler = mul_add(c(4.314966161551757e-6), omega_coupler_x * omega_coupler_x,
-            mul_add(c(1.338946574875e-4), mul_add(v_coupler_z, v_coupler_z,
-            v_coupler_y * v_coupler_y),
-            v_coupler_z * (omega_coupler_x * c(4.3544099654316885e-5))));
+            mul_add(v_coupler_z, omega_coupler_x * c(4.3544099654316885e-5), mul_add(v_coupler_z,
+            v_coupler_z, v_coupler_y * v_coupler_y) * c(1.338946574875e-4)));
         // coupler_ghost0
         let kinetic_coupler_ghost0 = mul_add(c(9.352563416580447e-7),
-            omega_coupler_ghost0_x * omega_coupler_ghost0_x, mul_add(c(1.338946574875e-4),
-            mul_add(v_coupler_ghost0_z, v_coupler_ghost0_z,
-            v_coupler_ghost0_y * v_coupler_ghost0_y),
-            v_coupler_ghost0_z * (omega_coupler_ghost0_x * c(9.272985481377836e-6))));
+            omega_coupler_ghost0_x * omega_coupler_ghost0_x, mul_add(v_coupler_ghost0_z,
+            omega_coupler_ghost0_x * c(9.272985481377836e-6),
+            c(1.338946574875e-4) * mul_add(v_coupler_ghost0_z, v_coupler_ghost0_z,
+            v_coupler_ghost0_y * v_coupler_ghost0_y)));
         // coupler
         let axis_y_coupler_z = mul_add(cos_crank_hinge, sin_coupler_crank,
             sin_crank_hinge * cos_coupler_crank);
@@ -620,110 +618,113 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         ] = S::sin_cos_all([q[0], q[1], q[2], q[3]]);
         // crank
         let omega_xx_crank = u[0] * u[0];
+        let free_fall_crank_z = -cos_crank_hinge * c(9.81);
         // rocker
         let omega_xx_rocker = u[1] * u[1];
+        let free_fall_rocker_z = -cos_rocker_hinge * c(9.81);
         // coupler
         let omega_coupler_x = u[0] + u[2];
         let omega_xx_coupler = omega_coupler_x * omega_coupler_x;
+        let fall_above_coupler_y = mul_add(c(-9.81), sin_crank_hinge, omega_xx_crank * c(0.534813));
         // coupler_ghost0
         let omega_coupler_ghost0_x = u[1] + u[3];
         let omega_xx_coupler_ghost0 = omega_coupler_ghost0_x * omega_coupler_ghost0_x;
-        // crank
-        let free_fall_crank_z = -cos_crank_hinge * c(9.81);
-        // rocker
-        let free_fall_rocker_z = -cos_rocker_hinge * c(9.81);
-        // coupler
-        let fall_above_coupler_y = mul_add(c(-9.81), sin_crank_hinge, omega_xx_crank * c(0.534813));
-        // coupler_ghost0
         let fall_above_coupler_ghost0_y = mul_add(c(-9.81), sin_rocker_hinge,
             omega_xx_rocker * c(0.5135738999999999));
         // coupler
         let alpha_moving_coupler_x = a[0] + a[2];
-        // coupler_ghost0
-        let alpha_moving_coupler_ghost0_x = a[1] + a[3];
-        // coupler
         let fall_above_coupler_z = mul_add(c(-0.534813), a[0], free_fall_crank_z);
         let free_fall_coupler_y = mul_add(cos_coupler_crank, fall_above_coupler_y,
             sin_coupler_crank * fall_above_coupler_z);
         let free_fall_coupler_z = mul_add(-sin_coupler_crank, fall_above_coupler_y,
             cos_coupler_crank * fall_above_coupler_z);
+        let moment_own_coupler_x = mul_add(c(4.3544099654316885e-5), free_fall_coupler_z,
+            -mul_add(c(5.57400886248129e-10), alpha_moving_coupler_x,
+            alpha_moving_coupler_x * c(8.629374922217267e-6)));
         // coupler_ghost0
+        let alpha_moving_coupler_ghost0_x = a[1] + a[3];
         let fall_above_coupler_ghost0_z = mul_add(c(-0.5135738999999999), a[1], free_fall_rocker_z);
         let free_fall_coupler_ghost0_y = mul_add(cos_coupler_rocker, fall_above_coupler_ghost0_y,
             sin_coupler_rocker * fall_above_coupler_ghost0_z);
         let free_fall_coupler_ghost0_z = mul_add(-sin_coupler_rocker, fall_above_coupler_ghost0_y,
             cos_coupler_rocker * fall_above_coupler_ghost0_z);
-        let moment_moving_coupler_ghost0_x = mul_add(c(9.272985481377836e-6),
+        let moment_own_coupler_ghost0_x = mul_add(c(9.272985481377836e-6),
             free_fall_coupler_ghost0_z, -mul_add(c(1.8699552824298414e-6),
             alpha_moving_coupler_ghost0_x,
-            alpha_moving_coupler_ghost0_x * c(5.57400886248129e-10)));
-        // coupler
-        let moment_moving_coupler_x = mul_add(c(4.3544099654316885e-5), free_fall_coupler_z,
-            -mul_add(c(5.57400886248129e-10), alpha_moving_coupler_x,
-            alpha_moving_coupler_x * c(8.629374922217267e-6)));
-        // coupler_ghost0
-        let force_carried_coupler_ghost0_y = mul_add(c(2.67789314975e-4),
-            free_fall_coupler_ghost0_y, omega_xx_coupler_ghost0 * c(9.272985481377836e-6));
-        let force_carried_coupler_ghost0_z = mul_add(c(-9.272985481377836e-6),
-            alpha_moving_coupler_ghost0_x, free_fall_coupler_ghost0_z * c(2.67789314975e-4));
-        let moment_carried_coupler_ghost0_y = mul_add(c(-7.69453703511471e-5),
-            free_fall_coupler_ghost0_z, alpha_moving_coupler_ghost0_x * c(1.6864942993284786e-6));
-        let moment_carried_coupler_ghost0_z = mul_add(c(7.69453703511471e-5),
-            free_fall_coupler_ghost0_y, omega_xx_coupler_ghost0 * c(1.6864942993284786e-6));
-        let across_coupler_ghost0 = mul_add(-sin_coupler_rocker, force_carried_coupler_ghost0_z,
-            cos_coupler_rocker * force_carried_coupler_ghost0_y);
-        let force_above_coupler_ghost0_z = mul_add(cos_coupler_rocker,
-            force_carried_coupler_ghost0_z, sin_coupler_rocker * force_carried_coupler_ghost0_y);
-        let across_coupler_ghost0_2 = mul_add(-sin_coupler_rocker, moment_carried_coupler_ghost0_z,
-            cos_coupler_rocker * moment_carried_coupler_ghost0_y);
-        let moment_above_coupler_ghost0_x = mul_add(c(0.5135738999999999),
-            force_above_coupler_ghost0_z, moment_moving_coupler_ghost0_x);
-        let moment_above_coupler_ghost0_z = mul_add(cos_coupler_rocker,
-            moment_carried_coupler_ghost0_z, sin_coupler_rocker * moment_carried_coupler_ghost0_y);
-        // coupler
-        let force_carried_coupler_y = mul_add(c(2.67789314975e-4), free_fall_coupler_y,
-            omega_xx_coupler * c(4.3544099654316885e-5));
-        let force_carried_coupler_z = mul_add(c(-4.3544099654316885e-5), alpha_moving_coupler_x,
-            free_fall_coupler_z * c(2.67789314975e-4));
-        let moment_carried_coupler_y = mul_add(c(-9.998041607397091e-6), free_fall_coupler_z,
-            alpha_moving_coupler_x * c(6.477762980113233e-7));
-        let moment_carried_coupler_z = mul_add(c(9.998041607397091e-6), free_fall_coupler_y,
-            omega_xx_coupler * c(6.477762980113233e-7));
-        let across_coupler = mul_add(-sin_coupler_crank, force_carried_coupler_z,
-            cos_coupler_crank * force_carried_coupler_y);
-        let force_above_coupler_z = mul_add(cos_coupler_crank, force_carried_coupler_z,
-            sin_coupler_crank * force_carried_coupler_y);
-        let across_coupler_2 = mul_add(-sin_coupler_crank, moment_carried_coupler_z,
-            cos_coupler_crank * moment_carried_coupler_y);
-        let moment_above_coupler_x = mul_add(c(0.534813), force_above_coupler_z,
-            moment_moving_coupler_x);
-        let moment_above_coupler_z = mul_add(cos_coupler_crank, moment_carried_coupler_z,
-            sin_coupler_crank * moment_carried_coupler_y);
-        // rocker
-        let force_carried_rocker_y = across_coupler_ghost0 + mul_add(c(-6.252919996500001e-3),
-            sin_rocker_hinge, omega_xx_rocker * c(1.63676778025815e-4));
-        let force_carried_rocker_z = force_above_coupler_ghost0_z + mul_add(c(-1.63676778025815e-4),
-            a[1], cos_rocker_hinge * c(-6.252919996500001e-3));
-        let moment_carried_rocker_x = mul_add(c(-1.6056691924332452e-3), cos_rocker_hinge,
-            moment_above_coupler_ghost0_x) - mul_add(c(1.326936147498693e-9), a[1],
-            a[1] * c(5.595282685266134e-5));
-        let moment_carried_rocker_y = across_coupler_ghost0_2 + mul_add(c(7.784866636882511e-4),
-            cos_rocker_hinge, a[1] * c(2.037770976118056e-5));
-        let moment_carried_rocker_z = moment_above_coupler_ghost0_z
-            + mul_add(c(-7.784866636882511e-4), sin_rocker_hinge,
-            omega_xx_rocker * c(2.037770976118056e-5));
+            c(5.57400886248129e-10) * alpha_moving_coupler_ghost0_x));
         // crank
-        let force_carried_crank_y = across_coupler + mul_add(c(-6.512321461050003e-3),
-            sin_crank_hinge, omega_xx_crank * c(1.7751658919535306e-4));
-        let force_carried_crank_z = force_above_coupler_z + mul_add(c(-1.7751658919535306e-4), a[0],
+        let force_own_crank_y = mul_add(c(1.7751658919535306e-4), omega_xx_crank,
+            sin_crank_hinge * c(-6.512321461050003e-3));
+        let force_own_crank_z = mul_add(c(-1.7751658919535306e-4), a[0],
             cos_crank_hinge * c(-6.512321461050003e-3));
-        let moment_carried_crank_x = mul_add(c(-1.7414377400064135e-3), cos_crank_hinge,
-            moment_above_coupler_x) - mul_add(c(1.382024803747565e-9), a[0],
-            a[0] * c(6.319746591996168e-5));
-        let moment_carried_crank_y = across_coupler_2 + mul_add(c(8.172943896653371e-4),
-            cos_crank_hinge, a[0] * c(2.2278278689040052e-5));
-        let moment_carried_crank_z = moment_above_coupler_z + mul_add(c(-8.172943896653371e-4),
-            sin_crank_hinge, omega_xx_crank * c(2.2278278689040052e-5));
+        let moment_own_crank_x = mul_add(c(-1.7414377400064135e-3), cos_crank_hinge,
+            -mul_add(c(1.382024803747565e-9), a[0], a[0] * c(6.319746591996168e-5)));
+        let moment_own_crank_y = mul_add(c(8.172943896653371e-4), cos_crank_hinge,
+            a[0] * c(2.2278278689040052e-5));
+        let moment_own_crank_z = mul_add(c(2.2278278689040052e-5), omega_xx_crank,
+            sin_crank_hinge * c(-8.172943896653371e-4));
+        // rocker
+        let force_own_rocker_y = mul_add(c(1.63676778025815e-4), omega_xx_rocker,
+            sin_rocker_hinge * c(-6.252919996500001e-3));
+        let force_own_rocker_z = mul_add(c(-1.63676778025815e-4), a[1],
+            cos_rocker_hinge * c(-6.252919996500001e-3));
+        let moment_own_rocker_x = mul_add(c(-1.6056691924332452e-3), cos_rocker_hinge,
+            -mul_add(c(1.326936147498693e-9), a[1], a[1] * c(5.595282685266134e-5)));
+        let moment_own_rocker_y = mul_add(c(7.784866636882511e-4), cos_rocker_hinge,
+            a[1] * c(2.037770976118056e-5));
+        let moment_own_rocker_z = mul_add(c(2.037770976118056e-5), omega_xx_rocker,
+            sin_rocker_hinge * c(-7.784866636882511e-4));
+        // coupler
+        let force_own_coupler_y = mul_add(c(4.3544099654316885e-5), omega_xx_coupler,
+            free_fall_coupler_y * c(2.67789314975e-4));
+        let force_own_coupler_z = mul_add(c(-4.3544099654316885e-5), alpha_moving_coupler_x,
+            free_fall_coupler_z * c(2.67789314975e-4));
+        let moment_own_coupler_y = mul_add(c(-9.998041607397091e-6), free_fall_coupler_z,
+            alpha_moving_coupler_x * c(6.477762980113233e-7));
+        let moment_own_coupler_z = mul_add(c(6.477762980113233e-7), omega_xx_coupler,
+            free_fall_coupler_y * c(9.998041607397091e-6));
+        // coupler_ghost0
+        let force_own_coupler_ghost0_y = mul_add(c(9.272985481377836e-6), omega_xx_coupler_ghost0,
+            free_fall_coupler_ghost0_y * c(2.67789314975e-4));
+        let force_own_coupler_ghost0_z = mul_add(c(-9.272985481377836e-6),
+            alpha_moving_coupler_ghost0_x, free_fall_coupler_ghost0_z * c(2.67789314975e-4));
+        let moment_own_coupler_ghost0_y = mul_add(c(-7.69453703511471e-5),
+            free_fall_coupler_ghost0_z, alpha_moving_coupler_ghost0_x * c(1.6864942993284786e-6));
+        let moment_own_coupler_ghost0_z = mul_add(c(1.6864942993284786e-6), omega_xx_coupler_ghost0,
+            free_fall_coupler_ghost0_y * c(7.69453703511471e-5));
+        let across_coupler_ghost0 = mul_add(-sin_coupler_rocker, force_own_coupler_ghost0_z,
+            cos_coupler_rocker * force_own_coupler_ghost0_y);
+        let force_above_coupler_ghost0_z = mul_add(cos_coupler_rocker, force_own_coupler_ghost0_z,
+            sin_coupler_rocker * force_own_coupler_ghost0_y);
+        let across_coupler_ghost0_2 = mul_add(-sin_coupler_rocker, moment_own_coupler_ghost0_z,
+            cos_coupler_rocker * moment_own_coupler_ghost0_y);
+        let moment_above_coupler_ghost0_x = mul_add(c(0.5135738999999999),
+            force_above_coupler_ghost0_z, moment_own_coupler_ghost0_x);
+        let moment_above_coupler_ghost0_z = mul_add(cos_coupler_rocker, moment_own_coupler_ghost0_z,
+            sin_coupler_rocker * moment_own_coupler_ghost0_y);
+        // coupler
+        let across_coupler = mul_add(-sin_coupler_crank, force_own_coupler_z,
+            cos_coupler_crank * force_own_coupler_y);
+        let force_above_coupler_z = mul_add(cos_coupler_crank, force_own_coupler_z,
+            sin_coupler_crank * force_own_coupler_y);
+        let across_coupler_2 = mul_add(-sin_coupler_crank, moment_own_coupler_z,
+            cos_coupler_crank * moment_own_coupler_y);
+        let moment_above_coupler_x = mul_add(c(0.534813), force_above_coupler_z,
+            moment_own_coupler_x);
+        let moment_above_coupler_z = mul_add(cos_coupler_crank, moment_own_coupler_z,
+            sin_coupler_crank * moment_own_coupler_y);
+        // rocker
+        let force_carried_rocker_y = force_own_rocker_y + across_coupler_ghost0;
+        let force_carried_rocker_z = force_own_rocker_z + force_above_coupler_ghost0_z;
+        let moment_carried_rocker_x = moment_own_rocker_x + moment_above_coupler_ghost0_x;
+        let moment_carried_rocker_y = moment_own_rocker_y + across_coupler_ghost0_2;
+        let moment_carried_rocker_z = moment_own_rocker_z + moment_above_coupler_ghost0_z;
+        // crank
+        let force_carried_crank_y = force_own_crank_y + across_coupler;
+        let force_carried_crank_z = force_own_crank_z + force_above_coupler_z;
+        let moment_carried_crank_x = moment_own_crank_x + moment_above_coupler_x;
+        let moment_carried_crank_y = moment_own_crank_y + across_coupler_2;
+        let moment_carried_crank_z = moment_own_crank_z + moment_above_coupler_z;
         // coupler_ghost0
         let force_closing_coupler_ghost0_z = lambda[1] + lambda[2];
         let moment_closing_coupler_ghost0_x = lambda[2] * c(0.4151179883848717);
@@ -762,17 +763,17 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         reactions[10] = -moment_carried_rocker_y;
         reactions[11] = -moment_carried_rocker_z;
         reactions[12] = c(0.0);
-        reactions[13] = -(force_carried_coupler_y - lambda[0]);
-        reactions[14] = -(force_carried_coupler_z + force_closing_coupler_z);
-        reactions[15] = -(moment_moving_coupler_x + moment_closing_coupler_x);
-        reactions[16] = -(moment_carried_coupler_y + moment_closing_coupler_y);
-        reactions[17] = -(moment_carried_coupler_z + moment_closing_coupler_z);
+        reactions[13] = -(force_own_coupler_y - lambda[0]);
+        reactions[14] = -(force_own_coupler_z + force_closing_coupler_z);
+        reactions[15] = -(moment_own_coupler_x + moment_closing_coupler_x);
+        reactions[16] = -(moment_own_coupler_y + moment_closing_coupler_y);
+        reactions[17] = -(moment_own_coupler_z + moment_closing_coupler_z);
         reactions[18] = c(0.0);
-        reactions[19] = -(force_carried_coupler_ghost0_y + lambda[0]);
-        reactions[20] = -(force_carried_coupler_ghost0_z + force_closing_coupler_ghost0_z);
-        reactions[21] = -(moment_moving_coupler_ghost0_x + moment_closing_coupler_ghost0_x);
-        reactions[22] = -moment_carried_coupler_ghost0_y;
-        reactions[23] = -moment_carried_coupler_ghost0_z;
+        reactions[19] = -(force_own_coupler_ghost0_y + lambda[0]);
+        reactions[20] = -(force_own_coupler_ghost0_z + force_closing_coupler_ghost0_z);
+        reactions[21] = -(moment_own_coupler_ghost0_x + moment_closing_coupler_ghost0_x);
+        reactions[22] = -moment_own_coupler_ghost0_y;
+        reactions[23] = -moment_own_coupler_ghost0_z;
     }
     fn write_tangent(
         &self,
@@ -817,10 +818,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let omega_xx_crank = u[0] * u[0];
         let crank_part_2 = u[0] * du[0];
         let d_omega_xx_crank = crank_part_2 + crank_part_2;
+        let free_fall_crank_z = -cos_crank_hinge * c(9.81);
         // rocker
         let omega_xx_rocker = u[1] * u[1];
         let rocker_part_2 = u[1] * du[1];
         let d_omega_xx_rocker = rocker_part_2 + rocker_part_2;
+        let free_fall_rocker_z = -cos_rocker_hinge * c(9.81);
         // coupler
         let omega_coupler_x = u[0] + u[2];
         let d_omega_coupler_x = du[0] + du[2];
@@ -829,6 +832,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let omega_xx_coupler = omega_coupler_x * omega_coupler_x;
         let coupler_part_4 = omega_coupler_x * d_omega_coupler_x;
         let d_omega_xx_coupler = coupler_part_4 + coupler_part_4;
+        let fall_above_coupler_y = mul_add(c(-9.81), sin_crank_hinge, coupler_part_2);
+        let d_fall_above_coupler_y = mul_add(c(-9.81), d_sin_crank_hinge, coupler_part_3);
+        let force_own_coupler_y = omega_xx_coupler * c(4.3544099654316885e-5);
+        let d_force_own_coupler_y = d_omega_xx_coupler * c(4.3544099654316885e-5);
         // coupler_ghost0
         let omega_coupler_ghost0_x = u[1] + u[3];
         let d_omega_coupler_ghost0_x = du[1] + du[3];
@@ -837,28 +844,23 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let omega_xx_coupler_ghost0 = omega_coupler_ghost0_x * omega_coupler_ghost0_x;
         let coupler_ghost0_part_4 = omega_coupler_ghost0_x * d_omega_coupler_ghost0_x;
         let d_omega_xx_coupler_ghost0 = coupler_ghost0_part_4 + coupler_ghost0_part_4;
-        // crank
-        let free_fall_crank_z = -cos_crank_hinge * c(9.81);
-        // rocker
-        let free_fall_rocker_z = -cos_rocker_hinge * c(9.81);
-        // coupler
-        let fall_above_coupler_y = mul_add(c(-9.81), sin_crank_hinge, coupler_part_2);
-        let d_fall_above_coupler_y = mul_add(c(-9.81), d_sin_crank_hinge, coupler_part_3);
-        // coupler_ghost0
         let fall_above_coupler_ghost0_y = mul_add(c(-9.81), sin_rocker_hinge,
             coupler_ghost0_part_2);
         let d_fall_above_coupler_ghost0_y = mul_add(c(-9.81), d_sin_rocker_hinge,
             coupler_ghost0_part_3);
-        let force_coupler_ghost0_y = omega_xx_coupler_ghost0 * c(9.272985481377836e-6);
-        let d_force_coupler_ghost0_y = d_omega_xx_coupler_ghost0 * c(9.272985481377836e-6);
+        let force_own_coupler_ghost0_y = omega_xx_coupler_ghost0 * c(9.272985481377836e-6);
+        let d_force_own_coupler_ghost0_y = d_omega_xx_coupler_ghost0 * c(9.272985481377836e-6);
         // coupler
-        let force_coupler_y = omega_xx_coupler * c(4.3544099654316885e-5);
-        let d_force_coupler_y = d_omega_xx_coupler * c(4.3544099654316885e-5);
         let alpha_moving_coupler_x = a[0] + a[2];
         let d_a_moving_coupler_y = mul_add(a[0], d_sin_coupler_crank * c(0.534813),
             mul_add(-cos_coupler_crank, coupler_part_3, coupler_part * coupler_part_2));
         let d_a_moving_coupler_z = mul_add(a[0], coupler_part * c(-0.534813),
             -mul_add(-sin_coupler_crank, coupler_part_3, -d_sin_coupler_crank * coupler_part_2));
+        let fall_above_coupler_z = mul_add(c(-0.534813), a[0], free_fall_crank_z);
+        let d_free_fall_coupler_z = mul_add(-cos_coupler_crank, crank_part * c(-9.81),
+            -coupler_part * fall_above_coupler_z) - mul_add(sin_coupler_crank,
+            d_fall_above_coupler_y, d_sin_coupler_crank * fall_above_coupler_y);
+        let d_moment_own_coupler_x = c(4.3544099654316885e-5) * d_free_fall_coupler_z;
         // coupler_ghost0
         let alpha_moving_coupler_ghost0_x = a[1] + a[3];
         let d_a_moving_coupler_ghost0_y = mul_add(a[1],
@@ -867,30 +869,22 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let d_a_moving_coupler_ghost0_z = mul_add(a[1],
             coupler_ghost0_part * c(-0.5135738999999999), -mul_add(-sin_coupler_rocker,
             coupler_ghost0_part_3, -d_sin_coupler_rocker * coupler_ghost0_part_2));
-        // coupler
-        let fall_above_coupler_z = mul_add(c(-0.534813), a[0], free_fall_crank_z);
-        let d_free_fall_coupler_z = mul_add(-cos_coupler_crank, crank_part * c(-9.81),
-            -coupler_part * fall_above_coupler_z) - mul_add(sin_coupler_crank,
-            d_fall_above_coupler_y, d_sin_coupler_crank * fall_above_coupler_y);
-        // coupler_ghost0
         let fall_above_coupler_ghost0_z = mul_add(c(-0.5135738999999999), a[1], free_fall_rocker_z);
         let d_free_fall_coupler_ghost0_z = mul_add(-cos_coupler_rocker, rocker_part * c(-9.81),
             -coupler_ghost0_part * fall_above_coupler_ghost0_z) - mul_add(sin_coupler_rocker,
             d_fall_above_coupler_ghost0_y, d_sin_coupler_rocker * fall_above_coupler_ghost0_y);
-        let d_moment_moving_coupler_ghost0_x =
-            c(9.272985481377836e-6) * d_free_fall_coupler_ghost0_z;
+        let d_moment_own_coupler_ghost0_x = c(9.272985481377836e-6) * d_free_fall_coupler_ghost0_z;
         let d_force_above_coupler_ghost0_z = mul_add(coupler_ghost0_part,
             c(9.272985481377836e-6) * alpha_moving_coupler_ghost0_x, mul_add(sin_coupler_rocker,
-            d_force_coupler_ghost0_y, d_sin_coupler_rocker * force_coupler_ghost0_y));
+            d_force_own_coupler_ghost0_y, d_sin_coupler_rocker * force_own_coupler_ghost0_y));
         let d_moment_above_coupler_ghost0_x = mul_add(c(0.5135738999999999),
-            d_force_above_coupler_ghost0_z, d_moment_moving_coupler_ghost0_x);
+            d_force_above_coupler_ghost0_z, d_moment_own_coupler_ghost0_x);
         // coupler
-        let d_moment_moving_coupler_x = c(4.3544099654316885e-5) * d_free_fall_coupler_z;
         let d_force_above_coupler_z = mul_add(coupler_part,
             c(4.3544099654316885e-5) * alpha_moving_coupler_x, mul_add(sin_coupler_crank,
-            d_force_coupler_y, d_sin_coupler_crank * force_coupler_y));
+            d_force_own_coupler_y, d_sin_coupler_crank * force_own_coupler_y));
         let d_moment_above_coupler_x = mul_add(c(0.534813), d_force_above_coupler_z,
-            d_moment_moving_coupler_x);
+            d_moment_own_coupler_x);
         // rocker
         let d_moment_moving_rocker_x = mul_add(c(2.954834596588329e-3), rocker_part,
             d_moment_above_coupler_ghost0_x);
@@ -911,9 +905,9 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
             mul_add(c(-10.0), dq[0], d_moment_moving_crank_x)));
         forces[1] = mul_add(c(0.5135738999999999), d_force_above_coupler_ghost0_z_2,
             mul_add(c(-0.1), du[1], mul_add(c(-10.0), dq[1], d_moment_moving_rocker_x)));
-        forces[2] = mul_add(c(-0.1), du[2], mul_add(c(-10.0), dq[2], d_moment_moving_coupler_x));
+        forces[2] = mul_add(c(-0.1), du[2], mul_add(c(-10.0), dq[2], d_moment_own_coupler_x));
         forces[3] = mul_add(c(-0.1), du[3], mul_add(c(-10.0), dq[3],
-            d_moment_moving_coupler_ghost0_x));
+            d_moment_own_coupler_ghost0_x));
         closure[0] = d_a_moving_coupler_ghost0_y - mul_add(c(-0.12797789999999998),
             d_omega_xx_coupler, d_a_moving_coupler_y);
         closure[1] = part;
@@ -966,23 +960,19 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let coupler_part = omega_xx_crank * c(0.534813);
         let a_coupler_y = -cos_coupler_crank * coupler_part;
         let omega_xx_coupler = omega_coupler_x * omega_coupler_x;
+        let fall_above_coupler_y = mul_add(c(-9.81), sin_crank_hinge, coupler_part);
+        let free_fall_coupler_z = mul_add(-sin_coupler_crank, fall_above_coupler_y,
+            -cos_coupler_crank * (cos_crank_hinge * c(9.81)));
+        let force_own_coupler_y = omega_xx_coupler * c(4.3544099654316885e-5);
         // coupler_ghost0
         let omega_coupler_ghost0_x = u[1] + u[3];
         let coupler_ghost0_part = omega_xx_rocker * c(0.5135738999999999);
         let a_coupler_ghost0_y = -cos_coupler_rocker * coupler_ghost0_part;
         let omega_xx_coupler_ghost0 = omega_coupler_ghost0_x * omega_coupler_ghost0_x;
-        // coupler
-        let fall_above_coupler_y = mul_add(c(-9.81), sin_crank_hinge, coupler_part);
-        let free_fall_coupler_z = mul_add(-sin_coupler_crank, fall_above_coupler_y,
-            -cos_coupler_crank * (cos_crank_hinge * c(9.81)));
-        // coupler_ghost0
         let fall_above_coupler_ghost0_y = mul_add(c(-9.81), sin_rocker_hinge, coupler_ghost0_part);
         let free_fall_coupler_ghost0_z = mul_add(-sin_coupler_rocker, fall_above_coupler_ghost0_y,
             -cos_coupler_rocker * (cos_rocker_hinge * c(9.81)));
-        let force_coupler_ghost0_y = omega_xx_coupler_ghost0 * c(9.272985481377836e-6);
-        // coupler
-        let force_coupler_y = omega_xx_coupler * c(4.3544099654316885e-5);
-        // coupler_ghost0
+        let force_own_coupler_ghost0_y = omega_xx_coupler_ghost0 * c(9.272985481377836e-6);
         let v_coupler_ghost0_y_by_rocker_hinge = sin_coupler_rocker * c(0.5135738999999999);
         // loop 0
         let gamma0_0 = a_coupler_ghost0_y - mul_add(c(-0.12797789999999998), omega_xx_coupler,
@@ -1016,14 +1006,14 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
             torque_coupler_ghost0);
         let force_above_coupler_ghost0_z = mul_add(-cos_coupler_rocker,
             c(4.957456618224297) * reduced_coupler_ghost0,
-            sin_coupler_rocker * force_coupler_ghost0_y);
+            sin_coupler_rocker * force_own_coupler_ghost0_y);
         let moment_above_coupler_ghost0_x = mul_add(c(0.5135738999999999),
             force_above_coupler_ghost0_z, -torque_coupler_ghost0);
         // coupler
         let reduced_coupler = mul_add(c(4.3544099654316885e-5), free_fall_coupler_z,
             torque_coupler);
         let force_above_coupler_z = mul_add(-cos_coupler_crank,
-            c(5.045705809041324) * reduced_coupler, sin_coupler_crank * force_coupler_y);
+            c(5.045705809041324) * reduced_coupler, sin_coupler_crank * force_own_coupler_y);
         let moment_above_coupler_x = mul_add(c(0.534813), force_above_coupler_z, -torque_coupler);
         // rocker
         let moment_load_rocker_x = mul_add(c(-2.954834596588329e-3), cos_rocker_hinge,
@@ -1433,6 +1423,15 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism<S, N, C> for Fourbar<S
     type Points = [[S; 3]; 1];
 }
 
+#[allow(
+    clippy::approx_constant,
+    clippy::excessive_precision,
+    clippy::too_many_arguments,
+    unused_mut,
+    unused_variables,
+    reason = "numbers of the drawing; not every function reads everything it is given"
+)]
+#[rustfmt::skip]
 impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S, N, C> for Fourbar<S> {
     type Lane = Fourbar<S::Number>;
     type Residual = [S; 9 * LOOPS];

@@ -163,9 +163,9 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         let Some(forcing) = out.forcing.first_chunk_mut::<1>() else { return };
         let (_, cos_hinge) = S::sin_cos(q[0]);
         // arm
-        let moment_arm_x = -cos_hinge * c(-0.0177798000739608);
+        let moment_own_arm_x = -cos_hinge * c(-0.0177798000739608);
         mass[0] = c(1.2282610013696912e-4);
-        forcing[0] = mul_add(c(-2.5e-5), u[0], mul_add(c(-7.6e-3), q[0], moment_arm_x));
+        forcing[0] = mul_add(c(-2.5e-5), u[0], mul_add(c(-7.6e-3), q[0], moment_own_arm_x));
     }
     fn write_closure(&self, q: &[S], residual: &mut [S], jacobian: &mut [S]) {}
     fn write_poses(&self, q: &[S], out: &mut [S]) {
@@ -243,22 +243,22 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         let (sin_hinge, cos_hinge) = S::sin_cos(q[0]);
         // arm
         let omega_xx_arm = u[0] * u[0];
-        let moment_moving_arm_x = -cos_hinge * c(-0.0177798000739608)
+        let moment_own_arm_x = -cos_hinge * c(-0.0177798000739608)
             - mul_add(c(1.167917774784309e-7), a[0], a[0] * c(1.2270930835949067e-4));
-        let force_carried_arm_y = mul_add(c(-1.81241590968e-3), omega_xx_arm,
+        let force_own_arm_y = mul_add(c(-1.81241590968e-3), omega_xx_arm,
             sin_hinge * c(-0.34228880128799993));
-        let force_carried_arm_z = mul_add(c(1.81241590968e-3), a[0],
+        let force_own_arm_z = mul_add(c(1.81241590968e-3), a[0],
             cos_hinge * c(-0.34228880128799993));
-        let moment_carried_arm_y = mul_add(c(-4.531021650040903e-5), a[0],
+        let moment_own_arm_y = mul_add(c(-4.531021650040903e-5), a[0],
             -cos_hinge * c(-8.557185803319869e-3));
-        let moment_carried_arm_z = mul_add(c(-4.531021650040903e-5), omega_xx_arm,
+        let moment_own_arm_z = mul_add(c(-4.531021650040903e-5), omega_xx_arm,
             sin_hinge * c(-8.557185803319869e-3));
         reactions[0] = c(0.0);
-        reactions[1] = -force_carried_arm_y;
-        reactions[2] = -force_carried_arm_z;
-        reactions[3] = -moment_moving_arm_x;
-        reactions[4] = -moment_carried_arm_y;
-        reactions[5] = -moment_carried_arm_z;
+        reactions[1] = -force_own_arm_y;
+        reactions[2] = -force_own_arm_z;
+        reactions[3] = -moment_own_arm_x;
+        reactions[4] = -moment_own_arm_y;
+        reactions[5] = -moment_own_arm_z;
     }
     fn write_tangent(
         &self,
@@ -282,8 +282,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         let Some(forces) = forces.first_chunk_mut::<1>() else { return };
         let (arm_part, _) = S::sin_cos(q[0]);
         // arm
-        let d_moment_moving_arm_x = -dq[0] * arm_part * c(0.0177798000739608);
-        forces[0] = mul_add(c(-2.5e-5), du[0], mul_add(c(-7.6e-3), dq[0], d_moment_moving_arm_x));
+        let d_moment_own_arm_x = -dq[0] * arm_part * c(0.0177798000739608);
+        forces[0] = mul_add(c(-2.5e-5), du[0], mul_add(c(-7.6e-3), dq[0], d_moment_own_arm_x));
     }
 }
 
@@ -319,9 +319,9 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Pendulum<S>
         };
         let (_, cos_hinge) = S::sin_cos(q[0]);
         // arm
-        let moment_arm_x = -cos_hinge * c(-0.0177798000739608);
+        let moment_own_arm_x = -cos_hinge * c(-0.0177798000739608);
         acceleration[0] = mul_add(c(-2.5e-5), u[0], mul_add(c(-7.6e-3), q[0],
-            moment_arm_x)) * c(8141.592046681067);
+            moment_own_arm_x)) * c(8141.592046681067);
         margin[0] = c(8141.592046681067);
         margin[1] = c(1.0);
         ::lamc_runtime::Margin {
@@ -349,6 +349,15 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism<S, N, C> for Pendulum<
     type Points = [[S; 3]; 1];
 }
 
+#[allow(
+    clippy::approx_constant,
+    clippy::excessive_precision,
+    clippy::too_many_arguments,
+    unused_mut,
+    unused_variables,
+    reason = "numbers of the drawing; not every function reads everything it is given"
+)]
+#[rustfmt::skip]
 impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S, N, C> for Pendulum<S> {
     type Lane = Pendulum<S::Number>;
     type Residual = [S; 9 * LOOPS];

@@ -18,15 +18,15 @@
 //   loop 0: spherical, 9 equations, 3 independent, mobility 3
 //
 // Cost of one evaluation:
-//   equations: 470 operations: 202 add, 262 mul, 0 div, 6 sin_cos, 0 other
+//   equations: 472 operations: 204 add, 262 mul, 0 div, 6 sin_cos, 0 other
 //   closure: 269 operations: 123 add, 140 mul, 0 div, 6 sin_cos, 0 other
 //   poses: 210 operations: 94 add, 111 mul, 0 div, 5 sin_cos, 0 other
 //   points: 64 operations: 26 add, 35 mul, 0 div, 3 sin_cos, 0 other
 //   energy: 184 operations: 65 add, 113 mul, 0 div, 6 sin_cos, 0 other
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
-//   reactions: 682 operations: 329 add, 347 mul, 0 div, 6 sin_cos, 0 other
-//   tangent: 783 operations: 341 add, 436 mul, 0 div, 6 sin_cos, 0 other
-//   acceleration: 674 operations: 274 add, 382 mul, 8 div, 6 sin_cos, 4 other
+//   reactions: 687 operations: 334 add, 347 mul, 0 div, 6 sin_cos, 0 other
+//   tangent: 787 operations: 345 add, 436 mul, 0 div, 6 sin_cos, 0 other
+//   acceleration: 676 operations: 276 add, 382 mul, 8 div, 6 sin_cos, 4 other
 //   projection: 647 operations: 263 add, 366 mul, 8 div, 6 sin_cos, 4 other
 //   misfit: 228 operations: 93 add, 129 mul, 0 div, 6 sin_cos, 0 other
 
@@ -219,6 +219,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             (sin_south_south_east, cos_south_south_east),
             (sin_south_west_south, cos_south_west_south),
         ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
+        // east
+        let east_part = cos_ground_east * c(9.81);
+        // west
+        let west_part = cos_ground_west * c(9.81);
         // south_east
         let across_south_east = u[4] * c(0.7071067811865475);
         let carried_south_east_y = cos_south_east_east * across_south_east;
@@ -233,6 +237,19 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             south_east_part_3);
         let gradient_x_south_east_z = alpha_south_east_y - south_east_part_4;
         let gradient_z_south_east_x = south_east_part_2 - south_east_part_4;
+        let across_south_east_2 = sin_ground_east * c(-6.936717523440031);
+        let free_fall_south_east_y = mul_add(-sin_south_east_east, east_part,
+            cos_south_east_east * across_south_east_2);
+        let free_fall_south_east_z = mul_add(-sin_south_east_east, across_south_east_2,
+            -cos_south_east_east * east_part);
+        let moment_own_south_east_x = -free_fall_south_east_z * c(4.7358339509453106e-4)
+            - mul_add(c(-1.293994125217518e-5), gradient_z_south_east_x,
+            mul_add(c(3.338573836000013e-8), south_east_part_5,
+            south_east_part_5 * c(-1.6424267108073443e-5)));
+        let moment_own_south_east_z = mul_add(c(3.285114235562457e-3), sin_ground_east,
+            -mul_add(c(-1.6424267108073443e-5), gradient_x_south_east_y,
+            -c(1.293994125217518e-5) * mul_add(-omega_south_east_x, omega_south_east_x,
+            carried_south_east_y * carried_south_east_y)));
         // south_west
         let south_west_part = u[5] * c(0.8660257562110547);
         let south_west_part_2 = cos_west_south_west * south_west_part;
@@ -246,6 +263,18 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let gradient_x_south_west_y = omega_xy_south_west - south_west_part_4;
         let gradient_x_south_west_z = alpha_south_west_y + omega_xz_south_west;
         let gradient_z_south_west_x = omega_xz_south_west - alpha_south_west_y;
+        let across_south_west = sin_ground_west * c(-4.904994011767025);
+        let free_fall_south_west_y = mul_add(-sin_west_south_west, west_part,
+            cos_west_south_west * across_south_west);
+        let free_fall_south_west_z = mul_add(-sin_west_south_west, across_south_west,
+            -cos_west_south_west * west_part);
+        let moment_own_south_west_x = mul_add(c(3.520149320482795e-4), free_fall_south_west_z,
+            -mul_add(c(-1.0093594897589384e-5), south_west_part_5, mul_add(c(2.6789051216394143e-8),
+            south_west_part_5, gradient_z_south_west_x * c(1.2394283547934881e-5))));
+        let moment_own_south_west_z = -sin_ground_west * c(-2.9906177176792508e-3)
+            - mul_add(c(-1.0093594897589384e-5), gradient_x_south_west_y,
+            c(1.2394283547934881e-5) * mul_add(-omega_south_west_x, omega_south_west_x,
+            south_west_part_2 * south_west_part_2));
         // south
         let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
             carried_south_east_y * c(0.4999998655490338));
@@ -274,6 +303,21 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let gradient_y_south_z = south_part + omega_yz_south;
         let gradient_z_south_x = omega_xz_south - alpha_south_y;
         let gradient_z_south_y = omega_yz_south - south_part;
+        let across_south_3 = mul_add(c(0.4999998655490338), free_fall_south_east_y,
+            sin_ground_east * c(6.007374132640437));
+        let free_fall_south_x = mul_add(c(-0.8660254814097262), free_fall_south_east_y,
+            sin_ground_east * c(3.468357829071642));
+        let free_fall_south_z = mul_add(-sin_south_south_east, across_south_3,
+            cos_south_south_east * free_fall_south_east_z);
+        let moment_own_south_x = -free_fall_south_z * c(1.702501854199059e-4)
+            - mul_add(c(-2.3726582693412885e-8), gradient_y_south_z,
+            mul_add(c(-6.64555505684884e-6), gradient_z_south_x,
+            gradient_z_south_y * c(5.565308808048279e-6)));
+        let south_part_2 = mul_add(c(2.3726582693412885e-8), gradient_x_south_z,
+            gradient_z_south_y * c(6.64555505684884e-6));
+        let moment_own_south_z = mul_add(c(1.702501854199059e-4), free_fall_south_x,
+            -mul_add(c(-5.565308808048279e-6), gradient_x_south_y,
+            -c(6.64555505684884e-6) * (omega_yy_south - omega_xx_south)));
         // south_ghost0
         let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
             south_west_part_2 * c(-0.7071071698144961));
@@ -299,98 +343,53 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let gradient_y_south_ghost0_z = omega_yz_south_ghost0 - alpha_south_ghost0_x;
         let gradient_z_south_ghost0_x = omega_xz_south_ghost0 - alpha_south_ghost0_y;
         let gradient_z_south_ghost0_y = alpha_south_ghost0_x + omega_yz_south_ghost0;
-        // east
-        let east_part = cos_ground_east * c(9.81);
-        // west
-        let west_part = cos_ground_west * c(9.81);
-        // south_east
-        let across_south_east_2 = sin_ground_east * c(-6.936717523440031);
-        let free_fall_south_east_y = mul_add(-sin_south_east_east, east_part,
-            cos_south_east_east * across_south_east_2);
-        let free_fall_south_east_z = mul_add(-sin_south_east_east, across_south_east_2,
-            -cos_south_east_east * east_part);
-        // south_west
-        let across_south_west = sin_ground_west * c(-4.904994011767025);
-        let free_fall_south_west_y = mul_add(-sin_west_south_west, west_part,
-            cos_west_south_west * across_south_west);
-        let free_fall_south_west_z = mul_add(-sin_west_south_west, across_south_west,
-            -cos_west_south_west * west_part);
-        // south
-        let across_south_3 = mul_add(c(6.007374132640437), sin_ground_east,
-            c(0.4999998655490338) * free_fall_south_east_y);
-        let free_fall_south_x = mul_add(c(-0.8660254814097262), free_fall_south_east_y,
-            sin_ground_east * c(3.468357829071642));
-        let free_fall_south_z = mul_add(-sin_south_south_east, across_south_3,
-            cos_south_south_east * free_fall_south_east_z);
-        // south_ghost0
         let across_south_ghost0_3 = mul_add(c(6.007372737186426), sin_ground_west,
-            c(0.7071071698144961) * free_fall_south_west_y);
+            free_fall_south_west_y * c(0.7071071698144961));
         let free_fall_south_ghost0_x = mul_add(c(0.7071063925583853), free_fall_south_west_y,
             sin_ground_west * c(-6.007379340531013));
         let free_fall_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_3,
             cos_south_west_south * free_fall_south_west_z);
-        let moment_south_ghost0_x = mul_add(c(1.7025149681007906e-4), free_fall_south_ghost0_z,
-            -mul_add(c(5.5653677591751645e-6), gradient_z_south_ghost0_y,
-            mul_add(c(-2.372658269341246e-8), gradient_y_south_ghost0_z,
+        let moment_own_south_ghost0_x = mul_add(c(1.7025149681007906e-4), free_fall_south_ghost0_z,
+            -mul_add(c(-2.372658269341246e-8), gradient_y_south_ghost0_z,
+            mul_add(c(5.5653677591751645e-6), gradient_z_south_ghost0_y,
             gradient_z_south_ghost0_x * c(6.645589092322223e-6))));
         let south_ghost0_part = mul_add(c(-6.645589092322223e-6), gradient_z_south_ghost0_y,
             gradient_x_south_ghost0_z * c(2.372658269341246e-8));
-        let moment_south_ghost0_z = -free_fall_south_ghost0_x * c(1.7025149681007906e-4)
+        let moment_own_south_ghost0_z = -free_fall_south_ghost0_x * c(1.7025149681007906e-4)
             - mul_add(c(-5.5653677591751645e-6), gradient_x_south_ghost0_y,
             c(6.645589092322223e-6) * mul_add(-omega_south_ghost0_x, omega_south_ghost0_x,
             carried_south_ghost0_y * carried_south_ghost0_y));
-        let across_south_ghost0_4 = mul_add(-sin_south_west_south, moment_south_ghost0_z,
+        let across_south_ghost0_4 = mul_add(-sin_south_west_south, moment_own_south_ghost0_z,
             -cos_south_west_south * south_ghost0_part);
         let moment_above_south_ghost0_x = mul_add(c(-0.7071063925583853), across_south_ghost0_4,
-            c(0.7071071698144961) * moment_south_ghost0_x);
-        let moment_above_south_ghost0_y = mul_add(c(0.7071063925583853), moment_south_ghost0_x,
+            c(0.7071071698144961) * moment_own_south_ghost0_x);
+        let moment_above_south_ghost0_y = mul_add(c(0.7071063925583853), moment_own_south_ghost0_x,
             c(0.7071071698144961) * across_south_ghost0_4);
         let moment_above_south_ghost0_z = mul_add(-sin_south_west_south, south_ghost0_part,
-            cos_south_west_south * moment_south_ghost0_z);
+            cos_south_west_south * moment_own_south_ghost0_z);
         // south
-        let moment_south_x = -free_fall_south_z * c(1.702501854199059e-4)
-            - mul_add(c(-6.64555505684884e-6), gradient_z_south_x,
-            mul_add(c(-2.3726582693412885e-8), gradient_y_south_z,
-            gradient_z_south_y * c(5.565308808048279e-6)));
-        let south_part_2 = mul_add(c(6.64555505684884e-6), gradient_z_south_y,
-            gradient_x_south_z * c(2.3726582693412885e-8));
-        let moment_south_z = mul_add(c(1.702501854199059e-4), free_fall_south_x,
-            -mul_add(c(-6.64555505684884e-6), omega_yy_south - omega_xx_south,
-            -gradient_x_south_y * c(5.565308808048279e-6)));
-        let across_south_4 = mul_add(-sin_south_south_east, moment_south_z,
+        let across_south_4 = mul_add(-sin_south_south_east, moment_own_south_z,
             -cos_south_south_east * south_part_2);
         let moment_above_south_x = mul_add(c(0.8660254814097262), across_south_4,
-            c(0.4999998655490338) * moment_south_x);
-        let moment_above_south_y = mul_add(c(-0.8660254814097262), moment_south_x,
+            c(0.4999998655490338) * moment_own_south_x);
+        let moment_above_south_y = mul_add(c(-0.8660254814097262), moment_own_south_x,
             c(0.4999998655490338) * across_south_4);
         let moment_above_south_z = mul_add(-sin_south_south_east, south_part_2,
-            cos_south_south_east * moment_south_z);
+            cos_south_south_east * moment_own_south_z);
         // south_west
-        let moment_south_west_x = mul_add(c(3.520149320482795e-4), free_fall_south_west_z,
-            moment_above_south_ghost0_x) - mul_add(c(1.2394283547934881e-5),
-            gradient_z_south_west_x, mul_add(c(2.6789051216394143e-8), south_west_part_5,
-            south_west_part_5 * c(-1.0093594897589384e-5)));
+        let moment_south_west_x = moment_own_south_west_x + moment_above_south_ghost0_x;
         let moment_south_west_y = moment_above_south_ghost0_y - mul_add(c(1.2394283547934881e-5),
             south_west_part_5, gradient_x_south_west_z * c(2.6789051216394143e-8));
-        let moment_south_west_z = mul_add(c(2.9906177176792508e-3), sin_ground_west,
-            moment_above_south_ghost0_z) - mul_add(c(-1.0093594897589384e-5),
-            gradient_x_south_west_y, c(1.2394283547934881e-5) * mul_add(-omega_south_west_x,
-            omega_south_west_x, south_west_part_2 * south_west_part_2));
+        let moment_south_west_z = moment_own_south_west_z + moment_above_south_ghost0_z;
         let across_south_west_2 = mul_add(-sin_west_south_west, moment_south_west_z,
             cos_west_south_west * moment_south_west_y);
         let moment_above_south_west_x = mul_add(c(-0.8660257562110547), across_south_west_2,
             c(0.4999993895786978) * moment_south_west_x);
         // south_east
-        let moment_south_east_x = mul_add(c(-4.7358339509453106e-4), free_fall_south_east_z,
-            moment_above_south_x) - mul_add(c(-1.293994125217518e-5), gradient_z_south_east_x,
-            mul_add(c(3.338573836000013e-8), south_east_part_5,
-            south_east_part_5 * c(-1.6424267108073443e-5)));
-        let moment_south_east_y = moment_above_south_y - mul_add(c(3.338573836000013e-8),
-            gradient_x_south_east_z, south_east_part_5 * c(-1.293994125217518e-5));
-        let moment_south_east_z = mul_add(c(3.285114235562457e-3), sin_ground_east,
-            moment_above_south_z) - mul_add(c(-1.293994125217518e-5), mul_add(-omega_south_east_x,
-            omega_south_east_x, carried_south_east_y * carried_south_east_y),
-            -gradient_x_south_east_y * c(1.6424267108073443e-5));
+        let moment_south_east_x = moment_own_south_east_x + moment_above_south_x;
+        let moment_south_east_y = moment_above_south_y - mul_add(c(-1.293994125217518e-5),
+            south_east_part_5, gradient_x_south_east_z * c(3.338573836000013e-8));
+        let moment_south_east_z = moment_own_south_east_z + moment_above_south_z;
         let across_south_east_3 = mul_add(-sin_south_east_east, moment_south_east_z,
             cos_south_east_east * moment_south_east_y);
         let moment_above_south_east_x = mul_add(c(0.7071067811865475), across_south_east_3,
@@ -594,8 +593,9 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         mass[33] = c(0.0);
         mass[34] = c(0.0);
         mass[35] = mass_ground_west_ground_west;
-        forcing[0] = mul_add(c(-3.5e-6), u[0], mul_add(c(-0.0114), q[0], moment_south_ghost0_x));
-        forcing[1] = mul_add(c(-3.5e-6), u[1], mul_add(c(-0.0114), q[1], moment_south_x));
+        forcing[0] = mul_add(c(-3.5e-6), u[0], mul_add(c(-0.0114), q[0],
+            moment_own_south_ghost0_x));
+        forcing[1] = mul_add(c(-3.5e-6), u[1], mul_add(c(-0.0114), q[1], moment_own_south_x));
         forcing[2] = mul_add(c(-3.5e-6), u[2], mul_add(c(-0.0114), q[2], moment_south_west_x));
         forcing[3] = mul_add(c(-3.5e-6), u[3], mul_add(c(-0.0114), q[3], moment_south_east_x));
         forcing[4] = mul_add(c(-3.5e-6), u[4], mul_add(c(-0.0114), q[4], moment_east_x));
@@ -1157,8 +1157,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let south_east_part_2 = mul_add(c(1.9085552925721835e-5), south_east_part * south_east_part,
             mul_add(omega_south_east_x, mul_add(c(6.528386880865058e-6), omega_south_east_x,
             carried_south_east_y * c(7.2072789294646456e-6)),
-            carried_south_east_y * mul_add(c(7.2072789294646456e-6), omega_south_east_x,
-            carried_south_east_y * c(1.2623937521576779e-5))));
+            carried_south_east_y * mul_add(c(1.2623937521576779e-5), carried_south_east_y,
+            omega_south_east_x * c(7.2072789294646456e-6))));
         // south_west
         let south_west_part_4 = mul_add(c(1.6724917355178218e-5),
             south_west_part_3 * south_west_part_3, mul_add(-south_west_part_2,
@@ -1170,8 +1170,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let south_part = mul_add(c(1.8804327722141266e-5), carried_south_z * carried_south_z,
             mul_add(omega_south_x, mul_add(c(5.589035390741692e-6), omega_south_x,
             carried_south_y * c(6.64555505684884e-6)),
-            carried_south_y * mul_add(c(6.64555505684884e-6), omega_south_x,
-            carried_south_y * c(1.3262745496786401e-5))));
+            carried_south_y * mul_add(c(1.3262745496786401e-5), carried_south_y,
+            omega_south_x * c(6.64555505684884e-6))));
         // south_ghost0
         let south_ghost0_part = mul_add(c(1.880432772214127e-5),
             carried_south_ghost0_z * carried_south_ghost0_z, mul_add(omega_south_ghost0_x,
@@ -1210,23 +1210,22 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let part = mul_add(c(0.5), south_part, mul_add(c(0.5), south_west_part_4, mul_add(c(0.5),
             south_east_part_2, mul_add(c(2.429264555308989e-6), u[5] * u[5],
             u[4] * u[4] * c(1.3072899663325737e-6)))));
-        let part_2 = mul_add(c(9.81), mul_add(c(-2.1820669112261221e-4), axis_y_south_east_z,
+        let part_2 = mul_add(c(5.7e-3), q[1] * q[1], mul_add(c(5.7e-3), q[0] * q[0],
+            c(9.81) * mul_add(c(1.7025149681007906e-4), axis_y_south_ghost0_z,
+            mul_add(c(2.948828340031111e-4), axis_x_south_ghost0_z, c(2.3245895025686742e-5)))));
+        let part_3 = mul_add(c(5.7e-3), q[5] * q[5], mul_add(c(5.7e-3), q[4] * q[4],
+            mul_add(c(5.7e-3), q[3] * q[3], mul_add(c(5.7e-3), q[2] * q[2], part_2))));
+        let part_4 = mul_add(c(9.81), mul_add(c(-2.1820669112261221e-4), axis_y_south_east_z,
             mul_add(c(-2.4302844717773972e-4), sin_ground_east, c(3.271796768985903e-5))),
             mul_add(c(9.81), mul_add(c(1.885487028387268e-4), sin_ground_west,
-            c(3.271830984658037e-5)), mul_add(c(5.7e-3), q[5] * q[5],
-            mul_add(c(-1.2422592520055817e-4), sin_ground_east,
-            c(2.6259338451085914e-5)) * c(9.81))));
-        let part_3 = mul_add(c(9.81), mul_add(c(-1.702501854199059e-4), axis_y_south_z,
+            c(3.271830984658037e-5)), mul_add(c(9.81), mul_add(c(-1.2422592520055817e-4),
+            sin_ground_east, c(2.6259338451085914e-5)), part_3)));
+        let part_5 = mul_add(c(9.81), mul_add(c(-1.702501854199059e-4), axis_y_south_z,
             mul_add(c(2.9488359113430905e-4), axis_x_south_z, c(2.3245895025686742e-5))),
             mul_add(c(9.81), mul_add(c(1.4350139506894642e-4), axis_y_south_west_z,
-            mul_add(c(2.7641520973715973e-4), sin_ground_west, c(2.6258770161227824e-5))), part_2));
-        let part_4 = mul_add(c(5.7e-3), q[1] * q[1], mul_add(c(5.7e-3), q[0] * q[0],
-            mul_add(c(9.81), mul_add(c(1.7025149681007906e-4), axis_y_south_ghost0_z,
-            mul_add(c(2.948828340031111e-4), axis_x_south_ghost0_z, c(2.3245895025686742e-5))),
-            part_3)));
+            mul_add(c(2.7641520973715973e-4), sin_ground_west, c(2.6258770161227824e-5))), part_4));
         kinetic[0] = mul_add(c(0.5), south_ghost0_part, part);
-        potential[0] = mul_add(c(5.7e-3), q[4] * q[4], mul_add(c(5.7e-3), q[3] * q[3],
-            mul_add(c(5.7e-3), q[2] * q[2], part_4)));
+        potential[0] = part_5;
         ::lamc_runtime::Energy {
             kinetic: kinetic[0],
             potential: potential[0],
@@ -1252,8 +1251,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
         // east
         let omega_xx_east = u[4] * u[4];
+        let east_part = cos_ground_east * c(9.81);
         // west
         let omega_xx_west = u[5] * u[5];
+        let west_part = cos_ground_west * c(9.81);
         // south_east
         let across_south_east = u[4] * c(0.7071067811865475);
         let carried_south_east_y = cos_south_east_east * across_south_east;
@@ -1267,6 +1268,11 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let omega_xz_south_east = -south_east_part_2;
         let south_east_part_3 = carried_south_east_y * south_east_part;
         let omega_yz_south_east = -south_east_part_3;
+        let across_south_east_2 = sin_ground_east * c(-6.936717523440031);
+        let free_fall_south_east_y = mul_add(-sin_south_east_east, east_part,
+            cos_south_east_east * across_south_east_2);
+        let free_fall_south_east_z = mul_add(-sin_south_east_east, across_south_east_2,
+            -cos_south_east_east * east_part);
         // south_west
         let south_west_part = u[5] * c(0.8660257562110547);
         let south_west_part_2 = cos_west_south_west * south_west_part;
@@ -1280,6 +1286,11 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let omega_xz_south_west = south_west_part_3 * omega_south_west_x;
         let south_west_part_5 = south_west_part_2 * south_west_part_3;
         let omega_yz_south_west = -south_west_part_5;
+        let across_south_west = sin_ground_west * c(-4.904994011767025);
+        let free_fall_south_west_y = mul_add(-sin_west_south_west, west_part,
+            cos_west_south_west * across_south_west);
+        let free_fall_south_west_z = mul_add(-sin_west_south_west, across_south_west,
+            -cos_west_south_west * west_part);
         // south
         let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
             carried_south_east_y * c(0.4999998655490338));
@@ -1296,6 +1307,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let omega_xy_south = carried_south_y * omega_south_x;
         let omega_xz_south = carried_south_z * omega_south_x;
         let omega_yz_south = carried_south_y * carried_south_z;
+        let across_south_2 = mul_add(c(0.4999998655490338), free_fall_south_east_y,
+            sin_ground_east * c(6.007374132640437));
+        let free_fall_south_x = mul_add(c(-0.8660254814097262), free_fall_south_east_y,
+            sin_ground_east * c(3.468357829071642));
+        let free_fall_south_y = mul_add(cos_south_south_east, across_south_2,
+            sin_south_south_east * free_fall_south_east_z);
+        let free_fall_south_z = mul_add(-sin_south_south_east, across_south_2,
+            cos_south_south_east * free_fall_south_east_z);
         // south_ghost0
         let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
             south_west_part_2 * c(-0.7071071698144961));
@@ -1312,34 +1331,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let omega_xy_south_ghost0 = carried_south_ghost0_y * omega_south_ghost0_x;
         let omega_xz_south_ghost0 = carried_south_ghost0_z * omega_south_ghost0_x;
         let omega_yz_south_ghost0 = carried_south_ghost0_y * carried_south_ghost0_z;
-        // east
-        let east_part = cos_ground_east * c(9.81);
-        // west
-        let west_part = cos_ground_west * c(9.81);
-        // south_east
-        let across_south_east_2 = sin_ground_east * c(-6.936717523440031);
-        let free_fall_south_east_y = mul_add(-sin_south_east_east, east_part,
-            cos_south_east_east * across_south_east_2);
-        let free_fall_south_east_z = mul_add(-sin_south_east_east, across_south_east_2,
-            -cos_south_east_east * east_part);
-        // south_west
-        let across_south_west = sin_ground_west * c(-4.904994011767025);
-        let free_fall_south_west_y = mul_add(-sin_west_south_west, west_part,
-            cos_west_south_west * across_south_west);
-        let free_fall_south_west_z = mul_add(-sin_west_south_west, across_south_west,
-            -cos_west_south_west * west_part);
-        // south
-        let across_south_2 = mul_add(c(6.007374132640437), sin_ground_east,
-            c(0.4999998655490338) * free_fall_south_east_y);
-        let free_fall_south_x = mul_add(c(-0.8660254814097262), free_fall_south_east_y,
-            sin_ground_east * c(3.468357829071642));
-        let free_fall_south_y = mul_add(cos_south_south_east, across_south_2,
-            sin_south_south_east * free_fall_south_east_z);
-        let free_fall_south_z = mul_add(-sin_south_south_east, across_south_2,
-            cos_south_south_east * free_fall_south_east_z);
-        // south_ghost0
         let across_south_ghost0_2 = mul_add(c(6.007372737186426), sin_ground_west,
-            c(0.7071071698144961) * free_fall_south_west_y);
+            free_fall_south_west_y * c(0.7071071698144961));
         let free_fall_south_ghost0_x = mul_add(c(0.7071063925583853), free_fall_south_west_y,
             sin_ground_west * c(-6.007379340531013));
         let free_fall_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0_2,
@@ -1387,6 +1380,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let gradient_moving_y_south_z = omega_yz_south - alpha_moving_south_x;
         let gradient_moving_z_south_x = omega_xz_south - alpha_moving_south_y;
         let gradient_moving_z_south_y = omega_yz_south + alpha_moving_south_x;
+        let moment_own_south_x = -free_fall_south_z * c(1.702501854199059e-4)
+            - mul_add(c(-2.3726582693412885e-8), gradient_moving_y_south_z,
+            mul_add(c(-6.64555505684884e-6), gradient_moving_z_south_x,
+            gradient_moving_z_south_y * c(5.565308808048279e-6)));
         // south_ghost0
         let across_south_ghost0_3 = mul_add(c(-0.7071063925583853), alpha_moving_south_west_x,
             c(0.7071071698144961) * alpha_moving_south_west_y);
@@ -1404,116 +1401,152 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let gradient_moving_y_south_ghost0_z = omega_yz_south_ghost0 - alpha_moving_south_ghost0_x;
         let gradient_moving_z_south_ghost0_x = omega_xz_south_ghost0 - alpha_moving_south_ghost0_y;
         let gradient_moving_z_south_ghost0_y = omega_yz_south_ghost0 + alpha_moving_south_ghost0_x;
-        let moment_moving_south_ghost0_x = mul_add(c(1.7025149681007906e-4),
-            free_fall_south_ghost0_z, -mul_add(c(-2.372658269341246e-8),
-            gradient_moving_y_south_ghost0_z, mul_add(c(5.5653677591751645e-6),
-            gradient_moving_z_south_ghost0_y,
+        let moment_own_south_ghost0_x = mul_add(c(1.7025149681007906e-4), free_fall_south_ghost0_z,
+            -mul_add(c(-2.372658269341246e-8), gradient_moving_y_south_ghost0_z,
+            mul_add(c(5.5653677591751645e-6), gradient_moving_z_south_ghost0_y,
             gradient_moving_z_south_ghost0_x * c(6.645589092322223e-6))));
-        // south
-        let moment_moving_south_x = -free_fall_south_z * c(1.702501854199059e-4)
-            - mul_add(c(-2.3726582693412885e-8), gradient_moving_y_south_z,
-            mul_add(c(-6.64555505684884e-6), gradient_moving_z_south_x,
-            gradient_moving_z_south_y * c(5.565308808048279e-6)));
-        // south_ghost0
-        let force_carried_south_ghost0_x = mul_add(c(7.559640658759916e-3),
-            free_fall_south_ghost0_x, -mul_add(c(1.7025149681007906e-4),
-            gradient_moving_x_south_ghost0_y, (omega_yy_south_ghost0
-            + omega_zz_south_ghost0) * c(-2.948828340031111e-4)));
-        let force_carried_south_ghost0_y = mul_add(c(7.559640658759916e-3),
-            free_fall_south_ghost0_y, -mul_add(c(2.948828340031111e-4),
-            gradient_moving_y_south_ghost0_x, (omega_xx_south_ghost0
-            + omega_zz_south_ghost0) * c(-1.7025149681007906e-4)));
-        let force_carried_south_ghost0_z = mul_add(c(7.559640658759916e-3),
-            free_fall_south_ghost0_z, -mul_add(c(1.7025149681007906e-4),
-            gradient_moving_z_south_ghost0_y,
-            gradient_moving_z_south_ghost0_x * c(2.948828340031111e-4)));
-        let moment_carried_south_ghost0_y = -free_fall_south_ghost0_z * c(2.948828340031111e-4)
-            - mul_add(c(-6.645589092322223e-6), gradient_moving_z_south_ghost0_y,
-            mul_add(c(-1.3238959962966104e-5), gradient_moving_z_south_ghost0_x,
-            gradient_moving_x_south_ghost0_z * c(2.372658269341246e-8)));
-        let moment_carried_south_ghost0_z = mul_add(c(-1.7025149681007906e-4),
-            free_fall_south_ghost0_x, free_fall_south_ghost0_y * c(2.948828340031111e-4))
-            - mul_add(c(-5.5653677591751645e-6), gradient_moving_x_south_ghost0_y,
-            mul_add(c(6.645589092322223e-6), omega_yy_south_ghost0 - omega_xx_south_ghost0,
-            gradient_moving_y_south_ghost0_x * c(1.3238959962966104e-5)));
-        let across_south_ghost0_4 = mul_add(-sin_south_west_south, force_carried_south_ghost0_z,
-            cos_south_west_south * force_carried_south_ghost0_y);
-        let force_above_south_ghost0_x = mul_add(c(-0.7071063925583853), across_south_ghost0_4,
-            c(0.7071071698144961) * force_carried_south_ghost0_x);
-        let force_above_south_ghost0_y = mul_add(c(0.7071063925583853),
-            force_carried_south_ghost0_x, c(0.7071071698144961) * across_south_ghost0_4);
-        let force_above_south_ghost0_z = mul_add(cos_south_west_south, force_carried_south_ghost0_z,
-            sin_south_west_south * force_carried_south_ghost0_y);
-        let across_south_ghost0_5 = mul_add(-sin_south_west_south, moment_carried_south_ghost0_z,
-            cos_south_west_south * moment_carried_south_ghost0_y);
-        let moment_above_south_ghost0_x = mul_add(c(-0.7071063925583853), across_south_ghost0_5,
-            c(0.7071071698144961) * moment_moving_south_ghost0_x);
-        let moment_above_south_ghost0_y = mul_add(c(0.7071063925583853),
-            moment_moving_south_ghost0_x, c(0.7071071698144961) * across_south_ghost0_5);
-        let moment_above_south_ghost0_z = mul_add(cos_south_west_south,
-            moment_carried_south_ghost0_z, sin_south_west_south * moment_carried_south_ghost0_y);
-        // south
-        let force_carried_south_x = mul_add(c(7.559640658759916e-3), free_fall_south_x,
-            -mul_add(c(-1.702501854199059e-4), gradient_moving_x_south_y, (omega_yy_south
-            + omega_zz_south) * c(-2.9488359113430905e-4)));
-        let force_carried_south_y = mul_add(c(7.559640658759916e-3), free_fall_south_y,
-            -mul_add(c(1.702501854199059e-4), omega_xx_south + omega_zz_south,
-            gradient_moving_y_south_x * c(2.9488359113430905e-4)));
-        let force_carried_south_z = mul_add(c(7.559640658759916e-3), free_fall_south_z,
-            -mul_add(c(-1.702501854199059e-4), gradient_moving_z_south_y,
-            gradient_moving_z_south_x * c(2.9488359113430905e-4)));
-        let moment_carried_south_y = -free_fall_south_z * c(2.9488359113430905e-4)
-            - mul_add(c(2.3726582693412885e-8), gradient_moving_x_south_z,
-            mul_add(c(-1.3239018914092989e-5), gradient_moving_z_south_x,
-            gradient_moving_z_south_y * c(6.64555505684884e-6)));
-        let moment_carried_south_z = mul_add(c(1.702501854199059e-4), free_fall_south_x,
-            free_fall_south_y * c(2.9488359113430905e-4)) - mul_add(c(-5.565308808048279e-6),
-            gradient_moving_x_south_y, mul_add(c(-6.64555505684884e-6), omega_yy_south
-            - omega_xx_south, gradient_moving_y_south_x * c(1.3239018914092989e-5)));
-        let across_south_4 = mul_add(-sin_south_south_east, force_carried_south_z,
-            cos_south_south_east * force_carried_south_y);
-        let force_above_south_x = mul_add(c(0.8660254814097262), across_south_4,
-            c(0.4999998655490338) * force_carried_south_x);
-        let force_above_south_y = mul_add(c(-0.8660254814097262), force_carried_south_x,
-            c(0.4999998655490338) * across_south_4);
-        let force_above_south_z = mul_add(cos_south_south_east, force_carried_south_z,
-            sin_south_south_east * force_carried_south_y);
-        let across_south_5 = mul_add(-sin_south_south_east, moment_carried_south_z,
-            cos_south_south_east * moment_carried_south_y);
-        let moment_above_south_x = mul_add(c(0.8660254814097262), across_south_5,
-            c(0.4999998655490338) * moment_moving_south_x);
-        let moment_above_south_y = mul_add(c(-0.8660254814097262), moment_moving_south_x,
-            c(0.4999998655490338) * across_south_5);
-        let moment_above_south_z = mul_add(cos_south_south_east, moment_carried_south_z,
-            sin_south_south_east * moment_carried_south_y);
+        // east
+        let force_own_east_y = mul_add(c(-1.2422592520055817e-4), omega_xx_east,
+            sin_ground_east * c(-0.08377369437565946));
+        let force_own_east_z = mul_add(c(1.2422592520055817e-4), a[4],
+            cos_ground_east * c(-0.08377369437565946));
+        let moment_own_east_x = -cos_ground_east * c(-1.2186563262174758e-3)
+            - mul_add(c(2.6789645046735387e-8), a[4], a[4] * c(2.587790287618412e-6));
+        let moment_own_east_y = mul_add(c(-4.888494966109656e-6), a[4],
+            -cos_ground_east * c(-3.2095218013892565e-3));
+        let moment_own_east_z = mul_add(c(-4.888494966109656e-6), omega_xx_east,
+            sin_ground_east * c(-3.2095218013892565e-3));
+        // west
+        let force_own_west_y = mul_add(c(1.885487028387268e-4), omega_xx_west,
+            sin_ground_west * c(-0.10437938848616371));
+        let force_own_west_z = mul_add(c(-1.885487028387268e-4), a[5],
+            cos_ground_west * c(-0.10437938848616371));
+        let moment_own_west_x = mul_add(c(-1.84966277484791e-3), cos_ground_west,
+            -mul_add(c(3.3386074605289806e-8), a[5], a[5] * c(4.825143036012689e-6)));
+        let moment_own_west_y = mul_add(c(3.539652672546511e-3), cos_ground_west,
+            a[5] * c(6.243161609895162e-6));
+        let moment_own_west_z = mul_add(c(6.243161609895162e-6), omega_xx_west,
+            sin_ground_west * c(-3.539652672546511e-3));
+        // south_east
+        let force_own_south_east_x = mul_add(c(0.07380660156279345), sin_ground_east,
+            -mul_add(c(-2.1820669112261221e-4), gradient_moving_x_south_east_y, (omega_yy_south_east
+            + omega_zz_south_east) * c(-3.4369412604123286e-4)));
+        let force_own_south_east_y = mul_add(c(0.010639989492637083), free_fall_south_east_y,
+            -mul_add(c(2.1820669112261221e-4), omega_xx_south_east + omega_zz_south_east,
+            gradient_moving_y_south_east_x * c(3.4369412604123286e-4)));
+        let force_own_south_east_z = mul_add(c(0.010639989492637083), free_fall_south_east_z,
+            -mul_add(c(-2.1820669112261221e-4), gradient_moving_z_south_east_y,
+            gradient_moving_z_south_east_x * c(3.4369412604123286e-4)));
+        let moment_own_south_east_x = -free_fall_south_east_z * c(2.1820669112261221e-4)
+            - mul_add(c(-3.338573836000013e-8), gradient_moving_y_south_east_z,
+            mul_add(c(-7.2072789294646456e-6), gradient_moving_z_south_east_x,
+            gradient_moving_z_south_east_y * c(6.4950011425050576e-6)));
+        let moment_own_south_east_y = -free_fall_south_east_z * c(3.4369412604123286e-4)
+            - mul_add(c(3.338573836000013e-8), gradient_moving_x_south_east_z,
+            mul_add(c(-1.2590551783216779e-5), gradient_moving_z_south_east_x,
+            gradient_moving_z_south_east_y * c(7.2072789294646456e-6)));
+        let moment_own_south_east_z = mul_add(c(1.5136381780420903e-3), sin_ground_east,
+            free_fall_south_east_y * c(3.4369412604123286e-4)) - mul_add(c(-6.4950011425050576e-6),
+            gradient_moving_x_south_east_y, mul_add(c(-7.2072789294646456e-6), omega_yy_south_east
+            - omega_xx_south_east, gradient_moving_y_south_east_x * c(1.2590551783216779e-5)));
         // south_west
-        let force_carried_south_west_x = mul_add(c(-0.07254860693208019), sin_ground_west,
-            force_above_south_ghost0_x) - mul_add(c(1.4350139506894642e-4),
-            gradient_moving_x_south_west_y, (omega_yy_south_west
-            + omega_zz_south_west) * c(-3.191766616116623e-4));
-        let force_carried_south_west_y = mul_add(c(8.539437450805796e-3), free_fall_south_west_y,
-            force_above_south_ghost0_y) - mul_add(c(3.191766616116623e-4),
-            gradient_moving_y_south_west_x, (omega_xx_south_west
-            + omega_zz_south_west) * c(-1.4350139506894642e-4));
-        let force_carried_south_west_z = mul_add(c(8.539437450805796e-3), free_fall_south_west_z,
-            force_above_south_ghost0_z) - mul_add(c(1.4350139506894642e-4),
-            gradient_moving_z_south_west_y,
-            gradient_moving_z_south_west_x * c(3.191766616116623e-4));
-        let moment_carried_south_west_x = mul_add(c(1.4350139506894642e-4), free_fall_south_west_z,
-            moment_above_south_ghost0_x) - mul_add(c(-2.6789051216394143e-8),
-            gradient_moving_y_south_west_z, mul_add(c(3.474122192279329e-6),
-            gradient_moving_z_south_west_y,
-            gradient_moving_z_south_west_x * c(5.7748035664558305e-6)));
-        let moment_carried_south_west_y = mul_add(c(-3.191766616116623e-4), free_fall_south_west_z,
-            moment_above_south_ghost0_y) - mul_add(c(-5.7748035664558305e-6),
-            gradient_moving_z_south_west_y, mul_add(c(-1.3250795162898888e-5),
-            gradient_moving_z_south_west_x,
+        let force_own_south_west_x = mul_add(c(-0.07254860693208019), sin_ground_west,
+            -mul_add(c(1.4350139506894642e-4), gradient_moving_x_south_west_y, (omega_yy_south_west
+            + omega_zz_south_west) * c(-3.191766616116623e-4)));
+        let force_own_south_west_y = mul_add(c(8.539437450805796e-3), free_fall_south_west_y,
+            -mul_add(c(-1.4350139506894642e-4), omega_xx_south_west + omega_zz_south_west,
+            gradient_moving_y_south_west_x * c(3.191766616116623e-4)));
+        let force_own_south_west_z = mul_add(c(8.539437450805796e-3), free_fall_south_west_z,
+            -mul_add(c(1.4350139506894642e-4), gradient_moving_z_south_west_y,
+            gradient_moving_z_south_west_x * c(3.191766616116623e-4)));
+        let moment_own_south_west_x = mul_add(c(1.4350139506894642e-4), free_fall_south_west_z,
+            -mul_add(c(-2.6789051216394143e-8), gradient_moving_y_south_west_z,
+            mul_add(c(3.474122192279329e-6), gradient_moving_z_south_west_y,
+            gradient_moving_z_south_west_x * c(5.7748035664558305e-6))));
+        let moment_own_south_west_y = -free_fall_south_west_z * c(3.191766616116623e-4)
+            - mul_add(c(-5.7748035664558305e-6), gradient_moving_z_south_west_y,
+            mul_add(c(-1.3250795162898888e-5), gradient_moving_z_south_west_x,
             gradient_moving_x_south_west_z * c(2.6789051216394143e-8)));
-        let moment_carried_south_west_z = moment_above_south_ghost0_z
-            + mul_add(c(1.2191466200246904e-3), sin_ground_west,
+        let moment_own_south_west_z = mul_add(c(1.2191466200246904e-3), sin_ground_west,
             free_fall_south_west_y * c(3.191766616116623e-4)) - mul_add(c(-3.474122192279329e-6),
             gradient_moving_x_south_west_y, mul_add(c(5.7748035664558305e-6), omega_yy_south_west
             - omega_xx_south_west, gradient_moving_y_south_west_x * c(1.3250795162898888e-5)));
+        // south
+        let force_own_south_x = mul_add(c(7.559640658759916e-3), free_fall_south_x,
+            -mul_add(c(-1.702501854199059e-4), gradient_moving_x_south_y, (omega_yy_south
+            + omega_zz_south) * c(-2.9488359113430905e-4)));
+        let force_own_south_y = mul_add(c(7.559640658759916e-3), free_fall_south_y,
+            -mul_add(c(1.702501854199059e-4), omega_xx_south + omega_zz_south,
+            gradient_moving_y_south_x * c(2.9488359113430905e-4)));
+        let force_own_south_z = mul_add(c(7.559640658759916e-3), free_fall_south_z,
+            -mul_add(c(-1.702501854199059e-4), gradient_moving_z_south_y,
+            gradient_moving_z_south_x * c(2.9488359113430905e-4)));
+        let moment_own_south_y = -free_fall_south_z * c(2.9488359113430905e-4)
+            - mul_add(c(2.3726582693412885e-8), gradient_moving_x_south_z,
+            mul_add(c(-1.3239018914092989e-5), gradient_moving_z_south_x,
+            gradient_moving_z_south_y * c(6.64555505684884e-6)));
+        let moment_own_south_z = mul_add(c(1.702501854199059e-4), free_fall_south_x,
+            free_fall_south_y * c(2.9488359113430905e-4)) - mul_add(c(-5.565308808048279e-6),
+            gradient_moving_x_south_y, mul_add(c(-6.64555505684884e-6), omega_yy_south
+            - omega_xx_south, gradient_moving_y_south_x * c(1.3239018914092989e-5)));
+        // south_ghost0
+        let force_own_south_ghost0_x = mul_add(c(7.559640658759916e-3), free_fall_south_ghost0_x,
+            -mul_add(c(1.7025149681007906e-4), gradient_moving_x_south_ghost0_y,
+            (omega_yy_south_ghost0 + omega_zz_south_ghost0) * c(-2.948828340031111e-4)));
+        let force_own_south_ghost0_y = mul_add(c(7.559640658759916e-3), free_fall_south_ghost0_y,
+            -mul_add(c(-1.7025149681007906e-4), omega_xx_south_ghost0 + omega_zz_south_ghost0,
+            gradient_moving_y_south_ghost0_x * c(2.948828340031111e-4)));
+        let force_own_south_ghost0_z = mul_add(c(7.559640658759916e-3), free_fall_south_ghost0_z,
+            -mul_add(c(1.7025149681007906e-4), gradient_moving_z_south_ghost0_y,
+            gradient_moving_z_south_ghost0_x * c(2.948828340031111e-4)));
+        let moment_own_south_ghost0_y = -free_fall_south_ghost0_z * c(2.948828340031111e-4)
+            - mul_add(c(-6.645589092322223e-6), gradient_moving_z_south_ghost0_y,
+            mul_add(c(-1.3238959962966104e-5), gradient_moving_z_south_ghost0_x,
+            gradient_moving_x_south_ghost0_z * c(2.372658269341246e-8)));
+        let moment_own_south_ghost0_z = mul_add(c(-1.7025149681007906e-4), free_fall_south_ghost0_x,
+            free_fall_south_ghost0_y * c(2.948828340031111e-4)) - mul_add(c(-5.5653677591751645e-6),
+            gradient_moving_x_south_ghost0_y, mul_add(c(6.645589092322223e-6), omega_yy_south_ghost0
+            - omega_xx_south_ghost0, gradient_moving_y_south_ghost0_x * c(1.3238959962966104e-5)));
+        let across_south_ghost0_4 = mul_add(-sin_south_west_south, force_own_south_ghost0_z,
+            cos_south_west_south * force_own_south_ghost0_y);
+        let force_above_south_ghost0_x = mul_add(c(-0.7071063925583853), across_south_ghost0_4,
+            c(0.7071071698144961) * force_own_south_ghost0_x);
+        let force_above_south_ghost0_y = mul_add(c(0.7071063925583853), force_own_south_ghost0_x,
+            c(0.7071071698144961) * across_south_ghost0_4);
+        let force_above_south_ghost0_z = mul_add(cos_south_west_south, force_own_south_ghost0_z,
+            sin_south_west_south * force_own_south_ghost0_y);
+        let across_south_ghost0_5 = mul_add(-sin_south_west_south, moment_own_south_ghost0_z,
+            cos_south_west_south * moment_own_south_ghost0_y);
+        let moment_above_south_ghost0_x = mul_add(c(-0.7071063925583853), across_south_ghost0_5,
+            c(0.7071071698144961) * moment_own_south_ghost0_x);
+        let moment_above_south_ghost0_y = mul_add(c(0.7071063925583853), moment_own_south_ghost0_x,
+            c(0.7071071698144961) * across_south_ghost0_5);
+        let moment_above_south_ghost0_z = mul_add(cos_south_west_south, moment_own_south_ghost0_z,
+            sin_south_west_south * moment_own_south_ghost0_y);
+        // south
+        let across_south_4 = mul_add(-sin_south_south_east, force_own_south_z,
+            cos_south_south_east * force_own_south_y);
+        let force_above_south_x = mul_add(c(0.8660254814097262), across_south_4,
+            c(0.4999998655490338) * force_own_south_x);
+        let force_above_south_y = mul_add(c(-0.8660254814097262), force_own_south_x,
+            c(0.4999998655490338) * across_south_4);
+        let force_above_south_z = mul_add(cos_south_south_east, force_own_south_z,
+            sin_south_south_east * force_own_south_y);
+        let across_south_5 = mul_add(-sin_south_south_east, moment_own_south_z,
+            cos_south_south_east * moment_own_south_y);
+        let moment_above_south_x = mul_add(c(0.8660254814097262), across_south_5,
+            c(0.4999998655490338) * moment_own_south_x);
+        let moment_above_south_y = mul_add(c(-0.8660254814097262), moment_own_south_x,
+            c(0.4999998655490338) * across_south_5);
+        let moment_above_south_z = mul_add(cos_south_south_east, moment_own_south_z,
+            sin_south_south_east * moment_own_south_y);
+        // south_west
+        let force_carried_south_west_x = force_own_south_west_x + force_above_south_ghost0_x;
+        let force_carried_south_west_y = force_own_south_west_y + force_above_south_ghost0_y;
+        let force_carried_south_west_z = force_own_south_west_z + force_above_south_ghost0_z;
+        let moment_carried_south_west_x = moment_own_south_west_x + moment_above_south_ghost0_x;
+        let moment_carried_south_west_y = moment_own_south_west_y + moment_above_south_ghost0_y;
+        let moment_carried_south_west_z = moment_own_south_west_z + moment_above_south_ghost0_z;
         let across_south_west_2 = mul_add(-sin_west_south_west, force_carried_south_west_z,
             cos_west_south_west * force_carried_south_west_y);
         let force_above_south_west_x = mul_add(c(-0.8660257562110547), across_south_west_2,
@@ -1531,31 +1564,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let moment_above_south_west_z = mul_add(cos_west_south_west, moment_carried_south_west_z,
             sin_west_south_west * moment_carried_south_west_y);
         // south_east
-        let force_carried_south_east_x = mul_add(c(0.07380660156279345), sin_ground_east,
-            force_above_south_x) - mul_add(c(-2.1820669112261221e-4),
-            gradient_moving_x_south_east_y, (omega_yy_south_east
-            + omega_zz_south_east) * c(-3.4369412604123286e-4));
-        let force_carried_south_east_y = mul_add(c(0.010639989492637083), free_fall_south_east_y,
-            force_above_south_y) - mul_add(c(2.1820669112261221e-4), omega_xx_south_east
-            + omega_zz_south_east, gradient_moving_y_south_east_x * c(3.4369412604123286e-4));
-        let force_carried_south_east_z = mul_add(c(0.010639989492637083), free_fall_south_east_z,
-            force_above_south_z) - mul_add(c(-2.1820669112261221e-4),
-            gradient_moving_z_south_east_y,
-            gradient_moving_z_south_east_x * c(3.4369412604123286e-4));
-        let moment_carried_south_east_x = mul_add(c(-2.1820669112261221e-4), free_fall_south_east_z,
-            moment_above_south_x) - mul_add(c(-3.338573836000013e-8),
-            gradient_moving_y_south_east_z, mul_add(c(-7.2072789294646456e-6),
-            gradient_moving_z_south_east_x,
-            gradient_moving_z_south_east_y * c(6.4950011425050576e-6)));
-        let moment_carried_south_east_y = mul_add(c(-3.4369412604123286e-4), free_fall_south_east_z,
-            moment_above_south_y) - mul_add(c(3.338573836000013e-8), gradient_moving_x_south_east_z,
-            mul_add(c(-1.2590551783216779e-5), gradient_moving_z_south_east_x,
-            gradient_moving_z_south_east_y * c(7.2072789294646456e-6)));
-        let moment_carried_south_east_z = moment_above_south_z + mul_add(c(1.5136381780420903e-3),
-            sin_ground_east, free_fall_south_east_y * c(3.4369412604123286e-4))
-            - mul_add(c(-6.4950011425050576e-6), gradient_moving_x_south_east_y,
-            mul_add(c(-7.2072789294646456e-6), omega_yy_south_east - omega_xx_south_east,
-            gradient_moving_y_south_east_x * c(1.2590551783216779e-5)));
+        let force_carried_south_east_x = force_own_south_east_x + force_above_south_x;
+        let force_carried_south_east_y = force_own_south_east_y + force_above_south_y;
+        let force_carried_south_east_z = force_own_south_east_z + force_above_south_z;
+        let moment_carried_south_east_x = moment_own_south_east_x + moment_above_south_x;
+        let moment_carried_south_east_y = moment_own_south_east_y + moment_above_south_y;
+        let moment_carried_south_east_z = moment_own_south_east_z + moment_above_south_z;
         let across_south_east_4 = mul_add(-sin_south_east_east, force_carried_south_east_z,
             cos_south_east_east * force_carried_south_east_y);
         let south_east_part_4 = c(0.7071067811865475) * force_carried_south_east_x;
@@ -1573,29 +1587,17 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let moment_above_south_east_z = mul_add(cos_south_east_east, moment_carried_south_east_z,
             sin_south_east_east * moment_carried_south_east_y);
         // west
-        let force_carried_west_y = force_above_south_west_y + mul_add(c(-0.10437938848616371),
-            sin_ground_west, omega_xx_west * c(1.885487028387268e-4));
-        let force_carried_west_z = force_above_south_west_z + mul_add(c(-1.885487028387268e-4),
-            a[5], cos_ground_west * c(-0.10437938848616371));
-        let moment_carried_west_x = mul_add(c(-1.84966277484791e-3), cos_ground_west,
-            moment_above_south_west_x) - mul_add(c(3.3386074605289806e-8), a[5],
-            a[5] * c(4.825143036012689e-6));
-        let moment_carried_west_y = moment_above_south_west_y + mul_add(c(3.539652672546511e-3),
-            cos_ground_west, a[5] * c(6.243161609895162e-6));
-        let moment_carried_west_z = moment_above_south_west_z + mul_add(c(-3.539652672546511e-3),
-            sin_ground_west, omega_xx_west * c(6.243161609895162e-6));
+        let force_carried_west_y = force_own_west_y + force_above_south_west_y;
+        let force_carried_west_z = force_own_west_z + force_above_south_west_z;
+        let moment_carried_west_x = moment_own_west_x + moment_above_south_west_x;
+        let moment_carried_west_y = moment_own_west_y + moment_above_south_west_y;
+        let moment_carried_west_z = moment_own_west_z + moment_above_south_west_z;
         // east
-        let force_carried_east_y = force_above_south_east_y + mul_add(c(-1.2422592520055817e-4),
-            omega_xx_east, sin_ground_east * c(-0.08377369437565946));
-        let force_carried_east_z = force_above_south_east_z + mul_add(c(1.2422592520055817e-4),
-            a[4], cos_ground_east * c(-0.08377369437565946));
-        let moment_carried_east_x = mul_add(c(1.2186563262174758e-3), cos_ground_east,
-            moment_above_south_east_x) - mul_add(c(2.6789645046735387e-8), a[4],
-            a[4] * c(2.587790287618412e-6));
-        let moment_carried_east_y = mul_add(c(-4.888494966109656e-6), a[4],
-            mul_add(c(3.2095218013892565e-3), cos_ground_east, moment_above_south_east_y));
-        let moment_carried_east_z = moment_above_south_east_z + mul_add(c(-4.888494966109656e-6),
-            omega_xx_east, sin_ground_east * c(-3.2095218013892565e-3));
+        let force_carried_east_y = force_own_east_y + force_above_south_east_y;
+        let force_carried_east_z = force_own_east_z + force_above_south_east_z;
+        let moment_carried_east_x = moment_own_east_x + moment_above_south_east_x;
+        let moment_carried_east_y = moment_own_east_y + moment_above_south_east_y;
+        let moment_carried_east_z = moment_own_east_z + moment_above_south_east_z;
         // south_ghost0
         let force_closing_south_ghost0_y = lambda[0] * c(0.9999999999999999);
         let force_closing_south_ghost0_z = lambda[1] + lambda[2];
@@ -1672,18 +1674,18 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let moment_above_south_east_y_2 = south_east_part_11 - south_east_part_10;
         let moment_above_south_east_z_2 = mul_add(cos_south_east_east, moment_above_south_z_2,
             sin_south_east_east * moment_above_south_y_2);
-        reactions[0] = -force_carried_south_ghost0_x;
-        reactions[1] = -(force_carried_south_ghost0_y + force_closing_south_ghost0_y);
-        reactions[2] = -(force_carried_south_ghost0_z + force_closing_south_ghost0_z);
-        reactions[3] = -mul_add(c(0.08068423607472835), lambda[2], moment_moving_south_ghost0_x);
-        reactions[4] = -(moment_carried_south_ghost0_y - south_ghost0_part);
-        reactions[5] = -(moment_carried_south_ghost0_z + moment_closing_south_ghost0_z);
-        reactions[6] = -mul_add(c(-0.8660252485338008), lambda[0], force_carried_south_x);
-        reactions[7] = -(force_carried_south_y - south_part);
-        reactions[8] = -(force_carried_south_z + force_closing_south_z);
-        reactions[9] = -(moment_moving_south_x + moment_closing_south_x);
-        reactions[10] = -(moment_carried_south_y + moment_closing_south_y);
-        reactions[11] = -(moment_carried_south_z + moment_closing_south_z);
+        reactions[0] = -force_own_south_ghost0_x;
+        reactions[1] = -(force_own_south_ghost0_y + force_closing_south_ghost0_y);
+        reactions[2] = -(force_own_south_ghost0_z + force_closing_south_ghost0_z);
+        reactions[3] = -mul_add(c(0.08068423607472835), lambda[2], moment_own_south_ghost0_x);
+        reactions[4] = -(moment_own_south_ghost0_y - south_ghost0_part);
+        reactions[5] = -(moment_own_south_ghost0_z + moment_closing_south_ghost0_z);
+        reactions[6] = -mul_add(c(-0.8660252485338008), lambda[0], force_own_south_x);
+        reactions[7] = -(force_own_south_y - south_part);
+        reactions[8] = -(force_own_south_z + force_closing_south_z);
+        reactions[9] = -(moment_own_south_x + moment_closing_south_x);
+        reactions[10] = -(moment_own_south_y + moment_closing_south_y);
+        reactions[11] = -(moment_own_south_z + moment_closing_south_z);
         reactions[12] = -mul_add(c(-0.7071063925583853), across_south_ghost0_6,
             force_carried_south_west_x);
         reactions[13] = -(force_carried_south_west_y + force_above_south_ghost0_y_2);
@@ -1757,6 +1759,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         // south_ghost0
         let d_sin_south_west_south = dq[0] * cos_south_west_south;
         let south_ghost0_part = dq[0] * sin_south_west_south;
+        // east
+        let east_part_2 = cos_ground_east * c(9.81);
+        let east_part_3 = east_part * c(-9.81);
+        // west
+        let west_part_2 = cos_ground_west * c(9.81);
+        let west_part_3 = west_part * c(-9.81);
         // south_east
         let across_south_east = u[4] * c(0.7071067811865475);
         let d_across_south_east = du[4] * c(0.7071067811865475);
@@ -1778,6 +1786,18 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             -south_east_part_3 * omega_south_east_x);
         let d_omega_yz_south_east = mul_add(-carried_south_east_y, south_east_part_3,
             -d_carried_south_east_y * south_east_part_2);
+        let across_south_east_2 = sin_ground_east * c(-6.936717523440031);
+        let d_across_south_east_2 = d_sin_ground_east * c(-6.936717523440031);
+        let free_fall_south_east_y = mul_add(-sin_south_east_east, east_part_2,
+            cos_south_east_east * across_south_east_2);
+        let d_free_fall_south_east_y = mul_add(-sin_south_east_east, east_part_3,
+            -d_sin_south_east_east * east_part_2) + mul_add(-south_east_part, across_south_east_2,
+            cos_south_east_east * d_across_south_east_2);
+        let free_fall_south_east_z = mul_add(-sin_south_east_east, across_south_east_2,
+            -cos_south_east_east * east_part_2);
+        let d_free_fall_south_east_z = mul_add(-cos_south_east_east, east_part_3,
+            south_east_part * east_part_2) - mul_add(sin_south_east_east, d_across_south_east_2,
+            d_sin_south_east_east * across_south_east_2);
         // south_west
         let south_west_part_2 = u[5] * c(0.8660257562110547);
         let south_west_part_3 = du[5] * c(0.8660257562110547);
@@ -1800,6 +1820,18 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             south_west_part_5 * d_omega_south_west_x);
         let d_omega_yz_south_west = mul_add(south_west_part_4, south_west_part_6,
             d_carried_south_west_y * south_west_part_5);
+        let across_south_west = sin_ground_west * c(-4.904994011767025);
+        let d_across_south_west = d_sin_ground_west * c(-4.904994011767025);
+        let free_fall_south_west_y = mul_add(-sin_west_south_west, west_part_2,
+            cos_west_south_west * across_south_west);
+        let d_free_fall_south_west_y = mul_add(-sin_west_south_west, west_part_3,
+            -d_sin_west_south_west * west_part_2) + mul_add(-south_west_part, across_south_west,
+            cos_west_south_west * d_across_south_west);
+        let free_fall_south_west_z = mul_add(-sin_west_south_west, across_south_west,
+            -cos_west_south_west * west_part_2);
+        let d_free_fall_south_west_z = mul_add(-cos_west_south_west, west_part_3,
+            south_west_part * west_part_2) - mul_add(sin_west_south_west, d_across_south_west,
+            d_sin_west_south_west * across_south_west);
         // south
         let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
             carried_south_east_y * c(0.4999998655490338));
@@ -1835,6 +1867,19 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let omega_yz_south = carried_south_y * carried_south_z;
         let d_omega_yz_south = mul_add(carried_south_y, d_carried_south_z,
             d_carried_south_y * carried_south_z);
+        let across_south_2 = mul_add(c(0.4999998655490338), free_fall_south_east_y,
+            sin_ground_east * c(6.007374132640437));
+        let d_across_south_2 = mul_add(c(0.4999998655490338), d_free_fall_south_east_y,
+            d_sin_ground_east * c(6.007374132640437));
+        let free_fall_south_x = mul_add(c(-0.8660254814097262), free_fall_south_east_y,
+            sin_ground_east * c(3.468357829071642));
+        let d_free_fall_south_x = mul_add(c(-0.8660254814097262), d_free_fall_south_east_y,
+            d_sin_ground_east * c(3.468357829071642));
+        let free_fall_south_z = mul_add(-sin_south_south_east, across_south_2,
+            cos_south_south_east * free_fall_south_east_z);
+        let d_free_fall_south_z = mul_add(-south_part, free_fall_south_east_z,
+            cos_south_south_east * d_free_fall_south_east_z) - mul_add(sin_south_south_east,
+            d_across_south_2, d_sin_south_south_east * across_south_2);
         // south_ghost0
         let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
             south_west_part_4 * c(-0.7071071698144961));
@@ -1868,57 +1913,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let omega_yz_south_ghost0 = carried_south_ghost0_y * carried_south_ghost0_z;
         let d_omega_yz_south_ghost0 = mul_add(carried_south_ghost0_y, d_carried_south_ghost0_z,
             d_carried_south_ghost0_y * carried_south_ghost0_z);
-        // east
-        let east_part_2 = cos_ground_east * c(9.81);
-        let east_part_3 = east_part * c(-9.81);
-        // west
-        let west_part_2 = cos_ground_west * c(9.81);
-        let west_part_3 = west_part * c(-9.81);
-        // south_east
-        let across_south_east_2 = sin_ground_east * c(-6.936717523440031);
-        let d_across_south_east_2 = d_sin_ground_east * c(-6.936717523440031);
-        let free_fall_south_east_y = mul_add(-sin_south_east_east, east_part_2,
-            cos_south_east_east * across_south_east_2);
-        let d_free_fall_south_east_y = mul_add(-sin_south_east_east, east_part_3,
-            -d_sin_south_east_east * east_part_2) + mul_add(-south_east_part, across_south_east_2,
-            cos_south_east_east * d_across_south_east_2);
-        let free_fall_south_east_z = mul_add(-sin_south_east_east, across_south_east_2,
-            -cos_south_east_east * east_part_2);
-        let d_free_fall_south_east_z = mul_add(-cos_south_east_east, east_part_3,
-            south_east_part * east_part_2) - mul_add(sin_south_east_east, d_across_south_east_2,
-            d_sin_south_east_east * across_south_east_2);
-        // south_west
-        let across_south_west = sin_ground_west * c(-4.904994011767025);
-        let d_across_south_west = d_sin_ground_west * c(-4.904994011767025);
-        let free_fall_south_west_y = mul_add(-sin_west_south_west, west_part_2,
-            cos_west_south_west * across_south_west);
-        let d_free_fall_south_west_y = mul_add(-sin_west_south_west, west_part_3,
-            -d_sin_west_south_west * west_part_2) + mul_add(-south_west_part, across_south_west,
-            cos_west_south_west * d_across_south_west);
-        let free_fall_south_west_z = mul_add(-sin_west_south_west, across_south_west,
-            -cos_west_south_west * west_part_2);
-        let d_free_fall_south_west_z = mul_add(-cos_west_south_west, west_part_3,
-            south_west_part * west_part_2) - mul_add(sin_west_south_west, d_across_south_west,
-            d_sin_west_south_west * across_south_west);
-        // south
-        let across_south_2 = mul_add(c(6.007374132640437), sin_ground_east,
-            c(0.4999998655490338) * free_fall_south_east_y);
-        let d_across_south_2 = mul_add(c(6.007374132640437), d_sin_ground_east,
-            c(0.4999998655490338) * d_free_fall_south_east_y);
-        let free_fall_south_x = mul_add(c(-0.8660254814097262), free_fall_south_east_y,
-            sin_ground_east * c(3.468357829071642));
-        let d_free_fall_south_x = mul_add(c(-0.8660254814097262), d_free_fall_south_east_y,
-            d_sin_ground_east * c(3.468357829071642));
-        let free_fall_south_z = mul_add(-sin_south_south_east, across_south_2,
-            cos_south_south_east * free_fall_south_east_z);
-        let d_free_fall_south_z = mul_add(-south_part, free_fall_south_east_z,
-            cos_south_south_east * d_free_fall_south_east_z) - mul_add(sin_south_south_east,
-            d_across_south_2, d_sin_south_south_east * across_south_2);
-        // south_ghost0
         let across_south_ghost0_2 = mul_add(c(6.007372737186426), sin_ground_west,
-            c(0.7071071698144961) * free_fall_south_west_y);
+            free_fall_south_west_y * c(0.7071071698144961));
         let d_across_south_ghost0_2 = mul_add(c(6.007372737186426), d_sin_ground_west,
-            c(0.7071071698144961) * d_free_fall_south_west_y);
+            d_free_fall_south_west_y * c(0.7071071698144961));
         let free_fall_south_ghost0_x = mul_add(c(0.7071063925583853), free_fall_south_west_y,
             sin_ground_west * c(-6.007379340531013));
         let d_free_fall_south_ghost0_x = mul_add(c(0.7071063925583853), d_free_fall_south_west_y,
@@ -1948,6 +1946,17 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_gradient_moving_z_south_east_x = d_omega_xz_south_east - d_alpha_moving_south_east_y;
         let gradient_moving_z_south_east_y = mul_add(-carried_south_east_y, south_east_part_2,
             alpha_moving_south_east_x);
+        let d_moment_own_south_east_x = -d_free_fall_south_east_z * c(4.7358339509453106e-4)
+            - mul_add(c(-1.293994125217518e-5), d_gradient_moving_z_south_east_x,
+            mul_add(c(-3.338573836000013e-8), d_omega_yz_south_east,
+            d_omega_yz_south_east * c(1.6424267108073443e-5)));
+        let moment_own_south_east_z = mul_add(c(3.285114235562457e-3), sin_ground_east,
+            -mul_add(c(-1.6424267108073443e-5), gradient_moving_x_south_east_y,
+            -c(1.293994125217518e-5) * mul_add(-omega_south_east_x, omega_south_east_x,
+            carried_south_east_y * carried_south_east_y)));
+        let d_moment_own_south_east_z = mul_add(c(3.285114235562457e-3), d_sin_ground_east,
+            -mul_add(c(-1.6424267108073443e-5), d_gradient_moving_x_south_east_y,
+            -c(1.293994125217518e-5) * (d_omega_yy_south_east - d_omega_xx_south_east)));
         // south_west
         let south_west_part_9 = c(0.8660257562110547) * a[5];
         let alpha_moving_south_west_x = mul_add(c(0.4999993895786978), a[5], a[2]);
@@ -1967,6 +1976,17 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_gradient_moving_z_south_west_x = d_omega_xz_south_west - d_alpha_moving_south_west_y;
         let gradient_moving_z_south_west_y = mul_add(-south_west_part_4, south_west_part_5,
             alpha_moving_south_west_x);
+        let d_moment_own_south_west_x = mul_add(c(3.520149320482795e-4), d_free_fall_south_west_z,
+            -mul_add(c(1.0093594897589384e-5), d_omega_yz_south_west,
+            mul_add(c(-2.6789051216394143e-8), d_omega_yz_south_west,
+            d_gradient_moving_z_south_west_x * c(1.2394283547934881e-5))));
+        let moment_own_south_west_z = -sin_ground_west * c(-2.9906177176792508e-3)
+            - mul_add(c(-1.0093594897589384e-5), gradient_moving_x_south_west_y,
+            c(1.2394283547934881e-5) * mul_add(-omega_south_west_x, omega_south_west_x,
+            south_west_part_4 * south_west_part_4));
+        let d_moment_own_south_west_z = -d_sin_ground_west * c(-2.9906177176792508e-3)
+            - mul_add(c(-1.0093594897589384e-5), d_gradient_moving_x_south_west_y,
+            c(1.2394283547934881e-5) * (d_omega_yy_south_west - d_omega_xx_south_west));
         // south
         let d_across_south_3 = c(0.4999998655490338) * d_alpha_moving_south_east_y;
         let across_south_3 = mul_add(c(0.8660254814097262), alpha_moving_south_east_x,
@@ -1998,6 +2018,25 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_gradient_moving_z_south_x = d_omega_xz_south - d_alpha_moving_south_y;
         let gradient_moving_z_south_y = omega_yz_south + alpha_moving_south_x;
         let d_gradient_moving_z_south_y = d_omega_yz_south - south_part_5;
+        let moment_own_south_x = -free_fall_south_z * c(1.702501854199059e-4)
+            - mul_add(c(-2.3726582693412885e-8), gradient_moving_y_south_z,
+            mul_add(c(-6.64555505684884e-6), gradient_moving_z_south_x,
+            gradient_moving_z_south_y * c(5.565308808048279e-6)));
+        let d_moment_own_south_x = -d_free_fall_south_z * c(1.702501854199059e-4)
+            - mul_add(c(-2.3726582693412885e-8), d_gradient_moving_y_south_z,
+            mul_add(c(-6.64555505684884e-6), d_gradient_moving_z_south_x,
+            d_gradient_moving_z_south_y * c(5.565308808048279e-6)));
+        let south_part_6 = mul_add(c(2.3726582693412885e-8), gradient_moving_x_south_z,
+            gradient_moving_z_south_y * c(6.64555505684884e-6));
+        let south_part_7 = mul_add(c(2.3726582693412885e-8), d_gradient_moving_x_south_z,
+            d_gradient_moving_z_south_y * c(6.64555505684884e-6));
+        let moment_own_south_z = mul_add(c(1.702501854199059e-4), free_fall_south_x,
+            -mul_add(c(-5.565308808048279e-6), gradient_moving_x_south_y,
+            -c(6.64555505684884e-6) * mul_add(-omega_south_x, omega_south_x,
+            carried_south_y * carried_south_y)));
+        let d_moment_own_south_z = mul_add(c(1.702501854199059e-4), d_free_fall_south_x,
+            -mul_add(c(-5.565308808048279e-6), d_gradient_moving_x_south_y,
+            -c(6.64555505684884e-6) * (d_omega_yy_south - d_omega_xx_south)));
         // south_ghost0
         let d_across_south_ghost0_3 = c(0.7071071698144961) * d_alpha_moving_south_west_y;
         let across_south_ghost0_3 = mul_add(c(-0.7071063925583853), alpha_moving_south_west_x,
@@ -2037,12 +2076,11 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let gradient_moving_z_south_ghost0_y = omega_yz_south_ghost0 + alpha_moving_south_ghost0_x;
         let d_gradient_moving_z_south_ghost0_y = d_omega_yz_south_ghost0
             + d_alpha_moving_south_ghost0_x;
-        let moment_moving_south_ghost0_x = mul_add(c(1.7025149681007906e-4),
-            free_fall_south_ghost0_z, -mul_add(c(-2.372658269341246e-8),
-            gradient_moving_y_south_ghost0_z, mul_add(c(5.5653677591751645e-6),
-            gradient_moving_z_south_ghost0_y,
+        let moment_own_south_ghost0_x = mul_add(c(1.7025149681007906e-4), free_fall_south_ghost0_z,
+            -mul_add(c(-2.372658269341246e-8), gradient_moving_y_south_ghost0_z,
+            mul_add(c(5.5653677591751645e-6), gradient_moving_z_south_ghost0_y,
             gradient_moving_z_south_ghost0_x * c(6.645589092322223e-6))));
-        let d_moment_moving_south_ghost0_x = mul_add(c(1.7025149681007906e-4),
+        let d_moment_own_south_ghost0_x = mul_add(c(1.7025149681007906e-4),
             d_free_fall_south_ghost0_z, -mul_add(c(-2.372658269341246e-8),
             d_gradient_moving_y_south_ghost0_z, mul_add(c(5.5653677591751645e-6),
             d_gradient_moving_z_south_ghost0_y,
@@ -2053,108 +2091,72 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let south_ghost0_part_5 = mul_add(c(-6.645589092322223e-6),
             d_gradient_moving_z_south_ghost0_y,
             d_gradient_moving_x_south_ghost0_z * c(2.372658269341246e-8));
-        let moment_moving_south_ghost0_z = -free_fall_south_ghost0_x * c(1.7025149681007906e-4)
+        let moment_own_south_ghost0_z = -free_fall_south_ghost0_x * c(1.7025149681007906e-4)
             - mul_add(c(-5.5653677591751645e-6), gradient_moving_x_south_ghost0_y,
             c(6.645589092322223e-6) * mul_add(-omega_south_ghost0_x, omega_south_ghost0_x,
             carried_south_ghost0_y * carried_south_ghost0_y));
-        let d_moment_moving_south_ghost0_z = -d_free_fall_south_ghost0_x * c(1.7025149681007906e-4)
+        let d_moment_own_south_ghost0_z = -d_free_fall_south_ghost0_x * c(1.7025149681007906e-4)
             - mul_add(c(-5.5653677591751645e-6), d_gradient_moving_x_south_ghost0_y,
             c(6.645589092322223e-6) * (d_omega_yy_south_ghost0 - d_omega_xx_south_ghost0));
-        let across_south_ghost0_4 = mul_add(-sin_south_west_south, moment_moving_south_ghost0_z,
+        let across_south_ghost0_4 = mul_add(-sin_south_west_south, moment_own_south_ghost0_z,
             -cos_south_west_south * south_ghost0_part_4);
         let d_across_south_ghost0_4 = mul_add(-cos_south_west_south, south_ghost0_part_5,
             south_ghost0_part * south_ghost0_part_4) - mul_add(sin_south_west_south,
-            d_moment_moving_south_ghost0_z, d_sin_south_west_south * moment_moving_south_ghost0_z);
+            d_moment_own_south_ghost0_z, d_sin_south_west_south * moment_own_south_ghost0_z);
         let d_moment_above_south_ghost0_x = mul_add(c(-0.7071063925583853), d_across_south_ghost0_4,
-            c(0.7071071698144961) * d_moment_moving_south_ghost0_x);
-        let moment_above_south_ghost0_y = mul_add(c(0.7071063925583853),
-            moment_moving_south_ghost0_x, c(0.7071071698144961) * across_south_ghost0_4);
+            c(0.7071071698144961) * d_moment_own_south_ghost0_x);
+        let moment_above_south_ghost0_y = mul_add(c(0.7071063925583853), moment_own_south_ghost0_x,
+            c(0.7071071698144961) * across_south_ghost0_4);
         let d_moment_above_south_ghost0_y = mul_add(c(0.7071063925583853),
-            d_moment_moving_south_ghost0_x, c(0.7071071698144961) * d_across_south_ghost0_4);
+            d_moment_own_south_ghost0_x, c(0.7071071698144961) * d_across_south_ghost0_4);
         let moment_above_south_ghost0_z = mul_add(-sin_south_west_south, south_ghost0_part_4,
-            cos_south_west_south * moment_moving_south_ghost0_z);
+            cos_south_west_south * moment_own_south_ghost0_z);
         let d_moment_above_south_ghost0_z = mul_add(-sin_south_west_south, south_ghost0_part_5,
             -d_sin_south_west_south * south_ghost0_part_4) + mul_add(-south_ghost0_part,
-            moment_moving_south_ghost0_z, cos_south_west_south * d_moment_moving_south_ghost0_z);
+            moment_own_south_ghost0_z, cos_south_west_south * d_moment_own_south_ghost0_z);
         // south
-        let moment_moving_south_x = -free_fall_south_z * c(1.702501854199059e-4)
-            - mul_add(c(-2.3726582693412885e-8), gradient_moving_y_south_z,
-            mul_add(c(-6.64555505684884e-6), gradient_moving_z_south_x,
-            gradient_moving_z_south_y * c(5.565308808048279e-6)));
-        let d_moment_moving_south_x = -d_free_fall_south_z * c(1.702501854199059e-4)
-            - mul_add(c(-2.3726582693412885e-8), d_gradient_moving_y_south_z,
-            mul_add(c(-6.64555505684884e-6), d_gradient_moving_z_south_x,
-            d_gradient_moving_z_south_y * c(5.565308808048279e-6)));
-        let south_part_6 = mul_add(c(2.3726582693412885e-8), gradient_moving_x_south_z,
-            gradient_moving_z_south_y * c(6.64555505684884e-6));
-        let south_part_7 = mul_add(c(2.3726582693412885e-8), d_gradient_moving_x_south_z,
-            d_gradient_moving_z_south_y * c(6.64555505684884e-6));
-        let moment_moving_south_z = mul_add(c(1.702501854199059e-4), free_fall_south_x,
-            -mul_add(c(-5.565308808048279e-6), gradient_moving_x_south_y,
-            -c(6.64555505684884e-6) * mul_add(-omega_south_x, omega_south_x,
-            carried_south_y * carried_south_y)));
-        let d_moment_moving_south_z = mul_add(c(1.702501854199059e-4), d_free_fall_south_x,
-            -mul_add(c(-5.565308808048279e-6), d_gradient_moving_x_south_y,
-            -c(6.64555505684884e-6) * (d_omega_yy_south - d_omega_xx_south)));
-        let across_south_4 = mul_add(-sin_south_south_east, moment_moving_south_z,
+        let across_south_4 = mul_add(-sin_south_south_east, moment_own_south_z,
             -cos_south_south_east * south_part_6);
         let d_across_south_4 = mul_add(-cos_south_south_east, south_part_7,
-            south_part * south_part_6) - mul_add(sin_south_south_east, d_moment_moving_south_z,
-            d_sin_south_south_east * moment_moving_south_z);
+            south_part * south_part_6) - mul_add(sin_south_south_east, d_moment_own_south_z,
+            d_sin_south_south_east * moment_own_south_z);
         let d_moment_above_south_x = mul_add(c(0.8660254814097262), d_across_south_4,
-            c(0.4999998655490338) * d_moment_moving_south_x);
-        let moment_above_south_y = mul_add(c(-0.8660254814097262), moment_moving_south_x,
+            c(0.4999998655490338) * d_moment_own_south_x);
+        let moment_above_south_y = mul_add(c(-0.8660254814097262), moment_own_south_x,
             c(0.4999998655490338) * across_south_4);
-        let d_moment_above_south_y = mul_add(c(-0.8660254814097262), d_moment_moving_south_x,
+        let d_moment_above_south_y = mul_add(c(-0.8660254814097262), d_moment_own_south_x,
             c(0.4999998655490338) * d_across_south_4);
         let moment_above_south_z = mul_add(-sin_south_south_east, south_part_6,
-            cos_south_south_east * moment_moving_south_z);
+            cos_south_south_east * moment_own_south_z);
         let d_moment_above_south_z = mul_add(-sin_south_south_east, south_part_7,
-            -d_sin_south_south_east * south_part_6) + mul_add(-south_part, moment_moving_south_z,
-            cos_south_south_east * d_moment_moving_south_z);
+            -d_sin_south_south_east * south_part_6) + mul_add(-south_part, moment_own_south_z,
+            cos_south_south_east * d_moment_own_south_z);
         // south_west
-        let d_moment_moving_south_west_x = mul_add(c(3.520149320482795e-4),
-            d_free_fall_south_west_z, d_moment_above_south_ghost0_x)
-            - mul_add(c(1.0093594897589384e-5), d_omega_yz_south_west,
-            mul_add(c(-2.6789051216394143e-8), d_omega_yz_south_west,
-            d_gradient_moving_z_south_west_x * c(1.2394283547934881e-5)));
+        let d_moment_moving_south_west_x = d_moment_own_south_west_x
+            + d_moment_above_south_ghost0_x;
         let moment_moving_south_west_y = moment_above_south_ghost0_y
             - mul_add(c(-1.2394283547934881e-5), gradient_moving_z_south_west_y,
             gradient_moving_x_south_west_z * c(2.6789051216394143e-8));
         let d_moment_moving_south_west_y = d_moment_above_south_ghost0_y
             - mul_add(c(-1.2394283547934881e-5), d_omega_yz_south_west,
             d_gradient_moving_x_south_west_z * c(2.6789051216394143e-8));
-        let moment_moving_south_west_z = mul_add(c(2.9906177176792508e-3), sin_ground_west,
-            moment_above_south_ghost0_z) - mul_add(c(-1.0093594897589384e-5),
-            gradient_moving_x_south_west_y, c(1.2394283547934881e-5) * mul_add(-omega_south_west_x,
-            omega_south_west_x, south_west_part_4 * south_west_part_4));
-        let d_moment_moving_south_west_z = mul_add(c(2.9906177176792508e-3), d_sin_ground_west,
-            d_moment_above_south_ghost0_z) - mul_add(c(-1.0093594897589384e-5),
-            d_gradient_moving_x_south_west_y, c(1.2394283547934881e-5) * (d_omega_yy_south_west
-            - d_omega_xx_south_west));
+        let moment_moving_south_west_z = moment_own_south_west_z + moment_above_south_ghost0_z;
+        let d_moment_moving_south_west_z = d_moment_own_south_west_z
+            + d_moment_above_south_ghost0_z;
         let d_across_south_west_2 = mul_add(-south_west_part, moment_moving_south_west_y,
             cos_west_south_west * d_moment_moving_south_west_y) - mul_add(sin_west_south_west,
             d_moment_moving_south_west_z, d_sin_west_south_west * moment_moving_south_west_z);
         let d_moment_above_south_west_x = mul_add(c(-0.8660257562110547), d_across_south_west_2,
             c(0.4999993895786978) * d_moment_moving_south_west_x);
         // south_east
-        let d_moment_moving_south_east_x = mul_add(c(-4.7358339509453106e-4),
-            d_free_fall_south_east_z, d_moment_above_south_x) - mul_add(c(-1.293994125217518e-5),
-            d_gradient_moving_z_south_east_x, mul_add(c(-3.338573836000013e-8),
-            d_omega_yz_south_east, d_omega_yz_south_east * c(1.6424267108073443e-5)));
+        let d_moment_moving_south_east_x = d_moment_own_south_east_x + d_moment_above_south_x;
         let moment_moving_south_east_y = moment_above_south_y - mul_add(c(1.293994125217518e-5),
             gradient_moving_z_south_east_y,
             gradient_moving_x_south_east_z * c(3.338573836000013e-8));
         let d_moment_moving_south_east_y = d_moment_above_south_y - mul_add(c(1.293994125217518e-5),
             d_omega_yz_south_east, d_gradient_moving_x_south_east_z * c(3.338573836000013e-8));
-        let moment_moving_south_east_z = mul_add(c(3.285114235562457e-3), sin_ground_east,
-            moment_above_south_z) - mul_add(c(-1.6424267108073443e-5),
-            gradient_moving_x_south_east_y, -c(1.293994125217518e-5) * mul_add(-omega_south_east_x,
-            omega_south_east_x, carried_south_east_y * carried_south_east_y));
-        let d_moment_moving_south_east_z = mul_add(c(3.285114235562457e-3), d_sin_ground_east,
-            d_moment_above_south_z) - mul_add(c(-1.6424267108073443e-5),
-            d_gradient_moving_x_south_east_y, -c(1.293994125217518e-5) * (d_omega_yy_south_east
-            - d_omega_xx_south_east));
+        let moment_moving_south_east_z = moment_own_south_east_z + moment_above_south_z;
+        let d_moment_moving_south_east_z = d_moment_own_south_east_z + d_moment_above_south_z;
         let d_across_south_east_3 = mul_add(-south_east_part, moment_moving_south_east_y,
             cos_south_east_east * d_moment_moving_south_east_y) - mul_add(sin_south_east_east,
             d_moment_moving_south_east_z, d_sin_south_east_east * moment_moving_south_east_z);
@@ -2215,9 +2217,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             + d_omega_zz_south, d_gradient_moving_y_south_x * c(0.04034213973350825)),
             mul_add(c(-0.06987458559937648), d_gradient_moving_x_south_y, (d_omega_yy_south
             + d_omega_zz_south) * c(-0.04034213973350825)) * c(0.8660252485338008));
-        forces[0] = mul_add(c(-3.5e-6), du[0], mul_add(c(-0.0114), dq[0],
-            d_moment_moving_south_ghost0_x));
-        forces[1] = d_moment_moving_south_x + mul_add(c(-3.5e-6), du[1], -dq[1] * c(0.0114));
+        forces[0] = d_moment_own_south_ghost0_x + mul_add(c(-3.5e-6), du[0], -dq[0] * c(0.0114));
+        forces[1] = d_moment_own_south_x + mul_add(c(-3.5e-6), du[1], -dq[1] * c(0.0114));
         forces[2] = d_moment_moving_south_west_x + mul_add(c(-3.5e-6), du[2], mul_add(c(-0.0114),
             dq[2], d_moment_above_south_ghost0_x_2));
         forces[3] = d_moment_moving_south_east_x + mul_add(c(-3.5e-6), du[3], mul_add(c(-0.0114),
@@ -2274,6 +2275,10 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             (sin_south_south_east, cos_south_south_east),
             (sin_south_west_south, cos_south_west_south),
         ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
+        // east
+        let east_part = cos_ground_east * c(9.81);
+        // west
+        let west_part = cos_ground_west * c(9.81);
         // south_east
         let across_south_east = u[4] * c(0.7071067811865475);
         let carried_south_east_y = cos_south_east_east * across_south_east;
@@ -2288,6 +2293,19 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             south_east_part_3);
         let gradient_x_south_east_z = alpha_south_east_y - south_east_part_4;
         let gradient_z_south_east_x = south_east_part_2 - south_east_part_4;
+        let across_south_east_2 = sin_ground_east * c(-6.936717523440031);
+        let free_fall_south_east_y = mul_add(-sin_south_east_east, east_part,
+            cos_south_east_east * across_south_east_2);
+        let free_fall_south_east_z = mul_add(-sin_south_east_east, across_south_east_2,
+            -cos_south_east_east * east_part);
+        let moment_own_south_east_x = -free_fall_south_east_z * c(4.7358339509453106e-4)
+            - mul_add(c(-1.293994125217518e-5), gradient_z_south_east_x,
+            mul_add(c(3.338573836000013e-8), south_east_part_5,
+            south_east_part_5 * c(-1.6424267108073443e-5)));
+        let moment_own_south_east_z = mul_add(c(3.285114235562457e-3), sin_ground_east,
+            -mul_add(c(-1.6424267108073443e-5), gradient_x_south_east_y,
+            -c(1.293994125217518e-5) * mul_add(-omega_south_east_x, omega_south_east_x,
+            carried_south_east_y * carried_south_east_y)));
         // south_west
         let south_west_part = u[5] * c(0.8660257562110547);
         let south_west_part_2 = cos_west_south_west * south_west_part;
@@ -2301,6 +2319,18 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let gradient_x_south_west_y = omega_xy_south_west - south_west_part_4;
         let gradient_x_south_west_z = alpha_south_west_y + omega_xz_south_west;
         let gradient_z_south_west_x = omega_xz_south_west - alpha_south_west_y;
+        let across_south_west = sin_ground_west * c(-4.904994011767025);
+        let free_fall_south_west_y = mul_add(-sin_west_south_west, west_part,
+            cos_west_south_west * across_south_west);
+        let free_fall_south_west_z = mul_add(-sin_west_south_west, across_south_west,
+            -cos_west_south_west * west_part);
+        let moment_own_south_west_x = mul_add(c(3.520149320482795e-4), free_fall_south_west_z,
+            -mul_add(c(-1.0093594897589384e-5), south_west_part_5, mul_add(c(2.6789051216394143e-8),
+            south_west_part_5, gradient_z_south_west_x * c(1.2394283547934881e-5))));
+        let moment_own_south_west_z = -sin_ground_west * c(-2.9906177176792508e-3)
+            - mul_add(c(-1.0093594897589384e-5), gradient_x_south_west_y,
+            c(1.2394283547934881e-5) * mul_add(-omega_south_west_x, omega_south_west_x,
+            south_west_part_2 * south_west_part_2));
         // south
         let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
             carried_south_east_y * c(0.4999998655490338));
@@ -2329,6 +2359,21 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let gradient_y_south_z = south_part + omega_yz_south;
         let gradient_z_south_x = omega_xz_south - alpha_south_y;
         let gradient_z_south_y = omega_yz_south - south_part;
+        let across_south_3 = mul_add(c(0.4999998655490338), free_fall_south_east_y,
+            sin_ground_east * c(6.007374132640437));
+        let free_fall_south_x = mul_add(c(-0.8660254814097262), free_fall_south_east_y,
+            sin_ground_east * c(3.468357829071642));
+        let free_fall_south_z = mul_add(-sin_south_south_east, across_south_3,
+            cos_south_south_east * free_fall_south_east_z);
+        let moment_own_south_x = -free_fall_south_z * c(1.702501854199059e-4)
+            - mul_add(c(-2.3726582693412885e-8), gradient_y_south_z,
+            mul_add(c(-6.64555505684884e-6), gradient_z_south_x,
+            gradient_z_south_y * c(5.565308808048279e-6)));
+        let moment_own_south_y = -mul_add(c(2.3726582693412885e-8), gradient_x_south_z,
+            gradient_z_south_y * c(6.64555505684884e-6));
+        let moment_own_south_z = mul_add(c(1.702501854199059e-4), free_fall_south_x,
+            -mul_add(c(-5.565308808048279e-6), gradient_x_south_y,
+            -c(6.64555505684884e-6) * (omega_yy_south - omega_xx_south)));
         // south_ghost0
         let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
             south_west_part_2 * c(-0.7071071698144961));
@@ -2354,56 +2399,22 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let gradient_y_south_ghost0_z = omega_yz_south_ghost0 - alpha_south_ghost0_x;
         let gradient_z_south_ghost0_x = omega_xz_south_ghost0 - alpha_south_ghost0_y;
         let gradient_z_south_ghost0_y = alpha_south_ghost0_x + omega_yz_south_ghost0;
-        // east
-        let east_part = cos_ground_east * c(9.81);
-        // west
-        let west_part = cos_ground_west * c(9.81);
-        // south_east
-        let across_south_east_2 = sin_ground_east * c(-6.936717523440031);
-        let free_fall_south_east_y = mul_add(-sin_south_east_east, east_part,
-            cos_south_east_east * across_south_east_2);
-        let free_fall_south_east_z = mul_add(-sin_south_east_east, across_south_east_2,
-            -cos_south_east_east * east_part);
-        // south_west
-        let across_south_west = sin_ground_west * c(-4.904994011767025);
-        let free_fall_south_west_y = mul_add(-sin_west_south_west, west_part,
-            cos_west_south_west * across_south_west);
-        let free_fall_south_west_z = mul_add(-sin_west_south_west, across_south_west,
-            -cos_west_south_west * west_part);
-        // south
-        let across_south_3 = mul_add(c(6.007374132640437), sin_ground_east,
-            c(0.4999998655490338) * free_fall_south_east_y);
-        let free_fall_south_x = mul_add(c(-0.8660254814097262), free_fall_south_east_y,
-            sin_ground_east * c(3.468357829071642));
-        let free_fall_south_z = mul_add(-sin_south_south_east, across_south_3,
-            cos_south_south_east * free_fall_south_east_z);
-        // south_ghost0
         let across_south_ghost0_3 = mul_add(c(6.007372737186426), sin_ground_west,
-            c(0.7071071698144961) * free_fall_south_west_y);
+            free_fall_south_west_y * c(0.7071071698144961));
         let free_fall_south_ghost0_x = mul_add(c(0.7071063925583853), free_fall_south_west_y,
             sin_ground_west * c(-6.007379340531013));
         let free_fall_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_3,
             cos_south_west_south * free_fall_south_west_z);
-        let moment_south_ghost0_x = mul_add(c(1.7025149681007906e-4), free_fall_south_ghost0_z,
-            -mul_add(c(5.5653677591751645e-6), gradient_z_south_ghost0_y,
-            mul_add(c(-2.372658269341246e-8), gradient_y_south_ghost0_z,
+        let moment_own_south_ghost0_x = mul_add(c(1.7025149681007906e-4), free_fall_south_ghost0_z,
+            -mul_add(c(-2.372658269341246e-8), gradient_y_south_ghost0_z,
+            mul_add(c(5.5653677591751645e-6), gradient_z_south_ghost0_y,
             gradient_z_south_ghost0_x * c(6.645589092322223e-6))));
-        let moment_south_ghost0_y = -mul_add(c(-6.645589092322223e-6), gradient_z_south_ghost0_y,
-            gradient_x_south_ghost0_z * c(2.372658269341246e-8));
-        let moment_south_ghost0_z = -free_fall_south_ghost0_x * c(1.7025149681007906e-4)
+        let moment_own_south_ghost0_y = -mul_add(c(-6.645589092322223e-6),
+            gradient_z_south_ghost0_y, gradient_x_south_ghost0_z * c(2.372658269341246e-8));
+        let moment_own_south_ghost0_z = -free_fall_south_ghost0_x * c(1.7025149681007906e-4)
             - mul_add(c(-5.5653677591751645e-6), gradient_x_south_ghost0_y,
             c(6.645589092322223e-6) * mul_add(-omega_south_ghost0_x, omega_south_ghost0_x,
             carried_south_ghost0_y * carried_south_ghost0_y));
-        // south
-        let moment_south_x = -free_fall_south_z * c(1.702501854199059e-4)
-            - mul_add(c(-6.64555505684884e-6), gradient_z_south_x,
-            mul_add(c(-2.3726582693412885e-8), gradient_y_south_z,
-            gradient_z_south_y * c(5.565308808048279e-6)));
-        let moment_south_y = -mul_add(c(6.64555505684884e-6), gradient_z_south_y,
-            gradient_x_south_z * c(2.3726582693412885e-8));
-        let moment_south_z = mul_add(c(1.702501854199059e-4), free_fall_south_x,
-            -mul_add(c(-6.64555505684884e-6), omega_yy_south - omega_xx_south,
-            -gradient_x_south_y * c(5.565308808048279e-6)));
         // loop 0
         let loop0_part = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
             omega_xx_south + omega_zz_south, gradient_y_south_x * c(0.04034213973350825)),
@@ -2438,8 +2449,8 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let inertia_xx_south_west = c(1.0120383948805778e-5) - bend_south_ghost0_2;
         let inertia_xy_south_west = mul_add(c(-0.49999999999969785), turned_yy_south_ghost0,
             c(-1.2394283547934881e-5));
-        let inertia_yy_south_west = inertia_yy_south_ghost0 + c(2.6789051216394143e-8);
-        let inertia_zz_south_west = inertia_zz_south_ghost0 + c(1.0093594897589384e-5);
+        let inertia_yy_south_west = c(2.6789051216394143e-8) + inertia_yy_south_ghost0;
+        let inertia_zz_south_west = c(1.0093594897589384e-5) + inertia_zz_south_ghost0;
         let inverse_pivot_south_west = c(1.0) / inertia_xx_south_west;
         let moment_share_y_south_west = inertia_xy_south_west * inverse_pivot_south_west;
         let south_west_part_6 = south_ghost0_part * inverse_pivot_south_west;
@@ -2457,8 +2468,8 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let inertia_xx_south_east = south_part_2 + c(1.6457652846433443e-5);
         let inertia_xy_south_east = mul_add(c(0.4330126242669004), turned_yy_south,
             c(1.293994125217518e-5));
-        let inertia_yy_south_east = inertia_yy_south + c(3.338573836000013e-8);
-        let inertia_zz_south_east = inertia_zz_south + c(1.6424267108073443e-5);
+        let inertia_yy_south_east = c(3.338573836000013e-8) + inertia_yy_south;
+        let inertia_zz_south_east = c(1.6424267108073443e-5) + inertia_zz_south;
         let inverse_pivot_south_east = c(1.0) / inertia_xx_south_east;
         let moment_share_y_south_east = inertia_xy_south_east * inverse_pivot_south_east;
         let moment_share_z_south_east = inertia_xz_south * inverse_pivot_south_east;
@@ -2491,40 +2502,34 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let torque_south = mul_add(c(-3.5e-6), u[1], -q[1] * c(0.0114));
         // south_ghost0
         let torque_south_ghost0 = mul_add(c(-3.5e-6), u[0], -q[0] * c(0.0114));
-        let reduced_south_ghost0 = moment_south_ghost0_x + torque_south_ghost0;
+        let reduced_south_ghost0 = moment_own_south_ghost0_x + torque_south_ghost0;
         let moment_left_south_ghost0_y = mul_add(c(1.189027897156668), reduced_south_ghost0,
-            moment_south_ghost0_y);
-        let across_south_ghost0_4 = mul_add(-sin_south_west_south, moment_south_ghost0_z,
+            moment_own_south_ghost0_y);
+        let across_south_ghost0_4 = mul_add(-sin_south_west_south, moment_own_south_ghost0_z,
             cos_south_west_south * moment_left_south_ghost0_y);
         let moment_above_south_ghost0_x = mul_add(c(-0.7071063925583853), across_south_ghost0_4,
             -c(0.7071071698144961) * torque_south_ghost0);
         let moment_above_south_ghost0_y = mul_add(c(-0.7071063925583853), torque_south_ghost0,
             c(0.7071071698144961) * across_south_ghost0_4);
-        let moment_above_south_ghost0_z = mul_add(cos_south_west_south, moment_south_ghost0_z,
+        let moment_above_south_ghost0_z = mul_add(cos_south_west_south, moment_own_south_ghost0_z,
             sin_south_west_south * moment_left_south_ghost0_y);
         // south
-        let reduced_south = moment_south_x + torque_south;
-        let moment_left_south_y = mul_add(c(-1.18903434890702), reduced_south, moment_south_y);
-        let across_south_4 = mul_add(-sin_south_south_east, moment_south_z,
+        let reduced_south = moment_own_south_x + torque_south;
+        let moment_left_south_y = mul_add(c(-1.18903434890702), reduced_south, moment_own_south_y);
+        let across_south_4 = mul_add(-sin_south_south_east, moment_own_south_z,
             cos_south_south_east * moment_left_south_y);
         let moment_above_south_x = mul_add(c(-0.4999998655490338), torque_south,
             c(0.8660254814097262) * across_south_4);
         let moment_above_south_y = mul_add(c(0.8660254814097262), torque_south,
             c(0.4999998655490338) * across_south_4);
-        let moment_above_south_z = mul_add(cos_south_south_east, moment_south_z,
+        let moment_above_south_z = mul_add(cos_south_south_east, moment_own_south_z,
             sin_south_south_east * moment_left_south_y);
         // south_west
-        let moment_load_south_west_x = mul_add(c(3.520149320482795e-4), free_fall_south_west_z,
-            moment_above_south_ghost0_x) - mul_add(c(1.2394283547934881e-5),
-            gradient_z_south_west_x, mul_add(c(2.6789051216394143e-8), south_west_part_5,
-            south_west_part_5 * c(-1.0093594897589384e-5)));
+        let moment_load_south_west_x = moment_own_south_west_x + moment_above_south_ghost0_x;
         let moment_load_south_west_y = moment_above_south_ghost0_y
             - mul_add(c(1.2394283547934881e-5), south_west_part_5,
             gradient_x_south_west_z * c(2.6789051216394143e-8));
-        let moment_load_south_west_z = mul_add(c(2.9906177176792508e-3), sin_ground_west,
-            moment_above_south_ghost0_z) - mul_add(c(-1.0093594897589384e-5),
-            gradient_x_south_west_y, c(1.2394283547934881e-5) * mul_add(-omega_south_west_x,
-            omega_south_west_x, south_west_part_2 * south_west_part_2));
+        let moment_load_south_west_z = moment_own_south_west_z + moment_above_south_ghost0_z;
         let reduced_south_west = torque_south_west + moment_load_south_west_x;
         let moment_left_south_west_y = mul_add(-moment_share_y_south_west, reduced_south_west,
             moment_load_south_west_y);
@@ -2535,16 +2540,10 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let moment_above_south_west_x = mul_add(c(-0.8660257562110547), across_south_west_2,
             -c(0.4999993895786978) * torque_south_west);
         // south_east
-        let moment_load_south_east_x = mul_add(c(-4.7358339509453106e-4), free_fall_south_east_z,
-            moment_above_south_x) - mul_add(c(-1.293994125217518e-5), gradient_z_south_east_x,
-            mul_add(c(3.338573836000013e-8), south_east_part_5,
-            south_east_part_5 * c(-1.6424267108073443e-5)));
-        let moment_load_south_east_y = moment_above_south_y - mul_add(c(3.338573836000013e-8),
-            gradient_x_south_east_z, south_east_part_5 * c(-1.293994125217518e-5));
-        let moment_load_south_east_z = mul_add(c(3.285114235562457e-3), sin_ground_east,
-            moment_above_south_z) - mul_add(c(-1.293994125217518e-5), mul_add(-omega_south_east_x,
-            omega_south_east_x, carried_south_east_y * carried_south_east_y),
-            -gradient_x_south_east_y * c(1.6424267108073443e-5));
+        let moment_load_south_east_x = moment_own_south_east_x + moment_above_south_x;
+        let moment_load_south_east_y = moment_above_south_y - mul_add(c(-1.293994125217518e-5),
+            south_east_part_5, gradient_x_south_east_z * c(3.338573836000013e-8));
+        let moment_load_south_east_z = moment_own_south_east_z + moment_above_south_z;
         let reduced_south_east = torque_south_east + moment_load_south_east_x;
         let moment_left_south_east_y = mul_add(-moment_share_y_south_east, reduced_south_east,
             moment_load_south_east_y);
@@ -3432,6 +3431,15 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism<S, N, C> for Sixbar<S>
     type Points = [[S; 3]; 1];
 }
 
+#[allow(
+    clippy::approx_constant,
+    clippy::excessive_precision,
+    clippy::too_many_arguments,
+    unused_mut,
+    unused_variables,
+    reason = "numbers of the drawing; not every function reads everything it is given"
+)]
+#[rustfmt::skip]
 impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S, N, C> for Sixbar<S> {
     type Lane = Sixbar<S::Number>;
     type Residual = [S; 9 * LOOPS];

@@ -20,7 +20,7 @@
 //   points: 21 operations: 10 add, 8 mul, 0 div, 3 sin_cos, 0 other
 //   energy: 72 operations: 27 add, 42 mul, 0 div, 3 sin_cos, 0 other
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
-//   reactions: 133 operations: 70 add, 60 mul, 0 div, 3 sin_cos, 0 other
+//   reactions: 134 operations: 71 add, 60 mul, 0 div, 3 sin_cos, 0 other
 //   tangent: 118 operations: 54 add, 61 mul, 0 div, 3 sin_cos, 0 other
 //   acceleration: 108 operations: 48 add, 53 mul, 2 div, 3 sin_cos, 2 other
 //   projection: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
@@ -173,29 +173,28 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
             (sin_elbow, cos_elbow),
             (sin_wrist, cos_wrist),
         ] = S::sin_cos_all([q[0], q[1], q[2]]);
-        // middle
-        let omega_middle_x = u[0] + u[1];
-        let omega_xx_middle = omega_middle_x * omega_middle_x;
-        // lower
-        let omega_lower_x = u[2] - omega_middle_x;
-        let omega_xx_lower = omega_lower_x * omega_lower_x;
         // upper
         let free_fall_upper_y = -sin_shoulder * c(9.81);
         let upper_part = cos_shoulder * c(9.81);
         // middle
+        let omega_middle_x = u[0] + u[1];
+        let omega_xx_middle = omega_middle_x * omega_middle_x;
         let fall_above_middle_y = mul_add(-u[0], u[0], free_fall_upper_y);
         let free_fall_middle_y = mul_add(-sin_elbow, upper_part, cos_elbow * fall_above_middle_y);
         let free_fall_middle_z = mul_add(-sin_elbow, fall_above_middle_y, -cos_elbow * upper_part);
+        let force_own_middle_y = -omega_xx_middle * c(1.4999836);
         // lower
+        let omega_lower_x = u[2] - omega_middle_x;
+        let omega_xx_lower = omega_lower_x * omega_lower_x;
         let fall_above_lower_y = free_fall_middle_y - omega_xx_middle;
         let free_fall_lower_z = mul_add(cos_wrist, free_fall_middle_z,
             sin_wrist * fall_above_lower_y);
-        let force_lower_y = omega_xx_lower * c(0.4999999999599003);
-        let moment_lower_x = free_fall_lower_z * c(0.4999999999599003);
-        let force_above_lower_z = sin_wrist * force_lower_y;
-        let moment_above_lower_x = -moment_lower_x - force_above_lower_z;
+        let force_own_lower_y = omega_xx_lower * c(0.4999999999599003);
+        let moment_own_lower_x = free_fall_lower_z * c(0.4999999999599003);
+        let force_above_lower_z = sin_wrist * force_own_lower_y;
+        let moment_above_lower_x = -moment_own_lower_x - force_above_lower_z;
         // middle
-        let force_middle_y = mul_add(-cos_wrist, force_lower_y, -omega_xx_middle * c(1.4999836));
+        let force_middle_y = mul_add(-cos_wrist, force_own_lower_y, force_own_middle_y);
         let moment_middle_x = mul_add(c(-1.4999836), free_fall_middle_z, moment_above_lower_x);
         let force_above_middle_z = mul_add(cos_elbow, force_above_lower_z,
             sin_elbow * force_middle_y);
@@ -245,7 +244,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         mass[8] = c(0.4166658393333334);
         forcing[0] = mul_add(c(-10.0), u[0], mul_add(c(-100.0), q[0], moment_upper_x));
         forcing[1] = mul_add(c(-10.0), u[1], mul_add(c(-100.0), q[1], moment_middle_x));
-        forcing[2] = mul_add(c(-10.0), u[2], mul_add(c(-100.0), q[2], moment_lower_x));
+        forcing[2] = mul_add(c(-10.0), u[2], mul_add(c(-100.0), q[2], moment_own_lower_x));
     }
     fn write_closure(&self, q: &[S], residual: &mut [S], jacobian: &mut [S]) {}
     fn write_poses(&self, q: &[S], out: &mut [S]) {
@@ -377,13 +376,13 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let v_lower_y = mul_add(cos_wrist, middle_part, sin_wrist * lower_part);
         let v_lower_z = mul_add(-sin_wrist, middle_part, cos_wrist * lower_part);
         // middle
-        let kinetic_middle = mul_add(middle_part_2, omega_middle_x * c(0.4999918),
-            mul_add(c(0.20832840604009972), omega_middle_x * omega_middle_x, mul_add(middle_part_2,
+        let kinetic_middle = mul_add(c(0.20832840604009972), omega_middle_x * omega_middle_x,
+            mul_add(middle_part_2, omega_middle_x * c(0.4999918), mul_add(middle_part_2,
             middle_part_2, middle_part * middle_part) * c(0.4999918)));
         // lower
-        let kinetic_lower = mul_add(v_lower_z, omega_lower_x * c(0.4999999999599003),
-            mul_add(c(0.2083329196666667), omega_lower_x * omega_lower_x, mul_add(v_lower_z,
-            v_lower_z, v_lower_y * v_lower_y) * c(0.4999959)));
+        let kinetic_lower = mul_add(c(0.2083329196666667), omega_lower_x * omega_lower_x,
+            mul_add(v_lower_z, omega_lower_x * c(0.4999999999599003), mul_add(v_lower_z, v_lower_z,
+            v_lower_y * v_lower_y) * c(0.4999959)));
         // middle
         let axis_y_middle_z = mul_add(cos_shoulder, sin_elbow, sin_shoulder * cos_elbow);
         let axis_z_middle_z = mul_add(-sin_shoulder, sin_elbow, cos_shoulder * cos_elbow);
@@ -421,66 +420,78 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         ] = S::sin_cos_all([q[0], q[1], q[2]]);
         // upper
         let omega_xx_upper = u[0] * u[0];
+        let free_fall_upper_y = -sin_shoulder * c(9.81);
         // middle
         let omega_middle_x = u[0] + u[1];
         let omega_xx_middle = omega_middle_x * omega_middle_x;
+        let fall_above_middle_y = free_fall_upper_y - omega_xx_upper;
         // lower
         let omega_lower_x = u[2] - omega_middle_x;
         let omega_xx_lower = omega_lower_x * omega_lower_x;
-        // upper
-        let free_fall_upper_y = -sin_shoulder * c(9.81);
         // middle
-        let fall_above_middle_y = free_fall_upper_y - omega_xx_upper;
         let alpha_moving_middle_x = a[0] + a[1];
-        // lower
-        let alpha_moving_lower_x = a[2] - alpha_moving_middle_x;
-        // middle
         let fall_above_middle_z = mul_add(c(-9.81), cos_shoulder, a[0]);
         let free_fall_middle_y = mul_add(cos_elbow, fall_above_middle_y,
             sin_elbow * fall_above_middle_z);
         let free_fall_middle_z = mul_add(-sin_elbow, fall_above_middle_y,
             cos_elbow * fall_above_middle_z);
         // lower
+        let alpha_moving_lower_x = a[2] - alpha_moving_middle_x;
         let fall_above_lower_y = free_fall_middle_y - omega_xx_middle;
         let fall_above_lower_z = alpha_moving_middle_x + free_fall_middle_z;
         let free_fall_lower_y = mul_add(-cos_wrist, fall_above_lower_y,
             sin_wrist * fall_above_lower_z);
         let free_fall_lower_z = mul_add(cos_wrist, fall_above_lower_z,
             sin_wrist * fall_above_lower_y);
-        let moment_moving_lower_x = mul_add(c(0.4999999999599003), free_fall_lower_z,
+        let moment_own_lower_x = mul_add(c(0.4999999999599003), free_fall_lower_z,
             -mul_add(c(0.08333250600000003), alpha_moving_lower_x,
             alpha_moving_lower_x * c(0.33333333333333337)));
-        let force_carried_lower_y = mul_add(c(0.9999918), free_fall_lower_y,
-            omega_xx_lower * c(0.4999999999599003));
-        let force_carried_lower_z = mul_add(c(-0.4999999999599003), alpha_moving_lower_x,
-            free_fall_lower_z * c(0.9999918));
-        let moment_carried_lower_y = mul_add(c(-0.24999999997995015), alpha_moving_lower_x,
-            free_fall_lower_z * c(0.4999959));
-        let moment_carried_lower_z = mul_add(c(-0.4999959), free_fall_lower_y,
-            -omega_xx_lower * c(0.24999999997995015));
-        let across_lower = mul_add(-sin_wrist, force_carried_lower_z,
-            cos_wrist * force_carried_lower_y);
-        let force_above_lower_z = mul_add(cos_wrist, force_carried_lower_z,
-            sin_wrist * force_carried_lower_y);
-        let across_lower_2 = mul_add(-sin_wrist, moment_carried_lower_z,
-            cos_wrist * moment_carried_lower_y);
-        let lower_part = -moment_moving_lower_x;
-        let moment_above_lower_x = lower_part - force_above_lower_z;
-        let moment_above_lower_z = mul_add(cos_wrist, moment_carried_lower_z,
-            sin_wrist * moment_carried_lower_y);
+        // upper
+        let force_own_upper_y = mul_add(c(-0.4999918000000001), omega_xx_upper,
+            sin_shoulder * c(-9.809839116000003));
+        let force_own_upper_z = mul_add(c(0.4999918000000001), a[0],
+            cos_shoulder * c(-9.809839116000003));
+        let upper_part = -cos_shoulder * c(-4.904919558000001);
+        let moment_own_upper_x = upper_part - mul_add(c(0.08333167866666671), a[0],
+            a[0] * c(0.33332513341353287));
+        let moment_own_upper_y = mul_add(c(-0.24999590000000005), a[0], upper_part);
+        let moment_own_upper_z = mul_add(c(-0.24999590000000005), omega_xx_upper,
+            sin_shoulder * c(-4.904919558000001));
         // middle
-        let force_carried_middle_y = mul_add(c(-0.4999918), omega_xx_middle,
-            free_fall_middle_y * c(0.9999836)) - across_lower;
-        let force_carried_middle_z = force_above_lower_z + mul_add(c(0.4999918),
-            alpha_moving_middle_x, free_fall_middle_z * c(0.9999836));
-        let middle_part = free_fall_middle_z * c(0.4999918);
-        let moment_carried_middle_x = moment_above_lower_x - middle_part
-            - mul_add(c(0.08333167866666666), alpha_moving_middle_x,
-            alpha_moving_middle_x * c(0.33332513341353276));
-        let moment_carried_middle_y = mul_add(c(-0.2499959), alpha_moving_middle_x, -middle_part)
-            - across_lower_2;
-        let moment_carried_middle_z = moment_above_lower_z + mul_add(c(-0.2499959), omega_xx_middle,
+        let force_own_middle_y = mul_add(c(-0.4999918), omega_xx_middle,
+            free_fall_middle_y * c(0.9999836));
+        let force_own_middle_z = mul_add(c(0.4999918), alpha_moving_middle_x,
+            free_fall_middle_z * c(0.9999836));
+        let middle_part = -free_fall_middle_z * c(0.4999918);
+        let moment_own_middle_x = middle_part - mul_add(c(0.08333167866666666),
+            alpha_moving_middle_x, alpha_moving_middle_x * c(0.33332513341353276));
+        let moment_own_middle_y = mul_add(c(-0.2499959), alpha_moving_middle_x, middle_part);
+        let moment_own_middle_z = mul_add(c(-0.2499959), omega_xx_middle,
             free_fall_middle_y * c(0.4999918));
+        // lower
+        let force_own_lower_y = mul_add(c(0.4999999999599003), omega_xx_lower,
+            free_fall_lower_y * c(0.9999918));
+        let force_own_lower_z = mul_add(c(-0.4999999999599003), alpha_moving_lower_x,
+            free_fall_lower_z * c(0.9999918));
+        let moment_own_lower_y = mul_add(c(-0.24999999997995015), alpha_moving_lower_x,
+            free_fall_lower_z * c(0.4999959));
+        let moment_own_lower_z = mul_add(c(-0.24999999997995015), omega_xx_lower,
+            -free_fall_lower_y * c(0.4999959));
+        let across_lower = mul_add(-sin_wrist, force_own_lower_z, cos_wrist * force_own_lower_y);
+        let force_above_lower_z = mul_add(cos_wrist, force_own_lower_z,
+            sin_wrist * force_own_lower_y);
+        let across_lower_2 = mul_add(-sin_wrist, moment_own_lower_z,
+            cos_wrist * moment_own_lower_y);
+        let lower_part = -moment_own_lower_x;
+        let moment_above_lower_x = lower_part - force_above_lower_z;
+        let moment_above_lower_z = mul_add(cos_wrist, moment_own_lower_z,
+            sin_wrist * moment_own_lower_y);
+        // middle
+        let force_carried_middle_y = force_own_middle_y - across_lower;
+        let force_carried_middle_z = force_own_middle_z + force_above_lower_z;
+        let moment_carried_middle_x = moment_own_middle_x + moment_above_lower_x;
+        let moment_carried_middle_y = moment_own_middle_y - across_lower_2;
+        let moment_carried_middle_z = moment_own_middle_z + moment_above_lower_z;
         let across_middle = mul_add(-sin_elbow, force_carried_middle_z,
             cos_elbow * force_carried_middle_y);
         let force_above_middle_z = mul_add(cos_elbow, force_carried_middle_z,
@@ -491,17 +502,11 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let moment_above_middle_z = mul_add(cos_elbow, moment_carried_middle_z,
             sin_elbow * moment_carried_middle_y);
         // upper
-        let force_carried_upper_y = across_middle + mul_add(c(-0.4999918000000001), omega_xx_upper,
-            sin_shoulder * c(-9.809839116000003));
-        let force_carried_upper_z = force_above_middle_z + mul_add(c(0.4999918000000001), a[0],
-            cos_shoulder * c(-9.809839116000003));
-        let upper_part = cos_shoulder * c(-4.904919558000001);
-        let moment_carried_upper_x = moment_above_middle_x - upper_part
-            - mul_add(c(0.08333167866666671), a[0], a[0] * c(0.33332513341353287));
-        let moment_carried_upper_y = mul_add(c(-0.24999590000000005), a[0], across_middle_2
-            - upper_part);
-        let moment_carried_upper_z = moment_above_middle_z + mul_add(c(-0.24999590000000005),
-            omega_xx_upper, sin_shoulder * c(-4.904919558000001));
+        let force_carried_upper_y = force_own_upper_y + across_middle;
+        let force_carried_upper_z = force_own_upper_z + force_above_middle_z;
+        let moment_carried_upper_x = moment_own_upper_x + moment_above_middle_x;
+        let moment_carried_upper_y = moment_own_upper_y + across_middle_2;
+        let moment_carried_upper_z = moment_own_upper_z + moment_above_middle_z;
         reactions[0] = c(0.0);
         reactions[1] = -force_carried_upper_y;
         reactions[2] = -force_carried_upper_z;
@@ -515,11 +520,11 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         reactions[10] = -moment_carried_middle_y;
         reactions[11] = -moment_carried_middle_z;
         reactions[12] = c(0.0);
-        reactions[13] = -force_carried_lower_y;
-        reactions[14] = -force_carried_lower_z;
+        reactions[13] = -force_own_lower_y;
+        reactions[14] = -force_own_lower_z;
         reactions[15] = lower_part;
-        reactions[16] = -(moment_carried_lower_y - force_carried_lower_z);
-        reactions[17] = -(force_carried_lower_y + moment_carried_lower_z);
+        reactions[16] = -(moment_own_lower_y - force_own_lower_z);
+        reactions[17] = -(force_own_lower_y + moment_own_lower_z);
     }
     fn write_tangent(
         &self,
@@ -558,33 +563,29 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         // upper
         let upper_part_2 = u[0] * du[0];
         let d_omega_xx_upper = upper_part_2 + upper_part_2;
+        let free_fall_upper_y = -sin_shoulder * c(9.81);
+        let d_free_fall_upper_y = -d_sin_shoulder * c(9.81);
+        let upper_part_3 = upper_part * c(-9.81);
         // middle
         let omega_middle_x = u[0] + u[1];
         let d_omega_middle_x = du[0] + du[1];
         let omega_xx_middle = omega_middle_x * omega_middle_x;
         let middle_part_2 = omega_middle_x * d_omega_middle_x;
         let d_omega_xx_middle = middle_part_2 + middle_part_2;
+        let fall_above_middle_y = mul_add(-u[0], u[0], free_fall_upper_y);
+        let d_fall_above_middle_y = d_free_fall_upper_y - d_omega_xx_upper;
+        let force_own_middle_y = -omega_xx_middle * c(1.4999836);
+        let d_force_own_middle_y = -d_omega_xx_middle * c(1.4999836);
         // lower
         let omega_lower_x = u[2] - omega_middle_x;
         let d_omega_lower_x = du[2] - d_omega_middle_x;
         let omega_xx_lower = omega_lower_x * omega_lower_x;
         let lower_part_2 = omega_lower_x * d_omega_lower_x;
         let d_omega_xx_lower = lower_part_2 + lower_part_2;
-        // upper
-        let free_fall_upper_y = -sin_shoulder * c(9.81);
-        let d_free_fall_upper_y = -d_sin_shoulder * c(9.81);
-        let upper_part_3 = upper_part * c(-9.81);
-        // middle
-        let fall_above_middle_y = mul_add(-u[0], u[0], free_fall_upper_y);
-        let d_fall_above_middle_y = d_free_fall_upper_y - d_omega_xx_upper;
-        // lower
-        let force_lower_y = omega_xx_lower * c(0.4999999999599003);
-        let d_force_lower_y = d_omega_xx_lower * c(0.4999999999599003);
+        let force_own_lower_y = omega_xx_lower * c(0.4999999999599003);
+        let d_force_own_lower_y = d_omega_xx_lower * c(0.4999999999599003);
         // middle
         let alpha_moving_middle_x = a[0] + a[1];
-        // lower
-        let alpha_moving_lower_x = a[2] - alpha_moving_middle_x;
-        // middle
         let fall_above_middle_z = mul_add(c(-9.81), cos_shoulder, a[0]);
         let free_fall_middle_y = mul_add(cos_elbow, fall_above_middle_y,
             sin_elbow * fall_above_middle_z);
@@ -597,6 +598,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
             -middle_part * fall_above_middle_z) - mul_add(sin_elbow, d_fall_above_middle_y,
             d_sin_elbow * fall_above_middle_y);
         // lower
+        let alpha_moving_lower_x = a[2] - alpha_moving_middle_x;
         let fall_above_lower_y = free_fall_middle_y - omega_xx_middle;
         let d_fall_above_lower_y = d_free_fall_middle_y - d_omega_xx_middle;
         let fall_above_lower_z = alpha_moving_middle_x + free_fall_middle_z;
@@ -604,17 +606,17 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
             d_sin_wrist * fall_above_lower_y) + mul_add(-lower_part, fall_above_lower_z,
             cos_wrist * d_free_fall_middle_z);
         let lower_part_3 = c(0.4999999999599003) * alpha_moving_lower_x;
-        let d_moment_moving_lower_x = c(0.4999999999599003) * d_free_fall_lower_z;
-        let across_lower = mul_add(cos_wrist, force_lower_y, sin_wrist * lower_part_3);
-        let d_across_lower = mul_add(d_sin_wrist, lower_part_3, mul_add(-lower_part, force_lower_y,
-            cos_wrist * d_force_lower_y));
-        let force_above_lower_z = mul_add(-cos_wrist, lower_part_3, sin_wrist * force_lower_y);
+        let d_moment_own_lower_x = c(0.4999999999599003) * d_free_fall_lower_z;
+        let across_lower = mul_add(cos_wrist, force_own_lower_y, sin_wrist * lower_part_3);
+        let d_across_lower = mul_add(d_sin_wrist, lower_part_3, mul_add(-lower_part,
+            force_own_lower_y, cos_wrist * d_force_own_lower_y));
+        let force_above_lower_z = mul_add(-cos_wrist, lower_part_3, sin_wrist * force_own_lower_y);
         let d_force_above_lower_z = mul_add(lower_part, lower_part_3, mul_add(sin_wrist,
-            d_force_lower_y, d_sin_wrist * force_lower_y));
-        let d_moment_above_lower_x = -d_moment_moving_lower_x - d_force_above_lower_z;
+            d_force_own_lower_y, d_sin_wrist * force_own_lower_y));
+        let d_moment_above_lower_x = -d_moment_own_lower_x - d_force_above_lower_z;
         // middle
-        let force_moving_middle_y = -omega_xx_middle * c(1.4999836) - across_lower;
-        let d_force_moving_middle_y = -d_omega_xx_middle * c(1.4999836) - d_across_lower;
+        let force_moving_middle_y = force_own_middle_y - across_lower;
+        let d_force_moving_middle_y = d_force_own_middle_y - d_across_lower;
         let force_moving_middle_z = mul_add(c(1.4999836), alpha_moving_middle_x,
             force_above_lower_z);
         let d_moment_moving_middle_x = mul_add(c(-1.4999836), d_free_fall_middle_z,
@@ -628,7 +630,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
             d_moment_above_middle_x);
         forces[0] = mul_add(c(-10.0), du[0], mul_add(c(-100.0), dq[0], d_moment_moving_upper_x));
         forces[1] = mul_add(c(-10.0), du[1], mul_add(c(-100.0), dq[1], d_moment_moving_middle_x));
-        forces[2] = mul_add(c(-10.0), du[2], mul_add(c(-100.0), dq[2], d_moment_moving_lower_x));
+        forces[2] = mul_add(c(-10.0), du[2], mul_add(c(-100.0), dq[2], d_moment_own_lower_x));
     }
 }
 
@@ -667,24 +669,23 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendu
             (sin_elbow, cos_elbow),
             (sin_wrist, cos_wrist),
         ] = S::sin_cos_all([q[0], q[1], q[2]]);
-        // middle
-        let omega_middle_x = u[0] + u[1];
-        let omega_xx_middle = omega_middle_x * omega_middle_x;
-        // lower
-        let omega_lower_x = u[2] - omega_middle_x;
-        let omega_xx_lower = omega_lower_x * omega_lower_x;
         // upper
         let free_fall_upper_y = -sin_shoulder * c(9.81);
         let upper_part = cos_shoulder * c(9.81);
         // middle
+        let omega_middle_x = u[0] + u[1];
+        let omega_xx_middle = omega_middle_x * omega_middle_x;
         let fall_above_middle_y = mul_add(-u[0], u[0], free_fall_upper_y);
         let free_fall_middle_y = mul_add(-sin_elbow, upper_part, cos_elbow * fall_above_middle_y);
         let free_fall_middle_z = mul_add(-sin_elbow, fall_above_middle_y, -cos_elbow * upper_part);
+        let force_own_middle_y = -omega_xx_middle * c(1.4999836);
         // lower
+        let omega_lower_x = u[2] - omega_middle_x;
+        let omega_xx_lower = omega_lower_x * omega_lower_x;
         let fall_above_lower_y = free_fall_middle_y - omega_xx_middle;
         let free_fall_lower_z = mul_add(cos_wrist, free_fall_middle_z,
             sin_wrist * fall_above_lower_y);
-        let force_lower_y = omega_xx_lower * c(0.4999999999599003);
+        let force_own_lower_y = omega_xx_lower * c(0.4999999999599003);
         let lower_part = sin_wrist * c(-0.600001191266126);
         let lower_part_2 = sin_wrist * lower_part;
         let lower_part_3 = cos_wrist * lower_part;
@@ -711,11 +712,11 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendu
         let torque_lower = mul_add(c(-10.0), u[2], -q[2] * c(100.0));
         let reduced_lower = mul_add(c(0.4999999999599003), free_fall_lower_z, torque_lower);
         let lower_part_4 = c(1.2000023826284916) * reduced_lower;
-        let across_lower = mul_add(cos_wrist, force_lower_y, sin_wrist * lower_part_4);
-        let force_above_lower_z = mul_add(-cos_wrist, lower_part_4, sin_wrist * force_lower_y);
+        let across_lower = mul_add(cos_wrist, force_own_lower_y, sin_wrist * lower_part_4);
+        let force_above_lower_z = mul_add(-cos_wrist, lower_part_4, sin_wrist * force_own_lower_y);
         let moment_above_lower_x = torque_lower - force_above_lower_z;
         // middle
-        let force_load_middle_y = -omega_xx_middle * c(1.4999836) - across_lower;
+        let force_load_middle_y = force_own_middle_y - across_lower;
         let moment_load_middle_x = mul_add(c(-1.4999836), free_fall_middle_z, moment_above_lower_x);
         let reduced_middle = torque_middle + moment_load_middle_x;
         let force_left_middle_y = mul_add(middle_part, reduced_middle, force_load_middle_y);
@@ -771,6 +772,15 @@ for TriplePendulum<S> {
     type Points = [[S; 3]; 1];
 }
 
+#[allow(
+    clippy::approx_constant,
+    clippy::excessive_precision,
+    clippy::too_many_arguments,
+    unused_mut,
+    unused_variables,
+    reason = "numbers of the drawing; not every function reads everything it is given"
+)]
+#[rustfmt::skip]
 impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S, N, C> for TriplePendulum<S> {
     type Lane = TriplePendulum<S::Number>;
     type Residual = [S; 9 * LOOPS];

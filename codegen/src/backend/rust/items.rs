@@ -459,7 +459,9 @@ fn batch(program: &Program, choice: ScalarChoice, fields: &FieldNames) -> TokenS
     };
     let parameters = of_lane(quote!(self.params), &fields.parameters);
     let inputs = of_lane(quote!(self.inputs), &fields.inputs);
+    let allowances = allowances();
     quote! {
+        #allowances
         impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S, N, C> for #model<S> {
             type Lane = #model<S::Number>;
             type Residual = [S; 9 * LOOPS];
