@@ -24,9 +24,8 @@
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   reactions: 216 operations: 110 add, 102 mul, 0 div, 4 sin_cos, 0 other
 //   tangent: 154 operations: 63 add, 87 mul, 0 div, 4 sin_cos, 0 other
-//   acceleration: 214 operations: 80 add, 121 mul, 6 div, 4 sin_cos, 3 other
-//   projection: 247 operations: 97 add, 137 mul, 6 div, 4 sin_cos, 3 other
-//   misfit: 82 operations: 41 add, 37 mul, 0 div, 4 sin_cos, 0 other
+//   acceleration: 214 operations: 83 add, 118 mul, 6 div, 4 sin_cos, 3 other
+//   projection: 230 operations: 94 add, 123 mul, 6 div, 4 sin_cos, 3 other
 
 /// Coordinates: one angle per joint.
 pub const N: usize = 4;
@@ -222,78 +221,66 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let force_own_coupler_ghost0_y = omega_xx_coupler_ghost0 * c(9.272985481377836e-6);
         let moment_own_coupler_ghost0_x = free_fall_coupler_ghost0_z * c(9.272985481377836e-6);
         let force_above_coupler_ghost0_z = sin_coupler_rocker * force_own_coupler_ghost0_y;
-        let moment_above_coupler_ghost0_x = mul_add(c(0.5135738999999999),
-            force_above_coupler_ghost0_z, moment_own_coupler_ghost0_x);
-        // coupler
-        let force_above_coupler_z = sin_coupler_crank * force_own_coupler_y;
-        let moment_above_coupler_x = mul_add(c(0.534813), force_above_coupler_z,
-            moment_own_coupler_x);
-        // rocker
-        let moment_rocker_x = mul_add(c(-2.954834596588329e-3), cos_rocker_hinge,
-            moment_above_coupler_ghost0_x);
-        // crank
-        let moment_crank_x = mul_add(c(-3.1463985397908126e-3), cos_crank_hinge,
-            moment_above_coupler_x);
-        // coupler_ghost0
-        let moment_above_coupler_ghost0_x_2 = mul_add(c(4.762363318314592e-6), cos_coupler_rocker,
-            c(1.8705126833160895e-6));
-        let twist_coupler_ghost0 = sin_coupler_rocker * c(1.8693978815435932e-6);
-        let bend_coupler_ghost0 = sin_coupler_rocker * twist_coupler_ghost0;
-        let turned_yy_coupler_ghost0 = c(1.8699552824298414e-6) - bend_coupler_ghost0;
-        // coupler
-        let moment_above_coupler_x_2 = mul_add(c(2.3287950568424175e-5), cos_coupler_crank,
-            c(8.629932323103514e-6));
-        let twist_coupler = sin_coupler_crank * c(8.62881752133102e-6);
-        let bend_coupler = sin_coupler_crank * twist_coupler;
-        let turned_yy_coupler = c(8.629374922217267e-6) - bend_coupler;
-        // rocker
-        let second_moment_yy_rocker = turned_yy_coupler_ghost0 + mul_add(c(9.524726636629184e-6),
-            cos_coupler_rocker, c(1.2658444136407854e-4));
-        let second_moment_zz_rocker = bend_coupler_ghost0 + c(1.884337033746822e-9);
-        let mass_rocker_hinge_rocker_hinge = second_moment_yy_rocker + second_moment_zz_rocker;
-        // crank
-        let second_moment_yy_crank = turned_yy_coupler + mul_add(c(4.657590113684835e-5),
-            cos_coupler_crank, c(1.3979188999897226e-4));
-        let second_moment_zz_crank = bend_coupler + c(1.939425689995694e-9);
-        let mass_crank_hinge_crank_hinge = second_moment_yy_crank + second_moment_zz_crank;
+        // loop 0
+        let gamma0_0 = a_coupler_ghost0_y + mul_add(c(0.12797789999999998), omega_xx_coupler,
+            -a_coupler_y);
         // coupler
         let v_coupler_y_by_crank_hinge = sin_coupler_crank * c(0.534813);
         // coupler_ghost0
         let v_coupler_ghost0_y_by_rocker_hinge = sin_coupler_rocker * c(0.5135738999999999);
-        // loop 0
-        let gamma0_0 = a_coupler_ghost0_y - mul_add(c(-0.12797789999999998), omega_xx_coupler,
-            a_coupler_y);
         // coupler
         let v_coupler_z_by_crank_hinge = cos_coupler_crank * c(0.534813);
-        // loop 0
-        let closure0_1_crank_hinge = c(-0.12797789999999998) - v_coupler_z_by_crank_hinge;
         // coupler_ghost0
         let v_coupler_ghost0_z_by_rocker_hinge = cos_coupler_rocker * c(0.5135738999999999);
+        // coupler
+        let force_above_coupler_z = sin_coupler_crank * force_own_coupler_y;
+        // coupler_ghost0
+        let moment_above_coupler_ghost0_x = mul_add(c(4.762363318314592e-6), cos_coupler_rocker,
+            c(1.8705126833160895e-6));
+        let twist_coupler_ghost0 = sin_coupler_rocker * c(1.8693978815435932e-6);
+        let bend_coupler_ghost0 = sin_coupler_rocker * twist_coupler_ghost0;
+        // rocker
+        let mass_rocker_hinge_rocker_hinge = mul_add(c(9.524726636629184e-6), cos_coupler_rocker,
+            c(1.884337033746822e-9) + (c(1.8699552824298414e-6) + c(1.2658444136407854e-4)))
+            + (bend_coupler_ghost0 - bend_coupler_ghost0);
+        // coupler
+        let moment_above_coupler_x = mul_add(c(2.3287950568424175e-5), cos_coupler_crank,
+            c(8.629932323103514e-6));
+        let twist_coupler = sin_coupler_crank * c(8.62881752133102e-6);
+        let bend_coupler = sin_coupler_crank * twist_coupler;
+        // crank
+        let mass_crank_hinge_crank_hinge = mul_add(c(4.657590113684835e-5), cos_coupler_crank,
+            c(1.939425689995694e-9) + (c(8.629374922217267e-6) + c(1.3979188999897226e-4)))
+            + (bend_coupler - bend_coupler);
         // loop 0
+        let closure0_1_crank_hinge = c(-0.12797789999999998) - v_coupler_z_by_crank_hinge;
         let gamma0_1 = mul_add(-sin_coupler_crank, coupler_part,
             sin_coupler_rocker * coupler_ghost0_part);
         let closure0_2_crank_hinge = -v_coupler_z_by_crank_hinge - c(0.5430958883848717);
-        let closure0_2_rocker_hinge = v_coupler_ghost0_z_by_rocker_hinge + c(0.4151179883848717);
+        let closure0_2_rocker_hinge = c(0.4151179883848717) + v_coupler_ghost0_z_by_rocker_hinge;
         mass[0] = mass_crank_hinge_crank_hinge;
         mass[1] = c(0.0);
-        mass[2] = moment_above_coupler_x_2;
+        mass[2] = moment_above_coupler_x;
         mass[3] = c(0.0);
         mass[4] = c(0.0);
         mass[5] = mass_rocker_hinge_rocker_hinge;
         mass[6] = c(0.0);
-        mass[7] = moment_above_coupler_ghost0_x_2;
-        mass[8] = moment_above_coupler_x_2;
+        mass[7] = moment_above_coupler_ghost0_x;
+        mass[8] = moment_above_coupler_x;
         mass[9] = c(0.0);
         mass[10] = c(8.629932323103514e-6);
         mass[11] = c(0.0);
         mass[12] = c(0.0);
-        mass[13] = moment_above_coupler_ghost0_x_2;
+        mass[13] = moment_above_coupler_ghost0_x;
         mass[14] = c(0.0);
         mass[15] = c(1.8705126833160895e-6);
-        forcing[0] = mul_add(c(-0.1), u[0], mul_add(c(-10.0), q[0], moment_crank_x));
-        forcing[1] = mul_add(c(-0.1), u[1], mul_add(c(-10.0), q[1], moment_rocker_x));
-        forcing[2] = mul_add(c(-0.1), u[2], mul_add(c(-10.0), q[2], moment_own_coupler_x));
-        forcing[3] = mul_add(c(-0.1), u[3], mul_add(c(-10.0), q[3], moment_own_coupler_ghost0_x));
+        forcing[0] = mul_add(c(0.534813), force_above_coupler_z, mul_add(c(-3.1463985397908126e-3),
+            cos_crank_hinge, -mul_add(c(0.1), u[0], q[0] * c(10.0)))) + moment_own_coupler_x;
+        forcing[1] = mul_add(c(0.5135738999999999), force_above_coupler_ghost0_z,
+            mul_add(c(-2.954834596588329e-3), cos_rocker_hinge, -mul_add(c(0.1), u[1],
+            q[1] * c(10.0)))) + moment_own_coupler_ghost0_x;
+        forcing[2] = moment_own_coupler_x - mul_add(c(0.1), u[2], q[2] * c(10.0));
+        forcing[3] = moment_own_coupler_ghost0_x - mul_add(c(0.1), u[3], q[3] * c(10.0));
         jacobian[0] = -v_coupler_y_by_crank_hinge;
         jacobian[1] = v_coupler_ghost0_y_by_rocker_hinge;
         jacobian[2] = c(0.0);
@@ -341,20 +328,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let origin_coupler_ghost0_x = mul_add(c(0.5135738999999999), cos_rocker_hinge,
             c(-0.1645431));
         let origin_coupler_ghost0_z = mul_add(c(0.5135738999999999), sin_rocker_hinge, c(2.5e-3));
+        // rocker
+        let arm0_0_rocker_x = c(0.1645431) + origin_coupler_ghost0_x;
+        let arm0_0_rocker_z = origin_coupler_ghost0_z - c(2.5e-3);
         // coupler
         let coupler_part_3 = axis_y_coupler_x * c(0.12797789999999998);
         let point0_original_coupler_x = origin_coupler_x + coupler_part_3;
         let coupler_part_4 = axis_y_coupler_z * c(0.12797789999999998);
         let point0_original_coupler_z = origin_coupler_z + coupler_part_4;
-        // rocker
-        let arm0_0_rocker_x = c(0.1645431) + origin_coupler_ghost0_x;
-        let arm0_0_rocker_z = origin_coupler_ghost0_z - c(2.5e-3);
-        // coupler
-        let arm0_0_coupler_x = point0_original_coupler_x - origin_coupler_x;
-        let arm0_0_coupler_z = point0_original_coupler_z - origin_coupler_z;
-        // crank
-        let arm0_0_crank_x = c(0.3137601) + point0_original_coupler_x;
-        let arm0_0_crank_z = point0_original_coupler_z - c(2.5e-3);
         // coupler_ghost0
         let point1_ghost_coupler_ghost0_x = mul_add(c(0.4151179883848717), axis_y_coupler_ghost0_x,
             origin_coupler_ghost0_x);
@@ -365,6 +346,21 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
             origin_coupler_x);
         let point1_original_coupler_z = mul_add(c(0.5430958883848717), axis_y_coupler_z,
             origin_coupler_z);
+        // coupler_ghost0
+        let point2_ghost_coupler_ghost0_x = mul_add(c(0.41511798838487174), axis_z_coupler_ghost0_x,
+            origin_coupler_ghost0_x);
+        let point2_ghost_coupler_ghost0_z = mul_add(c(0.41511798838487174), axis_y_coupler_ghost0_x,
+            origin_coupler_ghost0_z);
+        // coupler
+        let point2_original_coupler_x = mul_add(c(0.41511798838487174), axis_z_coupler_x,
+            origin_coupler_x + coupler_part_3);
+        let point2_original_coupler_z = mul_add(c(0.41511798838487174), axis_y_coupler_x,
+            origin_coupler_z + coupler_part_4);
+        let arm0_0_coupler_x = point0_original_coupler_x - origin_coupler_x;
+        let arm0_0_coupler_z = point0_original_coupler_z - origin_coupler_z;
+        // crank
+        let arm0_0_crank_x = c(0.3137601) + point0_original_coupler_x;
+        let arm0_0_crank_z = point0_original_coupler_z - c(2.5e-3);
         // coupler_ghost0
         let arm0_1_coupler_ghost0_x = point1_ghost_coupler_ghost0_x - origin_coupler_ghost0_x;
         let arm0_1_coupler_ghost0_z = point1_ghost_coupler_ghost0_z - origin_coupler_ghost0_z;
@@ -377,16 +373,6 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         // crank
         let arm0_1_crank_x = c(0.3137601) + point1_original_coupler_x;
         let arm0_1_crank_z = point1_original_coupler_z - c(2.5e-3);
-        // coupler_ghost0
-        let point2_ghost_coupler_ghost0_x = mul_add(c(0.41511798838487174), axis_z_coupler_ghost0_x,
-            origin_coupler_ghost0_x);
-        let point2_ghost_coupler_ghost0_z = mul_add(c(0.41511798838487174), axis_y_coupler_ghost0_x,
-            origin_coupler_ghost0_z);
-        // coupler
-        let point2_original_coupler_x = origin_coupler_x + mul_add(c(0.41511798838487174),
-            axis_z_coupler_x, coupler_part_3);
-        let point2_original_coupler_z = origin_coupler_z + mul_add(c(0.41511798838487174),
-            axis_y_coupler_x, coupler_part_4);
         // coupler_ghost0
         let arm0_2_coupler_ghost0_x = point2_ghost_coupler_ghost0_x - origin_coupler_ghost0_x;
         let arm0_2_coupler_ghost0_z = point2_ghost_coupler_ghost0_z - origin_coupler_ghost0_z;
@@ -462,8 +448,6 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let coupler_part_2 = cos_crank_hinge * sin_coupler_crank;
         let axis_y_coupler_z = coupler_part + coupler_part_2;
         let axis_z_coupler_x = -coupler_part - coupler_part_2;
-        let origin_coupler_x = mul_add(c(0.534813), cos_crank_hinge, c(-0.3137601));
-        let origin_coupler_z = mul_add(c(0.534813), sin_crank_hinge, c(2.5e-3));
         poses[0] = c(1.0);
         poses[1] = c(0.0);
         poses[2] = c(0.0);
@@ -485,11 +469,11 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         poses[18] = sin_crank_hinge;
         poses[19] = c(0.0);
         poses[20] = cos_crank_hinge;
-        poses[21] = mul_add(c(0.3137601), cos_crank_hinge, sin_crank_hinge * c(2.5e-3))
-            - c(0.3137601);
+        poses[21] = mul_add(c(0.3137601), cos_crank_hinge, mul_add(c(2.5e-3), sin_crank_hinge,
+            c(-0.3137601)));
         poses[22] = c(0.0);
-        poses[23] = c(2.5e-3) + mul_add(c(-2.5e-3), cos_crank_hinge,
-            sin_crank_hinge * c(0.3137601));
+        poses[23] = mul_add(c(-2.5e-3), cos_crank_hinge, mul_add(c(0.3137601), sin_crank_hinge,
+            c(2.5e-3)));
         poses[24] = cos_rocker_hinge;
         poses[25] = c(0.0);
         poses[26] = -sin_rocker_hinge;
@@ -499,11 +483,11 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         poses[30] = sin_rocker_hinge;
         poses[31] = c(0.0);
         poses[32] = cos_rocker_hinge;
-        poses[33] = mul_add(c(0.1645431), cos_rocker_hinge, sin_rocker_hinge * c(2.5e-3))
-            - c(0.1645431);
+        poses[33] = mul_add(c(0.1645431), cos_rocker_hinge, mul_add(c(2.5e-3), sin_rocker_hinge,
+            c(-0.1645431)));
         poses[34] = c(0.0);
-        poses[35] = c(2.5e-3) + mul_add(c(-2.5e-3), cos_rocker_hinge,
-            sin_rocker_hinge * c(0.1645431));
+        poses[35] = mul_add(c(-2.5e-3), cos_rocker_hinge, mul_add(c(0.1645431), sin_rocker_hinge,
+            c(2.5e-3)));
         poses[36] = axis_y_coupler_x;
         poses[37] = c(0.0);
         poses[38] = axis_z_coupler_x;
@@ -513,11 +497,11 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         poses[42] = axis_y_coupler_z;
         poses[43] = c(0.0);
         poses[44] = axis_y_coupler_x;
-        poses[45] = mul_add(c(-0.2210529), axis_y_coupler_x, mul_add(c(-2.5e-3), axis_z_coupler_x,
-            origin_coupler_x));
+        poses[45] = mul_add(c(-2.5e-3), axis_z_coupler_x, mul_add(c(-0.2210529), axis_y_coupler_x,
+            mul_add(c(0.534813), cos_crank_hinge, c(-0.3137601))));
         poses[46] = c(0.0);
         poses[47] = mul_add(c(-0.2210529), axis_y_coupler_z, mul_add(c(-2.5e-3), axis_y_coupler_x,
-            origin_coupler_z));
+            mul_add(c(0.534813), sin_crank_hinge, c(2.5e-3))));
     }
     fn write_points(&self, q: &[S], out: &mut [S]) {
         let c = S::from_f64;
@@ -533,11 +517,11 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
             cos_crank_hinge * cos_coupler_crank);
         let axis_y_coupler_z = mul_add(cos_crank_hinge, sin_coupler_crank,
             sin_crank_hinge * cos_coupler_crank);
-        let origin_coupler_x = mul_add(c(0.534813), cos_crank_hinge, c(-0.3137601));
-        let origin_coupler_z = mul_add(c(0.534813), sin_crank_hinge, c(2.5e-3));
-        points[0] = mul_add(c(0.1389471), axis_y_coupler_x, origin_coupler_x);
+        points[0] = mul_add(c(0.1389471), axis_y_coupler_x, mul_add(c(0.534813), cos_crank_hinge,
+            c(-0.3137601)));
         points[1] = c(-0.247);
-        points[2] = mul_add(c(0.1389471), axis_y_coupler_z, origin_coupler_z);
+        points[2] = mul_add(c(0.1389471), axis_y_coupler_z, mul_add(c(0.534813), sin_crank_hinge,
+            c(2.5e-3)));
     }
     fn energy(&self, t: S, q: &[S], u: &[S]) -> ::lamc_runtime::Energy<S> {
         let c = S::from_f64;
@@ -566,16 +550,6 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let v_coupler_ghost0_y = sin_coupler_rocker * coupler_ghost0_part;
         let v_coupler_ghost0_z = cos_coupler_rocker * coupler_ghost0_part;
         // coupler
-        let kinetic_coupler = mul_add(c(4.314966161551757e-6), omega_coupler_x * omega_coupler_x,
-            mul_add(v_coupler_z, omega_coupler_x * c(4.3544099654316885e-5), mul_add(v_coupler_z,
-            v_coupler_z, v_coupler_y * v_coupler_y) * c(1.338946574875e-4)));
-        // coupler_ghost0
-        let kinetic_coupler_ghost0 = mul_add(c(9.352563416580447e-7),
-            omega_coupler_ghost0_x * omega_coupler_ghost0_x, mul_add(v_coupler_ghost0_z,
-            omega_coupler_ghost0_x * c(9.272985481377836e-6),
-            c(1.338946574875e-4) * mul_add(v_coupler_ghost0_z, v_coupler_ghost0_z,
-            v_coupler_ghost0_y * v_coupler_ghost0_y)));
-        // coupler
         let axis_y_coupler_z = mul_add(cos_crank_hinge, sin_coupler_crank,
             sin_crank_hinge * cos_coupler_crank);
         let origin_coupler_z = mul_add(c(0.534813), sin_crank_hinge, c(2.5e-3));
@@ -584,17 +558,25 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
             sin_rocker_hinge * cos_coupler_rocker);
         let origin_coupler_ghost0_z = mul_add(c(0.5135738999999999), sin_rocker_hinge, c(2.5e-3));
         // the whole mechanism
-        let part = mul_add(c(9.81), mul_add(c(4.3544099654316885e-5), axis_y_coupler_z,
-            origin_coupler_z * c(2.67789314975e-4)), mul_add(c(9.81),
-            mul_add(c(1.63676778025815e-4), sin_rocker_hinge, c(1.593506625e-6)),
-            mul_add(c(1.7751658919535306e-4), sin_crank_hinge,
-            c(1.6596130125000005e-6)) * c(9.81)));
-        let part_2 = mul_add(c(5.0), q[1] * q[1], mul_add(c(5.0), q[0] * q[0], mul_add(c(9.81),
-            mul_add(c(9.272985481377836e-6), axis_y_coupler_ghost0_z,
-            c(2.67789314975e-4) * origin_coupler_ghost0_z), part)));
-        kinetic[0] = kinetic_coupler_ghost0 + (kinetic_coupler + mul_add(c(2.7977076894404418e-5),
-            u[1] * u[1], u[0] * u[0] * c(3.1599423972382714e-5)));
-        potential[0] = mul_add(c(5.0), q[3] * q[3], mul_add(c(5.0), q[2] * q[2], part_2));
+        let part = mul_add(c(2.7977076894404418e-5), u[1] * u[1],
+            u[0] * u[0] * c(3.1599423972382714e-5)) + mul_add(c(9.352563416580447e-7),
+            omega_coupler_ghost0_x * omega_coupler_ghost0_x,
+            omega_coupler_x * omega_coupler_x * c(4.314966161551757e-6));
+        let part_2 = mul_add(v_coupler_ghost0_z, omega_coupler_ghost0_x * c(9.272985481377836e-6),
+            mul_add(v_coupler_z, omega_coupler_x * c(4.3544099654316885e-5), part))
+            + mul_add(c(1.338946574875e-4), mul_add(v_coupler_ghost0_z, v_coupler_ghost0_z,
+            v_coupler_ghost0_y * v_coupler_ghost0_y), mul_add(v_coupler_z, v_coupler_z,
+            v_coupler_y * v_coupler_y) * c(1.338946574875e-4));
+        let part_3 = mul_add(c(5.0), q[1] * q[1], q[0] * q[0] * c(5.0)) + mul_add(c(5.0),
+            q[3] * q[3], c(5.0) * (q[2] * q[2]));
+        let part_4 = mul_add(c(9.81), mul_add(c(1.63676778025815e-4), sin_rocker_hinge,
+            c(1.593506625e-6)), mul_add(c(9.81), mul_add(c(1.7751658919535306e-4), sin_crank_hinge,
+            c(1.6596130125000005e-6)), part_3)) + mul_add(c(9.81), mul_add(c(9.272985481377836e-6),
+            axis_y_coupler_ghost0_z, c(2.67789314975e-4) * origin_coupler_ghost0_z),
+            c(9.81) * mul_add(c(4.3544099654316885e-5), axis_y_coupler_z,
+            origin_coupler_z * c(2.67789314975e-4)));
+        kinetic[0] = part_2;
+        potential[0] = part_4;
         ::lamc_runtime::Energy {
             kinetic: kinetic[0],
             potential: potential[0],
@@ -619,23 +601,34 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         // crank
         let omega_xx_crank = u[0] * u[0];
         let free_fall_crank_z = -cos_crank_hinge * c(9.81);
-        // rocker
-        let omega_xx_rocker = u[1] * u[1];
-        let free_fall_rocker_z = -cos_rocker_hinge * c(9.81);
         // coupler
         let omega_coupler_x = u[0] + u[2];
         let omega_xx_coupler = omega_coupler_x * omega_coupler_x;
         let fall_above_coupler_y = mul_add(c(-9.81), sin_crank_hinge, omega_xx_crank * c(0.534813));
+        // rocker
+        let omega_xx_rocker = u[1] * u[1];
+        let free_fall_rocker_z = -cos_rocker_hinge * c(9.81);
         // coupler_ghost0
         let omega_coupler_ghost0_x = u[1] + u[3];
         let omega_xx_coupler_ghost0 = omega_coupler_ghost0_x * omega_coupler_ghost0_x;
         let fall_above_coupler_ghost0_y = mul_add(c(-9.81), sin_rocker_hinge,
             omega_xx_rocker * c(0.5135738999999999));
+        let force_closing_coupler_ghost0_z = lambda[1] + lambda[2];
+        let moment_closing_coupler_ghost0_x = lambda[2] * c(0.4151179883848717);
+        let force_above_coupler_ghost0_z = mul_add(cos_coupler_rocker,
+            force_closing_coupler_ghost0_z, sin_coupler_rocker * lambda[0]);
         // coupler
+        let force_closing_coupler_z = -lambda[1] - lambda[2];
+        let moment_closing_coupler_x = mul_add(c(-0.5430958883848717), lambda[2],
+            -lambda[1] * c(0.12797789999999998));
+        let moment_closing_coupler_y = mul_add(c(-0.25), lambda[2], -lambda[1] * c(0.25));
+        let moment_closing_coupler_z = lambda[0] * c(0.25);
+        let force_above_coupler_z = mul_add(-sin_coupler_crank, lambda[0],
+            cos_coupler_crank * force_closing_coupler_z);
         let alpha_moving_coupler_x = a[0] + a[2];
         let fall_above_coupler_z = mul_add(c(-0.534813), a[0], free_fall_crank_z);
-        let free_fall_coupler_y = mul_add(cos_coupler_crank, fall_above_coupler_y,
-            sin_coupler_crank * fall_above_coupler_z);
+        let free_fall_coupler_y = mul_add(sin_coupler_crank, fall_above_coupler_z,
+            cos_coupler_crank * fall_above_coupler_y);
         let free_fall_coupler_z = mul_add(-sin_coupler_crank, fall_above_coupler_y,
             cos_coupler_crank * fall_above_coupler_z);
         let moment_own_coupler_x = mul_add(c(4.3544099654316885e-5), free_fall_coupler_z,
@@ -644,134 +637,96 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         // coupler_ghost0
         let alpha_moving_coupler_ghost0_x = a[1] + a[3];
         let fall_above_coupler_ghost0_z = mul_add(c(-0.5135738999999999), a[1], free_fall_rocker_z);
-        let free_fall_coupler_ghost0_y = mul_add(cos_coupler_rocker, fall_above_coupler_ghost0_y,
-            sin_coupler_rocker * fall_above_coupler_ghost0_z);
+        let free_fall_coupler_ghost0_y = mul_add(sin_coupler_rocker, fall_above_coupler_ghost0_z,
+            cos_coupler_rocker * fall_above_coupler_ghost0_y);
         let free_fall_coupler_ghost0_z = mul_add(-sin_coupler_rocker, fall_above_coupler_ghost0_y,
             cos_coupler_rocker * fall_above_coupler_ghost0_z);
         let moment_own_coupler_ghost0_x = mul_add(c(9.272985481377836e-6),
             free_fall_coupler_ghost0_z, -mul_add(c(1.8699552824298414e-6),
             alpha_moving_coupler_ghost0_x,
             c(5.57400886248129e-10) * alpha_moving_coupler_ghost0_x));
-        // crank
-        let force_own_crank_y = mul_add(c(1.7751658919535306e-4), omega_xx_crank,
-            sin_crank_hinge * c(-6.512321461050003e-3));
-        let force_own_crank_z = mul_add(c(-1.7751658919535306e-4), a[0],
-            cos_crank_hinge * c(-6.512321461050003e-3));
-        let moment_own_crank_x = mul_add(c(-1.7414377400064135e-3), cos_crank_hinge,
-            -mul_add(c(1.382024803747565e-9), a[0], a[0] * c(6.319746591996168e-5)));
-        let moment_own_crank_y = mul_add(c(8.172943896653371e-4), cos_crank_hinge,
-            a[0] * c(2.2278278689040052e-5));
-        let moment_own_crank_z = mul_add(c(2.2278278689040052e-5), omega_xx_crank,
-            sin_crank_hinge * c(-8.172943896653371e-4));
-        // rocker
-        let force_own_rocker_y = mul_add(c(1.63676778025815e-4), omega_xx_rocker,
-            sin_rocker_hinge * c(-6.252919996500001e-3));
-        let force_own_rocker_z = mul_add(c(-1.63676778025815e-4), a[1],
-            cos_rocker_hinge * c(-6.252919996500001e-3));
-        let moment_own_rocker_x = mul_add(c(-1.6056691924332452e-3), cos_rocker_hinge,
-            -mul_add(c(1.326936147498693e-9), a[1], a[1] * c(5.595282685266134e-5)));
-        let moment_own_rocker_y = mul_add(c(7.784866636882511e-4), cos_rocker_hinge,
-            a[1] * c(2.037770976118056e-5));
-        let moment_own_rocker_z = mul_add(c(2.037770976118056e-5), omega_xx_rocker,
-            sin_rocker_hinge * c(-7.784866636882511e-4));
         // coupler
-        let force_own_coupler_y = mul_add(c(4.3544099654316885e-5), omega_xx_coupler,
-            free_fall_coupler_y * c(2.67789314975e-4));
+        let force_own_coupler_y = mul_add(c(2.67789314975e-4), free_fall_coupler_y,
+            omega_xx_coupler * c(4.3544099654316885e-5));
         let force_own_coupler_z = mul_add(c(-4.3544099654316885e-5), alpha_moving_coupler_x,
             free_fall_coupler_z * c(2.67789314975e-4));
         let moment_own_coupler_y = mul_add(c(-9.998041607397091e-6), free_fall_coupler_z,
             alpha_moving_coupler_x * c(6.477762980113233e-7));
-        let moment_own_coupler_z = mul_add(c(6.477762980113233e-7), omega_xx_coupler,
-            free_fall_coupler_y * c(9.998041607397091e-6));
+        let moment_own_coupler_z = mul_add(c(9.998041607397091e-6), free_fall_coupler_y,
+            omega_xx_coupler * c(6.477762980113233e-7));
         // coupler_ghost0
-        let force_own_coupler_ghost0_y = mul_add(c(9.272985481377836e-6), omega_xx_coupler_ghost0,
-            free_fall_coupler_ghost0_y * c(2.67789314975e-4));
+        let force_own_coupler_ghost0_y = mul_add(c(2.67789314975e-4), free_fall_coupler_ghost0_y,
+            omega_xx_coupler_ghost0 * c(9.272985481377836e-6));
         let force_own_coupler_ghost0_z = mul_add(c(-9.272985481377836e-6),
             alpha_moving_coupler_ghost0_x, free_fall_coupler_ghost0_z * c(2.67789314975e-4));
         let moment_own_coupler_ghost0_y = mul_add(c(-7.69453703511471e-5),
             free_fall_coupler_ghost0_z, alpha_moving_coupler_ghost0_x * c(1.6864942993284786e-6));
-        let moment_own_coupler_ghost0_z = mul_add(c(1.6864942993284786e-6), omega_xx_coupler_ghost0,
-            free_fall_coupler_ghost0_y * c(7.69453703511471e-5));
-        let across_coupler_ghost0 = mul_add(-sin_coupler_rocker, force_own_coupler_ghost0_z,
-            cos_coupler_rocker * force_own_coupler_ghost0_y);
-        let force_above_coupler_ghost0_z = mul_add(cos_coupler_rocker, force_own_coupler_ghost0_z,
+        let moment_own_coupler_ghost0_z = mul_add(c(7.69453703511471e-5),
+            free_fall_coupler_ghost0_y, omega_xx_coupler_ghost0 * c(1.6864942993284786e-6));
+        let force_above_coupler_ghost0_z_2 = mul_add(cos_coupler_rocker, force_own_coupler_ghost0_z,
             sin_coupler_rocker * force_own_coupler_ghost0_y);
-        let across_coupler_ghost0_2 = mul_add(-sin_coupler_rocker, moment_own_coupler_ghost0_z,
-            cos_coupler_rocker * moment_own_coupler_ghost0_y);
-        let moment_above_coupler_ghost0_x = mul_add(c(0.5135738999999999),
-            force_above_coupler_ghost0_z, moment_own_coupler_ghost0_x);
-        let moment_above_coupler_ghost0_z = mul_add(cos_coupler_rocker, moment_own_coupler_ghost0_z,
-            sin_coupler_rocker * moment_own_coupler_ghost0_y);
-        // coupler
-        let across_coupler = mul_add(-sin_coupler_crank, force_own_coupler_z,
-            cos_coupler_crank * force_own_coupler_y);
-        let force_above_coupler_z = mul_add(cos_coupler_crank, force_own_coupler_z,
-            sin_coupler_crank * force_own_coupler_y);
-        let across_coupler_2 = mul_add(-sin_coupler_crank, moment_own_coupler_z,
-            cos_coupler_crank * moment_own_coupler_y);
-        let moment_above_coupler_x = mul_add(c(0.534813), force_above_coupler_z,
-            moment_own_coupler_x);
-        let moment_above_coupler_z = mul_add(cos_coupler_crank, moment_own_coupler_z,
-            sin_coupler_crank * moment_own_coupler_y);
         // rocker
-        let force_carried_rocker_y = force_own_rocker_y + across_coupler_ghost0;
-        let force_carried_rocker_z = force_own_rocker_z + force_above_coupler_ghost0_z;
-        let moment_carried_rocker_x = moment_own_rocker_x + moment_above_coupler_ghost0_x;
-        let moment_carried_rocker_y = moment_own_rocker_y + across_coupler_ghost0_2;
-        let moment_carried_rocker_z = moment_own_rocker_z + moment_above_coupler_ghost0_z;
-        // crank
-        let force_carried_crank_y = force_own_crank_y + across_coupler;
-        let force_carried_crank_z = force_own_crank_z + force_above_coupler_z;
-        let moment_carried_crank_x = moment_own_crank_x + moment_above_coupler_x;
-        let moment_carried_crank_y = moment_own_crank_y + across_coupler_2;
-        let moment_carried_crank_z = moment_own_crank_z + moment_above_coupler_z;
-        // coupler_ghost0
-        let force_closing_coupler_ghost0_z = lambda[1] + lambda[2];
-        let moment_closing_coupler_ghost0_x = lambda[2] * c(0.4151179883848717);
-        let across_coupler_ghost0_3 = mul_add(-sin_coupler_rocker, force_closing_coupler_ghost0_z,
-            cos_coupler_rocker * lambda[0]);
-        let force_above_coupler_ghost0_z_2 = mul_add(cos_coupler_rocker,
-            force_closing_coupler_ghost0_z, sin_coupler_rocker * lambda[0]);
-        let moment_above_coupler_ghost0_x_2 = mul_add(c(0.5135738999999999),
-            force_above_coupler_ghost0_z_2, moment_closing_coupler_ghost0_x);
+        let moment_carried_rocker_y = mul_add(cos_coupler_rocker, moment_own_coupler_ghost0_y,
+            mul_add(-sin_coupler_rocker, moment_own_coupler_ghost0_z,
+            mul_add(c(7.784866636882511e-4), cos_rocker_hinge, a[1] * c(2.037770976118056e-5))));
+        let moment_carried_rocker_z = mul_add(cos_coupler_rocker, moment_own_coupler_ghost0_z,
+            mul_add(sin_coupler_rocker, moment_own_coupler_ghost0_y,
+            mul_add(c(-7.784866636882511e-4), sin_rocker_hinge,
+            omega_xx_rocker * c(2.037770976118056e-5))));
         // coupler
-        let force_closing_coupler_z = -lambda[1] - lambda[2];
-        let moment_closing_coupler_x = mul_add(c(-0.5430958883848717), lambda[2],
-            -lambda[1] * c(0.12797789999999998));
-        let moment_closing_coupler_y = mul_add(c(-0.25), lambda[2], -lambda[1] * c(0.25));
-        let moment_closing_coupler_z = lambda[0] * c(0.25);
-        let across_coupler_3 = mul_add(-cos_coupler_crank, lambda[0],
-            -sin_coupler_crank * force_closing_coupler_z);
-        let force_above_coupler_z_2 = mul_add(-sin_coupler_crank, lambda[0],
-            cos_coupler_crank * force_closing_coupler_z);
-        let across_coupler_4 = mul_add(-sin_coupler_crank, moment_closing_coupler_z,
-            cos_coupler_crank * moment_closing_coupler_y);
-        let moment_above_coupler_x_2 = mul_add(c(0.534813), force_above_coupler_z_2,
-            moment_closing_coupler_x);
-        let moment_above_coupler_z_2 = mul_add(cos_coupler_crank, moment_closing_coupler_z,
-            sin_coupler_crank * moment_closing_coupler_y);
+        let force_above_coupler_z_2 = mul_add(cos_coupler_crank, force_own_coupler_z,
+            sin_coupler_crank * force_own_coupler_y);
+        // the whole mechanism
+        let part = mul_add(cos_coupler_crank, force_own_coupler_y, mul_add(-sin_coupler_crank,
+            force_own_coupler_z, mul_add(c(-6.512321461050003e-3), sin_crank_hinge,
+            omega_xx_crank * c(1.7751658919535306e-4)) + mul_add(-cos_coupler_crank, lambda[0],
+            -sin_coupler_crank * force_closing_coupler_z)));
+        let part_2 = mul_add(c(0.534813), force_above_coupler_z_2, mul_add(c(0.534813),
+            force_above_coupler_z, mul_add(c(-1.7414377400064135e-3), cos_crank_hinge,
+            moment_closing_coupler_x - mul_add(c(1.382024803747565e-9), a[0],
+            a[0] * c(6.319746591996168e-5)))) + moment_own_coupler_x);
+        let part_3 = mul_add(cos_coupler_crank, moment_own_coupler_y, mul_add(-sin_coupler_crank,
+            moment_own_coupler_z, mul_add(c(8.172943896653371e-4), cos_crank_hinge,
+            a[0] * c(2.2278278689040052e-5)) + mul_add(-sin_coupler_crank, moment_closing_coupler_z,
+            cos_coupler_crank * moment_closing_coupler_y)));
+        let part_4 = mul_add(cos_coupler_crank, moment_own_coupler_z, mul_add(sin_coupler_crank,
+            moment_own_coupler_y, mul_add(c(-8.172943896653371e-4), sin_crank_hinge,
+            omega_xx_crank * c(2.2278278689040052e-5)) + mul_add(cos_coupler_crank,
+            moment_closing_coupler_z, sin_coupler_crank * moment_closing_coupler_y)));
+        let part_5 = mul_add(cos_coupler_rocker, force_own_coupler_ghost0_y,
+            mul_add(-sin_coupler_rocker, force_own_coupler_ghost0_z,
+            mul_add(c(-6.252919996500001e-3), sin_rocker_hinge,
+            omega_xx_rocker * c(1.63676778025815e-4)) + mul_add(-sin_coupler_rocker,
+            force_closing_coupler_ghost0_z, cos_coupler_rocker * lambda[0])));
+        let part_6 = mul_add(c(0.5135738999999999), force_above_coupler_ghost0_z_2,
+            mul_add(c(0.5135738999999999), force_above_coupler_ghost0_z,
+            mul_add(c(-1.6056691924332452e-3), cos_rocker_hinge, moment_closing_coupler_ghost0_x
+            - mul_add(c(1.326936147498693e-9), a[1], a[1] * c(5.595282685266134e-5))))
+            + moment_own_coupler_ghost0_x);
         reactions[0] = c(0.0);
-        reactions[1] = -(force_carried_crank_y + across_coupler_3);
-        reactions[2] = -(force_carried_crank_z + force_above_coupler_z_2);
-        reactions[3] = -(moment_carried_crank_x + moment_above_coupler_x_2);
-        reactions[4] = -(moment_carried_crank_y + across_coupler_4);
-        reactions[5] = -(moment_carried_crank_z + moment_above_coupler_z_2);
+        reactions[1] = -part;
+        reactions[2] = -(force_above_coupler_z + mul_add(c(-1.7751658919535306e-4), a[0],
+            cos_crank_hinge * c(-6.512321461050003e-3)) + force_above_coupler_z_2);
+        reactions[3] = -part_2;
+        reactions[4] = -part_3;
+        reactions[5] = -part_4;
         reactions[6] = c(0.0);
-        reactions[7] = -(force_carried_rocker_y + across_coupler_ghost0_3);
-        reactions[8] = -(force_carried_rocker_z + force_above_coupler_ghost0_z_2);
-        reactions[9] = -(moment_carried_rocker_x + moment_above_coupler_ghost0_x_2);
+        reactions[7] = -part_5;
+        reactions[8] = -(force_above_coupler_ghost0_z + mul_add(c(-1.63676778025815e-4), a[1],
+            cos_rocker_hinge * c(-6.252919996500001e-3)) + force_above_coupler_ghost0_z_2);
+        reactions[9] = -part_6;
         reactions[10] = -moment_carried_rocker_y;
         reactions[11] = -moment_carried_rocker_z;
         reactions[12] = c(0.0);
         reactions[13] = -(force_own_coupler_y - lambda[0]);
-        reactions[14] = -(force_own_coupler_z + force_closing_coupler_z);
-        reactions[15] = -(moment_own_coupler_x + moment_closing_coupler_x);
-        reactions[16] = -(moment_own_coupler_y + moment_closing_coupler_y);
-        reactions[17] = -(moment_own_coupler_z + moment_closing_coupler_z);
+        reactions[14] = -(force_closing_coupler_z + force_own_coupler_z);
+        reactions[15] = -(moment_closing_coupler_x + moment_own_coupler_x);
+        reactions[16] = -(moment_closing_coupler_y + moment_own_coupler_y);
+        reactions[17] = -(moment_closing_coupler_z + moment_own_coupler_z);
         reactions[18] = c(0.0);
-        reactions[19] = -(force_own_coupler_ghost0_y + lambda[0]);
-        reactions[20] = -(force_own_coupler_ghost0_z + force_closing_coupler_ghost0_z);
-        reactions[21] = -(moment_own_coupler_ghost0_x + moment_closing_coupler_ghost0_x);
+        reactions[19] = -(lambda[0] + force_own_coupler_ghost0_y);
+        reactions[20] = -(force_closing_coupler_ghost0_z + force_own_coupler_ghost0_z);
+        reactions[21] = -(moment_closing_coupler_ghost0_x + moment_own_coupler_ghost0_x);
         reactions[22] = -moment_own_coupler_ghost0_y;
         reactions[23] = -moment_own_coupler_ghost0_z;
     }
@@ -819,11 +774,6 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let crank_part_2 = u[0] * du[0];
         let d_omega_xx_crank = crank_part_2 + crank_part_2;
         let free_fall_crank_z = -cos_crank_hinge * c(9.81);
-        // rocker
-        let omega_xx_rocker = u[1] * u[1];
-        let rocker_part_2 = u[1] * du[1];
-        let d_omega_xx_rocker = rocker_part_2 + rocker_part_2;
-        let free_fall_rocker_z = -cos_rocker_hinge * c(9.81);
         // coupler
         let omega_coupler_x = u[0] + u[2];
         let d_omega_coupler_x = du[0] + du[2];
@@ -836,6 +786,11 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let d_fall_above_coupler_y = mul_add(c(-9.81), d_sin_crank_hinge, coupler_part_3);
         let force_own_coupler_y = omega_xx_coupler * c(4.3544099654316885e-5);
         let d_force_own_coupler_y = d_omega_xx_coupler * c(4.3544099654316885e-5);
+        // rocker
+        let omega_xx_rocker = u[1] * u[1];
+        let rocker_part_2 = u[1] * du[1];
+        let d_omega_xx_rocker = rocker_part_2 + rocker_part_2;
+        let free_fall_rocker_z = -cos_rocker_hinge * c(9.81);
         // coupler_ghost0
         let omega_coupler_ghost0_x = u[1] + u[3];
         let d_omega_coupler_ghost0_x = du[1] + du[3];
@@ -850,68 +805,56 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
             coupler_ghost0_part_3);
         let force_own_coupler_ghost0_y = omega_xx_coupler_ghost0 * c(9.272985481377836e-6);
         let d_force_own_coupler_ghost0_y = d_omega_xx_coupler_ghost0 * c(9.272985481377836e-6);
-        // coupler
-        let alpha_moving_coupler_x = a[0] + a[2];
-        let d_a_moving_coupler_y = mul_add(a[0], d_sin_coupler_crank * c(0.534813),
-            mul_add(-cos_coupler_crank, coupler_part_3, coupler_part * coupler_part_2));
-        let d_a_moving_coupler_z = mul_add(a[0], coupler_part * c(-0.534813),
-            -mul_add(-sin_coupler_crank, coupler_part_3, -d_sin_coupler_crank * coupler_part_2));
-        let fall_above_coupler_z = mul_add(c(-0.534813), a[0], free_fall_crank_z);
-        let d_free_fall_coupler_z = mul_add(-cos_coupler_crank, crank_part * c(-9.81),
-            -coupler_part * fall_above_coupler_z) - mul_add(sin_coupler_crank,
-            d_fall_above_coupler_y, d_sin_coupler_crank * fall_above_coupler_y);
-        let d_moment_own_coupler_x = c(4.3544099654316885e-5) * d_free_fall_coupler_z;
-        // coupler_ghost0
-        let alpha_moving_coupler_ghost0_x = a[1] + a[3];
-        let d_a_moving_coupler_ghost0_y = mul_add(a[1],
-            d_sin_coupler_rocker * c(0.5135738999999999), mul_add(-cos_coupler_rocker,
-            coupler_ghost0_part_3, coupler_ghost0_part * coupler_ghost0_part_2));
-        let d_a_moving_coupler_ghost0_z = mul_add(a[1],
-            coupler_ghost0_part * c(-0.5135738999999999), -mul_add(-sin_coupler_rocker,
-            coupler_ghost0_part_3, -d_sin_coupler_rocker * coupler_ghost0_part_2));
-        let fall_above_coupler_ghost0_z = mul_add(c(-0.5135738999999999), a[1], free_fall_rocker_z);
-        let d_free_fall_coupler_ghost0_z = mul_add(-cos_coupler_rocker, rocker_part * c(-9.81),
-            -coupler_ghost0_part * fall_above_coupler_ghost0_z) - mul_add(sin_coupler_rocker,
-            d_fall_above_coupler_ghost0_y, d_sin_coupler_rocker * fall_above_coupler_ghost0_y);
-        let d_moment_own_coupler_ghost0_x = c(9.272985481377836e-6) * d_free_fall_coupler_ghost0_z;
-        let d_force_above_coupler_ghost0_z = mul_add(coupler_ghost0_part,
-            c(9.272985481377836e-6) * alpha_moving_coupler_ghost0_x, mul_add(sin_coupler_rocker,
-            d_force_own_coupler_ghost0_y, d_sin_coupler_rocker * force_own_coupler_ghost0_y));
-        let d_moment_above_coupler_ghost0_x = mul_add(c(0.5135738999999999),
-            d_force_above_coupler_ghost0_z, d_moment_own_coupler_ghost0_x);
-        // coupler
-        let d_force_above_coupler_z = mul_add(coupler_part,
-            c(4.3544099654316885e-5) * alpha_moving_coupler_x, mul_add(sin_coupler_crank,
-            d_force_own_coupler_y, d_sin_coupler_crank * force_own_coupler_y));
-        let d_moment_above_coupler_x = mul_add(c(0.534813), d_force_above_coupler_z,
-            d_moment_own_coupler_x);
-        // rocker
-        let d_moment_moving_rocker_x = mul_add(c(2.954834596588329e-3), rocker_part,
-            d_moment_above_coupler_ghost0_x);
-        // crank
-        let d_moment_moving_crank_x = mul_add(c(3.1463985397908126e-3), crank_part,
-            d_moment_above_coupler_x);
-        // coupler_ghost0
         let force_closing_coupler_ghost0_z = lambda[1] + lambda[2];
-        let d_force_above_coupler_ghost0_z_2 = mul_add(-coupler_ghost0_part,
+        let d_force_above_coupler_ghost0_z = mul_add(-coupler_ghost0_part,
             force_closing_coupler_ghost0_z, d_sin_coupler_rocker * lambda[0]);
         // coupler
         let force_closing_coupler_z = -lambda[1] - lambda[2];
-        let d_force_above_coupler_z_2 = mul_add(-d_sin_coupler_crank, lambda[0],
+        let d_force_above_coupler_z = mul_add(-d_sin_coupler_crank, lambda[0],
             -coupler_part * force_closing_coupler_z);
+        let alpha_moving_coupler_x = a[0] + a[2];
+        let fall_above_coupler_z = mul_add(c(-0.534813), a[0], free_fall_crank_z);
+        let d_free_fall_coupler_z = mul_add(-sin_coupler_crank, d_fall_above_coupler_y,
+            -coupler_part * fall_above_coupler_z) - mul_add(cos_coupler_crank,
+            crank_part * c(-9.81), d_sin_coupler_crank * fall_above_coupler_y);
+        let d_moment_own_coupler_x = c(4.3544099654316885e-5) * d_free_fall_coupler_z;
+        // coupler_ghost0
+        let alpha_moving_coupler_ghost0_x = a[1] + a[3];
+        let fall_above_coupler_ghost0_z = mul_add(c(-0.5135738999999999), a[1], free_fall_rocker_z);
+        let d_free_fall_coupler_ghost0_z = mul_add(-sin_coupler_rocker,
+            d_fall_above_coupler_ghost0_y, -coupler_ghost0_part * fall_above_coupler_ghost0_z)
+            - mul_add(cos_coupler_rocker, rocker_part * c(-9.81),
+            d_sin_coupler_rocker * fall_above_coupler_ghost0_y);
+        let d_moment_own_coupler_ghost0_x = c(9.272985481377836e-6) * d_free_fall_coupler_ghost0_z;
+        let d_force_above_coupler_ghost0_z_2 = mul_add(coupler_ghost0_part,
+            c(9.272985481377836e-6) * alpha_moving_coupler_ghost0_x, mul_add(d_sin_coupler_rocker,
+            force_own_coupler_ghost0_y, sin_coupler_rocker * d_force_own_coupler_ghost0_y));
+        // coupler
+        let d_force_above_coupler_z_2 = mul_add(coupler_part,
+            c(4.3544099654316885e-5) * alpha_moving_coupler_x, mul_add(d_sin_coupler_crank,
+            force_own_coupler_y, sin_coupler_crank * d_force_own_coupler_y));
         // the whole mechanism
-        let part = d_a_moving_coupler_ghost0_z - d_a_moving_coupler_z;
-        forces[0] = mul_add(c(0.534813), d_force_above_coupler_z_2, mul_add(c(-0.1), du[0],
-            mul_add(c(-10.0), dq[0], d_moment_moving_crank_x)));
+        let part = mul_add(-a[0], d_sin_coupler_crank * c(0.534813),
+            a[1] * (d_sin_coupler_rocker * c(0.5135738999999999))) + (mul_add(coupler_ghost0_part,
+            coupler_ghost0_part_2, mul_add(cos_coupler_crank, coupler_part_3,
+            d_omega_xx_coupler * c(0.12797789999999998))) - mul_add(coupler_part, coupler_part_2,
+            cos_coupler_rocker * coupler_ghost0_part_3));
+        let part_2 = mul_add(a[1], coupler_ghost0_part * c(-0.5135738999999999),
+            mul_add(-sin_coupler_crank, coupler_part_3, sin_coupler_rocker * coupler_ghost0_part_3)
+            + -d_sin_coupler_crank * coupler_part_2) - mul_add(a[0], coupler_part * c(-0.534813),
+            -d_sin_coupler_rocker * coupler_ghost0_part_2);
+        forces[0] = mul_add(c(0.534813), d_force_above_coupler_z_2, mul_add(c(0.534813),
+            d_force_above_coupler_z, mul_add(c(3.1463985397908126e-3), crank_part, -mul_add(c(0.1),
+            du[0], dq[0] * c(10.0))))) + d_moment_own_coupler_x;
         forces[1] = mul_add(c(0.5135738999999999), d_force_above_coupler_ghost0_z_2,
-            mul_add(c(-0.1), du[1], mul_add(c(-10.0), dq[1], d_moment_moving_rocker_x)));
-        forces[2] = mul_add(c(-0.1), du[2], mul_add(c(-10.0), dq[2], d_moment_own_coupler_x));
-        forces[3] = mul_add(c(-0.1), du[3], mul_add(c(-10.0), dq[3],
-            d_moment_own_coupler_ghost0_x));
-        closure[0] = d_a_moving_coupler_ghost0_y - mul_add(c(-0.12797789999999998),
-            d_omega_xx_coupler, d_a_moving_coupler_y);
-        closure[1] = part;
-        closure[2] = part;
+            mul_add(c(0.5135738999999999), d_force_above_coupler_ghost0_z,
+            mul_add(c(2.954834596588329e-3), rocker_part, -mul_add(c(0.1), du[1],
+            dq[1] * c(10.0))))) + d_moment_own_coupler_ghost0_x;
+        forces[2] = d_moment_own_coupler_x - mul_add(c(0.1), du[2], dq[2] * c(10.0));
+        forces[3] = d_moment_own_coupler_ghost0_x - mul_add(c(0.1), du[3], dq[3] * c(10.0));
+        closure[0] = part;
+        closure[1] = part_2;
+        closure[2] = part_2;
     }
 }
 
@@ -973,77 +916,74 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let free_fall_coupler_ghost0_z = mul_add(-sin_coupler_rocker, fall_above_coupler_ghost0_y,
             -cos_coupler_rocker * (cos_rocker_hinge * c(9.81)));
         let force_own_coupler_ghost0_y = omega_xx_coupler_ghost0 * c(9.272985481377836e-6);
+        let force_above_coupler_ghost0_z = sin_coupler_rocker * force_own_coupler_ghost0_y;
+        // coupler
+        let force_above_coupler_z = sin_coupler_crank * force_own_coupler_y;
+        // coupler_ghost0
         let v_coupler_ghost0_y_by_rocker_hinge = sin_coupler_rocker * c(0.5135738999999999);
-        // loop 0
-        let gamma0_0 = a_coupler_ghost0_y - mul_add(c(-0.12797789999999998), omega_xx_coupler,
-            a_coupler_y);
-        // coupler_ghost0
         let v_coupler_ghost0_z_by_rocker_hinge = cos_coupler_rocker * c(0.5135738999999999);
-        // loop 0
-        let gamma0_1 = mul_add(-sin_coupler_crank, coupler_part,
-            sin_coupler_rocker * coupler_ghost0_part);
+        // coupler
+        let coupler_part_2 = sin_coupler_crank * c(0.534813);
+        let coupler_part_3 = cos_coupler_crank * c(0.534813);
+        // crank
+        let moment_load_crank_x = mul_add(c(0.34534952273865976), cos_coupler_crank,
+            -coupler_part_3);
+        // rocker
+        let moment_load_rocker_x = mul_add(c(-1.0568988375699675), cos_coupler_rocker,
+            v_coupler_ghost0_z_by_rocker_hinge);
+        // crank
+        let moment_load_crank_x_2 = mul_add(c(1.4655491757174004), cos_coupler_crank,
+            -coupler_part_3);
         // coupler_ghost0
+        let moment_above_coupler_ghost0_x = cos_coupler_rocker * c(2.5460203295022628);
         let mass_zz_coupler_ghost0 = mul_add(-sin_coupler_rocker,
             sin_coupler_rocker * c(-4.5970423245354375e-5), c(-4.5970423245354375e-5));
         // coupler
+        let moment_above_coupler_x = cos_coupler_crank * c(2.6985090608508173);
         let mass_zz_coupler = mul_add(-sin_coupler_crank,
             sin_coupler_crank * c(-2.1971071657526098e-4), c(-2.1971071657526098e-4));
-        // rocker
-        let inertia_xx_rocker = mul_add(c(0.2637581507612099), mass_zz_coupler_ghost0,
-            c(1.2658576830022603e-4));
-        let inverse_pivot_rocker = c(1.0) / inertia_xx_rocker;
         // crank
         let inertia_xx_crank = mul_add(c(0.286024944969), mass_zz_coupler, c(1.39793272023776e-4));
         let inverse_pivot_crank = c(1.0) / inertia_xx_crank;
-        let torque_crank = mul_add(c(-0.1), u[0], -q[0] * c(10.0));
-        // rocker
-        let torque_rocker = mul_add(c(-0.1), u[1], -q[1] * c(10.0));
         // coupler
         let torque_coupler = mul_add(c(-0.1), u[2], -q[2] * c(10.0));
         // coupler_ghost0
         let torque_coupler_ghost0 = mul_add(c(-0.1), u[3], -q[3] * c(10.0));
         let reduced_coupler_ghost0 = mul_add(c(9.272985481377836e-6), free_fall_coupler_ghost0_z,
             torque_coupler_ghost0);
-        let force_above_coupler_ghost0_z = mul_add(-cos_coupler_rocker,
-            c(4.957456618224297) * reduced_coupler_ghost0,
-            sin_coupler_rocker * force_own_coupler_ghost0_y);
-        let moment_above_coupler_ghost0_x = mul_add(c(0.5135738999999999),
-            force_above_coupler_ghost0_z, -torque_coupler_ghost0);
+        // rocker
+        let reduced_rocker = mul_add(-moment_above_coupler_ghost0_x, reduced_coupler_ghost0,
+            mul_add(c(0.5135738999999999), force_above_coupler_ghost0_z,
+            mul_add(c(-2.954834596588329e-3), cos_rocker_hinge, mul_add(c(-0.1), u[1],
+            -q[1] * c(10.0)) - torque_coupler_ghost0)));
+        // loop 0
+        let gamma0_1 = mul_add(-sin_coupler_crank, coupler_part,
+            sin_coupler_rocker * coupler_ghost0_part);
         // coupler
         let reduced_coupler = mul_add(c(4.3544099654316885e-5), free_fall_coupler_z,
             torque_coupler);
-        let force_above_coupler_z = mul_add(-cos_coupler_crank,
-            c(5.045705809041324) * reduced_coupler, sin_coupler_crank * force_own_coupler_y);
-        let moment_above_coupler_x = mul_add(c(0.534813), force_above_coupler_z, -torque_coupler);
-        // rocker
-        let moment_load_rocker_x = mul_add(c(-2.954834596588329e-3), cos_rocker_hinge,
-            moment_above_coupler_ghost0_x);
-        let reduced_rocker = torque_rocker + moment_load_rocker_x;
         // crank
-        let moment_load_crank_x = mul_add(c(-3.1463985397908126e-3), cos_crank_hinge,
-            moment_above_coupler_x);
-        let reduced_crank = torque_crank + moment_load_crank_x;
-        // coupler
-        let coupler_part_2 = sin_coupler_crank * c(0.534813);
-        let moment_above_coupler_x_2 = cos_coupler_crank * c(-0.18946347726134025);
-        // coupler_ghost0
-        let moment_above_coupler_ghost0_x_2 = cos_coupler_rocker * c(-0.5433249375699676);
-        // coupler
-        let moment_above_coupler_x_3 = cos_coupler_crank * c(0.9307361757174004);
+        let reduced_crank = mul_add(-moment_above_coupler_x, reduced_coupler, mul_add(c(0.534813),
+            force_above_coupler_z, mul_add(c(-3.1463985397908126e-3), cos_crank_hinge,
+            mul_add(c(-0.1), u[0], -q[0] * c(10.0)) - torque_coupler)));
+        // rocker
+        let inertia_xx_rocker = mul_add(c(0.2637581507612099), mass_zz_coupler_ghost0,
+            c(1.2658576830022603e-4));
+        let inverse_pivot_rocker = c(1.0) / inertia_xx_rocker;
         // the whole mechanism
         let part = inverse_pivot_crank * coupler_part_2;
         let part_2 = v_coupler_ghost0_y_by_rocker_hinge * inverse_pivot_rocker;
-        let part_3 = inverse_pivot_crank * moment_above_coupler_x_2;
+        let part_3 = inverse_pivot_crank * moment_load_crank_x;
         let part_4 = v_coupler_ghost0_z_by_rocker_hinge * inverse_pivot_rocker;
-        let part_5 = inverse_pivot_crank * moment_above_coupler_x_3;
-        let part_6 = inverse_pivot_rocker * moment_above_coupler_ghost0_x_2;
+        let part_5 = inverse_pivot_crank * moment_load_crank_x_2;
+        let part_6 = inverse_pivot_rocker * moment_load_rocker_x;
         let part_7 = mul_add(v_coupler_ghost0_y_by_rocker_hinge, part_2, coupler_part_2 * part);
         let part_8 = mul_add(-coupler_part_2, part_3, v_coupler_ghost0_y_by_rocker_hinge * part_4);
         let part_9 = mul_add(v_coupler_ghost0_z_by_rocker_hinge, part_4,
-            moment_above_coupler_x_2 * part_3) + c(1897.8529929560304);
+            mul_add(moment_load_crank_x, part_3, c(1897.8529929560304)));
         let part_10 = mul_add(-coupler_part_2, part_5, v_coupler_ghost0_y_by_rocker_hinge * part_6);
-        let part_11 = mul_add(moment_above_coupler_ghost0_x_2, part_6,
-            moment_above_coupler_x_3 * part_5) + c(34177.92086166457) + c(92126.04962143546);
+        let part_11 = mul_add(moment_load_rocker_x, part_6, mul_add(moment_load_crank_x_2, part_5,
+            c(34177.92086166457) + c(92126.04962143546)));
         let part_12 = c(1.0) / (part_11 + (part_7 + part_9));
         let part_13 = part_12 * c(2.0);
         let part_14 = c(1.0) / part_7;
@@ -1051,38 +991,33 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let part_16 = mul_add(-part_8, part_15, part_9);
         let part_17 = part_10 * part_14;
         let part_18 = mul_add(-part_8, part_17, mul_add(v_coupler_ghost0_z_by_rocker_hinge, part_6,
-            moment_above_coupler_x_2 * part_5) + c(8053.860527742237));
+            mul_add(moment_load_crank_x, part_5, c(8053.860527742237))));
         let part_19 = c(1.0) / part_16;
         let part_20 = part_18 * part_19;
         let part_21 = mul_add(-part_18, part_20, mul_add(-part_10, part_17, part_11));
-        let part_22 = gamma0_0 + mul_add(-reduced_crank, part, reduced_rocker * part_2);
-        let part_23 = mul_add(part_15, part_22, -(gamma0_1 + mul_add(c(-14829.536919702783),
-            reduced_coupler, mul_add(reduced_rocker, part_4, reduced_crank * part_3))));
-        let part_24 = mul_add(-part_20, part_23, mul_add(part_17, part_22, -(gamma0_1
-            + mul_add(c(221927.38498246408), reduced_coupler_ghost0, mul_add(c(-62931.65091583967),
-            reduced_coupler, mul_add(reduced_rocker, part_6, reduced_crank * part_5))))));
+        let part_22 = mul_add(reduced_rocker, part_2, mul_add(-reduced_crank, part,
+            a_coupler_ghost0_y + mul_add(c(0.12797789999999998), omega_xx_coupler, -a_coupler_y)));
+        let part_23 = mul_add(part_15, part_22, -mul_add(reduced_rocker, part_4,
+            mul_add(reduced_crank, part_3, mul_add(c(-14829.536919702783), reduced_coupler,
+            gamma0_1))));
+        let part_24 = mul_add(-part_20, part_23, mul_add(part_17, part_22, -mul_add(reduced_rocker,
+            part_6, mul_add(reduced_crank, part_5, mul_add(c(221927.38498246408),
+            reduced_coupler_ghost0, mul_add(c(-62931.65091583967), reduced_coupler, gamma0_1))))));
         let part_25 = c(1.0) / part_21 * part_24;
         let part_26 = mul_add(-part_20, part_25, part_19 * part_23);
         let part_27 = mul_add(-part_15, part_26, mul_add(-part_17, part_25, -part_14 * part_22));
-        let part_28 = mul_add(inverse_pivot_crank, reduced_crank, mul_add(part_5, part_25,
-            mul_add(-part, part_27, part_3 * part_26)));
-        let part_29 = mul_add(inverse_pivot_rocker, reduced_rocker, mul_add(part_6, part_25,
-            mul_add(part_4, part_26, part_2 * part_27)));
-        // coupler
-        let gain_above_coupler_z = c(0.534813) * part_28;
-        let gain_coupler_z = cos_coupler_crank * gain_above_coupler_z;
-        let along_hinge_coupler = mul_add(c(-5.045705809041324), gain_coupler_z,
-            mul_add(c(115875.76386003198), reduced_coupler, mul_add(c(-62931.65091583967), part_25,
-            c(-14829.536919702783) * part_26)));
-        // coupler_ghost0
-        let gain_above_coupler_ghost0_z = c(0.5135738999999999) * part_29;
-        let gain_coupler_ghost0_z = cos_coupler_rocker * gain_above_coupler_ghost0_z;
-        let along_hinge_coupler_ghost0 = mul_add(c(-4.957456618224297), gain_coupler_ghost0_z,
-            mul_add(c(221927.38498246408), part_25, c(534612.7876701569) * reduced_coupler_ghost0));
+        let part_28 = mul_add(-part, part_27, mul_add(part_3, part_26, mul_add(part_5, part_25,
+            inverse_pivot_crank * reduced_crank)));
+        let part_29 = mul_add(part_2, part_27, mul_add(part_4, part_26, mul_add(part_6, part_25,
+            inverse_pivot_rocker * reduced_rocker)));
         acceleration[0] = part_28;
         acceleration[1] = part_29;
-        acceleration[2] = along_hinge_coupler - part_28;
-        acceleration[3] = along_hinge_coupler_ghost0 - part_29;
+        acceleration[2] = mul_add(-moment_above_coupler_x, part_28, mul_add(c(-14829.536919702783),
+            part_26, mul_add(c(-62931.65091583967), part_25,
+            c(115875.76386003198) * reduced_coupler)) - part_28);
+        acceleration[3] = mul_add(-moment_above_coupler_ghost0_x, part_29,
+            mul_add(c(221927.38498246408), part_25, c(534612.7876701569) * reduced_coupler_ghost0)
+            - part_29);
         margin[0] = S::min(S::min(S::min(inverse_pivot_crank, inverse_pivot_rocker),
             c(115875.76386003198)), c(534612.7876701569));
         margin[1] = part_7 * part_12 * (part_13 * part_16) * (part_13 * part_21);
@@ -1095,8 +1030,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         &self,
         q: &[S],
         u: &[S],
-        out: ::lamc_runtime::MisfitMut<'_, S>,
-        correction: &mut [S],
+        out: ::lamc_runtime::ProjectionMut<'_, S>,
     ) -> ::lamc_runtime::Margin<S> {
         let c = S::from_f64;
         let mul_add = S::mul_add;
@@ -1110,13 +1044,10 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let Some(residual) = out.residual.first_chunk_mut::<9>() else {
             return ::lamc_runtime::Margin::none()
         };
-        let Some(misfit) = out.misfit.first_chunk_mut::<3>() else {
+        let Some(positions) = out.positions.first_chunk_mut::<4>() else {
             return ::lamc_runtime::Margin::none()
         };
-        let Some(speeds) = out.speeds.first_chunk_mut::<3>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let Some(correction) = correction.first_chunk_mut::<12>() else {
+        let Some(speeds) = out.speeds.first_chunk_mut::<4>() else {
             return ::lamc_runtime::Margin::none()
         };
         let [
@@ -1134,12 +1065,14 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let coupler_ghost0_part = u[1] * c(0.5135738999999999);
         let v_coupler_ghost0_z = cos_coupler_rocker * coupler_ghost0_part;
         // coupler
+        let coupler_part_2 = sin_coupler_crank * c(0.534813);
+        let coupler_part_3 = cos_coupler_crank * c(0.534813);
         let axis_y_coupler_x = mul_add(-sin_crank_hinge, sin_coupler_crank,
             cos_crank_hinge * cos_coupler_crank);
-        let coupler_part_2 = sin_crank_hinge * cos_coupler_crank;
-        let coupler_part_3 = cos_crank_hinge * sin_coupler_crank;
-        let axis_y_coupler_z = coupler_part_2 + coupler_part_3;
-        let axis_z_coupler_x = -coupler_part_2 - coupler_part_3;
+        let coupler_part_4 = sin_crank_hinge * cos_coupler_crank;
+        let coupler_part_5 = cos_crank_hinge * sin_coupler_crank;
+        let axis_y_coupler_z = coupler_part_4 + coupler_part_5;
+        let axis_z_coupler_x = -coupler_part_4 - coupler_part_5;
         let origin_coupler_x = mul_add(c(0.534813), cos_crank_hinge, c(-0.3137601));
         let origin_coupler_z = mul_add(c(0.534813), sin_crank_hinge, c(2.5e-3));
         // coupler_ghost0
@@ -1154,37 +1087,25 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let origin_coupler_ghost0_z = mul_add(c(0.5135738999999999), sin_rocker_hinge, c(2.5e-3));
         let v_coupler_ghost0_y_by_rocker_hinge = sin_coupler_rocker * c(0.5135738999999999);
         let v_coupler_ghost0_z_by_rocker_hinge = cos_coupler_rocker * c(0.5135738999999999);
-        // coupler
-        let coupler_part_4 = axis_y_coupler_x * c(0.12797789999999998);
-        let point0_original_coupler_x = origin_coupler_x + coupler_part_4;
-        let coupler_part_5 = axis_y_coupler_z * c(0.12797789999999998);
-        let point0_original_coupler_z = origin_coupler_z + coupler_part_5;
+        // crank
+        let moment_load_crank_x = mul_add(c(0.34534952273865976), cos_coupler_crank,
+            -coupler_part_3);
+        // rocker
+        let moment_load_rocker_x = mul_add(c(-1.0568988375699675), cos_coupler_rocker,
+            v_coupler_ghost0_z_by_rocker_hinge);
+        // crank
+        let moment_load_crank_x_2 = mul_add(c(1.4655491757174004), cos_coupler_crank,
+            -coupler_part_3);
         // coupler_ghost0
-        let point1_ghost_coupler_ghost0_x = mul_add(c(0.4151179883848717), axis_y_coupler_ghost0_x,
-            origin_coupler_ghost0_x);
-        let point1_ghost_coupler_ghost0_z = mul_add(c(0.4151179883848717), axis_y_coupler_ghost0_z,
-            origin_coupler_ghost0_z);
-        // coupler
-        let point1_original_coupler_x = mul_add(c(0.5430958883848717), axis_y_coupler_x,
-            origin_coupler_x);
-        let point1_original_coupler_z = mul_add(c(0.5430958883848717), axis_y_coupler_z,
-            origin_coupler_z);
-        // coupler_ghost0
-        let point2_ghost_coupler_ghost0_x = mul_add(c(0.41511798838487174), axis_z_coupler_ghost0_x,
-            origin_coupler_ghost0_x);
-        let point2_ghost_coupler_ghost0_z = mul_add(c(0.41511798838487174), axis_y_coupler_ghost0_x,
-            origin_coupler_ghost0_z);
-        // coupler
-        let point2_original_coupler_x = origin_coupler_x + mul_add(c(0.41511798838487174),
-            axis_z_coupler_x, coupler_part_4);
-        let point2_original_coupler_z = origin_coupler_z + mul_add(c(0.41511798838487174),
-            axis_y_coupler_x, coupler_part_5);
-        // coupler_ghost0
+        let moment_above_coupler_ghost0_x = cos_coupler_rocker * c(2.5460203295022628);
         let mass_zz_coupler_ghost0 = mul_add(-sin_coupler_rocker,
             sin_coupler_rocker * c(-4.5970423245354375e-5), c(-4.5970423245354375e-5));
         // coupler
+        let moment_above_coupler_x = cos_coupler_crank * c(2.6985090608508173);
         let mass_zz_coupler = mul_add(-sin_coupler_crank,
             sin_coupler_crank * c(-2.1971071657526098e-4), c(-2.1971071657526098e-4));
+        let coupler_part_6 = axis_y_coupler_x * c(0.12797789999999998);
+        let coupler_part_7 = axis_y_coupler_z * c(0.12797789999999998);
         // rocker
         let inertia_xx_rocker = mul_add(c(0.2637581507612099), mass_zz_coupler_ghost0,
             c(1.2658576830022603e-4));
@@ -1192,216 +1113,92 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         // crank
         let inertia_xx_crank = mul_add(c(0.286024944969), mass_zz_coupler, c(1.39793272023776e-4));
         let inverse_pivot_crank = c(1.0) / inertia_xx_crank;
-        // coupler
-        let coupler_part_6 = sin_coupler_crank * c(0.534813);
-        let moment_above_coupler_x = cos_coupler_crank * c(-0.18946347726134025);
-        // coupler_ghost0
-        let moment_above_coupler_ghost0_x = cos_coupler_rocker * c(-0.5433249375699676);
-        // coupler
-        let moment_above_coupler_x_2 = cos_coupler_crank * c(0.9307361757174004);
         // the whole mechanism
-        let part = origin_coupler_ghost0_x - point0_original_coupler_x;
-        let part_2 = origin_coupler_ghost0_z - point0_original_coupler_z;
-        let part_3 = point1_ghost_coupler_ghost0_x - point1_original_coupler_x;
-        let part_4 = point1_ghost_coupler_ghost0_z - point1_original_coupler_z;
-        let part_5 = inverse_pivot_crank * coupler_part_6;
-        let part_6 = v_coupler_ghost0_y_by_rocker_hinge * inverse_pivot_rocker;
-        let part_7 = inverse_pivot_crank * moment_above_coupler_x;
-        let part_8 = v_coupler_ghost0_z_by_rocker_hinge * inverse_pivot_rocker;
-        let part_9 = inverse_pivot_crank * moment_above_coupler_x_2;
-        let part_10 = inverse_pivot_rocker * moment_above_coupler_ghost0_x;
-        let part_11 = mul_add(v_coupler_ghost0_y_by_rocker_hinge, part_6, coupler_part_6 * part_5);
-        let part_12 = mul_add(-coupler_part_6, part_7, v_coupler_ghost0_y_by_rocker_hinge * part_8);
-        let part_13 = mul_add(v_coupler_ghost0_z_by_rocker_hinge, part_8,
-            moment_above_coupler_x * part_7) + c(1897.8529929560304);
-        let part_14 = mul_add(-coupler_part_6, part_9,
+        let part = origin_coupler_ghost0_x - origin_coupler_x - coupler_part_6;
+        let part_2 = origin_coupler_ghost0_z - origin_coupler_z - coupler_part_7;
+        let part_3 = origin_coupler_ghost0_x - origin_coupler_x + mul_add(c(-0.5430958883848717),
+            axis_y_coupler_x, axis_y_coupler_ghost0_x * c(0.4151179883848717));
+        let part_4 = origin_coupler_ghost0_z - origin_coupler_z + mul_add(c(-0.5430958883848717),
+            axis_y_coupler_z, axis_y_coupler_ghost0_z * c(0.4151179883848717));
+        let part_5 = mul_add(axis_y_coupler_ghost0_z, part_2, axis_y_coupler_ghost0_x * part);
+        let part_6 = mul_add(-sin_coupler_crank, coupler_part,
+            sin_coupler_rocker * coupler_ghost0_part);
+        let part_7 = inverse_pivot_crank * coupler_part_2;
+        let part_8 = v_coupler_ghost0_y_by_rocker_hinge * inverse_pivot_rocker;
+        let part_9 = inverse_pivot_crank * moment_load_crank_x;
+        let part_10 = v_coupler_ghost0_z_by_rocker_hinge * inverse_pivot_rocker;
+        let part_11 = inverse_pivot_crank * moment_load_crank_x_2;
+        let part_12 = inverse_pivot_rocker * moment_load_rocker_x;
+        let part_13 = mul_add(v_coupler_ghost0_y_by_rocker_hinge, part_8, coupler_part_2 * part_7);
+        let part_14 = mul_add(-coupler_part_2, part_9,
             v_coupler_ghost0_y_by_rocker_hinge * part_10);
-        let part_15 = mul_add(moment_above_coupler_ghost0_x, part_10,
-            moment_above_coupler_x_2 * part_9) + c(34177.92086166457) + c(92126.04962143546);
-        let part_16 = c(1.0) / (part_15 + (part_11 + part_13));
-        let part_17 = part_16 * c(2.0);
-        let part_18 = c(1.0) / part_11;
-        let part_19 = part_12 * part_18;
-        let part_20 = mul_add(-part_12, part_19, part_13);
-        let part_21 = part_14 * part_18;
-        let part_22 = mul_add(-part_12, part_21, mul_add(v_coupler_ghost0_z_by_rocker_hinge,
-            part_10, moment_above_coupler_x * part_9) + c(8053.860527742237));
-        let part_23 = c(1.0) / part_20;
-        let part_24 = part_22 * part_23;
-        let part_25 = mul_add(-part_22, part_24, mul_add(-part_14, part_21, part_15));
-        let part_26 = c(1.0) / part_25;
-        let part_27 = part_26 * mul_add(part_19, part_24, -part_21);
-        let part_28 = mul_add(-part_24, part_27, -part_19 * part_23);
-        let part_29 = mul_add(-part_19, part_28, mul_add(-part_21, part_27, part_18));
-        let part_30 = mul_add(part_9, part_27, mul_add(-part_5, part_29, part_7 * part_28));
-        let part_31 = mul_add(part_10, part_27, mul_add(part_8, part_28, part_6 * part_29));
-        // coupler
-        let gain_above_coupler_z = c(0.534813) * part_30;
-        let gain_coupler_z = cos_coupler_crank * gain_above_coupler_z;
-        let along_hinge_coupler = mul_add(c(-5.045705809041324), gain_coupler_z,
-            mul_add(c(-62931.65091583967), part_27, c(-14829.536919702783) * part_28));
-        // coupler_ghost0
-        let gain_above_coupler_ghost0_z = c(0.5135738999999999) * part_31;
-        let gain_coupler_ghost0_z = cos_coupler_rocker * gain_above_coupler_ghost0_z;
-        let along_hinge_coupler_ghost0 = mul_add(c(-4.957456618224297), gain_coupler_ghost0_z,
-            c(221927.38498246408) * part_27);
-        // the whole mechanism
-        let part_32 = part_24 * part_26;
-        let part_33 = mul_add(part_24, part_32, part_23);
-        let part_34 = mul_add(-part_19, part_33, part_21 * part_32);
-        let part_35 = mul_add(-part_9, part_32, mul_add(-part_5, part_34, part_7 * part_33));
-        let part_36 = mul_add(-part_10, part_32, mul_add(part_8, part_33, part_6 * part_34));
-        // coupler
-        let gain_above_coupler_z_2 = c(0.534813) * part_35;
-        let gain_coupler_z_2 = cos_coupler_crank * gain_above_coupler_z_2;
-        let along_hinge_coupler_2 = mul_add(c(-5.045705809041324), gain_coupler_z_2,
-            mul_add(c(62931.65091583967), part_32, c(-14829.536919702783) * part_33));
-        // coupler_ghost0
-        let gain_above_coupler_ghost0_z_2 = c(0.5135738999999999) * part_36;
-        let gain_coupler_ghost0_z_2 = cos_coupler_rocker * gain_above_coupler_ghost0_z_2;
-        let along_hinge_coupler_ghost0_2 = mul_add(c(-4.957456618224297), gain_coupler_ghost0_z_2,
-            part_32 * c(-221927.38498246408));
-        // the whole mechanism
-        let part_37 = mul_add(-part_21, part_26, part_19 * part_32);
-        let part_38 = mul_add(part_9, part_26, mul_add(-part_7, part_32, -part_5 * part_37));
-        let part_39 = mul_add(part_10, part_26, mul_add(-part_8, part_32, part_6 * part_37));
-        // coupler
-        let gain_above_coupler_z_3 = c(0.534813) * part_38;
-        let gain_coupler_z_3 = cos_coupler_crank * gain_above_coupler_z_3;
-        let along_hinge_coupler_3 = mul_add(c(-5.045705809041324), gain_coupler_z_3,
-            mul_add(c(-62931.65091583967), part_26, part_32 * c(14829.536919702783)));
-        // coupler_ghost0
-        let gain_above_coupler_ghost0_z_3 = c(0.5135738999999999) * part_39;
-        let gain_coupler_ghost0_z_3 = cos_coupler_rocker * gain_above_coupler_ghost0_z_3;
-        let along_hinge_coupler_ghost0_3 = mul_add(c(-4.957456618224297), gain_coupler_ghost0_z_3,
-            c(221927.38498246408) * part_26);
+        let part_15 = mul_add(v_coupler_ghost0_z_by_rocker_hinge, part_10,
+            mul_add(moment_load_crank_x, part_9, c(1897.8529929560304)));
+        let part_16 = mul_add(-coupler_part_2, part_11,
+            v_coupler_ghost0_y_by_rocker_hinge * part_12);
+        let part_17 = mul_add(moment_load_rocker_x, part_12, mul_add(moment_load_crank_x_2, part_11,
+            c(34177.92086166457) + c(92126.04962143546)));
+        let part_18 = c(1.0) / (part_17 + (part_13 + part_15));
+        let part_19 = part_18 * c(2.0);
+        let part_20 = c(1.0) / part_13;
+        let part_21 = part_14 * part_20;
+        let part_22 = mul_add(-part_14, part_21, part_15);
+        let part_23 = part_16 * part_20;
+        let part_24 = mul_add(-part_14, part_23, mul_add(v_coupler_ghost0_z_by_rocker_hinge,
+            part_12, mul_add(moment_load_crank_x, part_11, c(8053.860527742237))));
+        let part_25 = c(1.0) / part_22;
+        let part_26 = part_24 * part_25;
+        let part_27 = mul_add(-part_24, part_26, mul_add(-part_16, part_23, part_17));
+        let part_28 = c(1.0) / part_27;
+        let part_29 = mul_add(-part_5, part_21, mul_add(axis_z_coupler_ghost0_x, part,
+            axis_y_coupler_ghost0_x * part_2));
+        let part_30 = part_28 * mul_add(-part_26, part_29, mul_add(-part_5, part_23,
+            mul_add(axis_z_coupler_ghost0_x, part_3, axis_y_coupler_ghost0_x * part_4)));
+        let part_31 = mul_add(-part_26, part_30, part_25 * part_29);
+        let part_32 = mul_add(-part_21, part_31, mul_add(-part_23, part_30, part_5 * part_20));
+        let part_33 = mul_add(-part_7, part_32, mul_add(part_9, part_31, part_11 * part_30));
+        let part_34 = mul_add(part_8, part_32, mul_add(part_10, part_31, part_12 * part_30));
+        let part_35 = mul_add(-part_6, part_21, v_coupler_ghost0_z - mul_add(c(0.12797789999999998),
+            omega_coupler_x, v_coupler_z));
+        let part_36 = part_28 * mul_add(-part_26, part_35, mul_add(-part_6, part_23,
+            v_coupler_ghost0_z + (mul_add(c(-0.5430958883848717), omega_coupler_x,
+            omega_coupler_ghost0_x * c(0.4151179883848717)) - v_coupler_z)));
+        let part_37 = mul_add(-part_26, part_36, part_25 * part_35);
+        let part_38 = mul_add(-part_21, part_37, mul_add(-part_23, part_36, part_6 * part_20));
+        let part_39 = mul_add(-part_7, part_38, mul_add(part_9, part_37, part_11 * part_36));
+        let part_40 = mul_add(part_8, part_38, mul_add(part_10, part_37, part_12 * part_36));
         residual[0] = part;
         residual[1] = c(6.938893903907228e-18);
         residual[2] = part_2;
         residual[3] = part_3;
         residual[4] = c(6.938893903907228e-18);
         residual[5] = part_4;
-        residual[6] = point2_ghost_coupler_ghost0_x - point2_original_coupler_x;
+        residual[6] = origin_coupler_ghost0_x - origin_coupler_x - coupler_part_6
+            + mul_add(c(-0.41511798838487174), axis_z_coupler_x,
+            axis_z_coupler_ghost0_x * c(0.41511798838487174));
         residual[7] = c(6.938893903907228e-18);
-        residual[8] = point2_ghost_coupler_ghost0_z - point2_original_coupler_z;
-        misfit[0] = mul_add(axis_y_coupler_ghost0_z, part_2, axis_y_coupler_ghost0_x * part);
-        misfit[1] = mul_add(axis_z_coupler_ghost0_x, part, axis_y_coupler_ghost0_x * part_2);
-        misfit[2] = mul_add(axis_z_coupler_ghost0_x, part_3, axis_y_coupler_ghost0_x * part_4);
-        speeds[0] = mul_add(-sin_coupler_crank, coupler_part,
-            sin_coupler_rocker * coupler_ghost0_part);
-        speeds[1] = v_coupler_ghost0_z - mul_add(c(0.12797789999999998), omega_coupler_x,
-            v_coupler_z);
-        speeds[2] = mul_add(c(0.4151179883848717), omega_coupler_ghost0_x, v_coupler_ghost0_z)
-            - mul_add(c(0.5430958883848717), omega_coupler_x, v_coupler_z);
-        correction[0] = part_30;
-        correction[1] = part_35;
-        correction[2] = part_38;
-        correction[3] = part_31;
-        correction[4] = part_36;
-        correction[5] = part_39;
-        correction[6] = along_hinge_coupler - part_30;
-        correction[7] = along_hinge_coupler_2 - part_35;
-        correction[8] = along_hinge_coupler_3 - part_38;
-        correction[9] = along_hinge_coupler_ghost0 - part_31;
-        correction[10] = along_hinge_coupler_ghost0_2 - part_36;
-        correction[11] = along_hinge_coupler_ghost0_3 - part_39;
+        residual[8] = mul_add(c(0.41511798838487174), axis_y_coupler_ghost0_x, -coupler_part_7)
+            + mul_add(c(-0.41511798838487174), axis_y_coupler_x, origin_coupler_ghost0_z
+            - origin_coupler_z);
+        positions[0] = part_33;
+        positions[1] = part_34;
+        positions[2] = mul_add(-moment_above_coupler_x, part_33, mul_add(c(-14829.536919702783),
+            part_31, c(-62931.65091583967) * part_30) - part_33);
+        positions[3] = mul_add(-moment_above_coupler_ghost0_x, part_34,
+            mul_add(c(221927.38498246408), part_30, -part_34));
+        speeds[0] = part_39;
+        speeds[1] = part_40;
+        speeds[2] = mul_add(-moment_above_coupler_x, part_39, mul_add(c(-14829.536919702783),
+            part_37, c(-62931.65091583967) * part_36) - part_39);
+        speeds[3] = mul_add(-moment_above_coupler_ghost0_x, part_40, mul_add(c(221927.38498246408),
+            part_36, -part_40));
         margin[0] = S::min(S::min(S::min(inverse_pivot_crank, inverse_pivot_rocker),
             c(115875.76386003198)), c(534612.7876701569));
-        margin[1] = part_11 * part_16 * (part_17 * part_20) * (part_17 * part_25);
+        margin[1] = part_13 * part_18 * (part_19 * part_22) * (part_19 * part_27);
         ::lamc_runtime::Margin {
             inverse_pivot: margin[0],
             conditioning: margin[1],
         }
-    }
-    fn write_misfit(&self, q: &[S], u: &[S], out: ::lamc_runtime::MisfitMut<'_, S>) {
-        let c = S::from_f64;
-        let mul_add = S::mul_add;
-        let Some(q) = q.first_chunk::<N>() else { return };
-        let Some(u) = u.first_chunk::<N>() else { return };
-        let Some(residual) = out.residual.first_chunk_mut::<9>() else { return };
-        let Some(misfit) = out.misfit.first_chunk_mut::<3>() else { return };
-        let Some(speeds) = out.speeds.first_chunk_mut::<3>() else { return };
-        let [
-            (sin_crank_hinge, cos_crank_hinge),
-            (sin_rocker_hinge, cos_rocker_hinge),
-            (sin_coupler_crank, cos_coupler_crank),
-            (sin_coupler_rocker, cos_coupler_rocker),
-        ] = S::sin_cos_all([q[0], q[1], q[2], q[3]]);
-        // coupler
-        let omega_coupler_x = u[0] + u[2];
-        let coupler_part = u[0] * c(0.534813);
-        let v_coupler_z = cos_coupler_crank * coupler_part;
-        // coupler_ghost0
-        let omega_coupler_ghost0_x = u[1] + u[3];
-        let coupler_ghost0_part = u[1] * c(0.5135738999999999);
-        let v_coupler_ghost0_z = cos_coupler_rocker * coupler_ghost0_part;
-        // coupler
-        let axis_y_coupler_x = mul_add(-sin_crank_hinge, sin_coupler_crank,
-            cos_crank_hinge * cos_coupler_crank);
-        let coupler_part_2 = sin_crank_hinge * cos_coupler_crank;
-        let coupler_part_3 = cos_crank_hinge * sin_coupler_crank;
-        let axis_y_coupler_z = coupler_part_2 + coupler_part_3;
-        let axis_z_coupler_x = -coupler_part_2 - coupler_part_3;
-        let origin_coupler_x = mul_add(c(0.534813), cos_crank_hinge, c(-0.3137601));
-        let origin_coupler_z = mul_add(c(0.534813), sin_crank_hinge, c(2.5e-3));
-        // coupler_ghost0
-        let axis_y_coupler_ghost0_x = mul_add(-sin_rocker_hinge, sin_coupler_rocker,
-            cos_rocker_hinge * cos_coupler_rocker);
-        let coupler_ghost0_part_2 = sin_rocker_hinge * cos_coupler_rocker;
-        let coupler_ghost0_part_3 = cos_rocker_hinge * sin_coupler_rocker;
-        let axis_y_coupler_ghost0_z = coupler_ghost0_part_2 + coupler_ghost0_part_3;
-        let axis_z_coupler_ghost0_x = -coupler_ghost0_part_2 - coupler_ghost0_part_3;
-        let origin_coupler_ghost0_x = mul_add(c(0.5135738999999999), cos_rocker_hinge,
-            c(-0.1645431));
-        let origin_coupler_ghost0_z = mul_add(c(0.5135738999999999), sin_rocker_hinge, c(2.5e-3));
-        // coupler
-        let coupler_part_4 = axis_y_coupler_x * c(0.12797789999999998);
-        let point0_original_coupler_x = origin_coupler_x + coupler_part_4;
-        let coupler_part_5 = axis_y_coupler_z * c(0.12797789999999998);
-        let point0_original_coupler_z = origin_coupler_z + coupler_part_5;
-        // coupler_ghost0
-        let point1_ghost_coupler_ghost0_x = mul_add(c(0.4151179883848717), axis_y_coupler_ghost0_x,
-            origin_coupler_ghost0_x);
-        let point1_ghost_coupler_ghost0_z = mul_add(c(0.4151179883848717), axis_y_coupler_ghost0_z,
-            origin_coupler_ghost0_z);
-        // coupler
-        let point1_original_coupler_x = mul_add(c(0.5430958883848717), axis_y_coupler_x,
-            origin_coupler_x);
-        let point1_original_coupler_z = mul_add(c(0.5430958883848717), axis_y_coupler_z,
-            origin_coupler_z);
-        // coupler_ghost0
-        let point2_ghost_coupler_ghost0_x = mul_add(c(0.41511798838487174), axis_z_coupler_ghost0_x,
-            origin_coupler_ghost0_x);
-        let point2_ghost_coupler_ghost0_z = mul_add(c(0.41511798838487174), axis_y_coupler_ghost0_x,
-            origin_coupler_ghost0_z);
-        // coupler
-        let point2_original_coupler_x = origin_coupler_x + mul_add(c(0.41511798838487174),
-            axis_z_coupler_x, coupler_part_4);
-        let point2_original_coupler_z = origin_coupler_z + mul_add(c(0.41511798838487174),
-            axis_y_coupler_x, coupler_part_5);
-        // the whole mechanism
-        let part = origin_coupler_ghost0_x - point0_original_coupler_x;
-        let part_2 = origin_coupler_ghost0_z - point0_original_coupler_z;
-        let part_3 = point1_ghost_coupler_ghost0_x - point1_original_coupler_x;
-        let part_4 = point1_ghost_coupler_ghost0_z - point1_original_coupler_z;
-        residual[0] = part;
-        residual[1] = c(6.938893903907228e-18);
-        residual[2] = part_2;
-        residual[3] = part_3;
-        residual[4] = c(6.938893903907228e-18);
-        residual[5] = part_4;
-        residual[6] = point2_ghost_coupler_ghost0_x - point2_original_coupler_x;
-        residual[7] = c(6.938893903907228e-18);
-        residual[8] = point2_ghost_coupler_ghost0_z - point2_original_coupler_z;
-        misfit[0] = mul_add(axis_y_coupler_ghost0_z, part_2, axis_y_coupler_ghost0_x * part);
-        misfit[1] = mul_add(axis_z_coupler_ghost0_x, part, axis_y_coupler_ghost0_x * part_2);
-        misfit[2] = mul_add(axis_z_coupler_ghost0_x, part_3, axis_y_coupler_ghost0_x * part_4);
-        speeds[0] = mul_add(-sin_coupler_crank, coupler_part,
-            sin_coupler_rocker * coupler_ghost0_part);
-        speeds[1] = v_coupler_ghost0_z - mul_add(c(0.12797789999999998), omega_coupler_x,
-            v_coupler_z);
-        speeds[2] = mul_add(c(0.4151179883848717), omega_coupler_ghost0_x, v_coupler_ghost0_z)
-            - mul_add(c(0.5430958883848717), omega_coupler_x, v_coupler_z);
     }
 }
 

@@ -22,7 +22,6 @@
 //   tangent: 8 operations: 3 add, 4 mul, 0 div, 1 sin_cos, 0 other
 //   acceleration: 8 operations: 3 add, 4 mul, 0 div, 1 sin_cos, 0 other
 //   projection: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
-//   misfit: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 
 /// Coordinates: one angle per joint.
 pub const N: usize = 1;
@@ -165,7 +164,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         // arm
         let moment_own_arm_x = -cos_hinge * c(-0.0177798000739608);
         mass[0] = c(1.2282610013696912e-4);
-        forcing[0] = mul_add(c(-2.5e-5), u[0], mul_add(c(-7.6e-3), q[0], moment_own_arm_x));
+        forcing[0] = moment_own_arm_x - mul_add(c(2.5e-5), u[0], q[0] * c(7.6e-3));
     }
     fn write_closure(&self, q: &[S], residual: &mut [S], jacobian: &mut [S]) {}
     fn write_poses(&self, q: &[S], out: &mut [S]) {
@@ -196,8 +195,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         poses[19] = sin_hinge;
         poses[20] = cos_hinge;
         poses[21] = c(0.0);
-        poses[22] = mul_add(c(0.022255), cos_hinge, sin_hinge * c(3.17e-3)) - c(0.022255);
-        poses[23] = c(3.17e-3) + mul_add(c(-3.17e-3), cos_hinge, sin_hinge * c(0.022255));
+        poses[22] = mul_add(c(0.022255), cos_hinge, mul_add(c(3.17e-3), sin_hinge, c(-0.022255)));
+        poses[23] = mul_add(c(-3.17e-3), cos_hinge, mul_add(c(0.022255), sin_hinge, c(3.17e-3)));
     }
     fn write_points(&self, q: &[S], out: &mut [S]) {
         let c = S::from_f64;
@@ -223,8 +222,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         // arm
         let kinetic_arm = u[0] * u[0] * c(6.141305006848456e-5);
         kinetic[0] = kinetic_arm;
-        potential[0] = mul_add(c(3.8e-3), q[0] * q[0], mul_add(c(-1.81241590968e-3), sin_hinge,
-            c(1.1060708461599998e-4)) * c(9.81));
+        potential[0] = mul_add(c(9.81), mul_add(c(-1.81241590968e-3), sin_hinge,
+            c(1.1060708461599998e-4)), q[0] * q[0] * c(3.8e-3));
         ::lamc_runtime::Energy {
             kinetic: kinetic[0],
             potential: potential[0],
@@ -247,8 +246,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
             - mul_add(c(1.167917774784309e-7), a[0], a[0] * c(1.2270930835949067e-4));
         let force_own_arm_y = mul_add(c(-1.81241590968e-3), omega_xx_arm,
             sin_hinge * c(-0.34228880128799993));
-        let force_own_arm_z = mul_add(c(1.81241590968e-3), a[0],
-            cos_hinge * c(-0.34228880128799993));
+        let force_own_arm_z = mul_add(c(-0.34228880128799993), cos_hinge,
+            c(1.81241590968e-3) * a[0]);
         let moment_own_arm_y = mul_add(c(-4.531021650040903e-5), a[0],
             -cos_hinge * c(-8.557185803319869e-3));
         let moment_own_arm_z = mul_add(c(-4.531021650040903e-5), omega_xx_arm,
@@ -283,7 +282,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         let (arm_part, _) = S::sin_cos(q[0]);
         // arm
         let d_moment_own_arm_x = -dq[0] * arm_part * c(0.0177798000739608);
-        forces[0] = mul_add(c(-2.5e-5), du[0], mul_add(c(-7.6e-3), dq[0], d_moment_own_arm_x));
+        forces[0] = d_moment_own_arm_x - mul_add(c(2.5e-5), du[0], dq[0] * c(7.6e-3));
     }
 }
 
@@ -319,9 +318,9 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Pendulum<S>
         };
         let (_, cos_hinge) = S::sin_cos(q[0]);
         // arm
-        let moment_own_arm_x = -cos_hinge * c(-0.0177798000739608);
-        acceleration[0] = mul_add(c(-2.5e-5), u[0], mul_add(c(-7.6e-3), q[0],
-            moment_own_arm_x)) * c(8141.592046681067);
+        let reduced_arm = mul_add(c(0.0177798000739608), cos_hinge, mul_add(c(-2.5e-5), u[0],
+            -q[0] * c(7.6e-3)));
+        acceleration[0] = c(8141.592046681067) * reduced_arm;
         margin[0] = c(8141.592046681067);
         margin[1] = c(1.0);
         ::lamc_runtime::Margin {

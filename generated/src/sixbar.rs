@@ -26,9 +26,8 @@
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   reactions: 687 operations: 334 add, 347 mul, 0 div, 6 sin_cos, 0 other
 //   tangent: 787 operations: 345 add, 436 mul, 0 div, 6 sin_cos, 0 other
-//   acceleration: 676 operations: 276 add, 382 mul, 8 div, 6 sin_cos, 4 other
-//   projection: 647 operations: 263 add, 366 mul, 8 div, 6 sin_cos, 4 other
-//   misfit: 228 operations: 93 add, 129 mul, 0 div, 6 sin_cos, 0 other
+//   acceleration: 689 operations: 281 add, 390 mul, 8 div, 6 sin_cos, 4 other
+//   projection: 620 operations: 251 add, 351 mul, 8 div, 6 sin_cos, 4 other
 
 /// Coordinates: one angle per joint.
 pub const N: usize = 6;
@@ -223,6 +222,38 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let east_part = cos_ground_east * c(9.81);
         // west
         let west_part = cos_ground_west * c(9.81);
+        // loop 0
+        let closure0_0_west_south_west = sin_south_west_south * c(0.057052339107130284);
+        let closure0_0_south_east_east = -sin_south_south_east * c(-0.06987460438879263);
+        // south_ghost0
+        let carried_south_ghost0_x_by_ground_west = mul_add(c(-0.6123723483370465),
+            cos_west_south_west, c(0.35355315327396863));
+        // south_west
+        let south_west_part = u[5] * c(0.8660257562110547);
+        let south_west_part_2 = cos_west_south_west * south_west_part;
+        let south_west_part_3 = sin_west_south_west * south_west_part;
+        let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
+        let alpha_south_west_y = south_west_part_3 * u[2];
+        let south_west_part_4 = south_west_part_2 * u[2];
+        let omega_xy_south_west = -south_west_part_2 * omega_south_west_x;
+        let omega_xz_south_west = south_west_part_3 * omega_south_west_x;
+        let south_west_part_5 = south_west_part_2 * south_west_part_3;
+        let gradient_x_south_west_y = omega_xy_south_west - south_west_part_4;
+        let gradient_x_south_west_z = alpha_south_west_y + omega_xz_south_west;
+        let gradient_z_south_west_x = omega_xz_south_west - alpha_south_west_y;
+        let across_south_west = sin_ground_west * c(-4.904994011767025);
+        let free_fall_south_west_y = mul_add(-sin_west_south_west, west_part,
+            cos_west_south_west * across_south_west);
+        let free_fall_south_west_z = mul_add(-sin_west_south_west, across_south_west,
+            -cos_west_south_west * west_part);
+        let moment_own_south_west_x = mul_add(c(3.520149320482795e-4), free_fall_south_west_z,
+            -mul_add(c(-1.0093594897589384e-5), south_west_part_5, mul_add(c(2.6789051216394143e-8),
+            south_west_part_5, gradient_z_south_west_x * c(1.2394283547934881e-5))));
+        let moment_own_south_west_z = -sin_ground_west * c(-2.9906177176792508e-3)
+            - mul_add(c(-1.0093594897589384e-5), gradient_x_south_west_y,
+            c(1.2394283547934881e-5) * mul_add(-omega_south_west_x, omega_south_west_x,
+            south_west_part_2 * south_west_part_2));
+        let carried_south_west_z_by_ground_west = sin_west_south_west * c(0.8660257562110547);
         // south_east
         let across_south_east = u[4] * c(0.7071067811865475);
         let carried_south_east_y = cos_south_east_east * across_south_east;
@@ -250,31 +281,29 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             -mul_add(c(-1.6424267108073443e-5), gradient_x_south_east_y,
             -c(1.293994125217518e-5) * mul_add(-omega_south_east_x, omega_south_east_x,
             carried_south_east_y * carried_south_east_y)));
-        // south_west
-        let south_west_part = u[5] * c(0.8660257562110547);
-        let south_west_part_2 = cos_west_south_west * south_west_part;
-        let south_west_part_3 = sin_west_south_west * south_west_part;
-        let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
-        let alpha_south_west_y = south_west_part_3 * u[2];
-        let south_west_part_4 = south_west_part_2 * u[2];
-        let omega_xy_south_west = -south_west_part_2 * omega_south_west_x;
-        let omega_xz_south_west = south_west_part_3 * omega_south_west_x;
-        let south_west_part_5 = south_west_part_2 * south_west_part_3;
-        let gradient_x_south_west_y = omega_xy_south_west - south_west_part_4;
-        let gradient_x_south_west_z = alpha_south_west_y + omega_xz_south_west;
-        let gradient_z_south_west_x = omega_xz_south_west - alpha_south_west_y;
-        let across_south_west = sin_ground_west * c(-4.904994011767025);
-        let free_fall_south_west_y = mul_add(-sin_west_south_west, west_part,
-            cos_west_south_west * across_south_west);
-        let free_fall_south_west_z = mul_add(-sin_west_south_west, across_south_west,
-            -cos_west_south_west * west_part);
-        let moment_own_south_west_x = mul_add(c(3.520149320482795e-4), free_fall_south_west_z,
-            -mul_add(c(-1.0093594897589384e-5), south_west_part_5, mul_add(c(2.6789051216394143e-8),
-            south_west_part_5, gradient_z_south_west_x * c(1.2394283547934881e-5))));
-        let moment_own_south_west_z = -sin_ground_west * c(-2.9906177176792508e-3)
-            - mul_add(c(-1.0093594897589384e-5), gradient_x_south_west_y,
-            c(1.2394283547934881e-5) * mul_add(-omega_south_west_x, omega_south_west_x,
-            south_west_part_2 * south_west_part_2));
+        let south_east_part_6 = sin_south_east_east * c(0.7071067811865475);
+        // south
+        let across_south_by_ground_east = mul_add(c(0.3535532955220838), cos_south_east_east,
+            c(0.6123724905851617));
+        let carried_south_z_by_ground_east = mul_add(-sin_south_south_east,
+            across_south_by_ground_east, -cos_south_south_east * south_east_part_6);
+        // south_ghost0
+        let across_south_ghost0_by_ground_west = mul_add(c(-0.6123730214608576),
+            cos_west_south_west, c(-0.3535527646463877));
+        let carried_south_ghost0_z_by_ground_west = mul_add(-sin_south_west_south,
+            across_south_ghost0_by_ground_west,
+            cos_south_west_south * carried_south_west_z_by_ground_west);
+        // south
+        let carried_south_y_by_ground_east = mul_add(-sin_south_south_east, south_east_part_6,
+            cos_south_south_east * across_south_by_ground_east);
+        let carried_south_x_by_ground_east = mul_add(c(-0.6123724905851617), cos_south_east_east,
+            c(0.3535532955220838));
+        // south_ghost0
+        let carried_south_ghost0_y_by_ground_west = mul_add(cos_south_west_south,
+            across_south_ghost0_by_ground_west,
+            sin_south_west_south * carried_south_west_z_by_ground_west);
+        // loop 0
+        let closure0_0_ground_east = -c(0.08068423607472835) * carried_south_z_by_ground_east;
         // south
         let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
             carried_south_east_y * c(0.4999998655490338));
@@ -318,6 +347,23 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let moment_own_south_z = mul_add(c(1.702501854199059e-4), free_fall_south_x,
             -mul_add(c(-5.565308808048279e-6), gradient_x_south_y,
             -c(6.64555505684884e-6) * (omega_yy_south - omega_xx_south)));
+        let moment_above_south_x = mul_add(c(5.755220017342357e-6), cos_south_south_east,
+            c(2.7945169439196375e-6));
+        let moment_above_south_y = mul_add(c(3.3227766349231214e-6), cos_south_south_east,
+            c(-4.840247064883071e-6));
+        let moment_above_south_z = sin_south_south_east * c(6.64555505684884e-6);
+        let twist_south = sin_south_south_east * c(5.541582225354866e-6);
+        let bend_south = sin_south_south_east * twist_south;
+        let shear_south = cos_south_south_east * twist_south;
+        let turned_yy_south = c(5.565308808048279e-6) - bend_south;
+        let twist_south_2 = mul_add(c(0.8660254814097262), turned_yy_south,
+            cos_south_south_east * c(-6.645553269846243e-6));
+        let south_part_3 = c(0.8660254814097262) * twist_south_2;
+        // south_east
+        let across_south_east_3 = mul_add(-sin_south_east_east, moment_above_south_z,
+            cos_south_east_east * moment_above_south_y);
+        let moment_above_south_east_x = mul_add(c(0.7071067811865475), across_south_east_3,
+            c(0.7071067811865475) * moment_above_south_x);
         // south_ghost0
         let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
             south_west_part_2 * c(-0.7071071698144961));
@@ -367,51 +413,11 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             c(0.7071071698144961) * across_south_ghost0_4);
         let moment_above_south_ghost0_z = mul_add(-sin_south_west_south, south_ghost0_part,
             cos_south_west_south * moment_own_south_ghost0_z);
-        // south
-        let across_south_4 = mul_add(-sin_south_south_east, moment_own_south_z,
-            -cos_south_south_east * south_part_2);
-        let moment_above_south_x = mul_add(c(0.8660254814097262), across_south_4,
-            c(0.4999998655490338) * moment_own_south_x);
-        let moment_above_south_y = mul_add(c(-0.8660254814097262), moment_own_south_x,
-            c(0.4999998655490338) * across_south_4);
-        let moment_above_south_z = mul_add(-sin_south_south_east, south_part_2,
-            cos_south_south_east * moment_own_south_z);
-        // south_west
-        let moment_south_west_x = moment_own_south_west_x + moment_above_south_ghost0_x;
-        let moment_south_west_y = moment_above_south_ghost0_y - mul_add(c(1.2394283547934881e-5),
-            south_west_part_5, gradient_x_south_west_z * c(2.6789051216394143e-8));
-        let moment_south_west_z = moment_own_south_west_z + moment_above_south_ghost0_z;
-        let across_south_west_2 = mul_add(-sin_west_south_west, moment_south_west_z,
-            cos_west_south_west * moment_south_west_y);
-        let moment_above_south_west_x = mul_add(c(-0.8660257562110547), across_south_west_2,
-            c(0.4999993895786978) * moment_south_west_x);
-        // south_east
-        let moment_south_east_x = moment_own_south_east_x + moment_above_south_x;
-        let moment_south_east_y = moment_above_south_y - mul_add(c(-1.293994125217518e-5),
-            south_east_part_5, gradient_x_south_east_z * c(3.338573836000013e-8));
-        let moment_south_east_z = moment_own_south_east_z + moment_above_south_z;
-        let across_south_east_3 = mul_add(-sin_south_east_east, moment_south_east_z,
-            cos_south_east_east * moment_south_east_y);
-        let moment_above_south_east_x = mul_add(c(0.7071067811865475), across_south_east_3,
-            c(0.7071067811865475) * moment_south_east_x);
-        // west
-        let moment_west_x = mul_add(c(-6.332769027236974e-3), cos_ground_west,
-            moment_above_south_west_x);
-        // east
-        let moment_east_x = mul_add(c(4.625527205006544e-3), cos_ground_east,
-            moment_above_south_east_x);
-        // south_ghost0
         let moment_above_south_ghost0_x_2 = mul_add(c(4.699138529497321e-6), cos_south_west_south,
             c(3.952088681904903e-6));
         let moment_above_south_ghost0_y_2 = mul_add(c(-4.699143694822053e-6), cos_south_west_south,
             c(3.952084337747171e-6));
         let turned_xz_south_ghost0 = sin_south_west_south * c(6.645589092322223e-6);
-        // south_west
-        let across_south_west_3 = mul_add(cos_west_south_west, moment_above_south_ghost0_y_2,
-            sin_west_south_west * turned_xz_south_ghost0);
-        let moment_above_south_west_x_2 = mul_add(c(-0.8660257562110547), across_south_west_3,
-            c(0.4999993895786978) * moment_above_south_ghost0_x_2);
-        // south_ghost0
         let twist_south_ghost0 = sin_south_west_south * c(5.541641176481752e-6);
         let bend_south_ghost0 = sin_south_west_south * twist_south_ghost0;
         let shear_south_ghost0 = cos_south_west_south * twist_south_ghost0;
@@ -419,26 +425,11 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let twist_south_ghost0_2 = mul_add(c(-0.7071063925583853), turned_yy_south_ghost0,
             cos_south_west_south * c(9.398287389644106e-6));
         let bend_south_ghost0_2 = c(0.7071063925583853) * twist_south_ghost0_2;
-        // south
-        let moment_above_south_x_2 = mul_add(c(5.755220017342357e-6), cos_south_south_east,
-            c(2.7945169439196375e-6));
-        let moment_above_south_y_2 = mul_add(c(3.3227766349231214e-6), cos_south_south_east,
-            c(-4.840247064883071e-6));
-        let moment_above_south_z_2 = sin_south_south_east * c(6.64555505684884e-6);
-        // south_east
-        let across_south_east_4 = mul_add(-sin_south_east_east, moment_above_south_z_2,
-            cos_south_east_east * moment_above_south_y_2);
-        let moment_above_south_east_x_2 = mul_add(c(0.7071067811865475), across_south_east_4,
-            c(0.7071067811865475) * moment_above_south_x_2);
-        // south
-        let twist_south = sin_south_south_east * c(5.541582225354866e-6);
-        let bend_south = sin_south_south_east * twist_south;
-        let shear_south = cos_south_south_east * twist_south;
-        let turned_yy_south = c(5.565308808048279e-6) - bend_south;
-        let twist_south_2 = mul_add(c(0.8660254814097262), turned_yy_south,
-            cos_south_south_east * c(-6.645553269846243e-6));
-        let south_part_3 = c(0.8660254814097262) * twist_south_2;
         // south_west
+        let across_south_west_2 = mul_add(cos_west_south_west, moment_above_south_ghost0_y_2,
+            sin_west_south_west * turned_xz_south_ghost0);
+        let moment_above_south_west_x = mul_add(c(-0.8660257562110547), across_south_west_2,
+            c(0.4999993895786978) * moment_above_south_ghost0_x_2);
         let second_moment_xy_south_west = mul_add(c(0.7071071698144961), twist_south_ghost0_2,
             mul_add(c(-6.645589092322223e-6), cos_south_west_south, c(1.2394283547934881e-5)));
         let second_moment_xz_south_west = mul_add(c(-0.7071063925583853), shear_south_ghost0,
@@ -452,8 +443,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             + second_moment_zz_south_west;
         let south_west_part_6 = sin_west_south_west * second_moment_xz_south_west;
         let south_west_part_7 = cos_west_south_west * second_moment_xy_south_west;
-        let across_south_west_4 = south_west_part_6 - south_west_part_7;
-        let moment_above_south_west_x_3 = mul_add(c(-0.8660257562110547), across_south_west_4,
+        let across_south_west_3 = south_west_part_6 - south_west_part_7;
+        let moment_above_south_west_x_2 = mul_add(c(-0.8660257562110547), across_south_west_3,
             c(0.4999993895786978) * mass_west_south_west_west_south_west);
         let twist_south_west = mul_add(second_moment_yz_south_west, cos_west_south_west * c(2.0),
             sin_west_south_west * (second_moment_yy_south_west - second_moment_zz_south_west));
@@ -473,18 +464,43 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let second_moment_zz_south_east = bend_south + c(5.711232105341301e-8);
         let mass_south_east_east_south_east_east = second_moment_yy_south_east
             + second_moment_zz_south_east;
-        let south_east_part_6 = sin_south_east_east * second_moment_xz_south_east;
-        let south_east_part_7 = cos_south_east_east * second_moment_xy_south_east;
-        let across_south_east_5 = south_east_part_6 - south_east_part_7;
-        let moment_above_south_east_x_3 = mul_add(c(0.7071067811865475),
-            mass_south_east_east_south_east_east, c(0.7071067811865475) * across_south_east_5);
+        let south_east_part_7 = sin_south_east_east * second_moment_xz_south_east;
+        let south_east_part_8 = cos_south_east_east * second_moment_xy_south_east;
+        let across_south_east_4 = south_east_part_7 - south_east_part_8;
+        let moment_above_south_east_x_2 = mul_add(c(0.7071067811865475),
+            mass_south_east_east_south_east_east, c(0.7071067811865475) * across_south_east_4);
         let twist_south_east = mul_add(second_moment_yz_south_east, cos_south_east_east * c(2.0),
             sin_south_east_east * (second_moment_yy_south_east - second_moment_zz_south_east));
         let bend_south_east = sin_south_east_east * twist_south_east;
-        let turned_xy_south_east = south_east_part_7 - south_east_part_6;
+        let turned_xy_south_east = south_east_part_8 - south_east_part_7;
         let turned_yy_south_east = second_moment_yy_south_east - bend_south_east;
         let twist_south_east_2 = mul_add(c(-0.7071067811865475), south_part_3
             - turned_yy_south_east, turned_xy_south_east * c(1.414213562373095));
+        // loop 0
+        let closure0_0_ground_west = c(0.08068423607472834) * carried_south_ghost0_z_by_ground_west;
+        let loop0_part = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
+            omega_xx_south + omega_zz_south, gradient_y_south_x * c(0.04034213973350825)),
+            mul_add(c(-0.06987458559937648), gradient_x_south_y, (omega_yy_south
+            + omega_zz_south) * c(-0.04034213973350825)) * c(0.8660252485338008));
+        let gamma0_0 = mul_add(c(0.08068423607472834), gradient_y_south_ghost0_x, -loop0_part);
+        let closure0_1_west_south_west = -cos_south_west_south * c(-0.0570523391071303);
+        let closure0_1_south_east_east = mul_add(c(0.03493732098380993), cos_south_south_east,
+            c(0.03493728340498269));
+        let closure0_1_ground_east = mul_add(c(0.06987458559937648), carried_south_x_by_ground_east,
+            c(0.04034213973350825) * carried_south_y_by_ground_east);
+        let closure0_1_ground_west =
+            -c(0.08068423607472835) * carried_south_ghost0_y_by_ground_west;
+        let gamma0_1 = mul_add(c(0.08068423607472835), gradient_z_south_ghost0_x,
+            -mul_add(c(-0.06987458559937648), gradient_z_south_y,
+            gradient_z_south_x * c(0.04034213973350825)));
+        let closure0_2_south_east_east = mul_add(c(0.060513171632005154), cos_south_south_east,
+            c(-0.020171064442714458));
+        let closure0_2_ground_east = mul_add(c(-0.040342139733508246),
+            carried_south_x_by_ground_east, carried_south_y_by_ground_east * c(0.0698745855993765));
+        let closure0_2_ground_west = c(0.08068423607472835) * carried_south_ghost0_x_by_ground_west;
+        let gamma0_2 = mul_add(c(0.08068423607472835), gradient_z_south_ghost0_y,
+            -mul_add(c(0.040342139733508246), gradient_z_south_y,
+            gradient_z_south_x * c(0.0698745855993765)));
         // west
         let second_moment_yy_west = mul_add(c(0.8660257562110547), twist_south_west_2,
             turned_yy_south_west + c(1.9727866980665146e-5));
@@ -497,99 +513,72 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let second_moment_zz_east = bend_south_east + (second_moment_zz_south_east
             + c(2.6789645046735387e-8));
         let mass_ground_east_ground_east = second_moment_yy_east + second_moment_zz_east;
-        // loop 0
-        let closure0_0_west_south_west = sin_south_west_south * c(0.057052339107130284);
-        let closure0_0_south_east_east = -sin_south_south_east * c(-0.06987460438879263);
-        // south_east
-        let south_east_part_8 = sin_south_east_east * c(0.7071067811865475);
         // south
-        let across_south_by_ground_east = mul_add(c(0.3535532955220838), cos_south_east_east,
-            c(0.6123724905851617));
-        let carried_south_z_by_ground_east = mul_add(-sin_south_south_east,
-            across_south_by_ground_east, -cos_south_south_east * south_east_part_8);
-        // loop 0
-        let closure0_0_ground_east = -c(0.08068423607472835) * carried_south_z_by_ground_east;
+        let across_south_4 = mul_add(-sin_south_south_east, moment_own_south_z,
+            -cos_south_south_east * south_part_2);
+        let moment_above_south_x_2 = mul_add(c(0.8660254814097262), across_south_4,
+            c(0.4999998655490338) * moment_own_south_x);
+        let moment_above_south_y_2 = mul_add(c(-0.8660254814097262), moment_own_south_x,
+            c(0.4999998655490338) * across_south_4);
+        let moment_above_south_z_2 = mul_add(-sin_south_south_east, south_part_2,
+            cos_south_south_east * moment_own_south_z);
         // south_west
-        let carried_south_west_z_by_ground_west = sin_west_south_west * c(0.8660257562110547);
-        // south_ghost0
-        let across_south_ghost0_by_ground_west = mul_add(c(-0.6123730214608576),
-            cos_west_south_west, c(-0.3535527646463877));
-        let carried_south_ghost0_z_by_ground_west = mul_add(-sin_south_west_south,
-            across_south_ghost0_by_ground_west,
-            cos_south_west_south * carried_south_west_z_by_ground_west);
-        // loop 0
-        let closure0_0_ground_west = c(0.08068423607472834) * carried_south_ghost0_z_by_ground_west;
-        let loop0_part = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
-            omega_xx_south + omega_zz_south, gradient_y_south_x * c(0.04034213973350825)),
-            mul_add(c(-0.06987458559937648), gradient_x_south_y, (omega_yy_south
-            + omega_zz_south) * c(-0.04034213973350825)) * c(0.8660252485338008));
-        let gamma0_0 = mul_add(c(0.08068423607472834), gradient_y_south_ghost0_x, -loop0_part);
-        let closure0_1_west_south_west = -cos_south_west_south * c(-0.0570523391071303);
-        let closure0_1_south_east_east = mul_add(c(0.03493732098380993), cos_south_south_east,
-            c(0.03493728340498269));
-        // south
-        let carried_south_y_by_ground_east = mul_add(-sin_south_south_east, south_east_part_8,
-            cos_south_south_east * across_south_by_ground_east);
-        let carried_south_x_by_ground_east = mul_add(c(-0.6123724905851617), cos_south_east_east,
-            c(0.3535532955220838));
-        // loop 0
-        let closure0_1_ground_east = mul_add(c(0.06987458559937648), carried_south_x_by_ground_east,
-            c(0.04034213973350825) * carried_south_y_by_ground_east);
-        // south_ghost0
-        let carried_south_ghost0_y_by_ground_west = mul_add(cos_south_west_south,
-            across_south_ghost0_by_ground_west,
-            sin_south_west_south * carried_south_west_z_by_ground_west);
-        // loop 0
-        let closure0_1_ground_west =
-            -c(0.08068423607472835) * carried_south_ghost0_y_by_ground_west;
-        let gamma0_1 = mul_add(c(0.08068423607472835), gradient_z_south_ghost0_x,
-            -mul_add(c(-0.06987458559937648), gradient_z_south_y,
-            gradient_z_south_x * c(0.04034213973350825)));
-        let closure0_2_south_east_east = mul_add(c(0.060513171632005154), cos_south_south_east,
-            c(-0.020171064442714458));
-        let closure0_2_ground_east = mul_add(c(-0.040342139733508246),
-            carried_south_x_by_ground_east, carried_south_y_by_ground_east * c(0.0698745855993765));
-        // south_ghost0
-        let carried_south_ghost0_x_by_ground_west = mul_add(c(-0.6123723483370465),
-            cos_west_south_west, c(0.35355315327396863));
-        // loop 0
-        let closure0_2_ground_west = c(0.08068423607472835) * carried_south_ghost0_x_by_ground_west;
-        let gamma0_2 = mul_add(c(0.08068423607472835), gradient_z_south_ghost0_y,
-            -mul_add(c(0.040342139733508246), gradient_z_south_y,
-            gradient_z_south_x * c(0.0698745855993765)));
+        let moment_south_west_x = moment_own_south_west_x + moment_above_south_ghost0_x;
+        let moment_south_west_y = moment_above_south_ghost0_y - mul_add(c(1.2394283547934881e-5),
+            south_west_part_5, gradient_x_south_west_z * c(2.6789051216394143e-8));
+        let moment_south_west_z = moment_own_south_west_z + moment_above_south_ghost0_z;
+        let across_south_west_4 = mul_add(-sin_west_south_west, moment_south_west_z,
+            cos_west_south_west * moment_south_west_y);
+        let moment_above_south_west_x_3 = mul_add(c(-0.8660257562110547), across_south_west_4,
+            c(0.4999993895786978) * moment_south_west_x);
+        // south_east
+        let moment_south_east_x = moment_own_south_east_x + moment_above_south_x_2;
+        let moment_south_east_y = moment_above_south_y_2 - mul_add(c(-1.293994125217518e-5),
+            south_east_part_5, gradient_x_south_east_z * c(3.338573836000013e-8));
+        let moment_south_east_z = moment_own_south_east_z + moment_above_south_z_2;
+        let across_south_east_5 = mul_add(-sin_south_east_east, moment_south_east_z,
+            cos_south_east_east * moment_south_east_y);
+        let moment_above_south_east_x_3 = mul_add(c(0.7071067811865475), across_south_east_5,
+            c(0.7071067811865475) * moment_south_east_x);
+        // west
+        let moment_west_x = mul_add(c(-6.332769027236974e-3), cos_ground_west,
+            moment_above_south_west_x_3);
+        // east
+        let moment_east_x = mul_add(c(4.625527205006544e-3), cos_ground_east,
+            moment_above_south_east_x_3);
         mass[0] = c(5.5890943418685765e-6);
         mass[1] = c(0.0);
         mass[2] = moment_above_south_ghost0_x_2;
         mass[3] = c(0.0);
         mass[4] = c(0.0);
-        mass[5] = moment_above_south_west_x_2;
+        mass[5] = moment_above_south_west_x;
         mass[6] = c(0.0);
         mass[7] = c(5.589035390741692e-6);
         mass[8] = c(0.0);
-        mass[9] = moment_above_south_x_2;
-        mass[10] = moment_above_south_east_x_2;
+        mass[9] = moment_above_south_x;
+        mass[10] = moment_above_south_east_x;
         mass[11] = c(0.0);
         mass[12] = moment_above_south_ghost0_x_2;
         mass[13] = c(0.0);
         mass[14] = mass_west_south_west_west_south_west;
         mass[15] = c(0.0);
         mass[16] = c(0.0);
-        mass[17] = moment_above_south_west_x_3;
+        mass[17] = moment_above_south_west_x_2;
         mass[18] = c(0.0);
-        mass[19] = moment_above_south_x_2;
+        mass[19] = moment_above_south_x;
         mass[20] = c(0.0);
         mass[21] = mass_south_east_east_south_east_east;
-        mass[22] = moment_above_south_east_x_3;
+        mass[22] = moment_above_south_east_x_2;
         mass[23] = c(0.0);
         mass[24] = c(0.0);
-        mass[25] = moment_above_south_east_x_2;
+        mass[25] = moment_above_south_east_x;
         mass[26] = c(0.0);
-        mass[27] = moment_above_south_east_x_3;
+        mass[27] = moment_above_south_east_x_2;
         mass[28] = mass_ground_east_ground_east;
         mass[29] = c(0.0);
-        mass[30] = moment_above_south_west_x_2;
+        mass[30] = moment_above_south_west_x;
         mass[31] = c(0.0);
-        mass[32] = moment_above_south_west_x_3;
+        mass[32] = moment_above_south_west_x_2;
         mass[33] = c(0.0);
         mass[34] = c(0.0);
         mass[35] = mass_ground_west_ground_west;
@@ -642,7 +631,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_z_west_x = sin_ground_west * c(0.7071067811865475);
         // south_east
         let south_east_part = cos_ground_east * c(-0.4999999999999999);
-        let across_south_east_x = south_east_part + c(0.4999999999999999);
+        let across_south_east_x = c(0.4999999999999999) + south_east_part;
         let south_east_part_2 = cos_ground_east * c(0.4999999999999999);
         let across_south_east_y = c(0.4999999999999999) + south_east_part_2;
         let axis_x_south_east_x = c(0.4999999999999999) - south_east_part;
@@ -683,12 +672,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_z_south_west_z = mul_add(-sin_west_south_west, across_south_west_z,
             cos_ground_west * cos_west_south_west);
         // south
-        let across_south_x = mul_add(c(0.8660254814097262), axis_x_south_east_x,
-            axis_y_south_east_x * c(0.4999998655490338));
-        let across_south_y = mul_add(c(0.8660254814097262), axis_x_south_east_y,
-            axis_y_south_east_y * c(0.4999998655490338));
-        let across_south_z = mul_add(c(-0.6123724905851617), sin_ground_east,
-            axis_y_south_east_z * c(0.4999998655490338));
+        let across_south_x = mul_add(c(0.4999998655490338), axis_y_south_east_x,
+            axis_x_south_east_x * c(0.8660254814097262));
+        let across_south_y = mul_add(c(0.4999998655490338), axis_y_south_east_y,
+            axis_x_south_east_y * c(0.8660254814097262));
+        let across_south_z = mul_add(c(0.4999998655490338), axis_y_south_east_z,
+            sin_ground_east * c(-0.6123724905851617));
         let axis_x_south_x = mul_add(c(-0.8660254814097262), axis_y_south_east_x,
             axis_x_south_east_x * c(0.4999998655490338));
         let axis_x_south_y = mul_add(c(-0.8660254814097262), axis_y_south_east_y,
@@ -733,15 +722,16 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             mul_add(c(0.04034213973350825), axis_x_south_y, c(-0.0293065)));
         let point1_original_south_z = mul_add(c(-0.06987458559937648), axis_y_south_z,
             mul_add(c(0.04034213973350825), axis_x_south_z, c(3.075e-3)));
+        let point2_original_south_x = mul_add(c(0.040342139733508246), axis_y_south_x,
+            mul_add(c(0.0698745855993765), axis_x_south_x, c(9.3319e-3)));
+        let point2_original_south_y = mul_add(c(0.040342139733508246), axis_y_south_y,
+            mul_add(c(0.0698745855993765), axis_x_south_y, c(-0.0293065)));
+        let point2_original_south_z = mul_add(c(0.040342139733508246), axis_y_south_z,
+            mul_add(c(0.0698745855993765), axis_x_south_z, c(3.075e-3)));
         // south_ghost0
         let arm0_1_south_ghost0_x = point1_ghost_south_ghost0_x - c(9.3319e-3);
         let arm0_1_south_ghost0_y = c(0.0293065) + point1_ghost_south_ghost0_y;
         let arm0_1_south_ghost0_z = point1_ghost_south_ghost0_z - c(3.075e-3);
-        // south
-        let arm0_1_south_x = point1_original_south_x - c(9.3319e-3);
-        let arm0_1_south_y = c(0.0293065) + point1_original_south_y;
-        let arm0_1_south_z = point1_original_south_z - c(3.075e-3);
-        // south_ghost0
         let point2_ghost_south_ghost0_x = mul_add(c(0.08068423607472835), axis_y_south_ghost0_x,
             c(9.3319e-3));
         let point2_ghost_south_ghost0_y = mul_add(c(0.08068423607472835), axis_y_south_ghost0_y,
@@ -749,12 +739,9 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let point2_ghost_south_ghost0_z = mul_add(c(0.08068423607472835), axis_y_south_ghost0_z,
             c(3.075e-3));
         // south
-        let point2_original_south_x = mul_add(c(0.040342139733508246), axis_y_south_x,
-            mul_add(c(0.0698745855993765), axis_x_south_x, c(9.3319e-3)));
-        let point2_original_south_y = mul_add(c(0.040342139733508246), axis_y_south_y,
-            mul_add(c(0.0698745855993765), axis_x_south_y, c(-0.0293065)));
-        let point2_original_south_z = mul_add(c(0.040342139733508246), axis_y_south_z,
-            mul_add(c(0.0698745855993765), axis_x_south_z, c(3.075e-3)));
+        let arm0_1_south_x = point1_original_south_x - c(9.3319e-3);
+        let arm0_1_south_y = c(0.0293065) + point1_original_south_y;
+        let arm0_1_south_z = point1_original_south_z - c(3.075e-3);
         // south_ghost0
         let arm0_2_south_ghost0_x = point2_ghost_south_ghost0_x - c(9.3319e-3);
         let arm0_2_south_ghost0_y = c(0.0293065) + point2_ghost_south_ghost0_y;
@@ -800,8 +787,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         jacobian[19] = -mul_add(-axis_x_south_z, arm0_1_south_y, axis_x_south_y * arm0_1_south_z);
         jacobian[20] = mul_add(-axis_x_south_west_z, arm0_1_south_ghost0_y,
             axis_x_south_west_y * arm0_1_south_ghost0_z);
-        jacobian[21] = -mul_add(axis_x_south_east_y, arm0_1_south_z,
-            axis_z_east_x * arm0_1_south_y);
+        jacobian[21] = -mul_add(axis_z_east_x, arm0_1_south_y,
+            axis_x_south_east_y * arm0_1_south_z);
         jacobian[22] = -part;
         jacobian[23] = part_2;
         jacobian[24] = mul_add(-axis_x_south_ghost0_x, arm0_1_south_ghost0_z,
@@ -829,8 +816,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         jacobian[37] = -mul_add(-axis_x_south_z, arm0_2_south_y, axis_x_south_y * arm0_2_south_z);
         jacobian[38] = mul_add(-axis_x_south_west_z, arm0_2_south_ghost0_y,
             axis_x_south_west_y * arm0_2_south_ghost0_z);
-        jacobian[39] = -mul_add(axis_x_south_east_y, arm0_2_south_z,
-            axis_z_east_x * arm0_2_south_y);
+        jacobian[39] = -mul_add(axis_z_east_x, arm0_2_south_y,
+            axis_x_south_east_y * arm0_2_south_z);
         jacobian[40] = -part_3;
         jacobian[41] = part_4;
         jacobian[42] = mul_add(-axis_x_south_ghost0_x, arm0_2_south_ghost0_z,
@@ -873,7 +860,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_z_west_x = sin_ground_west * c(0.7071067811865475);
         // south_east
         let south_east_part = cos_ground_east * c(-0.4999999999999999);
-        let across_south_east_x = south_east_part + c(0.4999999999999999);
+        let across_south_east_x = c(0.4999999999999999) + south_east_part;
         let south_east_part_2 = cos_ground_east * c(0.4999999999999999);
         let across_south_east_y = c(0.4999999999999999) + south_east_part_2;
         let axis_x_south_east_x = c(0.4999999999999999) - south_east_part;
@@ -913,12 +900,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_z_south_west_z = mul_add(-sin_west_south_west, across_south_west_z,
             cos_ground_west * cos_west_south_west);
         // south
-        let across_south_x = mul_add(c(0.8660254814097262), axis_x_south_east_x,
-            axis_y_south_east_x * c(0.4999998655490338));
-        let across_south_y = mul_add(c(0.8660254814097262), axis_x_south_east_y,
-            axis_y_south_east_y * c(0.4999998655490338));
-        let across_south_z = mul_add(c(-0.6123724905851617), sin_ground_east,
-            axis_y_south_east_z * c(0.4999998655490338));
+        let across_south_x = mul_add(c(0.4999998655490338), axis_y_south_east_x,
+            axis_x_south_east_x * c(0.8660254814097262));
+        let across_south_y = mul_add(c(0.4999998655490338), axis_y_south_east_y,
+            axis_x_south_east_y * c(0.8660254814097262));
+        let across_south_z = mul_add(c(0.4999998655490338), axis_y_south_east_z,
+            sin_ground_east * c(-0.6123724905851617));
         let axis_x_south_x = mul_add(c(-0.8660254814097262), axis_y_south_east_x,
             axis_x_south_east_x * c(0.4999998655490338));
         let axis_x_south_y = mul_add(c(-0.8660254814097262), axis_y_south_east_y,
@@ -953,7 +940,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         poses[6] = part_4;
         poses[7] = part_4;
         poses[8] = cos_ground_west;
-        poses[9] = c(9.3319e-3) - part_5 - c(0.019319199999999995) - part_6;
+        poses[9] = c(9.3319e-3) - c(0.019319199999999995) - part_5 - part_6;
         poses[10] = c(-9.987300000000005e-3) - part_5 - part_6;
         poses[11] = mul_add(c(-3.075e-3), cos_ground_west, mul_add(c(-0.01412417511148881),
             sin_ground_west, c(3.075e-3)));
@@ -972,15 +959,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         poses[19] = mul_add(c(-0.9659256438592764), axis_y_south_west_z,
             -sin_ground_west * c(0.22414454887849852));
         poses[20] = axis_z_south_west_z;
-        poses[21] = mul_add(c(-0.030723179682250294), axis_y_south_west_x,
-            mul_add(c(1.428821217704556e-3), axis_x_south_west_x, mul_add(c(-3.075e-3),
-            axis_z_south_west_x, c(9.3319e-3))));
+        poses[21] = mul_add(c(-0.030723179682250294), axis_y_south_west_x, mul_add(c(-3.075e-3),
+            axis_z_south_west_x, mul_add(c(1.428821217704556e-3), axis_x_south_west_x,
+            c(9.3319e-3))));
         poses[22] = mul_add(c(-0.030723179682250294), axis_y_south_west_y, mul_add(c(-3.075e-3),
             axis_z_south_west_y, mul_add(c(1.428821217704556e-3), axis_x_south_west_y,
             c(-0.0293065))));
-        poses[23] = mul_add(c(-0.030723179682250294), axis_y_south_west_z,
-            mul_add(c(1.237395975552988e-3), sin_ground_west, mul_add(c(-3.075e-3),
-            axis_z_south_west_z, c(3.075e-3))));
+        poses[23] = mul_add(c(-0.030723179682250294), axis_y_south_west_z, mul_add(c(-3.075e-3),
+            axis_z_south_west_z, mul_add(c(1.237395975552988e-3), sin_ground_west, c(3.075e-3))));
         poses[24] = c(1.0);
         poses[25] = c(0.0);
         poses[26] = c(0.0);
@@ -1008,14 +994,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         poses[43] = mul_add(c(-0.8660254814097262), axis_x_south_z,
             c(0.4999998655490338) * axis_y_south_z);
         poses[44] = axis_z_south_z;
-        poses[45] = mul_add(c(6.571582869745334e-3), axis_y_south_x,
-            mul_add(c(-0.03004612451625117), axis_x_south_x, mul_add(c(-3.075e-3), axis_z_south_x,
-            c(9.3319e-3))));
-        poses[46] = mul_add(c(-0.03004612451625117), axis_x_south_y, mul_add(c(-3.075e-3),
-            axis_z_south_y, mul_add(c(6.571582869745334e-3), axis_y_south_y, c(-0.0293065))));
-        poses[47] = mul_add(c(6.571582869745334e-3), axis_y_south_z,
-            mul_add(c(-0.03004612451625117), axis_x_south_z, mul_add(c(-3.075e-3), axis_z_south_z,
-            c(3.075e-3))));
+        poses[45] = mul_add(c(6.571582869745334e-3), axis_y_south_x, mul_add(c(-3.075e-3),
+            axis_z_south_x, mul_add(c(-0.03004612451625117), axis_x_south_x, c(9.3319e-3))));
+        poses[46] = mul_add(c(6.571582869745334e-3), axis_y_south_y, -mul_add(c(3.075e-3),
+            axis_z_south_y, mul_add(c(0.03004612451625117), axis_x_south_y, c(0.0293065))));
+        poses[47] = mul_add(c(6.571582869745334e-3), axis_y_south_z, mul_add(c(-3.075e-3),
+            axis_z_south_z, mul_add(c(-0.03004612451625117), axis_x_south_z, c(3.075e-3))));
         poses[48] = axis_x_south_east_x;
         poses[49] = axis_y_south_east_x;
         poses[50] = axis_z_south_east_x;
@@ -1027,11 +1011,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         poses[56] = axis_z_south_east_z;
         poses[57] = mul_add(c(-3.075e-3), axis_z_south_east_x, mul_add(c(0.0293065),
             axis_y_south_east_x, mul_add(c(-9.3319e-3), axis_x_south_east_x, c(9.3319e-3))));
-        poses[58] = mul_add(c(-3.075e-3), axis_z_south_east_y, mul_add(c(-9.3319e-3),
-            axis_x_south_east_y, axis_y_south_east_y * c(0.0293065)) - c(0.0293065));
-        poses[59] = mul_add(c(-3.075e-3), axis_z_south_east_z, c(3.075e-3)
-            + mul_add(c(6.598649771354743e-3), sin_ground_east,
-            axis_y_south_east_z * c(0.0293065)));
+        poses[58] = mul_add(c(-3.075e-3), axis_z_south_east_y, mul_add(c(0.0293065),
+            axis_y_south_east_y, -mul_add(c(9.3319e-3), axis_x_south_east_y, c(0.0293065))));
+        poses[59] = mul_add(c(-3.075e-3), axis_z_south_east_z, mul_add(c(0.0293065),
+            axis_y_south_east_z, mul_add(c(6.598649771354743e-3), sin_ground_east, c(3.075e-3))));
         poses[60] = axis_x_south_east_x;
         poses[61] = across_south_east_x;
         poses[62] = axis_z_east_x;
@@ -1041,12 +1024,13 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         poses[66] = axis_z_east_y;
         poses[67] = axis_z_east_x;
         poses[68] = cos_ground_east;
-        poses[69] = mul_add(c(-0.019319199999999995), cos_ground_east, c(9.987299999999998e-3)
-            + mul_add(c(-2.1743533521486336e-3), sin_ground_east, c(9.3319e-3)));
+        poses[69] = mul_add(c(-0.019319199999999995), cos_ground_east,
+            mul_add(c(-2.1743533521486336e-3), sin_ground_east, c(9.3319e-3)
+            + c(9.987299999999998e-3)));
         poses[70] = mul_add(c(0.019319199999999995), cos_ground_east,
             mul_add(c(2.1743533521486336e-3), sin_ground_east, c(-0.0193192)));
-        poses[71] = c(3.075e-3) + mul_add(c(-3.075e-3), cos_ground_east,
-            sin_ground_east * c(0.027321474654198295));
+        poses[71] = mul_add(c(-3.075e-3), cos_ground_east, mul_add(c(0.027321474654198295),
+            sin_ground_east, c(3.075e-3)));
     }
     fn write_points(&self, q: &[S], out: &mut [S]) {
         let c = S::from_f64;
@@ -1062,7 +1046,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
         // south_east
         let south_east_part = cos_ground_east * c(-0.4999999999999999);
-        let across_south_east_x = south_east_part + c(0.4999999999999999);
+        let across_south_east_x = c(0.4999999999999999) + south_east_part;
         let south_east_part_2 = cos_ground_east * c(0.4999999999999999);
         let across_south_east_y = c(0.4999999999999999) + south_east_part_2;
         let axis_x_south_east_x = c(0.4999999999999999) - south_east_part;
@@ -1080,12 +1064,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             -south_east_part_4);
         let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east, -south_east_part_3);
         // south
-        let across_south_x = mul_add(c(0.8660254814097262), axis_x_south_east_x,
-            axis_y_south_east_x * c(0.4999998655490338));
-        let across_south_y = mul_add(c(0.8660254814097262), axis_x_south_east_y,
-            axis_y_south_east_y * c(0.4999998655490338));
-        let across_south_z = mul_add(c(-0.6123724905851617), sin_ground_east,
-            axis_y_south_east_z * c(0.4999998655490338));
+        let across_south_x = mul_add(c(0.4999998655490338), axis_y_south_east_x,
+            axis_x_south_east_x * c(0.8660254814097262));
+        let across_south_y = mul_add(c(0.4999998655490338), axis_y_south_east_y,
+            axis_x_south_east_y * c(0.8660254814097262));
+        let across_south_z = mul_add(c(0.4999998655490338), axis_y_south_east_z,
+            sin_ground_east * c(-0.6123724905851617));
         let axis_x_south_x = mul_add(c(-0.8660254814097262), axis_y_south_east_x,
             axis_x_south_east_x * c(0.4999998655490338));
         let axis_x_south_y = mul_add(c(-0.8660254814097262), axis_y_south_east_y,
@@ -1123,78 +1107,62 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             (sin_south_south_east, cos_south_south_east),
             (sin_south_west_south, cos_south_west_south),
         ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
-        // south_east
-        let across_south_east = u[4] * c(0.7071067811865475);
-        let carried_south_east_y = cos_south_east_east * across_south_east;
-        let south_east_part = sin_south_east_east * across_south_east;
-        let omega_south_east_x = across_south_east + u[3];
         // south_west
         let south_west_part = u[5] * c(0.8660257562110547);
         let south_west_part_2 = cos_west_south_west * south_west_part;
         let south_west_part_3 = sin_west_south_west * south_west_part;
         let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
-        // south
-        let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
-            carried_south_east_y * c(0.4999998655490338));
-        let carried_south_x = mul_add(c(-0.8660254814097262), carried_south_east_y,
-            omega_south_east_x * c(0.4999998655490338));
-        let carried_south_y = mul_add(-sin_south_south_east, south_east_part,
-            cos_south_south_east * across_south);
-        let carried_south_z = mul_add(-sin_south_south_east, across_south,
-            -cos_south_south_east * south_east_part);
-        let omega_south_x = carried_south_x + u[1];
+        // south_east
+        let across_south_east = u[4] * c(0.7071067811865475);
+        let carried_south_east_y = cos_south_east_east * across_south_east;
+        let south_east_part = sin_south_east_east * across_south_east;
+        let omega_south_east_x = u[3] + across_south_east;
         // south_ghost0
         let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
             south_west_part_2 * c(-0.7071071698144961));
-        let carried_south_ghost0_x = mul_add(c(0.7071071698144961), omega_south_west_x,
-            south_west_part_2 * c(-0.7071063925583853));
         let carried_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0,
             sin_south_west_south * south_west_part_3);
         let carried_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0,
             cos_south_west_south * south_west_part_3);
-        let omega_south_ghost0_x = carried_south_ghost0_x + u[0];
-        // south_east
-        let south_east_part_2 = mul_add(c(1.9085552925721835e-5), south_east_part * south_east_part,
-            mul_add(omega_south_east_x, mul_add(c(6.528386880865058e-6), omega_south_east_x,
-            carried_south_east_y * c(7.2072789294646456e-6)),
-            carried_south_east_y * mul_add(c(1.2623937521576779e-5), carried_south_east_y,
-            omega_south_east_x * c(7.2072789294646456e-6))));
-        // south_west
-        let south_west_part_4 = mul_add(c(1.6724917355178218e-5),
-            south_west_part_3 * south_west_part_3, mul_add(-south_west_part_2,
-            mul_add(c(-5.7748035664558305e-6), omega_south_west_x,
-            south_west_part_2 * c(-1.3277584214115281e-5)),
-            omega_south_west_x * mul_add(c(5.7748035664558305e-6), south_west_part_2,
-            omega_south_west_x * c(3.500911243495723e-6))));
+        let omega_south_ghost0_x = mul_add(c(-0.7071063925583853), south_west_part_2,
+            mul_add(c(0.7071071698144961), omega_south_west_x, u[0]));
         // south
-        let south_part = mul_add(c(1.8804327722141266e-5), carried_south_z * carried_south_z,
-            mul_add(omega_south_x, mul_add(c(5.589035390741692e-6), omega_south_x,
-            carried_south_y * c(6.64555505684884e-6)),
-            carried_south_y * mul_add(c(1.3262745496786401e-5), carried_south_y,
-            omega_south_x * c(6.64555505684884e-6))));
-        // south_ghost0
-        let south_ghost0_part = mul_add(c(1.880432772214127e-5),
-            carried_south_ghost0_z * carried_south_ghost0_z, mul_add(omega_south_ghost0_x,
-            mul_add(c(-6.645589092322223e-6), carried_south_ghost0_y,
-            omega_south_ghost0_x * c(5.5890943418685765e-6)),
-            carried_south_ghost0_y * mul_add(c(-6.645589092322223e-6), omega_south_ghost0_x,
-            carried_south_ghost0_y * c(1.3262686545659517e-5))));
+        let across_south = mul_add(c(0.4999998655490338), carried_south_east_y,
+            omega_south_east_x * c(0.8660254814097262));
+        let carried_south_y = mul_add(-sin_south_south_east, south_east_part,
+            cos_south_south_east * across_south);
+        let carried_south_z = mul_add(-sin_south_south_east, across_south,
+            -cos_south_south_east * south_east_part);
+        let omega_south_x = mul_add(c(-0.8660254814097262), carried_south_east_y,
+            mul_add(c(0.4999998655490338), omega_south_east_x, u[1]));
+        // south_east
+        let south_east_part_2 = mul_add(omega_south_east_x, mul_add(c(7.2072789294646456e-6),
+            carried_south_east_y, omega_south_east_x * c(6.528386880865058e-6)),
+            mul_add(carried_south_east_y, mul_add(c(1.2623937521576779e-5), carried_south_east_y,
+            omega_south_east_x * c(7.2072789294646456e-6)),
+            south_east_part * south_east_part * c(1.9085552925721835e-5)));
+        // south_west
+        let south_west_part_4 = mul_add(omega_south_west_x, mul_add(c(5.7748035664558305e-6),
+            south_west_part_2, omega_south_west_x * c(3.500911243495723e-6)),
+            mul_add(-south_west_part_2, mul_add(c(-5.7748035664558305e-6), omega_south_west_x,
+            south_west_part_2 * c(-1.3277584214115281e-5)),
+            south_west_part_3 * south_west_part_3 * c(1.6724917355178218e-5)));
         // east
         let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
-        // south_east
-        let axis_y_south_east_z = mul_add(cos_south_east_east, axis_z_east_x,
-            cos_ground_east * sin_south_east_east);
-        let axis_z_south_east_z = mul_add(-sin_south_east_east, axis_z_east_x,
-            cos_ground_east * cos_south_east_east);
         // south_west
         let across_south_west_z = sin_ground_west * c(0.4999993895786978);
         let axis_y_south_west_z = mul_add(cos_west_south_west, across_south_west_z,
             cos_ground_west * sin_west_south_west);
         let axis_z_south_west_z = mul_add(-sin_west_south_west, across_south_west_z,
             cos_ground_west * cos_west_south_west);
+        // south_east
+        let axis_y_south_east_z = mul_add(cos_south_east_east, axis_z_east_x,
+            cos_ground_east * sin_south_east_east);
+        let axis_z_south_east_z = mul_add(-sin_south_east_east, axis_z_east_x,
+            cos_ground_east * cos_south_east_east);
         // south
-        let across_south_z = mul_add(c(-0.6123724905851617), sin_ground_east,
-            c(0.4999998655490338) * axis_y_south_east_z);
+        let across_south_z = mul_add(c(0.4999998655490338), axis_y_south_east_z,
+            sin_ground_east * c(-0.6123724905851617));
         let axis_x_south_z = mul_add(c(-0.8660254814097262), axis_y_south_east_z,
             sin_ground_east * c(-0.3535532955220838));
         let axis_y_south_z = mul_add(cos_south_south_east, across_south_z,
@@ -1206,24 +1174,36 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             sin_ground_west * c(0.6123730214608576));
         let axis_y_south_ghost0_z = mul_add(cos_south_west_south, across_south_ghost0_z,
             sin_south_west_south * axis_z_south_west_z);
+        // south
+        let south_part = mul_add(omega_south_x, mul_add(c(6.64555505684884e-6), carried_south_y,
+            omega_south_x * c(5.589035390741692e-6)), mul_add(carried_south_y,
+            mul_add(c(1.3262745496786401e-5), carried_south_y,
+            omega_south_x * c(6.64555505684884e-6)),
+            carried_south_z * carried_south_z * c(1.8804327722141266e-5)));
+        // south_ghost0
+        let south_ghost0_part = mul_add(omega_south_ghost0_x, mul_add(c(-6.645589092322223e-6),
+            carried_south_ghost0_y, omega_south_ghost0_x * c(5.5890943418685765e-6)),
+            mul_add(carried_south_ghost0_y, mul_add(c(-6.645589092322223e-6), omega_south_ghost0_x,
+            carried_south_ghost0_y * c(1.3262686545659517e-5)),
+            carried_south_ghost0_z * carried_south_ghost0_z * c(1.880432772214127e-5)));
         // the whole mechanism
         let part = mul_add(c(0.5), south_part, mul_add(c(0.5), south_west_part_4, mul_add(c(0.5),
             south_east_part_2, mul_add(c(2.429264555308989e-6), u[5] * u[5],
             u[4] * u[4] * c(1.3072899663325737e-6)))));
-        let part_2 = mul_add(c(5.7e-3), q[1] * q[1], mul_add(c(5.7e-3), q[0] * q[0],
-            c(9.81) * mul_add(c(1.7025149681007906e-4), axis_y_south_ghost0_z,
-            mul_add(c(2.948828340031111e-4), axis_x_south_ghost0_z, c(2.3245895025686742e-5)))));
-        let part_3 = mul_add(c(5.7e-3), q[5] * q[5], mul_add(c(5.7e-3), q[4] * q[4],
-            mul_add(c(5.7e-3), q[3] * q[3], mul_add(c(5.7e-3), q[2] * q[2], part_2))));
-        let part_4 = mul_add(c(9.81), mul_add(c(-2.1820669112261221e-4), axis_y_south_east_z,
-            mul_add(c(-2.4302844717773972e-4), sin_ground_east, c(3.271796768985903e-5))),
-            mul_add(c(9.81), mul_add(c(1.885487028387268e-4), sin_ground_west,
+        let part_2 = mul_add(c(5.7e-3), q[1] * q[1], q[0] * q[0] * c(5.7e-3)) + mul_add(c(5.7e-3),
+            q[3] * q[3], c(5.7e-3) * (q[2] * q[2]));
+        let part_3 = mul_add(c(9.81), mul_add(c(1.885487028387268e-4), sin_ground_west,
             c(3.271830984658037e-5)), mul_add(c(9.81), mul_add(c(-1.2422592520055817e-4),
-            sin_ground_east, c(2.6259338451085914e-5)), part_3)));
-        let part_5 = mul_add(c(9.81), mul_add(c(-1.702501854199059e-4), axis_y_south_z,
-            mul_add(c(2.9488359113430905e-4), axis_x_south_z, c(2.3245895025686742e-5))),
-            mul_add(c(9.81), mul_add(c(1.4350139506894642e-4), axis_y_south_west_z,
-            mul_add(c(2.7641520973715973e-4), sin_ground_west, c(2.6258770161227824e-5))), part_4));
+            sin_ground_east, c(2.6259338451085914e-5)), mul_add(c(5.7e-3), q[5] * q[5],
+            c(5.7e-3) * (q[4] * q[4])) + part_2));
+        let part_4 = mul_add(c(9.81), mul_add(c(1.4350139506894642e-4), axis_y_south_west_z,
+            mul_add(c(2.7641520973715973e-4), sin_ground_west, c(2.6258770161227824e-5))),
+            mul_add(c(9.81), mul_add(c(-2.1820669112261221e-4), axis_y_south_east_z,
+            mul_add(c(-2.4302844717773972e-4), sin_ground_east, c(3.271796768985903e-5))), part_3));
+        let part_5 = mul_add(c(9.81), mul_add(c(1.7025149681007906e-4), axis_y_south_ghost0_z,
+            mul_add(c(2.948828340031111e-4), axis_x_south_ghost0_z, c(2.3245895025686742e-5))),
+            mul_add(c(9.81), mul_add(c(-1.702501854199059e-4), axis_y_south_z,
+            mul_add(c(2.9488359113430905e-4), axis_x_south_z, c(2.3245895025686742e-5))), part_4));
         kinetic[0] = mul_add(c(0.5), south_ghost0_part, part);
         potential[0] = part_5;
         ::lamc_runtime::Energy {
@@ -1255,24 +1235,6 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         // west
         let omega_xx_west = u[5] * u[5];
         let west_part = cos_ground_west * c(9.81);
-        // south_east
-        let across_south_east = u[4] * c(0.7071067811865475);
-        let carried_south_east_y = cos_south_east_east * across_south_east;
-        let south_east_part = sin_south_east_east * across_south_east;
-        let omega_south_east_x = across_south_east + u[3];
-        let omega_xx_south_east = omega_south_east_x * omega_south_east_x;
-        let omega_yy_south_east = carried_south_east_y * carried_south_east_y;
-        let omega_zz_south_east = south_east_part * south_east_part;
-        let omega_xy_south_east = carried_south_east_y * omega_south_east_x;
-        let south_east_part_2 = south_east_part * omega_south_east_x;
-        let omega_xz_south_east = -south_east_part_2;
-        let south_east_part_3 = carried_south_east_y * south_east_part;
-        let omega_yz_south_east = -south_east_part_3;
-        let across_south_east_2 = sin_ground_east * c(-6.936717523440031);
-        let free_fall_south_east_y = mul_add(-sin_south_east_east, east_part,
-            cos_south_east_east * across_south_east_2);
-        let free_fall_south_east_z = mul_add(-sin_south_east_east, across_south_east_2,
-            -cos_south_east_east * east_part);
         // south_west
         let south_west_part = u[5] * c(0.8660257562110547);
         let south_west_part_2 = cos_west_south_west * south_west_part;
@@ -1291,6 +1253,70 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             cos_west_south_west * across_south_west);
         let free_fall_south_west_z = mul_add(-sin_west_south_west, across_south_west,
             -cos_west_south_west * west_part);
+        let south_west_part_6 = c(0.8660257562110547) * a[5];
+        let alpha_moving_south_west_x = mul_add(c(0.4999993895786978), a[5], a[2]);
+        let alpha_moving_south_west_y = mul_add(-cos_west_south_west, south_west_part_6,
+            south_west_part_3 * u[2]);
+        let alpha_moving_south_west_z = mul_add(sin_west_south_west, south_west_part_6,
+            south_west_part_2 * u[2]);
+        let gradient_moving_x_south_west_y = omega_xy_south_west - alpha_moving_south_west_z;
+        let gradient_moving_x_south_west_z = omega_xz_south_west + alpha_moving_south_west_y;
+        let gradient_moving_y_south_west_x = alpha_moving_south_west_z - south_west_part_4;
+        let gradient_moving_y_south_west_z = omega_yz_south_west - alpha_moving_south_west_x;
+        let gradient_moving_z_south_west_x = omega_xz_south_west - alpha_moving_south_west_y;
+        let gradient_moving_z_south_west_y = alpha_moving_south_west_x - south_west_part_5;
+        // west
+        let force_own_west_y = mul_add(c(1.885487028387268e-4), omega_xx_west,
+            sin_ground_west * c(-0.10437938848616371));
+        let force_own_west_z = mul_add(c(-1.885487028387268e-4), a[5],
+            cos_ground_west * c(-0.10437938848616371));
+        let moment_own_west_x = mul_add(c(-1.84966277484791e-3), cos_ground_west,
+            -mul_add(c(3.3386074605289806e-8), a[5], a[5] * c(4.825143036012689e-6)));
+        let moment_own_west_y = mul_add(c(3.539652672546511e-3), cos_ground_west,
+            a[5] * c(6.243161609895162e-6));
+        let moment_own_west_z = mul_add(c(6.243161609895162e-6), omega_xx_west,
+            sin_ground_west * c(-3.539652672546511e-3));
+        // south_east
+        let across_south_east = u[4] * c(0.7071067811865475);
+        let carried_south_east_y = cos_south_east_east * across_south_east;
+        let south_east_part = sin_south_east_east * across_south_east;
+        let omega_south_east_x = across_south_east + u[3];
+        let omega_xx_south_east = omega_south_east_x * omega_south_east_x;
+        let omega_yy_south_east = carried_south_east_y * carried_south_east_y;
+        let omega_zz_south_east = south_east_part * south_east_part;
+        let omega_xy_south_east = carried_south_east_y * omega_south_east_x;
+        let south_east_part_2 = south_east_part * omega_south_east_x;
+        let omega_xz_south_east = -south_east_part_2;
+        let south_east_part_3 = carried_south_east_y * south_east_part;
+        let omega_yz_south_east = -south_east_part_3;
+        let across_south_east_2 = sin_ground_east * c(-6.936717523440031);
+        let free_fall_south_east_y = mul_add(-sin_south_east_east, east_part,
+            cos_south_east_east * across_south_east_2);
+        let free_fall_south_east_z = mul_add(-sin_south_east_east, across_south_east_2,
+            -cos_south_east_east * east_part);
+        let across_south_east_3 = c(0.7071067811865475) * a[4];
+        let alpha_moving_south_east_x = across_south_east_3 + a[3];
+        let alpha_moving_south_east_y = mul_add(-south_east_part, u[3],
+            cos_south_east_east * across_south_east_3);
+        let alpha_moving_south_east_z = mul_add(-sin_south_east_east, across_south_east_3,
+            -carried_south_east_y * u[3]);
+        let gradient_moving_x_south_east_y = omega_xy_south_east - alpha_moving_south_east_z;
+        let gradient_moving_x_south_east_z = alpha_moving_south_east_y - south_east_part_2;
+        let gradient_moving_y_south_east_x = omega_xy_south_east + alpha_moving_south_east_z;
+        let gradient_moving_y_south_east_z = omega_yz_south_east - alpha_moving_south_east_x;
+        let gradient_moving_z_south_east_x = omega_xz_south_east - alpha_moving_south_east_y;
+        let gradient_moving_z_south_east_y = alpha_moving_south_east_x - south_east_part_3;
+        // east
+        let force_own_east_y = mul_add(c(-1.2422592520055817e-4), omega_xx_east,
+            sin_ground_east * c(-0.08377369437565946));
+        let force_own_east_z = mul_add(c(1.2422592520055817e-4), a[4],
+            cos_ground_east * c(-0.08377369437565946));
+        let moment_own_east_x = -cos_ground_east * c(-1.2186563262174758e-3)
+            - mul_add(c(2.6789645046735387e-8), a[4], a[4] * c(2.587790287618412e-6));
+        let moment_own_east_y = mul_add(c(-4.888494966109656e-6), a[4],
+            -cos_ground_east * c(-3.2095218013892565e-3));
+        let moment_own_east_z = mul_add(c(-4.888494966109656e-6), omega_xx_east,
+            sin_ground_east * c(-3.2095218013892565e-3));
         // south
         let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
             carried_south_east_y * c(0.4999998655490338));
@@ -1339,94 +1365,47 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             sin_south_west_south * free_fall_south_west_z);
         let free_fall_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_2,
             cos_south_west_south * free_fall_south_west_z);
-        // south_east
-        let across_south_east_3 = c(0.7071067811865475) * a[4];
-        let alpha_moving_south_east_x = across_south_east_3 + a[3];
-        let alpha_moving_south_east_y = mul_add(-south_east_part, u[3],
-            cos_south_east_east * across_south_east_3);
-        let alpha_moving_south_east_z = mul_add(-sin_south_east_east, across_south_east_3,
-            -carried_south_east_y * u[3]);
-        let gradient_moving_x_south_east_y = omega_xy_south_east - alpha_moving_south_east_z;
-        let gradient_moving_x_south_east_z = alpha_moving_south_east_y - south_east_part_2;
-        let gradient_moving_y_south_east_x = omega_xy_south_east + alpha_moving_south_east_z;
-        let gradient_moving_y_south_east_z = omega_yz_south_east - alpha_moving_south_east_x;
-        let gradient_moving_z_south_east_x = omega_xz_south_east - alpha_moving_south_east_y;
-        let gradient_moving_z_south_east_y = alpha_moving_south_east_x - south_east_part_3;
-        // south_west
-        let south_west_part_6 = c(0.8660257562110547) * a[5];
-        let alpha_moving_south_west_x = mul_add(c(0.4999993895786978), a[5], a[2]);
-        let alpha_moving_south_west_y = mul_add(-cos_west_south_west, south_west_part_6,
-            south_west_part_3 * u[2]);
-        let alpha_moving_south_west_z = mul_add(sin_west_south_west, south_west_part_6,
-            south_west_part_2 * u[2]);
-        let gradient_moving_x_south_west_y = omega_xy_south_west - alpha_moving_south_west_z;
-        let gradient_moving_x_south_west_z = omega_xz_south_west + alpha_moving_south_west_y;
-        let gradient_moving_y_south_west_x = alpha_moving_south_west_z - south_west_part_4;
-        let gradient_moving_y_south_west_z = omega_yz_south_west - alpha_moving_south_west_x;
-        let gradient_moving_z_south_west_x = omega_xz_south_west - alpha_moving_south_west_y;
-        let gradient_moving_z_south_west_y = alpha_moving_south_west_x - south_west_part_5;
+        let force_closing_south_ghost0_y = lambda[0] * c(0.9999999999999999);
+        let force_closing_south_ghost0_z = lambda[1] + lambda[2];
+        let south_ghost0_part = lambda[1] * c(0.08068423607472835);
+        let moment_closing_south_ghost0_z = lambda[0] * c(0.08068423607472834);
+        let across_south_ghost0_3 = mul_add(-sin_south_west_south, force_closing_south_ghost0_z,
+            cos_south_west_south * force_closing_south_ghost0_y);
+        let force_above_south_ghost0_y = c(0.7071071698144961) * across_south_ghost0_3;
+        let force_above_south_ghost0_z = mul_add(cos_south_west_south, force_closing_south_ghost0_z,
+            sin_south_west_south * force_closing_south_ghost0_y);
+        let across_south_ghost0_4 = mul_add(-sin_south_west_south, moment_closing_south_ghost0_z,
+            -cos_south_west_south * south_ghost0_part);
+        let moment_above_south_ghost0_x = mul_add(c(-0.7071063925583853), across_south_ghost0_4,
+            lambda[2] * c(0.05705240181944583));
+        let moment_above_south_ghost0_y = mul_add(c(0.0570523391071303), lambda[2],
+            c(0.7071071698144961) * across_south_ghost0_4);
+        let moment_above_south_ghost0_z = mul_add(-sin_south_west_south, south_ghost0_part,
+            cos_south_west_south * moment_closing_south_ghost0_z);
         // south
-        let across_south_3 = mul_add(c(0.8660254814097262), alpha_moving_south_east_x,
-            c(0.4999998655490338) * alpha_moving_south_east_y);
-        let alpha_moving_south_x = a[1] + mul_add(c(-0.8660254814097262), alpha_moving_south_east_y,
-            c(0.4999998655490338) * alpha_moving_south_east_x);
-        let alpha_moving_south_y = mul_add(cos_south_south_east, across_south_3,
-            mul_add(sin_south_south_east, alpha_moving_south_east_z, carried_south_z * u[1]));
-        let alpha_moving_south_z = mul_add(-sin_south_south_east, across_south_3,
-            mul_add(-carried_south_y, u[1], cos_south_south_east * alpha_moving_south_east_z));
-        let gradient_moving_x_south_y = omega_xy_south - alpha_moving_south_z;
-        let gradient_moving_x_south_z = omega_xz_south + alpha_moving_south_y;
-        let gradient_moving_y_south_x = omega_xy_south + alpha_moving_south_z;
-        let gradient_moving_y_south_z = omega_yz_south - alpha_moving_south_x;
-        let gradient_moving_z_south_x = omega_xz_south - alpha_moving_south_y;
-        let gradient_moving_z_south_y = omega_yz_south + alpha_moving_south_x;
-        let moment_own_south_x = -free_fall_south_z * c(1.702501854199059e-4)
-            - mul_add(c(-2.3726582693412885e-8), gradient_moving_y_south_z,
-            mul_add(c(-6.64555505684884e-6), gradient_moving_z_south_x,
-            gradient_moving_z_south_y * c(5.565308808048279e-6)));
-        // south_ghost0
-        let across_south_ghost0_3 = mul_add(c(-0.7071063925583853), alpha_moving_south_west_x,
-            c(0.7071071698144961) * alpha_moving_south_west_y);
-        let alpha_moving_south_ghost0_x = a[0] + mul_add(c(0.7071063925583853),
-            alpha_moving_south_west_y, c(0.7071071698144961) * alpha_moving_south_west_x);
-        let alpha_moving_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0_3,
-            mul_add(sin_south_west_south, alpha_moving_south_west_z,
-            carried_south_ghost0_z * u[0]));
-        let alpha_moving_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_3,
-            mul_add(-carried_south_ghost0_y, u[0],
-            cos_south_west_south * alpha_moving_south_west_z));
-        let gradient_moving_x_south_ghost0_y = omega_xy_south_ghost0 - alpha_moving_south_ghost0_z;
-        let gradient_moving_x_south_ghost0_z = omega_xz_south_ghost0 + alpha_moving_south_ghost0_y;
-        let gradient_moving_y_south_ghost0_x = omega_xy_south_ghost0 + alpha_moving_south_ghost0_z;
-        let gradient_moving_y_south_ghost0_z = omega_yz_south_ghost0 - alpha_moving_south_ghost0_x;
-        let gradient_moving_z_south_ghost0_x = omega_xz_south_ghost0 - alpha_moving_south_ghost0_y;
-        let gradient_moving_z_south_ghost0_y = omega_yz_south_ghost0 + alpha_moving_south_ghost0_x;
-        let moment_own_south_ghost0_x = mul_add(c(1.7025149681007906e-4), free_fall_south_ghost0_z,
-            -mul_add(c(-2.372658269341246e-8), gradient_moving_y_south_ghost0_z,
-            mul_add(c(5.5653677591751645e-6), gradient_moving_z_south_ghost0_y,
-            gradient_moving_z_south_ghost0_x * c(6.645589092322223e-6))));
-        // east
-        let force_own_east_y = mul_add(c(-1.2422592520055817e-4), omega_xx_east,
-            sin_ground_east * c(-0.08377369437565946));
-        let force_own_east_z = mul_add(c(1.2422592520055817e-4), a[4],
-            cos_ground_east * c(-0.08377369437565946));
-        let moment_own_east_x = -cos_ground_east * c(-1.2186563262174758e-3)
-            - mul_add(c(2.6789645046735387e-8), a[4], a[4] * c(2.587790287618412e-6));
-        let moment_own_east_y = mul_add(c(-4.888494966109656e-6), a[4],
-            -cos_ground_east * c(-3.2095218013892565e-3));
-        let moment_own_east_z = mul_add(c(-4.888494966109656e-6), omega_xx_east,
-            sin_ground_east * c(-3.2095218013892565e-3));
-        // west
-        let force_own_west_y = mul_add(c(1.885487028387268e-4), omega_xx_west,
-            sin_ground_west * c(-0.10437938848616371));
-        let force_own_west_z = mul_add(c(-1.885487028387268e-4), a[5],
-            cos_ground_west * c(-0.10437938848616371));
-        let moment_own_west_x = mul_add(c(-1.84966277484791e-3), cos_ground_west,
-            -mul_add(c(3.3386074605289806e-8), a[5], a[5] * c(4.825143036012689e-6)));
-        let moment_own_west_y = mul_add(c(3.539652672546511e-3), cos_ground_west,
-            a[5] * c(6.243161609895162e-6));
-        let moment_own_west_z = mul_add(c(6.243161609895162e-6), omega_xx_west,
-            sin_ground_west * c(-3.539652672546511e-3));
+        let south_part = lambda[0] * c(0.5000002689018962);
+        let force_closing_south_z = -lambda[1] - lambda[2];
+        let moment_closing_south_x = mul_add(c(-0.040342139733508246), lambda[2],
+            lambda[1] * c(0.06987458559937648));
+        let moment_closing_south_y = mul_add(c(0.0698745855993765), lambda[2],
+            lambda[1] * c(0.04034213973350825));
+        let moment_closing_south_z = lambda[0] * c(-0.08068423607472835);
+        let across_south_3 = mul_add(-sin_south_south_east, force_closing_south_z,
+            -cos_south_south_east * south_part);
+        let force_above_south_x = mul_add(c(0.8660254814097262), across_south_3,
+            lambda[0] * c(-0.433012507828969));
+        let force_above_south_y = mul_add(c(0.7499999327744626), lambda[0],
+            c(0.4999998655490338) * across_south_3);
+        let force_above_south_z = mul_add(-sin_south_south_east, south_part,
+            cos_south_south_east * force_closing_south_z);
+        let across_south_4 = mul_add(-sin_south_south_east, moment_closing_south_z,
+            cos_south_south_east * moment_closing_south_y);
+        let moment_above_south_x = mul_add(c(0.8660254814097262), across_south_4,
+            c(0.4999998655490338) * moment_closing_south_x);
+        let moment_above_south_y = mul_add(c(-0.8660254814097262), moment_closing_south_x,
+            c(0.4999998655490338) * across_south_4);
+        let moment_above_south_z = mul_add(cos_south_south_east, moment_closing_south_z,
+            sin_south_south_east * moment_closing_south_y);
         // south_east
         let force_own_south_east_x = mul_add(c(0.07380660156279345), sin_ground_east,
             -mul_add(c(-2.1820669112261221e-4), gradient_moving_x_south_east_y, (omega_yy_south_east
@@ -1471,6 +1450,79 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             free_fall_south_west_y * c(3.191766616116623e-4)) - mul_add(c(-3.474122192279329e-6),
             gradient_moving_x_south_west_y, mul_add(c(5.7748035664558305e-6), omega_yy_south_west
             - omega_xx_south_west, gradient_moving_y_south_west_x * c(1.3250795162898888e-5)));
+        let across_south_west_2 = mul_add(-sin_west_south_west, force_above_south_ghost0_z,
+            cos_west_south_west * force_above_south_ghost0_y);
+        let force_above_south_west_x = mul_add(c(-0.8660257562110547), across_south_west_2,
+            across_south_ghost0_3 * c(-0.3535527646463877));
+        let force_above_south_west_y = mul_add(c(-0.6123723483370465), across_south_ghost0_3,
+            c(0.4999993895786978) * across_south_west_2);
+        let force_above_south_west_z = mul_add(cos_west_south_west, force_above_south_ghost0_z,
+            sin_west_south_west * force_above_south_ghost0_y);
+        let across_south_west_3 = mul_add(-sin_west_south_west, moment_above_south_ghost0_z,
+            cos_west_south_west * moment_above_south_ghost0_y);
+        let moment_above_south_west_x = mul_add(c(-0.8660257562110547), across_south_west_3,
+            c(0.4999993895786978) * moment_above_south_ghost0_x);
+        let moment_above_south_west_y = mul_add(c(0.8660257562110547), moment_above_south_ghost0_x,
+            c(0.4999993895786978) * across_south_west_3);
+        let moment_above_south_west_z = mul_add(cos_west_south_west, moment_above_south_ghost0_z,
+            sin_west_south_west * moment_above_south_ghost0_y);
+        // south_east
+        let across_south_east_4 = mul_add(-sin_south_east_east, force_above_south_z,
+            cos_south_east_east * force_above_south_y);
+        let south_east_part_4 = c(0.7071067811865475) * force_above_south_x;
+        let south_east_part_5 = c(0.7071067811865475) * across_south_east_4;
+        let force_above_south_east_x = south_east_part_4 + south_east_part_5;
+        let force_above_south_east_y = south_east_part_5 - south_east_part_4;
+        let force_above_south_east_z = mul_add(cos_south_east_east, force_above_south_z,
+            sin_south_east_east * force_above_south_y);
+        let across_south_east_5 = mul_add(-sin_south_east_east, moment_above_south_z,
+            cos_south_east_east * moment_above_south_y);
+        let south_east_part_6 = c(0.7071067811865475) * moment_above_south_x;
+        let south_east_part_7 = c(0.7071067811865475) * across_south_east_5;
+        let moment_above_south_east_x = south_east_part_6 + south_east_part_7;
+        let moment_above_south_east_y = south_east_part_7 - south_east_part_6;
+        let moment_above_south_east_z = mul_add(cos_south_east_east, moment_above_south_z,
+            sin_south_east_east * moment_above_south_y);
+        // south
+        let across_south_5 = mul_add(c(0.8660254814097262), alpha_moving_south_east_x,
+            c(0.4999998655490338) * alpha_moving_south_east_y);
+        let alpha_moving_south_x = a[1] + mul_add(c(-0.8660254814097262), alpha_moving_south_east_y,
+            c(0.4999998655490338) * alpha_moving_south_east_x);
+        let alpha_moving_south_y = mul_add(cos_south_south_east, across_south_5,
+            mul_add(sin_south_south_east, alpha_moving_south_east_z, carried_south_z * u[1]));
+        let alpha_moving_south_z = mul_add(-sin_south_south_east, across_south_5,
+            mul_add(-carried_south_y, u[1], cos_south_south_east * alpha_moving_south_east_z));
+        let gradient_moving_x_south_y = omega_xy_south - alpha_moving_south_z;
+        let gradient_moving_x_south_z = omega_xz_south + alpha_moving_south_y;
+        let gradient_moving_y_south_x = omega_xy_south + alpha_moving_south_z;
+        let gradient_moving_y_south_z = omega_yz_south - alpha_moving_south_x;
+        let gradient_moving_z_south_x = omega_xz_south - alpha_moving_south_y;
+        let gradient_moving_z_south_y = omega_yz_south + alpha_moving_south_x;
+        let moment_own_south_x = -free_fall_south_z * c(1.702501854199059e-4)
+            - mul_add(c(-2.3726582693412885e-8), gradient_moving_y_south_z,
+            mul_add(c(-6.64555505684884e-6), gradient_moving_z_south_x,
+            gradient_moving_z_south_y * c(5.565308808048279e-6)));
+        // south_ghost0
+        let across_south_ghost0_5 = mul_add(c(-0.7071063925583853), alpha_moving_south_west_x,
+            c(0.7071071698144961) * alpha_moving_south_west_y);
+        let alpha_moving_south_ghost0_x = a[0] + mul_add(c(0.7071063925583853),
+            alpha_moving_south_west_y, c(0.7071071698144961) * alpha_moving_south_west_x);
+        let alpha_moving_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0_5,
+            mul_add(sin_south_west_south, alpha_moving_south_west_z,
+            carried_south_ghost0_z * u[0]));
+        let alpha_moving_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_5,
+            mul_add(-carried_south_ghost0_y, u[0],
+            cos_south_west_south * alpha_moving_south_west_z));
+        let gradient_moving_x_south_ghost0_y = omega_xy_south_ghost0 - alpha_moving_south_ghost0_z;
+        let gradient_moving_x_south_ghost0_z = omega_xz_south_ghost0 + alpha_moving_south_ghost0_y;
+        let gradient_moving_y_south_ghost0_x = omega_xy_south_ghost0 + alpha_moving_south_ghost0_z;
+        let gradient_moving_y_south_ghost0_z = omega_yz_south_ghost0 - alpha_moving_south_ghost0_x;
+        let gradient_moving_z_south_ghost0_x = omega_xz_south_ghost0 - alpha_moving_south_ghost0_y;
+        let gradient_moving_z_south_ghost0_y = omega_yz_south_ghost0 + alpha_moving_south_ghost0_x;
+        let moment_own_south_ghost0_x = mul_add(c(1.7025149681007906e-4), free_fall_south_ghost0_z,
+            -mul_add(c(-2.372658269341246e-8), gradient_moving_y_south_ghost0_z,
+            mul_add(c(5.5653677591751645e-6), gradient_moving_z_south_ghost0_y,
+            gradient_moving_z_south_ghost0_x * c(6.645589092322223e-6))));
         // south
         let force_own_south_x = mul_add(c(7.559640658759916e-3), free_fall_south_x,
             -mul_add(c(-1.702501854199059e-4), gradient_moving_x_south_y, (omega_yy_south
@@ -1507,173 +1559,97 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             free_fall_south_ghost0_y * c(2.948828340031111e-4)) - mul_add(c(-5.5653677591751645e-6),
             gradient_moving_x_south_ghost0_y, mul_add(c(6.645589092322223e-6), omega_yy_south_ghost0
             - omega_xx_south_ghost0, gradient_moving_y_south_ghost0_x * c(1.3238959962966104e-5)));
-        let across_south_ghost0_4 = mul_add(-sin_south_west_south, force_own_south_ghost0_z,
+        let across_south_ghost0_6 = mul_add(-sin_south_west_south, force_own_south_ghost0_z,
             cos_south_west_south * force_own_south_ghost0_y);
-        let force_above_south_ghost0_x = mul_add(c(-0.7071063925583853), across_south_ghost0_4,
+        let force_above_south_ghost0_x = mul_add(c(-0.7071063925583853), across_south_ghost0_6,
             c(0.7071071698144961) * force_own_south_ghost0_x);
-        let force_above_south_ghost0_y = mul_add(c(0.7071063925583853), force_own_south_ghost0_x,
-            c(0.7071071698144961) * across_south_ghost0_4);
-        let force_above_south_ghost0_z = mul_add(cos_south_west_south, force_own_south_ghost0_z,
+        let force_above_south_ghost0_y_2 = mul_add(c(0.7071063925583853), force_own_south_ghost0_x,
+            c(0.7071071698144961) * across_south_ghost0_6);
+        let force_above_south_ghost0_z_2 = mul_add(cos_south_west_south, force_own_south_ghost0_z,
             sin_south_west_south * force_own_south_ghost0_y);
-        let across_south_ghost0_5 = mul_add(-sin_south_west_south, moment_own_south_ghost0_z,
+        let across_south_ghost0_7 = mul_add(-sin_south_west_south, moment_own_south_ghost0_z,
             cos_south_west_south * moment_own_south_ghost0_y);
-        let moment_above_south_ghost0_x = mul_add(c(-0.7071063925583853), across_south_ghost0_5,
+        let moment_above_south_ghost0_x_2 = mul_add(c(-0.7071063925583853), across_south_ghost0_7,
             c(0.7071071698144961) * moment_own_south_ghost0_x);
-        let moment_above_south_ghost0_y = mul_add(c(0.7071063925583853), moment_own_south_ghost0_x,
-            c(0.7071071698144961) * across_south_ghost0_5);
-        let moment_above_south_ghost0_z = mul_add(cos_south_west_south, moment_own_south_ghost0_z,
+        let moment_above_south_ghost0_y_2 = mul_add(c(0.7071063925583853),
+            moment_own_south_ghost0_x, c(0.7071071698144961) * across_south_ghost0_7);
+        let moment_above_south_ghost0_z_2 = mul_add(cos_south_west_south, moment_own_south_ghost0_z,
             sin_south_west_south * moment_own_south_ghost0_y);
         // south
-        let across_south_4 = mul_add(-sin_south_south_east, force_own_south_z,
+        let across_south_6 = mul_add(-sin_south_south_east, force_own_south_z,
             cos_south_south_east * force_own_south_y);
-        let force_above_south_x = mul_add(c(0.8660254814097262), across_south_4,
-            c(0.4999998655490338) * force_own_south_x);
-        let force_above_south_y = mul_add(c(-0.8660254814097262), force_own_south_x,
-            c(0.4999998655490338) * across_south_4);
-        let force_above_south_z = mul_add(cos_south_south_east, force_own_south_z,
-            sin_south_south_east * force_own_south_y);
-        let across_south_5 = mul_add(-sin_south_south_east, moment_own_south_z,
-            cos_south_south_east * moment_own_south_y);
-        let moment_above_south_x = mul_add(c(0.8660254814097262), across_south_5,
-            c(0.4999998655490338) * moment_own_south_x);
-        let moment_above_south_y = mul_add(c(-0.8660254814097262), moment_own_south_x,
-            c(0.4999998655490338) * across_south_5);
-        let moment_above_south_z = mul_add(cos_south_south_east, moment_own_south_z,
-            sin_south_south_east * moment_own_south_y);
-        // south_west
-        let force_carried_south_west_x = force_own_south_west_x + force_above_south_ghost0_x;
-        let force_carried_south_west_y = force_own_south_west_y + force_above_south_ghost0_y;
-        let force_carried_south_west_z = force_own_south_west_z + force_above_south_ghost0_z;
-        let moment_carried_south_west_x = moment_own_south_west_x + moment_above_south_ghost0_x;
-        let moment_carried_south_west_y = moment_own_south_west_y + moment_above_south_ghost0_y;
-        let moment_carried_south_west_z = moment_own_south_west_z + moment_above_south_ghost0_z;
-        let across_south_west_2 = mul_add(-sin_west_south_west, force_carried_south_west_z,
-            cos_west_south_west * force_carried_south_west_y);
-        let force_above_south_west_x = mul_add(c(-0.8660257562110547), across_south_west_2,
-            c(0.4999993895786978) * force_carried_south_west_x);
-        let force_above_south_west_y = mul_add(c(0.8660257562110547), force_carried_south_west_x,
-            c(0.4999993895786978) * across_south_west_2);
-        let force_above_south_west_z = mul_add(cos_west_south_west, force_carried_south_west_z,
-            sin_west_south_west * force_carried_south_west_y);
-        let across_south_west_3 = mul_add(-sin_west_south_west, moment_carried_south_west_z,
-            cos_west_south_west * moment_carried_south_west_y);
-        let moment_above_south_west_x = mul_add(c(-0.8660257562110547), across_south_west_3,
-            c(0.4999993895786978) * moment_carried_south_west_x);
-        let moment_above_south_west_y = mul_add(c(0.8660257562110547), moment_carried_south_west_x,
-            c(0.4999993895786978) * across_south_west_3);
-        let moment_above_south_west_z = mul_add(cos_west_south_west, moment_carried_south_west_z,
-            sin_west_south_west * moment_carried_south_west_y);
-        // south_east
-        let force_carried_south_east_x = force_own_south_east_x + force_above_south_x;
-        let force_carried_south_east_y = force_own_south_east_y + force_above_south_y;
-        let force_carried_south_east_z = force_own_south_east_z + force_above_south_z;
-        let moment_carried_south_east_x = moment_own_south_east_x + moment_above_south_x;
-        let moment_carried_south_east_y = moment_own_south_east_y + moment_above_south_y;
-        let moment_carried_south_east_z = moment_own_south_east_z + moment_above_south_z;
-        let across_south_east_4 = mul_add(-sin_south_east_east, force_carried_south_east_z,
-            cos_south_east_east * force_carried_south_east_y);
-        let south_east_part_4 = c(0.7071067811865475) * force_carried_south_east_x;
-        let south_east_part_5 = c(0.7071067811865475) * across_south_east_4;
-        let force_above_south_east_x = south_east_part_4 + south_east_part_5;
-        let force_above_south_east_y = south_east_part_5 - south_east_part_4;
-        let force_above_south_east_z = mul_add(cos_south_east_east, force_carried_south_east_z,
-            sin_south_east_east * force_carried_south_east_y);
-        let across_south_east_5 = mul_add(-sin_south_east_east, moment_carried_south_east_z,
-            cos_south_east_east * moment_carried_south_east_y);
-        let south_east_part_6 = c(0.7071067811865475) * moment_carried_south_east_x;
-        let south_east_part_7 = c(0.7071067811865475) * across_south_east_5;
-        let moment_above_south_east_x = south_east_part_6 + south_east_part_7;
-        let moment_above_south_east_y = south_east_part_7 - south_east_part_6;
-        let moment_above_south_east_z = mul_add(cos_south_east_east, moment_carried_south_east_z,
-            sin_south_east_east * moment_carried_south_east_y);
-        // west
-        let force_carried_west_y = force_own_west_y + force_above_south_west_y;
-        let force_carried_west_z = force_own_west_z + force_above_south_west_z;
-        let moment_carried_west_x = moment_own_west_x + moment_above_south_west_x;
-        let moment_carried_west_y = moment_own_west_y + moment_above_south_west_y;
-        let moment_carried_west_z = moment_own_west_z + moment_above_south_west_z;
-        // east
-        let force_carried_east_y = force_own_east_y + force_above_south_east_y;
-        let force_carried_east_z = force_own_east_z + force_above_south_east_z;
-        let moment_carried_east_x = moment_own_east_x + moment_above_south_east_x;
-        let moment_carried_east_y = moment_own_east_y + moment_above_south_east_y;
-        let moment_carried_east_z = moment_own_east_z + moment_above_south_east_z;
-        // south_ghost0
-        let force_closing_south_ghost0_y = lambda[0] * c(0.9999999999999999);
-        let force_closing_south_ghost0_z = lambda[1] + lambda[2];
-        let south_ghost0_part = lambda[1] * c(0.08068423607472835);
-        let moment_closing_south_ghost0_z = lambda[0] * c(0.08068423607472834);
-        let across_south_ghost0_6 = mul_add(-sin_south_west_south, force_closing_south_ghost0_z,
-            cos_south_west_south * force_closing_south_ghost0_y);
-        let force_above_south_ghost0_y_2 = c(0.7071071698144961) * across_south_ghost0_6;
-        let force_above_south_ghost0_z_2 = mul_add(cos_south_west_south,
-            force_closing_south_ghost0_z, sin_south_west_south * force_closing_south_ghost0_y);
-        let across_south_ghost0_7 = mul_add(-sin_south_west_south, moment_closing_south_ghost0_z,
-            -cos_south_west_south * south_ghost0_part);
-        let moment_above_south_ghost0_x_2 = mul_add(c(-0.7071063925583853), across_south_ghost0_7,
-            lambda[2] * c(0.05705240181944583));
-        let moment_above_south_ghost0_y_2 = mul_add(c(0.0570523391071303), lambda[2],
-            c(0.7071071698144961) * across_south_ghost0_7);
-        let moment_above_south_ghost0_z_2 = mul_add(-sin_south_west_south, south_ghost0_part,
-            cos_south_west_south * moment_closing_south_ghost0_z);
-        // south_west
-        let across_south_west_4 = mul_add(-sin_west_south_west, force_above_south_ghost0_z_2,
-            cos_west_south_west * force_above_south_ghost0_y_2);
-        let force_above_south_west_x_2 = mul_add(c(-0.8660257562110547), across_south_west_4,
-            across_south_ghost0_6 * c(-0.3535527646463877));
-        let force_above_south_west_y_2 = mul_add(c(-0.6123723483370465), across_south_ghost0_6,
-            c(0.4999993895786978) * across_south_west_4);
-        let force_above_south_west_z_2 = mul_add(cos_west_south_west, force_above_south_ghost0_z_2,
-            sin_west_south_west * force_above_south_ghost0_y_2);
-        let across_south_west_5 = mul_add(-sin_west_south_west, moment_above_south_ghost0_z_2,
-            cos_west_south_west * moment_above_south_ghost0_y_2);
-        let moment_above_south_west_x_2 = mul_add(c(-0.8660257562110547), across_south_west_5,
-            c(0.4999993895786978) * moment_above_south_ghost0_x_2);
-        let moment_above_south_west_y_2 = mul_add(c(0.8660257562110547),
-            moment_above_south_ghost0_x_2, c(0.4999993895786978) * across_south_west_5);
-        let moment_above_south_west_z_2 = mul_add(cos_west_south_west,
-            moment_above_south_ghost0_z_2, sin_west_south_west * moment_above_south_ghost0_y_2);
-        // south
-        let south_part = lambda[0] * c(0.5000002689018962);
-        let force_closing_south_z = -lambda[1] - lambda[2];
-        let moment_closing_south_x = mul_add(c(-0.040342139733508246), lambda[2],
-            lambda[1] * c(0.06987458559937648));
-        let moment_closing_south_y = mul_add(c(0.0698745855993765), lambda[2],
-            lambda[1] * c(0.04034213973350825));
-        let moment_closing_south_z = lambda[0] * c(-0.08068423607472835);
-        let across_south_6 = mul_add(-sin_south_south_east, force_closing_south_z,
-            -cos_south_south_east * south_part);
         let force_above_south_x_2 = mul_add(c(0.8660254814097262), across_south_6,
-            lambda[0] * c(-0.433012507828969));
-        let force_above_south_y_2 = mul_add(c(0.7499999327744626), lambda[0],
+            c(0.4999998655490338) * force_own_south_x);
+        let force_above_south_y_2 = mul_add(c(-0.8660254814097262), force_own_south_x,
             c(0.4999998655490338) * across_south_6);
-        let force_above_south_z_2 = mul_add(-sin_south_south_east, south_part,
-            cos_south_south_east * force_closing_south_z);
-        let across_south_7 = mul_add(-sin_south_south_east, moment_closing_south_z,
-            cos_south_south_east * moment_closing_south_y);
+        let force_above_south_z_2 = mul_add(cos_south_south_east, force_own_south_z,
+            sin_south_south_east * force_own_south_y);
+        let across_south_7 = mul_add(-sin_south_south_east, moment_own_south_z,
+            cos_south_south_east * moment_own_south_y);
         let moment_above_south_x_2 = mul_add(c(0.8660254814097262), across_south_7,
-            c(0.4999998655490338) * moment_closing_south_x);
-        let moment_above_south_y_2 = mul_add(c(-0.8660254814097262), moment_closing_south_x,
+            c(0.4999998655490338) * moment_own_south_x);
+        let moment_above_south_y_2 = mul_add(c(-0.8660254814097262), moment_own_south_x,
             c(0.4999998655490338) * across_south_7);
-        let moment_above_south_z_2 = mul_add(cos_south_south_east, moment_closing_south_z,
-            sin_south_south_east * moment_closing_south_y);
+        let moment_above_south_z_2 = mul_add(cos_south_south_east, moment_own_south_z,
+            sin_south_south_east * moment_own_south_y);
         // south_east
-        let across_south_east_6 = mul_add(-sin_south_east_east, force_above_south_z_2,
-            cos_south_east_east * force_above_south_y_2);
-        let south_east_part_8 = c(0.7071067811865475) * force_above_south_x_2;
+        let force_carried_south_east_x = force_own_south_east_x + force_above_south_x_2;
+        let force_carried_south_east_y = force_own_south_east_y + force_above_south_y_2;
+        let force_carried_south_east_z = force_own_south_east_z + force_above_south_z_2;
+        let moment_carried_south_east_x = moment_own_south_east_x + moment_above_south_x_2;
+        let moment_carried_south_east_y = moment_own_south_east_y + moment_above_south_y_2;
+        let moment_carried_south_east_z = moment_own_south_east_z + moment_above_south_z_2;
+        let across_south_east_6 = mul_add(-sin_south_east_east, force_carried_south_east_z,
+            cos_south_east_east * force_carried_south_east_y);
+        let south_east_part_8 = c(0.7071067811865475) * force_carried_south_east_x;
         let south_east_part_9 = c(0.7071067811865475) * across_south_east_6;
         let force_above_south_east_x_2 = south_east_part_8 + south_east_part_9;
         let force_above_south_east_y_2 = south_east_part_9 - south_east_part_8;
-        let force_above_south_east_z_2 = mul_add(cos_south_east_east, force_above_south_z_2,
-            sin_south_east_east * force_above_south_y_2);
-        let across_south_east_7 = mul_add(-sin_south_east_east, moment_above_south_z_2,
-            cos_south_east_east * moment_above_south_y_2);
-        let south_east_part_10 = c(0.7071067811865475) * moment_above_south_x_2;
+        let force_above_south_east_z_2 = mul_add(cos_south_east_east, force_carried_south_east_z,
+            sin_south_east_east * force_carried_south_east_y);
+        let across_south_east_7 = mul_add(-sin_south_east_east, moment_carried_south_east_z,
+            cos_south_east_east * moment_carried_south_east_y);
+        let south_east_part_10 = c(0.7071067811865475) * moment_carried_south_east_x;
         let south_east_part_11 = c(0.7071067811865475) * across_south_east_7;
         let moment_above_south_east_x_2 = south_east_part_10 + south_east_part_11;
         let moment_above_south_east_y_2 = south_east_part_11 - south_east_part_10;
-        let moment_above_south_east_z_2 = mul_add(cos_south_east_east, moment_above_south_z_2,
-            sin_south_east_east * moment_above_south_y_2);
+        let moment_above_south_east_z_2 = mul_add(cos_south_east_east, moment_carried_south_east_z,
+            sin_south_east_east * moment_carried_south_east_y);
+        // south_west
+        let force_carried_south_west_x = force_own_south_west_x + force_above_south_ghost0_x;
+        let force_carried_south_west_y = force_own_south_west_y + force_above_south_ghost0_y_2;
+        let force_carried_south_west_z = force_own_south_west_z + force_above_south_ghost0_z_2;
+        let moment_carried_south_west_x = moment_own_south_west_x + moment_above_south_ghost0_x_2;
+        let moment_carried_south_west_y = moment_own_south_west_y + moment_above_south_ghost0_y_2;
+        let moment_carried_south_west_z = moment_own_south_west_z + moment_above_south_ghost0_z_2;
+        let across_south_west_4 = mul_add(-sin_west_south_west, force_carried_south_west_z,
+            cos_west_south_west * force_carried_south_west_y);
+        let force_above_south_west_x_2 = mul_add(c(-0.8660257562110547), across_south_west_4,
+            c(0.4999993895786978) * force_carried_south_west_x);
+        let force_above_south_west_y_2 = mul_add(c(0.8660257562110547), force_carried_south_west_x,
+            c(0.4999993895786978) * across_south_west_4);
+        let force_above_south_west_z_2 = mul_add(cos_west_south_west, force_carried_south_west_z,
+            sin_west_south_west * force_carried_south_west_y);
+        let across_south_west_5 = mul_add(-sin_west_south_west, moment_carried_south_west_z,
+            cos_west_south_west * moment_carried_south_west_y);
+        let moment_above_south_west_x_2 = mul_add(c(-0.8660257562110547), across_south_west_5,
+            c(0.4999993895786978) * moment_carried_south_west_x);
+        let moment_above_south_west_y_2 = mul_add(c(0.8660257562110547),
+            moment_carried_south_west_x, c(0.4999993895786978) * across_south_west_5);
+        let moment_above_south_west_z_2 = mul_add(cos_west_south_west, moment_carried_south_west_z,
+            sin_west_south_west * moment_carried_south_west_y);
+        // west
+        let force_carried_west_y = force_own_west_y + force_above_south_west_y_2;
+        let force_carried_west_z = force_own_west_z + force_above_south_west_z_2;
+        let moment_carried_west_x = moment_own_west_x + moment_above_south_west_x_2;
+        let moment_carried_west_y = moment_own_west_y + moment_above_south_west_y_2;
+        let moment_carried_west_z = moment_own_west_z + moment_above_south_west_z_2;
+        // east
+        let force_carried_east_y = force_own_east_y + force_above_south_east_y_2;
+        let force_carried_east_z = force_own_east_z + force_above_south_east_z_2;
+        let moment_carried_east_x = moment_own_east_x + moment_above_south_east_x_2;
+        let moment_carried_east_y = moment_own_east_y + moment_above_south_east_y_2;
+        let moment_carried_east_z = moment_own_east_z + moment_above_south_east_z_2;
         reactions[0] = -force_own_south_ghost0_x;
         reactions[1] = -(force_own_south_ghost0_y + force_closing_south_ghost0_y);
         reactions[2] = -(force_own_south_ghost0_z + force_closing_south_ghost0_z);
@@ -1686,31 +1662,31 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         reactions[9] = -(moment_own_south_x + moment_closing_south_x);
         reactions[10] = -(moment_own_south_y + moment_closing_south_y);
         reactions[11] = -(moment_own_south_z + moment_closing_south_z);
-        reactions[12] = -mul_add(c(-0.7071063925583853), across_south_ghost0_6,
+        reactions[12] = -mul_add(c(-0.7071063925583853), across_south_ghost0_3,
             force_carried_south_west_x);
-        reactions[13] = -(force_carried_south_west_y + force_above_south_ghost0_y_2);
-        reactions[14] = -(force_carried_south_west_z + force_above_south_ghost0_z_2);
-        reactions[15] = -(moment_carried_south_west_x + moment_above_south_ghost0_x_2);
-        reactions[16] = -(moment_carried_south_west_y + moment_above_south_ghost0_y_2);
-        reactions[17] = -(moment_carried_south_west_z + moment_above_south_ghost0_z_2);
-        reactions[18] = -(force_carried_south_east_x + force_above_south_x_2);
-        reactions[19] = -(force_carried_south_east_y + force_above_south_y_2);
-        reactions[20] = -(force_carried_south_east_z + force_above_south_z_2);
-        reactions[21] = -(moment_carried_south_east_x + moment_above_south_x_2);
-        reactions[22] = -(moment_carried_south_east_y + moment_above_south_y_2);
-        reactions[23] = -(moment_carried_south_east_z + moment_above_south_z_2);
-        reactions[24] = -(force_above_south_east_x + force_above_south_east_x_2);
-        reactions[25] = -(force_carried_east_y + force_above_south_east_y_2);
-        reactions[26] = -(force_carried_east_z + force_above_south_east_z_2);
-        reactions[27] = -(moment_carried_east_x + moment_above_south_east_x_2);
-        reactions[28] = -(moment_carried_east_y + moment_above_south_east_y_2);
-        reactions[29] = -(moment_carried_east_z + moment_above_south_east_z_2);
-        reactions[30] = -(force_above_south_west_x + force_above_south_west_x_2);
-        reactions[31] = -(force_carried_west_y + force_above_south_west_y_2);
-        reactions[32] = -(force_carried_west_z + force_above_south_west_z_2);
-        reactions[33] = -(moment_carried_west_x + moment_above_south_west_x_2);
-        reactions[34] = -(moment_carried_west_y + moment_above_south_west_y_2);
-        reactions[35] = -(moment_carried_west_z + moment_above_south_west_z_2);
+        reactions[13] = -(force_carried_south_west_y + force_above_south_ghost0_y);
+        reactions[14] = -(force_carried_south_west_z + force_above_south_ghost0_z);
+        reactions[15] = -(moment_carried_south_west_x + moment_above_south_ghost0_x);
+        reactions[16] = -(moment_carried_south_west_y + moment_above_south_ghost0_y);
+        reactions[17] = -(moment_carried_south_west_z + moment_above_south_ghost0_z);
+        reactions[18] = -(force_carried_south_east_x + force_above_south_x);
+        reactions[19] = -(force_carried_south_east_y + force_above_south_y);
+        reactions[20] = -(force_carried_south_east_z + force_above_south_z);
+        reactions[21] = -(moment_carried_south_east_x + moment_above_south_x);
+        reactions[22] = -(moment_carried_south_east_y + moment_above_south_y);
+        reactions[23] = -(moment_carried_south_east_z + moment_above_south_z);
+        reactions[24] = -(force_above_south_east_x_2 + force_above_south_east_x);
+        reactions[25] = -(force_carried_east_y + force_above_south_east_y);
+        reactions[26] = -(force_carried_east_z + force_above_south_east_z);
+        reactions[27] = -(moment_carried_east_x + moment_above_south_east_x);
+        reactions[28] = -(moment_carried_east_y + moment_above_south_east_y);
+        reactions[29] = -(moment_carried_east_z + moment_above_south_east_z);
+        reactions[30] = -(force_above_south_west_x_2 + force_above_south_west_x);
+        reactions[31] = -(force_carried_west_y + force_above_south_west_y);
+        reactions[32] = -(force_carried_west_z + force_above_south_west_z);
+        reactions[33] = -(moment_carried_west_x + moment_above_south_west_x);
+        reactions[34] = -(moment_carried_west_y + moment_above_south_west_y);
+        reactions[35] = -(moment_carried_west_z + moment_above_south_west_z);
     }
     fn write_tangent(
         &self,
@@ -1762,9 +1738,6 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         // east
         let east_part_2 = cos_ground_east * c(9.81);
         let east_part_3 = east_part * c(-9.81);
-        // west
-        let west_part_2 = cos_ground_west * c(9.81);
-        let west_part_3 = west_part * c(-9.81);
         // south_east
         let across_south_east = u[4] * c(0.7071067811865475);
         let d_across_south_east = du[4] * c(0.7071067811865475);
@@ -1798,6 +1771,9 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_free_fall_south_east_z = mul_add(-cos_south_east_east, east_part_3,
             south_east_part * east_part_2) - mul_add(sin_south_east_east, d_across_south_east_2,
             d_sin_south_east_east * across_south_east_2);
+        // west
+        let west_part_2 = cos_ground_west * c(9.81);
+        let west_part_3 = west_part * c(-9.81);
         // south_west
         let south_west_part_2 = u[5] * c(0.8660257562110547);
         let south_west_part_3 = du[5] * c(0.8660257562110547);
@@ -1832,6 +1808,66 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_free_fall_south_west_z = mul_add(-cos_west_south_west, west_part_3,
             south_west_part * west_part_2) - mul_add(sin_west_south_west, d_across_south_west,
             d_sin_west_south_west * across_south_west);
+        let south_west_part_9 = c(0.8660257562110547) * a[5];
+        let alpha_moving_south_west_x = mul_add(c(0.4999993895786978), a[5], a[2]);
+        let alpha_moving_south_west_y = mul_add(-cos_west_south_west, south_west_part_9,
+            south_west_part_5 * u[2]);
+        let d_alpha_moving_south_west_y = mul_add(south_west_part, south_west_part_9,
+            mul_add(-south_west_part_6, u[2], south_west_part_5 * du[2]));
+        let alpha_moving_south_west_z = mul_add(sin_west_south_west, south_west_part_9,
+            south_west_part_4 * u[2]);
+        let d_alpha_moving_south_west_z = mul_add(d_sin_west_south_west, south_west_part_9,
+            -mul_add(-south_west_part_4, du[2], d_carried_south_west_y * u[2]));
+        let gradient_moving_x_south_west_y = omega_xy_south_west - alpha_moving_south_west_z;
+        let d_gradient_moving_x_south_west_y = d_omega_xy_south_west - d_alpha_moving_south_west_z;
+        let gradient_moving_x_south_west_z = mul_add(south_west_part_5, omega_south_west_x,
+            alpha_moving_south_west_y);
+        let d_gradient_moving_x_south_west_z = d_omega_xz_south_west + d_alpha_moving_south_west_y;
+        let d_gradient_moving_z_south_west_x = d_omega_xz_south_west - d_alpha_moving_south_west_y;
+        let gradient_moving_z_south_west_y = mul_add(-south_west_part_4, south_west_part_5,
+            alpha_moving_south_west_x);
+        let d_moment_own_south_west_x = mul_add(c(3.520149320482795e-4), d_free_fall_south_west_z,
+            -mul_add(c(1.0093594897589384e-5), d_omega_yz_south_west,
+            mul_add(c(-2.6789051216394143e-8), d_omega_yz_south_west,
+            d_gradient_moving_z_south_west_x * c(1.2394283547934881e-5))));
+        let moment_own_south_west_z = -sin_ground_west * c(-2.9906177176792508e-3)
+            - mul_add(c(-1.0093594897589384e-5), gradient_moving_x_south_west_y,
+            c(1.2394283547934881e-5) * mul_add(-omega_south_west_x, omega_south_west_x,
+            south_west_part_4 * south_west_part_4));
+        let d_moment_own_south_west_z = -d_sin_ground_west * c(-2.9906177176792508e-3)
+            - mul_add(c(-1.0093594897589384e-5), d_gradient_moving_x_south_west_y,
+            c(1.2394283547934881e-5) * (d_omega_yy_south_west - d_omega_xx_south_west));
+        // south_east
+        let across_south_east_3 = c(0.7071067811865475) * a[4];
+        let alpha_moving_south_east_x = across_south_east_3 + a[3];
+        let alpha_moving_south_east_y = mul_add(-south_east_part_2, u[3],
+            cos_south_east_east * across_south_east_3);
+        let d_alpha_moving_south_east_y = mul_add(-south_east_part, across_south_east_3,
+            mul_add(-south_east_part_3, u[3], -south_east_part_2 * du[3]));
+        let alpha_moving_south_east_z = mul_add(-sin_south_east_east, across_south_east_3,
+            -carried_south_east_y * u[3]);
+        let d_alpha_moving_south_east_z = mul_add(-d_sin_south_east_east, across_south_east_3,
+            -mul_add(d_carried_south_east_y, u[3], carried_south_east_y * du[3]));
+        let gradient_moving_x_south_east_y = mul_add(carried_south_east_y, omega_south_east_x,
+            -alpha_moving_south_east_z);
+        let d_gradient_moving_x_south_east_y = d_omega_xy_south_east - d_alpha_moving_south_east_z;
+        let gradient_moving_x_south_east_z = mul_add(-south_east_part_2, omega_south_east_x,
+            alpha_moving_south_east_y);
+        let d_gradient_moving_x_south_east_z = d_omega_xz_south_east + d_alpha_moving_south_east_y;
+        let d_gradient_moving_z_south_east_x = d_omega_xz_south_east - d_alpha_moving_south_east_y;
+        let gradient_moving_z_south_east_y = mul_add(-carried_south_east_y, south_east_part_2,
+            alpha_moving_south_east_x);
+        let d_moment_own_south_east_x = -d_free_fall_south_east_z * c(4.7358339509453106e-4)
+            - mul_add(c(-1.293994125217518e-5), d_gradient_moving_z_south_east_x,
+            mul_add(c(-3.338573836000013e-8), d_omega_yz_south_east,
+            d_omega_yz_south_east * c(1.6424267108073443e-5)));
+        let moment_own_south_east_z = mul_add(c(3.285114235562457e-3), sin_ground_east,
+            -mul_add(c(-1.6424267108073443e-5), gradient_moving_x_south_east_y,
+            -c(1.293994125217518e-5) * mul_add(-omega_south_east_x, omega_south_east_x,
+            carried_south_east_y * carried_south_east_y)));
+        let d_moment_own_south_east_z = mul_add(c(3.285114235562457e-3), d_sin_ground_east,
+            -mul_add(c(-1.6424267108073443e-5), d_gradient_moving_x_south_east_y,
+            -c(1.293994125217518e-5) * (d_omega_yy_south_east - d_omega_xx_south_east)));
         // south
         let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
             carried_south_east_y * c(0.4999998655490338));
@@ -1926,86 +1962,68 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_free_fall_south_ghost0_z = mul_add(-south_ghost0_part, free_fall_south_west_z,
             cos_south_west_south * d_free_fall_south_west_z) - mul_add(sin_south_west_south,
             d_across_south_ghost0_2, d_sin_south_west_south * across_south_ghost0_2);
-        // south_east
-        let across_south_east_3 = c(0.7071067811865475) * a[4];
-        let alpha_moving_south_east_x = across_south_east_3 + a[3];
-        let alpha_moving_south_east_y = mul_add(-south_east_part_2, u[3],
-            cos_south_east_east * across_south_east_3);
-        let d_alpha_moving_south_east_y = mul_add(-south_east_part, across_south_east_3,
-            mul_add(-south_east_part_3, u[3], -south_east_part_2 * du[3]));
-        let alpha_moving_south_east_z = mul_add(-sin_south_east_east, across_south_east_3,
-            -carried_south_east_y * u[3]);
-        let d_alpha_moving_south_east_z = mul_add(-d_sin_south_east_east, across_south_east_3,
-            -mul_add(d_carried_south_east_y, u[3], carried_south_east_y * du[3]));
-        let gradient_moving_x_south_east_y = mul_add(carried_south_east_y, omega_south_east_x,
-            -alpha_moving_south_east_z);
-        let d_gradient_moving_x_south_east_y = d_omega_xy_south_east - d_alpha_moving_south_east_z;
-        let gradient_moving_x_south_east_z = mul_add(-south_east_part_2, omega_south_east_x,
-            alpha_moving_south_east_y);
-        let d_gradient_moving_x_south_east_z = d_omega_xz_south_east + d_alpha_moving_south_east_y;
-        let d_gradient_moving_z_south_east_x = d_omega_xz_south_east - d_alpha_moving_south_east_y;
-        let gradient_moving_z_south_east_y = mul_add(-carried_south_east_y, south_east_part_2,
-            alpha_moving_south_east_x);
-        let d_moment_own_south_east_x = -d_free_fall_south_east_z * c(4.7358339509453106e-4)
-            - mul_add(c(-1.293994125217518e-5), d_gradient_moving_z_south_east_x,
-            mul_add(c(-3.338573836000013e-8), d_omega_yz_south_east,
-            d_omega_yz_south_east * c(1.6424267108073443e-5)));
-        let moment_own_south_east_z = mul_add(c(3.285114235562457e-3), sin_ground_east,
-            -mul_add(c(-1.6424267108073443e-5), gradient_moving_x_south_east_y,
-            -c(1.293994125217518e-5) * mul_add(-omega_south_east_x, omega_south_east_x,
-            carried_south_east_y * carried_south_east_y)));
-        let d_moment_own_south_east_z = mul_add(c(3.285114235562457e-3), d_sin_ground_east,
-            -mul_add(c(-1.6424267108073443e-5), d_gradient_moving_x_south_east_y,
-            -c(1.293994125217518e-5) * (d_omega_yy_south_east - d_omega_xx_south_east)));
-        // south_west
-        let south_west_part_9 = c(0.8660257562110547) * a[5];
-        let alpha_moving_south_west_x = mul_add(c(0.4999993895786978), a[5], a[2]);
-        let alpha_moving_south_west_y = mul_add(-cos_west_south_west, south_west_part_9,
-            south_west_part_5 * u[2]);
-        let d_alpha_moving_south_west_y = mul_add(south_west_part, south_west_part_9,
-            mul_add(-south_west_part_6, u[2], south_west_part_5 * du[2]));
-        let alpha_moving_south_west_z = mul_add(sin_west_south_west, south_west_part_9,
-            south_west_part_4 * u[2]);
-        let d_alpha_moving_south_west_z = mul_add(d_sin_west_south_west, south_west_part_9,
-            -mul_add(-south_west_part_4, du[2], d_carried_south_west_y * u[2]));
-        let gradient_moving_x_south_west_y = omega_xy_south_west - alpha_moving_south_west_z;
-        let d_gradient_moving_x_south_west_y = d_omega_xy_south_west - d_alpha_moving_south_west_z;
-        let gradient_moving_x_south_west_z = mul_add(south_west_part_5, omega_south_west_x,
-            alpha_moving_south_west_y);
-        let d_gradient_moving_x_south_west_z = d_omega_xz_south_west + d_alpha_moving_south_west_y;
-        let d_gradient_moving_z_south_west_x = d_omega_xz_south_west - d_alpha_moving_south_west_y;
-        let gradient_moving_z_south_west_y = mul_add(-south_west_part_4, south_west_part_5,
-            alpha_moving_south_west_x);
-        let d_moment_own_south_west_x = mul_add(c(3.520149320482795e-4), d_free_fall_south_west_z,
-            -mul_add(c(1.0093594897589384e-5), d_omega_yz_south_west,
-            mul_add(c(-2.6789051216394143e-8), d_omega_yz_south_west,
-            d_gradient_moving_z_south_west_x * c(1.2394283547934881e-5))));
-        let moment_own_south_west_z = -sin_ground_west * c(-2.9906177176792508e-3)
-            - mul_add(c(-1.0093594897589384e-5), gradient_moving_x_south_west_y,
-            c(1.2394283547934881e-5) * mul_add(-omega_south_west_x, omega_south_west_x,
-            south_west_part_4 * south_west_part_4));
-        let d_moment_own_south_west_z = -d_sin_ground_west * c(-2.9906177176792508e-3)
-            - mul_add(c(-1.0093594897589384e-5), d_gradient_moving_x_south_west_y,
-            c(1.2394283547934881e-5) * (d_omega_yy_south_west - d_omega_xx_south_west));
+        let south_ghost0_part_4 = c(0.08068423607472835) * lambda[1];
+        let moment_closing_south_ghost0_z = lambda[0] * c(0.08068423607472834);
+        let across_south_ghost0_3 = mul_add(-sin_south_west_south, moment_closing_south_ghost0_z,
+            -cos_south_west_south * south_ghost0_part_4);
+        let d_across_south_ghost0_3 = mul_add(-d_sin_south_west_south,
+            moment_closing_south_ghost0_z, south_ghost0_part * south_ghost0_part_4);
+        let d_moment_above_south_ghost0_x = -c(0.7071063925583853) * d_across_south_ghost0_3;
+        let d_moment_above_south_ghost0_y = c(0.7071071698144961) * d_across_south_ghost0_3;
+        let moment_above_south_ghost0_y = mul_add(c(0.0570523391071303), lambda[2],
+            c(0.7071071698144961) * across_south_ghost0_3);
+        let moment_above_south_ghost0_z = mul_add(-sin_south_west_south, south_ghost0_part_4,
+            cos_south_west_south * moment_closing_south_ghost0_z);
+        let d_moment_above_south_ghost0_z = mul_add(-south_ghost0_part,
+            moment_closing_south_ghost0_z, -d_sin_south_west_south * south_ghost0_part_4);
         // south
-        let d_across_south_3 = c(0.4999998655490338) * d_alpha_moving_south_east_y;
-        let across_south_3 = mul_add(c(0.8660254814097262), alpha_moving_south_east_x,
+        let moment_closing_south_x = mul_add(c(-0.040342139733508246), lambda[2],
+            lambda[1] * c(0.06987458559937648));
+        let moment_closing_south_y = mul_add(c(0.0698745855993765), lambda[2],
+            lambda[1] * c(0.04034213973350825));
+        let moment_closing_south_z = lambda[0] * c(-0.08068423607472835);
+        let across_south_3 = mul_add(-sin_south_south_east, moment_closing_south_z,
+            cos_south_south_east * moment_closing_south_y);
+        let d_across_south_3 = mul_add(-d_sin_south_south_east, moment_closing_south_z,
+            -south_part * moment_closing_south_y);
+        let d_moment_above_south_y = c(0.4999998655490338) * d_across_south_3;
+        let moment_above_south_y = mul_add(c(-0.8660254814097262), moment_closing_south_x,
+            c(0.4999998655490338) * across_south_3);
+        let moment_above_south_z = mul_add(cos_south_south_east, moment_closing_south_z,
+            sin_south_south_east * moment_closing_south_y);
+        let d_moment_above_south_z = mul_add(-south_part, moment_closing_south_z,
+            d_sin_south_south_east * moment_closing_south_y);
+        // south_west
+        let d_across_south_west_2 = mul_add(-south_west_part, moment_above_south_ghost0_y,
+            cos_west_south_west * d_moment_above_south_ghost0_y) - mul_add(sin_west_south_west,
+            d_moment_above_south_ghost0_z, d_sin_west_south_west * moment_above_south_ghost0_z);
+        let d_moment_above_south_west_x = mul_add(c(-0.8660257562110547), d_across_south_west_2,
+            d_across_south_ghost0_3 * c(-0.3535527646463877));
+        // south_east
+        let d_across_south_east_3 = mul_add(-south_east_part, moment_above_south_y,
+            cos_south_east_east * d_moment_above_south_y) - mul_add(sin_south_east_east,
+            d_moment_above_south_z, d_sin_south_east_east * moment_above_south_z);
+        let d_moment_above_south_east_x = mul_add(c(0.7071067811865475), d_across_south_east_3,
+            d_across_south_3 * c(0.6123724905851617));
+        // south
+        let d_across_south_4 = c(0.4999998655490338) * d_alpha_moving_south_east_y;
+        let across_south_4 = mul_add(c(0.8660254814097262), alpha_moving_south_east_x,
             c(0.4999998655490338) * alpha_moving_south_east_y);
         let south_part_5 = c(0.8660254814097262) * d_alpha_moving_south_east_y;
         let alpha_moving_south_x = a[1] + mul_add(c(-0.8660254814097262), alpha_moving_south_east_y,
             c(0.4999998655490338) * alpha_moving_south_east_x);
-        let alpha_moving_south_y = mul_add(cos_south_south_east, across_south_3,
+        let alpha_moving_south_y = mul_add(cos_south_south_east, across_south_4,
             mul_add(sin_south_south_east, alpha_moving_south_east_z, carried_south_z * u[1]));
-        let d_alpha_moving_south_y = mul_add(-south_part, across_south_3,
-            cos_south_south_east * d_across_south_3) + (mul_add(d_carried_south_z, u[1],
+        let d_alpha_moving_south_y = mul_add(-south_part, across_south_4,
+            cos_south_south_east * d_across_south_4) + (mul_add(d_carried_south_z, u[1],
             carried_south_z * du[1]) + mul_add(sin_south_south_east, d_alpha_moving_south_east_z,
             d_sin_south_south_east * alpha_moving_south_east_z));
-        let alpha_moving_south_z = mul_add(-sin_south_south_east, across_south_3,
+        let alpha_moving_south_z = mul_add(-sin_south_south_east, across_south_4,
             mul_add(-carried_south_y, u[1], cos_south_south_east * alpha_moving_south_east_z));
         let d_alpha_moving_south_z = mul_add(-south_part, alpha_moving_south_east_z,
             cos_south_south_east * d_alpha_moving_south_east_z) - mul_add(d_carried_south_y, u[1],
-            carried_south_y * du[1]) - mul_add(sin_south_south_east, d_across_south_3,
-            d_sin_south_south_east * across_south_3);
+            carried_south_y * du[1]) - mul_add(sin_south_south_east, d_across_south_4,
+            d_sin_south_south_east * across_south_4);
         let gradient_moving_x_south_y = mul_add(carried_south_y, omega_south_x,
             -alpha_moving_south_z);
         let d_gradient_moving_x_south_y = d_omega_xy_south - d_alpha_moving_south_z;
@@ -2038,26 +2056,26 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             -mul_add(c(-5.565308808048279e-6), d_gradient_moving_x_south_y,
             -c(6.64555505684884e-6) * (d_omega_yy_south - d_omega_xx_south)));
         // south_ghost0
-        let d_across_south_ghost0_3 = c(0.7071071698144961) * d_alpha_moving_south_west_y;
-        let across_south_ghost0_3 = mul_add(c(-0.7071063925583853), alpha_moving_south_west_x,
+        let d_across_south_ghost0_4 = c(0.7071071698144961) * d_alpha_moving_south_west_y;
+        let across_south_ghost0_4 = mul_add(c(-0.7071063925583853), alpha_moving_south_west_x,
             c(0.7071071698144961) * alpha_moving_south_west_y);
         let d_alpha_moving_south_ghost0_x = c(0.7071063925583853) * d_alpha_moving_south_west_y;
         let alpha_moving_south_ghost0_x = a[0] + mul_add(c(0.7071063925583853),
             alpha_moving_south_west_y, c(0.7071071698144961) * alpha_moving_south_west_x);
-        let alpha_moving_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0_3,
+        let alpha_moving_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0_4,
             mul_add(sin_south_west_south, alpha_moving_south_west_z,
             carried_south_ghost0_z * u[0]));
-        let d_alpha_moving_south_ghost0_y = mul_add(-south_ghost0_part, across_south_ghost0_3,
-            cos_south_west_south * d_across_south_ghost0_3) + (mul_add(d_carried_south_ghost0_z,
+        let d_alpha_moving_south_ghost0_y = mul_add(-south_ghost0_part, across_south_ghost0_4,
+            cos_south_west_south * d_across_south_ghost0_4) + (mul_add(d_carried_south_ghost0_z,
             u[0], carried_south_ghost0_z * du[0]) + mul_add(sin_south_west_south,
             d_alpha_moving_south_west_z, d_sin_south_west_south * alpha_moving_south_west_z));
-        let alpha_moving_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_3,
+        let alpha_moving_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_4,
             mul_add(-carried_south_ghost0_y, u[0],
             cos_south_west_south * alpha_moving_south_west_z));
         let d_alpha_moving_south_ghost0_z = mul_add(-south_ghost0_part, alpha_moving_south_west_z,
             cos_south_west_south * d_alpha_moving_south_west_z) - mul_add(d_carried_south_ghost0_y,
             u[0], carried_south_ghost0_y * du[0]) - mul_add(sin_south_west_south,
-            d_across_south_ghost0_3, d_sin_south_west_south * across_south_ghost0_3);
+            d_across_south_ghost0_4, d_sin_south_west_south * across_south_ghost0_4);
         let gradient_moving_x_south_ghost0_y = mul_add(carried_south_ghost0_y, omega_south_ghost0_x,
             -alpha_moving_south_ghost0_z);
         let d_gradient_moving_x_south_ghost0_y = d_omega_xy_south_ghost0
@@ -2085,10 +2103,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             d_gradient_moving_y_south_ghost0_z, mul_add(c(5.5653677591751645e-6),
             d_gradient_moving_z_south_ghost0_y,
             d_gradient_moving_z_south_ghost0_x * c(6.645589092322223e-6))));
-        let south_ghost0_part_4 = mul_add(c(-6.645589092322223e-6),
+        let south_ghost0_part_5 = mul_add(c(-6.645589092322223e-6),
             gradient_moving_z_south_ghost0_y,
             gradient_moving_x_south_ghost0_z * c(2.372658269341246e-8));
-        let south_ghost0_part_5 = mul_add(c(-6.645589092322223e-6),
+        let south_ghost0_part_6 = mul_add(c(-6.645589092322223e-6),
             d_gradient_moving_z_south_ghost0_y,
             d_gradient_moving_x_south_ghost0_z * c(2.372658269341246e-8));
         let moment_own_south_ghost0_z = -free_fall_south_ghost0_x * c(1.7025149681007906e-4)
@@ -2098,120 +2116,78 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_moment_own_south_ghost0_z = -d_free_fall_south_ghost0_x * c(1.7025149681007906e-4)
             - mul_add(c(-5.5653677591751645e-6), d_gradient_moving_x_south_ghost0_y,
             c(6.645589092322223e-6) * (d_omega_yy_south_ghost0 - d_omega_xx_south_ghost0));
-        let across_south_ghost0_4 = mul_add(-sin_south_west_south, moment_own_south_ghost0_z,
-            -cos_south_west_south * south_ghost0_part_4);
-        let d_across_south_ghost0_4 = mul_add(-cos_south_west_south, south_ghost0_part_5,
-            south_ghost0_part * south_ghost0_part_4) - mul_add(sin_south_west_south,
-            d_moment_own_south_ghost0_z, d_sin_south_west_south * moment_own_south_ghost0_z);
-        let d_moment_above_south_ghost0_x = mul_add(c(-0.7071063925583853), d_across_south_ghost0_4,
-            c(0.7071071698144961) * d_moment_own_south_ghost0_x);
-        let moment_above_south_ghost0_y = mul_add(c(0.7071063925583853), moment_own_south_ghost0_x,
-            c(0.7071071698144961) * across_south_ghost0_4);
-        let d_moment_above_south_ghost0_y = mul_add(c(0.7071063925583853),
-            d_moment_own_south_ghost0_x, c(0.7071071698144961) * d_across_south_ghost0_4);
-        let moment_above_south_ghost0_z = mul_add(-sin_south_west_south, south_ghost0_part_4,
-            cos_south_west_south * moment_own_south_ghost0_z);
-        let d_moment_above_south_ghost0_z = mul_add(-sin_south_west_south, south_ghost0_part_5,
-            -d_sin_south_west_south * south_ghost0_part_4) + mul_add(-south_ghost0_part,
-            moment_own_south_ghost0_z, cos_south_west_south * d_moment_own_south_ghost0_z);
         // south
-        let across_south_4 = mul_add(-sin_south_south_east, moment_own_south_z,
+        let across_south_5 = mul_add(-sin_south_south_east, moment_own_south_z,
             -cos_south_south_east * south_part_6);
-        let d_across_south_4 = mul_add(-cos_south_south_east, south_part_7,
+        let d_across_south_5 = mul_add(-cos_south_south_east, south_part_7,
             south_part * south_part_6) - mul_add(sin_south_south_east, d_moment_own_south_z,
             d_sin_south_south_east * moment_own_south_z);
-        let d_moment_above_south_x = mul_add(c(0.8660254814097262), d_across_south_4,
+        let d_moment_above_south_x = mul_add(c(0.8660254814097262), d_across_south_5,
             c(0.4999998655490338) * d_moment_own_south_x);
-        let moment_above_south_y = mul_add(c(-0.8660254814097262), moment_own_south_x,
-            c(0.4999998655490338) * across_south_4);
-        let d_moment_above_south_y = mul_add(c(-0.8660254814097262), d_moment_own_south_x,
-            c(0.4999998655490338) * d_across_south_4);
-        let moment_above_south_z = mul_add(-sin_south_south_east, south_part_6,
+        let moment_above_south_y_2 = mul_add(c(-0.8660254814097262), moment_own_south_x,
+            c(0.4999998655490338) * across_south_5);
+        let d_moment_above_south_y_2 = mul_add(c(-0.8660254814097262), d_moment_own_south_x,
+            c(0.4999998655490338) * d_across_south_5);
+        let moment_above_south_z_2 = mul_add(-sin_south_south_east, south_part_6,
             cos_south_south_east * moment_own_south_z);
-        let d_moment_above_south_z = mul_add(-sin_south_south_east, south_part_7,
+        let d_moment_above_south_z_2 = mul_add(-sin_south_south_east, south_part_7,
             -d_sin_south_south_east * south_part_6) + mul_add(-south_part, moment_own_south_z,
             cos_south_south_east * d_moment_own_south_z);
+        // south_ghost0
+        let across_south_ghost0_5 = mul_add(-sin_south_west_south, moment_own_south_ghost0_z,
+            -cos_south_west_south * south_ghost0_part_5);
+        let d_across_south_ghost0_5 = mul_add(-cos_south_west_south, south_ghost0_part_6,
+            south_ghost0_part * south_ghost0_part_5) - mul_add(sin_south_west_south,
+            d_moment_own_south_ghost0_z, d_sin_south_west_south * moment_own_south_ghost0_z);
+        let d_moment_above_south_ghost0_x_2 = mul_add(c(-0.7071063925583853),
+            d_across_south_ghost0_5, c(0.7071071698144961) * d_moment_own_south_ghost0_x);
+        let moment_above_south_ghost0_y_2 = mul_add(c(0.7071063925583853),
+            moment_own_south_ghost0_x, c(0.7071071698144961) * across_south_ghost0_5);
+        let d_moment_above_south_ghost0_y_2 = mul_add(c(0.7071063925583853),
+            d_moment_own_south_ghost0_x, c(0.7071071698144961) * d_across_south_ghost0_5);
+        let moment_above_south_ghost0_z_2 = mul_add(-sin_south_west_south, south_ghost0_part_5,
+            cos_south_west_south * moment_own_south_ghost0_z);
+        let d_moment_above_south_ghost0_z_2 = mul_add(-sin_south_west_south, south_ghost0_part_6,
+            -d_sin_south_west_south * south_ghost0_part_5) + mul_add(-south_ghost0_part,
+            moment_own_south_ghost0_z, cos_south_west_south * d_moment_own_south_ghost0_z);
         // south_west
         let d_moment_moving_south_west_x = d_moment_own_south_west_x
-            + d_moment_above_south_ghost0_x;
-        let moment_moving_south_west_y = moment_above_south_ghost0_y
+            + d_moment_above_south_ghost0_x_2;
+        let moment_moving_south_west_y = moment_above_south_ghost0_y_2
             - mul_add(c(-1.2394283547934881e-5), gradient_moving_z_south_west_y,
             gradient_moving_x_south_west_z * c(2.6789051216394143e-8));
-        let d_moment_moving_south_west_y = d_moment_above_south_ghost0_y
+        let d_moment_moving_south_west_y = d_moment_above_south_ghost0_y_2
             - mul_add(c(-1.2394283547934881e-5), d_omega_yz_south_west,
             d_gradient_moving_x_south_west_z * c(2.6789051216394143e-8));
-        let moment_moving_south_west_z = moment_own_south_west_z + moment_above_south_ghost0_z;
+        let moment_moving_south_west_z = moment_own_south_west_z + moment_above_south_ghost0_z_2;
         let d_moment_moving_south_west_z = d_moment_own_south_west_z
-            + d_moment_above_south_ghost0_z;
-        let d_across_south_west_2 = mul_add(-south_west_part, moment_moving_south_west_y,
+            + d_moment_above_south_ghost0_z_2;
+        let d_across_south_west_3 = mul_add(-south_west_part, moment_moving_south_west_y,
             cos_west_south_west * d_moment_moving_south_west_y) - mul_add(sin_west_south_west,
             d_moment_moving_south_west_z, d_sin_west_south_west * moment_moving_south_west_z);
-        let d_moment_above_south_west_x = mul_add(c(-0.8660257562110547), d_across_south_west_2,
+        let d_moment_above_south_west_x_2 = mul_add(c(-0.8660257562110547), d_across_south_west_3,
             c(0.4999993895786978) * d_moment_moving_south_west_x);
         // south_east
         let d_moment_moving_south_east_x = d_moment_own_south_east_x + d_moment_above_south_x;
-        let moment_moving_south_east_y = moment_above_south_y - mul_add(c(1.293994125217518e-5),
+        let moment_moving_south_east_y = moment_above_south_y_2 - mul_add(c(1.293994125217518e-5),
             gradient_moving_z_south_east_y,
             gradient_moving_x_south_east_z * c(3.338573836000013e-8));
-        let d_moment_moving_south_east_y = d_moment_above_south_y - mul_add(c(1.293994125217518e-5),
-            d_omega_yz_south_east, d_gradient_moving_x_south_east_z * c(3.338573836000013e-8));
-        let moment_moving_south_east_z = moment_own_south_east_z + moment_above_south_z;
-        let d_moment_moving_south_east_z = d_moment_own_south_east_z + d_moment_above_south_z;
-        let d_across_south_east_3 = mul_add(-south_east_part, moment_moving_south_east_y,
+        let d_moment_moving_south_east_y = d_moment_above_south_y_2
+            - mul_add(c(1.293994125217518e-5), d_omega_yz_south_east,
+            d_gradient_moving_x_south_east_z * c(3.338573836000013e-8));
+        let moment_moving_south_east_z = moment_own_south_east_z + moment_above_south_z_2;
+        let d_moment_moving_south_east_z = d_moment_own_south_east_z + d_moment_above_south_z_2;
+        let d_across_south_east_4 = mul_add(-south_east_part, moment_moving_south_east_y,
             cos_south_east_east * d_moment_moving_south_east_y) - mul_add(sin_south_east_east,
             d_moment_moving_south_east_z, d_sin_south_east_east * moment_moving_south_east_z);
-        let d_moment_above_south_east_x = mul_add(c(0.7071067811865475), d_across_south_east_3,
+        let d_moment_above_south_east_x_2 = mul_add(c(0.7071067811865475), d_across_south_east_4,
             c(0.7071067811865475) * d_moment_moving_south_east_x);
         // west
         let d_moment_moving_west_x = mul_add(c(6.332769027236974e-3), west_part,
-            d_moment_above_south_west_x);
+            d_moment_above_south_west_x_2);
         // east
         let d_moment_moving_east_x = mul_add(c(-4.625527205006544e-3), east_part,
-            d_moment_above_south_east_x);
-        // south_ghost0
-        let south_ghost0_part_6 = c(0.08068423607472835) * lambda[1];
-        let moment_closing_south_ghost0_z = lambda[0] * c(0.08068423607472834);
-        let across_south_ghost0_5 = mul_add(-sin_south_west_south, moment_closing_south_ghost0_z,
-            -cos_south_west_south * south_ghost0_part_6);
-        let d_across_south_ghost0_5 = mul_add(-d_sin_south_west_south,
-            moment_closing_south_ghost0_z, south_ghost0_part * south_ghost0_part_6);
-        let d_moment_above_south_ghost0_x_2 = -c(0.7071063925583853) * d_across_south_ghost0_5;
-        let d_moment_above_south_ghost0_y_2 = c(0.7071071698144961) * d_across_south_ghost0_5;
-        let moment_above_south_ghost0_y_2 = mul_add(c(0.0570523391071303), lambda[2],
-            c(0.7071071698144961) * across_south_ghost0_5);
-        let moment_above_south_ghost0_z_2 = mul_add(-sin_south_west_south, south_ghost0_part_6,
-            cos_south_west_south * moment_closing_south_ghost0_z);
-        let d_moment_above_south_ghost0_z_2 = mul_add(-south_ghost0_part,
-            moment_closing_south_ghost0_z, -d_sin_south_west_south * south_ghost0_part_6);
-        // south_west
-        let d_across_south_west_3 = mul_add(-south_west_part, moment_above_south_ghost0_y_2,
-            cos_west_south_west * d_moment_above_south_ghost0_y_2) - mul_add(sin_west_south_west,
-            d_moment_above_south_ghost0_z_2, d_sin_west_south_west * moment_above_south_ghost0_z_2);
-        let d_moment_above_south_west_x_2 = mul_add(c(-0.8660257562110547), d_across_south_west_3,
-            d_across_south_ghost0_5 * c(-0.3535527646463877));
-        // south
-        let moment_closing_south_x = mul_add(c(-0.040342139733508246), lambda[2],
-            lambda[1] * c(0.06987458559937648));
-        let moment_closing_south_y = mul_add(c(0.0698745855993765), lambda[2],
-            lambda[1] * c(0.04034213973350825));
-        let moment_closing_south_z = lambda[0] * c(-0.08068423607472835);
-        let across_south_5 = mul_add(-sin_south_south_east, moment_closing_south_z,
-            cos_south_south_east * moment_closing_south_y);
-        let d_across_south_5 = mul_add(-d_sin_south_south_east, moment_closing_south_z,
-            -south_part * moment_closing_south_y);
-        let d_moment_above_south_y_2 = c(0.4999998655490338) * d_across_south_5;
-        let moment_above_south_y_2 = mul_add(c(-0.8660254814097262), moment_closing_south_x,
-            c(0.4999998655490338) * across_south_5);
-        let moment_above_south_z_2 = mul_add(cos_south_south_east, moment_closing_south_z,
-            sin_south_south_east * moment_closing_south_y);
-        let d_moment_above_south_z_2 = mul_add(-south_part, moment_closing_south_z,
-            d_sin_south_south_east * moment_closing_south_y);
-        // south_east
-        let d_across_south_east_4 = mul_add(-south_east_part, moment_above_south_y_2,
-            cos_south_east_east * d_moment_above_south_y_2) - mul_add(sin_south_east_east,
-            d_moment_above_south_z_2, d_sin_south_east_east * moment_above_south_z_2);
-        let d_moment_above_south_east_x_2 = mul_add(c(0.7071067811865475), d_across_south_east_4,
-            d_across_south_5 * c(0.6123724905851617));
+            d_moment_above_south_east_x_2);
         // the whole mechanism
         let part = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648), d_omega_xx_south
             + d_omega_zz_south, d_gradient_moving_y_south_x * c(0.04034213973350825)),
@@ -2220,13 +2196,13 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         forces[0] = d_moment_own_south_ghost0_x + mul_add(c(-3.5e-6), du[0], -dq[0] * c(0.0114));
         forces[1] = d_moment_own_south_x + mul_add(c(-3.5e-6), du[1], -dq[1] * c(0.0114));
         forces[2] = d_moment_moving_south_west_x + mul_add(c(-3.5e-6), du[2], mul_add(c(-0.0114),
-            dq[2], d_moment_above_south_ghost0_x_2));
+            dq[2], d_moment_above_south_ghost0_x));
         forces[3] = d_moment_moving_south_east_x + mul_add(c(-3.5e-6), du[3], mul_add(c(-0.0114),
-            dq[3], c(0.8660254814097262) * d_across_south_5));
+            dq[3], c(0.8660254814097262) * d_across_south_3));
         forces[4] = d_moment_moving_east_x + mul_add(c(-3.5e-6), du[4], mul_add(c(-0.0114), dq[4],
-            d_moment_above_south_east_x_2));
+            d_moment_above_south_east_x));
         forces[5] = d_moment_moving_west_x + mul_add(c(-3.5e-6), du[5], mul_add(c(-0.0114), dq[5],
-            d_moment_above_south_west_x_2));
+            d_moment_above_south_west_x));
         closure[0] = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x, -part);
         closure[1] = mul_add(c(0.08068423607472835), d_gradient_moving_z_south_ghost0_x,
             -mul_add(c(-0.06987458559937648), d_gradient_moving_z_south_y,
@@ -2275,37 +2251,15 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             (sin_south_south_east, cos_south_south_east),
             (sin_south_west_south, cos_south_west_south),
         ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
+        // south
+        let moment_above_south_x = sin_south_south_east * c(0.06987460438879263);
+        let moment_above_south_y = sin_south_south_east * c(0.04034210718929068);
+        let moment_above_south_z = cos_south_south_east * c(-0.08068423607472835);
         // east
         let east_part = cos_ground_east * c(9.81);
+        let moment_own_east_x = -cos_ground_east * c(-4.625527205006544e-3);
         // west
         let west_part = cos_ground_west * c(9.81);
-        // south_east
-        let across_south_east = u[4] * c(0.7071067811865475);
-        let carried_south_east_y = cos_south_east_east * across_south_east;
-        let south_east_part = sin_south_east_east * across_south_east;
-        let omega_south_east_x = across_south_east + u[3];
-        let south_east_part_2 = south_east_part * u[3];
-        let alpha_south_east_y = -south_east_part_2;
-        let south_east_part_3 = carried_south_east_y * u[3];
-        let south_east_part_4 = south_east_part * omega_south_east_x;
-        let south_east_part_5 = carried_south_east_y * south_east_part;
-        let gradient_x_south_east_y = mul_add(carried_south_east_y, omega_south_east_x,
-            south_east_part_3);
-        let gradient_x_south_east_z = alpha_south_east_y - south_east_part_4;
-        let gradient_z_south_east_x = south_east_part_2 - south_east_part_4;
-        let across_south_east_2 = sin_ground_east * c(-6.936717523440031);
-        let free_fall_south_east_y = mul_add(-sin_south_east_east, east_part,
-            cos_south_east_east * across_south_east_2);
-        let free_fall_south_east_z = mul_add(-sin_south_east_east, across_south_east_2,
-            -cos_south_east_east * east_part);
-        let moment_own_south_east_x = -free_fall_south_east_z * c(4.7358339509453106e-4)
-            - mul_add(c(-1.293994125217518e-5), gradient_z_south_east_x,
-            mul_add(c(3.338573836000013e-8), south_east_part_5,
-            south_east_part_5 * c(-1.6424267108073443e-5)));
-        let moment_own_south_east_z = mul_add(c(3.285114235562457e-3), sin_ground_east,
-            -mul_add(c(-1.6424267108073443e-5), gradient_x_south_east_y,
-            -c(1.293994125217518e-5) * mul_add(-omega_south_east_x, omega_south_east_x,
-            carried_south_east_y * carried_south_east_y)));
         // south_west
         let south_west_part = u[5] * c(0.8660257562110547);
         let south_west_part_2 = cos_west_south_west * south_west_part;
@@ -2324,29 +2278,51 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             cos_west_south_west * across_south_west);
         let free_fall_south_west_z = mul_add(-sin_west_south_west, across_south_west,
             -cos_west_south_west * west_part);
-        let moment_own_south_west_x = mul_add(c(3.520149320482795e-4), free_fall_south_west_z,
-            -mul_add(c(-1.0093594897589384e-5), south_west_part_5, mul_add(c(2.6789051216394143e-8),
-            south_west_part_5, gradient_z_south_west_x * c(1.2394283547934881e-5))));
-        let moment_own_south_west_z = -sin_ground_west * c(-2.9906177176792508e-3)
-            - mul_add(c(-1.0093594897589384e-5), gradient_x_south_west_y,
-            c(1.2394283547934881e-5) * mul_add(-omega_south_west_x, omega_south_west_x,
-            south_west_part_2 * south_west_part_2));
+        let moment_own_south_west_y = -mul_add(c(1.2394283547934881e-5), south_west_part_5,
+            gradient_x_south_west_z * c(2.6789051216394143e-8));
+        // south_east
+        let across_south_east = u[4] * c(0.7071067811865475);
+        let carried_south_east_y = cos_south_east_east * across_south_east;
+        let south_east_part = sin_south_east_east * across_south_east;
+        let omega_south_east_x = u[3] + across_south_east;
+        let south_east_part_2 = south_east_part * u[3];
+        let alpha_south_east_y = -south_east_part_2;
+        let south_east_part_3 = carried_south_east_y * u[3];
+        let south_east_part_4 = south_east_part * omega_south_east_x;
+        let south_east_part_5 = carried_south_east_y * south_east_part;
+        let gradient_x_south_east_y = mul_add(carried_south_east_y, omega_south_east_x,
+            south_east_part_3);
+        let gradient_x_south_east_z = alpha_south_east_y - south_east_part_4;
+        let gradient_z_south_east_x = south_east_part_2 - south_east_part_4;
+        let across_south_east_2 = sin_ground_east * c(-6.936717523440031);
+        let free_fall_south_east_y = mul_add(-sin_south_east_east, east_part,
+            cos_south_east_east * across_south_east_2);
+        let free_fall_south_east_z = mul_add(-sin_south_east_east, across_south_east_2,
+            -cos_south_east_east * east_part);
+        // south_west
+        let south_west_part_6 = cos_south_west_south * c(0.06783682279642027);
+        let across_south_west_2 = mul_add(-cos_west_south_west,
+            cos_south_west_south * c(-0.06783689736311294),
+            sin_west_south_west * (sin_south_west_south * c(-0.09593580755362642)));
+        let moment_above_south_west_x = -c(0.8660257562110547) * across_south_west_2;
+        // south_east
+        let across_south_east_3 = mul_add(-sin_south_east_east, moment_above_south_z,
+            cos_south_east_east * moment_above_south_y);
         // south
-        let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
-            carried_south_east_y * c(0.4999998655490338));
-        let carried_south_x = mul_add(c(-0.8660254814097262), carried_south_east_y,
-            omega_south_east_x * c(0.4999998655490338));
+        let across_south = mul_add(c(0.4999998655490338), carried_south_east_y,
+            omega_south_east_x * c(0.8660254814097262));
         let carried_south_y = mul_add(-sin_south_south_east, south_east_part,
             cos_south_south_east * across_south);
         let carried_south_z = mul_add(-sin_south_south_east, across_south,
             -cos_south_south_east * south_east_part);
-        let omega_south_x = carried_south_x + u[1];
+        let omega_south_x = mul_add(c(-0.8660254814097262), carried_south_east_y,
+            mul_add(c(0.4999998655490338), omega_south_east_x, u[1]));
         let across_south_2 = south_east_part_2 * c(-0.4999998655490338);
         let south_part = south_east_part_2 * c(-0.8660254814097262);
-        let alpha_south_y = mul_add(cos_south_south_east, across_south_2,
-            mul_add(-sin_south_south_east, south_east_part_3, carried_south_z * u[1]));
-        let alpha_south_z = mul_add(-sin_south_south_east, across_south_2, mul_add(-carried_south_y,
-            u[1], -cos_south_south_east * south_east_part_3));
+        let alpha_south_y = mul_add(carried_south_z, u[1], mul_add(-sin_south_south_east,
+            south_east_part_3, cos_south_south_east * across_south_2));
+        let alpha_south_z = mul_add(-carried_south_y, u[1], mul_add(-sin_south_south_east,
+            across_south_2, -cos_south_south_east * south_east_part_3));
         let omega_xx_south = omega_south_x * omega_south_x;
         let omega_yy_south = carried_south_y * carried_south_y;
         let omega_zz_south = carried_south_z * carried_south_z;
@@ -2354,8 +2330,8 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let omega_xz_south = carried_south_z * omega_south_x;
         let omega_yz_south = carried_south_y * carried_south_z;
         let gradient_x_south_y = omega_xy_south - alpha_south_z;
-        let gradient_x_south_z = alpha_south_y + omega_xz_south;
-        let gradient_y_south_x = alpha_south_z + omega_xy_south;
+        let gradient_x_south_z = omega_xz_south + alpha_south_y;
+        let gradient_y_south_x = omega_xy_south + alpha_south_z;
         let gradient_y_south_z = south_part + omega_yz_south;
         let gradient_z_south_x = omega_xz_south - alpha_south_y;
         let gradient_z_south_y = omega_yz_south - south_part;
@@ -2365,37 +2341,43 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             sin_ground_east * c(3.468357829071642));
         let free_fall_south_z = mul_add(-sin_south_south_east, across_south_3,
             cos_south_south_east * free_fall_south_east_z);
-        let moment_own_south_x = -free_fall_south_z * c(1.702501854199059e-4)
-            - mul_add(c(-2.3726582693412885e-8), gradient_y_south_z,
-            mul_add(c(-6.64555505684884e-6), gradient_z_south_x,
-            gradient_z_south_y * c(5.565308808048279e-6)));
-        let moment_own_south_y = -mul_add(c(2.3726582693412885e-8), gradient_x_south_z,
+        let south_part_2 = mul_add(c(2.3726582693412885e-8), gradient_x_south_z,
             gradient_z_south_y * c(6.64555505684884e-6));
-        let moment_own_south_z = mul_add(c(1.702501854199059e-4), free_fall_south_x,
-            -mul_add(c(-5.565308808048279e-6), gradient_x_south_y,
-            -c(6.64555505684884e-6) * (omega_yy_south - omega_xx_south)));
+        let moment_own_south_z = mul_add(c(5.565308808048279e-6), gradient_x_south_y,
+            mul_add(c(1.702501854199059e-4), free_fall_south_x,
+            c(6.64555505684884e-6) * (omega_yy_south - omega_xx_south)));
+        let moment_above_south_x_2 = cos_south_south_east * c(1.0297340444249026);
+        let moment_above_south_y_2 = cos_south_south_east * c(0.594517014586693);
+        let moment_above_south_z_2 = sin_south_south_east * c(1.18903434890702);
+        let twist_south = sin_south_south_east * c(-1.344337545550088e-5);
+        let bend_south = sin_south_south_east * twist_south;
+        let shear_south = cos_south_south_east * twist_south;
+        let turned_yy_south = c(-7.878066647452602e-6) - bend_south;
+        let south_part_3 = turned_yy_south * c(0.750000134450948);
+        let inertia_xz_south = c(0.8660254814097262) * shear_south;
         // south_ghost0
         let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
             south_west_part_2 * c(-0.7071071698144961));
-        let carried_south_ghost0_x = mul_add(c(0.7071071698144961), omega_south_west_x,
-            south_west_part_2 * c(-0.7071063925583853));
         let carried_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0,
             sin_south_west_south * south_west_part_3);
         let carried_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0,
             cos_south_west_south * south_west_part_3);
-        let omega_south_ghost0_x = carried_south_ghost0_x + u[0];
+        let omega_south_ghost0_x = mul_add(c(-0.7071063925583853), south_west_part_2,
+            mul_add(c(0.7071071698144961), omega_south_west_x, u[0]));
         let across_south_ghost0_2 = alpha_south_west_y * c(0.7071071698144961);
         let alpha_south_ghost0_x = alpha_south_west_y * c(0.7071063925583853);
-        let alpha_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0_2,
-            mul_add(sin_south_west_south, south_west_part_4, carried_south_ghost0_z * u[0]));
-        let alpha_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_2,
-            mul_add(-carried_south_ghost0_y, u[0], cos_south_west_south * south_west_part_4));
+        let alpha_south_ghost0_y = mul_add(carried_south_ghost0_z, u[0],
+            mul_add(cos_south_west_south, across_south_ghost0_2,
+            sin_south_west_south * south_west_part_4));
+        let alpha_south_ghost0_z = mul_add(-carried_south_ghost0_y, u[0],
+            mul_add(-sin_south_west_south, across_south_ghost0_2,
+            cos_south_west_south * south_west_part_4));
         let omega_xy_south_ghost0 = carried_south_ghost0_y * omega_south_ghost0_x;
         let omega_xz_south_ghost0 = carried_south_ghost0_z * omega_south_ghost0_x;
         let omega_yz_south_ghost0 = carried_south_ghost0_y * carried_south_ghost0_z;
         let gradient_x_south_ghost0_y = omega_xy_south_ghost0 - alpha_south_ghost0_z;
-        let gradient_x_south_ghost0_z = alpha_south_ghost0_y + omega_xz_south_ghost0;
-        let gradient_y_south_ghost0_x = alpha_south_ghost0_z + omega_xy_south_ghost0;
+        let gradient_x_south_ghost0_z = omega_xz_south_ghost0 + alpha_south_ghost0_y;
+        let gradient_y_south_ghost0_x = omega_xy_south_ghost0 + alpha_south_ghost0_z;
         let gradient_y_south_ghost0_z = omega_yz_south_ghost0 - alpha_south_ghost0_x;
         let gradient_z_south_ghost0_x = omega_xz_south_ghost0 - alpha_south_ghost0_y;
         let gradient_z_south_ghost0_y = alpha_south_ghost0_x + omega_yz_south_ghost0;
@@ -2405,95 +2387,95 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             sin_ground_west * c(-6.007379340531013));
         let free_fall_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_3,
             cos_south_west_south * free_fall_south_west_z);
-        let moment_own_south_ghost0_x = mul_add(c(1.7025149681007906e-4), free_fall_south_ghost0_z,
-            -mul_add(c(-2.372658269341246e-8), gradient_y_south_ghost0_z,
-            mul_add(c(5.5653677591751645e-6), gradient_z_south_ghost0_y,
-            gradient_z_south_ghost0_x * c(6.645589092322223e-6))));
-        let moment_own_south_ghost0_y = -mul_add(c(-6.645589092322223e-6),
-            gradient_z_south_ghost0_y, gradient_x_south_ghost0_z * c(2.372658269341246e-8));
-        let moment_own_south_ghost0_z = -free_fall_south_ghost0_x * c(1.7025149681007906e-4)
-            - mul_add(c(-5.5653677591751645e-6), gradient_x_south_ghost0_y,
-            c(6.645589092322223e-6) * mul_add(-omega_south_ghost0_x, omega_south_ghost0_x,
-            carried_south_ghost0_y * carried_south_ghost0_y));
-        // loop 0
-        let loop0_part = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
-            omega_xx_south + omega_zz_south, gradient_y_south_x * c(0.04034213973350825)),
-            mul_add(c(-0.06987458559937648), gradient_x_south_y, (omega_yy_south
-            + omega_zz_south) * c(-0.04034213973350825)) * c(0.8660252485338008));
-        let gamma0_0 = mul_add(c(0.08068423607472834), gradient_y_south_ghost0_x, -loop0_part);
-        let gamma0_1 = mul_add(c(0.08068423607472835), gradient_z_south_ghost0_x,
-            -mul_add(c(-0.06987458559937648), gradient_z_south_y,
-            gradient_z_south_x * c(0.04034213973350825)));
-        let gamma0_2 = mul_add(c(0.08068423607472835), gradient_z_south_ghost0_y,
-            -mul_add(c(0.040342139733508246), gradient_z_south_y,
-            gradient_z_south_x * c(0.0698745855993765)));
-        // south_ghost0
+        let south_ghost0_part = mul_add(c(-6.645589092322223e-6), gradient_z_south_ghost0_y,
+            gradient_x_south_ghost0_z * c(2.372658269341246e-8));
+        let moment_own_south_ghost0_z = mul_add(c(5.5653677591751645e-6), gradient_x_south_ghost0_y,
+            mul_add(c(-6.645589092322223e-6), mul_add(-omega_south_ghost0_x, omega_south_ghost0_x,
+            carried_south_ghost0_y * carried_south_ghost0_y),
+            -free_fall_south_ghost0_x * c(1.7025149681007906e-4)));
+        let across_south_ghost0_4 = mul_add(-sin_south_west_south, moment_own_south_ghost0_z,
+            -cos_south_west_south * south_ghost0_part);
+        let south_ghost0_part_2 = cos_south_west_south * c(-0.8407692270097341);
+        let moment_above_south_ghost0_y = cos_south_west_south * c(-0.8407701511889332);
+        let moment_above_south_ghost0_z = sin_south_west_south * c(-1.189027897156668);
         let twist_south_ghost0 = sin_south_west_south * c(-1.3443432000292933e-5);
         let bend_south_ghost0 = sin_south_west_south * twist_south_ghost0;
         let shear_south_ghost0 = cos_south_west_south * twist_south_ghost0;
         let turned_yy_south_ghost0 = c(-7.878064241117769e-6) - bend_south_ghost0;
         let bend_south_ghost0_2 = turned_yy_south_ghost0 * c(-0.4999994503969332);
-        let south_ghost0_part = c(0.7071063925583853) * shear_south_ghost0;
-        let inertia_yy_south_ghost0 = turned_yy_south_ghost0 + bend_south_ghost0_2;
-        let inertia_zz_south_ghost0 = c(5.5653677591751645e-6) + bend_south_ghost0;
-        // south
-        let twist_south = sin_south_south_east * c(-1.344337545550088e-5);
-        let bend_south = sin_south_south_east * twist_south;
-        let shear_south = cos_south_south_east * twist_south;
-        let turned_yy_south = c(-7.878066647452602e-6) - bend_south;
-        let south_part_2 = turned_yy_south * c(0.750000134450948);
-        let inertia_xz_south = c(0.8660254814097262) * shear_south;
-        let inertia_yy_south = turned_yy_south - south_part_2;
-        let inertia_zz_south = c(5.565308808048279e-6) + bend_south;
+        let south_ghost0_part_3 = c(0.7071063925583853) * shear_south_ghost0;
+        let south_ghost0_part_4 = sin_south_west_south * c(-0.057052339107130284);
+        let moment_above_south_ghost0_y_2 = sin_south_west_south * c(-0.05705240181944582);
+        let moment_above_south_ghost0_z_2 = cos_south_west_south * c(0.08068423607472834);
+        let south_ghost0_part_5 = cos_south_west_south * c(-0.0570523391071303);
+        let moment_above_south_ghost0_y_3 = cos_south_west_south * c(-0.05705240181944583);
+        // south_east
+        let moment_load_south_east_x = mul_add(c(-0.07195223963176), cos_south_south_east,
+            cos_south_south_east * c(0.03493732098380993));
+        let moment_load_south_east_y = mul_add(c(-0.04154163002602364), cos_south_south_east,
+            cos_south_south_east * c(0.02017106444271446));
+        let moment_load_south_east_z = mul_add(c(-0.08308328239330245), sin_south_south_east,
+            sin_south_south_east * c(0.04034213973350825));
+        let across_south_east_4 = mul_add(-sin_south_east_east, moment_load_south_east_z,
+            cos_south_east_east * moment_load_south_east_y);
+        let moment_load_south_east_x_2 = mul_add(c(0.041541674708540005), cos_south_south_east,
+            cos_south_south_east * c(0.060513171632005154));
+        let moment_load_south_east_y_2 = mul_add(c(0.02398408847640453), cos_south_south_east,
+            cos_south_south_east * c(0.0349372834049827));
+        let moment_load_south_east_z_2 = mul_add(c(0.047968189851548), sin_south_south_east,
+            sin_south_south_east * c(0.0698745855993765));
+        let across_south_east_5 = mul_add(-sin_south_east_east, moment_load_south_east_z_2,
+            cos_south_east_east * moment_load_south_east_y_2);
         // south_west
+        let across_south_west_3 = mul_add(-sin_west_south_west, moment_above_south_ghost0_z_2,
+            cos_west_south_west * moment_above_south_ghost0_y_2);
+        let moment_above_south_west_x_2 = -c(0.8660257562110547) * across_south_west_3;
+        let across_south_west_4 = mul_add(cos_west_south_west, moment_above_south_ghost0_y_3,
+            sin_west_south_west * (sin_south_west_south * c(0.08068423607472835)));
+        let moment_above_south_west_x_3 = -c(0.8660257562110547) * across_south_west_4;
         let inertia_xx_south_west = c(1.0120383948805778e-5) - bend_south_ghost0_2;
         let inertia_xy_south_west = mul_add(c(-0.49999999999969785), turned_yy_south_ghost0,
             c(-1.2394283547934881e-5));
-        let inertia_yy_south_west = c(2.6789051216394143e-8) + inertia_yy_south_ghost0;
-        let inertia_zz_south_west = c(1.0093594897589384e-5) + inertia_zz_south_ghost0;
         let inverse_pivot_south_west = c(1.0) / inertia_xx_south_west;
-        let moment_share_y_south_west = inertia_xy_south_west * inverse_pivot_south_west;
-        let south_west_part_6 = south_ghost0_part * inverse_pivot_south_west;
-        let left_inertia_yy_south_west = mul_add(-inertia_xy_south_west, moment_share_y_south_west,
-            inertia_yy_south_west);
-        let left_inertia_yz_south_west = mul_add(inertia_xy_south_west, south_west_part_6,
+        let moment_share_south_west_y = inertia_xy_south_west * inverse_pivot_south_west;
+        let south_west_part_7 = south_ghost0_part_3 * inverse_pivot_south_west;
+        let across_south_west_5 = mul_add(cos_west_south_west, moment_share_south_west_y,
+            sin_west_south_west * south_west_part_7);
+        let south_west_part_8 = c(0.8660257562110547) * across_south_west_5;
+        let left_inertia_yy_south_west = mul_add(-inertia_xy_south_west, moment_share_south_west_y,
+            bend_south_ghost0_2 + (c(2.6789051216394143e-8) + turned_yy_south_ghost0));
+        let left_inertia_yz_south_west = mul_add(inertia_xy_south_west, south_west_part_7,
             c(0.7071071698144961) * shear_south_ghost0);
-        let left_inertia_zz_south_west = mul_add(-south_ghost0_part, south_west_part_6,
-            inertia_zz_south_west);
-        let twist_south_west = mul_add(left_inertia_yz_south_west, cos_west_south_west * c(2.0),
-            sin_west_south_west * (left_inertia_yy_south_west - left_inertia_zz_south_west));
+        let twist_south_west = mul_add(sin_west_south_west, left_inertia_yy_south_west
+            + mul_add(south_ghost0_part_3, south_west_part_7, -(c(1.0093594897589384e-5)
+            + c(5.5653677591751645e-6) + bend_south_ghost0)),
+            left_inertia_yz_south_west * (cos_west_south_west * c(2.0)));
         let turned_yy_south_west = mul_add(-sin_west_south_west, twist_south_west,
             left_inertia_yy_south_west);
         // south_east
-        let inertia_xx_south_east = south_part_2 + c(1.6457652846433443e-5);
+        let inertia_xx_south_east = c(1.6457652846433443e-5) + south_part_3;
         let inertia_xy_south_east = mul_add(c(0.4330126242669004), turned_yy_south,
             c(1.293994125217518e-5));
-        let inertia_yy_south_east = c(3.338573836000013e-8) + inertia_yy_south;
-        let inertia_zz_south_east = c(1.6424267108073443e-5) + inertia_zz_south;
         let inverse_pivot_south_east = c(1.0) / inertia_xx_south_east;
-        let moment_share_y_south_east = inertia_xy_south_east * inverse_pivot_south_east;
-        let moment_share_z_south_east = inertia_xz_south * inverse_pivot_south_east;
-        let left_inertia_yy_south_east = mul_add(-inertia_xy_south_east, moment_share_y_south_east,
-            inertia_yy_south_east);
-        let left_inertia_yz_south_east = mul_add(-inertia_xy_south_east, moment_share_z_south_east,
+        let moment_share_south_east_y = inertia_xy_south_east * inverse_pivot_south_east;
+        let moment_share_south_east_z = inertia_xz_south * inverse_pivot_south_east;
+        let across_south_east_6 = mul_add(-sin_south_east_east, moment_share_south_east_z,
+            cos_south_east_east * moment_share_south_east_y);
+        let moment_above_south_east_x = c(0.7071067811865475) * across_south_east_6;
+        let left_inertia_yy_south_east = mul_add(-inertia_xy_south_east, moment_share_south_east_y,
+            c(3.338573836000013e-8) + turned_yy_south - south_part_3);
+        let left_inertia_yz_south_east = mul_add(-inertia_xy_south_east, moment_share_south_east_z,
             c(0.4999998655490338) * shear_south);
-        let left_inertia_zz_south_east = mul_add(-inertia_xz_south, moment_share_z_south_east,
-            inertia_zz_south_east);
-        let twist_south_east = mul_add(left_inertia_yz_south_east, cos_south_east_east * c(2.0),
-            sin_south_east_east * (left_inertia_yy_south_east - left_inertia_zz_south_east));
+        let twist_south_east = mul_add(sin_south_east_east, left_inertia_yy_south_east
+            + mul_add(inertia_xz_south, moment_share_south_east_z, -(c(1.6424267108073443e-5)
+            + c(5.565308808048279e-6) + bend_south)),
+            left_inertia_yz_south_east * (cos_south_east_east * c(2.0)));
         let turned_yy_south_east = mul_add(-sin_south_east_east, twist_south_east,
             left_inertia_yy_south_east);
-        // west
-        let inertia_xx_west = mul_add(c(0.7500006104209291), turned_yy_south_west,
-            c(1.9761253055270436e-5));
-        let inverse_pivot_west = c(1.0) / inertia_xx_west;
         // east
         let inertia_xx_east = mul_add(c(0.4999999999999999), turned_yy_south_east,
             c(1.0564732298535837e-5));
         let inverse_pivot_east = c(1.0) / inertia_xx_east;
-        let torque_east = mul_add(c(-3.5e-6), u[4], -q[4] * c(0.0114));
-        // west
-        let torque_west = mul_add(c(-3.5e-6), u[5], -q[5] * c(0.0114));
         // south_east
         let torque_south_east = mul_add(c(-3.5e-6), u[3], -q[3] * c(0.0114));
         // south_west
@@ -2502,150 +2484,110 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let torque_south = mul_add(c(-3.5e-6), u[1], -q[1] * c(0.0114));
         // south_ghost0
         let torque_south_ghost0 = mul_add(c(-3.5e-6), u[0], -q[0] * c(0.0114));
-        let reduced_south_ghost0 = moment_own_south_ghost0_x + torque_south_ghost0;
-        let moment_left_south_ghost0_y = mul_add(c(1.189027897156668), reduced_south_ghost0,
-            moment_own_south_ghost0_y);
-        let across_south_ghost0_4 = mul_add(-sin_south_west_south, moment_own_south_ghost0_z,
-            cos_south_west_south * moment_left_south_ghost0_y);
-        let moment_above_south_ghost0_x = mul_add(c(-0.7071063925583853), across_south_ghost0_4,
-            -c(0.7071071698144961) * torque_south_ghost0);
-        let moment_above_south_ghost0_y = mul_add(c(-0.7071063925583853), torque_south_ghost0,
-            c(0.7071071698144961) * across_south_ghost0_4);
-        let moment_above_south_ghost0_z = mul_add(cos_south_west_south, moment_own_south_ghost0_z,
-            sin_south_west_south * moment_left_south_ghost0_y);
-        // south
-        let reduced_south = moment_own_south_x + torque_south;
-        let moment_left_south_y = mul_add(c(-1.18903434890702), reduced_south, moment_own_south_y);
-        let across_south_4 = mul_add(-sin_south_south_east, moment_own_south_z,
-            cos_south_south_east * moment_left_south_y);
-        let moment_above_south_x = mul_add(c(-0.4999998655490338), torque_south,
-            c(0.8660254814097262) * across_south_4);
-        let moment_above_south_y = mul_add(c(0.8660254814097262), torque_south,
-            c(0.4999998655490338) * across_south_4);
-        let moment_above_south_z = mul_add(cos_south_south_east, moment_own_south_z,
-            sin_south_south_east * moment_left_south_y);
+        let reduced_south_ghost0 = mul_add(c(-5.5653677591751645e-6), gradient_z_south_ghost0_y,
+            gradient_y_south_ghost0_z * c(2.372658269341246e-8)) + mul_add(c(-6.645589092322223e-6),
+            gradient_z_south_ghost0_x, mul_add(c(1.7025149681007906e-4), free_fall_south_ghost0_z,
+            torque_south_ghost0));
         // south_west
-        let moment_load_south_west_x = moment_own_south_west_x + moment_above_south_ghost0_x;
-        let moment_load_south_west_y = moment_above_south_ghost0_y
-            - mul_add(c(1.2394283547934881e-5), south_west_part_5,
-            gradient_x_south_west_z * c(2.6789051216394143e-8));
-        let moment_load_south_west_z = moment_own_south_west_z + moment_above_south_ghost0_z;
-        let reduced_south_west = torque_south_west + moment_load_south_west_x;
-        let moment_left_south_west_y = mul_add(-moment_share_y_south_west, reduced_south_west,
-            moment_load_south_west_y);
-        let moment_left_south_west_z = mul_add(south_west_part_6, reduced_south_west,
-            moment_load_south_west_z);
-        let across_south_west_2 = mul_add(-sin_west_south_west, moment_left_south_west_z,
-            cos_west_south_west * moment_left_south_west_y);
-        let moment_above_south_west_x = mul_add(c(-0.8660257562110547), across_south_west_2,
-            -c(0.4999993895786978) * torque_south_west);
+        let moment_load_south_west_y = mul_add(c(0.7071071698144961), across_south_ghost0_4,
+            mul_add(-moment_above_south_ghost0_y, reduced_south_ghost0,
+            mul_add(c(-0.7071063925583853), torque_south_ghost0, moment_own_south_west_y)));
+        let south_west_part_9 = mul_add(-sin_south_west_south, south_ghost0_part,
+            mul_add(c(1.0093594897589384e-5), gradient_x_south_west_y,
+            mul_add(c(-1.2394283547934881e-5), mul_add(-omega_south_west_x, omega_south_west_x,
+            south_west_part_2 * south_west_part_2), -sin_ground_west * c(-2.9906177176792508e-3))));
+        let moment_load_south_west_z = south_west_part_9 + mul_add(-moment_above_south_ghost0_z,
+            reduced_south_ghost0, cos_south_west_south * moment_own_south_ghost0_z);
+        let south_west_part_10 = mul_add(c(3.520149320482795e-4), free_fall_south_west_z,
+            mul_add(c(-2.6789051216394143e-8), south_west_part_5, torque_south_west
+            + -c(0.7071071698144961) * torque_south_ghost0)) - mul_add(c(1.2394283547934881e-5),
+            gradient_z_south_west_x, south_west_part_5 * c(-1.0093594897589384e-5));
+        let reduced_south_west = mul_add(c(-0.7071063925583853), across_south_ghost0_4,
+            mul_add(south_ghost0_part_2, reduced_south_ghost0, south_west_part_10));
+        let across_south_west_6 = mul_add(-sin_west_south_west, moment_load_south_west_z,
+            cos_west_south_west * moment_load_south_west_y);
+        // west
+        let west_part_2 = mul_add(south_west_part_8, reduced_south_west,
+            mul_add(c(-6.332769027236974e-3), cos_ground_west, mul_add(c(-3.5e-6), u[5],
+            -q[5] * c(0.0114)) + -c(0.4999993895786978) * torque_south_west));
+        let reduced_west = mul_add(c(-0.8660257562110547), across_south_west_6, west_part_2);
+        // south
+        let across_south_4 = mul_add(-sin_south_south_east, moment_own_south_z,
+            -cos_south_south_east * south_part_2);
+        let reduced_south = mul_add(c(2.3726582693412885e-8), gradient_y_south_z,
+            -free_fall_south_z * c(1.702501854199059e-4)) + mul_add(c(6.64555505684884e-6),
+            gradient_z_south_x, mul_add(c(-5.565308808048279e-6), gradient_z_south_y,
+            torque_south));
         // south_east
-        let moment_load_south_east_x = moment_own_south_east_x + moment_above_south_x;
-        let moment_load_south_east_y = moment_above_south_y - mul_add(c(-1.293994125217518e-5),
-            south_east_part_5, gradient_x_south_east_z * c(3.338573836000013e-8));
-        let moment_load_south_east_z = moment_own_south_east_z + moment_above_south_z;
-        let reduced_south_east = torque_south_east + moment_load_south_east_x;
-        let moment_left_south_east_y = mul_add(-moment_share_y_south_east, reduced_south_east,
-            moment_load_south_east_y);
-        let moment_left_south_east_z = mul_add(-moment_share_z_south_east, reduced_south_east,
-            moment_load_south_east_z);
-        let across_south_east_3 = mul_add(-sin_south_east_east, moment_left_south_east_z,
-            cos_south_east_east * moment_left_south_east_y);
-        let moment_above_south_east_x = mul_add(c(-0.7071067811865475), torque_south_east,
+        let moment_load_south_east_y_3 = mul_add(c(0.4999998655490338), across_south_4,
+            mul_add(-moment_above_south_y_2, reduced_south, mul_add(c(-3.338573836000013e-8),
+            gradient_x_south_east_z, mul_add(c(1.293994125217518e-5), south_east_part_5,
+            c(0.8660254814097262) * torque_south))));
+        let south_east_part_6 = mul_add(-sin_south_south_east, south_part_2,
+            mul_add(c(1.6424267108073443e-5), gradient_x_south_east_y,
+            sin_ground_east * c(3.285114235562457e-3))
+            - -c(1.293994125217518e-5) * mul_add(-omega_south_east_x, omega_south_east_x,
+            carried_south_east_y * carried_south_east_y));
+        let moment_load_south_east_z_3 = south_east_part_6 + mul_add(-moment_above_south_z_2,
+            reduced_south, cos_south_south_east * moment_own_south_z);
+        let south_east_part_7 = mul_add(c(1.6424267108073443e-5), south_east_part_5,
+            gradient_z_south_east_x * c(1.293994125217518e-5)) + (mul_add(c(-3.338573836000013e-8),
+            south_east_part_5, mul_add(c(-0.4999998655490338), torque_south, torque_south_east))
+            + -free_fall_south_east_z * c(4.7358339509453106e-4));
+        let reduced_south_east = mul_add(c(0.8660254814097262), across_south_4,
+            mul_add(-moment_above_south_x_2, reduced_south, south_east_part_7));
+        let across_south_east_7 = mul_add(-sin_south_east_east, moment_load_south_east_z_3,
+            cos_south_east_east * moment_load_south_east_y_3);
+        // east
+        let reduced_east = mul_add(c(0.7071067811865475), across_south_east_7,
+            mul_add(-moment_above_south_east_x, reduced_south_east, mul_add(c(-0.7071067811865475),
+            torque_south_east, mul_add(c(-3.5e-6), u[4], -q[4] * c(0.0114))) + moment_own_east_x));
+        // west
+        let moment_load_west_x = mul_add(-south_west_part_8, south_ghost0_part_4,
+            moment_above_south_west_x_2);
+        // east
+        let moment_load_east_x = mul_add(-moment_above_south_east_x, moment_above_south_x,
             c(0.7071067811865475) * across_south_east_3);
         // west
-        let moment_load_west_x = mul_add(c(-6.332769027236974e-3), cos_ground_west,
-            moment_above_south_west_x);
-        let reduced_west = torque_west + moment_load_west_x;
+        let moment_load_west_x_2 = mul_add(-south_west_part_8, south_ghost0_part_5,
+            moment_above_south_west_x_3);
         // east
-        let moment_load_east_x = mul_add(c(4.625527205006544e-3), cos_ground_east,
-            moment_above_south_east_x);
-        let reduced_east = torque_east + moment_load_east_x;
-        // south_ghost0
-        let south_ghost0_part_2 = sin_south_west_south * c(-0.057052339107130284);
-        // south
-        let moment_above_south_x_2 = sin_south_south_east * c(0.06987460438879263);
-        // south_west
-        let moment_left_south_west_y_2 = mul_add(moment_share_y_south_west, south_ghost0_part_2,
-            sin_south_west_south * c(-0.05705240181944582));
-        let moment_left_south_west_z_2 = mul_add(-south_west_part_6, south_ghost0_part_2,
-            cos_south_west_south * c(0.08068423607472834));
-        let across_south_west_3 = mul_add(-sin_west_south_west, moment_left_south_west_z_2,
-            cos_west_south_west * moment_left_south_west_y_2);
-        let south_west_part_7 = c(0.8660257562110547) * across_south_west_3;
-        // south_east
-        let moment_left_south_east_y_2 = mul_add(-moment_share_y_south_east, moment_above_south_x_2,
-            sin_south_south_east * c(0.04034210718929068));
-        let moment_left_south_east_z_2 = mul_add(-moment_share_z_south_east, moment_above_south_x_2,
-            cos_south_south_east * c(-0.08068423607472835));
-        let across_south_east_4 = mul_add(-sin_south_east_east, moment_left_south_east_z_2,
-            cos_south_east_east * moment_left_south_east_y_2);
-        let moment_above_south_east_x_2 = c(0.7071067811865475) * across_south_east_4;
-        // south_ghost0
-        let south_ghost0_part_3 = cos_south_west_south * c(-0.0570523391071303);
-        let moment_above_south_ghost0_z_2 = -sin_south_west_south * c(0.08068423607472835);
-        // south
-        let moment_above_south_x_3 = cos_south_south_east * c(-0.03701491864795006);
-        // south_west
-        let moment_left_south_west_y_3 = mul_add(moment_share_y_south_west, south_ghost0_part_3,
-            cos_south_west_south * c(-0.05705240181944583));
-        let moment_left_south_west_z_3 = mul_add(-south_west_part_6, south_ghost0_part_3,
-            moment_above_south_ghost0_z_2);
-        let across_south_west_4 = mul_add(-sin_west_south_west, moment_left_south_west_z_3,
-            cos_west_south_west * moment_left_south_west_y_3);
-        let south_west_part_8 = c(0.8660257562110547) * across_south_west_4;
-        // south_east
-        let moment_left_south_east_y_3 = mul_add(-moment_share_y_south_east, moment_above_south_x_3,
-            cos_south_south_east * c(-0.021370565583309173));
-        let moment_left_south_east_z_3 = mul_add(-moment_share_z_south_east, moment_above_south_x_3,
-            sin_south_south_east * c(-0.0427411426597942));
-        let across_south_east_5 = mul_add(-sin_south_east_east, moment_left_south_east_z_3,
-            cos_south_east_east * moment_left_south_east_y_3);
-        let moment_above_south_east_x_3 = c(0.7071067811865475) * across_south_east_5;
-        // south_ghost0
-        let south_ghost0_part_4 = cos_south_west_south * c(0.06783682279642027);
-        // south
-        let moment_above_south_x_4 = cos_south_south_east * c(0.10205484634054517);
-        // south_west
-        let moment_left_south_west_y_4 = mul_add(moment_share_y_south_west, south_ghost0_part_4,
-            cos_south_west_south * c(0.06783689736311294));
-        let moment_left_south_west_z_4 = mul_add(-south_west_part_6, south_ghost0_part_4,
-            sin_south_west_south * c(0.09593580755362642));
-        let across_south_west_5 = mul_add(-sin_west_south_west, moment_left_south_west_z_4,
-            cos_west_south_west * moment_left_south_west_y_4);
-        let south_west_part_9 = c(0.8660257562110547) * across_south_west_5;
-        // south_east
-        let moment_left_south_east_y_4 = mul_add(-moment_share_y_south_east, moment_above_south_x_4,
-            cos_south_south_east * c(0.058921371881387234));
-        let moment_left_south_east_z_4 = mul_add(-moment_share_z_south_east, moment_above_south_x_4,
-            sin_south_south_east * c(0.1178427754509245));
-        let across_south_east_6 = mul_add(-sin_south_east_east, moment_left_south_east_z_4,
-            cos_south_east_east * moment_left_south_east_y_4);
-        let moment_above_south_east_x_4 = c(0.7071067811865475) * across_south_east_6;
+        let moment_load_east_x_2 = mul_add(-moment_above_south_east_x, moment_load_south_east_x,
+            c(0.7071067811865475) * across_south_east_4);
+        // west
+        let moment_load_west_x_3 = mul_add(-south_west_part_8, south_west_part_6,
+            moment_above_south_west_x);
+        // east
+        let moment_load_east_x_3 = mul_add(-moment_above_south_east_x, moment_load_south_east_x_2,
+            c(0.7071067811865475) * across_south_east_5);
+        // west
+        let inertia_xx_west = mul_add(c(0.7500006104209291), turned_yy_south_west,
+            c(1.9761253055270436e-5));
+        let inverse_pivot_west = c(1.0) / inertia_xx_west;
         // the whole mechanism
-        let part = inverse_pivot_south_west * south_ghost0_part_2;
-        let part_2 = inverse_pivot_south_east * moment_above_south_x_2;
-        let part_3 = inverse_pivot_east * moment_above_south_east_x_2;
-        let part_4 = inverse_pivot_west * south_west_part_7;
-        let part_5 = inverse_pivot_south_west * south_ghost0_part_3;
-        let part_6 = inverse_pivot_south_east * moment_above_south_x_3;
-        let part_7 = inverse_pivot_east * moment_above_south_east_x_3;
-        let part_8 = inverse_pivot_west * south_west_part_8;
-        let part_9 = inverse_pivot_south_west * south_ghost0_part_4;
-        let part_10 = inverse_pivot_south_east * moment_above_south_x_4;
-        let part_11 = inverse_pivot_east * moment_above_south_east_x_4;
-        let part_12 = inverse_pivot_west * south_west_part_9;
-        let part_13 = mul_add(south_west_part_7, part_4, mul_add(moment_above_south_east_x_2,
-            part_3, mul_add(moment_above_south_x_2, part_2, south_ghost0_part_2 * part)));
-        let part_14 = mul_add(south_west_part_7, part_8, mul_add(moment_above_south_east_x_2,
-            part_7, mul_add(moment_above_south_x_2, part_6, south_ghost0_part_2 * part_5)));
-        let part_15 = mul_add(south_west_part_8, part_8, mul_add(moment_above_south_east_x_3,
-            part_7, mul_add(moment_above_south_x_3, part_6, mul_add(south_ghost0_part_3, part_5,
+        let part = inverse_pivot_south_west * south_ghost0_part_4;
+        let part_2 = inverse_pivot_south_east * moment_above_south_x;
+        let part_3 = inverse_pivot_east * moment_load_east_x;
+        let part_4 = inverse_pivot_west * moment_load_west_x;
+        let part_5 = inverse_pivot_south_west * south_ghost0_part_5;
+        let part_6 = inverse_pivot_south_east * moment_load_south_east_x;
+        let part_7 = inverse_pivot_east * moment_load_east_x_2;
+        let part_8 = inverse_pivot_west * moment_load_west_x_2;
+        let part_9 = inverse_pivot_south_west * south_west_part_6;
+        let part_10 = inverse_pivot_south_east * moment_load_south_east_x_2;
+        let part_11 = inverse_pivot_east * moment_load_east_x_3;
+        let part_12 = inverse_pivot_west * moment_load_west_x_3;
+        let part_13 = mul_add(moment_load_west_x, part_4, mul_add(moment_load_east_x, part_3,
+            mul_add(moment_above_south_x, part_2, south_ghost0_part_4 * part)));
+        let part_14 = mul_add(moment_load_west_x, part_8, mul_add(moment_load_east_x, part_7,
+            mul_add(moment_above_south_x, part_6, south_ghost0_part_4 * part_5)));
+        let part_15 = mul_add(moment_load_west_x_2, part_8, mul_add(moment_load_east_x_2, part_7,
+            mul_add(moment_load_south_east_x, part_6, mul_add(south_ghost0_part_5, part_5,
             c(873.577884436453)))));
-        let part_16 = mul_add(south_west_part_7, part_12, mul_add(moment_above_south_east_x_2,
-            part_11, mul_add(moment_above_south_x_2, part_10, south_ghost0_part_2 * part_9)));
-        let part_17 = mul_add(south_west_part_9, part_12, mul_add(moment_above_south_east_x_4,
-            part_11, mul_add(moment_above_south_x_4, part_10, mul_add(south_ghost0_part_4, part_9,
+        let part_16 = mul_add(moment_load_west_x, part_12, mul_add(moment_load_east_x, part_11,
+            mul_add(moment_above_south_x, part_10, south_ghost0_part_4 * part_9)));
+        let part_17 = mul_add(moment_load_west_x_3, part_12, mul_add(moment_load_east_x_3, part_11,
+            mul_add(moment_load_south_east_x_2, part_10, mul_add(south_west_part_6, part_9,
             c(1455.9516904983989)))));
         let part_18 = c(1.0) / (part_17 + (part_13 + part_15));
         let part_19 = c(2.0) * part_18;
@@ -2653,72 +2595,68 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_21 = part_14 * part_20;
         let part_22 = mul_add(-part_14, part_21, part_15);
         let part_23 = part_16 * part_20;
-        let part_24 = mul_add(-part_14, part_23, mul_add(south_west_part_8, part_12,
-            mul_add(moment_above_south_east_x_3, part_11, mul_add(moment_above_south_x_3, part_10,
-            mul_add(south_ghost0_part_3, part_9, c(-504.3607884001874))))));
+        let part_24 = mul_add(-part_14, part_23, mul_add(moment_load_west_x_2, part_12,
+            mul_add(moment_load_east_x_2, part_11, mul_add(moment_load_south_east_x, part_10,
+            mul_add(south_ghost0_part_5, part_9, c(-504.3607884001874))))));
         let part_25 = c(1.0) / part_22;
         let part_26 = part_24 * part_25;
         let part_27 = mul_add(-part_24, part_26, mul_add(-part_16, part_23, part_17));
-        let part_28 = gamma0_0 + mul_add(-reduced_west, part_4, mul_add(reduced_east, part_3,
-            mul_add(-reduced_south_west, part, reduced_south_east * part_2)));
-        let part_29 = mul_add(-reduced_west, part_12, mul_add(reduced_east, part_11,
-            mul_add(reduced_south_east, part_10, mul_add(-reduced_south_west, part_9,
-            mul_add(c(-7218.08629094307), reduced_south,
-            reduced_south_ghost0 * c(14436.012552214956))))));
-        let part_30 = mul_add(part_21, part_28, -(gamma0_1 + mul_add(-reduced_west, part_8,
-            mul_add(reduced_east, part_7, mul_add(reduced_south_east, part_6,
-            mul_add(-reduced_south_west, part_5, reduced_south * c(12502.083224437016)))))));
-        let part_31 = c(1.0) / part_27 * mul_add(-part_26, part_30, mul_add(part_23, part_28,
-            -(gamma0_2 + part_29)));
-        let part_32 = mul_add(-part_26, part_31, part_25 * part_30);
-        let part_33 = mul_add(-part_21, part_32, mul_add(-part_23, part_31, -part_20 * part_28));
-        let part_34 = mul_add(inverse_pivot_east, reduced_east, mul_add(part_11, part_31,
-            mul_add(part_7, part_32, part_3 * part_33)));
-        let part_35 = mul_add(inverse_pivot_west, reduced_west, mul_add(-part_12, part_31,
-            mul_add(-part_8, part_32, -part_4 * part_33)));
+        let part_28 = mul_add(c(-0.5000002689018962), mul_add(c(0.06987458559937648), omega_xx_south
+            + omega_zz_south, gradient_y_south_x * c(0.04034213973350825)),
+            mul_add(c(-0.8660252485338008), mul_add(c(-0.06987458559937648), gradient_x_south_y,
+            (omega_yy_south + omega_zz_south) * c(-0.04034213973350825)),
+            gradient_y_south_ghost0_x * c(0.08068423607472834)));
+        let part_29 = mul_add(reduced_west, part_4, mul_add(reduced_east, part_3,
+            mul_add(reduced_south_east, part_2, mul_add(-reduced_south_west, part, part_28))));
+        let part_30 = mul_add(-reduced_south_east, part_6, mul_add(reduced_south_west, part_5,
+            mul_add(c(-12502.083224437016), reduced_south, mul_add(c(0.04034213973350825),
+            gradient_z_south_x, -mul_add(c(0.08068423607472835), gradient_z_south_ghost0_x,
+            gradient_z_south_y * c(0.06987458559937648))))));
+        let part_31 = mul_add(part_21, part_29, mul_add(-reduced_west, part_8,
+            mul_add(-reduced_east, part_7, part_30)));
+        let part_32 = mul_add(reduced_south_west, part_9, mul_add(c(7218.08629094307),
+            reduced_south, mul_add(c(-14436.012552214956), reduced_south_ghost0,
+            mul_add(c(0.0698745855993765), gradient_z_south_x, mul_add(c(-0.08068423607472835),
+            gradient_z_south_ghost0_y, gradient_z_south_y * c(0.040342139733508246))))));
+        let part_33 = c(1.0) / part_27 * mul_add(-part_26, part_31, mul_add(part_23, part_29,
+            mul_add(-reduced_west, part_12, mul_add(-reduced_east, part_11,
+            mul_add(-reduced_south_east, part_10, part_32)))));
+        let part_34 = mul_add(-part_26, part_33, part_25 * part_31);
+        let part_35 = mul_add(-part_21, part_34, mul_add(-part_23, part_33, -part_20 * part_29));
+        let part_36 = mul_add(part_3, part_35, mul_add(part_7, part_34, mul_add(part_11, part_33,
+            inverse_pivot_east * reduced_east)));
+        let part_37 = mul_add(part_4, part_35, mul_add(part_8, part_34, mul_add(part_12, part_33,
+            inverse_pivot_west * reduced_west)));
         // south_east
-        let across_south_east_7 = c(0.7071067811865475) * part_34;
+        let across_south_east_8 = c(0.7071067811865475) * part_36;
+        let turn_gain_south_east_y = cos_south_east_east * across_south_east_8;
+        let along_hinge_south_east = mul_add(-moment_above_south_east_x, part_36, mul_add(part_2,
+            part_35, mul_add(part_6, part_34, mul_add(part_10, part_33,
+            inverse_pivot_south_east * reduced_south_east))));
         // south_west
-        let south_west_part_10 = c(0.8660257562110547) * part_35;
-        // south_east
-        let turn_gain_south_east_y = cos_south_east_east * across_south_east_7;
-        let south_east_part_6 = sin_south_east_east * across_south_east_7;
-        let along_hinge_south_east = mul_add(inverse_pivot_south_east, reduced_south_east,
-            mul_add(part_10, part_31, mul_add(part_6, part_32, part_2 * part_33)))
-            - mul_add(-moment_share_z_south_east, south_east_part_6,
-            moment_share_y_south_east * turn_gain_south_east_y);
-        // south_west
-        let south_west_part_11 = cos_west_south_west * south_west_part_10;
-        let south_west_part_12 = sin_west_south_west * south_west_part_10;
-        let along_hinge_south_west = mul_add(inverse_pivot_south_west, reduced_south_west,
-            mul_add(-part_9, part_31, mul_add(-part_5, part_32, -part * part_33)))
-            - mul_add(-south_west_part_6, south_west_part_12,
-            -moment_share_y_south_west * south_west_part_11);
-        // south
-        let across_south_5 = mul_add(c(0.8660254814097262), along_hinge_south_east,
-            c(0.4999998655490338) * turn_gain_south_east_y);
-        let turn_gain_south_x = mul_add(c(-0.8660254814097262), turn_gain_south_east_y,
-            c(0.4999998655490338) * along_hinge_south_east);
-        let turn_gain_south_y = mul_add(-sin_south_south_east, south_east_part_6,
-            cos_south_south_east * across_south_5);
-        let along_hinge_south = mul_add(c(-1.18903434890702), turn_gain_south_y,
-            mul_add(c(178921.751266151), reduced_south, mul_add(c(-7218.08629094307), part_31,
-            c(12502.083224437016) * part_32)));
-        // south_ghost0
-        let across_south_ghost0_5 = mul_add(c(-0.7071063925583853), along_hinge_south_west,
-            c(-0.7071071698144961) * south_west_part_11);
-        let turn_gain_south_ghost0_x = mul_add(c(-0.7071063925583853), south_west_part_11,
-            c(0.7071071698144961) * along_hinge_south_west);
-        let turn_gain_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0_5,
-            sin_south_west_south * south_west_part_12);
-        let along_hinge_south_ghost0 = mul_add(c(1.189027897156668), turn_gain_south_ghost0_y,
-            mul_add(c(14436.012552214956), part_31, c(178919.86408403952) * reduced_south_ghost0));
-        acceleration[0] = along_hinge_south_ghost0 - turn_gain_south_ghost0_x;
-        acceleration[1] = along_hinge_south - turn_gain_south_x;
-        acceleration[2] = mul_add(c(-0.4999993895786978), part_35, along_hinge_south_west);
-        acceleration[3] = along_hinge_south_east - across_south_east_7;
-        acceleration[4] = part_34;
-        acceleration[5] = part_35;
+        let south_west_part_11 = c(0.8660257562110547) * part_37;
+        let south_west_part_12 = cos_west_south_west * south_west_part_11;
+        let along_hinge_south_west = mul_add(south_west_part_8, part_37, mul_add(-part_5, part_34,
+            mul_add(-part_9, part_33, inverse_pivot_south_west * reduced_south_west))
+            + -part * part_35);
+        // the whole mechanism
+        let part_38 = mul_add(c(-0.7071071698144961), along_hinge_south_west,
+            mul_add(c(14436.012552214956), part_33, c(178919.86408403952) * reduced_south_ghost0))
+            + mul_add(c(0.7071063925583853), south_west_part_12,
+            moment_above_south_ghost0_y * south_west_part_12) - mul_add(moment_above_south_ghost0_z,
+            sin_west_south_west * south_west_part_11,
+            -south_ghost0_part_2 * along_hinge_south_west);
+        let part_39 = mul_add(c(-0.4999998655490338), along_hinge_south_east,
+            mul_add(c(12502.083224437016), part_34, mul_add(c(-7218.08629094307), part_33,
+            c(178921.751266151) * reduced_south))) + mul_add(-moment_above_south_x_2,
+            along_hinge_south_east, c(0.8660254814097262) * turn_gain_south_east_y);
+        acceleration[0] = part_38;
+        acceleration[1] = mul_add(-moment_above_south_y_2, turn_gain_south_east_y,
+            moment_above_south_z_2 * (sin_south_east_east * across_south_east_8)) + part_39;
+        acceleration[2] = mul_add(c(-0.4999993895786978), part_37, along_hinge_south_west);
+        acceleration[3] = along_hinge_south_east - across_south_east_8;
+        acceleration[4] = part_36;
+        acceleration[5] = part_37;
         margin[0] = S::min(S::min(S::min(S::min(c(178919.86408403952), inverse_pivot_south_west),
             inverse_pivot_south_east), inverse_pivot_east), inverse_pivot_west);
         margin[1] = part_13 * part_18 * (part_19 * part_22) * (part_19 * part_27);
@@ -2731,8 +2669,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         &self,
         q: &[S],
         u: &[S],
-        out: ::lamc_runtime::MisfitMut<'_, S>,
-        correction: &mut [S],
+        out: ::lamc_runtime::ProjectionMut<'_, S>,
     ) -> ::lamc_runtime::Margin<S> {
         let c = S::from_f64;
         let mul_add = S::mul_add;
@@ -2746,13 +2683,10 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let Some(residual) = out.residual.first_chunk_mut::<9>() else {
             return ::lamc_runtime::Margin::none()
         };
-        let Some(misfit) = out.misfit.first_chunk_mut::<3>() else {
+        let Some(positions) = out.positions.first_chunk_mut::<6>() else {
             return ::lamc_runtime::Margin::none()
         };
-        let Some(speeds) = out.speeds.first_chunk_mut::<3>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let Some(correction) = correction.first_chunk_mut::<18>() else {
+        let Some(speeds) = out.speeds.first_chunk_mut::<6>() else {
             return ::lamc_runtime::Margin::none()
         };
         let [
@@ -2763,528 +2697,78 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             (sin_south_south_east, cos_south_south_east),
             (sin_south_west_south, cos_south_west_south),
         ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
-        // south_east
-        let across_south_east = u[4] * c(0.7071067811865475);
-        let carried_south_east_y = cos_south_east_east * across_south_east;
-        let south_east_part = sin_south_east_east * across_south_east;
-        let omega_south_east_x = across_south_east + u[3];
         // south_west
         let south_west_part = u[5] * c(0.8660257562110547);
         let south_west_part_2 = cos_west_south_west * south_west_part;
         let south_west_part_3 = sin_west_south_west * south_west_part;
         let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
+        // south_east
+        let across_south_east = u[4] * c(0.7071067811865475);
+        let carried_south_east_y = cos_south_east_east * across_south_east;
+        let south_east_part = sin_south_east_east * across_south_east;
+        let omega_south_east_x = u[3] + across_south_east;
         // south
-        let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
-            carried_south_east_y * c(0.4999998655490338));
-        let carried_south_x = mul_add(c(-0.8660254814097262), carried_south_east_y,
-            omega_south_east_x * c(0.4999998655490338));
+        let across_south = mul_add(c(0.4999998655490338), carried_south_east_y,
+            omega_south_east_x * c(0.8660254814097262));
         let carried_south_y = mul_add(-sin_south_south_east, south_east_part,
             cos_south_south_east * across_south);
         let carried_south_z = mul_add(-sin_south_south_east, across_south,
             -cos_south_south_east * south_east_part);
-        let omega_south_x = carried_south_x + u[1];
+        let omega_south_x = mul_add(c(-0.8660254814097262), carried_south_east_y,
+            mul_add(c(0.4999998655490338), omega_south_east_x, u[1]));
         // south_ghost0
         let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
             south_west_part_2 * c(-0.7071071698144961));
-        let carried_south_ghost0_x = mul_add(c(0.7071071698144961), omega_south_west_x,
-            south_west_part_2 * c(-0.7071063925583853));
         let carried_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0,
             sin_south_west_south * south_west_part_3);
         let carried_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0,
             cos_south_west_south * south_west_part_3);
-        let omega_south_ghost0_x = carried_south_ghost0_x + u[0];
+        let omega_south_ghost0_x = mul_add(c(-0.7071063925583853), south_west_part_2,
+            mul_add(c(0.7071071698144961), omega_south_west_x, u[0]));
         let moment_above_south_ghost0_x = mul_add(c(4.699138529497321e-6), cos_south_west_south,
             c(3.952088681904903e-6));
         let moment_above_south_ghost0_y = mul_add(c(-4.699143694822053e-6), cos_south_west_south,
             c(3.952084337747171e-6));
         let turned_xz_south_ghost0 = sin_south_west_south * c(6.645589092322223e-6);
+        // east
+        let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
+        // west
+        let axis_z_west_x = sin_ground_west * c(0.7071067811865475);
+        // loop 0
+        let closure0_0_west_south_west = sin_south_west_south * c(0.057052339107130284);
+        let loop0_part = sin_south_south_east * c(-0.06987460438879263);
+        // south_east
+        let south_east_part_2 = sin_south_east_east * c(0.7071067811865475);
         // south_west
-        let across_south_west = mul_add(cos_west_south_west, moment_above_south_ghost0_y,
-            sin_west_south_west * turned_xz_south_ghost0);
-        let moment_above_south_west_x = mul_add(c(-0.8660257562110547), across_south_west,
-            c(0.4999993895786978) * moment_above_south_ghost0_x);
-        // south_ghost0
-        let twist_south_ghost0 = sin_south_west_south * c(5.541641176481752e-6);
-        let bend_south_ghost0 = sin_south_west_south * twist_south_ghost0;
-        let shear_south_ghost0 = cos_south_west_south * twist_south_ghost0;
-        let turned_yy_south_ghost0 = c(5.5653677591751645e-6) - bend_south_ghost0;
-        let twist_south_ghost0_2 = mul_add(c(-0.7071063925583853), turned_yy_south_ghost0,
-            cos_south_west_south * c(9.398287389644106e-6));
-        let bend_south_ghost0_2 = c(0.7071063925583853) * twist_south_ghost0_2;
+        let carried_south_west_z_by_ground_west = sin_west_south_west * c(0.8660257562110547);
         // south
         let moment_above_south_x = mul_add(c(5.755220017342357e-6), cos_south_south_east,
             c(2.7945169439196375e-6));
         let moment_above_south_y = mul_add(c(3.3227766349231214e-6), cos_south_south_east,
             c(-4.840247064883071e-6));
         let moment_above_south_z = sin_south_south_east * c(6.64555505684884e-6);
-        // south_east
-        let across_south_east_2 = mul_add(-sin_south_east_east, moment_above_south_z,
-            cos_south_east_east * moment_above_south_y);
-        let moment_above_south_east_x = mul_add(c(0.7071067811865475), across_south_east_2,
-            c(0.7071067811865475) * moment_above_south_x);
-        // south
-        let twist_south = sin_south_south_east * c(5.541582225354866e-6);
-        let bend_south = sin_south_south_east * twist_south;
-        let shear_south = cos_south_south_east * twist_south;
-        let turned_yy_south = c(5.565308808048279e-6) - bend_south;
-        let twist_south_2 = mul_add(c(0.8660254814097262), turned_yy_south,
-            cos_south_south_east * c(-6.645553269846243e-6));
-        let south_part = c(0.8660254814097262) * twist_south_2;
-        // south_west
-        let second_moment_xy_south_west = mul_add(c(0.7071071698144961), twist_south_ghost0_2,
-            mul_add(c(-6.645589092322223e-6), cos_south_west_south, c(1.2394283547934881e-5)));
-        let second_moment_xz_south_west = mul_add(c(-0.7071063925583853), shear_south_ghost0,
-            sin_south_west_south * c(4.699143694822053e-6));
-        let second_moment_yy_south_west = bend_south_ghost0_2 + (turned_yy_south_ghost0
-            + c(1.0093594897589384e-5));
-        let second_moment_yz_south_west = mul_add(c(4.699138529497321e-6), sin_south_west_south,
-            c(0.7071071698144961) * shear_south_ghost0);
-        let second_moment_zz_south_west = bend_south_ghost0 + c(5.0515633909806605e-8);
-        let mass_west_south_west_west_south_west = second_moment_yy_south_west
-            + second_moment_zz_south_west;
-        let south_west_part_4 = sin_west_south_west * second_moment_xz_south_west;
-        let south_west_part_5 = cos_west_south_west * second_moment_xy_south_west;
-        let across_south_west_2 = south_west_part_4 - south_west_part_5;
-        let moment_above_south_west_x_2 = mul_add(c(-0.8660257562110547), across_south_west_2,
-            c(0.4999993895786978) * mass_west_south_west_west_south_west);
-        let twist_south_west = mul_add(second_moment_yz_south_west, cos_west_south_west * c(2.0),
-            sin_west_south_west * (second_moment_yy_south_west - second_moment_zz_south_west));
-        let bend_south_west = sin_west_south_west * twist_south_west;
-        let turned_xy_south_west = south_west_part_5 - south_west_part_4;
-        let turned_yy_south_west = second_moment_yy_south_west - bend_south_west;
-        let twist_south_west_2 = mul_add(c(0.8660257562110547), -bend_south_ghost0_2
-            - turned_yy_south_west, turned_xy_south_west * c(0.9999987791573955));
-        // south_east
-        let second_moment_xy_south_east = mul_add(c(6.64555505684884e-6), cos_south_south_east,
-            mul_add(c(0.4999998655490338), twist_south_2, c(-1.293994125217518e-5)));
-        let second_moment_xz_south_east = mul_add(c(0.8660254814097262), shear_south,
-            sin_south_south_east * c(-3.3227766349231214e-6));
-        let second_moment_yy_south_east = turned_yy_south + c(1.6424267108073443e-5) - south_part;
-        let second_moment_yz_south_east = mul_add(c(5.755220017342357e-6), sin_south_south_east,
-            c(0.4999998655490338) * shear_south);
-        let second_moment_zz_south_east = bend_south + c(5.711232105341301e-8);
-        let mass_south_east_east_south_east_east = second_moment_yy_south_east
-            + second_moment_zz_south_east;
-        let south_east_part_2 = sin_south_east_east * second_moment_xz_south_east;
-        let south_east_part_3 = cos_south_east_east * second_moment_xy_south_east;
-        let across_south_east_3 = south_east_part_2 - south_east_part_3;
-        let moment_above_south_east_x_2 = mul_add(c(0.7071067811865475),
-            mass_south_east_east_south_east_east, c(0.7071067811865475) * across_south_east_3);
-        let twist_south_east = mul_add(second_moment_yz_south_east, cos_south_east_east * c(2.0),
-            sin_south_east_east * (second_moment_yy_south_east - second_moment_zz_south_east));
-        let bend_south_east = sin_south_east_east * twist_south_east;
-        let turned_xy_south_east = south_east_part_3 - south_east_part_2;
-        let turned_yy_south_east = second_moment_yy_south_east - bend_south_east;
-        let twist_south_east_2 = mul_add(c(-0.7071067811865475), south_part - turned_yy_south_east,
-            turned_xy_south_east * c(1.414213562373095));
-        // west
-        let second_moment_yy_west = mul_add(c(0.8660257562110547), twist_south_west_2,
-            turned_yy_south_west + c(1.9727866980665146e-5));
-        let second_moment_zz_west = bend_south_west + (second_moment_zz_south_west
-            + c(3.3386074605289806e-8));
-        let mass_ground_west_ground_west = second_moment_yy_west + second_moment_zz_west;
-        // east
-        let second_moment_yy_east = mul_add(c(-0.7071067811865475), twist_south_east_2,
-            turned_yy_south_east + c(1.0537942653489101e-5));
-        let second_moment_zz_east = bend_south_east + (second_moment_zz_south_east
-            + c(2.6789645046735387e-8));
-        let mass_ground_east_ground_east = second_moment_yy_east + second_moment_zz_east;
-        let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
-        // west
-        let axis_z_west_x = sin_ground_west * c(0.7071067811865475);
-        // south_east
-        let south_east_part_4 = cos_ground_east * c(-0.4999999999999999);
-        let across_south_east_x = south_east_part_4 + c(0.4999999999999999);
-        let south_east_part_5 = cos_ground_east * c(0.4999999999999999);
-        let across_south_east_y = c(0.4999999999999999) + south_east_part_5;
-        let axis_x_south_east_x = c(0.4999999999999999) - south_east_part_4;
-        let axis_x_south_east_y = c(0.4999999999999999) - south_east_part_5;
-        let south_east_part_6 = sin_south_east_east * axis_z_east_x;
-        let axis_y_south_east_x = mul_add(cos_south_east_east, across_south_east_x,
-            south_east_part_6);
-        let axis_y_south_east_y = mul_add(cos_south_east_east, across_south_east_y,
-            -south_east_part_6);
-        let south_east_part_7 = cos_south_east_east * axis_z_east_x;
-        let axis_y_south_east_z = mul_add(cos_ground_east, sin_south_east_east, south_east_part_7);
-        let axis_z_south_east_x = mul_add(-sin_south_east_east, across_south_east_x,
-            south_east_part_7);
-        let axis_z_south_east_y = mul_add(-sin_south_east_east, across_south_east_y,
-            -south_east_part_7);
-        let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east, -south_east_part_6);
-        // south_west
-        let south_west_part_6 = cos_ground_west * c(-0.35355295896023153);
-        let across_south_west_x = c(0.6123726848990445) + south_west_part_6;
-        let across_south_west_y = south_west_part_6 - c(0.6123726848990445);
-        let across_south_west_z = sin_ground_west * c(0.4999993895786978);
-        let south_west_part_7 = cos_ground_west * c(-0.6123726848990445);
-        let axis_x_south_west_x = south_west_part_7 - c(0.35355295896023153);
-        let axis_x_south_west_y = c(0.35355295896023153) + south_west_part_7;
-        let south_west_part_8 = sin_west_south_west * axis_z_west_x;
-        let axis_y_south_west_x = mul_add(cos_west_south_west, across_south_west_x,
-            south_west_part_8);
-        let axis_y_south_west_y = mul_add(cos_west_south_west, across_south_west_y,
-            south_west_part_8);
-        let axis_y_south_west_z = mul_add(cos_west_south_west, across_south_west_z,
-            cos_ground_west * sin_west_south_west);
-        let south_west_part_9 = cos_west_south_west * axis_z_west_x;
-        let axis_z_south_west_x = mul_add(-sin_west_south_west, across_south_west_x,
-            south_west_part_9);
-        let axis_z_south_west_y = mul_add(-sin_west_south_west, across_south_west_y,
-            south_west_part_9);
-        let axis_z_south_west_z = mul_add(-sin_west_south_west, across_south_west_z,
-            cos_ground_west * cos_west_south_west);
-        // south
-        let across_south_x = mul_add(c(0.8660254814097262), axis_x_south_east_x,
-            c(0.4999998655490338) * axis_y_south_east_x);
-        let across_south_y = mul_add(c(0.8660254814097262), axis_x_south_east_y,
-            c(0.4999998655490338) * axis_y_south_east_y);
-        let across_south_z = mul_add(c(-0.6123724905851617), sin_ground_east,
-            c(0.4999998655490338) * axis_y_south_east_z);
-        let axis_x_south_x = mul_add(c(-0.8660254814097262), axis_y_south_east_x,
-            c(0.4999998655490338) * axis_x_south_east_x);
-        let axis_x_south_y = mul_add(c(-0.8660254814097262), axis_y_south_east_y,
-            c(0.4999998655490338) * axis_x_south_east_y);
-        let axis_x_south_z = mul_add(c(-0.8660254814097262), axis_y_south_east_z,
-            sin_ground_east * c(-0.3535532955220838));
-        let axis_y_south_x = mul_add(cos_south_south_east, across_south_x,
-            sin_south_south_east * axis_z_south_east_x);
-        let axis_y_south_y = mul_add(cos_south_south_east, across_south_y,
-            sin_south_south_east * axis_z_south_east_y);
-        let axis_y_south_z = mul_add(cos_south_south_east, across_south_z,
-            sin_south_south_east * axis_z_south_east_z);
-        // south_ghost0
-        let across_south_ghost0_x = mul_add(c(-0.7071063925583853), axis_x_south_west_x,
-            c(0.7071071698144961) * axis_y_south_west_x);
-        let across_south_ghost0_y = mul_add(c(-0.7071063925583853), axis_x_south_west_y,
-            c(0.7071071698144961) * axis_y_south_west_y);
-        let across_south_ghost0_z = mul_add(c(-0.6123723483370465), sin_ground_west,
-            c(0.7071071698144961) * axis_y_south_west_z);
-        let axis_x_south_ghost0_x = mul_add(c(0.7071063925583853), axis_y_south_west_x,
-            c(0.7071071698144961) * axis_x_south_west_x);
-        let axis_x_south_ghost0_y = mul_add(c(0.7071063925583853), axis_y_south_west_y,
-            c(0.7071071698144961) * axis_x_south_west_y);
-        let axis_x_south_ghost0_z = mul_add(c(0.7071063925583853), axis_y_south_west_z,
-            sin_ground_west * c(0.6123730214608576));
-        let axis_y_south_ghost0_x = mul_add(cos_south_west_south, across_south_ghost0_x,
-            sin_south_west_south * axis_z_south_west_x);
-        let axis_y_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0_y,
-            sin_south_west_south * axis_z_south_west_y);
-        let axis_y_south_ghost0_z = mul_add(cos_south_west_south, across_south_ghost0_z,
-            sin_south_west_south * axis_z_south_west_z);
-        let axis_z_south_ghost0_x = mul_add(-sin_south_west_south, across_south_ghost0_x,
-            cos_south_west_south * axis_z_south_west_x);
-        let axis_z_south_ghost0_y = mul_add(-sin_south_west_south, across_south_ghost0_y,
-            cos_south_west_south * axis_z_south_west_y);
-        let axis_z_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_z,
-            cos_south_west_south * axis_z_south_west_z);
-        // loop 0
-        let closure0_0_west_south_west = sin_south_west_south * c(0.057052339107130284);
-        let loop0_part = sin_south_south_east * c(-0.06987460438879263);
-        // south_east
-        let south_east_part_8 = sin_south_east_east * c(0.7071067811865475);
-        // south
-        let across_south_by_ground_east = mul_add(c(0.3535532955220838), cos_south_east_east,
-            c(0.6123724905851617));
-        let carried_south_z_by_ground_east = mul_add(-sin_south_south_east,
-            across_south_by_ground_east, -cos_south_south_east * south_east_part_8);
-        // south_west
-        let carried_south_west_z_by_ground_west = sin_west_south_west * c(0.8660257562110547);
-        // south_ghost0
-        let across_south_ghost0_by_ground_west = mul_add(c(-0.6123730214608576),
-            cos_west_south_west, c(-0.3535527646463877));
-        let carried_south_ghost0_z_by_ground_west = mul_add(-sin_south_west_south,
-            across_south_ghost0_by_ground_west,
-            cos_south_west_south * carried_south_west_z_by_ground_west);
-        // loop 0
-        let loop0_part_2 = cos_south_west_south * c(-0.0570523391071303);
-        let closure0_1_south_east_east = mul_add(c(0.03493732098380993), cos_south_south_east,
-            c(0.03493728340498269));
-        // south
-        let carried_south_y_by_ground_east = mul_add(-sin_south_south_east, south_east_part_8,
-            cos_south_south_east * across_south_by_ground_east);
-        let carried_south_x_by_ground_east = mul_add(c(-0.6123724905851617), cos_south_east_east,
-            c(0.3535532955220838));
-        // loop 0
-        let closure0_1_ground_east = mul_add(c(0.06987458559937648), carried_south_x_by_ground_east,
-            c(0.04034213973350825) * carried_south_y_by_ground_east);
-        // south_ghost0
-        let carried_south_ghost0_y_by_ground_west = mul_add(cos_south_west_south,
-            across_south_ghost0_by_ground_west,
-            sin_south_west_south * carried_south_west_z_by_ground_west);
-        // loop 0
-        let closure0_2_south_east_east = mul_add(c(0.060513171632005154), cos_south_south_east,
-            c(-0.020171064442714458));
-        let closure0_2_ground_east = mul_add(c(-0.040342139733508246),
-            carried_south_x_by_ground_east, carried_south_y_by_ground_east * c(0.0698745855993765));
         // south_ghost0
         let carried_south_ghost0_x_by_ground_west = mul_add(c(-0.6123723483370465),
             cos_west_south_west, c(0.35355315327396863));
-        let point1_ghost_south_ghost0_x = mul_add(c(0.08068423607472835), axis_x_south_ghost0_x,
-            c(9.3319e-3));
-        let point1_ghost_south_ghost0_y = mul_add(c(0.08068423607472835), axis_x_south_ghost0_y,
-            c(-0.0293065));
-        let point1_ghost_south_ghost0_z = mul_add(c(0.08068423607472835), axis_x_south_ghost0_z,
-            c(3.075e-3));
-        // south
-        let point1_original_south_x = mul_add(c(-0.06987458559937648), axis_y_south_x,
-            mul_add(c(0.04034213973350825), axis_x_south_x, c(9.3319e-3)));
-        let point1_original_south_y = mul_add(c(-0.06987458559937648), axis_y_south_y,
-            mul_add(c(0.04034213973350825), axis_x_south_y, c(-0.0293065)));
-        let point1_original_south_z = mul_add(c(-0.06987458559937648), axis_y_south_z,
-            mul_add(c(0.04034213973350825), axis_x_south_z, c(3.075e-3)));
-        // south_ghost0
-        let point2_ghost_south_ghost0_x = mul_add(c(0.08068423607472835), axis_y_south_ghost0_x,
-            c(9.3319e-3));
-        let point2_ghost_south_ghost0_y = mul_add(c(0.08068423607472835), axis_y_south_ghost0_y,
-            c(-0.0293065));
-        let point2_ghost_south_ghost0_z = mul_add(c(0.08068423607472835), axis_y_south_ghost0_z,
-            c(3.075e-3));
-        // south
-        let point2_original_south_x = mul_add(c(0.040342139733508246), axis_y_south_x,
-            mul_add(c(0.0698745855993765), axis_x_south_x, c(9.3319e-3)));
-        let point2_original_south_y = mul_add(c(0.040342139733508246), axis_y_south_y,
-            mul_add(c(0.0698745855993765), axis_x_south_y, c(-0.0293065)));
-        let point2_original_south_z = mul_add(c(0.040342139733508246), axis_y_south_z,
-            mul_add(c(0.0698745855993765), axis_x_south_z, c(3.075e-3)));
-        // the whole mechanism
-        let part = point1_ghost_south_ghost0_x - point1_original_south_x;
-        let part_2 = point1_ghost_south_ghost0_y - point1_original_south_y;
-        let part_3 = point1_ghost_south_ghost0_z - point1_original_south_z;
-        let part_4 = point2_ghost_south_ghost0_x - point2_original_south_x;
-        let part_5 = point2_ghost_south_ghost0_y - point2_original_south_y;
-        let part_6 = point2_ghost_south_ghost0_z - point2_original_south_z;
-        let factor_south_west_south_ground_west = moment_above_south_west_x * c(178919.86408403952);
-        let factor_south_west_south_west_south_west =
-            moment_above_south_ghost0_x * c(178919.86408403952);
-        let part_7 = mul_add(-moment_above_south_west_x, factor_south_west_south_west_south_west,
-            moment_above_south_west_x_2);
-        let factor_south_south_east_ground_east = moment_above_south_east_x * c(178921.751266151);
-        let factor_south_south_east_south_east_east = moment_above_south_x * c(178921.751266151);
-        let part_8 = mul_add(-moment_above_south_east_x, factor_south_south_east_south_east_east,
-            moment_above_south_east_x_2);
-        let inverse_pivot_west_south_west = c(1.0) / mul_add(-moment_above_south_ghost0_x,
-            factor_south_west_south_west_south_west, mass_west_south_west_west_south_west);
-        let factor_west_south_west_ground_west = part_7 * inverse_pivot_west_south_west;
-        let inverse_pivot_south_east_east = c(1.0) / mul_add(-moment_above_south_x,
-            factor_south_south_east_south_east_east, mass_south_east_east_south_east_east);
-        let factor_south_east_east_ground_east = part_8 * inverse_pivot_south_east_east;
-        let inverse_pivot_ground_west = c(1.0) / mul_add(-part_7,
-            factor_west_south_west_ground_west, mul_add(-moment_above_south_west_x,
-            factor_south_west_south_ground_west, mass_ground_west_ground_west));
-        let inverse_pivot_ground_east = c(1.0) / mul_add(-part_8,
-            factor_south_east_east_ground_east, mul_add(-moment_above_south_east_x,
-            factor_south_south_east_ground_east, mass_ground_east_ground_east));
-        let part_9 = mul_add(-closure0_0_west_south_west, factor_west_south_west_ground_west,
-            c(0.08068423607472834) * carried_south_ghost0_z_by_ground_west);
-        let part_10 = mul_add(c(-0.08068423607472835), carried_south_z_by_ground_east,
-            loop0_part * factor_south_east_east_ground_east);
-        let part_11 = mul_add(c(-12502.083224437016), moment_above_south_x,
-            closure0_1_south_east_east);
-        let part_12 = mul_add(c(-0.08068423607472835), carried_south_ghost0_y_by_ground_west,
-            loop0_part_2 * factor_west_south_west_ground_west);
-        let part_13 = mul_add(-factor_south_east_east_ground_east, part_11,
-            mul_add(c(-12502.083224437016), moment_above_south_east_x, closure0_1_ground_east));
-        let part_14 = mul_add(c(-14436.012552214956), moment_above_south_ghost0_x,
-            c(0.05705240181944583));
-        let part_15 = mul_add(c(7218.08629094307), moment_above_south_x,
-            closure0_2_south_east_east);
-        let part_16 = mul_add(-factor_west_south_west_ground_west, part_14,
-            mul_add(c(-14436.012552214956), moment_above_south_west_x,
-            c(0.08068423607472835) * carried_south_ghost0_x_by_ground_west));
-        let part_17 = mul_add(-factor_south_east_east_ground_east, part_15,
-            mul_add(c(7218.08629094307), moment_above_south_east_x, closure0_2_ground_east));
-        let part_18 = closure0_0_west_south_west * inverse_pivot_west_south_west;
-        let part_19 = loop0_part * inverse_pivot_south_east_east;
-        let part_20 = inverse_pivot_ground_east * part_10;
-        let part_21 = inverse_pivot_ground_west * part_9;
-        let part_22 = loop0_part_2 * inverse_pivot_west_south_west;
-        let part_23 = inverse_pivot_south_east_east * part_11;
-        let part_24 = inverse_pivot_ground_east * part_13;
-        let part_25 = inverse_pivot_ground_west * part_12;
-        let part_26 = inverse_pivot_west_south_west * part_14;
-        let part_27 = inverse_pivot_south_east_east * part_15;
-        let part_28 = inverse_pivot_ground_east * part_17;
-        let part_29 = inverse_pivot_ground_west * part_16;
-        let part_30 = mul_add(part_9, part_21, mul_add(part_10, part_20, mul_add(loop0_part,
-            part_19, closure0_0_west_south_west * part_18)));
-        let part_31 = mul_add(part_9, part_25, mul_add(part_10, part_24, mul_add(-loop0_part,
-            part_23, -closure0_0_west_south_west * part_22)));
-        let part_32 = mul_add(part_12, part_25, mul_add(part_13, part_24, mul_add(part_11, part_23,
-            mul_add(loop0_part_2, part_22, c(873.577884436453)))));
-        let part_33 = mul_add(part_9, part_29, mul_add(part_10, part_28, mul_add(-loop0_part,
-            part_27, closure0_0_west_south_west * part_26)));
-        let part_34 = mul_add(part_16, part_29, mul_add(part_17, part_28, mul_add(part_15, part_27,
-            mul_add(part_14, part_26, c(1455.9516904983989)))));
-        let part_35 = c(1.0) / (part_34 + (part_30 + part_32));
-        let part_36 = c(2.0) * part_35;
-        let part_37 = c(1.0) / part_30;
-        let part_38 = part_31 * part_37;
-        let part_39 = mul_add(-part_31, part_38, part_32);
-        let part_40 = part_33 * part_37;
-        let part_41 = mul_add(-part_31, part_40, mul_add(part_12, part_29, mul_add(part_13, part_28,
-            mul_add(part_11, part_27, mul_add(-loop0_part_2, part_26, c(-504.3607884001874))))));
-        let part_42 = c(1.0) / part_39;
-        let part_43 = part_41 * part_42;
-        let part_44 = mul_add(-part_41, part_43, mul_add(-part_33, part_40, part_34));
-        let part_45 = c(1.0) / part_44;
-        let part_46 = part_45 * mul_add(part_38, part_43, -part_40);
-        let part_47 = mul_add(-part_43, part_46, -part_38 * part_42);
-        let part_48 = mul_add(-part_38, part_47, mul_add(-part_40, part_46, part_37));
-        let part_49 = mul_add(part_28, part_46, mul_add(part_24, part_47, part_20 * part_48));
-        let part_50 = mul_add(part_29, part_46, mul_add(part_25, part_47, part_21 * part_48));
-        let part_51 = mul_add(-factor_south_east_east_ground_east, part_49, mul_add(part_27,
-            part_46, mul_add(-part_19, part_48, part_23 * part_47)));
-        let part_52 = mul_add(-factor_west_south_west_ground_west, part_50, mul_add(part_26,
-            part_46, mul_add(-part_22, part_47, part_18 * part_48)));
-        let part_53 = part_43 * part_45;
-        let part_54 = mul_add(part_43, part_53, part_42);
-        let part_55 = mul_add(-part_38, part_54, part_40 * part_53);
-        let part_56 = mul_add(-part_28, part_53, mul_add(part_24, part_54, part_20 * part_55));
-        let part_57 = mul_add(-part_29, part_53, mul_add(part_25, part_54, part_21 * part_55));
-        let part_58 = mul_add(-factor_south_east_east_ground_east, part_56, mul_add(-part_27,
-            part_53, mul_add(-part_19, part_55, part_23 * part_54)));
-        let part_59 = mul_add(-factor_west_south_west_ground_west, part_57, mul_add(-part_26,
-            part_53, mul_add(-part_22, part_54, part_18 * part_55)));
-        let part_60 = mul_add(-part_40, part_45, part_38 * part_53);
-        let part_61 = mul_add(part_28, part_45, mul_add(-part_24, part_53, part_20 * part_60));
-        let part_62 = mul_add(part_29, part_45, mul_add(-part_25, part_53, part_21 * part_60));
-        let part_63 = mul_add(-factor_south_east_east_ground_east, part_61, mul_add(part_27,
-            part_45, mul_add(-part_23, part_53, -part_19 * part_60)));
-        let part_64 = mul_add(-factor_west_south_west_ground_west, part_62, mul_add(part_26,
-            part_45, mul_add(part_22, part_53, part_18 * part_60)));
-        residual[0] = c(0.0);
-        residual[1] = c(0.0);
-        residual[2] = c(0.0);
-        residual[3] = part;
-        residual[4] = part_2;
-        residual[5] = part_3;
-        residual[6] = part_4;
-        residual[7] = part_5;
-        residual[8] = part_6;
-        misfit[0] = mul_add(part_3, axis_y_south_ghost0_z * c(0.9999999999999999), mul_add(part_2,
-            axis_y_south_ghost0_y * c(0.9999999999999999),
-            part * (axis_y_south_ghost0_x * c(0.9999999999999999))));
-        misfit[1] = mul_add(axis_z_south_ghost0_z, part_3, mul_add(axis_z_south_ghost0_y, part_2,
-            axis_z_south_ghost0_x * part));
-        misfit[2] = mul_add(axis_z_south_ghost0_z, part_6, mul_add(axis_z_south_ghost0_y, part_5,
-            axis_z_south_ghost0_x * part_4));
-        speeds[0] = mul_add(c(0.08068423607472834), carried_south_ghost0_z,
-            -mul_add(c(0.020171080714831997), carried_south_z,
-            carried_south_z * c(0.060513155359896355)));
-        speeds[1] = -carried_south_ghost0_y * c(0.08068423607472835)
-            - mul_add(c(-0.06987458559937648), omega_south_x,
-            -carried_south_y * c(0.04034213973350825));
-        speeds[2] = mul_add(c(0.08068423607472835), omega_south_ghost0_x,
-            -mul_add(c(-0.0698745855993765), carried_south_y,
-            omega_south_x * c(0.040342139733508246)));
-        correction[0] = mul_add(-factor_south_west_south_west_south_west, part_52,
-            mul_add(-factor_south_west_south_ground_west, part_50,
-            c(14436.012552214956) * part_46));
-        correction[1] = mul_add(-factor_south_west_south_west_south_west, part_59,
-            mul_add(-factor_south_west_south_ground_west, part_57,
-            part_53 * c(-14436.012552214956)));
-        correction[2] = mul_add(-factor_south_west_south_west_south_west, part_64,
-            mul_add(-factor_south_west_south_ground_west, part_62,
-            c(14436.012552214956) * part_45));
-        correction[3] = mul_add(-factor_south_south_east_south_east_east, part_51,
-            mul_add(-factor_south_south_east_ground_east, part_49, mul_add(c(-7218.08629094307),
-            part_46, c(12502.083224437016) * part_47)));
-        correction[4] = mul_add(-factor_south_south_east_south_east_east, part_58,
-            mul_add(-factor_south_south_east_ground_east, part_56, mul_add(c(7218.08629094307),
-            part_53, c(12502.083224437016) * part_54)));
-        correction[5] = mul_add(-factor_south_south_east_south_east_east, part_63,
-            mul_add(-factor_south_south_east_ground_east, part_61, mul_add(c(-7218.08629094307),
-            part_45, part_53 * c(-12502.083224437016))));
-        correction[6] = part_52;
-        correction[7] = part_59;
-        correction[8] = part_64;
-        correction[9] = part_51;
-        correction[10] = part_58;
-        correction[11] = part_63;
-        correction[12] = part_49;
-        correction[13] = part_56;
-        correction[14] = part_61;
-        correction[15] = part_50;
-        correction[16] = part_57;
-        correction[17] = part_62;
-        margin[0] = S::min(S::min(S::min(S::min(c(178919.86408403952),
-            inverse_pivot_west_south_west), inverse_pivot_south_east_east),
-            inverse_pivot_ground_east), inverse_pivot_ground_west);
-        margin[1] = part_30 * part_35 * (part_36 * part_39) * (part_36 * part_44);
-        ::lamc_runtime::Margin {
-            inverse_pivot: margin[0],
-            conditioning: margin[1],
-        }
-    }
-    fn write_misfit(&self, q: &[S], u: &[S], out: ::lamc_runtime::MisfitMut<'_, S>) {
-        let c = S::from_f64;
-        let mul_add = S::mul_add;
-        let Some(q) = q.first_chunk::<N>() else { return };
-        let Some(u) = u.first_chunk::<N>() else { return };
-        let Some(residual) = out.residual.first_chunk_mut::<9>() else { return };
-        let Some(misfit) = out.misfit.first_chunk_mut::<3>() else { return };
-        let Some(speeds) = out.speeds.first_chunk_mut::<3>() else { return };
-        let [
-            (sin_ground_east, cos_ground_east),
-            (sin_ground_west, cos_ground_west),
-            (sin_south_east_east, cos_south_east_east),
-            (sin_west_south_west, cos_west_south_west),
-            (sin_south_south_east, cos_south_south_east),
-            (sin_south_west_south, cos_south_west_south),
-        ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
         // south_east
-        let across_south_east = u[4] * c(0.7071067811865475);
-        let carried_south_east_y = cos_south_east_east * across_south_east;
-        let south_east_part = sin_south_east_east * across_south_east;
-        let omega_south_east_x = across_south_east + u[3];
-        // south_west
-        let south_west_part = u[5] * c(0.8660257562110547);
-        let south_west_part_2 = cos_west_south_west * south_west_part;
-        let south_west_part_3 = sin_west_south_west * south_west_part;
-        let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
-        // south
-        let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
-            carried_south_east_y * c(0.4999998655490338));
-        let carried_south_x = mul_add(c(-0.8660254814097262), carried_south_east_y,
-            omega_south_east_x * c(0.4999998655490338));
-        let carried_south_y = mul_add(-sin_south_south_east, south_east_part,
-            cos_south_south_east * across_south);
-        let carried_south_z = mul_add(-sin_south_south_east, across_south,
-            -cos_south_south_east * south_east_part);
-        let omega_south_x = carried_south_x + u[1];
-        // south_ghost0
-        let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
-            south_west_part_2 * c(-0.7071071698144961));
-        let carried_south_ghost0_x = mul_add(c(0.7071071698144961), omega_south_west_x,
-            south_west_part_2 * c(-0.7071063925583853));
-        let carried_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0,
-            sin_south_west_south * south_west_part_3);
-        let carried_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0,
-            cos_south_west_south * south_west_part_3);
-        let omega_south_ghost0_x = carried_south_ghost0_x + u[0];
-        // east
-        let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
-        // west
-        let axis_z_west_x = sin_ground_west * c(0.7071067811865475);
-        // south_east
-        let south_east_part_2 = cos_ground_east * c(-0.4999999999999999);
-        let across_south_east_x = south_east_part_2 + c(0.4999999999999999);
-        let south_east_part_3 = cos_ground_east * c(0.4999999999999999);
-        let across_south_east_y = c(0.4999999999999999) + south_east_part_3;
-        let axis_x_south_east_x = c(0.4999999999999999) - south_east_part_2;
-        let axis_x_south_east_y = c(0.4999999999999999) - south_east_part_3;
-        let south_east_part_4 = sin_south_east_east * axis_z_east_x;
+        let south_east_part_3 = cos_ground_east * c(-0.4999999999999999);
+        let across_south_east_x = c(0.4999999999999999) + south_east_part_3;
+        let south_east_part_4 = cos_ground_east * c(0.4999999999999999);
+        let across_south_east_y = c(0.4999999999999999) + south_east_part_4;
+        let axis_x_south_east_x = c(0.4999999999999999) - south_east_part_3;
+        let axis_x_south_east_y = c(0.4999999999999999) - south_east_part_4;
+        let south_east_part_5 = sin_south_east_east * axis_z_east_x;
         let axis_y_south_east_x = mul_add(cos_south_east_east, across_south_east_x,
-            south_east_part_4);
-        let axis_y_south_east_y = mul_add(cos_south_east_east, across_south_east_y,
-            -south_east_part_4);
-        let south_east_part_5 = cos_south_east_east * axis_z_east_x;
-        let axis_y_south_east_z = mul_add(cos_ground_east, sin_south_east_east, south_east_part_5);
-        let axis_z_south_east_x = mul_add(-sin_south_east_east, across_south_east_x,
             south_east_part_5);
-        let axis_z_south_east_y = mul_add(-sin_south_east_east, across_south_east_y,
+        let axis_y_south_east_y = mul_add(cos_south_east_east, across_south_east_y,
             -south_east_part_5);
-        let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east, -south_east_part_4);
+        let south_east_part_6 = cos_south_east_east * axis_z_east_x;
+        let axis_y_south_east_z = mul_add(cos_ground_east, sin_south_east_east, south_east_part_6);
+        let axis_z_south_east_x = mul_add(-sin_south_east_east, across_south_east_x,
+            south_east_part_6);
+        let axis_z_south_east_y = mul_add(-sin_south_east_east, across_south_east_y,
+            -south_east_part_6);
+        let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east, -south_east_part_5);
         // south_west
         let south_west_part_4 = cos_ground_west * c(-0.35355295896023153);
         let across_south_west_x = c(0.6123726848990445) + south_west_part_4;
@@ -3308,12 +2792,59 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let axis_z_south_west_z = mul_add(-sin_west_south_west, across_south_west_z,
             cos_ground_west * cos_west_south_west);
         // south
-        let across_south_x = mul_add(c(0.8660254814097262), axis_x_south_east_x,
-            c(0.4999998655490338) * axis_y_south_east_x);
-        let across_south_y = mul_add(c(0.8660254814097262), axis_x_south_east_y,
-            c(0.4999998655490338) * axis_y_south_east_y);
-        let across_south_z = mul_add(c(-0.6123724905851617), sin_ground_east,
-            c(0.4999998655490338) * axis_y_south_east_z);
+        let across_south_by_ground_east = mul_add(c(0.3535532955220838), cos_south_east_east,
+            c(0.6123724905851617));
+        let carried_south_z_by_ground_east = mul_add(-sin_south_south_east,
+            across_south_by_ground_east, -cos_south_south_east * south_east_part_2);
+        // south_ghost0
+        let across_south_ghost0_by_ground_west = mul_add(c(-0.6123730214608576),
+            cos_west_south_west, c(-0.3535527646463877));
+        let carried_south_ghost0_z_by_ground_west = mul_add(-sin_south_west_south,
+            across_south_ghost0_by_ground_west,
+            cos_south_west_south * carried_south_west_z_by_ground_west);
+        // loop 0
+        let loop0_part_2 = cos_south_west_south * c(-0.0570523391071303);
+        // south
+        let carried_south_y_by_ground_east = mul_add(-sin_south_south_east, south_east_part_2,
+            cos_south_south_east * across_south_by_ground_east);
+        let carried_south_x_by_ground_east = mul_add(c(-0.6123724905851617), cos_south_east_east,
+            c(0.3535532955220838));
+        // south_ghost0
+        let carried_south_ghost0_y_by_ground_west = mul_add(cos_south_west_south,
+            across_south_ghost0_by_ground_west,
+            sin_south_west_south * carried_south_west_z_by_ground_west);
+        let twist_south_ghost0 = sin_south_west_south * c(5.541641176481752e-6);
+        let bend_south_ghost0 = sin_south_west_south * twist_south_ghost0;
+        let shear_south_ghost0 = cos_south_west_south * twist_south_ghost0;
+        let turned_yy_south_ghost0 = c(5.5653677591751645e-6) - bend_south_ghost0;
+        let twist_south_ghost0_2 = mul_add(c(-0.7071063925583853), turned_yy_south_ghost0,
+            cos_south_west_south * c(9.398287389644106e-6));
+        let bend_south_ghost0_2 = c(0.7071063925583853) * twist_south_ghost0_2;
+        // south
+        let twist_south = sin_south_south_east * c(5.541582225354866e-6);
+        let bend_south = sin_south_south_east * twist_south;
+        let shear_south = cos_south_south_east * twist_south;
+        let turned_yy_south = c(5.565308808048279e-6) - bend_south;
+        let twist_south_2 = mul_add(c(0.8660254814097262), turned_yy_south,
+            cos_south_south_east * c(-6.645553269846243e-6));
+        let south_part = c(0.8660254814097262) * twist_south_2;
+        // south_west
+        let across_south_west = mul_add(cos_west_south_west, moment_above_south_ghost0_y,
+            sin_west_south_west * turned_xz_south_ghost0);
+        let moment_above_south_west_x = mul_add(c(-0.8660257562110547), across_south_west,
+            c(0.4999993895786978) * moment_above_south_ghost0_x);
+        // south_east
+        let across_south_east_2 = mul_add(-sin_south_east_east, moment_above_south_z,
+            cos_south_east_east * moment_above_south_y);
+        let moment_above_south_east_x = mul_add(c(0.7071067811865475), across_south_east_2,
+            c(0.7071067811865475) * moment_above_south_x);
+        // south
+        let across_south_x = mul_add(c(0.4999998655490338), axis_y_south_east_x,
+            c(0.8660254814097262) * axis_x_south_east_x);
+        let across_south_y = mul_add(c(0.4999998655490338), axis_y_south_east_y,
+            c(0.8660254814097262) * axis_x_south_east_y);
+        let across_south_z = mul_add(c(0.4999998655490338), axis_y_south_east_z,
+            sin_ground_east * c(-0.6123724905851617));
         let axis_x_south_x = mul_add(c(-0.8660254814097262), axis_y_south_east_x,
             c(0.4999998655490338) * axis_x_south_east_x);
         let axis_x_south_y = mul_add(c(-0.8660254814097262), axis_y_south_east_y,
@@ -3351,40 +2882,187 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             cos_south_west_south * axis_z_south_west_y);
         let axis_z_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_z,
             cos_south_west_south * axis_z_south_west_z);
-        let point1_ghost_south_ghost0_x = mul_add(c(0.08068423607472835), axis_x_south_ghost0_x,
-            c(9.3319e-3));
-        let point1_ghost_south_ghost0_y = mul_add(c(0.08068423607472835), axis_x_south_ghost0_y,
-            c(-0.0293065));
-        let point1_ghost_south_ghost0_z = mul_add(c(0.08068423607472835), axis_x_south_ghost0_z,
-            c(3.075e-3));
-        // south
-        let point1_original_south_x = mul_add(c(-0.06987458559937648), axis_y_south_x,
-            mul_add(c(0.04034213973350825), axis_x_south_x, c(9.3319e-3)));
-        let point1_original_south_y = mul_add(c(-0.06987458559937648), axis_y_south_y,
-            mul_add(c(0.04034213973350825), axis_x_south_y, c(-0.0293065)));
-        let point1_original_south_z = mul_add(c(-0.06987458559937648), axis_y_south_z,
-            mul_add(c(0.04034213973350825), axis_x_south_z, c(3.075e-3)));
-        // south_ghost0
-        let point2_ghost_south_ghost0_x = mul_add(c(0.08068423607472835), axis_y_south_ghost0_x,
-            c(9.3319e-3));
-        let point2_ghost_south_ghost0_y = mul_add(c(0.08068423607472835), axis_y_south_ghost0_y,
-            c(-0.0293065));
-        let point2_ghost_south_ghost0_z = mul_add(c(0.08068423607472835), axis_y_south_ghost0_z,
-            c(3.075e-3));
-        // south
-        let point2_original_south_x = mul_add(c(0.040342139733508246), axis_y_south_x,
-            mul_add(c(0.0698745855993765), axis_x_south_x, c(9.3319e-3)));
-        let point2_original_south_y = mul_add(c(0.040342139733508246), axis_y_south_y,
-            mul_add(c(0.0698745855993765), axis_x_south_y, c(-0.0293065)));
-        let point2_original_south_z = mul_add(c(0.040342139733508246), axis_y_south_z,
-            mul_add(c(0.0698745855993765), axis_x_south_z, c(3.075e-3)));
+        // south_west
+        let second_moment_xy_south_west = mul_add(c(0.7071071698144961), twist_south_ghost0_2,
+            mul_add(c(-6.645589092322223e-6), cos_south_west_south, c(1.2394283547934881e-5)));
+        let second_moment_xz_south_west = mul_add(c(-0.7071063925583853), shear_south_ghost0,
+            sin_south_west_south * c(4.699143694822053e-6));
+        let second_moment_yy_south_west = c(1.0093594897589384e-5) + turned_yy_south_ghost0
+            + bend_south_ghost0_2;
+        let second_moment_yz_south_west = mul_add(c(0.7071071698144961), shear_south_ghost0,
+            sin_south_west_south * c(4.699138529497321e-6));
+        let second_moment_zz_south_west = c(5.0515633909806605e-8) + bend_south_ghost0;
+        let mass_west_south_west_west_south_west = second_moment_zz_south_west
+            + second_moment_yy_south_west;
+        let south_west_part_8 = sin_west_south_west * second_moment_xz_south_west;
+        let south_west_part_9 = cos_west_south_west * second_moment_xy_south_west;
+        let across_south_west_2 = south_west_part_8 - south_west_part_9;
+        let twist_south_west = mul_add(sin_west_south_west, second_moment_yy_south_west
+            - second_moment_zz_south_west,
+            second_moment_yz_south_west * (cos_west_south_west * c(2.0)));
+        let bend_south_west = sin_west_south_west * twist_south_west;
+        let turned_xy_south_west = south_west_part_9 - south_west_part_8;
+        let turned_yy_south_west = second_moment_yy_south_west - bend_south_west;
+        let twist_south_west_2 = mul_add(c(0.8660257562110547), -bend_south_ghost0_2
+            - turned_yy_south_west, turned_xy_south_west * c(0.9999987791573955));
+        // south_east
+        let second_moment_xy_south_east = mul_add(c(0.4999998655490338), twist_south_2,
+            mul_add(c(6.64555505684884e-6), cos_south_south_east, c(-1.293994125217518e-5)));
+        let second_moment_xz_south_east = mul_add(c(0.8660254814097262), shear_south,
+            sin_south_south_east * c(-3.3227766349231214e-6));
+        let second_moment_yy_south_east = c(1.6424267108073443e-5) + turned_yy_south - south_part;
+        let second_moment_yz_south_east = mul_add(c(5.755220017342357e-6), sin_south_south_east,
+            c(0.4999998655490338) * shear_south);
+        let second_moment_zz_south_east = c(5.711232105341301e-8) + bend_south;
+        let mass_south_east_east_south_east_east = second_moment_zz_south_east
+            + second_moment_yy_south_east;
+        let south_east_part_7 = sin_south_east_east * second_moment_xz_south_east;
+        let south_east_part_8 = cos_south_east_east * second_moment_xy_south_east;
+        let across_south_east_3 = south_east_part_7 - south_east_part_8;
+        let twist_south_east = mul_add(sin_south_east_east, second_moment_yy_south_east
+            - second_moment_zz_south_east,
+            second_moment_yz_south_east * (cos_south_east_east * c(2.0)));
+        let bend_south_east = sin_south_east_east * twist_south_east;
+        let turned_xy_south_east = south_east_part_8 - south_east_part_7;
+        let turned_yy_south_east = second_moment_yy_south_east - bend_south_east;
+        let twist_south_east_2 = mul_add(c(-0.7071067811865475), south_part - turned_yy_south_east,
+            turned_xy_south_east * c(1.414213562373095));
         // the whole mechanism
-        let part = point1_ghost_south_ghost0_x - point1_original_south_x;
-        let part_2 = point1_ghost_south_ghost0_y - point1_original_south_y;
-        let part_3 = point1_ghost_south_ghost0_z - point1_original_south_z;
-        let part_4 = point2_ghost_south_ghost0_x - point2_original_south_x;
-        let part_5 = point2_ghost_south_ghost0_y - point2_original_south_y;
-        let part_6 = point2_ghost_south_ghost0_z - point2_original_south_z;
+        let part = mul_add(c(0.06987458559937648), axis_y_south_x, mul_add(c(-0.04034213973350825),
+            axis_x_south_x, mul_add(c(0.08068423607472835), axis_x_south_ghost0_x, c(9.3319e-3)
+            - c(9.3319e-3))));
+        let part_2 = mul_add(c(0.06987458559937648), axis_y_south_y,
+            mul_add(c(-0.04034213973350825), axis_x_south_y, mul_add(c(0.08068423607472835),
+            axis_x_south_ghost0_y, c(0.0293065) - c(0.0293065))));
+        let part_3 = mul_add(c(0.06987458559937648), axis_y_south_z,
+            mul_add(c(-0.04034213973350825), axis_x_south_z, mul_add(c(0.08068423607472835),
+            axis_x_south_ghost0_z, c(3.075e-3) - c(3.075e-3))));
+        let part_4 = mul_add(c(-0.040342139733508246), axis_y_south_x,
+            mul_add(c(0.08068423607472835), axis_y_south_ghost0_x, mul_add(c(-0.0698745855993765),
+            axis_x_south_x, c(9.3319e-3) - c(9.3319e-3))));
+        let part_5 = mul_add(c(-0.040342139733508246), axis_y_south_y,
+            mul_add(c(0.08068423607472835), axis_y_south_ghost0_y, mul_add(c(-0.0698745855993765),
+            axis_x_south_y, c(0.0293065) - c(0.0293065))));
+        let part_6 = mul_add(c(-0.040342139733508246), axis_y_south_z,
+            mul_add(c(0.08068423607472835), axis_y_south_ghost0_z, mul_add(c(-0.0698745855993765),
+            axis_x_south_z, c(3.075e-3) - c(3.075e-3))));
+        let part_7 = mul_add(part_2, axis_y_south_ghost0_y * c(0.9999999999999999), mul_add(part,
+            axis_y_south_ghost0_x * c(0.9999999999999999),
+            part_3 * (axis_y_south_ghost0_z * c(0.9999999999999999))));
+        let part_8 = mul_add(c(-0.020171080714831997), carried_south_z,
+            mul_add(c(-0.060513155359896355), carried_south_z,
+            carried_south_ghost0_z * c(0.08068423607472834)));
+        let factor_south_west_south_ground_west = moment_above_south_west_x * c(178919.86408403952);
+        let factor_south_west_south_west_south_west =
+            moment_above_south_ghost0_x * c(178919.86408403952);
+        let part_9 = mul_add(c(-0.8660257562110547), across_south_west_2,
+            mul_add(-moment_above_south_west_x, factor_south_west_south_west_south_west,
+            c(0.4999993895786978) * mass_west_south_west_west_south_west));
+        let factor_south_south_east_ground_east = moment_above_south_east_x * c(178921.751266151);
+        let factor_south_south_east_south_east_east = moment_above_south_x * c(178921.751266151);
+        let part_10 = mul_add(c(0.7071067811865475), across_south_east_3,
+            mul_add(-moment_above_south_east_x, factor_south_south_east_south_east_east,
+            c(0.7071067811865475) * mass_south_east_east_south_east_east));
+        let inverse_pivot_west_south_west = c(1.0) / mul_add(-moment_above_south_ghost0_x,
+            factor_south_west_south_west_south_west, mass_west_south_west_west_south_west);
+        let factor_west_south_west_ground_west = part_9 * inverse_pivot_west_south_west;
+        let inverse_pivot_south_east_east = c(1.0) / mul_add(-moment_above_south_x,
+            factor_south_south_east_south_east_east, mass_south_east_east_south_east_east);
+        let factor_south_east_east_ground_east = part_10 * inverse_pivot_south_east_east;
+        let inverse_pivot_ground_west = c(1.0) / mul_add(c(0.8660257562110547), twist_south_west_2,
+            mul_add(-part_9, factor_west_south_west_ground_west, turned_yy_south_west
+            + (mul_add(-moment_above_south_west_x, factor_south_west_south_ground_west,
+            c(1.9727866980665146e-5) + c(3.3386074605289806e-8) + second_moment_zz_south_west)
+            + bend_south_west)));
+        let inverse_pivot_ground_east = c(1.0) / mul_add(c(-0.7071067811865475), twist_south_east_2,
+            mul_add(-part_10, factor_south_east_east_ground_east, turned_yy_south_east
+            + (mul_add(-moment_above_south_east_x, factor_south_south_east_ground_east,
+            c(1.0537942653489101e-5) + c(2.6789645046735387e-8) + second_moment_zz_south_east)
+            + bend_south_east)));
+        let part_11 = mul_add(-closure0_0_west_south_west, factor_west_south_west_ground_west,
+            c(0.08068423607472834) * carried_south_ghost0_z_by_ground_west);
+        let part_12 = mul_add(c(-0.08068423607472835), carried_south_z_by_ground_east,
+            loop0_part * factor_south_east_east_ground_east);
+        let part_13 = mul_add(c(-12502.083224437016), moment_above_south_x,
+            mul_add(c(0.03493732098380993), cos_south_south_east, c(0.03493728340498269)));
+        let part_14 = mul_add(c(-0.08068423607472835), carried_south_ghost0_y_by_ground_west,
+            loop0_part_2 * factor_west_south_west_ground_west);
+        let part_15 = mul_add(-factor_south_east_east_ground_east, part_13,
+            mul_add(c(-12502.083224437016), moment_above_south_east_x,
+            mul_add(c(0.04034213973350825), carried_south_y_by_ground_east,
+            carried_south_x_by_ground_east * c(0.06987458559937648))));
+        let part_16 = mul_add(c(-14436.012552214956), moment_above_south_ghost0_x,
+            c(0.05705240181944583));
+        let part_17 = mul_add(c(7218.08629094307), moment_above_south_x,
+            mul_add(c(0.060513171632005154), cos_south_south_east, c(-0.020171064442714458)));
+        let part_18 = mul_add(-factor_west_south_west_ground_west, part_16,
+            mul_add(c(-14436.012552214956), moment_above_south_west_x,
+            c(0.08068423607472835) * carried_south_ghost0_x_by_ground_west));
+        let part_19 = mul_add(-factor_south_east_east_ground_east, part_17,
+            mul_add(c(7218.08629094307), moment_above_south_east_x,
+            mul_add(c(-0.040342139733508246), carried_south_x_by_ground_east,
+            carried_south_y_by_ground_east * c(0.0698745855993765))));
+        let part_20 = closure0_0_west_south_west * inverse_pivot_west_south_west;
+        let part_21 = loop0_part * inverse_pivot_south_east_east;
+        let part_22 = inverse_pivot_ground_east * part_12;
+        let part_23 = inverse_pivot_ground_west * part_11;
+        let part_24 = loop0_part_2 * inverse_pivot_west_south_west;
+        let part_25 = inverse_pivot_south_east_east * part_13;
+        let part_26 = inverse_pivot_ground_east * part_15;
+        let part_27 = inverse_pivot_ground_west * part_14;
+        let part_28 = inverse_pivot_west_south_west * part_16;
+        let part_29 = inverse_pivot_south_east_east * part_17;
+        let part_30 = inverse_pivot_ground_east * part_19;
+        let part_31 = inverse_pivot_ground_west * part_18;
+        let part_32 = mul_add(part_11, part_23, mul_add(part_12, part_22, mul_add(loop0_part,
+            part_21, closure0_0_west_south_west * part_20)));
+        let part_33 = mul_add(part_11, part_27, mul_add(part_12, part_26, mul_add(-loop0_part,
+            part_25, -closure0_0_west_south_west * part_24)));
+        let part_34 = mul_add(part_14, part_27, mul_add(part_15, part_26, mul_add(part_13, part_25,
+            mul_add(loop0_part_2, part_24, c(873.577884436453)))));
+        let part_35 = mul_add(part_11, part_31, mul_add(part_12, part_30, mul_add(-loop0_part,
+            part_29, closure0_0_west_south_west * part_28)));
+        let part_36 = mul_add(part_18, part_31, mul_add(part_19, part_30, mul_add(part_17, part_29,
+            mul_add(part_16, part_28, c(1455.9516904983989)))));
+        let part_37 = c(1.0) / (part_36 + (part_32 + part_34));
+        let part_38 = c(2.0) * part_37;
+        let part_39 = c(1.0) / part_32;
+        let part_40 = part_33 * part_39;
+        let part_41 = mul_add(-part_33, part_40, part_34);
+        let part_42 = part_35 * part_39;
+        let part_43 = mul_add(-part_33, part_42, mul_add(part_14, part_31, mul_add(part_15, part_30,
+            mul_add(part_13, part_29, mul_add(-loop0_part_2, part_28, c(-504.3607884001874))))));
+        let part_44 = c(1.0) / part_41;
+        let part_45 = part_43 * part_44;
+        let part_46 = mul_add(-part_43, part_45, mul_add(-part_35, part_42, part_36));
+        let part_47 = c(1.0) / part_46;
+        let part_48 = mul_add(-part_7, part_40, mul_add(axis_z_south_ghost0_y, part_2,
+            mul_add(axis_z_south_ghost0_x, part, axis_z_south_ghost0_z * part_3)));
+        let part_49 = part_47 * mul_add(-part_45, part_48, mul_add(-part_7, part_42,
+            mul_add(axis_z_south_ghost0_y, part_5, mul_add(axis_z_south_ghost0_x, part_4,
+            axis_z_south_ghost0_z * part_6))));
+        let part_50 = mul_add(-part_45, part_49, part_44 * part_48);
+        let part_51 = mul_add(-part_40, part_50, mul_add(-part_42, part_49, part_7 * part_39));
+        let part_52 = mul_add(part_22, part_51, mul_add(part_26, part_50, part_30 * part_49));
+        let part_53 = mul_add(part_23, part_51, mul_add(part_27, part_50, part_31 * part_49));
+        let part_54 = mul_add(-factor_south_east_east_ground_east, part_52, mul_add(-part_21,
+            part_51, mul_add(part_25, part_50, part_29 * part_49)));
+        let part_55 = mul_add(-factor_west_south_west_ground_west, part_53, mul_add(part_20,
+            part_51, mul_add(-part_24, part_50, part_28 * part_49)));
+        let part_56 = mul_add(-part_8, part_40, -carried_south_ghost0_y * c(0.08068423607472835)
+            + mul_add(c(0.06987458559937648), omega_south_x,
+            carried_south_y * c(0.04034213973350825)));
+        let part_57 = part_47 * mul_add(-part_45, part_56, mul_add(-part_8, part_42,
+            mul_add(c(0.0698745855993765), carried_south_y, mul_add(c(-0.040342139733508246),
+            omega_south_x, omega_south_ghost0_x * c(0.08068423607472835)))));
+        let part_58 = mul_add(-part_45, part_57, part_44 * part_56);
+        let part_59 = mul_add(-part_40, part_58, mul_add(-part_42, part_57, part_8 * part_39));
+        let part_60 = mul_add(part_22, part_59, mul_add(part_26, part_58, part_30 * part_57));
+        let part_61 = mul_add(part_23, part_59, mul_add(part_27, part_58, part_31 * part_57));
+        let part_62 = mul_add(-factor_south_east_east_ground_east, part_60, mul_add(-part_21,
+            part_59, mul_add(part_25, part_58, part_29 * part_57)));
+        let part_63 = mul_add(-factor_west_south_west_ground_west, part_61, mul_add(part_20,
+            part_59, mul_add(-part_24, part_58, part_28 * part_57)));
         residual[0] = c(0.0);
         residual[1] = c(0.0);
         residual[2] = c(0.0);
@@ -3394,22 +3072,34 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         residual[6] = part_4;
         residual[7] = part_5;
         residual[8] = part_6;
-        misfit[0] = mul_add(part_3, axis_y_south_ghost0_z * c(0.9999999999999999), mul_add(part_2,
-            axis_y_south_ghost0_y * c(0.9999999999999999),
-            part * (axis_y_south_ghost0_x * c(0.9999999999999999))));
-        misfit[1] = mul_add(axis_z_south_ghost0_z, part_3, mul_add(axis_z_south_ghost0_y, part_2,
-            axis_z_south_ghost0_x * part));
-        misfit[2] = mul_add(axis_z_south_ghost0_z, part_6, mul_add(axis_z_south_ghost0_y, part_5,
-            axis_z_south_ghost0_x * part_4));
-        speeds[0] = mul_add(c(0.08068423607472834), carried_south_ghost0_z,
-            -mul_add(c(0.020171080714831997), carried_south_z,
-            carried_south_z * c(0.060513155359896355)));
-        speeds[1] = -carried_south_ghost0_y * c(0.08068423607472835)
-            - mul_add(c(-0.06987458559937648), omega_south_x,
-            -carried_south_y * c(0.04034213973350825));
-        speeds[2] = mul_add(c(0.08068423607472835), omega_south_ghost0_x,
-            -mul_add(c(-0.0698745855993765), carried_south_y,
-            omega_south_x * c(0.040342139733508246)));
+        positions[0] = mul_add(-factor_south_west_south_west_south_west, part_55,
+            mul_add(-factor_south_west_south_ground_west, part_53,
+            c(14436.012552214956) * part_49));
+        positions[1] = mul_add(-factor_south_south_east_south_east_east, part_54,
+            mul_add(-factor_south_south_east_ground_east, part_52, mul_add(c(12502.083224437016),
+            part_50, c(-7218.08629094307) * part_49)));
+        positions[2] = part_55;
+        positions[3] = part_54;
+        positions[4] = part_52;
+        positions[5] = part_53;
+        speeds[0] = mul_add(-factor_south_west_south_west_south_west, part_63,
+            mul_add(-factor_south_west_south_ground_west, part_61,
+            c(14436.012552214956) * part_57));
+        speeds[1] = mul_add(-factor_south_south_east_south_east_east, part_62,
+            mul_add(-factor_south_south_east_ground_east, part_60, mul_add(c(12502.083224437016),
+            part_58, c(-7218.08629094307) * part_57)));
+        speeds[2] = part_63;
+        speeds[3] = part_62;
+        speeds[4] = part_60;
+        speeds[5] = part_61;
+        margin[0] = S::min(S::min(S::min(S::min(c(178919.86408403952),
+            inverse_pivot_west_south_west), inverse_pivot_south_east_east),
+            inverse_pivot_ground_east), inverse_pivot_ground_west);
+        margin[1] = part_32 * part_37 * (part_38 * part_41) * (part_38 * part_46);
+        ::lamc_runtime::Margin {
+            inverse_pivot: margin[0],
+            conditioning: margin[1],
+        }
     }
 }
 

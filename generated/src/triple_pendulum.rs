@@ -22,9 +22,8 @@
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   reactions: 134 operations: 71 add, 60 mul, 0 div, 3 sin_cos, 0 other
 //   tangent: 118 operations: 54 add, 61 mul, 0 div, 3 sin_cos, 0 other
-//   acceleration: 108 operations: 48 add, 53 mul, 2 div, 3 sin_cos, 2 other
+//   acceleration: 118 operations: 55 add, 56 mul, 2 div, 3 sin_cos, 2 other
 //   projection: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
-//   misfit: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 
 /// Coordinates: one angle per joint.
 pub const N: usize = 3;
@@ -180,71 +179,61 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let omega_middle_x = u[0] + u[1];
         let omega_xx_middle = omega_middle_x * omega_middle_x;
         let fall_above_middle_y = mul_add(-u[0], u[0], free_fall_upper_y);
-        let free_fall_middle_y = mul_add(-sin_elbow, upper_part, cos_elbow * fall_above_middle_y);
         let free_fall_middle_z = mul_add(-sin_elbow, fall_above_middle_y, -cos_elbow * upper_part);
         let force_own_middle_y = -omega_xx_middle * c(1.4999836);
         // lower
         let omega_lower_x = u[2] - omega_middle_x;
         let omega_xx_lower = omega_lower_x * omega_lower_x;
-        let fall_above_lower_y = free_fall_middle_y - omega_xx_middle;
+        let fall_above_lower_y = mul_add(cos_elbow, fall_above_middle_y, -mul_add(sin_elbow,
+            upper_part, omega_xx_middle));
         let free_fall_lower_z = mul_add(cos_wrist, free_fall_middle_z,
             sin_wrist * fall_above_lower_y);
         let force_own_lower_y = omega_xx_lower * c(0.4999999999599003);
         let moment_own_lower_x = free_fall_lower_z * c(0.4999999999599003);
         let force_above_lower_z = sin_wrist * force_own_lower_y;
-        let moment_above_lower_x = -moment_own_lower_x - force_above_lower_z;
-        // middle
-        let force_middle_y = mul_add(-cos_wrist, force_own_lower_y, force_own_middle_y);
-        let moment_middle_x = mul_add(c(-1.4999836), free_fall_middle_z, moment_above_lower_x);
-        let force_above_middle_z = mul_add(cos_elbow, force_above_lower_z,
-            sin_elbow * force_middle_y);
-        let moment_above_middle_x = moment_middle_x - force_above_middle_z;
-        // upper
-        let moment_upper_x = mul_add(c(24.524678232), cos_shoulder, moment_above_middle_x);
-        // lower
         let first_moment_above_lower_z = sin_wrist * c(0.4999999999599003);
         let across_lower = -first_moment_above_lower_z;
         let force_above_lower_z_2 = cos_wrist * c(0.4999999999599003);
-        let moment_above_lower_x_2 = -force_above_lower_z_2 - c(0.4166658393333334);
-        // middle
-        let middle_part = sin_elbow * first_moment_above_lower_z;
-        let force_above_middle_z_2 = mul_add(cos_elbow, force_above_lower_z_2, middle_part);
-        let moment_above_middle_x_2 = moment_above_lower_x_2 - force_above_middle_z_2;
-        // lower
+        let moment_above_lower_x = -force_above_lower_z_2 - c(0.4166658393333334);
         let twist_lower = sin_wrist * c(0.25000082733333334);
         let bend_lower = sin_wrist * twist_lower;
-        let turned_yy_lower = c(0.33333333333333337) - bend_lower;
         // middle
+        let middle_part = sin_elbow * first_moment_above_lower_z;
+        let moment_above_middle_x = moment_above_lower_x - mul_add(cos_elbow, force_above_lower_z_2,
+            middle_part);
         let first_moment_middle_y = c(-1.4999836) - force_above_lower_z_2;
-        let second_moment_yy_middle = turned_yy_lower + mul_add(c(0.9999999999198006), cos_wrist,
-            c(1.3333169334135326));
+        let second_moment_yy_middle = mul_add(c(0.9999999999198006), cos_wrist,
+            c(0.33333333333333337) + c(1.3333169334135326)) - bend_lower;
         let second_moment_yz_middle = mul_add(-cos_wrist, twist_lower, across_lower);
-        let second_moment_zz_middle = bend_lower + c(0.1666641846666667);
+        let second_moment_zz_middle = c(0.1666641846666667) + bend_lower;
         let mass_elbow_elbow = second_moment_yy_middle + second_moment_zz_middle;
-        let force_above_middle_z_3 = mul_add(cos_elbow, first_moment_middle_y, -middle_part);
-        let moment_above_middle_x_3 = mass_elbow_elbow - force_above_middle_z_3;
-        let twist_middle = mul_add(second_moment_yz_middle, cos_elbow * c(2.0),
-            sin_elbow * (second_moment_yy_middle - second_moment_zz_middle));
+        let force_above_middle_z = mul_add(cos_elbow, first_moment_middle_y, -middle_part);
+        let moment_above_middle_x_2 = mass_elbow_elbow - force_above_middle_z;
+        let twist_middle = mul_add(sin_elbow, second_moment_yy_middle - second_moment_zz_middle,
+            second_moment_yz_middle * (cos_elbow * c(2.0)));
         let bend_middle = sin_elbow * twist_middle;
-        let turned_yy_middle = second_moment_yy_middle - bend_middle;
         // upper
-        let second_moment_yy_upper = turned_yy_middle + mul_add(c(-2.0), force_above_middle_z_3,
-            c(2.333300533413533));
-        let second_moment_zz_upper = bend_middle + (second_moment_zz_middle
-            + c(0.08333167866666671));
-        let mass_shoulder_shoulder = second_moment_yy_upper + second_moment_zz_upper;
+        let mass_shoulder_shoulder = mul_add(c(-2.0), force_above_middle_z, second_moment_zz_middle
+            + (c(2.333300533413533) + c(0.08333167866666671) + second_moment_yy_middle))
+            + bend_middle - bend_middle;
+        // middle
+        let force_middle_y = mul_add(-cos_wrist, force_own_lower_y, force_own_middle_y);
+        let moment_middle_x = -moment_own_lower_x - mul_add(c(1.4999836), free_fall_middle_z,
+            force_above_lower_z);
         mass[0] = mass_shoulder_shoulder;
-        mass[1] = moment_above_middle_x_3;
-        mass[2] = moment_above_middle_x_2;
-        mass[3] = moment_above_middle_x_3;
+        mass[1] = moment_above_middle_x_2;
+        mass[2] = moment_above_middle_x;
+        mass[3] = moment_above_middle_x_2;
         mass[4] = mass_elbow_elbow;
-        mass[5] = moment_above_lower_x_2;
-        mass[6] = moment_above_middle_x_2;
-        mass[7] = moment_above_lower_x_2;
+        mass[5] = moment_above_lower_x;
+        mass[6] = moment_above_middle_x;
+        mass[7] = moment_above_lower_x;
         mass[8] = c(0.4166658393333334);
-        forcing[0] = mul_add(c(-10.0), u[0], mul_add(c(-100.0), q[0], moment_upper_x));
-        forcing[1] = mul_add(c(-10.0), u[1], mul_add(c(-100.0), q[1], moment_middle_x));
-        forcing[2] = mul_add(c(-10.0), u[2], mul_add(c(-100.0), q[2], moment_own_lower_x));
+        forcing[0] = moment_middle_x - mul_add(sin_elbow, force_middle_y, mul_add(cos_elbow,
+            force_above_lower_z, mul_add(c(-24.524678232), cos_shoulder, mul_add(c(10.0), u[0],
+            q[0] * c(100.0)))));
+        forcing[1] = moment_middle_x - mul_add(c(10.0), u[1], q[1] * c(100.0));
+        forcing[2] = moment_own_lower_x - mul_add(c(10.0), u[2], q[2] * c(100.0));
     }
     fn write_closure(&self, q: &[S], residual: &mut [S], jacobian: &mut [S]) {}
     fn write_poses(&self, q: &[S], out: &mut [S]) {
@@ -271,8 +260,6 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let axis_y_lower_z = mul_add(sin_wrist, axis_z_middle_z, -lower_part_2);
         let axis_z_lower_x = mul_add(sin_wrist, axis_y_middle_x, lower_part_2);
         let axis_z_lower_z = mul_add(cos_wrist, axis_z_middle_z, lower_part);
-        let origin_lower_x = cos_shoulder - axis_y_middle_x;
-        let origin_lower_z = origin_middle_z - axis_y_middle_z;
         poses[0] = c(1.0);
         poses[1] = c(0.0);
         poses[2] = c(0.0);
@@ -306,9 +293,9 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         poses[30] = -axis_y_middle_z;
         poses[31] = c(0.0);
         poses[32] = axis_z_middle_z;
-        poses[33] = axis_y_middle_x + mul_add(c(-0.5), axis_y_middle_z, cos_shoulder);
+        poses[33] = mul_add(c(-0.5), axis_y_middle_z, cos_shoulder + axis_y_middle_x);
         poses[34] = c(0.0);
-        poses[35] = origin_middle_z + mul_add(c(-0.5), axis_z_middle_z, axis_y_middle_z);
+        poses[35] = mul_add(c(-0.5), axis_z_middle_z, origin_middle_z + axis_y_middle_z);
         poses[36] = axis_y_lower_x;
         poses[37] = c(0.0);
         poses[38] = axis_z_lower_x;
@@ -318,11 +305,11 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         poses[42] = axis_y_lower_z;
         poses[43] = c(0.0);
         poses[44] = axis_z_lower_z;
-        poses[45] = mul_add(c(-2.0), axis_y_lower_x, mul_add(c(-0.5), axis_z_lower_x,
-            origin_lower_x));
+        poses[45] = mul_add(c(-2.0), axis_y_lower_x, mul_add(c(-0.5), axis_z_lower_x, cos_shoulder
+            - axis_y_middle_x));
         poses[46] = c(0.0);
         poses[47] = mul_add(c(-2.0), axis_y_lower_z, mul_add(c(-0.5), axis_z_lower_z,
-            origin_lower_z));
+            origin_middle_z - axis_y_middle_z));
     }
     fn write_points(&self, q: &[S], out: &mut [S]) {
         let c = S::from_f64;
@@ -340,15 +327,11 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let axis_y_middle_x = middle_part - middle_part_2;
         let axis_y_middle_z = mul_add(cos_shoulder, sin_elbow, sin_shoulder * cos_elbow);
         let axis_z_middle_z = middle_part_2 - middle_part;
-        let origin_middle_z = c(0.5) - sin_shoulder;
-        // lower
-        let axis_y_lower_x = mul_add(-cos_wrist, axis_y_middle_x, sin_wrist * axis_y_middle_z);
-        let axis_y_lower_z = mul_add(-cos_wrist, axis_y_middle_z, sin_wrist * axis_z_middle_z);
-        let origin_lower_x = cos_shoulder - axis_y_middle_x;
-        let origin_lower_z = origin_middle_z - axis_y_middle_z;
-        points[0] = axis_y_lower_x + origin_lower_x;
+        points[0] = cos_shoulder - axis_y_middle_x + mul_add(-cos_wrist, axis_y_middle_x,
+            sin_wrist * axis_y_middle_z);
         points[1] = c(0.0);
-        points[2] = axis_y_lower_z + origin_lower_z;
+        points[2] = c(0.5) - sin_shoulder - axis_y_middle_z + mul_add(-cos_wrist, axis_y_middle_z,
+            sin_wrist * axis_z_middle_z);
     }
     fn energy(&self, t: S, q: &[S], u: &[S]) -> ::lamc_runtime::Energy<S> {
         let c = S::from_f64;
@@ -373,16 +356,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         // lower
         let omega_lower_x = u[2] - omega_middle_x;
         let lower_part = v_middle_z - omega_middle_x;
-        let v_lower_y = mul_add(cos_wrist, middle_part, sin_wrist * lower_part);
+        let v_lower_y = mul_add(sin_wrist, lower_part, cos_wrist * middle_part);
         let v_lower_z = mul_add(-sin_wrist, middle_part, cos_wrist * lower_part);
-        // middle
-        let kinetic_middle = mul_add(c(0.20832840604009972), omega_middle_x * omega_middle_x,
-            mul_add(middle_part_2, omega_middle_x * c(0.4999918), mul_add(middle_part_2,
-            middle_part_2, middle_part * middle_part) * c(0.4999918)));
-        // lower
-        let kinetic_lower = mul_add(c(0.2083329196666667), omega_lower_x * omega_lower_x,
-            mul_add(v_lower_z, omega_lower_x * c(0.4999999999599003), mul_add(v_lower_z, v_lower_z,
-            v_lower_y * v_lower_y) * c(0.4999959)));
         // middle
         let axis_y_middle_z = mul_add(cos_shoulder, sin_elbow, sin_shoulder * cos_elbow);
         let axis_z_middle_z = mul_add(-sin_shoulder, sin_elbow, cos_shoulder * cos_elbow);
@@ -391,13 +366,20 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let axis_y_lower_z = mul_add(-cos_wrist, axis_y_middle_z, sin_wrist * axis_z_middle_z);
         let origin_lower_z = origin_middle_z - axis_y_middle_z;
         // the whole mechanism
-        let part = mul_add(c(9.81), mul_add(c(0.4999999999599003), axis_y_lower_z,
+        let part = mul_add(middle_part_2, omega_middle_x * c(0.4999918),
+            mul_add(c(0.2083329196666667), omega_lower_x * omega_lower_x,
+            mul_add(c(0.20832840604009972), omega_middle_x * omega_middle_x,
+            u[0] * u[0] * c(0.20832840604009978))));
+        let part_2 = mul_add(c(0.4999959), mul_add(v_lower_z, v_lower_z, v_lower_y * v_lower_y),
+            mul_add(v_lower_z, omega_lower_x * c(0.4999999999599003), mul_add(c(0.4999918),
+            mul_add(middle_part_2, middle_part_2, middle_part * middle_part), part)));
+        let part_3 = mul_add(c(9.81), mul_add(c(-0.4999918000000001), sin_shoulder,
+            c(0.4999918000000001)), mul_add(c(50.0), q[2] * q[2], mul_add(c(50.0), q[1] * q[1],
+            q[0] * q[0] * c(50.0))));
+        kinetic[0] = part_2;
+        potential[0] = mul_add(c(9.81), mul_add(c(0.4999999999599003), axis_y_lower_z,
             origin_lower_z * c(0.9999918)), mul_add(c(9.81), mul_add(c(-0.4999918), axis_y_middle_z,
-            origin_middle_z * c(0.9999836)), mul_add(c(-0.4999918000000001), sin_shoulder,
-            c(0.4999918000000001)) * c(9.81)));
-        kinetic[0] = kinetic_lower + mul_add(c(0.20832840604009978), u[0] * u[0], kinetic_middle);
-        potential[0] = mul_add(c(50.0), q[2] * q[2], mul_add(c(50.0), q[1] * q[1], mul_add(c(50.0),
-            q[0] * q[0], part)));
+            origin_middle_z * c(0.9999836)), part_3));
         ::lamc_runtime::Energy {
             kinetic: kinetic[0],
             potential: potential[0],
@@ -435,6 +417,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
             sin_elbow * fall_above_middle_z);
         let free_fall_middle_z = mul_add(-sin_elbow, fall_above_middle_y,
             cos_elbow * fall_above_middle_z);
+        // upper
+        let upper_part = -cos_shoulder * c(-4.904919558000001);
+        // middle
+        let middle_part = -free_fall_middle_z * c(0.4999918);
         // lower
         let alpha_moving_lower_x = a[2] - alpha_moving_middle_x;
         let fall_above_lower_y = free_fall_middle_y - omega_xx_middle;
@@ -446,67 +432,46 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let moment_own_lower_x = mul_add(c(0.4999999999599003), free_fall_lower_z,
             -mul_add(c(0.08333250600000003), alpha_moving_lower_x,
             alpha_moving_lower_x * c(0.33333333333333337)));
-        // upper
-        let force_own_upper_y = mul_add(c(-0.4999918000000001), omega_xx_upper,
-            sin_shoulder * c(-9.809839116000003));
-        let force_own_upper_z = mul_add(c(0.4999918000000001), a[0],
-            cos_shoulder * c(-9.809839116000003));
-        let upper_part = -cos_shoulder * c(-4.904919558000001);
-        let moment_own_upper_x = upper_part - mul_add(c(0.08333167866666671), a[0],
-            a[0] * c(0.33332513341353287));
-        let moment_own_upper_y = mul_add(c(-0.24999590000000005), a[0], upper_part);
-        let moment_own_upper_z = mul_add(c(-0.24999590000000005), omega_xx_upper,
-            sin_shoulder * c(-4.904919558000001));
-        // middle
-        let force_own_middle_y = mul_add(c(-0.4999918), omega_xx_middle,
-            free_fall_middle_y * c(0.9999836));
-        let force_own_middle_z = mul_add(c(0.4999918), alpha_moving_middle_x,
-            free_fall_middle_z * c(0.9999836));
-        let middle_part = -free_fall_middle_z * c(0.4999918);
-        let moment_own_middle_x = middle_part - mul_add(c(0.08333167866666666),
-            alpha_moving_middle_x, alpha_moving_middle_x * c(0.33332513341353276));
-        let moment_own_middle_y = mul_add(c(-0.2499959), alpha_moving_middle_x, middle_part);
-        let moment_own_middle_z = mul_add(c(-0.2499959), omega_xx_middle,
-            free_fall_middle_y * c(0.4999918));
-        // lower
-        let force_own_lower_y = mul_add(c(0.4999999999599003), omega_xx_lower,
-            free_fall_lower_y * c(0.9999918));
+        let force_own_lower_y = mul_add(c(0.9999918), free_fall_lower_y,
+            omega_xx_lower * c(0.4999999999599003));
         let force_own_lower_z = mul_add(c(-0.4999999999599003), alpha_moving_lower_x,
             free_fall_lower_z * c(0.9999918));
         let moment_own_lower_y = mul_add(c(-0.24999999997995015), alpha_moving_lower_x,
             free_fall_lower_z * c(0.4999959));
         let moment_own_lower_z = mul_add(c(-0.24999999997995015), omega_xx_lower,
             -free_fall_lower_y * c(0.4999959));
-        let across_lower = mul_add(-sin_wrist, force_own_lower_z, cos_wrist * force_own_lower_y);
         let force_above_lower_z = mul_add(cos_wrist, force_own_lower_z,
             sin_wrist * force_own_lower_y);
-        let across_lower_2 = mul_add(-sin_wrist, moment_own_lower_z,
-            cos_wrist * moment_own_lower_y);
         let lower_part = -moment_own_lower_x;
-        let moment_above_lower_x = lower_part - force_above_lower_z;
-        let moment_above_lower_z = mul_add(cos_wrist, moment_own_lower_z,
-            sin_wrist * moment_own_lower_y);
         // middle
-        let force_carried_middle_y = force_own_middle_y - across_lower;
-        let force_carried_middle_z = force_own_middle_z + force_above_lower_z;
-        let moment_carried_middle_x = moment_own_middle_x + moment_above_lower_x;
-        let moment_carried_middle_y = moment_own_middle_y - across_lower_2;
-        let moment_carried_middle_z = moment_own_middle_z + moment_above_lower_z;
-        let across_middle = mul_add(-sin_elbow, force_carried_middle_z,
-            cos_elbow * force_carried_middle_y);
+        let force_carried_middle_y = mul_add(-cos_wrist, force_own_lower_y, mul_add(sin_wrist,
+            force_own_lower_z, mul_add(c(-0.4999918), omega_xx_middle,
+            free_fall_middle_y * c(0.9999836))));
+        let force_carried_middle_z = mul_add(c(0.9999836), free_fall_middle_z,
+            alpha_moving_middle_x * c(0.4999918)) + force_above_lower_z;
+        let moment_carried_middle_x = middle_part - mul_add(c(0.08333167866666666),
+            alpha_moving_middle_x, alpha_moving_middle_x * c(0.33332513341353276)) + lower_part
+            - force_above_lower_z;
+        let moment_carried_middle_y = mul_add(sin_wrist, moment_own_lower_z, mul_add(-cos_wrist,
+            moment_own_lower_y, mul_add(c(-0.2499959), alpha_moving_middle_x, middle_part)));
+        let moment_carried_middle_z = mul_add(cos_wrist, moment_own_lower_z, mul_add(sin_wrist,
+            moment_own_lower_y, mul_add(c(-0.2499959), omega_xx_middle,
+            free_fall_middle_y * c(0.4999918))));
         let force_above_middle_z = mul_add(cos_elbow, force_carried_middle_z,
             sin_elbow * force_carried_middle_y);
-        let across_middle_2 = mul_add(-sin_elbow, moment_carried_middle_z,
-            cos_elbow * moment_carried_middle_y);
-        let moment_above_middle_x = moment_carried_middle_x - force_above_middle_z;
-        let moment_above_middle_z = mul_add(cos_elbow, moment_carried_middle_z,
-            sin_elbow * moment_carried_middle_y);
         // upper
-        let force_carried_upper_y = force_own_upper_y + across_middle;
-        let force_carried_upper_z = force_own_upper_z + force_above_middle_z;
-        let moment_carried_upper_x = moment_own_upper_x + moment_above_middle_x;
-        let moment_carried_upper_y = moment_own_upper_y + across_middle_2;
-        let moment_carried_upper_z = moment_own_upper_z + moment_above_middle_z;
+        let force_carried_upper_y = mul_add(cos_elbow, force_carried_middle_y, mul_add(-sin_elbow,
+            force_carried_middle_z, mul_add(c(-0.4999918000000001), omega_xx_upper,
+            sin_shoulder * c(-9.809839116000003))));
+        let force_carried_upper_z = mul_add(c(-9.809839116000003), cos_shoulder,
+            a[0] * c(0.4999918000000001)) + force_above_middle_z;
+        let moment_carried_upper_x = upper_part - mul_add(c(0.08333167866666671), a[0],
+            a[0] * c(0.33332513341353287)) + moment_carried_middle_x - force_above_middle_z;
+        let moment_carried_upper_y = mul_add(cos_elbow, moment_carried_middle_y, mul_add(-sin_elbow,
+            moment_carried_middle_z, mul_add(c(-0.24999590000000005), a[0], upper_part)));
+        let moment_carried_upper_z = mul_add(cos_elbow, moment_carried_middle_z, mul_add(sin_elbow,
+            moment_carried_middle_y, mul_add(c(-0.24999590000000005), omega_xx_upper,
+            sin_shoulder * c(-4.904919558000001))));
         reactions[0] = c(0.0);
         reactions[1] = -force_carried_upper_y;
         reactions[2] = -force_carried_upper_z;
@@ -562,7 +527,6 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let lower_part = dq[2] * sin_wrist;
         // upper
         let upper_part_2 = u[0] * du[0];
-        let d_omega_xx_upper = upper_part_2 + upper_part_2;
         let free_fall_upper_y = -sin_shoulder * c(9.81);
         let d_free_fall_upper_y = -d_sin_shoulder * c(9.81);
         let upper_part_3 = upper_part * c(-9.81);
@@ -573,7 +537,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let middle_part_2 = omega_middle_x * d_omega_middle_x;
         let d_omega_xx_middle = middle_part_2 + middle_part_2;
         let fall_above_middle_y = mul_add(-u[0], u[0], free_fall_upper_y);
-        let d_fall_above_middle_y = d_free_fall_upper_y - d_omega_xx_upper;
+        let d_fall_above_middle_y = d_free_fall_upper_y - (upper_part_2 + upper_part_2);
         let force_own_middle_y = -omega_xx_middle * c(1.4999836);
         let d_force_own_middle_y = -d_omega_xx_middle * c(1.4999836);
         // lower
@@ -587,50 +551,41 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         // middle
         let alpha_moving_middle_x = a[0] + a[1];
         let fall_above_middle_z = mul_add(c(-9.81), cos_shoulder, a[0]);
-        let free_fall_middle_y = mul_add(cos_elbow, fall_above_middle_y,
-            sin_elbow * fall_above_middle_z);
-        let d_free_fall_middle_y = mul_add(-sin_elbow, upper_part_3,
-            d_sin_elbow * fall_above_middle_z) + mul_add(-middle_part, fall_above_middle_y,
-            cos_elbow * d_fall_above_middle_y);
-        let free_fall_middle_z = mul_add(-sin_elbow, fall_above_middle_y,
-            cos_elbow * fall_above_middle_z);
-        let d_free_fall_middle_z = mul_add(-cos_elbow, upper_part_3,
-            -middle_part * fall_above_middle_z) - mul_add(sin_elbow, d_fall_above_middle_y,
-            d_sin_elbow * fall_above_middle_y);
+        let d_free_fall_middle_z = mul_add(-sin_elbow, d_fall_above_middle_y,
+            -middle_part * fall_above_middle_z) - mul_add(d_sin_elbow, fall_above_middle_y,
+            cos_elbow * upper_part_3);
         // lower
         let alpha_moving_lower_x = a[2] - alpha_moving_middle_x;
-        let fall_above_lower_y = free_fall_middle_y - omega_xx_middle;
-        let d_fall_above_lower_y = d_free_fall_middle_y - d_omega_xx_middle;
-        let fall_above_lower_z = alpha_moving_middle_x + free_fall_middle_z;
-        let d_free_fall_lower_z = mul_add(sin_wrist, d_fall_above_lower_y,
-            d_sin_wrist * fall_above_lower_y) + mul_add(-lower_part, fall_above_lower_z,
-            cos_wrist * d_free_fall_middle_z);
+        let fall_above_lower_y = mul_add(cos_elbow, fall_above_middle_y, mul_add(sin_elbow,
+            fall_above_middle_z, -omega_xx_middle));
+        let d_fall_above_lower_y = mul_add(cos_elbow, d_fall_above_middle_y, mul_add(d_sin_elbow,
+            fall_above_middle_z, -d_omega_xx_middle)) - mul_add(middle_part, fall_above_middle_y,
+            sin_elbow * upper_part_3);
+        let fall_above_lower_z = mul_add(-sin_elbow, fall_above_middle_y, mul_add(cos_elbow,
+            fall_above_middle_z, alpha_moving_middle_x));
+        let d_free_fall_lower_z = mul_add(cos_wrist, d_free_fall_middle_z, mul_add(sin_wrist,
+            d_fall_above_lower_y, mul_add(-lower_part, fall_above_lower_z,
+            d_sin_wrist * fall_above_lower_y)));
         let lower_part_3 = c(0.4999999999599003) * alpha_moving_lower_x;
         let d_moment_own_lower_x = c(0.4999999999599003) * d_free_fall_lower_z;
-        let across_lower = mul_add(cos_wrist, force_own_lower_y, sin_wrist * lower_part_3);
-        let d_across_lower = mul_add(d_sin_wrist, lower_part_3, mul_add(-lower_part,
-            force_own_lower_y, cos_wrist * d_force_own_lower_y));
-        let force_above_lower_z = mul_add(-cos_wrist, lower_part_3, sin_wrist * force_own_lower_y);
-        let d_force_above_lower_z = mul_add(lower_part, lower_part_3, mul_add(sin_wrist,
-            d_force_own_lower_y, d_sin_wrist * force_own_lower_y));
-        let d_moment_above_lower_x = -d_moment_own_lower_x - d_force_above_lower_z;
+        let d_force_above_lower_z = mul_add(lower_part, lower_part_3, mul_add(d_sin_wrist,
+            force_own_lower_y, sin_wrist * d_force_own_lower_y));
         // middle
-        let force_moving_middle_y = force_own_middle_y - across_lower;
-        let d_force_moving_middle_y = d_force_own_middle_y - d_across_lower;
-        let force_moving_middle_z = mul_add(c(1.4999836), alpha_moving_middle_x,
-            force_above_lower_z);
-        let d_moment_moving_middle_x = mul_add(c(-1.4999836), d_free_fall_middle_z,
-            d_moment_above_lower_x);
-        let d_force_above_middle_z = mul_add(sin_elbow, d_force_moving_middle_y,
-            d_sin_elbow * force_moving_middle_y) + mul_add(-middle_part, force_moving_middle_z,
-            cos_elbow * d_force_above_lower_z);
-        let d_moment_above_middle_x = d_moment_moving_middle_x - d_force_above_middle_z;
-        // upper
-        let d_moment_moving_upper_x = mul_add(c(-24.524678232), upper_part,
-            d_moment_above_middle_x);
-        forces[0] = mul_add(c(-10.0), du[0], mul_add(c(-100.0), dq[0], d_moment_moving_upper_x));
-        forces[1] = mul_add(c(-10.0), du[1], mul_add(c(-100.0), dq[1], d_moment_moving_middle_x));
-        forces[2] = mul_add(c(-10.0), du[2], mul_add(c(-100.0), dq[2], d_moment_own_lower_x));
+        let force_moving_middle_y = mul_add(-cos_wrist, force_own_lower_y, mul_add(-sin_wrist,
+            lower_part_3, force_own_middle_y));
+        let d_force_moving_middle_y = mul_add(-cos_wrist, d_force_own_lower_y, d_force_own_middle_y)
+            + mul_add(-d_sin_wrist, lower_part_3, lower_part * force_own_lower_y);
+        let force_moving_middle_z = mul_add(-cos_wrist, lower_part_3, mul_add(sin_wrist,
+            force_own_lower_y, c(1.4999836) * alpha_moving_middle_x));
+        let d_moment_moving_middle_x = -d_moment_own_lower_x - mul_add(c(1.4999836),
+            d_free_fall_middle_z, d_force_above_lower_z);
+        // the whole mechanism
+        let part = mul_add(-sin_elbow, d_force_moving_middle_y, middle_part * force_moving_middle_z)
+            - mul_add(cos_elbow, d_force_above_lower_z, mul_add(d_sin_elbow, force_moving_middle_y,
+            mul_add(c(24.524678232), upper_part, mul_add(c(10.0), du[0], dq[0] * c(100.0)))));
+        forces[0] = part + d_moment_moving_middle_x;
+        forces[1] = d_moment_moving_middle_x - mul_add(c(10.0), du[1], dq[1] * c(100.0));
+        forces[2] = d_moment_own_lower_x - mul_add(c(10.0), du[2], dq[2] * c(100.0));
     }
 }
 
@@ -676,75 +631,68 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendu
         let omega_middle_x = u[0] + u[1];
         let omega_xx_middle = omega_middle_x * omega_middle_x;
         let fall_above_middle_y = mul_add(-u[0], u[0], free_fall_upper_y);
-        let free_fall_middle_y = mul_add(-sin_elbow, upper_part, cos_elbow * fall_above_middle_y);
         let free_fall_middle_z = mul_add(-sin_elbow, fall_above_middle_y, -cos_elbow * upper_part);
         let force_own_middle_y = -omega_xx_middle * c(1.4999836);
         // lower
         let omega_lower_x = u[2] - omega_middle_x;
         let omega_xx_lower = omega_lower_x * omega_lower_x;
-        let fall_above_lower_y = free_fall_middle_y - omega_xx_middle;
+        let fall_above_lower_y = mul_add(cos_elbow, fall_above_middle_y, -mul_add(sin_elbow,
+            upper_part, omega_xx_middle));
         let free_fall_lower_z = mul_add(cos_wrist, free_fall_middle_z,
             sin_wrist * fall_above_lower_y);
         let force_own_lower_y = omega_xx_lower * c(0.4999999999599003);
-        let lower_part = sin_wrist * c(-0.600001191266126);
-        let lower_part_2 = sin_wrist * lower_part;
-        let lower_part_3 = cos_wrist * lower_part;
-        let mass_zz_lower = c(-0.600001191266126) - lower_part_2;
+        let moment_own_lower_x = free_fall_lower_z * c(0.4999999999599003);
+        let force_above_lower_z = sin_wrist * force_own_lower_y;
+        let first_moment_above_lower_z = sin_wrist * c(0.4999999999599003);
+        let across_lower = -first_moment_above_lower_z;
+        let force_above_lower_z_2 = cos_wrist * c(0.4999999999599003);
+        let moment_above_lower_x = -force_above_lower_z_2 - c(0.4166658393333334);
+        let twist_lower = sin_wrist * c(0.25000082733333334);
+        let bend_lower = sin_wrist * twist_lower;
         // middle
-        let inertia_xx_middle = mass_zz_lower + c(1.4166486120801993);
-        let coupling_middle_z = c(-1.4999836) - mass_zz_lower;
-        let inverse_pivot_middle = c(1.0) / inertia_xx_middle;
-        let middle_part = lower_part_3 * inverse_pivot_middle;
-        let force_share_middle_z = coupling_middle_z * inverse_pivot_middle;
-        let left_mass_yy_middle = mul_add(-lower_part_3, middle_part, lower_part_2);
-        let left_mass_yz_middle = mul_add(lower_part_3, force_share_middle_z, lower_part_3);
-        let left_mass_zz_middle = mul_add(-coupling_middle_z, force_share_middle_z, mass_zz_lower);
-        let twist_middle = mul_add(left_mass_yz_middle, cos_elbow * c(2.0),
-            sin_elbow * (left_mass_yy_middle - left_mass_zz_middle));
-        let mass_zz_middle = mul_add(sin_elbow, twist_middle, left_mass_zz_middle);
-        // upper
-        let inertia_xx_upper = mass_zz_middle + c(2.4166322120801995);
-        let inverse_pivot_upper = c(1.0) / inertia_xx_upper;
-        let torque_upper = mul_add(c(-10.0), u[0], -q[0] * c(100.0));
-        // middle
-        let torque_middle = mul_add(c(-10.0), u[1], -q[1] * c(100.0));
-        // lower
-        let torque_lower = mul_add(c(-10.0), u[2], -q[2] * c(100.0));
-        let reduced_lower = mul_add(c(0.4999999999599003), free_fall_lower_z, torque_lower);
-        let lower_part_4 = c(1.2000023826284916) * reduced_lower;
-        let across_lower = mul_add(cos_wrist, force_own_lower_y, sin_wrist * lower_part_4);
-        let force_above_lower_z = mul_add(-cos_wrist, lower_part_4, sin_wrist * force_own_lower_y);
-        let moment_above_lower_x = torque_lower - force_above_lower_z;
-        // middle
-        let force_load_middle_y = force_own_middle_y - across_lower;
-        let moment_load_middle_x = mul_add(c(-1.4999836), free_fall_middle_z, moment_above_lower_x);
-        let reduced_middle = torque_middle + moment_load_middle_x;
-        let force_left_middle_y = mul_add(middle_part, reduced_middle, force_load_middle_y);
-        let force_left_middle_z = mul_add(-force_share_middle_z, reduced_middle,
+        let middle_part = sin_elbow * first_moment_above_lower_z;
+        let moment_above_middle_x = moment_above_lower_x - mul_add(cos_elbow, force_above_lower_z_2,
+            middle_part);
+        let first_moment_middle_y = c(-1.4999836) - force_above_lower_z_2;
+        let second_moment_yy_middle = mul_add(c(0.9999999999198006), cos_wrist,
+            c(0.33333333333333337) + c(1.3333169334135326)) - bend_lower;
+        let second_moment_yz_middle = mul_add(-cos_wrist, twist_lower, across_lower);
+        let second_moment_zz_middle = c(0.1666641846666667) + bend_lower;
+        let mass_elbow_elbow = second_moment_yy_middle + second_moment_zz_middle;
+        let force_above_middle_z = mul_add(cos_elbow, first_moment_middle_y, -middle_part);
+        let twist_middle = mul_add(sin_elbow, second_moment_yy_middle - second_moment_zz_middle,
+            second_moment_yz_middle * (cos_elbow * c(2.0)));
+        let bend_middle = sin_elbow * twist_middle;
+        let force_middle_y = mul_add(-cos_wrist, force_own_lower_y, force_own_middle_y);
+        let moment_middle_x = -moment_own_lower_x - mul_add(c(1.4999836), free_fall_middle_z,
             force_above_lower_z);
-        let force_above_middle_z = mul_add(cos_elbow, force_left_middle_z,
-            sin_elbow * force_left_middle_y);
-        let moment_above_middle_x = -torque_middle - force_above_middle_z;
-        // upper
-        let moment_load_upper_x = mul_add(c(24.524678232), cos_shoulder, moment_above_middle_x);
-        let reduced_upper = torque_upper + moment_load_upper_x;
         // the whole mechanism
-        let part = inverse_pivot_upper * reduced_upper;
-        // middle
-        let middle_part_2 = sin_elbow * part;
-        let middle_part_3 = cos_elbow * part;
-        let gain_middle_z = -middle_part_3;
-        let along_hinge_middle = mul_add(inverse_pivot_middle, reduced_middle,
-            -mul_add(-force_share_middle_z, middle_part_3, middle_part * middle_part_2));
-        // lower
-        let gain_above_lower_z = gain_middle_z - along_hinge_middle;
-        let gain_lower_z = mul_add(-sin_wrist, middle_part_2, cos_wrist * gain_above_lower_z);
-        let along_hinge_lower = mul_add(c(-1.2000023826284916), gain_lower_z,
-            c(2.400004765449462) * reduced_lower);
-        acceleration[0] = part;
-        acceleration[1] = along_hinge_middle - part;
-        acceleration[2] = along_hinge_middle + along_hinge_lower;
-        margin[0] = S::min(S::min(inverse_pivot_upper, inverse_pivot_middle), c(2.400004765449462));
+        let part = moment_own_lower_x - mul_add(c(10.0), u[2], q[2] * c(100.0));
+        let factor_wrist_shoulder = moment_above_middle_x * c(2.400004765449462);
+        let factor_wrist_elbow = moment_above_lower_x * c(2.400004765449462);
+        let part_2 = mul_add(-moment_above_middle_x, factor_wrist_elbow, mass_elbow_elbow
+            - force_above_middle_z);
+        let inverse_pivot_elbow = c(1.0) / mul_add(-moment_above_lower_x, factor_wrist_elbow,
+            mass_elbow_elbow);
+        let factor_elbow_shoulder = part_2 * inverse_pivot_elbow;
+        let part_3 = mul_add(-part_2, factor_elbow_shoulder, mul_add(-moment_above_middle_x,
+            factor_wrist_shoulder, mul_add(c(-2.0), force_above_middle_z, second_moment_zz_middle
+            + (c(2.333300533413533) + c(0.08333167866666671) + second_moment_yy_middle)))
+            + (bend_middle - bend_middle));
+        let inverse_pivot_shoulder = c(1.0) / part_3;
+        let part_4 = mul_add(-part, factor_wrist_elbow, moment_middle_x - mul_add(c(10.0), u[1],
+            q[1] * c(100.0)));
+        let part_5 = mul_add(-part, factor_wrist_shoulder, moment_middle_x - mul_add(sin_elbow,
+            force_middle_y, mul_add(cos_elbow, force_above_lower_z, mul_add(c(-24.524678232),
+            cos_shoulder, mul_add(c(10.0), u[0], q[0] * c(100.0))))));
+        let part_6 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_4, part_5);
+        let part_7 = mul_add(-factor_elbow_shoulder, part_6, inverse_pivot_elbow * part_4);
+        acceleration[0] = part_6;
+        acceleration[1] = part_7;
+        acceleration[2] = mul_add(-factor_wrist_elbow, part_7, mul_add(-factor_wrist_shoulder,
+            part_6, part * c(2.400004765449462)));
+        margin[0] = S::min(S::min(inverse_pivot_shoulder, inverse_pivot_elbow),
+            c(2.400004765449462));
         margin[1] = c(1.0);
         ::lamc_runtime::Margin {
             inverse_pivot: margin[0],

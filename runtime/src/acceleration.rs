@@ -51,6 +51,7 @@ pub struct Constraint {
 ///
 /// [`Error::MassMatrix`], [`Error::NotFinite`]; [`Error::Workspace`] and [`Error::Length`] for
 /// slices that are too short.
+#[inline]
 pub fn acceleration<Y: System>(
     system: &Y,
     t: Y::Scalar,
@@ -116,20 +117,36 @@ pub(crate) fn direct<Y: System>(
 }
 
 /// du/dt at (t, q, u) with this spectrum, and lambda if there is a place for it.
+#[inline]
 pub(crate) fn solve<Y: System>(
     system: &Y,
+    state: (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
+    spectrum: Spectrum<Y::Scalar>,
+    workspace: &mut [Y::Scalar],
+    out: &mut [Y::Scalar],
+    lambda: Option<&mut [Y::Scalar]>,
+) -> Result<Constraint, Error> {
+    let (_, q, u) = state;
+    let dimensions = check(system, workspace, &[q.len(), u.len(), out.len()])?;
+    if lambda.is_none()
+        && let Some(constraint) = direct(system, state, out)
+    {
+        return Ok(constraint);
+    }
+    general(system, dimensions, state, spectrum, workspace, out, lambda)
+}
+
+/// By the factor of M, with a decision on the rank. Much code, seldom needed: not to be inlined.
+#[inline(never)]
+fn general<Y: System>(
+    system: &Y,
+    dimensions: Dimensions,
     (t, q, u): (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
     spectrum: Spectrum<Y::Scalar>,
     mut workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
     lambda: Option<&mut [Y::Scalar]>,
 ) -> Result<Constraint, Error> {
-    let dimensions = check(system, workspace, &[q.len(), u.len(), out.len()])?;
-    if lambda.is_none()
-        && let Some(constraint) = direct(system, (t, q, u), out)
-    {
-        return Ok(constraint);
-    }
     let (n, c) = (dimensions.coordinates, dimensions.rows + dimensions.drives);
     let mass = split(&mut workspace, n * n)?;
     let jacobian = split(&mut workspace, c * n)?;

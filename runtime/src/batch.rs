@@ -7,10 +7,10 @@
 
 use crate::acceleration::safe;
 use crate::integrate::Stages;
-use crate::linear::{max_abs, subtract_product};
+use crate::linear::max_abs;
 use crate::projection::{ITERATIONS, closed};
 use crate::{
-    Arithmetic, Error, Margin, Mechanism, MisfitMut, Rk4, State, Storage, StraightLine, System,
+    Arithmetic, Error, Margin, Mechanism, ProjectionMut, Rk4, State, Storage, StraightLine, System,
 };
 
 /// A vector of numbers. Sets of lanes are bits: bit k is lane k.
@@ -233,34 +233,38 @@ where
     }
     let enough = V::splat(closed(&mechanism));
     let mut residual = B::Residual::zeros();
-    let [mut misfit, mut speeds] = [[V::ZERO; C]; 2];
-    let mut correction = [[V::ZERO; C]; N];
-    let residual = residual.as_mut();
-    let out = MisfitMut { residual, misfit: &mut misfit, speeds: &mut speeds };
-    let margin = batch.write_projection(q, u, out, correction.as_flattened_mut());
-    let mut size = max_abs(residual);
-    let mut done = holds(&margin) & finite(&[size]);
+    let [mut positions, mut speeds] = [[V::ZERO; N]; 2];
+    let (mut open, mut done) = (all::<V>(), 0);
+    let mut before = V::from_f64(f64::INFINITY);
     for _ in 0..ITERATIONS {
-        let open = done & enough.less(size);
+        let residual = residual.as_mut();
+        let out = ProjectionMut { residual, positions: &mut positions, speeds: &mut speeds };
+        let margin = batch.write_projection(q, u, out);
+        let size = max_abs(residual);
+        // Lanes that fail are open no more, and never done.
+        open &= holds(&margin) & finite(&[size]);
+        let closing = open & !enough.less(size);
+        subtract(closing, u, &speeds);
+        done |= closing;
+        open &= !closing & (size + size).less(before);
         if open == 0 {
             break;
         }
-        // What closed lanes have stays as it is.
-        let (given, least, rates) = (*q, size, speeds);
-        subtract_product(q, correction.as_flattened(), &misfit);
-        let out = MisfitMut { residual, misfit: &mut misfit, speeds: &mut speeds };
-        batch.write_misfit(q, u, out);
-        size = max_abs(residual);
-        done &= !open | (size + size).less(least);
-        for lane in members(all::<V>() & !open) {
-            set(&mut size, lane, least.lane(lane));
-            for (vectors, given) in [(&mut q[..], &given[..]), (&mut speeds, &rates)] {
-                for (vector, given) in vectors.iter_mut().zip(given) {
-                    set(vector, lane, given.lane(lane));
-                }
-            }
+        before = size;
+        subtract(open, q, &positions);
+    }
+    done & finite(q) & finite(u)
+}
+
+/// `x -= y` in some lanes.
+#[inline]
+fn subtract<V: Lanes>(lanes: u32, x: &mut [V], y: &[V]) {
+    for (x, &y) in x.iter_mut().zip(y) {
+        let difference = *x - y;
+        if lanes == all::<V>() {
+            *x = difference;
+        } else {
+            members(lanes).for_each(|lane| set(x, lane, difference.lane(lane)));
         }
     }
-    subtract_product(u, correction.as_flattened(), &speeds);
-    done & !enough.less(size) & finite(q) & finite(u)
 }

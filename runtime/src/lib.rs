@@ -140,7 +140,7 @@ pub use scalar::{Arithmetic, Scalar};
 pub use state::{State, StateOf};
 pub use stops::Stopped;
 pub use system::{
-    Balance, Change, Dimensions, Drive, Energy, EquationsMut, Margin, MisfitMut, StraightLine,
+    Balance, Change, Dimensions, Drive, Energy, EquationsMut, Margin, ProjectionMut, StraightLine,
     System,
 };
 #[cfg(feature = "simd")]

@@ -9,11 +9,10 @@
 
 use crate::acceleration::{blame, holds, not_finite, plain, weigh};
 use crate::linear::{
-    Spectrum, add_scaled, backward, combine, dot, factor, max_abs, orthogonalise, reduce,
-    subtract_product, tolerance,
+    Spectrum, add_scaled, backward, combine, dot, factor, max_abs, orthogonalise, reduce, tolerance,
 };
 use crate::workspace::{check, split};
-use crate::{Arithmetic, Dimensions, EquationsMut, Error, MisfitMut, Scalar, System};
+use crate::{Arithmetic, Dimensions, EquationsMut, Error, ProjectionMut, Scalar, System};
 
 /// Steps of Gauss-Newton; it converges quadratically from where an integrator leaves it.
 pub(crate) const ITERATIONS: usize = 12;
@@ -99,14 +98,7 @@ fn project_within<Y: System>(
     }
     let projected = match directly(system, q, u, enough, workspace) {
         Some(projected) => projected,
-        None => {
-            let (mut closure, previous) = Closure::new(system, t, q, u, workspace)?;
-            let residual = closure.move_coordinates(system, q, enough, previous)?;
-            if !(residual <= bearable(system)) {
-                return Err(closure.open(system));
-            }
-            Projected { residual, rank: closure.move_speeds(system, u, spectrum) }
-        }
+        None => generally(system, t, q, u, spectrum, enough, workspace)?,
     };
     match not_finite(&[q, u]) {
         Some(joint) => Err(Error::NotFinite { joint }),
@@ -114,9 +106,28 @@ fn project_within<Y: System>(
     }
 }
 
-/// By the system's own elimination, where that holds and closes the loops: the correction of the
-/// first state serves for all steps and for the speeds, whose errors it divides as those of
-/// Newton's method. Otherwise q and u stay as they are.
+/// With a decision on the rank. Much code, seldom needed: not to be inlined.
+#[inline(never)]
+fn generally<Y: System>(
+    system: &Y,
+    t: Y::Scalar,
+    q: &mut [Y::Scalar],
+    u: &mut [Y::Scalar],
+    spectrum: Spectrum<Y::Scalar>,
+    enough: Y::Scalar,
+    workspace: &mut [Y::Scalar],
+) -> Result<Projected<Y::Scalar>, Error> {
+    let (mut closure, previous) = Closure::new(system, t, q, u, workspace)?;
+    let residual = closure.move_coordinates(system, q, enough, previous)?;
+    if !(residual <= bearable(system)) {
+        return Err(closure.open(system));
+    }
+    Ok(Projected { residual, rank: closure.move_speeds(system, u, spectrum) })
+}
+
+/// By the system's own elimination, where that holds and closes the loops; otherwise q and u stay as
+/// they are.
+#[inline]
 fn directly<Y: System>(
     system: &Y,
     q: &mut [Y::Scalar],
@@ -124,42 +135,33 @@ fn directly<Y: System>(
     enough: Y::Scalar,
     mut workspace: &mut [Y::Scalar],
 ) -> Option<Projected<Y::Scalar>> {
-    let Dimensions { coordinates: n, rows: c, loops, drives, .. } = system.dimensions();
+    let Dimensions { coordinates: n, rows, loops, drives, .. } = system.dimensions();
     if drives != 0 {
         return None;
     }
     let residual = split(&mut workspace, 9 * loops).ok()?;
-    let misfit = split(&mut workspace, c).ok()?;
-    let speeds = split(&mut workspace, c).ok()?;
-    let correction = split(&mut workspace, n * c).ok()?;
+    let positions = split(&mut workspace, n).ok()?;
+    let speeds = split(&mut workspace, n).ok()?;
     let given = split(&mut workspace, n).ok()?;
-    let out = MisfitMut { residual, misfit, speeds };
-    let margin = system.write_projection(q, u, out, correction);
-    let mut size = max_abs(residual);
-    if !holds(&margin) || !size.is_finite() {
-        return None;
-    }
     given.copy_from_slice(q);
+    let mut before = None;
     for _ in 0..ITERATIONS {
-        if size <= enough {
+        let out = ProjectionMut { residual, positions, speeds };
+        let margin = system.write_projection(q, u, out);
+        let size = max_abs(residual);
+        if holds(&margin) && size <= enough {
+            add_scaled(u, -Y::Scalar::ONE, speeds);
+            return Some(Projected { residual: size, rank: rows });
+        }
+        // Written so that NaN is no progress.
+        if !holds(&margin) || !before.is_none_or(|before| size + size < before) {
             break;
         }
-        subtract_product(q, correction, misfit);
-        system.write_misfit(q, u, MisfitMut { residual, misfit, speeds });
-        let next = max_abs(residual);
-        // Written so that NaN is no progress.
-        if !(next + next < size) {
-            q.copy_from_slice(given);
-            return None;
-        }
-        size = next;
+        before = Some(size);
+        add_scaled(q, -Y::Scalar::ONE, positions);
     }
-    if !(size <= enough) {
-        q.copy_from_slice(given);
-        return None;
-    }
-    subtract_product(u, correction, speeds);
-    Some(Projected { residual: size, rank: c })
+    q.copy_from_slice(given);
+    None
 }
 
 /// Adds to du/dt what restores the constraints, -M^-1 J^T (J M^-1 J^T)^+ (2 g J u + g^2 r), all

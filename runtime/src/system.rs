@@ -55,14 +55,14 @@ pub struct EquationsMut<'a, S> {
     pub gamma: &'a mut [S],
 }
 
-/// Where [`StraightLine::write_misfit`] writes.
+/// Where [`StraightLine::write_projection`] writes.
 #[derive(Debug)]
-pub struct MisfitMut<'a, S> {
+pub struct ProjectionMut<'a, S> {
     /// Closure residuals, 9 L, m.
     pub residual: &'a mut [S],
-    /// The residuals along the rows of J, C, m.
-    pub misfit: &'a mut [S],
-    /// J u, C, m/s.
+    /// By what q exceeds the nearest closed loops to first order, N, rad.
+    pub positions: &'a mut [S],
+    /// By what u exceeds the nearest speeds that keep the loops as they are, N, rad/s.
     pub speeds: &'a mut [S],
 }
 
@@ -156,29 +156,17 @@ pub trait StraightLine {
         let _ = (t, q, u, out);
         Margin::none()
     }
-    /// How far the loops are open and how fast they open, and what closes them,
-    /// M^-1 J^T (J M^-1 J^T)^-1, N x C, in straight-line code as
+    /// How far the loops are open, and what closes them: M^-1 J^T (J M^-1 J^T)^-1 times the
+    /// residuals along the rows of J, and times J u, in straight-line code as
     /// [`write_acceleration`](Self::write_acceleration). Provided: nothing.
     fn write_projection(
         &self,
         q: &[Self::Number],
         u: &[Self::Number],
-        out: MisfitMut<'_, Self::Number>,
-        correction: &mut [Self::Number],
+        out: ProjectionMut<'_, Self::Number>,
     ) -> Margin<Self::Number> {
-        let _ = (q, u, out, correction);
+        let _ = (q, u, out);
         Margin::none()
-    }
-    /// The first part of [`write_projection`](Self::write_projection) alone. Provided: not a
-    /// number.
-    fn write_misfit(
-        &self,
-        q: &[Self::Number],
-        u: &[Self::Number],
-        out: MisfitMut<'_, Self::Number>,
-    ) {
-        let _ = (q, u);
-        out.residual.fill(Self::Number::from_f64(f64::NAN));
     }
 }
 
@@ -364,18 +352,9 @@ macro_rules! delegate_straight_line {
             &$self,
             q: &[Self::Number],
             u: &[Self::Number],
-            out: $crate::MisfitMut<'_, Self::Number>,
-            correction: &mut [Self::Number],
+            out: $crate::ProjectionMut<'_, Self::Number>,
         ) -> $crate::Margin<Self::Number> {
-            $inner.write_projection(q, u, out, correction)
-        }
-        fn write_misfit(
-            &$self,
-            q: &[Self::Number],
-            u: &[Self::Number],
-            out: $crate::MisfitMut<'_, Self::Number>,
-        ) {
-            $inner.write_misfit(q, u, out);
+            $inner.write_projection(q, u, out)
         }
     };
 }

@@ -11,8 +11,8 @@ use crate::{Dimensions, Error, System};
 /// * acceleration: M or its factor N N; J 2 c N (one copy is orthogonalised); gamma and lambda
 ///   2 c; a vector N;
 /// * projection: M or its factor N N; then, one after the other in the same place, f, J, gamma
-///   N + C N + C, or residuals, their Jacobian and two vectors r + r N + 2 N; or residuals, two
-///   vectors of rows, what closes and a vector r + 2 C + N C + N, which is never more;
+///   N + C N + C, or residuals, their Jacobian and two vectors r + r N + 2 N; or residuals
+///   and three vectors r + 3 N, which is never more;
 /// * assembly: residuals and their Jacobian r + r N; the normal equations and their factor 2 N N;
 ///   eleven vectors 11 N;
 /// * jacobian: M or its factor N N; J c N and what orthogonalised it c c; four vectors of rows
@@ -39,6 +39,7 @@ const fn greater(a: usize, b: usize) -> usize {
 }
 
 /// Cuts the first `len` numbers off a workspace.
+#[inline]
 pub(crate) fn split<'a, S>(workspace: &mut &'a mut [S], len: usize) -> Result<&'a mut [S], Error> {
     let given = workspace.len();
     match core::mem::take(workspace).split_at_mut_checked(len) {
@@ -51,6 +52,7 @@ pub(crate) fn split<'a, S>(workspace: &mut &'a mut [S], len: usize) -> Result<&'
 }
 
 /// Checks that a workspace suffices and that vectors have one entry per joint.
+#[inline]
 pub(crate) fn check<Y: System>(
     system: &Y,
     workspace: &[Y::Scalar],

@@ -10,6 +10,9 @@
 //! du/dt = y / D - w . (alpha, a) of the parent's motion
 //! ```
 //!
+//! A hinge's w is carried to the parent by itself, so that neither sweep has to wait for the y or the
+//! du/dt of one joint before it can turn to the next.
+//!
 //! This is M = L^T D L, y = L^-T b, du/dt = L^-1 (y / D), at a cost that grows as N. Velocities enter
 //! b only: accelerations at du/dt = 0 are in the wrenches of [`dynamics`](super::dynamics).
 
@@ -41,9 +44,10 @@ struct Response {
 
 /// A node after elimination of its hinge.
 struct Hinge {
-    /// w: of (I, H) in row x over D; the first is 1.
-    moment: [Expr; 2],
-    force: Vector,
+    /// w: of (I, H) in row x over D, without the first, which is 1.
+    share: Wrench,
+    /// The same about the parent's origin, in its frame.
+    share_above: Wrench,
     /// 1 / D.
     inverse_pivot: Expr,
 }
@@ -127,12 +131,14 @@ impl Derivation<'_> {
             let response = self.bind_response(id, responses[id.index()].clone());
             let [pivot, y, z, ..] = response.inertia.clone();
             let inverse_pivot = self.bind_scalar(id, "inverse_pivot", pivot.power(-1));
-            let moment = [("y", y), ("z", z)].map(|(axis, x)| {
-                self.bind_scalar(id, &format!("moment_share_{axis}"), &inverse_pivot * &x)
-            });
-            let force = scale(&inverse_pivot, &response.coupling[0]);
-            let force = self.bind_vector(id, "force_share", force);
-            let hinge = Hinge { moment, force, inverse_pivot };
+            let share = Wrench {
+                force: scale(&inverse_pivot, &response.coupling[0]),
+                moment: scale(&inverse_pivot, &[Expr::zero(), y, z]),
+            };
+            let share = self.bind_wrench(id, "share", share);
+            let share_above = self.carry_wrench(id, &share);
+            let share_above = self.bind_wrench(id, "share_above", share_above);
+            let hinge = Hinge { share, share_above, inverse_pivot };
             if let Some(parent) = self.parent(id) {
                 let carried = self.carry_response(id, &response, &hinge);
                 responses[parent.index()] = responses[parent.index()].plus(&carried);
@@ -147,8 +153,7 @@ impl Derivation<'_> {
     fn carry_response(&mut self, id: NodeId, response: &Response, hinge: &Hinge) -> Response {
         let Response { inertia: [_, xy, xz, yy, yz, zz], coupling, mass } = response;
         let none = Expr::zero;
-        let [wy, wz] = &hinge.moment;
-        let w = &hinge.force;
+        let Wrench { force: w, moment: [_, wy, wz] } = &hinge.share;
         let row = &coupling[0];
         let inertia = [none(), none(), none(), yy - &(xy * wy), yz - &(xy * wz), zz - &(xz * wz)];
         let coupling = [zero(), sub(&coupling[1], &scale(xy, w)), sub(&coupling[2], &scale(xz, w))];
@@ -186,17 +191,18 @@ impl Derivation<'_> {
         for id in (0..hinges.len()).rev().map(NodeId) {
             let Some(load) = loads[id.index()].take() else { continue };
             let load = self.bind_wrench(id, "load", load);
-            let Hinge { moment: [wy, wz], force, .. } = &hinges[id.index()];
-            let [x, y, z] = &load.moment;
+            let [x, y, z] = load.moment;
             let torque = reduced[id.index()].clone();
-            let value = self.bind_scalar(id, "reduced", &torque + x);
+            let value = self.bind_scalar(id, "reduced", &torque + &x);
             if let Some(parent) = self.parent(id) {
-                let left = Wrench {
-                    force: sub(&load.force, &scale(&value, force)),
-                    moment: [-&torque, y - &(wy * &value), z - &(wz * &value)],
+                // Of the moment along the hinge the torque's opposite is left.
+                let Wrench { force, moment } =
+                    self.carry_wrench(id, &Wrench { force: load.force, moment: [-&torque, y, z] });
+                let share = &hinges[id.index()].share_above;
+                let carried = Wrench {
+                    force: sub(&force, &scale(&value, &share.force)),
+                    moment: sub(&moment, &scale(&value, &share.moment)),
                 };
-                let left = self.bind_wrench(id, "left", left);
-                let carried = self.carry_wrench(id, &left);
                 let sum = &mut loads[parent.index()];
                 *sum = Some(match sum.take() {
                     Some(other) => other.plus(&carried),
@@ -249,24 +255,24 @@ impl Derivation<'_> {
         let mut accelerations = vec![Expr::zero(); hinges.len()];
         let mut motions: Vec<[Vector; 2]> = Vec::with_capacity(hinges.len());
         for id in (0..hinges.len()).map(NodeId) {
-            let [alpha, a] = match self.parent(id) {
-                None => [zero(), zero()],
+            let joint = self.joint_of(id);
+            let own = self.accelerations[joint].clone();
+            let ([alpha, a], held) = match self.parent(id) {
+                None => ([zero(), zero()], Expr::zero()),
                 Some(parent) => {
                     let [alpha, a] = motions[parent.index()].clone();
+                    let share = &hinges[id.index()].share_above;
+                    let held = &dot(&share.moment, &alpha) + &dot(&share.force, &a);
                     let r = self.offset(id);
                     let above = add(&a, &cross(&alpha, &r));
                     let above = self.bind_vector(id, "gain_above", above);
                     let alpha = self.down(id, &alpha);
                     let a = self.down(id, &above);
-                    [self.bind_vector(id, "turn_gain", alpha), self.bind_vector(id, "gain", a)]
+                    let alpha = self.bind_vector(id, "turn_gain", alpha);
+                    ([alpha, self.bind_vector(id, "gain", a)], held)
                 }
             };
-            let Hinge { moment: [wy, wz], force, .. } = &hinges[id.index()];
-            let joint = self.joint_of(id);
             let [x, y, z] = alpha;
-            let held = &(wy * &y) + &(wz * &z);
-            let held = &held + &dot(force, &a);
-            let own = self.accelerations[joint].clone();
             let along = self.bind_scalar(id, "along_hinge", &own - &held);
             accelerations[joint] = &along - &x;
             motions.push([[along, y, z], a]);

@@ -59,6 +59,17 @@ impl fmt::Display for Cost {
 }
 
 impl Function {
+    /// Cycles that the longest chain of dependent operations takes.
+    pub fn critical_path(&self) -> u32 {
+        let mut ready: Vec<u32> = Vec::with_capacity(self.instructions.len());
+        for instruction in &self.instructions {
+            let operands = instruction.op.operands();
+            let start = operands.map(|x| ready[x.index()]).max().unwrap_or(0);
+            ready.push(start + instruction.op.latency());
+        }
+        ready.into_iter().max().unwrap_or(0)
+    }
+
     /// Operations per evaluation. A cosine whose sine is not needed counts as a pair.
     pub fn cost(&self) -> Cost {
         let mut cost = Cost::default();

@@ -308,23 +308,26 @@ pub fn acceleration(code: &mut Code, factor: &impl Factor, reduced: &Reduced) ->
     ]
 }
 
-/// M^-1 J^T (J M^-1 J^T)^-1, N x C, and by how much it can be trusted.
-pub fn correction(code: &mut Code, factor: &impl Factor, rows: &[Vec<Value>]) -> [Output; 2] {
+/// M^-1 J^T (J M^-1 J^T)^-1 x for the misfit of positions and for that of speeds, and by how much
+/// it can be trusted.
+pub fn corrections(
+    code: &mut Code,
+    factor: &impl Factor,
+    rows: &[Vec<Value>],
+    open: [&[Value]; 2],
+) -> [Output; 3] {
     let inverse_pivots = factor.inverse_pivots().to_vec();
-    let (n, c) = (inverse_pivots.len(), rows.len());
+    let n = inverse_pivots.len();
     let closure = Closure::of(code, &inverse_pivots, rows);
-    let (zero, one) = (code.number(0.0), code.number(1.0));
-    let mut entries = vec![zero; n * c];
-    for k in 0..c {
-        let unit: Vec<Value> = (0..c).map(|row| if row == k { one } else { zero }).collect();
-        let lambda = closure.solve(code, &unit);
-        let column = closure.combined(code, &lambda, n);
-        for (joint, value) in factor.substitute(code, &column).into_iter().enumerate() {
-            entries[joint * c + k] = value;
-        }
-    }
+    let [positions, speeds] = open.map(|open| {
+        let lambda = closure.solve(code, open);
+        let closing = closure.combined(code, &lambda, n);
+        factor.substitute(code, &closing)
+    });
+    let output = |name, entries| Output { name, rows: n, columns: 1, entries };
     [
-        Output { name: "correction", rows: n, columns: c, entries },
+        output("positions", positions),
+        output("speeds", speeds),
         margin(code, &inverse_pivots, closure.conditioning),
     ]
 }

@@ -2,7 +2,7 @@
 //! without a Rust compiler, whatever runs the functions.
 
 use lamc_runtime::{
-    Balance, Change, Dimensions, Drive, Energy, EquationsMut, Margin, MisfitMut, StraightLine,
+    Balance, Change, Dimensions, Drive, Energy, EquationsMut, Margin, ProjectionMut, StraightLine,
     System, workspace_len,
 };
 
@@ -274,29 +274,14 @@ impl<E: Engine> StraightLine for Executable<E> {
         Margin { inverse_pivot, conditioning }
     }
 
-    fn write_projection(
-        &self,
-        q: &[f64],
-        u: &[f64],
-        out: MisfitMut<'_, f64>,
-        correction: &mut [f64],
-    ) -> Margin<f64> {
+    fn write_projection(&self, q: &[f64], u: &[f64], out: ProjectionMut<'_, f64>) -> Margin<f64> {
         let mut margin = [f64::NAN; 2];
         if self.fits(q, u) {
-            let MisfitMut { residual, misfit, speeds } = out;
-            let out: &mut [&mut [f64]] = &mut [residual, misfit, speeds, correction, &mut margin];
+            let ProjectionMut { residual, positions, speeds } = out;
+            let out: &mut [&mut [f64]] = &mut [residual, positions, speeds, &mut margin];
             self.evaluate(FunctionKind::Projection, State { q, u, ..State::default() }, out);
         }
         let [inverse_pivot, conditioning] = margin;
         Margin { inverse_pivot, conditioning }
-    }
-
-    fn write_misfit(&self, q: &[f64], u: &[f64], out: MisfitMut<'_, f64>) {
-        let MisfitMut { residual, misfit, speeds } = out;
-        residual.fill(f64::NAN);
-        if self.fits(q, u) {
-            let out: &mut [&mut [f64]] = &mut [residual, misfit, speeds];
-            self.evaluate(FunctionKind::Misfit, State { q, u, ..State::default() }, out);
-        }
     }
 }

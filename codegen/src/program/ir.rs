@@ -107,17 +107,15 @@ pub enum FunctionKind {
     /// of the inverse pivots of M and conditioning of J M^-1 J^T, are large enough. Without
     /// outputs where the closure is never regular or would take too many operations.
     Acceleration,
-    /// (q, u) -> residual 9 L, misfit C, speeds C, correction N x C, margin 2: the closure
-    /// residuals, those along the rows of J, J u, and M^-1 J^T (J M^-1 J^T)^-1. Without outputs as
-    /// `Acceleration`, and where there are no loops.
+    /// (q, u) -> residual 9 L, positions N, speeds N, margin 2: the closure residuals, and
+    /// M^-1 J^T (J M^-1 J^T)^-1 times the residuals along the rows of J, and times J u. Without
+    /// outputs as `Acceleration`, and where there are no loops.
     Projection,
-    /// (q, u) -> residual 9 L, misfit C, speeds C: the first outputs of `Projection`.
-    Misfit,
 }
 
 impl FunctionKind {
     /// Every kind, in order.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 10] = [
         Self::Equations,
         Self::Closure,
         Self::Poses,
@@ -128,7 +126,6 @@ impl FunctionKind {
         Self::Tangent,
         Self::Acceleration,
         Self::Projection,
-        Self::Misfit,
     ];
 
     /// The function's name in reports.

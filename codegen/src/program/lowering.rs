@@ -93,7 +93,7 @@ pub fn by_body(equations: &Equations, kind: FunctionKind) -> [Function; 2] {
 }
 
 /// How far the loops are open, and how fast they open.
-pub fn misfit(equations: &Equations) -> [(&'static str, usize, usize, &[Tree<Leaf>]); 3] {
+fn misfit(equations: &Equations) -> [(&'static str, usize, usize, &[Tree<Leaf>]); 3] {
     let (rows, loops) = (equations.gamma.len(), equations.topology.loops.len());
     [
         ("residual", 9 * loops, 1, &equations.residual),
@@ -125,7 +125,7 @@ fn drives(angles: Function) -> Function {
 }
 
 /// The function with these outputs.
-pub fn function(
+fn function(
     equations: &Equations,
     kind: FunctionKind,
     outputs: &[(&'static str, usize, usize, &[Tree<Leaf>])],

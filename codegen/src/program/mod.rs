@@ -4,6 +4,7 @@
 //! computes the same, up to rounding, with its stated postcondition; the verifier runs after each
 //! in debug builds and tests.
 
+mod balance;
 mod cost;
 mod dead;
 mod differentiate;
@@ -16,6 +17,7 @@ mod ir;
 mod lowering;
 mod number;
 mod op;
+mod schedule;
 mod solution;
 mod text;
 mod verify;
@@ -38,7 +40,9 @@ pub fn lower(equations: &Equations, source_name: &str, source_text: &str) -> Pro
     let optimise = |function: Function| {
         let function = check(&interface, fold::fold(function));
         let function = check(&interface, number::number(function));
-        check(&interface, dead::dead(function))
+        let function = check(&interface, dead::dead(function));
+        let function = check(&interface, balance::balance(function));
+        check(&interface, schedule::schedule(function))
     };
     let stated = lowering::functions(equations).into_iter().map(optimise);
     let solved = solution::functions(equations, optimise);

@@ -77,6 +77,17 @@ impl Op {
         }
     }
 
+    /// Cycles until the result can be used, roughly those of the processors of 2020.
+    pub fn latency(self) -> u32 {
+        match self {
+            Self::Const(_) | Self::Load(_) => 0,
+            Self::Neg(_) | Self::Abs(_) => 1,
+            Self::Add(..) | Self::Sub(..) | Self::Mul(..) | Self::Min(..) | Self::Max(..) => 3,
+            Self::Div(..) | Self::Sqrt(_) => 14,
+            _ => 40,
+        }
+    }
+
     /// The operation's name in the text form.
     pub fn mnemonic(self) -> &'static str {
         match self {

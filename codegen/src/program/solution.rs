@@ -13,29 +13,23 @@ const MOST_OPERATIONS: usize = 60_000;
 /// Terms of a factor by entry beyond which it is not tried: an elimination by body is cheaper.
 const MOST_ENTRIES: usize = 4_000;
 
-/// [`FunctionKind::Acceleration`], [`FunctionKind::Projection`] and [`FunctionKind::Misfit`],
-/// before any pass but folding.
-pub fn functions(equations: &Equations, optimise: impl Fn(Function) -> Function) -> [Function; 3] {
+/// [`FunctionKind::Acceleration`] and [`FunctionKind::Projection`], optimised.
+pub fn functions(equations: &Equations, optimise: impl Fn(Function) -> Function) -> [Function; 2] {
     let topology = &equations.topology;
-    let (rows, loops) = (equations.gamma.len(), topology.loops.len());
     let none = |kind| Function { kind, instructions: Vec::new(), outputs: Vec::new() };
     let driven = topology.mechanism.joints.iter().any(|joint| joint.drive.is_some());
     // Rows that depend on each other everywhere need the runtime's decision everywhere.
-    let regular = topology.rank == rows && !driven;
-    let solved = |kind| {
-        let cheapest = regular.then(|| candidates(equations, kind)).into_iter().flatten();
-        let cheapest = cheapest.map(&optimise).min_by_key(|function| function.cost().total());
-        cheapest
-            .filter(|function| function.cost().total() <= MOST_OPERATIONS)
+    let regular = topology.rank == equations.gamma.len() && !driven;
+    let solved = |kind, wanted: bool| {
+        let candidates = wanted.then(|| candidates(equations, kind)).into_iter().flatten();
+        // Operations, and what they wait for each other.
+        let time = |function: &Function| function.cost().total() as u32 + function.critical_path();
+        let best = candidates.map(&optimise).min_by_key(time);
+        best.filter(|function| function.cost().total() <= MOST_OPERATIONS)
             .unwrap_or_else(|| none(kind))
     };
-    let acceleration = solved(FunctionKind::Acceleration);
-    if acceleration.outputs.is_empty() || loops == 0 {
-        return [acceleration, none(FunctionKind::Projection), none(FunctionKind::Misfit)];
-    }
-    let misfit = lowering::misfit(equations);
-    let misfit = lowering::function(equations, FunctionKind::Misfit, &misfit);
-    [acceleration, solved(FunctionKind::Projection), optimise(misfit)]
+    let closed = regular && !topology.loops.is_empty();
+    [solved(FunctionKind::Acceleration, regular), solved(FunctionKind::Projection, closed)]
 }
 
 /// The solution by every elimination that is worth trying.
@@ -77,8 +71,9 @@ fn by_entry(equations: &Equations, kind: FunctionKind) -> Function {
             code.finish(kind, outputs.into())
         }
         _ => {
-            let solved = eliminate::correction(&mut code, &factor, &rows);
-            projection(code, outputs, solved)
+            let open = [of("misfit"), of("speeds")];
+            let solved = eliminate::corrections(&mut code, &factor, &rows, open);
+            projection(code, &outputs, solved)
         }
     }
 }
@@ -99,16 +94,16 @@ fn by_body(equations: &Equations, kind: FunctionKind) -> Function {
             code.finish(kind, outputs.into())
         }
         _ => {
-            let solved = eliminate::correction(&mut code, &factor, &rows);
-            projection(code, outputs, solved)
+            let open = [of("misfit"), of("speeds")];
+            let solved = eliminate::corrections(&mut code, &factor, &rows, open);
+            projection(code, &outputs, solved)
         }
     }
 }
 
-fn projection(code: Code, given: Vec<Output>, solved: [Output; 2]) -> Function {
-    let kept = ["residual", "misfit", "speeds"];
-    let given = given.into_iter().filter(|output| kept.contains(&output.name));
-    code.finish(FunctionKind::Projection, given.chain(solved).collect())
+fn projection(code: Code, given: &[Output], solved: [Output; 3]) -> Function {
+    let residual = given.iter().filter(|output| output.name == "residual").cloned();
+    code.finish(FunctionKind::Projection, residual.chain(solved).collect())
 }
 
 fn entries_of<'a>(outputs: &'a [Output], name: &str) -> &'a [Value] {

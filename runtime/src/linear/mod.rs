@@ -24,14 +24,6 @@ pub(crate) fn add_scaled<S: Arithmetic>(y: &mut [S], factor: S, x: &[S]) {
     }
 }
 
-/// `x -= A b`.
-#[inline]
-pub(crate) fn subtract_product<S: Arithmetic>(x: &mut [S], a: &[S], b: &[S]) {
-    for (x, row) in x.iter_mut().zip(a.chunks_exact(b.len().max(1))) {
-        *x -= dot(row, b);
-    }
-}
-
 /// Largest magnitude; NaN if any entry is.
 pub(crate) fn max_abs<S: Arithmetic>(values: &[S]) -> S {
     values.iter().fold(S::ZERO, |largest, value| largest.max(value.abs()))

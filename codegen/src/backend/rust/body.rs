@@ -16,7 +16,7 @@ use crate::backend::text::wrap;
 use crate::program::{Function, Interface, Moving, Program, Slot};
 
 /// What locals must not be called.
-const RESERVED: [&str; 35] = [
+const RESERVED: [&str; 34] = [
     "t",
     "q",
     "u",
@@ -48,9 +48,8 @@ const RESERVED: [&str; 35] = [
     "closure",
     "visit",
     "acceleration",
-    "misfit",
+    "positions",
     "speeds",
-    "correction",
     "margin",
 ];
 

@@ -393,16 +393,13 @@ fn straight_line(
 ) -> TokenStream {
     let (scalar, zero) = (&syntax.scalar, constant(choice, 0.0));
     let none = quote!(::lamc_runtime::Margin::none());
-    let given = |otherwise: &TokenStream| {
-        quote! {
-            let Some(q) = q.first_chunk::<N>() else { return #otherwise };
-            let Some(u) = u.first_chunk::<N>() else { return #otherwise };
-        }
+    let solving = quote! {
+        let Some(q) = q.first_chunk::<N>() else { return #none };
+        let Some(u) = u.first_chunk::<N>() else { return #none };
+        let margin = &mut [#zero; 2];
     };
     let mut functions = TokenStream::new();
     let acceleration = program.function_of(FunctionKind::Acceleration);
-    let solving = given(&none);
-    let solving = quote!(#solving let margin = &mut [#zero; 2];);
     let trusted = quote! {
         ::lamc_runtime::Margin { inverse_pivot: margin[0], conditioning: margin[1] }
     };
@@ -415,25 +412,14 @@ fn straight_line(
         });
     }
     let projection = program.function_of(FunctionKind::Projection);
-    let places = ["out.residual", "out.misfit", "out.speeds", "correction"];
+    let places = ["out.residual", "out.positions", "out.speeds"];
     if !projection.outputs.is_empty() {
         let body = filled(projection, syntax, &places, &solving, bodies, &none);
         functions.extend(quote! {
             fn write_projection(
                 &self, q: &[#scalar], u: &[#scalar],
-                out: ::lamc_runtime::MisfitMut<'_, #scalar>, correction: &mut [#scalar],
+                out: ::lamc_runtime::ProjectionMut<'_, #scalar>,
             ) -> ::lamc_runtime::Margin<#scalar> { #body #trusted }
-        });
-    }
-    let misfit = program.function_of(FunctionKind::Misfit);
-    if !misfit.outputs.is_empty() {
-        let nothing = TokenStream::new();
-        let body = filled(misfit, syntax, &places[..3], &given(&nothing), bodies, &nothing);
-        functions.extend(quote! {
-            fn write_misfit(
-                &self, q: &[#scalar], u: &[#scalar],
-                out: ::lamc_runtime::MisfitMut<'_, #scalar>,
-            ) { #body }
         });
     }
     let Syntax { generic, arithmetic, .. } = syntax;
