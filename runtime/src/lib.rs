@@ -131,7 +131,6 @@ pub use scalar::{Arithmetic, Scalar};
 pub use state::{State, StateOf};
 pub use stops::Stopped;
 pub use system::{
-    Balance, Change, Dimensions, Drive, Energy, EquationsMut, Margin, ProjectionMut,
-    System,
+    Balance, Change, Dimensions, Drive, Energy, EquationsMut, Margin, ProjectionMut, System,
 };
 pub use workspace::workspace_len;

@@ -28,10 +28,8 @@ pub fn balance(function: Function) -> Function {
     for instruction in &function.instructions {
         if let Op::Add(x, y) | Op::Sub(x, y) = instruction.op {
             for term in [x, y] {
-                let is_sum = matches!(
-                    function.instructions[term.index()].op,
-                    Op::Add(..) | Op::Sub(..)
-                );
+                let is_sum =
+                    matches!(function.instructions[term.index()].op, Op::Add(..) | Op::Sub(..));
                 absorbed[term.index()] = is_sum && uses[term.index()] == 1;
             }
         }

@@ -60,9 +60,7 @@ pub(super) fn function(interface: &Interface, function: &Function) -> Result<(),
 
 /// Whether a function of this kind is given this slot, and the slot exists.
 fn readable(interface: &Interface, kind: FunctionKind, slot: Slot) -> bool {
-    use FunctionKind::{
-        Acceleration, Drives, Energy, Equations, Projection, Reactions, Tangent,
-    };
+    use FunctionKind::{Acceleration, Drives, Energy, Equations, Projection, Reactions, Tangent};
     let balanced = matches!(kind, Reactions | Tangent);
     let moves = balanced || matches!(kind, Equations | Energy | Acceleration | Projection);
     let timed = moves || kind == Drives;
