@@ -5,7 +5,7 @@
 //! J(q) du/dt = -gamma(q, u)                        closure, differentiated twice
 //! ```
 
-use crate::{Arithmetic, Scalar};
+use crate::{Arithmetic, JacobianMut, Scalar};
 
 /// Sizes of a mechanism.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -248,6 +248,18 @@ pub trait System {
         let _ = (q, u, out);
         Margin::none()
     }
+    /// du/dt and its derivatives, in straight-line code as
+    /// [`write_acceleration`](Self::write_acceleration). Provided: nothing.
+    fn write_jacobian(
+        &self,
+        t: Self::Scalar,
+        q: &[Self::Scalar],
+        u: &[Self::Scalar],
+        out: JacobianMut<'_, Self::Scalar>,
+    ) -> Margin<Self::Scalar> {
+        let _ = (t, q, u, out);
+        Margin::none()
+    }
 }
 
 /// The methods of [`System`] that another system answers, but for `dimensions` and `drives`.
@@ -340,6 +352,15 @@ macro_rules! delegate {
             out: $crate::ProjectionMut<'_, Self::Scalar>,
         ) -> $crate::Margin<Self::Scalar> {
             $inner.write_projection(q, u, out)
+        }
+        fn write_jacobian(
+            &$self,
+            t: Self::Scalar,
+            q: &[Self::Scalar],
+            u: &[Self::Scalar],
+            out: $crate::JacobianMut<'_, Self::Scalar>,
+        ) -> $crate::Margin<Self::Scalar> {
+            $inner.write_jacobian(t, q, u, out)
         }
     };
 }
