@@ -13,7 +13,7 @@ use lamc_tests::{compile, compile_text, workspace};
 
 /// Calls every function of a module.
 const CALLS: &str = "
-use lamc_runtime::{Balance, Change, EquationsMut, ProjectionMut, System};
+use lamc_runtime::{Balance, Change, EquationsMut, JacobianMut, ProjectionMut, System};
 
 #[allow(clippy::too_many_arguments)]
 pub fn write_all(
@@ -30,8 +30,10 @@ pub fn write_all(
     let trusted = model.write_acceleration(t, q, u, d).conditioning;
     let out = ProjectionMut { residual: a, positions: b, speeds: c };
     let closed = model.write_projection(q, u, out).conditioning;
+    let out = JacobianMut { acceleration: a, dq: b, du: c, dt: d };
+    let slopes = model.write_jacobian(t, q, u, out).conditioning;
     let energy = model.energy(t, q, u);
-    trusted + closed + energy.kinetic + energy.potential
+    trusted + closed + slopes + energy.kinetic + energy.potential
 }
 ";
 
