@@ -26,6 +26,7 @@
 //   tangent: 154 operations: 63 add, 87 mul, 0 div, 4 sin_cos, 0 other
 //   acceleration: 214 operations: 83 add, 118 mul, 6 div, 4 sin_cos, 3 other
 //   projection: 230 operations: 94 add, 123 mul, 6 div, 4 sin_cos, 3 other
+//   jacobian: 700 operations: 297 add, 390 mul, 6 div, 4 sin_cos, 3 other
 
 /// Coordinates: one angle per joint.
 pub const N: usize = 4;
@@ -1195,6 +1196,396 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         margin[0] = S::min(S::min(S::min(inverse_pivot_crank, inverse_pivot_rocker),
             c(115875.76386003198)), c(534612.7876701569));
         margin[1] = part_13 * part_18 * (part_19 * part_22) * (part_19 * part_27);
+        ::lamc_runtime::Margin {
+            inverse_pivot: margin[0],
+            conditioning: margin[1],
+        }
+    }
+    fn write_jacobian(
+        &self,
+        t: S,
+        q: &[S],
+        u: &[S],
+        out: ::lamc_runtime::JacobianMut<'_, S>,
+    ) -> ::lamc_runtime::Margin<S> {
+        let c = S::from_f64;
+        let mul_add = S::mul_add;
+        let Some(q) = q.first_chunk::<N>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let Some(u) = u.first_chunk::<N>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let margin = &mut [c(0.0); 2];
+        let Some(acceleration) = out.acceleration.first_chunk_mut::<4>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let Some(dq) = out.dq.first_chunk_mut::<16>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let Some(du) = out.du.first_chunk_mut::<16>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let Some(dt) = out.dt.first_chunk_mut::<4>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let [
+            (sin_crank_hinge, cos_crank_hinge),
+            (sin_rocker_hinge, cos_rocker_hinge),
+            (sin_coupler_crank, cos_coupler_crank),
+            (sin_coupler_rocker, cos_coupler_rocker),
+        ] = S::sin_cos_all([q[0], q[1], q[2], q[3]]);
+        // crank
+        let omega_xx_crank = u[0] * u[0];
+        let crank_part = cos_crank_hinge * c(9.81);
+        let free_fall_crank_z = -crank_part;
+        let d_omega_xx_crank = u[0] + u[0];
+        // coupler
+        let omega_coupler_x = u[0] + u[2];
+        let coupler_part = omega_xx_crank * c(0.534813);
+        let a_coupler_y = -cos_coupler_crank * coupler_part;
+        let coupler_part_2 = sin_coupler_crank * coupler_part;
+        let omega_xx_coupler = omega_coupler_x * omega_coupler_x;
+        let fall_above_coupler_y = mul_add(c(-9.81), sin_crank_hinge, coupler_part);
+        let free_fall_coupler_z = mul_add(-sin_coupler_crank, fall_above_coupler_y,
+            -cos_coupler_crank * crank_part);
+        let force_own_coupler_y = omega_xx_coupler * c(4.3544099654316885e-5);
+        let moment_own_coupler_x = free_fall_coupler_z * c(4.3544099654316885e-5);
+        let d_fall_above_coupler_y = c(0.534813) * d_omega_xx_crank;
+        let d_omega_xx_coupler = omega_coupler_x + omega_coupler_x;
+        let d_force_own_coupler_y = c(4.3544099654316885e-5) * d_omega_xx_coupler;
+        let coupler_part_3 = sin_coupler_crank * d_fall_above_coupler_y;
+        let d_moment_own_coupler_x = coupler_part_3 * c(-4.3544099654316885e-5);
+        let d_force_above_coupler_z = sin_coupler_crank * d_force_own_coupler_y;
+        let coupler_part_4 = c(0.534813) * d_force_above_coupler_z;
+        // rocker
+        let omega_xx_rocker = u[1] * u[1];
+        let rocker_part = cos_rocker_hinge * c(9.81);
+        let free_fall_rocker_z = -rocker_part;
+        let d_omega_xx_rocker = u[1] + u[1];
+        // coupler_ghost0
+        let omega_coupler_ghost0_x = u[1] + u[3];
+        let coupler_ghost0_part = omega_xx_rocker * c(0.5135738999999999);
+        let coupler_ghost0_part_2 = cos_coupler_rocker * coupler_ghost0_part;
+        let a_coupler_ghost0_y = -coupler_ghost0_part_2;
+        let coupler_ghost0_part_3 = sin_coupler_rocker * coupler_ghost0_part;
+        let omega_xx_coupler_ghost0 = omega_coupler_ghost0_x * omega_coupler_ghost0_x;
+        let fall_above_coupler_ghost0_y = mul_add(c(-9.81), sin_rocker_hinge, coupler_ghost0_part);
+        let free_fall_coupler_ghost0_z = mul_add(-sin_coupler_rocker, fall_above_coupler_ghost0_y,
+            -cos_coupler_rocker * rocker_part);
+        let force_own_coupler_ghost0_y = omega_xx_coupler_ghost0 * c(9.272985481377836e-6);
+        let moment_own_coupler_ghost0_x = free_fall_coupler_ghost0_z * c(9.272985481377836e-6);
+        let force_above_coupler_ghost0_z = sin_coupler_rocker * force_own_coupler_ghost0_y;
+        let d_fall_above_coupler_ghost0_y = c(0.5135738999999999) * d_omega_xx_rocker;
+        let d_omega_xx_coupler_ghost0 = omega_coupler_ghost0_x + omega_coupler_ghost0_x;
+        let d_force_own_coupler_ghost0_y = c(9.272985481377836e-6) * d_omega_xx_coupler_ghost0;
+        let coupler_ghost0_part_4 = sin_coupler_rocker * d_fall_above_coupler_ghost0_y;
+        let d_moment_own_coupler_ghost0_x = coupler_ghost0_part_4 * c(-9.272985481377836e-6);
+        let d_force_above_coupler_ghost0_z = sin_coupler_rocker * d_force_own_coupler_ghost0_y;
+        let coupler_ghost0_part_5 = c(0.5135738999999999) * d_force_above_coupler_ghost0_z;
+        // coupler
+        let v_coupler_y_by_crank_hinge = sin_coupler_crank * c(0.534813);
+        // coupler_ghost0
+        let v_coupler_ghost0_y_by_rocker_hinge = sin_coupler_rocker * c(0.5135738999999999);
+        // coupler
+        let v_coupler_z_by_crank_hinge = cos_coupler_crank * c(0.534813);
+        // coupler_ghost0
+        let v_coupler_ghost0_z_by_rocker_hinge = cos_coupler_rocker * c(0.5135738999999999);
+        // coupler
+        let force_above_coupler_z = sin_coupler_crank * force_own_coupler_y;
+        // coupler_ghost0
+        let moment_above_coupler_ghost0_x = mul_add(c(4.762363318314592e-6), cos_coupler_rocker,
+            c(1.8705126833160895e-6));
+        let twist_coupler_ghost0 = sin_coupler_rocker * c(1.8693978815435932e-6);
+        let bend_coupler_ghost0 = sin_coupler_rocker * twist_coupler_ghost0;
+        // coupler
+        let moment_above_coupler_x = mul_add(c(2.3287950568424175e-5), cos_coupler_crank,
+            c(8.629932323103514e-6));
+        let twist_coupler = sin_coupler_crank * c(8.62881752133102e-6);
+        let bend_coupler = sin_coupler_crank * twist_coupler;
+        // loop 0
+        let gamma0_1 = coupler_ghost0_part_3 - coupler_part_2;
+        // coupler_ghost0
+        let d_free_fall_coupler_ghost0_z = mul_add(-cos_coupler_rocker, sin_rocker_hinge * c(-9.81),
+            sin_coupler_rocker * rocker_part);
+        let d_moment_own_coupler_ghost0_x_2 =
+            c(9.272985481377836e-6) * d_free_fall_coupler_ghost0_z;
+        // the whole mechanism
+        let part = moment_own_coupler_x - mul_add(c(0.1), u[2], q[2] * c(10.0));
+        let part_2 = moment_own_coupler_ghost0_x - mul_add(c(0.1), u[3], q[3] * c(10.0));
+        let factor_coupler_rocker_rocker_hinge =
+            moment_above_coupler_ghost0_x * c(534612.7876701569);
+        let factor_coupler_crank_crank_hinge = moment_above_coupler_x * c(115875.76386003198);
+        let inverse_pivot_rocker_hinge = c(1.0) / mul_add(-moment_above_coupler_ghost0_x,
+            factor_coupler_rocker_rocker_hinge, mul_add(c(9.524726636629184e-6), cos_coupler_rocker,
+            c(1.884337033746822e-9) + (c(1.8699552824298414e-6) + c(1.2658444136407854e-4)))
+            + (bend_coupler_ghost0 - bend_coupler_ghost0));
+        let inverse_pivot_crank_hinge = c(1.0) / mul_add(-moment_above_coupler_x,
+            factor_coupler_crank_crank_hinge, mul_add(c(4.657590113684835e-5), cos_coupler_crank,
+            c(1.939425689995694e-9) + (c(8.629374922217267e-6) + c(1.3979188999897226e-4)))
+            + (bend_coupler - bend_coupler));
+        let part_3 = mul_add(c(14829.536919702783), moment_above_coupler_x, c(-0.12797789999999998)
+            - v_coupler_z_by_crank_hinge);
+        let part_4 = mul_add(c(-221927.38498246408), moment_above_coupler_ghost0_x,
+            c(0.4151179883848717) + v_coupler_ghost0_z_by_rocker_hinge);
+        let part_5 = mul_add(c(62931.65091583967), moment_above_coupler_x,
+            -v_coupler_z_by_crank_hinge - c(0.5430958883848717));
+        let part_6 = v_coupler_y_by_crank_hinge * inverse_pivot_crank_hinge;
+        let part_7 = v_coupler_ghost0_y_by_rocker_hinge * inverse_pivot_rocker_hinge;
+        let part_8 = inverse_pivot_crank_hinge * part_3;
+        let part_9 = v_coupler_ghost0_z_by_rocker_hinge * inverse_pivot_rocker_hinge;
+        let part_10 = inverse_pivot_crank_hinge * part_5;
+        let part_11 = inverse_pivot_rocker_hinge * part_4;
+        let part_12 = mul_add(v_coupler_ghost0_y_by_rocker_hinge, part_7,
+            v_coupler_y_by_crank_hinge * part_6);
+        let part_13 = mul_add(-v_coupler_y_by_crank_hinge, part_8,
+            v_coupler_ghost0_y_by_rocker_hinge * part_9);
+        let part_14 = mul_add(v_coupler_ghost0_z_by_rocker_hinge, part_9, mul_add(part_3, part_8,
+            c(1897.8529929560304)));
+        let part_15 = mul_add(-v_coupler_y_by_crank_hinge, part_10,
+            v_coupler_ghost0_y_by_rocker_hinge * part_11);
+        let part_16 = mul_add(part_4, part_11, mul_add(part_5, part_10, c(34177.92086166457)
+            + c(92126.04962143546)));
+        let part_17 = c(1.0) / (part_16 + (part_12 + part_14));
+        let part_18 = part_17 * c(2.0);
+        let part_19 = c(1.0) / part_12;
+        let part_20 = part_13 * part_19;
+        let part_21 = mul_add(-part_13, part_20, part_14);
+        let part_22 = part_15 * part_19;
+        let part_23 = mul_add(-part_13, part_22, mul_add(v_coupler_ghost0_z_by_rocker_hinge,
+            part_11, mul_add(part_3, part_10, c(8053.860527742237))));
+        let part_24 = c(1.0) / part_21;
+        let part_25 = part_23 * part_24;
+        let part_26 = mul_add(-part_23, part_25, mul_add(-part_15, part_22, part_16));
+        let part_27 = c(1.0) / part_26;
+        let part_28 = mul_add(-part_2, factor_coupler_rocker_rocker_hinge,
+            mul_add(c(0.5135738999999999), force_above_coupler_ghost0_z,
+            mul_add(c(-2.954834596588329e-3), cos_rocker_hinge, -mul_add(c(0.1), u[1],
+            q[1] * c(10.0)))) + moment_own_coupler_ghost0_x);
+        let part_29 = mul_add(-part, factor_coupler_crank_crank_hinge, mul_add(c(0.534813),
+            force_above_coupler_z, mul_add(c(-3.1463985397908126e-3), cos_crank_hinge,
+            -mul_add(c(0.1), u[0], q[0] * c(10.0)))) + moment_own_coupler_x);
+        let part_30 = mul_add(part_7, part_28, mul_add(-part_6, part_29, a_coupler_ghost0_y
+            + mul_add(c(0.12797789999999998), omega_xx_coupler, -a_coupler_y)));
+        let part_31 = mul_add(part_20, part_30, -mul_add(part_9, part_28, mul_add(part_8, part_29,
+            mul_add(c(-14829.536919702783), part, gamma0_1))));
+        let part_32 = mul_add(-part_25, part_31, mul_add(part_22, part_30, -mul_add(part_11,
+            part_28, mul_add(part_10, part_29, mul_add(c(221927.38498246408), part_2,
+            mul_add(c(-62931.65091583967), part, gamma0_1))))));
+        let part_33 = part_27 * part_32;
+        let part_34 = mul_add(-part_25, part_33, part_24 * part_31);
+        let part_35 = mul_add(-part_20, part_34, mul_add(-part_22, part_33, -part_19 * part_30));
+        let part_36 = mul_add(-part_6, part_35, mul_add(part_8, part_34, mul_add(part_10, part_33,
+            inverse_pivot_crank_hinge * part_29)));
+        let part_37 = mul_add(part_7, part_35, mul_add(part_9, part_34, mul_add(part_11, part_33,
+            inverse_pivot_rocker_hinge * part_28)));
+        let part_38 = mul_add(-factor_coupler_crank_crank_hinge, part_36,
+            mul_add(c(-14829.536919702783), part_34, mul_add(c(-62931.65091583967), part_33,
+            part * c(115875.76386003198))));
+        let part_39 = mul_add(-factor_coupler_rocker_rocker_hinge, part_37,
+            mul_add(c(221927.38498246408), part_33, part_2 * c(534612.7876701569)));
+        // coupler
+        let alpha_moving_coupler_x = part_36 + part_38;
+        let fall_above_coupler_z = mul_add(c(-0.534813), part_36, free_fall_crank_z);
+        let d_free_fall_coupler_z = mul_add(-cos_coupler_crank, sin_crank_hinge * c(-9.81),
+            sin_coupler_crank * crank_part);
+        let d_moment_own_coupler_x_2 = c(4.3544099654316885e-5) * d_free_fall_coupler_z;
+        // the whole mechanism
+        let part_40 = c(0.12797789999999998) * d_omega_xx_coupler;
+        let part_41 = mul_add(-factor_coupler_crank_crank_hinge, d_moment_own_coupler_x,
+            coupler_part_4 + (c(-0.1) + d_moment_own_coupler_x));
+        let part_42 = mul_add(-part_6, part_41, mul_add(cos_coupler_crank, d_fall_above_coupler_y,
+            part_40));
+        let part_43 = mul_add(part_20, part_42, mul_add(-part_8, part_41,
+            mul_add(c(-0.6457388334589095), coupler_part_3, coupler_part_3)));
+        let part_44 = part_27 * mul_add(-part_25, part_43, mul_add(part_22, part_42,
+            mul_add(-part_10, part_41, mul_add(c(-2.740302078890005), coupler_part_3,
+            coupler_part_3))));
+        let part_45 = mul_add(-part_25, part_44, part_24 * part_43);
+        let part_46 = mul_add(-part_20, part_45, mul_add(-part_22, part_44, -part_19 * part_42));
+        let part_47 = mul_add(part_7, part_46, mul_add(part_9, part_45, part_11 * part_44));
+        let part_48 = mul_add(-part_6, part_46, mul_add(part_8, part_45, mul_add(part_10, part_44,
+            inverse_pivot_crank_hinge * part_41)));
+        let part_49 = mul_add(-factor_coupler_crank_crank_hinge, d_moment_own_coupler_x_2,
+            mul_add(c(3.1463985397908126e-3), sin_crank_hinge, c(-10.0))
+            + d_moment_own_coupler_x_2);
+        let part_50 = part_6 * part_49;
+        let part_51 = mul_add(-part_20, part_50, -mul_add(part_8, part_49,
+            d_free_fall_coupler_z * c(-0.6457388334589095)));
+        let part_52 = part_27 * mul_add(-part_25, part_51, mul_add(-part_22, part_50,
+            -mul_add(part_10, part_49, d_free_fall_coupler_z * c(-2.740302078890005))));
+        let part_53 = mul_add(-part_25, part_52, part_24 * part_51);
+        let part_54 = mul_add(-part_20, part_53, mul_add(-part_22, part_52, part_19 * part_50));
+        let part_55 = mul_add(part_7, part_54, mul_add(part_9, part_53, part_11 * part_52));
+        let part_56 = mul_add(-part_6, part_54, mul_add(part_8, part_53, mul_add(part_10, part_52,
+            inverse_pivot_crank_hinge * part_49)));
+        let part_57 = mul_add(-factor_coupler_rocker_rocker_hinge, d_moment_own_coupler_ghost0_x,
+            coupler_ghost0_part_5 + (c(-0.1) + d_moment_own_coupler_ghost0_x));
+        let part_58 = mul_add(-cos_coupler_rocker, d_fall_above_coupler_ghost0_y, part_7 * part_57);
+        let part_59 = mul_add(part_20, part_58, -mul_add(part_9, part_57, coupler_ghost0_part_4));
+        let part_60 = part_27 * mul_add(-part_25, part_59, mul_add(part_22, part_58,
+            -mul_add(part_11, part_57, mul_add(c(-2.057929418862539), coupler_ghost0_part_4,
+            coupler_ghost0_part_4))));
+        let part_61 = mul_add(-part_25, part_60, part_24 * part_59);
+        let part_62 = mul_add(-part_20, part_61, mul_add(-part_22, part_60, -part_19 * part_58));
+        let part_63 = mul_add(-part_6, part_62, mul_add(part_8, part_61, part_10 * part_60));
+        let part_64 = mul_add(part_7, part_62, mul_add(part_9, part_61, mul_add(part_11, part_60,
+            inverse_pivot_rocker_hinge * part_57)));
+        let part_65 = mul_add(c(11587.576386003198), moment_above_coupler_x, coupler_part_4);
+        let part_66 = mul_add(-part_6, part_65, part_40);
+        let part_67 = mul_add(part_20, part_66, -mul_add(part_8, part_65, c(1482.9536919702784)));
+        let part_68 = part_27 * mul_add(-part_25, part_67, mul_add(part_22, part_66,
+            -mul_add(part_10, part_65, c(6293.165091583967))));
+        let part_69 = mul_add(-part_25, part_68, part_24 * part_67);
+        let part_70 = mul_add(-part_20, part_69, mul_add(-part_22, part_68, -part_19 * part_66));
+        let part_71 = mul_add(part_7, part_70, mul_add(part_9, part_69, part_11 * part_68));
+        let part_72 = mul_add(-part_6, part_70, mul_add(part_8, part_69, mul_add(part_10, part_68,
+            inverse_pivot_crank_hinge * part_65)));
+        let part_73 = mul_add(-factor_coupler_rocker_rocker_hinge, d_moment_own_coupler_ghost0_x_2,
+            mul_add(c(2.954834596588329e-3), sin_rocker_hinge, c(-10.0))
+            + d_moment_own_coupler_ghost0_x_2);
+        let part_74 = part_7 * part_73;
+        let part_75 = mul_add(-part_9, part_73, part_20 * part_74);
+        let part_76 = part_27 * mul_add(-part_25, part_75, mul_add(part_22, part_74,
+            -mul_add(part_11, part_73, d_free_fall_coupler_ghost0_z * c(2.057929418862539))));
+        let part_77 = mul_add(-part_25, part_76, part_24 * part_75);
+        let part_78 = mul_add(-part_20, part_77, mul_add(-part_22, part_76, -part_19 * part_74));
+        let part_79 = mul_add(-part_6, part_78, mul_add(part_8, part_77, part_10 * part_76));
+        let part_80 = mul_add(part_7, part_78, mul_add(part_9, part_77, mul_add(part_11, part_76,
+            inverse_pivot_rocker_hinge * part_73)));
+        let part_81 = mul_add(c(53461.2787670157), moment_above_coupler_ghost0_x,
+            coupler_ghost0_part_5);
+        let part_82 = part_7 * part_81;
+        let part_83 = mul_add(-part_9, part_81, part_20 * part_82);
+        let part_84 = part_27 * mul_add(-part_25, part_83, mul_add(part_22, part_82,
+            -mul_add(part_11, part_81, c(-22192.73849824641))));
+        let part_85 = mul_add(-part_25, part_84, part_24 * part_83);
+        let part_86 = mul_add(-part_20, part_85, mul_add(-part_22, part_84, -part_19 * part_82));
+        let part_87 = mul_add(-part_6, part_86, mul_add(part_8, part_85, part_10 * part_84));
+        let part_88 = mul_add(part_7, part_86, mul_add(part_9, part_85, mul_add(part_11, part_84,
+            inverse_pivot_rocker_hinge * part_81)));
+        // coupler_ghost0
+        let force_closing_coupler_ghost0_z = part_33 + part_34;
+        // coupler
+        let force_closing_coupler_z = -part_34 - part_33;
+        let d_force_above_coupler_z_2 = mul_add(-cos_coupler_crank, part_35,
+            -sin_coupler_crank * force_closing_coupler_z);
+        let d_free_fall_coupler_z_2 = mul_add(-cos_coupler_crank, fall_above_coupler_y,
+            -sin_coupler_crank * fall_above_coupler_z);
+        let d_moment_own_coupler_x_3 = c(4.3544099654316885e-5) * d_free_fall_coupler_z_2;
+        let d_force_above_coupler_z_3 = mul_add(sin_coupler_crank,
+            c(4.3544099654316885e-5) * alpha_moving_coupler_x,
+            cos_coupler_crank * force_own_coupler_y);
+        // coupler_ghost0
+        let alpha_moving_coupler_ghost0_x = part_37 + part_39;
+        let fall_above_coupler_ghost0_z = mul_add(c(-0.5135738999999999), part_37,
+            free_fall_rocker_z);
+        let d_force_above_coupler_ghost0_z_2 = mul_add(-sin_coupler_rocker,
+            force_closing_coupler_ghost0_z, cos_coupler_rocker * part_35);
+        let d_free_fall_coupler_ghost0_z_2 = mul_add(-cos_coupler_rocker,
+            fall_above_coupler_ghost0_y, -sin_coupler_rocker * fall_above_coupler_ghost0_z);
+        let d_moment_own_coupler_ghost0_x_3 =
+            c(9.272985481377836e-6) * d_free_fall_coupler_ghost0_z_2;
+        let d_force_above_coupler_ghost0_z_3 = mul_add(sin_coupler_rocker,
+            c(9.272985481377836e-6) * alpha_moving_coupler_ghost0_x,
+            cos_coupler_rocker * force_own_coupler_ghost0_y);
+        // the whole mechanism
+        let part_89 = d_moment_own_coupler_x_3 - c(10.0);
+        let part_90 = mul_add(-part_36, sin_coupler_crank * c(-0.534813), a_coupler_y);
+        let part_91 = mul_add(-factor_coupler_crank_crank_hinge, part_89, mul_add(c(0.534813),
+            d_force_above_coupler_z_3, mul_add(c(0.534813), d_force_above_coupler_z_2,
+            d_moment_own_coupler_x_3)));
+        let part_92 = mul_add(-part_6, part_91, -v_coupler_z_by_crank_hinge * part_36
+            - coupler_part_2);
+        let part_93 = mul_add(part_20, part_92, -mul_add(part_8, part_91,
+            mul_add(c(-14829.536919702783), part_89, part_90)));
+        let part_94 = part_27 * mul_add(-part_25, part_93, mul_add(part_22, part_92,
+            -mul_add(part_10, part_91, mul_add(c(-62931.65091583967), part_89, part_90))));
+        let part_95 = mul_add(-part_25, part_94, part_24 * part_93);
+        let part_96 = mul_add(-part_20, part_95, mul_add(-part_22, part_94, -part_19 * part_92));
+        let part_97 = mul_add(part_7, part_96, mul_add(part_9, part_95, part_11 * part_94));
+        let part_98 = mul_add(-part_6, part_96, mul_add(part_8, part_95, mul_add(part_10, part_94,
+            inverse_pivot_crank_hinge * part_91)));
+        let part_99 = d_moment_own_coupler_ghost0_x_3 - c(10.0);
+        let part_100 = mul_add(part_37, sin_coupler_rocker * c(-0.5135738999999999),
+            coupler_ghost0_part_2);
+        let part_101 = mul_add(-factor_coupler_rocker_rocker_hinge, part_99,
+            mul_add(c(0.5135738999999999), d_force_above_coupler_ghost0_z_3,
+            mul_add(c(0.5135738999999999), d_force_above_coupler_ghost0_z_2,
+            d_moment_own_coupler_ghost0_x_3)));
+        let part_102 = mul_add(part_7, part_101, mul_add(v_coupler_ghost0_z_by_rocker_hinge,
+            part_37, coupler_ghost0_part_3));
+        let part_103 = mul_add(part_20, part_102, -mul_add(part_9, part_101, part_100));
+        let part_104 = part_27 * mul_add(-part_25, part_103, mul_add(part_22, part_102,
+            -mul_add(part_11, part_101, mul_add(c(221927.38498246408), part_99, part_100))));
+        let part_105 = mul_add(-part_25, part_104, part_24 * part_103);
+        let part_106 = mul_add(-part_20, part_105, mul_add(-part_22, part_104,
+            -part_19 * part_102));
+        let part_107 = mul_add(-part_6, part_106, mul_add(part_8, part_105, part_10 * part_104));
+        let part_108 = mul_add(part_7, part_106, mul_add(part_9, part_105, mul_add(part_11,
+            part_104, inverse_pivot_rocker_hinge * part_101)));
+        acceleration[0] = part_36;
+        acceleration[1] = part_37;
+        acceleration[2] = part_38;
+        acceleration[3] = part_39;
+        dq[0] = part_56;
+        dq[1] = part_79;
+        dq[2] = part_98;
+        dq[3] = part_107;
+        dq[4] = part_55;
+        dq[5] = part_80;
+        dq[6] = part_97;
+        dq[7] = part_108;
+        dq[8] = mul_add(-factor_coupler_crank_crank_hinge, part_56, mul_add(c(-14829.536919702783),
+            part_53, mul_add(c(-62931.65091583967), part_52,
+            d_free_fall_coupler_z * c(5.045705809041324))));
+        dq[9] = mul_add(-factor_coupler_crank_crank_hinge, part_79, mul_add(c(-14829.536919702783),
+            part_77, c(-62931.65091583967) * part_76));
+        dq[10] = mul_add(-factor_coupler_crank_crank_hinge, part_98, mul_add(c(-14829.536919702783),
+            part_95, mul_add(c(-62931.65091583967), part_94, c(115875.76386003198) * part_89)));
+        dq[11] = mul_add(-factor_coupler_crank_crank_hinge, part_107,
+            mul_add(c(-14829.536919702783), part_105, c(-62931.65091583967) * part_104));
+        dq[12] = mul_add(-factor_coupler_rocker_rocker_hinge, part_55,
+            c(221927.38498246408) * part_52);
+        dq[13] = mul_add(-factor_coupler_rocker_rocker_hinge, part_80,
+            mul_add(c(221927.38498246408), part_76,
+            d_free_fall_coupler_ghost0_z * c(4.957456618224297)));
+        dq[14] = mul_add(-factor_coupler_rocker_rocker_hinge, part_97,
+            c(221927.38498246408) * part_94);
+        dq[15] = mul_add(-factor_coupler_rocker_rocker_hinge, part_108,
+            mul_add(c(221927.38498246408), part_104, c(534612.7876701569) * part_99));
+        du[0] = part_48;
+        du[1] = part_63;
+        du[2] = part_72;
+        du[3] = part_87;
+        du[4] = part_47;
+        du[5] = part_64;
+        du[6] = part_71;
+        du[7] = part_88;
+        du[8] = mul_add(-factor_coupler_crank_crank_hinge, part_48, mul_add(c(-14829.536919702783),
+            part_45, mul_add(c(-62931.65091583967), part_44,
+            coupler_part_3 * c(-5.045705809041324))));
+        du[9] = mul_add(-factor_coupler_crank_crank_hinge, part_63, mul_add(c(-14829.536919702783),
+            part_61, c(-62931.65091583967) * part_60));
+        du[10] = mul_add(-factor_coupler_crank_crank_hinge, part_72, mul_add(c(-14829.536919702783),
+            part_69, mul_add(c(-62931.65091583967), part_68, c(-11587.576386003198))));
+        du[11] = mul_add(-factor_coupler_crank_crank_hinge, part_87, mul_add(c(-14829.536919702783),
+            part_85, c(-62931.65091583967) * part_84));
+        du[12] = mul_add(-factor_coupler_rocker_rocker_hinge, part_47,
+            c(221927.38498246408) * part_44);
+        du[13] = mul_add(-factor_coupler_rocker_rocker_hinge, part_64,
+            mul_add(c(221927.38498246408), part_60, coupler_ghost0_part_4 * c(-4.957456618224297)));
+        du[14] = mul_add(-factor_coupler_rocker_rocker_hinge, part_71,
+            c(221927.38498246408) * part_68);
+        du[15] = mul_add(-factor_coupler_rocker_rocker_hinge, part_88,
+            mul_add(c(221927.38498246408), part_84, c(-53461.2787670157)));
+        dt[0] = c(0.0);
+        dt[1] = c(0.0);
+        dt[2] = c(0.0);
+        dt[3] = c(0.0);
+        margin[0] = S::min(S::min(S::min(inverse_pivot_crank_hinge, inverse_pivot_rocker_hinge),
+            c(115875.76386003198)), c(534612.7876701569));
+        margin[1] = part_12 * part_17 * (part_18 * part_21) * (part_18 * part_26);
         ::lamc_runtime::Margin {
             inverse_pivot: margin[0],
             conditioning: margin[1],

@@ -22,6 +22,7 @@
 //   tangent: 8 operations: 3 add, 4 mul, 0 div, 1 sin_cos, 0 other
 //   acceleration: 8 operations: 3 add, 4 mul, 0 div, 1 sin_cos, 0 other
 //   projection: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
+//   jacobian: 12 operations: 5 add, 6 mul, 0 div, 1 sin_cos, 0 other
 
 /// Coordinates: one angle per joint.
 pub const N: usize = 1;
@@ -321,6 +322,50 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Pendulum<S>
         let reduced_arm = mul_add(c(0.0177798000739608), cos_hinge, mul_add(c(-2.5e-5), u[0],
             -q[0] * c(7.6e-3)));
         acceleration[0] = c(8141.592046681067) * reduced_arm;
+        margin[0] = c(8141.592046681067);
+        margin[1] = c(1.0);
+        ::lamc_runtime::Margin {
+            inverse_pivot: margin[0],
+            conditioning: margin[1],
+        }
+    }
+    fn write_jacobian(
+        &self,
+        t: S,
+        q: &[S],
+        u: &[S],
+        out: ::lamc_runtime::JacobianMut<'_, S>,
+    ) -> ::lamc_runtime::Margin<S> {
+        let c = S::from_f64;
+        let mul_add = S::mul_add;
+        let Some(q) = q.first_chunk::<N>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let Some(u) = u.first_chunk::<N>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let margin = &mut [c(0.0); 2];
+        let Some(acceleration) = out.acceleration.first_chunk_mut::<1>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let Some(dq) = out.dq.first_chunk_mut::<1>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let Some(du) = out.du.first_chunk_mut::<1>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let Some(dt) = out.dt.first_chunk_mut::<1>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let (arm_part, cos_hinge) = S::sin_cos(q[0]);
+        // arm
+        let moment_own_arm_x = -cos_hinge * c(-0.0177798000739608);
+        let d_moment_own_arm_x = -arm_part * c(0.0177798000739608);
+        acceleration[0] = (moment_own_arm_x - mul_add(c(2.5e-5), u[0],
+            q[0] * c(7.6e-3))) * c(8141.592046681067);
+        dq[0] = c(8141.592046681067) * (d_moment_own_arm_x - c(7.6e-3));
+        du[0] = c(-0.2035398011670267);
+        dt[0] = c(0.0);
         margin[0] = c(8141.592046681067);
         margin[1] = c(1.0);
         ::lamc_runtime::Margin {

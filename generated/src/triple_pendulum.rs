@@ -24,6 +24,7 @@
 //   tangent: 118 operations: 54 add, 61 mul, 0 div, 3 sin_cos, 0 other
 //   acceleration: 118 operations: 55 add, 56 mul, 2 div, 3 sin_cos, 2 other
 //   projection: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
+//   jacobian: 312 operations: 152 add, 153 mul, 2 div, 3 sin_cos, 2 other
 
 /// Coordinates: one angle per joint.
 pub const N: usize = 3;
@@ -691,6 +692,253 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendu
         acceleration[1] = part_7;
         acceleration[2] = mul_add(-factor_wrist_elbow, part_7, mul_add(-factor_wrist_shoulder,
             part_6, part * c(2.400004765449462)));
+        margin[0] = S::min(S::min(inverse_pivot_shoulder, inverse_pivot_elbow),
+            c(2.400004765449462));
+        margin[1] = c(1.0);
+        ::lamc_runtime::Margin {
+            inverse_pivot: margin[0],
+            conditioning: margin[1],
+        }
+    }
+    fn write_jacobian(
+        &self,
+        t: S,
+        q: &[S],
+        u: &[S],
+        out: ::lamc_runtime::JacobianMut<'_, S>,
+    ) -> ::lamc_runtime::Margin<S> {
+        let c = S::from_f64;
+        let mul_add = S::mul_add;
+        let Some(q) = q.first_chunk::<N>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let Some(u) = u.first_chunk::<N>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let margin = &mut [c(0.0); 2];
+        let Some(acceleration) = out.acceleration.first_chunk_mut::<3>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let Some(dq) = out.dq.first_chunk_mut::<9>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let Some(du) = out.du.first_chunk_mut::<9>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let Some(dt) = out.dt.first_chunk_mut::<3>() else {
+            return ::lamc_runtime::Margin::none()
+        };
+        let [
+            (sin_shoulder, cos_shoulder),
+            (sin_elbow, cos_elbow),
+            (sin_wrist, cos_wrist),
+        ] = S::sin_cos_all([q[0], q[1], q[2]]);
+        // upper
+        let free_fall_upper_y = -sin_shoulder * c(9.81);
+        let upper_part = cos_shoulder * c(9.81);
+        // middle
+        let omega_middle_x = u[0] + u[1];
+        let omega_xx_middle = omega_middle_x * omega_middle_x;
+        let fall_above_middle_y = mul_add(-u[0], u[0], free_fall_upper_y);
+        let middle_part = sin_elbow * upper_part;
+        let middle_part_2 = cos_elbow * fall_above_middle_y;
+        let middle_part_3 = sin_elbow * fall_above_middle_y;
+        let middle_part_4 = -cos_elbow * upper_part;
+        let free_fall_middle_z = middle_part_4 - middle_part_3;
+        let force_own_middle_y = -omega_xx_middle * c(1.4999836);
+        let d_omega_xx_middle = omega_middle_x + omega_middle_x;
+        let middle_part_5 = u[0] + u[0];
+        let d_force_own_middle_y = -c(1.4999836) * d_omega_xx_middle;
+        // lower
+        let omega_lower_x = u[2] - omega_middle_x;
+        let omega_xx_lower = omega_lower_x * omega_lower_x;
+        let fall_above_lower_y = middle_part_2 - (omega_xx_middle + middle_part);
+        let free_fall_lower_z = mul_add(cos_wrist, free_fall_middle_z,
+            sin_wrist * fall_above_lower_y);
+        let force_own_lower_y = omega_xx_lower * c(0.4999999999599003);
+        let moment_own_lower_x = free_fall_lower_z * c(0.4999999999599003);
+        let across_lower = cos_wrist * force_own_lower_y;
+        let force_above_lower_z = sin_wrist * force_own_lower_y;
+        let d_omega_xx_lower = -omega_lower_x - omega_lower_x;
+        let d_force_own_lower_y = c(0.4999999999599003) * d_omega_xx_lower;
+        let d_omega_xx_lower_2 = omega_lower_x + omega_lower_x;
+        let d_force_own_lower_y_2 = c(0.4999999999599003) * d_omega_xx_lower_2;
+        let d_force_above_lower_z = sin_wrist * d_force_own_lower_y_2;
+        // upper
+        let upper_part_2 = sin_shoulder * c(-9.81);
+        // middle
+        let d_free_fall_middle_z = sin_elbow * middle_part_5;
+        // lower
+        let d_fall_above_lower_y = -d_omega_xx_middle;
+        let d_fall_above_lower_y_2 = mul_add(-cos_elbow, middle_part_5, d_fall_above_lower_y);
+        let d_free_fall_lower_z = mul_add(sin_wrist, d_fall_above_lower_y_2,
+            cos_wrist * d_free_fall_middle_z);
+        let d_moment_own_lower_x = c(0.4999999999599003) * d_free_fall_lower_z;
+        let d_force_above_lower_z_2 = sin_wrist * d_force_own_lower_y;
+        let first_moment_above_lower_z = sin_wrist * c(0.4999999999599003);
+        let across_lower_2 = -first_moment_above_lower_z;
+        let force_above_lower_z_2 = cos_wrist * c(0.4999999999599003);
+        let moment_above_lower_x = -force_above_lower_z_2 - c(0.4166658393333334);
+        let twist_lower = sin_wrist * c(0.25000082733333334);
+        let bend_lower = sin_wrist * twist_lower;
+        let lower_part = sin_wrist * d_omega_xx_middle;
+        let d_moment_own_lower_x_2 = lower_part * c(-0.4999999999599003);
+        // middle
+        let d_moment_moving_middle_x = -d_force_above_lower_z;
+        let middle_part_6 = sin_elbow * first_moment_above_lower_z;
+        let moment_above_middle_x = moment_above_lower_x - mul_add(cos_elbow, force_above_lower_z_2,
+            middle_part_6);
+        let first_moment_middle_y = c(-1.4999836) - force_above_lower_z_2;
+        let second_moment_yy_middle = mul_add(c(0.9999999999198006), cos_wrist,
+            c(0.33333333333333337) + c(1.3333169334135326)) - bend_lower;
+        let second_moment_yz_middle = mul_add(-cos_wrist, twist_lower, across_lower_2);
+        let second_moment_zz_middle = c(0.1666641846666667) + bend_lower;
+        let mass_elbow_elbow = second_moment_yy_middle + second_moment_zz_middle;
+        let force_above_middle_z = mul_add(cos_elbow, first_moment_middle_y, -middle_part_6);
+        let twist_middle = mul_add(sin_elbow, second_moment_yy_middle - second_moment_zz_middle,
+            second_moment_yz_middle * (cos_elbow * c(2.0)));
+        let bend_middle = sin_elbow * twist_middle;
+        let d_force_moving_middle_y = mul_add(-cos_wrist, d_force_own_lower_y,
+            d_force_own_middle_y);
+        let d_moment_moving_middle_x_2 = -d_moment_own_lower_x - mul_add(c(1.4999836),
+            d_free_fall_middle_z, d_force_above_lower_z_2);
+        let middle_part_7 = cos_elbow * d_force_above_lower_z_2;
+        let d_moment_moving_middle_x_3 = -d_moment_own_lower_x_2 - d_force_above_lower_z_2;
+        let force_middle_y = force_own_middle_y - across_lower;
+        let moment_middle_x = -moment_own_lower_x - mul_add(c(1.4999836), free_fall_middle_z,
+            force_above_lower_z);
+        // the whole mechanism
+        let part = moment_own_lower_x - mul_add(c(10.0), u[2], q[2] * c(100.0));
+        let factor_wrist_shoulder = moment_above_middle_x * c(2.400004765449462);
+        let factor_wrist_elbow = moment_above_lower_x * c(2.400004765449462);
+        let part_2 = mul_add(-moment_above_middle_x, factor_wrist_elbow, mass_elbow_elbow
+            - force_above_middle_z);
+        let inverse_pivot_elbow = c(1.0) / mul_add(-moment_above_lower_x, factor_wrist_elbow,
+            mass_elbow_elbow);
+        let factor_elbow_shoulder = part_2 * inverse_pivot_elbow;
+        let part_3 = mul_add(-part_2, factor_elbow_shoulder, mul_add(-moment_above_middle_x,
+            factor_wrist_shoulder, mul_add(c(-2.0), force_above_middle_z, second_moment_zz_middle
+            + (c(2.333300533413533) + c(0.08333167866666671) + second_moment_yy_middle)))
+            + (bend_middle - bend_middle));
+        let inverse_pivot_shoulder = c(1.0) / part_3;
+        let part_4 = mul_add(-part, factor_wrist_elbow, moment_middle_x - mul_add(c(10.0), u[1],
+            q[1] * c(100.0)));
+        let part_5 = mul_add(-part, factor_wrist_shoulder, moment_middle_x - mul_add(sin_elbow,
+            force_middle_y, mul_add(cos_elbow, force_above_lower_z, mul_add(c(-24.524678232),
+            cos_shoulder, mul_add(c(10.0), u[0], q[0] * c(100.0))))));
+        let part_6 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_4, part_5);
+        let part_7 = mul_add(-factor_elbow_shoulder, part_6, inverse_pivot_elbow * part_4);
+        let part_8 = mul_add(-factor_wrist_elbow, part_7, mul_add(-factor_wrist_shoulder, part_6,
+            part * c(2.400004765449462)));
+        // middle
+        let alpha_moving_middle_x = part_6 + part_7;
+        let fall_above_middle_z = part_6 - upper_part;
+        let middle_part_8 = sin_elbow * fall_above_middle_z;
+        let middle_part_9 = cos_elbow * fall_above_middle_z;
+        let d_free_fall_middle_z_2 = mul_add(-cos_elbow, upper_part_2, middle_part);
+        // the whole mechanism
+        let part_9 = mul_add(c(24.000047654494622), moment_above_lower_x, d_moment_moving_middle_x);
+        let part_10 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_9,
+            mul_add(c(24.000047654494622), moment_above_middle_x, mul_add(-cos_elbow,
+            d_force_above_lower_z, mul_add(sin_elbow, cos_wrist * d_force_own_lower_y_2,
+            -d_force_above_lower_z))));
+        let part_11 = mul_add(-factor_elbow_shoulder, part_10, inverse_pivot_elbow * part_9);
+        // lower
+        let alpha_moving_lower_x = part_8 - alpha_moving_middle_x;
+        let fall_above_lower_y_2 = middle_part_2 - omega_xx_middle + middle_part_8;
+        let d_fall_above_lower_y_3 = mul_add(-sin_elbow, upper_part_2, middle_part_4);
+        let fall_above_lower_z = alpha_moving_middle_x + (middle_part_9 - middle_part_3);
+        let d_free_fall_lower_z_2 = mul_add(sin_wrist, d_fall_above_lower_y_3,
+            cos_wrist * d_free_fall_middle_z_2);
+        let lower_part_2 = c(0.4999999999599003) * alpha_moving_lower_x;
+        let d_moment_own_lower_x_3 = c(0.4999999999599003) * d_free_fall_lower_z_2;
+        let lower_part_3 = sin_wrist * lower_part_2;
+        let lower_part_4 = cos_wrist * lower_part_2;
+        // middle
+        let force_moving_middle_y = force_own_middle_y - across_lower - lower_part_3;
+        let force_moving_middle_z = mul_add(c(1.4999836), alpha_moving_middle_x,
+            force_above_lower_z) - lower_part_4;
+        let d_moment_moving_middle_x_4 = mul_add(c(-1.4999836), d_free_fall_middle_z_2,
+            -d_moment_own_lower_x_3);
+        // the whole mechanism
+        let part_12 = mul_add(-factor_wrist_elbow, d_moment_own_lower_x_3,
+            d_moment_moving_middle_x_4);
+        let part_13 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_12,
+            d_moment_moving_middle_x_4 - mul_add(factor_wrist_shoulder, d_moment_own_lower_x_3,
+            mul_add(c(24.524678232), sin_shoulder, c(100.0))));
+        let part_14 = mul_add(-factor_elbow_shoulder, part_13, inverse_pivot_elbow * part_12);
+        let part_15 = -sin_elbow * d_force_moving_middle_y;
+        let part_16 = mul_add(-factor_wrist_elbow, d_moment_own_lower_x,
+            d_moment_moving_middle_x_2);
+        let part_17 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_16,
+            d_moment_moving_middle_x_2 + mul_add(-factor_wrist_shoulder, d_moment_own_lower_x,
+            part_15 - (c(10.0) + middle_part_7)));
+        let part_18 = mul_add(-factor_elbow_shoulder, part_17, inverse_pivot_elbow * part_16);
+        let part_19 = mul_add(-factor_wrist_elbow, d_moment_own_lower_x_2,
+            d_moment_moving_middle_x_3 - c(10.0));
+        let part_20 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_19,
+            mul_add(-factor_wrist_shoulder, d_moment_own_lower_x_2, d_moment_moving_middle_x_3
+            + (part_15 - middle_part_7)));
+        let part_21 = mul_add(-factor_elbow_shoulder, part_20, inverse_pivot_elbow * part_19);
+        // middle
+        let d_free_fall_middle_z_3 = -middle_part_8 - middle_part_2;
+        // lower
+        let d_fall_above_lower_y_4 = middle_part_9 - middle_part_3;
+        let d_free_fall_lower_z_3 = mul_add(cos_wrist, d_free_fall_middle_z_3,
+            sin_wrist * d_fall_above_lower_y_4);
+        let d_moment_own_lower_x_4 = c(0.4999999999599003) * d_free_fall_lower_z_3;
+        let d_free_fall_lower_z_4 = mul_add(-sin_wrist, fall_above_lower_z,
+            cos_wrist * fall_above_lower_y_2);
+        let d_moment_own_lower_x_5 = c(0.4999999999599003) * d_free_fall_lower_z_4;
+        let d_force_above_lower_z_3 = across_lower + lower_part_3;
+        // middle
+        let d_moment_moving_middle_x_5 = mul_add(c(-1.4999836), d_free_fall_middle_z_3,
+            -d_moment_own_lower_x_4);
+        let d_force_moving_middle_y_2 = force_above_lower_z - lower_part_4;
+        let d_moment_moving_middle_x_6 = -d_moment_own_lower_x_5 - d_force_above_lower_z_3;
+        // the whole mechanism
+        let part_22 = d_moment_moving_middle_x_5 - mul_add(factor_wrist_elbow,
+            d_moment_own_lower_x_4, c(100.0));
+        let part_23 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_22,
+            mul_add(sin_elbow, force_moving_middle_z, mul_add(-cos_elbow, force_moving_middle_y,
+            mul_add(-factor_wrist_shoulder, d_moment_own_lower_x_4, d_moment_moving_middle_x_5))));
+        let part_24 = mul_add(-factor_elbow_shoulder, part_23, inverse_pivot_elbow * part_22);
+        let part_25 = d_moment_own_lower_x_5 - c(100.0);
+        let part_26 = mul_add(-factor_wrist_elbow, part_25, d_moment_moving_middle_x_6);
+        let part_27 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_26,
+            mul_add(-cos_elbow, d_force_above_lower_z_3, d_moment_moving_middle_x_6)
+            + mul_add(-factor_wrist_shoulder, part_25, -sin_elbow * d_force_moving_middle_y_2));
+        let part_28 = mul_add(-factor_elbow_shoulder, part_27, inverse_pivot_elbow * part_26);
+        acceleration[0] = part_6;
+        acceleration[1] = part_7;
+        acceleration[2] = part_8;
+        dq[0] = part_13;
+        dq[1] = part_23;
+        dq[2] = part_27;
+        dq[3] = part_14;
+        dq[4] = part_24;
+        dq[5] = part_28;
+        dq[6] = mul_add(-factor_wrist_elbow, part_14, mul_add(-factor_wrist_shoulder, part_13,
+            d_free_fall_lower_z_2 * c(1.2000023826284916)));
+        dq[7] = mul_add(-factor_wrist_elbow, part_24, mul_add(-factor_wrist_shoulder, part_23,
+            c(1.2000023826284916) * d_free_fall_lower_z_3));
+        dq[8] = mul_add(-factor_wrist_elbow, part_28, mul_add(-factor_wrist_shoulder, part_27,
+            c(2.400004765449462) * part_25));
+        du[0] = part_17;
+        du[1] = part_20;
+        du[2] = part_10;
+        du[3] = part_18;
+        du[4] = part_21;
+        du[5] = part_11;
+        du[6] = mul_add(-factor_wrist_elbow, part_18, mul_add(-factor_wrist_shoulder, part_17,
+            c(1.2000023826284916) * d_free_fall_lower_z));
+        du[7] = mul_add(-factor_wrist_elbow, part_21, mul_add(-factor_wrist_shoulder, part_20,
+            lower_part * c(-1.2000023826284916)));
+        du[8] = mul_add(-factor_wrist_elbow, part_11, mul_add(-factor_wrist_shoulder, part_10,
+            c(-24.000047654494622)));
+        dt[0] = c(0.0);
+        dt[1] = c(0.0);
+        dt[2] = c(0.0);
         margin[0] = S::min(S::min(inverse_pivot_shoulder, inverse_pivot_elbow),
             c(2.400004765449462));
         margin[1] = c(1.0);

@@ -97,7 +97,7 @@ pub(crate) fn safe<S: Arithmetic>() -> S {
 /// Whether the results of a straight-line elimination hold.
 #[inline]
 pub(crate) fn holds<S: Scalar>(margin: &Margin<S>) -> bool {
-    margin.inverse_pivot > S::ZERO && margin.conditioning > safe()
+    (margin.inverse_pivot > S::ZERO) & (margin.conditioning > safe())
 }
 
 /// du/dt at (t, q, u) by the system's own elimination, where that holds.

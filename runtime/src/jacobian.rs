@@ -13,10 +13,10 @@
 //! Where closure equations are redundant this is the derivative along the closure; directions that
 //! open a loop are followed with the rank as it is.
 
-use crate::acceleration::{blame, not_finite, plain, weigh, write};
+use crate::acceleration::{blame, holds, not_finite, plain, weigh, write};
 use crate::linear::{Spectrum, add_scaled, backward, dot, factor, forward, orthogonalise};
 use crate::workspace::{check, split};
-use crate::{Arithmetic, Balance, Change, EquationsMut, Error, System};
+use crate::{Arithmetic, Balance, Change, Dimensions, EquationsMut, Error, System};
 
 /// Where [`jacobian`] writes. Matrices are N x N, row-major.
 #[derive(Debug)]
@@ -56,9 +56,17 @@ pub(crate) fn jacobian_within<Y: System>(
     u: &[Y::Scalar],
     spectrum: Spectrum<Y::Scalar>,
     workspace: &mut [Y::Scalar],
-    out: JacobianMut<'_, Y::Scalar>,
+    mut out: JacobianMut<'_, Y::Scalar>,
 ) -> Result<bool, Error> {
-    let n = system.dimensions().coordinates;
+    let Dimensions { coordinates: n, drives, .. } = system.dimensions();
+    if drives == 0 {
+        let JacobianMut { acceleration, dq, du, dt } = &mut out;
+        let slices = JacobianMut { acceleration, dq, du, dt };
+        let margin = system.write_jacobian(t, q, u, slices);
+        if holds(&margin) && not_finite(&[out.acceleration, out.dq, out.du, out.dt]).is_none() {
+            return Ok(false);
+        }
+    }
     let mut linear = Linearised::at(system, t, q, u, spectrum, workspace)?;
     out.acceleration.copy_from_slice(linear.acceleration);
     linear.derivatives(out.dq, out.du, out.dt);

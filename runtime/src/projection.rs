@@ -58,6 +58,7 @@ pub(crate) fn worst_loop<S: Scalar>(residual: &[S]) -> (usize, S) {
 ///
 /// [`Error::NotClosed`] or [`Error::NotDriven`] if q is too far away; [`Error::MassMatrix`], [`Error::NotFinite`],
 /// [`Error::Workspace`], [`Error::Length`].
+#[inline]
 pub fn project<Y: System>(
     system: &Y,
     t: Y::Scalar,
@@ -83,6 +84,7 @@ pub(crate) fn project_finely<Y: System>(
 }
 
 /// As [`project`], with this spectrum for the speeds and this residual (m) for closed.
+#[inline]
 fn project_within<Y: System>(
     system: &Y,
     t: Y::Scalar,
@@ -96,13 +98,9 @@ fn project_within<Y: System>(
     if dimensions.loops + dimensions.drives == 0 {
         return Ok(Projected { residual: Y::Scalar::ZERO, rank: 0 });
     }
-    let projected = match directly(system, q, u, enough, workspace) {
+    match directly(system, q, u, enough, workspace) {
         Some(projected) => projected,
-        None => generally(system, t, q, u, spectrum, enough, workspace)?,
-    };
-    match not_finite(&[q, u]) {
-        Some(joint) => Err(Error::NotFinite { joint }),
-        None => Ok(projected),
+        None => generally(system, t, q, u, spectrum, enough, workspace),
     }
 }
 
@@ -122,7 +120,11 @@ fn generally<Y: System>(
     if !(residual <= bearable(system)) {
         return Err(closure.open(system));
     }
-    Ok(Projected { residual, rank: closure.move_speeds(system, u, spectrum) })
+    let rank = closure.move_speeds(system, u, spectrum);
+    match not_finite(&[q, u]) {
+        Some(joint) => Err(Error::NotFinite { joint }),
+        None => Ok(Projected { residual, rank }),
+    }
 }
 
 /// By the system's own elimination, where that holds and closes the loops; otherwise q and u stay as
@@ -134,7 +136,7 @@ fn directly<Y: System>(
     u: &mut [Y::Scalar],
     enough: Y::Scalar,
     mut workspace: &mut [Y::Scalar],
-) -> Option<Projected<Y::Scalar>> {
+) -> Option<Result<Projected<Y::Scalar>, Error>> {
     let Dimensions { coordinates: n, rows, loops, drives, .. } = system.dimensions();
     if drives != 0 {
         return None;
@@ -148,13 +150,17 @@ fn directly<Y: System>(
     for _ in 0..ITERATIONS {
         let out = ProjectionMut { residual, positions, speeds };
         let margin = system.write_projection(q, u, out);
-        let size = max_abs(residual);
-        if holds(&margin) && size <= enough {
-            add_scaled(u, -Y::Scalar::ONE, speeds);
-            return Some(Projected { residual: size, rank: rows });
+        if !holds(&margin) {
+            break;
+        }
+        // Written so that NaN is not closed.
+        if residual.iter().all(|x| x.abs() <= enough) {
+            let moved = subtract(u, speeds);
+            return Some(moved.map(|()| Projected { residual: max_abs(residual), rank: rows }));
         }
         // Written so that NaN is no progress.
-        if !holds(&margin) || !before.is_none_or(|before| size + size < before) {
+        let size = max_abs(residual);
+        if !before.is_none_or(|before| size + size < before) {
             break;
         }
         before = Some(size);
@@ -162,6 +168,19 @@ fn directly<Y: System>(
     }
     q.copy_from_slice(given);
     None
+}
+
+/// `x -= y`, one number after the other: y comes fresh from single stores, which a wide load would
+/// have to wait for.
+#[inline]
+fn subtract<S: Scalar>(x: &mut [S], y: &[S]) -> Result<(), Error> {
+    for (joint, (x, &y)) in x.iter_mut().zip(y).enumerate() {
+        *x -= y;
+        if !x.is_finite() {
+            return Err(Error::NotFinite { joint });
+        }
+    }
+    Ok(())
 }
 
 /// Adds to du/dt what restores the constraints, -M^-1 J^T (J M^-1 J^T)^+ (2 g J u + g^2 r), all

@@ -5,7 +5,7 @@
 //! J(q) du/dt = -gamma(q, u)                        closure, differentiated twice
 //! ```
 
-use crate::{Arithmetic, Scalar};
+use crate::{Arithmetic, JacobianMut, Scalar};
 
 /// Sizes of a mechanism.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -166,6 +166,18 @@ pub trait StraightLine {
         out: ProjectionMut<'_, Self::Number>,
     ) -> Margin<Self::Number> {
         let _ = (q, u, out);
+        Margin::none()
+    }
+    /// du/dt and its derivatives, in straight-line code as
+    /// [`write_acceleration`](Self::write_acceleration). Provided: nothing.
+    fn write_jacobian(
+        &self,
+        t: Self::Number,
+        q: &[Self::Number],
+        u: &[Self::Number],
+        out: JacobianMut<'_, Self::Number>,
+    ) -> Margin<Self::Number> {
+        let _ = (t, q, u, out);
         Margin::none()
     }
 }
@@ -355,6 +367,15 @@ macro_rules! delegate_straight_line {
             out: $crate::ProjectionMut<'_, Self::Number>,
         ) -> $crate::Margin<Self::Number> {
             $inner.write_projection(q, u, out)
+        }
+        fn write_jacobian(
+            &$self,
+            t: Self::Number,
+            q: &[Self::Number],
+            u: &[Self::Number],
+            out: $crate::JacobianMut<'_, Self::Number>,
+        ) -> $crate::Margin<Self::Number> {
+            $inner.write_jacobian(t, q, u, out)
         }
     };
 }

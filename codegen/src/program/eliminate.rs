@@ -24,16 +24,6 @@ pub trait Factor {
     fn substitute(&self, code: &mut Code, a: &[Value]) -> Vec<Value>;
 }
 
-/// What the closure makes of a factor: y, Y, and -gamma.
-pub struct Reduced {
-    /// y, N.
-    pub forcing: Vec<Value>,
-    /// Y, C rows of N.
-    pub rows: Vec<Vec<Value>>,
-    /// gamma, C.
-    pub gamma: Vec<Value>,
-}
-
 /// A function being extended.
 pub struct Code {
     builder: Builder,
@@ -66,7 +56,8 @@ impl Code {
         self.builder.constant(value) == Some(0.0)
     }
 
-    fn number(&mut self, number: f64) -> Value {
+    /// A constant.
+    pub fn number(&mut self, number: f64) -> Value {
         self.op(Op::Const(number))
     }
 
@@ -95,24 +86,30 @@ impl Code {
         self.op(Op::Sub(a, product))
     }
 
-    /// Appends a function that reads these accelerations; its first output.
-    fn inline(&mut self, function: &Function, accelerations: &[Value]) -> Vec<Value> {
+    /// Appends a function, some of whose reads are given; its outputs.
+    pub fn inline(
+        &mut self,
+        function: &Function,
+        given: impl Fn(Slot) -> Option<Value>,
+    ) -> Vec<Vec<Value>> {
         let mut map: Vec<Value> = Vec::with_capacity(function.instructions.len());
         for instruction in &function.instructions {
-            let value = match instruction.op {
-                Op::Load(Slot::Acceleration(joint)) => accelerations[joint.index()],
-                op => {
-                    let op = op.map(|operand| map[operand.index()]);
-                    let value = self.builder.simplify(op, instruction.section);
-                    if let Some(name) = &instruction.name {
-                        self.builder.name(value, || name.clone());
-                    }
-                    value
-                }
+            let known = match instruction.op {
+                Op::Load(slot) => given(slot),
+                _ => None,
             };
+            let value = known.unwrap_or_else(|| {
+                let op = instruction.op.map(|operand| map[operand.index()]);
+                let value = self.builder.simplify(op, instruction.section);
+                if let Some(name) = &instruction.name {
+                    self.builder.name(value, || name.clone());
+                }
+                value
+            });
             map.push(value);
         }
-        function.outputs[0].entries.iter().map(|entry| map[entry.index()]).collect()
+        let entries = |output: &Output| output.entries.iter().map(|v| map[v.index()]).collect();
+        function.outputs.iter().map(entries).collect()
     }
 }
 
@@ -128,7 +125,11 @@ impl Factor for ByBody {
     }
 
     fn substitute(&self, code: &mut Code, a: &[Value]) -> Vec<Value> {
-        code.inline(&self.substitution, a)
+        let given = |slot| match slot {
+            Slot::Acceleration(joint) => Some(a[joint.index()]),
+            _ => None,
+        };
+        code.inline(&self.substitution, given).swap_remove(0)
     }
 }
 
@@ -196,8 +197,8 @@ impl Factor for ByEntry {
     }
 }
 
-/// S = L D L^T of the closure's rows.
-struct Closure {
+/// The closure's rows beyond a factor, and S = L D L^T of them.
+pub struct Closure {
     /// D^-1 Y^T, C rows of N.
     weighted: Vec<Vec<Value>>,
     /// Below the diagonal.
@@ -208,7 +209,8 @@ struct Closure {
 }
 
 impl Closure {
-    fn of(code: &mut Code, inverse_pivots: &[Value], rows: &[Vec<Value>]) -> Self {
+    /// Of Y, C rows of N.
+    pub fn of(code: &mut Code, inverse_pivots: &[Value], rows: &[Vec<Value>]) -> Self {
         let c = rows.len();
         let weighted: Vec<Vec<Value>> = rows
             .iter()
@@ -279,62 +281,47 @@ impl Closure {
     }
 }
 
-/// du/dt, and by how much it can be trusted.
-pub fn acceleration(code: &mut Code, factor: &impl Factor, reduced: &Reduced) -> [Output; 2] {
-    let inverse_pivots = factor.inverse_pivots().to_vec();
-    let n = inverse_pivots.len();
-    let pairs = reduced.forcing.iter().zip(&inverse_pivots);
-    let mut a: Vec<Value> = pairs.map(|(&y, &d)| code.op(Op::Mul(y, d))).collect();
-    let mut conditioning = code.number(1.0);
-    if !reduced.rows.is_empty() {
-        let closure = Closure::of(code, &inverse_pivots, &reduced.rows);
-        let mut wanted = Vec::with_capacity(reduced.gamma.len());
-        for (row, &gamma) in closure.weighted.iter().zip(&reduced.gamma) {
-            let there = code.dot(row, &reduced.forcing);
-            let sum = code.op(Op::Add(gamma, there));
-            wanted.push(code.op(Op::Neg(sum)));
-        }
-        let lambda = closure.solve(code, &wanted);
-        let closing = closure.combined(code, &lambda, n);
-        for (a, closing) in a.iter_mut().zip(closing) {
-            *a = code.op(Op::Add(*a, closing));
-        }
-        conditioning = closure.conditioning;
-    }
-    let entries = factor.substitute(code, &a);
-    [
-        Output { name: "acceleration", rows: n, columns: 1, entries },
-        margin(code, &inverse_pivots, conditioning),
-    ]
-}
-
-/// M^-1 J^T (J M^-1 J^T)^-1 x for the misfit of positions and for that of speeds, and by how much
-/// it can be trusted.
-pub fn corrections(
+/// L^-1 D^-1 (y + Y^T lambda) and lambda, for y (N) and gamma (C).
+pub fn solve(
     code: &mut Code,
     factor: &impl Factor,
-    rows: &[Vec<Value>],
-    open: [&[Value]; 2],
-) -> [Output; 3] {
-    let inverse_pivots = factor.inverse_pivots().to_vec();
-    let n = inverse_pivots.len();
-    let closure = Closure::of(code, &inverse_pivots, rows);
-    let [positions, speeds] = open.map(|open| {
-        let lambda = closure.solve(code, open);
-        let closing = closure.combined(code, &lambda, n);
-        factor.substitute(code, &closing)
-    });
-    let output = |name, entries| Output { name, rows: n, columns: 1, entries };
-    [
-        output("positions", positions),
-        output("speeds", speeds),
-        margin(code, &inverse_pivots, closure.conditioning),
-    ]
+    closure: &Closure,
+    y: &[Value],
+    gamma: &[Value],
+) -> [Vec<Value>; 2] {
+    let pairs = y.iter().zip(factor.inverse_pivots());
+    let mut a: Vec<Value> = pairs.map(|(&y, &d)| code.op(Op::Mul(y, d))).collect();
+    let mut wanted = Vec::with_capacity(gamma.len());
+    for (row, &gamma) in closure.weighted.iter().zip(gamma) {
+        let there = code.dot(row, y);
+        let sum = code.op(Op::Add(gamma, there));
+        wanted.push(code.op(Op::Neg(sum)));
+    }
+    let lambda = closure.solve(code, &wanted);
+    let closing = closure.combined(code, &lambda, a.len());
+    for (a, closing) in a.iter_mut().zip(closing) {
+        *a = code.op(Op::Add(*a, closing));
+    }
+    [factor.substitute(code, &a), lambda]
 }
 
-/// The least of 1 / D, and the conditioning of S.
-fn margin(code: &mut Code, inverse_pivots: &[Value], conditioning: Value) -> Output {
-    let least = inverse_pivots.iter().copied().reduce(|least, d| code.op(Op::Min(least, d)));
+/// M^-1 J^T (J M^-1 J^T)^-1 x.
+pub fn correction(
+    code: &mut Code,
+    factor: &impl Factor,
+    closure: &Closure,
+    x: &[Value],
+) -> Vec<Value> {
+    let lambda = closure.solve(code, x);
+    let closing = closure.combined(code, &lambda, factor.inverse_pivots().len());
+    factor.substitute(code, &closing)
+}
+
+/// By how much results can be trusted: the least of 1 / D, and the conditioning of S.
+pub fn margin(code: &mut Code, factor: &impl Factor, closure: &Closure) -> Output {
+    let pivots = factor.inverse_pivots().iter().copied();
+    let least = pivots.reduce(|least, d| code.op(Op::Min(least, d)));
     let least = least.unwrap_or_else(|| code.number(1.0));
-    Output { name: "margin", rows: 2, columns: 1, entries: vec![least, conditioning] }
+    let entries = vec![least, closure.conditioning];
+    Output { name: "margin", rows: 2, columns: 1, entries }
 }

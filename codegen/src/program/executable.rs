@@ -2,8 +2,8 @@
 //! without a Rust compiler, whatever runs the functions.
 
 use lamc_runtime::{
-    Balance, Change, Dimensions, Drive, Energy, EquationsMut, Margin, ProjectionMut, StraightLine,
-    System, workspace_len,
+    Balance, Change, Dimensions, Drive, Energy, EquationsMut, JacobianMut, Margin, ProjectionMut,
+    StraightLine, System, workspace_len,
 };
 
 use super::ir::{FunctionKind, Interface, Moving, Slot};
@@ -280,6 +280,23 @@ impl<E: Engine> StraightLine for Executable<E> {
             let ProjectionMut { residual, positions, speeds } = out;
             let out: &mut [&mut [f64]] = &mut [residual, positions, speeds, &mut margin];
             self.evaluate(FunctionKind::Projection, State { q, u, ..State::default() }, out);
+        }
+        let [inverse_pivot, conditioning] = margin;
+        Margin { inverse_pivot, conditioning }
+    }
+
+    fn write_jacobian(
+        &self,
+        t: f64,
+        q: &[f64],
+        u: &[f64],
+        out: JacobianMut<'_, f64>,
+    ) -> Margin<f64> {
+        let mut margin = [f64::NAN; 2];
+        if self.fits(q, u) {
+            let JacobianMut { acceleration, dq, du, dt } = out;
+            let out: &mut [&mut [f64]] = &mut [acceleration, dq, du, dt, &mut margin];
+            self.evaluate(FunctionKind::Jacobian, State { t, q, u, ..State::default() }, out);
         }
         let [inverse_pivot, conditioning] = margin;
         Margin { inverse_pivot, conditioning }

@@ -111,11 +111,14 @@ pub enum FunctionKind {
     /// M^-1 J^T (J M^-1 J^T)^-1 times the residuals along the rows of J, and times J u. Without
     /// outputs as `Acceleration`, and where there are no loops.
     Projection,
+    /// (t, q, u) -> acceleration N, dq N x N, du N x N, dt N, margin 2: du/dt and its derivatives.
+    /// Without outputs as `Acceleration`.
+    Jacobian,
 }
 
 impl FunctionKind {
     /// Every kind, in order.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Equations,
         Self::Closure,
         Self::Poses,
@@ -126,6 +129,7 @@ impl FunctionKind {
         Self::Tangent,
         Self::Acceleration,
         Self::Projection,
+        Self::Jacobian,
     ];
 
     /// The function's name in reports.

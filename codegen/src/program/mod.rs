@@ -37,16 +37,18 @@ use crate::kane::Equations;
 /// the generated header.
 pub fn lower(equations: &Equations, source_name: &str, source_text: &str) -> Program {
     let interface = interface::interface(equations, source_name, source_text);
-    let optimise = |function: Function| {
+    let optimise = |function: Function| -> Function {
         let function = check(&interface, fold::fold(function));
         let function = check(&interface, number::number(function));
         let function = check(&interface, dead::dead(function));
         let function = check(&interface, balance::balance(function));
         check(&interface, schedule::schedule(function))
     };
-    let stated = lowering::functions(equations).into_iter().map(optimise);
-    let solved = solution::functions(equations, optimise);
-    let functions = stated.chain(solved).collect();
+    let mut functions: Vec<Function> =
+        lowering::functions(equations).into_iter().map(optimise).collect();
+    let tangent = &functions[FunctionKind::Tangent as usize];
+    let solved = solution::functions(equations, tangent, optimise);
+    functions.extend(solved);
     Program { interface, functions }
 }
 

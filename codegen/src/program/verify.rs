@@ -60,9 +60,12 @@ pub(super) fn function(interface: &Interface, function: &Function) -> Result<(),
 
 /// Whether a function of this kind is given this slot, and the slot exists.
 fn readable(interface: &Interface, kind: FunctionKind, slot: Slot) -> bool {
-    use FunctionKind::{Acceleration, Drives, Energy, Equations, Projection, Reactions, Tangent};
+    use FunctionKind::{
+        Acceleration, Drives, Energy, Equations, Jacobian, Projection, Reactions, Tangent,
+    };
     let balanced = matches!(kind, Reactions | Tangent);
-    let moves = balanced || matches!(kind, Equations | Energy | Acceleration | Projection);
+    let moves =
+        balanced || matches!(kind, Equations | Energy | Acceleration | Projection | Jacobian);
     let timed = moves || kind == Drives;
     let joint = |id: crate::source::JointId| id.index() < interface.joints.len();
     let parameter = |id: crate::source::ParameterId| id.index() < interface.parameters.len();

@@ -38,6 +38,7 @@ pub enum Stabilisation {
 
 impl Stabilisation {
     /// After a step.
+    #[inline]
     fn project<Y: System>(
         self,
         system: &Y,
@@ -55,6 +56,7 @@ impl Stabilisation {
     }
 
     /// du/dt into a vector, in a step of length `step`.
+    #[inline]
     fn accelerate<Y: System>(
         self,
         system: &Y,

@@ -2,7 +2,7 @@
 
 use super::{Stabilisation, fixed};
 use crate::linear::add_scaled;
-use crate::{Arithmetic, Error, State, StateOf, System};
+use crate::{Arithmetic, Error, Scalar, State, StateOf, System};
 
 /// Runge-Kutta of order 4 and fixed step: four evaluations per step.
 #[derive(Clone, Debug)]
@@ -51,9 +51,14 @@ impl<Y: System> Rk4<Y> {
 
     fn attempt(&mut self, system: &Y, state: &mut StateOf<Y>, dt: Y::Scalar) -> Result<(), Error> {
         let (stabilisation, workspace) = (self.stabilisation, &mut self.workspace);
-        self.stages.advance(state, dt, |t, q, u, out| {
-            stabilisation.accelerate(system, dt, (t, q, u), workspace, out)
-        })?;
+        self.stages.advance(
+            state,
+            dt,
+            |t, q, u, out| stabilisation.accelerate(system, dt, (t, q, u), workspace, out),
+            |joint, rate| {
+                if rate.is_finite() { Ok(()) } else { Err(Error::NotFinite { joint }) }
+            },
+        )?;
         stabilisation.project(system, state.t, &mut state.q, &mut state.u, workspace)
     }
 }
@@ -82,45 +87,57 @@ impl<V: Clone> Stages<V> {
         }
     }
 
-    /// Advances by `dt` (s), where `accelerate` writes du/dt at (t, q, u); its failure leaves the
-    /// state as it was. Nothing is projected.
+    /// Advances by `dt` (s), where `accelerate` writes du/dt at (t, q, u) and `check` looks at each
+    /// entry of u and du/dt; their failure leaves the state as it was. Nothing is projected.
     #[inline]
     pub(crate) fn advance<S: Arithmetic, E>(
         &mut self,
         state: &mut State<V, S>,
         dt: S,
         mut accelerate: impl FnMut(S, &V, &V, &mut V) -> Result<(), E>,
+        check: impl Fn(usize, S) -> Result<(), E>,
     ) -> Result<(), E>
     where
         V: AsRef<[S]> + AsMut<[S]>,
     {
         let part = |share| S::from_f64(share) * dt;
         let (sixth, third, half) = (part(1.0 / 6.0), part(1.0 / 3.0), part(0.5));
+        self.q.as_mut().copy_from_slice(state.q.as_ref());
+        self.u.as_mut().copy_from_slice(state.u.as_ref());
         self.dq.as_mut().fill(S::ZERO);
         self.du.as_mut().fill(S::ZERO);
-        // How far ahead each stage lies, and its weight.
-        for (ahead, weight) in
-            [(None, sixth), (Some(half), third), (Some(half), third), (Some(dt), sixth)]
+        // How far ahead each stage lies, its weight, and how far ahead it sends the next.
+        for (ahead, weight, next) in
+            [(S::ZERO, sixth, half), (half, third, half), (half, third, dt), (dt, sixth, dt)]
         {
-            let mut t = state.t;
-            let (q, u) = (self.q.as_mut(), self.u.as_mut());
-            q.copy_from_slice(state.q.as_ref());
-            if let Some(ahead) = ahead {
-                // By the previous stage's u.
-                t += ahead;
-                add_scaled(q, ahead, u);
-                u.copy_from_slice(state.u.as_ref());
-                add_scaled(u, ahead, self.acceleration.as_ref());
-            } else {
-                u.copy_from_slice(state.u.as_ref());
-            }
-            accelerate(t, &self.q, &self.u, &mut self.acceleration)?;
-            add_scaled(self.dq.as_mut(), weight, self.u.as_ref());
-            add_scaled(self.du.as_mut(), weight, self.acceleration.as_ref());
+            accelerate(state.t + ahead, &self.q, &self.u, &mut self.acceleration)?;
+            let rates = (weight, next, self.u.as_ref());
+            advance(self.q.as_mut(), self.dq.as_mut(), state.q.as_ref(), rates, &check)?;
+            let rates = (weight, next, self.acceleration.as_ref());
+            advance(self.u.as_mut(), self.du.as_mut(), state.u.as_ref(), rates, &check)?;
         }
         add_scaled(state.q.as_mut(), S::ONE, self.dq.as_ref());
         add_scaled(state.u.as_mut(), S::ONE, self.du.as_ref());
         state.t += dt;
         Ok(())
     }
+}
+
+/// `sum += weight rate`, `out = from + next rate`, one number after the other: they come fresh from
+/// single stores, which a wide load would have to wait for.
+#[inline]
+fn advance<S: Arithmetic, E>(
+    out: &mut [S],
+    sum: &mut [S],
+    from: &[S],
+    (weight, next, rate): (S, S, &[S]),
+    check: &impl Fn(usize, S) -> Result<(), E>,
+) -> Result<(), E> {
+    let places = out.iter_mut().zip(sum).zip(from).zip(rate).enumerate();
+    for (joint, (((out, sum), &from), &rate)) in places {
+        check(joint, rate)?;
+        *sum += weight * rate;
+        *out = from + next * rate;
+    }
+    Ok(())
 }

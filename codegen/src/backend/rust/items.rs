@@ -422,6 +422,17 @@ fn straight_line(
             ) -> ::lamc_runtime::Margin<#scalar> { #body #trusted }
         });
     }
+    let jacobian = program.function_of(FunctionKind::Jacobian);
+    let places = ["out.acceleration", "out.dq", "out.du", "out.dt"];
+    if !jacobian.outputs.is_empty() {
+        let body = filled(jacobian, syntax, &places, &solving, bodies, &none);
+        functions.extend(quote! {
+            fn write_jacobian(
+                &self, t: #scalar, q: &[#scalar], u: &[#scalar],
+                out: ::lamc_runtime::JacobianMut<'_, #scalar>,
+            ) -> ::lamc_runtime::Margin<#scalar> { #body #trusted }
+        });
+    }
     let Syntax { generic, arithmetic, .. } = syntax;
     let (model, allowances) = (model(program), allowances());
     quote! {
