@@ -65,8 +65,12 @@ const fn all<V: Lanes>() -> u32 {
 }
 
 /// The lanes of a set, in ascending order.
-fn members(set: u32) -> impl Iterator<Item = usize> {
-    (0..u32::BITS as usize).filter(move |lane| set >> lane & 1 == 1)
+fn members(mut set: u32) -> impl Iterator<Item = usize> {
+    core::iter::from_fn(move || {
+        let lane = set.trailing_zeros();
+        set &= set.wrapping_sub(1);
+        (lane < u32::BITS).then_some(lane as usize)
+    })
 }
 
 impl<V: Lanes, const N: usize> State<[V; N], V> {
@@ -207,11 +211,15 @@ where
 {
     let mut done = all::<V>();
     let mut stages = Stages::new([V::ZERO; N]);
-    let accelerate = |t, q: &[V; N], u: &[V; N], out: &mut [V; N]| {
-        done &= accelerate(batch, t, q, u, out);
-        if done == 0 { Err(()) } else { Ok(()) }
-    };
-    let stopped = stages.advance(state, V::splat(dt), accelerate, |_, _| Ok(()));
+    let stopped = stages.advance(
+        state,
+        V::splat(dt),
+        |t, q, u, out| {
+            done &= accelerate(batch, t, q, u, out);
+            if done == 0 { Err(()) } else { Ok(()) }
+        },
+        |_, _| Ok(()),
+    );
     match stopped {
         Ok(()) => done & project(batch, &mut state.q, &mut state.u),
         Err(()) => 0,
