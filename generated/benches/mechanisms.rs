@@ -3,95 +3,13 @@
 //! Ratios within one run mean more than times: everything is printed beside the acceleration of
 //! the same mechanism.
 
-use std::f64::consts::TAU;
-use std::hint::black_box;
-use std::time::Instant;
+mod cost;
 
-use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
+use cost::mechanism;
+use criterion::{Criterion, criterion_group, criterion_main};
 use lamc_generated::{
     fourbar::Fourbar, pendulum::Pendulum, sixbar::Sixbar, triple_pendulum::TriplePendulum,
 };
-use lamc_runtime::{Integrator, Mechanism, Rk4, Rodas, assemble, equilibrium, project};
-
-/// The same numbers in -1 .. 1 every time.
-struct Numbers(u64);
-
-impl Numbers {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963);
-        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-
-    fn normal(&mut self) -> f64 {
-        let radius = (-2.0 * self.next().abs().max(f64::MIN_POSITIVE).ln()).sqrt();
-        radius * (TAU * self.next()).cos()
-    }
-}
-
-fn mechanism<M, const N: usize, const C: usize>(name: &str, criterion: &mut Criterion)
-where
-    M: Mechanism<f64, N, C> + Default + Clone,
-{
-    let model = M::default();
-    let mut numbers = Numbers(2026);
-    let mut state = model.assembled().expect("the example closes");
-    for (u, _) in state.u.iter_mut().zip(0..N) {
-        *u = numbers.next();
-    }
-    let mut workspace = model.workspace();
-    project(&model, 0.0, &mut state.q, &mut state.u, workspace.as_mut()).expect("it projects");
-
-    let mut group = criterion.benchmark_group(name);
-    group.bench_function("acceleration", |b| {
-        b.iter(|| model.acceleration(0.0, black_box(&state.q), black_box(&state.u)));
-    });
-    group.bench_function("jacobian", |b| {
-        b.iter(|| model.jacobian(0.0, black_box(&state.q), black_box(&state.u)));
-    });
-    let mut rk4 = Rk4::new(&model);
-    group.bench_function("rk4 step with projection", |b| {
-        b.iter_batched_ref(|| state, |state| rk4.step(&model, state, 1e-4), BatchSize::SmallInput);
-    });
-    let mut rodas = Rodas::new(&model);
-    group.bench_function("rodas step", |b| {
-        b.iter_batched_ref(
-            || state,
-            |state| rodas.step(&model, state, 1e-4),
-            BatchSize::SmallInput,
-        );
-    });
-    group.bench_function("equilibrium", |b| {
-        b.iter_batched_ref(
-            || state.q,
-            |q| equilibrium(&model, 0.0, q, workspace.as_mut()),
-            BatchSize::SmallInput,
-        );
-    });
-    let mut guesses = Numbers(1);
-    group.bench_function("assembly from a rough guess", |b| {
-        b.iter_batched_ref(
-            || std::array::from_fn::<f64, N, _>(|_| 0.5 * guesses.normal()),
-            |q| assemble(&model, 0.0, q, &[false; N], workspace.as_mut()),
-            BatchSize::SmallInput,
-        );
-    });
-    group.finish();
-
-    // Criterion reports means; guesses differ, and what matters of them is the median.
-    let mut times: Vec<f64> = (0..1000)
-        .map(|_| {
-            let mut q: [f64; N] = std::array::from_fn(|_| 0.5 * guesses.normal());
-            let begin = Instant::now();
-            let _ = black_box(assemble(&model, 0.0, &mut q, &[false; N], workspace.as_mut()));
-            begin.elapsed().as_secs_f64() * 1e6
-        })
-        .collect();
-    times.sort_by(f64::total_cmp);
-    println!(
-        "{name}: assembly of 1000 guesses: median {:.2} us, 95% {:.2} us",
-        times[500], times[950]
-    );
-}
 
 fn all(criterion: &mut Criterion) {
     mechanism::<Pendulum<f64>, 1, 0>("pendulum", criterion);

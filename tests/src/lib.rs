@@ -1,6 +1,7 @@
 //! What the end-to-end tests share: reference files, compiled models, comparisons, and mechanics
 //! of its own to compare with.
 
+pub mod chain;
 pub mod expression;
 pub mod linkages;
 pub mod newton_euler;

@@ -1,0 +1,212 @@
+"""Measures lamc beside its peers in one run: everybody agrees first, then takes turns.
+
+    compare.py LAMC PEERS [--quick] [--document]
+
+LAMC is the compiler, PEERS the program that exports models. Results go to target/peers/results.json
+and, as text, to standard output; --document puts them into docs/PERFORMANCE.md and draws its plots.
+--quick takes few mechanisms and short batches. Times are processor time of this thread.
+"""
+
+import argparse
+import json
+import os
+import platform
+import statistics
+import subprocess
+import sys
+import time
+
+import bound
+import numpy as np
+import peers as p
+import report
+from model import Model
+
+CHAINS = [1, 2, 3, 6, 12, 24, 48, 96]
+STATES = 64
+# What else lamc's module does.
+OWN = ("rk4_steps", "rodas_steps", "jacobians")
+# CasADi's factored chains grow as n^3, and gcc's time with their square: beyond, it gives up.
+LARGEST_FACTORED = 24
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("lamc")
+    parser.add_argument("peers")
+    parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--document", action="store_true")
+    options = parser.parse_args()
+    if platform.machine() != "x86_64":
+        sys.exit("the bound and the clock are those of x86-64: nothing is compared here")
+    p.WORK.mkdir(parents=True, exist_ok=True)
+    p.build_runtime()
+    chains = [6, 12] if options.quick else CHAINS
+    profile = "users (release)" if "release" in options.lamc else "development"
+    results = {"machine": {**machine(), "profile": profile}, "mechanisms": {}}
+    mechanisms = [("sixbar", p.WORKSPACE / "examples" / "sixbar.yaml")]
+    for n in chains:
+        path = p.WORK / f"chain{n}.yaml"
+        path.write_text(output(options.peers, "chain", n))
+        mechanisms.append((path.stem, path))
+    for name, path in mechanisms:
+        found = mechanism(name, path, options)
+        results["mechanisms"][name] = found
+        print(report.line(name, found), flush=True)
+    results["machine"]["clock"] = clock()
+    (p.WORK / "results.json").write_text(json.dumps(results, indent=1) + "\n")
+    print("\n" + report.tables(results))
+    if options.document:
+        report.document(results)
+    different = [
+        f"{name}: {label} differs from lamc by {error:.1e} and was not timed"
+        for name, found in results["mechanisms"].items()
+        for label, error in found["refused"].items()
+    ]
+    if different:
+        sys.exit("\n".join(different))
+
+
+def output(*command):
+    return subprocess.run(
+        list(map(str, command)), check=True, capture_output=True, text=True
+    ).stdout
+
+
+def mechanism(name, path, options):
+    """Builds, checks and times all who can do this mechanism."""
+    exported = p.WORK / f"{name}.json"
+    exported.write_text(output(options.peers, "export", path, STATES))
+    model = Model(exported)
+    own = p.Lamc(options.lamc, name, path)
+    entries = {"lamc": (own.peer(model), {})}
+    entries |= p.casadi_peers(name, exported, LARGEST_FACTORED)
+    entries |= p.mujoco_peers(name, exported)
+    entries |= p.pinocchio_peers(name, exported, options.quick)
+    errors = {label: peer.error(model) for label, (peer, _) in entries.items()}
+    refused = {label: e for label, e in errors.items() if not e <= entries[label][0].tolerance}
+    agreeing = {label: entry for label, entry in entries.items() if label not in refused}
+    if "lamc" in refused:
+        sys.exit(f"{name}: the compiled module is not what its interpreter says")
+    functions = {label: peer for label, (peer, _) in agreeing.items()}
+    functions |= {extra: own.other(model, extra) for extra in OWN}
+    times = measured(functions, model, options.quick)
+    base = np.array(times["lamc"])
+    # Of chains it is cut into parts, which is beside what is asked of the six-bar.
+    instructions = bound.disassembled(own.path, "::write_acceleration") if model.loops else []
+    return {
+        "n": model.n,
+        "states": len(model.q),
+        "derivation_s": own.derivation,
+        "compilation_s": own.compilation,
+        "module_bytes": own.bytes,
+        "instructions": bound.counts(instructions),
+        "mca": bound.mca(instructions) if instructions else None,
+        "refused": refused,
+        "operations": report.operations(output(options.lamc, "check", path)),
+        "peers": {
+            label: {
+                "ns": statistics.median(times[label]),
+                "ratio": float(np.median(np.array(times[label]) / base)),
+                "difference": errors[label],
+                **more,
+            }
+            for label, (_, more) in agreeing.items()
+        },
+        "lamc": {
+            extra: {
+                "ns": statistics.median(times[extra]),
+                "ratio": float(np.median(np.array(times[extra]) / base)),
+            }
+            for extra in OWN
+        },
+    }
+
+
+def measured(functions, model, quick):
+    """Times a state, ns, per round: in every round each has one batch, beginning with another."""
+    batch, rounds = (3e5, 7) if quick else (2e6, 61)
+    out = np.zeros_like(model.q)
+    portions = {label: portion(function, model, batch) for label, function in functions.items()}
+    times = {label: [] for label in functions}
+    labels = list(functions)
+    for k in range(rounds):
+        for label in labels[k % len(labels) :] + labels[: k % len(labels)]:
+            states, repeats = portions[label]
+            q, u = model.q[:states], model.u[:states]
+            times[label].append(functions[label].run(q, u, out, repeats))
+    return times
+
+
+def portion(function, model, batch):
+    """How many states, and how often, take about as long as a batch, ns."""
+    out = np.zeros_like(model.q)
+    states, repeats = 1, 1
+    while True:
+        spent = function.run(model.q[:states], model.u[:states], out, repeats) * states * repeats
+        if spent > batch / 1.4:
+            return states, repeats
+        if states < len(model.q):
+            states *= 2
+        else:
+            repeats *= 2
+
+
+def machine():
+    """What the kernel says of the processor, and the compilers."""
+    cpu = {}
+    with open("/proc/cpuinfo") as info:
+        for line in info:
+            key, _, value = line.partition(":")
+            cpu.setdefault(key.strip(), value.strip())
+    first = lambda *command: output(*command).splitlines()[0]
+    flags = [flag for flag in ("avx2", "fma", "avx512f") if flag in cpu.get("flags", "").split()]
+    return {
+        "processor": f"{cpu.get('vendor_id', '?')} {cpu.get('model name', '?')}",
+        "family": f"{cpu.get('cpu family', '?')}, model {cpu.get('model', '?')}",
+        "flags": flags,
+        "processors": os.cpu_count(),
+        "kernel": os.uname().release,
+        "compilers": [first("rustc", "--version"), first("gcc", "--version")],
+        "python": sys.version.split()[0],
+        "packages": versions(),
+        "load": os.getloadavg()[0],
+        "date": time.strftime("%Y-%m-%d"),
+    }
+
+
+def versions():
+    from importlib.metadata import PackageNotFoundError, version
+
+    found = {}
+    for package in ("casadi", "mujoco", "pin"):
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+def clock():
+    """GHz while it computes: additions that wait for each other take a cycle each."""
+    source, library = p.WORK / "clock.c", p.WORK / "libclock.so"
+    source.write_text(
+        "long adds(long n) { long x = n;"
+        ' for (long i = 0; i < n; i++) __asm__ volatile("'
+        + "add $1, %0\\n" * 100
+        + '" : "+r"(x)); return x; }\n'
+    )
+    p.run("gcc", *p.C_FLAGS, source, "-o", library)
+    adds = p.ctypes.CDLL(str(library)).adds
+    count = 100_000
+
+    def sample():
+        begin = time.thread_time_ns()
+        adds(p.ctypes.c_long(count))
+        return 100 * count / (time.thread_time_ns() - begin)
+
+    return statistics.median(sample() for _ in range(15))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,117 @@
+//! A module of lamc for ctypes: what `peers.py` calls over many states.
+//!
+//! The file that MODEL names brings `module`, which lamc wrote, and its mechanism as `Model`.
+
+use std::hint::black_box;
+use std::slice;
+
+use lamc_runtime::{Integrator, Mechanism, Rk4, Rodas, State};
+use module::N;
+
+include!(env!("MODEL"));
+
+/// s.
+const STEP: f64 = 1e-5;
+
+type Rows<'a> = (&'a [[f64; N]], &'a [[f64; N]], &'a mut [[f64; N]]);
+
+/// # Safety
+/// `q`, `u` and `out` point at as many rows as there are states.
+unsafe fn rows<'a>(q: *const f64, u: *const f64, out: *mut f64, states: usize) -> Rows<'a> {
+    // SAFETY: the caller's promise; rows of doubles are aligned as doubles are.
+    unsafe {
+        (
+            slice::from_raw_parts(q.cast(), states),
+            slice::from_raw_parts(u.cast(), states),
+            slice::from_raw_parts_mut(out.cast(), states),
+        )
+    }
+}
+
+/// The acceleration of every state, `repeats` times.
+///
+/// # Safety
+/// As [`rows`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn accelerations(
+    q: *const f64,
+    u: *const f64,
+    out: *mut f64,
+    states: usize,
+    repeats: usize,
+) {
+    let (q, u, out) = unsafe { rows(q, u, out, states) };
+    let model = Model::default();
+    for _ in 0..repeats {
+        for ((q, u), out) in q.iter().zip(u).zip(out.iter_mut()) {
+            *out = model.acceleration(0.0, black_box(q), black_box(u)).unwrap_or([f64::NAN; N]);
+        }
+    }
+}
+
+/// The derivatives of the acceleration by q, u and t at every state.
+///
+/// # Safety
+/// As [`rows`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn jacobians(
+    q: *const f64,
+    u: *const f64,
+    out: *mut f64,
+    states: usize,
+    repeats: usize,
+) {
+    let (q, u, _) = unsafe { rows(q, u, out, states) };
+    let model = Model::default();
+    for _ in 0..repeats {
+        for (q, u) in q.iter().zip(u) {
+            _ = black_box(model.jacobian(0.0, black_box(q), black_box(u)));
+        }
+    }
+}
+
+/// A step of Runge and Kutta's fourth order, with its projection, from every state.
+///
+/// # Safety
+/// As [`rows`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn rk4_steps(
+    q: *const f64,
+    u: *const f64,
+    out: *mut f64,
+    states: usize,
+    repeats: usize,
+) {
+    let model = Model::default();
+    let mut rk4 = Rk4::new(&model);
+    let step = |state: &mut _| rk4.step(&model, state, STEP).is_ok();
+    steps(step, unsafe { rows(q, u, out, states) }, repeats);
+}
+
+/// A step of RODASP, with its derivatives and its projection, from every state.
+///
+/// # Safety
+/// As [`rows`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn rodas_steps(
+    q: *const f64,
+    u: *const f64,
+    out: *mut f64,
+    states: usize,
+    repeats: usize,
+) {
+    let model = Model::default();
+    let mut rodas = Rodas::new(&model);
+    let step = |state: &mut _| rodas.step(&model, state, STEP).is_ok();
+    steps(step, unsafe { rows(q, u, out, states) }, repeats);
+}
+
+fn steps(mut step: impl FnMut(&mut State<[f64; N], f64>) -> bool, rows: Rows<'_>, repeats: usize) {
+    let (q, u, out) = rows;
+    for _ in 0..repeats {
+        for ((q, u), out) in q.iter().zip(u).zip(out.iter_mut()) {
+            let mut state = State { t: 0.0, q: *black_box(q), u: *black_box(u) };
+            *out = if step(&mut state) { state.q } else { [f64::NAN; N] };
+        }
+    }
+}

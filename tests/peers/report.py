@@ -1,0 +1,225 @@
+"""Results as Markdown, as plots, and in docs/PERFORMANCE.md."""
+
+import re
+
+import bound
+import peers as p
+
+DOCUMENT = p.WORKSPACE / "docs" / "PERFORMANCE.md"
+FIGURES = p.WORKSPACE / "docs" / "figures"
+COLUMNS = ("CasADi", "CasADi by hand", "MuJoCo", "Pinocchio, g++", "Pinocchio, clang++")
+NAMES = {"sixbar": "six-bar"}
+
+
+def operations(check):
+    """Operation counts per function out of `lamc check`."""
+    counts = {}
+    pattern = r"^  (\w+) +(\d+) operations: (\d+) add, (\d+) mul, (\d+) div, (\d+) sin_cos"
+    for name, *numbers in re.findall(pattern, check, re.MULTILINE):
+        keys = ("total", "add", "mul", "div", "sin_cos")
+        counts[name] = dict(zip(keys, map(int, numbers)))
+    return counts
+
+
+def line(name, found):
+    peers = ", ".join(
+        f"{label} {entry['ns']:.0f} ns ({entry['ratio']:.2f})"
+        for label, entry in found["peers"].items()
+    )
+    return f"{name}: {peers}"
+
+
+def entries(found, label):
+    """All of this name, whatever they add to it."""
+    peers = found["peers"].items()
+    return [e for name, e in peers if name == label or name.startswith(f"{label}, ")]
+
+
+def entry(found, label):
+    """The fastest of this name."""
+    return min(entries(found, label), key=lambda e: e["ns"], default=None)
+
+
+def table(head, rows):
+    lines = [head, ["---"] + ["---:"] * (len(head) - 1), *rows]
+    return "\n".join("| " + " | ".join(map(str, cells)) + " |" for cells in lines)
+
+
+def number(x):
+    """Three digits, or all before the point."""
+    return f"{x:.0f}" if x >= 99.95 else f"{x:.3g}"
+
+
+def ratios(results):
+    rows = []
+    for name, found in results["mechanisms"].items():
+        row = [NAMES.get(name, name), number(found["peers"]["lamc"]["ns"])]
+        for label in COLUMNS:
+            peer = entry(found, label)
+            row.append("" if peer is None else f"{number(peer['ns'])} ({peer['ratio']:.1f})")
+        rows.append(row)
+    return table(["ns (times lamc's)", "lamc", *COLUMNS], rows)
+
+
+def own(results):
+    rows = []
+    for name, found in results["mechanisms"].items():
+        counted = found["operations"]["acceleration"]["total"]
+        cells = [
+            f"{found['lamc'][f]['ratio']:.1f}" for f in ("rk4_steps", "rodas_steps", "jacobians")
+        ]
+        seconds = [f"{found[key]:.2f}" for key in ("derivation_s", "compilation_s")]
+        gcc = entry(found, "CasADi")
+        gcc = f"{gcc['compilation']:.2f}" if gcc else ""
+        size = f"{found['module_bytes'] / 1e3:.0f}"
+        rows.append([NAMES.get(name, name), counted, *cells, size, *seconds, gcc])
+    head = [
+        "", "operations", "RK4 step", "RODASP step", "derivatives", "module, kB", "derivation, s", "rustc, s",
+        "gcc of CasADi, s",
+    ]  # fmt: skip
+    return table(head, rows)
+
+
+def limits(results):
+    """The bound of the six-bar: cycles by issue width, by llvm-mca, measured."""
+    found = results["mechanisms"]["sixbar"]
+    clock, count = results["machine"]["clock"], found["instructions"]
+    least, measured = bound.cycles(count), found["peers"]["lamc"]["ns"] * clock
+    rows = [
+        ["instructions", count["total"]],
+        *([kind, count[kind]] for kind in bound.KINDS),
+        ["clock, GHz", f"{clock:.2f}"],
+        ["cycles at least, by issue width", f"{least:.0f}"],
+        ["ns at least", f"{least / clock:.0f}"],
+    ]
+    if found["mca"]:
+        version = found["mca"]["version"]
+        rows += [
+            [f"cycles by llvm-mca ({version}), {what}", f"{found['mca'][key]:.0f}"]
+            for what, key in (
+                ("busiest pipe", "pipes"), ("one after another", "streamed"), ("alone", "alone"),
+            )
+        ]  # fmt: skip
+    rows += [
+        ["cycles measured", f"{measured:.0f}"],
+        ["measured over least", f"{measured / least:.1f}"],
+    ]
+    return table(["six-bar", ""], rows)
+
+
+def goals(results):
+    """What is aimed at and what is reached; what was not measured is left out."""
+    mechanisms = results["mechanisms"]
+
+    def ratio(name, label):
+        found = mechanisms.get(name)
+        peer = found and entry(found, label)
+        return peer and peer["ratio"]
+
+    def own_time(name):
+        return mechanisms[name]["peers"]["lamc"]["ns"] if name in mechanisms else None
+
+    def of(name, key):
+        return mechanisms[name][key] if name in mechanisms else None
+
+    six = mechanisms["sixbar"]
+    ends = own_time("chain96"), own_time("chain24")
+    least = bound.cycles(six["instructions"]) / results["machine"]["clock"]
+    lcaba = ratio("sixbar", "Pinocchio, g++, lcaba")
+    aims = [
+        ("six-bar: times faster than CasADi", ">=", 3, ratio("sixbar", "CasADi")),
+        ("six-bar: than CasADi by hand", ">=", 1.6, ratio("sixbar", "CasADi by hand")),
+        ("six-bar: than MuJoCo", ">=", 30, ratio("sixbar", "MuJoCo")),
+        ("six-bar: than Pinocchio's lcaba, g++", ">=", 25, lcaba),
+        ("chain of 6: than CasADi", ">=", 2, ratio("chain6", "CasADi")),
+        ("chain of 12: than CasADi", ">=", 2, ratio("chain12", "CasADi")),
+        ("chain of 24: than CasADi", ">=", 4, ratio("chain24", "CasADi")),
+        ("chain of 48: than Pinocchio's aba, g++", ">=", 4, ratio("chain48", "Pinocchio, g++")),
+        ("96 hinges over 24", "<=", 4.6, ends[0] / ends[1] if all(ends) else None),
+        ("six-bar: RK4 step over evaluation", "<=", 5.5, six["lamc"]["rk4_steps"]["ratio"]),
+        ("six-bar: over its bound", "<=", 2, six["peers"]["lamc"]["ns"] / least),
+        ("96 hinges: derivation, s", "<=", 5, of("chain96", "derivation_s")),
+        ("96 hinges: rustc, s", "<=", 20, of("chain96", "compilation_s")),
+    ]
+    rows = []
+    for what, sense, aim, reached in aims:
+        if reached is not None:
+            missed = reached < aim if sense == ">=" else reached > aim
+            rows.append(
+                [what, f"{sense} {aim}", f"{reached:.3g}" + (" (missed)" if missed else "")]
+            )
+    return table(["", "aim", "reached"], rows)
+
+
+def differences(results):
+    rows = []
+    for name, found in results["mechanisms"].items():
+        row = [NAMES.get(name, name)]
+        for label in ("lamc", *COLUMNS):
+            all_of = [e["difference"] for e in entries(found, label)]
+            row.append(f"{max(all_of):.0e}" if all_of else "")
+        rows.append(row)
+    return table(["", "lamc", *COLUMNS], rows)
+
+
+def machine(results):
+    m = results["machine"]
+    packages = ", ".join(f"{name} {version}" for name, version in m["packages"].items())
+    return (
+        f"{m['date']}: {m['processor']} (family {m['family']}; {', '.join(m['flags'])}), "
+        f"{m['processors']} processors, {m['clock']:.2f} GHz, Linux {m['kernel']}; "
+        f"{'; '.join(m['compilers'])}; {packages}. lamc built for {m['profile']}."
+    )
+
+
+def tables(results):
+    return "\n\n".join(f(results) for f in (machine, ratios, own, limits, goals)) + "\n"
+
+
+def document(results):
+    """Replaces what stands between markers, and draws the plots."""
+    text = DOCUMENT.read_text()
+    for part in (machine, ratios, own, limits, goals, differences):
+        name = part.__name__
+        marked = rf"(<!-- {name} -->\n).*?(\n<!-- end -->)"
+        replaced = rf"\1\n{part(results)}\n\2"
+        text, count = re.subn(marked, replaced, text, flags=re.DOTALL)
+        assert count == 1, f"{DOCUMENT} has {count} places for {name}"
+    DOCUMENT.write_text(text)
+    chains = [found for name, found in results["mechanisms"].items() if name.startswith("chain")]
+    cost = {
+        label: [(c["n"], e["ns"]) for c in chains if (e := entry(c, label))]
+        for label in ("lamc", *COLUMNS)
+    }
+    plot("cost.svg", cost, "ns per acceleration")
+    seconds = {
+        "derivation": [(c["n"], c["derivation_s"]) for c in chains],
+        "rustc": [(c["n"], c["compilation_s"]) for c in chains],
+        "gcc of CasADi": [(c["n"], e["compilation"]) for c in chains if (e := entry(c, "CasADi"))],
+    }
+    plot("compile_time.svg", seconds, "s")
+
+
+def plot(name, curves, unit):
+    """Logarithmic in both directions, over the number of hinges."""
+    import matplotlib
+
+    matplotlib.use("svg")
+    # The same bytes for the same numbers.
+    matplotlib.rcParams["svg.hashsalt"] = name
+    from matplotlib import pyplot
+
+    figure, axes = pyplot.subplots(figsize=(6.4, 4))
+    for label, points in curves.items():
+        if points:
+            axes.loglog(*zip(*points), marker="o", markersize=3, label=label)
+    ticks = sorted({n for points in curves.values() for n, _ in points})
+    axes.set_xticks(ticks, map(str, ticks))
+    axes.minorticks_off()
+    axes.set_xlabel("hinges of the chain")
+    axes.set_ylabel(unit)
+    axes.grid(alpha=0.3)
+    axes.legend()
+    figure.tight_layout()
+    figure.savefig(FIGURES / name, metadata={"Date": None, "Creator": None})
+    pyplot.close(figure)

@@ -1,0 +1,126 @@
+//! What `tests/peers/run` needs of lamc, for programs that are no part of it.
+//!
+//! ```text
+//! peers chain 12            the chain of twelve hinges in lamc's schema, to standard output
+//! peers export MODEL 64     the numeric model and 64 of its states as JSON, to standard output
+//! ```
+//!
+//! SI and radians; vectors and tensors in flat coordinates, where all q = 0.
+
+use std::path::Path;
+
+use lamc::program::Interpreter;
+use lamc::source::Expression;
+use lamc::topology::{LoopClass, Topology};
+use lamc_runtime::{System, acceleration};
+use lamc_tests::chain::chain;
+use lamc_tests::compile;
+use lamc_tests::random::{Random, closed_state};
+use nalgebra::Matrix3;
+use serde_json::{Value, json};
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["chain", hinges] => print!("{}", chain(number(hinges))),
+        ["export", model, states] => println!("{}", export(Path::new(model), number(states))),
+        _ => usage(),
+    }
+}
+
+fn usage() -> ! {
+    eprintln!("usage: peers chain HINGES | peers export MODEL STATES");
+    std::process::exit(2)
+}
+
+fn number(text: &str) -> usize {
+    text.parse().unwrap_or_else(|_| usage())
+}
+
+fn export(path: &Path, states: usize) -> Value {
+    let compiled = compile(path);
+    let topology = &compiled.topology;
+    let mut model = numeric(topology);
+    let system = Interpreter::new(&compiled.program);
+    let mut workspace = system.workspace();
+    let mut random = Random::new(7);
+    let mut state = || {
+        let state = closed_state(&system, &mut random);
+        // The models compared do not depend on time.
+        let mut rates = |u: &[f64]| {
+            let mut rates = vec![0.0; state.q.len()];
+            acceleration(&system, 0.0, &state.q, u, &mut workspace, &mut rates)
+                .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+            rates
+        };
+        json!({
+            "q": state.q,
+            "u": state.u,
+            "acceleration": rates(&state.u),
+            "acceleration_at_rest": rates(&vec![0.0; state.q.len()]),
+        })
+    };
+    model["states"] = (0..states).map(|_| state()).collect();
+    model
+}
+
+/// Joints in the order of coordinates; nodes of the spanning tree, parents first, with their share
+/// of the body's mass and inertia; loops, each a pair of nodes that must coincide.
+fn numeric(topology: &Topology) -> Value {
+    let mechanism = &topology.mechanism;
+    let constant = |expression: &Expression| {
+        expression.constant().unwrap_or_else(|| panic!("peers know constants only: {expression:?}"))
+    };
+    let joints = mechanism.joints.iter().map(|joint| {
+        json!({
+            "name": joint.name,
+            "bodies": joint.bodies.map(|body| body.index()),
+            "point": joint.point.as_slice(),
+            "direction": joint.direction.as_slice(),
+            "stiffness": constant(&joint.stiffness),
+            "damping": constant(&joint.damping),
+            "rest": constant(&joint.rest),
+        })
+    });
+    let nodes = topology.nodes.iter().map(|node| {
+        let properties = &mechanism.bodies[node.body.index()].mass_properties;
+        json!({
+            "joint": node.joint.index(),
+            "body": node.body.index(),
+            "ghost": node.ghost.is_some(),
+            "parent": node.parent.map(|parent| parent.index()),
+            "sense": node.sense,
+            "mass": node.share * properties.mass,
+            "com": properties.com.as_slice(),
+            "inertia": rows(&(properties.inertia * node.share)),
+        })
+    });
+    let loops = topology.loops.iter().map(|closed| {
+        let centre = match &closed.class {
+            LoopClass::Spherical { centre } => Some(centre.as_slice().to_vec()),
+            LoopClass::Planar { .. } | LoopClass::Spatial => None,
+        };
+        json!({
+            "original": closed.original.index(),
+            "ghost": closed.ghost.index(),
+            "class": closed.class.to_string(),
+            "centre": centre,
+            "points": closed.points.each_ref().map(|point| point.as_slice()),
+            "frame": rows(&closed.frame),
+            "rows": closed.rows.iter().map(|row| [row.point, row.axis]).collect::<Vec<_>>(),
+            "rank": closed.rank,
+        })
+    });
+    json!({
+        "name": mechanism.name,
+        "gravity": mechanism.gravity.each_ref().map(constant),
+        "size": mechanism.size,
+        "joints": joints.collect::<Vec<_>>(),
+        "nodes": nodes.collect::<Vec<_>>(),
+        "loops": loops.collect::<Vec<_>>(),
+    })
+}
+
+fn rows(matrix: &Matrix3<f64>) -> [[f64; 3]; 3] {
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| matrix[(i, j)]))
+}
