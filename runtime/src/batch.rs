@@ -211,15 +211,11 @@ where
 {
     let mut done = all::<V>();
     let mut stages = Stages::new([V::ZERO; N]);
-    let stopped = stages.advance(
-        state,
-        V::splat(dt),
-        |t, q, u, out| {
-            done &= accelerate(batch, t, q, u, out);
-            if done == 0 { Err(()) } else { Ok(()) }
-        },
-        |_, _| Ok(()),
-    );
+    let accelerate = |t, q: &[V; N], u: &[V; N], out: &mut [V; N]| {
+        done &= accelerate(batch, t, q, u, out);
+        if done == 0 { Err(()) } else { Ok(()) }
+    };
+    let stopped = stages.advance(state, V::splat(dt), accelerate, |_, _| Ok(()));
     match stopped {
         Ok(()) => done & project(batch, &mut state.q, &mut state.u),
         Err(()) => 0,

@@ -168,8 +168,8 @@ pub trait StraightLine {
         let _ = (q, u, out);
         Margin::none()
     }
-    /// du/dt and its derivatives, in straight-line code as
-    /// [`write_acceleration`](Self::write_acceleration). Provided: nothing.
+    /// du/dt and its derivatives, as [`write_acceleration`](Self::write_acceleration). Provided:
+    /// nothing.
     fn write_jacobian(
         &self,
         t: Self::Number,

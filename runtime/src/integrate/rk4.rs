@@ -51,14 +51,14 @@ impl<Y: System> Rk4<Y> {
 
     fn attempt(&mut self, system: &Y, state: &mut StateOf<Y>, dt: Y::Scalar) -> Result<(), Error> {
         let (stabilisation, workspace) = (self.stabilisation, &mut self.workspace);
-        self.stages.advance(
-            state,
-            dt,
-            |t, q, u, out| stabilisation.accelerate(system, dt, (t, q, u), workspace, out),
-            |joint, rate| {
-                if rate.is_finite() { Ok(()) } else { Err(Error::NotFinite { joint }) }
-            },
-        )?;
+        let accelerate = |t, q: &Y::Vector, u: &Y::Vector, out: &mut Y::Vector| {
+            stabilisation.accelerate(system, dt, (t, q, u), workspace, out)
+        };
+        let check = |joint, rate: Y::Scalar| {
+            if rate.is_finite() { Ok(()) } else { Err(Error::NotFinite { joint }) }
+        };
+        self.stages.advance(state, dt, accelerate, check)?;
+        let workspace = &mut self.workspace;
         stabilisation.project(system, state.t, &mut state.q, &mut state.u, workspace)
     }
 }
@@ -87,8 +87,8 @@ impl<V: Clone> Stages<V> {
         }
     }
 
-    /// Advances by `dt` (s), where `accelerate` writes du/dt at (t, q, u) and `check` looks at each
-    /// entry of u and du/dt; their failure leaves the state as it was. Nothing is projected.
+    /// Advances by `dt` (s), where `accelerate` writes du/dt at (t, q, u) and `check` sees the number
+    /// of each joint; failure leaves the state as it was. Nothing is projected.
     #[inline]
     pub(crate) fn advance<S: Arithmetic, E>(
         &mut self,
@@ -101,43 +101,33 @@ impl<V: Clone> Stages<V> {
         V: AsRef<[S]> + AsMut<[S]>,
     {
         let part = |share| S::from_f64(share) * dt;
-        let (sixth, third, half) = (part(1.0 / 6.0), part(1.0 / 3.0), part(0.5));
+        let (none, sixth, third, half) = (S::ZERO, part(1.0 / 6.0), part(1.0 / 3.0), part(0.5));
         self.q.as_mut().copy_from_slice(state.q.as_ref());
         self.u.as_mut().copy_from_slice(state.u.as_ref());
         self.dq.as_mut().fill(S::ZERO);
         self.du.as_mut().fill(S::ZERO);
         // How far ahead each stage lies, its weight, and how far ahead it sends the next.
         for (ahead, weight, next) in
-            [(S::ZERO, sixth, half), (half, third, half), (half, third, dt), (dt, sixth, dt)]
+            [(none, sixth, half), (half, third, half), (half, third, dt), (dt, sixth, dt)]
         {
             accelerate(state.t + ahead, &self.q, &self.u, &mut self.acceleration)?;
-            let rates = (weight, next, self.u.as_ref());
-            advance(self.q.as_mut(), self.dq.as_mut(), state.q.as_ref(), rates, &check)?;
-            let rates = (weight, next, self.acceleration.as_ref());
-            advance(self.u.as_mut(), self.du.as_mut(), state.u.as_ref(), rates, &check)?;
+            // One number after the other: they come fresh from single stores, which a wide load
+            // would have to wait for.
+            let advance = |out: &mut V, sum: &mut V, from: &V, rate: &V| {
+                let places = out.as_mut().iter_mut().zip(sum.as_mut()).zip(from.as_ref());
+                for (joint, (((out, sum), &from), &rate)) in places.zip(rate.as_ref()).enumerate() {
+                    check(joint, rate)?;
+                    *sum += weight * rate;
+                    *out = from + next * rate;
+                }
+                Ok(())
+            };
+            advance(&mut self.q, &mut self.dq, &state.q, &self.u)?;
+            advance(&mut self.u, &mut self.du, &state.u, &self.acceleration)?;
         }
         add_scaled(state.q.as_mut(), S::ONE, self.dq.as_ref());
         add_scaled(state.u.as_mut(), S::ONE, self.du.as_ref());
         state.t += dt;
         Ok(())
     }
-}
-
-/// `sum += weight rate`, `out = from + next rate`, one number after the other: they come fresh from
-/// single stores, which a wide load would have to wait for.
-#[inline]
-fn advance<S: Arithmetic, E>(
-    out: &mut [S],
-    sum: &mut [S],
-    from: &[S],
-    (weight, next, rate): (S, S, &[S]),
-    check: &impl Fn(usize, S) -> Result<(), E>,
-) -> Result<(), E> {
-    let places = out.iter_mut().zip(sum).zip(from).zip(rate).enumerate();
-    for (joint, (((out, sum), &from), &rate)) in places {
-        check(joint, rate)?;
-        *sum += weight * rate;
-        *out = from + next * rate;
-    }
-    Ok(())
 }
