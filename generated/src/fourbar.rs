@@ -58,7 +58,7 @@ pub struct Params<S> {
     pub marker: ::core::marker::PhantomData<S>,
 }
 
-impl<S: ::lamc_runtime::Scalar> ::core::default::Default for Params<S> {
+impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Params<S> {
     fn default() -> Self {
         Self {
             marker: ::core::marker::PhantomData,
@@ -73,7 +73,7 @@ pub struct Inputs<S> {
     pub marker: ::core::marker::PhantomData<S>,
 }
 
-impl<S: ::lamc_runtime::Scalar> ::core::default::Default for Inputs<S> {
+impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Inputs<S> {
     fn default() -> Self {
         Self {
             marker: ::core::marker::PhantomData,
@@ -99,7 +99,7 @@ pub struct Fourbar<S> {
     pub inputs: Inputs<S>,
 }
 
-impl<S: ::lamc_runtime::Scalar> ::core::default::Default for Fourbar<S> {
+impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Fourbar<S> {
     fn default() -> Self {
         Self {
             params: ::core::default::Default::default(),
@@ -857,6 +857,19 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         closure[1] = part_2;
         closure[2] = part_2;
     }
+}
+
+#[allow(
+    clippy::approx_constant,
+    clippy::excessive_precision,
+    clippy::too_many_arguments,
+    unused_mut,
+    unused_variables,
+    reason = "numbers of the drawing; not every function reads everything it is given"
+)]
+#[rustfmt::skip]
+impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> {
+    type Number = S;
     fn write_acceleration(
         &self,
         t: S,
@@ -1596,4 +1609,28 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism<S, N, C> for Fourbar<S
     type ResidualJacobian = [[S; N]; 9 * LOOPS];
     type Poses = [[S; 12]; 4];
     type Points = [[S; 3]; 1];
+}
+
+#[allow(
+    clippy::approx_constant,
+    clippy::excessive_precision,
+    clippy::too_many_arguments,
+    unused_mut,
+    unused_variables,
+    reason = "numbers of the drawing; not every function reads everything it is given"
+)]
+#[rustfmt::skip]
+impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S, N, C> for Fourbar<S> {
+    type Lane = Fourbar<S::Number>;
+    type Residual = [S; 9 * LOOPS];
+    fn lane(&self, lane: usize) -> Self::Lane {
+        Fourbar {
+            params: Params {
+                marker: ::core::marker::PhantomData,
+            },
+            inputs: Inputs {
+                marker: ::core::marker::PhantomData,
+            },
+        }
+    }
 }

@@ -49,7 +49,7 @@ pub struct Params<S> {
     pub marker: ::core::marker::PhantomData<S>,
 }
 
-impl<S: ::lamc_runtime::Scalar> ::core::default::Default for Params<S> {
+impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Params<S> {
     fn default() -> Self {
         Self {
             marker: ::core::marker::PhantomData,
@@ -64,7 +64,7 @@ pub struct Inputs<S> {
     pub marker: ::core::marker::PhantomData<S>,
 }
 
-impl<S: ::lamc_runtime::Scalar> ::core::default::Default for Inputs<S> {
+impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Inputs<S> {
     fn default() -> Self {
         Self {
             marker: ::core::marker::PhantomData,
@@ -87,7 +87,7 @@ pub struct Pendulum<S> {
     pub inputs: Inputs<S>,
 }
 
-impl<S: ::lamc_runtime::Scalar> ::core::default::Default for Pendulum<S> {
+impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Pendulum<S> {
     fn default() -> Self {
         Self {
             params: ::core::default::Default::default(),
@@ -285,6 +285,19 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         let d_moment_own_arm_x = -dq[0] * arm_part * c(0.0177798000739608);
         forces[0] = d_moment_own_arm_x - mul_add(c(2.5e-5), du[0], dq[0] * c(7.6e-3));
     }
+}
+
+#[allow(
+    clippy::approx_constant,
+    clippy::excessive_precision,
+    clippy::too_many_arguments,
+    unused_mut,
+    unused_variables,
+    reason = "numbers of the drawing; not every function reads everything it is given"
+)]
+#[rustfmt::skip]
+impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Pendulum<S> {
+    type Number = S;
     fn write_acceleration(
         &self,
         t: S,
@@ -378,4 +391,28 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism<S, N, C> for Pendulum<
     type ResidualJacobian = [[S; N]; 9 * LOOPS];
     type Poses = [[S; 12]; 2];
     type Points = [[S; 3]; 1];
+}
+
+#[allow(
+    clippy::approx_constant,
+    clippy::excessive_precision,
+    clippy::too_many_arguments,
+    unused_mut,
+    unused_variables,
+    reason = "numbers of the drawing; not every function reads everything it is given"
+)]
+#[rustfmt::skip]
+impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S, N, C> for Pendulum<S> {
+    type Lane = Pendulum<S::Number>;
+    type Residual = [S; 9 * LOOPS];
+    fn lane(&self, lane: usize) -> Self::Lane {
+        Pendulum {
+            params: Params {
+                marker: ::core::marker::PhantomData,
+            },
+            inputs: Inputs {
+                marker: ::core::marker::PhantomData,
+            },
+        }
+    }
 }

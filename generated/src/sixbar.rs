@@ -69,7 +69,7 @@ pub struct Params<S> {
     pub marker: ::core::marker::PhantomData<S>,
 }
 
-impl<S: ::lamc_runtime::Scalar> ::core::default::Default for Params<S> {
+impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Params<S> {
     fn default() -> Self {
         Self {
             marker: ::core::marker::PhantomData,
@@ -84,7 +84,7 @@ pub struct Inputs<S> {
     pub marker: ::core::marker::PhantomData<S>,
 }
 
-impl<S: ::lamc_runtime::Scalar> ::core::default::Default for Inputs<S> {
+impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Inputs<S> {
     fn default() -> Self {
         Self {
             marker: ::core::marker::PhantomData,
@@ -112,7 +112,7 @@ pub struct Sixbar<S> {
     pub inputs: Inputs<S>,
 }
 
-impl<S: ::lamc_runtime::Scalar> ::core::default::Default for Sixbar<S> {
+impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Sixbar<S> {
     fn default() -> Self {
         Self {
             params: ::core::default::Default::default(),
@@ -2212,6 +2212,19 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             -mul_add(c(0.040342139733508246), d_gradient_moving_z_south_y,
             d_gradient_moving_z_south_x * c(0.0698745855993765)));
     }
+}
+
+#[allow(
+    clippy::approx_constant,
+    clippy::excessive_precision,
+    clippy::too_many_arguments,
+    unused_mut,
+    unused_variables,
+    reason = "numbers of the drawing; not every function reads everything it is given"
+)]
+#[rustfmt::skip]
+impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
+    type Number = S;
     fn write_acceleration(
         &self,
         t: S,
@@ -3117,55 +3130,6 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let Some(dt) = out.dt.first_chunk_mut::<6>() else {
             return ::lamc_runtime::Margin::none()
         };
-        let kept = &mut [c(0.0); 158];
-        self.jacobian_part_1(q, u, kept, dt);
-        self.jacobian_part_2(u, kept, acceleration, du, margin);
-        self.jacobian_part_3(u, kept, dq, du);
-        ::lamc_runtime::Margin {
-            inverse_pivot: margin[0],
-            conditioning: margin[1],
-        }
-    }
-}
-
-const DIMENSIONS: ::lamc_runtime::Dimensions = ::lamc_runtime::Dimensions {
-    coordinates: 6,
-    rows: 3,
-    loops: 1,
-    bodies: 6,
-    points: 1,
-    drives: 0,
-    parameters: 0,
-    inputs: 0,
-};
-
-impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism<S, N, C> for Sixbar<S> {
-    type Residual = [S; 9 * LOOPS];
-    type ResidualJacobian = [[S; N]; 9 * LOOPS];
-    type Poses = [[S; 12]; 6];
-    type Points = [[S; 3]; 1];
-}
-
-#[allow(
-    clippy::approx_constant,
-    clippy::excessive_precision,
-    clippy::too_many_arguments,
-    unused_mut,
-    unused_variables,
-    reason = "numbers of the drawing; not every function reads everything it is given"
-)]
-#[rustfmt::skip]
-impl<S: ::lamc_runtime::Scalar> Sixbar<S> {
-    #[inline(never)]
-    fn jacobian_part_1(
-        &self,
-        q: &[S; N],
-        u: &[S; N],
-        kept: &mut [S; 158],
-        dt: &mut [S; 6],
-    ) {
-        let c = S::from_f64;
-        let mul_add = S::mul_add;
         let [
             (sin_ground_east, cos_ground_east),
             (sin_ground_west, cos_ground_west),
@@ -3183,10 +3147,8 @@ impl<S: ::lamc_runtime::Scalar> Sixbar<S> {
         let loop0_part = sin_south_south_east * c(-0.06987460438879263);
         // east
         let east_part_2 = sin_ground_east * c(-9.81);
-        let east_part_3 = sin_ground_east * c(4.625527205006544e-3);
         // west
         let west_part_2 = sin_ground_west * c(-9.81);
-        let d_moment_own_west_x = sin_ground_west * c(6.332769027236974e-3);
         // loop 0
         let closure0_1_south_east_east = mul_add(c(0.03493732098380993), cos_south_south_east,
             c(0.03493728340498269));
@@ -3228,12 +3190,8 @@ impl<S: ::lamc_runtime::Scalar> Sixbar<S> {
         let d_gradient_moving_x_south_west_y = carried_south_west_y - d_alpha_moving_south_west_z;
         let d_gradient_moving_x_south_west_z = d_carried_south_west_y + d_carried_south_west_y;
         let d_gradient_moving_z_south_west_x = d_carried_south_west_y - d_carried_south_west_y;
-        let south_west_part_8 = c(1.2394283547934881e-5) * d_gradient_moving_z_south_west_x;
-        let south_west_part_9 = c(2.6789051216394143e-8) * d_gradient_moving_x_south_west_z;
-        let south_west_part_10 = mul_add(c(-1.0093594897589384e-5),
-            d_gradient_moving_x_south_west_y, c(-1.2394283547934881e-5) * d_omega_xx_south_west);
         let carried_south_west_z_by_ground_west = sin_west_south_west * c(0.8660257562110547);
-        let south_west_part_11 = cos_west_south_west * c(0.8660257562110547);
+        let south_west_part_8 = cos_west_south_west * c(0.8660257562110547);
         // south_east
         let across_south_east = u[4] * c(0.7071067811865475);
         let carried_south_east_y = cos_south_east_east * across_south_east;
@@ -3272,11 +3230,7 @@ impl<S: ::lamc_runtime::Scalar> Sixbar<S> {
         let d_gradient_moving_x_south_east_y = carried_south_east_y + carried_south_east_y;
         let d_gradient_moving_x_south_east_z = carried_south_east_z - south_east_part;
         let d_gradient_moving_z_south_east_x = south_east_part - south_east_part;
-        let d_moment_own_south_east_x = c(1.293994125217518e-5) * d_gradient_moving_z_south_east_x;
-        let south_east_part_10 = c(3.338573836000013e-8) * d_gradient_moving_x_south_east_z;
-        let south_east_part_11 = mul_add(c(-1.6424267108073443e-5),
-            d_gradient_moving_x_south_east_y, -c(-1.293994125217518e-5) * d_omega_xx_south_east);
-        let south_east_part_12 = sin_south_east_east * c(0.7071067811865475);
+        let south_east_part_10 = sin_south_east_east * c(0.7071067811865475);
         let carried_south_east_y_by_ground_east = cos_south_east_east * c(0.7071067811865475);
         let d_across_south_east = cos_ground_east * c(-6.936717523440031);
         let d_free_fall_south_east_y = mul_add(-sin_south_east_east, east_part_2,
@@ -3293,7 +3247,7 @@ impl<S: ::lamc_runtime::Scalar> Sixbar<S> {
         let across_south_by_ground_east = mul_add(c(0.3535532955220838), cos_south_east_east,
             c(0.6123724905851617));
         let carried_south_z_by_ground_east = mul_add(-sin_south_south_east,
-            across_south_by_ground_east, -cos_south_south_east * south_east_part_12);
+            across_south_by_ground_east, -cos_south_south_east * south_east_part_10);
         // south_ghost0
         let across_south_ghost0_by_ground_west = mul_add(c(-0.6123730214608576),
             cos_west_south_west, c(-0.3535527646463877));
@@ -3301,44 +3255,41 @@ impl<S: ::lamc_runtime::Scalar> Sixbar<S> {
             across_south_ghost0_by_ground_west,
             cos_south_west_south * carried_south_west_z_by_ground_west);
         // south
-        let carried_south_y_by_ground_east = mul_add(-sin_south_south_east, south_east_part_12,
+        let carried_south_y_by_ground_east = mul_add(-sin_south_south_east, south_east_part_10,
             cos_south_south_east * across_south_by_ground_east);
         let carried_south_x_by_ground_east = mul_add(c(-0.6123724905851617), cos_south_east_east,
             c(0.3535532955220838));
         // south_west
-        let d_moment_own_south_west_x = c(3.520149320482795e-4) * d_free_fall_south_west_z;
         let d_moment_own_south_west_z = -cos_ground_west * c(-2.9906177176792508e-3);
         // south_east
-        let south_east_part_13 = c(4.7358339509453106e-4) * d_free_fall_south_east_z;
-        let d_moment_own_south_east_z = cos_ground_east * c(3.285114235562457e-3);
-        let south_east_part_14 = c(0.7071067811865475) * omega_south_east_x;
-        let d_omega_xx_south_east_2 = south_east_part_14 + south_east_part_14;
-        let south_east_part_15 = carried_south_east_y * carried_south_east_y_by_ground_east;
-        let d_omega_yy_south_east = south_east_part_15 + south_east_part_15;
+        let south_east_part_11 = c(0.7071067811865475) * omega_south_east_x;
+        let d_omega_xx_south_east_2 = south_east_part_11 + south_east_part_11;
+        let south_east_part_12 = carried_south_east_y * carried_south_east_y_by_ground_east;
+        let d_omega_yy_south_east = south_east_part_12 + south_east_part_12;
         let d_omega_xy_south_east = mul_add(c(0.7071067811865475), carried_south_east_y,
             omega_south_east_x * carried_south_east_y_by_ground_east);
         let d_omega_xz_south_east = mul_add(c(-0.7071067811865475), south_east_part,
-            -omega_south_east_x * south_east_part_12);
-        let d_omega_yz_south_east = mul_add(-carried_south_east_y, south_east_part_12,
+            -omega_south_east_x * south_east_part_10);
+        let d_omega_yz_south_east = mul_add(-carried_south_east_y, south_east_part_10,
             -south_east_part * carried_south_east_y_by_ground_east);
-        let south_east_part_16 = u[3] * south_east_part_12;
-        let south_east_part_17 = u[3] * carried_south_east_y_by_ground_east;
-        let d_gradient_moving_x_south_east_y_2 = d_omega_xy_south_east + south_east_part_17;
-        let d_gradient_moving_x_south_east_z_2 = d_omega_xz_south_east - south_east_part_16;
-        let d_gradient_moving_z_south_east_x_2 = d_omega_xz_south_east + south_east_part_16;
+        let south_east_part_13 = u[3] * south_east_part_10;
+        let south_east_part_14 = u[3] * carried_south_east_y_by_ground_east;
+        let d_gradient_moving_x_south_east_y_2 = d_omega_xy_south_east + south_east_part_14;
+        let d_gradient_moving_x_south_east_z_2 = d_omega_xz_south_east - south_east_part_13;
+        let d_gradient_moving_z_south_east_x_2 = d_omega_xz_south_east + south_east_part_13;
         // south_west
-        let south_west_part_12 = c(0.4999993895786978) * omega_south_west_x;
-        let d_omega_xx_south_west_2 = south_west_part_12 + south_west_part_12;
-        let south_west_part_13 = d_alpha_moving_south_west_z * south_west_part_11;
-        let d_omega_yy_south_west = south_west_part_13 + south_west_part_13;
+        let south_west_part_9 = c(0.4999993895786978) * omega_south_west_x;
+        let d_omega_xx_south_west_2 = south_west_part_9 + south_west_part_9;
+        let south_west_part_10 = d_alpha_moving_south_west_z * south_west_part_8;
+        let d_omega_yy_south_west = south_west_part_10 + south_west_part_10;
         let d_omega_xy_south_west = mul_add(c(-0.4999993895786978), d_alpha_moving_south_west_z,
-            -omega_south_west_x * south_west_part_11);
+            -omega_south_west_x * south_west_part_8);
         let d_omega_xz_south_west_2 = mul_add(c(0.4999993895786978), d_carried_south_west_y,
             omega_south_west_x * carried_south_west_z_by_ground_west);
         let d_omega_yz_south_west = mul_add(-d_alpha_moving_south_west_z,
-            carried_south_west_z_by_ground_west, -d_carried_south_west_y * south_west_part_11);
+            carried_south_west_z_by_ground_west, -d_carried_south_west_y * south_west_part_8);
         let d_alpha_moving_south_west_y = u[2] * carried_south_west_z_by_ground_west;
-        let d_alpha_moving_south_west_z_2 = u[2] * south_west_part_11;
+        let d_alpha_moving_south_west_z_2 = u[2] * south_west_part_8;
         let d_gradient_moving_x_south_west_y_2 = d_omega_xy_south_west
             - d_alpha_moving_south_west_z_2;
         let d_gradient_moving_x_south_west_z_2 = d_omega_xz_south_west_2
@@ -3496,15 +3447,15 @@ impl<S: ::lamc_runtime::Scalar> Sixbar<S> {
         let second_moment_zz_south_west = bend_south_ghost0 + c(5.0515633909806605e-8);
         let mass_west_south_west_west_south_west = second_moment_yy_south_west
             + second_moment_zz_south_west;
-        let south_west_part_14 = sin_west_south_west * second_moment_xz_south_west;
-        let south_west_part_15 = cos_west_south_west * second_moment_xy_south_west;
-        let across_south_west_3 = south_west_part_14 - south_west_part_15;
+        let south_west_part_11 = sin_west_south_west * second_moment_xz_south_west;
+        let south_west_part_12 = cos_west_south_west * second_moment_xy_south_west;
+        let across_south_west_3 = south_west_part_11 - south_west_part_12;
         let moment_above_south_west_x_2 = mul_add(c(-0.8660257562110547), across_south_west_3,
             c(0.4999993895786978) * mass_west_south_west_west_south_west);
         let twist_south_west = mul_add(second_moment_yz_south_west, cos_west_south_west * c(2.0),
             sin_west_south_west * (second_moment_yy_south_west - second_moment_zz_south_west));
         let bend_south_west = sin_west_south_west * twist_south_west;
-        let turned_xy_south_west = south_west_part_15 - south_west_part_14;
+        let turned_xy_south_west = south_west_part_12 - south_west_part_11;
         let turned_yy_south_west = second_moment_yy_south_west - bend_south_west;
         let twist_south_west_2 = mul_add(c(0.8660257562110547), -bend_south_ghost0_2
             - turned_yy_south_west, turned_xy_south_west * c(0.9999987791573955));
@@ -3520,15 +3471,15 @@ impl<S: ::lamc_runtime::Scalar> Sixbar<S> {
         let second_moment_zz_south_east = bend_south + c(5.711232105341301e-8);
         let mass_south_east_east_south_east_east = second_moment_yy_south_east
             + second_moment_zz_south_east;
-        let south_east_part_18 = sin_south_east_east * second_moment_xz_south_east;
-        let south_east_part_19 = cos_south_east_east * second_moment_xy_south_east;
-        let across_south_east_4 = south_east_part_18 - south_east_part_19;
+        let south_east_part_15 = sin_south_east_east * second_moment_xz_south_east;
+        let south_east_part_16 = cos_south_east_east * second_moment_xy_south_east;
+        let across_south_east_4 = south_east_part_15 - south_east_part_16;
         let moment_above_south_east_x_2 = mul_add(c(0.7071067811865475),
             mass_south_east_east_south_east_east, c(0.7071067811865475) * across_south_east_4);
         let twist_south_east = mul_add(second_moment_yz_south_east, cos_south_east_east * c(2.0),
             sin_south_east_east * (second_moment_yy_south_east - second_moment_zz_south_east));
         let bend_south_east = sin_south_east_east * twist_south_east;
-        let turned_xy_south_east = south_east_part_19 - south_east_part_18;
+        let turned_xy_south_east = south_east_part_16 - south_east_part_15;
         let turned_yy_south_east = second_moment_yy_south_east - bend_south_east;
         let twist_south_east_2 = mul_add(c(-0.7071067811865475), south_part_11
             - turned_yy_south_east, turned_xy_south_east * c(1.414213562373095));
@@ -3538,25 +3489,23 @@ impl<S: ::lamc_runtime::Scalar> Sixbar<S> {
         let d_gradient_moving_x_south_ghost0_z = carried_south_ghost0_z + carried_south_ghost0_z;
         let d_gradient_moving_y_south_ghost0_x = carried_south_ghost0_y - carried_south_ghost0_y;
         let d_gradient_moving_z_south_ghost0_x = carried_south_ghost0_z - carried_south_ghost0_z;
-        let south_ghost0_part_9 = c(6.645589092322223e-6) * d_gradient_moving_z_south_ghost0_x;
-        let south_ghost0_part_10 = c(2.372658269341246e-8) * d_gradient_moving_x_south_ghost0_z;
-        let south_ghost0_part_11 = mul_add(c(-5.5653677591751645e-6),
+        let south_ghost0_part_9 = c(2.372658269341246e-8) * d_gradient_moving_x_south_ghost0_z;
+        let south_ghost0_part_10 = mul_add(c(-5.5653677591751645e-6),
             d_gradient_moving_x_south_ghost0_y, d_omega_xx_south_ghost0 * c(-6.645589092322223e-6));
-        let d_across_south_ghost0 = mul_add(-cos_south_west_south, south_ghost0_part_10,
-            sin_south_west_south * south_ghost0_part_11);
+        let d_across_south_ghost0 = mul_add(-cos_south_west_south, south_ghost0_part_9,
+            sin_south_west_south * south_ghost0_part_10);
         let d_moment_above_south_ghost0_x = mul_add(c(-0.7071063925583853), d_across_south_ghost0,
             c(-4.699143694822053e-6) * d_gradient_moving_z_south_ghost0_x);
         let d_moment_above_south_ghost0_y = mul_add(c(-4.699138529497321e-6),
             d_gradient_moving_z_south_ghost0_x, c(0.7071071698144961) * d_across_south_ghost0);
-        let d_moment_above_south_ghost0_z = mul_add(-cos_south_west_south, south_ghost0_part_11,
-            -sin_south_west_south * south_ghost0_part_10);
+        let d_moment_above_south_ghost0_z = mul_add(-cos_south_west_south, south_ghost0_part_10,
+            -sin_south_west_south * south_ghost0_part_9);
         // south
         let d_omega_xx_south = omega_south_x + omega_south_x;
         let d_gradient_moving_x_south_y = carried_south_y + carried_south_y;
         let d_gradient_moving_x_south_z = carried_south_z + carried_south_z;
         let d_gradient_moving_y_south_x = carried_south_y - carried_south_y;
         let d_gradient_moving_z_south_x = carried_south_z - carried_south_z;
-        let d_moment_own_south_x = c(6.64555505684884e-6) * d_gradient_moving_z_south_x;
         let south_part_12 = c(2.3726582693412885e-8) * d_gradient_moving_x_south_z;
         let south_part_13 = mul_add(c(-5.565308808048279e-6), d_gradient_moving_x_south_y,
             -d_omega_xx_south * c(-6.64555505684884e-6));
@@ -3580,41 +3529,39 @@ impl<S: ::lamc_runtime::Scalar> Sixbar<S> {
             omega_south_x * carried_south_z_by_ground_east);
         let d_omega_yz_south = mul_add(carried_south_y, carried_south_z_by_ground_east,
             carried_south_z * carried_south_y_by_ground_east);
-        let south_part_17 = d_omega_yy_south + d_omega_zz_south;
-        let south_part_18 = d_omega_xx_south_2 + d_omega_zz_south;
-        let d_across_south_2 = c(-0.4999998655490338) * south_east_part_16;
-        let south_part_19 = c(-0.8660254814097262) * south_east_part_16;
+        let d_across_south_2 = c(-0.4999998655490338) * south_east_part_13;
+        let south_part_17 = c(-0.8660254814097262) * south_east_part_13;
         let d_alpha_moving_south_y = mul_add(cos_south_south_east, d_across_south_2,
-            mul_add(-sin_south_south_east, south_east_part_17,
+            mul_add(-sin_south_south_east, south_east_part_14,
             u[1] * carried_south_z_by_ground_east));
         let d_alpha_moving_south_z = mul_add(-sin_south_south_east, d_across_south_2, mul_add(-u[1],
-            carried_south_y_by_ground_east, -cos_south_south_east * south_east_part_17));
+            carried_south_y_by_ground_east, -cos_south_south_east * south_east_part_14));
         let d_gradient_moving_x_south_y_2 = d_omega_xy_south - d_alpha_moving_south_z;
         let d_gradient_moving_x_south_z_2 = d_omega_xz_south + d_alpha_moving_south_y;
         let d_gradient_moving_y_south_x_2 = d_omega_xy_south + d_alpha_moving_south_z;
-        let d_gradient_moving_y_south_z = d_omega_yz_south + south_part_19;
+        let d_gradient_moving_y_south_z = d_omega_yz_south + south_part_17;
         let d_gradient_moving_z_south_x_2 = d_omega_xz_south - d_alpha_moving_south_y;
-        let d_gradient_moving_z_south_y = d_omega_yz_south - south_part_19;
-        let south_part_20 = mul_add(c(-2.3726582693412885e-8), d_gradient_moving_y_south_z,
+        let d_gradient_moving_z_south_y = d_omega_yz_south - south_part_17;
+        let south_part_18 = mul_add(c(-2.3726582693412885e-8), d_gradient_moving_y_south_z,
             mul_add(c(-6.64555505684884e-6), d_gradient_moving_z_south_x_2,
             c(5.565308808048279e-6) * d_gradient_moving_z_south_y));
-        let south_part_21 = mul_add(c(2.3726582693412885e-8), d_gradient_moving_x_south_z_2,
+        let south_part_19 = mul_add(c(2.3726582693412885e-8), d_gradient_moving_x_south_z_2,
             c(6.64555505684884e-6) * d_gradient_moving_z_south_y);
-        let south_part_22 = mul_add(c(-5.565308808048279e-6), d_gradient_moving_x_south_y_2,
+        let south_part_20 = mul_add(c(-5.565308808048279e-6), d_gradient_moving_x_south_y_2,
             -c(6.64555505684884e-6) * (d_omega_yy_south - d_omega_xx_south_2));
-        let d_across_south_3 = mul_add(-cos_south_south_east, south_part_21,
-            sin_south_south_east * south_part_22);
+        let d_across_south_3 = mul_add(-cos_south_south_east, south_part_19,
+            sin_south_south_east * south_part_20);
         let d_moment_above_south_x_2 = mul_add(c(0.8660254814097262), d_across_south_3,
-            c(-0.4999998655490338) * south_part_20);
-        let d_moment_above_south_y_2 = mul_add(c(0.8660254814097262), south_part_20,
+            c(-0.4999998655490338) * south_part_18);
+        let d_moment_above_south_y_2 = mul_add(c(0.8660254814097262), south_part_18,
             c(0.4999998655490338) * d_across_south_3);
-        let d_moment_above_south_z_2 = mul_add(-cos_south_south_east, south_part_22,
-            -sin_south_south_east * south_part_21);
+        let d_moment_above_south_z_2 = mul_add(-cos_south_south_east, south_part_20,
+            -sin_south_south_east * south_part_19);
         // south_ghost0
-        let south_ghost0_part_12 = omega_south_ghost0_x * carried_south_ghost0_x_by_ground_west;
-        let d_omega_xx_south_ghost0_2 = south_ghost0_part_12 + south_ghost0_part_12;
-        let south_ghost0_part_13 = carried_south_ghost0_y * carried_south_ghost0_y_by_ground_west;
-        let d_omega_yy_south_ghost0 = south_ghost0_part_13 + south_ghost0_part_13;
+        let south_ghost0_part_11 = omega_south_ghost0_x * carried_south_ghost0_x_by_ground_west;
+        let d_omega_xx_south_ghost0_2 = south_ghost0_part_11 + south_ghost0_part_11;
+        let south_ghost0_part_12 = carried_south_ghost0_y * carried_south_ghost0_y_by_ground_west;
+        let d_omega_yy_south_ghost0 = south_ghost0_part_12 + south_ghost0_part_12;
         let d_omega_xy_south_ghost0 = mul_add(carried_south_ghost0_y,
             carried_south_ghost0_x_by_ground_west,
             omega_south_ghost0_x * carried_south_ghost0_y_by_ground_west);
@@ -3644,24 +3591,24 @@ impl<S: ::lamc_runtime::Scalar> Sixbar<S> {
             - d_alpha_moving_south_ghost0_y;
         let d_gradient_moving_z_south_ghost0_y = d_omega_yz_south_ghost0
             + d_alpha_moving_south_ghost0_x;
-        let south_ghost0_part_14 = mul_add(c(-2.372658269341246e-8),
+        let south_ghost0_part_13 = mul_add(c(-2.372658269341246e-8),
             d_gradient_moving_y_south_ghost0_z, mul_add(c(5.5653677591751645e-6),
             d_gradient_moving_z_south_ghost0_y,
             c(6.645589092322223e-6) * d_gradient_moving_z_south_ghost0_x_2));
-        let south_ghost0_part_15 = mul_add(c(-6.645589092322223e-6),
+        let south_ghost0_part_14 = mul_add(c(-6.645589092322223e-6),
             d_gradient_moving_z_south_ghost0_y,
             c(2.372658269341246e-8) * d_gradient_moving_x_south_ghost0_z_2);
-        let south_ghost0_part_16 = mul_add(c(-5.5653677591751645e-6),
+        let south_ghost0_part_15 = mul_add(c(-5.5653677591751645e-6),
             d_gradient_moving_x_south_ghost0_y_2, c(6.645589092322223e-6) * (d_omega_yy_south_ghost0
             - d_omega_xx_south_ghost0_2));
-        let d_across_south_ghost0_3 = mul_add(-cos_south_west_south, south_ghost0_part_15,
-            sin_south_west_south * south_ghost0_part_16);
+        let d_across_south_ghost0_3 = mul_add(-cos_south_west_south, south_ghost0_part_14,
+            sin_south_west_south * south_ghost0_part_15);
         let d_moment_above_south_ghost0_x_2 = mul_add(c(-0.7071063925583853),
-            d_across_south_ghost0_3, c(-0.7071071698144961) * south_ghost0_part_14);
-        let d_moment_above_south_ghost0_y_2 = mul_add(c(-0.7071063925583853), south_ghost0_part_14,
+            d_across_south_ghost0_3, c(-0.7071071698144961) * south_ghost0_part_13);
+        let d_moment_above_south_ghost0_y_2 = mul_add(c(-0.7071063925583853), south_ghost0_part_13,
             c(0.7071071698144961) * d_across_south_ghost0_3);
-        let d_moment_above_south_ghost0_z_2 = mul_add(-cos_south_west_south, south_ghost0_part_16,
-            -sin_south_west_south * south_ghost0_part_15);
+        let d_moment_above_south_ghost0_z_2 = mul_add(-cos_south_west_south, south_ghost0_part_15,
+            -sin_south_west_south * south_ghost0_part_14);
         // loop 0
         let loop0_part_2 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
             omega_xx_south + omega_zz_south, gradient_y_south_x * c(0.04034213973350825)),
@@ -3769,477 +3716,167 @@ impl<S: ::lamc_runtime::Scalar> Sixbar<S> {
         // the whole mechanism
         let part = mul_add(c(-3.5e-6), u[0], mul_add(c(-0.0114), q[0], moment_own_south_ghost0_x));
         let part_2 = mul_add(c(-3.5e-6), u[1], mul_add(c(-0.0114), q[1], moment_own_south_x));
-        let part_3 = mul_add(c(-3.5e-6), u[2], mul_add(c(-0.0114), q[2], moment_south_west_x));
-        let part_4 = mul_add(c(-3.5e-6), u[3], mul_add(c(-0.0114), q[3], moment_south_east_x));
-        let part_5 = mul_add(c(-3.5e-6), u[4], mul_add(c(-0.0114), q[4], moment_east_x));
-        let part_6 = mul_add(c(-3.5e-6), u[5], mul_add(c(-0.0114), q[5], moment_west_x));
         let factor_south_west_south_ground_west = moment_above_south_west_x * c(178919.86408403952);
         let factor_south_west_south_west_south_west =
             moment_above_south_ghost0_x_2 * c(178919.86408403952);
-        let part_7 = mul_add(-moment_above_south_west_x, factor_south_west_south_west_south_west,
+        let part_3 = mul_add(-moment_above_south_west_x, factor_south_west_south_west_south_west,
             moment_above_south_west_x_2);
         let factor_south_south_east_ground_east = moment_above_south_east_x * c(178921.751266151);
         let factor_south_south_east_south_east_east = moment_above_south_x * c(178921.751266151);
-        let part_8 = mul_add(-moment_above_south_east_x, factor_south_south_east_south_east_east,
+        let part_4 = mul_add(-moment_above_south_east_x, factor_south_south_east_south_east_east,
             moment_above_south_east_x_2);
         let inverse_pivot_west_south_west = c(1.0) / mul_add(-moment_above_south_ghost0_x_2,
             factor_south_west_south_west_south_west, mass_west_south_west_west_south_west);
-        let factor_west_south_west_ground_west = part_7 * inverse_pivot_west_south_west;
+        let factor_west_south_west_ground_west = part_3 * inverse_pivot_west_south_west;
         let inverse_pivot_south_east_east = c(1.0) / mul_add(-moment_above_south_x,
             factor_south_south_east_south_east_east, mass_south_east_east_south_east_east);
-        let factor_south_east_east_ground_east = part_8 * inverse_pivot_south_east_east;
-        let inverse_pivot_ground_west = c(1.0) / mul_add(-part_7,
+        let factor_south_east_east_ground_east = part_4 * inverse_pivot_south_east_east;
+        let inverse_pivot_ground_west = c(1.0) / mul_add(-part_3,
             factor_west_south_west_ground_west, mul_add(-moment_above_south_west_x,
             factor_south_west_south_ground_west, mass_ground_west_ground_west));
-        let inverse_pivot_ground_east = c(1.0) / mul_add(-part_8,
+        let inverse_pivot_ground_east = c(1.0) / mul_add(-part_4,
             factor_south_east_east_ground_east, mul_add(-moment_above_south_east_x,
             factor_south_south_east_ground_east, mass_ground_east_ground_east));
-        let part_9 = mul_add(-closure0_0_west_south_west, factor_west_south_west_ground_west,
+        let part_5 = mul_add(-closure0_0_west_south_west, factor_west_south_west_ground_west,
             c(0.08068423607472834) * carried_south_ghost0_z_by_ground_west);
-        let part_10 = mul_add(c(-0.08068423607472835), carried_south_z_by_ground_east,
+        let part_6 = mul_add(c(-0.08068423607472835), carried_south_z_by_ground_east,
             loop0_part * factor_south_east_east_ground_east);
-        let part_11 = mul_add(c(-12502.083224437016), moment_above_south_x,
+        let part_7 = mul_add(c(-12502.083224437016), moment_above_south_x,
             closure0_1_south_east_east);
-        let part_12 = mul_add(c(-0.08068423607472835), carried_south_ghost0_y_by_ground_west,
+        let part_8 = mul_add(c(-0.08068423607472835), carried_south_ghost0_y_by_ground_west,
             loop0_part_3 * factor_west_south_west_ground_west);
-        let part_13 = mul_add(-factor_south_east_east_ground_east, part_11,
+        let part_9 = mul_add(-factor_south_east_east_ground_east, part_7,
             mul_add(c(-12502.083224437016), moment_above_south_east_x, closure0_1_ground_east));
-        let part_14 = mul_add(c(-14436.012552214956), moment_above_south_ghost0_x_2,
+        let part_10 = mul_add(c(-14436.012552214956), moment_above_south_ghost0_x_2,
             c(0.05705240181944583));
-        let part_15 = mul_add(c(7218.08629094307), moment_above_south_x,
+        let part_11 = mul_add(c(7218.08629094307), moment_above_south_x,
             closure0_2_south_east_east);
-        let part_16 = mul_add(-factor_west_south_west_ground_west, part_14,
+        let part_12 = mul_add(-factor_west_south_west_ground_west, part_10,
             mul_add(c(-14436.012552214956), moment_above_south_west_x,
             c(0.08068423607472835) * carried_south_ghost0_x_by_ground_west));
-        let part_17 = mul_add(-factor_south_east_east_ground_east, part_15,
+        let part_13 = mul_add(-factor_south_east_east_ground_east, part_11,
             mul_add(c(7218.08629094307), moment_above_south_east_x, closure0_2_ground_east));
-        let part_18 = closure0_0_west_south_west * inverse_pivot_west_south_west;
-        let part_19 = loop0_part * inverse_pivot_south_east_east;
-        let part_20 = inverse_pivot_ground_east * part_10;
-        let part_21 = inverse_pivot_ground_west * part_9;
-        let part_22 = loop0_part_3 * inverse_pivot_west_south_west;
+        let part_14 = closure0_0_west_south_west * inverse_pivot_west_south_west;
+        let part_15 = loop0_part * inverse_pivot_south_east_east;
+        let part_16 = inverse_pivot_ground_east * part_6;
+        let part_17 = inverse_pivot_ground_west * part_5;
+        let part_18 = loop0_part_3 * inverse_pivot_west_south_west;
+        let part_19 = inverse_pivot_south_east_east * part_7;
+        let part_20 = inverse_pivot_ground_east * part_9;
+        let part_21 = inverse_pivot_ground_west * part_8;
+        let part_22 = inverse_pivot_west_south_west * part_10;
         let part_23 = inverse_pivot_south_east_east * part_11;
         let part_24 = inverse_pivot_ground_east * part_13;
         let part_25 = inverse_pivot_ground_west * part_12;
-        let part_26 = inverse_pivot_west_south_west * part_14;
-        let part_27 = inverse_pivot_south_east_east * part_15;
-        let part_28 = inverse_pivot_ground_east * part_17;
-        let part_29 = inverse_pivot_ground_west * part_16;
-        let part_30 = closure0_0_west_south_west * part_18;
-        dt[0] = c(0.0);
-        dt[1] = c(0.0);
-        dt[2] = c(0.0);
-        dt[3] = c(0.0);
-        dt[4] = c(0.0);
-        dt[5] = c(0.0);
-        kept[0] = cos_ground_east;
-        kept[1] = cos_ground_west;
-        kept[2] = sin_south_east_east;
-        kept[3] = cos_south_east_east;
-        kept[4] = sin_west_south_west;
-        kept[5] = cos_west_south_west;
-        kept[6] = sin_south_south_east;
-        kept[7] = cos_south_south_east;
-        kept[8] = sin_south_west_south;
-        kept[9] = cos_south_west_south;
-        kept[10] = closure0_0_west_south_west;
-        kept[11] = loop0_part;
-        kept[12] = east_part_3;
-        kept[13] = d_moment_own_west_x;
-        kept[14] = d_alpha_moving_south_west_z;
-        kept[15] = d_carried_south_west_y;
-        kept[16] = alpha_south_west_y;
-        kept[17] = south_west_part_2;
-        kept[18] = omega_yy_south_west;
-        kept[19] = d_omega_xz_south_west;
-        kept[20] = omega_xy_south_west;
-        kept[21] = omega_xz_south_west;
-        kept[22] = south_west_part_3;
-        kept[23] = omega_yz_south_west;
-        kept[24] = south_west_part_4;
-        kept[25] = south_west_part_5;
-        kept[26] = free_fall_south_west_z;
-        kept[27] = south_west_part_6;
-        kept[28] = south_west_part_7;
-        kept[29] = south_west_part_8;
-        kept[30] = south_west_part_9;
-        kept[31] = south_west_part_10;
-        kept[32] = carried_south_east_y;
-        kept[33] = south_east_part;
-        kept[34] = south_east_part_2;
-        kept[35] = alpha_south_east_z;
-        kept[36] = omega_yy_south_east;
-        kept[37] = omega_xy_south_east;
-        kept[38] = south_east_part_4;
-        kept[39] = omega_xz_south_east;
-        kept[40] = south_east_part_5;
-        kept[41] = omega_yz_south_east;
-        kept[42] = south_east_part_6;
-        kept[43] = south_east_part_7;
-        kept[44] = free_fall_south_east_z;
-        kept[45] = south_east_part_8;
-        kept[46] = south_east_part_9;
-        kept[47] = d_moment_own_south_east_x;
-        kept[48] = south_east_part_10;
-        kept[49] = south_east_part_11;
-        kept[50] = d_free_fall_south_east_y;
-        kept[51] = d_free_fall_south_east_z;
-        kept[52] = d_free_fall_south_west_y;
-        kept[53] = d_free_fall_south_west_z;
-        kept[54] = d_moment_own_south_west_x;
-        kept[55] = d_moment_own_south_west_z;
-        kept[56] = south_east_part_13;
-        kept[57] = d_moment_own_south_east_z;
-        kept[58] = south_part;
-        kept[59] = south_part_2;
-        kept[60] = carried_south_y;
-        kept[61] = carried_south_z;
-        kept[62] = omega_south_x;
-        kept[63] = south_part_4;
-        kept[64] = south_part_5;
-        kept[65] = omega_zz_south;
-        kept[66] = omega_xy_south;
-        kept[67] = omega_xz_south;
-        kept[68] = omega_yz_south;
-        kept[69] = across_south_3;
-        kept[70] = south_part_6;
-        kept[71] = south_part_8;
-        kept[72] = south_part_9;
-        kept[73] = south_part_10;
-        kept[74] = carried_south_y_by_south_east_east;
-        kept[75] = south_ghost0_part;
-        kept[76] = south_ghost0_part_2;
-        kept[77] = carried_south_ghost0_y;
-        kept[78] = carried_south_ghost0_z;
-        kept[79] = omega_south_ghost0_x;
-        kept[80] = south_ghost0_part_3;
-        kept[81] = south_ghost0_part_4;
-        kept[82] = omega_xy_south_ghost0;
-        kept[83] = omega_xz_south_ghost0;
-        kept[84] = omega_yz_south_ghost0;
-        kept[85] = across_south_ghost0_3;
-        kept[86] = south_ghost0_part_5;
-        kept[87] = south_ghost0_part_7;
-        kept[88] = south_ghost0_part_8;
-        kept[89] = d_gradient_moving_y_south_ghost0_x;
-        kept[90] = d_gradient_moving_z_south_ghost0_x;
-        kept[91] = south_ghost0_part_9;
-        kept[92] = d_moment_above_south_ghost0_x;
-        kept[93] = d_omega_xx_south;
-        kept[94] = d_gradient_moving_x_south_y;
-        kept[95] = d_gradient_moving_y_south_x;
-        kept[96] = d_gradient_moving_z_south_x;
-        kept[97] = d_moment_own_south_x;
-        kept[98] = d_moment_above_south_x;
-        kept[99] = south_part_17;
-        kept[100] = south_part_18;
-        kept[101] = d_gradient_moving_x_south_y_2;
-        kept[102] = d_gradient_moving_y_south_x_2;
-        kept[103] = d_gradient_moving_z_south_x_2;
-        kept[104] = d_gradient_moving_z_south_y;
-        kept[105] = south_part_20;
-        kept[106] = d_gradient_moving_y_south_ghost0_x_2;
-        kept[107] = d_gradient_moving_z_south_ghost0_x_2;
-        kept[108] = d_gradient_moving_z_south_ghost0_y;
-        kept[109] = south_ghost0_part_14;
-        kept[110] = gamma0_0;
-        kept[111] = loop0_part_3;
-        kept[112] = gamma0_1;
-        kept[113] = gamma0_2;
-        kept[114] = d_moment_above_south_west_x;
-        kept[115] = d_moment_above_south_east_x;
-        kept[116] = d_moment_moving_south_west_x;
-        kept[117] = d_moment_above_south_west_x_2;
-        kept[118] = d_moment_moving_south_east_x;
-        kept[119] = d_moment_above_south_east_x_2;
-        kept[120] = part;
-        kept[121] = part_2;
-        kept[122] = part_3;
-        kept[123] = part_4;
-        kept[124] = part_5;
-        kept[125] = part_6;
-        kept[126] = factor_south_west_south_ground_west;
-        kept[127] = factor_south_west_south_west_south_west;
-        kept[128] = factor_south_south_east_ground_east;
-        kept[129] = factor_south_south_east_south_east_east;
-        kept[130] = inverse_pivot_west_south_west;
-        kept[131] = factor_west_south_west_ground_west;
-        kept[132] = inverse_pivot_south_east_east;
-        kept[133] = factor_south_east_east_ground_east;
-        kept[134] = inverse_pivot_ground_west;
-        kept[135] = inverse_pivot_ground_east;
-        kept[136] = part_9;
-        kept[137] = part_10;
-        kept[138] = part_11;
-        kept[139] = part_12;
-        kept[140] = part_13;
-        kept[141] = part_14;
-        kept[142] = part_15;
-        kept[143] = part_16;
-        kept[144] = part_17;
-        kept[145] = part_18;
-        kept[146] = part_19;
-        kept[147] = part_20;
-        kept[148] = part_21;
-        kept[149] = part_22;
-        kept[150] = part_23;
-        kept[151] = part_24;
-        kept[152] = part_25;
-        kept[153] = part_26;
-        kept[154] = part_27;
-        kept[155] = part_28;
-        kept[156] = part_29;
-        kept[157] = part_30;
-    }
-    #[inline(never)]
-    fn jacobian_part_2(
-        &self,
-        u: &[S; N],
-        kept: &mut [S; 158],
-        acceleration: &mut [S; 6],
-        du: &mut [S; 36],
-        margin: &mut [S; 2],
-    ) {
-        let c = S::from_f64;
-        let mul_add = S::mul_add;
-        let cos_ground_west = kept[1];
-        let sin_south_east_east = kept[2];
-        let cos_south_east_east = kept[3];
-        let sin_west_south_west = kept[4];
-        let cos_west_south_west = kept[5];
-        let sin_south_south_east = kept[6];
-        let cos_south_south_east = kept[7];
-        let sin_south_west_south = kept[8];
-        let cos_south_west_south = kept[9];
-        let closure0_0_west_south_west = kept[10];
-        let loop0_part = kept[11];
-        let d_moment_own_west_x = kept[13];
-        let d_alpha_moving_south_west_z = kept[14];
-        let d_carried_south_west_y = kept[15];
-        let alpha_south_west_y = kept[16];
-        let south_west_part_2 = kept[17];
-        let omega_yy_south_west = kept[18];
-        let d_omega_xz_south_west = kept[19];
-        let omega_xy_south_west = kept[20];
-        let omega_xz_south_west = kept[21];
-        let south_west_part_3 = kept[22];
-        let omega_yz_south_west = kept[23];
-        let south_west_part_4 = kept[24];
-        let south_west_part_5 = kept[25];
-        let free_fall_south_west_z = kept[26];
-        let south_west_part_6 = kept[27];
-        let south_west_part_7 = kept[28];
-        let south_west_part_8 = kept[29];
-        let south_west_part_9 = kept[30];
-        let south_west_part_10 = kept[31];
-        let carried_south_east_y = kept[32];
-        let south_east_part = kept[33];
-        let south_east_part_2 = kept[34];
-        let alpha_south_east_z = kept[35];
-        let omega_yy_south_east = kept[36];
-        let omega_xy_south_east = kept[37];
-        let south_east_part_4 = kept[38];
-        let omega_xz_south_east = kept[39];
-        let south_east_part_5 = kept[40];
-        let omega_yz_south_east = kept[41];
-        let south_east_part_6 = kept[42];
-        let south_east_part_7 = kept[43];
-        let free_fall_south_east_z = kept[44];
-        let south_east_part_8 = kept[45];
-        let south_east_part_9 = kept[46];
-        let d_free_fall_south_west_y = kept[52];
-        let d_free_fall_south_west_z = kept[53];
-        let d_moment_own_south_west_x = kept[54];
-        let d_moment_own_south_west_z = kept[55];
-        let south_part = kept[58];
-        let south_part_2 = kept[59];
-        let carried_south_y = kept[60];
-        let carried_south_z = kept[61];
-        let omega_south_x = kept[62];
-        let omega_zz_south = kept[65];
-        let omega_yz_south = kept[68];
-        let across_south_3 = kept[69];
-        let south_part_10 = kept[73];
-        let carried_south_y_by_south_east_east = kept[74];
-        let south_ghost0_part = kept[75];
-        let south_ghost0_part_2 = kept[76];
-        let carried_south_ghost0_y = kept[77];
-        let carried_south_ghost0_z = kept[78];
-        let omega_south_ghost0_x = kept[79];
-        let south_ghost0_part_3 = kept[80];
-        let south_ghost0_part_4 = kept[81];
-        let omega_xy_south_ghost0 = kept[82];
-        let omega_xz_south_ghost0 = kept[83];
-        let omega_yz_south_ghost0 = kept[84];
-        let across_south_ghost0_3 = kept[85];
-        let south_ghost0_part_5 = kept[86];
-        let south_ghost0_part_7 = kept[87];
-        let south_ghost0_part_8 = kept[88];
-        let d_gradient_moving_y_south_ghost0_x = kept[89];
-        let d_gradient_moving_z_south_ghost0_x = kept[90];
-        let south_ghost0_part_9 = kept[91];
-        let d_moment_above_south_ghost0_x = kept[92];
-        let d_omega_xx_south = kept[93];
-        let d_gradient_moving_x_south_y = kept[94];
-        let d_gradient_moving_y_south_x = kept[95];
-        let d_gradient_moving_z_south_x = kept[96];
-        let d_moment_own_south_x = kept[97];
-        let d_moment_above_south_x = kept[98];
-        let d_gradient_moving_y_south_ghost0_x_2 = kept[106];
-        let d_gradient_moving_z_south_ghost0_x_2 = kept[107];
-        let d_gradient_moving_z_south_ghost0_y = kept[108];
-        let south_ghost0_part_14 = kept[109];
-        let gamma0_0 = kept[110];
-        let loop0_part_3 = kept[111];
-        let gamma0_1 = kept[112];
-        let gamma0_2 = kept[113];
-        let d_moment_above_south_west_x = kept[114];
-        let d_moment_above_south_east_x = kept[115];
-        let d_moment_moving_south_west_x = kept[116];
-        let d_moment_above_south_west_x_2 = kept[117];
-        let part = kept[120];
-        let part_2 = kept[121];
-        let part_3 = kept[122];
-        let part_4 = kept[123];
-        let part_5 = kept[124];
-        let part_6 = kept[125];
-        let factor_south_west_south_ground_west = kept[126];
-        let factor_south_west_south_west_south_west = kept[127];
-        let factor_south_south_east_ground_east = kept[128];
-        let factor_south_south_east_south_east_east = kept[129];
-        let inverse_pivot_west_south_west = kept[130];
-        let factor_west_south_west_ground_west = kept[131];
-        let inverse_pivot_south_east_east = kept[132];
-        let factor_south_east_east_ground_east = kept[133];
-        let inverse_pivot_ground_west = kept[134];
-        let inverse_pivot_ground_east = kept[135];
-        let part_9 = kept[136];
-        let part_10 = kept[137];
-        let part_11 = kept[138];
-        let part_12 = kept[139];
-        let part_13 = kept[140];
-        let part_14 = kept[141];
-        let part_15 = kept[142];
-        let part_16 = kept[143];
-        let part_17 = kept[144];
-        let part_18 = kept[145];
-        let part_19 = kept[146];
-        let part_20 = kept[147];
-        let part_21 = kept[148];
-        let part_22 = kept[149];
-        let part_23 = kept[150];
-        let part_24 = kept[151];
-        let part_25 = kept[152];
-        let part_26 = kept[153];
-        let part_27 = kept[154];
-        let part_28 = kept[155];
-        let part_29 = kept[156];
-        let part_30 = kept[157];
-        // the whole mechanism
-        let part_31 = mul_add(part_9, part_21, mul_add(part_10, part_20, mul_add(loop0_part,
-            part_19, part_30)));
-        let part_32 = mul_add(part_9, part_25, mul_add(part_10, part_24, mul_add(-loop0_part,
-            part_23, -closure0_0_west_south_west * part_22)));
-        let part_33 = mul_add(part_12, part_25, mul_add(part_13, part_24, mul_add(part_11, part_23,
-            mul_add(loop0_part_3, part_22, c(873.577884436453)))));
-        let part_34 = mul_add(part_9, part_29, mul_add(part_10, part_28, mul_add(-loop0_part,
-            part_27, closure0_0_west_south_west * part_26)));
-        let part_35 = mul_add(part_16, part_29, mul_add(part_17, part_28, mul_add(part_15, part_27,
-            mul_add(part_14, part_26, c(1455.9516904983989)))));
-        let part_36 = c(1.0) / (part_35 + (part_31 + part_33));
-        let part_37 = c(2.0) * part_36;
-        let part_38 = c(1.0) / part_31;
-        let part_39 = part_32 * part_38;
-        let part_40 = mul_add(-part_32, part_39, part_33);
-        let part_41 = part_34 * part_38;
-        let part_42 = mul_add(-part_32, part_41, mul_add(part_12, part_29, mul_add(part_13, part_28,
-            mul_add(part_11, part_27, mul_add(-loop0_part_3, part_26, c(-504.3607884001874))))));
-        let part_43 = c(1.0) / part_40;
-        let part_44 = part_42 * part_43;
-        let part_45 = mul_add(-part_42, part_44, mul_add(-part_34, part_41, part_35));
-        let part_46 = c(1.0) / part_45;
-        let part_47 = mul_add(-part, factor_south_west_south_west_south_west, part_3);
-        let part_48 = mul_add(-part_2, factor_south_south_east_south_east_east, part_4);
-        let part_49 = mul_add(-factor_west_south_west_ground_west, part_47, mul_add(-part,
-            factor_south_west_south_ground_west, part_6));
-        let part_50 = mul_add(-factor_south_east_east_ground_east, part_48, mul_add(-part_2,
-            factor_south_south_east_ground_east, part_5));
-        let part_51 = c(-3.5e-6) - south_ghost0_part_9;
-        let part_52 = mul_add(-factor_south_west_south_west_south_west, part_51,
+        let part_26 = mul_add(part_5, part_17, mul_add(part_6, part_16, mul_add(loop0_part, part_15,
+            closure0_0_west_south_west * part_14)));
+        let part_27 = mul_add(part_5, part_21, mul_add(part_6, part_20, mul_add(-loop0_part,
+            part_19, -closure0_0_west_south_west * part_18)));
+        let part_28 = mul_add(part_8, part_21, mul_add(part_9, part_20, mul_add(part_7, part_19,
+            mul_add(loop0_part_3, part_18, c(873.577884436453)))));
+        let part_29 = mul_add(part_5, part_25, mul_add(part_6, part_24, mul_add(-loop0_part,
+            part_23, closure0_0_west_south_west * part_22)));
+        let part_30 = mul_add(part_12, part_25, mul_add(part_13, part_24, mul_add(part_11, part_23,
+            mul_add(part_10, part_22, c(1455.9516904983989)))));
+        let part_31 = c(1.0) / (part_30 + (part_26 + part_28));
+        let part_32 = c(2.0) * part_31;
+        let part_33 = c(1.0) / part_26;
+        let part_34 = part_27 * part_33;
+        let part_35 = mul_add(-part_27, part_34, part_28);
+        let part_36 = part_29 * part_33;
+        let part_37 = mul_add(-part_27, part_36, mul_add(part_8, part_25, mul_add(part_9, part_24,
+            mul_add(part_7, part_23, mul_add(-loop0_part_3, part_22, c(-504.3607884001874))))));
+        let part_38 = c(1.0) / part_35;
+        let part_39 = part_37 * part_38;
+        let part_40 = mul_add(-part_37, part_39, mul_add(-part_29, part_36, part_30));
+        let part_41 = c(1.0) / part_40;
+        let part_42 = mul_add(-part, factor_south_west_south_west_south_west, mul_add(c(-3.5e-6),
+            u[2], mul_add(c(-0.0114), q[2], moment_south_west_x)));
+        let part_43 = mul_add(-part_2, factor_south_south_east_south_east_east, mul_add(c(-3.5e-6),
+            u[3], mul_add(c(-0.0114), q[3], moment_south_east_x)));
+        let part_44 = mul_add(-factor_west_south_west_ground_west, part_42, mul_add(-part,
+            factor_south_west_south_ground_west, mul_add(c(-3.5e-6), u[5], mul_add(c(-0.0114), q[5],
+            moment_west_x))));
+        let part_45 = mul_add(-factor_south_east_east_ground_east, part_43, mul_add(-part_2,
+            factor_south_south_east_ground_east, mul_add(c(-3.5e-6), u[4], mul_add(c(-0.0114), q[4],
+            moment_east_x))));
+        let part_46 = mul_add(c(-6.645589092322223e-6), d_gradient_moving_z_south_ghost0_x,
+            c(-3.5e-6));
+        let part_47 = mul_add(-factor_south_west_south_west_south_west, part_46,
             d_moment_above_south_ghost0_x);
-        let part_53 = mul_add(-factor_west_south_west_ground_west, part_52,
-            mul_add(-factor_south_west_south_ground_west, part_51, d_moment_above_south_west_x));
-        let part_54 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x,
-            mul_add(part_21, part_53, part_18 * part_52));
-        let part_55 = mul_add(part_39, part_54, -mul_add(c(0.08068423607472835),
-            d_gradient_moving_z_south_ghost0_x, mul_add(-part_22, part_52, part_25 * part_53)));
-        let part_56 = part_46 * mul_add(-part_44, part_55, mul_add(part_41, part_54,
-            -mul_add(part_29, part_53, mul_add(part_26, part_52,
-            c(14436.012552214956) * part_51))));
-        let part_57 = mul_add(-part_44, part_56, part_43 * part_55);
-        let part_58 = mul_add(-part_39, part_57, mul_add(-part_41, part_56, -part_38 * part_54));
-        let part_59 = mul_add(part_28, part_56, mul_add(part_24, part_57, part_20 * part_58));
-        let part_60 = mul_add(inverse_pivot_ground_west, part_53, mul_add(part_29, part_56,
-            mul_add(part_25, part_57, part_21 * part_58)));
-        let part_61 = mul_add(-factor_south_east_east_ground_east, part_59, mul_add(part_27,
-            part_56, mul_add(-part_19, part_58, part_23 * part_57)));
-        let part_62 = mul_add(-factor_west_south_west_ground_west, part_60,
-            mul_add(inverse_pivot_west_south_west, part_52, mul_add(part_26, part_56,
-            mul_add(-part_22, part_57, part_18 * part_58))));
-        let part_63 = c(-3.5e-6) + d_moment_own_south_x;
-        let part_64 = mul_add(-factor_south_south_east_south_east_east, part_63,
+        let part_48 = mul_add(-factor_west_south_west_ground_west, part_47,
+            mul_add(-factor_south_west_south_ground_west, part_46, d_moment_above_south_west_x));
+        let part_49 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x,
+            mul_add(part_17, part_48, part_14 * part_47));
+        let part_50 = mul_add(part_34, part_49, -mul_add(c(0.08068423607472835),
+            d_gradient_moving_z_south_ghost0_x, mul_add(-part_18, part_47, part_21 * part_48)));
+        let part_51 = part_41 * mul_add(-part_39, part_50, mul_add(part_36, part_49,
+            -mul_add(part_25, part_48, mul_add(part_22, part_47,
+            c(14436.012552214956) * part_46))));
+        let part_52 = mul_add(-part_39, part_51, part_38 * part_50);
+        let part_53 = mul_add(-part_34, part_52, mul_add(-part_36, part_51, -part_33 * part_49));
+        let part_54 = mul_add(part_24, part_51, mul_add(part_20, part_52, part_16 * part_53));
+        let part_55 = mul_add(inverse_pivot_ground_west, part_48, mul_add(part_25, part_51,
+            mul_add(part_21, part_52, part_17 * part_53)));
+        let part_56 = mul_add(-factor_south_east_east_ground_east, part_54, mul_add(part_23,
+            part_51, mul_add(-part_15, part_53, part_19 * part_52)));
+        let part_57 = mul_add(-factor_west_south_west_ground_west, part_55,
+            mul_add(inverse_pivot_west_south_west, part_47, mul_add(part_22, part_51,
+            mul_add(-part_18, part_52, part_14 * part_53))));
+        let part_58 = mul_add(c(6.64555505684884e-6), d_gradient_moving_z_south_x, c(-3.5e-6));
+        let part_59 = mul_add(-factor_south_south_east_south_east_east, part_58,
             d_moment_above_south_x);
-        let part_65 = mul_add(-factor_south_east_east_ground_east, part_64,
-            mul_add(-factor_south_south_east_ground_east, part_63, d_moment_above_south_east_x));
-        let part_66 = mul_add(-part_19, part_64, part_20 * part_65) - mul_add(c(0.5000002689018962),
+        let part_60 = mul_add(-factor_south_east_east_ground_east, part_59,
+            mul_add(-factor_south_south_east_ground_east, part_58, d_moment_above_south_east_x));
+        let part_61 = mul_add(-part_15, part_59, part_16 * part_60) - mul_add(c(0.5000002689018962),
             mul_add(c(0.06987458559937648), d_omega_xx_south,
             c(0.04034213973350825) * d_gradient_moving_y_south_x),
             d_gradient_moving_x_south_y * c(-0.060513155359896355));
-        let part_67 = mul_add(part_39, part_66, -mul_add(c(-0.04034213973350825),
-            d_gradient_moving_z_south_x, mul_add(part_24, part_65, mul_add(part_23, part_64,
-            c(12502.083224437016) * part_63))));
-        let part_68 = mul_add(-part_44, part_67, mul_add(part_41, part_66,
-            -mul_add(c(-0.0698745855993765), d_gradient_moving_z_south_x, mul_add(part_28, part_65,
-            mul_add(part_27, part_64, c(-7218.08629094307) * part_63)))));
-        let part_69 = part_46 * part_68;
-        let part_70 = mul_add(-part_44, part_69, part_43 * part_67);
-        let part_71 = mul_add(-part_39, part_70, mul_add(-part_41, part_69, -part_38 * part_66));
-        let part_72 = mul_add(part_29, part_69, mul_add(part_25, part_70, part_21 * part_71));
-        let part_73 = mul_add(inverse_pivot_ground_east, part_65, mul_add(part_28, part_69,
-            mul_add(part_24, part_70, part_20 * part_71)));
-        let part_74 = mul_add(-factor_south_east_east_ground_east, part_73,
-            mul_add(inverse_pivot_south_east_east, part_64, mul_add(part_27, part_69,
-            mul_add(-part_19, part_71, part_23 * part_70))));
-        let part_75 = mul_add(-factor_west_south_west_ground_west, part_72, mul_add(part_26,
-            part_69, mul_add(-part_22, part_70, part_18 * part_71)));
-        let part_76 = gamma0_0 + mul_add(part_21, part_49, mul_add(part_20, part_50,
-            mul_add(-part_19, part_48, part_18 * part_47)));
-        let part_77 = mul_add(part_29, part_49, mul_add(part_28, part_50, mul_add(part_27, part_48,
-            mul_add(part_26, part_47, mul_add(c(-7218.08629094307), part_2,
+        let part_62 = mul_add(part_34, part_61, -mul_add(c(-0.04034213973350825),
+            d_gradient_moving_z_south_x, mul_add(part_20, part_60, mul_add(part_19, part_59,
+            c(12502.083224437016) * part_58))));
+        let part_63 = mul_add(-part_39, part_62, mul_add(part_36, part_61,
+            -mul_add(c(-0.0698745855993765), d_gradient_moving_z_south_x, mul_add(part_24, part_60,
+            mul_add(part_23, part_59, c(-7218.08629094307) * part_58)))));
+        let part_64 = part_41 * part_63;
+        let part_65 = mul_add(-part_39, part_64, part_38 * part_62);
+        let part_66 = mul_add(-part_34, part_65, mul_add(-part_36, part_64, -part_33 * part_61));
+        let part_67 = mul_add(part_25, part_64, mul_add(part_21, part_65, part_17 * part_66));
+        let part_68 = mul_add(inverse_pivot_ground_east, part_60, mul_add(part_24, part_64,
+            mul_add(part_20, part_65, part_16 * part_66)));
+        let part_69 = mul_add(-factor_south_east_east_ground_east, part_68,
+            mul_add(inverse_pivot_south_east_east, part_59, mul_add(part_23, part_64,
+            mul_add(-part_15, part_66, part_19 * part_65))));
+        let part_70 = mul_add(-factor_west_south_west_ground_west, part_67, mul_add(part_22,
+            part_64, mul_add(-part_18, part_65, part_14 * part_66)));
+        let part_71 = gamma0_0 + mul_add(part_17, part_44, mul_add(part_16, part_45,
+            mul_add(-part_15, part_43, part_14 * part_42)));
+        let part_72 = mul_add(part_25, part_44, mul_add(part_24, part_45, mul_add(part_23, part_43,
+            mul_add(part_22, part_42, mul_add(c(-7218.08629094307), part_2,
             part * c(14436.012552214956))))));
-        let part_78 = mul_add(part_39, part_76, -(gamma0_1 + mul_add(part_25, part_49,
-            mul_add(part_24, part_50, mul_add(part_23, part_48, mul_add(-part_22, part_47,
+        let part_73 = mul_add(part_34, part_71, -(gamma0_1 + mul_add(part_21, part_44,
+            mul_add(part_20, part_45, mul_add(part_19, part_43, mul_add(-part_18, part_42,
             part_2 * c(12502.083224437016)))))));
-        let part_79 = part_46 * mul_add(-part_44, part_78, mul_add(part_41, part_76, -(gamma0_2
-            + part_77)));
-        let part_80 = mul_add(-part_44, part_79, part_43 * part_78);
-        let part_81 = mul_add(-part_39, part_80, mul_add(-part_41, part_79, -part_38 * part_76));
-        let part_82 = mul_add(inverse_pivot_ground_east, part_50, mul_add(part_28, part_79,
-            mul_add(part_24, part_80, part_20 * part_81)));
-        let part_83 = mul_add(inverse_pivot_ground_west, part_49, mul_add(part_29, part_79,
-            mul_add(part_25, part_80, part_21 * part_81)));
-        let part_84 = mul_add(-factor_south_east_east_ground_east, part_82,
-            mul_add(inverse_pivot_south_east_east, part_48, mul_add(part_27, part_79,
-            mul_add(-part_19, part_81, part_23 * part_80))));
-        let part_85 = mul_add(-factor_west_south_west_ground_west, part_83,
-            mul_add(inverse_pivot_west_south_west, part_47, mul_add(part_26, part_79,
-            mul_add(-part_22, part_80, part_18 * part_81))));
-        let part_86 = mul_add(-factor_south_south_east_south_east_east, part_84,
-            mul_add(-factor_south_south_east_ground_east, part_82, mul_add(c(178921.751266151),
-            part_2, mul_add(c(-7218.08629094307), part_79, c(12502.083224437016) * part_80))));
-        let part_87 = mul_add(-factor_south_west_south_west_south_west, part_85,
-            mul_add(-factor_south_west_south_ground_west, part_83, mul_add(c(14436.012552214956),
-            part_79, part * c(178919.86408403952))));
+        let part_74 = part_41 * mul_add(-part_39, part_73, mul_add(part_36, part_71, -(gamma0_2
+            + part_72)));
+        let part_75 = mul_add(-part_39, part_74, part_38 * part_73);
+        let part_76 = mul_add(-part_34, part_75, mul_add(-part_36, part_74, -part_33 * part_71));
+        let part_77 = mul_add(inverse_pivot_ground_east, part_45, mul_add(part_24, part_74,
+            mul_add(part_20, part_75, part_16 * part_76)));
+        let part_78 = mul_add(inverse_pivot_ground_west, part_44, mul_add(part_25, part_74,
+            mul_add(part_21, part_75, part_17 * part_76)));
+        let part_79 = mul_add(-factor_south_east_east_ground_east, part_77,
+            mul_add(inverse_pivot_south_east_east, part_43, mul_add(part_23, part_74,
+            mul_add(-part_15, part_76, part_19 * part_75))));
+        let part_80 = mul_add(-factor_west_south_west_ground_west, part_78,
+            mul_add(inverse_pivot_west_south_west, part_42, mul_add(part_22, part_74,
+            mul_add(-part_18, part_75, part_14 * part_76))));
+        let part_81 = mul_add(-factor_south_south_east_south_east_east, part_79,
+            mul_add(-factor_south_south_east_ground_east, part_77, mul_add(c(178921.751266151),
+            part_2, mul_add(c(-7218.08629094307), part_74, c(12502.083224437016) * part_75))));
+        let part_82 = mul_add(-factor_south_west_south_west_south_west, part_80,
+            mul_add(-factor_south_west_south_ground_west, part_78, mul_add(c(14436.012552214956),
+            part_74, part * c(178919.86408403952))));
         // south_ghost0
         let d_carried_south_ghost0_z = -south_ghost0_part - south_ghost0_part_2;
         let d_omega_yy_south_ghost0_2 = omega_yz_south_ghost0 + omega_yz_south_ghost0;
@@ -4248,42 +3885,39 @@ impl<S: ::lamc_runtime::Scalar> Sixbar<S> {
             carried_south_ghost0_z * carried_south_ghost0_z);
         let d_free_fall_south_ghost0_z = mul_add(-cos_south_west_south, across_south_ghost0_3,
             -sin_south_west_south * free_fall_south_west_z);
-        let south_ghost0_part_17 = c(0.08068423607472835) * part_80;
-        let moment_closing_south_ghost0_z = c(0.08068423607472834) * part_81;
-        let south_ghost0_part_18 = cos_south_west_south * moment_closing_south_ghost0_z;
-        let south_ghost0_part_19 = sin_south_west_south * south_ghost0_part_17;
+        let south_ghost0_part_16 = c(0.08068423607472835) * part_75;
+        let moment_closing_south_ghost0_z = c(0.08068423607472834) * part_76;
+        let south_ghost0_part_17 = cos_south_west_south * moment_closing_south_ghost0_z;
+        let south_ghost0_part_18 = sin_south_west_south * south_ghost0_part_16;
         let across_south_ghost0_5 = mul_add(-sin_south_west_south, moment_closing_south_ghost0_z,
-            -cos_south_west_south * south_ghost0_part_17);
-        let d_across_south_ghost0_4 = south_ghost0_part_19 - south_ghost0_part_18;
-        let south_ghost0_part_20 = c(0.7071063925583853) * d_across_south_ghost0_4;
+            -cos_south_west_south * south_ghost0_part_16);
+        let d_across_south_ghost0_4 = south_ghost0_part_18 - south_ghost0_part_17;
         let d_moment_above_south_ghost0_y_3 = c(0.7071071698144961) * d_across_south_ghost0_4;
-        let moment_above_south_ghost0_y_3 = mul_add(c(0.0570523391071303), part_79,
+        let moment_above_south_ghost0_y_3 = mul_add(c(0.0570523391071303), part_74,
             c(0.7071071698144961) * across_south_ghost0_5);
-        let moment_above_south_ghost0_z_2 = south_ghost0_part_18 - south_ghost0_part_19;
+        let moment_above_south_ghost0_z_2 = south_ghost0_part_17 - south_ghost0_part_18;
         // south
-        let moment_closing_south_x = mul_add(c(-0.040342139733508246), part_79,
-            c(0.06987458559937648) * part_80);
-        let moment_closing_south_y = mul_add(c(0.0698745855993765), part_79,
-            c(0.04034213973350825) * part_80);
-        let moment_closing_south_z = c(-0.08068423607472835) * part_81;
+        let moment_closing_south_x = mul_add(c(-0.040342139733508246), part_74,
+            c(0.06987458559937648) * part_75);
+        let moment_closing_south_y = mul_add(c(0.0698745855993765), part_74,
+            c(0.04034213973350825) * part_75);
+        let moment_closing_south_z = c(-0.08068423607472835) * part_76;
         let across_south_5 = mul_add(-sin_south_south_east, moment_closing_south_z,
             cos_south_south_east * moment_closing_south_y);
         let moment_above_south_y_3 = mul_add(c(-0.8660254814097262), moment_closing_south_x,
             c(0.4999998655490338) * across_south_5);
-        let south_part_23 = sin_south_south_east * moment_closing_south_y;
-        let south_part_24 = cos_south_south_east * moment_closing_south_z;
-        let moment_above_south_z_3 = south_part_23 + south_part_24;
+        let south_part_21 = sin_south_south_east * moment_closing_south_y;
+        let south_part_22 = cos_south_south_east * moment_closing_south_z;
+        let moment_above_south_z_3 = south_part_21 + south_part_22;
         let d_carried_south_z = south_part - south_part_2;
         let d_omega_yy_south_2 = omega_yz_south + omega_yz_south;
-        let south_part_25 = carried_south_z * d_carried_south_z;
-        let d_omega_zz_south_2 = south_part_25 + south_part_25;
+        let south_part_23 = carried_south_z * d_carried_south_z;
+        let d_omega_zz_south_2 = south_part_23 + south_part_23;
         let d_omega_xz_south_2 = omega_south_x * d_carried_south_z;
         let d_omega_yz_south_2 = mul_add(carried_south_y, d_carried_south_z, omega_zz_south);
-        let south_part_26 = d_omega_yy_south_2 + d_omega_zz_south_2;
         let d_free_fall_south_z = mul_add(-cos_south_south_east, across_south_3,
             -sin_south_south_east * free_fall_south_east_z);
-        let d_across_south_4 = -south_part_23 - south_part_24;
-        let d_moment_above_south_x_3 = c(0.8660254814097262) * d_across_south_4;
+        let d_across_south_4 = -south_part_21 - south_part_22;
         let d_moment_above_south_y_3 = c(0.4999998655490338) * d_across_south_4;
         // south_west
         let d_across_south_west_4 = mul_add(-sin_west_south_west, across_south_ghost0_5,
@@ -4298,55 +3932,47 @@ impl<S: ::lamc_runtime::Scalar> Sixbar<S> {
         // south_west
         let d_across_south_west_5 = mul_add(-cos_west_south_west, moment_above_south_ghost0_z_2,
             -sin_west_south_west * moment_above_south_ghost0_y_3);
-        let south_west_part_16 = c(0.8660257562110547) * d_across_south_west_5;
         // south_east
         let d_across_south_east_5 = mul_add(-cos_south_east_east, moment_above_south_z_3,
             -sin_south_east_east * moment_above_south_y_3);
-        let d_moment_above_south_east_x_4 = c(0.7071067811865475) * d_across_south_east_5;
         // south_west
-        let south_west_part_17 = c(0.8660257562110547) * part_83;
-        let alpha_moving_south_west_x = mul_add(c(0.4999993895786978), part_83, part_85);
-        let south_west_part_18 = cos_west_south_west * south_west_part_17;
-        let alpha_moving_south_west_y = alpha_south_west_y - south_west_part_18;
-        let alpha_moving_south_west_z = mul_add(sin_west_south_west, south_west_part_17,
+        let south_west_part_13 = c(0.8660257562110547) * part_78;
+        let alpha_moving_south_west_x = mul_add(c(0.4999993895786978), part_78, part_80);
+        let south_west_part_14 = cos_west_south_west * south_west_part_13;
+        let alpha_moving_south_west_y = alpha_south_west_y - south_west_part_14;
+        let alpha_moving_south_west_z = mul_add(sin_west_south_west, south_west_part_13,
             south_west_part_2);
         let gradient_moving_x_south_west_y = omega_xy_south_west - alpha_moving_south_west_z;
         let gradient_moving_x_south_west_z = omega_xz_south_west + alpha_moving_south_west_y;
         let gradient_moving_z_south_west_y = alpha_moving_south_west_x - south_west_part_3;
-        let south_west_part_19 = mul_add(c(-1.2394283547934881e-5), gradient_moving_z_south_west_y,
-            c(2.6789051216394143e-8) * gradient_moving_x_south_west_z);
         let moment_own_south_west_z_2 = south_west_part_7 - mul_add(c(-1.0093594897589384e-5),
             gradient_moving_x_south_west_y, south_west_part_6);
         let d_omega_yy_south_west_2 = omega_yz_south_west - south_west_part_3;
         let d_omega_yz_south_west_2 = mul_add(d_carried_south_west_y, d_carried_south_west_y,
             -omega_yy_south_west);
         let d_free_fall_south_west_z_2 = south_west_part_4 - south_west_part_5;
-        let d_alpha_moving_south_west_z_3 = south_west_part_18 - alpha_south_west_y;
+        let d_alpha_moving_south_west_z_3 = south_west_part_14 - alpha_south_west_y;
         let d_gradient_moving_x_south_west_y_3 = omega_xz_south_west
             - d_alpha_moving_south_west_z_3;
         let d_gradient_moving_x_south_west_z_3 = d_omega_xz_south_west + alpha_moving_south_west_z;
         let d_gradient_moving_z_south_west_x_3 = d_omega_xz_south_west - alpha_moving_south_west_z;
-        let d_moment_own_south_west_x_2 = mul_add(c(3.520149320482795e-4),
-            d_free_fall_south_west_z_2, -mul_add(c(1.0093594897589384e-5), d_omega_yz_south_west_2,
+        let d_moment_own_south_west_x = mul_add(c(3.520149320482795e-4), d_free_fall_south_west_z_2,
+            -mul_add(c(1.0093594897589384e-5), d_omega_yz_south_west_2,
             mul_add(c(-2.6789051216394143e-8), d_omega_yz_south_west_2,
             c(1.2394283547934881e-5) * d_gradient_moving_z_south_west_x_3)));
-        let south_west_part_20 = mul_add(c(-1.2394283547934881e-5), d_omega_yz_south_west_2,
-            c(2.6789051216394143e-8) * d_gradient_moving_x_south_west_z_3);
-        let south_west_part_21 = mul_add(c(-1.0093594897589384e-5),
-            d_gradient_moving_x_south_west_y_3, c(1.2394283547934881e-5) * d_omega_yy_south_west_2);
         // south_ghost0
         let d_across_south_ghost0_5 = d_carried_south_west_y * c(0.7071071698144961);
         let d_carried_south_ghost0_x = d_carried_south_west_y * c(0.7071063925583853);
-        let south_ghost0_part_21 = sin_south_west_south * d_alpha_moving_south_west_z;
-        let south_ghost0_part_22 = cos_south_west_south * d_across_south_ghost0_5;
-        let d_carried_south_ghost0_y = south_ghost0_part_21 + south_ghost0_part_22;
-        let south_ghost0_part_23 = sin_south_west_south * d_across_south_ghost0_5;
-        let south_ghost0_part_24 = cos_south_west_south * d_alpha_moving_south_west_z;
-        let d_carried_south_ghost0_z_2 = south_ghost0_part_24 - south_ghost0_part_23;
-        let south_ghost0_part_25 = omega_south_ghost0_x * d_carried_south_ghost0_x;
-        let d_omega_xx_south_ghost0_3 = south_ghost0_part_25 + south_ghost0_part_25;
-        let south_ghost0_part_26 = carried_south_ghost0_y * d_carried_south_ghost0_y;
-        let d_omega_yy_south_ghost0_3 = south_ghost0_part_26 + south_ghost0_part_26;
+        let south_ghost0_part_19 = sin_south_west_south * d_alpha_moving_south_west_z;
+        let south_ghost0_part_20 = cos_south_west_south * d_across_south_ghost0_5;
+        let d_carried_south_ghost0_y = south_ghost0_part_19 + south_ghost0_part_20;
+        let south_ghost0_part_21 = sin_south_west_south * d_across_south_ghost0_5;
+        let south_ghost0_part_22 = cos_south_west_south * d_alpha_moving_south_west_z;
+        let d_carried_south_ghost0_z_2 = south_ghost0_part_22 - south_ghost0_part_21;
+        let south_ghost0_part_23 = omega_south_ghost0_x * d_carried_south_ghost0_x;
+        let d_omega_xx_south_ghost0_3 = south_ghost0_part_23 + south_ghost0_part_23;
+        let south_ghost0_part_24 = carried_south_ghost0_y * d_carried_south_ghost0_y;
+        let d_omega_yy_south_ghost0_3 = south_ghost0_part_24 + south_ghost0_part_24;
         let d_omega_xy_south_ghost0_2 = mul_add(carried_south_ghost0_y, d_carried_south_ghost0_x,
             omega_south_ghost0_x * d_carried_south_ghost0_y);
         let d_omega_xz_south_ghost0_3 = mul_add(carried_south_ghost0_z, d_carried_south_ghost0_x,
@@ -4357,21 +3983,21 @@ impl<S: ::lamc_runtime::Scalar> Sixbar<S> {
         let d_free_fall_south_ghost0_z_2 = mul_add(-sin_south_west_south, d_across_south_ghost0_6,
             cos_south_west_south * d_free_fall_south_west_z_2);
         let d_carried_south_ghost0_y_2 = cos_south_west_south * c(-0.7071063925583853);
-        let south_ghost0_part_27 = sin_south_west_south * c(-0.7071063925583853);
-        let south_ghost0_part_28 = c(0.7071071698144961) * omega_south_ghost0_x;
-        let d_omega_xx_south_ghost0_4 = south_ghost0_part_28 + south_ghost0_part_28;
-        let south_ghost0_part_29 = carried_south_ghost0_y * d_carried_south_ghost0_y_2;
-        let d_omega_yy_south_ghost0_4 = south_ghost0_part_29 + south_ghost0_part_29;
+        let south_ghost0_part_25 = sin_south_west_south * c(-0.7071063925583853);
+        let south_ghost0_part_26 = c(0.7071071698144961) * omega_south_ghost0_x;
+        let d_omega_xx_south_ghost0_4 = south_ghost0_part_26 + south_ghost0_part_26;
+        let south_ghost0_part_27 = carried_south_ghost0_y * d_carried_south_ghost0_y_2;
+        let d_omega_yy_south_ghost0_4 = south_ghost0_part_27 + south_ghost0_part_27;
         let d_omega_xy_south_ghost0_3 = mul_add(c(0.7071071698144961), carried_south_ghost0_y,
             omega_south_ghost0_x * d_carried_south_ghost0_y_2);
-        let d_omega_xz_south_ghost0_4 = mul_add(-omega_south_ghost0_x, south_ghost0_part_27,
+        let d_omega_xz_south_ghost0_4 = mul_add(-omega_south_ghost0_x, south_ghost0_part_25,
             c(0.7071071698144961) * carried_south_ghost0_z);
-        let d_omega_yz_south_ghost0_4 = mul_add(-carried_south_ghost0_y, south_ghost0_part_27,
+        let d_omega_yz_south_ghost0_4 = mul_add(-carried_south_ghost0_y, south_ghost0_part_25,
             carried_south_ghost0_z * d_carried_south_ghost0_y_2);
-        let d_alpha_moving_south_ghost0_y_2 = south_ghost0_part_22 + mul_add(-u[0],
-            south_ghost0_part_27, south_ghost0_part_21);
+        let d_alpha_moving_south_ghost0_y_2 = south_ghost0_part_20 + mul_add(-u[0],
+            south_ghost0_part_25, south_ghost0_part_19);
         let d_alpha_moving_south_ghost0_z_2 = mul_add(-u[0], d_carried_south_ghost0_y_2,
-            south_ghost0_part_24) - south_ghost0_part_23;
+            south_ghost0_part_22) - south_ghost0_part_21;
         let d_gradient_moving_x_south_ghost0_y_3 = d_omega_xy_south_ghost0_3
             - d_alpha_moving_south_ghost0_z_2;
         let d_gradient_moving_x_south_ghost0_z_3 = d_omega_xz_south_ghost0_4
@@ -4384,80 +4010,83 @@ impl<S: ::lamc_runtime::Scalar> Sixbar<S> {
             - d_alpha_moving_south_ghost0_y_2;
         let d_gradient_moving_z_south_ghost0_y_2 = d_carried_south_ghost0_x
             + d_omega_yz_south_ghost0_4;
-        let south_ghost0_part_30 = mul_add(c(-2.372658269341246e-8),
+        let south_ghost0_part_28 = mul_add(c(-2.372658269341246e-8),
             d_gradient_moving_y_south_ghost0_z_2, mul_add(c(5.5653677591751645e-6),
             d_gradient_moving_z_south_ghost0_y_2,
             c(6.645589092322223e-6) * d_gradient_moving_z_south_ghost0_x_3));
-        let south_ghost0_part_31 = mul_add(c(-6.645589092322223e-6),
+        let south_ghost0_part_29 = mul_add(c(-6.645589092322223e-6),
             d_gradient_moving_z_south_ghost0_y_2,
             c(2.372658269341246e-8) * d_gradient_moving_x_south_ghost0_z_3);
-        let south_ghost0_part_32 = mul_add(c(-5.5653677591751645e-6),
+        let south_ghost0_part_30 = mul_add(c(-5.5653677591751645e-6),
             d_gradient_moving_x_south_ghost0_y_3,
             c(6.645589092322223e-6) * (d_omega_yy_south_ghost0_4 - d_omega_xx_south_ghost0_4));
-        let d_across_south_ghost0_7 = mul_add(-cos_south_west_south, south_ghost0_part_31,
-            sin_south_west_south * south_ghost0_part_32);
+        let d_across_south_ghost0_7 = mul_add(-cos_south_west_south, south_ghost0_part_29,
+            sin_south_west_south * south_ghost0_part_30);
         let d_moment_above_south_ghost0_x_3 = mul_add(c(-0.7071063925583853),
-            d_across_south_ghost0_7, c(-0.7071071698144961) * south_ghost0_part_30);
-        let d_moment_above_south_ghost0_y_4 = mul_add(c(-0.7071063925583853), south_ghost0_part_30,
+            d_across_south_ghost0_7, c(-0.7071071698144961) * south_ghost0_part_28);
+        let d_moment_above_south_ghost0_y_4 = mul_add(c(-0.7071063925583853), south_ghost0_part_28,
             c(0.7071071698144961) * d_across_south_ghost0_7);
-        let d_moment_above_south_ghost0_z_3 = mul_add(-cos_south_west_south, south_ghost0_part_32,
-            -sin_south_west_south * south_ghost0_part_31);
+        let d_moment_above_south_ghost0_z_3 = mul_add(-cos_south_west_south, south_ghost0_part_30,
+            -sin_south_west_south * south_ghost0_part_29);
         // south_west
-        let d_moment_moving_south_west_x_2 = d_moment_above_south_ghost0_x_3 - south_west_part_8;
-        let d_moment_moving_south_west_y_2 = d_moment_above_south_ghost0_y_4 - south_west_part_9;
-        let d_moment_moving_south_west_z_2 = d_moment_above_south_ghost0_z_3 - south_west_part_10;
+        let d_moment_moving_south_west_x_2 = mul_add(c(-1.2394283547934881e-5),
+            d_gradient_moving_z_south_west_x, d_moment_above_south_ghost0_x_3);
+        let d_moment_moving_south_west_y_2 = mul_add(c(-2.6789051216394143e-8),
+            d_gradient_moving_x_south_west_z, d_moment_above_south_ghost0_y_4);
+        let d_moment_moving_south_west_z_2 = d_moment_above_south_ghost0_z_3
+            - mul_add(c(-1.0093594897589384e-5), d_gradient_moving_x_south_west_y,
+            c(-1.2394283547934881e-5) * d_omega_xx_south_west);
         let d_across_south_west_6 = mul_add(-sin_west_south_west, d_moment_moving_south_west_z_2,
             cos_west_south_west * d_moment_moving_south_west_y_2);
         let d_moment_above_south_west_x_4 = mul_add(c(-0.8660257562110547), d_across_south_west_6,
             c(0.4999993895786978) * d_moment_moving_south_west_x_2);
         // the whole mechanism
-        let part_88 = mul_add(factor_south_west_south_west_south_west, south_ghost0_part_30,
+        let part_83 = mul_add(factor_south_west_south_west_south_west, south_ghost0_part_28,
             c(-3.5e-6) + d_moment_moving_south_west_x_2);
-        let part_89 = mul_add(-factor_west_south_west_ground_west, part_88,
-            mul_add(factor_south_west_south_ground_west, south_ghost0_part_30,
+        let part_84 = mul_add(-factor_west_south_west_ground_west, part_83,
+            mul_add(factor_south_west_south_ground_west, south_ghost0_part_28,
             d_moment_above_south_west_x_4));
-        let part_90 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_3,
-            mul_add(part_21, part_89, part_18 * part_88));
-        let part_91 = mul_add(part_39, part_90, -mul_add(c(0.08068423607472835),
-            d_gradient_moving_z_south_ghost0_x_3, mul_add(-part_22, part_88, part_25 * part_89)));
-        let part_92 = mul_add(-part_44, part_91, mul_add(part_41, part_90,
-            -mul_add(c(0.08068423607472835), d_gradient_moving_z_south_ghost0_y_2, mul_add(part_29,
-            part_89, mul_add(part_26, part_88, south_ghost0_part_30 * c(-14436.012552214956))))));
-        let part_93 = part_46 * part_92;
-        let part_94 = mul_add(-part_44, part_93, part_43 * part_91);
-        let part_95 = mul_add(-part_39, part_94, mul_add(-part_41, part_93, -part_38 * part_90));
-        let part_96 = mul_add(part_28, part_93, mul_add(part_24, part_94, part_20 * part_95));
-        let part_97 = mul_add(inverse_pivot_ground_west, part_89, mul_add(part_29, part_93,
-            mul_add(part_25, part_94, part_21 * part_95)));
-        let part_98 = mul_add(-factor_south_east_east_ground_east, part_96, mul_add(part_27,
-            part_93, mul_add(-part_19, part_95, part_23 * part_94)));
-        let part_99 = mul_add(-factor_west_south_west_ground_west, part_97,
-            mul_add(inverse_pivot_west_south_west, part_88, mul_add(part_26, part_93,
-            mul_add(-part_22, part_94, part_18 * part_95))));
-        let part_100 = mul_add(factor_south_west_south_west_south_west, south_ghost0_part_14,
+        let part_85 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_3,
+            mul_add(part_17, part_84, part_14 * part_83));
+        let part_86 = mul_add(part_34, part_85, -mul_add(c(0.08068423607472835),
+            d_gradient_moving_z_south_ghost0_x_3, mul_add(-part_18, part_83, part_21 * part_84)));
+        let part_87 = mul_add(-part_39, part_86, mul_add(part_36, part_85,
+            -mul_add(c(0.08068423607472835), d_gradient_moving_z_south_ghost0_y_2, mul_add(part_25,
+            part_84, mul_add(part_22, part_83, south_ghost0_part_28 * c(-14436.012552214956))))));
+        let part_88 = part_41 * part_87;
+        let part_89 = mul_add(-part_39, part_88, part_38 * part_86);
+        let part_90 = mul_add(-part_34, part_89, mul_add(-part_36, part_88, -part_33 * part_85));
+        let part_91 = mul_add(part_24, part_88, mul_add(part_20, part_89, part_16 * part_90));
+        let part_92 = mul_add(inverse_pivot_ground_west, part_84, mul_add(part_25, part_88,
+            mul_add(part_21, part_89, part_17 * part_90)));
+        let part_93 = mul_add(-factor_south_east_east_ground_east, part_91, mul_add(part_23,
+            part_88, mul_add(-part_15, part_90, part_19 * part_89)));
+        let part_94 = mul_add(-factor_west_south_west_ground_west, part_92,
+            mul_add(inverse_pivot_west_south_west, part_83, mul_add(part_22, part_88,
+            mul_add(-part_18, part_89, part_14 * part_90))));
+        let part_95 = mul_add(factor_south_west_south_west_south_west, south_ghost0_part_13,
             d_moment_moving_south_west_x);
-        let part_101 = mul_add(-factor_west_south_west_ground_west, part_100,
-            mul_add(factor_south_west_south_ground_west, south_ghost0_part_14, c(-3.5e-6)
+        let part_96 = mul_add(-factor_west_south_west_ground_west, part_95,
+            mul_add(factor_south_west_south_ground_west, south_ghost0_part_13, c(-3.5e-6)
             + d_moment_above_south_west_x_2));
-        let part_102 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_2,
-            mul_add(part_21, part_101, part_18 * part_100));
-        let part_103 = mul_add(part_39, part_102, -mul_add(c(0.08068423607472835),
-            d_gradient_moving_z_south_ghost0_x_2, mul_add(-part_22, part_100, part_25 * part_101)));
-        let part_104 = mul_add(-part_44, part_103, mul_add(part_41, part_102,
-            -mul_add(c(0.08068423607472835), d_gradient_moving_z_south_ghost0_y, mul_add(part_29,
-            part_101, mul_add(part_26, part_100, c(-14436.012552214956) * south_ghost0_part_14)))));
-        let part_105 = part_46 * part_104;
-        let part_106 = mul_add(-part_44, part_105, part_43 * part_103);
-        let part_107 = mul_add(-part_39, part_106, mul_add(-part_41, part_105,
-            -part_38 * part_102));
-        let part_108 = mul_add(part_28, part_105, mul_add(part_24, part_106, part_20 * part_107));
-        let part_109 = mul_add(inverse_pivot_ground_west, part_101, mul_add(part_29, part_105,
-            mul_add(part_25, part_106, part_21 * part_107)));
-        let part_110 = mul_add(-factor_south_east_east_ground_east, part_108, mul_add(part_27,
-            part_105, mul_add(-part_19, part_107, part_23 * part_106)));
-        let part_111 = mul_add(-factor_west_south_west_ground_west, part_109,
-            mul_add(inverse_pivot_west_south_west, part_100, mul_add(part_26, part_105,
-            mul_add(-part_22, part_106, part_18 * part_107))));
+        let part_97 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_2,
+            mul_add(part_17, part_96, part_14 * part_95));
+        let part_98 = mul_add(part_34, part_97, -mul_add(c(0.08068423607472835),
+            d_gradient_moving_z_south_ghost0_x_2, mul_add(-part_18, part_95, part_21 * part_96)));
+        let part_99 = mul_add(-part_39, part_98, mul_add(part_36, part_97,
+            -mul_add(c(0.08068423607472835), d_gradient_moving_z_south_ghost0_y, mul_add(part_25,
+            part_96, mul_add(part_22, part_95, c(-14436.012552214956) * south_ghost0_part_13)))));
+        let part_100 = part_41 * part_99;
+        let part_101 = mul_add(-part_39, part_100, part_38 * part_98);
+        let part_102 = mul_add(-part_34, part_101, mul_add(-part_36, part_100, -part_33 * part_97));
+        let part_103 = mul_add(part_24, part_100, mul_add(part_20, part_101, part_16 * part_102));
+        let part_104 = mul_add(inverse_pivot_ground_west, part_96, mul_add(part_25, part_100,
+            mul_add(part_21, part_101, part_17 * part_102)));
+        let part_105 = mul_add(-factor_south_east_east_ground_east, part_103, mul_add(part_23,
+            part_100, mul_add(-part_15, part_102, part_19 * part_101)));
+        let part_106 = mul_add(-factor_west_south_west_ground_west, part_104,
+            mul_add(inverse_pivot_west_south_west, part_95, mul_add(part_22, part_100,
+            mul_add(-part_18, part_101, part_14 * part_102))));
         // south_ghost0
         let d_across_south_ghost0_8 = c(0.7071071698144961) * alpha_moving_south_west_z;
         let d_alpha_moving_south_ghost0_x_2 = c(0.7071063925583853) * alpha_moving_south_west_z;
@@ -4484,19 +4113,19 @@ impl<S: ::lamc_runtime::Scalar> Sixbar<S> {
             d_gradient_moving_y_south_ghost0_z_3, mul_add(c(5.5653677591751645e-6),
             d_gradient_moving_z_south_ghost0_y_3,
             c(6.645589092322223e-6) * d_gradient_moving_z_south_ghost0_x_4)));
-        let south_ghost0_part_33 = mul_add(c(-6.645589092322223e-6),
+        let south_ghost0_part_31 = mul_add(c(-6.645589092322223e-6),
             d_gradient_moving_z_south_ghost0_y_3,
             c(2.372658269341246e-8) * d_gradient_moving_x_south_ghost0_z_4);
         let d_moment_own_south_ghost0_z = -free_fall_south_west_z * c(1.2038592173704043e-4)
             - mul_add(c(-5.5653677591751645e-6), d_gradient_moving_x_south_ghost0_y_4,
             c(6.645589092322223e-6) * (d_omega_yy_south_ghost0_3 - d_omega_xx_south_ghost0_3));
         let d_across_south_ghost0_9 = mul_add(-sin_south_west_south, d_moment_own_south_ghost0_z,
-            -cos_south_west_south * south_ghost0_part_33);
+            -cos_south_west_south * south_ghost0_part_31);
         let d_moment_above_south_ghost0_x_4 = mul_add(c(-0.7071063925583853),
             d_across_south_ghost0_9, c(0.7071071698144961) * d_moment_own_south_ghost0_x);
         let d_moment_above_south_ghost0_y_5 = mul_add(c(0.7071063925583853),
             d_moment_own_south_ghost0_x, c(0.7071071698144961) * d_across_south_ghost0_9);
-        let d_moment_above_south_ghost0_z_4 = mul_add(-sin_south_west_south, south_ghost0_part_33,
+        let d_moment_above_south_ghost0_z_4 = mul_add(-sin_south_west_south, south_ghost0_part_31,
             cos_south_west_south * d_moment_own_south_ghost0_z);
         let d_across_south_ghost0_10 = mul_add(c(6.007372737186426), cos_ground_west,
             c(0.7071071698144961) * d_free_fall_south_west_y);
@@ -4505,40 +4134,41 @@ impl<S: ::lamc_runtime::Scalar> Sixbar<S> {
         let d_free_fall_south_ghost0_z_3 = mul_add(-sin_south_west_south, d_across_south_ghost0_10,
             cos_south_west_south * d_free_fall_south_west_z);
         let d_moment_own_south_ghost0_x_2 = c(1.7025149681007906e-4) * d_free_fall_south_ghost0_z_3;
-        let south_ghost0_part_34 = c(1.7025149681007906e-4) * d_free_fall_south_ghost0_x;
-        let d_across_south_ghost0_11 = sin_south_west_south * south_ghost0_part_34;
+        let south_ghost0_part_32 = c(1.7025149681007906e-4) * d_free_fall_south_ghost0_x;
+        let d_across_south_ghost0_11 = sin_south_west_south * south_ghost0_part_32;
         let d_moment_above_south_ghost0_x_5 = mul_add(c(-0.7071063925583853),
             d_across_south_ghost0_11, d_free_fall_south_ghost0_z_3 * c(1.2038605406605671e-4));
         let d_moment_above_south_ghost0_y_6 = mul_add(c(1.2038592173704043e-4),
             d_free_fall_south_ghost0_z_3, c(0.7071071698144961) * d_across_south_ghost0_11);
         // south_west
-        let d_moment_moving_south_west_x_3 = d_moment_own_south_west_x
-            + d_moment_above_south_ghost0_x_5;
-        let d_moment_moving_south_west_z_3 = mul_add(-cos_south_west_south, south_ghost0_part_34,
+        let d_moment_moving_south_west_x_3 = mul_add(c(3.520149320482795e-4),
+            d_free_fall_south_west_z, d_moment_above_south_ghost0_x_5);
+        let d_moment_moving_south_west_z_3 = mul_add(-cos_south_west_south, south_ghost0_part_32,
             d_moment_own_south_west_z);
         let d_across_south_west_7 = mul_add(-sin_west_south_west, d_moment_moving_south_west_z_3,
             cos_west_south_west * d_moment_above_south_ghost0_y_6);
         let d_moment_above_south_west_x_5 = mul_add(c(-0.8660257562110547), d_across_south_west_7,
             c(0.4999993895786978) * d_moment_moving_south_west_x_3);
         // west
-        let d_moment_moving_west_x = d_moment_own_west_x + d_moment_above_south_west_x_5;
+        let d_moment_moving_west_x = mul_add(c(6.332769027236974e-3), sin_ground_west,
+            d_moment_above_south_west_x_5);
         // south_ghost0
         let across_south_ghost0_6 = mul_add(c(-0.7071063925583853), alpha_moving_south_west_x,
             c(0.7071071698144961) * alpha_moving_south_west_y);
-        let alpha_moving_south_ghost0_x = part_87 + mul_add(c(0.7071063925583853),
+        let alpha_moving_south_ghost0_x = part_82 + mul_add(c(0.7071063925583853),
             alpha_moving_south_west_y, c(0.7071071698144961) * alpha_moving_south_west_x);
-        let south_ghost0_part_35 = sin_south_west_south * alpha_moving_south_west_z;
-        let south_ghost0_part_36 = cos_south_west_south * alpha_moving_south_west_z;
-        let south_ghost0_part_37 = cos_south_west_south * across_south_ghost0_6;
-        let south_ghost0_part_38 = sin_south_west_south * across_south_ghost0_6;
-        let alpha_moving_south_ghost0_y = south_ghost0_part_37 + (south_ghost0_part_3
-            + south_ghost0_part_35);
+        let south_ghost0_part_33 = sin_south_west_south * alpha_moving_south_west_z;
+        let south_ghost0_part_34 = cos_south_west_south * alpha_moving_south_west_z;
+        let south_ghost0_part_35 = cos_south_west_south * across_south_ghost0_6;
+        let south_ghost0_part_36 = sin_south_west_south * across_south_ghost0_6;
+        let alpha_moving_south_ghost0_y = south_ghost0_part_35 + (south_ghost0_part_3
+            + south_ghost0_part_33);
         let d_alpha_moving_south_ghost0_y_4 = mul_add(u[0], d_carried_south_ghost0_z,
-            south_ghost0_part_36) - south_ghost0_part_38;
-        let alpha_moving_south_ghost0_z = south_ghost0_part_36 - south_ghost0_part_4
-            - south_ghost0_part_38;
-        let d_alpha_moving_south_ghost0_z_4 = -south_ghost0_part_35 - south_ghost0_part_3
-            - south_ghost0_part_37;
+            south_ghost0_part_34) - south_ghost0_part_36;
+        let alpha_moving_south_ghost0_z = south_ghost0_part_34 - south_ghost0_part_4
+            - south_ghost0_part_36;
+        let d_alpha_moving_south_ghost0_z_4 = -south_ghost0_part_33 - south_ghost0_part_3
+            - south_ghost0_part_35;
         let gradient_moving_x_south_ghost0_y = omega_xy_south_ghost0 - alpha_moving_south_ghost0_z;
         let d_gradient_moving_x_south_ghost0_y_5 = omega_xz_south_ghost0
             - d_alpha_moving_south_ghost0_z_4;
@@ -4560,33 +4190,28 @@ impl<S: ::lamc_runtime::Scalar> Sixbar<S> {
             d_free_fall_south_ghost0_z, -mul_add(c(-2.372658269341246e-8),
             d_omega_yz_south_ghost0_2, mul_add(c(5.5653677591751645e-6), d_omega_yz_south_ghost0_2,
             c(6.645589092322223e-6) * d_gradient_moving_z_south_ghost0_x_5)));
-        let south_ghost0_part_39 = mul_add(c(-6.645589092322223e-6),
+        let south_ghost0_part_37 = mul_add(c(-6.645589092322223e-6),
             gradient_moving_z_south_ghost0_y,
             c(2.372658269341246e-8) * gradient_moving_x_south_ghost0_z);
-        let south_ghost0_part_40 = mul_add(c(-6.645589092322223e-6), d_omega_yz_south_ghost0_2,
+        let south_ghost0_part_38 = mul_add(c(-6.645589092322223e-6), d_omega_yz_south_ghost0_2,
             c(2.372658269341246e-8) * d_gradient_moving_x_south_ghost0_z_5);
-        let south_ghost0_part_41 = mul_add(c(-5.5653677591751645e-6),
+        let south_ghost0_part_39 = mul_add(c(-5.5653677591751645e-6),
             d_gradient_moving_x_south_ghost0_y_5,
             c(6.645589092322223e-6) * d_omega_yy_south_ghost0_2);
         let moment_own_south_ghost0_z_2 = south_ghost0_part_8 - mul_add(c(-5.5653677591751645e-6),
             gradient_moving_x_south_ghost0_y, south_ghost0_part_7);
-        let south_ghost0_part_42 = sin_south_west_south * moment_own_south_ghost0_z_2;
-        let south_ghost0_part_43 = cos_south_west_south * moment_own_south_ghost0_z_2;
-        let south_ghost0_part_44 = mul_add(-sin_south_west_south, south_ghost0_part_41,
-            south_ghost0_part_43);
-        let south_ghost0_part_45 = cos_south_west_south * south_ghost0_part_39;
+        let south_ghost0_part_40 = sin_south_west_south * moment_own_south_ghost0_z_2;
+        let south_ghost0_part_41 = cos_south_west_south * moment_own_south_ghost0_z_2;
         // south_east
-        let across_south_east_6 = c(0.7071067811865475) * part_82;
-        let alpha_moving_south_east_x = part_84 + across_south_east_6;
-        let south_east_part_20 = cos_south_east_east * across_south_east_6;
-        let alpha_moving_south_east_y = south_east_part_20 - south_east_part_2;
+        let across_south_east_6 = c(0.7071067811865475) * part_77;
+        let alpha_moving_south_east_x = part_79 + across_south_east_6;
+        let south_east_part_17 = cos_south_east_east * across_south_east_6;
+        let alpha_moving_south_east_y = south_east_part_17 - south_east_part_2;
         let alpha_moving_south_east_z = mul_add(-sin_south_east_east, across_south_east_6,
             alpha_south_east_z);
         let gradient_moving_x_south_east_y = omega_xy_south_east - alpha_moving_south_east_z;
         let gradient_moving_x_south_east_z = alpha_moving_south_east_y - south_east_part_4;
         let gradient_moving_z_south_east_y = alpha_moving_south_east_x - south_east_part_5;
-        let south_east_part_21 = mul_add(c(1.293994125217518e-5), gradient_moving_z_south_east_y,
-            c(3.338573836000013e-8) * gradient_moving_x_south_east_z);
         let moment_own_south_east_z_2 = south_east_part_8 - mul_add(c(-1.6424267108073443e-5),
             gradient_moving_x_south_east_y, south_east_part_9);
         let d_omega_yy_south_east_2 = omega_yz_south_east - south_east_part_5;
@@ -4594,366 +4219,90 @@ impl<S: ::lamc_runtime::Scalar> Sixbar<S> {
         let d_omega_yz_south_east_2 = mul_add(south_east_part, south_east_part,
             -omega_yy_south_east);
         let d_free_fall_south_east_z_2 = south_east_part_6 - south_east_part_7;
-        let d_alpha_moving_south_east_z = south_east_part_2 - south_east_part_20;
+        let d_alpha_moving_south_east_z = south_east_part_2 - south_east_part_17;
         let d_gradient_moving_x_south_east_y_3 = omega_xz_south_east - d_alpha_moving_south_east_z;
         let d_gradient_moving_x_south_east_z_3 = alpha_moving_south_east_z - omega_xy_south_east;
         let d_gradient_moving_z_south_east_x_3 = d_omega_xz_south_east_2
             - alpha_moving_south_east_z;
-        let d_moment_own_south_east_x_2 = -c(4.7358339509453106e-4) * d_free_fall_south_east_z_2
+        let d_moment_own_south_east_x = -c(4.7358339509453106e-4) * d_free_fall_south_east_z_2
             - mul_add(c(-1.293994125217518e-5), d_gradient_moving_z_south_east_x_3,
             mul_add(c(-3.338573836000013e-8), d_omega_yz_south_east_2,
             c(1.6424267108073443e-5) * d_omega_yz_south_east_2));
-        let south_east_part_22 = mul_add(c(1.293994125217518e-5), d_omega_yz_south_east_2,
-            c(3.338573836000013e-8) * d_gradient_moving_x_south_east_z_3);
-        let south_east_part_23 = mul_add(c(-1.6424267108073443e-5),
-            d_gradient_moving_x_south_east_y_3, -c(1.293994125217518e-5) * d_omega_yy_south_east_2);
         // south
         let d_across_south_5 = south_east_part * c(-0.4999998655490338);
-        let south_part_27 = south_east_part * c(-0.8660254814097262);
-        let south_part_28 = sin_south_south_east * carried_south_east_y;
-        let south_part_29 = cos_south_south_east * d_across_south_5;
-        let d_carried_south_y = south_part_29 - south_part_28;
-        let south_part_30 = sin_south_south_east * d_across_south_5;
-        let south_part_31 = -cos_south_south_east * carried_south_east_y;
-        let d_carried_south_z_2 = south_part_31 - south_part_30;
-        let south_part_32 = omega_south_x * south_part_27;
-        let d_omega_xx_south_3 = -south_part_32 - south_part_32;
-        let south_part_33 = carried_south_y * d_carried_south_y;
-        let d_omega_yy_south_3 = south_part_33 + south_part_33;
-        let south_part_34 = carried_south_z * d_carried_south_z_2;
-        let d_omega_zz_south_3 = south_part_34 + south_part_34;
-        let d_omega_xy_south_2 = mul_add(-carried_south_y, south_part_27,
+        let south_part_24 = south_east_part * c(-0.8660254814097262);
+        let south_part_25 = sin_south_south_east * carried_south_east_y;
+        let south_part_26 = cos_south_south_east * d_across_south_5;
+        let d_carried_south_y = south_part_26 - south_part_25;
+        let south_part_27 = sin_south_south_east * d_across_south_5;
+        let south_part_28 = -cos_south_south_east * carried_south_east_y;
+        let d_carried_south_z_2 = south_part_28 - south_part_27;
+        let south_part_29 = omega_south_x * south_part_24;
+        let d_omega_xx_south_3 = -south_part_29 - south_part_29;
+        let south_part_30 = carried_south_y * d_carried_south_y;
+        let d_omega_yy_south_3 = south_part_30 + south_part_30;
+        let south_part_31 = carried_south_z * d_carried_south_z_2;
+        let d_omega_zz_south_3 = south_part_31 + south_part_31;
+        let d_omega_xy_south_2 = mul_add(-carried_south_y, south_part_24,
             omega_south_x * d_carried_south_y);
-        let d_omega_xz_south_3 = mul_add(-carried_south_z, south_part_27,
+        let d_omega_xz_south_3 = mul_add(-carried_south_z, south_part_24,
             omega_south_x * d_carried_south_z_2);
         let d_omega_yz_south_3 = mul_add(carried_south_y, d_carried_south_z_2,
             carried_south_z * d_carried_south_y);
-        let south_part_35 = d_omega_yy_south_3 + d_omega_zz_south_3;
-        let south_part_36 = d_omega_xx_south_3 + d_omega_zz_south_3;
         let d_across_south_6 = free_fall_south_east_z * c(0.4999998655490338);
         let d_free_fall_south_z_2 = mul_add(-sin_south_south_east, d_across_south_6,
             cos_south_south_east * d_free_fall_south_east_z_2);
-        let south_part_37 = c(0.4999998655490338) * omega_south_x;
-        let d_omega_xx_south_4 = south_part_37 + south_part_37;
-        let south_part_38 = carried_south_y * carried_south_y_by_south_east_east;
-        let d_omega_yy_south_4 = south_part_38 + south_part_38;
-        let south_part_39 = carried_south_z * south_part_10;
-        let d_omega_zz_south_4 = -south_part_39 - south_part_39;
+        let south_part_32 = c(0.4999998655490338) * omega_south_x;
+        let d_omega_xx_south_4 = south_part_32 + south_part_32;
+        let south_part_33 = carried_south_y * carried_south_y_by_south_east_east;
+        let d_omega_yy_south_4 = south_part_33 + south_part_33;
+        let south_part_34 = carried_south_z * south_part_10;
+        let d_omega_zz_south_4 = -south_part_34 - south_part_34;
         let d_omega_xy_south_3 = mul_add(c(0.4999998655490338), carried_south_y,
             omega_south_x * carried_south_y_by_south_east_east);
         let d_omega_xz_south_4 = mul_add(-omega_south_x, south_part_10,
             c(0.4999998655490338) * carried_south_z);
         let d_omega_yz_south_4 = mul_add(-carried_south_y, south_part_10,
             carried_south_z * carried_south_y_by_south_east_east);
-        let south_part_40 = d_omega_yy_south_4 + d_omega_zz_south_4;
-        let south_part_41 = d_omega_xx_south_4 + d_omega_zz_south_4;
-        let d_alpha_moving_south_y_2 = south_part_29 + (-u[1] * south_part_10 - south_part_28);
+        let d_alpha_moving_south_y_2 = south_part_26 + (-u[1] * south_part_10 - south_part_25);
         let d_alpha_moving_south_z_2 = mul_add(-u[1], carried_south_y_by_south_east_east,
-            south_part_31) - south_part_30;
+            south_part_28) - south_part_27;
         let d_gradient_moving_x_south_y_3 = d_omega_xy_south_3 - d_alpha_moving_south_z_2;
         let d_gradient_moving_x_south_z_3 = d_omega_xz_south_4 + d_alpha_moving_south_y_2;
         let d_gradient_moving_y_south_x_3 = d_omega_xy_south_3 + d_alpha_moving_south_z_2;
-        let d_gradient_moving_y_south_z_2 = south_part_27 + d_omega_yz_south_4;
+        let d_gradient_moving_y_south_z_2 = south_part_24 + d_omega_yz_south_4;
         let d_gradient_moving_z_south_x_3 = d_omega_xz_south_4 - d_alpha_moving_south_y_2;
-        let d_gradient_moving_z_south_y_2 = d_omega_yz_south_4 - south_part_27;
-        let south_part_42 = mul_add(c(-2.3726582693412885e-8), d_gradient_moving_y_south_z_2,
+        let d_gradient_moving_z_south_y_2 = d_omega_yz_south_4 - south_part_24;
+        let south_part_35 = mul_add(c(-2.3726582693412885e-8), d_gradient_moving_y_south_z_2,
             mul_add(c(-6.64555505684884e-6), d_gradient_moving_z_south_x_3,
             c(5.565308808048279e-6) * d_gradient_moving_z_south_y_2));
-        let south_part_43 = mul_add(c(2.3726582693412885e-8), d_gradient_moving_x_south_z_3,
+        let south_part_36 = mul_add(c(2.3726582693412885e-8), d_gradient_moving_x_south_z_3,
             c(6.64555505684884e-6) * d_gradient_moving_z_south_y_2);
-        let south_part_44 = d_omega_yy_south_4 - d_omega_xx_south_4;
-        acceleration[0] = part_87;
-        acceleration[1] = part_86;
-        acceleration[2] = part_85;
-        acceleration[3] = part_84;
-        acceleration[4] = part_82;
-        acceleration[5] = part_83;
-        du[0] = mul_add(-factor_south_west_south_west_south_west, part_62,
-            mul_add(-factor_south_west_south_ground_west, part_60, mul_add(c(14436.012552214956),
-            part_56, c(178919.86408403952) * part_51)));
-        du[1] = mul_add(-factor_south_west_south_west_south_west, part_75,
-            mul_add(-factor_south_west_south_ground_west, part_72,
-            c(14436.012552214956) * part_69));
-        du[2] = mul_add(-factor_south_west_south_west_south_west, part_99,
-            mul_add(-factor_south_west_south_ground_west, part_97, mul_add(c(14436.012552214956),
-            part_93, south_ghost0_part_30 * c(-178919.86408403952))));
-        du[5] = mul_add(-factor_south_west_south_west_south_west, part_111,
-            mul_add(-factor_south_west_south_ground_west, part_109, mul_add(c(14436.012552214956),
-            part_105, c(-178919.86408403952) * south_ghost0_part_14)));
-        du[6] = mul_add(-factor_south_south_east_south_east_east, part_61,
-            mul_add(-factor_south_south_east_ground_east, part_59, mul_add(c(-7218.08629094307),
-            part_56, c(12502.083224437016) * part_57)));
-        du[7] = mul_add(-factor_south_south_east_south_east_east, part_74,
-            mul_add(-factor_south_south_east_ground_east, part_73, mul_add(c(178921.751266151),
-            part_63, mul_add(c(-7218.08629094307), part_69, c(12502.083224437016) * part_70))));
-        du[8] = mul_add(-factor_south_south_east_south_east_east, part_98,
-            mul_add(-factor_south_south_east_ground_east, part_96, mul_add(c(-7218.08629094307),
-            part_93, c(12502.083224437016) * part_94)));
-        du[11] = mul_add(-factor_south_south_east_south_east_east, part_110,
-            mul_add(-factor_south_south_east_ground_east, part_108, mul_add(c(-7218.08629094307),
-            part_105, c(12502.083224437016) * part_106)));
-        du[12] = part_62;
-        du[13] = part_75;
-        du[14] = part_99;
-        du[17] = part_111;
-        du[18] = part_61;
-        du[19] = part_74;
-        du[20] = part_98;
-        du[23] = part_110;
-        du[24] = part_59;
-        du[25] = part_73;
-        du[26] = part_96;
-        du[29] = part_108;
-        du[30] = part_60;
-        du[31] = part_72;
-        du[32] = part_97;
-        du[35] = part_109;
-        margin[0] = S::min(S::min(S::min(S::min(c(178919.86408403952),
-            inverse_pivot_west_south_west), inverse_pivot_south_east_east),
-            inverse_pivot_ground_east), inverse_pivot_ground_west);
-        margin[1] = part_31 * part_36 * (part_37 * part_40) * (part_37 * part_45);
-        kept[1] = part_38;
-        kept[10] = part_39;
-        kept[11] = part_41;
-        kept[13] = part_43;
-        kept[14] = part_44;
-        kept[15] = part_46;
-        kept[16] = part_86;
-        kept[17] = d_omega_yz_south_ghost0_2;
-        kept[18] = south_ghost0_part_20;
-        kept[19] = d_carried_south_z;
-        kept[20] = d_omega_yy_south_2;
-        kept[21] = d_omega_zz_south_2;
-        kept[22] = d_omega_xz_south_2;
-        kept[23] = d_omega_yz_south_2;
-        kept[24] = south_part_26;
-        kept[25] = d_free_fall_south_z;
-        kept[26] = d_moment_above_south_x_3;
-        kept[27] = d_moment_above_south_west_x_3;
-        kept[28] = d_moment_above_south_east_x_3;
-        kept[29] = south_west_part_16;
-        kept[30] = d_moment_above_south_east_x_4;
-        kept[31] = south_west_part_19;
-        kept[32] = moment_own_south_west_z_2;
-        kept[33] = d_moment_own_south_west_x_2;
-        kept[34] = south_west_part_20;
-        kept[35] = south_west_part_21;
-        kept[36] = d_gradient_moving_y_south_ghost0_x_4;
-        kept[37] = d_gradient_moving_z_south_ghost0_x_4;
-        kept[38] = d_gradient_moving_z_south_ghost0_y_3;
-        kept[39] = d_moment_own_south_ghost0_x;
-        kept[40] = d_moment_above_south_ghost0_x_4;
-        kept[41] = d_moment_above_south_ghost0_y_5;
-        kept[42] = d_moment_above_south_ghost0_z_4;
-        kept[43] = d_free_fall_south_ghost0_z_3;
-        kept[45] = d_moment_own_south_ghost0_x_2;
-        kept[46] = d_moment_moving_south_west_x_3;
-        kept[52] = d_moment_moving_west_x;
-        kept[53] = d_gradient_moving_y_south_ghost0_x_5;
-        kept[54] = d_gradient_moving_z_south_ghost0_x_5;
-        kept[55] = moment_own_south_ghost0_x_2;
-        kept[58] = d_moment_own_south_ghost0_x_3;
-        kept[59] = south_ghost0_part_39;
-        kept[60] = south_ghost0_part_40;
-        kept[61] = south_ghost0_part_41;
-        kept[62] = south_ghost0_part_42;
-        kept[65] = south_ghost0_part_43;
-        kept[69] = south_ghost0_part_44;
-        kept[73] = south_ghost0_part_45;
-        kept[74] = alpha_moving_south_east_x;
-        kept[75] = alpha_moving_south_east_y;
-        kept[76] = alpha_moving_south_east_z;
-        kept[77] = south_east_part_21;
-        kept[78] = moment_own_south_east_z_2;
-        kept[79] = d_alpha_moving_south_east_z;
-        kept[80] = d_moment_own_south_east_x_2;
-        kept[81] = south_east_part_22;
-        kept[82] = south_east_part_23;
-        kept[83] = d_carried_south_y;
-        kept[84] = d_carried_south_z_2;
-        kept[85] = d_omega_xx_south_3;
-        kept[86] = d_omega_yy_south_3;
-        kept[87] = d_omega_xy_south_2;
-        kept[88] = d_omega_xz_south_3;
-        kept[89] = d_omega_yz_south_3;
-        kept[90] = south_part_35;
-        kept[91] = south_part_36;
-        kept[92] = d_free_fall_south_z_2;
-        kept[93] = south_part_40;
-        kept[94] = south_part_41;
-        kept[95] = d_gradient_moving_x_south_y_3;
-        kept[96] = d_gradient_moving_y_south_x_3;
-        kept[97] = d_gradient_moving_z_south_x_3;
-        kept[98] = d_gradient_moving_z_south_y_2;
-        kept[106] = south_part_42;
-        kept[107] = south_part_43;
-        kept[108] = south_part_44;
-    }
-    #[inline(never)]
-    fn jacobian_part_3(
-        &self,
-        u: &[S; N],
-        kept: &mut [S; 158],
-        dq: &mut [S; 36],
-        du: &mut [S; 36],
-    ) {
-        let c = S::from_f64;
-        let mul_add = S::mul_add;
-        let cos_ground_east = kept[0];
-        let sin_south_east_east = kept[2];
-        let cos_south_east_east = kept[3];
-        let sin_west_south_west = kept[4];
-        let cos_west_south_west = kept[5];
-        let sin_south_south_east = kept[6];
-        let cos_south_south_east = kept[7];
-        let sin_south_west_south = kept[8];
-        let cos_south_west_south = kept[9];
-        let east_part_3 = kept[12];
-        let free_fall_south_east_z = kept[44];
-        let d_moment_own_south_east_x = kept[47];
-        let south_east_part_10 = kept[48];
-        let south_east_part_11 = kept[49];
-        let d_free_fall_south_east_y = kept[50];
-        let d_free_fall_south_east_z = kept[51];
-        let south_east_part_13 = kept[56];
-        let d_moment_own_south_east_z = kept[57];
-        let south_part_4 = kept[63];
-        let south_part_5 = kept[64];
-        let omega_xy_south = kept[66];
-        let omega_xz_south = kept[67];
-        let omega_yz_south = kept[68];
-        let south_part_6 = kept[70];
-        let south_part_8 = kept[71];
-        let south_part_9 = kept[72];
-        let south_part_17 = kept[99];
-        let south_part_18 = kept[100];
-        let d_gradient_moving_x_south_y_2 = kept[101];
-        let d_gradient_moving_y_south_x_2 = kept[102];
-        let d_gradient_moving_z_south_x_2 = kept[103];
-        let d_gradient_moving_z_south_y = kept[104];
-        let south_part_20 = kept[105];
-        let d_moment_moving_south_east_x = kept[118];
-        let d_moment_above_south_east_x_2 = kept[119];
-        let factor_south_west_south_ground_west = kept[126];
-        let factor_south_west_south_west_south_west = kept[127];
-        let factor_south_south_east_ground_east = kept[128];
-        let factor_south_south_east_south_east_east = kept[129];
-        let inverse_pivot_west_south_west = kept[130];
-        let factor_west_south_west_ground_west = kept[131];
-        let inverse_pivot_south_east_east = kept[132];
-        let factor_south_east_east_ground_east = kept[133];
-        let inverse_pivot_ground_west = kept[134];
-        let inverse_pivot_ground_east = kept[135];
-        let part_18 = kept[145];
-        let part_19 = kept[146];
-        let part_20 = kept[147];
-        let part_21 = kept[148];
-        let part_22 = kept[149];
-        let part_23 = kept[150];
-        let part_24 = kept[151];
-        let part_25 = kept[152];
-        let part_26 = kept[153];
-        let part_27 = kept[154];
-        let part_28 = kept[155];
-        let part_29 = kept[156];
-        let part_38 = kept[1];
-        let part_39 = kept[10];
-        let part_41 = kept[11];
-        let part_43 = kept[13];
-        let part_44 = kept[14];
-        let part_46 = kept[15];
-        let part_86 = kept[16];
-        let d_omega_yz_south_ghost0_2 = kept[17];
-        let south_ghost0_part_20 = kept[18];
-        let d_carried_south_z = kept[19];
-        let d_omega_yy_south_2 = kept[20];
-        let d_omega_zz_south_2 = kept[21];
-        let d_omega_xz_south_2 = kept[22];
-        let d_omega_yz_south_2 = kept[23];
-        let south_part_26 = kept[24];
-        let d_free_fall_south_z = kept[25];
-        let d_moment_above_south_x_3 = kept[26];
-        let d_moment_above_south_west_x_3 = kept[27];
-        let d_moment_above_south_east_x_3 = kept[28];
-        let south_west_part_16 = kept[29];
-        let d_moment_above_south_east_x_4 = kept[30];
-        let south_west_part_19 = kept[31];
-        let moment_own_south_west_z_2 = kept[32];
-        let d_moment_own_south_west_x_2 = kept[33];
-        let south_west_part_20 = kept[34];
-        let south_west_part_21 = kept[35];
-        let d_gradient_moving_y_south_ghost0_x_4 = kept[36];
-        let d_gradient_moving_z_south_ghost0_x_4 = kept[37];
-        let d_gradient_moving_z_south_ghost0_y_3 = kept[38];
-        let d_moment_own_south_ghost0_x = kept[39];
-        let d_moment_above_south_ghost0_x_4 = kept[40];
-        let d_moment_above_south_ghost0_y_5 = kept[41];
-        let d_moment_above_south_ghost0_z_4 = kept[42];
-        let d_free_fall_south_ghost0_z_3 = kept[43];
-        let d_moment_own_south_ghost0_x_2 = kept[45];
-        let d_moment_moving_south_west_x_3 = kept[46];
-        let d_moment_moving_west_x = kept[52];
-        let d_gradient_moving_y_south_ghost0_x_5 = kept[53];
-        let d_gradient_moving_z_south_ghost0_x_5 = kept[54];
-        let moment_own_south_ghost0_x_2 = kept[55];
-        let d_moment_own_south_ghost0_x_3 = kept[58];
-        let south_ghost0_part_39 = kept[59];
-        let south_ghost0_part_40 = kept[60];
-        let south_ghost0_part_41 = kept[61];
-        let south_ghost0_part_42 = kept[62];
-        let south_ghost0_part_43 = kept[65];
-        let south_ghost0_part_44 = kept[69];
-        let south_ghost0_part_45 = kept[73];
-        let alpha_moving_south_east_x = kept[74];
-        let alpha_moving_south_east_y = kept[75];
-        let alpha_moving_south_east_z = kept[76];
-        let south_east_part_21 = kept[77];
-        let moment_own_south_east_z_2 = kept[78];
-        let d_alpha_moving_south_east_z = kept[79];
-        let d_moment_own_south_east_x_2 = kept[80];
-        let south_east_part_22 = kept[81];
-        let south_east_part_23 = kept[82];
-        let d_carried_south_y = kept[83];
-        let d_carried_south_z_2 = kept[84];
-        let d_omega_xx_south_3 = kept[85];
-        let d_omega_yy_south_3 = kept[86];
-        let d_omega_xy_south_2 = kept[87];
-        let d_omega_xz_south_3 = kept[88];
-        let d_omega_yz_south_3 = kept[89];
-        let south_part_35 = kept[90];
-        let south_part_36 = kept[91];
-        let d_free_fall_south_z_2 = kept[92];
-        let south_part_40 = kept[93];
-        let south_part_41 = kept[94];
-        let d_gradient_moving_x_south_y_3 = kept[95];
-        let d_gradient_moving_y_south_x_3 = kept[96];
-        let d_gradient_moving_z_south_x_3 = kept[97];
-        let d_gradient_moving_z_south_y_2 = kept[98];
-        let south_part_42 = kept[106];
-        let south_part_43 = kept[107];
-        let south_part_44 = kept[108];
-        // south
-        let south_part_45 = mul_add(c(-5.565308808048279e-6), d_gradient_moving_x_south_y_3,
-            -c(6.64555505684884e-6) * south_part_44);
-        let d_across_south_7 = mul_add(-cos_south_south_east, south_part_43,
-            sin_south_south_east * south_part_45);
-        let d_moment_above_south_x_4 = mul_add(c(0.8660254814097262), d_across_south_7,
-            c(-0.4999998655490338) * south_part_42);
-        let d_moment_above_south_y_4 = mul_add(c(0.8660254814097262), south_part_42,
+        let south_part_37 = mul_add(c(-5.565308808048279e-6), d_gradient_moving_x_south_y_3,
+            -c(6.64555505684884e-6) * (d_omega_yy_south_4 - d_omega_xx_south_4));
+        let d_across_south_7 = mul_add(-cos_south_south_east, south_part_36,
+            sin_south_south_east * south_part_37);
+        let d_moment_above_south_x_3 = mul_add(c(0.8660254814097262), d_across_south_7,
+            c(-0.4999998655490338) * south_part_35);
+        let d_moment_above_south_y_4 = mul_add(c(0.8660254814097262), south_part_35,
             c(0.4999998655490338) * d_across_south_7);
-        let d_moment_above_south_z_3 = mul_add(-cos_south_south_east, south_part_45,
-            -sin_south_south_east * south_part_43);
+        let d_moment_above_south_z_3 = mul_add(-cos_south_south_east, south_part_37,
+            -sin_south_south_east * south_part_36);
         // south_east
-        let d_moment_moving_south_east_x_2 = d_moment_own_south_east_x + d_moment_above_south_x_4;
-        let d_moment_moving_south_east_y_2 = d_moment_above_south_y_4 - south_east_part_10;
-        let d_moment_moving_south_east_z_2 = d_moment_above_south_z_3 - south_east_part_11;
+        let d_moment_moving_south_east_x_2 = mul_add(c(1.293994125217518e-5),
+            d_gradient_moving_z_south_east_x, d_moment_above_south_x_3);
+        let d_moment_moving_south_east_y_2 = mul_add(c(-3.338573836000013e-8),
+            d_gradient_moving_x_south_east_z, d_moment_above_south_y_4);
+        let d_moment_moving_south_east_z_2 = d_moment_above_south_z_3
+            - mul_add(c(-1.6424267108073443e-5), d_gradient_moving_x_south_east_y,
+            -c(-1.293994125217518e-5) * d_omega_xx_south_east);
         let d_across_south_east_6 = mul_add(-sin_south_east_east, d_moment_moving_south_east_z_2,
             cos_south_east_east * d_moment_moving_south_east_y_2);
-        let d_moment_above_south_east_x_5 = mul_add(c(0.7071067811865475), d_across_south_east_6,
+        let d_moment_above_south_east_x_4 = mul_add(c(0.7071067811865475), d_across_south_east_6,
             c(0.7071067811865475) * d_moment_moving_south_east_x_2);
         // south
         let d_across_south_8 = c(0.4999998655490338) * alpha_moving_south_east_z;
-        let south_part_46 = c(0.8660254814097262) * alpha_moving_south_east_z;
+        let south_part_38 = c(0.8660254814097262) * alpha_moving_south_east_z;
         let d_alpha_moving_south_y_3 = mul_add(cos_south_south_east, d_across_south_8,
             mul_add(sin_south_south_east, d_alpha_moving_south_east_z, u[1] * d_carried_south_z_2));
         let d_alpha_moving_south_z_3 = mul_add(-sin_south_south_east, d_across_south_8,
@@ -4961,25 +4310,25 @@ impl<S: ::lamc_runtime::Scalar> Sixbar<S> {
         let d_gradient_moving_x_south_y_4 = d_omega_xy_south_2 - d_alpha_moving_south_z_3;
         let d_gradient_moving_x_south_z_4 = d_omega_xz_south_3 + d_alpha_moving_south_y_3;
         let d_gradient_moving_y_south_x_4 = d_omega_xy_south_2 + d_alpha_moving_south_z_3;
-        let d_gradient_moving_y_south_z_3 = d_omega_yz_south_3 + south_part_46;
+        let d_gradient_moving_y_south_z_3 = d_omega_yz_south_3 + south_part_38;
         let d_gradient_moving_z_south_x_4 = d_omega_xz_south_3 - d_alpha_moving_south_y_3;
-        let d_gradient_moving_z_south_y_3 = d_omega_yz_south_3 - south_part_46;
-        let d_moment_own_south_x_2 = -c(1.702501854199059e-4) * d_free_fall_south_z_2
+        let d_gradient_moving_z_south_y_3 = d_omega_yz_south_3 - south_part_38;
+        let d_moment_own_south_x = -c(1.702501854199059e-4) * d_free_fall_south_z_2
             - mul_add(c(-2.3726582693412885e-8), d_gradient_moving_y_south_z_3,
             mul_add(c(-6.64555505684884e-6), d_gradient_moving_z_south_x_4,
             c(5.565308808048279e-6) * d_gradient_moving_z_south_y_3));
-        let south_part_47 = mul_add(c(2.3726582693412885e-8), d_gradient_moving_x_south_z_4,
+        let south_part_39 = mul_add(c(2.3726582693412885e-8), d_gradient_moving_x_south_z_4,
             c(6.64555505684884e-6) * d_gradient_moving_z_south_y_3);
         let d_moment_own_south_z = mul_add(c(-1.4744099878836916e-4), free_fall_south_east_z,
             -mul_add(c(-5.565308808048279e-6), d_gradient_moving_x_south_y_4,
             -c(6.64555505684884e-6) * (d_omega_yy_south_3 - d_omega_xx_south_3)));
         let d_across_south_9 = mul_add(-sin_south_south_east, d_moment_own_south_z,
-            -cos_south_south_east * south_part_47);
-        let d_moment_above_south_x_5 = mul_add(c(0.8660254814097262), d_across_south_9,
-            c(0.4999998655490338) * d_moment_own_south_x_2);
-        let d_moment_above_south_y_5 = mul_add(c(-0.8660254814097262), d_moment_own_south_x_2,
+            -cos_south_south_east * south_part_39);
+        let d_moment_above_south_x_4 = mul_add(c(0.8660254814097262), d_across_south_9,
+            c(0.4999998655490338) * d_moment_own_south_x);
+        let d_moment_above_south_y_5 = mul_add(c(-0.8660254814097262), d_moment_own_south_x,
             c(0.4999998655490338) * d_across_south_9);
-        let d_moment_above_south_z_4 = mul_add(-sin_south_south_east, south_part_47,
+        let d_moment_above_south_z_4 = mul_add(-sin_south_south_east, south_part_39,
             cos_south_south_east * d_moment_own_south_z);
         let d_across_south_10 = mul_add(c(0.4999998655490338), d_free_fall_south_east_y,
             cos_ground_east * c(6.007374132640437));
@@ -4987,34 +4336,36 @@ impl<S: ::lamc_runtime::Scalar> Sixbar<S> {
             cos_ground_east * c(3.468357829071642));
         let d_free_fall_south_z_3 = mul_add(-sin_south_south_east, d_across_south_10,
             cos_south_south_east * d_free_fall_south_east_z);
-        let south_part_48 = c(1.702501854199059e-4) * d_free_fall_south_z_3;
+        let south_part_40 = c(1.702501854199059e-4) * d_free_fall_south_z_3;
         let d_moment_own_south_z_2 = c(1.702501854199059e-4) * d_free_fall_south_x;
-        let south_part_49 = sin_south_south_east * d_moment_own_south_z_2;
-        let d_moment_above_south_x_6 = mul_add(c(-0.8660254814097262), south_part_49,
+        let south_part_41 = sin_south_south_east * d_moment_own_south_z_2;
+        let d_moment_above_south_x_5 = mul_add(c(-0.8660254814097262), south_part_41,
             d_free_fall_south_z_3 * c(-8.512506981965103e-5));
         let d_moment_above_south_y_6 = mul_add(c(1.4744099878836916e-4), d_free_fall_south_z_3,
-            c(-0.4999998655490338) * south_part_49);
+            c(-0.4999998655490338) * south_part_41);
         // south_east
-        let d_moment_moving_south_east_x_3 = d_moment_above_south_x_6 - south_east_part_13;
+        let d_moment_moving_south_east_x_3 = mul_add(c(-4.7358339509453106e-4),
+            d_free_fall_south_east_z, d_moment_above_south_x_5);
         let d_moment_moving_south_east_z_3 = mul_add(cos_south_south_east, d_moment_own_south_z_2,
-            d_moment_own_south_east_z);
+            cos_ground_east * c(3.285114235562457e-3));
         let d_across_south_east_7 = mul_add(-sin_south_east_east, d_moment_moving_south_east_z_3,
             cos_south_east_east * d_moment_above_south_y_6);
-        let d_moment_above_south_east_x_6 = mul_add(c(0.7071067811865475), d_across_south_east_7,
+        let d_moment_above_south_east_x_5 = mul_add(c(0.7071067811865475), d_across_south_east_7,
             c(0.7071067811865475) * d_moment_moving_south_east_x_3);
         // east
-        let d_moment_moving_east_x = d_moment_above_south_east_x_6 - east_part_3;
+        let d_moment_moving_east_x = mul_add(c(-4.625527205006544e-3), sin_ground_east,
+            d_moment_above_south_east_x_5);
         // south
         let across_south_6 = mul_add(c(0.8660254814097262), alpha_moving_south_east_x,
             c(0.4999998655490338) * alpha_moving_south_east_y);
-        let alpha_moving_south_x = part_86 + mul_add(c(-0.8660254814097262),
+        let alpha_moving_south_x = part_81 + mul_add(c(-0.8660254814097262),
             alpha_moving_south_east_y, c(0.4999998655490338) * alpha_moving_south_east_x);
-        let south_part_50 = sin_south_south_east * alpha_moving_south_east_z;
-        let south_part_51 = cos_south_south_east * across_south_6;
-        let alpha_moving_south_y = south_part_51 + (south_part_4 + south_part_50);
-        let south_part_52 = sin_south_south_east * across_south_6;
-        let south_part_53 = cos_south_south_east * alpha_moving_south_east_z;
-        let alpha_moving_south_z = south_part_53 - south_part_5 - south_part_52;
+        let south_part_42 = sin_south_south_east * alpha_moving_south_east_z;
+        let south_part_43 = cos_south_south_east * across_south_6;
+        let alpha_moving_south_y = south_part_43 + (south_part_4 + south_part_42);
+        let south_part_44 = sin_south_south_east * across_south_6;
+        let south_part_45 = cos_south_south_east * alpha_moving_south_east_z;
+        let alpha_moving_south_z = south_part_45 - south_part_5 - south_part_44;
         let gradient_moving_x_south_y = omega_xy_south - alpha_moving_south_z;
         let gradient_moving_x_south_z = omega_xz_south + alpha_moving_south_y;
         let gradient_moving_y_south_z = omega_yz_south - alpha_moving_south_x;
@@ -5023,79 +4374,92 @@ impl<S: ::lamc_runtime::Scalar> Sixbar<S> {
         let moment_own_south_x_2 = south_part_6 - mul_add(c(-2.3726582693412885e-8),
             gradient_moving_y_south_z, mul_add(c(-6.64555505684884e-6), gradient_moving_z_south_x,
             c(5.565308808048279e-6) * gradient_moving_z_south_y));
-        let south_part_54 = mul_add(c(2.3726582693412885e-8), gradient_moving_x_south_z,
+        let south_part_46 = mul_add(c(2.3726582693412885e-8), gradient_moving_x_south_z,
             c(6.64555505684884e-6) * gradient_moving_z_south_y);
         let moment_own_south_z_2 = south_part_8 - mul_add(c(-5.565308808048279e-6),
             gradient_moving_x_south_y, south_part_9);
-        let south_part_55 = sin_south_south_east * moment_own_south_z_2;
-        let south_part_56 = -cos_south_south_east * south_part_54;
-        let across_south_7 = south_part_56 - south_part_55;
+        let south_part_47 = sin_south_south_east * moment_own_south_z_2;
+        let south_part_48 = -cos_south_south_east * south_part_46;
+        let across_south_7 = south_part_48 - south_part_47;
         let moment_above_south_y_4 = mul_add(c(-0.8660254814097262), moment_own_south_x_2,
             c(0.4999998655490338) * across_south_7);
-        let south_part_57 = sin_south_south_east * south_part_54;
-        let south_part_58 = cos_south_south_east * moment_own_south_z_2;
-        let moment_above_south_z_4 = south_part_58 - south_part_57;
-        let d_alpha_moving_south_y_4 = mul_add(u[1], d_carried_south_z, south_part_53)
-            - south_part_52;
-        let d_alpha_moving_south_z_4 = -south_part_50 - south_part_4 - south_part_51;
+        let south_part_49 = sin_south_south_east * south_part_46;
+        let south_part_50 = cos_south_south_east * moment_own_south_z_2;
+        let moment_above_south_z_4 = south_part_50 - south_part_49;
+        let d_alpha_moving_south_y_4 = mul_add(u[1], d_carried_south_z, south_part_45)
+            - south_part_44;
+        let d_alpha_moving_south_z_4 = -south_part_42 - south_part_4 - south_part_43;
         let d_gradient_moving_x_south_y_5 = omega_xz_south - d_alpha_moving_south_z_4;
         let d_gradient_moving_x_south_z_5 = d_omega_xz_south_2 + d_alpha_moving_south_y_4;
         let d_gradient_moving_y_south_x_5 = omega_xz_south + d_alpha_moving_south_z_4;
         let d_gradient_moving_z_south_x_5 = d_omega_xz_south_2 - d_alpha_moving_south_y_4;
-        let d_moment_own_south_x_3 = -c(1.702501854199059e-4) * d_free_fall_south_z
+        let d_moment_own_south_x_2 = -c(1.702501854199059e-4) * d_free_fall_south_z
             - mul_add(c(-2.3726582693412885e-8), d_omega_yz_south_2,
             mul_add(c(-6.64555505684884e-6), d_gradient_moving_z_south_x_5,
             c(5.565308808048279e-6) * d_omega_yz_south_2));
-        let south_part_59 = mul_add(c(2.3726582693412885e-8), d_gradient_moving_x_south_z_5,
+        let south_part_51 = mul_add(c(2.3726582693412885e-8), d_gradient_moving_x_south_z_5,
             c(6.64555505684884e-6) * d_omega_yz_south_2);
-        let south_part_60 = mul_add(c(-5.565308808048279e-6), d_gradient_moving_x_south_y_5,
+        let south_part_52 = mul_add(c(-5.565308808048279e-6), d_gradient_moving_x_south_y_5,
             -c(6.64555505684884e-6) * d_omega_yy_south_2);
-        let d_across_south_11 = mul_add(-cos_south_south_east, south_part_59, south_part_57)
-            - mul_add(-sin_south_south_east, south_part_60, south_part_58);
-        let d_moment_above_south_x_7 = mul_add(c(0.8660254814097262), d_across_south_11,
-            c(0.4999998655490338) * d_moment_own_south_x_3);
-        let d_moment_above_south_y_7 = mul_add(c(-0.8660254814097262), d_moment_own_south_x_3,
+        let d_across_south_11 = mul_add(-cos_south_south_east, south_part_51, south_part_49)
+            - mul_add(-sin_south_south_east, south_part_52, south_part_50);
+        let d_moment_above_south_x_6 = mul_add(c(0.8660254814097262), d_across_south_11,
+            c(0.4999998655490338) * d_moment_own_south_x_2);
+        let d_moment_above_south_y_7 = mul_add(c(-0.8660254814097262), d_moment_own_south_x_2,
             c(0.4999998655490338) * d_across_south_11);
-        let d_moment_above_south_z_5 = mul_add(-sin_south_south_east, south_part_59, south_part_56)
-            + (-cos_south_south_east * south_part_60 - south_part_55);
+        let d_moment_above_south_z_5 = mul_add(-sin_south_south_east, south_part_51, south_part_48)
+            + (-cos_south_south_east * south_part_52 - south_part_47);
         // south_ghost0
-        let south_ghost0_part_46 = -south_ghost0_part_45;
-        let south_ghost0_part_47 = sin_south_west_south * south_ghost0_part_39;
-        let across_south_ghost0_7 = south_ghost0_part_46 - south_ghost0_part_42;
-        let d_across_south_ghost0_12 = mul_add(-cos_south_west_south, south_ghost0_part_40,
-            south_ghost0_part_47) - south_ghost0_part_44;
+        let south_ghost0_part_42 = -cos_south_west_south * south_ghost0_part_37;
+        let south_ghost0_part_43 = sin_south_west_south * south_ghost0_part_37;
+        let across_south_ghost0_7 = south_ghost0_part_42 - south_ghost0_part_40;
+        let d_across_south_ghost0_12 = mul_add(-cos_south_west_south, south_ghost0_part_38,
+            south_ghost0_part_43) - mul_add(-sin_south_west_south, south_ghost0_part_39,
+            south_ghost0_part_41);
         let d_moment_above_south_ghost0_x_6 = mul_add(c(-0.7071063925583853),
             d_across_south_ghost0_12, c(0.7071071698144961) * d_moment_own_south_ghost0_x_3);
         let moment_above_south_ghost0_y_4 = mul_add(c(0.7071063925583853),
             moment_own_south_ghost0_x_2, c(0.7071071698144961) * across_south_ghost0_7);
         let d_moment_above_south_ghost0_y_7 = mul_add(c(0.7071063925583853),
             d_moment_own_south_ghost0_x_3, c(0.7071071698144961) * d_across_south_ghost0_12);
-        let moment_above_south_ghost0_z_3 = south_ghost0_part_43 - south_ghost0_part_47;
-        let d_moment_above_south_ghost0_z_5 = mul_add(-sin_south_west_south, south_ghost0_part_40,
-            south_ghost0_part_46) + (-cos_south_west_south * south_ghost0_part_41
-            - south_ghost0_part_42);
+        let moment_above_south_ghost0_z_3 = south_ghost0_part_41 - south_ghost0_part_43;
+        let d_moment_above_south_ghost0_z_5 = mul_add(-sin_south_west_south, south_ghost0_part_38,
+            south_ghost0_part_42) + (-cos_south_west_south * south_ghost0_part_39
+            - south_ghost0_part_40);
         // south_east
-        let moment_moving_south_east_y = moment_above_south_y_4 - south_east_part_21;
+        let moment_moving_south_east_y = moment_above_south_y_4 - mul_add(c(1.293994125217518e-5),
+            gradient_moving_z_south_east_y,
+            c(3.338573836000013e-8) * gradient_moving_x_south_east_z);
         let moment_moving_south_east_z = moment_own_south_east_z_2 + moment_above_south_z_4;
-        let d_moment_moving_south_east_x_4 = d_moment_own_south_east_x_2 + d_moment_above_south_x_5;
-        let d_moment_moving_south_east_y_3 = d_moment_above_south_y_5 - south_east_part_22;
-        let d_moment_moving_south_east_z_4 = d_moment_above_south_z_4 - south_east_part_23;
+        let d_moment_moving_south_east_x_4 = d_moment_own_south_east_x + d_moment_above_south_x_4;
+        let d_moment_moving_south_east_y_3 = d_moment_above_south_y_5
+            - mul_add(c(1.293994125217518e-5), d_omega_yz_south_east_2,
+            c(3.338573836000013e-8) * d_gradient_moving_x_south_east_z_3);
+        let d_moment_moving_south_east_z_4 = d_moment_above_south_z_4
+            - mul_add(c(-1.6424267108073443e-5), d_gradient_moving_x_south_east_y_3,
+            -c(1.293994125217518e-5) * d_omega_yy_south_east_2);
         let d_across_south_east_8 = mul_add(-sin_south_east_east, moment_moving_south_east_y,
             cos_south_east_east * d_moment_moving_south_east_y_3) - mul_add(sin_south_east_east,
             d_moment_moving_south_east_z_4, cos_south_east_east * moment_moving_south_east_z);
-        let d_moment_above_south_east_x_7 = mul_add(c(0.7071067811865475), d_across_south_east_8,
+        let d_moment_above_south_east_x_6 = mul_add(c(0.7071067811865475), d_across_south_east_8,
             c(0.7071067811865475) * d_moment_moving_south_east_x_4);
         // south_west
-        let moment_moving_south_west_y = moment_above_south_ghost0_y_4 - south_west_part_19;
+        let moment_moving_south_west_y = moment_above_south_ghost0_y_4
+            - mul_add(c(-1.2394283547934881e-5), gradient_moving_z_south_west_y,
+            c(2.6789051216394143e-8) * gradient_moving_x_south_west_z);
         let moment_moving_south_west_z = moment_own_south_west_z_2 + moment_above_south_ghost0_z_3;
         let d_across_south_west_8 = mul_add(-sin_west_south_west, d_moment_above_south_ghost0_z_5,
             cos_west_south_west * d_moment_above_south_ghost0_y_7);
         let d_moment_above_south_west_x_6 = mul_add(c(-0.8660257562110547), d_across_south_west_8,
             c(0.4999993895786978) * d_moment_above_south_ghost0_x_6);
-        let d_moment_moving_south_west_x_4 = d_moment_own_south_west_x_2
+        let d_moment_moving_south_west_x_4 = d_moment_own_south_west_x
             + d_moment_above_south_ghost0_x_4;
-        let d_moment_moving_south_west_y_3 = d_moment_above_south_ghost0_y_5 - south_west_part_20;
-        let d_moment_moving_south_west_z_4 = d_moment_above_south_ghost0_z_4 - south_west_part_21;
+        let d_moment_moving_south_west_y_3 = d_moment_above_south_ghost0_y_5
+            - mul_add(c(-1.2394283547934881e-5), d_omega_yz_south_west_2,
+            c(2.6789051216394143e-8) * d_gradient_moving_x_south_west_z_3);
+        let d_moment_moving_south_west_z_4 = d_moment_above_south_ghost0_z_4
+            - mul_add(c(-1.0093594897589384e-5), d_gradient_moving_x_south_west_y_3,
+            c(1.2394283547934881e-5) * d_omega_yy_south_west_2);
         let d_across_south_west_9 = mul_add(-sin_west_south_west, moment_moving_south_west_y,
             cos_west_south_west * d_moment_moving_south_west_y_3) - mul_add(sin_west_south_west,
             d_moment_moving_south_west_z_4, cos_west_south_west * moment_moving_south_west_z);
@@ -5104,301 +4468,407 @@ impl<S: ::lamc_runtime::Scalar> Sixbar<S> {
         // south_east
         let d_across_south_east_9 = mul_add(-sin_south_east_east, d_moment_above_south_z_5,
             cos_south_east_east * d_moment_above_south_y_7);
-        let d_moment_above_south_east_x_8 = mul_add(c(0.7071067811865475), d_across_south_east_9,
-            c(0.7071067811865475) * d_moment_above_south_x_7);
+        let d_moment_above_south_east_x_7 = mul_add(c(0.7071067811865475), d_across_south_east_9,
+            c(0.7071067811865475) * d_moment_above_south_x_6);
         // the whole mechanism
-        let part_112 = d_moment_own_south_ghost0_x_3 + c(-0.0114);
-        let part_113 = mul_add(-factor_south_west_south_west_south_west, part_112,
-            d_moment_above_south_ghost0_x_6 - south_ghost0_part_20);
-        let part_114 = mul_add(-factor_west_south_west_ground_west, part_113,
-            mul_add(-factor_south_west_south_ground_west, part_112, d_moment_above_south_west_x_3
+        let part_107 = d_moment_own_south_ghost0_x_3 + c(-0.0114);
+        let part_108 = mul_add(-factor_south_west_south_west_south_west, part_107,
+            mul_add(c(-0.7071063925583853), d_across_south_ghost0_4,
+            d_moment_above_south_ghost0_x_6));
+        let part_109 = mul_add(-factor_west_south_west_ground_west, part_108,
+            mul_add(-factor_south_west_south_ground_west, part_107, d_moment_above_south_west_x_3
             + d_moment_above_south_west_x_6));
-        let part_115 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_5,
-            mul_add(part_21, part_114, part_18 * part_113));
-        let part_116 = mul_add(part_39, part_115, -mul_add(c(0.08068423607472835),
-            d_gradient_moving_z_south_ghost0_x_5, mul_add(-part_22, part_113, part_25 * part_114)));
-        let part_117 = mul_add(-part_44, part_116, mul_add(part_41, part_115,
-            -mul_add(c(0.08068423607472835), d_omega_yz_south_ghost0_2, mul_add(part_29, part_114,
-            mul_add(part_26, part_113, c(14436.012552214956) * part_112)))));
-        let part_118 = part_46 * part_117;
-        let part_119 = mul_add(-part_44, part_118, part_43 * part_116);
-        let part_120 = mul_add(-part_39, part_119, mul_add(-part_41, part_118,
-            -part_38 * part_115));
-        let part_121 = mul_add(part_28, part_118, mul_add(part_24, part_119, part_20 * part_120));
-        let part_122 = mul_add(inverse_pivot_ground_west, part_114, mul_add(part_29, part_118,
-            mul_add(part_25, part_119, part_21 * part_120)));
-        let part_123 = mul_add(-factor_south_east_east_ground_east, part_121, mul_add(part_27,
-            part_118, mul_add(-part_19, part_120, part_23 * part_119)));
-        let part_124 = mul_add(-factor_west_south_west_ground_west, part_122,
-            mul_add(inverse_pivot_west_south_west, part_113, mul_add(part_26, part_118,
-            mul_add(-part_22, part_119, part_18 * part_120))));
-        let part_125 = mul_add(factor_south_south_east_south_east_east, south_part_48,
+        let part_110 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_5,
+            mul_add(part_17, part_109, part_14 * part_108));
+        let part_111 = mul_add(part_34, part_110, -mul_add(c(0.08068423607472835),
+            d_gradient_moving_z_south_ghost0_x_5, mul_add(-part_18, part_108, part_21 * part_109)));
+        let part_112 = mul_add(-part_39, part_111, mul_add(part_36, part_110,
+            -mul_add(c(0.08068423607472835), d_omega_yz_south_ghost0_2, mul_add(part_25, part_109,
+            mul_add(part_22, part_108, c(14436.012552214956) * part_107)))));
+        let part_113 = part_41 * part_112;
+        let part_114 = mul_add(-part_39, part_113, part_38 * part_111);
+        let part_115 = mul_add(-part_34, part_114, mul_add(-part_36, part_113,
+            -part_33 * part_110));
+        let part_116 = mul_add(part_24, part_113, mul_add(part_20, part_114, part_16 * part_115));
+        let part_117 = mul_add(inverse_pivot_ground_west, part_109, mul_add(part_25, part_113,
+            mul_add(part_21, part_114, part_17 * part_115)));
+        let part_118 = mul_add(-factor_south_east_east_ground_east, part_116, mul_add(part_23,
+            part_113, mul_add(-part_15, part_115, part_19 * part_114)));
+        let part_119 = mul_add(-factor_west_south_west_ground_west, part_117,
+            mul_add(inverse_pivot_west_south_west, part_108, mul_add(part_22, part_113,
+            mul_add(-part_18, part_114, part_14 * part_115))));
+        let part_120 = mul_add(factor_south_south_east_south_east_east, south_part_40,
             d_moment_moving_south_east_x_3);
-        let part_126 = mul_add(-factor_south_east_east_ground_east, part_125,
-            mul_add(factor_south_south_east_ground_east, south_part_48, c(-0.0114)
+        let part_121 = mul_add(-factor_south_east_east_ground_east, part_120,
+            mul_add(factor_south_south_east_ground_east, south_part_40, c(-0.0114)
             + d_moment_moving_east_x));
-        let part_127 = mul_add(-part_19, part_125, part_20 * part_126);
-        let part_128 = mul_add(part_39, part_127, -mul_add(part_24, part_126, mul_add(part_23,
-            part_125, d_free_fall_south_z_3 * c(-2.128481987095497))));
-        let part_129 = part_46 * mul_add(-part_44, part_128, mul_add(part_41, part_127,
-            -mul_add(part_28, part_126, mul_add(part_27, part_125,
+        let part_122 = mul_add(-part_15, part_120, part_16 * part_121);
+        let part_123 = mul_add(part_34, part_122, -mul_add(part_20, part_121, mul_add(part_19,
+            part_120, d_free_fall_south_z_3 * c(-2.128481987095497))));
+        let part_124 = part_41 * mul_add(-part_39, part_123, mul_add(part_36, part_122,
+            -mul_add(part_24, part_121, mul_add(part_23, part_120,
             d_free_fall_south_z_3 * c(1.2288805294099385)))));
-        let part_130 = mul_add(-part_44, part_129, part_43 * part_128);
-        let part_131 = mul_add(-part_39, part_130, mul_add(-part_41, part_129,
-            -part_38 * part_127));
-        let part_132 = mul_add(part_29, part_129, mul_add(part_25, part_130, part_21 * part_131));
-        let part_133 = mul_add(inverse_pivot_ground_east, part_126, mul_add(part_28, part_129,
-            mul_add(part_24, part_130, part_20 * part_131)));
-        let part_134 = mul_add(-factor_south_east_east_ground_east, part_133,
-            mul_add(inverse_pivot_south_east_east, part_125, mul_add(part_27, part_129,
-            mul_add(-part_19, part_131, part_23 * part_130))));
-        let part_135 = mul_add(-factor_west_south_west_ground_west, part_132, mul_add(part_26,
-            part_129, mul_add(-part_22, part_130, part_18 * part_131)));
-        let part_136 = mul_add(factor_south_south_east_south_east_east, south_part_42, c(-3.5e-6)
-            + d_moment_moving_south_east_x_2);
-        let part_137 = mul_add(-factor_south_east_east_ground_east, part_136,
-            mul_add(factor_south_south_east_ground_east, south_part_42,
-            d_moment_above_south_east_x_5));
-        let part_138 = mul_add(-part_19, part_136, part_20 * part_137)
-            - mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648), south_part_41,
+        let part_125 = mul_add(-part_39, part_124, part_38 * part_123);
+        let part_126 = mul_add(-part_34, part_125, mul_add(-part_36, part_124,
+            -part_33 * part_122));
+        let part_127 = mul_add(part_25, part_124, mul_add(part_21, part_125, part_17 * part_126));
+        let part_128 = mul_add(inverse_pivot_ground_east, part_121, mul_add(part_24, part_124,
+            mul_add(part_20, part_125, part_16 * part_126)));
+        let part_129 = mul_add(-factor_south_east_east_ground_east, part_128,
+            mul_add(inverse_pivot_south_east_east, part_120, mul_add(part_23, part_124,
+            mul_add(-part_15, part_126, part_19 * part_125))));
+        let part_130 = mul_add(-factor_west_south_west_ground_west, part_127, mul_add(part_22,
+            part_124, mul_add(-part_18, part_125, part_14 * part_126)));
+        let part_131 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
+            d_omega_xx_south_4 + d_omega_zz_south_4,
             c(0.04034213973350825) * d_gradient_moving_y_south_x_3),
             c(0.8660252485338008) * mul_add(c(-0.06987458559937648), d_gradient_moving_x_south_y_3,
-            c(-0.04034213973350825) * south_part_40));
-        let part_139 = mul_add(part_39, part_138, -(mul_add(part_24, part_137, mul_add(part_23,
-            part_136, c(-12502.083224437016) * south_part_42)) - mul_add(c(-0.06987458559937648),
+            c(-0.04034213973350825) * (d_omega_yy_south_4 + d_omega_zz_south_4)));
+        let part_132 = mul_add(factor_south_south_east_south_east_east, south_part_35, c(-3.5e-6)
+            + d_moment_moving_south_east_x_2);
+        let part_133 = mul_add(-factor_south_east_east_ground_east, part_132,
+            mul_add(factor_south_south_east_ground_east, south_part_35,
+            d_moment_above_south_east_x_4));
+        let part_134 = mul_add(-part_15, part_132, part_16 * part_133) - part_131;
+        let part_135 = mul_add(part_34, part_134, -(mul_add(part_20, part_133, mul_add(part_19,
+            part_132, c(-12502.083224437016) * south_part_35)) - mul_add(c(-0.06987458559937648),
             d_gradient_moving_z_south_y_2,
             c(0.04034213973350825) * d_gradient_moving_z_south_x_3)));
-        let part_140 = mul_add(part_41, part_138, -(mul_add(part_28, part_137, mul_add(part_27,
-            part_136, c(7218.08629094307) * south_part_42)) - mul_add(c(0.040342139733508246),
+        let part_136 = mul_add(part_36, part_134, -(mul_add(part_24, part_133, mul_add(part_23,
+            part_132, c(7218.08629094307) * south_part_35)) - mul_add(c(0.040342139733508246),
             d_gradient_moving_z_south_y_2, c(0.0698745855993765) * d_gradient_moving_z_south_x_3)));
-        let part_141 = part_46 * mul_add(-part_44, part_139, part_140);
-        let part_142 = mul_add(-part_44, part_141, part_43 * part_139);
-        let part_143 = mul_add(-part_39, part_142, mul_add(-part_41, part_141,
-            -part_38 * part_138));
-        let part_144 = mul_add(part_29, part_141, mul_add(part_25, part_142, part_21 * part_143));
-        let part_145 = mul_add(inverse_pivot_ground_east, part_137, mul_add(part_28, part_141,
-            mul_add(part_24, part_142, part_20 * part_143)));
-        let part_146 = mul_add(-factor_south_east_east_ground_east, part_145,
-            mul_add(inverse_pivot_south_east_east, part_136, mul_add(part_27, part_141,
-            mul_add(-part_19, part_143, part_23 * part_142))));
-        let part_147 = mul_add(-factor_west_south_west_ground_west, part_144, mul_add(part_26,
-            part_141, mul_add(-part_22, part_142, part_18 * part_143)));
-        let part_148 = mul_add(factor_south_south_east_south_east_east, south_part_20,
-            d_moment_moving_south_east_x);
-        let part_149 = mul_add(-factor_south_east_east_ground_east, part_148,
-            mul_add(factor_south_south_east_ground_east, south_part_20, c(-3.5e-6)
-            + d_moment_above_south_east_x_2));
-        let part_150 = mul_add(-part_19, part_148, part_20 * part_149)
-            - mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648), south_part_18,
+        let part_137 = part_41 * mul_add(-part_39, part_135, part_136);
+        let part_138 = mul_add(-part_39, part_137, part_38 * part_135);
+        let part_139 = mul_add(-part_34, part_138, mul_add(-part_36, part_137,
+            -part_33 * part_134));
+        let part_140 = mul_add(part_25, part_137, mul_add(part_21, part_138, part_17 * part_139));
+        let part_141 = mul_add(inverse_pivot_ground_east, part_133, mul_add(part_24, part_137,
+            mul_add(part_20, part_138, part_16 * part_139)));
+        let part_142 = mul_add(-factor_south_east_east_ground_east, part_141,
+            mul_add(inverse_pivot_south_east_east, part_132, mul_add(part_23, part_137,
+            mul_add(-part_15, part_139, part_19 * part_138))));
+        let part_143 = mul_add(-factor_west_south_west_ground_west, part_140, mul_add(part_22,
+            part_137, mul_add(-part_18, part_138, part_14 * part_139)));
+        let part_144 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
+            d_omega_xx_south_2 + d_omega_zz_south,
             c(0.04034213973350825) * d_gradient_moving_y_south_x_2),
             c(0.8660252485338008) * mul_add(c(-0.06987458559937648), d_gradient_moving_x_south_y_2,
-            c(-0.04034213973350825) * south_part_17));
-        let part_151 = mul_add(part_39, part_150, -(mul_add(part_24, part_149, mul_add(part_23,
-            part_148, c(-12502.083224437016) * south_part_20)) - mul_add(c(-0.06987458559937648),
+            c(-0.04034213973350825) * (d_omega_yy_south + d_omega_zz_south)));
+        let part_145 = mul_add(factor_south_south_east_south_east_east, south_part_18,
+            d_moment_moving_south_east_x);
+        let part_146 = mul_add(-factor_south_east_east_ground_east, part_145,
+            mul_add(factor_south_south_east_ground_east, south_part_18, c(-3.5e-6)
+            + d_moment_above_south_east_x_2));
+        let part_147 = mul_add(-part_15, part_145, part_16 * part_146) - part_144;
+        let part_148 = mul_add(part_34, part_147, -(mul_add(part_20, part_146, mul_add(part_19,
+            part_145, c(-12502.083224437016) * south_part_18)) - mul_add(c(-0.06987458559937648),
             d_gradient_moving_z_south_y, c(0.04034213973350825) * d_gradient_moving_z_south_x_2)));
-        let part_152 = mul_add(part_41, part_150, -(mul_add(part_28, part_149, mul_add(part_27,
-            part_148, c(7218.08629094307) * south_part_20)) - mul_add(c(0.040342139733508246),
+        let part_149 = mul_add(part_36, part_147, -(mul_add(part_24, part_146, mul_add(part_23,
+            part_145, c(7218.08629094307) * south_part_18)) - mul_add(c(0.040342139733508246),
             d_gradient_moving_z_south_y, c(0.0698745855993765) * d_gradient_moving_z_south_x_2)));
-        let part_153 = part_46 * mul_add(-part_44, part_151, part_152);
-        let part_154 = mul_add(-part_44, part_153, part_43 * part_151);
-        let part_155 = mul_add(-part_39, part_154, mul_add(-part_41, part_153,
-            -part_38 * part_150));
-        let part_156 = mul_add(part_29, part_153, mul_add(part_25, part_154, part_21 * part_155));
-        let part_157 = mul_add(inverse_pivot_ground_east, part_149, mul_add(part_28, part_153,
-            mul_add(part_24, part_154, part_20 * part_155)));
-        let part_158 = mul_add(-factor_south_east_east_ground_east, part_157,
-            mul_add(inverse_pivot_south_east_east, part_148, mul_add(part_27, part_153,
-            mul_add(-part_19, part_155, part_23 * part_154))));
-        let part_159 = mul_add(-factor_west_south_west_ground_west, part_156, mul_add(part_26,
-            part_153, mul_add(-part_22, part_154, part_18 * part_155)));
-        let part_160 = mul_add(-factor_south_west_south_west_south_west,
+        let part_150 = part_41 * mul_add(-part_39, part_148, part_149);
+        let part_151 = mul_add(-part_39, part_150, part_38 * part_148);
+        let part_152 = mul_add(-part_34, part_151, mul_add(-part_36, part_150,
+            -part_33 * part_147));
+        let part_153 = mul_add(part_25, part_150, mul_add(part_21, part_151, part_17 * part_152));
+        let part_154 = mul_add(inverse_pivot_ground_east, part_146, mul_add(part_24, part_150,
+            mul_add(part_20, part_151, part_16 * part_152)));
+        let part_155 = mul_add(-factor_south_east_east_ground_east, part_154,
+            mul_add(inverse_pivot_south_east_east, part_145, mul_add(part_23, part_150,
+            mul_add(-part_15, part_152, part_19 * part_151))));
+        let part_156 = mul_add(-factor_west_south_west_ground_west, part_153, mul_add(part_22,
+            part_150, mul_add(-part_18, part_151, part_14 * part_152)));
+        let part_157 = mul_add(-factor_south_west_south_west_south_west,
             d_moment_own_south_ghost0_x_2, d_moment_moving_south_west_x_3);
-        let part_161 = mul_add(-factor_west_south_west_ground_west, part_160,
+        let part_158 = mul_add(-factor_west_south_west_ground_west, part_157,
             mul_add(-factor_south_west_south_ground_west, d_moment_own_south_ghost0_x_2, c(-0.0114)
             + d_moment_moving_west_x));
-        let part_162 = mul_add(part_21, part_161, part_18 * part_160);
-        let part_163 = mul_add(part_39, part_162, -mul_add(-part_22, part_160, part_25 * part_161));
-        let part_164 = part_46 * mul_add(-part_44, part_163, mul_add(part_41, part_162,
-            -mul_add(part_29, part_161, mul_add(part_26, part_160,
+        let part_159 = mul_add(part_17, part_158, part_14 * part_157);
+        let part_160 = mul_add(part_34, part_159, -mul_add(-part_18, part_157, part_21 * part_158));
+        let part_161 = part_41 * mul_add(-part_39, part_160, mul_add(part_36, part_159,
+            -mul_add(part_25, part_158, mul_add(part_22, part_157,
             d_free_fall_south_ghost0_z_3 * c(2.4577527449836856)))));
-        let part_165 = mul_add(-part_44, part_164, part_43 * part_163);
-        let part_166 = mul_add(-part_39, part_165, mul_add(-part_41, part_164,
-            -part_38 * part_162));
-        let part_167 = mul_add(part_28, part_164, mul_add(part_24, part_165, part_20 * part_166));
-        let part_168 = mul_add(inverse_pivot_ground_west, part_161, mul_add(part_29, part_164,
-            mul_add(part_25, part_165, part_21 * part_166)));
-        let part_169 = mul_add(-factor_south_east_east_ground_east, part_167, mul_add(part_27,
-            part_164, mul_add(-part_19, part_166, part_23 * part_165)));
-        let part_170 = mul_add(-factor_west_south_west_ground_west, part_168,
-            mul_add(inverse_pivot_west_south_west, part_160, mul_add(part_26, part_164,
-            mul_add(-part_22, part_165, part_18 * part_166))));
-        let part_171 = c(-0.0114) + d_moment_own_south_x_3;
-        let part_172 = mul_add(-factor_south_south_east_south_east_east, part_171,
-            d_moment_above_south_x_3 + d_moment_above_south_x_7);
-        let part_173 = mul_add(-factor_south_east_east_ground_east, part_172,
-            mul_add(-factor_south_south_east_ground_east, part_171, d_moment_above_south_east_x_3
-            + d_moment_above_south_east_x_8));
-        let part_174 = mul_add(-part_19, part_172, part_20 * part_173)
+        let part_162 = mul_add(-part_39, part_161, part_38 * part_160);
+        let part_163 = mul_add(-part_34, part_162, mul_add(-part_36, part_161,
+            -part_33 * part_159));
+        let part_164 = mul_add(part_24, part_161, mul_add(part_20, part_162, part_16 * part_163));
+        let part_165 = mul_add(inverse_pivot_ground_west, part_158, mul_add(part_25, part_161,
+            mul_add(part_21, part_162, part_17 * part_163)));
+        let part_166 = mul_add(-factor_south_east_east_ground_east, part_164, mul_add(part_23,
+            part_161, mul_add(-part_15, part_163, part_19 * part_162)));
+        let part_167 = mul_add(-factor_west_south_west_ground_west, part_165,
+            mul_add(inverse_pivot_west_south_west, part_157, mul_add(part_22, part_161,
+            mul_add(-part_18, part_162, part_14 * part_163))));
+        let part_168 = c(-0.0114) + d_moment_own_south_x_2;
+        let part_169 = mul_add(-factor_south_south_east_south_east_east, part_168,
+            mul_add(c(0.8660254814097262), d_across_south_4, d_moment_above_south_x_6));
+        let part_170 = mul_add(-factor_south_east_east_ground_east, part_169,
+            mul_add(-factor_south_south_east_ground_east, part_168, d_moment_above_south_east_x_3
+            + d_moment_above_south_east_x_7));
+        let part_171 = mul_add(-part_15, part_169, part_16 * part_170)
             - mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648), d_omega_zz_south_2,
             c(0.04034213973350825) * d_gradient_moving_y_south_x_5),
             c(0.8660252485338008) * mul_add(c(-0.06987458559937648), d_gradient_moving_x_south_y_5,
-            c(-0.04034213973350825) * south_part_26));
-        let part_175 = mul_add(part_39, part_174, -(mul_add(part_24, part_173, mul_add(part_23,
-            part_172, c(12502.083224437016) * part_171)) - mul_add(c(-0.06987458559937648),
+            c(-0.04034213973350825) * (d_omega_yy_south_2 + d_omega_zz_south_2)));
+        let part_172 = mul_add(part_34, part_171, -(mul_add(part_20, part_170, mul_add(part_19,
+            part_169, c(12502.083224437016) * part_168)) - mul_add(c(-0.06987458559937648),
             d_omega_yz_south_2, c(0.04034213973350825) * d_gradient_moving_z_south_x_5)));
-        let part_176 = mul_add(part_41, part_174, -(mul_add(part_28, part_173, mul_add(part_27,
-            part_172, c(-7218.08629094307) * part_171)) - mul_add(c(0.040342139733508246),
+        let part_173 = mul_add(part_36, part_171, -(mul_add(part_24, part_170, mul_add(part_23,
+            part_169, c(-7218.08629094307) * part_168)) - mul_add(c(0.040342139733508246),
             d_omega_yz_south_2, c(0.0698745855993765) * d_gradient_moving_z_south_x_5)));
-        let part_177 = part_46 * mul_add(-part_44, part_175, part_176);
-        let part_178 = mul_add(-part_44, part_177, part_43 * part_175);
-        let part_179 = mul_add(-part_39, part_178, mul_add(-part_41, part_177,
-            -part_38 * part_174));
-        let part_180 = mul_add(part_29, part_177, mul_add(part_25, part_178, part_21 * part_179));
-        let part_181 = mul_add(inverse_pivot_ground_east, part_173, mul_add(part_28, part_177,
-            mul_add(part_24, part_178, part_20 * part_179)));
-        let part_182 = mul_add(-factor_south_east_east_ground_east, part_181,
-            mul_add(inverse_pivot_south_east_east, part_172, mul_add(part_27, part_177,
-            mul_add(-part_19, part_179, part_23 * part_178))));
-        let part_183 = mul_add(-factor_west_south_west_ground_west, part_180, mul_add(part_26,
-            part_177, mul_add(-part_22, part_178, part_18 * part_179)));
-        let part_184 = mul_add(-factor_south_south_east_south_east_east, d_moment_own_south_x_2,
-            c(-0.0114) + d_moment_moving_south_east_x_4);
-        let part_185 = mul_add(-factor_south_east_east_ground_east, part_184,
-            mul_add(-factor_south_south_east_ground_east, d_moment_own_south_x_2,
-            d_moment_above_south_east_x_4 + d_moment_above_south_east_x_7));
-        let part_186 = mul_add(-part_19, part_184, part_20 * part_185)
-            - mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648), south_part_36,
+        let part_174 = part_41 * mul_add(-part_39, part_172, part_173);
+        let part_175 = mul_add(-part_39, part_174, part_38 * part_172);
+        let part_176 = mul_add(-part_34, part_175, mul_add(-part_36, part_174,
+            -part_33 * part_171));
+        let part_177 = mul_add(part_25, part_174, mul_add(part_21, part_175, part_17 * part_176));
+        let part_178 = mul_add(inverse_pivot_ground_east, part_170, mul_add(part_24, part_174,
+            mul_add(part_20, part_175, part_16 * part_176)));
+        let part_179 = mul_add(-factor_south_east_east_ground_east, part_178,
+            mul_add(inverse_pivot_south_east_east, part_169, mul_add(part_23, part_174,
+            mul_add(-part_15, part_176, part_19 * part_175))));
+        let part_180 = mul_add(-factor_west_south_west_ground_west, part_177, mul_add(part_22,
+            part_174, mul_add(-part_18, part_175, part_14 * part_176)));
+        let part_181 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
+            d_omega_xx_south_3 + d_omega_zz_south_3,
             c(0.04034213973350825) * d_gradient_moving_y_south_x_4),
             c(0.8660252485338008) * mul_add(c(-0.06987458559937648), d_gradient_moving_x_south_y_4,
-            c(-0.04034213973350825) * south_part_35));
-        let part_187 = mul_add(part_39, part_186, -(mul_add(part_24, part_185, mul_add(part_23,
-            part_184, c(12502.083224437016) * d_moment_own_south_x_2))
+            c(-0.04034213973350825) * (d_omega_yy_south_3 + d_omega_zz_south_3)));
+        let part_182 = mul_add(-factor_south_south_east_south_east_east, d_moment_own_south_x,
+            c(-0.0114) + d_moment_moving_south_east_x_4);
+        let part_183 = mul_add(-factor_south_east_east_ground_east, part_182,
+            mul_add(-factor_south_south_east_ground_east, d_moment_own_south_x,
+            mul_add(c(0.7071067811865475), d_across_south_east_5, d_moment_above_south_east_x_6)));
+        let part_184 = mul_add(-part_15, part_182, part_16 * part_183) - part_181;
+        let part_185 = mul_add(part_34, part_184, -(mul_add(part_20, part_183, mul_add(part_19,
+            part_182, c(12502.083224437016) * d_moment_own_south_x))
             - mul_add(c(-0.06987458559937648), d_gradient_moving_z_south_y_3,
             c(0.04034213973350825) * d_gradient_moving_z_south_x_4)));
-        let part_188 = mul_add(part_41, part_186, -(mul_add(part_28, part_185, mul_add(part_27,
-            part_184, c(-7218.08629094307) * d_moment_own_south_x_2))
+        let part_186 = mul_add(part_36, part_184, -(mul_add(part_24, part_183, mul_add(part_23,
+            part_182, c(-7218.08629094307) * d_moment_own_south_x))
             - mul_add(c(0.040342139733508246), d_gradient_moving_z_south_y_3,
             c(0.0698745855993765) * d_gradient_moving_z_south_x_4)));
-        let part_189 = part_46 * mul_add(-part_44, part_187, part_188);
-        let part_190 = mul_add(-part_44, part_189, part_43 * part_187);
-        let part_191 = mul_add(-part_39, part_190, mul_add(-part_41, part_189,
-            -part_38 * part_186));
-        let part_192 = mul_add(part_29, part_189, mul_add(part_25, part_190, part_21 * part_191));
-        let part_193 = mul_add(inverse_pivot_ground_east, part_185, mul_add(part_28, part_189,
-            mul_add(part_24, part_190, part_20 * part_191)));
-        let part_194 = mul_add(-factor_south_east_east_ground_east, part_193,
-            mul_add(inverse_pivot_south_east_east, part_184, mul_add(part_27, part_189,
-            mul_add(-part_19, part_191, part_23 * part_190))));
-        let part_195 = mul_add(-factor_west_south_west_ground_west, part_192, mul_add(part_26,
-            part_189, mul_add(-part_22, part_190, part_18 * part_191)));
-        let part_196 = mul_add(-factor_south_west_south_west_south_west,
+        let part_187 = part_41 * mul_add(-part_39, part_185, part_186);
+        let part_188 = mul_add(-part_39, part_187, part_38 * part_185);
+        let part_189 = mul_add(-part_34, part_188, mul_add(-part_36, part_187,
+            -part_33 * part_184));
+        let part_190 = mul_add(part_25, part_187, mul_add(part_21, part_188, part_17 * part_189));
+        let part_191 = mul_add(inverse_pivot_ground_east, part_183, mul_add(part_24, part_187,
+            mul_add(part_20, part_188, part_16 * part_189)));
+        let part_192 = mul_add(-factor_south_east_east_ground_east, part_191,
+            mul_add(inverse_pivot_south_east_east, part_182, mul_add(part_23, part_187,
+            mul_add(-part_15, part_189, part_19 * part_188))));
+        let part_193 = mul_add(-factor_west_south_west_ground_west, part_190, mul_add(part_22,
+            part_187, mul_add(-part_18, part_188, part_14 * part_189)));
+        let part_194 = mul_add(-factor_south_west_south_west_south_west,
             d_moment_own_south_ghost0_x, c(-0.0114) + d_moment_moving_south_west_x_4);
-        let part_197 = mul_add(-factor_west_south_west_ground_west, part_196,
+        let part_195 = mul_add(-factor_west_south_west_ground_west, part_194,
             mul_add(-factor_south_west_south_ground_west, d_moment_own_south_ghost0_x,
-            d_moment_above_south_west_x_7 - south_west_part_16));
-        let part_198 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_4,
-            mul_add(part_21, part_197, part_18 * part_196));
-        let part_199 = mul_add(part_39, part_198, -mul_add(c(0.08068423607472835),
-            d_gradient_moving_z_south_ghost0_x_4, mul_add(-part_22, part_196, part_25 * part_197)));
-        let part_200 = mul_add(-part_44, part_199, mul_add(part_41, part_198,
-            -mul_add(c(0.08068423607472835), d_gradient_moving_z_south_ghost0_y_3, mul_add(part_29,
-            part_197, mul_add(part_26, part_196,
+            mul_add(c(-0.8660257562110547), d_across_south_west_5, d_moment_above_south_west_x_7)));
+        let part_196 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_4,
+            mul_add(part_17, part_195, part_14 * part_194));
+        let part_197 = mul_add(part_34, part_196, -mul_add(c(0.08068423607472835),
+            d_gradient_moving_z_south_ghost0_x_4, mul_add(-part_18, part_194, part_21 * part_195)));
+        let part_198 = mul_add(-part_39, part_197, mul_add(part_36, part_196,
+            -mul_add(c(0.08068423607472835), d_gradient_moving_z_south_ghost0_y_3, mul_add(part_25,
+            part_195, mul_add(part_22, part_194,
             c(14436.012552214956) * d_moment_own_south_ghost0_x)))));
-        let part_201 = part_46 * part_200;
-        let part_202 = mul_add(-part_44, part_201, part_43 * part_199);
-        let part_203 = mul_add(-part_39, part_202, mul_add(-part_41, part_201,
-            -part_38 * part_198));
-        let part_204 = mul_add(part_28, part_201, mul_add(part_24, part_202, part_20 * part_203));
-        let part_205 = mul_add(inverse_pivot_ground_west, part_197, mul_add(part_29, part_201,
-            mul_add(part_25, part_202, part_21 * part_203)));
-        let part_206 = mul_add(-factor_south_east_east_ground_east, part_204, mul_add(part_27,
-            part_201, mul_add(-part_19, part_203, part_23 * part_202)));
-        let part_207 = mul_add(-factor_west_south_west_ground_west, part_205,
-            mul_add(inverse_pivot_west_south_west, part_196, mul_add(part_26, part_201,
-            mul_add(-part_22, part_202, part_18 * part_203))));
-        dq[0] = mul_add(-factor_south_west_south_west_south_west, part_124,
-            mul_add(-factor_south_west_south_ground_west, part_122, mul_add(c(14436.012552214956),
-            part_118, c(178919.86408403952) * part_112)));
-        dq[1] = mul_add(-factor_south_west_south_west_south_west, part_183,
-            mul_add(-factor_south_west_south_ground_west, part_180,
-            c(14436.012552214956) * part_177));
-        dq[2] = mul_add(-factor_south_west_south_west_south_west, part_207,
-            mul_add(-factor_south_west_south_ground_west, part_205, mul_add(c(14436.012552214956),
-            part_201, c(178919.86408403952) * d_moment_own_south_ghost0_x)));
-        dq[3] = mul_add(-factor_south_west_south_west_south_west, part_195,
-            mul_add(-factor_south_west_south_ground_west, part_192,
-            c(14436.012552214956) * part_189));
-        dq[4] = mul_add(-factor_south_west_south_west_south_west, part_135,
-            mul_add(-factor_south_west_south_ground_west, part_132,
-            c(14436.012552214956) * part_129));
-        dq[5] = mul_add(-factor_south_west_south_west_south_west, part_170,
-            mul_add(-factor_south_west_south_ground_west, part_168, mul_add(c(14436.012552214956),
-            part_164, d_free_fall_south_ghost0_z_3 * c(30.461374669363632))));
-        dq[6] = mul_add(-factor_south_south_east_south_east_east, part_123,
-            mul_add(-factor_south_south_east_ground_east, part_121, mul_add(c(-7218.08629094307),
-            part_118, c(12502.083224437016) * part_119)));
-        dq[7] = mul_add(-factor_south_south_east_south_east_east, part_182,
-            mul_add(-factor_south_south_east_ground_east, part_181, mul_add(c(178921.751266151),
-            part_171, mul_add(c(-7218.08629094307), part_177, c(12502.083224437016) * part_178))));
-        dq[8] = mul_add(-factor_south_south_east_south_east_east, part_206,
-            mul_add(-factor_south_south_east_ground_east, part_204, mul_add(c(-7218.08629094307),
-            part_201, c(12502.083224437016) * part_202)));
-        dq[9] = mul_add(-factor_south_south_east_south_east_east, part_194,
-            mul_add(-factor_south_south_east_ground_east, part_193, mul_add(c(178921.751266151),
-            d_moment_own_south_x_2, mul_add(c(-7218.08629094307), part_189,
-            c(12502.083224437016) * part_190))));
-        dq[10] = mul_add(-factor_south_south_east_south_east_east, part_134,
-            mul_add(-factor_south_south_east_ground_east, part_133, mul_add(c(-30.461461328716492),
-            d_free_fall_south_z_3, mul_add(c(-7218.08629094307), part_129,
-            c(12502.083224437016) * part_130))));
-        dq[11] = mul_add(-factor_south_south_east_south_east_east, part_169,
-            mul_add(-factor_south_south_east_ground_east, part_167, mul_add(c(-7218.08629094307),
-            part_164, c(12502.083224437016) * part_165)));
-        dq[12] = part_124;
-        dq[13] = part_183;
-        dq[14] = part_207;
-        dq[15] = part_195;
-        dq[16] = part_135;
-        dq[17] = part_170;
-        dq[18] = part_123;
-        dq[19] = part_182;
-        dq[20] = part_206;
-        dq[21] = part_194;
-        dq[22] = part_134;
-        dq[23] = part_169;
-        dq[24] = part_121;
-        dq[25] = part_181;
-        dq[26] = part_204;
-        dq[27] = part_193;
-        dq[28] = part_133;
-        dq[29] = part_167;
-        dq[30] = part_122;
-        dq[31] = part_180;
-        dq[32] = part_205;
-        dq[33] = part_192;
-        dq[34] = part_132;
-        dq[35] = part_168;
-        du[3] = mul_add(-factor_south_west_south_west_south_west, part_147,
-            mul_add(-factor_south_west_south_ground_west, part_144,
-            c(14436.012552214956) * part_141));
-        du[4] = mul_add(-factor_south_west_south_west_south_west, part_159,
-            mul_add(-factor_south_west_south_ground_west, part_156,
-            c(14436.012552214956) * part_153));
-        du[9] = mul_add(-factor_south_south_east_south_east_east, part_146,
-            mul_add(-factor_south_south_east_ground_east, part_145, mul_add(c(-178921.751266151),
-            south_part_42, mul_add(c(-7218.08629094307), part_141,
-            c(12502.083224437016) * part_142))));
-        du[10] = mul_add(-factor_south_south_east_south_east_east, part_158,
-            mul_add(-factor_south_south_east_ground_east, part_157, mul_add(c(-178921.751266151),
-            south_part_20, mul_add(c(-7218.08629094307), part_153,
-            c(12502.083224437016) * part_154))));
-        du[15] = part_147;
-        du[16] = part_159;
-        du[21] = part_146;
-        du[22] = part_158;
-        du[27] = part_145;
-        du[28] = part_157;
-        du[33] = part_144;
-        du[34] = part_156;
+        let part_199 = part_41 * part_198;
+        let part_200 = mul_add(-part_39, part_199, part_38 * part_197);
+        let part_201 = mul_add(-part_34, part_200, mul_add(-part_36, part_199,
+            -part_33 * part_196));
+        let part_202 = mul_add(part_24, part_199, mul_add(part_20, part_200, part_16 * part_201));
+        let part_203 = mul_add(inverse_pivot_ground_west, part_195, mul_add(part_25, part_199,
+            mul_add(part_21, part_200, part_17 * part_201)));
+        let part_204 = mul_add(-factor_south_east_east_ground_east, part_202, mul_add(part_23,
+            part_199, mul_add(-part_15, part_201, part_19 * part_200)));
+        let part_205 = mul_add(-factor_west_south_west_ground_west, part_203,
+            mul_add(inverse_pivot_west_south_west, part_194, mul_add(part_22, part_199,
+            mul_add(-part_18, part_200, part_14 * part_201))));
+        acceleration[0] = part_82;
+        acceleration[1] = part_81;
+        acceleration[2] = part_80;
+        acceleration[3] = part_79;
+        acceleration[4] = part_77;
+        acceleration[5] = part_78;
+        dq[0] = mul_add(-factor_south_west_south_west_south_west, part_119,
+            mul_add(-factor_south_west_south_ground_west, part_117, mul_add(c(14436.012552214956),
+            part_113, c(178919.86408403952) * part_107)));
+        dq[1] = mul_add(-factor_south_west_south_west_south_west, part_180,
+            mul_add(-factor_south_west_south_ground_west, part_177,
+            c(14436.012552214956) * part_174));
+        dq[2] = mul_add(-factor_south_west_south_west_south_west, part_205,
+            mul_add(-factor_south_west_south_ground_west, part_203, mul_add(c(14436.012552214956),
+            part_199, c(178919.86408403952) * d_moment_own_south_ghost0_x)));
+        dq[3] = mul_add(-factor_south_west_south_west_south_west, part_193,
+            mul_add(-factor_south_west_south_ground_west, part_190,
+            c(14436.012552214956) * part_187));
+        dq[4] = mul_add(-factor_south_west_south_west_south_west, part_130,
+            mul_add(-factor_south_west_south_ground_west, part_127,
+            c(14436.012552214956) * part_124));
+        dq[5] = mul_add(-factor_south_west_south_west_south_west, part_167,
+            mul_add(-factor_south_west_south_ground_west, part_165, mul_add(c(14436.012552214956),
+            part_161, d_free_fall_south_ghost0_z_3 * c(30.461374669363632))));
+        dq[6] = mul_add(-factor_south_south_east_south_east_east, part_118,
+            mul_add(-factor_south_south_east_ground_east, part_116, mul_add(c(-7218.08629094307),
+            part_113, c(12502.083224437016) * part_114)));
+        dq[7] = mul_add(-factor_south_south_east_south_east_east, part_179,
+            mul_add(-factor_south_south_east_ground_east, part_178, mul_add(c(178921.751266151),
+            part_168, mul_add(c(-7218.08629094307), part_174, c(12502.083224437016) * part_175))));
+        dq[8] = mul_add(-factor_south_south_east_south_east_east, part_204,
+            mul_add(-factor_south_south_east_ground_east, part_202, mul_add(c(-7218.08629094307),
+            part_199, c(12502.083224437016) * part_200)));
+        dq[9] = mul_add(-factor_south_south_east_south_east_east, part_192,
+            mul_add(-factor_south_south_east_ground_east, part_191, mul_add(c(178921.751266151),
+            d_moment_own_south_x, mul_add(c(-7218.08629094307), part_187,
+            c(12502.083224437016) * part_188))));
+        dq[10] = mul_add(-factor_south_south_east_south_east_east, part_129,
+            mul_add(-factor_south_south_east_ground_east, part_128, mul_add(c(-30.461461328716492),
+            d_free_fall_south_z_3, mul_add(c(-7218.08629094307), part_124,
+            c(12502.083224437016) * part_125))));
+        dq[11] = mul_add(-factor_south_south_east_south_east_east, part_166,
+            mul_add(-factor_south_south_east_ground_east, part_164, mul_add(c(-7218.08629094307),
+            part_161, c(12502.083224437016) * part_162)));
+        dq[12] = part_119;
+        dq[13] = part_180;
+        dq[14] = part_205;
+        dq[15] = part_193;
+        dq[16] = part_130;
+        dq[17] = part_167;
+        dq[18] = part_118;
+        dq[19] = part_179;
+        dq[20] = part_204;
+        dq[21] = part_192;
+        dq[22] = part_129;
+        dq[23] = part_166;
+        dq[24] = part_116;
+        dq[25] = part_178;
+        dq[26] = part_202;
+        dq[27] = part_191;
+        dq[28] = part_128;
+        dq[29] = part_164;
+        dq[30] = part_117;
+        dq[31] = part_177;
+        dq[32] = part_203;
+        dq[33] = part_190;
+        dq[34] = part_127;
+        dq[35] = part_165;
+        du[0] = mul_add(-factor_south_west_south_west_south_west, part_57,
+            mul_add(-factor_south_west_south_ground_west, part_55, mul_add(c(14436.012552214956),
+            part_51, c(178919.86408403952) * part_46)));
+        du[1] = mul_add(-factor_south_west_south_west_south_west, part_70,
+            mul_add(-factor_south_west_south_ground_west, part_67,
+            c(14436.012552214956) * part_64));
+        du[2] = mul_add(-factor_south_west_south_west_south_west, part_94,
+            mul_add(-factor_south_west_south_ground_west, part_92, mul_add(c(14436.012552214956),
+            part_88, south_ghost0_part_28 * c(-178919.86408403952))));
+        du[3] = mul_add(-factor_south_west_south_west_south_west, part_143,
+            mul_add(-factor_south_west_south_ground_west, part_140,
+            c(14436.012552214956) * part_137));
+        du[4] = mul_add(-factor_south_west_south_west_south_west, part_156,
+            mul_add(-factor_south_west_south_ground_west, part_153,
+            c(14436.012552214956) * part_150));
+        du[5] = mul_add(-factor_south_west_south_west_south_west, part_106,
+            mul_add(-factor_south_west_south_ground_west, part_104, mul_add(c(14436.012552214956),
+            part_100, c(-178919.86408403952) * south_ghost0_part_13)));
+        du[6] = mul_add(-factor_south_south_east_south_east_east, part_56,
+            mul_add(-factor_south_south_east_ground_east, part_54, mul_add(c(-7218.08629094307),
+            part_51, c(12502.083224437016) * part_52)));
+        du[7] = mul_add(-factor_south_south_east_south_east_east, part_69,
+            mul_add(-factor_south_south_east_ground_east, part_68, mul_add(c(178921.751266151),
+            part_58, mul_add(c(-7218.08629094307), part_64, c(12502.083224437016) * part_65))));
+        du[8] = mul_add(-factor_south_south_east_south_east_east, part_93,
+            mul_add(-factor_south_south_east_ground_east, part_91, mul_add(c(-7218.08629094307),
+            part_88, c(12502.083224437016) * part_89)));
+        du[9] = mul_add(-factor_south_south_east_south_east_east, part_142,
+            mul_add(-factor_south_south_east_ground_east, part_141, mul_add(c(-178921.751266151),
+            south_part_35, mul_add(c(-7218.08629094307), part_137,
+            c(12502.083224437016) * part_138))));
+        du[10] = mul_add(-factor_south_south_east_south_east_east, part_155,
+            mul_add(-factor_south_south_east_ground_east, part_154, mul_add(c(-178921.751266151),
+            south_part_18, mul_add(c(-7218.08629094307), part_150,
+            c(12502.083224437016) * part_151))));
+        du[11] = mul_add(-factor_south_south_east_south_east_east, part_105,
+            mul_add(-factor_south_south_east_ground_east, part_103, mul_add(c(-7218.08629094307),
+            part_100, c(12502.083224437016) * part_101)));
+        du[12] = part_57;
+        du[13] = part_70;
+        du[14] = part_94;
+        du[15] = part_143;
+        du[16] = part_156;
+        du[17] = part_106;
+        du[18] = part_56;
+        du[19] = part_69;
+        du[20] = part_93;
+        du[21] = part_142;
+        du[22] = part_155;
+        du[23] = part_105;
+        du[24] = part_54;
+        du[25] = part_68;
+        du[26] = part_91;
+        du[27] = part_141;
+        du[28] = part_154;
+        du[29] = part_103;
+        du[30] = part_55;
+        du[31] = part_67;
+        du[32] = part_92;
+        du[33] = part_140;
+        du[34] = part_153;
+        du[35] = part_104;
+        dt[0] = c(0.0);
+        dt[1] = c(0.0);
+        dt[2] = c(0.0);
+        dt[3] = c(0.0);
+        dt[4] = c(0.0);
+        dt[5] = c(0.0);
+        margin[0] = S::min(S::min(S::min(S::min(c(178919.86408403952),
+            inverse_pivot_west_south_west), inverse_pivot_south_east_east),
+            inverse_pivot_ground_east), inverse_pivot_ground_west);
+        margin[1] = part_26 * part_31 * (part_32 * part_35) * (part_32 * part_40);
+        ::lamc_runtime::Margin {
+            inverse_pivot: margin[0],
+            conditioning: margin[1],
+        }
+    }
+}
+
+const DIMENSIONS: ::lamc_runtime::Dimensions = ::lamc_runtime::Dimensions {
+    coordinates: 6,
+    rows: 3,
+    loops: 1,
+    bodies: 6,
+    points: 1,
+    drives: 0,
+    parameters: 0,
+    inputs: 0,
+};
+
+impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism<S, N, C> for Sixbar<S> {
+    type Residual = [S; 9 * LOOPS];
+    type ResidualJacobian = [[S; N]; 9 * LOOPS];
+    type Poses = [[S; 12]; 6];
+    type Points = [[S; 3]; 1];
+}
+
+#[allow(
+    clippy::approx_constant,
+    clippy::excessive_precision,
+    clippy::too_many_arguments,
+    unused_mut,
+    unused_variables,
+    reason = "numbers of the drawing; not every function reads everything it is given"
+)]
+#[rustfmt::skip]
+impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S, N, C> for Sixbar<S> {
+    type Lane = Sixbar<S::Number>;
+    type Residual = [S; 9 * LOOPS];
+    fn lane(&self, lane: usize) -> Self::Lane {
+        Sixbar {
+            params: Params {
+                marker: ::core::marker::PhantomData,
+            },
+            inputs: Inputs {
+                marker: ::core::marker::PhantomData,
+            },
+        }
     }
 }

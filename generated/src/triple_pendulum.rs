@@ -51,7 +51,7 @@ pub struct Params<S> {
     pub marker: ::core::marker::PhantomData<S>,
 }
 
-impl<S: ::lamc_runtime::Scalar> ::core::default::Default for Params<S> {
+impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Params<S> {
     fn default() -> Self {
         Self {
             marker: ::core::marker::PhantomData,
@@ -66,7 +66,7 @@ pub struct Inputs<S> {
     pub marker: ::core::marker::PhantomData<S>,
 }
 
-impl<S: ::lamc_runtime::Scalar> ::core::default::Default for Inputs<S> {
+impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Inputs<S> {
     fn default() -> Self {
         Self {
             marker: ::core::marker::PhantomData,
@@ -91,7 +91,7 @@ pub struct TriplePendulum<S> {
     pub inputs: Inputs<S>,
 }
 
-impl<S: ::lamc_runtime::Scalar> ::core::default::Default for TriplePendulum<S> {
+impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for TriplePendulum<S> {
     fn default() -> Self {
         Self {
             params: ::core::default::Default::default(),
@@ -588,6 +588,19 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         forces[1] = d_moment_moving_middle_x - mul_add(c(10.0), du[1], dq[1] * c(100.0));
         forces[2] = d_moment_own_lower_x - mul_add(c(10.0), du[2], dq[2] * c(100.0));
     }
+}
+
+#[allow(
+    clippy::approx_constant,
+    clippy::excessive_precision,
+    clippy::too_many_arguments,
+    unused_mut,
+    unused_variables,
+    reason = "numbers of the drawing; not every function reads everything it is given"
+)]
+#[rustfmt::skip]
+impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendulum<S> {
+    type Number = S;
     fn write_acceleration(
         &self,
         t: S,
@@ -953,4 +966,28 @@ for TriplePendulum<S> {
     type ResidualJacobian = [[S; N]; 9 * LOOPS];
     type Poses = [[S; 12]; 4];
     type Points = [[S; 3]; 1];
+}
+
+#[allow(
+    clippy::approx_constant,
+    clippy::excessive_precision,
+    clippy::too_many_arguments,
+    unused_mut,
+    unused_variables,
+    reason = "numbers of the drawing; not every function reads everything it is given"
+)]
+#[rustfmt::skip]
+impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S, N, C> for TriplePendulum<S> {
+    type Lane = TriplePendulum<S::Number>;
+    type Residual = [S; 9 * LOOPS];
+    fn lane(&self, lane: usize) -> Self::Lane {
+        TriplePendulum {
+            params: Params {
+                marker: ::core::marker::PhantomData,
+            },
+            inputs: Inputs {
+                marker: ::core::marker::PhantomData,
+            },
+        }
+    }
 }

@@ -87,17 +87,17 @@ pub fn acceleration_and_forces<Y: System>(
     solve(system, (t, q, u), plain(), workspace, out, Some(lambda))
 }
 
-/// Whether rows are certainly independent and far from dependence: solving by J M^-1 J^T loses as
-/// many digits as its condition number has; ten are kept.
+/// The conditioning above which rows are certainly independent and far from dependence: solving by
+/// J M^-1 J^T loses as many digits as its condition number has; ten are kept.
 #[inline]
-pub(crate) fn is_safe<S: Scalar>(conditioning: S) -> bool {
-    conditioning > tolerance(1e-4, 1e5)
+pub(crate) fn safe<S: Arithmetic>() -> S {
+    tolerance(1e-4, 1e5)
 }
 
 /// Whether the results of a straight-line elimination hold.
 #[inline]
 pub(crate) fn holds<S: Scalar>(margin: &Margin<S>) -> bool {
-    (margin.inverse_pivot > S::ZERO) & is_safe(margin.conditioning)
+    (margin.inverse_pivot > S::ZERO) & (margin.conditioning > safe())
 }
 
 /// du/dt at (t, q, u) by the system's own elimination, where that holds.
@@ -272,7 +272,7 @@ impl<S: Scalar> Rows<'_, S> {
             trace += self.scratch[i * c + i];
         }
         factor(self.scratch, c).ok()?;
-        if !is_safe(conditioning(self.scratch, c, trace)) {
+        if !(conditioning(self.scratch, c, trace) > safe()) {
             return None;
         }
         self.multipliers.copy_from_slice(self.rhs);

@@ -12,6 +12,7 @@
 //! | derivatives of du/dt, linear motion about rest | [`jacobian()`], [`derivatives_along`], [`linearize`] |
 //! | motion | [`Dopri5`] (adaptive), [`Rodas`] (adaptive, for stiff hinges), [`Rk4`], [`SemiImplicitEuler`] |
 //! | motion between stops | [`Stopped`] |
+//! | several designs or motions at once | [`Batch`] |
 //!
 //! Vectors are the caller's slices, temporaries live in a workspace of [`workspace_len`] numbers.
 //! Angles are in radians, everything else in SI units. A slice that is too short, a state that is
@@ -30,7 +31,7 @@
 //! ```
 //! use lamc_runtime::{
 //!     Arithmetic, Dimensions, Dopri5, Energy, EquationsMut, Error, Integrator, Mechanism, State,
-//!     System, workspace_len,
+//!     StraightLine, System, workspace_len,
 //! };
 //!
 //! const N: usize = 1;
@@ -40,6 +41,10 @@
 //!
 //! /// A point mass of 1 kg, 1 m below its hinge.
 //! struct Pendulum;
+//!
+//! impl StraightLine for Pendulum {
+//!     type Number = f64;
+//! }
 //!
 //! impl System for Pendulum {
 //!     type Scalar = f64;
@@ -103,10 +108,13 @@
 
 mod acceleration;
 mod assembly;
+mod batch;
 mod equilibrium;
 mod error;
 mod integrate;
 mod jacobian;
+#[cfg(feature = "simd")]
+mod lanes;
 mod linear;
 mod linearization;
 mod mechanism;
@@ -120,6 +128,7 @@ mod workspace;
 
 pub use acceleration::{Constraint, RANK_TOLERANCE, acceleration, acceleration_and_forces};
 pub use assembly::{Assembly, assemble};
+pub use batch::{Batch, LaneError, Lanes};
 pub use equilibrium::{Equilibrium, equilibrium};
 pub use error::Error;
 pub use integrate::{Dopri5, Integrator, Rk4, Rodas, SemiImplicitEuler, Stabilisation};
@@ -131,6 +140,9 @@ pub use scalar::{Arithmetic, Scalar};
 pub use state::{State, StateOf};
 pub use stops::Stopped;
 pub use system::{
-    Balance, Change, Dimensions, Drive, Energy, EquationsMut, Margin, ProjectionMut, System,
+    Balance, Change, Dimensions, Drive, Energy, EquationsMut, Margin, ProjectionMut, StraightLine,
+    System,
 };
+#[cfg(feature = "simd")]
+pub use wide::{f32x8, f64x4};
 pub use workspace::workspace_len;

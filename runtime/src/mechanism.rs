@@ -2,8 +2,8 @@
 
 use crate::acceleration::direct;
 use crate::{
-    Balance, EquationsMut, Equilibrium, Error, JacobianMut, Scalar, State, StateOf, System,
-    acceleration, acceleration_and_forces, assemble, equilibrium, jacobian, project,
+    Arithmetic, Balance, EquationsMut, Equilibrium, Error, JacobianMut, Scalar, State, StateOf,
+    System, acceleration, acceleration_and_forces, assemble, equilibrium, jacobian, project,
 };
 
 /// Arrays (of arrays) of numbers whose length only their type knows.
@@ -12,7 +12,7 @@ pub trait Storage: Clone {
     fn zeros() -> Self;
 }
 
-impl<S: Scalar> Storage for S {
+impl<S: Arithmetic> Storage for S {
     fn zeros() -> Self {
         S::ZERO
     }

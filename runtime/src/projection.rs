@@ -15,7 +15,7 @@ use crate::workspace::{check, split};
 use crate::{Arithmetic, Dimensions, EquationsMut, Error, ProjectionMut, Scalar, System};
 
 /// Steps of Gauss-Newton; it converges quadratically from where an integrator leaves it.
-const ITERATIONS: usize = 12;
+pub(crate) const ITERATIONS: usize = 12;
 
 /// What a projection reached.
 #[derive(Clone, Copy, Debug, PartialEq)]

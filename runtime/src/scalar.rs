@@ -43,7 +43,7 @@ pub trait Arithmetic:
     /// Sine and cosine of each angle.
     #[inline]
     fn sin_cos_all<const K: usize>(angles: [Self; K]) -> [(Self, Self); K] {
-        angles.map(Self::sin_cos)
+        core::array::from_fn(|k| angles[k].sin_cos())
     }
     /// Tangent.
     fn tan(self) -> Self;

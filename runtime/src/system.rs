@@ -55,7 +55,7 @@ pub struct EquationsMut<'a, S> {
     pub gamma: &'a mut [S],
 }
 
-/// Where [`System::write_projection`] writes.
+/// Where [`StraightLine::write_projection`] writes.
 #[derive(Debug)]
 pub struct ProjectionMut<'a, S> {
     /// Closure residuals, 9 L, m.
@@ -76,7 +76,7 @@ pub struct Margin<S> {
     pub conditioning: S,
 }
 
-impl<S: Scalar> Margin<S> {
+impl<S: Arithmetic> Margin<S> {
     /// Nothing was computed.
     pub fn none() -> Self {
         let nan = S::from_f64(f64::NAN);
@@ -138,11 +138,55 @@ pub struct Change<'a, S> {
     pub inputs: &'a [S],
 }
 
+/// The functions of a mechanism that solve, in straight-line code: for numbers, or for vectors of
+/// which each lane is a state or a design of its own. Slices are as for [`System`].
+pub trait StraightLine {
+    /// What is computed with.
+    type Number: Arithmetic;
+
+    /// du/dt, N, by elimination in straight-line code, without drives and without a decision on the
+    /// rank. Provided: nothing.
+    fn write_acceleration(
+        &self,
+        t: Self::Number,
+        q: &[Self::Number],
+        u: &[Self::Number],
+        out: &mut [Self::Number],
+    ) -> Margin<Self::Number> {
+        let _ = (t, q, u, out);
+        Margin::none()
+    }
+    /// How far the loops are open, and what closes them: M^-1 J^T (J M^-1 J^T)^-1 times the
+    /// residuals along the rows of J, and times J u, in straight-line code as
+    /// [`write_acceleration`](Self::write_acceleration). Provided: nothing.
+    fn write_projection(
+        &self,
+        q: &[Self::Number],
+        u: &[Self::Number],
+        out: ProjectionMut<'_, Self::Number>,
+    ) -> Margin<Self::Number> {
+        let _ = (q, u, out);
+        Margin::none()
+    }
+    /// du/dt and its derivatives, as [`write_acceleration`](Self::write_acceleration). Provided:
+    /// nothing.
+    fn write_jacobian(
+        &self,
+        t: Self::Number,
+        q: &[Self::Number],
+        u: &[Self::Number],
+        out: JacobianMut<'_, Self::Number>,
+    ) -> Margin<Self::Number> {
+        let _ = (t, q, u, out);
+        Margin::none()
+    }
+}
+
 /// A mechanism the algorithms of this crate can run: compiled, or interpreted in process.
 ///
 /// Slices have exactly the lengths that [`dimensions`](Self::dimensions) gives; an implementation
 /// handed others writes nothing.
-pub trait System {
+pub trait System: StraightLine<Number = <Self as System>::Scalar> {
     /// Number type.
     type Scalar: Scalar;
     /// Storage for N numbers.
@@ -224,42 +268,6 @@ pub trait System {
         forces.fill(Self::Scalar::from_f64(f64::NAN));
         closure.fill(Self::Scalar::from_f64(f64::NAN));
     }
-    /// du/dt, N, by elimination in straight-line code, without drives and without a decision on the
-    /// rank. Provided: nothing.
-    fn write_acceleration(
-        &self,
-        t: Self::Scalar,
-        q: &[Self::Scalar],
-        u: &[Self::Scalar],
-        out: &mut [Self::Scalar],
-    ) -> Margin<Self::Scalar> {
-        let _ = (t, q, u, out);
-        Margin::none()
-    }
-    /// How far the loops are open, and what closes them: M^-1 J^T (J M^-1 J^T)^-1 times the
-    /// residuals along the rows of J, and times J u, in straight-line code as
-    /// [`write_acceleration`](Self::write_acceleration). Provided: nothing.
-    fn write_projection(
-        &self,
-        q: &[Self::Scalar],
-        u: &[Self::Scalar],
-        out: ProjectionMut<'_, Self::Scalar>,
-    ) -> Margin<Self::Scalar> {
-        let _ = (q, u, out);
-        Margin::none()
-    }
-    /// du/dt and its derivatives, in straight-line code as
-    /// [`write_acceleration`](Self::write_acceleration). Provided: nothing.
-    fn write_jacobian(
-        &self,
-        t: Self::Scalar,
-        q: &[Self::Scalar],
-        u: &[Self::Scalar],
-        out: JacobianMut<'_, Self::Scalar>,
-    ) -> Margin<Self::Scalar> {
-        let _ = (t, q, u, out);
-        Margin::none()
-    }
 }
 
 /// The methods of [`System`] that another system answers, but for `dimensions` and `drives`.
@@ -336,35 +344,48 @@ macro_rules! delegate {
         ) {
             $inner.write_tangent(at, change, forces, closure);
         }
+    };
+}
+pub(crate) use delegate;
+
+/// The methods of [`StraightLine`] that another system answers.
+macro_rules! delegate_straight_line {
+    ($self:ident => $inner:expr) => {
         fn write_acceleration(
             &$self,
-            t: Self::Scalar,
-            q: &[Self::Scalar],
-            u: &[Self::Scalar],
-            out: &mut [Self::Scalar],
-        ) -> $crate::Margin<Self::Scalar> {
+            t: Self::Number,
+            q: &[Self::Number],
+            u: &[Self::Number],
+            out: &mut [Self::Number],
+        ) -> $crate::Margin<Self::Number> {
             $inner.write_acceleration(t, q, u, out)
         }
         fn write_projection(
             &$self,
-            q: &[Self::Scalar],
-            u: &[Self::Scalar],
-            out: $crate::ProjectionMut<'_, Self::Scalar>,
-        ) -> $crate::Margin<Self::Scalar> {
+            q: &[Self::Number],
+            u: &[Self::Number],
+            out: $crate::ProjectionMut<'_, Self::Number>,
+        ) -> $crate::Margin<Self::Number> {
             $inner.write_projection(q, u, out)
         }
         fn write_jacobian(
             &$self,
-            t: Self::Scalar,
-            q: &[Self::Scalar],
-            u: &[Self::Scalar],
-            out: $crate::JacobianMut<'_, Self::Scalar>,
-        ) -> $crate::Margin<Self::Scalar> {
+            t: Self::Number,
+            q: &[Self::Number],
+            u: &[Self::Number],
+            out: $crate::JacobianMut<'_, Self::Number>,
+        ) -> $crate::Margin<Self::Number> {
             $inner.write_jacobian(t, q, u, out)
         }
     };
 }
-pub(crate) use delegate;
+pub(crate) use delegate_straight_line;
+
+impl<Y: System> StraightLine for &Y {
+    type Number = Y::Scalar;
+
+    delegate_straight_line!(self => (**self));
+}
 
 impl<Y: System> System for &Y {
     type Scalar = Y::Scalar;

@@ -9,7 +9,7 @@ use common::designs::{ALL, PLACES, Random, SIX, chain, four_vertex, planar, sixb
 use common::planar::{FourBar, Pendulum};
 use lamc_runtime::{
     Dopri5, Error, Integrator, Mechanism, Rk4, Scalar, SemiImplicitEuler, Stabilisation, State,
-    StateOf, System, assemble, project,
+    StateOf, StraightLine, System, assemble, project,
 };
 
 fn pendulum<S: Scalar>() -> Pendulum<S> {
@@ -290,6 +290,10 @@ fn steps_that_fail_are_shortened_and_then_named() {
     /// A force that is not a number from a time on.
     #[derive(Clone)]
     struct Breaks(Pendulum<f64>, f64);
+    impl StraightLine for Breaks {
+        type Number = f64;
+    }
+
     impl System for Breaks {
         type Scalar = f64;
         type Vector = [f64; 1];

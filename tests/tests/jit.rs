@@ -151,6 +151,6 @@ fn reference_trajectories() {
                 state.q.iter().zip(expected).fold(0.0_f64, |most, (x, y)| most.max((x - y).abs()));
             assert!(error <= 1e-6, "{name} at t = {t}: off by {error:e}");
         }
-        assert!(format!("{system:?}").contains(&format!("{:?}", FunctionKind::Equations)));
+        assert!(format!("{system:?}").contains(&format!("{:?}", FunctionKind::Acceleration)));
     }
 }

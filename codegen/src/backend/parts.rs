@@ -9,7 +9,7 @@ use std::collections::{BTreeSet, HashMap};
 use crate::program::{Function, Op, Slot, Value};
 
 /// Instructions of a function that is written as one.
-const WHOLE: usize = 10_000;
+const WHOLE: usize = 4000;
 
 /// Instructions of a part at most: shorter ones move more values through memory, longer ones take
 /// more time per instruction to compile.

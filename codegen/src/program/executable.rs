@@ -3,7 +3,7 @@
 
 use lamc_runtime::{
     Balance, Change, Dimensions, Drive, Energy, EquationsMut, JacobianMut, Margin, ProjectionMut,
-    System, workspace_len,
+    StraightLine, System, workspace_len,
 };
 
 use super::ir::{FunctionKind, Interface, Moving, Slot};
@@ -259,6 +259,10 @@ impl<E: Engine> System for Executable<E> {
             self.evaluate(FunctionKind::Tangent, at, &mut [forces, closure]);
         }
     }
+}
+
+impl<E: Engine> StraightLine for Executable<E> {
+    type Number = f64;
 
     fn write_acceleration(&self, t: f64, q: &[f64], u: &[f64], out: &mut [f64]) -> Margin<f64> {
         let mut margin = [f64::NAN; 2];

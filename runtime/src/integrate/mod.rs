@@ -15,6 +15,7 @@ pub use dopri5::Dopri5;
 pub use euler::SemiImplicitEuler;
 pub use integrator::Integrator;
 pub use rk4::Rk4;
+pub(crate) use rk4::Stages;
 pub use rodas::Rodas;
 
 use crate::projection::restore;

@@ -2,7 +2,7 @@
 
 use super::{Stabilisation, fixed};
 use crate::linear::add_scaled;
-use crate::{Arithmetic, Error, Scalar, StateOf, System};
+use crate::{Arithmetic, Error, Scalar, State, StateOf, System};
 
 /// Runge-Kutta of order 4 and fixed step: four evaluations per step.
 #[derive(Clone, Debug)]
@@ -10,13 +10,7 @@ pub struct Rk4<Y: System> {
     /// How loops are kept closed.
     pub stabilisation: Stabilisation,
     workspace: Y::Workspace,
-    acceleration: Y::Vector,
-    /// State of a stage.
-    q: Y::Vector,
-    u: Y::Vector,
-    /// Weighted sums of the stages' derivatives.
-    dq: Y::Vector,
-    du: Y::Vector,
+    stages: Stages<Y::Vector>,
 }
 
 impl<Y: System> Rk4<Y> {
@@ -25,11 +19,7 @@ impl<Y: System> Rk4<Y> {
         Self {
             stabilisation: Stabilisation::Projection,
             workspace: system.workspace(),
-            acceleration: system.vector(),
-            q: system.vector(),
-            u: system.vector(),
-            dq: system.vector(),
-            du: system.vector(),
+            stages: Stages::new(system.vector()),
         }
     }
 
@@ -60,48 +50,84 @@ impl<Y: System> Rk4<Y> {
     }
 
     fn attempt(&mut self, system: &Y, state: &mut StateOf<Y>, dt: Y::Scalar) -> Result<(), Error> {
-        let part = |share| Y::Scalar::from_f64(share) * dt;
-        let (none, sixth, third, half) =
-            (Y::Scalar::ZERO, part(1.0 / 6.0), part(1.0 / 3.0), part(0.5));
+        let (stabilisation, workspace) = (self.stabilisation, &mut self.workspace);
+        let accelerate = |t, q: &Y::Vector, u: &Y::Vector, out: &mut Y::Vector| {
+            stabilisation.accelerate(system, dt, (t, q, u), workspace, out)
+        };
+        let check = |joint, rate: Y::Scalar| {
+            if rate.is_finite() { Ok(()) } else { Err(Error::NotFinite { joint }) }
+        };
+        self.stages.advance(state, dt, accelerate, check)?;
+        let workspace = &mut self.workspace;
+        stabilisation.project(system, state.t, &mut state.q, &mut state.u, workspace)
+    }
+}
+
+/// What the stages of a step are computed in; V holds N numbers.
+#[derive(Clone, Debug)]
+pub(crate) struct Stages<V> {
+    acceleration: V,
+    /// State of a stage.
+    q: V,
+    u: V,
+    /// Weighted sums of the stages' derivatives.
+    dq: V,
+    du: V,
+}
+
+impl<V: Clone> Stages<V> {
+    /// With this storage.
+    pub(crate) fn new(vector: V) -> Self {
+        Self {
+            acceleration: vector.clone(),
+            q: vector.clone(),
+            u: vector.clone(),
+            dq: vector.clone(),
+            du: vector,
+        }
+    }
+
+    /// Advances by `dt` (s), where `accelerate` writes du/dt at (t, q, u) and `check` sees the number
+    /// of each joint; failure leaves the state as it was. Nothing is projected.
+    #[inline]
+    pub(crate) fn advance<S: Arithmetic, E>(
+        &mut self,
+        state: &mut State<V, S>,
+        dt: S,
+        mut accelerate: impl FnMut(S, &V, &V, &mut V) -> Result<(), E>,
+        check: impl Fn(usize, S) -> Result<(), E>,
+    ) -> Result<(), E>
+    where
+        V: AsRef<[S]> + AsMut<[S]>,
+    {
+        let part = |share| S::from_f64(share) * dt;
+        let (none, sixth, third, half) = (S::ZERO, part(1.0 / 6.0), part(1.0 / 3.0), part(0.5));
         self.q.as_mut().copy_from_slice(state.q.as_ref());
         self.u.as_mut().copy_from_slice(state.u.as_ref());
-        self.dq.as_mut().fill(Y::Scalar::ZERO);
-        self.du.as_mut().fill(Y::Scalar::ZERO);
+        self.dq.as_mut().fill(S::ZERO);
+        self.du.as_mut().fill(S::ZERO);
         // How far ahead each stage lies, its weight, and how far ahead it sends the next.
         for (ahead, weight, next) in
             [(none, sixth, half), (half, third, half), (half, third, dt), (dt, sixth, dt)]
         {
-            let (workspace, acceleration) = (&mut self.workspace, &mut self.acceleration);
-            let at = (state.t + ahead, &self.q, &self.u);
-            self.stabilisation.accelerate(system, dt, at, workspace, acceleration)?;
-            let rates = (weight, next, self.u.as_ref());
-            advance(self.q.as_mut(), self.dq.as_mut(), state.q.as_ref(), rates)?;
-            let rates = (weight, next, self.acceleration.as_ref());
-            advance(self.u.as_mut(), self.du.as_mut(), state.u.as_ref(), rates)?;
+            accelerate(state.t + ahead, &self.q, &self.u, &mut self.acceleration)?;
+            // One number after the other: they come fresh from single stores, which a wide load
+            // would have to wait for.
+            let advance = |out: &mut V, sum: &mut V, from: &V, rate: &V| {
+                let places = out.as_mut().iter_mut().zip(sum.as_mut()).zip(from.as_ref());
+                for (joint, (((out, sum), &from), &rate)) in places.zip(rate.as_ref()).enumerate() {
+                    check(joint, rate)?;
+                    *sum += weight * rate;
+                    *out = from + next * rate;
+                }
+                Ok(())
+            };
+            advance(&mut self.q, &mut self.dq, &state.q, &self.u)?;
+            advance(&mut self.u, &mut self.du, &state.u, &self.acceleration)?;
         }
-        add_scaled(state.q.as_mut(), Y::Scalar::ONE, self.dq.as_ref());
-        add_scaled(state.u.as_mut(), Y::Scalar::ONE, self.du.as_ref());
+        add_scaled(state.q.as_mut(), S::ONE, self.dq.as_ref());
+        add_scaled(state.u.as_mut(), S::ONE, self.du.as_ref());
         state.t += dt;
-        self.stabilisation.project(system, state.t, &mut state.q, &mut state.u, &mut self.workspace)
+        Ok(())
     }
-}
-
-/// `sum += weight rate`, `out = from + next rate`, one number after the other: they come fresh from
-/// single stores, which a wide load would have to wait for.
-#[inline]
-fn advance<S: Scalar>(
-    out: &mut [S],
-    sum: &mut [S],
-    from: &[S],
-    (weight, next, rate): (S, S, &[S]),
-) -> Result<(), Error> {
-    let places = out.iter_mut().zip(sum).zip(from).zip(rate).enumerate();
-    for (joint, (((out, sum), &from), &rate)) in places {
-        if !rate.is_finite() {
-            return Err(Error::NotFinite { joint });
-        }
-        *sum += weight * rate;
-        *out = from + next * rate;
-    }
-    Ok(())
 }

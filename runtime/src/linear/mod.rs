@@ -8,31 +8,31 @@ pub(crate) use cholesky::{backward, conditioning, factor, forward};
 pub(crate) use householder::{reflect, solve};
 pub(crate) use pseudoinverse::{Spectrum, combine, orthogonalise, reduce};
 
-use crate::Scalar;
+use crate::Arithmetic;
 
 /// Scalar product of equally long slices.
 #[inline]
-pub(crate) fn dot<S: Scalar>(a: &[S], b: &[S]) -> S {
+pub(crate) fn dot<S: Arithmetic>(a: &[S], b: &[S]) -> S {
     a.iter().zip(b).fold(S::ZERO, |sum, (&a, &b)| sum + a * b)
 }
 
 /// `y += factor x`.
 #[inline]
-pub(crate) fn add_scaled<S: Scalar>(y: &mut [S], factor: S, x: &[S]) {
+pub(crate) fn add_scaled<S: Arithmetic>(y: &mut [S], factor: S, x: &[S]) {
     for (y, &x) in y.iter_mut().zip(x) {
         *y += factor * x;
     }
 }
 
 /// Largest magnitude; NaN if any entry is.
-pub(crate) fn max_abs<S: Scalar>(values: &[S]) -> S {
+pub(crate) fn max_abs<S: Arithmetic>(values: &[S]) -> S {
     values.iter().fold(S::ZERO, |largest, value| largest.max(value.abs()))
 }
 
 /// The larger of a constant and a multiple of the machine epsilon: a tolerance that suits `f64`
 /// as stated and is as wide as rounding makes necessary in `f32`.
 #[inline]
-pub(crate) fn tolerance<S: Scalar>(constant: f64, epsilons: f64) -> S {
+pub(crate) fn tolerance<S: Arithmetic>(constant: f64, epsilons: f64) -> S {
     S::from_f64(constant).max(S::from_f64(epsilons) * S::EPSILON)
 }
 

@@ -35,9 +35,15 @@ pub(crate) trait Angle: Arithmetic + PartialOrd {
 #[inline]
 pub(crate) fn sin_cos_all<S: Angle, const K: usize>(angles: [S; K]) -> [(S, S); K] {
     let [mut sines, mut cosines] = [[S::ZERO; K]; 2];
-    let rest = (&angles[..], &mut sines[..], &mut cosines[..]);
-    blocks::<S, 1>(blocks::<S, 2>(blocks::<S, 4>(blocks::<S, 8>(rest))));
+    write_sin_cos(&angles, &mut sines, &mut cosines);
     core::array::from_fn(|k| (sines[k], cosines[k]))
+}
+
+/// As [`sin_cos_all`], into slices of one length.
+#[inline]
+pub(crate) fn write_sin_cos<S: Angle>(angles: &[S], sines: &mut [S], cosines: &mut [S]) {
+    let task = (angles, sines, cosines);
+    blocks::<S, 1>(blocks::<S, 2>(blocks::<S, 4>(blocks::<S, 8>(task))));
 }
 
 /// Angles, where their sines go, and where their cosines go.

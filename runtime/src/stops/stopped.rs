@@ -1,8 +1,8 @@
 //! A mechanism whose joints stop at their limits: to the algorithms, a joint held at a stop is one
 //! more that follows a prescribed angle.
 
-use crate::system::delegate;
-use crate::{Arithmetic, Dimensions, Drive, System};
+use crate::system::{delegate, delegate_straight_line};
+use crate::{Arithmetic, Dimensions, Drive, StraightLine, System};
 
 /// A system whose joints stop at their limits.
 ///
@@ -58,6 +58,12 @@ impl<Y: System> Stopped<Y> {
         self.system.drives(t, |drive| driven |= drive.joint == joint);
         driven
     }
+}
+
+impl<Y: System> StraightLine for Stopped<Y> {
+    type Number = Y::Scalar;
+
+    delegate_straight_line!(self => self.system);
 }
 
 impl<Y: System> System for Stopped<Y> {

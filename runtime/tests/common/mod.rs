@@ -8,7 +8,7 @@ pub mod planar;
 
 use std::marker::PhantomData;
 
-use lamc_runtime::{Dimensions, Energy, EquationsMut, Scalar, System, workspace_len};
+use lamc_runtime::{Dimensions, Energy, EquationsMut, Scalar, StraightLine, System, workspace_len};
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 
 pub type V3 = Vector3<f64>;
@@ -184,6 +184,10 @@ fn store<S: Scalar>(out: &mut [S], values: impl IntoIterator<Item = f64>) {
     for (out, value) in out.iter_mut().zip(values) {
         *out = S::from_f64(value);
     }
+}
+
+impl<S: Scalar> StraightLine for Tree<S> {
+    type Number = S;
 }
 
 impl<S: Scalar> System for Tree<S> {

@@ -1,7 +1,9 @@
 //! Two mechanisms written by hand in the number type under test: a pendulum and a planar
 //! four-bar whose four hinge angles close through a ghost of the ground.
 
-use lamc_runtime::{Dimensions, Energy, EquationsMut, Mechanism, Scalar, System, workspace_len};
+use lamc_runtime::{
+    Dimensions, Energy, EquationsMut, Mechanism, Scalar, StraightLine, System, workspace_len,
+};
 
 /// A point mass on a massless rod: theta'' = -(g / l) sin theta - c theta'.
 #[derive(Clone, Debug)]
@@ -14,6 +16,10 @@ pub struct Pendulum<S> {
 
 const PENDULUM: Dimensions =
     Dimensions { coordinates: 1, rows: 0, loops: 0, bodies: 1, points: 1, ..Dimensions::ZERO };
+
+impl<S: Scalar> StraightLine for Pendulum<S> {
+    type Number = S;
+}
 
 impl<S: Scalar> System for Pendulum<S> {
     type Scalar = S;
@@ -160,6 +166,10 @@ impl<S: Scalar> FourBar<S> {
 }
 
 const DRAWN: [[f64; 2]; 3] = [[0.0, 0.0], [0.02, 0.0], [0.01, 0.015]];
+
+impl<S: Scalar> StraightLine for FourBar<S> {
+    type Number = S;
+}
 
 impl<S: Scalar> System for FourBar<S> {
     type Scalar = S;

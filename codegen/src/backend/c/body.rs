@@ -16,7 +16,7 @@ use crate::program::{Function, FunctionKind, Op, Program, Slot};
 
 /// What locals must not be called: parameters, functions and types of the template that a body
 /// uses or that would be confusing.
-const RESERVED: [&str; 32] = [
+const RESERVED: [&str; 36] = [
     "t",
     "q",
     "u",
@@ -49,6 +49,10 @@ const RESERVED: [&str; 32] = [
     "unix",
     "i386",
     "size",
+    "acceleration",
+    "positions",
+    "speeds",
+    "margin",
 ];
 
 /// A static function: its head, the parameters that it does not read, its lines.
@@ -99,6 +103,9 @@ pub fn insert(context: &mut Context, program: &Program, real: Real) {
     context.insert("uses", &uses);
     let driven: Vec<usize> = interface.driven().iter().map(|joint| joint.index()).collect();
     context.insert("constrained", &(!interface.loops.is_empty() || !driven.is_empty()));
+    let offers = |wanted| functions.iter().any(|&(kind, ..)| kind == wanted);
+    context.insert("solves", &offers(FunctionKind::Acceleration));
+    context.insert("corrects", &offers(FunctionKind::Projection));
     let passes = !driven.is_empty();
     context.insert("into", if passes { ", real *multipliers" } else { "" });
     context.insert("passed", if passes { ", multipliers" } else { "" });
@@ -139,11 +146,12 @@ type Static =
 
 const POSITION: &[&str] = &["q"];
 const MOTION: &[&str] = &["t", "q", "u", "p", "in"];
+const SHAPE: &[&str] = &["q", "u", "p"];
 const TIME: &[&str] = &["t", "p", "in"];
 
 /// The functions a mechanism has: those that write nothing are left out.
 fn functions(program: &Program) -> Vec<Static> {
-    let all: [Static; 6] = [
+    let all: [Static; 8] = [
         (
             FunctionKind::Equations,
             "equations",
@@ -170,6 +178,23 @@ fn functions(program: &Program) -> Vec<Static> {
             &[("kinetic", "kinetic"), ("potential", "potential")],
         ),
         (FunctionKind::Drives, "drives", TIME, &[("drives", "drive")]),
+        (
+            FunctionKind::Acceleration,
+            "acceleration_of",
+            MOTION,
+            &[("acceleration", "acceleration"), ("margin", "margin")],
+        ),
+        (
+            FunctionKind::Projection,
+            "projection_of",
+            SHAPE,
+            &[
+                ("residual", "residual"),
+                ("positions", "positions"),
+                ("speeds", "speeds"),
+                ("margin", "margin"),
+            ],
+        ),
     ];
     let writes =
         |kind| program.function_of(kind).outputs.iter().any(|output| !output.entries.is_empty());

@@ -37,6 +37,8 @@ pub struct Syntax {
     pub generic: TokenStream,
     /// `<S: ::lamc_runtime::Scalar>` or nothing.
     bound: TokenStream,
+    /// `<S: ::lamc_runtime::Arithmetic>` or nothing.
+    arithmetic: TokenStream,
     /// `let c = S::from_f64;` or nothing.
     constants: TokenStream,
     /// What function bodies call: that and `let mul_add = S::mul_add;`.
@@ -50,6 +52,7 @@ impl Syntax {
             scalar,
             generic: TokenStream::new(),
             bound: TokenStream::new(),
+            arithmetic: TokenStream::new(),
             constants: TokenStream::new(),
         };
         match choice {
@@ -57,6 +60,7 @@ impl Syntax {
                 scalar: quote!(S),
                 generic: quote!(<S>),
                 bound: quote!(<S: ::lamc_runtime::Scalar>),
+                arithmetic: quote!(<S: ::lamc_runtime::Arithmetic>),
                 constants: quote!(let c = S::from_f64;),
                 locals: quote!(let c = S::from_f64; let mul_add = S::mul_add;),
             },
@@ -78,12 +82,15 @@ pub fn module(program: &Program, options: &Options) -> (TokenStream, Vec<String>
     let inputs = inputs(program, choice, &syntax, &fields, &layout);
     let mechanism = mechanism(program, &syntax);
     let system = system(program, choice, &syntax, &mut bodies);
+    let straight_line = straight_line(program, choice, &syntax, &mut bodies);
     let front = front(program, &syntax);
+    let batch = batch(program, choice, &fields);
     let exports = if options.extern_c { exports(program, options, &syntax) } else { quote!() };
     let (parts, texts) = bodies.finish();
     let parts = parts_of(program, &syntax, &parts);
-    let tokens =
-        quote! { #constants #parameters #inputs #mechanism #system #front #parts #exports };
+    let tokens = quote! {
+        #constants #parameters #inputs #mechanism #system #straight_line #front #batch #parts #exports
+    };
     (tokens, texts)
 }
 
@@ -152,7 +159,7 @@ fn parameters(
     fields: &FieldNames,
     layout: &TokenStream,
 ) -> TokenStream {
-    let Syntax { scalar, generic, bound, constants, .. } = syntax;
+    let Syntax { scalar, generic, arithmetic, constants, .. } = syntax;
     let list = &program.interface.parameters;
     let names: Vec<_> = list.iter().map(|p| p.name.clone()).collect();
     let docs: Vec<_> = list.iter().map(|p| format!("{} Default: {:?}.", p.doc, p.value)).collect();
@@ -167,7 +174,7 @@ fn parameters(
         #layout
         pub struct Params #generic { #(#members,)* #marker }
 
-        impl #bound ::core::default::Default for Params #generic {
+        impl #arithmetic ::core::default::Default for Params #generic {
             fn default() -> Self {
                 #constants
                 Self { #(#idents: #values,)* #marker_value }
@@ -183,7 +190,7 @@ fn inputs(
     fields: &FieldNames,
     layout: &TokenStream,
 ) -> TokenStream {
-    let Syntax { scalar, generic, bound, constants, .. } = syntax;
+    let Syntax { scalar, generic, arithmetic, constants, .. } = syntax;
     let names = &program.interface.inputs;
     let docs: Vec<_> = names.iter().map(|name| format!("Input `{name}`, SI.")).collect();
     let members = declarations(names, &docs, &fields.inputs, scalar);
@@ -197,7 +204,7 @@ fn inputs(
         #layout
         pub struct Inputs #generic { #(#members,)* #marker }
 
-        impl #bound ::core::default::Default for Inputs #generic {
+        impl #arithmetic ::core::default::Default for Inputs #generic {
             fn default() -> Self {
                 #constants
                 Self { #(#idents: #values,)* #marker_value }
@@ -213,7 +220,7 @@ pub fn model(program: &Program) -> Ident {
 
 fn mechanism(program: &Program, syntax: &Syntax) -> TokenStream {
     let interface = &program.interface;
-    let Syntax { generic, bound, .. } = syntax;
+    let Syntax { generic, arithmetic, .. } = syntax;
     let model = model(program);
     let mut docs = vec![format!(" The mechanism `{}`.", interface.name), String::new()];
     docs.push(" | q | joint | turns | against |".to_owned());
@@ -238,7 +245,7 @@ fn mechanism(program: &Program, syntax: &Syntax) -> TokenStream {
             pub inputs: Inputs #generic,
         }
 
-        impl #bound ::core::default::Default for #model #generic {
+        impl #arithmetic ::core::default::Default for #model #generic {
             fn default() -> Self {
                 Self {
                     params: ::core::default::Default::default(),
@@ -255,7 +262,7 @@ fn system(
     syntax: &Syntax,
     bodies: &mut Bodies,
 ) -> TokenStream {
-    let Syntax { scalar, generic, bound, constants, locals } = syntax;
+    let Syntax { scalar, generic, bound, constants, locals, .. } = syntax;
     let model = model(program);
     let interface = &program.interface;
     let position = quote!(let Some(q) = q.first_chunk::<N>() else { return };);
@@ -290,7 +297,6 @@ fn system(
     let points_body = filled(FunctionKind::Points, &["out"], &position);
     let reactions_body = filled(FunctionKind::Reactions, &["out"], &balance);
     let tangent_body = filled(FunctionKind::Tangent, &["forces", "closure"], &directed);
-    let solved = solved(program, choice, syntax, bodies);
     let energy_body = bodies.write(program.function_of(FunctionKind::Energy));
     let drives_body = drive_visits(program, choice, syntax, bodies);
     let allowances = allowances();
@@ -374,13 +380,12 @@ fn system(
                 change: ::lamc_runtime::Change<'_, #scalar>,
                 forces: &mut [#scalar], closure: &mut [#scalar],
             ) { #tangent_body }
-            #solved
         }
     }
 }
 
 /// The functions that solve, where the program has them.
-fn solved(
+fn straight_line(
     program: &Program,
     choice: ScalarChoice,
     syntax: &Syntax,
@@ -428,7 +433,41 @@ fn solved(
             ) -> ::lamc_runtime::Margin<#scalar> { #body #trusted }
         });
     }
-    functions
+    let Syntax { generic, arithmetic, .. } = syntax;
+    let (model, allowances) = (model(program), allowances());
+    quote! {
+        #allowances
+        impl #arithmetic ::lamc_runtime::StraightLine for #model #generic {
+            type Number = #scalar;
+            #functions
+        }
+    }
+}
+
+/// A design in each lane, of a module for every number type.
+fn batch(program: &Program, choice: ScalarChoice, fields: &FieldNames) -> TokenStream {
+    if choice != ScalarChoice::Generic {
+        return TokenStream::new();
+    }
+    let model = model(program);
+    let of_lane = |of: TokenStream, fields: &[Ident]| match fields {
+        [] => quote!(marker: ::core::marker::PhantomData),
+        fields => quote!(#(#fields: #of.#fields.lane(lane)),*),
+    };
+    let parameters = of_lane(quote!(self.params), &fields.parameters);
+    let inputs = of_lane(quote!(self.inputs), &fields.inputs);
+    let allowances = allowances();
+    quote! {
+        #allowances
+        impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S, N, C> for #model<S> {
+            type Lane = #model<S::Number>;
+            type Residual = [S; 9 * LOOPS];
+
+            fn lane(&self, lane: usize) -> Self::Lane {
+                #model { params: Params { #parameters }, inputs: Inputs { #inputs } }
+            }
+        }
+    }
 }
 
 /// What is allowed to functions of many statements.
@@ -448,9 +487,9 @@ fn parts_of(program: &Program, syntax: &Syntax, parts: &TokenStream) -> TokenStr
     if parts.is_empty() {
         return TokenStream::new();
     }
-    let Syntax { generic, bound, .. } = syntax;
+    let Syntax { generic, arithmetic, .. } = syntax;
     let (model, allowances) = (model(program), allowances());
-    quote! { #allowances impl #bound #model #generic { #parts } }
+    quote! { #allowances impl #arithmetic #model #generic { #parts } }
 }
 
 /// What is given, then every output assigned to an array of exactly its length, at these places;
