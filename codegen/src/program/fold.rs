@@ -1,6 +1,7 @@
 //! Folding: arithmetic that is known now is done now.
 //!
 //! Postcondition: no operation has only constant operands; there is no addition of 0, no
+//! difference of a value from itself, no
 //! multiplication by 0, 1 or -1, no negation of a negation, no addition or subtraction of a
 //! negation, and at most one constant in a product of constants and one value.
 //!
@@ -95,6 +96,7 @@ impl Builder {
                 }
             }
             Op::Sub(x, y) => match (self.constant(x), self.constant(y), self.negated(y)) {
+                _ if x == y => self.push(Op::Const(0.0), section),
                 (Some(0.0), ..) => self.simplify(Op::Neg(y), section),
                 (_, Some(0.0), _) => x,
                 (_, _, Some(y)) => self.simplify(Op::Add(x, y), section),

@@ -40,6 +40,9 @@ pub fn lower(equations: &Equations, source_name: &str, source_text: &str) -> Pro
     let optimise = |function: Function| -> Function {
         let function = check(&interface, fold::fold(function));
         let function = check(&interface, number::number(function));
+        // What turned out to be the same may cancel.
+        let function = check(&interface, fold::fold(function));
+        let function = check(&interface, number::number(function));
         let function = check(&interface, dead::dead(function));
         let function = check(&interface, balance::balance(function));
         check(&interface, schedule::schedule(function))
