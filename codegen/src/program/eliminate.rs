@@ -12,6 +12,8 @@
 //! the code holds where all pivots of M are positive and S is far from singular, and says by how
 //! much; elsewhere the runtime decides on the rank.
 
+#![allow(clippy::needless_range_loop, reason = "one index runs through several rows at once")]
+
 use super::fold::Builder;
 use super::ir::{Function, Op, Output, Slot, Value};
 use crate::kane::Section;

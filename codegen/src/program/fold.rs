@@ -1,9 +1,9 @@
 //! Folding: arithmetic that is known now is done now.
 //!
 //! Postcondition: no operation has only constant operands; there is no addition of 0, no
-//! difference of a value from itself, no
 //! multiplication by 0, 1 or -1, no negation of a negation, no addition or subtraction of a
-//! negation, and at most one constant in a product of constants and one value.
+//! negation, no difference of a value and itself, and at most one constant in a product of
+//! constants and one value.
 //!
 //! Products of constants are re-associated, so results may differ in rounding. `0 * x` is 0
 //! whatever x: a zero factor here comes from the geometry and says that x does not enter.
@@ -91,7 +91,7 @@ impl Builder {
                     (Some(0.0), ..) => y,
                     (_, Some(0.0), ..) => x,
                     (_, _, _, Some(y)) => self.simplify(Op::Sub(x, y), section),
-                    (_, _, Some(x), None) => self.push(Op::Sub(y, x), section),
+                    (_, _, Some(x), None) => self.simplify(Op::Sub(y, x), section),
                     _ => self.push(op, section),
                 }
             }
