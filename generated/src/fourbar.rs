@@ -16,17 +16,17 @@
 //   loop 0: planar, 9 equations, 3 independent, mobility 1
 //
 // Cost of one evaluation:
-//   equations: 95 operations: 42 add, 49 mul, 0 div, 4 sin_cos, 0 other
-//   closure: 89 operations: 63 add, 22 mul, 0 div, 4 sin_cos, 0 other
+//   equations: 81 operations: 32 add, 45 mul, 0 div, 4 sin_cos, 0 other
+//   closure: 87 operations: 61 add, 22 mul, 0 div, 4 sin_cos, 0 other
 //   poses: 41 operations: 20 add, 18 mul, 0 div, 3 sin_cos, 0 other
 //   points: 16 operations: 6 add, 8 mul, 0 div, 2 sin_cos, 0 other
 //   energy: 78 operations: 26 add, 48 mul, 0 div, 4 sin_cos, 0 other
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   reactions: 216 operations: 110 add, 102 mul, 0 div, 4 sin_cos, 0 other
-//   tangent: 154 operations: 63 add, 87 mul, 0 div, 4 sin_cos, 0 other
-//   acceleration: 214 operations: 83 add, 118 mul, 6 div, 4 sin_cos, 3 other
-//   projection: 230 operations: 94 add, 123 mul, 6 div, 4 sin_cos, 3 other
-//   jacobian: 700 operations: 297 add, 390 mul, 6 div, 4 sin_cos, 3 other
+//   tangent: 152 operations: 61 add, 87 mul, 0 div, 4 sin_cos, 0 other
+//   acceleration: 216 operations: 80 add, 120 mul, 6 div, 4 sin_cos, 6 other
+//   projection: 229 operations: 88 add, 125 mul, 6 div, 4 sin_cos, 6 other
+//   jacobian: 691 operations: 287 add, 388 mul, 6 div, 4 sin_cos, 6 other
 
 /// Coordinates: one angle per joint.
 pub const N: usize = 4;
@@ -204,7 +204,6 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         // coupler
         let omega_coupler_x = u[0] + u[2];
         let coupler_part = omega_xx_crank * c(0.534813);
-        let a_coupler_y = -cos_coupler_crank * coupler_part;
         let omega_xx_coupler = omega_coupler_x * omega_coupler_x;
         let fall_above_coupler_y = mul_add(c(-9.81), sin_crank_hinge, coupler_part);
         let free_fall_coupler_z = mul_add(-sin_coupler_crank, fall_above_coupler_y,
@@ -214,7 +213,6 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         // coupler_ghost0
         let omega_coupler_ghost0_x = u[1] + u[3];
         let coupler_ghost0_part = omega_xx_rocker * c(0.5135738999999999);
-        let a_coupler_ghost0_y = -cos_coupler_rocker * coupler_ghost0_part;
         let omega_xx_coupler_ghost0 = omega_coupler_ghost0_x * omega_coupler_ghost0_x;
         let fall_above_coupler_ghost0_y = mul_add(c(-9.81), sin_rocker_hinge, coupler_ghost0_part);
         let free_fall_coupler_ghost0_z = mul_add(-sin_coupler_rocker, fall_above_coupler_ghost0_y,
@@ -223,8 +221,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let moment_own_coupler_ghost0_x = free_fall_coupler_ghost0_z * c(9.272985481377836e-6);
         let force_above_coupler_ghost0_z = sin_coupler_rocker * force_own_coupler_ghost0_y;
         // loop 0
-        let gamma0_0 = a_coupler_ghost0_y + mul_add(c(0.12797789999999998), omega_xx_coupler,
-            -a_coupler_y);
+        let gamma0_0 = mul_add(-cos_coupler_rocker, coupler_ghost0_part,
+            mul_add(c(0.12797789999999998), omega_xx_coupler, cos_coupler_crank * coupler_part));
         // coupler
         let v_coupler_y_by_crank_hinge = sin_coupler_crank * c(0.534813);
         // coupler_ghost0
@@ -238,33 +236,21 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         // coupler_ghost0
         let moment_above_coupler_ghost0_x = mul_add(c(4.762363318314592e-6), cos_coupler_rocker,
             c(1.8705126833160895e-6));
-        let twist_coupler_ghost0 = sin_coupler_rocker * c(1.8693978815435932e-6);
-        let bend_coupler_ghost0 = sin_coupler_rocker * twist_coupler_ghost0;
-        // rocker
-        let mass_rocker_hinge_rocker_hinge = mul_add(c(9.524726636629184e-6), cos_coupler_rocker,
-            c(1.884337033746822e-9) + (c(1.8699552824298414e-6) + c(1.2658444136407854e-4)))
-            + (bend_coupler_ghost0 - bend_coupler_ghost0);
         // coupler
         let moment_above_coupler_x = mul_add(c(2.3287950568424175e-5), cos_coupler_crank,
             c(8.629932323103514e-6));
-        let twist_coupler = sin_coupler_crank * c(8.62881752133102e-6);
-        let bend_coupler = sin_coupler_crank * twist_coupler;
-        // crank
-        let mass_crank_hinge_crank_hinge = mul_add(c(4.657590113684835e-5), cos_coupler_crank,
-            c(1.939425689995694e-9) + (c(8.629374922217267e-6) + c(1.3979188999897226e-4)))
-            + (bend_coupler - bend_coupler);
         // loop 0
         let closure0_1_crank_hinge = c(-0.12797789999999998) - v_coupler_z_by_crank_hinge;
         let gamma0_1 = mul_add(-sin_coupler_crank, coupler_part,
             sin_coupler_rocker * coupler_ghost0_part);
         let closure0_2_crank_hinge = -v_coupler_z_by_crank_hinge - c(0.5430958883848717);
-        let closure0_2_rocker_hinge = c(0.4151179883848717) + v_coupler_ghost0_z_by_rocker_hinge;
-        mass[0] = mass_crank_hinge_crank_hinge;
+        let closure0_2_rocker_hinge = v_coupler_ghost0_z_by_rocker_hinge + c(0.4151179883848717);
+        mass[0] = mul_add(c(4.657590113684835e-5), cos_coupler_crank, c(1.4842320434687952e-4));
         mass[1] = c(0.0);
         mass[2] = moment_above_coupler_x;
         mass[3] = c(0.0);
         mass[4] = c(0.0);
-        mass[5] = mass_rocker_hinge_rocker_hinge;
+        mass[5] = mul_add(c(9.524726636629184e-6), cos_coupler_rocker, c(1.2845628098354212e-4));
         mass[6] = c(0.0);
         mass[7] = moment_above_coupler_ghost0_x;
         mass[8] = moment_above_coupler_x;
@@ -275,11 +261,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         mass[13] = moment_above_coupler_ghost0_x;
         mass[14] = c(0.0);
         mass[15] = c(1.8705126833160895e-6);
-        forcing[0] = mul_add(c(0.534813), force_above_coupler_z, mul_add(c(-3.1463985397908126e-3),
-            cos_crank_hinge, -mul_add(c(0.1), u[0], q[0] * c(10.0)))) + moment_own_coupler_x;
-        forcing[1] = mul_add(c(0.5135738999999999), force_above_coupler_ghost0_z,
-            mul_add(c(-2.954834596588329e-3), cos_rocker_hinge, -mul_add(c(0.1), u[1],
-            q[1] * c(10.0)))) + moment_own_coupler_ghost0_x;
+        forcing[0] = moment_own_coupler_x + mul_add(c(0.534813), force_above_coupler_z,
+            mul_add(c(-3.1463985397908126e-3), cos_crank_hinge, -mul_add(c(0.1), u[0],
+            q[0] * c(10.0))));
+        forcing[1] = moment_own_coupler_ghost0_x + mul_add(c(0.5135738999999999),
+            force_above_coupler_ghost0_z, mul_add(c(-2.954834596588329e-3), cos_rocker_hinge,
+            -mul_add(c(0.1), u[1], q[1] * c(10.0))));
         forcing[2] = moment_own_coupler_x - mul_add(c(0.1), u[2], q[2] * c(10.0));
         forcing[3] = moment_own_coupler_ghost0_x - mul_add(c(0.1), u[3], q[3] * c(10.0));
         jacobian[0] = -v_coupler_y_by_crank_hinge;
@@ -333,10 +320,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let arm0_0_rocker_x = c(0.1645431) + origin_coupler_ghost0_x;
         let arm0_0_rocker_z = origin_coupler_ghost0_z - c(2.5e-3);
         // coupler
-        let coupler_part_3 = axis_y_coupler_x * c(0.12797789999999998);
-        let point0_original_coupler_x = origin_coupler_x + coupler_part_3;
-        let coupler_part_4 = axis_y_coupler_z * c(0.12797789999999998);
-        let point0_original_coupler_z = origin_coupler_z + coupler_part_4;
+        let point0_original_coupler_x = mul_add(c(0.12797789999999998), axis_y_coupler_x,
+            origin_coupler_x);
+        let point0_original_coupler_z = mul_add(c(0.12797789999999998), axis_y_coupler_z,
+            origin_coupler_z);
         // coupler_ghost0
         let point1_ghost_coupler_ghost0_x = mul_add(c(0.4151179883848717), axis_y_coupler_ghost0_x,
             origin_coupler_ghost0_x);
@@ -354,9 +341,9 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
             origin_coupler_ghost0_z);
         // coupler
         let point2_original_coupler_x = mul_add(c(0.41511798838487174), axis_z_coupler_x,
-            origin_coupler_x + coupler_part_3);
+            point0_original_coupler_x);
         let point2_original_coupler_z = mul_add(c(0.41511798838487174), axis_y_coupler_x,
-            origin_coupler_z + coupler_part_4);
+            point0_original_coupler_z);
         let arm0_0_coupler_x = point0_original_coupler_x - origin_coupler_x;
         let arm0_0_coupler_z = point0_original_coupler_z - origin_coupler_z;
         // crank
@@ -628,8 +615,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
             cos_coupler_crank * force_closing_coupler_z);
         let alpha_moving_coupler_x = a[0] + a[2];
         let fall_above_coupler_z = mul_add(c(-0.534813), a[0], free_fall_crank_z);
-        let free_fall_coupler_y = mul_add(sin_coupler_crank, fall_above_coupler_z,
-            cos_coupler_crank * fall_above_coupler_y);
+        let free_fall_coupler_y = mul_add(cos_coupler_crank, fall_above_coupler_y,
+            sin_coupler_crank * fall_above_coupler_z);
         let free_fall_coupler_z = mul_add(-sin_coupler_crank, fall_above_coupler_y,
             cos_coupler_crank * fall_above_coupler_z);
         let moment_own_coupler_x = mul_add(c(4.3544099654316885e-5), free_fall_coupler_z,
@@ -638,8 +625,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         // coupler_ghost0
         let alpha_moving_coupler_ghost0_x = a[1] + a[3];
         let fall_above_coupler_ghost0_z = mul_add(c(-0.5135738999999999), a[1], free_fall_rocker_z);
-        let free_fall_coupler_ghost0_y = mul_add(sin_coupler_rocker, fall_above_coupler_ghost0_z,
-            cos_coupler_rocker * fall_above_coupler_ghost0_y);
+        let free_fall_coupler_ghost0_y = mul_add(cos_coupler_rocker, fall_above_coupler_ghost0_y,
+            sin_coupler_rocker * fall_above_coupler_ghost0_z);
         let free_fall_coupler_ghost0_z = mul_add(-sin_coupler_rocker, fall_above_coupler_ghost0_y,
             cos_coupler_rocker * fall_above_coupler_ghost0_z);
         let moment_own_coupler_ghost0_x = mul_add(c(9.272985481377836e-6),
@@ -647,23 +634,23 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
             alpha_moving_coupler_ghost0_x,
             c(5.57400886248129e-10) * alpha_moving_coupler_ghost0_x));
         // coupler
-        let force_own_coupler_y = mul_add(c(2.67789314975e-4), free_fall_coupler_y,
-            omega_xx_coupler * c(4.3544099654316885e-5));
+        let force_own_coupler_y = mul_add(c(4.3544099654316885e-5), omega_xx_coupler,
+            free_fall_coupler_y * c(2.67789314975e-4));
         let force_own_coupler_z = mul_add(c(-4.3544099654316885e-5), alpha_moving_coupler_x,
             free_fall_coupler_z * c(2.67789314975e-4));
         let moment_own_coupler_y = mul_add(c(-9.998041607397091e-6), free_fall_coupler_z,
             alpha_moving_coupler_x * c(6.477762980113233e-7));
-        let moment_own_coupler_z = mul_add(c(9.998041607397091e-6), free_fall_coupler_y,
-            omega_xx_coupler * c(6.477762980113233e-7));
+        let moment_own_coupler_z = mul_add(c(6.477762980113233e-7), omega_xx_coupler,
+            free_fall_coupler_y * c(9.998041607397091e-6));
         // coupler_ghost0
-        let force_own_coupler_ghost0_y = mul_add(c(2.67789314975e-4), free_fall_coupler_ghost0_y,
-            omega_xx_coupler_ghost0 * c(9.272985481377836e-6));
+        let force_own_coupler_ghost0_y = mul_add(c(9.272985481377836e-6), omega_xx_coupler_ghost0,
+            free_fall_coupler_ghost0_y * c(2.67789314975e-4));
         let force_own_coupler_ghost0_z = mul_add(c(-9.272985481377836e-6),
             alpha_moving_coupler_ghost0_x, free_fall_coupler_ghost0_z * c(2.67789314975e-4));
         let moment_own_coupler_ghost0_y = mul_add(c(-7.69453703511471e-5),
             free_fall_coupler_ghost0_z, alpha_moving_coupler_ghost0_x * c(1.6864942993284786e-6));
-        let moment_own_coupler_ghost0_z = mul_add(c(7.69453703511471e-5),
-            free_fall_coupler_ghost0_y, omega_xx_coupler_ghost0 * c(1.6864942993284786e-6));
+        let moment_own_coupler_ghost0_z = mul_add(c(1.6864942993284786e-6), omega_xx_coupler_ghost0,
+            free_fall_coupler_ghost0_y * c(7.69453703511471e-5));
         let force_above_coupler_ghost0_z_2 = mul_add(cos_coupler_rocker, force_own_coupler_ghost0_z,
             sin_coupler_rocker * force_own_coupler_ghost0_y);
         // rocker
@@ -672,62 +659,63 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
             mul_add(c(7.784866636882511e-4), cos_rocker_hinge, a[1] * c(2.037770976118056e-5))));
         let moment_carried_rocker_z = mul_add(cos_coupler_rocker, moment_own_coupler_ghost0_z,
             mul_add(sin_coupler_rocker, moment_own_coupler_ghost0_y,
-            mul_add(c(-7.784866636882511e-4), sin_rocker_hinge,
-            omega_xx_rocker * c(2.037770976118056e-5))));
+            mul_add(c(2.037770976118056e-5), omega_xx_rocker,
+            sin_rocker_hinge * c(-7.784866636882511e-4))));
         // coupler
         let force_above_coupler_z_2 = mul_add(cos_coupler_crank, force_own_coupler_z,
             sin_coupler_crank * force_own_coupler_y);
         // the whole mechanism
         let part = mul_add(cos_coupler_crank, force_own_coupler_y, mul_add(-sin_coupler_crank,
-            force_own_coupler_z, mul_add(c(-6.512321461050003e-3), sin_crank_hinge,
-            omega_xx_crank * c(1.7751658919535306e-4)) + mul_add(-cos_coupler_crank, lambda[0],
+            force_own_coupler_z, mul_add(c(1.7751658919535306e-4), omega_xx_crank,
+            sin_crank_hinge * c(-6.512321461050003e-3)) + mul_add(-cos_coupler_crank, lambda[0],
             -sin_coupler_crank * force_closing_coupler_z)));
-        let part_2 = mul_add(c(0.534813), force_above_coupler_z_2, mul_add(c(0.534813),
-            force_above_coupler_z, mul_add(c(-1.7414377400064135e-3), cos_crank_hinge,
-            moment_closing_coupler_x - mul_add(c(1.382024803747565e-9), a[0],
-            a[0] * c(6.319746591996168e-5)))) + moment_own_coupler_x);
+        let part_2 = mul_add(c(0.534813), force_above_coupler_z_2, moment_own_coupler_x
+            + mul_add(c(0.534813), force_above_coupler_z, mul_add(c(-1.7414377400064135e-3),
+            cos_crank_hinge, moment_closing_coupler_x - mul_add(c(1.382024803747565e-9), a[0],
+            a[0] * c(6.319746591996168e-5)))));
         let part_3 = mul_add(cos_coupler_crank, moment_own_coupler_y, mul_add(-sin_coupler_crank,
             moment_own_coupler_z, mul_add(c(8.172943896653371e-4), cos_crank_hinge,
             a[0] * c(2.2278278689040052e-5)) + mul_add(-sin_coupler_crank, moment_closing_coupler_z,
             cos_coupler_crank * moment_closing_coupler_y)));
         let part_4 = mul_add(cos_coupler_crank, moment_own_coupler_z, mul_add(sin_coupler_crank,
-            moment_own_coupler_y, mul_add(c(-8.172943896653371e-4), sin_crank_hinge,
-            omega_xx_crank * c(2.2278278689040052e-5)) + mul_add(cos_coupler_crank,
+            moment_own_coupler_y, mul_add(c(2.2278278689040052e-5), omega_xx_crank,
+            sin_crank_hinge * c(-8.172943896653371e-4)) + mul_add(cos_coupler_crank,
             moment_closing_coupler_z, sin_coupler_crank * moment_closing_coupler_y)));
         let part_5 = mul_add(cos_coupler_rocker, force_own_coupler_ghost0_y,
-            mul_add(-sin_coupler_rocker, force_own_coupler_ghost0_z,
-            mul_add(c(-6.252919996500001e-3), sin_rocker_hinge,
-            omega_xx_rocker * c(1.63676778025815e-4)) + mul_add(-sin_coupler_rocker,
-            force_closing_coupler_ghost0_z, cos_coupler_rocker * lambda[0])));
+            mul_add(-sin_coupler_rocker, force_own_coupler_ghost0_z, mul_add(c(1.63676778025815e-4),
+            omega_xx_rocker, sin_rocker_hinge * c(-6.252919996500001e-3))
+            + mul_add(-sin_coupler_rocker, force_closing_coupler_ghost0_z,
+            cos_coupler_rocker * lambda[0])));
         let part_6 = mul_add(c(0.5135738999999999), force_above_coupler_ghost0_z_2,
-            mul_add(c(0.5135738999999999), force_above_coupler_ghost0_z,
-            mul_add(c(-1.6056691924332452e-3), cos_rocker_hinge, moment_closing_coupler_ghost0_x
-            - mul_add(c(1.326936147498693e-9), a[1], a[1] * c(5.595282685266134e-5))))
-            + moment_own_coupler_ghost0_x);
+            moment_own_coupler_ghost0_x + mul_add(c(0.5135738999999999),
+            force_above_coupler_ghost0_z, mul_add(c(-1.6056691924332452e-3), cos_rocker_hinge,
+            moment_closing_coupler_ghost0_x - mul_add(c(1.326936147498693e-9), a[1],
+            a[1] * c(5.595282685266134e-5)))));
         reactions[0] = c(0.0);
         reactions[1] = -part;
-        reactions[2] = -(force_above_coupler_z + mul_add(c(-1.7751658919535306e-4), a[0],
-            cos_crank_hinge * c(-6.512321461050003e-3)) + force_above_coupler_z_2);
+        reactions[2] = -(force_above_coupler_z_2 + (force_above_coupler_z
+            + mul_add(c(-1.7751658919535306e-4), a[0],
+            cos_crank_hinge * c(-6.512321461050003e-3))));
         reactions[3] = -part_2;
         reactions[4] = -part_3;
         reactions[5] = -part_4;
         reactions[6] = c(0.0);
         reactions[7] = -part_5;
-        reactions[8] = -(force_above_coupler_ghost0_z + mul_add(c(-1.63676778025815e-4), a[1],
-            cos_rocker_hinge * c(-6.252919996500001e-3)) + force_above_coupler_ghost0_z_2);
+        reactions[8] = -(force_above_coupler_ghost0_z_2 + (force_above_coupler_ghost0_z
+            + mul_add(c(-1.63676778025815e-4), a[1], cos_rocker_hinge * c(-6.252919996500001e-3))));
         reactions[9] = -part_6;
         reactions[10] = -moment_carried_rocker_y;
         reactions[11] = -moment_carried_rocker_z;
         reactions[12] = c(0.0);
         reactions[13] = -(force_own_coupler_y - lambda[0]);
-        reactions[14] = -(force_closing_coupler_z + force_own_coupler_z);
-        reactions[15] = -(moment_closing_coupler_x + moment_own_coupler_x);
-        reactions[16] = -(moment_closing_coupler_y + moment_own_coupler_y);
-        reactions[17] = -(moment_closing_coupler_z + moment_own_coupler_z);
+        reactions[14] = -(force_own_coupler_z + force_closing_coupler_z);
+        reactions[15] = -(moment_own_coupler_x + moment_closing_coupler_x);
+        reactions[16] = -(moment_own_coupler_y + moment_closing_coupler_y);
+        reactions[17] = -(moment_own_coupler_z + moment_closing_coupler_z);
         reactions[18] = c(0.0);
-        reactions[19] = -(lambda[0] + force_own_coupler_ghost0_y);
-        reactions[20] = -(force_closing_coupler_ghost0_z + force_own_coupler_ghost0_z);
-        reactions[21] = -(moment_closing_coupler_ghost0_x + moment_own_coupler_ghost0_x);
+        reactions[19] = -(force_own_coupler_ghost0_y + lambda[0]);
+        reactions[20] = -(force_own_coupler_ghost0_z + force_closing_coupler_ghost0_z);
+        reactions[21] = -(moment_own_coupler_ghost0_x + moment_closing_coupler_ghost0_x);
         reactions[22] = -moment_own_coupler_ghost0_y;
         reactions[23] = -moment_own_coupler_ghost0_z;
     }
@@ -828,29 +816,30 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
             d_sin_coupler_rocker * fall_above_coupler_ghost0_y);
         let d_moment_own_coupler_ghost0_x = c(9.272985481377836e-6) * d_free_fall_coupler_ghost0_z;
         let d_force_above_coupler_ghost0_z_2 = mul_add(coupler_ghost0_part,
-            c(9.272985481377836e-6) * alpha_moving_coupler_ghost0_x, mul_add(d_sin_coupler_rocker,
-            force_own_coupler_ghost0_y, sin_coupler_rocker * d_force_own_coupler_ghost0_y));
+            c(9.272985481377836e-6) * alpha_moving_coupler_ghost0_x, mul_add(sin_coupler_rocker,
+            d_force_own_coupler_ghost0_y, d_sin_coupler_rocker * force_own_coupler_ghost0_y));
         // coupler
         let d_force_above_coupler_z_2 = mul_add(coupler_part,
-            c(4.3544099654316885e-5) * alpha_moving_coupler_x, mul_add(d_sin_coupler_crank,
-            force_own_coupler_y, sin_coupler_crank * d_force_own_coupler_y));
+            c(4.3544099654316885e-5) * alpha_moving_coupler_x, mul_add(sin_coupler_crank,
+            d_force_own_coupler_y, d_sin_coupler_crank * force_own_coupler_y));
         // the whole mechanism
         let part = mul_add(-a[0], d_sin_coupler_crank * c(0.534813),
             a[1] * (d_sin_coupler_rocker * c(0.5135738999999999))) + (mul_add(coupler_ghost0_part,
-            coupler_ghost0_part_2, mul_add(cos_coupler_crank, coupler_part_3,
-            d_omega_xx_coupler * c(0.12797789999999998))) - mul_add(coupler_part, coupler_part_2,
-            cos_coupler_rocker * coupler_ghost0_part_3));
+            coupler_ghost0_part_2, mul_add(c(0.12797789999999998), d_omega_xx_coupler,
+            cos_coupler_crank * coupler_part_3)) - mul_add(cos_coupler_rocker,
+            coupler_ghost0_part_3, coupler_part * coupler_part_2));
         let part_2 = mul_add(a[1], coupler_ghost0_part * c(-0.5135738999999999),
-            mul_add(-sin_coupler_crank, coupler_part_3, sin_coupler_rocker * coupler_ghost0_part_3)
-            + -d_sin_coupler_crank * coupler_part_2) - mul_add(a[0], coupler_part * c(-0.534813),
-            -d_sin_coupler_rocker * coupler_ghost0_part_2);
-        forces[0] = mul_add(c(0.534813), d_force_above_coupler_z_2, mul_add(c(0.534813),
-            d_force_above_coupler_z, mul_add(c(3.1463985397908126e-3), crank_part, -mul_add(c(0.1),
-            du[0], dq[0] * c(10.0))))) + d_moment_own_coupler_x;
-        forces[1] = mul_add(c(0.5135738999999999), d_force_above_coupler_ghost0_z_2,
-            mul_add(c(0.5135738999999999), d_force_above_coupler_ghost0_z,
-            mul_add(c(2.954834596588329e-3), rocker_part, -mul_add(c(0.1), du[1],
-            dq[1] * c(10.0))))) + d_moment_own_coupler_ghost0_x;
+            mul_add(-d_sin_coupler_crank, coupler_part_2, mul_add(-sin_coupler_crank,
+            coupler_part_3, sin_coupler_rocker * coupler_ghost0_part_3)))
+            - mul_add(-d_sin_coupler_rocker, coupler_ghost0_part_2,
+            a[0] * (coupler_part * c(-0.534813)));
+        forces[0] = d_moment_own_coupler_x + mul_add(c(0.534813), d_force_above_coupler_z_2,
+            mul_add(c(0.534813), d_force_above_coupler_z, mul_add(c(3.1463985397908126e-3),
+            crank_part, -mul_add(c(0.1), du[0], dq[0] * c(10.0)))));
+        forces[1] = d_moment_own_coupler_ghost0_x + mul_add(c(0.5135738999999999),
+            d_force_above_coupler_ghost0_z_2, mul_add(c(0.5135738999999999),
+            d_force_above_coupler_ghost0_z, mul_add(c(2.954834596588329e-3), rocker_part,
+            -mul_add(c(0.1), du[1], dq[1] * c(10.0)))));
         forces[2] = d_moment_own_coupler_x - mul_add(c(0.1), du[2], dq[2] * c(10.0));
         forces[3] = d_moment_own_coupler_ghost0_x - mul_add(c(0.1), du[3], dq[3] * c(10.0));
         closure[0] = part;
@@ -902,126 +891,119 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         // coupler
         let omega_coupler_x = u[0] + u[2];
         let coupler_part = omega_xx_crank * c(0.534813);
-        let a_coupler_y = -cos_coupler_crank * coupler_part;
         let omega_xx_coupler = omega_coupler_x * omega_coupler_x;
         let fall_above_coupler_y = mul_add(c(-9.81), sin_crank_hinge, coupler_part);
         let free_fall_coupler_z = mul_add(-sin_coupler_crank, fall_above_coupler_y,
             -cos_coupler_crank * (cos_crank_hinge * c(9.81)));
         let force_own_coupler_y = omega_xx_coupler * c(4.3544099654316885e-5);
+        let moment_own_coupler_x = free_fall_coupler_z * c(4.3544099654316885e-5);
         // coupler_ghost0
         let omega_coupler_ghost0_x = u[1] + u[3];
         let coupler_ghost0_part = omega_xx_rocker * c(0.5135738999999999);
-        let a_coupler_ghost0_y = -cos_coupler_rocker * coupler_ghost0_part;
         let omega_xx_coupler_ghost0 = omega_coupler_ghost0_x * omega_coupler_ghost0_x;
         let fall_above_coupler_ghost0_y = mul_add(c(-9.81), sin_rocker_hinge, coupler_ghost0_part);
         let free_fall_coupler_ghost0_z = mul_add(-sin_coupler_rocker, fall_above_coupler_ghost0_y,
             -cos_coupler_rocker * (cos_rocker_hinge * c(9.81)));
         let force_own_coupler_ghost0_y = omega_xx_coupler_ghost0 * c(9.272985481377836e-6);
+        let moment_own_coupler_ghost0_x = free_fall_coupler_ghost0_z * c(9.272985481377836e-6);
         let force_above_coupler_ghost0_z = sin_coupler_rocker * force_own_coupler_ghost0_y;
+        // coupler
+        let v_coupler_y_by_crank_hinge = sin_coupler_crank * c(0.534813);
+        // coupler_ghost0
+        let v_coupler_ghost0_y_by_rocker_hinge = sin_coupler_rocker * c(0.5135738999999999);
+        // coupler
+        let v_coupler_z_by_crank_hinge = cos_coupler_crank * c(0.534813);
+        // coupler_ghost0
+        let v_coupler_ghost0_z_by_rocker_hinge = cos_coupler_rocker * c(0.5135738999999999);
         // coupler
         let force_above_coupler_z = sin_coupler_crank * force_own_coupler_y;
         // coupler_ghost0
-        let v_coupler_ghost0_y_by_rocker_hinge = sin_coupler_rocker * c(0.5135738999999999);
-        let v_coupler_ghost0_z_by_rocker_hinge = cos_coupler_rocker * c(0.5135738999999999);
+        let moment_above_coupler_ghost0_x = mul_add(c(4.762363318314592e-6), cos_coupler_rocker,
+            c(1.8705126833160895e-6));
         // coupler
-        let coupler_part_2 = sin_coupler_crank * c(0.534813);
-        let coupler_part_3 = cos_coupler_crank * c(0.534813);
-        // crank
-        let moment_load_crank_x = mul_add(c(0.34534952273865976), cos_coupler_crank,
-            -coupler_part_3);
-        // rocker
-        let moment_load_rocker_x = mul_add(c(-1.0568988375699675), cos_coupler_rocker,
-            v_coupler_ghost0_z_by_rocker_hinge);
-        // crank
-        let moment_load_crank_x_2 = mul_add(c(1.4655491757174004), cos_coupler_crank,
-            -coupler_part_3);
-        // coupler_ghost0
-        let moment_above_coupler_ghost0_x = cos_coupler_rocker * c(2.5460203295022628);
-        let mass_zz_coupler_ghost0 = mul_add(-sin_coupler_rocker,
-            sin_coupler_rocker * c(-4.5970423245354375e-5), c(-4.5970423245354375e-5));
-        // coupler
-        let moment_above_coupler_x = cos_coupler_crank * c(2.6985090608508173);
-        let mass_zz_coupler = mul_add(-sin_coupler_crank,
-            sin_coupler_crank * c(-2.1971071657526098e-4), c(-2.1971071657526098e-4));
-        // crank
-        let inertia_xx_crank = mul_add(c(0.286024944969), mass_zz_coupler, c(1.39793272023776e-4));
-        let inverse_pivot_crank = c(1.0) / inertia_xx_crank;
-        // coupler
-        let torque_coupler = mul_add(c(-0.1), u[2], -q[2] * c(10.0));
-        // coupler_ghost0
-        let torque_coupler_ghost0 = mul_add(c(-0.1), u[3], -q[3] * c(10.0));
-        let reduced_coupler_ghost0 = mul_add(c(9.272985481377836e-6), free_fall_coupler_ghost0_z,
-            torque_coupler_ghost0);
-        // rocker
-        let reduced_rocker = mul_add(-moment_above_coupler_ghost0_x, reduced_coupler_ghost0,
-            mul_add(c(0.5135738999999999), force_above_coupler_ghost0_z,
-            mul_add(c(-2.954834596588329e-3), cos_rocker_hinge, mul_add(c(-0.1), u[1],
-            -q[1] * c(10.0)) - torque_coupler_ghost0)));
+        let moment_above_coupler_x = mul_add(c(2.3287950568424175e-5), cos_coupler_crank,
+            c(8.629932323103514e-6));
         // loop 0
         let gamma0_1 = mul_add(-sin_coupler_crank, coupler_part,
             sin_coupler_rocker * coupler_ghost0_part);
-        // coupler
-        let reduced_coupler = mul_add(c(4.3544099654316885e-5), free_fall_coupler_z,
-            torque_coupler);
-        // crank
-        let reduced_crank = mul_add(-moment_above_coupler_x, reduced_coupler, mul_add(c(0.534813),
-            force_above_coupler_z, mul_add(c(-3.1463985397908126e-3), cos_crank_hinge,
-            mul_add(c(-0.1), u[0], -q[0] * c(10.0)) - torque_coupler)));
-        // rocker
-        let inertia_xx_rocker = mul_add(c(0.2637581507612099), mass_zz_coupler_ghost0,
-            c(1.2658576830022603e-4));
-        let inverse_pivot_rocker = c(1.0) / inertia_xx_rocker;
         // the whole mechanism
-        let part = inverse_pivot_crank * coupler_part_2;
-        let part_2 = v_coupler_ghost0_y_by_rocker_hinge * inverse_pivot_rocker;
-        let part_3 = inverse_pivot_crank * moment_load_crank_x;
-        let part_4 = v_coupler_ghost0_z_by_rocker_hinge * inverse_pivot_rocker;
-        let part_5 = inverse_pivot_crank * moment_load_crank_x_2;
-        let part_6 = inverse_pivot_rocker * moment_load_rocker_x;
-        let part_7 = mul_add(v_coupler_ghost0_y_by_rocker_hinge, part_2, coupler_part_2 * part);
-        let part_8 = mul_add(-coupler_part_2, part_3, v_coupler_ghost0_y_by_rocker_hinge * part_4);
-        let part_9 = mul_add(v_coupler_ghost0_z_by_rocker_hinge, part_4,
-            mul_add(moment_load_crank_x, part_3, c(1897.8529929560304)));
-        let part_10 = mul_add(-coupler_part_2, part_5, v_coupler_ghost0_y_by_rocker_hinge * part_6);
-        let part_11 = mul_add(moment_load_rocker_x, part_6, mul_add(moment_load_crank_x_2, part_5,
-            c(34177.92086166457) + c(92126.04962143546)));
-        let part_12 = c(1.0) / (part_11 + (part_7 + part_9));
-        let part_13 = part_12 * c(2.0);
-        let part_14 = c(1.0) / part_7;
-        let part_15 = part_8 * part_14;
-        let part_16 = mul_add(-part_8, part_15, part_9);
-        let part_17 = part_10 * part_14;
-        let part_18 = mul_add(-part_8, part_17, mul_add(v_coupler_ghost0_z_by_rocker_hinge, part_6,
-            mul_add(moment_load_crank_x, part_5, c(8053.860527742237))));
-        let part_19 = c(1.0) / part_16;
-        let part_20 = part_18 * part_19;
-        let part_21 = mul_add(-part_18, part_20, mul_add(-part_10, part_17, part_11));
-        let part_22 = mul_add(reduced_rocker, part_2, mul_add(-reduced_crank, part,
-            a_coupler_ghost0_y + mul_add(c(0.12797789999999998), omega_xx_coupler, -a_coupler_y)));
-        let part_23 = mul_add(part_15, part_22, -mul_add(reduced_rocker, part_4,
-            mul_add(reduced_crank, part_3, mul_add(c(-14829.536919702783), reduced_coupler,
-            gamma0_1))));
-        let part_24 = mul_add(-part_20, part_23, mul_add(part_17, part_22, -mul_add(reduced_rocker,
-            part_6, mul_add(reduced_crank, part_5, mul_add(c(221927.38498246408),
-            reduced_coupler_ghost0, mul_add(c(-62931.65091583967), reduced_coupler, gamma0_1))))));
-        let part_25 = c(1.0) / part_21 * part_24;
-        let part_26 = mul_add(-part_20, part_25, part_19 * part_23);
-        let part_27 = mul_add(-part_15, part_26, mul_add(-part_17, part_25, -part_14 * part_22));
-        let part_28 = mul_add(-part, part_27, mul_add(part_3, part_26, mul_add(part_5, part_25,
-            inverse_pivot_crank * reduced_crank)));
-        let part_29 = mul_add(part_2, part_27, mul_add(part_4, part_26, mul_add(part_6, part_25,
-            inverse_pivot_rocker * reduced_rocker)));
-        acceleration[0] = part_28;
-        acceleration[1] = part_29;
-        acceleration[2] = mul_add(-moment_above_coupler_x, part_28, mul_add(c(-14829.536919702783),
-            part_26, mul_add(c(-62931.65091583967), part_25,
-            c(115875.76386003198) * reduced_coupler)) - part_28);
-        acceleration[3] = mul_add(-moment_above_coupler_ghost0_x, part_29,
-            mul_add(c(221927.38498246408), part_25, c(534612.7876701569) * reduced_coupler_ghost0)
-            - part_29);
-        margin[0] = S::min(S::min(S::min(inverse_pivot_crank, inverse_pivot_rocker),
+        let part = moment_own_coupler_x - mul_add(c(0.1), u[2], q[2] * c(10.0));
+        let part_2 = moment_own_coupler_ghost0_x - mul_add(c(0.1), u[3], q[3] * c(10.0));
+        let factor_coupler_rocker_rocker_hinge =
+            moment_above_coupler_ghost0_x * c(534612.7876701569);
+        let factor_coupler_crank_crank_hinge = moment_above_coupler_x * c(115875.76386003198);
+        let inverse_pivot_rocker_hinge = c(1.0) / mul_add(-moment_above_coupler_ghost0_x,
+            factor_coupler_rocker_rocker_hinge, mul_add(c(9.524726636629184e-6), cos_coupler_rocker,
+            c(1.2845628098354212e-4)));
+        let inverse_pivot_crank_hinge = c(1.0) / mul_add(-moment_above_coupler_x,
+            factor_coupler_crank_crank_hinge, mul_add(c(4.657590113684835e-5), cos_coupler_crank,
+            c(1.4842320434687952e-4)));
+        let part_3 = mul_add(c(14829.536919702783), moment_above_coupler_x, c(-0.12797789999999998)
+            - v_coupler_z_by_crank_hinge);
+        let part_4 = mul_add(c(-221927.38498246408), moment_above_coupler_ghost0_x,
+            v_coupler_ghost0_z_by_rocker_hinge + c(0.4151179883848717));
+        let part_5 = mul_add(c(62931.65091583967), moment_above_coupler_x,
+            -v_coupler_z_by_crank_hinge - c(0.5430958883848717));
+        let part_6 = v_coupler_y_by_crank_hinge * inverse_pivot_crank_hinge;
+        let part_7 = v_coupler_ghost0_y_by_rocker_hinge * inverse_pivot_rocker_hinge;
+        let part_8 = inverse_pivot_crank_hinge * part_3;
+        let part_9 = v_coupler_ghost0_z_by_rocker_hinge * inverse_pivot_rocker_hinge;
+        let part_10 = inverse_pivot_crank_hinge * part_5;
+        let part_11 = inverse_pivot_rocker_hinge * part_4;
+        let part_12 = mul_add(v_coupler_ghost0_y_by_rocker_hinge, part_7,
+            v_coupler_y_by_crank_hinge * part_6);
+        let part_13 = mul_add(-v_coupler_y_by_crank_hinge, part_8,
+            v_coupler_ghost0_y_by_rocker_hinge * part_9);
+        let part_14 = mul_add(v_coupler_ghost0_z_by_rocker_hinge, part_9, mul_add(part_3, part_8,
+            c(1897.8529929560304)));
+        let part_15 = mul_add(-v_coupler_y_by_crank_hinge, part_10,
+            v_coupler_ghost0_y_by_rocker_hinge * part_11);
+        let part_16 = mul_add(part_4, part_11, mul_add(part_5, part_10, c(126303.97048310004)));
+        let part_17 = c(1.0) / part_12;
+        let part_18 = part_13 * part_17;
+        let part_19 = mul_add(-part_13, part_18, part_14);
+        let part_20 = part_15 * part_17;
+        let part_21 = mul_add(-part_13, part_20, mul_add(v_coupler_ghost0_z_by_rocker_hinge,
+            part_11, mul_add(part_3, part_10, c(8053.860527742237))));
+        let part_22 = c(1.0) / part_19;
+        let part_23 = part_21 * part_22;
+        let part_24 = mul_add(-part_21, part_23, mul_add(-part_15, part_20, part_16));
+        let part_25 = part_16 + (part_12 + part_14);
+        let part_26 = S::min(part_25, S::min(S::min(part_12, part_14), part_16) * c(100.0)) *
+            (part_12 * part_19 * part_24 * c(0.4444444444444444)) / (part_25 * (part_16 * (part_12 *
+            part_14)));
+        let part_27 = mul_add(-part_2, factor_coupler_rocker_rocker_hinge,
+            moment_own_coupler_ghost0_x + mul_add(c(0.5135738999999999),
+            force_above_coupler_ghost0_z, mul_add(c(-2.954834596588329e-3), cos_rocker_hinge,
+            -mul_add(c(0.1), u[1], q[1] * c(10.0)))));
+        let part_28 = mul_add(-part, factor_coupler_crank_crank_hinge, moment_own_coupler_x
+            + mul_add(c(0.534813), force_above_coupler_z, mul_add(c(-3.1463985397908126e-3),
+            cos_crank_hinge, -mul_add(c(0.1), u[0], q[0] * c(10.0)))));
+        let part_29 = mul_add(part_7, part_27, mul_add(-part_6, part_28,
+            mul_add(-cos_coupler_rocker, coupler_ghost0_part, mul_add(c(0.12797789999999998),
+            omega_xx_coupler, cos_coupler_crank * coupler_part))));
+        let part_30 = mul_add(part_18, part_29, -mul_add(part_9, part_27, mul_add(part_8, part_28,
+            mul_add(c(-14829.536919702783), part, gamma0_1))));
+        let part_31 = mul_add(-part_23, part_30, mul_add(part_20, part_29, -mul_add(part_11,
+            part_27, mul_add(part_10, part_28, mul_add(c(221927.38498246408), part_2,
+            mul_add(c(-62931.65091583967), part, gamma0_1))))));
+        let part_32 = c(1.0) / part_24 * part_31;
+        let part_33 = mul_add(-part_23, part_32, part_22 * part_30);
+        let part_34 = mul_add(-part_18, part_33, mul_add(-part_20, part_32, -part_17 * part_29));
+        let part_35 = mul_add(-part_6, part_34, mul_add(part_8, part_33, mul_add(part_10, part_32,
+            inverse_pivot_crank_hinge * part_28)));
+        let part_36 = mul_add(part_7, part_34, mul_add(part_9, part_33, mul_add(part_11, part_32,
+            inverse_pivot_rocker_hinge * part_27)));
+        acceleration[0] = part_35;
+        acceleration[1] = part_36;
+        acceleration[2] = mul_add(-factor_coupler_crank_crank_hinge, part_35,
+            mul_add(c(-14829.536919702783), part_33, mul_add(c(-62931.65091583967), part_32,
+            part * c(115875.76386003198))));
+        acceleration[3] = mul_add(-factor_coupler_rocker_rocker_hinge, part_36,
+            mul_add(c(221927.38498246408), part_32, part_2 * c(534612.7876701569)));
+        margin[0] = S::min(S::min(S::min(inverse_pivot_crank_hinge, inverse_pivot_rocker_hinge),
             c(115875.76386003198)), c(534612.7876701569));
-        margin[1] = part_7 * part_12 * (part_13 * part_16) * (part_13 * part_21);
+        margin[1] = part_26;
         ::lamc_runtime::Margin {
             inverse_pivot: margin[0],
             conditioning: margin[1],
@@ -1105,8 +1087,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let moment_above_coupler_x = cos_coupler_crank * c(2.6985090608508173);
         let mass_zz_coupler = mul_add(-sin_coupler_crank,
             sin_coupler_crank * c(-2.1971071657526098e-4), c(-2.1971071657526098e-4));
-        let coupler_part_6 = axis_y_coupler_x * c(0.12797789999999998);
-        let coupler_part_7 = axis_y_coupler_z * c(0.12797789999999998);
+        let coupler_part_6 = axis_y_coupler_z * c(0.12797789999999998);
         // rocker
         let inertia_xx_rocker = mul_add(c(0.2637581507612099), mass_zz_coupler_ghost0,
             c(1.2658576830022603e-4));
@@ -1115,87 +1096,89 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let inertia_xx_crank = mul_add(c(0.286024944969), mass_zz_coupler, c(1.39793272023776e-4));
         let inverse_pivot_crank = c(1.0) / inertia_xx_crank;
         // the whole mechanism
-        let part = origin_coupler_ghost0_x - origin_coupler_x - coupler_part_6;
-        let part_2 = origin_coupler_ghost0_z - origin_coupler_z - coupler_part_7;
-        let part_3 = origin_coupler_ghost0_x - origin_coupler_x + mul_add(c(-0.5430958883848717),
-            axis_y_coupler_x, axis_y_coupler_ghost0_x * c(0.4151179883848717));
-        let part_4 = origin_coupler_ghost0_z - origin_coupler_z + mul_add(c(-0.5430958883848717),
-            axis_y_coupler_z, axis_y_coupler_ghost0_z * c(0.4151179883848717));
-        let part_5 = mul_add(axis_y_coupler_ghost0_z, part_2, axis_y_coupler_ghost0_x * part);
-        let part_6 = mul_add(-sin_coupler_crank, coupler_part,
+        let part = origin_coupler_ghost0_x - origin_coupler_x;
+        let part_2 = mul_add(c(-0.12797789999999998), axis_y_coupler_x, part);
+        let part_3 = origin_coupler_ghost0_z - origin_coupler_z;
+        let part_4 = part_3 - coupler_part_6;
+        let part_5 = part + mul_add(c(-0.5430958883848717), axis_y_coupler_x,
+            axis_y_coupler_ghost0_x * c(0.4151179883848717));
+        let part_6 = part_3 + mul_add(c(-0.5430958883848717), axis_y_coupler_z,
+            axis_y_coupler_ghost0_z * c(0.4151179883848717));
+        let part_7 = mul_add(axis_y_coupler_ghost0_z, part_4, axis_y_coupler_ghost0_x * part_2);
+        let part_8 = mul_add(-sin_coupler_crank, coupler_part,
             sin_coupler_rocker * coupler_ghost0_part);
-        let part_7 = inverse_pivot_crank * coupler_part_2;
-        let part_8 = v_coupler_ghost0_y_by_rocker_hinge * inverse_pivot_rocker;
-        let part_9 = inverse_pivot_crank * moment_load_crank_x;
-        let part_10 = v_coupler_ghost0_z_by_rocker_hinge * inverse_pivot_rocker;
-        let part_11 = inverse_pivot_crank * moment_load_crank_x_2;
-        let part_12 = inverse_pivot_rocker * moment_load_rocker_x;
-        let part_13 = mul_add(v_coupler_ghost0_y_by_rocker_hinge, part_8, coupler_part_2 * part_7);
-        let part_14 = mul_add(-coupler_part_2, part_9,
-            v_coupler_ghost0_y_by_rocker_hinge * part_10);
-        let part_15 = mul_add(v_coupler_ghost0_z_by_rocker_hinge, part_10,
-            mul_add(moment_load_crank_x, part_9, c(1897.8529929560304)));
+        let part_9 = inverse_pivot_crank * coupler_part_2;
+        let part_10 = v_coupler_ghost0_y_by_rocker_hinge * inverse_pivot_rocker;
+        let part_11 = inverse_pivot_crank * moment_load_crank_x;
+        let part_12 = v_coupler_ghost0_z_by_rocker_hinge * inverse_pivot_rocker;
+        let part_13 = inverse_pivot_crank * moment_load_crank_x_2;
+        let part_14 = inverse_pivot_rocker * moment_load_rocker_x;
+        let part_15 = mul_add(v_coupler_ghost0_y_by_rocker_hinge, part_10, coupler_part_2 * part_9);
         let part_16 = mul_add(-coupler_part_2, part_11,
             v_coupler_ghost0_y_by_rocker_hinge * part_12);
-        let part_17 = mul_add(moment_load_rocker_x, part_12, mul_add(moment_load_crank_x_2, part_11,
-            c(34177.92086166457) + c(92126.04962143546)));
-        let part_18 = c(1.0) / (part_17 + (part_13 + part_15));
-        let part_19 = part_18 * c(2.0);
-        let part_20 = c(1.0) / part_13;
-        let part_21 = part_14 * part_20;
-        let part_22 = mul_add(-part_14, part_21, part_15);
-        let part_23 = part_16 * part_20;
-        let part_24 = mul_add(-part_14, part_23, mul_add(v_coupler_ghost0_z_by_rocker_hinge,
-            part_12, mul_add(moment_load_crank_x, part_11, c(8053.860527742237))));
+        let part_17 = mul_add(v_coupler_ghost0_z_by_rocker_hinge, part_12,
+            mul_add(moment_load_crank_x, part_11, c(1897.8529929560304)));
+        let part_18 = mul_add(-coupler_part_2, part_13,
+            v_coupler_ghost0_y_by_rocker_hinge * part_14);
+        let part_19 = mul_add(moment_load_rocker_x, part_14, mul_add(moment_load_crank_x_2, part_13,
+            c(126303.97048310004)));
+        let part_20 = c(1.0) / part_15;
+        let part_21 = part_16 * part_20;
+        let part_22 = mul_add(-part_16, part_21, part_17);
+        let part_23 = part_18 * part_20;
+        let part_24 = mul_add(-part_16, part_23, mul_add(v_coupler_ghost0_z_by_rocker_hinge,
+            part_14, mul_add(moment_load_crank_x, part_13, c(8053.860527742237))));
         let part_25 = c(1.0) / part_22;
         let part_26 = part_24 * part_25;
-        let part_27 = mul_add(-part_24, part_26, mul_add(-part_16, part_23, part_17));
+        let part_27 = mul_add(-part_24, part_26, mul_add(-part_18, part_23, part_19));
         let part_28 = c(1.0) / part_27;
-        let part_29 = mul_add(-part_5, part_21, mul_add(axis_z_coupler_ghost0_x, part,
-            axis_y_coupler_ghost0_x * part_2));
-        let part_30 = part_28 * mul_add(-part_26, part_29, mul_add(-part_5, part_23,
-            mul_add(axis_z_coupler_ghost0_x, part_3, axis_y_coupler_ghost0_x * part_4)));
-        let part_31 = mul_add(-part_26, part_30, part_25 * part_29);
-        let part_32 = mul_add(-part_21, part_31, mul_add(-part_23, part_30, part_5 * part_20));
-        let part_33 = mul_add(-part_7, part_32, mul_add(part_9, part_31, part_11 * part_30));
-        let part_34 = mul_add(part_8, part_32, mul_add(part_10, part_31, part_12 * part_30));
-        let part_35 = mul_add(-part_6, part_21, v_coupler_ghost0_z - mul_add(c(0.12797789999999998),
+        let part_29 = part_19 + (part_15 + part_17);
+        let part_30 = S::min(part_29, S::min(S::min(part_15, part_17), part_19) * c(100.0)) *
+            (part_15 * part_22 * part_27 * c(0.4444444444444444)) / (part_29 * (part_19 * (part_15 *
+            part_17)));
+        let part_31 = mul_add(-part_7, part_21, mul_add(axis_z_coupler_ghost0_x, part_2,
+            axis_y_coupler_ghost0_x * part_4));
+        let part_32 = part_28 * mul_add(-part_26, part_31, mul_add(-part_7, part_23,
+            mul_add(axis_z_coupler_ghost0_x, part_5, axis_y_coupler_ghost0_x * part_6)));
+        let part_33 = mul_add(-part_26, part_32, part_25 * part_31);
+        let part_34 = mul_add(-part_21, part_33, mul_add(-part_23, part_32, part_7 * part_20));
+        let part_35 = mul_add(-part_9, part_34, mul_add(part_13, part_32, part_11 * part_33));
+        let part_36 = mul_add(part_10, part_34, mul_add(part_14, part_32, part_12 * part_33));
+        let part_37 = mul_add(-part_8, part_21, v_coupler_ghost0_z - mul_add(c(0.12797789999999998),
             omega_coupler_x, v_coupler_z));
-        let part_36 = part_28 * mul_add(-part_26, part_35, mul_add(-part_6, part_23,
+        let part_38 = part_28 * mul_add(-part_26, part_37, mul_add(-part_8, part_23,
             v_coupler_ghost0_z + (mul_add(c(-0.5430958883848717), omega_coupler_x,
             omega_coupler_ghost0_x * c(0.4151179883848717)) - v_coupler_z)));
-        let part_37 = mul_add(-part_26, part_36, part_25 * part_35);
-        let part_38 = mul_add(-part_21, part_37, mul_add(-part_23, part_36, part_6 * part_20));
-        let part_39 = mul_add(-part_7, part_38, mul_add(part_9, part_37, part_11 * part_36));
-        let part_40 = mul_add(part_8, part_38, mul_add(part_10, part_37, part_12 * part_36));
-        residual[0] = part;
+        let part_39 = mul_add(-part_26, part_38, part_25 * part_37);
+        let part_40 = mul_add(-part_21, part_39, mul_add(-part_23, part_38, part_8 * part_20));
+        let part_41 = mul_add(-part_9, part_40, mul_add(part_13, part_38, part_11 * part_39));
+        let part_42 = mul_add(part_10, part_40, mul_add(part_14, part_38, part_12 * part_39));
+        residual[0] = part_2;
         residual[1] = c(6.938893903907228e-18);
-        residual[2] = part_2;
-        residual[3] = part_3;
+        residual[2] = part_4;
+        residual[3] = part_5;
         residual[4] = c(6.938893903907228e-18);
-        residual[5] = part_4;
-        residual[6] = origin_coupler_ghost0_x - origin_coupler_x - coupler_part_6
-            + mul_add(c(-0.41511798838487174), axis_z_coupler_x,
+        residual[5] = part_6;
+        residual[6] = part_2 + mul_add(c(-0.41511798838487174), axis_z_coupler_x,
             axis_z_coupler_ghost0_x * c(0.41511798838487174));
         residual[7] = c(6.938893903907228e-18);
-        residual[8] = mul_add(c(0.41511798838487174), axis_y_coupler_ghost0_x, -coupler_part_7)
-            + mul_add(c(-0.41511798838487174), axis_y_coupler_x, origin_coupler_ghost0_z
-            - origin_coupler_z);
-        positions[0] = part_33;
-        positions[1] = part_34;
-        positions[2] = mul_add(-moment_above_coupler_x, part_33, mul_add(c(-14829.536919702783),
-            part_31, c(-62931.65091583967) * part_30) - part_33);
-        positions[3] = mul_add(-moment_above_coupler_ghost0_x, part_34,
-            mul_add(c(221927.38498246408), part_30, -part_34));
-        speeds[0] = part_39;
-        speeds[1] = part_40;
-        speeds[2] = mul_add(-moment_above_coupler_x, part_39, mul_add(c(-14829.536919702783),
-            part_37, c(-62931.65091583967) * part_36) - part_39);
-        speeds[3] = mul_add(-moment_above_coupler_ghost0_x, part_40, mul_add(c(221927.38498246408),
-            part_36, -part_40));
+        residual[8] = mul_add(c(0.41511798838487174), axis_y_coupler_ghost0_x, -coupler_part_6)
+            + mul_add(c(-0.41511798838487174), axis_y_coupler_x, part_3);
+        positions[0] = part_35;
+        positions[1] = part_36;
+        positions[2] = mul_add(-moment_above_coupler_x, part_35, mul_add(c(-62931.65091583967),
+            part_32, c(-14829.536919702783) * part_33) - part_35);
+        positions[3] = mul_add(-moment_above_coupler_ghost0_x, part_36,
+            mul_add(c(221927.38498246408), part_32, -part_36));
+        speeds[0] = part_41;
+        speeds[1] = part_42;
+        speeds[2] = mul_add(-moment_above_coupler_x, part_41, mul_add(c(-62931.65091583967),
+            part_38, c(-14829.536919702783) * part_39) - part_41);
+        speeds[3] = mul_add(-moment_above_coupler_ghost0_x, part_42, mul_add(c(221927.38498246408),
+            part_38, -part_42));
         margin[0] = S::min(S::min(S::min(inverse_pivot_crank, inverse_pivot_rocker),
             c(115875.76386003198)), c(534612.7876701569));
-        margin[1] = part_13 * part_18 * (part_19 * part_22) * (part_19 * part_27);
+        margin[1] = part_30;
         ::lamc_runtime::Margin {
             inverse_pivot: margin[0],
             conditioning: margin[1],
@@ -1243,8 +1226,9 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         // coupler
         let omega_coupler_x = u[0] + u[2];
         let coupler_part = omega_xx_crank * c(0.534813);
-        let a_coupler_y = -cos_coupler_crank * coupler_part;
-        let coupler_part_2 = sin_coupler_crank * coupler_part;
+        let coupler_part_2 = cos_coupler_crank * coupler_part;
+        let a_coupler_y = -coupler_part_2;
+        let coupler_part_3 = sin_coupler_crank * coupler_part;
         let omega_xx_coupler = omega_coupler_x * omega_coupler_x;
         let fall_above_coupler_y = mul_add(c(-9.81), sin_crank_hinge, coupler_part);
         let free_fall_coupler_z = mul_add(-sin_coupler_crank, fall_above_coupler_y,
@@ -1254,10 +1238,10 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let d_fall_above_coupler_y = c(0.534813) * d_omega_xx_crank;
         let d_omega_xx_coupler = omega_coupler_x + omega_coupler_x;
         let d_force_own_coupler_y = c(4.3544099654316885e-5) * d_omega_xx_coupler;
-        let coupler_part_3 = sin_coupler_crank * d_fall_above_coupler_y;
-        let d_moment_own_coupler_x = coupler_part_3 * c(-4.3544099654316885e-5);
+        let coupler_part_4 = sin_coupler_crank * d_fall_above_coupler_y;
+        let d_moment_own_coupler_x = coupler_part_4 * c(-4.3544099654316885e-5);
         let d_force_above_coupler_z = sin_coupler_crank * d_force_own_coupler_y;
-        let coupler_part_4 = c(0.534813) * d_force_above_coupler_z;
+        let coupler_part_5 = c(0.534813) * d_force_above_coupler_z;
         // rocker
         let omega_xx_rocker = u[1] * u[1];
         let rocker_part = cos_rocker_hinge * c(9.81);
@@ -1267,7 +1251,6 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let omega_coupler_ghost0_x = u[1] + u[3];
         let coupler_ghost0_part = omega_xx_rocker * c(0.5135738999999999);
         let coupler_ghost0_part_2 = cos_coupler_rocker * coupler_ghost0_part;
-        let a_coupler_ghost0_y = -coupler_ghost0_part_2;
         let coupler_ghost0_part_3 = sin_coupler_rocker * coupler_ghost0_part;
         let omega_xx_coupler_ghost0 = omega_coupler_ghost0_x * omega_coupler_ghost0_x;
         let fall_above_coupler_ghost0_y = mul_add(c(-9.81), sin_rocker_hinge, coupler_ghost0_part);
@@ -1296,15 +1279,11 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         // coupler_ghost0
         let moment_above_coupler_ghost0_x = mul_add(c(4.762363318314592e-6), cos_coupler_rocker,
             c(1.8705126833160895e-6));
-        let twist_coupler_ghost0 = sin_coupler_rocker * c(1.8693978815435932e-6);
-        let bend_coupler_ghost0 = sin_coupler_rocker * twist_coupler_ghost0;
         // coupler
         let moment_above_coupler_x = mul_add(c(2.3287950568424175e-5), cos_coupler_crank,
             c(8.629932323103514e-6));
-        let twist_coupler = sin_coupler_crank * c(8.62881752133102e-6);
-        let bend_coupler = sin_coupler_crank * twist_coupler;
         // loop 0
-        let gamma0_1 = coupler_ghost0_part_3 - coupler_part_2;
+        let gamma0_1 = coupler_ghost0_part_3 - coupler_part_3;
         // coupler_ghost0
         let d_free_fall_coupler_ghost0_z = mul_add(-cos_coupler_rocker, sin_rocker_hinge * c(-9.81),
             sin_coupler_rocker * rocker_part);
@@ -1318,16 +1297,14 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let factor_coupler_crank_crank_hinge = moment_above_coupler_x * c(115875.76386003198);
         let inverse_pivot_rocker_hinge = c(1.0) / mul_add(-moment_above_coupler_ghost0_x,
             factor_coupler_rocker_rocker_hinge, mul_add(c(9.524726636629184e-6), cos_coupler_rocker,
-            c(1.884337033746822e-9) + (c(1.8699552824298414e-6) + c(1.2658444136407854e-4)))
-            + (bend_coupler_ghost0 - bend_coupler_ghost0));
+            c(1.2845628098354212e-4)));
         let inverse_pivot_crank_hinge = c(1.0) / mul_add(-moment_above_coupler_x,
             factor_coupler_crank_crank_hinge, mul_add(c(4.657590113684835e-5), cos_coupler_crank,
-            c(1.939425689995694e-9) + (c(8.629374922217267e-6) + c(1.3979188999897226e-4)))
-            + (bend_coupler - bend_coupler));
+            c(1.4842320434687952e-4)));
         let part_3 = mul_add(c(14829.536919702783), moment_above_coupler_x, c(-0.12797789999999998)
             - v_coupler_z_by_crank_hinge);
         let part_4 = mul_add(c(-221927.38498246408), moment_above_coupler_ghost0_x,
-            c(0.4151179883848717) + v_coupler_ghost0_z_by_rocker_hinge);
+            v_coupler_ghost0_z_by_rocker_hinge + c(0.4151179883848717));
         let part_5 = mul_add(c(62931.65091583967), moment_above_coupler_x,
             -v_coupler_z_by_crank_hinge - c(0.5430958883848717));
         let part_6 = v_coupler_y_by_crank_hinge * inverse_pivot_crank_hinge;
@@ -1344,37 +1321,39 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
             c(1897.8529929560304)));
         let part_15 = mul_add(-v_coupler_y_by_crank_hinge, part_10,
             v_coupler_ghost0_y_by_rocker_hinge * part_11);
-        let part_16 = mul_add(part_4, part_11, mul_add(part_5, part_10, c(34177.92086166457)
-            + c(92126.04962143546)));
-        let part_17 = c(1.0) / (part_16 + (part_12 + part_14));
-        let part_18 = part_17 * c(2.0);
-        let part_19 = c(1.0) / part_12;
-        let part_20 = part_13 * part_19;
-        let part_21 = mul_add(-part_13, part_20, part_14);
-        let part_22 = part_15 * part_19;
-        let part_23 = mul_add(-part_13, part_22, mul_add(v_coupler_ghost0_z_by_rocker_hinge,
+        let part_16 = mul_add(part_4, part_11, mul_add(part_5, part_10, c(126303.97048310004)));
+        let part_17 = c(1.0) / part_12;
+        let part_18 = part_13 * part_17;
+        let part_19 = mul_add(-part_13, part_18, part_14);
+        let part_20 = part_15 * part_17;
+        let part_21 = mul_add(-part_13, part_20, mul_add(v_coupler_ghost0_z_by_rocker_hinge,
             part_11, mul_add(part_3, part_10, c(8053.860527742237))));
-        let part_24 = c(1.0) / part_21;
-        let part_25 = part_23 * part_24;
-        let part_26 = mul_add(-part_23, part_25, mul_add(-part_15, part_22, part_16));
-        let part_27 = c(1.0) / part_26;
+        let part_22 = c(1.0) / part_19;
+        let part_23 = part_21 * part_22;
+        let part_24 = mul_add(-part_21, part_23, mul_add(-part_15, part_20, part_16));
+        let part_25 = c(1.0) / part_24;
+        let part_26 = part_16 + (part_12 + part_14);
+        let part_27 = S::min(part_26, S::min(S::min(part_12, part_14), part_16) * c(100.0)) *
+            (part_12 * part_19 * part_24 * c(0.4444444444444444)) / (part_26 * (part_16 * (part_12 *
+            part_14)));
         let part_28 = mul_add(-part_2, factor_coupler_rocker_rocker_hinge,
-            mul_add(c(0.5135738999999999), force_above_coupler_ghost0_z,
-            mul_add(c(-2.954834596588329e-3), cos_rocker_hinge, -mul_add(c(0.1), u[1],
-            q[1] * c(10.0)))) + moment_own_coupler_ghost0_x);
-        let part_29 = mul_add(-part, factor_coupler_crank_crank_hinge, mul_add(c(0.534813),
-            force_above_coupler_z, mul_add(c(-3.1463985397908126e-3), cos_crank_hinge,
-            -mul_add(c(0.1), u[0], q[0] * c(10.0)))) + moment_own_coupler_x);
-        let part_30 = mul_add(part_7, part_28, mul_add(-part_6, part_29, a_coupler_ghost0_y
-            + mul_add(c(0.12797789999999998), omega_xx_coupler, -a_coupler_y)));
-        let part_31 = mul_add(part_20, part_30, -mul_add(part_9, part_28, mul_add(part_8, part_29,
+            moment_own_coupler_ghost0_x + mul_add(c(0.5135738999999999),
+            force_above_coupler_ghost0_z, mul_add(c(-2.954834596588329e-3), cos_rocker_hinge,
+            -mul_add(c(0.1), u[1], q[1] * c(10.0)))));
+        let part_29 = mul_add(-part, factor_coupler_crank_crank_hinge, moment_own_coupler_x
+            + mul_add(c(0.534813), force_above_coupler_z, mul_add(c(-3.1463985397908126e-3),
+            cos_crank_hinge, -mul_add(c(0.1), u[0], q[0] * c(10.0)))));
+        let part_30 = mul_add(part_7, part_28, mul_add(-part_6, part_29,
+            mul_add(c(0.12797789999999998), omega_xx_coupler, coupler_part_2)
+            - coupler_ghost0_part_2));
+        let part_31 = mul_add(part_18, part_30, -mul_add(part_9, part_28, mul_add(part_8, part_29,
             mul_add(c(-14829.536919702783), part, gamma0_1))));
-        let part_32 = mul_add(-part_25, part_31, mul_add(part_22, part_30, -mul_add(part_11,
+        let part_32 = mul_add(-part_23, part_31, mul_add(part_20, part_30, -mul_add(part_11,
             part_28, mul_add(part_10, part_29, mul_add(c(221927.38498246408), part_2,
             mul_add(c(-62931.65091583967), part, gamma0_1))))));
-        let part_33 = part_27 * part_32;
-        let part_34 = mul_add(-part_25, part_33, part_24 * part_31);
-        let part_35 = mul_add(-part_20, part_34, mul_add(-part_22, part_33, -part_19 * part_30));
+        let part_33 = part_25 * part_32;
+        let part_34 = mul_add(-part_23, part_33, part_22 * part_31);
+        let part_35 = mul_add(-part_18, part_34, mul_add(-part_20, part_33, -part_17 * part_30));
         let part_36 = mul_add(-part_6, part_35, mul_add(part_8, part_34, mul_add(part_10, part_33,
             inverse_pivot_crank_hinge * part_29)));
         let part_37 = mul_add(part_7, part_35, mul_add(part_9, part_34, mul_add(part_11, part_33,
@@ -1393,75 +1372,75 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         // the whole mechanism
         let part_40 = c(0.12797789999999998) * d_omega_xx_coupler;
         let part_41 = mul_add(-factor_coupler_crank_crank_hinge, d_moment_own_coupler_x,
-            coupler_part_4 + (c(-0.1) + d_moment_own_coupler_x));
+            coupler_part_5 + (d_moment_own_coupler_x + c(-0.1)));
         let part_42 = mul_add(-part_6, part_41, mul_add(cos_coupler_crank, d_fall_above_coupler_y,
             part_40));
-        let part_43 = mul_add(part_20, part_42, mul_add(-part_8, part_41,
-            mul_add(c(-0.6457388334589095), coupler_part_3, coupler_part_3)));
-        let part_44 = part_27 * mul_add(-part_25, part_43, mul_add(part_22, part_42,
-            mul_add(-part_10, part_41, mul_add(c(-2.740302078890005), coupler_part_3,
-            coupler_part_3))));
-        let part_45 = mul_add(-part_25, part_44, part_24 * part_43);
-        let part_46 = mul_add(-part_20, part_45, mul_add(-part_22, part_44, -part_19 * part_42));
-        let part_47 = mul_add(part_7, part_46, mul_add(part_9, part_45, part_11 * part_44));
+        let part_43 = mul_add(part_18, part_42, mul_add(-part_8, part_41,
+            mul_add(c(-0.6457388334589095), coupler_part_4, coupler_part_4)));
+        let part_44 = part_25 * mul_add(-part_23, part_43, mul_add(part_20, part_42,
+            mul_add(-part_10, part_41, mul_add(c(-2.740302078890005), coupler_part_4,
+            coupler_part_4))));
+        let part_45 = mul_add(-part_23, part_44, part_22 * part_43);
+        let part_46 = mul_add(-part_18, part_45, mul_add(-part_20, part_44, -part_17 * part_42));
+        let part_47 = mul_add(part_7, part_46, mul_add(part_11, part_44, part_9 * part_45));
         let part_48 = mul_add(-part_6, part_46, mul_add(part_8, part_45, mul_add(part_10, part_44,
             inverse_pivot_crank_hinge * part_41)));
         let part_49 = mul_add(-factor_coupler_crank_crank_hinge, d_moment_own_coupler_x_2,
-            mul_add(c(3.1463985397908126e-3), sin_crank_hinge, c(-10.0))
-            + d_moment_own_coupler_x_2);
+            d_moment_own_coupler_x_2 + mul_add(c(3.1463985397908126e-3), sin_crank_hinge,
+            c(-10.0)));
         let part_50 = part_6 * part_49;
-        let part_51 = mul_add(-part_20, part_50, -mul_add(part_8, part_49,
-            d_free_fall_coupler_z * c(-0.6457388334589095)));
-        let part_52 = part_27 * mul_add(-part_25, part_51, mul_add(-part_22, part_50,
-            -mul_add(part_10, part_49, d_free_fall_coupler_z * c(-2.740302078890005))));
-        let part_53 = mul_add(-part_25, part_52, part_24 * part_51);
-        let part_54 = mul_add(-part_20, part_53, mul_add(-part_22, part_52, part_19 * part_50));
-        let part_55 = mul_add(part_7, part_54, mul_add(part_9, part_53, part_11 * part_52));
+        let part_51 = mul_add(-part_18, part_50, -mul_add(c(-0.6457388334589095),
+            d_free_fall_coupler_z, part_8 * part_49));
+        let part_52 = part_25 * mul_add(-part_23, part_51, mul_add(-part_20, part_50,
+            -mul_add(c(-2.740302078890005), d_free_fall_coupler_z, part_10 * part_49)));
+        let part_53 = mul_add(-part_23, part_52, part_22 * part_51);
+        let part_54 = mul_add(-part_18, part_53, mul_add(-part_20, part_52, part_17 * part_50));
+        let part_55 = mul_add(part_7, part_54, mul_add(part_11, part_52, part_9 * part_53));
         let part_56 = mul_add(-part_6, part_54, mul_add(part_8, part_53, mul_add(part_10, part_52,
             inverse_pivot_crank_hinge * part_49)));
         let part_57 = mul_add(-factor_coupler_rocker_rocker_hinge, d_moment_own_coupler_ghost0_x,
             coupler_ghost0_part_5 + (c(-0.1) + d_moment_own_coupler_ghost0_x));
         let part_58 = mul_add(-cos_coupler_rocker, d_fall_above_coupler_ghost0_y, part_7 * part_57);
-        let part_59 = mul_add(part_20, part_58, -mul_add(part_9, part_57, coupler_ghost0_part_4));
-        let part_60 = part_27 * mul_add(-part_25, part_59, mul_add(part_22, part_58,
+        let part_59 = mul_add(part_18, part_58, -mul_add(part_9, part_57, coupler_ghost0_part_4));
+        let part_60 = part_25 * mul_add(-part_23, part_59, mul_add(part_20, part_58,
             -mul_add(part_11, part_57, mul_add(c(-2.057929418862539), coupler_ghost0_part_4,
             coupler_ghost0_part_4))));
-        let part_61 = mul_add(-part_25, part_60, part_24 * part_59);
-        let part_62 = mul_add(-part_20, part_61, mul_add(-part_22, part_60, -part_19 * part_58));
-        let part_63 = mul_add(-part_6, part_62, mul_add(part_8, part_61, part_10 * part_60));
+        let part_61 = mul_add(-part_23, part_60, part_22 * part_59);
+        let part_62 = mul_add(-part_18, part_61, mul_add(-part_20, part_60, -part_17 * part_58));
+        let part_63 = mul_add(-part_6, part_62, mul_add(part_10, part_60, part_8 * part_61));
         let part_64 = mul_add(part_7, part_62, mul_add(part_9, part_61, mul_add(part_11, part_60,
             inverse_pivot_rocker_hinge * part_57)));
-        let part_65 = mul_add(c(11587.576386003198), moment_above_coupler_x, coupler_part_4);
+        let part_65 = mul_add(c(11587.576386003198), moment_above_coupler_x, coupler_part_5);
         let part_66 = mul_add(-part_6, part_65, part_40);
-        let part_67 = mul_add(part_20, part_66, -mul_add(part_8, part_65, c(1482.9536919702784)));
-        let part_68 = part_27 * mul_add(-part_25, part_67, mul_add(part_22, part_66,
+        let part_67 = mul_add(part_18, part_66, -mul_add(part_8, part_65, c(1482.9536919702784)));
+        let part_68 = part_25 * mul_add(-part_23, part_67, mul_add(part_20, part_66,
             -mul_add(part_10, part_65, c(6293.165091583967))));
-        let part_69 = mul_add(-part_25, part_68, part_24 * part_67);
-        let part_70 = mul_add(-part_20, part_69, mul_add(-part_22, part_68, -part_19 * part_66));
-        let part_71 = mul_add(part_7, part_70, mul_add(part_9, part_69, part_11 * part_68));
+        let part_69 = mul_add(-part_23, part_68, part_22 * part_67);
+        let part_70 = mul_add(-part_18, part_69, mul_add(-part_20, part_68, -part_17 * part_66));
+        let part_71 = mul_add(part_7, part_70, mul_add(part_11, part_68, part_9 * part_69));
         let part_72 = mul_add(-part_6, part_70, mul_add(part_8, part_69, mul_add(part_10, part_68,
             inverse_pivot_crank_hinge * part_65)));
         let part_73 = mul_add(-factor_coupler_rocker_rocker_hinge, d_moment_own_coupler_ghost0_x_2,
-            mul_add(c(2.954834596588329e-3), sin_rocker_hinge, c(-10.0))
-            + d_moment_own_coupler_ghost0_x_2);
+            d_moment_own_coupler_ghost0_x_2 + mul_add(c(2.954834596588329e-3), sin_rocker_hinge,
+            c(-10.0)));
         let part_74 = part_7 * part_73;
-        let part_75 = mul_add(-part_9, part_73, part_20 * part_74);
-        let part_76 = part_27 * mul_add(-part_25, part_75, mul_add(part_22, part_74,
-            -mul_add(part_11, part_73, d_free_fall_coupler_ghost0_z * c(2.057929418862539))));
-        let part_77 = mul_add(-part_25, part_76, part_24 * part_75);
-        let part_78 = mul_add(-part_20, part_77, mul_add(-part_22, part_76, -part_19 * part_74));
-        let part_79 = mul_add(-part_6, part_78, mul_add(part_8, part_77, part_10 * part_76));
+        let part_75 = mul_add(-part_9, part_73, part_18 * part_74);
+        let part_76 = part_25 * mul_add(-part_23, part_75, mul_add(part_20, part_74,
+            -mul_add(c(2.057929418862539), d_free_fall_coupler_ghost0_z, part_11 * part_73)));
+        let part_77 = mul_add(-part_23, part_76, part_22 * part_75);
+        let part_78 = mul_add(-part_18, part_77, mul_add(-part_20, part_76, -part_17 * part_74));
+        let part_79 = mul_add(-part_6, part_78, mul_add(part_10, part_76, part_8 * part_77));
         let part_80 = mul_add(part_7, part_78, mul_add(part_9, part_77, mul_add(part_11, part_76,
             inverse_pivot_rocker_hinge * part_73)));
         let part_81 = mul_add(c(53461.2787670157), moment_above_coupler_ghost0_x,
             coupler_ghost0_part_5);
         let part_82 = part_7 * part_81;
-        let part_83 = mul_add(-part_9, part_81, part_20 * part_82);
-        let part_84 = part_27 * mul_add(-part_25, part_83, mul_add(part_22, part_82,
+        let part_83 = mul_add(-part_9, part_81, part_18 * part_82);
+        let part_84 = part_25 * mul_add(-part_23, part_83, mul_add(part_20, part_82,
             -mul_add(part_11, part_81, c(-22192.73849824641))));
-        let part_85 = mul_add(-part_25, part_84, part_24 * part_83);
-        let part_86 = mul_add(-part_20, part_85, mul_add(-part_22, part_84, -part_19 * part_82));
-        let part_87 = mul_add(-part_6, part_86, mul_add(part_8, part_85, part_10 * part_84));
+        let part_85 = mul_add(-part_23, part_84, part_22 * part_83);
+        let part_86 = mul_add(-part_18, part_85, mul_add(-part_20, part_84, -part_17 * part_82));
+        let part_87 = mul_add(-part_6, part_86, mul_add(part_10, part_84, part_8 * part_85));
         let part_88 = mul_add(part_7, part_86, mul_add(part_9, part_85, mul_add(part_11, part_84,
             inverse_pivot_rocker_hinge * part_81)));
         // coupler_ghost0
@@ -1496,14 +1475,14 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
             d_force_above_coupler_z_3, mul_add(c(0.534813), d_force_above_coupler_z_2,
             d_moment_own_coupler_x_3)));
         let part_92 = mul_add(-part_6, part_91, -v_coupler_z_by_crank_hinge * part_36
-            - coupler_part_2);
-        let part_93 = mul_add(part_20, part_92, -mul_add(part_8, part_91,
+            - coupler_part_3);
+        let part_93 = mul_add(part_18, part_92, -mul_add(part_8, part_91,
             mul_add(c(-14829.536919702783), part_89, part_90)));
-        let part_94 = part_27 * mul_add(-part_25, part_93, mul_add(part_22, part_92,
+        let part_94 = part_25 * mul_add(-part_23, part_93, mul_add(part_20, part_92,
             -mul_add(part_10, part_91, mul_add(c(-62931.65091583967), part_89, part_90))));
-        let part_95 = mul_add(-part_25, part_94, part_24 * part_93);
-        let part_96 = mul_add(-part_20, part_95, mul_add(-part_22, part_94, -part_19 * part_92));
-        let part_97 = mul_add(part_7, part_96, mul_add(part_9, part_95, part_11 * part_94));
+        let part_95 = mul_add(-part_23, part_94, part_22 * part_93);
+        let part_96 = mul_add(-part_18, part_95, mul_add(-part_20, part_94, -part_17 * part_92));
+        let part_97 = mul_add(part_7, part_96, mul_add(part_11, part_94, part_9 * part_95));
         let part_98 = mul_add(-part_6, part_96, mul_add(part_8, part_95, mul_add(part_10, part_94,
             inverse_pivot_crank_hinge * part_91)));
         let part_99 = d_moment_own_coupler_ghost0_x_3 - c(10.0);
@@ -1515,13 +1494,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
             d_moment_own_coupler_ghost0_x_3)));
         let part_102 = mul_add(part_7, part_101, mul_add(v_coupler_ghost0_z_by_rocker_hinge,
             part_37, coupler_ghost0_part_3));
-        let part_103 = mul_add(part_20, part_102, -mul_add(part_9, part_101, part_100));
-        let part_104 = part_27 * mul_add(-part_25, part_103, mul_add(part_22, part_102,
+        let part_103 = mul_add(part_18, part_102, -mul_add(part_9, part_101, part_100));
+        let part_104 = part_25 * mul_add(-part_23, part_103, mul_add(part_20, part_102,
             -mul_add(part_11, part_101, mul_add(c(221927.38498246408), part_99, part_100))));
-        let part_105 = mul_add(-part_25, part_104, part_24 * part_103);
-        let part_106 = mul_add(-part_20, part_105, mul_add(-part_22, part_104,
-            -part_19 * part_102));
-        let part_107 = mul_add(-part_6, part_106, mul_add(part_8, part_105, part_10 * part_104));
+        let part_105 = mul_add(-part_23, part_104, part_22 * part_103);
+        let part_106 = mul_add(-part_18, part_105, mul_add(-part_20, part_104,
+            -part_17 * part_102));
+        let part_107 = mul_add(-part_6, part_106, mul_add(part_10, part_104, part_8 * part_105));
         let part_108 = mul_add(part_7, part_106, mul_add(part_9, part_105, mul_add(part_11,
             part_104, inverse_pivot_rocker_hinge * part_101)));
         acceleration[0] = part_36;
@@ -1539,12 +1518,12 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         dq[8] = mul_add(-factor_coupler_crank_crank_hinge, part_56, mul_add(c(-14829.536919702783),
             part_53, mul_add(c(-62931.65091583967), part_52,
             d_free_fall_coupler_z * c(5.045705809041324))));
-        dq[9] = mul_add(-factor_coupler_crank_crank_hinge, part_79, mul_add(c(-14829.536919702783),
-            part_77, c(-62931.65091583967) * part_76));
+        dq[9] = mul_add(-factor_coupler_crank_crank_hinge, part_79, mul_add(c(-62931.65091583967),
+            part_76, c(-14829.536919702783) * part_77));
         dq[10] = mul_add(-factor_coupler_crank_crank_hinge, part_98, mul_add(c(-14829.536919702783),
             part_95, mul_add(c(-62931.65091583967), part_94, c(115875.76386003198) * part_89)));
-        dq[11] = mul_add(-factor_coupler_crank_crank_hinge, part_107,
-            mul_add(c(-14829.536919702783), part_105, c(-62931.65091583967) * part_104));
+        dq[11] = mul_add(-factor_coupler_crank_crank_hinge, part_107, mul_add(c(-62931.65091583967),
+            part_104, c(-14829.536919702783) * part_105));
         dq[12] = mul_add(-factor_coupler_rocker_rocker_hinge, part_55,
             c(221927.38498246408) * part_52);
         dq[13] = mul_add(-factor_coupler_rocker_rocker_hinge, part_80,
@@ -1564,13 +1543,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         du[7] = part_88;
         du[8] = mul_add(-factor_coupler_crank_crank_hinge, part_48, mul_add(c(-14829.536919702783),
             part_45, mul_add(c(-62931.65091583967), part_44,
-            coupler_part_3 * c(-5.045705809041324))));
-        du[9] = mul_add(-factor_coupler_crank_crank_hinge, part_63, mul_add(c(-14829.536919702783),
-            part_61, c(-62931.65091583967) * part_60));
+            coupler_part_4 * c(-5.045705809041324))));
+        du[9] = mul_add(-factor_coupler_crank_crank_hinge, part_63, mul_add(c(-62931.65091583967),
+            part_60, c(-14829.536919702783) * part_61));
         du[10] = mul_add(-factor_coupler_crank_crank_hinge, part_72, mul_add(c(-14829.536919702783),
             part_69, mul_add(c(-62931.65091583967), part_68, c(-11587.576386003198))));
-        du[11] = mul_add(-factor_coupler_crank_crank_hinge, part_87, mul_add(c(-14829.536919702783),
-            part_85, c(-62931.65091583967) * part_84));
+        du[11] = mul_add(-factor_coupler_crank_crank_hinge, part_87, mul_add(c(-62931.65091583967),
+            part_84, c(-14829.536919702783) * part_85));
         du[12] = mul_add(-factor_coupler_rocker_rocker_hinge, part_47,
             c(221927.38498246408) * part_44);
         du[13] = mul_add(-factor_coupler_rocker_rocker_hinge, part_64,
@@ -1585,7 +1564,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         dt[3] = c(0.0);
         margin[0] = S::min(S::min(S::min(inverse_pivot_crank_hinge, inverse_pivot_rocker_hinge),
             c(115875.76386003198)), c(534612.7876701569));
-        margin[1] = part_12 * part_17 * (part_18 * part_21) * (part_18 * part_26);
+        margin[1] = part_27;
         ::lamc_runtime::Margin {
             inverse_pivot: margin[0],
             conditioning: margin[1],

@@ -223,8 +223,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         // arm
         let kinetic_arm = u[0] * u[0] * c(6.141305006848456e-5);
         kinetic[0] = kinetic_arm;
-        potential[0] = mul_add(c(9.81), mul_add(c(-1.81241590968e-3), sin_hinge,
-            c(1.1060708461599998e-4)), q[0] * q[0] * c(3.8e-3));
+        potential[0] = mul_add(c(3.8e-3), q[0] * q[0], mul_add(c(-1.81241590968e-3), sin_hinge,
+            c(1.1060708461599998e-4)) * c(9.81));
         ::lamc_runtime::Energy {
             kinetic: kinetic[0],
             potential: potential[0],
@@ -247,8 +247,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
             - mul_add(c(1.167917774784309e-7), a[0], a[0] * c(1.2270930835949067e-4));
         let force_own_arm_y = mul_add(c(-1.81241590968e-3), omega_xx_arm,
             sin_hinge * c(-0.34228880128799993));
-        let force_own_arm_z = mul_add(c(-0.34228880128799993), cos_hinge,
-            c(1.81241590968e-3) * a[0]);
+        let force_own_arm_z = mul_add(c(1.81241590968e-3), a[0],
+            cos_hinge * c(-0.34228880128799993));
         let moment_own_arm_y = mul_add(c(-4.531021650040903e-5), a[0],
             -cos_hinge * c(-8.557185803319869e-3));
         let moment_own_arm_z = mul_add(c(-4.531021650040903e-5), omega_xx_arm,

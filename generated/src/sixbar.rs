@@ -20,15 +20,15 @@
 // Cost of one evaluation:
 //   equations: 472 operations: 204 add, 262 mul, 0 div, 6 sin_cos, 0 other
 //   closure: 269 operations: 123 add, 140 mul, 0 div, 6 sin_cos, 0 other
-//   poses: 210 operations: 94 add, 111 mul, 0 div, 5 sin_cos, 0 other
+//   poses: 208 operations: 92 add, 111 mul, 0 div, 5 sin_cos, 0 other
 //   points: 64 operations: 26 add, 35 mul, 0 div, 3 sin_cos, 0 other
 //   energy: 184 operations: 65 add, 113 mul, 0 div, 6 sin_cos, 0 other
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   reactions: 687 operations: 334 add, 347 mul, 0 div, 6 sin_cos, 0 other
 //   tangent: 787 operations: 345 add, 436 mul, 0 div, 6 sin_cos, 0 other
-//   acceleration: 689 operations: 281 add, 390 mul, 8 div, 6 sin_cos, 4 other
-//   projection: 620 operations: 251 add, 351 mul, 8 div, 6 sin_cos, 4 other
-//   jacobian: 2764 operations: 1249 add, 1497 mul, 8 div, 6 sin_cos, 4 other
+//   acceleration: 683 operations: 270 add, 392 mul, 8 div, 6 sin_cos, 7 other
+//   projection: 596 operations: 215 add, 360 mul, 8 div, 6 sin_cos, 7 other
+//   jacobian: 2732 operations: 1231 add, 1480 mul, 8 div, 6 sin_cos, 7 other
 
 /// Coordinates: one angle per joint.
 pub const N: usize = 6;
@@ -632,7 +632,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_z_west_x = sin_ground_west * c(0.7071067811865475);
         // south_east
         let south_east_part = cos_ground_east * c(-0.4999999999999999);
-        let across_south_east_x = c(0.4999999999999999) + south_east_part;
+        let across_south_east_x = south_east_part + c(0.4999999999999999);
         let south_east_part_2 = cos_ground_east * c(0.4999999999999999);
         let across_south_east_y = c(0.4999999999999999) + south_east_part_2;
         let axis_x_south_east_x = c(0.4999999999999999) - south_east_part;
@@ -673,12 +673,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_z_south_west_z = mul_add(-sin_west_south_west, across_south_west_z,
             cos_ground_west * cos_west_south_west);
         // south
-        let across_south_x = mul_add(c(0.4999998655490338), axis_y_south_east_x,
-            axis_x_south_east_x * c(0.8660254814097262));
-        let across_south_y = mul_add(c(0.4999998655490338), axis_y_south_east_y,
-            axis_x_south_east_y * c(0.8660254814097262));
-        let across_south_z = mul_add(c(0.4999998655490338), axis_y_south_east_z,
-            sin_ground_east * c(-0.6123724905851617));
+        let across_south_x = mul_add(c(0.8660254814097262), axis_x_south_east_x,
+            axis_y_south_east_x * c(0.4999998655490338));
+        let across_south_y = mul_add(c(0.8660254814097262), axis_x_south_east_y,
+            axis_y_south_east_y * c(0.4999998655490338));
+        let across_south_z = mul_add(c(-0.6123724905851617), sin_ground_east,
+            axis_y_south_east_z * c(0.4999998655490338));
         let axis_x_south_x = mul_add(c(-0.8660254814097262), axis_y_south_east_x,
             axis_x_south_east_x * c(0.4999998655490338));
         let axis_x_south_y = mul_add(c(-0.8660254814097262), axis_y_south_east_y,
@@ -788,8 +788,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         jacobian[19] = -mul_add(-axis_x_south_z, arm0_1_south_y, axis_x_south_y * arm0_1_south_z);
         jacobian[20] = mul_add(-axis_x_south_west_z, arm0_1_south_ghost0_y,
             axis_x_south_west_y * arm0_1_south_ghost0_z);
-        jacobian[21] = -mul_add(axis_z_east_x, arm0_1_south_y,
-            axis_x_south_east_y * arm0_1_south_z);
+        jacobian[21] = -mul_add(axis_x_south_east_y, arm0_1_south_z,
+            axis_z_east_x * arm0_1_south_y);
         jacobian[22] = -part;
         jacobian[23] = part_2;
         jacobian[24] = mul_add(-axis_x_south_ghost0_x, arm0_1_south_ghost0_z,
@@ -817,8 +817,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         jacobian[37] = -mul_add(-axis_x_south_z, arm0_2_south_y, axis_x_south_y * arm0_2_south_z);
         jacobian[38] = mul_add(-axis_x_south_west_z, arm0_2_south_ghost0_y,
             axis_x_south_west_y * arm0_2_south_ghost0_z);
-        jacobian[39] = -mul_add(axis_z_east_x, arm0_2_south_y,
-            axis_x_south_east_y * arm0_2_south_z);
+        jacobian[39] = -mul_add(axis_x_south_east_y, arm0_2_south_z,
+            axis_z_east_x * arm0_2_south_y);
         jacobian[40] = -part_3;
         jacobian[41] = part_4;
         jacobian[42] = mul_add(-axis_x_south_ghost0_x, arm0_2_south_ghost0_z,
@@ -861,7 +861,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_z_west_x = sin_ground_west * c(0.7071067811865475);
         // south_east
         let south_east_part = cos_ground_east * c(-0.4999999999999999);
-        let across_south_east_x = c(0.4999999999999999) + south_east_part;
+        let across_south_east_x = south_east_part + c(0.4999999999999999);
         let south_east_part_2 = cos_ground_east * c(0.4999999999999999);
         let across_south_east_y = c(0.4999999999999999) + south_east_part_2;
         let axis_x_south_east_x = c(0.4999999999999999) - south_east_part;
@@ -901,12 +901,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_z_south_west_z = mul_add(-sin_west_south_west, across_south_west_z,
             cos_ground_west * cos_west_south_west);
         // south
-        let across_south_x = mul_add(c(0.4999998655490338), axis_y_south_east_x,
-            axis_x_south_east_x * c(0.8660254814097262));
-        let across_south_y = mul_add(c(0.4999998655490338), axis_y_south_east_y,
-            axis_x_south_east_y * c(0.8660254814097262));
-        let across_south_z = mul_add(c(0.4999998655490338), axis_y_south_east_z,
-            sin_ground_east * c(-0.6123724905851617));
+        let across_south_x = mul_add(c(0.8660254814097262), axis_x_south_east_x,
+            axis_y_south_east_x * c(0.4999998655490338));
+        let across_south_y = mul_add(c(0.8660254814097262), axis_x_south_east_y,
+            axis_y_south_east_y * c(0.4999998655490338));
+        let across_south_z = mul_add(c(-0.6123724905851617), sin_ground_east,
+            axis_y_south_east_z * c(0.4999998655490338));
         let axis_x_south_x = mul_add(c(-0.8660254814097262), axis_y_south_east_x,
             axis_x_south_east_x * c(0.4999998655490338));
         let axis_x_south_y = mul_add(c(-0.8660254814097262), axis_y_south_east_y,
@@ -941,7 +941,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         poses[6] = part_4;
         poses[7] = part_4;
         poses[8] = cos_ground_west;
-        poses[9] = c(9.3319e-3) - c(0.019319199999999995) - part_5 - part_6;
+        poses[9] = c(-9.987299999999994e-3) - part_5 - part_6;
         poses[10] = c(-9.987300000000005e-3) - part_5 - part_6;
         poses[11] = mul_add(c(-3.075e-3), cos_ground_west, mul_add(c(-0.01412417511148881),
             sin_ground_west, c(3.075e-3)));
@@ -1026,8 +1026,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         poses[67] = axis_z_east_x;
         poses[68] = cos_ground_east;
         poses[69] = mul_add(c(-0.019319199999999995), cos_ground_east,
-            mul_add(c(-2.1743533521486336e-3), sin_ground_east, c(9.3319e-3)
-            + c(9.987299999999998e-3)));
+            mul_add(c(-2.1743533521486336e-3), sin_ground_east, c(0.019319199999999998)));
         poses[70] = mul_add(c(0.019319199999999995), cos_ground_east,
             mul_add(c(2.1743533521486336e-3), sin_ground_east, c(-0.0193192)));
         poses[71] = mul_add(c(-3.075e-3), cos_ground_east, mul_add(c(0.027321474654198295),
@@ -1047,7 +1046,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
         // south_east
         let south_east_part = cos_ground_east * c(-0.4999999999999999);
-        let across_south_east_x = c(0.4999999999999999) + south_east_part;
+        let across_south_east_x = south_east_part + c(0.4999999999999999);
         let south_east_part_2 = cos_ground_east * c(0.4999999999999999);
         let across_south_east_y = c(0.4999999999999999) + south_east_part_2;
         let axis_x_south_east_x = c(0.4999999999999999) - south_east_part;
@@ -1065,12 +1064,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             -south_east_part_4);
         let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east, -south_east_part_3);
         // south
-        let across_south_x = mul_add(c(0.4999998655490338), axis_y_south_east_x,
-            axis_x_south_east_x * c(0.8660254814097262));
-        let across_south_y = mul_add(c(0.4999998655490338), axis_y_south_east_y,
-            axis_x_south_east_y * c(0.8660254814097262));
-        let across_south_z = mul_add(c(0.4999998655490338), axis_y_south_east_z,
-            sin_ground_east * c(-0.6123724905851617));
+        let across_south_x = mul_add(c(0.8660254814097262), axis_x_south_east_x,
+            axis_y_south_east_x * c(0.4999998655490338));
+        let across_south_y = mul_add(c(0.8660254814097262), axis_x_south_east_y,
+            axis_y_south_east_y * c(0.4999998655490338));
+        let across_south_z = mul_add(c(-0.6123724905851617), sin_ground_east,
+            axis_y_south_east_z * c(0.4999998655490338));
         let axis_x_south_x = mul_add(c(-0.8660254814097262), axis_y_south_east_x,
             axis_x_south_east_x * c(0.4999998655490338));
         let axis_x_south_y = mul_add(c(-0.8660254814097262), axis_y_south_east_y,
@@ -1117,7 +1116,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let across_south_east = u[4] * c(0.7071067811865475);
         let carried_south_east_y = cos_south_east_east * across_south_east;
         let south_east_part = sin_south_east_east * across_south_east;
-        let omega_south_east_x = u[3] + across_south_east;
+        let omega_south_east_x = across_south_east + u[3];
         // south_ghost0
         let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
             south_west_part_2 * c(-0.7071071698144961));
@@ -1128,8 +1127,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let omega_south_ghost0_x = mul_add(c(-0.7071063925583853), south_west_part_2,
             mul_add(c(0.7071071698144961), omega_south_west_x, u[0]));
         // south
-        let across_south = mul_add(c(0.4999998655490338), carried_south_east_y,
-            omega_south_east_x * c(0.8660254814097262));
+        let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
+            carried_south_east_y * c(0.4999998655490338));
         let carried_south_y = mul_add(-sin_south_south_east, south_east_part,
             cos_south_south_east * across_south);
         let carried_south_z = mul_add(-sin_south_south_east, across_south,
@@ -1137,11 +1136,11 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let omega_south_x = mul_add(c(-0.8660254814097262), carried_south_east_y,
             mul_add(c(0.4999998655490338), omega_south_east_x, u[1]));
         // south_east
-        let south_east_part_2 = mul_add(omega_south_east_x, mul_add(c(7.2072789294646456e-6),
-            carried_south_east_y, omega_south_east_x * c(6.528386880865058e-6)),
-            mul_add(carried_south_east_y, mul_add(c(1.2623937521576779e-5), carried_south_east_y,
-            omega_south_east_x * c(7.2072789294646456e-6)),
-            south_east_part * south_east_part * c(1.9085552925721835e-5)));
+        let south_east_part_2 = mul_add(omega_south_east_x, mul_add(c(6.528386880865058e-6),
+            omega_south_east_x, carried_south_east_y * c(7.2072789294646456e-6)),
+            mul_add(c(1.9085552925721835e-5), south_east_part * south_east_part,
+            carried_south_east_y * mul_add(c(1.2623937521576779e-5), carried_south_east_y,
+            omega_south_east_x * c(7.2072789294646456e-6))));
         // south_west
         let south_west_part_4 = mul_add(omega_south_west_x, mul_add(c(5.7748035664558305e-6),
             south_west_part_2, omega_south_west_x * c(3.500911243495723e-6)),
@@ -1162,8 +1161,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_z_south_east_z = mul_add(-sin_south_east_east, axis_z_east_x,
             cos_ground_east * cos_south_east_east);
         // south
-        let across_south_z = mul_add(c(0.4999998655490338), axis_y_south_east_z,
-            sin_ground_east * c(-0.6123724905851617));
+        let across_south_z = mul_add(c(-0.6123724905851617), sin_ground_east,
+            c(0.4999998655490338) * axis_y_south_east_z);
         let axis_x_south_z = mul_add(c(-0.8660254814097262), axis_y_south_east_z,
             sin_ground_east * c(-0.3535532955220838));
         let axis_y_south_z = mul_add(cos_south_south_east, across_south_z,
@@ -1176,17 +1175,16 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_y_south_ghost0_z = mul_add(cos_south_west_south, across_south_ghost0_z,
             sin_south_west_south * axis_z_south_west_z);
         // south
-        let south_part = mul_add(omega_south_x, mul_add(c(6.64555505684884e-6), carried_south_y,
-            omega_south_x * c(5.589035390741692e-6)), mul_add(carried_south_y,
-            mul_add(c(1.3262745496786401e-5), carried_south_y,
-            omega_south_x * c(6.64555505684884e-6)),
-            carried_south_z * carried_south_z * c(1.8804327722141266e-5)));
+        let south_part = mul_add(omega_south_x, mul_add(c(5.589035390741692e-6), omega_south_x,
+            carried_south_y * c(6.64555505684884e-6)), mul_add(c(1.8804327722141266e-5),
+            carried_south_z * carried_south_z, carried_south_y * mul_add(c(1.3262745496786401e-5),
+            carried_south_y, omega_south_x * c(6.64555505684884e-6))));
         // south_ghost0
         let south_ghost0_part = mul_add(omega_south_ghost0_x, mul_add(c(-6.645589092322223e-6),
             carried_south_ghost0_y, omega_south_ghost0_x * c(5.5890943418685765e-6)),
-            mul_add(carried_south_ghost0_y, mul_add(c(-6.645589092322223e-6), omega_south_ghost0_x,
-            carried_south_ghost0_y * c(1.3262686545659517e-5)),
-            carried_south_ghost0_z * carried_south_ghost0_z * c(1.880432772214127e-5)));
+            mul_add(c(1.880432772214127e-5), carried_south_ghost0_z * carried_south_ghost0_z,
+            carried_south_ghost0_y * mul_add(c(-6.645589092322223e-6), omega_south_ghost0_x,
+            carried_south_ghost0_y * c(1.3262686545659517e-5))));
         // the whole mechanism
         let part = mul_add(c(0.5), south_part, mul_add(c(0.5), south_west_part_4, mul_add(c(0.5),
             south_east_part_2, mul_add(c(2.429264555308989e-6), u[5] * u[5],
@@ -2252,13 +2250,8 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             (sin_south_south_east, cos_south_south_east),
             (sin_south_west_south, cos_south_west_south),
         ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
-        // south
-        let moment_above_south_x = sin_south_south_east * c(0.06987460438879263);
-        let moment_above_south_y = sin_south_south_east * c(0.04034210718929068);
-        let moment_above_south_z = cos_south_south_east * c(-0.08068423607472835);
         // east
         let east_part = cos_ground_east * c(9.81);
-        let moment_own_east_x = -cos_ground_east * c(-4.625527205006544e-3);
         // west
         let west_part = cos_ground_west * c(9.81);
         // south_west
@@ -2281,11 +2274,15 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             -cos_west_south_west * west_part);
         let moment_own_south_west_y = -mul_add(c(1.2394283547934881e-5), south_west_part_5,
             gradient_x_south_west_z * c(2.6789051216394143e-8));
+        // south
+        let moment_above_south_x = sin_south_south_east * c(0.06987460438879263);
+        let moment_above_south_y = sin_south_south_east * c(0.04034210718929068);
+        let moment_above_south_z = cos_south_south_east * c(-0.08068423607472835);
         // south_east
         let across_south_east = u[4] * c(0.7071067811865475);
         let carried_south_east_y = cos_south_east_east * across_south_east;
         let south_east_part = sin_south_east_east * across_south_east;
-        let omega_south_east_x = u[3] + across_south_east;
+        let omega_south_east_x = across_south_east + u[3];
         let south_east_part_2 = south_east_part * u[3];
         let alpha_south_east_y = -south_east_part_2;
         let south_east_part_3 = carried_south_east_y * u[3];
@@ -2310,8 +2307,8 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let across_south_east_3 = mul_add(-sin_south_east_east, moment_above_south_z,
             cos_south_east_east * moment_above_south_y);
         // south
-        let across_south = mul_add(c(0.4999998655490338), carried_south_east_y,
-            omega_south_east_x * c(0.8660254814097262));
+        let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
+            carried_south_east_y * c(0.4999998655490338));
         let carried_south_y = mul_add(-sin_south_south_east, south_east_part,
             cos_south_south_east * across_south);
         let carried_south_z = mul_add(-sin_south_south_east, across_south,
@@ -2331,8 +2328,8 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let omega_xz_south = carried_south_z * omega_south_x;
         let omega_yz_south = carried_south_y * carried_south_z;
         let gradient_x_south_y = omega_xy_south - alpha_south_z;
-        let gradient_x_south_z = omega_xz_south + alpha_south_y;
-        let gradient_y_south_x = omega_xy_south + alpha_south_z;
+        let gradient_x_south_z = alpha_south_y + omega_xz_south;
+        let gradient_y_south_x = alpha_south_z + omega_xy_south;
         let gradient_y_south_z = south_part + omega_yz_south;
         let gradient_z_south_x = omega_xz_south - alpha_south_y;
         let gradient_z_south_y = omega_yz_south - south_part;
@@ -2345,8 +2342,8 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let south_part_2 = mul_add(c(2.3726582693412885e-8), gradient_x_south_z,
             gradient_z_south_y * c(6.64555505684884e-6));
         let moment_own_south_z = mul_add(c(5.565308808048279e-6), gradient_x_south_y,
-            mul_add(c(1.702501854199059e-4), free_fall_south_x,
-            c(6.64555505684884e-6) * (omega_yy_south - omega_xx_south)));
+            mul_add(c(6.64555505684884e-6), omega_yy_south - omega_xx_south,
+            free_fall_south_x * c(1.702501854199059e-4)));
         let moment_above_south_x_2 = cos_south_south_east * c(1.0297340444249026);
         let moment_above_south_y_2 = cos_south_south_east * c(0.594517014586693);
         let moment_above_south_z_2 = sin_south_south_east * c(1.18903434890702);
@@ -2377,8 +2374,8 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let omega_xz_south_ghost0 = carried_south_ghost0_z * omega_south_ghost0_x;
         let omega_yz_south_ghost0 = carried_south_ghost0_y * carried_south_ghost0_z;
         let gradient_x_south_ghost0_y = omega_xy_south_ghost0 - alpha_south_ghost0_z;
-        let gradient_x_south_ghost0_z = omega_xz_south_ghost0 + alpha_south_ghost0_y;
-        let gradient_y_south_ghost0_x = omega_xy_south_ghost0 + alpha_south_ghost0_z;
+        let gradient_x_south_ghost0_z = alpha_south_ghost0_y + omega_xz_south_ghost0;
+        let gradient_y_south_ghost0_x = alpha_south_ghost0_z + omega_xy_south_ghost0;
         let gradient_y_south_ghost0_z = omega_yz_south_ghost0 - alpha_south_ghost0_x;
         let gradient_z_south_ghost0_x = omega_xz_south_ghost0 - alpha_south_ghost0_y;
         let gradient_z_south_ghost0_y = alpha_south_ghost0_x + omega_yz_south_ghost0;
@@ -2447,14 +2444,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             bend_south_ghost0_2 + (c(2.6789051216394143e-8) + turned_yy_south_ghost0));
         let left_inertia_yz_south_west = mul_add(inertia_xy_south_west, south_west_part_7,
             c(0.7071071698144961) * shear_south_ghost0);
-        let twist_south_west = mul_add(sin_west_south_west, left_inertia_yy_south_west
-            + mul_add(south_ghost0_part_3, south_west_part_7, -(c(1.0093594897589384e-5)
-            + c(5.5653677591751645e-6) + bend_south_ghost0)),
-            left_inertia_yz_south_west * (cos_west_south_west * c(2.0)));
+        let twist_south_west = mul_add(left_inertia_yz_south_west, cos_west_south_west * c(2.0),
+            sin_west_south_west * (left_inertia_yy_south_west + mul_add(south_ghost0_part_3,
+            south_west_part_7, -(bend_south_ghost0 + c(1.565896265676455e-5)))));
         let turned_yy_south_west = mul_add(-sin_west_south_west, twist_south_west,
             left_inertia_yy_south_west);
         // south_east
-        let inertia_xx_south_east = c(1.6457652846433443e-5) + south_part_3;
+        let inertia_xx_south_east = south_part_3 + c(1.6457652846433443e-5);
         let inertia_xy_south_east = mul_add(c(0.4330126242669004), turned_yy_south,
             c(1.293994125217518e-5));
         let inverse_pivot_south_east = c(1.0) / inertia_xx_south_east;
@@ -2467,10 +2463,9 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             c(3.338573836000013e-8) + turned_yy_south - south_part_3);
         let left_inertia_yz_south_east = mul_add(-inertia_xy_south_east, moment_share_south_east_z,
             c(0.4999998655490338) * shear_south);
-        let twist_south_east = mul_add(sin_south_east_east, left_inertia_yy_south_east
-            + mul_add(inertia_xz_south, moment_share_south_east_z, -(c(1.6424267108073443e-5)
-            + c(5.565308808048279e-6) + bend_south)),
-            left_inertia_yz_south_east * (cos_south_east_east * c(2.0)));
+        let twist_south_east = mul_add(left_inertia_yz_south_east, cos_south_east_east * c(2.0),
+            sin_south_east_east * (left_inertia_yy_south_east + mul_add(inertia_xz_south,
+            moment_share_south_east_z, -(bend_south + c(2.198957591612172e-5)))));
         let turned_yy_south_east = mul_add(-sin_south_east_east, twist_south_east,
             left_inertia_yy_south_east);
         // east
@@ -2499,24 +2494,25 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             south_west_part_2 * south_west_part_2), -sin_ground_west * c(-2.9906177176792508e-3))));
         let moment_load_south_west_z = south_west_part_9 + mul_add(-moment_above_south_ghost0_z,
             reduced_south_ghost0, cos_south_west_south * moment_own_south_ghost0_z);
-        let south_west_part_10 = mul_add(c(3.520149320482795e-4), free_fall_south_west_z,
-            mul_add(c(-2.6789051216394143e-8), south_west_part_5, torque_south_west
-            + -c(0.7071071698144961) * torque_south_ghost0)) - mul_add(c(1.2394283547934881e-5),
-            gradient_z_south_west_x, south_west_part_5 * c(-1.0093594897589384e-5));
+        let south_west_part_10 = mul_add(south_ghost0_part_2, reduced_south_ghost0,
+            mul_add(c(3.520149320482795e-4), free_fall_south_west_z,
+            mul_add(c(-2.6789051216394143e-8), south_west_part_5, mul_add(c(-0.7071071698144961),
+            torque_south_ghost0, torque_south_west))) - mul_add(c(-1.0093594897589384e-5),
+            south_west_part_5, gradient_z_south_west_x * c(1.2394283547934881e-5)));
         let reduced_south_west = mul_add(c(-0.7071063925583853), across_south_ghost0_4,
-            mul_add(south_ghost0_part_2, reduced_south_ghost0, south_west_part_10));
+            south_west_part_10);
         let across_south_west_6 = mul_add(-sin_west_south_west, moment_load_south_west_z,
             cos_west_south_west * moment_load_south_west_y);
         // west
-        let west_part_2 = mul_add(south_west_part_8, reduced_south_west,
-            mul_add(c(-6.332769027236974e-3), cos_ground_west, mul_add(c(-3.5e-6), u[5],
-            -q[5] * c(0.0114)) + -c(0.4999993895786978) * torque_south_west));
-        let reduced_west = mul_add(c(-0.8660257562110547), across_south_west_6, west_part_2);
+        let reduced_west = mul_add(c(-0.8660257562110547), across_south_west_6,
+            mul_add(south_west_part_8, reduced_south_west, mul_add(c(-6.332769027236974e-3),
+            cos_ground_west, mul_add(c(-0.4999993895786978), torque_south_west, mul_add(c(-3.5e-6),
+            u[5], -q[5] * c(0.0114))))));
         // south
         let across_south_4 = mul_add(-sin_south_south_east, moment_own_south_z,
             -cos_south_south_east * south_part_2);
-        let reduced_south = mul_add(c(2.3726582693412885e-8), gradient_y_south_z,
-            -free_fall_south_z * c(1.702501854199059e-4)) + mul_add(c(6.64555505684884e-6),
+        let reduced_south = mul_add(c(-1.702501854199059e-4), free_fall_south_z,
+            gradient_y_south_z * c(2.3726582693412885e-8)) + mul_add(c(6.64555505684884e-6),
             gradient_z_south_x, mul_add(c(-5.565308808048279e-6), gradient_z_south_y,
             torque_south));
         // south_east
@@ -2524,25 +2520,25 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             mul_add(-moment_above_south_y_2, reduced_south, mul_add(c(-3.338573836000013e-8),
             gradient_x_south_east_z, mul_add(c(1.293994125217518e-5), south_east_part_5,
             c(0.8660254814097262) * torque_south))));
-        let south_east_part_6 = mul_add(-sin_south_south_east, south_part_2,
-            mul_add(c(1.6424267108073443e-5), gradient_x_south_east_y,
-            sin_ground_east * c(3.285114235562457e-3))
-            - -c(1.293994125217518e-5) * mul_add(-omega_south_east_x, omega_south_east_x,
-            carried_south_east_y * carried_south_east_y));
-        let moment_load_south_east_z_3 = south_east_part_6 + mul_add(-moment_above_south_z_2,
-            reduced_south, cos_south_south_east * moment_own_south_z);
-        let south_east_part_7 = mul_add(c(1.6424267108073443e-5), south_east_part_5,
-            gradient_z_south_east_x * c(1.293994125217518e-5)) + (mul_add(c(-3.338573836000013e-8),
-            south_east_part_5, mul_add(c(-0.4999998655490338), torque_south, torque_south_east))
-            + -free_fall_south_east_z * c(4.7358339509453106e-4));
-        let reduced_south_east = mul_add(c(0.8660254814097262), across_south_4,
-            mul_add(-moment_above_south_x_2, reduced_south, south_east_part_7));
+        let moment_load_south_east_z_3 = mul_add(-sin_south_south_east, south_part_2,
+            mul_add(c(1.293994125217518e-5), mul_add(-omega_south_east_x, omega_south_east_x,
+            carried_south_east_y * carried_south_east_y), mul_add(c(1.6424267108073443e-5),
+            gradient_x_south_east_y, sin_ground_east * c(3.285114235562457e-3))))
+            + mul_add(-moment_above_south_z_2, reduced_south,
+            cos_south_south_east * moment_own_south_z);
+        let south_east_part_6 = mul_add(-moment_above_south_x_2, reduced_south,
+            mul_add(c(1.6424267108073443e-5), south_east_part_5,
+            gradient_z_south_east_x * c(1.293994125217518e-5)) + mul_add(c(-4.7358339509453106e-4),
+            free_fall_south_east_z, mul_add(c(-3.338573836000013e-8), south_east_part_5,
+            mul_add(c(-0.4999998655490338), torque_south, torque_south_east))));
+        let reduced_south_east = mul_add(c(0.8660254814097262), across_south_4, south_east_part_6);
         let across_south_east_7 = mul_add(-sin_south_east_east, moment_load_south_east_z_3,
             cos_south_east_east * moment_load_south_east_y_3);
         // east
         let reduced_east = mul_add(c(0.7071067811865475), across_south_east_7,
-            mul_add(-moment_above_south_east_x, reduced_south_east, mul_add(c(-0.7071067811865475),
-            torque_south_east, mul_add(c(-3.5e-6), u[4], -q[4] * c(0.0114))) + moment_own_east_x));
+            mul_add(-moment_above_south_east_x, reduced_south_east, mul_add(c(4.625527205006544e-3),
+            cos_ground_east, mul_add(c(-0.7071067811865475), torque_south_east, mul_add(c(-3.5e-6),
+            u[4], -q[4] * c(0.0114))))));
         // west
         let moment_load_west_x = mul_add(-south_west_part_8, south_ghost0_part_4,
             moment_above_south_west_x_2);
@@ -2590,18 +2586,20 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_17 = mul_add(moment_load_west_x_3, part_12, mul_add(moment_load_east_x_3, part_11,
             mul_add(moment_load_south_east_x_2, part_10, mul_add(south_west_part_6, part_9,
             c(1455.9516904983989)))));
-        let part_18 = c(1.0) / (part_17 + (part_13 + part_15));
-        let part_19 = c(2.0) * part_18;
-        let part_20 = c(1.0) / part_13;
-        let part_21 = part_14 * part_20;
-        let part_22 = mul_add(-part_14, part_21, part_15);
-        let part_23 = part_16 * part_20;
-        let part_24 = mul_add(-part_14, part_23, mul_add(moment_load_west_x_2, part_12,
+        let part_18 = c(1.0) / part_13;
+        let part_19 = part_14 * part_18;
+        let part_20 = mul_add(-part_14, part_19, part_15);
+        let part_21 = part_16 * part_18;
+        let part_22 = mul_add(-part_14, part_21, mul_add(moment_load_west_x_2, part_12,
             mul_add(moment_load_east_x_2, part_11, mul_add(moment_load_south_east_x, part_10,
             mul_add(south_ghost0_part_5, part_9, c(-504.3607884001874))))));
-        let part_25 = c(1.0) / part_22;
-        let part_26 = part_24 * part_25;
-        let part_27 = mul_add(-part_24, part_26, mul_add(-part_16, part_23, part_17));
+        let part_23 = c(1.0) / part_20;
+        let part_24 = part_22 * part_23;
+        let part_25 = mul_add(-part_22, part_24, mul_add(-part_16, part_21, part_17));
+        let part_26 = part_17 + (part_13 + part_15);
+        let part_27 = S::min(part_26, S::min(S::min(part_13, part_15), part_17) * c(100.0)) *
+            (part_13 * part_20 * part_25 * c(0.4444444444444444)) / (part_26 * (part_17 * (part_13 *
+            part_15)));
         let part_28 = mul_add(c(-0.5000002689018962), mul_add(c(0.06987458559937648), omega_xx_south
             + omega_zz_south, gradient_y_south_x * c(0.04034213973350825)),
             mul_add(c(-0.8660252485338008), mul_add(c(-0.06987458559937648), gradient_x_south_y,
@@ -2611,19 +2609,19 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             mul_add(reduced_south_east, part_2, mul_add(-reduced_south_west, part, part_28))));
         let part_30 = mul_add(-reduced_south_east, part_6, mul_add(reduced_south_west, part_5,
             mul_add(c(-12502.083224437016), reduced_south, mul_add(c(0.04034213973350825),
-            gradient_z_south_x, -mul_add(c(0.08068423607472835), gradient_z_south_ghost0_x,
-            gradient_z_south_y * c(0.06987458559937648))))));
-        let part_31 = mul_add(part_21, part_29, mul_add(-reduced_west, part_8,
+            gradient_z_south_x, -mul_add(c(0.06987458559937648), gradient_z_south_y,
+            gradient_z_south_ghost0_x * c(0.08068423607472835))))));
+        let part_31 = mul_add(part_19, part_29, mul_add(-reduced_west, part_8,
             mul_add(-reduced_east, part_7, part_30)));
         let part_32 = mul_add(reduced_south_west, part_9, mul_add(c(7218.08629094307),
             reduced_south, mul_add(c(-14436.012552214956), reduced_south_ghost0,
             mul_add(c(0.0698745855993765), gradient_z_south_x, mul_add(c(-0.08068423607472835),
             gradient_z_south_ghost0_y, gradient_z_south_y * c(0.040342139733508246))))));
-        let part_33 = c(1.0) / part_27 * mul_add(-part_26, part_31, mul_add(part_23, part_29,
+        let part_33 = c(1.0) / part_25 * mul_add(-part_24, part_31, mul_add(part_21, part_29,
             mul_add(-reduced_west, part_12, mul_add(-reduced_east, part_11,
             mul_add(-reduced_south_east, part_10, part_32)))));
-        let part_34 = mul_add(-part_26, part_33, part_25 * part_31);
-        let part_35 = mul_add(-part_21, part_34, mul_add(-part_23, part_33, -part_20 * part_29));
+        let part_34 = mul_add(-part_24, part_33, part_23 * part_31);
+        let part_35 = mul_add(-part_19, part_34, mul_add(-part_21, part_33, -part_18 * part_29));
         let part_36 = mul_add(part_3, part_35, mul_add(part_7, part_34, mul_add(part_11, part_33,
             inverse_pivot_east * reduced_east)));
         let part_37 = mul_add(part_4, part_35, mul_add(part_8, part_34, mul_add(part_12, part_33,
@@ -2637,16 +2635,16 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         // south_west
         let south_west_part_11 = c(0.8660257562110547) * part_37;
         let south_west_part_12 = cos_west_south_west * south_west_part_11;
-        let along_hinge_south_west = mul_add(south_west_part_8, part_37, mul_add(-part_5, part_34,
-            mul_add(-part_9, part_33, inverse_pivot_south_west * reduced_south_west))
-            + -part * part_35);
+        let along_hinge_south_west = mul_add(south_west_part_8, part_37, mul_add(-part, part_35,
+            mul_add(-part_5, part_34, mul_add(-part_9, part_33,
+            inverse_pivot_south_west * reduced_south_west))));
         // the whole mechanism
         let part_38 = mul_add(c(-0.7071071698144961), along_hinge_south_west,
             mul_add(c(14436.012552214956), part_33, c(178919.86408403952) * reduced_south_ghost0))
             + mul_add(c(0.7071063925583853), south_west_part_12,
-            moment_above_south_ghost0_y * south_west_part_12) - mul_add(moment_above_south_ghost0_z,
-            sin_west_south_west * south_west_part_11,
-            -south_ghost0_part_2 * along_hinge_south_west);
+            moment_above_south_ghost0_y * south_west_part_12) - mul_add(-south_ghost0_part_2,
+            along_hinge_south_west,
+            moment_above_south_ghost0_z * (sin_west_south_west * south_west_part_11));
         let part_39 = mul_add(c(-0.4999998655490338), along_hinge_south_east,
             mul_add(c(12502.083224437016), part_34, mul_add(c(-7218.08629094307), part_33,
             c(178921.751266151) * reduced_south))) + mul_add(-moment_above_south_x_2,
@@ -2660,7 +2658,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         acceleration[5] = part_37;
         margin[0] = S::min(S::min(S::min(S::min(c(178919.86408403952), inverse_pivot_south_west),
             inverse_pivot_south_east), inverse_pivot_east), inverse_pivot_west);
-        margin[1] = part_13 * part_18 * (part_19 * part_22) * (part_19 * part_27);
+        margin[1] = part_27;
         ::lamc_runtime::Margin {
             inverse_pivot: margin[0],
             conditioning: margin[1],
@@ -2707,16 +2705,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let across_south_east = u[4] * c(0.7071067811865475);
         let carried_south_east_y = cos_south_east_east * across_south_east;
         let south_east_part = sin_south_east_east * across_south_east;
-        let omega_south_east_x = u[3] + across_south_east;
-        // south
-        let across_south = mul_add(c(0.4999998655490338), carried_south_east_y,
-            omega_south_east_x * c(0.8660254814097262));
-        let carried_south_y = mul_add(-sin_south_south_east, south_east_part,
-            cos_south_south_east * across_south);
-        let carried_south_z = mul_add(-sin_south_south_east, across_south,
-            -cos_south_south_east * south_east_part);
-        let omega_south_x = mul_add(c(-0.8660254814097262), carried_south_east_y,
-            mul_add(c(0.4999998655490338), omega_south_east_x, u[1]));
+        let omega_south_east_x = across_south_east + u[3];
         // south_ghost0
         let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
             south_west_part_2 * c(-0.7071071698144961));
@@ -2726,50 +2715,66 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             cos_south_west_south * south_west_part_3);
         let omega_south_ghost0_x = mul_add(c(-0.7071063925583853), south_west_part_2,
             mul_add(c(0.7071071698144961), omega_south_west_x, u[0]));
-        let moment_above_south_ghost0_x = mul_add(c(4.699138529497321e-6), cos_south_west_south,
-            c(3.952088681904903e-6));
-        let moment_above_south_ghost0_y = mul_add(c(-4.699143694822053e-6), cos_south_west_south,
-            c(3.952084337747171e-6));
-        let turned_xz_south_ghost0 = sin_south_west_south * c(6.645589092322223e-6);
+        // south
+        let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
+            carried_south_east_y * c(0.4999998655490338));
+        let carried_south_y = mul_add(-sin_south_south_east, south_east_part,
+            cos_south_south_east * across_south);
+        let carried_south_z = mul_add(-sin_south_south_east, across_south,
+            -cos_south_south_east * south_east_part);
+        let omega_south_x = mul_add(c(-0.8660254814097262), carried_south_east_y,
+            mul_add(c(0.4999998655490338), omega_south_east_x, u[1]));
         // east
         let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
         // west
         let axis_z_west_x = sin_ground_west * c(0.7071067811865475);
-        // loop 0
-        let closure0_0_west_south_west = sin_south_west_south * c(0.057052339107130284);
-        let loop0_part = sin_south_south_east * c(-0.06987460438879263);
-        // south_east
-        let south_east_part_2 = sin_south_east_east * c(0.7071067811865475);
-        // south_west
-        let carried_south_west_z_by_ground_west = sin_west_south_west * c(0.8660257562110547);
-        // south
-        let moment_above_south_x = mul_add(c(5.755220017342357e-6), cos_south_south_east,
-            c(2.7945169439196375e-6));
-        let moment_above_south_y = mul_add(c(3.3227766349231214e-6), cos_south_south_east,
-            c(-4.840247064883071e-6));
-        let moment_above_south_z = sin_south_south_east * c(6.64555505684884e-6);
         // south_ghost0
-        let carried_south_ghost0_x_by_ground_west = mul_add(c(-0.6123723483370465),
-            cos_west_south_west, c(0.35355315327396863));
+        let south_ghost0_part = sin_south_west_south * c(-0.057052339107130284);
+        let moment_above_south_ghost0_y = sin_south_west_south * c(-0.05705240181944582);
+        let moment_above_south_ghost0_z = cos_south_west_south * c(0.08068423607472834);
+        // south
+        let moment_above_south_x = sin_south_south_east * c(0.06987460438879263);
+        let moment_above_south_y = sin_south_south_east * c(0.04034210718929068);
+        let moment_above_south_z = cos_south_south_east * c(-0.08068423607472835);
+        // south_ghost0
+        let south_ghost0_part_2 = cos_south_west_south * c(-0.8407692270097341);
+        let moment_above_south_ghost0_y_2 = cos_south_west_south * c(-0.8407701511889332);
+        let moment_above_south_ghost0_z_2 = sin_south_west_south * c(-1.189027897156668);
+        let twist_south_ghost0 = sin_south_west_south * c(-1.3443432000292933e-5);
+        let bend_south_ghost0 = sin_south_west_south * twist_south_ghost0;
+        let shear_south_ghost0 = cos_south_west_south * twist_south_ghost0;
+        let turned_yy_south_ghost0 = c(-7.878064241117769e-6) - bend_south_ghost0;
+        let bend_south_ghost0_2 = turned_yy_south_ghost0 * c(-0.4999994503969332);
+        let south_ghost0_part_3 = c(0.7071063925583853) * shear_south_ghost0;
+        // south
+        let moment_above_south_x_2 = cos_south_south_east * c(1.0297340444249026);
+        let moment_above_south_y_2 = cos_south_south_east * c(0.594517014586693);
+        let moment_above_south_z_2 = sin_south_south_east * c(1.18903434890702);
+        let twist_south = sin_south_south_east * c(-1.344337545550088e-5);
+        let bend_south = sin_south_south_east * twist_south;
+        let shear_south = cos_south_south_east * twist_south;
+        let turned_yy_south = c(-7.878066647452602e-6) - bend_south;
+        let south_part = turned_yy_south * c(0.750000134450948);
+        let inertia_xz_south = c(0.8660254814097262) * shear_south;
         // south_east
-        let south_east_part_3 = cos_ground_east * c(-0.4999999999999999);
-        let across_south_east_x = c(0.4999999999999999) + south_east_part_3;
-        let south_east_part_4 = cos_ground_east * c(0.4999999999999999);
-        let across_south_east_y = c(0.4999999999999999) + south_east_part_4;
-        let axis_x_south_east_x = c(0.4999999999999999) - south_east_part_3;
-        let axis_x_south_east_y = c(0.4999999999999999) - south_east_part_4;
-        let south_east_part_5 = sin_south_east_east * axis_z_east_x;
+        let south_east_part_2 = cos_ground_east * c(-0.4999999999999999);
+        let across_south_east_x = south_east_part_2 + c(0.4999999999999999);
+        let south_east_part_3 = cos_ground_east * c(0.4999999999999999);
+        let across_south_east_y = c(0.4999999999999999) + south_east_part_3;
+        let axis_x_south_east_x = c(0.4999999999999999) - south_east_part_2;
+        let axis_x_south_east_y = c(0.4999999999999999) - south_east_part_3;
+        let south_east_part_4 = sin_south_east_east * axis_z_east_x;
         let axis_y_south_east_x = mul_add(cos_south_east_east, across_south_east_x,
-            south_east_part_5);
+            south_east_part_4);
         let axis_y_south_east_y = mul_add(cos_south_east_east, across_south_east_y,
-            -south_east_part_5);
-        let south_east_part_6 = cos_south_east_east * axis_z_east_x;
-        let axis_y_south_east_z = mul_add(cos_ground_east, sin_south_east_east, south_east_part_6);
+            -south_east_part_4);
+        let south_east_part_5 = cos_south_east_east * axis_z_east_x;
+        let axis_y_south_east_z = mul_add(cos_ground_east, sin_south_east_east, south_east_part_5);
         let axis_z_south_east_x = mul_add(-sin_south_east_east, across_south_east_x,
-            south_east_part_6);
+            south_east_part_5);
         let axis_z_south_east_y = mul_add(-sin_south_east_east, across_south_east_y,
-            -south_east_part_6);
-        let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east, -south_east_part_5);
+            -south_east_part_5);
+        let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east, -south_east_part_4);
         // south_west
         let south_west_part_4 = cos_ground_west * c(-0.35355295896023153);
         let across_south_west_x = c(0.6123726848990445) + south_west_part_4;
@@ -2792,60 +2797,25 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             south_west_part_7);
         let axis_z_south_west_z = mul_add(-sin_west_south_west, across_south_west_z,
             cos_ground_west * cos_west_south_west);
-        // south
-        let across_south_by_ground_east = mul_add(c(0.3535532955220838), cos_south_east_east,
-            c(0.6123724905851617));
-        let carried_south_z_by_ground_east = mul_add(-sin_south_south_east,
-            across_south_by_ground_east, -cos_south_south_east * south_east_part_2);
-        // south_ghost0
-        let across_south_ghost0_by_ground_west = mul_add(c(-0.6123730214608576),
-            cos_west_south_west, c(-0.3535527646463877));
-        let carried_south_ghost0_z_by_ground_west = mul_add(-sin_south_west_south,
-            across_south_ghost0_by_ground_west,
-            cos_south_west_south * carried_south_west_z_by_ground_west);
-        // loop 0
-        let loop0_part_2 = cos_south_west_south * c(-0.0570523391071303);
-        // south
-        let carried_south_y_by_ground_east = mul_add(-sin_south_south_east, south_east_part_2,
-            cos_south_south_east * across_south_by_ground_east);
-        let carried_south_x_by_ground_east = mul_add(c(-0.6123724905851617), cos_south_east_east,
-            c(0.3535532955220838));
-        // south_ghost0
-        let carried_south_ghost0_y_by_ground_west = mul_add(cos_south_west_south,
-            across_south_ghost0_by_ground_west,
-            sin_south_west_south * carried_south_west_z_by_ground_west);
-        let twist_south_ghost0 = sin_south_west_south * c(5.541641176481752e-6);
-        let bend_south_ghost0 = sin_south_west_south * twist_south_ghost0;
-        let shear_south_ghost0 = cos_south_west_south * twist_south_ghost0;
-        let turned_yy_south_ghost0 = c(5.5653677591751645e-6) - bend_south_ghost0;
-        let twist_south_ghost0_2 = mul_add(c(-0.7071063925583853), turned_yy_south_ghost0,
-            cos_south_west_south * c(9.398287389644106e-6));
-        let bend_south_ghost0_2 = c(0.7071063925583853) * twist_south_ghost0_2;
-        // south
-        let twist_south = sin_south_south_east * c(5.541582225354866e-6);
-        let bend_south = sin_south_south_east * twist_south;
-        let shear_south = cos_south_south_east * twist_south;
-        let turned_yy_south = c(5.565308808048279e-6) - bend_south;
-        let twist_south_2 = mul_add(c(0.8660254814097262), turned_yy_south,
-            cos_south_south_east * c(-6.645553269846243e-6));
-        let south_part = c(0.8660254814097262) * twist_south_2;
-        // south_west
-        let across_south_west = mul_add(cos_west_south_west, moment_above_south_ghost0_y,
-            sin_west_south_west * turned_xz_south_ghost0);
-        let moment_above_south_west_x = mul_add(c(-0.8660257562110547), across_south_west,
-            c(0.4999993895786978) * moment_above_south_ghost0_x);
+        let south_west_part_8 = cos_south_west_south * c(0.06783682279642027);
+        let across_south_west = mul_add(-cos_west_south_west,
+            cos_south_west_south * c(-0.06783689736311294),
+            sin_west_south_west * (sin_south_west_south * c(-0.09593580755362642)));
+        let moment_above_south_west_x = -c(0.8660257562110547) * across_south_west;
         // south_east
         let across_south_east_2 = mul_add(-sin_south_east_east, moment_above_south_z,
             cos_south_east_east * moment_above_south_y);
-        let moment_above_south_east_x = mul_add(c(0.7071067811865475), across_south_east_2,
-            c(0.7071067811865475) * moment_above_south_x);
+        // south_west
+        let across_south_west_2 = mul_add(-sin_west_south_west, moment_above_south_ghost0_z,
+            cos_west_south_west * moment_above_south_ghost0_y);
+        let moment_above_south_west_x_2 = -c(0.8660257562110547) * across_south_west_2;
         // south
-        let across_south_x = mul_add(c(0.4999998655490338), axis_y_south_east_x,
-            c(0.8660254814097262) * axis_x_south_east_x);
-        let across_south_y = mul_add(c(0.4999998655490338), axis_y_south_east_y,
-            c(0.8660254814097262) * axis_x_south_east_y);
-        let across_south_z = mul_add(c(0.4999998655490338), axis_y_south_east_z,
-            sin_ground_east * c(-0.6123724905851617));
+        let across_south_x = mul_add(c(0.8660254814097262), axis_x_south_east_x,
+            c(0.4999998655490338) * axis_y_south_east_x);
+        let across_south_y = mul_add(c(0.8660254814097262), axis_x_south_east_y,
+            c(0.4999998655490338) * axis_y_south_east_y);
+        let across_south_z = mul_add(c(-0.6123724905851617), sin_ground_east,
+            c(0.4999998655490338) * axis_y_south_east_z);
         let axis_x_south_x = mul_add(c(-0.8660254814097262), axis_y_south_east_x,
             c(0.4999998655490338) * axis_x_south_east_x);
         let axis_x_south_y = mul_add(c(-0.8660254814097262), axis_y_south_east_y,
@@ -2883,187 +2853,218 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             cos_south_west_south * axis_z_south_west_y);
         let axis_z_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_z,
             cos_south_west_south * axis_z_south_west_z);
+        let south_ghost0_part_4 = cos_south_west_south * c(-0.0570523391071303);
+        let moment_above_south_ghost0_y_3 = cos_south_west_south * c(-0.05705240181944583);
         // south_west
-        let second_moment_xy_south_west = mul_add(c(0.7071071698144961), twist_south_ghost0_2,
-            mul_add(c(-6.645589092322223e-6), cos_south_west_south, c(1.2394283547934881e-5)));
-        let second_moment_xz_south_west = mul_add(c(-0.7071063925583853), shear_south_ghost0,
-            sin_south_west_south * c(4.699143694822053e-6));
-        let second_moment_yy_south_west = c(1.0093594897589384e-5) + turned_yy_south_ghost0
-            + bend_south_ghost0_2;
-        let second_moment_yz_south_west = mul_add(c(0.7071071698144961), shear_south_ghost0,
-            sin_south_west_south * c(4.699138529497321e-6));
-        let second_moment_zz_south_west = c(5.0515633909806605e-8) + bend_south_ghost0;
-        let mass_west_south_west_west_south_west = second_moment_zz_south_west
-            + second_moment_yy_south_west;
-        let south_west_part_8 = sin_west_south_west * second_moment_xz_south_west;
-        let south_west_part_9 = cos_west_south_west * second_moment_xy_south_west;
-        let across_south_west_2 = south_west_part_8 - south_west_part_9;
-        let twist_south_west = mul_add(sin_west_south_west, second_moment_yy_south_west
-            - second_moment_zz_south_west,
-            second_moment_yz_south_west * (cos_west_south_west * c(2.0)));
-        let bend_south_west = sin_west_south_west * twist_south_west;
-        let turned_xy_south_west = south_west_part_9 - south_west_part_8;
-        let turned_yy_south_west = second_moment_yy_south_west - bend_south_west;
-        let twist_south_west_2 = mul_add(c(0.8660257562110547), -bend_south_ghost0_2
-            - turned_yy_south_west, turned_xy_south_west * c(0.9999987791573955));
+        let across_south_west_3 = mul_add(cos_west_south_west, moment_above_south_ghost0_y_3,
+            sin_west_south_west * (sin_south_west_south * c(0.08068423607472835)));
+        let moment_above_south_west_x_3 = -c(0.8660257562110547) * across_south_west_3;
         // south_east
-        let second_moment_xy_south_east = mul_add(c(0.4999998655490338), twist_south_2,
-            mul_add(c(6.64555505684884e-6), cos_south_south_east, c(-1.293994125217518e-5)));
-        let second_moment_xz_south_east = mul_add(c(0.8660254814097262), shear_south,
-            sin_south_south_east * c(-3.3227766349231214e-6));
-        let second_moment_yy_south_east = c(1.6424267108073443e-5) + turned_yy_south - south_part;
-        let second_moment_yz_south_east = mul_add(c(5.755220017342357e-6), sin_south_south_east,
+        let moment_load_south_east_x = mul_add(c(-0.07195223963176), cos_south_south_east,
+            cos_south_south_east * c(0.03493732098380993));
+        let moment_load_south_east_y = mul_add(c(-0.04154163002602364), cos_south_south_east,
+            cos_south_south_east * c(0.02017106444271446));
+        let moment_load_south_east_z = mul_add(c(-0.08308328239330245), sin_south_south_east,
+            sin_south_south_east * c(0.04034213973350825));
+        let across_south_east_3 = mul_add(-sin_south_east_east, moment_load_south_east_z,
+            cos_south_east_east * moment_load_south_east_y);
+        let moment_load_south_east_x_2 = mul_add(c(0.041541674708540005), cos_south_south_east,
+            cos_south_south_east * c(0.060513171632005154));
+        let moment_load_south_east_y_2 = mul_add(c(0.02398408847640453), cos_south_south_east,
+            cos_south_south_east * c(0.0349372834049827));
+        let moment_load_south_east_z_2 = mul_add(c(0.047968189851548), sin_south_south_east,
+            sin_south_south_east * c(0.0698745855993765));
+        let across_south_east_4 = mul_add(-sin_south_east_east, moment_load_south_east_z_2,
+            cos_south_east_east * moment_load_south_east_y_2);
+        // south_west
+        let inertia_xx_south_west = c(1.0120383948805778e-5) - bend_south_ghost0_2;
+        let inertia_xy_south_west = mul_add(c(-0.49999999999969785), turned_yy_south_ghost0,
+            c(-1.2394283547934881e-5));
+        let inverse_pivot_south_west = c(1.0) / inertia_xx_south_west;
+        let moment_share_south_west_y = inertia_xy_south_west * inverse_pivot_south_west;
+        let south_west_part_9 = south_ghost0_part_3 * inverse_pivot_south_west;
+        let across_south_west_4 = mul_add(cos_west_south_west, moment_share_south_west_y,
+            sin_west_south_west * south_west_part_9);
+        let south_west_part_10 = c(0.8660257562110547) * across_south_west_4;
+        let left_inertia_yy_south_west = mul_add(-inertia_xy_south_west, moment_share_south_west_y,
+            bend_south_ghost0_2 + (turned_yy_south_ghost0 + c(2.6789051216394143e-8)));
+        let left_inertia_yz_south_west = mul_add(inertia_xy_south_west, south_west_part_9,
+            c(0.7071071698144961) * shear_south_ghost0);
+        let twist_south_west = mul_add(left_inertia_yz_south_west, cos_west_south_west * c(2.0),
+            sin_west_south_west * (left_inertia_yy_south_west + mul_add(south_ghost0_part_3,
+            south_west_part_9, -(bend_south_ghost0 + c(1.565896265676455e-5)))));
+        let turned_yy_south_west = mul_add(-sin_west_south_west, twist_south_west,
+            left_inertia_yy_south_west);
+        // south_east
+        let inertia_xx_south_east = south_part + c(1.6457652846433443e-5);
+        let inertia_xy_south_east = mul_add(c(0.4330126242669004), turned_yy_south,
+            c(1.293994125217518e-5));
+        let inverse_pivot_south_east = c(1.0) / inertia_xx_south_east;
+        let moment_share_south_east_y = inertia_xy_south_east * inverse_pivot_south_east;
+        let moment_share_south_east_z = inertia_xz_south * inverse_pivot_south_east;
+        let across_south_east_5 = mul_add(-sin_south_east_east, moment_share_south_east_z,
+            cos_south_east_east * moment_share_south_east_y);
+        let moment_above_south_east_x = c(0.7071067811865475) * across_south_east_5;
+        let left_inertia_yy_south_east = mul_add(-inertia_xy_south_east, moment_share_south_east_y,
+            turned_yy_south + c(3.338573836000013e-8) - south_part);
+        let left_inertia_yz_south_east = mul_add(-inertia_xy_south_east, moment_share_south_east_z,
             c(0.4999998655490338) * shear_south);
-        let second_moment_zz_south_east = c(5.711232105341301e-8) + bend_south;
-        let mass_south_east_east_south_east_east = second_moment_zz_south_east
-            + second_moment_yy_south_east;
-        let south_east_part_7 = sin_south_east_east * second_moment_xz_south_east;
-        let south_east_part_8 = cos_south_east_east * second_moment_xy_south_east;
-        let across_south_east_3 = south_east_part_7 - south_east_part_8;
-        let twist_south_east = mul_add(sin_south_east_east, second_moment_yy_south_east
-            - second_moment_zz_south_east,
-            second_moment_yz_south_east * (cos_south_east_east * c(2.0)));
-        let bend_south_east = sin_south_east_east * twist_south_east;
-        let turned_xy_south_east = south_east_part_8 - south_east_part_7;
-        let turned_yy_south_east = second_moment_yy_south_east - bend_south_east;
-        let twist_south_east_2 = mul_add(c(-0.7071067811865475), south_part - turned_yy_south_east,
-            turned_xy_south_east * c(1.414213562373095));
+        let twist_south_east = mul_add(left_inertia_yz_south_east, cos_south_east_east * c(2.0),
+            sin_south_east_east * (left_inertia_yy_south_east + mul_add(inertia_xz_south,
+            moment_share_south_east_z, -(bend_south + c(2.198957591612172e-5)))));
+        let turned_yy_south_east = mul_add(-sin_south_east_east, twist_south_east,
+            left_inertia_yy_south_east);
+        // west
+        let moment_load_west_x = mul_add(-south_west_part_10, south_ghost0_part,
+            moment_above_south_west_x_2);
+        // east
+        let moment_load_east_x = mul_add(-moment_above_south_east_x, moment_above_south_x,
+            c(0.7071067811865475) * across_south_east_2);
+        // west
+        let moment_load_west_x_2 = mul_add(-south_west_part_10, south_ghost0_part_4,
+            moment_above_south_west_x_3);
+        // east
+        let moment_load_east_x_2 = mul_add(-moment_above_south_east_x, moment_load_south_east_x,
+            c(0.7071067811865475) * across_south_east_3);
+        // west
+        let moment_load_west_x_3 = mul_add(-south_west_part_10, south_west_part_8,
+            moment_above_south_west_x);
+        // east
+        let moment_load_east_x_3 = mul_add(-moment_above_south_east_x, moment_load_south_east_x_2,
+            c(0.7071067811865475) * across_south_east_4);
+        // west
+        let inertia_xx_west = mul_add(c(0.7500006104209291), turned_yy_south_west,
+            c(1.9761253055270436e-5));
+        let inverse_pivot_west = c(1.0) / inertia_xx_west;
+        // east
+        let inertia_xx_east = mul_add(c(0.4999999999999999), turned_yy_south_east,
+            c(1.0564732298535837e-5));
+        let inverse_pivot_east = c(1.0) / inertia_xx_east;
         // the whole mechanism
         let part = mul_add(c(0.06987458559937648), axis_y_south_x, mul_add(c(-0.04034213973350825),
-            axis_x_south_x, mul_add(c(0.08068423607472835), axis_x_south_ghost0_x, c(9.3319e-3)
-            - c(9.3319e-3))));
+            axis_x_south_x, axis_x_south_ghost0_x * c(0.08068423607472835)));
         let part_2 = mul_add(c(0.06987458559937648), axis_y_south_y,
-            mul_add(c(-0.04034213973350825), axis_x_south_y, mul_add(c(0.08068423607472835),
-            axis_x_south_ghost0_y, c(0.0293065) - c(0.0293065))));
+            mul_add(c(-0.04034213973350825), axis_x_south_y,
+            axis_x_south_ghost0_y * c(0.08068423607472835)));
         let part_3 = mul_add(c(0.06987458559937648), axis_y_south_z,
-            mul_add(c(-0.04034213973350825), axis_x_south_z, mul_add(c(0.08068423607472835),
-            axis_x_south_ghost0_z, c(3.075e-3) - c(3.075e-3))));
+            mul_add(c(-0.04034213973350825), axis_x_south_z,
+            axis_x_south_ghost0_z * c(0.08068423607472835)));
         let part_4 = mul_add(c(-0.040342139733508246), axis_y_south_x,
-            mul_add(c(0.08068423607472835), axis_y_south_ghost0_x, mul_add(c(-0.0698745855993765),
-            axis_x_south_x, c(9.3319e-3) - c(9.3319e-3))));
+            mul_add(c(-0.0698745855993765), axis_x_south_x,
+            axis_y_south_ghost0_x * c(0.08068423607472835)));
         let part_5 = mul_add(c(-0.040342139733508246), axis_y_south_y,
-            mul_add(c(0.08068423607472835), axis_y_south_ghost0_y, mul_add(c(-0.0698745855993765),
-            axis_x_south_y, c(0.0293065) - c(0.0293065))));
+            mul_add(c(-0.0698745855993765), axis_x_south_y,
+            axis_y_south_ghost0_y * c(0.08068423607472835)));
         let part_6 = mul_add(c(-0.040342139733508246), axis_y_south_z,
-            mul_add(c(0.08068423607472835), axis_y_south_ghost0_z, mul_add(c(-0.0698745855993765),
-            axis_x_south_z, c(3.075e-3) - c(3.075e-3))));
-        let part_7 = mul_add(part_2, axis_y_south_ghost0_y * c(0.9999999999999999), mul_add(part,
-            axis_y_south_ghost0_x * c(0.9999999999999999),
-            part_3 * (axis_y_south_ghost0_z * c(0.9999999999999999))));
+            mul_add(c(-0.0698745855993765), axis_x_south_z,
+            axis_y_south_ghost0_z * c(0.08068423607472835)));
+        let part_7 = mul_add(part_2, axis_y_south_ghost0_y * c(0.9999999999999999), mul_add(part_3,
+            axis_y_south_ghost0_z * c(0.9999999999999999),
+            part * (axis_y_south_ghost0_x * c(0.9999999999999999))));
         let part_8 = mul_add(c(-0.020171080714831997), carried_south_z,
             mul_add(c(-0.060513155359896355), carried_south_z,
             carried_south_ghost0_z * c(0.08068423607472834)));
-        let factor_south_west_south_ground_west = moment_above_south_west_x * c(178919.86408403952);
-        let factor_south_west_south_west_south_west =
-            moment_above_south_ghost0_x * c(178919.86408403952);
-        let part_9 = mul_add(c(-0.8660257562110547), across_south_west_2,
-            mul_add(-moment_above_south_west_x, factor_south_west_south_west_south_west,
-            c(0.4999993895786978) * mass_west_south_west_west_south_west));
-        let factor_south_south_east_ground_east = moment_above_south_east_x * c(178921.751266151);
-        let factor_south_south_east_south_east_east = moment_above_south_x * c(178921.751266151);
-        let part_10 = mul_add(c(0.7071067811865475), across_south_east_3,
-            mul_add(-moment_above_south_east_x, factor_south_south_east_south_east_east,
-            c(0.7071067811865475) * mass_south_east_east_south_east_east));
-        let inverse_pivot_west_south_west = c(1.0) / mul_add(-moment_above_south_ghost0_x,
-            factor_south_west_south_west_south_west, mass_west_south_west_west_south_west);
-        let factor_west_south_west_ground_west = part_9 * inverse_pivot_west_south_west;
-        let inverse_pivot_south_east_east = c(1.0) / mul_add(-moment_above_south_x,
-            factor_south_south_east_south_east_east, mass_south_east_east_south_east_east);
-        let factor_south_east_east_ground_east = part_10 * inverse_pivot_south_east_east;
-        let inverse_pivot_ground_west = c(1.0) / mul_add(c(0.8660257562110547), twist_south_west_2,
-            mul_add(-part_9, factor_west_south_west_ground_west, turned_yy_south_west
-            + (mul_add(-moment_above_south_west_x, factor_south_west_south_ground_west,
-            c(1.9727866980665146e-5) + c(3.3386074605289806e-8) + second_moment_zz_south_west)
-            + bend_south_west)));
-        let inverse_pivot_ground_east = c(1.0) / mul_add(c(-0.7071067811865475), twist_south_east_2,
-            mul_add(-part_10, factor_south_east_east_ground_east, turned_yy_south_east
-            + (mul_add(-moment_above_south_east_x, factor_south_south_east_ground_east,
-            c(1.0537942653489101e-5) + c(2.6789645046735387e-8) + second_moment_zz_south_east)
-            + bend_south_east)));
-        let part_11 = mul_add(-closure0_0_west_south_west, factor_west_south_west_ground_west,
-            c(0.08068423607472834) * carried_south_ghost0_z_by_ground_west);
-        let part_12 = mul_add(c(-0.08068423607472835), carried_south_z_by_ground_east,
-            loop0_part * factor_south_east_east_ground_east);
-        let part_13 = mul_add(c(-12502.083224437016), moment_above_south_x,
-            mul_add(c(0.03493732098380993), cos_south_south_east, c(0.03493728340498269)));
-        let part_14 = mul_add(c(-0.08068423607472835), carried_south_ghost0_y_by_ground_west,
-            loop0_part_2 * factor_west_south_west_ground_west);
-        let part_15 = mul_add(-factor_south_east_east_ground_east, part_13,
-            mul_add(c(-12502.083224437016), moment_above_south_east_x,
-            mul_add(c(0.04034213973350825), carried_south_y_by_ground_east,
-            carried_south_x_by_ground_east * c(0.06987458559937648))));
-        let part_16 = mul_add(c(-14436.012552214956), moment_above_south_ghost0_x,
-            c(0.05705240181944583));
-        let part_17 = mul_add(c(7218.08629094307), moment_above_south_x,
-            mul_add(c(0.060513171632005154), cos_south_south_east, c(-0.020171064442714458)));
-        let part_18 = mul_add(-factor_west_south_west_ground_west, part_16,
-            mul_add(c(-14436.012552214956), moment_above_south_west_x,
-            c(0.08068423607472835) * carried_south_ghost0_x_by_ground_west));
-        let part_19 = mul_add(-factor_south_east_east_ground_east, part_17,
-            mul_add(c(7218.08629094307), moment_above_south_east_x,
-            mul_add(c(-0.040342139733508246), carried_south_x_by_ground_east,
-            carried_south_y_by_ground_east * c(0.0698745855993765))));
-        let part_20 = closure0_0_west_south_west * inverse_pivot_west_south_west;
-        let part_21 = loop0_part * inverse_pivot_south_east_east;
-        let part_22 = inverse_pivot_ground_east * part_12;
-        let part_23 = inverse_pivot_ground_west * part_11;
-        let part_24 = loop0_part_2 * inverse_pivot_west_south_west;
-        let part_25 = inverse_pivot_south_east_east * part_13;
-        let part_26 = inverse_pivot_ground_east * part_15;
-        let part_27 = inverse_pivot_ground_west * part_14;
-        let part_28 = inverse_pivot_west_south_west * part_16;
-        let part_29 = inverse_pivot_south_east_east * part_17;
-        let part_30 = inverse_pivot_ground_east * part_19;
-        let part_31 = inverse_pivot_ground_west * part_18;
-        let part_32 = mul_add(part_11, part_23, mul_add(part_12, part_22, mul_add(loop0_part,
-            part_21, closure0_0_west_south_west * part_20)));
-        let part_33 = mul_add(part_11, part_27, mul_add(part_12, part_26, mul_add(-loop0_part,
-            part_25, -closure0_0_west_south_west * part_24)));
-        let part_34 = mul_add(part_14, part_27, mul_add(part_15, part_26, mul_add(part_13, part_25,
-            mul_add(loop0_part_2, part_24, c(873.577884436453)))));
-        let part_35 = mul_add(part_11, part_31, mul_add(part_12, part_30, mul_add(-loop0_part,
-            part_29, closure0_0_west_south_west * part_28)));
-        let part_36 = mul_add(part_18, part_31, mul_add(part_19, part_30, mul_add(part_17, part_29,
-            mul_add(part_16, part_28, c(1455.9516904983989)))));
-        let part_37 = c(1.0) / (part_36 + (part_32 + part_34));
-        let part_38 = c(2.0) * part_37;
-        let part_39 = c(1.0) / part_32;
-        let part_40 = part_33 * part_39;
-        let part_41 = mul_add(-part_33, part_40, part_34);
-        let part_42 = part_35 * part_39;
-        let part_43 = mul_add(-part_33, part_42, mul_add(part_14, part_31, mul_add(part_15, part_30,
-            mul_add(part_13, part_29, mul_add(-loop0_part_2, part_28, c(-504.3607884001874))))));
-        let part_44 = c(1.0) / part_41;
-        let part_45 = part_43 * part_44;
-        let part_46 = mul_add(-part_43, part_45, mul_add(-part_35, part_42, part_36));
-        let part_47 = c(1.0) / part_46;
-        let part_48 = mul_add(-part_7, part_40, mul_add(axis_z_south_ghost0_y, part_2,
-            mul_add(axis_z_south_ghost0_x, part, axis_z_south_ghost0_z * part_3)));
-        let part_49 = part_47 * mul_add(-part_45, part_48, mul_add(-part_7, part_42,
-            mul_add(axis_z_south_ghost0_y, part_5, mul_add(axis_z_south_ghost0_x, part_4,
-            axis_z_south_ghost0_z * part_6))));
-        let part_50 = mul_add(-part_45, part_49, part_44 * part_48);
-        let part_51 = mul_add(-part_40, part_50, mul_add(-part_42, part_49, part_7 * part_39));
-        let part_52 = mul_add(part_22, part_51, mul_add(part_26, part_50, part_30 * part_49));
-        let part_53 = mul_add(part_23, part_51, mul_add(part_27, part_50, part_31 * part_49));
-        let part_54 = mul_add(-factor_south_east_east_ground_east, part_52, mul_add(-part_21,
-            part_51, mul_add(part_25, part_50, part_29 * part_49)));
-        let part_55 = mul_add(-factor_west_south_west_ground_west, part_53, mul_add(part_20,
-            part_51, mul_add(-part_24, part_50, part_28 * part_49)));
-        let part_56 = mul_add(-part_8, part_40, -carried_south_ghost0_y * c(0.08068423607472835)
-            + mul_add(c(0.06987458559937648), omega_south_x,
-            carried_south_y * c(0.04034213973350825)));
-        let part_57 = part_47 * mul_add(-part_45, part_56, mul_add(-part_8, part_42,
+        let part_9 = inverse_pivot_south_west * south_ghost0_part;
+        let part_10 = inverse_pivot_south_east * moment_above_south_x;
+        let part_11 = inverse_pivot_east * moment_load_east_x;
+        let part_12 = inverse_pivot_west * moment_load_west_x;
+        let part_13 = inverse_pivot_south_west * south_ghost0_part_4;
+        let part_14 = inverse_pivot_south_east * moment_load_south_east_x;
+        let part_15 = inverse_pivot_east * moment_load_east_x_2;
+        let part_16 = inverse_pivot_west * moment_load_west_x_2;
+        let part_17 = inverse_pivot_south_west * south_west_part_8;
+        let part_18 = inverse_pivot_south_east * moment_load_south_east_x_2;
+        let part_19 = inverse_pivot_east * moment_load_east_x_3;
+        let part_20 = inverse_pivot_west * moment_load_west_x_3;
+        let part_21 = mul_add(moment_load_west_x, part_12, mul_add(moment_load_east_x, part_11,
+            mul_add(moment_above_south_x, part_10, south_ghost0_part * part_9)));
+        let part_22 = mul_add(moment_load_west_x, part_16, mul_add(moment_load_east_x, part_15,
+            mul_add(moment_above_south_x, part_14, south_ghost0_part * part_13)));
+        let part_23 = mul_add(moment_load_west_x_2, part_16, mul_add(moment_load_east_x_2, part_15,
+            mul_add(moment_load_south_east_x, part_14, mul_add(south_ghost0_part_4, part_13,
+            c(873.577884436453)))));
+        let part_24 = mul_add(moment_load_west_x, part_20, mul_add(moment_load_east_x, part_19,
+            mul_add(moment_above_south_x, part_18, south_ghost0_part * part_17)));
+        let part_25 = mul_add(moment_load_west_x_3, part_20, mul_add(moment_load_east_x_3, part_19,
+            mul_add(moment_load_south_east_x_2, part_18, mul_add(south_west_part_8, part_17,
+            c(1455.9516904983989)))));
+        let part_26 = c(1.0) / part_21;
+        let part_27 = part_22 * part_26;
+        let part_28 = mul_add(-part_22, part_27, part_23);
+        let part_29 = part_24 * part_26;
+        let part_30 = mul_add(-part_22, part_29, mul_add(moment_load_west_x_2, part_20,
+            mul_add(moment_load_east_x_2, part_19, mul_add(moment_load_south_east_x, part_18,
+            mul_add(south_ghost0_part_4, part_17, c(-504.3607884001874))))));
+        let part_31 = c(1.0) / part_28;
+        let part_32 = part_30 * part_31;
+        let part_33 = mul_add(-part_30, part_32, mul_add(-part_24, part_29, part_25));
+        let part_34 = c(1.0) / part_33;
+        let part_35 = part_25 + (part_21 + part_23);
+        let part_36 = S::min(part_35, S::min(S::min(part_21, part_23), part_25) * c(100.0)) *
+            (part_21 * part_28 * part_33 * c(0.4444444444444444)) / (part_35 * (part_25 * (part_21 *
+            part_23)));
+        let part_37 = mul_add(-part_7, part_27, mul_add(axis_z_south_ghost0_y, part_2,
+            mul_add(axis_z_south_ghost0_z, part_3, axis_z_south_ghost0_x * part)));
+        let part_38 = part_34 * mul_add(-part_32, part_37, mul_add(-part_7, part_29,
+            mul_add(axis_z_south_ghost0_y, part_5, mul_add(axis_z_south_ghost0_z, part_6,
+            axis_z_south_ghost0_x * part_4))));
+        let part_39 = mul_add(-part_32, part_38, part_31 * part_37);
+        let part_40 = mul_add(-part_27, part_39, mul_add(-part_29, part_38, part_7 * part_26));
+        let part_41 = mul_add(part_11, part_40, mul_add(part_19, part_38, part_15 * part_39));
+        let part_42 = mul_add(part_12, part_40, mul_add(part_20, part_38, part_16 * part_39));
+        // south_east
+        let across_south_east_6 = c(0.7071067811865475) * part_41;
+        let turn_gain_south_east_y = cos_south_east_east * across_south_east_6;
+        let along_hinge_south_east = mul_add(-moment_above_south_east_x, part_41, mul_add(part_10,
+            part_40, mul_add(part_18, part_38, part_14 * part_39)));
+        // south_west
+        let south_west_part_11 = c(0.8660257562110547) * part_42;
+        let south_west_part_12 = cos_west_south_west * south_west_part_11;
+        let along_hinge_south_west = mul_add(south_west_part_10, part_42, -part_9 * part_40
+            - mul_add(part_17, part_38, part_13 * part_39));
+        // the whole mechanism
+        let part_43 = mul_add(c(-0.7071071698144961), along_hinge_south_west,
+            c(14436.012552214956) * part_38) + mul_add(c(0.7071063925583853), south_west_part_12,
+            moment_above_south_ghost0_y_2 * south_west_part_12) - mul_add(-south_ghost0_part_2,
+            along_hinge_south_west,
+            moment_above_south_ghost0_z_2 * (sin_west_south_west * south_west_part_11));
+        let part_44 = mul_add(-moment_above_south_y_2, turn_gain_south_east_y,
+            moment_above_south_z_2 * (sin_south_east_east * across_south_east_6))
+            + (mul_add(c(-0.4999998655490338), along_hinge_south_east, mul_add(c(-7218.08629094307),
+            part_38, c(12502.083224437016) * part_39)) + mul_add(-moment_above_south_x_2,
+            along_hinge_south_east, c(0.8660254814097262) * turn_gain_south_east_y));
+        let part_45 = mul_add(-part_8, part_27, mul_add(c(-0.08068423607472835),
+            carried_south_ghost0_y, mul_add(c(0.06987458559937648), omega_south_x,
+            carried_south_y * c(0.04034213973350825))));
+        let part_46 = part_34 * mul_add(-part_32, part_45, mul_add(-part_8, part_29,
             mul_add(c(0.0698745855993765), carried_south_y, mul_add(c(-0.040342139733508246),
             omega_south_x, omega_south_ghost0_x * c(0.08068423607472835)))));
-        let part_58 = mul_add(-part_45, part_57, part_44 * part_56);
-        let part_59 = mul_add(-part_40, part_58, mul_add(-part_42, part_57, part_8 * part_39));
-        let part_60 = mul_add(part_22, part_59, mul_add(part_26, part_58, part_30 * part_57));
-        let part_61 = mul_add(part_23, part_59, mul_add(part_27, part_58, part_31 * part_57));
-        let part_62 = mul_add(-factor_south_east_east_ground_east, part_60, mul_add(-part_21,
-            part_59, mul_add(part_25, part_58, part_29 * part_57)));
-        let part_63 = mul_add(-factor_west_south_west_ground_west, part_61, mul_add(part_20,
-            part_59, mul_add(-part_24, part_58, part_28 * part_57)));
+        let part_47 = mul_add(-part_32, part_46, part_31 * part_45);
+        let part_48 = mul_add(-part_27, part_47, mul_add(-part_29, part_46, part_8 * part_26));
+        let part_49 = mul_add(part_11, part_48, mul_add(part_19, part_46, part_15 * part_47));
+        let part_50 = mul_add(part_12, part_48, mul_add(part_20, part_46, part_16 * part_47));
+        // south_east
+        let across_south_east_7 = c(0.7071067811865475) * part_49;
+        let turn_gain_south_east_y_2 = cos_south_east_east * across_south_east_7;
+        let along_hinge_south_east_2 = mul_add(-moment_above_south_east_x, part_49, mul_add(part_10,
+            part_48, mul_add(part_18, part_46, part_14 * part_47)));
+        // south_west
+        let south_west_part_13 = c(0.8660257562110547) * part_50;
+        let south_west_part_14 = cos_west_south_west * south_west_part_13;
+        let along_hinge_south_west_2 = mul_add(south_west_part_10, part_50, -part_9 * part_48
+            - mul_add(part_17, part_46, part_13 * part_47));
+        // the whole mechanism
+        let part_51 = mul_add(c(-0.7071071698144961), along_hinge_south_west_2,
+            c(14436.012552214956) * part_46) + mul_add(c(0.7071063925583853), south_west_part_14,
+            moment_above_south_ghost0_y_2 * south_west_part_14) - mul_add(-south_ghost0_part_2,
+            along_hinge_south_west_2,
+            moment_above_south_ghost0_z_2 * (sin_west_south_west * south_west_part_13));
+        let part_52 = mul_add(-moment_above_south_y_2, turn_gain_south_east_y_2,
+            moment_above_south_z_2 * (sin_south_east_east * across_south_east_7))
+            + (mul_add(c(-0.4999998655490338), along_hinge_south_east_2,
+            mul_add(c(-7218.08629094307), part_46, c(12502.083224437016) * part_47))
+            + mul_add(-moment_above_south_x_2, along_hinge_south_east_2,
+            c(0.8660254814097262) * turn_gain_south_east_y_2));
         residual[0] = c(0.0);
         residual[1] = c(0.0);
         residual[2] = c(0.0);
@@ -3073,30 +3074,21 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         residual[6] = part_4;
         residual[7] = part_5;
         residual[8] = part_6;
-        positions[0] = mul_add(-factor_south_west_south_west_south_west, part_55,
-            mul_add(-factor_south_west_south_ground_west, part_53,
-            c(14436.012552214956) * part_49));
-        positions[1] = mul_add(-factor_south_south_east_south_east_east, part_54,
-            mul_add(-factor_south_south_east_ground_east, part_52, mul_add(c(12502.083224437016),
-            part_50, c(-7218.08629094307) * part_49)));
-        positions[2] = part_55;
-        positions[3] = part_54;
-        positions[4] = part_52;
-        positions[5] = part_53;
-        speeds[0] = mul_add(-factor_south_west_south_west_south_west, part_63,
-            mul_add(-factor_south_west_south_ground_west, part_61,
-            c(14436.012552214956) * part_57));
-        speeds[1] = mul_add(-factor_south_south_east_south_east_east, part_62,
-            mul_add(-factor_south_south_east_ground_east, part_60, mul_add(c(12502.083224437016),
-            part_58, c(-7218.08629094307) * part_57)));
-        speeds[2] = part_63;
-        speeds[3] = part_62;
-        speeds[4] = part_60;
-        speeds[5] = part_61;
-        margin[0] = S::min(S::min(S::min(S::min(c(178919.86408403952),
-            inverse_pivot_west_south_west), inverse_pivot_south_east_east),
-            inverse_pivot_ground_east), inverse_pivot_ground_west);
-        margin[1] = part_32 * part_37 * (part_38 * part_41) * (part_38 * part_46);
+        positions[0] = part_43;
+        positions[1] = part_44;
+        positions[2] = mul_add(c(-0.4999993895786978), part_42, along_hinge_south_west);
+        positions[3] = along_hinge_south_east - across_south_east_6;
+        positions[4] = part_41;
+        positions[5] = part_42;
+        speeds[0] = part_51;
+        speeds[1] = part_52;
+        speeds[2] = mul_add(c(-0.4999993895786978), part_50, along_hinge_south_west_2);
+        speeds[3] = along_hinge_south_east_2 - across_south_east_7;
+        speeds[4] = part_49;
+        speeds[5] = part_50;
+        margin[0] = S::min(S::min(S::min(S::min(c(178919.86408403952), inverse_pivot_south_west),
+            inverse_pivot_south_east), inverse_pivot_east), inverse_pivot_west);
+        margin[1] = part_36;
         ::lamc_runtime::Margin {
             inverse_pivot: margin[0],
             conditioning: margin[1],
@@ -3189,7 +3181,6 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_omega_xx_south_west = omega_south_west_x + omega_south_west_x;
         let d_gradient_moving_x_south_west_y = carried_south_west_y - d_alpha_moving_south_west_z;
         let d_gradient_moving_x_south_west_z = d_carried_south_west_y + d_carried_south_west_y;
-        let d_gradient_moving_z_south_west_x = d_carried_south_west_y - d_carried_south_west_y;
         let carried_south_west_z_by_ground_west = sin_west_south_west * c(0.8660257562110547);
         let south_west_part_8 = cos_west_south_west * c(0.8660257562110547);
         // south_east
@@ -3229,7 +3220,6 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_omega_xx_south_east = omega_south_east_x + omega_south_east_x;
         let d_gradient_moving_x_south_east_y = carried_south_east_y + carried_south_east_y;
         let d_gradient_moving_x_south_east_z = carried_south_east_z - south_east_part;
-        let d_gradient_moving_z_south_east_x = south_east_part - south_east_part;
         let south_east_part_10 = sin_south_east_east * c(0.7071067811865475);
         let carried_south_east_y_by_ground_east = cos_south_east_east * c(0.7071067811865475);
         let d_across_south_east = cos_ground_east * c(-6.936717523440031);
@@ -3276,7 +3266,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let south_east_part_14 = u[3] * carried_south_east_y_by_ground_east;
         let d_gradient_moving_x_south_east_y_2 = d_omega_xy_south_east + south_east_part_14;
         let d_gradient_moving_x_south_east_z_2 = d_omega_xz_south_east - south_east_part_13;
-        let d_gradient_moving_z_south_east_x_2 = d_omega_xz_south_east + south_east_part_13;
+        let d_gradient_moving_z_south_east_x = d_omega_xz_south_east + south_east_part_13;
         // south_west
         let south_west_part_9 = c(0.4999993895786978) * omega_south_west_x;
         let d_omega_xx_south_west_2 = south_west_part_9 + south_west_part_9;
@@ -3294,7 +3284,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             - d_alpha_moving_south_west_z_2;
         let d_gradient_moving_x_south_west_z_2 = d_omega_xz_south_west_2
             + d_alpha_moving_south_west_y;
-        let d_gradient_moving_z_south_west_x_2 = d_omega_xz_south_west_2
+        let d_gradient_moving_z_south_west_x = d_omega_xz_south_west_2
             - d_alpha_moving_south_west_y;
         // south_ghost0
         let carried_south_ghost0_y_by_ground_west = mul_add(cos_south_west_south,
@@ -3483,38 +3473,16 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let turned_yy_south_east = second_moment_yy_south_east - bend_south_east;
         let twist_south_east_2 = mul_add(c(-0.7071067811865475), south_part_11
             - turned_yy_south_east, turned_xy_south_east * c(1.414213562373095));
-        // south_ghost0
-        let d_omega_xx_south_ghost0 = omega_south_ghost0_x + omega_south_ghost0_x;
-        let d_gradient_moving_x_south_ghost0_y = carried_south_ghost0_y + carried_south_ghost0_y;
-        let d_gradient_moving_x_south_ghost0_z = carried_south_ghost0_z + carried_south_ghost0_z;
-        let d_gradient_moving_y_south_ghost0_x = carried_south_ghost0_y - carried_south_ghost0_y;
-        let d_gradient_moving_z_south_ghost0_x = carried_south_ghost0_z - carried_south_ghost0_z;
-        let south_ghost0_part_9 = c(2.372658269341246e-8) * d_gradient_moving_x_south_ghost0_z;
-        let south_ghost0_part_10 = mul_add(c(-5.5653677591751645e-6),
-            d_gradient_moving_x_south_ghost0_y, d_omega_xx_south_ghost0 * c(-6.645589092322223e-6));
-        let d_across_south_ghost0 = mul_add(-cos_south_west_south, south_ghost0_part_9,
-            sin_south_west_south * south_ghost0_part_10);
-        let d_moment_above_south_ghost0_x = mul_add(c(-0.7071063925583853), d_across_south_ghost0,
-            c(-4.699143694822053e-6) * d_gradient_moving_z_south_ghost0_x);
-        let d_moment_above_south_ghost0_y = mul_add(c(-4.699138529497321e-6),
-            d_gradient_moving_z_south_ghost0_x, c(0.7071071698144961) * d_across_south_ghost0);
-        let d_moment_above_south_ghost0_z = mul_add(-cos_south_west_south, south_ghost0_part_10,
-            -sin_south_west_south * south_ghost0_part_9);
         // south
         let d_omega_xx_south = omega_south_x + omega_south_x;
         let d_gradient_moving_x_south_y = carried_south_y + carried_south_y;
         let d_gradient_moving_x_south_z = carried_south_z + carried_south_z;
-        let d_gradient_moving_y_south_x = carried_south_y - carried_south_y;
-        let d_gradient_moving_z_south_x = carried_south_z - carried_south_z;
         let south_part_12 = c(2.3726582693412885e-8) * d_gradient_moving_x_south_z;
         let south_part_13 = mul_add(c(-5.565308808048279e-6), d_gradient_moving_x_south_y,
             -d_omega_xx_south * c(-6.64555505684884e-6));
         let d_across_south = mul_add(-cos_south_south_east, south_part_12,
             sin_south_south_east * south_part_13);
-        let d_moment_above_south_x = mul_add(c(0.8660254814097262), d_across_south,
-            c(3.3227766349231214e-6) * d_gradient_moving_z_south_x);
-        let d_moment_above_south_y = mul_add(c(-5.755220017342357e-6), d_gradient_moving_z_south_x,
-            c(0.4999998655490338) * d_across_south);
+        let d_moment_above_south_y = c(0.4999998655490338) * d_across_south;
         let d_moment_above_south_z = mul_add(-cos_south_south_east, south_part_13,
             -sin_south_south_east * south_part_12);
         let south_part_14 = omega_south_x * carried_south_x_by_ground_east;
@@ -3538,12 +3506,12 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             carried_south_y_by_ground_east, -cos_south_south_east * south_east_part_14));
         let d_gradient_moving_x_south_y_2 = d_omega_xy_south - d_alpha_moving_south_z;
         let d_gradient_moving_x_south_z_2 = d_omega_xz_south + d_alpha_moving_south_y;
-        let d_gradient_moving_y_south_x_2 = d_omega_xy_south + d_alpha_moving_south_z;
+        let d_gradient_moving_y_south_x = d_omega_xy_south + d_alpha_moving_south_z;
         let d_gradient_moving_y_south_z = d_omega_yz_south + south_part_17;
-        let d_gradient_moving_z_south_x_2 = d_omega_xz_south - d_alpha_moving_south_y;
+        let d_gradient_moving_z_south_x = d_omega_xz_south - d_alpha_moving_south_y;
         let d_gradient_moving_z_south_y = d_omega_yz_south - south_part_17;
         let south_part_18 = mul_add(c(-2.3726582693412885e-8), d_gradient_moving_y_south_z,
-            mul_add(c(-6.64555505684884e-6), d_gradient_moving_z_south_x_2,
+            mul_add(c(-6.64555505684884e-6), d_gradient_moving_z_south_x,
             c(5.565308808048279e-6) * d_gradient_moving_z_south_y));
         let south_part_19 = mul_add(c(2.3726582693412885e-8), d_gradient_moving_x_south_z_2,
             c(6.64555505684884e-6) * d_gradient_moving_z_south_y);
@@ -3551,17 +3519,17 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             -c(6.64555505684884e-6) * (d_omega_yy_south - d_omega_xx_south_2));
         let d_across_south_3 = mul_add(-cos_south_south_east, south_part_19,
             sin_south_south_east * south_part_20);
-        let d_moment_above_south_x_2 = mul_add(c(0.8660254814097262), d_across_south_3,
+        let d_moment_above_south_x = mul_add(c(0.8660254814097262), d_across_south_3,
             c(-0.4999998655490338) * south_part_18);
         let d_moment_above_south_y_2 = mul_add(c(0.8660254814097262), south_part_18,
             c(0.4999998655490338) * d_across_south_3);
         let d_moment_above_south_z_2 = mul_add(-cos_south_south_east, south_part_20,
             -sin_south_south_east * south_part_19);
         // south_ghost0
-        let south_ghost0_part_11 = omega_south_ghost0_x * carried_south_ghost0_x_by_ground_west;
-        let d_omega_xx_south_ghost0_2 = south_ghost0_part_11 + south_ghost0_part_11;
-        let south_ghost0_part_12 = carried_south_ghost0_y * carried_south_ghost0_y_by_ground_west;
-        let d_omega_yy_south_ghost0 = south_ghost0_part_12 + south_ghost0_part_12;
+        let south_ghost0_part_9 = omega_south_ghost0_x * carried_south_ghost0_x_by_ground_west;
+        let d_omega_xx_south_ghost0 = south_ghost0_part_9 + south_ghost0_part_9;
+        let south_ghost0_part_10 = carried_south_ghost0_y * carried_south_ghost0_y_by_ground_west;
+        let d_omega_yy_south_ghost0 = south_ghost0_part_10 + south_ghost0_part_10;
         let d_omega_xy_south_ghost0 = mul_add(carried_south_ghost0_y,
             carried_south_ghost0_x_by_ground_west,
             omega_south_ghost0_x * carried_south_ghost0_y_by_ground_west);
@@ -3571,42 +3539,55 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_omega_yz_south_ghost0 = mul_add(carried_south_ghost0_y,
             carried_south_ghost0_z_by_ground_west,
             carried_south_ghost0_z * carried_south_ghost0_y_by_ground_west);
-        let d_across_south_ghost0_2 = c(0.7071071698144961) * d_alpha_moving_south_west_y;
+        let d_across_south_ghost0 = c(0.7071071698144961) * d_alpha_moving_south_west_y;
         let d_alpha_moving_south_ghost0_x = c(0.7071063925583853) * d_alpha_moving_south_west_y;
-        let d_alpha_moving_south_ghost0_y = mul_add(cos_south_west_south, d_across_south_ghost0_2,
+        let d_alpha_moving_south_ghost0_y = mul_add(cos_south_west_south, d_across_south_ghost0,
             mul_add(sin_south_west_south, d_alpha_moving_south_west_z_2,
             u[0] * carried_south_ghost0_z_by_ground_west));
-        let d_alpha_moving_south_ghost0_z = mul_add(-sin_south_west_south, d_across_south_ghost0_2,
+        let d_alpha_moving_south_ghost0_z = mul_add(-sin_south_west_south, d_across_south_ghost0,
             mul_add(-u[0], carried_south_ghost0_y_by_ground_west,
             cos_south_west_south * d_alpha_moving_south_west_z_2));
-        let d_gradient_moving_x_south_ghost0_y_2 = d_omega_xy_south_ghost0
+        let d_gradient_moving_x_south_ghost0_y = d_omega_xy_south_ghost0
             - d_alpha_moving_south_ghost0_z;
-        let d_gradient_moving_x_south_ghost0_z_2 = d_omega_xz_south_ghost0
+        let d_gradient_moving_x_south_ghost0_z = d_omega_xz_south_ghost0
             + d_alpha_moving_south_ghost0_y;
-        let d_gradient_moving_y_south_ghost0_x_2 = d_omega_xy_south_ghost0
+        let d_gradient_moving_y_south_ghost0_x = d_omega_xy_south_ghost0
             + d_alpha_moving_south_ghost0_z;
         let d_gradient_moving_y_south_ghost0_z = d_omega_yz_south_ghost0
             - d_alpha_moving_south_ghost0_x;
-        let d_gradient_moving_z_south_ghost0_x_2 = d_omega_xz_south_ghost0
+        let d_gradient_moving_z_south_ghost0_x = d_omega_xz_south_ghost0
             - d_alpha_moving_south_ghost0_y;
         let d_gradient_moving_z_south_ghost0_y = d_omega_yz_south_ghost0
             + d_alpha_moving_south_ghost0_x;
-        let south_ghost0_part_13 = mul_add(c(-2.372658269341246e-8),
+        let south_ghost0_part_11 = mul_add(c(-2.372658269341246e-8),
             d_gradient_moving_y_south_ghost0_z, mul_add(c(5.5653677591751645e-6),
             d_gradient_moving_z_south_ghost0_y,
-            c(6.645589092322223e-6) * d_gradient_moving_z_south_ghost0_x_2));
-        let south_ghost0_part_14 = mul_add(c(-6.645589092322223e-6),
+            c(6.645589092322223e-6) * d_gradient_moving_z_south_ghost0_x));
+        let south_ghost0_part_12 = mul_add(c(-6.645589092322223e-6),
             d_gradient_moving_z_south_ghost0_y,
-            c(2.372658269341246e-8) * d_gradient_moving_x_south_ghost0_z_2);
+            c(2.372658269341246e-8) * d_gradient_moving_x_south_ghost0_z);
+        let south_ghost0_part_13 = mul_add(c(-5.5653677591751645e-6),
+            d_gradient_moving_x_south_ghost0_y, c(6.645589092322223e-6) * (d_omega_yy_south_ghost0
+            - d_omega_xx_south_ghost0));
+        let d_across_south_ghost0_2 = mul_add(-cos_south_west_south, south_ghost0_part_12,
+            sin_south_west_south * south_ghost0_part_13);
+        let d_moment_above_south_ghost0_x = mul_add(c(-0.7071063925583853), d_across_south_ghost0_2,
+            c(-0.7071071698144961) * south_ghost0_part_11);
+        let d_moment_above_south_ghost0_y = mul_add(c(-0.7071063925583853), south_ghost0_part_11,
+            c(0.7071071698144961) * d_across_south_ghost0_2);
+        let d_moment_above_south_ghost0_z = mul_add(-cos_south_west_south, south_ghost0_part_13,
+            -sin_south_west_south * south_ghost0_part_12);
+        let d_omega_xx_south_ghost0_2 = omega_south_ghost0_x + omega_south_ghost0_x;
+        let d_gradient_moving_x_south_ghost0_y_2 = carried_south_ghost0_y + carried_south_ghost0_y;
+        let d_gradient_moving_x_south_ghost0_z_2 = carried_south_ghost0_z + carried_south_ghost0_z;
+        let south_ghost0_part_14 = c(2.372658269341246e-8) * d_gradient_moving_x_south_ghost0_z_2;
         let south_ghost0_part_15 = mul_add(c(-5.5653677591751645e-6),
-            d_gradient_moving_x_south_ghost0_y_2, c(6.645589092322223e-6) * (d_omega_yy_south_ghost0
-            - d_omega_xx_south_ghost0_2));
+            d_gradient_moving_x_south_ghost0_y_2,
+            d_omega_xx_south_ghost0_2 * c(-6.645589092322223e-6));
         let d_across_south_ghost0_3 = mul_add(-cos_south_west_south, south_ghost0_part_14,
             sin_south_west_south * south_ghost0_part_15);
-        let d_moment_above_south_ghost0_x_2 = mul_add(c(-0.7071063925583853),
-            d_across_south_ghost0_3, c(-0.7071071698144961) * south_ghost0_part_13);
-        let d_moment_above_south_ghost0_y_2 = mul_add(c(-0.7071063925583853), south_ghost0_part_13,
-            c(0.7071071698144961) * d_across_south_ghost0_3);
+        let d_moment_above_south_ghost0_x_2 = -c(0.7071063925583853) * d_across_south_ghost0_3;
+        let d_moment_above_south_ghost0_y_2 = c(0.7071071698144961) * d_across_south_ghost0_3;
         let d_moment_above_south_ghost0_z_2 = mul_add(-cos_south_west_south, south_ghost0_part_15,
             -sin_south_west_south * south_ghost0_part_14);
         // loop 0
@@ -3640,6 +3621,11 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let second_moment_zz_east = bend_south_east + (second_moment_zz_south_east
             + c(2.6789645046735387e-8));
         let mass_ground_east_ground_east = second_moment_yy_east + second_moment_zz_east;
+        // south_east
+        let d_across_south_east_2 = mul_add(-sin_south_east_east, d_moment_above_south_z,
+            cos_south_east_east * d_moment_above_south_y);
+        let d_moment_above_south_east_x = mul_add(c(0.7071067811865475), d_across_south_east_2,
+            c(0.6123724905851617) * d_across_south);
         // south
         let across_south_4 = mul_add(-sin_south_south_east, moment_own_south_z,
             -cos_south_south_east * south_part_7);
@@ -3650,33 +3636,23 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let moment_above_south_z_2 = mul_add(-sin_south_south_east, south_part_7,
             cos_south_south_east * moment_own_south_z);
         // south_west
-        let d_across_south_west_2 = mul_add(-sin_west_south_west, d_moment_above_south_ghost0_z,
-            cos_west_south_west * d_moment_above_south_ghost0_y);
-        let d_moment_above_south_west_x = mul_add(c(-0.8660257562110547), d_across_south_west_2,
-            c(0.4999993895786978) * d_moment_above_south_ghost0_x);
-        // south_east
-        let d_across_south_east_2 = mul_add(-sin_south_east_east, d_moment_above_south_z,
-            cos_south_east_east * d_moment_above_south_y);
-        let d_moment_above_south_east_x = mul_add(c(0.7071067811865475), d_across_south_east_2,
-            c(0.7071067811865475) * d_moment_above_south_x);
-        // south_west
-        let d_moment_moving_south_west_x = d_moment_above_south_ghost0_x_2
+        let d_moment_moving_south_west_x = d_moment_above_south_ghost0_x
             - mul_add(c(1.0093594897589384e-5), d_omega_yz_south_west,
             mul_add(c(-2.6789051216394143e-8), d_omega_yz_south_west,
-            c(1.2394283547934881e-5) * d_gradient_moving_z_south_west_x_2));
-        let d_moment_moving_south_west_y = d_moment_above_south_ghost0_y_2
+            c(1.2394283547934881e-5) * d_gradient_moving_z_south_west_x));
+        let d_moment_moving_south_west_y = d_moment_above_south_ghost0_y
             - mul_add(c(-1.2394283547934881e-5), d_omega_yz_south_west,
             c(2.6789051216394143e-8) * d_gradient_moving_x_south_west_z_2);
-        let d_moment_moving_south_west_z = d_moment_above_south_ghost0_z_2
+        let d_moment_moving_south_west_z = d_moment_above_south_ghost0_z
             - mul_add(c(-1.0093594897589384e-5), d_gradient_moving_x_south_west_y_2,
             c(1.2394283547934881e-5) * (d_omega_yy_south_west - d_omega_xx_south_west_2));
-        let d_across_south_west_3 = mul_add(-sin_west_south_west, d_moment_moving_south_west_z,
+        let d_across_south_west_2 = mul_add(-sin_west_south_west, d_moment_moving_south_west_z,
             cos_west_south_west * d_moment_moving_south_west_y);
-        let d_moment_above_south_west_x_2 = mul_add(c(-0.8660257562110547), d_across_south_west_3,
+        let d_moment_above_south_west_x = mul_add(c(-0.8660257562110547), d_across_south_west_2,
             c(0.4999993895786978) * d_moment_moving_south_west_x);
         // south_east
-        let d_moment_moving_south_east_x = d_moment_above_south_x_2
-            - mul_add(c(-1.293994125217518e-5), d_gradient_moving_z_south_east_x_2,
+        let d_moment_moving_south_east_x = d_moment_above_south_x
+            - mul_add(c(-1.293994125217518e-5), d_gradient_moving_z_south_east_x,
             mul_add(c(-3.338573836000013e-8), d_omega_yz_south_east,
             c(1.6424267108073443e-5) * d_omega_yz_south_east));
         let d_moment_moving_south_east_y = d_moment_above_south_y_2
@@ -3778,18 +3754,20 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             part_23, closure0_0_west_south_west * part_22)));
         let part_30 = mul_add(part_12, part_25, mul_add(part_13, part_24, mul_add(part_11, part_23,
             mul_add(part_10, part_22, c(1455.9516904983989)))));
-        let part_31 = c(1.0) / (part_30 + (part_26 + part_28));
-        let part_32 = c(2.0) * part_31;
-        let part_33 = c(1.0) / part_26;
-        let part_34 = part_27 * part_33;
-        let part_35 = mul_add(-part_27, part_34, part_28);
-        let part_36 = part_29 * part_33;
-        let part_37 = mul_add(-part_27, part_36, mul_add(part_8, part_25, mul_add(part_9, part_24,
+        let part_31 = c(1.0) / part_26;
+        let part_32 = part_27 * part_31;
+        let part_33 = mul_add(-part_27, part_32, part_28);
+        let part_34 = part_29 * part_31;
+        let part_35 = mul_add(-part_27, part_34, mul_add(part_8, part_25, mul_add(part_9, part_24,
             mul_add(part_7, part_23, mul_add(-loop0_part_3, part_22, c(-504.3607884001874))))));
-        let part_38 = c(1.0) / part_35;
-        let part_39 = part_37 * part_38;
-        let part_40 = mul_add(-part_37, part_39, mul_add(-part_29, part_36, part_30));
-        let part_41 = c(1.0) / part_40;
+        let part_36 = c(1.0) / part_33;
+        let part_37 = part_35 * part_36;
+        let part_38 = mul_add(-part_35, part_37, mul_add(-part_29, part_34, part_30));
+        let part_39 = c(1.0) / part_38;
+        let part_40 = part_30 + (part_26 + part_28);
+        let part_41 = S::min(part_40, S::min(S::min(part_26, part_28), part_30) * c(100.0)) *
+            (part_26 * part_33 * part_38 * c(0.4444444444444444)) / (part_40 * (part_30 * (part_26 *
+            part_28)));
         let part_42 = mul_add(-part, factor_south_west_south_west_south_west, mul_add(c(-3.5e-6),
             u[2], mul_add(c(-0.0114), q[2], moment_south_west_x)));
         let part_43 = mul_add(-part_2, factor_south_south_east_south_east_east, mul_add(c(-3.5e-6),
@@ -3800,83 +3778,55 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_45 = mul_add(-factor_south_east_east_ground_east, part_43, mul_add(-part_2,
             factor_south_south_east_ground_east, mul_add(c(-3.5e-6), u[4], mul_add(c(-0.0114), q[4],
             moment_east_x))));
-        let part_46 = mul_add(c(-6.645589092322223e-6), d_gradient_moving_z_south_ghost0_x,
-            c(-3.5e-6));
-        let part_47 = mul_add(-factor_south_west_south_west_south_west, part_46,
-            d_moment_above_south_ghost0_x);
-        let part_48 = mul_add(-factor_west_south_west_ground_west, part_47,
-            mul_add(-factor_south_west_south_ground_west, part_46, d_moment_above_south_west_x));
-        let part_49 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x,
-            mul_add(part_17, part_48, part_14 * part_47));
-        let part_50 = mul_add(part_34, part_49, -mul_add(c(0.08068423607472835),
-            d_gradient_moving_z_south_ghost0_x, mul_add(-part_18, part_47, part_21 * part_48)));
-        let part_51 = part_41 * mul_add(-part_39, part_50, mul_add(part_36, part_49,
-            -mul_add(part_25, part_48, mul_add(part_22, part_47,
-            c(14436.012552214956) * part_46))));
-        let part_52 = mul_add(-part_39, part_51, part_38 * part_50);
-        let part_53 = mul_add(-part_34, part_52, mul_add(-part_36, part_51, -part_33 * part_49));
-        let part_54 = mul_add(part_24, part_51, mul_add(part_20, part_52, part_16 * part_53));
-        let part_55 = mul_add(inverse_pivot_ground_west, part_48, mul_add(part_25, part_51,
-            mul_add(part_21, part_52, part_17 * part_53)));
-        let part_56 = mul_add(-factor_south_east_east_ground_east, part_54, mul_add(part_23,
-            part_51, mul_add(-part_15, part_53, part_19 * part_52)));
-        let part_57 = mul_add(-factor_west_south_west_ground_west, part_55,
-            mul_add(inverse_pivot_west_south_west, part_47, mul_add(part_22, part_51,
-            mul_add(-part_18, part_52, part_14 * part_53))));
-        let part_58 = mul_add(c(6.64555505684884e-6), d_gradient_moving_z_south_x, c(-3.5e-6));
-        let part_59 = mul_add(-factor_south_south_east_south_east_east, part_58,
-            d_moment_above_south_x);
-        let part_60 = mul_add(-factor_south_east_east_ground_east, part_59,
-            mul_add(-factor_south_south_east_ground_east, part_58, d_moment_above_south_east_x));
-        let part_61 = mul_add(-part_15, part_59, part_16 * part_60) - mul_add(c(0.5000002689018962),
-            mul_add(c(0.06987458559937648), d_omega_xx_south,
-            c(0.04034213973350825) * d_gradient_moving_y_south_x),
+        let part_46 = mul_add(c(0.6262261294315284), moment_above_south_x,
+            c(0.8660254814097262) * d_across_south);
+        let part_47 = mul_add(-factor_south_east_east_ground_east, part_46,
+            mul_add(c(0.6262261294315284), moment_above_south_east_x, d_moment_above_south_east_x));
+        let part_48 = mul_add(-part_15, part_46, part_16 * part_47)
+            - mul_add(c(0.034937311589096805), d_omega_xx_south,
             d_gradient_moving_x_south_y * c(-0.060513155359896355));
-        let part_62 = mul_add(part_34, part_61, -mul_add(c(-0.04034213973350825),
-            d_gradient_moving_z_south_x, mul_add(part_20, part_60, mul_add(part_19, part_59,
-            c(12502.083224437016) * part_58))));
-        let part_63 = mul_add(-part_39, part_62, mul_add(part_36, part_61,
-            -mul_add(c(-0.0698745855993765), d_gradient_moving_z_south_x, mul_add(part_24, part_60,
-            mul_add(part_23, part_59, c(-7218.08629094307) * part_58)))));
-        let part_64 = part_41 * part_63;
-        let part_65 = mul_add(-part_39, part_64, part_38 * part_62);
-        let part_66 = mul_add(-part_34, part_65, mul_add(-part_36, part_64, -part_33 * part_61));
-        let part_67 = mul_add(part_25, part_64, mul_add(part_21, part_65, part_17 * part_66));
-        let part_68 = mul_add(inverse_pivot_ground_east, part_60, mul_add(part_24, part_64,
-            mul_add(part_20, part_65, part_16 * part_66)));
-        let part_69 = mul_add(-factor_south_east_east_ground_east, part_68,
-            mul_add(inverse_pivot_south_east_east, part_59, mul_add(part_23, part_64,
-            mul_add(-part_15, part_66, part_19 * part_65))));
-        let part_70 = mul_add(-factor_west_south_west_ground_west, part_67, mul_add(part_22,
-            part_64, mul_add(-part_18, part_65, part_14 * part_66)));
-        let part_71 = gamma0_0 + mul_add(part_17, part_44, mul_add(part_16, part_45,
+        let part_49 = mul_add(part_32, part_48, -mul_add(part_20, part_47, mul_add(part_19, part_46,
+            c(-0.043757291285529555))));
+        let part_50 = part_39 * mul_add(-part_37, part_49, mul_add(part_34, part_48,
+            -mul_add(part_24, part_47, mul_add(part_23, part_46, c(0.025263302018300744)))));
+        let part_51 = mul_add(-part_37, part_50, part_36 * part_49);
+        let part_52 = mul_add(-part_32, part_51, mul_add(-part_34, part_50, -part_31 * part_48));
+        let part_53 = mul_add(part_25, part_50, mul_add(part_21, part_51, part_17 * part_52));
+        let part_54 = mul_add(inverse_pivot_ground_east, part_47, mul_add(part_24, part_50,
+            mul_add(part_20, part_51, part_16 * part_52)));
+        let part_55 = mul_add(-factor_south_east_east_ground_east, part_54,
+            mul_add(inverse_pivot_south_east_east, part_46, mul_add(part_23, part_50,
+            mul_add(-part_15, part_52, part_19 * part_51))));
+        let part_56 = mul_add(-factor_west_south_west_ground_west, part_53, mul_add(part_22,
+            part_50, mul_add(-part_18, part_51, part_14 * part_52)));
+        let part_57 = gamma0_0 + mul_add(part_17, part_44, mul_add(part_16, part_45,
             mul_add(-part_15, part_43, part_14 * part_42)));
-        let part_72 = mul_add(part_25, part_44, mul_add(part_24, part_45, mul_add(part_23, part_43,
+        let part_58 = mul_add(part_25, part_44, mul_add(part_24, part_45, mul_add(part_23, part_43,
             mul_add(part_22, part_42, mul_add(c(-7218.08629094307), part_2,
             part * c(14436.012552214956))))));
-        let part_73 = mul_add(part_34, part_71, -(gamma0_1 + mul_add(part_21, part_44,
+        let part_59 = mul_add(part_32, part_57, -(gamma0_1 + mul_add(part_21, part_44,
             mul_add(part_20, part_45, mul_add(part_19, part_43, mul_add(-part_18, part_42,
             part_2 * c(12502.083224437016)))))));
-        let part_74 = part_41 * mul_add(-part_39, part_73, mul_add(part_36, part_71, -(gamma0_2
-            + part_72)));
-        let part_75 = mul_add(-part_39, part_74, part_38 * part_73);
-        let part_76 = mul_add(-part_34, part_75, mul_add(-part_36, part_74, -part_33 * part_71));
-        let part_77 = mul_add(inverse_pivot_ground_east, part_45, mul_add(part_24, part_74,
-            mul_add(part_20, part_75, part_16 * part_76)));
-        let part_78 = mul_add(inverse_pivot_ground_west, part_44, mul_add(part_25, part_74,
-            mul_add(part_21, part_75, part_17 * part_76)));
-        let part_79 = mul_add(-factor_south_east_east_ground_east, part_77,
-            mul_add(inverse_pivot_south_east_east, part_43, mul_add(part_23, part_74,
-            mul_add(-part_15, part_76, part_19 * part_75))));
-        let part_80 = mul_add(-factor_west_south_west_ground_west, part_78,
-            mul_add(inverse_pivot_west_south_west, part_42, mul_add(part_22, part_74,
-            mul_add(-part_18, part_75, part_14 * part_76))));
-        let part_81 = mul_add(-factor_south_south_east_south_east_east, part_79,
-            mul_add(-factor_south_south_east_ground_east, part_77, mul_add(c(178921.751266151),
-            part_2, mul_add(c(-7218.08629094307), part_74, c(12502.083224437016) * part_75))));
-        let part_82 = mul_add(-factor_south_west_south_west_south_west, part_80,
-            mul_add(-factor_south_west_south_ground_west, part_78, mul_add(c(14436.012552214956),
-            part_74, part * c(178919.86408403952))));
+        let part_60 = part_39 * mul_add(-part_37, part_59, mul_add(part_34, part_57, -(gamma0_2
+            + part_58)));
+        let part_61 = mul_add(-part_37, part_60, part_36 * part_59);
+        let part_62 = mul_add(-part_32, part_61, mul_add(-part_34, part_60, -part_31 * part_57));
+        let part_63 = mul_add(inverse_pivot_ground_east, part_45, mul_add(part_24, part_60,
+            mul_add(part_20, part_61, part_16 * part_62)));
+        let part_64 = mul_add(inverse_pivot_ground_west, part_44, mul_add(part_25, part_60,
+            mul_add(part_21, part_61, part_17 * part_62)));
+        let part_65 = mul_add(-factor_south_east_east_ground_east, part_63,
+            mul_add(inverse_pivot_south_east_east, part_43, mul_add(part_23, part_60,
+            mul_add(-part_15, part_62, part_19 * part_61))));
+        let part_66 = mul_add(-factor_west_south_west_ground_west, part_64,
+            mul_add(inverse_pivot_west_south_west, part_42, mul_add(part_22, part_60,
+            mul_add(-part_18, part_61, part_14 * part_62))));
+        let part_67 = mul_add(-factor_south_south_east_south_east_east, part_65,
+            mul_add(-factor_south_south_east_ground_east, part_63, mul_add(c(178921.751266151),
+            part_2, mul_add(c(-7218.08629094307), part_60, c(12502.083224437016) * part_61))));
+        let part_68 = mul_add(-factor_south_west_south_west_south_west, part_66,
+            mul_add(-factor_south_west_south_ground_west, part_64, mul_add(c(14436.012552214956),
+            part_60, part * c(178919.86408403952))));
         // south_ghost0
         let d_carried_south_ghost0_z = -south_ghost0_part - south_ghost0_part_2;
         let d_omega_yy_south_ghost0_2 = omega_yz_south_ghost0 + omega_yz_south_ghost0;
@@ -3885,23 +3835,23 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             carried_south_ghost0_z * carried_south_ghost0_z);
         let d_free_fall_south_ghost0_z = mul_add(-cos_south_west_south, across_south_ghost0_3,
             -sin_south_west_south * free_fall_south_west_z);
-        let south_ghost0_part_16 = c(0.08068423607472835) * part_75;
-        let moment_closing_south_ghost0_z = c(0.08068423607472834) * part_76;
+        let south_ghost0_part_16 = c(0.08068423607472835) * part_61;
+        let moment_closing_south_ghost0_z = c(0.08068423607472834) * part_62;
         let south_ghost0_part_17 = cos_south_west_south * moment_closing_south_ghost0_z;
         let south_ghost0_part_18 = sin_south_west_south * south_ghost0_part_16;
         let across_south_ghost0_5 = mul_add(-sin_south_west_south, moment_closing_south_ghost0_z,
             -cos_south_west_south * south_ghost0_part_16);
         let d_across_south_ghost0_4 = south_ghost0_part_18 - south_ghost0_part_17;
         let d_moment_above_south_ghost0_y_3 = c(0.7071071698144961) * d_across_south_ghost0_4;
-        let moment_above_south_ghost0_y_3 = mul_add(c(0.0570523391071303), part_74,
+        let moment_above_south_ghost0_y_3 = mul_add(c(0.0570523391071303), part_60,
             c(0.7071071698144961) * across_south_ghost0_5);
         let moment_above_south_ghost0_z_2 = south_ghost0_part_17 - south_ghost0_part_18;
         // south
-        let moment_closing_south_x = mul_add(c(-0.040342139733508246), part_74,
-            c(0.06987458559937648) * part_75);
-        let moment_closing_south_y = mul_add(c(0.0698745855993765), part_74,
-            c(0.04034213973350825) * part_75);
-        let moment_closing_south_z = c(-0.08068423607472835) * part_76;
+        let moment_closing_south_x = mul_add(c(-0.040342139733508246), part_60,
+            c(0.06987458559937648) * part_61);
+        let moment_closing_south_y = mul_add(c(0.0698745855993765), part_60,
+            c(0.04034213973350825) * part_61);
+        let moment_closing_south_z = c(-0.08068423607472835) * part_62;
         let across_south_5 = mul_add(-sin_south_south_east, moment_closing_south_z,
             cos_south_south_east * moment_closing_south_y);
         let moment_above_south_y_3 = mul_add(c(-0.8660254814097262), moment_closing_south_x,
@@ -3920,10 +3870,34 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_across_south_4 = -south_part_21 - south_part_22;
         let d_moment_above_south_y_3 = c(0.4999998655490338) * d_across_south_4;
         // south_west
-        let d_across_south_west_4 = mul_add(-sin_west_south_west, across_south_ghost0_5,
+        let d_across_south_west_3 = mul_add(-sin_west_south_west, across_south_ghost0_5,
             cos_west_south_west * d_moment_above_south_ghost0_y_3);
-        let d_moment_above_south_west_x_3 = mul_add(c(-0.8660257562110547), d_across_south_west_4,
+        let d_moment_above_south_west_x_2 = mul_add(c(-0.8660257562110547), d_across_south_west_3,
             d_across_south_ghost0_4 * c(-0.3535527646463877));
+        let d_across_south_west_4 = mul_add(-sin_west_south_west, d_moment_above_south_ghost0_z_2,
+            cos_west_south_west * d_moment_above_south_ghost0_y_2);
+        let d_moment_above_south_west_x_3 = mul_add(c(-0.8660257562110547), d_across_south_west_4,
+            c(-0.3535527646463877) * d_across_south_ghost0_3);
+        // the whole mechanism
+        let part_69 = mul_add(c(0.6262195242941383), moment_above_south_ghost0_x_2,
+            d_moment_above_south_ghost0_x_2);
+        let part_70 = mul_add(-factor_west_south_west_ground_west, part_69,
+            mul_add(c(0.6262195242941383), moment_above_south_west_x,
+            d_moment_above_south_west_x_3));
+        let part_71 = mul_add(part_17, part_70, part_14 * part_69);
+        let part_72 = mul_add(part_32, part_71, -mul_add(-part_18, part_69, part_21 * part_70));
+        let part_73 = part_39 * mul_add(-part_37, part_72, mul_add(part_34, part_71,
+            -mul_add(part_25, part_70, mul_add(part_22, part_69, c(-0.05052604393275234)))));
+        let part_74 = mul_add(-part_37, part_73, part_36 * part_72);
+        let part_75 = mul_add(-part_32, part_74, mul_add(-part_34, part_73, -part_31 * part_71));
+        let part_76 = mul_add(part_24, part_73, mul_add(part_20, part_74, part_16 * part_75));
+        let part_77 = mul_add(inverse_pivot_ground_west, part_70, mul_add(part_25, part_73,
+            mul_add(part_21, part_74, part_17 * part_75)));
+        let part_78 = mul_add(-factor_south_east_east_ground_east, part_76, mul_add(part_23,
+            part_73, mul_add(-part_15, part_75, part_19 * part_74)));
+        let part_79 = mul_add(-factor_west_south_west_ground_west, part_77,
+            mul_add(inverse_pivot_west_south_west, part_69, mul_add(part_22, part_73,
+            mul_add(-part_18, part_74, part_14 * part_75))));
         // south_east
         let d_across_south_east_4 = mul_add(-sin_south_east_east, across_south_5,
             cos_south_east_east * d_moment_above_south_y_3);
@@ -3936,8 +3910,8 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_across_south_east_5 = mul_add(-cos_south_east_east, moment_above_south_z_3,
             -sin_south_east_east * moment_above_south_y_3);
         // south_west
-        let south_west_part_13 = c(0.8660257562110547) * part_78;
-        let alpha_moving_south_west_x = mul_add(c(0.4999993895786978), part_78, part_80);
+        let south_west_part_13 = c(0.8660257562110547) * part_64;
+        let alpha_moving_south_west_x = mul_add(c(0.4999993895786978), part_64, part_66);
         let south_west_part_14 = cos_west_south_west * south_west_part_13;
         let alpha_moving_south_west_y = alpha_south_west_y - south_west_part_14;
         let alpha_moving_south_west_z = mul_add(sin_west_south_west, south_west_part_13,
@@ -3955,11 +3929,11 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_gradient_moving_x_south_west_y_3 = omega_xz_south_west
             - d_alpha_moving_south_west_z_3;
         let d_gradient_moving_x_south_west_z_3 = d_omega_xz_south_west + alpha_moving_south_west_z;
-        let d_gradient_moving_z_south_west_x_3 = d_omega_xz_south_west - alpha_moving_south_west_z;
+        let d_gradient_moving_z_south_west_x_2 = d_omega_xz_south_west - alpha_moving_south_west_z;
         let d_moment_own_south_west_x = mul_add(c(3.520149320482795e-4), d_free_fall_south_west_z_2,
             -mul_add(c(1.0093594897589384e-5), d_omega_yz_south_west_2,
             mul_add(c(-2.6789051216394143e-8), d_omega_yz_south_west_2,
-            c(1.2394283547934881e-5) * d_gradient_moving_z_south_west_x_3)));
+            c(1.2394283547934881e-5) * d_gradient_moving_z_south_west_x_2)));
         // south_ghost0
         let d_across_south_ghost0_5 = d_carried_south_west_y * c(0.7071071698144961);
         let d_carried_south_ghost0_x = d_carried_south_west_y * c(0.7071063925583853);
@@ -4002,18 +3976,18 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             - d_alpha_moving_south_ghost0_z_2;
         let d_gradient_moving_x_south_ghost0_z_3 = d_omega_xz_south_ghost0_4
             + d_alpha_moving_south_ghost0_y_2;
-        let d_gradient_moving_y_south_ghost0_x_3 = d_omega_xy_south_ghost0_3
+        let d_gradient_moving_y_south_ghost0_x_2 = d_omega_xy_south_ghost0_3
             + d_alpha_moving_south_ghost0_z_2;
         let d_gradient_moving_y_south_ghost0_z_2 = d_omega_yz_south_ghost0_4
             - d_carried_south_ghost0_x;
-        let d_gradient_moving_z_south_ghost0_x_3 = d_omega_xz_south_ghost0_4
+        let d_gradient_moving_z_south_ghost0_x_2 = d_omega_xz_south_ghost0_4
             - d_alpha_moving_south_ghost0_y_2;
         let d_gradient_moving_z_south_ghost0_y_2 = d_carried_south_ghost0_x
             + d_omega_yz_south_ghost0_4;
         let south_ghost0_part_28 = mul_add(c(-2.372658269341246e-8),
             d_gradient_moving_y_south_ghost0_z_2, mul_add(c(5.5653677591751645e-6),
             d_gradient_moving_z_south_ghost0_y_2,
-            c(6.645589092322223e-6) * d_gradient_moving_z_south_ghost0_x_3));
+            c(6.645589092322223e-6) * d_gradient_moving_z_south_ghost0_x_2));
         let south_ghost0_part_29 = mul_add(c(-6.645589092322223e-6),
             d_gradient_moving_z_south_ghost0_y_2,
             c(2.372658269341246e-8) * d_gradient_moving_x_south_ghost0_z_3);
@@ -4029,8 +4003,6 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_moment_above_south_ghost0_z_3 = mul_add(-cos_south_west_south, south_ghost0_part_30,
             -sin_south_west_south * south_ghost0_part_29);
         // south_west
-        let d_moment_moving_south_west_x_2 = mul_add(c(-1.2394283547934881e-5),
-            d_gradient_moving_z_south_west_x, d_moment_above_south_ghost0_x_3);
         let d_moment_moving_south_west_y_2 = mul_add(c(-2.6789051216394143e-8),
             d_gradient_moving_x_south_west_z, d_moment_above_south_ghost0_y_4);
         let d_moment_moving_south_west_z_2 = d_moment_above_south_ghost0_z_3
@@ -4039,54 +4011,54 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_across_south_west_6 = mul_add(-sin_west_south_west, d_moment_moving_south_west_z_2,
             cos_west_south_west * d_moment_moving_south_west_y_2);
         let d_moment_above_south_west_x_4 = mul_add(c(-0.8660257562110547), d_across_south_west_6,
-            c(0.4999993895786978) * d_moment_moving_south_west_x_2);
+            c(0.4999993895786978) * d_moment_above_south_ghost0_x_3);
         // the whole mechanism
-        let part_83 = mul_add(factor_south_west_south_west_south_west, south_ghost0_part_28,
-            c(-3.5e-6) + d_moment_moving_south_west_x_2);
-        let part_84 = mul_add(-factor_west_south_west_ground_west, part_83,
+        let part_80 = mul_add(factor_south_west_south_west_south_west, south_ghost0_part_28,
+            c(-3.5e-6) + d_moment_above_south_ghost0_x_3);
+        let part_81 = mul_add(-factor_west_south_west_ground_west, part_80,
             mul_add(factor_south_west_south_ground_west, south_ghost0_part_28,
             d_moment_above_south_west_x_4));
-        let part_85 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_3,
-            mul_add(part_17, part_84, part_14 * part_83));
-        let part_86 = mul_add(part_34, part_85, -mul_add(c(0.08068423607472835),
-            d_gradient_moving_z_south_ghost0_x_3, mul_add(-part_18, part_83, part_21 * part_84)));
-        let part_87 = mul_add(-part_39, part_86, mul_add(part_36, part_85,
+        let part_82 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_2,
+            mul_add(part_17, part_81, part_14 * part_80));
+        let part_83 = mul_add(part_32, part_82, -mul_add(c(0.08068423607472835),
+            d_gradient_moving_z_south_ghost0_x_2, mul_add(-part_18, part_80, part_21 * part_81)));
+        let part_84 = mul_add(-part_37, part_83, mul_add(part_34, part_82,
             -mul_add(c(0.08068423607472835), d_gradient_moving_z_south_ghost0_y_2, mul_add(part_25,
-            part_84, mul_add(part_22, part_83, south_ghost0_part_28 * c(-14436.012552214956))))));
-        let part_88 = part_41 * part_87;
-        let part_89 = mul_add(-part_39, part_88, part_38 * part_86);
-        let part_90 = mul_add(-part_34, part_89, mul_add(-part_36, part_88, -part_33 * part_85));
-        let part_91 = mul_add(part_24, part_88, mul_add(part_20, part_89, part_16 * part_90));
-        let part_92 = mul_add(inverse_pivot_ground_west, part_84, mul_add(part_25, part_88,
-            mul_add(part_21, part_89, part_17 * part_90)));
-        let part_93 = mul_add(-factor_south_east_east_ground_east, part_91, mul_add(part_23,
-            part_88, mul_add(-part_15, part_90, part_19 * part_89)));
-        let part_94 = mul_add(-factor_west_south_west_ground_west, part_92,
-            mul_add(inverse_pivot_west_south_west, part_83, mul_add(part_22, part_88,
-            mul_add(-part_18, part_89, part_14 * part_90))));
-        let part_95 = mul_add(factor_south_west_south_west_south_west, south_ghost0_part_13,
+            part_81, mul_add(part_22, part_80, south_ghost0_part_28 * c(-14436.012552214956))))));
+        let part_85 = part_39 * part_84;
+        let part_86 = mul_add(-part_37, part_85, part_36 * part_83);
+        let part_87 = mul_add(-part_32, part_86, mul_add(-part_34, part_85, -part_31 * part_82));
+        let part_88 = mul_add(part_24, part_85, mul_add(part_20, part_86, part_16 * part_87));
+        let part_89 = mul_add(inverse_pivot_ground_west, part_81, mul_add(part_25, part_85,
+            mul_add(part_21, part_86, part_17 * part_87)));
+        let part_90 = mul_add(-factor_south_east_east_ground_east, part_88, mul_add(part_23,
+            part_85, mul_add(-part_15, part_87, part_19 * part_86)));
+        let part_91 = mul_add(-factor_west_south_west_ground_west, part_89,
+            mul_add(inverse_pivot_west_south_west, part_80, mul_add(part_22, part_85,
+            mul_add(-part_18, part_86, part_14 * part_87))));
+        let part_92 = mul_add(factor_south_west_south_west_south_west, south_ghost0_part_11,
             d_moment_moving_south_west_x);
-        let part_96 = mul_add(-factor_west_south_west_ground_west, part_95,
-            mul_add(factor_south_west_south_ground_west, south_ghost0_part_13, c(-3.5e-6)
-            + d_moment_above_south_west_x_2));
-        let part_97 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_2,
-            mul_add(part_17, part_96, part_14 * part_95));
-        let part_98 = mul_add(part_34, part_97, -mul_add(c(0.08068423607472835),
-            d_gradient_moving_z_south_ghost0_x_2, mul_add(-part_18, part_95, part_21 * part_96)));
-        let part_99 = mul_add(-part_39, part_98, mul_add(part_36, part_97,
+        let part_93 = mul_add(-factor_west_south_west_ground_west, part_92,
+            mul_add(factor_south_west_south_ground_west, south_ghost0_part_11, c(-3.5e-6)
+            + d_moment_above_south_west_x));
+        let part_94 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x,
+            mul_add(part_17, part_93, part_14 * part_92));
+        let part_95 = mul_add(part_32, part_94, -mul_add(c(0.08068423607472835),
+            d_gradient_moving_z_south_ghost0_x, mul_add(-part_18, part_92, part_21 * part_93)));
+        let part_96 = mul_add(-part_37, part_95, mul_add(part_34, part_94,
             -mul_add(c(0.08068423607472835), d_gradient_moving_z_south_ghost0_y, mul_add(part_25,
-            part_96, mul_add(part_22, part_95, c(-14436.012552214956) * south_ghost0_part_13)))));
-        let part_100 = part_41 * part_99;
-        let part_101 = mul_add(-part_39, part_100, part_38 * part_98);
-        let part_102 = mul_add(-part_34, part_101, mul_add(-part_36, part_100, -part_33 * part_97));
-        let part_103 = mul_add(part_24, part_100, mul_add(part_20, part_101, part_16 * part_102));
-        let part_104 = mul_add(inverse_pivot_ground_west, part_96, mul_add(part_25, part_100,
-            mul_add(part_21, part_101, part_17 * part_102)));
-        let part_105 = mul_add(-factor_south_east_east_ground_east, part_103, mul_add(part_23,
-            part_100, mul_add(-part_15, part_102, part_19 * part_101)));
-        let part_106 = mul_add(-factor_west_south_west_ground_west, part_104,
-            mul_add(inverse_pivot_west_south_west, part_95, mul_add(part_22, part_100,
-            mul_add(-part_18, part_101, part_14 * part_102))));
+            part_93, mul_add(part_22, part_92, c(-14436.012552214956) * south_ghost0_part_11)))));
+        let part_97 = part_39 * part_96;
+        let part_98 = mul_add(-part_37, part_97, part_36 * part_95);
+        let part_99 = mul_add(-part_32, part_98, mul_add(-part_34, part_97, -part_31 * part_94));
+        let part_100 = mul_add(part_24, part_97, mul_add(part_20, part_98, part_16 * part_99));
+        let part_101 = mul_add(inverse_pivot_ground_west, part_93, mul_add(part_25, part_97,
+            mul_add(part_21, part_98, part_17 * part_99)));
+        let part_102 = mul_add(-factor_south_east_east_ground_east, part_100, mul_add(part_23,
+            part_97, mul_add(-part_15, part_99, part_19 * part_98)));
+        let part_103 = mul_add(-factor_west_south_west_ground_west, part_101,
+            mul_add(inverse_pivot_west_south_west, part_92, mul_add(part_22, part_97,
+            mul_add(-part_18, part_98, part_14 * part_99))));
         // south_ghost0
         let d_across_south_ghost0_8 = c(0.7071071698144961) * alpha_moving_south_west_z;
         let d_alpha_moving_south_ghost0_x_2 = c(0.7071063925583853) * alpha_moving_south_west_z;
@@ -4100,11 +4072,11 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             - d_alpha_moving_south_ghost0_z_3;
         let d_gradient_moving_x_south_ghost0_z_4 = d_omega_xz_south_ghost0_3
             + d_alpha_moving_south_ghost0_y_3;
-        let d_gradient_moving_y_south_ghost0_x_4 = d_omega_xy_south_ghost0_2
+        let d_gradient_moving_y_south_ghost0_x_3 = d_omega_xy_south_ghost0_2
             + d_alpha_moving_south_ghost0_z_3;
         let d_gradient_moving_y_south_ghost0_z_3 = d_omega_yz_south_ghost0_3
             - d_alpha_moving_south_ghost0_x_2;
-        let d_gradient_moving_z_south_ghost0_x_4 = d_omega_xz_south_ghost0_3
+        let d_gradient_moving_z_south_ghost0_x_3 = d_omega_xz_south_ghost0_3
             - d_alpha_moving_south_ghost0_y_3;
         let d_gradient_moving_z_south_ghost0_y_3 = d_omega_yz_south_ghost0_3
             + d_alpha_moving_south_ghost0_x_2;
@@ -4112,7 +4084,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             d_free_fall_south_ghost0_z_2, -mul_add(c(-2.372658269341246e-8),
             d_gradient_moving_y_south_ghost0_z_3, mul_add(c(5.5653677591751645e-6),
             d_gradient_moving_z_south_ghost0_y_3,
-            c(6.645589092322223e-6) * d_gradient_moving_z_south_ghost0_x_4)));
+            c(6.645589092322223e-6) * d_gradient_moving_z_south_ghost0_x_3)));
         let south_ghost0_part_31 = mul_add(c(-6.645589092322223e-6),
             d_gradient_moving_z_south_ghost0_y_3,
             c(2.372658269341246e-8) * d_gradient_moving_x_south_ghost0_z_4);
@@ -4141,21 +4113,21 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_moment_above_south_ghost0_y_6 = mul_add(c(1.2038592173704043e-4),
             d_free_fall_south_ghost0_z_3, c(0.7071071698144961) * d_across_south_ghost0_11);
         // south_west
-        let d_moment_moving_south_west_x_3 = mul_add(c(3.520149320482795e-4),
+        let d_moment_moving_south_west_x_2 = mul_add(c(3.520149320482795e-4),
             d_free_fall_south_west_z, d_moment_above_south_ghost0_x_5);
         let d_moment_moving_south_west_z_3 = mul_add(-cos_south_west_south, south_ghost0_part_32,
             d_moment_own_south_west_z);
         let d_across_south_west_7 = mul_add(-sin_west_south_west, d_moment_moving_south_west_z_3,
             cos_west_south_west * d_moment_above_south_ghost0_y_6);
         let d_moment_above_south_west_x_5 = mul_add(c(-0.8660257562110547), d_across_south_west_7,
-            c(0.4999993895786978) * d_moment_moving_south_west_x_3);
+            c(0.4999993895786978) * d_moment_moving_south_west_x_2);
         // west
         let d_moment_moving_west_x = mul_add(c(6.332769027236974e-3), sin_ground_west,
             d_moment_above_south_west_x_5);
         // south_ghost0
         let across_south_ghost0_6 = mul_add(c(-0.7071063925583853), alpha_moving_south_west_x,
             c(0.7071071698144961) * alpha_moving_south_west_y);
-        let alpha_moving_south_ghost0_x = part_82 + mul_add(c(0.7071063925583853),
+        let alpha_moving_south_ghost0_x = part_68 + mul_add(c(0.7071063925583853),
             alpha_moving_south_west_y, c(0.7071071698144961) * alpha_moving_south_west_x);
         let south_ghost0_part_33 = sin_south_west_south * alpha_moving_south_west_z;
         let south_ghost0_part_34 = cos_south_west_south * alpha_moving_south_west_z;
@@ -4175,11 +4147,11 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let gradient_moving_x_south_ghost0_z = omega_xz_south_ghost0 + alpha_moving_south_ghost0_y;
         let d_gradient_moving_x_south_ghost0_z_5 = d_omega_xz_south_ghost0_2
             + d_alpha_moving_south_ghost0_y_4;
-        let d_gradient_moving_y_south_ghost0_x_5 = omega_xz_south_ghost0
+        let d_gradient_moving_y_south_ghost0_x_4 = omega_xz_south_ghost0
             + d_alpha_moving_south_ghost0_z_4;
         let gradient_moving_y_south_ghost0_z = omega_yz_south_ghost0 - alpha_moving_south_ghost0_x;
         let gradient_moving_z_south_ghost0_x = omega_xz_south_ghost0 - alpha_moving_south_ghost0_y;
-        let d_gradient_moving_z_south_ghost0_x_5 = d_omega_xz_south_ghost0_2
+        let d_gradient_moving_z_south_ghost0_x_4 = d_omega_xz_south_ghost0_2
             - d_alpha_moving_south_ghost0_y_4;
         let gradient_moving_z_south_ghost0_y = omega_yz_south_ghost0 + alpha_moving_south_ghost0_x;
         let moment_own_south_ghost0_x_2 = south_ghost0_part_5 - mul_add(c(-2.372658269341246e-8),
@@ -4189,7 +4161,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_moment_own_south_ghost0_x_3 = mul_add(c(1.7025149681007906e-4),
             d_free_fall_south_ghost0_z, -mul_add(c(-2.372658269341246e-8),
             d_omega_yz_south_ghost0_2, mul_add(c(5.5653677591751645e-6), d_omega_yz_south_ghost0_2,
-            c(6.645589092322223e-6) * d_gradient_moving_z_south_ghost0_x_5)));
+            c(6.645589092322223e-6) * d_gradient_moving_z_south_ghost0_x_4)));
         let south_ghost0_part_37 = mul_add(c(-6.645589092322223e-6),
             gradient_moving_z_south_ghost0_y,
             c(2.372658269341246e-8) * gradient_moving_x_south_ghost0_z);
@@ -4203,8 +4175,8 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let south_ghost0_part_40 = sin_south_west_south * moment_own_south_ghost0_z_2;
         let south_ghost0_part_41 = cos_south_west_south * moment_own_south_ghost0_z_2;
         // south_east
-        let across_south_east_6 = c(0.7071067811865475) * part_77;
-        let alpha_moving_south_east_x = part_79 + across_south_east_6;
+        let across_south_east_6 = c(0.7071067811865475) * part_63;
+        let alpha_moving_south_east_x = part_65 + across_south_east_6;
         let south_east_part_17 = cos_south_east_east * across_south_east_6;
         let alpha_moving_south_east_y = south_east_part_17 - south_east_part_2;
         let alpha_moving_south_east_z = mul_add(-sin_south_east_east, across_south_east_6,
@@ -4222,10 +4194,10 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_alpha_moving_south_east_z = south_east_part_2 - south_east_part_17;
         let d_gradient_moving_x_south_east_y_3 = omega_xz_south_east - d_alpha_moving_south_east_z;
         let d_gradient_moving_x_south_east_z_3 = alpha_moving_south_east_z - omega_xy_south_east;
-        let d_gradient_moving_z_south_east_x_3 = d_omega_xz_south_east_2
+        let d_gradient_moving_z_south_east_x_2 = d_omega_xz_south_east_2
             - alpha_moving_south_east_z;
         let d_moment_own_south_east_x = -c(4.7358339509453106e-4) * d_free_fall_south_east_z_2
-            - mul_add(c(-1.293994125217518e-5), d_gradient_moving_z_south_east_x_3,
+            - mul_add(c(-1.293994125217518e-5), d_gradient_moving_z_south_east_x_2,
             mul_add(c(-3.338573836000013e-8), d_omega_yz_south_east_2,
             c(1.6424267108073443e-5) * d_omega_yz_south_east_2));
         // south
@@ -4269,12 +4241,12 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             south_part_28) - south_part_27;
         let d_gradient_moving_x_south_y_3 = d_omega_xy_south_3 - d_alpha_moving_south_z_2;
         let d_gradient_moving_x_south_z_3 = d_omega_xz_south_4 + d_alpha_moving_south_y_2;
-        let d_gradient_moving_y_south_x_3 = d_omega_xy_south_3 + d_alpha_moving_south_z_2;
+        let d_gradient_moving_y_south_x_2 = d_omega_xy_south_3 + d_alpha_moving_south_z_2;
         let d_gradient_moving_y_south_z_2 = south_part_24 + d_omega_yz_south_4;
-        let d_gradient_moving_z_south_x_3 = d_omega_xz_south_4 - d_alpha_moving_south_y_2;
+        let d_gradient_moving_z_south_x_2 = d_omega_xz_south_4 - d_alpha_moving_south_y_2;
         let d_gradient_moving_z_south_y_2 = d_omega_yz_south_4 - south_part_24;
         let south_part_35 = mul_add(c(-2.3726582693412885e-8), d_gradient_moving_y_south_z_2,
-            mul_add(c(-6.64555505684884e-6), d_gradient_moving_z_south_x_3,
+            mul_add(c(-6.64555505684884e-6), d_gradient_moving_z_south_x_2,
             c(5.565308808048279e-6) * d_gradient_moving_z_south_y_2));
         let south_part_36 = mul_add(c(2.3726582693412885e-8), d_gradient_moving_x_south_z_3,
             c(6.64555505684884e-6) * d_gradient_moving_z_south_y_2);
@@ -4282,15 +4254,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             -c(6.64555505684884e-6) * (d_omega_yy_south_4 - d_omega_xx_south_4));
         let d_across_south_7 = mul_add(-cos_south_south_east, south_part_36,
             sin_south_south_east * south_part_37);
-        let d_moment_above_south_x_3 = mul_add(c(0.8660254814097262), d_across_south_7,
+        let d_moment_above_south_x_2 = mul_add(c(0.8660254814097262), d_across_south_7,
             c(-0.4999998655490338) * south_part_35);
         let d_moment_above_south_y_4 = mul_add(c(0.8660254814097262), south_part_35,
             c(0.4999998655490338) * d_across_south_7);
         let d_moment_above_south_z_3 = mul_add(-cos_south_south_east, south_part_37,
             -sin_south_south_east * south_part_36);
         // south_east
-        let d_moment_moving_south_east_x_2 = mul_add(c(1.293994125217518e-5),
-            d_gradient_moving_z_south_east_x, d_moment_above_south_x_3);
         let d_moment_moving_south_east_y_2 = mul_add(c(-3.338573836000013e-8),
             d_gradient_moving_x_south_east_z, d_moment_above_south_y_4);
         let d_moment_moving_south_east_z_2 = d_moment_above_south_z_3
@@ -4299,7 +4269,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_across_south_east_6 = mul_add(-sin_south_east_east, d_moment_moving_south_east_z_2,
             cos_south_east_east * d_moment_moving_south_east_y_2);
         let d_moment_above_south_east_x_4 = mul_add(c(0.7071067811865475), d_across_south_east_6,
-            c(0.7071067811865475) * d_moment_moving_south_east_x_2);
+            c(0.7071067811865475) * d_moment_above_south_x_2);
         // south
         let d_across_south_8 = c(0.4999998655490338) * alpha_moving_south_east_z;
         let south_part_38 = c(0.8660254814097262) * alpha_moving_south_east_z;
@@ -4309,13 +4279,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             mul_add(-u[1], d_carried_south_y, cos_south_south_east * d_alpha_moving_south_east_z));
         let d_gradient_moving_x_south_y_4 = d_omega_xy_south_2 - d_alpha_moving_south_z_3;
         let d_gradient_moving_x_south_z_4 = d_omega_xz_south_3 + d_alpha_moving_south_y_3;
-        let d_gradient_moving_y_south_x_4 = d_omega_xy_south_2 + d_alpha_moving_south_z_3;
+        let d_gradient_moving_y_south_x_3 = d_omega_xy_south_2 + d_alpha_moving_south_z_3;
         let d_gradient_moving_y_south_z_3 = d_omega_yz_south_3 + south_part_38;
-        let d_gradient_moving_z_south_x_4 = d_omega_xz_south_3 - d_alpha_moving_south_y_3;
+        let d_gradient_moving_z_south_x_3 = d_omega_xz_south_3 - d_alpha_moving_south_y_3;
         let d_gradient_moving_z_south_y_3 = d_omega_yz_south_3 - south_part_38;
         let d_moment_own_south_x = -c(1.702501854199059e-4) * d_free_fall_south_z_2
             - mul_add(c(-2.3726582693412885e-8), d_gradient_moving_y_south_z_3,
-            mul_add(c(-6.64555505684884e-6), d_gradient_moving_z_south_x_4,
+            mul_add(c(-6.64555505684884e-6), d_gradient_moving_z_south_x_3,
             c(5.565308808048279e-6) * d_gradient_moving_z_south_y_3));
         let south_part_39 = mul_add(c(2.3726582693412885e-8), d_gradient_moving_x_south_z_4,
             c(6.64555505684884e-6) * d_gradient_moving_z_south_y_3);
@@ -4324,7 +4294,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             -c(6.64555505684884e-6) * (d_omega_yy_south_3 - d_omega_xx_south_3)));
         let d_across_south_9 = mul_add(-sin_south_south_east, d_moment_own_south_z,
             -cos_south_south_east * south_part_39);
-        let d_moment_above_south_x_4 = mul_add(c(0.8660254814097262), d_across_south_9,
+        let d_moment_above_south_x_3 = mul_add(c(0.8660254814097262), d_across_south_9,
             c(0.4999998655490338) * d_moment_own_south_x);
         let d_moment_above_south_y_5 = mul_add(c(-0.8660254814097262), d_moment_own_south_x,
             c(0.4999998655490338) * d_across_south_9);
@@ -4339,26 +4309,26 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let south_part_40 = c(1.702501854199059e-4) * d_free_fall_south_z_3;
         let d_moment_own_south_z_2 = c(1.702501854199059e-4) * d_free_fall_south_x;
         let south_part_41 = sin_south_south_east * d_moment_own_south_z_2;
-        let d_moment_above_south_x_5 = mul_add(c(-0.8660254814097262), south_part_41,
+        let d_moment_above_south_x_4 = mul_add(c(-0.8660254814097262), south_part_41,
             d_free_fall_south_z_3 * c(-8.512506981965103e-5));
         let d_moment_above_south_y_6 = mul_add(c(1.4744099878836916e-4), d_free_fall_south_z_3,
             c(-0.4999998655490338) * south_part_41);
         // south_east
-        let d_moment_moving_south_east_x_3 = mul_add(c(-4.7358339509453106e-4),
-            d_free_fall_south_east_z, d_moment_above_south_x_5);
+        let d_moment_moving_south_east_x_2 = mul_add(c(-4.7358339509453106e-4),
+            d_free_fall_south_east_z, d_moment_above_south_x_4);
         let d_moment_moving_south_east_z_3 = mul_add(cos_south_south_east, d_moment_own_south_z_2,
             cos_ground_east * c(3.285114235562457e-3));
         let d_across_south_east_7 = mul_add(-sin_south_east_east, d_moment_moving_south_east_z_3,
             cos_south_east_east * d_moment_above_south_y_6);
         let d_moment_above_south_east_x_5 = mul_add(c(0.7071067811865475), d_across_south_east_7,
-            c(0.7071067811865475) * d_moment_moving_south_east_x_3);
+            c(0.7071067811865475) * d_moment_moving_south_east_x_2);
         // east
         let d_moment_moving_east_x = mul_add(c(-4.625527205006544e-3), sin_ground_east,
             d_moment_above_south_east_x_5);
         // south
         let across_south_6 = mul_add(c(0.8660254814097262), alpha_moving_south_east_x,
             c(0.4999998655490338) * alpha_moving_south_east_y);
-        let alpha_moving_south_x = part_81 + mul_add(c(-0.8660254814097262),
+        let alpha_moving_south_x = part_67 + mul_add(c(-0.8660254814097262),
             alpha_moving_south_east_y, c(0.4999998655490338) * alpha_moving_south_east_x);
         let south_part_42 = sin_south_south_east * alpha_moving_south_east_z;
         let south_part_43 = cos_south_south_east * across_south_6;
@@ -4391,11 +4361,11 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_alpha_moving_south_z_4 = -south_part_42 - south_part_4 - south_part_43;
         let d_gradient_moving_x_south_y_5 = omega_xz_south - d_alpha_moving_south_z_4;
         let d_gradient_moving_x_south_z_5 = d_omega_xz_south_2 + d_alpha_moving_south_y_4;
-        let d_gradient_moving_y_south_x_5 = omega_xz_south + d_alpha_moving_south_z_4;
-        let d_gradient_moving_z_south_x_5 = d_omega_xz_south_2 - d_alpha_moving_south_y_4;
+        let d_gradient_moving_y_south_x_4 = omega_xz_south + d_alpha_moving_south_z_4;
+        let d_gradient_moving_z_south_x_4 = d_omega_xz_south_2 - d_alpha_moving_south_y_4;
         let d_moment_own_south_x_2 = -c(1.702501854199059e-4) * d_free_fall_south_z
             - mul_add(c(-2.3726582693412885e-8), d_omega_yz_south_2,
-            mul_add(c(-6.64555505684884e-6), d_gradient_moving_z_south_x_5,
+            mul_add(c(-6.64555505684884e-6), d_gradient_moving_z_south_x_4,
             c(5.565308808048279e-6) * d_omega_yz_south_2));
         let south_part_51 = mul_add(c(2.3726582693412885e-8), d_gradient_moving_x_south_z_5,
             c(6.64555505684884e-6) * d_omega_yz_south_2);
@@ -4403,7 +4373,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             -c(6.64555505684884e-6) * d_omega_yy_south_2);
         let d_across_south_11 = mul_add(-cos_south_south_east, south_part_51, south_part_49)
             - mul_add(-sin_south_south_east, south_part_52, south_part_50);
-        let d_moment_above_south_x_6 = mul_add(c(0.8660254814097262), d_across_south_11,
+        let d_moment_above_south_x_5 = mul_add(c(0.8660254814097262), d_across_south_11,
             c(0.4999998655490338) * d_moment_own_south_x_2);
         let d_moment_above_south_y_7 = mul_add(c(-0.8660254814097262), d_moment_own_south_x_2,
             c(0.4999998655490338) * d_across_south_11);
@@ -4431,7 +4401,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             gradient_moving_z_south_east_y,
             c(3.338573836000013e-8) * gradient_moving_x_south_east_z);
         let moment_moving_south_east_z = moment_own_south_east_z_2 + moment_above_south_z_4;
-        let d_moment_moving_south_east_x_4 = d_moment_own_south_east_x + d_moment_above_south_x_4;
+        let d_moment_moving_south_east_x_3 = d_moment_own_south_east_x + d_moment_above_south_x_3;
         let d_moment_moving_south_east_y_3 = d_moment_above_south_y_5
             - mul_add(c(1.293994125217518e-5), d_omega_yz_south_east_2,
             c(3.338573836000013e-8) * d_gradient_moving_x_south_east_z_3);
@@ -4442,7 +4412,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             cos_south_east_east * d_moment_moving_south_east_y_3) - mul_add(sin_south_east_east,
             d_moment_moving_south_east_z_4, cos_south_east_east * moment_moving_south_east_z);
         let d_moment_above_south_east_x_6 = mul_add(c(0.7071067811865475), d_across_south_east_8,
-            c(0.7071067811865475) * d_moment_moving_south_east_x_4);
+            c(0.7071067811865475) * d_moment_moving_south_east_x_3);
         // south_west
         let moment_moving_south_west_y = moment_above_south_ghost0_y_4
             - mul_add(c(-1.2394283547934881e-5), gradient_moving_z_south_west_y,
@@ -4452,7 +4422,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             cos_west_south_west * d_moment_above_south_ghost0_y_7);
         let d_moment_above_south_west_x_6 = mul_add(c(-0.8660257562110547), d_across_south_west_8,
             c(0.4999993895786978) * d_moment_above_south_ghost0_x_6);
-        let d_moment_moving_south_west_x_4 = d_moment_own_south_west_x
+        let d_moment_moving_south_west_x_3 = d_moment_own_south_west_x
             + d_moment_above_south_ghost0_x_4;
         let d_moment_moving_south_west_y_3 = d_moment_above_south_ghost0_y_5
             - mul_add(c(-1.2394283547934881e-5), d_omega_yz_south_west_2,
@@ -4464,356 +4434,356 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             cos_west_south_west * d_moment_moving_south_west_y_3) - mul_add(sin_west_south_west,
             d_moment_moving_south_west_z_4, cos_west_south_west * moment_moving_south_west_z);
         let d_moment_above_south_west_x_7 = mul_add(c(-0.8660257562110547), d_across_south_west_9,
-            c(0.4999993895786978) * d_moment_moving_south_west_x_4);
+            c(0.4999993895786978) * d_moment_moving_south_west_x_3);
         // south_east
         let d_across_south_east_9 = mul_add(-sin_south_east_east, d_moment_above_south_z_5,
             cos_south_east_east * d_moment_above_south_y_7);
         let d_moment_above_south_east_x_7 = mul_add(c(0.7071067811865475), d_across_south_east_9,
-            c(0.7071067811865475) * d_moment_above_south_x_6);
+            c(0.7071067811865475) * d_moment_above_south_x_5);
         // the whole mechanism
-        let part_107 = d_moment_own_south_ghost0_x_3 + c(-0.0114);
-        let part_108 = mul_add(-factor_south_west_south_west_south_west, part_107,
+        let part_104 = d_moment_own_south_ghost0_x_3 + c(-0.0114);
+        let part_105 = mul_add(-factor_south_west_south_west_south_west, part_104,
             mul_add(c(-0.7071063925583853), d_across_south_ghost0_4,
             d_moment_above_south_ghost0_x_6));
-        let part_109 = mul_add(-factor_west_south_west_ground_west, part_108,
-            mul_add(-factor_south_west_south_ground_west, part_107, d_moment_above_south_west_x_3
+        let part_106 = mul_add(-factor_west_south_west_ground_west, part_105,
+            mul_add(-factor_south_west_south_ground_west, part_104, d_moment_above_south_west_x_2
             + d_moment_above_south_west_x_6));
-        let part_110 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_5,
-            mul_add(part_17, part_109, part_14 * part_108));
-        let part_111 = mul_add(part_34, part_110, -mul_add(c(0.08068423607472835),
-            d_gradient_moving_z_south_ghost0_x_5, mul_add(-part_18, part_108, part_21 * part_109)));
-        let part_112 = mul_add(-part_39, part_111, mul_add(part_36, part_110,
-            -mul_add(c(0.08068423607472835), d_omega_yz_south_ghost0_2, mul_add(part_25, part_109,
-            mul_add(part_22, part_108, c(14436.012552214956) * part_107)))));
-        let part_113 = part_41 * part_112;
-        let part_114 = mul_add(-part_39, part_113, part_38 * part_111);
-        let part_115 = mul_add(-part_34, part_114, mul_add(-part_36, part_113,
-            -part_33 * part_110));
-        let part_116 = mul_add(part_24, part_113, mul_add(part_20, part_114, part_16 * part_115));
-        let part_117 = mul_add(inverse_pivot_ground_west, part_109, mul_add(part_25, part_113,
-            mul_add(part_21, part_114, part_17 * part_115)));
-        let part_118 = mul_add(-factor_south_east_east_ground_east, part_116, mul_add(part_23,
-            part_113, mul_add(-part_15, part_115, part_19 * part_114)));
-        let part_119 = mul_add(-factor_west_south_west_ground_west, part_117,
-            mul_add(inverse_pivot_west_south_west, part_108, mul_add(part_22, part_113,
-            mul_add(-part_18, part_114, part_14 * part_115))));
-        let part_120 = mul_add(factor_south_south_east_south_east_east, south_part_40,
-            d_moment_moving_south_east_x_3);
-        let part_121 = mul_add(-factor_south_east_east_ground_east, part_120,
+        let part_107 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_4,
+            mul_add(part_17, part_106, part_14 * part_105));
+        let part_108 = mul_add(part_32, part_107, -mul_add(c(0.08068423607472835),
+            d_gradient_moving_z_south_ghost0_x_4, mul_add(-part_18, part_105, part_21 * part_106)));
+        let part_109 = mul_add(-part_37, part_108, mul_add(part_34, part_107,
+            -mul_add(c(0.08068423607472835), d_omega_yz_south_ghost0_2, mul_add(part_25, part_106,
+            mul_add(part_22, part_105, c(14436.012552214956) * part_104)))));
+        let part_110 = part_39 * part_109;
+        let part_111 = mul_add(-part_37, part_110, part_36 * part_108);
+        let part_112 = mul_add(-part_32, part_111, mul_add(-part_34, part_110,
+            -part_31 * part_107));
+        let part_113 = mul_add(part_24, part_110, mul_add(part_20, part_111, part_16 * part_112));
+        let part_114 = mul_add(inverse_pivot_ground_west, part_106, mul_add(part_25, part_110,
+            mul_add(part_21, part_111, part_17 * part_112)));
+        let part_115 = mul_add(-factor_south_east_east_ground_east, part_113, mul_add(part_23,
+            part_110, mul_add(-part_15, part_112, part_19 * part_111)));
+        let part_116 = mul_add(-factor_west_south_west_ground_west, part_114,
+            mul_add(inverse_pivot_west_south_west, part_105, mul_add(part_22, part_110,
+            mul_add(-part_18, part_111, part_14 * part_112))));
+        let part_117 = mul_add(factor_south_south_east_south_east_east, south_part_40,
+            d_moment_moving_south_east_x_2);
+        let part_118 = mul_add(-factor_south_east_east_ground_east, part_117,
             mul_add(factor_south_south_east_ground_east, south_part_40, c(-0.0114)
             + d_moment_moving_east_x));
-        let part_122 = mul_add(-part_15, part_120, part_16 * part_121);
-        let part_123 = mul_add(part_34, part_122, -mul_add(part_20, part_121, mul_add(part_19,
-            part_120, d_free_fall_south_z_3 * c(-2.128481987095497))));
-        let part_124 = part_41 * mul_add(-part_39, part_123, mul_add(part_36, part_122,
-            -mul_add(part_24, part_121, mul_add(part_23, part_120,
+        let part_119 = mul_add(-part_15, part_117, part_16 * part_118);
+        let part_120 = mul_add(part_32, part_119, -mul_add(part_20, part_118, mul_add(part_19,
+            part_117, d_free_fall_south_z_3 * c(-2.128481987095497))));
+        let part_121 = part_39 * mul_add(-part_37, part_120, mul_add(part_34, part_119,
+            -mul_add(part_24, part_118, mul_add(part_23, part_117,
             d_free_fall_south_z_3 * c(1.2288805294099385)))));
-        let part_125 = mul_add(-part_39, part_124, part_38 * part_123);
-        let part_126 = mul_add(-part_34, part_125, mul_add(-part_36, part_124,
-            -part_33 * part_122));
-        let part_127 = mul_add(part_25, part_124, mul_add(part_21, part_125, part_17 * part_126));
-        let part_128 = mul_add(inverse_pivot_ground_east, part_121, mul_add(part_24, part_124,
-            mul_add(part_20, part_125, part_16 * part_126)));
-        let part_129 = mul_add(-factor_south_east_east_ground_east, part_128,
-            mul_add(inverse_pivot_south_east_east, part_120, mul_add(part_23, part_124,
-            mul_add(-part_15, part_126, part_19 * part_125))));
-        let part_130 = mul_add(-factor_west_south_west_ground_west, part_127, mul_add(part_22,
-            part_124, mul_add(-part_18, part_125, part_14 * part_126)));
-        let part_131 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
+        let part_122 = mul_add(-part_37, part_121, part_36 * part_120);
+        let part_123 = mul_add(-part_32, part_122, mul_add(-part_34, part_121,
+            -part_31 * part_119));
+        let part_124 = mul_add(part_25, part_121, mul_add(part_21, part_122, part_17 * part_123));
+        let part_125 = mul_add(inverse_pivot_ground_east, part_118, mul_add(part_24, part_121,
+            mul_add(part_20, part_122, part_16 * part_123)));
+        let part_126 = mul_add(-factor_south_east_east_ground_east, part_125,
+            mul_add(inverse_pivot_south_east_east, part_117, mul_add(part_23, part_121,
+            mul_add(-part_15, part_123, part_19 * part_122))));
+        let part_127 = mul_add(-factor_west_south_west_ground_west, part_124, mul_add(part_22,
+            part_121, mul_add(-part_18, part_122, part_14 * part_123)));
+        let part_128 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
             d_omega_xx_south_4 + d_omega_zz_south_4,
-            c(0.04034213973350825) * d_gradient_moving_y_south_x_3),
+            c(0.04034213973350825) * d_gradient_moving_y_south_x_2),
             c(0.8660252485338008) * mul_add(c(-0.06987458559937648), d_gradient_moving_x_south_y_3,
             c(-0.04034213973350825) * (d_omega_yy_south_4 + d_omega_zz_south_4)));
-        let part_132 = mul_add(factor_south_south_east_south_east_east, south_part_35, c(-3.5e-6)
-            + d_moment_moving_south_east_x_2);
-        let part_133 = mul_add(-factor_south_east_east_ground_east, part_132,
+        let part_129 = mul_add(factor_south_south_east_south_east_east, south_part_35, c(-3.5e-6)
+            + d_moment_above_south_x_2);
+        let part_130 = mul_add(-factor_south_east_east_ground_east, part_129,
             mul_add(factor_south_south_east_ground_east, south_part_35,
             d_moment_above_south_east_x_4));
-        let part_134 = mul_add(-part_15, part_132, part_16 * part_133) - part_131;
-        let part_135 = mul_add(part_34, part_134, -(mul_add(part_20, part_133, mul_add(part_19,
-            part_132, c(-12502.083224437016) * south_part_35)) - mul_add(c(-0.06987458559937648),
+        let part_131 = mul_add(-part_15, part_129, part_16 * part_130) - part_128;
+        let part_132 = mul_add(part_32, part_131, -(mul_add(part_20, part_130, mul_add(part_19,
+            part_129, c(-12502.083224437016) * south_part_35)) - mul_add(c(-0.06987458559937648),
             d_gradient_moving_z_south_y_2,
-            c(0.04034213973350825) * d_gradient_moving_z_south_x_3)));
-        let part_136 = mul_add(part_36, part_134, -(mul_add(part_24, part_133, mul_add(part_23,
-            part_132, c(7218.08629094307) * south_part_35)) - mul_add(c(0.040342139733508246),
-            d_gradient_moving_z_south_y_2, c(0.0698745855993765) * d_gradient_moving_z_south_x_3)));
-        let part_137 = part_41 * mul_add(-part_39, part_135, part_136);
-        let part_138 = mul_add(-part_39, part_137, part_38 * part_135);
-        let part_139 = mul_add(-part_34, part_138, mul_add(-part_36, part_137,
-            -part_33 * part_134));
-        let part_140 = mul_add(part_25, part_137, mul_add(part_21, part_138, part_17 * part_139));
-        let part_141 = mul_add(inverse_pivot_ground_east, part_133, mul_add(part_24, part_137,
-            mul_add(part_20, part_138, part_16 * part_139)));
-        let part_142 = mul_add(-factor_south_east_east_ground_east, part_141,
-            mul_add(inverse_pivot_south_east_east, part_132, mul_add(part_23, part_137,
-            mul_add(-part_15, part_139, part_19 * part_138))));
-        let part_143 = mul_add(-factor_west_south_west_ground_west, part_140, mul_add(part_22,
-            part_137, mul_add(-part_18, part_138, part_14 * part_139)));
-        let part_144 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
+            c(0.04034213973350825) * d_gradient_moving_z_south_x_2)));
+        let part_133 = mul_add(part_34, part_131, -(mul_add(part_24, part_130, mul_add(part_23,
+            part_129, c(7218.08629094307) * south_part_35)) - mul_add(c(0.040342139733508246),
+            d_gradient_moving_z_south_y_2, c(0.0698745855993765) * d_gradient_moving_z_south_x_2)));
+        let part_134 = part_39 * mul_add(-part_37, part_132, part_133);
+        let part_135 = mul_add(-part_37, part_134, part_36 * part_132);
+        let part_136 = mul_add(-part_32, part_135, mul_add(-part_34, part_134,
+            -part_31 * part_131));
+        let part_137 = mul_add(part_25, part_134, mul_add(part_21, part_135, part_17 * part_136));
+        let part_138 = mul_add(inverse_pivot_ground_east, part_130, mul_add(part_24, part_134,
+            mul_add(part_20, part_135, part_16 * part_136)));
+        let part_139 = mul_add(-factor_south_east_east_ground_east, part_138,
+            mul_add(inverse_pivot_south_east_east, part_129, mul_add(part_23, part_134,
+            mul_add(-part_15, part_136, part_19 * part_135))));
+        let part_140 = mul_add(-factor_west_south_west_ground_west, part_137, mul_add(part_22,
+            part_134, mul_add(-part_18, part_135, part_14 * part_136)));
+        let part_141 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
             d_omega_xx_south_2 + d_omega_zz_south,
-            c(0.04034213973350825) * d_gradient_moving_y_south_x_2),
+            c(0.04034213973350825) * d_gradient_moving_y_south_x),
             c(0.8660252485338008) * mul_add(c(-0.06987458559937648), d_gradient_moving_x_south_y_2,
             c(-0.04034213973350825) * (d_omega_yy_south + d_omega_zz_south)));
-        let part_145 = mul_add(factor_south_south_east_south_east_east, south_part_18,
+        let part_142 = mul_add(factor_south_south_east_south_east_east, south_part_18,
             d_moment_moving_south_east_x);
-        let part_146 = mul_add(-factor_south_east_east_ground_east, part_145,
+        let part_143 = mul_add(-factor_south_east_east_ground_east, part_142,
             mul_add(factor_south_south_east_ground_east, south_part_18, c(-3.5e-6)
             + d_moment_above_south_east_x_2));
-        let part_147 = mul_add(-part_15, part_145, part_16 * part_146) - part_144;
-        let part_148 = mul_add(part_34, part_147, -(mul_add(part_20, part_146, mul_add(part_19,
-            part_145, c(-12502.083224437016) * south_part_18)) - mul_add(c(-0.06987458559937648),
-            d_gradient_moving_z_south_y, c(0.04034213973350825) * d_gradient_moving_z_south_x_2)));
-        let part_149 = mul_add(part_36, part_147, -(mul_add(part_24, part_146, mul_add(part_23,
-            part_145, c(7218.08629094307) * south_part_18)) - mul_add(c(0.040342139733508246),
-            d_gradient_moving_z_south_y, c(0.0698745855993765) * d_gradient_moving_z_south_x_2)));
-        let part_150 = part_41 * mul_add(-part_39, part_148, part_149);
-        let part_151 = mul_add(-part_39, part_150, part_38 * part_148);
-        let part_152 = mul_add(-part_34, part_151, mul_add(-part_36, part_150,
-            -part_33 * part_147));
-        let part_153 = mul_add(part_25, part_150, mul_add(part_21, part_151, part_17 * part_152));
-        let part_154 = mul_add(inverse_pivot_ground_east, part_146, mul_add(part_24, part_150,
-            mul_add(part_20, part_151, part_16 * part_152)));
-        let part_155 = mul_add(-factor_south_east_east_ground_east, part_154,
-            mul_add(inverse_pivot_south_east_east, part_145, mul_add(part_23, part_150,
-            mul_add(-part_15, part_152, part_19 * part_151))));
-        let part_156 = mul_add(-factor_west_south_west_ground_west, part_153, mul_add(part_22,
-            part_150, mul_add(-part_18, part_151, part_14 * part_152)));
-        let part_157 = mul_add(-factor_south_west_south_west_south_west,
-            d_moment_own_south_ghost0_x_2, d_moment_moving_south_west_x_3);
-        let part_158 = mul_add(-factor_west_south_west_ground_west, part_157,
+        let part_144 = mul_add(-part_15, part_142, part_16 * part_143) - part_141;
+        let part_145 = mul_add(part_32, part_144, -(mul_add(part_20, part_143, mul_add(part_19,
+            part_142, c(-12502.083224437016) * south_part_18)) - mul_add(c(-0.06987458559937648),
+            d_gradient_moving_z_south_y, c(0.04034213973350825) * d_gradient_moving_z_south_x)));
+        let part_146 = mul_add(part_34, part_144, -(mul_add(part_24, part_143, mul_add(part_23,
+            part_142, c(7218.08629094307) * south_part_18)) - mul_add(c(0.040342139733508246),
+            d_gradient_moving_z_south_y, c(0.0698745855993765) * d_gradient_moving_z_south_x)));
+        let part_147 = part_39 * mul_add(-part_37, part_145, part_146);
+        let part_148 = mul_add(-part_37, part_147, part_36 * part_145);
+        let part_149 = mul_add(-part_32, part_148, mul_add(-part_34, part_147,
+            -part_31 * part_144));
+        let part_150 = mul_add(part_25, part_147, mul_add(part_21, part_148, part_17 * part_149));
+        let part_151 = mul_add(inverse_pivot_ground_east, part_143, mul_add(part_24, part_147,
+            mul_add(part_20, part_148, part_16 * part_149)));
+        let part_152 = mul_add(-factor_south_east_east_ground_east, part_151,
+            mul_add(inverse_pivot_south_east_east, part_142, mul_add(part_23, part_147,
+            mul_add(-part_15, part_149, part_19 * part_148))));
+        let part_153 = mul_add(-factor_west_south_west_ground_west, part_150, mul_add(part_22,
+            part_147, mul_add(-part_18, part_148, part_14 * part_149)));
+        let part_154 = mul_add(-factor_south_west_south_west_south_west,
+            d_moment_own_south_ghost0_x_2, d_moment_moving_south_west_x_2);
+        let part_155 = mul_add(-factor_west_south_west_ground_west, part_154,
             mul_add(-factor_south_west_south_ground_west, d_moment_own_south_ghost0_x_2, c(-0.0114)
             + d_moment_moving_west_x));
-        let part_159 = mul_add(part_17, part_158, part_14 * part_157);
-        let part_160 = mul_add(part_34, part_159, -mul_add(-part_18, part_157, part_21 * part_158));
-        let part_161 = part_41 * mul_add(-part_39, part_160, mul_add(part_36, part_159,
-            -mul_add(part_25, part_158, mul_add(part_22, part_157,
+        let part_156 = mul_add(part_17, part_155, part_14 * part_154);
+        let part_157 = mul_add(part_32, part_156, -mul_add(-part_18, part_154, part_21 * part_155));
+        let part_158 = part_39 * mul_add(-part_37, part_157, mul_add(part_34, part_156,
+            -mul_add(part_25, part_155, mul_add(part_22, part_154,
             d_free_fall_south_ghost0_z_3 * c(2.4577527449836856)))));
-        let part_162 = mul_add(-part_39, part_161, part_38 * part_160);
-        let part_163 = mul_add(-part_34, part_162, mul_add(-part_36, part_161,
-            -part_33 * part_159));
-        let part_164 = mul_add(part_24, part_161, mul_add(part_20, part_162, part_16 * part_163));
-        let part_165 = mul_add(inverse_pivot_ground_west, part_158, mul_add(part_25, part_161,
-            mul_add(part_21, part_162, part_17 * part_163)));
-        let part_166 = mul_add(-factor_south_east_east_ground_east, part_164, mul_add(part_23,
-            part_161, mul_add(-part_15, part_163, part_19 * part_162)));
-        let part_167 = mul_add(-factor_west_south_west_ground_west, part_165,
-            mul_add(inverse_pivot_west_south_west, part_157, mul_add(part_22, part_161,
-            mul_add(-part_18, part_162, part_14 * part_163))));
-        let part_168 = c(-0.0114) + d_moment_own_south_x_2;
-        let part_169 = mul_add(-factor_south_south_east_south_east_east, part_168,
-            mul_add(c(0.8660254814097262), d_across_south_4, d_moment_above_south_x_6));
-        let part_170 = mul_add(-factor_south_east_east_ground_east, part_169,
-            mul_add(-factor_south_south_east_ground_east, part_168, d_moment_above_south_east_x_3
+        let part_159 = mul_add(-part_37, part_158, part_36 * part_157);
+        let part_160 = mul_add(-part_32, part_159, mul_add(-part_34, part_158,
+            -part_31 * part_156));
+        let part_161 = mul_add(part_24, part_158, mul_add(part_20, part_159, part_16 * part_160));
+        let part_162 = mul_add(inverse_pivot_ground_west, part_155, mul_add(part_25, part_158,
+            mul_add(part_21, part_159, part_17 * part_160)));
+        let part_163 = mul_add(-factor_south_east_east_ground_east, part_161, mul_add(part_23,
+            part_158, mul_add(-part_15, part_160, part_19 * part_159)));
+        let part_164 = mul_add(-factor_west_south_west_ground_west, part_162,
+            mul_add(inverse_pivot_west_south_west, part_154, mul_add(part_22, part_158,
+            mul_add(-part_18, part_159, part_14 * part_160))));
+        let part_165 = c(-0.0114) + d_moment_own_south_x_2;
+        let part_166 = mul_add(-factor_south_south_east_south_east_east, part_165,
+            mul_add(c(0.8660254814097262), d_across_south_4, d_moment_above_south_x_5));
+        let part_167 = mul_add(-factor_south_east_east_ground_east, part_166,
+            mul_add(-factor_south_south_east_ground_east, part_165, d_moment_above_south_east_x_3
             + d_moment_above_south_east_x_7));
-        let part_171 = mul_add(-part_15, part_169, part_16 * part_170)
+        let part_168 = mul_add(-part_15, part_166, part_16 * part_167)
             - mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648), d_omega_zz_south_2,
-            c(0.04034213973350825) * d_gradient_moving_y_south_x_5),
+            c(0.04034213973350825) * d_gradient_moving_y_south_x_4),
             c(0.8660252485338008) * mul_add(c(-0.06987458559937648), d_gradient_moving_x_south_y_5,
             c(-0.04034213973350825) * (d_omega_yy_south_2 + d_omega_zz_south_2)));
-        let part_172 = mul_add(part_34, part_171, -(mul_add(part_20, part_170, mul_add(part_19,
-            part_169, c(12502.083224437016) * part_168)) - mul_add(c(-0.06987458559937648),
-            d_omega_yz_south_2, c(0.04034213973350825) * d_gradient_moving_z_south_x_5)));
-        let part_173 = mul_add(part_36, part_171, -(mul_add(part_24, part_170, mul_add(part_23,
-            part_169, c(-7218.08629094307) * part_168)) - mul_add(c(0.040342139733508246),
-            d_omega_yz_south_2, c(0.0698745855993765) * d_gradient_moving_z_south_x_5)));
-        let part_174 = part_41 * mul_add(-part_39, part_172, part_173);
-        let part_175 = mul_add(-part_39, part_174, part_38 * part_172);
-        let part_176 = mul_add(-part_34, part_175, mul_add(-part_36, part_174,
-            -part_33 * part_171));
-        let part_177 = mul_add(part_25, part_174, mul_add(part_21, part_175, part_17 * part_176));
-        let part_178 = mul_add(inverse_pivot_ground_east, part_170, mul_add(part_24, part_174,
-            mul_add(part_20, part_175, part_16 * part_176)));
-        let part_179 = mul_add(-factor_south_east_east_ground_east, part_178,
-            mul_add(inverse_pivot_south_east_east, part_169, mul_add(part_23, part_174,
-            mul_add(-part_15, part_176, part_19 * part_175))));
-        let part_180 = mul_add(-factor_west_south_west_ground_west, part_177, mul_add(part_22,
-            part_174, mul_add(-part_18, part_175, part_14 * part_176)));
-        let part_181 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
+        let part_169 = mul_add(part_32, part_168, -(mul_add(part_20, part_167, mul_add(part_19,
+            part_166, c(12502.083224437016) * part_165)) - mul_add(c(-0.06987458559937648),
+            d_omega_yz_south_2, c(0.04034213973350825) * d_gradient_moving_z_south_x_4)));
+        let part_170 = mul_add(part_34, part_168, -(mul_add(part_24, part_167, mul_add(part_23,
+            part_166, c(-7218.08629094307) * part_165)) - mul_add(c(0.040342139733508246),
+            d_omega_yz_south_2, c(0.0698745855993765) * d_gradient_moving_z_south_x_4)));
+        let part_171 = part_39 * mul_add(-part_37, part_169, part_170);
+        let part_172 = mul_add(-part_37, part_171, part_36 * part_169);
+        let part_173 = mul_add(-part_32, part_172, mul_add(-part_34, part_171,
+            -part_31 * part_168));
+        let part_174 = mul_add(part_25, part_171, mul_add(part_21, part_172, part_17 * part_173));
+        let part_175 = mul_add(inverse_pivot_ground_east, part_167, mul_add(part_24, part_171,
+            mul_add(part_20, part_172, part_16 * part_173)));
+        let part_176 = mul_add(-factor_south_east_east_ground_east, part_175,
+            mul_add(inverse_pivot_south_east_east, part_166, mul_add(part_23, part_171,
+            mul_add(-part_15, part_173, part_19 * part_172))));
+        let part_177 = mul_add(-factor_west_south_west_ground_west, part_174, mul_add(part_22,
+            part_171, mul_add(-part_18, part_172, part_14 * part_173)));
+        let part_178 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
             d_omega_xx_south_3 + d_omega_zz_south_3,
-            c(0.04034213973350825) * d_gradient_moving_y_south_x_4),
+            c(0.04034213973350825) * d_gradient_moving_y_south_x_3),
             c(0.8660252485338008) * mul_add(c(-0.06987458559937648), d_gradient_moving_x_south_y_4,
             c(-0.04034213973350825) * (d_omega_yy_south_3 + d_omega_zz_south_3)));
-        let part_182 = mul_add(-factor_south_south_east_south_east_east, d_moment_own_south_x,
-            c(-0.0114) + d_moment_moving_south_east_x_4);
-        let part_183 = mul_add(-factor_south_east_east_ground_east, part_182,
+        let part_179 = mul_add(-factor_south_south_east_south_east_east, d_moment_own_south_x,
+            c(-0.0114) + d_moment_moving_south_east_x_3);
+        let part_180 = mul_add(-factor_south_east_east_ground_east, part_179,
             mul_add(-factor_south_south_east_ground_east, d_moment_own_south_x,
             mul_add(c(0.7071067811865475), d_across_south_east_5, d_moment_above_south_east_x_6)));
-        let part_184 = mul_add(-part_15, part_182, part_16 * part_183) - part_181;
-        let part_185 = mul_add(part_34, part_184, -(mul_add(part_20, part_183, mul_add(part_19,
-            part_182, c(12502.083224437016) * d_moment_own_south_x))
+        let part_181 = mul_add(-part_15, part_179, part_16 * part_180) - part_178;
+        let part_182 = mul_add(part_32, part_181, -(mul_add(part_20, part_180, mul_add(part_19,
+            part_179, c(12502.083224437016) * d_moment_own_south_x))
             - mul_add(c(-0.06987458559937648), d_gradient_moving_z_south_y_3,
-            c(0.04034213973350825) * d_gradient_moving_z_south_x_4)));
-        let part_186 = mul_add(part_36, part_184, -(mul_add(part_24, part_183, mul_add(part_23,
-            part_182, c(-7218.08629094307) * d_moment_own_south_x))
+            c(0.04034213973350825) * d_gradient_moving_z_south_x_3)));
+        let part_183 = mul_add(part_34, part_181, -(mul_add(part_24, part_180, mul_add(part_23,
+            part_179, c(-7218.08629094307) * d_moment_own_south_x))
             - mul_add(c(0.040342139733508246), d_gradient_moving_z_south_y_3,
-            c(0.0698745855993765) * d_gradient_moving_z_south_x_4)));
-        let part_187 = part_41 * mul_add(-part_39, part_185, part_186);
-        let part_188 = mul_add(-part_39, part_187, part_38 * part_185);
-        let part_189 = mul_add(-part_34, part_188, mul_add(-part_36, part_187,
-            -part_33 * part_184));
-        let part_190 = mul_add(part_25, part_187, mul_add(part_21, part_188, part_17 * part_189));
-        let part_191 = mul_add(inverse_pivot_ground_east, part_183, mul_add(part_24, part_187,
-            mul_add(part_20, part_188, part_16 * part_189)));
-        let part_192 = mul_add(-factor_south_east_east_ground_east, part_191,
-            mul_add(inverse_pivot_south_east_east, part_182, mul_add(part_23, part_187,
-            mul_add(-part_15, part_189, part_19 * part_188))));
-        let part_193 = mul_add(-factor_west_south_west_ground_west, part_190, mul_add(part_22,
-            part_187, mul_add(-part_18, part_188, part_14 * part_189)));
-        let part_194 = mul_add(-factor_south_west_south_west_south_west,
-            d_moment_own_south_ghost0_x, c(-0.0114) + d_moment_moving_south_west_x_4);
-        let part_195 = mul_add(-factor_west_south_west_ground_west, part_194,
+            c(0.0698745855993765) * d_gradient_moving_z_south_x_3)));
+        let part_184 = part_39 * mul_add(-part_37, part_182, part_183);
+        let part_185 = mul_add(-part_37, part_184, part_36 * part_182);
+        let part_186 = mul_add(-part_32, part_185, mul_add(-part_34, part_184,
+            -part_31 * part_181));
+        let part_187 = mul_add(part_25, part_184, mul_add(part_21, part_185, part_17 * part_186));
+        let part_188 = mul_add(inverse_pivot_ground_east, part_180, mul_add(part_24, part_184,
+            mul_add(part_20, part_185, part_16 * part_186)));
+        let part_189 = mul_add(-factor_south_east_east_ground_east, part_188,
+            mul_add(inverse_pivot_south_east_east, part_179, mul_add(part_23, part_184,
+            mul_add(-part_15, part_186, part_19 * part_185))));
+        let part_190 = mul_add(-factor_west_south_west_ground_west, part_187, mul_add(part_22,
+            part_184, mul_add(-part_18, part_185, part_14 * part_186)));
+        let part_191 = mul_add(-factor_south_west_south_west_south_west,
+            d_moment_own_south_ghost0_x, c(-0.0114) + d_moment_moving_south_west_x_3);
+        let part_192 = mul_add(-factor_west_south_west_ground_west, part_191,
             mul_add(-factor_south_west_south_ground_west, d_moment_own_south_ghost0_x,
             mul_add(c(-0.8660257562110547), d_across_south_west_5, d_moment_above_south_west_x_7)));
-        let part_196 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_4,
-            mul_add(part_17, part_195, part_14 * part_194));
-        let part_197 = mul_add(part_34, part_196, -mul_add(c(0.08068423607472835),
-            d_gradient_moving_z_south_ghost0_x_4, mul_add(-part_18, part_194, part_21 * part_195)));
-        let part_198 = mul_add(-part_39, part_197, mul_add(part_36, part_196,
+        let part_193 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_3,
+            mul_add(part_17, part_192, part_14 * part_191));
+        let part_194 = mul_add(part_32, part_193, -mul_add(c(0.08068423607472835),
+            d_gradient_moving_z_south_ghost0_x_3, mul_add(-part_18, part_191, part_21 * part_192)));
+        let part_195 = mul_add(-part_37, part_194, mul_add(part_34, part_193,
             -mul_add(c(0.08068423607472835), d_gradient_moving_z_south_ghost0_y_3, mul_add(part_25,
-            part_195, mul_add(part_22, part_194,
+            part_192, mul_add(part_22, part_191,
             c(14436.012552214956) * d_moment_own_south_ghost0_x)))));
-        let part_199 = part_41 * part_198;
-        let part_200 = mul_add(-part_39, part_199, part_38 * part_197);
-        let part_201 = mul_add(-part_34, part_200, mul_add(-part_36, part_199,
-            -part_33 * part_196));
-        let part_202 = mul_add(part_24, part_199, mul_add(part_20, part_200, part_16 * part_201));
-        let part_203 = mul_add(inverse_pivot_ground_west, part_195, mul_add(part_25, part_199,
-            mul_add(part_21, part_200, part_17 * part_201)));
-        let part_204 = mul_add(-factor_south_east_east_ground_east, part_202, mul_add(part_23,
-            part_199, mul_add(-part_15, part_201, part_19 * part_200)));
-        let part_205 = mul_add(-factor_west_south_west_ground_west, part_203,
-            mul_add(inverse_pivot_west_south_west, part_194, mul_add(part_22, part_199,
-            mul_add(-part_18, part_200, part_14 * part_201))));
-        acceleration[0] = part_82;
-        acceleration[1] = part_81;
-        acceleration[2] = part_80;
-        acceleration[3] = part_79;
-        acceleration[4] = part_77;
-        acceleration[5] = part_78;
-        dq[0] = mul_add(-factor_south_west_south_west_south_west, part_119,
-            mul_add(-factor_south_west_south_ground_west, part_117, mul_add(c(14436.012552214956),
-            part_113, c(178919.86408403952) * part_107)));
-        dq[1] = mul_add(-factor_south_west_south_west_south_west, part_180,
-            mul_add(-factor_south_west_south_ground_west, part_177,
-            c(14436.012552214956) * part_174));
-        dq[2] = mul_add(-factor_south_west_south_west_south_west, part_205,
-            mul_add(-factor_south_west_south_ground_west, part_203, mul_add(c(14436.012552214956),
-            part_199, c(178919.86408403952) * d_moment_own_south_ghost0_x)));
-        dq[3] = mul_add(-factor_south_west_south_west_south_west, part_193,
-            mul_add(-factor_south_west_south_ground_west, part_190,
-            c(14436.012552214956) * part_187));
-        dq[4] = mul_add(-factor_south_west_south_west_south_west, part_130,
-            mul_add(-factor_south_west_south_ground_west, part_127,
-            c(14436.012552214956) * part_124));
-        dq[5] = mul_add(-factor_south_west_south_west_south_west, part_167,
-            mul_add(-factor_south_west_south_ground_west, part_165, mul_add(c(14436.012552214956),
-            part_161, d_free_fall_south_ghost0_z_3 * c(30.461374669363632))));
-        dq[6] = mul_add(-factor_south_south_east_south_east_east, part_118,
-            mul_add(-factor_south_south_east_ground_east, part_116, mul_add(c(-7218.08629094307),
-            part_113, c(12502.083224437016) * part_114)));
-        dq[7] = mul_add(-factor_south_south_east_south_east_east, part_179,
-            mul_add(-factor_south_south_east_ground_east, part_178, mul_add(c(178921.751266151),
-            part_168, mul_add(c(-7218.08629094307), part_174, c(12502.083224437016) * part_175))));
-        dq[8] = mul_add(-factor_south_south_east_south_east_east, part_204,
-            mul_add(-factor_south_south_east_ground_east, part_202, mul_add(c(-7218.08629094307),
-            part_199, c(12502.083224437016) * part_200)));
-        dq[9] = mul_add(-factor_south_south_east_south_east_east, part_192,
-            mul_add(-factor_south_south_east_ground_east, part_191, mul_add(c(178921.751266151),
-            d_moment_own_south_x, mul_add(c(-7218.08629094307), part_187,
-            c(12502.083224437016) * part_188))));
-        dq[10] = mul_add(-factor_south_south_east_south_east_east, part_129,
-            mul_add(-factor_south_south_east_ground_east, part_128, mul_add(c(-30.461461328716492),
-            d_free_fall_south_z_3, mul_add(c(-7218.08629094307), part_124,
-            c(12502.083224437016) * part_125))));
-        dq[11] = mul_add(-factor_south_south_east_south_east_east, part_166,
-            mul_add(-factor_south_south_east_ground_east, part_164, mul_add(c(-7218.08629094307),
-            part_161, c(12502.083224437016) * part_162)));
-        dq[12] = part_119;
-        dq[13] = part_180;
-        dq[14] = part_205;
-        dq[15] = part_193;
-        dq[16] = part_130;
-        dq[17] = part_167;
-        dq[18] = part_118;
-        dq[19] = part_179;
-        dq[20] = part_204;
-        dq[21] = part_192;
-        dq[22] = part_129;
-        dq[23] = part_166;
-        dq[24] = part_116;
-        dq[25] = part_178;
-        dq[26] = part_202;
-        dq[27] = part_191;
-        dq[28] = part_128;
-        dq[29] = part_164;
-        dq[30] = part_117;
-        dq[31] = part_177;
-        dq[32] = part_203;
-        dq[33] = part_190;
-        dq[34] = part_127;
-        dq[35] = part_165;
-        du[0] = mul_add(-factor_south_west_south_west_south_west, part_57,
-            mul_add(-factor_south_west_south_ground_west, part_55, mul_add(c(14436.012552214956),
-            part_51, c(178919.86408403952) * part_46)));
-        du[1] = mul_add(-factor_south_west_south_west_south_west, part_70,
-            mul_add(-factor_south_west_south_ground_west, part_67,
-            c(14436.012552214956) * part_64));
-        du[2] = mul_add(-factor_south_west_south_west_south_west, part_94,
-            mul_add(-factor_south_west_south_ground_west, part_92, mul_add(c(14436.012552214956),
-            part_88, south_ghost0_part_28 * c(-178919.86408403952))));
-        du[3] = mul_add(-factor_south_west_south_west_south_west, part_143,
-            mul_add(-factor_south_west_south_ground_west, part_140,
-            c(14436.012552214956) * part_137));
-        du[4] = mul_add(-factor_south_west_south_west_south_west, part_156,
-            mul_add(-factor_south_west_south_ground_west, part_153,
-            c(14436.012552214956) * part_150));
-        du[5] = mul_add(-factor_south_west_south_west_south_west, part_106,
-            mul_add(-factor_south_west_south_ground_west, part_104, mul_add(c(14436.012552214956),
-            part_100, c(-178919.86408403952) * south_ghost0_part_13)));
-        du[6] = mul_add(-factor_south_south_east_south_east_east, part_56,
-            mul_add(-factor_south_south_east_ground_east, part_54, mul_add(c(-7218.08629094307),
-            part_51, c(12502.083224437016) * part_52)));
-        du[7] = mul_add(-factor_south_south_east_south_east_east, part_69,
-            mul_add(-factor_south_south_east_ground_east, part_68, mul_add(c(178921.751266151),
-            part_58, mul_add(c(-7218.08629094307), part_64, c(12502.083224437016) * part_65))));
-        du[8] = mul_add(-factor_south_south_east_south_east_east, part_93,
-            mul_add(-factor_south_south_east_ground_east, part_91, mul_add(c(-7218.08629094307),
-            part_88, c(12502.083224437016) * part_89)));
-        du[9] = mul_add(-factor_south_south_east_south_east_east, part_142,
-            mul_add(-factor_south_south_east_ground_east, part_141, mul_add(c(-178921.751266151),
-            south_part_35, mul_add(c(-7218.08629094307), part_137,
-            c(12502.083224437016) * part_138))));
-        du[10] = mul_add(-factor_south_south_east_south_east_east, part_155,
-            mul_add(-factor_south_south_east_ground_east, part_154, mul_add(c(-178921.751266151),
-            south_part_18, mul_add(c(-7218.08629094307), part_150,
-            c(12502.083224437016) * part_151))));
-        du[11] = mul_add(-factor_south_south_east_south_east_east, part_105,
-            mul_add(-factor_south_south_east_ground_east, part_103, mul_add(c(-7218.08629094307),
-            part_100, c(12502.083224437016) * part_101)));
-        du[12] = part_57;
-        du[13] = part_70;
-        du[14] = part_94;
-        du[15] = part_143;
-        du[16] = part_156;
-        du[17] = part_106;
-        du[18] = part_56;
-        du[19] = part_69;
-        du[20] = part_93;
-        du[21] = part_142;
-        du[22] = part_155;
-        du[23] = part_105;
-        du[24] = part_54;
-        du[25] = part_68;
-        du[26] = part_91;
-        du[27] = part_141;
-        du[28] = part_154;
-        du[29] = part_103;
-        du[30] = part_55;
-        du[31] = part_67;
-        du[32] = part_92;
-        du[33] = part_140;
-        du[34] = part_153;
-        du[35] = part_104;
+        let part_196 = part_39 * part_195;
+        let part_197 = mul_add(-part_37, part_196, part_36 * part_194);
+        let part_198 = mul_add(-part_32, part_197, mul_add(-part_34, part_196,
+            -part_31 * part_193));
+        let part_199 = mul_add(part_24, part_196, mul_add(part_20, part_197, part_16 * part_198));
+        let part_200 = mul_add(inverse_pivot_ground_west, part_192, mul_add(part_25, part_196,
+            mul_add(part_21, part_197, part_17 * part_198)));
+        let part_201 = mul_add(-factor_south_east_east_ground_east, part_199, mul_add(part_23,
+            part_196, mul_add(-part_15, part_198, part_19 * part_197)));
+        let part_202 = mul_add(-factor_west_south_west_ground_west, part_200,
+            mul_add(inverse_pivot_west_south_west, part_191, mul_add(part_22, part_196,
+            mul_add(-part_18, part_197, part_14 * part_198))));
+        acceleration[0] = part_68;
+        acceleration[1] = part_67;
+        acceleration[2] = part_66;
+        acceleration[3] = part_65;
+        acceleration[4] = part_63;
+        acceleration[5] = part_64;
+        dq[0] = mul_add(-factor_south_west_south_west_south_west, part_116,
+            mul_add(-factor_south_west_south_ground_west, part_114, mul_add(c(14436.012552214956),
+            part_110, c(178919.86408403952) * part_104)));
+        dq[1] = mul_add(-factor_south_west_south_west_south_west, part_177,
+            mul_add(-factor_south_west_south_ground_west, part_174,
+            c(14436.012552214956) * part_171));
+        dq[2] = mul_add(-factor_south_west_south_west_south_west, part_202,
+            mul_add(-factor_south_west_south_ground_west, part_200, mul_add(c(14436.012552214956),
+            part_196, c(178919.86408403952) * d_moment_own_south_ghost0_x)));
+        dq[3] = mul_add(-factor_south_west_south_west_south_west, part_190,
+            mul_add(-factor_south_west_south_ground_west, part_187,
+            c(14436.012552214956) * part_184));
+        dq[4] = mul_add(-factor_south_west_south_west_south_west, part_127,
+            mul_add(-factor_south_west_south_ground_west, part_124,
+            c(14436.012552214956) * part_121));
+        dq[5] = mul_add(-factor_south_west_south_west_south_west, part_164,
+            mul_add(-factor_south_west_south_ground_west, part_162, mul_add(c(14436.012552214956),
+            part_158, d_free_fall_south_ghost0_z_3 * c(30.461374669363632))));
+        dq[6] = mul_add(-factor_south_south_east_south_east_east, part_115,
+            mul_add(-factor_south_south_east_ground_east, part_113, mul_add(c(-7218.08629094307),
+            part_110, c(12502.083224437016) * part_111)));
+        dq[7] = mul_add(-factor_south_south_east_south_east_east, part_176,
+            mul_add(-factor_south_south_east_ground_east, part_175, mul_add(c(178921.751266151),
+            part_165, mul_add(c(-7218.08629094307), part_171, c(12502.083224437016) * part_172))));
+        dq[8] = mul_add(-factor_south_south_east_south_east_east, part_201,
+            mul_add(-factor_south_south_east_ground_east, part_199, mul_add(c(-7218.08629094307),
+            part_196, c(12502.083224437016) * part_197)));
+        dq[9] = mul_add(-factor_south_south_east_south_east_east, part_189,
+            mul_add(-factor_south_south_east_ground_east, part_188, mul_add(c(178921.751266151),
+            d_moment_own_south_x, mul_add(c(-7218.08629094307), part_184,
+            c(12502.083224437016) * part_185))));
+        dq[10] = mul_add(-factor_south_south_east_south_east_east, part_126,
+            mul_add(-factor_south_south_east_ground_east, part_125, mul_add(c(-30.461461328716492),
+            d_free_fall_south_z_3, mul_add(c(-7218.08629094307), part_121,
+            c(12502.083224437016) * part_122))));
+        dq[11] = mul_add(-factor_south_south_east_south_east_east, part_163,
+            mul_add(-factor_south_south_east_ground_east, part_161, mul_add(c(-7218.08629094307),
+            part_158, c(12502.083224437016) * part_159)));
+        dq[12] = part_116;
+        dq[13] = part_177;
+        dq[14] = part_202;
+        dq[15] = part_190;
+        dq[16] = part_127;
+        dq[17] = part_164;
+        dq[18] = part_115;
+        dq[19] = part_176;
+        dq[20] = part_201;
+        dq[21] = part_189;
+        dq[22] = part_126;
+        dq[23] = part_163;
+        dq[24] = part_113;
+        dq[25] = part_175;
+        dq[26] = part_199;
+        dq[27] = part_188;
+        dq[28] = part_125;
+        dq[29] = part_161;
+        dq[30] = part_114;
+        dq[31] = part_174;
+        dq[32] = part_200;
+        dq[33] = part_187;
+        dq[34] = part_124;
+        dq[35] = part_162;
+        du[0] = mul_add(-factor_south_west_south_west_south_west, part_79,
+            mul_add(-factor_south_west_south_ground_west, part_77, mul_add(c(14436.012552214956),
+            part_73, c(-0.6262195242941383))));
+        du[1] = mul_add(-factor_south_west_south_west_south_west, part_56,
+            mul_add(-factor_south_west_south_ground_west, part_53,
+            c(14436.012552214956) * part_50));
+        du[2] = mul_add(-factor_south_west_south_west_south_west, part_91,
+            mul_add(-factor_south_west_south_ground_west, part_89, mul_add(c(14436.012552214956),
+            part_85, south_ghost0_part_28 * c(-178919.86408403952))));
+        du[3] = mul_add(-factor_south_west_south_west_south_west, part_140,
+            mul_add(-factor_south_west_south_ground_west, part_137,
+            c(14436.012552214956) * part_134));
+        du[4] = mul_add(-factor_south_west_south_west_south_west, part_153,
+            mul_add(-factor_south_west_south_ground_west, part_150,
+            c(14436.012552214956) * part_147));
+        du[5] = mul_add(-factor_south_west_south_west_south_west, part_103,
+            mul_add(-factor_south_west_south_ground_west, part_101, mul_add(c(14436.012552214956),
+            part_97, c(-178919.86408403952) * south_ghost0_part_11)));
+        du[6] = mul_add(-factor_south_south_east_south_east_east, part_78,
+            mul_add(-factor_south_south_east_ground_east, part_76, mul_add(c(-7218.08629094307),
+            part_73, c(12502.083224437016) * part_74)));
+        du[7] = mul_add(-factor_south_south_east_south_east_east, part_55,
+            mul_add(-factor_south_south_east_ground_east, part_54, c(-0.6262261294315284)
+            + mul_add(c(-7218.08629094307), part_50, c(12502.083224437016) * part_51)));
+        du[8] = mul_add(-factor_south_south_east_south_east_east, part_90,
+            mul_add(-factor_south_south_east_ground_east, part_88, mul_add(c(-7218.08629094307),
+            part_85, c(12502.083224437016) * part_86)));
+        du[9] = mul_add(-factor_south_south_east_south_east_east, part_139,
+            mul_add(-factor_south_south_east_ground_east, part_138, mul_add(c(-178921.751266151),
+            south_part_35, mul_add(c(-7218.08629094307), part_134,
+            c(12502.083224437016) * part_135))));
+        du[10] = mul_add(-factor_south_south_east_south_east_east, part_152,
+            mul_add(-factor_south_south_east_ground_east, part_151, mul_add(c(-178921.751266151),
+            south_part_18, mul_add(c(-7218.08629094307), part_147,
+            c(12502.083224437016) * part_148))));
+        du[11] = mul_add(-factor_south_south_east_south_east_east, part_102,
+            mul_add(-factor_south_south_east_ground_east, part_100, mul_add(c(-7218.08629094307),
+            part_97, c(12502.083224437016) * part_98)));
+        du[12] = part_79;
+        du[13] = part_56;
+        du[14] = part_91;
+        du[15] = part_140;
+        du[16] = part_153;
+        du[17] = part_103;
+        du[18] = part_78;
+        du[19] = part_55;
+        du[20] = part_90;
+        du[21] = part_139;
+        du[22] = part_152;
+        du[23] = part_102;
+        du[24] = part_76;
+        du[25] = part_54;
+        du[26] = part_88;
+        du[27] = part_138;
+        du[28] = part_151;
+        du[29] = part_100;
+        du[30] = part_77;
+        du[31] = part_53;
+        du[32] = part_89;
+        du[33] = part_137;
+        du[34] = part_150;
+        du[35] = part_101;
         dt[0] = c(0.0);
         dt[1] = c(0.0);
         dt[2] = c(0.0);
@@ -4823,7 +4793,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         margin[0] = S::min(S::min(S::min(S::min(c(178919.86408403952),
             inverse_pivot_west_south_west), inverse_pivot_south_east_east),
             inverse_pivot_ground_east), inverse_pivot_ground_west);
-        margin[1] = part_26 * part_31 * (part_32 * part_35) * (part_32 * part_40);
+        margin[1] = part_41;
         ::lamc_runtime::Margin {
             inverse_pivot: margin[0],
             conditioning: margin[1],

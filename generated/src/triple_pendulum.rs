@@ -14,7 +14,7 @@
 // Mobility: 3
 //
 // Cost of one evaluation:
-//   equations: 88 operations: 45 add, 40 mul, 0 div, 3 sin_cos, 0 other
+//   equations: 86 operations: 43 add, 40 mul, 0 div, 3 sin_cos, 0 other
 //   closure: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   poses: 44 operations: 23 add, 18 mul, 0 div, 3 sin_cos, 0 other
 //   points: 21 operations: 10 add, 8 mul, 0 div, 3 sin_cos, 0 other
@@ -22,9 +22,9 @@
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   reactions: 134 operations: 71 add, 60 mul, 0 div, 3 sin_cos, 0 other
 //   tangent: 118 operations: 54 add, 61 mul, 0 div, 3 sin_cos, 0 other
-//   acceleration: 118 operations: 55 add, 56 mul, 2 div, 3 sin_cos, 2 other
+//   acceleration: 105 operations: 47 add, 51 mul, 2 div, 3 sin_cos, 2 other
 //   projection: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
-//   jacobian: 312 operations: 152 add, 153 mul, 2 div, 3 sin_cos, 2 other
+//   jacobian: 297 operations: 142 add, 148 mul, 2 div, 3 sin_cos, 2 other
 
 /// Coordinates: one angle per joint.
 pub const N: usize = 3;
@@ -204,23 +204,22 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
             middle_part);
         let first_moment_middle_y = c(-1.4999836) - force_above_lower_z_2;
         let second_moment_yy_middle = mul_add(c(0.9999999999198006), cos_wrist,
-            c(0.33333333333333337) + c(1.3333169334135326)) - bend_lower;
+            c(1.6666502667468661)) - bend_lower;
         let second_moment_yz_middle = mul_add(-cos_wrist, twist_lower, across_lower);
-        let second_moment_zz_middle = c(0.1666641846666667) + bend_lower;
+        let second_moment_zz_middle = bend_lower + c(0.1666641846666667);
         let mass_elbow_elbow = second_moment_yy_middle + second_moment_zz_middle;
         let force_above_middle_z = mul_add(cos_elbow, first_moment_middle_y, -middle_part);
         let moment_above_middle_x_2 = mass_elbow_elbow - force_above_middle_z;
-        let twist_middle = mul_add(sin_elbow, second_moment_yy_middle - second_moment_zz_middle,
-            second_moment_yz_middle * (cos_elbow * c(2.0)));
+        let twist_middle = mul_add(second_moment_yz_middle, cos_elbow * c(2.0),
+            sin_elbow * (second_moment_yy_middle - second_moment_zz_middle));
         let bend_middle = sin_elbow * twist_middle;
-        // upper
-        let mass_shoulder_shoulder = mul_add(c(-2.0), force_above_middle_z, second_moment_zz_middle
-            + (c(2.333300533413533) + c(0.08333167866666671) + second_moment_yy_middle))
-            + bend_middle - bend_middle;
-        // middle
         let force_middle_y = mul_add(-cos_wrist, force_own_lower_y, force_own_middle_y);
         let moment_middle_x = -moment_own_lower_x - mul_add(c(1.4999836), free_fall_middle_z,
             force_above_lower_z);
+        // upper
+        let mass_shoulder_shoulder = bend_middle + mul_add(c(-2.0), force_above_middle_z,
+            second_moment_zz_middle + (second_moment_yy_middle + c(2.4166322120801995)))
+            - bend_middle;
         mass[0] = mass_shoulder_shoulder;
         mass[1] = moment_above_middle_x_2;
         mass[2] = moment_above_middle_x;
@@ -296,7 +295,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         poses[32] = axis_z_middle_z;
         poses[33] = mul_add(c(-0.5), axis_y_middle_z, cos_shoulder + axis_y_middle_x);
         poses[34] = c(0.0);
-        poses[35] = mul_add(c(-0.5), axis_z_middle_z, origin_middle_z + axis_y_middle_z);
+        poses[35] = mul_add(c(-0.5), axis_z_middle_z, axis_y_middle_z + origin_middle_z);
         poses[36] = axis_y_lower_x;
         poses[37] = c(0.0);
         poses[38] = axis_z_lower_x;
@@ -357,7 +356,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         // lower
         let omega_lower_x = u[2] - omega_middle_x;
         let lower_part = v_middle_z - omega_middle_x;
-        let v_lower_y = mul_add(sin_wrist, lower_part, cos_wrist * middle_part);
+        let v_lower_y = mul_add(cos_wrist, middle_part, sin_wrist * lower_part);
         let v_lower_z = mul_add(-sin_wrist, middle_part, cos_wrist * lower_part);
         // middle
         let axis_y_middle_z = mul_add(cos_shoulder, sin_elbow, sin_shoulder * cos_elbow);
@@ -433,8 +432,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let moment_own_lower_x = mul_add(c(0.4999999999599003), free_fall_lower_z,
             -mul_add(c(0.08333250600000003), alpha_moving_lower_x,
             alpha_moving_lower_x * c(0.33333333333333337)));
-        let force_own_lower_y = mul_add(c(0.9999918), free_fall_lower_y,
-            omega_xx_lower * c(0.4999999999599003));
+        let force_own_lower_y = mul_add(c(0.4999999999599003), omega_xx_lower,
+            free_fall_lower_y * c(0.9999918));
         let force_own_lower_z = mul_add(c(-0.4999999999599003), alpha_moving_lower_x,
             free_fall_lower_z * c(0.9999918));
         let moment_own_lower_y = mul_add(c(-0.24999999997995015), alpha_moving_lower_x,
@@ -443,16 +442,15 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
             -free_fall_lower_y * c(0.4999959));
         let force_above_lower_z = mul_add(cos_wrist, force_own_lower_z,
             sin_wrist * force_own_lower_y);
-        let lower_part = -moment_own_lower_x;
         // middle
         let force_carried_middle_y = mul_add(-cos_wrist, force_own_lower_y, mul_add(sin_wrist,
             force_own_lower_z, mul_add(c(-0.4999918), omega_xx_middle,
             free_fall_middle_y * c(0.9999836))));
-        let force_carried_middle_z = mul_add(c(0.9999836), free_fall_middle_z,
-            alpha_moving_middle_x * c(0.4999918)) + force_above_lower_z;
+        let force_carried_middle_z = force_above_lower_z + mul_add(c(0.4999918),
+            alpha_moving_middle_x, free_fall_middle_z * c(0.9999836));
         let moment_carried_middle_x = middle_part - mul_add(c(0.08333167866666666),
-            alpha_moving_middle_x, alpha_moving_middle_x * c(0.33332513341353276)) + lower_part
-            - force_above_lower_z;
+            alpha_moving_middle_x, alpha_moving_middle_x * c(0.33332513341353276))
+            - moment_own_lower_x - force_above_lower_z;
         let moment_carried_middle_y = mul_add(sin_wrist, moment_own_lower_z, mul_add(-cos_wrist,
             moment_own_lower_y, mul_add(c(-0.2499959), alpha_moving_middle_x, middle_part)));
         let moment_carried_middle_z = mul_add(cos_wrist, moment_own_lower_z, mul_add(sin_wrist,
@@ -464,10 +462,11 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let force_carried_upper_y = mul_add(cos_elbow, force_carried_middle_y, mul_add(-sin_elbow,
             force_carried_middle_z, mul_add(c(-0.4999918000000001), omega_xx_upper,
             sin_shoulder * c(-9.809839116000003))));
-        let force_carried_upper_z = mul_add(c(-9.809839116000003), cos_shoulder,
-            a[0] * c(0.4999918000000001)) + force_above_middle_z;
-        let moment_carried_upper_x = upper_part - mul_add(c(0.08333167866666671), a[0],
-            a[0] * c(0.33332513341353287)) + moment_carried_middle_x - force_above_middle_z;
+        let force_carried_upper_z = force_above_middle_z + mul_add(c(0.4999918000000001), a[0],
+            cos_shoulder * c(-9.809839116000003));
+        let moment_carried_upper_x = moment_carried_middle_x + (upper_part
+            - mul_add(c(0.08333167866666671), a[0], a[0] * c(0.33332513341353287)))
+            - force_above_middle_z;
         let moment_carried_upper_y = mul_add(cos_elbow, moment_carried_middle_y, mul_add(-sin_elbow,
             moment_carried_middle_z, mul_add(c(-0.24999590000000005), a[0], upper_part)));
         let moment_carried_upper_z = mul_add(cos_elbow, moment_carried_middle_z, mul_add(sin_elbow,
@@ -488,7 +487,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         reactions[12] = c(0.0);
         reactions[13] = -force_own_lower_y;
         reactions[14] = -force_own_lower_z;
-        reactions[15] = lower_part;
+        reactions[15] = -moment_own_lower_x;
         reactions[16] = -(moment_own_lower_y - force_own_lower_z);
         reactions[17] = -(force_own_lower_y + moment_own_lower_z);
     }
@@ -553,8 +552,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let alpha_moving_middle_x = a[0] + a[1];
         let fall_above_middle_z = mul_add(c(-9.81), cos_shoulder, a[0]);
         let d_free_fall_middle_z = mul_add(-sin_elbow, d_fall_above_middle_y,
-            -middle_part * fall_above_middle_z) - mul_add(d_sin_elbow, fall_above_middle_y,
-            cos_elbow * upper_part_3);
+            -middle_part * fall_above_middle_z) - mul_add(cos_elbow, upper_part_3,
+            d_sin_elbow * fall_above_middle_y);
         // lower
         let alpha_moving_lower_x = a[2] - alpha_moving_middle_x;
         let fall_above_lower_y = mul_add(cos_elbow, fall_above_middle_y, mul_add(sin_elbow,
@@ -569,8 +568,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
             d_sin_wrist * fall_above_lower_y)));
         let lower_part_3 = c(0.4999999999599003) * alpha_moving_lower_x;
         let d_moment_own_lower_x = c(0.4999999999599003) * d_free_fall_lower_z;
-        let d_force_above_lower_z = mul_add(lower_part, lower_part_3, mul_add(d_sin_wrist,
-            force_own_lower_y, sin_wrist * d_force_own_lower_y));
+        let d_force_above_lower_z = mul_add(lower_part, lower_part_3, mul_add(sin_wrist,
+            d_force_own_lower_y, d_sin_wrist * force_own_lower_y));
         // middle
         let force_moving_middle_y = mul_add(-cos_wrist, force_own_lower_y, mul_add(-sin_wrist,
             lower_part_3, force_own_middle_y));
@@ -584,7 +583,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let part = mul_add(-sin_elbow, d_force_moving_middle_y, middle_part * force_moving_middle_z)
             - mul_add(cos_elbow, d_force_above_lower_z, mul_add(d_sin_elbow, force_moving_middle_y,
             mul_add(c(24.524678232), upper_part, mul_add(c(10.0), du[0], dq[0] * c(100.0)))));
-        forces[0] = part + d_moment_moving_middle_x;
+        forces[0] = d_moment_moving_middle_x + part;
         forces[1] = d_moment_moving_middle_x - mul_add(c(10.0), du[1], dq[1] * c(100.0));
         forces[2] = d_moment_own_lower_x - mul_add(c(10.0), du[2], dq[2] * c(100.0));
     }
@@ -645,7 +644,6 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendu
         let moment_own_lower_x = free_fall_lower_z * c(0.4999999999599003);
         let force_above_lower_z = sin_wrist * force_own_lower_y;
         let first_moment_above_lower_z = sin_wrist * c(0.4999999999599003);
-        let across_lower = -first_moment_above_lower_z;
         let force_above_lower_z_2 = cos_wrist * c(0.4999999999599003);
         let moment_above_lower_x = -force_above_lower_z_2 - c(0.4166658393333334);
         let twist_lower = sin_wrist * c(0.25000082733333334);
@@ -656,14 +654,10 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendu
             middle_part);
         let first_moment_middle_y = c(-1.4999836) - force_above_lower_z_2;
         let second_moment_yy_middle = mul_add(c(0.9999999999198006), cos_wrist,
-            c(0.33333333333333337) + c(1.3333169334135326)) - bend_lower;
-        let second_moment_yz_middle = mul_add(-cos_wrist, twist_lower, across_lower);
-        let second_moment_zz_middle = c(0.1666641846666667) + bend_lower;
+            c(1.6666502667468661)) - bend_lower;
+        let second_moment_zz_middle = bend_lower + c(0.1666641846666667);
         let mass_elbow_elbow = second_moment_yy_middle + second_moment_zz_middle;
         let force_above_middle_z = mul_add(cos_elbow, first_moment_middle_y, -middle_part);
-        let twist_middle = mul_add(sin_elbow, second_moment_yy_middle - second_moment_zz_middle,
-            second_moment_yz_middle * (cos_elbow * c(2.0)));
-        let bend_middle = sin_elbow * twist_middle;
         let force_middle_y = mul_add(-cos_wrist, force_own_lower_y, force_own_middle_y);
         let moment_middle_x = -moment_own_lower_x - mul_add(c(1.4999836), free_fall_middle_z,
             force_above_lower_z);
@@ -676,22 +670,21 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendu
         let inverse_pivot_elbow = c(1.0) / mul_add(-moment_above_lower_x, factor_wrist_elbow,
             mass_elbow_elbow);
         let factor_elbow_shoulder = part_2 * inverse_pivot_elbow;
-        let part_3 = mul_add(-part_2, factor_elbow_shoulder, mul_add(-moment_above_middle_x,
-            factor_wrist_shoulder, mul_add(c(-2.0), force_above_middle_z, second_moment_zz_middle
-            + (c(2.333300533413533) + c(0.08333167866666671) + second_moment_yy_middle)))
-            + (bend_middle - bend_middle));
-        let inverse_pivot_shoulder = c(1.0) / part_3;
-        let part_4 = mul_add(-part, factor_wrist_elbow, moment_middle_x - mul_add(c(10.0), u[1],
+        let inverse_pivot_shoulder = c(1.0) / mul_add(-part_2, factor_elbow_shoulder,
+            mul_add(-moment_above_middle_x, factor_wrist_shoulder, mul_add(c(-2.0),
+            force_above_middle_z, second_moment_zz_middle + (second_moment_yy_middle
+            + c(2.4166322120801995)))));
+        let part_3 = mul_add(-part, factor_wrist_elbow, moment_middle_x - mul_add(c(10.0), u[1],
             q[1] * c(100.0)));
-        let part_5 = mul_add(-part, factor_wrist_shoulder, moment_middle_x - mul_add(sin_elbow,
+        let part_4 = mul_add(-part, factor_wrist_shoulder, moment_middle_x - mul_add(sin_elbow,
             force_middle_y, mul_add(cos_elbow, force_above_lower_z, mul_add(c(-24.524678232),
             cos_shoulder, mul_add(c(10.0), u[0], q[0] * c(100.0))))));
-        let part_6 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_4, part_5);
-        let part_7 = mul_add(-factor_elbow_shoulder, part_6, inverse_pivot_elbow * part_4);
-        acceleration[0] = part_6;
-        acceleration[1] = part_7;
-        acceleration[2] = mul_add(-factor_wrist_elbow, part_7, mul_add(-factor_wrist_shoulder,
-            part_6, part * c(2.400004765449462)));
+        let part_5 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_3, part_4);
+        let part_6 = mul_add(-factor_elbow_shoulder, part_5, inverse_pivot_elbow * part_3);
+        acceleration[0] = part_5;
+        acceleration[1] = part_6;
+        acceleration[2] = mul_add(-factor_wrist_elbow, part_6, mul_add(-factor_wrist_shoulder,
+            part_5, part * c(2.400004765449462)));
         margin[0] = S::min(S::min(inverse_pivot_shoulder, inverse_pivot_elbow),
             c(2.400004765449462));
         margin[1] = c(1.0);
@@ -766,23 +759,17 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendu
         let d_force_above_lower_z = sin_wrist * d_force_own_lower_y_2;
         // upper
         let upper_part_2 = sin_shoulder * c(-9.81);
-        // middle
-        let d_free_fall_middle_z = sin_elbow * middle_part_5;
         // lower
-        let d_fall_above_lower_y = -d_omega_xx_middle;
-        let d_fall_above_lower_y_2 = mul_add(-cos_elbow, middle_part_5, d_fall_above_lower_y);
-        let d_free_fall_lower_z = mul_add(sin_wrist, d_fall_above_lower_y_2,
-            cos_wrist * d_free_fall_middle_z);
-        let d_moment_own_lower_x = c(0.4999999999599003) * d_free_fall_lower_z;
-        let d_force_above_lower_z_2 = sin_wrist * d_force_own_lower_y;
         let first_moment_above_lower_z = sin_wrist * c(0.4999999999599003);
-        let across_lower_2 = -first_moment_above_lower_z;
         let force_above_lower_z_2 = cos_wrist * c(0.4999999999599003);
         let moment_above_lower_x = -force_above_lower_z_2 - c(0.4166658393333334);
         let twist_lower = sin_wrist * c(0.25000082733333334);
         let bend_lower = sin_wrist * twist_lower;
+        // middle
+        let d_free_fall_middle_z = sin_elbow * middle_part_5;
+        // lower
         let lower_part = sin_wrist * d_omega_xx_middle;
-        let d_moment_own_lower_x_2 = lower_part * c(-0.4999999999599003);
+        let d_moment_own_lower_x = lower_part * c(-0.4999999999599003);
         // middle
         let d_moment_moving_middle_x = -d_force_above_lower_z;
         let middle_part_6 = sin_elbow * first_moment_above_lower_z;
@@ -790,20 +777,23 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendu
             middle_part_6);
         let first_moment_middle_y = c(-1.4999836) - force_above_lower_z_2;
         let second_moment_yy_middle = mul_add(c(0.9999999999198006), cos_wrist,
-            c(0.33333333333333337) + c(1.3333169334135326)) - bend_lower;
-        let second_moment_yz_middle = mul_add(-cos_wrist, twist_lower, across_lower_2);
-        let second_moment_zz_middle = c(0.1666641846666667) + bend_lower;
+            c(1.6666502667468661)) - bend_lower;
+        let second_moment_zz_middle = bend_lower + c(0.1666641846666667);
         let mass_elbow_elbow = second_moment_yy_middle + second_moment_zz_middle;
         let force_above_middle_z = mul_add(cos_elbow, first_moment_middle_y, -middle_part_6);
-        let twist_middle = mul_add(sin_elbow, second_moment_yy_middle - second_moment_zz_middle,
-            second_moment_yz_middle * (cos_elbow * c(2.0)));
-        let bend_middle = sin_elbow * twist_middle;
+        // lower
+        let d_fall_above_lower_y = -cos_elbow * middle_part_5 - d_omega_xx_middle;
+        let d_free_fall_lower_z = mul_add(cos_wrist, d_free_fall_middle_z,
+            sin_wrist * d_fall_above_lower_y);
+        let d_moment_own_lower_x_2 = c(0.4999999999599003) * d_free_fall_lower_z;
+        let d_force_above_lower_z_2 = sin_wrist * d_force_own_lower_y;
+        // middle
         let d_force_moving_middle_y = mul_add(-cos_wrist, d_force_own_lower_y,
             d_force_own_middle_y);
-        let d_moment_moving_middle_x_2 = -d_moment_own_lower_x - mul_add(c(1.4999836),
+        let d_moment_moving_middle_x_2 = -d_moment_own_lower_x_2 - mul_add(c(1.4999836),
             d_free_fall_middle_z, d_force_above_lower_z_2);
         let middle_part_7 = cos_elbow * d_force_above_lower_z_2;
-        let d_moment_moving_middle_x_3 = -d_moment_own_lower_x_2 - d_force_above_lower_z_2;
+        let d_moment_moving_middle_x_3 = -d_moment_own_lower_x - d_force_above_lower_z_2;
         let force_middle_y = force_own_middle_y - across_lower;
         let moment_middle_x = -moment_own_lower_x - mul_add(c(1.4999836), free_fall_middle_z,
             force_above_lower_z);
@@ -816,76 +806,74 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendu
         let inverse_pivot_elbow = c(1.0) / mul_add(-moment_above_lower_x, factor_wrist_elbow,
             mass_elbow_elbow);
         let factor_elbow_shoulder = part_2 * inverse_pivot_elbow;
-        let part_3 = mul_add(-part_2, factor_elbow_shoulder, mul_add(-moment_above_middle_x,
-            factor_wrist_shoulder, mul_add(c(-2.0), force_above_middle_z, second_moment_zz_middle
-            + (c(2.333300533413533) + c(0.08333167866666671) + second_moment_yy_middle)))
-            + (bend_middle - bend_middle));
-        let inverse_pivot_shoulder = c(1.0) / part_3;
-        let part_4 = mul_add(-part, factor_wrist_elbow, moment_middle_x - mul_add(c(10.0), u[1],
+        let inverse_pivot_shoulder = c(1.0) / mul_add(-part_2, factor_elbow_shoulder,
+            mul_add(-moment_above_middle_x, factor_wrist_shoulder, mul_add(c(-2.0),
+            force_above_middle_z, second_moment_zz_middle + (second_moment_yy_middle
+            + c(2.4166322120801995)))));
+        let part_3 = mul_add(-part, factor_wrist_elbow, moment_middle_x - mul_add(c(10.0), u[1],
             q[1] * c(100.0)));
-        let part_5 = mul_add(-part, factor_wrist_shoulder, moment_middle_x - mul_add(sin_elbow,
+        let part_4 = mul_add(-part, factor_wrist_shoulder, moment_middle_x - mul_add(sin_elbow,
             force_middle_y, mul_add(cos_elbow, force_above_lower_z, mul_add(c(-24.524678232),
             cos_shoulder, mul_add(c(10.0), u[0], q[0] * c(100.0))))));
-        let part_6 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_4, part_5);
-        let part_7 = mul_add(-factor_elbow_shoulder, part_6, inverse_pivot_elbow * part_4);
-        let part_8 = mul_add(-factor_wrist_elbow, part_7, mul_add(-factor_wrist_shoulder, part_6,
+        let part_5 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_3, part_4);
+        let part_6 = mul_add(-factor_elbow_shoulder, part_5, inverse_pivot_elbow * part_3);
+        let part_7 = mul_add(-factor_wrist_elbow, part_6, mul_add(-factor_wrist_shoulder, part_5,
             part * c(2.400004765449462)));
         // middle
-        let alpha_moving_middle_x = part_6 + part_7;
-        let fall_above_middle_z = part_6 - upper_part;
+        let alpha_moving_middle_x = part_5 + part_6;
+        let fall_above_middle_z = part_5 - upper_part;
         let middle_part_8 = sin_elbow * fall_above_middle_z;
-        let middle_part_9 = cos_elbow * fall_above_middle_z;
         let d_free_fall_middle_z_2 = mul_add(-cos_elbow, upper_part_2, middle_part);
         // the whole mechanism
-        let part_9 = mul_add(c(24.000047654494622), moment_above_lower_x, d_moment_moving_middle_x);
-        let part_10 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_9,
+        let part_8 = mul_add(c(24.000047654494622), moment_above_lower_x, d_moment_moving_middle_x);
+        let part_9 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_8,
             mul_add(c(24.000047654494622), moment_above_middle_x, mul_add(-cos_elbow,
             d_force_above_lower_z, mul_add(sin_elbow, cos_wrist * d_force_own_lower_y_2,
             -d_force_above_lower_z))));
-        let part_11 = mul_add(-factor_elbow_shoulder, part_10, inverse_pivot_elbow * part_9);
+        let part_10 = mul_add(-factor_elbow_shoulder, part_9, inverse_pivot_elbow * part_8);
         // lower
-        let alpha_moving_lower_x = part_8 - alpha_moving_middle_x;
-        let fall_above_lower_y_2 = middle_part_2 - omega_xx_middle + middle_part_8;
-        let d_fall_above_lower_y_3 = mul_add(-sin_elbow, upper_part_2, middle_part_4);
-        let fall_above_lower_z = alpha_moving_middle_x + (middle_part_9 - middle_part_3);
-        let d_free_fall_lower_z_2 = mul_add(sin_wrist, d_fall_above_lower_y_3,
-            cos_wrist * d_free_fall_middle_z_2);
+        let alpha_moving_lower_x = part_7 - alpha_moving_middle_x;
+        let fall_above_lower_y_2 = middle_part_8 + (middle_part_2 - omega_xx_middle);
+        let d_fall_above_lower_y_2 = mul_add(-sin_elbow, upper_part_2, middle_part_4);
+        let d_fall_above_lower_y_3 = mul_add(cos_elbow, fall_above_middle_z, -middle_part_3);
+        let fall_above_lower_z = alpha_moving_middle_x + d_fall_above_lower_y_3;
+        let d_free_fall_lower_z_2 = mul_add(cos_wrist, d_free_fall_middle_z_2,
+            sin_wrist * d_fall_above_lower_y_2);
         let lower_part_2 = c(0.4999999999599003) * alpha_moving_lower_x;
         let d_moment_own_lower_x_3 = c(0.4999999999599003) * d_free_fall_lower_z_2;
         let lower_part_3 = sin_wrist * lower_part_2;
         let lower_part_4 = cos_wrist * lower_part_2;
         // middle
-        let force_moving_middle_y = force_own_middle_y - across_lower - lower_part_3;
+        let force_moving_middle_y = force_middle_y - lower_part_3;
         let force_moving_middle_z = mul_add(c(1.4999836), alpha_moving_middle_x,
             force_above_lower_z) - lower_part_4;
         let d_moment_moving_middle_x_4 = mul_add(c(-1.4999836), d_free_fall_middle_z_2,
             -d_moment_own_lower_x_3);
         // the whole mechanism
-        let part_12 = mul_add(-factor_wrist_elbow, d_moment_own_lower_x_3,
+        let part_11 = mul_add(-factor_wrist_elbow, d_moment_own_lower_x_3,
             d_moment_moving_middle_x_4);
-        let part_13 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_12,
+        let part_12 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_11,
             d_moment_moving_middle_x_4 - mul_add(factor_wrist_shoulder, d_moment_own_lower_x_3,
             mul_add(c(24.524678232), sin_shoulder, c(100.0))));
-        let part_14 = mul_add(-factor_elbow_shoulder, part_13, inverse_pivot_elbow * part_12);
-        let part_15 = -sin_elbow * d_force_moving_middle_y;
-        let part_16 = mul_add(-factor_wrist_elbow, d_moment_own_lower_x,
+        let part_13 = mul_add(-factor_elbow_shoulder, part_12, inverse_pivot_elbow * part_11);
+        let part_14 = -sin_elbow * d_force_moving_middle_y;
+        let part_15 = mul_add(-factor_wrist_elbow, d_moment_own_lower_x_2,
             d_moment_moving_middle_x_2);
-        let part_17 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_16,
-            d_moment_moving_middle_x_2 + mul_add(-factor_wrist_shoulder, d_moment_own_lower_x,
-            part_15 - (c(10.0) + middle_part_7)));
-        let part_18 = mul_add(-factor_elbow_shoulder, part_17, inverse_pivot_elbow * part_16);
-        let part_19 = mul_add(-factor_wrist_elbow, d_moment_own_lower_x_2,
-            d_moment_moving_middle_x_3 - c(10.0));
-        let part_20 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_19,
-            mul_add(-factor_wrist_shoulder, d_moment_own_lower_x_2, d_moment_moving_middle_x_3
-            + (part_15 - middle_part_7)));
-        let part_21 = mul_add(-factor_elbow_shoulder, part_20, inverse_pivot_elbow * part_19);
+        let part_16 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_15,
+            d_moment_moving_middle_x_2 + mul_add(-factor_wrist_shoulder, d_moment_own_lower_x_2,
+            part_14 - (c(10.0) + middle_part_7)));
+        let part_17 = mul_add(-factor_elbow_shoulder, part_16, inverse_pivot_elbow * part_15);
+        let part_18 = mul_add(-factor_wrist_elbow, d_moment_own_lower_x, d_moment_moving_middle_x_3
+            - c(10.0));
+        let part_19 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_18,
+            mul_add(-factor_wrist_shoulder, d_moment_own_lower_x, d_moment_moving_middle_x_3
+            + (part_14 - middle_part_7)));
+        let part_20 = mul_add(-factor_elbow_shoulder, part_19, inverse_pivot_elbow * part_18);
         // middle
         let d_free_fall_middle_z_3 = -middle_part_8 - middle_part_2;
         // lower
-        let d_fall_above_lower_y_4 = middle_part_9 - middle_part_3;
         let d_free_fall_lower_z_3 = mul_add(cos_wrist, d_free_fall_middle_z_3,
-            sin_wrist * d_fall_above_lower_y_4);
+            sin_wrist * d_fall_above_lower_y_3);
         let d_moment_own_lower_x_4 = c(0.4999999999599003) * d_free_fall_lower_z_3;
         let d_free_fall_lower_z_4 = mul_add(-sin_wrist, fall_above_lower_z,
             cos_wrist * fall_above_lower_y_2);
@@ -897,44 +885,44 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendu
         let d_force_moving_middle_y_2 = force_above_lower_z - lower_part_4;
         let d_moment_moving_middle_x_6 = -d_moment_own_lower_x_5 - d_force_above_lower_z_3;
         // the whole mechanism
-        let part_22 = d_moment_moving_middle_x_5 - mul_add(factor_wrist_elbow,
+        let part_21 = d_moment_moving_middle_x_5 - mul_add(factor_wrist_elbow,
             d_moment_own_lower_x_4, c(100.0));
-        let part_23 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_22,
+        let part_22 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_21,
             mul_add(sin_elbow, force_moving_middle_z, mul_add(-cos_elbow, force_moving_middle_y,
             mul_add(-factor_wrist_shoulder, d_moment_own_lower_x_4, d_moment_moving_middle_x_5))));
-        let part_24 = mul_add(-factor_elbow_shoulder, part_23, inverse_pivot_elbow * part_22);
-        let part_25 = d_moment_own_lower_x_5 - c(100.0);
-        let part_26 = mul_add(-factor_wrist_elbow, part_25, d_moment_moving_middle_x_6);
-        let part_27 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_26,
+        let part_23 = mul_add(-factor_elbow_shoulder, part_22, inverse_pivot_elbow * part_21);
+        let part_24 = d_moment_own_lower_x_5 - c(100.0);
+        let part_25 = mul_add(-factor_wrist_elbow, part_24, d_moment_moving_middle_x_6);
+        let part_26 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_25,
             mul_add(-cos_elbow, d_force_above_lower_z_3, d_moment_moving_middle_x_6)
-            + mul_add(-factor_wrist_shoulder, part_25, -sin_elbow * d_force_moving_middle_y_2));
-        let part_28 = mul_add(-factor_elbow_shoulder, part_27, inverse_pivot_elbow * part_26);
-        acceleration[0] = part_6;
-        acceleration[1] = part_7;
-        acceleration[2] = part_8;
-        dq[0] = part_13;
-        dq[1] = part_23;
-        dq[2] = part_27;
-        dq[3] = part_14;
-        dq[4] = part_24;
-        dq[5] = part_28;
-        dq[6] = mul_add(-factor_wrist_elbow, part_14, mul_add(-factor_wrist_shoulder, part_13,
+            + mul_add(-factor_wrist_shoulder, part_24, -sin_elbow * d_force_moving_middle_y_2));
+        let part_27 = mul_add(-factor_elbow_shoulder, part_26, inverse_pivot_elbow * part_25);
+        acceleration[0] = part_5;
+        acceleration[1] = part_6;
+        acceleration[2] = part_7;
+        dq[0] = part_12;
+        dq[1] = part_22;
+        dq[2] = part_26;
+        dq[3] = part_13;
+        dq[4] = part_23;
+        dq[5] = part_27;
+        dq[6] = mul_add(-factor_wrist_elbow, part_13, mul_add(-factor_wrist_shoulder, part_12,
             d_free_fall_lower_z_2 * c(1.2000023826284916)));
-        dq[7] = mul_add(-factor_wrist_elbow, part_24, mul_add(-factor_wrist_shoulder, part_23,
+        dq[7] = mul_add(-factor_wrist_elbow, part_23, mul_add(-factor_wrist_shoulder, part_22,
             c(1.2000023826284916) * d_free_fall_lower_z_3));
-        dq[8] = mul_add(-factor_wrist_elbow, part_28, mul_add(-factor_wrist_shoulder, part_27,
-            c(2.400004765449462) * part_25));
-        du[0] = part_17;
-        du[1] = part_20;
-        du[2] = part_10;
-        du[3] = part_18;
-        du[4] = part_21;
-        du[5] = part_11;
-        du[6] = mul_add(-factor_wrist_elbow, part_18, mul_add(-factor_wrist_shoulder, part_17,
+        dq[8] = mul_add(-factor_wrist_elbow, part_27, mul_add(-factor_wrist_shoulder, part_26,
+            c(2.400004765449462) * part_24));
+        du[0] = part_16;
+        du[1] = part_19;
+        du[2] = part_9;
+        du[3] = part_17;
+        du[4] = part_20;
+        du[5] = part_10;
+        du[6] = mul_add(-factor_wrist_elbow, part_17, mul_add(-factor_wrist_shoulder, part_16,
             c(1.2000023826284916) * d_free_fall_lower_z));
-        du[7] = mul_add(-factor_wrist_elbow, part_21, mul_add(-factor_wrist_shoulder, part_20,
+        du[7] = mul_add(-factor_wrist_elbow, part_20, mul_add(-factor_wrist_shoulder, part_19,
             lower_part * c(-1.2000023826284916)));
-        du[8] = mul_add(-factor_wrist_elbow, part_11, mul_add(-factor_wrist_shoulder, part_10,
+        du[8] = mul_add(-factor_wrist_elbow, part_10, mul_add(-factor_wrist_shoulder, part_9,
             c(-24.000047654494622)));
         dt[0] = c(0.0);
         dt[1] = c(0.0);

@@ -138,25 +138,17 @@ macro_rules! scalar {
                 $type::abs(self)
             }
             #[inline]
+            #[allow(clippy::eq_op, reason = "false of what is not a number")]
             fn min(self, other: Self) -> Self {
-                // The sum is NaN if either is.
-                if self <= other {
-                    self
-                } else if other < self {
-                    other
-                } else {
-                    self + other
-                }
+                // Without branches. What is not a number is neither less nor equal itself.
+                let smaller = if self <= other { self } else { other };
+                if self == self { smaller } else { self }
             }
             #[inline]
+            #[allow(clippy::eq_op, reason = "false of what is not a number")]
             fn max(self, other: Self) -> Self {
-                if self >= other {
-                    self
-                } else if other > self {
-                    other
-                } else {
-                    self + other
-                }
+                let larger = if self >= other { self } else { other };
+                if self == self { larger } else { self }
             }
         }
     };

@@ -12,6 +12,8 @@
 //! the code holds where all pivots of M are positive and S is far from singular, and says by how
 //! much; elsewhere the runtime decides on the rank.
 
+#![allow(clippy::needless_range_loop, reason = "one index runs through several rows at once")]
+
 use super::fold::Builder;
 use super::ir::{Function, Op, Output, Slot, Value};
 use crate::kane::Section;
@@ -204,7 +206,7 @@ pub struct Closure {
     /// Below the diagonal.
     lower: Vec<Vec<Value>>,
     inverse_pivots: Vec<Value>,
-    /// A lower bound of smallest over largest eigenvalue of S.
+    /// See [`conditioning`].
     conditioning: Value,
 }
 
@@ -227,19 +229,12 @@ impl Closure {
                 s[i][j] = code.dot(&weighted[i], &rows[j]);
             }
         }
-        let trace = (0..c).fold(zero, |sum, i| code.op(Op::Add(sum, s[i][i])));
+        let diagonal: Vec<Value> = (0..c).map(|i| s[i][i]).collect();
         let mut lower = vec![vec![zero; c]; c];
         let mut inverse = vec![zero; c];
-        // By the inequality of the means det S <= least (trace / (C - 1))^(C - 1), and
-        // largest <= trace.
-        let whole = code.op(Op::Div(one, trace));
-        let others = code.number(c.saturating_sub(1) as f64);
-        let share = code.op(Op::Mul(others, whole));
-        let mut conditioning = one;
+        let mut pivots = one;
         for k in 0..c {
-            let weight = if k == 0 { whole } else { share };
-            let part = code.op(Op::Mul(weight, s[k][k]));
-            conditioning = code.op(Op::Mul(conditioning, part));
+            pivots = code.op(Op::Mul(pivots, s[k][k]));
             inverse[k] = code.op(Op::Div(one, s[k][k]));
             for i in k + 1..c {
                 if code.is_zero(s[i][k]) {
@@ -251,6 +246,7 @@ impl Closure {
                 }
             }
         }
+        let conditioning = conditioning(code, pivots, &diagonal);
         Self { weighted, lower, inverse_pivots: inverse, conditioning }
     }
 
@@ -279,6 +275,31 @@ impl Closure {
         let column = |joint: usize| self.weighted.iter().map(|row| row[joint]).collect::<Vec<_>>();
         (0..n).map(|joint| code.dot(&column(joint), lambda)).collect()
     }
+}
+
+/// A lower bound of smallest over largest eigenvalue, of S with its rows brought to one length
+/// (what the digits of a solution depend on) or a hundred times that of S itself (what the rank
+/// depends on), whichever is less; by the product of the pivots and the diagonal.
+///
+/// With unit diagonal, det S <= least (C / (C - 1))^(C - 1) by the inequality of the means; rows of
+/// other lengths change the least by their least square, and the largest is at most the trace.
+fn conditioning(code: &mut Code, pivots: Value, diagonal: &[Value]) -> Value {
+    let Some(least) = diagonal.iter().copied().reduce(|least, x| code.op(Op::Min(least, x))) else {
+        return pivots;
+    };
+    let fold = |code: &mut Code, op: fn(Value, Value) -> Op| {
+        diagonal[1..].iter().fold(diagonal[0], |all, &x| code.op(op(all, x)))
+    };
+    let (trace, product) = (fold(code, Op::Add), fold(code, Op::Mul));
+    let c = diagonal.len() as f64;
+    let means = code.number(((c - 1.0) / c).powi(diagonal.len() as i32 - 1));
+    let hundred = code.number(100.0);
+    let rank = code.op(Op::Mul(hundred, least));
+    let smaller = code.op(Op::Min(trace, rank));
+    let bound = code.op(Op::Mul(means, pivots));
+    let above = code.op(Op::Mul(bound, smaller));
+    let below = code.op(Op::Mul(product, trace));
+    code.op(Op::Div(above, below))
 }
 
 /// L^-1 D^-1 (y + Y^T lambda) and lambda, for y (N) and gamma (C).

@@ -2,7 +2,8 @@
 //!
 //! Postcondition: no operation has only constant operands; there is no addition of 0, no
 //! multiplication by 0, 1 or -1, no negation of a negation, no addition or subtraction of a
-//! negation, and at most one constant in a product of constants and one value.
+//! negation, no difference of a value and itself, and at most one constant in a product of
+//! constants and one value.
 //!
 //! Products of constants are re-associated, so results may differ in rounding. `0 * x` is 0
 //! whatever x: a zero factor here comes from the geometry and says that x does not enter.
@@ -90,11 +91,12 @@ impl Builder {
                     (Some(0.0), ..) => y,
                     (_, Some(0.0), ..) => x,
                     (_, _, _, Some(y)) => self.simplify(Op::Sub(x, y), section),
-                    (_, _, Some(x), None) => self.push(Op::Sub(y, x), section),
+                    (_, _, Some(x), None) => self.simplify(Op::Sub(y, x), section),
                     _ => self.push(op, section),
                 }
             }
             Op::Sub(x, y) => match (self.constant(x), self.constant(y), self.negated(y)) {
+                _ if x == y => self.push(Op::Const(0.0), section),
                 (Some(0.0), ..) => self.simplify(Op::Neg(y), section),
                 (_, Some(0.0), _) => x,
                 (_, _, Some(y)) => self.simplify(Op::Add(x, y), section),

@@ -37,11 +37,15 @@ use crate::kane::Equations;
 /// the generated header.
 pub fn lower(equations: &Equations, source_name: &str, source_text: &str) -> Program {
     let interface = interface::interface(equations, source_name, source_text);
-    let optimise = |function: Function| -> Function {
+    let reduce = |function: Function| {
         let function = check(&interface, fold::fold(function));
         let function = check(&interface, number::number(function));
-        let function = check(&interface, dead::dead(function));
-        let function = check(&interface, balance::balance(function));
+        check(&interface, dead::dead(function))
+    };
+    let optimise = |function: Function| -> Function {
+        let function = check(&interface, balance::balance(reduce(function)));
+        // Terms have met that cancel, and values that were not known to be the same.
+        let function = reduce(function);
         check(&interface, schedule::schedule(function))
     };
     let mut functions: Vec<Function> =

@@ -78,9 +78,9 @@ impl MachineCode {
         }
     }
 
-    /// Compiles every function now. False where the host has no machine code.
-    pub fn compile(&self) -> bool {
-        FunctionKind::ALL.into_iter().all(|kind| self.compiled(kind).is_some())
+    /// Compiles these functions now. False where the host has no machine code.
+    pub fn compile(&self, kinds: &[FunctionKind]) -> bool {
+        kinds.iter().all(|&kind| self.compiled(kind).is_some())
     }
 
     /// The function as machine code, compiled if it was not.
