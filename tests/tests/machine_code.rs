@@ -13,7 +13,9 @@ use lamc_tests::{compile, compile_text, workspace};
 
 /// Calls every function of a module.
 const CALLS: &str = "
-use lamc_runtime::{Balance, Change, EquationsMut, JacobianMut, ProjectionMut, System};
+use lamc_runtime::{
+    Balance, Change, EquationsMut, JacobianMut, ProjectionMut, StraightLine, System,
+};
 
 #[allow(clippy::too_many_arguments)]
 pub fn write_all(

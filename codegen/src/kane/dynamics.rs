@@ -23,6 +23,9 @@ use super::vector::{Vector, add, apply, cross, dot, scale, sub, twice_symmetric,
 use crate::symbolic::{Expr, Function};
 use crate::topology::NodeId;
 
+/// Mean number of hinges from the ground to a node beyond which a tree is deep.
+const DEEP: usize = 8;
+
 /// What [`dynamics`] derives.
 pub struct Dynamics {
     /// M, N x N row-major.
@@ -286,6 +289,9 @@ impl Derivation<'_> {
     ) -> Vec<Expr> {
         let n = composite.len();
         let mut matrix = vec![Expr::zero(); n * n];
+        // A wrench carried from node to node meets each hinge where it lies; carried to the ground it
+        // meets all of them with a third of the operations, at the cost of the way there.
+        let deep = self.depths().iter().sum::<usize>() > DEEP * n;
         for id in (0..n).rev().map(NodeId) {
             let column = self.joint_of(id);
             let body = self.bind_inertia(id, composite[id.index()].clone());
@@ -294,18 +300,29 @@ impl Derivation<'_> {
                 force: add(&cross(omega, &body.moment), &scale(&body.mass, v)),
                 moment: add(&apply(&body.tensor(), omega), &cross(&body.moment, v)),
             };
+            let at_ground = deep.then(|| self.wrench_at_ground(id, &wrench));
             let mut at = id;
             loop {
-                let PartialVelocity { omega, v } = &partial[at.index()];
                 let row = self.joint_of(at);
-                let entry = &dot(omega, &wrench.moment) + &dot(v, &wrench.force);
+                let entry = match at_ground.as_ref().filter(|_| at != id) {
+                    Some(wrench) => {
+                        let [axis, arm] = self.hinge_at_ground(at);
+                        &dot(&axis, &wrench.moment) + &dot(&arm, &wrench.force)
+                    }
+                    None => {
+                        let PartialVelocity { omega, v } = &partial[at.index()];
+                        &dot(omega, &wrench.moment) + &dot(v, &wrench.force)
+                    }
+                };
                 let names = [row, column].map(|j| self.mechanism().joints[j].name.clone());
                 let name = format!("mass_{}_{}", names[0], names[1]);
                 let entry = self.bind(Section::Node(id), name, entry);
                 matrix[row * n + column] = entry.clone();
                 matrix[column * n + row] = entry;
                 let Some(parent) = self.topology.nodes[at.index()].parent else { break };
-                wrench = self.carry_wrench(at, &wrench);
+                if !deep {
+                    wrench = self.carry_wrench(at, &wrench);
+                }
                 at = parent;
             }
             if let Some(parent) = self.topology.nodes[id.index()].parent {
@@ -317,6 +334,33 @@ impl Derivation<'_> {
             }
         }
         matrix
+    }
+
+    /// How many hinges there are from the ground to each node.
+    fn depths(&self) -> Vec<usize> {
+        let mut depths: Vec<usize> = Vec::with_capacity(self.topology.nodes.len());
+        for node in &self.topology.nodes {
+            depths.push(1 + node.parent.map_or(0, |parent| depths[parent.index()]));
+        }
+        depths
+    }
+
+    /// A wrench on a node about the ground's origin, in the base frame.
+    fn wrench_at_ground(&mut self, id: NodeId, wrench: &Wrench) -> Wrench {
+        let placement = self.placement(None, Some(id));
+        let force = self.bind_vector(id, "force_at_ground", placement.turn(&wrench.force));
+        let moment = add(&placement.turn(&wrench.moment), &cross(&placement.origin, &force));
+        Wrench { moment: self.bind_vector(id, "moment_at_ground", moment), force }
+    }
+
+    /// A hinge's partial angular velocity and the partial velocity at the ground's origin, base
+    /// frame.
+    fn hinge_at_ground(&mut self, id: NodeId) -> [Vector; 2] {
+        let placement = self.placement(None, Some(id));
+        let [axis, ..] = placement.axes;
+        let arm = cross(&placement.origin, &axis);
+        let arm = self.bind_vector(id, "hinge_arm", arm);
+        [axis, arm]
     }
 
     fn bind_inertia(&mut self, node: NodeId, body: Inertia) -> Inertia {

@@ -17,19 +17,20 @@ pub(super) fn step<Y: System>(
     if !dt.is_finite() {
         return Err(Error::Time);
     }
+    let start = state.clone();
     let mut pieces = 1;
     loop {
-        let mut trial = state.clone();
         let piece = dt / whole::<Y::Scalar>(pieces);
-        match (0..pieces).try_for_each(|_| attempt(&mut trial, piece)) {
-            Ok(()) => {
-                trial.t = state.t + dt;
-                *state = trial;
-                return Ok(());
-            }
-            Err(error) if pieces == PIECES => return Err(error),
-            Err(_) => pieces *= 2,
+        let outcome = (0..pieces).try_for_each(|_| attempt(state, piece));
+        if outcome.is_ok() {
+            state.t = start.t + dt;
+            return Ok(());
         }
+        state.clone_from(&start);
+        if pieces == PIECES {
+            return outcome;
+        }
+        pieces *= 2;
     }
 }
 
