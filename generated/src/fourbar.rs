@@ -907,6 +907,9 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let force_own_coupler_ghost0_y = omega_xx_coupler_ghost0 * c(9.272985481377836e-6);
         let moment_own_coupler_ghost0_x = free_fall_coupler_ghost0_z * c(9.272985481377836e-6);
         let force_above_coupler_ghost0_z = sin_coupler_rocker * force_own_coupler_ghost0_y;
+        // the whole mechanism
+        let part = moment_own_coupler_x - mul_add(c(0.1), u[2], q[2] * c(10.0));
+        let part_2 = moment_own_coupler_ghost0_x - mul_add(c(0.1), u[3], q[3] * c(10.0));
         // coupler
         let v_coupler_y_by_crank_hinge = sin_coupler_crank * c(0.534813);
         // coupler_ghost0
@@ -926,18 +929,20 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         // loop 0
         let gamma0_1 = mul_add(-sin_coupler_crank, coupler_part,
             sin_coupler_rocker * coupler_ghost0_part);
-        // the whole mechanism
-        let part = moment_own_coupler_x - mul_add(c(0.1), u[2], q[2] * c(10.0));
-        let part_2 = moment_own_coupler_ghost0_x - mul_add(c(0.1), u[3], q[3] * c(10.0));
+        // coupler_ghost0
         let factor_coupler_rocker_rocker_hinge =
             moment_above_coupler_ghost0_x * c(534612.7876701569);
+        // coupler
         let factor_coupler_crank_crank_hinge = moment_above_coupler_x * c(115875.76386003198);
+        // rocker
         let inverse_pivot_rocker_hinge = c(1.0) / mul_add(-moment_above_coupler_ghost0_x,
             factor_coupler_rocker_rocker_hinge, mul_add(c(9.524726636629184e-6), cos_coupler_rocker,
             c(1.2845628098354212e-4)));
+        // crank
         let inverse_pivot_crank_hinge = c(1.0) / mul_add(-moment_above_coupler_x,
             factor_coupler_crank_crank_hinge, mul_add(c(4.657590113684835e-5), cos_coupler_crank,
             c(1.4842320434687952e-4)));
+        // the whole mechanism
         let part_3 = mul_add(c(14829.536919702783), moment_above_coupler_x, c(-0.12797789999999998)
             - v_coupler_z_by_crank_hinge);
         let part_4 = mul_add(c(-221927.38498246408), moment_above_coupler_ghost0_x,
@@ -1259,6 +1264,10 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let force_own_coupler_ghost0_y = omega_xx_coupler_ghost0 * c(9.272985481377836e-6);
         let moment_own_coupler_ghost0_x = free_fall_coupler_ghost0_z * c(9.272985481377836e-6);
         let force_above_coupler_ghost0_z = sin_coupler_rocker * force_own_coupler_ghost0_y;
+        // the whole mechanism
+        let part = moment_own_coupler_x - mul_add(c(0.1), u[2], q[2] * c(10.0));
+        let part_2 = moment_own_coupler_ghost0_x - mul_add(c(0.1), u[3], q[3] * c(10.0));
+        // coupler_ghost0
         let d_fall_above_coupler_ghost0_y = c(0.5135738999999999) * d_omega_xx_rocker;
         let d_omega_xx_coupler_ghost0 = omega_coupler_ghost0_x + omega_coupler_ghost0_x;
         let d_force_own_coupler_ghost0_y = c(9.272985481377836e-6) * d_omega_xx_coupler_ghost0;
@@ -1289,18 +1298,19 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
             sin_coupler_rocker * rocker_part);
         let d_moment_own_coupler_ghost0_x_2 =
             c(9.272985481377836e-6) * d_free_fall_coupler_ghost0_z;
-        // the whole mechanism
-        let part = moment_own_coupler_x - mul_add(c(0.1), u[2], q[2] * c(10.0));
-        let part_2 = moment_own_coupler_ghost0_x - mul_add(c(0.1), u[3], q[3] * c(10.0));
         let factor_coupler_rocker_rocker_hinge =
             moment_above_coupler_ghost0_x * c(534612.7876701569);
+        // coupler
         let factor_coupler_crank_crank_hinge = moment_above_coupler_x * c(115875.76386003198);
+        // rocker
         let inverse_pivot_rocker_hinge = c(1.0) / mul_add(-moment_above_coupler_ghost0_x,
             factor_coupler_rocker_rocker_hinge, mul_add(c(9.524726636629184e-6), cos_coupler_rocker,
             c(1.2845628098354212e-4)));
+        // crank
         let inverse_pivot_crank_hinge = c(1.0) / mul_add(-moment_above_coupler_x,
             factor_coupler_crank_crank_hinge, mul_add(c(4.657590113684835e-5), cos_coupler_crank,
             c(1.4842320434687952e-4)));
+        // the whole mechanism
         let part_3 = mul_add(c(14829.536919702783), moment_above_coupler_x, c(-0.12797789999999998)
             - v_coupler_z_by_crank_hinge);
         let part_4 = mul_add(c(-221927.38498246408), moment_above_coupler_ghost0_x,
@@ -1346,92 +1356,92 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let part_30 = mul_add(part_7, part_28, mul_add(-part_6, part_29,
             mul_add(c(0.12797789999999998), omega_xx_coupler, coupler_part_2)
             - coupler_ghost0_part_2));
-        let part_31 = mul_add(part_18, part_30, -mul_add(part_9, part_28, mul_add(part_8, part_29,
+        let part_31 = c(0.12797789999999998) * d_omega_xx_coupler;
+        let part_32 = mul_add(-factor_coupler_crank_crank_hinge, d_moment_own_coupler_x,
+            coupler_part_5 + (d_moment_own_coupler_x + c(-0.1)));
+        let part_33 = mul_add(-part_6, part_32, mul_add(cos_coupler_crank, d_fall_above_coupler_y,
+            part_31));
+        let part_34 = mul_add(part_18, part_33, mul_add(-part_8, part_32,
+            mul_add(c(-0.6457388334589095), coupler_part_4, coupler_part_4)));
+        let part_35 = part_25 * mul_add(-part_23, part_34, mul_add(part_20, part_33,
+            mul_add(-part_10, part_32, mul_add(c(-2.740302078890005), coupler_part_4,
+            coupler_part_4))));
+        let part_36 = mul_add(-part_23, part_35, part_22 * part_34);
+        let part_37 = mul_add(-part_18, part_36, mul_add(-part_20, part_35, -part_17 * part_33));
+        let part_38 = mul_add(part_7, part_37, mul_add(part_11, part_35, part_9 * part_36));
+        let part_39 = mul_add(-part_6, part_37, mul_add(part_8, part_36, mul_add(part_10, part_35,
+            inverse_pivot_crank_hinge * part_32)));
+        let part_40 = mul_add(-factor_coupler_rocker_rocker_hinge, d_moment_own_coupler_ghost0_x,
+            coupler_ghost0_part_5 + (c(-0.1) + d_moment_own_coupler_ghost0_x));
+        let part_41 = mul_add(-cos_coupler_rocker, d_fall_above_coupler_ghost0_y, part_7 * part_40);
+        let part_42 = mul_add(part_18, part_41, -mul_add(part_9, part_40, coupler_ghost0_part_4));
+        let part_43 = part_25 * mul_add(-part_23, part_42, mul_add(part_20, part_41,
+            -mul_add(part_11, part_40, mul_add(c(-2.057929418862539), coupler_ghost0_part_4,
+            coupler_ghost0_part_4))));
+        let part_44 = mul_add(-part_23, part_43, part_22 * part_42);
+        let part_45 = mul_add(-part_18, part_44, mul_add(-part_20, part_43, -part_17 * part_41));
+        let part_46 = mul_add(-part_6, part_45, mul_add(part_10, part_43, part_8 * part_44));
+        let part_47 = mul_add(part_7, part_45, mul_add(part_9, part_44, mul_add(part_11, part_43,
+            inverse_pivot_rocker_hinge * part_40)));
+        let part_48 = mul_add(c(11587.576386003198), moment_above_coupler_x, coupler_part_5);
+        let part_49 = mul_add(-part_6, part_48, part_31);
+        let part_50 = mul_add(part_18, part_49, -mul_add(part_8, part_48, c(1482.9536919702784)));
+        let part_51 = part_25 * mul_add(-part_23, part_50, mul_add(part_20, part_49,
+            -mul_add(part_10, part_48, c(6293.165091583967))));
+        let part_52 = mul_add(-part_23, part_51, part_22 * part_50);
+        let part_53 = mul_add(-part_18, part_52, mul_add(-part_20, part_51, -part_17 * part_49));
+        let part_54 = mul_add(part_7, part_53, mul_add(part_11, part_51, part_9 * part_52));
+        let part_55 = mul_add(-part_6, part_53, mul_add(part_8, part_52, mul_add(part_10, part_51,
+            inverse_pivot_crank_hinge * part_48)));
+        let part_56 = mul_add(-factor_coupler_rocker_rocker_hinge, d_moment_own_coupler_ghost0_x_2,
+            d_moment_own_coupler_ghost0_x_2 + mul_add(c(2.954834596588329e-3), sin_rocker_hinge,
+            c(-10.0)));
+        let part_57 = part_7 * part_56;
+        let part_58 = mul_add(-part_9, part_56, part_18 * part_57);
+        let part_59 = part_25 * mul_add(-part_23, part_58, mul_add(part_20, part_57,
+            -mul_add(c(2.057929418862539), d_free_fall_coupler_ghost0_z, part_11 * part_56)));
+        let part_60 = mul_add(-part_23, part_59, part_22 * part_58);
+        let part_61 = mul_add(-part_18, part_60, mul_add(-part_20, part_59, -part_17 * part_57));
+        let part_62 = mul_add(-part_6, part_61, mul_add(part_10, part_59, part_8 * part_60));
+        let part_63 = mul_add(part_7, part_61, mul_add(part_9, part_60, mul_add(part_11, part_59,
+            inverse_pivot_rocker_hinge * part_56)));
+        let part_64 = mul_add(part_18, part_30, -mul_add(part_9, part_28, mul_add(part_8, part_29,
             mul_add(c(-14829.536919702783), part, gamma0_1))));
-        let part_32 = mul_add(-part_23, part_31, mul_add(part_20, part_30, -mul_add(part_11,
+        let part_65 = mul_add(-part_23, part_64, mul_add(part_20, part_30, -mul_add(part_11,
             part_28, mul_add(part_10, part_29, mul_add(c(221927.38498246408), part_2,
             mul_add(c(-62931.65091583967), part, gamma0_1))))));
-        let part_33 = part_25 * part_32;
-        let part_34 = mul_add(-part_23, part_33, part_22 * part_31);
-        let part_35 = mul_add(-part_18, part_34, mul_add(-part_20, part_33, -part_17 * part_30));
-        let part_36 = mul_add(-part_6, part_35, mul_add(part_8, part_34, mul_add(part_10, part_33,
+        let part_66 = part_25 * part_65;
+        let part_67 = mul_add(-part_23, part_66, part_22 * part_64);
+        let part_68 = mul_add(-part_18, part_67, mul_add(-part_20, part_66, -part_17 * part_30));
+        let part_69 = mul_add(-part_6, part_68, mul_add(part_8, part_67, mul_add(part_10, part_66,
             inverse_pivot_crank_hinge * part_29)));
-        let part_37 = mul_add(part_7, part_35, mul_add(part_9, part_34, mul_add(part_11, part_33,
+        let part_70 = mul_add(part_7, part_68, mul_add(part_9, part_67, mul_add(part_11, part_66,
             inverse_pivot_rocker_hinge * part_28)));
-        let part_38 = mul_add(-factor_coupler_crank_crank_hinge, part_36,
-            mul_add(c(-14829.536919702783), part_34, mul_add(c(-62931.65091583967), part_33,
+        let part_71 = mul_add(-factor_coupler_crank_crank_hinge, part_69,
+            mul_add(c(-14829.536919702783), part_67, mul_add(c(-62931.65091583967), part_66,
             part * c(115875.76386003198))));
-        let part_39 = mul_add(-factor_coupler_rocker_rocker_hinge, part_37,
-            mul_add(c(221927.38498246408), part_33, part_2 * c(534612.7876701569)));
+        let part_72 = mul_add(-factor_coupler_rocker_rocker_hinge, part_70,
+            mul_add(c(221927.38498246408), part_66, part_2 * c(534612.7876701569)));
         // coupler
-        let alpha_moving_coupler_x = part_36 + part_38;
-        let fall_above_coupler_z = mul_add(c(-0.534813), part_36, free_fall_crank_z);
+        let alpha_moving_coupler_x = part_69 + part_71;
+        let fall_above_coupler_z = mul_add(c(-0.534813), part_69, free_fall_crank_z);
         let d_free_fall_coupler_z = mul_add(-cos_coupler_crank, sin_crank_hinge * c(-9.81),
             sin_coupler_crank * crank_part);
         let d_moment_own_coupler_x_2 = c(4.3544099654316885e-5) * d_free_fall_coupler_z;
         // the whole mechanism
-        let part_40 = c(0.12797789999999998) * d_omega_xx_coupler;
-        let part_41 = mul_add(-factor_coupler_crank_crank_hinge, d_moment_own_coupler_x,
-            coupler_part_5 + (d_moment_own_coupler_x + c(-0.1)));
-        let part_42 = mul_add(-part_6, part_41, mul_add(cos_coupler_crank, d_fall_above_coupler_y,
-            part_40));
-        let part_43 = mul_add(part_18, part_42, mul_add(-part_8, part_41,
-            mul_add(c(-0.6457388334589095), coupler_part_4, coupler_part_4)));
-        let part_44 = part_25 * mul_add(-part_23, part_43, mul_add(part_20, part_42,
-            mul_add(-part_10, part_41, mul_add(c(-2.740302078890005), coupler_part_4,
-            coupler_part_4))));
-        let part_45 = mul_add(-part_23, part_44, part_22 * part_43);
-        let part_46 = mul_add(-part_18, part_45, mul_add(-part_20, part_44, -part_17 * part_42));
-        let part_47 = mul_add(part_7, part_46, mul_add(part_11, part_44, part_9 * part_45));
-        let part_48 = mul_add(-part_6, part_46, mul_add(part_8, part_45, mul_add(part_10, part_44,
-            inverse_pivot_crank_hinge * part_41)));
-        let part_49 = mul_add(-factor_coupler_crank_crank_hinge, d_moment_own_coupler_x_2,
+        let part_73 = mul_add(-factor_coupler_crank_crank_hinge, d_moment_own_coupler_x_2,
             d_moment_own_coupler_x_2 + mul_add(c(3.1463985397908126e-3), sin_crank_hinge,
             c(-10.0)));
-        let part_50 = part_6 * part_49;
-        let part_51 = mul_add(-part_18, part_50, -mul_add(c(-0.6457388334589095),
-            d_free_fall_coupler_z, part_8 * part_49));
-        let part_52 = part_25 * mul_add(-part_23, part_51, mul_add(-part_20, part_50,
-            -mul_add(c(-2.740302078890005), d_free_fall_coupler_z, part_10 * part_49)));
-        let part_53 = mul_add(-part_23, part_52, part_22 * part_51);
-        let part_54 = mul_add(-part_18, part_53, mul_add(-part_20, part_52, part_17 * part_50));
-        let part_55 = mul_add(part_7, part_54, mul_add(part_11, part_52, part_9 * part_53));
-        let part_56 = mul_add(-part_6, part_54, mul_add(part_8, part_53, mul_add(part_10, part_52,
-            inverse_pivot_crank_hinge * part_49)));
-        let part_57 = mul_add(-factor_coupler_rocker_rocker_hinge, d_moment_own_coupler_ghost0_x,
-            coupler_ghost0_part_5 + (c(-0.1) + d_moment_own_coupler_ghost0_x));
-        let part_58 = mul_add(-cos_coupler_rocker, d_fall_above_coupler_ghost0_y, part_7 * part_57);
-        let part_59 = mul_add(part_18, part_58, -mul_add(part_9, part_57, coupler_ghost0_part_4));
-        let part_60 = part_25 * mul_add(-part_23, part_59, mul_add(part_20, part_58,
-            -mul_add(part_11, part_57, mul_add(c(-2.057929418862539), coupler_ghost0_part_4,
-            coupler_ghost0_part_4))));
-        let part_61 = mul_add(-part_23, part_60, part_22 * part_59);
-        let part_62 = mul_add(-part_18, part_61, mul_add(-part_20, part_60, -part_17 * part_58));
-        let part_63 = mul_add(-part_6, part_62, mul_add(part_10, part_60, part_8 * part_61));
-        let part_64 = mul_add(part_7, part_62, mul_add(part_9, part_61, mul_add(part_11, part_60,
-            inverse_pivot_rocker_hinge * part_57)));
-        let part_65 = mul_add(c(11587.576386003198), moment_above_coupler_x, coupler_part_5);
-        let part_66 = mul_add(-part_6, part_65, part_40);
-        let part_67 = mul_add(part_18, part_66, -mul_add(part_8, part_65, c(1482.9536919702784)));
-        let part_68 = part_25 * mul_add(-part_23, part_67, mul_add(part_20, part_66,
-            -mul_add(part_10, part_65, c(6293.165091583967))));
-        let part_69 = mul_add(-part_23, part_68, part_22 * part_67);
-        let part_70 = mul_add(-part_18, part_69, mul_add(-part_20, part_68, -part_17 * part_66));
-        let part_71 = mul_add(part_7, part_70, mul_add(part_11, part_68, part_9 * part_69));
-        let part_72 = mul_add(-part_6, part_70, mul_add(part_8, part_69, mul_add(part_10, part_68,
-            inverse_pivot_crank_hinge * part_65)));
-        let part_73 = mul_add(-factor_coupler_rocker_rocker_hinge, d_moment_own_coupler_ghost0_x_2,
-            d_moment_own_coupler_ghost0_x_2 + mul_add(c(2.954834596588329e-3), sin_rocker_hinge,
-            c(-10.0)));
-        let part_74 = part_7 * part_73;
-        let part_75 = mul_add(-part_9, part_73, part_18 * part_74);
-        let part_76 = part_25 * mul_add(-part_23, part_75, mul_add(part_20, part_74,
-            -mul_add(c(2.057929418862539), d_free_fall_coupler_ghost0_z, part_11 * part_73)));
+        let part_74 = part_6 * part_73;
+        let part_75 = mul_add(-part_18, part_74, -mul_add(c(-0.6457388334589095),
+            d_free_fall_coupler_z, part_8 * part_73));
+        let part_76 = part_25 * mul_add(-part_23, part_75, mul_add(-part_20, part_74,
+            -mul_add(c(-2.740302078890005), d_free_fall_coupler_z, part_10 * part_73)));
         let part_77 = mul_add(-part_23, part_76, part_22 * part_75);
-        let part_78 = mul_add(-part_18, part_77, mul_add(-part_20, part_76, -part_17 * part_74));
-        let part_79 = mul_add(-part_6, part_78, mul_add(part_10, part_76, part_8 * part_77));
-        let part_80 = mul_add(part_7, part_78, mul_add(part_9, part_77, mul_add(part_11, part_76,
-            inverse_pivot_rocker_hinge * part_73)));
+        let part_78 = mul_add(-part_18, part_77, mul_add(-part_20, part_76, part_17 * part_74));
+        let part_79 = mul_add(part_7, part_78, mul_add(part_11, part_76, part_9 * part_77));
+        let part_80 = mul_add(-part_6, part_78, mul_add(part_8, part_77, mul_add(part_10, part_76,
+            inverse_pivot_crank_hinge * part_73)));
         let part_81 = mul_add(c(53461.2787670157), moment_above_coupler_ghost0_x,
             coupler_ghost0_part_5);
         let part_82 = part_7 * part_81;
@@ -1444,10 +1454,10 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let part_88 = mul_add(part_7, part_86, mul_add(part_9, part_85, mul_add(part_11, part_84,
             inverse_pivot_rocker_hinge * part_81)));
         // coupler_ghost0
-        let force_closing_coupler_ghost0_z = part_33 + part_34;
+        let force_closing_coupler_ghost0_z = part_66 + part_67;
         // coupler
-        let force_closing_coupler_z = -part_34 - part_33;
-        let d_force_above_coupler_z_2 = mul_add(-cos_coupler_crank, part_35,
+        let force_closing_coupler_z = -part_67 - part_66;
+        let d_force_above_coupler_z_2 = mul_add(-cos_coupler_crank, part_68,
             -sin_coupler_crank * force_closing_coupler_z);
         let d_free_fall_coupler_z_2 = mul_add(-cos_coupler_crank, fall_above_coupler_y,
             -sin_coupler_crank * fall_above_coupler_z);
@@ -1456,11 +1466,11 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
             c(4.3544099654316885e-5) * alpha_moving_coupler_x,
             cos_coupler_crank * force_own_coupler_y);
         // coupler_ghost0
-        let alpha_moving_coupler_ghost0_x = part_37 + part_39;
-        let fall_above_coupler_ghost0_z = mul_add(c(-0.5135738999999999), part_37,
+        let alpha_moving_coupler_ghost0_x = part_70 + part_72;
+        let fall_above_coupler_ghost0_z = mul_add(c(-0.5135738999999999), part_70,
             free_fall_rocker_z);
         let d_force_above_coupler_ghost0_z_2 = mul_add(-sin_coupler_rocker,
-            force_closing_coupler_ghost0_z, cos_coupler_rocker * part_35);
+            force_closing_coupler_ghost0_z, cos_coupler_rocker * part_68);
         let d_free_fall_coupler_ghost0_z_2 = mul_add(-cos_coupler_rocker,
             fall_above_coupler_ghost0_y, -sin_coupler_rocker * fall_above_coupler_ghost0_z);
         let d_moment_own_coupler_ghost0_x_3 =
@@ -1470,11 +1480,11 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
             cos_coupler_rocker * force_own_coupler_ghost0_y);
         // the whole mechanism
         let part_89 = d_moment_own_coupler_x_3 - c(10.0);
-        let part_90 = mul_add(-part_36, sin_coupler_crank * c(-0.534813), a_coupler_y);
+        let part_90 = mul_add(-part_69, sin_coupler_crank * c(-0.534813), a_coupler_y);
         let part_91 = mul_add(-factor_coupler_crank_crank_hinge, part_89, mul_add(c(0.534813),
             d_force_above_coupler_z_3, mul_add(c(0.534813), d_force_above_coupler_z_2,
             d_moment_own_coupler_x_3)));
-        let part_92 = mul_add(-part_6, part_91, -v_coupler_z_by_crank_hinge * part_36
+        let part_92 = mul_add(-part_6, part_91, -v_coupler_z_by_crank_hinge * part_69
             - coupler_part_3);
         let part_93 = mul_add(part_18, part_92, -mul_add(part_8, part_91,
             mul_add(c(-14829.536919702783), part_89, part_90)));
@@ -1486,14 +1496,14 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let part_98 = mul_add(-part_6, part_96, mul_add(part_8, part_95, mul_add(part_10, part_94,
             inverse_pivot_crank_hinge * part_91)));
         let part_99 = d_moment_own_coupler_ghost0_x_3 - c(10.0);
-        let part_100 = mul_add(part_37, sin_coupler_rocker * c(-0.5135738999999999),
+        let part_100 = mul_add(part_70, sin_coupler_rocker * c(-0.5135738999999999),
             coupler_ghost0_part_2);
         let part_101 = mul_add(-factor_coupler_rocker_rocker_hinge, part_99,
             mul_add(c(0.5135738999999999), d_force_above_coupler_ghost0_z_3,
             mul_add(c(0.5135738999999999), d_force_above_coupler_ghost0_z_2,
             d_moment_own_coupler_ghost0_x_3)));
         let part_102 = mul_add(part_7, part_101, mul_add(v_coupler_ghost0_z_by_rocker_hinge,
-            part_37, coupler_ghost0_part_3));
+            part_70, coupler_ghost0_part_3));
         let part_103 = mul_add(part_18, part_102, -mul_add(part_9, part_101, part_100));
         let part_104 = part_25 * mul_add(-part_23, part_103, mul_add(part_20, part_102,
             -mul_add(part_11, part_101, mul_add(c(221927.38498246408), part_99, part_100))));
@@ -1503,59 +1513,59 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let part_107 = mul_add(-part_6, part_106, mul_add(part_10, part_104, part_8 * part_105));
         let part_108 = mul_add(part_7, part_106, mul_add(part_9, part_105, mul_add(part_11,
             part_104, inverse_pivot_rocker_hinge * part_101)));
-        acceleration[0] = part_36;
-        acceleration[1] = part_37;
-        acceleration[2] = part_38;
-        acceleration[3] = part_39;
-        dq[0] = part_56;
-        dq[1] = part_79;
+        acceleration[0] = part_69;
+        acceleration[1] = part_70;
+        acceleration[2] = part_71;
+        acceleration[3] = part_72;
+        dq[0] = part_80;
+        dq[1] = part_62;
         dq[2] = part_98;
         dq[3] = part_107;
-        dq[4] = part_55;
-        dq[5] = part_80;
+        dq[4] = part_79;
+        dq[5] = part_63;
         dq[6] = part_97;
         dq[7] = part_108;
-        dq[8] = mul_add(-factor_coupler_crank_crank_hinge, part_56, mul_add(c(-14829.536919702783),
-            part_53, mul_add(c(-62931.65091583967), part_52,
+        dq[8] = mul_add(-factor_coupler_crank_crank_hinge, part_80, mul_add(c(-14829.536919702783),
+            part_77, mul_add(c(-62931.65091583967), part_76,
             d_free_fall_coupler_z * c(5.045705809041324))));
-        dq[9] = mul_add(-factor_coupler_crank_crank_hinge, part_79, mul_add(c(-62931.65091583967),
-            part_76, c(-14829.536919702783) * part_77));
+        dq[9] = mul_add(-factor_coupler_crank_crank_hinge, part_62, mul_add(c(-62931.65091583967),
+            part_59, c(-14829.536919702783) * part_60));
         dq[10] = mul_add(-factor_coupler_crank_crank_hinge, part_98, mul_add(c(-14829.536919702783),
             part_95, mul_add(c(-62931.65091583967), part_94, c(115875.76386003198) * part_89)));
         dq[11] = mul_add(-factor_coupler_crank_crank_hinge, part_107, mul_add(c(-62931.65091583967),
             part_104, c(-14829.536919702783) * part_105));
-        dq[12] = mul_add(-factor_coupler_rocker_rocker_hinge, part_55,
-            c(221927.38498246408) * part_52);
-        dq[13] = mul_add(-factor_coupler_rocker_rocker_hinge, part_80,
-            mul_add(c(221927.38498246408), part_76,
+        dq[12] = mul_add(-factor_coupler_rocker_rocker_hinge, part_79,
+            c(221927.38498246408) * part_76);
+        dq[13] = mul_add(-factor_coupler_rocker_rocker_hinge, part_63,
+            mul_add(c(221927.38498246408), part_59,
             d_free_fall_coupler_ghost0_z * c(4.957456618224297)));
         dq[14] = mul_add(-factor_coupler_rocker_rocker_hinge, part_97,
             c(221927.38498246408) * part_94);
         dq[15] = mul_add(-factor_coupler_rocker_rocker_hinge, part_108,
             mul_add(c(221927.38498246408), part_104, c(534612.7876701569) * part_99));
-        du[0] = part_48;
-        du[1] = part_63;
-        du[2] = part_72;
+        du[0] = part_39;
+        du[1] = part_46;
+        du[2] = part_55;
         du[3] = part_87;
-        du[4] = part_47;
-        du[5] = part_64;
-        du[6] = part_71;
+        du[4] = part_38;
+        du[5] = part_47;
+        du[6] = part_54;
         du[7] = part_88;
-        du[8] = mul_add(-factor_coupler_crank_crank_hinge, part_48, mul_add(c(-14829.536919702783),
-            part_45, mul_add(c(-62931.65091583967), part_44,
+        du[8] = mul_add(-factor_coupler_crank_crank_hinge, part_39, mul_add(c(-14829.536919702783),
+            part_36, mul_add(c(-62931.65091583967), part_35,
             coupler_part_4 * c(-5.045705809041324))));
-        du[9] = mul_add(-factor_coupler_crank_crank_hinge, part_63, mul_add(c(-62931.65091583967),
-            part_60, c(-14829.536919702783) * part_61));
-        du[10] = mul_add(-factor_coupler_crank_crank_hinge, part_72, mul_add(c(-14829.536919702783),
-            part_69, mul_add(c(-62931.65091583967), part_68, c(-11587.576386003198))));
+        du[9] = mul_add(-factor_coupler_crank_crank_hinge, part_46, mul_add(c(-62931.65091583967),
+            part_43, c(-14829.536919702783) * part_44));
+        du[10] = mul_add(-factor_coupler_crank_crank_hinge, part_55, mul_add(c(-14829.536919702783),
+            part_52, mul_add(c(-62931.65091583967), part_51, c(-11587.576386003198))));
         du[11] = mul_add(-factor_coupler_crank_crank_hinge, part_87, mul_add(c(-62931.65091583967),
             part_84, c(-14829.536919702783) * part_85));
-        du[12] = mul_add(-factor_coupler_rocker_rocker_hinge, part_47,
-            c(221927.38498246408) * part_44);
-        du[13] = mul_add(-factor_coupler_rocker_rocker_hinge, part_64,
-            mul_add(c(221927.38498246408), part_60, coupler_ghost0_part_4 * c(-4.957456618224297)));
-        du[14] = mul_add(-factor_coupler_rocker_rocker_hinge, part_71,
-            c(221927.38498246408) * part_68);
+        du[12] = mul_add(-factor_coupler_rocker_rocker_hinge, part_38,
+            c(221927.38498246408) * part_35);
+        du[13] = mul_add(-factor_coupler_rocker_rocker_hinge, part_47,
+            mul_add(c(221927.38498246408), part_43, coupler_ghost0_part_4 * c(-4.957456618224297)));
+        du[14] = mul_add(-factor_coupler_rocker_rocker_hinge, part_54,
+            c(221927.38498246408) * part_51);
         du[15] = mul_add(-factor_coupler_rocker_rocker_hinge, part_88,
             mul_add(c(221927.38498246408), part_84, c(-53461.2787670157)));
         dt[0] = c(0.0);

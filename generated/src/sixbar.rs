@@ -3615,12 +3615,23 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let second_moment_zz_west = bend_south_west + (second_moment_zz_south_west
             + c(3.3386074605289806e-8));
         let mass_ground_west_ground_west = second_moment_yy_west + second_moment_zz_west;
+        // south_ghost0
+        let factor_south_west_south_ground_west = moment_above_south_west_x * c(178919.86408403952);
+        let factor_south_west_south_west_south_west =
+            moment_above_south_ghost0_x_2 * c(178919.86408403952);
+        let south_ghost0_part_16 = mul_add(-moment_above_south_west_x,
+            factor_south_west_south_west_south_west, moment_above_south_west_x_2);
         // east
         let second_moment_yy_east = mul_add(c(-0.7071067811865475), twist_south_east_2,
             turned_yy_south_east + c(1.0537942653489101e-5));
         let second_moment_zz_east = bend_south_east + (second_moment_zz_south_east
             + c(2.6789645046735387e-8));
         let mass_ground_east_ground_east = second_moment_yy_east + second_moment_zz_east;
+        // south
+        let factor_south_south_east_ground_east = moment_above_south_east_x * c(178921.751266151);
+        let factor_south_south_east_south_east_east = moment_above_south_x * c(178921.751266151);
+        let south_part_21 = mul_add(-moment_above_south_east_x,
+            factor_south_south_east_south_east_east, moment_above_south_east_x_2);
         // south_east
         let d_across_south_east_2 = mul_add(-sin_south_east_east, d_moment_above_south_z,
             cos_south_east_east * d_moment_above_south_y);
@@ -3692,141 +3703,100 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         // the whole mechanism
         let part = mul_add(c(-3.5e-6), u[0], mul_add(c(-0.0114), q[0], moment_own_south_ghost0_x));
         let part_2 = mul_add(c(-3.5e-6), u[1], mul_add(c(-0.0114), q[1], moment_own_south_x));
-        let factor_south_west_south_ground_west = moment_above_south_west_x * c(178919.86408403952);
-        let factor_south_west_south_west_south_west =
-            moment_above_south_ghost0_x_2 * c(178919.86408403952);
-        let part_3 = mul_add(-moment_above_south_west_x, factor_south_west_south_west_south_west,
-            moment_above_south_west_x_2);
-        let factor_south_south_east_ground_east = moment_above_south_east_x * c(178921.751266151);
-        let factor_south_south_east_south_east_east = moment_above_south_x * c(178921.751266151);
-        let part_4 = mul_add(-moment_above_south_east_x, factor_south_south_east_south_east_east,
-            moment_above_south_east_x_2);
+        // south_west
         let inverse_pivot_west_south_west = c(1.0) / mul_add(-moment_above_south_ghost0_x_2,
             factor_south_west_south_west_south_west, mass_west_south_west_west_south_west);
-        let factor_west_south_west_ground_west = part_3 * inverse_pivot_west_south_west;
+        let factor_west_south_west_ground_west =
+            south_ghost0_part_16 * inverse_pivot_west_south_west;
+        // south_east
         let inverse_pivot_south_east_east = c(1.0) / mul_add(-moment_above_south_x,
             factor_south_south_east_south_east_east, mass_south_east_east_south_east_east);
-        let factor_south_east_east_ground_east = part_4 * inverse_pivot_south_east_east;
-        let inverse_pivot_ground_west = c(1.0) / mul_add(-part_3,
+        let factor_south_east_east_ground_east = south_part_21 * inverse_pivot_south_east_east;
+        // west
+        let inverse_pivot_ground_west = c(1.0) / mul_add(-south_ghost0_part_16,
             factor_west_south_west_ground_west, mul_add(-moment_above_south_west_x,
             factor_south_west_south_ground_west, mass_ground_west_ground_west));
-        let inverse_pivot_ground_east = c(1.0) / mul_add(-part_4,
+        // east
+        let inverse_pivot_ground_east = c(1.0) / mul_add(-south_part_21,
             factor_south_east_east_ground_east, mul_add(-moment_above_south_east_x,
             factor_south_south_east_ground_east, mass_ground_east_ground_east));
-        let part_5 = mul_add(-closure0_0_west_south_west, factor_west_south_west_ground_west,
+        // the whole mechanism
+        let part_3 = mul_add(-closure0_0_west_south_west, factor_west_south_west_ground_west,
             c(0.08068423607472834) * carried_south_ghost0_z_by_ground_west);
-        let part_6 = mul_add(c(-0.08068423607472835), carried_south_z_by_ground_east,
+        let part_4 = mul_add(c(-0.08068423607472835), carried_south_z_by_ground_east,
             loop0_part * factor_south_east_east_ground_east);
-        let part_7 = mul_add(c(-12502.083224437016), moment_above_south_x,
+        let part_5 = mul_add(c(-12502.083224437016), moment_above_south_x,
             closure0_1_south_east_east);
-        let part_8 = mul_add(c(-0.08068423607472835), carried_south_ghost0_y_by_ground_west,
+        let part_6 = mul_add(c(-0.08068423607472835), carried_south_ghost0_y_by_ground_west,
             loop0_part_3 * factor_west_south_west_ground_west);
-        let part_9 = mul_add(-factor_south_east_east_ground_east, part_7,
+        let part_7 = mul_add(-factor_south_east_east_ground_east, part_5,
             mul_add(c(-12502.083224437016), moment_above_south_east_x, closure0_1_ground_east));
-        let part_10 = mul_add(c(-14436.012552214956), moment_above_south_ghost0_x_2,
+        let part_8 = mul_add(c(-14436.012552214956), moment_above_south_ghost0_x_2,
             c(0.05705240181944583));
-        let part_11 = mul_add(c(7218.08629094307), moment_above_south_x,
-            closure0_2_south_east_east);
-        let part_12 = mul_add(-factor_west_south_west_ground_west, part_10,
+        let part_9 = mul_add(c(7218.08629094307), moment_above_south_x, closure0_2_south_east_east);
+        let part_10 = mul_add(-factor_west_south_west_ground_west, part_8,
             mul_add(c(-14436.012552214956), moment_above_south_west_x,
             c(0.08068423607472835) * carried_south_ghost0_x_by_ground_west));
-        let part_13 = mul_add(-factor_south_east_east_ground_east, part_11,
+        let part_11 = mul_add(-factor_south_east_east_ground_east, part_9,
             mul_add(c(7218.08629094307), moment_above_south_east_x, closure0_2_ground_east));
-        let part_14 = closure0_0_west_south_west * inverse_pivot_west_south_west;
-        let part_15 = loop0_part * inverse_pivot_south_east_east;
-        let part_16 = inverse_pivot_ground_east * part_6;
-        let part_17 = inverse_pivot_ground_west * part_5;
-        let part_18 = loop0_part_3 * inverse_pivot_west_south_west;
-        let part_19 = inverse_pivot_south_east_east * part_7;
-        let part_20 = inverse_pivot_ground_east * part_9;
-        let part_21 = inverse_pivot_ground_west * part_8;
-        let part_22 = inverse_pivot_west_south_west * part_10;
-        let part_23 = inverse_pivot_south_east_east * part_11;
-        let part_24 = inverse_pivot_ground_east * part_13;
-        let part_25 = inverse_pivot_ground_west * part_12;
-        let part_26 = mul_add(part_5, part_17, mul_add(part_6, part_16, mul_add(loop0_part, part_15,
-            closure0_0_west_south_west * part_14)));
-        let part_27 = mul_add(part_5, part_21, mul_add(part_6, part_20, mul_add(-loop0_part,
-            part_19, -closure0_0_west_south_west * part_18)));
-        let part_28 = mul_add(part_8, part_21, mul_add(part_9, part_20, mul_add(part_7, part_19,
-            mul_add(loop0_part_3, part_18, c(873.577884436453)))));
-        let part_29 = mul_add(part_5, part_25, mul_add(part_6, part_24, mul_add(-loop0_part,
-            part_23, closure0_0_west_south_west * part_22)));
-        let part_30 = mul_add(part_12, part_25, mul_add(part_13, part_24, mul_add(part_11, part_23,
-            mul_add(part_10, part_22, c(1455.9516904983989)))));
-        let part_31 = c(1.0) / part_26;
-        let part_32 = part_27 * part_31;
-        let part_33 = mul_add(-part_27, part_32, part_28);
-        let part_34 = part_29 * part_31;
-        let part_35 = mul_add(-part_27, part_34, mul_add(part_8, part_25, mul_add(part_9, part_24,
-            mul_add(part_7, part_23, mul_add(-loop0_part_3, part_22, c(-504.3607884001874))))));
-        let part_36 = c(1.0) / part_33;
-        let part_37 = part_35 * part_36;
-        let part_38 = mul_add(-part_35, part_37, mul_add(-part_29, part_34, part_30));
-        let part_39 = c(1.0) / part_38;
-        let part_40 = part_30 + (part_26 + part_28);
-        let part_41 = S::min(part_40, S::min(S::min(part_26, part_28), part_30) * c(100.0)) *
-            (part_26 * part_33 * part_38 * c(0.4444444444444444)) / (part_40 * (part_30 * (part_26 *
-            part_28)));
-        let part_42 = mul_add(-part, factor_south_west_south_west_south_west, mul_add(c(-3.5e-6),
+        let part_12 = closure0_0_west_south_west * inverse_pivot_west_south_west;
+        let part_13 = loop0_part * inverse_pivot_south_east_east;
+        let part_14 = inverse_pivot_ground_east * part_4;
+        let part_15 = inverse_pivot_ground_west * part_3;
+        let part_16 = loop0_part_3 * inverse_pivot_west_south_west;
+        let part_17 = inverse_pivot_south_east_east * part_5;
+        let part_18 = inverse_pivot_ground_east * part_7;
+        let part_19 = inverse_pivot_ground_west * part_6;
+        let part_20 = inverse_pivot_west_south_west * part_8;
+        let part_21 = inverse_pivot_south_east_east * part_9;
+        let part_22 = inverse_pivot_ground_east * part_11;
+        let part_23 = inverse_pivot_ground_west * part_10;
+        let part_24 = mul_add(part_3, part_15, mul_add(part_4, part_14, mul_add(loop0_part, part_13,
+            closure0_0_west_south_west * part_12)));
+        let part_25 = mul_add(part_3, part_19, mul_add(part_4, part_18, mul_add(-loop0_part,
+            part_17, -closure0_0_west_south_west * part_16)));
+        let part_26 = mul_add(part_6, part_19, mul_add(part_7, part_18, mul_add(part_5, part_17,
+            mul_add(loop0_part_3, part_16, c(873.577884436453)))));
+        let part_27 = mul_add(part_3, part_23, mul_add(part_4, part_22, mul_add(-loop0_part,
+            part_21, closure0_0_west_south_west * part_20)));
+        let part_28 = mul_add(part_10, part_23, mul_add(part_11, part_22, mul_add(part_9, part_21,
+            mul_add(part_8, part_20, c(1455.9516904983989)))));
+        let part_29 = c(1.0) / part_24;
+        let part_30 = part_25 * part_29;
+        let part_31 = mul_add(-part_25, part_30, part_26);
+        let part_32 = part_27 * part_29;
+        let part_33 = mul_add(-part_25, part_32, mul_add(part_6, part_23, mul_add(part_7, part_22,
+            mul_add(part_5, part_21, mul_add(-loop0_part_3, part_20, c(-504.3607884001874))))));
+        let part_34 = c(1.0) / part_31;
+        let part_35 = part_33 * part_34;
+        let part_36 = mul_add(-part_33, part_35, mul_add(-part_27, part_32, part_28));
+        let part_37 = c(1.0) / part_36;
+        let part_38 = part_28 + (part_24 + part_26);
+        let part_39 = S::min(part_38, S::min(S::min(part_24, part_26), part_28) * c(100.0)) *
+            (part_24 * part_31 * part_36 * c(0.4444444444444444)) / (part_38 * (part_28 * (part_24 *
+            part_26)));
+        let part_40 = mul_add(-part, factor_south_west_south_west_south_west, mul_add(c(-3.5e-6),
             u[2], mul_add(c(-0.0114), q[2], moment_south_west_x)));
-        let part_43 = mul_add(-part_2, factor_south_south_east_south_east_east, mul_add(c(-3.5e-6),
+        let part_41 = mul_add(-part_2, factor_south_south_east_south_east_east, mul_add(c(-3.5e-6),
             u[3], mul_add(c(-0.0114), q[3], moment_south_east_x)));
-        let part_44 = mul_add(-factor_west_south_west_ground_west, part_42, mul_add(-part,
+        let part_42 = mul_add(-factor_west_south_west_ground_west, part_40, mul_add(-part,
             factor_south_west_south_ground_west, mul_add(c(-3.5e-6), u[5], mul_add(c(-0.0114), q[5],
             moment_west_x))));
-        let part_45 = mul_add(-factor_south_east_east_ground_east, part_43, mul_add(-part_2,
+        let part_43 = mul_add(-factor_south_east_east_ground_east, part_41, mul_add(-part_2,
             factor_south_south_east_ground_east, mul_add(c(-3.5e-6), u[4], mul_add(c(-0.0114), q[4],
             moment_east_x))));
-        let part_46 = mul_add(c(0.6262261294315284), moment_above_south_x,
-            c(0.8660254814097262) * d_across_south);
-        let part_47 = mul_add(-factor_south_east_east_ground_east, part_46,
-            mul_add(c(0.6262261294315284), moment_above_south_east_x, d_moment_above_south_east_x));
-        let part_48 = mul_add(-part_15, part_46, part_16 * part_47)
-            - mul_add(c(0.034937311589096805), d_omega_xx_south,
-            d_gradient_moving_x_south_y * c(-0.060513155359896355));
-        let part_49 = mul_add(part_32, part_48, -mul_add(part_20, part_47, mul_add(part_19, part_46,
-            c(-0.043757291285529555))));
-        let part_50 = part_39 * mul_add(-part_37, part_49, mul_add(part_34, part_48,
-            -mul_add(part_24, part_47, mul_add(part_23, part_46, c(0.025263302018300744)))));
-        let part_51 = mul_add(-part_37, part_50, part_36 * part_49);
-        let part_52 = mul_add(-part_32, part_51, mul_add(-part_34, part_50, -part_31 * part_48));
-        let part_53 = mul_add(part_25, part_50, mul_add(part_21, part_51, part_17 * part_52));
-        let part_54 = mul_add(inverse_pivot_ground_east, part_47, mul_add(part_24, part_50,
-            mul_add(part_20, part_51, part_16 * part_52)));
-        let part_55 = mul_add(-factor_south_east_east_ground_east, part_54,
-            mul_add(inverse_pivot_south_east_east, part_46, mul_add(part_23, part_50,
-            mul_add(-part_15, part_52, part_19 * part_51))));
-        let part_56 = mul_add(-factor_west_south_west_ground_west, part_53, mul_add(part_22,
-            part_50, mul_add(-part_18, part_51, part_14 * part_52)));
-        let part_57 = gamma0_0 + mul_add(part_17, part_44, mul_add(part_16, part_45,
-            mul_add(-part_15, part_43, part_14 * part_42)));
-        let part_58 = mul_add(part_25, part_44, mul_add(part_24, part_45, mul_add(part_23, part_43,
-            mul_add(part_22, part_42, mul_add(c(-7218.08629094307), part_2,
+        let part_44 = gamma0_0 + mul_add(part_15, part_42, mul_add(part_14, part_43,
+            mul_add(-part_13, part_41, part_12 * part_40)));
+        let part_45 = mul_add(part_23, part_42, mul_add(part_22, part_43, mul_add(part_21, part_41,
+            mul_add(part_20, part_40, mul_add(c(-7218.08629094307), part_2,
             part * c(14436.012552214956))))));
-        let part_59 = mul_add(part_32, part_57, -(gamma0_1 + mul_add(part_21, part_44,
-            mul_add(part_20, part_45, mul_add(part_19, part_43, mul_add(-part_18, part_42,
+        let part_46 = mul_add(part_30, part_44, -(gamma0_1 + mul_add(part_19, part_42,
+            mul_add(part_18, part_43, mul_add(part_17, part_41, mul_add(-part_16, part_40,
             part_2 * c(12502.083224437016)))))));
-        let part_60 = part_39 * mul_add(-part_37, part_59, mul_add(part_34, part_57, -(gamma0_2
-            + part_58)));
-        let part_61 = mul_add(-part_37, part_60, part_36 * part_59);
-        let part_62 = mul_add(-part_32, part_61, mul_add(-part_34, part_60, -part_31 * part_57));
-        let part_63 = mul_add(inverse_pivot_ground_east, part_45, mul_add(part_24, part_60,
-            mul_add(part_20, part_61, part_16 * part_62)));
-        let part_64 = mul_add(inverse_pivot_ground_west, part_44, mul_add(part_25, part_60,
-            mul_add(part_21, part_61, part_17 * part_62)));
-        let part_65 = mul_add(-factor_south_east_east_ground_east, part_63,
-            mul_add(inverse_pivot_south_east_east, part_43, mul_add(part_23, part_60,
-            mul_add(-part_15, part_62, part_19 * part_61))));
-        let part_66 = mul_add(-factor_west_south_west_ground_west, part_64,
-            mul_add(inverse_pivot_west_south_west, part_42, mul_add(part_22, part_60,
-            mul_add(-part_18, part_61, part_14 * part_62))));
-        let part_67 = mul_add(-factor_south_south_east_south_east_east, part_65,
-            mul_add(-factor_south_south_east_ground_east, part_63, mul_add(c(178921.751266151),
-            part_2, mul_add(c(-7218.08629094307), part_60, c(12502.083224437016) * part_61))));
-        let part_68 = mul_add(-factor_south_west_south_west_south_west, part_66,
-            mul_add(-factor_south_west_south_ground_west, part_64, mul_add(c(14436.012552214956),
-            part_60, part * c(178919.86408403952))));
+        let part_47 = part_37 * mul_add(-part_35, part_46, mul_add(part_32, part_44, -(gamma0_2
+            + part_45)));
+        let part_48 = mul_add(-part_35, part_47, part_34 * part_46);
+        let part_49 = mul_add(-part_30, part_48, mul_add(-part_32, part_47, -part_29 * part_44));
         // south_ghost0
         let d_carried_south_ghost0_z = -south_ghost0_part - south_ghost0_part_2;
         let d_omega_yy_south_ghost0_2 = omega_yz_south_ghost0 + omega_yz_south_ghost0;
@@ -3835,40 +3805,79 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             carried_south_ghost0_z * carried_south_ghost0_z);
         let d_free_fall_south_ghost0_z = mul_add(-cos_south_west_south, across_south_ghost0_3,
             -sin_south_west_south * free_fall_south_west_z);
-        let south_ghost0_part_16 = c(0.08068423607472835) * part_61;
-        let moment_closing_south_ghost0_z = c(0.08068423607472834) * part_62;
-        let south_ghost0_part_17 = cos_south_west_south * moment_closing_south_ghost0_z;
-        let south_ghost0_part_18 = sin_south_west_south * south_ghost0_part_16;
+        let south_ghost0_part_17 = c(0.08068423607472835) * part_48;
+        let moment_closing_south_ghost0_z = c(0.08068423607472834) * part_49;
+        let south_ghost0_part_18 = cos_south_west_south * moment_closing_south_ghost0_z;
+        let south_ghost0_part_19 = sin_south_west_south * south_ghost0_part_17;
         let across_south_ghost0_5 = mul_add(-sin_south_west_south, moment_closing_south_ghost0_z,
-            -cos_south_west_south * south_ghost0_part_16);
-        let d_across_south_ghost0_4 = south_ghost0_part_18 - south_ghost0_part_17;
+            -cos_south_west_south * south_ghost0_part_17);
+        let d_across_south_ghost0_4 = south_ghost0_part_19 - south_ghost0_part_18;
         let d_moment_above_south_ghost0_y_3 = c(0.7071071698144961) * d_across_south_ghost0_4;
-        let moment_above_south_ghost0_y_3 = mul_add(c(0.0570523391071303), part_60,
+        let moment_above_south_ghost0_y_3 = mul_add(c(0.0570523391071303), part_47,
             c(0.7071071698144961) * across_south_ghost0_5);
-        let moment_above_south_ghost0_z_2 = south_ghost0_part_17 - south_ghost0_part_18;
+        let moment_above_south_ghost0_z_2 = south_ghost0_part_18 - south_ghost0_part_19;
+        // the whole mechanism
+        let part_50 = mul_add(c(0.6262261294315284), moment_above_south_x,
+            c(0.8660254814097262) * d_across_south);
+        let part_51 = mul_add(-factor_south_east_east_ground_east, part_50,
+            mul_add(c(0.6262261294315284), moment_above_south_east_x, d_moment_above_south_east_x));
+        let part_52 = mul_add(-part_13, part_50, part_14 * part_51)
+            - mul_add(c(0.034937311589096805), d_omega_xx_south,
+            d_gradient_moving_x_south_y * c(-0.060513155359896355));
+        let part_53 = mul_add(part_30, part_52, -mul_add(part_18, part_51, mul_add(part_17, part_50,
+            c(-0.043757291285529555))));
+        let part_54 = part_37 * mul_add(-part_35, part_53, mul_add(part_32, part_52,
+            -mul_add(part_22, part_51, mul_add(part_21, part_50, c(0.025263302018300744)))));
+        let part_55 = mul_add(-part_35, part_54, part_34 * part_53);
+        let part_56 = mul_add(-part_30, part_55, mul_add(-part_32, part_54, -part_29 * part_52));
+        let part_57 = mul_add(part_23, part_54, mul_add(part_19, part_55, part_15 * part_56));
+        let part_58 = mul_add(inverse_pivot_ground_east, part_51, mul_add(part_22, part_54,
+            mul_add(part_18, part_55, part_14 * part_56)));
+        let part_59 = mul_add(-factor_south_east_east_ground_east, part_58,
+            mul_add(inverse_pivot_south_east_east, part_50, mul_add(part_21, part_54,
+            mul_add(-part_13, part_56, part_17 * part_55))));
+        let part_60 = mul_add(-factor_west_south_west_ground_west, part_57, mul_add(part_20,
+            part_54, mul_add(-part_16, part_55, part_12 * part_56)));
         // south
-        let moment_closing_south_x = mul_add(c(-0.040342139733508246), part_60,
-            c(0.06987458559937648) * part_61);
-        let moment_closing_south_y = mul_add(c(0.0698745855993765), part_60,
-            c(0.04034213973350825) * part_61);
-        let moment_closing_south_z = c(-0.08068423607472835) * part_62;
+        let moment_closing_south_x = mul_add(c(-0.040342139733508246), part_47,
+            c(0.06987458559937648) * part_48);
+        let moment_closing_south_y = mul_add(c(0.0698745855993765), part_47,
+            c(0.04034213973350825) * part_48);
+        let moment_closing_south_z = c(-0.08068423607472835) * part_49;
         let across_south_5 = mul_add(-sin_south_south_east, moment_closing_south_z,
             cos_south_south_east * moment_closing_south_y);
         let moment_above_south_y_3 = mul_add(c(-0.8660254814097262), moment_closing_south_x,
             c(0.4999998655490338) * across_south_5);
-        let south_part_21 = sin_south_south_east * moment_closing_south_y;
-        let south_part_22 = cos_south_south_east * moment_closing_south_z;
-        let moment_above_south_z_3 = south_part_21 + south_part_22;
+        let south_part_22 = sin_south_south_east * moment_closing_south_y;
+        let south_part_23 = cos_south_south_east * moment_closing_south_z;
+        let moment_above_south_z_3 = south_part_22 + south_part_23;
         let d_carried_south_z = south_part - south_part_2;
         let d_omega_yy_south_2 = omega_yz_south + omega_yz_south;
-        let south_part_23 = carried_south_z * d_carried_south_z;
-        let d_omega_zz_south_2 = south_part_23 + south_part_23;
+        let south_part_24 = carried_south_z * d_carried_south_z;
+        let d_omega_zz_south_2 = south_part_24 + south_part_24;
         let d_omega_xz_south_2 = omega_south_x * d_carried_south_z;
         let d_omega_yz_south_2 = mul_add(carried_south_y, d_carried_south_z, omega_zz_south);
         let d_free_fall_south_z = mul_add(-cos_south_south_east, across_south_3,
             -sin_south_south_east * free_fall_south_east_z);
-        let d_across_south_4 = -south_part_21 - south_part_22;
+        let d_across_south_4 = -south_part_22 - south_part_23;
         let d_moment_above_south_y_3 = c(0.4999998655490338) * d_across_south_4;
+        // the whole mechanism
+        let part_61 = mul_add(inverse_pivot_ground_east, part_43, mul_add(part_22, part_47,
+            mul_add(part_18, part_48, part_14 * part_49)));
+        let part_62 = mul_add(inverse_pivot_ground_west, part_42, mul_add(part_23, part_47,
+            mul_add(part_19, part_48, part_15 * part_49)));
+        let part_63 = mul_add(-factor_south_east_east_ground_east, part_61,
+            mul_add(inverse_pivot_south_east_east, part_41, mul_add(part_21, part_47,
+            mul_add(-part_13, part_49, part_17 * part_48))));
+        let part_64 = mul_add(-factor_west_south_west_ground_west, part_62,
+            mul_add(inverse_pivot_west_south_west, part_40, mul_add(part_20, part_47,
+            mul_add(-part_16, part_48, part_12 * part_49))));
+        let part_65 = mul_add(-factor_south_south_east_south_east_east, part_63,
+            mul_add(-factor_south_south_east_ground_east, part_61, mul_add(c(178921.751266151),
+            part_2, mul_add(c(-7218.08629094307), part_47, c(12502.083224437016) * part_48))));
+        let part_66 = mul_add(-factor_south_west_south_west_south_west, part_64,
+            mul_add(-factor_south_west_south_ground_west, part_62, mul_add(c(14436.012552214956),
+            part_47, part * c(178919.86408403952))));
         // south_west
         let d_across_south_west_3 = mul_add(-sin_west_south_west, across_south_ghost0_5,
             cos_west_south_west * d_moment_above_south_ghost0_y_3);
@@ -3879,25 +3888,25 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_moment_above_south_west_x_3 = mul_add(c(-0.8660257562110547), d_across_south_west_4,
             c(-0.3535527646463877) * d_across_south_ghost0_3);
         // the whole mechanism
-        let part_69 = mul_add(c(0.6262195242941383), moment_above_south_ghost0_x_2,
+        let part_67 = mul_add(c(0.6262195242941383), moment_above_south_ghost0_x_2,
             d_moment_above_south_ghost0_x_2);
-        let part_70 = mul_add(-factor_west_south_west_ground_west, part_69,
+        let part_68 = mul_add(-factor_west_south_west_ground_west, part_67,
             mul_add(c(0.6262195242941383), moment_above_south_west_x,
             d_moment_above_south_west_x_3));
-        let part_71 = mul_add(part_17, part_70, part_14 * part_69);
-        let part_72 = mul_add(part_32, part_71, -mul_add(-part_18, part_69, part_21 * part_70));
-        let part_73 = part_39 * mul_add(-part_37, part_72, mul_add(part_34, part_71,
-            -mul_add(part_25, part_70, mul_add(part_22, part_69, c(-0.05052604393275234)))));
-        let part_74 = mul_add(-part_37, part_73, part_36 * part_72);
-        let part_75 = mul_add(-part_32, part_74, mul_add(-part_34, part_73, -part_31 * part_71));
-        let part_76 = mul_add(part_24, part_73, mul_add(part_20, part_74, part_16 * part_75));
-        let part_77 = mul_add(inverse_pivot_ground_west, part_70, mul_add(part_25, part_73,
-            mul_add(part_21, part_74, part_17 * part_75)));
-        let part_78 = mul_add(-factor_south_east_east_ground_east, part_76, mul_add(part_23,
-            part_73, mul_add(-part_15, part_75, part_19 * part_74)));
-        let part_79 = mul_add(-factor_west_south_west_ground_west, part_77,
-            mul_add(inverse_pivot_west_south_west, part_69, mul_add(part_22, part_73,
-            mul_add(-part_18, part_74, part_14 * part_75))));
+        let part_69 = mul_add(part_15, part_68, part_12 * part_67);
+        let part_70 = mul_add(part_30, part_69, -mul_add(-part_16, part_67, part_19 * part_68));
+        let part_71 = part_37 * mul_add(-part_35, part_70, mul_add(part_32, part_69,
+            -mul_add(part_23, part_68, mul_add(part_20, part_67, c(-0.05052604393275234)))));
+        let part_72 = mul_add(-part_35, part_71, part_34 * part_70);
+        let part_73 = mul_add(-part_30, part_72, mul_add(-part_32, part_71, -part_29 * part_69));
+        let part_74 = mul_add(part_22, part_71, mul_add(part_18, part_72, part_14 * part_73));
+        let part_75 = mul_add(inverse_pivot_ground_west, part_68, mul_add(part_23, part_71,
+            mul_add(part_19, part_72, part_15 * part_73)));
+        let part_76 = mul_add(-factor_south_east_east_ground_east, part_74, mul_add(part_21,
+            part_71, mul_add(-part_13, part_73, part_17 * part_72)));
+        let part_77 = mul_add(-factor_west_south_west_ground_west, part_75,
+            mul_add(inverse_pivot_west_south_west, part_67, mul_add(part_20, part_71,
+            mul_add(-part_16, part_72, part_12 * part_73))));
         // south_east
         let d_across_south_east_4 = mul_add(-sin_south_east_east, across_south_5,
             cos_south_east_east * d_moment_above_south_y_3);
@@ -3910,8 +3919,8 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_across_south_east_5 = mul_add(-cos_south_east_east, moment_above_south_z_3,
             -sin_south_east_east * moment_above_south_y_3);
         // south_west
-        let south_west_part_13 = c(0.8660257562110547) * part_64;
-        let alpha_moving_south_west_x = mul_add(c(0.4999993895786978), part_64, part_66);
+        let south_west_part_13 = c(0.8660257562110547) * part_62;
+        let alpha_moving_south_west_x = mul_add(c(0.4999993895786978), part_62, part_64);
         let south_west_part_14 = cos_west_south_west * south_west_part_13;
         let alpha_moving_south_west_y = alpha_south_west_y - south_west_part_14;
         let alpha_moving_south_west_z = mul_add(sin_west_south_west, south_west_part_13,
@@ -3937,16 +3946,16 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         // south_ghost0
         let d_across_south_ghost0_5 = d_carried_south_west_y * c(0.7071071698144961);
         let d_carried_south_ghost0_x = d_carried_south_west_y * c(0.7071063925583853);
-        let south_ghost0_part_19 = sin_south_west_south * d_alpha_moving_south_west_z;
-        let south_ghost0_part_20 = cos_south_west_south * d_across_south_ghost0_5;
-        let d_carried_south_ghost0_y = south_ghost0_part_19 + south_ghost0_part_20;
-        let south_ghost0_part_21 = sin_south_west_south * d_across_south_ghost0_5;
-        let south_ghost0_part_22 = cos_south_west_south * d_alpha_moving_south_west_z;
-        let d_carried_south_ghost0_z_2 = south_ghost0_part_22 - south_ghost0_part_21;
-        let south_ghost0_part_23 = omega_south_ghost0_x * d_carried_south_ghost0_x;
-        let d_omega_xx_south_ghost0_3 = south_ghost0_part_23 + south_ghost0_part_23;
-        let south_ghost0_part_24 = carried_south_ghost0_y * d_carried_south_ghost0_y;
-        let d_omega_yy_south_ghost0_3 = south_ghost0_part_24 + south_ghost0_part_24;
+        let south_ghost0_part_20 = sin_south_west_south * d_alpha_moving_south_west_z;
+        let south_ghost0_part_21 = cos_south_west_south * d_across_south_ghost0_5;
+        let d_carried_south_ghost0_y = south_ghost0_part_20 + south_ghost0_part_21;
+        let south_ghost0_part_22 = sin_south_west_south * d_across_south_ghost0_5;
+        let south_ghost0_part_23 = cos_south_west_south * d_alpha_moving_south_west_z;
+        let d_carried_south_ghost0_z_2 = south_ghost0_part_23 - south_ghost0_part_22;
+        let south_ghost0_part_24 = omega_south_ghost0_x * d_carried_south_ghost0_x;
+        let d_omega_xx_south_ghost0_3 = south_ghost0_part_24 + south_ghost0_part_24;
+        let south_ghost0_part_25 = carried_south_ghost0_y * d_carried_south_ghost0_y;
+        let d_omega_yy_south_ghost0_3 = south_ghost0_part_25 + south_ghost0_part_25;
         let d_omega_xy_south_ghost0_2 = mul_add(carried_south_ghost0_y, d_carried_south_ghost0_x,
             omega_south_ghost0_x * d_carried_south_ghost0_y);
         let d_omega_xz_south_ghost0_3 = mul_add(carried_south_ghost0_z, d_carried_south_ghost0_x,
@@ -3957,21 +3966,21 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_free_fall_south_ghost0_z_2 = mul_add(-sin_south_west_south, d_across_south_ghost0_6,
             cos_south_west_south * d_free_fall_south_west_z_2);
         let d_carried_south_ghost0_y_2 = cos_south_west_south * c(-0.7071063925583853);
-        let south_ghost0_part_25 = sin_south_west_south * c(-0.7071063925583853);
-        let south_ghost0_part_26 = c(0.7071071698144961) * omega_south_ghost0_x;
-        let d_omega_xx_south_ghost0_4 = south_ghost0_part_26 + south_ghost0_part_26;
-        let south_ghost0_part_27 = carried_south_ghost0_y * d_carried_south_ghost0_y_2;
-        let d_omega_yy_south_ghost0_4 = south_ghost0_part_27 + south_ghost0_part_27;
+        let south_ghost0_part_26 = sin_south_west_south * c(-0.7071063925583853);
+        let south_ghost0_part_27 = c(0.7071071698144961) * omega_south_ghost0_x;
+        let d_omega_xx_south_ghost0_4 = south_ghost0_part_27 + south_ghost0_part_27;
+        let south_ghost0_part_28 = carried_south_ghost0_y * d_carried_south_ghost0_y_2;
+        let d_omega_yy_south_ghost0_4 = south_ghost0_part_28 + south_ghost0_part_28;
         let d_omega_xy_south_ghost0_3 = mul_add(c(0.7071071698144961), carried_south_ghost0_y,
             omega_south_ghost0_x * d_carried_south_ghost0_y_2);
-        let d_omega_xz_south_ghost0_4 = mul_add(-omega_south_ghost0_x, south_ghost0_part_25,
+        let d_omega_xz_south_ghost0_4 = mul_add(-omega_south_ghost0_x, south_ghost0_part_26,
             c(0.7071071698144961) * carried_south_ghost0_z);
-        let d_omega_yz_south_ghost0_4 = mul_add(-carried_south_ghost0_y, south_ghost0_part_25,
+        let d_omega_yz_south_ghost0_4 = mul_add(-carried_south_ghost0_y, south_ghost0_part_26,
             carried_south_ghost0_z * d_carried_south_ghost0_y_2);
-        let d_alpha_moving_south_ghost0_y_2 = south_ghost0_part_20 + mul_add(-u[0],
-            south_ghost0_part_25, south_ghost0_part_19);
+        let d_alpha_moving_south_ghost0_y_2 = south_ghost0_part_21 + mul_add(-u[0],
+            south_ghost0_part_26, south_ghost0_part_20);
         let d_alpha_moving_south_ghost0_z_2 = mul_add(-u[0], d_carried_south_ghost0_y_2,
-            south_ghost0_part_22) - south_ghost0_part_21;
+            south_ghost0_part_23) - south_ghost0_part_22;
         let d_gradient_moving_x_south_ghost0_y_3 = d_omega_xy_south_ghost0_3
             - d_alpha_moving_south_ghost0_z_2;
         let d_gradient_moving_x_south_ghost0_z_3 = d_omega_xz_south_ghost0_4
@@ -3984,24 +3993,24 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             - d_alpha_moving_south_ghost0_y_2;
         let d_gradient_moving_z_south_ghost0_y_2 = d_carried_south_ghost0_x
             + d_omega_yz_south_ghost0_4;
-        let south_ghost0_part_28 = mul_add(c(-2.372658269341246e-8),
+        let south_ghost0_part_29 = mul_add(c(-2.372658269341246e-8),
             d_gradient_moving_y_south_ghost0_z_2, mul_add(c(5.5653677591751645e-6),
             d_gradient_moving_z_south_ghost0_y_2,
             c(6.645589092322223e-6) * d_gradient_moving_z_south_ghost0_x_2));
-        let south_ghost0_part_29 = mul_add(c(-6.645589092322223e-6),
+        let south_ghost0_part_30 = mul_add(c(-6.645589092322223e-6),
             d_gradient_moving_z_south_ghost0_y_2,
             c(2.372658269341246e-8) * d_gradient_moving_x_south_ghost0_z_3);
-        let south_ghost0_part_30 = mul_add(c(-5.5653677591751645e-6),
+        let south_ghost0_part_31 = mul_add(c(-5.5653677591751645e-6),
             d_gradient_moving_x_south_ghost0_y_3,
             c(6.645589092322223e-6) * (d_omega_yy_south_ghost0_4 - d_omega_xx_south_ghost0_4));
-        let d_across_south_ghost0_7 = mul_add(-cos_south_west_south, south_ghost0_part_29,
-            sin_south_west_south * south_ghost0_part_30);
+        let d_across_south_ghost0_7 = mul_add(-cos_south_west_south, south_ghost0_part_30,
+            sin_south_west_south * south_ghost0_part_31);
         let d_moment_above_south_ghost0_x_3 = mul_add(c(-0.7071063925583853),
-            d_across_south_ghost0_7, c(-0.7071071698144961) * south_ghost0_part_28);
-        let d_moment_above_south_ghost0_y_4 = mul_add(c(-0.7071063925583853), south_ghost0_part_28,
+            d_across_south_ghost0_7, c(-0.7071071698144961) * south_ghost0_part_29);
+        let d_moment_above_south_ghost0_y_4 = mul_add(c(-0.7071063925583853), south_ghost0_part_29,
             c(0.7071071698144961) * d_across_south_ghost0_7);
-        let d_moment_above_south_ghost0_z_3 = mul_add(-cos_south_west_south, south_ghost0_part_30,
-            -sin_south_west_south * south_ghost0_part_29);
+        let d_moment_above_south_ghost0_z_3 = mul_add(-cos_south_west_south, south_ghost0_part_31,
+            -sin_south_west_south * south_ghost0_part_30);
         // south_west
         let d_moment_moving_south_west_y_2 = mul_add(c(-2.6789051216394143e-8),
             d_gradient_moving_x_south_west_z, d_moment_above_south_ghost0_y_4);
@@ -4013,52 +4022,52 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_moment_above_south_west_x_4 = mul_add(c(-0.8660257562110547), d_across_south_west_6,
             c(0.4999993895786978) * d_moment_above_south_ghost0_x_3);
         // the whole mechanism
-        let part_80 = mul_add(factor_south_west_south_west_south_west, south_ghost0_part_28,
+        let part_78 = mul_add(factor_south_west_south_west_south_west, south_ghost0_part_29,
             c(-3.5e-6) + d_moment_above_south_ghost0_x_3);
-        let part_81 = mul_add(-factor_west_south_west_ground_west, part_80,
-            mul_add(factor_south_west_south_ground_west, south_ghost0_part_28,
+        let part_79 = mul_add(-factor_west_south_west_ground_west, part_78,
+            mul_add(factor_south_west_south_ground_west, south_ghost0_part_29,
             d_moment_above_south_west_x_4));
-        let part_82 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_2,
-            mul_add(part_17, part_81, part_14 * part_80));
-        let part_83 = mul_add(part_32, part_82, -mul_add(c(0.08068423607472835),
-            d_gradient_moving_z_south_ghost0_x_2, mul_add(-part_18, part_80, part_21 * part_81)));
-        let part_84 = mul_add(-part_37, part_83, mul_add(part_34, part_82,
-            -mul_add(c(0.08068423607472835), d_gradient_moving_z_south_ghost0_y_2, mul_add(part_25,
-            part_81, mul_add(part_22, part_80, south_ghost0_part_28 * c(-14436.012552214956))))));
-        let part_85 = part_39 * part_84;
-        let part_86 = mul_add(-part_37, part_85, part_36 * part_83);
-        let part_87 = mul_add(-part_32, part_86, mul_add(-part_34, part_85, -part_31 * part_82));
-        let part_88 = mul_add(part_24, part_85, mul_add(part_20, part_86, part_16 * part_87));
-        let part_89 = mul_add(inverse_pivot_ground_west, part_81, mul_add(part_25, part_85,
-            mul_add(part_21, part_86, part_17 * part_87)));
-        let part_90 = mul_add(-factor_south_east_east_ground_east, part_88, mul_add(part_23,
-            part_85, mul_add(-part_15, part_87, part_19 * part_86)));
-        let part_91 = mul_add(-factor_west_south_west_ground_west, part_89,
-            mul_add(inverse_pivot_west_south_west, part_80, mul_add(part_22, part_85,
-            mul_add(-part_18, part_86, part_14 * part_87))));
-        let part_92 = mul_add(factor_south_west_south_west_south_west, south_ghost0_part_11,
+        let part_80 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_2,
+            mul_add(part_15, part_79, part_12 * part_78));
+        let part_81 = mul_add(part_30, part_80, -mul_add(c(0.08068423607472835),
+            d_gradient_moving_z_south_ghost0_x_2, mul_add(-part_16, part_78, part_19 * part_79)));
+        let part_82 = mul_add(-part_35, part_81, mul_add(part_32, part_80,
+            -mul_add(c(0.08068423607472835), d_gradient_moving_z_south_ghost0_y_2, mul_add(part_23,
+            part_79, mul_add(part_20, part_78, south_ghost0_part_29 * c(-14436.012552214956))))));
+        let part_83 = part_37 * part_82;
+        let part_84 = mul_add(-part_35, part_83, part_34 * part_81);
+        let part_85 = mul_add(-part_30, part_84, mul_add(-part_32, part_83, -part_29 * part_80));
+        let part_86 = mul_add(part_22, part_83, mul_add(part_18, part_84, part_14 * part_85));
+        let part_87 = mul_add(inverse_pivot_ground_west, part_79, mul_add(part_23, part_83,
+            mul_add(part_19, part_84, part_15 * part_85)));
+        let part_88 = mul_add(-factor_south_east_east_ground_east, part_86, mul_add(part_21,
+            part_83, mul_add(-part_13, part_85, part_17 * part_84)));
+        let part_89 = mul_add(-factor_west_south_west_ground_west, part_87,
+            mul_add(inverse_pivot_west_south_west, part_78, mul_add(part_20, part_83,
+            mul_add(-part_16, part_84, part_12 * part_85))));
+        let part_90 = mul_add(factor_south_west_south_west_south_west, south_ghost0_part_11,
             d_moment_moving_south_west_x);
-        let part_93 = mul_add(-factor_west_south_west_ground_west, part_92,
+        let part_91 = mul_add(-factor_west_south_west_ground_west, part_90,
             mul_add(factor_south_west_south_ground_west, south_ghost0_part_11, c(-3.5e-6)
             + d_moment_above_south_west_x));
-        let part_94 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x,
-            mul_add(part_17, part_93, part_14 * part_92));
-        let part_95 = mul_add(part_32, part_94, -mul_add(c(0.08068423607472835),
-            d_gradient_moving_z_south_ghost0_x, mul_add(-part_18, part_92, part_21 * part_93)));
-        let part_96 = mul_add(-part_37, part_95, mul_add(part_34, part_94,
-            -mul_add(c(0.08068423607472835), d_gradient_moving_z_south_ghost0_y, mul_add(part_25,
-            part_93, mul_add(part_22, part_92, c(-14436.012552214956) * south_ghost0_part_11)))));
-        let part_97 = part_39 * part_96;
-        let part_98 = mul_add(-part_37, part_97, part_36 * part_95);
-        let part_99 = mul_add(-part_32, part_98, mul_add(-part_34, part_97, -part_31 * part_94));
-        let part_100 = mul_add(part_24, part_97, mul_add(part_20, part_98, part_16 * part_99));
-        let part_101 = mul_add(inverse_pivot_ground_west, part_93, mul_add(part_25, part_97,
-            mul_add(part_21, part_98, part_17 * part_99)));
-        let part_102 = mul_add(-factor_south_east_east_ground_east, part_100, mul_add(part_23,
-            part_97, mul_add(-part_15, part_99, part_19 * part_98)));
-        let part_103 = mul_add(-factor_west_south_west_ground_west, part_101,
-            mul_add(inverse_pivot_west_south_west, part_92, mul_add(part_22, part_97,
-            mul_add(-part_18, part_98, part_14 * part_99))));
+        let part_92 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x,
+            mul_add(part_15, part_91, part_12 * part_90));
+        let part_93 = mul_add(part_30, part_92, -mul_add(c(0.08068423607472835),
+            d_gradient_moving_z_south_ghost0_x, mul_add(-part_16, part_90, part_19 * part_91)));
+        let part_94 = mul_add(-part_35, part_93, mul_add(part_32, part_92,
+            -mul_add(c(0.08068423607472835), d_gradient_moving_z_south_ghost0_y, mul_add(part_23,
+            part_91, mul_add(part_20, part_90, c(-14436.012552214956) * south_ghost0_part_11)))));
+        let part_95 = part_37 * part_94;
+        let part_96 = mul_add(-part_35, part_95, part_34 * part_93);
+        let part_97 = mul_add(-part_30, part_96, mul_add(-part_32, part_95, -part_29 * part_92));
+        let part_98 = mul_add(part_22, part_95, mul_add(part_18, part_96, part_14 * part_97));
+        let part_99 = mul_add(inverse_pivot_ground_west, part_91, mul_add(part_23, part_95,
+            mul_add(part_19, part_96, part_15 * part_97)));
+        let part_100 = mul_add(-factor_south_east_east_ground_east, part_98, mul_add(part_21,
+            part_95, mul_add(-part_13, part_97, part_17 * part_96)));
+        let part_101 = mul_add(-factor_west_south_west_ground_west, part_99,
+            mul_add(inverse_pivot_west_south_west, part_90, mul_add(part_20, part_95,
+            mul_add(-part_16, part_96, part_12 * part_97))));
         // south_ghost0
         let d_across_south_ghost0_8 = c(0.7071071698144961) * alpha_moving_south_west_z;
         let d_alpha_moving_south_ghost0_x_2 = c(0.7071063925583853) * alpha_moving_south_west_z;
@@ -4085,19 +4094,19 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             d_gradient_moving_y_south_ghost0_z_3, mul_add(c(5.5653677591751645e-6),
             d_gradient_moving_z_south_ghost0_y_3,
             c(6.645589092322223e-6) * d_gradient_moving_z_south_ghost0_x_3)));
-        let south_ghost0_part_31 = mul_add(c(-6.645589092322223e-6),
+        let south_ghost0_part_32 = mul_add(c(-6.645589092322223e-6),
             d_gradient_moving_z_south_ghost0_y_3,
             c(2.372658269341246e-8) * d_gradient_moving_x_south_ghost0_z_4);
         let d_moment_own_south_ghost0_z = -free_fall_south_west_z * c(1.2038592173704043e-4)
             - mul_add(c(-5.5653677591751645e-6), d_gradient_moving_x_south_ghost0_y_4,
             c(6.645589092322223e-6) * (d_omega_yy_south_ghost0_3 - d_omega_xx_south_ghost0_3));
         let d_across_south_ghost0_9 = mul_add(-sin_south_west_south, d_moment_own_south_ghost0_z,
-            -cos_south_west_south * south_ghost0_part_31);
+            -cos_south_west_south * south_ghost0_part_32);
         let d_moment_above_south_ghost0_x_4 = mul_add(c(-0.7071063925583853),
             d_across_south_ghost0_9, c(0.7071071698144961) * d_moment_own_south_ghost0_x);
         let d_moment_above_south_ghost0_y_5 = mul_add(c(0.7071063925583853),
             d_moment_own_south_ghost0_x, c(0.7071071698144961) * d_across_south_ghost0_9);
-        let d_moment_above_south_ghost0_z_4 = mul_add(-sin_south_west_south, south_ghost0_part_31,
+        let d_moment_above_south_ghost0_z_4 = mul_add(-sin_south_west_south, south_ghost0_part_32,
             cos_south_west_south * d_moment_own_south_ghost0_z);
         let d_across_south_ghost0_10 = mul_add(c(6.007372737186426), cos_ground_west,
             c(0.7071071698144961) * d_free_fall_south_west_y);
@@ -4106,8 +4115,8 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_free_fall_south_ghost0_z_3 = mul_add(-sin_south_west_south, d_across_south_ghost0_10,
             cos_south_west_south * d_free_fall_south_west_z);
         let d_moment_own_south_ghost0_x_2 = c(1.7025149681007906e-4) * d_free_fall_south_ghost0_z_3;
-        let south_ghost0_part_32 = c(1.7025149681007906e-4) * d_free_fall_south_ghost0_x;
-        let d_across_south_ghost0_11 = sin_south_west_south * south_ghost0_part_32;
+        let south_ghost0_part_33 = c(1.7025149681007906e-4) * d_free_fall_south_ghost0_x;
+        let d_across_south_ghost0_11 = sin_south_west_south * south_ghost0_part_33;
         let d_moment_above_south_ghost0_x_5 = mul_add(c(-0.7071063925583853),
             d_across_south_ghost0_11, d_free_fall_south_ghost0_z_3 * c(1.2038605406605671e-4));
         let d_moment_above_south_ghost0_y_6 = mul_add(c(1.2038592173704043e-4),
@@ -4115,7 +4124,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         // south_west
         let d_moment_moving_south_west_x_2 = mul_add(c(3.520149320482795e-4),
             d_free_fall_south_west_z, d_moment_above_south_ghost0_x_5);
-        let d_moment_moving_south_west_z_3 = mul_add(-cos_south_west_south, south_ghost0_part_32,
+        let d_moment_moving_south_west_z_3 = mul_add(-cos_south_west_south, south_ghost0_part_33,
             d_moment_own_south_west_z);
         let d_across_south_west_7 = mul_add(-sin_west_south_west, d_moment_moving_south_west_z_3,
             cos_west_south_west * d_moment_above_south_ghost0_y_6);
@@ -4127,20 +4136,20 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         // south_ghost0
         let across_south_ghost0_6 = mul_add(c(-0.7071063925583853), alpha_moving_south_west_x,
             c(0.7071071698144961) * alpha_moving_south_west_y);
-        let alpha_moving_south_ghost0_x = part_68 + mul_add(c(0.7071063925583853),
+        let alpha_moving_south_ghost0_x = part_66 + mul_add(c(0.7071063925583853),
             alpha_moving_south_west_y, c(0.7071071698144961) * alpha_moving_south_west_x);
-        let south_ghost0_part_33 = sin_south_west_south * alpha_moving_south_west_z;
-        let south_ghost0_part_34 = cos_south_west_south * alpha_moving_south_west_z;
-        let south_ghost0_part_35 = cos_south_west_south * across_south_ghost0_6;
-        let south_ghost0_part_36 = sin_south_west_south * across_south_ghost0_6;
-        let alpha_moving_south_ghost0_y = south_ghost0_part_35 + (south_ghost0_part_3
-            + south_ghost0_part_33);
+        let south_ghost0_part_34 = sin_south_west_south * alpha_moving_south_west_z;
+        let south_ghost0_part_35 = cos_south_west_south * alpha_moving_south_west_z;
+        let south_ghost0_part_36 = cos_south_west_south * across_south_ghost0_6;
+        let south_ghost0_part_37 = sin_south_west_south * across_south_ghost0_6;
+        let alpha_moving_south_ghost0_y = south_ghost0_part_36 + (south_ghost0_part_3
+            + south_ghost0_part_34);
         let d_alpha_moving_south_ghost0_y_4 = mul_add(u[0], d_carried_south_ghost0_z,
-            south_ghost0_part_34) - south_ghost0_part_36;
-        let alpha_moving_south_ghost0_z = south_ghost0_part_34 - south_ghost0_part_4
+            south_ghost0_part_35) - south_ghost0_part_37;
+        let alpha_moving_south_ghost0_z = south_ghost0_part_35 - south_ghost0_part_4
+            - south_ghost0_part_37;
+        let d_alpha_moving_south_ghost0_z_4 = -south_ghost0_part_34 - south_ghost0_part_3
             - south_ghost0_part_36;
-        let d_alpha_moving_south_ghost0_z_4 = -south_ghost0_part_33 - south_ghost0_part_3
-            - south_ghost0_part_35;
         let gradient_moving_x_south_ghost0_y = omega_xy_south_ghost0 - alpha_moving_south_ghost0_z;
         let d_gradient_moving_x_south_ghost0_y_5 = omega_xz_south_ghost0
             - d_alpha_moving_south_ghost0_z_4;
@@ -4162,21 +4171,21 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             d_free_fall_south_ghost0_z, -mul_add(c(-2.372658269341246e-8),
             d_omega_yz_south_ghost0_2, mul_add(c(5.5653677591751645e-6), d_omega_yz_south_ghost0_2,
             c(6.645589092322223e-6) * d_gradient_moving_z_south_ghost0_x_4)));
-        let south_ghost0_part_37 = mul_add(c(-6.645589092322223e-6),
+        let south_ghost0_part_38 = mul_add(c(-6.645589092322223e-6),
             gradient_moving_z_south_ghost0_y,
             c(2.372658269341246e-8) * gradient_moving_x_south_ghost0_z);
-        let south_ghost0_part_38 = mul_add(c(-6.645589092322223e-6), d_omega_yz_south_ghost0_2,
+        let south_ghost0_part_39 = mul_add(c(-6.645589092322223e-6), d_omega_yz_south_ghost0_2,
             c(2.372658269341246e-8) * d_gradient_moving_x_south_ghost0_z_5);
-        let south_ghost0_part_39 = mul_add(c(-5.5653677591751645e-6),
+        let south_ghost0_part_40 = mul_add(c(-5.5653677591751645e-6),
             d_gradient_moving_x_south_ghost0_y_5,
             c(6.645589092322223e-6) * d_omega_yy_south_ghost0_2);
         let moment_own_south_ghost0_z_2 = south_ghost0_part_8 - mul_add(c(-5.5653677591751645e-6),
             gradient_moving_x_south_ghost0_y, south_ghost0_part_7);
-        let south_ghost0_part_40 = sin_south_west_south * moment_own_south_ghost0_z_2;
-        let south_ghost0_part_41 = cos_south_west_south * moment_own_south_ghost0_z_2;
+        let south_ghost0_part_41 = sin_south_west_south * moment_own_south_ghost0_z_2;
+        let south_ghost0_part_42 = cos_south_west_south * moment_own_south_ghost0_z_2;
         // south_east
-        let across_south_east_6 = c(0.7071067811865475) * part_63;
-        let alpha_moving_south_east_x = part_65 + across_south_east_6;
+        let across_south_east_6 = c(0.7071067811865475) * part_61;
+        let alpha_moving_south_east_x = part_63 + across_south_east_6;
         let south_east_part_17 = cos_south_east_east * across_south_east_6;
         let alpha_moving_south_east_y = south_east_part_17 - south_east_part_2;
         let alpha_moving_south_east_z = mul_add(-sin_south_east_east, across_south_east_6,
@@ -4202,64 +4211,64 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             c(1.6424267108073443e-5) * d_omega_yz_south_east_2));
         // south
         let d_across_south_5 = south_east_part * c(-0.4999998655490338);
-        let south_part_24 = south_east_part * c(-0.8660254814097262);
-        let south_part_25 = sin_south_south_east * carried_south_east_y;
-        let south_part_26 = cos_south_south_east * d_across_south_5;
-        let d_carried_south_y = south_part_26 - south_part_25;
-        let south_part_27 = sin_south_south_east * d_across_south_5;
-        let south_part_28 = -cos_south_south_east * carried_south_east_y;
-        let d_carried_south_z_2 = south_part_28 - south_part_27;
-        let south_part_29 = omega_south_x * south_part_24;
-        let d_omega_xx_south_3 = -south_part_29 - south_part_29;
-        let south_part_30 = carried_south_y * d_carried_south_y;
-        let d_omega_yy_south_3 = south_part_30 + south_part_30;
-        let south_part_31 = carried_south_z * d_carried_south_z_2;
-        let d_omega_zz_south_3 = south_part_31 + south_part_31;
-        let d_omega_xy_south_2 = mul_add(-carried_south_y, south_part_24,
+        let south_part_25 = south_east_part * c(-0.8660254814097262);
+        let south_part_26 = sin_south_south_east * carried_south_east_y;
+        let south_part_27 = cos_south_south_east * d_across_south_5;
+        let d_carried_south_y = south_part_27 - south_part_26;
+        let south_part_28 = sin_south_south_east * d_across_south_5;
+        let south_part_29 = -cos_south_south_east * carried_south_east_y;
+        let d_carried_south_z_2 = south_part_29 - south_part_28;
+        let south_part_30 = omega_south_x * south_part_25;
+        let d_omega_xx_south_3 = -south_part_30 - south_part_30;
+        let south_part_31 = carried_south_y * d_carried_south_y;
+        let d_omega_yy_south_3 = south_part_31 + south_part_31;
+        let south_part_32 = carried_south_z * d_carried_south_z_2;
+        let d_omega_zz_south_3 = south_part_32 + south_part_32;
+        let d_omega_xy_south_2 = mul_add(-carried_south_y, south_part_25,
             omega_south_x * d_carried_south_y);
-        let d_omega_xz_south_3 = mul_add(-carried_south_z, south_part_24,
+        let d_omega_xz_south_3 = mul_add(-carried_south_z, south_part_25,
             omega_south_x * d_carried_south_z_2);
         let d_omega_yz_south_3 = mul_add(carried_south_y, d_carried_south_z_2,
             carried_south_z * d_carried_south_y);
         let d_across_south_6 = free_fall_south_east_z * c(0.4999998655490338);
         let d_free_fall_south_z_2 = mul_add(-sin_south_south_east, d_across_south_6,
             cos_south_south_east * d_free_fall_south_east_z_2);
-        let south_part_32 = c(0.4999998655490338) * omega_south_x;
-        let d_omega_xx_south_4 = south_part_32 + south_part_32;
-        let south_part_33 = carried_south_y * carried_south_y_by_south_east_east;
-        let d_omega_yy_south_4 = south_part_33 + south_part_33;
-        let south_part_34 = carried_south_z * south_part_10;
-        let d_omega_zz_south_4 = -south_part_34 - south_part_34;
+        let south_part_33 = c(0.4999998655490338) * omega_south_x;
+        let d_omega_xx_south_4 = south_part_33 + south_part_33;
+        let south_part_34 = carried_south_y * carried_south_y_by_south_east_east;
+        let d_omega_yy_south_4 = south_part_34 + south_part_34;
+        let south_part_35 = carried_south_z * south_part_10;
+        let d_omega_zz_south_4 = -south_part_35 - south_part_35;
         let d_omega_xy_south_3 = mul_add(c(0.4999998655490338), carried_south_y,
             omega_south_x * carried_south_y_by_south_east_east);
         let d_omega_xz_south_4 = mul_add(-omega_south_x, south_part_10,
             c(0.4999998655490338) * carried_south_z);
         let d_omega_yz_south_4 = mul_add(-carried_south_y, south_part_10,
             carried_south_z * carried_south_y_by_south_east_east);
-        let d_alpha_moving_south_y_2 = south_part_26 + (-u[1] * south_part_10 - south_part_25);
+        let d_alpha_moving_south_y_2 = south_part_27 + (-u[1] * south_part_10 - south_part_26);
         let d_alpha_moving_south_z_2 = mul_add(-u[1], carried_south_y_by_south_east_east,
-            south_part_28) - south_part_27;
+            south_part_29) - south_part_28;
         let d_gradient_moving_x_south_y_3 = d_omega_xy_south_3 - d_alpha_moving_south_z_2;
         let d_gradient_moving_x_south_z_3 = d_omega_xz_south_4 + d_alpha_moving_south_y_2;
         let d_gradient_moving_y_south_x_2 = d_omega_xy_south_3 + d_alpha_moving_south_z_2;
-        let d_gradient_moving_y_south_z_2 = south_part_24 + d_omega_yz_south_4;
+        let d_gradient_moving_y_south_z_2 = south_part_25 + d_omega_yz_south_4;
         let d_gradient_moving_z_south_x_2 = d_omega_xz_south_4 - d_alpha_moving_south_y_2;
-        let d_gradient_moving_z_south_y_2 = d_omega_yz_south_4 - south_part_24;
-        let south_part_35 = mul_add(c(-2.3726582693412885e-8), d_gradient_moving_y_south_z_2,
+        let d_gradient_moving_z_south_y_2 = d_omega_yz_south_4 - south_part_25;
+        let south_part_36 = mul_add(c(-2.3726582693412885e-8), d_gradient_moving_y_south_z_2,
             mul_add(c(-6.64555505684884e-6), d_gradient_moving_z_south_x_2,
             c(5.565308808048279e-6) * d_gradient_moving_z_south_y_2));
-        let south_part_36 = mul_add(c(2.3726582693412885e-8), d_gradient_moving_x_south_z_3,
+        let south_part_37 = mul_add(c(2.3726582693412885e-8), d_gradient_moving_x_south_z_3,
             c(6.64555505684884e-6) * d_gradient_moving_z_south_y_2);
-        let south_part_37 = mul_add(c(-5.565308808048279e-6), d_gradient_moving_x_south_y_3,
+        let south_part_38 = mul_add(c(-5.565308808048279e-6), d_gradient_moving_x_south_y_3,
             -c(6.64555505684884e-6) * (d_omega_yy_south_4 - d_omega_xx_south_4));
-        let d_across_south_7 = mul_add(-cos_south_south_east, south_part_36,
-            sin_south_south_east * south_part_37);
+        let d_across_south_7 = mul_add(-cos_south_south_east, south_part_37,
+            sin_south_south_east * south_part_38);
         let d_moment_above_south_x_2 = mul_add(c(0.8660254814097262), d_across_south_7,
-            c(-0.4999998655490338) * south_part_35);
-        let d_moment_above_south_y_4 = mul_add(c(0.8660254814097262), south_part_35,
+            c(-0.4999998655490338) * south_part_36);
+        let d_moment_above_south_y_4 = mul_add(c(0.8660254814097262), south_part_36,
             c(0.4999998655490338) * d_across_south_7);
-        let d_moment_above_south_z_3 = mul_add(-cos_south_south_east, south_part_37,
-            -sin_south_south_east * south_part_36);
+        let d_moment_above_south_z_3 = mul_add(-cos_south_south_east, south_part_38,
+            -sin_south_south_east * south_part_37);
         // south_east
         let d_moment_moving_south_east_y_2 = mul_add(c(-3.338573836000013e-8),
             d_gradient_moving_x_south_east_z, d_moment_above_south_y_4);
@@ -4272,7 +4281,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             c(0.7071067811865475) * d_moment_above_south_x_2);
         // south
         let d_across_south_8 = c(0.4999998655490338) * alpha_moving_south_east_z;
-        let south_part_38 = c(0.8660254814097262) * alpha_moving_south_east_z;
+        let south_part_39 = c(0.8660254814097262) * alpha_moving_south_east_z;
         let d_alpha_moving_south_y_3 = mul_add(cos_south_south_east, d_across_south_8,
             mul_add(sin_south_south_east, d_alpha_moving_south_east_z, u[1] * d_carried_south_z_2));
         let d_alpha_moving_south_z_3 = mul_add(-sin_south_south_east, d_across_south_8,
@@ -4280,25 +4289,25 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_gradient_moving_x_south_y_4 = d_omega_xy_south_2 - d_alpha_moving_south_z_3;
         let d_gradient_moving_x_south_z_4 = d_omega_xz_south_3 + d_alpha_moving_south_y_3;
         let d_gradient_moving_y_south_x_3 = d_omega_xy_south_2 + d_alpha_moving_south_z_3;
-        let d_gradient_moving_y_south_z_3 = d_omega_yz_south_3 + south_part_38;
+        let d_gradient_moving_y_south_z_3 = d_omega_yz_south_3 + south_part_39;
         let d_gradient_moving_z_south_x_3 = d_omega_xz_south_3 - d_alpha_moving_south_y_3;
-        let d_gradient_moving_z_south_y_3 = d_omega_yz_south_3 - south_part_38;
+        let d_gradient_moving_z_south_y_3 = d_omega_yz_south_3 - south_part_39;
         let d_moment_own_south_x = -c(1.702501854199059e-4) * d_free_fall_south_z_2
             - mul_add(c(-2.3726582693412885e-8), d_gradient_moving_y_south_z_3,
             mul_add(c(-6.64555505684884e-6), d_gradient_moving_z_south_x_3,
             c(5.565308808048279e-6) * d_gradient_moving_z_south_y_3));
-        let south_part_39 = mul_add(c(2.3726582693412885e-8), d_gradient_moving_x_south_z_4,
+        let south_part_40 = mul_add(c(2.3726582693412885e-8), d_gradient_moving_x_south_z_4,
             c(6.64555505684884e-6) * d_gradient_moving_z_south_y_3);
         let d_moment_own_south_z = mul_add(c(-1.4744099878836916e-4), free_fall_south_east_z,
             -mul_add(c(-5.565308808048279e-6), d_gradient_moving_x_south_y_4,
             -c(6.64555505684884e-6) * (d_omega_yy_south_3 - d_omega_xx_south_3)));
         let d_across_south_9 = mul_add(-sin_south_south_east, d_moment_own_south_z,
-            -cos_south_south_east * south_part_39);
+            -cos_south_south_east * south_part_40);
         let d_moment_above_south_x_3 = mul_add(c(0.8660254814097262), d_across_south_9,
             c(0.4999998655490338) * d_moment_own_south_x);
         let d_moment_above_south_y_5 = mul_add(c(-0.8660254814097262), d_moment_own_south_x,
             c(0.4999998655490338) * d_across_south_9);
-        let d_moment_above_south_z_4 = mul_add(-sin_south_south_east, south_part_39,
+        let d_moment_above_south_z_4 = mul_add(-sin_south_south_east, south_part_40,
             cos_south_south_east * d_moment_own_south_z);
         let d_across_south_10 = mul_add(c(0.4999998655490338), d_free_fall_south_east_y,
             cos_ground_east * c(6.007374132640437));
@@ -4306,13 +4315,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             cos_ground_east * c(3.468357829071642));
         let d_free_fall_south_z_3 = mul_add(-sin_south_south_east, d_across_south_10,
             cos_south_south_east * d_free_fall_south_east_z);
-        let south_part_40 = c(1.702501854199059e-4) * d_free_fall_south_z_3;
+        let south_part_41 = c(1.702501854199059e-4) * d_free_fall_south_z_3;
         let d_moment_own_south_z_2 = c(1.702501854199059e-4) * d_free_fall_south_x;
-        let south_part_41 = sin_south_south_east * d_moment_own_south_z_2;
-        let d_moment_above_south_x_4 = mul_add(c(-0.8660254814097262), south_part_41,
+        let south_part_42 = sin_south_south_east * d_moment_own_south_z_2;
+        let d_moment_above_south_x_4 = mul_add(c(-0.8660254814097262), south_part_42,
             d_free_fall_south_z_3 * c(-8.512506981965103e-5));
         let d_moment_above_south_y_6 = mul_add(c(1.4744099878836916e-4), d_free_fall_south_z_3,
-            c(-0.4999998655490338) * south_part_41);
+            c(-0.4999998655490338) * south_part_42);
         // south_east
         let d_moment_moving_south_east_x_2 = mul_add(c(-4.7358339509453106e-4),
             d_free_fall_south_east_z, d_moment_above_south_x_4);
@@ -4328,14 +4337,14 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         // south
         let across_south_6 = mul_add(c(0.8660254814097262), alpha_moving_south_east_x,
             c(0.4999998655490338) * alpha_moving_south_east_y);
-        let alpha_moving_south_x = part_67 + mul_add(c(-0.8660254814097262),
+        let alpha_moving_south_x = part_65 + mul_add(c(-0.8660254814097262),
             alpha_moving_south_east_y, c(0.4999998655490338) * alpha_moving_south_east_x);
-        let south_part_42 = sin_south_south_east * alpha_moving_south_east_z;
-        let south_part_43 = cos_south_south_east * across_south_6;
-        let alpha_moving_south_y = south_part_43 + (south_part_4 + south_part_42);
-        let south_part_44 = sin_south_south_east * across_south_6;
-        let south_part_45 = cos_south_south_east * alpha_moving_south_east_z;
-        let alpha_moving_south_z = south_part_45 - south_part_5 - south_part_44;
+        let south_part_43 = sin_south_south_east * alpha_moving_south_east_z;
+        let south_part_44 = cos_south_south_east * across_south_6;
+        let alpha_moving_south_y = south_part_44 + (south_part_4 + south_part_43);
+        let south_part_45 = sin_south_south_east * across_south_6;
+        let south_part_46 = cos_south_south_east * alpha_moving_south_east_z;
+        let alpha_moving_south_z = south_part_46 - south_part_5 - south_part_45;
         let gradient_moving_x_south_y = omega_xy_south - alpha_moving_south_z;
         let gradient_moving_x_south_z = omega_xz_south + alpha_moving_south_y;
         let gradient_moving_y_south_z = omega_yz_south - alpha_moving_south_x;
@@ -4344,21 +4353,21 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let moment_own_south_x_2 = south_part_6 - mul_add(c(-2.3726582693412885e-8),
             gradient_moving_y_south_z, mul_add(c(-6.64555505684884e-6), gradient_moving_z_south_x,
             c(5.565308808048279e-6) * gradient_moving_z_south_y));
-        let south_part_46 = mul_add(c(2.3726582693412885e-8), gradient_moving_x_south_z,
+        let south_part_47 = mul_add(c(2.3726582693412885e-8), gradient_moving_x_south_z,
             c(6.64555505684884e-6) * gradient_moving_z_south_y);
         let moment_own_south_z_2 = south_part_8 - mul_add(c(-5.565308808048279e-6),
             gradient_moving_x_south_y, south_part_9);
-        let south_part_47 = sin_south_south_east * moment_own_south_z_2;
-        let south_part_48 = -cos_south_south_east * south_part_46;
-        let across_south_7 = south_part_48 - south_part_47;
+        let south_part_48 = sin_south_south_east * moment_own_south_z_2;
+        let south_part_49 = -cos_south_south_east * south_part_47;
+        let across_south_7 = south_part_49 - south_part_48;
         let moment_above_south_y_4 = mul_add(c(-0.8660254814097262), moment_own_south_x_2,
             c(0.4999998655490338) * across_south_7);
-        let south_part_49 = sin_south_south_east * south_part_46;
-        let south_part_50 = cos_south_south_east * moment_own_south_z_2;
-        let moment_above_south_z_4 = south_part_50 - south_part_49;
-        let d_alpha_moving_south_y_4 = mul_add(u[1], d_carried_south_z, south_part_45)
-            - south_part_44;
-        let d_alpha_moving_south_z_4 = -south_part_42 - south_part_4 - south_part_43;
+        let south_part_50 = sin_south_south_east * south_part_47;
+        let south_part_51 = cos_south_south_east * moment_own_south_z_2;
+        let moment_above_south_z_4 = south_part_51 - south_part_50;
+        let d_alpha_moving_south_y_4 = mul_add(u[1], d_carried_south_z, south_part_46)
+            - south_part_45;
+        let d_alpha_moving_south_z_4 = -south_part_43 - south_part_4 - south_part_44;
         let d_gradient_moving_x_south_y_5 = omega_xz_south - d_alpha_moving_south_z_4;
         let d_gradient_moving_x_south_z_5 = d_omega_xz_south_2 + d_alpha_moving_south_y_4;
         let d_gradient_moving_y_south_x_4 = omega_xz_south + d_alpha_moving_south_z_4;
@@ -4367,35 +4376,35 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             - mul_add(c(-2.3726582693412885e-8), d_omega_yz_south_2,
             mul_add(c(-6.64555505684884e-6), d_gradient_moving_z_south_x_4,
             c(5.565308808048279e-6) * d_omega_yz_south_2));
-        let south_part_51 = mul_add(c(2.3726582693412885e-8), d_gradient_moving_x_south_z_5,
+        let south_part_52 = mul_add(c(2.3726582693412885e-8), d_gradient_moving_x_south_z_5,
             c(6.64555505684884e-6) * d_omega_yz_south_2);
-        let south_part_52 = mul_add(c(-5.565308808048279e-6), d_gradient_moving_x_south_y_5,
+        let south_part_53 = mul_add(c(-5.565308808048279e-6), d_gradient_moving_x_south_y_5,
             -c(6.64555505684884e-6) * d_omega_yy_south_2);
-        let d_across_south_11 = mul_add(-cos_south_south_east, south_part_51, south_part_49)
-            - mul_add(-sin_south_south_east, south_part_52, south_part_50);
+        let d_across_south_11 = mul_add(-cos_south_south_east, south_part_52, south_part_50)
+            - mul_add(-sin_south_south_east, south_part_53, south_part_51);
         let d_moment_above_south_x_5 = mul_add(c(0.8660254814097262), d_across_south_11,
             c(0.4999998655490338) * d_moment_own_south_x_2);
         let d_moment_above_south_y_7 = mul_add(c(-0.8660254814097262), d_moment_own_south_x_2,
             c(0.4999998655490338) * d_across_south_11);
-        let d_moment_above_south_z_5 = mul_add(-sin_south_south_east, south_part_51, south_part_48)
-            + (-cos_south_south_east * south_part_52 - south_part_47);
+        let d_moment_above_south_z_5 = mul_add(-sin_south_south_east, south_part_52, south_part_49)
+            + (-cos_south_south_east * south_part_53 - south_part_48);
         // south_ghost0
-        let south_ghost0_part_42 = -cos_south_west_south * south_ghost0_part_37;
-        let south_ghost0_part_43 = sin_south_west_south * south_ghost0_part_37;
-        let across_south_ghost0_7 = south_ghost0_part_42 - south_ghost0_part_40;
-        let d_across_south_ghost0_12 = mul_add(-cos_south_west_south, south_ghost0_part_38,
-            south_ghost0_part_43) - mul_add(-sin_south_west_south, south_ghost0_part_39,
-            south_ghost0_part_41);
+        let south_ghost0_part_43 = -cos_south_west_south * south_ghost0_part_38;
+        let south_ghost0_part_44 = sin_south_west_south * south_ghost0_part_38;
+        let across_south_ghost0_7 = south_ghost0_part_43 - south_ghost0_part_41;
+        let d_across_south_ghost0_12 = mul_add(-cos_south_west_south, south_ghost0_part_39,
+            south_ghost0_part_44) - mul_add(-sin_south_west_south, south_ghost0_part_40,
+            south_ghost0_part_42);
         let d_moment_above_south_ghost0_x_6 = mul_add(c(-0.7071063925583853),
             d_across_south_ghost0_12, c(0.7071071698144961) * d_moment_own_south_ghost0_x_3);
         let moment_above_south_ghost0_y_4 = mul_add(c(0.7071063925583853),
             moment_own_south_ghost0_x_2, c(0.7071071698144961) * across_south_ghost0_7);
         let d_moment_above_south_ghost0_y_7 = mul_add(c(0.7071063925583853),
             d_moment_own_south_ghost0_x_3, c(0.7071071698144961) * d_across_south_ghost0_12);
-        let moment_above_south_ghost0_z_3 = south_ghost0_part_41 - south_ghost0_part_43;
-        let d_moment_above_south_ghost0_z_5 = mul_add(-sin_south_west_south, south_ghost0_part_38,
-            south_ghost0_part_42) + (-cos_south_west_south * south_ghost0_part_39
-            - south_ghost0_part_40);
+        let moment_above_south_ghost0_z_3 = south_ghost0_part_42 - south_ghost0_part_44;
+        let d_moment_above_south_ghost0_z_5 = mul_add(-sin_south_west_south, south_ghost0_part_39,
+            south_ghost0_part_43) + (-cos_south_west_south * south_ghost0_part_40
+            - south_ghost0_part_41);
         // south_east
         let moment_moving_south_east_y = moment_above_south_y_4 - mul_add(c(1.293994125217518e-5),
             gradient_moving_z_south_east_y,
@@ -4441,349 +4450,349 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_moment_above_south_east_x_7 = mul_add(c(0.7071067811865475), d_across_south_east_9,
             c(0.7071067811865475) * d_moment_above_south_x_5);
         // the whole mechanism
-        let part_104 = d_moment_own_south_ghost0_x_3 + c(-0.0114);
-        let part_105 = mul_add(-factor_south_west_south_west_south_west, part_104,
+        let part_102 = d_moment_own_south_ghost0_x_3 + c(-0.0114);
+        let part_103 = mul_add(-factor_south_west_south_west_south_west, part_102,
             mul_add(c(-0.7071063925583853), d_across_south_ghost0_4,
             d_moment_above_south_ghost0_x_6));
-        let part_106 = mul_add(-factor_west_south_west_ground_west, part_105,
-            mul_add(-factor_south_west_south_ground_west, part_104, d_moment_above_south_west_x_2
+        let part_104 = mul_add(-factor_west_south_west_ground_west, part_103,
+            mul_add(-factor_south_west_south_ground_west, part_102, d_moment_above_south_west_x_2
             + d_moment_above_south_west_x_6));
-        let part_107 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_4,
-            mul_add(part_17, part_106, part_14 * part_105));
-        let part_108 = mul_add(part_32, part_107, -mul_add(c(0.08068423607472835),
-            d_gradient_moving_z_south_ghost0_x_4, mul_add(-part_18, part_105, part_21 * part_106)));
-        let part_109 = mul_add(-part_37, part_108, mul_add(part_34, part_107,
-            -mul_add(c(0.08068423607472835), d_omega_yz_south_ghost0_2, mul_add(part_25, part_106,
-            mul_add(part_22, part_105, c(14436.012552214956) * part_104)))));
-        let part_110 = part_39 * part_109;
-        let part_111 = mul_add(-part_37, part_110, part_36 * part_108);
-        let part_112 = mul_add(-part_32, part_111, mul_add(-part_34, part_110,
-            -part_31 * part_107));
-        let part_113 = mul_add(part_24, part_110, mul_add(part_20, part_111, part_16 * part_112));
-        let part_114 = mul_add(inverse_pivot_ground_west, part_106, mul_add(part_25, part_110,
-            mul_add(part_21, part_111, part_17 * part_112)));
-        let part_115 = mul_add(-factor_south_east_east_ground_east, part_113, mul_add(part_23,
-            part_110, mul_add(-part_15, part_112, part_19 * part_111)));
-        let part_116 = mul_add(-factor_west_south_west_ground_west, part_114,
-            mul_add(inverse_pivot_west_south_west, part_105, mul_add(part_22, part_110,
-            mul_add(-part_18, part_111, part_14 * part_112))));
-        let part_117 = mul_add(factor_south_south_east_south_east_east, south_part_40,
+        let part_105 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_4,
+            mul_add(part_15, part_104, part_12 * part_103));
+        let part_106 = mul_add(part_30, part_105, -mul_add(c(0.08068423607472835),
+            d_gradient_moving_z_south_ghost0_x_4, mul_add(-part_16, part_103, part_19 * part_104)));
+        let part_107 = mul_add(-part_35, part_106, mul_add(part_32, part_105,
+            -mul_add(c(0.08068423607472835), d_omega_yz_south_ghost0_2, mul_add(part_23, part_104,
+            mul_add(part_20, part_103, c(14436.012552214956) * part_102)))));
+        let part_108 = part_37 * part_107;
+        let part_109 = mul_add(-part_35, part_108, part_34 * part_106);
+        let part_110 = mul_add(-part_30, part_109, mul_add(-part_32, part_108,
+            -part_29 * part_105));
+        let part_111 = mul_add(part_22, part_108, mul_add(part_18, part_109, part_14 * part_110));
+        let part_112 = mul_add(inverse_pivot_ground_west, part_104, mul_add(part_23, part_108,
+            mul_add(part_19, part_109, part_15 * part_110)));
+        let part_113 = mul_add(-factor_south_east_east_ground_east, part_111, mul_add(part_21,
+            part_108, mul_add(-part_13, part_110, part_17 * part_109)));
+        let part_114 = mul_add(-factor_west_south_west_ground_west, part_112,
+            mul_add(inverse_pivot_west_south_west, part_103, mul_add(part_20, part_108,
+            mul_add(-part_16, part_109, part_12 * part_110))));
+        let part_115 = mul_add(factor_south_south_east_south_east_east, south_part_41,
             d_moment_moving_south_east_x_2);
-        let part_118 = mul_add(-factor_south_east_east_ground_east, part_117,
-            mul_add(factor_south_south_east_ground_east, south_part_40, c(-0.0114)
+        let part_116 = mul_add(-factor_south_east_east_ground_east, part_115,
+            mul_add(factor_south_south_east_ground_east, south_part_41, c(-0.0114)
             + d_moment_moving_east_x));
-        let part_119 = mul_add(-part_15, part_117, part_16 * part_118);
-        let part_120 = mul_add(part_32, part_119, -mul_add(part_20, part_118, mul_add(part_19,
-            part_117, d_free_fall_south_z_3 * c(-2.128481987095497))));
-        let part_121 = part_39 * mul_add(-part_37, part_120, mul_add(part_34, part_119,
-            -mul_add(part_24, part_118, mul_add(part_23, part_117,
+        let part_117 = mul_add(-part_13, part_115, part_14 * part_116);
+        let part_118 = mul_add(part_30, part_117, -mul_add(part_18, part_116, mul_add(part_17,
+            part_115, d_free_fall_south_z_3 * c(-2.128481987095497))));
+        let part_119 = part_37 * mul_add(-part_35, part_118, mul_add(part_32, part_117,
+            -mul_add(part_22, part_116, mul_add(part_21, part_115,
             d_free_fall_south_z_3 * c(1.2288805294099385)))));
-        let part_122 = mul_add(-part_37, part_121, part_36 * part_120);
-        let part_123 = mul_add(-part_32, part_122, mul_add(-part_34, part_121,
-            -part_31 * part_119));
-        let part_124 = mul_add(part_25, part_121, mul_add(part_21, part_122, part_17 * part_123));
-        let part_125 = mul_add(inverse_pivot_ground_east, part_118, mul_add(part_24, part_121,
-            mul_add(part_20, part_122, part_16 * part_123)));
-        let part_126 = mul_add(-factor_south_east_east_ground_east, part_125,
-            mul_add(inverse_pivot_south_east_east, part_117, mul_add(part_23, part_121,
-            mul_add(-part_15, part_123, part_19 * part_122))));
-        let part_127 = mul_add(-factor_west_south_west_ground_west, part_124, mul_add(part_22,
-            part_121, mul_add(-part_18, part_122, part_14 * part_123)));
-        let part_128 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
+        let part_120 = mul_add(-part_35, part_119, part_34 * part_118);
+        let part_121 = mul_add(-part_30, part_120, mul_add(-part_32, part_119,
+            -part_29 * part_117));
+        let part_122 = mul_add(part_23, part_119, mul_add(part_19, part_120, part_15 * part_121));
+        let part_123 = mul_add(inverse_pivot_ground_east, part_116, mul_add(part_22, part_119,
+            mul_add(part_18, part_120, part_14 * part_121)));
+        let part_124 = mul_add(-factor_south_east_east_ground_east, part_123,
+            mul_add(inverse_pivot_south_east_east, part_115, mul_add(part_21, part_119,
+            mul_add(-part_13, part_121, part_17 * part_120))));
+        let part_125 = mul_add(-factor_west_south_west_ground_west, part_122, mul_add(part_20,
+            part_119, mul_add(-part_16, part_120, part_12 * part_121)));
+        let part_126 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
             d_omega_xx_south_4 + d_omega_zz_south_4,
             c(0.04034213973350825) * d_gradient_moving_y_south_x_2),
             c(0.8660252485338008) * mul_add(c(-0.06987458559937648), d_gradient_moving_x_south_y_3,
             c(-0.04034213973350825) * (d_omega_yy_south_4 + d_omega_zz_south_4)));
-        let part_129 = mul_add(factor_south_south_east_south_east_east, south_part_35, c(-3.5e-6)
+        let part_127 = mul_add(factor_south_south_east_south_east_east, south_part_36, c(-3.5e-6)
             + d_moment_above_south_x_2);
-        let part_130 = mul_add(-factor_south_east_east_ground_east, part_129,
-            mul_add(factor_south_south_east_ground_east, south_part_35,
+        let part_128 = mul_add(-factor_south_east_east_ground_east, part_127,
+            mul_add(factor_south_south_east_ground_east, south_part_36,
             d_moment_above_south_east_x_4));
-        let part_131 = mul_add(-part_15, part_129, part_16 * part_130) - part_128;
-        let part_132 = mul_add(part_32, part_131, -(mul_add(part_20, part_130, mul_add(part_19,
-            part_129, c(-12502.083224437016) * south_part_35)) - mul_add(c(-0.06987458559937648),
+        let part_129 = mul_add(-part_13, part_127, part_14 * part_128) - part_126;
+        let part_130 = mul_add(part_30, part_129, -(mul_add(part_18, part_128, mul_add(part_17,
+            part_127, c(-12502.083224437016) * south_part_36)) - mul_add(c(-0.06987458559937648),
             d_gradient_moving_z_south_y_2,
             c(0.04034213973350825) * d_gradient_moving_z_south_x_2)));
-        let part_133 = mul_add(part_34, part_131, -(mul_add(part_24, part_130, mul_add(part_23,
-            part_129, c(7218.08629094307) * south_part_35)) - mul_add(c(0.040342139733508246),
+        let part_131 = mul_add(part_32, part_129, -(mul_add(part_22, part_128, mul_add(part_21,
+            part_127, c(7218.08629094307) * south_part_36)) - mul_add(c(0.040342139733508246),
             d_gradient_moving_z_south_y_2, c(0.0698745855993765) * d_gradient_moving_z_south_x_2)));
-        let part_134 = part_39 * mul_add(-part_37, part_132, part_133);
-        let part_135 = mul_add(-part_37, part_134, part_36 * part_132);
-        let part_136 = mul_add(-part_32, part_135, mul_add(-part_34, part_134,
-            -part_31 * part_131));
-        let part_137 = mul_add(part_25, part_134, mul_add(part_21, part_135, part_17 * part_136));
-        let part_138 = mul_add(inverse_pivot_ground_east, part_130, mul_add(part_24, part_134,
-            mul_add(part_20, part_135, part_16 * part_136)));
-        let part_139 = mul_add(-factor_south_east_east_ground_east, part_138,
-            mul_add(inverse_pivot_south_east_east, part_129, mul_add(part_23, part_134,
-            mul_add(-part_15, part_136, part_19 * part_135))));
-        let part_140 = mul_add(-factor_west_south_west_ground_west, part_137, mul_add(part_22,
-            part_134, mul_add(-part_18, part_135, part_14 * part_136)));
-        let part_141 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
+        let part_132 = part_37 * mul_add(-part_35, part_130, part_131);
+        let part_133 = mul_add(-part_35, part_132, part_34 * part_130);
+        let part_134 = mul_add(-part_30, part_133, mul_add(-part_32, part_132,
+            -part_29 * part_129));
+        let part_135 = mul_add(part_23, part_132, mul_add(part_19, part_133, part_15 * part_134));
+        let part_136 = mul_add(inverse_pivot_ground_east, part_128, mul_add(part_22, part_132,
+            mul_add(part_18, part_133, part_14 * part_134)));
+        let part_137 = mul_add(-factor_south_east_east_ground_east, part_136,
+            mul_add(inverse_pivot_south_east_east, part_127, mul_add(part_21, part_132,
+            mul_add(-part_13, part_134, part_17 * part_133))));
+        let part_138 = mul_add(-factor_west_south_west_ground_west, part_135, mul_add(part_20,
+            part_132, mul_add(-part_16, part_133, part_12 * part_134)));
+        let part_139 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
             d_omega_xx_south_2 + d_omega_zz_south,
             c(0.04034213973350825) * d_gradient_moving_y_south_x),
             c(0.8660252485338008) * mul_add(c(-0.06987458559937648), d_gradient_moving_x_south_y_2,
             c(-0.04034213973350825) * (d_omega_yy_south + d_omega_zz_south)));
-        let part_142 = mul_add(factor_south_south_east_south_east_east, south_part_18,
+        let part_140 = mul_add(factor_south_south_east_south_east_east, south_part_18,
             d_moment_moving_south_east_x);
-        let part_143 = mul_add(-factor_south_east_east_ground_east, part_142,
+        let part_141 = mul_add(-factor_south_east_east_ground_east, part_140,
             mul_add(factor_south_south_east_ground_east, south_part_18, c(-3.5e-6)
             + d_moment_above_south_east_x_2));
-        let part_144 = mul_add(-part_15, part_142, part_16 * part_143) - part_141;
-        let part_145 = mul_add(part_32, part_144, -(mul_add(part_20, part_143, mul_add(part_19,
-            part_142, c(-12502.083224437016) * south_part_18)) - mul_add(c(-0.06987458559937648),
+        let part_142 = mul_add(-part_13, part_140, part_14 * part_141) - part_139;
+        let part_143 = mul_add(part_30, part_142, -(mul_add(part_18, part_141, mul_add(part_17,
+            part_140, c(-12502.083224437016) * south_part_18)) - mul_add(c(-0.06987458559937648),
             d_gradient_moving_z_south_y, c(0.04034213973350825) * d_gradient_moving_z_south_x)));
-        let part_146 = mul_add(part_34, part_144, -(mul_add(part_24, part_143, mul_add(part_23,
-            part_142, c(7218.08629094307) * south_part_18)) - mul_add(c(0.040342139733508246),
+        let part_144 = mul_add(part_32, part_142, -(mul_add(part_22, part_141, mul_add(part_21,
+            part_140, c(7218.08629094307) * south_part_18)) - mul_add(c(0.040342139733508246),
             d_gradient_moving_z_south_y, c(0.0698745855993765) * d_gradient_moving_z_south_x)));
-        let part_147 = part_39 * mul_add(-part_37, part_145, part_146);
-        let part_148 = mul_add(-part_37, part_147, part_36 * part_145);
-        let part_149 = mul_add(-part_32, part_148, mul_add(-part_34, part_147,
-            -part_31 * part_144));
-        let part_150 = mul_add(part_25, part_147, mul_add(part_21, part_148, part_17 * part_149));
-        let part_151 = mul_add(inverse_pivot_ground_east, part_143, mul_add(part_24, part_147,
-            mul_add(part_20, part_148, part_16 * part_149)));
-        let part_152 = mul_add(-factor_south_east_east_ground_east, part_151,
-            mul_add(inverse_pivot_south_east_east, part_142, mul_add(part_23, part_147,
-            mul_add(-part_15, part_149, part_19 * part_148))));
-        let part_153 = mul_add(-factor_west_south_west_ground_west, part_150, mul_add(part_22,
-            part_147, mul_add(-part_18, part_148, part_14 * part_149)));
-        let part_154 = mul_add(-factor_south_west_south_west_south_west,
+        let part_145 = part_37 * mul_add(-part_35, part_143, part_144);
+        let part_146 = mul_add(-part_35, part_145, part_34 * part_143);
+        let part_147 = mul_add(-part_30, part_146, mul_add(-part_32, part_145,
+            -part_29 * part_142));
+        let part_148 = mul_add(part_23, part_145, mul_add(part_19, part_146, part_15 * part_147));
+        let part_149 = mul_add(inverse_pivot_ground_east, part_141, mul_add(part_22, part_145,
+            mul_add(part_18, part_146, part_14 * part_147)));
+        let part_150 = mul_add(-factor_south_east_east_ground_east, part_149,
+            mul_add(inverse_pivot_south_east_east, part_140, mul_add(part_21, part_145,
+            mul_add(-part_13, part_147, part_17 * part_146))));
+        let part_151 = mul_add(-factor_west_south_west_ground_west, part_148, mul_add(part_20,
+            part_145, mul_add(-part_16, part_146, part_12 * part_147)));
+        let part_152 = mul_add(-factor_south_west_south_west_south_west,
             d_moment_own_south_ghost0_x_2, d_moment_moving_south_west_x_2);
-        let part_155 = mul_add(-factor_west_south_west_ground_west, part_154,
+        let part_153 = mul_add(-factor_west_south_west_ground_west, part_152,
             mul_add(-factor_south_west_south_ground_west, d_moment_own_south_ghost0_x_2, c(-0.0114)
             + d_moment_moving_west_x));
-        let part_156 = mul_add(part_17, part_155, part_14 * part_154);
-        let part_157 = mul_add(part_32, part_156, -mul_add(-part_18, part_154, part_21 * part_155));
-        let part_158 = part_39 * mul_add(-part_37, part_157, mul_add(part_34, part_156,
-            -mul_add(part_25, part_155, mul_add(part_22, part_154,
+        let part_154 = mul_add(part_15, part_153, part_12 * part_152);
+        let part_155 = mul_add(part_30, part_154, -mul_add(-part_16, part_152, part_19 * part_153));
+        let part_156 = part_37 * mul_add(-part_35, part_155, mul_add(part_32, part_154,
+            -mul_add(part_23, part_153, mul_add(part_20, part_152,
             d_free_fall_south_ghost0_z_3 * c(2.4577527449836856)))));
-        let part_159 = mul_add(-part_37, part_158, part_36 * part_157);
-        let part_160 = mul_add(-part_32, part_159, mul_add(-part_34, part_158,
-            -part_31 * part_156));
-        let part_161 = mul_add(part_24, part_158, mul_add(part_20, part_159, part_16 * part_160));
-        let part_162 = mul_add(inverse_pivot_ground_west, part_155, mul_add(part_25, part_158,
-            mul_add(part_21, part_159, part_17 * part_160)));
-        let part_163 = mul_add(-factor_south_east_east_ground_east, part_161, mul_add(part_23,
-            part_158, mul_add(-part_15, part_160, part_19 * part_159)));
-        let part_164 = mul_add(-factor_west_south_west_ground_west, part_162,
-            mul_add(inverse_pivot_west_south_west, part_154, mul_add(part_22, part_158,
-            mul_add(-part_18, part_159, part_14 * part_160))));
-        let part_165 = c(-0.0114) + d_moment_own_south_x_2;
-        let part_166 = mul_add(-factor_south_south_east_south_east_east, part_165,
+        let part_157 = mul_add(-part_35, part_156, part_34 * part_155);
+        let part_158 = mul_add(-part_30, part_157, mul_add(-part_32, part_156,
+            -part_29 * part_154));
+        let part_159 = mul_add(part_22, part_156, mul_add(part_18, part_157, part_14 * part_158));
+        let part_160 = mul_add(inverse_pivot_ground_west, part_153, mul_add(part_23, part_156,
+            mul_add(part_19, part_157, part_15 * part_158)));
+        let part_161 = mul_add(-factor_south_east_east_ground_east, part_159, mul_add(part_21,
+            part_156, mul_add(-part_13, part_158, part_17 * part_157)));
+        let part_162 = mul_add(-factor_west_south_west_ground_west, part_160,
+            mul_add(inverse_pivot_west_south_west, part_152, mul_add(part_20, part_156,
+            mul_add(-part_16, part_157, part_12 * part_158))));
+        let part_163 = c(-0.0114) + d_moment_own_south_x_2;
+        let part_164 = mul_add(-factor_south_south_east_south_east_east, part_163,
             mul_add(c(0.8660254814097262), d_across_south_4, d_moment_above_south_x_5));
-        let part_167 = mul_add(-factor_south_east_east_ground_east, part_166,
-            mul_add(-factor_south_south_east_ground_east, part_165, d_moment_above_south_east_x_3
+        let part_165 = mul_add(-factor_south_east_east_ground_east, part_164,
+            mul_add(-factor_south_south_east_ground_east, part_163, d_moment_above_south_east_x_3
             + d_moment_above_south_east_x_7));
-        let part_168 = mul_add(-part_15, part_166, part_16 * part_167)
+        let part_166 = mul_add(-part_13, part_164, part_14 * part_165)
             - mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648), d_omega_zz_south_2,
             c(0.04034213973350825) * d_gradient_moving_y_south_x_4),
             c(0.8660252485338008) * mul_add(c(-0.06987458559937648), d_gradient_moving_x_south_y_5,
             c(-0.04034213973350825) * (d_omega_yy_south_2 + d_omega_zz_south_2)));
-        let part_169 = mul_add(part_32, part_168, -(mul_add(part_20, part_167, mul_add(part_19,
-            part_166, c(12502.083224437016) * part_165)) - mul_add(c(-0.06987458559937648),
+        let part_167 = mul_add(part_30, part_166, -(mul_add(part_18, part_165, mul_add(part_17,
+            part_164, c(12502.083224437016) * part_163)) - mul_add(c(-0.06987458559937648),
             d_omega_yz_south_2, c(0.04034213973350825) * d_gradient_moving_z_south_x_4)));
-        let part_170 = mul_add(part_34, part_168, -(mul_add(part_24, part_167, mul_add(part_23,
-            part_166, c(-7218.08629094307) * part_165)) - mul_add(c(0.040342139733508246),
+        let part_168 = mul_add(part_32, part_166, -(mul_add(part_22, part_165, mul_add(part_21,
+            part_164, c(-7218.08629094307) * part_163)) - mul_add(c(0.040342139733508246),
             d_omega_yz_south_2, c(0.0698745855993765) * d_gradient_moving_z_south_x_4)));
-        let part_171 = part_39 * mul_add(-part_37, part_169, part_170);
-        let part_172 = mul_add(-part_37, part_171, part_36 * part_169);
-        let part_173 = mul_add(-part_32, part_172, mul_add(-part_34, part_171,
-            -part_31 * part_168));
-        let part_174 = mul_add(part_25, part_171, mul_add(part_21, part_172, part_17 * part_173));
-        let part_175 = mul_add(inverse_pivot_ground_east, part_167, mul_add(part_24, part_171,
-            mul_add(part_20, part_172, part_16 * part_173)));
-        let part_176 = mul_add(-factor_south_east_east_ground_east, part_175,
-            mul_add(inverse_pivot_south_east_east, part_166, mul_add(part_23, part_171,
-            mul_add(-part_15, part_173, part_19 * part_172))));
-        let part_177 = mul_add(-factor_west_south_west_ground_west, part_174, mul_add(part_22,
-            part_171, mul_add(-part_18, part_172, part_14 * part_173)));
-        let part_178 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
+        let part_169 = part_37 * mul_add(-part_35, part_167, part_168);
+        let part_170 = mul_add(-part_35, part_169, part_34 * part_167);
+        let part_171 = mul_add(-part_30, part_170, mul_add(-part_32, part_169,
+            -part_29 * part_166));
+        let part_172 = mul_add(part_23, part_169, mul_add(part_19, part_170, part_15 * part_171));
+        let part_173 = mul_add(inverse_pivot_ground_east, part_165, mul_add(part_22, part_169,
+            mul_add(part_18, part_170, part_14 * part_171)));
+        let part_174 = mul_add(-factor_south_east_east_ground_east, part_173,
+            mul_add(inverse_pivot_south_east_east, part_164, mul_add(part_21, part_169,
+            mul_add(-part_13, part_171, part_17 * part_170))));
+        let part_175 = mul_add(-factor_west_south_west_ground_west, part_172, mul_add(part_20,
+            part_169, mul_add(-part_16, part_170, part_12 * part_171)));
+        let part_176 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
             d_omega_xx_south_3 + d_omega_zz_south_3,
             c(0.04034213973350825) * d_gradient_moving_y_south_x_3),
             c(0.8660252485338008) * mul_add(c(-0.06987458559937648), d_gradient_moving_x_south_y_4,
             c(-0.04034213973350825) * (d_omega_yy_south_3 + d_omega_zz_south_3)));
-        let part_179 = mul_add(-factor_south_south_east_south_east_east, d_moment_own_south_x,
+        let part_177 = mul_add(-factor_south_south_east_south_east_east, d_moment_own_south_x,
             c(-0.0114) + d_moment_moving_south_east_x_3);
-        let part_180 = mul_add(-factor_south_east_east_ground_east, part_179,
+        let part_178 = mul_add(-factor_south_east_east_ground_east, part_177,
             mul_add(-factor_south_south_east_ground_east, d_moment_own_south_x,
             mul_add(c(0.7071067811865475), d_across_south_east_5, d_moment_above_south_east_x_6)));
-        let part_181 = mul_add(-part_15, part_179, part_16 * part_180) - part_178;
-        let part_182 = mul_add(part_32, part_181, -(mul_add(part_20, part_180, mul_add(part_19,
-            part_179, c(12502.083224437016) * d_moment_own_south_x))
+        let part_179 = mul_add(-part_13, part_177, part_14 * part_178) - part_176;
+        let part_180 = mul_add(part_30, part_179, -(mul_add(part_18, part_178, mul_add(part_17,
+            part_177, c(12502.083224437016) * d_moment_own_south_x))
             - mul_add(c(-0.06987458559937648), d_gradient_moving_z_south_y_3,
             c(0.04034213973350825) * d_gradient_moving_z_south_x_3)));
-        let part_183 = mul_add(part_34, part_181, -(mul_add(part_24, part_180, mul_add(part_23,
-            part_179, c(-7218.08629094307) * d_moment_own_south_x))
+        let part_181 = mul_add(part_32, part_179, -(mul_add(part_22, part_178, mul_add(part_21,
+            part_177, c(-7218.08629094307) * d_moment_own_south_x))
             - mul_add(c(0.040342139733508246), d_gradient_moving_z_south_y_3,
             c(0.0698745855993765) * d_gradient_moving_z_south_x_3)));
-        let part_184 = part_39 * mul_add(-part_37, part_182, part_183);
-        let part_185 = mul_add(-part_37, part_184, part_36 * part_182);
-        let part_186 = mul_add(-part_32, part_185, mul_add(-part_34, part_184,
-            -part_31 * part_181));
-        let part_187 = mul_add(part_25, part_184, mul_add(part_21, part_185, part_17 * part_186));
-        let part_188 = mul_add(inverse_pivot_ground_east, part_180, mul_add(part_24, part_184,
-            mul_add(part_20, part_185, part_16 * part_186)));
-        let part_189 = mul_add(-factor_south_east_east_ground_east, part_188,
-            mul_add(inverse_pivot_south_east_east, part_179, mul_add(part_23, part_184,
-            mul_add(-part_15, part_186, part_19 * part_185))));
-        let part_190 = mul_add(-factor_west_south_west_ground_west, part_187, mul_add(part_22,
-            part_184, mul_add(-part_18, part_185, part_14 * part_186)));
-        let part_191 = mul_add(-factor_south_west_south_west_south_west,
+        let part_182 = part_37 * mul_add(-part_35, part_180, part_181);
+        let part_183 = mul_add(-part_35, part_182, part_34 * part_180);
+        let part_184 = mul_add(-part_30, part_183, mul_add(-part_32, part_182,
+            -part_29 * part_179));
+        let part_185 = mul_add(part_23, part_182, mul_add(part_19, part_183, part_15 * part_184));
+        let part_186 = mul_add(inverse_pivot_ground_east, part_178, mul_add(part_22, part_182,
+            mul_add(part_18, part_183, part_14 * part_184)));
+        let part_187 = mul_add(-factor_south_east_east_ground_east, part_186,
+            mul_add(inverse_pivot_south_east_east, part_177, mul_add(part_21, part_182,
+            mul_add(-part_13, part_184, part_17 * part_183))));
+        let part_188 = mul_add(-factor_west_south_west_ground_west, part_185, mul_add(part_20,
+            part_182, mul_add(-part_16, part_183, part_12 * part_184)));
+        let part_189 = mul_add(-factor_south_west_south_west_south_west,
             d_moment_own_south_ghost0_x, c(-0.0114) + d_moment_moving_south_west_x_3);
-        let part_192 = mul_add(-factor_west_south_west_ground_west, part_191,
+        let part_190 = mul_add(-factor_west_south_west_ground_west, part_189,
             mul_add(-factor_south_west_south_ground_west, d_moment_own_south_ghost0_x,
             mul_add(c(-0.8660257562110547), d_across_south_west_5, d_moment_above_south_west_x_7)));
-        let part_193 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_3,
-            mul_add(part_17, part_192, part_14 * part_191));
-        let part_194 = mul_add(part_32, part_193, -mul_add(c(0.08068423607472835),
-            d_gradient_moving_z_south_ghost0_x_3, mul_add(-part_18, part_191, part_21 * part_192)));
-        let part_195 = mul_add(-part_37, part_194, mul_add(part_34, part_193,
-            -mul_add(c(0.08068423607472835), d_gradient_moving_z_south_ghost0_y_3, mul_add(part_25,
-            part_192, mul_add(part_22, part_191,
+        let part_191 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_3,
+            mul_add(part_15, part_190, part_12 * part_189));
+        let part_192 = mul_add(part_30, part_191, -mul_add(c(0.08068423607472835),
+            d_gradient_moving_z_south_ghost0_x_3, mul_add(-part_16, part_189, part_19 * part_190)));
+        let part_193 = mul_add(-part_35, part_192, mul_add(part_32, part_191,
+            -mul_add(c(0.08068423607472835), d_gradient_moving_z_south_ghost0_y_3, mul_add(part_23,
+            part_190, mul_add(part_20, part_189,
             c(14436.012552214956) * d_moment_own_south_ghost0_x)))));
-        let part_196 = part_39 * part_195;
-        let part_197 = mul_add(-part_37, part_196, part_36 * part_194);
-        let part_198 = mul_add(-part_32, part_197, mul_add(-part_34, part_196,
-            -part_31 * part_193));
-        let part_199 = mul_add(part_24, part_196, mul_add(part_20, part_197, part_16 * part_198));
-        let part_200 = mul_add(inverse_pivot_ground_west, part_192, mul_add(part_25, part_196,
-            mul_add(part_21, part_197, part_17 * part_198)));
-        let part_201 = mul_add(-factor_south_east_east_ground_east, part_199, mul_add(part_23,
-            part_196, mul_add(-part_15, part_198, part_19 * part_197)));
-        let part_202 = mul_add(-factor_west_south_west_ground_west, part_200,
-            mul_add(inverse_pivot_west_south_west, part_191, mul_add(part_22, part_196,
-            mul_add(-part_18, part_197, part_14 * part_198))));
-        acceleration[0] = part_68;
-        acceleration[1] = part_67;
-        acceleration[2] = part_66;
-        acceleration[3] = part_65;
-        acceleration[4] = part_63;
-        acceleration[5] = part_64;
-        dq[0] = mul_add(-factor_south_west_south_west_south_west, part_116,
-            mul_add(-factor_south_west_south_ground_west, part_114, mul_add(c(14436.012552214956),
-            part_110, c(178919.86408403952) * part_104)));
-        dq[1] = mul_add(-factor_south_west_south_west_south_west, part_177,
-            mul_add(-factor_south_west_south_ground_west, part_174,
-            c(14436.012552214956) * part_171));
-        dq[2] = mul_add(-factor_south_west_south_west_south_west, part_202,
-            mul_add(-factor_south_west_south_ground_west, part_200, mul_add(c(14436.012552214956),
-            part_196, c(178919.86408403952) * d_moment_own_south_ghost0_x)));
-        dq[3] = mul_add(-factor_south_west_south_west_south_west, part_190,
-            mul_add(-factor_south_west_south_ground_west, part_187,
-            c(14436.012552214956) * part_184));
-        dq[4] = mul_add(-factor_south_west_south_west_south_west, part_127,
-            mul_add(-factor_south_west_south_ground_west, part_124,
-            c(14436.012552214956) * part_121));
-        dq[5] = mul_add(-factor_south_west_south_west_south_west, part_164,
-            mul_add(-factor_south_west_south_ground_west, part_162, mul_add(c(14436.012552214956),
-            part_158, d_free_fall_south_ghost0_z_3 * c(30.461374669363632))));
-        dq[6] = mul_add(-factor_south_south_east_south_east_east, part_115,
-            mul_add(-factor_south_south_east_ground_east, part_113, mul_add(c(-7218.08629094307),
-            part_110, c(12502.083224437016) * part_111)));
-        dq[7] = mul_add(-factor_south_south_east_south_east_east, part_176,
-            mul_add(-factor_south_south_east_ground_east, part_175, mul_add(c(178921.751266151),
-            part_165, mul_add(c(-7218.08629094307), part_171, c(12502.083224437016) * part_172))));
-        dq[8] = mul_add(-factor_south_south_east_south_east_east, part_201,
-            mul_add(-factor_south_south_east_ground_east, part_199, mul_add(c(-7218.08629094307),
-            part_196, c(12502.083224437016) * part_197)));
-        dq[9] = mul_add(-factor_south_south_east_south_east_east, part_189,
-            mul_add(-factor_south_south_east_ground_east, part_188, mul_add(c(178921.751266151),
-            d_moment_own_south_x, mul_add(c(-7218.08629094307), part_184,
-            c(12502.083224437016) * part_185))));
-        dq[10] = mul_add(-factor_south_south_east_south_east_east, part_126,
-            mul_add(-factor_south_south_east_ground_east, part_125, mul_add(c(-30.461461328716492),
-            d_free_fall_south_z_3, mul_add(c(-7218.08629094307), part_121,
-            c(12502.083224437016) * part_122))));
-        dq[11] = mul_add(-factor_south_south_east_south_east_east, part_163,
-            mul_add(-factor_south_south_east_ground_east, part_161, mul_add(c(-7218.08629094307),
-            part_158, c(12502.083224437016) * part_159)));
-        dq[12] = part_116;
-        dq[13] = part_177;
-        dq[14] = part_202;
-        dq[15] = part_190;
-        dq[16] = part_127;
-        dq[17] = part_164;
-        dq[18] = part_115;
-        dq[19] = part_176;
-        dq[20] = part_201;
-        dq[21] = part_189;
-        dq[22] = part_126;
-        dq[23] = part_163;
-        dq[24] = part_113;
-        dq[25] = part_175;
-        dq[26] = part_199;
-        dq[27] = part_188;
-        dq[28] = part_125;
-        dq[29] = part_161;
-        dq[30] = part_114;
-        dq[31] = part_174;
-        dq[32] = part_200;
-        dq[33] = part_187;
-        dq[34] = part_124;
-        dq[35] = part_162;
-        du[0] = mul_add(-factor_south_west_south_west_south_west, part_79,
-            mul_add(-factor_south_west_south_ground_west, part_77, mul_add(c(14436.012552214956),
-            part_73, c(-0.6262195242941383))));
-        du[1] = mul_add(-factor_south_west_south_west_south_west, part_56,
-            mul_add(-factor_south_west_south_ground_west, part_53,
-            c(14436.012552214956) * part_50));
-        du[2] = mul_add(-factor_south_west_south_west_south_west, part_91,
-            mul_add(-factor_south_west_south_ground_west, part_89, mul_add(c(14436.012552214956),
-            part_85, south_ghost0_part_28 * c(-178919.86408403952))));
-        du[3] = mul_add(-factor_south_west_south_west_south_west, part_140,
-            mul_add(-factor_south_west_south_ground_west, part_137,
-            c(14436.012552214956) * part_134));
-        du[4] = mul_add(-factor_south_west_south_west_south_west, part_153,
-            mul_add(-factor_south_west_south_ground_west, part_150,
-            c(14436.012552214956) * part_147));
-        du[5] = mul_add(-factor_south_west_south_west_south_west, part_103,
-            mul_add(-factor_south_west_south_ground_west, part_101, mul_add(c(14436.012552214956),
-            part_97, c(-178919.86408403952) * south_ghost0_part_11)));
-        du[6] = mul_add(-factor_south_south_east_south_east_east, part_78,
-            mul_add(-factor_south_south_east_ground_east, part_76, mul_add(c(-7218.08629094307),
-            part_73, c(12502.083224437016) * part_74)));
-        du[7] = mul_add(-factor_south_south_east_south_east_east, part_55,
-            mul_add(-factor_south_south_east_ground_east, part_54, c(-0.6262261294315284)
-            + mul_add(c(-7218.08629094307), part_50, c(12502.083224437016) * part_51)));
-        du[8] = mul_add(-factor_south_south_east_south_east_east, part_90,
-            mul_add(-factor_south_south_east_ground_east, part_88, mul_add(c(-7218.08629094307),
-            part_85, c(12502.083224437016) * part_86)));
-        du[9] = mul_add(-factor_south_south_east_south_east_east, part_139,
-            mul_add(-factor_south_south_east_ground_east, part_138, mul_add(c(-178921.751266151),
-            south_part_35, mul_add(c(-7218.08629094307), part_134,
-            c(12502.083224437016) * part_135))));
-        du[10] = mul_add(-factor_south_south_east_south_east_east, part_152,
-            mul_add(-factor_south_south_east_ground_east, part_151, mul_add(c(-178921.751266151),
-            south_part_18, mul_add(c(-7218.08629094307), part_147,
-            c(12502.083224437016) * part_148))));
-        du[11] = mul_add(-factor_south_south_east_south_east_east, part_102,
-            mul_add(-factor_south_south_east_ground_east, part_100, mul_add(c(-7218.08629094307),
-            part_97, c(12502.083224437016) * part_98)));
-        du[12] = part_79;
-        du[13] = part_56;
-        du[14] = part_91;
-        du[15] = part_140;
-        du[16] = part_153;
-        du[17] = part_103;
-        du[18] = part_78;
-        du[19] = part_55;
-        du[20] = part_90;
-        du[21] = part_139;
-        du[22] = part_152;
-        du[23] = part_102;
-        du[24] = part_76;
-        du[25] = part_54;
-        du[26] = part_88;
-        du[27] = part_138;
-        du[28] = part_151;
-        du[29] = part_100;
-        du[30] = part_77;
-        du[31] = part_53;
-        du[32] = part_89;
-        du[33] = part_137;
-        du[34] = part_150;
-        du[35] = part_101;
+        let part_194 = part_37 * part_193;
+        let part_195 = mul_add(-part_35, part_194, part_34 * part_192);
+        let part_196 = mul_add(-part_30, part_195, mul_add(-part_32, part_194,
+            -part_29 * part_191));
+        let part_197 = mul_add(part_22, part_194, mul_add(part_18, part_195, part_14 * part_196));
+        let part_198 = mul_add(inverse_pivot_ground_west, part_190, mul_add(part_23, part_194,
+            mul_add(part_19, part_195, part_15 * part_196)));
+        let part_199 = mul_add(-factor_south_east_east_ground_east, part_197, mul_add(part_21,
+            part_194, mul_add(-part_13, part_196, part_17 * part_195)));
+        let part_200 = mul_add(-factor_west_south_west_ground_west, part_198,
+            mul_add(inverse_pivot_west_south_west, part_189, mul_add(part_20, part_194,
+            mul_add(-part_16, part_195, part_12 * part_196))));
+        acceleration[0] = part_66;
+        acceleration[1] = part_65;
+        acceleration[2] = part_64;
+        acceleration[3] = part_63;
+        acceleration[4] = part_61;
+        acceleration[5] = part_62;
+        dq[0] = mul_add(-factor_south_west_south_west_south_west, part_114,
+            mul_add(-factor_south_west_south_ground_west, part_112, mul_add(c(14436.012552214956),
+            part_108, c(178919.86408403952) * part_102)));
+        dq[1] = mul_add(-factor_south_west_south_west_south_west, part_175,
+            mul_add(-factor_south_west_south_ground_west, part_172,
+            c(14436.012552214956) * part_169));
+        dq[2] = mul_add(-factor_south_west_south_west_south_west, part_200,
+            mul_add(-factor_south_west_south_ground_west, part_198, mul_add(c(14436.012552214956),
+            part_194, c(178919.86408403952) * d_moment_own_south_ghost0_x)));
+        dq[3] = mul_add(-factor_south_west_south_west_south_west, part_188,
+            mul_add(-factor_south_west_south_ground_west, part_185,
+            c(14436.012552214956) * part_182));
+        dq[4] = mul_add(-factor_south_west_south_west_south_west, part_125,
+            mul_add(-factor_south_west_south_ground_west, part_122,
+            c(14436.012552214956) * part_119));
+        dq[5] = mul_add(-factor_south_west_south_west_south_west, part_162,
+            mul_add(-factor_south_west_south_ground_west, part_160, mul_add(c(14436.012552214956),
+            part_156, d_free_fall_south_ghost0_z_3 * c(30.461374669363632))));
+        dq[6] = mul_add(-factor_south_south_east_south_east_east, part_113,
+            mul_add(-factor_south_south_east_ground_east, part_111, mul_add(c(-7218.08629094307),
+            part_108, c(12502.083224437016) * part_109)));
+        dq[7] = mul_add(-factor_south_south_east_south_east_east, part_174,
+            mul_add(-factor_south_south_east_ground_east, part_173, mul_add(c(178921.751266151),
+            part_163, mul_add(c(-7218.08629094307), part_169, c(12502.083224437016) * part_170))));
+        dq[8] = mul_add(-factor_south_south_east_south_east_east, part_199,
+            mul_add(-factor_south_south_east_ground_east, part_197, mul_add(c(-7218.08629094307),
+            part_194, c(12502.083224437016) * part_195)));
+        dq[9] = mul_add(-factor_south_south_east_south_east_east, part_187,
+            mul_add(-factor_south_south_east_ground_east, part_186, mul_add(c(178921.751266151),
+            d_moment_own_south_x, mul_add(c(-7218.08629094307), part_182,
+            c(12502.083224437016) * part_183))));
+        dq[10] = mul_add(-factor_south_south_east_south_east_east, part_124,
+            mul_add(-factor_south_south_east_ground_east, part_123, mul_add(c(-30.461461328716492),
+            d_free_fall_south_z_3, mul_add(c(-7218.08629094307), part_119,
+            c(12502.083224437016) * part_120))));
+        dq[11] = mul_add(-factor_south_south_east_south_east_east, part_161,
+            mul_add(-factor_south_south_east_ground_east, part_159, mul_add(c(-7218.08629094307),
+            part_156, c(12502.083224437016) * part_157)));
+        dq[12] = part_114;
+        dq[13] = part_175;
+        dq[14] = part_200;
+        dq[15] = part_188;
+        dq[16] = part_125;
+        dq[17] = part_162;
+        dq[18] = part_113;
+        dq[19] = part_174;
+        dq[20] = part_199;
+        dq[21] = part_187;
+        dq[22] = part_124;
+        dq[23] = part_161;
+        dq[24] = part_111;
+        dq[25] = part_173;
+        dq[26] = part_197;
+        dq[27] = part_186;
+        dq[28] = part_123;
+        dq[29] = part_159;
+        dq[30] = part_112;
+        dq[31] = part_172;
+        dq[32] = part_198;
+        dq[33] = part_185;
+        dq[34] = part_122;
+        dq[35] = part_160;
+        du[0] = mul_add(-factor_south_west_south_west_south_west, part_77,
+            mul_add(-factor_south_west_south_ground_west, part_75, mul_add(c(14436.012552214956),
+            part_71, c(-0.6262195242941383))));
+        du[1] = mul_add(-factor_south_west_south_west_south_west, part_60,
+            mul_add(-factor_south_west_south_ground_west, part_57,
+            c(14436.012552214956) * part_54));
+        du[2] = mul_add(-factor_south_west_south_west_south_west, part_89,
+            mul_add(-factor_south_west_south_ground_west, part_87, mul_add(c(14436.012552214956),
+            part_83, south_ghost0_part_29 * c(-178919.86408403952))));
+        du[3] = mul_add(-factor_south_west_south_west_south_west, part_138,
+            mul_add(-factor_south_west_south_ground_west, part_135,
+            c(14436.012552214956) * part_132));
+        du[4] = mul_add(-factor_south_west_south_west_south_west, part_151,
+            mul_add(-factor_south_west_south_ground_west, part_148,
+            c(14436.012552214956) * part_145));
+        du[5] = mul_add(-factor_south_west_south_west_south_west, part_101,
+            mul_add(-factor_south_west_south_ground_west, part_99, mul_add(c(14436.012552214956),
+            part_95, c(-178919.86408403952) * south_ghost0_part_11)));
+        du[6] = mul_add(-factor_south_south_east_south_east_east, part_76,
+            mul_add(-factor_south_south_east_ground_east, part_74, mul_add(c(-7218.08629094307),
+            part_71, c(12502.083224437016) * part_72)));
+        du[7] = mul_add(-factor_south_south_east_south_east_east, part_59,
+            mul_add(-factor_south_south_east_ground_east, part_58, c(-0.6262261294315284)
+            + mul_add(c(-7218.08629094307), part_54, c(12502.083224437016) * part_55)));
+        du[8] = mul_add(-factor_south_south_east_south_east_east, part_88,
+            mul_add(-factor_south_south_east_ground_east, part_86, mul_add(c(-7218.08629094307),
+            part_83, c(12502.083224437016) * part_84)));
+        du[9] = mul_add(-factor_south_south_east_south_east_east, part_137,
+            mul_add(-factor_south_south_east_ground_east, part_136, mul_add(c(-178921.751266151),
+            south_part_36, mul_add(c(-7218.08629094307), part_132,
+            c(12502.083224437016) * part_133))));
+        du[10] = mul_add(-factor_south_south_east_south_east_east, part_150,
+            mul_add(-factor_south_south_east_ground_east, part_149, mul_add(c(-178921.751266151),
+            south_part_18, mul_add(c(-7218.08629094307), part_145,
+            c(12502.083224437016) * part_146))));
+        du[11] = mul_add(-factor_south_south_east_south_east_east, part_100,
+            mul_add(-factor_south_south_east_ground_east, part_98, mul_add(c(-7218.08629094307),
+            part_95, c(12502.083224437016) * part_96)));
+        du[12] = part_77;
+        du[13] = part_60;
+        du[14] = part_89;
+        du[15] = part_138;
+        du[16] = part_151;
+        du[17] = part_101;
+        du[18] = part_76;
+        du[19] = part_59;
+        du[20] = part_88;
+        du[21] = part_137;
+        du[22] = part_150;
+        du[23] = part_100;
+        du[24] = part_74;
+        du[25] = part_58;
+        du[26] = part_86;
+        du[27] = part_136;
+        du[28] = part_149;
+        du[29] = part_98;
+        du[30] = part_75;
+        du[31] = part_57;
+        du[32] = part_87;
+        du[33] = part_135;
+        du[34] = part_148;
+        du[35] = part_99;
         dt[0] = c(0.0);
         dt[1] = c(0.0);
         dt[2] = c(0.0);
@@ -4793,7 +4802,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         margin[0] = S::min(S::min(S::min(S::min(c(178919.86408403952),
             inverse_pivot_west_south_west), inverse_pivot_south_east_east),
             inverse_pivot_ground_east), inverse_pivot_ground_west);
-        margin[1] = part_41;
+        margin[1] = part_39;
         ::lamc_runtime::Margin {
             inverse_pivot: margin[0],
             conditioning: margin[1],

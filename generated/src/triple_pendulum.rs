@@ -643,6 +643,9 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendu
         let force_own_lower_y = omega_xx_lower * c(0.4999999999599003);
         let moment_own_lower_x = free_fall_lower_z * c(0.4999999999599003);
         let force_above_lower_z = sin_wrist * force_own_lower_y;
+        // the whole mechanism
+        let part = moment_own_lower_x - mul_add(c(10.0), u[2], q[2] * c(100.0));
+        // lower
         let first_moment_above_lower_z = sin_wrist * c(0.4999999999599003);
         let force_above_lower_z_2 = cos_wrist * c(0.4999999999599003);
         let moment_above_lower_x = -force_above_lower_z_2 - c(0.4166658393333334);
@@ -661,30 +664,32 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendu
         let force_middle_y = mul_add(-cos_wrist, force_own_lower_y, force_own_middle_y);
         let moment_middle_x = -moment_own_lower_x - mul_add(c(1.4999836), free_fall_middle_z,
             force_above_lower_z);
-        // the whole mechanism
-        let part = moment_own_lower_x - mul_add(c(10.0), u[2], q[2] * c(100.0));
+        // lower
         let factor_wrist_shoulder = moment_above_middle_x * c(2.400004765449462);
         let factor_wrist_elbow = moment_above_lower_x * c(2.400004765449462);
-        let part_2 = mul_add(-moment_above_middle_x, factor_wrist_elbow, mass_elbow_elbow
+        let lower_part = mul_add(-moment_above_middle_x, factor_wrist_elbow, mass_elbow_elbow
             - force_above_middle_z);
+        // middle
         let inverse_pivot_elbow = c(1.0) / mul_add(-moment_above_lower_x, factor_wrist_elbow,
             mass_elbow_elbow);
-        let factor_elbow_shoulder = part_2 * inverse_pivot_elbow;
-        let inverse_pivot_shoulder = c(1.0) / mul_add(-part_2, factor_elbow_shoulder,
+        let factor_elbow_shoulder = lower_part * inverse_pivot_elbow;
+        // upper
+        let inverse_pivot_shoulder = c(1.0) / mul_add(-lower_part, factor_elbow_shoulder,
             mul_add(-moment_above_middle_x, factor_wrist_shoulder, mul_add(c(-2.0),
             force_above_middle_z, second_moment_zz_middle + (second_moment_yy_middle
             + c(2.4166322120801995)))));
-        let part_3 = mul_add(-part, factor_wrist_elbow, moment_middle_x - mul_add(c(10.0), u[1],
+        // the whole mechanism
+        let part_2 = mul_add(-part, factor_wrist_elbow, moment_middle_x - mul_add(c(10.0), u[1],
             q[1] * c(100.0)));
-        let part_4 = mul_add(-part, factor_wrist_shoulder, moment_middle_x - mul_add(sin_elbow,
+        let part_3 = mul_add(-part, factor_wrist_shoulder, moment_middle_x - mul_add(sin_elbow,
             force_middle_y, mul_add(cos_elbow, force_above_lower_z, mul_add(c(-24.524678232),
             cos_shoulder, mul_add(c(10.0), u[0], q[0] * c(100.0))))));
-        let part_5 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_3, part_4);
-        let part_6 = mul_add(-factor_elbow_shoulder, part_5, inverse_pivot_elbow * part_3);
-        acceleration[0] = part_5;
-        acceleration[1] = part_6;
-        acceleration[2] = mul_add(-factor_wrist_elbow, part_6, mul_add(-factor_wrist_shoulder,
-            part_5, part * c(2.400004765449462)));
+        let part_4 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_2, part_3);
+        let part_5 = mul_add(-factor_elbow_shoulder, part_4, inverse_pivot_elbow * part_2);
+        acceleration[0] = part_4;
+        acceleration[1] = part_5;
+        acceleration[2] = mul_add(-factor_wrist_elbow, part_5, mul_add(-factor_wrist_shoulder,
+            part_4, part * c(2.400004765449462)));
         margin[0] = S::min(S::min(inverse_pivot_shoulder, inverse_pivot_elbow),
             c(2.400004765449462));
         margin[1] = c(1.0);
@@ -754,6 +759,9 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendu
         let force_above_lower_z = sin_wrist * force_own_lower_y;
         let d_omega_xx_lower = -omega_lower_x - omega_lower_x;
         let d_force_own_lower_y = c(0.4999999999599003) * d_omega_xx_lower;
+        // the whole mechanism
+        let part = moment_own_lower_x - mul_add(c(10.0), u[2], q[2] * c(100.0));
+        // lower
         let d_omega_xx_lower_2 = omega_lower_x + omega_lower_x;
         let d_force_own_lower_y_2 = c(0.4999999999599003) * d_omega_xx_lower_2;
         let d_force_above_lower_z = sin_wrist * d_force_own_lower_y_2;
@@ -797,78 +805,80 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendu
         let force_middle_y = force_own_middle_y - across_lower;
         let moment_middle_x = -moment_own_lower_x - mul_add(c(1.4999836), free_fall_middle_z,
             force_above_lower_z);
-        // the whole mechanism
-        let part = moment_own_lower_x - mul_add(c(10.0), u[2], q[2] * c(100.0));
+        // lower
         let factor_wrist_shoulder = moment_above_middle_x * c(2.400004765449462);
         let factor_wrist_elbow = moment_above_lower_x * c(2.400004765449462);
-        let part_2 = mul_add(-moment_above_middle_x, factor_wrist_elbow, mass_elbow_elbow
+        let lower_part_2 = mul_add(-moment_above_middle_x, factor_wrist_elbow, mass_elbow_elbow
             - force_above_middle_z);
+        // middle
         let inverse_pivot_elbow = c(1.0) / mul_add(-moment_above_lower_x, factor_wrist_elbow,
             mass_elbow_elbow);
-        let factor_elbow_shoulder = part_2 * inverse_pivot_elbow;
-        let inverse_pivot_shoulder = c(1.0) / mul_add(-part_2, factor_elbow_shoulder,
+        let factor_elbow_shoulder = lower_part_2 * inverse_pivot_elbow;
+        // upper
+        let inverse_pivot_shoulder = c(1.0) / mul_add(-lower_part_2, factor_elbow_shoulder,
             mul_add(-moment_above_middle_x, factor_wrist_shoulder, mul_add(c(-2.0),
             force_above_middle_z, second_moment_zz_middle + (second_moment_yy_middle
             + c(2.4166322120801995)))));
-        let part_3 = mul_add(-part, factor_wrist_elbow, moment_middle_x - mul_add(c(10.0), u[1],
+        // the whole mechanism
+        let part_2 = mul_add(-part, factor_wrist_elbow, moment_middle_x - mul_add(c(10.0), u[1],
             q[1] * c(100.0)));
-        let part_4 = mul_add(-part, factor_wrist_shoulder, moment_middle_x - mul_add(sin_elbow,
+        let part_3 = mul_add(-part, factor_wrist_shoulder, moment_middle_x - mul_add(sin_elbow,
             force_middle_y, mul_add(cos_elbow, force_above_lower_z, mul_add(c(-24.524678232),
             cos_shoulder, mul_add(c(10.0), u[0], q[0] * c(100.0))))));
-        let part_5 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_3, part_4);
-        let part_6 = mul_add(-factor_elbow_shoulder, part_5, inverse_pivot_elbow * part_3);
-        let part_7 = mul_add(-factor_wrist_elbow, part_6, mul_add(-factor_wrist_shoulder, part_5,
+        let part_4 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_2, part_3);
+        let part_5 = mul_add(-factor_elbow_shoulder, part_4, inverse_pivot_elbow * part_2);
+        let part_6 = mul_add(-factor_wrist_elbow, part_5, mul_add(-factor_wrist_shoulder, part_4,
             part * c(2.400004765449462)));
         // middle
-        let alpha_moving_middle_x = part_5 + part_6;
-        let fall_above_middle_z = part_5 - upper_part;
+        let alpha_moving_middle_x = part_4 + part_5;
+        let fall_above_middle_z = part_4 - upper_part;
         let middle_part_8 = sin_elbow * fall_above_middle_z;
         let d_free_fall_middle_z_2 = mul_add(-cos_elbow, upper_part_2, middle_part);
         // the whole mechanism
-        let part_8 = mul_add(c(24.000047654494622), moment_above_lower_x, d_moment_moving_middle_x);
-        let part_9 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_8,
+        let part_7 = mul_add(c(24.000047654494622), moment_above_lower_x, d_moment_moving_middle_x);
+        let part_8 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_7,
             mul_add(c(24.000047654494622), moment_above_middle_x, mul_add(-cos_elbow,
             d_force_above_lower_z, mul_add(sin_elbow, cos_wrist * d_force_own_lower_y_2,
             -d_force_above_lower_z))));
-        let part_10 = mul_add(-factor_elbow_shoulder, part_9, inverse_pivot_elbow * part_8);
+        let part_9 = mul_add(-factor_elbow_shoulder, part_8, inverse_pivot_elbow * part_7);
         // lower
-        let alpha_moving_lower_x = part_7 - alpha_moving_middle_x;
+        let alpha_moving_lower_x = part_6 - alpha_moving_middle_x;
         let fall_above_lower_y_2 = middle_part_8 + (middle_part_2 - omega_xx_middle);
         let d_fall_above_lower_y_2 = mul_add(-sin_elbow, upper_part_2, middle_part_4);
         let d_fall_above_lower_y_3 = mul_add(cos_elbow, fall_above_middle_z, -middle_part_3);
         let fall_above_lower_z = alpha_moving_middle_x + d_fall_above_lower_y_3;
         let d_free_fall_lower_z_2 = mul_add(cos_wrist, d_free_fall_middle_z_2,
             sin_wrist * d_fall_above_lower_y_2);
-        let lower_part_2 = c(0.4999999999599003) * alpha_moving_lower_x;
+        let lower_part_3 = c(0.4999999999599003) * alpha_moving_lower_x;
         let d_moment_own_lower_x_3 = c(0.4999999999599003) * d_free_fall_lower_z_2;
-        let lower_part_3 = sin_wrist * lower_part_2;
-        let lower_part_4 = cos_wrist * lower_part_2;
+        let lower_part_4 = sin_wrist * lower_part_3;
+        let lower_part_5 = cos_wrist * lower_part_3;
         // middle
-        let force_moving_middle_y = force_middle_y - lower_part_3;
+        let force_moving_middle_y = force_middle_y - lower_part_4;
         let force_moving_middle_z = mul_add(c(1.4999836), alpha_moving_middle_x,
-            force_above_lower_z) - lower_part_4;
+            force_above_lower_z) - lower_part_5;
         let d_moment_moving_middle_x_4 = mul_add(c(-1.4999836), d_free_fall_middle_z_2,
             -d_moment_own_lower_x_3);
         // the whole mechanism
-        let part_11 = mul_add(-factor_wrist_elbow, d_moment_own_lower_x_3,
+        let part_10 = mul_add(-factor_wrist_elbow, d_moment_own_lower_x_3,
             d_moment_moving_middle_x_4);
-        let part_12 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_11,
+        let part_11 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_10,
             d_moment_moving_middle_x_4 - mul_add(factor_wrist_shoulder, d_moment_own_lower_x_3,
             mul_add(c(24.524678232), sin_shoulder, c(100.0))));
-        let part_13 = mul_add(-factor_elbow_shoulder, part_12, inverse_pivot_elbow * part_11);
-        let part_14 = -sin_elbow * d_force_moving_middle_y;
-        let part_15 = mul_add(-factor_wrist_elbow, d_moment_own_lower_x_2,
+        let part_12 = mul_add(-factor_elbow_shoulder, part_11, inverse_pivot_elbow * part_10);
+        let part_13 = -sin_elbow * d_force_moving_middle_y;
+        let part_14 = mul_add(-factor_wrist_elbow, d_moment_own_lower_x_2,
             d_moment_moving_middle_x_2);
-        let part_16 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_15,
+        let part_15 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_14,
             d_moment_moving_middle_x_2 + mul_add(-factor_wrist_shoulder, d_moment_own_lower_x_2,
-            part_14 - (c(10.0) + middle_part_7)));
-        let part_17 = mul_add(-factor_elbow_shoulder, part_16, inverse_pivot_elbow * part_15);
-        let part_18 = mul_add(-factor_wrist_elbow, d_moment_own_lower_x, d_moment_moving_middle_x_3
+            part_13 - (c(10.0) + middle_part_7)));
+        let part_16 = mul_add(-factor_elbow_shoulder, part_15, inverse_pivot_elbow * part_14);
+        let part_17 = mul_add(-factor_wrist_elbow, d_moment_own_lower_x, d_moment_moving_middle_x_3
             - c(10.0));
-        let part_19 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_18,
+        let part_18 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_17,
             mul_add(-factor_wrist_shoulder, d_moment_own_lower_x, d_moment_moving_middle_x_3
-            + (part_14 - middle_part_7)));
-        let part_20 = mul_add(-factor_elbow_shoulder, part_19, inverse_pivot_elbow * part_18);
+            + (part_13 - middle_part_7)));
+        let part_19 = mul_add(-factor_elbow_shoulder, part_18, inverse_pivot_elbow * part_17);
         // middle
         let d_free_fall_middle_z_3 = -middle_part_8 - middle_part_2;
         // lower
@@ -878,51 +888,51 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendu
         let d_free_fall_lower_z_4 = mul_add(-sin_wrist, fall_above_lower_z,
             cos_wrist * fall_above_lower_y_2);
         let d_moment_own_lower_x_5 = c(0.4999999999599003) * d_free_fall_lower_z_4;
-        let d_force_above_lower_z_3 = across_lower + lower_part_3;
+        let d_force_above_lower_z_3 = across_lower + lower_part_4;
         // middle
         let d_moment_moving_middle_x_5 = mul_add(c(-1.4999836), d_free_fall_middle_z_3,
             -d_moment_own_lower_x_4);
-        let d_force_moving_middle_y_2 = force_above_lower_z - lower_part_4;
+        let d_force_moving_middle_y_2 = force_above_lower_z - lower_part_5;
         let d_moment_moving_middle_x_6 = -d_moment_own_lower_x_5 - d_force_above_lower_z_3;
         // the whole mechanism
-        let part_21 = d_moment_moving_middle_x_5 - mul_add(factor_wrist_elbow,
+        let part_20 = d_moment_moving_middle_x_5 - mul_add(factor_wrist_elbow,
             d_moment_own_lower_x_4, c(100.0));
-        let part_22 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_21,
+        let part_21 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_20,
             mul_add(sin_elbow, force_moving_middle_z, mul_add(-cos_elbow, force_moving_middle_y,
             mul_add(-factor_wrist_shoulder, d_moment_own_lower_x_4, d_moment_moving_middle_x_5))));
-        let part_23 = mul_add(-factor_elbow_shoulder, part_22, inverse_pivot_elbow * part_21);
-        let part_24 = d_moment_own_lower_x_5 - c(100.0);
-        let part_25 = mul_add(-factor_wrist_elbow, part_24, d_moment_moving_middle_x_6);
-        let part_26 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_25,
+        let part_22 = mul_add(-factor_elbow_shoulder, part_21, inverse_pivot_elbow * part_20);
+        let part_23 = d_moment_own_lower_x_5 - c(100.0);
+        let part_24 = mul_add(-factor_wrist_elbow, part_23, d_moment_moving_middle_x_6);
+        let part_25 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_24,
             mul_add(-cos_elbow, d_force_above_lower_z_3, d_moment_moving_middle_x_6)
-            + mul_add(-factor_wrist_shoulder, part_24, -sin_elbow * d_force_moving_middle_y_2));
-        let part_27 = mul_add(-factor_elbow_shoulder, part_26, inverse_pivot_elbow * part_25);
-        acceleration[0] = part_5;
-        acceleration[1] = part_6;
-        acceleration[2] = part_7;
-        dq[0] = part_12;
-        dq[1] = part_22;
-        dq[2] = part_26;
-        dq[3] = part_13;
-        dq[4] = part_23;
-        dq[5] = part_27;
-        dq[6] = mul_add(-factor_wrist_elbow, part_13, mul_add(-factor_wrist_shoulder, part_12,
+            + mul_add(-factor_wrist_shoulder, part_23, -sin_elbow * d_force_moving_middle_y_2));
+        let part_26 = mul_add(-factor_elbow_shoulder, part_25, inverse_pivot_elbow * part_24);
+        acceleration[0] = part_4;
+        acceleration[1] = part_5;
+        acceleration[2] = part_6;
+        dq[0] = part_11;
+        dq[1] = part_21;
+        dq[2] = part_25;
+        dq[3] = part_12;
+        dq[4] = part_22;
+        dq[5] = part_26;
+        dq[6] = mul_add(-factor_wrist_elbow, part_12, mul_add(-factor_wrist_shoulder, part_11,
             d_free_fall_lower_z_2 * c(1.2000023826284916)));
-        dq[7] = mul_add(-factor_wrist_elbow, part_23, mul_add(-factor_wrist_shoulder, part_22,
+        dq[7] = mul_add(-factor_wrist_elbow, part_22, mul_add(-factor_wrist_shoulder, part_21,
             c(1.2000023826284916) * d_free_fall_lower_z_3));
-        dq[8] = mul_add(-factor_wrist_elbow, part_27, mul_add(-factor_wrist_shoulder, part_26,
-            c(2.400004765449462) * part_24));
-        du[0] = part_16;
-        du[1] = part_19;
-        du[2] = part_9;
-        du[3] = part_17;
-        du[4] = part_20;
-        du[5] = part_10;
-        du[6] = mul_add(-factor_wrist_elbow, part_17, mul_add(-factor_wrist_shoulder, part_16,
+        dq[8] = mul_add(-factor_wrist_elbow, part_26, mul_add(-factor_wrist_shoulder, part_25,
+            c(2.400004765449462) * part_23));
+        du[0] = part_15;
+        du[1] = part_18;
+        du[2] = part_8;
+        du[3] = part_16;
+        du[4] = part_19;
+        du[5] = part_9;
+        du[6] = mul_add(-factor_wrist_elbow, part_16, mul_add(-factor_wrist_shoulder, part_15,
             c(1.2000023826284916) * d_free_fall_lower_z));
-        du[7] = mul_add(-factor_wrist_elbow, part_20, mul_add(-factor_wrist_shoulder, part_19,
+        du[7] = mul_add(-factor_wrist_elbow, part_19, mul_add(-factor_wrist_shoulder, part_18,
             lower_part * c(-1.2000023826284916)));
-        du[8] = mul_add(-factor_wrist_elbow, part_10, mul_add(-factor_wrist_shoulder, part_9,
+        du[8] = mul_add(-factor_wrist_elbow, part_9, mul_add(-factor_wrist_shoulder, part_8,
             c(-24.000047654494622)));
         dt[0] = c(0.0);
         dt[1] = c(0.0);

@@ -2,9 +2,10 @@
 
 use std::fmt::Write;
 
+use lamc::kane::Section;
 use lamc::laminate::excursions;
 use lamc::pipeline::Compiled;
-use lamc::program::Interpreter;
+use lamc::program::{FunctionKind, Interpreter};
 use lamc_runtime::{State, System, assemble};
 
 use super::{Outcome, load, output, warn};
@@ -95,7 +96,20 @@ fn report(compiled: &Compiled) -> String {
     text.push_str("\noperations per evaluation\n");
     for function in &compiled.program.functions {
         let name = function.kind.name();
-        line(&mut text, format_args!("  {name:<10} {}", function.cost()));
+        line(&mut text, format_args!("  {name:<12} {}", function.cost()));
+    }
+    let program = &compiled.program;
+    let acceleration = program.function_of(FunctionKind::Acceleration);
+    if !acceleration.outputs.is_empty() {
+        text.push_str("\noperations of the acceleration\n");
+    }
+    for (section, cost) in acceleration.costs() {
+        let name = match section {
+            Section::Mechanism => "whole".to_owned(),
+            Section::Node(node) => program.interface.nodes[node.index()].clone(),
+            Section::Loop(id) => format!("loop {}", id.index()),
+        };
+        line(&mut text, format_args!("  {name:<16} {cost}"));
     }
     text
 }

@@ -1,9 +1,11 @@
 //! Operation counts.
 
+use std::collections::{BTreeMap, HashSet};
 use std::fmt;
 use std::ops::AddAssign;
 
-use super::ir::{Function, Op};
+use super::ir::{Function, Instruction, Op, Value};
+use crate::kane::Section;
 
 /// How many operations of each kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -70,22 +72,33 @@ impl Function {
         ready.into_iter().max().unwrap_or(0)
     }
 
-    /// Operations per evaluation. A cosine whose sine is not needed counts as a pair.
+    /// Operations per evaluation.
     pub fn cost(&self) -> Cost {
-        let mut cost = Cost::default();
-        let sines: Vec<_> = self
-            .instructions
-            .iter()
-            .filter_map(|i| if let Op::Sin(x) = i.op { Some(x) } else { None })
-            .collect();
+        let mut sum = Cost::default();
+        self.costs().into_values().for_each(|cost| sum += cost);
+        sum
+    }
+
+    /// Operations per evaluation by the body or loop they belong to. A cosine whose sine is not
+    /// needed counts as a pair.
+    pub fn costs(&self) -> BTreeMap<Section, Cost> {
+        let mut costs: BTreeMap<Section, Cost> = BTreeMap::new();
+        let sine = |instruction: &Instruction| match instruction.op {
+            Op::Sin(x) => Some(x),
+            _ => None,
+        };
+        let sines: HashSet<Value> = self.instructions.iter().filter_map(sine).collect();
         for instruction in &self.instructions {
-            cost += Cost::of(instruction.op);
+            let mut cost = Cost::of(instruction.op);
             if let Op::Cos(x) = instruction.op
                 && !sines.contains(&x)
             {
-                cost.sin_cos += 1;
+                cost.sin_cos = 1;
+            }
+            if cost != Cost::default() {
+                *costs.entry(instruction.section).or_default() += cost;
             }
         }
-        cost
+        costs
     }
 }

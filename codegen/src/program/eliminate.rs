@@ -17,6 +17,7 @@
 use super::fold::Builder;
 use super::ir::{Function, Op, Output, Slot, Value};
 use crate::kane::Section;
+use crate::topology::NodeId;
 
 /// A factor of M, by joint.
 pub trait Factor {
@@ -153,6 +154,7 @@ impl ByEntry {
         let mut lower = vec![vec![zero; n]; n];
         let mut inverse_pivots = vec![zero; n];
         for (index, &k) in order.iter().enumerate().rev() {
+            code.section = Section::Node(NodeId(index));
             let name = || format!("inverse_pivot_{}", names[k]);
             inverse_pivots[k] = code.named(Op::Div(one, m[k][k]), name);
             let before: Vec<usize> =
@@ -168,6 +170,7 @@ impl ByEntry {
                 }
             }
         }
+        code.section = Section::Mechanism;
         Self { order: order.to_vec(), inverse_pivots, lower }
     }
 
