@@ -26,7 +26,7 @@ from model import Model
 CHAINS = [1, 2, 3, 6, 12, 24, 48, 96]
 STATES = 64
 # What else lamc's module does.
-OWN = ("rk4_steps", "rodas_steps", "jacobians")
+OWN = ("chained_accelerations", "rk4_steps", "rodas_steps", "jacobians")
 # CasADi's factored chains grow as n^3, and gcc's time with their square: beyond, it gives up.
 LARGEST_FACTORED = 24
 

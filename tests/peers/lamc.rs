@@ -49,6 +49,32 @@ pub unsafe extern "C" fn accelerations(
     }
 }
 
+/// As [`accelerations`], where each waits for the one before, as in an integration.
+///
+/// # Safety
+/// As [`rows`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn chained_accelerations(
+    q: *const f64,
+    u: *const f64,
+    out: *mut f64,
+    states: usize,
+    repeats: usize,
+) {
+    let (q, u, out) = unsafe { rows(q, u, out, states) };
+    let model = Model::default();
+    // Too small to change an angle, which the compiler cannot know.
+    let nothing = black_box(1e-300);
+    let mut last = [0.0; N];
+    for _ in 0..repeats {
+        for ((q, u), out) in q.iter().zip(u).zip(out.iter_mut()) {
+            let q = std::array::from_fn(|joint| q[joint] + nothing * last[joint]);
+            last = model.acceleration(0.0, &q, black_box(u)).unwrap_or([f64::NAN; N]);
+            *out = last;
+        }
+    }
+}
+
 /// The derivatives of the acceleration by q, u and t at every state.
 ///
 /// # Safety

@@ -66,7 +66,8 @@ def own(results):
     for name, found in results["mechanisms"].items():
         counted = found["operations"]["acceleration"]["total"]
         cells = [
-            f"{found['lamc'][f]['ratio']:.1f}" for f in ("rk4_steps", "rodas_steps", "jacobians")
+            f"{found['lamc'][f]['ratio']:.1f}"
+            for f in ("chained_accelerations", "rk4_steps", "rodas_steps", "jacobians")
         ]
         seconds = [f"{found[key]:.2f}" for key in ("derivation_s", "compilation_s")]
         gcc = entry(found, "CasADi")
@@ -74,7 +75,7 @@ def own(results):
         size = f"{found['module_bytes'] / 1e3:.0f}"
         rows.append([NAMES.get(name, name), counted, *cells, size, *seconds, gcc])
     head = [
-        "", "operations", "RK4 step", "RODASP step", "derivatives", "module, kB", "derivation, s", "rustc, s",
+        "", "operations", "waiting", "RK4 step", "RODASP step", "derivatives", "module, kB", "derivation, s", "rustc, s",
         "gcc of CasADi, s",
     ]  # fmt: skip
     return table(head, rows)
@@ -126,6 +127,9 @@ def goals(results):
     ends = own_time("chain96"), own_time("chain24")
     least = bound.cycles(six["instructions"]) / results["machine"]["clock"]
     lcaba = ratio("sixbar", "Pinocchio, g++, lcaba")
+    rk4, waiting = (
+        six["lamc"][f]["ratio"] for f in ("rk4_steps", "chained_accelerations")
+    )
     aims = [
         ("six-bar: times faster than CasADi", ">=", 3, ratio("sixbar", "CasADi")),
         ("six-bar: than CasADi by hand", ">=", 1.6, ratio("sixbar", "CasADi by hand")),
@@ -136,7 +140,8 @@ def goals(results):
         ("chain of 24: than CasADi", ">=", 4, ratio("chain24", "CasADi")),
         ("chain of 48: than Pinocchio's aba, g++", ">=", 4, ratio("chain48", "Pinocchio, g++")),
         ("96 hinges over 24", "<=", 4.6, ends[0] / ends[1] if all(ends) else None),
-        ("six-bar: RK4 step over evaluation", "<=", 5.5, six["lamc"]["rk4_steps"]["ratio"]),
+        ("six-bar: RK4 step over evaluation", "<=", 5.5, rk4),
+        ("six-bar: RK4 step over evaluation that waits for the last", "<=", 5.5, rk4 / waiting),
         (
             "six-bar: acceleration in a lane of four",
             ">=",
