@@ -16,7 +16,7 @@ use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, elf};
 use serde::Deserialize;
 
 /// Instructions of a step, at most.
-const INSTRUCTIONS: f64 = 60_000.0;
+const INSTRUCTIONS: f64 = 15_000.0;
 /// Bytes of flash, at most.
 const FLASH: u64 = 40 * 1024;
 /// Bytes of stack, at most.
