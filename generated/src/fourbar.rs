@@ -25,9 +25,9 @@
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   reactions: 216 operations: 110 add, 102 mul, 0 div, 4 sin_cos, 0 other
 //   tangent: 152 operations: 61 add, 87 mul, 0 div, 4 sin_cos, 0 other
-//   acceleration: 216 operations: 80 add, 120 mul, 6 div, 4 sin_cos, 6 other
-//   projection: 229 operations: 88 add, 125 mul, 6 div, 4 sin_cos, 6 other
-//   jacobian: 691 operations: 287 add, 388 mul, 6 div, 4 sin_cos, 6 other
+//   acceleration: 226 operations: 86 add, 124 mul, 6 div, 4 sin_cos, 6 other
+//   projection: 239 operations: 94 add, 129 mul, 6 div, 4 sin_cos, 6 other
+//   jacobian: 701 operations: 293 add, 392 mul, 6 div, 4 sin_cos, 6 other
 
 /// Coordinates: one angle per joint.
 pub const N: usize = 4;
@@ -967,17 +967,17 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let part_16 = mul_add(part_4, part_11, mul_add(part_5, part_10, c(126303.97048310004)));
         let part_17 = c(1.0) / part_12;
         let part_18 = part_13 * part_17;
-        let part_19 = mul_add(-part_13, part_18, part_14);
-        let part_20 = part_15 * part_17;
-        let part_21 = mul_add(-part_13, part_20, mul_add(v_coupler_ghost0_z_by_rocker_hinge,
+        let part_19 = part_15 * part_17;
+        let part_20 = mul_add(-part_13, part_19, mul_add(v_coupler_ghost0_z_by_rocker_hinge,
             part_11, mul_add(part_3, part_10, c(8053.860527742237))));
-        let part_22 = c(1.0) / part_19;
-        let part_23 = part_21 * part_22;
-        let part_24 = mul_add(-part_21, part_23, mul_add(-part_15, part_20, part_16));
-        let part_25 = part_16 + (part_12 + part_14);
-        let part_26 = S::min(part_25, S::min(S::min(part_12, part_14), part_16) * c(100.0)) *
-            (part_12 * part_19 * part_24 * c(0.4444444444444444)) / (part_25 * (part_16 * (part_12 *
-            part_14)));
+        let part_21 = c(1.0) / mul_add(-part_13, part_18, part_14);
+        let part_22 = part_20 * part_21;
+        let part_23 = c(1.0) / mul_add(-part_20, part_22, mul_add(-part_15, part_19, part_16));
+        let part_24 = mul_add(part_18, part_22, -part_19);
+        let part_25 = mul_add(part_14, mul_add(part_23, part_22 * part_22, part_21),
+            mul_add(part_16, part_23, part_12 * mul_add(part_23, part_24 * part_24, mul_add(part_21,
+            part_18 * part_18, part_17))));
+        let part_26 = part_16 + (part_12 + part_14);
         let part_27 = mul_add(-part_2, factor_coupler_rocker_rocker_hinge,
             moment_own_coupler_ghost0_x + mul_add(c(0.5135738999999999),
             force_above_coupler_ghost0_z, mul_add(c(-2.954834596588329e-3), cos_rocker_hinge,
@@ -990,12 +990,12 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
             omega_xx_coupler, cos_coupler_crank * coupler_part))));
         let part_30 = mul_add(part_18, part_29, -mul_add(part_9, part_27, mul_add(part_8, part_28,
             mul_add(c(-14829.536919702783), part, gamma0_1))));
-        let part_31 = mul_add(-part_23, part_30, mul_add(part_20, part_29, -mul_add(part_11,
+        let part_31 = mul_add(-part_22, part_30, mul_add(part_19, part_29, -mul_add(part_11,
             part_27, mul_add(part_10, part_28, mul_add(c(221927.38498246408), part_2,
             mul_add(c(-62931.65091583967), part, gamma0_1))))));
-        let part_32 = c(1.0) / part_24 * part_31;
-        let part_33 = mul_add(-part_23, part_32, part_22 * part_30);
-        let part_34 = mul_add(-part_18, part_33, mul_add(-part_20, part_32, -part_17 * part_29));
+        let part_32 = part_23 * part_31;
+        let part_33 = mul_add(-part_22, part_32, part_21 * part_30);
+        let part_34 = mul_add(-part_18, part_33, mul_add(-part_19, part_32, -part_17 * part_29));
         let part_35 = mul_add(-part_6, part_34, mul_add(part_8, part_33, mul_add(part_10, part_32,
             inverse_pivot_crank_hinge * part_28)));
         let part_36 = mul_add(part_7, part_34, mul_add(part_9, part_33, mul_add(part_11, part_32,
@@ -1009,7 +1009,8 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
             mul_add(c(221927.38498246408), part_32, part_2 * c(534612.7876701569)));
         margin[0] = S::min(S::min(S::min(inverse_pivot_crank_hinge, inverse_pivot_rocker_hinge),
             c(115875.76386003198)), c(534612.7876701569));
-        margin[1] = part_26;
+        margin[1] = S::min(part_26, S::min(S::min(part_12, part_14),
+            part_16) * c(100.0)) / (part_25 * part_26);
         ::lamc_runtime::Margin {
             inverse_pivot: margin[0],
             conditioning: margin[1],
@@ -1130,35 +1131,34 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
             c(126303.97048310004)));
         let part_20 = c(1.0) / part_15;
         let part_21 = part_16 * part_20;
-        let part_22 = mul_add(-part_16, part_21, part_17);
-        let part_23 = part_18 * part_20;
-        let part_24 = mul_add(-part_16, part_23, mul_add(v_coupler_ghost0_z_by_rocker_hinge,
+        let part_22 = part_18 * part_20;
+        let part_23 = mul_add(-part_16, part_22, mul_add(v_coupler_ghost0_z_by_rocker_hinge,
             part_14, mul_add(moment_load_crank_x, part_13, c(8053.860527742237))));
-        let part_25 = c(1.0) / part_22;
-        let part_26 = part_24 * part_25;
-        let part_27 = mul_add(-part_24, part_26, mul_add(-part_18, part_23, part_19));
-        let part_28 = c(1.0) / part_27;
+        let part_24 = c(1.0) / mul_add(-part_16, part_21, part_17);
+        let part_25 = part_23 * part_24;
+        let part_26 = c(1.0) / mul_add(-part_23, part_25, mul_add(-part_18, part_22, part_19));
+        let part_27 = mul_add(part_21, part_25, -part_22);
+        let part_28 = mul_add(part_17, mul_add(part_26, part_25 * part_25, part_24),
+            mul_add(part_19, part_26, part_15 * mul_add(part_26, part_27 * part_27, mul_add(part_24,
+            part_21 * part_21, part_20))));
         let part_29 = part_19 + (part_15 + part_17);
-        let part_30 = S::min(part_29, S::min(S::min(part_15, part_17), part_19) * c(100.0)) *
-            (part_15 * part_22 * part_27 * c(0.4444444444444444)) / (part_29 * (part_19 * (part_15 *
-            part_17)));
-        let part_31 = mul_add(-part_7, part_21, mul_add(axis_z_coupler_ghost0_x, part_2,
+        let part_30 = mul_add(-part_7, part_21, mul_add(axis_z_coupler_ghost0_x, part_2,
             axis_y_coupler_ghost0_x * part_4));
-        let part_32 = part_28 * mul_add(-part_26, part_31, mul_add(-part_7, part_23,
+        let part_31 = part_26 * mul_add(-part_25, part_30, mul_add(-part_7, part_22,
             mul_add(axis_z_coupler_ghost0_x, part_5, axis_y_coupler_ghost0_x * part_6)));
-        let part_33 = mul_add(-part_26, part_32, part_25 * part_31);
-        let part_34 = mul_add(-part_21, part_33, mul_add(-part_23, part_32, part_7 * part_20));
-        let part_35 = mul_add(-part_9, part_34, mul_add(part_13, part_32, part_11 * part_33));
-        let part_36 = mul_add(part_10, part_34, mul_add(part_14, part_32, part_12 * part_33));
-        let part_37 = mul_add(-part_8, part_21, v_coupler_ghost0_z - mul_add(c(0.12797789999999998),
+        let part_32 = mul_add(-part_25, part_31, part_24 * part_30);
+        let part_33 = mul_add(-part_21, part_32, mul_add(-part_22, part_31, part_7 * part_20));
+        let part_34 = mul_add(-part_9, part_33, mul_add(part_13, part_31, part_11 * part_32));
+        let part_35 = mul_add(part_10, part_33, mul_add(part_14, part_31, part_12 * part_32));
+        let part_36 = mul_add(-part_8, part_21, v_coupler_ghost0_z - mul_add(c(0.12797789999999998),
             omega_coupler_x, v_coupler_z));
-        let part_38 = part_28 * mul_add(-part_26, part_37, mul_add(-part_8, part_23,
+        let part_37 = part_26 * mul_add(-part_25, part_36, mul_add(-part_8, part_22,
             v_coupler_ghost0_z + (mul_add(c(-0.5430958883848717), omega_coupler_x,
             omega_coupler_ghost0_x * c(0.4151179883848717)) - v_coupler_z)));
-        let part_39 = mul_add(-part_26, part_38, part_25 * part_37);
-        let part_40 = mul_add(-part_21, part_39, mul_add(-part_23, part_38, part_8 * part_20));
-        let part_41 = mul_add(-part_9, part_40, mul_add(part_13, part_38, part_11 * part_39));
-        let part_42 = mul_add(part_10, part_40, mul_add(part_14, part_38, part_12 * part_39));
+        let part_38 = mul_add(-part_25, part_37, part_24 * part_36);
+        let part_39 = mul_add(-part_21, part_38, mul_add(-part_22, part_37, part_8 * part_20));
+        let part_40 = mul_add(-part_9, part_39, mul_add(part_13, part_37, part_11 * part_38));
+        let part_41 = mul_add(part_10, part_39, mul_add(part_14, part_37, part_12 * part_38));
         residual[0] = part_2;
         residual[1] = c(6.938893903907228e-18);
         residual[2] = part_4;
@@ -1170,21 +1170,22 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         residual[7] = c(6.938893903907228e-18);
         residual[8] = mul_add(c(0.41511798838487174), axis_y_coupler_ghost0_x, -coupler_part_6)
             + mul_add(c(-0.41511798838487174), axis_y_coupler_x, part_3);
-        positions[0] = part_35;
-        positions[1] = part_36;
-        positions[2] = mul_add(-moment_above_coupler_x, part_35, mul_add(c(-62931.65091583967),
-            part_32, c(-14829.536919702783) * part_33) - part_35);
-        positions[3] = mul_add(-moment_above_coupler_ghost0_x, part_36,
-            mul_add(c(221927.38498246408), part_32, -part_36));
-        speeds[0] = part_41;
-        speeds[1] = part_42;
-        speeds[2] = mul_add(-moment_above_coupler_x, part_41, mul_add(c(-62931.65091583967),
-            part_38, c(-14829.536919702783) * part_39) - part_41);
-        speeds[3] = mul_add(-moment_above_coupler_ghost0_x, part_42, mul_add(c(221927.38498246408),
-            part_38, -part_42));
+        positions[0] = part_34;
+        positions[1] = part_35;
+        positions[2] = mul_add(-moment_above_coupler_x, part_34, mul_add(c(-62931.65091583967),
+            part_31, c(-14829.536919702783) * part_32) - part_34);
+        positions[3] = mul_add(-moment_above_coupler_ghost0_x, part_35,
+            mul_add(c(221927.38498246408), part_31, -part_35));
+        speeds[0] = part_40;
+        speeds[1] = part_41;
+        speeds[2] = mul_add(-moment_above_coupler_x, part_40, mul_add(c(-62931.65091583967),
+            part_37, c(-14829.536919702783) * part_38) - part_40);
+        speeds[3] = mul_add(-moment_above_coupler_ghost0_x, part_41, mul_add(c(221927.38498246408),
+            part_37, -part_41));
         margin[0] = S::min(S::min(S::min(inverse_pivot_crank, inverse_pivot_rocker),
             c(115875.76386003198)), c(534612.7876701569));
-        margin[1] = part_30;
+        margin[1] = S::min(part_29, S::min(S::min(part_15, part_17),
+            part_19) * c(100.0)) / (part_28 * part_29);
         ::lamc_runtime::Margin {
             inverse_pivot: margin[0],
             conditioning: margin[1],
@@ -1335,130 +1336,129 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let part_16 = mul_add(part_4, part_11, mul_add(part_5, part_10, c(126303.97048310004)));
         let part_17 = c(1.0) / part_12;
         let part_18 = part_13 * part_17;
-        let part_19 = mul_add(-part_13, part_18, part_14);
-        let part_20 = part_15 * part_17;
-        let part_21 = mul_add(-part_13, part_20, mul_add(v_coupler_ghost0_z_by_rocker_hinge,
+        let part_19 = part_15 * part_17;
+        let part_20 = mul_add(-part_13, part_19, mul_add(v_coupler_ghost0_z_by_rocker_hinge,
             part_11, mul_add(part_3, part_10, c(8053.860527742237))));
-        let part_22 = c(1.0) / part_19;
-        let part_23 = part_21 * part_22;
-        let part_24 = mul_add(-part_21, part_23, mul_add(-part_15, part_20, part_16));
-        let part_25 = c(1.0) / part_24;
+        let part_21 = c(1.0) / mul_add(-part_13, part_18, part_14);
+        let part_22 = part_20 * part_21;
+        let part_23 = c(1.0) / mul_add(-part_20, part_22, mul_add(-part_15, part_19, part_16));
+        let part_24 = mul_add(part_18, part_22, -part_19);
+        let part_25 = mul_add(part_14, mul_add(part_23, part_22 * part_22, part_21),
+            mul_add(part_16, part_23, part_12 * mul_add(part_23, part_24 * part_24, mul_add(part_21,
+            part_18 * part_18, part_17))));
         let part_26 = part_16 + (part_12 + part_14);
-        let part_27 = S::min(part_26, S::min(S::min(part_12, part_14), part_16) * c(100.0)) *
-            (part_12 * part_19 * part_24 * c(0.4444444444444444)) / (part_26 * (part_16 * (part_12 *
-            part_14)));
-        let part_28 = mul_add(-part_2, factor_coupler_rocker_rocker_hinge,
+        let part_27 = mul_add(-part_2, factor_coupler_rocker_rocker_hinge,
             moment_own_coupler_ghost0_x + mul_add(c(0.5135738999999999),
             force_above_coupler_ghost0_z, mul_add(c(-2.954834596588329e-3), cos_rocker_hinge,
             -mul_add(c(0.1), u[1], q[1] * c(10.0)))));
-        let part_29 = mul_add(-part, factor_coupler_crank_crank_hinge, moment_own_coupler_x
+        let part_28 = mul_add(-part, factor_coupler_crank_crank_hinge, moment_own_coupler_x
             + mul_add(c(0.534813), force_above_coupler_z, mul_add(c(-3.1463985397908126e-3),
             cos_crank_hinge, -mul_add(c(0.1), u[0], q[0] * c(10.0)))));
-        let part_30 = mul_add(part_7, part_28, mul_add(-part_6, part_29,
+        let part_29 = c(0.12797789999999998) * d_omega_xx_coupler;
+        let part_30 = mul_add(-factor_coupler_crank_crank_hinge, d_moment_own_coupler_x,
+            coupler_part_5 + (d_moment_own_coupler_x + c(-0.1)));
+        let part_31 = mul_add(-part_6, part_30, mul_add(cos_coupler_crank, d_fall_above_coupler_y,
+            part_29));
+        let part_32 = mul_add(part_18, part_31, mul_add(-part_8, part_30,
+            mul_add(c(-0.6457388334589095), coupler_part_4, coupler_part_4)));
+        let part_33 = part_23 * mul_add(-part_22, part_32, mul_add(part_19, part_31,
+            mul_add(-part_10, part_30, mul_add(c(-2.740302078890005), coupler_part_4,
+            coupler_part_4))));
+        let part_34 = mul_add(-part_22, part_33, part_21 * part_32);
+        let part_35 = mul_add(-part_18, part_34, mul_add(-part_19, part_33, -part_17 * part_31));
+        let part_36 = mul_add(part_7, part_35, mul_add(part_11, part_33, part_9 * part_34));
+        let part_37 = mul_add(-part_6, part_35, mul_add(part_8, part_34, mul_add(part_10, part_33,
+            inverse_pivot_crank_hinge * part_30)));
+        let part_38 = mul_add(part_7, part_27, mul_add(-part_6, part_28,
             mul_add(c(0.12797789999999998), omega_xx_coupler, coupler_part_2)
             - coupler_ghost0_part_2));
-        let part_31 = c(0.12797789999999998) * d_omega_xx_coupler;
-        let part_32 = mul_add(-factor_coupler_crank_crank_hinge, d_moment_own_coupler_x,
-            coupler_part_5 + (d_moment_own_coupler_x + c(-0.1)));
-        let part_33 = mul_add(-part_6, part_32, mul_add(cos_coupler_crank, d_fall_above_coupler_y,
-            part_31));
-        let part_34 = mul_add(part_18, part_33, mul_add(-part_8, part_32,
-            mul_add(c(-0.6457388334589095), coupler_part_4, coupler_part_4)));
-        let part_35 = part_25 * mul_add(-part_23, part_34, mul_add(part_20, part_33,
-            mul_add(-part_10, part_32, mul_add(c(-2.740302078890005), coupler_part_4,
-            coupler_part_4))));
-        let part_36 = mul_add(-part_23, part_35, part_22 * part_34);
-        let part_37 = mul_add(-part_18, part_36, mul_add(-part_20, part_35, -part_17 * part_33));
-        let part_38 = mul_add(part_7, part_37, mul_add(part_11, part_35, part_9 * part_36));
-        let part_39 = mul_add(-part_6, part_37, mul_add(part_8, part_36, mul_add(part_10, part_35,
-            inverse_pivot_crank_hinge * part_32)));
-        let part_40 = mul_add(-factor_coupler_rocker_rocker_hinge, d_moment_own_coupler_ghost0_x,
-            coupler_ghost0_part_5 + (c(-0.1) + d_moment_own_coupler_ghost0_x));
-        let part_41 = mul_add(-cos_coupler_rocker, d_fall_above_coupler_ghost0_y, part_7 * part_40);
-        let part_42 = mul_add(part_18, part_41, -mul_add(part_9, part_40, coupler_ghost0_part_4));
-        let part_43 = part_25 * mul_add(-part_23, part_42, mul_add(part_20, part_41,
-            -mul_add(part_11, part_40, mul_add(c(-2.057929418862539), coupler_ghost0_part_4,
-            coupler_ghost0_part_4))));
-        let part_44 = mul_add(-part_23, part_43, part_22 * part_42);
-        let part_45 = mul_add(-part_18, part_44, mul_add(-part_20, part_43, -part_17 * part_41));
-        let part_46 = mul_add(-part_6, part_45, mul_add(part_10, part_43, part_8 * part_44));
-        let part_47 = mul_add(part_7, part_45, mul_add(part_9, part_44, mul_add(part_11, part_43,
-            inverse_pivot_rocker_hinge * part_40)));
-        let part_48 = mul_add(c(11587.576386003198), moment_above_coupler_x, coupler_part_5);
-        let part_49 = mul_add(-part_6, part_48, part_31);
-        let part_50 = mul_add(part_18, part_49, -mul_add(part_8, part_48, c(1482.9536919702784)));
-        let part_51 = part_25 * mul_add(-part_23, part_50, mul_add(part_20, part_49,
-            -mul_add(part_10, part_48, c(6293.165091583967))));
-        let part_52 = mul_add(-part_23, part_51, part_22 * part_50);
-        let part_53 = mul_add(-part_18, part_52, mul_add(-part_20, part_51, -part_17 * part_49));
-        let part_54 = mul_add(part_7, part_53, mul_add(part_11, part_51, part_9 * part_52));
-        let part_55 = mul_add(-part_6, part_53, mul_add(part_8, part_52, mul_add(part_10, part_51,
-            inverse_pivot_crank_hinge * part_48)));
-        let part_56 = mul_add(-factor_coupler_rocker_rocker_hinge, d_moment_own_coupler_ghost0_x_2,
-            d_moment_own_coupler_ghost0_x_2 + mul_add(c(2.954834596588329e-3), sin_rocker_hinge,
-            c(-10.0)));
-        let part_57 = part_7 * part_56;
-        let part_58 = mul_add(-part_9, part_56, part_18 * part_57);
-        let part_59 = part_25 * mul_add(-part_23, part_58, mul_add(part_20, part_57,
-            -mul_add(c(2.057929418862539), d_free_fall_coupler_ghost0_z, part_11 * part_56)));
-        let part_60 = mul_add(-part_23, part_59, part_22 * part_58);
-        let part_61 = mul_add(-part_18, part_60, mul_add(-part_20, part_59, -part_17 * part_57));
-        let part_62 = mul_add(-part_6, part_61, mul_add(part_10, part_59, part_8 * part_60));
-        let part_63 = mul_add(part_7, part_61, mul_add(part_9, part_60, mul_add(part_11, part_59,
-            inverse_pivot_rocker_hinge * part_56)));
-        let part_64 = mul_add(part_18, part_30, -mul_add(part_9, part_28, mul_add(part_8, part_29,
+        let part_39 = mul_add(part_18, part_38, -mul_add(part_9, part_27, mul_add(part_8, part_28,
             mul_add(c(-14829.536919702783), part, gamma0_1))));
-        let part_65 = mul_add(-part_23, part_64, mul_add(part_20, part_30, -mul_add(part_11,
-            part_28, mul_add(part_10, part_29, mul_add(c(221927.38498246408), part_2,
+        let part_40 = mul_add(-part_22, part_39, mul_add(part_19, part_38, -mul_add(part_11,
+            part_27, mul_add(part_10, part_28, mul_add(c(221927.38498246408), part_2,
             mul_add(c(-62931.65091583967), part, gamma0_1))))));
-        let part_66 = part_25 * part_65;
-        let part_67 = mul_add(-part_23, part_66, part_22 * part_64);
-        let part_68 = mul_add(-part_18, part_67, mul_add(-part_20, part_66, -part_17 * part_30));
-        let part_69 = mul_add(-part_6, part_68, mul_add(part_8, part_67, mul_add(part_10, part_66,
-            inverse_pivot_crank_hinge * part_29)));
-        let part_70 = mul_add(part_7, part_68, mul_add(part_9, part_67, mul_add(part_11, part_66,
-            inverse_pivot_rocker_hinge * part_28)));
-        let part_71 = mul_add(-factor_coupler_crank_crank_hinge, part_69,
-            mul_add(c(-14829.536919702783), part_67, mul_add(c(-62931.65091583967), part_66,
+        let part_41 = part_23 * part_40;
+        let part_42 = mul_add(-part_22, part_41, part_21 * part_39);
+        let part_43 = mul_add(-part_18, part_42, mul_add(-part_19, part_41, -part_17 * part_38));
+        let part_44 = mul_add(-part_6, part_43, mul_add(part_8, part_42, mul_add(part_10, part_41,
+            inverse_pivot_crank_hinge * part_28)));
+        let part_45 = mul_add(part_7, part_43, mul_add(part_9, part_42, mul_add(part_11, part_41,
+            inverse_pivot_rocker_hinge * part_27)));
+        let part_46 = mul_add(-factor_coupler_crank_crank_hinge, part_44,
+            mul_add(c(-14829.536919702783), part_42, mul_add(c(-62931.65091583967), part_41,
             part * c(115875.76386003198))));
-        let part_72 = mul_add(-factor_coupler_rocker_rocker_hinge, part_70,
-            mul_add(c(221927.38498246408), part_66, part_2 * c(534612.7876701569)));
+        let part_47 = mul_add(-factor_coupler_rocker_rocker_hinge, part_45,
+            mul_add(c(221927.38498246408), part_41, part_2 * c(534612.7876701569)));
         // coupler
-        let alpha_moving_coupler_x = part_69 + part_71;
-        let fall_above_coupler_z = mul_add(c(-0.534813), part_69, free_fall_crank_z);
+        let alpha_moving_coupler_x = part_44 + part_46;
+        let fall_above_coupler_z = mul_add(c(-0.534813), part_44, free_fall_crank_z);
         let d_free_fall_coupler_z = mul_add(-cos_coupler_crank, sin_crank_hinge * c(-9.81),
             sin_coupler_crank * crank_part);
         let d_moment_own_coupler_x_2 = c(4.3544099654316885e-5) * d_free_fall_coupler_z;
         // the whole mechanism
-        let part_73 = mul_add(-factor_coupler_crank_crank_hinge, d_moment_own_coupler_x_2,
+        let part_48 = mul_add(-factor_coupler_crank_crank_hinge, d_moment_own_coupler_x_2,
             d_moment_own_coupler_x_2 + mul_add(c(3.1463985397908126e-3), sin_crank_hinge,
             c(-10.0)));
-        let part_74 = part_6 * part_73;
-        let part_75 = mul_add(-part_18, part_74, -mul_add(c(-0.6457388334589095),
-            d_free_fall_coupler_z, part_8 * part_73));
-        let part_76 = part_25 * mul_add(-part_23, part_75, mul_add(-part_20, part_74,
-            -mul_add(c(-2.740302078890005), d_free_fall_coupler_z, part_10 * part_73)));
-        let part_77 = mul_add(-part_23, part_76, part_22 * part_75);
-        let part_78 = mul_add(-part_18, part_77, mul_add(-part_20, part_76, part_17 * part_74));
-        let part_79 = mul_add(part_7, part_78, mul_add(part_11, part_76, part_9 * part_77));
-        let part_80 = mul_add(-part_6, part_78, mul_add(part_8, part_77, mul_add(part_10, part_76,
-            inverse_pivot_crank_hinge * part_73)));
-        let part_81 = mul_add(c(53461.2787670157), moment_above_coupler_ghost0_x,
+        let part_49 = part_6 * part_48;
+        let part_50 = mul_add(-part_18, part_49, -mul_add(c(-0.6457388334589095),
+            d_free_fall_coupler_z, part_8 * part_48));
+        let part_51 = part_23 * mul_add(-part_22, part_50, mul_add(-part_19, part_49,
+            -mul_add(c(-2.740302078890005), d_free_fall_coupler_z, part_10 * part_48)));
+        let part_52 = mul_add(-part_22, part_51, part_21 * part_50);
+        let part_53 = mul_add(-part_18, part_52, mul_add(-part_19, part_51, part_17 * part_49));
+        let part_54 = mul_add(part_7, part_53, mul_add(part_11, part_51, part_9 * part_52));
+        let part_55 = mul_add(-part_6, part_53, mul_add(part_8, part_52, mul_add(part_10, part_51,
+            inverse_pivot_crank_hinge * part_48)));
+        let part_56 = mul_add(-factor_coupler_rocker_rocker_hinge, d_moment_own_coupler_ghost0_x,
+            coupler_ghost0_part_5 + (c(-0.1) + d_moment_own_coupler_ghost0_x));
+        let part_57 = mul_add(-cos_coupler_rocker, d_fall_above_coupler_ghost0_y, part_7 * part_56);
+        let part_58 = mul_add(part_18, part_57, -mul_add(part_9, part_56, coupler_ghost0_part_4));
+        let part_59 = part_23 * mul_add(-part_22, part_58, mul_add(part_19, part_57,
+            -mul_add(part_11, part_56, mul_add(c(-2.057929418862539), coupler_ghost0_part_4,
+            coupler_ghost0_part_4))));
+        let part_60 = mul_add(-part_22, part_59, part_21 * part_58);
+        let part_61 = mul_add(-part_18, part_60, mul_add(-part_19, part_59, -part_17 * part_57));
+        let part_62 = mul_add(-part_6, part_61, mul_add(part_10, part_59, part_8 * part_60));
+        let part_63 = mul_add(part_7, part_61, mul_add(part_9, part_60, mul_add(part_11, part_59,
+            inverse_pivot_rocker_hinge * part_56)));
+        let part_64 = mul_add(c(11587.576386003198), moment_above_coupler_x, coupler_part_5);
+        let part_65 = mul_add(-part_6, part_64, part_29);
+        let part_66 = mul_add(part_18, part_65, -mul_add(part_8, part_64, c(1482.9536919702784)));
+        let part_67 = part_23 * mul_add(-part_22, part_66, mul_add(part_19, part_65,
+            -mul_add(part_10, part_64, c(6293.165091583967))));
+        let part_68 = mul_add(-part_22, part_67, part_21 * part_66);
+        let part_69 = mul_add(-part_18, part_68, mul_add(-part_19, part_67, -part_17 * part_65));
+        let part_70 = mul_add(part_7, part_69, mul_add(part_11, part_67, part_9 * part_68));
+        let part_71 = mul_add(-part_6, part_69, mul_add(part_8, part_68, mul_add(part_10, part_67,
+            inverse_pivot_crank_hinge * part_64)));
+        let part_72 = mul_add(-factor_coupler_rocker_rocker_hinge, d_moment_own_coupler_ghost0_x_2,
+            d_moment_own_coupler_ghost0_x_2 + mul_add(c(2.954834596588329e-3), sin_rocker_hinge,
+            c(-10.0)));
+        let part_73 = part_7 * part_72;
+        let part_74 = mul_add(-part_9, part_72, part_18 * part_73);
+        let part_75 = part_23 * mul_add(-part_22, part_74, mul_add(part_19, part_73,
+            -mul_add(c(2.057929418862539), d_free_fall_coupler_ghost0_z, part_11 * part_72)));
+        let part_76 = mul_add(-part_22, part_75, part_21 * part_74);
+        let part_77 = mul_add(-part_18, part_76, mul_add(-part_19, part_75, -part_17 * part_73));
+        let part_78 = mul_add(-part_6, part_77, mul_add(part_10, part_75, part_8 * part_76));
+        let part_79 = mul_add(part_7, part_77, mul_add(part_9, part_76, mul_add(part_11, part_75,
+            inverse_pivot_rocker_hinge * part_72)));
+        let part_80 = mul_add(c(53461.2787670157), moment_above_coupler_ghost0_x,
             coupler_ghost0_part_5);
-        let part_82 = part_7 * part_81;
-        let part_83 = mul_add(-part_9, part_81, part_18 * part_82);
-        let part_84 = part_25 * mul_add(-part_23, part_83, mul_add(part_20, part_82,
-            -mul_add(part_11, part_81, c(-22192.73849824641))));
-        let part_85 = mul_add(-part_23, part_84, part_22 * part_83);
-        let part_86 = mul_add(-part_18, part_85, mul_add(-part_20, part_84, -part_17 * part_82));
-        let part_87 = mul_add(-part_6, part_86, mul_add(part_10, part_84, part_8 * part_85));
-        let part_88 = mul_add(part_7, part_86, mul_add(part_9, part_85, mul_add(part_11, part_84,
-            inverse_pivot_rocker_hinge * part_81)));
+        let part_81 = part_7 * part_80;
+        let part_82 = mul_add(-part_9, part_80, part_18 * part_81);
+        let part_83 = part_23 * mul_add(-part_22, part_82, mul_add(part_19, part_81,
+            -mul_add(part_11, part_80, c(-22192.73849824641))));
+        let part_84 = mul_add(-part_22, part_83, part_21 * part_82);
+        let part_85 = mul_add(-part_18, part_84, mul_add(-part_19, part_83, -part_17 * part_81));
+        let part_86 = mul_add(-part_6, part_85, mul_add(part_10, part_83, part_8 * part_84));
+        let part_87 = mul_add(part_7, part_85, mul_add(part_9, part_84, mul_add(part_11, part_83,
+            inverse_pivot_rocker_hinge * part_80)));
         // coupler_ghost0
-        let force_closing_coupler_ghost0_z = part_66 + part_67;
+        let force_closing_coupler_ghost0_z = part_41 + part_42;
         // coupler
-        let force_closing_coupler_z = -part_67 - part_66;
-        let d_force_above_coupler_z_2 = mul_add(-cos_coupler_crank, part_68,
+        let force_closing_coupler_z = -part_42 - part_41;
+        let d_force_above_coupler_z_2 = mul_add(-cos_coupler_crank, part_43,
             -sin_coupler_crank * force_closing_coupler_z);
         let d_free_fall_coupler_z_2 = mul_add(-cos_coupler_crank, fall_above_coupler_y,
             -sin_coupler_crank * fall_above_coupler_z);
@@ -1467,11 +1467,11 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
             c(4.3544099654316885e-5) * alpha_moving_coupler_x,
             cos_coupler_crank * force_own_coupler_y);
         // coupler_ghost0
-        let alpha_moving_coupler_ghost0_x = part_70 + part_72;
-        let fall_above_coupler_ghost0_z = mul_add(c(-0.5135738999999999), part_70,
+        let alpha_moving_coupler_ghost0_x = part_45 + part_47;
+        let fall_above_coupler_ghost0_z = mul_add(c(-0.5135738999999999), part_45,
             free_fall_rocker_z);
         let d_force_above_coupler_ghost0_z_2 = mul_add(-sin_coupler_rocker,
-            force_closing_coupler_ghost0_z, cos_coupler_rocker * part_68);
+            force_closing_coupler_ghost0_z, cos_coupler_rocker * part_43);
         let d_free_fall_coupler_ghost0_z_2 = mul_add(-cos_coupler_rocker,
             fall_above_coupler_ghost0_y, -sin_coupler_rocker * fall_above_coupler_ghost0_z);
         let d_moment_own_coupler_ghost0_x_3 =
@@ -1480,102 +1480,103 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
             c(9.272985481377836e-6) * alpha_moving_coupler_ghost0_x,
             cos_coupler_rocker * force_own_coupler_ghost0_y);
         // the whole mechanism
-        let part_89 = d_moment_own_coupler_x_3 - c(10.0);
-        let part_90 = mul_add(-part_69, sin_coupler_crank * c(-0.534813), a_coupler_y);
-        let part_91 = mul_add(-factor_coupler_crank_crank_hinge, part_89, mul_add(c(0.534813),
+        let part_88 = d_moment_own_coupler_x_3 - c(10.0);
+        let part_89 = mul_add(-part_44, sin_coupler_crank * c(-0.534813), a_coupler_y);
+        let part_90 = mul_add(-factor_coupler_crank_crank_hinge, part_88, mul_add(c(0.534813),
             d_force_above_coupler_z_3, mul_add(c(0.534813), d_force_above_coupler_z_2,
             d_moment_own_coupler_x_3)));
-        let part_92 = mul_add(-part_6, part_91, -v_coupler_z_by_crank_hinge * part_69
+        let part_91 = mul_add(-part_6, part_90, -v_coupler_z_by_crank_hinge * part_44
             - coupler_part_3);
-        let part_93 = mul_add(part_18, part_92, -mul_add(part_8, part_91,
-            mul_add(c(-14829.536919702783), part_89, part_90)));
-        let part_94 = part_25 * mul_add(-part_23, part_93, mul_add(part_20, part_92,
-            -mul_add(part_10, part_91, mul_add(c(-62931.65091583967), part_89, part_90))));
-        let part_95 = mul_add(-part_23, part_94, part_22 * part_93);
-        let part_96 = mul_add(-part_18, part_95, mul_add(-part_20, part_94, -part_17 * part_92));
-        let part_97 = mul_add(part_7, part_96, mul_add(part_11, part_94, part_9 * part_95));
-        let part_98 = mul_add(-part_6, part_96, mul_add(part_8, part_95, mul_add(part_10, part_94,
-            inverse_pivot_crank_hinge * part_91)));
-        let part_99 = d_moment_own_coupler_ghost0_x_3 - c(10.0);
-        let part_100 = mul_add(part_70, sin_coupler_rocker * c(-0.5135738999999999),
+        let part_92 = mul_add(part_18, part_91, -mul_add(part_8, part_90,
+            mul_add(c(-14829.536919702783), part_88, part_89)));
+        let part_93 = part_23 * mul_add(-part_22, part_92, mul_add(part_19, part_91,
+            -mul_add(part_10, part_90, mul_add(c(-62931.65091583967), part_88, part_89))));
+        let part_94 = mul_add(-part_22, part_93, part_21 * part_92);
+        let part_95 = mul_add(-part_18, part_94, mul_add(-part_19, part_93, -part_17 * part_91));
+        let part_96 = mul_add(part_7, part_95, mul_add(part_11, part_93, part_9 * part_94));
+        let part_97 = mul_add(-part_6, part_95, mul_add(part_8, part_94, mul_add(part_10, part_93,
+            inverse_pivot_crank_hinge * part_90)));
+        let part_98 = d_moment_own_coupler_ghost0_x_3 - c(10.0);
+        let part_99 = mul_add(part_45, sin_coupler_rocker * c(-0.5135738999999999),
             coupler_ghost0_part_2);
-        let part_101 = mul_add(-factor_coupler_rocker_rocker_hinge, part_99,
+        let part_100 = mul_add(-factor_coupler_rocker_rocker_hinge, part_98,
             mul_add(c(0.5135738999999999), d_force_above_coupler_ghost0_z_3,
             mul_add(c(0.5135738999999999), d_force_above_coupler_ghost0_z_2,
             d_moment_own_coupler_ghost0_x_3)));
-        let part_102 = mul_add(part_7, part_101, mul_add(v_coupler_ghost0_z_by_rocker_hinge,
-            part_70, coupler_ghost0_part_3));
-        let part_103 = mul_add(part_18, part_102, -mul_add(part_9, part_101, part_100));
-        let part_104 = part_25 * mul_add(-part_23, part_103, mul_add(part_20, part_102,
-            -mul_add(part_11, part_101, mul_add(c(221927.38498246408), part_99, part_100))));
-        let part_105 = mul_add(-part_23, part_104, part_22 * part_103);
-        let part_106 = mul_add(-part_18, part_105, mul_add(-part_20, part_104,
-            -part_17 * part_102));
-        let part_107 = mul_add(-part_6, part_106, mul_add(part_10, part_104, part_8 * part_105));
-        let part_108 = mul_add(part_7, part_106, mul_add(part_9, part_105, mul_add(part_11,
-            part_104, inverse_pivot_rocker_hinge * part_101)));
-        acceleration[0] = part_69;
-        acceleration[1] = part_70;
-        acceleration[2] = part_71;
-        acceleration[3] = part_72;
-        dq[0] = part_80;
-        dq[1] = part_62;
-        dq[2] = part_98;
-        dq[3] = part_107;
-        dq[4] = part_79;
-        dq[5] = part_63;
-        dq[6] = part_97;
-        dq[7] = part_108;
-        dq[8] = mul_add(-factor_coupler_crank_crank_hinge, part_80, mul_add(c(-14829.536919702783),
-            part_77, mul_add(c(-62931.65091583967), part_76,
+        let part_101 = mul_add(part_7, part_100, mul_add(v_coupler_ghost0_z_by_rocker_hinge,
+            part_45, coupler_ghost0_part_3));
+        let part_102 = mul_add(part_18, part_101, -mul_add(part_9, part_100, part_99));
+        let part_103 = part_23 * mul_add(-part_22, part_102, mul_add(part_19, part_101,
+            -mul_add(part_11, part_100, mul_add(c(221927.38498246408), part_98, part_99))));
+        let part_104 = mul_add(-part_22, part_103, part_21 * part_102);
+        let part_105 = mul_add(-part_18, part_104, mul_add(-part_19, part_103,
+            -part_17 * part_101));
+        let part_106 = mul_add(-part_6, part_105, mul_add(part_10, part_103, part_8 * part_104));
+        let part_107 = mul_add(part_7, part_105, mul_add(part_9, part_104, mul_add(part_11,
+            part_103, inverse_pivot_rocker_hinge * part_100)));
+        acceleration[0] = part_44;
+        acceleration[1] = part_45;
+        acceleration[2] = part_46;
+        acceleration[3] = part_47;
+        dq[0] = part_55;
+        dq[1] = part_78;
+        dq[2] = part_97;
+        dq[3] = part_106;
+        dq[4] = part_54;
+        dq[5] = part_79;
+        dq[6] = part_96;
+        dq[7] = part_107;
+        dq[8] = mul_add(-factor_coupler_crank_crank_hinge, part_55, mul_add(c(-14829.536919702783),
+            part_52, mul_add(c(-62931.65091583967), part_51,
             d_free_fall_coupler_z * c(5.045705809041324))));
-        dq[9] = mul_add(-factor_coupler_crank_crank_hinge, part_62, mul_add(c(-62931.65091583967),
-            part_59, c(-14829.536919702783) * part_60));
-        dq[10] = mul_add(-factor_coupler_crank_crank_hinge, part_98, mul_add(c(-14829.536919702783),
-            part_95, mul_add(c(-62931.65091583967), part_94, c(115875.76386003198) * part_89)));
-        dq[11] = mul_add(-factor_coupler_crank_crank_hinge, part_107, mul_add(c(-62931.65091583967),
-            part_104, c(-14829.536919702783) * part_105));
-        dq[12] = mul_add(-factor_coupler_rocker_rocker_hinge, part_79,
-            c(221927.38498246408) * part_76);
-        dq[13] = mul_add(-factor_coupler_rocker_rocker_hinge, part_63,
-            mul_add(c(221927.38498246408), part_59,
-            d_free_fall_coupler_ghost0_z * c(4.957456618224297)));
-        dq[14] = mul_add(-factor_coupler_rocker_rocker_hinge, part_97,
-            c(221927.38498246408) * part_94);
-        dq[15] = mul_add(-factor_coupler_rocker_rocker_hinge, part_108,
-            mul_add(c(221927.38498246408), part_104, c(534612.7876701569) * part_99));
-        du[0] = part_39;
-        du[1] = part_46;
-        du[2] = part_55;
-        du[3] = part_87;
-        du[4] = part_38;
-        du[5] = part_47;
-        du[6] = part_54;
-        du[7] = part_88;
-        du[8] = mul_add(-factor_coupler_crank_crank_hinge, part_39, mul_add(c(-14829.536919702783),
-            part_36, mul_add(c(-62931.65091583967), part_35,
-            coupler_part_4 * c(-5.045705809041324))));
-        du[9] = mul_add(-factor_coupler_crank_crank_hinge, part_46, mul_add(c(-62931.65091583967),
-            part_43, c(-14829.536919702783) * part_44));
-        du[10] = mul_add(-factor_coupler_crank_crank_hinge, part_55, mul_add(c(-14829.536919702783),
-            part_52, mul_add(c(-62931.65091583967), part_51, c(-11587.576386003198))));
-        du[11] = mul_add(-factor_coupler_crank_crank_hinge, part_87, mul_add(c(-62931.65091583967),
-            part_84, c(-14829.536919702783) * part_85));
-        du[12] = mul_add(-factor_coupler_rocker_rocker_hinge, part_38,
-            c(221927.38498246408) * part_35);
-        du[13] = mul_add(-factor_coupler_rocker_rocker_hinge, part_47,
-            mul_add(c(221927.38498246408), part_43, coupler_ghost0_part_4 * c(-4.957456618224297)));
-        du[14] = mul_add(-factor_coupler_rocker_rocker_hinge, part_54,
+        dq[9] = mul_add(-factor_coupler_crank_crank_hinge, part_78, mul_add(c(-62931.65091583967),
+            part_75, c(-14829.536919702783) * part_76));
+        dq[10] = mul_add(-factor_coupler_crank_crank_hinge, part_97, mul_add(c(-14829.536919702783),
+            part_94, mul_add(c(-62931.65091583967), part_93, c(115875.76386003198) * part_88)));
+        dq[11] = mul_add(-factor_coupler_crank_crank_hinge, part_106, mul_add(c(-62931.65091583967),
+            part_103, c(-14829.536919702783) * part_104));
+        dq[12] = mul_add(-factor_coupler_rocker_rocker_hinge, part_54,
             c(221927.38498246408) * part_51);
-        du[15] = mul_add(-factor_coupler_rocker_rocker_hinge, part_88,
-            mul_add(c(221927.38498246408), part_84, c(-53461.2787670157)));
+        dq[13] = mul_add(-factor_coupler_rocker_rocker_hinge, part_79,
+            mul_add(c(221927.38498246408), part_75,
+            d_free_fall_coupler_ghost0_z * c(4.957456618224297)));
+        dq[14] = mul_add(-factor_coupler_rocker_rocker_hinge, part_96,
+            c(221927.38498246408) * part_93);
+        dq[15] = mul_add(-factor_coupler_rocker_rocker_hinge, part_107,
+            mul_add(c(221927.38498246408), part_103, c(534612.7876701569) * part_98));
+        du[0] = part_37;
+        du[1] = part_62;
+        du[2] = part_71;
+        du[3] = part_86;
+        du[4] = part_36;
+        du[5] = part_63;
+        du[6] = part_70;
+        du[7] = part_87;
+        du[8] = mul_add(-factor_coupler_crank_crank_hinge, part_37, mul_add(c(-14829.536919702783),
+            part_34, mul_add(c(-62931.65091583967), part_33,
+            coupler_part_4 * c(-5.045705809041324))));
+        du[9] = mul_add(-factor_coupler_crank_crank_hinge, part_62, mul_add(c(-62931.65091583967),
+            part_59, c(-14829.536919702783) * part_60));
+        du[10] = mul_add(-factor_coupler_crank_crank_hinge, part_71, mul_add(c(-14829.536919702783),
+            part_68, mul_add(c(-62931.65091583967), part_67, c(-11587.576386003198))));
+        du[11] = mul_add(-factor_coupler_crank_crank_hinge, part_86, mul_add(c(-62931.65091583967),
+            part_83, c(-14829.536919702783) * part_84));
+        du[12] = mul_add(-factor_coupler_rocker_rocker_hinge, part_36,
+            c(221927.38498246408) * part_33);
+        du[13] = mul_add(-factor_coupler_rocker_rocker_hinge, part_63,
+            mul_add(c(221927.38498246408), part_59, coupler_ghost0_part_4 * c(-4.957456618224297)));
+        du[14] = mul_add(-factor_coupler_rocker_rocker_hinge, part_70,
+            c(221927.38498246408) * part_67);
+        du[15] = mul_add(-factor_coupler_rocker_rocker_hinge, part_87,
+            mul_add(c(221927.38498246408), part_83, c(-53461.2787670157)));
         dt[0] = c(0.0);
         dt[1] = c(0.0);
         dt[2] = c(0.0);
         dt[3] = c(0.0);
         margin[0] = S::min(S::min(S::min(inverse_pivot_crank_hinge, inverse_pivot_rocker_hinge),
             c(115875.76386003198)), c(534612.7876701569));
-        margin[1] = part_27;
+        margin[1] = S::min(part_26, S::min(S::min(part_12, part_14),
+            part_16) * c(100.0)) / (part_25 * part_26);
         ::lamc_runtime::Margin {
             inverse_pivot: margin[0],
             conditioning: margin[1],

@@ -27,9 +27,9 @@
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   reactions: 687 operations: 334 add, 347 mul, 0 div, 6 sin_cos, 0 other
 //   tangent: 787 operations: 345 add, 436 mul, 0 div, 6 sin_cos, 0 other
-//   acceleration: 683 operations: 270 add, 392 mul, 8 div, 6 sin_cos, 7 other
-//   projection: 596 operations: 215 add, 360 mul, 8 div, 6 sin_cos, 7 other
-//   jacobian: 2732 operations: 1231 add, 1480 mul, 8 div, 6 sin_cos, 7 other
+//   acceleration: 693 operations: 276 add, 396 mul, 8 div, 6 sin_cos, 7 other
+//   projection: 606 operations: 221 add, 364 mul, 8 div, 6 sin_cos, 7 other
+//   jacobian: 2742 operations: 1237 add, 1484 mul, 8 div, 6 sin_cos, 7 other
 
 /// Coordinates: one angle per joint.
 pub const N: usize = 6;
@@ -2589,18 +2589,18 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             c(1455.9516904983989)))));
         let part_18 = c(1.0) / part_13;
         let part_19 = part_14 * part_18;
-        let part_20 = mul_add(-part_14, part_19, part_15);
-        let part_21 = part_16 * part_18;
-        let part_22 = mul_add(-part_14, part_21, mul_add(moment_load_west_x_2, part_12,
+        let part_20 = part_16 * part_18;
+        let part_21 = mul_add(-part_14, part_20, mul_add(moment_load_west_x_2, part_12,
             mul_add(moment_load_east_x_2, part_11, mul_add(moment_load_south_east_x, part_10,
             mul_add(south_ghost0_part_5, part_9, c(-504.3607884001874))))));
-        let part_23 = c(1.0) / part_20;
-        let part_24 = part_22 * part_23;
-        let part_25 = mul_add(-part_22, part_24, mul_add(-part_16, part_21, part_17));
-        let part_26 = part_17 + (part_13 + part_15);
-        let part_27 = S::min(part_26, S::min(S::min(part_13, part_15), part_17) * c(100.0)) *
-            (part_13 * part_20 * part_25 * c(0.4444444444444444)) / (part_26 * (part_17 * (part_13 *
-            part_15)));
+        let part_22 = c(1.0) / mul_add(-part_14, part_19, part_15);
+        let part_23 = part_21 * part_22;
+        let part_24 = c(1.0) / mul_add(-part_21, part_23, mul_add(-part_16, part_20, part_17));
+        let part_25 = mul_add(part_19, part_23, -part_20);
+        let part_26 = mul_add(part_15, mul_add(part_24, part_23 * part_23, part_22),
+            mul_add(part_17, part_24, part_13 * mul_add(part_24, part_25 * part_25, mul_add(part_22,
+            part_19 * part_19, part_18))));
+        let part_27 = part_17 + (part_13 + part_15);
         let part_28 = mul_add(c(-0.5000002689018962), mul_add(c(0.06987458559937648), omega_xx_south
             + omega_zz_south, gradient_y_south_x * c(0.04034213973350825)),
             mul_add(c(-0.8660252485338008), mul_add(c(-0.06987458559937648), gradient_x_south_y,
@@ -2618,11 +2618,11 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             reduced_south, mul_add(c(-14436.012552214956), reduced_south_ghost0,
             mul_add(c(0.0698745855993765), gradient_z_south_x, mul_add(c(-0.08068423607472835),
             gradient_z_south_ghost0_y, gradient_z_south_y * c(0.040342139733508246))))));
-        let part_33 = c(1.0) / part_25 * mul_add(-part_24, part_31, mul_add(part_21, part_29,
+        let part_33 = part_24 * mul_add(-part_23, part_31, mul_add(part_20, part_29,
             mul_add(-reduced_west, part_12, mul_add(-reduced_east, part_11,
             mul_add(-reduced_south_east, part_10, part_32)))));
-        let part_34 = mul_add(-part_24, part_33, part_23 * part_31);
-        let part_35 = mul_add(-part_19, part_34, mul_add(-part_21, part_33, -part_18 * part_29));
+        let part_34 = mul_add(-part_23, part_33, part_22 * part_31);
+        let part_35 = mul_add(-part_19, part_34, mul_add(-part_20, part_33, -part_18 * part_29));
         let part_36 = mul_add(part_3, part_35, mul_add(part_7, part_34, mul_add(part_11, part_33,
             inverse_pivot_east * reduced_east)));
         let part_37 = mul_add(part_4, part_35, mul_add(part_8, part_34, mul_add(part_12, part_33,
@@ -2659,7 +2659,8 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         acceleration[5] = part_37;
         margin[0] = S::min(S::min(S::min(S::min(c(178919.86408403952), inverse_pivot_south_west),
             inverse_pivot_south_east), inverse_pivot_east), inverse_pivot_west);
-        margin[1] = part_27;
+        margin[1] = S::min(part_27, S::min(S::min(part_13, part_15),
+            part_17) * c(100.0)) / (part_26 * part_27);
         ::lamc_runtime::Margin {
             inverse_pivot: margin[0],
             conditioning: margin[1],
@@ -2991,79 +2992,78 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             c(1455.9516904983989)))));
         let part_26 = c(1.0) / part_21;
         let part_27 = part_22 * part_26;
-        let part_28 = mul_add(-part_22, part_27, part_23);
-        let part_29 = part_24 * part_26;
-        let part_30 = mul_add(-part_22, part_29, mul_add(moment_load_west_x_2, part_20,
+        let part_28 = part_24 * part_26;
+        let part_29 = mul_add(-part_22, part_28, mul_add(moment_load_west_x_2, part_20,
             mul_add(moment_load_east_x_2, part_19, mul_add(moment_load_south_east_x, part_18,
             mul_add(south_ghost0_part_4, part_17, c(-504.3607884001874))))));
-        let part_31 = c(1.0) / part_28;
-        let part_32 = part_30 * part_31;
-        let part_33 = mul_add(-part_30, part_32, mul_add(-part_24, part_29, part_25));
-        let part_34 = c(1.0) / part_33;
+        let part_30 = c(1.0) / mul_add(-part_22, part_27, part_23);
+        let part_31 = part_29 * part_30;
+        let part_32 = c(1.0) / mul_add(-part_29, part_31, mul_add(-part_24, part_28, part_25));
+        let part_33 = mul_add(part_27, part_31, -part_28);
+        let part_34 = mul_add(part_23, mul_add(part_32, part_31 * part_31, part_30),
+            mul_add(part_25, part_32, part_21 * mul_add(part_32, part_33 * part_33, mul_add(part_30,
+            part_27 * part_27, part_26))));
         let part_35 = part_25 + (part_21 + part_23);
-        let part_36 = S::min(part_35, S::min(S::min(part_21, part_23), part_25) * c(100.0)) *
-            (part_21 * part_28 * part_33 * c(0.4444444444444444)) / (part_35 * (part_25 * (part_21 *
-            part_23)));
-        let part_37 = mul_add(-part_7, part_27, mul_add(axis_z_south_ghost0_y, part_2,
+        let part_36 = mul_add(-part_7, part_27, mul_add(axis_z_south_ghost0_y, part_2,
             mul_add(axis_z_south_ghost0_z, part_3, axis_z_south_ghost0_x * part)));
-        let part_38 = part_34 * mul_add(-part_32, part_37, mul_add(-part_7, part_29,
+        let part_37 = part_32 * mul_add(-part_31, part_36, mul_add(-part_7, part_28,
             mul_add(axis_z_south_ghost0_y, part_5, mul_add(axis_z_south_ghost0_z, part_6,
             axis_z_south_ghost0_x * part_4))));
-        let part_39 = mul_add(-part_32, part_38, part_31 * part_37);
-        let part_40 = mul_add(-part_27, part_39, mul_add(-part_29, part_38, part_7 * part_26));
-        let part_41 = mul_add(part_11, part_40, mul_add(part_19, part_38, part_15 * part_39));
-        let part_42 = mul_add(part_12, part_40, mul_add(part_20, part_38, part_16 * part_39));
+        let part_38 = mul_add(-part_31, part_37, part_30 * part_36);
+        let part_39 = mul_add(-part_27, part_38, mul_add(-part_28, part_37, part_7 * part_26));
+        let part_40 = mul_add(part_11, part_39, mul_add(part_19, part_37, part_15 * part_38));
+        let part_41 = mul_add(part_12, part_39, mul_add(part_20, part_37, part_16 * part_38));
         // south_east
-        let across_south_east_6 = c(0.7071067811865475) * part_41;
+        let across_south_east_6 = c(0.7071067811865475) * part_40;
         let turn_gain_south_east_y = cos_south_east_east * across_south_east_6;
-        let along_hinge_south_east = mul_add(-moment_above_south_east_x, part_41, mul_add(part_10,
-            part_40, mul_add(part_18, part_38, part_14 * part_39)));
+        let along_hinge_south_east = mul_add(-moment_above_south_east_x, part_40, mul_add(part_10,
+            part_39, mul_add(part_18, part_37, part_14 * part_38)));
         // south_west
-        let south_west_part_11 = c(0.8660257562110547) * part_42;
+        let south_west_part_11 = c(0.8660257562110547) * part_41;
         let south_west_part_12 = cos_west_south_west * south_west_part_11;
-        let along_hinge_south_west = mul_add(south_west_part_10, part_42, -part_9 * part_40
-            - mul_add(part_17, part_38, part_13 * part_39));
+        let along_hinge_south_west = mul_add(south_west_part_10, part_41, -part_9 * part_39
+            - mul_add(part_17, part_37, part_13 * part_38));
         // the whole mechanism
-        let part_43 = mul_add(c(-0.7071071698144961), along_hinge_south_west,
-            c(14436.012552214956) * part_38) + mul_add(c(0.7071063925583853), south_west_part_12,
+        let part_42 = mul_add(c(-0.7071071698144961), along_hinge_south_west,
+            c(14436.012552214956) * part_37) + mul_add(c(0.7071063925583853), south_west_part_12,
             moment_above_south_ghost0_y_2 * south_west_part_12) - mul_add(-south_ghost0_part_2,
             along_hinge_south_west,
             moment_above_south_ghost0_z_2 * (sin_west_south_west * south_west_part_11));
-        let part_44 = mul_add(-moment_above_south_y_2, turn_gain_south_east_y,
+        let part_43 = mul_add(-moment_above_south_y_2, turn_gain_south_east_y,
             moment_above_south_z_2 * (sin_south_east_east * across_south_east_6))
             + (mul_add(c(-0.4999998655490338), along_hinge_south_east, mul_add(c(-7218.08629094307),
-            part_38, c(12502.083224437016) * part_39)) + mul_add(-moment_above_south_x_2,
+            part_37, c(12502.083224437016) * part_38)) + mul_add(-moment_above_south_x_2,
             along_hinge_south_east, c(0.8660254814097262) * turn_gain_south_east_y));
-        let part_45 = mul_add(-part_8, part_27, mul_add(c(-0.08068423607472835),
+        let part_44 = mul_add(-part_8, part_27, mul_add(c(-0.08068423607472835),
             carried_south_ghost0_y, mul_add(c(0.06987458559937648), omega_south_x,
             carried_south_y * c(0.04034213973350825))));
-        let part_46 = part_34 * mul_add(-part_32, part_45, mul_add(-part_8, part_29,
+        let part_45 = part_32 * mul_add(-part_31, part_44, mul_add(-part_8, part_28,
             mul_add(c(0.0698745855993765), carried_south_y, mul_add(c(-0.040342139733508246),
             omega_south_x, omega_south_ghost0_x * c(0.08068423607472835)))));
-        let part_47 = mul_add(-part_32, part_46, part_31 * part_45);
-        let part_48 = mul_add(-part_27, part_47, mul_add(-part_29, part_46, part_8 * part_26));
-        let part_49 = mul_add(part_11, part_48, mul_add(part_19, part_46, part_15 * part_47));
-        let part_50 = mul_add(part_12, part_48, mul_add(part_20, part_46, part_16 * part_47));
+        let part_46 = mul_add(-part_31, part_45, part_30 * part_44);
+        let part_47 = mul_add(-part_27, part_46, mul_add(-part_28, part_45, part_8 * part_26));
+        let part_48 = mul_add(part_11, part_47, mul_add(part_19, part_45, part_15 * part_46));
+        let part_49 = mul_add(part_12, part_47, mul_add(part_20, part_45, part_16 * part_46));
         // south_east
-        let across_south_east_7 = c(0.7071067811865475) * part_49;
+        let across_south_east_7 = c(0.7071067811865475) * part_48;
         let turn_gain_south_east_y_2 = cos_south_east_east * across_south_east_7;
-        let along_hinge_south_east_2 = mul_add(-moment_above_south_east_x, part_49, mul_add(part_10,
-            part_48, mul_add(part_18, part_46, part_14 * part_47)));
+        let along_hinge_south_east_2 = mul_add(-moment_above_south_east_x, part_48, mul_add(part_10,
+            part_47, mul_add(part_18, part_45, part_14 * part_46)));
         // south_west
-        let south_west_part_13 = c(0.8660257562110547) * part_50;
+        let south_west_part_13 = c(0.8660257562110547) * part_49;
         let south_west_part_14 = cos_west_south_west * south_west_part_13;
-        let along_hinge_south_west_2 = mul_add(south_west_part_10, part_50, -part_9 * part_48
-            - mul_add(part_17, part_46, part_13 * part_47));
+        let along_hinge_south_west_2 = mul_add(south_west_part_10, part_49, -part_9 * part_47
+            - mul_add(part_17, part_45, part_13 * part_46));
         // the whole mechanism
-        let part_51 = mul_add(c(-0.7071071698144961), along_hinge_south_west_2,
-            c(14436.012552214956) * part_46) + mul_add(c(0.7071063925583853), south_west_part_14,
+        let part_50 = mul_add(c(-0.7071071698144961), along_hinge_south_west_2,
+            c(14436.012552214956) * part_45) + mul_add(c(0.7071063925583853), south_west_part_14,
             moment_above_south_ghost0_y_2 * south_west_part_14) - mul_add(-south_ghost0_part_2,
             along_hinge_south_west_2,
             moment_above_south_ghost0_z_2 * (sin_west_south_west * south_west_part_13));
-        let part_52 = mul_add(-moment_above_south_y_2, turn_gain_south_east_y_2,
+        let part_51 = mul_add(-moment_above_south_y_2, turn_gain_south_east_y_2,
             moment_above_south_z_2 * (sin_south_east_east * across_south_east_7))
             + (mul_add(c(-0.4999998655490338), along_hinge_south_east_2,
-            mul_add(c(-7218.08629094307), part_46, c(12502.083224437016) * part_47))
+            mul_add(c(-7218.08629094307), part_45, c(12502.083224437016) * part_46))
             + mul_add(-moment_above_south_x_2, along_hinge_south_east_2,
             c(0.8660254814097262) * turn_gain_south_east_y_2));
         residual[0] = c(0.0);
@@ -3075,21 +3075,22 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         residual[6] = part_4;
         residual[7] = part_5;
         residual[8] = part_6;
-        positions[0] = part_43;
-        positions[1] = part_44;
-        positions[2] = mul_add(c(-0.4999993895786978), part_42, along_hinge_south_west);
+        positions[0] = part_42;
+        positions[1] = part_43;
+        positions[2] = mul_add(c(-0.4999993895786978), part_41, along_hinge_south_west);
         positions[3] = along_hinge_south_east - across_south_east_6;
-        positions[4] = part_41;
-        positions[5] = part_42;
-        speeds[0] = part_51;
-        speeds[1] = part_52;
-        speeds[2] = mul_add(c(-0.4999993895786978), part_50, along_hinge_south_west_2);
+        positions[4] = part_40;
+        positions[5] = part_41;
+        speeds[0] = part_50;
+        speeds[1] = part_51;
+        speeds[2] = mul_add(c(-0.4999993895786978), part_49, along_hinge_south_west_2);
         speeds[3] = along_hinge_south_east_2 - across_south_east_7;
-        speeds[4] = part_49;
-        speeds[5] = part_50;
+        speeds[4] = part_48;
+        speeds[5] = part_49;
         margin[0] = S::min(S::min(S::min(S::min(c(178919.86408403952), inverse_pivot_south_west),
             inverse_pivot_south_east), inverse_pivot_east), inverse_pivot_west);
-        margin[1] = part_36;
+        margin[1] = S::min(part_35, S::min(S::min(part_21, part_23),
+            part_25) * c(100.0)) / (part_34 * part_35);
         ::lamc_runtime::Margin {
             inverse_pivot: margin[0],
             conditioning: margin[1],
@@ -3764,40 +3765,39 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             mul_add(part_8, part_20, c(1455.9516904983989)))));
         let part_29 = c(1.0) / part_24;
         let part_30 = part_25 * part_29;
-        let part_31 = mul_add(-part_25, part_30, part_26);
-        let part_32 = part_27 * part_29;
-        let part_33 = mul_add(-part_25, part_32, mul_add(part_6, part_23, mul_add(part_7, part_22,
+        let part_31 = part_27 * part_29;
+        let part_32 = mul_add(-part_25, part_31, mul_add(part_6, part_23, mul_add(part_7, part_22,
             mul_add(part_5, part_21, mul_add(-loop0_part_3, part_20, c(-504.3607884001874))))));
-        let part_34 = c(1.0) / part_31;
-        let part_35 = part_33 * part_34;
-        let part_36 = mul_add(-part_33, part_35, mul_add(-part_27, part_32, part_28));
-        let part_37 = c(1.0) / part_36;
+        let part_33 = c(1.0) / mul_add(-part_25, part_30, part_26);
+        let part_34 = part_32 * part_33;
+        let part_35 = c(1.0) / mul_add(-part_32, part_34, mul_add(-part_27, part_31, part_28));
+        let part_36 = mul_add(part_30, part_34, -part_31);
+        let part_37 = mul_add(part_26, mul_add(part_35, part_34 * part_34, part_33),
+            part_24 * mul_add(part_35, part_36 * part_36, mul_add(part_33, part_30 * part_30,
+            part_29)));
         let part_38 = part_28 + (part_24 + part_26);
-        let part_39 = S::min(part_38, S::min(S::min(part_24, part_26), part_28) * c(100.0)) *
-            (part_24 * part_31 * part_36 * c(0.4444444444444444)) / (part_38 * (part_28 * (part_24 *
-            part_26)));
-        let part_40 = mul_add(-part, factor_south_west_south_west_south_west, mul_add(c(-3.5e-6),
+        let part_39 = mul_add(-part, factor_south_west_south_west_south_west, mul_add(c(-3.5e-6),
             u[2], mul_add(c(-0.0114), q[2], moment_south_west_x)));
-        let part_41 = mul_add(-part_2, factor_south_south_east_south_east_east, mul_add(c(-3.5e-6),
+        let part_40 = mul_add(-part_2, factor_south_south_east_south_east_east, mul_add(c(-3.5e-6),
             u[3], mul_add(c(-0.0114), q[3], moment_south_east_x)));
-        let part_42 = mul_add(-factor_west_south_west_ground_west, part_40, mul_add(-part,
+        let part_41 = mul_add(-factor_west_south_west_ground_west, part_39, mul_add(-part,
             factor_south_west_south_ground_west, mul_add(c(-3.5e-6), u[5], mul_add(c(-0.0114), q[5],
             moment_west_x))));
-        let part_43 = mul_add(-factor_south_east_east_ground_east, part_41, mul_add(-part_2,
+        let part_42 = mul_add(-factor_south_east_east_ground_east, part_40, mul_add(-part_2,
             factor_south_south_east_ground_east, mul_add(c(-3.5e-6), u[4], mul_add(c(-0.0114), q[4],
             moment_east_x))));
-        let part_44 = gamma0_0 + mul_add(part_15, part_42, mul_add(part_14, part_43,
-            mul_add(-part_13, part_41, part_12 * part_40)));
-        let part_45 = mul_add(part_23, part_42, mul_add(part_22, part_43, mul_add(part_21, part_41,
-            mul_add(part_20, part_40, mul_add(c(-7218.08629094307), part_2,
+        let part_43 = gamma0_0 + mul_add(part_15, part_41, mul_add(part_14, part_42,
+            mul_add(-part_13, part_40, part_12 * part_39)));
+        let part_44 = mul_add(part_23, part_41, mul_add(part_22, part_42, mul_add(part_21, part_40,
+            mul_add(part_20, part_39, mul_add(c(-7218.08629094307), part_2,
             part * c(14436.012552214956))))));
-        let part_46 = mul_add(part_30, part_44, -(gamma0_1 + mul_add(part_19, part_42,
-            mul_add(part_18, part_43, mul_add(part_17, part_41, mul_add(-part_16, part_40,
+        let part_45 = mul_add(part_30, part_43, -(gamma0_1 + mul_add(part_19, part_41,
+            mul_add(part_18, part_42, mul_add(part_17, part_40, mul_add(-part_16, part_39,
             part_2 * c(12502.083224437016)))))));
-        let part_47 = part_37 * mul_add(-part_35, part_46, mul_add(part_32, part_44, -(gamma0_2
-            + part_45)));
-        let part_48 = mul_add(-part_35, part_47, part_34 * part_46);
-        let part_49 = mul_add(-part_30, part_48, mul_add(-part_32, part_47, -part_29 * part_44));
+        let part_46 = part_35 * mul_add(-part_34, part_45, mul_add(part_31, part_43, -(gamma0_2
+            + part_44)));
+        let part_47 = mul_add(-part_34, part_46, part_33 * part_45);
+        let part_48 = mul_add(-part_30, part_47, mul_add(-part_31, part_46, -part_29 * part_43));
         // south_ghost0
         let d_carried_south_ghost0_z = -south_ghost0_part - south_ghost0_part_2;
         let d_omega_yy_south_ghost0_2 = omega_yz_south_ghost0 + omega_yz_south_ghost0;
@@ -3806,45 +3806,45 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             carried_south_ghost0_z * carried_south_ghost0_z);
         let d_free_fall_south_ghost0_z = mul_add(-cos_south_west_south, across_south_ghost0_3,
             -sin_south_west_south * free_fall_south_west_z);
-        let south_ghost0_part_17 = c(0.08068423607472835) * part_48;
-        let moment_closing_south_ghost0_z = c(0.08068423607472834) * part_49;
+        let south_ghost0_part_17 = c(0.08068423607472835) * part_47;
+        let moment_closing_south_ghost0_z = c(0.08068423607472834) * part_48;
         let south_ghost0_part_18 = cos_south_west_south * moment_closing_south_ghost0_z;
         let south_ghost0_part_19 = sin_south_west_south * south_ghost0_part_17;
         let across_south_ghost0_5 = mul_add(-sin_south_west_south, moment_closing_south_ghost0_z,
             -cos_south_west_south * south_ghost0_part_17);
         let d_across_south_ghost0_4 = south_ghost0_part_19 - south_ghost0_part_18;
         let d_moment_above_south_ghost0_y_3 = c(0.7071071698144961) * d_across_south_ghost0_4;
-        let moment_above_south_ghost0_y_3 = mul_add(c(0.0570523391071303), part_47,
+        let moment_above_south_ghost0_y_3 = mul_add(c(0.0570523391071303), part_46,
             c(0.7071071698144961) * across_south_ghost0_5);
         let moment_above_south_ghost0_z_2 = south_ghost0_part_18 - south_ghost0_part_19;
         // the whole mechanism
-        let part_50 = mul_add(c(0.6262261294315284), moment_above_south_x,
+        let part_49 = mul_add(c(0.6262261294315284), moment_above_south_x,
             c(0.8660254814097262) * d_across_south);
-        let part_51 = mul_add(-factor_south_east_east_ground_east, part_50,
+        let part_50 = mul_add(-factor_south_east_east_ground_east, part_49,
             mul_add(c(0.6262261294315284), moment_above_south_east_x, d_moment_above_south_east_x));
-        let part_52 = mul_add(-part_13, part_50, part_14 * part_51)
+        let part_51 = mul_add(-part_13, part_49, part_14 * part_50)
             - mul_add(c(0.034937311589096805), d_omega_xx_south,
             d_gradient_moving_x_south_y * c(-0.060513155359896355));
-        let part_53 = mul_add(part_30, part_52, -mul_add(part_18, part_51, mul_add(part_17, part_50,
+        let part_52 = mul_add(part_30, part_51, -mul_add(part_18, part_50, mul_add(part_17, part_49,
             c(-0.043757291285529555))));
-        let part_54 = part_37 * mul_add(-part_35, part_53, mul_add(part_32, part_52,
-            -mul_add(part_22, part_51, mul_add(part_21, part_50, c(0.025263302018300744)))));
-        let part_55 = mul_add(-part_35, part_54, part_34 * part_53);
-        let part_56 = mul_add(-part_30, part_55, mul_add(-part_32, part_54, -part_29 * part_52));
-        let part_57 = mul_add(part_23, part_54, mul_add(part_19, part_55, part_15 * part_56));
-        let part_58 = mul_add(inverse_pivot_ground_east, part_51, mul_add(part_22, part_54,
-            mul_add(part_18, part_55, part_14 * part_56)));
-        let part_59 = mul_add(-factor_south_east_east_ground_east, part_58,
-            mul_add(inverse_pivot_south_east_east, part_50, mul_add(part_21, part_54,
-            mul_add(-part_13, part_56, part_17 * part_55))));
-        let part_60 = mul_add(-factor_west_south_west_ground_west, part_57, mul_add(part_20,
-            part_54, mul_add(-part_16, part_55, part_12 * part_56)));
+        let part_53 = part_35 * mul_add(-part_34, part_52, mul_add(part_31, part_51,
+            -mul_add(part_22, part_50, mul_add(part_21, part_49, c(0.025263302018300744)))));
+        let part_54 = mul_add(-part_34, part_53, part_33 * part_52);
+        let part_55 = mul_add(-part_30, part_54, mul_add(-part_31, part_53, -part_29 * part_51));
+        let part_56 = mul_add(part_23, part_53, mul_add(part_19, part_54, part_15 * part_55));
+        let part_57 = mul_add(inverse_pivot_ground_east, part_50, mul_add(part_22, part_53,
+            mul_add(part_18, part_54, part_14 * part_55)));
+        let part_58 = mul_add(-factor_south_east_east_ground_east, part_57,
+            mul_add(inverse_pivot_south_east_east, part_49, mul_add(part_21, part_53,
+            mul_add(-part_13, part_55, part_17 * part_54))));
+        let part_59 = mul_add(-factor_west_south_west_ground_west, part_56, mul_add(part_20,
+            part_53, mul_add(-part_16, part_54, part_12 * part_55)));
         // south
-        let moment_closing_south_x = mul_add(c(-0.040342139733508246), part_47,
-            c(0.06987458559937648) * part_48);
-        let moment_closing_south_y = mul_add(c(0.0698745855993765), part_47,
-            c(0.04034213973350825) * part_48);
-        let moment_closing_south_z = c(-0.08068423607472835) * part_49;
+        let moment_closing_south_x = mul_add(c(-0.040342139733508246), part_46,
+            c(0.06987458559937648) * part_47);
+        let moment_closing_south_y = mul_add(c(0.0698745855993765), part_46,
+            c(0.04034213973350825) * part_47);
+        let moment_closing_south_z = c(-0.08068423607472835) * part_48;
         let across_south_5 = mul_add(-sin_south_south_east, moment_closing_south_z,
             cos_south_south_east * moment_closing_south_y);
         let moment_above_south_y_3 = mul_add(c(-0.8660254814097262), moment_closing_south_x,
@@ -3863,22 +3863,22 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_across_south_4 = -south_part_22 - south_part_23;
         let d_moment_above_south_y_3 = c(0.4999998655490338) * d_across_south_4;
         // the whole mechanism
-        let part_61 = mul_add(inverse_pivot_ground_east, part_43, mul_add(part_22, part_47,
-            mul_add(part_18, part_48, part_14 * part_49)));
-        let part_62 = mul_add(inverse_pivot_ground_west, part_42, mul_add(part_23, part_47,
-            mul_add(part_19, part_48, part_15 * part_49)));
-        let part_63 = mul_add(-factor_south_east_east_ground_east, part_61,
-            mul_add(inverse_pivot_south_east_east, part_41, mul_add(part_21, part_47,
-            mul_add(-part_13, part_49, part_17 * part_48))));
-        let part_64 = mul_add(-factor_west_south_west_ground_west, part_62,
-            mul_add(inverse_pivot_west_south_west, part_40, mul_add(part_20, part_47,
-            mul_add(-part_16, part_48, part_12 * part_49))));
-        let part_65 = mul_add(-factor_south_south_east_south_east_east, part_63,
-            mul_add(-factor_south_south_east_ground_east, part_61, mul_add(c(178921.751266151),
-            part_2, mul_add(c(-7218.08629094307), part_47, c(12502.083224437016) * part_48))));
-        let part_66 = mul_add(-factor_south_west_south_west_south_west, part_64,
-            mul_add(-factor_south_west_south_ground_west, part_62, mul_add(c(14436.012552214956),
-            part_47, part * c(178919.86408403952))));
+        let part_60 = mul_add(inverse_pivot_ground_east, part_42, mul_add(part_22, part_46,
+            mul_add(part_18, part_47, part_14 * part_48)));
+        let part_61 = mul_add(inverse_pivot_ground_west, part_41, mul_add(part_23, part_46,
+            mul_add(part_19, part_47, part_15 * part_48)));
+        let part_62 = mul_add(-factor_south_east_east_ground_east, part_60,
+            mul_add(inverse_pivot_south_east_east, part_40, mul_add(part_21, part_46,
+            mul_add(-part_13, part_48, part_17 * part_47))));
+        let part_63 = mul_add(-factor_west_south_west_ground_west, part_61,
+            mul_add(inverse_pivot_west_south_west, part_39, mul_add(part_20, part_46,
+            mul_add(-part_16, part_47, part_12 * part_48))));
+        let part_64 = mul_add(-factor_south_south_east_south_east_east, part_62,
+            mul_add(-factor_south_south_east_ground_east, part_60, mul_add(c(178921.751266151),
+            part_2, mul_add(c(-7218.08629094307), part_46, c(12502.083224437016) * part_47))));
+        let part_65 = mul_add(-factor_south_west_south_west_south_west, part_63,
+            mul_add(-factor_south_west_south_ground_west, part_61, mul_add(c(14436.012552214956),
+            part_46, part * c(178919.86408403952))));
         // south_west
         let d_across_south_west_3 = mul_add(-sin_west_south_west, across_south_ghost0_5,
             cos_west_south_west * d_moment_above_south_ghost0_y_3);
@@ -3889,25 +3889,25 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_moment_above_south_west_x_3 = mul_add(c(-0.8660257562110547), d_across_south_west_4,
             c(-0.3535527646463877) * d_across_south_ghost0_3);
         // the whole mechanism
-        let part_67 = mul_add(c(0.6262195242941383), moment_above_south_ghost0_x_2,
+        let part_66 = mul_add(c(0.6262195242941383), moment_above_south_ghost0_x_2,
             d_moment_above_south_ghost0_x_2);
-        let part_68 = mul_add(-factor_west_south_west_ground_west, part_67,
+        let part_67 = mul_add(-factor_west_south_west_ground_west, part_66,
             mul_add(c(0.6262195242941383), moment_above_south_west_x,
             d_moment_above_south_west_x_3));
-        let part_69 = mul_add(part_15, part_68, part_12 * part_67);
-        let part_70 = mul_add(part_30, part_69, -mul_add(-part_16, part_67, part_19 * part_68));
-        let part_71 = part_37 * mul_add(-part_35, part_70, mul_add(part_32, part_69,
-            -mul_add(part_23, part_68, mul_add(part_20, part_67, c(-0.05052604393275234)))));
-        let part_72 = mul_add(-part_35, part_71, part_34 * part_70);
-        let part_73 = mul_add(-part_30, part_72, mul_add(-part_32, part_71, -part_29 * part_69));
-        let part_74 = mul_add(part_22, part_71, mul_add(part_18, part_72, part_14 * part_73));
-        let part_75 = mul_add(inverse_pivot_ground_west, part_68, mul_add(part_23, part_71,
-            mul_add(part_19, part_72, part_15 * part_73)));
-        let part_76 = mul_add(-factor_south_east_east_ground_east, part_74, mul_add(part_21,
-            part_71, mul_add(-part_13, part_73, part_17 * part_72)));
-        let part_77 = mul_add(-factor_west_south_west_ground_west, part_75,
-            mul_add(inverse_pivot_west_south_west, part_67, mul_add(part_20, part_71,
-            mul_add(-part_16, part_72, part_12 * part_73))));
+        let part_68 = mul_add(part_15, part_67, part_12 * part_66);
+        let part_69 = mul_add(part_30, part_68, -mul_add(-part_16, part_66, part_19 * part_67));
+        let part_70 = part_35 * mul_add(-part_34, part_69, mul_add(part_31, part_68,
+            -mul_add(part_23, part_67, mul_add(part_20, part_66, c(-0.05052604393275234)))));
+        let part_71 = mul_add(-part_34, part_70, part_33 * part_69);
+        let part_72 = mul_add(-part_30, part_71, mul_add(-part_31, part_70, -part_29 * part_68));
+        let part_73 = mul_add(part_22, part_70, mul_add(part_18, part_71, part_14 * part_72));
+        let part_74 = mul_add(inverse_pivot_ground_west, part_67, mul_add(part_23, part_70,
+            mul_add(part_19, part_71, part_15 * part_72)));
+        let part_75 = mul_add(-factor_south_east_east_ground_east, part_73, mul_add(part_21,
+            part_70, mul_add(-part_13, part_72, part_17 * part_71)));
+        let part_76 = mul_add(-factor_west_south_west_ground_west, part_74,
+            mul_add(inverse_pivot_west_south_west, part_66, mul_add(part_20, part_70,
+            mul_add(-part_16, part_71, part_12 * part_72))));
         // south_east
         let d_across_south_east_4 = mul_add(-sin_south_east_east, across_south_5,
             cos_south_east_east * d_moment_above_south_y_3);
@@ -3920,8 +3920,8 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_across_south_east_5 = mul_add(-cos_south_east_east, moment_above_south_z_3,
             -sin_south_east_east * moment_above_south_y_3);
         // south_west
-        let south_west_part_13 = c(0.8660257562110547) * part_62;
-        let alpha_moving_south_west_x = mul_add(c(0.4999993895786978), part_62, part_64);
+        let south_west_part_13 = c(0.8660257562110547) * part_61;
+        let alpha_moving_south_west_x = mul_add(c(0.4999993895786978), part_61, part_63);
         let south_west_part_14 = cos_west_south_west * south_west_part_13;
         let alpha_moving_south_west_y = alpha_south_west_y - south_west_part_14;
         let alpha_moving_south_west_z = mul_add(sin_west_south_west, south_west_part_13,
@@ -4023,52 +4023,52 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_moment_above_south_west_x_4 = mul_add(c(-0.8660257562110547), d_across_south_west_6,
             c(0.4999993895786978) * d_moment_above_south_ghost0_x_3);
         // the whole mechanism
-        let part_78 = mul_add(factor_south_west_south_west_south_west, south_ghost0_part_29,
+        let part_77 = mul_add(factor_south_west_south_west_south_west, south_ghost0_part_29,
             c(-3.5e-6) + d_moment_above_south_ghost0_x_3);
-        let part_79 = mul_add(-factor_west_south_west_ground_west, part_78,
+        let part_78 = mul_add(-factor_west_south_west_ground_west, part_77,
             mul_add(factor_south_west_south_ground_west, south_ghost0_part_29,
             d_moment_above_south_west_x_4));
-        let part_80 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_2,
-            mul_add(part_15, part_79, part_12 * part_78));
-        let part_81 = mul_add(part_30, part_80, -mul_add(c(0.08068423607472835),
-            d_gradient_moving_z_south_ghost0_x_2, mul_add(-part_16, part_78, part_19 * part_79)));
-        let part_82 = mul_add(-part_35, part_81, mul_add(part_32, part_80,
+        let part_79 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_2,
+            mul_add(part_15, part_78, part_12 * part_77));
+        let part_80 = mul_add(part_30, part_79, -mul_add(c(0.08068423607472835),
+            d_gradient_moving_z_south_ghost0_x_2, mul_add(-part_16, part_77, part_19 * part_78)));
+        let part_81 = mul_add(-part_34, part_80, mul_add(part_31, part_79,
             -mul_add(c(0.08068423607472835), d_gradient_moving_z_south_ghost0_y_2, mul_add(part_23,
-            part_79, mul_add(part_20, part_78, south_ghost0_part_29 * c(-14436.012552214956))))));
-        let part_83 = part_37 * part_82;
-        let part_84 = mul_add(-part_35, part_83, part_34 * part_81);
-        let part_85 = mul_add(-part_30, part_84, mul_add(-part_32, part_83, -part_29 * part_80));
-        let part_86 = mul_add(part_22, part_83, mul_add(part_18, part_84, part_14 * part_85));
-        let part_87 = mul_add(inverse_pivot_ground_west, part_79, mul_add(part_23, part_83,
-            mul_add(part_19, part_84, part_15 * part_85)));
-        let part_88 = mul_add(-factor_south_east_east_ground_east, part_86, mul_add(part_21,
-            part_83, mul_add(-part_13, part_85, part_17 * part_84)));
-        let part_89 = mul_add(-factor_west_south_west_ground_west, part_87,
-            mul_add(inverse_pivot_west_south_west, part_78, mul_add(part_20, part_83,
-            mul_add(-part_16, part_84, part_12 * part_85))));
-        let part_90 = mul_add(factor_south_west_south_west_south_west, south_ghost0_part_11,
+            part_78, mul_add(part_20, part_77, south_ghost0_part_29 * c(-14436.012552214956))))));
+        let part_82 = part_35 * part_81;
+        let part_83 = mul_add(-part_34, part_82, part_33 * part_80);
+        let part_84 = mul_add(-part_30, part_83, mul_add(-part_31, part_82, -part_29 * part_79));
+        let part_85 = mul_add(part_22, part_82, mul_add(part_18, part_83, part_14 * part_84));
+        let part_86 = mul_add(inverse_pivot_ground_west, part_78, mul_add(part_23, part_82,
+            mul_add(part_19, part_83, part_15 * part_84)));
+        let part_87 = mul_add(-factor_south_east_east_ground_east, part_85, mul_add(part_21,
+            part_82, mul_add(-part_13, part_84, part_17 * part_83)));
+        let part_88 = mul_add(-factor_west_south_west_ground_west, part_86,
+            mul_add(inverse_pivot_west_south_west, part_77, mul_add(part_20, part_82,
+            mul_add(-part_16, part_83, part_12 * part_84))));
+        let part_89 = mul_add(factor_south_west_south_west_south_west, south_ghost0_part_11,
             d_moment_moving_south_west_x);
-        let part_91 = mul_add(-factor_west_south_west_ground_west, part_90,
+        let part_90 = mul_add(-factor_west_south_west_ground_west, part_89,
             mul_add(factor_south_west_south_ground_west, south_ghost0_part_11, c(-3.5e-6)
             + d_moment_above_south_west_x));
-        let part_92 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x,
-            mul_add(part_15, part_91, part_12 * part_90));
-        let part_93 = mul_add(part_30, part_92, -mul_add(c(0.08068423607472835),
-            d_gradient_moving_z_south_ghost0_x, mul_add(-part_16, part_90, part_19 * part_91)));
-        let part_94 = mul_add(-part_35, part_93, mul_add(part_32, part_92,
+        let part_91 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x,
+            mul_add(part_15, part_90, part_12 * part_89));
+        let part_92 = mul_add(part_30, part_91, -mul_add(c(0.08068423607472835),
+            d_gradient_moving_z_south_ghost0_x, mul_add(-part_16, part_89, part_19 * part_90)));
+        let part_93 = mul_add(-part_34, part_92, mul_add(part_31, part_91,
             -mul_add(c(0.08068423607472835), d_gradient_moving_z_south_ghost0_y, mul_add(part_23,
-            part_91, mul_add(part_20, part_90, c(-14436.012552214956) * south_ghost0_part_11)))));
-        let part_95 = part_37 * part_94;
-        let part_96 = mul_add(-part_35, part_95, part_34 * part_93);
-        let part_97 = mul_add(-part_30, part_96, mul_add(-part_32, part_95, -part_29 * part_92));
-        let part_98 = mul_add(part_22, part_95, mul_add(part_18, part_96, part_14 * part_97));
-        let part_99 = mul_add(inverse_pivot_ground_west, part_91, mul_add(part_23, part_95,
-            mul_add(part_19, part_96, part_15 * part_97)));
-        let part_100 = mul_add(-factor_south_east_east_ground_east, part_98, mul_add(part_21,
-            part_95, mul_add(-part_13, part_97, part_17 * part_96)));
-        let part_101 = mul_add(-factor_west_south_west_ground_west, part_99,
-            mul_add(inverse_pivot_west_south_west, part_90, mul_add(part_20, part_95,
-            mul_add(-part_16, part_96, part_12 * part_97))));
+            part_90, mul_add(part_20, part_89, c(-14436.012552214956) * south_ghost0_part_11)))));
+        let part_94 = part_35 * part_93;
+        let part_95 = mul_add(-part_34, part_94, part_33 * part_92);
+        let part_96 = mul_add(-part_30, part_95, mul_add(-part_31, part_94, -part_29 * part_91));
+        let part_97 = mul_add(part_22, part_94, mul_add(part_18, part_95, part_14 * part_96));
+        let part_98 = mul_add(inverse_pivot_ground_west, part_90, mul_add(part_23, part_94,
+            mul_add(part_19, part_95, part_15 * part_96)));
+        let part_99 = mul_add(-factor_south_east_east_ground_east, part_97, mul_add(part_21,
+            part_94, mul_add(-part_13, part_96, part_17 * part_95)));
+        let part_100 = mul_add(-factor_west_south_west_ground_west, part_98,
+            mul_add(inverse_pivot_west_south_west, part_89, mul_add(part_20, part_94,
+            mul_add(-part_16, part_95, part_12 * part_96))));
         // south_ghost0
         let d_across_south_ghost0_8 = c(0.7071071698144961) * alpha_moving_south_west_z;
         let d_alpha_moving_south_ghost0_x_2 = c(0.7071063925583853) * alpha_moving_south_west_z;
@@ -4137,7 +4137,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         // south_ghost0
         let across_south_ghost0_6 = mul_add(c(-0.7071063925583853), alpha_moving_south_west_x,
             c(0.7071071698144961) * alpha_moving_south_west_y);
-        let alpha_moving_south_ghost0_x = part_66 + mul_add(c(0.7071063925583853),
+        let alpha_moving_south_ghost0_x = part_65 + mul_add(c(0.7071063925583853),
             alpha_moving_south_west_y, c(0.7071071698144961) * alpha_moving_south_west_x);
         let south_ghost0_part_34 = sin_south_west_south * alpha_moving_south_west_z;
         let south_ghost0_part_35 = cos_south_west_south * alpha_moving_south_west_z;
@@ -4185,8 +4185,8 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let south_ghost0_part_41 = sin_south_west_south * moment_own_south_ghost0_z_2;
         let south_ghost0_part_42 = cos_south_west_south * moment_own_south_ghost0_z_2;
         // south_east
-        let across_south_east_6 = c(0.7071067811865475) * part_61;
-        let alpha_moving_south_east_x = part_63 + across_south_east_6;
+        let across_south_east_6 = c(0.7071067811865475) * part_60;
+        let alpha_moving_south_east_x = part_62 + across_south_east_6;
         let south_east_part_17 = cos_south_east_east * across_south_east_6;
         let alpha_moving_south_east_y = south_east_part_17 - south_east_part_2;
         let alpha_moving_south_east_z = mul_add(-sin_south_east_east, across_south_east_6,
@@ -4338,7 +4338,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         // south
         let across_south_6 = mul_add(c(0.8660254814097262), alpha_moving_south_east_x,
             c(0.4999998655490338) * alpha_moving_south_east_y);
-        let alpha_moving_south_x = part_65 + mul_add(c(-0.8660254814097262),
+        let alpha_moving_south_x = part_64 + mul_add(c(-0.8660254814097262),
             alpha_moving_south_east_y, c(0.4999998655490338) * alpha_moving_south_east_x);
         let south_part_43 = sin_south_south_east * alpha_moving_south_east_z;
         let south_part_44 = cos_south_south_east * across_south_6;
@@ -4451,349 +4451,349 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_moment_above_south_east_x_7 = mul_add(c(0.7071067811865475), d_across_south_east_9,
             c(0.7071067811865475) * d_moment_above_south_x_5);
         // the whole mechanism
-        let part_102 = d_moment_own_south_ghost0_x_3 + c(-0.0114);
-        let part_103 = mul_add(-factor_south_west_south_west_south_west, part_102,
+        let part_101 = d_moment_own_south_ghost0_x_3 + c(-0.0114);
+        let part_102 = mul_add(-factor_south_west_south_west_south_west, part_101,
             mul_add(c(-0.7071063925583853), d_across_south_ghost0_4,
             d_moment_above_south_ghost0_x_6));
-        let part_104 = mul_add(-factor_west_south_west_ground_west, part_103,
-            mul_add(-factor_south_west_south_ground_west, part_102, d_moment_above_south_west_x_2
+        let part_103 = mul_add(-factor_west_south_west_ground_west, part_102,
+            mul_add(-factor_south_west_south_ground_west, part_101, d_moment_above_south_west_x_2
             + d_moment_above_south_west_x_6));
-        let part_105 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_4,
-            mul_add(part_15, part_104, part_12 * part_103));
-        let part_106 = mul_add(part_30, part_105, -mul_add(c(0.08068423607472835),
-            d_gradient_moving_z_south_ghost0_x_4, mul_add(-part_16, part_103, part_19 * part_104)));
-        let part_107 = mul_add(-part_35, part_106, mul_add(part_32, part_105,
-            -mul_add(c(0.08068423607472835), d_omega_yz_south_ghost0_2, mul_add(part_23, part_104,
-            mul_add(part_20, part_103, c(14436.012552214956) * part_102)))));
-        let part_108 = part_37 * part_107;
-        let part_109 = mul_add(-part_35, part_108, part_34 * part_106);
-        let part_110 = mul_add(-part_30, part_109, mul_add(-part_32, part_108,
-            -part_29 * part_105));
-        let part_111 = mul_add(part_22, part_108, mul_add(part_18, part_109, part_14 * part_110));
-        let part_112 = mul_add(inverse_pivot_ground_west, part_104, mul_add(part_23, part_108,
-            mul_add(part_19, part_109, part_15 * part_110)));
-        let part_113 = mul_add(-factor_south_east_east_ground_east, part_111, mul_add(part_21,
-            part_108, mul_add(-part_13, part_110, part_17 * part_109)));
-        let part_114 = mul_add(-factor_west_south_west_ground_west, part_112,
-            mul_add(inverse_pivot_west_south_west, part_103, mul_add(part_20, part_108,
-            mul_add(-part_16, part_109, part_12 * part_110))));
-        let part_115 = mul_add(factor_south_south_east_south_east_east, south_part_41,
+        let part_104 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_4,
+            mul_add(part_15, part_103, part_12 * part_102));
+        let part_105 = mul_add(part_30, part_104, -mul_add(c(0.08068423607472835),
+            d_gradient_moving_z_south_ghost0_x_4, mul_add(-part_16, part_102, part_19 * part_103)));
+        let part_106 = mul_add(-part_34, part_105, mul_add(part_31, part_104,
+            -mul_add(c(0.08068423607472835), d_omega_yz_south_ghost0_2, mul_add(part_23, part_103,
+            mul_add(part_20, part_102, c(14436.012552214956) * part_101)))));
+        let part_107 = part_35 * part_106;
+        let part_108 = mul_add(-part_34, part_107, part_33 * part_105);
+        let part_109 = mul_add(-part_30, part_108, mul_add(-part_31, part_107,
+            -part_29 * part_104));
+        let part_110 = mul_add(part_22, part_107, mul_add(part_18, part_108, part_14 * part_109));
+        let part_111 = mul_add(inverse_pivot_ground_west, part_103, mul_add(part_23, part_107,
+            mul_add(part_19, part_108, part_15 * part_109)));
+        let part_112 = mul_add(-factor_south_east_east_ground_east, part_110, mul_add(part_21,
+            part_107, mul_add(-part_13, part_109, part_17 * part_108)));
+        let part_113 = mul_add(-factor_west_south_west_ground_west, part_111,
+            mul_add(inverse_pivot_west_south_west, part_102, mul_add(part_20, part_107,
+            mul_add(-part_16, part_108, part_12 * part_109))));
+        let part_114 = mul_add(factor_south_south_east_south_east_east, south_part_41,
             d_moment_moving_south_east_x_2);
-        let part_116 = mul_add(-factor_south_east_east_ground_east, part_115,
+        let part_115 = mul_add(-factor_south_east_east_ground_east, part_114,
             mul_add(factor_south_south_east_ground_east, south_part_41, c(-0.0114)
             + d_moment_moving_east_x));
-        let part_117 = mul_add(-part_13, part_115, part_14 * part_116);
-        let part_118 = mul_add(part_30, part_117, -mul_add(part_18, part_116, mul_add(part_17,
-            part_115, d_free_fall_south_z_3 * c(-2.128481987095497))));
-        let part_119 = part_37 * mul_add(-part_35, part_118, mul_add(part_32, part_117,
-            -mul_add(part_22, part_116, mul_add(part_21, part_115,
+        let part_116 = mul_add(-part_13, part_114, part_14 * part_115);
+        let part_117 = mul_add(part_30, part_116, -mul_add(part_18, part_115, mul_add(part_17,
+            part_114, d_free_fall_south_z_3 * c(-2.128481987095497))));
+        let part_118 = part_35 * mul_add(-part_34, part_117, mul_add(part_31, part_116,
+            -mul_add(part_22, part_115, mul_add(part_21, part_114,
             d_free_fall_south_z_3 * c(1.2288805294099385)))));
-        let part_120 = mul_add(-part_35, part_119, part_34 * part_118);
-        let part_121 = mul_add(-part_30, part_120, mul_add(-part_32, part_119,
-            -part_29 * part_117));
-        let part_122 = mul_add(part_23, part_119, mul_add(part_19, part_120, part_15 * part_121));
-        let part_123 = mul_add(inverse_pivot_ground_east, part_116, mul_add(part_22, part_119,
-            mul_add(part_18, part_120, part_14 * part_121)));
-        let part_124 = mul_add(-factor_south_east_east_ground_east, part_123,
-            mul_add(inverse_pivot_south_east_east, part_115, mul_add(part_21, part_119,
-            mul_add(-part_13, part_121, part_17 * part_120))));
-        let part_125 = mul_add(-factor_west_south_west_ground_west, part_122, mul_add(part_20,
-            part_119, mul_add(-part_16, part_120, part_12 * part_121)));
-        let part_126 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
+        let part_119 = mul_add(-part_34, part_118, part_33 * part_117);
+        let part_120 = mul_add(-part_30, part_119, mul_add(-part_31, part_118,
+            -part_29 * part_116));
+        let part_121 = mul_add(part_23, part_118, mul_add(part_19, part_119, part_15 * part_120));
+        let part_122 = mul_add(inverse_pivot_ground_east, part_115, mul_add(part_22, part_118,
+            mul_add(part_18, part_119, part_14 * part_120)));
+        let part_123 = mul_add(-factor_south_east_east_ground_east, part_122,
+            mul_add(inverse_pivot_south_east_east, part_114, mul_add(part_21, part_118,
+            mul_add(-part_13, part_120, part_17 * part_119))));
+        let part_124 = mul_add(-factor_west_south_west_ground_west, part_121, mul_add(part_20,
+            part_118, mul_add(-part_16, part_119, part_12 * part_120)));
+        let part_125 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
             d_omega_xx_south_4 + d_omega_zz_south_4,
             c(0.04034213973350825) * d_gradient_moving_y_south_x_2),
             c(0.8660252485338008) * mul_add(c(-0.06987458559937648), d_gradient_moving_x_south_y_3,
             c(-0.04034213973350825) * (d_omega_yy_south_4 + d_omega_zz_south_4)));
-        let part_127 = mul_add(factor_south_south_east_south_east_east, south_part_36, c(-3.5e-6)
+        let part_126 = mul_add(factor_south_south_east_south_east_east, south_part_36, c(-3.5e-6)
             + d_moment_above_south_x_2);
-        let part_128 = mul_add(-factor_south_east_east_ground_east, part_127,
+        let part_127 = mul_add(-factor_south_east_east_ground_east, part_126,
             mul_add(factor_south_south_east_ground_east, south_part_36,
             d_moment_above_south_east_x_4));
-        let part_129 = mul_add(-part_13, part_127, part_14 * part_128) - part_126;
-        let part_130 = mul_add(part_30, part_129, -(mul_add(part_18, part_128, mul_add(part_17,
-            part_127, c(-12502.083224437016) * south_part_36)) - mul_add(c(-0.06987458559937648),
+        let part_128 = mul_add(-part_13, part_126, part_14 * part_127) - part_125;
+        let part_129 = mul_add(part_30, part_128, -(mul_add(part_18, part_127, mul_add(part_17,
+            part_126, c(-12502.083224437016) * south_part_36)) - mul_add(c(-0.06987458559937648),
             d_gradient_moving_z_south_y_2,
             c(0.04034213973350825) * d_gradient_moving_z_south_x_2)));
-        let part_131 = mul_add(part_32, part_129, -(mul_add(part_22, part_128, mul_add(part_21,
-            part_127, c(7218.08629094307) * south_part_36)) - mul_add(c(0.040342139733508246),
+        let part_130 = mul_add(part_31, part_128, -(mul_add(part_22, part_127, mul_add(part_21,
+            part_126, c(7218.08629094307) * south_part_36)) - mul_add(c(0.040342139733508246),
             d_gradient_moving_z_south_y_2, c(0.0698745855993765) * d_gradient_moving_z_south_x_2)));
-        let part_132 = part_37 * mul_add(-part_35, part_130, part_131);
-        let part_133 = mul_add(-part_35, part_132, part_34 * part_130);
-        let part_134 = mul_add(-part_30, part_133, mul_add(-part_32, part_132,
-            -part_29 * part_129));
-        let part_135 = mul_add(part_23, part_132, mul_add(part_19, part_133, part_15 * part_134));
-        let part_136 = mul_add(inverse_pivot_ground_east, part_128, mul_add(part_22, part_132,
-            mul_add(part_18, part_133, part_14 * part_134)));
-        let part_137 = mul_add(-factor_south_east_east_ground_east, part_136,
-            mul_add(inverse_pivot_south_east_east, part_127, mul_add(part_21, part_132,
-            mul_add(-part_13, part_134, part_17 * part_133))));
-        let part_138 = mul_add(-factor_west_south_west_ground_west, part_135, mul_add(part_20,
-            part_132, mul_add(-part_16, part_133, part_12 * part_134)));
-        let part_139 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
+        let part_131 = part_35 * mul_add(-part_34, part_129, part_130);
+        let part_132 = mul_add(-part_34, part_131, part_33 * part_129);
+        let part_133 = mul_add(-part_30, part_132, mul_add(-part_31, part_131,
+            -part_29 * part_128));
+        let part_134 = mul_add(part_23, part_131, mul_add(part_19, part_132, part_15 * part_133));
+        let part_135 = mul_add(inverse_pivot_ground_east, part_127, mul_add(part_22, part_131,
+            mul_add(part_18, part_132, part_14 * part_133)));
+        let part_136 = mul_add(-factor_south_east_east_ground_east, part_135,
+            mul_add(inverse_pivot_south_east_east, part_126, mul_add(part_21, part_131,
+            mul_add(-part_13, part_133, part_17 * part_132))));
+        let part_137 = mul_add(-factor_west_south_west_ground_west, part_134, mul_add(part_20,
+            part_131, mul_add(-part_16, part_132, part_12 * part_133)));
+        let part_138 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
             d_omega_xx_south_2 + d_omega_zz_south,
             c(0.04034213973350825) * d_gradient_moving_y_south_x),
             c(0.8660252485338008) * mul_add(c(-0.06987458559937648), d_gradient_moving_x_south_y_2,
             c(-0.04034213973350825) * (d_omega_yy_south + d_omega_zz_south)));
-        let part_140 = mul_add(factor_south_south_east_south_east_east, south_part_18,
+        let part_139 = mul_add(factor_south_south_east_south_east_east, south_part_18,
             d_moment_moving_south_east_x);
-        let part_141 = mul_add(-factor_south_east_east_ground_east, part_140,
+        let part_140 = mul_add(-factor_south_east_east_ground_east, part_139,
             mul_add(factor_south_south_east_ground_east, south_part_18, c(-3.5e-6)
             + d_moment_above_south_east_x_2));
-        let part_142 = mul_add(-part_13, part_140, part_14 * part_141) - part_139;
-        let part_143 = mul_add(part_30, part_142, -(mul_add(part_18, part_141, mul_add(part_17,
-            part_140, c(-12502.083224437016) * south_part_18)) - mul_add(c(-0.06987458559937648),
+        let part_141 = mul_add(-part_13, part_139, part_14 * part_140) - part_138;
+        let part_142 = mul_add(part_30, part_141, -(mul_add(part_18, part_140, mul_add(part_17,
+            part_139, c(-12502.083224437016) * south_part_18)) - mul_add(c(-0.06987458559937648),
             d_gradient_moving_z_south_y, c(0.04034213973350825) * d_gradient_moving_z_south_x)));
-        let part_144 = mul_add(part_32, part_142, -(mul_add(part_22, part_141, mul_add(part_21,
-            part_140, c(7218.08629094307) * south_part_18)) - mul_add(c(0.040342139733508246),
+        let part_143 = mul_add(part_31, part_141, -(mul_add(part_22, part_140, mul_add(part_21,
+            part_139, c(7218.08629094307) * south_part_18)) - mul_add(c(0.040342139733508246),
             d_gradient_moving_z_south_y, c(0.0698745855993765) * d_gradient_moving_z_south_x)));
-        let part_145 = part_37 * mul_add(-part_35, part_143, part_144);
-        let part_146 = mul_add(-part_35, part_145, part_34 * part_143);
-        let part_147 = mul_add(-part_30, part_146, mul_add(-part_32, part_145,
-            -part_29 * part_142));
-        let part_148 = mul_add(part_23, part_145, mul_add(part_19, part_146, part_15 * part_147));
-        let part_149 = mul_add(inverse_pivot_ground_east, part_141, mul_add(part_22, part_145,
-            mul_add(part_18, part_146, part_14 * part_147)));
-        let part_150 = mul_add(-factor_south_east_east_ground_east, part_149,
-            mul_add(inverse_pivot_south_east_east, part_140, mul_add(part_21, part_145,
-            mul_add(-part_13, part_147, part_17 * part_146))));
-        let part_151 = mul_add(-factor_west_south_west_ground_west, part_148, mul_add(part_20,
-            part_145, mul_add(-part_16, part_146, part_12 * part_147)));
-        let part_152 = mul_add(-factor_south_west_south_west_south_west,
+        let part_144 = part_35 * mul_add(-part_34, part_142, part_143);
+        let part_145 = mul_add(-part_34, part_144, part_33 * part_142);
+        let part_146 = mul_add(-part_30, part_145, mul_add(-part_31, part_144,
+            -part_29 * part_141));
+        let part_147 = mul_add(part_23, part_144, mul_add(part_19, part_145, part_15 * part_146));
+        let part_148 = mul_add(inverse_pivot_ground_east, part_140, mul_add(part_22, part_144,
+            mul_add(part_18, part_145, part_14 * part_146)));
+        let part_149 = mul_add(-factor_south_east_east_ground_east, part_148,
+            mul_add(inverse_pivot_south_east_east, part_139, mul_add(part_21, part_144,
+            mul_add(-part_13, part_146, part_17 * part_145))));
+        let part_150 = mul_add(-factor_west_south_west_ground_west, part_147, mul_add(part_20,
+            part_144, mul_add(-part_16, part_145, part_12 * part_146)));
+        let part_151 = mul_add(-factor_south_west_south_west_south_west,
             d_moment_own_south_ghost0_x_2, d_moment_moving_south_west_x_2);
-        let part_153 = mul_add(-factor_west_south_west_ground_west, part_152,
+        let part_152 = mul_add(-factor_west_south_west_ground_west, part_151,
             mul_add(-factor_south_west_south_ground_west, d_moment_own_south_ghost0_x_2, c(-0.0114)
             + d_moment_moving_west_x));
-        let part_154 = mul_add(part_15, part_153, part_12 * part_152);
-        let part_155 = mul_add(part_30, part_154, -mul_add(-part_16, part_152, part_19 * part_153));
-        let part_156 = part_37 * mul_add(-part_35, part_155, mul_add(part_32, part_154,
-            -mul_add(part_23, part_153, mul_add(part_20, part_152,
+        let part_153 = mul_add(part_15, part_152, part_12 * part_151);
+        let part_154 = mul_add(part_30, part_153, -mul_add(-part_16, part_151, part_19 * part_152));
+        let part_155 = part_35 * mul_add(-part_34, part_154, mul_add(part_31, part_153,
+            -mul_add(part_23, part_152, mul_add(part_20, part_151,
             d_free_fall_south_ghost0_z_3 * c(2.4577527449836856)))));
-        let part_157 = mul_add(-part_35, part_156, part_34 * part_155);
-        let part_158 = mul_add(-part_30, part_157, mul_add(-part_32, part_156,
-            -part_29 * part_154));
-        let part_159 = mul_add(part_22, part_156, mul_add(part_18, part_157, part_14 * part_158));
-        let part_160 = mul_add(inverse_pivot_ground_west, part_153, mul_add(part_23, part_156,
-            mul_add(part_19, part_157, part_15 * part_158)));
-        let part_161 = mul_add(-factor_south_east_east_ground_east, part_159, mul_add(part_21,
-            part_156, mul_add(-part_13, part_158, part_17 * part_157)));
-        let part_162 = mul_add(-factor_west_south_west_ground_west, part_160,
-            mul_add(inverse_pivot_west_south_west, part_152, mul_add(part_20, part_156,
-            mul_add(-part_16, part_157, part_12 * part_158))));
-        let part_163 = c(-0.0114) + d_moment_own_south_x_2;
-        let part_164 = mul_add(-factor_south_south_east_south_east_east, part_163,
+        let part_156 = mul_add(-part_34, part_155, part_33 * part_154);
+        let part_157 = mul_add(-part_30, part_156, mul_add(-part_31, part_155,
+            -part_29 * part_153));
+        let part_158 = mul_add(part_22, part_155, mul_add(part_18, part_156, part_14 * part_157));
+        let part_159 = mul_add(inverse_pivot_ground_west, part_152, mul_add(part_23, part_155,
+            mul_add(part_19, part_156, part_15 * part_157)));
+        let part_160 = mul_add(-factor_south_east_east_ground_east, part_158, mul_add(part_21,
+            part_155, mul_add(-part_13, part_157, part_17 * part_156)));
+        let part_161 = mul_add(-factor_west_south_west_ground_west, part_159,
+            mul_add(inverse_pivot_west_south_west, part_151, mul_add(part_20, part_155,
+            mul_add(-part_16, part_156, part_12 * part_157))));
+        let part_162 = c(-0.0114) + d_moment_own_south_x_2;
+        let part_163 = mul_add(-factor_south_south_east_south_east_east, part_162,
             mul_add(c(0.8660254814097262), d_across_south_4, d_moment_above_south_x_5));
-        let part_165 = mul_add(-factor_south_east_east_ground_east, part_164,
-            mul_add(-factor_south_south_east_ground_east, part_163, d_moment_above_south_east_x_3
+        let part_164 = mul_add(-factor_south_east_east_ground_east, part_163,
+            mul_add(-factor_south_south_east_ground_east, part_162, d_moment_above_south_east_x_3
             + d_moment_above_south_east_x_7));
-        let part_166 = mul_add(-part_13, part_164, part_14 * part_165)
+        let part_165 = mul_add(-part_13, part_163, part_14 * part_164)
             - mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648), d_omega_zz_south_2,
             c(0.04034213973350825) * d_gradient_moving_y_south_x_4),
             c(0.8660252485338008) * mul_add(c(-0.06987458559937648), d_gradient_moving_x_south_y_5,
             c(-0.04034213973350825) * (d_omega_yy_south_2 + d_omega_zz_south_2)));
-        let part_167 = mul_add(part_30, part_166, -(mul_add(part_18, part_165, mul_add(part_17,
-            part_164, c(12502.083224437016) * part_163)) - mul_add(c(-0.06987458559937648),
+        let part_166 = mul_add(part_30, part_165, -(mul_add(part_18, part_164, mul_add(part_17,
+            part_163, c(12502.083224437016) * part_162)) - mul_add(c(-0.06987458559937648),
             d_omega_yz_south_2, c(0.04034213973350825) * d_gradient_moving_z_south_x_4)));
-        let part_168 = mul_add(part_32, part_166, -(mul_add(part_22, part_165, mul_add(part_21,
-            part_164, c(-7218.08629094307) * part_163)) - mul_add(c(0.040342139733508246),
+        let part_167 = mul_add(part_31, part_165, -(mul_add(part_22, part_164, mul_add(part_21,
+            part_163, c(-7218.08629094307) * part_162)) - mul_add(c(0.040342139733508246),
             d_omega_yz_south_2, c(0.0698745855993765) * d_gradient_moving_z_south_x_4)));
-        let part_169 = part_37 * mul_add(-part_35, part_167, part_168);
-        let part_170 = mul_add(-part_35, part_169, part_34 * part_167);
-        let part_171 = mul_add(-part_30, part_170, mul_add(-part_32, part_169,
-            -part_29 * part_166));
-        let part_172 = mul_add(part_23, part_169, mul_add(part_19, part_170, part_15 * part_171));
-        let part_173 = mul_add(inverse_pivot_ground_east, part_165, mul_add(part_22, part_169,
-            mul_add(part_18, part_170, part_14 * part_171)));
-        let part_174 = mul_add(-factor_south_east_east_ground_east, part_173,
-            mul_add(inverse_pivot_south_east_east, part_164, mul_add(part_21, part_169,
-            mul_add(-part_13, part_171, part_17 * part_170))));
-        let part_175 = mul_add(-factor_west_south_west_ground_west, part_172, mul_add(part_20,
-            part_169, mul_add(-part_16, part_170, part_12 * part_171)));
-        let part_176 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
+        let part_168 = part_35 * mul_add(-part_34, part_166, part_167);
+        let part_169 = mul_add(-part_34, part_168, part_33 * part_166);
+        let part_170 = mul_add(-part_30, part_169, mul_add(-part_31, part_168,
+            -part_29 * part_165));
+        let part_171 = mul_add(part_23, part_168, mul_add(part_19, part_169, part_15 * part_170));
+        let part_172 = mul_add(inverse_pivot_ground_east, part_164, mul_add(part_22, part_168,
+            mul_add(part_18, part_169, part_14 * part_170)));
+        let part_173 = mul_add(-factor_south_east_east_ground_east, part_172,
+            mul_add(inverse_pivot_south_east_east, part_163, mul_add(part_21, part_168,
+            mul_add(-part_13, part_170, part_17 * part_169))));
+        let part_174 = mul_add(-factor_west_south_west_ground_west, part_171, mul_add(part_20,
+            part_168, mul_add(-part_16, part_169, part_12 * part_170)));
+        let part_175 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
             d_omega_xx_south_3 + d_omega_zz_south_3,
             c(0.04034213973350825) * d_gradient_moving_y_south_x_3),
             c(0.8660252485338008) * mul_add(c(-0.06987458559937648), d_gradient_moving_x_south_y_4,
             c(-0.04034213973350825) * (d_omega_yy_south_3 + d_omega_zz_south_3)));
-        let part_177 = mul_add(-factor_south_south_east_south_east_east, d_moment_own_south_x,
+        let part_176 = mul_add(-factor_south_south_east_south_east_east, d_moment_own_south_x,
             c(-0.0114) + d_moment_moving_south_east_x_3);
-        let part_178 = mul_add(-factor_south_east_east_ground_east, part_177,
+        let part_177 = mul_add(-factor_south_east_east_ground_east, part_176,
             mul_add(-factor_south_south_east_ground_east, d_moment_own_south_x,
             mul_add(c(0.7071067811865475), d_across_south_east_5, d_moment_above_south_east_x_6)));
-        let part_179 = mul_add(-part_13, part_177, part_14 * part_178) - part_176;
-        let part_180 = mul_add(part_30, part_179, -(mul_add(part_18, part_178, mul_add(part_17,
-            part_177, c(12502.083224437016) * d_moment_own_south_x))
+        let part_178 = mul_add(-part_13, part_176, part_14 * part_177) - part_175;
+        let part_179 = mul_add(part_30, part_178, -(mul_add(part_18, part_177, mul_add(part_17,
+            part_176, c(12502.083224437016) * d_moment_own_south_x))
             - mul_add(c(-0.06987458559937648), d_gradient_moving_z_south_y_3,
             c(0.04034213973350825) * d_gradient_moving_z_south_x_3)));
-        let part_181 = mul_add(part_32, part_179, -(mul_add(part_22, part_178, mul_add(part_21,
-            part_177, c(-7218.08629094307) * d_moment_own_south_x))
+        let part_180 = mul_add(part_31, part_178, -(mul_add(part_22, part_177, mul_add(part_21,
+            part_176, c(-7218.08629094307) * d_moment_own_south_x))
             - mul_add(c(0.040342139733508246), d_gradient_moving_z_south_y_3,
             c(0.0698745855993765) * d_gradient_moving_z_south_x_3)));
-        let part_182 = part_37 * mul_add(-part_35, part_180, part_181);
-        let part_183 = mul_add(-part_35, part_182, part_34 * part_180);
-        let part_184 = mul_add(-part_30, part_183, mul_add(-part_32, part_182,
-            -part_29 * part_179));
-        let part_185 = mul_add(part_23, part_182, mul_add(part_19, part_183, part_15 * part_184));
-        let part_186 = mul_add(inverse_pivot_ground_east, part_178, mul_add(part_22, part_182,
-            mul_add(part_18, part_183, part_14 * part_184)));
-        let part_187 = mul_add(-factor_south_east_east_ground_east, part_186,
-            mul_add(inverse_pivot_south_east_east, part_177, mul_add(part_21, part_182,
-            mul_add(-part_13, part_184, part_17 * part_183))));
-        let part_188 = mul_add(-factor_west_south_west_ground_west, part_185, mul_add(part_20,
-            part_182, mul_add(-part_16, part_183, part_12 * part_184)));
-        let part_189 = mul_add(-factor_south_west_south_west_south_west,
+        let part_181 = part_35 * mul_add(-part_34, part_179, part_180);
+        let part_182 = mul_add(-part_34, part_181, part_33 * part_179);
+        let part_183 = mul_add(-part_30, part_182, mul_add(-part_31, part_181,
+            -part_29 * part_178));
+        let part_184 = mul_add(part_23, part_181, mul_add(part_19, part_182, part_15 * part_183));
+        let part_185 = mul_add(inverse_pivot_ground_east, part_177, mul_add(part_22, part_181,
+            mul_add(part_18, part_182, part_14 * part_183)));
+        let part_186 = mul_add(-factor_south_east_east_ground_east, part_185,
+            mul_add(inverse_pivot_south_east_east, part_176, mul_add(part_21, part_181,
+            mul_add(-part_13, part_183, part_17 * part_182))));
+        let part_187 = mul_add(-factor_west_south_west_ground_west, part_184, mul_add(part_20,
+            part_181, mul_add(-part_16, part_182, part_12 * part_183)));
+        let part_188 = mul_add(-factor_south_west_south_west_south_west,
             d_moment_own_south_ghost0_x, c(-0.0114) + d_moment_moving_south_west_x_3);
-        let part_190 = mul_add(-factor_west_south_west_ground_west, part_189,
+        let part_189 = mul_add(-factor_west_south_west_ground_west, part_188,
             mul_add(-factor_south_west_south_ground_west, d_moment_own_south_ghost0_x,
             mul_add(c(-0.8660257562110547), d_across_south_west_5, d_moment_above_south_west_x_7)));
-        let part_191 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_3,
-            mul_add(part_15, part_190, part_12 * part_189));
-        let part_192 = mul_add(part_30, part_191, -mul_add(c(0.08068423607472835),
-            d_gradient_moving_z_south_ghost0_x_3, mul_add(-part_16, part_189, part_19 * part_190)));
-        let part_193 = mul_add(-part_35, part_192, mul_add(part_32, part_191,
+        let part_190 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_3,
+            mul_add(part_15, part_189, part_12 * part_188));
+        let part_191 = mul_add(part_30, part_190, -mul_add(c(0.08068423607472835),
+            d_gradient_moving_z_south_ghost0_x_3, mul_add(-part_16, part_188, part_19 * part_189)));
+        let part_192 = mul_add(-part_34, part_191, mul_add(part_31, part_190,
             -mul_add(c(0.08068423607472835), d_gradient_moving_z_south_ghost0_y_3, mul_add(part_23,
-            part_190, mul_add(part_20, part_189,
+            part_189, mul_add(part_20, part_188,
             c(14436.012552214956) * d_moment_own_south_ghost0_x)))));
-        let part_194 = part_37 * part_193;
-        let part_195 = mul_add(-part_35, part_194, part_34 * part_192);
-        let part_196 = mul_add(-part_30, part_195, mul_add(-part_32, part_194,
-            -part_29 * part_191));
-        let part_197 = mul_add(part_22, part_194, mul_add(part_18, part_195, part_14 * part_196));
-        let part_198 = mul_add(inverse_pivot_ground_west, part_190, mul_add(part_23, part_194,
-            mul_add(part_19, part_195, part_15 * part_196)));
-        let part_199 = mul_add(-factor_south_east_east_ground_east, part_197, mul_add(part_21,
-            part_194, mul_add(-part_13, part_196, part_17 * part_195)));
-        let part_200 = mul_add(-factor_west_south_west_ground_west, part_198,
-            mul_add(inverse_pivot_west_south_west, part_189, mul_add(part_20, part_194,
-            mul_add(-part_16, part_195, part_12 * part_196))));
-        acceleration[0] = part_66;
-        acceleration[1] = part_65;
-        acceleration[2] = part_64;
-        acceleration[3] = part_63;
-        acceleration[4] = part_61;
-        acceleration[5] = part_62;
-        dq[0] = mul_add(-factor_south_west_south_west_south_west, part_114,
-            mul_add(-factor_south_west_south_ground_west, part_112, mul_add(c(14436.012552214956),
-            part_108, c(178919.86408403952) * part_102)));
-        dq[1] = mul_add(-factor_south_west_south_west_south_west, part_175,
-            mul_add(-factor_south_west_south_ground_west, part_172,
-            c(14436.012552214956) * part_169));
-        dq[2] = mul_add(-factor_south_west_south_west_south_west, part_200,
-            mul_add(-factor_south_west_south_ground_west, part_198, mul_add(c(14436.012552214956),
-            part_194, c(178919.86408403952) * d_moment_own_south_ghost0_x)));
-        dq[3] = mul_add(-factor_south_west_south_west_south_west, part_188,
-            mul_add(-factor_south_west_south_ground_west, part_185,
-            c(14436.012552214956) * part_182));
-        dq[4] = mul_add(-factor_south_west_south_west_south_west, part_125,
-            mul_add(-factor_south_west_south_ground_west, part_122,
-            c(14436.012552214956) * part_119));
-        dq[5] = mul_add(-factor_south_west_south_west_south_west, part_162,
-            mul_add(-factor_south_west_south_ground_west, part_160, mul_add(c(14436.012552214956),
-            part_156, d_free_fall_south_ghost0_z_3 * c(30.461374669363632))));
-        dq[6] = mul_add(-factor_south_south_east_south_east_east, part_113,
-            mul_add(-factor_south_south_east_ground_east, part_111, mul_add(c(-7218.08629094307),
-            part_108, c(12502.083224437016) * part_109)));
-        dq[7] = mul_add(-factor_south_south_east_south_east_east, part_174,
-            mul_add(-factor_south_south_east_ground_east, part_173, mul_add(c(178921.751266151),
-            part_163, mul_add(c(-7218.08629094307), part_169, c(12502.083224437016) * part_170))));
-        dq[8] = mul_add(-factor_south_south_east_south_east_east, part_199,
-            mul_add(-factor_south_south_east_ground_east, part_197, mul_add(c(-7218.08629094307),
-            part_194, c(12502.083224437016) * part_195)));
-        dq[9] = mul_add(-factor_south_south_east_south_east_east, part_187,
-            mul_add(-factor_south_south_east_ground_east, part_186, mul_add(c(178921.751266151),
-            d_moment_own_south_x, mul_add(c(-7218.08629094307), part_182,
-            c(12502.083224437016) * part_183))));
-        dq[10] = mul_add(-factor_south_south_east_south_east_east, part_124,
-            mul_add(-factor_south_south_east_ground_east, part_123, mul_add(c(-30.461461328716492),
-            d_free_fall_south_z_3, mul_add(c(-7218.08629094307), part_119,
-            c(12502.083224437016) * part_120))));
-        dq[11] = mul_add(-factor_south_south_east_south_east_east, part_161,
-            mul_add(-factor_south_south_east_ground_east, part_159, mul_add(c(-7218.08629094307),
-            part_156, c(12502.083224437016) * part_157)));
-        dq[12] = part_114;
-        dq[13] = part_175;
-        dq[14] = part_200;
-        dq[15] = part_188;
-        dq[16] = part_125;
-        dq[17] = part_162;
-        dq[18] = part_113;
-        dq[19] = part_174;
-        dq[20] = part_199;
-        dq[21] = part_187;
-        dq[22] = part_124;
-        dq[23] = part_161;
-        dq[24] = part_111;
-        dq[25] = part_173;
-        dq[26] = part_197;
-        dq[27] = part_186;
-        dq[28] = part_123;
-        dq[29] = part_159;
-        dq[30] = part_112;
-        dq[31] = part_172;
-        dq[32] = part_198;
-        dq[33] = part_185;
-        dq[34] = part_122;
-        dq[35] = part_160;
-        du[0] = mul_add(-factor_south_west_south_west_south_west, part_77,
-            mul_add(-factor_south_west_south_ground_west, part_75, mul_add(c(14436.012552214956),
-            part_71, c(-0.6262195242941383))));
-        du[1] = mul_add(-factor_south_west_south_west_south_west, part_60,
-            mul_add(-factor_south_west_south_ground_west, part_57,
-            c(14436.012552214956) * part_54));
-        du[2] = mul_add(-factor_south_west_south_west_south_west, part_89,
-            mul_add(-factor_south_west_south_ground_west, part_87, mul_add(c(14436.012552214956),
-            part_83, south_ghost0_part_29 * c(-178919.86408403952))));
-        du[3] = mul_add(-factor_south_west_south_west_south_west, part_138,
-            mul_add(-factor_south_west_south_ground_west, part_135,
-            c(14436.012552214956) * part_132));
-        du[4] = mul_add(-factor_south_west_south_west_south_west, part_151,
-            mul_add(-factor_south_west_south_ground_west, part_148,
-            c(14436.012552214956) * part_145));
-        du[5] = mul_add(-factor_south_west_south_west_south_west, part_101,
-            mul_add(-factor_south_west_south_ground_west, part_99, mul_add(c(14436.012552214956),
-            part_95, c(-178919.86408403952) * south_ghost0_part_11)));
-        du[6] = mul_add(-factor_south_south_east_south_east_east, part_76,
-            mul_add(-factor_south_south_east_ground_east, part_74, mul_add(c(-7218.08629094307),
-            part_71, c(12502.083224437016) * part_72)));
-        du[7] = mul_add(-factor_south_south_east_south_east_east, part_59,
-            mul_add(-factor_south_south_east_ground_east, part_58, c(-0.6262261294315284)
-            + mul_add(c(-7218.08629094307), part_54, c(12502.083224437016) * part_55)));
-        du[8] = mul_add(-factor_south_south_east_south_east_east, part_88,
-            mul_add(-factor_south_south_east_ground_east, part_86, mul_add(c(-7218.08629094307),
-            part_83, c(12502.083224437016) * part_84)));
-        du[9] = mul_add(-factor_south_south_east_south_east_east, part_137,
-            mul_add(-factor_south_south_east_ground_east, part_136, mul_add(c(-178921.751266151),
-            south_part_36, mul_add(c(-7218.08629094307), part_132,
-            c(12502.083224437016) * part_133))));
-        du[10] = mul_add(-factor_south_south_east_south_east_east, part_150,
-            mul_add(-factor_south_south_east_ground_east, part_149, mul_add(c(-178921.751266151),
-            south_part_18, mul_add(c(-7218.08629094307), part_145,
-            c(12502.083224437016) * part_146))));
-        du[11] = mul_add(-factor_south_south_east_south_east_east, part_100,
-            mul_add(-factor_south_south_east_ground_east, part_98, mul_add(c(-7218.08629094307),
-            part_95, c(12502.083224437016) * part_96)));
-        du[12] = part_77;
-        du[13] = part_60;
-        du[14] = part_89;
-        du[15] = part_138;
-        du[16] = part_151;
-        du[17] = part_101;
-        du[18] = part_76;
-        du[19] = part_59;
-        du[20] = part_88;
-        du[21] = part_137;
-        du[22] = part_150;
-        du[23] = part_100;
-        du[24] = part_74;
-        du[25] = part_58;
-        du[26] = part_86;
-        du[27] = part_136;
-        du[28] = part_149;
-        du[29] = part_98;
-        du[30] = part_75;
-        du[31] = part_57;
-        du[32] = part_87;
-        du[33] = part_135;
-        du[34] = part_148;
-        du[35] = part_99;
+        let part_193 = part_35 * part_192;
+        let part_194 = mul_add(-part_34, part_193, part_33 * part_191);
+        let part_195 = mul_add(-part_30, part_194, mul_add(-part_31, part_193,
+            -part_29 * part_190));
+        let part_196 = mul_add(part_22, part_193, mul_add(part_18, part_194, part_14 * part_195));
+        let part_197 = mul_add(inverse_pivot_ground_west, part_189, mul_add(part_23, part_193,
+            mul_add(part_19, part_194, part_15 * part_195)));
+        let part_198 = mul_add(-factor_south_east_east_ground_east, part_196, mul_add(part_21,
+            part_193, mul_add(-part_13, part_195, part_17 * part_194)));
+        let part_199 = mul_add(-factor_west_south_west_ground_west, part_197,
+            mul_add(inverse_pivot_west_south_west, part_188, mul_add(part_20, part_193,
+            mul_add(-part_16, part_194, part_12 * part_195))));
+        acceleration[0] = part_65;
+        acceleration[1] = part_64;
+        acceleration[2] = part_63;
+        acceleration[3] = part_62;
+        acceleration[4] = part_60;
+        acceleration[5] = part_61;
+        dq[0] = mul_add(-factor_south_west_south_west_south_west, part_113,
+            mul_add(-factor_south_west_south_ground_west, part_111, mul_add(c(14436.012552214956),
+            part_107, c(178919.86408403952) * part_101)));
+        dq[1] = mul_add(-factor_south_west_south_west_south_west, part_174,
+            mul_add(-factor_south_west_south_ground_west, part_171,
+            c(14436.012552214956) * part_168));
+        dq[2] = mul_add(-factor_south_west_south_west_south_west, part_199,
+            mul_add(-factor_south_west_south_ground_west, part_197, mul_add(c(14436.012552214956),
+            part_193, c(178919.86408403952) * d_moment_own_south_ghost0_x)));
+        dq[3] = mul_add(-factor_south_west_south_west_south_west, part_187,
+            mul_add(-factor_south_west_south_ground_west, part_184,
+            c(14436.012552214956) * part_181));
+        dq[4] = mul_add(-factor_south_west_south_west_south_west, part_124,
+            mul_add(-factor_south_west_south_ground_west, part_121,
+            c(14436.012552214956) * part_118));
+        dq[5] = mul_add(-factor_south_west_south_west_south_west, part_161,
+            mul_add(-factor_south_west_south_ground_west, part_159, mul_add(c(14436.012552214956),
+            part_155, d_free_fall_south_ghost0_z_3 * c(30.461374669363632))));
+        dq[6] = mul_add(-factor_south_south_east_south_east_east, part_112,
+            mul_add(-factor_south_south_east_ground_east, part_110, mul_add(c(-7218.08629094307),
+            part_107, c(12502.083224437016) * part_108)));
+        dq[7] = mul_add(-factor_south_south_east_south_east_east, part_173,
+            mul_add(-factor_south_south_east_ground_east, part_172, mul_add(c(178921.751266151),
+            part_162, mul_add(c(-7218.08629094307), part_168, c(12502.083224437016) * part_169))));
+        dq[8] = mul_add(-factor_south_south_east_south_east_east, part_198,
+            mul_add(-factor_south_south_east_ground_east, part_196, mul_add(c(-7218.08629094307),
+            part_193, c(12502.083224437016) * part_194)));
+        dq[9] = mul_add(-factor_south_south_east_south_east_east, part_186,
+            mul_add(-factor_south_south_east_ground_east, part_185, mul_add(c(178921.751266151),
+            d_moment_own_south_x, mul_add(c(-7218.08629094307), part_181,
+            c(12502.083224437016) * part_182))));
+        dq[10] = mul_add(-factor_south_south_east_south_east_east, part_123,
+            mul_add(-factor_south_south_east_ground_east, part_122, mul_add(c(-30.461461328716492),
+            d_free_fall_south_z_3, mul_add(c(-7218.08629094307), part_118,
+            c(12502.083224437016) * part_119))));
+        dq[11] = mul_add(-factor_south_south_east_south_east_east, part_160,
+            mul_add(-factor_south_south_east_ground_east, part_158, mul_add(c(-7218.08629094307),
+            part_155, c(12502.083224437016) * part_156)));
+        dq[12] = part_113;
+        dq[13] = part_174;
+        dq[14] = part_199;
+        dq[15] = part_187;
+        dq[16] = part_124;
+        dq[17] = part_161;
+        dq[18] = part_112;
+        dq[19] = part_173;
+        dq[20] = part_198;
+        dq[21] = part_186;
+        dq[22] = part_123;
+        dq[23] = part_160;
+        dq[24] = part_110;
+        dq[25] = part_172;
+        dq[26] = part_196;
+        dq[27] = part_185;
+        dq[28] = part_122;
+        dq[29] = part_158;
+        dq[30] = part_111;
+        dq[31] = part_171;
+        dq[32] = part_197;
+        dq[33] = part_184;
+        dq[34] = part_121;
+        dq[35] = part_159;
+        du[0] = mul_add(-factor_south_west_south_west_south_west, part_76,
+            mul_add(-factor_south_west_south_ground_west, part_74, mul_add(c(14436.012552214956),
+            part_70, c(-0.6262195242941383))));
+        du[1] = mul_add(-factor_south_west_south_west_south_west, part_59,
+            mul_add(-factor_south_west_south_ground_west, part_56,
+            c(14436.012552214956) * part_53));
+        du[2] = mul_add(-factor_south_west_south_west_south_west, part_88,
+            mul_add(-factor_south_west_south_ground_west, part_86, mul_add(c(14436.012552214956),
+            part_82, south_ghost0_part_29 * c(-178919.86408403952))));
+        du[3] = mul_add(-factor_south_west_south_west_south_west, part_137,
+            mul_add(-factor_south_west_south_ground_west, part_134,
+            c(14436.012552214956) * part_131));
+        du[4] = mul_add(-factor_south_west_south_west_south_west, part_150,
+            mul_add(-factor_south_west_south_ground_west, part_147,
+            c(14436.012552214956) * part_144));
+        du[5] = mul_add(-factor_south_west_south_west_south_west, part_100,
+            mul_add(-factor_south_west_south_ground_west, part_98, mul_add(c(14436.012552214956),
+            part_94, c(-178919.86408403952) * south_ghost0_part_11)));
+        du[6] = mul_add(-factor_south_south_east_south_east_east, part_75,
+            mul_add(-factor_south_south_east_ground_east, part_73, mul_add(c(-7218.08629094307),
+            part_70, c(12502.083224437016) * part_71)));
+        du[7] = mul_add(-factor_south_south_east_south_east_east, part_58,
+            mul_add(-factor_south_south_east_ground_east, part_57, c(-0.6262261294315284)
+            + mul_add(c(-7218.08629094307), part_53, c(12502.083224437016) * part_54)));
+        du[8] = mul_add(-factor_south_south_east_south_east_east, part_87,
+            mul_add(-factor_south_south_east_ground_east, part_85, mul_add(c(-7218.08629094307),
+            part_82, c(12502.083224437016) * part_83)));
+        du[9] = mul_add(-factor_south_south_east_south_east_east, part_136,
+            mul_add(-factor_south_south_east_ground_east, part_135, mul_add(c(-178921.751266151),
+            south_part_36, mul_add(c(-7218.08629094307), part_131,
+            c(12502.083224437016) * part_132))));
+        du[10] = mul_add(-factor_south_south_east_south_east_east, part_149,
+            mul_add(-factor_south_south_east_ground_east, part_148, mul_add(c(-178921.751266151),
+            south_part_18, mul_add(c(-7218.08629094307), part_144,
+            c(12502.083224437016) * part_145))));
+        du[11] = mul_add(-factor_south_south_east_south_east_east, part_99,
+            mul_add(-factor_south_south_east_ground_east, part_97, mul_add(c(-7218.08629094307),
+            part_94, c(12502.083224437016) * part_95)));
+        du[12] = part_76;
+        du[13] = part_59;
+        du[14] = part_88;
+        du[15] = part_137;
+        du[16] = part_150;
+        du[17] = part_100;
+        du[18] = part_75;
+        du[19] = part_58;
+        du[20] = part_87;
+        du[21] = part_136;
+        du[22] = part_149;
+        du[23] = part_99;
+        du[24] = part_73;
+        du[25] = part_57;
+        du[26] = part_85;
+        du[27] = part_135;
+        du[28] = part_148;
+        du[29] = part_97;
+        du[30] = part_74;
+        du[31] = part_56;
+        du[32] = part_86;
+        du[33] = part_134;
+        du[34] = part_147;
+        du[35] = part_98;
         dt[0] = c(0.0);
         dt[1] = c(0.0);
         dt[2] = c(0.0);
@@ -4803,7 +4803,8 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         margin[0] = S::min(S::min(S::min(S::min(c(178919.86408403952),
             inverse_pivot_west_south_west), inverse_pivot_south_east_east),
             inverse_pivot_ground_east), inverse_pivot_ground_west);
-        margin[1] = part_39;
+        margin[1] = S::min(part_38, S::min(S::min(part_24, part_26),
+            part_28) * c(100.0)) / (mul_add(part_28, part_35, part_37) * part_38);
         ::lamc_runtime::Margin {
             inverse_pivot: margin[0],
             conditioning: margin[1],

@@ -235,9 +235,7 @@ impl Closure {
         let diagonal: Vec<Value> = (0..c).map(|i| s[i][i]).collect();
         let mut lower = vec![vec![zero; c]; c];
         let mut inverse = vec![zero; c];
-        let mut pivots = one;
         for k in 0..c {
-            pivots = code.op(Op::Mul(pivots, s[k][k]));
             inverse[k] = code.op(Op::Div(one, s[k][k]));
             for i in k + 1..c {
                 if code.is_zero(s[i][k]) {
@@ -249,7 +247,7 @@ impl Closure {
                 }
             }
         }
-        let conditioning = conditioning(code, pivots, &diagonal);
+        let conditioning = conditioning(code, &lower, &inverse, &diagonal);
         Self { weighted, lower, inverse_pivots: inverse, conditioning }
     }
 
@@ -282,27 +280,46 @@ impl Closure {
 
 /// A lower bound of smallest over largest eigenvalue, of S with its rows brought to one length
 /// (what the digits of a solution depend on) or a hundred times that of S itself (what the rank
-/// depends on), whichever is less; by the product of the pivots and the diagonal.
+/// depends on), whichever is less.
 ///
-/// With unit diagonal, det S <= least (C / (C - 1))^(C - 1) by the inequality of the means; rows of
-/// other lengths change the least by their least square, and the largest is at most the trace.
-fn conditioning(code: &mut Code, pivots: Value, diagonal: &[Value]) -> Value {
+/// With unit diagonal the least is 1 / tr(S^-1) or more; rows of other lengths change it by their
+/// least square; the largest is at most the trace.
+fn conditioning(
+    code: &mut Code,
+    lower: &[Vec<Value>],
+    inverse_pivots: &[Value],
+    diagonal: &[Value],
+) -> Value {
+    let c = diagonal.len();
+    let (zero, one) = (code.number(0.0), code.number(1.0));
     let Some(least) = diagonal.iter().copied().reduce(|least, x| code.op(Op::Min(least, x))) else {
-        return pivots;
+        return one;
     };
-    let fold = |code: &mut Code, op: fn(Value, Value) -> Op| {
-        diagonal[1..].iter().fold(diagonal[0], |all, &x| code.op(op(all, x)))
-    };
-    let (trace, product) = (fold(code, Op::Add), fold(code, Op::Mul));
-    let c = diagonal.len() as f64;
-    let means = code.number(((c - 1.0) / c).powi(diagonal.len() as i32 - 1));
+    // (S^-1)_kk = sum over i of (L^-1)_ik^2 / D_i, column by column.
+    let mut inverse_trace = zero;
+    for k in 0..c {
+        let mut column = vec![zero; c];
+        column[k] = one;
+        let mut entry = inverse_pivots[k];
+        for i in k + 1..c {
+            for j in k..i {
+                column[i] = code.less(column[i], lower[i][j], column[j]);
+            }
+            if !code.is_zero(column[i]) {
+                let square = code.op(Op::Mul(column[i], column[i]));
+                let part = code.op(Op::Mul(square, inverse_pivots[i]));
+                entry = code.op(Op::Add(entry, part));
+            }
+        }
+        let scaled = code.op(Op::Mul(diagonal[k], entry));
+        inverse_trace = code.op(Op::Add(inverse_trace, scaled));
+    }
+    let trace = diagonal[1..].iter().fold(diagonal[0], |sum, &x| code.op(Op::Add(sum, x)));
     let hundred = code.number(100.0);
     let rank = code.op(Op::Mul(hundred, least));
     let smaller = code.op(Op::Min(trace, rank));
-    let bound = code.op(Op::Mul(means, pivots));
-    let above = code.op(Op::Mul(bound, smaller));
-    let below = code.op(Op::Mul(product, trace));
-    code.op(Op::Div(above, below))
+    let below = code.op(Op::Mul(inverse_trace, trace));
+    code.op(Op::Div(smaller, below))
 }
 
 /// L^-1 D^-1 (y + Y^T lambda) and lambda, for y (N) and gamma (C).
