@@ -219,30 +219,3 @@ pub fn miura(n: usize) -> Linkage {
     let rank = hinges.len() - 1;
     Linkage { outlines, folded, ..Linkage::new("miura", hinges, rank) }
 }
-
-/// An open chain of plates whose hinge lines point every which way, with springs and dampers.
-pub fn chain(hinges: usize) -> String {
-    let mut text = "materials: { card: { density: 700, thickness: 0.4 mm } }
-layup: [card]
-units: { length: mm }
-bodies:
-  b0: { fixed: true }
-"
-    .to_owned();
-    let mut joints = "joints:\n".to_owned();
-    for k in 1..=hinges {
-        let x = 20.0 * k as f64;
-        let outline = format!("[[{x}, 0], [{}, 3], [{}, 24], [{x}, 20]]", x + 20.0, x + 19.0);
-        let _ = writeln!(text, "  b{k}: {{ outline: {outline} }}");
-        let angle = 0.9 + 0.37 * k as f64;
-        let axis = format!("[[{x}, 5], [{}, {}]]", x + angle.cos(), 5.0 + angle.sin());
-        let springs = "stiffness: 0.01, damping: 1.0e-5";
-        let _ = writeln!(
-            joints,
-            "  j{k}: {{ bodies: [b{}, b{k}], axis: {axis}, z: 0.2, {springs} }}",
-            k - 1
-        );
-    }
-    text.push_str(&joints);
-    text
-}

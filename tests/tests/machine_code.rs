@@ -8,7 +8,7 @@ use std::process::Command;
 use lamc::backend::identifiers::type_name;
 use lamc::backend::rust::Options;
 use lamc::pipeline::{Compiled, rust_module};
-use lamc_tests::linkages::chain;
+use lamc_tests::chain::chain;
 use lamc_tests::{compile, compile_text, workspace};
 
 /// Calls every function of a module.
