@@ -8,7 +8,8 @@ use std::collections::{BTreeSet, HashMap};
 
 use crate::program::{Function, Op, Slot, Value};
 
-/// Instructions of a function that is written as one.
+/// Instructions of a function that is written as one: rustc 1.95 with optimisation and debug
+/// information overflows its stack at some 8,000 `let`s one after the other.
 const WHOLE: usize = 4000;
 
 /// Instructions of a part at most: shorter ones move more values through memory, longer ones take

@@ -291,7 +291,7 @@ impl Derivation<'_> {
         let mut matrix = vec![Expr::zero(); n * n];
         // A wrench carried from node to node meets each hinge where it lies; carried to the ground it
         // meets all of them with a third of the operations, at the cost of the way there.
-        let deep = self.depths().iter().sum::<usize>() > DEEP * n;
+        let deep = self.topology.depths().iter().sum::<usize>() > DEEP * n;
         for id in (0..n).rev().map(NodeId) {
             let column = self.joint_of(id);
             let body = self.bind_inertia(id, composite[id.index()].clone());
@@ -334,15 +334,6 @@ impl Derivation<'_> {
             }
         }
         matrix
-    }
-
-    /// How many hinges there are from the ground to each node.
-    fn depths(&self) -> Vec<usize> {
-        let mut depths: Vec<usize> = Vec::with_capacity(self.topology.nodes.len());
-        for node in &self.topology.nodes {
-            depths.push(1 + node.parent.map_or(0, |parent| depths[parent.index()]));
-        }
-        depths
     }
 
     /// A wrench on a node about the ground's origin, in the base frame.

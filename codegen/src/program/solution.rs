@@ -63,13 +63,7 @@ fn candidates(equations: &Equations, kind: FunctionKind) -> Vec<Function> {
 
 /// Entries of L, and for each closure row as many again as M^-1 has work with it.
 fn entries(equations: &Equations) -> usize {
-    let nodes = &equations.topology.nodes;
-    let mut depths: Vec<usize> = Vec::with_capacity(nodes.len());
-    for node in nodes {
-        let above = node.parent.map_or(0, |parent| depths[parent.index()]);
-        depths.push(above + 1);
-    }
-    depths.iter().map(|depth| depth * depth).sum()
+    equations.topology.depths().iter().map(|depth| depth * depth).sum()
 }
 
 fn by_entry(equations: &Equations, kind: FunctionKind) -> Function {

@@ -132,6 +132,15 @@ impl fmt::Display for Loop {
 }
 
 impl Topology {
+    /// By node: how many hinges there are from the ground to it, its own included.
+    pub fn depths(&self) -> Vec<usize> {
+        let mut depths: Vec<usize> = Vec::with_capacity(self.nodes.len());
+        for node in &self.nodes {
+            depths.push(1 + node.parent.map_or(0, |parent| depths[parent.index()]));
+        }
+        depths
+    }
+
     /// What nodes are called: their bodies' names, ghosts with the loop they close.
     pub fn node_names(&self) -> Vec<String> {
         let name = |node: &Node| &self.mechanism.bodies[node.body.index()].name;

@@ -7,6 +7,7 @@ mod body;
 mod exports;
 mod header;
 mod items;
+mod solutions;
 
 use crate::backend::c::Real;
 use crate::program::Program;
