@@ -6,6 +6,9 @@
 //!       = L^-T (y + W^+ (-gamma - W y))
 //! ```
 //!
+//! Which rows are independent is decided on J ([`rank`](crate::rank)); orthogonal rows of unit length
+//! that span the same take their place before they are weighted.
+//!
 //! Driven joints are rows more: e_j du/dt = d2s/dt2, scaled by the mechanism's size so that they
 //! weigh as closure rows do.
 //!
@@ -14,28 +17,13 @@
 //! or the mechanism is singular.
 
 use crate::linear::{
-    Spectrum, add_scaled, backward, combine, conditioning, dot, factor, forward, orthogonalise,
-    tolerance,
+    Kept, add_scaled, backward, combine, conditioning, dot, factor, forward, keep, normalise,
+    orthogonalise, times_lower, tolerance,
 };
+use crate::passage::pass;
+use crate::rank::Gap;
 use crate::workspace::{check, split};
 use crate::{Arithmetic, Dimensions, EquationsMut, Error, Margin, Scalar, System};
-
-/// Eigenvalues of J M^-1 J^T below this share of the largest are dropped. `f32` drops below
-/// 8 epsilon, about 1e-6: singular values are the square roots of these, so that what is kept
-/// stands a thousandfold above the rounding of J.
-pub const RANK_TOLERANCE: f64 = 1e-7;
-
-/// The spectrum of a plain pseudo-inverse with the [`RANK_TOLERANCE`].
-pub(crate) fn plain<S: Scalar>() -> Spectrum<S> {
-    Spectrum { cut: tolerance(RANK_TOLERANCE, 8.0), damping: S::ZERO }
-}
-
-/// The spectrum that drops rounding only: near a singular state, where a direction of the closure
-/// fades, it is kept to within 1e-7 rad of it (in `f32` as far as the plain one keeps it). At rest
-/// the closure carries load in that direction, however close.
-pub(crate) fn fine<S: Scalar>() -> Spectrum<S> {
-    Spectrum { cut: tolerance(1e-14, 8.0), damping: S::ZERO }
-}
 
 /// What is known of the closure equations at a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,6 +31,24 @@ pub(crate) fn fine<S: Scalar>() -> Spectrum<S> {
 pub struct Constraint {
     /// Independent rows among the C of the acceleration and the D driven joints.
     pub rank: usize,
+    /// Whether a direction of the closure has faded to less than a hundredth of the strongest, as
+    /// within some 0.1 rad of the flat state. The acceleration there is as exact as the loops are
+    /// closed: it is worth a [projection](crate::project()) first.
+    pub is_weak: bool,
+    /// Whether the loops are closed to rounding; not looked at where no direction is weak.
+    pub(crate) is_closed: bool,
+}
+
+impl Constraint {
+    /// Of a motion that passes through a singular state.
+    pub(crate) fn passing(rank: usize, is_closed: bool) -> Self {
+        Self { rank, is_weak: true, is_closed }
+    }
+
+    /// Rows far from dependence.
+    fn strong(rank: usize) -> Self {
+        Self { rank, is_weak: false, is_closed: false }
+    }
 }
 
 /// du/dt at a state, into `out` (N).
@@ -60,7 +66,7 @@ pub fn acceleration<Y: System>(
     workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
 ) -> Result<Constraint, Error> {
-    solve(system, (t, q, u), plain(), workspace, out, None)
+    solve(system, (t, q, u), workspace, out, None)
 }
 
 /// As [`acceleration`], and what holds the constraints, C + D: the closure forces lambda (N), of
@@ -84,7 +90,7 @@ pub fn acceleration_and_forces<Y: System>(
     if lambda.len() != expected {
         return Err(Error::Length { expected, given: lambda.len() });
     }
-    solve(system, (t, q, u), plain(), workspace, out, Some(lambda))
+    solve(system, (t, q, u), workspace, out, Some(lambda))
 }
 
 /// The conditioning above which rows are certainly independent and far from dependence: solving by
@@ -113,15 +119,14 @@ pub(crate) fn direct<Y: System>(
     }
     let margin = system.write_acceleration(t, q, u, out);
     let good = holds(&margin) && out.iter().all(|x| x.is_finite());
-    good.then_some(Constraint { rank: rows })
+    good.then_some(Constraint::strong(rows))
 }
 
-/// du/dt at (t, q, u) with this spectrum, and lambda if there is a place for it.
+/// du/dt at (t, q, u), and lambda if there is a place for it.
 #[inline]
-pub(crate) fn solve<Y: System>(
+fn solve<Y: System>(
     system: &Y,
     state: (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
-    spectrum: Spectrum<Y::Scalar>,
     workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
     lambda: Option<&mut [Y::Scalar]>,
@@ -133,20 +138,31 @@ pub(crate) fn solve<Y: System>(
     {
         return Ok(constraint);
     }
-    general(system, dimensions, state, spectrum, workspace, out, lambda)
+    let gap = Gap::at(system, q, workspace)?;
+    let (constraint, fading) = general(system, dimensions, state, gap, workspace, out, lambda)?;
+    if fading {
+        let mut passing = system.vector();
+        let found = pass(system, dimensions, state, gap, workspace, passing.as_mut())?;
+        if let Some(constraint) = found {
+            out.copy_from_slice(passing.as_ref());
+            return Ok(constraint);
+        }
+    }
+    Ok(constraint)
 }
 
-/// By the factor of M, with a decision on the rank. Much code, seldom needed: not to be inlined.
+/// By the factor of M, with a decision on the rank; whether a direction has nearly faded, and lambda is
+/// not wanted. Much code, seldom needed: not to be inlined.
 #[inline(never)]
 fn general<Y: System>(
     system: &Y,
     dimensions: Dimensions,
     (t, q, u): (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
-    spectrum: Spectrum<Y::Scalar>,
+    gap: Gap<Y::Scalar>,
     mut workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
     lambda: Option<&mut [Y::Scalar]>,
-) -> Result<Constraint, Error> {
+) -> Result<(Constraint, bool), Error> {
     let (n, c) = (dimensions.coordinates, dimensions.rows + dimensions.drives);
     let mass = split(&mut workspace, n * n)?;
     let jacobian = split(&mut workspace, c * n)?;
@@ -155,35 +171,31 @@ fn general<Y: System>(
     factor(mass, n).map_err(|joint| blame(&[q, u], mass, joint))?;
     let failure = not_finite(&[q, u, out]);
     forward(mass, out);
-    let rank = if c == 0 {
-        0
+    let found = if c == 0 {
+        (Constraint::strong(0), false)
     } else {
-        let (weighted, rhs) = (jacobian, gamma);
-        weigh(mass, weighted, n);
-        for (i, value) in rhs.iter_mut().enumerate() {
-            *value = -*value - dot(&weighted[i * n..(i + 1) * n], out);
-        }
+        let weighted = split(&mut workspace, c * n)?;
         let scratch = split(&mut workspace, c * n)?;
-        let multipliers = split(&mut workspace, c)?;
-        let vector = split(&mut workspace, n)?;
-        let wanted = lambda.is_some();
-        let mut closure = Rows { weighted, rhs, scratch, multipliers, vector };
-        let rank = match closure.direct(out) {
-            Some(rank) => rank,
-            None => closure.general(wanted, spectrum, out),
+        let rhs = split(&mut workspace, c)?;
+        let push = split(&mut workspace, n)?;
+        let mut rows = Rows { mass, jacobian, gamma, weighted, scratch, rhs, push };
+        let (constraint, fading) = match rows.direct(out) {
+            Some(constraint) => (constraint, false),
+            None => rows.general(gap, out),
         };
+        let passes = fading && lambda.is_none();
         if let Some(lambda) = lambda {
-            lambda.copy_from_slice(closure.multipliers);
+            rows.multipliers(gap, lambda);
             for torque in &mut lambda[dimensions.rows..] {
                 *torque *= system.size();
             }
         }
-        rank
+        (constraint, passes)
     };
     backward(mass, out);
     match failure.or_else(|| not_finite(&[out])) {
         Some(joint) => Err(Error::NotFinite { joint }),
-        None => Ok(Constraint { rank }),
+        None => Ok(found),
     }
 }
 
@@ -236,38 +248,62 @@ pub(crate) fn blame<S: Scalar>(state: &[&[S]], mass: &[S], pivot: usize) -> Erro
     }
 }
 
-/// The weighted closure equations W x = b and room to solve them in.
+/// Orthogonal rows of unit length that span the independent rows of `jacobian` (m x n), in its
+/// place, and the right-hand sides that belong to them in that of `rhs` (m x any).
+pub(crate) fn independent<S: Scalar>(
+    jacobian: &mut [S],
+    rhs: &mut [S],
+    [m, n]: [usize; 2],
+    gap: Gap<S>,
+) -> Kept<S> {
+    let width = rhs.len() / m.max(1);
+    let k = orthogonalise(jacobian, rhs, m, n);
+    let kept = keep(&mut jacobian[..k * n], &mut rhs[..k * width], k, n, gap.cut());
+    normalise(&mut jacobian[..kept.rank * n], &mut rhs[..kept.rank * width], n);
+    kept
+}
+
+/// The closure equations J a = -gamma and room to solve them in.
 struct Rows<'a, S> {
-    /// W, C x N.
-    weighted: &'a [S],
-    /// b, C.
-    rhs: &'a [S],
+    /// Factor of M.
+    mass: &'a [S],
+    /// J, C x N.
+    jacobian: &'a [S],
+    /// gamma, C.
+    gamma: &'a [S],
+    /// W or what takes its place, C x N.
+    weighted: &'a mut [S],
     /// C x N.
     scratch: &'a mut [S],
-    /// lambda, C.
-    multipliers: &'a mut [S],
-    /// N.
-    vector: &'a mut [S],
+    /// C.
+    rhs: &'a mut [S],
+    /// What the closure adds to y, N: L^-1 J^T lambda.
+    push: &'a mut [S],
 }
 
 impl<S: Scalar> Rows<'_, S> {
-    #[inline]
-    fn row(&self, i: usize) -> &[S] {
-        let n = self.vector.len();
-        &self.weighted[i * n..(i + 1) * n]
+    /// The right-hand sides become b = -gamma - W y.
+    fn set_wanted(&mut self, rows: usize, y: &[S]) {
+        let weighted = self.weighted.chunks_exact(y.len().max(1)).take(rows);
+        for (value, row) in self.rhs.iter_mut().zip(weighted) {
+            *value = -*value - dot(row, y);
+        }
     }
 
     /// Adds W^+ b to `y` by the Cholesky factor of W W^T, if that is safe: rows certainly
     /// independent and far from dependence.
-    fn direct(&mut self, y: &mut [S]) -> Option<usize> {
-        let (c, n) = (self.rhs.len(), y.len());
+    fn direct(&mut self, y: &mut [S]) -> Option<Constraint> {
+        let (c, n) = (self.gamma.len(), y.len());
         if c > n {
             return None;
         }
+        self.weighted.copy_from_slice(self.jacobian);
+        weigh(self.mass, self.weighted, n);
         let mut trace = S::ZERO;
         for i in 0..c {
+            let row = |i: usize| &self.weighted[i * n..(i + 1) * n];
             for j in 0..=i {
-                self.scratch[i * c + j] = dot(self.row(i), self.row(j));
+                self.scratch[i * c + j] = dot(row(i), row(j));
             }
             trace += self.scratch[i * c + i];
         }
@@ -275,31 +311,52 @@ impl<S: Scalar> Rows<'_, S> {
         if !(conditioning(self.scratch, c, trace) > safe()) {
             return None;
         }
-        self.multipliers.copy_from_slice(self.rhs);
-        forward(self.scratch, self.multipliers);
-        backward(self.scratch, self.multipliers);
-        for i in 0..c {
-            add_scaled(y, self.multipliers[i], self.row(i));
+        self.rhs.copy_from_slice(self.gamma);
+        self.set_wanted(c, y);
+        forward(self.scratch, self.rhs);
+        backward(self.scratch, self.rhs);
+        self.push.fill(S::ZERO);
+        for (row, &value) in self.weighted.chunks_exact(n).zip(&*self.rhs) {
+            add_scaled(self.push, value, row);
         }
-        Some(c)
+        add_scaled(y, S::ONE, self.push);
+        Some(Constraint::strong(c))
     }
 
-    /// Adds W^+ b to `y` whatever the rank.
-    fn general(&mut self, wanted: bool, spectrum: Spectrum<S>, y: &mut [S]) -> usize {
-        let n = y.len();
-        self.scratch.copy_from_slice(self.weighted);
-        self.multipliers.copy_from_slice(self.rhs);
-        let k = orthogonalise(self.scratch, self.multipliers, self.rhs.len(), n);
-        let rhs = &self.multipliers[..k];
-        let rank = combine(self.scratch, rhs, spectrum, 1, self.vector);
-        add_scaled(y, S::ONE, self.vector);
-        if wanted {
-            combine(self.scratch, rhs, spectrum, 2, self.vector);
-            for i in 0..self.rhs.len() {
-                self.multipliers[i] = dot(self.row(i), self.vector);
-            }
+    /// Adds W^+ b to `y` whatever the rank; whether a direction has nearly faded.
+    fn general(&mut self, gap: Gap<S>, y: &mut [S]) -> (Constraint, bool) {
+        let (c, n) = (self.gamma.len(), y.len());
+        self.weighted.copy_from_slice(self.jacobian);
+        self.rhs.copy_from_slice(self.gamma);
+        let kept = independent(self.weighted, self.rhs, [c, n], gap);
+        let k = kept.rank;
+        weigh(self.mass, &mut self.weighted[..k * n], n);
+        self.set_wanted(k, y);
+        orthogonalise(&mut self.weighted[..k * n], &mut self.rhs[..k], k, n);
+        combine(&self.weighted[..k * n], &self.rhs[..k], self.push);
+        add_scaled(y, S::ONE, self.push);
+        let is_weak = gap.is_weak(&kept);
+        (Constraint { rank: k, is_weak, is_closed: gap.is_closed() }, gap.is_fading(&kept))
+    }
+
+    /// The smallest lambda with J^T lambda = L push: with the orthogonal rows B of J and their lengths
+    /// s, lambda = J sum_i B_i (B_i . L push) / s_i^4.
+    fn multipliers(&mut self, gap: Gap<S>, lambda: &mut [S]) {
+        let (c, n) = (self.gamma.len(), self.push.len());
+        times_lower(self.mass, self.push);
+        self.scratch.copy_from_slice(self.jacobian);
+        let k = orthogonalise(self.scratch, self.rhs, c, n);
+        let k = keep(&mut self.scratch[..k * n], &mut self.rhs[..k], k, n, gap.cut()).rank;
+        let row = |i: usize| &self.scratch[i * n..(i + 1) * n];
+        let sum = &mut self.weighted[..n];
+        sum.fill(S::ZERO);
+        for i in 0..k {
+            let square = dot(row(i), row(i));
+            add_scaled(sum, dot(row(i), self.push) / square / square, row(i));
         }
-        rank
+        for (value, row) in lambda.iter_mut().zip(self.jacobian.chunks_exact(n)) {
+            *value = dot(row, sum);
+        }
     }
 }
 
@@ -308,24 +365,32 @@ mod tests {
     use super::*;
     use crate::linear::test_matrix;
 
-    /// Solution, multipliers and rank of W x = b by one of the two ways.
+    /// What W^+ b and the multipliers are by one of the two ways, for W = J (M = 1).
     fn solution(w: &[f64], b: &[f64], n: usize, direct: bool) -> Option<(Vec<f64>, Vec<f64>)> {
         let c = b.len();
-        let (mut scratch, mut multipliers) = (vec![0.0; c * n], vec![0.0; c]);
-        let (mut vector, mut y) = (vec![0.0; n], vec![0.0; n]);
+        let mut mass = vec![0.0; n * n];
+        (0..n).for_each(|i| mass[i * n + i] = 1.0);
+        let gamma: Vec<f64> = b.iter().map(|b| -b).collect();
+        let [mut weighted, mut scratch] = [vec![0.0; c * n], vec![0.0; c * n]];
+        let (mut rhs, mut push) = (vec![0.0; c], vec![0.0; n]);
+        let (mut y, mut lambda) = (vec![0.0; n], vec![0.0; c]);
         let mut rows = Rows {
-            weighted: w,
-            rhs: b,
+            mass: &mass,
+            jacobian: w,
+            gamma: &gamma,
+            weighted: &mut weighted,
             scratch: &mut scratch,
-            multipliers: &mut multipliers,
-            vector: &mut vector,
+            rhs: &mut rhs,
+            push: &mut push,
         };
+        let gap = Gap::closed();
         if direct {
             rows.direct(&mut y)?;
         } else {
-            assert_eq!(rows.general(true, plain(), &mut y), c);
+            assert_eq!(rows.general(gap, &mut y).0.rank, c);
         }
-        Some((y, multipliers))
+        rows.multipliers(gap, &mut lambda);
+        Some((y, lambda))
     }
 
     #[test]

@@ -6,9 +6,10 @@
 //! design would get alone.
 
 use crate::acceleration::safe;
-use crate::integrate::Stages;
+use crate::integrate::{Stages, is_forward};
 use crate::linear::max_abs;
-use crate::projection::{ITERATIONS, closed};
+use crate::projection::ITERATIONS;
+use crate::rank::closed;
 use crate::{
     Arithmetic, Error, Margin, Mechanism, ProjectionMut, Rk4, State, Storage, StraightLine, System,
 };
@@ -155,6 +156,9 @@ pub trait Batch<V: Lanes, const N: usize, const C: usize>: StraightLine<Number =
     ///
     /// As [`Rk4::step`], of the first lane concerned; no lane is then changed.
     fn step(&self, states: &mut State<[V; N], V>, dt: V::Number) -> Result<(), LaneError> {
+        if !is_forward(dt) {
+            return Err(LaneError { lane: 0, error: Error::Time });
+        }
         let mut next = *states;
         let done = advance(self, &mut next, dt);
         for lane in members(all::<V>() & !done) {

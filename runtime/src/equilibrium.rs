@@ -16,7 +16,6 @@
 //! closure. A joint that reaches a limit is held there as long
 //! as the stop pushes.
 
-use crate::acceleration::fine;
 use crate::jacobian::Linearised;
 use crate::linear::{add_scaled, dot, factor, max_abs, reflect, solve, tolerance};
 use crate::projection::project_finely;
@@ -178,13 +177,13 @@ impl<Y: System> Search<'_, '_, Y> {
     fn close(&mut self) -> Result<(), Error> {
         let (q, u) = (self.q.as_mut(), self.u.as_mut());
         u.fill(Y::Scalar::ZERO);
-        project_finely(&self.system, self.t, q, u, fine(), self.workspace).map(|_| ())
+        project_finely(&self.system, self.t, q, u, self.workspace).map(|_| ())
     }
 
     /// a at rest.
     fn evaluate(&mut self) -> Result<Unrest<Y::Scalar>, Error> {
         let (q, u) = (self.q.as_ref(), self.u.as_ref());
-        let linear = Linearised::at(&self.system, self.t, q, u, fine(), self.workspace)?;
+        let linear = Linearised::at(&self.system, self.t, q, u, self.workspace)?;
         let force = self.covector.as_mut();
         force.copy_from_slice(linear.acceleration);
         linear.times_mass(force);
@@ -205,7 +204,7 @@ impl<Y: System> Search<'_, '_, Y> {
     fn stiffness(&mut self) -> Result<usize, Error> {
         let Self { system, t, q, u, basis, stiffness, matrix, force, workspace, .. } = self;
         let n = u.as_ref().len();
-        let mut linear = Linearised::at(&*system, *t, q.as_ref(), u.as_ref(), fine(), workspace)?;
+        let mut linear = Linearised::at(&*system, *t, q.as_ref(), u.as_ref(), workspace)?;
         let (basis, force) = (basis.as_mut(), force.as_mut());
         let freedoms = linear.tangent_basis(basis);
         let mut image = system.vector();
@@ -278,7 +277,7 @@ impl<Y: System> Search<'_, '_, Y> {
     fn release(&mut self) -> Result<bool, Error> {
         let d = self.system.system.dimensions();
         let (q, u) = (self.q.as_ref(), self.u.as_ref());
-        let linear = Linearised::at(&self.system, self.t, q, u, fine(), self.workspace)?;
+        let linear = Linearised::at(&self.system, self.t, q, u, self.workspace)?;
         let mut torques = linear.multipliers[d.rows + d.drives..].iter();
         let mut worst = (Y::Scalar::ZERO, None);
         for (joint, &side) in self.system.sides.as_ref().iter().enumerate() {

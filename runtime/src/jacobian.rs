@@ -13,10 +13,11 @@
 //! Where closure equations are redundant this is the derivative along the closure; directions that
 //! open a loop are followed with the rank as it is.
 
-use crate::acceleration::{blame, holds, not_finite, plain, weigh, write};
-use crate::linear::{Spectrum, add_scaled, backward, dot, factor, forward, orthogonalise};
+use crate::acceleration::{blame, holds, independent, not_finite, weigh, write};
+use crate::linear::{add_scaled, backward, dot, factor, forward, orthogonalise, times_lower};
+use crate::rank::Gap;
 use crate::workspace::{check, split};
-use crate::{Arithmetic, Balance, Change, Dimensions, EquationsMut, Error, System};
+use crate::{Arithmetic, Balance, Change, Dimensions, Drive, EquationsMut, Error, System};
 
 /// Where [`jacobian`] writes. Matrices are N x N, row-major.
 #[derive(Debug)]
@@ -44,17 +45,17 @@ pub fn jacobian<Y: System>(
     workspace: &mut [Y::Scalar],
     out: JacobianMut<'_, Y::Scalar>,
 ) -> Result<(), Error> {
-    jacobian_within(system, t, q, u, plain(), workspace, out).map(|_| ())
+    differentiate(system, t, q, u, false, workspace, out).map(|_| ())
 }
 
-/// As [`jacobian`], with this spectrum. Returns whether it keeps a direction of the closure that the
-/// plain one drops.
-pub(crate) fn jacobian_within<Y: System>(
+/// As [`jacobian`]; next to a singular state of the acceleration at the nearest closed state, if
+/// that is `wanted`: what an implicit integrator follows there. Returns whether it is that.
+pub(crate) fn differentiate<Y: System>(
     system: &Y,
     t: Y::Scalar,
     q: &[Y::Scalar],
     u: &[Y::Scalar],
-    spectrum: Spectrum<Y::Scalar>,
+    wanted: bool,
     workspace: &mut [Y::Scalar],
     mut out: JacobianMut<'_, Y::Scalar>,
 ) -> Result<bool, Error> {
@@ -67,14 +68,18 @@ pub(crate) fn jacobian_within<Y: System>(
             return Ok(false);
         }
     }
-    let mut linear = Linearised::at(system, t, q, u, spectrum, workspace)?;
+    let mut linear = Linearised::at(system, t, q, u, workspace)?;
+    let closed = wanted && linear.is_weak;
     out.acceleration.copy_from_slice(linear.acceleration);
-    linear.derivatives(out.dq, out.du, out.dt);
-    let loose = linear.is_loose();
+    if closed {
+        linear.derivatives_along_closure(out.dq, out.du, out.dt);
+    } else {
+        linear.derivatives(out.dq, out.du, out.dt);
+    }
     let JacobianMut { dq, du, dt, .. } = out;
     match not_finite(&[dq, du, dt]) {
         Some(index) => Err(Error::NotFinite { joint: index % n }),
-        None => Ok(loose),
+        None => Ok(closed),
     }
 }
 
@@ -102,7 +107,7 @@ where
     if expected != given {
         return Err(Error::Length { expected, given });
     }
-    let mut linear = Linearised::at(system, t, q, u, plain(), workspace)?;
+    let mut linear = Linearised::at(system, t, q, u, workspace)?;
     let (acceleration, derivatives) = out.split_at_mut(n);
     acceleration.copy_from_slice(linear.acceleration);
     for (change, derivative) in changes.zip(derivatives.chunks_exact_mut(n.max(1))) {
@@ -120,15 +125,16 @@ pub(crate) struct Linearised<'a, Y: System> {
     t: Y::Scalar,
     q: &'a [Y::Scalar],
     u: &'a [Y::Scalar],
-    spectrum: Spectrum<Y::Scalar>,
     /// Factor of M.
     pub mass: &'a mut [Y::Scalar],
-    /// Orthogonal rows of J L^-T; those beyond `kept` are meaningless.
-    pub rows: &'a mut [Y::Scalar],
-    /// What made them orthogonal, (C + D) x (C + D).
+    /// Orthogonal rows that span those of J L^-T; those beyond `rank` are meaningless.
+    rows: &'a mut [Y::Scalar],
+    /// What makes them of the rows of J L^-T, (C + D) x (C + D).
     turn: &'a mut [Y::Scalar],
-    /// Orthogonal rows.
-    kept: usize,
+    /// Independent rows.
+    rank: usize,
+    /// Whether a direction of the closure is weak.
+    pub is_weak: bool,
     pub acceleration: &'a mut [Y::Scalar],
     /// lambda, C, then what drives the driven joints, D, divided by the size.
     pub multipliers: &'a mut [Y::Scalar],
@@ -136,8 +142,6 @@ pub(crate) struct Linearised<'a, Y: System> {
     turned: &'a mut [Y::Scalar],
     opening: &'a mut [Y::Scalar],
     force: &'a mut [Y::Scalar],
-    zeros: &'a mut [Y::Scalar],
-    direction: &'a mut [Y::Scalar],
     parameters: &'a mut [Y::Scalar],
     inputs: &'a mut [Y::Scalar],
 }
@@ -148,40 +152,37 @@ impl<'a, Y: System> Linearised<'a, Y> {
         t: Y::Scalar,
         q: &'a [Y::Scalar],
         u: &'a [Y::Scalar],
-        spectrum: Spectrum<Y::Scalar>,
         mut workspace: &'a mut [Y::Scalar],
     ) -> Result<Self, Error> {
         let dimensions = check(system, workspace, &[q.len(), u.len()])?;
+        let gap = Gap::at(system, q, workspace)?;
         let (n, m) = (dimensions.coordinates, dimensions.rows + dimensions.drives);
         let mut linear = Self {
             system,
             t,
             q,
             u,
-            spectrum,
             mass: split(&mut workspace, n * n)?,
             rows: split(&mut workspace, m * n)?,
             turn: split(&mut workspace, m * m)?,
-            kept: 0,
+            rank: 0,
+            is_weak: false,
             acceleration: split(&mut workspace, n)?,
             multipliers: split(&mut workspace, m)?,
             rhs: split(&mut workspace, m)?,
             turned: split(&mut workspace, m)?,
             opening: split(&mut workspace, m)?,
             force: split(&mut workspace, n)?,
-            zeros: split(&mut workspace, n)?,
-            direction: split(&mut workspace, n)?,
             parameters: split(&mut workspace, dimensions.parameters)?,
             inputs: split(&mut workspace, dimensions.inputs)?,
         };
-        for zeros in [&mut *linear.zeros, linear.direction, linear.parameters, linear.inputs] {
-            zeros.fill(Y::Scalar::ZERO);
-        }
-        linear.solve_state()?;
+        linear.parameters.fill(Y::Scalar::ZERO);
+        linear.inputs.fill(Y::Scalar::ZERO);
+        linear.solve_state(gap)?;
         Ok(linear)
     }
 
-    fn solve_state(&mut self) -> Result<(), Error> {
+    fn solve_state(&mut self, gap: Gap<Y::Scalar>) -> Result<(), Error> {
         let (n, m) = (self.q.len(), self.rhs.len());
         let out = EquationsMut {
             mass: &mut *self.mass,
@@ -191,18 +192,23 @@ impl<'a, Y: System> Linearised<'a, Y> {
         };
         write(self.system, self.t, self.q, self.u, out);
         factor(self.mass, n).map_err(|joint| blame(&[self.q, self.u], self.mass, joint))?;
-        weigh(self.mass, self.rows, n);
         self.turn.fill(Y::Scalar::ZERO);
         for i in 0..m {
             self.turn[i * m + i] = Y::Scalar::ONE;
         }
-        self.kept = orthogonalise(self.rows, self.turn, m, n);
+        if m > 0 {
+            let kept = independent(self.rows, self.turn, [m, n], gap);
+            let k = kept.rank;
+            weigh(self.mass, &mut self.rows[..k * n], n);
+            orthogonalise(&mut self.rows[..k * n], &mut self.turn[..k * m], k, n);
+            (self.rank, self.is_weak) = (k, gap.is_weak(&kept));
+        }
         forward(self.mass, self.force);
         self.constrain();
         self.acceleration.copy_from_slice(self.force);
-        // lambda = (W W^T)^+ r = Q^T (c_i / |B_i|^2)
+        // lambda = Q^T (c_i / |B_i|^2)
         self.multipliers.fill(Y::Scalar::ZERO);
-        for i in 0..self.kept {
+        for i in 0..self.rank {
             add_scaled(self.multipliers, self.turned[i], &self.turn[i * m..(i + 1) * m]);
         }
         match not_finite(&[self.q, self.u, self.acceleration]) {
@@ -215,35 +221,15 @@ impl<'a, Y: System> Linearised<'a, Y> {
     /// leaves c_i / |B_i|^2 in `turned`.
     fn constrain(&mut self) {
         let (n, m) = (self.force.len(), self.rhs.len());
-        let row = |rows: &[Y::Scalar], i: usize| -> Y::Scalar {
-            dot(&rows[i * n..(i + 1) * n], &rows[i * n..(i + 1) * n])
-        };
-        let largest = (0..self.kept).fold(Y::Scalar::ZERO, |most, i| most.max(row(self.rows, i)));
-        let cut = self.spectrum.cut * largest;
         // B_i and B_k are orthogonal: what one adds to the solution does not touch the other.
-        for i in 0..self.kept {
-            let square = row(self.rows, i);
-            let wanted = -dot(&self.turn[i * m..(i + 1) * m], self.opening)
-                - dot(&self.rows[i * n..(i + 1) * n], self.force);
-            // Written so that NaN is kept and seen.
-            self.turned[i] = if square <= cut { Y::Scalar::ZERO } else { wanted / square };
+        for (i, row) in self.rows.chunks_exact(n).take(self.rank).enumerate() {
+            let wanted = -dot(&self.turn[i * m..(i + 1) * m], self.opening) - dot(row, self.force);
+            self.turned[i] = wanted / dot(row, row);
         }
-        for i in 0..self.kept {
-            add_scaled(self.force, self.turned[i], &self.rows[i * n..(i + 1) * n]);
+        for (row, &share) in self.rows.chunks_exact(n).take(self.rank).zip(&*self.turned) {
+            add_scaled(self.force, share, row);
         }
         backward(self.mass, self.force);
-    }
-
-    /// Whether a direction is kept that the plain spectrum drops.
-    fn is_loose(&self) -> bool {
-        let n = self.q.len();
-        let square = |i: usize| {
-            let row = &self.rows[i * n..(i + 1) * n];
-            dot(row, row)
-        };
-        let largest = (0..self.kept).fold(Y::Scalar::ZERO, |most, i| most.max(square(i)));
-        let cut = |spectrum: Spectrum<Y::Scalar>| spectrum.cut * largest;
-        (0..self.kept).any(|i| square(i) > cut(self.spectrum) && square(i) <= cut(plain()))
     }
 
     /// Columns of da/dq and da/du, N x N, and da/dt.
@@ -253,34 +239,130 @@ impl<'a, Y: System> Linearised<'a, Y> {
         du: &mut [Y::Scalar],
         dt: &mut [Y::Scalar],
     ) {
-        let n = self.q.len();
-        for joint in 0..n {
-            self.direction[joint] = Y::Scalar::ONE;
-            for (by_speed, matrix) in [(false, &mut *dq), (true, &mut *du)] {
-                self.tangent(Y::Scalar::ZERO, by_speed);
-                self.differentiate();
-                for i in 0..n {
-                    matrix[i * n + joint] = self.force[i];
-                }
-            }
-            self.direction[joint] = Y::Scalar::ZERO;
+        let (zeros, mut unit) = (self.system.vector(), self.system.vector());
+        let (zeros, unit) = (zeros.as_ref(), unit.as_mut());
+        for joint in 0..zeros.len() {
+            unit[joint] = Y::Scalar::ONE;
+            self.column(unit, zeros, dq, joint);
+            self.column(zeros, unit, du, joint);
+            unit[joint] = Y::Scalar::ZERO;
         }
-        self.tangent(Y::Scalar::ONE, false);
+        self.by_time(zeros, zeros, dt);
+    }
+
+    /// As [`derivatives`](Self::derivatives), of the acceleration at the closed state that is
+    /// nearest: a change of q or u counts as far as it goes along the closure, and u follows q,
+    ///
+    /// ```text
+    /// J dq = 0        J du = -(dJ/dq dq) u
+    /// ```
+    ///
+    /// At open states, the acceleration changes without bounds as a direction fades.
+    fn derivatives_along_closure(
+        &mut self,
+        dq: &mut [Y::Scalar],
+        du: &mut [Y::Scalar],
+        dt: &mut [Y::Scalar],
+    ) {
+        let (zeros, mut along, mut turn) =
+            (self.system.vector(), self.system.vector(), self.system.vector());
+        let (zeros, along, turn) = (zeros.as_ref(), along.as_mut(), turn.as_mut());
+        for joint in 0..zeros.len() {
+            along.fill(Y::Scalar::ZERO);
+            along[joint] = Y::Scalar::ONE;
+            self.leave_closure_out(along);
+            self.follow(along, turn, |_| Y::Scalar::ZERO);
+            self.column(along, turn, dq, joint);
+            self.column(zeros, along, du, joint);
+        }
+        // Driven joints take the others with them.
+        self.opening.fill(Y::Scalar::ZERO);
+        self.prescribe(|drive| drive.speed);
+        self.force.fill(Y::Scalar::ZERO);
+        self.constrain();
+        along.copy_from_slice(self.force);
+        self.follow(along, turn, |drive| drive.acceleration);
+        self.by_time(along, turn, dt);
+    }
+
+    /// The part of x along the closure, orthogonal in M to what is left out.
+    fn leave_closure_out(&self, x: &mut [Y::Scalar]) {
+        let n = x.len();
+        self.times_upper(x);
+        for row in self.rows.chunks_exact(n).take(self.rank) {
+            let share = -dot(x, row) / dot(row, row);
+            add_scaled(x, share, row);
+        }
+        backward(self.mass, x);
+    }
+
+    /// How u changes as q changes along the closure, where a driven joint's speed changes by `rate`.
+    fn follow(
+        &mut self,
+        along: &[Y::Scalar],
+        turn: &mut [Y::Scalar],
+        rate: impl Fn(Drive<Y::Scalar>) -> Y::Scalar,
+    ) {
+        let zeros = self.system.vector();
+        let rows = self.system.dimensions().rows;
+        self.opening.fill(Y::Scalar::ZERO);
+        // At rest gamma stays zero: with u in the place of du/dt, what changes of gamma + J du/dt is
+        // (dJ/dq dq) u.
+        let at = Balance {
+            t: self.t,
+            q: self.q,
+            u: zeros.as_ref(),
+            acceleration: self.u,
+            multipliers: &self.multipliers[..rows],
+        };
+        let change = Change {
+            q: along,
+            u: zeros.as_ref(),
+            parameters: self.parameters,
+            inputs: self.inputs,
+            ..Change::default()
+        };
+        self.system.write_tangent(at, change, self.force, &mut self.opening[..rows]);
+        self.prescribe(rate);
+        self.force.fill(Y::Scalar::ZERO);
+        self.constrain();
+        turn.copy_from_slice(self.force);
+    }
+
+    /// Column `joint` of a matrix becomes da for changes of q and u.
+    fn column(&mut self, q: &[Y::Scalar], u: &[Y::Scalar], matrix: &mut [Y::Scalar], joint: usize) {
+        let n = q.len();
+        self.tangent(Y::Scalar::ZERO, q, u);
+        self.differentiate();
+        for (row, &value) in matrix.chunks_exact_mut(n).zip(&*self.force) {
+            row[joint] = value;
+        }
+    }
+
+    /// da as time goes on and q and u change by this much per second.
+    fn by_time(&mut self, q: &[Y::Scalar], u: &[Y::Scalar], out: &mut [Y::Scalar]) {
+        self.tangent(Y::Scalar::ONE, q, u);
+        self.prescribe(|drive| drive.jerk);
+        self.differentiate();
+        out.copy_from_slice(self.force);
+    }
+
+    /// Sets what driven joints follow, in the right-hand sides of J x = -`opening`.
+    fn prescribe(&mut self, rate: impl Fn(Drive<Y::Scalar>) -> Y::Scalar) {
         let rows = self.system.dimensions().rows;
         let mut openings = self.opening[rows..].iter_mut();
         self.system.drives(self.t, |drive| {
             if let Some(opening) = openings.next() {
-                *opening = -self.system.size() * drive.jerk;
+                *opening = -self.system.size() * rate(drive);
             }
         });
-        self.differentiate();
-        dt.copy_from_slice(self.force);
     }
 
     /// da in the direction of an input.
     pub fn by_input(&mut self, input: usize, out: &mut [Y::Scalar]) {
+        let zeros = self.system.vector();
         self.inputs[input] = Y::Scalar::ONE;
-        self.tangent(Y::Scalar::ZERO, false);
+        self.tangent(Y::Scalar::ZERO, zeros.as_ref(), zeros.as_ref());
         self.inputs[input] = Y::Scalar::ZERO;
         self.differentiate();
         out.copy_from_slice(self.force);
@@ -302,14 +384,9 @@ impl<'a, Y: System> Linearised<'a, Y> {
         out.copy_from_slice(self.force);
     }
 
-    /// Right-hand sides in `force` and `opening` for a change of t and of q or u along
-    /// `direction`.
-    fn tangent(&mut self, t: Y::Scalar, by_speed: bool) {
+    /// Right-hand sides in `force` and `opening` for a change of t, q and u.
+    fn tangent(&mut self, t: Y::Scalar, q: &[Y::Scalar], u: &[Y::Scalar]) {
         let rows = self.system.dimensions().rows;
-        let (q, u) = match by_speed {
-            true => (&*self.zeros, &*self.direction),
-            false => (&*self.direction, &*self.zeros),
-        };
         self.opening.fill(Y::Scalar::ZERO);
         self.system.write_tangent(
             Balance {
@@ -332,15 +409,11 @@ impl<'a, Y: System> Linearised<'a, Y> {
 
     /// Only da/dq, N x N.
     pub fn by_position(&mut self, dq: &mut [Y::Scalar]) {
-        let n = self.q.len();
-        for joint in 0..n {
-            self.direction[joint] = Y::Scalar::ONE;
-            self.tangent(Y::Scalar::ZERO, false);
-            self.direction[joint] = Y::Scalar::ZERO;
-            self.differentiate();
-            for i in 0..n {
-                dq[i * n + joint] = self.force[i];
-            }
+        let (zeros, mut unit) = (self.system.vector(), self.system.vector());
+        for joint in 0..self.q.len() {
+            unit.as_mut()[joint] = Y::Scalar::ONE;
+            self.column(unit.as_ref(), zeros.as_ref(), dq, joint);
+            unit.as_mut()[joint] = Y::Scalar::ZERO;
         }
     }
 
@@ -349,18 +422,13 @@ impl<'a, Y: System> Linearised<'a, Y> {
     pub fn tangent_basis(&self, basis: &mut [Y::Scalar]) -> usize {
         let n = self.q.len();
         let row = |i: usize| &self.rows[i * n..(i + 1) * n];
-        let largest = (0..self.kept).fold(Y::Scalar::ZERO, |most, i| most.max(dot(row(i), row(i))));
-        let cut = self.spectrum.cut * largest;
         let mut found = 0;
-        let rank = (0..self.kept).filter(|&i| !(dot(row(i), row(i)) <= cut)).count();
-        while found + rank < n {
+        while found + self.rank < n {
             // Of the unit vectors, the one that is least in what is known, less its part there.
             let (known, free) = basis.split_at_mut(found * n);
             let left = |k: usize| {
                 let taken = |v: &[Y::Scalar]| v[k] * v[k] / dot(v, v);
-                let rows = (0..self.kept)
-                    .filter(|&i| !(dot(row(i), row(i)) <= cut))
-                    .fold(Y::Scalar::ZERO, |sum, i| sum + taken(row(i)));
+                let rows = (0..self.rank).fold(Y::Scalar::ZERO, |sum, i| sum + taken(row(i)));
                 known.chunks_exact(n).fold(rows, |sum, v| sum + taken(v))
             };
             let mut best = 0;
@@ -374,7 +442,7 @@ impl<'a, Y: System> Linearised<'a, Y> {
             vector[best] = Y::Scalar::ONE;
             // Twice is enough (W. Kahan).
             for _ in 0..2 {
-                for i in (0..self.kept).filter(|&i| !(dot(row(i), row(i)) <= cut)) {
+                for i in 0..self.rank {
                     let part = dot(vector, row(i)) / dot(row(i), row(i));
                     add_scaled(vector, -part, row(i));
                 }
@@ -395,17 +463,19 @@ impl<'a, Y: System> Linearised<'a, Y> {
         found
     }
 
-    /// `x = M x`.
-    pub fn times_mass(&self, x: &mut [Y::Scalar]) {
+    /// `x = L^T x`. The factor's diagonal is inverse.
+    fn times_upper(&self, x: &mut [Y::Scalar]) {
         let n = x.len();
-        // The factor's diagonal is inverse. L^T x, from the top; then L, from the bottom.
         for i in 0..n {
             let below =
                 (i + 1..n).fold(Y::Scalar::ZERO, |sum, k| sum + self.mass[k * n + i] * x[k]);
             x[i] = x[i] / self.mass[i * n + i] + below;
         }
-        for i in (0..n).rev() {
-            x[i] = x[i] / self.mass[i * n + i] + dot(&self.mass[i * n..i * n + i], &x[..i]);
-        }
+    }
+
+    /// `x = M x`.
+    pub fn times_mass(&self, x: &mut [Y::Scalar]) {
+        self.times_upper(x);
+        times_lower(self.mass, x);
     }
 }

@@ -118,7 +118,9 @@ mod lanes;
 mod linear;
 mod linearization;
 mod mechanism;
+mod passage;
 mod projection;
+mod rank;
 mod scalar;
 mod sin_cos;
 mod state;
@@ -126,7 +128,7 @@ mod stops;
 mod system;
 mod workspace;
 
-pub use acceleration::{Constraint, RANK_TOLERANCE, acceleration, acceleration_and_forces};
+pub use acceleration::{Constraint, acceleration, acceleration_and_forces};
 pub use assembly::{Assembly, assemble};
 pub use batch::{Batch, LaneError, Lanes};
 pub use equilibrium::{Equilibrium, equilibrium};

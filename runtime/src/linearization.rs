@@ -9,7 +9,6 @@
 //! so that A = [0 1; -K -D]. At rest T changes only to second order, and the reaction of the
 //! closure does no work along it.
 
-use crate::acceleration::fine;
 use crate::jacobian::Linearised;
 use crate::linear::dot;
 use crate::{Error, System};
@@ -51,7 +50,7 @@ pub fn linearize<Y: System>(
         return Err(Error::Length { expected, given: out.inputs.len() });
     }
     let rest = system.vector();
-    let mut linear = Linearised::at(system, t, q, rest.as_ref(), fine(), workspace)?;
+    let mut linear = Linearised::at(system, t, q, rest.as_ref(), workspace)?;
     let freedoms = linear.tangent_basis(out.basis);
     let mut image = system.vector();
     let image = image.as_mut();

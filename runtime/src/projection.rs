@@ -6,16 +6,25 @@
 //! its distance from where it should be times the mechanism's size. After E. Hairer, C. Lubich, G. Wanner,
 //! "Geometric Numerical Integration", IV.4; E. Eich, "Convergence results for a coordinate
 //! projection method", 1993.
+//!
+//! Where no direction of the closure is weak, loops are closed to 1e-12 of the mechanism's size; next to
+//! a singular state, where a residual says little of the position, to rounding. How far off the
+//! directions themselves are is known there ([`rank`](crate::rank)), and speeds are corrected by no less
+//! than that: what is rounding must not turn them away from their branch.
 
-use crate::acceleration::{blame, holds, not_finite, plain, weigh};
+use crate::acceleration::{blame, holds, not_finite, weigh};
 use crate::linear::{
-    Spectrum, add_scaled, backward, combine, dot, factor, max_abs, orthogonalise, reduce, tolerance,
+    add_scaled, backward, combine, dot, factor, keep, max_abs, normalise, orthogonalise, reduce,
 };
+use crate::rank::{Gap, bearable, closed, closed_finely};
 use crate::workspace::{check, split};
 use crate::{Arithmetic, Dimensions, EquationsMut, Error, ProjectionMut, Scalar, System};
 
 /// Steps of Gauss-Newton; it converges quadratically from where an integrator leaves it.
 pub(crate) const ITERATIONS: usize = 12;
+
+/// Loops that are open by this many times what rounding leaves are open because no branch is chosen.
+const UNDECIDED: f64 = 4.0;
 
 /// What a projection reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,18 +34,6 @@ pub struct Projected<S> {
     pub residual: S,
     /// Independent rows among all nine of every loop.
     pub rank: usize,
-}
-
-/// Residual at which a loop counts as closed: 1e-12 of the mechanism's size; 16 epsilon, about
-/// 2e-6 of it, in `f32`.
-pub(crate) fn closed<Y: System>(system: &Y) -> Y::Scalar {
-    tolerance::<Y::Scalar>(1e-12, 16.0) * system.size()
-}
-
-/// The residual that is left when rounding or a singular state stops the iteration may be this
-/// large: 1e-9 of the size; a thousand epsilon, about 1e-4 of it, in `f32`.
-fn bearable<Y: System>(system: &Y) -> Y::Scalar {
-    tolerance::<Y::Scalar>(1e-9, 1000.0) * system.size()
 }
 
 /// The loop with the largest residual, and that residual.
@@ -66,31 +63,27 @@ pub fn project<Y: System>(
     u: &mut [Y::Scalar],
     workspace: &mut [Y::Scalar],
 ) -> Result<Projected<Y::Scalar>, Error> {
-    project_within(system, t, q, u, plain(), closed(system), workspace)
+    project_within(system, t, q, u, closed(system), workspace)
 }
 
-/// As [`project`] to the last digit, with this spectrum for the speeds' directions: near a singular
-/// state a residual says little of the position.
+/// As [`project`], to rounding everywhere.
 pub(crate) fn project_finely<Y: System>(
     system: &Y,
     t: Y::Scalar,
     q: &mut [Y::Scalar],
     u: &mut [Y::Scalar],
-    spectrum: Spectrum<Y::Scalar>,
     workspace: &mut [Y::Scalar],
 ) -> Result<Projected<Y::Scalar>, Error> {
-    let enough = Y::Scalar::from_f64(4.0) * Y::Scalar::EPSILON * system.size();
-    project_within(system, t, q, u, spectrum, enough, workspace)
+    project_within(system, t, q, u, closed_finely(system), workspace)
 }
 
-/// As [`project`], with this spectrum for the speeds and this residual (m) for closed.
+/// As [`project`]; loops that are closed by elimination are closed to `enough` (m).
 #[inline]
 fn project_within<Y: System>(
     system: &Y,
     t: Y::Scalar,
     q: &mut [Y::Scalar],
     u: &mut [Y::Scalar],
-    spectrum: Spectrum<Y::Scalar>,
     enough: Y::Scalar,
     workspace: &mut [Y::Scalar],
 ) -> Result<Projected<Y::Scalar>, Error> {
@@ -100,8 +93,24 @@ fn project_within<Y: System>(
     }
     match directly(system, q, u, enough, workspace) {
         Some(projected) => projected,
-        None => generally(system, t, q, u, spectrum, enough, workspace),
+        None => generally(system, t, q, u, workspace),
     }
+}
+
+/// Moves the state of a stage of an integrator next to a singular state as near to the closure as
+/// directions that are certain lead: which branch it belongs to is not decided here.
+pub(crate) fn project_stage<Y: System>(
+    system: &Y,
+    t: Y::Scalar,
+    q: &mut [Y::Scalar],
+    u: &mut [Y::Scalar],
+    workspace: &mut [Y::Scalar],
+) -> Result<(), Error> {
+    check(system, workspace, &[q.len(), u.len()])?;
+    let (mut closure, previous) = Closure::new(system, t, q, u, workspace)?;
+    let residual = closure.move_coordinates(system, q, false, previous)?;
+    closure.move_speeds(system, u, Gap::of(system, residual));
+    Ok(())
 }
 
 /// With a decision on the rank. Much code, seldom needed: not to be inlined.
@@ -111,16 +120,14 @@ fn generally<Y: System>(
     t: Y::Scalar,
     q: &mut [Y::Scalar],
     u: &mut [Y::Scalar],
-    spectrum: Spectrum<Y::Scalar>,
-    enough: Y::Scalar,
     workspace: &mut [Y::Scalar],
 ) -> Result<Projected<Y::Scalar>, Error> {
     let (mut closure, previous) = Closure::new(system, t, q, u, workspace)?;
-    let residual = closure.move_coordinates(system, q, enough, previous)?;
+    let residual = closure.move_coordinates(system, q, true, previous)?;
     if !(residual <= bearable(system)) {
         return Err(closure.open(system));
     }
-    let rank = closure.move_speeds(system, u, spectrum);
+    let rank = closure.move_speeds(system, u, Gap::of(system, residual));
     match not_finite(&[q, u]) {
         Some(joint) => Err(Error::NotFinite { joint }),
         None => Ok(Projected { residual, rank }),
@@ -199,9 +206,9 @@ pub(crate) fn restore<Y: System>(
         return Ok(());
     }
     let (mut closure, _) = Closure::new(system, t, q, u, workspace)?;
-    closure.evaluate(system, q)?;
+    let residual = closure.evaluate(system, q)?;
     closure.add_rates(system, u, gain + gain, gain * gain);
-    closure.solve(plain());
+    closure.solve(Gap::of(system, residual), Y::Scalar::ZERO);
     add_scaled(acceleration, Y::Scalar::ONE, closure.step);
     Ok(())
 }
@@ -310,71 +317,81 @@ impl<'a, S: Scalar> Closure<'a, S> {
     }
 
     /// The step of least weighted length that takes the residual away, and the rank. Residual and
-    /// Jacobian are lost.
-    fn solve(&mut self, spectrum: Spectrum<S>) -> usize {
+    /// Jacobian are lost. Of a vector of this `length`, what lies across the closure is taken away
+    /// only where it is more than the directions themselves are uncertain by.
+    fn solve(&mut self, gap: Gap<S>, length: S) -> usize {
         let (n, rows) = (self.step.len(), self.residual.len());
-        // Nine rows per loop are redundant: only what reduction leaves of them is weighed.
+        // Nine rows per loop are redundant: only what reduction leaves of them is looked at.
         let k = reduce(self.jacobian, self.residual, rows, n);
+        let k = orthogonalise(self.jacobian, self.residual, k, n);
         let (jacobian, residual) = (&mut self.jacobian[..k * n], &mut self.residual[..k]);
-        for value in residual.iter_mut() {
-            *value = -*value;
+        let k = keep(jacobian, residual, k, n, gap.cut()).rank;
+        let (jacobian, residual) = (&mut jacobian[..k * n], &mut residual[..k]);
+        let singular = |row: &[S]| dot(row, row).sqrt();
+        let largest = jacobian.chunks_exact(n).fold(S::ZERO, |most, row| most.max(singular(row)));
+        for (value, row) in residual.iter_mut().zip(jacobian.chunks_exact(n)) {
+            let uncertain = singular(row) * length * gap.uncertainty(singular(row) / largest);
+            // Written so that NaN is kept and seen.
+            *value = if value.abs() <= uncertain { S::ZERO } else { -*value };
         }
+        normalise(jacobian, residual, n);
         weigh(self.mass, jacobian, n);
-        let k = orthogonalise(jacobian, residual, k, n);
-        let rank = combine(jacobian, &residual[..k], spectrum, 1, self.step);
+        orthogonalise(jacobian, residual, k, n);
+        combine(jacobian, residual, self.step);
         backward(self.mass, self.step);
-        rank
+        k
     }
 
     /// Leaves residual and Jacobian at the final q; returns the largest residual.
+    ///
+    /// Where the directions that are certain do not close the loops, next to a singular state, q goes
+    /// to whichever branch is nearest if this is to be `decided`.
     fn move_coordinates<Y: System<Scalar = S>>(
         &mut self,
         system: &Y,
         q: &mut [S],
-        enough: S,
+        decided: bool,
         previous: &mut [S],
     ) -> Result<S, Error> {
-        let mut spectrum = plain();
-        let mut finer = true;
+        let enough = closed_finely(system);
+        let far = Y::Scalar::from_f64(UNDECIDED) * enough;
+        let mut undecided = decided;
+        let mut gap = None;
         let mut size = self.evaluate(system, q)?;
         for _ in 0..ITERATIONS {
             if size <= enough {
                 break;
             }
             previous.copy_from_slice(q);
-            self.solve(spectrum);
+            self.solve(gap.unwrap_or(Gap::of(system, size)), S::ZERO);
             add_scaled(q, S::ONE, self.step);
             let next = self.evaluate(system, q);
             if matches!(next, Ok(next) if next + next < size) {
                 size = next?;
                 continue;
             }
-            // Stalled: near a singular state the direction that is missing lies below the cut of
-            // the acceleration. Position needs it: only what is rounding is dropped.
             if !matches!(next, Ok(next) if next <= size) {
                 q.copy_from_slice(previous);
             }
             size = self.evaluate(system, q)?;
-            if !finer {
+            if !undecided || size <= far {
                 break;
             }
-            finer = false;
-            spectrum.cut = tolerance(1e-15, 8.0);
+            undecided = false;
+            gap = Some(Gap::of(system, S::ZERO));
         }
         Ok(size)
     }
 
-    /// Makes J u = 0 (for a driven joint: its speed), with the Jacobian that [`evaluate`](Self::evaluate) left. The cut is that of
-    /// the acceleration: a finer one would stop, at each passage of a singular state, speeds that
-    /// the acceleration left free, and take their energy away.
+    /// Makes J u = 0 (for a driven joint: its speed), with the Jacobian that [`evaluate`](Self::evaluate) left.
     fn move_speeds<Y: System<Scalar = S>>(
         &mut self,
         system: &Y,
         u: &mut [S],
-        spectrum: Spectrum<S>,
+        gap: Gap<S>,
     ) -> usize {
         self.add_rates(system, u, S::ONE, S::ZERO);
-        let rank = self.solve(spectrum);
+        let rank = self.solve(gap, dot(u, u).sqrt());
         add_scaled(u, S::ONE, self.step);
         rank
     }

@@ -8,15 +8,17 @@ use crate::{Dimensions, Error, System};
 /// adds one, there are c = C + D + N rows and r = 9 L + D + N residuals at most; P parameters and
 /// I inputs. It is the largest of
 ///
-/// * acceleration: M or its factor N N; J 2 c N (one copy is orthogonalised); gamma and lambda
-///   2 c; a vector N;
+/// * acceleration: residuals and their Jacobian r + r N; then, in the same place, M or its factor N N;
+///   J and two copies, one weighted and one orthogonalised, 3 c N; gamma and another right-hand side
+///   2 c; a vector N; or, where a motion passes through a singular state, M or its factor N N, J and its
+///   change 2 c N, and 3 c + N;
 /// * projection: M or its factor N N; then, one after the other in the same place, f, J, gamma
 ///   N + C N + C, or residuals, their Jacobian and two vectors r + r N + 2 N; or residuals
 ///   and three vectors r + 3 N, which is never more;
 /// * assembly: residuals and their Jacobian r + r N; the normal equations and their factor 2 N N;
 ///   eleven vectors 11 N;
 /// * jacobian: M or its factor N N; J c N and what orthogonalised it c c; four vectors of rows
-///   4 c and four of coordinates 4 N; directions P + I.
+///   4 c and two of coordinates 2 N; directions P + I.
 pub const fn workspace_len(dimensions: Dimensions) -> usize {
     needed(Dimensions { drives: dimensions.drives + dimensions.coordinates, ..dimensions })
 }
@@ -27,10 +29,11 @@ const fn needed(dimensions: Dimensions) -> usize {
     let Dimensions { coordinates: n, rows, loops, drives, parameters, inputs, .. } = dimensions;
     let c = rows + drives;
     let r = 9 * loops + drives;
-    let acceleration = n * n + 2 * c * n + 2 * c + n;
+    let acceleration =
+        greater(r + r * n, n * n + greater(3 * c * n + 2 * c, 2 * c * n + 3 * c) + n);
     let projection = n * n + greater(n + rows * n + rows, r + r * n + 2 * n);
     let assembly = r + r * n + 2 * n * n + 11 * n;
-    let jacobian = n * n + c * n + c * c + 4 * c + 4 * n + parameters + inputs;
+    let jacobian = n * n + c * n + c * c + 4 * c + 2 * n + parameters + inputs;
     greater(greater(acceleration, jacobian), greater(projection, assembly))
 }
 

@@ -2,7 +2,7 @@
 
 use super::Search;
 use crate::linear::{add_scaled, backward, dot, factor, forward, max_abs, tolerance};
-use crate::projection::closed;
+use crate::rank::closed;
 use crate::{Arithmetic, Scalar, System};
 
 /// Steps to close.

@@ -28,7 +28,7 @@ impl<Y: System> SemiImplicitEuler<Y> {
     /// # Errors
     ///
     /// Of [`acceleration`](crate::acceleration()) and [`project`](crate::project); the state is
-    /// then unchanged. [`Error::Time`] for a step that is not finite.
+    /// then unchanged. [`Error::Time`] for a step that is not a positive, finite number.
     pub fn step(&mut self, system: &Y, state: &mut StateOf<Y>, dt: Y::Scalar) -> Result<(), Error> {
         fixed::step::<Y>(state, dt, |state, dt| self.attempt(system, state, dt))
     }

@@ -7,6 +7,11 @@ use crate::{Arithmetic, Error, Scalar, StateOf, System};
 /// Pieces a step is cut into at most.
 const PIECES: u64 = 1 << 10;
 
+/// Whether time can go on by a step (s): positive and finite.
+pub(crate) fn is_forward<S: Scalar>(dt: S) -> bool {
+    dt > S::ZERO && dt.is_finite()
+}
+
 /// Advances `state` by `dt` (s), in as many equal pieces as it takes to keep every value finite.
 /// `attempt` advances by one piece, or fails and may leave its state anyhow.
 pub(super) fn step<Y: System>(
@@ -14,7 +19,7 @@ pub(super) fn step<Y: System>(
     dt: Y::Scalar,
     mut attempt: impl FnMut(&mut StateOf<Y>, Y::Scalar) -> Result<(), Error>,
 ) -> Result<(), Error> {
-    if !dt.is_finite() {
+    if !is_forward(dt) {
         return Err(Error::Time);
     }
     let start = state.clone();
@@ -44,7 +49,7 @@ pub(super) fn run<Y: System>(
 ) -> Result<(), Error> {
     let start = state.t;
     let duration = t_end - start;
-    if !(dt > Y::Scalar::ZERO) || !dt.is_finite() || !duration.is_finite() {
+    if !is_forward(dt) || !duration.is_finite() {
         return Err(Error::Time);
     }
     // A quotient that is a whole number but for rounding is that number.

@@ -13,16 +13,12 @@
 //! Steps end with a projection onto the closure, as everywhere.
 
 use super::steps::{Steps, first_step};
-use super::{Integrator, strayed};
-use crate::acceleration::{fine, plain, solve as accelerate};
-use crate::jacobian::jacobian_within;
-use crate::linear::{Spectrum, add_scaled, max_abs, reflect, solve, tolerance};
+use super::{Integrator, accelerate_closed, strayed};
+use crate::jacobian::differentiate;
+use crate::linear::{add_scaled, reflect, solve, tolerance};
 use crate::projection::project_finely;
-use crate::{Arithmetic, Error, JacobianMut, Scalar, StateOf, System};
+use crate::{Arithmetic, Error, JacobianMut, Scalar, StateOf, System, acceleration};
 
-/// How near a singular state, rad, the plain spectrum drops the direction that fades: the square
-/// root of its cut.
-const ZONE: f64 = 3e-4;
 const STAGES: usize = 6;
 const GAMMA: f64 = 0.25;
 
@@ -97,8 +93,9 @@ pub struct Rodas<Y: System> {
     speeds: [Y::Vector; STAGES],
     start: StateOf<Y>,
     end: StateOf<Y>,
-    /// Which directions of the closure count.
-    spectrum: Spectrum<Y::Scalar>,
+    /// Whether the step begins next to a singular state: the acceleration is then that of the nearest
+    /// closed state, at every stage, and its Jacobian, too.
+    closed: bool,
     steps: Steps<Y::Scalar>,
 }
 
@@ -124,33 +121,13 @@ impl<Y: System> Rodas<Y> {
             speeds: core::array::from_fn(|_| system.vector()),
             start: state.clone(),
             end: state,
-            spectrum: fine(),
+            closed: false,
             steps: Steps::new(4.0),
         }
     }
 
-    /// The Jacobian at the start of a step, with the direction of the closure that fades next to a
-    /// singular state where it bears load, and without where the motion has passed before what is
-    /// loose could move.
-    fn choose_directions(&mut self, system: &Y, state: &StateOf<Y>) -> Result<(), Error> {
-        self.spectrum = fine();
-        if !self.linearise(system, state)? {
-            return Ok(());
-        }
-        self.spectrum = plain();
-        self.linearise(system, state)?;
-        let stiffness = max_abs(self.by_position.as_ref()).sqrt();
-        let rate = stiffness.max(max_abs(self.by_speed.as_ref()));
-        let speed = max_abs(state.u.as_ref());
-        if rate * Y::Scalar::from_f64(ZONE) < speed {
-            return Ok(());
-        }
-        self.spectrum = fine();
-        self.linearise(system, state).map(|_| ())
-    }
-
     /// The Jacobian at the start of a step.
-    fn linearise(&mut self, system: &Y, state: &StateOf<Y>) -> Result<bool, Error> {
+    fn linearise(&mut self, system: &Y, state: &StateOf<Y>) -> Result<(), Error> {
         let out = JacobianMut {
             acceleration: self.acceleration.as_mut(),
             dq: self.by_position.as_mut(),
@@ -158,7 +135,13 @@ impl<Y: System> Rodas<Y> {
             dt: self.by_time.as_mut(),
         };
         let (q, u) = (state.q.as_ref(), state.u.as_ref());
-        jacobian_within(system, state.t, q, u, self.spectrum, self.workspace.as_mut(), out)
+        let workspace = self.workspace.as_mut();
+        self.closed = differentiate(system, state.t, q, u, true, workspace, out)?;
+        if self.closed {
+            let at = (state.t, &state.q, &state.u);
+            accelerate_closed(system, at, &mut self.workspace, &mut self.acceleration)?;
+        }
+        Ok(())
     }
 
     /// From `start` to `end`; the error in units of what is allowed.
@@ -201,7 +184,7 @@ impl<Y: System> Rodas<Y> {
         let error = (sum / of((2 * n).max(1) as f64)).sqrt();
         if error <= Y::Scalar::ONE {
             let (q, u) = (end.q.as_mut(), end.u.as_mut());
-            project_finely(system, end.t, q, u, self.spectrum, workspace.as_mut())?;
+            project_finely(system, end.t, q, u, workspace.as_mut())?;
         }
         Ok(error)
     }
@@ -215,7 +198,7 @@ impl<Y: System> Rodas<Y> {
         stage: usize,
     ) -> Result<(), Error> {
         let of = Y::Scalar::from_f64;
-        let Self { workspace, positions, speeds, start, end, spectrum, .. } = self;
+        let Self { workspace, positions, speeds, start, end, closed, .. } = self;
         if stage < STAGES - 1 {
             end.q.clone_from(&start.q);
             end.u.clone_from(&start.u);
@@ -231,8 +214,13 @@ impl<Y: System> Rodas<Y> {
             speeds[0].clone_from(&self.acceleration);
         } else {
             let t = start.t + step * of(PLACE[stage]);
-            let (at, out) = ((t, end.q.as_ref(), end.u.as_ref()), speeds[stage].as_mut());
-            accelerate(system, at, *spectrum, workspace.as_mut(), out, None)?;
+            let (q, u, out) = (&end.q, &end.u, &mut speeds[stage]);
+            if *closed {
+                accelerate_closed(system, (t, q, u), workspace, out)?;
+            } else {
+                let (q, u, out) = (q.as_ref(), u.as_ref(), out.as_mut());
+                acceleration(system, t, q, u, workspace.as_mut(), out)?;
+            }
         }
         let (before, now) = positions.split_at_mut(stage);
         let (speeds_before, speeds_now) = speeds.split_at_mut(stage);
@@ -259,7 +247,7 @@ impl<Y: System> Rodas<Y> {
 impl<Y: System> Integrator<Y> for Rodas<Y> {
     fn step(&mut self, system: &Y, state: &mut StateOf<Y>, t_end: Y::Scalar) -> Result<(), Error> {
         self.start.clone_from(state);
-        self.choose_directions(system, state)?;
+        self.linearise(system, state)?;
         let (q, u) = (state.q.as_ref(), state.u.as_ref());
         if !(self.steps.next > Y::Scalar::ZERO) {
             let parts = [(q, u), (u, self.acceleration.as_ref())];
@@ -283,7 +271,7 @@ impl<Y: System> Integrator<Y> for Rodas<Y> {
         extend(state.q.as_mut(), self.end.q.as_ref(), part, &self.positions);
         extend(state.u.as_mut(), self.end.u.as_ref(), part, &self.speeds);
         let (q, u) = (state.q.as_mut(), state.u.as_mut());
-        project_finely(system, t, q, u, self.spectrum, self.workspace.as_mut())?;
+        project_finely(system, t, q, u, self.workspace.as_mut())?;
         Ok(state)
     }
 

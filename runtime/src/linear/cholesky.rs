@@ -46,6 +46,15 @@ pub(crate) fn backward<S: Scalar>(l: &[S], x: &mut [S]) {
     }
 }
 
+/// `x = L x`.
+pub(crate) fn times_lower<S: Scalar>(l: &[S], x: &mut [S]) {
+    let n = x.len();
+    for i in (0..n).rev() {
+        let row = &l[i * n..=i * n + i];
+        x[i] = x[i] / row[i] + dot(&row[..i], &x[..i]);
+    }
+}
+
 /// A lower bound of smallest over largest eigenvalue, from the factor and the trace:
 /// by the inequality of the means det A <= `lambda_min` (trace / (n - 1))^(n - 1), and
 /// `lambda_max` <= trace.

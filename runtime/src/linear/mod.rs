@@ -4,9 +4,9 @@ mod cholesky;
 mod householder;
 mod pseudoinverse;
 
-pub(crate) use cholesky::{backward, conditioning, factor, forward};
+pub(crate) use cholesky::{backward, conditioning, factor, forward, times_lower};
 pub(crate) use householder::{reflect, solve};
-pub(crate) use pseudoinverse::{Spectrum, combine, orthogonalise, reduce};
+pub(crate) use pseudoinverse::{Kept, combine, keep, normalise, orthogonalise, reduce};
 
 use crate::Arithmetic;
 

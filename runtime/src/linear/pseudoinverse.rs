@@ -9,6 +9,8 @@
 //!
 //! needs neither factor of the singular value decomposition. More rows than columns are first
 //! reduced by Householder reflections, so that rotations always work along the smaller dimension.
+//! Rows of very different lengths keep their digits (J. Demmel, K. Veselic, "Jacobi's method is more
+//! accurate than QR", 1992): next to a singular state the row that fades is as exact as the others.
 //! After M. R. Hestenes, "Inversion of matrices by biorthogonalization", 1958; Golub and
 //! Van Loan, "Matrix Computations", 8.6.3.
 
@@ -17,15 +19,6 @@ use crate::Scalar;
 
 /// Sweeps over all pairs; convergence is quadratic and takes about six.
 const SWEEPS: usize = 40;
-
-/// What [`combine`] does to the singular values s.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Spectrum<S> {
-    /// Rows with s^2 below this share of the largest s^2 are dropped.
-    pub cut: S,
-    /// mu in s / (s^2 + mu), as a share of the largest s^2: 0 for the pseudo-inverse.
-    pub damping: S,
-}
 
 /// Makes the rows of `a` (m x n) orthogonal and turns the rows of `b` (m x any) with them. Returns
 /// the number of rows that remain, at most min(m, n); what `a` and `b` hold beyond is meaningless.
@@ -137,31 +130,62 @@ fn turn<S: Scalar>(first: &mut [S], second: &mut [S], cosine: S, sine: S) {
     }
 }
 
-/// `x = A^+ b` from what [`orthogonalise`] left, and the rank it kept. With `power` 2 the terms
-/// are divided by |B_i|^2 once more, which gives z with (A A^T)^+ b = A z.
-pub(crate) fn combine<S: Scalar>(
-    rows: &[S],
-    b: &[S],
-    spectrum: Spectrum<S>,
-    power: u32,
-    x: &mut [S],
-) -> usize {
-    let n = x.len();
-    x.fill(S::ZERO);
-    let row = |i: usize| &rows[i * n..(i + 1) * n];
-    let largest = (0..b.len()).fold(S::ZERO, |most, i| most.max(dot(row(i), row(i))));
-    let (cut, damping) = (spectrum.cut * largest, spectrum.damping * largest);
-    let mut rank = 0;
-    for (i, &value) in b.iter().enumerate() {
-        let square = dot(row(i), row(i));
+/// What [`keep`] decided.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Kept<S> {
+    /// Rows that remain.
+    pub rank: usize,
+    /// The smallest singular value kept, as a share of the largest; 1 without rows.
+    pub least: S,
+    /// The largest singular value dropped, as a share of the largest; 0 if none is.
+    pub dropped: S,
+}
+
+/// Of the orthogonal rows of `a` (m x n), moves those to the front whose singular value is more than
+/// `cut` times the largest, and the rows of `b` (m x any) with them.
+pub(crate) fn keep<S: Scalar>(a: &mut [S], b: &mut [S], m: usize, n: usize, cut: S) -> Kept<S> {
+    let width = b.len() / m.max(1);
+    let length = |a: &[S], i: usize| {
+        let row = &a[i * n..(i + 1) * n];
+        dot(row, row).sqrt()
+    };
+    let largest = (0..m).fold(S::ZERO, |most, i| most.max(length(a, i)));
+    let mut kept = Kept { rank: 0, least: S::ONE, dropped: S::ZERO };
+    for i in 0..m {
+        let value = length(a, i);
         // Written so that NaN is kept and seen.
-        if !(square <= cut) {
-            rank += 1;
-            let factor = (0..power).fold(value, |factor, _| factor / (square + damping));
-            add_scaled(x, factor, row(i));
+        if value <= cut * largest {
+            if value > S::ZERO {
+                kept.dropped = kept.dropped.max(value / largest);
+            }
+            continue;
+        }
+        kept.least = kept.least.min(value / largest);
+        a.copy_within(i * n..(i + 1) * n, kept.rank * n);
+        b.copy_within(i * width..(i + 1) * width, kept.rank * width);
+        kept.rank += 1;
+    }
+    kept
+}
+
+/// Divides the rows of `a` (of n columns), and those of `b` with them, by the lengths of the rows of `a`.
+pub(crate) fn normalise<S: Scalar>(a: &mut [S], b: &mut [S], n: usize) {
+    let width = b.len() / (a.len() / n.max(1)).max(1);
+    for (a, b) in a.chunks_exact_mut(n.max(1)).zip(b.chunks_exact_mut(width.max(1))) {
+        let scale = S::ONE / dot(a, a).sqrt();
+        for value in a.iter_mut().chain(b) {
+            *value *= scale;
         }
     }
-    rank
+}
+
+/// `x = A^+ b` from the orthogonal rows that [`keep`] left.
+pub(crate) fn combine<S: Scalar>(rows: &[S], b: &[S], x: &mut [S]) {
+    let n = x.len();
+    x.fill(S::ZERO);
+    for (row, &value) in rows.chunks_exact(n.max(1)).zip(b) {
+        add_scaled(x, value / dot(row, row), row);
+    }
 }
 
 #[cfg(test)]
@@ -170,10 +194,25 @@ mod tests {
     use crate::linear::test_matrix;
     use nalgebra::{DMatrix, DVector};
 
-    const PLAIN: Spectrum<f64> = Spectrum { cut: 1e-7, damping: 0.0 };
+    /// The pseudo-inverse of a matrix (m x n) times b, and the rank: singular values up to `cut`
+    /// times the largest are dropped.
+    fn pseudo_inverse(
+        a: &mut [f64],
+        b: &mut [f64],
+        m: usize,
+        n: usize,
+        cut: f64,
+    ) -> (Vec<f64>, usize) {
+        let k = orthogonalise(a, b, m, n);
+        let Kept { rank, .. } = keep(&mut a[..k * n], &mut b[..k], k, n, cut);
+        let mut x = vec![0.0; n];
+        normalise(&mut a[..rank * n], &mut b[..rank], n);
+        combine(&a[..rank * n], &b[..rank], &mut x);
+        (x, rank)
+    }
 
-    /// Compares `A^+ b` and `(A A^T)^+ b` for A = U diag(values) V^T, m x n, with U and V from
-    /// nalgebra's QR, so that A^+ = V diag(1 / values) U^T with values below the cut left out.
+    /// Compares `A^+ b` for A = U diag(values) V^T, m x n, with U and V from nalgebra's QR, so that
+    /// A^+ = V diag(1 / values) U^T with values below the cut left out.
     /// (Its own singular value decomposition errs by 1e-6 for some matrices of deficient rank.)
     fn check(m: usize, n: usize, values: &[f64], rank: usize) {
         let k = values.len();
@@ -186,18 +225,11 @@ mod tests {
         let b = DVector::from_fn(m, |i, _| (1.0 + i as f64).sin());
         let mut rows: Vec<f64> = a.transpose().iter().copied().collect();
         let mut turned: Vec<f64> = b.iter().copied().collect();
-        let remaining = orthogonalise(&mut rows, &mut turned, m, n);
-        let mut x = vec![0.0; n];
-        assert_eq!(combine(&rows, &turned[..remaining], PLAIN, 1, &mut x), rank, "{m} x {n}");
+        let (x, found) = pseudo_inverse(&mut rows, &mut turned, m, n, 3e-4);
+        assert_eq!(found, rank, "{m} x {n}");
         let expected = &inverse * &b;
-        let error = (DVector::from_vec(x.clone()) - &expected).amax();
+        let error = (DVector::from_vec(x) - &expected).amax();
         assert!(error <= 1e-12 * expected.amax(), "{m} x {n}: {error:e}");
-
-        combine(&rows, &turned[..remaining], PLAIN, 2, &mut x);
-        let multipliers = a * DVector::from_vec(x);
-        let expected = inverse.transpose() * expected;
-        let error = (multipliers - &expected).amax();
-        assert!(error <= 1e-9 * expected.amax(), "{m} x {n}: {error:e}");
     }
 
     #[test]
@@ -221,19 +253,34 @@ mod tests {
         }
     }
 
+    /// A row that fades is known to as many digits as its entries are, however short it is.
+    #[test]
+    fn a_short_row_keeps_its_digits() {
+        for scale in [1e-3, 1e-6, 1e-9, 1e-12] {
+            let mut rows = [1.0, 2.0, 0.5, 0.3 * scale, -0.7 * scale, 0.1 * scale];
+            let mut b = [1.0, 2.0 * scale];
+            let (x, rank) = pseudo_inverse(&mut rows, &mut b, 2, 3, 1e-14);
+            // The same with the row at full length, by nalgebra.
+            let a = DMatrix::from_row_slice(2, 3, &[1.0, 2.0, 0.5, 0.3, -0.7, 0.1]);
+            let gram = (&a * a.transpose()).cholesky().unwrap();
+            let expected = a.transpose() * gram.solve(&DVector::from_vec(vec![1.0, 2.0]));
+            assert_eq!(rank, 2);
+            let error = (DVector::from_vec(x) - &expected).amax();
+            assert!(error <= 1e-14 * expected.amax(), "scale {scale:e}: {error:e}");
+        }
+    }
+
     #[test]
     fn a_zero_matrix_has_rank_zero_and_solution_zero() {
-        let (mut a, mut b, mut x, b_len) = ([0.0_f64; 12], [1.0; 4], [5.0; 3], 4);
-        let k = orthogonalise(&mut a, &mut b, b_len, 3);
-        assert_eq!(combine(&a, &b[..k], PLAIN, 1, &mut x), 0);
-        assert_eq!(x, [0.0; 3]);
+        let (mut a, mut b) = ([0.0_f64; 12], [1.0; 4]);
+        let (x, rank) = pseudo_inverse(&mut a, &mut b, 4, 3, 1e-7);
+        assert_eq!((x.as_slice(), rank), (&[0.0; 3][..], 0));
     }
 
     #[test]
     fn not_a_number_ends_and_stays_visible() {
-        let (mut a, mut b, mut x, b_len) = ([f64::NAN; 6], [1.0; 2], [0.0; 3], 2);
-        let k = orthogonalise(&mut a, &mut b, b_len, 3);
-        combine(&a, &b[..k], PLAIN, 1, &mut x);
+        let (mut a, mut b) = ([f64::NAN; 6], [1.0; 2]);
+        let (x, _) = pseudo_inverse(&mut a, &mut b, 2, 3, 1e-7);
         assert!(x.iter().all(|x| x.is_nan()));
     }
 }

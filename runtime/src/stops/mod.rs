@@ -8,7 +8,6 @@ mod stopped;
 
 pub use stopped::Stopped;
 
-use crate::acceleration::fine;
 use crate::integrate::Integrator;
 use crate::projection::project_finely;
 use crate::{Arithmetic, Error, Scalar, StateOf, System, acceleration_and_forces};
@@ -130,7 +129,7 @@ impl<Y: System> Stopped<Y> {
         let mut workspace = self.workspace();
         let mut after = state.clone();
         let (q, u) = (after.q.as_mut(), after.u.as_mut());
-        project_finely(self, state.t, q, u, fine(), workspace.as_mut())?;
+        project_finely(self, state.t, q, u, workspace.as_mut())?;
         for joint in 0..state.q.as_ref().len() {
             let side = self.sides.as_ref()[joint];
             if side == zero || self.speeds.as_ref()[joint] != zero {
@@ -139,7 +138,7 @@ impl<Y: System> Stopped<Y> {
             self.sides.as_mut()[joint] = zero;
             let mut without = state.clone();
             let (q, u) = (without.q.as_mut(), without.u.as_mut());
-            let moved = project_finely(self, state.t, q, u, fine(), workspace.as_mut());
+            let moved = project_finely(self, state.t, q, u, workspace.as_mut());
             let small = Y::Scalar::from_f64(16.0) * Y::Scalar::EPSILON * u[joint].abs();
             if moved.is_ok() && u[joint] * side < -small {
                 after = without;

@@ -1,0 +1,166 @@
+//! Passing through a singular state: constraints that fade on the way.
+//!
+//! A row w of the closure that fades along a motion has a direction to the last: w / |w| tends to
+//! dw/dt / |dw/dt|. Where w itself is too short to show it, the difference of the row a little ahead on
+//! the motion and a little behind does, and a motion keeps its branch. With w du/dt + gamma = 0 all along
+//! the motion, and J and gamma of the closure c, the same limit (de l'Hospital's) gives the right-hand
+//! side:
+//!
+//! ```text
+//! d/dt (w du/dt + gamma) = 3 dw/dt du/dt + c'''(u, u, u) + w d2u/dt2,    w -> 0
+//! dw/dt du/dt = -1/3 c'''(u, u, u) = -1/3 dgamma/dt at constant u
+//! ```
+
+use crate::acceleration::{blame, not_finite, weigh, write};
+use crate::linear::{add_scaled, backward, combine, dot, factor, forward, orthogonalise};
+use crate::rank::Gap;
+use crate::workspace::split;
+use crate::{Arithmetic, Constraint, Dimensions, EquationsMut, Error, System};
+
+/// Rows that change by less than this share of the largest singular value per rad do not fade: they
+/// are redundant all along.
+const FADES: f64 = 1e-3;
+
+/// Speeds may lie across a direction that has nearly faded by this share and still show the branch.
+const ACROSS: f64 = 0.1;
+
+/// du/dt at a state next to a singular one through which the motion passes, into `out`. `None` at rest and
+/// where the speeds do not lie along a branch.
+pub(crate) fn pass<Y: System>(
+    system: &Y,
+    dimensions: Dimensions,
+    (t, q, u): (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
+    gap: Gap<Y::Scalar>,
+    mut workspace: &mut [Y::Scalar],
+    out: &mut [Y::Scalar],
+) -> Result<Option<Constraint>, Error> {
+    let (n, c) = (dimensions.coordinates, dimensions.rows + dimensions.drives);
+    let speed = dot(u, u).sqrt();
+    if !(speed > Y::Scalar::ZERO) {
+        return Ok(None);
+    }
+    // Differences of J, then of gamma over 3, then -gamma: n + 2 columns.
+    let width = n + 2;
+    let beside = split(&mut workspace, c * width)?;
+    let distance = gap.fading();
+    difference(system, (t, q, u), distance / speed, beside, out, workspace)?;
+
+    let mass = split(&mut workspace, n * n)?;
+    let rows = split(&mut workspace, c * n)?;
+    let gamma = split(&mut workspace, c)?;
+    write(system, t, q, u, EquationsMut { mass, forcing: out, jacobian: rows, gamma });
+    for (row, &gamma) in beside.chunks_exact_mut(width).zip(&*gamma) {
+        row[n + 1] = -gamma;
+    }
+    factor(mass, n).map_err(|joint| blame(&[q, u], mass, joint))?;
+    let push = split(&mut workspace, n)?;
+    forward(mass, out);
+
+    orthogonalise(rows, beside, c, n);
+    let length = |row: &[Y::Scalar]| dot(row, row).sqrt();
+    let largest = rows.chunks_exact(n).fold(Y::Scalar::ZERO, |most, row| most.max(length(row)));
+    let mut strong = 0;
+    for i in 0..c {
+        let value = length(&rows[i * n..(i + 1) * n]);
+        if value > gap.fading() * largest {
+            exchange(rows, n, i, strong);
+            exchange(beside, width, i, strong);
+            strong += 1;
+        } else if value > gap.cut() * largest {
+            let across = dot(&rows[i * n..(i + 1) * n], u).abs();
+            if across > Y::Scalar::from_f64(ACROSS) * value * speed {
+                return Ok(None);
+            }
+        }
+    }
+    let rhs = gamma;
+    for i in 0..strong {
+        let row = &mut rows[i * n..(i + 1) * n];
+        let scale = Y::Scalar::ONE / length(row);
+        row.iter_mut().for_each(|value| *value *= scale);
+        rhs[i] = beside[i * width + n + 1] * scale;
+    }
+    // What the others change by takes their place, without what the strong rows say already.
+    let (kept, fading) = rows.split_at_mut(strong * n);
+    for (i, row) in fading.chunks_exact_mut(n).enumerate() {
+        let beside = &beside[(strong + i) * width..];
+        row.copy_from_slice(&beside[..n]);
+        let mut wanted = -beside[n];
+        for (kept, &value) in kept.chunks_exact(n).zip(&*rhs) {
+            let share = dot(row, kept);
+            add_scaled(row, -share, kept);
+            wanted -= share * value;
+        }
+        rhs[strong + i] = wanted;
+    }
+    let least = Y::Scalar::from_f64(FADES) * (distance + distance) * largest;
+    let count = if fading.is_empty() {
+        0
+    } else {
+        orthogonalise(fading, &mut rhs[strong..], c - strong, n)
+    };
+    let mut rank = strong;
+    for i in strong..strong + count {
+        let value = length(&rows[i * n..(i + 1) * n]);
+        if value > least {
+            rows.copy_within(i * n..(i + 1) * n, rank * n);
+            let row = &mut rows[rank * n..(rank + 1) * n];
+            row.iter_mut().for_each(|entry| *entry = *entry / value);
+            rhs[rank] = rhs[i] / value;
+            rank += 1;
+        }
+    }
+
+    let (rows, rhs) = (&mut rows[..rank * n], &mut rhs[..rank]);
+    weigh(mass, rows, n);
+    for (value, row) in rhs.iter_mut().zip(rows.chunks_exact(n)) {
+        *value -= dot(row, out);
+    }
+    orthogonalise(rows, rhs, rank, n);
+    combine(rows, rhs, push);
+    add_scaled(out, Y::Scalar::ONE, push);
+    backward(mass, out);
+    match not_finite(&[out]) {
+        Some(joint) => Err(Error::NotFinite { joint }),
+        None => Ok(Some(Constraint::passing(rank, gap.is_closed()))),
+    }
+}
+
+/// What J and a third of gamma change by from `time` before to `time` after along q + u t, into rows of
+/// n + 2 numbers. `forcing` is overwritten.
+fn difference<Y: System>(
+    system: &Y,
+    (t, q, u): (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
+    time: Y::Scalar,
+    beside: &mut [Y::Scalar],
+    forcing: &mut [Y::Scalar],
+    mut workspace: &mut [Y::Scalar],
+) -> Result<(), Error> {
+    let n = q.len();
+    let c = beside.len() / (n + 2);
+    let mass = split(&mut workspace, n * n)?;
+    let jacobian = split(&mut workspace, c * n)?;
+    let gamma = split(&mut workspace, c)?;
+    let third = Y::Scalar::from_f64(1.0 / 3.0);
+    let mut at = system.vector();
+    beside.fill(Y::Scalar::ZERO);
+    for sign in [-Y::Scalar::ONE, Y::Scalar::ONE] {
+        at.as_mut().copy_from_slice(q);
+        add_scaled(at.as_mut(), sign * time, u);
+        let out = EquationsMut { mass, forcing, jacobian, gamma };
+        write(system, t, at.as_ref(), u, out);
+        let rows = jacobian.chunks_exact(n).zip(&*gamma);
+        for (beside, (row, &gamma)) in beside.chunks_exact_mut(n + 2).zip(rows) {
+            add_scaled(&mut beside[..n], sign, row);
+            beside[n] += sign * third * gamma;
+        }
+    }
+    Ok(())
+}
+
+/// Exchanges rows i and k <= i of a matrix of n columns.
+fn exchange<S: Copy>(matrix: &mut [S], n: usize, i: usize, k: usize) {
+    for column in 0..n {
+        matrix.swap(i * n + column, k * n + column);
+    }
+}

@@ -1,0 +1,118 @@
+//! Which directions of the closure count: the decision on the rank.
+//!
+//! The rows of J are made orthogonal as they are, without masses: what is independent is a matter of
+//! geometry. The lengths of the orthogonal rows are the singular values s, here as shares of the
+//! largest. Next to a singular state, such as the flat one, some of them fade in proportion to the
+//! distance from it (rad): such a constraint is weak, but real.
+//!
+//! The angles are known only as well as the loops are closed. With g the largest closure residual over
+//! the mechanism's size, a direction is known to within g / s rad, and Newton's method finds its way
+//! along it while
+//!
+//! ```text
+//! g / s^2 < 1/4
+//! ```
+//!
+//! (L. V. Kantorovich, "Functional analysis and applied mathematics", 1948, for closures that curve by
+//! their size per rad^2). Beyond that, two branches of the mechanism's motion can no longer be told
+//! from each other, and the direction is dropped as if it were zero. A closed state has a residual of
+//! four units in the last place: in `f64` directions are kept to within some 1e-7 rad of a singular
+//! state, in `f32` to within some 1e-3 rad. Redundant rows, which differ from zero by g / s of the
+//! weakest direction, are always dropped.
+
+use crate::linear::{Kept, max_abs, tolerance};
+use crate::workspace::split;
+use crate::{Arithmetic, Dimensions, Error, Scalar, System};
+
+/// Directions with singular values below this share of the largest are weak: the state is some 0.1 rad
+/// or less from a singular one.
+const WEAK: f64 = 1e-2;
+
+/// A redundant row may be this many times longer than the openness of the loops makes it.
+const REDUNDANT: f64 = 16.0;
+
+/// The residual, m, at which loops are closed to rounding.
+pub(crate) fn closed_finely<Y: System>(system: &Y) -> Y::Scalar {
+    Y::Scalar::from_f64(4.0) * Y::Scalar::EPSILON * system.size()
+}
+
+/// The residual, m, at which a loop counts as closed where no direction is weak: 1e-12 of the
+/// mechanism's size; 16 epsilon, about 2e-6 of it, in `f32`.
+pub(crate) fn closed<Y: System>(system: &Y) -> Y::Scalar {
+    tolerance::<Y::Scalar>(1e-12, 16.0) * system.size()
+}
+
+/// The residual, m, that may be left when rounding or a singular state stops a projection: 1e-9 of the
+/// size; a thousand epsilon, about 1e-4 of it, in `f32`.
+pub(crate) fn bearable<Y: System>(system: &Y) -> Y::Scalar {
+    tolerance::<Y::Scalar>(1e-9, 1000.0) * system.size()
+}
+
+/// By how much loops are open, as a share of the mechanism's size, never less than what rounding leaves
+/// of closed ones.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Gap<S>(S);
+
+impl<S: Scalar> Gap<S> {
+    /// From the largest residual, m.
+    pub fn of<Y: System<Scalar = S>>(system: &Y, residual: S) -> Self {
+        Self(residual.max(closed_finely(system)) / system.size())
+    }
+
+    /// Of loops closed to rounding.
+    #[cfg(test)]
+    pub fn closed() -> Self {
+        Self(S::from_f64(4.0) * S::EPSILON)
+    }
+
+    /// At q; the workspace holds 9 L (N + 1) numbers. A state that is not closed at all has no rank of its own:
+    /// it gets that of one whose residual is just bearable.
+    pub fn at<Y: System<Scalar = S>>(
+        system: &Y,
+        q: &[S],
+        mut workspace: &mut [S],
+    ) -> Result<Self, Error> {
+        let Dimensions { coordinates: n, loops, .. } = system.dimensions();
+        let residual = split(&mut workspace, 9 * loops)?;
+        let jacobian = split(&mut workspace, 9 * loops * n)?;
+        system.write_closure(q, residual, jacobian);
+        Ok(Self::of(system, max_abs(residual).min(bearable(system))))
+    }
+
+    /// Singular values up to this share of the largest are dropped.
+    pub fn cut(self) -> S {
+        (S::from_f64(4.0) * self.0).sqrt()
+    }
+
+    /// Directions with singular values up to this share of the largest are better seen along the motion
+    /// than at a state: the cube root of the gap, where their uncertainty is as large as they are. It is
+    /// also how far ahead and behind to look, rad.
+    pub fn fading(self) -> S {
+        self.0.pow(S::from_f64(1.0 / 3.0))
+    }
+
+    /// Whether such a direction is among those kept or dropped.
+    pub fn is_fading(self, kept: &Kept<S>) -> bool {
+        kept.least < self.fading() || kept.dropped > self.redundant(kept)
+    }
+
+    /// How far off a direction of this singular value may be, rad.
+    pub fn uncertainty(self, singular_value: S) -> S {
+        self.0 / (singular_value * singular_value)
+    }
+
+    /// Whether the mechanism is next to a singular state.
+    pub fn is_weak(self, kept: &Kept<S>) -> bool {
+        kept.least < S::from_f64(WEAK) || kept.dropped > self.redundant(kept)
+    }
+
+    /// The largest singular value that redundant rows may have.
+    fn redundant(self, kept: &Kept<S>) -> S {
+        S::from_f64(REDUNDANT) * self.0 / kept.least
+    }
+
+    /// Whether the loops are closed to rounding.
+    pub fn is_closed(self) -> bool {
+        self.0 <= S::from_f64(4.0) * S::EPSILON
+    }
+}
