@@ -56,7 +56,8 @@ pub(crate) fn pass<Y: System>(
     let push = split(&mut workspace, n)?;
     forward(mass, out);
 
-    orthogonalise(rows, beside, c, n);
+    let k = orthogonalise(rows, beside, c, n);
+    rows[k * n..].fill(Y::Scalar::ZERO);
     let length = |row: &[Y::Scalar]| dot(row, row).sqrt();
     let largest = rows.chunks_exact(n).fold(Y::Scalar::ZERO, |most, row| most.max(length(row)));
     let mut strong = 0;

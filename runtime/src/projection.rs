@@ -323,8 +323,8 @@ impl<'a, S: Scalar> Closure<'a, S> {
         let (n, rows) = (self.step.len(), self.residual.len());
         // Nine rows per loop are redundant: only what reduction leaves of them is looked at.
         let k = reduce(self.jacobian, self.residual, rows, n);
-        let k = orthogonalise(self.jacobian, self.residual, k, n);
         let (jacobian, residual) = (&mut self.jacobian[..k * n], &mut self.residual[..k]);
+        let k = orthogonalise(jacobian, residual, k, n);
         let k = keep(jacobian, residual, k, n, gap.cut()).rank;
         let (jacobian, residual) = (&mut jacobian[..k * n], &mut residual[..k]);
         let singular = |row: &[S]| dot(row, row).sqrt();
