@@ -21,7 +21,7 @@ use crate::linear::{
     orthogonalise, times_lower, tolerance,
 };
 use crate::passage::pass;
-use crate::rank::Gap;
+use crate::rank::{Fading, Gap};
 use crate::workspace::{check, split};
 use crate::{Arithmetic, Dimensions, EquationsMut, Error, Margin, Scalar, System};
 
@@ -66,7 +66,7 @@ pub fn acceleration<Y: System>(
     workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
 ) -> Result<Constraint, Error> {
-    solve(system, (t, q, u), workspace, out, None)
+    solve(system, (t, q, u), Fading::of_rounding().lost, workspace, out, None)
 }
 
 /// As [`acceleration`], and what holds the constraints, C + D: the closure forces lambda (N), of
@@ -90,7 +90,7 @@ pub fn acceleration_and_forces<Y: System>(
     if lambda.len() != expected {
         return Err(Error::Length { expected, given: lambda.len() });
     }
-    solve(system, (t, q, u), workspace, out, Some(lambda))
+    solve(system, (t, q, u), Y::Scalar::ZERO, workspace, out, Some(lambda))
 }
 
 /// The conditioning above which rows are certainly independent and far from dependence: solving by
@@ -122,11 +122,31 @@ pub(crate) fn direct<Y: System>(
     good.then_some(Constraint::strong(rows))
 }
 
-/// du/dt at (t, q, u), and lambda if there is a place for it.
+/// As [`acceleration`], at a state that a motion has reached: its speeds show where a direction of the
+/// closure that has nearly faded comes from.
+///
+/// # Errors
+///
+/// As [`acceleration`].
+#[inline]
+pub fn acceleration_in_motion<Y: System>(
+    system: &Y,
+    t: Y::Scalar,
+    q: &[Y::Scalar],
+    u: &[Y::Scalar],
+    workspace: &mut [Y::Scalar],
+    out: &mut [Y::Scalar],
+) -> Result<Constraint, Error> {
+    solve(system, (t, q, u), Fading::of_rounding().passing, workspace, out, None)
+}
+
+/// du/dt at (t, q, u), and lambda if there is a place for it. Directions that have faded to less than
+/// `zone` of the strongest are taken along the motion.
 #[inline]
 fn solve<Y: System>(
     system: &Y,
     state: (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
+    zone: Y::Scalar,
     workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
     lambda: Option<&mut [Y::Scalar]>,
@@ -139,10 +159,11 @@ fn solve<Y: System>(
         return Ok(constraint);
     }
     let gap = Gap::at(system, q, workspace)?;
-    let (constraint, fading) = general(system, dimensions, state, gap, workspace, out, lambda)?;
-    if fading {
+    let (constraint, kept) = general(system, dimensions, state, gap, workspace, out, lambda)?;
+    if zone > Y::Scalar::ZERO && kept.is_some_and(|kept| gap.is_below(zone, &kept)) {
         let mut passing = system.vector();
-        let found = pass(system, dimensions, state, gap, workspace, passing.as_mut())?;
+        let rounding = (gap, zone);
+        let found = pass(system, dimensions, state, rounding, workspace, passing.as_mut())?;
         if let Some(constraint) = found {
             out.copy_from_slice(passing.as_ref());
             return Ok(constraint);
@@ -151,8 +172,8 @@ fn solve<Y: System>(
     Ok(constraint)
 }
 
-/// By the factor of M, with a decision on the rank; whether a direction has nearly faded, and lambda is
-/// not wanted. Much code, seldom needed: not to be inlined.
+/// By the factor of M, with a decision on the rank and what led to it. Much code, seldom needed: not to be
+/// inlined.
 #[inline(never)]
 fn general<Y: System>(
     system: &Y,
@@ -162,7 +183,7 @@ fn general<Y: System>(
     mut workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
     lambda: Option<&mut [Y::Scalar]>,
-) -> Result<(Constraint, bool), Error> {
+) -> Result<(Constraint, Option<Kept<Y::Scalar>>), Error> {
     let (n, c) = (dimensions.coordinates, dimensions.rows + dimensions.drives);
     let mass = split(&mut workspace, n * n)?;
     let jacobian = split(&mut workspace, c * n)?;
@@ -172,25 +193,24 @@ fn general<Y: System>(
     let failure = not_finite(&[q, u, out]);
     forward(mass, out);
     let found = if c == 0 {
-        (Constraint::strong(0), false)
+        (Constraint::strong(0), None)
     } else {
         let weighted = split(&mut workspace, c * n)?;
         let scratch = split(&mut workspace, c * n)?;
         let rhs = split(&mut workspace, c)?;
         let push = split(&mut workspace, n)?;
         let mut rows = Rows { mass, jacobian, gamma, weighted, scratch, rhs, push };
-        let (constraint, fading) = match rows.direct(out) {
-            Some(constraint) => (constraint, false),
+        let found = match rows.direct(out) {
+            Some(constraint) => (constraint, None),
             None => rows.general(gap, out),
         };
-        let passes = fading && lambda.is_none();
         if let Some(lambda) = lambda {
             rows.multipliers(gap, lambda);
             for torque in &mut lambda[dimensions.rows..] {
                 *torque *= system.size();
             }
         }
-        (constraint, passes)
+        found
     };
     backward(mass, out);
     match failure.or_else(|| not_finite(&[out])) {
@@ -323,8 +343,8 @@ impl<S: Scalar> Rows<'_, S> {
         Some(Constraint::strong(c))
     }
 
-    /// Adds W^+ b to `y` whatever the rank; whether a direction has nearly faded.
-    fn general(&mut self, gap: Gap<S>, y: &mut [S]) -> (Constraint, bool) {
+    /// Adds W^+ b to `y` whatever the rank.
+    fn general(&mut self, gap: Gap<S>, y: &mut [S]) -> (Constraint, Option<Kept<S>>) {
         let (c, n) = (self.gamma.len(), y.len());
         self.weighted.copy_from_slice(self.jacobian);
         self.rhs.copy_from_slice(self.gamma);
@@ -335,8 +355,8 @@ impl<S: Scalar> Rows<'_, S> {
         orthogonalise(&mut self.weighted[..k * n], &mut self.rhs[..k], k, n);
         combine(&self.weighted[..k * n], &self.rhs[..k], self.push);
         add_scaled(y, S::ONE, self.push);
-        let is_weak = gap.is_weak(&kept);
-        (Constraint { rank: k, is_weak, is_closed: gap.is_closed() }, gap.is_fading(&kept))
+        let is_weak = gap.is_below(Fading::of_rounding().weak, &kept);
+        (Constraint { rank: k, is_weak, is_closed: gap.is_closed() }, Some(kept))
     }
 
     /// The smallest lambda with J^T lambda = L push: with the orthogonal rows B of J and their lengths

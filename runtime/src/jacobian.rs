@@ -15,7 +15,7 @@
 
 use crate::acceleration::{blame, holds, independent, not_finite, weigh, write};
 use crate::linear::{add_scaled, backward, dot, factor, forward, orthogonalise, times_lower};
-use crate::rank::Gap;
+use crate::rank::{Fading, Gap};
 use crate::workspace::{check, split};
 use crate::{Arithmetic, Balance, Change, Dimensions, Drive, EquationsMut, Error, System};
 
@@ -48,8 +48,19 @@ pub fn jacobian<Y: System>(
     differentiate(system, t, q, u, false, workspace, out).map(|_| ())
 }
 
+/// Which acceleration was differentiated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Differentiated {
+    /// That at the state.
+    Given,
+    /// That at the nearest closed state.
+    Closed,
+    /// The same, so close to a singular state that rounding has taken its digits.
+    Rough,
+}
+
 /// As [`jacobian`]; next to a singular state of the acceleration at the nearest closed state, if
-/// that is `wanted`: what an implicit integrator follows there. Returns whether it is that.
+/// that is `wanted`: what an implicit integrator follows there.
 pub(crate) fn differentiate<Y: System>(
     system: &Y,
     t: Y::Scalar,
@@ -58,28 +69,33 @@ pub(crate) fn differentiate<Y: System>(
     wanted: bool,
     workspace: &mut [Y::Scalar],
     mut out: JacobianMut<'_, Y::Scalar>,
-) -> Result<bool, Error> {
+) -> Result<Differentiated, Error> {
     let Dimensions { coordinates: n, drives, .. } = system.dimensions();
     if drives == 0 {
         let JacobianMut { acceleration, dq, du, dt } = &mut out;
         let slices = JacobianMut { acceleration, dq, du, dt };
         let margin = system.write_jacobian(t, q, u, slices);
         if holds(&margin) && not_finite(&[out.acceleration, out.dq, out.du, out.dt]).is_none() {
-            return Ok(false);
+            return Ok(Differentiated::Given);
         }
     }
     let mut linear = Linearised::at(system, t, q, u, workspace)?;
-    let closed = wanted && linear.is_weak;
     out.acceleration.copy_from_slice(linear.acceleration);
-    if closed {
-        linear.derivatives_along_closure(out.dq, out.du, out.dt);
+    let which = if !(wanted && linear.is_weak) {
+        Differentiated::Given
+    } else if linear.is_rough {
+        Differentiated::Rough
     } else {
-        linear.derivatives(out.dq, out.du, out.dt);
+        Differentiated::Closed
+    };
+    match which {
+        Differentiated::Given => linear.derivatives(out.dq, out.du, out.dt),
+        _ => linear.derivatives_along_closure(out.dq, out.du, out.dt),
     }
     let JacobianMut { dq, du, dt, .. } = out;
     match not_finite(&[dq, du, dt]) {
         Some(index) => Err(Error::NotFinite { joint: index % n }),
-        None => Ok(closed),
+        None => Ok(which),
     }
 }
 
@@ -134,7 +150,9 @@ pub(crate) struct Linearised<'a, Y: System> {
     /// Independent rows.
     rank: usize,
     /// Whether a direction of the closure is weak.
-    pub is_weak: bool,
+    is_weak: bool,
+    /// Whether it is so weak that derivatives have lost their digits.
+    is_rough: bool,
     pub acceleration: &'a mut [Y::Scalar],
     /// lambda, C, then what drives the driven joints, D, divided by the size.
     pub multipliers: &'a mut [Y::Scalar],
@@ -167,6 +185,7 @@ impl<'a, Y: System> Linearised<'a, Y> {
             turn: split(&mut workspace, m * m)?,
             rank: 0,
             is_weak: false,
+            is_rough: false,
             acceleration: split(&mut workspace, n)?,
             multipliers: split(&mut workspace, m)?,
             rhs: split(&mut workspace, m)?,
@@ -201,7 +220,10 @@ impl<'a, Y: System> Linearised<'a, Y> {
             let k = kept.rank;
             weigh(self.mass, &mut self.rows[..k * n], n);
             orthogonalise(&mut self.rows[..k * n], &mut self.turn[..k * m], k, n);
-            (self.rank, self.is_weak) = (k, gap.is_weak(&kept));
+            let fading = Fading::of_rounding();
+            self.rank = k;
+            self.is_weak = gap.is_below(fading.weak, &kept);
+            self.is_rough = gap.is_below(fading.rough, &kept);
         }
         forward(self.mass, self.force);
         self.constrain();

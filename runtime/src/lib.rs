@@ -128,7 +128,7 @@ mod stops;
 mod system;
 mod workspace;
 
-pub use acceleration::{Constraint, acceleration, acceleration_and_forces};
+pub use acceleration::{Constraint, acceleration, acceleration_and_forces, acceleration_in_motion};
 pub use assembly::{Assembly, assemble};
 pub use batch::{Batch, LaneError, Lanes};
 pub use equilibrium::{Equilibrium, equilibrium};

@@ -13,7 +13,7 @@
 
 use crate::acceleration::{blame, not_finite, weigh, write};
 use crate::linear::{add_scaled, backward, combine, dot, factor, forward, orthogonalise};
-use crate::rank::Gap;
+use crate::rank::{Fading, Gap};
 use crate::workspace::split;
 use crate::{Arithmetic, Constraint, Dimensions, EquationsMut, Error, System};
 
@@ -24,13 +24,14 @@ const FADES: f64 = 1e-3;
 /// Speeds may lie across a direction that has nearly faded by this share and still show the branch.
 const ACROSS: f64 = 0.1;
 
-/// du/dt at a state next to a singular one through which the motion passes, into `out`. `None` at rest and
-/// where the speeds do not lie along a branch.
+/// du/dt at a state next to a singular one through which the motion passes, into `out`. Directions that
+/// have faded to less than a `zone` of the strongest are taken along the motion. `None` at rest and where
+/// the speeds do not lie along a branch.
 pub(crate) fn pass<Y: System>(
     system: &Y,
     dimensions: Dimensions,
     (t, q, u): (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
-    gap: Gap<Y::Scalar>,
+    (gap, zone): (Gap<Y::Scalar>, Y::Scalar),
     mut workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
 ) -> Result<Option<Constraint>, Error> {
@@ -39,18 +40,18 @@ pub(crate) fn pass<Y: System>(
     if !(speed > Y::Scalar::ZERO) {
         return Ok(None);
     }
-    // Differences of J, then of gamma over 3, then -gamma: n + 2 columns.
+    // dJ/ds and a third of dgamma/ds along the path (rad), then -gamma: n + 2 columns.
     let width = n + 2;
     let beside = split(&mut workspace, c * width)?;
-    let distance = gap.fading();
-    difference(system, (t, q, u), distance / speed, beside, out, workspace)?;
+    let distance = Fading::<Y::Scalar>::of_rounding().passing;
+    difference(system, (t, q, u), distance, beside, out, workspace)?;
 
     let mass = split(&mut workspace, n * n)?;
     let rows = split(&mut workspace, c * n)?;
     let gamma = split(&mut workspace, c)?;
     write(system, t, q, u, EquationsMut { mass, forcing: out, jacobian: rows, gamma });
-    for (row, &gamma) in beside.chunks_exact_mut(width).zip(&*gamma) {
-        row[n + 1] = -gamma;
+    for (beside, &gamma) in beside.chunks_exact_mut(width).zip(&*gamma) {
+        beside[n + 1] = -gamma;
     }
     factor(mass, n).map_err(|joint| blame(&[q, u], mass, joint))?;
     let push = split(&mut workspace, n)?;
@@ -63,7 +64,7 @@ pub(crate) fn pass<Y: System>(
     let mut strong = 0;
     for i in 0..c {
         let value = length(&rows[i * n..(i + 1) * n]);
-        if value > gap.fading() * largest {
+        if value > zone * largest {
             exchange(rows, n, i, strong);
             exchange(beside, width, i, strong);
             strong += 1;
@@ -81,11 +82,14 @@ pub(crate) fn pass<Y: System>(
         row.iter_mut().for_each(|value| *value *= scale);
         rhs[i] = beside[i * width + n + 1] * scale;
     }
-    // What the others change by takes their place, without what the strong rows say already.
+    // What the others change by takes their place, without what the strong rows say already. The speeds
+    // lie along the branch: what of a row is along them belongs to the distance from the singular state.
     let (kept, fading) = rows.split_at_mut(strong * n);
     for (i, row) in fading.chunks_exact_mut(n).enumerate() {
         let beside = &beside[(strong + i) * width..];
         row.copy_from_slice(&beside[..n]);
+        let along = dot(row, u) / (speed * speed);
+        add_scaled(row, -along, u);
         let mut wanted = -beside[n];
         for (kept, &value) in kept.chunks_exact(n).zip(&*rhs) {
             let share = dot(row, kept);
@@ -94,7 +98,7 @@ pub(crate) fn pass<Y: System>(
         }
         rhs[strong + i] = wanted;
     }
-    let least = Y::Scalar::from_f64(FADES) * (distance + distance) * largest;
+    let least = Y::Scalar::from_f64(FADES) * largest;
     let count = if fading.is_empty() {
         0
     } else {
@@ -127,12 +131,12 @@ pub(crate) fn pass<Y: System>(
     }
 }
 
-/// What J and a third of gamma change by from `time` before to `time` after along q + u t, into rows of
-/// n + 2 numbers. `forcing` is overwritten.
+/// dJ/ds and a third of dgamma/ds by differences over a distance (rad) along the path q + u t, into rows
+/// of n + 2 numbers. `forcing` is overwritten.
 fn difference<Y: System>(
     system: &Y,
     (t, q, u): (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
-    time: Y::Scalar,
+    distance: Y::Scalar,
     beside: &mut [Y::Scalar],
     forcing: &mut [Y::Scalar],
     mut workspace: &mut [Y::Scalar],
@@ -142,7 +146,9 @@ fn difference<Y: System>(
     let mass = split(&mut workspace, n * n)?;
     let jacobian = split(&mut workspace, c * n)?;
     let gamma = split(&mut workspace, c)?;
-    let third = Y::Scalar::from_f64(1.0 / 3.0);
+    let half = Y::Scalar::from_f64(0.5) / distance;
+    let sixth = half / Y::Scalar::from_f64(3.0);
+    let time = distance / dot(u, u).sqrt();
     let mut at = system.vector();
     beside.fill(Y::Scalar::ZERO);
     for sign in [-Y::Scalar::ONE, Y::Scalar::ONE] {
@@ -152,8 +158,8 @@ fn difference<Y: System>(
         write(system, t, at.as_ref(), u, out);
         let rows = jacobian.chunks_exact(n).zip(&*gamma);
         for (beside, (row, &gamma)) in beside.chunks_exact_mut(n + 2).zip(rows) {
-            add_scaled(&mut beside[..n], sign, row);
-            beside[n] += sign * third * gamma;
+            add_scaled(&mut beside[..n], sign * half, row);
+            beside[n] += sign * sixth * gamma;
         }
     }
     Ok(())

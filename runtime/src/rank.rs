@@ -24,9 +24,34 @@ use crate::linear::{Kept, max_abs, tolerance};
 use crate::workspace::split;
 use crate::{Arithmetic, Dimensions, Error, Scalar, System};
 
-/// Directions with singular values below this share of the largest are weak: the state is some 0.1 rad
-/// or less from a singular one.
-const WEAK: f64 = 1e-2;
+/// How far a direction has faded: the shares of the largest singular value that decide.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Fading<S> {
+    /// The state is some 0.1 rad or less from a singular one: loops are closed to rounding.
+    pub weak: S,
+    /// Of derivatives, which rounding reaches divided by the fourth power, four digits are left.
+    pub rough: S,
+    /// In a motion the direction is better seen from where it comes and where it goes than at the state:
+    /// the acceleration there depends on rounding divided by the third power, here on the distance from
+    /// the singular state. Also how far ahead and behind to look, rad.
+    pub passing: S,
+    /// So it is for a state by itself, whose own rows show its direction to a thousandth or better above.
+    pub lost: S,
+}
+
+impl<S: Scalar> Fading<S> {
+    /// For loops closed to rounding.
+    pub fn of_rounding() -> Self {
+        let gap = S::from_f64(4.0) * S::EPSILON;
+        let (weak, quarter) = (S::from_f64(1e-2), gap.sqrt().sqrt());
+        Self {
+            weak,
+            rough: weak.min(S::from_f64(10.0) * quarter),
+            passing: weak.min(quarter),
+            lost: weak.min(quarter * quarter.sqrt()),
+        }
+    }
+}
 
 /// A redundant row may be this many times longer than the openness of the loops makes it.
 const REDUNDANT: f64 = 16.0;
@@ -84,33 +109,14 @@ impl<S: Scalar> Gap<S> {
         (S::from_f64(4.0) * self.0).sqrt()
     }
 
-    /// Directions with singular values up to this share of the largest are better seen along the motion
-    /// than at a state, g^(3/8): well above the cut, where they are uncertain by less than a thousandth,
-    /// and well below what a state's own rows show exactly. It is also how far ahead and behind to look,
-    /// rad.
-    pub fn fading(self) -> S {
-        let quarter = self.0.sqrt().sqrt();
-        quarter * quarter.sqrt()
-    }
-
-    /// Whether such a direction is among those kept or dropped.
-    pub fn is_fading(self, kept: &Kept<S>) -> bool {
-        kept.least < self.fading() || kept.dropped > self.redundant(kept)
+    /// Whether a direction that is kept or dropped has faded to less than this share of the strongest.
+    pub fn is_below(self, share: S, kept: &Kept<S>) -> bool {
+        kept.least < share || kept.dropped > S::from_f64(REDUNDANT) * self.0 / kept.least
     }
 
     /// How far off a direction of this singular value may be, rad.
     pub fn uncertainty(self, singular_value: S) -> S {
         self.0 / (singular_value * singular_value)
-    }
-
-    /// Whether the mechanism is next to a singular state.
-    pub fn is_weak(self, kept: &Kept<S>) -> bool {
-        kept.least < S::from_f64(WEAK) || kept.dropped > self.redundant(kept)
-    }
-
-    /// The largest singular value that redundant rows may have.
-    fn redundant(self, kept: &Kept<S>) -> S {
-        S::from_f64(REDUNDANT) * self.0 / kept.least
     }
 
     /// Whether the loops are closed to rounding.

@@ -7,7 +7,7 @@ mod work;
 
 pub use work::Work;
 
-use lamc_runtime::{Energy, Error, State, System, acceleration};
+use lamc_runtime::{Energy, Error, State, System, acceleration_in_motion};
 
 use crate::program::Interface;
 
@@ -74,7 +74,7 @@ impl Motion {
     /// Adds a state of the mechanism, evaluated.
     ///
     /// # Errors
-    /// Those of [`acceleration`](lamc_runtime::acceleration()).
+    /// Those of [`acceleration_in_motion`].
     pub fn record<Y>(&mut self, system: &Y, state: &State<Vec<f64>, f64>) -> Result<(), Error>
     where
         Y: System<Scalar = f64>,
@@ -83,7 +83,7 @@ impl Motion {
         let d = system.dimensions();
         let mut rates = vec![0.0; d.coordinates];
         let mut workspace = system.workspace();
-        acceleration(system, t, &q, &u, workspace.as_mut(), &mut rates)?;
+        acceleration_in_motion(system, t, &q, &u, workspace.as_mut(), &mut rates)?;
         let mut residual = vec![0.0; 9 * d.loops];
         system.write_closure(&q, &mut residual, &mut vec![0.0; 9 * d.loops * d.coordinates]);
         let mut points = vec![0.0; 3 * d.points];

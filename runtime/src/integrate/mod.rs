@@ -20,7 +20,7 @@ pub(crate) use rk4::Stages;
 pub use rodas::Rodas;
 
 use crate::projection::{project_stage, restore};
-use crate::{Arithmetic, Error, StateOf, System, acceleration, project};
+use crate::{Arithmetic, Error, StateOf, System, acceleration, acceleration_in_motion, project};
 
 /// How an explicit integrator keeps loops closed (and driven joints where they should be).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -88,13 +88,13 @@ fn accelerate_closed<Y: System>(
     out: &mut Y::Vector,
 ) -> Result<(), Error> {
     let (workspace, out) = (workspace.as_mut(), out.as_mut());
-    let constraint = acceleration(system, t, q.as_ref(), u.as_ref(), workspace, out)?;
+    let constraint = acceleration_in_motion(system, t, q.as_ref(), u.as_ref(), workspace, out)?;
     if !constraint.is_weak || constraint.is_closed {
         return Ok(());
     }
     let (mut q, mut u) = (q.clone(), u.clone());
     project_stage(system, t, q.as_mut(), u.as_mut(), workspace)?;
-    acceleration(system, t, q.as_ref(), u.as_ref(), workspace, out).map(|_| ())
+    acceleration_in_motion(system, t, q.as_ref(), u.as_ref(), workspace, out).map(|_| ())
 }
 
 /// Whether two states are the same, number by number.

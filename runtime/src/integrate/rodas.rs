@@ -14,11 +14,15 @@
 
 use super::steps::{Steps, first_step};
 use super::{Integrator, accelerate_closed, strayed};
-use crate::jacobian::differentiate;
-use crate::linear::{add_scaled, reflect, solve, tolerance};
-use crate::projection::project_finely;
+use crate::jacobian::{Differentiated, differentiate};
+use crate::linear::{add_scaled, dot, reflect, solve, tolerance};
+use crate::projection::{project_finely, project_stage};
+use crate::rank::Fading;
 use crate::{Arithmetic, Error, JacobianMut, Scalar, StateOf, System, acceleration};
 
+/// How far ahead of a state whose derivatives are rough others are looked for, in singular values that
+/// are: beyond the singular state.
+const AHEAD: f64 = 3.0;
 const STAGES: usize = 6;
 const GAMMA: f64 = 0.25;
 
@@ -126,8 +130,28 @@ impl<Y: System> Rodas<Y> {
         }
     }
 
-    /// The Jacobian at the start of a step.
+    /// The Jacobian at the start of a step, and the acceleration there. Where a motion passes so close
+    /// to a singular state that derivatives have lost their digits, it is that of a little further on.
     fn linearise(&mut self, system: &Y, state: &StateOf<Y>) -> Result<(), Error> {
+        let found = self.differentiate(system, state)?;
+        self.closed = found != Differentiated::Given;
+        let speed = dot(state.u.as_ref(), state.u.as_ref()).sqrt();
+        if found == Differentiated::Rough && speed > Y::Scalar::ZERO {
+            let mut ahead = state.clone();
+            let time = Y::Scalar::from_f64(AHEAD) * Fading::of_rounding().rough / speed;
+            add_scaled(ahead.q.as_mut(), time, state.u.as_ref());
+            let (q, u) = (ahead.q.as_mut(), ahead.u.as_mut());
+            project_stage(system, ahead.t, q, u, self.workspace.as_mut())?;
+            self.differentiate(system, &ahead)?;
+        }
+        if self.closed {
+            let at = (state.t, &state.q, &state.u);
+            accelerate_closed(system, at, &mut self.workspace, &mut self.acceleration)?;
+        }
+        Ok(())
+    }
+
+    fn differentiate(&mut self, system: &Y, state: &StateOf<Y>) -> Result<Differentiated, Error> {
         let out = JacobianMut {
             acceleration: self.acceleration.as_mut(),
             dq: self.by_position.as_mut(),
@@ -135,13 +159,7 @@ impl<Y: System> Rodas<Y> {
             dt: self.by_time.as_mut(),
         };
         let (q, u) = (state.q.as_ref(), state.u.as_ref());
-        let workspace = self.workspace.as_mut();
-        self.closed = differentiate(system, state.t, q, u, true, workspace, out)?;
-        if self.closed {
-            let at = (state.t, &state.q, &state.u);
-            accelerate_closed(system, at, &mut self.workspace, &mut self.acceleration)?;
-        }
-        Ok(())
+        differentiate(system, state.t, q, u, true, self.workspace.as_mut(), out)
     }
 
     /// From `start` to `end`; the error in units of what is allowed.
@@ -234,7 +252,7 @@ impl<Y: System> Rodas<Y> {
         }
         let n = position.len();
         for (value, row) in speed.iter_mut().zip(self.by_position.as_ref().chunks_exact(n.max(1))) {
-            *value += ahead * crate::linear::dot(row, position);
+            *value += ahead * dot(row, position);
         }
         solve(self.matrix.as_ref(), self.diagonal.as_ref(), speed);
         for (position, &speed) in position.iter_mut().zip(&*speed) {
