@@ -109,8 +109,6 @@ pub fn insert(context: &mut Context, program: &Program, real: Real) {
     let passes = !driven.is_empty();
     context.insert("into", if passes { ", real *multipliers" } else { "" });
     context.insert("none", if passes { ", 0" } else { "" });
-    context.insert("not_wanted", if passes { "!multipliers" } else { "1" });
-    context.insert("third", &constant(real, 1.0 / 3.0));
     context.insert("driven", &driven);
     context.insert("size", &constant(real, interface.size));
     let table = |f: &dyn Fn(&crate::program::JointInfo) -> f64| -> Vec<String> {
