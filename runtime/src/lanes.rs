@@ -54,7 +54,7 @@ macro_rules! lanes {
                 let rest = self.simd_lt(other).select(other, self + other);
                 self.simd_ge(other).select(self, rest)
             }
-            lanes!(@each $scalar, tan(), exp(), tanh(), ln(), step(), pow(exponent));
+            lanes!(@each $scalar, tan(), exp(), tanh(), ln(), step(), pow(exponent), atan2(other));
         }
 
         impl Lanes for $vector {
@@ -99,7 +99,7 @@ mod tests {
         difference -= y;
         product *= y;
         let [a, b] = S::sin_cos_all([y, z]);
-        let binary = [x + y, x - y, x * y, x / y, x.pow(y), x.min(y), x.max(y)];
+        let binary = [x + y, x - y, x * y, x / y, x.pow(y), x.atan2(y), x.min(y), x.max(y)];
         let unary = [-x, x.sqrt(), x.tan(), x.exp(), x.tanh(), x.ln(), x.step(), x.abs()];
         let others = [sum, difference, product, x.mul_add(y, z), a.0, a.1, b.0, b.1, S::EPSILON];
         let (sine, cosine) = x.sin_cos();

@@ -53,6 +53,8 @@ pub trait Arithmetic:
     fn tanh(self) -> Self;
     /// To the power of `exponent`.
     fn pow(self, exponent: Self) -> Self;
+    /// The angle of the point (`x`, `self`) from -pi to pi.
+    fn atan2(self, x: Self) -> Self;
     /// Natural logarithm.
     fn ln(self) -> Self;
     /// 1 where not negative, else 0; NaN stays.
@@ -77,7 +79,7 @@ pub trait Scalar: Arithmetic + PartialEq + PartialOrd {
 /// [`mul_add`](Arithmetic::mul_add) differs between targets.
 macro_rules! scalar {
     ($type:ident, $sqrt:path, $tan:path, $exp:path, $tanh:path, $pow:path,
-     $ln:path) => {
+     $ln:path, $atan2:path) => {
         impl Scalar for $type {
             #[inline]
             fn to_f64(self) -> f64 {
@@ -134,6 +136,13 @@ macro_rules! scalar {
                 return $pow(self, exponent);
             }
             #[inline]
+            fn atan2(self, x: Self) -> Self {
+                #[cfg(feature = "std")]
+                return $type::atan2(self, x);
+                #[cfg(not(feature = "std"))]
+                return $atan2(self, x);
+            }
+            #[inline]
             fn abs(self) -> Self {
                 $type::abs(self)
             }
@@ -184,9 +193,18 @@ pub(crate) fn truncated<S: Scalar>(value: S) -> S {
     if value < S::ZERO { -below } else { below }
 }
 
-scalar!(f64, libm::sqrt, libm::tan, libm::exp, libm::tanh, libm::pow, libm::log);
+scalar!(f64, libm::sqrt, libm::tan, libm::exp, libm::tanh, libm::pow, libm::log, libm::atan2);
 // What libm computes by way of f64 is computed here.
-scalar!(f32, libm::sqrtf, crate::sin_cos::tan, libm::expf, libm::tanhf, libm::powf, libm::logf);
+scalar!(
+    f32,
+    libm::sqrtf,
+    crate::sin_cos::tan,
+    libm::expf,
+    libm::tanhf,
+    libm::powf,
+    libm::logf,
+    libm::atan2f
+);
 
 #[cfg(test)]
 mod tests {
@@ -203,6 +221,8 @@ mod tests {
             (of(0.5).tanh(), 0.462_117_157_260_009_76),
             (of(2.0).pow(of(0.5)), core::f64::consts::SQRT_2),
             (of(2.0).ln(), core::f64::consts::LN_2),
+            (of(2.0).atan2(of(-1.0)), 2.034_443_935_795_702_7),
+            (of(-2.0).atan2(of(0.0)), -core::f64::consts::FRAC_PI_2),
             (of(-0.5).step() + of(0.0).step() + of(3.0).step(), 2.0),
             (of(-2.0).abs(), 2.0),
             (Arithmetic::min(of(1.0), of(2.0)), 1.0),
@@ -217,6 +237,10 @@ mod tests {
             Arithmetic::min(S::ONE, nan),
             Arithmetic::max(nan, S::ONE),
             Arithmetic::max(S::ONE, nan),
+            nan.step(),
+            nan.atan2(S::ONE),
+            S::ONE.atan2(nan),
+            (-S::ONE).ln(),
         ] {
             assert!(value.to_f64().is_nan(), "NaN got lost");
         }

@@ -1,6 +1,6 @@
 //! Values of model expressions, evaluated directly from their tree.
 
-use lamc::source::{Binary, Expression, Unary};
+use lamc::source::{Binary, Expression, Operator, Unary};
 
 /// What an expression may depend on. SI and radians.
 #[derive(Clone, Debug, Default)]
@@ -34,23 +34,41 @@ impl Values {
                     Unary::Sin => x.sin(),
                     Unary::Cos => x.cos(),
                     Unary::Tan => x.tan(),
+                    Unary::Asin => x.asin(),
+                    Unary::Acos => x.acos(),
+                    Unary::Atan => x.atan(),
                     Unary::Exp => x.exp(),
+                    Unary::Log => x.ln(),
                     Unary::Sqrt => x.sqrt(),
                     Unary::Abs => x.abs(),
+                    Unary::Sign if x == 0.0 => 0.0,
+                    Unary::Sign => x.signum(),
+                    Unary::Step if x.is_nan() => x,
+                    Unary::Step => f64::from(u8::from(x >= 0.0)),
                     Unary::Tanh => x.tanh(),
                 }
             }
             Expression::Binary(operator, x, y) => {
                 let (x, y) = (self.of(x), self.of(y));
                 match operator {
-                    Binary::Add => x + y,
-                    Binary::Sub => x - y,
-                    Binary::Mul => x * y,
-                    Binary::Div => x / y,
                     Binary::Pow => x.powf(y),
+                    Binary::Atan2 => x.atan2(y),
                     Binary::Min => x.min(y),
                     Binary::Max => x.max(y),
                 }
+            }
+            Expression::Chain(first, rest) => {
+                let mut x = self.of(first);
+                for (operator, y) in rest {
+                    let y = self.of(y);
+                    match operator {
+                        Operator::Add => x += y,
+                        Operator::Sub => x -= y,
+                        Operator::Mul => x *= y,
+                        Operator::Div => x /= y,
+                    }
+                }
+                x
             }
         }
     }

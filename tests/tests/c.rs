@@ -34,7 +34,9 @@ joints:
   hip: { bodies: [base, arm], axis: [[0, 0], [0, 0.02]], stiffness: k, damping: 1e-5, limits: [-2, 2],
          torque: "motor + 1e-4*tanh(u.hip) - 1e-3*min(q.hip, linux) + 1e-4*max(0, q.knee)" }
   knee: { bodies: [arm, end], axis: [[0.05, 0], [0.05, 0.02]], damping: 1e-5,
-          torque: "1e-5*(exp(-t)*sqrt(abs(q.hip) + 1) + (2 + q.hip)^Double + tan(q.knee/3))" }
+          torque: "1e-5*(exp(-t)*sqrt(abs(q.hip) + 1) + (2 + q.hip)^Double + tan(q.knee/3)
+                   + atan2(q.hip, q.knee - t) + asin(0.5*sin(q.hip)) - acos(0.5*cos(q.knee))
+                   + atan(u.hip) + log(2 + q.knee^2) + sign(u.knee)*step(q.hip))" }
   tail: { bodies: [base, free], axis: [[0, 0], [0, 0.02]], drive: "k*sin(20*t) + linux*cos(t)*motor" }
 initial: { q: { hip: 0.3, knee: -0.4 }, u: { knee: 1 } }
 points: { tip: { body: end, at: [0.09, 0.01, 0] }, mid: { body: arm, at: [0.02, 0.01, 0] } }

@@ -25,6 +25,10 @@ const RECIPES: [(u64, Recipe); 7] = [
     (13, Recipe { branches: 60, loops: 1, lines: Lines::Any }),
 ];
 
+/// Functions that the recipes' own laws leave out.
+const LAW: &str = "1e-4*(atan2(q.j1, u.j2) + asin(sin(q.j1)/2) + acos(cos(q.j2)/2) + atan(u.j1) \
+                   + log(2 + t) + sign(u.j1)*step(q.j2))";
+
 #[test]
 fn compiled_modules_agree_with_the_interpreter() {
     let folder = tempfile::tempdir().unwrap();
@@ -34,7 +38,12 @@ fn compiled_modules_agree_with_the_interpreter() {
     let mut body = String::new();
     let mut expected = Vec::new();
     for (seed, recipe) in RECIPES {
-        let compiled = compile_text(&driven(&model(seed, recipe)));
+        let mut text = driven(&model(seed, recipe));
+        if seed == RECIPES[0].0 {
+            assert!(text.contains("torque: \"0\""), "no joint for the law");
+            text = text.replacen("torque: \"0\"", &format!("torque: \"{LAW}\""), 1);
+        }
+        let compiled = compile_text(&text);
         let mut system = Interpreter::new(&compiled.program);
         let mut random = Random::new(seed);
         let motor = random.range(-2e-3, 2e-3);

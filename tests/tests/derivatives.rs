@@ -114,6 +114,10 @@ impl Arithmetic for Dual {
         let by_exponent = if exponent.1 == 0.0 { 0.0 } else { power * self.0.ln() * exponent.1 };
         Self(power, by_base + by_exponent)
     }
+    fn atan2(self, x: Self) -> Self {
+        let square = self.0 * self.0 + x.0 * x.0;
+        Self(self.0.atan2(x.0), (x.0 * self.1 - self.0 * x.1) / square)
+    }
     fn step(self) -> Self {
         Self(f64::from(u8::from(self.0 >= 0.0)), 0.0)
     }
@@ -198,7 +202,9 @@ joints:
     bodies: [arm, hand]
     axis: [[0.02, 0], [0.02, 0.02]]
     stiffness: k
-    torque: 1e-5*((2 + q.j0)^p + (2 + u.j0)^(1 + q.j1) + tan(q.j0) + motor*q.j1/(2 + t) + 2^u.j1)
+    torque: 1e-5*((2 + q.j0)^p + (2 + u.j0)^(1 + q.j1) + tan(q.j0) + motor*q.j1/(2 + t) + 2^u.j1
+            + atan2(u.j0, q.j1 - 2) + asin(q.j0*q.j1) - acos(q.j0) + atan(u.j1*t) + log(3 + u.j0)
+            + sign(u.j1)*q.j1 + step(q.j0 - 0.2)*u.j0)
 points: { tip: { body: hand, at: [0.05, 0.01, 0] } }
 forces: { pull: { point: tip, force: [1e-4*t, 2e-4*q.j0, 3e-4*sin(u.j1)] } }
 ";
@@ -232,7 +238,7 @@ fn every_law_of_the_language_is_differentiated() {
         let shifted = |x: &[f64], joint: usize, h: f64| -> Vec<f64> {
             x.iter().enumerate().map(|(i, x)| if i == joint { x + h } else { *x }).collect()
         };
-        // Corners of abs, max and min nearby say nothing about slopes.
+        // Corners of abs, max and min and steps nearby say nothing about slopes.
         let corners = [u[1], q[1] - u[0], q[0] - 0.2];
         if corners.iter().any(|x| x.abs() < 0.01) {
             continue;

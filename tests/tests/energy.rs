@@ -46,18 +46,35 @@ joints: { hinge: { bodies: [base, rod], axis: [[0, 0], [1, 0]] } }
 gravity: [0, -9.81, 0]
 ";
 
-/// The period of a swing of 120 degrees, by the arithmetic-geometric mean (Gauss).
+/// A point mass one metre from its hinge and nothing else.
+const POINT_PENDULUM: &str = "
+bodies: { base: { fixed: true }, bob: { point_masses: [{ mass: 3, at: [0, -1, 0] }] } }
+joints: { hinge: { bodies: [base, bob], axis: [[0, 0], [1, 0]] } }
+gravity: [0, -9.81, 0]
+";
+
 #[test]
 fn a_pendulum_has_the_exact_period() {
-    let compiled = compile_text(PENDULUM);
+    let inertia = 0.004 + 0.2 * 0.3 * 0.3;
+    swings(PENDULUM, f64::sqrt(inertia / (0.2 * 9.81 * 0.3)));
+}
+
+#[test]
+fn a_point_mass_has_the_period_of_a_simple_pendulum() {
+    swings(POINT_PENDULUM, f64::sqrt(1.0 / 9.81));
+}
+
+/// The period of a swing of 120 degrees, by the arithmetic-geometric mean (Gauss); `scale` is that
+/// of small swings over 2 pi, s.
+fn swings(text: &str, scale: f64) {
+    let compiled = compile_text(text);
     let system = Interpreter::new(&compiled.program);
     let amplitude = 2.0 * PI / 3.0;
-    let inertia = 0.004 + 0.2 * 0.3 * 0.3;
     let (mut a, mut b) = (1.0, (amplitude / 2.0_f64).cos());
     for _ in 0..8 {
         (a, b) = ((a + b) / 2.0, f64::sqrt(a * b));
     }
-    let period = 2.0 * PI * f64::sqrt(inertia / (0.2 * 9.81 * 0.3)) / a;
+    let period = 2.0 * PI * scale / a;
     let mut state = State { t: 0.0, q: vec![amplitude], u: vec![0.0] };
     let mut integrator = dopri5(&system, 1e-12);
     integrator.run(&system, &mut state, period, |_| ()).unwrap_or_else(|error| panic!("{error}"));
@@ -105,4 +122,42 @@ fn a_damped_hinge_decays_as_it_should() {
         let exact = 0.4 * (-decay * t).exp() * (phase.cos() + decay / omega * phase.sin());
         assert!((state.q[0] - exact).abs() < 1e-8, "at {t}: {:e}", state.q[0] - exact);
     }
+}
+
+/// A four-bar; all mass of the coupler lies on the pin at the crank's end.
+const PINNED: &str = "
+bodies:
+  base: { fixed: true }
+  crank: { point_masses: [{ mass: 0.02, at: [0.01, 0, 0] }] }
+  rocker: { point_masses: [{ mass: 0.05, at: [0.08, 0, 0] }] }
+  coupler: { point_masses: [{ mass: 0.01, at: [0.04, 0, 0] }] }
+joints:
+  a: { bodies: [base, crank], axis: [[0, 0], [0, 1]], stiffness: 0.03 }
+  b: { bodies: [crank, coupler], axis: [[0.04, 0], [0.04, 1]] }
+  c: { bodies: [rocker, coupler], axis: [[0.09, 0], [0.09, 1]] }
+  d: { bodies: [base, rocker], axis: [[0.06, 0], [0.06, 1]] }
+initial: { q: { a: 0.9 } }
+gravity: [0, 0, 0]
+";
+
+/// It moves with the crank: one freedom, whose motion the energy decides.
+#[test]
+fn mass_on_a_pin_moves_with_what_it_is_pinned_to() {
+    let compiled = compile_text(PINNED);
+    let system = Interpreter::new(&compiled.program);
+    let mut state = State::initial(&system);
+    let mut workspace = system.workspace();
+    let given: Vec<bool> = (0..4).map(|joint| system.is_given(joint)).collect();
+    assemble(&system, 0.0, &mut state.q, &given, &mut workspace).unwrap();
+    let [crank, rocker] = [0.02 * 0.01 * 0.01 + 0.01 * 0.04 * 0.04, 0.05 * 0.02 * 0.02];
+    let spring = |angle: f64| 0.5 * 0.03 * angle * angle;
+    let start = state.q[0];
+    let mut integrator = dopri5(&system, 1e-11);
+    for sample in 1..=20 {
+        integrator.run(&system, &mut state, 1e-3 * f64::from(sample), |_| ()).unwrap();
+        let (a, d) = (state.u[0], state.u[3]);
+        let energy = 0.5 * crank * a * a + 0.5 * rocker * d * d + spring(state.q[0]);
+        assert!((energy - spring(start)).abs() < 1e-9 * spring(start), "{energy:e}");
+    }
+    assert!(state.q[0] < start - 0.1 && state.u[3] < -10.0, "it moves: {state:?}");
 }

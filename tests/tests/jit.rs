@@ -88,7 +88,9 @@ bodies:
   b: { mass: 1, com: [0.3, 0.2, 0], inertia: [[0.01, 0, 0], [0, 0.01, 0], [0, 0, 0.01]] }
 joints:
   j0: { bodies: [base, a], axis: [[0, 0], [0, 1]], stiffness: k,
-        torque: 'motor + tanh(q.j0)*min(u.j0, t) + max(abs(u.j1), exp(-t))^1.3 + tan(q.j0/3)' }
+        torque: 'motor + tanh(q.j0)*min(u.j0, t) + max(abs(u.j1), exp(-t))^1.3 + tan(q.j0/3)
+          + atan2(q.j0, u.j1) + asin(sin(q.j0)) - acos(cos(q.j1)) + atan(u.j0) + log(2 + t)
+          + sign(u.j0)*step(q.j1)' }
   j1: { bodies: [a, b], axis: [[0.2, 0], [0.2, 1]], drive: '0.3*sin(2*pi*t)*sqrt(1 + t) + abs(t)' }
 points: { tip: { body: b, at: [0.4, 0, 0] } }
 forces: { pull: { point: tip, force: [0, t, 'cos(t)*k'] } }

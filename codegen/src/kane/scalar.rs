@@ -5,7 +5,7 @@
 
 use super::derivation::Derivation;
 use super::equations::Section;
-use crate::source::{Binary, Expression, Span, Unary};
+use crate::source::{Binary, Expression, Operator, Span, Unary};
 use crate::symbolic::{Expr, Function};
 
 /// Largest magnitude of an exponent that becomes multiplications.
@@ -24,26 +24,23 @@ impl Derivation<'_> {
             Expression::Time => self.t.clone(),
             Expression::Position(id) => self.q[id.index()].clone(),
             Expression::Rate(id) => self.u[id.index()].clone(),
-            Expression::Unary(operator, x) => {
+            Expression::Unary(function, x) => {
                 let x = self.scalar(x, what, span);
-                match operator {
-                    Unary::Neg => -&x,
-                    Unary::Sin => Expr::apply(Function::Sin, &[x]),
-                    Unary::Cos => Expr::apply(Function::Cos, &[x]),
-                    Unary::Tan => Expr::apply(Function::Tan, &[x]),
-                    Unary::Exp => Expr::apply(Function::Exp, &[x]),
-                    Unary::Sqrt => Expr::apply(Function::Sqrt, &[x]),
-                    Unary::Abs => Expr::apply(Function::Abs, &[x]),
-                    Unary::Tanh => Expr::apply(Function::Tanh, &[x]),
-                }
+                self.unary(*function, x, what)
             }
-            Expression::Binary(operator, x, y) => {
-                let exponent = y.constant().filter(|_| *operator == Binary::Pow);
+            Expression::Binary(function, x, y) => {
+                let exponent = y.constant().filter(|_| *function == Binary::Pow);
                 let x = self.scalar(x, what, span);
                 let y = self.scalar(y, what, span);
-                self.binary(*operator, x, y, exponent, what, span)
+                self.binary(*function, x, y, exponent, what, span)
             }
+            Expression::Chain(first, rest) => return self.chain(first, rest, what, span),
         };
+        self.operation(what, value)
+    }
+
+    /// One operation of an expression, bound.
+    fn operation(&mut self, what: &str, value: Expr) -> Expr {
         // Whole numbers stay within -1, 0, 1 in the algebra, which therefore cannot overflow.
         let value = match value.as_integer() {
             Some(number) => self.constant(number as f64),
@@ -52,9 +49,85 @@ impl Derivation<'_> {
         self.bind(Section::Mechanism, what.replace(['.', ' '], "_"), value)
     }
 
+    /// Operation by operation from the left; as long as they are numbers, in numbers.
+    fn chain(
+        &mut self,
+        first: &Expression,
+        rest: &[(Operator, Expression)],
+        what: &str,
+        span: Option<Span>,
+    ) -> Expr {
+        let mut number = first.constant();
+        let mut value = match number {
+            Some(_) => Expr::zero(),
+            None => self.scalar(first, what, span),
+        };
+        for (operator, next) in rest {
+            if let (Some(x), Some(y)) = (number, next.constant()) {
+                number = Some(operator.apply(x, y));
+                continue;
+            }
+            if let Some(number) = number.take() {
+                value = self.constant(number);
+            }
+            let next = self.scalar(next, what, span);
+            if *operator == Operator::Div && next.is_zero() {
+                self.division_by_zero(span, what);
+                return Expr::zero();
+            }
+            let result = match operator {
+                Operator::Add => &value + &next,
+                Operator::Sub => &value - &next,
+                Operator::Mul => &value * &next,
+                Operator::Div => &value * &next.power(-1),
+            };
+            value = self.operation(what, result);
+        }
+        value
+    }
+
+    /// A function of one argument. The inverse sine and cosine are angles of a point on the unit
+    /// circle, so that near 1 and -1 they keep their digits.
+    fn unary(&mut self, function: Unary, x: Expr, what: &str) -> Expr {
+        match function {
+            Unary::Neg => -&x,
+            Unary::Sin => Expr::apply(Function::Sin, &[x]),
+            Unary::Cos => Expr::apply(Function::Cos, &[x]),
+            Unary::Tan => Expr::apply(Function::Tan, &[x]),
+            Unary::Asin => {
+                let beside = self.beside(&x, what);
+                Expr::apply(Function::Atan2, &[x, beside])
+            }
+            Unary::Acos => {
+                let beside = self.beside(&x, what);
+                Expr::apply(Function::Atan2, &[beside, x])
+            }
+            Unary::Atan => Expr::apply(Function::Atan2, &[x, Expr::one()]),
+            Unary::Exp => Expr::apply(Function::Exp, &[x]),
+            Unary::Log => Expr::apply(Function::Ln, &[x]),
+            Unary::Sqrt => Expr::apply(Function::Sqrt, &[x]),
+            Unary::Abs => Expr::apply(Function::Abs, &[x]),
+            Unary::Sign => {
+                let [above, below] = [x.clone(), -&x].map(|x| Expr::apply(Function::Step, &[x]));
+                let [above, below] = [above, below].map(|step| self.operation(what, step));
+                &above - &below
+            }
+            Unary::Step => Expr::apply(Function::Step, &[x]),
+            Unary::Tanh => Expr::apply(Function::Tanh, &[x]),
+        }
+    }
+
+    /// sqrt((1 - x) (1 + x)): not a number beyond -1 and 1.
+    fn beside(&mut self, x: &Expr, what: &str) -> Expr {
+        let [less, more] = [&Expr::one() - x, &Expr::one() + x].map(|x| self.operation(what, x));
+        let square = self.operation(what, &less * &more);
+        let root = Expr::apply(Function::Sqrt, &[square]);
+        self.operation(what, root)
+    }
+
     fn binary(
         &mut self,
-        operator: Binary,
+        function: Binary,
         x: Expr,
         y: Expr,
         exponent: Option<f64>,
@@ -62,18 +135,14 @@ impl Derivation<'_> {
         span: Option<Span>,
     ) -> Expr {
         let whole = exponent.filter(|n| n.fract() == 0.0 && n.abs() <= LARGEST_POWER);
-        let divides = operator == Binary::Div && y.is_zero();
-        if divides || (x.is_zero() && whole.is_some_and(|n| n < 0.0)) {
+        if x.is_zero() && whole.is_some_and(|n| n < 0.0) {
             self.division_by_zero(span, what);
             return Expr::zero();
         }
-        match (operator, whole) {
-            (Binary::Add, _) => &x + &y,
-            (Binary::Sub, _) => &x - &y,
-            (Binary::Mul, _) => &x * &y,
-            (Binary::Div, _) => &x * &y.power(-1),
+        match (function, whole) {
             (Binary::Pow, Some(exponent)) => x.power(exponent as i64),
             (Binary::Pow, None) => Expr::apply(Function::Pow, &[x, y]),
+            (Binary::Atan2, _) => Expr::apply(Function::Atan2, &[x, y]),
             (Binary::Min, _) => Expr::apply(Function::Min, &[x, y]),
             (Binary::Max, _) => Expr::apply(Function::Max, &[x, y]),
         }

@@ -1,7 +1,7 @@
 //! What no material and no rigid body can be.
 //!
-//! The inertia of a rigid body is symmetric and positive definite, and each principal moment is at
-//! most the sum of the two others (each is an integral of the squares of two coordinates).
+//! The inertia of a rigid body is symmetric, without negative principal moments, and each of these
+//! is at most the sum of the two others (each is an integral of the squares of two coordinates).
 
 use nalgebra::Matrix3;
 
@@ -10,8 +10,6 @@ use crate::source::{Body, Diagnostic, Diagnostics, Material, SourceModel, Span, 
 
 /// Relative to the largest moment: differences below this are rounding of printed numbers.
 const ROUNDING: f64 = 1e-6;
-/// Relative to the largest moment: a principal moment below this makes the inertia singular.
-const SINGULAR: f64 = 1e-12;
 
 /// A quantity that must be finite and more than zero.
 pub fn positive(name: &str, given: &Spanned<f64>, unit: &str, found: &mut Diagnostics) {
@@ -96,19 +94,6 @@ pub fn moving_body(body: &Body, properties: &MassProperties, found: &mut Diagnos
             .push(error("no-mass", format!("body `{name}` moves but has no mass")).hint(
                 "give it an `outline`, `layers` with plates, or `mass`, `com` and `inertia`",
             ));
-        return;
-    }
-    let [low, _, high] = principal_moments(inertia);
-    if low <= SINGULAR * high {
-        found.push(
-            error(
-                "singular-inertia",
-                format!(
-                    "body `{name}` has all its mass on one line: nothing resists turning about it"
-                ),
-            )
-            .hint("give it an `outline`, or point masses that are not on one line"),
-        );
     }
 }
 

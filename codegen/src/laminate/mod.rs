@@ -8,6 +8,7 @@ mod hinge;
 mod linear;
 mod mass;
 mod mechanism;
+mod neighbours;
 mod outline;
 mod plate;
 #[cfg(test)]
@@ -62,6 +63,9 @@ pub fn build(model: &SourceModel, warnings: &mut Diagnostics) -> Result<Mechanis
             Diagnostic::error("out-of-scale", model.name.span, message)
                 .hint("are the units right?"),
         );
+    }
+    if !found.has_errors() {
+        neighbours::check(model, across, &mut found);
     }
     tunable::apply(model, &mut mechanism);
 

@@ -14,11 +14,7 @@ const NEGLIGIBLE: f64 = 1e-9;
 /// The area that sound plates of all layers cover together, as plates that do not overlap.
 pub fn silhouette(layers: &[Vec<Plate>]) -> Vec<Plate> {
     let scale = layers.iter().map(|plates| scale(plates)).fold(f64::INFINITY, f64::min);
-    let polygon = |plate: &Plate| {
-        let holes = plate.holes.iter().map(|hole| ring(&hole.value, scale)).collect();
-        Polygon::new(ring(&plate.outline.value, scale), holes)
-    };
-    let polygons: Vec<_> = layers.iter().flatten().map(polygon).collect();
+    let polygons: Vec<_> = layers.iter().flatten().map(|plate| polygon(plate, scale)).collect();
     let bare = |ring: &LineString<f64>| {
         let value = ring.coords().map(|c| [c.x / scale, c.y / scale]).collect();
         Spanned { value, span: Span::default() }
@@ -35,8 +31,7 @@ pub fn check(plates: &[Plate], found: &mut Diagnostics) {
     let scale = scale(plates);
     let mut sound = Vec::new();
     for plate in plates {
-        let holes = plate.holes.iter().map(|hole| ring(&hole.value, scale)).collect();
-        let polygon = Polygon::new(ring(&plate.outline.value, scale), holes);
+        let polygon = polygon(plate, scale);
         if let Some(error) = degenerate_ring(plate, &polygon) {
             found.push(error);
             continue;
@@ -82,6 +77,12 @@ fn scale(plates: &[Plate]) -> f64 {
     } else {
         1.0
     }
+}
+
+/// A plate, its lengths multiplied by `scale`.
+pub fn polygon(plate: &Plate, scale: f64) -> Polygon<f64> {
+    let holes = plate.holes.iter().map(|hole| ring(&hole.value, scale)).collect();
+    Polygon::new(ring(&plate.outline.value, scale), holes)
 }
 
 fn ring(vertices: &[[f64; 2]], scale: f64) -> LineString<f64> {

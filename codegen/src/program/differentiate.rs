@@ -7,7 +7,7 @@
 //! After A. Griewank and A. Walther, "Evaluating Derivatives", 2008, section 3.1.
 //!
 //! Where a function has a corner (`abs`, `min`, `max`) its derivative is that of the side of the
-//! larger argument; at a pole (`sqrt` of 0) it is infinite.
+//! larger argument; at a pole (`sqrt` of 0) it is infinite. That of a step is 0, also at the step.
 
 use super::ir::{Function, Instruction, Moving, Op, Slot, Value};
 
@@ -160,6 +160,7 @@ impl Rule<'_> {
             Op::Max(x, y) => self.blend((of(x).0, of(y).0), of(x).1, of(y).1),
             Op::Min(x, y) => self.blend((of(y).0, of(x).0), of(x).1, of(y).1),
             Op::Pow(x, y) => self.power(value, of(x), of(y)),
+            Op::Atan2(y, x) => self.angle(of(y), of(x)),
         }
     }
 
@@ -201,6 +202,26 @@ impl Rule<'_> {
             self.push(Op::Mul(rest, dy))
         });
         self.sum(left, right)
+    }
+
+    /// d(atan2(y, x)) = (x dy - y dx) / (x^2 + y^2)
+    fn angle(
+        &mut self,
+        (y, dy): (Value, Option<Value>),
+        (x, dx): (Value, Option<Value>),
+    ) -> Option<Value> {
+        let ahead = dy.map(|dy| self.push(Op::Mul(x, dy)));
+        let back = dx.map(|dx| self.push(Op::Mul(y, dx)));
+        let above = match (ahead, back) {
+            (Some(ahead), Some(back)) => Some(self.push(Op::Sub(ahead, back))),
+            (None, Some(back)) => Some(self.push(Op::Neg(back))),
+            (ahead, None) => ahead,
+        };
+        above.map(|above| {
+            let [x, y] = [x, y].map(|x| self.push(Op::Mul(x, x)));
+            let square = self.push(Op::Add(x, y));
+            self.push(Op::Div(above, square))
+        })
     }
 
     /// d(x^y) = y x^(y - 1) dx + x^y ln x dy

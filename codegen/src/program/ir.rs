@@ -38,6 +38,8 @@ pub enum Op {
     Min(Value, Value),
     Max(Value, Value),
     Pow(Value, Value),
+    /// The angle of the point (second, first), from -pi to pi.
+    Atan2(Value, Value),
 }
 
 /// What a function reads.

@@ -218,12 +218,15 @@ impl Lowering {
                     SymbolicFunction::Cos => Op::Cos(x),
                     SymbolicFunction::Tan => Op::Tan(x),
                     SymbolicFunction::Exp => Op::Exp(x),
+                    SymbolicFunction::Ln => Op::Ln(x),
                     SymbolicFunction::Sqrt => Op::Sqrt(x),
                     SymbolicFunction::Abs => Op::Abs(x),
+                    SymbolicFunction::Step => Op::Step(x),
                     SymbolicFunction::Tanh => Op::Tanh(x),
                     SymbolicFunction::Min => Op::Min(x, y),
                     SymbolicFunction::Max => Op::Max(x, y),
                     SymbolicFunction::Pow => Op::Pow(x, y),
+                    SymbolicFunction::Atan2 => Op::Atan2(x, y),
                 })
             }
         }

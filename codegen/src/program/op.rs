@@ -23,7 +23,8 @@ impl Op {
             | Self::Div(x, y)
             | Self::Min(x, y)
             | Self::Max(x, y)
-            | Self::Pow(x, y) => (Some(x), Some(y)),
+            | Self::Pow(x, y)
+            | Self::Atan2(x, y) => (Some(x), Some(y)),
         };
         first.into_iter().chain(second)
     }
@@ -49,6 +50,7 @@ impl Op {
             Self::Min(x, y) => Self::Min(f(x), f(y)),
             Self::Max(x, y) => Self::Max(f(x), f(y)),
             Self::Pow(x, y) => Self::Pow(f(x), f(y)),
+            Self::Atan2(x, y) => Self::Atan2(f(x), f(y)),
         }
     }
 
@@ -74,6 +76,7 @@ impl Op {
             Self::Min(x, y) => lamc_runtime::Arithmetic::min(of(x), of(y)),
             Self::Max(x, y) => lamc_runtime::Arithmetic::max(of(x), of(y)),
             Self::Pow(x, y) => of(x).powf(of(y)),
+            Self::Atan2(x, y) => of(x).atan2(of(y)),
         }
     }
 
@@ -110,6 +113,7 @@ impl Op {
             Self::Min(..) => "min",
             Self::Max(..) => "max",
             Self::Pow(..) => "pow",
+            Self::Atan2(..) => "atan2",
         }
     }
 }

@@ -21,8 +21,12 @@ pub enum Expression {
     Rate(JointId),
     /// A function of one argument.
     Unary(Unary, Box<Expression>),
-    /// An operator or function of two arguments.
+    /// A power, or a function of two arguments.
     Binary(Binary, Box<Expression>, Box<Expression>),
+    /// What stands first, then operations on it one after the other: `a - b + c`. Either sums and
+    /// differences or products and quotients. However long, it is one node: later stages walk
+    /// trees recursively.
+    Chain(Box<Expression>, Vec<(Operator, Expression)>),
 }
 
 /// Functions of one argument.
@@ -33,23 +37,39 @@ pub enum Unary {
     Sin,
     Cos,
     Tan,
+    Asin,
+    Acos,
+    Atan,
     Exp,
+    /// The natural logarithm.
+    Log,
     Sqrt,
     Abs,
+    /// -1 below zero, 0 at zero, 1 above.
+    Sign,
+    /// 0 below zero, 1 from zero on.
+    Step,
     Tanh,
 }
 
-/// Operators and functions of two arguments.
+/// Powers and functions of two arguments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[allow(missing_docs, reason = "each is the function of its name")]
+pub enum Binary {
+    Pow,
+    Atan2,
+    Min,
+    Max,
+}
+
+/// The operators of chains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[allow(missing_docs, reason = "each is the operation of its name")]
-pub enum Binary {
+pub enum Operator {
     Add,
     Sub,
     Mul,
     Div,
-    Pow,
-    Min,
-    Max,
 }
 
 impl Expression {
@@ -69,7 +89,10 @@ impl Expression {
         match self {
             Self::Number(number) => *number,
             Self::Unary(function, x) => function.apply(x.evaluate(of)),
-            Self::Binary(operator, x, y) => operator.apply(x.evaluate(of), y.evaluate(of)),
+            Self::Binary(function, x, y) => function.apply(x.evaluate(of), y.evaluate(of)),
+            Self::Chain(first, rest) => rest
+                .iter()
+                .fold(first.evaluate(of), |x, (operator, y)| operator.apply(x, y.evaluate(of))),
             leaf => of(leaf),
         }
     }
@@ -79,6 +102,9 @@ impl Expression {
         match self {
             Self::Unary(_, x) => x.contains(leaf),
             Self::Binary(_, x, y) => x.contains(leaf) || y.contains(leaf),
+            Self::Chain(first, rest) => {
+                first.contains(leaf) || rest.iter().any(|(_, x)| x.contains(leaf))
+            }
             other => other == leaf,
         }
     }
@@ -95,6 +121,10 @@ impl Expression {
                 x.replace(old, new);
                 y.replace(old, new);
             }
+            Self::Chain(first, rest) => {
+                first.replace(old, new);
+                rest.iter_mut().for_each(|(_, x)| x.replace(old, new));
+            }
             _ => {}
         }
     }
@@ -104,7 +134,12 @@ impl Expression {
         Some(match self {
             Self::Number(number) => *number,
             Self::Unary(function, x) => function.apply(x.constant()?),
-            Self::Binary(operator, x, y) => operator.apply(x.constant()?, y.constant()?),
+            Self::Binary(function, x, y) => function.apply(x.constant()?, y.constant()?),
+            Self::Chain(first, rest) => {
+                rest.iter().try_fold(first.constant()?, |x, (operator, y)| {
+                    Some(operator.apply(x, y.constant()?))
+                })?
+            }
             _ => return None,
         })
     }
@@ -118,9 +153,15 @@ impl Unary {
             Self::Sin => x.sin(),
             Self::Cos => x.cos(),
             Self::Tan => x.tan(),
+            Self::Asin => x.asin(),
+            Self::Acos => x.acos(),
+            Self::Atan => x.atan(),
             Self::Exp => x.exp(),
+            Self::Log => x.ln(),
             Self::Sqrt => x.sqrt(),
             Self::Abs => x.abs(),
+            Self::Sign => lamc_runtime::Arithmetic::step(x) - lamc_runtime::Arithmetic::step(-x),
+            Self::Step => lamc_runtime::Arithmetic::step(x),
             Self::Tanh => x.tanh(),
         }
     }
@@ -130,13 +171,22 @@ impl Binary {
     /// Its value.
     pub fn apply(self, x: f64, y: f64) -> f64 {
         match self {
+            Self::Pow => x.powf(y),
+            Self::Atan2 => x.atan2(y),
+            Self::Min => x.min(y),
+            Self::Max => x.max(y),
+        }
+    }
+}
+
+impl Operator {
+    /// Its value.
+    pub fn apply(self, x: f64, y: f64) -> f64 {
+        match self {
             Self::Add => x + y,
             Self::Sub => x - y,
             Self::Mul => x * y,
             Self::Div => x / y,
-            Self::Pow => x.powf(y),
-            Self::Min => x.min(y),
-            Self::Max => x.max(y),
         }
     }
 }

@@ -8,6 +8,8 @@
 //!                                    popupcad (DynamicsInfo)
 //! ```
 
+use std::collections::BTreeSet;
+
 pub mod diagnostic;
 mod edit;
 pub mod expression;
@@ -29,7 +31,7 @@ mod yaml;
 
 pub use diagnostic::{Diagnostic, Diagnostics, Severity, SourceFile, Span, Spanned};
 pub use edit::EditError;
-pub use expression::{Binary, Expression, Unary};
+pub use expression::{Binary, Expression, Operator, Unary};
 pub use file::{MAX_FILE_BYTES, ReadError};
 pub use ids::{BodyId, InputId, JointId, ParameterId, PointId};
 pub use model::*;
@@ -52,6 +54,9 @@ pub fn parse(file: &SourceFile) -> Result<(SourceModel, Diagnostics), Diagnostic
         Origin::BarePython => return Err(popupcad::export_again(&root).into()),
     };
     diagnostics.extend(found.0);
+    // What aliases repeat is wrong once.
+    let mut said = BTreeSet::new();
+    diagnostics.0.retain(|found| said.insert((found.code, found.span, found.message.clone())));
     match model {
         Some(model) if !diagnostics.has_errors() => Ok((model, diagnostics)),
         _ => Err(diagnostics),

@@ -177,7 +177,7 @@ pub(super) fn alternatives(name: &str, known: &[&str], plural: &str) -> String {
 
 /// `` `a`, `b` and `c` ``; long lists are cut.
 pub(super) fn quote_list(names: &[&str]) -> String {
-    const MOST: usize = 14;
+    const MOST: usize = 16;
     let quoted: Vec<_> = names.iter().take(MOST).map(|name| format!("`{name}`")).collect();
     match quoted.as_slice() {
         _ if names.len() > MOST => format!("{} and {} more", quoted.join(", "), names.len() - MOST),

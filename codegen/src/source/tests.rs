@@ -7,6 +7,7 @@ use super::*;
 
 mod designs;
 mod hostile;
+mod merging;
 
 fn file(text: &str) -> SourceFile {
     SourceFile { path: "robots/my-robot.yaml".into(), text: text.into() }

@@ -15,6 +15,8 @@ use serde_saphyr::granit_parser::{
 
 use super::diagnostic::{Diagnostic, Diagnostics, Span, Spanned};
 
+mod merge;
+
 /// Deepest nesting of mappings and sequences, aliases followed.
 const MAX_DEPTH: usize = 64;
 /// Most nodes of a file, aliases followed.
@@ -211,7 +213,12 @@ struct Open {
 
 enum Children {
     Items(Vec<Node>),
-    Entries { entries: Vec<Entry>, key: Option<Node> },
+    /// `merge`: where the mapping has `<<`, YAML's key that stands for the entries of others.
+    Entries {
+        entries: Vec<Entry>,
+        key: Option<Node>,
+        merge: Option<Span>,
+    },
 }
 
 #[derive(Default)]
@@ -266,7 +273,7 @@ impl Builder<'_> {
                 self.start(style, anchor, tag(written_tag), span, Children::Items(Vec::new()));
             }
             Event::MappingStart(style, anchor, written_tag) => {
-                let children = Children::Entries { entries: Vec::new(), key: None };
+                let children = Children::Entries { entries: Vec::new(), key: None, merge: None };
                 self.start(style, anchor, tag(written_tag), span, children);
             }
             Event::SequenceEnd | Event::MappingEnd => self.end(span)?,
@@ -295,8 +302,12 @@ impl Builder<'_> {
         let Some(open) = self.open.pop() else { return Ok(()) };
         let content = match open.children {
             Children::Items(items) => Content::Sequence(items),
-            Children::Entries { entries, .. } => {
-                Content::Mapping(distinct(entries, &mut self.diagnostics))
+            Children::Entries { entries, merge, .. } => {
+                let mut entries = distinct(entries, &mut self.diagnostics);
+                if let Some(at) = entries.iter().position(|entry| Some(entry.key.span) == merge) {
+                    merge::entries_of(&mut entries, at, &mut self.diagnostics);
+                }
+                Content::Mapping(entries)
             }
         };
         // A block ends where its last child does: its end event stands at the next token.
@@ -340,13 +351,16 @@ impl Builder<'_> {
         match &mut parent.children {
             Children::Items(items) => items.push(built.node),
             Children::Entries { key: key @ None, .. } => *key = Some(built.node),
-            Children::Entries { entries, key } => {
+            Children::Entries { entries, key, merge } => {
                 let Some(key) = key.take() else { return Ok(()) };
                 let Some(scalar) = key.scalar() else {
                     let error = Diagnostic::error("bad-key", key.span, "a key must be text");
                     self.diagnostics.push(error.label(format!("this is {}", key.describe())));
                     return Ok(());
                 };
+                if scalar.plain && &*scalar.text == "<<" {
+                    merge.get_or_insert(key.span);
+                }
                 let key = Spanned { value: scalar.text.to_string(), span: key.span };
                 entries.push(Entry { key, value: built.node });
             }

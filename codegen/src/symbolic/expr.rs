@@ -82,12 +82,15 @@ impl Expr {
 }
 
 /// Opaque functions and their names in the engine.
-const OPAQUE: [Function; 8] = [
+const OPAQUE: [Function; 11] = [
     Function::Tan,
     Function::Exp,
+    Function::Ln,
     Function::Sqrt,
     Function::Abs,
+    Function::Step,
     Function::Tanh,
+    Function::Atan2,
     Function::Min,
     Function::Max,
     Function::Pow,

@@ -4,6 +4,7 @@
 mod class;
 mod closure;
 mod graph;
+mod inertia;
 mod mobility;
 #[cfg(test)]
 mod tests;
@@ -23,9 +24,10 @@ use tree::{Cut, Tree};
 /// Spans the mechanism with a tree, cuts its loops and counts how many ways it moves.
 ///
 /// # Errors
-/// Joints that can never turn, and bodies that no chain of joints connects with the ground.
+/// Joints that can never turn or that nothing resists turning about, and bodies that no chain of
+/// joints connects with the ground.
 pub fn build(mechanism: Mechanism) -> Result<Topology, Diagnostics> {
-    let tree = tree::grow(&mechanism)?;
+    let tree = inertia::grow(&mechanism)?;
     let mut warnings = Diagnostics::default();
     let loops: Vec<Loop> =
         tree.cuts.iter().map(|cut| closed_loop(&mechanism, &tree, cut, &mut warnings)).collect();

@@ -28,11 +28,11 @@ pub struct Cut {
     pub original_path: Vec<NodeId>,
 }
 
-/// Grows the tree.
+/// Grows the tree; `to_cut` are joints that are to close loops.
 ///
 /// # Errors
 /// Joints that can never turn, and bodies that no chain of joints connects with the ground.
-pub fn grow(mechanism: &Mechanism) -> Result<Tree, Diagnostics> {
+pub fn grow(mechanism: &Mechanism, to_cut: &[JointId]) -> Result<Tree, Diagnostics> {
     refuse_dead_joints(mechanism)?;
     let bodies = &mechanism.bodies;
     let mut joints_of: Vec<Vec<JointId>> = vec![Vec::new(); bodies.len()];
@@ -60,7 +60,7 @@ pub fn grow(mechanism: &Mechanism) -> Result<Tree, Diagnostics> {
             let here = parent.map(|node| nodes[node.index()].body);
             let joints = here.map_or(&joints_of_ground, |body| &joints_of[body.index()]);
             for joint in joints {
-                let waits = !closing && mechanism.cuts.contains(joint);
+                let waits = !closing && to_cut.contains(joint);
                 if waits || std::mem::replace(&mut used[joint.index()], true) {
                     continue;
                 }

@@ -16,7 +16,7 @@ use crate::program::{Function, FunctionKind, Op, Program, Slot};
 
 /// What locals must not be called: parameters, functions and types of the template that a body
 /// uses or that would be confusing.
-const RESERVED: [&str; 36] = [
+const RESERVED: [&str; 37] = [
     "t",
     "q",
     "u",
@@ -40,6 +40,7 @@ const RESERVED: [&str; 36] = [
     "tanh",
     "log",
     "pow",
+    "atan2",
     "sqrt",
     "magnitude",
     "smaller",
@@ -210,7 +211,8 @@ fn library_function(op: Op) -> Option<&'static str> {
         | Op::Tan(_)
         | Op::Exp(_)
         | Op::Tanh(_)
-        | Op::Pow(..) => Some(op.mnemonic()),
+        | Op::Pow(..)
+        | Op::Atan2(..) => Some(op.mnemonic()),
         Op::Ln(_) => Some("log"),
         _ => None,
     }

@@ -15,7 +15,7 @@ const LOADS: usize = 4;
 /// A random straight-line function over coordinates and constants, of every operation.
 fn functions() -> impl Strategy<Value = Function> {
     let choice =
-        (0..19_u8, any::<prop::sample::Index>(), any::<prop::sample::Index>(), -2.0..2.0_f64);
+        (0..20_u8, any::<prop::sample::Index>(), any::<prop::sample::Index>(), -2.0..2.0_f64);
     prop::collection::vec(choice, 1..3500).prop_map(|choices| {
         let mut ops: Vec<Op> = (0..LOADS).map(|j| Op::Load(Slot::Position(JointId(j)))).collect();
         for (kind, x, y, number) in choices {
@@ -39,6 +39,7 @@ fn functions() -> impl Strategy<Value = Function> {
                 15 => Op::Min(x, y),
                 16 => Op::Max(x, y),
                 17 => Op::Pow(x, y),
+                18 => Op::Atan2(x, y),
                 _ => Op::Const(f64::from(number as i8)),
             });
         }

@@ -44,6 +44,7 @@ host_functions! {
     tanh(x) => x.tanh();
     ln(x) => x.ln();
     pow(x, y) => x.powf(y);
+    atan2(y, x) => y.atan2(x);
 }
 
 /// The name of the host's function for an operation.
@@ -56,6 +57,7 @@ fn host_function(op: Op) -> Option<&'static str> {
         Op::Tanh(_) => "lamc_tanh",
         Op::Ln(_) => "lamc_ln",
         Op::Pow(..) => "lamc_pow",
+        Op::Atan2(..) => "lamc_atan2",
         _ => return None,
     })
 }
@@ -246,7 +248,8 @@ impl<'a, 'b> Part<'a, 'b> {
             | Op::Exp(_)
             | Op::Tanh(_)
             | Op::Ln(_)
-            | Op::Pow(..) => unreachable!("the host's functions are called"),
+            | Op::Pow(..)
+            | Op::Atan2(..) => unreachable!("the host's functions are called"),
         })
     }
 

@@ -96,11 +96,8 @@ fn masses() {
         body.point_masses = masses.iter().map(|(mass, at)| point_mass(*mass, *at)).collect();
         body
     };
-    check(with(&[(0.1, [0.0; 3])]), &["singular-inertia"], &[]);
-    let line = [(0.1, [0.0; 3]), (0.2, [0.1, 0.1, 0.1]), (0.1, [0.3, 0.3, 0.3])];
-    check(with(&line), &["singular-inertia"], &[]);
-    let triangle = [(0.1, [0.0; 3]), (0.2, [0.1, 0.0, 0.0]), (0.1, [0.0, 0.3, 0.0])];
-    check(with(&triangle), &[], &[]);
+    // Whether mass on one point or line resists turning depends on the hinge: see the topology.
+    check(with(&[(0.1, [0.0; 3])]), &[], &[]);
     check(with(&[(-0.1, [0.0; 3])]), &["not-positive"], &[]);
     check(with(&[(f64::NAN, [0.0; 3])]), &["not-positive"], &[]);
 }
@@ -111,8 +108,8 @@ fn rigid_bodies() {
     check(rigid(0.0, diagonal(1.0, 1.0, 1.0)), &["not-positive"], &[]);
     check(rigid(0.1, diagonal(1.0, 1.0, 2.1)), &["inertia-triangle"], &[]);
     check(rigid(0.1, diagonal(1.0, -1.0, 1.0)), &["inertia-not-positive"], &[]);
-    check(rigid(0.1, diagonal(0.0, 0.0, 0.0)), &["singular-inertia"], &[]);
-    check(rigid(0.1, diagonal(0.0, 1.0, 1.0)), &["singular-inertia"], &[]);
+    check(rigid(0.1, diagonal(0.0, 0.0, 0.0)), &[], &[]);
+    check(rigid(0.1, diagonal(0.0, 1.0, 1.0)), &[], &[]);
     check(rigid(0.1, diagonal(f64::INFINITY, 1.0, 1.0)), &["not-finite"], &[]);
     // Symmetric parts with large products are not positive definite.
     let mut crossed = diagonal(1.0, 1.0, 1.0);
@@ -120,10 +117,6 @@ fn rigid_bodies() {
     check(rigid(0.1, crossed), &["inertia-not-positive"], &[]);
     crossed[1][0] = -1.5;
     check(rigid(0.1, crossed), &["asymmetric-inertia"], &[]);
-    // A slender rod is singular alone, but not with a mass beside it.
-    let mut rod = rigid(0.1, diagonal(0.0, 1.0, 1.0));
-    rod.point_masses = vec![point_mass(0.1, [0.0, 0.1, 0.0])];
-    check(rod, &[], &[]);
 }
 
 #[test]

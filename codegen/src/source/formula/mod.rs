@@ -9,51 +9,24 @@ use super::expression::{Binary, Expression, Unary};
 use super::ids::JointId;
 use super::names::alternatives;
 use super::units::split_number;
+use super::yaml::shorten;
 
+mod functions;
+mod operators;
 mod print;
 #[cfg(test)]
 mod tests;
 
+pub(super) use functions::is_function;
+use functions::{FUNCTIONS, Function, domain, function};
+use operators::{Infix, SIGN, chained};
 pub(super) use print::{number, print};
 
-/// Deepest nesting of parentheses, calls, signs and powers.
+/// Deepest nesting of parentheses, calls, signs and powers: later stages walk trees recursively.
 const MAX_NESTING: usize = 64;
-/// Deepest tree, reached by long sums: later stages walk it recursively.
-const MAX_DEPTH: usize = 400;
-
-/// A function of expressions.
-#[derive(Clone, Copy)]
-enum Function {
-    One(Unary),
-    Two(Binary),
-}
-
-const FUNCTIONS: &[(&str, Function)] = &[
-    ("sin", Function::One(Unary::Sin)),
-    ("cos", Function::One(Unary::Cos)),
-    ("tan", Function::One(Unary::Tan)),
-    ("exp", Function::One(Unary::Exp)),
-    ("sqrt", Function::One(Unary::Sqrt)),
-    ("abs", Function::One(Unary::Abs)),
-    ("tanh", Function::One(Unary::Tanh)),
-    ("min", Function::Two(Binary::Min)),
-    ("max", Function::Two(Binary::Max)),
-];
-
-/// Binding powers: left, right.
-const SUM: (u8, u8) = (10, 11);
-const PRODUCT: (u8, u8) = (20, 21);
-const SIGN: u8 = 30;
-const POWER: (u8, u8) = (41, 40);
-
-fn function(name: &str) -> Option<Function> {
-    FUNCTIONS.iter().find(|(known, _)| *known == name).map(|(_, function)| *function)
-}
-
-/// True for the names of functions.
-pub(super) fn is_function(name: &str) -> bool {
-    function(name).is_some()
-}
+/// Most numbers and names in one expression, so that what is derived from it stays small enough
+/// to be compiled.
+const MAX_TERMS: usize = 100_000;
 
 /// What is wrong with an expression; the range is bytes of its text.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -81,13 +54,13 @@ pub(super) trait Scope {
 
 /// Reads `text`; all unknown names are reported together, a syntax error ends the reading.
 pub(super) fn parse(text: &str, scope: &dyn Scope) -> Result<Expression, Vec<Problem>> {
-    let mut parser = Parser { text, at: 0, nesting: 0, scope, problems: Vec::new() };
+    let mut parser = Parser { text, at: 0, nesting: 0, terms: 0, scope, problems: Vec::new() };
     let result = parser.expression(0).and_then(|tree| match parser.peek() {
         Token::End => Ok(tree),
         _ => Err(parser.expected("an operator")),
     });
     match result {
-        Ok(Tree { expression, .. }) if parser.problems.is_empty() => match expression.constant() {
+        Ok(expression) if parser.problems.is_empty() => match expression.constant() {
             Some(value) if !value.is_finite() => Err(vec![Problem {
                 code: "not-finite",
                 range: 0..text.len(),
@@ -114,22 +87,11 @@ enum Token<'t> {
     End,
 }
 
-/// An expression and the depth of its tree.
-struct Tree {
-    expression: Expression,
-    depth: usize,
-}
-
-impl Tree {
-    fn leaf(expression: Expression) -> Self {
-        Self { expression, depth: 1 }
-    }
-}
-
 struct Parser<'t> {
     text: &'t str,
     at: usize,
     nesting: usize,
+    terms: usize,
     scope: &'t dyn Scope,
     problems: Vec<Problem>,
 }
@@ -206,33 +168,36 @@ impl<'t> Parser<'t> {
     }
 
     /// An expression of operators that bind at least as tightly as `least`.
-    fn expression(&mut self, least: u8) -> Result<Tree, Problem> {
+    fn expression(&mut self, least: u8) -> Result<Expression, Problem> {
         self.nesting += 1;
         if self.nesting > MAX_NESTING {
-            return Err(self.too_deep());
+            return Err(self.limit(
+                "too-deep",
+                "this expression is nested too deeply",
+                format!(
+                    "at most {MAX_NESTING} parentheses, calls, signs and powers within each other"
+                ),
+            ));
         }
         let mut left = self.operand()?;
-        loop {
-            let (operator, (left_power, right_power)) = match self.peek() {
-                Token::Symbol('+') => (Binary::Add, SUM),
-                Token::Symbol('-') => (Binary::Sub, SUM),
-                Token::Symbol('*') => (Binary::Mul, PRODUCT),
-                Token::Symbol('/') => (Binary::Div, PRODUCT),
-                Token::Symbol('^') => (Binary::Pow, POWER),
-                _ => break,
-            };
+        while let Token::Symbol(symbol) = self.peek() {
+            let Some(infix) = Infix::of(symbol) else { break };
+            let (left_power, right_power) = infix.powers();
             if left_power < least {
                 break;
             }
             self.next();
             let right = self.expression(right_power)?;
-            left = self.binary(operator, left, right)?;
+            left = match infix {
+                Infix::Chained(operator) => chained(left, operator, right),
+                Infix::Power => Expression::Binary(Binary::Pow, Box::new(left), Box::new(right)),
+            };
         }
         self.nesting -= 1;
         Ok(left)
     }
 
-    fn operand(&mut self) -> Result<Tree, Problem> {
+    fn operand(&mut self) -> Result<Expression, Problem> {
         match self.peek() {
             Token::Number(value) => {
                 let (_, range) = self.next();
@@ -240,7 +205,8 @@ impl<'t> Parser<'t> {
                     let message = "this number is too large".into();
                     return Err(self.problem("not-finite", range, message, "not a finite number"));
                 }
-                Ok(Tree::leaf(Expression::Number(value)))
+                self.count()?;
+                Ok(Expression::Number(value))
             }
             Token::Name(name) => {
                 let (_, range) = self.next();
@@ -248,13 +214,9 @@ impl<'t> Parser<'t> {
             }
             Token::Symbol('-') => {
                 self.next();
-                let Tree { expression, depth } = self.expression(SIGN)?;
-                Ok(match expression {
-                    Expression::Number(value) => Tree::leaf(Expression::Number(-value)),
-                    other => Tree {
-                        expression: Expression::Unary(Unary::Neg, Box::new(other)),
-                        depth: depth + 1,
-                    },
+                Ok(match self.expression(SIGN)? {
+                    Expression::Number(value) => Expression::Number(-value),
+                    other => Expression::Unary(Unary::Neg, Box::new(other)),
                 })
             }
             Token::Symbol('(') => {
@@ -275,33 +237,28 @@ impl<'t> Parser<'t> {
         Ok(())
     }
 
-    fn binary(&self, operator: Binary, left: Tree, right: Tree) -> Result<Tree, Problem> {
-        let depth = left.depth.max(right.depth) + 1;
-        if depth > MAX_DEPTH {
-            return Err(self.too_deep());
+    /// Counts a number or a name.
+    fn count(&mut self) -> Result<(), Problem> {
+        self.terms += 1;
+        if self.terms <= MAX_TERMS {
+            return Ok(());
         }
-        let (left, right) = (Box::new(left.expression), Box::new(right.expression));
-        Ok(Tree { expression: Expression::Binary(operator, left, right), depth })
+        let hint = format!("at most {MAX_TERMS} numbers and names of values");
+        Err(self.limit("too-long", "this expression is too long", hint))
     }
 
-    fn too_deep(&self) -> Problem {
-        let mut problem = self.problem(
-            "too-deep",
-            0..self.text.len(),
-            "this expression is too long or too deeply nested".into(),
-            "",
-        );
-        problem.hint = Some(format!(
-            "at most {MAX_NESTING} parentheses within each other and {MAX_DEPTH} terms"
-        ));
-        problem
+    /// More than is read.
+    fn limit(&self, code: &'static str, message: &str, hint: String) -> Problem {
+        let problem = self.problem(code, 0..self.text.len(), message.into(), "");
+        Problem { hint: Some(hint), ..problem }
     }
 
     /// What a name stands for. Unknown ones are noted and read as 0, to find what else is wrong.
-    fn name(&mut self, name: &str, range: Range<usize>) -> Result<Tree, Problem> {
+    fn name(&mut self, name: &str, range: Range<usize>) -> Result<Expression, Problem> {
         if self.peek() == Token::Symbol('(') {
             return self.call(name, range);
         }
+        self.count()?;
         let known = match name {
             "pi" => Some(Expression::Number(std::f64::consts::PI)),
             "t" => Some(Expression::Time),
@@ -310,7 +267,7 @@ impl<'t> Parser<'t> {
                 _ => self.symbol(name, &range),
             },
         };
-        Ok(Tree::leaf(known.unwrap_or(Expression::ZERO)))
+        Ok(known.unwrap_or(Expression::ZERO))
     }
 
     fn motion(&mut self, prefix: &str, joint: &str, range: &Range<usize>) -> Option<Expression> {
@@ -362,8 +319,9 @@ impl<'t> Parser<'t> {
     }
 
     /// `name(..)`: the opening parenthesis is next.
-    fn call(&mut self, name: &str, range: Range<usize>) -> Result<Tree, Problem> {
+    fn call(&mut self, name: &str, range: Range<usize>) -> Result<Expression, Problem> {
         self.next();
+        let problems = self.problems.len();
         let mut arguments = vec![self.expression(0)?];
         while self.peek() == Token::Symbol(',') {
             self.next();
@@ -382,19 +340,13 @@ impl<'t> Parser<'t> {
                     alternatives(name, &known, "functions")
                 });
             self.problems.push(problem);
-            return Ok(Tree::leaf(Expression::ZERO));
+            return Ok(Expression::ZERO);
         };
         let given = arguments.len();
-        let mut arguments = arguments.into_iter();
-        match (function, arguments.next(), arguments.next(), arguments.next()) {
-            (Function::One(function), Some(argument), None, None) => {
-                let depth = argument.depth + 1;
-                let expression = Expression::Unary(function, Box::new(argument.expression));
-                Ok(Tree { expression, depth })
-            }
-            (Function::Two(function), Some(first), Some(second), None) => {
-                self.binary(function, first, second)
-            }
+        let mut arguments = arguments.into_iter().map(Box::new);
+        let value = match (function, arguments.next(), arguments.next(), arguments.next()) {
+            (Function::One(function), Some(x), None, None) => Expression::Unary(function, x),
+            (Function::Two(function), Some(x), Some(y), None) => Expression::Binary(function, x, y),
             _ => {
                 let takes = match function {
                     Function::One(_) => "one argument",
@@ -402,8 +354,19 @@ impl<'t> Parser<'t> {
                 };
                 let message = format!("`{name}` takes {takes}, not {given}");
                 self.problems.push(self.problem("wrong-arguments", whole, message, ""));
-                Ok(Tree::leaf(Expression::ZERO))
+                return Ok(Expression::ZERO);
             }
+        };
+        // Where an argument is wrong, what is read in its place says nothing.
+        let sound = self.problems.len() == problems;
+        if let Some(number) = value.constant().filter(|number| sound && !number.is_finite()) {
+            let call = &self.text[whole.clone()];
+            let message = format!("the value of `{}` is {number}", shorten(call));
+            let mut problem = self.problem("not-finite", whole, message, "not a finite number");
+            problem.hint = domain(function).map(|domain| format!("`{name}` takes {domain}"));
+            self.problems.push(problem);
+            return Ok(Expression::ZERO);
         }
+        Ok(value)
     }
 }

@@ -1,7 +1,8 @@
 //! [`Expression`] -> text that reads back as the same tree.
 
-use super::{FUNCTIONS, Function, POWER, PRODUCT, SIGN, SUM};
-use crate::source::expression::{Binary, Expression, Unary};
+use super::functions::{FUNCTIONS, Function};
+use super::operators::{POWER, SIGN, powers};
+use crate::source::expression::{Binary, Expression, Operator, Unary};
 use crate::source::model::SourceModel;
 
 /// Tighter than every operator.
@@ -19,22 +20,20 @@ fn binding(expression: &Expression) -> u8 {
     match expression {
         Expression::Number(value) if value.is_sign_negative() => SIGN,
         Expression::Unary(Unary::Neg, _) => SIGN,
-        Expression::Binary(operator, ..) => {
-            operator_of(*operator).map_or(ATOM, |(_, powers)| powers.0.min(powers.1))
+        Expression::Binary(Binary::Pow, ..) => POWER.1,
+        Expression::Chain(_, rest) => {
+            rest.first().map_or(ATOM, |(operator, _)| powers(*operator).0)
         }
         _ => ATOM,
     }
 }
 
-/// An operator's text and binding powers; `None` for functions.
-fn operator_of(operator: Binary) -> Option<(&'static str, (u8, u8))> {
+fn symbol(operator: Operator) -> &'static str {
     match operator {
-        Binary::Add => Some((" + ", SUM)),
-        Binary::Sub => Some((" - ", SUM)),
-        Binary::Mul => Some(("*", PRODUCT)),
-        Binary::Div => Some(("/", PRODUCT)),
-        Binary::Pow => Some(("^", POWER)),
-        Binary::Min | Binary::Max => None,
+        Operator::Add => " + ",
+        Operator::Sub => " - ",
+        Operator::Mul => "*",
+        Operator::Div => "/",
     }
 }
 
@@ -71,21 +70,26 @@ fn write(expression: &Expression, least: u8, model: &SourceModel, text: &mut Str
             write(x, 0, model, text);
             text.push(')');
         }
-        Expression::Binary(operator, x, y) => match operator_of(*operator) {
-            Some((symbol, (left, right))) => {
-                write(x, left, model, text);
-                text.push_str(symbol);
-                write(y, right, model, text);
+        Expression::Binary(Binary::Pow, x, y) => {
+            write(x, POWER.0, model, text);
+            text.push('^');
+            write(y, POWER.1, model, text);
+        }
+        Expression::Binary(function, x, y) => {
+            text.push_str(name_of(|known| matches!(known, Function::Two(f) if f == *function)));
+            text.push('(');
+            write(x, 0, model, text);
+            text.push_str(", ");
+            write(y, 0, model, text);
+            text.push(')');
+        }
+        Expression::Chain(first, rest) => {
+            write(first, binding(expression), model, text);
+            for (operator, x) in rest {
+                text.push_str(symbol(*operator));
+                write(x, powers(*operator).1, model, text);
             }
-            None => {
-                text.push_str(name_of(|known| matches!(known, Function::Two(f) if f == *operator)));
-                text.push('(');
-                write(x, 0, model, text);
-                text.push_str(", ");
-                write(y, 0, model, text);
-                text.push(')');
-            }
-        },
+        }
     }
     if parentheses {
         text.push(')');

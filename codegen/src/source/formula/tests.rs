@@ -43,7 +43,10 @@ fn value(expression: &Expression) -> f64 {
         Expression::Rate(_) => 13.0,
         Expression::Number(number) => *number,
         Expression::Unary(function, x) => function.apply(value(x)),
-        Expression::Binary(operator, x, y) => operator.apply(value(x), value(y)),
+        Expression::Binary(function, x, y) => function.apply(value(x), value(y)),
+        Expression::Chain(first, rest) => {
+            rest.iter().fold(value(first), |x, (operator, y)| operator.apply(x, value(y)))
+        }
     }
 }
 
@@ -109,6 +112,12 @@ fn precedence_and_values() {
         ("abs(k - t)*sqrt(16)", 16.0),
         ("sin(pi/2) + cos(0) + tan(0) + exp(0) + tanh(0)", 3.0),
         (".5e1 + 1.", 6.0),
+        ("asin(1) + acos(-1) + atan(0)", 1.5 * std::f64::consts::PI),
+        ("atan2(k, -k) + atan2(-k, -k) + 1", 1.0),
+        ("atan2(t, k)", 7f64.atan2(3.0)),
+        ("log(exp(motor))", 5.0),
+        ("sign(-k) + 10*sign(k - 3) + 100*sign(t)", 99.0),
+        ("step(-k) + 10*step(k - 3) + 100*step(t)", 110.0),
     ] {
         let tree = parse(text, &FREE).unwrap_or_else(|e| panic!("{text}: {e:?}"));
         assert!(
@@ -144,6 +153,11 @@ fn printing_keeps_the_tree() {
         "-sin(k)^2",
         "(k + t)^2",
         "k - -t",
+        "k - t + motor - (k - t) + k",
+        "k/t*motor/(k/t)",
+        "k*t + motor/t - k",
+        "(k + t)*motor",
+        "atan2(k - t, -motor)",
     ] {
         let tree = parse(text, &FREE).unwrap();
         let printed = print(&tree, &model());
@@ -171,6 +185,14 @@ fn errors_stand_at_their_place() {
         ("min(t)", "wrong-arguments", 0..6, "two arguments, not 1"),
         ("1e999 + k", "not-finite", 0..5, "too large"),
         ("1/0", "not-finite", 0..3, "inf"),
+        ("k + log(-1)", "not-finite", 4..11, "a number greater than 0"),
+        ("k + log(0)", "not-finite", 4..10, "`log(0)` is -inf"),
+        ("k*sqrt(1 - 2)", "not-finite", 2..13, "not negative"),
+        ("asin(1 + 1e-9)*k", "not-finite", 0..14, "from -1 to 1"),
+        ("sin(acos(-2)) + k", "not-finite", 4..12, "from -1 to 1"),
+        ("exp(1000) + k", "not-finite", 0..9, "is inf"),
+        ("log(kk)", "unknown-name", 4..6, "did you mean `k`?"),
+        ("atan2(t)", "wrong-arguments", 0..8, "two arguments, not 1"),
     ] {
         let problems = parse(text, &FREE).expect_err(text);
         let Problem { code: got, range: at, message, hint, .. } = &problems[0];
@@ -202,9 +224,23 @@ fn absurd_expressions_are_refused() {
     assert_eq!(parse(&deep, &FREE).unwrap_err()[0].code, "too-deep");
     assert_eq!(parse(&("-".repeat(100_000) + "1"), &FREE).unwrap_err()[0].code, "too-deep");
     assert_eq!(parse(&"2^".repeat(100_000), &FREE).unwrap_err()[0].code, "too-deep");
-    assert_eq!(
-        parse(&format!("1{}", "+k".repeat(100_000)), &FREE).unwrap_err()[0].code,
-        "too-deep"
-    );
-    assert!(parse(&format!("1{}", "+k".repeat(399)), &FREE).is_ok());
+    let many = |count: usize| format!("1{}", "+k".repeat(count));
+    assert_eq!(parse(&many(MAX_TERMS), &FREE).unwrap_err()[0].code, "too-long");
+    // What is long is not deep: nothing that walks the tree runs out of stack.
+    for operator in ["+", "-", "*", "/"] {
+        let long = ["k", "sin(t)", "2"].repeat(MAX_TERMS / 3).join(operator);
+        let tree = parse(&long, &FREE).unwrap();
+        let printed = print(&tree, &model());
+        assert!(parse(&printed, &FREE) == Ok(tree.clone()), "{operator}");
+        let sum = |n: f64| n * (3.0 + 7f64.sin() + 2.0);
+        let expected = match operator {
+            "+" => sum((MAX_TERMS / 3) as f64),
+            "-" => 6.0 - sum((MAX_TERMS / 3) as f64),
+            _ => continue,
+        };
+        assert!((value(&tree) - expected).abs() < 1e-9 * expected.abs(), "{operator}");
+    }
+    let nested = |levels: usize| format!("{}k{}", "(".repeat(levels), ")".repeat(levels));
+    assert!(parse(&nested(MAX_NESTING - 1), &FREE).is_ok());
+    assert_eq!(parse(&nested(MAX_NESTING), &FREE).unwrap_err()[0].code, "too-deep");
 }

@@ -26,10 +26,19 @@ pub(super) fn none_fixed(bodies: &[Entry]) -> bool {
     !bodies.iter().any(claim)
 }
 
+/// In every spelling of YAML 1.1, which other tools write: each word in small letters, in capitals,
+/// or with the first letter large.
 fn boolean(node: &Node) -> Option<bool> {
-    match &*node.scalar()?.text {
-        "true" => Some(true),
-        "false" => Some(false),
+    const TRUE: [&str; 4] = ["y", "yes", "true", "on"];
+    const FALSE: [&str; 4] = ["n", "no", "false", "off"];
+    let text = &*node.scalar()?.text;
+    let lower = text.to_ascii_lowercase();
+    let rest = text.get(1..)?;
+    let is_spelling = rest == rest.to_ascii_lowercase() || text == text.to_ascii_uppercase();
+    match lower.as_str() {
+        _ if !is_spelling => None,
+        word if TRUE.contains(&word) => Some(true),
+        word if FALSE.contains(&word) => Some(false),
         _ => None,
     }
 }
@@ -56,7 +65,11 @@ impl Lowering<'_> {
             None => Some(false),
             Some(node) => boolean(node).or_else(|| {
                 let error = Diagnostic::error("wrong-type", node.span, "`fixed` is true or false");
-                self.note(error.label(format!("this is {}", node.describe())));
+                self.note(
+                    error
+                        .label(format!("this is {}", node.describe()))
+                        .hint("write `fixed: true`, or remove the key"),
+                );
                 None
             }),
         };

@@ -59,7 +59,7 @@ fn damaged_files_do_not_panic() {
     const POPUPCAD: &str = include_str!("two_plates.joints");
     let junk = [
         "", "[", "}", "'", "\"", ": ", "\u{feff}", "é", "&a ", "*a", "1e999", "-", "!!x ", "\r",
-        "\0", "^^",
+        "\0", "^^", "<<: *a", "<<: {",
     ];
     // A linear congruential generator (Knuth's MMIX): the same damage every time.
     let mut state = 1_u64;

@@ -1,6 +1,7 @@
 //! Trees, loops and mobilities of mechanisms known from the literature.
 
 mod classes;
+mod inertia;
 mod known;
 mod sheets;
 mod trees;

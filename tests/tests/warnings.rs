@@ -1,0 +1,64 @@
+//! What drawings are warned of, and what sound ones are not.
+
+use lamc::pipeline::compile as compile_file;
+use lamc::source::SourceFile;
+use lamc_tests::{DESIGNS, EXAMPLES, compile, shared, workspace};
+
+/// The warnings of the model at `path`.
+fn warnings(path: &std::path::Path) -> String {
+    compile(path).warnings.to_string()
+}
+
+#[test]
+fn examples_and_published_designs() {
+    for name in EXAMPLES {
+        let path = workspace().join("examples").join(format!("{name}.yaml"));
+        assert_eq!(warnings(&path), "", "{name}");
+    }
+    let Some(shared) = shared() else { return };
+    for name in DESIGNS {
+        let path = shared.join("designs").join(format!("{name}.cad.joints"));
+        assert_eq!(warnings(&path), "", "{name}");
+    }
+}
+
+/// The hand lies on the arm, and their hinge is ten times too far.
+const ODD: &str = "units: { length: mm, angle: deg }
+materials: { card: { density: 700, thickness: 0.4 } }
+layup: [card]
+bodies:
+  base: { fixed: true, outline: [[-20, 0], [0, 0], [0, 20], [-20, 20]] }
+  arm: { outline: [[0, 0], [40, 0], [40, 20], [0, 20]] }
+  hand: { outline: [[38, 0], [60, 0], [60, 20], [38, 20]] }
+joints:
+  shoulder: { bodies: [base, arm], axis: [[0, 0], [0, 20]] }
+  wrist: { bodies: [arm, hand], axis: [[400, 0], [400, 20]] }
+";
+
+const ANSWER: &str = "\
+warning[overlapping-bodies]: `arm` and `hand` overlap by 40.0000 mm^2 in layer 1, counted from the bottom
+ --> odd.yaml:7:20
+  |
+6 |   arm: { outline: [[0, 0], [40, 0], [40, 20], [0, 20]] }
+  |                   ------------------------------------ `arm`
+7 |   hand: { outline: [[38, 0], [60, 0], [60, 20], [38, 20]] }
+  |                    ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^ overlaps `arm`
+  |
+  = help: one sheet cannot be both: cut one of them back
+
+warning[far-hinge]: the hinge line of `wrist` is 360.0000 mm from `arm` and 340.0000 mm from `hand`
+  --> odd.yaml:10:39
+   |
+10 |   wrist: { bodies: [arm, hand], axis: [[400, 0], [400, 20]] }
+   |                                       ^^^^^^^^^^^^^^^^^^^^^ far from what it joins
+   |
+   = help: are the points of its `axis` right, and their unit?
+
+";
+
+#[test]
+fn odd_drawings_are_warned_of() {
+    let file = SourceFile { path: "odd.yaml".into(), text: ODD.into() };
+    let warnings = compile_file(&file).unwrap_or_else(|error| panic!("{error}")).warnings;
+    assert_eq!(warnings.render(&file, false), ANSWER);
+}
