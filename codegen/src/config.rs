@@ -32,6 +32,7 @@ pub struct Config {
     tunable: Vec<Tunable>,
     extern_c: bool,
     cuts: Vec<String>,
+    max_hinges: Option<usize>,
 }
 
 /// Why a model could not be compiled in a build script.
@@ -111,6 +112,14 @@ impl Config {
         self
     }
 
+    /// Compiles models with up to this many hinges, instead of
+    /// [`MAX_HINGES`](crate::source::MAX_HINGES): memory and time grow as the square of the number.
+    #[must_use]
+    pub fn max_hinges(mut self, most: usize) -> Self {
+        self.max_hinges = Some(most);
+        self
+    }
+
     /// Compiles a model to a module named after its file; returns where it is. Tells cargo to run
     /// the build script again when the model changes, and of the model's warnings.
     ///
@@ -126,6 +135,7 @@ impl Config {
                     source.tunable.push(Spanned { value, span: Span::default() });
                 }
             }
+            source.max_hinges = self.max_hinges.unwrap_or(source.max_hinges);
             self.cuts.iter().try_for_each(|joint| source.cut(joint))
         });
         let compiled = compiled.map_err(|error| match error {

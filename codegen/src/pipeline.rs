@@ -54,6 +54,17 @@ pub struct Compiled {
     pub warnings: Diagnostics,
 }
 
+/// Stages that take long for large models.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Tree, loops and mobility.
+    Topology,
+    /// The equations of motion.
+    Equations,
+    /// The program that evaluates them.
+    Program,
+}
+
 /// As [`compile`], after a change of the model as read.
 ///
 /// # Errors
@@ -62,9 +73,25 @@ pub fn compile_edited(
     file: &SourceFile,
     edit: impl FnOnce(&mut SourceModel) -> Result<(), EditError>,
 ) -> Result<Compiled, CompileError> {
+    compile_watched(file, edit, |_, _| ())
+}
+
+/// As [`compile_edited`]; `enter` is told each stage before it begins, and the number of joints.
+///
+/// # Errors
+/// As [`compile_edited`].
+pub fn compile_watched(
+    file: &SourceFile,
+    edit: impl FnOnce(&mut SourceModel) -> Result<(), EditError>,
+    mut enter: impl FnMut(Stage, usize),
+) -> Result<Compiled, CompileError> {
     let (mut model, warnings) = source::parse(file)?;
     edit(&mut model)?;
-    lower(&analysed(&model, warnings)?, file)
+    refuse_too_many_hinges(&model)?;
+    let joints = model.joints.len();
+    enter(Stage::Topology, joints);
+    let analysis = analysed(&model, warnings)?;
+    lower(&analysis, file, |stage| enter(stage, joints))
 }
 
 /// Compiles a model as far as its program: every stage but the backend.
@@ -72,15 +99,18 @@ pub fn compile_edited(
 /// # Errors
 /// Everything wrong with the model that one stage could see, together.
 pub fn compile(file: &SourceFile) -> Result<Compiled, CompileError> {
-    lower(&analyse(file)?, file)
+    lower(&analyse(file)?, file, |_| ())
 }
 
 /// The stages from the algebra on.
 fn lower(
     (topology, warnings): &(Topology, Diagnostics),
     file: &SourceFile,
+    mut enter: impl FnMut(Stage),
 ) -> Result<Compiled, CompileError> {
+    enter(Stage::Equations);
     let equations: Equations = kane::derive(topology)?;
+    enter(Stage::Program);
     let program = program::lower(&equations, file.name(), &file.text);
     Ok(Compiled { topology: equations.topology, program, warnings: warnings.clone() })
 }
@@ -91,6 +121,7 @@ fn lower(
 /// As [`compile`].
 pub fn analyse(file: &SourceFile) -> Result<(Topology, Diagnostics), Diagnostics> {
     let (model, warnings) = source::parse(file)?;
+    refuse_too_many_hinges(&model)?;
     analysed(&model, warnings)
 }
 
@@ -106,6 +137,20 @@ fn analysed(
     warnings.extend(physical.0);
     warnings.extend(topology.warnings.0.iter().cloned());
     Ok((topology, Diagnostics(warnings)))
+}
+
+/// Refuses models whose equations would take more memory or time than anybody meant to spend.
+fn refuse_too_many_hinges(model: &SourceModel) -> Result<(), Diagnostics> {
+    let (most, there) = (model.max_hinges, model.joints.len());
+    let Some(first) = model.joints.get(most) else { return Ok(()) };
+    let message = format!("{there} hinges are more than the {most} that lamc compiles");
+    let problem = Diagnostic::error("too-many-hinges", first.name.span, message)
+        .label(format!("number {} of {there}", most + 1))
+        .hint(format!(
+            "--max-hinges {there} raises the limit (in a build script: Config::max_hinges); memory \
+             and time grow as the square of the number; `lamc import` has no such limit"
+        ));
+    Err(problem.into())
 }
 
 /// The Rust module of a compiled model.

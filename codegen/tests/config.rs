@@ -45,6 +45,18 @@ fn headers_and_cuts() {
 }
 
 #[test]
+fn the_limit_of_hinges_can_be_moved() {
+    let folder = tempfile::tempdir().unwrap_or_else(|error| panic!("{error}"));
+    let compile = |most: usize| {
+        let config = Config::new().max_hinges(most).out_dir(folder.path());
+        config.compile(example("triple_pendulum.yaml"))
+    };
+    let Err(error) = compile(2) else { panic!("three hinges are not two") };
+    assert!(error.to_string().contains("3 hinges are more than the 2"), "{error}");
+    assert!(compile(3).is_ok());
+}
+
+#[test]
 fn failures_read_well_and_leave_nothing() {
     let folder = tempfile::tempdir().unwrap_or_else(|error| panic!("{error}"));
     let wrong = folder.path().join("wrong.yaml");

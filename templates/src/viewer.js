@@ -397,6 +397,11 @@
     state.hovered = -1;
     model = shown.model;
     motion = shown.motion;
+    const problem = $("problem");
+    if (!motion.complete && problem.hidden) {
+      problem.hidden = false;
+      problem.textContent = `The simulation ended early: the motion ends at t = ${end()} s.`;
+    }
     const { extent, ...shape } = model;
     if (built !== JSON.stringify(shape)) {
       built = JSON.stringify(shape);
@@ -448,11 +453,11 @@
     $("sliders").replaceChildren(...rows);
   }
 
-  function take({ written, failed, told, shown }) {
+  function take({ written, told, shown }) {
     const problem = $("problem");
     problem.hidden = !told;
     problem.textContent = told;
-    if (failed) return;
+    if (!shown) return;
     if (written) {
       buildSliders(shown.controls);
       state.t = 0;

@@ -77,7 +77,9 @@ fn check(
     while passed < PASSAGES {
         step(&mut state).unwrap_or_else(|error| panic!("{name}: {error} at {state:?}"));
         steps += 1;
-        if steps % 20000 == 0 { println!("{name} {passed} {steps} t={} {lost:e} {:?}", state.t, state.q); }
+        if steps % 20000 == 0 {
+            println!("{name} {passed} {steps} t={} {lost:e} {:?}", state.t, state.q);
+        }
         assert!(steps < 1_000_000, "{name}: only {passed} passages");
         let change = (total(&state) - begin).abs() / begin;
         assert!(change <= LOST, "{name}: energy changed by {change:e} within {passed} passages");

@@ -8,10 +8,10 @@ use lamc::pipeline::Compiled;
 use lamc::program::{FunctionKind, Interpreter};
 use lamc_runtime::{State, System, assemble};
 
-use super::{Outcome, load, output, warn};
+use super::{Outcome, Size, load, output, warn};
 
-pub fn run(model: &str) -> Outcome {
-    let compiled = load(model)?;
+pub fn run(model: &str, size: Size) -> Outcome {
+    let compiled = load(model, size)?;
     warn_of_bends(&compiled);
     output::print(&report(&compiled))
 }

@@ -8,11 +8,22 @@ use lamc::backend::fmu::Version;
 use lamc::backend::rust::Options;
 use lamc::pipeline;
 
-use super::{Compile, Failed, Fmi, Outcome, Scalar, fail, load_edited, misused, output};
+use super::paths::Paths;
+use super::progress::Busy;
+use super::{Compile, Failed, Fmi, Outcome, Scalar, Size, fail, load_edited, misused, output};
 
 pub fn run(arguments: &Compile) -> Outcome {
-    let Compile { output, c, header, python, fmu, .. } = arguments;
-    output::are_distinct([output, c, header, python, fmu].into_iter().flatten())?;
+    if !arguments.check {
+        let Compile { model, output, c, header, python, fmu, .. } = arguments;
+        Paths::default()
+            .input("the model", [model])
+            .output("--output", output)
+            .output("--c", c)
+            .output("--header", header)
+            .output("--python", python)
+            .output("--fmu", fmu)
+            .check()?;
+    }
     for (path, content) in contents(arguments)? {
         match arguments.check {
             true => check(path, &content)?,
@@ -28,13 +39,15 @@ fn contents(arguments: &Compile) -> Result<Vec<(&String, Vec<u8>)>, Failed> {
         (Some(python), Some(c), Some(header)) => Some(beside(python, c, header)?),
         _ => None,
     };
-    let compiled = load_edited(&arguments.model, |model| {
+    let size = Size { max_hinges: arguments.max_hinges };
+    let compiled = load_edited(&arguments.model, size, |model| {
         arguments.cut.iter().try_for_each(|joint| model.cut(joint))
     })?;
     let real = match arguments.scalar {
         Scalar::F32 => Real::Float,
         Scalar::F64 | Scalar::Generic => Real::Double,
     };
+    let _busy = Busy::new("writing the module");
     let mut contents = Vec::new();
     if let Some(path) = &arguments.output {
         let options = Options { scalar: arguments.scalar.into(), extern_c: arguments.extern_c };

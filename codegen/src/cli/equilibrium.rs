@@ -7,6 +7,8 @@ use lamc::backend::jit::Jit;
 use lamc_runtime::{Equilibrium, State, Stopped, System, equilibrium, project};
 use serde::Serialize;
 
+use super::fit::open;
+use super::paths::Paths;
 use super::start::{Start, describe};
 use super::{Failed, Outcome, fail, output};
 
@@ -46,6 +48,8 @@ struct Row {
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
+    let paths = Paths::default().input("the model", [&arguments.start.model]);
+    paths.input("--compare", &arguments.compare).check()?;
     let compiled = arguments.start.compile(&arguments.release)?;
     let system = arguments.start.system(&compiled)?;
     let rows = match &arguments.compare {
@@ -160,11 +164,8 @@ fn table(system: &Jit, q: &[f64], rows: &[Row]) -> String {
 /// Reads the configurations to compare with.
 fn rows(path: &str, system: &Jit) -> Result<Vec<Row>, Failed> {
     let bad = |what: String| fail(format_args!("{path}: {what}"));
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .comment(Some(b'#'))
-        .from_path(path)
-        .map_err(|error| bad(error.to_string()))?;
+    let mut reader =
+        csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(open(path)?);
     let header = reader.headers().map_err(|error| bad(error.to_string()))?.clone();
     let joints = &system.interface().joints;
     let mut columns = Vec::new();

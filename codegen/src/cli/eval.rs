@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use clap::Args;
 
+use super::paths::Paths;
 use super::start::{Start, describe};
 use super::{Failed, Outcome, fail, output};
 
@@ -69,6 +70,8 @@ struct StateReport {
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
+    let paths = Paths::default().input("the model", [&arguments.start.model]);
+    paths.input("--states", &arguments.states).check()?;
     let input = arguments.states.as_deref().map(read).transpose()?;
     let system = arguments.start.system(&arguments.start.compile(&[])?)?;
     let mut reports = Vec::new();

@@ -9,6 +9,7 @@ use lamc::identify::{Fit, NEAR, Problem, Record};
 use lamc::source::{Expression, ParameterId, Tunable};
 
 use super::curves::Curve;
+use super::paths::Paths;
 use super::start::Start;
 use super::{Failed, Outcome, curves, fail, output, warn};
 
@@ -45,7 +46,8 @@ pub struct Report {
 
 pub fn run(arguments: &Arguments) -> Outcome {
     arguments.start.refuse_initial("a fit starts where the record does")?;
-    arguments.report.check()?;
+    let model = Paths::default().input("the model", [&arguments.start.model]);
+    arguments.report.check(model.input("--data", [&arguments.data]))?;
     let kind = |name: &str| {
         Tunable::ALL.into_iter().find(|kind| {
             name.strip_prefix(kind.name())
@@ -157,10 +159,10 @@ pub fn summary(fit: &Fit) -> String {
 }
 
 impl Report {
-    /// Refuses outputs that cannot be.
-    pub fn check(&self) -> Outcome {
-        output::are_distinct([&self.csv, &self.plot].into_iter().flatten())?;
-        output::has_extension(self.plot.as_ref(), "svg")
+    /// Refuses outputs that cannot be, beside what is read.
+    pub fn check(&self, read: Paths<'_>) -> Outcome {
+        output::has_extension(self.plot.as_ref(), "svg")?;
+        read.output("--csv", &self.csv).output("--plot", &self.plot).check()
     }
 
     /// Writes what was asked for.

@@ -10,6 +10,7 @@ use lamc::laminate::flexure::sharifzadeh2018::Coefficients;
 use lamc::source::read_in;
 
 use super::fit::{Report, open, read, summary};
+use super::paths::Paths;
 use super::{Outcome, fail, misused, output};
 
 #[derive(Subcommand)]
@@ -191,6 +192,7 @@ fn sharifzadeh2018(given: &PolynomialArguments) -> Outcome {
 
 fn swing(given: &FitArguments) -> Outcome {
     let FitArguments { inertia, mass, arm, gravity, .. } = *given;
+    given.report.check(Paths::default().input("the swing", [&given.data]))?;
     let record = read(&given.data, &["theta"])?;
     let swing = Swing { inertia, mass, arm, gravity };
     let system = swing.compile().map_err(fail)?;
@@ -211,6 +213,8 @@ fn family_of(given: &FamilyArguments) -> Outcome {
     if let Some(reason) = family::unusable(&given.name) {
         return Err(misused(format_args!("--name: {reason}")));
     }
+    let paths = Paths::default().input("the table", [&given.table]);
+    paths.output("--output", [&given.output]).check()?;
     let located = |error| fail(format_args!("{}: {error}", given.table));
     let specimens = family::read(open(&given.table)?).map_err(located)?;
     let regressions = family::regress(&specimens).map_err(located)?;

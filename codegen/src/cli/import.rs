@@ -2,9 +2,11 @@
 
 use lamc::source;
 
+use super::paths::Paths;
 use super::{Failed, Outcome, output, read, report};
 
-pub fn run(design: &str, path: &str) -> Outcome {
+pub fn run(design: &String, path: &String) -> Outcome {
+    Paths::default().input("the design", [design]).output("--output", [path]).check()?;
     let file = read(design)?;
     match source::parse(&file) {
         Ok((model, warnings)) => {

@@ -15,8 +15,9 @@ use rand_distr::{Distribution, Normal};
 
 use super::curves::{self, Curve};
 use super::fit::open;
+use super::paths::Paths;
 use super::start::describe;
-use super::{Failed, Outcome, fail, load, misused, output, warn};
+use super::{Failed, Outcome, Size, fail, load, misused, output, warn};
 
 /// An axis this far from the drawn one, rad, may as well be the opposite one of frames that are
 /// farther off.
@@ -55,6 +56,8 @@ pub struct Arguments {
     /// Of the noise
     #[arg(long, default_value_t = 0, value_name = "NUMBER", requires = "synthesize")]
     seed: u64,
+    #[command(flatten)]
+    size: Size,
 }
 
 fn angle(text: &str) -> Result<f64, String> {
@@ -63,9 +66,17 @@ fn angle(text: &str) -> Result<f64, String> {
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
-    output::are_distinct([&arguments.output, &arguments.plot].into_iter().flatten())?;
     output::has_extension(arguments.plot.as_ref(), "svg")?;
-    let compiled = load(&arguments.model)?;
+    let paths = Paths::default()
+        .input("the model", [&arguments.model])
+        .output("--output", &arguments.output)
+        .output("--plot", &arguments.plot);
+    let paths = match arguments.synthesize {
+        Some(_) => paths.output("the quaternions", [&arguments.quaternions]),
+        None => paths.input("the quaternions", [&arguments.quaternions]),
+    };
+    paths.check()?;
+    let compiled = load(&arguments.model, arguments.size)?;
     let mechanism = &compiled.topology.mechanism;
     let system = Interpreter::new(&compiled.program);
     if let Some(seconds) = arguments.synthesize {
@@ -94,15 +105,20 @@ pub fn run(arguments: &Arguments) -> Outcome {
             motion.misalignment.to_degrees()
         ));
     }
+    // All or nothing: what is drawn may fail.
+    let drawn = arguments.plot.as_ref().map(|plot| {
+        let curves = overlay(arguments, &system, &measured.t, &joints)?;
+        let svg = curves::draw(&format!("{}: measured, simulated", mechanism.name), &curves);
+        Ok((plot, svg.map_err(fail)?))
+    });
+    let drawn = drawn.transpose()?;
     if let Some(output) = &arguments.output {
         output::write(output, &csv(&measured.t, &joints))?;
     }
-    if let Some(plot) = &arguments.plot {
-        let curves = overlay(arguments, &system, &measured.t, &joints)?;
-        let svg = curves::draw(&format!("{}: measured, simulated", mechanism.name), &curves);
-        output::write(plot, &svg.map_err(fail)?)?;
+    if let Some((plot, svg)) = drawn {
+        output::write(plot, &svg)?;
     }
-    if arguments.output.as_deref() == Some("-") || arguments.plot.as_deref() == Some("-") {
+    if paths.is_printed() {
         return Ok(());
     }
     output::print(&table(mechanism, &joints))

@@ -14,12 +14,16 @@ mod live;
 mod mocap;
 mod modes;
 mod output;
+mod paths;
 mod pictures;
 mod plot;
+mod progress;
 mod run;
 mod shell;
 mod simulate;
 mod start;
+mod suspect;
+mod unfold;
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
@@ -27,8 +31,10 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use lamc::backend::rust::ScalarChoice;
-use lamc::pipeline::{self, CompileError, Compiled};
-use lamc::source::{Diagnostics, EditError, SourceFile, SourceModel};
+use lamc::pipeline::{self, CompileError, Compiled, Stage};
+use lamc::source::{Diagnostics, EditError, MAX_HINGES, SourceFile, SourceModel};
+
+use progress::Busy;
 
 const TERMS: &str = concat!(
     env!("CARGO_PKG_VERSION"),
@@ -86,6 +92,18 @@ struct Compile {
     /// Write nothing; fail when a file is not what would be written
     #[arg(long)]
     check: bool,
+    // Not flattened: clap would take the whole for absent.
+    /// Compile a model with up to this many hinges: memory and time grow as the square
+    #[arg(long, value_name = "NUMBER", default_value_t = MAX_HINGES)]
+    max_hinges: usize,
+}
+
+/// How large a model may be.
+#[derive(Args, Clone, Copy)]
+struct Size {
+    /// Compile a model with up to this many hinges: memory and time grow as the square
+    #[arg(long, value_name = "NUMBER", default_value_t = MAX_HINGES)]
+    max_hinges: usize,
 }
 
 #[derive(Clone, Copy, Default, ValueEnum)]
@@ -126,6 +144,8 @@ enum Command {
     Check {
         /// The model
         model: String,
+        #[command(flatten)]
+        size: Size,
     },
     /// Evaluate a model at given states (JSON in, JSON out), or at its initial configuration
     Eval(eval::Arguments),
@@ -174,7 +194,7 @@ type Outcome = Result<(), Failed>;
 pub fn run() -> ExitCode {
     let cli = Cli::parse();
     let outcome = match (cli.command, cli.compile) {
-        (Some(Command::Check { model }), _) => check::run(&model),
+        (Some(Command::Check { model, size }), _) => check::run(&model, size),
         (Some(Command::Eval(arguments)), _) => eval::run(&arguments),
         (Some(Command::Simulate(arguments)), _) => simulate::run(&arguments),
         (Some(Command::Live(arguments)), _) => live::run(&arguments),
@@ -223,17 +243,32 @@ fn read(path: &str) -> Result<SourceFile, Failed> {
 }
 
 /// Reads and compiles a model, reporting errors and warnings.
-fn load(path: &str) -> Result<Compiled, Failed> {
-    load_edited(path, |_| Ok(()))
+fn load(path: &str, size: Size) -> Result<Compiled, Failed> {
+    load_edited(path, size, |_| Ok(()))
 }
 
 /// As [`load`], after a change of the model as read.
 fn load_edited(
     path: &str,
+    size: Size,
     edit: impl FnOnce(&mut SourceModel) -> Result<(), EditError>,
 ) -> Result<Compiled, Failed> {
     let file = read(path)?;
-    match pipeline::compile_edited(&file, edit) {
+    let edit = |model: &mut SourceModel| {
+        model.max_hinges = size.max_hinges;
+        edit(model)
+    };
+    let busy = Busy::new(format!("reading {path}"));
+    let compiled = pipeline::compile_watched(&file, edit, |stage, joints| {
+        let doing = match stage {
+            Stage::Topology => "finding the loops",
+            Stage::Equations => "deriving the equations",
+            Stage::Program => "writing the program",
+        };
+        busy.now(format!("{doing} of {joints} hinges"));
+    });
+    drop(busy);
+    match compiled {
         Ok(compiled) => {
             report(&compiled.warnings, &file);
             Ok(compiled)

@@ -1,6 +1,5 @@
 //! Writing: files, and standard output without complaint into a closed pipe.
 
-use std::collections::HashSet;
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
 
@@ -25,15 +24,6 @@ pub fn write(path: &str, contents: &(impl AsRef<[u8]> + ?Sized)) -> Outcome {
         return print(contents);
     }
     files::write(Path::new(path), contents).map_err(|error| unwritable(path, &error))
-}
-
-/// Refuses one file for two outputs.
-pub fn are_distinct<'p>(paths: impl IntoIterator<Item = &'p String>) -> Outcome {
-    let mut seen = HashSet::new();
-    match paths.into_iter().find(|path| !seen.insert(*path)) {
-        Some(twice) => Err(misused(format_args!("{twice} is given for two outputs"))),
-        None => Ok(()),
-    }
 }
 
 /// Refuses a file whose name says that it is something else.

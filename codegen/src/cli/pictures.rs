@@ -1,6 +1,7 @@
 //! A motion as seen: pictures, a video, a page to look at it from all sides.
 
 use std::num::NonZeroU32;
+use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::thread;
 
@@ -12,8 +13,9 @@ use lamc::picture::{Encoder, Picture, Renderer, View};
 use lamc::scene::{Scene, poses_at};
 
 use super::run::INTERRUPTED;
-use super::simulate::{EXIT_INTERRUPTED, progress};
+use super::simulate::EXIT_INTERRUPTED;
 use super::{Failed, Outcome, fail, misused, output};
+use super::{paths::Paths, progress};
 
 /// Pictures per second of a video.
 const RATE: NonZeroU32 = NonZeroU32::new(30).unwrap();
@@ -67,14 +69,14 @@ impl Pictures {
         }
     }
 
-    /// What is to be written.
-    pub fn files(&self) -> impl Iterator<Item = &String> {
-        [&self.video, &self.png, &self.view].into_iter().flatten()
+    /// Adds what is to be written.
+    pub fn paths<'a>(&'a self, paths: Paths<'a>) -> Paths<'a> {
+        paths.output("--video", &self.video).output("--png", &self.png).output("--view", &self.view)
     }
 
     /// Writes what was asked for.
     pub fn write(&self, mechanism: &Mechanism, motion: &Motion) -> Outcome {
-        if self.files().next().is_none() {
+        if self.video.is_none() && self.png.is_none() && self.view.is_none() {
             return Ok(());
         }
         let scene = Scene::new(mechanism);
@@ -88,7 +90,7 @@ impl Pictures {
             return Ok(());
         }
         let mut renderer = Renderer::new(&scene, motion, view, self.size);
-        let series = self.png.as_deref().filter(|name| name.contains('#'));
+        let series = self.png.as_deref().filter(|path| name_of(path).contains('#'));
         if let (Some(path), None) = (&self.png, series) {
             let end = motion.samples.last().map_or(&[][..], |sample| &sample.poses);
             output::write(path, &png(&renderer.draw(end))?)?;
@@ -110,7 +112,7 @@ impl Pictures {
         let times = self.times(motion)?;
         let encoder = video.map(|_| Encoder::new(self.size, RATE)).transpose();
         let mut encoder = encoder.map_err(misused)?;
-        let progress = progress(times.len());
+        let progress = progress::bar(times.len());
         each_picture(renderer, motion, &times, |number, picture| {
             if let Some(name) = series {
                 output::write(&numbered(name, number), &png(picture)?)?;
@@ -189,9 +191,31 @@ fn png(picture: &Picture) -> Result<Vec<u8>, Failed> {
     picture.png().map_err(|error| fail(format_args!("cannot write PNG: {error}")))
 }
 
-/// `####` replaced by a number with as many digits.
-fn numbered(name: &str, number: usize) -> String {
+/// The name of a file without its folder.
+fn name_of(path: &str) -> &str {
+    Path::new(path).file_name().and_then(|name| name.to_str()).unwrap_or_default()
+}
+
+/// What stands before and after the first `#`s of a name, and how many these are.
+fn parts(name: &str) -> (&str, usize, &str) {
     let start = name.find('#').unwrap_or(name.len());
     let digits = name[start..].bytes().take_while(|byte| *byte == b'#').count();
-    format!("{}{number:0digits$}{}", &name[..start], &name[start + digits..])
+    (&name[..start], digits, &name[start + digits..])
+}
+
+/// `####` in the file's name replaced by a number with as many digits.
+fn numbered(path: &str, number: usize) -> String {
+    let (folder, name) = path.split_at(path.len() - name_of(path).len());
+    let (before, digits, after) = parts(name);
+    format!("{folder}{before}{number:0digits$}{after}")
+}
+
+/// Whether [`numbered`] makes this name of a series for some number.
+pub fn is_numbered(series: &str, name: &str) -> bool {
+    let (before, digits, after) = parts(series);
+    let number = name.strip_prefix(before).and_then(|rest| rest.strip_suffix(after));
+    let number = number.filter(|number| number.bytes().all(|byte| byte.is_ascii_digit()));
+    number
+        .and_then(|number| number.parse().ok())
+        .is_some_and(|number: usize| name == format!("{before}{number:0digits$}{after}"))
 }

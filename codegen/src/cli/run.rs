@@ -8,6 +8,7 @@ use lamc::motion::{Motion, Work};
 use lamc_runtime::{Dopri5, Error, Integrator, Rodas, State, Stopped, System, acceleration};
 
 use super::start::describe;
+use super::suspect::suspect;
 use super::{Failed, fail};
 
 /// Explicit steps within which a motion must get on by a share of its duration.
@@ -18,6 +19,9 @@ const MOST_STEPS: f64 = 2e6;
 
 /// What both are meant for, s: a longer motion may take as many for each such part of it.
 const USUAL: f64 = 2.0;
+
+/// What may be spent to leave a singular state, steps times joints cubed: one or two seconds.
+const MOST_TO_LEAVE: f64 = 5e6;
 
 /// How near to its limit a joint may have struck it, rad.
 const STOP: f64 = 1e-6;
@@ -156,14 +160,26 @@ impl Run {
                 return Err(fail(format_args!(
                     "gave up after {} steps, at t = {} s: the motion is not smooth there, or \
                      --tolerance asks for too much; out of a flat sheet, start from a folded guess \
-                     (--initial)",
+                     (--initial); {}",
                     self.explicit_steps + self.implicit_steps,
-                    self.state.t
+                    self.state.t,
+                    suspect(&self.system, &self.state)
                 )));
             }
             if self.leaves && !is_singular(&self.system, &self.state) {
                 (self.leaves, self.method) = (false, Method::Auto);
                 self.mark = (self.explicit_steps + self.implicit_steps, self.state.t);
+            }
+            if self.leaves
+                && self.implicit_steps as f64 * (self.state.q.len() as f64).powi(3) > MOST_TO_LEAVE
+            {
+                return Err(fail(format_args!(
+                    "gave up at t = {} s: it does not leave the singular state in which it started, \
+                     such as flat, where it can move in many ways; start it from a folded guess \
+                     (--initial); {}",
+                    self.state.t,
+                    suspect(&self.system, &self.state)
+                )));
             }
             let gives_up = matches!(outcome, Err(Error::StepTooSmall { .. }));
             let stuck = self.explicit.is_stiff() || self.is_slow();
@@ -232,7 +248,11 @@ impl Run {
     /// An error with the joints that were at a stop.
     fn explain(&self, error: &Error) -> Failed {
         let interface = self.system.system.interface();
-        let reason = describe(error, interface);
+        let mut reason = describe(error, interface);
+        let is_at_stop = self.system.sides.iter().any(|&side| side != 0.0);
+        if matches!(error, Error::StepTooSmall { .. }) && !is_at_stop {
+            reason = format!("{reason}: {}", suspect(&self.system, &self.state));
+        }
         let held =
             interface.joints.iter().zip(&self.system.sides).filter(|(_, side)| **side != 0.0);
         let names: Vec<_> = held.map(|(joint, _)| format!("`{}`", joint.name)).collect();

@@ -6,7 +6,8 @@ use clap::CommandFactory;
 use clap_complete::Shell;
 use clap_mangen::Man;
 
-use super::{Cli, Outcome, fail, output};
+use super::paths::Paths;
+use super::{Cli, Failed, Outcome, fail, output};
 
 /// Prints the script by which a shell completes `lamc`.
 pub fn completions(shell: Shell) -> Outcome {
@@ -24,11 +25,14 @@ pub fn man(folder: &str) -> Outcome {
         let name = format!("lamc-{}", sub.get_name());
         sub.display_name(name)
     });
-    for page in pages.chain([command.clone()]) {
+    let pages = pages.chain([command.clone()]).map(|page| {
         let name = page.get_display_name().unwrap_or("lamc").to_owned();
         let mut text = Vec::new();
         Man::new(page).render(&mut text).map_err(fail)?;
-        output::write(&Path::new(folder).join(name + ".1").display().to_string(), &text)?;
-    }
-    Ok(())
+        Ok((Path::new(folder).join(name + ".1").display().to_string(), text))
+    });
+    let pages: Vec<(String, Vec<u8>)> = pages.collect::<Result<_, Failed>>()?;
+    let paths = pages.iter().map(|(path, _)| path);
+    paths.fold(Paths::default(), |paths, path| paths.output("the page", [path])).check()?;
+    pages.iter().try_for_each(|(path, text)| output::write(path, text))
 }

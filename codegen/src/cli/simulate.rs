@@ -3,20 +3,22 @@
 
 use std::fmt::Write;
 use std::sync::atomic::Ordering;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 use lamc::backend::jit::Jit;
 use lamc::laminate::{Mechanism, excursions};
 use lamc::motion::{Motion, Work};
 use lamc_runtime::{State, System, project};
 
 use super::equilibrium::settle;
+use super::paths::Paths;
 use super::pictures::Pictures;
 use super::plot::{self, Panel};
+use super::progress;
 use super::run::{INTERRUPTED, Method, Run, Settings};
 use super::start::{Start, describe};
+use super::unfold::{Fold, unfold};
 use super::{Failed, Outcome, fail, misused, output, warn};
 
 /// Most numbers a recorded motion may have: a gigabyte.
@@ -90,7 +92,8 @@ impl Arguments {
         if !(0.0..=1.0).contains(&self.restitution) {
             return Err(misused("--restitution must lie between 0 and 1"));
         }
-        self.files.check()
+        self.files.check()?;
+        self.files.paths().input("the model", [&self.start.model]).check()
     }
 
     /// Samples after the first.
@@ -124,14 +127,16 @@ impl Files {
         if let Some(path) = &self.plot {
             plot::format(path).map_err(misused)?;
         }
-        self.pictures.check()?;
-        output::are_distinct(self.paths())?;
-        self.paths().try_for_each(|path| output::probe(path))
+        self.pictures.check()
     }
 
     /// Where.
-    fn paths(&self) -> impl Iterator<Item = &String> {
-        [&self.csv, &self.npz, &self.plot].into_iter().flatten().chain(self.pictures.files())
+    fn paths(&self) -> Paths<'_> {
+        let paths = Paths::default()
+            .output("--csv", &self.csv)
+            .output("--npz", &self.npz)
+            .output("--plot", &self.plot);
+        self.pictures.paths(paths)
     }
 
     fn write(&self, mechanism: &Mechanism, motion: &Motion) -> Outcome {
@@ -162,20 +167,23 @@ pub fn run(arguments: &Arguments) -> Outcome {
     run.record()?;
     let times =
         (1..=samples).map(|sample| (sample as f64 / arguments.rate).min(arguments.duration));
-    let progress = progress(samples);
+    let progress = progress::bar(samples);
     let outcome = run.through(times, |done| progress.set_position(done as u64));
     progress.finish_and_clear();
-    outcome?;
+    // What was recorded until then is good, whatever ended it. From here on another interrupt ends
+    // the drawing of pictures.
+    let interrupted = INTERRUPTED.swap(false, Ordering::Relaxed);
+    run.motion.complete = outcome.is_ok() && !interrupted;
     let moved = run.motion.samples.iter().map(|sample| (sample.t, sample.q.as_slice()));
     excursions(&mechanism, &parameters, &inputs, moved).into_iter().for_each(warn);
     let seconds = begin.elapsed().as_secs_f64();
     arguments.files.write(&mechanism, &run.motion)?;
-    if !arguments.files.paths().any(|path| path == "-") {
-        output::print(&summary(&run, seconds))?;
+    if !arguments.files.paths().is_printed() {
+        output::print(&summary(&run, seconds, interrupted))?;
     }
-    match INTERRUPTED.load(Ordering::Relaxed) {
+    match interrupted {
         true => Err(Failed(EXIT_INTERRUPTED)),
-        false => Ok(()),
+        false => outcome,
     }
 }
 
@@ -201,22 +209,24 @@ fn begin(arguments: &Arguments) -> Result<Beginning, Failed> {
         let workspace = &mut system.workspace();
         project(&system, 0.0, &mut state.q, &mut state.u, workspace)
             .map_err(|error| fail(describe(&error, system.interface())))?;
+    } else {
+        match unfold(&system, &mut state) {
+            Some(Fold::Begun(bent)) => warn(format_args!(
+                "a flat sheet can fold in many ways: it starts bent by {bent:.1e} rad, as its \
+                 forces push it; --initial chooses another way"
+            )),
+            Some(Fold::Loose) => warn(
+                "a flat sheet can fold in many ways, and its forces do not choose one: if the \
+                 motion breaks off, start it from a folded guess (--initial)",
+            ),
+            None => {}
+        }
     }
     Ok(Beginning { mechanism: compiled.topology.mechanism, system, state })
 }
 
-/// On a terminal, for what takes longer than a moment.
-pub fn progress(samples: usize) -> ProgressBar {
-    let bar = ProgressBar::new(samples as u64);
-    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {eta} left") {
-        bar.set_style(style);
-    }
-    bar.enable_steady_tick(Duration::from_millis(200));
-    bar
-}
-
 /// What happened, on one screen.
-fn summary(run: &Run, seconds: f64) -> String {
+fn summary(run: &Run, seconds: f64, interrupted: bool) -> String {
     let mut text = String::new();
     let motion = &run.motion;
     let ([first, ..], [.., last]) = (motion.samples.as_slice(), motion.samples.as_slice()) else {
@@ -229,8 +239,8 @@ fn summary(run: &Run, seconds: f64) -> String {
     }
     let [start, end] = [first, last].map(|sample| sample.energy.kinetic + sample.energy.potential);
     let _ = writeln!(text, "energy: {start:.6e} J at start, {end:.6e} J at end");
-    // An interrupt leaves steps that were counted and not recorded.
-    if let Some(work) = run.work.as_ref().filter(|_| !INTERRUPTED.load(Ordering::Relaxed)) {
+    // A motion that broke off leaves steps that were counted and not recorded.
+    if let Some(work) = run.work.as_ref().filter(|_| motion.complete) {
         let off = (end - start - work.total).abs();
         let _ = match work.exchanged > 0.0 {
             true => writeln!(
@@ -259,8 +269,9 @@ fn summary(run: &Run, seconds: f64) -> String {
         methods.join(" and "),
         last.t / seconds
     );
-    if INTERRUPTED.load(Ordering::Relaxed) {
-        let _ = writeln!(text, "interrupted: what was written ends at t = {} s", last.t);
+    if !motion.complete {
+        let why = if interrupted { "interrupted" } else { "failed" };
+        let _ = writeln!(text, "{why}: what was written ends at t = {} s", last.t);
     }
     text
 }

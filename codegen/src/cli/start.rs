@@ -8,7 +8,8 @@ use lamc::program::Interface;
 use lamc::source::{SourceModel, read_angle, read_quantity};
 use lamc_runtime::{Error, State, System, assemble, project};
 
-use super::{Failed, fail, load_edited, misused};
+use super::progress::Busy;
+use super::{Failed, Size, fail, load_edited, misused};
 
 /// Which model, and where it starts.
 #[derive(Args)]
@@ -28,6 +29,8 @@ pub struct Start {
     /// Hold a joint at an angle: j0=30deg
     #[arg(long, value_name = "JOINT=ANGLE")]
     lock: Vec<String>,
+    #[command(flatten)]
+    size: Size,
 }
 
 impl Start {
@@ -45,7 +48,7 @@ impl Start {
         let locks = self.locks(released)?;
         let prescribed = self.input.iter().map(|setting| named(setting, INPUT));
         let prescribed = prescribed.collect::<Result<Vec<_>, _>>()?;
-        load_edited(&self.model, |model| {
+        load_edited(&self.model, self.size, |model| {
             change(model);
             let functions = prescribed.iter().filter(|(_, text)| read_quantity(text).is_none());
             functions.into_iter().try_for_each(|(name, text)| model.prescribe(name, text))?;
@@ -119,6 +122,7 @@ impl Start {
             state.q[joint] = angle;
             pinned[joint] = true;
         }
+        let _busy = Busy::new("closing the loops");
         let mut workspace = system.workspace();
         assemble(system, 0.0, &mut state.q, &pinned, &mut workspace).map_err(|error| {
             let reason = describe(&error, system.interface());

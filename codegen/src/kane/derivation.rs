@@ -63,7 +63,10 @@ pub struct Derivation<'a> {
     pub accelerated: HashMap<(Option<NodeId>, NodeId), Motion>,
     pub problems: Diagnostics,
     algebra: &'a mut Algebra<Leaf, Label>,
+    /// Symbols of constants, by the bits of their magnitudes.
     constants: HashMap<u64, Expr>,
+    /// What those symbols, and their negatives, are.
+    numbers: HashMap<Expr, f64>,
     names: Vec<String>,
 }
 
@@ -97,6 +100,7 @@ impl<'a> Derivation<'a> {
             problems: Diagnostics::default(),
             algebra,
             constants: HashMap::new(),
+            numbers: HashMap::new(),
             names: topology.node_names(),
         };
         derivation.bind_angles();
@@ -191,11 +195,13 @@ impl<'a> Derivation<'a> {
             return Expr::integer(value as i64);
         }
         let magnitude = value.abs();
-        let algebra = &mut *self.algebra;
-        let symbol = self
-            .constants
-            .entry(magnitude.to_bits())
-            .or_insert_with(|| algebra.leaf(Leaf::Constant(magnitude)));
+        let (algebra, numbers) = (&mut *self.algebra, &mut self.numbers);
+        let symbol = self.constants.entry(magnitude.to_bits()).or_insert_with(|| {
+            let symbol = algebra.leaf(Leaf::Constant(magnitude));
+            numbers.insert(symbol.clone(), magnitude);
+            numbers.insert(-&symbol, -magnitude);
+            symbol
+        });
         if value < 0.0 { -&*symbol } else { symbol.clone() }
     }
 
@@ -236,14 +242,28 @@ impl<'a> Derivation<'a> {
         self.algebra.derivative(value, &u, &label)
     }
 
+    /// The number that an expression is, if it is one: -1, 0, 1 or a constant's symbol.
+    pub fn value(&self, value: &Expr) -> Option<f64> {
+        match value.as_integer() {
+            Some(number) => Some(number as f64),
+            None => self.numbers.get(value).copied(),
+        }
+    }
+
     /// Reports that the entry at `span` divides by zero.
     pub fn division_by_zero(&mut self, span: Option<Span>, what: &str) {
-        let mut problem = Diagnostic::error(
-            "division-by-zero",
-            span.unwrap_or_default(),
-            format!("{what} divides by zero"),
-        )
-        .hint("the divisor is zero whatever t, q, u, parameters and inputs are");
+        let hint = "the divisor is zero whatever t, q, u, parameters and inputs are";
+        self.undefined("division-by-zero", format!("{what} divides by zero"), hint, span);
+    }
+
+    /// Reports that a part of the entry at `span` is infinite or not a number.
+    pub fn not_finite(&mut self, value: f64, span: Option<Span>, what: &str) {
+        let hint = "it is so whatever t, q, u, parameters and inputs are";
+        self.undefined("not-finite", format!("a part of {what} is {value}"), hint, span);
+    }
+
+    fn undefined(&mut self, code: &'static str, what: String, hint: &str, span: Option<Span>) {
+        let mut problem = Diagnostic::error(code, span.unwrap_or_default(), what).hint(hint);
         problem.span = span;
         // The law of a joint is read for the motion and for the balance.
         if !self.problems.0.contains(&problem) {

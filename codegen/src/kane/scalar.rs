@@ -15,7 +15,7 @@ impl Derivation<'_> {
     /// An expression of the model as a bound symbol. `what` and `span` name it in an error.
     pub fn scalar(&mut self, expression: &Expression, what: &str, span: Option<Span>) -> Expr {
         if let Some(value) = expression.constant() {
-            return self.constant(value);
+            return self.folded(value, what, span);
         }
         let value = match expression {
             Expression::Number(value) => self.constant(*value),
@@ -26,12 +26,19 @@ impl Derivation<'_> {
             Expression::Rate(id) => self.u[id.index()].clone(),
             Expression::Unary(function, x) => {
                 let x = self.scalar(x, what, span);
+                if let Some(x) = self.value(&x) {
+                    return self.folded(function.apply(x), what, span);
+                }
                 self.unary(*function, x, what)
             }
             Expression::Binary(function, x, y) => {
-                let exponent = y.constant().filter(|_| *function == Binary::Pow);
                 let x = self.scalar(x, what, span);
                 let y = self.scalar(y, what, span);
+                let (known, exponent) = (self.value(&x), self.value(&y));
+                if let (Some(x), Some(y)) = (known, exponent) {
+                    return self.folded(function.apply(x, y), what, span);
+                }
+                let exponent = exponent.filter(|_| *function == Binary::Pow);
                 self.binary(*function, x, y, exponent, what, span)
             }
             Expression::Chain(first, rest) => return self.chain(first, rest, what, span),
@@ -47,6 +54,15 @@ impl Derivation<'_> {
             None => value,
         };
         self.bind(Section::Mechanism, what.replace(['.', ' '], "_"), value)
+    }
+
+    /// A number: the formula's, or one that the algebra found, as in `exp(1000 + q.j - q.j)`.
+    fn folded(&mut self, value: f64, what: &str, span: Option<Span>) -> Expr {
+        if value.is_finite() {
+            return self.constant(value);
+        }
+        self.not_finite(value, span, what);
+        Expr::zero()
     }
 
     /// Operation by operation from the left; as long as they are numbers, in numbers.
@@ -71,9 +87,14 @@ impl Derivation<'_> {
                 value = self.constant(number);
             }
             let next = self.scalar(next, what, span);
-            if *operator == Operator::Div && next.is_zero() {
+            let known = self.value(&next);
+            if *operator == Operator::Div && known == Some(0.0) {
                 self.division_by_zero(span, what);
                 return Expr::zero();
+            }
+            if let (Some(x), Some(y)) = (self.value(&value), known) {
+                value = self.folded(operator.apply(x, y), what, span);
+                continue;
             }
             let result = match operator {
                 Operator::Add => &value + &next,

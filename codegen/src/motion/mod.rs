@@ -26,6 +26,9 @@ pub struct Motion {
     pub size: f64,
     /// By ascending time.
     pub samples: Vec<Sample>,
+    /// Whether the samples reach as far as they were meant to: not when the integration failed or
+    /// was interrupted on the way.
+    pub complete: bool,
 }
 
 /// A mechanism at one time.
@@ -68,6 +71,7 @@ impl Motion {
             points: interface.points.clone(),
             size: interface.size,
             samples: Vec::new(),
+            complete: true,
         }
     }
 

@@ -20,6 +20,7 @@ impl Motion {
     /// positions T x P x 3                 of the points, m
     /// rotations T x B x 3 x 3             R of the bodies: x drawn lies at R x + p
     /// translations T x B x 3              p, m
+    /// complete                            whether the motion was simulated to its end
     /// ```
     ///
     /// # Errors
@@ -47,6 +48,7 @@ impl Motion {
         archive.numbers("rotations", &[samples, bodies, 3, 3], rotations.copied())?;
         let translations = poses().flat_map(|pose| pose.translation);
         archive.numbers("translations", &[samples, bodies, 3], translations)?;
+        archive.array("complete", &[], bool::default_dtype(), std::iter::once(self.complete))?;
         Ok(archive.0.finish()?.into_inner())
     }
 }

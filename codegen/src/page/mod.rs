@@ -100,6 +100,8 @@ struct Curves<'a> {
     potential: Vec<f32>,
     /// Quaternion (x, y, z, w) and origin, seven numbers per sample.
     poses: Vec<Vec<f32>>,
+    /// Whether the motion was simulated to its end.
+    complete: bool,
 }
 
 /// What a page shows of a motion, first seen from `view`, as JSON in which there is no `<`: it may
@@ -218,6 +220,7 @@ fn curves(motion: &Motion) -> Curves<'_> {
     };
     let joints = 0..motion.joints.len();
     Curves {
+        complete: motion.complete,
         joints: &motion.joints,
         t: samples.iter().map(|sample| sample.t).collect(),
         q: joints.clone().map(|joint| each(&|sample| sample.q[joint])).collect(),

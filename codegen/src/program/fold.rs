@@ -3,7 +3,7 @@
 //! Postcondition: no operation has only constant operands; there is no addition of 0, no
 //! multiplication by 0, 1 or -1, no negation of a negation, no addition or subtraction of a
 //! negation, no difference of a value and itself, and at most one constant in a product of
-//! constants and one value.
+//! constants and one value, unless the constants' product overflows.
 //!
 //! Products of constants are re-associated, so results may differ in rounding. `0 * x` is 0
 //! whatever x: a zero factor here comes from the geometry and says that x does not enter.
@@ -129,8 +129,10 @@ impl Builder {
             let number = self.push(Op::Const(-number), section);
             return self.product(number, inner, section);
         }
+        // Two factors may overflow where each by itself does not: 1e200 * (1e200 * x).
         if let Op::Mul(factor, rest) = self.op(value)
             && let Some(inner) = self.constant(factor)
+            && (number * inner).is_finite()
         {
             let number = self.push(Op::Const(number * inner), section);
             return self.product(number, rest, section);

@@ -96,6 +96,7 @@ mod tests {
             points: Vec::new(),
             size: 1.0,
             samples: [0.5, 0.6, 0.9].map(sample).to_vec(),
+            complete: true,
         };
         for (t, expected) in
             [(0.0, 0.5), (0.5, 0.5), (0.53, 0.53), (0.6, 0.6), (0.87, 0.87), (2.0, 0.9)]

@@ -5,6 +5,10 @@ use super::expression::Expression;
 use super::ids::{BodyId, InputId, JointId, PointId};
 use super::polynomial::Polynomial;
 
+/// Most hinges a model is compiled with, unless it is asked for: derived equations, their matrices
+/// and the time all this takes grow as the square of the number.
+pub const MAX_HINGES: usize = 2000;
+
 /// A mechanism as its file describes it. All numbers SI (m, kg, s, rad).
 #[derive(Clone, Debug)]
 pub struct SourceModel {
@@ -40,6 +44,8 @@ pub struct SourceModel {
     pub hinge_models: Vec<HingeModel>,
     /// The air that plates are dragged through.
     pub air: Option<Air>,
+    /// With more joints it is not compiled: [`MAX_HINGES`], or what the user asked for.
+    pub max_hinges: usize,
 }
 
 /// Stiffness and damping of a family of hinges.

@@ -55,9 +55,13 @@ impl Expr {
         }
     }
 
-    /// An integer power; negative exponents divide.
+    /// An integer power; negative exponents divide. The power 0 is 1, also of 0, as in floating
+    /// point: the engine leaves 0^0 undefined.
     pub fn power(&self, exponent: i64) -> Self {
-        Self(self.0.pow(Atom::num(exponent)))
+        match exponent {
+            0 => Self::one(),
+            _ => Self(self.0.pow(Atom::num(exponent))),
+        }
     }
 
     /// A function of one or two arguments.

@@ -9,10 +9,13 @@
 //! (`v0`, `v1`, ...), so the canonical order of terms does not depend on what was compiled before.
 
 use std::collections::HashMap;
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
+use std::io::{Read, Seek, Write};
 use std::path::PathBuf;
+use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Mutex, PoisonError};
-use std::{env, io, thread};
+use std::time::Duration;
+use std::{env, io, process, thread};
 
 use symbolica::atom::{Atom, AtomCore, AtomView, Symbol};
 use symbolica::coefficient::CoefficientView;
@@ -66,7 +69,11 @@ where
     })
 }
 
-/// Waits for the file that serialises the processes of one user; unlocked when dropped.
+/// How long another process may hold the file before we say that we wait for it.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// Waits for the file that serialises the processes of one user; unlocked when dropped. It holds
+/// the number of the process that has it, for those that wait.
 fn lock_file() -> Result<File, SessionError> {
     let folder = env::home_dir().map(|home| home.join(".cache").join("lamc"));
     let folder = folder.filter(|folder| fs::create_dir_all(folder).is_ok());
@@ -74,10 +81,48 @@ fn lock_file() -> Result<File, SessionError> {
     File::options()
         .create(true)
         .truncate(false)
+        .read(true)
         .write(true)
         .open(&path)
-        .and_then(|file| file.lock().map(|()| file))
+        .and_then(|file| wait_for(&file).map(|()| file))
+        .map(|mut file| {
+            // For others to read. That it cannot be written does no harm to us.
+            let cleared = file.set_len(0).and_then(|()| file.rewind());
+            let _ = cleared.and_then(|()| write!(file, "{}", process::id()));
+            file
+        })
         .map_err(|error| SessionError::Lock { path, error })
+}
+
+/// Locks the file, and says so when another process makes us wait: one that was stopped would do
+/// so until it is continued.
+fn wait_for(file: &File) -> io::Result<()> {
+    match file.try_lock() {
+        Ok(()) => return Ok(()),
+        Err(TryLockError::WouldBlock) => {}
+        Err(TryLockError::Error(error)) => return Err(error),
+    }
+    thread::scope(|scope| {
+        let (done, locked) = mpsc::channel::<()>();
+        scope.spawn(move || {
+            if locked.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
+                // Nobody is left to tell when standard error is closed.
+                let _ = writeln!(io::stderr(), "waiting for another lamc{}", holder(file));
+            }
+        });
+        let outcome = file.lock();
+        drop(done);
+        outcome
+    })
+}
+
+/// The process that holds the file, as ` (pid 123)`: nothing where it cannot be read.
+fn holder(mut file: &File) -> String {
+    let mut text = String::new();
+    match file.rewind().and_then(|()| file.take(20).read_to_string(&mut text)) {
+        Ok(_) if text.parse::<u32>().is_ok() => format!(" (pid {text})"),
+        _ => String::new(),
+    }
 }
 
 /// Asks the engine, by its documented switch, not to print its banner on our standard output.
@@ -85,8 +130,8 @@ fn lock_file() -> Result<File, SessionError> {
 fn hide_banner() {
     const SWITCH: &str = "SYMBOLICA_HIDE_BANNER";
     if env::var_os(SWITCH).is_none() {
-        // SAFETY: Rust code reads the environment through the standard library's lock. This is
-        // set once, before the engine's first use and before this crate starts any thread.
+        // SAFETY: Rust code reads the environment through the standard library's lock, and so do
+        // the threads of this crate. This is set once, before the engine's first use.
         unsafe { env::set_var(SWITCH, "1") }
     }
 }

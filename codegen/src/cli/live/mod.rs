@@ -18,7 +18,7 @@ use clap::Args;
 use tiny_http::Server;
 
 use self::board::Board;
-use super::{Outcome, fail, misused, output, read};
+use super::{Outcome, Size, fail, misused, output, read};
 
 /// How often the file is looked at.
 const LOOK: Duration = Duration::from_millis(30);
@@ -37,6 +37,8 @@ pub struct Arguments {
     /// Samples per second
     #[arg(long, default_value_t = 100.0, value_name = "HERTZ")]
     rate: f64,
+    #[command(flatten)]
+    size: Size,
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {

@@ -21,6 +21,7 @@ pub struct Simulation {
     model: String,
     duration: f64,
     rate: f64,
+    max_hinges: usize,
 }
 
 impl Simulation {
@@ -31,6 +32,7 @@ impl Simulation {
             model: arguments.model.clone(),
             duration: arguments.duration,
             rate: arguments.rate,
+            max_hinges: arguments.size.max_hinges,
         })
     }
 
@@ -55,6 +57,7 @@ impl Simulation {
         command.args(["simulate", "--view", "-"]);
         command.arg(format!("--duration={}", self.duration));
         command.arg(format!("--rate={}", self.rate));
+        command.arg(format!("--max-hinges={}", self.max_hinges));
         for settings in wish.settings.iter() {
             for (name, value) in &settings.parameters {
                 command.arg(format!("--set={name}={value:?}"));
@@ -75,7 +78,9 @@ impl Simulation {
                 reader.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
             });
             let (shown, told) = (shown?, told?);
-            Ok(done.map(|done| message(wish, !done, &told, if done { &shown } else { "null" })))
+            // A motion that broke off is shown as far as it went.
+            let shown = if shown.is_empty() { "null" } else { &shown };
+            Ok(done.map(|done| message(wish, !done, &told, shown)))
         })
     }
 }

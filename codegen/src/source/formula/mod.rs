@@ -60,16 +60,7 @@ pub(super) fn parse(text: &str, scope: &dyn Scope) -> Result<Expression, Vec<Pro
         _ => Err(parser.expected("an operator")),
     });
     match result {
-        Ok(expression) if parser.problems.is_empty() => match expression.constant() {
-            Some(value) if !value.is_finite() => Err(vec![Problem {
-                code: "not-finite",
-                range: 0..text.len(),
-                message: format!("the value of this expression is {value}"),
-                label: "not a finite number".into(),
-                hint: None,
-            }]),
-            _ => Ok(expression),
-        },
+        Ok(expression) if parser.problems.is_empty() => Ok(expression),
         Ok(_) => Err(parser.problems),
         Err(problem) => {
             parser.problems.push(problem);
@@ -167,6 +158,21 @@ impl<'t> Parser<'t> {
         problem
     }
 
+    /// Notes a part that is a number and not a finite one, as `10^10^10` in `q.j + 10^10^10`, and
+    /// reads it as 0, to find what else is wrong. After another problem a 0 may stand for an
+    /// unknown name, and nothing more is said.
+    fn finite(&mut self, expression: Expression, start: usize) -> Expression {
+        match expression.constant() {
+            Some(value) if !value.is_finite() && self.problems.is_empty() => {
+                let message = format!("the value of this expression is {value}");
+                let label = "not a finite number";
+                self.problems.push(self.problem("not-finite", start..self.at, message, label));
+                Expression::ZERO
+            }
+            _ => expression,
+        }
+    }
+
     /// An expression of operators that bind at least as tightly as `least`.
     fn expression(&mut self, least: u8) -> Result<Expression, Problem> {
         self.nesting += 1;
@@ -179,6 +185,7 @@ impl<'t> Parser<'t> {
                 ),
             ));
         }
+        let start = self.token().1.start;
         let mut left = self.operand()?;
         while let Token::Symbol(symbol) = self.peek() {
             let Some(infix) = Infix::of(symbol) else { break };
@@ -190,11 +197,14 @@ impl<'t> Parser<'t> {
             let right = self.expression(right_power)?;
             left = match infix {
                 Infix::Chained(operator) => chained(left, operator, right),
-                Infix::Power => Expression::Binary(Binary::Pow, Box::new(left), Box::new(right)),
+                Infix::Power => {
+                    let power = Expression::Binary(Binary::Pow, Box::new(left), Box::new(right));
+                    self.finite(power, start)
+                }
             };
         }
         self.nesting -= 1;
-        Ok(left)
+        Ok(self.finite(left, start))
     }
 
     fn operand(&mut self) -> Result<Expression, Problem> {

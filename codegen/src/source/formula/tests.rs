@@ -57,6 +57,7 @@ fn model() -> SourceModel {
     let body = Spanned { value: crate::source::BodyId(0), span: Span::default() };
     SourceModel {
         cuts: Vec::new(),
+        max_hinges: crate::source::MAX_HINGES,
         name: named("m"),
         gravity: [Expression::ZERO, Expression::ZERO, Expression::ZERO],
         materials: vec![],

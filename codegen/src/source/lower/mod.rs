@@ -6,7 +6,7 @@
 use super::diagnostic::{Diagnostic, Diagnostics, SourceFile, Span, Spanned};
 use super::fields::{Fields, entries, items};
 use super::ids::{BodyId, JointId, PointId};
-use super::model::{Air, Material, Parameter, SourceModel, Tunable};
+use super::model::{Air, MAX_HINGES, Material, Parameter, SourceModel, Tunable};
 use super::names::{self, Kind, alternatives};
 use super::units::{self, Unit};
 use super::yaml::{Entry, Node, shorten};
@@ -134,6 +134,7 @@ impl Lowering<'_> {
         let air = self.air(fields.get("air"));
         Some(SourceModel {
             cuts: Vec::new(),
+            max_hinges: MAX_HINGES,
             name: name?,
             gravity: gravity?,
             materials: materials?,

@@ -13,7 +13,7 @@ use super::expression::Expression;
 use super::fields::{array, items};
 use super::ids::BodyId;
 use super::lower::STANDARD_GRAVITY;
-use super::model::{Body, Joint, Shape, SourceModel, Spring};
+use super::model::{Body, Joint, MAX_HINGES, Shape, SourceModel, Spring};
 use super::names;
 use super::units;
 use super::yaml::{Content, Node, shorten};
@@ -123,6 +123,7 @@ impl Import {
         let name = names::identifier_from(file.stem());
         Some(SourceModel {
             cuts: Vec::new(),
+            max_hinges: MAX_HINGES,
             name: Spanned { value: name, span: Span::default() },
             gravity: [0.0, 0.0, -STANDARD_GRAVITY].map(Expression::Number),
             materials,

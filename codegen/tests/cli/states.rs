@@ -1,0 +1,166 @@
+//! Models read, evaluated, at rest and about it.
+
+use std::fs;
+use std::io::Write;
+use std::process::Stdio;
+
+use super::common::{SWING, example, folder, json, lamc, run, text};
+
+#[test]
+fn eval_answers_in_the_stated_keys_and_names_the_wrong_state() {
+    let ask = |states: &str| {
+        let mut child = lamc()
+            .args(["eval", &example("pendulum.yaml"), "--states", "-"])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap_or_else(|error| panic!("{error}"));
+        if let Some(mut stdin) = child.stdin.take() {
+            stdin.write_all(states.as_bytes()).ok();
+        }
+        child.wait_with_output().unwrap_or_else(|error| panic!("{error}"))
+    };
+    let good = ask(r#"{"states": [{"q": [0.1]}, {"q": [0.2], "u": [1.0], "t": 3}]}"#);
+    assert_eq!(good.status.code(), Some(0), "{}", text(&good.stderr));
+    let answer: serde_json::Value = serde_json::from_slice(&good.stdout).unwrap_or_default();
+    assert_eq!(answer["model"], "pendulum");
+    assert_eq!(answer["joints"][0], "hinge");
+    let keys: Vec<_> = answer["states"][1].as_object().into_iter().flatten().collect();
+    let mut keys: Vec<_> = keys.into_iter().map(|(key, _)| key.as_str()).collect();
+    keys.sort_unstable();
+    assert_eq!(
+        keys,
+        [
+            "acceleration",
+            "closure_residual",
+            "constraint_rank",
+            "dof",
+            "forcing",
+            "kinetic_energy",
+            "mass_matrix",
+            "motor_torques",
+            "potential_energy",
+            "q",
+            "reactions",
+            "t",
+            "u"
+        ]
+    );
+    for (wrong, problem) in [
+        (r#"{"states": [{"q": [0.1]}, {"q": [0.1, 0.2]}]}"#, "state 1: `q` has 2 numbers"),
+        (r#"{"states": [{"q": [0.1], "params": {"k": 1}}]}"#, "no parameter or input"),
+        (r#"{"states": [{"q": [0.1], "v": [1]}]}"#, "unknown field"),
+        ("{", "EOF"),
+    ] {
+        let output = ask(wrong);
+        assert_eq!(output.status.code(), Some(1), "{wrong}");
+        assert!(text(&output.stderr).contains(problem), "{}", text(&output.stderr));
+        assert!(output.stdout.is_empty());
+    }
+}
+
+/// The power 0 is 1, also where the base is 0; what is undefined everywhere is an error.
+#[test]
+fn powers_of_nothing() {
+    let (_guard, folder) = folder();
+    let model = folder.join("m.yaml").display().to_string();
+    let at = |torque: &str| {
+        fs::write(&model, SWING.replace("TORQUE", torque)).unwrap();
+        run(&["eval", &model])
+    };
+    let acceleration = |torque: &str| {
+        let output = at(torque);
+        assert_eq!(output.status.code(), Some(0), "{torque}: {}", text(&output.stderr));
+        json(&output)["states"][0]["acceleration"][0].as_f64().unwrap()
+    };
+    let (none, one) = (acceleration("0"), acceleration("1e-3"));
+    for power in
+        ["(q.hinge*0)^0", "(t - t)^0", "q.hinge^(t*0)", "0^0", "q.hinge^0", "2^(q.hinge*0)"]
+    {
+        assert_eq!(acceleration(&format!("1e-3*({power})")), one, "{power}");
+    }
+    for zero in ["q.hinge*1e200*1e200", "exp(-1e6 + q.hinge*0)", "0^(q.hinge*0 + 2)"] {
+        assert_eq!(acceleration(zero), none, "{zero}");
+    }
+    for undefined in ["q.hinge + 10^10^10", "(q.hinge*0)^-17", "exp(1000 + t*0)", "u.hinge*(0/0)"] {
+        let output = at(undefined);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{undefined}: {said}");
+        assert!(said.contains("error[not-finite]") && said.contains("^"), "{said}");
+    }
+}
+
+#[test]
+fn import_writes_a_model_that_compiles_to_the_same_motion() {
+    let (_guard, folder) = folder();
+    let copy = folder.join("sixbar.yaml").display().to_string();
+    assert_eq!(run(&["import", &example("sixbar.yaml"), "-o", &copy]).status.code(), Some(0));
+    let body = |model: &str| {
+        let module = text(&run(&[model, "-o", "-"]).stdout);
+        module.lines().filter(|line| !line.starts_with("//")).map(str::to_owned).collect::<Vec<_>>()
+    };
+    let original = body(&example("sixbar.yaml"));
+    assert!(!original.is_empty());
+    assert_eq!(original, body(&copy));
+}
+
+#[test]
+fn equilibrium_agrees_with_published_end_states() {
+    let model = example("sixbar_markers.yaml");
+    let csv = example("../docs/sixbar_published.csv");
+    let table = run(&["equilibrium", &model, "--compare", &csv]);
+    assert_eq!(table.status.code(), Some(0), "{}", text(&table.stderr));
+    assert!(text(&table.stdout).contains("two-step"));
+    // Of the authors' simulations that close first; rad, printed to six digits.
+    let published = [
+        ("0.0102", [0.280474, 0.0579898, 0.431370, -0.470499, -0.199470, -0.235800]),
+        ("0.0114", [0.265413, 0.057515, 0.388605, -0.434225, -0.180187, -0.216840]),
+        ("0.01315", [0.244296, 0.0552327, 0.339353, -0.389250, -0.157832, -0.193760]),
+    ];
+    let order = [
+        "ground_east",
+        "ground_west",
+        "south_east_east",
+        "west_south_west",
+        "south_south_east",
+        "south_west_south",
+    ];
+    for (k, angles) in published {
+        let found = json(&run(&["equilibrium", &model, "--set", &format!("k={k}"), "--json"]));
+        assert_eq!(found["stable"], true);
+        assert!(found["closure_residual"].as_f64().is_some_and(|open| open < 1e-13));
+        assert!(found["generalized_force"].as_f64().is_some_and(|force| force < 1e-12));
+        let joints = found["joints"].as_array().cloned().unwrap_or_default();
+        for (name, angle) in order.iter().zip(angles) {
+            let index = joints.iter().position(|joint| joint == name).unwrap_or(99);
+            let ours = found["q"][index].as_f64().unwrap_or(f64::NAN);
+            assert!((ours - angle).abs() < 3e-5, "k = {k}, {name}: {ours} is not {angle}");
+        }
+    }
+}
+
+#[test]
+fn modes_of_a_pendulum_by_hand() {
+    let (_guard, folder) = folder();
+    let file = folder.join("swing.yaml");
+    let model = "
+gravity: [0, -9.81, 0]
+bodies:
+  base: { fixed: true }
+  rod: { mass: 2 g, com: [0, -0.02, 0], inertia: [[3e-7, 0, 0], [0, 1e-9, 0], [0, 0, 3e-7]] }
+joints: { hinge: { bodies: [base, rod], axis: [[0, 0], [1, 0]], stiffness: 1e-3, damping: 4e-6 } }
+";
+    fs::write(&file, model).ok();
+    let found = json(&run(&["modes", &file.display().to_string(), "--json"]));
+    let inertia = 3e-7 + 0.002 * 0.02 * 0.02;
+    let omega = f64::sqrt((1e-3 + 0.002 * 9.81 * 0.02) / inertia);
+    let mode = &found["modes"][0];
+    let near = |key: &str, expected: f64| {
+        let value = mode[key].as_f64().unwrap_or(f64::NAN);
+        assert!((value - expected).abs() < 1e-9 * expected, "{key}: {value} is not {expected}");
+    };
+    near("frequency", omega / std::f64::consts::TAU);
+    near("damping_ratio", 4e-6 / inertia / (2.0 * omega));
+    assert_eq!((&found["stable"], &mode["shape"][0][0]), (&true.into(), &1.0.into()));
+}
