@@ -7,7 +7,7 @@ use crate::backend::rust::{self, ScalarChoice};
 use crate::kane::{self, DeriveError, Equations};
 use crate::laminate;
 use crate::program::{self, Op, Program};
-use crate::source::{self, Diagnostic, Diagnostics, EditError, SourceFile, SourceModel};
+use crate::source::{self, Diagnostic, Diagnostics, EditError, Numbers, SourceFile, SourceModel};
 use crate::symbolic::SessionError;
 use crate::topology::{self, Topology};
 
@@ -50,6 +50,8 @@ pub struct Compiled {
     pub topology: Topology,
     /// Its equations as straight-line code.
     pub program: Program,
+    /// What numbers mean that are given to the commands.
+    pub numbers: Numbers,
     /// Warnings of every stage, in the order of the stages.
     pub warnings: Diagnostics,
 }
@@ -90,8 +92,12 @@ pub fn compile_watched(
     refuse_too_many_hinges(&model)?;
     let joints = model.joints.len();
     enter(Stage::Topology, joints);
-    let analysis = analysed(&model, warnings)?;
-    lower(&analysis, file, |stage| enter(stage, joints))
+    let (topology, warnings) = analysed(&model, warnings)?;
+    enter(Stage::Equations, joints);
+    let equations: Equations = kane::derive(&topology)?;
+    enter(Stage::Program, joints);
+    let program = program::lower(&equations, file.name(), &file.text);
+    Ok(Compiled { topology: equations.topology, program, numbers: model.numbers(), warnings })
 }
 
 /// Compiles a model as far as its program: every stage but the backend.
@@ -99,20 +105,7 @@ pub fn compile_watched(
 /// # Errors
 /// Everything wrong with the model that one stage could see, together.
 pub fn compile(file: &SourceFile) -> Result<Compiled, CompileError> {
-    lower(&analyse(file)?, file, |_| ())
-}
-
-/// The stages from the algebra on.
-fn lower(
-    (topology, warnings): &(Topology, Diagnostics),
-    file: &SourceFile,
-    mut enter: impl FnMut(Stage),
-) -> Result<Compiled, CompileError> {
-    enter(Stage::Equations);
-    let equations: Equations = kane::derive(topology)?;
-    enter(Stage::Program);
-    let program = program::lower(&equations, file.name(), &file.text);
-    Ok(Compiled { topology: equations.topology, program, warnings: warnings.clone() })
+    compile_edited(file, |_| Ok(()))
 }
 
 /// The stages before the algebra: source, laminate, topology.

@@ -8,21 +8,25 @@ use lamc::pipeline::Compiled;
 use lamc::program::{FunctionKind, Interpreter};
 use lamc_runtime::{State, System, assemble};
 
+use super::start::warn_of_moves;
 use super::{Outcome, Size, load, output, warn};
 
 pub fn run(model: &str, size: Size) -> Outcome {
     let compiled = load(model, size)?;
-    warn_of_bends(&compiled);
+    warn_of_start(&compiled);
     output::print(&report(&compiled))
 }
 
-/// Warns of hinges that are bent beyond their linear range where the motion starts.
-fn warn_of_bends(compiled: &Compiled) {
+/// Warns of where the motion starts: joints that are not where they were asked to be, hinges bent
+/// beyond their linear range.
+fn warn_of_start(compiled: &Compiled) {
     let system = Interpreter::new(&compiled.program);
     let mut q = State::initial(&system).q;
     let pinned: Vec<bool> = (0..q.len()).map(|joint| system.is_given(joint)).collect();
     // What cannot be assembled is told by the commands that need it.
+    let asked = q.clone();
     if assemble(&system, 0.0, &mut q, &pinned, &mut system.workspace()).is_ok() {
+        warn_of_moves(system.interface(), &pinned, &asked, &q);
         let (parameters, inputs) = (system.parameters(), system.inputs());
         let start = std::iter::once((0.0, q.as_slice()));
         excursions(&compiled.topology.mechanism, parameters, inputs, start).iter().for_each(warn);

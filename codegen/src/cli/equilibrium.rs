@@ -8,6 +8,7 @@ use lamc_runtime::{Equilibrium, State, Stopped, System, equilibrium, project};
 use serde::Serialize;
 
 use super::fit::open;
+use super::linear::{KinkReport, Motions, Stability};
 use super::paths::Paths;
 use super::start::{Start, describe};
 use super::{Failed, Outcome, fail, output};
@@ -34,7 +35,9 @@ struct Report<'a> {
     model: &'a str,
     joints: Vec<&'a str>,
     q: &'a [f64],
-    stable: bool,
+    #[serde(flatten)]
+    stability: Stability,
+    kinks: &'a [KinkReport],
     generalized_force: f64,
     closure_residual: f64,
     potential_energy: f64,
@@ -56,17 +59,23 @@ pub fn run(arguments: &Arguments) -> Outcome {
         Some(path) => rows(path, &system)?,
         None => Vec::new(),
     };
-    let mut state = arguments.start.assembled(&system)?;
+    let mut state = arguments.start.assembled(&compiled, &system)?;
     let found = settle(&system, &mut state)?;
     let energy = system.energy(state.t, &state.q, &state.u);
     let open = opening(&system, &state.q);
+    let q = state.q.clone();
+    let resting = stopped(system, &mut state)?;
+    let mechanism = &compiled.topology.mechanism;
+    let motions = Motions::about(mechanism, &resting, &state, found.stable)?;
+    let system = &resting.system;
     let interface = system.interface();
     if arguments.json {
         let report = Report {
             model: &interface.name,
             joints: interface.joints.iter().map(|joint| joint.name.as_str()).collect(),
-            q: &state.q,
-            stable: found.stable,
+            q: &q,
+            stability: motions.stability,
+            kinks: &motions.kinks,
             generalized_force: found.force,
             closure_residual: open,
             potential_energy: energy.potential,
@@ -75,14 +84,13 @@ pub fn run(arguments: &Arguments) -> Outcome {
         let json = serde_json::to_string_pretty(&report).map_err(fail)?;
         return output::print(&(json + "\n"));
     }
-    let mut text = table(&system, &state.q, &rows);
-    let resting = stopped(system, &mut state)?;
-    let system = &resting.system;
-    let joints = system.interface().joints.iter().zip(&resting.sides);
+    let mut text = table(system, &q, &rows);
+    let joints = interface.joints.iter().zip(&resting.sides);
     for (joint, _) in joints.filter(|(_, side)| **side != 0.0) {
         let _ = writeln!(text, "`{}` rests on its stop", joint.name);
     }
-    let kind = if found.stable { "stable" } else { "not stable: a push can move it away" };
+    text.push_str(&motions.lines());
+    let kind = if motions.stability.stable { "stable" } else { "not stable" };
     let _ = writeln!(
         text,
         "{kind}; {:.1e} N m are left after {} steps; closed within {open:.1e} m of {:.1} mm; \

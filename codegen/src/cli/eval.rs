@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::io::Read;
 
 use lamc::backend::jit::Jit;
+use lamc::laminate::{Mechanism, verdicts};
+use lamc::source::Severity;
 use lamc_runtime::{Balance, EquationsMut, System, acceleration_and_forces, project};
 use serde::{Deserialize, Serialize};
 
@@ -73,21 +75,23 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let paths = Paths::default().input("the model", [&arguments.start.model]);
     paths.input("--states", &arguments.states).check()?;
     let input = arguments.states.as_deref().map(read).transpose()?;
-    let system = arguments.start.system(&arguments.start.compile(&[])?)?;
+    let compiled = arguments.start.compile(&[])?;
+    let system = arguments.start.system(&compiled)?;
+    let mechanism = &compiled.topology.mechanism;
     let mut reports = Vec::new();
     match (&arguments.states, input) {
         (Some(path), Some(input)) => {
             for (index, state) in input.states.iter().enumerate() {
                 // What a state sets holds for it alone.
-                let report = evaluate(&mut system.clone(), state)
+                let report = evaluate(mechanism, &mut system.clone(), state)
                     .map_err(|problem| fail(format_args!("{path}: state {index}: {problem}")))?;
                 reports.push(report);
             }
         }
         _ => {
-            let state = arguments.start.assembled(&system)?;
+            let state = arguments.start.assembled(&compiled, &system)?;
             let state = StateInput { q: state.q, u: Some(state.u), ..StateInput::default() };
-            reports.push(evaluate(&mut system.clone(), &state).map_err(fail)?);
+            reports.push(evaluate(mechanism, &mut system.clone(), &state).map_err(fail)?);
         }
     }
     let interface = system.interface();
@@ -111,7 +115,11 @@ fn read(states: &str) -> Result<Input, Failed> {
     serde_json::from_str(&text).map_err(|error| fail(format_args!("{states}: {error}")))
 }
 
-fn evaluate(system: &mut Jit, state: &StateInput) -> Result<StateReport, String> {
+fn evaluate(
+    mechanism: &Mechanism,
+    system: &mut Jit,
+    state: &StateInput,
+) -> Result<StateReport, String> {
     let d = system.dimensions();
     let n = d.coordinates;
     let zeros = vec![0.0; n];
@@ -123,6 +131,10 @@ fn evaluate(system: &mut Jit, state: &StateInput) -> Result<StateReport, String>
     }
     for (name, &value) in &state.params {
         system.set_parameter(name, value).map_err(|error| format!("`params`: {error}"))?;
+    }
+    let mut judged = verdicts(mechanism, system.parameters()).into_iter();
+    if let Some(wrong) = judged.find(|verdict| verdict.severity == Severity::Error) {
+        return Err(wrong.to_string());
     }
     for (name, &value) in &state.inputs {
         system.set_input(name, value).map_err(|error| format!("`inputs`: {error}"))?;

@@ -6,6 +6,7 @@ use std::io::{self, Read};
 
 use clap::Args;
 use lamc::identify::{Fit, NEAR, Problem, Record};
+use lamc::program::{Interface, JointInfo};
 use lamc::source::{Expression, ParameterId, Tunable};
 
 use super::curves::Curve;
@@ -45,7 +46,6 @@ pub struct Report {
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
-    arguments.start.refuse_initial("a fit starts where the record does")?;
     let model = Paths::default().input("the model", [&arguments.start.model]);
     arguments.report.check(model.input("--data", [&arguments.data]))?;
     let kind = |name: &str| {
@@ -62,8 +62,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
             }
         }
     })?;
-    let system = arguments.start.system(&compiled)?;
-    let parameters = &system.interface().parameters;
+    let mut system = arguments.start.system(&compiled)?;
+    let parameters = system.interface().parameters.clone();
     let mut free = Vec::new();
     for name in &arguments.free {
         let prefix = Tunable::ALL.into_iter().find(|kind| kind.name() == name);
@@ -94,8 +94,18 @@ pub fn run(arguments: &Arguments) -> Outcome {
             )));
         }
     }
-    let joints: Vec<&str> = system.interface().joints.iter().map(|j| j.name.as_str()).collect();
+    let joints: Vec<&str> = compiled.program.interface.joints.iter().map(|j| &*j.name).collect();
     let record = read(&arguments.data, &joints)?;
+    for (joint, angle) in arguments.start.guess(&compiled, &compiled.program.interface)? {
+        if !record.q[0][joint].is_nan() {
+            return Err(fail(format_args!(
+                "--initial has no say in where `{}` starts: {} tells it",
+                joints[joint], arguments.data
+            )));
+        }
+        system.set_initial(joint, angle);
+    }
+    warn_of_unknown_start(system.interface(), &record);
     let fit = Problem {
         system: system.clone(),
         record: &record,
@@ -106,6 +116,23 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let fit = fit.solve().map_err(fail)?;
     arguments.report.write(&record, &fit, &joints)?;
     output::print(&summary(&fit))
+}
+
+/// Warns where neither the first sample nor a guess tells how the mechanism is folded.
+fn warn_of_unknown_start(interface: &Interface, record: &Record) {
+    let joints = interface.joints.iter().zip(&record.q[0]);
+    let is_unknown =
+        |(joint, seen): &(&JointInfo, &f64)| seen.is_nan() && !joint.initial_given && !joint.driven;
+    let unknown: Vec<_> = joints.filter(is_unknown).map(|(joint, _)| &*joint.name).collect();
+    if interface.joints.len() - unknown.len() < interface.mobility {
+        let names: Vec<_> = unknown.iter().map(|name| format!("`{name}`")).collect();
+        warn(format_args!(
+            "the first sample does not tell where {} start, and the fit begins with them flat: a \
+             rough guess may be needed (`--initial {}=ANGLE`, or `initial` in the model)",
+            names.join(", "),
+            unknown[0]
+        ));
+    }
 }
 
 /// A file, or standard input.

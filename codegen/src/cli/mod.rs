@@ -10,9 +10,11 @@ mod eval;
 mod fit;
 mod hinge;
 mod import;
+mod linear;
 mod live;
 mod mocap;
 mod modes;
+mod notes;
 mod output;
 mod paths;
 mod pictures;
@@ -27,12 +29,13 @@ mod unfold;
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use lamc::backend::rust::ScalarChoice;
 use lamc::pipeline::{self, CompileError, Compiled, Stage};
-use lamc::source::{Diagnostics, EditError, MAX_HINGES, SourceFile, SourceModel};
+use lamc::source::{Diagnostics, EditError, MAX_HINGES, SourceFile, SourceModel, closest_name};
 
 use progress::Busy;
 
@@ -192,6 +195,9 @@ type Outcome = Result<(), Failed>;
 
 /// Runs the command line.
 pub fn run() -> ExitCode {
+    if let Err(Failed(code)) = refuse_unknown_command() {
+        return ExitCode::from(code);
+    }
     let cli = Cli::parse();
     let outcome = match (cli.command, cli.compile) {
         (Some(Command::Check { model, size }), _) => check::run(&model, size),
@@ -212,6 +218,25 @@ pub fn run() -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failed(code)) => ExitCode::from(code),
+    }
+}
+
+/// Refuses a first word that is neither a file nor a command, but much like one: as a model it would
+/// be told something else.
+fn refuse_unknown_command() -> Outcome {
+    let word = std::env::args_os().nth(1).and_then(|word| word.into_string().ok());
+    let Some(word) = word else { return Ok(()) };
+    let is_word = word.chars().all(|c| c.is_ascii_alphanumeric()) && !Path::new(&word).exists();
+    let command = Cli::command();
+    let names: Vec<&str> = command.get_subcommands().map(clap::Command::get_name).collect();
+    if !is_word || word == "help" || names.contains(&word.as_str()) {
+        return Ok(());
+    }
+    match closest_name(&word, &names) {
+        Some(meant) => Err(misused(format_args!(
+            "there is no command `{word}`, and no file of this name: did you mean `{meant}`?"
+        ))),
+        None => Ok(()),
     }
 }
 

@@ -22,6 +22,11 @@ const USUAL: f64 = 2.0;
 
 /// What may be spent to leave a singular state, steps times joints cubed: one or two seconds.
 const MOST_TO_LEAVE: f64 = 5e6;
+/// Loops whose joints are all this near to zero, rad, lie flat.
+const FLAT: f64 = 1e-2;
+
+/// Advice for a motion that starts there.
+const FOLD_FIRST: &str = "; out of a flat sheet, start from a folded guess (--initial)";
 
 /// How near to its limit a joint may have struck it, rad.
 const STOP: f64 = 1e-6;
@@ -159,10 +164,10 @@ impl Run {
             if self.is_hopeless() {
                 return Err(fail(format_args!(
                     "gave up after {} steps, at t = {} s: the motion is not smooth there, or \
-                     --tolerance asks for too much; out of a flat sheet, start from a folded guess \
-                     (--initial); {}",
+                     --tolerance asks for too much{}; {}",
                     self.explicit_steps + self.implicit_steps,
                     self.state.t,
+                    if self.started_flat() { FOLD_FIRST } else { "" },
                     suspect(&self.system, &self.state)
                 )));
             }
@@ -218,6 +223,13 @@ impl Run {
     pub fn record(&mut self) -> Result<(), Failed> {
         let outcome = self.motion.record(&self.system, &self.state);
         outcome.map_err(|error| self.explain(&error))
+    }
+
+    /// Whether it set off from a sheet with loops that lay flat.
+    fn started_flat(&self) -> bool {
+        let first = self.motion.samples.first();
+        let is_flat = first.is_some_and(|sample| sample.q.iter().all(|q| q.abs() < FLAT));
+        is_flat && self.system.dimensions().loops > 0
     }
 
     /// Whether the implicit method, too, hardly gets on: at this pace it would take far more steps

@@ -12,6 +12,7 @@ use lamc::motion::{Motion, Work};
 use lamc_runtime::{State, System, project};
 
 use super::equilibrium::settle;
+use super::notes::transgressions;
 use super::paths::Paths;
 use super::pictures::Pictures;
 use super::plot::{self, Panel};
@@ -176,6 +177,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     run.motion.complete = outcome.is_ok() && !interrupted;
     let moved = run.motion.samples.iter().map(|sample| (sample.t, sample.q.as_slice()));
     excursions(&mechanism, &parameters, &inputs, moved).into_iter().for_each(warn);
+    transgressions(&mechanism, &run.motion).into_iter().for_each(warn);
     let seconds = begin.elapsed().as_secs_f64();
     arguments.files.write(&mechanism, &run.motion)?;
     if !arguments.files.paths().is_printed() {
@@ -198,7 +200,7 @@ fn begin(arguments: &Arguments) -> Result<Beginning, Failed> {
     let start = &arguments.start;
     let mut compiled = start.compile(&[])?;
     let mut system = start.system(&compiled)?;
-    let mut state = start.assembled(&system)?;
+    let mut state = start.assembled(&compiled, &system)?;
     if arguments.settle || !arguments.release.is_empty() {
         settle(&system, &mut state)?;
         if !arguments.release.is_empty() {

@@ -29,6 +29,8 @@ const COARSE: f64 = 1e-5;
 const BESIDE: f64 = 1e-4;
 /// A motion is near the measured one when it leaves less than this share of it.
 pub const NEAR: f64 = 0.3;
+/// How near, rad, a joint is to where it was seen, when the loops close with it there.
+const SEEN: f64 = 1e-6;
 /// Evaluations per unknown before giving up.
 const PATIENCE: usize = 60;
 
@@ -88,8 +90,8 @@ pub enum FitError {
     Motion(#[from] Error),
     /// Fixed steps are too long for it.
     #[error(
-        "the motion is too stiff to be fitted: more steps between samples would be needed than are \
-         taken"
+        "the motion from the first sample is too stiff to be fitted, or passes a singular state, as \
+         the flat one is: more steps between samples would be needed than are taken"
     )]
     Stiff,
     /// Fewer angles than unknowns.
@@ -204,6 +206,9 @@ impl Problem<'_> {
                 }
                 let reason = match report.termination {
                     TerminationReason::LostPatience => "it went on without end".to_owned(),
+                    TerminationReason::User(_) => {
+                        "a motion on the way cannot be integrated".to_owned()
+                    }
                     other => format!("{other:?}"),
                 };
                 return Err(FitError::NoMinimum { evaluations, reason });
@@ -222,19 +227,27 @@ impl Problem<'_> {
         }
     }
 
-    /// The closed configuration nearest to the first sample.
+    /// The closed configuration nearest to the first sample; joints that were not seen there are
+    /// where they were given, if the loops close that way.
     fn first_state(&self) -> Result<Vec<f64>, Error> {
-        let mut q = State::initial(&self.system).q;
         let first = &self.record.q[0];
-        let mut pinned = vec![false; q.len()];
-        for joint in 0..q.len() {
-            if !first[joint].is_nan() {
-                (q[joint], pinned[joint]) = (first[joint], true);
-            }
-        }
-        let t = self.record.t[0];
-        assemble(&self.system, t, &mut q, &pinned, &mut self.system.workspace())?;
-        Ok(q)
+        let given = State::initial(&self.system).q;
+        let seen: Vec<bool> = first.iter().map(|q| !q.is_nan()).collect();
+        let guess: Vec<f64> = first
+            .iter()
+            .zip(&given)
+            .map(|(q, given)| if q.is_nan() { *given } else { *q })
+            .collect();
+        let both = (0..guess.len()).map(|joint| seen[joint] || self.system.is_given(joint));
+        let assembled = |pinned: &[bool]| {
+            let mut q = guess.clone();
+            let t = self.record.t[0];
+            assemble(&self.system, t, &mut q, pinned, &mut self.system.workspace()).map(|_| q)
+        };
+        let q = assembled(&both.collect::<Vec<_>>())?;
+        let is_as_seen =
+            q.iter().zip(first).all(|(q, seen)| seen.is_nan() || (q - seen).abs() <= SEEN);
+        if is_as_seen { Ok(q) } else { assembled(&seen) }
     }
 
     /// Sample and joint of every angle that was seen within the first samples.

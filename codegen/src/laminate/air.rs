@@ -10,16 +10,10 @@ use nalgebra::{Matrix2, Vector3};
 
 use super::mechanism::{Air, SurfacePoint};
 use super::{check, outline, plate};
-use crate::source::{Diagnostic, Diagnostics, Plate};
+use crate::source::Plate;
 
-/// The air, and what is impossible of it to `found`.
-pub fn air(air: &crate::source::Air, found: &mut Diagnostics) -> Air {
-    for (what, law) in [("density of the air", &air.density), ("drag coefficient", &air.drag)] {
-        if law.value.constant().is_some_and(|value| !(value >= 0.0 && value.is_finite())) {
-            let message = format!("the {what} is negative or not finite");
-            found.push(Diagnostic::error("negative-drag", law.span, message));
-        }
-    }
+/// The air.
+pub fn air(air: &crate::source::Air) -> Air {
     Air { density: air.density.value.clone(), drag: air.drag.value.clone() }
 }
 

@@ -29,36 +29,17 @@ pub fn hinge(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diag
         );
     }
     let Flexure { stiffness, damping, linear_range } = flexed(model, joint, found);
-    warn_of_negative_stiffness(name, &stiffness, found);
-    driven_angle(joint, found);
-    if let Some(number) = damping.value.as_number()
-        && number < 0.0
-    {
-        let message = format!("the damping of `{name}` is negative: it would add energy");
-        found.push(Diagnostic::error("negative-damping", damping.span, message));
-    }
-    for (what, value) in [
-        ("stiffness", &stiffness),
-        ("damping", &damping),
-        ("rest angle", &joint.rest),
-        ("cubic stiffness", &joint.cubic_stiffness),
-    ] {
-        if value.value.as_number().is_some_and(|number| !number.is_finite()) {
-            let message = format!("the {what} of `{name}` is not finite");
-            found.push(Diagnostic::error("not-finite", value.span, message));
-        }
-    }
     Joint {
         name: name.clone(),
         bodies: joint.bodies.each_ref().map(|body| body.value),
         point: Vector3::new(from[0], from[1], joint.z),
         direction: direction(dx, dy),
         length,
-        stiffness: stiffness.value,
-        damping: damping.value,
+        stiffness,
+        damping,
         rest: joint.rest.value.clone(),
         cubic_stiffness: joint.cubic_stiffness.value.clone(),
-        friction: joint.friction.as_ref().map(|given| friction(name, given, found)),
+        friction: joint.friction.as_ref().map(|given| friction(given, found)),
         linear_range,
         torque: joint.torque.value.clone(),
         drive: joint.drive.as_ref().map(|drive| drive.value.clone()),
@@ -87,22 +68,6 @@ fn direction(dx: f64, dy: f64) -> Vector3<f64> {
     }
 }
 
-/// A constant prescribed angle that the stops do not allow.
-fn driven_angle(joint: &crate::source::Joint, found: &mut Diagnostics) {
-    let (Some(drive), Some(limits)) = (&joint.drive, &joint.limits) else { return };
-    let [low, high] = limits.value;
-    if let Some(angle) = drive.value.constant()
-        && (angle < low || angle > high)
-    {
-        let message = format!("the angle of `{}` is outside its limits", joint.name.value);
-        let [angle, low, high] = [angle, low, high].map(f64::to_degrees);
-        found.push(
-            Diagnostic::error("driven-outside-limits", drive.span, message)
-                .hint(format!("{angle:.4} deg is not within {low:.4} .. {high:.4} deg")),
-        );
-    }
-}
-
 /// A guess the stops do not allow.
 pub fn initial_angle(joint: &Joint, angle: f64, found: &mut Diagnostics) {
     let [low, high] = joint.limits;
@@ -118,18 +83,17 @@ pub fn initial_angle(joint: &Joint, angle: f64, found: &mut Diagnostics) {
 
 /// What a hinge's model says of it.
 struct Flexure {
-    stiffness: Spanned<Expression>,
-    damping: Spanned<Expression>,
+    stiffness: Expression,
+    damping: Expression,
     /// rad.
     linear_range: f64,
 }
 
 fn flexed(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diagnostics) -> Flexure {
-    let at = |value: f64, span: Span| Spanned { value: Expression::Number(value), span };
-    let damping = joint.damping.clone();
+    let damping = joint.damping.value.clone();
     match &joint.spring {
         Spring::Stiffness(stiffness) => {
-            Flexure { stiffness: stiffness.clone(), damping, linear_range: f64::INFINITY }
+            Flexure { stiffness: stiffness.value.clone(), damping, linear_range: f64::INFINITY }
         }
         Spring::Beam { material, length, width, gaps } => {
             let strip = &model.materials[material.value];
@@ -140,7 +104,7 @@ fn flexed(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diagnos
             let range =
                 strip.yield_stress.as_ref().map(|sigma| beam.linear_range(sigma.value, 1.0));
             let linear_range = range.map_or(f64::INFINITY, |range| range.angle);
-            let stiffness = at(stiffness.unwrap_or(0.0), joint.name.span);
+            let stiffness = Expression::Number(stiffness.unwrap_or(0.0));
             Flexure { stiffness, damping, linear_range }
         }
         Spring::Family { model: family, length, width, area, span } => {
@@ -157,8 +121,7 @@ fn flexed(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diagnos
                     found.push(Diagnostic::error("outside-model", *span, message));
                 }
             }
-            let number = |value: f64| Spanned { value: Expression::Number(value), span: *span };
-            let (stiffness, damping) = (number(stiffness), number(damping));
+            let [stiffness, damping] = [stiffness, damping].map(Expression::Number);
             Flexure { stiffness, damping, linear_range: f64::INFINITY }
         }
         Spring::Sharifzadeh2018 { length, width, area, printed, span } => {
@@ -176,7 +139,7 @@ fn flexed(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diagnos
                     [0.0; 2]
                 }
             };
-            let (stiffness, damping) = (at(stiffness, *span), at(damping, *span));
+            let [stiffness, damping] = [stiffness, damping].map(Expression::Number);
             Flexure { stiffness, damping, linear_range: f64::INFINITY }
         }
     }
@@ -244,28 +207,7 @@ fn family_bounds(
     }
 }
 
-fn friction(name: &str, given: &crate::source::Friction, found: &mut Diagnostics) -> Friction {
+fn friction(given: &crate::source::Friction, found: &mut Diagnostics) -> Friction {
     check::positive("speed of the friction", &given.speed, "rad/s", found);
-    if given.torque.value.constant().is_some_and(|torque| !(torque >= 0.0 && torque.is_finite())) {
-        let message = format!("the friction of `{name}` is negative or not finite");
-        found.push(
-            Diagnostic::error("negative-friction", given.torque.span, message)
-                .hint("it acts against the motion: give its magnitude"),
-        );
-    }
     Friction { torque: given.torque.value.clone(), speed: given.speed.value }
-}
-
-fn warn_of_negative_stiffness(
-    name: &str,
-    stiffness: &Spanned<Expression>,
-    found: &mut Diagnostics,
-) {
-    if stiffness.value.as_number().is_some_and(|stiffness| stiffness < 0.0) {
-        let message = format!("the stiffness of `{name}` is negative: it is pushed from its rest");
-        found.push(
-            Diagnostic::warning("negative-stiffness", stiffness.span, message)
-                .hint("that is right for a bistable hinge only"),
-        );
-    }
 }

@@ -5,6 +5,7 @@ mod air;
 mod check;
 pub mod flexure;
 mod hinge;
+mod kinks;
 mod linear;
 mod mass;
 mod mechanism;
@@ -14,9 +15,12 @@ mod plate;
 #[cfg(test)]
 mod tests;
 mod tunable;
+mod verdicts;
 
+pub use kinks::{Kink, kinks};
 pub use linear::{Excursion, excursions};
 pub use mechanism::*;
+pub use verdicts::{Verdict, verdicts};
 
 use nalgebra::Vector3;
 
@@ -49,7 +53,7 @@ pub fn build(model: &SourceModel, warnings: &mut Diagnostics) -> Result<Mechanis
         cuts: model.cuts.clone(),
         initial_given: model.initial_q.iter().map(|(joint, _)| *joint).collect(),
         initial_u: per_joint(model, &model.initial_u),
-        air: model.air.as_ref().map(|air| air::air(air, &mut found)),
+        air: model.air.as_ref().map(air::air),
         size: 0.0,
     };
     for (joint, angle) in &model.initial_q {
@@ -68,6 +72,9 @@ pub fn build(model: &SourceModel, warnings: &mut Diagnostics) -> Result<Mechanis
         neighbours::check(model, across, &mut found);
     }
     tunable::apply(model, &mut mechanism);
+    let defaults: Vec<f64> = mechanism.parameters.iter().map(|parameter| parameter.value).collect();
+    let judged = verdicts(&mechanism, &defaults).into_iter();
+    found.extend(judged.map(|verdict| verdict.diagnostic(model)));
 
     // A body's `outline` stands in every layer: what is wrong with it is said once.
     let mut said: Vec<Diagnostic> = Vec::new();

@@ -92,6 +92,12 @@ impl<E: Engine> Executable<E> {
         Ok(())
     }
 
+    /// Replaces the guess (rad) from which a joint starts.
+    pub fn set_initial(&mut self, joint: usize, angle: f64) {
+        let joint = &mut self.interface.joints[joint];
+        (joint.initial_q, joint.initial_given) = (angle, true);
+    }
+
     /// Parameters and inputs go back to their defaults.
     pub fn reset(&mut self) {
         self.parameters = self.interface.parameters.iter().map(|p| p.value).collect();

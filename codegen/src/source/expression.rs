@@ -131,13 +131,19 @@ impl Expression {
 
     /// The value of an expression that depends on nothing: `2*pi`. Not finite for `1/0`.
     pub fn constant(&self) -> Option<f64> {
+        self.at(&[])
+    }
+
+    /// The value of an expression that depends on these parameters only, in their order.
+    pub fn at(&self, parameters: &[f64]) -> Option<f64> {
         Some(match self {
             Self::Number(number) => *number,
-            Self::Unary(function, x) => function.apply(x.constant()?),
-            Self::Binary(function, x, y) => function.apply(x.constant()?, y.constant()?),
+            Self::Parameter(id) => *parameters.get(id.index())?,
+            Self::Unary(function, x) => function.apply(x.at(parameters)?),
+            Self::Binary(function, x, y) => function.apply(x.at(parameters)?, y.at(parameters)?),
             Self::Chain(first, rest) => {
-                rest.iter().try_fold(first.constant()?, |x, (operator, y)| {
-                    Some(operator.apply(x, y.constant()?))
+                rest.iter().try_fold(first.at(parameters)?, |x, (operator, y)| {
+                    Some(operator.apply(x, y.at(parameters)?))
                 })?
             }
             _ => return None,

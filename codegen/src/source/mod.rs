@@ -16,6 +16,7 @@ pub mod expression;
 mod fields;
 mod file;
 mod formula;
+mod given;
 pub mod ids;
 mod lower;
 mod model;
@@ -26,6 +27,7 @@ mod render;
 #[cfg(test)]
 mod tests;
 mod units;
+mod uses;
 mod write;
 mod yaml;
 
@@ -33,10 +35,13 @@ pub use diagnostic::{Diagnostic, Diagnostics, Severity, SourceFile, Span, Spanne
 pub use edit::EditError;
 pub use expression::{Binary, Expression, Operator, Unary};
 pub use file::{MAX_FILE_BYTES, ReadError};
+pub use given::{AngleUnit, beyond_a_turn, is_bare, read_angle, read_as, read_in, read_quantity};
 pub use ids::{BodyId, InputId, JointId, ParameterId, PointId};
 pub use model::*;
+pub use names::closest as closest_name;
 pub use polynomial::{Polynomial, Term};
-pub use units::{read_angle, read_in, read_quantity};
+pub use units::Dimension;
+pub use uses::Numbers;
 pub use write::to_yaml;
 
 use popupcad::Origin;
@@ -51,7 +56,13 @@ pub fn parse(file: &SourceFile) -> Result<(SourceModel, Diagnostics), Diagnostic
             lower::lower(&root, file)
         }
         Origin::DynamicsInfo => popupcad::import(&root, file),
-        Origin::BarePython => return Err(popupcad::export_again(&root).into()),
+        Origin::OlderExport => {
+            return Err(popupcad::older_export(popupcad::beginning(&root)).into());
+        }
+        Origin::OtherObject => {
+            return Err(popupcad::other_object(popupcad::beginning(&root)).into());
+        }
+        Origin::Unknown => return Err(popupcad::no_model(popupcad::beginning(&root)).into()),
     };
     diagnostics.extend(found.0);
     // What aliases repeat is wrong once.

@@ -2,8 +2,10 @@
 
 use super::diagnostic::{Span, Spanned};
 use super::expression::Expression;
+use super::given::AngleUnit;
 use super::ids::{BodyId, InputId, JointId, PointId};
 use super::polynomial::Polynomial;
+use super::units::{ANGLE, DAMPING, Dimension, MASS, STIFFNESS};
 
 /// Most hinges a model is compiled with, unless it is asked for: derived equations, their matrices
 /// and the time all this takes grow as the square of the number.
@@ -14,6 +16,8 @@ pub const MAX_HINGES: usize = 2000;
 pub struct SourceModel {
     /// The model's name: an identifier.
     pub name: Spanned<String>,
+    /// What bare angles are in, also on a command line.
+    pub angle: AngleUnit,
     /// Gravity in the base frame, m/s^2.
     pub gravity: [Expression; 3],
     /// Materials, in file order.
@@ -227,6 +231,8 @@ pub struct Parameter {
     pub name: Spanned<String>,
     /// Default value, SI.
     pub value: f64,
+    /// What it measures, where it was written with a unit.
+    pub dimension: Option<Dimension>,
 }
 
 /// What `tunable` turns into parameters.
@@ -282,6 +288,16 @@ impl Tunable {
             Self::Damping => "damping",
             Self::Rest => "rest",
             Self::Mass => "mass",
+        }
+    }
+
+    /// What its parameters measure.
+    pub fn dimension(self) -> Dimension {
+        match self {
+            Self::Stiffness => STIFFNESS.dimension,
+            Self::Damping => DAMPING.dimension,
+            Self::Rest => ANGLE.dimension,
+            Self::Mass => MASS.dimension,
         }
     }
 

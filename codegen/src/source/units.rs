@@ -9,9 +9,9 @@ use std::f64::consts::PI;
 use std::fmt;
 use std::ops::Range;
 
-/// Exponents of kilogram, metre, second and radian.
+/// What a quantity measures: exponents of kilogram, metre, second and radian.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Dimension {
+pub struct Dimension {
     mass: i32,
     length: i32,
     time: i32,
@@ -23,6 +23,43 @@ const fn dimension(mass: i32, length: i32, time: i32, angle: i32) -> Dimension {
 }
 
 impl Dimension {
+    /// Whether it is that of angles.
+    pub fn is_angle(self) -> bool {
+        self == ANGLE.dimension
+    }
+
+    /// The unit of SI with this dimension, as text that reads back: `N*m/rad`; nothing for a plain
+    /// number.
+    pub(super) fn si_unit(self) -> String {
+        if self == NUMBER.dimension {
+            return String::new();
+        }
+        if let Some(quantity) = QUANTITIES.iter().find(|quantity| quantity.dimension == self) {
+            return quantity.examples.split('`').nth(1).unwrap_or_default().to_owned();
+        }
+        let mut factors = Vec::new();
+        for (mut power, base) in self.powers() {
+            while power != 0 {
+                let part = power.clamp(-HIGHEST_POWER, HIGHEST_POWER);
+                factors.push(format!("{base}^{part}"));
+                power -= part;
+            }
+        }
+        factors.join("*")
+    }
+
+    fn powers(self) -> [(i32, &'static str); 4] {
+        [(self.mass, "kg"), (self.length, "m"), (self.time, "s"), (self.angle, "rad")]
+    }
+
+    /// Units in which a quantity of this dimension is written.
+    pub(super) fn examples(self) -> String {
+        match QUANTITIES.iter().find(|quantity| quantity.dimension == self) {
+            Some(quantity) => quantity.examples.to_owned(),
+            None => format!("`{}`", self.si_unit()),
+        }
+    }
+
     fn plus(self, other: Self, power: i32) -> Self {
         Self {
             mass: self.mass + power * other.mass,
@@ -38,15 +75,11 @@ impl fmt::Display for Dimension {
         if let Some(quantity) = QUANTITIES.iter().find(|quantity| quantity.dimension == *self) {
             return f.write_str(quantity.name);
         }
-        let bases = [(self.mass, "kg"), (self.length, "m"), (self.time, "s"), (self.angle, "rad")];
-        let powers: Vec<_> = bases
-            .iter()
+        let powers: Vec<_> = self
+            .powers()
+            .into_iter()
             .filter(|(power, _)| *power != 0)
-            .map(
-                |(power, base)| {
-                    if *power == 1 { (*base).into() } else { format!("{base}^{power}") }
-                },
-            )
+            .map(|(power, base)| if power == 1 { base.into() } else { format!("{base}^{power}") })
             .collect();
         write!(f, "in {}", powers.join("*"))
     }
@@ -156,6 +189,9 @@ pub(super) fn find(name: &str) -> Option<Unit> {
     UNITS.iter().find(|(known, _)| *known == name).map(|(_, unit)| *unit)
 }
 
+/// Of a unit in a text; more is no unit of mechanics.
+const HIGHEST_POWER: i32 = 9;
+
 /// Why a unit cannot be read; ranges are bytes of the text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum UnitError {
@@ -231,8 +267,6 @@ pub(super) fn split_quantity(text: &str) -> Option<(&str, &str)> {
 /// Reads a unit: names with powers, between `*`, `·`, blanks and `/`. A `/` divides by the one
 /// name after it.
 pub(super) fn parse_unit(text: &str) -> Result<Unit, UnitError> {
-    /// More is no unit of mechanics.
-    const HIGHEST_POWER: i32 = 9;
     let mut total = SI;
     let mut at = 0;
     let mut sign = 1;
@@ -280,33 +314,6 @@ fn parse_power(text: &str) -> Option<(i32, usize)> {
     }
 }
 
-/// The value in SI of a number with any unit, as written on a command line; bare numbers are SI.
-pub fn read_quantity(text: &str) -> Option<f64> {
-    read(text, None)
-}
-
-/// The value in radians of a number with a unit of angle; bare numbers are radians.
-pub fn read_angle(text: &str) -> Option<f64> {
-    read(text, Some(ANGLE.dimension))
-}
-
-/// The value in SI of a number with a unit of the dimension of `unit`; bare numbers are SI.
-///
-/// # Errors
-/// What was expected.
-pub fn read_in(text: &str, unit: &str) -> Result<f64, String> {
-    let dimension = parse_unit(unit).ok().map(|unit| unit.dimension);
-    read(text, dimension)
-        .ok_or_else(|| format!("expected a number, bare or with a unit as in `1 {unit}`"))
-}
-
-fn read(text: &str, dimension: Option<Dimension>) -> Option<f64> {
-    let (number, unit) = split_quantity(text.trim())?;
-    let unit = if unit.is_empty() { SI } else { parse_unit(unit).ok()? };
-    let fits = dimension.is_none_or(|d| unit.dimension == d || unit == SI);
-    Some(unit.to_si(number)).filter(|value| fits && value.is_finite())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -351,6 +358,19 @@ mod tests {
             let (got, dimension) = si(text);
             assert_eq!(dimension, of.dimension, "{text}");
             assert!((got / value - 1.0).abs() < 4e-16, "{text}");
+        }
+    }
+
+    #[test]
+    fn units_of_si_read_back() {
+        for text in ["20 mm", "1 N*m/deg", "2 W", "3 kg^-2*s", "1 m^9*mm^9/s^9/ms^9", "4 Hz"] {
+            let (_, dimension) = si(text);
+            let again = parse_unit(&dimension.si_unit()).unwrap();
+            assert_eq!(
+                (again.dimension, again.mantissa, again.exponent),
+                (dimension, 1.0, 0),
+                "{text}"
+            );
         }
     }
 

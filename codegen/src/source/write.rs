@@ -41,7 +41,9 @@ pub fn to_yaml(model: &SourceModel) -> String {
         );
     }
     section(&mut out, "parameters", &model.parameters, |out, parameter| {
-        line(out, 1, &format!("{}: {}", parameter.name.value, number(parameter.value)));
+        let unit = parameter.dimension.map_or(String::new(), |dimension| dimension.si_unit());
+        let text = format!("{}: {} {unit}", parameter.name.value, number(parameter.value));
+        line(out, 1, text.trim_end());
     });
     names(&mut out, "inputs", model.inputs.iter().map(|input| input.value.as_str()));
     if let Some(air) = &model.air {

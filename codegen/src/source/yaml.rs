@@ -170,6 +170,9 @@ fn syntax_error(text: &str, error: &ScanError, open: &[Open]) -> Diagnostics {
     if *error.kind() == ErrorKind::RecursionLimitExceeded {
         return too_deep(span).into();
     }
+    if *error.kind() == ErrorKind::UnknownAnchor && super::popupcad::is_older_export(text, at) {
+        return super::popupcad::older_export(span).into();
+    }
     if *error.kind() == ErrorKind::UnknownAnchor {
         return Diagnostic::error("unknown-alias", span, "this alias has no anchor before it")
             .hint("write `&name` in front of the value that `*name` stands for")

@@ -50,7 +50,7 @@ fn beam_has_the_textbook_stiffness() {
 #[test]
 fn tunable_constants_become_parameters_after_the_declared_ones() {
     let mut pendulum = pendulum();
-    pendulum.parameters = vec![Parameter { name: named("k"), value: 2.0 }];
+    pendulum.parameters = vec![Parameter { name: named("k"), value: 2.0, dimension: None }];
     pendulum.joints[0].spring = Spring::Stiffness(spanned(Expression::Parameter(ParameterId(0))));
     pendulum.joints[0].damping = spanned(Expression::Number(0.25));
     pendulum.tunable =

@@ -60,6 +60,7 @@ pub fn model(materials: Vec<Material>, bodies: Vec<Body>) -> SourceModel {
         cuts: Vec::new(),
         max_hinges: crate::source::MAX_HINGES,
         name: named("test"),
+        angle: Default::default(),
         gravity: [Expression::ZERO, Expression::ZERO, Expression::Number(-9.81)],
         layup: (0..materials.len()).collect(),
         materials,

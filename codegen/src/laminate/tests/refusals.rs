@@ -152,8 +152,8 @@ fn everything_is_reported_together_and_once() {
         "not-positive", // length
         "not-positive", // width
         "no-modulus",
-        "negative-damping",
         "initial-outside-limits",
+        "negative-damping",
     ];
     assert_eq!(codes(&model), (expected.to_vec(), vec![]));
 }

@@ -5,6 +5,7 @@
 
 use super::diagnostic::{Diagnostic, Diagnostics, SourceFile, Span, Spanned};
 use super::fields::{Fields, entries, items};
+use super::given::AngleUnit;
 use super::ids::{BodyId, JointId, PointId};
 use super::model::{Air, MAX_HINGES, Material, Parameter, SourceModel, Tunable};
 use super::names::{self, Kind, alternatives};
@@ -62,6 +63,8 @@ struct Lowering<'s> {
     length: Unit,
     angle: Unit,
     names: Names,
+    /// In file order; those that could not be read are missing.
+    parameters: Vec<Option<Parameter>>,
 }
 
 /// Reads a model in our schema. Errors are in the diagnostics, without any there is a model.
@@ -72,6 +75,7 @@ pub(super) fn lower(root: &Node, file: &SourceFile) -> (Option<SourceModel>, Dia
         length: units::SI,
         angle: units::SI,
         names: Names::default(),
+        parameters: Vec::new(),
     };
     let model = lowering.model(root, file);
     (model, lowering.diagnostics)
@@ -110,6 +114,7 @@ impl Lowering<'_> {
         };
         self.declare(forces, Kind::Other("a force"));
 
+        self.parameters = parameters.iter().map(|entry| self.parameter(entry)).collect();
         let name = self.name(fields.get("name"), file);
         let gravity = self.gravity(fields.get("gravity"));
         let materials = self.each(materials, Self::material);
@@ -125,7 +130,6 @@ impl Lowering<'_> {
             self.diagnostics.push(error.hint("nothing can move: a mechanism needs a joint"));
         }
         let hinge_models = self.each(models, Self::hinge_model);
-        let parameters_read = self.each(parameters, Self::parameter);
         let joints_read = self.each(joints, |this, entry| this.joint(entry, &fixed, &materials));
         let tunable = self.tunable(fields.get("tunable"), parameters, &inputs, &fixed);
         let [initial_q, initial_u] = self.initial(fields.get("initial"));
@@ -136,12 +140,13 @@ impl Lowering<'_> {
             cuts: Vec::new(),
             max_hinges: MAX_HINGES,
             name: name?,
+            angle: AngleUnit(self.angle),
             gravity: gravity?,
             materials: materials?,
             layup: layup?,
             bodies: lowered_bodies?,
             joints: joints_read?,
-            parameters: parameters_read?,
+            parameters: std::mem::take(&mut self.parameters).into_iter().collect::<Option<_>>()?,
             inputs,
             tunable,
             initial_q,
@@ -292,8 +297,8 @@ impl Lowering<'_> {
     }
 
     fn parameter(&mut self, entry: &Entry) -> Option<Parameter> {
-        let value = self.parameter_value(&entry.value)?;
-        Some(Parameter { name: entry.key.clone(), value })
+        let (value, dimension) = self.parameter_value(&entry.value)?;
+        Some(Parameter { name: entry.key.clone(), value, dimension })
     }
 
     fn inputs(&mut self, node: Option<&Node>) -> Vec<Spanned<String>> {

@@ -1,12 +1,13 @@
 //! Numbers with units, expressions, vectors and texts.
 
 use crate::source::diagnostic::{Diagnostic, Span, Spanned};
-use crate::source::expression::Expression;
+use crate::source::expression::{Expression, Operator, Unary};
 use crate::source::fields::array;
 use crate::source::formula::{self, Scope};
+use crate::source::given::beyond_a_turn;
 use crate::source::ids::{InputId, JointId, ParameterId};
 use crate::source::names::alternatives;
-use crate::source::units::{self, Quantity, SI, Unit, UnitError};
+use crate::source::units::{self, ANGLE, Dimension, Quantity, SI, Unit, UnitError};
 use crate::source::yaml::{Node, shorten};
 
 use super::{Lowering, Names};
@@ -70,6 +71,9 @@ impl Lowering<'_> {
         let text = node.scalar().map(|scalar| scalar.text.trim());
         if let Some((number, unit)) = text.and_then(units::split_quantity) {
             let value = self.quantity(node, number, unit, Some(quantity))?;
+            if unit.is_empty() && *quantity == ANGLE && self.angle == SI {
+                self.warn_of_turns(node.span, value);
+            }
             return Some(Spanned { value, span: node.span });
         }
         if self.is_infinite(node) {
@@ -100,11 +104,14 @@ impl Lowering<'_> {
         }
     }
 
-    /// A parameter's default: a number in any unit.
-    pub(super) fn parameter_value(&mut self, node: &Node) -> Option<f64> {
+    /// A parameter's default: a number, and what it measures where a unit says it.
+    pub(super) fn parameter_value(&mut self, node: &Node) -> Option<(f64, Option<Dimension>)> {
         let text = node.scalar().map(|scalar| scalar.text.trim());
         if let Some((number, unit)) = text.and_then(units::split_quantity) {
-            return self.quantity(node, number, unit, None);
+            let value = self.quantity(node, number, unit, None)?;
+            let dimension = units::parse_unit(unit.trim_end()).ok().map(|unit| unit.dimension);
+            let dimension = dimension.filter(|dimension| *dimension != units::NUMBER.dimension);
+            return Some((value, dimension));
         }
         if !self.is_infinite(node) {
             let error =
@@ -229,7 +236,87 @@ impl Lowering<'_> {
             }
             _ => Expression::Number(self.number(node, quantity)?.value),
         };
+        self.measures(node, &expression, quantity)?;
         Some(Spanned { value: expression, span: node.span })
+    }
+
+    /// A parameter that stands alone must measure what the field does.
+    fn measures(
+        &mut self,
+        node: &Node,
+        expression: &Expression,
+        quantity: &Quantity,
+    ) -> Option<()> {
+        let Expression::Parameter(id) = expression else {
+            if *quantity == ANGLE
+                && !matches!(expression, Expression::Number(_))
+                && let Some(most) = self.most(expression)
+            {
+                self.warn_of_turns(node.span, most);
+            }
+            return Some(());
+        };
+        // One that could not be read has been reported.
+        let parameter = self.parameters.get(id.index())?.as_ref()?;
+        let (name, at) = (&parameter.name.value, parameter.name.span);
+        match parameter.dimension {
+            Some(found) if found != quantity.dimension => {
+                let message = format!("expected {}, found {found}", quantity.name);
+                let error = Diagnostic::error("wrong-dimension", node.span, message)
+                    .label(format!("`{name}` is {found}"))
+                    .also(at, "its unit is given here")
+                    .hint(format!("{} is in {}", quantity.name, quantity.examples));
+                self.note(error);
+                None
+            }
+            None if *quantity == ANGLE => {
+                let value = parameter.value;
+                self.warn_of_turns(at, value);
+                Some(())
+            }
+            _ => Some(()),
+        }
+    }
+
+    /// No more than this is the magnitude of an expression, where its parts say so: of
+    /// `30*sin(t)` it is 30.
+    fn most(&self, expression: &Expression) -> Option<f64> {
+        Some(match expression {
+            Expression::Number(number) => number.abs(),
+            Expression::Parameter(id) => self.parameters.get(id.index())?.as_ref()?.value.abs(),
+            Expression::Unary(Unary::Neg | Unary::Abs, x) => self.most(x)?,
+            Expression::Unary(Unary::Sin | Unary::Cos | Unary::Tanh, _) => 1.0,
+            Expression::Unary(Unary::Sign | Unary::Step, _) => 1.0,
+            Expression::Chain(first, rest) => {
+                rest.iter().try_fold(self.most(first)?, |most, (operator, next)| {
+                    Some(match operator {
+                        Operator::Add | Operator::Sub => most + self.most(next)?,
+                        Operator::Mul => most * self.most(next)?,
+                        Operator::Div => most / next.constant()?.abs(),
+                    })
+                })?
+            }
+            _ => return None,
+        })
+    }
+
+    /// Warns of radians that may have been meant as degrees.
+    fn warn_of_turns(&mut self, span: Span, angle: f64) {
+        let Some(turns) = Some(angle).filter(|angle| angle.is_finite()).and_then(beyond_a_turn)
+        else {
+            return;
+        };
+        let hint = "bare angles are in the unit of `units: { angle: .. }`, formulas and parameters \
+                    in radians: for degrees write `30 deg`, in a formula `30*pi/180`";
+        let warning = Diagnostic::warning("many-turns", span, turns).label("an angle in radians");
+        if self
+            .diagnostics
+            .0
+            .iter()
+            .all(|known| (known.code, known.span) != ("many-turns", Some(span)))
+        {
+            self.note(warning.hint(hint));
+        }
     }
 
     fn problem(&mut self, node: &Node, problem: formula::Problem) {

@@ -1,0 +1,197 @@
+//! What no hinge, no body and no air can be, at given values of the parameters.
+//!
+//! The same holds for constants, for parameters at their defaults, and for those that are set
+//! later. What depends on time, inputs or the motion is not judged.
+
+use std::fmt;
+
+use super::mechanism::Mechanism;
+use crate::source::{BodyId, Diagnostic, Expression, JointId, Severity, SourceModel, Span, Spring};
+
+/// What is wrong or odd about a law.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verdict {
+    /// Error or warning.
+    pub severity: Severity,
+    code: &'static str,
+    message: String,
+    /// Where parameters make it so: what they make it.
+    label: String,
+    hint: Option<String>,
+    law: Law,
+}
+
+/// Where a law stands in the model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Law {
+    Stiffness(JointId),
+    Damping(JointId),
+    Rest(JointId),
+    Cubic(JointId),
+    Friction(JointId),
+    Drive(JointId),
+    Mass(BodyId),
+    AirDensity,
+    Drag,
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)?;
+        if !self.label.is_empty() {
+            write!(f, " ({})", self.label)?;
+        }
+        self.hint.iter().try_for_each(|hint| write!(f, "; {hint}"))
+    }
+}
+
+impl Verdict {
+    /// At its place in the file.
+    pub(super) fn diagnostic(self, model: &SourceModel) -> Diagnostic {
+        let span = self.law.span(model);
+        let found = match self.severity {
+            Severity::Error => Diagnostic::error(self.code, span, self.message),
+            Severity::Warning => Diagnostic::warning(self.code, span, self.message),
+        };
+        Diagnostic { hint: self.hint, ..found.label(self.label) }
+    }
+}
+
+impl Law {
+    fn span(self, model: &SourceModel) -> Span {
+        let joint = |id: JointId| &model.joints[id.index()];
+        let whole = model.name.span;
+        match self {
+            Self::Stiffness(id) => match &joint(id).spring {
+                Spring::Stiffness(stiffness) => stiffness.span,
+                Spring::Beam { .. } => joint(id).name.span,
+                Spring::Sharifzadeh2018 { span, .. } | Spring::Family { span, .. } => *span,
+            },
+            Self::Damping(id) => match &joint(id).spring {
+                Spring::Stiffness(_) | Spring::Beam { .. } => joint(id).damping.span,
+                Spring::Sharifzadeh2018 { span, .. } | Spring::Family { span, .. } => *span,
+            },
+            Self::Rest(id) => joint(id).rest.span,
+            Self::Cubic(id) => joint(id).cubic_stiffness.span,
+            Self::Friction(id) => joint(id).friction.as_ref().map_or(whole, |it| it.torque.span),
+            Self::Drive(id) => joint(id).drive.as_ref().map_or(whole, |drive| drive.span),
+            Self::Mass(id) => model.bodies[id.index()].name.span,
+            Self::AirDensity => model.air.as_ref().map_or(whole, |air| air.density.span),
+            Self::Drag => model.air.as_ref().map_or(whole, |air| air.drag.span),
+        }
+    }
+}
+
+/// Everything that is wrong or odd at these values of the parameters (SI, in their order).
+pub fn verdicts(mechanism: &Mechanism, parameters: &[f64]) -> Vec<Verdict> {
+    let mut judge = Judge { parameters, found: Vec::new() };
+    for (index, joint) in mechanism.joints.iter().enumerate() {
+        let (id, name) = (JointId(index), &joint.name);
+        for (what, law, place) in [
+            ("stiffness", &joint.stiffness, Law::Stiffness(id)),
+            ("damping", &joint.damping, Law::Damping(id)),
+            ("rest angle", &joint.rest, Law::Rest(id)),
+            ("cubic stiffness", &joint.cubic_stiffness, Law::Cubic(id)),
+        ] {
+            judge.refuse(
+                law,
+                place,
+                "not-finite",
+                |value| !value.is_finite(),
+                || (format!("the {what} of `{name}` is not finite"), None),
+            );
+        }
+        judge.refuse(
+            &joint.damping,
+            Law::Damping(id),
+            "negative-damping",
+            |b| b < 0.0,
+            || (format!("the damping of `{name}` is negative: it would add energy"), None),
+        );
+        judge.refuse(
+            &joint.stiffness,
+            Law::Stiffness(id),
+            "negative-stiffness",
+            |k| k < 0.0,
+            || {
+                let message =
+                    format!("the stiffness of `{name}` is negative: it is pushed from its rest");
+                (message, Some("that is right for a bistable hinge only".to_owned()))
+            },
+        );
+        if let Some(friction) = &joint.friction {
+            let place = Law::Friction(id);
+            judge.refuse(&friction.torque, place, "negative-friction", is_negative, || {
+                let message = format!("the friction of `{name}` is negative or not finite");
+                (message, Some("it acts against the motion: give its magnitude".to_owned()))
+            });
+        }
+        if let Some(drive) = &joint.drive {
+            let [low, high] = joint.limits;
+            let is_outside = |angle: f64| angle < low || angle > high;
+            judge.refuse(drive, Law::Drive(id), "driven-outside-limits", is_outside, || {
+                let angle = drive.at(parameters).unwrap_or(f64::NAN);
+                let [angle, low, high] = [angle, low, high].map(f64::to_degrees);
+                let hint = format!("{angle:.4} deg is not within {low:.4} .. {high:.4} deg");
+                (format!("the angle of `{name}` is outside its limits"), Some(hint))
+            });
+        }
+    }
+    for (index, body) in mechanism.bodies.iter().enumerate() {
+        let Some(parameter) = body.mass_parameter else { continue };
+        let law = Expression::Parameter(parameter);
+        let is_none = |mass: f64| !(mass > 0.0 && mass.is_finite());
+        judge.refuse(&law, Law::Mass(BodyId(index)), "not-positive", is_none, || {
+            let hint = "it must be more than zero, and finite".to_owned();
+            (format!("the mass of `{}` is not positive", body.name), Some(hint))
+        });
+    }
+    if let Some(air) = &mechanism.air {
+        for (what, law, place) in [
+            ("density of the air", &air.density, Law::AirDensity),
+            ("drag coefficient", &air.drag, Law::Drag),
+        ] {
+            judge.refuse(law, place, "negative-drag", is_negative, || {
+                (format!("the {what} is negative or not finite"), None)
+            });
+        }
+    }
+    judge.found
+}
+
+fn is_negative(value: f64) -> bool {
+    !(value >= 0.0 && value.is_finite())
+}
+
+struct Judge<'p> {
+    parameters: &'p [f64],
+    found: Vec<Verdict>,
+}
+
+impl Judge<'_> {
+    /// Notes a law whose value is known and wrong; `say` gives the message and a hint.
+    fn refuse(
+        &mut self,
+        law: &Expression,
+        place: Law,
+        code: &'static str,
+        is_wrong: impl Fn(f64) -> bool,
+        say: impl Fn() -> (String, Option<String>),
+    ) {
+        let Some(value) = law.at(self.parameters).filter(|value| is_wrong(*value)) else { return };
+        let label = match law.constant() {
+            Some(_) => String::new(),
+            None => format!("the parameters make it {value}"),
+        };
+        let ((message, hint), severity) = (say(), severity(code));
+        self.found.push(Verdict { severity, code, message, label, hint, law: place });
+    }
+}
+
+/// A negative stiffness may be meant.
+fn severity(code: &str) -> Severity {
+    match code {
+        "negative-stiffness" => Severity::Warning,
+        _ => Severity::Error,
+    }
+}

@@ -1,0 +1,96 @@
+//! What numbers mean that are given on a command line: what bare angles are in, and what parameters
+//! and inputs measure, by the unit in the file or by where they stand.
+//!
+//! Formulas are not analysed. What stands alone in a field, or as a term of a sum there, measures
+//! what the field does.
+
+use std::collections::BTreeMap;
+
+use super::expression::{Expression, Operator, Unary};
+use super::given::AngleUnit;
+use super::ids::{InputId, ParameterId};
+use super::model::{Joint, SourceModel, Spring, Tunable};
+use super::units::{
+    ACCELERATION, ANGLE, CUBIC_STIFFNESS, DAMPING, DENSITY, Dimension, FORCE, NUMBER, STIFFNESS,
+    TORQUE,
+};
+
+/// What numbers given on a command line mean.
+#[derive(Clone, Debug, Default)]
+pub struct Numbers {
+    /// What bare angles are in.
+    pub angle: AngleUnit,
+    /// What parameters and inputs measure, by name, where it is known.
+    pub dimensions: BTreeMap<String, Dimension>,
+}
+
+impl SourceModel {
+    /// What numbers given on a command line mean.
+    pub fn numbers(&self) -> Numbers {
+        let mut dimensions = BTreeMap::new();
+        for (index, parameter) in self.parameters.iter().enumerate() {
+            let by_use = || self.dimension_by_use(&Expression::Parameter(ParameterId(index)));
+            let dimension = parameter.dimension.or_else(by_use);
+            dimensions.extend(dimension.map(|it| (parameter.name.value.clone(), it)));
+        }
+        for (index, input) in self.inputs.iter().enumerate() {
+            let dimension = self.dimension_by_use(&Expression::Input(InputId(index)));
+            dimensions.extend(dimension.map(|it| (input.value.clone(), it)));
+        }
+        for kind in self.tunable.iter().map(|kind| kind.value) {
+            let joints = self.joints.iter().map(|joint| &joint.name.value);
+            let bodies = self.bodies.iter().map(|body| &body.name.value);
+            let owners: Vec<_> =
+                if kind == Tunable::Mass { bodies.collect() } else { joints.collect() };
+            let made =
+                owners.into_iter().map(|owner| (kind.parameter_name(owner), kind.dimension()));
+            dimensions.extend(made);
+        }
+        Numbers { angle: self.angle, dimensions }
+    }
+
+    /// What a parameter or an input (a leaf of expressions) measures: one thing wherever it stands
+    /// as a term; nothing where that is not so.
+    fn dimension_by_use(&self, leaf: &Expression) -> Option<Dimension> {
+        let laws = self.laws();
+        let mut uses = laws.into_iter().filter(|(law, _)| has_term(law, leaf));
+        let (_, first) = uses.next()?;
+        uses.all(|(_, dimension)| dimension == first).then_some(first)
+    }
+
+    /// Every expression, with what it measures.
+    fn laws(&self) -> Vec<(&Expression, Dimension)> {
+        let mut laws: Vec<_> = self.gravity.iter().map(|law| (law, ACCELERATION)).collect();
+        for joint in &self.joints {
+            let Joint { spring, damping, rest, cubic_stiffness, friction, torque, drive, .. } =
+                joint;
+            if let Spring::Stiffness(stiffness) = spring {
+                laws.push((&stiffness.value, STIFFNESS));
+            }
+            laws.push((&damping.value, DAMPING));
+            laws.push((&rest.value, ANGLE));
+            laws.push((&cubic_stiffness.value, CUBIC_STIFFNESS));
+            laws.extend(friction.iter().map(|friction| (&friction.torque.value, TORQUE)));
+            laws.push((&torque.value, TORQUE));
+            laws.extend(drive.iter().map(|drive| (&drive.value, ANGLE)));
+        }
+        laws.extend(self.forces.iter().flat_map(|force| &force.force).map(|law| (law, FORCE)));
+        if let Some(air) = &self.air {
+            laws.extend([(&air.density.value, DENSITY), (&air.drag.value, NUMBER)]);
+        }
+        laws.into_iter().map(|(law, quantity)| (law, quantity.dimension)).collect()
+    }
+}
+
+/// Whether a leaf stands alone, or as a term of a sum.
+fn has_term(law: &Expression, leaf: &Expression) -> bool {
+    match law {
+        Expression::Unary(Unary::Neg, x) => has_term(x, leaf),
+        Expression::Chain(first, rest) => {
+            let is_sum = |operator: &Operator| matches!(operator, Operator::Add | Operator::Sub);
+            rest.iter().all(|(operator, _)| is_sum(operator))
+                && (has_term(first, leaf) || rest.iter().any(|(_, next)| has_term(next, leaf)))
+        }
+        other => other == leaf,
+    }
+}
