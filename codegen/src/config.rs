@@ -22,7 +22,7 @@ use crate::backend::rust::Options;
 pub use crate::backend::rust::ScalarChoice as Precision;
 use crate::files;
 use crate::pipeline::{self, CompileError};
-use crate::source::{ReadError, SourceFile, Span, Spanned, Tunable};
+use crate::source::{Diagnostics, ReadError, Severity, SourceFile, Span, Spanned, Tunable};
 
 /// How to compile models in a build script.
 #[derive(Clone, Debug, Default)]
@@ -142,7 +142,9 @@ impl Config {
             CompileError::Model(problems) => BuildError::Model(problems.render(&file, false)),
             other => BuildError::Compile(other.to_string()),
         })?;
-        for line in compiled.warnings.render(&file, false).lines() {
+        // Cargo knows warnings only: what need not be acted on is left to the command line.
+        let warnings = compiled.warnings.0.iter().filter(|d| d.severity == Severity::Warning);
+        for line in Diagnostics(warnings.cloned().collect()).render(&file, false).lines() {
             println!("cargo:warning={line}");
         }
         let folder = match &self.out_dir {

@@ -60,6 +60,7 @@ impl Reference {
             initial_given: Vec::new(),
             initial_u: vec![0.0; self.joints.len()],
             air: None,
+            tolerance: 0.0,
             size: spread,
         }
     }

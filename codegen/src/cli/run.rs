@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::ValueEnum;
 use lamc::backend::jit::Jit;
-use lamc::motion::{Motion, Work};
+use lamc::motion::{Audit, Motion, Work};
 use lamc_runtime::{Dopri5, Error, Integrator, Rodas, State, Stopped, System, acceleration};
 
 use super::start::describe;
@@ -86,6 +86,8 @@ pub struct Run {
     pub motion: Motion,
     /// Of torques and dampers, while nothing else changes the energy.
     pub work: Option<Work>,
+    /// Whether energy appears beyond that work.
+    audit: Audit,
     /// Joints that were at a stop.
     pub stopped: Vec<bool>,
 }
@@ -99,6 +101,7 @@ impl Run {
         settings: &Settings,
     ) -> Self {
         let motion = Motion::new(system.interface());
+        let audit = Audit::new(&system, &state, settings.tolerance);
         let stopped = vec![false; state.q.len()];
         let mut system = Stopped::new(system);
         system.restitution = settings.restitution;
@@ -120,6 +123,7 @@ impl Run {
             mark: (0, 0.0),
             motion,
             work,
+            audit,
             stopped,
         }
     }
@@ -159,7 +163,7 @@ impl Run {
                 }
             };
             if outcome.is_ok() {
-                self.add_work(before);
+                self.add_work(before)?;
             }
             if self.is_hopeless() {
                 return Err(fail(format_args!(
@@ -201,9 +205,9 @@ impl Run {
     }
 
     /// Adds the work of the step from `before`. A stop takes energy, too: from then on it is not
-    /// known.
-    fn add_work(&mut self, before: Option<State<Vec<f64>, f64>>) {
-        let (Some(work), Some(before)) = (&mut self.work, before) else { return };
+    /// known. Fails where energy appears that nothing feeds.
+    fn add_work(&mut self, before: Option<State<Vec<f64>, f64>>) -> Result<(), Failed> {
+        let (Some(work), Some(before)) = (&mut self.work, before) else { return Ok(()) };
         let is_at_stop = self.state.q.iter().enumerate().any(|(joint, &q)| {
             let [least, greatest] = self.system.limits(joint);
             q <= least + STOP || q >= greatest - STOP
@@ -215,7 +219,21 @@ impl Run {
         };
         match middle {
             Ok(middle) if !is_at_stop => work.add([&before, &middle, &self.state]),
-            _ => self.work = None,
+            _ => {
+                self.work = None;
+                return Ok(());
+            }
+        }
+        match self.audit.look(&self.system, &before, &self.state, work) {
+            None => Ok(()),
+            Some(gain) => Err(fail(format_args!(
+                "energy appears that nothing feeds: {:.3e} J by t = {:.6} s, where the largest \
+                 kinetic energy is {:.3e} J; either the equations of a loop contradict each other, \
+                 as where hinge lines nearly have a direction or a point in common (see `lamc \
+                 check`, and `tolerance:` in the model), or the motion cannot pass a flat or \
+                 otherwise singular state (start folded: --initial)",
+                gain.energy, self.state.t, gain.largest_kinetic
+            ))),
         }
     }
 

@@ -116,7 +116,7 @@ impl Start {
             match verdict.severity {
                 Severity::Error => return Err(fail(verdict)),
                 Severity::Warning if !known.contains(&verdict) => warn(verdict),
-                Severity::Warning => {}
+                Severity::Warning | Severity::Note => {}
             }
         }
         for setting in &self.input {

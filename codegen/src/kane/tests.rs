@@ -95,6 +95,7 @@ fn chain(n: usize, mass: f64, inertia: f64) -> Topology {
         share: 1.0,
     };
     let mechanism = Mechanism {
+        tolerance: 0.0,
         cuts: Vec::new(),
         name: "chain".into(),
         gravity: [number(0.0), number(0.0), number(-9.81)],

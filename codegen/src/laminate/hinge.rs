@@ -53,7 +53,7 @@ pub fn hinge(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diag
 
 /// The unit vector along (dx, dy); exactly along an axis where only rounding says otherwise, so
 /// that later stages see zeros as zeros.
-fn direction(dx: f64, dy: f64) -> Vector3<f64> {
+pub fn direction(dx: f64, dy: f64) -> Vector3<f64> {
     // Scaled first: the length of tiny lines has few digits.
     let largest = dx.abs().max(dy.abs());
     let (dx, dy) = (dx / largest, dy / largest);

@@ -35,6 +35,8 @@ pub struct Mechanism {
     pub cuts: Vec<JointId>,
     /// The air that plates are dragged through.
     pub air: Option<Air>,
+    /// How far each coordinate of a hinge line may be from where it is meant, m.
+    pub tolerance: f64,
     /// Diagonal of the flat bounding box over plates, hinge lines, centres of mass and points, m.
     pub size: f64,
 }

@@ -17,6 +17,7 @@ mod tests;
 mod tunable;
 mod verdicts;
 
+pub(crate) use hinge::direction;
 pub use kinks::{Kink, kinks};
 pub use linear::{Excursion, excursions};
 pub use mechanism::*;
@@ -54,6 +55,7 @@ pub fn build(model: &SourceModel, warnings: &mut Diagnostics) -> Result<Mechanis
         initial_given: model.initial_q.iter().map(|(joint, _)| *joint).collect(),
         initial_u: per_joint(model, &model.initial_u),
         air: model.air.as_ref().map(air::air),
+        tolerance: model.tolerance,
         size: 0.0,
     };
     for (joint, angle) in &model.initial_q {

@@ -49,11 +49,8 @@ impl Verdict {
     /// At its place in the file.
     pub(super) fn diagnostic(self, model: &SourceModel) -> Diagnostic {
         let span = self.law.span(model);
-        let found = match self.severity {
-            Severity::Error => Diagnostic::error(self.code, span, self.message),
-            Severity::Warning => Diagnostic::warning(self.code, span, self.message),
-        };
-        Diagnostic { hint: self.hint, ..found.label(self.label) }
+        let found = Diagnostic::error(self.code, span, self.message).label(self.label);
+        Diagnostic { severity: self.severity, hint: self.hint, ..found }
     }
 }
 

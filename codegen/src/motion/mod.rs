@@ -1,10 +1,14 @@
 //! A motion as it was sampled: what `lamc simulate` records, and everything that writes or shows
 //! it reads.
 
+mod audit;
 mod csv;
 mod npz;
+#[cfg(test)]
+mod tests;
 mod work;
 
+pub use audit::{Audit, Gain};
 pub use work::Work;
 
 use lamc_runtime::{Energy, Error, State, System, acceleration_in_motion};

@@ -12,6 +12,10 @@ use lamc_runtime::State;
 use crate::laminate::Mechanism;
 use crate::source::Expression;
 
+/// Error of Simpson's rule over what it differs by from the trapezoidal rule: more than that of any
+/// power that the steps resolve.
+const DOUBT: f64 = 0.1;
+
 /// Work done so far.
 #[derive(Clone, Debug)]
 pub struct Work {
@@ -23,6 +27,8 @@ pub struct Work {
     pub total: f64,
     /// Integral of the magnitude of the power, J.
     pub exchanged: f64,
+    /// How far `total` may be off, J: a part of what Simpson's rule and the trapezoidal one differ by.
+    pub doubt: f64,
 }
 
 impl Work {
@@ -43,6 +49,7 @@ impl Work {
             inputs: inputs.to_vec(),
             total: 0.0,
             exchanged: 0.0,
+            doubt: 0.0,
         })
     }
 
@@ -52,6 +59,7 @@ impl Work {
         let power = states.map(|state| self.power(state));
         let simpson = |p: [f64; 3]| step / 6.0 * (p[0] + 4.0 * p[1] + p[2]);
         self.total += simpson(power);
+        self.doubt += DOUBT * (simpson(power) - step / 2.0 * (power[0] + power[2])).abs();
         self.exchanged += simpson(power.map(f64::abs));
     }
 

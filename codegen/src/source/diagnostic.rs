@@ -36,12 +36,14 @@ pub enum Severity {
     Error,
     /// It can, and the user should know.
     Warning,
+    /// Something was done that the user may like to know.
+    Note,
 }
 
 /// One finding about the source text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// Error or warning.
+    /// Error, warning or note.
     pub severity: Severity,
     /// Stable identifier, such as `unknown-key`.
     pub code: &'static str,
@@ -79,6 +81,11 @@ impl Diagnostic {
     /// A warning at `span`.
     pub fn warning(code: &'static str, span: Span, message: impl Into<String>) -> Self {
         Self { severity: Severity::Warning, ..Self::error(code, span, message) }
+    }
+
+    /// A note at `span`.
+    pub fn note(code: &'static str, span: Span, message: impl Into<String>) -> Self {
+        Self { severity: Severity::Note, ..Self::error(code, span, message) }
     }
 
     /// Adds the text under the caret.

@@ -24,6 +24,7 @@ pub(crate) mod names;
 mod polynomial;
 mod popupcad;
 mod render;
+mod rounding;
 #[cfg(test)]
 mod tests;
 mod units;

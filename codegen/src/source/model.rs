@@ -50,6 +50,8 @@ pub struct SourceModel {
     pub air: Option<Air>,
     /// With more joints it is not compiled: [`MAX_HINGES`], or what the user asked for.
     pub max_hinges: usize,
+    /// How far each coordinate of a hinge line may be from where it is meant, m.
+    pub tolerance: f64,
 }
 
 /// Stiffness and damping of a family of hinges.

@@ -30,6 +30,7 @@ fn render(diagnostic: &Diagnostic, file: &SourceFile, renderer: &Renderer) -> St
     let level = match diagnostic.severity {
         Severity::Error => Level::ERROR,
         Severity::Warning => Level::WARNING,
+        Severity::Note => Level::NOTE,
     };
     let title = level.primary_title(&diagnostic.message).id(diagnostic.code);
     let group = match diagnostic.span {

@@ -8,6 +8,7 @@ use super::*;
 mod designs;
 mod hostile;
 mod merging;
+mod tolerance;
 
 fn file(text: &str) -> SourceFile {
     SourceFile { path: "robots/my-robot.yaml".into(), text: text.into() }

@@ -18,6 +18,7 @@ pub fn to_yaml(model: &SourceModel) -> String {
     let mut out = String::from("# SI units and radians.\n");
     line(&mut out, 0, &format!("name: {}", model.name.value));
     line(&mut out, 0, &format!("gravity: {}", expressions(&model.gravity, model)));
+    line(&mut out, 0, &format!("tolerance: {}", number(model.tolerance)));
     section(&mut out, "materials", &model.materials, |out, material| {
         let mut fields = vec![
             format!("density: {}", number(material.density.value)),

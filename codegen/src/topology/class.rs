@@ -11,9 +11,9 @@ use crate::laminate::{Joint, Mechanism};
 use crate::source::{Diagnostic, JointId};
 
 /// Sine of the angle between lines that count as parallel.
-const PARALLEL: f64 = 1e-12;
+pub(super) const PARALLEL: f64 = 1e-12;
 /// Distance, over the mechanism's size, of lines that count as concurrent.
-const CONCURRENT: f64 = 1e-10;
+pub(super) const CONCURRENT: f64 = 1e-10;
 /// Misses up to this, in rad or over the loop's extent, are taken for drawing errors.
 const NEAR: f64 = 1e-2;
 
@@ -148,7 +148,12 @@ impl<'a> HingeLines<'a> {
             self.hinges.iter().map(|h| angle(h.direction, self.hinges[(odd + 1) % n].direction));
         if spread.fold(0.0, f64::max) <= NEAR {
             let miss = format!("being planar by {:.3e} deg", off.to_degrees());
-            return warn(miss, self.hinges[odd], "draw all hinge lines of a planar loop parallel");
+            return warn(
+                miss,
+                self.hinges[odd],
+                "draw all hinge lines of a planar loop parallel; if only rounding \
+                        says that they are not, say how coarse it is (`tolerance:`)",
+            );
         }
         let (odd, off) = odd_one_out(n, |i, others| {
             let others: Vec<_> = others.iter().map(|k| self.hinges[*k]).collect();
@@ -158,40 +163,41 @@ impl<'a> HingeLines<'a> {
         let centre = nearest_point(&self.hinges)?;
         if miss(&self.hinges, &centre) <= NEAR * extent {
             let miss = format!("being spherical by {}", millimetres(off));
-            let hint = "draw all hinge lines of a spherical loop through one point";
+            let hint = "draw all hinge lines of a spherical loop through one point; if only rounding \
+                        moves them aside, say how coarse it is (`tolerance:`)";
             return warn(miss, self.hinges[odd], hint);
         }
         None
     }
 }
 
-fn millimetres(length: f64) -> String {
+pub(super) fn millimetres(length: f64) -> String {
     let length = length * 1e3;
     if length < 1e-3 { format!("{length:.3e} mm") } else { format!("{length:.3} mm") }
 }
 
-fn ends(hinge: &Joint) -> [Vector3<f64>; 2] {
+pub(super) fn ends(hinge: &Joint) -> [Vector3<f64>; 2] {
     [hinge.point, hinge.point + hinge.direction * hinge.length]
 }
 
 /// Between two lines, whatever their sense; all lie flat, so the cross product is along z.
-fn angle(a: Vector3<f64>, b: Vector3<f64>) -> f64 {
+pub(super) fn angle(a: Vector3<f64>, b: Vector3<f64>) -> f64 {
     a.cross(&b).norm().min(1.0).asin()
 }
 
 /// From a hinge's line to a point.
-fn distance(hinge: &Joint, point: &Vector3<f64>) -> f64 {
+pub(super) fn distance(hinge: &Joint, point: &Vector3<f64>) -> f64 {
     (point - hinge.point).cross(&hinge.direction).norm()
 }
 
 /// The largest distance of the lines to a point.
-fn miss(hinges: &[&Joint], point: &Vector3<f64>) -> f64 {
+pub(super) fn miss(hinges: &[&Joint], point: &Vector3<f64>) -> f64 {
     hinges.iter().map(|hinge| distance(hinge, point)).fold(0.0, f64::max)
 }
 
 /// The point nearest to all lines: sum (1 - d d^T) (x - p) = 0, which for lines that lie flat
 /// parts into the plane and the mean height. `None` for parallel lines.
-fn nearest_point(hinges: &[&Joint]) -> Option<Vector3<f64>> {
+pub(super) fn nearest_point(hinges: &[&Joint]) -> Option<Vector3<f64>> {
     // Relative to one of the lines, for digits.
     let near = hinges[0].point;
     let (mut matrix, mut right, mut height) = (Matrix2::zeros(), Vector2::zeros(), 0.0);

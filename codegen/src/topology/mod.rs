@@ -1,11 +1,12 @@
-//! Stage 3: [`Mechanism`] -> [`Topology`]: a spanning tree, the loops
-//! that close on it, and how many ways the whole can move.
+//! Stage 3: [`Mechanism`] -> [`Topology`]: hinge lines of rounded drawings made exact, a spanning
+//! tree, the loops that close on it, and how many ways the whole can move.
 
 mod class;
 mod closure;
 mod graph;
 mod inertia;
 mod mobility;
+mod rounded;
 #[cfg(test)]
 mod tests;
 mod tree;
@@ -21,14 +22,16 @@ use closure::Closure;
 use mobility::mobility;
 use tree::{Cut, Tree};
 
-/// Spans the mechanism with a tree, cuts its loops and counts how many ways it moves.
+/// Makes exact what its hinge lines have in common, spans the mechanism with a tree, cuts its loops
+/// and counts how many ways it moves.
 ///
 /// # Errors
 /// Joints that can never turn or that nothing resists turning about, and bodies that no chain of
 /// joints connects with the ground.
-pub fn build(mechanism: Mechanism) -> Result<Topology, Diagnostics> {
+pub fn build(mut mechanism: Mechanism) -> Result<Topology, Diagnostics> {
     let tree = inertia::grow(&mechanism)?;
     let mut warnings = Diagnostics::default();
+    warnings.extend(rounded::straighten(&mut mechanism));
     let loops: Vec<Loop> =
         tree.cuts.iter().map(|cut| closed_loop(&mechanism, &tree, cut, &mut warnings)).collect();
     let whole = whole(&mechanism, &tree, &loops, &mut warnings);

@@ -57,6 +57,7 @@ pub fn model(materials: Vec<Material>, bodies: Vec<Body>) -> SourceModel {
     let ground = Body { fixed: true, ..body("ground", Shape::None) };
     let zero = || spanned(Expression::ZERO);
     SourceModel {
+        tolerance: 0.0,
         cuts: Vec::new(),
         max_hinges: crate::source::MAX_HINGES,
         name: named("test"),

@@ -56,6 +56,7 @@ fn model() -> SourceModel {
     let zero = Spanned { value: Expression::ZERO, span: Span::default() };
     let body = Spanned { value: crate::source::BodyId(0), span: Span::default() };
     SourceModel {
+        tolerance: 0.0,
         cuts: Vec::new(),
         max_hinges: crate::source::MAX_HINGES,
         name: named("m"),

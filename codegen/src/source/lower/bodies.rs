@@ -186,8 +186,7 @@ impl Lowering<'_> {
     /// A closed line; the first vertex may be repeated at the end.
     fn ring(&mut self, node: &Node) -> Option<Spanned<Vec<[f64; 2]>>> {
         let nodes = items(node, "a list of vertices `[x, y]`", &mut self.diagnostics)?;
-        let vertices: Vec<_> =
-            nodes.iter().map(|node| self.numbers::<2>(node, "`[x, y]`", &LENGTH)).collect();
+        let vertices: Vec<_> = nodes.iter().map(|node| self.drawn_point(node)).collect();
         let mut vertices: Vec<[f64; 2]> = vertices.into_iter().collect::<Option<_>>()?;
         if vertices.len() > 1 && vertices.first() == vertices.last() {
             vertices.pop();

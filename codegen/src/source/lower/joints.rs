@@ -56,6 +56,7 @@ impl Lowering<'_> {
         let axis = fields.require("axis", &mut self.diagnostics);
         let axis = axis.and_then(|node| self.axis(node));
         let z = self.optional(fields.get("z"), &LENGTH);
+        fields.get("z").into_iter().for_each(|node| self.note_decimals(node));
         let spring = self.spring(&fields, at, materials);
         let damping = self.law(&fields, at, "damping", &DAMPING, NO_MOTION);
         let rest = self.law(&fields, at, "rest", &ANGLE, NO_MOTION);
@@ -121,7 +122,7 @@ impl Lowering<'_> {
     fn axis(&mut self, node: &Node) -> Option<Spanned<[[f64; 2]; 2]>> {
         let what = "two points of the hinge line, `[[x, y], [x, y]]`";
         let nodes: &[Node; 2] = array(node, what, &mut self.diagnostics)?;
-        let [from, to] = nodes.each_ref().map(|node| self.numbers::<2>(node, "`[x, y]`", &LENGTH));
+        let [from, to] = nodes.each_ref().map(|node| self.drawn_point(node));
         let (from, to) = (from?, to?);
         // Also lines so short that their length underflows: they have no direction either.
         if (to[0] - from[0]).hypot(to[1] - from[1]) < f64::MIN_POSITIVE {

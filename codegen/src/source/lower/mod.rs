@@ -9,6 +9,7 @@ use super::given::AngleUnit;
 use super::ids::{BodyId, JointId, PointId};
 use super::model::{Air, MAX_HINGES, Material, Parameter, SourceModel, Tunable};
 use super::names::{self, Kind, alternatives};
+use super::rounding::Decimals;
 use super::units::{self, Unit};
 use super::yaml::{Entry, Node, shorten};
 
@@ -35,6 +36,7 @@ const KEYS: &[&str] = &[
     "forces",
     "air",
     "hinge_models",
+    "tolerance",
 ];
 
 /// Most layers of a layup: an outline is copied to each of them.
@@ -65,6 +67,8 @@ struct Lowering<'s> {
     names: Names,
     /// In file order; those that could not be read are missing.
     parameters: Vec<Option<Parameter>>,
+    /// Of the coordinates read so far.
+    decimals: Decimals,
 }
 
 /// Reads a model in our schema. Errors are in the diagnostics, without any there is a model.
@@ -76,6 +80,7 @@ pub(super) fn lower(root: &Node, file: &SourceFile) -> (Option<SourceModel>, Dia
         angle: units::SI,
         names: Names::default(),
         parameters: Vec::new(),
+        decimals: Decimals::default(),
     };
     let model = lowering.model(root, file);
     (model, lowering.diagnostics)
@@ -136,6 +141,9 @@ impl Lowering<'_> {
         let points = self.each(points, Self::point);
         let forces = self.each(forces, Self::force);
         let air = self.air(fields.get("air"));
+        let tolerance = self.optional(fields.get("tolerance"), &units::LENGTH);
+        let (bodies, joints) = (lowered_bodies?, joints_read?);
+        let tolerance = self.tolerance(tolerance?, &bodies, &joints);
         Some(SourceModel {
             cuts: Vec::new(),
             max_hinges: MAX_HINGES,
@@ -144,8 +152,8 @@ impl Lowering<'_> {
             gravity: gravity?,
             materials: materials?,
             layup: layup?,
-            bodies: lowered_bodies?,
-            joints: joints_read?,
+            bodies,
+            joints,
             parameters: std::mem::take(&mut self.parameters).into_iter().collect::<Option<_>>()?,
             inputs,
             tunable,
@@ -155,6 +163,7 @@ impl Lowering<'_> {
             forces: forces?,
             hinge_models: hinge_models?,
             air: air?,
+            tolerance: tolerance?,
         })
     }
 

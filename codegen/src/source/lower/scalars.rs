@@ -6,11 +6,16 @@ use crate::source::fields::array;
 use crate::source::formula::{self, Scope};
 use crate::source::given::beyond_a_turn;
 use crate::source::ids::{InputId, JointId, ParameterId};
+use crate::source::model::{Body, Joint};
 use crate::source::names::alternatives;
-use crate::source::units::{self, ANGLE, Dimension, Quantity, SI, Unit, UnitError};
-use crate::source::yaml::{Node, shorten};
+use crate::source::rounding;
+use crate::source::units::{self, ANGLE, Dimension, LENGTH, Quantity, SI, Unit, UnitError};
+use crate::source::yaml::{Content, Node, shorten};
 
 use super::{Lowering, Names};
+
+/// More, over the size of the drawing, is no rounding but another drawing.
+const LARGEST_TOLERANCE: f64 = 1e-2;
 
 /// What an expression may depend on, besides parameters, inputs and t.
 #[derive(Clone, Copy)]
@@ -347,6 +352,48 @@ impl Lowering<'_> {
         let nodes: &[Node; K] = array(node, what, &mut self.diagnostics)?;
         let read = nodes.each_ref().map(|node| self.number(node, quantity));
         read.iter().all(Option::is_some).then(|| read.map(|x| x.map_or(f64::NAN, |x| x.value)))
+    }
+
+    /// A point of the drawing, whose decimals count for its tolerance.
+    pub(super) fn drawn_point(&mut self, node: &Node) -> Option<[f64; 2]> {
+        let point = self.numbers::<2>(node, "`[x, y]`", &LENGTH)?;
+        if let Content::Sequence(coordinates) = &node.content {
+            coordinates.iter().for_each(|coordinate| self.note_decimals(coordinate));
+        }
+        Some(point)
+    }
+
+    /// Notes how finely a coordinate is written.
+    pub(super) fn note_decimals(&mut self, node: &Node) {
+        let text = node.scalar().map(|scalar| scalar.text.trim());
+        let Some((number, unit)) = text.and_then(units::split_quantity) else { return };
+        let unit = if unit.is_empty() { Ok(self.length) } else { units::parse_unit(unit) };
+        unit.into_iter().for_each(|unit| self.decimals.note(number, unit));
+    }
+
+    /// How far the coordinates of hinge lines may be moved, m: as given, or by their decimals.
+    pub(super) fn tolerance(
+        &mut self,
+        given: Option<Spanned<f64>>,
+        bodies: &[Body],
+        joints: &[Joint],
+    ) -> Option<f64> {
+        let Some(Spanned { value: tolerance, span }) = given else {
+            return Some(self.decimals.tolerance(bodies, joints));
+        };
+        let most = LARGEST_TOLERANCE * rounding::size(bodies, joints);
+        if (0.0..=most).contains(&tolerance) {
+            return Some(tolerance);
+        }
+        let message = match tolerance < 0.0 {
+            true => "the tolerance is negative".to_owned(),
+            false => format!("the tolerance is more than a hundredth of the drawing, {most:.3e} m"),
+        };
+        self.note(Diagnostic::error("bad-tolerance", span, message).hint(
+            "it is a length: how far the coordinates of hinge lines are off by rounding; 0 takes \
+             them as they are",
+        ));
+        None
     }
 }
 

@@ -16,6 +16,7 @@ use super::ids::BodyId;
 use super::lower::STANDARD_GRAVITY;
 use super::model::{Body, Joint, MAX_HINGES, Shape, SourceModel, Spring};
 use super::names;
+use super::rounding::Decimals;
 use super::units;
 use super::yaml::{Content, Node, shorten};
 
@@ -118,13 +119,15 @@ pub(super) fn beginning(root: &Node) -> Span {
 
 /// Reads a `DynamicsInfo`. Errors are in the diagnostics, without any there is a model.
 pub(super) fn import(root: &Node, file: &SourceFile) -> (Option<SourceModel>, Diagnostics) {
-    let mut import = Import { diagnostics: Diagnostics::default() };
+    let mut import = Import { diagnostics: Diagnostics::default(), decimals: Decimals::default() };
     let model = import.model(root, file);
     (model, import.diagnostics)
 }
 
 struct Import {
     diagnostics: Diagnostics,
+    /// Of the coordinates read so far.
+    decimals: Decimals,
 }
 
 /// Bodies by the number the file gives them.
@@ -172,6 +175,8 @@ impl Import {
 
         let (materials, layup) = stack.filter(|_| complete)?;
         let name = names::identifier_from(file.stem());
+        let bodies: Vec<Body> = bodies.into_iter().collect::<Option<_>>()?;
+        let tolerance = self.decimals.tolerance(&bodies, &joints);
         Some(SourceModel {
             cuts: Vec::new(),
             max_hinges: MAX_HINGES,
@@ -180,7 +185,7 @@ impl Import {
             gravity: [0.0, 0.0, -STANDARD_GRAVITY].map(Expression::Number),
             materials,
             layup,
-            bodies: bodies.into_iter().collect::<Option<_>>()?,
+            bodies,
             joints,
             parameters: Vec::new(),
             inputs: Vec::new(),
@@ -191,6 +196,7 @@ impl Import {
             forces: Vec::new(),
             hinge_models: Vec::new(),
             air: None,
+            tolerance,
         })
     }
 
@@ -231,6 +237,14 @@ impl Import {
             self.diagnostics.push(error.label(format!("this is {}", node.describe())));
             return None;
         }
+        Some(value)
+    }
+
+    /// A coordinate, whose decimals count for the drawing's tolerance.
+    fn coordinate(&mut self, node: &Node) -> Option<f64> {
+        let value = self.number(node)?;
+        let text = node.scalar().map_or("", |scalar| &scalar.text);
+        self.decimals.note(text, units::SI);
         Some(value)
     }
 
@@ -322,6 +336,8 @@ impl Import {
         self.warn_of_others(properties, &known);
         let [damping, low, high, preload, stiffness, z] =
             known.map(|key| self.required_number(properties, at, key));
+        let height = properties.get("z_pos").and_then(Node::scalar);
+        height.into_iter().for_each(|text| self.decimals.note(&text.text, units::SI));
         let (low, high) = (low?, high?);
         if low.value >= high.value {
             let error =
@@ -356,7 +372,7 @@ impl Import {
         let points: &[Node; 2] = array(line, "two points", &mut self.diagnostics)?;
         let [from, to] = points.each_ref().map(|point| {
             let [x, y] = array(point, "`[x, y]`", &mut self.diagnostics)?;
-            self.number(x).zip(self.number(y)).map(<[f64; 2]>::from)
+            self.coordinate(x).zip(self.coordinate(y)).map(<[f64; 2]>::from)
         });
         let (from, to) = (from?, to?);
         if (to[0] - from[0]).hypot(to[1] - from[1]) < f64::MIN_POSITIVE {

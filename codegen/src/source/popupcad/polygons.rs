@@ -9,6 +9,7 @@ use super::{Import, head};
 use crate::source::diagnostic::{Diagnostic, Spanned};
 use crate::source::fields::items;
 use crate::source::model::Plate;
+use crate::source::units;
 use crate::source::yaml::Node;
 
 /// Deepest parentheses: a collection of multipolygons has five. The reader recurses over them.
@@ -31,7 +32,12 @@ impl Import {
             collect(geometry, node, &mut plates).map(|()| plates)
         });
         match read {
-            Ok(plates) => Some(plates),
+            Ok(plates) => {
+                let is_number = |c: char| c.is_ascii_digit() || "+-.eE".contains(c);
+                let numbers = text.split(|c| !is_number(c)).filter(|word| word.contains('.'));
+                numbers.for_each(|number| self.decimals.note(number, units::SI));
+                Some(plates)
+            }
             Err(reason) => {
                 self.diagnostics.push(
                     Diagnostic::error("bad-polygon", node.span, format!("not a polygon: {reason}"))
@@ -120,7 +126,7 @@ mod tests {
 
     fn plates(wkt: &str) -> Result<Vec<Plate>, String> {
         let (node, _) = yaml::parse(&format!("geoms: ['{wkt}']")).unwrap();
-        let mut import = Import { diagnostics: Default::default() };
+        let mut import = Import { diagnostics: Default::default(), decimals: Default::default() };
         import.layer(&node).ok_or_else(|| import.diagnostics.to_string())
     }
 

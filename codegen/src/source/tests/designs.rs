@@ -37,6 +37,8 @@ fn designs_are_read() {
         assert_eq!(model.name.value, identifier);
         assert_eq!((model.bodies.len(), model.joints.len()), (bodies, joints), "{name}");
         assert_eq!(model.bodies.iter().filter(|body| body.fixed).count(), 1, "{name}");
+        // All digits of a double: no hinge line is moved.
+        assert!(model.tolerance < 1e-16, "{name}: {:e}", model.tolerance);
         // rigid, adhesive, flexible, adhesive, rigid: equal ones are one material.
         let names: Vec<_> = model.materials.iter().map(|m| m.name.value.as_str()).collect();
         assert_eq!(names, ["rigid", "adhesive", "flexible"], "{name}");

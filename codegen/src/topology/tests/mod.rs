@@ -3,6 +3,7 @@
 mod classes;
 mod inertia;
 mod known;
+mod rounded;
 mod sheets;
 mod trees;
 
@@ -74,6 +75,7 @@ pub fn mechanism(hinges: &[Hinge]) -> Mechanism {
     let low = ends.iter().fold(ends[0], |a, b| a.inf(b));
     let high = ends.iter().fold(ends[0], |a, b| a.sup(b));
     Mechanism {
+        tolerance: 0.0,
         cuts: Vec::new(),
         name: "test".into(),
         gravity: [Expression::ZERO, Expression::ZERO, Expression::ZERO],

@@ -1,0 +1,318 @@
+//! Least movement of hinge lines that gives them exactly what they are meant to have in common.
+//!
+//! ```text
+//! min sum over ends of w (e / slack)^2   subject to   g(e, f) = 0
+//! e: how far each end moves across its line     f: common directions and points, free of cost
+//! ```
+//!
+//! by Newton steps on g, each the solution of least norm of the linear equations. What is sought
+//! is a drawing that rounds to the one given: every |e| within its slack. Where least squares
+//! exceed it, weights are raised there until the largest |e| / slack is least (C. L. Lawson, 1961).
+
+use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
+
+use super::line::{Line, cross};
+
+/// How much cheaper it is to move what lines have in common than to move them.
+const FREE: f64 = 1e3;
+/// Beside equations of norm 1: makes those solvable of which one follows from others.
+const RIDGE: f64 = 1e-13;
+/// Newton steps; they converge quadratically.
+const STEPS: usize = 12;
+/// Rounds of raising weights.
+const ROUNDS: usize = 40;
+/// Least weight of an end: it may matter again in a later round.
+const LEAST_WEIGHT: f64 = 1e-4;
+/// Movements up to this, over the slack, are within the tolerance: rounds end before they are
+/// at the least possible.
+pub const WITHIN: f64 = 1.05;
+/// Over the slack: lines that are farther from a common point are not tried.
+const HOPELESS: f64 = 4.0;
+
+/// What the lines of a bundle have in common.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Common {
+    /// Their direction.
+    Direction,
+    /// A point.
+    Point,
+    /// Everything: two pieces of one line.
+    Line,
+}
+
+/// Lines, by their joints' indices, that are meant to have something in common.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Bundle {
+    pub common: Common,
+    pub joints: Vec<usize>,
+}
+
+/// What was found.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// Joints that take part, ascending.
+    pub joints: Vec<usize>,
+    /// By how much the ends of each move across its line, m.
+    pub moves: Vec<[f64; 2]>,
+    /// For each bundle its common direction (unit), or point (m); zero where it has neither.
+    pub common: Vec<Vector2<f64>>,
+    /// Largest movement over the slack.
+    pub strain: f64,
+}
+
+/// The least strain at which lines may be parallel: their ranges of directions must meet.
+pub fn strain_of_direction(lines: &[&Line]) -> f64 {
+    let mut strain = 0.0_f64;
+    for (i, a) in lines.iter().enumerate() {
+        for b in &lines[..i] {
+            strain = strain.max(a.sine(b).min(1.0).asin() / (a.angle_slack() + b.angle_slack()));
+        }
+    }
+    strain
+}
+
+/// The point nearest to all lines, each distance over the line's slack there; `None` where the
+/// lines are parallel, or too far from any point.
+pub fn common_point(lines: &[&Line]) -> Option<Vector2<f64>> {
+    const ROUNDS: usize = 4;
+    // Relative to one of the lines, for digits.
+    let near = lines[0].ends[0];
+    let mut point = None;
+    for _ in 0..ROUNDS {
+        let (mut matrix, mut right) = (Matrix2::zeros(), Vector2::zeros());
+        for line in lines {
+            let slack = point.map_or(line.slack, |point| line.slack_at(&point));
+            let normal = line.normal * (lines[0].slack / slack);
+            matrix += normal * normal.transpose();
+            right += normal * normal.dot(&(line.ends[0] - near));
+        }
+        if matrix.determinant() <= 1e-20 * matrix.trace().powi(2) {
+            return None;
+        }
+        point = Some(near + matrix.try_inverse()? * right);
+    }
+    let close = |line: &&Line, point: &Vector2<f64>| {
+        line.distance(point) <= HOPELESS * line.slack_at(point)
+    };
+    point.filter(|point| lines.iter().all(|line| close(line, point)))
+}
+
+/// Moves lines so that each bundle has exactly what is common to it. `None` where no movement
+/// within the slack was found.
+pub fn fit(lines: &[Line], bundles: &[&Bundle]) -> Option<Fit> {
+    let mut problem = Problem::new(lines, bundles)?;
+    let ends = 2 * problem.joints.len();
+    let mut best: Option<Fit> = None;
+    for round in 0..ROUNDS {
+        problem.solve()?;
+        let strains: Vec<f64> =
+            (0..ends).map(|i| (problem.x[i] / problem.slack[i]).abs()).collect();
+        let strain = strains.iter().fold(0.0, |most, strain| strain.max(most));
+        if best.as_ref().is_none_or(|best| strain < best.strain) {
+            best = Some(problem.result(strain));
+        }
+        // The mean of squares is least now: none can have all strains below its root.
+        let mean = strains.iter().map(|strain| strain * strain).sum::<f64>() / ends as f64;
+        if strain <= 1.0 || (round == 0 && mean > WITHIN * WITHIN) {
+            break;
+        }
+        problem.raise_weights(&strains);
+    }
+    best.filter(|best| best.strain <= WITHIN)
+}
+
+/// The equations of some bundles.
+struct Problem<'a> {
+    lines: Vec<&'a Line>,
+    joints: Vec<usize>,
+    /// Of each bundle: positions of its lines, and where its free unknowns start.
+    bundles: Vec<(Common, Vec<usize>, usize)>,
+    /// By end, m.
+    slack: Vec<f64>,
+    /// By end.
+    weights: Vec<f64>,
+    /// What costs nothing, in units in which it does not.
+    free: Vec<f64>,
+    /// Movements of ends, m, then angles and points, absolute.
+    x: DVector<f64>,
+    /// Angles and points where the search began: what their cost is counted from.
+    begin: DVector<f64>,
+}
+
+impl<'a> Problem<'a> {
+    fn new(lines: &'a [Line], bundles: &[&Bundle]) -> Option<Self> {
+        let mut joints: Vec<usize> =
+            bundles.iter().flat_map(|b| b.joints.iter().copied()).collect();
+        joints.sort_unstable();
+        joints.dedup();
+        let slack = joints.iter().flat_map(|joint| [lines[*joint].slack; 2]).collect();
+        let mut x = vec![0.0; 2 * joints.len()];
+        let mut free = Vec::new();
+        let mut placed = Vec::new();
+        for bundle in bundles {
+            let members: Vec<&Line> = bundle.joints.iter().map(|joint| &lines[*joint]).collect();
+            let start = x.len();
+            match bundle.common {
+                Common::Direction => {
+                    x.push(mean_angle(&members));
+                    let vague = members.iter().map(|line| line.angle_slack());
+                    free.push(FREE * vague.fold(0.0, f64::max));
+                }
+                Common::Point => {
+                    let point = common_point(&members)?;
+                    x.extend([point.x, point.y]);
+                    let vague = members.iter().map(|line| line.slack_at(&point));
+                    free.extend([FREE * vague.fold(0.0, f64::max); 2]);
+                }
+                Common::Line => {}
+            }
+            let position = |joint: &usize| joints.binary_search(joint).ok();
+            let positions = bundle.joints.iter().filter_map(position).collect();
+            placed.push((bundle.common, positions, start));
+        }
+        let x = DVector::from_vec(x);
+        Some(Self {
+            lines: joints.iter().map(|joint| &lines[*joint]).collect(),
+            weights: vec![1.0; 2 * joints.len()],
+            joints,
+            bundles: placed,
+            slack,
+            free,
+            begin: x.clone(),
+            x,
+        })
+    }
+
+    /// Newton steps from where x is; `None` where they fail.
+    fn solve(&mut self) -> Option<()> {
+        let ends = self.slack.len();
+        let scale = DVector::from_fn(self.x.len(), |i, _| match i.checked_sub(ends) {
+            Some(free) => self.free[free],
+            None => self.slack[i] / self.weights[i].sqrt(),
+        });
+        // Movements count from the drawing.
+        let mut origin = self.begin.clone();
+        origin.rows_mut(0, ends).fill(0.0);
+        let mut open = f64::INFINITY;
+        for step in 0..STEPS {
+            let (mut matrix, mut right) = self.equations();
+            let largest = right.amax();
+            if step > 1 && largest >= 0.5 * open {
+                break;
+            }
+            open = largest;
+            right = &matrix * (&self.x - &origin) - right;
+            for (column, scale) in scale.iter().enumerate() {
+                matrix.column_mut(column).scale_mut(*scale);
+            }
+            for (row, right) in right.iter_mut().enumerate() {
+                let norm = matrix.row(row).norm();
+                matrix.row_mut(row).unscale_mut(norm);
+                *right /= norm;
+            }
+            let mut square = &matrix * matrix.transpose();
+            (0..square.nrows()).for_each(|i| square[(i, i)] += RIDGE);
+            let multipliers = square.cholesky()?.solve(&right);
+            let step = matrix.tr_mul(&multipliers).component_mul(&scale);
+            self.x = &origin + step;
+        }
+        self.x.iter().all(|x| x.is_finite()).then_some(())
+    }
+
+    /// Derivatives by x and values, m, of what is to vanish.
+    fn equations(&self) -> (DMatrix<f64>, DVector<f64>) {
+        let mut rows: Vec<(Vec<(usize, f64)>, f64)> = Vec::new();
+        let moved = |i: usize| self.lines[i].moved([self.x[2 * i], self.x[2 * i + 1]]);
+        for (common, members, start) in &self.bundles {
+            match common {
+                Common::Direction => {
+                    let (sine, cosine) = self.x[*start].sin_cos();
+                    let (direction, across) =
+                        (Vector2::new(cosine, sine), Vector2::new(-sine, cosine));
+                    for &i in members {
+                        let along = moved(i).1;
+                        let turn = cross(&self.lines[i].normal, &direction);
+                        let row = vec![
+                            (2 * i, -turn),
+                            (2 * i + 1, turn),
+                            (*start, cross(&along, &across)),
+                        ];
+                        rows.push((row, cross(&along, &direction)));
+                    }
+                }
+                Common::Point => {
+                    let point = Vector2::new(self.x[*start], self.x[start + 1]);
+                    for &i in members {
+                        let (mut row, value) = self.through(i, &point);
+                        let along = moved(i).1 / self.lines[i].length;
+                        row.extend([(*start, -along.y), (start + 1, along.x)]);
+                        rows.push((row, value));
+                    }
+                }
+                Common::Line => {
+                    let [i, j] = [members[0], members[1]];
+                    let (from, to) = moved(j);
+                    let along = moved(i).1 / self.lines[i].length;
+                    let shift = cross(&along, &self.lines[j].normal);
+                    for (end, point) in [from, from + to].into_iter().enumerate() {
+                        let (mut row, value) = self.through(i, &point);
+                        row.push((2 * j + end, shift));
+                        rows.push((row, value));
+                    }
+                }
+            }
+        }
+        let mut matrix = DMatrix::zeros(rows.len(), self.x.len());
+        let mut values = DVector::zeros(rows.len());
+        for (r, (row, value)) in rows.into_iter().enumerate() {
+            row.into_iter().for_each(|(column, entry)| matrix[(r, column)] += entry);
+            values[r] = value;
+        }
+        (matrix, values)
+    }
+
+    /// Distance of a point from line i as it is moved, with its derivatives by the ends of i.
+    fn through(&self, i: usize, point: &Vector2<f64>) -> (Vec<(usize, f64)>, f64) {
+        let line = self.lines[i];
+        let (from, along) = line.moved([self.x[2 * i], self.x[2 * i + 1]]);
+        let arm = point - from;
+        let turn = cross(&line.normal, &arm) / line.length;
+        let shift = cross(&along, &line.normal) / line.length;
+        (vec![(2 * i, -turn - shift), (2 * i + 1, turn)], cross(&along, &arm) / line.length)
+    }
+
+    fn raise_weights(&mut self, strains: &[f64]) {
+        let mean = strains.iter().sum::<f64>() / strains.len() as f64;
+        for (weight, strain) in self.weights.iter_mut().zip(strains) {
+            *weight *= strain / mean;
+        }
+        let most = self.weights.iter().fold(0.0, |most: f64, weight| most.max(*weight));
+        for weight in &mut self.weights {
+            *weight = (*weight / most).max(LEAST_WEIGHT);
+        }
+    }
+
+    fn result(&self, strain: f64) -> Fit {
+        let common = |(common, _, start): &(Common, Vec<usize>, usize)| match common {
+            Common::Direction => Vector2::new(self.x[*start].cos(), self.x[*start].sin()),
+            Common::Point => Vector2::new(self.x[*start], self.x[start + 1]),
+            Common::Line => Vector2::zeros(),
+        };
+        Fit {
+            joints: self.joints.clone(),
+            moves: (0..self.joints.len()).map(|i| [self.x[2 * i], self.x[2 * i + 1]]).collect(),
+            common: self.bundles.iter().map(common).collect(),
+            strain,
+        }
+    }
+}
+
+/// The mean direction of lines whatever their sense, long ones first: half the angle of the sum of
+/// the squares of their directions as complex numbers.
+fn mean_angle(lines: &[&Line]) -> f64 {
+    let along = |line: &&Line| line.ends[1] - line.ends[0];
+    let squares =
+        lines.iter().map(along).map(|d| Vector2::new(d.x * d.x - d.y * d.y, 2.0 * d.x * d.y));
+    let sum: Vector2<f64> = squares.sum();
+    0.5 * sum.y.atan2(sum.x)
+}

@@ -1,0 +1,138 @@
+//! A drawing of few decimals at the command line.
+
+use std::fs;
+use std::process::{Command, Output};
+
+/// A planar four-bar of our own, drawn along the axes, turned by an angle in degrees, in
+/// millimetres with so many decimals.
+fn four_bar(degrees: f64, decimals: usize, more: &str) -> String {
+    let (sine, cosine) = degrees.to_radians().sin_cos();
+    let point = |x: f64, y: f64| {
+        format!("[{:.decimals$}, {:.decimals$}]", cosine * x - sine * y, sine * x + cosine * y)
+    };
+    let line = |x: f64| format!("[{}, {}]", point(x, 0.0), point(x, 24.0));
+    let plate = |from: f64, to: f64| {
+        let corners = [(from, 0.0), (to, 0.0), (to, 24.0), (from, 24.0)];
+        format!("[{}]", corners.map(|(x, y)| point(x, y)).join(", "))
+    };
+    format!(
+        "units: {{ length: mm, angle: deg }}\n\
+         materials: {{ card: {{ density: 800, thickness: 0.5 }} }}\nlayup: [card]\nbodies:\n  \
+         base: {{ fixed: true }}\n  crank: {{ outline: {} }}\n  rocker: {{ outline: {} }}\n  \
+         coupler: {{ outline: {} }}\njoints:\n  \
+         a: {{ bodies: [base, crank], axis: {}, z: 0.25 }}\n  \
+         b: {{ bodies: [base, rocker], axis: {}, z: 0.25 }}\n  \
+         c: {{ bodies: [crank, coupler], axis: {}, z: 0.25 }}\n  \
+         d: {{ bodies: [rocker, coupler], axis: {}, z: 0.25 }}\n{more}\n",
+        plate(0.0, 35.0),
+        plate(80.0, 122.0),
+        plate(35.0, 122.0),
+        line(0.0),
+        line(80.0),
+        line(35.0),
+        line(122.0),
+    )
+}
+
+fn lamc(command: &str, model: &str, more: &[&str]) -> Output {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("fourbar.yaml");
+    fs::write(&path, model).unwrap();
+    let mut lamc = Command::new(env!("CARGO_BIN_EXE_lamc"));
+    lamc.arg(command).arg(&path).args(more).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// Rows of the motion from a folded state, without header.
+fn motion(model: &str) -> Vec<Vec<f64>> {
+    let asked = ["--duration", "0.3", "--rate", "50", "--tolerance", "1e-10", "--csv", "-"];
+    let output = lamc("simulate", model, &asked);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let rows = text(&output.stdout);
+    rows.lines().skip(1).map(|row| row.split(',').map(|x| x.parse().unwrap()).collect()).collect()
+}
+
+#[test]
+fn its_motion_is_the_exact_one_to_the_size_of_the_rounding() {
+    const FOLDED: &str = "initial: { q: { a: 20 } }";
+    let exact = motion(&four_bar(0.0, 0, FOLDED));
+    assert_eq!(exact.len(), 16);
+    for (degrees, decimals) in [(37.3, 2), (37.3, 4), (123.0, 7), (-71.0, 10), (200.0, 12)] {
+        let rounded = motion(&four_bar(degrees, decimals, FOLDED));
+        let angles = exact.iter().zip(&rounded).flat_map(|(a, b)| a[1..5].iter().zip(&b[1..5]));
+        let off = angles.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        // A link of 35 mm, and a motion of some radians that takes small errors some ten times.
+        let rounding = 0.5 * 10_f64.powi(-(decimals as i32)) / 35.0;
+        assert!(off <= 20.0 * rounding + 1e-9, "{off:e} at {degrees} deg, {decimals} decimals");
+    }
+}
+
+#[test]
+fn what_was_moved_is_said_once_and_is_no_failure() {
+    let output = lamc("check", &four_bar(37.3, 4, ""), &[]);
+    assert_eq!(output.status.code(), Some(0));
+    let said = text(&output.stderr);
+    assert!(said.starts_with("note[rounded]: hinge lines were moved by at most "), "{said}");
+    assert!(said.contains("tolerance of 5.000e-5 mm") && !said.contains("warning"), "{said}");
+    let report = text(&output.stdout);
+    assert!(report.contains("mobility 1") && report.contains("planar, 9 equations, 3"), "{report}");
+    // Nothing to move, nothing to say.
+    for exact in [four_bar(0.0, 4, ""), four_bar(90.0, 0, "")] {
+        let output = lamc("check", &exact, &[]);
+        assert_eq!((output.status.code(), text(&output.stderr)), (Some(0), String::new()));
+    }
+}
+
+#[test]
+fn an_import_keeps_the_tolerance() {
+    let folder = tempfile::tempdir().unwrap();
+    let copy = folder.path().join("copy.yaml").display().to_string();
+    for (model, tolerance) in [
+        (four_bar(37.3, 4, ""), "5e-8"),
+        (four_bar(37.3, 4, "tolerance: 0.002"), "2e-6"),
+        (four_bar(37.3, 4, "tolerance: 0"), "0"),
+    ] {
+        assert_eq!(lamc("import", &model, &["-o", &copy]).status.code(), Some(0));
+        let written = fs::read_to_string(&copy).unwrap();
+        let line = written.lines().find_map(|line| line.strip_prefix("tolerance: ")).unwrap();
+        assert_eq!(line.parse::<f64>().unwrap(), tolerance.parse::<f64>().unwrap());
+    }
+}
+
+#[test]
+fn a_loop_that_rounding_makes_rigid_is_no_quiet_success() {
+    // Pushed out of the flat state its equations contradict each other: energy appears, or the
+    // integration gives up.
+    let output = lamc("simulate", &four_bar(37.3, 4, "tolerance: 0"), &[]);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("near-miss") && said.contains("misses being planar"), "{said}");
+    let error = said.lines().find(|line| line.starts_with("error: ")).unwrap();
+    assert!(error.contains("energy appears") || error.contains("gave up"), "{error}");
+}
+
+#[test]
+fn motions_that_lose_or_exchange_energy_are_no_gain() {
+    // Stiff, damped, fed by a motor, hardly moving, coarsely integrated: none of them is a fault.
+    let model = |law: &str| four_bar(37.3, 3, "inputs: [motor]").replace("z: 0.25", law);
+    for (law, asked) in [
+        ("z: 0.25", vec!["--initial", "a=20deg", "--tolerance", "1e-3"]),
+        ("z: 0.25, stiffness: 1e-3, rest: 0.01", vec!["--initial", "a=0.5deg"]),
+        ("z: 0.25, stiffness: 1, damping: 1e-3, rest: 25", vec!["--initial", "a=20deg"]),
+        (
+            "z: 0.25, damping: 1e-6, torque: \"motor*sin(200*t)\"",
+            vec!["--initial", "a=20deg", "--input", "motor=1e-4"],
+        ),
+        ("z: 0.25, stiffness: 1e-2, damping: 1e-5", vec!["--initial", "a=20deg", "--settle"]),
+    ] {
+        for method in ["auto", "rodas"] {
+            let mut all = vec!["--duration", "0.5", "--integrator", method];
+            all.extend(&asked);
+            let output = lamc("simulate", &model(law), &all);
+            assert_eq!(output.status.code(), Some(0), "{law}: {}", text(&output.stderr));
+        }
+    }
+}
