@@ -2,12 +2,14 @@
 
 use std::fmt::Write;
 
+use lamc::backend::jit::Jit;
 use lamc::kane::Section;
 use lamc::laminate::excursions;
 use lamc::pipeline::Compiled;
 use lamc::program::{FunctionKind, Interpreter};
-use lamc_runtime::{State, System, assemble};
+use lamc_runtime::{State, Stopped, System, assemble, equilibrium, project};
 
+use super::linear::linear;
 use super::start::warn_of_moves;
 use super::{Outcome, Size, load, output, warn};
 
@@ -15,6 +17,28 @@ pub fn run(model: &str, size: Size) -> Outcome {
     let compiled = load(model, size)?;
     warn_of_start(&compiled);
     output::print(&report(&compiled))
+}
+
+/// With more joints the state of rest takes longer than the rest of the report.
+const MOST_AT_REST: usize = 60;
+
+/// The longest stable step of the classical Runge-Kutta method at the state of rest, s; none where
+/// there is no such state, or nothing swings.
+fn longest_step(compiled: &Compiled) -> Option<f64> {
+    let system = Jit::new(&compiled.program);
+    let mut state = State::initial(&system);
+    if state.q.len() > MOST_AT_REST {
+        return None;
+    }
+    let pinned: Vec<bool> = (0..state.q.len()).map(|joint| system.is_given(joint)).collect();
+    let room = &mut system.workspace();
+    assemble(&system, 0.0, &mut state.q, &pinned, room).ok()?;
+    project(&system, 0.0, &mut state.q, &mut state.u, room).ok()?;
+    state.u.fill(0.0);
+    equilibrium(&system, 0.0, &mut state.q, room).ok()?;
+    let mut resting = Stopped::new(system);
+    resting.strike(&mut state).ok()?;
+    linear(&resting, &state).ok()?.longest_rk4_step()
 }
 
 /// Warns of where the motion starts: joints that are not where they were asked to be, hinges bent
@@ -96,6 +120,9 @@ fn report(compiled: &Compiled) -> String {
     for joint in linear {
         let degrees = joint.linear_range.to_degrees();
         line(&mut text, format_args!("{:<16} {degrees:>22.3}", joint.name));
+    }
+    if let Some(step) = longest_step(compiled) {
+        line(&mut text, format_args!("\nlongest stable step of RK4 at rest: {step:.3e} s"));
     }
     text.push_str("\noperations per evaluation\n");
     for function in &compiled.program.functions {

@@ -23,6 +23,11 @@ const ROUNDING: f64 = 1e-9;
 /// Units in the last place that rounding makes of a stiffness, per direction.
 const STIFFNESS_ROUNDING: f64 = 64.0;
 
+/// Beyond this product of eigenvalue and step the method of order 4 is stable nowhere.
+const RK4_REACH: f64 = 4.0;
+/// How finely the limit is looked for.
+const RK4_STEPS: usize = 4000;
+
 /// dx/dt = A x + B i with x = (z, dz/dt) and q = q0 + T z.
 #[derive(Serialize)]
 pub struct Linear {
@@ -167,6 +172,29 @@ impl Linear {
         (0..freedoms).map(direction).collect()
     }
 
+    /// The longest step, s, with which the classical Runge-Kutta method of order 4 lets no motion grow
+    /// that does not grow by itself: |1 + z + z^2/2 + z^3/6 + z^4/24| <= 1 for every z = eigenvalue
+    /// times step. `None` where nothing swings or decays.
+    pub fn longest_rk4_step(&self) -> Option<f64> {
+        let factor = |z: Complex<f64>| {
+            let one = Complex::from(1.0);
+            (one + z * (one + z / 2.0 * (one + z / 3.0 * (one + z / 4.0)))).norm()
+        };
+        let longest = |mode: &Mode| {
+            let [real, imaginary] = mode.eigenvalue;
+            let size = real.hypot(imaginary);
+            // What does not decay by more than rounding swings.
+            let real = if real.abs() <= ROUNDING * size { 0.0 } else { real };
+            let direction = Complex::new(real, imaginary) / size;
+            let steps = (1..=RK4_STEPS).map(|i| RK4_REACH * i as f64 / RK4_STEPS as f64);
+            let stable = |&reach: &f64| factor(direction * reach) <= 1.0 + ROUNDING;
+            let reach = (real <= 0.0).then(|| steps.take_while(stable).last())??;
+            Some(reach / size)
+        };
+        let moves = |mode: &&Mode| mode.eigenvalue != [0.0; 2];
+        modes(self).iter().filter(moves).filter_map(longest).reduce(f64::min)
+    }
+
     /// K, d x d.
     fn stiffness(&self) -> DMatrix<f64> {
         let d = self.a.len() / 2;
@@ -217,7 +245,7 @@ fn tell_of_friction(mechanism: &Mechanism, parameters: &[f64]) {
 }
 
 /// The motion about a state of rest.
-fn linear(system: &Stopped<Jit>, state: &State<Vec<f64>, f64>) -> Result<Linear, Failed> {
+pub fn linear(system: &Stopped<Jit>, state: &State<Vec<f64>, f64>) -> Result<Linear, Failed> {
     let dimensions = system.dimensions();
     let n = dimensions.coordinates;
     let (mut basis, mut stiffness, mut damping) =
