@@ -11,8 +11,8 @@ fn four_bar(degrees: f64, decimals: usize, more: &str) -> String {
         format!("[{:.decimals$}, {:.decimals$}]", cosine * x - sine * y, sine * x + cosine * y)
     };
     let line = |x: f64| format!("[{}, {}]", point(x, 0.0), point(x, 24.0));
-    let plate = |from: f64, to: f64| {
-        let corners = [(from, 0.0), (to, 0.0), (to, 24.0), (from, 24.0)];
+    let plate = |from: f64, to: f64, low: f64| {
+        let corners = [(from, low), (to, low), (to, low + 24.0), (from, low + 24.0)];
         format!("[{}]", corners.map(|(x, y)| point(x, y)).join(", "))
     };
     format!(
@@ -24,9 +24,9 @@ fn four_bar(degrees: f64, decimals: usize, more: &str) -> String {
          b: {{ bodies: [base, rocker], axis: {}, z: 0.25 }}\n  \
          c: {{ bodies: [crank, coupler], axis: {}, z: 0.25 }}\n  \
          d: {{ bodies: [rocker, coupler], axis: {}, z: 0.25 }}\n{more}\n",
-        plate(0.0, 35.0),
-        plate(80.0, 122.0),
-        plate(35.0, 122.0),
+        plate(0.0, 35.0, 0.0),
+        plate(80.0, 122.0, 24.0),
+        plate(35.0, 122.0, 0.0),
         line(0.0),
         line(80.0),
         line(35.0),

@@ -21,10 +21,13 @@ use crate::workspace::{check, split};
 use crate::{Arithmetic, Dimensions, EquationsMut, Error, ProjectionMut, Scalar, System};
 
 /// Steps of Gauss-Newton; it converges quadratically from where an integrator leaves it.
-pub(crate) const ITERATIONS: usize = 12;
+pub(crate) const ITERATIONS: usize = 16;
 
 /// Loops that are open by this many times what rounding leaves are open because no branch is chosen.
 const UNDECIDED: f64 = 4.0;
+
+/// How often a step to the nearest branch is shortened by half.
+const HALVINGS: usize = 8;
 
 /// What a projection reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -345,7 +348,8 @@ impl<'a, S: Scalar> Closure<'a, S> {
     /// Leaves residual and Jacobian at the final q; returns the largest residual.
     ///
     /// Where the directions that are certain do not close the loops, next to a singular state, q goes
-    /// to whichever branch is nearest if this is to be `decided`.
+    /// to whichever branch is nearest if this is to be `decided`: between branches Newton's step is
+    /// shortened until it closes the loops a little.
     fn move_coordinates<Y: System<Scalar = S>>(
         &mut self,
         system: &Y,
@@ -354,31 +358,38 @@ impl<'a, S: Scalar> Closure<'a, S> {
         previous: &mut [S],
     ) -> Result<S, Error> {
         let enough = closed_finely(system);
-        let far = Y::Scalar::from_f64(UNDECIDED) * enough;
-        let mut undecided = decided;
-        let mut gap = None;
+        let (far, half) = (S::from_f64(UNDECIDED) * enough, S::from_f64(0.5));
+        let mut nearest = false;
         let mut size = self.evaluate(system, q)?;
         for _ in 0..ITERATIONS {
             if size <= enough {
                 break;
             }
             previous.copy_from_slice(q);
-            self.solve(gap.unwrap_or(Gap::of(system, size)), S::ZERO);
-            add_scaled(q, S::ONE, self.step);
-            let next = self.evaluate(system, q);
-            if matches!(next, Ok(next) if next + next < size) {
-                size = next?;
+            self.solve(Gap::of(system, if nearest { S::ZERO } else { size }), S::ZERO);
+            let (tries, progress) = if nearest { (HALVINGS, size) } else { (1, size * half) };
+            let mut share = S::ONE;
+            let mut found = None;
+            for _ in 0..tries {
+                q.copy_from_slice(previous);
+                add_scaled(q, share, self.step);
+                let next = self.evaluate(system, q).ok().filter(|next| *next < progress);
+                if next.is_some() {
+                    found = next;
+                    break;
+                }
+                share *= half;
+            }
+            if let Some(next) = found {
+                size = next;
                 continue;
             }
-            if !matches!(next, Ok(next) if next <= size) {
-                q.copy_from_slice(previous);
-            }
+            q.copy_from_slice(previous);
             size = self.evaluate(system, q)?;
-            if !undecided || size <= far {
+            if nearest || !decided || size <= far {
                 break;
             }
-            undecided = false;
-            gap = Some(Gap::of(system, S::ZERO));
+            nearest = true;
         }
         Ok(size)
     }
