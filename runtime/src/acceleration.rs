@@ -17,13 +17,16 @@
 //! or the mechanism is singular.
 
 use crate::linear::{
-    Kept, add_scaled, backward, combine, conditioning, dot, factor, forward, keep, normalise,
-    orthogonalise, times_lower, tolerance,
+    Kept, add_scaled, backward, combine, conditioning, dot, factor, forward, keep, max_abs,
+    normalise, orthogonalise, times_lower, tolerance,
 };
 use crate::passage::pass;
 use crate::rank::{Fading, Gap};
 use crate::workspace::{check, split};
 use crate::{Arithmetic, Dimensions, EquationsMut, Error, Margin, Scalar, System};
+
+/// What rounding of a state may make of its acceleration, as a share.
+const NOISE: f64 = 1e-6;
 
 /// What is known of the closure equations at a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -160,7 +163,14 @@ fn solve<Y: System>(
     }
     let gap = Gap::at(system, q, workspace)?;
     let (constraint, kept) = general(system, dimensions, state, gap, workspace, out, lambda)?;
-    if zone > Y::Scalar::ZERO && kept.is_some_and(|kept| gap.is_below(zone, &kept)) {
+    let fades = |kept: &Kept<Y::Scalar>| {
+        // A direction that is kept shows itself where rounding of the state makes little of the
+        // acceleration.
+        let rounding = gap.uncertainty(kept.least) * dot(u, u);
+        let shows = rounding <= Y::Scalar::from_f64(NOISE) * kept.least * max_abs(out);
+        gap.is_below(zone, kept) && !(kept.least < zone && shows)
+    };
+    if zone > Y::Scalar::ZERO && kept.as_ref().is_some_and(fades) {
         let mut passing = system.vector();
         let rounding = (gap, zone);
         let found = pass(system, dimensions, state, rounding, workspace, passing.as_mut())?;

@@ -24,6 +24,12 @@ const FADES: f64 = 1e-3;
 /// Speeds may lie across a direction that has nearly faded by this share and still show the branch.
 const ACROSS: f64 = 0.1;
 
+/// Speeds lie along a branch if no more than this share of a row's change is along them.
+const ALONG: f64 = 0.05;
+
+/// Rows that fade may lie aside of what they change by, by twice this share.
+const ASIDE: f64 = 1e-4;
+
 /// du/dt at a state next to a singular one through which the motion passes, into `out`. Directions that
 /// have faded to less than a `zone` of the strongest are taken along the motion. `None` at rest and where
 /// the speeds do not lie along a branch.
@@ -82,14 +88,17 @@ pub(crate) fn pass<Y: System>(
         row.iter_mut().for_each(|value| *value *= scale);
         rhs[i] = beside[i * width + n + 1] * scale;
     }
-    // What the others change by takes their place, without what the strong rows say already. The speeds
-    // lie along the branch: what of a row is along them belongs to the distance from the singular state.
+    // What the others change by takes their place, without what the strong rows say already. Where the
+    // speeds lie along a branch, what of a row is along them belongs to the distance from the singular
+    // state; where they do not yet, the whole row turns them towards one.
     let (kept, fading) = rows.split_at_mut(strong * n);
     for (i, row) in fading.chunks_exact_mut(n).enumerate() {
-        let beside = &beside[(strong + i) * width..];
-        row.copy_from_slice(&beside[..n]);
-        let along = dot(row, u) / (speed * speed);
-        add_scaled(row, -along, u);
+        let beside = &mut beside[(strong + i) * width..];
+        row.swap_with_slice(&mut beside[..n]);
+        let along = dot(row, u) / speed;
+        if along.abs() <= Y::Scalar::from_f64(ALONG) * length(row) {
+            add_scaled(row, -along / speed, u);
+        }
         let mut wanted = -beside[n];
         for (kept, &value) in kept.chunks_exact(n).zip(&*rhs) {
             let share = dot(row, kept);
@@ -113,6 +122,23 @@ pub(crate) fn pass<Y: System>(
             row.iter_mut().for_each(|entry| *entry = *entry / value);
             rhs[rank] = rhs[i] / value;
             rank += 1;
+        }
+    }
+
+    // A motion that passes beside the singular state turns a row instead of letting it fade: then it does
+    // not lie among what the rows change by.
+    for faded in beside[strong * width..].chunks_exact_mut(width) {
+        let faded = &mut faded[..n];
+        let value = length(faded);
+        if value > gap.cut() * largest {
+            for row in rows[strong * n..rank * n].chunks_exact(n) {
+                let share = dot(faded, row);
+                add_scaled(faded, -share, row);
+            }
+            let aside = Y::Scalar::from_f64(ASIDE).max(gap.uncertainty(value / largest));
+            if length(faded) > (aside + aside) * value {
+                return Ok(None);
+            }
         }
     }
 

@@ -77,9 +77,6 @@ fn check(
     while passed < PASSAGES {
         step(&mut state).unwrap_or_else(|error| panic!("{name}: {error} at {state:?}"));
         steps += 1;
-        if steps % 20000 == 0 {
-            println!("{name} {passed} {steps} t={} {lost:e} {:?}", state.t, state.q);
-        }
         assert!(steps < 1_000_000, "{name}: only {passed} passages");
         let change = (total(&state) - begin).abs() / begin;
         assert!(change <= LOST, "{name}: energy changed by {change:e} within {passed} passages");
@@ -105,13 +102,13 @@ fn a_motion_through_singular_states_keeps_its_branch_and_its_energy() {
         let start = folded(&linkage, &system);
         let name = linkage.name;
         let mut fixed = Rk4::new(&system);
-        check(&format!("{name} fixed"), &system, &start, |state| fixed.step(&system, state, 1e-4));
+        check(&format!("{name} fixed"), &system, &start, |state| fixed.step(&system, state, 5e-4));
         let mut explicit = dopri5(&system, 1e-10);
         check(&format!("{name} explicit"), &system, &start, |state| {
             explicit.step(&system, state, END)
         });
         let mut implicit = Rodas::new(&system);
-        (implicit.relative, implicit.absolute) = (1e-9, 1e-9);
+        (implicit.relative, implicit.absolute) = (1e-7, 1e-7);
         check(&format!("{name} implicit"), &system, &start, |state| {
             implicit.step(&system, state, END)
         });
