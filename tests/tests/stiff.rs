@@ -1,5 +1,6 @@
 //! The stiff four-bar of the published designs: k = 10 N m/rad and b = 0.1 N m s/rad on plates of
-//! 0.6 g, at rest a ten-thousandth of a radian beside the flat, singular state.
+//! 0.6 g, at rest a ten-thousandth of a radian beside the flat, singular state. Its modes there decay
+//! at 107 and 1548 1/s.
 
 use std::time::Instant;
 
@@ -89,12 +90,12 @@ fn through_the_singular_state_to_rest() {
 }
 
 /// How much work each method takes, Jacobians counted: along the reference, where accuracy limits
-/// both, and on past the singular state, where stability limits the explicit one.
+/// both, and on at rest, where stability limits the explicit one to 2 ms.
 #[test]
 fn what_it_costs_beside_an_explicit_method() {
     let Some((reference, system)) = four_bar() else { return };
     let mut report = String::new();
-    for (end, ratio) in [(reference.trajectory.t[40], 0.0), (0.5, 20.0)] {
+    for (end, ratio) in [(reference.trajectory.t[40], 0.0), (25.0, 20.0)] {
         let mut state = start(&reference);
         let mut rodas = Rodas::new(&system);
         (rodas.relative, rodas.absolute) = (1e-5, 1e-7);
