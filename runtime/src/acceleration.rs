@@ -182,6 +182,9 @@ fn solve<Y: System>(
     Ok(constraint)
 }
 
+/// A decision on the rank and, unless rows were far from dependence, what led to it.
+type Decided<S> = (Constraint, Option<Kept<S>>);
+
 /// By the factor of M, with a decision on the rank and what led to it. Much code, seldom needed: not to be
 /// inlined.
 #[inline(never)]
@@ -193,7 +196,7 @@ fn general<Y: System>(
     mut workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
     lambda: Option<&mut [Y::Scalar]>,
-) -> Result<(Constraint, Option<Kept<Y::Scalar>>), Error> {
+) -> Result<Decided<Y::Scalar>, Error> {
     let (n, c) = (dimensions.coordinates, dimensions.rows + dimensions.drives);
     let mass = split(&mut workspace, n * n)?;
     let jacobian = split(&mut workspace, c * n)?;
@@ -354,7 +357,7 @@ impl<S: Scalar> Rows<'_, S> {
     }
 
     /// Adds W^+ b to `y` whatever the rank.
-    fn general(&mut self, gap: Gap<S>, y: &mut [S]) -> (Constraint, Option<Kept<S>>) {
+    fn general(&mut self, gap: Gap<S>, y: &mut [S]) -> Decided<S> {
         let (c, n) = (self.gamma.len(), y.len());
         self.weighted.copy_from_slice(self.jacobian);
         self.rhs.copy_from_slice(self.gamma);

@@ -102,7 +102,7 @@ fn a_motion_through_singular_states_keeps_its_branch_and_its_energy() {
         let start = folded(&linkage, &system);
         let name = linkage.name;
         let mut fixed = Rk4::new(&system);
-        check(&format!("{name} fixed"), &system, &start, |state| fixed.step(&system, state, 5e-4));
+        check(&format!("{name} fixed"), &system, &start, |state| fixed.step(&system, state, 2e-4));
         let mut explicit = dopri5(&system, 1e-10);
         check(&format!("{name} explicit"), &system, &start, |state| {
             explicit.step(&system, state, END)
