@@ -2,7 +2,7 @@
 
     python3 tests/near_flat/reference.py tests/near_flat/states.json MODEL.yaml ..
 
-needs mpmath and PyYAML. For every model, states are made at distances of 1e-1 to 1e-6 rad from the
+needs mpmath and PyYAML. Models are named in the output by their paths from the workspace. For every model, states are made at distances of 1e-1 to 1e-6 rad from the
 flat state (the largest angle): the model's initial angles, scaled down and closed by Newton's method;
 once at rest and once with random speeds along the closure. The mechanism is a tree of bodies without
 copies; a hinge that closes a loop carries its spring and damper and nine equations, three points of
@@ -21,6 +21,7 @@ from mpmath import mp, mpf, cos, sin, sqrt
 mp.dps = 60
 # What is smaller than this beside the largest entry is rounding.
 NOTHING = mpf(10) ** -35
+WORKSPACE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 DISTANCES = ["1e-1", "1e-2", "1e-3", "1e-4", "1e-5", "1e-6"]
 
 
@@ -353,7 +354,8 @@ def main():
     models = []
     for path in paths:
         model = Model(path)
-        models.append({"model": os.path.basename(path), "states": list(states(model))})
+        name = os.path.relpath(path, WORKSPACE).replace(os.sep, "/")
+        models.append({"model": name, "states": list(states(model))})
         print(path, [state["rank"] for state in models[-1]["states"]])
     with open(output, "w") as file:
         json.dump(models, file, indent=1)

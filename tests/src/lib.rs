@@ -4,8 +4,10 @@
 pub mod chain;
 pub mod expression;
 pub mod linkages;
+pub mod near_flat;
 pub mod newton_euler;
 pub mod nine_rows;
+pub mod package;
 pub mod random;
 mod reference;
 pub mod udwadia;

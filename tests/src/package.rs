@@ -1,0 +1,186 @@
+//! Generated modules in a package of their own, compiled by rustc, which answers questions about them.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::{fs, thread};
+
+use lamc::backend::identifiers::type_name;
+use lamc::backend::rust::{Options, ScalarChoice};
+use lamc::pipeline::{Compiled, rust_module};
+use tempfile::TempDir;
+
+use crate::workspace;
+
+/// Reads lines `module kind numbers..` and answers each with a line of numbers.
+const MAIN: &str = r#"//! Evaluates generated modules.
+#![deny(missing_docs)]
+#![allow(dead_code)]
+
+use std::io::BufRead;
+
+use lamc_runtime::{Dopri5, Integrator, Mechanism, Scalar, State};
+
+MODULES
+
+fn answer<S: Scalar, M, const N: usize, const C: usize>(model: M, kind: &str, x: &[f64]) -> Vec<f64>
+where
+    M: Mechanism<S, N, C>,
+{
+    let array = |x: &[f64]| -> [S; N] { std::array::from_fn(|i| S::from_f64(x[i])) };
+    match kind {
+        "acceleration" => {
+            let (q, u) = (array(x), array(&x[N..]));
+            let rates = model.acceleration(S::ZERO, &q, &u).unwrap();
+            let energy = model.energy(S::ZERO, &q, &u);
+            let energies = [energy.kinetic, energy.potential];
+            rates.into_iter().chain(energies).map(Scalar::to_f64).collect()
+        }
+        "rank" => {
+            let (q, u) = (array(x), array(&x[N..]));
+            let (mut workspace, mut rates) = (model.workspace(), [S::ZERO; N]);
+            let workspace = workspace.as_mut();
+            let found = lamc_runtime::acceleration(&model, S::ZERO, &q, &u, workspace, &mut rates);
+            vec![found.unwrap().rank as f64]
+        }
+        "trajectory" => {
+            let mut state = State { t: S::ZERO, q: array(x), u: array(&x[N..]) };
+            let mut integrator = Dopri5::new(&model);
+            integrator.relative = S::from_f64(1e-10);
+            integrator.absolute = S::from_f64(1e-10);
+            let mut motion = Vec::new();
+            for &t in &x[2 * N..] {
+                integrator.run(&model, &mut state, S::from_f64(t), |_| ()).unwrap();
+                motion.extend(state.q.iter().map(|q| q.to_f64()));
+                let mut closure = model.closure(&state.q).residual;
+                let open = closure.as_mut().iter().map(|r| r.to_f64().abs()).fold(0.0, f64::max);
+                motion.push(open / model.size().to_f64());
+            }
+            motion
+        }
+        _ => unreachable!(),
+    }
+}
+
+fn main() {
+    for line in std::io::stdin().lock().lines() {
+        let line = line.unwrap();
+        let mut words = line.split(' ');
+        let (module, kind) = (words.next().unwrap(), words.next().unwrap());
+        let x: Vec<f64> = words.map(|word| word.parse().unwrap()).collect();
+        let numbers = match module {
+ARMS
+            _ => unreachable!(),
+        };
+        let words: Vec<String> = numbers.iter().map(|x| format!("{x:?}")).collect();
+        println!("{}", words.join(" "));
+    }
+}
+"#;
+
+const MANIFEST: &str = r#"[package]
+name = "compiled"
+version = "0.0.0"
+edition = "2024"
+
+[dependencies]
+lamc-runtime = { path = RUNTIME }
+
+[profile.release]
+opt-level = 1
+
+[workspace]
+"#;
+
+/// A package that is being put together, and the questions to it.
+#[derive(Debug)]
+pub struct Package {
+    folder: TempDir,
+    modules: String,
+    arms: String,
+    questions: String,
+}
+
+impl Default for Package {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Package {
+    /// An empty one in a temporary folder.
+    pub fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap_or_else(|error| panic!("{error}"));
+        fs::create_dir_all(folder.path().join("src")).unwrap_or_else(|error| panic!("{error}"));
+        Self { folder, modules: String::new(), arms: String::new(), questions: String::new() }
+    }
+
+    /// Writes a model's module under a name of its own. Generic ones are asked in `f64`.
+    pub fn add(&mut self, module: &str, compiled: &Compiled, scalar: ScalarChoice) {
+        let ty = if scalar == ScalarChoice::Generic { "::<f64>" } else { "" };
+        let text = rust_module(compiled, &Options { scalar, extern_c: false })
+            .unwrap_or_else(|error| panic!("{module}: {error}"));
+        write(&self.folder.path().join(format!("src/{module}.rs")), &text);
+        let model = type_name(&compiled.program.interface.name);
+        let _ = writeln!(self.modules, "mod {module};");
+        let _ = writeln!(
+            self.arms,
+            "            \"{module}\" => answer({module}::{model}{ty}::default(), kind, &x),"
+        );
+    }
+
+    /// Asks a module for du/dt and the energies at q, u (`acceleration`), for the rank there (`rank`), or
+    /// for q and the largest residual, as a share of the size, at times: q, u, t.. (`trajectory`).
+    pub fn ask(&mut self, module: &str, kind: &str, numbers: &[&[f64]]) {
+        let _ = write!(self.questions, "{module} {kind}");
+        for number in numbers.concat() {
+            let _ = write!(self.questions, " {number:?}");
+        }
+        self.questions.push('\n');
+    }
+
+    /// Compiles the package, without a warning, and answers the questions in their order.
+    pub fn answers(self) -> impl Iterator<Item = Vec<f64>> {
+        let folder = self.folder.path();
+        let runtime = workspace().join("runtime");
+        let runtime = runtime.canonicalize().unwrap_or(runtime);
+        write(&folder.join("Cargo.toml"), &MANIFEST.replace("RUNTIME", &format!("{runtime:?}")));
+        let main = MAIN.replace("MODULES\n", &self.modules).replace("ARMS\n", &self.arms);
+        write(&folder.join("src/main.rs"), &main);
+        let text = run(folder, self.questions);
+        let number = |word: &str| word.parse().unwrap_or(f64::NAN);
+        let lines: Vec<_> =
+            text.lines().map(|line| line.split(' ').map(number).collect()).collect();
+        lines.into_iter()
+    }
+}
+
+fn write(path: &Path, text: &str) {
+    fs::write(path, text).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+}
+
+fn run(folder: &Path, questions: String) -> String {
+    let target = folder.join("target");
+    let build = Command::new(env!("CARGO"))
+        .args(["build", "--release", "--offline"])
+        .current_dir(folder)
+        .env("CARGO_TARGET_DIR", &target)
+        .output()
+        .unwrap_or_else(|error| panic!("{error}"));
+    assert!(build.status.success(), "{}", String::from_utf8_lossy(&build.stderr));
+    let warnings = String::from_utf8_lossy(&build.stderr);
+    assert!(!warnings.contains("warning:"), "{warnings}");
+    let mut child = Command::new(target.join("release/compiled"))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap_or_else(|error| panic!("{error}"));
+    // The answers are longer than a pipe holds: ask from another thread.
+    let mut stdin = child.stdin.take();
+    let asker =
+        thread::spawn(move || stdin.as_mut().map(|stdin| stdin.write_all(questions.as_bytes())));
+    let output = child.wait_with_output().unwrap_or_else(|error| panic!("{error}"));
+    assert!(output.status.success() && asker.join().is_ok());
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
