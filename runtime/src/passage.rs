@@ -24,8 +24,9 @@ const FADES: f64 = 1e-3;
 /// Speeds may lie across a direction that has nearly faded by this share and still show the branch.
 const ACROSS: f64 = 0.1;
 
-/// Speeds lie along a branch if no more than this share of a row's change is along them.
-const ALONG: f64 = 0.05;
+/// Speeds lie along a branch if no more of a row's change is along them than this many times what is
+/// left of the row, as a share of the strongest: rows fade by at least a hundredth per rad.
+const ALONG: f64 = 100.0;
 
 /// Rows that fade may lie aside of what they change by, by twice this share.
 const ASIDE: f64 = 1e-4;
@@ -96,7 +97,8 @@ pub(crate) fn pass<Y: System>(
         let beside = &mut beside[(strong + i) * width..];
         row.swap_with_slice(&mut beside[..n]);
         let along = dot(row, u) / speed;
-        if along.abs() <= Y::Scalar::from_f64(ALONG) * length(row) {
+        let near = Y::Scalar::from_f64(ALONG) * length(&beside[..n]) / largest;
+        if along.abs() <= near * length(row) {
             add_scaled(row, -along / speed, u);
         }
         let mut wanted = -beside[n];
