@@ -16,10 +16,8 @@
 //! constrained motion", 1992: finite at every state, also where closure equations are redundant
 //! or the mechanism is singular.
 
-use crate::linear::{
-    Kept, add_scaled, backward, combine, conditioning, dot, factor, forward, keep, max_abs,
-    normalise, orthogonalise, times_lower, tolerance,
-};
+use crate::closure_rows::{Decided, Rows};
+use crate::linear::{Kept, backward, dot, factor, forward, max_abs, tolerance};
 use crate::passage::pass;
 use crate::rank::{Fading, Gap};
 use crate::workspace::{check, split};
@@ -49,7 +47,7 @@ impl Constraint {
     }
 
     /// Rows far from dependence.
-    fn strong(rank: usize) -> Self {
+    pub(crate) fn strong(rank: usize) -> Self {
         Self { rank, is_weak: false, is_closed: false }
     }
 }
@@ -182,9 +180,6 @@ fn solve<Y: System>(
     Ok(constraint)
 }
 
-/// A decision on the rank and, unless rows were far from dependence, what led to it.
-type Decided<S> = (Constraint, Option<Kept<S>>);
-
 /// By the factor of M, with a decision on the rank and what led to it. Much code, seldom needed: not to be
 /// inlined.
 #[inline(never)]
@@ -256,13 +251,6 @@ pub(crate) fn write<Y: System>(
     });
 }
 
-/// Rows of J become rows of J L^-T.
-pub(crate) fn weigh<S: Scalar>(l: &[S], rows: &mut [S], n: usize) {
-    for row in rows.chunks_exact_mut(n.max(1)) {
-        forward(l, row);
-    }
-}
-
 /// Index of the first value that is not finite, in the first slice that has one: causes first,
 /// effects last.
 pub(crate) fn not_finite<S: Scalar>(slices: &[&[S]]) -> Option<usize> {
@@ -278,179 +266,5 @@ pub(crate) fn blame<S: Scalar>(state: &[&[S]], mass: &[S], pivot: usize) -> Erro
             Error::NotFinite { joint: pivot }
         }
         None => Error::MassMatrix { joint: pivot },
-    }
-}
-
-/// Orthogonal rows of unit length that span the independent rows of `jacobian` (m x n), in its
-/// place, and the right-hand sides that belong to them in that of `rhs` (m x any).
-pub(crate) fn independent<S: Scalar>(
-    jacobian: &mut [S],
-    rhs: &mut [S],
-    [m, n]: [usize; 2],
-    gap: Gap<S>,
-) -> Kept<S> {
-    let width = rhs.len() / m.max(1);
-    let k = orthogonalise(jacobian, rhs, m, n);
-    let kept = keep(&mut jacobian[..k * n], &mut rhs[..k * width], k, n, gap.cut());
-    normalise(&mut jacobian[..kept.rank * n], &mut rhs[..kept.rank * width], n);
-    kept
-}
-
-/// The closure equations J a = -gamma and room to solve them in.
-struct Rows<'a, S> {
-    /// Factor of M.
-    mass: &'a [S],
-    /// J, C x N.
-    jacobian: &'a [S],
-    /// gamma, C.
-    gamma: &'a [S],
-    /// W or what takes its place, C x N.
-    weighted: &'a mut [S],
-    /// C x N.
-    scratch: &'a mut [S],
-    /// C.
-    rhs: &'a mut [S],
-    /// What the closure adds to y, N: L^-1 J^T lambda.
-    push: &'a mut [S],
-}
-
-impl<S: Scalar> Rows<'_, S> {
-    /// The right-hand sides become b = -gamma - W y.
-    fn set_wanted(&mut self, rows: usize, y: &[S]) {
-        let weighted = self.weighted.chunks_exact(y.len().max(1)).take(rows);
-        for (value, row) in self.rhs.iter_mut().zip(weighted) {
-            *value = -*value - dot(row, y);
-        }
-    }
-
-    /// Adds W^+ b to `y` by the Cholesky factor of W W^T, if that is safe: rows certainly
-    /// independent and far from dependence.
-    fn direct(&mut self, y: &mut [S]) -> Option<Constraint> {
-        let (c, n) = (self.gamma.len(), y.len());
-        if c > n {
-            return None;
-        }
-        self.weighted.copy_from_slice(self.jacobian);
-        weigh(self.mass, self.weighted, n);
-        let mut trace = S::ZERO;
-        for i in 0..c {
-            let row = |i: usize| &self.weighted[i * n..(i + 1) * n];
-            for j in 0..=i {
-                self.scratch[i * c + j] = dot(row(i), row(j));
-            }
-            trace += self.scratch[i * c + i];
-        }
-        factor(self.scratch, c).ok()?;
-        if !(conditioning(self.scratch, c, trace) > safe()) {
-            return None;
-        }
-        self.rhs.copy_from_slice(self.gamma);
-        self.set_wanted(c, y);
-        forward(self.scratch, self.rhs);
-        backward(self.scratch, self.rhs);
-        self.push.fill(S::ZERO);
-        for (row, &value) in self.weighted.chunks_exact(n).zip(&*self.rhs) {
-            add_scaled(self.push, value, row);
-        }
-        add_scaled(y, S::ONE, self.push);
-        Some(Constraint::strong(c))
-    }
-
-    /// Adds W^+ b to `y` whatever the rank.
-    fn general(&mut self, gap: Gap<S>, y: &mut [S]) -> Decided<S> {
-        let (c, n) = (self.gamma.len(), y.len());
-        self.weighted.copy_from_slice(self.jacobian);
-        self.rhs.copy_from_slice(self.gamma);
-        let kept = independent(self.weighted, self.rhs, [c, n], gap);
-        let k = kept.rank;
-        weigh(self.mass, &mut self.weighted[..k * n], n);
-        self.set_wanted(k, y);
-        orthogonalise(&mut self.weighted[..k * n], &mut self.rhs[..k], k, n);
-        combine(&self.weighted[..k * n], &self.rhs[..k], self.push);
-        add_scaled(y, S::ONE, self.push);
-        let is_weak = gap.is_below(Fading::of_rounding().weak, &kept);
-        (Constraint { rank: k, is_weak, is_closed: gap.is_closed() }, Some(kept))
-    }
-
-    /// The smallest lambda with J^T lambda = L push: with the orthogonal rows B of J and their lengths
-    /// s, lambda = J sum_i B_i (B_i . L push) / s_i^4.
-    fn multipliers(&mut self, gap: Gap<S>, lambda: &mut [S]) {
-        let (c, n) = (self.gamma.len(), self.push.len());
-        times_lower(self.mass, self.push);
-        self.scratch.copy_from_slice(self.jacobian);
-        let k = orthogonalise(self.scratch, self.rhs, c, n);
-        let k = keep(&mut self.scratch[..k * n], &mut self.rhs[..k], k, n, gap.cut()).rank;
-        let row = |i: usize| &self.scratch[i * n..(i + 1) * n];
-        let sum = &mut self.weighted[..n];
-        sum.fill(S::ZERO);
-        for i in 0..k {
-            let square = dot(row(i), row(i));
-            add_scaled(sum, dot(row(i), self.push) / square / square, row(i));
-        }
-        for (value, row) in lambda.iter_mut().zip(self.jacobian.chunks_exact(n)) {
-            *value = dot(row, sum);
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::linear::test_matrix;
-
-    /// What W^+ b and the multipliers are by one of the two ways, for W = J (M = 1).
-    fn solution(w: &[f64], b: &[f64], n: usize, direct: bool) -> Option<(Vec<f64>, Vec<f64>)> {
-        let c = b.len();
-        let mut mass = vec![0.0; n * n];
-        (0..n).for_each(|i| mass[i * n + i] = 1.0);
-        let gamma: Vec<f64> = b.iter().map(|b| -b).collect();
-        let [mut weighted, mut scratch] = [vec![0.0; c * n], vec![0.0; c * n]];
-        let (mut rhs, mut push) = (vec![0.0; c], vec![0.0; n]);
-        let (mut y, mut lambda) = (vec![0.0; n], vec![0.0; c]);
-        let mut rows = Rows {
-            mass: &mass,
-            jacobian: w,
-            gamma: &gamma,
-            weighted: &mut weighted,
-            scratch: &mut scratch,
-            rhs: &mut rhs,
-            push: &mut push,
-        };
-        let gap = Gap::closed();
-        if direct {
-            rows.direct(&mut y)?;
-        } else {
-            assert_eq!(rows.general(gap, &mut y).0.rank, c);
-        }
-        rows.multipliers(gap, &mut lambda);
-        Some((y, lambda))
-    }
-
-    #[test]
-    fn both_ways_agree_where_the_fast_one_is_taken() {
-        let mut taken = 0;
-        for seed in 0..400 {
-            let (c, n) = (1 + seed % 5, 6 + seed % 3);
-            let w: Vec<f64> = test_matrix(c, n, seed as u64).iter().copied().collect();
-            let b: Vec<f64> = (0..c).map(|i| (i as f64 + seed as f64).cos()).collect();
-            let Some(fast) = solution(&w, &b, n, true) else { continue };
-            let slow = solution(&w, &b, n, false).unwrap();
-            taken += 1;
-            for (fast, slow) in [(&fast.0, &slow.0), (&fast.1, &slow.1)] {
-                let scale = slow.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-                for (fast, slow) in fast.iter().zip(slow) {
-                    assert!((fast - slow).abs() <= 1e-10 * scale, "{fast} is not {slow}");
-                }
-            }
-        }
-        assert!(taken > 300, "the fast way was taken {taken} times of 400");
-    }
-
-    #[test]
-    fn dependent_rows_never_take_the_fast_way() {
-        for distance in [0.0, 1e-12, 1e-8, 1e-5, 1e-3] {
-            let w = [1.0, 2.0, 3.0, 1.0, 2.0, 3.0 + distance];
-            assert!(solution(&w, &[1.0, 1.0], 3, true).is_none(), "distance {distance}");
-        }
     }
 }

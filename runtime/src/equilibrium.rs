@@ -16,8 +16,8 @@
 //! closure. A joint that reaches a limit is held there as long
 //! as the stop pushes.
 
-use crate::jacobian::Linearised;
 use crate::linear::{add_scaled, dot, factor, max_abs, reflect, solve, tolerance};
+use crate::linearised::Linearised;
 use crate::projection::project_finely;
 use crate::{Arithmetic, Error, Scalar, Stopped, System};
 

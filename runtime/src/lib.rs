@@ -109,6 +109,7 @@
 mod acceleration;
 mod assembly;
 mod batch;
+mod closure_rows;
 mod equilibrium;
 mod error;
 mod integrate;
@@ -116,6 +117,7 @@ mod jacobian;
 #[cfg(feature = "simd")]
 mod lanes;
 mod linear;
+mod linearised;
 mod linearization;
 mod mechanism;
 mod passage;

@@ -9,8 +9,8 @@
 //! so that A = [0 1; -K -D]. At rest T changes only to second order, and the reaction of the
 //! closure does no work along it.
 
-use crate::jacobian::Linearised;
 use crate::linear::dot;
+use crate::linearised::Linearised;
 use crate::{Error, System};
 
 /// Where [`linearize`] writes: the leading parts of slices that hold N x N, with d freedoms.

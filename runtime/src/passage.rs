@@ -11,7 +11,8 @@
 //! dw/dt du/dt = -1/3 c'''(u, u, u) = -1/3 dgamma/dt at constant u
 //! ```
 
-use crate::acceleration::{blame, not_finite, weigh, write};
+use crate::acceleration::{blame, not_finite, write};
+use crate::closure_rows::weigh;
 use crate::linear::{add_scaled, backward, combine, dot, factor, forward, orthogonalise};
 use crate::rank::{Fading, Gap};
 use crate::workspace::split;

@@ -12,7 +12,8 @@
 //! directions themselves are is known there ([`rank`](crate::rank)), and speeds are corrected by no less
 //! than that: what is rounding must not turn them away from their branch.
 
-use crate::acceleration::{blame, holds, not_finite, weigh};
+use crate::acceleration::{blame, holds, not_finite};
+use crate::closure_rows::weigh;
 use crate::linear::{
     add_scaled, backward, combine, dot, factor, keep, max_abs, normalise, orthogonalise, reduce,
 };

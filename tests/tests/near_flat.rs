@@ -201,15 +201,10 @@ fn accelerations_are_the_derivatives_of_the_speeds() {
         let motion = record(&system, start, 1e-7, 100);
         assert_eq!(off("sixbar", &motion, MOVING), [0.0; 0], "at {:e} rad", state.distance);
     }
-    // From exactly flat: the speeds jump where the branch is chosen, some 1e-6 rad away, and a little
-    // where it comes to be known better; each is seen from two samples.
+    // From exactly flat: the pseudo-inverse says where to, and the first step turns to a branch.
     let flat = State { t: 0.0, q: vec![0.0; 4], u: vec![0.0; 4] };
     let motion = record(&system, flat, 1e-5, 1000);
-    let off_branch = off("from flat", &motion, 1e-3);
-    assert!(off_branch.len() <= 8, "{off_branch:?}");
-    assert!(off_branch.iter().all(|&t| t < 3e-3), "{off_branch:?}");
-    let later = Motion { samples: motion.samples[300..].to_vec(), ..motion };
-    assert_eq!(off("from flat", &later, 1e-4), [0.0; 0]);
+    assert_eq!(off("from flat", &motion, MOVING), [0.0; 0]);
 }
 
 #[test]

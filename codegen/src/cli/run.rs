@@ -281,7 +281,8 @@ impl Run {
         let mut reason = describe(error, interface);
         let is_at_stop = self.system.sides.iter().any(|&side| side != 0.0);
         if matches!(error, Error::StepTooSmall { .. }) && !is_at_stop {
-            reason = format!("{reason}: {}", suspect(&self.system, &self.state));
+            let advice = if self.started_flat() { FOLD_FIRST } else { "" };
+            reason = format!("{reason}: {}{advice}", suspect(&self.system, &self.state));
         }
         let held =
             interface.joints.iter().zip(&self.system.sides).filter(|(_, side)| **side != 0.0);

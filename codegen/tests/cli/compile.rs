@@ -143,3 +143,30 @@ fn completions_and_manual() {
     assert!(page("lamc.1").contains(".TH lamc 1") && page("lamc.1").contains("simulate"));
     assert!(page("lamc-simulate.1").contains("duration"));
 }
+
+/// The limits of stability of the method of order 4, 2 sqrt(2) along the imaginary axis and 2.785 along
+/// the real one, over the eigenvalues of a swing and of a decay.
+#[test]
+fn check_prints_the_longest_stable_step() {
+    let (_guard, folder) = folder();
+    let file = folder.join("swing.yaml").display().to_string();
+    // 1e-5 + 0.01 * 0.05^2 about the hinge.
+    let inertia = 3.5e-5_f64;
+    for (law, expected) in [
+        ("stiffness: 0.01", 8.0_f64.sqrt() / (0.01 / inertia).sqrt()),
+        ("stiffness: 1e-9, damping: 0.01", 2.785_293_563 * inertia / 0.01),
+    ] {
+        let model = format!(
+            "gravity: [0, 0, 0]\nbodies:\n  base: {{ fixed: true }}\n  arm: {{ mass: 0.01, \
+             com: [0.05, 0, 0], inertia: [[1e-5, 0, 0], [0, 1e-5, 0], [0, 0, 1e-5]] }}\njoints:\n  \
+             j: {{ bodies: [base, arm], axis: [[0, 0], [0, 0.02]], {law} }}\n"
+        );
+        fs::write(&file, model).unwrap();
+        let output = run(&["check", &file]);
+        let report = text(&output.stdout);
+        let line = report.lines().find(|line| line.starts_with("longest stable step of RK4"));
+        let step = line.and_then(|line| line.split_whitespace().rev().nth(1)).expect(&report);
+        let step: f64 = step.parse().unwrap();
+        assert!((step / expected - 1.0).abs() < 2e-3, "{law}: {step} is not {expected}");
+    }
+}
