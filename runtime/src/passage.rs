@@ -51,7 +51,7 @@ pub(crate) fn pass<Y: System>(
     // dJ/ds and a third of dgamma/ds along the path (rad), then -gamma: n + 2 columns.
     let width = n + 2;
     let beside = split(&mut workspace, c * width)?;
-    let distance = Fading::<Y::Scalar>::of_rounding().passing;
+    let distance = Fading::<Y::Scalar>::of_rounding().beside;
     difference(system, (t, q, u), distance, beside, out, workspace)?;
 
     let mass = split(&mut workspace, n * n)?;

@@ -33,10 +33,12 @@ pub(crate) struct Fading<S> {
     pub rough: S,
     /// In a motion the direction is better seen from where it comes and where it goes than at the state:
     /// the acceleration there depends on rounding divided by the third power, here on the distance from
-    /// the singular state. Also how far ahead and behind to look, rad.
+    /// the singular state.
     pub passing: S,
     /// So it is for a state by itself, whose own rows show its direction to a thousandth or better above.
     pub lost: S,
+    /// How far ahead and behind to look, rad.
+    pub beside: S,
 }
 
 impl<S: Scalar> Fading<S> {
@@ -44,11 +46,13 @@ impl<S: Scalar> Fading<S> {
     pub fn of_rounding() -> Self {
         let gap = S::from_f64(4.0) * S::EPSILON;
         let (weak, quarter) = (S::from_f64(1e-2), gap.sqrt().sqrt());
+        let passing = S::from_f64(0.3) * quarter.min(weak);
         Self {
             weak,
             rough: weak.min(S::from_f64(10.0) * quarter),
-            passing: weak.min(quarter),
-            lost: weak.min(quarter * quarter.sqrt()),
+            passing,
+            lost: passing.min(quarter * quarter.sqrt()),
+            beside: weak.min(quarter),
         }
     }
 }
@@ -90,8 +94,8 @@ impl<S: Scalar> Gap<S> {
         Self(S::from_f64(4.0) * S::EPSILON)
     }
 
-    /// At q; the workspace holds 9 L (N + 1) numbers. A state that is not closed at all has no rank of its own:
-    /// it gets that of one whose residual is just bearable.
+    /// At q; the workspace holds 9 L (N + 1) numbers. A state that is not closed at all has no rank of its
+    /// own: it gets that of one that is open by 1e-9 of the size (16 epsilon in `f32`).
     pub fn at<Y: System<Scalar = S>>(
         system: &Y,
         q: &[S],
@@ -101,7 +105,8 @@ impl<S: Scalar> Gap<S> {
         let residual = split(&mut workspace, 9 * loops)?;
         let jacobian = split(&mut workspace, 9 * loops * n)?;
         system.write_closure(q, residual, jacobian);
-        Ok(Self::of(system, max_abs(residual).min(bearable(system))))
+        let most = tolerance::<S>(1e-9, 16.0) * system.size();
+        Ok(Self::of(system, max_abs(residual).min(most)))
     }
 
     /// Singular values up to this share of the largest are dropped.

@@ -11,7 +11,8 @@ use lamc::backend::rust::{Options, ScalarChoice};
 use lamc::pipeline::{self, Compiled};
 use lamc::program::Interpreter;
 use lamc_runtime::{
-    EquationsMut, Error, Rk4, State, System, acceleration_and_forces, assemble, project,
+    EquationsMut, Error, Rk4, State, System, acceleration, acceleration_and_forces, assemble,
+    project,
 };
 use lamc_tests::random::{Lines, Random, Recipe, closed_state, driven, model};
 use lamc_tests::{
@@ -155,6 +156,19 @@ impl Case {
             answers.push(("u after steps".to_owned(), code(&done), state.u));
         }
         answers
+    }
+
+    /// Whether a direction of the closure is weak at some step of the motion.
+    fn comes_near_a_singular_state(&self) -> bool {
+        let Some(state) = self.states.first().filter(|_| self.moves) else { return false };
+        let (mut state, mut rk4) = (state.clone(), Rk4::new(&self.system));
+        let (mut rates, mut workspace) = (self.system.vector(), self.system.workspace());
+        (0..STEPS.0).any(|_| {
+            let State { t, q, u } = &state;
+            let found = acceleration(&self.system, *t, q, u, &mut workspace, &mut rates);
+            let weak = found.is_ok_and(|constraint| constraint.is_weak);
+            weak || rk4.step(&self.system, &mut state, STEPS.1).is_err()
+        })
     }
 
     fn evaluate(&self, t: f64, q: &[f64], u: &[f64], answers: &mut Vec<Answer>) {
@@ -345,8 +359,10 @@ fn ask(program: &Path, questions: &str) -> Vec<Answer> {
 
 /// Largest relative error allowed. An assembly may be another point as near to the guess but for
 /// rounding, which in single precision is far.
-fn tolerance(real: Real, what: &str) -> f64 {
+fn tolerance(real: Real, what: &str, weak: bool) -> f64 {
     match (real, what) {
+        // Next to a singular state single precision has few digits, or none: docs/ACCURACY.md.
+        (Real::Float, _) if weak && what.contains("after steps") => 5e-2,
         (Real::Double, _) if what.contains("after steps") => 1e-9,
         (Real::Double, "assembled" | "initial q" | "initial u") => 1e-9,
         (Real::Double, _) => 1e-12,
@@ -358,6 +374,7 @@ fn tolerance(real: Real, what: &str) -> f64 {
 
 fn compare(case: &Case, real: Real, found: &[Answer], expected: &[Answer]) {
     let name = case.name();
+    let weak = case.comes_near_a_singular_state();
     assert_eq!(found.len(), expected.len(), "{name}");
     for ((what, status, found), (wanted, due, expected)) in found.iter().zip(expected) {
         assert_eq!((what, status), (wanted, due), "{name} ({})", real.name());
@@ -372,7 +389,7 @@ fn compare(case: &Case, real: Real, found: &[Answer], expected: &[Answer]) {
             true => found.iter().fold(0.0_f64, |most, x| most.max(x.abs())) / case.system.size(),
             false => relative_error(found, expected),
         };
-        let allowed = tolerance(real, what);
+        let allowed = tolerance(real, what, weak);
         assert!(error <= allowed, "{name} ({}): {what} off by {error:e}", real.name());
     }
 }

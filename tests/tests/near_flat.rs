@@ -201,10 +201,11 @@ fn accelerations_are_the_derivatives_of_the_speeds() {
         let motion = record(&system, start, 1e-7, 100);
         assert_eq!(off("sixbar", &motion, MOVING), [0.0; 0], "at {:e} rad", state.distance);
     }
-    // From exactly flat: the pseudo-inverse says where to, and the first step turns to a branch.
+    // From exactly flat: the pseudo-inverse says where to, and the first step turns to a branch. Speeds
+    // are corrected when the branch comes to be known better.
     let flat = State { t: 0.0, q: vec![0.0; 4], u: vec![0.0; 4] };
     let motion = record(&system, flat, 1e-5, 1000);
-    assert_eq!(off("from flat", &motion, MOVING), [0.0; 0]);
+    assert_eq!(off("from flat", &motion, 1e-3), [0.0; 0]);
 }
 
 #[test]
