@@ -5,7 +5,7 @@
 //!
 //! | what | function |
 //! |---|---|
-//! | du/dt with closed loops | [`acceleration()`], [`acceleration_and_forces`] |
+//! | du/dt with closed loops | [`acceleration()`], [`acceleration_and_forces`], [`acceleration_in_motion`] |
 //! | from a rough guess to closed loops | [`assemble`], [`Mechanism::assembled`] |
 //! | back onto closed loops | [`project`] |
 //! | a state of rest | [`equilibrium()`], [`Mechanism::settled`] |
