@@ -159,6 +159,33 @@ fn solve<Y: System>(
     {
         return Ok(constraint);
     }
+    decide(system, dimensions, state, zone, workspace, out, lambda)
+}
+
+/// As [`acceleration_in_motion`], where no elimination holds.
+pub(crate) fn acceleration_with_rank<Y: System>(
+    system: &Y,
+    state: (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
+    workspace: &mut [Y::Scalar],
+    out: &mut [Y::Scalar],
+) -> Result<(), Error> {
+    let dimensions = check(system, workspace, &[state.1.len(), state.2.len(), out.len()])?;
+    let zone = Fading::of_rounding().passing;
+    decide(system, dimensions, state, zone, workspace, out, None).map(|_| ())
+}
+
+/// With a decision on the rank. Much code, seldom needed: not to be inlined.
+#[inline(never)]
+fn decide<Y: System>(
+    system: &Y,
+    dimensions: Dimensions,
+    state: (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
+    zone: Y::Scalar,
+    workspace: &mut [Y::Scalar],
+    out: &mut [Y::Scalar],
+    lambda: Option<&mut [Y::Scalar]>,
+) -> Result<Constraint, Error> {
+    let (_, q, u) = state;
     let gap = Gap::at(system, q, workspace)?;
     let (constraint, kept) = general(system, dimensions, state, gap, workspace, out, lambda)?;
     let fades = |kept: &Kept<Y::Scalar>| {
@@ -180,9 +207,7 @@ fn solve<Y: System>(
     Ok(constraint)
 }
 
-/// By the factor of M, with a decision on the rank and what led to it. Much code, seldom needed: not to be
-/// inlined.
-#[inline(never)]
+/// By the factor of M, with a decision on the rank and what led to it.
 fn general<Y: System>(
     system: &Y,
     dimensions: Dimensions,

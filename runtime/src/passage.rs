@@ -13,7 +13,7 @@
 
 use crate::acceleration::{blame, not_finite, write};
 use crate::closure_rows::weigh;
-use crate::linear::{add_scaled, backward, combine, dot, factor, forward, orthogonalise};
+use crate::linear::{add_scaled, backward, combine, dot, exchange, factor, forward, orthogonalise};
 use crate::rank::{Fading, Gap};
 use crate::workspace::split;
 use crate::{Arithmetic, Constraint, Dimensions, EquationsMut, Error, System};
@@ -120,7 +120,7 @@ pub(crate) fn pass<Y: System>(
     for i in strong..strong + count {
         let value = length(&rows[i * n..(i + 1) * n]);
         if value > least {
-            rows.copy_within(i * n..(i + 1) * n, rank * n);
+            exchange(rows, n, i, rank);
             let row = &mut rows[rank * n..(rank + 1) * n];
             row.iter_mut().for_each(|entry| *entry = *entry / value);
             rhs[rank] = rhs[i] / value;
@@ -192,11 +192,4 @@ fn difference<Y: System>(
         }
     }
     Ok(())
-}
-
-/// Exchanges rows i and k <= i of a matrix of n columns.
-fn exchange<S: Copy>(matrix: &mut [S], n: usize, i: usize, k: usize) {
-    for column in 0..n {
-        matrix.swap(i * n + column, k * n + column);
-    }
 }

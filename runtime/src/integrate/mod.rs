@@ -19,8 +19,9 @@ pub use rk4::Rk4;
 pub(crate) use rk4::Stages;
 pub use rodas::Rodas;
 
+use crate::acceleration::acceleration_with_rank;
 use crate::projection::{project_stage, restore};
-use crate::{Arithmetic, Error, StateOf, System, acceleration, acceleration_in_motion, project};
+use crate::{Arithmetic, Error, StateOf, System, acceleration_in_motion, project};
 
 /// How an explicit integrator keeps loops closed (and driven joints where they should be).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -56,7 +57,8 @@ impl Stabilisation {
         }
     }
 
-    /// du/dt into a vector, in a step of length `step`.
+    /// du/dt into a vector, in a step of length `step`; with projection and next to a singular state at
+    /// the nearest closed state.
     #[inline]
     fn accelerate<Y: System>(
         self,
@@ -66,35 +68,33 @@ impl Stabilisation {
         workspace: &mut Y::Workspace,
         out: &mut Y::Vector,
     ) -> Result<(), Error> {
-        if self == Self::Projection {
-            return accelerate_closed(system, (t, q, u), workspace, out);
+        let (workspace, out) = (workspace.as_mut(), out.as_mut());
+        let found = acceleration_in_motion(system, t, q.as_ref(), u.as_ref(), workspace, out)?;
+        match self {
+            Self::Projection if found.is_weak && !found.is_closed => {
+                accelerate_beside(system, (t, q, u), workspace, out)
+            }
+            Self::Baumgarte if step != Y::Scalar::ZERO => {
+                let gain = Y::Scalar::from_f64(0.5) / step;
+                restore(system, t, q.as_ref(), u.as_ref(), gain, workspace, out)
+            }
+            _ => Ok(()),
         }
-        let (q, u, out) = (q.as_ref(), u.as_ref(), out.as_mut());
-        acceleration(system, t, q, u, workspace.as_mut(), out)?;
-        if self == Self::Baumgarte && step != Y::Scalar::ZERO {
-            let gain = Y::Scalar::from_f64(0.5) / step;
-            restore(system, t, q, u, gain, workspace.as_mut(), out)?;
-        }
-        Ok(())
     }
 }
 
-/// du/dt into a vector; next to a singular state at the nearest closed state. The error of a stage opens
-/// the loops a little: divided by what is left there of a constraint, it would be large.
-fn accelerate_closed<Y: System>(
+/// du/dt at the nearest closed state: the error of a stage opens the loops a little, and divided by what
+/// is left of a constraint next to a singular state it would be large. Seldom needed: not to be inlined.
+#[inline(never)]
+fn accelerate_beside<Y: System>(
     system: &Y,
     (t, q, u): (Y::Scalar, &Y::Vector, &Y::Vector),
-    workspace: &mut Y::Workspace,
-    out: &mut Y::Vector,
+    workspace: &mut [Y::Scalar],
+    out: &mut [Y::Scalar],
 ) -> Result<(), Error> {
-    let (workspace, out) = (workspace.as_mut(), out.as_mut());
-    let constraint = acceleration_in_motion(system, t, q.as_ref(), u.as_ref(), workspace, out)?;
-    if !constraint.is_weak || constraint.is_closed {
-        return Ok(());
-    }
     let (mut q, mut u) = (q.clone(), u.clone());
     project_stage(system, t, q.as_mut(), u.as_mut(), workspace)?;
-    acceleration_in_motion(system, t, q.as_ref(), u.as_ref(), workspace, out).map(|_| ())
+    acceleration_with_rank(system, (t, q.as_ref(), u.as_ref()), workspace, out)
 }
 
 /// Whether two states are the same, number by number.

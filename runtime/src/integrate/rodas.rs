@@ -13,7 +13,7 @@
 //! Steps end with a projection onto the closure, as everywhere.
 
 use super::steps::{Steps, first_step};
-use super::{Integrator, accelerate_closed, strayed};
+use super::{Integrator, Stabilisation, strayed};
 use crate::jacobian::{Differentiated, differentiate};
 use crate::linear::{add_scaled, dot, reflect, solve, tolerance};
 use crate::projection::{project_finely, project_stage};
@@ -146,7 +146,8 @@ impl<Y: System> Rodas<Y> {
         }
         if self.closed {
             let at = (state.t, &state.q, &state.u);
-            accelerate_closed(system, at, &mut self.workspace, &mut self.acceleration)?;
+            let (workspace, out) = (&mut self.workspace, &mut self.acceleration);
+            Stabilisation::Projection.accelerate(system, Y::Scalar::ZERO, at, workspace, out)?;
         }
         Ok(())
     }
@@ -234,7 +235,8 @@ impl<Y: System> Rodas<Y> {
             let t = start.t + step * of(PLACE[stage]);
             let (q, u, out) = (&end.q, &end.u, &mut speeds[stage]);
             if *closed {
-                accelerate_closed(system, (t, q, u), workspace, out)?;
+                let none = Y::Scalar::ZERO;
+                Stabilisation::Projection.accelerate(system, none, (t, q, u), workspace, out)?;
             } else {
                 let (q, u, out) = (q.as_ref(), u.as_ref(), out.as_mut());
                 acceleration(system, t, q, u, workspace.as_mut(), out)?;

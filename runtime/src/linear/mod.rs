@@ -6,7 +6,7 @@ mod pseudoinverse;
 
 pub(crate) use cholesky::{backward, conditioning, factor, forward, times_lower};
 pub(crate) use householder::{reflect, solve};
-pub(crate) use pseudoinverse::{Kept, combine, keep, normalise, orthogonalise, reduce};
+pub(crate) use pseudoinverse::{Kept, combine, exchange, keep, normalise, orthogonalise, reduce};
 
 use crate::Arithmetic;
 

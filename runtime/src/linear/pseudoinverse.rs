@@ -161,11 +161,19 @@ pub(crate) fn keep<S: Scalar>(a: &mut [S], b: &mut [S], m: usize, n: usize, cut:
             continue;
         }
         kept.least = kept.least.min(value / largest);
-        a.copy_within(i * n..(i + 1) * n, kept.rank * n);
-        b.copy_within(i * width..(i + 1) * width, kept.rank * width);
+        exchange(a, n, i, kept.rank);
+        exchange(b, width, i, kept.rank);
         kept.rank += 1;
     }
     kept
+}
+
+/// Exchanges two rows of a matrix of n columns. (Slices' own moves would bring a function of a library that
+/// is larger than all of these.)
+pub(crate) fn exchange<S: Copy>(matrix: &mut [S], n: usize, i: usize, k: usize) {
+    for column in 0..n {
+        matrix.swap(i * n + column, k * n + column);
+    }
 }
 
 /// Divides the rows of `a` (of n columns), and those of `b` with them, by the lengths of the rows of `a`.

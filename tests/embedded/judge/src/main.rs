@@ -18,7 +18,7 @@ use serde::Deserialize;
 /// Instructions of a step, at most.
 const INSTRUCTIONS: f64 = 15_000.0;
 /// Bytes of flash, at most.
-const FLASH: u64 = 40 * 1024;
+const FLASH: u64 = 44 * 1024;
 /// Bytes of stack, at most.
 const STACK: u64 = 4 * 1024;
 
