@@ -1,0 +1,9 @@
+//! What the backends write, compiled and run: Rust, C and machine code against the interpreter.
+
+mod c;
+mod compiled;
+mod compiled_random;
+mod generated;
+mod jit;
+mod lanes;
+mod machine_code;

@@ -1,0 +1,18 @@
+//! From a model to its equations: diagnostics, hinge laws and forces, and the equations of motion
+//! against independent formulations.
+
+mod constrained;
+mod cuts;
+mod derivatives;
+mod energy;
+mod examples;
+mod family;
+mod forces;
+mod formulas;
+mod hinges;
+mod near_flat;
+mod newton_euler;
+mod reference;
+mod size;
+mod warnings;
+mod wrong_inputs;

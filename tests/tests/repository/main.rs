@@ -1,0 +1,3 @@
+//! Rules that hold for the sources themselves.
+
+mod architecture;
