@@ -198,52 +198,63 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
             (sin_coupler_crank, cos_coupler_crank),
             (sin_coupler_rocker, cos_coupler_rocker),
         ] = S::sin_cos_all([q[0], q[1], q[2], q[3]]);
-        // crank
+        // crank: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_crank = u[0] * u[0];
-        // rocker
+        // rocker: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_rocker = u[1] * u[1];
-        // coupler
+        // coupler: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_x = u[0] + u[2];
+        // coupler: velocity-product acceleration: a = R^T (a_parent + E_parent r)
         let coupler_part = omega_xx_crank * c(0.534813);
+        // coupler: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_coupler = omega_coupler_x * omega_coupler_x;
+        // coupler: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let fall_above_coupler_y = mul_add(c(-9.81), sin_crank_hinge, coupler_part);
         let free_fall_coupler_z = mul_add(-sin_coupler_crank, fall_above_coupler_y,
             -cos_coupler_crank * (cos_crank_hinge * c(9.81)));
+        // coupler: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let force_own_coupler_y = omega_xx_coupler * c(4.3544099654316885e-5);
         let moment_own_coupler_x = free_fall_coupler_z * c(4.3544099654316885e-5);
-        // coupler_ghost0
+        // coupler_ghost0: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_ghost0_x = u[1] + u[3];
+        // coupler_ghost0: velocity-product acceleration: a = R^T (a_parent + E_parent r)
         let coupler_ghost0_part = omega_xx_rocker * c(0.5135738999999999);
+        // coupler_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_coupler_ghost0 = omega_coupler_ghost0_x * omega_coupler_ghost0_x;
+        // coupler_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let fall_above_coupler_ghost0_y = mul_add(c(-9.81), sin_rocker_hinge, coupler_ghost0_part);
         let free_fall_coupler_ghost0_z = mul_add(-sin_coupler_rocker, fall_above_coupler_ghost0_y,
             -cos_coupler_rocker * (cos_rocker_hinge * c(9.81)));
+        // coupler_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let force_own_coupler_ghost0_y = omega_xx_coupler_ghost0 * c(9.272985481377836e-6);
         let moment_own_coupler_ghost0_x = free_fall_coupler_ghost0_z * c(9.272985481377836e-6);
+        // coupler_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let force_above_coupler_ghost0_z = sin_coupler_rocker * force_own_coupler_ghost0_y;
-        // loop 0
+        // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
         let gamma0_0 = mul_add(-cos_coupler_rocker, coupler_ghost0_part,
             mul_add(c(0.12797789999999998), omega_xx_coupler, cos_coupler_crank * coupler_part));
-        // coupler
+        // coupler: closure Jacobian: J = d(V_ghost - V_original)/du
         let v_coupler_y_by_crank_hinge = sin_coupler_crank * c(0.534813);
-        // coupler_ghost0
+        // coupler_ghost0: closure Jacobian: J = d(V_ghost - V_original)/du
         let v_coupler_ghost0_y_by_rocker_hinge = sin_coupler_rocker * c(0.5135738999999999);
-        // coupler
+        // coupler: closure Jacobian: J = d(V_ghost - V_original)/du
         let v_coupler_z_by_crank_hinge = cos_coupler_crank * c(0.534813);
-        // coupler_ghost0
+        // coupler_ghost0: closure Jacobian: J = d(V_ghost - V_original)/du
         let v_coupler_ghost0_z_by_rocker_hinge = cos_coupler_rocker * c(0.5135738999999999);
-        // coupler
+        // coupler: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let force_above_coupler_z = sin_coupler_crank * force_own_coupler_y;
-        // coupler_ghost0
+        // coupler_ghost0: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let moment_above_coupler_ghost0_x = mul_add(c(4.762363318314592e-6), cos_coupler_rocker,
             c(1.8705126833160895e-6));
-        // coupler
+        // coupler: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let moment_above_coupler_x = mul_add(c(2.3287950568424175e-5), cos_coupler_crank,
             c(8.629932323103514e-6));
-        // loop 0
+        // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
         let closure0_1_crank_hinge = c(-0.12797789999999998) - v_coupler_z_by_crank_hinge;
+        // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
         let gamma0_1 = mul_add(-sin_coupler_crank, coupler_part,
             sin_coupler_rocker * coupler_ghost0_part);
+        // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
         let closure0_2_crank_hinge = -v_coupler_z_by_crank_hinge - c(0.5430958883848717);
         let closure0_2_rocker_hinge = v_coupler_ghost0_z_by_rocker_hinge + c(0.4151179883848717);
         mass[0] = mul_add(c(4.657590113684835e-5), cos_coupler_crank, c(1.4842320434687952e-4));
@@ -298,7 +309,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
             (sin_coupler_crank, cos_coupler_crank),
             (sin_coupler_rocker, cos_coupler_rocker),
         ] = S::sin_cos_all([q[0], q[1], q[2], q[3]]);
-        // coupler
+        // coupler: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_coupler_x = mul_add(-sin_crank_hinge, sin_coupler_crank,
             cos_crank_hinge * cos_coupler_crank);
         let coupler_part = sin_crank_hinge * cos_coupler_crank;
@@ -307,7 +318,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let axis_z_coupler_x = -coupler_part - coupler_part_2;
         let origin_coupler_x = mul_add(c(0.534813), cos_crank_hinge, c(-0.3137601));
         let origin_coupler_z = mul_add(c(0.534813), sin_crank_hinge, c(2.5e-3));
-        // coupler_ghost0
+        // coupler_ghost0: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_coupler_ghost0_x = mul_add(-sin_rocker_hinge, sin_coupler_rocker,
             cos_rocker_hinge * cos_coupler_rocker);
         let coupler_ghost0_part = sin_rocker_hinge * cos_coupler_rocker;
@@ -317,61 +328,62 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let origin_coupler_ghost0_x = mul_add(c(0.5135738999999999), cos_rocker_hinge,
             c(-0.1645431));
         let origin_coupler_ghost0_z = mul_add(c(0.5135738999999999), sin_rocker_hinge, c(2.5e-3));
-        // rocker
+        // rocker: Jacobian of the closure residual: dP/dq = e_x x (P - p)
         let arm0_0_rocker_x = c(0.1645431) + origin_coupler_ghost0_x;
         let arm0_0_rocker_z = origin_coupler_ghost0_z - c(2.5e-3);
-        // coupler
+        // coupler: closure points: P = p + A p_P, from the common ancestor of both sides
         let point0_original_coupler_x = mul_add(c(0.12797789999999998), axis_y_coupler_x,
             origin_coupler_x);
         let point0_original_coupler_z = mul_add(c(0.12797789999999998), axis_y_coupler_z,
             origin_coupler_z);
-        // coupler_ghost0
+        // coupler_ghost0: closure points: P = p + A p_P, from the common ancestor of both sides
         let point1_ghost_coupler_ghost0_x = mul_add(c(0.4151179883848717), axis_y_coupler_ghost0_x,
             origin_coupler_ghost0_x);
         let point1_ghost_coupler_ghost0_z = mul_add(c(0.4151179883848717), axis_y_coupler_ghost0_z,
             origin_coupler_ghost0_z);
-        // coupler
+        // coupler: closure points: P = p + A p_P, from the common ancestor of both sides
         let point1_original_coupler_x = mul_add(c(0.5430958883848717), axis_y_coupler_x,
             origin_coupler_x);
         let point1_original_coupler_z = mul_add(c(0.5430958883848717), axis_y_coupler_z,
             origin_coupler_z);
-        // coupler_ghost0
+        // coupler_ghost0: closure points: P = p + A p_P, from the common ancestor of both sides
         let point2_ghost_coupler_ghost0_x = mul_add(c(0.41511798838487174), axis_z_coupler_ghost0_x,
             origin_coupler_ghost0_x);
         let point2_ghost_coupler_ghost0_z = mul_add(c(0.41511798838487174), axis_y_coupler_ghost0_x,
             origin_coupler_ghost0_z);
-        // coupler
+        // coupler: closure points: P = p + A p_P, from the common ancestor of both sides
         let point2_original_coupler_x = mul_add(c(0.41511798838487174), axis_z_coupler_x,
             point0_original_coupler_x);
         let point2_original_coupler_z = mul_add(c(0.41511798838487174), axis_y_coupler_x,
             point0_original_coupler_z);
+        // coupler: Jacobian of the closure residual: dP/dq = e_x x (P - p)
         let arm0_0_coupler_x = point0_original_coupler_x - origin_coupler_x;
         let arm0_0_coupler_z = point0_original_coupler_z - origin_coupler_z;
-        // crank
+        // crank: Jacobian of the closure residual: dP/dq = e_x x (P - p)
         let arm0_0_crank_x = c(0.3137601) + point0_original_coupler_x;
         let arm0_0_crank_z = point0_original_coupler_z - c(2.5e-3);
-        // coupler_ghost0
+        // coupler_ghost0: Jacobian of the closure residual: dP/dq = e_x x (P - p)
         let arm0_1_coupler_ghost0_x = point1_ghost_coupler_ghost0_x - origin_coupler_ghost0_x;
         let arm0_1_coupler_ghost0_z = point1_ghost_coupler_ghost0_z - origin_coupler_ghost0_z;
-        // rocker
+        // rocker: Jacobian of the closure residual: dP/dq = e_x x (P - p)
         let arm0_1_rocker_x = c(0.1645431) + point1_ghost_coupler_ghost0_x;
         let arm0_1_rocker_z = point1_ghost_coupler_ghost0_z - c(2.5e-3);
-        // coupler
+        // coupler: Jacobian of the closure residual: dP/dq = e_x x (P - p)
         let arm0_1_coupler_x = point1_original_coupler_x - origin_coupler_x;
         let arm0_1_coupler_z = point1_original_coupler_z - origin_coupler_z;
-        // crank
+        // crank: Jacobian of the closure residual: dP/dq = e_x x (P - p)
         let arm0_1_crank_x = c(0.3137601) + point1_original_coupler_x;
         let arm0_1_crank_z = point1_original_coupler_z - c(2.5e-3);
-        // coupler_ghost0
+        // coupler_ghost0: Jacobian of the closure residual: dP/dq = e_x x (P - p)
         let arm0_2_coupler_ghost0_x = point2_ghost_coupler_ghost0_x - origin_coupler_ghost0_x;
         let arm0_2_coupler_ghost0_z = point2_ghost_coupler_ghost0_z - origin_coupler_ghost0_z;
-        // rocker
+        // rocker: Jacobian of the closure residual: dP/dq = e_x x (P - p)
         let arm0_2_rocker_x = c(0.1645431) + point2_ghost_coupler_ghost0_x;
         let arm0_2_rocker_z = point2_ghost_coupler_ghost0_z - c(2.5e-3);
-        // coupler
+        // coupler: Jacobian of the closure residual: dP/dq = e_x x (P - p)
         let arm0_2_coupler_x = point2_original_coupler_x - origin_coupler_x;
         let arm0_2_coupler_z = point2_original_coupler_z - origin_coupler_z;
-        // crank
+        // crank: Jacobian of the closure residual: dP/dq = e_x x (P - p)
         let arm0_2_crank_x = c(0.3137601) + point2_original_coupler_x;
         let arm0_2_crank_z = point2_original_coupler_z - c(2.5e-3);
         residual[0] = origin_coupler_ghost0_x - point0_original_coupler_x;
@@ -430,7 +442,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
             (sin_rocker_hinge, cos_rocker_hinge),
             (sin_coupler_crank, cos_coupler_crank),
         ] = S::sin_cos_all([q[0], q[1], q[2]]);
-        // coupler
+        // coupler: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_coupler_x = mul_add(-sin_crank_hinge, sin_coupler_crank,
             cos_crank_hinge * cos_coupler_crank);
         let coupler_part = sin_crank_hinge * cos_coupler_crank;
@@ -501,7 +513,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
             (sin_crank_hinge, cos_crank_hinge),
             (sin_coupler_crank, cos_coupler_crank),
         ] = S::sin_cos_all([q[0], q[2]]);
-        // coupler
+        // coupler: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_coupler_x = mul_add(-sin_crank_hinge, sin_coupler_crank,
             cos_crank_hinge * cos_coupler_crank);
         let axis_y_coupler_z = mul_add(cos_crank_hinge, sin_coupler_crank,
@@ -528,25 +540,27 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
             (sin_coupler_crank, cos_coupler_crank),
             (sin_coupler_rocker, cos_coupler_rocker),
         ] = S::sin_cos_all([q[0], q[1], q[2], q[3]]);
-        // coupler
+        // coupler: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_x = u[0] + u[2];
+        // coupler: velocity: v = R^T (v_parent + w_parent x r)
         let coupler_part = u[0] * c(0.534813);
         let v_coupler_y = sin_coupler_crank * coupler_part;
         let v_coupler_z = cos_coupler_crank * coupler_part;
-        // coupler_ghost0
+        // coupler_ghost0: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_ghost0_x = u[1] + u[3];
+        // coupler_ghost0: velocity: v = R^T (v_parent + w_parent x r)
         let coupler_ghost0_part = u[1] * c(0.5135738999999999);
         let v_coupler_ghost0_y = sin_coupler_rocker * coupler_ghost0_part;
         let v_coupler_ghost0_z = cos_coupler_rocker * coupler_ghost0_part;
-        // coupler
+        // coupler: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_coupler_z = mul_add(cos_crank_hinge, sin_coupler_crank,
             sin_crank_hinge * cos_coupler_crank);
         let origin_coupler_z = mul_add(c(0.534813), sin_crank_hinge, c(2.5e-3));
-        // coupler_ghost0
+        // coupler_ghost0: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_coupler_ghost0_z = mul_add(cos_rocker_hinge, sin_coupler_rocker,
             sin_rocker_hinge * cos_coupler_rocker);
         let origin_coupler_ghost0_z = mul_add(c(0.5135738999999999), sin_rocker_hinge, c(2.5e-3));
-        // the whole mechanism
+        // mechanism: results: what the function returns
         let part = mul_add(c(2.7977076894404418e-5), u[1] * u[1],
             u[0] * u[0] * c(3.1599423972382714e-5)) + mul_add(c(9.352563416580447e-7),
             omega_coupler_ghost0_x * omega_coupler_ghost0_x,
@@ -587,26 +601,33 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
             (sin_coupler_crank, cos_coupler_crank),
             (sin_coupler_rocker, cos_coupler_rocker),
         ] = S::sin_cos_all([q[0], q[1], q[2], q[3]]);
-        // crank
+        // crank: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_crank = u[0] * u[0];
+        // crank: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let free_fall_crank_z = -cos_crank_hinge * c(9.81);
-        // coupler
+        // coupler: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_x = u[0] + u[2];
+        // coupler: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_coupler = omega_coupler_x * omega_coupler_x;
+        // coupler: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let fall_above_coupler_y = mul_add(c(-9.81), sin_crank_hinge, omega_xx_crank * c(0.534813));
-        // rocker
+        // rocker: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_rocker = u[1] * u[1];
+        // rocker: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let free_fall_rocker_z = -cos_rocker_hinge * c(9.81);
-        // coupler_ghost0
+        // coupler_ghost0: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_ghost0_x = u[1] + u[3];
+        // coupler_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_coupler_ghost0 = omega_coupler_ghost0_x * omega_coupler_ghost0_x;
+        // coupler_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let fall_above_coupler_ghost0_y = mul_add(c(-9.81), sin_rocker_hinge,
             omega_xx_rocker * c(0.5135738999999999));
+        // coupler_ghost0: closure forces: (f, n) of lambda along the rows of the closure
         let force_closing_coupler_ghost0_z = lambda[1] + lambda[2];
         let moment_closing_coupler_ghost0_x = lambda[2] * c(0.4151179883848717);
         let force_above_coupler_ghost0_z = mul_add(cos_coupler_rocker,
             force_closing_coupler_ghost0_z, sin_coupler_rocker * lambda[0]);
-        // coupler
+        // coupler: closure forces: (f, n) of lambda along the rows of the closure
         let force_closing_coupler_z = -lambda[1] - lambda[2];
         let moment_closing_coupler_x = mul_add(c(-0.5430958883848717), lambda[2],
             -lambda[1] * c(0.12797789999999998));
@@ -614,7 +635,9 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let moment_closing_coupler_z = lambda[0] * c(0.25);
         let force_above_coupler_z = mul_add(-sin_coupler_crank, lambda[0],
             cos_coupler_crank * force_closing_coupler_z);
+        // coupler: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let alpha_moving_coupler_x = a[0] + a[2];
+        // coupler: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let fall_above_coupler_z = mul_add(c(-0.534813), a[0], free_fall_crank_z);
         let free_fall_coupler_y = mul_add(cos_coupler_crank, fall_above_coupler_y,
             sin_coupler_crank * fall_above_coupler_z);
@@ -623,8 +646,9 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let moment_own_coupler_x = mul_add(c(4.3544099654316885e-5), free_fall_coupler_z,
             -mul_add(c(5.57400886248129e-10), alpha_moving_coupler_x,
             alpha_moving_coupler_x * c(8.629374922217267e-6)));
-        // coupler_ghost0
+        // coupler_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let alpha_moving_coupler_ghost0_x = a[1] + a[3];
+        // coupler_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let fall_above_coupler_ghost0_z = mul_add(c(-0.5135738999999999), a[1], free_fall_rocker_z);
         let free_fall_coupler_ghost0_y = mul_add(cos_coupler_rocker, fall_above_coupler_ghost0_y,
             sin_coupler_rocker * fall_above_coupler_ghost0_z);
@@ -634,7 +658,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
             free_fall_coupler_ghost0_z, -mul_add(c(1.8699552824298414e-6),
             alpha_moving_coupler_ghost0_x,
             c(5.57400886248129e-10) * alpha_moving_coupler_ghost0_x));
-        // coupler
+        // coupler: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let force_own_coupler_y = mul_add(c(4.3544099654316885e-5), omega_xx_coupler,
             free_fall_coupler_y * c(2.67789314975e-4));
         let force_own_coupler_z = mul_add(c(-4.3544099654316885e-5), alpha_moving_coupler_x,
@@ -643,7 +667,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
             alpha_moving_coupler_x * c(6.477762980113233e-7));
         let moment_own_coupler_z = mul_add(c(6.477762980113233e-7), omega_xx_coupler,
             free_fall_coupler_y * c(9.998041607397091e-6));
-        // coupler_ghost0
+        // coupler_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let force_own_coupler_ghost0_y = mul_add(c(9.272985481377836e-6), omega_xx_coupler_ghost0,
             free_fall_coupler_ghost0_y * c(2.67789314975e-4));
         let force_own_coupler_ghost0_z = mul_add(c(-9.272985481377836e-6),
@@ -654,7 +678,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
             free_fall_coupler_ghost0_y * c(7.69453703511471e-5));
         let force_above_coupler_ghost0_z_2 = mul_add(cos_coupler_rocker, force_own_coupler_ghost0_z,
             sin_coupler_rocker * force_own_coupler_ghost0_y);
-        // rocker
+        // rocker: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let moment_carried_rocker_y = mul_add(cos_coupler_rocker, moment_own_coupler_ghost0_y,
             mul_add(-sin_coupler_rocker, moment_own_coupler_ghost0_z,
             mul_add(c(7.784866636882511e-4), cos_rocker_hinge, a[1] * c(2.037770976118056e-5))));
@@ -662,10 +686,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
             mul_add(sin_coupler_rocker, moment_own_coupler_ghost0_y,
             mul_add(c(2.037770976118056e-5), omega_xx_rocker,
             sin_rocker_hinge * c(-7.784866636882511e-4))));
-        // coupler
+        // coupler: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let force_above_coupler_z_2 = mul_add(cos_coupler_crank, force_own_coupler_z,
             sin_coupler_crank * force_own_coupler_y);
-        // the whole mechanism
+        // mechanism: results: what the function returns
         let part = mul_add(cos_coupler_crank, force_own_coupler_y, mul_add(-sin_coupler_crank,
             force_own_coupler_z, mul_add(c(1.7751658919535306e-4), omega_xx_crank,
             sin_crank_hinge * c(-6.512321461050003e-3)) + mul_add(-cos_coupler_crank, lambda[0],
@@ -747,69 +771,83 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
             (sin_coupler_crank, cos_coupler_crank),
             (sin_coupler_rocker, cos_coupler_rocker),
         ] = S::sin_cos_all([q[0], q[1], q[2], q[3]]);
-        // crank
+        // crank: hinge angle: s = sin q, c = cos q
         let d_sin_crank_hinge = dq[0] * cos_crank_hinge;
         let crank_part = dq[0] * sin_crank_hinge;
-        // rocker
+        // rocker: hinge angle: s = sin q, c = cos q
         let d_sin_rocker_hinge = dq[1] * cos_rocker_hinge;
         let rocker_part = dq[1] * sin_rocker_hinge;
-        // coupler
+        // coupler: hinge angle: s = sin q, c = cos q
         let d_sin_coupler_crank = dq[2] * cos_coupler_crank;
         let coupler_part = dq[2] * sin_coupler_crank;
-        // coupler_ghost0
+        // coupler_ghost0: hinge angle: s = sin q, c = cos q
         let d_sin_coupler_rocker = dq[3] * cos_coupler_rocker;
         let coupler_ghost0_part = dq[3] * sin_coupler_rocker;
-        // crank
+        // crank: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_crank = u[0] * u[0];
         let crank_part_2 = u[0] * du[0];
         let d_omega_xx_crank = crank_part_2 + crank_part_2;
+        // crank: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let free_fall_crank_z = -cos_crank_hinge * c(9.81);
-        // coupler
+        // coupler: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_x = u[0] + u[2];
         let d_omega_coupler_x = du[0] + du[2];
+        // coupler: velocity-product acceleration: a = R^T (a_parent + E_parent r)
         let coupler_part_2 = omega_xx_crank * c(0.534813);
         let coupler_part_3 = d_omega_xx_crank * c(0.534813);
+        // coupler: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_coupler = omega_coupler_x * omega_coupler_x;
         let coupler_part_4 = omega_coupler_x * d_omega_coupler_x;
         let d_omega_xx_coupler = coupler_part_4 + coupler_part_4;
+        // coupler: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let fall_above_coupler_y = mul_add(c(-9.81), sin_crank_hinge, coupler_part_2);
         let d_fall_above_coupler_y = mul_add(c(-9.81), d_sin_crank_hinge, coupler_part_3);
+        // coupler: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let force_own_coupler_y = omega_xx_coupler * c(4.3544099654316885e-5);
         let d_force_own_coupler_y = d_omega_xx_coupler * c(4.3544099654316885e-5);
-        // rocker
+        // rocker: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_rocker = u[1] * u[1];
         let rocker_part_2 = u[1] * du[1];
         let d_omega_xx_rocker = rocker_part_2 + rocker_part_2;
+        // rocker: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let free_fall_rocker_z = -cos_rocker_hinge * c(9.81);
-        // coupler_ghost0
+        // coupler_ghost0: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_ghost0_x = u[1] + u[3];
         let d_omega_coupler_ghost0_x = du[1] + du[3];
+        // coupler_ghost0: velocity-product acceleration: a = R^T (a_parent + E_parent r)
         let coupler_ghost0_part_2 = omega_xx_rocker * c(0.5135738999999999);
         let coupler_ghost0_part_3 = d_omega_xx_rocker * c(0.5135738999999999);
+        // coupler_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_coupler_ghost0 = omega_coupler_ghost0_x * omega_coupler_ghost0_x;
         let coupler_ghost0_part_4 = omega_coupler_ghost0_x * d_omega_coupler_ghost0_x;
         let d_omega_xx_coupler_ghost0 = coupler_ghost0_part_4 + coupler_ghost0_part_4;
+        // coupler_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let fall_above_coupler_ghost0_y = mul_add(c(-9.81), sin_rocker_hinge,
             coupler_ghost0_part_2);
         let d_fall_above_coupler_ghost0_y = mul_add(c(-9.81), d_sin_rocker_hinge,
             coupler_ghost0_part_3);
+        // coupler_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let force_own_coupler_ghost0_y = omega_xx_coupler_ghost0 * c(9.272985481377836e-6);
         let d_force_own_coupler_ghost0_y = d_omega_xx_coupler_ghost0 * c(9.272985481377836e-6);
+        // coupler_ghost0: closure forces: (f, n) of lambda along the rows of the closure
         let force_closing_coupler_ghost0_z = lambda[1] + lambda[2];
         let d_force_above_coupler_ghost0_z = mul_add(-coupler_ghost0_part,
             force_closing_coupler_ghost0_z, d_sin_coupler_rocker * lambda[0]);
-        // coupler
+        // coupler: closure forces: (f, n) of lambda along the rows of the closure
         let force_closing_coupler_z = -lambda[1] - lambda[2];
         let d_force_above_coupler_z = mul_add(-d_sin_coupler_crank, lambda[0],
             -coupler_part * force_closing_coupler_z);
+        // coupler: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let alpha_moving_coupler_x = a[0] + a[2];
+        // coupler: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let fall_above_coupler_z = mul_add(c(-0.534813), a[0], free_fall_crank_z);
         let d_free_fall_coupler_z = mul_add(-sin_coupler_crank, d_fall_above_coupler_y,
             -coupler_part * fall_above_coupler_z) - mul_add(cos_coupler_crank,
             crank_part * c(-9.81), d_sin_coupler_crank * fall_above_coupler_y);
         let d_moment_own_coupler_x = c(4.3544099654316885e-5) * d_free_fall_coupler_z;
-        // coupler_ghost0
+        // coupler_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let alpha_moving_coupler_ghost0_x = a[1] + a[3];
+        // coupler_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let fall_above_coupler_ghost0_z = mul_add(c(-0.5135738999999999), a[1], free_fall_rocker_z);
         let d_free_fall_coupler_ghost0_z = mul_add(-sin_coupler_rocker,
             d_fall_above_coupler_ghost0_y, -coupler_ghost0_part * fall_above_coupler_ghost0_z)
@@ -819,11 +857,11 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let d_force_above_coupler_ghost0_z_2 = mul_add(coupler_ghost0_part,
             c(9.272985481377836e-6) * alpha_moving_coupler_ghost0_x, mul_add(sin_coupler_rocker,
             d_force_own_coupler_ghost0_y, d_sin_coupler_rocker * force_own_coupler_ghost0_y));
-        // coupler
+        // coupler: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_force_above_coupler_z_2 = mul_add(coupler_part,
             c(4.3544099654316885e-5) * alpha_moving_coupler_x, mul_add(sin_coupler_crank,
             d_force_own_coupler_y, d_sin_coupler_crank * force_own_coupler_y));
-        // the whole mechanism
+        // mechanism: results: what the function returns
         let part = mul_add(-a[0], d_sin_coupler_crank * c(0.534813),
             a[1] * (d_sin_coupler_rocker * c(0.5135738999999999))) + (mul_add(coupler_ghost0_part,
             coupler_ghost0_part_2, mul_add(c(0.12797789999999998), d_omega_xx_coupler,
@@ -885,71 +923,81 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
             (sin_coupler_crank, cos_coupler_crank),
             (sin_coupler_rocker, cos_coupler_rocker),
         ] = S::sin_cos_all([q[0], q[1], q[2], q[3]]);
-        // crank
+        // crank: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_crank = u[0] * u[0];
-        // rocker
+        // rocker: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_rocker = u[1] * u[1];
-        // coupler
+        // coupler: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_x = u[0] + u[2];
+        // coupler: velocity-product acceleration: a = R^T (a_parent + E_parent r)
         let coupler_part = omega_xx_crank * c(0.534813);
+        // coupler: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_coupler = omega_coupler_x * omega_coupler_x;
+        // coupler: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let fall_above_coupler_y = mul_add(c(-9.81), sin_crank_hinge, coupler_part);
         let free_fall_coupler_z = mul_add(-sin_coupler_crank, fall_above_coupler_y,
             -cos_coupler_crank * (cos_crank_hinge * c(9.81)));
+        // coupler: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let force_own_coupler_y = omega_xx_coupler * c(4.3544099654316885e-5);
         let moment_own_coupler_x = free_fall_coupler_z * c(4.3544099654316885e-5);
-        // coupler_ghost0
+        // coupler_ghost0: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_ghost0_x = u[1] + u[3];
+        // coupler_ghost0: velocity-product acceleration: a = R^T (a_parent + E_parent r)
         let coupler_ghost0_part = omega_xx_rocker * c(0.5135738999999999);
+        // coupler_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_coupler_ghost0 = omega_coupler_ghost0_x * omega_coupler_ghost0_x;
+        // coupler_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let fall_above_coupler_ghost0_y = mul_add(c(-9.81), sin_rocker_hinge, coupler_ghost0_part);
         let free_fall_coupler_ghost0_z = mul_add(-sin_coupler_rocker, fall_above_coupler_ghost0_y,
             -cos_coupler_rocker * (cos_rocker_hinge * c(9.81)));
+        // coupler_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let force_own_coupler_ghost0_y = omega_xx_coupler_ghost0 * c(9.272985481377836e-6);
         let moment_own_coupler_ghost0_x = free_fall_coupler_ghost0_z * c(9.272985481377836e-6);
+        // coupler_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let force_above_coupler_ghost0_z = sin_coupler_rocker * force_own_coupler_ghost0_y;
-        // the whole mechanism
+        // mechanism: results: what the function returns
         let part = moment_own_coupler_x - mul_add(c(0.1), u[2], q[2] * c(10.0));
         let part_2 = moment_own_coupler_ghost0_x - mul_add(c(0.1), u[3], q[3] * c(10.0));
-        // coupler
+        // coupler: closure Jacobian: J = d(V_ghost - V_original)/du
         let v_coupler_y_by_crank_hinge = sin_coupler_crank * c(0.534813);
-        // coupler_ghost0
+        // coupler_ghost0: closure Jacobian: J = d(V_ghost - V_original)/du
         let v_coupler_ghost0_y_by_rocker_hinge = sin_coupler_rocker * c(0.5135738999999999);
-        // coupler
+        // coupler: closure Jacobian: J = d(V_ghost - V_original)/du
         let v_coupler_z_by_crank_hinge = cos_coupler_crank * c(0.534813);
-        // coupler_ghost0
+        // coupler_ghost0: closure Jacobian: J = d(V_ghost - V_original)/du
         let v_coupler_ghost0_z_by_rocker_hinge = cos_coupler_rocker * c(0.5135738999999999);
-        // coupler
+        // coupler: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let force_above_coupler_z = sin_coupler_crank * force_own_coupler_y;
-        // coupler_ghost0
+        // coupler_ghost0: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let moment_above_coupler_ghost0_x = mul_add(c(4.762363318314592e-6), cos_coupler_rocker,
             c(1.8705126833160895e-6));
-        // coupler
+        // coupler: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let moment_above_coupler_x = mul_add(c(2.3287950568424175e-5), cos_coupler_crank,
             c(8.629932323103514e-6));
-        // loop 0
+        // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
         let gamma0_1 = mul_add(-sin_coupler_crank, coupler_part,
             sin_coupler_rocker * coupler_ghost0_part);
-        // coupler_ghost0
+        // coupler_ghost0: factor of the mass matrix: M = L^T D L
         let factor_coupler_rocker_rocker_hinge =
             moment_above_coupler_ghost0_x * c(534612.7876701569);
-        // coupler
+        // coupler: factor of the mass matrix: M = L^T D L
         let factor_coupler_crank_crank_hinge = moment_above_coupler_x * c(115875.76386003198);
-        // rocker
+        // rocker: factor of the mass matrix: M = L^T D L
         let inverse_pivot_rocker_hinge = c(1.0) / mul_add(-moment_above_coupler_ghost0_x,
             factor_coupler_rocker_rocker_hinge, mul_add(c(9.524726636629184e-6), cos_coupler_rocker,
             c(1.2845628098354212e-4)));
-        // crank
+        // crank: factor of the mass matrix: M = L^T D L
         let inverse_pivot_crank_hinge = c(1.0) / mul_add(-moment_above_coupler_x,
             factor_coupler_crank_crank_hinge, mul_add(c(4.657590113684835e-5), cos_coupler_crank,
             c(1.4842320434687952e-4)));
-        // the whole mechanism
+        // mechanism: reduced closure Jacobian: Y = J L^-1
         let part_3 = mul_add(c(14829.536919702783), moment_above_coupler_x, c(-0.12797789999999998)
             - v_coupler_z_by_crank_hinge);
         let part_4 = mul_add(c(-221927.38498246408), moment_above_coupler_ghost0_x,
             v_coupler_ghost0_z_by_rocker_hinge + c(0.4151179883848717));
         let part_5 = mul_add(c(62931.65091583967), moment_above_coupler_x,
             -v_coupler_z_by_crank_hinge - c(0.5430958883848717));
+        // mechanism: factor of the closure: S = Y D^-1 Y^T = L_S D_S L_S^T
         let part_6 = v_coupler_y_by_crank_hinge * inverse_pivot_crank_hinge;
         let part_7 = v_coupler_ghost0_y_by_rocker_hinge * inverse_pivot_rocker_hinge;
         let part_8 = inverse_pivot_crank_hinge * part_3;
@@ -973,11 +1021,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let part_21 = c(1.0) / mul_add(-part_13, part_18, part_14);
         let part_22 = part_20 * part_21;
         let part_23 = c(1.0) / mul_add(-part_20, part_22, mul_add(-part_15, part_19, part_16));
+        // mechanism: conditioning of the closure: a lower bound, of the eigenvalues of S
         let part_24 = mul_add(part_18, part_22, -part_19);
         let part_25 = mul_add(part_14, mul_add(part_23, part_22 * part_22, part_21),
             mul_add(part_16, part_23, part_12 * mul_add(part_23, part_24 * part_24, mul_add(part_21,
             part_18 * part_18, part_17))));
         let part_26 = part_16 + (part_12 + part_14);
+        // mechanism: reduced force: y = L^-T f
         let part_27 = mul_add(-part_2, factor_coupler_rocker_rocker_hinge,
             moment_own_coupler_ghost0_x + mul_add(c(0.5135738999999999),
             force_above_coupler_ghost0_z, mul_add(c(-2.954834596588329e-3), cos_rocker_hinge,
@@ -985,6 +1035,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let part_28 = mul_add(-part, factor_coupler_crank_crank_hinge, moment_own_coupler_x
             + mul_add(c(0.534813), force_above_coupler_z, mul_add(c(-3.1463985397908126e-3),
             cos_crank_hinge, -mul_add(c(0.1), u[0], q[0] * c(10.0)))));
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_29 = mul_add(part_7, part_27, mul_add(-part_6, part_28,
             mul_add(-cos_coupler_rocker, coupler_ghost0_part, mul_add(c(0.12797789999999998),
             omega_xx_coupler, cos_coupler_crank * coupler_part))));
@@ -996,6 +1047,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let part_32 = part_23 * part_31;
         let part_33 = mul_add(-part_22, part_32, part_21 * part_30);
         let part_34 = mul_add(-part_18, part_33, mul_add(-part_19, part_32, -part_17 * part_29));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_35 = mul_add(-part_6, part_34, mul_add(part_8, part_33, mul_add(part_10, part_32,
             inverse_pivot_crank_hinge * part_28)));
         let part_36 = mul_add(part_7, part_34, mul_add(part_9, part_33, mul_add(part_11, part_32,
@@ -1046,17 +1098,20 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
             (sin_coupler_crank, cos_coupler_crank),
             (sin_coupler_rocker, cos_coupler_rocker),
         ] = S::sin_cos_all([q[0], q[1], q[2], q[3]]);
-        // coupler
+        // coupler: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_x = u[0] + u[2];
+        // coupler: velocity: v = R^T (v_parent + w_parent x r)
         let coupler_part = u[0] * c(0.534813);
         let v_coupler_z = cos_coupler_crank * coupler_part;
-        // coupler_ghost0
+        // coupler_ghost0: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_ghost0_x = u[1] + u[3];
+        // coupler_ghost0: velocity: v = R^T (v_parent + w_parent x r)
         let coupler_ghost0_part = u[1] * c(0.5135738999999999);
         let v_coupler_ghost0_z = cos_coupler_rocker * coupler_ghost0_part;
-        // coupler
+        // coupler: reduced closure Jacobian: Y = J L^-1
         let coupler_part_2 = sin_coupler_crank * c(0.534813);
         let coupler_part_3 = cos_coupler_crank * c(0.534813);
+        // coupler: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_coupler_x = mul_add(-sin_crank_hinge, sin_coupler_crank,
             cos_crank_hinge * cos_coupler_crank);
         let coupler_part_4 = sin_crank_hinge * cos_coupler_crank;
@@ -1065,7 +1120,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let axis_z_coupler_x = -coupler_part_4 - coupler_part_5;
         let origin_coupler_x = mul_add(c(0.534813), cos_crank_hinge, c(-0.3137601));
         let origin_coupler_z = mul_add(c(0.534813), sin_crank_hinge, c(2.5e-3));
-        // coupler_ghost0
+        // coupler_ghost0: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_coupler_ghost0_x = mul_add(-sin_rocker_hinge, sin_coupler_rocker,
             cos_rocker_hinge * cos_coupler_rocker);
         let coupler_ghost0_part_2 = sin_rocker_hinge * cos_coupler_rocker;
@@ -1075,34 +1130,36 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let origin_coupler_ghost0_x = mul_add(c(0.5135738999999999), cos_rocker_hinge,
             c(-0.1645431));
         let origin_coupler_ghost0_z = mul_add(c(0.5135738999999999), sin_rocker_hinge, c(2.5e-3));
+        // coupler_ghost0: closure Jacobian: J = d(V_ghost - V_original)/du
         let v_coupler_ghost0_y_by_rocker_hinge = sin_coupler_rocker * c(0.5135738999999999);
         let v_coupler_ghost0_z_by_rocker_hinge = cos_coupler_rocker * c(0.5135738999999999);
-        // crank
+        // crank: reduced closure Jacobian: Y = J L^-1
         let moment_load_crank_x = mul_add(c(0.34534952273865976), cos_coupler_crank,
             -coupler_part_3);
-        // rocker
+        // rocker: reduced closure Jacobian: Y = J L^-1
         let moment_load_rocker_x = mul_add(c(-1.0568988375699675), cos_coupler_rocker,
             v_coupler_ghost0_z_by_rocker_hinge);
-        // crank
+        // crank: reduced closure Jacobian: Y = J L^-1
         let moment_load_crank_x_2 = mul_add(c(1.4655491757174004), cos_coupler_crank,
             -coupler_part_3);
-        // coupler_ghost0
+        // coupler_ghost0: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let moment_above_coupler_ghost0_x = cos_coupler_rocker * c(2.5460203295022628);
         let mass_zz_coupler_ghost0 = mul_add(-sin_coupler_rocker,
             sin_coupler_rocker * c(-4.5970423245354375e-5), c(-4.5970423245354375e-5));
-        // coupler
+        // coupler: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let moment_above_coupler_x = cos_coupler_crank * c(2.6985090608508173);
         let mass_zz_coupler = mul_add(-sin_coupler_crank,
             sin_coupler_crank * c(-2.1971071657526098e-4), c(-2.1971071657526098e-4));
+        // coupler: closure points: P = p + A p_P, from the common ancestor of both sides
         let coupler_part_6 = axis_y_coupler_z * c(0.12797789999999998);
-        // rocker
+        // rocker: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let inertia_xx_rocker = mul_add(c(0.2637581507612099), mass_zz_coupler_ghost0,
             c(1.2658576830022603e-4));
         let inverse_pivot_rocker = c(1.0) / inertia_xx_rocker;
-        // crank
+        // crank: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let inertia_xx_crank = mul_add(c(0.286024944969), mass_zz_coupler, c(1.39793272023776e-4));
         let inverse_pivot_crank = c(1.0) / inertia_xx_crank;
-        // the whole mechanism
+        // mechanism: results: what the function returns
         let part = origin_coupler_ghost0_x - origin_coupler_x;
         let part_2 = mul_add(c(-0.12797789999999998), axis_y_coupler_x, part);
         let part_3 = origin_coupler_ghost0_z - origin_coupler_z;
@@ -1114,6 +1171,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let part_7 = mul_add(axis_y_coupler_ghost0_z, part_4, axis_y_coupler_ghost0_x * part_2);
         let part_8 = mul_add(-sin_coupler_crank, coupler_part,
             sin_coupler_rocker * coupler_ghost0_part);
+        // mechanism: factor of the closure: S = Y D^-1 Y^T = L_S D_S L_S^T
         let part_9 = inverse_pivot_crank * coupler_part_2;
         let part_10 = v_coupler_ghost0_y_by_rocker_hinge * inverse_pivot_rocker;
         let part_11 = inverse_pivot_crank * moment_load_crank_x;
@@ -1137,11 +1195,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let part_24 = c(1.0) / mul_add(-part_16, part_21, part_17);
         let part_25 = part_23 * part_24;
         let part_26 = c(1.0) / mul_add(-part_23, part_25, mul_add(-part_18, part_22, part_19));
+        // mechanism: conditioning of the closure: a lower bound, of the eigenvalues of S
         let part_27 = mul_add(part_21, part_25, -part_22);
         let part_28 = mul_add(part_17, mul_add(part_26, part_25 * part_25, part_24),
             mul_add(part_19, part_26, part_15 * mul_add(part_26, part_27 * part_27, mul_add(part_24,
             part_21 * part_21, part_20))));
         let part_29 = part_19 + (part_15 + part_17);
+        // mechanism: projection: L^-1 D^-1 Y^T S^-1 x
         let part_30 = mul_add(-part_7, part_21, mul_add(axis_z_coupler_ghost0_x, part_2,
             axis_y_coupler_ghost0_x * part_4));
         let part_31 = part_26 * mul_add(-part_25, part_30, mul_add(-part_7, part_22,
@@ -1225,100 +1285,124 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
             (sin_coupler_crank, cos_coupler_crank),
             (sin_coupler_rocker, cos_coupler_rocker),
         ] = S::sin_cos_all([q[0], q[1], q[2], q[3]]);
-        // crank
+        // crank: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_crank = u[0] * u[0];
+        // crank: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let crank_part = cos_crank_hinge * c(9.81);
         let free_fall_crank_z = -crank_part;
+        // crank: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let d_omega_xx_crank = u[0] + u[0];
-        // coupler
+        // coupler: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_x = u[0] + u[2];
+        // coupler: velocity-product acceleration: a = R^T (a_parent + E_parent r)
         let coupler_part = omega_xx_crank * c(0.534813);
         let coupler_part_2 = cos_coupler_crank * coupler_part;
         let a_coupler_y = -coupler_part_2;
         let coupler_part_3 = sin_coupler_crank * coupler_part;
+        // coupler: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_coupler = omega_coupler_x * omega_coupler_x;
+        // coupler: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let fall_above_coupler_y = mul_add(c(-9.81), sin_crank_hinge, coupler_part);
         let free_fall_coupler_z = mul_add(-sin_coupler_crank, fall_above_coupler_y,
             -cos_coupler_crank * crank_part);
+        // coupler: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let force_own_coupler_y = omega_xx_coupler * c(4.3544099654316885e-5);
         let moment_own_coupler_x = free_fall_coupler_z * c(4.3544099654316885e-5);
+        // coupler: velocity-product acceleration: a = R^T (a_parent + E_parent r)
         let d_fall_above_coupler_y = c(0.534813) * d_omega_xx_crank;
+        // coupler: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let d_omega_xx_coupler = omega_coupler_x + omega_coupler_x;
+        // coupler: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let d_force_own_coupler_y = c(4.3544099654316885e-5) * d_omega_xx_coupler;
+        // coupler: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let coupler_part_4 = sin_coupler_crank * d_fall_above_coupler_y;
+        // coupler: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_own_coupler_x = coupler_part_4 * c(-4.3544099654316885e-5);
         let d_force_above_coupler_z = sin_coupler_crank * d_force_own_coupler_y;
         let coupler_part_5 = c(0.534813) * d_force_above_coupler_z;
-        // rocker
+        // rocker: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_rocker = u[1] * u[1];
+        // rocker: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let rocker_part = cos_rocker_hinge * c(9.81);
         let free_fall_rocker_z = -rocker_part;
+        // rocker: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let d_omega_xx_rocker = u[1] + u[1];
-        // coupler_ghost0
+        // coupler_ghost0: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_ghost0_x = u[1] + u[3];
+        // coupler_ghost0: velocity-product acceleration: a = R^T (a_parent + E_parent r)
         let coupler_ghost0_part = omega_xx_rocker * c(0.5135738999999999);
         let coupler_ghost0_part_2 = cos_coupler_rocker * coupler_ghost0_part;
         let coupler_ghost0_part_3 = sin_coupler_rocker * coupler_ghost0_part;
+        // coupler_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_coupler_ghost0 = omega_coupler_ghost0_x * omega_coupler_ghost0_x;
+        // coupler_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let fall_above_coupler_ghost0_y = mul_add(c(-9.81), sin_rocker_hinge, coupler_ghost0_part);
         let free_fall_coupler_ghost0_z = mul_add(-sin_coupler_rocker, fall_above_coupler_ghost0_y,
             -cos_coupler_rocker * rocker_part);
+        // coupler_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let force_own_coupler_ghost0_y = omega_xx_coupler_ghost0 * c(9.272985481377836e-6);
         let moment_own_coupler_ghost0_x = free_fall_coupler_ghost0_z * c(9.272985481377836e-6);
+        // coupler_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let force_above_coupler_ghost0_z = sin_coupler_rocker * force_own_coupler_ghost0_y;
-        // the whole mechanism
+        // mechanism: results: what the function returns
         let part = moment_own_coupler_x - mul_add(c(0.1), u[2], q[2] * c(10.0));
         let part_2 = moment_own_coupler_ghost0_x - mul_add(c(0.1), u[3], q[3] * c(10.0));
-        // coupler_ghost0
+        // coupler_ghost0: velocity-product acceleration: a = R^T (a_parent + E_parent r)
         let d_fall_above_coupler_ghost0_y = c(0.5135738999999999) * d_omega_xx_rocker;
+        // coupler_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let d_omega_xx_coupler_ghost0 = omega_coupler_ghost0_x + omega_coupler_ghost0_x;
+        // coupler_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let d_force_own_coupler_ghost0_y = c(9.272985481377836e-6) * d_omega_xx_coupler_ghost0;
+        // coupler_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let coupler_ghost0_part_4 = sin_coupler_rocker * d_fall_above_coupler_ghost0_y;
+        // coupler_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_own_coupler_ghost0_x = coupler_ghost0_part_4 * c(-9.272985481377836e-6);
         let d_force_above_coupler_ghost0_z = sin_coupler_rocker * d_force_own_coupler_ghost0_y;
         let coupler_ghost0_part_5 = c(0.5135738999999999) * d_force_above_coupler_ghost0_z;
-        // coupler
+        // coupler: closure Jacobian: J = d(V_ghost - V_original)/du
         let v_coupler_y_by_crank_hinge = sin_coupler_crank * c(0.534813);
-        // coupler_ghost0
+        // coupler_ghost0: closure Jacobian: J = d(V_ghost - V_original)/du
         let v_coupler_ghost0_y_by_rocker_hinge = sin_coupler_rocker * c(0.5135738999999999);
-        // coupler
+        // coupler: closure Jacobian: J = d(V_ghost - V_original)/du
         let v_coupler_z_by_crank_hinge = cos_coupler_crank * c(0.534813);
-        // coupler_ghost0
+        // coupler_ghost0: closure Jacobian: J = d(V_ghost - V_original)/du
         let v_coupler_ghost0_z_by_rocker_hinge = cos_coupler_rocker * c(0.5135738999999999);
-        // coupler
+        // coupler: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let force_above_coupler_z = sin_coupler_crank * force_own_coupler_y;
-        // coupler_ghost0
+        // coupler_ghost0: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let moment_above_coupler_ghost0_x = mul_add(c(4.762363318314592e-6), cos_coupler_rocker,
             c(1.8705126833160895e-6));
-        // coupler
+        // coupler: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let moment_above_coupler_x = mul_add(c(2.3287950568424175e-5), cos_coupler_crank,
             c(8.629932323103514e-6));
-        // loop 0
+        // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
         let gamma0_1 = coupler_ghost0_part_3 - coupler_part_3;
-        // coupler_ghost0
+        // coupler_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_free_fall_coupler_ghost0_z = mul_add(-cos_coupler_rocker, sin_rocker_hinge * c(-9.81),
             sin_coupler_rocker * rocker_part);
         let d_moment_own_coupler_ghost0_x_2 =
             c(9.272985481377836e-6) * d_free_fall_coupler_ghost0_z;
+        // coupler_ghost0: factor of the mass matrix: M = L^T D L
         let factor_coupler_rocker_rocker_hinge =
             moment_above_coupler_ghost0_x * c(534612.7876701569);
-        // coupler
+        // coupler: factor of the mass matrix: M = L^T D L
         let factor_coupler_crank_crank_hinge = moment_above_coupler_x * c(115875.76386003198);
-        // rocker
+        // rocker: factor of the mass matrix: M = L^T D L
         let inverse_pivot_rocker_hinge = c(1.0) / mul_add(-moment_above_coupler_ghost0_x,
             factor_coupler_rocker_rocker_hinge, mul_add(c(9.524726636629184e-6), cos_coupler_rocker,
             c(1.2845628098354212e-4)));
-        // crank
+        // crank: factor of the mass matrix: M = L^T D L
         let inverse_pivot_crank_hinge = c(1.0) / mul_add(-moment_above_coupler_x,
             factor_coupler_crank_crank_hinge, mul_add(c(4.657590113684835e-5), cos_coupler_crank,
             c(1.4842320434687952e-4)));
-        // the whole mechanism
+        // mechanism: reduced closure Jacobian: Y = J L^-1
         let part_3 = mul_add(c(14829.536919702783), moment_above_coupler_x, c(-0.12797789999999998)
             - v_coupler_z_by_crank_hinge);
         let part_4 = mul_add(c(-221927.38498246408), moment_above_coupler_ghost0_x,
             v_coupler_ghost0_z_by_rocker_hinge + c(0.4151179883848717));
         let part_5 = mul_add(c(62931.65091583967), moment_above_coupler_x,
             -v_coupler_z_by_crank_hinge - c(0.5430958883848717));
+        // mechanism: factor of the closure: S = Y D^-1 Y^T = L_S D_S L_S^T
         let part_6 = v_coupler_y_by_crank_hinge * inverse_pivot_crank_hinge;
         let part_7 = v_coupler_ghost0_y_by_rocker_hinge * inverse_pivot_rocker_hinge;
         let part_8 = inverse_pivot_crank_hinge * part_3;
@@ -1342,11 +1426,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let part_21 = c(1.0) / mul_add(-part_13, part_18, part_14);
         let part_22 = part_20 * part_21;
         let part_23 = c(1.0) / mul_add(-part_20, part_22, mul_add(-part_15, part_19, part_16));
+        // mechanism: conditioning of the closure: a lower bound, of the eigenvalues of S
         let part_24 = mul_add(part_18, part_22, -part_19);
         let part_25 = mul_add(part_14, mul_add(part_23, part_22 * part_22, part_21),
             mul_add(part_16, part_23, part_12 * mul_add(part_23, part_24 * part_24, mul_add(part_21,
             part_18 * part_18, part_17))));
         let part_26 = part_16 + (part_12 + part_14);
+        // mechanism: reduced force: y = L^-T f
         let part_27 = mul_add(-part_2, factor_coupler_rocker_rocker_hinge,
             moment_own_coupler_ghost0_x + mul_add(c(0.5135738999999999),
             force_above_coupler_ghost0_z, mul_add(c(-2.954834596588329e-3), cos_rocker_hinge,
@@ -1354,9 +1440,12 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let part_28 = mul_add(-part, factor_coupler_crank_crank_hinge, moment_own_coupler_x
             + mul_add(c(0.534813), force_above_coupler_z, mul_add(c(-3.1463985397908126e-3),
             cos_crank_hinge, -mul_add(c(0.1), u[0], q[0] * c(10.0)))));
+        // mechanism: results: what the function returns
         let part_29 = c(0.12797789999999998) * d_omega_xx_coupler;
+        // mechanism: reduced force: y = L^-T f
         let part_30 = mul_add(-factor_coupler_crank_crank_hinge, d_moment_own_coupler_x,
             coupler_part_5 + (d_moment_own_coupler_x + c(-0.1)));
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_31 = mul_add(-part_6, part_30, mul_add(cos_coupler_crank, d_fall_above_coupler_y,
             part_29));
         let part_32 = mul_add(part_18, part_31, mul_add(-part_8, part_30,
@@ -1366,9 +1455,11 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
             coupler_part_4))));
         let part_34 = mul_add(-part_22, part_33, part_21 * part_32);
         let part_35 = mul_add(-part_18, part_34, mul_add(-part_19, part_33, -part_17 * part_31));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_36 = mul_add(part_7, part_35, mul_add(part_11, part_33, part_9 * part_34));
         let part_37 = mul_add(-part_6, part_35, mul_add(part_8, part_34, mul_add(part_10, part_33,
             inverse_pivot_crank_hinge * part_30)));
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_38 = mul_add(part_7, part_27, mul_add(-part_6, part_28,
             mul_add(c(0.12797789999999998), omega_xx_coupler, coupler_part_2)
             - coupler_ghost0_part_2));
@@ -1380,6 +1471,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let part_41 = part_23 * part_40;
         let part_42 = mul_add(-part_22, part_41, part_21 * part_39);
         let part_43 = mul_add(-part_18, part_42, mul_add(-part_19, part_41, -part_17 * part_38));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_44 = mul_add(-part_6, part_43, mul_add(part_8, part_42, mul_add(part_10, part_41,
             inverse_pivot_crank_hinge * part_28)));
         let part_45 = mul_add(part_7, part_43, mul_add(part_9, part_42, mul_add(part_11, part_41,
@@ -1389,16 +1481,18 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
             part * c(115875.76386003198))));
         let part_47 = mul_add(-factor_coupler_rocker_rocker_hinge, part_45,
             mul_add(c(221927.38498246408), part_41, part_2 * c(534612.7876701569)));
-        // coupler
+        // coupler: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let alpha_moving_coupler_x = part_44 + part_46;
+        // coupler: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let fall_above_coupler_z = mul_add(c(-0.534813), part_44, free_fall_crank_z);
         let d_free_fall_coupler_z = mul_add(-cos_coupler_crank, sin_crank_hinge * c(-9.81),
             sin_coupler_crank * crank_part);
         let d_moment_own_coupler_x_2 = c(4.3544099654316885e-5) * d_free_fall_coupler_z;
-        // the whole mechanism
+        // mechanism: reduced force: y = L^-T f
         let part_48 = mul_add(-factor_coupler_crank_crank_hinge, d_moment_own_coupler_x_2,
             d_moment_own_coupler_x_2 + mul_add(c(3.1463985397908126e-3), sin_crank_hinge,
             c(-10.0)));
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_49 = part_6 * part_48;
         let part_50 = mul_add(-part_18, part_49, -mul_add(c(-0.6457388334589095),
             d_free_fall_coupler_z, part_8 * part_48));
@@ -1406,11 +1500,14 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
             -mul_add(c(-2.740302078890005), d_free_fall_coupler_z, part_10 * part_48)));
         let part_52 = mul_add(-part_22, part_51, part_21 * part_50);
         let part_53 = mul_add(-part_18, part_52, mul_add(-part_19, part_51, part_17 * part_49));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_54 = mul_add(part_7, part_53, mul_add(part_11, part_51, part_9 * part_52));
         let part_55 = mul_add(-part_6, part_53, mul_add(part_8, part_52, mul_add(part_10, part_51,
             inverse_pivot_crank_hinge * part_48)));
+        // mechanism: reduced force: y = L^-T f
         let part_56 = mul_add(-factor_coupler_rocker_rocker_hinge, d_moment_own_coupler_ghost0_x,
             coupler_ghost0_part_5 + (c(-0.1) + d_moment_own_coupler_ghost0_x));
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_57 = mul_add(-cos_coupler_rocker, d_fall_above_coupler_ghost0_y, part_7 * part_56);
         let part_58 = mul_add(part_18, part_57, -mul_add(part_9, part_56, coupler_ghost0_part_4));
         let part_59 = part_23 * mul_add(-part_22, part_58, mul_add(part_19, part_57,
@@ -1418,60 +1515,74 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
             coupler_ghost0_part_4))));
         let part_60 = mul_add(-part_22, part_59, part_21 * part_58);
         let part_61 = mul_add(-part_18, part_60, mul_add(-part_19, part_59, -part_17 * part_57));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_62 = mul_add(-part_6, part_61, mul_add(part_10, part_59, part_8 * part_60));
         let part_63 = mul_add(part_7, part_61, mul_add(part_9, part_60, mul_add(part_11, part_59,
             inverse_pivot_rocker_hinge * part_56)));
+        // mechanism: reduced force: y = L^-T f
         let part_64 = mul_add(c(11587.576386003198), moment_above_coupler_x, coupler_part_5);
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_65 = mul_add(-part_6, part_64, part_29);
         let part_66 = mul_add(part_18, part_65, -mul_add(part_8, part_64, c(1482.9536919702784)));
         let part_67 = part_23 * mul_add(-part_22, part_66, mul_add(part_19, part_65,
             -mul_add(part_10, part_64, c(6293.165091583967))));
         let part_68 = mul_add(-part_22, part_67, part_21 * part_66);
         let part_69 = mul_add(-part_18, part_68, mul_add(-part_19, part_67, -part_17 * part_65));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_70 = mul_add(part_7, part_69, mul_add(part_11, part_67, part_9 * part_68));
         let part_71 = mul_add(-part_6, part_69, mul_add(part_8, part_68, mul_add(part_10, part_67,
             inverse_pivot_crank_hinge * part_64)));
+        // mechanism: reduced force: y = L^-T f
         let part_72 = mul_add(-factor_coupler_rocker_rocker_hinge, d_moment_own_coupler_ghost0_x_2,
             d_moment_own_coupler_ghost0_x_2 + mul_add(c(2.954834596588329e-3), sin_rocker_hinge,
             c(-10.0)));
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_73 = part_7 * part_72;
         let part_74 = mul_add(-part_9, part_72, part_18 * part_73);
         let part_75 = part_23 * mul_add(-part_22, part_74, mul_add(part_19, part_73,
             -mul_add(c(2.057929418862539), d_free_fall_coupler_ghost0_z, part_11 * part_72)));
         let part_76 = mul_add(-part_22, part_75, part_21 * part_74);
         let part_77 = mul_add(-part_18, part_76, mul_add(-part_19, part_75, -part_17 * part_73));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_78 = mul_add(-part_6, part_77, mul_add(part_10, part_75, part_8 * part_76));
         let part_79 = mul_add(part_7, part_77, mul_add(part_9, part_76, mul_add(part_11, part_75,
             inverse_pivot_rocker_hinge * part_72)));
+        // mechanism: reduced force: y = L^-T f
         let part_80 = mul_add(c(53461.2787670157), moment_above_coupler_ghost0_x,
             coupler_ghost0_part_5);
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_81 = part_7 * part_80;
         let part_82 = mul_add(-part_9, part_80, part_18 * part_81);
         let part_83 = part_23 * mul_add(-part_22, part_82, mul_add(part_19, part_81,
             -mul_add(part_11, part_80, c(-22192.73849824641))));
         let part_84 = mul_add(-part_22, part_83, part_21 * part_82);
         let part_85 = mul_add(-part_18, part_84, mul_add(-part_19, part_83, -part_17 * part_81));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_86 = mul_add(-part_6, part_85, mul_add(part_10, part_83, part_8 * part_84));
         let part_87 = mul_add(part_7, part_85, mul_add(part_9, part_84, mul_add(part_11, part_83,
             inverse_pivot_rocker_hinge * part_80)));
-        // coupler_ghost0
+        // coupler_ghost0: closure forces: (f, n) of lambda along the rows of the closure
         let force_closing_coupler_ghost0_z = part_41 + part_42;
-        // coupler
+        // coupler: closure forces: (f, n) of lambda along the rows of the closure
         let force_closing_coupler_z = -part_42 - part_41;
         let d_force_above_coupler_z_2 = mul_add(-cos_coupler_crank, part_43,
             -sin_coupler_crank * force_closing_coupler_z);
+        // coupler: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_free_fall_coupler_z_2 = mul_add(-cos_coupler_crank, fall_above_coupler_y,
             -sin_coupler_crank * fall_above_coupler_z);
         let d_moment_own_coupler_x_3 = c(4.3544099654316885e-5) * d_free_fall_coupler_z_2;
         let d_force_above_coupler_z_3 = mul_add(sin_coupler_crank,
             c(4.3544099654316885e-5) * alpha_moving_coupler_x,
             cos_coupler_crank * force_own_coupler_y);
-        // coupler_ghost0
+        // coupler_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let alpha_moving_coupler_ghost0_x = part_45 + part_47;
+        // coupler_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let fall_above_coupler_ghost0_z = mul_add(c(-0.5135738999999999), part_45,
             free_fall_rocker_z);
+        // coupler_ghost0: closure forces: (f, n) of lambda along the rows of the closure
         let d_force_above_coupler_ghost0_z_2 = mul_add(-sin_coupler_rocker,
             force_closing_coupler_ghost0_z, cos_coupler_rocker * part_43);
+        // coupler_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_free_fall_coupler_ghost0_z_2 = mul_add(-cos_coupler_rocker,
             fall_above_coupler_ghost0_y, -sin_coupler_rocker * fall_above_coupler_ghost0_z);
         let d_moment_own_coupler_ghost0_x_3 =
@@ -1479,12 +1590,14 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let d_force_above_coupler_ghost0_z_3 = mul_add(sin_coupler_rocker,
             c(9.272985481377836e-6) * alpha_moving_coupler_ghost0_x,
             cos_coupler_rocker * force_own_coupler_ghost0_y);
-        // the whole mechanism
+        // mechanism: results: what the function returns
         let part_88 = d_moment_own_coupler_x_3 - c(10.0);
         let part_89 = mul_add(-part_44, sin_coupler_crank * c(-0.534813), a_coupler_y);
+        // mechanism: reduced force: y = L^-T f
         let part_90 = mul_add(-factor_coupler_crank_crank_hinge, part_88, mul_add(c(0.534813),
             d_force_above_coupler_z_3, mul_add(c(0.534813), d_force_above_coupler_z_2,
             d_moment_own_coupler_x_3)));
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_91 = mul_add(-part_6, part_90, -v_coupler_z_by_crank_hinge * part_44
             - coupler_part_3);
         let part_92 = mul_add(part_18, part_91, -mul_add(part_8, part_90,
@@ -1493,16 +1606,20 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
             -mul_add(part_10, part_90, mul_add(c(-62931.65091583967), part_88, part_89))));
         let part_94 = mul_add(-part_22, part_93, part_21 * part_92);
         let part_95 = mul_add(-part_18, part_94, mul_add(-part_19, part_93, -part_17 * part_91));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_96 = mul_add(part_7, part_95, mul_add(part_11, part_93, part_9 * part_94));
         let part_97 = mul_add(-part_6, part_95, mul_add(part_8, part_94, mul_add(part_10, part_93,
             inverse_pivot_crank_hinge * part_90)));
+        // mechanism: results: what the function returns
         let part_98 = d_moment_own_coupler_ghost0_x_3 - c(10.0);
         let part_99 = mul_add(part_45, sin_coupler_rocker * c(-0.5135738999999999),
             coupler_ghost0_part_2);
+        // mechanism: reduced force: y = L^-T f
         let part_100 = mul_add(-factor_coupler_rocker_rocker_hinge, part_98,
             mul_add(c(0.5135738999999999), d_force_above_coupler_ghost0_z_3,
             mul_add(c(0.5135738999999999), d_force_above_coupler_ghost0_z_2,
             d_moment_own_coupler_ghost0_x_3)));
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_101 = mul_add(part_7, part_100, mul_add(v_coupler_ghost0_z_by_rocker_hinge,
             part_45, coupler_ghost0_part_3));
         let part_102 = mul_add(part_18, part_101, -mul_add(part_9, part_100, part_99));
@@ -1511,6 +1628,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let part_104 = mul_add(-part_22, part_103, part_21 * part_102);
         let part_105 = mul_add(-part_18, part_104, mul_add(-part_19, part_103,
             -part_17 * part_101));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_106 = mul_add(-part_6, part_105, mul_add(part_10, part_103, part_8 * part_104));
         let part_107 = mul_add(part_7, part_105, mul_add(part_9, part_104, mul_add(part_11,
             part_103, inverse_pivot_rocker_hinge * part_100)));

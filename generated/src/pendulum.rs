@@ -163,7 +163,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         let Some(mass) = out.mass.first_chunk_mut::<1>() else { return };
         let Some(forcing) = out.forcing.first_chunk_mut::<1>() else { return };
         let (_, cos_hinge) = S::sin_cos(q[0]);
-        // arm
+        // arm: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let moment_own_arm_x = -cos_hinge * c(-0.0177798000739608);
         mass[0] = c(1.2282610013696912e-4);
         forcing[0] = moment_own_arm_x - mul_add(c(2.5e-5), u[0], q[0] * c(7.6e-3));
@@ -221,7 +221,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         };
         let (kinetic, potential) = (&mut [c(0.0)], &mut [c(0.0)]);
         let (sin_hinge, _) = S::sin_cos(q[0]);
-        // arm
+        // arm: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2
         let kinetic_arm = u[0] * u[0] * c(6.141305006848456e-5);
         kinetic[0] = kinetic_arm;
         potential[0] = mul_add(c(3.8e-3), q[0] * q[0], mul_add(c(-1.81241590968e-3), sin_hinge,
@@ -242,8 +242,9 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         let Some(lambda) = at.multipliers.first_chunk::<C>() else { return };
         let Some(reactions) = out.first_chunk_mut::<6>() else { return };
         let (sin_hinge, cos_hinge) = S::sin_cos(q[0]);
-        // arm
+        // arm: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_arm = u[0] * u[0];
+        // arm: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let moment_own_arm_x = -cos_hinge * c(-0.0177798000739608)
             - mul_add(c(1.167917774784309e-7), a[0], a[0] * c(1.2270930835949067e-4));
         let force_own_arm_y = mul_add(c(-1.81241590968e-3), omega_xx_arm,
@@ -282,7 +283,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         let Some(di) = change.inputs.first_chunk::<0>() else { return };
         let Some(forces) = forces.first_chunk_mut::<1>() else { return };
         let (arm_part, _) = S::sin_cos(q[0]);
-        // arm
+        // arm: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_own_arm_x = -dq[0] * arm_part * c(0.0177798000739608);
         forces[0] = d_moment_own_arm_x - mul_add(c(2.5e-5), du[0], dq[0] * c(7.6e-3));
     }
@@ -319,7 +320,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Pendulum<S>
             return ::lamc_runtime::Margin::none()
         };
         let (_, cos_hinge) = S::sin_cos(q[0]);
-        // arm
+        // arm: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
         let reduced_arm = mul_add(c(0.0177798000739608), cos_hinge, mul_add(c(-2.5e-5), u[0],
             -q[0] * c(7.6e-3)));
         acceleration[0] = c(8141.592046681067) * reduced_arm;
@@ -359,8 +360,9 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Pendulum<S>
             return ::lamc_runtime::Margin::none()
         };
         let (arm_part, cos_hinge) = S::sin_cos(q[0]);
-        // arm
+        // arm: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let moment_own_arm_x = -cos_hinge * c(-0.0177798000739608);
+        // arm: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_own_arm_x = -arm_part * c(0.0177798000739608);
         acceleration[0] = (moment_own_arm_x - mul_add(c(2.5e-5), u[0],
             q[0] * c(7.6e-3))) * c(8141.592046681067);

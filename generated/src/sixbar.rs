@@ -220,34 +220,38 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             (sin_south_south_east, cos_south_south_east),
             (sin_south_west_south, cos_south_west_south),
         ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
-        // east
+        // east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let east_part = cos_ground_east * c(9.81);
-        // west
+        // west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let west_part = cos_ground_west * c(9.81);
-        // loop 0
+        // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
         let closure0_0_west_south_west = sin_south_west_south * c(0.057052339107130284);
         let closure0_0_south_east_east = -sin_south_south_east * c(-0.06987460438879263);
-        // south_ghost0
+        // south_ghost0: closure Jacobian: J = d(V_ghost - V_original)/du
         let carried_south_ghost0_x_by_ground_west = mul_add(c(-0.6123723483370465),
             cos_west_south_west, c(0.35355315327396863));
-        // south_west
+        // south_west: angular velocity: w = R^T w_parent + u e_x
         let south_west_part = u[5] * c(0.8660257562110547);
         let south_west_part_2 = cos_west_south_west * south_west_part;
         let south_west_part_3 = sin_west_south_west * south_west_part;
         let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
+        // south_west: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
         let alpha_south_west_y = south_west_part_3 * u[2];
         let south_west_part_4 = south_west_part_2 * u[2];
+        // south_west: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xy_south_west = -south_west_part_2 * omega_south_west_x;
         let omega_xz_south_west = south_west_part_3 * omega_south_west_x;
         let south_west_part_5 = south_west_part_2 * south_west_part_3;
         let gradient_x_south_west_y = omega_xy_south_west - south_west_part_4;
         let gradient_x_south_west_z = alpha_south_west_y + omega_xz_south_west;
         let gradient_z_south_west_x = omega_xz_south_west - alpha_south_west_y;
+        // south_west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let across_south_west = sin_ground_west * c(-4.904994011767025);
         let free_fall_south_west_y = mul_add(-sin_west_south_west, west_part,
             cos_west_south_west * across_south_west);
         let free_fall_south_west_z = mul_add(-sin_west_south_west, across_south_west,
             -cos_west_south_west * west_part);
+        // south_west: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let moment_own_south_west_x = mul_add(c(3.520149320482795e-4), free_fall_south_west_z,
             -mul_add(c(-1.0093594897589384e-5), south_west_part_5, mul_add(c(2.6789051216394143e-8),
             south_west_part_5, gradient_z_south_west_x * c(1.2394283547934881e-5))));
@@ -255,26 +259,31 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             - mul_add(c(-1.0093594897589384e-5), gradient_x_south_west_y,
             c(1.2394283547934881e-5) * mul_add(-omega_south_west_x, omega_south_west_x,
             south_west_part_2 * south_west_part_2));
+        // south_west: closure Jacobian: J = d(V_ghost - V_original)/du
         let carried_south_west_z_by_ground_west = sin_west_south_west * c(0.8660257562110547);
-        // south_east
+        // south_east: angular velocity: w = R^T w_parent + u e_x
         let across_south_east = u[4] * c(0.7071067811865475);
         let carried_south_east_y = cos_south_east_east * across_south_east;
         let south_east_part = sin_south_east_east * across_south_east;
         let omega_south_east_x = across_south_east + u[3];
+        // south_east: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
         let south_east_part_2 = south_east_part * u[3];
         let alpha_south_east_y = -south_east_part_2;
         let south_east_part_3 = carried_south_east_y * u[3];
+        // south_east: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let south_east_part_4 = south_east_part * omega_south_east_x;
         let south_east_part_5 = carried_south_east_y * south_east_part;
         let gradient_x_south_east_y = mul_add(carried_south_east_y, omega_south_east_x,
             south_east_part_3);
         let gradient_x_south_east_z = alpha_south_east_y - south_east_part_4;
         let gradient_z_south_east_x = south_east_part_2 - south_east_part_4;
+        // south_east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let across_south_east_2 = sin_ground_east * c(-6.936717523440031);
         let free_fall_south_east_y = mul_add(-sin_south_east_east, east_part,
             cos_south_east_east * across_south_east_2);
         let free_fall_south_east_z = mul_add(-sin_south_east_east, across_south_east_2,
             -cos_south_east_east * east_part);
+        // south_east: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let moment_own_south_east_x = -free_fall_south_east_z * c(4.7358339509453106e-4)
             - mul_add(c(-1.293994125217518e-5), gradient_z_south_east_x,
             mul_add(c(3.338573836000013e-8), south_east_part_5,
@@ -283,30 +292,31 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             -mul_add(c(-1.6424267108073443e-5), gradient_x_south_east_y,
             -c(1.293994125217518e-5) * mul_add(-omega_south_east_x, omega_south_east_x,
             carried_south_east_y * carried_south_east_y)));
+        // south_east: closure Jacobian: J = d(V_ghost - V_original)/du
         let south_east_part_6 = sin_south_east_east * c(0.7071067811865475);
-        // south
+        // south: closure Jacobian: J = d(V_ghost - V_original)/du
         let across_south_by_ground_east = mul_add(c(0.3535532955220838), cos_south_east_east,
             c(0.6123724905851617));
         let carried_south_z_by_ground_east = mul_add(-sin_south_south_east,
             across_south_by_ground_east, -cos_south_south_east * south_east_part_6);
-        // south_ghost0
+        // south_ghost0: closure Jacobian: J = d(V_ghost - V_original)/du
         let across_south_ghost0_by_ground_west = mul_add(c(-0.6123730214608576),
             cos_west_south_west, c(-0.3535527646463877));
         let carried_south_ghost0_z_by_ground_west = mul_add(-sin_south_west_south,
             across_south_ghost0_by_ground_west,
             cos_south_west_south * carried_south_west_z_by_ground_west);
-        // south
+        // south: closure Jacobian: J = d(V_ghost - V_original)/du
         let carried_south_y_by_ground_east = mul_add(-sin_south_south_east, south_east_part_6,
             cos_south_south_east * across_south_by_ground_east);
         let carried_south_x_by_ground_east = mul_add(c(-0.6123724905851617), cos_south_east_east,
             c(0.3535532955220838));
-        // south_ghost0
+        // south_ghost0: closure Jacobian: J = d(V_ghost - V_original)/du
         let carried_south_ghost0_y_by_ground_west = mul_add(cos_south_west_south,
             across_south_ghost0_by_ground_west,
             sin_south_west_south * carried_south_west_z_by_ground_west);
-        // loop 0
+        // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
         let closure0_0_ground_east = -c(0.08068423607472835) * carried_south_z_by_ground_east;
-        // south
+        // south: angular velocity: w = R^T w_parent + u e_x
         let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
             carried_south_east_y * c(0.4999998655490338));
         let carried_south_x = mul_add(c(-0.8660254814097262), carried_south_east_y,
@@ -316,12 +326,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let carried_south_z = mul_add(-sin_south_south_east, across_south,
             -cos_south_south_east * south_east_part);
         let omega_south_x = carried_south_x + u[1];
+        // south: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
         let across_south_2 = south_east_part_2 * c(-0.4999998655490338);
         let south_part = south_east_part_2 * c(-0.8660254814097262);
         let alpha_south_y = mul_add(cos_south_south_east, across_south_2,
             mul_add(-sin_south_south_east, south_east_part_3, carried_south_z * u[1]));
         let alpha_south_z = mul_add(-sin_south_south_east, across_south_2, mul_add(-carried_south_y,
             u[1], -cos_south_south_east * south_east_part_3));
+        // south: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_south = omega_south_x * omega_south_x;
         let omega_yy_south = carried_south_y * carried_south_y;
         let omega_zz_south = carried_south_z * carried_south_z;
@@ -334,12 +346,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let gradient_y_south_z = south_part + omega_yz_south;
         let gradient_z_south_x = omega_xz_south - alpha_south_y;
         let gradient_z_south_y = omega_yz_south - south_part;
+        // south: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let across_south_3 = mul_add(c(0.4999998655490338), free_fall_south_east_y,
             sin_ground_east * c(6.007374132640437));
         let free_fall_south_x = mul_add(c(-0.8660254814097262), free_fall_south_east_y,
             sin_ground_east * c(3.468357829071642));
         let free_fall_south_z = mul_add(-sin_south_south_east, across_south_3,
             cos_south_south_east * free_fall_south_east_z);
+        // south: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let moment_own_south_x = -free_fall_south_z * c(1.702501854199059e-4)
             - mul_add(c(-2.3726582693412885e-8), gradient_y_south_z,
             mul_add(c(-6.64555505684884e-6), gradient_z_south_x,
@@ -349,11 +363,13 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let moment_own_south_z = mul_add(c(1.702501854199059e-4), free_fall_south_x,
             -mul_add(c(-5.565308808048279e-6), gradient_x_south_y,
             -c(6.64555505684884e-6) * (omega_yy_south - omega_xx_south)));
+        // south: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let moment_above_south_x = mul_add(c(5.755220017342357e-6), cos_south_south_east,
             c(2.7945169439196375e-6));
         let moment_above_south_y = mul_add(c(3.3227766349231214e-6), cos_south_south_east,
             c(-4.840247064883071e-6));
         let moment_above_south_z = sin_south_south_east * c(6.64555505684884e-6);
+        // south: composite inertia: m, h, S of all beyond the hinge
         let twist_south = sin_south_south_east * c(5.541582225354866e-6);
         let bend_south = sin_south_south_east * twist_south;
         let shear_south = cos_south_south_east * twist_south;
@@ -361,12 +377,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let twist_south_2 = mul_add(c(0.8660254814097262), turned_yy_south,
             cos_south_south_east * c(-6.645553269846243e-6));
         let south_part_3 = c(0.8660254814097262) * twist_south_2;
-        // south_east
+        // south_east: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let across_south_east_3 = mul_add(-sin_south_east_east, moment_above_south_z,
             cos_south_east_east * moment_above_south_y);
         let moment_above_south_east_x = mul_add(c(0.7071067811865475), across_south_east_3,
             c(0.7071067811865475) * moment_above_south_x);
-        // south_ghost0
+        // south_ghost0: angular velocity: w = R^T w_parent + u e_x
         let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
             south_west_part_2 * c(-0.7071071698144961));
         let carried_south_ghost0_x = mul_add(c(0.7071071698144961), omega_south_west_x,
@@ -376,12 +392,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let carried_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0,
             cos_south_west_south * south_west_part_3);
         let omega_south_ghost0_x = carried_south_ghost0_x + u[0];
+        // south_ghost0: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
         let across_south_ghost0_2 = alpha_south_west_y * c(0.7071071698144961);
         let alpha_south_ghost0_x = alpha_south_west_y * c(0.7071063925583853);
         let alpha_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0_2,
             mul_add(sin_south_west_south, south_west_part_4, carried_south_ghost0_z * u[0]));
         let alpha_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_2,
             mul_add(-carried_south_ghost0_y, u[0], cos_south_west_south * south_west_part_4));
+        // south_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xy_south_ghost0 = carried_south_ghost0_y * omega_south_ghost0_x;
         let omega_xz_south_ghost0 = carried_south_ghost0_z * omega_south_ghost0_x;
         let omega_yz_south_ghost0 = carried_south_ghost0_y * carried_south_ghost0_z;
@@ -391,12 +409,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let gradient_y_south_ghost0_z = omega_yz_south_ghost0 - alpha_south_ghost0_x;
         let gradient_z_south_ghost0_x = omega_xz_south_ghost0 - alpha_south_ghost0_y;
         let gradient_z_south_ghost0_y = alpha_south_ghost0_x + omega_yz_south_ghost0;
+        // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let across_south_ghost0_3 = mul_add(c(6.007372737186426), sin_ground_west,
             free_fall_south_west_y * c(0.7071071698144961));
         let free_fall_south_ghost0_x = mul_add(c(0.7071063925583853), free_fall_south_west_y,
             sin_ground_west * c(-6.007379340531013));
         let free_fall_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_3,
             cos_south_west_south * free_fall_south_west_z);
+        // south_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let moment_own_south_ghost0_x = mul_add(c(1.7025149681007906e-4), free_fall_south_ghost0_z,
             -mul_add(c(-2.372658269341246e-8), gradient_y_south_ghost0_z,
             mul_add(c(5.5653677591751645e-6), gradient_z_south_ghost0_y,
@@ -407,6 +427,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             - mul_add(c(-5.5653677591751645e-6), gradient_x_south_ghost0_y,
             c(6.645589092322223e-6) * mul_add(-omega_south_ghost0_x, omega_south_ghost0_x,
             carried_south_ghost0_y * carried_south_ghost0_y));
+        // south_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let across_south_ghost0_4 = mul_add(-sin_south_west_south, moment_own_south_ghost0_z,
             -cos_south_west_south * south_ghost0_part);
         let moment_above_south_ghost0_x = mul_add(c(-0.7071063925583853), across_south_ghost0_4,
@@ -415,11 +436,13 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             c(0.7071071698144961) * across_south_ghost0_4);
         let moment_above_south_ghost0_z = mul_add(-sin_south_west_south, south_ghost0_part,
             cos_south_west_south * moment_own_south_ghost0_z);
+        // south_ghost0: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let moment_above_south_ghost0_x_2 = mul_add(c(4.699138529497321e-6), cos_south_west_south,
             c(3.952088681904903e-6));
         let moment_above_south_ghost0_y_2 = mul_add(c(-4.699143694822053e-6), cos_south_west_south,
             c(3.952084337747171e-6));
         let turned_xz_south_ghost0 = sin_south_west_south * c(6.645589092322223e-6);
+        // south_ghost0: composite inertia: m, h, S of all beyond the hinge
         let twist_south_ghost0 = sin_south_west_south * c(5.541641176481752e-6);
         let bend_south_ghost0 = sin_south_west_south * twist_south_ghost0;
         let shear_south_ghost0 = cos_south_west_south * twist_south_ghost0;
@@ -427,11 +450,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let twist_south_ghost0_2 = mul_add(c(-0.7071063925583853), turned_yy_south_ghost0,
             cos_south_west_south * c(9.398287389644106e-6));
         let bend_south_ghost0_2 = c(0.7071063925583853) * twist_south_ghost0_2;
-        // south_west
+        // south_west: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let across_south_west_2 = mul_add(cos_west_south_west, moment_above_south_ghost0_y_2,
             sin_west_south_west * turned_xz_south_ghost0);
         let moment_above_south_west_x = mul_add(c(-0.8660257562110547), across_south_west_2,
             c(0.4999993895786978) * moment_above_south_ghost0_x_2);
+        // south_west: composite inertia: m, h, S of all beyond the hinge
         let second_moment_xy_south_west = mul_add(c(0.7071071698144961), twist_south_ghost0_2,
             mul_add(c(-6.645589092322223e-6), cos_south_west_south, c(1.2394283547934881e-5)));
         let second_moment_xz_south_west = mul_add(c(-0.7071063925583853), shear_south_ghost0,
@@ -441,6 +465,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let second_moment_yz_south_west = mul_add(c(4.699138529497321e-6), sin_south_west_south,
             c(0.7071071698144961) * shear_south_ghost0);
         let second_moment_zz_south_west = bend_south_ghost0 + c(5.0515633909806605e-8);
+        // south_west: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let mass_west_south_west_west_south_west = second_moment_yy_south_west
             + second_moment_zz_south_west;
         let south_west_part_6 = sin_west_south_west * second_moment_xz_south_west;
@@ -448,6 +473,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let across_south_west_3 = south_west_part_6 - south_west_part_7;
         let moment_above_south_west_x_2 = mul_add(c(-0.8660257562110547), across_south_west_3,
             c(0.4999993895786978) * mass_west_south_west_west_south_west);
+        // south_west: composite inertia: m, h, S of all beyond the hinge
         let twist_south_west = mul_add(second_moment_yz_south_west, cos_west_south_west * c(2.0),
             sin_west_south_west * (second_moment_yy_south_west - second_moment_zz_south_west));
         let bend_south_west = sin_west_south_west * twist_south_west;
@@ -455,7 +481,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let turned_yy_south_west = second_moment_yy_south_west - bend_south_west;
         let twist_south_west_2 = mul_add(c(0.8660257562110547), -bend_south_ghost0_2
             - turned_yy_south_west, turned_xy_south_west * c(0.9999987791573955));
-        // south_east
+        // south_east: composite inertia: m, h, S of all beyond the hinge
         let second_moment_xy_south_east = mul_add(c(6.64555505684884e-6), cos_south_south_east,
             mul_add(c(0.4999998655490338), twist_south_2, c(-1.293994125217518e-5)));
         let second_moment_xz_south_east = mul_add(c(0.8660254814097262), shear_south,
@@ -464,6 +490,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let second_moment_yz_south_east = mul_add(c(5.755220017342357e-6), sin_south_south_east,
             c(0.4999998655490338) * shear_south);
         let second_moment_zz_south_east = bend_south + c(5.711232105341301e-8);
+        // south_east: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let mass_south_east_east_south_east_east = second_moment_yy_south_east
             + second_moment_zz_south_east;
         let south_east_part_7 = sin_south_east_east * second_moment_xz_south_east;
@@ -471,6 +498,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let across_south_east_4 = south_east_part_7 - south_east_part_8;
         let moment_above_south_east_x_2 = mul_add(c(0.7071067811865475),
             mass_south_east_east_south_east_east, c(0.7071067811865475) * across_south_east_4);
+        // south_east: composite inertia: m, h, S of all beyond the hinge
         let twist_south_east = mul_add(second_moment_yz_south_east, cos_south_east_east * c(2.0),
             sin_south_east_east * (second_moment_yy_south_east - second_moment_zz_south_east));
         let bend_south_east = sin_south_east_east * twist_south_east;
@@ -478,13 +506,15 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let turned_yy_south_east = second_moment_yy_south_east - bend_south_east;
         let twist_south_east_2 = mul_add(c(-0.7071067811865475), south_part_3
             - turned_yy_south_east, turned_xy_south_east * c(1.414213562373095));
-        // loop 0
+        // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
         let closure0_0_ground_west = c(0.08068423607472834) * carried_south_ghost0_z_by_ground_west;
+        // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
         let loop0_part = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
             omega_xx_south + omega_zz_south, gradient_y_south_x * c(0.04034213973350825)),
             mul_add(c(-0.06987458559937648), gradient_x_south_y, (omega_yy_south
             + omega_zz_south) * c(-0.04034213973350825)) * c(0.8660252485338008));
         let gamma0_0 = mul_add(c(0.08068423607472834), gradient_y_south_ghost0_x, -loop0_part);
+        // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
         let closure0_1_west_south_west = -cos_south_west_south * c(-0.0570523391071303);
         let closure0_1_south_east_east = mul_add(c(0.03493732098380993), cos_south_south_east,
             c(0.03493728340498269));
@@ -492,30 +522,35 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             c(0.04034213973350825) * carried_south_y_by_ground_east);
         let closure0_1_ground_west =
             -c(0.08068423607472835) * carried_south_ghost0_y_by_ground_west;
+        // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
         let gamma0_1 = mul_add(c(0.08068423607472835), gradient_z_south_ghost0_x,
             -mul_add(c(-0.06987458559937648), gradient_z_south_y,
             gradient_z_south_x * c(0.04034213973350825)));
+        // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
         let closure0_2_south_east_east = mul_add(c(0.060513171632005154), cos_south_south_east,
             c(-0.020171064442714458));
         let closure0_2_ground_east = mul_add(c(-0.040342139733508246),
             carried_south_x_by_ground_east, carried_south_y_by_ground_east * c(0.0698745855993765));
         let closure0_2_ground_west = c(0.08068423607472835) * carried_south_ghost0_x_by_ground_west;
+        // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
         let gamma0_2 = mul_add(c(0.08068423607472835), gradient_z_south_ghost0_y,
             -mul_add(c(0.040342139733508246), gradient_z_south_y,
             gradient_z_south_x * c(0.0698745855993765)));
-        // west
+        // west: composite inertia: m, h, S of all beyond the hinge
         let second_moment_yy_west = mul_add(c(0.8660257562110547), twist_south_west_2,
             turned_yy_south_west + c(1.9727866980665146e-5));
         let second_moment_zz_west = bend_south_west + (second_moment_zz_south_west
             + c(3.3386074605289806e-8));
+        // west: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let mass_ground_west_ground_west = second_moment_yy_west + second_moment_zz_west;
-        // east
+        // east: composite inertia: m, h, S of all beyond the hinge
         let second_moment_yy_east = mul_add(c(-0.7071067811865475), twist_south_east_2,
             turned_yy_south_east + c(1.0537942653489101e-5));
         let second_moment_zz_east = bend_south_east + (second_moment_zz_south_east
             + c(2.6789645046735387e-8));
+        // east: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let mass_ground_east_ground_east = second_moment_yy_east + second_moment_zz_east;
-        // south
+        // south: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let across_south_4 = mul_add(-sin_south_south_east, moment_own_south_z,
             -cos_south_south_east * south_part_2);
         let moment_above_south_x_2 = mul_add(c(0.8660254814097262), across_south_4,
@@ -524,7 +559,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             c(0.4999998655490338) * across_south_4);
         let moment_above_south_z_2 = mul_add(-sin_south_south_east, south_part_2,
             cos_south_south_east * moment_own_south_z);
-        // south_west
+        // south_west: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let moment_south_west_x = moment_own_south_west_x + moment_above_south_ghost0_x;
         let moment_south_west_y = moment_above_south_ghost0_y - mul_add(c(1.2394283547934881e-5),
             south_west_part_5, gradient_x_south_west_z * c(2.6789051216394143e-8));
@@ -533,7 +568,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             cos_west_south_west * moment_south_west_y);
         let moment_above_south_west_x_3 = mul_add(c(-0.8660257562110547), across_south_west_4,
             c(0.4999993895786978) * moment_south_west_x);
-        // south_east
+        // south_east: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let moment_south_east_x = moment_own_south_east_x + moment_above_south_x_2;
         let moment_south_east_y = moment_above_south_y_2 - mul_add(c(-1.293994125217518e-5),
             south_east_part_5, gradient_x_south_east_z * c(3.338573836000013e-8));
@@ -542,10 +577,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             cos_south_east_east * moment_south_east_y);
         let moment_above_south_east_x_3 = mul_add(c(0.7071067811865475), across_south_east_5,
             c(0.7071067811865475) * moment_south_east_x);
-        // west
+        // west: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let moment_west_x = mul_add(c(-6.332769027236974e-3), cos_ground_west,
             moment_above_south_west_x_3);
-        // east
+        // east: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let moment_east_x = mul_add(c(4.625527205006544e-3), cos_ground_east,
             moment_above_south_east_x_3);
         mass[0] = c(5.5890943418685765e-6);
@@ -627,11 +662,11 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             (sin_south_south_east, cos_south_south_east),
             (sin_south_west_south, cos_south_west_south),
         ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
-        // east
+        // east: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
-        // west
+        // west: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_z_west_x = sin_ground_west * c(0.7071067811865475);
-        // south_east
+        // south_east: placement: A = A_parent R, p = p_parent + A_parent r
         let south_east_part = cos_ground_east * c(-0.4999999999999999);
         let across_south_east_x = south_east_part + c(0.4999999999999999);
         let south_east_part_2 = cos_ground_east * c(0.4999999999999999);
@@ -650,7 +685,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_z_south_east_y = mul_add(-sin_south_east_east, across_south_east_y,
             -south_east_part_4);
         let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east, -south_east_part_3);
-        // south_west
+        // south_west: placement: A = A_parent R, p = p_parent + A_parent r
         let south_west_part = cos_ground_west * c(-0.35355295896023153);
         let across_south_west_x = c(0.6123726848990445) + south_west_part;
         let across_south_west_y = south_west_part - c(0.6123726848990445);
@@ -673,7 +708,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             south_west_part_4);
         let axis_z_south_west_z = mul_add(-sin_west_south_west, across_south_west_z,
             cos_ground_west * cos_west_south_west);
-        // south
+        // south: placement: A = A_parent R, p = p_parent + A_parent r
         let across_south_x = mul_add(c(0.8660254814097262), axis_x_south_east_x,
             axis_y_south_east_x * c(0.4999998655490338));
         let across_south_y = mul_add(c(0.8660254814097262), axis_x_south_east_y,
@@ -692,7 +727,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             sin_south_south_east * axis_z_south_east_y);
         let axis_y_south_z = mul_add(cos_south_south_east, across_south_z,
             sin_south_south_east * axis_z_south_east_z);
-        // south_ghost0
+        // south_ghost0: placement: A = A_parent R, p = p_parent + A_parent r
         let across_south_ghost0_x = mul_add(c(-0.7071063925583853), axis_x_south_west_x,
             axis_y_south_west_x * c(0.7071071698144961));
         let across_south_ghost0_y = mul_add(c(-0.7071063925583853), axis_x_south_west_y,
@@ -711,13 +746,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             sin_south_west_south * axis_z_south_west_y);
         let axis_y_south_ghost0_z = mul_add(cos_south_west_south, across_south_ghost0_z,
             sin_south_west_south * axis_z_south_west_z);
+        // south_ghost0: closure points: P = p + A p_P, from the common ancestor of both sides
         let point1_ghost_south_ghost0_x = mul_add(c(0.08068423607472835), axis_x_south_ghost0_x,
             c(9.3319e-3));
         let point1_ghost_south_ghost0_y = mul_add(c(0.08068423607472835), axis_x_south_ghost0_y,
             c(-0.0293065));
         let point1_ghost_south_ghost0_z = mul_add(c(0.08068423607472835), axis_x_south_ghost0_z,
             c(3.075e-3));
-        // south
+        // south: closure points: P = p + A p_P, from the common ancestor of both sides
         let point1_original_south_x = mul_add(c(-0.06987458559937648), axis_y_south_x,
             mul_add(c(0.04034213973350825), axis_x_south_x, c(9.3319e-3)));
         let point1_original_south_y = mul_add(c(-0.06987458559937648), axis_y_south_y,
@@ -730,29 +766,30 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             mul_add(c(0.0698745855993765), axis_x_south_y, c(-0.0293065)));
         let point2_original_south_z = mul_add(c(0.040342139733508246), axis_y_south_z,
             mul_add(c(0.0698745855993765), axis_x_south_z, c(3.075e-3)));
-        // south_ghost0
+        // south_ghost0: Jacobian of the closure residual: dP/dq = e_x x (P - p)
         let arm0_1_south_ghost0_x = point1_ghost_south_ghost0_x - c(9.3319e-3);
         let arm0_1_south_ghost0_y = c(0.0293065) + point1_ghost_south_ghost0_y;
         let arm0_1_south_ghost0_z = point1_ghost_south_ghost0_z - c(3.075e-3);
+        // south_ghost0: closure points: P = p + A p_P, from the common ancestor of both sides
         let point2_ghost_south_ghost0_x = mul_add(c(0.08068423607472835), axis_y_south_ghost0_x,
             c(9.3319e-3));
         let point2_ghost_south_ghost0_y = mul_add(c(0.08068423607472835), axis_y_south_ghost0_y,
             c(-0.0293065));
         let point2_ghost_south_ghost0_z = mul_add(c(0.08068423607472835), axis_y_south_ghost0_z,
             c(3.075e-3));
-        // south
+        // south: Jacobian of the closure residual: dP/dq = e_x x (P - p)
         let arm0_1_south_x = point1_original_south_x - c(9.3319e-3);
         let arm0_1_south_y = c(0.0293065) + point1_original_south_y;
         let arm0_1_south_z = point1_original_south_z - c(3.075e-3);
-        // south_ghost0
+        // south_ghost0: Jacobian of the closure residual: dP/dq = e_x x (P - p)
         let arm0_2_south_ghost0_x = point2_ghost_south_ghost0_x - c(9.3319e-3);
         let arm0_2_south_ghost0_y = c(0.0293065) + point2_ghost_south_ghost0_y;
         let arm0_2_south_ghost0_z = point2_ghost_south_ghost0_z - c(3.075e-3);
-        // south
+        // south: Jacobian of the closure residual: dP/dq = e_x x (P - p)
         let arm0_2_south_x = point2_original_south_x - c(9.3319e-3);
         let arm0_2_south_y = c(0.0293065) + point2_original_south_y;
         let arm0_2_south_z = point2_original_south_z - c(3.075e-3);
-        // the whole mechanism
+        // mechanism: results: what the function returns
         let part = c(0.7071067811865475) * arm0_1_south_z;
         let part_2 = c(0.7071067811865475) * arm0_1_south_ghost0_z;
         let part_3 = c(0.7071067811865475) * arm0_2_south_z;
@@ -855,12 +892,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             (sin_west_south_west, cos_west_south_west),
             (sin_south_south_east, cos_south_south_east),
         ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1]]);
-        // east
+        // east: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
         let axis_z_east_y = -axis_z_east_x;
-        // west
+        // west: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_z_west_x = sin_ground_west * c(0.7071067811865475);
-        // south_east
+        // south_east: placement: A = A_parent R, p = p_parent + A_parent r
         let south_east_part = cos_ground_east * c(-0.4999999999999999);
         let across_south_east_x = south_east_part + c(0.4999999999999999);
         let south_east_part_2 = cos_ground_east * c(0.4999999999999999);
@@ -879,7 +916,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_z_south_east_y = mul_add(-sin_south_east_east, across_south_east_y,
             -south_east_part_4);
         let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east, -south_east_part_3);
-        // south_west
+        // south_west: placement: A = A_parent R, p = p_parent + A_parent r
         let south_west_part = cos_ground_west * c(-0.35355295896023153);
         let across_south_west_x = c(0.6123726848990445) + south_west_part;
         let across_south_west_y = south_west_part - c(0.6123726848990445);
@@ -901,7 +938,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             south_west_part_4);
         let axis_z_south_west_z = mul_add(-sin_west_south_west, across_south_west_z,
             cos_ground_west * cos_west_south_west);
-        // south
+        // south: placement: A = A_parent R, p = p_parent + A_parent r
         let across_south_x = mul_add(c(0.8660254814097262), axis_x_south_east_x,
             axis_y_south_east_x * c(0.4999998655490338));
         let across_south_y = mul_add(c(0.8660254814097262), axis_x_south_east_y,
@@ -926,7 +963,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             cos_south_south_east * axis_z_south_east_y);
         let axis_z_south_z = mul_add(-sin_south_south_east, across_south_z,
             cos_south_south_east * axis_z_south_east_z);
-        // the whole mechanism
+        // mechanism: results: what the function returns
         let part = cos_ground_west * c(-0.4999999999999999);
         let part_2 = c(0.4999999999999999) - part;
         let part_3 = -part - c(0.4999999999999999);
@@ -1043,9 +1080,9 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             (sin_south_east_east, cos_south_east_east),
             (sin_south_south_east, cos_south_south_east),
         ] = S::sin_cos_all([q[4], q[3], q[1]]);
-        // east
+        // east: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
-        // south_east
+        // south_east: placement: A = A_parent R, p = p_parent + A_parent r
         let south_east_part = cos_ground_east * c(-0.4999999999999999);
         let across_south_east_x = south_east_part + c(0.4999999999999999);
         let south_east_part_2 = cos_ground_east * c(0.4999999999999999);
@@ -1064,7 +1101,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_z_south_east_y = mul_add(-sin_south_east_east, across_south_east_y,
             -south_east_part_4);
         let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east, -south_east_part_3);
-        // south
+        // south: placement: A = A_parent R, p = p_parent + A_parent r
         let across_south_x = mul_add(c(0.8660254814097262), axis_x_south_east_x,
             axis_y_south_east_x * c(0.4999998655490338));
         let across_south_y = mul_add(c(0.8660254814097262), axis_x_south_east_y,
@@ -1108,17 +1145,17 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             (sin_south_south_east, cos_south_south_east),
             (sin_south_west_south, cos_south_west_south),
         ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
-        // south_west
+        // south_west: angular velocity: w = R^T w_parent + u e_x
         let south_west_part = u[5] * c(0.8660257562110547);
         let south_west_part_2 = cos_west_south_west * south_west_part;
         let south_west_part_3 = sin_west_south_west * south_west_part;
         let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
-        // south_east
+        // south_east: angular velocity: w = R^T w_parent + u e_x
         let across_south_east = u[4] * c(0.7071067811865475);
         let carried_south_east_y = cos_south_east_east * across_south_east;
         let south_east_part = sin_south_east_east * across_south_east;
         let omega_south_east_x = across_south_east + u[3];
-        // south_ghost0
+        // south_ghost0: angular velocity: w = R^T w_parent + u e_x
         let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
             south_west_part_2 * c(-0.7071071698144961));
         let carried_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0,
@@ -1127,7 +1164,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             cos_south_west_south * south_west_part_3);
         let omega_south_ghost0_x = mul_add(c(-0.7071063925583853), south_west_part_2,
             mul_add(c(0.7071071698144961), omega_south_west_x, u[0]));
-        // south
+        // south: angular velocity: w = R^T w_parent + u e_x
         let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
             carried_south_east_y * c(0.4999998655490338));
         let carried_south_y = mul_add(-sin_south_south_east, south_east_part,
@@ -1136,57 +1173,57 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             -cos_south_south_east * south_east_part);
         let omega_south_x = mul_add(c(-0.8660254814097262), carried_south_east_y,
             mul_add(c(0.4999998655490338), omega_south_east_x, u[1]));
-        // south_east
+        // south_east: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2
         let south_east_part_2 = mul_add(omega_south_east_x, mul_add(c(6.528386880865058e-6),
             omega_south_east_x, carried_south_east_y * c(7.2072789294646456e-6)),
             mul_add(c(1.9085552925721835e-5), south_east_part * south_east_part,
             carried_south_east_y * mul_add(c(1.2623937521576779e-5), carried_south_east_y,
             omega_south_east_x * c(7.2072789294646456e-6))));
-        // south_west
+        // south_west: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2
         let south_west_part_4 = mul_add(omega_south_west_x, mul_add(c(5.7748035664558305e-6),
             south_west_part_2, omega_south_west_x * c(3.500911243495723e-6)),
             mul_add(-south_west_part_2, mul_add(c(-5.7748035664558305e-6), omega_south_west_x,
             south_west_part_2 * c(-1.3277584214115281e-5)),
             south_west_part_3 * south_west_part_3 * c(1.6724917355178218e-5)));
-        // east
+        // east: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
-        // south_west
+        // south_west: placement: A = A_parent R, p = p_parent + A_parent r
         let across_south_west_z = sin_ground_west * c(0.4999993895786978);
         let axis_y_south_west_z = mul_add(cos_west_south_west, across_south_west_z,
             cos_ground_west * sin_west_south_west);
         let axis_z_south_west_z = mul_add(-sin_west_south_west, across_south_west_z,
             cos_ground_west * cos_west_south_west);
-        // south_east
+        // south_east: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_south_east_z = mul_add(cos_south_east_east, axis_z_east_x,
             cos_ground_east * sin_south_east_east);
         let axis_z_south_east_z = mul_add(-sin_south_east_east, axis_z_east_x,
             cos_ground_east * cos_south_east_east);
-        // south
+        // south: placement: A = A_parent R, p = p_parent + A_parent r
         let across_south_z = mul_add(c(-0.6123724905851617), sin_ground_east,
             c(0.4999998655490338) * axis_y_south_east_z);
         let axis_x_south_z = mul_add(c(-0.8660254814097262), axis_y_south_east_z,
             sin_ground_east * c(-0.3535532955220838));
         let axis_y_south_z = mul_add(cos_south_south_east, across_south_z,
             sin_south_south_east * axis_z_south_east_z);
-        // south_ghost0
+        // south_ghost0: placement: A = A_parent R, p = p_parent + A_parent r
         let across_south_ghost0_z = mul_add(c(-0.6123723483370465), sin_ground_west,
             c(0.7071071698144961) * axis_y_south_west_z);
         let axis_x_south_ghost0_z = mul_add(c(0.7071063925583853), axis_y_south_west_z,
             sin_ground_west * c(0.6123730214608576));
         let axis_y_south_ghost0_z = mul_add(cos_south_west_south, across_south_ghost0_z,
             sin_south_west_south * axis_z_south_west_z);
-        // south
+        // south: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2
         let south_part = mul_add(omega_south_x, mul_add(c(5.589035390741692e-6), omega_south_x,
             carried_south_y * c(6.64555505684884e-6)), mul_add(c(1.8804327722141266e-5),
             carried_south_z * carried_south_z, carried_south_y * mul_add(c(1.3262745496786401e-5),
             carried_south_y, omega_south_x * c(6.64555505684884e-6))));
-        // south_ghost0
+        // south_ghost0: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2
         let south_ghost0_part = mul_add(omega_south_ghost0_x, mul_add(c(-6.645589092322223e-6),
             carried_south_ghost0_y, omega_south_ghost0_x * c(5.5890943418685765e-6)),
             mul_add(c(1.880432772214127e-5), carried_south_ghost0_z * carried_south_ghost0_z,
             carried_south_ghost0_y * mul_add(c(-6.645589092322223e-6), omega_south_ghost0_x,
             carried_south_ghost0_y * c(1.3262686545659517e-5))));
-        // the whole mechanism
+        // mechanism: results: what the function returns
         let part = mul_add(c(0.5), south_part, mul_add(c(0.5), south_west_part_4, mul_add(c(0.5),
             south_east_part_2, mul_add(c(2.429264555308989e-6), u[5] * u[5],
             u[4] * u[4] * c(1.3072899663325737e-6)))));
@@ -1229,17 +1266,20 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             (sin_south_south_east, cos_south_south_east),
             (sin_south_west_south, cos_south_west_south),
         ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
-        // east
+        // east: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_east = u[4] * u[4];
+        // east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let east_part = cos_ground_east * c(9.81);
-        // west
+        // west: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_west = u[5] * u[5];
+        // west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let west_part = cos_ground_west * c(9.81);
-        // south_west
+        // south_west: angular velocity: w = R^T w_parent + u e_x
         let south_west_part = u[5] * c(0.8660257562110547);
         let south_west_part_2 = cos_west_south_west * south_west_part;
         let south_west_part_3 = sin_west_south_west * south_west_part;
         let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
+        // south_west: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_south_west = omega_south_west_x * omega_south_west_x;
         let omega_yy_south_west = south_west_part_2 * south_west_part_2;
         let omega_zz_south_west = south_west_part_3 * south_west_part_3;
@@ -1248,11 +1288,13 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let omega_xz_south_west = south_west_part_3 * omega_south_west_x;
         let south_west_part_5 = south_west_part_2 * south_west_part_3;
         let omega_yz_south_west = -south_west_part_5;
+        // south_west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let across_south_west = sin_ground_west * c(-4.904994011767025);
         let free_fall_south_west_y = mul_add(-sin_west_south_west, west_part,
             cos_west_south_west * across_south_west);
         let free_fall_south_west_z = mul_add(-sin_west_south_west, across_south_west,
             -cos_west_south_west * west_part);
+        // south_west: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let south_west_part_6 = c(0.8660257562110547) * a[5];
         let alpha_moving_south_west_x = mul_add(c(0.4999993895786978), a[5], a[2]);
         let alpha_moving_south_west_y = mul_add(-cos_west_south_west, south_west_part_6,
@@ -1265,7 +1307,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let gradient_moving_y_south_west_z = omega_yz_south_west - alpha_moving_south_west_x;
         let gradient_moving_z_south_west_x = omega_xz_south_west - alpha_moving_south_west_y;
         let gradient_moving_z_south_west_y = alpha_moving_south_west_x - south_west_part_5;
-        // west
+        // west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let force_own_west_y = mul_add(c(1.885487028387268e-4), omega_xx_west,
             sin_ground_west * c(-0.10437938848616371));
         let force_own_west_z = mul_add(c(-1.885487028387268e-4), a[5],
@@ -1276,11 +1318,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             a[5] * c(6.243161609895162e-6));
         let moment_own_west_z = mul_add(c(6.243161609895162e-6), omega_xx_west,
             sin_ground_west * c(-3.539652672546511e-3));
-        // south_east
+        // south_east: angular velocity: w = R^T w_parent + u e_x
         let across_south_east = u[4] * c(0.7071067811865475);
         let carried_south_east_y = cos_south_east_east * across_south_east;
         let south_east_part = sin_south_east_east * across_south_east;
         let omega_south_east_x = across_south_east + u[3];
+        // south_east: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_south_east = omega_south_east_x * omega_south_east_x;
         let omega_yy_south_east = carried_south_east_y * carried_south_east_y;
         let omega_zz_south_east = south_east_part * south_east_part;
@@ -1289,11 +1332,13 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let omega_xz_south_east = -south_east_part_2;
         let south_east_part_3 = carried_south_east_y * south_east_part;
         let omega_yz_south_east = -south_east_part_3;
+        // south_east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let across_south_east_2 = sin_ground_east * c(-6.936717523440031);
         let free_fall_south_east_y = mul_add(-sin_south_east_east, east_part,
             cos_south_east_east * across_south_east_2);
         let free_fall_south_east_z = mul_add(-sin_south_east_east, across_south_east_2,
             -cos_south_east_east * east_part);
+        // south_east: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let across_south_east_3 = c(0.7071067811865475) * a[4];
         let alpha_moving_south_east_x = across_south_east_3 + a[3];
         let alpha_moving_south_east_y = mul_add(-south_east_part, u[3],
@@ -1306,7 +1351,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let gradient_moving_y_south_east_z = omega_yz_south_east - alpha_moving_south_east_x;
         let gradient_moving_z_south_east_x = omega_xz_south_east - alpha_moving_south_east_y;
         let gradient_moving_z_south_east_y = alpha_moving_south_east_x - south_east_part_3;
-        // east
+        // east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let force_own_east_y = mul_add(c(-1.2422592520055817e-4), omega_xx_east,
             sin_ground_east * c(-0.08377369437565946));
         let force_own_east_z = mul_add(c(1.2422592520055817e-4), a[4],
@@ -1317,7 +1362,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             -cos_ground_east * c(-3.2095218013892565e-3));
         let moment_own_east_z = mul_add(c(-4.888494966109656e-6), omega_xx_east,
             sin_ground_east * c(-3.2095218013892565e-3));
-        // south
+        // south: angular velocity: w = R^T w_parent + u e_x
         let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
             carried_south_east_y * c(0.4999998655490338));
         let carried_south_x = mul_add(c(-0.8660254814097262), carried_south_east_y,
@@ -1327,12 +1372,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let carried_south_z = mul_add(-sin_south_south_east, across_south,
             -cos_south_south_east * south_east_part);
         let omega_south_x = carried_south_x + u[1];
+        // south: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_south = omega_south_x * omega_south_x;
         let omega_yy_south = carried_south_y * carried_south_y;
         let omega_zz_south = carried_south_z * carried_south_z;
         let omega_xy_south = carried_south_y * omega_south_x;
         let omega_xz_south = carried_south_z * omega_south_x;
         let omega_yz_south = carried_south_y * carried_south_z;
+        // south: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let across_south_2 = mul_add(c(0.4999998655490338), free_fall_south_east_y,
             sin_ground_east * c(6.007374132640437));
         let free_fall_south_x = mul_add(c(-0.8660254814097262), free_fall_south_east_y,
@@ -1341,7 +1388,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             sin_south_south_east * free_fall_south_east_z);
         let free_fall_south_z = mul_add(-sin_south_south_east, across_south_2,
             cos_south_south_east * free_fall_south_east_z);
-        // south_ghost0
+        // south_ghost0: angular velocity: w = R^T w_parent + u e_x
         let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
             south_west_part_2 * c(-0.7071071698144961));
         let carried_south_ghost0_x = mul_add(c(0.7071071698144961), omega_south_west_x,
@@ -1351,12 +1398,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let carried_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0,
             cos_south_west_south * south_west_part_3);
         let omega_south_ghost0_x = carried_south_ghost0_x + u[0];
+        // south_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_south_ghost0 = omega_south_ghost0_x * omega_south_ghost0_x;
         let omega_yy_south_ghost0 = carried_south_ghost0_y * carried_south_ghost0_y;
         let omega_zz_south_ghost0 = carried_south_ghost0_z * carried_south_ghost0_z;
         let omega_xy_south_ghost0 = carried_south_ghost0_y * omega_south_ghost0_x;
         let omega_xz_south_ghost0 = carried_south_ghost0_z * omega_south_ghost0_x;
         let omega_yz_south_ghost0 = carried_south_ghost0_y * carried_south_ghost0_z;
+        // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let across_south_ghost0_2 = mul_add(c(6.007372737186426), sin_ground_west,
             free_fall_south_west_y * c(0.7071071698144961));
         let free_fall_south_ghost0_x = mul_add(c(0.7071063925583853), free_fall_south_west_y,
@@ -1365,6 +1414,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             sin_south_west_south * free_fall_south_west_z);
         let free_fall_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_2,
             cos_south_west_south * free_fall_south_west_z);
+        // south_ghost0: closure forces: (f, n) of lambda along the rows of the closure
         let force_closing_south_ghost0_y = lambda[0] * c(0.9999999999999999);
         let force_closing_south_ghost0_z = lambda[1] + lambda[2];
         let south_ghost0_part = lambda[1] * c(0.08068423607472835);
@@ -1382,7 +1432,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             c(0.7071071698144961) * across_south_ghost0_4);
         let moment_above_south_ghost0_z = mul_add(-sin_south_west_south, south_ghost0_part,
             cos_south_west_south * moment_closing_south_ghost0_z);
-        // south
+        // south: closure forces: (f, n) of lambda along the rows of the closure
         let south_part = lambda[0] * c(0.5000002689018962);
         let force_closing_south_z = -lambda[1] - lambda[2];
         let moment_closing_south_x = mul_add(c(-0.040342139733508246), lambda[2],
@@ -1406,7 +1456,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             c(0.4999998655490338) * across_south_4);
         let moment_above_south_z = mul_add(cos_south_south_east, moment_closing_south_z,
             sin_south_south_east * moment_closing_south_y);
-        // south_east
+        // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let force_own_south_east_x = mul_add(c(0.07380660156279345), sin_ground_east,
             -mul_add(c(-2.1820669112261221e-4), gradient_moving_x_south_east_y, (omega_yy_south_east
             + omega_zz_south_east) * c(-3.4369412604123286e-4)));
@@ -1428,7 +1478,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             free_fall_south_east_y * c(3.4369412604123286e-4)) - mul_add(c(-6.4950011425050576e-6),
             gradient_moving_x_south_east_y, mul_add(c(-7.2072789294646456e-6), omega_yy_south_east
             - omega_xx_south_east, gradient_moving_y_south_east_x * c(1.2590551783216779e-5)));
-        // south_west
+        // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let force_own_south_west_x = mul_add(c(-0.07254860693208019), sin_ground_west,
             -mul_add(c(1.4350139506894642e-4), gradient_moving_x_south_west_y, (omega_yy_south_west
             + omega_zz_south_west) * c(-3.191766616116623e-4)));
@@ -1450,6 +1500,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             free_fall_south_west_y * c(3.191766616116623e-4)) - mul_add(c(-3.474122192279329e-6),
             gradient_moving_x_south_west_y, mul_add(c(5.7748035664558305e-6), omega_yy_south_west
             - omega_xx_south_west, gradient_moving_y_south_west_x * c(1.3250795162898888e-5)));
+        // south_west: closure forces: (f, n) of lambda along the rows of the closure
         let across_south_west_2 = mul_add(-sin_west_south_west, force_above_south_ghost0_z,
             cos_west_south_west * force_above_south_ghost0_y);
         let force_above_south_west_x = mul_add(c(-0.8660257562110547), across_south_west_2,
@@ -1466,7 +1517,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             c(0.4999993895786978) * across_south_west_3);
         let moment_above_south_west_z = mul_add(cos_west_south_west, moment_above_south_ghost0_z,
             sin_west_south_west * moment_above_south_ghost0_y);
-        // south_east
+        // south_east: closure forces: (f, n) of lambda along the rows of the closure
         let across_south_east_4 = mul_add(-sin_south_east_east, force_above_south_z,
             cos_south_east_east * force_above_south_y);
         let south_east_part_4 = c(0.7071067811865475) * force_above_south_x;
@@ -1483,7 +1534,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let moment_above_south_east_y = south_east_part_7 - south_east_part_6;
         let moment_above_south_east_z = mul_add(cos_south_east_east, moment_above_south_z,
             sin_south_east_east * moment_above_south_y);
-        // south
+        // south: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let across_south_5 = mul_add(c(0.8660254814097262), alpha_moving_south_east_x,
             c(0.4999998655490338) * alpha_moving_south_east_y);
         let alpha_moving_south_x = a[1] + mul_add(c(-0.8660254814097262), alpha_moving_south_east_y,
@@ -1498,11 +1549,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let gradient_moving_y_south_z = omega_yz_south - alpha_moving_south_x;
         let gradient_moving_z_south_x = omega_xz_south - alpha_moving_south_y;
         let gradient_moving_z_south_y = omega_yz_south + alpha_moving_south_x;
+        // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let moment_own_south_x = -free_fall_south_z * c(1.702501854199059e-4)
             - mul_add(c(-2.3726582693412885e-8), gradient_moving_y_south_z,
             mul_add(c(-6.64555505684884e-6), gradient_moving_z_south_x,
             gradient_moving_z_south_y * c(5.565308808048279e-6)));
-        // south_ghost0
+        // south_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let across_south_ghost0_5 = mul_add(c(-0.7071063925583853), alpha_moving_south_west_x,
             c(0.7071071698144961) * alpha_moving_south_west_y);
         let alpha_moving_south_ghost0_x = a[0] + mul_add(c(0.7071063925583853),
@@ -1519,11 +1571,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let gradient_moving_y_south_ghost0_z = omega_yz_south_ghost0 - alpha_moving_south_ghost0_x;
         let gradient_moving_z_south_ghost0_x = omega_xz_south_ghost0 - alpha_moving_south_ghost0_y;
         let gradient_moving_z_south_ghost0_y = omega_yz_south_ghost0 + alpha_moving_south_ghost0_x;
+        // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let moment_own_south_ghost0_x = mul_add(c(1.7025149681007906e-4), free_fall_south_ghost0_z,
             -mul_add(c(-2.372658269341246e-8), gradient_moving_y_south_ghost0_z,
             mul_add(c(5.5653677591751645e-6), gradient_moving_z_south_ghost0_y,
             gradient_moving_z_south_ghost0_x * c(6.645589092322223e-6))));
-        // south
+        // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let force_own_south_x = mul_add(c(7.559640658759916e-3), free_fall_south_x,
             -mul_add(c(-1.702501854199059e-4), gradient_moving_x_south_y, (omega_yy_south
             + omega_zz_south) * c(-2.9488359113430905e-4)));
@@ -1541,7 +1594,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             free_fall_south_y * c(2.9488359113430905e-4)) - mul_add(c(-5.565308808048279e-6),
             gradient_moving_x_south_y, mul_add(c(-6.64555505684884e-6), omega_yy_south
             - omega_xx_south, gradient_moving_y_south_x * c(1.3239018914092989e-5)));
-        // south_ghost0
+        // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let force_own_south_ghost0_x = mul_add(c(7.559640658759916e-3), free_fall_south_ghost0_x,
             -mul_add(c(1.7025149681007906e-4), gradient_moving_x_south_ghost0_y,
             (omega_yy_south_ghost0 + omega_zz_south_ghost0) * c(-2.948828340031111e-4)));
@@ -1575,7 +1628,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             moment_own_south_ghost0_x, c(0.7071071698144961) * across_south_ghost0_7);
         let moment_above_south_ghost0_z_2 = mul_add(cos_south_west_south, moment_own_south_ghost0_z,
             sin_south_west_south * moment_own_south_ghost0_y);
-        // south
+        // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let across_south_6 = mul_add(-sin_south_south_east, force_own_south_z,
             cos_south_south_east * force_own_south_y);
         let force_above_south_x_2 = mul_add(c(0.8660254814097262), across_south_6,
@@ -1592,7 +1645,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             c(0.4999998655490338) * across_south_7);
         let moment_above_south_z_2 = mul_add(cos_south_south_east, moment_own_south_z,
             sin_south_south_east * moment_own_south_y);
-        // south_east
+        // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let force_carried_south_east_x = force_own_south_east_x + force_above_south_x_2;
         let force_carried_south_east_y = force_own_south_east_y + force_above_south_y_2;
         let force_carried_south_east_z = force_own_south_east_z + force_above_south_z_2;
@@ -1615,7 +1668,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let moment_above_south_east_y_2 = south_east_part_11 - south_east_part_10;
         let moment_above_south_east_z_2 = mul_add(cos_south_east_east, moment_carried_south_east_z,
             sin_south_east_east * moment_carried_south_east_y);
-        // south_west
+        // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let force_carried_south_west_x = force_own_south_west_x + force_above_south_ghost0_x;
         let force_carried_south_west_y = force_own_south_west_y + force_above_south_ghost0_y_2;
         let force_carried_south_west_z = force_own_south_west_z + force_above_south_ghost0_z_2;
@@ -1638,13 +1691,13 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             moment_carried_south_west_x, c(0.4999993895786978) * across_south_west_5);
         let moment_above_south_west_z_2 = mul_add(cos_west_south_west, moment_carried_south_west_z,
             sin_west_south_west * moment_carried_south_west_y);
-        // west
+        // west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let force_carried_west_y = force_own_west_y + force_above_south_west_y_2;
         let force_carried_west_z = force_own_west_z + force_above_south_west_z_2;
         let moment_carried_west_x = moment_own_west_x + moment_above_south_west_x_2;
         let moment_carried_west_y = moment_own_west_y + moment_above_south_west_y_2;
         let moment_carried_west_z = moment_own_west_z + moment_above_south_west_z_2;
-        // east
+        // east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let force_carried_east_y = force_own_east_y + force_above_south_east_y_2;
         let force_carried_east_z = force_own_east_z + force_above_south_east_z_2;
         let moment_carried_east_x = moment_own_east_x + moment_above_south_east_x_2;
@@ -1717,28 +1770,28 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             (sin_south_south_east, cos_south_south_east),
             (sin_south_west_south, cos_south_west_south),
         ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
-        // east
+        // east: hinge angle: s = sin q, c = cos q
         let d_sin_ground_east = dq[4] * cos_ground_east;
         let east_part = dq[4] * sin_ground_east;
-        // west
+        // west: hinge angle: s = sin q, c = cos q
         let d_sin_ground_west = dq[5] * cos_ground_west;
         let west_part = dq[5] * sin_ground_west;
-        // south_east
+        // south_east: hinge angle: s = sin q, c = cos q
         let d_sin_south_east_east = dq[3] * cos_south_east_east;
         let south_east_part = dq[3] * sin_south_east_east;
-        // south_west
+        // south_west: hinge angle: s = sin q, c = cos q
         let d_sin_west_south_west = dq[2] * cos_west_south_west;
         let south_west_part = dq[2] * sin_west_south_west;
-        // south
+        // south: hinge angle: s = sin q, c = cos q
         let d_sin_south_south_east = dq[1] * cos_south_south_east;
         let south_part = dq[1] * sin_south_south_east;
-        // south_ghost0
+        // south_ghost0: hinge angle: s = sin q, c = cos q
         let d_sin_south_west_south = dq[0] * cos_south_west_south;
         let south_ghost0_part = dq[0] * sin_south_west_south;
-        // east
+        // east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let east_part_2 = cos_ground_east * c(9.81);
         let east_part_3 = east_part * c(-9.81);
-        // south_east
+        // south_east: angular velocity: w = R^T w_parent + u e_x
         let across_south_east = u[4] * c(0.7071067811865475);
         let d_across_south_east = du[4] * c(0.7071067811865475);
         let carried_south_east_y = cos_south_east_east * across_south_east;
@@ -1749,6 +1802,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             d_sin_south_east_east * across_south_east);
         let omega_south_east_x = across_south_east + u[3];
         let d_omega_south_east_x = d_across_south_east + du[3];
+        // south_east: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let south_east_part_4 = omega_south_east_x * d_omega_south_east_x;
         let d_omega_xx_south_east = south_east_part_4 + south_east_part_4;
         let south_east_part_5 = carried_south_east_y * d_carried_south_east_y;
@@ -1759,6 +1813,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             -south_east_part_3 * omega_south_east_x);
         let d_omega_yz_south_east = mul_add(-carried_south_east_y, south_east_part_3,
             -d_carried_south_east_y * south_east_part_2);
+        // south_east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let across_south_east_2 = sin_ground_east * c(-6.936717523440031);
         let d_across_south_east_2 = d_sin_ground_east * c(-6.936717523440031);
         let free_fall_south_east_y = mul_add(-sin_south_east_east, east_part_2,
@@ -1771,10 +1826,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_free_fall_south_east_z = mul_add(-cos_south_east_east, east_part_3,
             south_east_part * east_part_2) - mul_add(sin_south_east_east, d_across_south_east_2,
             d_sin_south_east_east * across_south_east_2);
-        // west
+        // west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let west_part_2 = cos_ground_west * c(9.81);
         let west_part_3 = west_part * c(-9.81);
-        // south_west
+        // south_west: angular velocity: w = R^T w_parent + u e_x
         let south_west_part_2 = u[5] * c(0.8660257562110547);
         let south_west_part_3 = du[5] * c(0.8660257562110547);
         let south_west_part_4 = cos_west_south_west * south_west_part_2;
@@ -1785,6 +1840,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             -d_sin_west_south_west * south_west_part_2);
         let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
         let d_omega_south_west_x = mul_add(c(0.4999993895786978), du[5], du[2]);
+        // south_west: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let south_west_part_7 = omega_south_west_x * d_omega_south_west_x;
         let d_omega_xx_south_west = south_west_part_7 + south_west_part_7;
         let south_west_part_8 = south_west_part_4 * d_carried_south_west_y;
@@ -1796,6 +1852,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             south_west_part_5 * d_omega_south_west_x);
         let d_omega_yz_south_west = mul_add(south_west_part_4, south_west_part_6,
             d_carried_south_west_y * south_west_part_5);
+        // south_west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let across_south_west = sin_ground_west * c(-4.904994011767025);
         let d_across_south_west = d_sin_ground_west * c(-4.904994011767025);
         let free_fall_south_west_y = mul_add(-sin_west_south_west, west_part_2,
@@ -1808,6 +1865,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_free_fall_south_west_z = mul_add(-cos_west_south_west, west_part_3,
             south_west_part * west_part_2) - mul_add(sin_west_south_west, d_across_south_west,
             d_sin_west_south_west * across_south_west);
+        // south_west: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let south_west_part_9 = c(0.8660257562110547) * a[5];
         let alpha_moving_south_west_x = mul_add(c(0.4999993895786978), a[5], a[2]);
         let alpha_moving_south_west_y = mul_add(-cos_west_south_west, south_west_part_9,
@@ -1826,6 +1884,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_gradient_moving_z_south_west_x = d_omega_xz_south_west - d_alpha_moving_south_west_y;
         let gradient_moving_z_south_west_y = mul_add(-south_west_part_4, south_west_part_5,
             alpha_moving_south_west_x);
+        // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_own_south_west_x = mul_add(c(3.520149320482795e-4), d_free_fall_south_west_z,
             -mul_add(c(1.0093594897589384e-5), d_omega_yz_south_west,
             mul_add(c(-2.6789051216394143e-8), d_omega_yz_south_west,
@@ -1837,7 +1896,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_moment_own_south_west_z = -d_sin_ground_west * c(-2.9906177176792508e-3)
             - mul_add(c(-1.0093594897589384e-5), d_gradient_moving_x_south_west_y,
             c(1.2394283547934881e-5) * (d_omega_yy_south_west - d_omega_xx_south_west));
-        // south_east
+        // south_east: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let across_south_east_3 = c(0.7071067811865475) * a[4];
         let alpha_moving_south_east_x = across_south_east_3 + a[3];
         let alpha_moving_south_east_y = mul_add(-south_east_part_2, u[3],
@@ -1857,6 +1916,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_gradient_moving_z_south_east_x = d_omega_xz_south_east - d_alpha_moving_south_east_y;
         let gradient_moving_z_south_east_y = mul_add(-carried_south_east_y, south_east_part_2,
             alpha_moving_south_east_x);
+        // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_own_south_east_x = -d_free_fall_south_east_z * c(4.7358339509453106e-4)
             - mul_add(c(-1.293994125217518e-5), d_gradient_moving_z_south_east_x,
             mul_add(c(-3.338573836000013e-8), d_omega_yz_south_east,
@@ -1868,7 +1928,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_moment_own_south_east_z = mul_add(c(3.285114235562457e-3), d_sin_ground_east,
             -mul_add(c(-1.6424267108073443e-5), d_gradient_moving_x_south_east_y,
             -c(1.293994125217518e-5) * (d_omega_yy_south_east - d_omega_xx_south_east)));
-        // south
+        // south: angular velocity: w = R^T w_parent + u e_x
         let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
             carried_south_east_y * c(0.4999998655490338));
         let d_across_south = mul_add(c(0.8660254814097262), d_omega_south_east_x,
@@ -1889,6 +1949,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             d_sin_south_south_east * across_south);
         let omega_south_x = carried_south_x + u[1];
         let d_omega_south_x = d_carried_south_x + du[1];
+        // south: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let south_part_2 = omega_south_x * d_omega_south_x;
         let d_omega_xx_south = south_part_2 + south_part_2;
         let south_part_3 = carried_south_y * d_carried_south_y;
@@ -1903,6 +1964,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let omega_yz_south = carried_south_y * carried_south_z;
         let d_omega_yz_south = mul_add(carried_south_y, d_carried_south_z,
             d_carried_south_y * carried_south_z);
+        // south: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let across_south_2 = mul_add(c(0.4999998655490338), free_fall_south_east_y,
             sin_ground_east * c(6.007374132640437));
         let d_across_south_2 = mul_add(c(0.4999998655490338), d_free_fall_south_east_y,
@@ -1916,7 +1978,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_free_fall_south_z = mul_add(-south_part, free_fall_south_east_z,
             cos_south_south_east * d_free_fall_south_east_z) - mul_add(sin_south_south_east,
             d_across_south_2, d_sin_south_south_east * across_south_2);
-        // south_ghost0
+        // south_ghost0: angular velocity: w = R^T w_parent + u e_x
         let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
             south_west_part_4 * c(-0.7071071698144961));
         let d_across_south_ghost0 = mul_add(c(-0.7071063925583853), d_omega_south_west_x,
@@ -1937,6 +1999,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             d_across_south_ghost0, d_sin_south_west_south * across_south_ghost0);
         let omega_south_ghost0_x = carried_south_ghost0_x + u[0];
         let d_omega_south_ghost0_x = d_carried_south_ghost0_x + du[0];
+        // south_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let south_ghost0_part_2 = omega_south_ghost0_x * d_omega_south_ghost0_x;
         let d_omega_xx_south_ghost0 = south_ghost0_part_2 + south_ghost0_part_2;
         let south_ghost0_part_3 = carried_south_ghost0_y * d_carried_south_ghost0_y;
@@ -1949,6 +2012,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let omega_yz_south_ghost0 = carried_south_ghost0_y * carried_south_ghost0_z;
         let d_omega_yz_south_ghost0 = mul_add(carried_south_ghost0_y, d_carried_south_ghost0_z,
             d_carried_south_ghost0_y * carried_south_ghost0_z);
+        // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let across_south_ghost0_2 = mul_add(c(6.007372737186426), sin_ground_west,
             free_fall_south_west_y * c(0.7071071698144961));
         let d_across_south_ghost0_2 = mul_add(c(6.007372737186426), d_sin_ground_west,
@@ -1962,6 +2026,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_free_fall_south_ghost0_z = mul_add(-south_ghost0_part, free_fall_south_west_z,
             cos_south_west_south * d_free_fall_south_west_z) - mul_add(sin_south_west_south,
             d_across_south_ghost0_2, d_sin_south_west_south * across_south_ghost0_2);
+        // south_ghost0: closure forces: (f, n) of lambda along the rows of the closure
         let south_ghost0_part_4 = c(0.08068423607472835) * lambda[1];
         let moment_closing_south_ghost0_z = lambda[0] * c(0.08068423607472834);
         let across_south_ghost0_3 = mul_add(-sin_south_west_south, moment_closing_south_ghost0_z,
@@ -1976,7 +2041,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             cos_south_west_south * moment_closing_south_ghost0_z);
         let d_moment_above_south_ghost0_z = mul_add(-south_ghost0_part,
             moment_closing_south_ghost0_z, -d_sin_south_west_south * south_ghost0_part_4);
-        // south
+        // south: closure forces: (f, n) of lambda along the rows of the closure
         let moment_closing_south_x = mul_add(c(-0.040342139733508246), lambda[2],
             lambda[1] * c(0.06987458559937648));
         let moment_closing_south_y = mul_add(c(0.0698745855993765), lambda[2],
@@ -1993,19 +2058,19 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             sin_south_south_east * moment_closing_south_y);
         let d_moment_above_south_z = mul_add(-south_part, moment_closing_south_z,
             d_sin_south_south_east * moment_closing_south_y);
-        // south_west
+        // south_west: closure forces: (f, n) of lambda along the rows of the closure
         let d_across_south_west_2 = mul_add(-south_west_part, moment_above_south_ghost0_y,
             cos_west_south_west * d_moment_above_south_ghost0_y) - mul_add(sin_west_south_west,
             d_moment_above_south_ghost0_z, d_sin_west_south_west * moment_above_south_ghost0_z);
         let d_moment_above_south_west_x = mul_add(c(-0.8660257562110547), d_across_south_west_2,
             d_across_south_ghost0_3 * c(-0.3535527646463877));
-        // south_east
+        // south_east: closure forces: (f, n) of lambda along the rows of the closure
         let d_across_south_east_3 = mul_add(-south_east_part, moment_above_south_y,
             cos_south_east_east * d_moment_above_south_y) - mul_add(sin_south_east_east,
             d_moment_above_south_z, d_sin_south_east_east * moment_above_south_z);
         let d_moment_above_south_east_x = mul_add(c(0.7071067811865475), d_across_south_east_3,
             d_across_south_3 * c(0.6123724905851617));
-        // south
+        // south: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let d_across_south_4 = c(0.4999998655490338) * d_alpha_moving_south_east_y;
         let across_south_4 = mul_add(c(0.8660254814097262), alpha_moving_south_east_x,
             c(0.4999998655490338) * alpha_moving_south_east_y);
@@ -2036,6 +2101,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_gradient_moving_z_south_x = d_omega_xz_south - d_alpha_moving_south_y;
         let gradient_moving_z_south_y = omega_yz_south + alpha_moving_south_x;
         let d_gradient_moving_z_south_y = d_omega_yz_south - south_part_5;
+        // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let moment_own_south_x = -free_fall_south_z * c(1.702501854199059e-4)
             - mul_add(c(-2.3726582693412885e-8), gradient_moving_y_south_z,
             mul_add(c(-6.64555505684884e-6), gradient_moving_z_south_x,
@@ -2055,7 +2121,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_moment_own_south_z = mul_add(c(1.702501854199059e-4), d_free_fall_south_x,
             -mul_add(c(-5.565308808048279e-6), d_gradient_moving_x_south_y,
             -c(6.64555505684884e-6) * (d_omega_yy_south - d_omega_xx_south)));
-        // south_ghost0
+        // south_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let d_across_south_ghost0_4 = c(0.7071071698144961) * d_alpha_moving_south_west_y;
         let across_south_ghost0_4 = mul_add(c(-0.7071063925583853), alpha_moving_south_west_x,
             c(0.7071071698144961) * alpha_moving_south_west_y);
@@ -2094,6 +2160,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let gradient_moving_z_south_ghost0_y = omega_yz_south_ghost0 + alpha_moving_south_ghost0_x;
         let d_gradient_moving_z_south_ghost0_y = d_omega_yz_south_ghost0
             + d_alpha_moving_south_ghost0_x;
+        // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let moment_own_south_ghost0_x = mul_add(c(1.7025149681007906e-4), free_fall_south_ghost0_z,
             -mul_add(c(-2.372658269341246e-8), gradient_moving_y_south_ghost0_z,
             mul_add(c(5.5653677591751645e-6), gradient_moving_z_south_ghost0_y,
@@ -2116,7 +2183,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_moment_own_south_ghost0_z = -d_free_fall_south_ghost0_x * c(1.7025149681007906e-4)
             - mul_add(c(-5.5653677591751645e-6), d_gradient_moving_x_south_ghost0_y,
             c(6.645589092322223e-6) * (d_omega_yy_south_ghost0 - d_omega_xx_south_ghost0));
-        // south
+        // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let across_south_5 = mul_add(-sin_south_south_east, moment_own_south_z,
             -cos_south_south_east * south_part_6);
         let d_across_south_5 = mul_add(-cos_south_south_east, south_part_7,
@@ -2133,7 +2200,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_moment_above_south_z_2 = mul_add(-sin_south_south_east, south_part_7,
             -d_sin_south_south_east * south_part_6) + mul_add(-south_part, moment_own_south_z,
             cos_south_south_east * d_moment_own_south_z);
-        // south_ghost0
+        // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let across_south_ghost0_5 = mul_add(-sin_south_west_south, moment_own_south_ghost0_z,
             -cos_south_west_south * south_ghost0_part_5);
         let d_across_south_ghost0_5 = mul_add(-cos_south_west_south, south_ghost0_part_6,
@@ -2150,7 +2217,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_moment_above_south_ghost0_z_2 = mul_add(-sin_south_west_south, south_ghost0_part_6,
             -d_sin_south_west_south * south_ghost0_part_5) + mul_add(-south_ghost0_part,
             moment_own_south_ghost0_z, cos_south_west_south * d_moment_own_south_ghost0_z);
-        // south_west
+        // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_moving_south_west_x = d_moment_own_south_west_x
             + d_moment_above_south_ghost0_x_2;
         let moment_moving_south_west_y = moment_above_south_ghost0_y_2
@@ -2167,7 +2234,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             d_moment_moving_south_west_z, d_sin_west_south_west * moment_moving_south_west_z);
         let d_moment_above_south_west_x_2 = mul_add(c(-0.8660257562110547), d_across_south_west_3,
             c(0.4999993895786978) * d_moment_moving_south_west_x);
-        // south_east
+        // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_moving_south_east_x = d_moment_own_south_east_x + d_moment_above_south_x;
         let moment_moving_south_east_y = moment_above_south_y_2 - mul_add(c(1.293994125217518e-5),
             gradient_moving_z_south_east_y,
@@ -2182,13 +2249,13 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             d_moment_moving_south_east_z, d_sin_south_east_east * moment_moving_south_east_z);
         let d_moment_above_south_east_x_2 = mul_add(c(0.7071067811865475), d_across_south_east_4,
             c(0.7071067811865475) * d_moment_moving_south_east_x);
-        // west
+        // west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_moving_west_x = mul_add(c(6.332769027236974e-3), west_part,
             d_moment_above_south_west_x_2);
-        // east
+        // east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_moving_east_x = mul_add(c(-4.625527205006544e-3), east_part,
             d_moment_above_south_east_x_2);
-        // the whole mechanism
+        // mechanism: results: what the function returns
         let part = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648), d_omega_xx_south
             + d_omega_zz_south, d_gradient_moving_y_south_x * c(0.04034213973350825)),
             mul_add(c(-0.06987458559937648), d_gradient_moving_x_south_y, (d_omega_yy_south
@@ -2251,63 +2318,70 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             (sin_south_south_east, cos_south_south_east),
             (sin_south_west_south, cos_south_west_south),
         ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
-        // east
+        // east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let east_part = cos_ground_east * c(9.81);
-        // west
+        // west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let west_part = cos_ground_west * c(9.81);
-        // south_west
+        // south_west: angular velocity: w = R^T w_parent + u e_x
         let south_west_part = u[5] * c(0.8660257562110547);
         let south_west_part_2 = cos_west_south_west * south_west_part;
         let south_west_part_3 = sin_west_south_west * south_west_part;
         let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
+        // south_west: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
         let alpha_south_west_y = south_west_part_3 * u[2];
         let south_west_part_4 = south_west_part_2 * u[2];
+        // south_west: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xy_south_west = -south_west_part_2 * omega_south_west_x;
         let omega_xz_south_west = south_west_part_3 * omega_south_west_x;
         let south_west_part_5 = south_west_part_2 * south_west_part_3;
         let gradient_x_south_west_y = omega_xy_south_west - south_west_part_4;
         let gradient_x_south_west_z = alpha_south_west_y + omega_xz_south_west;
         let gradient_z_south_west_x = omega_xz_south_west - alpha_south_west_y;
+        // south_west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let across_south_west = sin_ground_west * c(-4.904994011767025);
         let free_fall_south_west_y = mul_add(-sin_west_south_west, west_part,
             cos_west_south_west * across_south_west);
         let free_fall_south_west_z = mul_add(-sin_west_south_west, across_south_west,
             -cos_west_south_west * west_part);
+        // south_west: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let moment_own_south_west_y = -mul_add(c(1.2394283547934881e-5), south_west_part_5,
             gradient_x_south_west_z * c(2.6789051216394143e-8));
-        // south
+        // south: reduced closure Jacobian: Y = J L^-1
         let moment_above_south_x = sin_south_south_east * c(0.06987460438879263);
         let moment_above_south_y = sin_south_south_east * c(0.04034210718929068);
         let moment_above_south_z = cos_south_south_east * c(-0.08068423607472835);
-        // south_east
+        // south_east: angular velocity: w = R^T w_parent + u e_x
         let across_south_east = u[4] * c(0.7071067811865475);
         let carried_south_east_y = cos_south_east_east * across_south_east;
         let south_east_part = sin_south_east_east * across_south_east;
         let omega_south_east_x = across_south_east + u[3];
+        // south_east: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
         let south_east_part_2 = south_east_part * u[3];
         let alpha_south_east_y = -south_east_part_2;
         let south_east_part_3 = carried_south_east_y * u[3];
+        // south_east: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let south_east_part_4 = south_east_part * omega_south_east_x;
         let south_east_part_5 = carried_south_east_y * south_east_part;
         let gradient_x_south_east_y = mul_add(carried_south_east_y, omega_south_east_x,
             south_east_part_3);
         let gradient_x_south_east_z = alpha_south_east_y - south_east_part_4;
         let gradient_z_south_east_x = south_east_part_2 - south_east_part_4;
+        // south_east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let across_south_east_2 = sin_ground_east * c(-6.936717523440031);
         let free_fall_south_east_y = mul_add(-sin_south_east_east, east_part,
             cos_south_east_east * across_south_east_2);
         let free_fall_south_east_z = mul_add(-sin_south_east_east, across_south_east_2,
             -cos_south_east_east * east_part);
-        // south_west
+        // south_west: reduced closure Jacobian: Y = J L^-1
         let south_west_part_6 = cos_south_west_south * c(0.06783682279642027);
         let across_south_west_2 = mul_add(-cos_west_south_west,
             cos_south_west_south * c(-0.06783689736311294),
             sin_west_south_west * (sin_south_west_south * c(-0.09593580755362642)));
         let moment_above_south_west_x = -c(0.8660257562110547) * across_south_west_2;
-        // south_east
+        // south_east: reduced closure Jacobian: Y = J L^-1
         let across_south_east_3 = mul_add(-sin_south_east_east, moment_above_south_z,
             cos_south_east_east * moment_above_south_y);
-        // south
+        // south: angular velocity: w = R^T w_parent + u e_x
         let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
             carried_south_east_y * c(0.4999998655490338));
         let carried_south_y = mul_add(-sin_south_south_east, south_east_part,
@@ -2316,12 +2390,14 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             -cos_south_south_east * south_east_part);
         let omega_south_x = mul_add(c(-0.8660254814097262), carried_south_east_y,
             mul_add(c(0.4999998655490338), omega_south_east_x, u[1]));
+        // south: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
         let across_south_2 = south_east_part_2 * c(-0.4999998655490338);
         let south_part = south_east_part_2 * c(-0.8660254814097262);
         let alpha_south_y = mul_add(carried_south_z, u[1], mul_add(-sin_south_south_east,
             south_east_part_3, cos_south_south_east * across_south_2));
         let alpha_south_z = mul_add(-carried_south_y, u[1], mul_add(-sin_south_south_east,
             across_south_2, -cos_south_south_east * south_east_part_3));
+        // south: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_south = omega_south_x * omega_south_x;
         let omega_yy_south = carried_south_y * carried_south_y;
         let omega_zz_south = carried_south_z * carried_south_z;
@@ -2334,17 +2410,20 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let gradient_y_south_z = south_part + omega_yz_south;
         let gradient_z_south_x = omega_xz_south - alpha_south_y;
         let gradient_z_south_y = omega_yz_south - south_part;
+        // south: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let across_south_3 = mul_add(c(0.4999998655490338), free_fall_south_east_y,
             sin_ground_east * c(6.007374132640437));
         let free_fall_south_x = mul_add(c(-0.8660254814097262), free_fall_south_east_y,
             sin_ground_east * c(3.468357829071642));
         let free_fall_south_z = mul_add(-sin_south_south_east, across_south_3,
             cos_south_south_east * free_fall_south_east_z);
+        // south: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let south_part_2 = mul_add(c(2.3726582693412885e-8), gradient_x_south_z,
             gradient_z_south_y * c(6.64555505684884e-6));
         let moment_own_south_z = mul_add(c(5.565308808048279e-6), gradient_x_south_y,
             mul_add(c(6.64555505684884e-6), omega_yy_south - omega_xx_south,
             free_fall_south_x * c(1.702501854199059e-4)));
+        // south: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let moment_above_south_x_2 = cos_south_south_east * c(1.0297340444249026);
         let moment_above_south_y_2 = cos_south_south_east * c(0.594517014586693);
         let moment_above_south_z_2 = sin_south_south_east * c(1.18903434890702);
@@ -2354,7 +2433,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let turned_yy_south = c(-7.878066647452602e-6) - bend_south;
         let south_part_3 = turned_yy_south * c(0.750000134450948);
         let inertia_xz_south = c(0.8660254814097262) * shear_south;
-        // south_ghost0
+        // south_ghost0: angular velocity: w = R^T w_parent + u e_x
         let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
             south_west_part_2 * c(-0.7071071698144961));
         let carried_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0,
@@ -2363,6 +2442,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             cos_south_west_south * south_west_part_3);
         let omega_south_ghost0_x = mul_add(c(-0.7071063925583853), south_west_part_2,
             mul_add(c(0.7071071698144961), omega_south_west_x, u[0]));
+        // south_ghost0: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
         let across_south_ghost0_2 = alpha_south_west_y * c(0.7071071698144961);
         let alpha_south_ghost0_x = alpha_south_west_y * c(0.7071063925583853);
         let alpha_south_ghost0_y = mul_add(carried_south_ghost0_z, u[0],
@@ -2371,6 +2451,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let alpha_south_ghost0_z = mul_add(-carried_south_ghost0_y, u[0],
             mul_add(-sin_south_west_south, across_south_ghost0_2,
             cos_south_west_south * south_west_part_4));
+        // south_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xy_south_ghost0 = carried_south_ghost0_y * omega_south_ghost0_x;
         let omega_xz_south_ghost0 = carried_south_ghost0_z * omega_south_ghost0_x;
         let omega_yz_south_ghost0 = carried_south_ghost0_y * carried_south_ghost0_z;
@@ -2380,20 +2461,24 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let gradient_y_south_ghost0_z = omega_yz_south_ghost0 - alpha_south_ghost0_x;
         let gradient_z_south_ghost0_x = omega_xz_south_ghost0 - alpha_south_ghost0_y;
         let gradient_z_south_ghost0_y = alpha_south_ghost0_x + omega_yz_south_ghost0;
+        // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let across_south_ghost0_3 = mul_add(c(6.007372737186426), sin_ground_west,
             free_fall_south_west_y * c(0.7071071698144961));
         let free_fall_south_ghost0_x = mul_add(c(0.7071063925583853), free_fall_south_west_y,
             sin_ground_west * c(-6.007379340531013));
         let free_fall_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_3,
             cos_south_west_south * free_fall_south_west_z);
+        // south_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let south_ghost0_part = mul_add(c(-6.645589092322223e-6), gradient_z_south_ghost0_y,
             gradient_x_south_ghost0_z * c(2.372658269341246e-8));
         let moment_own_south_ghost0_z = mul_add(c(5.5653677591751645e-6), gradient_x_south_ghost0_y,
             mul_add(c(-6.645589092322223e-6), mul_add(-omega_south_ghost0_x, omega_south_ghost0_x,
             carried_south_ghost0_y * carried_south_ghost0_y),
             -free_fall_south_ghost0_x * c(1.7025149681007906e-4)));
+        // south_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let across_south_ghost0_4 = mul_add(-sin_south_west_south, moment_own_south_ghost0_z,
             -cos_south_west_south * south_ghost0_part);
+        // south_ghost0: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let south_ghost0_part_2 = cos_south_west_south * c(-0.8407692270097341);
         let moment_above_south_ghost0_y = cos_south_west_south * c(-0.8407701511889332);
         let moment_above_south_ghost0_z = sin_south_west_south * c(-1.189027897156668);
@@ -2403,12 +2488,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let turned_yy_south_ghost0 = c(-7.878064241117769e-6) - bend_south_ghost0;
         let bend_south_ghost0_2 = turned_yy_south_ghost0 * c(-0.4999994503969332);
         let south_ghost0_part_3 = c(0.7071063925583853) * shear_south_ghost0;
+        // south_ghost0: reduced closure Jacobian: Y = J L^-1
         let south_ghost0_part_4 = sin_south_west_south * c(-0.057052339107130284);
         let moment_above_south_ghost0_y_2 = sin_south_west_south * c(-0.05705240181944582);
         let moment_above_south_ghost0_z_2 = cos_south_west_south * c(0.08068423607472834);
         let south_ghost0_part_5 = cos_south_west_south * c(-0.0570523391071303);
         let moment_above_south_ghost0_y_3 = cos_south_west_south * c(-0.05705240181944583);
-        // south_east
+        // south_east: reduced closure Jacobian: Y = J L^-1
         let moment_load_south_east_x = mul_add(c(-0.07195223963176), cos_south_south_east,
             cos_south_south_east * c(0.03493732098380993));
         let moment_load_south_east_y = mul_add(c(-0.04154163002602364), cos_south_south_east,
@@ -2425,13 +2511,14 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             sin_south_south_east * c(0.0698745855993765));
         let across_south_east_5 = mul_add(-sin_south_east_east, moment_load_south_east_z_2,
             cos_south_east_east * moment_load_south_east_y_2);
-        // south_west
+        // south_west: reduced closure Jacobian: Y = J L^-1
         let across_south_west_3 = mul_add(-sin_west_south_west, moment_above_south_ghost0_z_2,
             cos_west_south_west * moment_above_south_ghost0_y_2);
         let moment_above_south_west_x_2 = -c(0.8660257562110547) * across_south_west_3;
         let across_south_west_4 = mul_add(cos_west_south_west, moment_above_south_ghost0_y_3,
             sin_west_south_west * (sin_south_west_south * c(0.08068423607472835)));
         let moment_above_south_west_x_3 = -c(0.8660257562110547) * across_south_west_4;
+        // south_west: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let inertia_xx_south_west = c(1.0120383948805778e-5) - bend_south_ghost0_2;
         let inertia_xy_south_west = mul_add(c(-0.49999999999969785), turned_yy_south_ghost0,
             c(-1.2394283547934881e-5));
@@ -2450,7 +2537,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             south_west_part_7, -(bend_south_ghost0 + c(1.565896265676455e-5)))));
         let turned_yy_south_west = mul_add(-sin_west_south_west, twist_south_west,
             left_inertia_yy_south_west);
-        // south_east
+        // south_east: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let inertia_xx_south_east = south_part_3 + c(1.6457652846433443e-5);
         let inertia_xy_south_east = mul_add(c(0.4330126242669004), turned_yy_south,
             c(1.293994125217518e-5));
@@ -2469,23 +2556,24 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             moment_share_south_east_z, -(bend_south + c(2.198957591612172e-5)))));
         let turned_yy_south_east = mul_add(-sin_south_east_east, twist_south_east,
             left_inertia_yy_south_east);
-        // east
+        // east: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let inertia_xx_east = mul_add(c(0.4999999999999999), turned_yy_south_east,
             c(1.0564732298535837e-5));
         let inverse_pivot_east = c(1.0) / inertia_xx_east;
-        // south_east
+        // south_east: joint torque: tau = torque - k (q - rest) - k3 (q - rest)^3 - d u - friction
         let torque_south_east = mul_add(c(-3.5e-6), u[3], -q[3] * c(0.0114));
-        // south_west
+        // south_west: joint torque: tau = torque - k (q - rest) - k3 (q - rest)^3 - d u - friction
         let torque_south_west = mul_add(c(-3.5e-6), u[2], -q[2] * c(0.0114));
-        // south
+        // south: joint torque: tau = torque - k (q - rest) - k3 (q - rest)^3 - d u - friction
         let torque_south = mul_add(c(-3.5e-6), u[1], -q[1] * c(0.0114));
-        // south_ghost0
+        // south_ghost0: joint torque: tau = torque - k (q - rest) - k3 (q - rest)^3 - d u - friction
         let torque_south_ghost0 = mul_add(c(-3.5e-6), u[0], -q[0] * c(0.0114));
+        // south_ghost0: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
         let reduced_south_ghost0 = mul_add(c(-5.5653677591751645e-6), gradient_z_south_ghost0_y,
             gradient_y_south_ghost0_z * c(2.372658269341246e-8)) + mul_add(c(-6.645589092322223e-6),
             gradient_z_south_ghost0_x, mul_add(c(1.7025149681007906e-4), free_fall_south_ghost0_z,
             torque_south_ghost0));
-        // south_west
+        // south_west: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
         let moment_load_south_west_y = mul_add(c(0.7071071698144961), across_south_ghost0_4,
             mul_add(-moment_above_south_ghost0_y, reduced_south_ghost0,
             mul_add(c(-0.7071063925583853), torque_south_ghost0, moment_own_south_west_y)));
@@ -2504,19 +2592,20 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             south_west_part_10);
         let across_south_west_6 = mul_add(-sin_west_south_west, moment_load_south_west_z,
             cos_west_south_west * moment_load_south_west_y);
-        // west
+        // west: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
         let reduced_west = mul_add(c(-0.8660257562110547), across_south_west_6,
             mul_add(south_west_part_8, reduced_south_west, mul_add(c(-6.332769027236974e-3),
             cos_ground_west, mul_add(c(-0.4999993895786978), torque_south_west, mul_add(c(-3.5e-6),
             u[5], -q[5] * c(0.0114))))));
-        // south
+        // south: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let across_south_4 = mul_add(-sin_south_south_east, moment_own_south_z,
             -cos_south_south_east * south_part_2);
+        // south: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
         let reduced_south = mul_add(c(-1.702501854199059e-4), free_fall_south_z,
             gradient_y_south_z * c(2.3726582693412885e-8)) + mul_add(c(6.64555505684884e-6),
             gradient_z_south_x, mul_add(c(-5.565308808048279e-6), gradient_z_south_y,
             torque_south));
-        // south_east
+        // south_east: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
         let moment_load_south_east_y_3 = mul_add(c(0.4999998655490338), across_south_4,
             mul_add(-moment_above_south_y_2, reduced_south, mul_add(c(-3.338573836000013e-8),
             gradient_x_south_east_z, mul_add(c(1.293994125217518e-5), south_east_part_5,
@@ -2535,34 +2624,34 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let reduced_south_east = mul_add(c(0.8660254814097262), across_south_4, south_east_part_6);
         let across_south_east_7 = mul_add(-sin_south_east_east, moment_load_south_east_z_3,
             cos_south_east_east * moment_load_south_east_y_3);
-        // east
+        // east: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
         let reduced_east = mul_add(c(0.7071067811865475), across_south_east_7,
             mul_add(-moment_above_south_east_x, reduced_south_east, mul_add(c(4.625527205006544e-3),
             cos_ground_east, mul_add(c(-0.7071067811865475), torque_south_east, mul_add(c(-3.5e-6),
             u[4], -q[4] * c(0.0114))))));
-        // west
+        // west: reduced closure Jacobian: Y = J L^-1
         let moment_load_west_x = mul_add(-south_west_part_8, south_ghost0_part_4,
             moment_above_south_west_x_2);
-        // east
+        // east: reduced closure Jacobian: Y = J L^-1
         let moment_load_east_x = mul_add(-moment_above_south_east_x, moment_above_south_x,
             c(0.7071067811865475) * across_south_east_3);
-        // west
+        // west: reduced closure Jacobian: Y = J L^-1
         let moment_load_west_x_2 = mul_add(-south_west_part_8, south_ghost0_part_5,
             moment_above_south_west_x_3);
-        // east
+        // east: reduced closure Jacobian: Y = J L^-1
         let moment_load_east_x_2 = mul_add(-moment_above_south_east_x, moment_load_south_east_x,
             c(0.7071067811865475) * across_south_east_4);
-        // west
+        // west: reduced closure Jacobian: Y = J L^-1
         let moment_load_west_x_3 = mul_add(-south_west_part_8, south_west_part_6,
             moment_above_south_west_x);
-        // east
+        // east: reduced closure Jacobian: Y = J L^-1
         let moment_load_east_x_3 = mul_add(-moment_above_south_east_x, moment_load_south_east_x_2,
             c(0.7071067811865475) * across_south_east_5);
-        // west
+        // west: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let inertia_xx_west = mul_add(c(0.7500006104209291), turned_yy_south_west,
             c(1.9761253055270436e-5));
         let inverse_pivot_west = c(1.0) / inertia_xx_west;
-        // the whole mechanism
+        // mechanism: factor of the closure: S = Y D^-1 Y^T = L_S D_S L_S^T
         let part = inverse_pivot_south_west * south_ghost0_part_4;
         let part_2 = inverse_pivot_south_east * moment_above_south_x;
         let part_3 = inverse_pivot_east * moment_load_east_x;
@@ -2596,11 +2685,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_22 = c(1.0) / mul_add(-part_14, part_19, part_15);
         let part_23 = part_21 * part_22;
         let part_24 = c(1.0) / mul_add(-part_21, part_23, mul_add(-part_16, part_20, part_17));
+        // mechanism: conditioning of the closure: a lower bound, of the eigenvalues of S
         let part_25 = mul_add(part_19, part_23, -part_20);
         let part_26 = mul_add(part_15, mul_add(part_24, part_23 * part_23, part_22),
             mul_add(part_17, part_24, part_13 * mul_add(part_24, part_25 * part_25, mul_add(part_22,
             part_19 * part_19, part_18))));
         let part_27 = part_17 + (part_13 + part_15);
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_28 = mul_add(c(-0.5000002689018962), mul_add(c(0.06987458559937648), omega_xx_south
             + omega_zz_south, gradient_y_south_x * c(0.04034213973350825)),
             mul_add(c(-0.8660252485338008), mul_add(c(-0.06987458559937648), gradient_x_south_y,
@@ -2623,23 +2714,26 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             mul_add(-reduced_south_east, part_10, part_32)))));
         let part_34 = mul_add(-part_23, part_33, part_22 * part_31);
         let part_35 = mul_add(-part_19, part_34, mul_add(-part_20, part_33, -part_18 * part_29));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_36 = mul_add(part_3, part_35, mul_add(part_7, part_34, mul_add(part_11, part_33,
             inverse_pivot_east * reduced_east)));
         let part_37 = mul_add(part_4, part_35, mul_add(part_8, part_34, mul_add(part_12, part_33,
             inverse_pivot_west * reduced_west)));
-        // south_east
+        // south_east: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let across_south_east_8 = c(0.7071067811865475) * part_36;
+        // south_east: joint acceleration: du/dt = y / D - W . (a, alpha)_parent
         let turn_gain_south_east_y = cos_south_east_east * across_south_east_8;
         let along_hinge_south_east = mul_add(-moment_above_south_east_x, part_36, mul_add(part_2,
             part_35, mul_add(part_6, part_34, mul_add(part_10, part_33,
             inverse_pivot_south_east * reduced_south_east))));
-        // south_west
+        // south_west: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let south_west_part_11 = c(0.8660257562110547) * part_37;
+        // south_west: joint acceleration: du/dt = y / D - W . (a, alpha)_parent
         let south_west_part_12 = cos_west_south_west * south_west_part_11;
         let along_hinge_south_west = mul_add(south_west_part_8, part_37, mul_add(-part, part_35,
             mul_add(-part_5, part_34, mul_add(-part_9, part_33,
             inverse_pivot_south_west * reduced_south_west))));
-        // the whole mechanism
+        // mechanism: results: what the function returns
         let part_38 = mul_add(c(-0.7071071698144961), along_hinge_south_west,
             mul_add(c(14436.012552214956), part_33, c(178919.86408403952) * reduced_south_ghost0))
             + mul_add(c(0.7071063925583853), south_west_part_12,
@@ -2698,17 +2792,17 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             (sin_south_south_east, cos_south_south_east),
             (sin_south_west_south, cos_south_west_south),
         ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
-        // south_west
+        // south_west: angular velocity: w = R^T w_parent + u e_x
         let south_west_part = u[5] * c(0.8660257562110547);
         let south_west_part_2 = cos_west_south_west * south_west_part;
         let south_west_part_3 = sin_west_south_west * south_west_part;
         let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
-        // south_east
+        // south_east: angular velocity: w = R^T w_parent + u e_x
         let across_south_east = u[4] * c(0.7071067811865475);
         let carried_south_east_y = cos_south_east_east * across_south_east;
         let south_east_part = sin_south_east_east * across_south_east;
         let omega_south_east_x = across_south_east + u[3];
-        // south_ghost0
+        // south_ghost0: angular velocity: w = R^T w_parent + u e_x
         let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
             south_west_part_2 * c(-0.7071071698144961));
         let carried_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0,
@@ -2717,7 +2811,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             cos_south_west_south * south_west_part_3);
         let omega_south_ghost0_x = mul_add(c(-0.7071063925583853), south_west_part_2,
             mul_add(c(0.7071071698144961), omega_south_west_x, u[0]));
-        // south
+        // south: angular velocity: w = R^T w_parent + u e_x
         let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
             carried_south_east_y * c(0.4999998655490338));
         let carried_south_y = mul_add(-sin_south_south_east, south_east_part,
@@ -2726,19 +2820,19 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             -cos_south_south_east * south_east_part);
         let omega_south_x = mul_add(c(-0.8660254814097262), carried_south_east_y,
             mul_add(c(0.4999998655490338), omega_south_east_x, u[1]));
-        // east
+        // east: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
-        // west
+        // west: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_z_west_x = sin_ground_west * c(0.7071067811865475);
-        // south_ghost0
+        // south_ghost0: reduced closure Jacobian: Y = J L^-1
         let south_ghost0_part = sin_south_west_south * c(-0.057052339107130284);
         let moment_above_south_ghost0_y = sin_south_west_south * c(-0.05705240181944582);
         let moment_above_south_ghost0_z = cos_south_west_south * c(0.08068423607472834);
-        // south
+        // south: reduced closure Jacobian: Y = J L^-1
         let moment_above_south_x = sin_south_south_east * c(0.06987460438879263);
         let moment_above_south_y = sin_south_south_east * c(0.04034210718929068);
         let moment_above_south_z = cos_south_south_east * c(-0.08068423607472835);
-        // south_ghost0
+        // south_ghost0: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let south_ghost0_part_2 = cos_south_west_south * c(-0.8407692270097341);
         let moment_above_south_ghost0_y_2 = cos_south_west_south * c(-0.8407701511889332);
         let moment_above_south_ghost0_z_2 = sin_south_west_south * c(-1.189027897156668);
@@ -2748,7 +2842,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let turned_yy_south_ghost0 = c(-7.878064241117769e-6) - bend_south_ghost0;
         let bend_south_ghost0_2 = turned_yy_south_ghost0 * c(-0.4999994503969332);
         let south_ghost0_part_3 = c(0.7071063925583853) * shear_south_ghost0;
-        // south
+        // south: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let moment_above_south_x_2 = cos_south_south_east * c(1.0297340444249026);
         let moment_above_south_y_2 = cos_south_south_east * c(0.594517014586693);
         let moment_above_south_z_2 = sin_south_south_east * c(1.18903434890702);
@@ -2758,7 +2852,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let turned_yy_south = c(-7.878066647452602e-6) - bend_south;
         let south_part = turned_yy_south * c(0.750000134450948);
         let inertia_xz_south = c(0.8660254814097262) * shear_south;
-        // south_east
+        // south_east: placement: A = A_parent R, p = p_parent + A_parent r
         let south_east_part_2 = cos_ground_east * c(-0.4999999999999999);
         let across_south_east_x = south_east_part_2 + c(0.4999999999999999);
         let south_east_part_3 = cos_ground_east * c(0.4999999999999999);
@@ -2777,7 +2871,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let axis_z_south_east_y = mul_add(-sin_south_east_east, across_south_east_y,
             -south_east_part_5);
         let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east, -south_east_part_4);
-        // south_west
+        // south_west: placement: A = A_parent R, p = p_parent + A_parent r
         let south_west_part_4 = cos_ground_west * c(-0.35355295896023153);
         let across_south_west_x = c(0.6123726848990445) + south_west_part_4;
         let across_south_west_y = south_west_part_4 - c(0.6123726848990445);
@@ -2799,19 +2893,20 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             south_west_part_7);
         let axis_z_south_west_z = mul_add(-sin_west_south_west, across_south_west_z,
             cos_ground_west * cos_west_south_west);
+        // south_west: reduced closure Jacobian: Y = J L^-1
         let south_west_part_8 = cos_south_west_south * c(0.06783682279642027);
         let across_south_west = mul_add(-cos_west_south_west,
             cos_south_west_south * c(-0.06783689736311294),
             sin_west_south_west * (sin_south_west_south * c(-0.09593580755362642)));
         let moment_above_south_west_x = -c(0.8660257562110547) * across_south_west;
-        // south_east
+        // south_east: reduced closure Jacobian: Y = J L^-1
         let across_south_east_2 = mul_add(-sin_south_east_east, moment_above_south_z,
             cos_south_east_east * moment_above_south_y);
-        // south_west
+        // south_west: reduced closure Jacobian: Y = J L^-1
         let across_south_west_2 = mul_add(-sin_west_south_west, moment_above_south_ghost0_z,
             cos_west_south_west * moment_above_south_ghost0_y);
         let moment_above_south_west_x_2 = -c(0.8660257562110547) * across_south_west_2;
-        // south
+        // south: placement: A = A_parent R, p = p_parent + A_parent r
         let across_south_x = mul_add(c(0.8660254814097262), axis_x_south_east_x,
             c(0.4999998655490338) * axis_y_south_east_x);
         let across_south_y = mul_add(c(0.8660254814097262), axis_x_south_east_y,
@@ -2830,7 +2925,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             sin_south_south_east * axis_z_south_east_y);
         let axis_y_south_z = mul_add(cos_south_south_east, across_south_z,
             sin_south_south_east * axis_z_south_east_z);
-        // south_ghost0
+        // south_ghost0: placement: A = A_parent R, p = p_parent + A_parent r
         let across_south_ghost0_x = mul_add(c(-0.7071063925583853), axis_x_south_west_x,
             c(0.7071071698144961) * axis_y_south_west_x);
         let across_south_ghost0_y = mul_add(c(-0.7071063925583853), axis_x_south_west_y,
@@ -2855,13 +2950,14 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             cos_south_west_south * axis_z_south_west_y);
         let axis_z_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_z,
             cos_south_west_south * axis_z_south_west_z);
+        // south_ghost0: reduced closure Jacobian: Y = J L^-1
         let south_ghost0_part_4 = cos_south_west_south * c(-0.0570523391071303);
         let moment_above_south_ghost0_y_3 = cos_south_west_south * c(-0.05705240181944583);
-        // south_west
+        // south_west: reduced closure Jacobian: Y = J L^-1
         let across_south_west_3 = mul_add(cos_west_south_west, moment_above_south_ghost0_y_3,
             sin_west_south_west * (sin_south_west_south * c(0.08068423607472835)));
         let moment_above_south_west_x_3 = -c(0.8660257562110547) * across_south_west_3;
-        // south_east
+        // south_east: reduced closure Jacobian: Y = J L^-1
         let moment_load_south_east_x = mul_add(c(-0.07195223963176), cos_south_south_east,
             cos_south_south_east * c(0.03493732098380993));
         let moment_load_south_east_y = mul_add(c(-0.04154163002602364), cos_south_south_east,
@@ -2878,7 +2974,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             sin_south_south_east * c(0.0698745855993765));
         let across_south_east_4 = mul_add(-sin_south_east_east, moment_load_south_east_z_2,
             cos_south_east_east * moment_load_south_east_y_2);
-        // south_west
+        // south_west: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let inertia_xx_south_west = c(1.0120383948805778e-5) - bend_south_ghost0_2;
         let inertia_xy_south_west = mul_add(c(-0.49999999999969785), turned_yy_south_ghost0,
             c(-1.2394283547934881e-5));
@@ -2897,7 +2993,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             south_west_part_9, -(bend_south_ghost0 + c(1.565896265676455e-5)))));
         let turned_yy_south_west = mul_add(-sin_west_south_west, twist_south_west,
             left_inertia_yy_south_west);
-        // south_east
+        // south_east: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let inertia_xx_south_east = south_part + c(1.6457652846433443e-5);
         let inertia_xy_south_east = mul_add(c(0.4330126242669004), turned_yy_south,
             c(1.293994125217518e-5));
@@ -2916,33 +3012,33 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             moment_share_south_east_z, -(bend_south + c(2.198957591612172e-5)))));
         let turned_yy_south_east = mul_add(-sin_south_east_east, twist_south_east,
             left_inertia_yy_south_east);
-        // west
+        // west: reduced closure Jacobian: Y = J L^-1
         let moment_load_west_x = mul_add(-south_west_part_10, south_ghost0_part,
             moment_above_south_west_x_2);
-        // east
+        // east: reduced closure Jacobian: Y = J L^-1
         let moment_load_east_x = mul_add(-moment_above_south_east_x, moment_above_south_x,
             c(0.7071067811865475) * across_south_east_2);
-        // west
+        // west: reduced closure Jacobian: Y = J L^-1
         let moment_load_west_x_2 = mul_add(-south_west_part_10, south_ghost0_part_4,
             moment_above_south_west_x_3);
-        // east
+        // east: reduced closure Jacobian: Y = J L^-1
         let moment_load_east_x_2 = mul_add(-moment_above_south_east_x, moment_load_south_east_x,
             c(0.7071067811865475) * across_south_east_3);
-        // west
+        // west: reduced closure Jacobian: Y = J L^-1
         let moment_load_west_x_3 = mul_add(-south_west_part_10, south_west_part_8,
             moment_above_south_west_x);
-        // east
+        // east: reduced closure Jacobian: Y = J L^-1
         let moment_load_east_x_3 = mul_add(-moment_above_south_east_x, moment_load_south_east_x_2,
             c(0.7071067811865475) * across_south_east_4);
-        // west
+        // west: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let inertia_xx_west = mul_add(c(0.7500006104209291), turned_yy_south_west,
             c(1.9761253055270436e-5));
         let inverse_pivot_west = c(1.0) / inertia_xx_west;
-        // east
+        // east: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let inertia_xx_east = mul_add(c(0.4999999999999999), turned_yy_south_east,
             c(1.0564732298535837e-5));
         let inverse_pivot_east = c(1.0) / inertia_xx_east;
-        // the whole mechanism
+        // mechanism: results: what the function returns
         let part = mul_add(c(0.06987458559937648), axis_y_south_x, mul_add(c(-0.04034213973350825),
             axis_x_south_x, axis_x_south_ghost0_x * c(0.08068423607472835)));
         let part_2 = mul_add(c(0.06987458559937648), axis_y_south_y,
@@ -2966,6 +3062,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_8 = mul_add(c(-0.020171080714831997), carried_south_z,
             mul_add(c(-0.060513155359896355), carried_south_z,
             carried_south_ghost0_z * c(0.08068423607472834)));
+        // mechanism: factor of the closure: S = Y D^-1 Y^T = L_S D_S L_S^T
         let part_9 = inverse_pivot_south_west * south_ghost0_part;
         let part_10 = inverse_pivot_south_east * moment_above_south_x;
         let part_11 = inverse_pivot_east * moment_load_east_x;
@@ -2999,11 +3096,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_30 = c(1.0) / mul_add(-part_22, part_27, part_23);
         let part_31 = part_29 * part_30;
         let part_32 = c(1.0) / mul_add(-part_29, part_31, mul_add(-part_24, part_28, part_25));
+        // mechanism: conditioning of the closure: a lower bound, of the eigenvalues of S
         let part_33 = mul_add(part_27, part_31, -part_28);
         let part_34 = mul_add(part_23, mul_add(part_32, part_31 * part_31, part_30),
             mul_add(part_25, part_32, part_21 * mul_add(part_32, part_33 * part_33, mul_add(part_30,
             part_27 * part_27, part_26))));
         let part_35 = part_25 + (part_21 + part_23);
+        // mechanism: projection: L^-1 D^-1 Y^T S^-1 x
         let part_36 = mul_add(-part_7, part_27, mul_add(axis_z_south_ghost0_y, part_2,
             mul_add(axis_z_south_ghost0_z, part_3, axis_z_south_ghost0_x * part)));
         let part_37 = part_32 * mul_add(-part_31, part_36, mul_add(-part_7, part_28,
@@ -3013,17 +3112,19 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_39 = mul_add(-part_27, part_38, mul_add(-part_28, part_37, part_7 * part_26));
         let part_40 = mul_add(part_11, part_39, mul_add(part_19, part_37, part_15 * part_38));
         let part_41 = mul_add(part_12, part_39, mul_add(part_20, part_37, part_16 * part_38));
-        // south_east
+        // south_east: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let across_south_east_6 = c(0.7071067811865475) * part_40;
+        // south_east: joint acceleration: du/dt = y / D - W . (a, alpha)_parent
         let turn_gain_south_east_y = cos_south_east_east * across_south_east_6;
         let along_hinge_south_east = mul_add(-moment_above_south_east_x, part_40, mul_add(part_10,
             part_39, mul_add(part_18, part_37, part_14 * part_38)));
-        // south_west
+        // south_west: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let south_west_part_11 = c(0.8660257562110547) * part_41;
+        // south_west: joint acceleration: du/dt = y / D - W . (a, alpha)_parent
         let south_west_part_12 = cos_west_south_west * south_west_part_11;
         let along_hinge_south_west = mul_add(south_west_part_10, part_41, -part_9 * part_39
             - mul_add(part_17, part_37, part_13 * part_38));
-        // the whole mechanism
+        // mechanism: results: what the function returns
         let part_42 = mul_add(c(-0.7071071698144961), along_hinge_south_west,
             c(14436.012552214956) * part_37) + mul_add(c(0.7071063925583853), south_west_part_12,
             moment_above_south_ghost0_y_2 * south_west_part_12) - mul_add(-south_ghost0_part_2,
@@ -3034,6 +3135,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             + (mul_add(c(-0.4999998655490338), along_hinge_south_east, mul_add(c(-7218.08629094307),
             part_37, c(12502.083224437016) * part_38)) + mul_add(-moment_above_south_x_2,
             along_hinge_south_east, c(0.8660254814097262) * turn_gain_south_east_y));
+        // mechanism: projection: L^-1 D^-1 Y^T S^-1 x
         let part_44 = mul_add(-part_8, part_27, mul_add(c(-0.08068423607472835),
             carried_south_ghost0_y, mul_add(c(0.06987458559937648), omega_south_x,
             carried_south_y * c(0.04034213973350825))));
@@ -3044,17 +3146,19 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_47 = mul_add(-part_27, part_46, mul_add(-part_28, part_45, part_8 * part_26));
         let part_48 = mul_add(part_11, part_47, mul_add(part_19, part_45, part_15 * part_46));
         let part_49 = mul_add(part_12, part_47, mul_add(part_20, part_45, part_16 * part_46));
-        // south_east
+        // south_east: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let across_south_east_7 = c(0.7071067811865475) * part_48;
+        // south_east: joint acceleration: du/dt = y / D - W . (a, alpha)_parent
         let turn_gain_south_east_y_2 = cos_south_east_east * across_south_east_7;
         let along_hinge_south_east_2 = mul_add(-moment_above_south_east_x, part_48, mul_add(part_10,
             part_47, mul_add(part_18, part_45, part_14 * part_46)));
-        // south_west
+        // south_west: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let south_west_part_13 = c(0.8660257562110547) * part_49;
+        // south_west: joint acceleration: du/dt = y / D - W . (a, alpha)_parent
         let south_west_part_14 = cos_west_south_west * south_west_part_13;
         let along_hinge_south_west_2 = mul_add(south_west_part_10, part_49, -part_9 * part_47
             - mul_add(part_17, part_45, part_13 * part_46));
-        // the whole mechanism
+        // mechanism: results: what the function returns
         let part_50 = mul_add(c(-0.7071071698144961), along_hinge_south_west_2,
             c(14436.012552214956) * part_45) + mul_add(c(0.7071063925583853), south_west_part_14,
             moment_above_south_ghost0_y_2 * south_west_part_14) - mul_add(-south_ghost0_part_2,
@@ -3132,31 +3236,33 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             (sin_south_south_east, cos_south_south_east),
             (sin_south_west_south, cos_south_west_south),
         ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
-        // east
+        // east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let east_part = cos_ground_east * c(9.81);
-        // west
+        // west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let west_part = cos_ground_west * c(9.81);
-        // loop 0
+        // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
         let closure0_0_west_south_west = sin_south_west_south * c(0.057052339107130284);
         let loop0_part = sin_south_south_east * c(-0.06987460438879263);
-        // east
+        // east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let east_part_2 = sin_ground_east * c(-9.81);
-        // west
+        // west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let west_part_2 = sin_ground_west * c(-9.81);
-        // loop 0
+        // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
         let closure0_1_south_east_east = mul_add(c(0.03493732098380993), cos_south_south_east,
             c(0.03493728340498269));
-        // south_ghost0
+        // south_ghost0: closure Jacobian: J = d(V_ghost - V_original)/du
         let carried_south_ghost0_x_by_ground_west = mul_add(c(-0.6123723483370465),
             cos_west_south_west, c(0.35355315327396863));
-        // south_west
+        // south_west: angular velocity: w = R^T w_parent + u e_x
         let south_west_part = u[5] * c(0.8660257562110547);
         let d_alpha_moving_south_west_z = cos_west_south_west * south_west_part;
         let carried_south_west_y = -d_alpha_moving_south_west_z;
         let d_carried_south_west_y = sin_west_south_west * south_west_part;
         let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
+        // south_west: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
         let alpha_south_west_y = d_carried_south_west_y * u[2];
         let south_west_part_2 = d_alpha_moving_south_west_z * u[2];
+        // south_west: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_yy_south_west = d_alpha_moving_south_west_z * d_alpha_moving_south_west_z;
         let d_omega_xz_south_west = d_alpha_moving_south_west_z * omega_south_west_x;
         let omega_xy_south_west = -d_omega_xz_south_west;
@@ -3166,12 +3272,14 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let gradient_x_south_west_y = omega_xy_south_west - south_west_part_2;
         let gradient_x_south_west_z = alpha_south_west_y + omega_xz_south_west;
         let gradient_z_south_west_x = omega_xz_south_west - alpha_south_west_y;
+        // south_west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let across_south_west = sin_ground_west * c(-4.904994011767025);
         let south_west_part_4 = sin_west_south_west * west_part;
         let south_west_part_5 = cos_west_south_west * across_south_west;
         let free_fall_south_west_y = south_west_part_5 - south_west_part_4;
         let free_fall_south_west_z = mul_add(-sin_west_south_west, across_south_west,
             -cos_west_south_west * west_part);
+        // south_west: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let moment_own_south_west_x = mul_add(c(3.520149320482795e-4), free_fall_south_west_z,
             -mul_add(c(-1.0093594897589384e-5), south_west_part_3, mul_add(c(2.6789051216394143e-8),
             south_west_part_3, gradient_z_south_west_x * c(1.2394283547934881e-5))));
@@ -3180,21 +3288,26 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let south_west_part_7 = -sin_ground_west * c(-2.9906177176792508e-3);
         let moment_own_south_west_z = south_west_part_7 - mul_add(c(-1.0093594897589384e-5),
             gradient_x_south_west_y, south_west_part_6);
+        // south_west: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let d_omega_xx_south_west = omega_south_west_x + omega_south_west_x;
+        // south_west: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let d_gradient_moving_x_south_west_y = carried_south_west_y - d_alpha_moving_south_west_z;
         let d_gradient_moving_x_south_west_z = d_carried_south_west_y + d_carried_south_west_y;
+        // south_west: closure Jacobian: J = d(V_ghost - V_original)/du
         let carried_south_west_z_by_ground_west = sin_west_south_west * c(0.8660257562110547);
         let south_west_part_8 = cos_west_south_west * c(0.8660257562110547);
-        // south_east
+        // south_east: angular velocity: w = R^T w_parent + u e_x
         let across_south_east = u[4] * c(0.7071067811865475);
         let carried_south_east_y = cos_south_east_east * across_south_east;
         let south_east_part = sin_south_east_east * across_south_east;
         let carried_south_east_z = -south_east_part;
         let omega_south_east_x = across_south_east + u[3];
+        // south_east: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
         let south_east_part_2 = south_east_part * u[3];
         let alpha_south_east_y = -south_east_part_2;
         let south_east_part_3 = carried_south_east_y * u[3];
         let alpha_south_east_z = -south_east_part_3;
+        // south_east: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_yy_south_east = carried_south_east_y * carried_south_east_y;
         let omega_xy_south_east = carried_south_east_y * omega_south_east_x;
         let south_east_part_4 = south_east_part * omega_south_east_x;
@@ -3204,12 +3317,14 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let gradient_x_south_east_y = south_east_part_3 + omega_xy_south_east;
         let gradient_x_south_east_z = alpha_south_east_y - south_east_part_4;
         let gradient_z_south_east_x = south_east_part_2 - south_east_part_4;
+        // south_east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let across_south_east_2 = sin_ground_east * c(-6.936717523440031);
         let south_east_part_6 = sin_south_east_east * east_part;
         let south_east_part_7 = cos_south_east_east * across_south_east_2;
         let free_fall_south_east_y = south_east_part_7 - south_east_part_6;
         let free_fall_south_east_z = mul_add(-sin_south_east_east, across_south_east_2,
             -cos_south_east_east * east_part);
+        // south_east: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let moment_own_south_east_x = -free_fall_south_east_z * c(4.7358339509453106e-4)
             - mul_add(c(-1.293994125217518e-5), gradient_z_south_east_x,
             mul_add(c(3.338573836000013e-8), south_east_part_5,
@@ -3219,41 +3334,45 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             omega_south_east_x, omega_yy_south_east);
         let moment_own_south_east_z = south_east_part_8 - mul_add(c(-1.6424267108073443e-5),
             gradient_x_south_east_y, south_east_part_9);
+        // south_east: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let d_omega_xx_south_east = omega_south_east_x + omega_south_east_x;
+        // south_east: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let d_gradient_moving_x_south_east_y = carried_south_east_y + carried_south_east_y;
         let d_gradient_moving_x_south_east_z = carried_south_east_z - south_east_part;
+        // south_east: closure Jacobian: J = d(V_ghost - V_original)/du
         let south_east_part_10 = sin_south_east_east * c(0.7071067811865475);
         let carried_south_east_y_by_ground_east = cos_south_east_east * c(0.7071067811865475);
+        // south_east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let d_across_south_east = cos_ground_east * c(-6.936717523440031);
         let d_free_fall_south_east_y = mul_add(-sin_south_east_east, east_part_2,
             cos_south_east_east * d_across_south_east);
         let d_free_fall_south_east_z = mul_add(-sin_south_east_east, d_across_south_east,
             -cos_south_east_east * east_part_2);
-        // south_west
+        // south_west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let d_across_south_west = cos_ground_west * c(-4.904994011767025);
         let d_free_fall_south_west_y = mul_add(-sin_west_south_west, west_part_2,
             cos_west_south_west * d_across_south_west);
         let d_free_fall_south_west_z = mul_add(-sin_west_south_west, d_across_south_west,
             -cos_west_south_west * west_part_2);
-        // south
+        // south: closure Jacobian: J = d(V_ghost - V_original)/du
         let across_south_by_ground_east = mul_add(c(0.3535532955220838), cos_south_east_east,
             c(0.6123724905851617));
         let carried_south_z_by_ground_east = mul_add(-sin_south_south_east,
             across_south_by_ground_east, -cos_south_south_east * south_east_part_10);
-        // south_ghost0
+        // south_ghost0: closure Jacobian: J = d(V_ghost - V_original)/du
         let across_south_ghost0_by_ground_west = mul_add(c(-0.6123730214608576),
             cos_west_south_west, c(-0.3535527646463877));
         let carried_south_ghost0_z_by_ground_west = mul_add(-sin_south_west_south,
             across_south_ghost0_by_ground_west,
             cos_south_west_south * carried_south_west_z_by_ground_west);
-        // south
+        // south: closure Jacobian: J = d(V_ghost - V_original)/du
         let carried_south_y_by_ground_east = mul_add(-sin_south_south_east, south_east_part_10,
             cos_south_south_east * across_south_by_ground_east);
         let carried_south_x_by_ground_east = mul_add(c(-0.6123724905851617), cos_south_east_east,
             c(0.3535532955220838));
-        // south_west
+        // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_own_south_west_z = -cos_ground_west * c(-2.9906177176792508e-3);
-        // south_east
+        // south_east: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let south_east_part_11 = c(0.7071067811865475) * omega_south_east_x;
         let d_omega_xx_south_east_2 = south_east_part_11 + south_east_part_11;
         let south_east_part_12 = carried_south_east_y * carried_south_east_y_by_ground_east;
@@ -3264,12 +3383,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             -omega_south_east_x * south_east_part_10);
         let d_omega_yz_south_east = mul_add(-carried_south_east_y, south_east_part_10,
             -south_east_part * carried_south_east_y_by_ground_east);
+        // south_east: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let south_east_part_13 = u[3] * south_east_part_10;
         let south_east_part_14 = u[3] * carried_south_east_y_by_ground_east;
         let d_gradient_moving_x_south_east_y_2 = d_omega_xy_south_east + south_east_part_14;
         let d_gradient_moving_x_south_east_z_2 = d_omega_xz_south_east - south_east_part_13;
         let d_gradient_moving_z_south_east_x = d_omega_xz_south_east + south_east_part_13;
-        // south_west
+        // south_west: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let south_west_part_9 = c(0.4999993895786978) * omega_south_west_x;
         let d_omega_xx_south_west_2 = south_west_part_9 + south_west_part_9;
         let south_west_part_10 = d_alpha_moving_south_west_z * south_west_part_8;
@@ -3280,6 +3400,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             omega_south_west_x * carried_south_west_z_by_ground_west);
         let d_omega_yz_south_west = mul_add(-d_alpha_moving_south_west_z,
             carried_south_west_z_by_ground_west, -d_carried_south_west_y * south_west_part_8);
+        // south_west: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let d_alpha_moving_south_west_y = u[2] * carried_south_west_z_by_ground_west;
         let d_alpha_moving_south_west_z_2 = u[2] * south_west_part_8;
         let d_gradient_moving_x_south_west_y_2 = d_omega_xy_south_west
@@ -3288,11 +3409,11 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             + d_alpha_moving_south_west_y;
         let d_gradient_moving_z_south_west_x = d_omega_xz_south_west_2
             - d_alpha_moving_south_west_y;
-        // south_ghost0
+        // south_ghost0: closure Jacobian: J = d(V_ghost - V_original)/du
         let carried_south_ghost0_y_by_ground_west = mul_add(cos_south_west_south,
             across_south_ghost0_by_ground_west,
             sin_south_west_south * carried_south_west_z_by_ground_west);
-        // south
+        // south: angular velocity: w = R^T w_parent + u e_x
         let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
             carried_south_east_y * c(0.4999998655490338));
         let carried_south_x = mul_add(c(-0.8660254814097262), carried_south_east_y,
@@ -3303,6 +3424,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let carried_south_z = mul_add(-sin_south_south_east, across_south,
             -cos_south_south_east * south_east_part);
         let omega_south_x = carried_south_x + u[1];
+        // south: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
         let across_south_2 = south_east_part_2 * c(-0.4999998655490338);
         let south_part_3 = south_east_part_2 * c(-0.8660254814097262);
         let south_part_4 = carried_south_z * u[1];
@@ -3311,6 +3433,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let south_part_5 = carried_south_y * u[1];
         let alpha_south_z = mul_add(-sin_south_south_east, across_south_2,
             -cos_south_south_east * south_east_part_3 - south_part_5);
+        // south: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_south = omega_south_x * omega_south_x;
         let omega_yy_south = carried_south_y * carried_south_y;
         let omega_zz_south = carried_south_z * carried_south_z;
@@ -3323,12 +3446,14 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let gradient_y_south_z = south_part_3 + omega_yz_south;
         let gradient_z_south_x = omega_xz_south - alpha_south_y;
         let gradient_z_south_y = omega_yz_south - south_part_3;
+        // south: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let across_south_3 = mul_add(c(0.4999998655490338), free_fall_south_east_y,
             sin_ground_east * c(6.007374132640437));
         let free_fall_south_x = mul_add(c(-0.8660254814097262), free_fall_south_east_y,
             sin_ground_east * c(3.468357829071642));
         let free_fall_south_z = mul_add(-sin_south_south_east, across_south_3,
             cos_south_south_east * free_fall_south_east_z);
+        // south: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let south_part_6 = -free_fall_south_z * c(1.702501854199059e-4);
         let moment_own_south_x = south_part_6 - mul_add(c(-2.3726582693412885e-8),
             gradient_y_south_z, mul_add(c(-6.64555505684884e-6), gradient_z_south_x,
@@ -3339,13 +3464,16 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let south_part_9 = -c(6.64555505684884e-6) * (omega_yy_south - omega_xx_south);
         let moment_own_south_z = south_part_8 - mul_add(c(-5.565308808048279e-6),
             gradient_x_south_y, south_part_9);
+        // south: closure Jacobian: J = d(V_ghost - V_original)/du
         let south_part_10 = sin_south_south_east * c(0.8660254814097262);
         let carried_south_y_by_south_east_east = cos_south_south_east * c(0.8660254814097262);
+        // south: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let moment_above_south_x = mul_add(c(5.755220017342357e-6), cos_south_south_east,
             c(2.7945169439196375e-6));
         let moment_above_south_y = mul_add(c(3.3227766349231214e-6), cos_south_south_east,
             c(-4.840247064883071e-6));
         let moment_above_south_z = sin_south_south_east * c(6.64555505684884e-6);
+        // south: composite inertia: m, h, S of all beyond the hinge
         let twist_south = sin_south_south_east * c(5.541582225354866e-6);
         let bend_south = sin_south_south_east * twist_south;
         let shear_south = cos_south_south_east * twist_south;
@@ -3353,12 +3481,12 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let twist_south_2 = mul_add(c(0.8660254814097262), turned_yy_south,
             cos_south_south_east * c(-6.645553269846243e-6));
         let south_part_11 = c(0.8660254814097262) * twist_south_2;
-        // south_east
+        // south_east: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let across_south_east_3 = mul_add(-sin_south_east_east, moment_above_south_z,
             cos_south_east_east * moment_above_south_y);
         let moment_above_south_east_x = mul_add(c(0.7071067811865475), across_south_east_3,
             c(0.7071067811865475) * moment_above_south_x);
-        // south_ghost0
+        // south_ghost0: angular velocity: w = R^T w_parent + u e_x
         let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
             d_alpha_moving_south_west_z * c(-0.7071071698144961));
         let carried_south_ghost0_x = mul_add(c(0.7071071698144961), omega_south_west_x,
@@ -3369,6 +3497,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let carried_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0,
             cos_south_west_south * d_carried_south_west_y);
         let omega_south_ghost0_x = carried_south_ghost0_x + u[0];
+        // south_ghost0: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
         let across_south_ghost0_2 = alpha_south_west_y * c(0.7071071698144961);
         let alpha_south_ghost0_x = alpha_south_west_y * c(0.7071063925583853);
         let south_ghost0_part_3 = carried_south_ghost0_z * u[0];
@@ -3377,6 +3506,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let south_ghost0_part_4 = carried_south_ghost0_y * u[0];
         let alpha_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_2,
             mul_add(cos_south_west_south, south_west_part_2, -south_ghost0_part_4));
+        // south_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xy_south_ghost0 = carried_south_ghost0_y * omega_south_ghost0_x;
         let omega_xz_south_ghost0 = carried_south_ghost0_z * omega_south_ghost0_x;
         let omega_yz_south_ghost0 = carried_south_ghost0_y * carried_south_ghost0_z;
@@ -3386,12 +3516,14 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let gradient_y_south_ghost0_z = omega_yz_south_ghost0 - alpha_south_ghost0_x;
         let gradient_z_south_ghost0_x = omega_xz_south_ghost0 - alpha_south_ghost0_y;
         let gradient_z_south_ghost0_y = alpha_south_ghost0_x + omega_yz_south_ghost0;
+        // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let across_south_ghost0_3 = mul_add(c(6.007372737186426), sin_ground_west,
             free_fall_south_west_y * c(0.7071071698144961));
         let free_fall_south_ghost0_x = mul_add(c(0.7071063925583853), free_fall_south_west_y,
             sin_ground_west * c(-6.007379340531013));
         let free_fall_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_3,
             cos_south_west_south * free_fall_south_west_z);
+        // south_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let south_ghost0_part_5 = free_fall_south_ghost0_z * c(1.7025149681007906e-4);
         let moment_own_south_ghost0_x = south_ghost0_part_5 - mul_add(c(-2.372658269341246e-8),
             gradient_y_south_ghost0_z, mul_add(c(5.5653677591751645e-6), gradient_z_south_ghost0_y,
@@ -3403,6 +3535,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let south_ghost0_part_8 = -free_fall_south_ghost0_x * c(1.7025149681007906e-4);
         let moment_own_south_ghost0_z = south_ghost0_part_8 - mul_add(c(-5.5653677591751645e-6),
             gradient_x_south_ghost0_y, south_ghost0_part_7);
+        // south_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let across_south_ghost0_4 = mul_add(-sin_south_west_south, moment_own_south_ghost0_z,
             -cos_south_west_south * south_ghost0_part_6);
         let moment_above_south_ghost0_x = mul_add(c(-0.7071063925583853), across_south_ghost0_4,
@@ -3411,11 +3544,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             c(0.7071071698144961) * across_south_ghost0_4);
         let moment_above_south_ghost0_z = mul_add(-sin_south_west_south, south_ghost0_part_6,
             cos_south_west_south * moment_own_south_ghost0_z);
+        // south_ghost0: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let moment_above_south_ghost0_x_2 = mul_add(c(4.699138529497321e-6), cos_south_west_south,
             c(3.952088681904903e-6));
         let moment_above_south_ghost0_y_2 = mul_add(c(-4.699143694822053e-6), cos_south_west_south,
             c(3.952084337747171e-6));
         let turned_xz_south_ghost0 = sin_south_west_south * c(6.645589092322223e-6);
+        // south_ghost0: composite inertia: m, h, S of all beyond the hinge
         let twist_south_ghost0 = sin_south_west_south * c(5.541641176481752e-6);
         let bend_south_ghost0 = sin_south_west_south * twist_south_ghost0;
         let shear_south_ghost0 = cos_south_west_south * twist_south_ghost0;
@@ -3423,11 +3558,12 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let twist_south_ghost0_2 = mul_add(c(-0.7071063925583853), turned_yy_south_ghost0,
             cos_south_west_south * c(9.398287389644106e-6));
         let bend_south_ghost0_2 = c(0.7071063925583853) * twist_south_ghost0_2;
-        // south_west
+        // south_west: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let across_south_west_2 = mul_add(cos_west_south_west, moment_above_south_ghost0_y_2,
             sin_west_south_west * turned_xz_south_ghost0);
         let moment_above_south_west_x = mul_add(c(-0.8660257562110547), across_south_west_2,
             c(0.4999993895786978) * moment_above_south_ghost0_x_2);
+        // south_west: composite inertia: m, h, S of all beyond the hinge
         let second_moment_xy_south_west = mul_add(c(0.7071071698144961), twist_south_ghost0_2,
             mul_add(c(-6.645589092322223e-6), cos_south_west_south, c(1.2394283547934881e-5)));
         let second_moment_xz_south_west = mul_add(c(-0.7071063925583853), shear_south_ghost0,
@@ -3437,6 +3573,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let second_moment_yz_south_west = mul_add(c(4.699138529497321e-6), sin_south_west_south,
             c(0.7071071698144961) * shear_south_ghost0);
         let second_moment_zz_south_west = bend_south_ghost0 + c(5.0515633909806605e-8);
+        // south_west: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let mass_west_south_west_west_south_west = second_moment_yy_south_west
             + second_moment_zz_south_west;
         let south_west_part_11 = sin_west_south_west * second_moment_xz_south_west;
@@ -3444,6 +3581,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let across_south_west_3 = south_west_part_11 - south_west_part_12;
         let moment_above_south_west_x_2 = mul_add(c(-0.8660257562110547), across_south_west_3,
             c(0.4999993895786978) * mass_west_south_west_west_south_west);
+        // south_west: composite inertia: m, h, S of all beyond the hinge
         let twist_south_west = mul_add(second_moment_yz_south_west, cos_west_south_west * c(2.0),
             sin_west_south_west * (second_moment_yy_south_west - second_moment_zz_south_west));
         let bend_south_west = sin_west_south_west * twist_south_west;
@@ -3451,7 +3589,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let turned_yy_south_west = second_moment_yy_south_west - bend_south_west;
         let twist_south_west_2 = mul_add(c(0.8660257562110547), -bend_south_ghost0_2
             - turned_yy_south_west, turned_xy_south_west * c(0.9999987791573955));
-        // south_east
+        // south_east: composite inertia: m, h, S of all beyond the hinge
         let second_moment_xy_south_east = mul_add(c(6.64555505684884e-6), cos_south_south_east,
             mul_add(c(0.4999998655490338), twist_south_2, c(-1.293994125217518e-5)));
         let second_moment_xz_south_east = mul_add(c(0.8660254814097262), shear_south,
@@ -3461,6 +3599,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let second_moment_yz_south_east = mul_add(c(5.755220017342357e-6), sin_south_south_east,
             c(0.4999998655490338) * shear_south);
         let second_moment_zz_south_east = bend_south + c(5.711232105341301e-8);
+        // south_east: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let mass_south_east_east_south_east_east = second_moment_yy_south_east
             + second_moment_zz_south_east;
         let south_east_part_15 = sin_south_east_east * second_moment_xz_south_east;
@@ -3468,6 +3607,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let across_south_east_4 = south_east_part_15 - south_east_part_16;
         let moment_above_south_east_x_2 = mul_add(c(0.7071067811865475),
             mass_south_east_east_south_east_east, c(0.7071067811865475) * across_south_east_4);
+        // south_east: composite inertia: m, h, S of all beyond the hinge
         let twist_south_east = mul_add(second_moment_yz_south_east, cos_south_east_east * c(2.0),
             sin_south_east_east * (second_moment_yy_south_east - second_moment_zz_south_east));
         let bend_south_east = sin_south_east_east * twist_south_east;
@@ -3475,10 +3615,12 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let turned_yy_south_east = second_moment_yy_south_east - bend_south_east;
         let twist_south_east_2 = mul_add(c(-0.7071067811865475), south_part_11
             - turned_yy_south_east, turned_xy_south_east * c(1.414213562373095));
-        // south
+        // south: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let d_omega_xx_south = omega_south_x + omega_south_x;
+        // south: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let d_gradient_moving_x_south_y = carried_south_y + carried_south_y;
         let d_gradient_moving_x_south_z = carried_south_z + carried_south_z;
+        // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let south_part_12 = c(2.3726582693412885e-8) * d_gradient_moving_x_south_z;
         let south_part_13 = mul_add(c(-5.565308808048279e-6), d_gradient_moving_x_south_y,
             -d_omega_xx_south * c(-6.64555505684884e-6));
@@ -3487,6 +3629,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_moment_above_south_y = c(0.4999998655490338) * d_across_south;
         let d_moment_above_south_z = mul_add(-cos_south_south_east, south_part_13,
             -sin_south_south_east * south_part_12);
+        // south: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let south_part_14 = omega_south_x * carried_south_x_by_ground_east;
         let d_omega_xx_south_2 = south_part_14 + south_part_14;
         let south_part_15 = carried_south_y * carried_south_y_by_ground_east;
@@ -3499,6 +3642,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             omega_south_x * carried_south_z_by_ground_east);
         let d_omega_yz_south = mul_add(carried_south_y, carried_south_z_by_ground_east,
             carried_south_z * carried_south_y_by_ground_east);
+        // south: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let d_across_south_2 = c(-0.4999998655490338) * south_east_part_13;
         let south_part_17 = c(-0.8660254814097262) * south_east_part_13;
         let d_alpha_moving_south_y = mul_add(cos_south_south_east, d_across_south_2,
@@ -3512,6 +3656,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_gradient_moving_y_south_z = d_omega_yz_south + south_part_17;
         let d_gradient_moving_z_south_x = d_omega_xz_south - d_alpha_moving_south_y;
         let d_gradient_moving_z_south_y = d_omega_yz_south - south_part_17;
+        // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let south_part_18 = mul_add(c(-2.3726582693412885e-8), d_gradient_moving_y_south_z,
             mul_add(c(-6.64555505684884e-6), d_gradient_moving_z_south_x,
             c(5.565308808048279e-6) * d_gradient_moving_z_south_y));
@@ -3527,7 +3672,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             c(0.4999998655490338) * d_across_south_3);
         let d_moment_above_south_z_2 = mul_add(-cos_south_south_east, south_part_20,
             -sin_south_south_east * south_part_19);
-        // south_ghost0
+        // south_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let south_ghost0_part_9 = omega_south_ghost0_x * carried_south_ghost0_x_by_ground_west;
         let d_omega_xx_south_ghost0 = south_ghost0_part_9 + south_ghost0_part_9;
         let south_ghost0_part_10 = carried_south_ghost0_y * carried_south_ghost0_y_by_ground_west;
@@ -3541,6 +3686,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_omega_yz_south_ghost0 = mul_add(carried_south_ghost0_y,
             carried_south_ghost0_z_by_ground_west,
             carried_south_ghost0_z * carried_south_ghost0_y_by_ground_west);
+        // south_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let d_across_south_ghost0 = c(0.7071071698144961) * d_alpha_moving_south_west_y;
         let d_alpha_moving_south_ghost0_x = c(0.7071063925583853) * d_alpha_moving_south_west_y;
         let d_alpha_moving_south_ghost0_y = mul_add(cos_south_west_south, d_across_south_ghost0,
@@ -3561,6 +3707,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             - d_alpha_moving_south_ghost0_y;
         let d_gradient_moving_z_south_ghost0_y = d_omega_yz_south_ghost0
             + d_alpha_moving_south_ghost0_x;
+        // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let south_ghost0_part_11 = mul_add(c(-2.372658269341246e-8),
             d_gradient_moving_y_south_ghost0_z, mul_add(c(5.5653677591751645e-6),
             d_gradient_moving_z_south_ghost0_y,
@@ -3579,9 +3726,12 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             c(0.7071071698144961) * d_across_south_ghost0_2);
         let d_moment_above_south_ghost0_z = mul_add(-cos_south_west_south, south_ghost0_part_13,
             -sin_south_west_south * south_ghost0_part_12);
+        // south_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let d_omega_xx_south_ghost0_2 = omega_south_ghost0_x + omega_south_ghost0_x;
+        // south_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let d_gradient_moving_x_south_ghost0_y_2 = carried_south_ghost0_y + carried_south_ghost0_y;
         let d_gradient_moving_x_south_ghost0_z_2 = carried_south_ghost0_z + carried_south_ghost0_z;
+        // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let south_ghost0_part_14 = c(2.372658269341246e-8) * d_gradient_moving_x_south_ghost0_z_2;
         let south_ghost0_part_15 = mul_add(c(-5.5653677591751645e-6),
             d_gradient_moving_x_south_ghost0_y_2,
@@ -3592,54 +3742,60 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_moment_above_south_ghost0_y_2 = c(0.7071071698144961) * d_across_south_ghost0_3;
         let d_moment_above_south_ghost0_z_2 = mul_add(-cos_south_west_south, south_ghost0_part_15,
             -sin_south_west_south * south_ghost0_part_14);
-        // loop 0
+        // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
         let loop0_part_2 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
             omega_xx_south + omega_zz_south, gradient_y_south_x * c(0.04034213973350825)),
             mul_add(c(-0.06987458559937648), gradient_x_south_y, (omega_yy_south
             + omega_zz_south) * c(-0.04034213973350825)) * c(0.8660252485338008));
         let gamma0_0 = mul_add(c(0.08068423607472834), gradient_y_south_ghost0_x, -loop0_part_2);
+        // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
         let loop0_part_3 = cos_south_west_south * c(-0.0570523391071303);
         let closure0_1_ground_east = mul_add(c(0.06987458559937648), carried_south_x_by_ground_east,
             c(0.04034213973350825) * carried_south_y_by_ground_east);
+        // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
         let gamma0_1 = mul_add(c(0.08068423607472835), gradient_z_south_ghost0_x,
             -mul_add(c(-0.06987458559937648), gradient_z_south_y,
             gradient_z_south_x * c(0.04034213973350825)));
+        // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
         let closure0_2_south_east_east = mul_add(c(0.060513171632005154), cos_south_south_east,
             c(-0.020171064442714458));
         let closure0_2_ground_east = mul_add(c(-0.040342139733508246),
             carried_south_x_by_ground_east, carried_south_y_by_ground_east * c(0.0698745855993765));
+        // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
         let gamma0_2 = mul_add(c(0.08068423607472835), gradient_z_south_ghost0_y,
             -mul_add(c(0.040342139733508246), gradient_z_south_y,
             gradient_z_south_x * c(0.0698745855993765)));
-        // west
+        // west: composite inertia: m, h, S of all beyond the hinge
         let second_moment_yy_west = mul_add(c(0.8660257562110547), twist_south_west_2,
             turned_yy_south_west + c(1.9727866980665146e-5));
         let second_moment_zz_west = bend_south_west + (second_moment_zz_south_west
             + c(3.3386074605289806e-8));
+        // west: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let mass_ground_west_ground_west = second_moment_yy_west + second_moment_zz_west;
-        // south_ghost0
+        // south_ghost0: factor of the mass matrix: M = L^T D L
         let factor_south_west_south_ground_west = moment_above_south_west_x * c(178919.86408403952);
         let factor_south_west_south_west_south_west =
             moment_above_south_ghost0_x_2 * c(178919.86408403952);
         let south_ghost0_part_16 = mul_add(-moment_above_south_west_x,
             factor_south_west_south_west_south_west, moment_above_south_west_x_2);
-        // east
+        // east: composite inertia: m, h, S of all beyond the hinge
         let second_moment_yy_east = mul_add(c(-0.7071067811865475), twist_south_east_2,
             turned_yy_south_east + c(1.0537942653489101e-5));
         let second_moment_zz_east = bend_south_east + (second_moment_zz_south_east
             + c(2.6789645046735387e-8));
+        // east: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let mass_ground_east_ground_east = second_moment_yy_east + second_moment_zz_east;
-        // south
+        // south: factor of the mass matrix: M = L^T D L
         let factor_south_south_east_ground_east = moment_above_south_east_x * c(178921.751266151);
         let factor_south_south_east_south_east_east = moment_above_south_x * c(178921.751266151);
         let south_part_21 = mul_add(-moment_above_south_east_x,
             factor_south_south_east_south_east_east, moment_above_south_east_x_2);
-        // south_east
+        // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_across_south_east_2 = mul_add(-sin_south_east_east, d_moment_above_south_z,
             cos_south_east_east * d_moment_above_south_y);
         let d_moment_above_south_east_x = mul_add(c(0.7071067811865475), d_across_south_east_2,
             c(0.6123724905851617) * d_across_south);
-        // south
+        // south: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let across_south_4 = mul_add(-sin_south_south_east, moment_own_south_z,
             -cos_south_south_east * south_part_7);
         let moment_above_south_x_2 = mul_add(c(0.8660254814097262), across_south_4,
@@ -3648,7 +3804,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             c(0.4999998655490338) * across_south_4);
         let moment_above_south_z_2 = mul_add(-sin_south_south_east, south_part_7,
             cos_south_south_east * moment_own_south_z);
-        // south_west
+        // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_moving_south_west_x = d_moment_above_south_ghost0_x
             - mul_add(c(1.0093594897589384e-5), d_omega_yz_south_west,
             mul_add(c(-2.6789051216394143e-8), d_omega_yz_south_west,
@@ -3663,7 +3819,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             cos_west_south_west * d_moment_moving_south_west_y);
         let d_moment_above_south_west_x = mul_add(c(-0.8660257562110547), d_across_south_west_2,
             c(0.4999993895786978) * d_moment_moving_south_west_x);
-        // south_east
+        // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_moving_south_east_x = d_moment_above_south_x
             - mul_add(c(-1.293994125217518e-5), d_gradient_moving_z_south_east_x,
             mul_add(c(-3.338573836000013e-8), d_omega_yz_south_east,
@@ -3678,7 +3834,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             cos_south_east_east * d_moment_moving_south_east_y);
         let d_moment_above_south_east_x_2 = mul_add(c(0.7071067811865475), d_across_south_east_3,
             c(0.7071067811865475) * d_moment_moving_south_east_x);
-        // south_west
+        // south_west: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let moment_south_west_x = moment_own_south_west_x + moment_above_south_ghost0_x;
         let moment_south_west_y = moment_above_south_ghost0_y - mul_add(c(1.2394283547934881e-5),
             south_west_part_3, gradient_x_south_west_z * c(2.6789051216394143e-8));
@@ -3687,7 +3843,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             cos_west_south_west * moment_south_west_y);
         let moment_above_south_west_x_3 = mul_add(c(-0.8660257562110547), across_south_west_4,
             c(0.4999993895786978) * moment_south_west_x);
-        // south_east
+        // south_east: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let moment_south_east_x = moment_own_south_east_x + moment_above_south_x_2;
         let moment_south_east_y = moment_above_south_y_2 - mul_add(c(-1.293994125217518e-5),
             south_east_part_5, gradient_x_south_east_z * c(3.338573836000013e-8));
@@ -3696,33 +3852,33 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             cos_south_east_east * moment_south_east_y);
         let moment_above_south_east_x_3 = mul_add(c(0.7071067811865475), across_south_east_5,
             c(0.7071067811865475) * moment_south_east_x);
-        // west
+        // west: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let moment_west_x = mul_add(c(-6.332769027236974e-3), cos_ground_west,
             moment_above_south_west_x_3);
-        // east
+        // east: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let moment_east_x = mul_add(c(4.625527205006544e-3), cos_ground_east,
             moment_above_south_east_x_3);
-        // the whole mechanism
+        // mechanism: results: what the function returns
         let part = mul_add(c(-3.5e-6), u[0], mul_add(c(-0.0114), q[0], moment_own_south_ghost0_x));
         let part_2 = mul_add(c(-3.5e-6), u[1], mul_add(c(-0.0114), q[1], moment_own_south_x));
-        // south_west
+        // south_west: factor of the mass matrix: M = L^T D L
         let inverse_pivot_west_south_west = c(1.0) / mul_add(-moment_above_south_ghost0_x_2,
             factor_south_west_south_west_south_west, mass_west_south_west_west_south_west);
         let factor_west_south_west_ground_west =
             south_ghost0_part_16 * inverse_pivot_west_south_west;
-        // south_east
+        // south_east: factor of the mass matrix: M = L^T D L
         let inverse_pivot_south_east_east = c(1.0) / mul_add(-moment_above_south_x,
             factor_south_south_east_south_east_east, mass_south_east_east_south_east_east);
         let factor_south_east_east_ground_east = south_part_21 * inverse_pivot_south_east_east;
-        // west
+        // west: factor of the mass matrix: M = L^T D L
         let inverse_pivot_ground_west = c(1.0) / mul_add(-south_ghost0_part_16,
             factor_west_south_west_ground_west, mul_add(-moment_above_south_west_x,
             factor_south_west_south_ground_west, mass_ground_west_ground_west));
-        // east
+        // east: factor of the mass matrix: M = L^T D L
         let inverse_pivot_ground_east = c(1.0) / mul_add(-south_part_21,
             factor_south_east_east_ground_east, mul_add(-moment_above_south_east_x,
             factor_south_south_east_ground_east, mass_ground_east_ground_east));
-        // the whole mechanism
+        // mechanism: reduced closure Jacobian: Y = J L^-1
         let part_3 = mul_add(-closure0_0_west_south_west, factor_west_south_west_ground_west,
             c(0.08068423607472834) * carried_south_ghost0_z_by_ground_west);
         let part_4 = mul_add(c(-0.08068423607472835), carried_south_z_by_ground_east,
@@ -3741,6 +3897,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             c(0.08068423607472835) * carried_south_ghost0_x_by_ground_west));
         let part_11 = mul_add(-factor_south_east_east_ground_east, part_9,
             mul_add(c(7218.08629094307), moment_above_south_east_x, closure0_2_ground_east));
+        // mechanism: factor of the closure: S = Y D^-1 Y^T = L_S D_S L_S^T
         let part_12 = closure0_0_west_south_west * inverse_pivot_west_south_west;
         let part_13 = loop0_part * inverse_pivot_south_east_east;
         let part_14 = inverse_pivot_ground_east * part_4;
@@ -3771,11 +3928,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_33 = c(1.0) / mul_add(-part_25, part_30, part_26);
         let part_34 = part_32 * part_33;
         let part_35 = c(1.0) / mul_add(-part_32, part_34, mul_add(-part_27, part_31, part_28));
+        // mechanism: conditioning of the closure: a lower bound, of the eigenvalues of S
         let part_36 = mul_add(part_30, part_34, -part_31);
         let part_37 = mul_add(part_26, mul_add(part_35, part_34 * part_34, part_33),
             part_24 * mul_add(part_35, part_36 * part_36, mul_add(part_33, part_30 * part_30,
             part_29)));
         let part_38 = part_28 + (part_24 + part_26);
+        // mechanism: reduced force: y = L^-T f
         let part_39 = mul_add(-part, factor_south_west_south_west_south_west, mul_add(c(-3.5e-6),
             u[2], mul_add(c(-0.0114), q[2], moment_south_west_x)));
         let part_40 = mul_add(-part_2, factor_south_south_east_south_east_east, mul_add(c(-3.5e-6),
@@ -3786,6 +3945,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_42 = mul_add(-factor_south_east_east_ground_east, part_40, mul_add(-part_2,
             factor_south_south_east_ground_east, mul_add(c(-3.5e-6), u[4], mul_add(c(-0.0114), q[4],
             moment_east_x))));
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_43 = gamma0_0 + mul_add(part_15, part_41, mul_add(part_14, part_42,
             mul_add(-part_13, part_40, part_12 * part_39)));
         let part_44 = mul_add(part_23, part_41, mul_add(part_22, part_42, mul_add(part_21, part_40,
@@ -3798,14 +3958,17 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             + part_44)));
         let part_47 = mul_add(-part_34, part_46, part_33 * part_45);
         let part_48 = mul_add(-part_30, part_47, mul_add(-part_31, part_46, -part_29 * part_43));
-        // south_ghost0
+        // south_ghost0: angular velocity: w = R^T w_parent + u e_x
         let d_carried_south_ghost0_z = -south_ghost0_part - south_ghost0_part_2;
+        // south_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let d_omega_yy_south_ghost0_2 = omega_yz_south_ghost0 + omega_yz_south_ghost0;
         let d_omega_xz_south_ghost0_2 = omega_south_ghost0_x * d_carried_south_ghost0_z;
         let d_omega_yz_south_ghost0_2 = mul_add(carried_south_ghost0_y, d_carried_south_ghost0_z,
             carried_south_ghost0_z * carried_south_ghost0_z);
+        // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let d_free_fall_south_ghost0_z = mul_add(-cos_south_west_south, across_south_ghost0_3,
             -sin_south_west_south * free_fall_south_west_z);
+        // south_ghost0: closure forces: (f, n) of lambda along the rows of the closure
         let south_ghost0_part_17 = c(0.08068423607472835) * part_47;
         let moment_closing_south_ghost0_z = c(0.08068423607472834) * part_48;
         let south_ghost0_part_18 = cos_south_west_south * moment_closing_south_ghost0_z;
@@ -3817,11 +3980,12 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let moment_above_south_ghost0_y_3 = mul_add(c(0.0570523391071303), part_46,
             c(0.7071071698144961) * across_south_ghost0_5);
         let moment_above_south_ghost0_z_2 = south_ghost0_part_18 - south_ghost0_part_19;
-        // the whole mechanism
+        // mechanism: reduced force: y = L^-T f
         let part_49 = mul_add(c(0.6262261294315284), moment_above_south_x,
             c(0.8660254814097262) * d_across_south);
         let part_50 = mul_add(-factor_south_east_east_ground_east, part_49,
             mul_add(c(0.6262261294315284), moment_above_south_east_x, d_moment_above_south_east_x));
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_51 = mul_add(-part_13, part_49, part_14 * part_50)
             - mul_add(c(0.034937311589096805), d_omega_xx_south,
             d_gradient_moving_x_south_y * c(-0.060513155359896355));
@@ -3831,6 +3995,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             -mul_add(part_22, part_50, mul_add(part_21, part_49, c(0.025263302018300744)))));
         let part_54 = mul_add(-part_34, part_53, part_33 * part_52);
         let part_55 = mul_add(-part_30, part_54, mul_add(-part_31, part_53, -part_29 * part_51));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_56 = mul_add(part_23, part_53, mul_add(part_19, part_54, part_15 * part_55));
         let part_57 = mul_add(inverse_pivot_ground_east, part_50, mul_add(part_22, part_53,
             mul_add(part_18, part_54, part_14 * part_55)));
@@ -3839,7 +4004,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             mul_add(-part_13, part_55, part_17 * part_54))));
         let part_59 = mul_add(-factor_west_south_west_ground_west, part_56, mul_add(part_20,
             part_53, mul_add(-part_16, part_54, part_12 * part_55)));
-        // south
+        // south: closure forces: (f, n) of lambda along the rows of the closure
         let moment_closing_south_x = mul_add(c(-0.040342139733508246), part_46,
             c(0.06987458559937648) * part_47);
         let moment_closing_south_y = mul_add(c(0.0698745855993765), part_46,
@@ -3852,17 +4017,21 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let south_part_22 = sin_south_south_east * moment_closing_south_y;
         let south_part_23 = cos_south_south_east * moment_closing_south_z;
         let moment_above_south_z_3 = south_part_22 + south_part_23;
+        // south: angular velocity: w = R^T w_parent + u e_x
         let d_carried_south_z = south_part - south_part_2;
+        // south: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let d_omega_yy_south_2 = omega_yz_south + omega_yz_south;
         let south_part_24 = carried_south_z * d_carried_south_z;
         let d_omega_zz_south_2 = south_part_24 + south_part_24;
         let d_omega_xz_south_2 = omega_south_x * d_carried_south_z;
         let d_omega_yz_south_2 = mul_add(carried_south_y, d_carried_south_z, omega_zz_south);
+        // south: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let d_free_fall_south_z = mul_add(-cos_south_south_east, across_south_3,
             -sin_south_south_east * free_fall_south_east_z);
+        // south: closure forces: (f, n) of lambda along the rows of the closure
         let d_across_south_4 = -south_part_22 - south_part_23;
         let d_moment_above_south_y_3 = c(0.4999998655490338) * d_across_south_4;
-        // the whole mechanism
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_60 = mul_add(inverse_pivot_ground_east, part_42, mul_add(part_22, part_46,
             mul_add(part_18, part_47, part_14 * part_48)));
         let part_61 = mul_add(inverse_pivot_ground_west, part_41, mul_add(part_23, part_46,
@@ -3879,27 +4048,30 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_65 = mul_add(-factor_south_west_south_west_south_west, part_63,
             mul_add(-factor_south_west_south_ground_west, part_61, mul_add(c(14436.012552214956),
             part_46, part * c(178919.86408403952))));
-        // south_west
+        // south_west: closure forces: (f, n) of lambda along the rows of the closure
         let d_across_south_west_3 = mul_add(-sin_west_south_west, across_south_ghost0_5,
             cos_west_south_west * d_moment_above_south_ghost0_y_3);
         let d_moment_above_south_west_x_2 = mul_add(c(-0.8660257562110547), d_across_south_west_3,
             d_across_south_ghost0_4 * c(-0.3535527646463877));
+        // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_across_south_west_4 = mul_add(-sin_west_south_west, d_moment_above_south_ghost0_z_2,
             cos_west_south_west * d_moment_above_south_ghost0_y_2);
         let d_moment_above_south_west_x_3 = mul_add(c(-0.8660257562110547), d_across_south_west_4,
             c(-0.3535527646463877) * d_across_south_ghost0_3);
-        // the whole mechanism
+        // mechanism: reduced force: y = L^-T f
         let part_66 = mul_add(c(0.6262195242941383), moment_above_south_ghost0_x_2,
             d_moment_above_south_ghost0_x_2);
         let part_67 = mul_add(-factor_west_south_west_ground_west, part_66,
             mul_add(c(0.6262195242941383), moment_above_south_west_x,
             d_moment_above_south_west_x_3));
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_68 = mul_add(part_15, part_67, part_12 * part_66);
         let part_69 = mul_add(part_30, part_68, -mul_add(-part_16, part_66, part_19 * part_67));
         let part_70 = part_35 * mul_add(-part_34, part_69, mul_add(part_31, part_68,
             -mul_add(part_23, part_67, mul_add(part_20, part_66, c(-0.05052604393275234)))));
         let part_71 = mul_add(-part_34, part_70, part_33 * part_69);
         let part_72 = mul_add(-part_30, part_71, mul_add(-part_31, part_70, -part_29 * part_68));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_73 = mul_add(part_22, part_70, mul_add(part_18, part_71, part_14 * part_72));
         let part_74 = mul_add(inverse_pivot_ground_west, part_67, mul_add(part_23, part_70,
             mul_add(part_19, part_71, part_15 * part_72)));
@@ -3908,18 +4080,18 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_76 = mul_add(-factor_west_south_west_ground_west, part_74,
             mul_add(inverse_pivot_west_south_west, part_66, mul_add(part_20, part_70,
             mul_add(-part_16, part_71, part_12 * part_72))));
-        // south_east
+        // south_east: closure forces: (f, n) of lambda along the rows of the closure
         let d_across_south_east_4 = mul_add(-sin_south_east_east, across_south_5,
             cos_south_east_east * d_moment_above_south_y_3);
         let d_moment_above_south_east_x_3 = mul_add(c(0.7071067811865475), d_across_south_east_4,
             c(0.6123724905851617) * d_across_south_4);
-        // south_west
+        // south_west: closure forces: (f, n) of lambda along the rows of the closure
         let d_across_south_west_5 = mul_add(-cos_west_south_west, moment_above_south_ghost0_z_2,
             -sin_west_south_west * moment_above_south_ghost0_y_3);
-        // south_east
+        // south_east: closure forces: (f, n) of lambda along the rows of the closure
         let d_across_south_east_5 = mul_add(-cos_south_east_east, moment_above_south_z_3,
             -sin_south_east_east * moment_above_south_y_3);
-        // south_west
+        // south_west: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let south_west_part_13 = c(0.8660257562110547) * part_61;
         let alpha_moving_south_west_x = mul_add(c(0.4999993895786978), part_61, part_63);
         let south_west_part_14 = cos_west_south_west * south_west_part_13;
@@ -3929,22 +4101,27 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let gradient_moving_x_south_west_y = omega_xy_south_west - alpha_moving_south_west_z;
         let gradient_moving_x_south_west_z = omega_xz_south_west + alpha_moving_south_west_y;
         let gradient_moving_z_south_west_y = alpha_moving_south_west_x - south_west_part_3;
+        // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let moment_own_south_west_z_2 = south_west_part_7 - mul_add(c(-1.0093594897589384e-5),
             gradient_moving_x_south_west_y, south_west_part_6);
+        // south_west: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let d_omega_yy_south_west_2 = omega_yz_south_west - south_west_part_3;
         let d_omega_yz_south_west_2 = mul_add(d_carried_south_west_y, d_carried_south_west_y,
             -omega_yy_south_west);
+        // south_west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let d_free_fall_south_west_z_2 = south_west_part_4 - south_west_part_5;
+        // south_west: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let d_alpha_moving_south_west_z_3 = south_west_part_14 - alpha_south_west_y;
         let d_gradient_moving_x_south_west_y_3 = omega_xz_south_west
             - d_alpha_moving_south_west_z_3;
         let d_gradient_moving_x_south_west_z_3 = d_omega_xz_south_west + alpha_moving_south_west_z;
         let d_gradient_moving_z_south_west_x_2 = d_omega_xz_south_west - alpha_moving_south_west_z;
+        // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_own_south_west_x = mul_add(c(3.520149320482795e-4), d_free_fall_south_west_z_2,
             -mul_add(c(1.0093594897589384e-5), d_omega_yz_south_west_2,
             mul_add(c(-2.6789051216394143e-8), d_omega_yz_south_west_2,
             c(1.2394283547934881e-5) * d_gradient_moving_z_south_west_x_2)));
-        // south_ghost0
+        // south_ghost0: angular velocity: w = R^T w_parent + u e_x
         let d_across_south_ghost0_5 = d_carried_south_west_y * c(0.7071071698144961);
         let d_carried_south_ghost0_x = d_carried_south_west_y * c(0.7071063925583853);
         let south_ghost0_part_20 = sin_south_west_south * d_alpha_moving_south_west_z;
@@ -3953,6 +4130,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let south_ghost0_part_22 = sin_south_west_south * d_across_south_ghost0_5;
         let south_ghost0_part_23 = cos_south_west_south * d_alpha_moving_south_west_z;
         let d_carried_south_ghost0_z_2 = south_ghost0_part_23 - south_ghost0_part_22;
+        // south_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let south_ghost0_part_24 = omega_south_ghost0_x * d_carried_south_ghost0_x;
         let d_omega_xx_south_ghost0_3 = south_ghost0_part_24 + south_ghost0_part_24;
         let south_ghost0_part_25 = carried_south_ghost0_y * d_carried_south_ghost0_y;
@@ -3963,11 +4141,14 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             omega_south_ghost0_x * d_carried_south_ghost0_z_2);
         let d_omega_yz_south_ghost0_3 = mul_add(carried_south_ghost0_y, d_carried_south_ghost0_z_2,
             carried_south_ghost0_z * d_carried_south_ghost0_y);
+        // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let d_across_south_ghost0_6 = free_fall_south_west_z * c(0.7071071698144961);
         let d_free_fall_south_ghost0_z_2 = mul_add(-sin_south_west_south, d_across_south_ghost0_6,
             cos_south_west_south * d_free_fall_south_west_z_2);
+        // south_ghost0: angular velocity: w = R^T w_parent + u e_x
         let d_carried_south_ghost0_y_2 = cos_south_west_south * c(-0.7071063925583853);
         let south_ghost0_part_26 = sin_south_west_south * c(-0.7071063925583853);
+        // south_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let south_ghost0_part_27 = c(0.7071071698144961) * omega_south_ghost0_x;
         let d_omega_xx_south_ghost0_4 = south_ghost0_part_27 + south_ghost0_part_27;
         let south_ghost0_part_28 = carried_south_ghost0_y * d_carried_south_ghost0_y_2;
@@ -3978,6 +4159,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             c(0.7071071698144961) * carried_south_ghost0_z);
         let d_omega_yz_south_ghost0_4 = mul_add(-carried_south_ghost0_y, south_ghost0_part_26,
             carried_south_ghost0_z * d_carried_south_ghost0_y_2);
+        // south_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let d_alpha_moving_south_ghost0_y_2 = south_ghost0_part_21 + mul_add(-u[0],
             south_ghost0_part_26, south_ghost0_part_20);
         let d_alpha_moving_south_ghost0_z_2 = mul_add(-u[0], d_carried_south_ghost0_y_2,
@@ -3994,6 +4176,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             - d_alpha_moving_south_ghost0_y_2;
         let d_gradient_moving_z_south_ghost0_y_2 = d_carried_south_ghost0_x
             + d_omega_yz_south_ghost0_4;
+        // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let south_ghost0_part_29 = mul_add(c(-2.372658269341246e-8),
             d_gradient_moving_y_south_ghost0_z_2, mul_add(c(5.5653677591751645e-6),
             d_gradient_moving_z_south_ghost0_y_2,
@@ -4012,7 +4195,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             c(0.7071071698144961) * d_across_south_ghost0_7);
         let d_moment_above_south_ghost0_z_3 = mul_add(-cos_south_west_south, south_ghost0_part_31,
             -sin_south_west_south * south_ghost0_part_30);
-        // south_west
+        // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_moving_south_west_y_2 = mul_add(c(-2.6789051216394143e-8),
             d_gradient_moving_x_south_west_z, d_moment_above_south_ghost0_y_4);
         let d_moment_moving_south_west_z_2 = d_moment_above_south_ghost0_z_3
@@ -4022,12 +4205,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             cos_west_south_west * d_moment_moving_south_west_y_2);
         let d_moment_above_south_west_x_4 = mul_add(c(-0.8660257562110547), d_across_south_west_6,
             c(0.4999993895786978) * d_moment_above_south_ghost0_x_3);
-        // the whole mechanism
+        // mechanism: reduced force: y = L^-T f
         let part_77 = mul_add(factor_south_west_south_west_south_west, south_ghost0_part_29,
             c(-3.5e-6) + d_moment_above_south_ghost0_x_3);
         let part_78 = mul_add(-factor_west_south_west_ground_west, part_77,
             mul_add(factor_south_west_south_ground_west, south_ghost0_part_29,
             d_moment_above_south_west_x_4));
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_79 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_2,
             mul_add(part_15, part_78, part_12 * part_77));
         let part_80 = mul_add(part_30, part_79, -mul_add(c(0.08068423607472835),
@@ -4038,6 +4222,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_82 = part_35 * part_81;
         let part_83 = mul_add(-part_34, part_82, part_33 * part_80);
         let part_84 = mul_add(-part_30, part_83, mul_add(-part_31, part_82, -part_29 * part_79));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_85 = mul_add(part_22, part_82, mul_add(part_18, part_83, part_14 * part_84));
         let part_86 = mul_add(inverse_pivot_ground_west, part_78, mul_add(part_23, part_82,
             mul_add(part_19, part_83, part_15 * part_84)));
@@ -4046,11 +4231,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_88 = mul_add(-factor_west_south_west_ground_west, part_86,
             mul_add(inverse_pivot_west_south_west, part_77, mul_add(part_20, part_82,
             mul_add(-part_16, part_83, part_12 * part_84))));
+        // mechanism: reduced force: y = L^-T f
         let part_89 = mul_add(factor_south_west_south_west_south_west, south_ghost0_part_11,
             d_moment_moving_south_west_x);
         let part_90 = mul_add(-factor_west_south_west_ground_west, part_89,
             mul_add(factor_south_west_south_ground_west, south_ghost0_part_11, c(-3.5e-6)
             + d_moment_above_south_west_x));
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_91 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x,
             mul_add(part_15, part_90, part_12 * part_89));
         let part_92 = mul_add(part_30, part_91, -mul_add(c(0.08068423607472835),
@@ -4061,6 +4248,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_94 = part_35 * part_93;
         let part_95 = mul_add(-part_34, part_94, part_33 * part_92);
         let part_96 = mul_add(-part_30, part_95, mul_add(-part_31, part_94, -part_29 * part_91));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_97 = mul_add(part_22, part_94, mul_add(part_18, part_95, part_14 * part_96));
         let part_98 = mul_add(inverse_pivot_ground_west, part_90, mul_add(part_23, part_94,
             mul_add(part_19, part_95, part_15 * part_96)));
@@ -4069,7 +4257,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_100 = mul_add(-factor_west_south_west_ground_west, part_98,
             mul_add(inverse_pivot_west_south_west, part_89, mul_add(part_20, part_94,
             mul_add(-part_16, part_95, part_12 * part_96))));
-        // south_ghost0
+        // south_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let d_across_south_ghost0_8 = c(0.7071071698144961) * alpha_moving_south_west_z;
         let d_alpha_moving_south_ghost0_x_2 = c(0.7071063925583853) * alpha_moving_south_west_z;
         let d_alpha_moving_south_ghost0_y_3 = mul_add(cos_south_west_south, d_across_south_ghost0_8,
@@ -4090,6 +4278,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             - d_alpha_moving_south_ghost0_y_3;
         let d_gradient_moving_z_south_ghost0_y_3 = d_omega_yz_south_ghost0_3
             + d_alpha_moving_south_ghost0_x_2;
+        // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_own_south_ghost0_x = mul_add(c(1.7025149681007906e-4),
             d_free_fall_south_ghost0_z_2, -mul_add(c(-2.372658269341246e-8),
             d_gradient_moving_y_south_ghost0_z_3, mul_add(c(5.5653677591751645e-6),
@@ -4109,12 +4298,14 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             d_moment_own_south_ghost0_x, c(0.7071071698144961) * d_across_south_ghost0_9);
         let d_moment_above_south_ghost0_z_4 = mul_add(-sin_south_west_south, south_ghost0_part_32,
             cos_south_west_south * d_moment_own_south_ghost0_z);
+        // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let d_across_south_ghost0_10 = mul_add(c(6.007372737186426), cos_ground_west,
             c(0.7071071698144961) * d_free_fall_south_west_y);
         let d_free_fall_south_ghost0_x = mul_add(c(0.7071063925583853), d_free_fall_south_west_y,
             cos_ground_west * c(-6.007379340531013));
         let d_free_fall_south_ghost0_z_3 = mul_add(-sin_south_west_south, d_across_south_ghost0_10,
             cos_south_west_south * d_free_fall_south_west_z);
+        // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_own_south_ghost0_x_2 = c(1.7025149681007906e-4) * d_free_fall_south_ghost0_z_3;
         let south_ghost0_part_33 = c(1.7025149681007906e-4) * d_free_fall_south_ghost0_x;
         let d_across_south_ghost0_11 = sin_south_west_south * south_ghost0_part_33;
@@ -4122,7 +4313,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             d_across_south_ghost0_11, d_free_fall_south_ghost0_z_3 * c(1.2038605406605671e-4));
         let d_moment_above_south_ghost0_y_6 = mul_add(c(1.2038592173704043e-4),
             d_free_fall_south_ghost0_z_3, c(0.7071071698144961) * d_across_south_ghost0_11);
-        // south_west
+        // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_moving_south_west_x_2 = mul_add(c(3.520149320482795e-4),
             d_free_fall_south_west_z, d_moment_above_south_ghost0_x_5);
         let d_moment_moving_south_west_z_3 = mul_add(-cos_south_west_south, south_ghost0_part_33,
@@ -4131,10 +4322,10 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             cos_west_south_west * d_moment_above_south_ghost0_y_6);
         let d_moment_above_south_west_x_5 = mul_add(c(-0.8660257562110547), d_across_south_west_7,
             c(0.4999993895786978) * d_moment_moving_south_west_x_2);
-        // west
+        // west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_moving_west_x = mul_add(c(6.332769027236974e-3), sin_ground_west,
             d_moment_above_south_west_x_5);
-        // south_ghost0
+        // south_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let across_south_ghost0_6 = mul_add(c(-0.7071063925583853), alpha_moving_south_west_x,
             c(0.7071071698144961) * alpha_moving_south_west_y);
         let alpha_moving_south_ghost0_x = part_65 + mul_add(c(0.7071063925583853),
@@ -4164,6 +4355,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_gradient_moving_z_south_ghost0_x_4 = d_omega_xz_south_ghost0_2
             - d_alpha_moving_south_ghost0_y_4;
         let gradient_moving_z_south_ghost0_y = omega_yz_south_ghost0 + alpha_moving_south_ghost0_x;
+        // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let moment_own_south_ghost0_x_2 = south_ghost0_part_5 - mul_add(c(-2.372658269341246e-8),
             gradient_moving_y_south_ghost0_z, mul_add(c(5.5653677591751645e-6),
             gradient_moving_z_south_ghost0_y,
@@ -4184,7 +4376,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             gradient_moving_x_south_ghost0_y, south_ghost0_part_7);
         let south_ghost0_part_41 = sin_south_west_south * moment_own_south_ghost0_z_2;
         let south_ghost0_part_42 = cos_south_west_south * moment_own_south_ghost0_z_2;
-        // south_east
+        // south_east: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let across_south_east_6 = c(0.7071067811865475) * part_60;
         let alpha_moving_south_east_x = part_62 + across_south_east_6;
         let south_east_part_17 = cos_south_east_east * across_south_east_6;
@@ -4194,23 +4386,28 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let gradient_moving_x_south_east_y = omega_xy_south_east - alpha_moving_south_east_z;
         let gradient_moving_x_south_east_z = alpha_moving_south_east_y - south_east_part_4;
         let gradient_moving_z_south_east_y = alpha_moving_south_east_x - south_east_part_5;
+        // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let moment_own_south_east_z_2 = south_east_part_8 - mul_add(c(-1.6424267108073443e-5),
             gradient_moving_x_south_east_y, south_east_part_9);
+        // south_east: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let d_omega_yy_south_east_2 = omega_yz_south_east - south_east_part_5;
         let d_omega_xz_south_east_2 = -omega_xy_south_east;
         let d_omega_yz_south_east_2 = mul_add(south_east_part, south_east_part,
             -omega_yy_south_east);
+        // south_east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let d_free_fall_south_east_z_2 = south_east_part_6 - south_east_part_7;
+        // south_east: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let d_alpha_moving_south_east_z = south_east_part_2 - south_east_part_17;
         let d_gradient_moving_x_south_east_y_3 = omega_xz_south_east - d_alpha_moving_south_east_z;
         let d_gradient_moving_x_south_east_z_3 = alpha_moving_south_east_z - omega_xy_south_east;
         let d_gradient_moving_z_south_east_x_2 = d_omega_xz_south_east_2
             - alpha_moving_south_east_z;
+        // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_own_south_east_x = -c(4.7358339509453106e-4) * d_free_fall_south_east_z_2
             - mul_add(c(-1.293994125217518e-5), d_gradient_moving_z_south_east_x_2,
             mul_add(c(-3.338573836000013e-8), d_omega_yz_south_east_2,
             c(1.6424267108073443e-5) * d_omega_yz_south_east_2));
-        // south
+        // south: angular velocity: w = R^T w_parent + u e_x
         let d_across_south_5 = south_east_part * c(-0.4999998655490338);
         let south_part_25 = south_east_part * c(-0.8660254814097262);
         let south_part_26 = sin_south_south_east * carried_south_east_y;
@@ -4219,6 +4416,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let south_part_28 = sin_south_south_east * d_across_south_5;
         let south_part_29 = -cos_south_south_east * carried_south_east_y;
         let d_carried_south_z_2 = south_part_29 - south_part_28;
+        // south: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let south_part_30 = omega_south_x * south_part_25;
         let d_omega_xx_south_3 = -south_part_30 - south_part_30;
         let south_part_31 = carried_south_y * d_carried_south_y;
@@ -4231,9 +4429,11 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             omega_south_x * d_carried_south_z_2);
         let d_omega_yz_south_3 = mul_add(carried_south_y, d_carried_south_z_2,
             carried_south_z * d_carried_south_y);
+        // south: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let d_across_south_6 = free_fall_south_east_z * c(0.4999998655490338);
         let d_free_fall_south_z_2 = mul_add(-sin_south_south_east, d_across_south_6,
             cos_south_south_east * d_free_fall_south_east_z_2);
+        // south: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let south_part_33 = c(0.4999998655490338) * omega_south_x;
         let d_omega_xx_south_4 = south_part_33 + south_part_33;
         let south_part_34 = carried_south_y * carried_south_y_by_south_east_east;
@@ -4246,6 +4446,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             c(0.4999998655490338) * carried_south_z);
         let d_omega_yz_south_4 = mul_add(-carried_south_y, south_part_10,
             carried_south_z * carried_south_y_by_south_east_east);
+        // south: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let d_alpha_moving_south_y_2 = south_part_27 + (-u[1] * south_part_10 - south_part_26);
         let d_alpha_moving_south_z_2 = mul_add(-u[1], carried_south_y_by_south_east_east,
             south_part_29) - south_part_28;
@@ -4255,6 +4456,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_gradient_moving_y_south_z_2 = south_part_25 + d_omega_yz_south_4;
         let d_gradient_moving_z_south_x_2 = d_omega_xz_south_4 - d_alpha_moving_south_y_2;
         let d_gradient_moving_z_south_y_2 = d_omega_yz_south_4 - south_part_25;
+        // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let south_part_36 = mul_add(c(-2.3726582693412885e-8), d_gradient_moving_y_south_z_2,
             mul_add(c(-6.64555505684884e-6), d_gradient_moving_z_south_x_2,
             c(5.565308808048279e-6) * d_gradient_moving_z_south_y_2));
@@ -4270,7 +4472,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             c(0.4999998655490338) * d_across_south_7);
         let d_moment_above_south_z_3 = mul_add(-cos_south_south_east, south_part_38,
             -sin_south_south_east * south_part_37);
-        // south_east
+        // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_moving_south_east_y_2 = mul_add(c(-3.338573836000013e-8),
             d_gradient_moving_x_south_east_z, d_moment_above_south_y_4);
         let d_moment_moving_south_east_z_2 = d_moment_above_south_z_3
@@ -4280,7 +4482,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             cos_south_east_east * d_moment_moving_south_east_y_2);
         let d_moment_above_south_east_x_4 = mul_add(c(0.7071067811865475), d_across_south_east_6,
             c(0.7071067811865475) * d_moment_above_south_x_2);
-        // south
+        // south: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let d_across_south_8 = c(0.4999998655490338) * alpha_moving_south_east_z;
         let south_part_39 = c(0.8660254814097262) * alpha_moving_south_east_z;
         let d_alpha_moving_south_y_3 = mul_add(cos_south_south_east, d_across_south_8,
@@ -4293,6 +4495,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_gradient_moving_y_south_z_3 = d_omega_yz_south_3 + south_part_39;
         let d_gradient_moving_z_south_x_3 = d_omega_xz_south_3 - d_alpha_moving_south_y_3;
         let d_gradient_moving_z_south_y_3 = d_omega_yz_south_3 - south_part_39;
+        // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_own_south_x = -c(1.702501854199059e-4) * d_free_fall_south_z_2
             - mul_add(c(-2.3726582693412885e-8), d_gradient_moving_y_south_z_3,
             mul_add(c(-6.64555505684884e-6), d_gradient_moving_z_south_x_3,
@@ -4310,12 +4513,14 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             c(0.4999998655490338) * d_across_south_9);
         let d_moment_above_south_z_4 = mul_add(-sin_south_south_east, south_part_40,
             cos_south_south_east * d_moment_own_south_z);
+        // south: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let d_across_south_10 = mul_add(c(0.4999998655490338), d_free_fall_south_east_y,
             cos_ground_east * c(6.007374132640437));
         let d_free_fall_south_x = mul_add(c(-0.8660254814097262), d_free_fall_south_east_y,
             cos_ground_east * c(3.468357829071642));
         let d_free_fall_south_z_3 = mul_add(-sin_south_south_east, d_across_south_10,
             cos_south_south_east * d_free_fall_south_east_z);
+        // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let south_part_41 = c(1.702501854199059e-4) * d_free_fall_south_z_3;
         let d_moment_own_south_z_2 = c(1.702501854199059e-4) * d_free_fall_south_x;
         let south_part_42 = sin_south_south_east * d_moment_own_south_z_2;
@@ -4323,7 +4528,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             d_free_fall_south_z_3 * c(-8.512506981965103e-5));
         let d_moment_above_south_y_6 = mul_add(c(1.4744099878836916e-4), d_free_fall_south_z_3,
             c(-0.4999998655490338) * south_part_42);
-        // south_east
+        // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_moving_south_east_x_2 = mul_add(c(-4.7358339509453106e-4),
             d_free_fall_south_east_z, d_moment_above_south_x_4);
         let d_moment_moving_south_east_z_3 = mul_add(cos_south_south_east, d_moment_own_south_z_2,
@@ -4332,10 +4537,10 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             cos_south_east_east * d_moment_above_south_y_6);
         let d_moment_above_south_east_x_5 = mul_add(c(0.7071067811865475), d_across_south_east_7,
             c(0.7071067811865475) * d_moment_moving_south_east_x_2);
-        // east
+        // east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_moving_east_x = mul_add(c(-4.625527205006544e-3), sin_ground_east,
             d_moment_above_south_east_x_5);
-        // south
+        // south: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let across_south_6 = mul_add(c(0.8660254814097262), alpha_moving_south_east_x,
             c(0.4999998655490338) * alpha_moving_south_east_y);
         let alpha_moving_south_x = part_64 + mul_add(c(-0.8660254814097262),
@@ -4351,6 +4556,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let gradient_moving_y_south_z = omega_yz_south - alpha_moving_south_x;
         let gradient_moving_z_south_x = omega_xz_south - alpha_moving_south_y;
         let gradient_moving_z_south_y = omega_yz_south + alpha_moving_south_x;
+        // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let moment_own_south_x_2 = south_part_6 - mul_add(c(-2.3726582693412885e-8),
             gradient_moving_y_south_z, mul_add(c(-6.64555505684884e-6), gradient_moving_z_south_x,
             c(5.565308808048279e-6) * gradient_moving_z_south_y));
@@ -4366,6 +4572,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let south_part_50 = sin_south_south_east * south_part_47;
         let south_part_51 = cos_south_south_east * moment_own_south_z_2;
         let moment_above_south_z_4 = south_part_51 - south_part_50;
+        // south: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let d_alpha_moving_south_y_4 = mul_add(u[1], d_carried_south_z, south_part_46)
             - south_part_45;
         let d_alpha_moving_south_z_4 = -south_part_43 - south_part_4 - south_part_44;
@@ -4373,6 +4580,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_gradient_moving_x_south_z_5 = d_omega_xz_south_2 + d_alpha_moving_south_y_4;
         let d_gradient_moving_y_south_x_4 = omega_xz_south + d_alpha_moving_south_z_4;
         let d_gradient_moving_z_south_x_4 = d_omega_xz_south_2 - d_alpha_moving_south_y_4;
+        // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_own_south_x_2 = -c(1.702501854199059e-4) * d_free_fall_south_z
             - mul_add(c(-2.3726582693412885e-8), d_omega_yz_south_2,
             mul_add(c(-6.64555505684884e-6), d_gradient_moving_z_south_x_4,
@@ -4389,7 +4597,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             c(0.4999998655490338) * d_across_south_11);
         let d_moment_above_south_z_5 = mul_add(-sin_south_south_east, south_part_52, south_part_49)
             + (-cos_south_south_east * south_part_53 - south_part_48);
-        // south_ghost0
+        // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let south_ghost0_part_43 = -cos_south_west_south * south_ghost0_part_38;
         let south_ghost0_part_44 = sin_south_west_south * south_ghost0_part_38;
         let across_south_ghost0_7 = south_ghost0_part_43 - south_ghost0_part_41;
@@ -4406,7 +4614,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_moment_above_south_ghost0_z_5 = mul_add(-sin_south_west_south, south_ghost0_part_39,
             south_ghost0_part_43) + (-cos_south_west_south * south_ghost0_part_40
             - south_ghost0_part_41);
-        // south_east
+        // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let moment_moving_south_east_y = moment_above_south_y_4 - mul_add(c(1.293994125217518e-5),
             gradient_moving_z_south_east_y,
             c(3.338573836000013e-8) * gradient_moving_x_south_east_z);
@@ -4423,7 +4631,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             d_moment_moving_south_east_z_4, cos_south_east_east * moment_moving_south_east_z);
         let d_moment_above_south_east_x_6 = mul_add(c(0.7071067811865475), d_across_south_east_8,
             c(0.7071067811865475) * d_moment_moving_south_east_x_3);
-        // south_west
+        // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let moment_moving_south_west_y = moment_above_south_ghost0_y_4
             - mul_add(c(-1.2394283547934881e-5), gradient_moving_z_south_west_y,
             c(2.6789051216394143e-8) * gradient_moving_x_south_west_z);
@@ -4445,19 +4653,21 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             d_moment_moving_south_west_z_4, cos_west_south_west * moment_moving_south_west_z);
         let d_moment_above_south_west_x_7 = mul_add(c(-0.8660257562110547), d_across_south_west_9,
             c(0.4999993895786978) * d_moment_moving_south_west_x_3);
-        // south_east
+        // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_across_south_east_9 = mul_add(-sin_south_east_east, d_moment_above_south_z_5,
             cos_south_east_east * d_moment_above_south_y_7);
         let d_moment_above_south_east_x_7 = mul_add(c(0.7071067811865475), d_across_south_east_9,
             c(0.7071067811865475) * d_moment_above_south_x_5);
-        // the whole mechanism
+        // mechanism: results: what the function returns
         let part_101 = d_moment_own_south_ghost0_x_3 + c(-0.0114);
+        // mechanism: reduced force: y = L^-T f
         let part_102 = mul_add(-factor_south_west_south_west_south_west, part_101,
             mul_add(c(-0.7071063925583853), d_across_south_ghost0_4,
             d_moment_above_south_ghost0_x_6));
         let part_103 = mul_add(-factor_west_south_west_ground_west, part_102,
             mul_add(-factor_south_west_south_ground_west, part_101, d_moment_above_south_west_x_2
             + d_moment_above_south_west_x_6));
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_104 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_4,
             mul_add(part_15, part_103, part_12 * part_102));
         let part_105 = mul_add(part_30, part_104, -mul_add(c(0.08068423607472835),
@@ -4469,6 +4679,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_108 = mul_add(-part_34, part_107, part_33 * part_105);
         let part_109 = mul_add(-part_30, part_108, mul_add(-part_31, part_107,
             -part_29 * part_104));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_110 = mul_add(part_22, part_107, mul_add(part_18, part_108, part_14 * part_109));
         let part_111 = mul_add(inverse_pivot_ground_west, part_103, mul_add(part_23, part_107,
             mul_add(part_19, part_108, part_15 * part_109)));
@@ -4477,11 +4688,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_113 = mul_add(-factor_west_south_west_ground_west, part_111,
             mul_add(inverse_pivot_west_south_west, part_102, mul_add(part_20, part_107,
             mul_add(-part_16, part_108, part_12 * part_109))));
+        // mechanism: reduced force: y = L^-T f
         let part_114 = mul_add(factor_south_south_east_south_east_east, south_part_41,
             d_moment_moving_south_east_x_2);
         let part_115 = mul_add(-factor_south_east_east_ground_east, part_114,
             mul_add(factor_south_south_east_ground_east, south_part_41, c(-0.0114)
             + d_moment_moving_east_x));
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_116 = mul_add(-part_13, part_114, part_14 * part_115);
         let part_117 = mul_add(part_30, part_116, -mul_add(part_18, part_115, mul_add(part_17,
             part_114, d_free_fall_south_z_3 * c(-2.128481987095497))));
@@ -4491,6 +4704,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_119 = mul_add(-part_34, part_118, part_33 * part_117);
         let part_120 = mul_add(-part_30, part_119, mul_add(-part_31, part_118,
             -part_29 * part_116));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_121 = mul_add(part_23, part_118, mul_add(part_19, part_119, part_15 * part_120));
         let part_122 = mul_add(inverse_pivot_ground_east, part_115, mul_add(part_22, part_118,
             mul_add(part_18, part_119, part_14 * part_120)));
@@ -4499,16 +4713,19 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             mul_add(-part_13, part_120, part_17 * part_119))));
         let part_124 = mul_add(-factor_west_south_west_ground_west, part_121, mul_add(part_20,
             part_118, mul_add(-part_16, part_119, part_12 * part_120)));
+        // mechanism: results: what the function returns
         let part_125 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
             d_omega_xx_south_4 + d_omega_zz_south_4,
             c(0.04034213973350825) * d_gradient_moving_y_south_x_2),
             c(0.8660252485338008) * mul_add(c(-0.06987458559937648), d_gradient_moving_x_south_y_3,
             c(-0.04034213973350825) * (d_omega_yy_south_4 + d_omega_zz_south_4)));
+        // mechanism: reduced force: y = L^-T f
         let part_126 = mul_add(factor_south_south_east_south_east_east, south_part_36, c(-3.5e-6)
             + d_moment_above_south_x_2);
         let part_127 = mul_add(-factor_south_east_east_ground_east, part_126,
             mul_add(factor_south_south_east_ground_east, south_part_36,
             d_moment_above_south_east_x_4));
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_128 = mul_add(-part_13, part_126, part_14 * part_127) - part_125;
         let part_129 = mul_add(part_30, part_128, -(mul_add(part_18, part_127, mul_add(part_17,
             part_126, c(-12502.083224437016) * south_part_36)) - mul_add(c(-0.06987458559937648),
@@ -4521,6 +4738,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_132 = mul_add(-part_34, part_131, part_33 * part_129);
         let part_133 = mul_add(-part_30, part_132, mul_add(-part_31, part_131,
             -part_29 * part_128));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_134 = mul_add(part_23, part_131, mul_add(part_19, part_132, part_15 * part_133));
         let part_135 = mul_add(inverse_pivot_ground_east, part_127, mul_add(part_22, part_131,
             mul_add(part_18, part_132, part_14 * part_133)));
@@ -4529,16 +4747,19 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             mul_add(-part_13, part_133, part_17 * part_132))));
         let part_137 = mul_add(-factor_west_south_west_ground_west, part_134, mul_add(part_20,
             part_131, mul_add(-part_16, part_132, part_12 * part_133)));
+        // mechanism: results: what the function returns
         let part_138 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
             d_omega_xx_south_2 + d_omega_zz_south,
             c(0.04034213973350825) * d_gradient_moving_y_south_x),
             c(0.8660252485338008) * mul_add(c(-0.06987458559937648), d_gradient_moving_x_south_y_2,
             c(-0.04034213973350825) * (d_omega_yy_south + d_omega_zz_south)));
+        // mechanism: reduced force: y = L^-T f
         let part_139 = mul_add(factor_south_south_east_south_east_east, south_part_18,
             d_moment_moving_south_east_x);
         let part_140 = mul_add(-factor_south_east_east_ground_east, part_139,
             mul_add(factor_south_south_east_ground_east, south_part_18, c(-3.5e-6)
             + d_moment_above_south_east_x_2));
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_141 = mul_add(-part_13, part_139, part_14 * part_140) - part_138;
         let part_142 = mul_add(part_30, part_141, -(mul_add(part_18, part_140, mul_add(part_17,
             part_139, c(-12502.083224437016) * south_part_18)) - mul_add(c(-0.06987458559937648),
@@ -4550,6 +4771,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_145 = mul_add(-part_34, part_144, part_33 * part_142);
         let part_146 = mul_add(-part_30, part_145, mul_add(-part_31, part_144,
             -part_29 * part_141));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_147 = mul_add(part_23, part_144, mul_add(part_19, part_145, part_15 * part_146));
         let part_148 = mul_add(inverse_pivot_ground_east, part_140, mul_add(part_22, part_144,
             mul_add(part_18, part_145, part_14 * part_146)));
@@ -4558,11 +4780,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             mul_add(-part_13, part_146, part_17 * part_145))));
         let part_150 = mul_add(-factor_west_south_west_ground_west, part_147, mul_add(part_20,
             part_144, mul_add(-part_16, part_145, part_12 * part_146)));
+        // mechanism: reduced force: y = L^-T f
         let part_151 = mul_add(-factor_south_west_south_west_south_west,
             d_moment_own_south_ghost0_x_2, d_moment_moving_south_west_x_2);
         let part_152 = mul_add(-factor_west_south_west_ground_west, part_151,
             mul_add(-factor_south_west_south_ground_west, d_moment_own_south_ghost0_x_2, c(-0.0114)
             + d_moment_moving_west_x));
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_153 = mul_add(part_15, part_152, part_12 * part_151);
         let part_154 = mul_add(part_30, part_153, -mul_add(-part_16, part_151, part_19 * part_152));
         let part_155 = part_35 * mul_add(-part_34, part_154, mul_add(part_31, part_153,
@@ -4571,6 +4795,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_156 = mul_add(-part_34, part_155, part_33 * part_154);
         let part_157 = mul_add(-part_30, part_156, mul_add(-part_31, part_155,
             -part_29 * part_153));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_158 = mul_add(part_22, part_155, mul_add(part_18, part_156, part_14 * part_157));
         let part_159 = mul_add(inverse_pivot_ground_west, part_152, mul_add(part_23, part_155,
             mul_add(part_19, part_156, part_15 * part_157)));
@@ -4579,12 +4804,15 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_161 = mul_add(-factor_west_south_west_ground_west, part_159,
             mul_add(inverse_pivot_west_south_west, part_151, mul_add(part_20, part_155,
             mul_add(-part_16, part_156, part_12 * part_157))));
+        // mechanism: results: what the function returns
         let part_162 = c(-0.0114) + d_moment_own_south_x_2;
+        // mechanism: reduced force: y = L^-T f
         let part_163 = mul_add(-factor_south_south_east_south_east_east, part_162,
             mul_add(c(0.8660254814097262), d_across_south_4, d_moment_above_south_x_5));
         let part_164 = mul_add(-factor_south_east_east_ground_east, part_163,
             mul_add(-factor_south_south_east_ground_east, part_162, d_moment_above_south_east_x_3
             + d_moment_above_south_east_x_7));
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_165 = mul_add(-part_13, part_163, part_14 * part_164)
             - mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648), d_omega_zz_south_2,
             c(0.04034213973350825) * d_gradient_moving_y_south_x_4),
@@ -4600,6 +4828,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_169 = mul_add(-part_34, part_168, part_33 * part_166);
         let part_170 = mul_add(-part_30, part_169, mul_add(-part_31, part_168,
             -part_29 * part_165));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_171 = mul_add(part_23, part_168, mul_add(part_19, part_169, part_15 * part_170));
         let part_172 = mul_add(inverse_pivot_ground_east, part_164, mul_add(part_22, part_168,
             mul_add(part_18, part_169, part_14 * part_170)));
@@ -4608,16 +4837,19 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             mul_add(-part_13, part_170, part_17 * part_169))));
         let part_174 = mul_add(-factor_west_south_west_ground_west, part_171, mul_add(part_20,
             part_168, mul_add(-part_16, part_169, part_12 * part_170)));
+        // mechanism: results: what the function returns
         let part_175 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
             d_omega_xx_south_3 + d_omega_zz_south_3,
             c(0.04034213973350825) * d_gradient_moving_y_south_x_3),
             c(0.8660252485338008) * mul_add(c(-0.06987458559937648), d_gradient_moving_x_south_y_4,
             c(-0.04034213973350825) * (d_omega_yy_south_3 + d_omega_zz_south_3)));
+        // mechanism: reduced force: y = L^-T f
         let part_176 = mul_add(-factor_south_south_east_south_east_east, d_moment_own_south_x,
             c(-0.0114) + d_moment_moving_south_east_x_3);
         let part_177 = mul_add(-factor_south_east_east_ground_east, part_176,
             mul_add(-factor_south_south_east_ground_east, d_moment_own_south_x,
             mul_add(c(0.7071067811865475), d_across_south_east_5, d_moment_above_south_east_x_6)));
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_178 = mul_add(-part_13, part_176, part_14 * part_177) - part_175;
         let part_179 = mul_add(part_30, part_178, -(mul_add(part_18, part_177, mul_add(part_17,
             part_176, c(12502.083224437016) * d_moment_own_south_x))
@@ -4631,6 +4863,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_182 = mul_add(-part_34, part_181, part_33 * part_179);
         let part_183 = mul_add(-part_30, part_182, mul_add(-part_31, part_181,
             -part_29 * part_178));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_184 = mul_add(part_23, part_181, mul_add(part_19, part_182, part_15 * part_183));
         let part_185 = mul_add(inverse_pivot_ground_east, part_177, mul_add(part_22, part_181,
             mul_add(part_18, part_182, part_14 * part_183)));
@@ -4639,11 +4872,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             mul_add(-part_13, part_183, part_17 * part_182))));
         let part_187 = mul_add(-factor_west_south_west_ground_west, part_184, mul_add(part_20,
             part_181, mul_add(-part_16, part_182, part_12 * part_183)));
+        // mechanism: reduced force: y = L^-T f
         let part_188 = mul_add(-factor_south_west_south_west_south_west,
             d_moment_own_south_ghost0_x, c(-0.0114) + d_moment_moving_south_west_x_3);
         let part_189 = mul_add(-factor_west_south_west_ground_west, part_188,
             mul_add(-factor_south_west_south_ground_west, d_moment_own_south_ghost0_x,
             mul_add(c(-0.8660257562110547), d_across_south_west_5, d_moment_above_south_west_x_7)));
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_190 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_3,
             mul_add(part_15, part_189, part_12 * part_188));
         let part_191 = mul_add(part_30, part_190, -mul_add(c(0.08068423607472835),
@@ -4656,6 +4891,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_194 = mul_add(-part_34, part_193, part_33 * part_191);
         let part_195 = mul_add(-part_30, part_194, mul_add(-part_31, part_193,
             -part_29 * part_190));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_196 = mul_add(part_22, part_193, mul_add(part_18, part_194, part_14 * part_195));
         let part_197 = mul_add(inverse_pivot_ground_west, part_189, mul_add(part_23, part_193,
             mul_add(part_19, part_194, part_15 * part_195)));

@@ -174,50 +174,63 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
             (sin_elbow, cos_elbow),
             (sin_wrist, cos_wrist),
         ] = S::sin_cos_all([q[0], q[1], q[2]]);
-        // upper
+        // upper: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let free_fall_upper_y = -sin_shoulder * c(9.81);
         let upper_part = cos_shoulder * c(9.81);
-        // middle
+        // middle: angular velocity: w = R^T w_parent + u e_x
         let omega_middle_x = u[0] + u[1];
+        // middle: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_middle = omega_middle_x * omega_middle_x;
+        // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let fall_above_middle_y = mul_add(-u[0], u[0], free_fall_upper_y);
         let free_fall_middle_z = mul_add(-sin_elbow, fall_above_middle_y, -cos_elbow * upper_part);
+        // middle: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let force_own_middle_y = -omega_xx_middle * c(1.4999836);
-        // lower
+        // lower: angular velocity: w = R^T w_parent + u e_x
         let omega_lower_x = u[2] - omega_middle_x;
+        // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_lower = omega_lower_x * omega_lower_x;
+        // lower: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let fall_above_lower_y = mul_add(cos_elbow, fall_above_middle_y, -mul_add(sin_elbow,
             upper_part, omega_xx_middle));
         let free_fall_lower_z = mul_add(cos_wrist, free_fall_middle_z,
             sin_wrist * fall_above_lower_y);
+        // lower: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let force_own_lower_y = omega_xx_lower * c(0.4999999999599003);
         let moment_own_lower_x = free_fall_lower_z * c(0.4999999999599003);
+        // lower: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let force_above_lower_z = sin_wrist * force_own_lower_y;
+        // lower: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let first_moment_above_lower_z = sin_wrist * c(0.4999999999599003);
         let across_lower = -first_moment_above_lower_z;
         let force_above_lower_z_2 = cos_wrist * c(0.4999999999599003);
         let moment_above_lower_x = -force_above_lower_z_2 - c(0.4166658393333334);
+        // lower: composite inertia: m, h, S of all beyond the hinge
         let twist_lower = sin_wrist * c(0.25000082733333334);
         let bend_lower = sin_wrist * twist_lower;
-        // middle
+        // middle: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let middle_part = sin_elbow * first_moment_above_lower_z;
         let moment_above_middle_x = moment_above_lower_x - mul_add(cos_elbow, force_above_lower_z_2,
             middle_part);
+        // middle: composite inertia: m, h, S of all beyond the hinge
         let first_moment_middle_y = c(-1.4999836) - force_above_lower_z_2;
         let second_moment_yy_middle = mul_add(c(0.9999999999198006), cos_wrist,
             c(1.6666502667468661)) - bend_lower;
         let second_moment_yz_middle = mul_add(-cos_wrist, twist_lower, across_lower);
         let second_moment_zz_middle = bend_lower + c(0.1666641846666667);
+        // middle: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let mass_elbow_elbow = second_moment_yy_middle + second_moment_zz_middle;
         let force_above_middle_z = mul_add(cos_elbow, first_moment_middle_y, -middle_part);
         let moment_above_middle_x_2 = mass_elbow_elbow - force_above_middle_z;
+        // middle: composite inertia: m, h, S of all beyond the hinge
         let twist_middle = mul_add(second_moment_yz_middle, cos_elbow * c(2.0),
             sin_elbow * (second_moment_yy_middle - second_moment_zz_middle));
         let bend_middle = sin_elbow * twist_middle;
+        // middle: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let force_middle_y = mul_add(-cos_wrist, force_own_lower_y, force_own_middle_y);
         let moment_middle_x = -moment_own_lower_x - mul_add(c(1.4999836), free_fall_middle_z,
             force_above_lower_z);
-        // upper
+        // upper: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let mass_shoulder_shoulder = bend_middle + mul_add(c(-2.0), force_above_middle_z,
             second_moment_zz_middle + (second_moment_yy_middle + c(2.4166322120801995)))
             - bend_middle;
@@ -247,14 +260,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
             (sin_elbow, cos_elbow),
             (sin_wrist, cos_wrist),
         ] = S::sin_cos_all([q[0], q[1], q[2]]);
-        // middle
+        // middle: placement: A = A_parent R, p = p_parent + A_parent r
         let middle_part = sin_shoulder * sin_elbow;
         let middle_part_2 = cos_shoulder * cos_elbow;
         let axis_y_middle_x = middle_part - middle_part_2;
         let axis_y_middle_z = mul_add(cos_shoulder, sin_elbow, sin_shoulder * cos_elbow);
         let axis_z_middle_z = middle_part_2 - middle_part;
         let origin_middle_z = c(0.5) - sin_shoulder;
-        // lower
+        // lower: placement: A = A_parent R, p = p_parent + A_parent r
         let lower_part = sin_wrist * axis_y_middle_z;
         let axis_y_lower_x = mul_add(-cos_wrist, axis_y_middle_x, lower_part);
         let lower_part_2 = cos_wrist * axis_y_middle_z;
@@ -322,7 +335,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
             (sin_elbow, cos_elbow),
             (sin_wrist, cos_wrist),
         ] = S::sin_cos_all([q[0], q[1], q[2]]);
-        // middle
+        // middle: placement: A = A_parent R, p = p_parent + A_parent r
         let middle_part = sin_shoulder * sin_elbow;
         let middle_part_2 = cos_shoulder * cos_elbow;
         let axis_y_middle_x = middle_part - middle_part_2;
@@ -349,24 +362,26 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
             (sin_elbow, cos_elbow),
             (sin_wrist, cos_wrist),
         ] = S::sin_cos_all([q[0], q[1], q[2]]);
-        // middle
+        // middle: angular velocity: w = R^T w_parent + u e_x
         let omega_middle_x = u[0] + u[1];
+        // middle: velocity: v = R^T (v_parent + w_parent x r)
         let middle_part = sin_elbow * u[0];
         let middle_part_2 = cos_elbow * u[0];
         let v_middle_z = -middle_part_2;
-        // lower
+        // lower: angular velocity: w = R^T w_parent + u e_x
         let omega_lower_x = u[2] - omega_middle_x;
+        // lower: velocity: v = R^T (v_parent + w_parent x r)
         let lower_part = v_middle_z - omega_middle_x;
         let v_lower_y = mul_add(cos_wrist, middle_part, sin_wrist * lower_part);
         let v_lower_z = mul_add(-sin_wrist, middle_part, cos_wrist * lower_part);
-        // middle
+        // middle: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_middle_z = mul_add(cos_shoulder, sin_elbow, sin_shoulder * cos_elbow);
         let axis_z_middle_z = mul_add(-sin_shoulder, sin_elbow, cos_shoulder * cos_elbow);
         let origin_middle_z = c(0.5) - sin_shoulder;
-        // lower
+        // lower: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_lower_z = mul_add(-cos_wrist, axis_y_middle_z, sin_wrist * axis_z_middle_z);
         let origin_lower_z = origin_middle_z - axis_y_middle_z;
-        // the whole mechanism
+        // mechanism: results: what the function returns
         let part = mul_add(middle_part_2, omega_middle_x * c(0.4999918),
             mul_add(c(0.2083329196666667), omega_lower_x * omega_lower_x,
             mul_add(c(0.20832840604009972), omega_middle_x * omega_middle_x,
@@ -401,29 +416,35 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
             (sin_elbow, cos_elbow),
             (sin_wrist, cos_wrist),
         ] = S::sin_cos_all([q[0], q[1], q[2]]);
-        // upper
+        // upper: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_upper = u[0] * u[0];
+        // upper: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let free_fall_upper_y = -sin_shoulder * c(9.81);
-        // middle
+        // middle: angular velocity: w = R^T w_parent + u e_x
         let omega_middle_x = u[0] + u[1];
+        // middle: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_middle = omega_middle_x * omega_middle_x;
+        // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let fall_above_middle_y = free_fall_upper_y - omega_xx_upper;
-        // lower
+        // lower: angular velocity: w = R^T w_parent + u e_x
         let omega_lower_x = u[2] - omega_middle_x;
+        // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_lower = omega_lower_x * omega_lower_x;
-        // middle
+        // middle: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let alpha_moving_middle_x = a[0] + a[1];
+        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let fall_above_middle_z = mul_add(c(-9.81), cos_shoulder, a[0]);
         let free_fall_middle_y = mul_add(cos_elbow, fall_above_middle_y,
             sin_elbow * fall_above_middle_z);
         let free_fall_middle_z = mul_add(-sin_elbow, fall_above_middle_y,
             cos_elbow * fall_above_middle_z);
-        // upper
+        // upper: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let upper_part = -cos_shoulder * c(-4.904919558000001);
-        // middle
+        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let middle_part = -free_fall_middle_z * c(0.4999918);
-        // lower
+        // lower: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let alpha_moving_lower_x = a[2] - alpha_moving_middle_x;
+        // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let fall_above_lower_y = free_fall_middle_y - omega_xx_middle;
         let fall_above_lower_z = alpha_moving_middle_x + free_fall_middle_z;
         let free_fall_lower_y = mul_add(-cos_wrist, fall_above_lower_y,
@@ -443,7 +464,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
             -free_fall_lower_y * c(0.4999959));
         let force_above_lower_z = mul_add(cos_wrist, force_own_lower_z,
             sin_wrist * force_own_lower_y);
-        // middle
+        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let force_carried_middle_y = mul_add(-cos_wrist, force_own_lower_y, mul_add(sin_wrist,
             force_own_lower_z, mul_add(c(-0.4999918), omega_xx_middle,
             free_fall_middle_y * c(0.9999836))));
@@ -459,7 +480,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
             free_fall_middle_y * c(0.4999918))));
         let force_above_middle_z = mul_add(cos_elbow, force_carried_middle_z,
             sin_elbow * force_carried_middle_y);
-        // upper
+        // upper: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let force_carried_upper_y = mul_add(cos_elbow, force_carried_middle_y, mul_add(-sin_elbow,
             force_carried_middle_z, mul_add(c(-0.4999918000000001), omega_xx_upper,
             sin_shoulder * c(-9.809839116000003))));
@@ -517,46 +538,54 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
             (sin_elbow, cos_elbow),
             (sin_wrist, cos_wrist),
         ] = S::sin_cos_all([q[0], q[1], q[2]]);
-        // upper
+        // upper: hinge angle: s = sin q, c = cos q
         let d_sin_shoulder = dq[0] * cos_shoulder;
         let upper_part = dq[0] * sin_shoulder;
-        // middle
+        // middle: hinge angle: s = sin q, c = cos q
         let d_sin_elbow = dq[1] * cos_elbow;
         let middle_part = dq[1] * sin_elbow;
-        // lower
+        // lower: hinge angle: s = sin q, c = cos q
         let d_sin_wrist = dq[2] * cos_wrist;
         let lower_part = dq[2] * sin_wrist;
-        // upper
+        // upper: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let upper_part_2 = u[0] * du[0];
+        // upper: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let free_fall_upper_y = -sin_shoulder * c(9.81);
         let d_free_fall_upper_y = -d_sin_shoulder * c(9.81);
         let upper_part_3 = upper_part * c(-9.81);
-        // middle
+        // middle: angular velocity: w = R^T w_parent + u e_x
         let omega_middle_x = u[0] + u[1];
         let d_omega_middle_x = du[0] + du[1];
+        // middle: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_middle = omega_middle_x * omega_middle_x;
         let middle_part_2 = omega_middle_x * d_omega_middle_x;
         let d_omega_xx_middle = middle_part_2 + middle_part_2;
+        // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let fall_above_middle_y = mul_add(-u[0], u[0], free_fall_upper_y);
         let d_fall_above_middle_y = d_free_fall_upper_y - (upper_part_2 + upper_part_2);
+        // middle: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let force_own_middle_y = -omega_xx_middle * c(1.4999836);
         let d_force_own_middle_y = -d_omega_xx_middle * c(1.4999836);
-        // lower
+        // lower: angular velocity: w = R^T w_parent + u e_x
         let omega_lower_x = u[2] - omega_middle_x;
         let d_omega_lower_x = du[2] - d_omega_middle_x;
+        // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_lower = omega_lower_x * omega_lower_x;
         let lower_part_2 = omega_lower_x * d_omega_lower_x;
         let d_omega_xx_lower = lower_part_2 + lower_part_2;
+        // lower: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let force_own_lower_y = omega_xx_lower * c(0.4999999999599003);
         let d_force_own_lower_y = d_omega_xx_lower * c(0.4999999999599003);
-        // middle
+        // middle: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let alpha_moving_middle_x = a[0] + a[1];
+        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let fall_above_middle_z = mul_add(c(-9.81), cos_shoulder, a[0]);
         let d_free_fall_middle_z = mul_add(-sin_elbow, d_fall_above_middle_y,
             -middle_part * fall_above_middle_z) - mul_add(cos_elbow, upper_part_3,
             d_sin_elbow * fall_above_middle_y);
-        // lower
+        // lower: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let alpha_moving_lower_x = a[2] - alpha_moving_middle_x;
+        // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let fall_above_lower_y = mul_add(cos_elbow, fall_above_middle_y, mul_add(sin_elbow,
             fall_above_middle_z, -omega_xx_middle));
         let d_fall_above_lower_y = mul_add(cos_elbow, d_fall_above_middle_y, mul_add(d_sin_elbow,
@@ -571,7 +600,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let d_moment_own_lower_x = c(0.4999999999599003) * d_free_fall_lower_z;
         let d_force_above_lower_z = mul_add(lower_part, lower_part_3, mul_add(sin_wrist,
             d_force_own_lower_y, d_sin_wrist * force_own_lower_y));
-        // middle
+        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let force_moving_middle_y = mul_add(-cos_wrist, force_own_lower_y, mul_add(-sin_wrist,
             lower_part_3, force_own_middle_y));
         let d_force_moving_middle_y = mul_add(-cos_wrist, d_force_own_lower_y, d_force_own_middle_y)
@@ -580,7 +609,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
             force_own_lower_y, c(1.4999836) * alpha_moving_middle_x));
         let d_moment_moving_middle_x = -d_moment_own_lower_x - mul_add(c(1.4999836),
             d_free_fall_middle_z, d_force_above_lower_z);
-        // the whole mechanism
+        // mechanism: results: what the function returns
         let part = mul_add(-sin_elbow, d_force_moving_middle_y, middle_part * force_moving_middle_z)
             - mul_add(cos_elbow, d_force_above_lower_z, mul_add(d_sin_elbow, force_moving_middle_y,
             mul_add(c(24.524678232), upper_part, mul_add(c(10.0), du[0], dq[0] * c(100.0)))));
@@ -625,67 +654,80 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendu
             (sin_elbow, cos_elbow),
             (sin_wrist, cos_wrist),
         ] = S::sin_cos_all([q[0], q[1], q[2]]);
-        // upper
+        // upper: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let free_fall_upper_y = -sin_shoulder * c(9.81);
         let upper_part = cos_shoulder * c(9.81);
-        // middle
+        // middle: angular velocity: w = R^T w_parent + u e_x
         let omega_middle_x = u[0] + u[1];
+        // middle: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_middle = omega_middle_x * omega_middle_x;
+        // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let fall_above_middle_y = mul_add(-u[0], u[0], free_fall_upper_y);
         let free_fall_middle_z = mul_add(-sin_elbow, fall_above_middle_y, -cos_elbow * upper_part);
+        // middle: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let force_own_middle_y = -omega_xx_middle * c(1.4999836);
-        // lower
+        // lower: angular velocity: w = R^T w_parent + u e_x
         let omega_lower_x = u[2] - omega_middle_x;
+        // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_lower = omega_lower_x * omega_lower_x;
+        // lower: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let fall_above_lower_y = mul_add(cos_elbow, fall_above_middle_y, -mul_add(sin_elbow,
             upper_part, omega_xx_middle));
         let free_fall_lower_z = mul_add(cos_wrist, free_fall_middle_z,
             sin_wrist * fall_above_lower_y);
+        // lower: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let force_own_lower_y = omega_xx_lower * c(0.4999999999599003);
         let moment_own_lower_x = free_fall_lower_z * c(0.4999999999599003);
+        // lower: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let force_above_lower_z = sin_wrist * force_own_lower_y;
-        // the whole mechanism
+        // mechanism: results: what the function returns
         let part = moment_own_lower_x - mul_add(c(10.0), u[2], q[2] * c(100.0));
-        // lower
+        // lower: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let first_moment_above_lower_z = sin_wrist * c(0.4999999999599003);
         let force_above_lower_z_2 = cos_wrist * c(0.4999999999599003);
         let moment_above_lower_x = -force_above_lower_z_2 - c(0.4166658393333334);
+        // lower: composite inertia: m, h, S of all beyond the hinge
         let twist_lower = sin_wrist * c(0.25000082733333334);
         let bend_lower = sin_wrist * twist_lower;
-        // middle
+        // middle: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let middle_part = sin_elbow * first_moment_above_lower_z;
         let moment_above_middle_x = moment_above_lower_x - mul_add(cos_elbow, force_above_lower_z_2,
             middle_part);
+        // middle: composite inertia: m, h, S of all beyond the hinge
         let first_moment_middle_y = c(-1.4999836) - force_above_lower_z_2;
         let second_moment_yy_middle = mul_add(c(0.9999999999198006), cos_wrist,
             c(1.6666502667468661)) - bend_lower;
         let second_moment_zz_middle = bend_lower + c(0.1666641846666667);
+        // middle: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let mass_elbow_elbow = second_moment_yy_middle + second_moment_zz_middle;
         let force_above_middle_z = mul_add(cos_elbow, first_moment_middle_y, -middle_part);
+        // middle: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let force_middle_y = mul_add(-cos_wrist, force_own_lower_y, force_own_middle_y);
         let moment_middle_x = -moment_own_lower_x - mul_add(c(1.4999836), free_fall_middle_z,
             force_above_lower_z);
-        // lower
+        // lower: factor of the mass matrix: M = L^T D L
         let factor_wrist_shoulder = moment_above_middle_x * c(2.400004765449462);
         let factor_wrist_elbow = moment_above_lower_x * c(2.400004765449462);
         let lower_part = mul_add(-moment_above_middle_x, factor_wrist_elbow, mass_elbow_elbow
             - force_above_middle_z);
-        // middle
+        // middle: factor of the mass matrix: M = L^T D L
         let inverse_pivot_elbow = c(1.0) / mul_add(-moment_above_lower_x, factor_wrist_elbow,
             mass_elbow_elbow);
         let factor_elbow_shoulder = lower_part * inverse_pivot_elbow;
-        // upper
+        // upper: factor of the mass matrix: M = L^T D L
         let inverse_pivot_shoulder = c(1.0) / mul_add(-lower_part, factor_elbow_shoulder,
             mul_add(-moment_above_middle_x, factor_wrist_shoulder, mul_add(c(-2.0),
             force_above_middle_z, second_moment_zz_middle + (second_moment_yy_middle
             + c(2.4166322120801995)))));
-        // the whole mechanism
+        // mechanism: reduced force: y = L^-T f
         let part_2 = mul_add(-part, factor_wrist_elbow, moment_middle_x - mul_add(c(10.0), u[1],
             q[1] * c(100.0)));
         let part_3 = mul_add(-part, factor_wrist_shoulder, moment_middle_x - mul_add(sin_elbow,
             force_middle_y, mul_add(cos_elbow, force_above_lower_z, mul_add(c(-24.524678232),
             cos_shoulder, mul_add(c(10.0), u[0], q[0] * c(100.0))))));
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_4 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_2, part_3);
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_5 = mul_add(-factor_elbow_shoulder, part_4, inverse_pivot_elbow * part_2);
         acceleration[0] = part_4;
         acceleration[1] = part_5;
@@ -732,118 +774,143 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendu
             (sin_elbow, cos_elbow),
             (sin_wrist, cos_wrist),
         ] = S::sin_cos_all([q[0], q[1], q[2]]);
-        // upper
+        // upper: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let free_fall_upper_y = -sin_shoulder * c(9.81);
         let upper_part = cos_shoulder * c(9.81);
-        // middle
+        // middle: angular velocity: w = R^T w_parent + u e_x
         let omega_middle_x = u[0] + u[1];
+        // middle: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_middle = omega_middle_x * omega_middle_x;
+        // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let fall_above_middle_y = mul_add(-u[0], u[0], free_fall_upper_y);
         let middle_part = sin_elbow * upper_part;
         let middle_part_2 = cos_elbow * fall_above_middle_y;
         let middle_part_3 = sin_elbow * fall_above_middle_y;
         let middle_part_4 = -cos_elbow * upper_part;
         let free_fall_middle_z = middle_part_4 - middle_part_3;
+        // middle: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let force_own_middle_y = -omega_xx_middle * c(1.4999836);
+        // middle: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let d_omega_xx_middle = omega_middle_x + omega_middle_x;
+        // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let middle_part_5 = u[0] + u[0];
+        // middle: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let d_force_own_middle_y = -c(1.4999836) * d_omega_xx_middle;
-        // lower
+        // lower: angular velocity: w = R^T w_parent + u e_x
         let omega_lower_x = u[2] - omega_middle_x;
+        // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_xx_lower = omega_lower_x * omega_lower_x;
+        // lower: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let fall_above_lower_y = middle_part_2 - (omega_xx_middle + middle_part);
         let free_fall_lower_z = mul_add(cos_wrist, free_fall_middle_z,
             sin_wrist * fall_above_lower_y);
+        // lower: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let force_own_lower_y = omega_xx_lower * c(0.4999999999599003);
         let moment_own_lower_x = free_fall_lower_z * c(0.4999999999599003);
+        // lower: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let across_lower = cos_wrist * force_own_lower_y;
         let force_above_lower_z = sin_wrist * force_own_lower_y;
+        // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let d_omega_xx_lower = -omega_lower_x - omega_lower_x;
+        // lower: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let d_force_own_lower_y = c(0.4999999999599003) * d_omega_xx_lower;
-        // the whole mechanism
+        // mechanism: results: what the function returns
         let part = moment_own_lower_x - mul_add(c(10.0), u[2], q[2] * c(100.0));
-        // lower
+        // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let d_omega_xx_lower_2 = omega_lower_x + omega_lower_x;
+        // lower: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let d_force_own_lower_y_2 = c(0.4999999999599003) * d_omega_xx_lower_2;
+        // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_force_above_lower_z = sin_wrist * d_force_own_lower_y_2;
-        // upper
+        // upper: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let upper_part_2 = sin_shoulder * c(-9.81);
-        // lower
+        // lower: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let first_moment_above_lower_z = sin_wrist * c(0.4999999999599003);
         let force_above_lower_z_2 = cos_wrist * c(0.4999999999599003);
         let moment_above_lower_x = -force_above_lower_z_2 - c(0.4166658393333334);
+        // lower: composite inertia: m, h, S of all beyond the hinge
         let twist_lower = sin_wrist * c(0.25000082733333334);
         let bend_lower = sin_wrist * twist_lower;
-        // middle
+        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_free_fall_middle_z = sin_elbow * middle_part_5;
-        // lower
+        // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let lower_part = sin_wrist * d_omega_xx_middle;
         let d_moment_own_lower_x = lower_part * c(-0.4999999999599003);
-        // middle
+        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_moving_middle_x = -d_force_above_lower_z;
+        // middle: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let middle_part_6 = sin_elbow * first_moment_above_lower_z;
         let moment_above_middle_x = moment_above_lower_x - mul_add(cos_elbow, force_above_lower_z_2,
             middle_part_6);
+        // middle: composite inertia: m, h, S of all beyond the hinge
         let first_moment_middle_y = c(-1.4999836) - force_above_lower_z_2;
         let second_moment_yy_middle = mul_add(c(0.9999999999198006), cos_wrist,
             c(1.6666502667468661)) - bend_lower;
         let second_moment_zz_middle = bend_lower + c(0.1666641846666667);
+        // middle: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let mass_elbow_elbow = second_moment_yy_middle + second_moment_zz_middle;
         let force_above_middle_z = mul_add(cos_elbow, first_moment_middle_y, -middle_part_6);
-        // lower
+        // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_fall_above_lower_y = -cos_elbow * middle_part_5 - d_omega_xx_middle;
         let d_free_fall_lower_z = mul_add(cos_wrist, d_free_fall_middle_z,
             sin_wrist * d_fall_above_lower_y);
         let d_moment_own_lower_x_2 = c(0.4999999999599003) * d_free_fall_lower_z;
         let d_force_above_lower_z_2 = sin_wrist * d_force_own_lower_y;
-        // middle
+        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_force_moving_middle_y = mul_add(-cos_wrist, d_force_own_lower_y,
             d_force_own_middle_y);
         let d_moment_moving_middle_x_2 = -d_moment_own_lower_x_2 - mul_add(c(1.4999836),
             d_free_fall_middle_z, d_force_above_lower_z_2);
         let middle_part_7 = cos_elbow * d_force_above_lower_z_2;
         let d_moment_moving_middle_x_3 = -d_moment_own_lower_x - d_force_above_lower_z_2;
+        // middle: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let force_middle_y = force_own_middle_y - across_lower;
         let moment_middle_x = -moment_own_lower_x - mul_add(c(1.4999836), free_fall_middle_z,
             force_above_lower_z);
-        // lower
+        // lower: factor of the mass matrix: M = L^T D L
         let factor_wrist_shoulder = moment_above_middle_x * c(2.400004765449462);
         let factor_wrist_elbow = moment_above_lower_x * c(2.400004765449462);
         let lower_part_2 = mul_add(-moment_above_middle_x, factor_wrist_elbow, mass_elbow_elbow
             - force_above_middle_z);
-        // middle
+        // middle: factor of the mass matrix: M = L^T D L
         let inverse_pivot_elbow = c(1.0) / mul_add(-moment_above_lower_x, factor_wrist_elbow,
             mass_elbow_elbow);
         let factor_elbow_shoulder = lower_part_2 * inverse_pivot_elbow;
-        // upper
+        // upper: factor of the mass matrix: M = L^T D L
         let inverse_pivot_shoulder = c(1.0) / mul_add(-lower_part_2, factor_elbow_shoulder,
             mul_add(-moment_above_middle_x, factor_wrist_shoulder, mul_add(c(-2.0),
             force_above_middle_z, second_moment_zz_middle + (second_moment_yy_middle
             + c(2.4166322120801995)))));
-        // the whole mechanism
+        // mechanism: reduced force: y = L^-T f
         let part_2 = mul_add(-part, factor_wrist_elbow, moment_middle_x - mul_add(c(10.0), u[1],
             q[1] * c(100.0)));
         let part_3 = mul_add(-part, factor_wrist_shoulder, moment_middle_x - mul_add(sin_elbow,
             force_middle_y, mul_add(cos_elbow, force_above_lower_z, mul_add(c(-24.524678232),
             cos_shoulder, mul_add(c(10.0), u[0], q[0] * c(100.0))))));
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_4 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_2, part_3);
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_5 = mul_add(-factor_elbow_shoulder, part_4, inverse_pivot_elbow * part_2);
         let part_6 = mul_add(-factor_wrist_elbow, part_5, mul_add(-factor_wrist_shoulder, part_4,
             part * c(2.400004765449462)));
-        // middle
+        // middle: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let alpha_moving_middle_x = part_4 + part_5;
+        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let fall_above_middle_z = part_4 - upper_part;
         let middle_part_8 = sin_elbow * fall_above_middle_z;
         let d_free_fall_middle_z_2 = mul_add(-cos_elbow, upper_part_2, middle_part);
-        // the whole mechanism
+        // mechanism: reduced force: y = L^-T f
         let part_7 = mul_add(c(24.000047654494622), moment_above_lower_x, d_moment_moving_middle_x);
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_8 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_7,
             mul_add(c(24.000047654494622), moment_above_middle_x, mul_add(-cos_elbow,
             d_force_above_lower_z, mul_add(sin_elbow, cos_wrist * d_force_own_lower_y_2,
             -d_force_above_lower_z))));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_9 = mul_add(-factor_elbow_shoulder, part_8, inverse_pivot_elbow * part_7);
-        // lower
+        // lower: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let alpha_moving_lower_x = part_6 - alpha_moving_middle_x;
+        // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let fall_above_lower_y_2 = middle_part_8 + (middle_part_2 - omega_xx_middle);
         let d_fall_above_lower_y_2 = mul_add(-sin_elbow, upper_part_2, middle_part_4);
         let d_fall_above_lower_y_3 = mul_add(cos_elbow, fall_above_middle_z, -middle_part_3);
@@ -854,35 +921,44 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendu
         let d_moment_own_lower_x_3 = c(0.4999999999599003) * d_free_fall_lower_z_2;
         let lower_part_4 = sin_wrist * lower_part_3;
         let lower_part_5 = cos_wrist * lower_part_3;
-        // middle
+        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let force_moving_middle_y = force_middle_y - lower_part_4;
         let force_moving_middle_z = mul_add(c(1.4999836), alpha_moving_middle_x,
             force_above_lower_z) - lower_part_5;
         let d_moment_moving_middle_x_4 = mul_add(c(-1.4999836), d_free_fall_middle_z_2,
             -d_moment_own_lower_x_3);
-        // the whole mechanism
+        // mechanism: reduced force: y = L^-T f
         let part_10 = mul_add(-factor_wrist_elbow, d_moment_own_lower_x_3,
             d_moment_moving_middle_x_4);
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_11 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_10,
             d_moment_moving_middle_x_4 - mul_add(factor_wrist_shoulder, d_moment_own_lower_x_3,
             mul_add(c(24.524678232), sin_shoulder, c(100.0))));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_12 = mul_add(-factor_elbow_shoulder, part_11, inverse_pivot_elbow * part_10);
+        // mechanism: results: what the function returns
         let part_13 = -sin_elbow * d_force_moving_middle_y;
+        // mechanism: reduced force: y = L^-T f
         let part_14 = mul_add(-factor_wrist_elbow, d_moment_own_lower_x_2,
             d_moment_moving_middle_x_2);
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_15 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_14,
             d_moment_moving_middle_x_2 + mul_add(-factor_wrist_shoulder, d_moment_own_lower_x_2,
             part_13 - (c(10.0) + middle_part_7)));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_16 = mul_add(-factor_elbow_shoulder, part_15, inverse_pivot_elbow * part_14);
+        // mechanism: reduced force: y = L^-T f
         let part_17 = mul_add(-factor_wrist_elbow, d_moment_own_lower_x, d_moment_moving_middle_x_3
             - c(10.0));
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_18 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_17,
             mul_add(-factor_wrist_shoulder, d_moment_own_lower_x, d_moment_moving_middle_x_3
             + (part_13 - middle_part_7)));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_19 = mul_add(-factor_elbow_shoulder, part_18, inverse_pivot_elbow * part_17);
-        // middle
+        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_free_fall_middle_z_3 = -middle_part_8 - middle_part_2;
-        // lower
+        // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_free_fall_lower_z_3 = mul_add(cos_wrist, d_free_fall_middle_z_3,
             sin_wrist * d_fall_above_lower_y_3);
         let d_moment_own_lower_x_4 = c(0.4999999999599003) * d_free_fall_lower_z_3;
@@ -890,23 +966,29 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendu
             cos_wrist * fall_above_lower_y_2);
         let d_moment_own_lower_x_5 = c(0.4999999999599003) * d_free_fall_lower_z_4;
         let d_force_above_lower_z_3 = across_lower + lower_part_4;
-        // middle
+        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_moving_middle_x_5 = mul_add(c(-1.4999836), d_free_fall_middle_z_3,
             -d_moment_own_lower_x_4);
         let d_force_moving_middle_y_2 = force_above_lower_z - lower_part_5;
         let d_moment_moving_middle_x_6 = -d_moment_own_lower_x_5 - d_force_above_lower_z_3;
-        // the whole mechanism
+        // mechanism: reduced force: y = L^-T f
         let part_20 = d_moment_moving_middle_x_5 - mul_add(factor_wrist_elbow,
             d_moment_own_lower_x_4, c(100.0));
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_21 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_20,
             mul_add(sin_elbow, force_moving_middle_z, mul_add(-cos_elbow, force_moving_middle_y,
             mul_add(-factor_wrist_shoulder, d_moment_own_lower_x_4, d_moment_moving_middle_x_5))));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_22 = mul_add(-factor_elbow_shoulder, part_21, inverse_pivot_elbow * part_20);
+        // mechanism: results: what the function returns
         let part_23 = d_moment_own_lower_x_5 - c(100.0);
+        // mechanism: reduced force: y = L^-T f
         let part_24 = mul_add(-factor_wrist_elbow, part_23, d_moment_moving_middle_x_6);
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_25 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_24,
             mul_add(-cos_elbow, d_force_above_lower_z_3, d_moment_moving_middle_x_6)
             + mul_add(-factor_wrist_shoulder, part_23, -sin_elbow * d_force_moving_middle_y_2));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_26 = mul_add(-factor_elbow_shoulder, part_25, inverse_pivot_elbow * part_24);
         acceleration[0] = part_4;
         acceleration[1] = part_5;

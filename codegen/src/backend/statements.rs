@@ -6,7 +6,7 @@
 
 use super::identifiers::Names;
 use super::parts::{Angle, Parts, angles, is_read};
-use crate::kane::Section;
+use crate::kane::{Section, Subject};
 use crate::program::{Function, Op, Program, Slot, Value};
 
 /// Operations written into one expression at most.
@@ -15,8 +15,8 @@ const LONGEST_EXPRESSION: usize = 10;
 /// A statement of straight-line code.
 #[derive(Clone, Debug)]
 pub enum Statement {
-    /// What follows belongs to this body or loop.
-    Section(String),
+    /// What follows belongs to this body or loop and phase.
+    Section(Section),
     /// A new name for a value.
     Let {
         /// The name.
@@ -254,10 +254,10 @@ impl Writer<'_> {
 
     fn name(&mut self, index: usize) -> String {
         let instruction = &self.function.instructions[index];
-        let name = instruction.name.clone().unwrap_or_else(|| match instruction.section {
-            Section::Node(node) => format!("{}_part", self.program.interface.nodes[node.index()]),
-            Section::Loop(id) => format!("loop{}_part", id.index()),
-            Section::Mechanism => "part".to_owned(),
+        let name = instruction.name.clone().unwrap_or_else(|| match instruction.section.subject {
+            Subject::Body(node) => format!("{}_part", self.program.interface.nodes[node.index()]),
+            Subject::Loop(id) => format!("loop{}_part", id.index()),
+            Subject::Mechanism => "part".to_owned(),
         });
         self.names.give(&name)
     }
@@ -267,11 +267,7 @@ impl Writer<'_> {
         let place = (self.parts.home[index], self.function.instructions[index].section);
         let list = &mut self.stretches[place.0].list;
         if self.section.replace(place) != Some(place) {
-            list.push(Statement::Section(match place.1 {
-                Section::Mechanism => "the whole mechanism".to_owned(),
-                Section::Node(node) => self.program.interface.nodes[node.index()].clone(),
-                Section::Loop(id) => format!("loop {}", id.index()),
-            }));
+            list.push(Statement::Section(place.1));
         }
         list.push(statement);
     }

@@ -3,7 +3,6 @@
 use std::fmt::Write;
 
 use lamc::backend::jit::Jit;
-use lamc::kane::Section;
 use lamc::laminate::excursions;
 use lamc::pipeline::Compiled;
 use lamc::program::{FunctionKind, Interpreter};
@@ -134,12 +133,8 @@ fn report(compiled: &Compiled) -> String {
     if !acceleration.outputs.is_empty() {
         text.push_str("\noperations of the acceleration\n");
     }
-    for (section, cost) in acceleration.costs() {
-        let name = match section {
-            Section::Mechanism => "whole".to_owned(),
-            Section::Node(node) => program.interface.nodes[node.index()].clone(),
-            Section::Loop(id) => format!("loop {}", id.index()),
-        };
+    for (subject, cost) in acceleration.costs() {
+        let name = subject.name(&program.interface.nodes);
         line(&mut text, format_args!("  {name:<16} {cost}"));
     }
     text

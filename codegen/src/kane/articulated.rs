@@ -19,6 +19,7 @@
 use super::derivation::Derivation;
 use super::dynamics::{Dynamics, Wrench};
 use super::inertia::Inertia;
+use super::section::Phase;
 use super::vector::{Tensor, Vector, add, cross, dot, scale, sub, zero};
 use crate::symbolic::Expr;
 use crate::topology::{Loop, NodeId};
@@ -63,10 +64,10 @@ pub fn articulated(d: &mut Derivation, dynamics: &Dynamics) -> Articulated {
         let joint = d.joint_of(id);
         inverse_pivots[joint] = hinges[id.index()].inverse_pivot.clone();
         let torque = d.joint_torque(joint);
-        torques[id.index()] = d.bind_scalar(id, "torque", torque);
+        torques[id.index()] = d.bind_scalar(id, Phase::JointTorque, "torque", torque);
     }
     let loads = dynamics.wrenches.iter().cloned().map(Some).collect();
-    for (id, y) in nodes().zip(d.reduce(&hinges, torques, loads)) {
+    for (id, y) in nodes().zip(d.reduce(Phase::ArticulatedBiasForce, &hinges, torques, loads)) {
         reduced[d.joint_of(id)] = y;
     }
     let mut reduced_rows = Vec::new();
@@ -74,7 +75,7 @@ pub fn articulated(d: &mut Derivation, dynamics: &Dynamics) -> Articulated {
     for closed in &topology.loops {
         for row in 0..closed.rows.len() {
             let loads = d.row_loads(closed, row);
-            let ys = d.reduce(&hinges, vec![Expr::zero(); n], loads);
+            let ys = d.reduce(Phase::ReducedClosureJacobian, &hinges, vec![Expr::zero(); n], loads);
             let mut entries = vec![Expr::zero(); n];
             for (id, y) in nodes().zip(ys) {
                 entries[d.joint_of(id)] = y;
@@ -130,14 +131,16 @@ impl Derivation<'_> {
         for id in (0..responses.len()).rev().map(NodeId) {
             let response = self.bind_response(id, responses[id.index()].clone());
             let [pivot, y, z, ..] = response.inertia.clone();
-            let inverse_pivot = self.bind_scalar(id, "inverse_pivot", pivot.power(-1));
+            let inverse_pivot =
+                self.bind_scalar(id, Phase::ArticulatedInertia, "inverse_pivot", pivot.power(-1));
             let share = Wrench {
                 force: scale(&inverse_pivot, &response.coupling[0]),
                 moment: scale(&inverse_pivot, &[Expr::zero(), y, z]),
             };
-            let share = self.bind_wrench(id, "share", share);
-            let share_above = self.carry_wrench(id, &share);
-            let share_above = self.bind_wrench(id, "share_above", share_above);
+            let share = self.bind_wrench(id, Phase::ArticulatedInertia, "share", share);
+            let share_above = self.carry_wrench(id, Phase::ArticulatedInertia, &share);
+            let share_above =
+                self.bind_wrench(id, Phase::ArticulatedInertia, "share_above", share_above);
             let hinge = Hinge { share, share_above, inverse_pivot };
             if let Some(parent) = self.parent(id) {
                 let carried = self.carry_response(id, &response, &hinge);
@@ -161,28 +164,32 @@ impl Derivation<'_> {
         let mut terms = pairs.map(|(i, k)| &row[i] * &w[k]).into_iter();
         let mass = mass.clone().map(|m| &m - &terms.next().unwrap_or_else(Expr::zero));
         let r = self.offset(id);
-        let inertia = self.bind_tensor(id, "left_inertia", inertia);
-        let coupling = coupling.map(|row| self.bind_vector(id, "left_coupling", row));
-        let mass = self.bind_tensor(id, "left_mass", mass);
+        let inertia = self.bind_tensor(id, Phase::ArticulatedInertia, "left_inertia", inertia);
+        let coupling = coupling
+            .map(|row| self.bind_vector(id, Phase::ArticulatedInertia, "left_coupling", row));
+        let mass = self.bind_tensor(id, Phase::ArticulatedInertia, "left_mass", mass);
         let turned = Response {
-            inertia: self.turn_tensor(id, &inertia),
-            coupling: self.turn_matrix(id, &coupling),
-            mass: self.turn_tensor(id, &mass),
+            inertia: self.turn_tensor(id, Phase::ArticulatedInertia, &inertia),
+            coupling: self.turn_matrix(id, Phase::ArticulatedInertia, &coupling),
+            mass: self.turn_tensor(id, Phase::ArticulatedInertia, &mass),
         };
         self.bind_response(id, turned).about(&r)
     }
 
     fn bind_response(&mut self, id: NodeId, response: Response) -> Response {
         Response {
-            inertia: self.bind_tensor(id, "inertia", response.inertia),
-            coupling: response.coupling.map(|row| self.bind_vector(id, "coupling", row)),
-            mass: self.bind_tensor(id, "mass", response.mass),
+            inertia: self.bind_tensor(id, Phase::ArticulatedInertia, "inertia", response.inertia),
+            coupling: response
+                .coupling
+                .map(|row| self.bind_vector(id, Phase::ArticulatedInertia, "coupling", row)),
+            mass: self.bind_tensor(id, Phase::ArticulatedInertia, "mass", response.mass),
         }
     }
 
     /// y by node, for torques of the hinges and loads on the nodes.
     fn reduce(
         &mut self,
+        phase: Phase,
         hinges: &[Hinge],
         torques: Vec<Expr>,
         mut loads: Vec<Option<Wrench>>,
@@ -190,14 +197,17 @@ impl Derivation<'_> {
         let mut reduced = torques;
         for id in (0..hinges.len()).rev().map(NodeId) {
             let Some(load) = loads[id.index()].take() else { continue };
-            let load = self.bind_wrench(id, "load", load);
+            let load = self.bind_wrench(id, phase, "load", load);
             let [x, y, z] = load.moment;
             let torque = reduced[id.index()].clone();
-            let value = self.bind_scalar(id, "reduced", &torque + &x);
+            let value = self.bind_scalar(id, phase, "reduced", &torque + &x);
             if let Some(parent) = self.parent(id) {
                 // Of the moment along the hinge the torque's opposite is left.
-                let Wrench { force, moment } =
-                    self.carry_wrench(id, &Wrench { force: load.force, moment: [-&torque, y, z] });
+                let Wrench { force, moment } = self.carry_wrench(
+                    id,
+                    phase,
+                    &Wrench { force: load.force, moment: [-&torque, y, z] },
+                );
                 let share = &hinges[id.index()].share_above;
                 let carried = Wrench {
                     force: sub(&force, &scale(&value, &share.force)),
@@ -231,8 +241,8 @@ impl Derivation<'_> {
             let mut balance = load.clone();
             let mut at = tip;
             while at != meeting {
-                balance = self.bind_wrench(at, "balance", balance);
-                balance = self.carry_wrench(at, &balance);
+                balance = self.bind_wrench(at, Phase::ClosureRowForce, "balance", balance);
+                balance = self.carry_wrench(at, Phase::ClosureRowForce, &balance);
                 match self.parent(at) {
                     Some(parent) => at = parent,
                     None => break,
@@ -265,15 +275,15 @@ impl Derivation<'_> {
                     let held = &dot(&share.moment, &alpha) + &dot(&share.force, &a);
                     let r = self.offset(id);
                     let above = add(&a, &cross(&alpha, &r));
-                    let above = self.bind_vector(id, "gain_above", above);
-                    let alpha = self.down(id, &alpha);
-                    let a = self.down(id, &above);
-                    let alpha = self.bind_vector(id, "turn_gain", alpha);
-                    ([alpha, self.bind_vector(id, "gain", a)], held)
+                    let above = self.bind_vector(id, Phase::JointAcceleration, "gain_above", above);
+                    let alpha = self.down(id, Phase::JointAcceleration, &alpha);
+                    let a = self.down(id, Phase::JointAcceleration, &above);
+                    let alpha = self.bind_vector(id, Phase::JointAcceleration, "turn_gain", alpha);
+                    ([alpha, self.bind_vector(id, Phase::JointAcceleration, "gain", a)], held)
                 }
             };
             let [x, y, z] = alpha;
-            let along = self.bind_scalar(id, "along_hinge", &own - &held);
+            let along = self.bind_scalar(id, Phase::JointAcceleration, "along_hinge", &own - &held);
             accelerations[joint] = &along - &x;
             motions.push([[along, y, z], a]);
         }

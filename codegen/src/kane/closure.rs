@@ -11,7 +11,7 @@
 //! written in its own copy of the frame, which is the same wherever the loop is closed.
 
 use super::derivation::Derivation;
-use super::equations::Section;
+use super::section::{Phase, Section};
 use super::vector::{Vector, cross, dot, sub};
 use crate::source::JointId;
 use crate::symbolic::Expr;
@@ -84,16 +84,20 @@ impl Derivation<'_> {
             let (velocity, gamma) = (&ghost.0 - &original.0, &ghost.1 - &original.1);
             for joint in (0..self.u.len()).map(JointId) {
                 let entry = if closed.joints.contains(&joint) {
-                    self.by_speed(&velocity, joint)
+                    self.by_speed(Phase::ClosureJacobian, &velocity, joint)
                 } else {
                     Expr::zero()
                 };
                 let name = &self.mechanism().joints[joint.index()].name;
                 let name = format!("closure{}_{number}_{name}", id.index());
-                out.jacobian.push(self.bind(Section::Loop(id), name, entry));
+                out.jacobian.push(self.bind(
+                    Section::closure(id, Phase::ClosureJacobian),
+                    name,
+                    entry,
+                ));
             }
             let name = format!("gamma{}_{number}", id.index());
-            out.gamma.push(self.bind(Section::Loop(id), name, gamma));
+            out.gamma.push(self.bind(Section::closure(id, Phase::ClosureBias), name, gamma));
             out.row_velocity.push(velocity);
         }
     }
@@ -126,7 +130,12 @@ impl Derivation<'_> {
                     let joint = self.topology.nodes[node.index()].joint.index();
                     let hinge = self.placement(ancestor, Some(node));
                     let arm = sub(&at, &hinge.origin);
-                    let arm = self.bind_vector(node, &format!("arm{}_{number}", id.index()), arm);
+                    let arm = self.bind_vector(
+                        node,
+                        Phase::ResidualJacobian,
+                        &format!("arm{}_{number}", id.index()),
+                        arm,
+                    );
                     let moved = cross(&hinge.axes[0], &arm);
                     columns[joint] = super::vector::scale(&sign, &moved);
                 }
@@ -157,6 +166,6 @@ impl Derivation<'_> {
         if Some(node) == ancestor {
             return position;
         }
-        self.bind_vector(node, name, position)
+        self.bind_vector(node, Phase::ClosurePoint, name, position)
     }
 }

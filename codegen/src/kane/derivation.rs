@@ -2,9 +2,10 @@
 
 use std::collections::HashMap;
 
-use super::equations::{Binding, BindingId, Elimination, Equations, Leaf, Section};
+use super::equations::{Binding, BindingId, Elimination, Equations, Leaf};
 use super::frame::{Frame, frames};
 use super::motion::{Motion, Placement};
+use super::section::{Phase, Section};
 use super::vector::Vector;
 use super::{articulated, closure, dynamics, inverse};
 use crate::laminate::Mechanism;
@@ -117,7 +118,7 @@ impl<'a> Derivation<'a> {
             let names = [format!("sin_{name}"), format!("cos_{name}")];
             let functions = [symbolic::Function::Sin, symbolic::Function::Cos];
             for (k, (name, function)) in names.into_iter().zip(functions).enumerate() {
-                let section = Section::Node(NodeId(index));
+                let section = Section::body(NodeId(index), Phase::HingeAngle);
                 self.sin_cos[joint][k] = self.bind(section, name, Expr::apply(function, &q));
             }
         }
@@ -216,27 +217,27 @@ impl<'a> Derivation<'a> {
     }
 
     /// Names the components of a vector of a node: `omega_left_x`.
-    pub fn bind_vector(&mut self, node: NodeId, name: &str, value: Vector) -> Vector {
+    pub fn bind_vector(&mut self, node: NodeId, phase: Phase, name: &str, value: Vector) -> Vector {
         let body = self.names[node.index()].clone();
         let mut axes = ["x", "y", "z"].into_iter();
         value.map(|component| {
             let axis = axes.next().unwrap_or_default();
-            self.bind(Section::Node(node), format!("{name}_{body}_{axis}"), component)
+            self.bind(Section::body(node, phase), format!("{name}_{body}_{axis}"), component)
         })
     }
 
     /// Names an unbound intermediate of a node.
-    pub fn bind_scalar(&mut self, node: NodeId, name: &str, value: Expr) -> Expr {
+    pub fn bind_scalar(&mut self, node: NodeId, phase: Phase, name: &str, value: Expr) -> Expr {
         let name = format!("{name}_{}", self.names[node.index()]);
-        self.bind(Section::Node(node), name, value)
+        self.bind(Section::body(node, phase), name, value)
     }
 
     /// The partial derivative of an expression by a speed, through every binding.
-    pub fn by_speed(&mut self, value: &Expr, joint: JointId) -> Expr {
+    pub fn by_speed(&mut self, phase: Phase, value: &Expr, joint: JointId) -> Expr {
         let suffix = &self.mechanism().joints[joint.index()].name;
         let label = |label: &Label| Label {
             name: format!("{}_by_{suffix}", label.name),
-            section: label.section,
+            section: Section { phase, ..label.section },
         };
         let u = self.u[joint.index()].clone();
         self.algebra.derivative(value, &u, &label)

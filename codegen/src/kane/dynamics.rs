@@ -16,9 +16,9 @@
 //! costs the same whatever lies beyond it, so the whole grows as N^2).
 
 use super::derivation::Derivation;
-use super::equations::Section;
 use super::inertia::Inertia;
 use super::motion::Motion;
+use super::section::{Phase, Section};
 use super::vector::{Vector, add, apply, cross, dot, scale, sub, twice_symmetric, zero};
 use crate::symbolic::{Expr, Function};
 use crate::topology::NodeId;
@@ -85,7 +85,8 @@ pub struct PartialVelocity {
 pub fn dynamics(d: &mut Derivation) -> Dynamics {
     let nodes: Vec<NodeId> = (0..d.topology.nodes.len()).map(NodeId).collect();
     let (shares, moving) = (d.shares(), d.moving_parts());
-    let wrenches = d.wrenches(&moving, |d, id| d.motion(None, Some(id)));
+    let phases = [Phase::ApparentGravity, Phase::BiasForce];
+    let wrenches = d.wrenches(phases, &moving, |d, id| d.motion(None, Some(id)));
     let partial: Vec<_> = nodes.iter().map(|&node| d.partial_velocity(node)).collect();
     Dynamics {
         forcing: d.forcing(&partial, wrenches.clone()),
@@ -130,8 +131,8 @@ impl Derivation<'_> {
         let joint = self.topology.nodes[node.index()].joint;
         let motion = self.motion(None, Some(node));
         PartialVelocity {
-            omega: motion.omega.map(|x| self.by_speed(&x, joint)),
-            v: motion.v.map(|x| self.by_speed(&x, joint)),
+            omega: motion.omega.map(|x| self.by_speed(Phase::PartialVelocity, &x, joint)),
+            v: motion.v.map(|x| self.by_speed(Phase::PartialVelocity, &x, joint)),
         }
     }
 
@@ -139,6 +140,7 @@ impl Derivation<'_> {
     /// F_r* without their partial velocities. Node by node, so that little has to be remembered.
     pub fn wrenches(
         &mut self,
+        [falling, phase]: [Phase; 2],
         inertia: &[Inertia],
         motion_of: impl Fn(&mut Self, NodeId) -> Motion,
     ) -> Vec<Wrench> {
@@ -149,14 +151,14 @@ impl Derivation<'_> {
             let id = NodeId(index);
             let motion = motion_of(self, id);
             let fall = match self.parent(id) {
-                None => self.free_fall(id, &gravity, &Motion::rest()),
+                None => self.free_fall(id, falling, &gravity, &Motion::rest()),
                 Some(parent) => {
                     let carrier = motion_of(self, parent);
-                    self.free_fall(id, &falls[parent.index()], &carrier)
+                    self.free_fall(id, falling, &falls[parent.index()], &carrier)
                 }
             };
             let wrench = inertial_wrench(inertia, &motion, &fall).plus(&self.applied(id, &motion));
-            wrenches.push(self.bind_wrench(id, "own", wrench));
+            wrenches.push(self.bind_wrench(id, phase, "own", wrench));
             falls.push(fall);
         }
         wrenches
@@ -178,7 +180,7 @@ impl Derivation<'_> {
                 let at_base = components.map(|component| self.scalar(&component, &name, None));
                 let axes = self.placement(None, Some(node)).axes;
                 let here = axes.map(|axis| dot(&axis, &at_base));
-                let here = self.bind_vector(node, &name, here);
+                let here = self.bind_vector(node, Phase::AppliedForce, &name, here);
                 let arm = self.arm(Some(node), &point.at);
                 sum.moment = add(&sum.moment, &cross(&arm, &here));
                 sum.force = add(&sum.force, &here);
@@ -198,18 +200,19 @@ impl Derivation<'_> {
         };
         let density = self.scalar(&air.density, "air_density", None);
         let drag = self.scalar(&air.drag, "air_drag", None);
-        let pressure = self.bind(Section::Mechanism, "air_pressure".into(), &density * &drag);
+        let pressure =
+            self.bind(Section::mechanism(Phase::AirDrag), "air_pressure".into(), &density * &drag);
         let normal = self.frame(Some(node)).direction(&nalgebra::Vector3::z());
         let normal = self.constants(normal);
         for (index, point) in body.surface.iter().enumerate() {
             let arm = self.arm(Some(node), &point.at);
             let speed = dot(&normal, &motion.velocity_at(&arm));
-            let speed = self.bind_scalar(node, &format!("wind_{index}"), speed);
+            let speed = self.bind_scalar(node, Phase::AirDrag, &format!("wind_{index}"), speed);
             let size = Expr::apply(Function::Abs, std::slice::from_ref(&speed));
-            let size = self.bind_scalar(node, &format!("wind_size_{index}"), size);
+            let size = self.bind_scalar(node, Phase::AirDrag, &format!("wind_size_{index}"), size);
             let half_area = self.constant(0.5 * point.area);
             let push = -&(&(&half_area * &pressure) * &(&size * &speed));
-            let push = self.bind_scalar(node, &format!("drag_{index}"), push);
+            let push = self.bind_scalar(node, Phase::AirDrag, &format!("drag_{index}"), push);
             let force = scale(&push, &normal);
             sum.moment = add(&sum.moment, &cross(&arm, &force));
             sum.force = add(&sum.force, &force);
@@ -234,7 +237,11 @@ impl Derivation<'_> {
                 let torque = self.scalar(&friction.torque, &format!("friction_{name}"), span);
                 let speed = self.constant(1.0 / friction.speed);
                 let sense = Expr::apply(Function::Tanh, &[&speed * &u]);
-                let sense = self.bind(Section::Mechanism, format!("sense_{name}"), sense);
+                let sense = self.bind(
+                    Section::mechanism(Phase::JointTorque),
+                    format!("sense_{name}"),
+                    sense,
+                );
                 &stiffened - &(&torque * &sense)
             }
         }
@@ -248,7 +255,7 @@ impl Derivation<'_> {
         let rest = self.scalar(&hinge.rest, &format!("rest_{name}"), span);
         let mut bend = &self.q[joint] - &rest;
         if !cubic.is_zero() {
-            bend = self.bind(Section::Mechanism, format!("bend_{name}"), bend);
+            bend = self.bind(Section::mechanism(Phase::JointTorque), format!("bend_{name}"), bend);
         }
         Spring { stiffness, cubic, bend }
     }
@@ -258,13 +265,14 @@ impl Derivation<'_> {
         let mut forcing = vec![Expr::zero(); wrench.len()];
         for id in (0..wrench.len()).rev().map(NodeId) {
             let Wrench { force, moment } = wrench[id.index()].clone();
-            let force = self.bind_vector(id, "force", force);
-            let moment = self.bind_vector(id, "moment", moment);
+            let force = self.bind_vector(id, Phase::GeneralizedForce, "force", force);
+            let moment = self.bind_vector(id, Phase::GeneralizedForce, "moment", moment);
             let PartialVelocity { omega, v } = &partial[id.index()];
             let joint = self.joint_of(id);
             forcing[joint] = &(&dot(omega, &moment) + &dot(v, &force)) + &self.joint_torque(joint);
             if let Some(parent) = self.topology.nodes[id.index()].parent {
-                let carried = self.carry_wrench(id, &Wrench { force, moment });
+                let carried =
+                    self.carry_wrench(id, Phase::GeneralizedForce, &Wrench { force, moment });
                 wrench[parent.index()] = wrench[parent.index()].plus(&carried);
             }
         }
@@ -272,12 +280,13 @@ impl Derivation<'_> {
     }
 
     /// The same wrench about the parent's origin, in the parent's frame.
-    pub fn carry_wrench(&mut self, node: NodeId, wrench: &Wrench) -> Wrench {
-        let force = self.up(node, &wrench.force);
-        let force = self.bind_vector(node, "force_above", force);
-        let moment = self.up(node, &wrench.moment);
+    pub fn carry_wrench(&mut self, node: NodeId, phase: Phase, wrench: &Wrench) -> Wrench {
+        let force = self.up(node, phase, &wrench.force);
+        let force = self.bind_vector(node, phase, "force_above", force);
+        let moment = self.up(node, phase, &wrench.moment);
         let r = self.offset(node);
-        let moment = self.bind_vector(node, "moment_above", add(&moment, &cross(&r, &force)));
+        let moment =
+            self.bind_vector(node, phase, "moment_above", add(&moment, &cross(&r, &force)));
         Wrench { force, moment }
     }
 
@@ -316,12 +325,12 @@ impl Derivation<'_> {
                 };
                 let names = [row, column].map(|j| self.mechanism().joints[j].name.clone());
                 let name = format!("mass_{}_{}", names[0], names[1]);
-                let entry = self.bind(Section::Node(id), name, entry);
+                let entry = self.bind(Section::body(id, Phase::MassMatrix), name, entry);
                 matrix[row * n + column] = entry.clone();
                 matrix[column * n + row] = entry;
                 let Some(parent) = self.topology.nodes[at.index()].parent else { break };
                 if !deep {
-                    wrench = self.carry_wrench(at, &wrench);
+                    wrench = self.carry_wrench(at, Phase::MassMatrix, &wrench);
                 }
                 at = parent;
             }
@@ -339,9 +348,17 @@ impl Derivation<'_> {
     /// A wrench on a node about the ground's origin, in the base frame.
     fn wrench_at_ground(&mut self, id: NodeId, wrench: &Wrench) -> Wrench {
         let placement = self.placement(None, Some(id));
-        let force = self.bind_vector(id, "force_at_ground", placement.turn(&wrench.force));
+        let force = self.bind_vector(
+            id,
+            Phase::MassMatrix,
+            "force_at_ground",
+            placement.turn(&wrench.force),
+        );
         let moment = add(&placement.turn(&wrench.moment), &cross(&placement.origin, &force));
-        Wrench { moment: self.bind_vector(id, "moment_at_ground", moment), force }
+        Wrench {
+            moment: self.bind_vector(id, Phase::MassMatrix, "moment_at_ground", moment),
+            force,
+        }
     }
 
     /// A hinge's partial angular velocity and the partial velocity at the ground's origin, base
@@ -350,24 +367,24 @@ impl Derivation<'_> {
         let placement = self.placement(None, Some(id));
         let [axis, ..] = placement.axes;
         let arm = cross(&placement.origin, &axis);
-        let arm = self.bind_vector(id, "hinge_arm", arm);
+        let arm = self.bind_vector(id, Phase::MassMatrix, "hinge_arm", arm);
         [axis, arm]
     }
 
     fn bind_inertia(&mut self, node: NodeId, body: Inertia) -> Inertia {
         Inertia {
-            mass: self.bind_scalar(node, "mass", body.mass),
-            moment: self.bind_vector(node, "first_moment", body.moment),
-            second: self.bind_tensor(node, "second_moment", body.second),
+            mass: self.bind_scalar(node, Phase::CompositeInertia, "mass", body.mass),
+            moment: self.bind_vector(node, Phase::CompositeInertia, "first_moment", body.moment),
+            second: self.bind_tensor(node, Phase::CompositeInertia, "second_moment", body.second),
         }
     }
 
     /// The same composite about the parent's origin, in the parent's frame.
     fn carry_inertia(&mut self, node: NodeId, body: &Inertia) -> Inertia {
         let r = self.offset(node);
-        let moment = self.up(node, &body.moment);
-        let moment = self.bind_vector(node, "first_moment_above", moment);
-        let turned = self.turn_tensor(node, &body.second);
+        let moment = self.up(node, Phase::CompositeInertia, &body.moment);
+        let moment = self.bind_vector(node, Phase::CompositeInertia, "first_moment_above", moment);
+        let turned = self.turn_tensor(node, Phase::CompositeInertia, &body.second);
         // int (x + r)(x + r)^T dm.
         let half = self.constant(0.5);
         let middle = add(&moment, &scale(&(&half * &body.mass), &r));
@@ -389,7 +406,7 @@ impl Derivation<'_> {
             let mixed = dot(&v, &cross(&omega, &body.moment));
             let angular = &half * &dot(&omega, &apply(&body.tensor(), &omega));
             let energy = &(&linear + &mixed) + &angular;
-            total = &total + &self.bind_scalar(node, "kinetic", energy);
+            total = &total + &self.bind_scalar(node, Phase::KineticEnergy, "kinetic", energy);
         }
         total
     }
@@ -404,7 +421,7 @@ impl Derivation<'_> {
             let placement = self.placement(None, Some(node));
             let moment = add(&scale(&body.mass, &placement.origin), &placement.turn(&body.moment));
             let energy = -&dot(&gravity, &moment);
-            total = &total + &self.bind_scalar(node, "potential", energy);
+            total = &total + &self.bind_scalar(node, Phase::PotentialEnergy, "potential", energy);
         }
         for joint in 0..self.mechanism().joints.len() {
             let Spring { stiffness, cubic, bend } = self.spring(joint);
@@ -412,7 +429,7 @@ impl Derivation<'_> {
             let quarter = if cubic.is_zero() { Expr::zero() } else { self.constant(0.25) };
             let energy = &(&(&half * &stiffness) * &(&bend * &bend))
                 + &(&(&quarter * &cubic) * &bend.power(4));
-            total = &total + &self.bind(Section::Mechanism, name, energy);
+            total = &total + &self.bind(Section::mechanism(Phase::PotentialEnergy), name, energy);
         }
         total
     }

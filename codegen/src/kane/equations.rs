@@ -4,7 +4,9 @@ use crate::laminate::Mechanism;
 use crate::source::ids::index;
 use crate::source::{InputId, JointId, ParameterId};
 use crate::symbolic::Tree;
-use crate::topology::{LoopId, NodeId, Topology};
+use crate::topology::Topology;
+
+use super::section::Section;
 
 index!(
     /// A bound intermediate of [`Equations`].
@@ -39,21 +41,10 @@ pub enum Leaf {
 pub struct Binding {
     /// What it is, for the reader of the generated module: `omega_left_x`.
     pub name: String,
-    /// The part of the derivation it belongs to.
+    /// The body or loop and the phase of the derivation that it belongs to.
     pub section: Section,
     /// Its value, over leaves and earlier bindings.
     pub tree: Tree<Leaf>,
-}
-
-/// The body or loop an intermediate belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Section {
-    /// The whole mechanism (time functions, gravity).
-    Mechanism,
-    /// A body (or ghost) of the tree.
-    Node(NodeId),
-    /// A loop.
-    Loop(LoopId),
 }
 
 /// The equations of motion of one mechanism.

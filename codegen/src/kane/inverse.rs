@@ -15,6 +15,7 @@ use super::derivation::Derivation;
 use super::dynamics::{Dynamics, Wrench};
 use super::inertia::Inertia;
 use super::motion::Motion;
+use super::section::Phase;
 use super::vector::{Vector, add, cross, dot, scale, sub};
 use crate::symbolic::Expr;
 use crate::topology::{Loop, NodeId};
@@ -65,13 +66,19 @@ impl Derivation<'_> {
         let r = self.offset(node);
         let u = self.u[joint].clone();
         let rate = self.accelerations[joint].clone();
-        let carried = self.down(node, &above.alpha);
+        let carried = self.down(node, Phase::GivenAcceleration, &above.alpha);
         let [_, y, z] = &bias.omega;
         let turned = [rate, z * &u, -&(y * &u)];
-        let alpha = self.bind_vector(node, "alpha_moving", add(&carried, &turned));
-        let a = self.down(node, &above.acceleration_at(&r));
-        let a = self.bind_vector(node, "a_moving", a);
-        let (gradient, _) = self.gradient(node, "gradient_moving", &bias.omega, &alpha);
+        let alpha = self.bind_vector(
+            node,
+            Phase::GivenAcceleration,
+            "alpha_moving",
+            add(&carried, &turned),
+        );
+        let a = self.down(node, Phase::GivenAcceleration, &above.acceleration_at(&r));
+        let a = self.bind_vector(node, Phase::GivenAcceleration, "a_moving", a);
+        let (gradient, _) =
+            self.gradient(node, Phase::GivenAcceleration, "gradient_moving", &bias.omega, &alpha);
         let motion = Motion { alpha, a, gradient, ..bias };
         self.accelerated.insert((ancestor, node), motion.clone());
         motion
@@ -79,12 +86,14 @@ impl Derivation<'_> {
 
     /// Active and inertia wrenches of each node and all beyond it, about its origin.
     fn gathered(&mut self, name: &str, inertia: &[Inertia]) -> Vec<Wrench> {
-        let mut sums = self.wrenches(inertia, |d, id| d.accelerated(None, id));
+        let mut sums =
+            self.wrenches([Phase::InverseDynamics; 2], inertia, |d, id| d.accelerated(None, id));
         for id in (0..sums.len()).rev().map(NodeId) {
-            let wrench = self.bind_wrench(id, name, sums[id.index()].clone());
+            let wrench =
+                self.bind_wrench(id, Phase::InverseDynamics, name, sums[id.index()].clone());
             sums[id.index()] = wrench.clone();
             if let Some(parent) = self.parent(id) {
-                let carried = self.carry_wrench(id, &wrench);
+                let carried = self.carry_wrench(id, Phase::InverseDynamics, &wrench);
                 sums[parent.index()] = sums[parent.index()].plus(&carried);
             }
         }
@@ -108,12 +117,12 @@ impl Derivation<'_> {
                 let mut wrench = self.row_forces(closed, tip, sign, first);
                 let mut at = tip;
                 loop {
-                    wrench = self.bind_wrench(at, "closing", wrench);
+                    wrench = self.bind_wrench(at, Phase::ClosureForce, "closing", wrench);
                     sums[at.index()] = sums[at.index()].plus(&wrench);
                     let parent = self.parent(at);
                     match parent.filter(|_| parent != ancestor) {
                         Some(parent) => {
-                            wrench = self.carry_wrench(at, &wrench);
+                            wrench = self.carry_wrench(at, Phase::ClosureForce, &wrench);
                             at = parent;
                         }
                         None => break,
@@ -193,10 +202,16 @@ impl Derivation<'_> {
         [a, b, c_, d, e, f]
     }
 
-    pub fn bind_wrench(&mut self, node: NodeId, name: &str, wrench: Wrench) -> Wrench {
+    pub fn bind_wrench(
+        &mut self,
+        node: NodeId,
+        phase: Phase,
+        name: &str,
+        wrench: Wrench,
+    ) -> Wrench {
         Wrench {
-            force: self.bind_vector(node, &format!("force_{name}"), wrench.force),
-            moment: self.bind_vector(node, &format!("moment_{name}"), wrench.moment),
+            force: self.bind_vector(node, phase, &format!("force_{name}"), wrench.force),
+            moment: self.bind_vector(node, phase, &format!("moment_{name}"), wrench.moment),
         }
     }
 }

@@ -31,6 +31,7 @@ mod inertia;
 mod inverse;
 mod motion;
 mod scalar;
+mod section;
 mod turn;
 mod vector;
 
@@ -39,3 +40,4 @@ mod tests;
 
 pub use derivation::{DeriveError, derive};
 pub use equations::*;
+pub use section::{Phase, Section, Subject};

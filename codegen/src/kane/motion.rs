@@ -13,6 +13,7 @@
 
 use super::derivation::Derivation;
 use super::frame::Frame;
+use super::section::Phase;
 use super::vector::{Vector, add, cross, dot, sub, zero};
 use crate::source::BodyId;
 use crate::symbolic::Expr;
@@ -118,20 +119,20 @@ impl Derivation<'_> {
     }
 
     /// Changes components from the parent's frame to the node's.
-    pub fn down(&mut self, node: NodeId, [x, y, z]: &Vector) -> Vector {
+    pub fn down(&mut self, node: NodeId, phase: Phase, [x, y, z]: &Vector) -> Vector {
         let [cos, sin] = self.turn(node);
         let [cos, sin] = self.constants([cos, sin]);
         let [s, c] = self.sin_cos_of(node);
-        let across = self.bind_scalar(node, "across", &(&cos * y) - &(&sin * x));
+        let across = self.bind_scalar(node, phase, "across", &(&cos * y) - &(&sin * x));
         [&(&cos * x) + &(&sin * y), &(&c * &across) + &(&s * z), &(&c * z) - &(&s * &across)]
     }
 
     /// Changes components from the node's frame to the parent's.
-    pub fn up(&mut self, node: NodeId, [x, y, z]: &Vector) -> Vector {
+    pub fn up(&mut self, node: NodeId, phase: Phase, [x, y, z]: &Vector) -> Vector {
         let [cos, sin] = self.turn(node);
         let [cos, sin] = self.constants([cos, sin]);
         let [s, c] = self.sin_cos_of(node);
-        let across = self.bind_scalar(node, "across", &(&c * y) - &(&s * z));
+        let across = self.bind_scalar(node, phase, "across", &(&c * y) - &(&s * z));
         [&(&cos * x) - &(&sin * &across), &(&sin * x) + &(&cos * &across), &(&s * y) + &(&c * z)]
     }
 
@@ -144,17 +145,19 @@ impl Derivation<'_> {
         let parent = self.motion(ancestor, self.parent(id));
         let r = self.offset(id);
         let u = self.u[self.topology.nodes[id.index()].joint.index()].clone();
-        let carried = self.down(id, &parent.omega);
-        let [x, y, z] = self.bind_vector(id, "carried", carried);
+        let carried = self.down(id, Phase::AngularVelocity, &parent.omega);
+        let [x, y, z] = self.bind_vector(id, Phase::AngularVelocity, "carried", carried);
         let bend = [Expr::zero(), &z * &u, -&(&y * &u)];
-        let omega = self.bind_vector(id, "omega", [&x + &u, y, z]);
-        let v = self.down(id, &parent.velocity_at(&r));
-        let v = self.bind_vector(id, "v", v);
-        let alpha = self.down(id, &parent.alpha);
-        let alpha = self.bind_vector(id, "alpha", add(&alpha, &bend));
-        let a = self.down(id, &parent.acceleration_at(&r));
-        let a = self.bind_vector(id, "a", a);
-        let (gradient, squares) = self.gradient(id, "gradient", &omega, &alpha);
+        let omega = self.bind_vector(id, Phase::AngularVelocity, "omega", [&x + &u, y, z]);
+        let v = self.down(id, Phase::Velocity, &parent.velocity_at(&r));
+        let v = self.bind_vector(id, Phase::Velocity, "v", v);
+        let alpha = self.down(id, Phase::AngularVelocityProduct, &parent.alpha);
+        let alpha =
+            self.bind_vector(id, Phase::AngularVelocityProduct, "alpha", add(&alpha, &bend));
+        let a = self.down(id, Phase::VelocityProduct, &parent.acceleration_at(&r));
+        let a = self.bind_vector(id, Phase::VelocityProduct, "a", a);
+        let (gradient, squares) =
+            self.gradient(id, Phase::AccelerationGradient, "gradient", &omega, &alpha);
         let motion = Motion { omega, v, alpha, a, gradient, squares };
         self.motions.insert((ancestor, id), motion.clone());
         motion
@@ -164,12 +167,13 @@ impl Derivation<'_> {
     pub fn gradient(
         &mut self,
         node: NodeId,
+        phase: Phase,
         name: &str,
         [x, y, z]: &Vector,
         alpha: &Vector,
     ) -> ([Vector; 3], Vector) {
         let mut product = |name: &str, a: &Expr, b: &Expr| {
-            self.bind_scalar(node, &format!("omega_{name}"), a * b)
+            self.bind_scalar(node, Phase::AccelerationGradient, &format!("omega_{name}"), a * b)
         };
         let (xx, yy, zz) = (product("xx", x, x), product("yy", y, y), product("zz", z, z));
         let (xy, xz, yz) = (product("xy", x, y), product("xz", x, z), product("yz", y, z));
@@ -182,19 +186,25 @@ impl Derivation<'_> {
         let mut axes = ["x", "y", "z"].into_iter();
         let gradient = rows.map(|row| {
             let axis = axes.next().unwrap_or_default();
-            self.bind_vector(node, &format!("{name}_{axis}"), row)
+            self.bind_vector(node, phase, &format!("{name}_{axis}"), row)
         });
         (gradient, [xx, yy, zz])
     }
 
     /// g - a at a node's origin, its own components, m/s^2, by what that is for its parent (the
     /// base) and the parent's motion relative to the ground.
-    pub fn free_fall(&mut self, id: NodeId, above: &Vector, motion: &Motion) -> Vector {
+    pub fn free_fall(
+        &mut self,
+        id: NodeId,
+        phase: Phase,
+        above: &Vector,
+        motion: &Motion,
+    ) -> Vector {
         let r = self.offset(id);
         let above = sub(above, &motion.relative_acceleration(&r));
-        let above = self.bind_vector(id, "fall_above", above);
-        let here = self.down(id, &above);
-        self.bind_vector(id, "free_fall", here)
+        let above = self.bind_vector(id, phase, "fall_above", above);
+        let here = self.down(id, phase, &above);
+        self.bind_vector(id, phase, "free_fall", here)
     }
 
     /// Gravity in the base frame, m/s^2.
@@ -218,14 +228,14 @@ impl Derivation<'_> {
         let [cos, sin] = self.turn(id);
         let turned = [[cos, sin, 0.0], [-sin, cos, 0.0]].map(|v| parent.turn(&self.constants(v)));
         let [x, across] = turned;
-        let across = self.bind_vector(id, "across", across);
+        let across = self.bind_vector(id, Phase::Placement, "across", across);
         let [s, c] = self.sin_cos_of(id);
         let z = &parent.axes[2];
         let y: Vector = std::array::from_fn(|i| &(&c * &across[i]) + &(&s * &z[i]));
         let z: Vector = std::array::from_fn(|i| &(&c * &z[i]) - &(&s * &across[i]));
         let axes = [("axis_x", x), ("axis_y", y), ("axis_z", z)]
-            .map(|(name, axis)| self.bind_vector(id, name, axis));
-        let origin = self.bind_vector(id, "origin", parent.place(&offset));
+            .map(|(name, axis)| self.bind_vector(id, Phase::Placement, name, axis));
+        let origin = self.bind_vector(id, Phase::Placement, "origin", parent.place(&offset));
         let placement = Placement { axes, origin };
         self.placements.insert((ancestor, id), placement.clone());
         placement

@@ -4,7 +4,7 @@
 //! simplified into one with another domain.
 
 use super::derivation::Derivation;
-use super::equations::Section;
+use super::section::{Phase, Section};
 use crate::source::{Binary, Expression, Operator, Span, Unary};
 use crate::symbolic::{Expr, Function};
 
@@ -53,7 +53,7 @@ impl Derivation<'_> {
             Some(number) => self.constant(number as f64),
             None => value,
         };
-        self.bind(Section::Mechanism, what.replace(['.', ' '], "_"), value)
+        self.bind(Section::mechanism(Phase::Formula), what.replace(['.', ' '], "_"), value)
     }
 
     /// A number: the formula's, or one that the algebra found, as in `exp(1000 + q.j - q.j)`.

@@ -5,7 +5,7 @@ use std::fmt;
 use std::ops::AddAssign;
 
 use super::ir::{Function, Instruction, Op, Value};
-use crate::kane::Section;
+use crate::kane::Subject;
 
 /// How many operations of each kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -81,8 +81,8 @@ impl Function {
 
     /// Operations per evaluation by the body or loop they belong to. A cosine whose sine is not
     /// needed counts as a pair.
-    pub fn costs(&self) -> BTreeMap<Section, Cost> {
-        let mut costs: BTreeMap<Section, Cost> = BTreeMap::new();
+    pub fn costs(&self) -> BTreeMap<Subject, Cost> {
+        let mut costs: BTreeMap<Subject, Cost> = BTreeMap::new();
         let sine = |instruction: &Instruction| match instruction.op {
             Op::Sin(x) => Some(x),
             _ => None,
@@ -96,7 +96,7 @@ impl Function {
                 cost.sin_cos = 1;
             }
             if cost != Cost::default() {
-                *costs.entry(instruction.section).or_default() += cost;
+                *costs.entry(instruction.section.subject).or_default() += cost;
             }
         }
         costs

@@ -9,6 +9,8 @@
 //! Where a function has a corner (`abs`, `min`, `max`) its derivative is that of the side of the
 //! larger argument; at a pole (`sqrt` of 0) it is infinite. That of a step is 0, also at the step.
 
+use crate::kane::{Phase, Section};
+
 use super::ir::{Function, Instruction, Moving, Op, Slot, Value};
 
 /// The derivative along the direction that the [`Slot::Change`]s give, du/dt and lambda constant.
@@ -58,7 +60,7 @@ fn differentiate(function: Function, seed: impl Fn(Slot) -> Option<Op>) -> Funct
     for entry in outputs.iter_mut().flat_map(|output| &mut output.entries) {
         *entry = match tangent[entry.index()] {
             Some(value) => value,
-            None => forward.push(Op::Const(0.0), crate::kane::Section::Mechanism),
+            None => forward.push(Op::Const(0.0), Section::mechanism(Phase::Output)),
         };
     }
     Function { kind: function.kind, instructions: forward.instructions, outputs }
@@ -69,7 +71,7 @@ struct Forward {
 }
 
 impl Forward {
-    fn push(&mut self, op: Op, section: crate::kane::Section) -> Value {
+    fn push(&mut self, op: Op, section: Section) -> Value {
         self.instructions.push(Instruction { op, section, name: None });
         Value(self.instructions.len() - 1)
     }
@@ -78,7 +80,7 @@ impl Forward {
 /// Writes the derivative of one operation.
 struct Rule<'a> {
     forward: &'a mut Forward,
-    section: crate::kane::Section,
+    section: Section,
 }
 
 impl Rule<'_> {

@@ -16,7 +16,7 @@
 
 use super::fold::Builder;
 use super::ir::{Function, Op, Output, Slot, Value};
-use crate::kane::Section;
+use crate::kane::{Phase, Section};
 use crate::topology::NodeId;
 
 /// A factor of M, by joint.
@@ -37,12 +37,17 @@ impl Code {
     /// Continues a function, whose outputs are left to the caller.
     pub fn after(function: Function) -> (Self, Vec<Output>) {
         let builder = Builder::after(function.instructions);
-        (Self { builder, section: Section::Mechanism }, function.outputs)
+        (Self { builder, section: Section::mechanism(Phase::Output) }, function.outputs)
     }
 
     /// The function with these outputs.
     pub fn finish(self, kind: super::FunctionKind, outputs: Vec<Output>) -> Function {
         Function { kind, instructions: self.builder.instructions(), outputs }
+    }
+
+    /// What follows belongs to this phase of the whole mechanism.
+    pub fn enter(&mut self, phase: Phase) {
+        self.section = Section::mechanism(phase);
     }
 
     fn op(&mut self, op: Op) -> Value {
@@ -154,7 +159,7 @@ impl ByEntry {
         let mut lower = vec![vec![zero; n]; n];
         let mut inverse_pivots = vec![zero; n];
         for (index, &k) in order.iter().enumerate().rev() {
-            code.section = Section::Node(NodeId(index));
+            code.section = Section::body(NodeId(index), Phase::MassFactor);
             let name = || format!("inverse_pivot_{}", names[k]);
             inverse_pivots[k] = code.named(Op::Div(one, m[k][k]), name);
             let before: Vec<usize> =
@@ -170,7 +175,7 @@ impl ByEntry {
                 }
             }
         }
-        code.section = Section::Mechanism;
+        code.enter(Phase::Output);
         Self { order: order.to_vec(), inverse_pivots, lower }
     }
 
@@ -216,6 +221,7 @@ pub struct Closure {
 impl Closure {
     /// Of Y, C rows of N.
     pub fn of(code: &mut Code, inverse_pivots: &[Value], rows: &[Vec<Value>]) -> Self {
+        code.enter(Phase::ClosureFactor);
         let c = rows.len();
         let weighted: Vec<Vec<Value>> = rows
             .iter()
@@ -290,6 +296,7 @@ fn conditioning(
     inverse_pivots: &[Value],
     diagonal: &[Value],
 ) -> Value {
+    code.enter(Phase::ClosureConditioning);
     let c = diagonal.len();
     let (zero, one) = (code.number(0.0), code.number(1.0));
     let Some(least) = diagonal.iter().copied().reduce(|least, x| code.op(Op::Min(least, x))) else {
@@ -330,6 +337,7 @@ pub fn solve(
     y: &[Value],
     gamma: &[Value],
 ) -> [Vec<Value>; 2] {
+    code.enter(Phase::Multiplier);
     let pairs = y.iter().zip(factor.inverse_pivots());
     let mut a: Vec<Value> = pairs.map(|(&y, &d)| code.op(Op::Mul(y, d))).collect();
     let mut wanted = Vec::with_capacity(gamma.len());
@@ -339,6 +347,7 @@ pub fn solve(
         wanted.push(code.op(Op::Neg(sum)));
     }
     let lambda = closure.solve(code, &wanted);
+    code.enter(Phase::Acceleration);
     let closing = closure.combined(code, &lambda, a.len());
     for (a, closing) in a.iter_mut().zip(closing) {
         *a = code.op(Op::Add(*a, closing));
@@ -353,6 +362,7 @@ pub fn correction(
     closure: &Closure,
     x: &[Value],
 ) -> Vec<Value> {
+    code.enter(Phase::Correction);
     let lambda = closure.solve(code, x);
     let closing = closure.combined(code, &lambda, factor.inverse_pivots().len());
     factor.substitute(code, &closing)
@@ -360,6 +370,7 @@ pub fn correction(
 
 /// By how much results can be trusted: the least of 1 / D, and the conditioning of S.
 pub fn margin(code: &mut Code, factor: &impl Factor, closure: &Closure) -> Output {
+    code.enter(Phase::ClosureConditioning);
     let pivots = factor.inverse_pivots().iter().copied();
     let least = pivots.reduce(|least, d| code.op(Op::Min(least, d)));
     let least = least.unwrap_or_else(|| code.number(1.0));

@@ -8,6 +8,8 @@
 //! Products of constants are re-associated, so results may differ in rounding. `0 * x` is 0
 //! whatever x: a zero factor here comes from the geometry and says that x does not enter.
 
+use crate::kane::Section;
+
 use super::ir::{Function, Instruction, Op, Value};
 
 /// Folds a function.
@@ -74,7 +76,7 @@ impl Builder {
     }
 
     /// The value of `op`, simplified; operands are values of the folded function.
-    pub fn simplify(&mut self, op: Op, section: crate::kane::Section) -> Value {
+    pub fn simplify(&mut self, op: Op, section: Section) -> Value {
         let known: Vec<Option<f64>> = op.operands().map(|x| self.constant(x)).collect();
         if !known.is_empty() && known.iter().all(Option::is_some) {
             // Adding 0 makes -0 the same constant as 0.
@@ -112,7 +114,7 @@ impl Builder {
         }
     }
 
-    fn product(&mut self, x: Value, y: Value, section: crate::kane::Section) -> Value {
+    fn product(&mut self, x: Value, y: Value, section: Section) -> Value {
         let (number, value) = match (self.constant(x), self.constant(y)) {
             (Some(number), _) => (number, y),
             (_, Some(number)) => (number, x),
@@ -148,12 +150,12 @@ impl Builder {
         }
     }
 
-    fn negated_product(&mut self, x: Value, y: Value, section: crate::kane::Section) -> Value {
+    fn negated_product(&mut self, x: Value, y: Value, section: Section) -> Value {
         let product = self.push(Op::Mul(x, y), section);
         self.push(Op::Neg(product), section)
     }
 
-    fn push(&mut self, op: Op, section: crate::kane::Section) -> Value {
+    fn push(&mut self, op: Op, section: Section) -> Value {
         self.instructions.push(Instruction { op, section, name: None });
         Value(self.instructions.len() - 1)
     }

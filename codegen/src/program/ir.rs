@@ -79,7 +79,7 @@ pub enum Moving {
 pub struct Instruction {
     /// What it computes.
     pub op: Op,
-    /// The body or loop it belongs to.
+    /// The body or loop and the phase of the derivation that it belongs to.
     pub section: Section,
     /// What it is, when it is a named quantity: `omega_left_x`.
     pub name: Option<String>,

@@ -5,7 +5,7 @@
 //! name. A sum is a chain of additions and subtractions, a product multiplies its numbers first
 //! and divides once.
 
-use crate::kane::{Equations, Leaf, Section};
+use crate::kane::{Equations, Leaf, Phase, Section};
 use crate::symbolic::{Function as SymbolicFunction, Tree};
 
 use super::differentiate;
@@ -134,7 +134,7 @@ fn function(
     let mut lowering = Lowering {
         instructions: Vec::new(),
         bound: vec![None; equations.bindings.len()],
-        section: Section::Mechanism,
+        section: Section::mechanism(Phase::Output),
     };
     for (index, binding) in equations.bindings.iter().enumerate().filter(|(i, _)| needed[*i]) {
         lowering.section = binding.section;
@@ -145,7 +145,7 @@ fn function(
             instruction.name = Some(binding.name.clone());
         }
     }
-    lowering.section = Section::Mechanism;
+    lowering.section = Section::mechanism(Phase::Output);
     let outputs = outputs
         .iter()
         .map(|&(name, rows, columns, trees)| {

@@ -25,14 +25,14 @@ pub fn schedule(function: Function) -> Function {
     let mut runs: Vec<Vec<usize>> = Vec::new();
     let mut run_of = Vec::with_capacity(instructions.len());
     let mut before: Vec<BTreeSet<usize>> = Vec::new();
-    let mut section = None;
+    let mut subject = None;
     for (index, instruction) in instructions.iter().enumerate() {
         let operands = instruction.op.operands();
         let time = operands.map(|x| start[x.index()] + instructions[x.index()].op.latency()).max();
         start.push(time.unwrap_or(0));
         let full = runs.last().is_none_or(|run| run.len() >= LONGEST_RUN);
-        if full || section != Some(instruction.section) {
-            section = Some(instruction.section);
+        if full || subject != Some(instruction.section.subject) {
+            subject = Some(instruction.section.subject);
             runs.push(Vec::new());
             before.push(BTreeSet::new());
         }

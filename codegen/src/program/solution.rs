@@ -4,7 +4,7 @@ use super::eliminate::{self, ByBody, ByEntry, Closure, Code, Factor};
 use super::fold;
 use super::ir::{Function, FunctionKind, Moving, Output, Slot, Value};
 use super::lowering;
-use crate::kane::Equations;
+use crate::kane::{Equations, Phase};
 use crate::source::JointId;
 
 /// Operations beyond which a solution is left to the runtime's loops: such a function would be
@@ -70,7 +70,10 @@ fn by_entry(equations: &Equations, kind: FunctionKind) -> Function {
     let (mut code, outputs) = Code::after(fold::fold(lowering::by_entry(equations, kind)));
     let (factor, closure) = factored(&mut code, equations, &outputs);
     let reduced = match kind {
-        FunctionKind::Acceleration => factor.reduce(&mut code, entries_of(&outputs, "forcing")),
+        FunctionKind::Acceleration => {
+            code.enter(Phase::ReducedForce);
+            factor.reduce(&mut code, entries_of(&outputs, "forcing"))
+        }
         _ => Vec::new(),
     };
     finished(code, kind, &outputs, &factor, &closure, &reduced)
@@ -84,6 +87,7 @@ fn factored(code: &mut Code, equations: &Equations, outputs: &[Output]) -> (ByEn
         topology.mechanism.joints.iter().map(|joint| joint.name.as_str()).collect();
     let factor = ByEntry::of(code, entries_of(outputs, "mass"), &order, &names);
     let jacobian = entries_of(outputs, "jacobian").chunks_exact(order.len().max(1));
+    code.enter(Phase::ReducedClosureJacobian);
     let rows: Vec<Vec<Value>> = jacobian.map(|row| factor.reduce(code, row)).collect();
     let closure = Closure::of(code, factor.inverse_pivots(), &rows);
     (factor, closure)
@@ -134,6 +138,7 @@ fn jacobian(equations: &Equations, tangent: &Function) -> Function {
     let start = lowering::by_entry(equations, FunctionKind::Acceleration);
     let (mut code, outputs) = Code::after(fold::fold(start));
     let (factor, closure) = factored(&mut code, equations, &outputs);
+    code.enter(Phase::ReducedForce);
     let y = factor.reduce(&mut code, entries_of(&outputs, "forcing"));
     let gamma = entries_of(&outputs, "gamma");
     let [acceleration, lambda] = eliminate::solve(&mut code, &factor, &closure, &y, gamma);
@@ -147,6 +152,7 @@ fn jacobian(equations: &Equations, tangent: &Function) -> Function {
             _ => None,
         };
         let changes = code.inline(tangent, given);
+        code.enter(Phase::ReducedForce);
         let y = factor.reduce(&mut code, &changes[0]);
         let [derivative, _] = eliminate::solve(&mut code, &factor, &closure, &y, &changes[1]);
         derivative

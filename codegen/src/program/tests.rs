@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::ir::{Function, FunctionKind, Instruction, Op, Output, Slot, Value};
 use super::{dead, fold, number};
-use crate::kane::Section;
+use crate::kane::{Phase, Section};
 use crate::source::JointId;
 
 const LOADS: usize = 4;
@@ -40,7 +40,8 @@ fn functions() -> impl Strategy<Value = Function> {
             });
         }
         let entries = (0..ops.len()).rev().step_by(3).map(Value).collect::<Vec<_>>();
-        let instruction = |op| Instruction { op, section: Section::Mechanism, name: None };
+        let instruction =
+            |op| Instruction { op, section: Section::mechanism(Phase::Formula), name: None };
         Function {
             kind: FunctionKind::Closure,
             instructions: ops.into_iter().map(instruction).collect(),

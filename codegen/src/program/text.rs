@@ -1,4 +1,5 @@
-//! The program as text: one line per instruction, stable between runs.
+//! The program as text: one line per instruction, stable between runs, under the heading of its
+//! [`Section`](crate::kane::Section).
 
 use std::fmt;
 
@@ -18,7 +19,12 @@ impl fmt::Display for Program {
 impl Program {
     fn function(&self, function: &Function, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "function {:?}  ; {}", function.kind, function.cost())?;
+        let mut section = None;
         for (index, instruction) in function.instructions.iter().enumerate() {
+            if section.replace(instruction.section) != Some(instruction.section) {
+                let heading = instruction.section.heading(&self.interface.nodes);
+                writeln!(f, "  ; {heading}")?;
+            }
             write!(f, "  v{index} = {}", instruction.op.mnemonic())?;
             match instruction.op {
                 Op::Const(number) => write!(f, " {number:?}")?,

@@ -247,7 +247,7 @@ impl Printer {
             .collect();
         let mut lines = Vec::new();
         for statement in &stretch.list {
-            self.statement(statement, &mut lines);
+            self.statement(&program.interface.nodes, statement, &mut lines);
         }
         for (output, place) in outputs {
             let entries = stretch.entries.iter().filter(|(name, ..)| name == output);
@@ -273,10 +273,13 @@ impl Printer {
         Written { signature: signature.join("\n"), unused, lines }
     }
 
-    fn statement(&self, statement: &Statement, lines: &mut Vec<String>) {
+    fn statement(&self, nodes: &[String], statement: &Statement, lines: &mut Vec<String>) {
         let suffix = self.real.suffix();
         match statement {
-            Statement::Section(text) => lines.push(format!("    /* {text} */")),
+            Statement::Section(section) => {
+                let heading = section.heading(nodes);
+                lines.push(format!("    /* {heading} */"));
+            }
             Statement::Let { name, value } => {
                 wrap(&format!("    const real {name} = {};", self.expression(value)), lines);
             }

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::MachineCode;
-use crate::kane::Section;
+use crate::kane::{Phase, Section};
 use crate::program::{
     Engine, Function, FunctionKind, Instruction, Interface, Interpretation, Op, Output, Program,
     Slot, Value,
@@ -44,7 +44,8 @@ fn functions() -> impl Strategy<Value = Function> {
             });
         }
         let entries = (0..ops.len()).rev().step_by(3).map(Value).collect::<Vec<_>>();
-        let instruction = |op| Instruction { op, section: Section::Mechanism, name: None };
+        let instruction =
+            |op| Instruction { op, section: Section::mechanism(Phase::Formula), name: None };
         Function {
             kind: FunctionKind::Equations,
             instructions: ops.into_iter().map(instruction).collect(),

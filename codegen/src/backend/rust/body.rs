@@ -149,46 +149,48 @@ impl<'a> Bodies<'a> {
     /// What stands for a text among tokens.
     fn text(&mut self, stretch: &Stretch) -> TokenStream {
         let mut lines = Vec::new();
-        let mut line = |text: String| wrap(&format!("{INDENT}{text}"), &mut lines);
         for (name, cell) in &stretch.takes {
-            line(format!("let {name} = kept[{cell}];"));
+            line(&mut lines, format!("let {name} = kept[{cell}];"));
         }
         for statement in &stretch.list {
-            self.statement(statement, &mut line);
+            self.statement(statement, &mut lines);
         }
         for (output, index, entry) in &stretch.entries {
-            line(format!("{output}[{index}] = {};", self.expression(entry)));
+            line(&mut lines, format!("{output}[{index}] = {};", self.expression(entry)));
         }
         for (name, cell) in &stretch.leaves {
-            line(format!("kept[{cell}] = {name};"));
+            line(&mut lines, format!("kept[{cell}] = {name};"));
         }
         self.texts.push(lines.join("\n"));
         let index = number(self.texts.len() - 1);
         quote!(__body!(#index);)
     }
 
-    fn statement(&self, statement: &Statement, line: &mut impl FnMut(String)) {
+    fn statement(&self, statement: &Statement, lines: &mut Vec<String>) {
         match statement {
-            Statement::Section(text) => line(format!("// {text}")),
-            Statement::Let { name, value } => {
-                line(format!("let {name} = {};", self.expression(value)));
+            Statement::Section(section) => {
+                let heading = section.heading(&self.program.interface.nodes);
+                lines.push(format!("{INDENT}// {heading}"));
             }
-            Statement::SineCosine(pairs) => self.sines(pairs, line),
+            Statement::Let { name, value } => {
+                line(lines, format!("let {name} = {};", self.expression(value)));
+            }
+            Statement::SineCosine(pairs) => self.sines(pairs, lines),
         }
     }
 
-    fn sines(&self, pairs: &[SineCosine], line: &mut impl FnMut(String)) {
+    fn sines(&self, pairs: &[SineCosine], lines: &mut Vec<String>) {
         let scalar = trait_path(self.scalar);
         let name = |name: &Option<String>| name.clone().unwrap_or_else(|| "_".to_owned());
         let names = |pair: &SineCosine| format!("({}, {})", name(&pair.sine), name(&pair.cosine));
         if let [pair] = pairs {
             let angle = self.expression(&pair.angle);
-            return line(format!("let {} = {scalar}::sin_cos({angle});", names(pair)));
+            return line(lines, format!("let {} = {scalar}::sin_cos({angle});", names(pair)));
         }
-        line("let [".to_owned());
-        pairs.iter().for_each(|pair| line(format!("    {},", names(pair))));
+        line(lines, "let [".to_owned());
+        pairs.iter().for_each(|pair| line(lines, format!("    {},", names(pair))));
         let angles: Vec<_> = pairs.iter().map(|pair| self.expression(&pair.angle)).collect();
-        line(format!("] = {scalar}::sin_cos_all([{}]);", angles.join(", ")));
+        line(lines, format!("] = {scalar}::sin_cos_all([{}]);", angles.join(", ")));
     }
 
     fn expression(&self, expression: &Expression) -> String {
@@ -250,6 +252,11 @@ impl<'a> Bodies<'a> {
             },
         }
     }
+}
+
+/// A line of a function, wrapped.
+fn line(lines: &mut Vec<String>, text: String) {
+    wrap(&format!("{INDENT}{text}"), lines);
 }
 
 /// Where the operations are that have no operator.
