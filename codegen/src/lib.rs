@@ -12,16 +12,10 @@
 pub mod backend;
 mod config;
 pub mod files;
-pub mod identify;
 pub mod kane;
 pub mod laminate;
-pub mod mocap;
-pub mod motion;
-pub mod page;
-pub mod picture;
 pub mod pipeline;
 pub mod program;
-pub mod scene;
 pub mod source;
 pub mod symbolic;
 pub mod topology;

@@ -187,9 +187,9 @@ pub fn python_module(
     python::write(&compiled.program, real, source_name, header_name)
 }
 
-/// The bytes of a source FMU.
-pub fn fmu(compiled: &Compiled, version: Version) -> Vec<u8> {
-    fmu::archive(&compiled.program, version)
+/// The files of a source FMU, each with its path in the archive and its text.
+pub fn fmu_files(compiled: &Compiled, version: Version) -> Vec<(String, String)> {
+    fmu::files(&compiled.program, version)
 }
 
 /// Whether every finite constant is finite in single precision too.

@@ -4,13 +4,9 @@
 //! Variables are scalars. Where each stands in an instance's memory is its value reference; the
 //! blocks are given out by `Layout`.
 
-use std::io::{Cursor, Write};
-
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 use tera::{Context, Tera};
-use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, DateTime, ZipWriter};
 
 use super::c::{self, Real, STATUS};
 use crate::program::{Interface, Program};
@@ -182,8 +178,8 @@ fn variables(interface: &Interface, layout: &Layout) -> Vec<Variable> {
     all
 }
 
-/// The bytes of the FMU: the same for the same program.
-pub fn archive(program: &Program, version: Version) -> Vec<u8> {
+/// The files of the FMU with their paths in the archive: the same for the same program.
+pub fn files(program: &Program, version: Version) -> Vec<(String, String)> {
     let interface = &program.interface;
     let name = &interface.name;
     let header_name = format!("{name}.h");
@@ -206,10 +202,7 @@ pub fn archive(program: &Program, version: Version) -> Vec<u8> {
     if version == Version::Fmi3 {
         files.push(("sources/buildDescription.xml".to_owned(), text(lamc_templates::FMI3_BUILD)));
     }
-    match packed(&files) {
-        Ok(bytes) => bytes,
-        Err(error) => unreachable!("memory can be written to: {error}"),
-    }
+    files
 }
 
 fn context(interface: &Interface, version: Version, token: &str) -> Context {
@@ -274,18 +267,4 @@ fn render(template: &str, context: &Context) -> String {
         Ok(text) => text,
         Err(error) => unreachable!("the template is at fault: {error:?}"),
     }
-}
-
-/// A ZIP archive without anything of the time or machine.
-fn packed(files: &[(String, String)]) -> zip::result::ZipResult<Vec<u8>> {
-    let options = SimpleFileOptions::default()
-        .compression_method(CompressionMethod::Deflated)
-        .last_modified_time(DateTime::default())
-        .unix_permissions(0o644);
-    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
-    for (name, text) in files {
-        archive.start_file(name.as_str(), options)?;
-        archive.write_all(text.as_bytes())?;
-    }
-    Ok(archive.finish()?.into_inner())
 }

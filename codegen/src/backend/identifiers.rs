@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::source::names::is_keyword;
+use crate::source::is_keyword;
 
 /// `four_bar` -> `FourBar`.
 pub fn type_name(name: &str) -> String {

@@ -1,9 +1,8 @@
-//! Stage 6: [`Program`](crate::program::Program) -> text, or machine code in this process.
+//! Stage 6: [`Program`](crate::program::Program) -> text.
 
 pub mod c;
 pub mod fmu;
 pub mod identifiers;
-pub mod jit;
 pub mod literal;
 pub mod parts;
 pub mod python;

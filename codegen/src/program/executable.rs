@@ -6,10 +6,13 @@ use lamc_runtime::{
     StraightLine, System, workspace_len,
 };
 
-use super::ir::{FunctionKind, Interface, Moving, Slot};
+use super::ir::{FunctionKind, Interface, Moving, Program, Slot};
 
-/// What runs the functions of a program.
-pub trait Engine {
+/// What evaluates the functions of a program.
+pub trait Engine: Sized {
+    /// An engine for the functions of a program.
+    fn new(program: &Program) -> Self;
+
     /// Evaluates a function: `load` gives what it reads, `out` takes its outputs in order.
     fn run(&self, kind: FunctionKind, load: impl Fn(Slot) -> f64, out: &mut [&mut [f64]]);
 }
@@ -40,10 +43,11 @@ struct State<'a> {
 }
 
 impl<E: Engine> Executable<E> {
-    /// With default parameters and all inputs zero.
-    pub fn with(engine: E, interface: Interface) -> Self {
+    /// A program with its default parameters and all inputs zero.
+    pub fn new(program: &Program) -> Self {
+        let interface = program.interface.clone();
         Self {
-            engine,
+            engine: E::new(program),
             parameters: interface.parameters.iter().map(|p| p.value).collect(),
             inputs: vec![0.0; interface.inputs.len()],
             interface,

@@ -16,25 +16,15 @@ pub struct Interpretation {
     values: RefCell<Vec<f64>>,
 }
 
-impl Interpreter {
-    /// An interpreter with default parameters and all inputs zero.
-    pub fn new(program: &Program) -> Self {
-        Self::with(Interpretation::new(program), program.interface.clone())
-    }
-}
-
-impl Interpretation {
-    /// Of the functions of a program.
-    pub fn new(program: &Program) -> Self {
+impl Engine for Interpretation {
+    fn new(program: &Program) -> Self {
         let ops = |f: &super::ir::Function| f.instructions.iter().map(|i| i.op).collect();
         Self {
             functions: program.functions.iter().map(|f| (ops(f), f.outputs.clone())).collect(),
             values: RefCell::default(),
         }
     }
-}
 
-impl Engine for Interpretation {
     fn run(&self, kind: FunctionKind, load: impl Fn(Slot) -> f64, out: &mut [&mut [f64]]) {
         let (ops, outputs) = &self.functions[kind as usize];
         let mut values = self.values.borrow_mut();

@@ -62,7 +62,7 @@ fn reserved(name: &str) -> Option<&'static str> {
 }
 
 /// Whether Rust, C, C++ or Python have another use for the word.
-pub(crate) fn is_keyword(name: &str) -> bool {
+pub fn is_keyword(name: &str) -> bool {
     [RUST_KEYWORDS, C_KEYWORDS, CPP_KEYWORDS, PYTHON_KEYWORDS]
         .iter()
         .any(|list| list.contains(&name))
@@ -75,7 +75,7 @@ fn is_type_of_module(name: &str) -> bool {
 }
 
 /// Letters, digits and `_`, no digit first.
-pub(crate) fn is_identifier(name: &str) -> bool {
+pub fn is_identifier(name: &str) -> bool {
     !name.starts_with(|c: char| c.is_ascii_digit())
         && !name.is_empty()
         && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')

@@ -2,12 +2,12 @@
 
 use std::time::Instant;
 
-use lamc::backend::jit::Jit;
 use lamc::program::{FunctionKind, Interpreter, Program};
 use lamc_runtime::{
     Balance, Change, Dopri5, Drive, Integrator, State, System, acceleration_and_forces, assemble,
 };
 use lamc_tests::{DESIGNS, EXAMPLES, Reference, compile, compile_text, shared, workspace};
+use lamc_workbench::execution::Jit;
 
 /// Everything a system can be asked, at a state.
 fn answers<Y: System<Scalar = f64>>(system: &Y, t: f64, q: &[f64], u: &[f64]) -> Vec<f64> {

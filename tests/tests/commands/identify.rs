@@ -1,11 +1,11 @@
 //! Round trips: parameters come back from motions simulated with them, and with noise by as much as
 //! the standard errors say.
 
-use lamc::backend::jit::Jit;
-use lamc::identify::swing::Swing;
-use lamc::identify::{Estimate, Fit, Problem, Record};
 use lamc_runtime::{Integrator, State, System, assemble, project};
 use lamc_tests::{compile_text, dopri5, workspace};
+use lamc_workbench::execution::Jit;
+use lamc_workbench::identify::swing::Swing;
+use lamc_workbench::identify::{Estimate, Fit, Problem, Record};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};

@@ -3,11 +3,11 @@
 
 use std::f64::consts::TAU;
 
-use lamc::mocap::{Quaternions, angles, write};
 use lamc::pipeline::Compiled;
 use lamc::program::Interpreter;
 use lamc_runtime::{Integrator, State, System, assemble};
 use lamc_tests::{compile, compile_text, dopri5, random::Random, workspace};
+use lamc_workbench::mocap::{Quaternions, angles, write};
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 
 /// The rotations of all bodies at some angles, each of either sign at random.

@@ -1,9 +1,9 @@
 //! Recorded motions: poses against points, accelerations against differences of rates.
 
-use lamc::backend::jit::Jit;
-use lamc::motion::Motion;
 use lamc_runtime::{Dopri5, Integrator, State, System, assemble};
 use lamc_tests::{EXAMPLES, compile, workspace};
+use lamc_workbench::execution::Jit;
+use lamc_workbench::motion::Motion;
 
 #[test]
 fn poses_carry_points_and_accelerations_are_those_of_the_rates() {

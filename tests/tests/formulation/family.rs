@@ -1,10 +1,10 @@
 //! A family of hinges: its polynomials against known ones, its cross-validation against fits with a
 //! specimen left out, its text in a mechanism.
 
-use lamc::identify::family::{Specimen, read, regress, to_yaml};
 use lamc::pipeline::compile;
 use lamc::source::{SourceFile, parse, to_yaml as model_to_yaml};
 use lamc_tests::random::Random;
+use lamc_workbench::identify::family::{Specimen, read, regress, to_yaml};
 
 /// 3 x 3 x 3 specimens of k = 0.01 + 0.2 w - 3 l, b = 2e-5 + 0.01 a + 4 l^2, times 1 + noise.
 fn table(noise: f64) -> Vec<Specimen> {

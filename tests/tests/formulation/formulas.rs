@@ -1,13 +1,13 @@
 //! The functions of formulas: their values in a motion, where they have none, and formulas as long
 //! as they may be.
 
-use lamc::backend::jit::Jit;
 use lamc::pipeline::compile;
 use lamc::program::{FunctionKind, Interpreter};
 use lamc::source::SourceFile;
 use lamc_runtime::{Error, JacobianMut, System, acceleration, jacobian};
 use lamc_tests::compile_text;
 use lamc_tests::expression::Values;
+use lamc_workbench::execution::Jit;
 
 /// A disc of 1 kg m^2 about its hinge, on which nothing acts but this torque.
 fn disc(torque: &str) -> String {

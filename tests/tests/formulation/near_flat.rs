@@ -1,8 +1,6 @@
 //! Accelerations, ranks, reactions and motions next to the flat, singular state: against states known
 //! from 60 digits, against the laws of equilibrium, and against each other.
 
-use lamc::backend::jit::Jit;
-use lamc::motion::{Motion, Sample};
 use lamc::pipeline::Compiled;
 use lamc::program::Interpreter;
 use lamc_generated::fourbar::Fourbar;
@@ -13,6 +11,8 @@ use lamc_runtime::{
 };
 use lamc_tests::near_flat::{NearFlat, NearFlatState};
 use lamc_tests::{EXAMPLES, compile, dopri5, relative_error, workspace};
+use lamc_workbench::execution::Jit;
+use lamc_workbench::motion::{Motion, Sample};
 use nalgebra::{Matrix3, Vector3};
 
 /// States nearer than this to the flat one need not be as exact as [`EXACT`], rad.

@@ -1,0 +1,111 @@
+//! `lamc MODEL -o FILE`: the model as Rust, C, Python or an FMU.
+
+use std::fs;
+use std::path::Path;
+
+use lamc::backend::c::Real;
+use lamc::backend::fmu::Version;
+use lamc::backend::rust::Options;
+use lamc::pipeline;
+use lamc_workbench::archive;
+
+use super::paths::Paths;
+use super::progress::Busy;
+use super::{Compile, Failed, Fmi, Outcome, Scalar, Size, fail, load_edited, misused, output};
+
+pub fn run(arguments: &Compile) -> Outcome {
+    if !arguments.check {
+        let Compile { model, output, c, header, python, fmu, .. } = arguments;
+        Paths::default()
+            .input("the model", [model])
+            .output("--output", output)
+            .output("--c", c)
+            .output("--header", header)
+            .output("--python", python)
+            .output("--fmu", fmu)
+            .check()?;
+    }
+    for (path, content) in contents(arguments)? {
+        match arguments.check {
+            true => check(path, &content)?,
+            false => output::write(path, &content)?,
+        }
+    }
+    Ok(())
+}
+
+/// Every file asked for, with its content: all are made before the first is written.
+fn contents(arguments: &Compile) -> Result<Vec<(&String, Vec<u8>)>, Failed> {
+    let beside = match (&arguments.python, &arguments.c, &arguments.header) {
+        (Some(python), Some(c), Some(header)) => Some(beside(python, c, header)?),
+        _ => None,
+    };
+    let size = Size { max_hinges: arguments.max_hinges };
+    let compiled = load_edited(&arguments.model, size, |model| {
+        arguments.cut.iter().try_for_each(|joint| model.cut(joint))
+    })?;
+    let real = match arguments.scalar {
+        Scalar::F32 => Real::Float,
+        Scalar::F64 | Scalar::Generic => Real::Double,
+    };
+    let _busy = Busy::new("writing the module");
+    let mut contents = Vec::new();
+    if let Some(path) = &arguments.output {
+        let options = Options { scalar: arguments.scalar.into(), extern_c: arguments.extern_c };
+        let text = pipeline::rust_module(&compiled, &options).map_err(fail)?;
+        contents.push((path, text.into_bytes()));
+    }
+    if let Some(path) = &arguments.c {
+        let header = arguments.header.as_deref().unwrap_or_default();
+        let standard = format!("{}.h", compiled.program.interface.name);
+        let name = file_name(header).unwrap_or(&standard);
+        if name.contains(|c: char| matches!(c, '"' | '\\') || c.is_control()) {
+            return Err(misused(format_args!("C cannot include a header called {name}")));
+        }
+        let text = pipeline::c_source(&compiled, real, name).map_err(fail)?;
+        contents.push((path, text.into_bytes()));
+    }
+    if let Some(path) = &arguments.header {
+        contents.push((path, pipeline::c_header(&compiled, real).into_bytes()));
+    }
+    if let (Some(path), Some([c, header])) = (&arguments.python, beside) {
+        contents.push((path, pipeline::python_module(&compiled, real, c, header).into_bytes()));
+    }
+    if let Some(path) = &arguments.fmu {
+        let version = match arguments.fmi {
+            Fmi::Two => Version::Fmi2,
+            Fmi::Three => Version::Fmi3,
+        };
+        contents.push((path, archive::pack(&pipeline::fmu_files(&compiled, version))));
+    }
+    Ok(contents)
+}
+
+/// A file's name without folders; none of standard output.
+fn file_name(path: &str) -> Option<&str> {
+    Path::new(path).file_name().and_then(|name| name.to_str()).filter(|&name| name != "-")
+}
+
+/// The names of the C files, which Python looks for in its own folder.
+fn beside<'a>(python: &str, c: &'a str, header: &'a str) -> Result<[&'a str; 2], Failed> {
+    let folder = Path::new(python).parent();
+    let name = |path: &'a str| file_name(path).filter(|_| Path::new(path).parent() == folder);
+    match (name(c), name(header)) {
+        (Some(c), Some(header)) if python != "-" => Ok([c, header]),
+        _ => Err(misused("--python, --c and --header must name files in one folder")),
+    }
+}
+
+/// Fails when a file is not what would be written.
+fn check(path: &str, new: &[u8]) -> Outcome {
+    let old = fs::read(path).map_err(|error| fail(format_args!("cannot read {path}: {error}")))?;
+    if old == new {
+        return Ok(());
+    }
+    let lines = |content: &[u8]| content.split(|&byte| byte == b'\n').map(<[u8]>::to_vec).collect();
+    let (old, new): (Vec<_>, Vec<_>) = (lines(&old), lines(new));
+    let differs = old.iter().zip(&new).take_while(|(old, new)| old == new).count() + 1;
+    Err(fail(format_args!(
+        "{path} is stale: line {differs} differs from what lamc writes now; run lamc without --check"
+    )))
+}

@@ -1,0 +1,204 @@
+//! `lamc equilibrium MODEL`: where it comes to rest, and whether it stays there.
+
+use std::fmt::Write;
+
+use clap::Args;
+use lamc_runtime::{Equilibrium, State, Stopped, System, equilibrium, project};
+use lamc_workbench::execution::Jit;
+use serde::Serialize;
+
+use super::fit::open;
+use super::linear::{KinkReport, Motions, Stability};
+use super::paths::Paths;
+use super::start::{Start, describe};
+use super::{Failed, Outcome, fail, output};
+
+/// Find where a model comes to rest under gravity, springs, torques and forces.
+#[derive(Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    start: Start,
+    /// Take away a force, or what drives a joint
+    #[arg(long, value_name = "NAME")]
+    release: Vec<String>,
+    /// Print JSON, SI and radians
+    #[arg(long)]
+    json: bool,
+    /// Compare with angles from elsewhere: CSV, a header of a first column for names and then
+    /// joints (`j0`: rad, `j0 [deg]`: degrees)
+    #[arg(long, value_name = "FILE", conflicts_with = "json")]
+    compare: Option<String>,
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    model: &'a str,
+    joints: Vec<&'a str>,
+    q: &'a [f64],
+    #[serde(flatten)]
+    stability: Stability,
+    kinks: &'a [KinkReport],
+    generalized_force: f64,
+    closure_residual: f64,
+    potential_energy: f64,
+    iterations: usize,
+}
+
+/// A configuration from elsewhere.
+struct Row {
+    name: String,
+    q: Vec<f64>,
+}
+
+pub fn run(arguments: &Arguments) -> Outcome {
+    let paths = Paths::default().input("the model", [&arguments.start.model]);
+    paths.input("--compare", &arguments.compare).check()?;
+    let compiled = arguments.start.compile(&arguments.release)?;
+    let system = arguments.start.system(&compiled)?;
+    let rows = match &arguments.compare {
+        Some(path) => rows(path, &system)?,
+        None => Vec::new(),
+    };
+    let mut state = arguments.start.assembled(&compiled, &system)?;
+    let found = settle(&system, &mut state)?;
+    let energy = system.energy(state.t, &state.q, &state.u);
+    let open = opening(&system, &state.q);
+    let q = state.q.clone();
+    let resting = stopped(system, &mut state)?;
+    let mechanism = &compiled.topology.mechanism;
+    let motions = Motions::about(mechanism, &resting, &state, found.stable)?;
+    let system = &resting.system;
+    let interface = system.interface();
+    if arguments.json {
+        let report = Report {
+            model: &interface.name,
+            joints: interface.joints.iter().map(|joint| joint.name.as_str()).collect(),
+            q: &q,
+            stability: motions.stability,
+            kinks: &motions.kinks,
+            generalized_force: found.force,
+            closure_residual: open,
+            potential_energy: energy.potential,
+            iterations: found.iterations,
+        };
+        let json = serde_json::to_string_pretty(&report).map_err(fail)?;
+        return output::print(&(json + "\n"));
+    }
+    let mut text = table(system, &q, &rows);
+    let joints = interface.joints.iter().zip(&resting.sides);
+    for (joint, _) in joints.filter(|(_, side)| **side != 0.0) {
+        let _ = writeln!(text, "`{}` rests on its stop", joint.name);
+    }
+    text.push_str(&motions.lines());
+    let kind = if motions.stability.stable { "stable" } else { "not stable" };
+    let _ = writeln!(
+        text,
+        "{kind}; {:.1e} N m are left after {} steps; closed within {open:.1e} m of {:.1} mm; \
+         potential energy {:.6e} J",
+        found.force,
+        found.iterations,
+        system.size() * 1e3,
+        energy.potential
+    );
+    output::print(&text)
+}
+
+/// Brings an assembled state to rest.
+pub fn settle(system: &Jit, state: &mut State<Vec<f64>, f64>) -> Result<Equilibrium<f64>, Failed> {
+    state.u.fill(0.0);
+    equilibrium(system, state.t, &mut state.q, &mut system.workspace()).map_err(|error| {
+        let reason = describe(&error, system.interface());
+        fail(format_args!("it does not come to rest: {reason}"))
+    })
+}
+
+/// The system at rest, its joints held at the stops they rest on.
+pub fn stopped(system: Jit, state: &mut State<Vec<f64>, f64>) -> Result<Stopped<Jit>, Failed> {
+    let mut resting = Stopped::new(system);
+    match resting.strike(state) {
+        Ok(_) => Ok(resting),
+        Err(error) => Err(fail(describe(&error, resting.system.interface()))),
+    }
+}
+
+/// Largest closure residual, m.
+fn opening(system: &Jit, q: &[f64]) -> f64 {
+    let rows = 9 * system.dimensions().loops;
+    let (mut residual, mut jacobian) = (vec![0.0; rows], vec![0.0; rows * q.len()]);
+    system.write_closure(q, &mut residual, &mut jacobian);
+    residual.iter().fold(0.0, |most, x| x.abs().max(most))
+}
+
+/// Angles in degrees: ours, then the others with how far they are from closing.
+fn table(system: &Jit, q: &[f64], rows: &[Row]) -> String {
+    let mut text = format!("{:<20} {:>12}", "joint", "deg");
+    for row in rows {
+        let _ = write!(text, " {:>12}", row.name);
+    }
+    text.push('\n');
+    for (joint, info) in system.interface().joints.iter().enumerate() {
+        let _ = write!(text, "{:<20} {:>12.5}", info.name, q[joint].to_degrees());
+        for row in rows {
+            let _ = write!(text, " {:>12.5}", row.q[joint].to_degrees());
+        }
+        text.push('\n');
+    }
+    if rows.is_empty() {
+        return text;
+    }
+    let all = || std::iter::once(q).chain(rows.iter().map(|row| row.q.as_slice()));
+    let _ = write!(text, "{:<20}", "open by mm");
+    for q in all() {
+        let _ = write!(text, " {:>12.2e}", opening(system, q) * 1e3);
+    }
+    let _ = write!(text, "\n{:<20}", "closes after rad");
+    for q in all() {
+        let mut closed = q.to_vec();
+        let mut rest = vec![0.0; q.len()];
+        match project(system, 0.0, &mut closed, &mut rest, &mut system.workspace()) {
+            Ok(_) => {
+                let square: f64 = closed.iter().zip(q).map(|(a, b)| (a - b) * (a - b)).sum();
+                let _ = write!(text, " {:>12.2e}", square.sqrt());
+            }
+            Err(_) => {
+                let _ = write!(text, " {:>12}", "never");
+            }
+        }
+    }
+    text.push('\n');
+    text
+}
+
+/// Reads the configurations to compare with.
+fn rows(path: &str, system: &Jit) -> Result<Vec<Row>, Failed> {
+    let bad = |what: String| fail(format_args!("{path}: {what}"));
+    let mut reader =
+        csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(open(path)?);
+    let header = reader.headers().map_err(|error| bad(error.to_string()))?.clone();
+    let joints = &system.interface().joints;
+    let mut columns = Vec::new();
+    for joint in joints {
+        let degrees = format!("{} [deg]", joint.name);
+        let found = header.iter().enumerate().find_map(|(column, name)| {
+            let unit = if name == degrees { 1.0_f64.to_radians() } else { 1.0 };
+            (name == degrees || name == joint.name).then_some((column, unit))
+        });
+        columns.push(found.ok_or_else(|| bad(format!("no column for joint `{}`", joint.name)))?);
+    }
+    let mut rows = Vec::new();
+    for (line, record) in reader.records().enumerate() {
+        let record = record.map_err(|error| bad(error.to_string()))?;
+        let mut q = Vec::new();
+        for &(column, unit) in &columns {
+            let text = record.get(column).unwrap_or_default();
+            let number = text.parse::<f64>().ok().filter(|number| number.is_finite());
+            q.push(
+                unit * number.ok_or_else(|| {
+                    bad(format!("row {}, column {}: `{text}` is no number", line + 1, column + 1))
+                })?,
+            );
+        }
+        rows.push(Row { name: record.get(0).unwrap_or_default().to_owned(), q });
+    }
+    Ok(rows)
+}

@@ -1,0 +1,199 @@
+//! `lamc eval MODEL --states FILE`: numbers at given states, or at the assembled initial one.
+
+use std::collections::BTreeMap;
+use std::io::Read;
+
+use lamc::laminate::{Mechanism, verdicts};
+use lamc::source::Severity;
+use lamc_runtime::{Balance, EquationsMut, System, acceleration_and_forces, project};
+use lamc_workbench::execution::Jit;
+use serde::{Deserialize, Serialize};
+
+use clap::Args;
+
+use super::paths::Paths;
+use super::start::{Start, describe};
+use super::{Failed, Outcome, fail, output};
+
+/// Evaluate a model (JSON in, JSON out).
+#[derive(Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    start: Start,
+    /// The states: {"states": [{"q": [..], "u": [..], "t": 0}]}; `-` reads standard input. Without
+    /// it, the initial configuration, assembled
+    #[arg(long, value_name = "FILE", conflicts_with = "initial")]
+    states: Option<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Input {
+    states: Vec<StateInput>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StateInput {
+    q: Vec<f64>,
+    u: Option<Vec<f64>>,
+    #[serde(default)]
+    t: f64,
+    #[serde(default)]
+    inputs: BTreeMap<String, f64>,
+    #[serde(default)]
+    params: BTreeMap<String, f64>,
+}
+
+#[derive(Serialize)]
+struct Report {
+    model: String,
+    joints: Vec<String>,
+    states: Vec<StateReport>,
+}
+
+#[derive(Serialize)]
+struct StateReport {
+    t: f64,
+    q: Vec<f64>,
+    u: Vec<f64>,
+    acceleration: Vec<f64>,
+    constraint_rank: usize,
+    dof: usize,
+    closure_residual: f64,
+    kinetic_energy: f64,
+    potential_energy: f64,
+    mass_matrix: Vec<Vec<f64>>,
+    forcing: Vec<f64>,
+    /// Per joint force (N) and moment (N m) of the first body on the second, joint's frame.
+    reactions: Vec<Vec<f64>>,
+    /// Of driven joints, N m.
+    motor_torques: BTreeMap<String, f64>,
+}
+
+pub fn run(arguments: &Arguments) -> Outcome {
+    let paths = Paths::default().input("the model", [&arguments.start.model]);
+    paths.input("--states", &arguments.states).check()?;
+    let input = arguments.states.as_deref().map(read).transpose()?;
+    let compiled = arguments.start.compile(&[])?;
+    let system = arguments.start.system(&compiled)?;
+    let mechanism = &compiled.topology.mechanism;
+    let mut reports = Vec::new();
+    match (&arguments.states, input) {
+        (Some(path), Some(input)) => {
+            for (index, state) in input.states.iter().enumerate() {
+                // What a state sets holds for it alone.
+                let report = evaluate(mechanism, &mut system.clone(), state)
+                    .map_err(|problem| fail(format_args!("{path}: state {index}: {problem}")))?;
+                reports.push(report);
+            }
+        }
+        _ => {
+            let state = arguments.start.assembled(&compiled, &system)?;
+            let state = StateInput { q: state.q, u: Some(state.u), ..StateInput::default() };
+            reports.push(evaluate(mechanism, &mut system.clone(), &state).map_err(fail)?);
+        }
+    }
+    let interface = system.interface();
+    let report = Report {
+        model: interface.name.clone(),
+        joints: interface.joints.iter().map(|joint| joint.name.clone()).collect(),
+        states: reports,
+    };
+    let json = serde_json::to_string_pretty(&report).map_err(fail)?;
+    output::print(&(json + "\n"))
+}
+
+fn read(states: &str) -> Result<Input, Failed> {
+    let text = if states == "-" {
+        let mut text = String::new();
+        std::io::stdin().read_to_string(&mut text).map(|_| text)
+    } else {
+        std::fs::read_to_string(states)
+    };
+    let text = text.map_err(|error| fail(format_args!("cannot read {states}: {error}")))?;
+    serde_json::from_str(&text).map_err(|error| fail(format_args!("{states}: {error}")))
+}
+
+fn evaluate(
+    mechanism: &Mechanism,
+    system: &mut Jit,
+    state: &StateInput,
+) -> Result<StateReport, String> {
+    let d = system.dimensions();
+    let n = d.coordinates;
+    let zeros = vec![0.0; n];
+    let (mut q, mut u) = (state.q.clone(), state.u.clone().unwrap_or(zeros));
+    for (name, numbers) in [("q", &q), ("u", &u)] {
+        if numbers.len() != n {
+            return Err(format!("`{name}` has {} numbers, the model {n} joints", numbers.len()));
+        }
+    }
+    for (name, &value) in &state.params {
+        system.set_parameter(name, value).map_err(|error| format!("`params`: {error}"))?;
+    }
+    let mut judged = verdicts(mechanism, system.parameters()).into_iter();
+    if let Some(wrong) = judged.find(|verdict| verdict.severity == Severity::Error) {
+        return Err(wrong.to_string());
+    }
+    for (name, &value) in &state.inputs {
+        system.set_input(name, value).map_err(|error| format!("`inputs`: {error}"))?;
+    }
+    let mut rates = system.vector();
+    let mut lambda = vec![0.0; d.rows + d.drives];
+    let mut workspace = system.workspace();
+    let mut solve = |q: &[f64], u: &[f64]| {
+        acceleration_and_forces(system, state.t, q, u, &mut workspace, &mut rates, &mut lambda)
+            .map_err(|error| describe(&error, system.interface()))
+    };
+    let mut constraint = solve(&q, &u)?;
+    if constraint.is_weak {
+        // The acceleration depends on digits that a state in a file seldom has: it is that of the
+        // nearest closed state, which is reported.
+        let (mut near_q, mut near_u) = (q.clone(), u.clone());
+        let room = &mut system.workspace();
+        if project(system, state.t, &mut near_q, &mut near_u, room).is_ok() {
+            (q, u) = (near_q, near_u);
+            constraint = solve(&q, &u)?;
+        }
+    }
+    let (q, u) = (&q, &u);
+    let mut reactions = vec![0.0; 6 * n];
+    let multipliers = &lambda[..d.rows];
+    let at = Balance { t: state.t, q, u, acceleration: &rates, multipliers };
+    system.write_reactions(at, &mut reactions);
+    let mut motor_torques = BTreeMap::new();
+    for (joint, &torque) in system.interface().driven().iter().zip(&lambda[d.rows..]) {
+        motor_torques.insert(system.interface().joints[joint.index()].name.clone(), torque);
+    }
+    let (mut mass, mut forcing) = (vec![0.0; n * n], vec![0.0; n]);
+    let (mut rows, mut gamma) = (vec![0.0; d.rows * n], vec![0.0; d.rows]);
+    let out = EquationsMut {
+        mass: &mut mass,
+        forcing: &mut forcing,
+        jacobian: &mut rows,
+        gamma: &mut gamma,
+    };
+    system.write_equations(state.t, q, u, out);
+    let mut residual = vec![0.0; 9 * d.loops];
+    system.write_closure(q, &mut residual, &mut vec![0.0; 9 * d.loops * n]);
+    let energy = system.energy(state.t, q, u);
+    if !(energy.kinetic.is_finite() && energy.potential.is_finite()) {
+        return Err("its energy is beyond what numbers hold".to_owned());
+    }
+    Ok(StateReport {
+        t: state.t,
+        q: q.clone(),
+        u: u.clone(),
+        reactions: reactions.chunks(6).map(<[f64]>::to_vec).collect(),
+        motor_torques,
+        acceleration: rates,
+        constraint_rank: constraint.rank,
+        dof: n - constraint.rank,
+        closure_residual: residual.iter().fold(0.0, |most, x| x.abs().max(most)),
+        kinetic_energy: energy.kinetic,
+        potential_energy: energy.potential,
+        mass_matrix: mass.chunks(n).map(<[f64]>::to_vec).collect(),
+        forcing,
+    })
+}

@@ -1,0 +1,230 @@
+//! `lamc fit MODEL --data run.csv --free stiffness,damping`: parameters from measured joint angles.
+
+use std::fmt::Write;
+use std::fs::File;
+use std::io::{self, Read};
+
+use clap::Args;
+use lamc::program::{Interface, JointInfo};
+use lamc::source::{Expression, ParameterId, Tunable};
+use lamc_workbench::identify::{Fit, NEAR, Problem, Record};
+
+use super::curves::Curve;
+use super::paths::Paths;
+use super::start::Start;
+use super::{Failed, Outcome, curves, fail, output, warn};
+
+/// Find parameters with which a model moves as measured.
+#[derive(Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    start: Start,
+    /// Measured angles as CSV: `t [s]` and `q.<joint> [rad]` or `<joint> [deg]`; `-` reads standard
+    /// input
+    #[arg(long, value_name = "FILE")]
+    data: String,
+    /// What to find: parameters, or `stiffness`, `damping`, `rest`, `mass` of every joint (body), or
+    /// of one: `stiffness_<joint>`
+    #[arg(long, value_delimiter = ',', required = true, value_name = "NAME,..")]
+    free: Vec<String>,
+    /// The motion starts from rest; else the speeds at the start are found too
+    #[arg(long)]
+    from_rest: bool,
+    #[command(flatten)]
+    report: Report,
+}
+
+/// Where a fit's residuals go.
+#[derive(Args)]
+pub struct Report {
+    /// Draw what the fit leaves of the measured angles as SVG
+    #[arg(long, value_name = "FILE")]
+    plot: Option<String>,
+    /// Write the fitted angles as CSV
+    #[arg(long, value_name = "FILE")]
+    csv: Option<String>,
+}
+
+pub fn run(arguments: &Arguments) -> Outcome {
+    let model = Paths::default().input("the model", [&arguments.start.model]);
+    arguments.report.check(model.input("--data", [&arguments.data]))?;
+    let kind = |name: &str| {
+        Tunable::ALL.into_iter().find(|kind| {
+            name.strip_prefix(kind.name())
+                .is_some_and(|rest| rest.is_empty() || rest.starts_with('_'))
+        })
+    };
+    let compiled = arguments.start.compile_changed(&[], |model| {
+        for name in &arguments.free {
+            let declared = model.parameters.iter().any(|parameter| parameter.name.value == *name);
+            if let Some(kind) = kind(name).filter(|_| !declared) {
+                model.tune(kind);
+            }
+        }
+    })?;
+    let mut system = arguments.start.system(&compiled)?;
+    let parameters = system.interface().parameters.clone();
+    let mut free = Vec::new();
+    for name in &arguments.free {
+        let prefix = Tunable::ALL.into_iter().find(|kind| kind.name() == name);
+        let is_meant = |parameter: &str| match prefix {
+            Some(kind) => {
+                parameter.strip_prefix(kind.name()).is_some_and(|rest| rest.starts_with('_'))
+            }
+            None => parameter == name,
+        };
+        let found = parameters.iter().enumerate().filter(|(_, p)| is_meant(&p.name));
+        let found: Vec<usize> = found.map(|(index, _)| index).collect();
+        if found.is_empty() {
+            let names: Vec<_> = parameters.iter().map(|p| format!("`{}`", p.name)).collect();
+            return Err(fail(format_args!(
+                "no parameter `{name}`, and no constant of that kind; there are {}",
+                names.join(", ")
+            )));
+        }
+        free.extend(found.into_iter().filter(|index| !free.contains(index)).collect::<Vec<_>>());
+    }
+    let driven = compiled.topology.mechanism.joints.iter().filter_map(|joint| joint.drive.as_ref());
+    let parameter = |k| Expression::Parameter(ParameterId(k));
+    for drive in driven {
+        if let Some(&k) = free.iter().find(|&&k| drive.contains(&parameter(k))) {
+            return Err(fail(format_args!(
+                "`{}` cannot be free: a prescribed angle depends on it",
+                parameters[k].name
+            )));
+        }
+    }
+    let joints: Vec<&str> = compiled.program.interface.joints.iter().map(|j| &*j.name).collect();
+    let record = read(&arguments.data, &joints)?;
+    for (joint, angle) in arguments.start.guess(&compiled, &compiled.program.interface)? {
+        if !record.q[0][joint].is_nan() {
+            return Err(fail(format_args!(
+                "--initial has no say in where `{}` starts: {} tells it",
+                joints[joint], arguments.data
+            )));
+        }
+        system.set_initial(joint, angle);
+    }
+    warn_of_unknown_start(system.interface(), &record);
+    let fit = Problem {
+        system: system.clone(),
+        record: &record,
+        free,
+        from_rest: arguments.from_rest,
+        tolerance: 1e-9,
+    };
+    let fit = fit.solve().map_err(fail)?;
+    arguments.report.write(&record, &fit, &joints)?;
+    output::print(&summary(&fit))
+}
+
+/// Warns where neither the first sample nor a guess tells how the mechanism is folded.
+fn warn_of_unknown_start(interface: &Interface, record: &Record) {
+    let joints = interface.joints.iter().zip(&record.q[0]);
+    let is_unknown =
+        |(joint, seen): &(&JointInfo, &f64)| seen.is_nan() && !joint.initial_given && !joint.driven;
+    let unknown: Vec<_> = joints.filter(is_unknown).map(|(joint, _)| &*joint.name).collect();
+    if interface.joints.len() - unknown.len() < interface.mobility {
+        let names: Vec<_> = unknown.iter().map(|name| format!("`{name}`")).collect();
+        warn(format_args!(
+            "the first sample does not tell where {} start, and the fit begins with them flat: a \
+             rough guess may be needed (`--initial {}=ANGLE`, or `initial` in the model)",
+            names.join(", "),
+            unknown[0]
+        ));
+    }
+}
+
+/// A file, or standard input.
+pub fn open(path: &str) -> Result<Box<dyn Read>, Failed> {
+    match path {
+        "-" => Ok(Box::new(io::stdin())),
+        _ => match File::open(path) {
+            Ok(file) => Ok(Box::new(file)),
+            Err(error) => Err(fail(format_args!("{path}: {error}"))),
+        },
+    }
+}
+
+/// Reads measured angles of these joints.
+pub fn read(path: &str, joints: &[&str]) -> Result<Record, Failed> {
+    Record::read(open(path)?, joints).map_err(|error| fail(format_args!("{path}: {error}")))
+}
+
+/// Estimates, standard errors, and what is left.
+pub fn summary(fit: &Fit) -> String {
+    let mut text = format!("{:<24} {:>14} {:>14} {:>9}\n", "parameter", "SI", "std. error", "%");
+    for estimate in &fit.estimates {
+        let share = 100.0 * estimate.standard_error / estimate.value.abs();
+        let _ = writeln!(
+            text,
+            "{:<24} {:>14.6e} {:>14.2e} {share:>9.3}",
+            estimate.name, estimate.value, estimate.standard_error
+        );
+    }
+    if fit.share > NEAR {
+        let percent = 100.0 * fit.share;
+        warn(format_args!(
+            "the model does not move as measured: {percent:.0} % of the motion are left"
+        ));
+    }
+    let n = fit.estimates.len();
+    let pairs = (0..n).flat_map(|i| (0..i).map(move |j| (i, j)));
+    let size = |(i, j): &(usize, usize)| fit.correlations[i * n + j].abs();
+    if let Some((i, j)) = pairs.max_by(|a, b| size(a).total_cmp(&size(b))) {
+        let [first, second] = [j, i].map(|k| &fit.estimates[k].name);
+        let correlation = fit.correlations[i * n + j];
+        let _ = writeln!(text, "largest correlation: {correlation:.3} of {first} and {second}");
+    }
+    let _ = writeln!(
+        text,
+        "left: {:.4} deg root mean square, after {} motions",
+        fit.rms.to_degrees(),
+        fit.evaluations
+    );
+    text
+}
+
+impl Report {
+    /// Refuses outputs that cannot be, beside what is read.
+    pub fn check(&self, read: Paths<'_>) -> Outcome {
+        output::has_extension(self.plot.as_ref(), "svg")?;
+        read.output("--csv", &self.csv).output("--plot", &self.plot).check()
+    }
+
+    /// Writes what was asked for.
+    pub fn write(&self, record: &Record, fit: &Fit, joints: &[&str]) -> Outcome {
+        if let Some(path) = &self.csv {
+            let mut text = "t [s]".to_owned();
+            joints.iter().for_each(|joint| {
+                let _ = write!(text, ",q.{joint} [rad]");
+            });
+            text.push('\n');
+            for (t, q) in record.t.iter().zip(&fit.q) {
+                let _ = write!(text, "{t:?}");
+                q.iter().for_each(|q| {
+                    let _ = write!(text, ",{q:?}");
+                });
+                text.push('\n');
+            }
+            output::write(path, &text)?;
+        }
+        if let Some(path) = &self.plot {
+            let left = |joint: usize| -> Vec<(f64, f64)> {
+                let samples = record.t.iter().zip(record.q.iter().zip(&fit.q));
+                let left = samples
+                    .map(|(t, (seen, fitted))| (*t, (seen[joint] - fitted[joint]).to_degrees()));
+                left.filter(|(_, left)| !left.is_nan()).collect()
+            };
+            let curves: Vec<Curve> = joints
+                .iter()
+                .enumerate()
+                .map(|(joint, name)| Curve::points(name, joint, left(joint)))
+                .filter(|curve| !curve.samples.is_empty())
+                .collect();
+            let svg = curves::draw("measured less fitted", &curves).map_err(fail)?;
+            output::write(path, &svg)?;
+        }
+        Ok(())
+    }
+}

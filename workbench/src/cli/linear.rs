@@ -1,0 +1,349 @@
+//! Small motions about a state of rest, and whether it is stable.
+//!
+//! Static stability is that of the potential: the symmetric part of the stiffness is positive, so that
+//! whatever way it is pushed, it is pushed back. Dynamic stability is that of the motion: no
+//! eigenvalue of the linear motion grows, torques that no potential has included. A follower force or
+//! a torque along the speed breaks the second alone; where all forces have a potential and dampers
+//! take energy, both are the same.
+
+use std::f64::consts::TAU;
+use std::fmt::Write;
+
+use lamc::laminate::{Kink, Mechanism, kinks};
+use lamc_runtime::{LinearizationMut, State, Stopped, System, linearize, project};
+use lamc_workbench::execution::Jit;
+use nalgebra::{Complex, DMatrix, DVector};
+use serde::Serialize;
+
+use super::start::describe;
+use super::{Failed, fail, warn};
+
+/// A real part of an eigenvalue less than this share of the fastest is rounding.
+const ROUNDING: f64 = 1e-9;
+/// Units in the last place that rounding makes of a stiffness, per direction.
+const STIFFNESS_ROUNDING: f64 = 64.0;
+
+/// Beyond this product of eigenvalue and step the method of order 4 is stable nowhere.
+const RK4_REACH: f64 = 4.0;
+/// How finely the limit is looked for.
+const RK4_STEPS: usize = 4000;
+
+/// dx/dt = A x + B i with x = (z, dz/dt) and q = q0 + T z.
+#[derive(Serialize)]
+pub struct Linear {
+    /// T, N x d.
+    pub basis: Vec<Vec<f64>>,
+    /// A, 2 d x 2 d.
+    pub a: Vec<Vec<f64>>,
+    /// B, 2 d x inputs.
+    pub b: Vec<Vec<f64>>,
+}
+
+#[derive(Serialize)]
+pub struct Mode {
+    /// Of the eigenvalue, 1/s; its imaginary part is not negative.
+    pub eigenvalue: [f64; 2],
+    /// Undamped, Hz.
+    pub frequency: f64,
+    /// 1: just no oscillation; more: two modes without; less than 0: it grows.
+    pub damping_ratio: f64,
+    /// Of the joints, the largest made 1: real and imaginary parts.
+    pub shape: Vec<[f64; 2]>,
+}
+
+/// Whether it comes back when pushed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Stability {
+    /// Both.
+    pub stable: bool,
+    /// The potential is at a minimum.
+    pub statically_stable: bool,
+    /// No small motion grows.
+    pub dynamically_stable: bool,
+}
+
+/// A kink of a law, as in JSON.
+#[derive(Serialize)]
+pub struct KinkReport {
+    law: String,
+    by: &'static str,
+    slopes: [f64; 2],
+}
+
+/// What small motions about a state of rest are like.
+pub struct Motions {
+    pub linear: Linear,
+    pub modes: Vec<Mode>,
+    pub stability: Stability,
+    pub kinks: Vec<KinkReport>,
+}
+
+impl Motions {
+    /// About a state of rest, of which the potential says whether it is a minimum. Laws that are not
+    /// linear there are warned of; where one has a kink, stable is what is so on either side.
+    pub fn about(
+        mechanism: &Mechanism,
+        system: &Stopped<Jit>,
+        state: &State<Vec<f64>, f64>,
+        is_minimum: bool,
+    ) -> Result<Self, Failed> {
+        let linear = linear(system, state)?;
+        let modes = modes(&linear);
+        let settings = (system.system.parameters(), system.system.inputs());
+        let directions = linear.directions();
+        let found = kinks(mechanism, settings, state.t, &state.q, &directions);
+        let mut is_static = is_minimum;
+        let mut is_dynamic = !grows(&linear, &modes);
+        for kink in &found {
+            let is_decided = !kink.by_speed;
+            let told = match is_decided {
+                true => "it is stable only if it is so on both sides",
+                false => "modes and dynamic stability hold for one side",
+            };
+            warn(format_args!("{kink}: {told}"));
+            for side in [-1.0, 1.0].into_iter().filter(|_| is_decided) {
+                let mut beside = state.clone();
+                let reach = side * Kink::REACH;
+                beside.q.iter_mut().zip(&kink.direction).for_each(|(q, by)| *q += reach * by);
+                let State { t, q, u } = &mut beside;
+                project(system, *t, q, u, &mut system.workspace())
+                    .map_err(|error| fail(describe(&error, system.system.interface())))?;
+                let there = self::linear(system, &beside)?;
+                is_static &= there.least_stiffness() > 1.0;
+                is_dynamic &= !grows(&there, &self::modes(&there));
+            }
+        }
+        tell_of_friction(mechanism, settings.0);
+        let kinks = found.into_iter().map(|Kink { law, by_speed, slopes, .. }| KinkReport {
+            law,
+            by: if by_speed { "u" } else { "q" },
+            slopes,
+        });
+        let stability = Stability {
+            stable: is_static && is_dynamic,
+            statically_stable: is_static,
+            dynamically_stable: is_dynamic,
+        };
+        Ok(Self { kinks: kinks.collect(), linear, modes, stability })
+    }
+
+    /// Static and dynamic stability, a line each.
+    pub fn lines(&self) -> String {
+        let Stability { statically_stable, dynamically_stable, .. } = self.stability;
+        let mut text = match statically_stable {
+            true => "statically stable: whatever way it is pushed, it is pushed back\n",
+            false => "statically unstable: pushed one way at least, nothing pushes it back\n",
+        }
+        .to_owned();
+        let growth = |mode: &&Mode| mode.eigenvalue[0];
+        let fastest = self.modes.iter().max_by(|a, b| growth(a).total_cmp(&growth(b)));
+        let _ = match fastest.filter(|mode| growth(mode) > 0.0 && !dynamically_stable) {
+            Some(mode) if mode.eigenvalue[1] > 0.0 => writeln!(
+                text,
+                "dynamically unstable: an oscillation of {:.4} Hz grows by {:.4} 1/s",
+                mode.eigenvalue[1] / TAU,
+                growth(&mode)
+            ),
+            Some(mode) => {
+                writeln!(
+                    text,
+                    "dynamically unstable: a small motion grows by {:.4} 1/s",
+                    growth(&mode)
+                )
+            }
+            None if dynamically_stable => {
+                writeln!(text, "dynamically stable: no small motion grows")
+            }
+            None => writeln!(text, "dynamically unstable: a small motion grows"),
+        };
+        text
+    }
+}
+
+impl Linear {
+    /// The directions of z, by joint, their largest component 1.
+    fn directions(&self) -> Vec<Vec<f64>> {
+        let freedoms = self.a.len() / 2;
+        let direction = |k: usize| {
+            let column: Vec<f64> = self.basis.iter().map(|row| row[k]).collect();
+            let most = column.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+            column.into_iter().map(|x| x / most).collect()
+        };
+        (0..freedoms).map(direction).collect()
+    }
+
+    /// The longest step, s, with which the classical Runge-Kutta method of order 4 lets no motion grow
+    /// that does not grow by itself: |1 + z + z^2/2 + z^3/6 + z^4/24| <= 1 for every z = eigenvalue
+    /// times step. `None` where nothing swings or decays.
+    pub fn longest_rk4_step(&self) -> Option<f64> {
+        let factor = |z: Complex<f64>| {
+            let one = Complex::from(1.0);
+            (one + z * (one + z / 2.0 * (one + z / 3.0 * (one + z / 4.0)))).norm()
+        };
+        let longest = |mode: &Mode| {
+            let [real, imaginary] = mode.eigenvalue;
+            let size = real.hypot(imaginary);
+            // What does not decay by more than rounding swings.
+            let real = if real.abs() <= ROUNDING * size { 0.0 } else { real };
+            let direction = Complex::new(real, imaginary) / size;
+            let steps = (1..=RK4_STEPS).map(|i| RK4_REACH * i as f64 / RK4_STEPS as f64);
+            let stable = |&reach: &f64| factor(direction * reach) <= 1.0 + ROUNDING;
+            let reach = (real <= 0.0).then(|| steps.take_while(stable).last())??;
+            Some(reach / size)
+        };
+        let moves = |mode: &&Mode| mode.eigenvalue != [0.0; 2];
+        modes(self).iter().filter(moves).filter_map(longest).reduce(f64::min)
+    }
+
+    /// K, d x d.
+    fn stiffness(&self) -> DMatrix<f64> {
+        let d = self.a.len() / 2;
+        DMatrix::from_fn(d, d, |i, k| -self.a[d + i][k])
+    }
+
+    /// The least eigenvalue of the symmetric part of K, over what is rounding; infinite where
+    /// nothing can move.
+    fn least_stiffness(&self) -> f64 {
+        let stiffness = self.stiffness();
+        if stiffness.is_empty() {
+            return f64::INFINITY;
+        }
+        let symmetric = 0.5 * (&stiffness + stiffness.transpose());
+        let rounding = STIFFNESS_ROUNDING * f64::EPSILON * stiffness.amax();
+        symmetric.symmetric_eigenvalues().min() / rounding.max(f64::MIN_POSITIVE)
+    }
+}
+
+/// Whether a mode grows. Of a mode whose stiffness is rounding the eigenvalue has no sign of its own:
+/// there the stiffness decides.
+fn grows(linear: &Linear, modes: &[Mode]) -> bool {
+    let norm = |mode: &Mode| mode.eigenvalue[0].hypot(mode.eigenvalue[1]);
+    let fastest = modes.iter().map(norm).fold(0.0, f64::max);
+    let sizes = modes.len() as f64 * linear.stiffness().norm();
+    let neutral = STIFFNESS_ROUNDING * f64::EPSILON * sizes;
+    modes.iter().any(|mode| match norm(mode) * norm(mode) <= neutral {
+        true => linear.least_stiffness() < -1.0,
+        false => mode.eigenvalue[0] > ROUNDING * fastest,
+    })
+}
+
+/// Friction is smoothed: at rest it is a damper, and nothing sticks.
+fn tell_of_friction(mechanism: &Mechanism, parameters: &[f64]) {
+    for joint in &mechanism.joints {
+        let Some(friction) = &joint.friction else { continue };
+        let Some(torque) = friction.torque.at(parameters).filter(|torque| *torque > 0.0) else {
+            continue;
+        };
+        warn(format_args!(
+            "the friction of `{}` counts at rest as a damper of {:.3e} N m s/rad: right for speeds \
+             well below {:.3} deg/s",
+            joint.name,
+            torque / friction.speed,
+            friction.speed.to_degrees()
+        ));
+    }
+}
+
+/// The motion about a state of rest.
+pub fn linear(system: &Stopped<Jit>, state: &State<Vec<f64>, f64>) -> Result<Linear, Failed> {
+    let dimensions = system.dimensions();
+    let n = dimensions.coordinates;
+    let (mut basis, mut stiffness, mut damping) =
+        (vec![0.0; n * n], vec![0.0; n * n], vec![0.0; n * n]);
+    let mut inputs = vec![0.0; n * dimensions.inputs];
+    let out = LinearizationMut {
+        basis: &mut basis,
+        stiffness: &mut stiffness,
+        damping: &mut damping,
+        inputs: &mut inputs,
+    };
+    let d = linearize(system, state.t, &state.q, &mut system.workspace(), out)
+        .map_err(|error| fail(describe(&error, system.system.interface())))?;
+    let below = |matrix: &[f64], row: usize| matrix[row * d..(row + 1) * d].to_vec();
+    let negative = |row: Vec<f64>| row.into_iter().map(|x| -x).collect::<Vec<_>>();
+    let mut a = Vec::new();
+    for row in 0..d {
+        let unit = (0..d).map(|k| f64::from(u8::from(k == row)));
+        a.push(vec![0.0; d].into_iter().chain(unit).collect());
+    }
+    for row in 0..d {
+        let mut line = negative(below(&stiffness, row));
+        line.extend(negative(below(&damping, row)));
+        a.push(line);
+    }
+    let mut b = vec![vec![0.0; dimensions.inputs]; d];
+    b.extend(
+        (0..d).map(|row| inputs[row * dimensions.inputs..(row + 1) * dimensions.inputs].to_vec()),
+    );
+    let basis = (0..n).map(|joint| (0..d).map(|k| basis[k * n + joint]).collect()).collect();
+    Ok(Linear { basis, a, b })
+}
+
+/// Eigenvalues of A with their shapes, slowest first; of a conjugate pair the upper one.
+fn modes(linear: &Linear) -> Vec<Mode> {
+    let size = linear.a.len();
+    if size == 0 {
+        return Vec::new();
+    }
+    let a = DMatrix::from_fn(size, size, |i, k| linear.a[i][k]);
+    let mut values: Vec<Complex<f64>> =
+        balanced_eigenvalues(&a).into_iter().filter(|value| value.im >= 0.0).collect();
+    values.sort_by(|x, y| x.norm().total_cmp(&y.norm()));
+    values
+        .into_iter()
+        .map(|value| {
+            let norm = value.norm();
+            Mode {
+                eigenvalue: [value.re, value.im],
+                frequency: norm / TAU,
+                damping_ratio: if norm > 0.0 { -value.re / norm } else { 0.0 },
+                shape: shape(&a, value, linear),
+            }
+        })
+        .collect()
+}
+
+/// Eigenvalues of a matrix scaled so that z and dz/dt weigh alike.
+fn balanced_eigenvalues(a: &DMatrix<f64>) -> Vec<Complex<f64>> {
+    let d = a.nrows() / 2;
+    let stiffness = a.view((d, 0), (d, d)).norm().sqrt();
+    let rate = if stiffness > 0.0 { stiffness } else { 1.0 };
+    // z in units of dz/dt / rate.
+    let scaled = DMatrix::from_fn(2 * d, 2 * d, |i, k| match (i < d, k < d) {
+        (true, false) => a[(i, k)] * rate,
+        (false, true) => a[(i, k)] / rate,
+        _ => a[(i, k)],
+    });
+    scaled.complex_eigenvalues().iter().copied().collect()
+}
+
+/// The joints' part in a mode, by inverse iteration.
+fn shape(a: &DMatrix<f64>, value: Complex<f64>, linear: &Linear) -> Vec<[f64; 2]> {
+    let size = a.nrows();
+    let scale = a.norm().max(f64::MIN_POSITIVE);
+    let shift = value + Complex::new(scale, scale) * 1e-12;
+    let matrix = DMatrix::from_fn(size, size, |i, k| {
+        let diagonal = if i == k { shift } else { Complex::ZERO };
+        Complex::new(a[(i, k)], 0.0) - diagonal
+    });
+    let factors = matrix.lu();
+    let mut vector = DVector::from_fn(size, |i, _| Complex::new(1.0 + i as f64, 0.5));
+    for _ in 0..4 {
+        if let Some(next) = factors.solve(&vector) {
+            let norm = next.norm();
+            if norm.is_finite() && norm > 0.0 {
+                vector = next / Complex::new(norm, 0.0);
+            }
+        }
+    }
+    let joints: Vec<Complex<f64>> = linear
+        .basis
+        .iter()
+        .map(|row| row.iter().zip(vector.iter()).map(|(&t, &z)| z * t).sum())
+        .collect();
+    let largest = joints.iter().copied().max_by(|x, y| x.norm().total_cmp(&y.norm()));
+    match largest.filter(|largest| largest.norm() > 0.0) {
+        Some(largest) => joints.iter().map(|x| x / largest).map(|x| [x.re, x.im]).collect(),
+        None => joints.iter().map(|_| [0.0, 0.0]).collect(),
+    }
+}

@@ -1,0 +1,98 @@
+//! `lamc modes MODEL`: small motions about a state of rest.
+
+use std::fmt::Write;
+
+use clap::Args;
+use lamc_runtime::State;
+use lamc_workbench::execution::Jit;
+use serde::Serialize;
+
+use super::equilibrium::{settle, stopped};
+use super::linear::{KinkReport, Linear, Mode, Motions, Stability};
+use super::start::Start;
+use super::{Outcome, fail, output};
+
+/// Natural frequencies, damping and shapes about the state of rest downhill from the initial one.
+#[derive(Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    start: Start,
+    /// Take away a force, or what drives a joint
+    #[arg(long, value_name = "NAME")]
+    release: Vec<String>,
+    /// Print JSON, SI and radians, with the matrices of the linear system
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    model: &'a str,
+    joints: Vec<&'a str>,
+    inputs: &'a [String],
+    q: &'a [f64],
+    #[serde(flatten)]
+    stability: Stability,
+    kinks: &'a [KinkReport],
+    modes: &'a [Mode],
+    linear: &'a Linear,
+}
+
+pub fn run(arguments: &Arguments) -> Outcome {
+    let compiled = arguments.start.compile(&arguments.release)?;
+    let system = arguments.start.system(&compiled)?;
+    let mut state = arguments.start.assembled(&compiled, &system)?;
+    let found = settle(&system, &mut state)?;
+    let resting = stopped(system, &mut state)?;
+    let mechanism = &compiled.topology.mechanism;
+    let motions = Motions::about(mechanism, &resting, &state, found.stable)?;
+    let system = &resting.system;
+    let interface = system.interface();
+    if arguments.json {
+        let report = Report {
+            model: &interface.name,
+            joints: interface.joints.iter().map(|joint| joint.name.as_str()).collect(),
+            inputs: &interface.inputs,
+            q: &state.q,
+            stability: motions.stability,
+            kinks: &motions.kinks,
+            modes: &motions.modes,
+            linear: &motions.linear,
+        };
+        let json = serde_json::to_string_pretty(&report).map_err(fail)?;
+        return output::print(&(json + "\n"));
+    }
+    output::print(&format!("{}{}", table(system, &state, &motions.modes), motions.lines()))
+}
+
+fn table(system: &Jit, state: &State<Vec<f64>, f64>, modes: &[Mode]) -> String {
+    let mut text = format!("{:<20} {:>12}", "joint", "rest deg");
+    for number in 1..=modes.len() {
+        let _ = write!(text, " {:>10}", format!("mode {number}"));
+    }
+    text.push('\n');
+    for (joint, info) in system.interface().joints.iter().enumerate() {
+        let _ = write!(text, "{:<20} {:>12.5}", info.name, state.q[joint].to_degrees());
+        for mode in modes {
+            let [re, im] = mode.shape[joint];
+            let sign = if re < 0.0 { -1.0 } else { 1.0 };
+            let _ = write!(text, " {:>10.4}", sign * re.hypot(im));
+        }
+        text.push('\n');
+    }
+    if modes.is_empty() {
+        text.push_str("nothing can move\n");
+        return text;
+    }
+    let mut line = |name: &str, value: &dyn Fn(&Mode) -> f64| {
+        let _ = write!(text, "{name:<33}");
+        for mode in modes {
+            let _ = write!(text, " {:>10.4}", value(mode));
+        }
+        text.push('\n');
+    };
+    line("frequency Hz", &|mode| mode.frequency);
+    line("damping ratio", &|mode| mode.damping_ratio);
+    line("decay rate 1/s", &|mode| -mode.eigenvalue[0]);
+    text
+}

@@ -1,0 +1,279 @@
+//! `lamc simulate MODEL`: assemble or settle, integrate, write what was asked for, and show on one
+//! screen what happened.
+
+use std::fmt::Write;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+use clap::Args;
+use lamc::laminate::{Mechanism, excursions};
+use lamc_runtime::{State, System, project};
+use lamc_workbench::execution::Jit;
+use lamc_workbench::motion::{Motion, Work};
+
+use super::equilibrium::settle;
+use super::notes::transgressions;
+use super::paths::Paths;
+use super::pictures::Pictures;
+use super::plot::{self, Panel};
+use super::progress;
+use super::run::{INTERRUPTED, Method, Run, Settings};
+use super::start::{Start, describe};
+use super::unfold::{Fold, unfold};
+use super::{Failed, Outcome, fail, misused, output, warn};
+
+/// Most numbers a recorded motion may have: a gigabyte.
+const MOST_NUMBERS: f64 = 125e6;
+
+/// The exit code of what was interrupted, as shells have it.
+pub const EXIT_INTERRUPTED: u8 = 130;
+
+/// Simulate a model from its initial configuration.
+#[derive(Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    start: Start,
+    /// Begin at rest, where gravity, springs, torques and forces are in balance
+    #[arg(long)]
+    settle: bool,
+    /// Settle, then take away a force, or what drives a joint
+    #[arg(long, value_name = "NAME")]
+    release: Vec<String>,
+    /// Seconds to simulate
+    #[arg(long, default_value_t = 2.0, value_name = "SECONDS")]
+    duration: f64,
+    /// Samples per second in what is written
+    #[arg(long, default_value_t = 100.0, value_name = "HERTZ")]
+    rate: f64,
+    /// Error allowed per step, relative and absolute
+    #[arg(long, default_value_t = 1e-8)]
+    tolerance: f64,
+    /// How to integrate
+    #[arg(long, value_enum, default_value_t)]
+    integrator: Method,
+    /// Share of its speed with which a joint leaves a stop, 0 to 1
+    #[arg(long, default_value_t = 0.0, value_name = "SHARE")]
+    restitution: f64,
+    #[command(flatten)]
+    files: Files,
+}
+
+/// What to write.
+#[derive(Args)]
+#[command(next_help_heading = "Files")]
+struct Files {
+    /// Write the motion as CSV; `-` writes standard output
+    #[arg(long, value_name = "FILE")]
+    csv: Option<String>,
+    /// Write the motion with all poses as a NumPy archive
+    #[arg(long, value_name = "FILE")]
+    npz: Option<String>,
+    /// Draw the motion: FILE.svg or FILE.png; `-` writes SVG to standard output
+    #[arg(long, value_name = "FILE")]
+    plot: Option<String>,
+    /// What to draw, one above the other
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "angles,rates")]
+    panels: Vec<Panel>,
+    /// Draw angles in radians instead of degrees
+    #[arg(long)]
+    radians: bool,
+    #[command(flatten)]
+    pictures: Pictures,
+}
+
+impl Arguments {
+    fn check(&self) -> Outcome {
+        for (name, value) in
+            [("--duration", self.duration), ("--rate", self.rate), ("--tolerance", self.tolerance)]
+        {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(misused(format_args!("{name} must be a positive number")));
+            }
+        }
+        if !(0.0..=1.0).contains(&self.restitution) {
+            return Err(misused("--restitution must lie between 0 and 1"));
+        }
+        self.files.check()?;
+        self.files.paths().input("the model", [&self.start.model]).check()
+    }
+
+    /// Samples after the first.
+    fn samples(&self, system: &Jit) -> Result<usize, Failed> {
+        let samples = (self.duration * self.rate).ceil();
+        let d = system.dimensions();
+        let numbers = 4 + 3 * d.coordinates + 3 * d.points + 12 * d.bodies;
+        if samples * numbers as f64 > MOST_NUMBERS {
+            let most = MOST_NUMBERS / numbers as f64;
+            return Err(misused(format_args!(
+                "{samples} samples are more than the {most:.0} that are kept of this model: lower \
+                 --rate or --duration"
+            )));
+        }
+        Ok(samples as usize)
+    }
+
+    fn settings(&self) -> Settings {
+        Settings {
+            method: self.integrator,
+            duration: self.duration,
+            tolerance: self.tolerance,
+            restitution: self.restitution,
+        }
+    }
+}
+
+impl Files {
+    /// Better before the work than after it.
+    fn check(&self) -> Outcome {
+        if let Some(path) = &self.plot {
+            plot::format(path).map_err(misused)?;
+        }
+        self.pictures.check()
+    }
+
+    /// Where.
+    fn paths(&self) -> Paths<'_> {
+        let paths = Paths::default()
+            .output("--csv", &self.csv)
+            .output("--npz", &self.npz)
+            .output("--plot", &self.plot);
+        self.pictures.paths(paths)
+    }
+
+    fn write(&self, mechanism: &Mechanism, motion: &Motion) -> Outcome {
+        if let Some(path) = &self.csv {
+            output::write(path, &motion.to_csv())?;
+        }
+        if let Some(path) = &self.npz {
+            output::write(path, &motion.to_npz().map_err(fail)?)?;
+        }
+        if let Some(path) = &self.plot {
+            let picture = plot::draw(motion, &self.panels, self.radians, path);
+            output::write(path, &picture.map_err(fail)?)?;
+        }
+        self.pictures.write(mechanism, motion)
+    }
+}
+
+pub fn run(arguments: &Arguments) -> Outcome {
+    arguments.check()?;
+    let Beginning { mechanism, system, state } = begin(arguments)?;
+    let samples = arguments.samples(&system)?;
+    // Only from here on is there something to keep; before, an interrupt ends the process.
+    ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed)).map_err(fail)?;
+    let (parameters, inputs) = (system.parameters().to_vec(), system.inputs().to_vec());
+    let work = Work::new(&mechanism, &parameters, &inputs);
+    let begin = Instant::now();
+    let mut run = Run::new(system, state, work, &arguments.settings());
+    run.record()?;
+    let times =
+        (1..=samples).map(|sample| (sample as f64 / arguments.rate).min(arguments.duration));
+    let progress = progress::bar(samples);
+    let outcome = run.through(times, |done| progress.set_position(done as u64));
+    progress.finish_and_clear();
+    // What was recorded until then is good, whatever ended it. From here on another interrupt ends
+    // the drawing of pictures.
+    let interrupted = INTERRUPTED.swap(false, Ordering::Relaxed);
+    run.motion.complete = outcome.is_ok() && !interrupted;
+    let moved = run.motion.samples.iter().map(|sample| (sample.t, sample.q.as_slice()));
+    excursions(&mechanism, &parameters, &inputs, moved).into_iter().for_each(warn);
+    transgressions(&mechanism, &run.motion).into_iter().for_each(warn);
+    let seconds = begin.elapsed().as_secs_f64();
+    arguments.files.write(&mechanism, &run.motion)?;
+    if !arguments.files.paths().is_printed() {
+        output::print(&summary(&run, seconds, interrupted))?;
+    }
+    match interrupted {
+        true => Err(Failed(EXIT_INTERRUPTED)),
+        false => outcome,
+    }
+}
+
+/// What moves, and from where: assembled or at rest.
+struct Beginning {
+    mechanism: Mechanism,
+    system: Jit,
+    state: State<Vec<f64>, f64>,
+}
+
+fn begin(arguments: &Arguments) -> Result<Beginning, Failed> {
+    let start = &arguments.start;
+    let mut compiled = start.compile(&[])?;
+    let mut system = start.system(&compiled)?;
+    let mut state = start.assembled(&compiled, &system)?;
+    if arguments.settle || !arguments.release.is_empty() {
+        settle(&system, &mut state)?;
+        if !arguments.release.is_empty() {
+            compiled = start.compile(&arguments.release)?;
+            system = start.system(&compiled)?;
+        }
+        // Driven joints may set off at once.
+        let workspace = &mut system.workspace();
+        project(&system, 0.0, &mut state.q, &mut state.u, workspace)
+            .map_err(|error| fail(describe(&error, system.interface())))?;
+    } else {
+        match unfold(&system, &mut state) {
+            Some(Fold::Begun(bent)) => warn(format_args!(
+                "a flat sheet can fold in many ways: it starts bent by {bent:.1e} rad, as its \
+                 forces push it; --initial chooses another way"
+            )),
+            Some(Fold::Loose) => warn(
+                "a flat sheet can fold in many ways, and its forces do not choose one: if the \
+                 motion breaks off, start it from a folded guess (--initial)",
+            ),
+            None => {}
+        }
+    }
+    Ok(Beginning { mechanism: compiled.topology.mechanism, system, state })
+}
+
+/// What happened, on one screen.
+fn summary(run: &Run, seconds: f64, interrupted: bool) -> String {
+    let mut text = String::new();
+    let motion = &run.motion;
+    let ([first, ..], [.., last]) = (motion.samples.as_slice(), motion.samples.as_slice()) else {
+        return text;
+    };
+    let _ = writeln!(text, "{:<20} {:>10} {:>10}", "joint", "start deg", "end deg");
+    for (joint, name) in motion.joints.iter().enumerate() {
+        let [start, end] = [first, last].map(|sample| sample.q[joint].to_degrees());
+        let _ = writeln!(text, "{name:<20} {start:>10.3} {end:>10.3}");
+    }
+    let [start, end] = [first, last].map(|sample| sample.energy.kinetic + sample.energy.potential);
+    let _ = writeln!(text, "energy: {start:.6e} J at start, {end:.6e} J at end");
+    // A motion that broke off leaves steps that were counted and not recorded.
+    if let Some(work) = run.work.as_ref().filter(|_| motion.complete) {
+        let off = (end - start - work.total).abs();
+        let _ = match work.exchanged > 0.0 {
+            true => writeln!(
+                text,
+                "balance: torques and dampers did {:.6e} J; {off:.1e} J unaccounted for",
+                work.total
+            ),
+            false => writeln!(text, "balance: nothing takes energy; {off:.1e} J drifted away"),
+        };
+    }
+    let open = motion.samples.iter().map(|sample| sample.closure).fold(0.0, f64::max);
+    let _ = writeln!(text, "closure: within {open:.1e} m of {:.1} mm", motion.size * 1e3);
+    let joints = motion.joints.iter().zip(&run.stopped).filter(|(_, stopped)| **stopped);
+    let stopped: Vec<_> = joints.map(|(name, _)| format!("`{name}`")).collect();
+    if !stopped.is_empty() {
+        let _ = writeln!(text, "at a stop for a while: {}", stopped.join(", "));
+    }
+    let methods: Vec<_> = [(run.explicit_steps, "Dormand-Prince"), (run.implicit_steps, "RODASP")]
+        .into_iter()
+        .filter(|(steps, _)| *steps > 0)
+        .map(|(steps, name)| format!("{steps} steps of {name}"))
+        .collect();
+    let _ = writeln!(
+        text,
+        "{} in {seconds:.3} s: {:.1} times real time",
+        methods.join(" and "),
+        last.t / seconds
+    );
+    if !motion.complete {
+        let why = if interrupted { "interrupted" } else { "failed" };
+        let _ = writeln!(text, "{why}: what was written ends at t = {} s", last.t);
+    }
+    text
+}

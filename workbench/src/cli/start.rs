@@ -1,0 +1,276 @@
+//! What the commands that evaluate have in common: a model, its parameters and inputs, and the
+//! configuration to start from.
+
+use std::collections::HashSet;
+use std::f64::consts::{PI, TAU};
+
+use clap::Args;
+use lamc::laminate::verdicts;
+use lamc::pipeline::Compiled;
+use lamc::program::Interface;
+use lamc::source::{
+    Numbers, Severity, SourceModel, beyond_a_turn, is_bare, read_angle, read_as, read_quantity,
+};
+use lamc_runtime::{Error, State, System, assemble, project};
+use lamc_workbench::execution::Jit;
+
+use super::progress::Busy;
+use super::{Failed, Size, fail, load_edited, misused, warn};
+
+/// A joint that assembly moves from where it was asked to be by more than this is reported, rad.
+const FAR: f64 = 5.0 * PI / 180.0;
+/// So is one that is bent the other way, from this angle on, rad.
+const BENT: f64 = 1e-3;
+
+/// Which model, and where it starts.
+#[derive(Args)]
+pub struct Start {
+    /// The model
+    pub model: String,
+    /// Set a parameter; a bare number is SI and radians, a unit must measure what the parameter
+    /// does: k=0.02, k=11.4mN*m/rad
+    #[arg(long, value_name = "NAME=VALUE")]
+    set: Vec<String>,
+    /// Set an input, constant or an expression of t and the parameters; bare numbers are SI and
+    /// radians: motor=2mN*m, "motor=0.002*sin(2*pi*t)"
+    #[arg(long, value_name = "NAME=VALUE")]
+    input: Vec<String>,
+    /// Start from another angle, a rough guess; a bare number is in the model's `units.angle`
+    /// (radians, unless it says otherwise): j0=30deg
+    #[arg(long, value_name = "JOINT=ANGLE")]
+    initial: Vec<String>,
+    /// Hold a joint at an angle; bare numbers as for --initial: j0=30deg
+    #[arg(long, value_name = "JOINT=ANGLE")]
+    lock: Vec<String>,
+    #[command(flatten)]
+    size: Size,
+}
+
+impl Start {
+    /// The model compiled, its joints locked as asked, without what is released.
+    pub fn compile(&self, released: &[String]) -> Result<Compiled, Failed> {
+        self.compile_changed(released, |_| ())
+    }
+
+    /// As [`compile`](Self::compile), after another change of the model.
+    pub fn compile_changed(
+        &self,
+        released: &[String],
+        change: impl FnOnce(&mut SourceModel),
+    ) -> Result<Compiled, Failed> {
+        for (option, settings) in [
+            ("--set", &self.set),
+            ("--input", &self.input),
+            ("--initial", &self.initial),
+            ("--lock", &self.lock),
+        ] {
+            are_distinct(option, settings)?;
+        }
+        let locks = self.locks(released)?;
+        let prescribed = self.input.iter().map(|setting| named(setting, INPUT));
+        let prescribed = prescribed.collect::<Result<Vec<_>, _>>()?;
+        load_edited(&self.model, self.size, |model| {
+            change(model);
+            let functions = prescribed.iter().filter(|(_, text)| read_quantity(text).is_none());
+            functions.into_iter().try_for_each(|(name, text)| model.prescribe(name, text))?;
+            released.iter().try_for_each(|name| model.release(name))?;
+            for (joint, text) in &locks {
+                // That it is an angle has been found.
+                if let Some(angle) = model.angle.read(text) {
+                    warn_of_turns("--lock", joint, text, model.angle.is_radian().then_some(angle));
+                    model.lock(joint, angle)?;
+                }
+            }
+            Ok(())
+        })
+    }
+
+    /// The joints to hold, but for what is released.
+    fn locks(&self, released: &[String]) -> Result<Vec<(&str, &str)>, Failed> {
+        let mut locks = Vec::new();
+        for lock in &self.lock {
+            let (joint, text) = named(lock, LOCK)?;
+            if read_angle(text).is_none() {
+                return Err(unlike(lock, LOCK));
+            }
+            // What is locked to settle may be let go to move.
+            if !released.iter().any(|name| name == joint) {
+                locks.push((joint, text));
+            }
+        }
+        Ok(locks)
+    }
+
+    /// The model ready to be evaluated, with parameters and inputs set.
+    pub fn system(&self, compiled: &Compiled) -> Result<Jit, Failed> {
+        let mut system = Jit::new(&compiled.program);
+        for setting in &self.set {
+            let (name, text) = named(setting, "--set k=0.02")?;
+            let value = quantity("--set", (name, text), &compiled.numbers)?;
+            system.set_parameter(name, value).map_err(fail)?;
+        }
+        let mechanism = &compiled.topology.mechanism;
+        let defaults: Vec<f64> = mechanism.parameters.iter().map(|known| known.value).collect();
+        let known = verdicts(mechanism, &defaults);
+        for verdict in verdicts(mechanism, system.parameters()) {
+            match verdict.severity {
+                Severity::Error => return Err(fail(verdict)),
+                Severity::Warning if !known.contains(&verdict) => warn(verdict),
+                Severity::Warning | Severity::Note => {}
+            }
+        }
+        for setting in &self.input {
+            let (name, text) = named(setting, INPUT)?;
+            if read_quantity(text).is_some() {
+                let value = quantity("--input", (name, text), &compiled.numbers)?;
+                system.set_input(name, value).map_err(fail)?;
+            }
+        }
+        Ok(system)
+    }
+
+    /// The joints whose guess is given, rad.
+    pub fn guess(
+        &self,
+        compiled: &Compiled,
+        interface: &Interface,
+    ) -> Result<Vec<(usize, f64)>, Failed> {
+        let joints = &interface.joints;
+        let mut guess = Vec::new();
+        for setting in &self.initial {
+            let (name, text) = named(setting, INITIAL)?;
+            let unit = compiled.numbers.angle;
+            let angle = unit.read(text).ok_or_else(|| unlike(setting, INITIAL))?;
+            warn_of_turns("--initial", name, text, unit.is_radian().then_some(angle));
+            let Some(joint) = joints.iter().position(|joint| joint.name == name) else {
+                let names: Vec<_> = joints.iter().map(|joint| joint.name.as_str()).collect();
+                return Err(fail(format_args!(
+                    "no joint `{name}`; there are {}",
+                    names.join(", ")
+                )));
+            };
+            if joints[joint].driven {
+                return Err(fail(format_args!("`{name}` is driven: its angle is prescribed")));
+            }
+            let [least, greatest] = joints[joint].limits;
+            if angle < least || angle > greatest {
+                let [angle, least, greatest] = [angle, least, greatest].map(f64::to_degrees);
+                return Err(fail(format_args!(
+                    "`{setting}` is outside the limits of `{name}`: {angle:.4} deg is not within \
+                     {least:.4} .. {greatest:.4} deg"
+                )));
+            }
+            guess.push((joint, angle));
+        }
+        Ok(guess)
+    }
+
+    /// The closed configuration nearest to the guess, at consistent rates.
+    pub fn assembled(
+        &self,
+        compiled: &Compiled,
+        system: &Jit,
+    ) -> Result<State<Vec<f64>, f64>, Failed> {
+        let mut state = State::initial(system);
+        let n = state.q.len();
+        let mut pinned: Vec<bool> = (0..n).map(|joint| system.is_given(joint)).collect();
+        if !self.initial.is_empty() {
+            pinned.fill(false);
+        }
+        for (joint, angle) in self.guess(compiled, system.interface())? {
+            (state.q[joint], pinned[joint]) = (angle, true);
+        }
+        let asked = state.q.clone();
+        let _busy = Busy::new("closing the loops");
+        let mut workspace = system.workspace();
+        assemble(system, 0.0, &mut state.q, &pinned, &mut workspace).map_err(|error| {
+            let reason = describe(&error, system.interface());
+            fail(format_args!("no closed configuration near the initial one: {reason}"))
+        })?;
+        warn_of_moves(system.interface(), &pinned, &asked, &state.q);
+        project(system, 0.0, &mut state.q, &mut state.u, &mut workspace)
+            .map_err(|error| fail(describe(&error, system.interface())))?;
+        Ok(state)
+    }
+}
+
+/// Warns of joints with a given guess (rad) that start elsewhere.
+pub fn warn_of_moves(interface: &Interface, given: &[bool], asked: &[f64], q: &[f64]) {
+    let joints = interface.joints.iter().zip(given).zip(asked.iter().zip(q));
+    for ((joint, given), (asked, q)) in joints {
+        // Whole turns are no difference.
+        let moved = (q - asked + PI).rem_euclid(TAU) - PI;
+        let is_flipped =
+            asked.abs().min(q.abs()) > BENT && asked * q < 0.0 && (q - asked).abs() < PI;
+        if *given && !joint.driven && (moved.abs() > FAR || is_flipped) {
+            warn(format_args!(
+                "`{}` was asked to start at {:.4} deg and starts at {:.4} deg: the loops do not \
+                 close with it there, or with the other given angles",
+                joint.name,
+                asked.to_degrees(),
+                q.to_degrees()
+            ));
+        }
+    }
+}
+
+/// How options are written.
+const INPUT: &str = "--input motor=0.02";
+const INITIAL: &str = "--initial j0=30deg";
+const LOCK: &str = "--lock j0=30deg";
+
+/// Refuses a name that is given twice.
+fn are_distinct(option: &str, settings: &[String]) -> Result<(), Failed> {
+    let mut seen = HashSet::new();
+    let mut names = settings.iter().filter_map(|setting| setting.split_once('='));
+    match names.find(|(name, _)| !seen.insert(name.trim())) {
+        Some((twice, _)) => {
+            Err(misused(format_args!("`{option}` gives `{}` twice: keep one", twice.trim())))
+        }
+        None => Ok(()),
+    }
+}
+
+/// The value of a parameter or an input, SI, whose unit measures what it does.
+fn quantity(option: &str, (name, text): (&str, &str), numbers: &Numbers) -> Result<f64, Failed> {
+    let dimension = numbers.dimensions.get(name).copied();
+    let value = read_as(text, dimension)
+        .map_err(|reason| misused(format_args!("`{option} {name}={text}`: {reason}")))?;
+    let is_angle = dimension.is_some_and(|dimension| dimension.is_angle());
+    warn_of_turns(option, name, text, is_angle.then_some(value));
+    Ok(value)
+}
+
+/// Warns of a bare number that is taken as radians and may have been meant in degrees.
+fn warn_of_turns(option: &str, name: &str, text: &str, radians: Option<f64>) {
+    if let Some(turns) = radians.filter(|_| is_bare(text)).and_then(beyond_a_turn) {
+        warn(format_args!(
+            "`{option} {name}={text}`: {turns}; for degrees write `{name}={text}deg`"
+        ));
+    }
+}
+
+/// Splits `name=text`.
+fn named<'a>(text: &'a str, example: &str) -> Result<(&'a str, &'a str), Failed> {
+    let parts = text.split_once('=').map(|(name, value)| (name.trim(), value.trim()));
+    parts.ok_or_else(|| unlike(text, example))
+}
+
+fn unlike(text: &str, example: &str) -> Failed {
+    misused(format_args!("`{text}` is not of the form `{example}`"))
+}
+
+/// The runtime's error with the names of the joints it is about.
+pub fn describe(error: &Error, interface: &Interface) -> String {
+    let joint = match *error {
+        Error::NotClosed { joint, .. } => joint,
+        Error::NotDriven { joint } | Error::NotFinite { joint } | Error::MassMatrix { joint } => {
+            Some(joint)
+        }
+        _ => None,
+    };
+    match joint.and_then(|joint| interface.joints.get(joint)) {
+        Some(joint) => format!("{error} (`{}`)", joint.name),
+        None => error.to_string(),
+    }
+}

@@ -1,0 +1,170 @@
+//! The program as machine code in this process, by Cranelift.
+//!
+//! A [`Jit`] computes what the [`Interpreter`](lamc::program::Interpreter) computes, bit for bit:
+//! the same operations in the same order, none fused, and the same functions of the host for sines
+//! and the like. A function is interpreted until it has been called so often that compiling it
+//! pays; on a host that Cranelift does not know, every call is interpreted.
+
+#[cfg(test)]
+mod tests;
+mod translate;
+
+use std::cell::{Cell, OnceCell, RefCell};
+use std::fmt;
+use std::rc::Rc;
+
+use cranelift_codegen::settings::{self, Configurable, Flags};
+use cranelift_jit::{JITBuilder, JITModule};
+use cranelift_module::{ModuleError, default_libcall_names};
+
+use lamc::program::{Engine, Executable, Function, FunctionKind, Interpretation, Program, Slot};
+
+/// A program run as machine code.
+pub type Jit = Executable<MachineCode>;
+
+/// Calls after which a function is compiled: by then interpreting it has taken as long as compiling
+/// it takes, so that neither choice can cost more than twice the better one.
+const WORTH: u32 = 600;
+
+/// Runs functions as machine code, those that are called seldom by interpretation. Clones share
+/// the code.
+#[derive(Clone)]
+pub struct MachineCode {
+    interpretation: Interpretation,
+    functions: Rc<[Function]>,
+    module: Rc<RefCell<Option<Memory>>>,
+    entries: Rc<[Entry]>,
+}
+
+/// Where a function is called from.
+#[derive(Default)]
+struct Entry {
+    calls: Cell<u32>,
+    /// Nothing in it where it cannot be compiled.
+    code: OnceCell<Option<Code>>,
+}
+
+/// A compiled function.
+struct Code {
+    /// What it reads, in the order of its first cells.
+    loads: Vec<Slot>,
+    /// To be run one after the other on the same cells.
+    parts: Vec<unsafe extern "C" fn(*mut f64)>,
+    /// What has been read, constants, results of one part for another, outputs.
+    cells: RefCell<Vec<f64>>,
+    /// The cells of each output.
+    outputs: Vec<Vec<usize>>,
+}
+
+/// Where machine code lives, until nothing can call it any more.
+struct Memory(Option<JITModule>);
+
+impl MachineCode {
+    /// Compiles these functions now. False where the host has no machine code.
+    pub fn compile(&self, kinds: &[FunctionKind]) -> bool {
+        kinds.iter().all(|&kind| self.compiled(kind).is_some())
+    }
+
+    /// The function as machine code, compiled if it was not.
+    fn compiled(&self, kind: FunctionKind) -> Option<&Code> {
+        let code = &self.entries[kind as usize].code;
+        let compile = || {
+            let mut module = self.module.borrow_mut();
+            let module = module.as_mut()?.0.as_mut()?;
+            translate::function(module, &self.functions[kind as usize]).ok()
+        };
+        code.get_or_init(compile).as_ref()
+    }
+}
+
+impl Engine for MachineCode {
+    /// Nothing is compiled yet.
+    fn new(program: &Program) -> Self {
+        let module = host().ok().map(|module| Memory(Some(module)));
+        Self {
+            interpretation: Interpretation::new(program),
+            functions: program.functions.clone().into(),
+            module: Rc::new(RefCell::new(module)),
+            entries: program.functions.iter().map(|_| Entry::default()).collect(),
+        }
+    }
+
+    fn run(&self, kind: FunctionKind, load: impl Fn(Slot) -> f64, out: &mut [&mut [f64]]) {
+        let Entry { calls, code } = &self.entries[kind as usize];
+        calls.set(calls.get().saturating_add(1));
+        let code = match code.get() {
+            Some(code) => code.as_ref(),
+            None if calls.get() > WORTH => self.compiled(kind),
+            None => None,
+        };
+        match code {
+            Some(code) => code.run(load, out),
+            None => self.interpretation.run(kind, load, out),
+        }
+    }
+}
+
+impl Code {
+    fn run(&self, load: impl Fn(Slot) -> f64, out: &mut [&mut [f64]]) {
+        let mut cells = self.cells.borrow_mut();
+        for (cell, slot) in cells.iter_mut().zip(&self.loads) {
+            *cell = load(*slot);
+        }
+        for part in &self.parts {
+            // SAFETY: `translate::function` made this code and these cells together: it takes one
+            // pointer and touches no memory but as many cells as there are, which nobody else has
+            // borrowed. The code is alive: `MachineCode` holds its memory beside it.
+            #[allow(unsafe_code)]
+            unsafe {
+                part(cells.as_mut_ptr());
+            }
+        }
+        for (output, target) in self.outputs.iter().zip(out) {
+            for (&cell, slot) in output.iter().zip(target.iter_mut()) {
+                *slot = cells[cell];
+            }
+        }
+    }
+}
+
+impl Drop for Memory {
+    fn drop(&mut self) {
+        if let Some(module) = self.0.take() {
+            // SAFETY: pointers into this memory are kept only in the `entries` of a `MachineCode`,
+            // which is private, runs them only while it is borrowed, and goes with the memory.
+            #[allow(unsafe_code)]
+            unsafe {
+                module.free_memory();
+            }
+        }
+    }
+}
+
+impl fmt::Debug for MachineCode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let compiled =
+            |kind: &FunctionKind| matches!(self.entries[*kind as usize].code.get(), Some(Some(_)));
+        let names = FunctionKind::ALL.into_iter().filter(compiled);
+        f.debug_tuple("MachineCode").field(&names.collect::<Vec<_>>()).finish()
+    }
+}
+
+/// An empty module for this machine.
+fn host() -> translate::Translated<JITModule> {
+    let mut flags = settings::builder();
+    // The program has been optimised already; code is called by address from anywhere.
+    for (name, value) in [
+        ("opt_level", "none"),
+        ("is_pic", "false"),
+        ("use_colocated_libcalls", "false"),
+        ("enable_verifier", if cfg!(test) { "true" } else { "false" }),
+    ] {
+        flags.set(name, value).map_err(ModuleError::from)?;
+    }
+    let unknown = |reason: &str| ModuleError::Backend(std::io::Error::other(reason).into());
+    let isa = cranelift_native::builder().map_err(unknown)?.finish(Flags::new(flags));
+    let isa = isa.map_err(ModuleError::from)?;
+    let mut builder = JITBuilder::with_isa(isa, default_libcall_names());
+    builder.symbols(translate::HOST_FUNCTIONS.iter().map(|(name, address)| (*name, address())));
+    Ok(JITModule::new(builder))
+}

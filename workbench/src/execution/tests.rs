@@ -1,0 +1,111 @@
+//! Machine code against the interpreter on random functions, several parts long.
+
+use proptest::prelude::*;
+
+use super::MachineCode;
+use lamc::kane::{Phase, Section};
+use lamc::program::{
+    Engine, Function, FunctionKind, Instruction, Interface, Interpretation, Op, Output, Program,
+    Slot, Value,
+};
+use lamc::source::JointId;
+
+const LOADS: usize = 4;
+
+/// A random straight-line function over coordinates and constants, of every operation.
+fn functions() -> impl Strategy<Value = Function> {
+    let choice =
+        (0..20_u8, any::<prop::sample::Index>(), any::<prop::sample::Index>(), -2.0..2.0_f64);
+    prop::collection::vec(choice, 1..3500).prop_map(|choices| {
+        let mut ops: Vec<Op> = (0..LOADS).map(|j| Op::Load(Slot::Position(JointId(j)))).collect();
+        for (kind, x, y, number) in choices {
+            let (x, y) = (Value(x.index(ops.len())), Value(y.index(ops.len())));
+            ops.push(match kind {
+                0 => Op::Const(number),
+                1 => Op::Neg(x),
+                2 => Op::Add(x, y),
+                3 => Op::Sub(x, y),
+                4 => Op::Mul(x, y),
+                5 => Op::Div(x, y),
+                6 => Op::Sqrt(x),
+                7 => Op::Sin(x),
+                8 => Op::Cos(x),
+                9 => Op::Tan(x),
+                10 => Op::Exp(x),
+                11 => Op::Abs(x),
+                12 => Op::Tanh(x),
+                13 => Op::Ln(x),
+                14 => Op::Step(x),
+                15 => Op::Min(x, y),
+                16 => Op::Max(x, y),
+                17 => Op::Pow(x, y),
+                18 => Op::Atan2(x, y),
+                _ => Op::Const(f64::from(number as i8)),
+            });
+        }
+        let entries = (0..ops.len()).rev().step_by(3).map(Value).collect::<Vec<_>>();
+        let instruction =
+            |op| Instruction { op, section: Section::mechanism(Phase::Formula), name: None };
+        Function {
+            kind: FunctionKind::Equations,
+            instructions: ops.into_iter().map(instruction).collect(),
+            outputs: vec![Output { name: "x", rows: entries.len(), columns: 1, entries }],
+        }
+    })
+}
+
+/// A program of this one function.
+fn program(function: Function) -> Program {
+    let interface = Interface {
+        name: String::new(),
+        source_name: String::new(),
+        source_hash: String::new(),
+        joints: Vec::new(),
+        bodies: Vec::new(),
+        nodes: Vec::new(),
+        points: Vec::new(),
+        parameters: Vec::new(),
+        inputs: Vec::new(),
+        rows: 0,
+        loops: Vec::new(),
+        cuts: Vec::new(),
+        rank: 0,
+        mobility: 0,
+        size: 1.0,
+    };
+    Program { interface, functions: vec![function] }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    #[test]
+    fn machine_code_is_the_interpreter_bit_for_bit(
+        function in functions(),
+        states in prop::collection::vec(prop::array::uniform4(-2.0..2.0_f64), 3),
+    ) {
+        let length = function.outputs[0].entries.len();
+        let program = program(function);
+        let (plain, machine) = (Interpretation::new(&program), MachineCode::new(&program));
+        prop_assert!(machine.compiled(FunctionKind::Equations).is_some(), "no machine code here");
+        // As on a host without.
+        let mut bare = MachineCode::new(&program);
+        bare.module = Default::default();
+        prop_assert!(bare.compiled(FunctionKind::Equations).is_none());
+        for q in states {
+            let load = |slot| match slot {
+                Slot::Position(id) => q[id.index()],
+                _ => f64::NAN,
+            };
+            let (mut expected, mut got) = (vec![0.0; length], vec![0.0; length]);
+            plain.run(FunctionKind::Equations, load, &mut [&mut expected]);
+            for machine in [&machine, &bare] {
+                got.fill(0.0);
+                machine.run(FunctionKind::Equations, load, &mut [&mut got]);
+                for (x, y) in got.iter().zip(&expected) {
+                    let same = x.to_bits() == y.to_bits() || (x.is_nan() && y.is_nan());
+                    prop_assert!(same, "{x} is not {y}");
+                }
+            }
+        }
+    }
+}

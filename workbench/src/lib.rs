@@ -1,0 +1,11 @@
+//! What runs on a workstation around the compiler [`lamc`]: machine code in process, motions and their
+//! records, identification from measurements, pictures, videos and pages. The command `lamc` is its binary.
+
+pub mod archive;
+pub mod execution;
+pub mod identify;
+pub mod mocap;
+pub mod motion;
+pub mod page;
+pub mod picture;
+pub mod scene;

@@ -1,0 +1,119 @@
+//! A motion as it was sampled: what `lamc simulate` records, and everything that writes or shows
+//! it reads.
+
+mod audit;
+mod csv;
+mod npz;
+#[cfg(test)]
+mod tests;
+mod work;
+
+pub use audit::{Audit, Gain};
+pub use work::Work;
+
+use lamc_runtime::{Energy, Error, State, System, acceleration_in_motion};
+
+use lamc::program::Interface;
+
+/// A sampled motion. SI and radians.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    /// The model's name.
+    pub name: String,
+    /// Joints, in the order of q and u.
+    pub joints: Vec<String>,
+    /// Bodies, in the order of [`Sample::poses`].
+    pub bodies: Vec<String>,
+    /// Points, in the order of [`Sample::points`].
+    pub points: Vec<String>,
+    /// Diagonal of the flat bounding box, m.
+    pub size: f64,
+    /// By ascending time.
+    pub samples: Vec<Sample>,
+    /// Whether the samples reach as far as they were meant to: not when the integration failed or
+    /// was interrupted on the way.
+    pub complete: bool,
+}
+
+/// A mechanism at one time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sample {
+    /// s.
+    pub t: f64,
+    /// q, N, rad.
+    pub q: Vec<f64>,
+    /// u = dq/dt, N, rad/s.
+    pub u: Vec<f64>,
+    /// du/dt, N, rad/s^2.
+    pub acceleration: Vec<f64>,
+    /// Of the whole mechanism, J.
+    pub energy: Energy<f64>,
+    /// Largest component of the closure residuals, m.
+    pub closure: f64,
+    /// Positions in the base frame, m.
+    pub points: Vec<[f64; 3]>,
+    /// Of every body, fixed ones included.
+    pub poses: Vec<Pose>,
+}
+
+/// Where a body is: the point drawn at x lies at R x + p in the base frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// R, by row.
+    pub rotation: [[f64; 3]; 3],
+    /// p, m.
+    pub translation: [f64; 3],
+}
+
+impl Motion {
+    /// Nothing recorded yet.
+    pub fn new(interface: &Interface) -> Self {
+        Self {
+            name: interface.name.clone(),
+            joints: interface.joints.iter().map(|joint| joint.name.clone()).collect(),
+            bodies: interface.bodies.iter().map(|body| body.name.clone()).collect(),
+            points: interface.points.clone(),
+            size: interface.size,
+            samples: Vec::new(),
+            complete: true,
+        }
+    }
+
+    /// Adds a state of the mechanism, evaluated.
+    ///
+    /// # Errors
+    /// Those of [`acceleration_in_motion`].
+    pub fn record<Y>(&mut self, system: &Y, state: &State<Vec<f64>, f64>) -> Result<(), Error>
+    where
+        Y: System<Scalar = f64>,
+    {
+        let State { t, q, u } = state.clone();
+        let d = system.dimensions();
+        let mut rates = vec![0.0; d.coordinates];
+        let mut workspace = system.workspace();
+        acceleration_in_motion(system, t, &q, &u, workspace.as_mut(), &mut rates)?;
+        let mut residual = vec![0.0; 9 * d.loops];
+        system.write_closure(&q, &mut residual, &mut vec![0.0; 9 * d.loops * d.coordinates]);
+        let mut points = vec![0.0; 3 * d.points];
+        system.write_points(&q, &mut points);
+        let mut poses = vec![0.0; 12 * d.bodies];
+        system.write_poses(&q, &mut poses);
+        self.samples.push(Sample {
+            t,
+            acceleration: rates,
+            energy: system.energy(t, &q, &u),
+            closure: residual.iter().fold(0.0, |most, x| x.abs().max(most)),
+            points: points.as_chunks().0.to_vec(),
+            poses: poses.as_chunks().0.iter().map(pose).collect(),
+            q,
+            u,
+        });
+        Ok(())
+    }
+}
+
+/// Twelve numbers as a pose: R row-major, then p.
+fn pose(numbers: &[f64; 12]) -> Pose {
+    let [a, b, c, d, e, f, g, h, i, translation @ ..] = *numbers;
+    Pose { rotation: [[a, b, c], [d, e, f], [g, h, i]], translation }
+}

@@ -1,0 +1,81 @@
+//! The work of the torques and dampers of the hinges along a motion:
+//!
+//! ```text
+//! W = integral of sum over j of (torque_j - b_j u_j) u_j dt
+//! ```
+//!
+//! from the model's own formulas, apart from the equations of motion: what the energy T + V changes
+//! by, where nothing else does work. Each step of the integrator is integrated by Simpson's rule.
+
+use lamc_runtime::State;
+
+use lamc::laminate::Mechanism;
+use lamc::source::Expression;
+
+/// Error of Simpson's rule over what it differs by from the trapezoidal rule: more than that of any
+/// power that the steps resolve.
+const DOUBT: f64 = 0.1;
+
+/// Work done so far.
+#[derive(Clone, Debug)]
+pub struct Work {
+    /// Damping and torque of each joint.
+    hinges: Vec<[Expression; 2]>,
+    parameters: Vec<f64>,
+    inputs: Vec<f64>,
+    /// W, J.
+    pub total: f64,
+    /// Integral of the magnitude of the power, J.
+    pub exchanged: f64,
+    /// How far `total` may be off, J: a part of what Simpson's rule and the trapezoidal one differ by.
+    pub doubt: f64,
+}
+
+impl Work {
+    /// None done yet. `None` where the energy changes by something else: forces, air, driven joints,
+    /// friction, springs or gravity that change with time.
+    pub fn new(mechanism: &Mechanism, parameters: &[f64], inputs: &[f64]) -> Option<Self> {
+        let joints = &mechanism.joints;
+        let springs =
+            joints.iter().flat_map(|joint| [&joint.stiffness, &joint.rest, &joint.cubic_stiffness]);
+        let mut stored = springs.chain(&mechanism.gravity);
+        let is_alone = mechanism.forces.is_empty()
+            && mechanism.air.is_none()
+            && joints.iter().all(|joint| joint.drive.is_none() && joint.friction.is_none())
+            && !stored.any(|expression| expression.contains(&Expression::Time));
+        is_alone.then(|| Self {
+            hinges: joints.iter().map(|j| [j.damping.clone(), j.torque.clone()]).collect(),
+            parameters: parameters.to_vec(),
+            inputs: inputs.to_vec(),
+            total: 0.0,
+            exchanged: 0.0,
+            doubt: 0.0,
+        })
+    }
+
+    /// Adds the work of a step, from the states at its begin, middle and end.
+    pub fn add(&mut self, states: [&State<Vec<f64>, f64>; 3]) {
+        let step = states[2].t - states[0].t;
+        let power = states.map(|state| self.power(state));
+        let simpson = |p: [f64; 3]| step / 6.0 * (p[0] + 4.0 * p[1] + p[2]);
+        self.total += simpson(power);
+        self.doubt += DOUBT * (simpson(power) - step / 2.0 * (power[0] + power[2])).abs();
+        self.exchanged += simpson(power.map(f64::abs));
+    }
+
+    /// W.
+    fn power(&self, State { t, q, u }: &State<Vec<f64>, f64>) -> f64 {
+        let leaf = |leaf: &Expression| match *leaf {
+            Expression::Time => *t,
+            Expression::Parameter(id) => self.parameters[id.index()],
+            Expression::Input(id) => self.inputs[id.index()],
+            Expression::Position(id) => q[id.index()],
+            Expression::Rate(id) => u[id.index()],
+            _ => f64::NAN,
+        };
+        let hinges = self.hinges.iter().zip(u).map(|([damping, torque], u)| {
+            (torque.evaluate(&leaf) - damping.evaluate(&leaf) * u) * u
+        });
+        hinges.sum()
+    }
+}

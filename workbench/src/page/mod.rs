@@ -1,0 +1,250 @@
+//! The viewer: one HTML file with a model, a motion, and everything needed to look at them.
+
+use std::f64::consts::PI;
+
+use lamc_templates::{THREE, VIEWER, VIEWER_SCRIPT, VIEWER_STYLE};
+use nalgebra::Vector3;
+use serde::Serialize;
+use tera::{Context, Tera};
+
+use crate::motion::{Motion, Sample};
+use crate::picture::View;
+use crate::scene::{Placement, Rgb, Scene};
+use lamc::laminate::Mechanism;
+
+/// What a page shows. Lengths in m, angles in rad, most numbers of single precision.
+#[derive(Serialize)]
+struct Shown<'a> {
+    view: ViewFrom,
+    model: Model<'a>,
+    motion: Curves<'a>,
+    /// What can be tried out in a live page.
+    controls: Controls<'a>,
+}
+
+#[derive(Serialize)]
+struct ViewFrom {
+    azimuth: f64,
+    elevation: f64,
+    zoom: f64,
+}
+
+#[derive(Serialize)]
+struct Controls<'a> {
+    parameters: Vec<Parameter<'a>>,
+    initial: Vec<Initial<'a>>,
+}
+
+#[derive(Serialize)]
+struct Parameter<'a> {
+    name: &'a str,
+    /// SI.
+    value: f64,
+    doc: &'a str,
+}
+
+/// A joint whose angle at the start is given.
+#[derive(Serialize)]
+struct Initial<'a> {
+    joint: &'a str,
+    angle: f64,
+    limits: [f64; 2],
+}
+
+#[derive(Serialize)]
+struct Model<'a> {
+    name: &'a str,
+    size: f64,
+    bodies: Vec<Body<'a>>,
+    hinges: Vec<Hinge<'a>>,
+    points: Vec<Point<'a>>,
+    /// Materials with their colours.
+    materials: Vec<(&'a str, String)>,
+    /// Colours of triangles.
+    colors: Vec<String>,
+    /// Lower and upper corner of the box around the whole motion.
+    extent: [[f32; 3]; 2],
+}
+
+#[derive(Serialize)]
+struct Body<'a> {
+    name: &'a str,
+    /// Three corners of each triangle.
+    corners: Vec<f32>,
+    /// Of each triangle, an index.
+    colors: Vec<usize>,
+}
+
+#[derive(Serialize)]
+struct Hinge<'a> {
+    name: &'a str,
+    body: usize,
+    ends: [[f32; 3]; 2],
+}
+
+#[derive(Serialize)]
+struct Point<'a> {
+    name: &'a str,
+    body: usize,
+    at: [f32; 3],
+}
+
+/// Lists by sample, one for each joint or body.
+#[derive(Serialize)]
+struct Curves<'a> {
+    joints: &'a [String],
+    t: Vec<f64>,
+    q: Vec<Vec<f32>>,
+    u: Vec<Vec<f32>>,
+    kinetic: Vec<f32>,
+    potential: Vec<f32>,
+    /// Quaternion (x, y, z, w) and origin, seven numbers per sample.
+    poses: Vec<Vec<f32>>,
+    /// Whether the motion was simulated to its end.
+    complete: bool,
+}
+
+/// What a page shows of a motion, first seen from `view`, as JSON in which there is no `<`: it may
+/// stand in a script element.
+pub fn data(scene: &Scene, motion: &Motion, mechanism: &Mechanism, view: View) -> String {
+    let View { azimuth, elevation, zoom } = view;
+    json(&Shown {
+        view: ViewFrom { azimuth, elevation, zoom },
+        model: model(scene, motion),
+        motion: curves(motion),
+        controls: controls(mechanism),
+    })
+}
+
+/// The page that shows such data.
+pub fn write(title: &str, data: &str) -> String {
+    fill_in(title, data, false)
+}
+
+/// The page that asks the server it came from for data.
+pub fn live(title: &str) -> String {
+    fill_in(title, "null", true)
+}
+
+fn fill_in(title: &str, data: &str, live: bool) -> String {
+    let mut context = Context::new();
+    context.insert("title", title);
+    context.insert("style", VIEWER_STYLE);
+    context.insert("three", THREE);
+    context.insert("script", VIEWER_SCRIPT);
+    context.insert("data", data);
+    context.insert("live", &live);
+    match Tera::one_off(VIEWER, &context, true) {
+        Ok(page) => page,
+        // The template is ours, and tests fill it in.
+        Err(error) => unreachable!("the viewer's template: {error:?}"),
+    }
+}
+
+fn json(shown: &Shown<'_>) -> String {
+    match serde_json::to_string(shown) {
+        Ok(text) => text.replace('<', "\\u003c"),
+        Err(error) => unreachable!("plain data: {error}"),
+    }
+}
+
+/// Every parameter, and the joints whose guess was given; if none was, all that are not driven.
+fn controls(mechanism: &Mechanism) -> Controls<'_> {
+    let is_free = |joint: &usize| mechanism.joints[*joint].drive.is_none();
+    let given = mechanism.initial_given.iter().map(|joint| joint.index());
+    let mut joints: Vec<usize> = given.filter(is_free).collect();
+    if joints.is_empty() {
+        joints = (0..mechanism.joints.len()).filter(is_free).collect();
+    }
+    let initial = joints.into_iter().map(|joint| Initial {
+        joint: &mechanism.joints[joint].name,
+        angle: mechanism.initial_q[joint],
+        limits: mechanism.joints[joint].limits.map(|limit| limit.clamp(-PI, PI)),
+    });
+    let parameters = mechanism.parameters.iter().map(|parameter| Parameter {
+        name: &parameter.name,
+        value: parameter.value,
+        doc: &parameter.doc,
+    });
+    Controls { parameters: parameters.collect(), initial: initial.collect() }
+}
+
+fn model<'a>(scene: &'a Scene, motion: &Motion) -> Model<'a> {
+    let mut colors: Vec<Rgb> = Vec::new();
+    let bodies = scene
+        .bodies
+        .iter()
+        .map(|body| {
+            let mut index = |color: Rgb| {
+                colors.iter().position(|known| *known == color).unwrap_or_else(|| {
+                    colors.push(color);
+                    colors.len() - 1
+                })
+            };
+            let mesh = &body.mesh;
+            let corners = mesh.triangles.iter().flat_map(|triangle| triangle.corners);
+            Body {
+                name: &body.name,
+                colors: mesh.triangles.iter().map(|triangle| index(triangle.color)).collect(),
+                corners: corners.flat_map(|corner| single(&mesh.vertices[corner])).collect(),
+            }
+        })
+        .collect();
+    let hinges = scene.hinges.iter().map(|hinge| Hinge {
+        name: &hinge.name,
+        body: hinge.body,
+        ends: [single(&hinge.ends[0]), single(&hinge.ends[1])],
+    });
+    let points = scene.points.iter().map(|point| Point {
+        name: &point.name,
+        body: point.body,
+        at: single(&point.at),
+    });
+    let [low, high] = scene.extent(motion);
+    Model {
+        name: &scene.name,
+        size: scene.size,
+        bodies,
+        hinges: hinges.collect(),
+        points: points.collect(),
+        materials: scene.materials.iter().map(|(name, color)| (&**name, hex(*color))).collect(),
+        colors: colors.into_iter().map(hex).collect(),
+        extent: [single(&low), single(&high)],
+    }
+}
+
+fn curves(motion: &Motion) -> Curves<'_> {
+    let samples = &motion.samples;
+    let each = |number: &dyn Fn(&Sample) -> f64| -> Vec<f32> {
+        samples.iter().map(|sample| number(sample) as f32).collect()
+    };
+    let joints = 0..motion.joints.len();
+    Curves {
+        complete: motion.complete,
+        joints: &motion.joints,
+        t: samples.iter().map(|sample| sample.t).collect(),
+        q: joints.clone().map(|joint| each(&|sample| sample.q[joint])).collect(),
+        u: joints.map(|joint| each(&|sample| sample.u[joint])).collect(),
+        kinetic: each(&|sample| sample.energy.kinetic),
+        potential: each(&|sample| sample.energy.potential),
+        poses: (0..motion.bodies.len())
+            .map(|body| samples.iter().flat_map(|sample| pose(sample, body)).collect())
+            .collect(),
+    }
+}
+
+/// A body's quaternion and origin.
+fn pose(sample: &Sample, body: usize) -> [f32; 7] {
+    let placement = Placement::of(&sample.poses, body);
+    let q = placement.quaternion();
+    let p = placement.position;
+    [q.i, q.j, q.k, q.w, p.x, p.y, p.z].map(|number| number as f32)
+}
+
+fn single(point: &Vector3<f64>) -> [f32; 3] {
+    [point.x, point.y, point.z].map(|number| number as f32)
+}
+
+fn hex([r, g, b]: Rgb) -> String {
+    format!("#{r:02x}{g:02x}{b:02x}")
+}

@@ -1,0 +1,147 @@
+//! What a mechanism looks like: solids in flat coordinates, hinge lines, points. The pictures
+//! (`picture/`) and the viewer page (`page/`) are drawn from it.
+
+mod mesh;
+mod palette;
+mod poses;
+mod solid;
+
+pub use mesh::{Mesh, Triangle};
+pub use palette::Rgb;
+pub use poses::{Placement, poses_at};
+
+use nalgebra::Vector3;
+
+use crate::motion::{Motion, Pose};
+use lamc::laminate::Mechanism;
+
+/// A mechanism as it is drawn. Flat coordinates, m.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The model's name.
+    pub name: String,
+    /// Bodies, in the order of the poses.
+    pub bodies: Vec<Solid>,
+    /// Hinge lines, in the order of q.
+    pub hinges: Vec<HingeLine>,
+    /// Output points.
+    pub points: Vec<Marker>,
+    /// Materials and their colours, as far as they are seen.
+    pub materials: Vec<(String, Rgb)>,
+    /// Diagonal of the flat bounding box, m.
+    pub size: f64,
+}
+
+/// A body with its surface.
+#[derive(Clone, Debug)]
+pub struct Solid {
+    /// Its name.
+    pub name: String,
+    /// Part of the ground.
+    pub fixed: bool,
+    /// Its surface.
+    pub mesh: Mesh,
+}
+
+/// The line two bodies turn about.
+#[derive(Clone, Debug)]
+pub struct HingeLine {
+    /// The joint's name.
+    pub name: String,
+    /// The body that carries it: the joint's first.
+    pub body: usize,
+    /// Both ends, flat coordinates, m.
+    pub ends: [Vector3<f64>; 2],
+}
+
+/// A point fixed to a body.
+#[derive(Clone, Debug)]
+pub struct Marker {
+    /// Its name.
+    pub name: String,
+    /// The body.
+    pub body: usize,
+    /// Flat coordinates, m.
+    pub at: Vector3<f64>,
+}
+
+/// Poses looked at to see how far a motion reaches.
+const LOOKS: usize = 120;
+
+impl Scene {
+    /// What there is to see of a mechanism.
+    pub fn new(mechanism: &Mechanism) -> Self {
+        let materials = palette::of_materials(
+            mechanism.bodies.iter().flat_map(|body| &body.sheets).map(|sheet| &*sheet.material),
+        );
+        let end = |joint: &lamc::laminate::Joint, share: f64| {
+            joint.point + joint.direction * (share * joint.length)
+        };
+        let hinges: Vec<_> = mechanism
+            .joints
+            .iter()
+            .map(|joint| HingeLine {
+                name: joint.name.clone(),
+                body: joint.bodies[0].index(),
+                ends: [end(joint, 0.0), end(joint, 1.0)],
+            })
+            .collect();
+        let bodies = mechanism.bodies.iter().enumerate().map(|(index, body)| {
+            let held = mechanism
+                .joints
+                .iter()
+                .filter(|joint| joint.bodies.iter().any(|id| id.index() == index));
+            let middles: Vec<_> = held.map(|joint| end(joint, 0.5)).collect();
+            Solid {
+                name: body.name.clone(),
+                fixed: body.fixed,
+                mesh: solid::mesh(body, &middles, &materials, mechanism.size),
+            }
+        });
+        let points = mechanism.points.iter().map(|point| Marker {
+            name: point.name.clone(),
+            body: point.body.index(),
+            at: point.at,
+        });
+        Self {
+            name: mechanism.name.clone(),
+            bodies: bodies.collect(),
+            hinges,
+            points: points.collect(),
+            materials,
+            size: mechanism.size,
+        }
+    }
+
+    /// Everything's positions at given poses of the bodies, base frame, m: vertices, ends of
+    /// hinges, points.
+    pub fn positions(&self, poses: &[Pose]) -> Vec<Vector3<f64>> {
+        let mut all = Vec::new();
+        for (index, body) in self.bodies.iter().enumerate() {
+            let placement = Placement::of(poses, index);
+            all.extend(body.mesh.vertices.iter().map(|vertex| placement.apply(vertex)));
+        }
+        for hinge in &self.hinges {
+            let placement = Placement::of(poses, hinge.body);
+            all.extend(hinge.ends.iter().map(|end| placement.apply(end)));
+        }
+        for point in &self.points {
+            all.push(Placement::of(poses, point.body).apply(&point.at));
+        }
+        all
+    }
+
+    /// Everything's positions in the course of a motion, base frame, m.
+    pub fn swept(&self, motion: &Motion) -> Vec<Vector3<f64>> {
+        let every = motion.samples.len().div_ceil(LOOKS).max(1);
+        let looks = motion.samples.iter().step_by(every).chain(motion.samples.last());
+        looks.flat_map(|sample| self.positions(&sample.poses)).collect()
+    }
+
+    /// Lower and upper corner of the box around a motion, base frame, m.
+    pub fn extent(&self, motion: &Motion) -> [Vector3<f64>; 2] {
+        let swept = self.swept(motion);
+        let first = swept.first().copied().unwrap_or_default();
+        swept.iter().fold([first; 2], |[low, high], point| [low.inf(point), high.sup(point)])
+    }
+}
