@@ -1,12 +1,15 @@
-//! The keys of one mapping: unknown ones are errors, missing ones too when they are needed.
+//! The keys of one mapping, read by its table: unknown ones are errors, and so are missing ones that
+//! are required.
 
 use super::diagnostic::{Diagnostic, Diagnostics, Span};
 use super::names::{alternatives, quote_list};
+use super::schema::{Mapping, Presence, Value};
 use super::yaml::{Content, Entry, Node};
 
-/// A mapping whose keys are all known.
+/// A mapping of the file, beside the table of its keys.
 pub(super) struct Fields<'n> {
     entries: &'n [Entry],
+    table: &'static Mapping,
     /// Where a missing key is reported.
     at: Span,
     /// What it describes, such as "joint `j0`".
@@ -14,18 +17,18 @@ pub(super) struct Fields<'n> {
 }
 
 impl<'n> Fields<'n> {
-    /// Checks that `node` is a mapping with no keys but `known`. `at` is where to report what is
-    /// missing in `owner`.
+    /// Checks that `node` is a mapping with no keys but those of the table. `at` is where to report
+    /// what is missing in `owner`.
     pub fn new(
         node: &'n Node,
         at: Span,
         owner: impl Into<String>,
-        known: &[&str],
+        table: &'static Mapping,
         diagnostics: &mut Diagnostics,
     ) -> Option<Self> {
-        let owner = owner.into();
+        let (owner, known) = (owner.into(), table.names());
         let Content::Mapping(entries) = &node.content else {
-            let message = format!("{owner} must be a mapping of {}", quote_list(known));
+            let message = format!("{owner} must be a mapping of {}", quote_list(&known));
             let error = Diagnostic::error(
                 "wrong-type",
                 if node.is_null() { at } else { node.span },
@@ -43,7 +46,7 @@ impl<'n> Fields<'n> {
                         format!("unknown key `{}`", key.value),
                     )
                     .label(format!("{owner} has no such key"))
-                    .hint(alternatives(&key.value, known, "keys")),
+                    .hint(alternatives(&key.value, &known, "keys")),
                 );
             } else if value.is_null() {
                 diagnostics.push(
@@ -56,7 +59,27 @@ impl<'n> Fields<'n> {
                 );
             }
         }
-        Some(Self { entries, at, owner })
+        Some(Self { entries, table, at, owner })
+    }
+
+    /// Where a missing key is reported.
+    pub fn at(&self) -> Span {
+        self.at
+    }
+
+    /// What the value of `key` may be.
+    pub fn expected(&self, key: &str) -> &'static Value {
+        debug_assert!(self.table.key(key).is_some(), "{} has no `{key}`", self.table.name);
+        self.table.key(key).map_or(&Value::Parameter, |key| &key.value)
+    }
+
+    /// The value of `key`; that it is missing is reported where the table requires it. Keys without
+    /// value (reported already) count as absent.
+    pub fn read(&self, key: &str, diagnostics: &mut Diagnostics) -> Option<&'n Node> {
+        match self.table.key(key).map(|key| key.presence) {
+            Some(Presence::Required) => self.require(key, diagnostics),
+            _ => self.get(key),
+        }
     }
 
     /// The value of `key`. Keys without value (reported already) count as absent.
@@ -69,8 +92,13 @@ impl<'n> Fields<'n> {
         self.entries.iter().find(|entry| entry.key.value == key && !entry.value.is_null())
     }
 
-    /// The value of a key that must be there.
+    /// The value of a key that must be there, because of the table or of another key.
     pub fn require(&self, key: &str, diagnostics: &mut Diagnostics) -> Option<&'n Node> {
+        debug_assert!(
+            self.table.key(key).is_some_and(|key| key.presence.may_be_required()),
+            "the table of {} does not require `{key}`",
+            self.table.name
+        );
         // A key without value has been reported already.
         if !self.entries.iter().any(|entry| entry.key.value == key) {
             diagnostics.push(

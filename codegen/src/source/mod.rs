@@ -25,6 +25,7 @@ mod polynomial;
 mod popupcad;
 mod render;
 mod rounding;
+pub mod schema;
 #[cfg(test)]
 mod tests;
 mod units;

@@ -284,7 +284,7 @@ impl Tunable {
     pub const ALL: [Self; 4] = [Self::Stiffness, Self::Damping, Self::Rest, Self::Mass];
 
     /// Its name in the file.
-    pub fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Self::Stiffness => "stiffness",
             Self::Damping => "damping",

@@ -83,12 +83,12 @@ pub fn is_identifier(name: &str) -> bool {
 
 /// What a name is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub enum Kind {
     /// The model: also the name of a type.
     Model,
-    /// A parameter or input: also a name in expressions.
+    /// A parameter or input (with its article): also a name in expressions.
     Symbol(&'static str),
-    /// Anything else.
+    /// Anything else, with its article: `a body`.
     Other(&'static str),
 }
 

@@ -87,9 +87,10 @@ impl fmt::Display for Dimension {
 
 /// What a field of the model measures.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) struct Quantity {
+pub struct Quantity {
     /// With its article.
     pub name: &'static str,
+    /// Its dimension.
     pub dimension: Dimension,
     /// Units a user would write.
     pub examples: &'static str,

@@ -3,13 +3,10 @@
 use crate::source::diagnostic::{Diagnostic, Spanned};
 use crate::source::fields::{Fields, array, items};
 use crate::source::model::{Body, Plate, PointMass, Shape};
-use crate::source::units::{INERTIA, LENGTH, MASS};
+use crate::source::schema::{BODY, INERTIA_ROW, PLATE, PLATES, POINT_MASS, RING, Value};
 use crate::source::yaml::{Entry, Node};
 
 use super::Lowering;
-
-const KEYS: &[&str] =
-    &["fixed", "outline", "holes", "layers", "mass", "com", "inertia", "point_masses"];
 
 /// Which bodies say `fixed: true`, in file order; needed before the bodies are read.
 pub(super) fn fixed(bodies: &[Entry]) -> Vec<bool> {
@@ -60,7 +57,7 @@ impl Lowering<'_> {
     pub(super) fn body(&mut self, entry: &Entry, layers: Option<usize>) -> Option<Body> {
         let at = entry.key.span;
         let owner = format!("body `{}`", entry.key.value);
-        let fields = Fields::new(&entry.value, at, owner, KEYS, &mut self.diagnostics)?;
+        let fields = Fields::new(&entry.value, at, owner, &BODY, &mut self.diagnostics)?;
         let fixed = match fields.get("fixed") {
             None => Some(false),
             Some(node) => boolean(node).or_else(|| {
@@ -76,9 +73,7 @@ impl Lowering<'_> {
         let shape = self.shape(&fields, layers);
         let point_masses = match fields.get("point_masses") {
             None => Some(Vec::new()),
-            Some(node) => {
-                self.list(node, "a list of `{ mass: .., at: [x, y, z] }`", Self::point_mass)
-            }
+            Some(node) => self.list(node, fields.expected("point_masses"), Self::point_mass),
         };
         Some(Body {
             name: entry.key.clone(),
@@ -93,24 +88,19 @@ impl Lowering<'_> {
     fn list<T>(
         &mut self,
         node: &Node,
-        what: &str,
+        value: &Value,
         mut read: impl FnMut(&mut Self, &Node) -> Option<T>,
     ) -> Option<Vec<T>> {
-        let items = items(node, what, &mut self.diagnostics)?;
+        let items = items(node, value.form(), &mut self.diagnostics)?;
         let read: Vec<_> = items.iter().map(|item| read(self, item)).collect();
         read.into_iter().collect()
     }
 
     fn shape(&mut self, fields: &Fields, layers: Option<usize>) -> Option<Shape> {
-        let ways = [
-            ("outline", "outline"),
-            ("holes", "outline"),
-            ("layers", "layers"),
-            ("mass", "mass"),
-            ("com", "mass"),
-            ("inertia", "mass"),
-        ];
-        let mut given = ways.iter().filter_map(|(key, way)| fields.entry(key).map(|e| (e, *way)));
+        let ways = BODY.choices.iter().copied().flatten();
+        let mut given = ways.flat_map(|way| {
+            way.iter().filter_map(|key| fields.entry(key)).map(move |entry| (entry, way[0]))
+        });
         let Some((first, way)) = given.next() else { return Some(Shape::None) };
         if let Some((other, _)) = given.find(|(_, other)| *other != way) {
             let message =
@@ -139,14 +129,13 @@ impl Lowering<'_> {
             return None;
         };
         match fields.get("layers") {
-            Some(node) => self.layers(node, layers),
+            Some(node) => self.layers(node, fields.expected("layers").form(), layers),
             None => self.plate_of(fields).map(|plate| Shape::Plates(vec![vec![plate]; layers])),
         }
     }
 
-    fn layers(&mut self, node: &Node, layers: usize) -> Option<Shape> {
-        let what = "one list of plates per layer of the layup";
-        let lists = items(node, what, &mut self.diagnostics)?;
+    fn layers(&mut self, node: &Node, form: &str, layers: usize) -> Option<Shape> {
+        let lists = items(node, form, &mut self.diagnostics)?;
         if layers > 0 && lists.len() != layers {
             let plural = |n: usize| if n == 1 { "layer" } else { "layers" };
             let message = format!(
@@ -160,16 +149,13 @@ impl Lowering<'_> {
                     .hint("one list per layer, bottom to top; a layer without plates is `[]`"),
             );
         }
-        let lists: Vec<_> = lists
-            .iter()
-            .map(|list| self.list(list, "a list of plates, `[{ outline: .. }]`", Self::plate))
-            .collect();
+        let lists: Vec<_> =
+            lists.iter().map(|list| self.list(list, &PLATES, Self::plate)).collect();
         lists.into_iter().collect::<Option<_>>().map(Shape::Plates)
     }
 
     fn plate(&mut self, node: &Node) -> Option<Plate> {
-        let known = ["outline", "holes"];
-        let fields = Fields::new(node, node.span, "a plate", &known, &mut self.diagnostics)?;
+        let fields = Fields::new(node, node.span, "a plate", &PLATE, &mut self.diagnostics)?;
         self.plate_of(&fields)
     }
 
@@ -178,14 +164,14 @@ impl Lowering<'_> {
         let outline = outline.and_then(|node| self.ring(node));
         let holes = match fields.get("holes") {
             None => Some(Vec::new()),
-            Some(node) => self.list(node, "a list of outlines", Self::ring),
+            Some(node) => self.list(node, fields.expected("holes"), Self::ring),
         };
         Some(Plate { outline: outline?, holes: holes? })
     }
 
     /// A closed line; the first vertex may be repeated at the end.
     fn ring(&mut self, node: &Node) -> Option<Spanned<Vec<[f64; 2]>>> {
-        let nodes = items(node, "a list of vertices `[x, y]`", &mut self.diagnostics)?;
+        let nodes = items(node, RING.form(), &mut self.diagnostics)?;
         let vertices: Vec<_> = nodes.iter().map(|node| self.drawn_point(node)).collect();
         let mut vertices: Vec<[f64; 2]> = vertices.into_iter().collect::<Option<_>>()?;
         if vertices.len() > 1 && vertices.first() == vertices.last() {
@@ -212,34 +198,26 @@ impl Lowering<'_> {
     }
 
     fn rigid(&mut self, fields: &Fields) -> Option<Shape> {
-        let mass = fields.require("mass", &mut self.diagnostics);
-        let com = fields.require("com", &mut self.diagnostics);
+        let mass = self.required(fields, "mass");
+        let com = self.required_numbers(fields, "com");
         let inertia = fields.require("inertia", &mut self.diagnostics);
-        let mass = mass.and_then(|node| self.number(node, &MASS));
-        let com = com.and_then(|node| {
-            let value = self.numbers::<3>(node, "`[x, y, z]`", &LENGTH)?;
-            Some(Spanned { value, span: node.span })
-        });
-        let inertia = inertia.and_then(|node| self.inertia(node));
+        let inertia = inertia.and_then(|node| self.inertia(node, fields.expected("inertia")));
         Some(Shape::Rigid { mass: mass?, com: com?, inertia: inertia? })
     }
 
     /// A 3x3 matrix, by rows.
-    fn inertia(&mut self, node: &Node) -> Option<Spanned<[[f64; 3]; 3]>> {
-        let what = "a 3x3 matrix, `[[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]]`";
-        let rows: &[Node; 3] = array(node, what, &mut self.diagnostics)?;
-        let rows = rows.each_ref().map(|row| self.numbers::<3>(row, "a row of three", &INERTIA));
+    fn inertia(&mut self, node: &Node, value: &Value) -> Option<Spanned<[[f64; 3]; 3]>> {
+        let rows: &[Node; 3] = array(node, value.form(), &mut self.diagnostics)?;
+        let rows = rows.each_ref().map(|row| self.numbers::<3>(row, &INERTIA_ROW));
         let [Some(x), Some(y), Some(z)] = rows else { return None };
         Some(Spanned { value: [x, y, z], span: node.span })
     }
 
     fn point_mass(&mut self, node: &Node) -> Option<PointMass> {
-        let known = ["mass", "at"];
-        let fields = Fields::new(node, node.span, "a point mass", &known, &mut self.diagnostics)?;
-        let mass = fields.require("mass", &mut self.diagnostics);
-        let mass = mass.and_then(|node| self.number(node, &MASS));
-        let at = fields.require("at", &mut self.diagnostics);
-        let at = at.and_then(|node| self.numbers::<3>(node, "`[x, y, z]`", &LENGTH));
-        Some(PointMass { mass: mass?, at: at? })
+        let found = &mut self.diagnostics;
+        let fields = Fields::new(node, node.span, "a point mass", &POINT_MASS, found)?;
+        let mass = self.required(&fields, "mass");
+        let at = self.required_numbers(&fields, "at");
+        Some(PointMass { mass: mass?, at: at?.value })
     }
 }

@@ -1,0 +1,180 @@
+//! Formulas: their names resolved, and what they measure checked.
+
+use crate::source::diagnostic::{Diagnostic, Span, Spanned};
+use crate::source::expression::{Expression, Operator, Unary};
+use crate::source::fields::{Fields, array};
+use crate::source::formula::{self, Scope};
+use crate::source::given::beyond_a_turn;
+use crate::source::ids::{InputId, JointId, ParameterId};
+use crate::source::schema::{Uses, Value};
+use crate::source::units::{self, ANGLE, Quantity};
+use crate::source::yaml::Node;
+
+use super::{Lowering, Names};
+
+struct Symbols<'n> {
+    names: &'n Names,
+    uses: Uses,
+}
+
+impl Scope for Symbols<'_> {
+    fn symbol(&self, name: &str) -> Option<Expression> {
+        let at = |list: &[String]| list.iter().position(|known| known == name);
+        let parameter = at(&self.names.parameters).map(|i| Expression::Parameter(ParameterId(i)));
+        parameter.or_else(|| at(&self.names.inputs).map(|i| Expression::Input(InputId(i))))
+    }
+
+    fn symbols(&self) -> Vec<&str> {
+        self.names.parameters.iter().chain(&self.names.inputs).map(String::as_str).collect()
+    }
+
+    fn joint(&self, name: &str) -> Option<JointId> {
+        self.names.joints.iter().position(|known| known == name).map(JointId)
+    }
+
+    fn joints(&self) -> Vec<&str> {
+        self.names.joints.iter().map(String::as_str).collect()
+    }
+
+    fn motion_refused(&self) -> Option<&'static str> {
+        match self.uses {
+            Uses::Constants(reason) => Some(reason),
+            Uses::Motion => None,
+        }
+    }
+}
+
+impl Lowering<'_> {
+    /// The law of a key, 0 when it is left out.
+    pub(super) fn law(&mut self, fields: &Fields, key: &str) -> Option<Spanned<Expression>> {
+        match fields.get(key) {
+            None => Some(Spanned { value: Expression::ZERO, span: fields.at() }),
+            Some(node) => self.expression(node, fields.expected(key)),
+        }
+    }
+
+    /// The law of a key that must be there.
+    pub(super) fn required_law(
+        &mut self,
+        fields: &Fields,
+        key: &str,
+    ) -> Option<Spanned<Expression>> {
+        let node = fields.read(key, &mut self.diagnostics)?;
+        self.expression(node, fields.expected(key))
+    }
+
+    /// A quantity, or an expression in SI and radians.
+    pub(super) fn expression(&mut self, node: &Node, value: &Value) -> Option<Spanned<Expression>> {
+        let (quantity, uses) = value.measured();
+        let expression = match node.scalar().filter(|_| !node.is_null()) {
+            Some(scalar) if units::split_quantity(scalar.text.trim()).is_none() => {
+                if self.is_infinite(node) {
+                    return None;
+                }
+                let text = &*scalar.text;
+                match formula::parse(text, &Symbols { names: &self.names, uses }) {
+                    Ok(expression) => expression,
+                    Err(problems) => {
+                        problems.into_iter().for_each(|problem| self.problem(node, problem));
+                        return None;
+                    }
+                }
+            }
+            _ => Expression::Number(self.number(node, quantity)?.value),
+        };
+        self.measures(node, &expression, quantity)?;
+        Some(Spanned { value: expression, span: node.span })
+    }
+
+    /// A parameter that stands alone must measure what the field does.
+    fn measures(
+        &mut self,
+        node: &Node,
+        expression: &Expression,
+        quantity: &Quantity,
+    ) -> Option<()> {
+        let Expression::Parameter(id) = expression else {
+            if *quantity == ANGLE
+                && !matches!(expression, Expression::Number(_))
+                && let Some(most) = self.most(expression)
+            {
+                self.warn_of_turns(node.span, most);
+            }
+            return Some(());
+        };
+        // One that could not be read has been reported.
+        let parameter = self.parameters.get(id.index())?.as_ref()?;
+        let (name, at) = (&parameter.name.value, parameter.name.span);
+        match parameter.dimension {
+            Some(found) if found != quantity.dimension => {
+                let message = format!("expected {}, found {found}", quantity.name);
+                let error = Diagnostic::error("wrong-dimension", node.span, message)
+                    .label(format!("`{name}` is {found}"))
+                    .also(at, "its unit is given here")
+                    .hint(format!("{} is in {}", quantity.name, quantity.examples));
+                self.note(error);
+                None
+            }
+            None if *quantity == ANGLE => {
+                let value = parameter.value;
+                self.warn_of_turns(at, value);
+                Some(())
+            }
+            _ => Some(()),
+        }
+    }
+
+    /// No more than this is the magnitude of an expression, where its parts say so: of
+    /// `30*sin(t)` it is 30.
+    fn most(&self, expression: &Expression) -> Option<f64> {
+        Some(match expression {
+            Expression::Number(number) => number.abs(),
+            Expression::Parameter(id) => self.parameters.get(id.index())?.as_ref()?.value.abs(),
+            Expression::Unary(Unary::Neg | Unary::Abs, x) => self.most(x)?,
+            Expression::Unary(Unary::Sin | Unary::Cos | Unary::Tanh, _) => 1.0,
+            Expression::Unary(Unary::Sign | Unary::Step, _) => 1.0,
+            Expression::Chain(first, rest) => {
+                rest.iter().try_fold(self.most(first)?, |most, (operator, next)| {
+                    Some(match operator {
+                        Operator::Add | Operator::Sub => most + self.most(next)?,
+                        Operator::Mul => most * self.most(next)?,
+                        Operator::Div => most / next.constant()?.abs(),
+                    })
+                })?
+            }
+            _ => return None,
+        })
+    }
+
+    /// Warns of radians that may have been meant as degrees.
+    pub(super) fn warn_of_turns(&mut self, span: Span, angle: f64) {
+        let Some(turns) = Some(angle).filter(|angle| angle.is_finite()).and_then(beyond_a_turn)
+        else {
+            return;
+        };
+        let hint = "bare angles are in the unit of `units: { angle: .. }`, formulas and parameters \
+                    in radians: for degrees write `30 deg`, in a formula `30*pi/180`";
+        let warning = Diagnostic::warning("many-turns", span, turns).label("an angle in radians");
+        if self
+            .diagnostics
+            .0
+            .iter()
+            .all(|known| (known.code, known.span) != ("many-turns", Some(span)))
+        {
+            self.note(warning.hint(hint));
+        }
+    }
+
+    fn problem(&mut self, node: &Node, problem: formula::Problem) {
+        let span = node.span_within(self.source, problem.range.start, problem.range.end);
+        let error = Diagnostic::error(problem.code, span, problem.message).label(problem.label);
+        self.note(Diagnostic { hint: problem.hint, ..error });
+    }
+
+    /// Three expressions.
+    pub(super) fn vector(&mut self, node: &Node, value: &Value) -> Option<[Expression; 3]> {
+        let nodes: &[Node; 3] = array(node, value.form(), &mut self.diagnostics)?;
+        let [x, y, z] = nodes.each_ref().map(|node| self.expression(node, value));
+        Some([x?.value, y?.value, z?.value])
+    }
+}

@@ -1,0 +1,156 @@
+//! What holds for the whole sheet: units, materials, layup, gravity, air, the start of a motion and
+//! the tolerance of the drawing.
+
+use crate::source::diagnostic::{Diagnostic, SourceFile, Span, Spanned};
+use crate::source::expression::Expression;
+use crate::source::fields::{Fields, entries, items};
+use crate::source::ids::JointId;
+use crate::source::model::{Air, Body, Joint, Material};
+use crate::source::names::{self, Kind};
+use crate::source::schema::{self, MAX_LAYERS, Value};
+use crate::source::yaml::{Entry, Node};
+use crate::source::{rounding, units};
+
+use super::{Lowering, STANDARD_GRAVITY};
+
+/// More, over the size of the drawing, is no rounding but another drawing.
+const LARGEST_TOLERANCE: f64 = 1e-2;
+
+impl Lowering<'_> {
+    /// Reads the units of bare numbers.
+    pub(super) fn units(&mut self, model: &Fields) {
+        let Some(node) = model.get("units") else { return };
+        let found = &mut self.diagnostics;
+        let Some(fields) = Fields::new(node, node.span, "`units`", &schema::UNITS, found) else {
+            return;
+        };
+        for key in schema::UNITS.keys {
+            let Value::Unit(quantity) = key.value else { continue };
+            let key = key.name;
+            let Some(node) = fields.get(key) else { continue };
+            let unit = node.scalar().and_then(|scalar| units::find(&scalar.text));
+            match unit.filter(|unit| unit.dimension == quantity.dimension) {
+                Some(unit) if key == "length" => self.length = unit,
+                Some(unit) => self.angle = unit,
+                None => {
+                    let message = format!("{} is no unit of {key}", node.describe());
+                    let error = Diagnostic::error("bad-unit", node.span, message);
+                    self.note(error.hint(format!("use {}", quantity.examples)));
+                }
+            }
+        }
+    }
+
+    pub(super) fn name(
+        &mut self,
+        node: Option<&Node>,
+        file: &SourceFile,
+    ) -> Option<Spanned<String>> {
+        let Some(node) = node else {
+            let value = names::identifier_from(file.stem());
+            return Some(Spanned { value, span: Span::default() });
+        };
+        let name = self.text(node, "the model's name")?;
+        names::check(&name, Kind::Model, &mut self.diagnostics);
+        Some(name)
+    }
+
+    pub(super) fn material(&mut self, entry: &Entry) -> Option<Material> {
+        let owner = format!("material `{}`", entry.key.value);
+        let (at, found) = (entry.key.span, &mut self.diagnostics);
+        let fields = Fields::new(&entry.value, at, owner, &schema::MATERIAL, found)?;
+        let density = self.required(&fields, "density");
+        let thickness = self.required(&fields, "thickness");
+        let youngs_modulus = self.optional(&fields, "youngs_modulus");
+        let yield_stress = self.optional(&fields, "yield_stress");
+        Some(Material {
+            name: entry.key.clone(),
+            density: density?,
+            thickness: thickness?,
+            youngs_modulus: youngs_modulus?,
+            yield_stress: yield_stress?,
+        })
+    }
+
+    pub(super) fn layup(&mut self, model: &Fields) -> Option<Vec<usize>> {
+        let Some(node) = model.get("layup") else { return Some(Vec::new()) };
+        let items = items(node, model.expected("layup").form(), &mut self.diagnostics)?;
+        if items.is_empty() {
+            let error = Diagnostic::error("empty-layup", node.span, "the layup has no layers");
+            self.note(error.hint("list materials from bottom to top, or remove the key"));
+            return None;
+        }
+        if items.len() > MAX_LAYERS {
+            let message = format!("{} layers, more than the {MAX_LAYERS} lamc reads", items.len());
+            self.note(Diagnostic::error("too-large", node.span, message));
+            return None;
+        }
+        let found: Vec<_> = items.iter().map(|item| self.material_named(item)).collect();
+        found.into_iter().collect()
+    }
+
+    pub(super) fn gravity(&mut self, model: &Fields) -> Option<[Expression; 3]> {
+        use Expression::Number;
+        let Some(node) = model.get("gravity") else {
+            return Some([Number(0.0), Number(0.0), Number(-STANDARD_GRAVITY)]);
+        };
+        self.vector(node, model.expected("gravity"))
+    }
+
+    #[allow(clippy::option_option, reason = "absent and wrong are different things")]
+    pub(super) fn air(&mut self, model: &Fields) -> Option<Option<Air>> {
+        let Some(node) = model.get("air") else { return Some(None) };
+        let fields = Fields::new(node, node.span, "`air`", &schema::AIR, &mut self.diagnostics)?;
+        let density = self.required_law(&fields, "density");
+        let drag = self.required_law(&fields, "drag");
+        Some(Some(Air { density: density?, drag: drag? }))
+    }
+
+    /// The joints' coordinates and speeds given under `initial`.
+    pub(super) fn initial(&mut self, model: &Fields) -> [Vec<(JointId, f64)>; 2] {
+        let none = [Vec::new(), Vec::new()];
+        let Some(node) = model.get("initial") else { return none };
+        let found = &mut self.diagnostics;
+        let Some(fields) = Fields::new(node, node.span, "`initial`", &schema::INITIAL, found)
+        else {
+            return none;
+        };
+        ["q", "u"].map(|key| {
+            let (quantity, _) = fields.expected(key).measured();
+            let entries = entries(fields.get(key), "joints", &mut self.diagnostics);
+            let mut values = Vec::new();
+            for entry in entries {
+                let joint =
+                    self.look_up(&entry.key, "joint", "joints", |names| &names.joints).map(JointId);
+                let value = self.number(&entry.value, quantity);
+                values.extend(joint.zip(value.map(|value| value.value)));
+            }
+            values
+        })
+    }
+
+    /// How far the coordinates of hinge lines may be moved, m: as given, or by their decimals.
+    pub(super) fn tolerance(
+        &mut self,
+        given: Option<Spanned<f64>>,
+        bodies: &[Body],
+        joints: &[Joint],
+    ) -> Option<f64> {
+        let Some(Spanned { value: tolerance, span }) = given else {
+            return Some(self.decimals.tolerance(bodies, joints));
+        };
+        let most = LARGEST_TOLERANCE * rounding::size(bodies, joints);
+        if (0.0..=most).contains(&tolerance) {
+            return Some(tolerance);
+        }
+        let message = match tolerance < 0.0 {
+            true => "the tolerance is negative".to_owned(),
+            false => format!("the tolerance is more than a hundredth of the drawing, {most:.3e} m"),
+        };
+        self.note(Diagnostic::error("bad-tolerance", span, message).hint(
+            "it is a length: how far the coordinates of hinge lines are off by rounding; 0 takes \
+             them as they are",
+        ));
+        None
+    }
+}

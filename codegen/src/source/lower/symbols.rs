@@ -1,0 +1,95 @@
+//! Parameters, inputs, and the constants that `tunable` turns into parameters.
+
+use crate::source::diagnostic::{Diagnostic, Spanned};
+use crate::source::fields::{Fields, items};
+use crate::source::model::{Parameter, Tunable};
+use crate::source::names::{self, Kind, alternatives};
+use crate::source::yaml::{Entry, shorten};
+
+use super::Lowering;
+
+impl Lowering<'_> {
+    pub(super) fn parameter(&mut self, entry: &Entry) -> Option<Parameter> {
+        let (value, dimension) = self.parameter_value(&entry.value)?;
+        Some(Parameter { name: entry.key.clone(), value, dimension })
+    }
+
+    /// The names of the inputs, each once.
+    pub(super) fn inputs(&mut self, model: &Fields) -> Vec<Spanned<String>> {
+        let Some(node) = model.get("inputs") else { return Vec::new() };
+        let form = model.expected("inputs").form();
+        let nodes = items(node, form, &mut self.diagnostics).unwrap_or_default();
+        let mut inputs: Vec<Spanned<String>> = Vec::new();
+        for node in nodes {
+            let Some(name) = self.text(node, "the name of an input") else { continue };
+            names::check(&name, Kind::Symbol("an input"), &mut self.diagnostics);
+            if self.once(&inputs, &name) {
+                inputs.push(name);
+            }
+        }
+        inputs
+    }
+
+    /// Reads `tunable`, and keeps apart the names of parameters, inputs and what it makes.
+    pub(super) fn tunable(
+        &mut self,
+        model: &Fields,
+        parameters: &[Entry],
+        inputs: &[Spanned<String>],
+        fixed: &[bool],
+    ) -> Vec<Spanned<Tunable>> {
+        let parameters: Vec<_> = parameters.iter().map(|entry| entry.key.clone()).collect();
+        for input in inputs {
+            if let Some(first) = parameters.iter().find(|name| name.value == input.value) {
+                let message = format!("`{}` is both a parameter and an input", input.value);
+                let error = Diagnostic::error("duplicate-name", input.span, message);
+                self.note(error.label("the input").also(first.span, "the parameter"));
+            }
+        }
+        let tunable = self.tunable_constants(model);
+        for kind in &tunable {
+            for made in self.made_by(kind.value, fixed) {
+                if let Some(clash) = parameters.iter().chain(inputs).find(|name| name.value == made)
+                {
+                    let message = format!("`{made}` is the name of a parameter made by `tunable`");
+                    let error = Diagnostic::error("duplicate-name", clash.span, message);
+                    self.note(error.label("given here").also(kind.span, "made here"));
+                }
+            }
+        }
+        tunable
+    }
+
+    /// The names of the parameters that an item of `tunable` makes.
+    fn made_by(&self, kind: Tunable, fixed: &[bool]) -> Vec<String> {
+        match kind {
+            Tunable::Mass => {
+                let moving = self.names.bodies.iter().zip(fixed).filter(|(_, fixed)| !**fixed);
+                moving.map(|(name, _)| kind.parameter_name(name)).collect()
+            }
+            _ => self.names.joints.iter().map(|name| kind.parameter_name(name)).collect(),
+        }
+    }
+
+    fn tunable_constants(&mut self, model: &Fields) -> Vec<Spanned<Tunable>> {
+        let form = model.expected("tunable").form();
+        let nodes = model.get("tunable").and_then(|node| items(node, form, &mut self.diagnostics));
+        let mut tunable: Vec<Spanned<Tunable>> = Vec::new();
+        let mut seen: Vec<Spanned<String>> = Vec::new();
+        for node in nodes.unwrap_or_default() {
+            let Some(name) = self.text(node, "what to make tunable") else { continue };
+            let known: Vec<_> = Tunable::ALL.iter().map(|kind| kind.name()).collect();
+            let Some(kind) = Tunable::ALL.into_iter().find(|kind| kind.name() == name.value) else {
+                let message = format!("`{}` cannot be tunable", shorten(&name.value));
+                let hint = alternatives(&name.value, &known, "constants that can");
+                self.note(Diagnostic::error("unknown-tunable", name.span, message).hint(hint));
+                continue;
+            };
+            if self.once(&seen, &name) {
+                seen.push(name);
+                tunable.push(Spanned { value: kind, span: node.span });
+            }
+        }
+        tunable
+    }
+}

@@ -1,0 +1,343 @@
+//! The tables of the model itself and of its small mappings: units, materials, the initial state,
+//! points, forces, air and families of hinges.
+
+use super::parts::{BODY, JOINT, MAX_LAYERS, POSITION};
+use super::{Mapping, Presence, Range, TUNABLE, Uses, Value, key, optional, required};
+use crate::source::names::Kind;
+use crate::source::units::{
+    ACCELERATION, ANGLE, ANGULAR_SPEED, DENSITY, FORCE as FORCE_QUANTITY, LENGTH, NUMBER, PRESSURE,
+};
+
+const SAME_FOR_EVERY_POSE: Uses =
+    Uses::Constants("gravity is the same for every pose: it may not depend on q or u");
+const NO_SPEED: Uses = Uses::Constants("the drag has the speed of the plate in it already");
+
+/// A term of a polynomial.
+pub(crate) const TERM: Value = Value::Array {
+    of: &Value::Number(&NUMBER),
+    length: 4,
+    form: "a coefficient and the exponents of length, width and area",
+};
+/// A hinge that was measured.
+pub(crate) const SPECIMEN: Value =
+    Value::Array { of: &Value::Number(&NUMBER), length: 3, form: "`[length, width, area]`" };
+const TERMS: Value = Value::List {
+    of: &TERM,
+    items: [0, usize::MAX],
+    form: "a list of terms, `[coefficient, l, w, a]`",
+};
+
+/// The whole file.
+pub static MODEL: Mapping = Mapping {
+    name: "model",
+    place: "",
+    doc: "The file is one mapping. Only `bodies` and `joints` are required.",
+    keys: &[
+        optional(
+            "name",
+            Value::Name(Kind::Model),
+            "the stem of the file's name",
+            "fourbar",
+            "The name of the mechanism. Generated types and files are called by it.",
+        ),
+        optional(
+            "units",
+            Value::Mapping(&UNITS),
+            "SI units and radians",
+            "{ length: mm, angle: deg }",
+            "The units of lengths and angles that are written without a unit.",
+        ),
+        key(
+            "gravity",
+            Value::Array {
+                of: &Value::Formula(&ACCELERATION, SAME_FOR_EVERY_POSE),
+                length: 3,
+                form: "`[x, y, z]`",
+            },
+            Presence::Default("[0, 0, -9.81]"),
+            "[0, -9.81, 0]",
+            "The acceleration of gravity in the base frame, whose z axis is normal to the flat sheet.",
+        ),
+        optional(
+            "materials",
+            Value::Named(Kind::Other("a material"), &Value::Mapping(&MATERIAL)),
+            "there are no materials",
+            "{ card: { density: 700, thickness: 0.4 mm } }",
+            "Sheet materials by name.",
+        ),
+        optional(
+            "layup",
+            Value::List {
+                of: &Value::Reference { to: "material", among: "materials" },
+                items: [1, MAX_LAYERS],
+                form: "a list of materials, bottom to top",
+            },
+            "bodies cannot have plates",
+            "[card, film, card]",
+            "The materials of the layers, from the bottom (z = 0) to the top. All bodies are cut from \
+             this stack.",
+        ),
+        required(
+            "bodies",
+            Value::Named(Kind::Other("a body"), &Value::Mapping(&BODY)),
+            "{ base: { fixed: true }, arm: { outline: [[0, 0], [40, 0], [40, 20], [0, 20]] } }",
+            "Rigid bodies by name. At least one of them is fixed.",
+        ),
+        optional(
+            "parameters",
+            Value::Named(Kind::Symbol("a parameter"), &Value::Parameter),
+            "there are no parameters",
+            "{ k: 11.4 mN*m/rad, amplitude: 0.3 }",
+            "Numbers by name that formulas use and that can be set at run time. The value in the file is \
+             the default. Where it has a unit, the parameter can only stand for a quantity of this \
+             kind.",
+        ),
+        key(
+            "inputs",
+            Value::List {
+                of: &Value::Name(Kind::Symbol("an input")),
+                items: [0, usize::MAX],
+                form: "a list of input names",
+            },
+            Presence::Default("[]"),
+            "[motor]",
+            "Names of numbers that formulas use and that the caller sets at every step. They start at 0.",
+        ),
+        key(
+            "tunable",
+            Value::List {
+                of: &Value::Word(TUNABLE),
+                items: [0, usize::MAX],
+                form: "a list of `stiffness`, `damping`, `rest` and `mass`",
+            },
+            Presence::Default("[]"),
+            "[stiffness, mass]",
+            "Constants that become parameters, for every joint (`stiffness_<joint>`) or for every moving \
+             body (`mass_<body>`, with which the inertia scales).",
+        ),
+        required(
+            "joints",
+            Value::Named(Kind::Other("a joint"), &Value::Mapping(&JOINT)),
+            "{ knee: { bodies: [base, arm], axis: [[0, 0], [0, 20]] } }",
+            "Flexure hinges by name. Their order is the order of the coordinates q and the speeds u.",
+        ),
+        optional(
+            "initial",
+            Value::Mapping(&INITIAL),
+            "all angles and speeds start at 0",
+            "{ q: { knee: 30 deg } }",
+            "Where a motion starts. It is a guess, from which the loops are closed.",
+        ),
+        optional(
+            "points",
+            Value::Named(Kind::Other("a point"), &Value::Mapping(&POINT)),
+            "there are no output points",
+            "{ tip: { body: arm, at: [40, 10, 0.5] } }",
+            "Points of bodies by name. Where they go is a result.",
+        ),
+        optional(
+            "forces",
+            Value::Named(Kind::Other("a force"), &Value::Mapping(&FORCE)),
+            "no forces act at points",
+            "{ pull: { point: tip, force: [0, 0, \"0.01*t\"] } }",
+            "Forces by name.",
+        ),
+        optional(
+            "air",
+            Value::Mapping(&AIR),
+            "there is no air",
+            "{ density: 1.2, drag: 1.2 }",
+            "The air that plates are dragged through.",
+        ),
+        optional(
+            "hinge_models",
+            Value::Named(Kind::Other("a hinge model"), &Value::Mapping(&HINGE_MODEL)),
+            "only the built-in hinge models are there",
+            "{ tape: { stiffness: [[0.02, 0, 0, 0]], damping: [[2e-5, 0, 0, 0]], specimens: [[1e-3, 0.05, 5e-3]] } }",
+            "Families of measured hinges by name. `lamc hinge family` writes them.",
+        ),
+        optional(
+            "tolerance",
+            Value::Number(&LENGTH),
+            "half a unit of the last decimal in the drawing",
+            "0.005 mm",
+            "How far each coordinate of a hinge line may be off because of rounding, at most a hundredth \
+             of the drawing's size. Hinge lines are moved by no more than this to be exactly parallel or \
+             concurrent; 0 takes them as they are drawn. See [DRAWINGS.md](DRAWINGS.md).",
+        )
+        .range(Range::NotNegative),
+    ],
+    choices: &[],
+};
+
+/// `units`.
+pub static UNITS: Mapping = Mapping {
+    name: "units",
+    place: "units",
+    doc: "The units of numbers that are written without a unit. Formulas and parameters are always in SI \
+          units and radians.",
+    keys: &[
+        key("length", Value::Unit(&LENGTH), Presence::Default("m"), "mm", "Of bare lengths."),
+        key(
+            "angle",
+            Value::Unit(&ANGLE),
+            Presence::Default("rad"),
+            "deg",
+            "Of bare angles and, per second, of bare angular speeds.",
+        ),
+    ],
+    choices: &[],
+};
+
+/// An entry of `materials`.
+pub static MATERIAL: Mapping = Mapping {
+    name: "material",
+    place: "materials.<material>",
+    doc: "A sheet material.",
+    keys: &[
+        required("density", Value::Number(&DENSITY), "1380", "Mass per volume.")
+            .range(Range::Positive),
+        required("thickness", Value::Number(&LENGTH), "0.127 mm", "Thickness of the sheet.")
+            .range(Range::Positive),
+        optional(
+            "youngs_modulus",
+            Value::Number(&PRESSURE),
+            "the material cannot be a `beam` hinge",
+            "4383 MPa",
+            "Young's modulus, for `beam` hinges.",
+        )
+        .range(Range::Positive),
+        optional(
+            "yield_stress",
+            Value::Number(&PRESSURE),
+            "`beam` hinges count as linear at every angle",
+            "42.84 MPa",
+            "Yield stress. It bounds the angle up to which a `beam` hinge is linear.",
+        )
+        .range(Range::Positive),
+    ],
+    choices: &[],
+};
+
+/// `initial`.
+pub static INITIAL: Mapping = Mapping {
+    name: "initial",
+    place: "initial",
+    doc: "Angles and speeds at the start, by joint. Those of other joints start at 0; closed loops then \
+          move all of them as little as possible.",
+    keys: &[
+        key(
+            "q",
+            Value::PerJoint(&Value::Number(&ANGLE)),
+            Presence::Default("{}"),
+            "{ knee: 30 deg }",
+            "Angles. Those of joints with `limits` lie within them.",
+        ),
+        key(
+            "u",
+            Value::PerJoint(&Value::Number(&ANGULAR_SPEED)),
+            Presence::Default("{}"),
+            "{ knee: 1.5 rad/s }",
+            "Angular speeds.",
+        ),
+    ],
+    choices: &[],
+};
+
+/// An entry of `points`.
+pub static POINT: Mapping = Mapping {
+    name: "point",
+    place: "points.<point>",
+    doc: "A point that is fixed to a body.",
+    keys: &[
+        required("body", Value::Reference { to: "body", among: "bodies" }, "arm", "The body."),
+        required("at", POSITION, "[40, 10, 0.5]", "Where it is in the flat sheet."),
+    ],
+    choices: &[],
+};
+
+/// An entry of `forces`.
+pub static FORCE: Mapping = Mapping {
+    name: "force",
+    place: "forces.<force>",
+    doc: "A force at a point.",
+    keys: &[
+        required(
+            "point",
+            Value::Reference { to: "point", among: "points" },
+            "tip",
+            "Where it acts.",
+        ),
+        required(
+            "force",
+            Value::Array {
+                of: &Value::Formula(&FORCE_QUANTITY, Uses::Motion),
+                length: 3,
+                form: "`[x, y, z]`",
+            },
+            "[0, 0, \"0.01*t\"]",
+            "Its components in the base frame.",
+        ),
+    ],
+    choices: &[],
+};
+
+/// `air`.
+pub static AIR: Mapping = Mapping {
+    name: "air",
+    place: "air",
+    doc: "Air that resists moving plates. See [HINGES.md](HINGES.md#other-laws-of-a-joint-and-air).",
+    keys: &[
+        required(
+            "density",
+            Value::Formula(&DENSITY, NO_SPEED),
+            "1.2 kg/m^3",
+            "Density of the air.",
+        )
+        .range(Range::NotNegative),
+        required(
+            "drag",
+            Value::Formula(&NUMBER, NO_SPEED),
+            "1.2",
+            "Drag coefficient of a plate that is square to the flow.",
+        )
+        .range(Range::NotNegative),
+    ],
+    choices: &[],
+};
+
+/// An entry of `hinge_models`.
+pub static HINGE_MODEL: Mapping = Mapping {
+    name: "hinge model",
+    place: "hinge_models.<model>",
+    doc: "Stiffness and damping of a family of hinges as polynomials of the hinge's length l, its width w \
+          and the area a of the body that swings. Numbers are in SI units, whatever `units` says. See \
+          [HINGES.md](HINGES.md#families-of-hinges).",
+    keys: &[
+        required(
+            "stiffness",
+            TERMS,
+            "[[0.02, 0, 0, 0], [0.1, 0, 1, 0]]",
+            "Terms of the stiffness, N m/rad: `[coefficient, i, j, k]` is coefficient l^i w^j a^k, with \
+             whole exponents from 0 to 9.",
+        ),
+        required(
+            "damping",
+            TERMS,
+            "[[2e-5, 0, 0, 0], [1e-3, 0, 0, 1]]",
+            "Terms of the damping, N m s/rad.",
+        ),
+        required(
+            "specimens",
+            Value::List {
+                of: &SPECIMEN,
+                items: [0, usize::MAX],
+                form: "a list of `[length, width, area]`",
+            },
+            "[[1e-3, 0.03, 3e-3], [1e-3, 0.05, 5e-3], [2e-3, 0.05, 3e-3]]",
+            "Length (m), width (m) and area (m^2) of the hinges that were measured. A hinge outside of \
+             their convex hull is compiled with a warning.",
+        ),
+    ],
+    choices: &[],
+};
