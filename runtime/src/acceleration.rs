@@ -17,14 +17,12 @@
 //! or the mechanism is singular.
 
 use crate::closure_rows::{Decided, Rows};
-use crate::linear::{Kept, backward, dot, factor, forward, max_abs, tolerance};
+use crate::constants::{NOISE_OF_ACCELERATION, SAFE_CONDITIONING};
+use crate::linear::{Kept, backward, dot, factor, forward, max_abs};
 use crate::passage::pass;
 use crate::rank::{Fading, Gap};
 use crate::workspace::{check, split};
 use crate::{Arithmetic, Dimensions, EquationsMut, Error, Margin, Scalar, System};
-
-/// What rounding of a state may make of its acceleration, as a share.
-const NOISE: f64 = 1e-6;
 
 /// What is known of the closure equations at a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -94,11 +92,10 @@ pub fn acceleration_and_forces<Y: System>(
     solve(system, (t, q, u), Y::Scalar::ZERO, workspace, out, Some(lambda))
 }
 
-/// The conditioning above which rows are certainly independent and far from dependence: solving by
-/// J M^-1 J^T loses as many digits as its condition number has; ten are kept.
+/// The conditioning above which rows are certainly independent and far from dependence.
 #[inline]
 pub(crate) fn safe<S: Arithmetic>() -> S {
-    tolerance(1e-4, 1e5)
+    SAFE_CONDITIONING.of()
 }
 
 /// Whether the results of a straight-line elimination hold.
@@ -192,7 +189,8 @@ fn decide<Y: System>(
         // A direction that is kept shows itself where rounding of the state makes little of the
         // acceleration.
         let rounding = gap.uncertainty(kept.least) * dot(u, u);
-        let shows = rounding <= Y::Scalar::from_f64(NOISE) * kept.least * max_abs(out);
+        let shows =
+            rounding <= Y::Scalar::from_f64(NOISE_OF_ACCELERATION) * kept.least * max_abs(out);
         gap.is_below(zone, kept) && !(kept.least < zone && shows)
     };
     if zone > Y::Scalar::ZERO && kept.as_ref().is_some_and(fades) {

@@ -6,9 +6,9 @@
 //! design would get alone.
 
 use crate::acceleration::safe;
+use crate::constants::PROJECTION_STEPS;
 use crate::integrate::{Stages, is_forward};
 use crate::linear::max_abs;
-use crate::projection::ITERATIONS;
 use crate::rank::closed;
 use crate::{
     Arithmetic, Error, Margin, Mechanism, ProjectionMut, Rk4, State, Storage, StraightLine, System,
@@ -245,7 +245,7 @@ where
     let [mut positions, mut speeds] = [[V::ZERO; N]; 2];
     let (mut open, mut done) = (all::<V>(), 0);
     let mut before = V::from_f64(f64::INFINITY);
-    for _ in 0..ITERATIONS {
+    for _ in 0..PROJECTION_STEPS {
         let residual = residual.as_mut();
         let out = ProjectionMut { residual, positions: &mut positions, speeds: &mut speeds };
         let margin = batch.write_projection(q, u, out);

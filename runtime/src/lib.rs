@@ -110,6 +110,7 @@ mod acceleration;
 mod assembly;
 mod batch;
 mod closure_rows;
+pub mod constants;
 mod equilibrium;
 mod error;
 mod integrate;

@@ -13,24 +13,11 @@
 
 use crate::acceleration::{blame, not_finite, write};
 use crate::closure_rows::weigh;
+use crate::constants::{FADING_ASIDE, FADING_RATE, SPEED_ACROSS, SPEED_ALONG};
 use crate::linear::{add_scaled, backward, combine, dot, exchange, factor, forward, orthogonalise};
 use crate::rank::{Fading, Gap};
 use crate::workspace::split;
 use crate::{Arithmetic, Constraint, Dimensions, EquationsMut, Error, System};
-
-/// Rows that change by less than this share of the largest singular value per rad do not fade: they
-/// are redundant all along.
-const FADES: f64 = 1e-3;
-
-/// Speeds may lie across a direction that has nearly faded by this share and still show the branch.
-const ACROSS: f64 = 0.1;
-
-/// Speeds lie along a branch if no more of a row's change is along them than this many times what is
-/// left of the row, as a share of the strongest: rows fade by at least a hundredth per rad.
-const ALONG: f64 = 100.0;
-
-/// Rows that fade may lie aside of what they change by, by twice this share.
-const ASIDE: f64 = 1e-4;
 
 /// du/dt at a state next to a singular one through which the motion passes, into `out`. Directions that
 /// have faded to less than a `zone` of the strongest are taken along the motion. `None` at rest and where
@@ -78,7 +65,7 @@ pub(crate) fn pass<Y: System>(
             strong += 1;
         } else if value > gap.cut() * largest {
             let across = dot(&rows[i * n..(i + 1) * n], u).abs();
-            if across > Y::Scalar::from_f64(ACROSS) * value * speed {
+            if across > Y::Scalar::from_f64(SPEED_ACROSS) * value * speed {
                 return Ok(None);
             }
         }
@@ -98,7 +85,7 @@ pub(crate) fn pass<Y: System>(
         let beside = &mut beside[(strong + i) * width..];
         row.swap_with_slice(&mut beside[..n]);
         let along = dot(row, u) / speed;
-        let near = Y::Scalar::from_f64(ALONG) * length(&beside[..n]) / largest;
+        let near = Y::Scalar::from_f64(SPEED_ALONG) * length(&beside[..n]) / largest;
         if along.abs() <= near * length(row) {
             add_scaled(row, -along / speed, u);
         }
@@ -110,7 +97,7 @@ pub(crate) fn pass<Y: System>(
         }
         rhs[strong + i] = wanted;
     }
-    let least = Y::Scalar::from_f64(FADES) * largest;
+    let least = Y::Scalar::from_f64(FADING_RATE) * largest;
     let count = if fading.is_empty() {
         0
     } else {
@@ -138,7 +125,7 @@ pub(crate) fn pass<Y: System>(
                 let share = dot(faded, row);
                 add_scaled(faded, -share, row);
             }
-            let aside = Y::Scalar::from_f64(ASIDE).max(gap.uncertainty(value / largest));
+            let aside = Y::Scalar::from_f64(FADING_ASIDE).max(gap.uncertainty(value / largest));
             if length(faded) > (aside + aside) * value {
                 return Ok(None);
             }

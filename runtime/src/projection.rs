@@ -14,21 +14,13 @@
 
 use crate::acceleration::{blame, holds, not_finite};
 use crate::closure_rows::weigh;
+use crate::constants::{PROJECTION_STEPS, STEP_HALVINGS, UNDECIDED_FACTOR};
 use crate::linear::{
     add_scaled, backward, combine, dot, factor, keep, max_abs, normalise, orthogonalise, reduce,
 };
 use crate::rank::{Gap, bearable, closed, closed_finely};
 use crate::workspace::{check, split};
 use crate::{Arithmetic, Dimensions, EquationsMut, Error, ProjectionMut, Scalar, System};
-
-/// Steps of Gauss-Newton; it converges quadratically from where an integrator leaves it.
-pub(crate) const ITERATIONS: usize = 16;
-
-/// Loops that are open by this many times what rounding leaves are open because no branch is chosen.
-const UNDECIDED: f64 = 4.0;
-
-/// How often a step to the nearest branch is shortened by half.
-const HALVINGS: usize = 8;
 
 /// What a projection reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -158,7 +150,7 @@ fn directly<Y: System>(
     let given = split(&mut workspace, n).ok()?;
     given.copy_from_slice(q);
     let mut before = None;
-    for _ in 0..ITERATIONS {
+    for _ in 0..PROJECTION_STEPS {
         let out = ProjectionMut { residual, positions, speeds };
         let margin = system.write_projection(q, u, out);
         if !holds(&margin) {
@@ -359,16 +351,16 @@ impl<'a, S: Scalar> Closure<'a, S> {
         previous: &mut [S],
     ) -> Result<S, Error> {
         let enough = closed_finely(system);
-        let (far, half) = (S::from_f64(UNDECIDED) * enough, S::from_f64(0.5));
+        let (far, half) = (S::from_f64(UNDECIDED_FACTOR) * enough, S::from_f64(0.5));
         let mut nearest = false;
         let mut size = self.evaluate(system, q)?;
-        for _ in 0..ITERATIONS {
+        for _ in 0..PROJECTION_STEPS {
             if size <= enough {
                 break;
             }
             previous.copy_from_slice(q);
             self.solve(Gap::of(system, if nearest { S::ZERO } else { size }), S::ZERO);
-            let (tries, progress) = if nearest { (HALVINGS, size) } else { (1, size * half) };
+            let (tries, progress) = if nearest { (STEP_HALVINGS, size) } else { (1, size * half) };
             let mut share = S::ONE;
             let mut found = None;
             for _ in 0..tries {

@@ -20,7 +20,11 @@
 //! state, in `f32` to within some 1e-3 rad. Redundant rows, which differ from zero by g / s of the
 //! weakest direction, are always dropped.
 
-use crate::linear::{Kept, max_abs, tolerance};
+use crate::constants::{
+    ACCEPTABLE, CLOSED, CLOSED_EPSILONS, KANTOROVICH_BOUND, LARGEST_GAP, PASSING_FACTOR,
+    REDUNDANT_FACTOR, WEAK_SHARE,
+};
+use crate::linear::{Kept, max_abs};
 use crate::workspace::split;
 use crate::{Arithmetic, Dimensions, Error, Scalar, System};
 
@@ -44,12 +48,12 @@ pub(crate) struct Fading<S> {
 impl<S: Scalar> Fading<S> {
     /// For loops closed to rounding.
     pub fn of_rounding() -> Self {
-        let gap = S::from_f64(4.0) * S::EPSILON;
-        let (weak, quarter) = (S::from_f64(1e-2), gap.sqrt().sqrt());
-        let passing = S::from_f64(0.3) * quarter.min(weak);
+        let gap = S::from_f64(CLOSED_EPSILONS) * S::EPSILON;
+        let (weak, quarter) = (S::from_f64(WEAK_SHARE), gap.sqrt().sqrt());
+        let passing = S::from_f64(PASSING_FACTOR) * quarter.min(weak);
         Self {
             weak,
-            rough: weak.min(S::from_f64(10.0) * quarter),
+            rough: weak.min(S::from_f64(ROUGH_FACTOR) * quarter),
             passing,
             lost: passing.min(quarter * quarter.sqrt()),
             beside: weak.min(quarter),
@@ -57,24 +61,25 @@ impl<S: Scalar> Fading<S> {
     }
 }
 
-/// A redundant row may be this many times longer than the openness of the loops makes it.
-const REDUNDANT: f64 = 16.0;
+/// Derivatives are rough below this multiple of the fourth root of rounding: they lose a power of it more
+/// than accelerations.
+const ROUGH_FACTOR: f64 = 10.0;
 
 /// The residual, m, at which loops are closed to rounding.
 pub(crate) fn closed_finely<Y: System>(system: &Y) -> Y::Scalar {
-    Y::Scalar::from_f64(4.0) * Y::Scalar::EPSILON * system.size()
+    Y::Scalar::from_f64(CLOSED_EPSILONS) * Y::Scalar::EPSILON * system.size()
 }
 
 /// The residual, m, at which a loop counts as closed where no direction is weak: 1e-12 of the
 /// mechanism's size; 16 epsilon, about 2e-6 of it, in `f32`.
 pub(crate) fn closed<Y: System>(system: &Y) -> Y::Scalar {
-    tolerance::<Y::Scalar>(1e-12, 16.0) * system.size()
+    CLOSED.of::<Y::Scalar>() * system.size()
 }
 
 /// The residual, m, that may be left when rounding or a singular state stops a projection: 1e-9 of the
 /// size; a thousand epsilon, about 1e-4 of it, in `f32`.
 pub(crate) fn bearable<Y: System>(system: &Y) -> Y::Scalar {
-    tolerance::<Y::Scalar>(1e-9, 1000.0) * system.size()
+    ACCEPTABLE.of::<Y::Scalar>() * system.size()
 }
 
 /// By how much loops are open, as a share of the mechanism's size, never less than what rounding leaves
@@ -91,7 +96,7 @@ impl<S: Scalar> Gap<S> {
     /// Of loops closed to rounding.
     #[cfg(test)]
     pub fn closed() -> Self {
-        Self(S::from_f64(4.0) * S::EPSILON)
+        Self(S::from_f64(CLOSED_EPSILONS) * S::EPSILON)
     }
 
     /// At q; the workspace holds 9 L (N + 1) numbers. A state that is not closed at all has no rank of its
@@ -105,18 +110,18 @@ impl<S: Scalar> Gap<S> {
         let residual = split(&mut workspace, 9 * loops)?;
         let jacobian = split(&mut workspace, 9 * loops * n)?;
         system.write_closure(q, residual, jacobian);
-        let most = tolerance::<S>(1e-9, 16.0) * system.size();
+        let most = LARGEST_GAP.of::<S>() * system.size();
         Ok(Self::of(system, max_abs(residual).min(most)))
     }
 
     /// Singular values up to this share of the largest are dropped.
     pub fn cut(self) -> S {
-        (S::from_f64(4.0) * self.0).sqrt()
+        (self.0 / S::from_f64(KANTOROVICH_BOUND)).sqrt()
     }
 
     /// Whether a direction that is kept or dropped has faded to less than this share of the strongest.
     pub fn is_below(self, share: S, kept: &Kept<S>) -> bool {
-        kept.least < share || kept.dropped > S::from_f64(REDUNDANT) * self.0 / kept.least
+        kept.least < share || kept.dropped > S::from_f64(REDUNDANT_FACTOR) * self.0 / kept.least
     }
 
     /// How far off a direction of this singular value may be, rad.
@@ -126,6 +131,6 @@ impl<S: Scalar> Gap<S> {
 
     /// Whether the loops are closed to rounding.
     pub fn is_closed(self) -> bool {
-        self.0 <= S::from_f64(4.0) * S::EPSILON
+        self.0 <= S::from_f64(CLOSED_EPSILONS) * S::EPSILON
     }
 }

@@ -20,22 +20,16 @@ use core::f64::consts::{PI, TAU};
 use core::ops::Range;
 
 use crate::acceleration::not_finite;
-use crate::linear::{max_abs, tolerance};
+use crate::constants::{
+    BENT_ANGLE, BRANCH_RESTARTS, MOST_TURNS, NOISE_DROPPED, NOISE_FACTOR_1, NOISE_FACTOR_2,
+    NOISE_HALF, NOISE_INCREMENT, NOISE_SHIFT_1, NOISE_SHIFT_2, NOISE_STRIDE, RESTART_REACH,
+    RESTARTS, RESULT_NEAR, SEARCH_NEAR, SIGN_RESTARTS,
+};
+use crate::linear::max_abs;
 use crate::projection::worst_loop;
 use crate::scalar::{truncated, whole};
 use crate::workspace::{check, split};
 use crate::{Arithmetic, Error, Scalar, System};
-use steps::{NEAR, NEAREST};
-
-/// Perturbed guesses that are tried.
-const RESTARTS: usize = 40;
-/// Of these, to find a branch with the signs of the guess once another is found.
-const SIGN_RESTARTS: usize = 4;
-/// Of these, to find a nearer branch if there is none.
-const OTHER_RESTARTS: Range<usize> = 1..4;
-
-/// Angle from which on a joint counts as bent to one side, rad.
-const CLEAR: f64 = 1e-4;
 
 /// What an assembly reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,7 +102,7 @@ pub fn assemble<Y: System>(
             search.improve(q, attempt, candidate, held);
         }
         search.evaluate(q);
-        search.slide(q, candidate, held, tolerance(NEAREST, 32.0));
+        search.slide(q, candidate, held, RESULT_NEAR.of());
         let residual = search.evaluate(q);
         return Ok(Assembly { iterations: search.iterations, residual });
     }
@@ -117,11 +111,10 @@ pub fn assemble<Y: System>(
 
 /// A number between -1 and 1, always the same for the same arguments.
 fn noise<S: Scalar>(restart: usize, joint: usize) -> S {
-    let mut bits =
-        (restart as u64 * 0x1_0001 + joint as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    whole::<S>(bits >> 11) / whole(1 << 52) - S::ONE
+    let mut bits = (restart as u64 * NOISE_STRIDE + joint as u64 + 1).wrapping_mul(NOISE_INCREMENT);
+    bits = (bits ^ (bits >> NOISE_SHIFT_1)).wrapping_mul(NOISE_FACTOR_1);
+    bits = (bits ^ (bits >> NOISE_SHIFT_2)).wrapping_mul(NOISE_FACTOR_2);
+    whole::<S>(bits >> NOISE_DROPPED) / whole(NOISE_HALF) - S::ONE
 }
 
 struct Search<'a, Y: System> {
@@ -186,7 +179,7 @@ impl<Y: System> Search<'_, Y> {
     /// Whether each joint with a guess lies clearly on its guess's side of zero.
     fn has_signs(&self, q: &[Y::Scalar]) -> bool {
         let zero = Y::Scalar::ZERO;
-        let clear = Y::Scalar::from_f64(CLEAR);
+        let clear = Y::Scalar::from_f64(BENT_ANGLE);
         self.guess
             .iter()
             .zip(q)
@@ -206,11 +199,11 @@ impl<Y: System> Search<'_, Y> {
 
     /// The same direction within the limits, or the nearest limit.
     fn wrapped(&self, joint: usize, angle: Y::Scalar) -> Y::Scalar {
-        if self.clamped(joint, angle) == angle {
-            return angle;
-        }
         let of = Y::Scalar::from_f64;
         let turns = angle / of(TAU);
+        if self.clamped(joint, angle) == angle || !(turns.abs() < of(MOST_TURNS)) {
+            return self.clamped(joint, angle);
+        }
         let nearest = truncated(turns + of(if turns < Y::Scalar::ZERO { -0.5 } else { 0.5 }));
         let wrapped = angle - nearest * of(TAU);
         let inside = self.clamped(joint, wrapped) == wrapped;
@@ -232,14 +225,14 @@ impl<Y: System> Search<'_, Y> {
         restarts: Range<usize>,
     ) -> bool {
         for restart in restarts {
-            let reach = Y::Scalar::from_f64(0.1) * whole(restart as u64);
+            let reach = Y::Scalar::from_f64(RESTART_REACH) * whole(restart as u64);
             for joint in 0..q.len() {
                 let fixed = held.get(joint) == Some(&true);
                 let share = if fixed { Y::Scalar::ZERO } else { noise(restart, joint) };
                 q[joint] = self.clamped(joint, self.guess[joint] + reach * share);
             }
             if self.close(q, held) {
-                self.slide(q, candidate, held, tolerance(NEAR, 32.0));
+                self.slide(q, candidate, held, SEARCH_NEAR.of());
                 return true;
             }
             self.note_failure(q);
@@ -264,12 +257,12 @@ impl<Y: System> Search<'_, Y> {
             return;
         }
         // Flat joints that should be bent: where branches meet.
-        let clear = Y::Scalar::from_f64(CLEAR);
+        let clear = Y::Scalar::from_f64(BENT_ANGLE);
         let flat = |(&guess, &q): (&Y::Scalar, &Y::Scalar)| guess.abs() > clear && q.abs() <= clear;
         if !self.guess.iter().zip(&*q).any(flat) {
             return;
         }
-        for restart in OTHER_RESTARTS {
+        for restart in 1..BRANCH_RESTARTS {
             let found = self.find(attempt, candidate, held, restart..restart + 1);
             if found && self.distance(attempt) < self.distance(q) {
                 q.copy_from_slice(attempt);

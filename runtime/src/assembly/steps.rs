@@ -1,39 +1,24 @@
 //! The steps of an assembly: closing the loops, and sliding along the closure.
 
 use super::Search;
-use crate::linear::{add_scaled, backward, dot, factor, forward, max_abs, tolerance};
+use crate::constants::{
+    CLOSING_STEPS, CLOSING_TRIALS, DAMPING_DECREASE, DAMPING_INCREASE, DAMPING_RESTART,
+    FIRST_DAMPING, LEAST_DAMPING, LONGEST_SLIDE, LONGEST_STEP, SHORTEST_SLIDE, SINGULAR_INCREASE,
+    SLIDING_DAMPING, SLIDING_DECREASE, SLIDING_STEPS, SLIDING_TRIALS, SLOW_RATIO, SLOW_STEPS,
+};
+use crate::linear::{add_scaled, backward, dot, factor, forward, max_abs};
 use crate::rank::closed;
 use crate::{Arithmetic, Scalar, System};
-
-/// Steps to close.
-const CLOSING: usize = 80;
-/// Steps along the closure.
-const SLIDING: usize = 60;
-/// A search ends where steps along the closure are shorter than this, rad: what is left is their
-/// square.
-pub(super) const NEAR: f64 = 5e-2;
-/// The result's steps are shorter than this, rad.
-pub(super) const NEAREST: f64 = 1e-6;
-/// Damping of steps along the closure: rounding divided by less would drown what is along it.
-const ACROSS: f64 = 1e-6;
-/// Longest step of a joint, rad: longer ones jump to another branch.
-const LONGEST: f64 = 0.5;
-
-/// Damping of the normal equations, as a share of the largest entry of J^T J, that rounding makes
-/// necessary where J has not full rank.
-fn least_damping<S: Scalar>() -> S {
-    tolerance(1e-13, 4.0)
-}
 
 impl<Y: System> Search<'_, Y> {
     /// Levenberg-Marquardt from q. Leaves residual and Jacobian at the final q.
     pub(super) fn close(&mut self, q: &mut [Y::Scalar], held: &[bool]) -> bool {
         let enough = closed(self.system);
         let scale = self.system.size();
-        let mut damping = Y::Scalar::from_f64(1e-2);
+        let mut damping = Y::Scalar::from_f64(FIRST_DAMPING);
         let mut slow = 0;
         let mut size = self.evaluate(q);
-        for _ in 0..CLOSING {
+        for _ in 0..CLOSING_STEPS {
             if size <= enough {
                 return true;
             }
@@ -42,7 +27,7 @@ impl<Y: System> Search<'_, Y> {
             self.linearise(q, held);
             let share = (size / scale).min(Y::Scalar::ONE);
             let mut accepted = false;
-            for _ in 0..10 {
+            for _ in 0..CLOSING_TRIALS {
                 self.solve(damping * share);
                 self.try_step(q);
                 let next = max_abs(self.residual);
@@ -51,13 +36,14 @@ impl<Y: System> Search<'_, Y> {
                     q.copy_from_slice(self.trial);
                     size = next;
                     accepted = true;
-                    slow = if ratio > Y::Scalar::from_f64(0.9) { slow + 1 } else { 0 };
-                    damping *= Y::Scalar::from_f64(0.2);
+                    slow = if ratio > Y::Scalar::from_f64(SLOW_RATIO) { slow + 1 } else { 0 };
+                    damping *= Y::Scalar::from_f64(DAMPING_DECREASE);
                     break;
                 }
-                damping = damping.max(Y::Scalar::from_f64(1e-6)) * Y::Scalar::from_f64(8.0);
+                damping = damping.max(Y::Scalar::from_f64(DAMPING_RESTART))
+                    * Y::Scalar::from_f64(DAMPING_INCREASE);
             }
-            if !accepted || slow > 4 {
+            if !accepted || slow > SLOW_STEPS {
                 break;
             }
         }
@@ -66,7 +52,7 @@ impl<Y: System> Search<'_, Y> {
 
     /// Evaluates at `trial`, one step (shortened to the longest allowed) from q.
     fn try_step(&mut self, q: &[Y::Scalar]) {
-        let longest = Y::Scalar::from_f64(LONGEST);
+        let longest = Y::Scalar::from_f64(LONGEST_STEP);
         let length = max_abs(self.step);
         let factor = if length > longest { longest / length } else { Y::Scalar::ONE };
         for joint in 0..q.len() {
@@ -115,7 +101,7 @@ impl<Y: System> Search<'_, Y> {
     fn solve(&mut self, damping: Y::Scalar) {
         let n = self.step.len();
         let largest = (0..n).fold(Y::Scalar::ZERO, |most, i| most.max(self.normal[i * n + i]));
-        let mut damping = damping.max(least_damping());
+        let mut damping = damping.max(LEAST_DAMPING.of());
         loop {
             self.factor.copy_from_slice(self.normal);
             for i in 0..n {
@@ -128,7 +114,7 @@ impl<Y: System> Search<'_, Y> {
             if factor(self.factor, n).is_ok() || !damping.is_finite() {
                 break;
             }
-            damping *= Y::Scalar::from_f64(16.0);
+            damping *= Y::Scalar::from_f64(SINGULAR_INCREASE);
             if !(largest > Y::Scalar::ZERO) {
                 self.step.fill(Y::Scalar::ZERO);
                 return;
@@ -154,7 +140,7 @@ impl<Y: System> Search<'_, Y> {
         held: &[bool],
         arrived: Y::Scalar,
     ) {
-        for slid in 0..SLIDING {
+        for slid in 0..SLIDING_STEPS {
             self.tangent(q, held);
             if max_abs(self.step) <= arrived {
                 return;
@@ -164,7 +150,7 @@ impl<Y: System> Search<'_, Y> {
             self.last_q.copy_from_slice(q);
             self.last_step.copy_from_slice(self.step);
             let mut accepted = false;
-            for _ in 0..6 {
+            for _ in 0..SLIDING_TRIALS {
                 for joint in 0..q.len() {
                     let shift = factor * self.step[joint];
                     candidate[joint] = self.clamped(joint, q[joint] + shift);
@@ -174,7 +160,7 @@ impl<Y: System> Search<'_, Y> {
                     accepted = true;
                     break;
                 }
-                factor *= Y::Scalar::from_f64(0.3);
+                factor *= Y::Scalar::from_f64(SLIDING_DECREASE);
                 // `close` used what the direction was stored in.
                 self.evaluate(q);
                 self.tangent(q, held);
@@ -197,7 +183,7 @@ impl<Y: System> Search<'_, Y> {
             product += moved * (self.last_step[joint] - self.step[joint]);
         }
         if product > Y::Scalar::ZERO {
-            (square / product).max(of(0.1)).min(of(10.0))
+            (square / product).max(of(SHORTEST_SLIDE)).min(of(LONGEST_SLIDE))
         } else {
             Y::Scalar::ONE
         }
@@ -232,7 +218,7 @@ impl<Y: System> Search<'_, Y> {
                     add_scaled(self.rhs, -across, row);
                 }
                 if pass == 0 {
-                    self.solve(tolerance(ACROSS, 16.0));
+                    self.solve(SLIDING_DAMPING.of());
                 } else {
                     self.substitute();
                 }

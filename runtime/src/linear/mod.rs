@@ -9,6 +9,7 @@ pub(crate) use householder::{reflect, solve};
 pub(crate) use pseudoinverse::{Kept, combine, exchange, keep, normalise, orthogonalise, reduce};
 
 use crate::Arithmetic;
+use crate::constants::Tolerance;
 
 /// Scalar product of equally long slices.
 #[inline]
@@ -29,11 +30,10 @@ pub(crate) fn max_abs<S: Arithmetic>(values: &[S]) -> S {
     values.iter().fold(S::ZERO, |largest, value| largest.max(value.abs()))
 }
 
-/// The larger of a constant and a multiple of the machine epsilon: a tolerance that suits `f64`
-/// as stated and is as wide as rounding makes necessary in `f32`.
+/// A [`Tolerance`] of one algorithm alone.
 #[inline]
 pub(crate) fn tolerance<S: Arithmetic>(constant: f64, epsilons: f64) -> S {
-    S::from_f64(constant).max(S::from_f64(epsilons) * S::EPSILON)
+    Tolerance { constant, epsilons }.of()
 }
 
 /// A matrix of numbers in -1 .. 1 that look random and never change.

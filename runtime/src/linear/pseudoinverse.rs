@@ -16,9 +16,7 @@
 
 use super::{add_scaled, dot};
 use crate::Scalar;
-
-/// Sweeps over all pairs; convergence is quadratic and takes about six.
-const SWEEPS: usize = 40;
+use crate::constants::{JACOBI_SWEEPS, NEGLIGIBLE_EPSILONS, ORTHOGONAL_EPSILONS};
 
 /// Makes the rows of `a` (m x n) orthogonal and turns the rows of `b` (m x any) with them. Returns
 /// the number of rows that remain, at most min(m, n); what `a` and `b` hold beyond is meaningless.
@@ -75,16 +73,18 @@ pub(crate) fn reduce<S: Scalar>(a: &mut [S], b: &mut [S], m: usize, n: usize) ->
 
 /// The square of a length that is rounding beside the entries of `a`.
 fn negligible<S: Scalar>(a: &[S]) -> S {
-    S::from_f64(64.0) * S::EPSILON * S::EPSILON * dot(a, a)
+    let share = S::from_f64(NEGLIGIBLE_EPSILONS) * S::EPSILON;
+    share * share * dot(a, a)
 }
 
 /// Plane rotations of pairs of rows until all are orthogonal to rounding.
 fn rotate<S: Scalar>(a: &mut [S], b: &mut [S], k: usize, n: usize) {
     let width = b.len() / k;
-    let threshold = S::from_f64(16.0) * S::EPSILON * S::EPSILON;
+    let cosine = S::from_f64(ORTHOGONAL_EPSILONS) * S::EPSILON;
+    let threshold = cosine * cosine;
     // Turning a row this short any further changes no other row.
     let negligible = negligible(a);
-    for _ in 0..SWEEPS {
+    for _ in 0..JACOBI_SWEEPS {
         let mut done = true;
         for p in 0..k {
             for q in p + 1..k {
