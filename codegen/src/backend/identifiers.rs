@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use crate::program::Signature;
 use crate::source::is_keyword;
 
 /// `four_bar` -> `FourBar`.
@@ -18,6 +19,17 @@ pub fn type_name(name: &str) -> String {
     } else {
         format!("Model{camel}")
     }
+}
+
+/// What the locals of a function must not be called: its arguments, its outputs, and the `helpers`
+/// that bodies in its language call.
+pub fn reserved(
+    signature: &Signature,
+    helpers: impl IntoIterator<Item = &'static str>,
+) -> Vec<&'static str> {
+    let inputs = signature.inputs.iter().map(|input| input.name());
+    let outputs = signature.outputs.iter().map(|output| output.name);
+    inputs.chain(outputs).chain(helpers).collect()
 }
 
 /// Gives out identifiers in snake case, each once.

@@ -6,7 +6,8 @@ use lamc_runtime::{
     StraightLine, System, workspace_len,
 };
 
-use super::ir::{FunctionKind, Interface, Moving, Program, Slot};
+use super::ir::{Interface, Program, Slot};
+use super::signature::{Argument, FunctionKind};
 
 /// What evaluates the functions of a program.
 pub trait Engine: Sized {
@@ -108,39 +109,39 @@ impl<E: Engine> Executable<E> {
         self.inputs.fill(0.0);
     }
 
+    /// Evaluates a function where everything that it reads and writes has the length of its
+    /// signature, and does nothing elsewhere.
     fn evaluate(&self, kind: FunctionKind, at: State<'_>, out: &mut [&mut [f64]]) {
-        self.engine.run(kind, |slot| self.load(slot, at), out);
-    }
-
-    fn load(&self, slot: Slot, at: State<'_>) -> f64 {
-        match slot {
-            Slot::Time => at.t,
-            Slot::Position(id) => at.q[id.index()],
-            Slot::Rate(id) => at.u[id.index()],
-            Slot::Parameter(id) => self.parameters[id.index()],
-            Slot::Input(id) => self.inputs[id.index()],
-            Slot::Acceleration(id) => at.acceleration[id.index()],
-            Slot::Multiplier(row) => at.multipliers[row],
-            Slot::Change(moving) => match moving {
-                Moving::Time => at.change.t,
-                Moving::Position(id) => at.change.q[id.index()],
-                Moving::Rate(id) => at.change.u[id.index()],
-                Moving::Parameter(id) => at.change.parameters[id.index()],
-                Moving::Input(id) => at.change.inputs[id.index()],
-            },
+        let signature = kind.signature();
+        let is_whole = |argument: &Argument| {
+            self.read(*argument, &at).len() == argument.array().shape.length(&self.interface)
+        };
+        let lengths = out.iter().map(|out| out.len());
+        if signature.inputs.iter().all(is_whole) && lengths.eq(signature.lengths(&self.interface)) {
+            let load = |slot: Slot| {
+                let (argument, index) = slot.place();
+                self.read(argument, &at)[index]
+            };
+            self.engine.run(kind, load, out);
         }
     }
 
-    /// Whether a balance has one number per joint and per closure row.
-    fn balanced(&self, at: &Balance<'_, f64>) -> bool {
-        self.fits(at.q, at.u)
-            && at.acceleration.len() == at.q.len()
-            && at.multipliers.len() == self.interface.rows
-    }
-
-    /// Whether `q` and `u` have one number per joint.
-    fn fits(&self, q: &[f64], u: &[f64]) -> bool {
-        q.len() == self.interface.joints.len() && u.len() == q.len()
+    /// The numbers of an argument.
+    fn read<'a>(&'a self, argument: Argument, at: &'a State<'a>) -> &'a [f64] {
+        match argument {
+            Argument::Time => std::slice::from_ref(&at.t),
+            Argument::Positions => at.q,
+            Argument::Speeds => at.u,
+            Argument::Parameters => &self.parameters,
+            Argument::Inputs => &self.inputs,
+            Argument::Accelerations => at.acceleration,
+            Argument::Multipliers => at.multipliers,
+            Argument::TimeChange => std::slice::from_ref(&at.change.t),
+            Argument::PositionChange => at.change.q,
+            Argument::SpeedChange => at.change.u,
+            Argument::ParameterChange => at.change.parameters,
+            Argument::InputChange => at.change.inputs,
+        }
     }
 }
 
@@ -198,43 +199,34 @@ impl<E: Engine> System for Executable<E> {
     }
 
     fn write_equations(&self, t: f64, q: &[f64], u: &[f64], out: EquationsMut<'_, f64>) {
-        if self.fits(q, u) {
-            let out = &mut [out.mass, out.forcing, out.jacobian, out.gamma];
-            self.evaluate(FunctionKind::Equations, State { t, q, u, ..State::default() }, out);
-        }
+        let out = &mut [out.mass, out.forcing, out.jacobian, out.gamma];
+        self.evaluate(FunctionKind::Equations, State { t, q, u, ..State::default() }, out);
     }
 
     fn write_closure(&self, q: &[f64], residual: &mut [f64], jacobian: &mut [f64]) {
-        if self.fits(q, q) {
-            let at = State { q, ..State::default() };
-            self.evaluate(FunctionKind::Closure, at, &mut [residual, jacobian]);
-        }
+        let at = State { q, ..State::default() };
+        self.evaluate(FunctionKind::Closure, at, &mut [residual, jacobian]);
     }
 
     fn write_poses(&self, q: &[f64], out: &mut [f64]) {
-        if self.fits(q, q) {
-            self.evaluate(FunctionKind::Poses, State { q, ..State::default() }, &mut [out]);
-        }
+        self.evaluate(FunctionKind::Poses, State { q, ..State::default() }, &mut [out]);
     }
 
     fn write_points(&self, q: &[f64], out: &mut [f64]) {
-        if self.fits(q, q) {
-            self.evaluate(FunctionKind::Points, State { q, ..State::default() }, &mut [out]);
-        }
+        self.evaluate(FunctionKind::Points, State { q, ..State::default() }, &mut [out]);
     }
 
     fn energy(&self, t: f64, q: &[f64], u: &[f64]) -> Energy<f64> {
         let (mut kinetic, mut potential) = ([f64::NAN], [f64::NAN]);
-        if self.fits(q, u) {
-            let out: &mut [&mut [f64]] = &mut [&mut kinetic, &mut potential];
-            self.evaluate(FunctionKind::Energy, State { t, q, u, ..State::default() }, out);
-        }
+        let out: &mut [&mut [f64]] = &mut [&mut kinetic, &mut potential];
+        self.evaluate(FunctionKind::Energy, State { t, q, u, ..State::default() }, out);
         Energy { kinetic: kinetic[0], potential: potential[0] }
     }
 
     fn drives(&self, t: f64, mut visit: impl FnMut(Drive<f64>)) {
         let driven = self.interface.driven();
-        let mut values = vec![0.0; 4 * driven.len()];
+        let count = FunctionKind::Drives.signature().lengths(&self.interface).sum();
+        let mut values = vec![0.0; count];
         let at = State { t, ..State::default() };
         self.evaluate(FunctionKind::Drives, at, &mut [&mut values]);
         for (joint, values) in driven.iter().zip(values.chunks_exact(4)) {
@@ -245,11 +237,9 @@ impl<E: Engine> System for Executable<E> {
     }
 
     fn write_reactions(&self, at: Balance<'_, f64>, out: &mut [f64]) {
-        if self.balanced(&at) {
-            let Balance { t, q, u, acceleration, multipliers } = at;
-            let at = State { t, q, u, acceleration, multipliers, ..State::default() };
-            self.evaluate(FunctionKind::Reactions, at, &mut [out]);
-        }
+        let Balance { t, q, u, acceleration, multipliers } = at;
+        let at = State { t, q, u, acceleration, multipliers, ..State::default() };
+        self.evaluate(FunctionKind::Reactions, at, &mut [out]);
     }
 
     fn write_tangent(
@@ -259,15 +249,9 @@ impl<E: Engine> System for Executable<E> {
         forces: &mut [f64],
         closure: &mut [f64],
     ) {
-        let interface = &self.interface;
-        let fits = self.fits(change.q, change.u)
-            && change.parameters.len() == interface.parameters.len()
-            && change.inputs.len() == interface.inputs.len();
-        if self.balanced(&at) && fits {
-            let Balance { t, q, u, acceleration, multipliers } = at;
-            let at = State { t, q, u, acceleration, multipliers, change };
-            self.evaluate(FunctionKind::Tangent, at, &mut [forces, closure]);
-        }
+        let Balance { t, q, u, acceleration, multipliers } = at;
+        let at = State { t, q, u, acceleration, multipliers, change };
+        self.evaluate(FunctionKind::Tangent, at, &mut [forces, closure]);
     }
 }
 
@@ -276,21 +260,17 @@ impl<E: Engine> StraightLine for Executable<E> {
 
     fn write_acceleration(&self, t: f64, q: &[f64], u: &[f64], out: &mut [f64]) -> Margin<f64> {
         let mut margin = [f64::NAN; 2];
-        if self.fits(q, u) {
-            let at = State { t, q, u, ..State::default() };
-            self.evaluate(FunctionKind::Acceleration, at, &mut [out, &mut margin]);
-        }
+        let at = State { t, q, u, ..State::default() };
+        self.evaluate(FunctionKind::Acceleration, at, &mut [out, &mut margin]);
         let [inverse_pivot, conditioning] = margin;
         Margin { inverse_pivot, conditioning }
     }
 
     fn write_projection(&self, q: &[f64], u: &[f64], out: ProjectionMut<'_, f64>) -> Margin<f64> {
         let mut margin = [f64::NAN; 2];
-        if self.fits(q, u) {
-            let ProjectionMut { residual, positions, speeds } = out;
-            let out: &mut [&mut [f64]] = &mut [residual, positions, speeds, &mut margin];
-            self.evaluate(FunctionKind::Projection, State { q, u, ..State::default() }, out);
-        }
+        let ProjectionMut { residual, positions, speeds } = out;
+        let out: &mut [&mut [f64]] = &mut [residual, positions, speeds, &mut margin];
+        self.evaluate(FunctionKind::Projection, State { q, u, ..State::default() }, out);
         let [inverse_pivot, conditioning] = margin;
         Margin { inverse_pivot, conditioning }
     }
@@ -303,11 +283,9 @@ impl<E: Engine> StraightLine for Executable<E> {
         out: JacobianMut<'_, f64>,
     ) -> Margin<f64> {
         let mut margin = [f64::NAN; 2];
-        if self.fits(q, u) {
-            let JacobianMut { acceleration, dq, du, dt } = out;
-            let out: &mut [&mut [f64]] = &mut [acceleration, dq, du, dt, &mut margin];
-            self.evaluate(FunctionKind::Jacobian, State { t, q, u, ..State::default() }, out);
-        }
+        let JacobianMut { acceleration, dq, du, dt } = out;
+        let out: &mut [&mut [f64]] = &mut [acceleration, dq, du, dt, &mut margin];
+        self.evaluate(FunctionKind::Jacobian, State { t, q, u, ..State::default() }, out);
         let [inverse_pivot, conditioning] = margin;
         Margin { inverse_pivot, conditioning }
     }

@@ -4,7 +4,8 @@ use std::cell::RefCell;
 use std::sync::Arc;
 
 use super::executable::{Engine, Executable};
-use super::ir::{FunctionKind, Op, Output, Program, Slot, Value};
+use super::ir::{Op, Output, Program, Slot, Value};
+use super::signature::FunctionKind;
 
 /// A program run instruction by instruction.
 pub type Interpreter = Executable<Interpretation>;

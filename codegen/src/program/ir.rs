@@ -4,6 +4,7 @@
 //! of it ([`Interface`]). Each [`Function`] is a list of instructions in which every operand was
 //! defined earlier.
 
+use super::signature::FunctionKind;
 use crate::kane::Section;
 use crate::source::ids::index;
 use crate::source::{InputId, JointId, ParameterId};
@@ -85,61 +86,6 @@ pub struct Instruction {
     pub name: Option<String>,
 }
 
-/// Which function of a compiled mechanism.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum FunctionKind {
-    /// (t, q, u) -> mass N x N, forcing N, jacobian C x N, gamma C.
-    Equations,
-    /// (q) -> residual 9 L, jacobian 9 L x N.
-    Closure,
-    /// (q) -> poses B x 12.
-    Poses,
-    /// (q) -> points P x 3.
-    Points,
-    /// (t, q, u) -> kinetic, potential.
-    Energy,
-    /// (t) -> per driven joint its angle and three derivatives by t, D x 4.
-    Drives,
-    /// (t, q, u, du/dt, lambda) -> force and moment of each hinge, N x 6.
-    Reactions,
-    /// (t, q, u, du/dt, lambda; their changes) -> the changes of f - M du/dt + J^T lambda, N, and
-    /// of gamma + J du/dt, C, at constant du/dt and lambda.
-    Tangent,
-    /// (t, q, u) -> acceleration N, margin 2: du/dt by elimination, good where the margins, least
-    /// of the inverse pivots of M and conditioning of J M^-1 J^T, are large enough. Without
-    /// outputs where the closure is never regular or would take too many operations.
-    Acceleration,
-    /// (q, u) -> residual 9 L, positions N, speeds N, margin 2: the closure residuals, and
-    /// M^-1 J^T (J M^-1 J^T)^-1 times the residuals along the rows of J, and times J u. Without
-    /// outputs as `Acceleration`, and where there are no loops.
-    Projection,
-    /// (t, q, u) -> acceleration N, dq N x N, du N x N, dt N, margin 2: du/dt and its derivatives.
-    /// Without outputs as `Acceleration`.
-    Jacobian,
-}
-
-impl FunctionKind {
-    /// Every kind, in order.
-    pub const ALL: [Self; 11] = [
-        Self::Equations,
-        Self::Closure,
-        Self::Poses,
-        Self::Points,
-        Self::Energy,
-        Self::Drives,
-        Self::Reactions,
-        Self::Tangent,
-        Self::Acceleration,
-        Self::Projection,
-        Self::Jacobian,
-    ];
-
-    /// The function's name in reports.
-    pub fn name(self) -> String {
-        format!("{self:?}").to_lowercase()
-    }
-}
-
 /// A straight-line function.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Function {
@@ -154,7 +100,7 @@ pub struct Function {
 /// A named array a function writes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Output {
-    /// `mass`, `forcing`, `jacobian`, `gamma`, `residual`, `poses`, `points`, `kinetic`, ...
+    /// The name in the function's signature.
     pub name: &'static str,
     /// Number of rows.
     pub rows: usize,
@@ -189,7 +135,7 @@ impl Program {
 }
 
 /// What a caller must know of a mechanism.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Interface {
     /// The model's name, an identifier in snake case.
     pub name: String,
@@ -224,7 +170,7 @@ pub struct Interface {
 }
 
 /// A joint, as a caller sees it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct JointInfo {
     /// Its name.
     pub name: String,

@@ -9,48 +9,37 @@ use crate::kane::{Equations, Leaf, Phase, Section};
 use crate::symbolic::{Function as SymbolicFunction, Tree};
 
 use super::differentiate;
-use super::ir::{Function, FunctionKind, Instruction, Op, Output, Slot, Value};
+use super::ir::{Function, Instruction, Interface, Op, Output, Slot, Value};
+use super::signature::{Array, FunctionKind};
 
-/// Every function of the mechanism, in the order of [`FunctionKind`].
-pub fn functions(equations: &Equations) -> Vec<Function> {
-    let n = equations.mechanism().joints.len();
-    let (rows, loops) = (equations.gamma.len(), equations.topology.loops.len());
-    let bodies = equations.mechanism().bodies.len();
-    let points = equations.mechanism().points.len();
-    let kinetic = std::slice::from_ref(&equations.kinetic_energy);
-    let potential = std::slice::from_ref(&equations.potential_energy);
-    let of = |kind, outputs: &[(&'static str, usize, usize, &[Tree<Leaf>])]| {
-        function(equations, kind, outputs)
+/// Every function of the mechanism that is written directly from the equations, in the order of
+/// [`FunctionKind`].
+pub fn functions(equations: &Equations, interface: &Interface) -> Vec<Function> {
+    use FunctionKind::{
+        Closure, Drives, Energy, Equations as Motion, Points, Poses, Reactions, Tangent,
     };
+    let e = equations;
+    let kinetic = std::slice::from_ref(&e.kinetic_energy);
+    let potential = std::slice::from_ref(&e.potential_energy);
+    let of = |kind: FunctionKind, trees: &[&[Tree<Leaf>]]| {
+        let shaped = |(output, trees): (&Array, _)| {
+            let [rows, columns] = output.shape.of(interface);
+            (output.name, rows, columns, trees)
+        };
+        let outputs: Vec<_> =
+            kind.signature().outputs.iter().zip(trees.iter().copied()).map(shaped).collect();
+        function(e, kind, &outputs)
+    };
+    let angles = function(e, Drives, &[("angle", e.drives.len(), 1, &e.drives)]);
     vec![
-        of(
-            FunctionKind::Equations,
-            &[
-                ("mass", n, n, &equations.mass),
-                ("forcing", n, 1, &equations.forcing),
-                ("jacobian", rows, n, &equations.jacobian),
-                ("gamma", rows, 1, &equations.gamma),
-            ],
-        ),
-        of(
-            FunctionKind::Closure,
-            &[
-                ("residual", 9 * loops, 1, &equations.residual),
-                ("jacobian", 9 * loops, n, &equations.residual_jacobian),
-            ],
-        ),
-        of(FunctionKind::Poses, &[("poses", bodies, 12, &equations.poses)]),
-        of(FunctionKind::Points, &[("points", points, 3, &equations.points)]),
-        of(FunctionKind::Energy, &[("kinetic", 1, 1, kinetic), ("potential", 1, 1, potential)]),
-        drives(of(
-            FunctionKind::Drives,
-            &[("angle", equations.drives.len(), 1, &equations.drives)],
-        )),
-        of(FunctionKind::Reactions, &[("reactions", n, 6, &equations.reactions)]),
-        differentiate::along_changes(of(
-            FunctionKind::Tangent,
-            &[("forces", n, 1, &equations.imbalance), ("closure", rows, 1, &equations.opening)],
-        )),
+        of(Motion, &[&e.mass, &e.forcing, &e.jacobian, &e.gamma]),
+        of(Closure, &[&e.residual, &e.residual_jacobian]),
+        of(Poses, &[&e.poses]),
+        of(Points, &[&e.points]),
+        of(Energy, &[kinetic, potential]),
+        drives(angles),
+        of(Reactions, &[&e.reactions]),
+        differentiate::along_changes(of(Tangent, &[&e.imbalance, &e.opening])),
     ]
 }
 

@@ -18,6 +18,7 @@ mod lowering;
 mod number;
 mod op;
 mod schedule;
+mod signature;
 mod solution;
 mod text;
 mod verify;
@@ -29,6 +30,7 @@ pub use cost::Cost;
 pub use executable::{Engine, Executable, UnknownName};
 pub use interpreter::{Interpretation, Interpreter};
 pub use ir::*;
+pub use signature::*;
 pub use verify::{VerifyError, verify};
 
 use crate::kane::Equations;
@@ -49,7 +51,7 @@ pub fn lower(equations: &Equations, source_name: &str, source_text: &str) -> Pro
         check(&interface, schedule::schedule(function))
     };
     let mut functions: Vec<Function> =
-        lowering::functions(equations).into_iter().map(optimise).collect();
+        lowering::functions(equations, &interface).into_iter().map(optimise).collect();
     let tangent = &functions[FunctionKind::Tangent as usize];
     let solved = solution::functions(equations, tangent, optimise);
     functions.extend(solved);

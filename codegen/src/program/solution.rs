@@ -2,8 +2,9 @@
 
 use super::eliminate::{self, ByBody, ByEntry, Closure, Code, Factor};
 use super::fold;
-use super::ir::{Function, FunctionKind, Moving, Output, Slot, Value};
+use super::ir::{Function, Moving, Output, Slot, Value};
 use super::lowering;
+use super::signature::FunctionKind;
 use crate::kane::{Equations, Phase};
 use crate::source::JointId;
 

@@ -2,7 +2,8 @@
 
 use proptest::prelude::*;
 
-use super::ir::{Function, FunctionKind, Instruction, Op, Output, Slot, Value};
+use super::ir::{Function, Instruction, Op, Output, Slot, Value};
+use super::signature::FunctionKind;
 use super::{dead, fold, number};
 use crate::kane::{Phase, Section};
 use crate::source::JointId;

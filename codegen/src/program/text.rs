@@ -18,7 +18,9 @@ impl fmt::Display for Program {
 
 impl Program {
     fn function(&self, function: &Function, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "function {:?}  ; {}", function.kind, function.cost())?;
+        let signature = function.kind.signature();
+        let inputs: Vec<_> = signature.inputs.iter().map(|input| input.name()).collect();
+        writeln!(f, "function {}({})  ; {}", signature.name, inputs.join(", "), function.cost())?;
         let mut section = None;
         for (index, instruction) in function.instructions.iter().enumerate() {
             if section.replace(instruction.section) != Some(instruction.section) {
@@ -53,24 +55,23 @@ impl Program {
 
     fn slot(&self, slot: Slot) -> String {
         let interface = &self.interface;
-        match slot {
-            Slot::Time => "t".to_owned(),
-            Slot::Position(id) => format!("q.{}", interface.joints[id.index()].name),
-            Slot::Rate(id) => format!("u.{}", interface.joints[id.index()].name),
-            Slot::Parameter(id) => interface.parameters[id.index()].name.clone(),
-            Slot::Input(id) => interface.inputs[id.index()].clone(),
-            Slot::Acceleration(id) => format!("a.{}", interface.joints[id.index()].name),
-            Slot::Multiplier(row) => format!("lambda.{row}"),
-            Slot::Change(moving) => format!(
-                "d_{}",
-                self.slot(match moving {
-                    Moving::Time => Slot::Time,
-                    Moving::Position(id) => Slot::Position(id),
-                    Moving::Rate(id) => Slot::Rate(id),
-                    Moving::Parameter(id) => Slot::Parameter(id),
-                    Moving::Input(id) => Slot::Input(id),
-                })
-            ),
-        }
+        let (argument, index) = slot.place();
+        let element = match slot {
+            Slot::Position(id) | Slot::Rate(id) | Slot::Acceleration(id) => {
+                interface.joints[id.index()].name.clone()
+            }
+            Slot::Change(Moving::Position(id) | Moving::Rate(id)) => {
+                interface.joints[id.index()].name.clone()
+            }
+            Slot::Parameter(id) | Slot::Change(Moving::Parameter(id)) => {
+                interface.parameters[id.index()].name.clone()
+            }
+            Slot::Input(id) | Slot::Change(Moving::Input(id)) => {
+                interface.inputs[id.index()].clone()
+            }
+            Slot::Multiplier(_) => index.to_string(),
+            Slot::Time | Slot::Change(Moving::Time) => return argument.name().to_owned(),
+        };
+        format!("{}.{element}", argument.name())
     }
 }

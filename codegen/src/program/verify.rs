@@ -1,6 +1,7 @@
 //! The verifier: what every function must satisfy between passes.
 
-use super::ir::{Function, FunctionKind, Interface, Moving, Op, Program, Slot, Value};
+use super::ir::{Function, Interface, Op, Program, Slot, Value};
+use super::signature::FunctionKind;
 
 /// A broken invariant of a program: a bug in a pass, never a user's mistake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -11,8 +12,11 @@ pub enum VerifyError {
     /// An instruction reads what its function is not given, or what does not exist.
     #[error("{0:?}: {1:?} reads {2:?}")]
     Slot(FunctionKind, Value, Slot),
-    /// An output's entries do not fill its shape.
-    #[error("{0:?}: output {1} has the wrong number of entries")]
+    /// The outputs are not those of the function's signature.
+    #[error("{0:?}: the outputs are not those of the signature")]
+    Outputs(FunctionKind),
+    /// An output does not have the shape that the signature gives it.
+    #[error("{0:?}: output {1} does not have the shape of the signature")]
     Shape(FunctionKind, &'static str),
     /// An output refers to no instruction.
     #[error("{0:?}: output {1} refers to no instruction")]
@@ -47,8 +51,18 @@ pub(super) fn function(interface: &Interface, function: &Function) -> Result<(),
             return Err(VerifyError::Slot(kind, value, slot));
         }
     }
-    for output in &function.outputs {
-        if output.entries.len() != output.rows * output.columns {
+    let signature = kind.signature();
+    if function.outputs.is_empty() && signature.is_optional() {
+        return Ok(());
+    }
+    let names = function.outputs.iter().map(|output| output.name);
+    if !names.eq(signature.outputs.iter().map(|output| output.name)) {
+        return Err(VerifyError::Outputs(kind));
+    }
+    for (output, expected) in function.outputs.iter().zip(signature.outputs) {
+        let [rows, columns] = expected.shape.of(interface);
+        let shape = (output.rows, output.columns, output.entries.len());
+        if shape != (rows, columns, rows * columns) {
             return Err(VerifyError::Shape(kind, output.name));
         }
         if output.entries.iter().any(|entry| entry.index() >= function.instructions.len()) {
@@ -60,32 +74,95 @@ pub(super) fn function(interface: &Interface, function: &Function) -> Result<(),
 
 /// Whether a function of this kind is given this slot, and the slot exists.
 fn readable(interface: &Interface, kind: FunctionKind, slot: Slot) -> bool {
-    use FunctionKind::{
-        Acceleration, Drives, Energy, Equations, Jacobian, Projection, Reactions, Tangent,
-    };
-    let balanced = matches!(kind, Reactions | Tangent);
-    let moves =
-        balanced || matches!(kind, Equations | Energy | Acceleration | Projection | Jacobian);
-    let timed = moves || kind == Drives;
-    let joint = |id: crate::source::JointId| id.index() < interface.joints.len();
-    let parameter = |id: crate::source::ParameterId| id.index() < interface.parameters.len();
-    let input = |id: crate::source::InputId| id.index() < interface.inputs.len();
-    match slot {
-        Slot::Time => timed,
-        Slot::Position(id) => kind != Drives && joint(id),
-        Slot::Rate(id) => moves && joint(id),
-        Slot::Parameter(id) => timed && parameter(id),
-        Slot::Input(id) => timed && input(id),
-        Slot::Acceleration(id) => balanced && joint(id),
-        Slot::Multiplier(row) => balanced && row < interface.rows,
-        Slot::Change(moving) => {
-            kind == Tangent
-                && match moving {
-                    Moving::Time => true,
-                    Moving::Position(id) | Moving::Rate(id) => joint(id),
-                    Moving::Parameter(id) => parameter(id),
-                    Moving::Input(id) => input(id),
-                }
+    let (argument, index) = slot.place();
+    kind.signature().inputs.contains(&argument) && index < argument.array().shape.length(interface)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kane::{Phase, Section};
+    use crate::program::{Instruction, JointInfo, Moving, Output, SIGNATURES};
+    use crate::source::JointId;
+
+    /// Two joints, one loop with three closure rows.
+    fn interface() -> Interface {
+        Interface {
+            joints: vec![JointInfo::default(); 2],
+            loops: vec![String::new()],
+            rows: 3,
+            ..Interface::default()
+        }
+    }
+
+    /// A function that writes zeros and reads `slot`.
+    fn reading(interface: &Interface, kind: FunctionKind, slot: Slot) -> Function {
+        let instruction =
+            |op| Instruction { op, section: Section::mechanism(Phase::Output), name: None };
+        let output = |output: &crate::program::Array| {
+            let [rows, columns] = output.shape.of(interface);
+            Output { name: output.name, rows, columns, entries: vec![Value(0); rows * columns] }
+        };
+        Function {
+            kind,
+            instructions: [Op::Const(0.0), Op::Load(slot)].map(instruction).into(),
+            outputs: kind.signature().outputs.iter().map(output).collect(),
+        }
+    }
+
+    #[test]
+    fn a_function_reads_what_its_signature_gives_it_and_what_there_is() {
+        let interface = interface();
+        let check = |kind, slot| function(&interface, &reading(&interface, kind, slot));
+        for kind in FunctionKind::ALL {
+            for (slot, argument) in [
+                (Slot::Time, "t"),
+                (Slot::Position(JointId(1)), "q"),
+                (Slot::Rate(JointId(1)), "u"),
+                (Slot::Multiplier(2), "lambda"),
+                (Slot::Change(Moving::Time), "dt"),
+            ] {
+                let given = kind.signature().inputs.iter().any(|input| input.name() == argument);
+                let expected =
+                    if given { Ok(()) } else { Err(VerifyError::Slot(kind, Value(1), slot)) };
+                assert_eq!(check(kind, slot), expected, "{kind:?} {slot:?}");
+            }
+        }
+        for slot in [Slot::Position(JointId(2)), Slot::Multiplier(3)] {
+            let kind = FunctionKind::Reactions;
+            assert_eq!(check(kind, slot), Err(VerifyError::Slot(kind, Value(1), slot)));
+        }
+    }
+
+    #[test]
+    fn outputs_are_those_of_the_signature() {
+        let interface = interface();
+        for signature in &SIGNATURES {
+            let kind = signature.kind;
+            let slot =
+                if kind == FunctionKind::Drives { Slot::Time } else { Slot::Position(JointId(0)) };
+            let right = reading(&interface, kind, slot);
+            assert_eq!(function(&interface, &right), Ok(()));
+            let none = Function { outputs: Vec::new(), ..right.clone() };
+            assert_eq!(function(&interface, &none).is_ok(), signature.is_optional());
+            let mut more = right.clone();
+            more.outputs.push(right.outputs[0].clone());
+            assert_eq!(function(&interface, &more), Err(VerifyError::Outputs(kind)));
+            let mut renamed = right.clone();
+            renamed.outputs[0].name = "another";
+            assert_eq!(function(&interface, &renamed), Err(VerifyError::Outputs(kind)));
+            let name = right.outputs[0].name;
+            let mut longer = right.clone();
+            longer.outputs[0].entries.push(Value(0));
+            assert_eq!(function(&interface, &longer), Err(VerifyError::Shape(kind, name)));
+            let mut wider = right.clone();
+            wider.outputs[0].columns += 1;
+            assert_eq!(function(&interface, &wider), Err(VerifyError::Shape(kind, name)));
+            let mut undefined = right;
+            if let Some(entry) = undefined.outputs[0].entries.first_mut() {
+                *entry = Value(2);
+                assert_eq!(function(&interface, &undefined), Err(VerifyError::Output(kind, name)));
+            }
         }
     }
 }

@@ -7,54 +7,39 @@ use serde::Serialize;
 use tera::Context;
 
 use super::Real;
-use super::description::fields;
+use super::description::{MACROS, fields};
+use crate::backend::identifiers::reserved;
 use crate::backend::literal::digits;
 use crate::backend::parts::Parts;
 use crate::backend::statements::{Expression, SineCosine, Statement, statements};
 use crate::backend::text::wrap;
-use crate::program::{Function, FunctionKind, Op, Program, Slot};
+use crate::program::{Argument, Function, FunctionKind, Op, Program, Shape, Slot};
 
-/// What locals must not be called: parameters, functions and types of the template that a body
-/// uses or that would be confusing.
-const RESERVED: [&str; 37] = [
-    "t",
-    "q",
-    "u",
-    "p",
-    "in",
-    "mass",
-    "forcing",
-    "jacobian",
-    "gamma",
-    "residual",
-    "poses",
-    "points",
-    "kinetic",
-    "potential",
-    "drive",
-    "real",
-    "sin",
-    "cos",
-    "tan",
-    "exp",
-    "tanh",
-    "log",
-    "pow",
-    "atan2",
-    "sqrt",
-    "magnitude",
-    "smaller",
-    "larger",
-    "step_of",
-    "linux",
-    "unix",
-    "i386",
-    "size",
-    "acceleration",
-    "positions",
-    "speeds",
-    "margin",
+/// What C calls the operations that are functions there, without the suffix of `float`.
+const CALLS: [(&str, &str); 13] = [
+    ("sqrt", "sqrt"),
+    ("sin", "sin"),
+    ("cos", "cos"),
+    ("tan", "tan"),
+    ("exp", "exp"),
+    ("tanh", "tanh"),
+    ("ln", "log"),
+    ("pow", "pow"),
+    ("atan2", "atan2"),
+    ("abs", "magnitude"),
+    ("min", "smaller"),
+    ("max", "larger"),
+    ("step", "step_of"),
 ];
+
+/// Those of [`CALLS`] that the module defines itself.
+const OWN: [&str; 4] = ["magnitude", "smaller", "larger", "step_of"];
+
+/// What bodies use besides their arguments: types, functions, and names that are macros of
+/// compilers which were not told to follow the standard.
+fn helpers() -> impl Iterator<Item = &'static str> {
+    CALLS.into_iter().map(|(_, name)| name).chain(["real"]).chain(MACROS)
+}
 
 /// A static function: its head, the parameters that it does not read, its lines.
 #[derive(Serialize)]
@@ -66,7 +51,7 @@ struct Written {
 
 #[derive(Serialize)]
 struct Cost {
-    name: String,
+    name: &'static str,
     cost: String,
 }
 
@@ -84,7 +69,7 @@ pub fn insert(context: &mut Context, program: &Program, real: Real) {
     let functions = functions(program);
     let ops: Vec<Op> = functions
         .iter()
-        .flat_map(|&(kind, ..)| &program.function_of(kind).instructions)
+        .flat_map(|function| &function.instructions)
         .map(|instruction| instruction.op)
         .collect();
     let mut library = BTreeSet::from(["sqrt"]);
@@ -104,7 +89,7 @@ pub fn insert(context: &mut Context, program: &Program, real: Real) {
     context.insert("uses", &uses);
     let driven: Vec<usize> = interface.driven().iter().map(|joint| joint.index()).collect();
     context.insert("constrained", &(!interface.loops.is_empty() || !driven.is_empty()));
-    let offers = |wanted| functions.iter().any(|&(kind, ..)| kind == wanted);
+    let offers = |wanted| functions.iter().any(|function| function.kind == wanted);
     context.insert("solves", &offers(FunctionKind::Acceleration));
     context.insert("corrects", &offers(FunctionKind::Projection));
     let passes = !driven.is_empty();
@@ -127,95 +112,50 @@ pub fn insert(context: &mut Context, program: &Program, real: Real) {
         parameters: fields(interface.parameters.iter().map(|parameter| &parameter.name)),
         inputs: fields(&interface.inputs),
     };
-    let written: Vec<Written> = functions
-        .iter()
-        .map(|&(kind, name, given, outputs)| {
-            printer.function(program, program.function_of(kind), name, given, outputs)
-        })
-        .collect();
+    let written: Vec<Written> =
+        functions.iter().map(|function| printer.function(program, function)).collect();
     context.insert("functions", &written);
-    let cost = |&(kind, ..): &Static| {
-        let function = program.function_of(kind);
-        Cost { name: function.kind.name(), cost: function.cost().to_string() }
+    let cost = |function: &&Function| Cost {
+        name: function.kind.name(),
+        cost: function.cost().to_string(),
     };
     context.insert("costs", &functions.iter().map(cost).collect::<Vec<_>>());
 }
 
-/// A function's kind, its name, what it is given, and its outputs with the arrays they go to.
-type Static =
-    (FunctionKind, &'static str, &'static [&'static str], &'static [(&'static str, &'static str)]);
-
-const POSITION: &[&str] = &["q"];
-const MOTION: &[&str] = &["t", "q", "u", "p", "in"];
-const SHAPE: &[&str] = &["q", "u", "p"];
-const TIME: &[&str] = &["t", "p", "in"];
+/// The functions that the algorithms of a C module call.
+const KINDS: [FunctionKind; 8] = [
+    FunctionKind::Equations,
+    FunctionKind::Closure,
+    FunctionKind::Poses,
+    FunctionKind::Points,
+    FunctionKind::Energy,
+    FunctionKind::Drives,
+    FunctionKind::Acceleration,
+    FunctionKind::Projection,
+];
 
 /// The functions a mechanism has: those that write nothing are left out.
-fn functions(program: &Program) -> Vec<Static> {
-    let all: [Static; 8] = [
-        (
-            FunctionKind::Equations,
-            "equations",
-            MOTION,
-            &[
-                ("mass", "mass"),
-                ("forcing", "forcing"),
-                ("jacobian", "jacobian"),
-                ("gamma", "gamma"),
-            ],
-        ),
-        (
-            FunctionKind::Closure,
-            "closure",
-            POSITION,
-            &[("residual", "residual"), ("jacobian", "jacobian")],
-        ),
-        (FunctionKind::Poses, "poses_of", POSITION, &[("poses", "poses")]),
-        (FunctionKind::Points, "points_of", POSITION, &[("points", "points")]),
-        (
-            FunctionKind::Energy,
-            "energies",
-            MOTION,
-            &[("kinetic", "kinetic"), ("potential", "potential")],
-        ),
-        (FunctionKind::Drives, "drives", TIME, &[("drives", "drive")]),
-        (
-            FunctionKind::Acceleration,
-            "acceleration_of",
-            MOTION,
-            &[("acceleration", "acceleration"), ("margin", "margin")],
-        ),
-        (
-            FunctionKind::Projection,
-            "projection_of",
-            SHAPE,
-            &[
-                ("residual", "residual"),
-                ("positions", "positions"),
-                ("speeds", "speeds"),
-                ("margin", "margin"),
-            ],
-        ),
-    ];
+fn functions(program: &Program) -> Vec<&Function> {
     let writes =
-        |kind| program.function_of(kind).outputs.iter().any(|output| !output.entries.is_empty());
-    all.into_iter().filter(|&(kind, ..)| writes(kind)).collect()
+        |function: &&Function| function.outputs.iter().any(|output| !output.entries.is_empty());
+    KINDS.into_iter().map(|kind| program.function_of(kind)).filter(writes).collect()
+}
+
+/// The name of a static function: none that a public one can have, whatever the model's name.
+fn static_name(kind: FunctionKind) -> String {
+    match kind {
+        FunctionKind::Energy => "energies".to_owned(),
+        FunctionKind::Equations | FunctionKind::Closure | FunctionKind::Drives => {
+            kind.name().to_owned()
+        }
+        _ => format!("{}_of", kind.name()),
+    }
 }
 
 /// The library's function behind an operation.
 fn library_function(op: Op) -> Option<&'static str> {
-    match op {
-        Op::Sqrt(_)
-        | Op::Sin(_)
-        | Op::Cos(_)
-        | Op::Tan(_)
-        | Op::Exp(_)
-        | Op::Tanh(_)
-        | Op::Pow(..)
-        | Op::Atan2(..) => Some(op.mnemonic()),
-        Op::Ln(_) => Some("log"),
-        _ => None,
-    }
+    let (_, name) = CALLS.into_iter().find(|(mnemonic, _)| *mnemonic == op.mnemonic())?;
+    (!OWN.contains(&name)).then_some(name)
 }
 
 struct Printer {
@@ -225,52 +165,42 @@ struct Printer {
 }
 
 impl Printer {
-    fn function(
-        &self,
-        program: &Program,
-        function: &Function,
-        name: &str,
-        given: &'static [&'static str],
-        outputs: &[(&str, &str)],
-    ) -> Written {
+    fn function(&self, program: &Program, function: &Function) -> Written {
         let model = &program.interface.name;
+        let signature = function.kind.signature();
         let parts = Parts::whole(function);
-        let stretch = statements(program, function, &parts, &RESERVED).remove(0);
-        let mut parameters: Vec<String> = given
-            .iter()
-            .map(|&name| match name {
-                "t" => "real t".to_owned(),
-                "p" => format!("const {model}_params *p"),
-                "in" => format!("const {model}_inputs *in"),
-                array => format!("const real *{array}"),
-            })
-            .collect();
+        let reserved = reserved(signature, helpers());
+        let stretch = statements(program, function, &parts, &reserved).remove(0);
+        let parameter = |argument: &Argument| match argument {
+            Argument::Parameters => format!("const {model}_params *{}", argument.name()),
+            Argument::Inputs => format!("const {model}_inputs *{}", argument.name()),
+            _ if argument.array().shape == Shape::SCALAR => format!("real {}", argument.name()),
+            _ => format!("const real *{}", argument.name()),
+        };
+        let mut parameters: Vec<String> = signature.inputs.iter().map(parameter).collect();
         let mut lines = Vec::new();
         for statement in &stretch.list {
             self.statement(&program.interface.nodes, statement, &mut lines);
         }
-        for (output, place) in outputs {
-            let entries = stretch.entries.iter().filter(|(name, ..)| name == output);
-            for (_, index, entry) in entries {
-                let value = self.expression(entry);
-                wrap(&format!("    {place}[{index}] = {value};"), &mut lines);
-            }
-            if function.outputs.iter().any(|o| o.name == *output && !o.entries.is_empty()) {
-                parameters.push(format!("real *{place}"));
-            }
+        for (output, index, entry) in &stretch.entries {
+            let value = self.expression(entry);
+            wrap(&format!("    {output}[{index}] = {value};"), &mut lines);
         }
+        let written = function.outputs.iter().filter(|output| !output.entries.is_empty());
+        parameters.extend(written.map(|output| format!("real *{}", output.name)));
         let reads: BTreeSet<_> = function
             .instructions
             .iter()
             .filter_map(|instruction| match instruction.op {
-                Op::Load(slot) => Some(parameter_of(slot)),
+                Op::Load(slot) => Some(slot.place().0),
                 _ => None,
             })
             .collect();
-        let unused = given.iter().copied().filter(|name| !reads.contains(name)).collect();
-        let mut signature = Vec::new();
-        wrap(&format!("{name}({})", parameters.join(", ")), &mut signature);
-        Written { signature: signature.join("\n"), unused, lines }
+        let unused = signature.inputs.iter().filter(|argument| !reads.contains(argument));
+        let unused = unused.map(|argument| argument.name()).collect();
+        let mut head = Vec::new();
+        wrap(&format!("{}({})", static_name(function.kind), parameters.join(", ")), &mut head);
+        Written { signature: head.join("\n"), unused, lines }
     }
 
     fn statement(&self, nodes: &[String], statement: &Statement, lines: &mut Vec<String>) {
@@ -312,44 +242,26 @@ impl Printer {
                 format!("{x} {} {y}", operator.symbol())
             }
             Expression::Call(function, arguments) => {
-                let suffix = self.real.suffix();
-                let function = match *function {
-                    "abs" => "magnitude".to_owned(),
-                    "min" => "smaller".to_owned(),
-                    "max" => "larger".to_owned(),
-                    "step" => "step_of".to_owned(),
-                    "ln" => format!("log{suffix}"),
-                    library => format!("{library}{suffix}"),
-                };
+                let (_, name) = CALLS
+                    .into_iter()
+                    .find(|(mnemonic, _)| mnemonic == function)
+                    .unwrap_or_else(|| unreachable!("C has no name for {function}"));
+                let suffix = if OWN.contains(&name) { "" } else { self.real.suffix() };
                 let arguments: Vec<_> = arguments.iter().map(|x| self.expression(x)).collect();
-                format!("{function}({})", arguments.join(", "))
+                format!("{name}{suffix}({})", arguments.join(", "))
             }
         }
     }
 
     fn load(&self, slot: Slot) -> String {
-        match slot {
-            Slot::Time => "t".to_owned(),
-            Slot::Position(id) => format!("q[{}]", id.index()),
-            Slot::Rate(id) => format!("u[{}]", id.index()),
-            Slot::Parameter(id) => format!("p->{}", self.parameters[id.index()]),
-            Slot::Input(id) => format!("in->{}", self.inputs[id.index()]),
-            Slot::Acceleration(_) | Slot::Multiplier(_) | Slot::Change(_) => {
-                unreachable!("no function of the C module reads {slot:?}")
-            }
+        let (argument, index) = slot.place();
+        let name = argument.name();
+        match argument {
+            Argument::Parameters => format!("{name}->{}", self.parameters[index]),
+            Argument::Inputs => format!("{name}->{}", self.inputs[index]),
+            _ if argument.array().shape == Shape::SCALAR => name.to_owned(),
+            _ => format!("{name}[{index}]"),
         }
-    }
-}
-
-/// The parameter of a C function through which it reads a slot.
-fn parameter_of(slot: Slot) -> &'static str {
-    match slot {
-        Slot::Time => "t",
-        Slot::Position(_) => "q",
-        Slot::Rate(_) => "u",
-        Slot::Parameter(_) => "p",
-        Slot::Input(_) => "in",
-        Slot::Acceleration(_) | Slot::Multiplier(_) | Slot::Change(_) => "",
     }
 }
 

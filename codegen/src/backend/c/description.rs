@@ -45,10 +45,12 @@ struct Indices {
     names: Vec<String>,
 }
 
+/// Macros of the library, and of compilers that were not told to follow the standard.
+pub const MACROS: [&str; 4] = ["linux", "unix", "i386", "errno"];
+
 /// The fields of parameters or inputs.
 pub fn fields<'a>(names: impl IntoIterator<Item = &'a String>) -> Vec<String> {
-    // Macros of the library, and of compilers that were not told to follow the standard.
-    let mut given = Names::reserving(&["linux", "unix", "i386", "errno"]);
+    let mut given = Names::reserving(&MACROS);
     names.into_iter().map(|name| given.give(name)).collect()
 }
 

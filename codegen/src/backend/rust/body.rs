@@ -2,56 +2,23 @@
 //!
 //! Products that are added or subtracted are fused with the sum, wherever the target can.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 
 use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 
 use super::ScalarChoice;
 use super::items::{FieldNames, Syntax, number};
+use crate::backend::identifiers::reserved;
 use crate::backend::literal::digits;
 use crate::backend::parts::{Part, Parts};
 use crate::backend::statements::{Expression, Infix, SineCosine, Statement, Stretch, statements};
 use crate::backend::text::wrap;
-use crate::program::{Function, Interface, Moving, Program, Slot};
+use crate::program::{Argument, Function, Program, Shape, Slot};
 
-/// What locals must not be called.
-const RESERVED: [&str; 34] = [
-    "t",
-    "q",
-    "u",
-    "a",
-    "lambda",
-    "dt",
-    "dq",
-    "du",
-    "dp",
-    "di",
-    "c",
-    "mul_add",
-    "kept",
-    "at",
-    "change",
-    "out",
-    "mass",
-    "forcing",
-    "jacobian",
-    "gamma",
-    "residual",
-    "poses",
-    "points",
-    "kinetic",
-    "potential",
-    "drives",
-    "reactions",
-    "forces",
-    "closure",
-    "visit",
-    "acceleration",
-    "positions",
-    "speeds",
-    "margin",
-];
+/// What bodies call besides their arguments: the conversion of constants, the fused product, the
+/// array that parts of a function share, and the closure that takes the drives.
+pub const HELPERS: [&str; 4] = ["c", "mul_add", "kept", "visit"];
 
 /// Spaces in front of a statement.
 const INDENT: &str = "        ";
@@ -81,7 +48,8 @@ impl<'a> Bodies<'a> {
     /// has the names of [`given`].
     pub fn write(&mut self, function: &Function) -> TokenStream {
         let parts = Parts::bounded(function);
-        let stretches = statements(self.program, function, &parts, &RESERVED);
+        let reserved = reserved(function.kind.signature(), HELPERS);
+        let stretches = statements(self.program, function, &parts, &reserved);
         if let [stretch] = &stretches[..] {
             return self.text(stretch);
         }
@@ -117,33 +85,22 @@ impl<'a> Bodies<'a> {
 
     /// Parameters for what a part reads, and their types.
     fn given(&self, part: &Part) -> Vec<(proc_macro2::Ident, TokenStream)> {
-        let given: BTreeMap<_, _> =
-            part.reads.iter().filter_map(|&slot| self.parameter(slot)).collect();
-        given.into_iter().map(|(name, ty)| (format_ident!("{name}"), ty)).collect()
+        let arguments: BTreeSet<_> = part.reads.iter().map(|slot| slot.place().0).collect();
+        arguments.into_iter().filter_map(|argument| self.parameter(argument)).collect()
     }
 
-    /// The parameter through which a slot is read, unless it is a field.
-    fn parameter(&self, slot: Slot) -> Option<(&'static str, TokenStream)> {
-        let Interface { parameters, inputs, .. } = &self.program.interface;
+    /// The parameter for an argument, unless it is a field.
+    fn parameter(&self, argument: Argument) -> Option<(proc_macro2::Ident, TokenStream)> {
         let scalar = &self.syntax.scalar;
-        let array = |length: TokenStream| quote!(&[#scalar; #length]);
-        let counted = |length: usize| {
-            let length = number(length);
-            array(quote!(#length))
+        let ty = match (argument, argument.array().shape) {
+            (Argument::Parameters | Argument::Inputs, _) => return None,
+            (_, Shape::SCALAR) => scalar.clone(),
+            (_, shape) => {
+                let length = number(shape.length(&self.program.interface));
+                quote!(&[#scalar; #length])
+            }
         };
-        Some(match slot {
-            Slot::Time => ("t", scalar.clone()),
-            Slot::Position(_) => ("q", array(quote!(N))),
-            Slot::Rate(_) => ("u", array(quote!(N))),
-            Slot::Parameter(_) | Slot::Input(_) => return None,
-            Slot::Acceleration(_) => ("a", array(quote!(N))),
-            Slot::Multiplier(_) => ("lambda", array(quote!(C))),
-            Slot::Change(Moving::Time) => ("dt", scalar.clone()),
-            Slot::Change(Moving::Position(_)) => ("dq", array(quote!(N))),
-            Slot::Change(Moving::Rate(_)) => ("du", array(quote!(N))),
-            Slot::Change(Moving::Parameter(_)) => ("dp", counted(parameters.len())),
-            Slot::Change(Moving::Input(_)) => ("di", counted(inputs.len())),
-        })
+        Some((format_ident!("{}", argument.name()), ty))
     }
 
     /// What stands for a text among tokens.
@@ -235,21 +192,12 @@ impl<'a> Bodies<'a> {
     }
 
     fn load(&self, slot: Slot) -> String {
-        match slot {
-            Slot::Time => "t".to_owned(),
-            Slot::Position(id) => format!("q[{}]", id.index()),
-            Slot::Rate(id) => format!("u[{}]", id.index()),
-            Slot::Parameter(id) => format!("self.params.{}", self.fields.parameters[id.index()]),
-            Slot::Input(id) => format!("self.inputs.{}", self.fields.inputs[id.index()]),
-            Slot::Acceleration(id) => format!("a[{}]", id.index()),
-            Slot::Multiplier(row) => format!("lambda[{row}]"),
-            Slot::Change(moving) => match moving {
-                Moving::Time => "dt".to_owned(),
-                Moving::Position(id) => format!("dq[{}]", id.index()),
-                Moving::Rate(id) => format!("du[{}]", id.index()),
-                Moving::Parameter(id) => format!("dp[{}]", id.index()),
-                Moving::Input(id) => format!("di[{}]", id.index()),
-            },
+        let (argument, index) = slot.place();
+        match argument {
+            Argument::Parameters => format!("self.params.{}", self.fields.parameters[index]),
+            Argument::Inputs => format!("self.inputs.{}", self.fields.inputs[index]),
+            _ if argument.array().shape == Shape::SCALAR => argument.name().to_owned(),
+            _ => format!("{}[{index}]", argument.name()),
         }
     }
 }

@@ -9,7 +9,7 @@ use crate::program::Program;
 
 #[derive(Serialize)]
 struct Cost {
-    name: String,
+    name: &'static str,
     cost: String,
 }
 

@@ -1,0 +1,500 @@
+//! The table of signatures: what each function of a compiled mechanism reads and writes.
+//!
+//! Shapes are symbolic, because they depend on the mechanism: [`Size::of`] evaluates them against
+//! its [`Interface`]. The lowering, the verifier, the interpreter, the backends and the reserved
+//! names of generated code all read this table; the facts stand nowhere else.
+
+use super::ir::{Interface, Moving, Slot};
+
+/// Which function of a compiled mechanism; [`signature`](Self::signature) says what it computes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[allow(missing_docs, reason = "`SIGNATURES` documents each")]
+pub enum FunctionKind {
+    Equations,
+    Closure,
+    Poses,
+    Points,
+    Energy,
+    Drives,
+    Reactions,
+    Tangent,
+    Acceleration,
+    Projection,
+    Jacobian,
+}
+
+impl FunctionKind {
+    /// Every kind, in order.
+    pub const ALL: [Self; 11] = {
+        let mut all = [Self::Equations; 11];
+        let mut index = 0;
+        while index < all.len() {
+            all[index] = SIGNATURES[index].kind;
+            index += 1;
+        }
+        all
+    };
+
+    /// What the function is called, reads and writes.
+    pub fn signature(self) -> &'static Signature {
+        &SIGNATURES[self as usize]
+    }
+
+    /// The function's name in reports.
+    pub fn name(self) -> &'static str {
+        self.signature().name
+    }
+}
+
+/// What a function of a compiled mechanism is called, reads and writes.
+#[derive(Clone, Copy, Debug)]
+pub struct Signature {
+    /// Which function.
+    pub kind: FunctionKind,
+    /// Its name in reports and in C.
+    pub name: &'static str,
+    /// The runtime's trait that it belongs to.
+    pub owner: Owner,
+    /// Its name in that trait.
+    pub method: &'static str,
+    /// What it reads, in the order of its parameters.
+    pub inputs: &'static [Argument],
+    /// What it writes, in order.
+    pub outputs: &'static [Array],
+    /// What it computes, in one sentence without its full stop.
+    pub doc: &'static str,
+}
+
+impl Signature {
+    /// The lengths of the outputs, in their order.
+    pub fn lengths(&self, interface: &Interface) -> impl Iterator<Item = usize> {
+        self.outputs.iter().map(|output| output.shape.length(interface))
+    }
+
+    /// Whether a program may leave the function out: the runtime then solves by its own algorithms.
+    pub fn is_optional(&self) -> bool {
+        self.owner == Owner::StraightLine
+    }
+}
+
+/// The trait of the runtime that a function belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Owner {
+    /// `System`: the equations.
+    System,
+    /// `StraightLine`: their solution by elimination. Its functions decide nothing on the rank, and
+    /// say beside their results how far these can be trusted.
+    StraightLine,
+}
+
+/// A named array of numbers that a function reads or writes, row-major.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Array {
+    /// Its name in the program's text and in generated code.
+    pub name: &'static str,
+    /// Its rows and columns.
+    pub shape: Shape,
+    /// The SI unit of its numbers; empty for pure numbers.
+    pub unit: &'static str,
+    /// What it holds, in a few words.
+    pub doc: &'static str,
+}
+
+/// Rows and columns of an [`Array`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shape(pub Size, pub Size);
+
+impl Shape {
+    /// One number.
+    pub const SCALAR: Self = Self(Size::Fixed(1), Size::Fixed(1));
+
+    /// A vector.
+    const fn vector(length: Size) -> Self {
+        Self(length, Size::Fixed(1))
+    }
+
+    /// Rows and columns for a mechanism.
+    pub fn of(self, interface: &Interface) -> [usize; 2] {
+        [self.0.of(interface), self.1.of(interface)]
+    }
+
+    /// The count of numbers for a mechanism.
+    pub fn length(self, interface: &Interface) -> usize {
+        self.of(interface).iter().product()
+    }
+}
+
+impl std::fmt::Display for Shape {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self(rows, Size::Fixed(1)) => write!(f, "{rows}"),
+            Self(rows, columns) => write!(f, "{rows} x {columns}"),
+        }
+    }
+}
+
+/// A size that depends on the mechanism.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Size {
+    /// The same for every mechanism.
+    Fixed(usize),
+    /// NQ: the coordinates q.
+    Coordinates,
+    /// NU: the speeds u. For hinges there are as many as coordinates.
+    Speeds,
+    /// J: the joints.
+    Joints,
+    /// C: the closure rows of the acceleration.
+    Rows,
+    /// 9 L: nine closure residuals for each loop.
+    Residuals,
+    /// B: the bodies.
+    Bodies,
+    /// P: the output points.
+    Points,
+    /// D: the joints that follow a prescribed angle.
+    Drives,
+    /// The parameters.
+    Parameters,
+    /// The inputs.
+    Inputs,
+}
+
+impl Size {
+    /// The size for a mechanism.
+    pub fn of(self, interface: &Interface) -> usize {
+        match self {
+            Self::Fixed(count) => count,
+            Self::Coordinates | Self::Speeds | Self::Joints => interface.joints.len(),
+            Self::Rows => interface.rows,
+            Self::Residuals => 9 * interface.loops.len(),
+            Self::Bodies => interface.bodies.len(),
+            Self::Points => interface.points.len(),
+            Self::Drives => interface.driven().len(),
+            Self::Parameters => interface.parameters.len(),
+            Self::Inputs => interface.inputs.len(),
+        }
+    }
+}
+
+impl std::fmt::Display for Size {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let symbol = match self {
+            Self::Fixed(count) => return write!(f, "{count}"),
+            Self::Coordinates => "NQ",
+            Self::Speeds => "NU",
+            Self::Joints => "J",
+            Self::Rows => "C",
+            Self::Residuals => "9 L",
+            Self::Bodies => "B",
+            Self::Points => "P",
+            Self::Drives => "D",
+            Self::Parameters => "parameters",
+            Self::Inputs => "inputs",
+        };
+        f.write_str(symbol)
+    }
+}
+
+/// What a function may read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[allow(missing_docs, reason = "`array` documents each")]
+pub enum Argument {
+    Time,
+    Positions,
+    Speeds,
+    Parameters,
+    Inputs,
+    Accelerations,
+    Multipliers,
+    TimeChange,
+    PositionChange,
+    SpeedChange,
+    ParameterChange,
+    InputChange,
+}
+
+impl Argument {
+    /// Name, shape, unit and meaning.
+    pub const fn array(self) -> Array {
+        use Size::{Coordinates, Inputs, Parameters, Rows, Speeds};
+        match self {
+            Self::Time => array("t", Shape::SCALAR, "s", "the time"),
+            Self::Positions => vector("q", Coordinates, "rad", "the coordinates"),
+            Self::Speeds => vector("u", Speeds, "rad/s", "the speeds"),
+            Self::Parameters => vector("p", Parameters, "SI", "the parameters"),
+            Self::Inputs => vector("in", Inputs, "SI", "the inputs"),
+            Self::Accelerations => vector("a", Speeds, "rad/s^2", "du/dt"),
+            Self::Multipliers => vector("lambda", Rows, "N", "the closure forces"),
+            Self::TimeChange => array("dt", Shape::SCALAR, "s", "the change of t"),
+            Self::PositionChange => vector("dq", Coordinates, "rad", "the change of q"),
+            Self::SpeedChange => vector("du", Speeds, "rad/s", "the change of u"),
+            Self::ParameterChange => vector("dp", Parameters, "SI", "the change of the parameters"),
+            Self::InputChange => vector("di", Inputs, "SI", "the change of the inputs"),
+        }
+    }
+
+    /// The name in the program's text and in generated code.
+    pub const fn name(self) -> &'static str {
+        self.array().name
+    }
+}
+
+impl Slot {
+    /// The argument that a slot is read from, and its place in that array.
+    pub fn place(self) -> (Argument, usize) {
+        match self {
+            Self::Time => (Argument::Time, 0),
+            Self::Position(id) => (Argument::Positions, id.index()),
+            Self::Rate(id) => (Argument::Speeds, id.index()),
+            Self::Parameter(id) => (Argument::Parameters, id.index()),
+            Self::Input(id) => (Argument::Inputs, id.index()),
+            Self::Acceleration(id) => (Argument::Accelerations, id.index()),
+            Self::Multiplier(row) => (Argument::Multipliers, row),
+            Self::Change(Moving::Time) => (Argument::TimeChange, 0),
+            Self::Change(Moving::Position(id)) => (Argument::PositionChange, id.index()),
+            Self::Change(Moving::Rate(id)) => (Argument::SpeedChange, id.index()),
+            Self::Change(Moving::Parameter(id)) => (Argument::ParameterChange, id.index()),
+            Self::Change(Moving::Input(id)) => (Argument::InputChange, id.index()),
+        }
+    }
+}
+
+const fn array(name: &'static str, shape: Shape, unit: &'static str, doc: &'static str) -> Array {
+    Array { name, shape, unit, doc }
+}
+
+const fn vector(name: &'static str, length: Size, unit: &'static str, doc: &'static str) -> Array {
+    array(name, Shape::vector(length), unit, doc)
+}
+
+const POSITION: &[Argument] = &[Argument::Positions];
+const TIME: &[Argument] = &[Argument::Time, Argument::Parameters, Argument::Inputs];
+const VELOCITY: &[Argument] = &[Argument::Positions, Argument::Speeds, Argument::Parameters];
+const STATE: &[Argument] = &[
+    Argument::Time,
+    Argument::Positions,
+    Argument::Speeds,
+    Argument::Parameters,
+    Argument::Inputs,
+];
+const BALANCE: &[Argument] = &[
+    Argument::Time,
+    Argument::Positions,
+    Argument::Speeds,
+    Argument::Parameters,
+    Argument::Inputs,
+    Argument::Accelerations,
+    Argument::Multipliers,
+];
+const DIRECTION: &[Argument] = &[
+    Argument::Time,
+    Argument::Positions,
+    Argument::Speeds,
+    Argument::Parameters,
+    Argument::Inputs,
+    Argument::Accelerations,
+    Argument::Multipliers,
+    Argument::TimeChange,
+    Argument::PositionChange,
+    Argument::SpeedChange,
+    Argument::ParameterChange,
+    Argument::InputChange,
+];
+
+/// How far a solution can be trusted: it cannot where either number is not positive.
+const MARGIN: Array = vector(
+    "margin",
+    Size::Fixed(2),
+    "",
+    "the least inverse pivot of M, then a lower bound of the conditioning of J M^-1 J^T",
+);
+
+/// Every function, in the order of [`FunctionKind`].
+pub const SIGNATURES: [Signature; 11] = [
+    Signature {
+        kind: FunctionKind::Equations,
+        name: "equations",
+        owner: Owner::System,
+        method: "write_equations",
+        inputs: STATE,
+        outputs: &[
+            array("mass", Shape(Size::Speeds, Size::Speeds), "kg m^2", "M"),
+            vector("forcing", Size::Speeds, "N m", "f"),
+            array("jacobian", Shape(Size::Rows, Size::Speeds), "m", "J"),
+            vector("gamma", Size::Rows, "m/s^2", "gamma"),
+        ],
+        doc: "The equations of motion M du/dt = f + J^T lambda, J du/dt = -gamma",
+    },
+    Signature {
+        kind: FunctionKind::Closure,
+        name: "closure",
+        owner: Owner::System,
+        method: "write_closure",
+        inputs: POSITION,
+        outputs: &[
+            vector("residual", Size::Residuals, "m", "the residuals, nine of each loop"),
+            array("jacobian", Shape(Size::Residuals, Size::Speeds), "m", "their Jacobian by q"),
+        ],
+        doc: "How far the loops are open",
+    },
+    Signature {
+        kind: FunctionKind::Poses,
+        name: "poses",
+        owner: Owner::System,
+        method: "write_poses",
+        inputs: POSITION,
+        outputs: &[array(
+            "poses",
+            Shape(Size::Bodies, Size::Fixed(12)),
+            "m",
+            "R, row-major and without a unit, then p",
+        )],
+        doc: "The pose of each body: what is drawn at x lies at R x + p in the base frame",
+    },
+    Signature {
+        kind: FunctionKind::Points,
+        name: "points",
+        owner: Owner::System,
+        method: "write_points",
+        inputs: POSITION,
+        outputs: &[array(
+            "points",
+            Shape(Size::Points, Size::Fixed(3)),
+            "m",
+            "x, y and z in the base frame",
+        )],
+        doc: "The positions of the output points",
+    },
+    Signature {
+        kind: FunctionKind::Energy,
+        name: "energy",
+        owner: Owner::System,
+        method: "energy",
+        inputs: STATE,
+        outputs: &[
+            array("kinetic", Shape::SCALAR, "J", "the energy of motion"),
+            array("potential", Shape::SCALAR, "J", "the energy of gravity and springs"),
+        ],
+        doc: "The energies of the whole mechanism",
+    },
+    Signature {
+        kind: FunctionKind::Drives,
+        name: "drives",
+        owner: Owner::System,
+        method: "drives",
+        inputs: TIME,
+        outputs: &[array(
+            "drives",
+            Shape(Size::Drives, Size::Fixed(4)),
+            "rad/s^k",
+            "the angle and its first three derivatives by t",
+        )],
+        doc: "The prescribed angle of each driven joint, in the order of the joints",
+    },
+    Signature {
+        kind: FunctionKind::Reactions,
+        name: "reactions",
+        owner: Owner::System,
+        method: "write_reactions",
+        inputs: BALANCE,
+        outputs: &[array(
+            "reactions",
+            Shape(Size::Joints, Size::Fixed(6)),
+            "N, N m",
+            "the force, then the moment",
+        )],
+        doc: "The force and the moment that each hinge transmits",
+    },
+    Signature {
+        kind: FunctionKind::Tangent,
+        name: "tangent",
+        owner: Owner::System,
+        method: "write_tangent",
+        inputs: DIRECTION,
+        outputs: &[
+            vector("forces", Size::Speeds, "N m", "the change of f - M du/dt + J^T lambda"),
+            vector("closure", Size::Rows, "m/s^2", "the change of gamma + J du/dt"),
+        ],
+        doc: "The change of the equations' imbalance along a direction, at constant du/dt and lambda",
+    },
+    Signature {
+        kind: FunctionKind::Acceleration,
+        name: "acceleration",
+        owner: Owner::StraightLine,
+        method: "write_acceleration",
+        inputs: STATE,
+        outputs: &[vector("acceleration", Size::Speeds, "rad/s^2", "du/dt"), MARGIN],
+        doc: "du/dt by elimination",
+    },
+    Signature {
+        kind: FunctionKind::Projection,
+        name: "projection",
+        owner: Owner::StraightLine,
+        method: "write_projection",
+        inputs: VELOCITY,
+        outputs: &[
+            vector("residual", Size::Residuals, "m", "the closure residuals"),
+            vector(
+                "positions",
+                Size::Speeds,
+                "rad",
+                "M^-1 J^T (J M^-1 J^T)^-1 times the residuals along the rows of J",
+            ),
+            vector("speeds", Size::Speeds, "rad/s", "the same times J u"),
+            MARGIN,
+        ],
+        doc: "What closes the loops, to be taken from q and u",
+    },
+    Signature {
+        kind: FunctionKind::Jacobian,
+        name: "jacobian",
+        owner: Owner::StraightLine,
+        method: "write_jacobian",
+        inputs: STATE,
+        outputs: &[
+            vector("acceleration", Size::Speeds, "rad/s^2", "du/dt"),
+            array("dq", Shape(Size::Speeds, Size::Speeds), "1/s^2", "its derivative by q"),
+            array("du", Shape(Size::Speeds, Size::Speeds), "1/s", "its derivative by u"),
+            vector("dt", Size::Speeds, "rad/s^3", "its derivative by t"),
+            MARGIN,
+        ],
+        doc: "du/dt by elimination, and its derivatives",
+    },
+];
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn each_kind_has_the_signature_at_its_place() {
+        for (index, signature) in SIGNATURES.iter().enumerate() {
+            assert_eq!(signature.kind as usize, index, "{}", signature.name);
+            assert_eq!(format!("{:?}", signature.kind).to_lowercase(), signature.name);
+        }
+    }
+
+    #[test]
+    fn names_are_unambiguous_and_documented() {
+        for signature in &SIGNATURES {
+            let inputs: BTreeSet<_> = signature.inputs.iter().map(|input| input.name()).collect();
+            let outputs: BTreeSet<_> = signature.outputs.iter().map(|output| output.name).collect();
+            assert_eq!(inputs.len(), signature.inputs.len(), "{}", signature.name);
+            assert_eq!(outputs.len(), signature.outputs.len(), "{}", signature.name);
+            assert!(inputs.is_disjoint(&outputs), "{} writes what it reads", signature.name);
+            let docs = signature.outputs.iter().map(|output| output.doc).chain([signature.doc]);
+            assert!(docs.into_iter().all(|doc| !doc.is_empty() && !doc.ends_with('.')));
+        }
+    }
+
+    #[test]
+    fn shapes_read_like_the_literature() {
+        let shape = |kind: FunctionKind, output: usize| kind.signature().outputs[output].shape;
+        assert_eq!(shape(FunctionKind::Equations, 2).to_string(), "C x NU");
+        assert_eq!(shape(FunctionKind::Closure, 0).to_string(), "9 L");
+        assert_eq!(shape(FunctionKind::Energy, 0).to_string(), "1");
+    }
+}
