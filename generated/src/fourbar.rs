@@ -174,7 +174,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let c = S::from_f64;
         [c(0.0), c(0.0), c(0.0), c(0.0)].get(joint).copied().unwrap_or(c(0.0))
     }
-    fn is_given(&self, joint: usize) -> bool {
+    fn is_pinned(&self, joint: usize) -> bool {
         [false, true, false, false].get(joint).copied().unwrap_or(false)
     }
     fn write_equations(

@@ -194,7 +194,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             .copied()
             .unwrap_or(c(0.0))
     }
-    fn is_given(&self, joint: usize) -> bool {
+    fn is_pinned(&self, joint: usize) -> bool {
         [false, false, true, true, false, false].get(joint).copied().unwrap_or(false)
     }
     fn write_equations(

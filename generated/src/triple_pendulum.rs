@@ -153,7 +153,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let c = S::from_f64;
         [c(0.0), c(0.0), c(0.0)].get(joint).copied().unwrap_or(c(0.0))
     }
-    fn is_given(&self, joint: usize) -> bool {
+    fn is_pinned(&self, joint: usize) -> bool {
         [true, false, false].get(joint).copied().unwrap_or(false)
     }
     fn write_equations(

@@ -50,7 +50,9 @@ impl Constraint {
     }
 }
 
-/// du/dt at a state, into `out` (N).
+/// du/dt of a state by itself, into `out` (N): for a plot, a controller, a derivative.
+///
+/// For the states of a trajectory use [`acceleration_in_motion`].
 ///
 /// # Errors
 ///
@@ -66,6 +68,27 @@ pub fn acceleration<Y: System>(
     out: &mut [Y::Scalar],
 ) -> Result<Constraint, Error> {
     solve(system, (t, q, u), Fading::of_rounding().lost, workspace, out, None)
+}
+
+/// du/dt of a state on a trajectory, into `out` (N): what integrators use.
+///
+/// It differs from [`acceleration`] only next to a singular state, where a direction of the closure has
+/// nearly faded: the speeds are taken to be those of the motion that led here, and show that direction
+/// better than the state itself does (to the third power of the distance).
+///
+/// # Errors
+///
+/// As [`acceleration`].
+#[inline]
+pub fn acceleration_in_motion<Y: System>(
+    system: &Y,
+    t: Y::Scalar,
+    q: &[Y::Scalar],
+    u: &[Y::Scalar],
+    workspace: &mut [Y::Scalar],
+    out: &mut [Y::Scalar],
+) -> Result<Constraint, Error> {
+    solve(system, (t, q, u), Fading::of_rounding().passing, workspace, out, None)
 }
 
 /// As [`acceleration`], and what holds the constraints, C + D: the closure forces lambda (N), of
@@ -118,24 +141,6 @@ pub(crate) fn direct<Y: System>(
     let margin = system.write_acceleration(t, q, u, out);
     let good = holds(&margin) && out.iter().all(|x| x.is_finite());
     good.then_some(Constraint::strong(rows))
-}
-
-/// As [`acceleration`], at a state that a motion has reached: its speeds show where a direction of the
-/// closure that has nearly faded comes from.
-///
-/// # Errors
-///
-/// As [`acceleration`].
-#[inline]
-pub fn acceleration_in_motion<Y: System>(
-    system: &Y,
-    t: Y::Scalar,
-    q: &[Y::Scalar],
-    u: &[Y::Scalar],
-    workspace: &mut [Y::Scalar],
-    out: &mut [Y::Scalar],
-) -> Result<Constraint, Error> {
-    solve(system, (t, q, u), Fading::of_rounding().passing, workspace, out, None)
 }
 
 /// du/dt at (t, q, u), and lambda if there is a place for it. Directions that have faded to less than

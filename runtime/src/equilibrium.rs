@@ -18,7 +18,7 @@
 
 use crate::linear::{add_scaled, dot, factor, max_abs, reflect, solve, tolerance};
 use crate::linearised::Linearised;
-use crate::projection::project_finely;
+use crate::projection::project_to_rounding;
 use crate::{Arithmetic, Error, Scalar, Stopped, System};
 
 /// Steps at most.
@@ -177,7 +177,7 @@ impl<Y: System> Search<'_, '_, Y> {
     fn close(&mut self) -> Result<(), Error> {
         let (q, u) = (self.q.as_mut(), self.u.as_mut());
         u.fill(Y::Scalar::ZERO);
-        project_finely(&self.system, self.t, q, u, self.workspace).map(|_| ())
+        project_to_rounding(&self.system, self.t, q, u, self.workspace).map(|_| ())
     }
 
     /// a at rest.

@@ -60,7 +60,7 @@
 //!     fn limits(&self, _: usize) -> [f64; 2] { [f64::NEG_INFINITY, f64::INFINITY] }
 //!     fn initial_position(&self, _: usize) -> f64 { 0.5 }
 //!     fn initial_speed(&self, _: usize) -> f64 { 0.0 }
-//!     fn is_given(&self, _: usize) -> bool { true }
+//!     fn is_pinned(&self, _: usize) -> bool { true }
 //!     fn write_equations(&self, _: f64, q: &[f64], _: &[f64], out: EquationsMut<'_, f64>) {
 //!         out.mass[0] = 1.0;
 //!         out.forcing[0] = -9.81 * Arithmetic::sin_cos(q[0]).0;

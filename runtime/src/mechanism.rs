@@ -223,7 +223,7 @@ pub trait Mechanism<S: Scalar, const N: usize, const C: usize>:
     /// As [`assemble`] and [`project`].
     fn assembled(&self) -> Result<State<[S; N], S>, Error> {
         let mut state = State::initial(self);
-        let pinned: [bool; N] = core::array::from_fn(|joint| self.is_given(joint));
+        let pinned: [bool; N] = core::array::from_fn(|joint| self.is_pinned(joint));
         let mut workspace = self.workspace();
         assemble(self, state.t, &mut state.q, &pinned, workspace.as_mut())?;
         project(self, state.t, &mut state.q, &mut state.u, workspace.as_mut())?;

@@ -66,7 +66,7 @@ impl<S: Scalar> Fading<S> {
 const ROUGH_FACTOR: f64 = 10.0;
 
 /// The residual, m, at which loops are closed to rounding.
-pub(crate) fn closed_finely<Y: System>(system: &Y) -> Y::Scalar {
+pub(crate) fn closed_to_rounding<Y: System>(system: &Y) -> Y::Scalar {
     Y::Scalar::from_f64(CLOSED_EPSILONS) * Y::Scalar::EPSILON * system.size()
 }
 
@@ -78,7 +78,7 @@ pub(crate) fn closed<Y: System>(system: &Y) -> Y::Scalar {
 
 /// The residual, m, that may be left when rounding or a singular state stops a projection: 1e-9 of the
 /// size; a thousand epsilon, about 1e-4 of it, in `f32`.
-pub(crate) fn bearable<Y: System>(system: &Y) -> Y::Scalar {
+pub(crate) fn acceptable_residual<Y: System>(system: &Y) -> Y::Scalar {
     ACCEPTABLE.of::<Y::Scalar>() * system.size()
 }
 
@@ -90,7 +90,7 @@ pub(crate) struct Gap<S>(S);
 impl<S: Scalar> Gap<S> {
     /// From the largest residual, m.
     pub fn of<Y: System<Scalar = S>>(system: &Y, residual: S) -> Self {
-        Self(residual.max(closed_finely(system)) / system.size())
+        Self(residual.max(closed_to_rounding(system)) / system.size())
     }
 
     /// Of loops closed to rounding.

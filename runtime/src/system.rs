@@ -184,8 +184,7 @@ pub trait StraightLine {
 
 /// A mechanism the algorithms of this crate can run: compiled, or interpreted in process.
 ///
-/// Slices have exactly the lengths that [`dimensions`](Self::dimensions) gives; an implementation
-/// handed others writes nothing.
+/// Slices have exactly the lengths that [`dimensions`](Self::dimensions) gives.
 pub trait System: StraightLine<Number = <Self as System>::Scalar> {
     /// Number type.
     type Scalar: Scalar;
@@ -214,7 +213,7 @@ pub trait System: StraightLine<Number = <Self as System>::Scalar> {
     fn initial_speed(&self, joint: usize) -> Self::Scalar;
     /// Whether the user gave [`initial_position`](Self::initial_position): such a joint is pinned
     /// during assembly.
-    fn is_given(&self, joint: usize) -> bool;
+    fn is_pinned(&self, joint: usize) -> bool;
     /// M, f, J, gamma at a state.
     fn write_equations(
         &self,
@@ -294,8 +293,8 @@ macro_rules! delegate {
         fn initial_speed(&$self, joint: usize) -> Self::Scalar {
             $inner.initial_speed(joint)
         }
-        fn is_given(&$self, joint: usize) -> bool {
-            $inner.is_given(joint)
+        fn is_pinned(&$self, joint: usize) -> bool {
+            $inner.is_pinned(joint)
         }
         fn write_equations(
             &$self,

@@ -6,10 +6,12 @@ use std::f64::consts::PI;
 
 use common::Tree;
 use common::designs::{ALL, PLACES, Random, SIX, chain, four_vertex, planar, sixbar, two_loops};
+use common::failing::Failing;
 use common::planar::{FourBar, Pendulum};
+use lamc_runtime::constants::STEP_PIECES;
 use lamc_runtime::{
     Dopri5, Error, Integrator, Mechanism, Rk4, Scalar, SemiImplicitEuler, Stabilisation, State,
-    StateOf, StraightLine, System, assemble, project,
+    StateOf, System, assemble, project,
 };
 
 fn pendulum<S: Scalar>() -> Pendulum<S> {
@@ -287,63 +289,7 @@ fn a_mechanism_passes_through_its_flat_singular_state() {
 
 #[test]
 fn steps_that_fail_are_shortened_and_then_named() {
-    /// A force that is not a number from a time on.
-    #[derive(Clone)]
-    struct Breaks(Pendulum<f64>, f64);
-    impl StraightLine for Breaks {
-        type Number = f64;
-    }
-
-    impl System for Breaks {
-        type Scalar = f64;
-        type Vector = [f64; 1];
-        type Matrix = [f64; 1];
-        type Workspace = <Pendulum<f64> as System>::Workspace;
-        fn dimensions(&self) -> lamc_runtime::Dimensions {
-            self.0.dimensions()
-        }
-        fn matrix(&self) -> [f64; 1] {
-            [0.0; 1]
-        }
-        fn vector(&self) -> [f64; 1] {
-            self.0.vector()
-        }
-        fn workspace(&self) -> Self::Workspace {
-            self.0.workspace()
-        }
-        fn size(&self) -> f64 {
-            1.0
-        }
-        fn limits(&self, joint: usize) -> [f64; 2] {
-            self.0.limits(joint)
-        }
-        fn initial_position(&self, joint: usize) -> f64 {
-            self.0.initial_position(joint)
-        }
-        fn initial_speed(&self, joint: usize) -> f64 {
-            self.0.initial_speed(joint)
-        }
-        fn is_given(&self, joint: usize) -> bool {
-            self.0.is_given(joint)
-        }
-        fn write_equations(
-            &self,
-            t: f64,
-            q: &[f64],
-            u: &[f64],
-            out: lamc_runtime::EquationsMut<'_, f64>,
-        ) {
-            out.mass[0] = 1.0;
-            out.forcing[0] = (self.1 - t).sqrt() - q[0] - u[0];
-        }
-        fn write_closure(&self, _: &[f64], _: &mut [f64], _: &mut [f64]) {}
-        fn energy(&self, t: f64, q: &[f64], u: &[f64]) -> lamc_runtime::Energy<f64> {
-            self.0.energy(t, q, u)
-        }
-        fn write_poses(&self, _: &[f64], _: &mut [f64]) {}
-        fn write_points(&self, _: &[f64], _: &mut [f64]) {}
-    }
-    let system = Breaks(pendulum(), 0.25);
+    let system = Failing::without_force_from(0.25);
     let mut state = State::initial(&system);
     let error = Dopri5::new(&system).run(&system, &mut state, 1.0, |_| ()).unwrap_err();
     let Error::StepTooSmall { t } = error else { panic!("{error}") };
@@ -364,4 +310,36 @@ fn steps_that_fail_are_shortened_and_then_named() {
     let before = state;
     dopri5.run(&system, &mut state, 0.0, |_| ()).unwrap();
     assert_eq!(state, before);
+}
+
+#[test]
+fn the_retries_of_a_step_are_bounded() {
+    // The last stage of RK4 is at the end of the step: every attempt fails as late as it can.
+    let system = Failing::without_force_from(1.0 - 1e-9);
+    let mut state = State::initial(&system);
+    let before = state;
+    let outcome = Rk4::new(&system).step(&system, &mut state, 1.0);
+    assert_eq!((outcome, state), (Err(Error::NotFinite { joint: 0 }), before));
+    assert_eq!(system.evaluations.get(), 4 * (2 * STEP_PIECES as u64 - 1));
+
+    // A mechanism that always fails does so at the first evaluation of every attempt.
+    let system = Failing::without_force_from(-1.0);
+    let outcome = SemiImplicitEuler::new(&system).step(&system, &mut state, 1.0);
+    assert_eq!((outcome, state), (Err(Error::NotFinite { joint: 0 }), before));
+    assert_eq!(system.evaluations.get(), u64::from(STEP_PIECES.ilog2()) + 1);
+
+    // Where shorter pieces help, there are as few as possible: two attempts fail here.
+    let system = Failing { longest: 0.2, ..Failing::without_force_from(2.0) };
+    Rk4::new(&system).step(&system, &mut state, 1.0).unwrap();
+    assert_eq!(state.t, 1.0);
+    assert_eq!(system.evaluations.get(), 2 + 2 + 4 * 4);
+}
+
+#[test]
+fn only_values_that_are_not_finite_are_worth_a_retry() {
+    let system = Failing { mass: 0.0, ..Failing::without_force_from(2.0) };
+    let mut state = State::initial(&system);
+    let error = Rk4::new(&system).step(&system, &mut state, 1.0).unwrap_err();
+    assert_eq!(error, Error::MassMatrix { joint: 0 });
+    assert_eq!(system.evaluations.get(), 1);
 }

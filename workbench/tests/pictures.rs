@@ -36,7 +36,7 @@ fn folded(name: &str) -> (Mechanism, Motion) {
     for scale in [1.0, 0.4, -0.7] {
         let mut state = State::initial(&system);
         state.q.iter_mut().for_each(|angle| *angle *= scale);
-        let pinned: Vec<_> = (0..state.q.len()).map(|joint| system.is_given(joint)).collect();
+        let pinned: Vec<_> = (0..state.q.len()).map(|joint| system.is_pinned(joint)).collect();
         assemble(&system, 0.0, &mut state.q, &pinned, &mut system.workspace()).expect("it closes");
         motion.record(&system, &state).expect("it moves");
     }

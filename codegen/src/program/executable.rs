@@ -194,7 +194,7 @@ impl<E: Engine> System for Executable<E> {
         self.interface.joints.get(joint).map_or(0.0, |joint| joint.initial_u)
     }
 
-    fn is_given(&self, joint: usize) -> bool {
+    fn is_pinned(&self, joint: usize) -> bool {
         self.interface.joints.get(joint).is_some_and(|joint| joint.initial_given)
     }
 

@@ -1,19 +1,17 @@
-//! What integrators of fixed step have in common: a step that fails is cut into halves, a run
-//! ends exactly at its end.
+//! What integrators of fixed step have in common: a step whose values are not finite is repeated in
+//! shorter pieces, and a run ends exactly at its end.
 
+use crate::constants::STEP_PIECES;
 use crate::scalar::whole;
 use crate::{Arithmetic, Error, Scalar, StateOf, System};
-
-/// Pieces a step is cut into at most.
-const PIECES: u64 = 1 << 10;
 
 /// Whether time can go on by a step (s): positive and finite.
 pub(crate) fn is_forward<S: Scalar>(dt: S) -> bool {
     dt > S::ZERO && dt.is_finite()
 }
 
-/// Advances `state` by `dt` (s), in as many equal pieces as it takes to keep every value finite.
-/// `attempt` advances by one piece, or fails and may leave its state anyhow.
+/// Advances `state` by `dt` (s), in as many equal pieces as it takes to keep every value finite, at most
+/// [`STEP_PIECES`]. `attempt` advances by one piece; where it fails its state does not matter.
 pub(super) fn step<Y: System>(
     state: &mut StateOf<Y>,
     dt: Y::Scalar,
@@ -23,7 +21,7 @@ pub(super) fn step<Y: System>(
         return Err(Error::Time);
     }
     let start = state.clone();
-    let mut pieces = 1;
+    let mut pieces = 1_u64;
     loop {
         let piece = dt / whole::<Y::Scalar>(pieces);
         let outcome = (0..pieces).try_for_each(|_| attempt(state, piece));
@@ -32,7 +30,8 @@ pub(super) fn step<Y: System>(
             return Ok(());
         }
         state.clone_from(&start);
-        if pieces == PIECES {
+        // Shorter steps mend no other error, and would take time that a control loop does not have.
+        if pieces >= STEP_PIECES as u64 || !matches!(outcome, Err(Error::NotFinite { .. })) {
             return outcome;
         }
         pieces *= 2;

@@ -23,7 +23,8 @@ impl<Y: System> Rk4<Y> {
         }
     }
 
-    /// Advances by `dt` (s); a step that leads to values that are not finite is cut into halves.
+    /// Advances by `dt` (s). A step that leads to values that are not finite is repeated in up to
+    /// [`STEP_PIECES`](crate::constants::STEP_PIECES) equal pieces, which bounds the time that a step takes.
     ///
     /// # Errors
     ///

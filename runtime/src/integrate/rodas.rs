@@ -16,7 +16,7 @@ use super::steps::{Steps, first_step};
 use super::{Integrator, Stabilisation, strayed};
 use crate::jacobian::{Differentiated, differentiate};
 use crate::linear::{add_scaled, dot, reflect, solve, tolerance};
-use crate::projection::{project_finely, project_stage};
+use crate::projection::{project_stage, project_to_rounding};
 use crate::rank::Fading;
 use crate::{Arithmetic, Error, JacobianMut, Scalar, StateOf, System, acceleration};
 
@@ -203,7 +203,7 @@ impl<Y: System> Rodas<Y> {
         let error = (sum / of((2 * n).max(1) as f64)).sqrt();
         if error <= Y::Scalar::ONE {
             let (q, u) = (end.q.as_mut(), end.u.as_mut());
-            project_finely(system, end.t, q, u, workspace.as_mut())?;
+            project_to_rounding(system, end.t, q, u, workspace.as_mut())?;
         }
         Ok(error)
     }
@@ -291,7 +291,7 @@ impl<Y: System> Integrator<Y> for Rodas<Y> {
         extend(state.q.as_mut(), self.end.q.as_ref(), part, &self.positions);
         extend(state.u.as_mut(), self.end.u.as_ref(), part, &self.speeds);
         let (q, u) = (state.q.as_mut(), state.u.as_mut());
-        project_finely(system, t, q, u, self.workspace.as_mut())?;
+        project_to_rounding(system, t, q, u, self.workspace.as_mut())?;
         Ok(state)
     }
 

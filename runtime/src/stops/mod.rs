@@ -9,7 +9,7 @@ mod stopped;
 pub use stopped::Stopped;
 
 use crate::integrate::Integrator;
-use crate::projection::project_finely;
+use crate::projection::project_to_rounding;
 use crate::{Arithmetic, Error, Scalar, StateOf, System, acceleration_and_forces};
 
 /// A joint this close to a limit is there, rad.
@@ -17,7 +17,7 @@ const TOUCH: f64 = 1e-10;
 /// Bisections of the time of an event.
 const BISECTIONS: usize = 48;
 /// Places within a step at which joints that could reach a limit are looked at.
-const LOOKS: usize = 4;
+const SAMPLES_PER_STEP: usize = 4;
 /// Events at one instant, at most.
 const EVENTS: usize = 64;
 
@@ -57,7 +57,7 @@ impl<Y: System> Stopped<Y> {
         state: &mut StateOf<Y>,
         t_end: Y::Scalar,
     ) -> Result<(), Error> {
-        if self.strike(state)? {
+        if self.resolve_impacts(state)? {
             integrator.restart();
         }
         let start = state.clone();
@@ -65,7 +65,7 @@ impl<Y: System> Stopped<Y> {
         let mut events = 0;
         while let Some(event) = self.first_event(integrator, &start, state)? {
             *state = event;
-            let changed = self.strike(state)?;
+            let changed = self.resolve_impacts(state)?;
             integrator.restart();
             events += 1;
             if changed && (state.t > start.t || events > EVENTS) {
@@ -83,7 +83,7 @@ impl<Y: System> Stopped<Y> {
     /// # Errors
     ///
     /// Those of [`project`](crate::project) and [`acceleration`](crate::acceleration()).
-    pub fn strike(&mut self, state: &mut StateOf<Y>) -> Result<bool, Error> {
+    pub fn resolve_impacts(&mut self, state: &mut StateOf<Y>) -> Result<bool, Error> {
         let zero = Y::Scalar::ZERO;
         let n = state.q.as_ref().len();
         let mut hit = false;
@@ -129,7 +129,7 @@ impl<Y: System> Stopped<Y> {
         let mut workspace = self.workspace();
         let mut after = state.clone();
         let (q, u) = (after.q.as_mut(), after.u.as_mut());
-        project_finely(self, state.t, q, u, workspace.as_mut())?;
+        project_to_rounding(self, state.t, q, u, workspace.as_mut())?;
         for joint in 0..state.q.as_ref().len() {
             let side = self.sides.as_ref()[joint];
             if side == zero || self.speeds.as_ref()[joint] != zero {
@@ -138,7 +138,7 @@ impl<Y: System> Stopped<Y> {
             self.sides.as_mut()[joint] = zero;
             let mut without = state.clone();
             let (q, u) = (without.q.as_mut(), without.u.as_mut());
-            let moved = project_finely(self, state.t, q, u, workspace.as_mut());
+            let moved = project_to_rounding(self, state.t, q, u, workspace.as_mut());
             let small = Y::Scalar::from_f64(16.0) * Y::Scalar::EPSILON * u[joint].abs();
             if moved.is_ok() && u[joint] * side < -small {
                 after = without;
@@ -188,7 +188,7 @@ impl<Y: System> Stopped<Y> {
         end: &StateOf<Y>,
     ) -> Result<Option<StateOf<Y>>, Error> {
         let step = end.t - start.t;
-        let looks = if self.may_reach(start, end) { LOOKS } else { 1 };
+        let looks = if self.may_reach(start, end) { SAMPLES_PER_STEP } else { 1 };
         let mut before = start.t;
         for look in 1..=looks {
             let share = Y::Scalar::from_f64(look as f64 / looks as f64);

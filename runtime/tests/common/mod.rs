@@ -4,6 +4,7 @@
 #![allow(dead_code, reason = "each test file uses its part")]
 
 pub mod designs;
+pub mod failing;
 pub mod planar;
 
 use std::marker::PhantomData;
@@ -227,7 +228,7 @@ impl<S: Scalar> System for Tree<S> {
     fn initial_speed(&self, _: usize) -> S {
         S::ZERO
     }
-    fn is_given(&self, joint: usize) -> bool {
+    fn is_pinned(&self, joint: usize) -> bool {
         self.bodies[joint].guess.is_some()
     }
     fn write_equations(&self, _: S, q: &[S], u: &[S], out: EquationsMut<'_, S>) {

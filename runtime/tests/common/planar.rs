@@ -52,7 +52,7 @@ impl<S: Scalar> System for Pendulum<S> {
     fn initial_speed(&self, _: usize) -> S {
         self.initial[1]
     }
-    fn is_given(&self, _: usize) -> bool {
+    fn is_pinned(&self, _: usize) -> bool {
         true
     }
     fn write_equations(&self, _: S, q: &[S], _: &[S], out: EquationsMut<'_, S>) {
@@ -202,7 +202,7 @@ impl<S: Scalar> System for FourBar<S> {
     fn initial_speed(&self, joint: usize) -> S {
         if joint == 0 { S::ONE } else { S::ZERO }
     }
-    fn is_given(&self, joint: usize) -> bool {
+    fn is_pinned(&self, joint: usize) -> bool {
         joint == 0
     }
     fn write_equations(&self, _: S, q: &[S], u: &[S], out: EquationsMut<'_, S>) {

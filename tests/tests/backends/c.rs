@@ -131,7 +131,7 @@ impl Case {
         let initial = Interpreter::new(&self.compiled.program);
         let workspace = &mut initial.workspace();
         let mut state: State64 = State::initial(&initial);
-        let given: Vec<bool> = (0..n).map(|joint| initial.is_given(joint)).collect();
+        let given: Vec<bool> = (0..n).map(|joint| initial.is_pinned(joint)).collect();
         let done = assemble(&initial, 0.0, &mut state.q, &given, workspace)
             .and_then(|_| project(&initial, 0.0, &mut state.q, &mut state.u, workspace));
         answers.push(("initial q".to_owned(), code(&done), state.q));

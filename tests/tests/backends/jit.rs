@@ -43,7 +43,7 @@ fn answers<Y: System<Scalar = f64>>(system: &Y, t: f64, q: &[f64], u: &[f64]) ->
 /// A configuration that closes as the initial one does, in motion.
 fn moving(system: &Interpreter) -> State<Vec<f64>, f64> {
     let mut state = State::initial(system);
-    let pinned: Vec<bool> = (0..state.q.len()).map(|joint| system.is_given(joint)).collect();
+    let pinned: Vec<bool> = (0..state.q.len()).map(|joint| system.is_pinned(joint)).collect();
     let mut workspace = system.workspace();
     let _ = assemble(system, 0.0, &mut state.q, &pinned, &mut workspace);
     state.u.iter_mut().enumerate().for_each(|(j, u)| *u = 0.4 - 0.3 * j as f64);

@@ -124,7 +124,7 @@ fn a_six_bar_gives_all_its_stiffnesses_back() {
     }
     let mut state = State::initial(&simulated);
     let mut workspace = simulated.workspace();
-    let pinned: Vec<bool> = (0..6).map(|joint| simulated.is_given(joint)).collect();
+    let pinned: Vec<bool> = (0..6).map(|joint| simulated.is_pinned(joint)).collect();
     assemble(&simulated, 0.0, &mut state.q, &pinned, &mut workspace).unwrap();
     project(&simulated, 0.0, &mut state.q, &mut state.u, &mut workspace).unwrap();
     let record = motion(&simulated, &state.q, &state.u, 1.0);

@@ -45,7 +45,7 @@ fn six_bar() -> (Compiled, Interpreter, Vec<f64>, Samples, Samples) {
     let compiled = compile(&workspace().join("examples/sixbar.yaml"));
     let system = Interpreter::new(&compiled.program);
     let mut state = State::initial(&system);
-    let pinned: Vec<bool> = (0..6).map(|joint| system.is_given(joint)).collect();
+    let pinned: Vec<bool> = (0..6).map(|joint| system.is_pinned(joint)).collect();
     assemble(&system, 0.0, &mut state.q, &pinned, &mut system.workspace()).unwrap();
     let (mut t, mut q, mut u) = (Vec::new(), Vec::new(), Vec::new());
     let times = (0..=360).map(|k| f64::from(k) / 360.0);

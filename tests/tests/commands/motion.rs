@@ -12,7 +12,7 @@ fn poses_carry_points_and_accelerations_are_those_of_the_rates() {
         let mechanism = &compiled.topology.mechanism;
         let system = Jit::new(&compiled.program);
         let mut state = State::initial(&system);
-        let given: Vec<bool> = (0..state.q.len()).map(|joint| system.is_given(joint)).collect();
+        let given: Vec<bool> = (0..state.q.len()).map(|joint| system.is_pinned(joint)).collect();
         let assembled = assemble(&system, 0.0, &mut state.q, &given, &mut system.workspace());
         assert!(assembled.is_ok(), "{name}: {assembled:?}");
         // Slow enough that three samples make a parabola of the rates, even of the stiffest.

@@ -147,7 +147,7 @@ fn mass_on_a_pin_moves_with_what_it_is_pinned_to() {
     let system = Interpreter::new(&compiled.program);
     let mut state = State::initial(&system);
     let mut workspace = system.workspace();
-    let given: Vec<bool> = (0..4).map(|joint| system.is_given(joint)).collect();
+    let given: Vec<bool> = (0..4).map(|joint| system.is_pinned(joint)).collect();
     assemble(&system, 0.0, &mut state.q, &given, &mut workspace).unwrap();
     let [crank, rocker] = [0.02 * 0.01 * 0.01 + 0.01 * 0.04 * 0.04, 0.05 * 0.02 * 0.02];
     let spring = |angle: f64| 0.5 * 0.03 * angle * angle;

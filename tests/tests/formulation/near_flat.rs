@@ -44,7 +44,7 @@ fn started<Y: System<Scalar = f64, Vector = Vec<f64>>>(
     given: &[(usize, f64)],
 ) -> State<Vec<f64>, f64> {
     let mut state = State::initial(system);
-    let mut pinned: Vec<bool> = (0..state.q.len()).map(|joint| system.is_given(joint)).collect();
+    let mut pinned: Vec<bool> = (0..state.q.len()).map(|joint| system.is_pinned(joint)).collect();
     for &(joint, angle) in given {
         (state.q[joint], pinned[joint]) = (angle, true);
     }
@@ -236,7 +236,7 @@ where
     for halves in 0..16 {
         let scale = 0.5_f64.powi(halves);
         let given: Vec<_> = (0..N)
-            .filter(|&joint| system.is_given(joint))
+            .filter(|&joint| system.is_pinned(joint))
             .map(|joint| (joint, scale * system.initial_position(joint)))
             .collect();
         let State { q, u, .. } = started(&system, &given);

@@ -110,7 +110,7 @@ fn of_the_examples_and_of_many_loops() {
         let system = Interpreter::new(&compiled.program);
         let n = system.dimensions().coordinates;
         let mut q: Vec<f64> = (0..n).map(|joint| system.initial_position(joint)).collect();
-        let pinned: Vec<bool> = (0..n).map(|joint| system.is_given(joint)).collect();
+        let pinned: Vec<bool> = (0..n).map(|joint| system.is_pinned(joint)).collect();
         assemble(&system, 0.0, &mut q, &pinned, &mut system.workspace()).unwrap();
         assert!(check(name, &system, &mut q), "{name}");
     }

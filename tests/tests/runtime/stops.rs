@@ -105,7 +105,7 @@ fn inputs_may_change_between_runs_and_equilibria_rest_on_stops() {
     assert!((q[0] - 1.0).abs() < 1e-12, "{q:?}");
 }
 
-/// A fixed-step integrator with a strike after each step.
+/// A fixed-step integrator with impacts after each step.
 #[test]
 fn stops_after_steps_of_fixed_length() {
     let mut system = wheel("-8e-6");
@@ -113,7 +113,7 @@ fn stops_after_steps_of_fixed_length() {
     let mut state = State { t: 0.0, q: vec![0.0], u: vec![0.0] };
     for _ in 0..1000 {
         rk4.step(&system, &mut state, 1e-3).unwrap();
-        system.strike(&mut state).unwrap();
+        system.resolve_impacts(&mut state).unwrap();
     }
     assert!((state.q[0] + 1.0).abs() < 1e-12, "{state:?}");
     assert_eq!((state.u[0], system.sides[0]), (0.0, -1.0));
@@ -127,7 +127,7 @@ fn a_joint_beyond_its_stop_goes_back() {
         let mut system = wheel("0");
         system.restitution = restitution;
         let mut state = State { t: 0.0, q: vec![-1.01], u: vec![before] };
-        assert!(system.strike(&mut state).unwrap());
+        assert!(system.resolve_impacts(&mut state).unwrap());
         assert!(
             (state.q[0] + 1.0).abs() < 1e-12 && (state.u[0] - after).abs() < 1e-12,
             "{state:?}"

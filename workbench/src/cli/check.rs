@@ -29,14 +29,14 @@ fn longest_step(compiled: &Compiled) -> Option<f64> {
     if state.q.len() > MOST_AT_REST {
         return None;
     }
-    let pinned: Vec<bool> = (0..state.q.len()).map(|joint| system.is_given(joint)).collect();
+    let pinned: Vec<bool> = (0..state.q.len()).map(|joint| system.is_pinned(joint)).collect();
     let room = &mut system.workspace();
     assemble(&system, 0.0, &mut state.q, &pinned, room).ok()?;
     project(&system, 0.0, &mut state.q, &mut state.u, room).ok()?;
     state.u.fill(0.0);
     equilibrium(&system, 0.0, &mut state.q, room).ok()?;
     let mut resting = Stopped::new(system);
-    resting.strike(&mut state).ok()?;
+    resting.resolve_impacts(&mut state).ok()?;
     linear(&resting, &state).ok()?.longest_rk4_step()
 }
 
@@ -45,7 +45,7 @@ fn longest_step(compiled: &Compiled) -> Option<f64> {
 fn warn_of_start(compiled: &Compiled) {
     let system = Interpreter::new(&compiled.program);
     let mut q = State::initial(&system).q;
-    let pinned: Vec<bool> = (0..q.len()).map(|joint| system.is_given(joint)).collect();
+    let pinned: Vec<bool> = (0..q.len()).map(|joint| system.is_pinned(joint)).collect();
     // What cannot be assembled is told by the commands that need it.
     let asked = q.clone();
     if assemble(&system, 0.0, &mut q, &pinned, &mut system.workspace()).is_ok() {

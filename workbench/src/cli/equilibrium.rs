@@ -115,7 +115,7 @@ pub fn settle(system: &Jit, state: &mut State<Vec<f64>, f64>) -> Result<Equilibr
 /// The system at rest, its joints held at the stops they rest on.
 pub fn stopped(system: Jit, state: &mut State<Vec<f64>, f64>) -> Result<Stopped<Jit>, Failed> {
     let mut resting = Stopped::new(system);
-    match resting.strike(state) {
+    match resting.resolve_impacts(state) {
         Ok(_) => Ok(resting),
         Err(error) => Err(fail(describe(&error, resting.system.interface()))),
     }

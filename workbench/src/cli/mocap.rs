@@ -240,7 +240,7 @@ fn synthesize(
     }
     let mut state = State::initial(system);
     let said = |error| fail(describe(&error, system.interface()));
-    let pinned: Vec<bool> = (0..state.q.len()).map(|joint| system.is_given(joint)).collect();
+    let pinned: Vec<bool> = (0..state.q.len()).map(|joint| system.is_pinned(joint)).collect();
     assemble(system, 0.0, &mut state.q, &pinned, &mut system.workspace()).map_err(said)?;
     let t: Vec<f64> = (0..=count as u32).map(|k| f64::from(k) / arguments.rate).collect();
     let motion = sampled(system, state, &t).map_err(said)?;

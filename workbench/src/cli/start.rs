@@ -173,7 +173,7 @@ impl Start {
     ) -> Result<State<Vec<f64>, f64>, Failed> {
         let mut state = State::initial(system);
         let n = state.q.len();
-        let mut pinned: Vec<bool> = (0..n).map(|joint| system.is_given(joint)).collect();
+        let mut pinned: Vec<bool> = (0..n).map(|joint| system.is_pinned(joint)).collect();
         if !self.initial.is_empty() {
             pinned.fill(false);
         }

@@ -238,7 +238,7 @@ impl Problem<'_> {
             .zip(&given)
             .map(|(q, given)| if q.is_nan() { *given } else { *q })
             .collect();
-        let both = (0..guess.len()).map(|joint| seen[joint] || self.system.is_given(joint));
+        let both = (0..guess.len()).map(|joint| seen[joint] || self.system.is_pinned(joint));
         let assembled = |pinned: &[bool]| {
             let mut q = guess.clone();
             let t = self.record.t[0];

@@ -16,7 +16,7 @@ fn six_bar() -> (Jit, Vec<f64>) {
     let file = SourceFile { path: "sixbar.yaml".into(), text };
     let system = Jit::new(&pipeline::compile(&file).unwrap().program);
     let mut q = State::initial(&system).q;
-    let pinned: Vec<bool> = (0..6).map(|joint| system.is_given(joint)).collect();
+    let pinned: Vec<bool> = (0..6).map(|joint| system.is_pinned(joint)).collect();
     assemble(&system, 0.0, &mut q, &pinned, &mut system.workspace()).unwrap();
     (system, q)
 }

@@ -347,7 +347,7 @@ fn system(
                 #constants
                 #speeds.get(joint).copied().unwrap_or(#zero)
             }
-            fn is_given(&self, joint: usize) -> bool {
+            fn is_pinned(&self, joint: usize) -> bool {
                 [#(#given),*].get(joint).copied().unwrap_or(false)
             }
             fn write_equations(

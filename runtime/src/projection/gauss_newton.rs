@@ -1,0 +1,212 @@
+//! Steps of Gauss-Newton onto the closure, with a decision on the rank.
+//!
+//! ```text
+//! q += -M^-1 J^T (J M^-1 J^T)^+ r        u += -M^-1 J^T (J M^-1 J^T)^+ J u
+//! ```
+
+use super::worst_loop;
+use crate::acceleration::{blame, not_finite};
+use crate::closure_rows::weigh;
+use crate::constants::{PROJECTION_STEPS, STEP_HALVINGS, UNDECIDED_FACTOR};
+use crate::linear::{
+    add_scaled, backward, combine, dot, factor, keep, max_abs, normalise, orthogonalise, reduce,
+};
+use crate::rank::{Gap, closed_to_rounding};
+use crate::workspace::split;
+use crate::{EquationsMut, Error, Scalar, System};
+
+/// The closure, linearised at q, with the mass matrix as the metric.
+pub(super) struct GaussNewton<'a, S> {
+    /// s.
+    t: S,
+    /// L.
+    loops: usize,
+    /// Factor of M.
+    mass: &'a [S],
+    /// r, 9 L + D; also the right-hand side.
+    residual: &'a mut [S],
+    /// J, (9 L + D) x N; then its orthogonal rows.
+    jacobian: &'a mut [S],
+    /// N.
+    pub(super) step: &'a mut [S],
+}
+
+impl<'a, S: Scalar> GaussNewton<'a, S> {
+    /// With the metric at a state; and a vector more.
+    pub(super) fn new<Y: System<Scalar = S>>(
+        system: &Y,
+        t: S,
+        q: &[S],
+        u: &[S],
+        mut workspace: &'a mut [S],
+    ) -> Result<(Self, &'a mut [S]), Error> {
+        let dimensions = system.dimensions();
+        let (n, c) = (dimensions.coordinates, dimensions.rows);
+        let r = 9 * dimensions.loops + dimensions.drives;
+        let mass = split(&mut workspace, n * n)?;
+        {
+            // Only M is of interest: the closure takes the place of the rest.
+            let mut rest = &mut *workspace;
+            let forcing = split(&mut rest, n)?;
+            let jacobian = split(&mut rest, c * n)?;
+            let gamma = split(&mut rest, c)?;
+            system.write_equations(t, q, u, EquationsMut { mass, forcing, jacobian, gamma });
+        }
+        factor(mass, n).map_err(|joint| blame(&[q, u], mass, joint))?;
+        let closure = Self {
+            t,
+            loops: dimensions.loops,
+            mass,
+            residual: split(&mut workspace, r)?,
+            jacobian: split(&mut workspace, r * n)?,
+            step: split(&mut workspace, n)?,
+        };
+        Ok((closure, split(&mut workspace, n)?))
+    }
+
+    /// The residual r becomes a J u + b r, where for a driven joint J u is less its due speed.
+    pub(super) fn add_rates<Y: System<Scalar = S>>(&mut self, system: &Y, u: &[S], a: S, b: S) {
+        let n = u.len();
+        for (value, row) in self.residual.iter_mut().zip(self.jacobian.chunks_exact(n.max(1))) {
+            *value = a * dot(row, u) + b * *value;
+        }
+        let mut driven = self.residual[9 * self.loops..].iter_mut();
+        system.drives(self.t, |drive| {
+            if let Some(value) = driven.next() {
+                *value -= a * system.size() * drive.speed;
+            }
+        });
+    }
+
+    /// Residual and Jacobian at q; the largest residual.
+    pub(super) fn evaluate<Y: System<Scalar = S>>(
+        &mut self,
+        system: &Y,
+        q: &[S],
+    ) -> Result<S, Error> {
+        let n = self.step.len();
+        let (residual, driven) = self.residual.split_at_mut(9 * self.loops);
+        let (jacobian, rows) = self.jacobian.split_at_mut(9 * self.loops * n);
+        system.write_closure(q, residual, jacobian);
+        rows.fill(S::ZERO);
+        let mut slots = driven.iter_mut().zip(rows.chunks_exact_mut(n.max(1)));
+        system.drives(self.t, |drive| {
+            if let Some((residual, row)) = slots.next() {
+                *residual = system.size() * (q[drive.joint] - drive.position);
+                row[drive.joint] = system.size();
+            }
+        });
+        let size = max_abs(self.residual);
+        if size.is_finite() {
+            return Ok(size);
+        }
+        match not_finite(&[q]) {
+            Some(joint) => Err(Error::NotFinite { joint }),
+            None => Err(self.open(system)),
+        }
+    }
+
+    /// Which constraint is not met.
+    pub(super) fn open<Y: System<Scalar = S>>(&self, system: &Y) -> Error {
+        let (residual, driven) = self.residual.split_at(9 * self.loops);
+        let (loop_index, largest) = worst_loop(residual);
+        let mut error = Error::NotClosed { loop_index, residual: largest.to_f64(), joint: None };
+        let mut values = driven.iter();
+        system.drives(self.t, |drive| {
+            if let Some(&value) = values.next()
+                && !(value.abs() <= largest)
+            {
+                error = Error::NotDriven { joint: drive.joint };
+            }
+        });
+        error
+    }
+
+    /// The step of least weighted length that takes the residual away, and the rank. Residual and
+    /// Jacobian are lost. Of a vector of this `length`, what lies across the closure is taken away
+    /// only where it is more than the directions themselves are uncertain by.
+    pub(super) fn solve(&mut self, gap: Gap<S>, length: S) -> usize {
+        let (n, rows) = (self.step.len(), self.residual.len());
+        // Nine rows per loop are redundant: only what reduction leaves of them is looked at.
+        let k = reduce(self.jacobian, self.residual, rows, n);
+        let (jacobian, residual) = (&mut self.jacobian[..k * n], &mut self.residual[..k]);
+        let k = orthogonalise(jacobian, residual, k, n);
+        let k = keep(jacobian, residual, k, n, gap.cut()).rank;
+        let (jacobian, residual) = (&mut jacobian[..k * n], &mut residual[..k]);
+        let singular = |row: &[S]| dot(row, row).sqrt();
+        let largest = jacobian.chunks_exact(n).fold(S::ZERO, |most, row| most.max(singular(row)));
+        for (value, row) in residual.iter_mut().zip(jacobian.chunks_exact(n)) {
+            let uncertain = singular(row) * length * gap.uncertainty(singular(row) / largest);
+            // Written so that NaN is kept and seen.
+            *value = if value.abs() <= uncertain { S::ZERO } else { -*value };
+        }
+        normalise(jacobian, residual, n);
+        weigh(self.mass, jacobian, n);
+        orthogonalise(jacobian, residual, k, n);
+        combine(jacobian, residual, self.step);
+        backward(self.mass, self.step);
+        k
+    }
+
+    /// Leaves residual and Jacobian at the final q; returns the largest residual.
+    ///
+    /// Where the directions that are certain do not close the loops, next to a singular state, q goes
+    /// to whichever branch is nearest if this is to be `decided`: between branches Newton's step is
+    /// shortened until it closes the loops a little.
+    pub(super) fn move_coordinates<Y: System<Scalar = S>>(
+        &mut self,
+        system: &Y,
+        q: &mut [S],
+        decided: bool,
+        previous: &mut [S],
+    ) -> Result<S, Error> {
+        let enough = closed_to_rounding(system);
+        let (far, half) = (S::from_f64(UNDECIDED_FACTOR) * enough, S::from_f64(0.5));
+        let mut nearest = false;
+        let mut size = self.evaluate(system, q)?;
+        for _ in 0..PROJECTION_STEPS {
+            if size <= enough {
+                break;
+            }
+            previous.copy_from_slice(q);
+            self.solve(Gap::of(system, if nearest { S::ZERO } else { size }), S::ZERO);
+            let (tries, progress) = if nearest { (STEP_HALVINGS, size) } else { (1, size * half) };
+            let mut share = S::ONE;
+            let mut found = None;
+            for _ in 0..tries {
+                q.copy_from_slice(previous);
+                add_scaled(q, share, self.step);
+                let next = self.evaluate(system, q).ok().filter(|next| *next < progress);
+                if next.is_some() {
+                    found = next;
+                    break;
+                }
+                share *= half;
+            }
+            if let Some(next) = found {
+                size = next;
+                continue;
+            }
+            q.copy_from_slice(previous);
+            size = self.evaluate(system, q)?;
+            if nearest || !decided || size <= far {
+                break;
+            }
+            nearest = true;
+        }
+        Ok(size)
+    }
+
+    /// Makes J u = 0 (for a driven joint: its speed), with the Jacobian that [`evaluate`](Self::evaluate) left.
+    pub(super) fn move_speeds<Y: System<Scalar = S>>(
+        &mut self,
+        system: &Y,
+        u: &mut [S],
+        gap: Gap<S>,
+    ) -> usize {
+        self.add_rates(system, u, S::ONE, S::ZERO);
+        let rank = self.solve(gap, dot(u, u).sqrt());
+        add_scaled(u, S::ONE, self.step);
+        rank
+    }
+}

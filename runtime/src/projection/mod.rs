@@ -1,0 +1,211 @@
+//! Projection of a state onto the closure, by the least change weighted with M.
+//!
+//! Coordinates by Gauss-Newton on all nine residuals r of each loop, q += -M^-1 J^T (J M^-1
+//! J^T)^+ r, then speeds onto J u = 0 in the same metric, u += -M^-1 J^T (J M^-1 J^T)^+ J u: what
+//! keeps an index-1 integration on the constraints. A driven joint is a tenth kind of residual,
+//! its distance from where it should be times the mechanism's size. After E. Hairer, C. Lubich, G. Wanner,
+//! "Geometric Numerical Integration", IV.4; E. Eich, "Convergence results for a coordinate
+//! projection method", 1993.
+//!
+//! Where no direction of the closure is weak, loops are closed to 1e-12 of the mechanism's size; next to
+//! a singular state, where a residual says little of the position, to rounding. How far off the
+//! directions themselves are is known there ([`rank`](crate::rank)), and speeds are corrected by no less
+//! than that: what is rounding must not turn them away from their branch.
+
+mod gauss_newton;
+
+use gauss_newton::GaussNewton;
+
+use crate::acceleration::{holds, not_finite};
+use crate::constants::PROJECTION_STEPS;
+use crate::linear::{add_scaled, max_abs};
+use crate::rank::{Gap, acceptable_residual, closed, closed_to_rounding};
+use crate::workspace::{check, split};
+use crate::{Arithmetic, Dimensions, Error, ProjectionMut, Scalar, System};
+
+/// What a projection reached.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Projected<S> {
+    /// Largest closure residual left, m.
+    pub residual: S,
+    /// Independent rows among all nine of every loop.
+    pub rank: usize,
+}
+
+/// The loop with the largest residual, and that residual.
+pub(crate) fn worst_loop<S: Scalar>(residual: &[S]) -> (usize, S) {
+    let mut worst = (0, S::ZERO);
+    for (index, part) in residual.chunks_exact(9).enumerate() {
+        let size = max_abs(part);
+        if worst.1.is_finite() && !(size <= worst.1) {
+            worst = (index, size);
+        }
+    }
+    worst
+}
+
+/// Moves q (rad) onto the closure and u (rad/s) onto its tangent, driven joints to where they
+/// should be at t (s). Without loops and drives nothing happens.
+///
+/// # Errors
+///
+/// [`Error::NotClosed`] or [`Error::NotDriven`] if q is too far away; [`Error::MassMatrix`], [`Error::NotFinite`],
+/// [`Error::Workspace`], [`Error::Length`].
+#[inline]
+pub fn project<Y: System>(
+    system: &Y,
+    t: Y::Scalar,
+    q: &mut [Y::Scalar],
+    u: &mut [Y::Scalar],
+    workspace: &mut [Y::Scalar],
+) -> Result<Projected<Y::Scalar>, Error> {
+    project_within(system, t, q, u, closed(system), workspace)
+}
+
+/// As [`project`], to rounding everywhere.
+pub(crate) fn project_to_rounding<Y: System>(
+    system: &Y,
+    t: Y::Scalar,
+    q: &mut [Y::Scalar],
+    u: &mut [Y::Scalar],
+    workspace: &mut [Y::Scalar],
+) -> Result<Projected<Y::Scalar>, Error> {
+    project_within(system, t, q, u, closed_to_rounding(system), workspace)
+}
+
+/// As [`project`]; loops that are closed by elimination are closed to `enough` (m).
+#[inline]
+fn project_within<Y: System>(
+    system: &Y,
+    t: Y::Scalar,
+    q: &mut [Y::Scalar],
+    u: &mut [Y::Scalar],
+    enough: Y::Scalar,
+    workspace: &mut [Y::Scalar],
+) -> Result<Projected<Y::Scalar>, Error> {
+    let dimensions = check(system, workspace, &[q.len(), u.len()])?;
+    if dimensions.loops + dimensions.drives == 0 {
+        return Ok(Projected { residual: Y::Scalar::ZERO, rank: 0 });
+    }
+    match directly(system, q, u, enough, workspace) {
+        Some(projected) => projected,
+        None => generally(system, t, q, u, workspace),
+    }
+}
+
+/// Moves the state of a stage of an integrator next to a singular state as near to the closure as
+/// directions that are certain lead: which branch it belongs to is not decided here.
+pub(crate) fn project_stage<Y: System>(
+    system: &Y,
+    t: Y::Scalar,
+    q: &mut [Y::Scalar],
+    u: &mut [Y::Scalar],
+    workspace: &mut [Y::Scalar],
+) -> Result<(), Error> {
+    check(system, workspace, &[q.len(), u.len()])?;
+    let (mut closure, previous) = GaussNewton::new(system, t, q, u, workspace)?;
+    let residual = closure.move_coordinates(system, q, false, previous)?;
+    closure.move_speeds(system, u, Gap::of(system, residual));
+    Ok(())
+}
+
+/// With a decision on the rank. Much code, seldom needed: not to be inlined.
+#[inline(never)]
+fn generally<Y: System>(
+    system: &Y,
+    t: Y::Scalar,
+    q: &mut [Y::Scalar],
+    u: &mut [Y::Scalar],
+    workspace: &mut [Y::Scalar],
+) -> Result<Projected<Y::Scalar>, Error> {
+    let (mut closure, previous) = GaussNewton::new(system, t, q, u, workspace)?;
+    let residual = closure.move_coordinates(system, q, true, previous)?;
+    if !(residual <= acceptable_residual(system)) {
+        return Err(closure.open(system));
+    }
+    let rank = closure.move_speeds(system, u, Gap::of(system, residual));
+    match not_finite(&[q, u]) {
+        Some(joint) => Err(Error::NotFinite { joint }),
+        None => Ok(Projected { residual, rank }),
+    }
+}
+
+/// By the system's own elimination, where that holds and closes the loops; otherwise q and u stay as
+/// they are.
+#[inline]
+fn directly<Y: System>(
+    system: &Y,
+    q: &mut [Y::Scalar],
+    u: &mut [Y::Scalar],
+    enough: Y::Scalar,
+    mut workspace: &mut [Y::Scalar],
+) -> Option<Result<Projected<Y::Scalar>, Error>> {
+    let Dimensions { coordinates: n, rows, loops, drives, .. } = system.dimensions();
+    if drives != 0 {
+        return None;
+    }
+    let residual = split(&mut workspace, 9 * loops).ok()?;
+    let positions = split(&mut workspace, n).ok()?;
+    let speeds = split(&mut workspace, n).ok()?;
+    let given = split(&mut workspace, n).ok()?;
+    given.copy_from_slice(q);
+    let mut before = None;
+    for _ in 0..PROJECTION_STEPS {
+        let out = ProjectionMut { residual, positions, speeds };
+        let margin = system.write_projection(q, u, out);
+        if !holds(&margin) {
+            break;
+        }
+        // Written so that NaN is not closed.
+        if residual.iter().all(|x| x.abs() <= enough) {
+            let moved = subtract(u, speeds);
+            return Some(moved.map(|()| Projected { residual: max_abs(residual), rank: rows }));
+        }
+        // Written so that NaN is no progress.
+        let size = max_abs(residual);
+        if !before.is_none_or(|before| size + size < before) {
+            break;
+        }
+        before = Some(size);
+        add_scaled(q, -Y::Scalar::ONE, positions);
+    }
+    q.copy_from_slice(given);
+    None
+}
+
+/// `x -= y`, one number after the other: y comes fresh from single stores, which a wide load would
+/// have to wait for.
+#[inline]
+fn subtract<S: Scalar>(x: &mut [S], y: &[S]) -> Result<(), Error> {
+    for (joint, (x, &y)) in x.iter_mut().zip(y).enumerate() {
+        *x -= y;
+        if !x.is_finite() {
+            return Err(Error::NotFinite { joint });
+        }
+    }
+    Ok(())
+}
+
+/// Adds to du/dt what restores the constraints, -M^-1 J^T (J M^-1 J^T)^+ (2 g J u + g^2 r), all
+/// nine rows per loop, with the gain g (1/s).
+pub(crate) fn restore<Y: System>(
+    system: &Y,
+    t: Y::Scalar,
+    q: &[Y::Scalar],
+    u: &[Y::Scalar],
+    gain: Y::Scalar,
+    workspace: &mut [Y::Scalar],
+    acceleration: &mut [Y::Scalar],
+) -> Result<(), Error> {
+    let dimensions = check(system, workspace, &[q.len(), u.len(), acceleration.len()])?;
+    if dimensions.loops + dimensions.drives == 0 {
+        return Ok(());
+    }
+    let (mut closure, _) = GaussNewton::new(system, t, q, u, workspace)?;
+    let residual = closure.evaluate(system, q)?;
+    closure.add_rates(system, u, gain + gain, gain * gain);
+    closure.solve(Gap::of(system, residual), Y::Scalar::ZERO);
+    add_scaled(acceleration, Y::Scalar::ONE, closure.step);
+    Ok(())
+}

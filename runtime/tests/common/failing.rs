@@ -1,0 +1,84 @@
+//! A mechanism that fails where a test wants it to, and counts its evaluations.
+
+use std::cell::Cell;
+
+use lamc_runtime::{Dimensions, Energy, EquationsMut, StraightLine, System, workspace_len};
+
+/// m d2q/dt2 = 1 - q - dq/dt, and not a number after the time `from`.
+#[derive(Clone, Debug)]
+pub struct Failing {
+    pub mass: f64,
+    /// s.
+    pub from: f64,
+    /// Evaluations that lie further apart than this have no value either, s.
+    pub longest: f64,
+    pub last: Cell<f64>,
+    pub evaluations: Cell<u64>,
+}
+
+const DIMENSIONS: Dimensions = Dimensions { coordinates: 1, bodies: 1, ..Dimensions::ZERO };
+
+impl Failing {
+    /// A force that is not a number after this time (s).
+    pub fn without_force_from(from: f64) -> Self {
+        Self {
+            mass: 1.0,
+            from,
+            longest: f64::INFINITY,
+            last: Cell::new(0.0),
+            evaluations: Cell::new(0),
+        }
+    }
+}
+
+impl StraightLine for Failing {
+    type Number = f64;
+}
+
+impl System for Failing {
+    type Scalar = f64;
+    type Vector = [f64; 1];
+    type Matrix = [f64; 1];
+    type Workspace = [f64; workspace_len(DIMENSIONS)];
+
+    fn dimensions(&self) -> Dimensions {
+        DIMENSIONS
+    }
+    fn vector(&self) -> [f64; 1] {
+        [0.0]
+    }
+    fn matrix(&self) -> [f64; 1] {
+        [0.0]
+    }
+    fn workspace(&self) -> Self::Workspace {
+        [0.0; workspace_len(DIMENSIONS)]
+    }
+    fn size(&self) -> f64 {
+        1.0
+    }
+    fn limits(&self, _: usize) -> [f64; 2] {
+        [f64::NEG_INFINITY, f64::INFINITY]
+    }
+    fn initial_position(&self, _: usize) -> f64 {
+        0.5
+    }
+    fn initial_speed(&self, _: usize) -> f64 {
+        0.0
+    }
+    fn is_pinned(&self, _: usize) -> bool {
+        true
+    }
+    fn write_equations(&self, t: f64, q: &[f64], u: &[f64], out: EquationsMut<'_, f64>) {
+        self.evaluations.set(self.evaluations.get() + 1);
+        let apart = t - self.last.replace(t);
+        out.mass[0] = self.mass;
+        let fails = t > self.from || apart > self.longest;
+        out.forcing[0] = if fails { f64::NAN } else { 1.0 - q[0] - u[0] };
+    }
+    fn write_closure(&self, _: &[f64], _: &mut [f64], _: &mut [f64]) {}
+    fn energy(&self, _: f64, q: &[f64], u: &[f64]) -> Energy<f64> {
+        Energy { kinetic: u[0] * u[0] / 2.0, potential: q[0] * q[0] / 2.0 }
+    }
+    fn write_poses(&self, _: &[f64], _: &mut [f64]) {}
+    fn write_points(&self, _: &[f64], _: &mut [f64]) {}
+}
