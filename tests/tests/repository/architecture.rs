@@ -1,17 +1,39 @@
-//! Who may import whom: each stage only the stages before it, the engine only from `symbolic`.
+//! Who may import whom: the rules of ARCHITECTURE.md, between crates and between folders of a crate.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use lamc_tests::workspace;
 
-/// A crate's folder and each folder in it with the others it may name.
-type Floors = (&'static str, &'static [(&'static str, &'static [&'static str])]);
+use crate::source::{entries, imports, is_test, rust_files};
 
-const CRATES: [Floors; 2] = [
-    (
-        "codegen/src",
-        &[
+/// A crate's folder, and which crates of the workspace it may depend on.
+const CRATES: [(&str, &[&str]); 7] = [
+    ("runtime", &[]),
+    ("templates", &[]),
+    ("codegen", &["lamc-runtime", "lamc-templates"]),
+    ("workbench", &["lamc-runtime", "lamc-templates", "lamc"]),
+    ("generated", &["lamc-runtime"]),
+    ("tests", &["lamc-runtime", "lamc-templates", "lamc", "lamc-workbench", "lamc-generated"]),
+    ("xtask", &[]),
+];
+
+/// Folders that are workspaces of their own or hold no crate.
+const OTHER_FOLDERS: [&str; 3] = ["docs", "examples", "target"];
+
+/// The sources of a crate: each file and folder in them, and what of the crate it may import.
+struct Floors {
+    folder: &'static str,
+    entries: &'static [(&'static str, &'static [&'static str])],
+    /// Whether all files of the crate's root are listed. Where its root exports what they hold under
+    /// shorter names, only the folders are.
+    files_too: bool,
+}
+
+const FLOORS: [Floors; 5] = [
+    Floors {
+        folder: "codegen/src",
+        entries: &[
             ("source", &[]),
             ("laminate", &["source"]),
             ("topology", &["source", "laminate"]),
@@ -20,66 +42,125 @@ const CRATES: [Floors; 2] = [
             // What leaves the algebra is plain data, and its type lives in `symbolic`.
             ("program", &["source", "laminate", "topology", "symbolic", "kane"]),
             ("backend", &["source", "laminate", "topology", "symbolic", "kane", "program"]),
+            (
+                "pipeline",
+                &["source", "laminate", "topology", "symbolic", "kane", "program", "backend"],
+            ),
+            ("files", &[]),
+            ("config", &["source", "backend", "pipeline", "files"]),
         ],
-    ),
-    (
-        "workbench/src",
-        &[
+        files_too: true,
+    },
+    Floors {
+        folder: "workbench/src",
+        entries: &[
+            ("archive", &[]),
             ("execution", &[]),
-            ("motion", &[]),
             ("identify", &["execution"]),
             ("mocap", &["identify"]),
+            ("motion", &[]),
             ("scene", &["motion"]),
             ("picture", &["motion", "scene"]),
             ("page", &["motion", "scene", "picture"]),
+            ("main", &["cli"]),
+            // The commands are of the binary; they see the library by its name, `lamc_workbench`.
+            ("cli", &[]),
         ],
-    ),
+        files_too: true,
+    },
+    Floors {
+        folder: "runtime/src",
+        entries: &[
+            ("sin_cos", &[]),
+            ("linear", &[]),
+            ("assembly", &["linear"]),
+            ("integrate", &["linear"]),
+            ("stops", &["linear", "integrate"]),
+        ],
+        files_too: false,
+    },
+    Floors { folder: "templates/src", entries: &[], files_too: true },
+    Floors { folder: "xtask/src", entries: &[("main", &[])], files_too: true },
 ];
 
+/// Symbolica and its parts, as crates and as they are named in Rust.
+const ENGINE: [&str; 3] = ["symbolica", "numerica", "graphica"];
+
 #[test]
-fn stages_import_only_what_comes_before() {
-    for (source, floors) in CRATES {
-        for (stage, allowed) in floors {
-            check_imports(&workspace().join(source), stage, allowed, floors);
+fn crates_depend_only_on_those_below() {
+    let names: Vec<&str> = CRATES.iter().map(|(folder, _)| package(folder)).collect();
+    for (folder, allowed) in CRATES {
+        let manifest = workspace().join(folder).join("Cargo.toml");
+        let text = fs::read_to_string(&manifest).unwrap();
+        assert!(text.contains(&format!("name = \"{}\"", package(folder))), "{folder}: its name");
+        for dependency in dependencies(&text) {
+            let ours = names.contains(&dependency);
+            assert!(!ours || allowed.contains(&dependency), "{folder} depends on {dependency}");
+            let engine = ENGINE.contains(&dependency);
+            assert!(!engine || folder == "codegen", "{folder} depends on the engine");
         }
     }
 }
 
-fn check_imports(source: &Path, stage: &str, allowed: &[&str], floors: &[(&str, &[&str])]) {
-    let folder = source.join(stage);
-    let mut looked_at = 0;
-    for file in rust_files(&folder) {
-        // Tests of a stage may build their input with any other.
-        let inside = file.strip_prefix(&folder).unwrap();
-        if inside.to_string_lossy().contains("tests") {
-            continue;
-        }
-        looked_at += 1;
-        let text = fs::read_to_string(&file).unwrap();
-        for name in text.split("crate::").skip(1) {
-            let name: String = name.chars().take_while(|c| c.is_alphanumeric()).collect();
-            let is_stage = floors.iter().any(|(other, _)| *other == name);
-            let is_front = name == "pipeline" || name == "cli";
-            assert!(
-                !is_front && (!is_stage || name == stage || allowed.contains(&name.as_str())),
-                "{} names crate::{name}",
-                file.display()
-            );
+#[test]
+fn every_folder_of_the_workspace_is_known() {
+    for entry in fs::read_dir(workspace()).unwrap() {
+        let entry = entry.unwrap();
+        let name = entry.file_name().into_string().unwrap();
+        if entry.path().is_dir() && !name.starts_with('.') {
+            let known = CRATES.iter().any(|(folder, _)| *folder == name)
+                || OTHER_FOLDERS.contains(&name.as_str());
+            assert!(known, "the folder {name} is in no table of this test");
         }
     }
-    assert!(looked_at > 0, "no files in {stage}");
+}
+
+#[test]
+fn folders_import_only_those_before() {
+    for floors in FLOORS {
+        let root = workspace().join(floors.folder);
+        for entry in entries(&root) {
+            let known = floors.entries.iter().any(|(name, _)| *name == entry.name);
+            let needs_no_place = entry.name == "lib" || (!entry.is_folder && !floors.files_too);
+            assert!(
+                known || needs_no_place,
+                "{}/{} is in no table of this test",
+                floors.folder,
+                entry.name
+            );
+        }
+        for (name, allowed) in floors.entries {
+            check_imports(&root, &floors, name, allowed);
+        }
+    }
+}
+
+fn check_imports(root: &Path, floors: &Floors, name: &str, allowed: &[&str]) {
+    let mut looked_at = 0;
+    let file = root.join(format!("{name}.rs"));
+    let files = if file.exists() { vec![file] } else { rust_files(&root.join(name)) };
+    // Tests of a stage may build their input with any other.
+    for file in files.into_iter().filter(|file| !is_test(file.strip_prefix(root).unwrap())) {
+        looked_at += 1;
+        for import in imports(root, &file) {
+            let known = floors.entries.iter().any(|(entry, _)| *entry == import);
+            let passes = import == name
+                || allowed.contains(&import.as_str())
+                || (!known && !floors.files_too);
+            assert!(passes, "{} imports crate::{import}", file.display());
+        }
+    }
+    assert!(looked_at > 0, "no files in {}/{name}", floors.folder);
 }
 
 #[test]
 fn only_one_folder_names_the_symbolic_engine() {
     let root = workspace();
     let mut named = 0;
-    for folder in ["codegen", "workbench", "runtime", "generated", "tests", "templates"] {
+    for (folder, _) in CRATES {
         for file in rust_files(&root.join(folder)) {
             let text = fs::read_to_string(&file).unwrap();
-            let imports = ["symbolica", "numerica", "graphica"]
-                .iter()
-                .any(|engine| text.contains(&format!("{engine}::")));
+            let imports = ENGINE.iter().any(|engine| text.contains(&format!("{engine}::")));
             let is_home = file.starts_with(root.join("codegen/src/symbolic"));
             named += usize::from(imports);
             assert!(is_home || !imports, "{} names the engine", file.display());
@@ -88,15 +169,30 @@ fn only_one_folder_names_the_symbolic_engine() {
     assert!(named > 0, "the engine is named nowhere: this test looks in the wrong place");
 }
 
-fn rust_files(folder: &Path) -> Vec<PathBuf> {
-    let mut files = Vec::new();
-    for entry in fs::read_dir(folder).into_iter().flatten() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            files.extend(rust_files(&path));
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
-            files.push(path);
+/// The name of the package in a folder.
+fn package(folder: &str) -> &'static str {
+    match folder {
+        "runtime" => "lamc-runtime",
+        "templates" => "lamc-templates",
+        "codegen" => "lamc",
+        "workbench" => "lamc-workbench",
+        "generated" => "lamc-generated",
+        "tests" => "lamc-tests",
+        "xtask" => "xtask",
+        _ => panic!("{folder} is no crate"),
+    }
+}
+
+/// What a manifest depends on, other than for tests.
+fn dependencies(manifest: &str) -> Vec<&str> {
+    let mut section = "";
+    let mut found = Vec::new();
+    for line in manifest.lines() {
+        if line.starts_with('[') {
+            section = line;
+        } else if matches!(section, "[dependencies]" | "[build-dependencies]") {
+            found.extend(line.split(['.', ' ', '=']).next().filter(|name| !name.is_empty()));
         }
     }
-    files
+    found
 }

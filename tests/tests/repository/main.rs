@@ -1,3 +1,5 @@
-//! Rules that hold for the sources themselves.
+//! Rules that hold for the sources and the documents themselves.
 
 mod architecture;
+mod sizes;
+mod source;

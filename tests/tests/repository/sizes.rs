@@ -1,0 +1,159 @@
+//! Hand-written files have at most 400 lines, functions at most 60.
+
+use std::fs;
+
+use lamc_tests::workspace;
+
+use crate::source::{is_test, rust_files};
+
+const LINES_OF_A_FILE: usize = 400;
+const LINES_OF_A_FUNCTION: usize = 60;
+
+/// Files that are longer, and how long they may be. Entries may only shrink and go.
+const LONG_FILES: [(&str, usize); 8] = [
+    ("codegen/src/backend/rust/items.rs", 487),
+    ("codegen/src/kane/dynamics.rs", 436),
+    ("codegen/src/source/lower/mod.rs", 438),
+    ("codegen/src/source/lower/scalars.rs", 403),
+    ("codegen/src/source/popupcad/mod.rs", 414),
+    ("runtime/src/projection.rs", 410),
+    ("runtime/src/system.rs", 405),
+    ("workbench/src/identify/fit.rs", 421),
+];
+
+/// Functions that are longer. Entries may only shrink and go.
+const LONG_FUNCTIONS: [(&str, &str, usize); 18] = [
+    ("codegen/src/backend/c/body.rs", "insert", 61),
+    ("codegen/src/backend/rust/exports.rs", "exports", 209),
+    ("codegen/src/backend/rust/items.rs", "system", 127),
+    ("codegen/src/laminate/verdicts.rs", "verdicts", 75),
+    ("codegen/src/program/differentiate.rs", "derivative", 72),
+    ("codegen/src/source/lower/mod.rs", "model", 79),
+    ("codegen/src/source/popupcad/mod.rs", "model", 65),
+    ("codegen/src/source/write.rs", "to_yaml", 78),
+    ("codegen/src/topology/rounded/place.rs", "placed", 71),
+    ("runtime/src/equilibrium.rs", "run", 64),
+    ("runtime/src/passage.rs", "pass", 124),
+    ("workbench/src/cli/check.rs", "report", 83),
+    ("workbench/src/cli/eval.rs", "evaluate", 82),
+    ("workbench/src/cli/fit.rs", "run", 72),
+    ("workbench/src/identify/fit.rs", "solve", 91),
+    ("workbench/src/identify/start.rs", "at", 61),
+    ("workbench/src/identify/trajectory.rs", "integrate", 67),
+    ("workbench/src/mocap/quaternions.rs", "read", 88),
+];
+
+#[test]
+fn hand_written_files_are_short() {
+    let mut wrong = Vec::new();
+    for (path, text) in sources() {
+        let lines = text.lines().count();
+        let exception = LONG_FILES.iter().find(|(file, _)| *file == path);
+        let limit = exception.map_or(LINES_OF_A_FILE, |(_, limit)| *limit);
+        if lines > limit {
+            wrong.push(format!("{path} has {lines} lines, more than {limit}"));
+        }
+        if exception.is_some() && lines <= LINES_OF_A_FILE {
+            wrong.push(format!("{path} has {lines} lines: remove it from the exceptions"));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn functions_are_short() {
+    let mut wrong = Vec::new();
+    for (path, text) in sources() {
+        for (name, lines) in functions(&text) {
+            let exception = LONG_FUNCTIONS
+                .iter()
+                .find(|(file, function, _)| *file == path && *function == name);
+            let limit = exception.map_or(LINES_OF_A_FUNCTION, |(_, _, limit)| *limit);
+            if lines > limit {
+                wrong.push(format!("{path}: `{name}` has {lines} lines, more than {limit}"));
+            }
+            if exception.is_some() && lines <= LINES_OF_A_FUNCTION {
+                wrong.push(format!("{path}: remove `{name}` from the exceptions"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Paths and texts of the Rust files that are neither generated nor tests.
+fn sources() -> Vec<(String, String)> {
+    let root = workspace();
+    let mut found = Vec::new();
+    for folder in ["codegen/src", "workbench/src", "runtime/src", "templates/src", "xtask/src"] {
+        for file in rust_files(&root.join(folder)) {
+            let path = file.strip_prefix(&root).unwrap();
+            if !is_test(path.strip_prefix(folder).unwrap()) {
+                found.push((path.display().to_string(), fs::read_to_string(&file).unwrap()));
+            }
+        }
+    }
+    assert!(found.len() > 100, "this test looks in the wrong place");
+    found
+}
+
+/// Functions and their lines, from the one with `fn` to the closing brace, which rustfmt puts under
+/// its first letter.
+fn functions(text: &str) -> Vec<(&str, usize)> {
+    let lines: Vec<&str> = text.lines().collect();
+    let mut found = Vec::new();
+    for (first, line) in lines.iter().enumerate() {
+        let Some(name) = function_name(line) else { continue };
+        let indent = &line[..line.len() - line.trim_start().len()];
+        let end = format!("{indent}}}");
+        let is_whole = line.ends_with(';') || line.ends_with('}');
+        let last = if is_whole {
+            first
+        } else {
+            let closes = |line: &&str| line.starts_with(&end) || is_declaration(line, indent);
+            first + lines[first..].iter().position(closes).expect("a function has an end")
+        };
+        found.push((name, last - first + 1));
+    }
+    found
+}
+
+/// The name of the function that begins in this line.
+fn function_name(line: &str) -> Option<&str> {
+    const BEFORE: [&str; 7] =
+        ["pub", "pub(crate)", "pub(super)", "const", "unsafe", "extern", "\"C\""];
+    let mut words = line.split_whitespace().skip_while(|word| BEFORE.contains(word));
+    (words.next() == Some("fn")).then_some(())?;
+    words.next()?.split(['(', '<']).next()
+}
+
+/// The end of a signature in several lines without a body.
+fn is_declaration(line: &str, indent: &str) -> bool {
+    line.strip_prefix(indent).is_some_and(|rest| rest.starts_with(')')) && line.ends_with(';')
+}
+
+#[test]
+fn lines_of_functions_are_counted() {
+    let text = "\
+impl A {
+    pub(crate) const fn short(&self) -> usize {
+        1
+    }
+
+    fn declared(
+        &self,
+    ) -> usize;
+
+    fn one(&self) -> usize { 2 }
+}
+
+pub fn outer<T: Fn(usize)>(
+    call: T,
+) {
+    if true {
+        call(1);
+    }
+}
+";
+    let expected = [("short", 3), ("declared", 3), ("one", 1), ("outer", 7)];
+    assert_eq!(functions(text), expected);
+}
