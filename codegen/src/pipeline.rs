@@ -7,6 +7,7 @@ use crate::backend::rust::{self, ScalarChoice};
 use crate::kane::{self, DeriveError, Equations};
 use crate::laminate;
 use crate::program::{self, Op, Program};
+use crate::source::codes;
 use crate::source::{self, Diagnostic, Diagnostics, EditError, Numbers, SourceFile, SourceModel};
 use crate::symbolic::SessionError;
 use crate::topology::{self, Topology};
@@ -137,7 +138,7 @@ fn refuse_too_many_hinges(model: &SourceModel) -> Result<(), Diagnostics> {
     let (most, there) = (model.max_hinges, model.joints.len());
     let Some(first) = model.joints.get(most) else { return Ok(()) };
     let message = format!("{there} hinges are more than the {most} that lamc compiles");
-    let problem = Diagnostic::error("too-many-hinges", first.name.span, message)
+    let problem = Diagnostic::error(codes::TOO_MANY_HINGES, first.name.span, message)
         .label(format!("number {} of {there}", most + 1))
         .hint(format!(
             "--max-hinges {there} raises the limit (in a build script: Config::max_hinges); memory \

@@ -9,6 +9,7 @@ use super::section::{Phase, Section};
 use super::vector::Vector;
 use super::{articulated, closure, dynamics, inverse};
 use crate::laminate::Mechanism;
+use crate::source::codes::{self, Code};
 use crate::source::{Diagnostic, Diagnostics, InputId, JointId, ParameterId, Span};
 use crate::symbolic::{self, Algebra, Expr, SessionError, Tree};
 use crate::topology::{NodeId, Topology};
@@ -254,16 +255,16 @@ impl<'a> Derivation<'a> {
     /// Reports that the entry at `span` divides by zero.
     pub fn division_by_zero(&mut self, span: Option<Span>, what: &str) {
         let hint = "the divisor is zero whatever t, q, u, parameters and inputs are";
-        self.undefined("division-by-zero", format!("{what} divides by zero"), hint, span);
+        self.undefined(codes::DIVISION_BY_ZERO, format!("{what} divides by zero"), hint, span);
     }
 
     /// Reports that a part of the entry at `span` is infinite or not a number.
     pub fn not_finite(&mut self, value: f64, span: Option<Span>, what: &str) {
         let hint = "it is so whatever t, q, u, parameters and inputs are";
-        self.undefined("not-finite", format!("a part of {what} is {value}"), hint, span);
+        self.undefined(codes::NOT_FINITE, format!("a part of {what} is {value}"), hint, span);
     }
 
-    fn undefined(&mut self, code: &'static str, what: String, hint: &str, span: Option<Span>) {
+    fn undefined(&mut self, code: Code, what: String, hint: &str, span: Option<Span>) {
         let mut problem = Diagnostic::error(code, span.unwrap_or_default(), what).hint(hint);
         problem.span = span;
         // The law of a joint is read for the motion and for the balance.

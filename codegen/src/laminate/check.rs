@@ -6,6 +6,7 @@
 use nalgebra::Matrix3;
 
 use super::mechanism::MassProperties;
+use crate::source::codes;
 use crate::source::{Body, Diagnostic, Diagnostics, Material, SourceModel, Span, Spanned};
 
 /// Relative to the largest moment: differences below this are rounding of printed numbers.
@@ -18,7 +19,7 @@ pub fn positive(name: &str, given: &Spanned<f64>, unit: &str, found: &mut Diagno
     }
     let message = format!("the {name} is {} {unit}", given.value);
     found.push(
-        Diagnostic::error("not-positive", given.span, message)
+        Diagnostic::error(codes::NOT_POSITIVE, given.span, message)
             .label("must be more than zero, and finite"),
     );
 }
@@ -53,12 +54,12 @@ pub fn rigid_inertia(inertia: &Matrix3<f64>, span: Span, found: &mut Diagnostics
     let largest = inertia.amax();
     let error = |code, message: String| Diagnostic::error(code, span, message);
     if !largest.is_finite() {
-        found.push(error("not-finite", "the inertia is not finite".into()));
+        found.push(error(codes::NOT_FINITE, "the inertia is not finite".into()));
         return;
     }
     if (inertia - inertia.transpose()).amax() > ROUNDING * largest {
         found.push(
-            error("asymmetric-inertia", "the inertia is not symmetric".into())
+            error(codes::ASYMMETRIC_INERTIA, "the inertia is not symmetric".into())
                 .hint("xy = yx, xz = zx, yz = zy"),
         );
         return;
@@ -67,7 +68,7 @@ pub fn rigid_inertia(inertia: &Matrix3<f64>, span: Span, found: &mut Diagnostics
     let [low, middle, high] = moments;
     if low < -ROUNDING * high.abs() || high < 0.0 {
         let message = format!("the inertia has the negative principal moment {low:.3e} kg m^2");
-        found.push(error("inertia-not-positive", message).hint(
+        found.push(error(codes::INERTIA_NOT_POSITIVE, message).hint(
             "products of inertia enter with a minus sign: xy = -sum(m x y), \
              and moments are about the centre of mass",
         ));
@@ -75,7 +76,9 @@ pub fn rigid_inertia(inertia: &Matrix3<f64>, span: Span, found: &mut Diagnostics
         let message = format!(
             "no rigid body has the principal moments {low:.3e}, {middle:.3e} and {high:.3e} kg m^2"
         );
-        found.push(error("inertia-triangle", message).label("the largest exceeds the others' sum"));
+        found.push(
+            error(codes::INERTIA_TRIANGLE, message).label("the largest exceeds the others' sum"),
+        );
     }
 }
 
@@ -86,12 +89,12 @@ pub fn moving_body(body: &Body, properties: &MassProperties, found: &mut Diagnos
     let MassProperties { mass, com, inertia } = properties;
     if !mass.is_finite() || !com.iter().all(|x| x.is_finite()) || !inertia.amax().is_finite() {
         let message = format!("the mass properties of body `{name}` are not finite");
-        found.push(error("out-of-scale", message).hint("are the units right?"));
+        found.push(error(codes::OUT_OF_SCALE, message).hint("are the units right?"));
         return;
     }
     if *mass <= 0.0 {
         found
-            .push(error("no-mass", format!("body `{name}` moves but has no mass")).hint(
+            .push(error(codes::NO_MASS, format!("body `{name}` moves but has no mass")).hint(
                 "give it an `outline`, `layers` with plates, or `mass`, `com` and `inertia`",
             ));
     }

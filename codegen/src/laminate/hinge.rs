@@ -8,6 +8,7 @@ use super::check;
 use super::flexure::sharifzadeh2018::Coefficients;
 use super::flexure::{self, Beam};
 use super::mechanism::{Friction, Joint};
+use crate::source::codes;
 use crate::source::{
     Diagnostic, Diagnostics, Expression, HingeModel, Material, SourceModel, Span, Spanned, Spring,
 };
@@ -24,7 +25,7 @@ pub fn hinge(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diag
     if !(length >= f64::MIN_POSITIVE && length.is_finite() && joint.z.is_finite()) {
         let message = format!("the hinge line of `{name}` has no direction");
         found.push(
-            Diagnostic::error("zero-axis", joint.axis.span, message)
+            Diagnostic::error(codes::ZERO_AXIS, joint.axis.span, message)
                 .hint("give two different points"),
         );
     }
@@ -75,7 +76,7 @@ pub fn initial_angle(joint: &Joint, angle: f64, found: &mut Diagnostics) {
         let message = format!("the initial angle of `{}` is outside its limits", joint.name);
         let [angle, low, high] = [angle, low, high].map(f64::to_degrees);
         found.push(
-            Diagnostic::error("initial-outside-limits", joint.span, message)
+            Diagnostic::error(codes::INITIAL_OUTSIDE_LIMITS, joint.span, message)
                 .hint(format!("{angle:.4} deg is not within {low:.4} .. {high:.4} deg")),
         );
     }
@@ -118,7 +119,7 @@ fn flexed(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diagnos
                     let name = &family.name.value;
                     let message =
                         format!("the {what} of `{name}` there is {value:.4e}, not positive");
-                    found.push(Diagnostic::error("outside-model", *span, message));
+                    found.push(Diagnostic::error(codes::OUTSIDE_MODEL, *span, message));
                 }
             }
             let [stiffness, damping] = [stiffness, damping].map(Expression::Number);
@@ -132,7 +133,7 @@ fn flexed(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diagnos
                 Err(refusal) => {
                     let name = &joint.name.value;
                     found.push(
-                        Diagnostic::error("outside-model", *span, refusal.to_string())
+                        Diagnostic::error(codes::OUTSIDE_MODEL, *span, refusal.to_string())
                             .label(format!("`sharifzadeh2018` does not describe `{name}`"))
                             .hint("see docs/HINGES.md, or give the `stiffness` and `damping` themselves"),
                     );
@@ -161,7 +162,7 @@ fn beam(
     {
         let message = format!("gaps of {cut} m in a hinge {} m wide", width.value);
         found.push(
-            Diagnostic::error("no-width", gaps.span, message)
+            Diagnostic::error(codes::NO_WIDTH, gaps.span, message)
                 .hint("`gaps` is how much of the width is cut out: less than all of it"),
         );
     }
@@ -169,7 +170,7 @@ fn beam(
     if modulus.is_none() {
         let message = format!("`{}` has no `youngs_modulus`", strip.name.value);
         found.push(
-            Diagnostic::error("no-modulus", named, message)
+            Diagnostic::error(codes::NO_MODULUS, named, message)
                 .label("a beam's stiffness needs it")
                 .hint("add it to the material, as in `youngs_modulus: 4.4 GPa`"),
         );
@@ -201,7 +202,7 @@ fn family_bounds(
         let name = &family.name.value;
         let message = format!("`{joint}` lies outside the specimens that `{name}` was fitted to");
         found.push(
-            Diagnostic::warning("outside-specimens", span, message)
+            Diagnostic::warning(codes::OUTSIDE_SPECIMENS, span, message)
                 .hint("a polynomial says little beyond what was measured"),
         );
     }

@@ -25,6 +25,7 @@ pub use verdicts::{Verdict, verdicts};
 
 use nalgebra::Vector3;
 
+use crate::source::codes;
 use crate::source::{Diagnostic, Diagnostics, Severity, Shape, SourceModel};
 
 /// Mechanisms less than this across, m, are mistakes, and lose digits to underflow.
@@ -66,7 +67,7 @@ pub fn build(model: &SourceModel, warnings: &mut Diagnostics) -> Result<Mechanis
     if !(SMALLEST..LARGEST).contains(&across) && !found.has_errors() {
         let message = format!("the mechanism is {across:e} m across");
         found.push(
-            Diagnostic::error("out-of-scale", model.name.span, message)
+            Diagnostic::error(codes::OUT_OF_SCALE, model.name.span, message)
                 .hint("are the units right?"),
         );
     }

@@ -9,6 +9,7 @@ use geo::{
 };
 
 use super::outline::polygon;
+use crate::source::codes;
 use crate::source::{BodyId, Diagnostic, Diagnostics, Plate, Shape, SourceModel};
 
 /// Over the diagonal of the smaller plate: overlaps that are less deep are the rounding of a
@@ -116,7 +117,7 @@ impl<'m> Drawing<'m> {
                 hint.push_str("; there may be more such pairs");
             }
             found.push(
-                Diagnostic::warning("overlapping-bodies", other.outline.span, message)
+                Diagnostic::warning(codes::OVERLAPPING_BODIES, other.outline.span, message)
                     .label(format!("overlaps `{first}`"))
                     .also(one.outline.span, format!("`{first}`"))
                     .hint(hint),
@@ -157,7 +158,7 @@ impl<'m> Drawing<'m> {
             let name = &joint.name.value;
             found.push(
                 Diagnostic::warning(
-                    "far-hinge",
+                    codes::FAR_HINGE,
                     joint.axis.span,
                     format!("the hinge line of `{name}` is {places}"),
                 )

@@ -6,6 +6,7 @@ use geo::{
     unary_union,
 };
 
+use crate::source::codes::{self, Code};
 use crate::source::{Diagnostic, Diagnostics, Plate, Span, Spanned};
 
 /// Areas below this fraction of the plate's are rounding.
@@ -51,7 +52,7 @@ pub fn check(plates: &[Plate], found: &mut Diagnostics) {
                 let line = "their mass counts twice where they overlap";
                 found.push(
                     Diagnostic::warning(
-                        "overlapping-plates",
+                        codes::OVERLAPPING_PLATES,
                         plate.outline.span,
                         format!("two plates of one layer overlap by {area:.4} mm^2: {line}"),
                     )
@@ -95,13 +96,13 @@ fn degenerate_ring(plate: &Plate, polygon: &Polygon<f64>) -> Option<Diagnostic> 
     let rings = std::iter::once(polygon.exterior()).chain(polygon.interiors());
     for (line, ring) in lines.zip(rings) {
         if !ring.0.iter().all(|c| c.x.is_finite() && c.y.is_finite()) {
-            return Some(at(line, "not-finite", "a vertex is not a finite number"));
+            return Some(at(line, codes::NOT_FINITE, "a vertex is not a finite number"));
         }
         let extent = ring.bounding_rect().map_or(0.0, |r| r.width().hypot(r.height()));
         // The hull, because the halves of a figure eight cancel.
         if ring.convex_hull().unsigned_area() <= 1e-14 * extent * extent {
             return Some(
-                at(line, "zero-area", "the outline encloses no area")
+                at(line, codes::ZERO_AREA, "the outline encloses no area")
                     .hint("give at least three vertices that are not on one line"),
             );
         }
@@ -111,7 +112,7 @@ fn degenerate_ring(plate: &Plate, polygon: &Polygon<f64>) -> Option<Diagnostic> 
             let [x, y] = pair[0].map(|x| x * 1e3);
             let message = format!("the outline passes twice through ({x} mm, {y} mm)");
             return Some(
-                at(line, "self-crossing-outline", &message)
+                at(line, codes::SELF_CROSSING_OUTLINE, &message)
                     .hint("the vertices go once around; draw parts that touch as two plates"),
             );
         }
@@ -132,27 +133,29 @@ fn invalidities(plate: &Plate, polygon: &Polygon<f64>) -> Vec<Diagnostic> {
                 let hint = "the vertices go once around, in order; look for two that are swapped";
                 match role {
                     RingRole::Exterior => {
-                        at(line(role), "self-crossing-outline", "the outline crosses itself")
+                        at(line(role), codes::SELF_CROSSING_OUTLINE, "the outline crosses itself")
                     }
-                    RingRole::Interior(_) => {
-                        at(line(role), "self-crossing-hole", "the hole's outline crosses itself")
-                    }
+                    RingRole::Interior(_) => at(
+                        line(role),
+                        codes::SELF_CROSSING_HOLE,
+                        "the hole's outline crosses itself",
+                    ),
                 }
                 .hint(hint)
             }
             InvalidPolygon::InteriorRingNotContainedInExteriorRing(role) => {
-                at(line(role), "hole-outside", "the hole is not within the outline")
+                at(line(role), codes::HOLE_OUTSIDE, "the hole is not within the outline")
                     .hint("a cut-out at the edge belongs to the outline itself")
             }
             InvalidPolygon::IntersectingRingsOnAnArea(_, role) => {
-                at(line(role), "overlapping-holes", "the hole overlaps another one")
+                at(line(role), codes::OVERLAPPING_HOLES, "the hole overlaps another one")
                     .hint("draw both as one hole: what is cut twice would be subtracted twice")
             }
             InvalidPolygon::TooFewPointsInRing(role) => {
-                at(line(role), "short-outline", "an outline needs three vertices")
+                at(line(role), codes::SHORT_OUTLINE, "an outline needs three vertices")
             }
             InvalidPolygon::NonFiniteCoord(role, _) => {
-                at(line(role), "not-finite", "a vertex is not a finite number")
+                at(line(role), codes::NOT_FINITE, "a vertex is not a finite number")
             }
             // A hole along an edge removes what it encloses like any other.
             InvalidPolygon::IntersectingRingsOnALine(..) => continue,
@@ -163,7 +166,7 @@ fn invalidities(plate: &Plate, polygon: &Polygon<f64>) -> Vec<Diagnostic> {
     errors
 }
 
-fn at(line: &Spanned<Vec<[f64; 2]>>, code: &'static str, message: &str) -> Diagnostic {
+fn at(line: &Spanned<Vec<[f64; 2]>>, code: Code, message: &str) -> Diagnostic {
     let span: Span = line.span;
     Diagnostic::error(code, span, message)
 }

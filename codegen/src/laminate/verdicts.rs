@@ -6,6 +6,7 @@
 use std::fmt;
 
 use super::mechanism::Mechanism;
+use crate::source::codes::{self, Code};
 use crate::source::{BodyId, Diagnostic, Expression, JointId, Severity, SourceModel, Span, Spring};
 
 /// What is wrong or odd about a law.
@@ -13,7 +14,7 @@ use crate::source::{BodyId, Diagnostic, Expression, JointId, Severity, SourceMod
 pub struct Verdict {
     /// Error or warning.
     pub severity: Severity,
-    code: &'static str,
+    code: Code,
     message: String,
     /// Where parameters make it so: what they make it.
     label: String,
@@ -93,7 +94,7 @@ pub fn verdicts(mechanism: &Mechanism, parameters: &[f64]) -> Vec<Verdict> {
             judge.refuse(
                 law,
                 place,
-                "not-finite",
+                codes::NOT_FINITE,
                 |value| !value.is_finite(),
                 || (format!("the {what} of `{name}` is not finite"), None),
             );
@@ -101,14 +102,14 @@ pub fn verdicts(mechanism: &Mechanism, parameters: &[f64]) -> Vec<Verdict> {
         judge.refuse(
             &joint.damping,
             Law::Damping(id),
-            "negative-damping",
+            codes::NEGATIVE_DAMPING,
             |b| b < 0.0,
             || (format!("the damping of `{name}` is negative: it would add energy"), None),
         );
         judge.refuse(
             &joint.stiffness,
             Law::Stiffness(id),
-            "negative-stiffness",
+            codes::NEGATIVE_STIFFNESS,
             |k| k < 0.0,
             || {
                 let message =
@@ -118,7 +119,7 @@ pub fn verdicts(mechanism: &Mechanism, parameters: &[f64]) -> Vec<Verdict> {
         );
         if let Some(friction) = &joint.friction {
             let place = Law::Friction(id);
-            judge.refuse(&friction.torque, place, "negative-friction", is_negative, || {
+            judge.refuse(&friction.torque, place, codes::NEGATIVE_FRICTION, is_negative, || {
                 let message = format!("the friction of `{name}` is negative or not finite");
                 (message, Some("it acts against the motion: give its magnitude".to_owned()))
             });
@@ -126,7 +127,7 @@ pub fn verdicts(mechanism: &Mechanism, parameters: &[f64]) -> Vec<Verdict> {
         if let Some(drive) = &joint.drive {
             let [low, high] = joint.limits;
             let is_outside = |angle: f64| angle < low || angle > high;
-            judge.refuse(drive, Law::Drive(id), "driven-outside-limits", is_outside, || {
+            judge.refuse(drive, Law::Drive(id), codes::DRIVEN_OUTSIDE_LIMITS, is_outside, || {
                 let angle = drive.at(parameters).unwrap_or(f64::NAN);
                 let [angle, low, high] = [angle, low, high].map(f64::to_degrees);
                 let hint = format!("{angle:.4} deg is not within {low:.4} .. {high:.4} deg");
@@ -138,7 +139,7 @@ pub fn verdicts(mechanism: &Mechanism, parameters: &[f64]) -> Vec<Verdict> {
         let Some(parameter) = body.mass_parameter else { continue };
         let law = Expression::Parameter(parameter);
         let is_none = |mass: f64| !(mass > 0.0 && mass.is_finite());
-        judge.refuse(&law, Law::Mass(BodyId(index)), "not-positive", is_none, || {
+        judge.refuse(&law, Law::Mass(BodyId(index)), codes::NOT_POSITIVE, is_none, || {
             let hint = "it must be more than zero, and finite".to_owned();
             (format!("the mass of `{}` is not positive", body.name), Some(hint))
         });
@@ -148,7 +149,7 @@ pub fn verdicts(mechanism: &Mechanism, parameters: &[f64]) -> Vec<Verdict> {
             ("density of the air", &air.density, Law::AirDensity),
             ("drag coefficient", &air.drag, Law::Drag),
         ] {
-            judge.refuse(law, place, "negative-drag", is_negative, || {
+            judge.refuse(law, place, codes::NEGATIVE_DRAG, is_negative, || {
                 (format!("the {what} is negative or not finite"), None)
             });
         }
@@ -171,7 +172,7 @@ impl Judge<'_> {
         &mut self,
         law: &Expression,
         place: Law,
-        code: &'static str,
+        code: Code,
         is_wrong: impl Fn(f64) -> bool,
         say: impl Fn() -> (String, Option<String>),
     ) {
@@ -180,15 +181,12 @@ impl Judge<'_> {
             Some(_) => String::new(),
             None => format!("the parameters make it {value}"),
         };
-        let ((message, hint), severity) = (say(), severity(code));
+        let (message, hint) = say();
+        // A negative stiffness may be meant.
+        let severity = match code == codes::NEGATIVE_STIFFNESS {
+            true => Severity::Warning,
+            false => Severity::Error,
+        };
         self.found.push(Verdict { severity, code, message, label, hint, law: place });
-    }
-}
-
-/// A negative stiffness may be meant.
-fn severity(code: &str) -> Severity {
-    match code {
-        "negative-stiffness" => Severity::Warning,
-        _ => Severity::Error,
     }
 }

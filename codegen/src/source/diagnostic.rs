@@ -1,5 +1,6 @@
 //! A user's mistake: where it is, what is wrong, what would be right.
 
+use super::codes::Code;
 use std::fmt;
 
 /// A half-open range of bytes in the source text.
@@ -46,7 +47,7 @@ pub struct Diagnostic {
     /// Error, warning or note.
     pub severity: Severity,
     /// Stable identifier, such as `unknown-key`.
-    pub code: &'static str,
+    pub code: Code,
     /// One line: what is wrong.
     pub message: String,
     /// Where; `None` for the file as a whole.
@@ -61,7 +62,7 @@ pub struct Diagnostic {
 
 impl Diagnostic {
     /// An error at `span`.
-    pub fn error(code: &'static str, span: Span, message: impl Into<String>) -> Self {
+    pub fn error(code: Code, span: Span, message: impl Into<String>) -> Self {
         Self {
             severity: Severity::Error,
             code,
@@ -74,17 +75,17 @@ impl Diagnostic {
     }
 
     /// An error of the file as a whole.
-    pub fn whole_file(code: &'static str, message: impl Into<String>) -> Self {
+    pub fn whole_file(code: Code, message: impl Into<String>) -> Self {
         Self { span: None, ..Self::error(code, Span::default(), message) }
     }
 
     /// A warning at `span`.
-    pub fn warning(code: &'static str, span: Span, message: impl Into<String>) -> Self {
+    pub fn warning(code: Code, span: Span, message: impl Into<String>) -> Self {
         Self { severity: Severity::Warning, ..Self::error(code, span, message) }
     }
 
     /// A note at `span`.
-    pub fn note(code: &'static str, span: Span, message: impl Into<String>) -> Self {
+    pub fn note(code: Code, span: Span, message: impl Into<String>) -> Self {
         Self { severity: Severity::Note, ..Self::error(code, span, message) }
     }
 

@@ -1,6 +1,7 @@
 //! The keys of one mapping, read by its table: unknown ones are errors, and so are missing ones that
 //! are required.
 
+use super::codes;
 use super::diagnostic::{Diagnostic, Diagnostics, Span};
 use super::names::{alternatives, quote_list};
 use super::schema::{Mapping, Presence, Value};
@@ -30,7 +31,7 @@ impl<'n> Fields<'n> {
         let Content::Mapping(entries) = &node.content else {
             let message = format!("{owner} must be a mapping of {}", quote_list(&known));
             let error = Diagnostic::error(
-                "wrong-type",
+                codes::WRONG_TYPE,
                 if node.is_null() { at } else { node.span },
                 message,
             );
@@ -41,7 +42,7 @@ impl<'n> Fields<'n> {
             if !known.contains(&key.value.as_str()) {
                 diagnostics.push(
                     Diagnostic::error(
-                        "unknown-key",
+                        codes::UNKNOWN_KEY,
                         key.span,
                         format!("unknown key `{}`", key.value),
                     )
@@ -51,7 +52,7 @@ impl<'n> Fields<'n> {
             } else if value.is_null() {
                 diagnostics.push(
                     Diagnostic::error(
-                        "no-value",
+                        codes::NO_VALUE,
                         key.span,
                         format!("`{}` has no value", key.value),
                     )
@@ -102,8 +103,12 @@ impl<'n> Fields<'n> {
         // A key without value has been reported already.
         if !self.entries.iter().any(|entry| entry.key.value == key) {
             diagnostics.push(
-                Diagnostic::error("missing-key", self.at, format!("{} needs `{key}`", self.owner))
-                    .label(format!("`{key}` is missing")),
+                Diagnostic::error(
+                    codes::MISSING_KEY,
+                    self.at,
+                    format!("{} needs `{key}`", self.owner),
+                )
+                .label(format!("`{key}` is missing")),
             );
         }
         self.get(key)
@@ -120,8 +125,11 @@ pub(super) fn entries<'n>(
         None => &[],
         Some((Content::Mapping(entries), _)) => entries,
         Some((_, node)) => {
-            let error =
-                Diagnostic::error("wrong-type", node.span, format!("{what} by name: a mapping"));
+            let error = Diagnostic::error(
+                codes::WRONG_TYPE,
+                node.span,
+                format!("{what} by name: a mapping"),
+            );
             diagnostics.push(
                 error
                     .label(format!("this is {}", node.describe()))
@@ -141,7 +149,7 @@ pub(super) fn items<'n>(
     if let Content::Sequence(items) = &node.content {
         return Some(items);
     }
-    let error = Diagnostic::error("wrong-type", node.span, format!("expected {what}"));
+    let error = Diagnostic::error(codes::WRONG_TYPE, node.span, format!("expected {what}"));
     diagnostics.push(error.label(format!("this is {}", node.describe())));
     None
 }
@@ -156,7 +164,7 @@ pub(super) fn array<'n, const K: usize>(
     if let Ok(array) = items.try_into() {
         return Some(array);
     }
-    let error = Diagnostic::error("wrong-length", node.span, format!("expected {what}"));
+    let error = Diagnostic::error(codes::WRONG_LENGTH, node.span, format!("expected {what}"));
     diagnostics.push(error.label(match items.len() {
         1 => format!("one item instead of {K}"),
         given => format!("{given} items instead of {K}"),

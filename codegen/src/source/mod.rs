@@ -10,6 +10,7 @@
 
 use std::collections::BTreeSet;
 
+pub mod codes;
 pub mod diagnostic;
 mod edit;
 pub mod expression;
@@ -33,6 +34,7 @@ mod uses;
 mod write;
 mod yaml;
 
+pub use codes::Code;
 pub use diagnostic::{Diagnostic, Diagnostics, Severity, SourceFile, Span, Spanned};
 pub use edit::EditError;
 pub use expression::{Binary, Expression, Operator, Unary};
@@ -69,7 +71,7 @@ pub fn parse(file: &SourceFile) -> Result<(SourceModel, Diagnostics), Diagnostic
     diagnostics.extend(found.0);
     // What aliases repeat is wrong once.
     let mut said = BTreeSet::new();
-    diagnostics.0.retain(|found| said.insert((found.code, found.span, found.message.clone())));
+    diagnostics.0.retain(|found| said.insert((found.code.name, found.span, found.message.clone())));
     match model {
         Some(model) if !diagnostics.has_errors() => Ok((model, diagnostics)),
         _ => Err(diagnostics),
@@ -85,7 +87,8 @@ fn refuse_tags(node: &Node, diagnostics: &mut Diagnostics) {
     {
         let shown = tag.value.replace(CORE, "!!");
         let message = format!("unexpected tag `{}`", yaml::shorten(&shown));
-        diagnostics.push(Diagnostic::error("unexpected-tag", tag.span, message).hint("remove it"));
+        diagnostics
+            .push(Diagnostic::error(codes::UNEXPECTED_TAG, tag.span, message).hint("remove it"));
     }
     match &node.content {
         Content::Scalar(_) => {}

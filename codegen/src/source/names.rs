@@ -2,6 +2,7 @@
 //!
 //! Names end up in Rust, in a C99 header that C++ may include, and in Python scripts around both.
 
+use super::codes;
 use super::diagnostic::{Diagnostic, Diagnostics, Spanned};
 use super::formula;
 
@@ -102,7 +103,7 @@ pub(super) fn check(name: &Spanned<String>, kind: Kind, diagnostics: &mut Diagno
     if !is_identifier(text) {
         let message = format!("`{}` cannot be the name of {what}", super::yaml::shorten(text));
         diagnostics.push(
-            Diagnostic::error("bad-name", name.span, message)
+            Diagnostic::error(codes::BAD_NAME, name.span, message)
                 .label("a name has letters, digits and `_`, and no digit first")
                 .hint(format!("write `{}`", identifier_from(text))),
         );
@@ -117,7 +118,7 @@ pub(super) fn check(name: &Spanned<String>, kind: Kind, diagnostics: &mut Diagno
         let suffix = what.rsplit(' ').next().unwrap_or_default();
         diagnostics.push(
             Diagnostic::error(
-                "reserved-name",
+                codes::RESERVED_NAME,
                 name.span,
                 format!("`{text}` cannot be the name of {what}"),
             )

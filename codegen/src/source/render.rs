@@ -32,7 +32,7 @@ fn render(diagnostic: &Diagnostic, file: &SourceFile, renderer: &Renderer) -> St
         Severity::Warning => Level::WARNING,
         Severity::Note => Level::NOTE,
     };
-    let title = level.primary_title(&diagnostic.message).id(diagnostic.code);
+    let title = level.primary_title(&diagnostic.message).id(diagnostic.code.name);
     let group = match diagnostic.span {
         Some(span) => Group::with_title(title).element(snippet(diagnostic, span, file)),
         None => Group::with_title(title).element(Origin::path(&file.path)),

@@ -30,7 +30,7 @@ fn faults(text: &str) -> Vec<(&'static str, String)> {
     let errors = parse(&file(text)).expect_err(text);
     let marked =
         |span: Option<Span>| span.map_or("", |span| &text[span.start..span.end]).to_owned();
-    errors.0.iter().map(|error| (error.code, marked(error.span))).collect()
+    errors.0.iter().map(|error| (error.code.name, marked(error.span))).collect()
 }
 
 /// Everything in a model but its spans, bit for bit: the debug text, which writes every field and

@@ -13,6 +13,7 @@ use serde_saphyr::granit_parser::{
     self, ErrorKind, Event, Parser, ScalarStyle, ScanError, StructureStyle,
 };
 
+use super::codes;
 use super::diagnostic::{Diagnostic, Diagnostics, Span, Spanned};
 
 mod merge;
@@ -155,7 +156,7 @@ pub(super) fn parse(text: &str) -> Result<(Node, Diagnostics), Diagnostics> {
     }
     match builder.root {
         Some(root) => Ok((root, builder.diagnostics)),
-        None => Err(Diagnostic::error("empty-file", Span::default(), "the file is empty")
+        None => Err(Diagnostic::error(codes::EMPTY_FILE, Span::default(), "the file is empty")
             .hint("a model needs at least `bodies` and `joints`")
             .into()),
     }
@@ -174,12 +175,13 @@ fn syntax_error(text: &str, error: &ScanError, open: &[Open]) -> Diagnostics {
         return super::popupcad::older_export(span).into();
     }
     if *error.kind() == ErrorKind::UnknownAnchor {
-        return Diagnostic::error("unknown-alias", span, "this alias has no anchor before it")
+        return Diagnostic::error(codes::UNKNOWN_ALIAS, span, "this alias has no anchor before it")
             .hint("write `&name` in front of the value that `*name` stands for")
             .into();
     }
     let message = format!("not valid YAML: {}", error.info());
-    let found = Diagnostic::error("yaml-syntax", span, message).label("the parser stopped here");
+    let found =
+        Diagnostic::error(codes::YAML_SYNTAX, span, message).label("the parser stopped here");
     match open.last().filter(|open| open.flow) {
         // What is missing is the end of this, often lines above.
         Some(Open { start, .. }) => {
@@ -190,7 +192,7 @@ fn syntax_error(text: &str, error: &ScanError, open: &[Open]) -> Diagnostics {
 }
 
 fn too_deep(span: Span) -> Diagnostic {
-    Diagnostic::error("too-deep", span, format!("nested more than {MAX_DEPTH} levels deep"))
+    Diagnostic::error(codes::TOO_DEEP, span, format!("nested more than {MAX_DEPTH} levels deep"))
         .hint("a model needs about ten")
 }
 
@@ -248,9 +250,13 @@ impl Builder<'_> {
         };
         match event {
             Event::DocumentStart(..) if self.root.is_some() => {
-                return Err(Diagnostic::error("several-documents", span, "a second YAML document")
-                    .hint("one file describes one mechanism: remove `---`")
-                    .into());
+                return Err(Diagnostic::error(
+                    codes::SEVERAL_DOCUMENTS,
+                    span,
+                    "a second YAML document",
+                )
+                .hint("one file describes one mechanism: remove `---`")
+                .into());
             }
             Event::Scalar(text, style, anchor, written_tag) => {
                 let plain = style == ScalarStyle::Plain;
@@ -264,7 +270,7 @@ impl Builder<'_> {
                 Some(built) => self.add(built, span)?,
                 None => {
                     return Err(Diagnostic::error(
-                        "self-alias",
+                        codes::SELF_ALIAS,
                         span,
                         "an alias inside its own value",
                     )
@@ -357,7 +363,7 @@ impl Builder<'_> {
             Children::Entries { entries, key, merge } => {
                 let Some(key) = key.take() else { return Ok(()) };
                 let Some(scalar) = key.scalar() else {
-                    let error = Diagnostic::error("bad-key", key.span, "a key must be text");
+                    let error = Diagnostic::error(codes::BAD_KEY, key.span, "a key must be text");
                     self.diagnostics.push(error.label(format!("this is {}", key.describe())));
                     return Ok(());
                 };
@@ -373,9 +379,13 @@ impl Builder<'_> {
 }
 
 fn too_many(at: Span) -> Diagnostics {
-    Diagnostic::error("too-large", at, format!("the file expands to more than {MAX_NODES} values"))
-        .hint("aliases of aliases multiply: write the values out")
-        .into()
+    Diagnostic::error(
+        codes::TOO_LARGE,
+        at,
+        format!("the file expands to more than {MAX_NODES} values"),
+    )
+    .hint("aliases of aliases multiply: write the values out")
+    .into()
 }
 
 /// Drops the second of two equal keys, and says so.
@@ -385,7 +395,8 @@ fn distinct(entries: Vec<Entry>, diagnostics: &mut Diagnostics) -> Vec<Entry> {
     for entry in entries {
         let Spanned { value: key, span } = &entry.key;
         if let Some(&first) = seen.get(key) {
-            let error = Diagnostic::error("duplicate-key", *span, format!("`{key}` stands twice"));
+            let error =
+                Diagnostic::error(codes::DUPLICATE_KEY, *span, format!("`{key}` stands twice"));
             diagnostics.push(error.label("second time").also(first, "first time"));
             continue;
         }

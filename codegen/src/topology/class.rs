@@ -8,6 +8,7 @@ use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use super::graph::{LoopClass, Row};
 use crate::laminate::{Joint, Mechanism};
+use crate::source::codes;
 use crate::source::{Diagnostic, JointId};
 
 /// Sine of the angle between lines that count as parallel.
@@ -119,7 +120,7 @@ impl<'a> HingeLines<'a> {
             let (loop_of, name) = (&closing.name, &worst.name);
             let message = format!("the loop closed by `{loop_of}` misses {miss}, by `{name}`");
             Some(
-                Diagnostic::warning("near-miss", worst.span, message)
+                Diagnostic::warning(codes::NEAR_MISS, worst.span, message)
                     .label("this hinge line is the farthest off")
                     .hint(hint),
             )

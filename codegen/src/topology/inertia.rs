@@ -19,6 +19,7 @@ use nalgebra::{
 use super::graph::{Node, NodeId};
 use super::tree::{self, Cut, Tree};
 use crate::laminate::{Joint, MassProperties, Mechanism};
+use crate::source::codes;
 use crate::source::{Diagnostic, Diagnostics, JointId};
 
 /// Over the largest moment of a body: less about its hinge line is rounding.
@@ -170,7 +171,7 @@ fn nothing_resists(mechanism: &Mechanism, node: &Node) -> Diagnostic {
     let joint = &mechanism.joints[node.joint.index()];
     let body = &mechanism.bodies[node.body.index()].name;
     let message = format!("nothing resists turning about `{}`", joint.name);
-    Diagnostic::error("singular-inertia", joint.span, message)
+    Diagnostic::error(codes::SINGULAR_INERTIA, joint.span, message)
         .label(format!("all mass of `{body}` lies on this hinge line"))
         .hint(format!("give `{body}` an `outline`, or mass beside the line"))
 }

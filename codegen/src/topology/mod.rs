@@ -16,6 +16,7 @@ pub use graph::*;
 use nalgebra::DVector;
 
 use crate::laminate::Mechanism;
+use crate::source::codes;
 use crate::source::{Diagnostic, Diagnostics, JointId};
 use class::HingeLines;
 use closure::Closure;
@@ -60,7 +61,7 @@ fn overdriven(mechanism: &Mechanism, mobility: usize) -> Option<Diagnostic> {
         if mobility == 1 { "way" } else { "ways" }
     );
     Some(
-        Diagnostic::warning("overdriven", last.span, message).hint(
+        Diagnostic::warning(codes::OVERDRIVEN, last.span, message).hint(
             "unless the prescribed angles agree with the loops at all times, none can follow",
         ),
     )
@@ -107,7 +108,7 @@ fn closed_loop(mechanism: &Mechanism, tree: &Tree, cut: &Cut, warnings: &mut Dia
             lines.locked_by_length().map(|text| format!("; {text}")).unwrap_or_default()
         );
         warnings.push(
-            Diagnostic::warning("immobile", mechanism.joints[cut.joint.index()].span, message)
+            Diagnostic::warning(codes::IMMOBILE, mechanism.joints[cut.joint.index()].span, message)
                 .label("closes a loop that is rigid")
                 .hint("a planar or spherical loop needs four hinges to move, any other seven"),
         );
@@ -211,7 +212,7 @@ fn jointly_immobile(
         names.join(", "),
         closure.joints.len()
     );
-    Diagnostic::warning("immobile", hinge(group[0]).span, message)
+    Diagnostic::warning(codes::IMMOBILE, hinge(group[0]).span, message)
         .hint("remove a joint, or split a body by another hinge")
 }
 

@@ -4,6 +4,7 @@
 
 use super::graph::{LoopId, Node, NodeId};
 use crate::laminate::Mechanism;
+use crate::source::codes;
 use crate::source::{BodyId, Diagnostic, Diagnostics, JointId};
 
 /// The nodes and, per loop, what closes it.
@@ -99,7 +100,7 @@ fn refuse_dead_joints(mechanism: &Mechanism) -> Result<(), Diagnostics> {
             let message =
                 format!("joint `{}` connects a body with itself or two fixed ones", joint.name);
             errors.push(
-                Diagnostic::error("dead-joint", joint.span, message)
+                Diagnostic::error(codes::DEAD_JOINT, joint.span, message)
                     .hint("it can never turn: remove it, or name two bodies that can"),
             );
         }
@@ -114,7 +115,7 @@ fn closes_nothing(mechanism: &Mechanism, joint: JointId, body: BodyId) -> Diagno
     let message = format!("joint `{}` cannot be where a loop is cut", joint.name);
     let mut errors = Diagnostics::default();
     errors.push(
-        Diagnostic::error("no-loop", joint.span, message)
+        Diagnostic::error(codes::NO_LOOP, joint.span, message)
             .label(format!("without it nothing connects `{body}` with the ground"))
             .hint("choose a joint of a loop, and one joint per loop"),
     );
@@ -131,7 +132,7 @@ fn refuse_bodies_out_of_reach(
             let message =
                 format!("no chain of joints connects body `{}` with the ground", body.name);
             errors.push(
-                Diagnostic::error("out-of-reach", body.span, message)
+                Diagnostic::error(codes::OUT_OF_REACH, body.span, message)
                     .label("out of reach of the fixed bodies")
                     .hint("add a joint to a body that is connected, or make it `fixed: true`"),
             );

@@ -96,6 +96,6 @@ fn negative_stiffness_is_allowed_with_a_warning() {
     pendulum.joints[0].spring = Spring::Stiffness(spanned(Expression::Number(-0.1)));
     let mut warnings = Diagnostics::default();
     build(&pendulum, &mut warnings).unwrap();
-    let codes: Vec<_> = warnings.0.iter().map(|w| w.code).collect();
+    let codes: Vec<_> = warnings.0.iter().map(|w| w.code.name).collect();
     assert_eq!(codes, ["negative-stiffness"]);
 }

@@ -37,7 +37,7 @@ fn warnings(bodies: Vec<Body>, hinge: [f64; 2]) -> Diagnostics {
 #[track_caller]
 fn check(bodies: Vec<Body>, hinge: [f64; 2], expected: &[&str]) -> String {
     let found = warnings(bodies, hinge);
-    let codes: Vec<_> = found.0.iter().map(|warning| warning.code).collect();
+    let codes: Vec<_> = found.0.iter().map(|warning| warning.code.name).collect();
     assert_eq!(codes, expected, "{found}");
     found.to_string()
 }

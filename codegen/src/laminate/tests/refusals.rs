@@ -26,7 +26,7 @@ fn diagonal(x: f64, y: f64, z: f64) -> [[f64; 3]; 3] {
 fn codes(model: &SourceModel) -> (Vec<&'static str>, Vec<&'static str>) {
     let mut warnings = Diagnostics::default();
     let errors = build(model, &mut warnings).err().unwrap_or_default();
-    let codes = |d: Diagnostics| d.0.iter().map(|d| d.code).collect();
+    let codes = |d: Diagnostics| d.0.iter().map(|d| d.code.name).collect();
     (codes(errors), codes(warnings))
 }
 

@@ -5,6 +5,7 @@
 
 use std::ops::Range;
 
+use super::codes::{self, Code};
 use super::expression::{Binary, Expression, Unary};
 use super::ids::JointId;
 use super::names::alternatives;
@@ -31,7 +32,7 @@ const MAX_TERMS: usize = 100_000;
 /// What is wrong with an expression; the range is bytes of its text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Problem {
-    pub code: &'static str,
+    pub code: Code,
     pub range: Range<usize>,
     pub message: String,
     pub label: String,
@@ -116,13 +117,7 @@ impl<'t> Parser<'t> {
         (token, range)
     }
 
-    fn problem(
-        &self,
-        code: &'static str,
-        range: Range<usize>,
-        message: String,
-        label: &str,
-    ) -> Problem {
+    fn problem(&self, code: Code, range: Range<usize>, message: String, label: &str) -> Problem {
         Problem { code, range, message, label: label.into(), hint: None }
     }
 
@@ -134,7 +129,7 @@ impl<'t> Parser<'t> {
             _ => format!("`{}`", &self.text[range.clone()]),
         };
         let mut problem = self.problem(
-            "bad-expression",
+            codes::BAD_EXPRESSION,
             range.clone(),
             format!("expected {what}, found {found}"),
             &format!("expected {what}"),
@@ -166,7 +161,7 @@ impl<'t> Parser<'t> {
             Some(value) if !value.is_finite() && self.problems.is_empty() => {
                 let message = format!("the value of this expression is {value}");
                 let label = "not a finite number";
-                self.problems.push(self.problem("not-finite", start..self.at, message, label));
+                self.problems.push(self.problem(codes::NOT_FINITE, start..self.at, message, label));
                 Expression::ZERO
             }
             _ => expression,
@@ -178,7 +173,7 @@ impl<'t> Parser<'t> {
         self.nesting += 1;
         if self.nesting > MAX_NESTING {
             return Err(self.limit(
-                "too-deep",
+                codes::TOO_DEEP,
                 "this expression is nested too deeply",
                 format!(
                     "at most {MAX_NESTING} parentheses, calls, signs and powers within each other"
@@ -213,7 +208,12 @@ impl<'t> Parser<'t> {
                 let (_, range) = self.next();
                 if !value.is_finite() {
                     let message = "this number is too large".into();
-                    return Err(self.problem("not-finite", range, message, "not a finite number"));
+                    return Err(self.problem(
+                        codes::NOT_FINITE,
+                        range,
+                        message,
+                        "not a finite number",
+                    ));
                 }
                 self.count()?;
                 Ok(Expression::Number(value))
@@ -254,11 +254,11 @@ impl<'t> Parser<'t> {
             return Ok(());
         }
         let hint = format!("at most {MAX_TERMS} numbers and names of values");
-        Err(self.limit("too-long", "this expression is too long", hint))
+        Err(self.limit(codes::TOO_LONG, "this expression is too long", hint))
     }
 
     /// More than is read.
-    fn limit(&self, code: &'static str, message: &str, hint: String) -> Problem {
+    fn limit(&self, code: Code, message: &str, hint: String) -> Problem {
         let problem = self.problem(code, 0..self.text.len(), message.into(), "");
         Problem { hint: Some(hint), ..problem }
     }
@@ -284,7 +284,7 @@ impl<'t> Parser<'t> {
         if let Some(reason) = self.scope.motion_refused() {
             let message = format!("`{prefix}.{joint}` cannot stand here");
             let mut problem =
-                self.problem("not-here", range.clone(), message, "depends on the motion");
+                self.problem(codes::NOT_HERE, range.clone(), message, "depends on the motion");
             problem.hint = Some(reason.into());
             self.problems.push(problem);
             return None;
@@ -293,7 +293,7 @@ impl<'t> Parser<'t> {
             let message = format!("there is no joint `{joint}`");
             let start = range.start + prefix.len() + 1;
             let mut problem =
-                self.problem("unknown-joint", start..range.end, message, "unknown joint");
+                self.problem(codes::UNKNOWN_JOINT, start..range.end, message, "unknown joint");
             problem.hint = Some(alternatives(joint, &self.scope.joints(), "joints"));
             self.problems.push(problem);
             return None;
@@ -306,7 +306,7 @@ impl<'t> Parser<'t> {
             return Some(symbol);
         }
         let mut problem = self.problem(
-            "unknown-name",
+            codes::UNKNOWN_NAME,
             range.clone(),
             format!("unknown name `{name}`"),
             "unknown name",
@@ -341,7 +341,8 @@ impl<'t> Parser<'t> {
         let whole = range.start..self.at;
         let Some(function) = function(name) else {
             let message = format!("unknown function `{name}`");
-            let mut problem = self.problem("unknown-function", range, message, "unknown function");
+            let mut problem =
+                self.problem(codes::UNKNOWN_FUNCTION, range, message, "unknown function");
             let known: Vec<_> = FUNCTIONS.iter().map(|(name, _)| *name).collect();
             problem.hint =
                 Some(if self.scope.symbol(name).is_some() || matches!(name, "t" | "pi") {
@@ -363,7 +364,7 @@ impl<'t> Parser<'t> {
                     Function::Two(_) => "two arguments",
                 };
                 let message = format!("`{name}` takes {takes}, not {given}");
-                self.problems.push(self.problem("wrong-arguments", whole, message, ""));
+                self.problems.push(self.problem(codes::WRONG_ARGUMENTS, whole, message, ""));
                 return Ok(Expression::ZERO);
             }
         };
@@ -372,7 +373,8 @@ impl<'t> Parser<'t> {
         if let Some(number) = value.constant().filter(|number| sound && !number.is_finite()) {
             let call = &self.text[whole.clone()];
             let message = format!("the value of `{}` is {number}", shorten(call));
-            let mut problem = self.problem("not-finite", whole, message, "not a finite number");
+            let mut problem =
+                self.problem(codes::NOT_FINITE, whole, message, "not a finite number");
             problem.hint = domain(function).map(|domain| format!("`{name}` takes {domain}"));
             self.problems.push(problem);
             return Ok(Expression::ZERO);

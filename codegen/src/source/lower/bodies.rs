@@ -1,5 +1,6 @@
 //! Bodies: plates, rigid bodies given outright, point masses.
 
+use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, Spanned};
 use crate::source::fields::{Fields, array, items};
 use crate::source::model::{Body, Plate, PointMass, Shape};
@@ -45,7 +46,7 @@ impl Lowering<'_> {
         let at = model.entry("bodies").map(|entry| entry.key.span).unwrap_or_default();
         let first = bodies.first().map_or("base", |entry| &entry.key.value);
         self.note(
-            Diagnostic::error("no-fixed-body", at, "no body is fixed")
+            Diagnostic::error(codes::NO_FIXED_BODY, at, "no body is fixed")
                 .label("none of these is the ground")
                 .hint(format!(
                     "give one of them `fixed: true`, as in `{first}: {{ fixed: true, .. }}`"
@@ -61,7 +62,8 @@ impl Lowering<'_> {
         let fixed = match fields.get("fixed") {
             None => Some(false),
             Some(node) => boolean(node).or_else(|| {
-                let error = Diagnostic::error("wrong-type", node.span, "`fixed` is true or false");
+                let error =
+                    Diagnostic::error(codes::WRONG_TYPE, node.span, "`fixed` is true or false");
                 self.note(
                     error
                         .label(format!("this is {}", node.describe()))
@@ -106,7 +108,7 @@ impl Lowering<'_> {
             let message =
                 format!("a body has either `{}` or `{}`", first.key.value, other.key.value);
             self.note(
-                Diagnostic::error("mixed-shape", other.key.span, message)
+                Diagnostic::error(codes::MIXED_SHAPE, other.key.span, message)
                     .label("a second shape")
                     .also(first.key.span, "the first")
                     .hint(
@@ -122,7 +124,7 @@ impl Lowering<'_> {
         let Some(layers) = layers else {
             let message = format!("`{}` needs a `layup`", first.key.value);
             self.note(
-                Diagnostic::error("no-layup", first.key.span, message)
+                Diagnostic::error(codes::NO_LAYUP, first.key.span, message)
                     .label("of which material?")
                     .hint("add `layup: [..]`, the materials from bottom to top"),
             );
@@ -144,7 +146,7 @@ impl Lowering<'_> {
                 plural(lists.len())
             );
             self.note(
-                Diagnostic::error("wrong-length", node.span, message)
+                Diagnostic::error(codes::WRONG_LENGTH, node.span, message)
                     .label(format!("expected {layers} {}", plural(layers)))
                     .hint("one list per layer, bottom to top; a layer without plates is `[]`"),
             );
@@ -180,7 +182,7 @@ impl Lowering<'_> {
         if let Some(i) = vertices.windows(2).position(|pair| pair[0] == pair[1]) {
             self.note(
                 Diagnostic::error(
-                    "repeated-vertex",
+                    codes::REPEATED_VERTEX,
                     nodes[i + 1].span,
                     "a vertex stands twice in a row",
                 )
@@ -191,7 +193,7 @@ impl Lowering<'_> {
         }
         if vertices.len() < 3 {
             let message = format!("an outline needs three vertices, this has {}", vertices.len());
-            self.note(Diagnostic::error("short-outline", node.span, message));
+            self.note(Diagnostic::error(codes::SHORT_OUTLINE, node.span, message));
             return None;
         }
         Some(Spanned { value: vertices, span: node.span })

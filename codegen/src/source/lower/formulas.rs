@@ -1,5 +1,6 @@
 //! Formulas: their names resolved, and what they measure checked.
 
+use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, Span, Spanned};
 use crate::source::expression::{Expression, Operator, Unary};
 use crate::source::fields::{Fields, array};
@@ -108,7 +109,7 @@ impl Lowering<'_> {
         match parameter.dimension {
             Some(found) if found != quantity.dimension => {
                 let message = format!("expected {}, found {found}", quantity.name);
-                let error = Diagnostic::error("wrong-dimension", node.span, message)
+                let error = Diagnostic::error(codes::WRONG_DIMENSION, node.span, message)
                     .label(format!("`{name}` is {found}"))
                     .also(at, "its unit is given here")
                     .hint(format!("{} is in {}", quantity.name, quantity.examples));
@@ -154,12 +155,13 @@ impl Lowering<'_> {
         };
         let hint = "bare angles are in the unit of `units: { angle: .. }`, formulas and parameters \
                     in radians: for degrees write `30 deg`, in a formula `30*pi/180`";
-        let warning = Diagnostic::warning("many-turns", span, turns).label("an angle in radians");
+        let warning =
+            Diagnostic::warning(codes::MANY_TURNS, span, turns).label("an angle in radians");
         if self
             .diagnostics
             .0
             .iter()
-            .all(|known| (known.code, known.span) != ("many-turns", Some(span)))
+            .all(|known| (known.code, known.span) != (codes::MANY_TURNS, Some(span)))
         {
             self.note(warning.hint(hint));
         }

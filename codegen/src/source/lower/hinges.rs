@@ -1,5 +1,6 @@
 //! The springs of joints: a stiffness, or a model of the hinge.
 
+use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, Span, Spanned};
 use crate::source::fields::{Fields, items};
 use crate::source::model::{HingeModel, Material, Spring};
@@ -27,7 +28,7 @@ impl Lowering<'_> {
             (Some(hinge), Some(stiffness)) => {
                 self.note(
                     Diagnostic::error(
-                        "two-springs",
+                        codes::TWO_SPRINGS,
                         stiffness.key.span,
                         "`stiffness` besides `hinge`",
                     )
@@ -68,7 +69,7 @@ impl Lowering<'_> {
                 known.extend(named.iter().map(String::as_str));
                 let message = format!("there is no hinge model `{}`", shorten(other));
                 let hint = alternatives(other, &known, "hinge models");
-                self.note(Diagnostic::error("unknown-hinge", name.span, message).hint(hint));
+                self.note(Diagnostic::error(codes::UNKNOWN_HINGE, name.span, message).hint(hint));
                 None
             }
         }
@@ -107,7 +108,9 @@ impl Lowering<'_> {
         if found.is_none() {
             let message = format!("there are no coefficients `{}`", shorten(&name.value));
             let hint = alternatives(&name.value, &known, "coefficients");
-            self.note(Diagnostic::error("unknown-coefficients", name.span, message).hint(hint));
+            self.note(
+                Diagnostic::error(codes::UNKNOWN_COEFFICIENTS, name.span, message).hint(hint),
+            );
         }
         found.map(|index| index == 1)
     }
@@ -124,7 +127,7 @@ impl Lowering<'_> {
     fn no_other_damping(&mut self, joint: &Fields, hinge: Span) -> Option<()> {
         let Some(damping) = joint.entry("damping") else { return Some(()) };
         self.note(
-            Diagnostic::error("two-dampings", damping.key.span, "`damping` besides `hinge`")
+            Diagnostic::error(codes::TWO_DAMPINGS, damping.key.span, "`damping` besides `hinge`")
                 .label("a second damping")
                 .also(hinge, "the first is computed from this")
                 .hint("this hinge model gives stiffness and damping: remove `damping`"),
@@ -138,7 +141,9 @@ impl Lowering<'_> {
         let at = entry.key.span;
         if built_in().any(|name| name == entry.key.value) {
             let message = format!("`{}` is a built-in hinge model", entry.key.value);
-            self.note(Diagnostic::error("duplicate-name", at, message).hint("choose another name"));
+            self.note(
+                Diagnostic::error(codes::DUPLICATE_NAME, at, message).hint("choose another name"),
+            );
         }
         let found = &mut self.diagnostics;
         let fields = Fields::new(&entry.value, at, owner, &HINGE_MODEL, found)?;
@@ -165,7 +170,7 @@ impl Lowering<'_> {
         let [coefficient, powers @ ..] = self.numbers::<4>(node, &TERM)?;
         if powers.iter().any(|power| power.fract() != 0.0 || !(0.0..=9.0).contains(power)) {
             let message = "exponents are whole numbers from 0 to 9";
-            self.note(Diagnostic::error("bad-exponent", node.span, message));
+            self.note(Diagnostic::error(codes::BAD_EXPONENT, node.span, message));
             return None;
         }
         Some(Term { coefficient, powers: powers.map(|power| power as u8) })
@@ -193,7 +198,7 @@ impl Lowering<'_> {
         let name = &material.name;
         self.note(
             Diagnostic::error(
-                "no-modulus",
+                codes::NO_MODULUS,
                 node.span,
                 format!("`{}` has no `youngs_modulus`", name.value),
             )

@@ -1,5 +1,6 @@
 //! Joints: hinge line, spring, damper, limits, torque.
 
+use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, Spanned};
 use crate::source::expression::Expression;
 use crate::source::fields::{Fields, array};
@@ -69,10 +70,10 @@ impl Lowering<'_> {
             .map(|node| self.body_named(node).map(|value| Spanned { value, span: node.span }));
         let (first, second) = (first?, second?);
         let (code, message, hint) = if first.value == second.value {
-            ("same-body", "a joint between a body and itself", "name two different bodies")
+            (codes::SAME_BODY, "a joint between a body and itself", "name two different bodies")
         } else if fixed[first.value.index()] && fixed[second.value.index()] {
             (
-                "both-fixed",
+                codes::BOTH_FIXED,
                 "a joint between two fixed bodies",
                 "it can never turn: remove the joint, or `fixed` from one of the bodies",
             )
@@ -92,7 +93,7 @@ impl Lowering<'_> {
         // Also lines so short that their length underflows: they have no direction either.
         if (to[0] - from[0]).hypot(to[1] - from[1]) < f64::MIN_POSITIVE {
             self.note(
-                Diagnostic::error("zero-axis", node.span, "the hinge line has no length")
+                Diagnostic::error(codes::ZERO_AXIS, node.span, "the hinge line has no length")
                     .label("twice the same point")
                     .hint(
                         "give two different points; the joint turns about the line from the first \
@@ -109,8 +110,11 @@ impl Lowering<'_> {
         let Some(node) = joint.get("limits") else { return Some(None) };
         let value = self.numbers::<2>(node, joint.expected("limits"))?;
         if value[0] >= value[1] {
-            let error =
-                Diagnostic::error("empty-limits", node.span, "no angle is within these limits");
+            let error = Diagnostic::error(
+                codes::EMPTY_LIMITS,
+                node.span,
+                "no angle is within these limits",
+            );
             self.note(error.label("the first must be less than the second"));
             return None;
         }
@@ -123,10 +127,14 @@ impl Lowering<'_> {
         let Some(drive) = fields.entry("drive") else { return Some(None) };
         if let Some(torque) = fields.entry("torque") {
             self.note(
-                Diagnostic::error("driven-torque", torque.key.span, "`torque` besides `drive`")
-                    .label("changes nothing of a prescribed motion")
-                    .also(drive.key.span, "the joint follows this")
-                    .hint("keep one of them: the torque that `drive` needs is a result"),
+                Diagnostic::error(
+                    codes::DRIVEN_TORQUE,
+                    torque.key.span,
+                    "`torque` besides `drive`",
+                )
+                .label("changes nothing of a prescribed motion")
+                .also(drive.key.span, "the joint follows this")
+                .hint("keep one of them: the torque that `drive` needs is a result"),
             );
             return None;
         }

@@ -4,6 +4,7 @@
 //! function here always means that the reason has been reported. Which keys there are and what they
 //! measure stands in [`schema`].
 
+use super::codes;
 use super::diagnostic::{Diagnostic, Diagnostics, SourceFile, Span};
 use super::fields::Fields;
 use super::given::AngleUnit;
@@ -114,7 +115,7 @@ impl Lowering<'_> {
             self.no_fixed_body(model, declared.bodies);
         }
         if let Some(entry) = model.entry("joints").filter(|_| declared.joints.is_empty()) {
-            let error = Diagnostic::error("no-joints", entry.span(), "there are no joints");
+            let error = Diagnostic::error(codes::NO_JOINTS, entry.span(), "there are no joints");
             self.note(error.hint("nothing can move: a mechanism needs a joint"));
         }
     }

@@ -1,5 +1,6 @@
 //! Names of the file: which there are, and what refers to them.
 
+use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, Spanned};
 use crate::source::fields::{Fields, entries};
 use crate::source::ids::{BodyId, PointId};
@@ -108,10 +109,10 @@ impl Lowering<'_> {
             let hint = alternatives(&name.value, &names, plural);
             let message = format!("there is no {kind} `{}`", shorten(&name.value));
             let code = match kind {
-                "material" => "unknown-material",
-                "body" => "unknown-body",
-                "joint" => "unknown-joint",
-                _ => "unknown-point",
+                "material" => codes::UNKNOWN_MATERIAL,
+                "body" => codes::UNKNOWN_BODY,
+                "joint" => codes::UNKNOWN_JOINT,
+                _ => codes::UNKNOWN_POINT,
             };
             self.note(Diagnostic::error(code, name.span, message).hint(hint));
         }
@@ -122,7 +123,7 @@ impl Lowering<'_> {
     pub(super) fn once(&mut self, earlier: &[Spanned<String>], name: &Spanned<String>) -> bool {
         if let Some(first) = earlier.iter().find(|other| other.value == name.value) {
             let message = format!("`{}` is listed twice", name.value);
-            let error = Diagnostic::error("duplicate-name", name.span, message);
+            let error = Diagnostic::error(codes::DUPLICATE_NAME, name.span, message);
             self.note(error.label("second time").also(first.span, "first time"));
             return false;
         }

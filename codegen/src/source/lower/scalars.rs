@@ -1,5 +1,6 @@
 //! Numbers with units, lists of numbers, and texts.
 
+use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, Span, Spanned};
 use crate::source::fields::{Fields, array};
 use crate::source::names::alternatives;
@@ -15,7 +16,8 @@ impl Lowering<'_> {
         match node.scalar().filter(|_| !node.is_null()) {
             Some(scalar) => Some(Spanned { value: scalar.text.to_string(), span: node.span }),
             None => {
-                let error = Diagnostic::error("wrong-type", node.span, format!("expected {what}"));
+                let error =
+                    Diagnostic::error(codes::WRONG_TYPE, node.span, format!("expected {what}"));
                 self.note(error.label(format!("this is {}", node.describe())));
                 None
             }
@@ -35,9 +37,12 @@ impl Lowering<'_> {
         if self.is_infinite(node) {
             return None;
         }
-        let error =
-            Diagnostic::error("not-a-number", node.span, format!("expected {}", quantity.name))
-                .label(format!("{} is not a number", node.describe()));
+        let error = Diagnostic::error(
+            codes::NOT_A_NUMBER,
+            node.span,
+            format!("expected {}", quantity.name),
+        )
+        .label(format!("{} is not a number", node.describe()));
         let units = quantity.examples;
         let hint = match text.filter(|_| !node.is_null()) {
             Some(_) => format!("write a number, bare or in {units}; expressions cannot stand here"),
@@ -83,9 +88,12 @@ impl Lowering<'_> {
             return Some((value, dimension));
         }
         if !self.is_infinite(node) {
-            let error =
-                Diagnostic::error("not-a-number", node.span, "a parameter's default is a number")
-                    .label(format!("this is {}", node.describe()));
+            let error = Diagnostic::error(
+                codes::NOT_A_NUMBER,
+                node.span,
+                "a parameter's default is a number",
+            )
+            .label(format!("this is {}", node.describe()));
             self.note(
                 error.hint("bare numbers are SI and radians; a unit may follow, as in `20 mm`"),
             );
@@ -146,7 +154,7 @@ impl Lowering<'_> {
             Ok(found) => match quantity.filter(|quantity| quantity.dimension != found.dimension) {
                 None => return Some(found),
                 Some(quantity) => (
-                    "wrong-dimension",
+                    codes::WRONG_DIMENSION,
                     node.span,
                     format!("expected {}, found {}", quantity.name, found.dimension),
                     format!("`{}` is {}", unit.trim_end(), found.dimension),
@@ -168,10 +176,10 @@ impl Lowering<'_> {
                     }
                 };
                 let message = format!("unknown unit `{}`", shorten(name));
-                ("unknown-unit", within(&range), message, "unknown unit".into(), hint)
+                (codes::UNKNOWN_UNIT, within(&range), message, "unknown unit".into(), hint)
             }
             Err(UnitError::Malformed(range)) => (
-                "bad-unit",
+                codes::BAD_UNIT,
                 within(&range),
                 format!("`{}` is no unit", shorten(unit)),
                 "cannot be read from here".into(),
@@ -213,6 +221,10 @@ impl Lowering<'_> {
 }
 
 fn not_finite(span: Span, text: &str) -> Diagnostic {
-    Diagnostic::error("not-finite", span, format!("`{}` is not a finite number", shorten(text)))
-        .label("too large, or not a number")
+    Diagnostic::error(
+        codes::NOT_FINITE,
+        span,
+        format!("`{}` is not a finite number", shorten(text)),
+    )
+    .label("too large, or not a number")
 }

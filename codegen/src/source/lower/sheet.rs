@@ -1,6 +1,7 @@
 //! What holds for the whole sheet: units, materials, layup, gravity, air, the start of a motion and
 //! the tolerance of the drawing.
 
+use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, SourceFile, Span, Spanned};
 use crate::source::expression::Expression;
 use crate::source::fields::{Fields, entries, items};
@@ -34,7 +35,7 @@ impl Lowering<'_> {
                 Some(unit) => self.angle = unit,
                 None => {
                     let message = format!("{} is no unit of {key}", node.describe());
-                    let error = Diagnostic::error("bad-unit", node.span, message);
+                    let error = Diagnostic::error(codes::BAD_UNIT, node.span, message);
                     self.note(error.hint(format!("use {}", quantity.examples)));
                 }
             }
@@ -76,13 +77,13 @@ impl Lowering<'_> {
         let Some(node) = model.get("layup") else { return Some(Vec::new()) };
         let items = items(node, model.expected("layup").form(), &mut self.diagnostics)?;
         if items.is_empty() {
-            let error = Diagnostic::error("empty-layup", node.span, "the layup has no layers");
+            let error = Diagnostic::error(codes::EMPTY_LAYUP, node.span, "the layup has no layers");
             self.note(error.hint("list materials from bottom to top, or remove the key"));
             return None;
         }
         if items.len() > MAX_LAYERS {
             let message = format!("{} layers, more than the {MAX_LAYERS} lamc reads", items.len());
-            self.note(Diagnostic::error("too-large", node.span, message));
+            self.note(Diagnostic::error(codes::TOO_LARGE, node.span, message));
             return None;
         }
         let found: Vec<_> = items.iter().map(|item| self.material_named(item)).collect();
@@ -147,7 +148,7 @@ impl Lowering<'_> {
             true => "the tolerance is negative".to_owned(),
             false => format!("the tolerance is more than a hundredth of the drawing, {most:.3e} m"),
         };
-        self.note(Diagnostic::error("bad-tolerance", span, message).hint(
+        self.note(Diagnostic::error(codes::BAD_TOLERANCE, span, message).hint(
             "it is a length: how far the coordinates of hinge lines are off by rounding; 0 takes \
              them as they are",
         ));

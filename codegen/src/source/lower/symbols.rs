@@ -1,5 +1,6 @@
 //! Parameters, inputs, and the constants that `tunable` turns into parameters.
 
+use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, Spanned};
 use crate::source::fields::{Fields, items};
 use crate::source::model::{Parameter, Tunable};
@@ -42,7 +43,7 @@ impl Lowering<'_> {
         for input in inputs {
             if let Some(first) = parameters.iter().find(|name| name.value == input.value) {
                 let message = format!("`{}` is both a parameter and an input", input.value);
-                let error = Diagnostic::error("duplicate-name", input.span, message);
+                let error = Diagnostic::error(codes::DUPLICATE_NAME, input.span, message);
                 self.note(error.label("the input").also(first.span, "the parameter"));
             }
         }
@@ -52,7 +53,7 @@ impl Lowering<'_> {
                 if let Some(clash) = parameters.iter().chain(inputs).find(|name| name.value == made)
                 {
                     let message = format!("`{made}` is the name of a parameter made by `tunable`");
-                    let error = Diagnostic::error("duplicate-name", clash.span, message);
+                    let error = Diagnostic::error(codes::DUPLICATE_NAME, clash.span, message);
                     self.note(error.label("given here").also(kind.span, "made here"));
                 }
             }
@@ -82,7 +83,7 @@ impl Lowering<'_> {
             let Some(kind) = Tunable::ALL.into_iter().find(|kind| kind.name() == name.value) else {
                 let message = format!("`{}` cannot be tunable", shorten(&name.value));
                 let hint = alternatives(&name.value, &known, "constants that can");
-                self.note(Diagnostic::error("unknown-tunable", name.span, message).hint(hint));
+                self.note(Diagnostic::error(codes::UNKNOWN_TUNABLE, name.span, message).hint(hint));
                 continue;
             };
             if self.once(&seen, &name) {

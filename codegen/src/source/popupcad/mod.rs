@@ -8,6 +8,7 @@
 use std::collections::HashMap;
 use std::f64::consts::PI;
 
+use super::codes;
 use super::diagnostic::{Diagnostic, Diagnostics, SourceFile, Span, Spanned};
 use super::expression::Expression;
 use super::fields::{array, items};
@@ -87,7 +88,7 @@ const EXPORT_AGAIN: &str = "export the design with foldable_robotics' `DynamicsI
 /// The error for [`Origin::OlderExport`].
 pub(super) fn older_export(span: Span) -> Diagnostic {
     Diagnostic::error(
-        "old-export",
+        codes::OLD_EXPORT,
         span,
         "this is an older export of popupCAD, which lamc cannot read yet",
     )
@@ -98,7 +99,7 @@ pub(super) fn older_export(span: Span) -> Diagnostic {
 /// The error for [`Origin::OtherObject`].
 pub(super) fn other_object(span: Span) -> Diagnostic {
     let message = "this is a Python object that lamc cannot read";
-    Diagnostic::error("other-object", span, message)
+    Diagnostic::error(codes::OTHER_OBJECT, span, message)
         .label("lamc reads the `DynamicsInfo` of foldable_robotics")
         .hint(EXPORT_AGAIN)
 }
@@ -106,7 +107,7 @@ pub(super) fn other_object(span: Span) -> Diagnostic {
 /// The error for [`Origin::Unknown`].
 pub(super) fn no_model(span: Span) -> Diagnostic {
     let message = "this is neither a model nor a `DynamicsInfo` of foldable_robotics";
-    Diagnostic::error("no-model", span, message)
+    Diagnostic::error(codes::NO_MODEL, span, message)
         .label("expected a mapping, or the tag of `DynamicsInfo`")
         .hint("a model needs at least `bodies` and `joints`")
 }
@@ -157,17 +158,20 @@ impl Import {
             joints.push(self.joint(i, connection, &ids, &fixed));
         }
         if layers == Some(0) {
-            let error =
-                Diagnostic::error("empty-layup", at, "the design has no `material_properties`");
+            let error = Diagnostic::error(
+                codes::EMPTY_LAYUP,
+                at,
+                "the design has no `material_properties`",
+            );
             self.diagnostics
                 .push(error.hint("without layers nothing has mass: export the design again"));
         }
         if newtonian.is_some_and(<[Node]>::is_empty) {
-            let error = Diagnostic::error("no-fixed-body", at, "no body is fixed");
+            let error = Diagnostic::error(codes::NO_FIXED_BODY, at, "no body is fixed");
             self.diagnostics.push(error.hint("list the ground's id in `newtonian_ids`"));
         }
         if complete && connections.is_empty() {
-            let error = Diagnostic::error("no-joints", at, "the design has no `connections`");
+            let error = Diagnostic::error(codes::NO_JOINTS, at, "the design has no `connections`");
             self.diagnostics.push(error.hint("nothing can move: a mechanism needs a joint"));
         }
         let mut joints: Vec<Joint> = joints.into_iter().collect::<Option<_>>()?;
@@ -207,7 +211,7 @@ impl Import {
             let key = &entry.key;
             let message = format!("`{}` is not known to lamc", key.value);
             self.diagnostics
-                .push(Diagnostic::warning("unknown-key", key.span, message).label("ignored"));
+                .push(Diagnostic::warning(codes::UNKNOWN_KEY, key.span, message).label("ignored"));
         }
     }
 
@@ -215,7 +219,7 @@ impl Import {
     fn require<'n>(&mut self, node: &'n Node, at: Span, key: &str) -> Option<&'n Node> {
         let value = node.get(key).filter(|value| !value.is_null());
         if value.is_none() {
-            let error = Diagnostic::error("missing-key", at, format!("`{key}` is missing"));
+            let error = Diagnostic::error(codes::MISSING_KEY, at, format!("`{key}` is missing"));
             self.diagnostics.push(error.label(format!("expected `{key}` in this")));
         }
         value
@@ -233,7 +237,8 @@ impl Import {
             _ => f64::NAN,
         };
         if !value.is_finite() {
-            let error = Diagnostic::error("not-a-number", node.span, "expected a finite number");
+            let error =
+                Diagnostic::error(codes::NOT_A_NUMBER, node.span, "expected a finite number");
             self.diagnostics.push(error.label(format!("this is {}", node.describe())));
             return None;
         }
@@ -261,7 +266,7 @@ impl Import {
             let Some(text) = self.id(id) else { continue };
             if let Some(first) = ids.get(&text).and_then(|body| places.get(body)) {
                 let message = format!("two bodies have the id {text}");
-                let error = Diagnostic::error("duplicate-name", id.span, message);
+                let error = Diagnostic::error(codes::DUPLICATE_NAME, id.span, message);
                 self.diagnostics.push(error.label("second").also(*first, "first"));
                 continue;
             }
@@ -276,7 +281,7 @@ impl Import {
         if let Some(scalar) = node.scalar() {
             return Some(scalar.text.to_string());
         }
-        let error = Diagnostic::error("wrong-type", node.span, "expected a body's id");
+        let error = Diagnostic::error(codes::WRONG_TYPE, node.span, "expected a body's id");
         self.diagnostics.push(error.label(format!("this is {}", node.describe())));
         None
     }
@@ -288,7 +293,7 @@ impl Import {
         if body.is_none() {
             let message = format!("no body has the id {}", shorten(&id));
             self.diagnostics.push(
-                Diagnostic::error("unknown-body", node.span, message)
+                Diagnostic::error(codes::UNKNOWN_BODY, node.span, message)
                     .label("not among `connected_items`"),
             );
         }
@@ -307,7 +312,7 @@ impl Import {
                 nodes.len(),
                 layers.unwrap_or_default()
             );
-            let error = Diagnostic::error("wrong-length", head(item), message);
+            let error = Diagnostic::error(codes::WRONG_LENGTH, head(item), message);
             self.diagnostics.push(error.hint("layer i is of material i: export the design again"));
         }
         let plates: Vec<_> = nodes.iter().map(|layer| self.layer(layer)).collect();
@@ -341,7 +346,7 @@ impl Import {
         let (low, high) = (low?, high?);
         if low.value >= high.value {
             let error =
-                Diagnostic::error("empty-limits", low.span, "no angle is within these limits");
+                Diagnostic::error(codes::EMPTY_LIMITS, low.span, "no angle is within these limits");
             self.diagnostics.push(error.label("must be less than `limit_pos`"));
             return None;
         }
@@ -376,7 +381,8 @@ impl Import {
         });
         let (from, to) = (from?, to?);
         if (to[0] - from[0]).hypot(to[1] - from[1]) < f64::MIN_POSITIVE {
-            let error = Diagnostic::error("zero-axis", line.span, "the hinge line has no length");
+            let error =
+                Diagnostic::error(codes::ZERO_AXIS, line.span, "the hinge line has no length");
             self.diagnostics.push(error.label("twice the same point"));
             return None;
         }
@@ -390,9 +396,9 @@ impl Import {
         fixed: &[BodyId],
     ) -> Option<[Spanned<BodyId>; 2]> {
         let (code, message) = if pair[0].value == pair[1].value {
-            ("same-body", "a joint between a body and itself")
+            (codes::SAME_BODY, "a joint between a body and itself")
         } else if pair.iter().all(|body| fixed.contains(&body.value)) {
-            ("both-fixed", "a joint between two bodies of `newtonian_ids`")
+            (codes::BOTH_FIXED, "a joint between two bodies of `newtonian_ids`")
         } else {
             return Some(pair);
         };

@@ -6,6 +6,7 @@ use wkt::Wkt;
 use wkt::types::{LineString, Polygon};
 
 use super::{Import, head};
+use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, Spanned};
 use crate::source::fields::items;
 use crate::source::model::Plate;
@@ -40,8 +41,12 @@ impl Import {
             }
             Err(reason) => {
                 self.diagnostics.push(
-                    Diagnostic::error("bad-polygon", node.span, format!("not a polygon: {reason}"))
-                        .hint("a layer holds `POLYGON ((x y, ..))` or `MULTIPOLYGON`, with holes"),
+                    Diagnostic::error(
+                        codes::BAD_POLYGON,
+                        node.span,
+                        format!("not a polygon: {reason}"),
+                    )
+                    .hint("a layer holds `POLYGON ((x y, ..))` or `MULTIPOLYGON`, with holes"),
                 );
                 None
             }

@@ -7,6 +7,7 @@
 use std::collections::HashSet;
 
 use super::{Content, Entry, Node};
+use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, Diagnostics};
 
 /// Puts the entries that the merge key at `at` stands for in its place.
@@ -22,10 +23,14 @@ pub(super) fn entries_of(entries: &mut Vec<Entry>, at: usize, diagnostics: &mut 
         let Content::Mapping(given) = source.content else {
             // The value may stand elsewhere: the key is what is wrong here.
             diagnostics.push(
-                Diagnostic::error("bad-merge", key.span, "`<<` takes a mapping, or a list of them")
-                    .label("merges something else")
-                    .also(source.span, format!("this is {}", source.describe()))
-                    .hint("write `<<: *name`, with `&name` in front of the mapping that is meant"),
+                Diagnostic::error(
+                    codes::BAD_MERGE,
+                    key.span,
+                    "`<<` takes a mapping, or a list of them",
+                )
+                .label("merges something else")
+                .also(source.span, format!("this is {}", source.describe()))
+                .hint("write `<<: *name`, with `&name` in front of the mapping that is meant"),
             );
             break;
         };

@@ -19,6 +19,7 @@ use self::line::Line;
 use super::class::{self, CONCURRENT, PARALLEL};
 use crate::laminate::{Joint, Mechanism};
 use crate::source::Diagnostic;
+use crate::source::codes;
 
 /// Largest number of equations solved together, in a second or so.
 const MOST_EQUATIONS: usize = 1000;
@@ -65,7 +66,7 @@ pub fn straighten(mechanism: &mut Mechanism) -> Option<Diagnostic> {
             class::millimetres(most)
         );
         let tolerance = class::millimetres(mechanism.tolerance);
-        Diagnostic::note("rounded", drawn[farthest].span, message)
+        Diagnostic::note(codes::ROUNDED, drawn[farthest].span, message)
             .label("this one the farthest")
             .hint(format!(
                 "they are so within the tolerance of {tolerance} per coordinate; `tolerance: 0` \

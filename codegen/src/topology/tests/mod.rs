@@ -98,7 +98,7 @@ pub fn topology(hinges: &[Hinge]) -> Topology {
 }
 
 pub fn codes(warnings: &Diagnostics) -> Vec<&'static str> {
-    warnings.0.iter().map(|warning| warning.code).collect()
+    warnings.0.iter().map(|warning| warning.code.name).collect()
 }
 
 /// The pose of every node, hinge by hinge: written apart from what it checks.

@@ -1,0 +1,47 @@
+//! Codes of the drawing: outlines, hinge lines, sizes.
+
+codes! {
+    SHORT_OUTLINE "short-outline"
+        "An outline or a hole has fewer than three different vertices."
+        "Add vertices.";
+    REPEATED_VERTEX "repeated-vertex"
+        "A vertex of an outline stands twice in a row."
+        "Remove one of the two. Only the first vertex may be repeated, at the end.";
+    ZERO_AREA "zero-area"
+        "All vertices of an outline or hole are on one line, so it encloses nothing."
+        "Correct the vertices.";
+    SELF_CROSSING_OUTLINE "self-crossing-outline"
+        "The outline of a plate crosses itself, touches itself, or passes twice through a vertex."
+        "Give the vertices in order, once around. Draw parts that touch in one point as two plates.";
+    SELF_CROSSING_HOLE "self-crossing-hole"
+        "The outline of a hole crosses itself."
+        "Give the vertices in order, once around.";
+    HOLE_OUTSIDE "hole-outside"
+        "A hole is not completely within the outline of its plate."
+        "Move the hole. A cut-out at the edge belongs to the outline itself.";
+    OVERLAPPING_HOLES "overlapping-holes"
+        "Two holes of a plate overlap, so that what both cut out would be subtracted twice."
+        "Draw both as one hole.";
+    OVERLAPPING_PLATES "overlapping-plates"
+        "Two plates of one body overlap in a layer. Their mass counts twice where they do. The model is \
+         compiled all the same."
+        "Cut one of them back, or draw both as one outline.";
+    OVERLAPPING_BODIES "overlapping-bodies"
+        "Plates of two bodies overlap in a layer, although one sheet cannot be both. Overlaps that are \
+         less deep than 0.2 % of the diagonal of the smaller plate count as rounding, and plates within a \
+         hole do not overlap. Fixed bodies are one. At most 20 pairs are reported. The model is compiled \
+         all the same."
+        "Cut one of the plates back.";
+    ZERO_AXIS "zero-axis"
+        "The two points of a hinge line are the same, so the line has no direction."
+        "Give two different points of the line.";
+    FAR_HINGE "far-hinge"
+        "A hinge line is farther from the plates of both its bodies than 5 % of the mechanism's size, \
+         the diagonal of all that is drawn. A fixed body without plates does not count, and nothing is \
+         reported where a moving body has none. The model is compiled all the same."
+        "Check the points of the joint's `axis`, and their unit.";
+    OUT_OF_SCALE "out-of-scale"
+        "The mechanism is smaller than a nanometre or larger than a million kilometres, or a body's mass \
+         properties are too large for a double."
+        "Check the units of lengths and masses.";
+}

@@ -1,0 +1,90 @@
+//! The codes of diagnostics: what each of them stands for, and what mends it.
+//!
+//! A diagnostic is made with one of these constants, so no stage has a code that is not explained
+//! here. `docs/ERRORS.md` and `lamc explain` print these texts.
+
+use std::fmt;
+
+/// One kind of finding about a model.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Code {
+    /// The stable identifier that a diagnostic shows: `unknown-key`.
+    pub name: &'static str,
+    /// What leads to it, in whole sentences.
+    pub cause: &'static str,
+    /// What mends it, in whole sentences.
+    pub cure: &'static str,
+    /// Why no short model shows it, where none does.
+    pub no_example: Option<&'static str>,
+}
+
+impl fmt::Debug for Code {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name)
+    }
+}
+
+impl fmt::Display for Code {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name)
+    }
+}
+
+/// Declares codes, each as `NAME "name" "cause" "cure";`, with `no example "reason"` at the end where
+/// no short model shows it. All of them are in `ALL`.
+macro_rules! codes {
+    ($($id:ident $name:literal $cause:literal $cure:literal $(no example $reason:literal)?;)*) => {
+        $(
+            #[doc = $cause]
+            pub const $id: $crate::source::codes::Code = $crate::source::codes::Code {
+                name: $name,
+                cause: $cause,
+                cure: $cure,
+                no_example: codes!(@reason $($reason)?),
+            };
+        )*
+        pub(super) const ALL: &[$crate::source::codes::Code] = &[$($id),*];
+    };
+    (@reason) => { None };
+    (@reason $reason:literal) => { Some($reason) };
+}
+
+mod drawing;
+mod keys;
+mod mechanism;
+mod names;
+mod physics;
+mod popupcad;
+mod text;
+mod values;
+
+pub use drawing::*;
+pub use keys::*;
+pub use mechanism::*;
+pub use names::*;
+pub use physics::*;
+pub use popupcad::*;
+pub use text::*;
+pub use values::*;
+
+/// Every code, in groups with a title.
+pub const GROUPS: &[(&str, &[Code])] = &[
+    ("The text of the file", text::ALL),
+    ("Keys", keys::ALL),
+    ("Names", names::ALL),
+    ("Numbers and formulas", values::ALL),
+    ("The drawing", drawing::ALL),
+    ("Masses, springs and angles", physics::ALL),
+    ("The mechanism", mechanism::ALL),
+    ("Files of popupCAD", popupcad::ALL),
+];
+
+/// The code of this name.
+pub fn find(name: &str) -> Option<Code> {
+    all().find(|code| code.name == name)
+}
+
+/// Every code.
+pub fn all() -> impl Iterator<Item = Code> {
+    GROUPS.iter().flat_map(|(_, codes)| codes.iter().copied())
+}
