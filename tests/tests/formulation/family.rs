@@ -86,7 +86,7 @@ joints: {{ j: {{ bodies: [base, b], axis: [[0, 0], [0, 1]], hinge: {{ model: tap
     assert!((joint.damping.constant().unwrap() / 7.5e-5 - 1.0).abs() < 1e-9);
     assert!(inside.warnings.0.is_empty());
     for hinge in ["length: 2.5 mm, width: 80 mm, area: 30 cm^2", "length: 2 mm, width: 15 mm"] {
-        let codes: Vec<_> = compiled(hinge).warnings.0.iter().map(|w| w.code).collect();
+        let codes: Vec<_> = compiled(hinge).warnings.0.iter().map(|w| w.code.name).collect();
         assert_eq!(codes, ["outside-specimens"], "{hinge}");
     }
 }
