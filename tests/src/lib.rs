@@ -12,6 +12,15 @@ pub mod random;
 mod reference;
 pub mod udwadia;
 
+/// The Rust code of README.md and other pages, compiled and run as doc-tests.
+#[cfg(doctest)]
+mod documents {
+    #[doc = include_str!("../../README.md")]
+    struct Readme;
+    #[doc = include_str!("../../docs/LANES.md")]
+    struct Lanes;
+}
+
 use std::path::{Path, PathBuf};
 
 use lamc::pipeline::{self, Compiled};

@@ -73,9 +73,10 @@ const FLOORS: [Floors; 5] = [
         entries: &[
             ("sin_cos", &[]),
             ("linear", &[]),
-            ("assembly", &["linear"]),
-            ("integrate", &["linear"]),
-            ("stops", &["linear", "integrate"]),
+            ("projection", &["linear"]),
+            ("assembly", &["linear", "projection"]),
+            ("integrate", &["linear", "projection"]),
+            ("stops", &["linear", "projection", "integrate"]),
         ],
         files_too: false,
     },

@@ -1,5 +1,6 @@
 //! Rules that hold for the sources and the documents themselves.
 
 mod architecture;
+mod documents;
 mod sizes;
 mod source;
