@@ -1,4 +1,4 @@
-//! What runs on a workstation around the compiler [`lamc`]: machine code in process, motions and their
+//! What runs on a workstation around the compiler [`lamc`]: machine code in process, simulation and its
 //! records, identification from measurements, pictures, videos and pages. The command `lamc` is its binary.
 
 pub mod archive;
@@ -9,3 +9,4 @@ pub mod motion;
 pub mod page;
 pub mod picture;
 pub mod scene;
+pub mod simulation;

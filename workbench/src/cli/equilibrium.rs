@@ -5,12 +5,14 @@ use std::fmt::Write;
 use clap::Args;
 use lamc_runtime::{Equilibrium, State, Stopped, System, equilibrium, project};
 use lamc_workbench::execution::Jit;
+use lamc_workbench::simulation::describe;
 use serde::Serialize;
 
 use super::fit::open;
 use super::linear::{KinkReport, Motions, Stability};
 use super::paths::Paths;
-use super::start::{Start, describe};
+use super::start::Start;
+
 use super::{Failed, Outcome, fail, output};
 
 /// Find where a model comes to rest under gravity, springs, torques and forces.

@@ -7,12 +7,14 @@ use lamc::laminate::{Mechanism, verdicts};
 use lamc::source::Severity;
 use lamc_runtime::{Balance, EquationsMut, System, acceleration_and_forces, project};
 use lamc_workbench::execution::Jit;
+use lamc_workbench::simulation::describe;
 use serde::{Deserialize, Serialize};
 
 use clap::Args;
 
 use super::paths::Paths;
-use super::start::{Start, describe};
+use super::start::Start;
+
 use super::{Failed, Outcome, fail, output};
 
 /// Evaluate a model (JSON in, JSON out).

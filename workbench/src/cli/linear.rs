@@ -12,10 +12,10 @@ use std::fmt::Write;
 use lamc::laminate::{Kink, Mechanism, kinks};
 use lamc_runtime::{LinearizationMut, State, Stopped, System, linearize, project};
 use lamc_workbench::execution::Jit;
+use lamc_workbench::simulation::describe;
 use nalgebra::{Complex, DMatrix, DVector};
 use serde::Serialize;
 
-use super::start::describe;
 use super::{Failed, fail, warn};
 
 /// A real part of an eigenvalue less than this share of the fastest is rounding.

@@ -8,6 +8,7 @@ use lamc::program::Interpreter;
 use lamc::source::read_angle;
 use lamc_runtime::{Dopri5, Integrator, State, System, assemble};
 use lamc_workbench::mocap::{JointMotion, Quaternions, angles, write};
+use lamc_workbench::simulation::describe;
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
@@ -16,7 +17,6 @@ use rand_distr::{Distribution, Normal};
 use super::curves::{self, Curve};
 use super::fit::open;
 use super::paths::Paths;
-use super::start::describe;
 use super::{Failed, Outcome, Size, fail, load, misused, output, warn};
 
 /// An axis this far from the drawn one, rad, may as well be the opposite one of frames that are

@@ -2,7 +2,6 @@
 
 use std::num::NonZeroU32;
 use std::path::Path;
-use std::sync::atomic::Ordering;
 use std::thread;
 
 use clap::Args;
@@ -12,8 +11,7 @@ use lamc_workbench::page;
 use lamc_workbench::picture::{Encoder, Picture, Renderer, View};
 use lamc_workbench::scene::{Scene, poses_at};
 
-use super::run::INTERRUPTED;
-use super::simulate::EXIT_INTERRUPTED;
+use super::interrupt::{self, EXIT_INTERRUPTED};
 use super::{Failed, Outcome, fail, misused, output};
 use super::{paths::Paths, progress};
 
@@ -161,7 +159,7 @@ fn each_picture(
     let mut drawn: Vec<Picture> = Vec::new();
     let mut numbers = 0..;
     let mut hand_on = |drawn: &[Picture]| {
-        if INTERRUPTED.load(Ordering::Relaxed) {
+        if interrupt::is_asked_for() {
             return Err(Failed(EXIT_INTERRUPTED));
         }
         drawn.iter().zip(&mut numbers).try_for_each(|(picture, number)| each(number, picture))

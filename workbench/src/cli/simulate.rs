@@ -2,31 +2,30 @@
 //! screen what happened.
 
 use std::fmt::Write;
-use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use lamc::laminate::{Mechanism, excursions};
 use lamc_runtime::{State, System, project};
 use lamc_workbench::execution::Jit;
 use lamc_workbench::motion::{Motion, Work};
+use lamc_workbench::simulation::{
+    Fold, Method, Settings, Simulation, SimulationError, TOLERANCE, describe, unfold,
+};
 
 use super::equilibrium::settle;
+use super::interrupt::{self, EXIT_INTERRUPTED};
 use super::notes::transgressions;
 use super::paths::Paths;
 use super::pictures::Pictures;
 use super::plot::{self, Panel};
 use super::progress;
-use super::run::{INTERRUPTED, Method, Run, Settings};
-use super::start::{Start, describe};
-use super::unfold::{Fold, unfold};
+use super::start::Start;
+
 use super::{Failed, Outcome, fail, misused, output, warn};
 
 /// Most numbers a recorded motion may have: a gigabyte.
 const MOST_NUMBERS: f64 = 125e6;
-
-/// The exit code of what was interrupted, as shells have it.
-pub const EXIT_INTERRUPTED: u8 = 130;
 
 /// Simulate a model from its initial configuration.
 #[derive(Args)]
@@ -46,16 +45,38 @@ pub struct Arguments {
     #[arg(long, default_value_t = 100.0, value_name = "HERTZ")]
     rate: f64,
     /// Error allowed per step, relative and absolute
-    #[arg(long, default_value_t = 1e-8)]
+    #[arg(long, default_value_t = TOLERANCE)]
     tolerance: f64,
     /// How to integrate
     #[arg(long, value_enum, default_value_t)]
-    integrator: Method,
+    integrator: Integrator,
     /// Share of its speed with which a joint leaves a stop, 0 to 1
     #[arg(long, default_value_t = 0.0, value_name = "SHARE")]
     restitution: f64,
     #[command(flatten)]
     files: Files,
+}
+
+/// How to integrate.
+#[derive(Clone, Copy, Default, ValueEnum)]
+enum Integrator {
+    /// Explicit, and implicit from where the motion turns out to be stiff
+    #[default]
+    Auto,
+    /// Dormand and Prince's pair of order 5(4), explicit
+    Dopri5,
+    /// RODASP of order 4(3), implicit and L-stable
+    Rodas,
+}
+
+impl From<Integrator> for Method {
+    fn from(integrator: Integrator) -> Self {
+        match integrator {
+            Integrator::Auto => Self::Auto,
+            Integrator::Dopri5 => Self::Dopri5,
+            Integrator::Rodas => Self::Rodas,
+        }
+    }
 }
 
 /// What to write.
@@ -114,7 +135,7 @@ impl Arguments {
 
     fn settings(&self) -> Settings {
         Settings {
-            method: self.integrator,
+            method: self.integrator.into(),
             duration: self.duration,
             tolerance: self.tolerance,
             restitution: self.restitution,
@@ -160,33 +181,51 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let Beginning { mechanism, system, state } = begin(arguments)?;
     let samples = arguments.samples(&system)?;
     // Only from here on is there something to keep; before, an interrupt ends the process.
-    ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed)).map_err(fail)?;
+    interrupt::listen()?;
     let (parameters, inputs) = (system.parameters().to_vec(), system.inputs().to_vec());
     let work = Work::new(&mechanism, &parameters, &inputs);
     let begin = Instant::now();
-    let mut run = Run::new(system, state, work, &arguments.settings());
-    run.record()?;
+    let mut simulation = Simulation::new(system, state, work, &arguments.settings());
     let times =
-        (1..=samples).map(|sample| (sample as f64 / arguments.rate).min(arguments.duration));
+        (0..=samples).map(|sample| (sample as f64 / arguments.rate).min(arguments.duration));
     let progress = progress::bar(samples);
-    let outcome = run.through(times, |done| progress.set_position(done as u64));
+    let outcome = simulation.run(times, interrupt::is_asked_for, |done| {
+        progress.set_position(done.saturating_sub(1) as u64);
+    });
     progress.finish_and_clear();
     // What was recorded until then is good, whatever ended it. From here on another interrupt ends
     // the drawing of pictures.
-    let interrupted = INTERRUPTED.swap(false, Ordering::Relaxed);
-    run.motion.complete = outcome.is_ok() && !interrupted;
-    let moved = run.motion.samples.iter().map(|sample| (sample.t, sample.q.as_slice()));
+    let interrupted = interrupt::take();
+    let motion = simulation.motion();
+    let moved = motion.samples.iter().map(|sample| (sample.t, sample.q.as_slice()));
     excursions(&mechanism, &parameters, &inputs, moved).into_iter().for_each(warn);
-    transgressions(&mechanism, &run.motion).into_iter().for_each(warn);
+    transgressions(&mechanism, motion).into_iter().for_each(warn);
     let seconds = begin.elapsed().as_secs_f64();
-    arguments.files.write(&mechanism, &run.motion)?;
+    let outcome = outcome.map_err(explain);
+    if motion.samples.is_empty() {
+        return outcome;
+    }
+    arguments.files.write(&mechanism, motion)?;
     if !arguments.files.paths().is_printed() {
-        output::print(&summary(&run, seconds, interrupted))?;
+        output::print(&summary(&simulation, seconds, interrupted))?;
     }
     match interrupted {
         true => Err(Failed(EXIT_INTERRUPTED)),
         false => outcome,
     }
+}
+
+/// Reports why a simulation ended early, with the options that may help.
+fn explain(error: SimulationError) -> Failed {
+    let options = match &error {
+        SimulationError::NotSmooth { started_flat: false, .. } => " (--tolerance)",
+        SimulationError::NotSmooth { .. } => " (--tolerance, --initial)",
+        SimulationError::StaysSingular { .. }
+        | SimulationError::EnergyGain { .. }
+        | SimulationError::BreaksOff { started_flat: true, .. } => " (--initial)",
+        _ => "",
+    };
+    fail(format_args!("{error}{options}"))
 }
 
 /// What moves, and from where: assembled or at rest.
@@ -228,9 +267,9 @@ fn begin(arguments: &Arguments) -> Result<Beginning, Failed> {
 }
 
 /// What happened, on one screen.
-fn summary(run: &Run, seconds: f64, interrupted: bool) -> String {
+fn summary(simulation: &Simulation, seconds: f64, interrupted: bool) -> String {
     let mut text = String::new();
-    let motion = &run.motion;
+    let motion = simulation.motion();
     let ([first, ..], [.., last]) = (motion.samples.as_slice(), motion.samples.as_slice()) else {
         return text;
     };
@@ -242,7 +281,7 @@ fn summary(run: &Run, seconds: f64, interrupted: bool) -> String {
     let [start, end] = [first, last].map(|sample| sample.energy.kinetic + sample.energy.potential);
     let _ = writeln!(text, "energy: {start:.6e} J at start, {end:.6e} J at end");
     // A motion that broke off leaves steps that were counted and not recorded.
-    if let Some(work) = run.work.as_ref().filter(|_| motion.complete) {
+    if let Some(work) = simulation.work().filter(|_| motion.complete) {
         let off = (end - start - work.total).abs();
         let _ = match work.exchanged > 0.0 {
             true => writeln!(
@@ -255,12 +294,13 @@ fn summary(run: &Run, seconds: f64, interrupted: bool) -> String {
     }
     let open = motion.samples.iter().map(|sample| sample.closure).fold(0.0, f64::max);
     let _ = writeln!(text, "closure: within {open:.1e} m of {:.1} mm", motion.size * 1e3);
-    let joints = motion.joints.iter().zip(&run.stopped).filter(|(_, stopped)| **stopped);
+    let joints = motion.joints.iter().zip(simulation.stopped()).filter(|(_, stopped)| **stopped);
     let stopped: Vec<_> = joints.map(|(name, _)| format!("`{name}`")).collect();
     if !stopped.is_empty() {
         let _ = writeln!(text, "at a stop for a while: {}", stopped.join(", "));
     }
-    let methods: Vec<_> = [(run.explicit_steps, "Dormand-Prince"), (run.implicit_steps, "RODASP")]
+    let steps = simulation.steps();
+    let methods: Vec<_> = [(steps.explicit, "Dormand-Prince"), (steps.implicit, "RODASP")]
         .into_iter()
         .filter(|(steps, _)| *steps > 0)
         .map(|(steps, name)| format!("{steps} steps of {name}"))

@@ -11,8 +11,9 @@ use lamc::program::Interface;
 use lamc::source::{
     Numbers, Severity, SourceModel, beyond_a_turn, is_bare, read_angle, read_as, read_quantity,
 };
-use lamc_runtime::{Error, State, System, assemble, project};
+use lamc_runtime::{State, System, assemble, project};
 use lamc_workbench::execution::Jit;
+use lamc_workbench::simulation::describe;
 
 use super::progress::Busy;
 use super::{Failed, Size, fail, load_edited, misused, warn};
@@ -258,19 +259,4 @@ fn named<'a>(text: &'a str, example: &str) -> Result<(&'a str, &'a str), Failed>
 
 fn unlike(text: &str, example: &str) -> Failed {
     misused(format_args!("`{text}` is not of the form `{example}`"))
-}
-
-/// The runtime's error with the names of the joints it is about.
-pub fn describe(error: &Error, interface: &Interface) -> String {
-    let joint = match *error {
-        Error::NotClosed { joint, .. } => joint,
-        Error::NotDriven { joint } | Error::NotFinite { joint } | Error::MassMatrix { joint } => {
-            Some(joint)
-        }
-        _ => None,
-    };
-    match joint.and_then(|joint| interface.joints.get(joint)) {
-        Some(joint) => format!("{error} (`{}`)", joint.name),
-        None => error.to_string(),
-    }
 }

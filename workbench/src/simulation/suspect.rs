@@ -1,10 +1,10 @@
-//! Whom to name when a motion breaks off: the driven joint that cannot follow, the loop that
-//! opens, or the joint that is about to race away.
+//! The likely cause when a motion breaks off: a driven joint that cannot follow, a loop that opens, or
+//! the joint with the largest acceleration.
 
 use lamc_runtime::{State, Stopped, System, acceleration, project};
-use lamc_workbench::execution::Jit;
 
-use super::start::describe;
+use super::describe;
+use crate::execution::Jit;
 
 /// How far ahead, s, driven joints must be able to follow.
 const AHEAD: f64 = 1e-3;
@@ -12,14 +12,16 @@ const AHEAD: f64 = 1e-3;
 /// How near to its limit a joint is at it, rad.
 const STOP: f64 = 1e-6;
 
+/// Whether a joint is at one of its limits, rad.
+pub fn is_at_stop([least, greatest]: [f64; 2], q: f64) -> bool {
+    q <= least + STOP || q >= greatest - STOP
+}
+
 /// What to say about a state from which an integrator could not go on.
 pub fn suspect(system: &Stopped<Jit>, state: &State<Vec<f64>, f64>) -> String {
     let interface = system.system.interface();
     let joints = interface.joints.iter().zip(&state.q);
-    let stopped = joints.filter(|(joint, q)| {
-        let [least, greatest] = joint.limits;
-        **q <= least + STOP || **q >= greatest - STOP
-    });
+    let stopped = joints.filter(|(joint, q)| is_at_stop(joint.limits, **q));
     let stopped: Vec<_> = stopped.map(|(joint, _)| format!("`{}`", joint.name)).collect();
     if !stopped.is_empty() {
         return format!("{} at a stop", stopped.join(", "));

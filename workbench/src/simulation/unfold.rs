@@ -6,7 +6,8 @@
 //! branch to where it is all but flat, and the motion starts there.
 
 use lamc_runtime::{State, System, acceleration, assemble};
-use lamc_workbench::execution::Jit;
+
+use crate::execution::Jit;
 
 /// A sheet whose joints are all this near to zero, rad, lies flat.
 const FLAT: f64 = 1e-6;

@@ -1,0 +1,99 @@
+//! Why a simulation ends before its time.
+
+use lamc::program::Interface;
+use lamc_runtime::Error;
+
+use crate::motion::Gain;
+
+/// Why a simulation cannot be continued.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SimulationError {
+    /// The steps become so short that the end is out of reach.
+    #[error(
+        "gave up after {steps} steps, at t = {t} s: the motion is not smooth there, or the tolerance is \
+         too small{}; {suspect}",
+        advice(*.started_flat)
+    )]
+    NotSmooth {
+        /// Steps taken.
+        steps: usize,
+        /// s.
+        t: f64,
+        /// Whether it started from a flat sheet with loops.
+        started_flat: bool,
+        /// What is likely to be the cause.
+        suspect: String,
+    },
+    /// The motion stays where the loops are loose in more directions than usual.
+    #[error(
+        "gave up at t = {t} s: it does not leave the singular state in which it started, such as flat, \
+         where it can move in many ways; start it from a folded guess; {suspect}"
+    )]
+    StaysSingular {
+        /// s.
+        t: f64,
+        /// What is likely to be the cause.
+        suspect: String,
+    },
+    /// The energy grows though nothing does work.
+    #[error(
+        "energy appears that nothing feeds: {:.3e} J by t = {t:.6} s, where the largest kinetic energy \
+         is {:.3e} J; either the equations of a loop contradict each other, as where hinge lines nearly \
+         have a direction or a point in common (see `lamc check`, and `tolerance:` in the model), or \
+         the motion cannot pass a flat or otherwise singular state (start from a folded guess)",
+        .gain.energy,
+        .gain.largest_kinetic
+    )]
+    EnergyGain {
+        /// How much.
+        gain: Gain,
+        /// s.
+        t: f64,
+    },
+    /// The steps become too small to advance the time.
+    #[error("{reason}: {suspect}{}", advice(*.started_flat))]
+    BreaksOff {
+        /// The runtime's error with the names of the joints.
+        reason: String,
+        /// Whether it started from a flat sheet with loops.
+        started_flat: bool,
+        /// What is likely to be the cause.
+        suspect: String,
+    },
+    /// The equations cannot be evaluated or the loops cannot be closed.
+    #[error("{reason}, at t = {t} s{}", listed(.at_stop))]
+    Failed {
+        /// The runtime's error with the names of the joints.
+        reason: String,
+        /// s.
+        t: f64,
+        /// The joints at a stop, quoted.
+        at_stop: Vec<String>,
+    },
+}
+
+fn advice(started_flat: bool) -> &'static str {
+    if started_flat { "; out of a flat sheet, start from a folded guess" } else { "" }
+}
+
+fn listed(at_stop: &[String]) -> String {
+    match at_stop {
+        [] => String::new(),
+        names => format!(" with {} at a stop", names.join(", ")),
+    }
+}
+
+/// The runtime's error with the name of the joint it is about.
+pub fn describe(error: &Error, interface: &Interface) -> String {
+    let joint = match *error {
+        Error::NotClosed { joint, .. } => joint,
+        Error::NotDriven { joint } | Error::NotFinite { joint } | Error::MassMatrix { joint } => {
+            Some(joint)
+        }
+        _ => None,
+    };
+    match joint.and_then(|joint| interface.joints.get(joint)) {
+        Some(joint) => format!("{error} (`{}`)", joint.name),
+        None => error.to_string(),
+    }
+}

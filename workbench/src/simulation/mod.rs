@@ -1,0 +1,322 @@
+//! A simulation: which method integrates a motion, when to change it, when to give up.
+//!
+//! ```no_run
+//! use lamc_workbench::execution::Jit;
+//! use lamc_workbench::simulation::{Settings, Simulation};
+//! use lamc_runtime::{State, System, assemble};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let file = lamc::source::SourceFile::read("examples/sixbar.yaml")?;
+//! let system = Jit::new(&lamc::pipeline::compile(&file)?.program);
+//! let mut state = State::initial(&system);
+//! let pinned: Vec<bool> = (0..state.q.len()).map(|joint| system.is_pinned(joint)).collect();
+//! assemble(&system, 0.0, &mut state.q, &pinned, &mut system.workspace())?;
+//! let mut simulation = Simulation::new(system, state, None, &Settings::default());
+//! simulation.run((0..=100).map(|i| f64::from(i) * 0.01), || false, |_| ())?;
+//! println!("{}", simulation.motion().to_csv());
+//! # Ok(())
+//! # }
+//! ```
+
+mod error;
+mod pace;
+mod suspect;
+mod unfold;
+
+pub use error::{SimulationError, describe};
+pub use unfold::{Fold, unfold};
+
+use lamc_runtime::{Dopri5, Error, Integrator, Rodas, State, Stopped, System, acceleration};
+
+use crate::execution::Jit;
+use crate::motion::{Audit, Motion, Work};
+use pace::Pace;
+use suspect::{is_at_stop, suspect};
+
+/// What may be spent to leave a singular state, steps times joints cubed: one or two seconds.
+const MOST_TO_LEAVE: f64 = 5e6;
+
+/// Loops whose joints are all this near to zero, rad, lie flat.
+const FLAT: f64 = 1e-2;
+
+/// How to integrate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// The explicit method, and the implicit one from where the motion turns out to be stiff.
+    #[default]
+    Auto,
+    /// The explicit pair of order 5(4) of Dormand and Prince.
+    Dopri5,
+    /// RODASP of order 4(3), which is implicit and L-stable.
+    Rodas,
+}
+
+/// How to run a simulation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// The method.
+    pub method: Method,
+    /// The time at which the motion is meant to end, s: it decides when progress is too slow.
+    pub duration: f64,
+    /// The error allowed per step, relative and absolute (rad, rad/s).
+    pub tolerance: f64,
+    /// The share of its speed with which a joint leaves a stop.
+    pub restitution: f64,
+}
+
+impl Default for Settings {
+    /// One second, with the tolerance of `lamc simulate`, without a rebound at stops.
+    fn default() -> Self {
+        Self { method: Method::Auto, duration: 1.0, tolerance: TOLERANCE, restitution: 0.0 }
+    }
+}
+
+/// The error allowed per step unless another is chosen, relative and absolute (rad, rad/s).
+pub const TOLERANCE: f64 = 1e-8;
+
+/// The steps of a simulation so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Steps {
+    /// Steps of Dormand and Prince's pair.
+    pub explicit: usize,
+    /// Steps of RODASP.
+    pub implicit: usize,
+}
+
+impl Steps {
+    fn total(self) -> usize {
+        self.explicit + self.implicit
+    }
+}
+
+/// A simulation of a mechanism in process.
+pub struct Simulation {
+    system: Stopped<Jit>,
+    state: State<Vec<f64>, f64>,
+    explicit: Dopri5<Stopped<Jit>>,
+    implicit: Rodas<Stopped<Jit>>,
+    method: Method,
+    /// Whether the implicit method is only to lead out of a singular state.
+    leaves: bool,
+    steps: Steps,
+    pace: Pace,
+    motion: Motion,
+    work: Option<Work>,
+    audit: Audit,
+    stopped: Vec<bool>,
+}
+
+impl Simulation {
+    /// A simulation that starts from `state`, at which the loops of the system are closed. With
+    /// `work`, as [`Work::new`] gives it, the energy is audited after every step.
+    pub fn new(
+        system: Jit,
+        state: State<Vec<f64>, f64>,
+        work: Option<Work>,
+        settings: &Settings,
+    ) -> Self {
+        let motion = Motion::new(system.interface());
+        let audit = Audit::new(&system, &state, settings.tolerance);
+        let stopped = vec![false; state.q.len()];
+        let mut system = Stopped::new(system);
+        system.restitution = settings.restitution;
+        let leaves = settings.method == Method::Auto && is_singular(&system, &state);
+        let method = if leaves { Method::Rodas } else { settings.method };
+        let (mut explicit, mut implicit) = (Dopri5::new(&system), Rodas::new(&system));
+        (explicit.relative, explicit.absolute) = (settings.tolerance, settings.tolerance);
+        (implicit.relative, implicit.absolute) = (settings.tolerance, settings.tolerance);
+        Self {
+            system,
+            state,
+            explicit,
+            implicit,
+            method,
+            leaves,
+            steps: Steps::default(),
+            pace: Pace::new(settings.duration),
+            motion,
+            work,
+            audit,
+            stopped,
+        }
+    }
+
+    /// Runs through ascending times, s, and records the state at each; a time that has been
+    /// reached already is recorded at once. Ends before the last time when `is_interrupted` says
+    /// so, which is asked before every step. `recorded` is told the number of samples so far.
+    /// Afterwards [`Motion::complete`] says whether the last time was reached.
+    ///
+    /// # Errors
+    /// Where the motion cannot be continued; the samples recorded until then are good.
+    pub fn run(
+        &mut self,
+        times: impl IntoIterator<Item = f64>,
+        mut is_interrupted: impl FnMut() -> bool,
+        mut recorded: impl FnMut(usize),
+    ) -> Result<(), SimulationError> {
+        self.motion.complete = false;
+        for t in times {
+            if !self.advance(t, &mut is_interrupted)? {
+                return Ok(());
+            }
+            let outcome = self.motion.record(&self.system, &self.state);
+            outcome.map_err(|error| self.failure(&error))?;
+            recorded(self.motion.samples.len());
+        }
+        self.motion.complete = true;
+        Ok(())
+    }
+
+    /// What has been recorded.
+    pub fn motion(&self) -> &Motion {
+        &self.motion
+    }
+
+    /// The steps taken so far.
+    pub fn steps(&self) -> Steps {
+        self.steps
+    }
+
+    /// The work of torques and dampers, as long as nothing else has changed the energy.
+    pub fn work(&self) -> Option<&Work> {
+        self.work.as_ref()
+    }
+
+    /// For each joint, whether it was at a stop at some time.
+    pub fn stopped(&self) -> &[bool] {
+        &self.stopped
+    }
+
+    /// Integrates to a time, s. False when interrupted before.
+    fn advance(
+        &mut self,
+        t: f64,
+        is_interrupted: &mut impl FnMut() -> bool,
+    ) -> Result<bool, SimulationError> {
+        while self.state.t < t {
+            if is_interrupted() {
+                return Ok(false);
+            }
+            let before = self.work.as_ref().map(|_| self.state.clone());
+            let outcome = self.step(t);
+            if outcome.is_ok() {
+                self.add_work(before)?;
+            }
+            self.check_progress()?;
+            let gives_up = matches!(outcome, Err(Error::StepTooSmall { .. }));
+            if self.method == Method::Auto && (gives_up || self.is_stuck()) {
+                self.method = Method::Rodas;
+                continue;
+            }
+            outcome.map_err(|error| self.failure(&error))?;
+            for (stopped, &side) in self.stopped.iter_mut().zip(&self.system.sides) {
+                *stopped |= side != 0.0;
+            }
+        }
+        Ok(true)
+    }
+
+    /// One step of the present method, to `t` at most, s.
+    fn step(&mut self, t: f64) -> Result<(), Error> {
+        match self.method {
+            Method::Rodas => {
+                self.steps.implicit += 1;
+                self.system.step(&mut self.implicit, &mut self.state, t)
+            }
+            Method::Auto | Method::Dopri5 => {
+                self.steps.explicit += 1;
+                self.system.step(&mut self.explicit, &mut self.state, t)
+            }
+        }
+    }
+
+    /// Whether the explicit method makes too little progress: the motion is stiff, or lies between
+    /// the ranks of a singular state.
+    fn is_stuck(&mut self) -> bool {
+        self.explicit.is_stiff()
+            || (self.method != Method::Rodas && self.pace.is_slow(self.steps.total(), self.state.t))
+    }
+
+    /// Gives up where the motion hardly advances; returns to the explicit method where the motion
+    /// has left the singular state in which it started.
+    fn check_progress(&mut self) -> Result<(), SimulationError> {
+        let (steps, t) = (self.steps.total(), self.state.t);
+        if self.pace.is_hopeless(steps, t, self.method == Method::Rodas) {
+            let suspect = suspect(&self.system, &self.state);
+            let started_flat = self.started_flat();
+            return Err(SimulationError::NotSmooth { steps, t, started_flat, suspect });
+        }
+        if self.leaves && !is_singular(&self.system, &self.state) {
+            (self.leaves, self.method) = (false, Method::Auto);
+            self.pace.restart(steps, t);
+        }
+        let spent = self.steps.implicit as f64 * (self.state.q.len() as f64).powi(3);
+        if self.leaves && spent > MOST_TO_LEAVE {
+            let suspect = suspect(&self.system, &self.state);
+            return Err(SimulationError::StaysSingular { t, suspect });
+        }
+        Ok(())
+    }
+
+    /// Adds the work of the step from `before`. A stop takes energy, too: from then on the work is
+    /// not known.
+    fn add_work(&mut self, before: Option<State<Vec<f64>, f64>>) -> Result<(), SimulationError> {
+        let (Some(work), Some(before)) = (&mut self.work, before) else { return Ok(()) };
+        let middle = 0.5 * (before.t + self.state.t);
+        let middle = match self.method {
+            Method::Rodas => self.implicit.between(&self.system, middle),
+            Method::Auto | Method::Dopri5 => self.explicit.between(&self.system, middle),
+        };
+        let touches = self.state.q.iter().enumerate();
+        let touches = touches.map(|(joint, &q)| is_at_stop(self.system.limits(joint), q));
+        match middle {
+            Ok(middle) if !touches.into_iter().any(|touches| touches) => {
+                work.add([&before, &middle, &self.state]);
+            }
+            _ => {
+                self.work = None;
+                return Ok(());
+            }
+        }
+        match self.audit.look(&self.system, &before, &self.state, work) {
+            None => Ok(()),
+            Some(gain) => Err(SimulationError::EnergyGain { gain, t: self.state.t }),
+        }
+    }
+
+    /// Whether it started from a sheet with loops that lay flat.
+    fn started_flat(&self) -> bool {
+        let first = self.motion.samples.first();
+        let is_flat = first.is_some_and(|sample| sample.q.iter().all(|q| q.abs() < FLAT));
+        is_flat && self.system.dimensions().loops > 0
+    }
+
+    /// An error of the runtime with what is known here about its cause.
+    fn failure(&self, error: &Error) -> SimulationError {
+        let interface = self.system.system.interface();
+        let held =
+            interface.joints.iter().zip(&self.system.sides).filter(|(_, side)| **side != 0.0);
+        let at_stop: Vec<_> = held.map(|(joint, _)| format!("`{}`", joint.name)).collect();
+        let reason = describe(error, interface);
+        if matches!(error, Error::StepTooSmall { .. }) && at_stop.is_empty() {
+            let suspect = suspect(&self.system, &self.state);
+            return SimulationError::BreaksOff {
+                reason,
+                started_flat: self.started_flat(),
+                suspect,
+            };
+        }
+        SimulationError::Failed { reason, t: self.state.t, at_stop }
+    }
+}
+
+/// Whether the loops are loose in a direction more than they usually are, as in the flat state.
+/// By which branch the motion leaves it is for the implicit method to find.
+fn is_singular(system: &Stopped<Jit>, state: &State<Vec<f64>, f64>) -> bool {
+    let d = system.dimensions();
+    let mut rates = system.vector();
+    let found =
+        acceleration(system, state.t, &state.q, &state.u, &mut system.workspace(), &mut rates);
+    let usual = system.system.interface().rank + d.drives;
+    found.is_ok_and(|constraint| constraint.rank < usual.min(d.coordinates))
+}
