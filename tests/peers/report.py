@@ -30,13 +30,13 @@ def line(name, found):
 
 
 def entries(found, label):
-    """All of this name, whatever they add to it."""
+    """All entries whose label begins with this name."""
     peers = found["peers"].items()
     return [e for name, e in peers if name == label or name.startswith(f"{label}, ")]
 
 
 def entry(found, label):
-    """The fastest of this name."""
+    """The fastest entry with this name."""
     return min(entries(found, label), key=lambda e: e["ns"], default=None)
 
 
@@ -46,7 +46,7 @@ def table(head, rows):
 
 
 def number(x):
-    """Three digits, or all before the point."""
+    """Three digits, or all digits before the decimal point."""
     return f"{x:.0f}" if x >= 99.95 else f"{x:.3g}"
 
 
@@ -109,7 +109,7 @@ def limits(results):
 
 
 def goals(results):
-    """What is aimed at and what is reached; what was not measured is left out."""
+    """Targets, and what is reached. Rows without a measurement are left out."""
     mechanisms = results["mechanisms"]
 
     def ratio(name, label):
@@ -157,9 +157,9 @@ def goals(results):
         if reached is not None:
             missed = reached < aim if sense == ">=" else reached > aim
             rows.append(
-                [what, f"{sense} {aim}", f"{reached:.3g}" + (" (missed)" if missed else "")]
+                [what, f"{sense} {aim}", f"{reached:.3g}" + (" (not met)" if missed else "")]
             )
-    return table(["", "aim", "reached"], rows)
+    return table(["", "target", "reached"], rows)
 
 
 def differences(results):
@@ -188,7 +188,7 @@ def tables(results):
 
 
 def document(results):
-    """Replaces what stands between markers, and draws the plots."""
+    """Replaces the text between markers, and draws the plots."""
     text = DOCUMENT.read_text()
     for part in (machine, ratios, own, limits, goals, differences):
         name = part.__name__
@@ -212,7 +212,7 @@ def document(results):
 
 
 def plot(name, curves, unit):
-    """Logarithmic in both directions, over the number of hinges."""
+    """Draws curves over the number of hinges, with logarithmic axes."""
     import matplotlib
 
     matplotlib.use("svg")
