@@ -1,4 +1,4 @@
-"""What the processor could do at best: instructions of a compiled function, issue width, llvm-mca."""
+"""A lower bound of the time: instructions of a compiled function, issue width, llvm-mca."""
 
 import re
 import shutil
@@ -55,7 +55,7 @@ def counts(instructions):
 
 
 def cycles(count):
-    """At least so many: every pipe busy in every cycle."""
+    """A lower bound: every pipe is busy in every cycle."""
     multiplied = count["fused"] + count["multiplied"] + DIVISION * count["divided"]
     return max(
         multiplied / MULTIPLIERS,
@@ -65,13 +65,13 @@ def cycles(count):
 
 
 def mca(instructions):
-    """Cycles by llvm-mca: by the busiest pipe, of one evaluation after another, of one alone. None
-    where there is no llvm-mca that knows this processor."""
+    """Cycles by llvm-mca: of the busiest pipe, of one evaluation after another, of one alone. None
+    if no llvm-mca supports this processor."""
     tools = [f"llvm-mca-{version}" for version in range(30, 15, -1)] + ["llvm-mca"]
     tool = next(filter(shutil.which, tools), None)
     if tool is None:
         return None
-    # What branches or calls is left out: the rest is one straight line.
+    # Branches and calls are left out: the rest is straight-line code.
     straight = [i for i in instructions if not re.match(r"(call|j\w+|ret|nop|int3|cs|data16)", i)]
 
     def simulated(iterations):

@@ -1,4 +1,4 @@
-"""CasADi as an expert writes it: recursions in body frames, scalar expressions, common
+"""CasADi as an expert uses it: recursions in body frames, scalar expressions, common
 subexpressions once, factors unrolled; C by CasADi's code generator.
 
 Featherstone, Rigid Body Dynamics Algorithms (2008): recursive Newton-Euler (table 5.1), composite
@@ -12,7 +12,7 @@ X, Y, Z = range(3)
 
 
 class Matrix:
-    """A turn as a matrix of expressions: from a node's frame into its parent's."""
+    """A rotation as a matrix of expressions: from a node's frame into its parent's."""
 
     def __init__(self, node, q):
         along = ca.SX(np.outer(node.axis, node.axis))
@@ -32,7 +32,7 @@ class Matrix:
 
 
 class Aligned:
-    """A turn about x by q, then a constant turn about z, one after the other."""
+    """A rotation about x by q, then a constant rotation about z, applied separately."""
 
     def __init__(self, node, q):
         self.c, self.s = ca.cos(q), ca.sin(q)
@@ -53,7 +53,7 @@ class Aligned:
 
 
 def spin(x, plane, c, s):
-    """A symmetric matrix turned in a plane of two axes."""
+    """A symmetric matrix rotated in a plane of two axes."""
     i, j = plane
     k = 3 - i - j
     w = 2 * c * x[i, j] + s * (x[i, i] - x[j, j])
@@ -73,7 +73,7 @@ def symmetric(x, upper=((X, Y), (X, Z), (Y, Z))):
 
 
 def turning(omega, alpha):
-    """[alpha]x + [omega]x [omega]x: what, times a lever, is the acceleration of its end."""
+    """[alpha]x + [omega]x [omega]x: multiplied by a lever it gives the acceleration of its end."""
     xx, yy, zz = (omega[k] * omega[k] for k in range(3))
     xy, xz, yz = omega[X] * omega[Y], omega[X] * omega[Z], omega[Y] * omega[Z]
     x, y, z = (alpha[k] for k in range(3))
@@ -110,7 +110,7 @@ class Mechanics:
             yield i
 
     def velocities(self):
-        """omega of the nodes; alpha where no speed changes, in the nodes' frames."""
+        """omega of the nodes, and alpha for du/dt = 0, in the nodes' frames."""
         omegas, alphas = [], []
         for node, turn, axis in zip(self.nodes, self.turns, self.axes):
             spin = axis * self.u[node.joint]
@@ -124,7 +124,7 @@ class Mechanics:
         return omegas, alphas
 
     def forcing(self, omegas, alphas):
-        """Torques less what keeps the speeds as they are: recursive Newton-Euler."""
+        """Torques minus those of du/dt = 0: recursive Newton-Euler."""
         turning_of = [turning(omega, alpha) for omega, alpha in zip(omegas, alphas)]
         wrenches, accelerations = [], []
         for i, (node, turn) in enumerate(zip(self.nodes, self.turns)):
@@ -227,8 +227,8 @@ class Mechanics:
         return ca.vertcat(*out)
 
     def closure_by_differentiation(self, _alphas):
-        """Rows of the closed loops, differentiated by CasADi: what R_ghost^T R_original is off the
-        unit matrix where all hinge lines meet in a point."""
+        """Rows of the closed loops, differentiated by CasADi: the difference of R_ghost^T R_original from the
+        unit matrix, for hinge lines that meet in a point."""
         rows = []
         for loop in self.model.loops:
             assert loop["class"] == "spherical", loop["class"]
@@ -252,7 +252,7 @@ class Mechanics:
         return x, y, ca.cross(x, y)
 
     def closure_by_recursion(self, alphas):
-        """omega_original - omega_ghost and its rate, in the original's frame: enough where all
+        """omega_original - omega_ghost and its rate, in the original's frame: sufficient if all
         hinge lines meet in a point."""
         jacobian, gamma = [], []
         for loop in self.model.loops:

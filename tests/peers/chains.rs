@@ -1,5 +1,5 @@
-//! What one call costs: open chains of any length, and the examples that `generated` has no module
-//! of. `bash tests/peers/bench` writes the modules and runs this.
+//! The time of one call: open chains of any length, and the examples without a module in `generated`.
+//! `bash tests/peers/bench` writes the modules and runs this.
 
 #[path = "../../generated/benches/cost/mod.rs"]
 mod cost;

@@ -1,4 +1,4 @@
-"""Measures lamc beside its peers in one run: everybody agrees first, then takes turns.
+"""Compares lamc with CasADi, MuJoCo and Pinocchio in one run: all results must agree, then all are timed in turns.
 
     compare.py LAMC PEERS [--quick] [--document]
 
@@ -25,9 +25,9 @@ from model import Model
 
 CHAINS = [1, 2, 3, 6, 12, 24, 48, 96]
 STATES = 64
-# What else lamc's module does.
+# Other functions of lamc's module.
 OWN = ("chained_accelerations", "rk4_steps", "rodas_steps", "jacobians")
-# CasADi's factored chains grow as n^3, and gcc's time with their square: beyond, it gives up.
+# CasADi's factored chains grow as n^3, and gcc's time grows as the square of that: gcc cannot compile longer chains.
 LARGEST_FACTORED = 24
 
 
@@ -76,7 +76,7 @@ def output(*command):
 
 
 def mechanism(name, path, options):
-    """Builds, checks and times all who can do this mechanism."""
+    """Builds, checks and times all programs that support this mechanism."""
     exported = p.WORK / f"{name}.json"
     exported.write_text(output(options.peers, "export", path, STATES))
     model = Model(exported)
@@ -89,12 +89,12 @@ def mechanism(name, path, options):
     refused = {label: e for label, e in errors.items() if not e <= entries[label][0].tolerance}
     agreeing = {label: entry for label, entry in entries.items() if label not in refused}
     if "lamc" in refused:
-        sys.exit(f"{name}: the compiled module is not what its interpreter says")
+        sys.exit(f"{name}: the compiled module differs from its interpreter")
     functions = {label: peer for label, (peer, _) in agreeing.items()}
     functions |= {extra: own.other(model, extra) for extra in OWN}
     times = measured(functions, model, options.quick)
     base = np.array(times["lamc"])
-    # Of chains it is cut into parts, which is beside what is asked of the six-bar.
+    # The bound is for the six-bar: functions of chains are split into parts.
     instructions = bound.disassembled(own.path, "::write_acceleration") if model.loops else []
     return {
         "n": model.n,
@@ -126,7 +126,7 @@ def mechanism(name, path, options):
 
 
 def measured(functions, model, quick):
-    """Times a state, ns, per round: in every round each has one batch, beginning with another."""
+    """Time per state, ns, in each round: every program has one batch in a round, and each round begins with another program."""
     batch, rounds = (3e5, 7) if quick else (2e6, 61)
     out = np.zeros_like(model.q)
     portions = {label: portion(function, model, batch) for label, function in functions.items()}
@@ -141,7 +141,7 @@ def measured(functions, model, quick):
 
 
 def portion(function, model, batch):
-    """How many states, and how often, take about as long as a batch, ns."""
+    """The number of states, and of repetitions, that take about as long as a batch, ns."""
     out = np.zeros_like(model.q)
     states, repeats = 1, 1
     while True:
@@ -155,14 +155,14 @@ def portion(function, model, batch):
 
 
 def lanes():
-    """How much faster a lane of four is than the six-bar alone: acceleration, step."""
+    """How much faster a lane of four is than the scalar six-bar: acceleration, step."""
     printed = p.native("run", "-p", "lamc-generated", "--features", "simd", "--example", "lanes")
     cells = re.search(r"^\| six-bar \| 4 of `f64` \|(.*)\|$", printed, re.MULTILINE)[1].split("|")
     return {"acceleration": float(cells[2]), "step": float(cells[5])}
 
 
 def machine():
-    """What the kernel says of the processor, and the compilers."""
+    """The processor as the kernel describes it, and the compilers."""
     cpu = {}
     with open("/proc/cpuinfo") as info:
         for line in info:
@@ -197,7 +197,7 @@ def versions():
 
 
 def clock():
-    """GHz while it computes: additions that wait for each other take a cycle each."""
+    """Clock rate under load, GHz: additions that wait for each other take a cycle each."""
     source, library = p.WORK / "clock.c", p.WORK / "libclock.so"
     source.write_text(
         "long adds(long n) { long x = n;"

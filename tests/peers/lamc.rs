@@ -1,6 +1,6 @@
-//! A module of lamc for ctypes: what `peers.py` calls over many states.
+//! A module of lamc for ctypes: `peers.py` calls these functions for many states.
 //!
-//! The file that MODEL names brings `module`, which lamc wrote, and its mechanism as `Model`.
+//! The file that MODEL names defines `module`, which lamc wrote, and its mechanism as `Model`.
 
 use std::hint::black_box;
 use std::slice;
@@ -49,7 +49,7 @@ pub unsafe extern "C" fn accelerations(
     }
 }
 
-/// As [`accelerations`], where each waits for the one before, as in an integration.
+/// As [`accelerations`], where each evaluation waits for the one before, as in an integration.
 ///
 /// # Safety
 /// As [`rows`].

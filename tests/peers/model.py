@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-# Relative to the size, or to 1: smaller numbers are rounding of the drawing.
+# Relative to the size, or to 1: smaller numbers are rounding errors of the drawing.
 ROUNDING = 1e-13
 
 
@@ -103,7 +103,7 @@ class Model:
         return a.axes.T @ (b.origin - a.origin)
 
     def depth_first(self, parent=None):
-        """Nodes with every branch in one piece."""
+        """Nodes in an order that keeps every branch together."""
         children = [i for i, node in enumerate(self.nodes) if node.parent == parent]
         return [i for child in children for i in (child, *self.depth_first(child))]
 
@@ -115,6 +115,6 @@ class Model:
 
 
 def clean(x, scale=None):
-    """Without what is rounding only."""
+    """Replaces numbers that are rounding errors by zero."""
     scale = np.abs(x).max() if scale is None else scale
     return np.where(np.abs(x) <= ROUNDING * scale, 0.0, x)

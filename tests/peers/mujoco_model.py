@@ -1,4 +1,4 @@
-"""The model as MuJoCo's XML: hinges with springs and dampers, loops as welds, nothing to collide."""
+"""The model as MuJoCo's XML: hinges with springs and dampers, loops as welds, no collisions."""
 
 import math
 from xml.etree import ElementTree as xml
@@ -48,8 +48,8 @@ def write(model, path):
     if model.loops:
         equality = xml.SubElement(root, "equality")
         for loop in model.loops:
-            # As stiff as MuJoCo's constraints get; lengths are of the order of 0.1 m, and what turns
-            # is to weigh more than what shifts.
+            # The stiffest constraints of MuJoCo; lengths are of the order of 0.1 m, and rotations
+            # count more than translations.
             xml.SubElement(
                 equality,
                 "weld",

@@ -1,4 +1,4 @@
-"""Those who compute the same accelerations, each as a shared library built for this processor."""
+"""The programs that are compared, each as a shared library built for this processor."""
 
 import ctypes
 import importlib.util
@@ -23,18 +23,18 @@ C_FLAGS = ["-O3", "-march=native", "-fno-semantic-interposition", "-shared", "-f
 
 @dataclass
 class Peer:
-    """Who, in which order of joints, how close to lamc's interpreter, and the call: q, u, out,
-    states, repeats."""
+    """A program: its name, its order of joints, the allowed difference from lamc's interpreter, and the call: q, u,
+    out, states, repeats."""
 
     name: str
     order: list
     tolerance: float
     call: object
-    # Compared where nothing moves.
+    # Whether it is compared at rest only.
     at_rest: bool = False
 
     def error(self, model):
-        """Largest difference over the largest component of each state; infinite where not finite."""
+        """Largest difference relative to the largest component of each state; infinite if a result is not finite."""
         u = np.zeros_like(model.u) if self.at_rest else model.u
         expected = model.acceleration_at_rest if self.at_rest else model.acceleration
         out = np.zeros_like(model.q)
@@ -44,7 +44,7 @@ class Peer:
         return error if np.isfinite(error) else np.inf
 
     def run(self, q, u, out, repeats):
-        """Nanoseconds of processor time a state."""
+        """Nanoseconds of processor time per state."""
         q, u = (np.ascontiguousarray(x[:, self.order]) for x in (q, u))
         begin = time.thread_time_ns()
         self.call(
@@ -79,7 +79,7 @@ def outdated(target, *sources):
 
 
 class Lamc:
-    """The module that lamc writes, compiled for this processor, and what both take."""
+    """The module that lamc writes, compiled for this processor, and the time of both."""
 
     def __init__(self, lamc, name, path):
         module = WORK / f"{name}.rs"
@@ -102,12 +102,12 @@ class Lamc:
         return Peer("lamc", list(range(model.n)), 1e-9, self.library.accelerations)
 
     def other(self, model, function):
-        """Another function of the module, timed alike."""
+        """Another function of the module, timed in the same way."""
         return Peer(function, list(range(model.n)), 1e-9, getattr(self.library, function))
 
 
 def native(command, *arguments):
-    """What cargo's command prints, of a release for this processor."""
+    """The output of a cargo command, built in release mode for this processor."""
     target = ["--release", "--locked", "--target-dir", WORK / "runtime"]
     flags = {**os.environ, "RUSTFLAGS": "-C target-cpu=native"}
     words = map(str, ["cargo", command, *target, *arguments])
@@ -118,7 +118,7 @@ def native(command, *arguments):
 
 
 def casadi_peers(name, path, largest):
-    """As an expert writes it in the drawing's frames, and tuned by hand: hinge-aligned frames,
+    """CasADi as an expert uses it in the drawing's frames, and tuned by hand: hinge-aligned frames,
     origins slid along the hinge lines, closure by recursion, the better of two eliminations."""
     try:
         import casadi as ca
@@ -190,8 +190,8 @@ void accelerations(const double *q, const double *u, double *a, long states, lon
 
 
 def mujoco_peers(name, path):
-    """mj_forward, called from C. Its constraints are soft and leave the bias of speeds out: loops
-    are compared at rest, within what softness does."""
+    """mj_forward, called from C. Its constraints are soft and leave out the acceleration bias of speeds: loops
+    are compared at rest, with a tolerance for softness."""
     try:
         import mujoco
     except ImportError as error:
@@ -222,7 +222,7 @@ def mujoco_peers(name, path):
 
 
 def pinocchio_library(compiler, prefix, quick):
-    """None where it is not to be had."""
+    """None if Pinocchio is not installed."""
     library = WORK / f"libpinocchio_{compiler}.so"
     if not outdated(library, HERE / "pinocchio.cpp"):
         return library
@@ -233,7 +233,7 @@ def pinocchio_library(compiler, prefix, quick):
     elif shutil.which(compiler) is None:
         missing(f"Pinocchio, {compiler}", "there is no such compiler")
     else:
-        print(f"compiling Pinocchio by {compiler}, some minutes", file=sys.stderr)
+        print(f"compiling Pinocchio with {compiler}, which takes some minutes", file=sys.stderr)
         run(
             compiler, "-std=c++17", *C_FLAGS, "-DNDEBUG", "-w",
             "-DBOOST_MPL_LIMIT_LIST_SIZE=30", "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS",

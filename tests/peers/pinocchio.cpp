@@ -59,7 +59,7 @@ void *create(int nodes, const int *parents, const double *turns, const double *o
     return robot;
 }
 
-// What has to be called once before the function of this number is.
+// Called once before the function with this number.
 void prepare(void *handle, int function) {
     auto &robot = *static_cast<Robot *>(handle);
     if (function == 1) {

@@ -1,5 +1,5 @@
-/* A firmware of nothing but the motion: its flash is that of the model, the library's functions and
- * start-up code. */
+/* Firmware that contains nothing but the motion: its flash is that of the model, of the library's functions
+ * and of the start-up code. */
 #include "motion.h"
 
 int main(void)

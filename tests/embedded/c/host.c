@@ -1,4 +1,4 @@
-/* Where the motion ends on this machine, as JSON; with an argument, where it starts, in C. */
+/* Prints the final state of the motion on this machine as JSON; with an argument, the initial state in C. */
 #include <stdio.h>
 
 #include "motion.h"

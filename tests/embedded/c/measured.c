@@ -1,17 +1,17 @@
-/* Runs the motion on an emulated board and reports, as JSON through semihosting, where it ends and
- * what it took. */
+/* Runs the motion on an emulated board and reports, as JSON through semihosting, the final state
+ * and what was measured. */
 #include <stdint.h>
 
 #include "motion.h"
 #include "start.h"
 
-/* Assembly seeks the state nearest to the guess: a minimum, which float knows to some 1e-3 rad, and
- * which sines that differ in the last digit move as far. Motions are compared from one start. */
+/* Assembly seeks the state nearest to the guess: a minimum, which float can locate to about 1e-3 rad. Sines that
+ * differ in the last digit move it as far. Motions are therefore compared from the same initial state. */
 #define NEAR 1e-2
 
 /* SysTick counts down from here. */
 #define RELOAD 0x00ffffffu
-/* What unused stack is painted with. */
+/* The pattern that unused stack is painted with. */
 #define PAINT 0xc5c5c5c5u
 
 #define SYST_CSR (*(volatile uint32_t *)0xe000e010)
@@ -125,7 +125,7 @@ int main(void)
     print_number(sum, 10, 1);
     print(", \"longest_step\": ");
     print_number(longest, 10, 1);
-    /* On, to see how deep a step goes: painting takes longer than the step. */
+    /* Continues the motion to measure the stack of a step: painting takes longer than the step. */
     for (int step = 0; step < STEPS / 10; step++) {
         uint32_t used = depth(motion_step, &status);
         stack = used > stack ? used : stack;

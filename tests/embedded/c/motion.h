@@ -1,4 +1,4 @@
-/* The motion every target is asked for: the six-bar, let go where its guess closes, for a second. */
+/* The motion that every target computes: the six-bar, released at its closed guess, for a second. */
 #ifndef MOTION_H
 #define MOTION_H
 
@@ -15,7 +15,7 @@ typedef struct motion {
     REAL t, q[SIXBAR_N], u[SIXBAR_N];
 } motion;
 
-/* At its initial pose, loops closed. */
+/* The initial state, loops closed. */
 static inline int motion_assemble(motion *m)
 {
     m->t = 0;
@@ -24,7 +24,7 @@ static inline int motion_assemble(motion *m)
     return sixbar_initial(m->q, m->u, &m->params, &m->inputs);
 }
 
-/* A millisecond on. */
+/* Advances the motion by a millisecond. */
 static inline int motion_step(motion *m)
 {
     return sixbar_step_rk4(&m->t, m->q, m->u, (REAL)1e-3, &m->params, &m->inputs);

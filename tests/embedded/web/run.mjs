@@ -1,4 +1,4 @@
-// Runs the motion of the WebAssembly module in one number type and prints where it ends, as JSON.
+// Runs the motion of the WebAssembly module in one number type and prints the final state as JSON.
 import { readFileSync } from "node:fs";
 
 const [, , path, scalar] = process.argv;

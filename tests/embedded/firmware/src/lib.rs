@@ -1,4 +1,4 @@
-//! What both firmwares share.
+//! The number type of both firmware images.
 
 #![no_std]
 #![forbid(unsafe_code)]

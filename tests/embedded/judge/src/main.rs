@@ -1,4 +1,4 @@
-//! Compares what targets report with what this machine computes, and holds firmware to its limits.
+//! Compares the reports of targets with the results of this machine, and checks the limits of firmware.
 //!
 //! Each argument is a row of the table that is printed: `NAME;SCALAR;REPORT;ELF`, where ELF may be
 //! left out. A name that ends in `!` is held to the limits. SCALAR is `f32` or `f64`, and may be
@@ -22,7 +22,7 @@ const FLASH: u64 = 44 * 1024;
 /// Bytes of stack, at most.
 const STACK: u64 = 4 * 1024;
 
-/// What a target reports.
+/// The report of a target.
 #[derive(Deserialize)]
 struct Report {
     /// q (rad), then u (rad/s): the bits of an `f64`, in hexadecimal.
@@ -34,11 +34,11 @@ struct Report {
 /// Ticks of a clock that counts executed instructions.
 #[derive(Deserialize)]
 struct Ticks {
-    /// Of a loop of two instructions, ten thousand times.
+    /// Ticks of a loop of two instructions, repeated ten thousand times.
     spin_10000: f64,
-    /// Twice as often.
+    /// Ticks of twice as many repetitions.
     spin_20000: f64,
-    /// Of all steps.
+    /// Ticks of all steps together.
     steps: f64,
     longest_step: f64,
 }
@@ -50,11 +50,11 @@ struct Stack {
     step: u64,
 }
 
-/// What a firmware of nothing but the motion takes, bytes.
+/// Sizes of firmware that contains nothing but the motion, bytes.
 struct Image {
     flash: u64,
     ram: u64,
-    /// Routines of `f64` in software, but for the conversion that an error's residual takes.
+    /// Routines of `f64` in software, except for the conversion of the residual in an error.
     double: Vec<String>,
 }
 
@@ -81,7 +81,7 @@ fn main() -> ExitCode {
     if sound { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// Prints a row; what is wrong with it.
+/// Prints a row and returns its failures.
 fn judge(row: &str) -> Result<Vec<String>, Box<dyn Error>> {
     let mut fields = row.split(';');
     let mut field = |what| fields.next().ok_or(format!("there is no {what}"));
@@ -123,7 +123,7 @@ fn judge(row: &str) -> Result<Vec<String>, Box<dyn Error>> {
     };
     match &report.ticks {
         Some(ticks) => {
-            // What the clock is worth, and that reading it costs next to nothing.
+            // Checks the rate of the clock, and that reading it takes almost no time.
             let per_tick = 20_000.0 / (ticks.spin_20000 - ticks.spin_10000);
             let error = ticks.spin_10000 * per_tick - 20_000.0;
             if !(error.abs() <= 20.0) {
@@ -159,7 +159,7 @@ fn judge(row: &str) -> Result<Vec<String>, Box<dyn Error>> {
     Ok(complaints)
 }
 
-/// Where this machine's motion ends.
+/// The final state of the motion on this machine.
 fn motion<S: Scalar>() -> Result<Vec<f64>, Box<dyn Error>> {
     let mut motion = Motion::<S>::assembled().map_err(|error| format!("{error:?}"))?;
     for _ in 0..STEPS {

@@ -1,4 +1,4 @@
-//! The motion every target is asked for: the six-bar, let go where its guess closes, for a second.
+//! The motion that every target computes: the six-bar, released at its closed guess, for a second.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -17,11 +17,11 @@ pub struct Motion<S: Scalar> {
 }
 
 impl<S: Scalar> Motion<S> {
-    /// At its initial pose, loops closed.
+    /// The initial state, loops closed.
     ///
     /// # Errors
     ///
-    /// Of the assembly.
+    /// Those of the assembly.
     #[inline(never)]
     pub fn assembled() -> Result<Self, Error> {
         let robot = Sixbar::default();
@@ -30,11 +30,11 @@ impl<S: Scalar> Motion<S> {
         Ok(Self { robot, state, rk4 })
     }
 
-    /// A millisecond on: classical Runge-Kutta, projected.
+    /// Advances the motion by a millisecond, by the classical Runge-Kutta method with projection.
     ///
     /// # Errors
     ///
-    /// Of [`Rk4::step`].
+    /// Those of [`Rk4::step`].
     #[inline(never)]
     pub fn step(&mut self) -> Result<(), Error> {
         self.rk4.step(&self.robot, &mut self.state, S::from_f64(1e-3))

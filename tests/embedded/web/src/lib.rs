@@ -1,5 +1,5 @@
-//! The motion for WebAssembly: `motion_f32` and `motion_f64` write where it ends into the module's
-//! memory and return the address, or 0.
+//! The motion for WebAssembly: `motion_f32` and `motion_f64` write the final state into the memory of the
+//! module and return its address, or 0.
 
 #![no_std]
 

@@ -1,4 +1,4 @@
-//! A firmware of nothing but the motion: its flash is that of model, runtime and start-up code.
+//! Firmware that contains nothing but the motion: its flash is that of model, runtime and start-up code.
 
 #![no_std]
 #![no_main]

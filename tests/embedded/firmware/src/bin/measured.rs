@@ -1,5 +1,5 @@
-//! Runs the motion on an emulated board and reports, as JSON through semihosting, where it ends and
-//! what it took.
+//! Runs the motion on an emulated board and reports, as JSON through semihosting, the final
+//! state and what was measured.
 
 #![no_std]
 #![no_main]
@@ -17,7 +17,7 @@ use lamc_embedded_motion::{Motion, STEPS};
 /// SysTick counts down from here.
 const RELOAD: u32 = 0x00ff_ffff;
 
-/// What unused stack is painted with.
+/// The pattern that unused stack is painted with.
 const PAINT: u32 = 0xc5c5_c5c5;
 
 // A loop of two instructions per turn.
@@ -72,7 +72,7 @@ fn report() -> Result<(), &'static str> {
     }
     hprint!("], \"ticks\": {{\"spin_10000\": {}, \"spin_20000\": {}", short, long);
     hprint!(", \"steps\": {}, \"longest_step\": {}}}", sum, most);
-    // On, to see how deep a step goes: painting takes longer than the step.
+    // Continues the motion to measure the stack of a step: painting takes longer than the step.
     for _ in 0..STEPS / 10 {
         let (done, used) = depth(|| motion.step());
         done.map_err(|_| "a step failed")?;
@@ -82,7 +82,7 @@ fn report() -> Result<(), &'static str> {
     Ok(())
 }
 
-/// What a call returns and the ticks it takes.
+/// The result of a call and its ticks.
 #[inline(never)]
 fn ticks<T>(_: &mut SYST, call: impl FnOnce() -> T) -> (T, u32) {
     let before = SYST::get_current();
@@ -91,7 +91,7 @@ fn ticks<T>(_: &mut SYST, call: impl FnOnce() -> T) -> (T, u32) {
     (result, before.wrapping_sub(after) & RELOAD)
 }
 
-/// What a call returns and the bytes of stack it uses.
+/// The result of a call and its bytes of stack.
 #[inline(never)]
 fn depth<T>(call: impl FnOnce() -> T) -> (T, usize) {
     let bottom = &raw mut __sheap;
