@@ -9,6 +9,12 @@
 //!
 //! [`pipeline::compile`] names every stage in order.
 
+#![cfg_attr(
+    test,
+    allow(clippy::disallowed_methods, reason = "tests compare with the standard library")
+)]
+
+pub mod arithmetic;
 pub mod backend;
 mod config;
 pub mod files;

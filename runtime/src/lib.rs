@@ -142,6 +142,7 @@ pub use linearization::{LinearizationMut, linearize};
 pub use mechanism::{Closure, Equations, Forces, Jacobian, Mechanism, Storage};
 pub use projection::{Projected, project};
 pub use scalar::{Arithmetic, Scalar};
+pub use sin_cos::sin_cos_unfused;
 pub use state::{State, StateOf};
 pub use stops::Stopped;
 pub use system::{

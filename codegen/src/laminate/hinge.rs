@@ -8,6 +8,7 @@ use super::check;
 use super::flexure::sharifzadeh2018::Coefficients;
 use super::flexure::{self, Beam};
 use super::mechanism::{Friction, Joint};
+use crate::arithmetic::hypot;
 use crate::source::codes;
 use crate::source::{
     Diagnostic, Diagnostics, Expression, HingeModel, Material, SourceModel, Span, Spanned, Spring,
@@ -21,7 +22,7 @@ pub fn hinge(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diag
     let name = &joint.name.value;
     let [from, to] = joint.axis.value;
     let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
-    let length = dx.hypot(dy);
+    let length = hypot(dx, dy);
     if !(length >= f64::MIN_POSITIVE && length.is_finite() && joint.z.is_finite()) {
         let message = format!("the hinge line of `{name}` has no direction");
         found.push(
@@ -58,7 +59,7 @@ pub fn direction(dx: f64, dy: f64) -> Vector3<f64> {
     // Scaled first: the length of tiny lines has few digits.
     let largest = dx.abs().max(dy.abs());
     let (dx, dy) = (dx / largest, dy / largest);
-    let length = dx.hypot(dy);
+    let length = hypot(dx, dy);
     let (x, y) = (dx / length, dy / length);
     if x.abs() < ALONG_AXIS {
         Vector3::new(0.0, y.signum(), 0.0)

@@ -9,6 +9,7 @@ use geo::{
 };
 
 use super::outline::polygon;
+use crate::arithmetic::{exp2, hypot, log2};
 use crate::source::codes;
 use crate::source::{BodyId, Diagnostic, Diagnostics, Plate, Shape, SourceModel};
 
@@ -56,7 +57,7 @@ struct Overlap<'m> {
 
 impl<'m> Drawing<'m> {
     fn new(model: &'m SourceModel, size: f64) -> Self {
-        let scale = (-size.log2().floor()).exp2();
+        let scale = exp2(-log2(size).floor());
         let mut pieces = Vec::new();
         for (body, source) in model.bodies.iter().enumerate() {
             let Shape::Plates(layers) = &source.shape else { continue };
@@ -176,7 +177,7 @@ fn shared(one: &Piece, other: &Piece) -> Option<f64> {
     let rings =
         common.iter().flat_map(|part| std::iter::once(part.exterior()).chain(part.interiors()));
     let around: f64 = rings.map(|ring| Euclidean.length(ring)).sum();
-    let diagonal = |piece: &Piece| piece.bounds.width().hypot(piece.bounds.height());
+    let diagonal = |piece: &Piece| hypot(piece.bounds.width(), piece.bounds.height());
     // Of a strip, area over half the circumference is the width.
     (2.0 * area > SHALLOW * diagonal(one).min(diagonal(other)) * around).then_some(area)
 }

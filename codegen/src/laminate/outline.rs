@@ -6,6 +6,7 @@ use geo::{
     unary_union,
 };
 
+use crate::arithmetic::{exp2, hypot, log2};
 use crate::source::codes::{self, Code};
 use crate::source::{Diagnostic, Diagnostics, Plate, Span, Spanned};
 
@@ -74,7 +75,7 @@ fn scale(plates: &[Plate]) -> f64 {
     let vertices = plates.iter().flat_map(|plate| &plate.outline.value).flatten();
     let largest = vertices.fold(0.0_f64, |largest, x| largest.max(x.abs()));
     if largest > 0.0 && largest.is_finite() {
-        (-largest.log2().floor()).clamp(-1000.0, 1000.0).exp2()
+        exp2((-log2(largest).floor()).clamp(-1000.0, 1000.0))
     } else {
         1.0
     }
@@ -98,7 +99,7 @@ fn degenerate_ring(plate: &Plate, polygon: &Polygon<f64>) -> Option<Diagnostic> 
         if !ring.0.iter().all(|c| c.x.is_finite() && c.y.is_finite()) {
             return Some(at(line, codes::NOT_FINITE, "a vertex is not a finite number"));
         }
-        let extent = ring.bounding_rect().map_or(0.0, |r| r.width().hypot(r.height()));
+        let extent = ring.bounding_rect().map_or(0.0, |r| hypot(r.width(), r.height()));
         // The hull, because the halves of a figure eight cancel.
         if ring.convex_hull().unsigned_area() <= 1e-14 * extent * extent {
             return Some(

@@ -1,6 +1,7 @@
 //! What every pass asks of an operation: its operands, and its value.
 
 use super::ir::{Op, Value};
+use crate::arithmetic;
 
 impl Op {
     /// The operands, in order.
@@ -54,20 +55,21 @@ impl Op {
         }
     }
 
-    /// The value of the operation for given operands; NaN for a load.
+    /// The value of the operation for given operands, the same bits on every machine; NaN for a
+    /// load.
     pub fn evaluate(self, of: impl Fn(Value) -> f64) -> f64 {
         match self {
             Self::Const(number) => number,
             Self::Load(_) => f64::NAN,
             Self::Neg(x) => -of(x),
             Self::Sqrt(x) => of(x).sqrt(),
-            Self::Sin(x) => of(x).sin(),
-            Self::Cos(x) => of(x).cos(),
-            Self::Tan(x) => of(x).tan(),
-            Self::Exp(x) => of(x).exp(),
+            Self::Sin(x) => arithmetic::sin(of(x)),
+            Self::Cos(x) => arithmetic::cos(of(x)),
+            Self::Tan(x) => arithmetic::tan(of(x)),
+            Self::Exp(x) => arithmetic::exp(of(x)),
             Self::Abs(x) => of(x).abs(),
-            Self::Tanh(x) => of(x).tanh(),
-            Self::Ln(x) => of(x).ln(),
+            Self::Tanh(x) => arithmetic::tanh(of(x)),
+            Self::Ln(x) => arithmetic::ln(of(x)),
             Self::Step(x) => lamc_runtime::Arithmetic::step(of(x)),
             Self::Add(x, y) => of(x) + of(y),
             Self::Sub(x, y) => of(x) - of(y),
@@ -75,8 +77,8 @@ impl Op {
             Self::Div(x, y) => of(x) / of(y),
             Self::Min(x, y) => lamc_runtime::Arithmetic::min(of(x), of(y)),
             Self::Max(x, y) => lamc_runtime::Arithmetic::max(of(x), of(y)),
-            Self::Pow(x, y) => of(x).powf(of(y)),
-            Self::Atan2(x, y) => of(x).atan2(of(y)),
+            Self::Pow(x, y) => arithmetic::pow(of(x), of(y)),
+            Self::Atan2(x, y) => arithmetic::atan2(of(x), of(y)),
         }
     }
 

@@ -2,6 +2,8 @@
 //!
 //! SI and radians throughout.
 
+use crate::arithmetic;
+
 use super::ids::{InputId, JointId, ParameterId};
 
 /// A scalar expression over numbers, parameters, inputs, time, coordinates and speeds.
@@ -156,19 +158,19 @@ impl Unary {
     pub fn apply(self, x: f64) -> f64 {
         match self {
             Self::Neg => -x,
-            Self::Sin => x.sin(),
-            Self::Cos => x.cos(),
-            Self::Tan => x.tan(),
-            Self::Asin => x.asin(),
-            Self::Acos => x.acos(),
-            Self::Atan => x.atan(),
-            Self::Exp => x.exp(),
-            Self::Log => x.ln(),
+            Self::Sin => arithmetic::sin(x),
+            Self::Cos => arithmetic::cos(x),
+            Self::Tan => arithmetic::tan(x),
+            Self::Asin => arithmetic::asin(x),
+            Self::Acos => arithmetic::acos(x),
+            Self::Atan => arithmetic::atan(x),
+            Self::Exp => arithmetic::exp(x),
+            Self::Log => arithmetic::ln(x),
             Self::Sqrt => x.sqrt(),
             Self::Abs => x.abs(),
             Self::Sign => lamc_runtime::Arithmetic::step(x) - lamc_runtime::Arithmetic::step(-x),
             Self::Step => lamc_runtime::Arithmetic::step(x),
-            Self::Tanh => x.tanh(),
+            Self::Tanh => arithmetic::tanh(x),
         }
     }
 }
@@ -177,8 +179,8 @@ impl Binary {
     /// Its value.
     pub fn apply(self, x: f64, y: f64) -> f64 {
         match self {
-            Self::Pow => x.powf(y),
-            Self::Atan2 => x.atan2(y),
+            Self::Pow => arithmetic::pow(x, y),
+            Self::Atan2 => arithmetic::atan2(x, y),
             Self::Min => x.min(y),
             Self::Max => x.max(y),
         }

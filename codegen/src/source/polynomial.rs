@@ -1,5 +1,7 @@
 //! Polynomials of a hinge's length l, width w and body area a, SI.
 
+use crate::arithmetic::powi;
+
 /// Coefficient l^i w^j a^k.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Term {
@@ -16,7 +18,7 @@ pub struct Polynomial(pub Vec<Term>);
 impl Term {
     /// l^i w^j a^k at (l, w, a) in m, m, m^2.
     pub fn monomial(&self, at: [f64; 3]) -> f64 {
-        self.powers.iter().zip(at).map(|(&power, x)| x.powi(power.into())).product()
+        self.powers.iter().zip(at).map(|(&power, x)| powi(x, power.into())).product()
     }
 }
 

@@ -7,6 +7,8 @@
 //! What counts are the coordinates that are drawn: outlines, holes, hinge lines and their heights.
 //! Centres of mass, point masses and output points are measured or computed, often with more digits.
 
+use crate::arithmetic::hypot;
+
 use super::model::{Body, Joint, Shape};
 use super::units::Unit;
 
@@ -67,7 +69,7 @@ pub(super) fn size(bodies: &[Body], joints: &[Joint]) -> f64 {
             high[axis] = high[axis].max(point[axis]);
         }
     }
-    let diagonal = (high[0] - low[0]).hypot(high[1] - low[1]);
+    let diagonal = hypot(high[0] - low[0], high[1] - low[1]);
     if diagonal.is_finite() { diagonal } else { 0.0 }
 }
 

@@ -7,6 +7,7 @@
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use super::graph::{LoopClass, Row};
+use crate::arithmetic::asin;
 use crate::laminate::{Joint, Mechanism};
 use crate::source::codes;
 use crate::source::{Diagnostic, JointId};
@@ -183,7 +184,7 @@ pub(super) fn ends(hinge: &Joint) -> [Vector3<f64>; 2] {
 
 /// Between two lines, whatever their sense; all lie flat, so the cross product is along z.
 pub(super) fn angle(a: Vector3<f64>, b: Vector3<f64>) -> f64 {
-    a.cross(&b).norm().min(1.0).asin()
+    asin(a.cross(&b).norm().min(1.0))
 }
 
 /// From a hinge's line to a point.

@@ -55,34 +55,7 @@ impl Angle for f64 {
 
     #[inline(always)]
     fn near(self) -> (Self, Self) {
-        // Of whole quarter turns the last bits say in which quadrant x is.
-        let shifted = Arithmetic::mul_add(self, FRAC_2_PI, ROUND);
-        let quadrant = shifted.to_bits();
-        let quarters = shifted - ROUND;
-
-        let [a, b, c, d] = HALF_PI;
-        let nearly = Arithmetic::mul_add(-quarters, a, self);
-        let (b, c) = (quarters * b, quarters * c);
-        let rest = nearly - b;
-        let lost = b - (nearly - rest);
-        let x = rest - c;
-        let low = Arithmetic::mul_add(-quarters, d, ((rest - x) - c) - lost);
-
-        // Of what is left, x + low, the small part acts to first order.
-        let z = x * x;
-        let zz = z * z;
-        let below = Arithmetic::mul_add(0.5 * z, low, -low);
-        let sine = x - Arithmetic::mul_add(x * z, polynomial(z, zz, SINE), below);
-        let half = 0.5 * z;
-        let top = 1.0 - half;
-        let below = Arithmetic::mul_add(-x, low, (1.0 - top) - half);
-        let cosine = top + Arithmetic::mul_add(zz, polynomial(z, zz, COSINE), below);
-
-        let odd = (quadrant & 1).wrapping_neg();
-        let swap = (sine.to_bits() ^ cosine.to_bits()) & odd;
-        let sine = sine.to_bits() ^ swap ^ (quadrant & 2) << 62;
-        let cosine = cosine.to_bits() ^ swap ^ (quadrant.wrapping_add(1) & 2) << 62;
-        (Self::from_bits(sine), Self::from_bits(cosine))
+        near(self, Arithmetic::mul_add)
     }
 
     fn far(self) -> (Self, Self) {
@@ -90,12 +63,59 @@ impl Angle for f64 {
     }
 }
 
+/// Sine and cosine of an angle (rad), with every product rounded: the same bits on every machine.
+///
+/// [`Arithmetic::sin_cos`] gives the same where products are not fused. Constants that a compiler
+/// writes into a module, and a reference that compiled code is compared with, need one result
+/// wherever they are computed.
+pub fn sin_cos_unfused(angle: f64) -> (f64, f64) {
+    if angle.abs() < f64::NEAR { near(angle, |a, b, c| a * b + c) } else { angle.far() }
+}
+
+/// Sine and cosine of an angle below [`Angle::NEAR`]; `mul_add` gives `a * b + c`.
+#[inline(always)]
+fn near(angle: f64, mul_add: impl Fn(f64, f64, f64) -> f64 + Copy) -> (f64, f64) {
+    // Of whole quarter turns the last bits say in which quadrant the angle is.
+    let shifted = mul_add(angle, FRAC_2_PI, ROUND);
+    let quadrant = shifted.to_bits();
+    let quarters = shifted - ROUND;
+
+    let [a, b, c, d] = HALF_PI;
+    let nearly = mul_add(-quarters, a, angle);
+    let (b, c) = (quarters * b, quarters * c);
+    let rest = nearly - b;
+    let lost = b - (nearly - rest);
+    let x = rest - c;
+    let low = mul_add(-quarters, d, ((rest - x) - c) - lost);
+
+    // Of what is left, x + low, the small part acts to first order.
+    let z = x * x;
+    let zz = z * z;
+    let below = mul_add(0.5 * z, low, -low);
+    let sine = x - mul_add(x * z, polynomial(z, zz, SINE, mul_add), below);
+    let half = 0.5 * z;
+    let top = 1.0 - half;
+    let below = mul_add(-x, low, (1.0 - top) - half);
+    let cosine = top + mul_add(zz, polynomial(z, zz, COSINE, mul_add), below);
+
+    let odd = (quadrant & 1).wrapping_neg();
+    let swap = (sine.to_bits() ^ cosine.to_bits()) & odd;
+    let sine = sine.to_bits() ^ swap ^ (quadrant & 2) << 62;
+    let cosine = cosine.to_bits() ^ swap ^ (quadrant.wrapping_add(1) & 2) << 62;
+    (f64::from_bits(sine), f64::from_bits(cosine))
+}
+
 /// By pairs (G. Estrin, 1960), whose operations do not wait for each other.
 #[inline(always)]
-fn polynomial(z: f64, zz: f64, [a, b, c, d, e, f]: [f64; 6]) -> f64 {
-    let pair = |low, high| Arithmetic::mul_add(z, high, low);
-    let upper = Arithmetic::mul_add(zz, pair(c, d), pair(a, b));
-    Arithmetic::mul_add(zz * zz, pair(e, f), upper)
+fn polynomial(
+    z: f64,
+    zz: f64,
+    [a, b, c, d, e, f]: [f64; 6],
+    mul_add: impl Fn(f64, f64, f64) -> f64,
+) -> f64 {
+    let pair = |low, high| mul_add(z, high, low);
+    let upper = mul_add(zz, pair(c, d), pair(a, b));
+    mul_add(zz * zz, pair(e, f), upper)
 }
 
 #[cfg(test)]
@@ -113,6 +133,10 @@ mod tests {
         [45.553_093_477_052, 91.106_186_954_104, 364.424_747_816_416, 321_307.959_474_222_9];
 
     const BITS: usize = 192;
+
+    /// Whether [`Arithmetic::mul_add`] rounds once here.
+    const FUSES: bool =
+        cfg!(all(feature = "std", any(target_feature = "fma", target_arch = "aarch64")));
 
     /// Distance from the exact result, in units of its last place.
     fn error(got: f64, exact: &BigFloat) -> f64 {
@@ -138,6 +162,11 @@ mod tests {
             let among = sin_cos_all([x, 0.5, 1.0, x, 2.0, 3.0, x, 4.0, -x, x, 5.0, 6.0, x, 1.5, x]);
             for k in [0, 3, 6, 9, 12, 14] {
                 assert_eq!(among[k], got, "of {x:e} at {k}");
+            }
+            let unfused = sin_cos_unfused(x);
+            largest = largest.max(error(unfused.0, &sine)).max(error(unfused.1, &cosine));
+            if !FUSES {
+                assert_eq!(unfused, got, "of {x:e}");
             }
             assert_eq!(among[8], (-got.0, got.1), "of {:e}", -x);
         }
@@ -172,6 +201,7 @@ mod tests {
     fn far_angles_are_those_of_libm() {
         for x in [f64::NEAR, 1e7, -3.3e22, f64::MAX] {
             assert_eq!(sin_cos_all([0.5, x, 0.5])[1], libm::sincos(x));
+            assert_eq!(sin_cos_unfused(x), libm::sincos(x));
             assert_eq!(sin_cos_all([0.5, x, 0.5])[2], sin_cos_all([0.5])[0]);
         }
         for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {

@@ -16,6 +16,7 @@
 mod double;
 mod single;
 
+pub use double::sin_cos_unfused;
 #[cfg(not(feature = "std"))]
 pub(crate) use single::tan;
 

@@ -16,6 +16,7 @@ use cranelift_jit::JITModule;
 use cranelift_module::{Linkage, Module, ModuleError};
 
 use super::Code;
+use lamc::arithmetic;
 use lamc::program::{Function, Op, Value};
 
 /// What there is, or why the machine code cannot be had.
@@ -37,14 +38,14 @@ macro_rules! host_functions {
 }
 
 host_functions! {
-    sin(x) => x.sin();
-    cos(x) => x.cos();
-    tan(x) => x.tan();
-    exp(x) => x.exp();
-    tanh(x) => x.tanh();
-    ln(x) => x.ln();
-    pow(x, y) => x.powf(y);
-    atan2(y, x) => y.atan2(x);
+    sin(x) => arithmetic::sin(x);
+    cos(x) => arithmetic::cos(x);
+    tan(x) => arithmetic::tan(x);
+    exp(x) => arithmetic::exp(x);
+    tanh(x) => arithmetic::tanh(x);
+    ln(x) => arithmetic::ln(x);
+    pow(x, y) => arithmetic::pow(x, y);
+    atan2(y, x) => arithmetic::atan2(y, x);
 }
 
 /// The name of the host's function for an operation.

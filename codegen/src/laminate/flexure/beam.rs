@@ -18,6 +18,8 @@
 //! and 1.96 deg is a free length of 1.75 mm, more like a hinge; such a strip is in fact linear up
 //! to 15.4 deg.
 
+use crate::arithmetic::powi;
+
 /// A strip in bending. SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beam {
@@ -45,7 +47,7 @@ pub struct LinearRange {
 impl Beam {
     /// I = w t^3 / 12, m^4 (DETC2018-86359).
     pub fn second_moment(&self) -> f64 {
-        self.width * self.thickness.powi(3) / 12.0
+        self.width * powi(self.thickness, 3) / 12.0
     }
 
     /// k = E I / x, N m/rad (DETC2018-86359).
@@ -56,7 +58,7 @@ impl Beam {
     /// The linear range for a yield stress (Pa) and a force that acts at `arm` (m) from the hinge
     /// (DETC2018-86359, with t^2 in F: see the head of this file).
     pub fn linear_range(&self, yield_stress: f64, arm: f64) -> LinearRange {
-        let force = yield_stress * self.width * self.thickness.powi(2) / (6.0 * arm);
+        let force = yield_stress * self.width * powi(self.thickness, 2) / (6.0 * arm);
         let bend = force * arm / (self.youngs_modulus * self.second_moment());
         LinearRange {
             force,

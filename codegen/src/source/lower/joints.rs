@@ -1,5 +1,6 @@
 //! Joints: hinge line, spring, damper, limits, torque.
 
+use crate::arithmetic::hypot;
 use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, Spanned};
 use crate::source::expression::Expression;
@@ -91,7 +92,7 @@ impl Lowering<'_> {
         let [from, to] = nodes.each_ref().map(|node| self.drawn_point(node));
         let (from, to) = (from?, to?);
         // Also lines so short that their length underflows: they have no direction either.
-        if (to[0] - from[0]).hypot(to[1] - from[1]) < f64::MIN_POSITIVE {
+        if hypot(to[0] - from[0], to[1] - from[1]) < f64::MIN_POSITIVE {
             self.note(
                 Diagnostic::error(codes::ZERO_AXIS, node.span, "the hinge line has no length")
                     .label("twice the same point")

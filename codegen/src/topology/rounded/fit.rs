@@ -11,6 +11,8 @@
 
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
+use crate::arithmetic::{asin, atan2, powi, sin_cos};
+
 use super::line::{Line, cross};
 
 /// How much cheaper it is to move what lines have in common than to move them.
@@ -65,7 +67,7 @@ pub fn strain_of_direction(lines: &[&Line]) -> f64 {
     let mut strain = 0.0_f64;
     for (i, a) in lines.iter().enumerate() {
         for b in &lines[..i] {
-            strain = strain.max(a.sine(b).min(1.0).asin() / (a.angle_slack() + b.angle_slack()));
+            strain = strain.max(asin(a.sine(b).min(1.0)) / (a.angle_slack() + b.angle_slack()));
         }
     }
     strain
@@ -86,7 +88,7 @@ pub fn common_point(lines: &[&Line]) -> Option<Vector2<f64>> {
             matrix += normal * normal.transpose();
             right += normal * normal.dot(&(line.ends[0] - near));
         }
-        if matrix.determinant() <= 1e-20 * matrix.trace().powi(2) {
+        if matrix.determinant() <= 1e-20 * powi(matrix.trace(), 2) {
             return None;
         }
         point = Some(near + matrix.try_inverse()? * right);
@@ -226,7 +228,7 @@ impl<'a> Problem<'a> {
         for (common, members, start) in &self.bundles {
             match common {
                 Common::Direction => {
-                    let (sine, cosine) = self.x[*start].sin_cos();
+                    let (sine, cosine) = sin_cos(self.x[*start]);
                     let (direction, across) =
                         (Vector2::new(cosine, sine), Vector2::new(-sine, cosine));
                     for &i in members {
@@ -294,7 +296,10 @@ impl<'a> Problem<'a> {
 
     fn result(&self, strain: f64) -> Fit {
         let common = |(common, _, start): &(Common, Vec<usize>, usize)| match common {
-            Common::Direction => Vector2::new(self.x[*start].cos(), self.x[*start].sin()),
+            Common::Direction => {
+                let (sine, cosine) = sin_cos(self.x[*start]);
+                Vector2::new(cosine, sine)
+            }
             Common::Point => Vector2::new(self.x[*start], self.x[start + 1]),
             Common::Line => Vector2::zeros(),
         };
@@ -314,5 +319,5 @@ fn mean_angle(lines: &[&Line]) -> f64 {
     let squares =
         lines.iter().map(along).map(|d| Vector2::new(d.x * d.x - d.y * d.y, 2.0 * d.x * d.y));
     let sum: Vector2<f64> = squares.sum();
-    0.5 * sum.y.atan2(sum.x)
+    0.5 * atan2(sum.y, sum.x)
 }
