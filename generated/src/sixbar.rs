@@ -225,11 +225,11 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         // west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let west_part = cos_ground_west * c(9.81);
         // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
-        let closure0_0_west_south_west = sin_south_west_south * c(0.057052339107130284);
-        let closure0_0_south_east_east = -sin_south_south_east * c(-0.06987460438879263);
+        let closure0_0_west_south_west = sin_south_west_south * c(0.05705233910713035);
+        let closure0_0_south_east_east = -sin_south_south_east * c(-0.06987460438879269);
         // south_ghost0: closure Jacobian: J = d(V_ghost - V_original)/du
-        let carried_south_ghost0_x_by_ground_west = mul_add(c(-0.6123723483370465),
-            cos_west_south_west, c(0.35355315327396863));
+        let carried_south_ghost0_x_by_ground_west = mul_add(c(-0.6123723483370466),
+            cos_west_south_west, c(0.3535531532739687));
         // south_west: angular velocity: w = R^T w_parent + u e_x
         let south_west_part = u[5] * c(0.8660257562110547);
         let south_west_part_2 = cos_west_south_west * south_west_part;
@@ -252,12 +252,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let free_fall_south_west_z = mul_add(-sin_west_south_west, across_south_west,
             -cos_west_south_west * west_part);
         // south_west: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let moment_own_south_west_x = mul_add(c(3.520149320482795e-4), free_fall_south_west_z,
-            -mul_add(c(-1.0093594897589384e-5), south_west_part_5, mul_add(c(2.6789051216394143e-8),
-            south_west_part_5, gradient_z_south_west_x * c(1.2394283547934881e-5))));
-        let moment_own_south_west_z = -sin_ground_west * c(-2.9906177176792508e-3)
-            - mul_add(c(-1.0093594897589384e-5), gradient_x_south_west_y,
-            c(1.2394283547934881e-5) * mul_add(-omega_south_west_x, omega_south_west_x,
+        let moment_own_south_west_x = mul_add(c(3.5201493204827953e-4), free_fall_south_west_z,
+            -mul_add(c(-1.009359489758939e-5), south_west_part_5, mul_add(c(2.6789051216394143e-8),
+            south_west_part_5, gradient_z_south_west_x * c(1.2394283547934888e-5))));
+        let moment_own_south_west_z = -sin_ground_west * c(-2.990617717679251e-3)
+            - mul_add(c(-1.009359489758939e-5), gradient_x_south_west_y,
+            c(1.2394283547934888e-5) * mul_add(-omega_south_west_x, omega_south_west_x,
             south_west_part_2 * south_west_part_2));
         // south_west: closure Jacobian: J = d(V_ghost - V_original)/du
         let carried_south_west_z_by_ground_west = sin_west_south_west * c(0.8660257562110547);
@@ -284,13 +284,13 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let free_fall_south_east_z = mul_add(-sin_south_east_east, across_south_east_2,
             -cos_south_east_east * east_part);
         // south_east: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let moment_own_south_east_x = -free_fall_south_east_z * c(4.7358339509453106e-4)
-            - mul_add(c(-1.293994125217518e-5), gradient_z_south_east_x,
+        let moment_own_south_east_x = -free_fall_south_east_z * c(4.7358339509453117e-4)
+            - mul_add(c(-1.2939941252175183e-5), gradient_z_south_east_x,
             mul_add(c(3.338573836000013e-8), south_east_part_5,
-            south_east_part_5 * c(-1.6424267108073443e-5)));
-        let moment_own_south_east_z = mul_add(c(3.285114235562457e-3), sin_ground_east,
-            -mul_add(c(-1.6424267108073443e-5), gradient_x_south_east_y,
-            -c(1.293994125217518e-5) * mul_add(-omega_south_east_x, omega_south_east_x,
+            south_east_part_5 * c(-1.642426710807345e-5)));
+        let moment_own_south_east_z = mul_add(c(3.285114235562458e-3), sin_ground_east,
+            -mul_add(c(-1.642426710807345e-5), gradient_x_south_east_y,
+            -c(1.2939941252175183e-5) * mul_add(-omega_south_east_x, omega_south_east_x,
             carried_south_east_y * carried_south_east_y)));
         // south_east: closure Jacobian: J = d(V_ghost - V_original)/du
         let south_east_part_6 = sin_south_east_east * c(0.7071067811865475);
@@ -300,8 +300,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let carried_south_z_by_ground_east = mul_add(-sin_south_south_east,
             across_south_by_ground_east, -cos_south_south_east * south_east_part_6);
         // south_ghost0: closure Jacobian: J = d(V_ghost - V_original)/du
-        let across_south_ghost0_by_ground_west = mul_add(c(-0.6123730214608576),
-            cos_west_south_west, c(-0.3535527646463877));
+        let across_south_ghost0_by_ground_west = mul_add(c(-0.6123730214608577),
+            cos_west_south_west, c(-0.35355276464638774));
         let carried_south_ghost0_z_by_ground_west = mul_add(-sin_south_west_south,
             across_south_ghost0_by_ground_west,
             cos_south_west_south * carried_south_west_z_by_ground_west);
@@ -315,20 +315,20 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             across_south_ghost0_by_ground_west,
             sin_south_west_south * carried_south_west_z_by_ground_west);
         // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
-        let closure0_0_ground_east = -c(0.08068423607472835) * carried_south_z_by_ground_east;
+        let closure0_0_ground_east = -c(0.08068423607472841) * carried_south_z_by_ground_east;
         // south: angular velocity: w = R^T w_parent + u e_x
-        let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
-            carried_south_east_y * c(0.4999998655490338));
-        let carried_south_x = mul_add(c(-0.8660254814097262), carried_south_east_y,
-            omega_south_east_x * c(0.4999998655490338));
+        let across_south = mul_add(c(0.8660254814097263), omega_south_east_x,
+            carried_south_east_y * c(0.49999986554903386));
+        let carried_south_x = mul_add(c(-0.8660254814097263), carried_south_east_y,
+            omega_south_east_x * c(0.49999986554903386));
         let carried_south_y = mul_add(-sin_south_south_east, south_east_part,
             cos_south_south_east * across_south);
         let carried_south_z = mul_add(-sin_south_south_east, across_south,
             -cos_south_south_east * south_east_part);
         let omega_south_x = carried_south_x + u[1];
         // south: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
-        let across_south_2 = south_east_part_2 * c(-0.4999998655490338);
-        let south_part = south_east_part_2 * c(-0.8660254814097262);
+        let across_south_2 = south_east_part_2 * c(-0.49999986554903386);
+        let south_part = south_east_part_2 * c(-0.8660254814097263);
         let alpha_south_y = mul_add(cos_south_south_east, across_south_2,
             mul_add(-sin_south_south_east, south_east_part_3, carried_south_z * u[1]));
         let alpha_south_z = mul_add(-sin_south_south_east, across_south_2, mul_add(-carried_south_y,
@@ -347,54 +347,54 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let gradient_z_south_x = omega_xz_south - alpha_south_y;
         let gradient_z_south_y = omega_yz_south - south_part;
         // south: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let across_south_3 = mul_add(c(0.4999998655490338), free_fall_south_east_y,
+        let across_south_3 = mul_add(c(0.49999986554903386), free_fall_south_east_y,
             sin_ground_east * c(6.007374132640437));
-        let free_fall_south_x = mul_add(c(-0.8660254814097262), free_fall_south_east_y,
-            sin_ground_east * c(3.468357829071642));
+        let free_fall_south_x = mul_add(c(-0.8660254814097263), free_fall_south_east_y,
+            sin_ground_east * c(3.4683578290716426));
         let free_fall_south_z = mul_add(-sin_south_south_east, across_south_3,
             cos_south_south_east * free_fall_south_east_z);
         // south: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let moment_own_south_x = -free_fall_south_z * c(1.702501854199059e-4)
+        let moment_own_south_x = -free_fall_south_z * c(1.7025018541990593e-4)
             - mul_add(c(-2.3726582693412885e-8), gradient_y_south_z,
-            mul_add(c(-6.64555505684884e-6), gradient_z_south_x,
+            mul_add(c(-6.645555056848842e-6), gradient_z_south_x,
             gradient_z_south_y * c(5.565308808048279e-6)));
         let south_part_2 = mul_add(c(2.3726582693412885e-8), gradient_x_south_z,
-            gradient_z_south_y * c(6.64555505684884e-6));
-        let moment_own_south_z = mul_add(c(1.702501854199059e-4), free_fall_south_x,
+            gradient_z_south_y * c(6.645555056848842e-6));
+        let moment_own_south_z = mul_add(c(1.7025018541990593e-4), free_fall_south_x,
             -mul_add(c(-5.565308808048279e-6), gradient_x_south_y,
-            -c(6.64555505684884e-6) * (omega_yy_south - omega_xx_south)));
+            -c(6.645555056848842e-6) * (omega_yy_south - omega_xx_south)));
         // south: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let moment_above_south_x = mul_add(c(5.755220017342357e-6), cos_south_south_east,
-            c(2.7945169439196375e-6));
-        let moment_above_south_y = mul_add(c(3.3227766349231214e-6), cos_south_south_east,
-            c(-4.840247064883071e-6));
-        let moment_above_south_z = sin_south_south_east * c(6.64555505684884e-6);
+        let moment_above_south_x = mul_add(c(5.75522001734236e-6), cos_south_south_east,
+            c(2.794516943919638e-6));
+        let moment_above_south_y = mul_add(c(3.322776634923123e-6), cos_south_south_east,
+            c(-4.840247064883072e-6));
+        let moment_above_south_z = sin_south_south_east * c(6.645555056848842e-6);
         // south: composite inertia: m, h, S of all beyond the hinge
         let twist_south = sin_south_south_east * c(5.541582225354866e-6);
         let bend_south = sin_south_south_east * twist_south;
         let shear_south = cos_south_south_east * twist_south;
         let turned_yy_south = c(5.565308808048279e-6) - bend_south;
-        let twist_south_2 = mul_add(c(0.8660254814097262), turned_yy_south,
-            cos_south_south_east * c(-6.645553269846243e-6));
-        let south_part_3 = c(0.8660254814097262) * twist_south_2;
+        let twist_south_2 = mul_add(c(0.8660254814097263), turned_yy_south,
+            cos_south_south_east * c(-6.645553269846246e-6));
+        let south_part_3 = c(0.8660254814097263) * twist_south_2;
         // south_east: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let across_south_east_3 = mul_add(-sin_south_east_east, moment_above_south_z,
             cos_south_east_east * moment_above_south_y);
         let moment_above_south_east_x = mul_add(c(0.7071067811865475), across_south_east_3,
             c(0.7071067811865475) * moment_above_south_x);
         // south_ghost0: angular velocity: w = R^T w_parent + u e_x
-        let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
-            south_west_part_2 * c(-0.7071071698144961));
-        let carried_south_ghost0_x = mul_add(c(0.7071071698144961), omega_south_west_x,
-            south_west_part_2 * c(-0.7071063925583853));
+        let across_south_ghost0 = mul_add(c(-0.7071063925583854), omega_south_west_x,
+            south_west_part_2 * c(-0.7071071698144962));
+        let carried_south_ghost0_x = mul_add(c(0.7071071698144962), omega_south_west_x,
+            south_west_part_2 * c(-0.7071063925583854));
         let carried_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0,
             sin_south_west_south * south_west_part_3);
         let carried_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0,
             cos_south_west_south * south_west_part_3);
         let omega_south_ghost0_x = carried_south_ghost0_x + u[0];
         // south_ghost0: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
-        let across_south_ghost0_2 = alpha_south_west_y * c(0.7071071698144961);
-        let alpha_south_ghost0_x = alpha_south_west_y * c(0.7071063925583853);
+        let across_south_ghost0_2 = alpha_south_west_y * c(0.7071071698144962);
+        let alpha_south_ghost0_x = alpha_south_west_y * c(0.7071063925583854);
         let alpha_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0_2,
             mul_add(sin_south_west_south, south_west_part_4, carried_south_ghost0_z * u[0]));
         let alpha_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_2,
@@ -410,61 +410,61 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let gradient_z_south_ghost0_x = omega_xz_south_ghost0 - alpha_south_ghost0_y;
         let gradient_z_south_ghost0_y = alpha_south_ghost0_x + omega_yz_south_ghost0;
         // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let across_south_ghost0_3 = mul_add(c(6.007372737186426), sin_ground_west,
-            free_fall_south_west_y * c(0.7071071698144961));
-        let free_fall_south_ghost0_x = mul_add(c(0.7071063925583853), free_fall_south_west_y,
-            sin_ground_west * c(-6.007379340531013));
+        let across_south_ghost0_3 = mul_add(c(6.007372737186427), sin_ground_west,
+            free_fall_south_west_y * c(0.7071071698144962));
+        let free_fall_south_ghost0_x = mul_add(c(0.7071063925583854), free_fall_south_west_y,
+            sin_ground_west * c(-6.007379340531014));
         let free_fall_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_3,
             cos_south_west_south * free_fall_south_west_z);
         // south_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let moment_own_south_ghost0_x = mul_add(c(1.7025149681007906e-4), free_fall_south_ghost0_z,
-            -mul_add(c(-2.372658269341246e-8), gradient_y_south_ghost0_z,
-            mul_add(c(5.5653677591751645e-6), gradient_z_south_ghost0_y,
-            gradient_z_south_ghost0_x * c(6.645589092322223e-6))));
-        let south_ghost0_part = mul_add(c(-6.645589092322223e-6), gradient_z_south_ghost0_y,
-            gradient_x_south_ghost0_z * c(2.372658269341246e-8));
-        let moment_own_south_ghost0_z = -free_fall_south_ghost0_x * c(1.7025149681007906e-4)
-            - mul_add(c(-5.5653677591751645e-6), gradient_x_south_ghost0_y,
-            c(6.645589092322223e-6) * mul_add(-omega_south_ghost0_x, omega_south_ghost0_x,
+        let moment_own_south_ghost0_x = mul_add(c(1.7025149681007909e-4), free_fall_south_ghost0_z,
+            -mul_add(c(5.565367759175165e-6), gradient_z_south_ghost0_y,
+            mul_add(c(-2.3726582693412885e-8), gradient_y_south_ghost0_z,
+            gradient_z_south_ghost0_x * c(6.645589092322226e-6))));
+        let south_ghost0_part = mul_add(c(-6.645589092322226e-6), gradient_z_south_ghost0_y,
+            c(2.3726582693412885e-8) * gradient_x_south_ghost0_z);
+        let moment_own_south_ghost0_z = -free_fall_south_ghost0_x * c(1.7025149681007909e-4)
+            - mul_add(c(-5.565367759175165e-6), gradient_x_south_ghost0_y,
+            c(6.645589092322226e-6) * mul_add(-omega_south_ghost0_x, omega_south_ghost0_x,
             carried_south_ghost0_y * carried_south_ghost0_y));
         // south_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let across_south_ghost0_4 = mul_add(-sin_south_west_south, moment_own_south_ghost0_z,
             -cos_south_west_south * south_ghost0_part);
-        let moment_above_south_ghost0_x = mul_add(c(-0.7071063925583853), across_south_ghost0_4,
-            c(0.7071071698144961) * moment_own_south_ghost0_x);
-        let moment_above_south_ghost0_y = mul_add(c(0.7071063925583853), moment_own_south_ghost0_x,
-            c(0.7071071698144961) * across_south_ghost0_4);
+        let moment_above_south_ghost0_x = mul_add(c(-0.7071063925583854), across_south_ghost0_4,
+            c(0.7071071698144962) * moment_own_south_ghost0_x);
+        let moment_above_south_ghost0_y = mul_add(c(0.7071063925583854), moment_own_south_ghost0_x,
+            c(0.7071071698144962) * across_south_ghost0_4);
         let moment_above_south_ghost0_z = mul_add(-sin_south_west_south, south_ghost0_part,
             cos_south_west_south * moment_own_south_ghost0_z);
         // south_ghost0: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let moment_above_south_ghost0_x_2 = mul_add(c(4.699138529497321e-6), cos_south_west_south,
-            c(3.952088681904903e-6));
-        let moment_above_south_ghost0_y_2 = mul_add(c(-4.699143694822053e-6), cos_south_west_south,
-            c(3.952084337747171e-6));
-        let turned_xz_south_ghost0 = sin_south_west_south * c(6.645589092322223e-6);
+        let moment_above_south_ghost0_x_2 = mul_add(c(4.6991385294973235e-6), cos_south_west_south,
+            c(3.9520886819049045e-6));
+        let moment_above_south_ghost0_y_2 = mul_add(c(-4.6991436948220556e-6), cos_south_west_south,
+            c(3.952084337747174e-6));
+        let turned_xz_south_ghost0 = sin_south_west_south * c(6.645589092322226e-6);
         // south_ghost0: composite inertia: m, h, S of all beyond the hinge
         let twist_south_ghost0 = sin_south_west_south * c(5.541641176481752e-6);
         let bend_south_ghost0 = sin_south_west_south * twist_south_ghost0;
         let shear_south_ghost0 = cos_south_west_south * twist_south_ghost0;
-        let turned_yy_south_ghost0 = c(5.5653677591751645e-6) - bend_south_ghost0;
-        let twist_south_ghost0_2 = mul_add(c(-0.7071063925583853), turned_yy_south_ghost0,
-            cos_south_west_south * c(9.398287389644106e-6));
-        let bend_south_ghost0_2 = c(0.7071063925583853) * twist_south_ghost0_2;
+        let turned_yy_south_ghost0 = c(5.565367759175165e-6) - bend_south_ghost0;
+        let twist_south_ghost0_2 = mul_add(c(-0.7071063925583854), turned_yy_south_ghost0,
+            cos_south_west_south * c(9.398287389644111e-6));
+        let bend_south_ghost0_2 = c(0.7071063925583854) * twist_south_ghost0_2;
         // south_west: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let across_south_west_2 = mul_add(cos_west_south_west, moment_above_south_ghost0_y_2,
             sin_west_south_west * turned_xz_south_ghost0);
         let moment_above_south_west_x = mul_add(c(-0.8660257562110547), across_south_west_2,
             c(0.4999993895786978) * moment_above_south_ghost0_x_2);
         // south_west: composite inertia: m, h, S of all beyond the hinge
-        let second_moment_xy_south_west = mul_add(c(0.7071071698144961), twist_south_ghost0_2,
-            mul_add(c(-6.645589092322223e-6), cos_south_west_south, c(1.2394283547934881e-5)));
-        let second_moment_xz_south_west = mul_add(c(-0.7071063925583853), shear_south_ghost0,
-            sin_south_west_south * c(4.699143694822053e-6));
-        let second_moment_yy_south_west = bend_south_ghost0_2 + (c(1.0093594897589384e-5)
+        let second_moment_xy_south_west = mul_add(c(0.7071071698144962), twist_south_ghost0_2,
+            mul_add(c(-6.645589092322226e-6), cos_south_west_south, c(1.2394283547934888e-5)));
+        let second_moment_xz_south_west = mul_add(c(-0.7071063925583854), shear_south_ghost0,
+            sin_south_west_south * c(4.6991436948220556e-6));
+        let second_moment_yy_south_west = bend_south_ghost0_2 + (c(1.009359489758939e-5)
             + turned_yy_south_ghost0);
-        let second_moment_yz_south_west = mul_add(c(4.699138529497321e-6), sin_south_west_south,
-            c(0.7071071698144961) * shear_south_ghost0);
-        let second_moment_zz_south_west = bend_south_ghost0 + c(5.0515633909806605e-8);
+        let second_moment_yz_south_west = mul_add(c(4.6991385294973235e-6), sin_south_west_south,
+            c(0.7071071698144962) * shear_south_ghost0);
+        let second_moment_zz_south_west = bend_south_ghost0 + c(5.051563390980703e-8);
         // south_west: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let mass_west_south_west_west_south_west = second_moment_yy_south_west
             + second_moment_zz_south_west;
@@ -482,13 +482,13 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let twist_south_west_2 = mul_add(c(0.8660257562110547), -bend_south_ghost0_2
             - turned_yy_south_west, turned_xy_south_west * c(0.9999987791573955));
         // south_east: composite inertia: m, h, S of all beyond the hinge
-        let second_moment_xy_south_east = mul_add(c(6.64555505684884e-6), cos_south_south_east,
-            mul_add(c(0.4999998655490338), twist_south_2, c(-1.293994125217518e-5)));
-        let second_moment_xz_south_east = mul_add(c(0.8660254814097262), shear_south,
-            sin_south_south_east * c(-3.3227766349231214e-6));
-        let second_moment_yy_south_east = c(1.6424267108073443e-5) + turned_yy_south - south_part_3;
-        let second_moment_yz_south_east = mul_add(c(5.755220017342357e-6), sin_south_south_east,
-            c(0.4999998655490338) * shear_south);
+        let second_moment_xy_south_east = mul_add(c(6.645555056848842e-6), cos_south_south_east,
+            mul_add(c(0.49999986554903386), twist_south_2, c(-1.2939941252175183e-5)));
+        let second_moment_xz_south_east = mul_add(c(0.8660254814097263), shear_south,
+            sin_south_south_east * c(-3.322776634923123e-6));
+        let second_moment_yy_south_east = c(1.642426710807345e-5) + turned_yy_south - south_part_3;
+        let second_moment_yz_south_east = mul_add(c(5.75522001734236e-6), sin_south_south_east,
+            c(0.49999986554903386) * shear_south);
         let second_moment_zz_south_east = bend_south + c(5.711232105341301e-8);
         // south_east: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let mass_south_east_east_south_east_east = second_moment_yy_south_east
@@ -507,38 +507,38 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let twist_south_east_2 = mul_add(c(-0.7071067811865475), south_part_3
             - turned_yy_south_east, turned_xy_south_east * c(1.414213562373095));
         // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
-        let closure0_0_ground_west = c(0.08068423607472834) * carried_south_ghost0_z_by_ground_west;
+        let closure0_0_ground_west = c(0.08068423607472841) * carried_south_ghost0_z_by_ground_west;
         // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
-        let loop0_part = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
-            omega_xx_south + omega_zz_south, gradient_y_south_x * c(0.04034213973350825)),
-            mul_add(c(-0.06987458559937648), gradient_x_south_y, (omega_yy_south
-            + omega_zz_south) * c(-0.04034213973350825)) * c(0.8660252485338008));
-        let gamma0_0 = mul_add(c(0.08068423607472834), gradient_y_south_ghost0_x, -loop0_part);
+        let loop0_part = mul_add(c(0.5000002689018963), mul_add(c(0.06987458559937651),
+            omega_xx_south + omega_zz_south, gradient_y_south_x * c(0.04034213973350828)),
+            mul_add(c(-0.06987458559937651), gradient_x_south_y, (omega_yy_south
+            + omega_zz_south) * c(-0.04034213973350828)) * c(0.866025248533801));
+        let gamma0_0 = mul_add(c(0.08068423607472841), gradient_y_south_ghost0_x, -loop0_part);
         // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
-        let closure0_1_west_south_west = -cos_south_west_south * c(-0.0570523391071303);
-        let closure0_1_south_east_east = mul_add(c(0.03493732098380993), cos_south_south_east,
-            c(0.03493728340498269));
-        let closure0_1_ground_east = mul_add(c(0.06987458559937648), carried_south_x_by_ground_east,
-            c(0.04034213973350825) * carried_south_y_by_ground_east);
-        let closure0_1_ground_west =
-            -c(0.08068423607472835) * carried_south_ghost0_y_by_ground_west;
+        let closure0_1_west_south_west = -cos_south_west_south * c(-0.05705233910713033);
+        let closure0_1_south_east_east = mul_add(c(0.03493732098380996), cos_south_south_east,
+            c(0.034937283404982714));
+        let closure0_1_ground_east = mul_add(c(0.06987458559937651), carried_south_x_by_ground_east,
+            c(0.04034213973350828) * carried_south_y_by_ground_east);
+        let closure0_1_ground_west = -c(0.0806842360747284) * carried_south_ghost0_y_by_ground_west;
         // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
-        let gamma0_1 = mul_add(c(0.08068423607472835), gradient_z_south_ghost0_x,
-            -mul_add(c(-0.06987458559937648), gradient_z_south_y,
-            gradient_z_south_x * c(0.04034213973350825)));
+        let gamma0_1 = mul_add(c(0.0806842360747284), gradient_z_south_ghost0_x,
+            -mul_add(c(-0.06987458559937651), gradient_z_south_y,
+            gradient_z_south_x * c(0.04034213973350828)));
         // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
-        let closure0_2_south_east_east = mul_add(c(0.060513171632005154), cos_south_south_east,
-            c(-0.020171064442714458));
-        let closure0_2_ground_east = mul_add(c(-0.040342139733508246),
-            carried_south_x_by_ground_east, carried_south_y_by_ground_east * c(0.0698745855993765));
-        let closure0_2_ground_west = c(0.08068423607472835) * carried_south_ghost0_x_by_ground_west;
+        let closure0_2_south_east_east = mul_add(c(0.060513171632005175), cos_south_south_east,
+            c(-0.02017106444271448));
+        let closure0_2_ground_east = mul_add(c(-0.04034213973350828),
+            carried_south_x_by_ground_east,
+            c(0.06987458559937651) * carried_south_y_by_ground_east);
+        let closure0_2_ground_west = c(0.0806842360747284) * carried_south_ghost0_x_by_ground_west;
         // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
-        let gamma0_2 = mul_add(c(0.08068423607472835), gradient_z_south_ghost0_y,
-            -mul_add(c(0.040342139733508246), gradient_z_south_y,
-            gradient_z_south_x * c(0.0698745855993765)));
+        let gamma0_2 = mul_add(c(0.0806842360747284), gradient_z_south_ghost0_y,
+            -mul_add(c(0.04034213973350828), gradient_z_south_y,
+            gradient_z_south_x * c(0.06987458559937651)));
         // west: composite inertia: m, h, S of all beyond the hinge
         let second_moment_yy_west = mul_add(c(0.8660257562110547), twist_south_west_2,
-            turned_yy_south_west + c(1.9727866980665146e-5));
+            turned_yy_south_west + c(1.972786698066515e-5));
         let second_moment_zz_west = bend_south_west + (second_moment_zz_south_west
             + c(3.3386074605289806e-8));
         // west: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
@@ -553,15 +553,15 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         // south: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let across_south_4 = mul_add(-sin_south_south_east, moment_own_south_z,
             -cos_south_south_east * south_part_2);
-        let moment_above_south_x_2 = mul_add(c(0.8660254814097262), across_south_4,
-            c(0.4999998655490338) * moment_own_south_x);
-        let moment_above_south_y_2 = mul_add(c(-0.8660254814097262), moment_own_south_x,
-            c(0.4999998655490338) * across_south_4);
+        let moment_above_south_x_2 = mul_add(c(0.8660254814097263), across_south_4,
+            c(0.49999986554903386) * moment_own_south_x);
+        let moment_above_south_y_2 = mul_add(c(-0.8660254814097263), moment_own_south_x,
+            c(0.49999986554903386) * across_south_4);
         let moment_above_south_z_2 = mul_add(-sin_south_south_east, south_part_2,
             cos_south_south_east * moment_own_south_z);
         // south_west: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let moment_south_west_x = moment_own_south_west_x + moment_above_south_ghost0_x;
-        let moment_south_west_y = moment_above_south_ghost0_y - mul_add(c(1.2394283547934881e-5),
+        let moment_south_west_y = moment_above_south_ghost0_y - mul_add(c(1.2394283547934888e-5),
             south_west_part_5, gradient_x_south_west_z * c(2.6789051216394143e-8));
         let moment_south_west_z = moment_own_south_west_z + moment_above_south_ghost0_z;
         let across_south_west_4 = mul_add(-sin_west_south_west, moment_south_west_z,
@@ -570,7 +570,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             c(0.4999993895786978) * moment_south_west_x);
         // south_east: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let moment_south_east_x = moment_own_south_east_x + moment_above_south_x_2;
-        let moment_south_east_y = moment_above_south_y_2 - mul_add(c(-1.293994125217518e-5),
+        let moment_south_east_y = moment_above_south_y_2 - mul_add(c(-1.2939941252175183e-5),
             south_east_part_5, gradient_x_south_east_z * c(3.338573836000013e-8));
         let moment_south_east_z = moment_own_south_east_z + moment_above_south_z_2;
         let across_south_east_5 = mul_add(-sin_south_east_east, moment_south_east_z,
@@ -583,7 +583,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         // east: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let moment_east_x = mul_add(c(4.625527205006544e-3), cos_ground_east,
             moment_above_south_east_x_3);
-        mass[0] = c(5.5890943418685765e-6);
+        mass[0] = c(5.589094341868578e-6);
         mass[1] = c(0.0);
         mass[2] = moment_above_south_ghost0_x_2;
         mass[3] = c(0.0);
@@ -633,14 +633,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         jacobian[4] = closure0_0_ground_east;
         jacobian[5] = closure0_0_ground_west;
         jacobian[6] = c(0.0);
-        jacobian[7] = c(0.06987458559937648);
+        jacobian[7] = c(0.06987458559937651);
         jacobian[8] = closure0_1_west_south_west;
         jacobian[9] = closure0_1_south_east_east;
         jacobian[10] = closure0_1_ground_east;
         jacobian[11] = closure0_1_ground_west;
-        jacobian[12] = c(0.08068423607472835);
-        jacobian[13] = c(-0.040342139733508246);
-        jacobian[14] = c(0.05705240181944583);
+        jacobian[12] = c(0.0806842360747284);
+        jacobian[13] = c(-0.04034213973350828);
+        jacobian[14] = c(0.05705240181944587);
         jacobian[15] = closure0_2_south_east_east;
         jacobian[16] = closure0_2_ground_east;
         jacobian[17] = closure0_2_ground_west;
@@ -709,17 +709,17 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_z_south_west_z = mul_add(-sin_west_south_west, across_south_west_z,
             cos_ground_west * cos_west_south_west);
         // south: placement: A = A_parent R, p = p_parent + A_parent r
-        let across_south_x = mul_add(c(0.8660254814097262), axis_x_south_east_x,
-            axis_y_south_east_x * c(0.4999998655490338));
-        let across_south_y = mul_add(c(0.8660254814097262), axis_x_south_east_y,
-            axis_y_south_east_y * c(0.4999998655490338));
+        let across_south_x = mul_add(c(0.8660254814097263), axis_x_south_east_x,
+            axis_y_south_east_x * c(0.49999986554903386));
+        let across_south_y = mul_add(c(0.8660254814097263), axis_x_south_east_y,
+            axis_y_south_east_y * c(0.49999986554903386));
         let across_south_z = mul_add(c(-0.6123724905851617), sin_ground_east,
-            axis_y_south_east_z * c(0.4999998655490338));
-        let axis_x_south_x = mul_add(c(-0.8660254814097262), axis_y_south_east_x,
-            axis_x_south_east_x * c(0.4999998655490338));
-        let axis_x_south_y = mul_add(c(-0.8660254814097262), axis_y_south_east_y,
-            axis_x_south_east_y * c(0.4999998655490338));
-        let axis_x_south_z = mul_add(c(-0.8660254814097262), axis_y_south_east_z,
+            axis_y_south_east_z * c(0.49999986554903386));
+        let axis_x_south_x = mul_add(c(-0.8660254814097263), axis_y_south_east_x,
+            axis_x_south_east_x * c(0.49999986554903386));
+        let axis_x_south_y = mul_add(c(-0.8660254814097263), axis_y_south_east_y,
+            axis_x_south_east_y * c(0.49999986554903386));
+        let axis_x_south_z = mul_add(c(-0.8660254814097263), axis_y_south_east_z,
             sin_ground_east * c(-0.3535532955220838));
         let axis_y_south_x = mul_add(cos_south_south_east, across_south_x,
             sin_south_south_east * axis_z_south_east_x);
@@ -728,18 +728,18 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_y_south_z = mul_add(cos_south_south_east, across_south_z,
             sin_south_south_east * axis_z_south_east_z);
         // south_ghost0: placement: A = A_parent R, p = p_parent + A_parent r
-        let across_south_ghost0_x = mul_add(c(-0.7071063925583853), axis_x_south_west_x,
-            axis_y_south_west_x * c(0.7071071698144961));
-        let across_south_ghost0_y = mul_add(c(-0.7071063925583853), axis_x_south_west_y,
-            axis_y_south_west_y * c(0.7071071698144961));
-        let across_south_ghost0_z = mul_add(c(-0.6123723483370465), sin_ground_west,
-            axis_y_south_west_z * c(0.7071071698144961));
-        let axis_x_south_ghost0_x = mul_add(c(0.7071063925583853), axis_y_south_west_x,
-            axis_x_south_west_x * c(0.7071071698144961));
-        let axis_x_south_ghost0_y = mul_add(c(0.7071063925583853), axis_y_south_west_y,
-            axis_x_south_west_y * c(0.7071071698144961));
-        let axis_x_south_ghost0_z = mul_add(c(0.7071063925583853), axis_y_south_west_z,
-            sin_ground_west * c(0.6123730214608576));
+        let across_south_ghost0_x = mul_add(c(-0.7071063925583854), axis_x_south_west_x,
+            axis_y_south_west_x * c(0.7071071698144962));
+        let across_south_ghost0_y = mul_add(c(-0.7071063925583854), axis_x_south_west_y,
+            axis_y_south_west_y * c(0.7071071698144962));
+        let across_south_ghost0_z = mul_add(c(-0.6123723483370466), sin_ground_west,
+            axis_y_south_west_z * c(0.7071071698144962));
+        let axis_x_south_ghost0_x = mul_add(c(0.7071063925583854), axis_y_south_west_x,
+            axis_x_south_west_x * c(0.7071071698144962));
+        let axis_x_south_ghost0_y = mul_add(c(0.7071063925583854), axis_y_south_west_y,
+            axis_x_south_west_y * c(0.7071071698144962));
+        let axis_x_south_ghost0_z = mul_add(c(0.7071063925583854), axis_y_south_west_z,
+            sin_ground_west * c(0.6123730214608577));
         let axis_y_south_ghost0_x = mul_add(cos_south_west_south, across_south_ghost0_x,
             sin_south_west_south * axis_z_south_west_x);
         let axis_y_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0_y,
@@ -747,35 +747,35 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_y_south_ghost0_z = mul_add(cos_south_west_south, across_south_ghost0_z,
             sin_south_west_south * axis_z_south_west_z);
         // south_ghost0: closure points: P = p + A p_P, from the common ancestor of both sides
-        let point1_ghost_south_ghost0_x = mul_add(c(0.08068423607472835), axis_x_south_ghost0_x,
+        let point1_ghost_south_ghost0_x = mul_add(c(0.0806842360747284), axis_x_south_ghost0_x,
             c(9.3319e-3));
-        let point1_ghost_south_ghost0_y = mul_add(c(0.08068423607472835), axis_x_south_ghost0_y,
+        let point1_ghost_south_ghost0_y = mul_add(c(0.0806842360747284), axis_x_south_ghost0_y,
             c(-0.0293065));
-        let point1_ghost_south_ghost0_z = mul_add(c(0.08068423607472835), axis_x_south_ghost0_z,
+        let point1_ghost_south_ghost0_z = mul_add(c(0.0806842360747284), axis_x_south_ghost0_z,
             c(3.075e-3));
         // south: closure points: P = p + A p_P, from the common ancestor of both sides
-        let point1_original_south_x = mul_add(c(-0.06987458559937648), axis_y_south_x,
-            mul_add(c(0.04034213973350825), axis_x_south_x, c(9.3319e-3)));
-        let point1_original_south_y = mul_add(c(-0.06987458559937648), axis_y_south_y,
-            mul_add(c(0.04034213973350825), axis_x_south_y, c(-0.0293065)));
-        let point1_original_south_z = mul_add(c(-0.06987458559937648), axis_y_south_z,
-            mul_add(c(0.04034213973350825), axis_x_south_z, c(3.075e-3)));
-        let point2_original_south_x = mul_add(c(0.040342139733508246), axis_y_south_x,
-            mul_add(c(0.0698745855993765), axis_x_south_x, c(9.3319e-3)));
-        let point2_original_south_y = mul_add(c(0.040342139733508246), axis_y_south_y,
-            mul_add(c(0.0698745855993765), axis_x_south_y, c(-0.0293065)));
-        let point2_original_south_z = mul_add(c(0.040342139733508246), axis_y_south_z,
-            mul_add(c(0.0698745855993765), axis_x_south_z, c(3.075e-3)));
+        let point1_original_south_x = mul_add(c(-0.06987458559937651), axis_y_south_x,
+            mul_add(c(0.04034213973350828), axis_x_south_x, c(9.3319e-3)));
+        let point1_original_south_y = mul_add(c(-0.06987458559937651), axis_y_south_y,
+            mul_add(c(0.04034213973350828), axis_x_south_y, c(-0.0293065)));
+        let point1_original_south_z = mul_add(c(-0.06987458559937651), axis_y_south_z,
+            mul_add(c(0.04034213973350828), axis_x_south_z, c(3.075e-3)));
+        let point2_original_south_x = mul_add(c(0.04034213973350828), axis_y_south_x,
+            mul_add(c(0.06987458559937651), axis_x_south_x, c(9.3319e-3)));
+        let point2_original_south_y = mul_add(c(0.04034213973350828), axis_y_south_y,
+            mul_add(c(0.06987458559937651), axis_x_south_y, c(-0.0293065)));
+        let point2_original_south_z = mul_add(c(0.04034213973350828), axis_y_south_z,
+            mul_add(c(0.06987458559937651), axis_x_south_z, c(3.075e-3)));
         // south_ghost0: Jacobian of the closure residual: dP/dq = e_x x (P - p)
         let arm0_1_south_ghost0_x = point1_ghost_south_ghost0_x - c(9.3319e-3);
         let arm0_1_south_ghost0_y = c(0.0293065) + point1_ghost_south_ghost0_y;
         let arm0_1_south_ghost0_z = point1_ghost_south_ghost0_z - c(3.075e-3);
         // south_ghost0: closure points: P = p + A p_P, from the common ancestor of both sides
-        let point2_ghost_south_ghost0_x = mul_add(c(0.08068423607472835), axis_y_south_ghost0_x,
+        let point2_ghost_south_ghost0_x = mul_add(c(0.0806842360747284), axis_y_south_ghost0_x,
             c(9.3319e-3));
-        let point2_ghost_south_ghost0_y = mul_add(c(0.08068423607472835), axis_y_south_ghost0_y,
+        let point2_ghost_south_ghost0_y = mul_add(c(0.0806842360747284), axis_y_south_ghost0_y,
             c(-0.0293065));
-        let point2_ghost_south_ghost0_z = mul_add(c(0.08068423607472835), axis_y_south_ghost0_z,
+        let point2_ghost_south_ghost0_z = mul_add(c(0.0806842360747284), axis_y_south_ghost0_z,
             c(3.075e-3));
         // south: Jacobian of the closure residual: dP/dq = e_x x (P - p)
         let arm0_1_south_x = point1_original_south_x - c(9.3319e-3);
@@ -939,17 +939,17 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_z_south_west_z = mul_add(-sin_west_south_west, across_south_west_z,
             cos_ground_west * cos_west_south_west);
         // south: placement: A = A_parent R, p = p_parent + A_parent r
-        let across_south_x = mul_add(c(0.8660254814097262), axis_x_south_east_x,
-            axis_y_south_east_x * c(0.4999998655490338));
-        let across_south_y = mul_add(c(0.8660254814097262), axis_x_south_east_y,
-            axis_y_south_east_y * c(0.4999998655490338));
+        let across_south_x = mul_add(c(0.8660254814097263), axis_x_south_east_x,
+            axis_y_south_east_x * c(0.49999986554903386));
+        let across_south_y = mul_add(c(0.8660254814097263), axis_x_south_east_y,
+            axis_y_south_east_y * c(0.49999986554903386));
         let across_south_z = mul_add(c(-0.6123724905851617), sin_ground_east,
-            axis_y_south_east_z * c(0.4999998655490338));
-        let axis_x_south_x = mul_add(c(-0.8660254814097262), axis_y_south_east_x,
-            axis_x_south_east_x * c(0.4999998655490338));
-        let axis_x_south_y = mul_add(c(-0.8660254814097262), axis_y_south_east_y,
-            axis_x_south_east_y * c(0.4999998655490338));
-        let axis_x_south_z = mul_add(c(-0.8660254814097262), axis_y_south_east_z,
+            axis_y_south_east_z * c(0.49999986554903386));
+        let axis_x_south_x = mul_add(c(-0.8660254814097263), axis_y_south_east_x,
+            axis_x_south_east_x * c(0.49999986554903386));
+        let axis_x_south_y = mul_add(c(-0.8660254814097263), axis_y_south_east_y,
+            axis_x_south_east_y * c(0.49999986554903386));
+        let axis_x_south_z = mul_add(c(-0.8660254814097263), axis_y_south_east_z,
             sin_ground_east * c(-0.3535532955220838));
         let axis_y_south_x = mul_add(cos_south_south_east, across_south_x,
             sin_south_south_east * axis_z_south_east_x);
@@ -1018,27 +1018,27 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         poses[33] = c(0.0);
         poses[34] = c(0.0);
         poses[35] = c(0.0);
-        poses[36] = mul_add(c(0.8660254814097262), axis_y_south_x,
-            c(0.4999998655490338) * axis_x_south_x);
-        poses[37] = mul_add(c(-0.8660254814097262), axis_x_south_x,
-            c(0.4999998655490338) * axis_y_south_x);
+        poses[36] = mul_add(c(0.8660254814097263), axis_y_south_x,
+            c(0.49999986554903386) * axis_x_south_x);
+        poses[37] = mul_add(c(-0.8660254814097263), axis_x_south_x,
+            c(0.49999986554903386) * axis_y_south_x);
         poses[38] = axis_z_south_x;
-        poses[39] = mul_add(c(0.8660254814097262), axis_y_south_y,
-            c(0.4999998655490338) * axis_x_south_y);
-        poses[40] = mul_add(c(-0.8660254814097262), axis_x_south_y,
-            c(0.4999998655490338) * axis_y_south_y);
+        poses[39] = mul_add(c(0.8660254814097263), axis_y_south_y,
+            c(0.49999986554903386) * axis_x_south_y);
+        poses[40] = mul_add(c(-0.8660254814097263), axis_x_south_y,
+            c(0.49999986554903386) * axis_y_south_y);
         poses[41] = axis_z_south_y;
-        poses[42] = mul_add(c(0.8660254814097262), axis_y_south_z,
-            c(0.4999998655490338) * axis_x_south_z);
-        poses[43] = mul_add(c(-0.8660254814097262), axis_x_south_z,
-            c(0.4999998655490338) * axis_y_south_z);
+        poses[42] = mul_add(c(0.8660254814097263), axis_y_south_z,
+            c(0.49999986554903386) * axis_x_south_z);
+        poses[43] = mul_add(c(-0.8660254814097263), axis_x_south_z,
+            c(0.49999986554903386) * axis_y_south_z);
         poses[44] = axis_z_south_z;
         poses[45] = mul_add(c(6.571582869745334e-3), axis_y_south_x, mul_add(c(-3.075e-3),
-            axis_z_south_x, mul_add(c(-0.03004612451625117), axis_x_south_x, c(9.3319e-3))));
+            axis_z_south_x, mul_add(c(-0.030046124516251174), axis_x_south_x, c(9.3319e-3))));
         poses[46] = mul_add(c(6.571582869745334e-3), axis_y_south_y, -mul_add(c(3.075e-3),
-            axis_z_south_y, mul_add(c(0.03004612451625117), axis_x_south_y, c(0.0293065))));
+            axis_z_south_y, mul_add(c(0.030046124516251174), axis_x_south_y, c(0.0293065))));
         poses[47] = mul_add(c(6.571582869745334e-3), axis_y_south_z, mul_add(c(-3.075e-3),
-            axis_z_south_z, mul_add(c(-0.03004612451625117), axis_x_south_z, c(3.075e-3))));
+            axis_z_south_z, mul_add(c(-0.030046124516251174), axis_x_south_z, c(3.075e-3))));
         poses[48] = axis_x_south_east_x;
         poses[49] = axis_y_south_east_x;
         poses[50] = axis_z_south_east_x;
@@ -1102,17 +1102,17 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             -south_east_part_4);
         let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east, -south_east_part_3);
         // south: placement: A = A_parent R, p = p_parent + A_parent r
-        let across_south_x = mul_add(c(0.8660254814097262), axis_x_south_east_x,
-            axis_y_south_east_x * c(0.4999998655490338));
-        let across_south_y = mul_add(c(0.8660254814097262), axis_x_south_east_y,
-            axis_y_south_east_y * c(0.4999998655490338));
+        let across_south_x = mul_add(c(0.8660254814097263), axis_x_south_east_x,
+            axis_y_south_east_x * c(0.49999986554903386));
+        let across_south_y = mul_add(c(0.8660254814097263), axis_x_south_east_y,
+            axis_y_south_east_y * c(0.49999986554903386));
         let across_south_z = mul_add(c(-0.6123724905851617), sin_ground_east,
-            axis_y_south_east_z * c(0.4999998655490338));
-        let axis_x_south_x = mul_add(c(-0.8660254814097262), axis_y_south_east_x,
-            axis_x_south_east_x * c(0.4999998655490338));
-        let axis_x_south_y = mul_add(c(-0.8660254814097262), axis_y_south_east_y,
-            axis_x_south_east_y * c(0.4999998655490338));
-        let axis_x_south_z = mul_add(c(-0.8660254814097262), axis_y_south_east_z,
+            axis_y_south_east_z * c(0.49999986554903386));
+        let axis_x_south_x = mul_add(c(-0.8660254814097263), axis_y_south_east_x,
+            axis_x_south_east_x * c(0.49999986554903386));
+        let axis_x_south_y = mul_add(c(-0.8660254814097263), axis_y_south_east_y,
+            axis_x_south_east_y * c(0.49999986554903386));
+        let axis_x_south_z = mul_add(c(-0.8660254814097263), axis_y_south_east_z,
             sin_ground_east * c(-0.3535532955220838));
         let axis_y_south_x = mul_add(cos_south_south_east, across_south_x,
             sin_south_south_east * axis_z_south_east_x);
@@ -1120,12 +1120,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             sin_south_south_east * axis_z_south_east_y);
         let axis_y_south_z = mul_add(cos_south_south_east, across_south_z,
             sin_south_south_east * axis_z_south_east_z);
-        points[0] = mul_add(c(-0.03287436738030242), axis_y_south_x,
-            mul_add(c(0.056876294967278834), axis_x_south_x, c(9.3319e-3)));
-        points[1] = mul_add(c(-0.03287436738030242), axis_y_south_y,
-            mul_add(c(0.056876294967278834), axis_x_south_y, c(-0.0293065)));
-        points[2] = mul_add(c(-0.03287436738030242), axis_y_south_z,
-            mul_add(c(0.056876294967278834), axis_x_south_z, c(3.075e-3)));
+        points[0] = mul_add(c(-0.03287436738030243), axis_y_south_x, mul_add(c(0.05687629496727885),
+            axis_x_south_x, c(9.3319e-3)));
+        points[1] = mul_add(c(-0.03287436738030243), axis_y_south_y, mul_add(c(0.05687629496727885),
+            axis_x_south_y, c(-0.0293065)));
+        points[2] = mul_add(c(-0.03287436738030243), axis_y_south_z, mul_add(c(0.05687629496727885),
+            axis_x_south_z, c(3.075e-3)));
     }
     fn energy(&self, t: S, q: &[S], u: &[S]) -> ::lamc_runtime::Energy<S> {
         let c = S::from_f64;
@@ -1156,23 +1156,23 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let south_east_part = sin_south_east_east * across_south_east;
         let omega_south_east_x = across_south_east + u[3];
         // south_ghost0: angular velocity: w = R^T w_parent + u e_x
-        let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
-            south_west_part_2 * c(-0.7071071698144961));
+        let across_south_ghost0 = mul_add(c(-0.7071063925583854), omega_south_west_x,
+            south_west_part_2 * c(-0.7071071698144962));
         let carried_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0,
             sin_south_west_south * south_west_part_3);
         let carried_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0,
             cos_south_west_south * south_west_part_3);
-        let omega_south_ghost0_x = mul_add(c(-0.7071063925583853), south_west_part_2,
-            mul_add(c(0.7071071698144961), omega_south_west_x, u[0]));
+        let omega_south_ghost0_x = mul_add(c(-0.7071063925583854), south_west_part_2,
+            mul_add(c(0.7071071698144962), omega_south_west_x, u[0]));
         // south: angular velocity: w = R^T w_parent + u e_x
-        let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
-            carried_south_east_y * c(0.4999998655490338));
+        let across_south = mul_add(c(0.8660254814097263), omega_south_east_x,
+            carried_south_east_y * c(0.49999986554903386));
         let carried_south_y = mul_add(-sin_south_south_east, south_east_part,
             cos_south_south_east * across_south);
         let carried_south_z = mul_add(-sin_south_south_east, across_south,
             -cos_south_south_east * south_east_part);
-        let omega_south_x = mul_add(c(-0.8660254814097262), carried_south_east_y,
-            mul_add(c(0.4999998655490338), omega_south_east_x, u[1]));
+        let omega_south_x = mul_add(c(-0.8660254814097263), carried_south_east_y,
+            mul_add(c(0.49999986554903386), omega_south_east_x, u[1]));
         // south_east: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2
         let south_east_part_2 = mul_add(omega_south_east_x, mul_add(c(6.528386880865058e-6),
             omega_south_east_x, carried_south_east_y * c(7.2072789294646456e-6)),
@@ -1200,29 +1200,29 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             cos_ground_east * cos_south_east_east);
         // south: placement: A = A_parent R, p = p_parent + A_parent r
         let across_south_z = mul_add(c(-0.6123724905851617), sin_ground_east,
-            c(0.4999998655490338) * axis_y_south_east_z);
-        let axis_x_south_z = mul_add(c(-0.8660254814097262), axis_y_south_east_z,
+            c(0.49999986554903386) * axis_y_south_east_z);
+        let axis_x_south_z = mul_add(c(-0.8660254814097263), axis_y_south_east_z,
             sin_ground_east * c(-0.3535532955220838));
         let axis_y_south_z = mul_add(cos_south_south_east, across_south_z,
             sin_south_south_east * axis_z_south_east_z);
         // south_ghost0: placement: A = A_parent R, p = p_parent + A_parent r
-        let across_south_ghost0_z = mul_add(c(-0.6123723483370465), sin_ground_west,
-            c(0.7071071698144961) * axis_y_south_west_z);
-        let axis_x_south_ghost0_z = mul_add(c(0.7071063925583853), axis_y_south_west_z,
-            sin_ground_west * c(0.6123730214608576));
+        let across_south_ghost0_z = mul_add(c(-0.6123723483370466), sin_ground_west,
+            c(0.7071071698144962) * axis_y_south_west_z);
+        let axis_x_south_ghost0_z = mul_add(c(0.7071063925583854), axis_y_south_west_z,
+            sin_ground_west * c(0.6123730214608577));
         let axis_y_south_ghost0_z = mul_add(cos_south_west_south, across_south_ghost0_z,
             sin_south_west_south * axis_z_south_west_z);
         // south: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2
         let south_part = mul_add(omega_south_x, mul_add(c(5.589035390741692e-6), omega_south_x,
-            carried_south_y * c(6.64555505684884e-6)), mul_add(c(1.8804327722141266e-5),
-            carried_south_z * carried_south_z, carried_south_y * mul_add(c(1.3262745496786401e-5),
-            carried_south_y, omega_south_x * c(6.64555505684884e-6))));
+            carried_south_y * c(6.645555056848842e-6)), mul_add(c(1.8804327722141272e-5),
+            carried_south_z * carried_south_z, carried_south_y * mul_add(c(1.3262745496786407e-5),
+            carried_south_y, omega_south_x * c(6.645555056848842e-6))));
         // south_ghost0: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2
-        let south_ghost0_part = mul_add(omega_south_ghost0_x, mul_add(c(-6.645589092322223e-6),
-            carried_south_ghost0_y, omega_south_ghost0_x * c(5.5890943418685765e-6)),
-            mul_add(c(1.880432772214127e-5), carried_south_ghost0_z * carried_south_ghost0_z,
-            carried_south_ghost0_y * mul_add(c(-6.645589092322223e-6), omega_south_ghost0_x,
-            carried_south_ghost0_y * c(1.3262686545659517e-5))));
+        let south_ghost0_part = mul_add(omega_south_ghost0_x, mul_add(c(-6.645589092322226e-6),
+            carried_south_ghost0_y, omega_south_ghost0_x * c(5.589094341868578e-6)),
+            mul_add(c(1.8804327722141276e-5), carried_south_ghost0_z * carried_south_ghost0_z,
+            carried_south_ghost0_y * mul_add(c(-6.645589092322226e-6), omega_south_ghost0_x,
+            carried_south_ghost0_y * c(1.3262686545659523e-5))));
         // mechanism: results: what the function returns
         let part = mul_add(c(0.5), south_part, mul_add(c(0.5), south_west_part_4, mul_add(c(0.5),
             south_east_part_2, mul_add(c(2.429264555308989e-6), u[5] * u[5],
@@ -1237,10 +1237,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             mul_add(c(2.7641520973715973e-4), sin_ground_west, c(2.6258770161227824e-5))),
             mul_add(c(9.81), mul_add(c(-2.1820669112261221e-4), axis_y_south_east_z,
             mul_add(c(-2.4302844717773972e-4), sin_ground_east, c(3.271796768985903e-5))), part_3));
-        let part_5 = mul_add(c(9.81), mul_add(c(1.7025149681007906e-4), axis_y_south_ghost0_z,
-            mul_add(c(2.948828340031111e-4), axis_x_south_ghost0_z, c(2.3245895025686742e-5))),
-            mul_add(c(9.81), mul_add(c(-1.702501854199059e-4), axis_y_south_z,
-            mul_add(c(2.9488359113430905e-4), axis_x_south_z, c(2.3245895025686742e-5))), part_4));
+        let part_5 = mul_add(c(9.81), mul_add(c(1.7025149681007909e-4), axis_y_south_ghost0_z,
+            mul_add(c(2.9488283400311115e-4), axis_x_south_ghost0_z, c(2.3245895025686742e-5))),
+            mul_add(c(9.81), mul_add(c(-1.7025018541990593e-4), axis_y_south_z,
+            mul_add(c(2.948835911343091e-4), axis_x_south_z, c(2.3245895025686742e-5))), part_4));
         kinetic[0] = mul_add(c(0.5), south_ghost0_part, part);
         potential[0] = part_5;
         ::lamc_runtime::Energy {
@@ -1363,10 +1363,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let moment_own_east_z = mul_add(c(-4.888494966109656e-6), omega_xx_east,
             sin_ground_east * c(-3.2095218013892565e-3));
         // south: angular velocity: w = R^T w_parent + u e_x
-        let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
-            carried_south_east_y * c(0.4999998655490338));
-        let carried_south_x = mul_add(c(-0.8660254814097262), carried_south_east_y,
-            omega_south_east_x * c(0.4999998655490338));
+        let across_south = mul_add(c(0.8660254814097263), omega_south_east_x,
+            carried_south_east_y * c(0.49999986554903386));
+        let carried_south_x = mul_add(c(-0.8660254814097263), carried_south_east_y,
+            omega_south_east_x * c(0.49999986554903386));
         let carried_south_y = mul_add(-sin_south_south_east, south_east_part,
             cos_south_south_east * across_south);
         let carried_south_z = mul_add(-sin_south_south_east, across_south,
@@ -1380,19 +1380,19 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let omega_xz_south = carried_south_z * omega_south_x;
         let omega_yz_south = carried_south_y * carried_south_z;
         // south: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let across_south_2 = mul_add(c(0.4999998655490338), free_fall_south_east_y,
+        let across_south_2 = mul_add(c(0.49999986554903386), free_fall_south_east_y,
             sin_ground_east * c(6.007374132640437));
-        let free_fall_south_x = mul_add(c(-0.8660254814097262), free_fall_south_east_y,
-            sin_ground_east * c(3.468357829071642));
+        let free_fall_south_x = mul_add(c(-0.8660254814097263), free_fall_south_east_y,
+            sin_ground_east * c(3.4683578290716426));
         let free_fall_south_y = mul_add(cos_south_south_east, across_south_2,
             sin_south_south_east * free_fall_south_east_z);
         let free_fall_south_z = mul_add(-sin_south_south_east, across_south_2,
             cos_south_south_east * free_fall_south_east_z);
         // south_ghost0: angular velocity: w = R^T w_parent + u e_x
-        let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
-            south_west_part_2 * c(-0.7071071698144961));
-        let carried_south_ghost0_x = mul_add(c(0.7071071698144961), omega_south_west_x,
-            south_west_part_2 * c(-0.7071063925583853));
+        let across_south_ghost0 = mul_add(c(-0.7071063925583854), omega_south_west_x,
+            south_west_part_2 * c(-0.7071071698144962));
+        let carried_south_ghost0_x = mul_add(c(0.7071071698144962), omega_south_west_x,
+            south_west_part_2 * c(-0.7071063925583854));
         let carried_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0,
             sin_south_west_south * south_west_part_3);
         let carried_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0,
@@ -1406,54 +1406,54 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let omega_xz_south_ghost0 = carried_south_ghost0_z * omega_south_ghost0_x;
         let omega_yz_south_ghost0 = carried_south_ghost0_y * carried_south_ghost0_z;
         // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let across_south_ghost0_2 = mul_add(c(6.007372737186426), sin_ground_west,
-            free_fall_south_west_y * c(0.7071071698144961));
-        let free_fall_south_ghost0_x = mul_add(c(0.7071063925583853), free_fall_south_west_y,
-            sin_ground_west * c(-6.007379340531013));
+        let across_south_ghost0_2 = mul_add(c(6.007372737186427), sin_ground_west,
+            free_fall_south_west_y * c(0.7071071698144962));
+        let free_fall_south_ghost0_x = mul_add(c(0.7071063925583854), free_fall_south_west_y,
+            sin_ground_west * c(-6.007379340531014));
         let free_fall_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0_2,
             sin_south_west_south * free_fall_south_west_z);
         let free_fall_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_2,
             cos_south_west_south * free_fall_south_west_z);
         // south_ghost0: closure forces: (f, n) of lambda along the rows of the closure
-        let force_closing_south_ghost0_y = lambda[0] * c(0.9999999999999999);
+        let force_closing_south_ghost0_y = lambda[0] * c(1.0000000000000002);
         let force_closing_south_ghost0_z = lambda[1] + lambda[2];
-        let south_ghost0_part = lambda[1] * c(0.08068423607472835);
-        let moment_closing_south_ghost0_z = lambda[0] * c(0.08068423607472834);
+        let south_ghost0_part = lambda[1] * c(0.0806842360747284);
+        let moment_closing_south_ghost0_z = lambda[0] * c(0.08068423607472841);
         let across_south_ghost0_3 = mul_add(-sin_south_west_south, force_closing_south_ghost0_z,
             cos_south_west_south * force_closing_south_ghost0_y);
-        let force_above_south_ghost0_y = c(0.7071071698144961) * across_south_ghost0_3;
+        let force_above_south_ghost0_y = c(0.7071071698144962) * across_south_ghost0_3;
         let force_above_south_ghost0_z = mul_add(cos_south_west_south, force_closing_south_ghost0_z,
             sin_south_west_south * force_closing_south_ghost0_y);
         let across_south_ghost0_4 = mul_add(-sin_south_west_south, moment_closing_south_ghost0_z,
             -cos_south_west_south * south_ghost0_part);
-        let moment_above_south_ghost0_x = mul_add(c(-0.7071063925583853), across_south_ghost0_4,
-            lambda[2] * c(0.05705240181944583));
-        let moment_above_south_ghost0_y = mul_add(c(0.0570523391071303), lambda[2],
-            c(0.7071071698144961) * across_south_ghost0_4);
+        let moment_above_south_ghost0_x = mul_add(c(-0.7071063925583854), across_south_ghost0_4,
+            lambda[2] * c(0.05705240181944587));
+        let moment_above_south_ghost0_y = mul_add(c(0.05705233910713033), lambda[2],
+            c(0.7071071698144962) * across_south_ghost0_4);
         let moment_above_south_ghost0_z = mul_add(-sin_south_west_south, south_ghost0_part,
             cos_south_west_south * moment_closing_south_ghost0_z);
         // south: closure forces: (f, n) of lambda along the rows of the closure
-        let south_part = lambda[0] * c(0.5000002689018962);
+        let south_part = lambda[0] * c(0.5000002689018963);
         let force_closing_south_z = -lambda[1] - lambda[2];
-        let moment_closing_south_x = mul_add(c(-0.040342139733508246), lambda[2],
-            lambda[1] * c(0.06987458559937648));
-        let moment_closing_south_y = mul_add(c(0.0698745855993765), lambda[2],
-            lambda[1] * c(0.04034213973350825));
-        let moment_closing_south_z = lambda[0] * c(-0.08068423607472835);
+        let moment_closing_south_x = mul_add(c(-0.04034213973350828), lambda[2],
+            lambda[1] * c(0.06987458559937651));
+        let moment_closing_south_y = mul_add(c(0.06987458559937651), lambda[2],
+            lambda[1] * c(0.04034213973350828));
+        let moment_closing_south_z = lambda[0] * c(-0.08068423607472841);
         let across_south_3 = mul_add(-sin_south_south_east, force_closing_south_z,
             -cos_south_south_east * south_part);
-        let force_above_south_x = mul_add(c(0.8660254814097262), across_south_3,
-            lambda[0] * c(-0.433012507828969));
-        let force_above_south_y = mul_add(c(0.7499999327744626), lambda[0],
-            c(0.4999998655490338) * across_south_3);
+        let force_above_south_x = mul_add(c(0.8660254814097263), across_south_3,
+            lambda[0] * c(-0.43301250782896916));
+        let force_above_south_y = mul_add(c(0.749999932774463), lambda[0],
+            c(0.49999986554903386) * across_south_3);
         let force_above_south_z = mul_add(-sin_south_south_east, south_part,
             cos_south_south_east * force_closing_south_z);
         let across_south_4 = mul_add(-sin_south_south_east, moment_closing_south_z,
             cos_south_south_east * moment_closing_south_y);
-        let moment_above_south_x = mul_add(c(0.8660254814097262), across_south_4,
-            c(0.4999998655490338) * moment_closing_south_x);
-        let moment_above_south_y = mul_add(c(-0.8660254814097262), moment_closing_south_x,
-            c(0.4999998655490338) * across_south_4);
+        let moment_above_south_x = mul_add(c(0.8660254814097263), across_south_4,
+            c(0.49999986554903386) * moment_closing_south_x);
+        let moment_above_south_y = mul_add(c(-0.8660254814097263), moment_closing_south_x,
+            c(0.49999986554903386) * across_south_4);
         let moment_above_south_z = mul_add(cos_south_south_east, moment_closing_south_z,
             sin_south_south_east * moment_closing_south_y);
         // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
@@ -1504,8 +1504,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let across_south_west_2 = mul_add(-sin_west_south_west, force_above_south_ghost0_z,
             cos_west_south_west * force_above_south_ghost0_y);
         let force_above_south_west_x = mul_add(c(-0.8660257562110547), across_south_west_2,
-            across_south_ghost0_3 * c(-0.3535527646463877));
-        let force_above_south_west_y = mul_add(c(-0.6123723483370465), across_south_ghost0_3,
+            across_south_ghost0_3 * c(-0.35355276464638774));
+        let force_above_south_west_y = mul_add(c(-0.6123723483370466), across_south_ghost0_3,
             c(0.4999993895786978) * across_south_west_2);
         let force_above_south_west_z = mul_add(cos_west_south_west, force_above_south_ghost0_z,
             sin_west_south_west * force_above_south_ghost0_y);
@@ -1535,10 +1535,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let moment_above_south_east_z = mul_add(cos_south_east_east, moment_above_south_z,
             sin_south_east_east * moment_above_south_y);
         // south: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let across_south_5 = mul_add(c(0.8660254814097262), alpha_moving_south_east_x,
-            c(0.4999998655490338) * alpha_moving_south_east_y);
-        let alpha_moving_south_x = a[1] + mul_add(c(-0.8660254814097262), alpha_moving_south_east_y,
-            c(0.4999998655490338) * alpha_moving_south_east_x);
+        let across_south_5 = mul_add(c(0.8660254814097263), alpha_moving_south_east_x,
+            c(0.49999986554903386) * alpha_moving_south_east_y);
+        let alpha_moving_south_x = a[1] + mul_add(c(-0.8660254814097263), alpha_moving_south_east_y,
+            c(0.49999986554903386) * alpha_moving_south_east_x);
         let alpha_moving_south_y = mul_add(cos_south_south_east, across_south_5,
             mul_add(sin_south_south_east, alpha_moving_south_east_z, carried_south_z * u[1]));
         let alpha_moving_south_z = mul_add(-sin_south_south_east, across_south_5,
@@ -1550,15 +1550,15 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let gradient_moving_z_south_x = omega_xz_south - alpha_moving_south_y;
         let gradient_moving_z_south_y = omega_yz_south + alpha_moving_south_x;
         // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let moment_own_south_x = -free_fall_south_z * c(1.702501854199059e-4)
+        let moment_own_south_x = -free_fall_south_z * c(1.7025018541990593e-4)
             - mul_add(c(-2.3726582693412885e-8), gradient_moving_y_south_z,
-            mul_add(c(-6.64555505684884e-6), gradient_moving_z_south_x,
+            mul_add(c(-6.645555056848842e-6), gradient_moving_z_south_x,
             gradient_moving_z_south_y * c(5.565308808048279e-6)));
         // south_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let across_south_ghost0_5 = mul_add(c(-0.7071063925583853), alpha_moving_south_west_x,
-            c(0.7071071698144961) * alpha_moving_south_west_y);
-        let alpha_moving_south_ghost0_x = a[0] + mul_add(c(0.7071063925583853),
-            alpha_moving_south_west_y, c(0.7071071698144961) * alpha_moving_south_west_x);
+        let across_south_ghost0_5 = mul_add(c(-0.7071063925583854), alpha_moving_south_west_x,
+            c(0.7071071698144962) * alpha_moving_south_west_y);
+        let alpha_moving_south_ghost0_x = a[0] + mul_add(c(0.7071063925583854),
+            alpha_moving_south_west_y, c(0.7071071698144962) * alpha_moving_south_west_x);
         let alpha_moving_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0_5,
             mul_add(sin_south_west_south, alpha_moving_south_west_z,
             carried_south_ghost0_z * u[0]));
@@ -1572,77 +1572,77 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let gradient_moving_z_south_ghost0_x = omega_xz_south_ghost0 - alpha_moving_south_ghost0_y;
         let gradient_moving_z_south_ghost0_y = omega_yz_south_ghost0 + alpha_moving_south_ghost0_x;
         // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let moment_own_south_ghost0_x = mul_add(c(1.7025149681007906e-4), free_fall_south_ghost0_z,
-            -mul_add(c(-2.372658269341246e-8), gradient_moving_y_south_ghost0_z,
-            mul_add(c(5.5653677591751645e-6), gradient_moving_z_south_ghost0_y,
-            gradient_moving_z_south_ghost0_x * c(6.645589092322223e-6))));
+        let moment_own_south_ghost0_x = mul_add(c(1.7025149681007909e-4), free_fall_south_ghost0_z,
+            -mul_add(c(5.565367759175165e-6), gradient_moving_z_south_ghost0_y,
+            mul_add(c(-2.3726582693412885e-8), gradient_moving_y_south_ghost0_z,
+            gradient_moving_z_south_ghost0_x * c(6.645589092322226e-6))));
         // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let force_own_south_x = mul_add(c(7.559640658759916e-3), free_fall_south_x,
-            -mul_add(c(-1.702501854199059e-4), gradient_moving_x_south_y, (omega_yy_south
-            + omega_zz_south) * c(-2.9488359113430905e-4)));
+            -mul_add(c(-1.7025018541990593e-4), gradient_moving_x_south_y, (omega_yy_south
+            + omega_zz_south) * c(-2.948835911343091e-4)));
         let force_own_south_y = mul_add(c(7.559640658759916e-3), free_fall_south_y,
-            -mul_add(c(1.702501854199059e-4), omega_xx_south + omega_zz_south,
-            gradient_moving_y_south_x * c(2.9488359113430905e-4)));
+            -mul_add(c(1.7025018541990593e-4), omega_xx_south + omega_zz_south,
+            gradient_moving_y_south_x * c(2.948835911343091e-4)));
         let force_own_south_z = mul_add(c(7.559640658759916e-3), free_fall_south_z,
-            -mul_add(c(-1.702501854199059e-4), gradient_moving_z_south_y,
-            gradient_moving_z_south_x * c(2.9488359113430905e-4)));
-        let moment_own_south_y = -free_fall_south_z * c(2.9488359113430905e-4)
+            -mul_add(c(-1.7025018541990593e-4), gradient_moving_z_south_y,
+            gradient_moving_z_south_x * c(2.948835911343091e-4)));
+        let moment_own_south_y = -free_fall_south_z * c(2.948835911343091e-4)
             - mul_add(c(2.3726582693412885e-8), gradient_moving_x_south_z,
-            mul_add(c(-1.3239018914092989e-5), gradient_moving_z_south_x,
-            gradient_moving_z_south_y * c(6.64555505684884e-6)));
-        let moment_own_south_z = mul_add(c(1.702501854199059e-4), free_fall_south_x,
-            free_fall_south_y * c(2.9488359113430905e-4)) - mul_add(c(-5.565308808048279e-6),
-            gradient_moving_x_south_y, mul_add(c(-6.64555505684884e-6), omega_yy_south
-            - omega_xx_south, gradient_moving_y_south_x * c(1.3239018914092989e-5)));
+            mul_add(c(-1.3239018914092994e-5), gradient_moving_z_south_x,
+            gradient_moving_z_south_y * c(6.645555056848842e-6)));
+        let moment_own_south_z = mul_add(c(1.7025018541990593e-4), free_fall_south_x,
+            free_fall_south_y * c(2.948835911343091e-4)) - mul_add(c(-5.565308808048279e-6),
+            gradient_moving_x_south_y, mul_add(c(-6.645555056848842e-6), omega_yy_south
+            - omega_xx_south, gradient_moving_y_south_x * c(1.3239018914092994e-5)));
         // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let force_own_south_ghost0_x = mul_add(c(7.559640658759916e-3), free_fall_south_ghost0_x,
-            -mul_add(c(1.7025149681007906e-4), gradient_moving_x_south_ghost0_y,
-            (omega_yy_south_ghost0 + omega_zz_south_ghost0) * c(-2.948828340031111e-4)));
+            -mul_add(c(1.7025149681007909e-4), gradient_moving_x_south_ghost0_y,
+            (omega_yy_south_ghost0 + omega_zz_south_ghost0) * c(-2.9488283400311115e-4)));
         let force_own_south_ghost0_y = mul_add(c(7.559640658759916e-3), free_fall_south_ghost0_y,
-            -mul_add(c(-1.7025149681007906e-4), omega_xx_south_ghost0 + omega_zz_south_ghost0,
-            gradient_moving_y_south_ghost0_x * c(2.948828340031111e-4)));
+            -mul_add(c(-1.7025149681007909e-4), omega_xx_south_ghost0 + omega_zz_south_ghost0,
+            gradient_moving_y_south_ghost0_x * c(2.9488283400311115e-4)));
         let force_own_south_ghost0_z = mul_add(c(7.559640658759916e-3), free_fall_south_ghost0_z,
-            -mul_add(c(1.7025149681007906e-4), gradient_moving_z_south_ghost0_y,
-            gradient_moving_z_south_ghost0_x * c(2.948828340031111e-4)));
-        let moment_own_south_ghost0_y = -free_fall_south_ghost0_z * c(2.948828340031111e-4)
-            - mul_add(c(-6.645589092322223e-6), gradient_moving_z_south_ghost0_y,
-            mul_add(c(-1.3238959962966104e-5), gradient_moving_z_south_ghost0_x,
-            gradient_moving_x_south_ghost0_z * c(2.372658269341246e-8)));
-        let moment_own_south_ghost0_z = mul_add(c(-1.7025149681007906e-4), free_fall_south_ghost0_x,
-            free_fall_south_ghost0_y * c(2.948828340031111e-4)) - mul_add(c(-5.5653677591751645e-6),
-            gradient_moving_x_south_ghost0_y, mul_add(c(6.645589092322223e-6), omega_yy_south_ghost0
-            - omega_xx_south_ghost0, gradient_moving_y_south_ghost0_x * c(1.3238959962966104e-5)));
+            -mul_add(c(1.7025149681007909e-4), gradient_moving_z_south_ghost0_y,
+            gradient_moving_z_south_ghost0_x * c(2.9488283400311115e-4)));
+        let moment_own_south_ghost0_y = -free_fall_south_ghost0_z * c(2.9488283400311115e-4)
+            - mul_add(c(-6.645589092322226e-6), gradient_moving_z_south_ghost0_y,
+            mul_add(c(-1.323895996296611e-5), gradient_moving_z_south_ghost0_x,
+            c(2.3726582693412885e-8) * gradient_moving_x_south_ghost0_z));
+        let moment_own_south_ghost0_z = mul_add(c(-1.7025149681007909e-4), free_fall_south_ghost0_x,
+            free_fall_south_ghost0_y * c(2.9488283400311115e-4)) - mul_add(c(-5.565367759175165e-6),
+            gradient_moving_x_south_ghost0_y, mul_add(c(6.645589092322226e-6), omega_yy_south_ghost0
+            - omega_xx_south_ghost0, gradient_moving_y_south_ghost0_x * c(1.323895996296611e-5)));
         let across_south_ghost0_6 = mul_add(-sin_south_west_south, force_own_south_ghost0_z,
             cos_south_west_south * force_own_south_ghost0_y);
-        let force_above_south_ghost0_x = mul_add(c(-0.7071063925583853), across_south_ghost0_6,
-            c(0.7071071698144961) * force_own_south_ghost0_x);
-        let force_above_south_ghost0_y_2 = mul_add(c(0.7071063925583853), force_own_south_ghost0_x,
-            c(0.7071071698144961) * across_south_ghost0_6);
+        let force_above_south_ghost0_x = mul_add(c(-0.7071063925583854), across_south_ghost0_6,
+            c(0.7071071698144962) * force_own_south_ghost0_x);
+        let force_above_south_ghost0_y_2 = mul_add(c(0.7071063925583854), force_own_south_ghost0_x,
+            c(0.7071071698144962) * across_south_ghost0_6);
         let force_above_south_ghost0_z_2 = mul_add(cos_south_west_south, force_own_south_ghost0_z,
             sin_south_west_south * force_own_south_ghost0_y);
         let across_south_ghost0_7 = mul_add(-sin_south_west_south, moment_own_south_ghost0_z,
             cos_south_west_south * moment_own_south_ghost0_y);
-        let moment_above_south_ghost0_x_2 = mul_add(c(-0.7071063925583853), across_south_ghost0_7,
-            c(0.7071071698144961) * moment_own_south_ghost0_x);
-        let moment_above_south_ghost0_y_2 = mul_add(c(0.7071063925583853),
-            moment_own_south_ghost0_x, c(0.7071071698144961) * across_south_ghost0_7);
+        let moment_above_south_ghost0_x_2 = mul_add(c(-0.7071063925583854), across_south_ghost0_7,
+            c(0.7071071698144962) * moment_own_south_ghost0_x);
+        let moment_above_south_ghost0_y_2 = mul_add(c(0.7071063925583854),
+            moment_own_south_ghost0_x, c(0.7071071698144962) * across_south_ghost0_7);
         let moment_above_south_ghost0_z_2 = mul_add(cos_south_west_south, moment_own_south_ghost0_z,
             sin_south_west_south * moment_own_south_ghost0_y);
         // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let across_south_6 = mul_add(-sin_south_south_east, force_own_south_z,
             cos_south_south_east * force_own_south_y);
-        let force_above_south_x_2 = mul_add(c(0.8660254814097262), across_south_6,
-            c(0.4999998655490338) * force_own_south_x);
-        let force_above_south_y_2 = mul_add(c(-0.8660254814097262), force_own_south_x,
-            c(0.4999998655490338) * across_south_6);
+        let force_above_south_x_2 = mul_add(c(0.8660254814097263), across_south_6,
+            c(0.49999986554903386) * force_own_south_x);
+        let force_above_south_y_2 = mul_add(c(-0.8660254814097263), force_own_south_x,
+            c(0.49999986554903386) * across_south_6);
         let force_above_south_z_2 = mul_add(cos_south_south_east, force_own_south_z,
             sin_south_south_east * force_own_south_y);
         let across_south_7 = mul_add(-sin_south_south_east, moment_own_south_z,
             cos_south_south_east * moment_own_south_y);
-        let moment_above_south_x_2 = mul_add(c(0.8660254814097262), across_south_7,
-            c(0.4999998655490338) * moment_own_south_x);
-        let moment_above_south_y_2 = mul_add(c(-0.8660254814097262), moment_own_south_x,
-            c(0.4999998655490338) * across_south_7);
+        let moment_above_south_x_2 = mul_add(c(0.8660254814097263), across_south_7,
+            c(0.49999986554903386) * moment_own_south_x);
+        let moment_above_south_y_2 = mul_add(c(-0.8660254814097263), moment_own_south_x,
+            c(0.49999986554903386) * across_south_7);
         let moment_above_south_z_2 = mul_add(cos_south_south_east, moment_own_south_z,
             sin_south_south_east * moment_own_south_y);
         // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
@@ -1706,16 +1706,16 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         reactions[0] = -force_own_south_ghost0_x;
         reactions[1] = -(force_own_south_ghost0_y + force_closing_south_ghost0_y);
         reactions[2] = -(force_own_south_ghost0_z + force_closing_south_ghost0_z);
-        reactions[3] = -mul_add(c(0.08068423607472835), lambda[2], moment_own_south_ghost0_x);
+        reactions[3] = -mul_add(c(0.0806842360747284), lambda[2], moment_own_south_ghost0_x);
         reactions[4] = -(moment_own_south_ghost0_y - south_ghost0_part);
         reactions[5] = -(moment_own_south_ghost0_z + moment_closing_south_ghost0_z);
-        reactions[6] = -mul_add(c(-0.8660252485338008), lambda[0], force_own_south_x);
+        reactions[6] = -mul_add(c(-0.866025248533801), lambda[0], force_own_south_x);
         reactions[7] = -(force_own_south_y - south_part);
         reactions[8] = -(force_own_south_z + force_closing_south_z);
         reactions[9] = -(moment_own_south_x + moment_closing_south_x);
         reactions[10] = -(moment_own_south_y + moment_closing_south_y);
         reactions[11] = -(moment_own_south_z + moment_closing_south_z);
-        reactions[12] = -mul_add(c(-0.7071063925583853), across_south_ghost0_3,
+        reactions[12] = -mul_add(c(-0.7071063925583854), across_south_ghost0_3,
             force_carried_south_west_x);
         reactions[13] = -(force_carried_south_west_y + force_above_south_ghost0_y);
         reactions[14] = -(force_carried_south_west_z + force_above_south_ghost0_z);
@@ -1885,17 +1885,17 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let gradient_moving_z_south_west_y = mul_add(-south_west_part_4, south_west_part_5,
             alpha_moving_south_west_x);
         // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_moment_own_south_west_x = mul_add(c(3.520149320482795e-4), d_free_fall_south_west_z,
-            -mul_add(c(1.0093594897589384e-5), d_omega_yz_south_west,
+        let d_moment_own_south_west_x = mul_add(c(3.5201493204827953e-4), d_free_fall_south_west_z,
+            -mul_add(c(1.009359489758939e-5), d_omega_yz_south_west,
             mul_add(c(-2.6789051216394143e-8), d_omega_yz_south_west,
-            d_gradient_moving_z_south_west_x * c(1.2394283547934881e-5))));
-        let moment_own_south_west_z = -sin_ground_west * c(-2.9906177176792508e-3)
-            - mul_add(c(-1.0093594897589384e-5), gradient_moving_x_south_west_y,
-            c(1.2394283547934881e-5) * mul_add(-omega_south_west_x, omega_south_west_x,
+            d_gradient_moving_z_south_west_x * c(1.2394283547934888e-5))));
+        let moment_own_south_west_z = -sin_ground_west * c(-2.990617717679251e-3)
+            - mul_add(c(-1.009359489758939e-5), gradient_moving_x_south_west_y,
+            c(1.2394283547934888e-5) * mul_add(-omega_south_west_x, omega_south_west_x,
             south_west_part_4 * south_west_part_4));
-        let d_moment_own_south_west_z = -d_sin_ground_west * c(-2.9906177176792508e-3)
-            - mul_add(c(-1.0093594897589384e-5), d_gradient_moving_x_south_west_y,
-            c(1.2394283547934881e-5) * (d_omega_yy_south_west - d_omega_xx_south_west));
+        let d_moment_own_south_west_z = -d_sin_ground_west * c(-2.990617717679251e-3)
+            - mul_add(c(-1.009359489758939e-5), d_gradient_moving_x_south_west_y,
+            c(1.2394283547934888e-5) * (d_omega_yy_south_west - d_omega_xx_south_west));
         // south_east: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let across_south_east_3 = c(0.7071067811865475) * a[4];
         let alpha_moving_south_east_x = across_south_east_3 + a[3];
@@ -1917,26 +1917,26 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let gradient_moving_z_south_east_y = mul_add(-carried_south_east_y, south_east_part_2,
             alpha_moving_south_east_x);
         // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_moment_own_south_east_x = -d_free_fall_south_east_z * c(4.7358339509453106e-4)
-            - mul_add(c(-1.293994125217518e-5), d_gradient_moving_z_south_east_x,
+        let d_moment_own_south_east_x = -d_free_fall_south_east_z * c(4.7358339509453117e-4)
+            - mul_add(c(-1.2939941252175183e-5), d_gradient_moving_z_south_east_x,
             mul_add(c(-3.338573836000013e-8), d_omega_yz_south_east,
-            d_omega_yz_south_east * c(1.6424267108073443e-5)));
-        let moment_own_south_east_z = mul_add(c(3.285114235562457e-3), sin_ground_east,
-            -mul_add(c(-1.6424267108073443e-5), gradient_moving_x_south_east_y,
-            -c(1.293994125217518e-5) * mul_add(-omega_south_east_x, omega_south_east_x,
+            d_omega_yz_south_east * c(1.642426710807345e-5)));
+        let moment_own_south_east_z = mul_add(c(3.285114235562458e-3), sin_ground_east,
+            -mul_add(c(-1.642426710807345e-5), gradient_moving_x_south_east_y,
+            -c(1.2939941252175183e-5) * mul_add(-omega_south_east_x, omega_south_east_x,
             carried_south_east_y * carried_south_east_y)));
-        let d_moment_own_south_east_z = mul_add(c(3.285114235562457e-3), d_sin_ground_east,
-            -mul_add(c(-1.6424267108073443e-5), d_gradient_moving_x_south_east_y,
-            -c(1.293994125217518e-5) * (d_omega_yy_south_east - d_omega_xx_south_east)));
+        let d_moment_own_south_east_z = mul_add(c(3.285114235562458e-3), d_sin_ground_east,
+            -mul_add(c(-1.642426710807345e-5), d_gradient_moving_x_south_east_y,
+            -c(1.2939941252175183e-5) * (d_omega_yy_south_east - d_omega_xx_south_east)));
         // south: angular velocity: w = R^T w_parent + u e_x
-        let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
-            carried_south_east_y * c(0.4999998655490338));
-        let d_across_south = mul_add(c(0.8660254814097262), d_omega_south_east_x,
-            d_carried_south_east_y * c(0.4999998655490338));
-        let carried_south_x = mul_add(c(-0.8660254814097262), carried_south_east_y,
-            omega_south_east_x * c(0.4999998655490338));
-        let d_carried_south_x = mul_add(c(-0.8660254814097262), d_carried_south_east_y,
-            d_omega_south_east_x * c(0.4999998655490338));
+        let across_south = mul_add(c(0.8660254814097263), omega_south_east_x,
+            carried_south_east_y * c(0.49999986554903386));
+        let d_across_south = mul_add(c(0.8660254814097263), d_omega_south_east_x,
+            d_carried_south_east_y * c(0.49999986554903386));
+        let carried_south_x = mul_add(c(-0.8660254814097263), carried_south_east_y,
+            omega_south_east_x * c(0.49999986554903386));
+        let d_carried_south_x = mul_add(c(-0.8660254814097263), d_carried_south_east_y,
+            d_omega_south_east_x * c(0.49999986554903386));
         let carried_south_y = mul_add(-sin_south_south_east, south_east_part_2,
             cos_south_south_east * across_south);
         let d_carried_south_y = mul_add(-sin_south_south_east, south_east_part_3,
@@ -1965,28 +1965,28 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_omega_yz_south = mul_add(carried_south_y, d_carried_south_z,
             d_carried_south_y * carried_south_z);
         // south: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let across_south_2 = mul_add(c(0.4999998655490338), free_fall_south_east_y,
+        let across_south_2 = mul_add(c(0.49999986554903386), free_fall_south_east_y,
             sin_ground_east * c(6.007374132640437));
-        let d_across_south_2 = mul_add(c(0.4999998655490338), d_free_fall_south_east_y,
+        let d_across_south_2 = mul_add(c(0.49999986554903386), d_free_fall_south_east_y,
             d_sin_ground_east * c(6.007374132640437));
-        let free_fall_south_x = mul_add(c(-0.8660254814097262), free_fall_south_east_y,
-            sin_ground_east * c(3.468357829071642));
-        let d_free_fall_south_x = mul_add(c(-0.8660254814097262), d_free_fall_south_east_y,
-            d_sin_ground_east * c(3.468357829071642));
+        let free_fall_south_x = mul_add(c(-0.8660254814097263), free_fall_south_east_y,
+            sin_ground_east * c(3.4683578290716426));
+        let d_free_fall_south_x = mul_add(c(-0.8660254814097263), d_free_fall_south_east_y,
+            d_sin_ground_east * c(3.4683578290716426));
         let free_fall_south_z = mul_add(-sin_south_south_east, across_south_2,
             cos_south_south_east * free_fall_south_east_z);
         let d_free_fall_south_z = mul_add(-south_part, free_fall_south_east_z,
             cos_south_south_east * d_free_fall_south_east_z) - mul_add(sin_south_south_east,
             d_across_south_2, d_sin_south_south_east * across_south_2);
         // south_ghost0: angular velocity: w = R^T w_parent + u e_x
-        let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
-            south_west_part_4 * c(-0.7071071698144961));
-        let d_across_south_ghost0 = mul_add(c(-0.7071063925583853), d_omega_south_west_x,
-            d_carried_south_west_y * c(0.7071071698144961));
-        let carried_south_ghost0_x = mul_add(c(0.7071071698144961), omega_south_west_x,
-            south_west_part_4 * c(-0.7071063925583853));
-        let d_carried_south_ghost0_x = mul_add(c(0.7071071698144961), d_omega_south_west_x,
-            d_carried_south_west_y * c(0.7071063925583853));
+        let across_south_ghost0 = mul_add(c(-0.7071063925583854), omega_south_west_x,
+            south_west_part_4 * c(-0.7071071698144962));
+        let d_across_south_ghost0 = mul_add(c(-0.7071063925583854), d_omega_south_west_x,
+            d_carried_south_west_y * c(0.7071071698144962));
+        let carried_south_ghost0_x = mul_add(c(0.7071071698144962), omega_south_west_x,
+            south_west_part_4 * c(-0.7071063925583854));
+        let d_carried_south_ghost0_x = mul_add(c(0.7071071698144962), d_omega_south_west_x,
+            d_carried_south_west_y * c(0.7071063925583854));
         let carried_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0,
             sin_south_west_south * south_west_part_5);
         let d_carried_south_ghost0_y = mul_add(-sin_south_west_south, south_west_part_6,
@@ -2013,47 +2013,47 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_omega_yz_south_ghost0 = mul_add(carried_south_ghost0_y, d_carried_south_ghost0_z,
             d_carried_south_ghost0_y * carried_south_ghost0_z);
         // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let across_south_ghost0_2 = mul_add(c(6.007372737186426), sin_ground_west,
-            free_fall_south_west_y * c(0.7071071698144961));
-        let d_across_south_ghost0_2 = mul_add(c(6.007372737186426), d_sin_ground_west,
-            d_free_fall_south_west_y * c(0.7071071698144961));
-        let free_fall_south_ghost0_x = mul_add(c(0.7071063925583853), free_fall_south_west_y,
-            sin_ground_west * c(-6.007379340531013));
-        let d_free_fall_south_ghost0_x = mul_add(c(0.7071063925583853), d_free_fall_south_west_y,
-            d_sin_ground_west * c(-6.007379340531013));
+        let across_south_ghost0_2 = mul_add(c(6.007372737186427), sin_ground_west,
+            free_fall_south_west_y * c(0.7071071698144962));
+        let d_across_south_ghost0_2 = mul_add(c(6.007372737186427), d_sin_ground_west,
+            d_free_fall_south_west_y * c(0.7071071698144962));
+        let free_fall_south_ghost0_x = mul_add(c(0.7071063925583854), free_fall_south_west_y,
+            sin_ground_west * c(-6.007379340531014));
+        let d_free_fall_south_ghost0_x = mul_add(c(0.7071063925583854), d_free_fall_south_west_y,
+            d_sin_ground_west * c(-6.007379340531014));
         let free_fall_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_2,
             cos_south_west_south * free_fall_south_west_z);
         let d_free_fall_south_ghost0_z = mul_add(-south_ghost0_part, free_fall_south_west_z,
             cos_south_west_south * d_free_fall_south_west_z) - mul_add(sin_south_west_south,
             d_across_south_ghost0_2, d_sin_south_west_south * across_south_ghost0_2);
         // south_ghost0: closure forces: (f, n) of lambda along the rows of the closure
-        let south_ghost0_part_4 = c(0.08068423607472835) * lambda[1];
-        let moment_closing_south_ghost0_z = lambda[0] * c(0.08068423607472834);
+        let south_ghost0_part_4 = c(0.0806842360747284) * lambda[1];
+        let moment_closing_south_ghost0_z = lambda[0] * c(0.08068423607472841);
         let across_south_ghost0_3 = mul_add(-sin_south_west_south, moment_closing_south_ghost0_z,
             -cos_south_west_south * south_ghost0_part_4);
         let d_across_south_ghost0_3 = mul_add(-d_sin_south_west_south,
             moment_closing_south_ghost0_z, south_ghost0_part * south_ghost0_part_4);
-        let d_moment_above_south_ghost0_x = -c(0.7071063925583853) * d_across_south_ghost0_3;
-        let d_moment_above_south_ghost0_y = c(0.7071071698144961) * d_across_south_ghost0_3;
-        let moment_above_south_ghost0_y = mul_add(c(0.0570523391071303), lambda[2],
-            c(0.7071071698144961) * across_south_ghost0_3);
+        let d_moment_above_south_ghost0_x = -c(0.7071063925583854) * d_across_south_ghost0_3;
+        let d_moment_above_south_ghost0_y = c(0.7071071698144962) * d_across_south_ghost0_3;
+        let moment_above_south_ghost0_y = mul_add(c(0.05705233910713033), lambda[2],
+            c(0.7071071698144962) * across_south_ghost0_3);
         let moment_above_south_ghost0_z = mul_add(-sin_south_west_south, south_ghost0_part_4,
             cos_south_west_south * moment_closing_south_ghost0_z);
         let d_moment_above_south_ghost0_z = mul_add(-south_ghost0_part,
             moment_closing_south_ghost0_z, -d_sin_south_west_south * south_ghost0_part_4);
         // south: closure forces: (f, n) of lambda along the rows of the closure
-        let moment_closing_south_x = mul_add(c(-0.040342139733508246), lambda[2],
-            lambda[1] * c(0.06987458559937648));
-        let moment_closing_south_y = mul_add(c(0.0698745855993765), lambda[2],
-            lambda[1] * c(0.04034213973350825));
-        let moment_closing_south_z = lambda[0] * c(-0.08068423607472835);
+        let moment_closing_south_x = mul_add(c(-0.04034213973350828), lambda[2],
+            lambda[1] * c(0.06987458559937651));
+        let moment_closing_south_y = mul_add(c(0.06987458559937651), lambda[2],
+            lambda[1] * c(0.04034213973350828));
+        let moment_closing_south_z = lambda[0] * c(-0.08068423607472841);
         let across_south_3 = mul_add(-sin_south_south_east, moment_closing_south_z,
             cos_south_south_east * moment_closing_south_y);
         let d_across_south_3 = mul_add(-d_sin_south_south_east, moment_closing_south_z,
             -south_part * moment_closing_south_y);
-        let d_moment_above_south_y = c(0.4999998655490338) * d_across_south_3;
-        let moment_above_south_y = mul_add(c(-0.8660254814097262), moment_closing_south_x,
-            c(0.4999998655490338) * across_south_3);
+        let d_moment_above_south_y = c(0.49999986554903386) * d_across_south_3;
+        let moment_above_south_y = mul_add(c(-0.8660254814097263), moment_closing_south_x,
+            c(0.49999986554903386) * across_south_3);
         let moment_above_south_z = mul_add(cos_south_south_east, moment_closing_south_z,
             sin_south_south_east * moment_closing_south_y);
         let d_moment_above_south_z = mul_add(-south_part, moment_closing_south_z,
@@ -2063,7 +2063,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             cos_west_south_west * d_moment_above_south_ghost0_y) - mul_add(sin_west_south_west,
             d_moment_above_south_ghost0_z, d_sin_west_south_west * moment_above_south_ghost0_z);
         let d_moment_above_south_west_x = mul_add(c(-0.8660257562110547), d_across_south_west_2,
-            d_across_south_ghost0_3 * c(-0.3535527646463877));
+            d_across_south_ghost0_3 * c(-0.35355276464638774));
         // south_east: closure forces: (f, n) of lambda along the rows of the closure
         let d_across_south_east_3 = mul_add(-south_east_part, moment_above_south_y,
             cos_south_east_east * d_moment_above_south_y) - mul_add(sin_south_east_east,
@@ -2071,12 +2071,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_moment_above_south_east_x = mul_add(c(0.7071067811865475), d_across_south_east_3,
             d_across_south_3 * c(0.6123724905851617));
         // south: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let d_across_south_4 = c(0.4999998655490338) * d_alpha_moving_south_east_y;
-        let across_south_4 = mul_add(c(0.8660254814097262), alpha_moving_south_east_x,
-            c(0.4999998655490338) * alpha_moving_south_east_y);
-        let south_part_5 = c(0.8660254814097262) * d_alpha_moving_south_east_y;
-        let alpha_moving_south_x = a[1] + mul_add(c(-0.8660254814097262), alpha_moving_south_east_y,
-            c(0.4999998655490338) * alpha_moving_south_east_x);
+        let d_across_south_4 = c(0.49999986554903386) * d_alpha_moving_south_east_y;
+        let across_south_4 = mul_add(c(0.8660254814097263), alpha_moving_south_east_x,
+            c(0.49999986554903386) * alpha_moving_south_east_y);
+        let south_part_5 = c(0.8660254814097263) * d_alpha_moving_south_east_y;
+        let alpha_moving_south_x = a[1] + mul_add(c(-0.8660254814097263), alpha_moving_south_east_y,
+            c(0.49999986554903386) * alpha_moving_south_east_x);
         let alpha_moving_south_y = mul_add(cos_south_south_east, across_south_4,
             mul_add(sin_south_south_east, alpha_moving_south_east_z, carried_south_z * u[1]));
         let d_alpha_moving_south_y = mul_add(-south_part, across_south_4,
@@ -2102,32 +2102,32 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let gradient_moving_z_south_y = omega_yz_south + alpha_moving_south_x;
         let d_gradient_moving_z_south_y = d_omega_yz_south - south_part_5;
         // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let moment_own_south_x = -free_fall_south_z * c(1.702501854199059e-4)
+        let moment_own_south_x = -free_fall_south_z * c(1.7025018541990593e-4)
             - mul_add(c(-2.3726582693412885e-8), gradient_moving_y_south_z,
-            mul_add(c(-6.64555505684884e-6), gradient_moving_z_south_x,
+            mul_add(c(-6.645555056848842e-6), gradient_moving_z_south_x,
             gradient_moving_z_south_y * c(5.565308808048279e-6)));
-        let d_moment_own_south_x = -d_free_fall_south_z * c(1.702501854199059e-4)
+        let d_moment_own_south_x = -d_free_fall_south_z * c(1.7025018541990593e-4)
             - mul_add(c(-2.3726582693412885e-8), d_gradient_moving_y_south_z,
-            mul_add(c(-6.64555505684884e-6), d_gradient_moving_z_south_x,
+            mul_add(c(-6.645555056848842e-6), d_gradient_moving_z_south_x,
             d_gradient_moving_z_south_y * c(5.565308808048279e-6)));
         let south_part_6 = mul_add(c(2.3726582693412885e-8), gradient_moving_x_south_z,
-            gradient_moving_z_south_y * c(6.64555505684884e-6));
+            gradient_moving_z_south_y * c(6.645555056848842e-6));
         let south_part_7 = mul_add(c(2.3726582693412885e-8), d_gradient_moving_x_south_z,
-            d_gradient_moving_z_south_y * c(6.64555505684884e-6));
-        let moment_own_south_z = mul_add(c(1.702501854199059e-4), free_fall_south_x,
+            d_gradient_moving_z_south_y * c(6.645555056848842e-6));
+        let moment_own_south_z = mul_add(c(1.7025018541990593e-4), free_fall_south_x,
             -mul_add(c(-5.565308808048279e-6), gradient_moving_x_south_y,
-            -c(6.64555505684884e-6) * mul_add(-omega_south_x, omega_south_x,
+            -c(6.645555056848842e-6) * mul_add(-omega_south_x, omega_south_x,
             carried_south_y * carried_south_y)));
-        let d_moment_own_south_z = mul_add(c(1.702501854199059e-4), d_free_fall_south_x,
+        let d_moment_own_south_z = mul_add(c(1.7025018541990593e-4), d_free_fall_south_x,
             -mul_add(c(-5.565308808048279e-6), d_gradient_moving_x_south_y,
-            -c(6.64555505684884e-6) * (d_omega_yy_south - d_omega_xx_south)));
+            -c(6.645555056848842e-6) * (d_omega_yy_south - d_omega_xx_south)));
         // south_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let d_across_south_ghost0_4 = c(0.7071071698144961) * d_alpha_moving_south_west_y;
-        let across_south_ghost0_4 = mul_add(c(-0.7071063925583853), alpha_moving_south_west_x,
-            c(0.7071071698144961) * alpha_moving_south_west_y);
-        let d_alpha_moving_south_ghost0_x = c(0.7071063925583853) * d_alpha_moving_south_west_y;
-        let alpha_moving_south_ghost0_x = a[0] + mul_add(c(0.7071063925583853),
-            alpha_moving_south_west_y, c(0.7071071698144961) * alpha_moving_south_west_x);
+        let d_across_south_ghost0_4 = c(0.7071071698144962) * d_alpha_moving_south_west_y;
+        let across_south_ghost0_4 = mul_add(c(-0.7071063925583854), alpha_moving_south_west_x,
+            c(0.7071071698144962) * alpha_moving_south_west_y);
+        let d_alpha_moving_south_ghost0_x = c(0.7071063925583854) * d_alpha_moving_south_west_y;
+        let alpha_moving_south_ghost0_x = a[0] + mul_add(c(0.7071063925583854),
+            alpha_moving_south_west_y, c(0.7071071698144962) * alpha_moving_south_west_x);
         let alpha_moving_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0_4,
             mul_add(sin_south_west_south, alpha_moving_south_west_z,
             carried_south_ghost0_z * u[0]));
@@ -2161,40 +2161,40 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_gradient_moving_z_south_ghost0_y = d_omega_yz_south_ghost0
             + d_alpha_moving_south_ghost0_x;
         // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let moment_own_south_ghost0_x = mul_add(c(1.7025149681007906e-4), free_fall_south_ghost0_z,
-            -mul_add(c(-2.372658269341246e-8), gradient_moving_y_south_ghost0_z,
-            mul_add(c(5.5653677591751645e-6), gradient_moving_z_south_ghost0_y,
-            gradient_moving_z_south_ghost0_x * c(6.645589092322223e-6))));
-        let d_moment_own_south_ghost0_x = mul_add(c(1.7025149681007906e-4),
-            d_free_fall_south_ghost0_z, -mul_add(c(-2.372658269341246e-8),
-            d_gradient_moving_y_south_ghost0_z, mul_add(c(5.5653677591751645e-6),
-            d_gradient_moving_z_south_ghost0_y,
-            d_gradient_moving_z_south_ghost0_x * c(6.645589092322223e-6))));
-        let south_ghost0_part_5 = mul_add(c(-6.645589092322223e-6),
+        let moment_own_south_ghost0_x = mul_add(c(1.7025149681007909e-4), free_fall_south_ghost0_z,
+            -mul_add(c(5.565367759175165e-6), gradient_moving_z_south_ghost0_y,
+            mul_add(c(-2.3726582693412885e-8), gradient_moving_y_south_ghost0_z,
+            gradient_moving_z_south_ghost0_x * c(6.645589092322226e-6))));
+        let d_moment_own_south_ghost0_x = mul_add(c(1.7025149681007909e-4),
+            d_free_fall_south_ghost0_z, -mul_add(c(5.565367759175165e-6),
+            d_gradient_moving_z_south_ghost0_y, mul_add(c(-2.3726582693412885e-8),
+            d_gradient_moving_y_south_ghost0_z,
+            d_gradient_moving_z_south_ghost0_x * c(6.645589092322226e-6))));
+        let south_ghost0_part_5 = mul_add(c(-6.645589092322226e-6),
             gradient_moving_z_south_ghost0_y,
-            gradient_moving_x_south_ghost0_z * c(2.372658269341246e-8));
-        let south_ghost0_part_6 = mul_add(c(-6.645589092322223e-6),
+            c(2.3726582693412885e-8) * gradient_moving_x_south_ghost0_z);
+        let south_ghost0_part_6 = mul_add(c(-6.645589092322226e-6),
             d_gradient_moving_z_south_ghost0_y,
-            d_gradient_moving_x_south_ghost0_z * c(2.372658269341246e-8));
-        let moment_own_south_ghost0_z = -free_fall_south_ghost0_x * c(1.7025149681007906e-4)
-            - mul_add(c(-5.5653677591751645e-6), gradient_moving_x_south_ghost0_y,
-            c(6.645589092322223e-6) * mul_add(-omega_south_ghost0_x, omega_south_ghost0_x,
+            c(2.3726582693412885e-8) * d_gradient_moving_x_south_ghost0_z);
+        let moment_own_south_ghost0_z = -free_fall_south_ghost0_x * c(1.7025149681007909e-4)
+            - mul_add(c(-5.565367759175165e-6), gradient_moving_x_south_ghost0_y,
+            c(6.645589092322226e-6) * mul_add(-omega_south_ghost0_x, omega_south_ghost0_x,
             carried_south_ghost0_y * carried_south_ghost0_y));
-        let d_moment_own_south_ghost0_z = -d_free_fall_south_ghost0_x * c(1.7025149681007906e-4)
-            - mul_add(c(-5.5653677591751645e-6), d_gradient_moving_x_south_ghost0_y,
-            c(6.645589092322223e-6) * (d_omega_yy_south_ghost0 - d_omega_xx_south_ghost0));
+        let d_moment_own_south_ghost0_z = -d_free_fall_south_ghost0_x * c(1.7025149681007909e-4)
+            - mul_add(c(-5.565367759175165e-6), d_gradient_moving_x_south_ghost0_y,
+            c(6.645589092322226e-6) * (d_omega_yy_south_ghost0 - d_omega_xx_south_ghost0));
         // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let across_south_5 = mul_add(-sin_south_south_east, moment_own_south_z,
             -cos_south_south_east * south_part_6);
         let d_across_south_5 = mul_add(-cos_south_south_east, south_part_7,
             south_part * south_part_6) - mul_add(sin_south_south_east, d_moment_own_south_z,
             d_sin_south_south_east * moment_own_south_z);
-        let d_moment_above_south_x = mul_add(c(0.8660254814097262), d_across_south_5,
-            c(0.4999998655490338) * d_moment_own_south_x);
-        let moment_above_south_y_2 = mul_add(c(-0.8660254814097262), moment_own_south_x,
-            c(0.4999998655490338) * across_south_5);
-        let d_moment_above_south_y_2 = mul_add(c(-0.8660254814097262), d_moment_own_south_x,
-            c(0.4999998655490338) * d_across_south_5);
+        let d_moment_above_south_x = mul_add(c(0.8660254814097263), d_across_south_5,
+            c(0.49999986554903386) * d_moment_own_south_x);
+        let moment_above_south_y_2 = mul_add(c(-0.8660254814097263), moment_own_south_x,
+            c(0.49999986554903386) * across_south_5);
+        let d_moment_above_south_y_2 = mul_add(c(-0.8660254814097263), d_moment_own_south_x,
+            c(0.49999986554903386) * d_across_south_5);
         let moment_above_south_z_2 = mul_add(-sin_south_south_east, south_part_6,
             cos_south_south_east * moment_own_south_z);
         let d_moment_above_south_z_2 = mul_add(-sin_south_south_east, south_part_7,
@@ -2206,12 +2206,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_across_south_ghost0_5 = mul_add(-cos_south_west_south, south_ghost0_part_6,
             south_ghost0_part * south_ghost0_part_5) - mul_add(sin_south_west_south,
             d_moment_own_south_ghost0_z, d_sin_south_west_south * moment_own_south_ghost0_z);
-        let d_moment_above_south_ghost0_x_2 = mul_add(c(-0.7071063925583853),
-            d_across_south_ghost0_5, c(0.7071071698144961) * d_moment_own_south_ghost0_x);
-        let moment_above_south_ghost0_y_2 = mul_add(c(0.7071063925583853),
-            moment_own_south_ghost0_x, c(0.7071071698144961) * across_south_ghost0_5);
-        let d_moment_above_south_ghost0_y_2 = mul_add(c(0.7071063925583853),
-            d_moment_own_south_ghost0_x, c(0.7071071698144961) * d_across_south_ghost0_5);
+        let d_moment_above_south_ghost0_x_2 = mul_add(c(-0.7071063925583854),
+            d_across_south_ghost0_5, c(0.7071071698144962) * d_moment_own_south_ghost0_x);
+        let moment_above_south_ghost0_y_2 = mul_add(c(0.7071063925583854),
+            moment_own_south_ghost0_x, c(0.7071071698144962) * across_south_ghost0_5);
+        let d_moment_above_south_ghost0_y_2 = mul_add(c(0.7071063925583854),
+            d_moment_own_south_ghost0_x, c(0.7071071698144962) * d_across_south_ghost0_5);
         let moment_above_south_ghost0_z_2 = mul_add(-sin_south_west_south, south_ghost0_part_5,
             cos_south_west_south * moment_own_south_ghost0_z);
         let d_moment_above_south_ghost0_z_2 = mul_add(-sin_south_west_south, south_ghost0_part_6,
@@ -2221,10 +2221,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_moment_moving_south_west_x = d_moment_own_south_west_x
             + d_moment_above_south_ghost0_x_2;
         let moment_moving_south_west_y = moment_above_south_ghost0_y_2
-            - mul_add(c(-1.2394283547934881e-5), gradient_moving_z_south_west_y,
+            - mul_add(c(-1.2394283547934888e-5), gradient_moving_z_south_west_y,
             gradient_moving_x_south_west_z * c(2.6789051216394143e-8));
         let d_moment_moving_south_west_y = d_moment_above_south_ghost0_y_2
-            - mul_add(c(-1.2394283547934881e-5), d_omega_yz_south_west,
+            - mul_add(c(-1.2394283547934888e-5), d_omega_yz_south_west,
             d_gradient_moving_x_south_west_z * c(2.6789051216394143e-8));
         let moment_moving_south_west_z = moment_own_south_west_z + moment_above_south_ghost0_z_2;
         let d_moment_moving_south_west_z = d_moment_own_south_west_z
@@ -2236,11 +2236,11 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             c(0.4999993895786978) * d_moment_moving_south_west_x);
         // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_moving_south_east_x = d_moment_own_south_east_x + d_moment_above_south_x;
-        let moment_moving_south_east_y = moment_above_south_y_2 - mul_add(c(1.293994125217518e-5),
+        let moment_moving_south_east_y = moment_above_south_y_2 - mul_add(c(1.2939941252175183e-5),
             gradient_moving_z_south_east_y,
             gradient_moving_x_south_east_z * c(3.338573836000013e-8));
         let d_moment_moving_south_east_y = d_moment_above_south_y_2
-            - mul_add(c(1.293994125217518e-5), d_omega_yz_south_east,
+            - mul_add(c(1.2939941252175183e-5), d_omega_yz_south_east,
             d_gradient_moving_x_south_east_z * c(3.338573836000013e-8));
         let moment_moving_south_east_z = moment_own_south_east_z + moment_above_south_z_2;
         let d_moment_moving_south_east_z = d_moment_own_south_east_z + d_moment_above_south_z_2;
@@ -2256,27 +2256,27 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_moment_moving_east_x = mul_add(c(-4.625527205006544e-3), east_part,
             d_moment_above_south_east_x_2);
         // mechanism: results: what the function returns
-        let part = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648), d_omega_xx_south
-            + d_omega_zz_south, d_gradient_moving_y_south_x * c(0.04034213973350825)),
-            mul_add(c(-0.06987458559937648), d_gradient_moving_x_south_y, (d_omega_yy_south
-            + d_omega_zz_south) * c(-0.04034213973350825)) * c(0.8660252485338008));
+        let part = mul_add(c(0.5000002689018963), mul_add(c(0.06987458559937651), d_omega_xx_south
+            + d_omega_zz_south, d_gradient_moving_y_south_x * c(0.04034213973350828)),
+            mul_add(c(-0.06987458559937651), d_gradient_moving_x_south_y, (d_omega_yy_south
+            + d_omega_zz_south) * c(-0.04034213973350828)) * c(0.866025248533801));
         forces[0] = d_moment_own_south_ghost0_x + mul_add(c(-3.5e-6), du[0], -dq[0] * c(0.0114));
         forces[1] = d_moment_own_south_x + mul_add(c(-3.5e-6), du[1], -dq[1] * c(0.0114));
         forces[2] = d_moment_moving_south_west_x + mul_add(c(-3.5e-6), du[2], mul_add(c(-0.0114),
             dq[2], d_moment_above_south_ghost0_x));
         forces[3] = d_moment_moving_south_east_x + mul_add(c(-3.5e-6), du[3], mul_add(c(-0.0114),
-            dq[3], c(0.8660254814097262) * d_across_south_3));
+            dq[3], c(0.8660254814097263) * d_across_south_3));
         forces[4] = d_moment_moving_east_x + mul_add(c(-3.5e-6), du[4], mul_add(c(-0.0114), dq[4],
             d_moment_above_south_east_x));
         forces[5] = d_moment_moving_west_x + mul_add(c(-3.5e-6), du[5], mul_add(c(-0.0114), dq[5],
             d_moment_above_south_west_x));
-        closure[0] = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x, -part);
-        closure[1] = mul_add(c(0.08068423607472835), d_gradient_moving_z_south_ghost0_x,
-            -mul_add(c(-0.06987458559937648), d_gradient_moving_z_south_y,
-            d_gradient_moving_z_south_x * c(0.04034213973350825)));
-        closure[2] = mul_add(c(0.08068423607472835), d_gradient_moving_z_south_ghost0_y,
-            -mul_add(c(0.040342139733508246), d_gradient_moving_z_south_y,
-            d_gradient_moving_z_south_x * c(0.0698745855993765)));
+        closure[0] = mul_add(c(0.08068423607472841), d_gradient_moving_y_south_ghost0_x, -part);
+        closure[1] = mul_add(c(0.0806842360747284), d_gradient_moving_z_south_ghost0_x,
+            -mul_add(c(-0.06987458559937651), d_gradient_moving_z_south_y,
+            d_gradient_moving_z_south_x * c(0.04034213973350828)));
+        closure[2] = mul_add(c(0.0806842360747284), d_gradient_moving_z_south_ghost0_y,
+            -mul_add(c(0.06987458559937651), d_gradient_moving_z_south_x,
+            d_gradient_moving_z_south_y * c(0.04034213973350828)));
     }
 }
 
@@ -2344,12 +2344,12 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let free_fall_south_west_z = mul_add(-sin_west_south_west, across_south_west,
             -cos_west_south_west * west_part);
         // south_west: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let moment_own_south_west_y = -mul_add(c(1.2394283547934881e-5), south_west_part_5,
+        let moment_own_south_west_y = -mul_add(c(1.2394283547934888e-5), south_west_part_5,
             gradient_x_south_west_z * c(2.6789051216394143e-8));
         // south: reduced closure Jacobian: Y = J L^-1
-        let moment_above_south_x = sin_south_south_east * c(0.06987460438879263);
-        let moment_above_south_y = sin_south_south_east * c(0.04034210718929068);
-        let moment_above_south_z = cos_south_south_east * c(-0.08068423607472835);
+        let moment_above_south_x = sin_south_south_east * c(0.06987460438879269);
+        let moment_above_south_y = sin_south_south_east * c(0.04034210718929071);
+        let moment_above_south_z = cos_south_south_east * c(-0.08068423607472841);
         // south_east: angular velocity: w = R^T w_parent + u e_x
         let across_south_east = u[4] * c(0.7071067811865475);
         let carried_south_east_y = cos_south_east_east * across_south_east;
@@ -2373,26 +2373,26 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let free_fall_south_east_z = mul_add(-sin_south_east_east, across_south_east_2,
             -cos_south_east_east * east_part);
         // south_west: reduced closure Jacobian: Y = J L^-1
-        let south_west_part_6 = cos_south_west_south * c(0.06783682279642027);
+        let south_west_part_6 = cos_south_west_south * c(0.06783682279642031);
         let across_south_west_2 = mul_add(-cos_west_south_west,
-            cos_south_west_south * c(-0.06783689736311294),
-            sin_west_south_west * (sin_south_west_south * c(-0.09593580755362642)));
+            cos_south_west_south * c(-0.06783689736311298),
+            sin_west_south_west * (sin_south_west_south * c(-0.09593580755362648)));
         let moment_above_south_west_x = -c(0.8660257562110547) * across_south_west_2;
         // south_east: reduced closure Jacobian: Y = J L^-1
         let across_south_east_3 = mul_add(-sin_south_east_east, moment_above_south_z,
             cos_south_east_east * moment_above_south_y);
         // south: angular velocity: w = R^T w_parent + u e_x
-        let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
-            carried_south_east_y * c(0.4999998655490338));
+        let across_south = mul_add(c(0.8660254814097263), omega_south_east_x,
+            carried_south_east_y * c(0.49999986554903386));
         let carried_south_y = mul_add(-sin_south_south_east, south_east_part,
             cos_south_south_east * across_south);
         let carried_south_z = mul_add(-sin_south_south_east, across_south,
             -cos_south_south_east * south_east_part);
-        let omega_south_x = mul_add(c(-0.8660254814097262), carried_south_east_y,
-            mul_add(c(0.4999998655490338), omega_south_east_x, u[1]));
+        let omega_south_x = mul_add(c(-0.8660254814097263), carried_south_east_y,
+            mul_add(c(0.49999986554903386), omega_south_east_x, u[1]));
         // south: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
-        let across_south_2 = south_east_part_2 * c(-0.4999998655490338);
-        let south_part = south_east_part_2 * c(-0.8660254814097262);
+        let across_south_2 = south_east_part_2 * c(-0.49999986554903386);
+        let south_part = south_east_part_2 * c(-0.8660254814097263);
         let alpha_south_y = mul_add(carried_south_z, u[1], mul_add(-sin_south_south_east,
             south_east_part_3, cos_south_south_east * across_south_2));
         let alpha_south_z = mul_add(-carried_south_y, u[1], mul_add(-sin_south_south_east,
@@ -2411,40 +2411,40 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let gradient_z_south_x = omega_xz_south - alpha_south_y;
         let gradient_z_south_y = omega_yz_south - south_part;
         // south: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let across_south_3 = mul_add(c(0.4999998655490338), free_fall_south_east_y,
+        let across_south_3 = mul_add(c(0.49999986554903386), free_fall_south_east_y,
             sin_ground_east * c(6.007374132640437));
-        let free_fall_south_x = mul_add(c(-0.8660254814097262), free_fall_south_east_y,
-            sin_ground_east * c(3.468357829071642));
+        let free_fall_south_x = mul_add(c(-0.8660254814097263), free_fall_south_east_y,
+            sin_ground_east * c(3.4683578290716426));
         let free_fall_south_z = mul_add(-sin_south_south_east, across_south_3,
             cos_south_south_east * free_fall_south_east_z);
         // south: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let south_part_2 = mul_add(c(2.3726582693412885e-8), gradient_x_south_z,
-            gradient_z_south_y * c(6.64555505684884e-6));
+            gradient_z_south_y * c(6.645555056848842e-6));
         let moment_own_south_z = mul_add(c(5.565308808048279e-6), gradient_x_south_y,
-            mul_add(c(6.64555505684884e-6), omega_yy_south - omega_xx_south,
-            free_fall_south_x * c(1.702501854199059e-4)));
+            mul_add(c(6.645555056848842e-6), omega_yy_south - omega_xx_south,
+            free_fall_south_x * c(1.7025018541990593e-4)));
         // south: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let moment_above_south_x_2 = cos_south_south_east * c(1.0297340444249026);
-        let moment_above_south_y_2 = cos_south_south_east * c(0.594517014586693);
-        let moment_above_south_z_2 = sin_south_south_east * c(1.18903434890702);
-        let twist_south = sin_south_south_east * c(-1.344337545550088e-5);
+        let moment_above_south_x_2 = cos_south_south_east * c(1.029734044424903);
+        let moment_above_south_y_2 = cos_south_south_east * c(0.5945170145866933);
+        let moment_above_south_z_2 = sin_south_south_east * c(1.1890343489070205);
+        let twist_south = sin_south_south_east * c(-1.3443375455500887e-5);
         let bend_south = sin_south_south_east * twist_south;
         let shear_south = cos_south_south_east * twist_south;
-        let turned_yy_south = c(-7.878066647452602e-6) - bend_south;
-        let south_part_3 = turned_yy_south * c(0.750000134450948);
-        let inertia_xz_south = c(0.8660254814097262) * shear_south;
+        let turned_yy_south = c(-7.878066647452608e-6) - bend_south;
+        let south_part_3 = turned_yy_south * c(0.7500001344509483);
+        let inertia_xz_south = c(0.8660254814097263) * shear_south;
         // south_ghost0: angular velocity: w = R^T w_parent + u e_x
-        let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
-            south_west_part_2 * c(-0.7071071698144961));
+        let across_south_ghost0 = mul_add(c(-0.7071063925583854), omega_south_west_x,
+            south_west_part_2 * c(-0.7071071698144962));
         let carried_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0,
             sin_south_west_south * south_west_part_3);
         let carried_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0,
             cos_south_west_south * south_west_part_3);
-        let omega_south_ghost0_x = mul_add(c(-0.7071063925583853), south_west_part_2,
-            mul_add(c(0.7071071698144961), omega_south_west_x, u[0]));
+        let omega_south_ghost0_x = mul_add(c(-0.7071063925583854), south_west_part_2,
+            mul_add(c(0.7071071698144962), omega_south_west_x, u[0]));
         // south_ghost0: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
-        let across_south_ghost0_2 = alpha_south_west_y * c(0.7071071698144961);
-        let alpha_south_ghost0_x = alpha_south_west_y * c(0.7071063925583853);
+        let across_south_ghost0_2 = alpha_south_west_y * c(0.7071071698144962);
+        let alpha_south_ghost0_x = alpha_south_west_y * c(0.7071063925583854);
         let alpha_south_ghost0_y = mul_add(carried_south_ghost0_z, u[0],
             mul_add(cos_south_west_south, across_south_ghost0_2,
             sin_south_west_south * south_west_part_4));
@@ -2462,53 +2462,53 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let gradient_z_south_ghost0_x = omega_xz_south_ghost0 - alpha_south_ghost0_y;
         let gradient_z_south_ghost0_y = alpha_south_ghost0_x + omega_yz_south_ghost0;
         // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let across_south_ghost0_3 = mul_add(c(6.007372737186426), sin_ground_west,
-            free_fall_south_west_y * c(0.7071071698144961));
-        let free_fall_south_ghost0_x = mul_add(c(0.7071063925583853), free_fall_south_west_y,
-            sin_ground_west * c(-6.007379340531013));
+        let across_south_ghost0_3 = mul_add(c(6.007372737186427), sin_ground_west,
+            free_fall_south_west_y * c(0.7071071698144962));
+        let free_fall_south_ghost0_x = mul_add(c(0.7071063925583854), free_fall_south_west_y,
+            sin_ground_west * c(-6.007379340531014));
         let free_fall_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_3,
             cos_south_west_south * free_fall_south_west_z);
         // south_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let south_ghost0_part = mul_add(c(-6.645589092322223e-6), gradient_z_south_ghost0_y,
-            gradient_x_south_ghost0_z * c(2.372658269341246e-8));
-        let moment_own_south_ghost0_z = mul_add(c(5.5653677591751645e-6), gradient_x_south_ghost0_y,
-            mul_add(c(-6.645589092322223e-6), mul_add(-omega_south_ghost0_x, omega_south_ghost0_x,
+        let south_ghost0_part = mul_add(c(-6.645589092322226e-6), gradient_z_south_ghost0_y,
+            c(2.3726582693412885e-8) * gradient_x_south_ghost0_z);
+        let moment_own_south_ghost0_z = mul_add(c(5.565367759175165e-6), gradient_x_south_ghost0_y,
+            mul_add(c(-6.645589092322226e-6), mul_add(-omega_south_ghost0_x, omega_south_ghost0_x,
             carried_south_ghost0_y * carried_south_ghost0_y),
-            -free_fall_south_ghost0_x * c(1.7025149681007906e-4)));
+            -free_fall_south_ghost0_x * c(1.7025149681007909e-4)));
         // south_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let across_south_ghost0_4 = mul_add(-sin_south_west_south, moment_own_south_ghost0_z,
             -cos_south_west_south * south_ghost0_part);
         // south_ghost0: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let south_ghost0_part_2 = cos_south_west_south * c(-0.8407692270097341);
-        let moment_above_south_ghost0_y = cos_south_west_south * c(-0.8407701511889332);
+        let south_ghost0_part_2 = cos_south_west_south * c(-0.8407692270097342);
+        let moment_above_south_ghost0_y = cos_south_west_south * c(-0.8407701511889333);
         let moment_above_south_ghost0_z = sin_south_west_south * c(-1.189027897156668);
-        let twist_south_ghost0 = sin_south_west_south * c(-1.3443432000292933e-5);
+        let twist_south_ghost0 = sin_south_west_south * c(-1.3443432000292938e-5);
         let bend_south_ghost0 = sin_south_west_south * twist_south_ghost0;
         let shear_south_ghost0 = cos_south_west_south * twist_south_ghost0;
-        let turned_yy_south_ghost0 = c(-7.878064241117769e-6) - bend_south_ghost0;
-        let bend_south_ghost0_2 = turned_yy_south_ghost0 * c(-0.4999994503969332);
-        let south_ghost0_part_3 = c(0.7071063925583853) * shear_south_ghost0;
+        let turned_yy_south_ghost0 = c(-7.878064241117773e-6) - bend_south_ghost0;
+        let bend_south_ghost0_2 = turned_yy_south_ghost0 * c(-0.4999994503969334);
+        let south_ghost0_part_3 = c(0.7071063925583854) * shear_south_ghost0;
         // south_ghost0: reduced closure Jacobian: Y = J L^-1
-        let south_ghost0_part_4 = sin_south_west_south * c(-0.057052339107130284);
-        let moment_above_south_ghost0_y_2 = sin_south_west_south * c(-0.05705240181944582);
-        let moment_above_south_ghost0_z_2 = cos_south_west_south * c(0.08068423607472834);
-        let south_ghost0_part_5 = cos_south_west_south * c(-0.0570523391071303);
-        let moment_above_south_ghost0_y_3 = cos_south_west_south * c(-0.05705240181944583);
+        let south_ghost0_part_4 = sin_south_west_south * c(-0.05705233910713035);
+        let moment_above_south_ghost0_y_2 = sin_south_west_south * c(-0.05705240181944588);
+        let moment_above_south_ghost0_z_2 = cos_south_west_south * c(0.08068423607472841);
+        let south_ghost0_part_5 = cos_south_west_south * c(-0.05705233910713033);
+        let moment_above_south_ghost0_y_3 = cos_south_west_south * c(-0.05705240181944587);
         // south_east: reduced closure Jacobian: Y = J L^-1
-        let moment_load_south_east_x = mul_add(c(-0.07195223963176), cos_south_south_east,
-            cos_south_south_east * c(0.03493732098380993));
-        let moment_load_south_east_y = mul_add(c(-0.04154163002602364), cos_south_south_east,
-            cos_south_south_east * c(0.02017106444271446));
-        let moment_load_south_east_z = mul_add(c(-0.08308328239330245), sin_south_south_east,
-            sin_south_south_east * c(0.04034213973350825));
+        let moment_load_south_east_x = mul_add(c(-0.07195223963176006), cos_south_south_east,
+            cos_south_south_east * c(0.03493732098380996));
+        let moment_load_south_east_y = mul_add(c(-0.04154163002602367), cos_south_south_east,
+            cos_south_south_east * c(0.02017106444271448));
+        let moment_load_south_east_z = mul_add(c(-0.08308328239330252), sin_south_south_east,
+            sin_south_south_east * c(0.04034213973350828));
         let across_south_east_4 = mul_add(-sin_south_east_east, moment_load_south_east_z,
             cos_south_east_east * moment_load_south_east_y);
-        let moment_load_south_east_x_2 = mul_add(c(0.041541674708540005), cos_south_south_east,
-            cos_south_south_east * c(0.060513171632005154));
-        let moment_load_south_east_y_2 = mul_add(c(0.02398408847640453), cos_south_south_east,
-            cos_south_south_east * c(0.0349372834049827));
-        let moment_load_south_east_z_2 = mul_add(c(0.047968189851548), sin_south_south_east,
-            sin_south_south_east * c(0.0698745855993765));
+        let moment_load_south_east_x_2 = mul_add(c(0.04154167470854006), cos_south_south_east,
+            cos_south_south_east * c(0.060513171632005175));
+        let moment_load_south_east_y_2 = mul_add(c(0.02398408847640456), cos_south_south_east,
+            cos_south_south_east * c(0.034937283404982714));
+        let moment_load_south_east_z_2 = mul_add(c(0.04796818985154806), sin_south_south_east,
+            sin_south_south_east * c(0.06987458559937651));
         let across_south_east_5 = mul_add(-sin_south_east_east, moment_load_south_east_z_2,
             cos_south_east_east * moment_load_south_east_y_2);
         // south_west: reduced closure Jacobian: Y = J L^-1
@@ -2516,12 +2516,12 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             cos_west_south_west * moment_above_south_ghost0_y_2);
         let moment_above_south_west_x_2 = -c(0.8660257562110547) * across_south_west_3;
         let across_south_west_4 = mul_add(cos_west_south_west, moment_above_south_ghost0_y_3,
-            sin_west_south_west * (sin_south_west_south * c(0.08068423607472835)));
+            sin_west_south_west * (sin_south_west_south * c(0.0806842360747284)));
         let moment_above_south_west_x_3 = -c(0.8660257562110547) * across_south_west_4;
         // south_west: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let inertia_xx_south_west = c(1.0120383948805778e-5) - bend_south_ghost0_2;
-        let inertia_xy_south_west = mul_add(c(-0.49999999999969785), turned_yy_south_ghost0,
-            c(-1.2394283547934881e-5));
+        let inertia_xx_south_west = c(1.0120383948805784e-5) - bend_south_ghost0_2;
+        let inertia_xy_south_west = mul_add(c(-0.499999999999698), turned_yy_south_ghost0,
+            c(-1.2394283547934888e-5));
         let inverse_pivot_south_west = c(1.0) / inertia_xx_south_west;
         let moment_share_south_west_y = inertia_xy_south_west * inverse_pivot_south_west;
         let south_west_part_7 = south_ghost0_part_3 * inverse_pivot_south_west;
@@ -2531,16 +2531,16 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let left_inertia_yy_south_west = mul_add(-inertia_xy_south_west, moment_share_south_west_y,
             bend_south_ghost0_2 + (c(2.6789051216394143e-8) + turned_yy_south_ghost0));
         let left_inertia_yz_south_west = mul_add(inertia_xy_south_west, south_west_part_7,
-            c(0.7071071698144961) * shear_south_ghost0);
+            c(0.7071071698144962) * shear_south_ghost0);
         let twist_south_west = mul_add(left_inertia_yz_south_west, cos_west_south_west * c(2.0),
             sin_west_south_west * (left_inertia_yy_south_west + mul_add(south_ghost0_part_3,
-            south_west_part_7, -(bend_south_ghost0 + c(1.565896265676455e-5)))));
+            south_west_part_7, -(bend_south_ghost0 + c(1.5658962656764556e-5)))));
         let turned_yy_south_west = mul_add(-sin_west_south_west, twist_south_west,
             left_inertia_yy_south_west);
         // south_east: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let inertia_xx_south_east = south_part_3 + c(1.6457652846433443e-5);
-        let inertia_xy_south_east = mul_add(c(0.4330126242669004), turned_yy_south,
-            c(1.293994125217518e-5));
+        let inertia_xx_south_east = south_part_3 + c(1.645765284643345e-5);
+        let inertia_xy_south_east = mul_add(c(0.4330126242669005), turned_yy_south,
+            c(1.2939941252175183e-5));
         let inverse_pivot_south_east = c(1.0) / inertia_xx_south_east;
         let moment_share_south_east_y = inertia_xy_south_east * inverse_pivot_south_east;
         let moment_share_south_east_z = inertia_xz_south * inverse_pivot_south_east;
@@ -2550,10 +2550,10 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let left_inertia_yy_south_east = mul_add(-inertia_xy_south_east, moment_share_south_east_y,
             c(3.338573836000013e-8) + turned_yy_south - south_part_3);
         let left_inertia_yz_south_east = mul_add(-inertia_xy_south_east, moment_share_south_east_z,
-            c(0.4999998655490338) * shear_south);
+            c(0.49999986554903386) * shear_south);
         let twist_south_east = mul_add(left_inertia_yz_south_east, cos_south_east_east * c(2.0),
             sin_south_east_east * (left_inertia_yy_south_east + mul_add(inertia_xz_south,
-            moment_share_south_east_z, -(bend_south + c(2.198957591612172e-5)))));
+            moment_share_south_east_z, -(bend_south + c(2.1989575916121727e-5)))));
         let turned_yy_south_east = mul_add(-sin_south_east_east, twist_south_east,
             left_inertia_yy_south_east);
         // east: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
@@ -2569,26 +2569,26 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         // south_ghost0: joint torque: tau = torque - k (q - rest) - k3 (q - rest)^3 - d u - friction
         let torque_south_ghost0 = mul_add(c(-3.5e-6), u[0], -q[0] * c(0.0114));
         // south_ghost0: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
-        let reduced_south_ghost0 = mul_add(c(-5.5653677591751645e-6), gradient_z_south_ghost0_y,
-            gradient_y_south_ghost0_z * c(2.372658269341246e-8)) + mul_add(c(-6.645589092322223e-6),
-            gradient_z_south_ghost0_x, mul_add(c(1.7025149681007906e-4), free_fall_south_ghost0_z,
-            torque_south_ghost0));
+        let reduced_south_ghost0 = mul_add(c(-5.565367759175165e-6), gradient_z_south_ghost0_y,
+            c(2.3726582693412885e-8) * gradient_y_south_ghost0_z)
+            + mul_add(c(-6.645589092322226e-6), gradient_z_south_ghost0_x,
+            mul_add(c(1.7025149681007909e-4), free_fall_south_ghost0_z, torque_south_ghost0));
         // south_west: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
-        let moment_load_south_west_y = mul_add(c(0.7071071698144961), across_south_ghost0_4,
+        let moment_load_south_west_y = mul_add(c(0.7071071698144962), across_south_ghost0_4,
             mul_add(-moment_above_south_ghost0_y, reduced_south_ghost0,
-            mul_add(c(-0.7071063925583853), torque_south_ghost0, moment_own_south_west_y)));
+            mul_add(c(-0.7071063925583854), torque_south_ghost0, moment_own_south_west_y)));
         let south_west_part_9 = mul_add(-sin_south_west_south, south_ghost0_part,
-            mul_add(c(1.0093594897589384e-5), gradient_x_south_west_y,
-            mul_add(c(-1.2394283547934881e-5), mul_add(-omega_south_west_x, omega_south_west_x,
-            south_west_part_2 * south_west_part_2), -sin_ground_west * c(-2.9906177176792508e-3))));
+            mul_add(c(1.009359489758939e-5), gradient_x_south_west_y,
+            mul_add(c(-1.2394283547934888e-5), mul_add(-omega_south_west_x, omega_south_west_x,
+            south_west_part_2 * south_west_part_2), -sin_ground_west * c(-2.990617717679251e-3))));
         let moment_load_south_west_z = south_west_part_9 + mul_add(-moment_above_south_ghost0_z,
             reduced_south_ghost0, cos_south_west_south * moment_own_south_ghost0_z);
         let south_west_part_10 = mul_add(south_ghost0_part_2, reduced_south_ghost0,
-            mul_add(c(3.520149320482795e-4), free_fall_south_west_z,
-            mul_add(c(-2.6789051216394143e-8), south_west_part_5, mul_add(c(-0.7071071698144961),
-            torque_south_ghost0, torque_south_west))) - mul_add(c(-1.0093594897589384e-5),
-            south_west_part_5, gradient_z_south_west_x * c(1.2394283547934881e-5)));
-        let reduced_south_west = mul_add(c(-0.7071063925583853), across_south_ghost0_4,
+            mul_add(c(3.5201493204827953e-4), free_fall_south_west_z,
+            mul_add(c(-2.6789051216394143e-8), south_west_part_5, mul_add(c(-0.7071071698144962),
+            torque_south_ghost0, torque_south_west))) - mul_add(c(-1.009359489758939e-5),
+            south_west_part_5, gradient_z_south_west_x * c(1.2394283547934888e-5)));
+        let reduced_south_west = mul_add(c(-0.7071063925583854), across_south_ghost0_4,
             south_west_part_10);
         let across_south_west_6 = mul_add(-sin_west_south_west, moment_load_south_west_z,
             cos_west_south_west * moment_load_south_west_y);
@@ -2601,27 +2601,27 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let across_south_4 = mul_add(-sin_south_south_east, moment_own_south_z,
             -cos_south_south_east * south_part_2);
         // south: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
-        let reduced_south = mul_add(c(-1.702501854199059e-4), free_fall_south_z,
-            gradient_y_south_z * c(2.3726582693412885e-8)) + mul_add(c(6.64555505684884e-6),
+        let reduced_south = mul_add(c(-1.7025018541990593e-4), free_fall_south_z,
+            gradient_y_south_z * c(2.3726582693412885e-8)) + mul_add(c(6.645555056848842e-6),
             gradient_z_south_x, mul_add(c(-5.565308808048279e-6), gradient_z_south_y,
             torque_south));
         // south_east: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
-        let moment_load_south_east_y_3 = mul_add(c(0.4999998655490338), across_south_4,
+        let moment_load_south_east_y_3 = mul_add(c(0.49999986554903386), across_south_4,
             mul_add(-moment_above_south_y_2, reduced_south, mul_add(c(-3.338573836000013e-8),
-            gradient_x_south_east_z, mul_add(c(1.293994125217518e-5), south_east_part_5,
-            c(0.8660254814097262) * torque_south))));
+            gradient_x_south_east_z, mul_add(c(1.2939941252175183e-5), south_east_part_5,
+            c(0.8660254814097263) * torque_south))));
         let moment_load_south_east_z_3 = mul_add(-sin_south_south_east, south_part_2,
-            mul_add(c(1.293994125217518e-5), mul_add(-omega_south_east_x, omega_south_east_x,
-            carried_south_east_y * carried_south_east_y), mul_add(c(1.6424267108073443e-5),
-            gradient_x_south_east_y, sin_ground_east * c(3.285114235562457e-3))))
+            mul_add(c(1.2939941252175183e-5), mul_add(-omega_south_east_x, omega_south_east_x,
+            carried_south_east_y * carried_south_east_y), mul_add(c(1.642426710807345e-5),
+            gradient_x_south_east_y, sin_ground_east * c(3.285114235562458e-3))))
             + mul_add(-moment_above_south_z_2, reduced_south,
             cos_south_south_east * moment_own_south_z);
         let south_east_part_6 = mul_add(-moment_above_south_x_2, reduced_south,
-            mul_add(c(1.6424267108073443e-5), south_east_part_5,
-            gradient_z_south_east_x * c(1.293994125217518e-5)) + mul_add(c(-4.7358339509453106e-4),
+            mul_add(c(1.642426710807345e-5), south_east_part_5,
+            gradient_z_south_east_x * c(1.2939941252175183e-5)) + mul_add(c(-4.7358339509453117e-4),
             free_fall_south_east_z, mul_add(c(-3.338573836000013e-8), south_east_part_5,
-            mul_add(c(-0.4999998655490338), torque_south, torque_south_east))));
-        let reduced_south_east = mul_add(c(0.8660254814097262), across_south_4, south_east_part_6);
+            mul_add(c(-0.49999986554903386), torque_south, torque_south_east))));
+        let reduced_south_east = mul_add(c(0.8660254814097263), across_south_4, south_east_part_6);
         let across_south_east_7 = mul_add(-sin_south_east_east, moment_load_south_east_z_3,
             cos_south_east_east * moment_load_south_east_y_3);
         // east: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
@@ -2649,7 +2649,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             c(0.7071067811865475) * across_south_east_5);
         // west: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let inertia_xx_west = mul_add(c(0.7500006104209291), turned_yy_south_west,
-            c(1.9761253055270436e-5));
+            c(1.976125305527044e-5));
         let inverse_pivot_west = c(1.0) / inertia_xx_west;
         // mechanism: factor of the closure: S = Y D^-1 Y^T = L_S D_S L_S^T
         let part = inverse_pivot_south_west * south_ghost0_part_4;
@@ -2670,18 +2670,18 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             mul_add(moment_above_south_x, part_6, south_ghost0_part_4 * part_5)));
         let part_15 = mul_add(moment_load_west_x_2, part_8, mul_add(moment_load_east_x_2, part_7,
             mul_add(moment_load_south_east_x, part_6, mul_add(south_ghost0_part_5, part_5,
-            c(873.577884436453)))));
+            c(873.5778844364536)))));
         let part_16 = mul_add(moment_load_west_x, part_12, mul_add(moment_load_east_x, part_11,
             mul_add(moment_above_south_x, part_10, south_ghost0_part_4 * part_9)));
         let part_17 = mul_add(moment_load_west_x_3, part_12, mul_add(moment_load_east_x_3, part_11,
             mul_add(moment_load_south_east_x_2, part_10, mul_add(south_west_part_6, part_9,
-            c(1455.9516904983989)))));
+            c(1455.9516904984002)))));
         let part_18 = c(1.0) / part_13;
         let part_19 = part_14 * part_18;
         let part_20 = part_16 * part_18;
         let part_21 = mul_add(-part_14, part_20, mul_add(moment_load_west_x_2, part_12,
             mul_add(moment_load_east_x_2, part_11, mul_add(moment_load_south_east_x, part_10,
-            mul_add(south_ghost0_part_5, part_9, c(-504.3607884001874))))));
+            mul_add(south_ghost0_part_5, part_9, c(-504.3607884001881))))));
         let part_22 = c(1.0) / mul_add(-part_14, part_19, part_15);
         let part_23 = part_21 * part_22;
         let part_24 = c(1.0) / mul_add(-part_21, part_23, mul_add(-part_16, part_20, part_17));
@@ -2692,23 +2692,23 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             part_19 * part_19, part_18))));
         let part_27 = part_17 + (part_13 + part_15);
         // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_28 = mul_add(c(-0.5000002689018962), mul_add(c(0.06987458559937648), omega_xx_south
-            + omega_zz_south, gradient_y_south_x * c(0.04034213973350825)),
-            mul_add(c(-0.8660252485338008), mul_add(c(-0.06987458559937648), gradient_x_south_y,
-            (omega_yy_south + omega_zz_south) * c(-0.04034213973350825)),
-            gradient_y_south_ghost0_x * c(0.08068423607472834)));
+        let part_28 = mul_add(c(-0.5000002689018963), mul_add(c(0.06987458559937651), omega_xx_south
+            + omega_zz_south, gradient_y_south_x * c(0.04034213973350828)),
+            mul_add(c(-0.866025248533801), mul_add(c(-0.06987458559937651), gradient_x_south_y,
+            (omega_yy_south + omega_zz_south) * c(-0.04034213973350828)),
+            gradient_y_south_ghost0_x * c(0.08068423607472841)));
         let part_29 = mul_add(reduced_west, part_4, mul_add(reduced_east, part_3,
             mul_add(reduced_south_east, part_2, mul_add(-reduced_south_west, part, part_28))));
         let part_30 = mul_add(-reduced_south_east, part_6, mul_add(reduced_south_west, part_5,
-            mul_add(c(-12502.083224437016), reduced_south, mul_add(c(0.04034213973350825),
-            gradient_z_south_x, -mul_add(c(0.06987458559937648), gradient_z_south_y,
-            gradient_z_south_ghost0_x * c(0.08068423607472835))))));
+            mul_add(c(-12502.08322443702), reduced_south, mul_add(c(0.04034213973350828),
+            gradient_z_south_x, -mul_add(c(0.06987458559937651), gradient_z_south_y,
+            gradient_z_south_ghost0_x * c(0.0806842360747284))))));
         let part_31 = mul_add(part_19, part_29, mul_add(-reduced_west, part_8,
             mul_add(-reduced_east, part_7, part_30)));
-        let part_32 = mul_add(reduced_south_west, part_9, mul_add(c(7218.08629094307),
-            reduced_south, mul_add(c(-14436.012552214956), reduced_south_ghost0,
-            mul_add(c(0.0698745855993765), gradient_z_south_x, mul_add(c(-0.08068423607472835),
-            gradient_z_south_ghost0_y, gradient_z_south_y * c(0.040342139733508246))))));
+        let part_32 = mul_add(reduced_south_west, part_9, mul_add(c(7218.086290943076),
+            reduced_south, mul_add(c(-14436.01255221496), reduced_south_ghost0,
+            mul_add(c(0.06987458559937651), gradient_z_south_x, mul_add(c(-0.0806842360747284),
+            gradient_z_south_ghost0_y, gradient_z_south_y * c(0.04034213973350828))))));
         let part_33 = part_24 * mul_add(-part_23, part_31, mul_add(part_20, part_29,
             mul_add(-reduced_west, part_12, mul_add(-reduced_east, part_11,
             mul_add(-reduced_south_east, part_10, part_32)))));
@@ -2734,16 +2734,16 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             mul_add(-part_5, part_34, mul_add(-part_9, part_33,
             inverse_pivot_south_west * reduced_south_west))));
         // mechanism: results: what the function returns
-        let part_38 = mul_add(c(-0.7071071698144961), along_hinge_south_west,
-            mul_add(c(14436.012552214956), part_33, c(178919.86408403952) * reduced_south_ghost0))
-            + mul_add(c(0.7071063925583853), south_west_part_12,
+        let part_38 = mul_add(c(-0.7071071698144962), along_hinge_south_west,
+            mul_add(c(14436.01255221496), part_33, c(178919.86408403947) * reduced_south_ghost0))
+            + mul_add(c(0.7071063925583854), south_west_part_12,
             moment_above_south_ghost0_y * south_west_part_12) - mul_add(-south_ghost0_part_2,
             along_hinge_south_west,
             moment_above_south_ghost0_z * (sin_west_south_west * south_west_part_11));
-        let part_39 = mul_add(c(-0.4999998655490338), along_hinge_south_east,
-            mul_add(c(12502.083224437016), part_34, mul_add(c(-7218.08629094307), part_33,
+        let part_39 = mul_add(c(-0.49999986554903386), along_hinge_south_east,
+            mul_add(c(12502.08322443702), part_34, mul_add(c(-7218.086290943076), part_33,
             c(178921.751266151) * reduced_south))) + mul_add(-moment_above_south_x_2,
-            along_hinge_south_east, c(0.8660254814097262) * turn_gain_south_east_y);
+            along_hinge_south_east, c(0.8660254814097263) * turn_gain_south_east_y);
         acceleration[0] = part_38;
         acceleration[1] = mul_add(-moment_above_south_y_2, turn_gain_south_east_y,
             moment_above_south_z_2 * (sin_south_east_east * across_south_east_8)) + part_39;
@@ -2751,7 +2751,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         acceleration[3] = along_hinge_south_east - across_south_east_8;
         acceleration[4] = part_36;
         acceleration[5] = part_37;
-        margin[0] = S::min(S::min(S::min(S::min(c(178919.86408403952), inverse_pivot_south_west),
+        margin[0] = S::min(S::min(S::min(S::min(c(178919.86408403947), inverse_pivot_south_west),
             inverse_pivot_south_east), inverse_pivot_east), inverse_pivot_west);
         margin[1] = S::min(part_27, S::min(S::min(part_13, part_15),
             part_17) * c(100.0)) / (part_26 * part_27);
@@ -2803,55 +2803,55 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let south_east_part = sin_south_east_east * across_south_east;
         let omega_south_east_x = across_south_east + u[3];
         // south_ghost0: angular velocity: w = R^T w_parent + u e_x
-        let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
-            south_west_part_2 * c(-0.7071071698144961));
+        let across_south_ghost0 = mul_add(c(-0.7071063925583854), omega_south_west_x,
+            south_west_part_2 * c(-0.7071071698144962));
         let carried_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0,
             sin_south_west_south * south_west_part_3);
         let carried_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0,
             cos_south_west_south * south_west_part_3);
-        let omega_south_ghost0_x = mul_add(c(-0.7071063925583853), south_west_part_2,
-            mul_add(c(0.7071071698144961), omega_south_west_x, u[0]));
+        let omega_south_ghost0_x = mul_add(c(-0.7071063925583854), south_west_part_2,
+            mul_add(c(0.7071071698144962), omega_south_west_x, u[0]));
         // south: angular velocity: w = R^T w_parent + u e_x
-        let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
-            carried_south_east_y * c(0.4999998655490338));
+        let across_south = mul_add(c(0.8660254814097263), omega_south_east_x,
+            carried_south_east_y * c(0.49999986554903386));
         let carried_south_y = mul_add(-sin_south_south_east, south_east_part,
             cos_south_south_east * across_south);
         let carried_south_z = mul_add(-sin_south_south_east, across_south,
             -cos_south_south_east * south_east_part);
-        let omega_south_x = mul_add(c(-0.8660254814097262), carried_south_east_y,
-            mul_add(c(0.4999998655490338), omega_south_east_x, u[1]));
+        let omega_south_x = mul_add(c(-0.8660254814097263), carried_south_east_y,
+            mul_add(c(0.49999986554903386), omega_south_east_x, u[1]));
         // east: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
         // west: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_z_west_x = sin_ground_west * c(0.7071067811865475);
         // south_ghost0: reduced closure Jacobian: Y = J L^-1
-        let south_ghost0_part = sin_south_west_south * c(-0.057052339107130284);
-        let moment_above_south_ghost0_y = sin_south_west_south * c(-0.05705240181944582);
-        let moment_above_south_ghost0_z = cos_south_west_south * c(0.08068423607472834);
+        let south_ghost0_part = sin_south_west_south * c(-0.05705233910713035);
+        let moment_above_south_ghost0_y = sin_south_west_south * c(-0.05705240181944588);
+        let moment_above_south_ghost0_z = cos_south_west_south * c(0.08068423607472841);
         // south: reduced closure Jacobian: Y = J L^-1
-        let moment_above_south_x = sin_south_south_east * c(0.06987460438879263);
-        let moment_above_south_y = sin_south_south_east * c(0.04034210718929068);
-        let moment_above_south_z = cos_south_south_east * c(-0.08068423607472835);
+        let moment_above_south_x = sin_south_south_east * c(0.06987460438879269);
+        let moment_above_south_y = sin_south_south_east * c(0.04034210718929071);
+        let moment_above_south_z = cos_south_south_east * c(-0.08068423607472841);
         // south_ghost0: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let south_ghost0_part_2 = cos_south_west_south * c(-0.8407692270097341);
-        let moment_above_south_ghost0_y_2 = cos_south_west_south * c(-0.8407701511889332);
+        let south_ghost0_part_2 = cos_south_west_south * c(-0.8407692270097342);
+        let moment_above_south_ghost0_y_2 = cos_south_west_south * c(-0.8407701511889333);
         let moment_above_south_ghost0_z_2 = sin_south_west_south * c(-1.189027897156668);
-        let twist_south_ghost0 = sin_south_west_south * c(-1.3443432000292933e-5);
+        let twist_south_ghost0 = sin_south_west_south * c(-1.3443432000292938e-5);
         let bend_south_ghost0 = sin_south_west_south * twist_south_ghost0;
         let shear_south_ghost0 = cos_south_west_south * twist_south_ghost0;
-        let turned_yy_south_ghost0 = c(-7.878064241117769e-6) - bend_south_ghost0;
-        let bend_south_ghost0_2 = turned_yy_south_ghost0 * c(-0.4999994503969332);
-        let south_ghost0_part_3 = c(0.7071063925583853) * shear_south_ghost0;
+        let turned_yy_south_ghost0 = c(-7.878064241117773e-6) - bend_south_ghost0;
+        let bend_south_ghost0_2 = turned_yy_south_ghost0 * c(-0.4999994503969334);
+        let south_ghost0_part_3 = c(0.7071063925583854) * shear_south_ghost0;
         // south: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let moment_above_south_x_2 = cos_south_south_east * c(1.0297340444249026);
-        let moment_above_south_y_2 = cos_south_south_east * c(0.594517014586693);
-        let moment_above_south_z_2 = sin_south_south_east * c(1.18903434890702);
-        let twist_south = sin_south_south_east * c(-1.344337545550088e-5);
+        let moment_above_south_x_2 = cos_south_south_east * c(1.029734044424903);
+        let moment_above_south_y_2 = cos_south_south_east * c(0.5945170145866933);
+        let moment_above_south_z_2 = sin_south_south_east * c(1.1890343489070205);
+        let twist_south = sin_south_south_east * c(-1.3443375455500887e-5);
         let bend_south = sin_south_south_east * twist_south;
         let shear_south = cos_south_south_east * twist_south;
-        let turned_yy_south = c(-7.878066647452602e-6) - bend_south;
-        let south_part = turned_yy_south * c(0.750000134450948);
-        let inertia_xz_south = c(0.8660254814097262) * shear_south;
+        let turned_yy_south = c(-7.878066647452608e-6) - bend_south;
+        let south_part = turned_yy_south * c(0.7500001344509483);
+        let inertia_xz_south = c(0.8660254814097263) * shear_south;
         // south_east: placement: A = A_parent R, p = p_parent + A_parent r
         let south_east_part_2 = cos_ground_east * c(-0.4999999999999999);
         let across_south_east_x = south_east_part_2 + c(0.4999999999999999);
@@ -2894,10 +2894,10 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let axis_z_south_west_z = mul_add(-sin_west_south_west, across_south_west_z,
             cos_ground_west * cos_west_south_west);
         // south_west: reduced closure Jacobian: Y = J L^-1
-        let south_west_part_8 = cos_south_west_south * c(0.06783682279642027);
+        let south_west_part_8 = cos_south_west_south * c(0.06783682279642031);
         let across_south_west = mul_add(-cos_west_south_west,
-            cos_south_west_south * c(-0.06783689736311294),
-            sin_west_south_west * (sin_south_west_south * c(-0.09593580755362642)));
+            cos_south_west_south * c(-0.06783689736311298),
+            sin_west_south_west * (sin_south_west_south * c(-0.09593580755362648)));
         let moment_above_south_west_x = -c(0.8660257562110547) * across_south_west;
         // south_east: reduced closure Jacobian: Y = J L^-1
         let across_south_east_2 = mul_add(-sin_south_east_east, moment_above_south_z,
@@ -2907,17 +2907,17 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             cos_west_south_west * moment_above_south_ghost0_y);
         let moment_above_south_west_x_2 = -c(0.8660257562110547) * across_south_west_2;
         // south: placement: A = A_parent R, p = p_parent + A_parent r
-        let across_south_x = mul_add(c(0.8660254814097262), axis_x_south_east_x,
-            c(0.4999998655490338) * axis_y_south_east_x);
-        let across_south_y = mul_add(c(0.8660254814097262), axis_x_south_east_y,
-            c(0.4999998655490338) * axis_y_south_east_y);
+        let across_south_x = mul_add(c(0.8660254814097263), axis_x_south_east_x,
+            c(0.49999986554903386) * axis_y_south_east_x);
+        let across_south_y = mul_add(c(0.8660254814097263), axis_x_south_east_y,
+            c(0.49999986554903386) * axis_y_south_east_y);
         let across_south_z = mul_add(c(-0.6123724905851617), sin_ground_east,
-            c(0.4999998655490338) * axis_y_south_east_z);
-        let axis_x_south_x = mul_add(c(-0.8660254814097262), axis_y_south_east_x,
-            c(0.4999998655490338) * axis_x_south_east_x);
-        let axis_x_south_y = mul_add(c(-0.8660254814097262), axis_y_south_east_y,
-            c(0.4999998655490338) * axis_x_south_east_y);
-        let axis_x_south_z = mul_add(c(-0.8660254814097262), axis_y_south_east_z,
+            c(0.49999986554903386) * axis_y_south_east_z);
+        let axis_x_south_x = mul_add(c(-0.8660254814097263), axis_y_south_east_x,
+            c(0.49999986554903386) * axis_x_south_east_x);
+        let axis_x_south_y = mul_add(c(-0.8660254814097263), axis_y_south_east_y,
+            c(0.49999986554903386) * axis_x_south_east_y);
+        let axis_x_south_z = mul_add(c(-0.8660254814097263), axis_y_south_east_z,
             sin_ground_east * c(-0.3535532955220838));
         let axis_y_south_x = mul_add(cos_south_south_east, across_south_x,
             sin_south_south_east * axis_z_south_east_x);
@@ -2926,18 +2926,18 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let axis_y_south_z = mul_add(cos_south_south_east, across_south_z,
             sin_south_south_east * axis_z_south_east_z);
         // south_ghost0: placement: A = A_parent R, p = p_parent + A_parent r
-        let across_south_ghost0_x = mul_add(c(-0.7071063925583853), axis_x_south_west_x,
-            c(0.7071071698144961) * axis_y_south_west_x);
-        let across_south_ghost0_y = mul_add(c(-0.7071063925583853), axis_x_south_west_y,
-            c(0.7071071698144961) * axis_y_south_west_y);
-        let across_south_ghost0_z = mul_add(c(-0.6123723483370465), sin_ground_west,
-            c(0.7071071698144961) * axis_y_south_west_z);
-        let axis_x_south_ghost0_x = mul_add(c(0.7071063925583853), axis_y_south_west_x,
-            c(0.7071071698144961) * axis_x_south_west_x);
-        let axis_x_south_ghost0_y = mul_add(c(0.7071063925583853), axis_y_south_west_y,
-            c(0.7071071698144961) * axis_x_south_west_y);
-        let axis_x_south_ghost0_z = mul_add(c(0.7071063925583853), axis_y_south_west_z,
-            sin_ground_west * c(0.6123730214608576));
+        let across_south_ghost0_x = mul_add(c(-0.7071063925583854), axis_x_south_west_x,
+            c(0.7071071698144962) * axis_y_south_west_x);
+        let across_south_ghost0_y = mul_add(c(-0.7071063925583854), axis_x_south_west_y,
+            c(0.7071071698144962) * axis_y_south_west_y);
+        let across_south_ghost0_z = mul_add(c(-0.6123723483370466), sin_ground_west,
+            c(0.7071071698144962) * axis_y_south_west_z);
+        let axis_x_south_ghost0_x = mul_add(c(0.7071063925583854), axis_y_south_west_x,
+            c(0.7071071698144962) * axis_x_south_west_x);
+        let axis_x_south_ghost0_y = mul_add(c(0.7071063925583854), axis_y_south_west_y,
+            c(0.7071071698144962) * axis_x_south_west_y);
+        let axis_x_south_ghost0_z = mul_add(c(0.7071063925583854), axis_y_south_west_z,
+            sin_ground_west * c(0.6123730214608577));
         let axis_y_south_ghost0_x = mul_add(cos_south_west_south, across_south_ghost0_x,
             sin_south_west_south * axis_z_south_west_x);
         let axis_y_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0_y,
@@ -2951,33 +2951,33 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let axis_z_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_z,
             cos_south_west_south * axis_z_south_west_z);
         // south_ghost0: reduced closure Jacobian: Y = J L^-1
-        let south_ghost0_part_4 = cos_south_west_south * c(-0.0570523391071303);
-        let moment_above_south_ghost0_y_3 = cos_south_west_south * c(-0.05705240181944583);
+        let south_ghost0_part_4 = cos_south_west_south * c(-0.05705233910713033);
+        let moment_above_south_ghost0_y_3 = cos_south_west_south * c(-0.05705240181944587);
         // south_west: reduced closure Jacobian: Y = J L^-1
         let across_south_west_3 = mul_add(cos_west_south_west, moment_above_south_ghost0_y_3,
-            sin_west_south_west * (sin_south_west_south * c(0.08068423607472835)));
+            sin_west_south_west * (sin_south_west_south * c(0.0806842360747284)));
         let moment_above_south_west_x_3 = -c(0.8660257562110547) * across_south_west_3;
         // south_east: reduced closure Jacobian: Y = J L^-1
-        let moment_load_south_east_x = mul_add(c(-0.07195223963176), cos_south_south_east,
-            cos_south_south_east * c(0.03493732098380993));
-        let moment_load_south_east_y = mul_add(c(-0.04154163002602364), cos_south_south_east,
-            cos_south_south_east * c(0.02017106444271446));
-        let moment_load_south_east_z = mul_add(c(-0.08308328239330245), sin_south_south_east,
-            sin_south_south_east * c(0.04034213973350825));
+        let moment_load_south_east_x = mul_add(c(-0.07195223963176006), cos_south_south_east,
+            cos_south_south_east * c(0.03493732098380996));
+        let moment_load_south_east_y = mul_add(c(-0.04154163002602367), cos_south_south_east,
+            cos_south_south_east * c(0.02017106444271448));
+        let moment_load_south_east_z = mul_add(c(-0.08308328239330252), sin_south_south_east,
+            sin_south_south_east * c(0.04034213973350828));
         let across_south_east_3 = mul_add(-sin_south_east_east, moment_load_south_east_z,
             cos_south_east_east * moment_load_south_east_y);
-        let moment_load_south_east_x_2 = mul_add(c(0.041541674708540005), cos_south_south_east,
-            cos_south_south_east * c(0.060513171632005154));
-        let moment_load_south_east_y_2 = mul_add(c(0.02398408847640453), cos_south_south_east,
-            cos_south_south_east * c(0.0349372834049827));
-        let moment_load_south_east_z_2 = mul_add(c(0.047968189851548), sin_south_south_east,
-            sin_south_south_east * c(0.0698745855993765));
+        let moment_load_south_east_x_2 = mul_add(c(0.04154167470854006), cos_south_south_east,
+            cos_south_south_east * c(0.060513171632005175));
+        let moment_load_south_east_y_2 = mul_add(c(0.02398408847640456), cos_south_south_east,
+            cos_south_south_east * c(0.034937283404982714));
+        let moment_load_south_east_z_2 = mul_add(c(0.04796818985154806), sin_south_south_east,
+            sin_south_south_east * c(0.06987458559937651));
         let across_south_east_4 = mul_add(-sin_south_east_east, moment_load_south_east_z_2,
             cos_south_east_east * moment_load_south_east_y_2);
         // south_west: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let inertia_xx_south_west = c(1.0120383948805778e-5) - bend_south_ghost0_2;
-        let inertia_xy_south_west = mul_add(c(-0.49999999999969785), turned_yy_south_ghost0,
-            c(-1.2394283547934881e-5));
+        let inertia_xx_south_west = c(1.0120383948805784e-5) - bend_south_ghost0_2;
+        let inertia_xy_south_west = mul_add(c(-0.499999999999698), turned_yy_south_ghost0,
+            c(-1.2394283547934888e-5));
         let inverse_pivot_south_west = c(1.0) / inertia_xx_south_west;
         let moment_share_south_west_y = inertia_xy_south_west * inverse_pivot_south_west;
         let south_west_part_9 = south_ghost0_part_3 * inverse_pivot_south_west;
@@ -2987,16 +2987,16 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let left_inertia_yy_south_west = mul_add(-inertia_xy_south_west, moment_share_south_west_y,
             bend_south_ghost0_2 + (turned_yy_south_ghost0 + c(2.6789051216394143e-8)));
         let left_inertia_yz_south_west = mul_add(inertia_xy_south_west, south_west_part_9,
-            c(0.7071071698144961) * shear_south_ghost0);
+            c(0.7071071698144962) * shear_south_ghost0);
         let twist_south_west = mul_add(left_inertia_yz_south_west, cos_west_south_west * c(2.0),
             sin_west_south_west * (left_inertia_yy_south_west + mul_add(south_ghost0_part_3,
-            south_west_part_9, -(bend_south_ghost0 + c(1.565896265676455e-5)))));
+            south_west_part_9, -(bend_south_ghost0 + c(1.5658962656764556e-5)))));
         let turned_yy_south_west = mul_add(-sin_west_south_west, twist_south_west,
             left_inertia_yy_south_west);
         // south_east: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let inertia_xx_south_east = south_part + c(1.6457652846433443e-5);
-        let inertia_xy_south_east = mul_add(c(0.4330126242669004), turned_yy_south,
-            c(1.293994125217518e-5));
+        let inertia_xx_south_east = south_part + c(1.645765284643345e-5);
+        let inertia_xy_south_east = mul_add(c(0.4330126242669005), turned_yy_south,
+            c(1.2939941252175183e-5));
         let inverse_pivot_south_east = c(1.0) / inertia_xx_south_east;
         let moment_share_south_east_y = inertia_xy_south_east * inverse_pivot_south_east;
         let moment_share_south_east_z = inertia_xz_south * inverse_pivot_south_east;
@@ -3006,10 +3006,10 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let left_inertia_yy_south_east = mul_add(-inertia_xy_south_east, moment_share_south_east_y,
             turned_yy_south + c(3.338573836000013e-8) - south_part);
         let left_inertia_yz_south_east = mul_add(-inertia_xy_south_east, moment_share_south_east_z,
-            c(0.4999998655490338) * shear_south);
+            c(0.49999986554903386) * shear_south);
         let twist_south_east = mul_add(left_inertia_yz_south_east, cos_south_east_east * c(2.0),
             sin_south_east_east * (left_inertia_yy_south_east + mul_add(inertia_xz_south,
-            moment_share_south_east_z, -(bend_south + c(2.198957591612172e-5)))));
+            moment_share_south_east_z, -(bend_south + c(2.1989575916121727e-5)))));
         let turned_yy_south_east = mul_add(-sin_south_east_east, twist_south_east,
             left_inertia_yy_south_east);
         // west: reduced closure Jacobian: Y = J L^-1
@@ -3032,36 +3032,36 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             c(0.7071067811865475) * across_south_east_4);
         // west: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let inertia_xx_west = mul_add(c(0.7500006104209291), turned_yy_south_west,
-            c(1.9761253055270436e-5));
+            c(1.976125305527044e-5));
         let inverse_pivot_west = c(1.0) / inertia_xx_west;
         // east: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let inertia_xx_east = mul_add(c(0.4999999999999999), turned_yy_south_east,
             c(1.0564732298535837e-5));
         let inverse_pivot_east = c(1.0) / inertia_xx_east;
         // mechanism: results: what the function returns
-        let part = mul_add(c(0.06987458559937648), axis_y_south_x, mul_add(c(-0.04034213973350825),
-            axis_x_south_x, axis_x_south_ghost0_x * c(0.08068423607472835)));
-        let part_2 = mul_add(c(0.06987458559937648), axis_y_south_y,
-            mul_add(c(-0.04034213973350825), axis_x_south_y,
-            axis_x_south_ghost0_y * c(0.08068423607472835)));
-        let part_3 = mul_add(c(0.06987458559937648), axis_y_south_z,
-            mul_add(c(-0.04034213973350825), axis_x_south_z,
-            axis_x_south_ghost0_z * c(0.08068423607472835)));
-        let part_4 = mul_add(c(-0.040342139733508246), axis_y_south_x,
-            mul_add(c(-0.0698745855993765), axis_x_south_x,
-            axis_y_south_ghost0_x * c(0.08068423607472835)));
-        let part_5 = mul_add(c(-0.040342139733508246), axis_y_south_y,
-            mul_add(c(-0.0698745855993765), axis_x_south_y,
-            axis_y_south_ghost0_y * c(0.08068423607472835)));
-        let part_6 = mul_add(c(-0.040342139733508246), axis_y_south_z,
-            mul_add(c(-0.0698745855993765), axis_x_south_z,
-            axis_y_south_ghost0_z * c(0.08068423607472835)));
-        let part_7 = mul_add(part_2, axis_y_south_ghost0_y * c(0.9999999999999999), mul_add(part_3,
-            axis_y_south_ghost0_z * c(0.9999999999999999),
-            part * (axis_y_south_ghost0_x * c(0.9999999999999999))));
-        let part_8 = mul_add(c(-0.020171080714831997), carried_south_z,
-            mul_add(c(-0.060513155359896355), carried_south_z,
-            carried_south_ghost0_z * c(0.08068423607472834)));
+        let part = mul_add(c(0.06987458559937651), axis_y_south_x, mul_add(c(-0.04034213973350828),
+            axis_x_south_x, axis_x_south_ghost0_x * c(0.0806842360747284)));
+        let part_2 = mul_add(c(0.06987458559937651), axis_y_south_y,
+            mul_add(c(-0.04034213973350828), axis_x_south_y,
+            axis_x_south_ghost0_y * c(0.0806842360747284)));
+        let part_3 = mul_add(c(0.06987458559937651), axis_y_south_z,
+            mul_add(c(-0.04034213973350828), axis_x_south_z,
+            axis_x_south_ghost0_z * c(0.0806842360747284)));
+        let part_4 = mul_add(c(-0.04034213973350828), axis_y_south_x,
+            mul_add(c(-0.06987458559937651), axis_x_south_x,
+            axis_y_south_ghost0_x * c(0.0806842360747284)));
+        let part_5 = mul_add(c(-0.04034213973350828), axis_y_south_y,
+            mul_add(c(-0.06987458559937651), axis_x_south_y,
+            axis_y_south_ghost0_y * c(0.0806842360747284)));
+        let part_6 = mul_add(c(-0.04034213973350828), axis_y_south_z,
+            mul_add(c(-0.06987458559937651), axis_x_south_z,
+            axis_y_south_ghost0_z * c(0.0806842360747284)));
+        let part_7 = mul_add(part_2, axis_y_south_ghost0_y * c(1.0000000000000002), mul_add(part_3,
+            axis_y_south_ghost0_z * c(1.0000000000000002),
+            part * (axis_y_south_ghost0_x * c(1.0000000000000002))));
+        let part_8 = mul_add(c(-0.020171080714832017), carried_south_z,
+            mul_add(c(-0.060513155359896396), carried_south_z,
+            carried_south_ghost0_z * c(0.08068423607472841)));
         // mechanism: factor of the closure: S = Y D^-1 Y^T = L_S D_S L_S^T
         let part_9 = inverse_pivot_south_west * south_ghost0_part;
         let part_10 = inverse_pivot_south_east * moment_above_south_x;
@@ -3081,18 +3081,18 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             mul_add(moment_above_south_x, part_14, south_ghost0_part * part_13)));
         let part_23 = mul_add(moment_load_west_x_2, part_16, mul_add(moment_load_east_x_2, part_15,
             mul_add(moment_load_south_east_x, part_14, mul_add(south_ghost0_part_4, part_13,
-            c(873.577884436453)))));
+            c(873.5778844364536)))));
         let part_24 = mul_add(moment_load_west_x, part_20, mul_add(moment_load_east_x, part_19,
             mul_add(moment_above_south_x, part_18, south_ghost0_part * part_17)));
         let part_25 = mul_add(moment_load_west_x_3, part_20, mul_add(moment_load_east_x_3, part_19,
             mul_add(moment_load_south_east_x_2, part_18, mul_add(south_west_part_8, part_17,
-            c(1455.9516904983989)))));
+            c(1455.9516904984002)))));
         let part_26 = c(1.0) / part_21;
         let part_27 = part_22 * part_26;
         let part_28 = part_24 * part_26;
         let part_29 = mul_add(-part_22, part_28, mul_add(moment_load_west_x_2, part_20,
             mul_add(moment_load_east_x_2, part_19, mul_add(moment_load_south_east_x, part_18,
-            mul_add(south_ghost0_part_4, part_17, c(-504.3607884001874))))));
+            mul_add(south_ghost0_part_4, part_17, c(-504.3607884001881))))));
         let part_30 = c(1.0) / mul_add(-part_22, part_27, part_23);
         let part_31 = part_29 * part_30;
         let part_32 = c(1.0) / mul_add(-part_29, part_31, mul_add(-part_24, part_28, part_25));
@@ -3125,23 +3125,24 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let along_hinge_south_west = mul_add(south_west_part_10, part_41, -part_9 * part_39
             - mul_add(part_17, part_37, part_13 * part_38));
         // mechanism: results: what the function returns
-        let part_42 = mul_add(c(-0.7071071698144961), along_hinge_south_west,
-            c(14436.012552214956) * part_37) + mul_add(c(0.7071063925583853), south_west_part_12,
+        let part_42 = mul_add(c(-0.7071071698144962), along_hinge_south_west,
+            c(14436.01255221496) * part_37) + mul_add(c(0.7071063925583854), south_west_part_12,
             moment_above_south_ghost0_y_2 * south_west_part_12) - mul_add(-south_ghost0_part_2,
             along_hinge_south_west,
             moment_above_south_ghost0_z_2 * (sin_west_south_west * south_west_part_11));
         let part_43 = mul_add(-moment_above_south_y_2, turn_gain_south_east_y,
             moment_above_south_z_2 * (sin_south_east_east * across_south_east_6))
-            + (mul_add(c(-0.4999998655490338), along_hinge_south_east, mul_add(c(-7218.08629094307),
-            part_37, c(12502.083224437016) * part_38)) + mul_add(-moment_above_south_x_2,
-            along_hinge_south_east, c(0.8660254814097262) * turn_gain_south_east_y));
+            + (mul_add(c(-0.49999986554903386), along_hinge_south_east,
+            mul_add(c(-7218.086290943076), part_37, c(12502.08322443702) * part_38))
+            + mul_add(-moment_above_south_x_2, along_hinge_south_east,
+            c(0.8660254814097263) * turn_gain_south_east_y));
         // mechanism: projection: L^-1 D^-1 Y^T S^-1 x
-        let part_44 = mul_add(-part_8, part_27, mul_add(c(-0.08068423607472835),
-            carried_south_ghost0_y, mul_add(c(0.06987458559937648), omega_south_x,
-            carried_south_y * c(0.04034213973350825))));
+        let part_44 = mul_add(-part_8, part_27, mul_add(c(-0.0806842360747284),
+            carried_south_ghost0_y, mul_add(c(0.06987458559937651), omega_south_x,
+            carried_south_y * c(0.04034213973350828))));
         let part_45 = part_32 * mul_add(-part_31, part_44, mul_add(-part_8, part_28,
-            mul_add(c(0.0698745855993765), carried_south_y, mul_add(c(-0.040342139733508246),
-            omega_south_x, omega_south_ghost0_x * c(0.08068423607472835)))));
+            mul_add(c(0.06987458559937651), carried_south_y, mul_add(c(-0.04034213973350828),
+            omega_south_x, omega_south_ghost0_x * c(0.0806842360747284)))));
         let part_46 = mul_add(-part_31, part_45, part_30 * part_44);
         let part_47 = mul_add(-part_27, part_46, mul_add(-part_28, part_45, part_8 * part_26));
         let part_48 = mul_add(part_11, part_47, mul_add(part_19, part_45, part_15 * part_46));
@@ -3159,17 +3160,17 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let along_hinge_south_west_2 = mul_add(south_west_part_10, part_49, -part_9 * part_47
             - mul_add(part_17, part_45, part_13 * part_46));
         // mechanism: results: what the function returns
-        let part_50 = mul_add(c(-0.7071071698144961), along_hinge_south_west_2,
-            c(14436.012552214956) * part_45) + mul_add(c(0.7071063925583853), south_west_part_14,
+        let part_50 = mul_add(c(-0.7071071698144962), along_hinge_south_west_2,
+            c(14436.01255221496) * part_45) + mul_add(c(0.7071063925583854), south_west_part_14,
             moment_above_south_ghost0_y_2 * south_west_part_14) - mul_add(-south_ghost0_part_2,
             along_hinge_south_west_2,
             moment_above_south_ghost0_z_2 * (sin_west_south_west * south_west_part_13));
         let part_51 = mul_add(-moment_above_south_y_2, turn_gain_south_east_y_2,
             moment_above_south_z_2 * (sin_south_east_east * across_south_east_7))
-            + (mul_add(c(-0.4999998655490338), along_hinge_south_east_2,
-            mul_add(c(-7218.08629094307), part_45, c(12502.083224437016) * part_46))
+            + (mul_add(c(-0.49999986554903386), along_hinge_south_east_2,
+            mul_add(c(-7218.086290943076), part_45, c(12502.08322443702) * part_46))
             + mul_add(-moment_above_south_x_2, along_hinge_south_east_2,
-            c(0.8660254814097262) * turn_gain_south_east_y_2));
+            c(0.8660254814097263) * turn_gain_south_east_y_2));
         residual[0] = c(0.0);
         residual[1] = c(0.0);
         residual[2] = c(0.0);
@@ -3191,7 +3192,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         speeds[3] = along_hinge_south_east_2 - across_south_east_7;
         speeds[4] = part_48;
         speeds[5] = part_49;
-        margin[0] = S::min(S::min(S::min(S::min(c(178919.86408403952), inverse_pivot_south_west),
+        margin[0] = S::min(S::min(S::min(S::min(c(178919.86408403947), inverse_pivot_south_west),
             inverse_pivot_south_east), inverse_pivot_east), inverse_pivot_west);
         margin[1] = S::min(part_35, S::min(S::min(part_21, part_23),
             part_25) * c(100.0)) / (part_34 * part_35);
@@ -3241,18 +3242,18 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         // west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let west_part = cos_ground_west * c(9.81);
         // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
-        let closure0_0_west_south_west = sin_south_west_south * c(0.057052339107130284);
-        let loop0_part = sin_south_south_east * c(-0.06987460438879263);
+        let closure0_0_west_south_west = sin_south_west_south * c(0.05705233910713035);
+        let loop0_part = sin_south_south_east * c(-0.06987460438879269);
         // east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let east_part_2 = sin_ground_east * c(-9.81);
         // west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let west_part_2 = sin_ground_west * c(-9.81);
         // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
-        let closure0_1_south_east_east = mul_add(c(0.03493732098380993), cos_south_south_east,
-            c(0.03493728340498269));
+        let closure0_1_south_east_east = mul_add(c(0.03493732098380996), cos_south_south_east,
+            c(0.034937283404982714));
         // south_ghost0: closure Jacobian: J = d(V_ghost - V_original)/du
-        let carried_south_ghost0_x_by_ground_west = mul_add(c(-0.6123723483370465),
-            cos_west_south_west, c(0.35355315327396863));
+        let carried_south_ghost0_x_by_ground_west = mul_add(c(-0.6123723483370466),
+            cos_west_south_west, c(0.3535531532739687));
         // south_west: angular velocity: w = R^T w_parent + u e_x
         let south_west_part = u[5] * c(0.8660257562110547);
         let d_alpha_moving_south_west_z = cos_west_south_west * south_west_part;
@@ -3280,13 +3281,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let free_fall_south_west_z = mul_add(-sin_west_south_west, across_south_west,
             -cos_west_south_west * west_part);
         // south_west: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let moment_own_south_west_x = mul_add(c(3.520149320482795e-4), free_fall_south_west_z,
-            -mul_add(c(-1.0093594897589384e-5), south_west_part_3, mul_add(c(2.6789051216394143e-8),
-            south_west_part_3, gradient_z_south_west_x * c(1.2394283547934881e-5))));
-        let south_west_part_6 = c(1.2394283547934881e-5) * mul_add(-omega_south_west_x,
+        let moment_own_south_west_x = mul_add(c(3.5201493204827953e-4), free_fall_south_west_z,
+            -mul_add(c(-1.009359489758939e-5), south_west_part_3, mul_add(c(2.6789051216394143e-8),
+            south_west_part_3, gradient_z_south_west_x * c(1.2394283547934888e-5))));
+        let south_west_part_6 = c(1.2394283547934888e-5) * mul_add(-omega_south_west_x,
             omega_south_west_x, omega_yy_south_west);
-        let south_west_part_7 = -sin_ground_west * c(-2.9906177176792508e-3);
-        let moment_own_south_west_z = south_west_part_7 - mul_add(c(-1.0093594897589384e-5),
+        let south_west_part_7 = -sin_ground_west * c(-2.990617717679251e-3);
+        let moment_own_south_west_z = south_west_part_7 - mul_add(c(-1.009359489758939e-5),
             gradient_x_south_west_y, south_west_part_6);
         // south_west: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let d_omega_xx_south_west = omega_south_west_x + omega_south_west_x;
@@ -3325,14 +3326,14 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let free_fall_south_east_z = mul_add(-sin_south_east_east, across_south_east_2,
             -cos_south_east_east * east_part);
         // south_east: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let moment_own_south_east_x = -free_fall_south_east_z * c(4.7358339509453106e-4)
-            - mul_add(c(-1.293994125217518e-5), gradient_z_south_east_x,
+        let moment_own_south_east_x = -free_fall_south_east_z * c(4.7358339509453117e-4)
+            - mul_add(c(-1.2939941252175183e-5), gradient_z_south_east_x,
             mul_add(c(3.338573836000013e-8), south_east_part_5,
-            south_east_part_5 * c(-1.6424267108073443e-5)));
-        let south_east_part_8 = sin_ground_east * c(3.285114235562457e-3);
-        let south_east_part_9 = -c(1.293994125217518e-5) * mul_add(-omega_south_east_x,
+            south_east_part_5 * c(-1.642426710807345e-5)));
+        let south_east_part_8 = sin_ground_east * c(3.285114235562458e-3);
+        let south_east_part_9 = -c(1.2939941252175183e-5) * mul_add(-omega_south_east_x,
             omega_south_east_x, omega_yy_south_east);
-        let moment_own_south_east_z = south_east_part_8 - mul_add(c(-1.6424267108073443e-5),
+        let moment_own_south_east_z = south_east_part_8 - mul_add(c(-1.642426710807345e-5),
             gradient_x_south_east_y, south_east_part_9);
         // south_east: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let d_omega_xx_south_east = omega_south_east_x + omega_south_east_x;
@@ -3360,8 +3361,8 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let carried_south_z_by_ground_east = mul_add(-sin_south_south_east,
             across_south_by_ground_east, -cos_south_south_east * south_east_part_10);
         // south_ghost0: closure Jacobian: J = d(V_ghost - V_original)/du
-        let across_south_ghost0_by_ground_west = mul_add(c(-0.6123730214608576),
-            cos_west_south_west, c(-0.3535527646463877));
+        let across_south_ghost0_by_ground_west = mul_add(c(-0.6123730214608577),
+            cos_west_south_west, c(-0.35355276464638774));
         let carried_south_ghost0_z_by_ground_west = mul_add(-sin_south_west_south,
             across_south_ghost0_by_ground_west,
             cos_south_west_south * carried_south_west_z_by_ground_west);
@@ -3371,7 +3372,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let carried_south_x_by_ground_east = mul_add(c(-0.6123724905851617), cos_south_east_east,
             c(0.3535532955220838));
         // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_moment_own_south_west_z = -cos_ground_west * c(-2.9906177176792508e-3);
+        let d_moment_own_south_west_z = -cos_ground_west * c(-2.990617717679251e-3);
         // south_east: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let south_east_part_11 = c(0.7071067811865475) * omega_south_east_x;
         let d_omega_xx_south_east_2 = south_east_part_11 + south_east_part_11;
@@ -3414,10 +3415,10 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             across_south_ghost0_by_ground_west,
             sin_south_west_south * carried_south_west_z_by_ground_west);
         // south: angular velocity: w = R^T w_parent + u e_x
-        let across_south = mul_add(c(0.8660254814097262), omega_south_east_x,
-            carried_south_east_y * c(0.4999998655490338));
-        let carried_south_x = mul_add(c(-0.8660254814097262), carried_south_east_y,
-            omega_south_east_x * c(0.4999998655490338));
+        let across_south = mul_add(c(0.8660254814097263), omega_south_east_x,
+            carried_south_east_y * c(0.49999986554903386));
+        let carried_south_x = mul_add(c(-0.8660254814097263), carried_south_east_y,
+            omega_south_east_x * c(0.49999986554903386));
         let south_part = sin_south_south_east * south_east_part;
         let south_part_2 = cos_south_south_east * across_south;
         let carried_south_y = south_part_2 - south_part;
@@ -3425,8 +3426,8 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             -cos_south_south_east * south_east_part);
         let omega_south_x = carried_south_x + u[1];
         // south: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
-        let across_south_2 = south_east_part_2 * c(-0.4999998655490338);
-        let south_part_3 = south_east_part_2 * c(-0.8660254814097262);
+        let across_south_2 = south_east_part_2 * c(-0.49999986554903386);
+        let south_part_3 = south_east_part_2 * c(-0.8660254814097263);
         let south_part_4 = carried_south_z * u[1];
         let alpha_south_y = mul_add(cos_south_south_east, across_south_2,
             mul_add(-sin_south_south_east, south_east_part_3, south_part_4));
@@ -3447,50 +3448,50 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let gradient_z_south_x = omega_xz_south - alpha_south_y;
         let gradient_z_south_y = omega_yz_south - south_part_3;
         // south: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let across_south_3 = mul_add(c(0.4999998655490338), free_fall_south_east_y,
+        let across_south_3 = mul_add(c(0.49999986554903386), free_fall_south_east_y,
             sin_ground_east * c(6.007374132640437));
-        let free_fall_south_x = mul_add(c(-0.8660254814097262), free_fall_south_east_y,
-            sin_ground_east * c(3.468357829071642));
+        let free_fall_south_x = mul_add(c(-0.8660254814097263), free_fall_south_east_y,
+            sin_ground_east * c(3.4683578290716426));
         let free_fall_south_z = mul_add(-sin_south_south_east, across_south_3,
             cos_south_south_east * free_fall_south_east_z);
         // south: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let south_part_6 = -free_fall_south_z * c(1.702501854199059e-4);
+        let south_part_6 = -free_fall_south_z * c(1.7025018541990593e-4);
         let moment_own_south_x = south_part_6 - mul_add(c(-2.3726582693412885e-8),
-            gradient_y_south_z, mul_add(c(-6.64555505684884e-6), gradient_z_south_x,
+            gradient_y_south_z, mul_add(c(-6.645555056848842e-6), gradient_z_south_x,
             gradient_z_south_y * c(5.565308808048279e-6)));
         let south_part_7 = mul_add(c(2.3726582693412885e-8), gradient_x_south_z,
-            gradient_z_south_y * c(6.64555505684884e-6));
-        let south_part_8 = free_fall_south_x * c(1.702501854199059e-4);
-        let south_part_9 = -c(6.64555505684884e-6) * (omega_yy_south - omega_xx_south);
+            gradient_z_south_y * c(6.645555056848842e-6));
+        let south_part_8 = free_fall_south_x * c(1.7025018541990593e-4);
+        let south_part_9 = -c(6.645555056848842e-6) * (omega_yy_south - omega_xx_south);
         let moment_own_south_z = south_part_8 - mul_add(c(-5.565308808048279e-6),
             gradient_x_south_y, south_part_9);
         // south: closure Jacobian: J = d(V_ghost - V_original)/du
-        let south_part_10 = sin_south_south_east * c(0.8660254814097262);
-        let carried_south_y_by_south_east_east = cos_south_south_east * c(0.8660254814097262);
+        let south_part_10 = sin_south_south_east * c(0.8660254814097263);
+        let carried_south_y_by_south_east_east = cos_south_south_east * c(0.8660254814097263);
         // south: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let moment_above_south_x = mul_add(c(5.755220017342357e-6), cos_south_south_east,
-            c(2.7945169439196375e-6));
-        let moment_above_south_y = mul_add(c(3.3227766349231214e-6), cos_south_south_east,
-            c(-4.840247064883071e-6));
-        let moment_above_south_z = sin_south_south_east * c(6.64555505684884e-6);
+        let moment_above_south_x = mul_add(c(5.75522001734236e-6), cos_south_south_east,
+            c(2.794516943919638e-6));
+        let moment_above_south_y = mul_add(c(3.322776634923123e-6), cos_south_south_east,
+            c(-4.840247064883072e-6));
+        let moment_above_south_z = sin_south_south_east * c(6.645555056848842e-6);
         // south: composite inertia: m, h, S of all beyond the hinge
         let twist_south = sin_south_south_east * c(5.541582225354866e-6);
         let bend_south = sin_south_south_east * twist_south;
         let shear_south = cos_south_south_east * twist_south;
         let turned_yy_south = c(5.565308808048279e-6) - bend_south;
-        let twist_south_2 = mul_add(c(0.8660254814097262), turned_yy_south,
-            cos_south_south_east * c(-6.645553269846243e-6));
-        let south_part_11 = c(0.8660254814097262) * twist_south_2;
+        let twist_south_2 = mul_add(c(0.8660254814097263), turned_yy_south,
+            cos_south_south_east * c(-6.645553269846246e-6));
+        let south_part_11 = c(0.8660254814097263) * twist_south_2;
         // south_east: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let across_south_east_3 = mul_add(-sin_south_east_east, moment_above_south_z,
             cos_south_east_east * moment_above_south_y);
         let moment_above_south_east_x = mul_add(c(0.7071067811865475), across_south_east_3,
             c(0.7071067811865475) * moment_above_south_x);
         // south_ghost0: angular velocity: w = R^T w_parent + u e_x
-        let across_south_ghost0 = mul_add(c(-0.7071063925583853), omega_south_west_x,
-            d_alpha_moving_south_west_z * c(-0.7071071698144961));
-        let carried_south_ghost0_x = mul_add(c(0.7071071698144961), omega_south_west_x,
-            d_alpha_moving_south_west_z * c(-0.7071063925583853));
+        let across_south_ghost0 = mul_add(c(-0.7071063925583854), omega_south_west_x,
+            d_alpha_moving_south_west_z * c(-0.7071071698144962));
+        let carried_south_ghost0_x = mul_add(c(0.7071071698144962), omega_south_west_x,
+            d_alpha_moving_south_west_z * c(-0.7071063925583854));
         let south_ghost0_part = sin_south_west_south * d_carried_south_west_y;
         let south_ghost0_part_2 = cos_south_west_south * across_south_ghost0;
         let carried_south_ghost0_y = south_ghost0_part + south_ghost0_part_2;
@@ -3498,8 +3499,8 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             cos_south_west_south * d_carried_south_west_y);
         let omega_south_ghost0_x = carried_south_ghost0_x + u[0];
         // south_ghost0: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
-        let across_south_ghost0_2 = alpha_south_west_y * c(0.7071071698144961);
-        let alpha_south_ghost0_x = alpha_south_west_y * c(0.7071063925583853);
+        let across_south_ghost0_2 = alpha_south_west_y * c(0.7071071698144962);
+        let alpha_south_ghost0_x = alpha_south_west_y * c(0.7071063925583854);
         let south_ghost0_part_3 = carried_south_ghost0_z * u[0];
         let alpha_south_ghost0_y = mul_add(cos_south_west_south, across_south_ghost0_2,
             mul_add(sin_south_west_south, south_west_part_2, south_ghost0_part_3));
@@ -3517,62 +3518,62 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let gradient_z_south_ghost0_x = omega_xz_south_ghost0 - alpha_south_ghost0_y;
         let gradient_z_south_ghost0_y = alpha_south_ghost0_x + omega_yz_south_ghost0;
         // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let across_south_ghost0_3 = mul_add(c(6.007372737186426), sin_ground_west,
-            free_fall_south_west_y * c(0.7071071698144961));
-        let free_fall_south_ghost0_x = mul_add(c(0.7071063925583853), free_fall_south_west_y,
-            sin_ground_west * c(-6.007379340531013));
+        let across_south_ghost0_3 = mul_add(c(6.007372737186427), sin_ground_west,
+            free_fall_south_west_y * c(0.7071071698144962));
+        let free_fall_south_ghost0_x = mul_add(c(0.7071063925583854), free_fall_south_west_y,
+            sin_ground_west * c(-6.007379340531014));
         let free_fall_south_ghost0_z = mul_add(-sin_south_west_south, across_south_ghost0_3,
             cos_south_west_south * free_fall_south_west_z);
         // south_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let south_ghost0_part_5 = free_fall_south_ghost0_z * c(1.7025149681007906e-4);
-        let moment_own_south_ghost0_x = south_ghost0_part_5 - mul_add(c(-2.372658269341246e-8),
-            gradient_y_south_ghost0_z, mul_add(c(5.5653677591751645e-6), gradient_z_south_ghost0_y,
-            gradient_z_south_ghost0_x * c(6.645589092322223e-6)));
-        let south_ghost0_part_6 = mul_add(c(-6.645589092322223e-6), gradient_z_south_ghost0_y,
-            gradient_x_south_ghost0_z * c(2.372658269341246e-8));
-        let south_ghost0_part_7 = c(6.645589092322223e-6) * mul_add(-omega_south_ghost0_x,
+        let south_ghost0_part_5 = free_fall_south_ghost0_z * c(1.7025149681007909e-4);
+        let moment_own_south_ghost0_x = south_ghost0_part_5 - mul_add(c(5.565367759175165e-6),
+            gradient_z_south_ghost0_y, mul_add(c(-2.3726582693412885e-8), gradient_y_south_ghost0_z,
+            gradient_z_south_ghost0_x * c(6.645589092322226e-6)));
+        let south_ghost0_part_6 = mul_add(c(-6.645589092322226e-6), gradient_z_south_ghost0_y,
+            c(2.3726582693412885e-8) * gradient_x_south_ghost0_z);
+        let south_ghost0_part_7 = c(6.645589092322226e-6) * mul_add(-omega_south_ghost0_x,
             omega_south_ghost0_x, carried_south_ghost0_y * carried_south_ghost0_y);
-        let south_ghost0_part_8 = -free_fall_south_ghost0_x * c(1.7025149681007906e-4);
-        let moment_own_south_ghost0_z = south_ghost0_part_8 - mul_add(c(-5.5653677591751645e-6),
+        let south_ghost0_part_8 = -free_fall_south_ghost0_x * c(1.7025149681007909e-4);
+        let moment_own_south_ghost0_z = south_ghost0_part_8 - mul_add(c(-5.565367759175165e-6),
             gradient_x_south_ghost0_y, south_ghost0_part_7);
         // south_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let across_south_ghost0_4 = mul_add(-sin_south_west_south, moment_own_south_ghost0_z,
             -cos_south_west_south * south_ghost0_part_6);
-        let moment_above_south_ghost0_x = mul_add(c(-0.7071063925583853), across_south_ghost0_4,
-            c(0.7071071698144961) * moment_own_south_ghost0_x);
-        let moment_above_south_ghost0_y = mul_add(c(0.7071063925583853), moment_own_south_ghost0_x,
-            c(0.7071071698144961) * across_south_ghost0_4);
+        let moment_above_south_ghost0_x = mul_add(c(-0.7071063925583854), across_south_ghost0_4,
+            c(0.7071071698144962) * moment_own_south_ghost0_x);
+        let moment_above_south_ghost0_y = mul_add(c(0.7071063925583854), moment_own_south_ghost0_x,
+            c(0.7071071698144962) * across_south_ghost0_4);
         let moment_above_south_ghost0_z = mul_add(-sin_south_west_south, south_ghost0_part_6,
             cos_south_west_south * moment_own_south_ghost0_z);
         // south_ghost0: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let moment_above_south_ghost0_x_2 = mul_add(c(4.699138529497321e-6), cos_south_west_south,
-            c(3.952088681904903e-6));
-        let moment_above_south_ghost0_y_2 = mul_add(c(-4.699143694822053e-6), cos_south_west_south,
-            c(3.952084337747171e-6));
-        let turned_xz_south_ghost0 = sin_south_west_south * c(6.645589092322223e-6);
+        let moment_above_south_ghost0_x_2 = mul_add(c(4.6991385294973235e-6), cos_south_west_south,
+            c(3.9520886819049045e-6));
+        let moment_above_south_ghost0_y_2 = mul_add(c(-4.6991436948220556e-6), cos_south_west_south,
+            c(3.952084337747174e-6));
+        let turned_xz_south_ghost0 = sin_south_west_south * c(6.645589092322226e-6);
         // south_ghost0: composite inertia: m, h, S of all beyond the hinge
         let twist_south_ghost0 = sin_south_west_south * c(5.541641176481752e-6);
         let bend_south_ghost0 = sin_south_west_south * twist_south_ghost0;
         let shear_south_ghost0 = cos_south_west_south * twist_south_ghost0;
-        let turned_yy_south_ghost0 = c(5.5653677591751645e-6) - bend_south_ghost0;
-        let twist_south_ghost0_2 = mul_add(c(-0.7071063925583853), turned_yy_south_ghost0,
-            cos_south_west_south * c(9.398287389644106e-6));
-        let bend_south_ghost0_2 = c(0.7071063925583853) * twist_south_ghost0_2;
+        let turned_yy_south_ghost0 = c(5.565367759175165e-6) - bend_south_ghost0;
+        let twist_south_ghost0_2 = mul_add(c(-0.7071063925583854), turned_yy_south_ghost0,
+            cos_south_west_south * c(9.398287389644111e-6));
+        let bend_south_ghost0_2 = c(0.7071063925583854) * twist_south_ghost0_2;
         // south_west: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let across_south_west_2 = mul_add(cos_west_south_west, moment_above_south_ghost0_y_2,
             sin_west_south_west * turned_xz_south_ghost0);
         let moment_above_south_west_x = mul_add(c(-0.8660257562110547), across_south_west_2,
             c(0.4999993895786978) * moment_above_south_ghost0_x_2);
         // south_west: composite inertia: m, h, S of all beyond the hinge
-        let second_moment_xy_south_west = mul_add(c(0.7071071698144961), twist_south_ghost0_2,
-            mul_add(c(-6.645589092322223e-6), cos_south_west_south, c(1.2394283547934881e-5)));
-        let second_moment_xz_south_west = mul_add(c(-0.7071063925583853), shear_south_ghost0,
-            sin_south_west_south * c(4.699143694822053e-6));
-        let second_moment_yy_south_west = bend_south_ghost0_2 + (c(1.0093594897589384e-5)
+        let second_moment_xy_south_west = mul_add(c(0.7071071698144962), twist_south_ghost0_2,
+            mul_add(c(-6.645589092322226e-6), cos_south_west_south, c(1.2394283547934888e-5)));
+        let second_moment_xz_south_west = mul_add(c(-0.7071063925583854), shear_south_ghost0,
+            sin_south_west_south * c(4.6991436948220556e-6));
+        let second_moment_yy_south_west = bend_south_ghost0_2 + (c(1.009359489758939e-5)
             + turned_yy_south_ghost0);
-        let second_moment_yz_south_west = mul_add(c(4.699138529497321e-6), sin_south_west_south,
-            c(0.7071071698144961) * shear_south_ghost0);
-        let second_moment_zz_south_west = bend_south_ghost0 + c(5.0515633909806605e-8);
+        let second_moment_yz_south_west = mul_add(c(4.6991385294973235e-6), sin_south_west_south,
+            c(0.7071071698144962) * shear_south_ghost0);
+        let second_moment_zz_south_west = bend_south_ghost0 + c(5.051563390980703e-8);
         // south_west: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let mass_west_south_west_west_south_west = second_moment_yy_south_west
             + second_moment_zz_south_west;
@@ -3590,14 +3591,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let twist_south_west_2 = mul_add(c(0.8660257562110547), -bend_south_ghost0_2
             - turned_yy_south_west, turned_xy_south_west * c(0.9999987791573955));
         // south_east: composite inertia: m, h, S of all beyond the hinge
-        let second_moment_xy_south_east = mul_add(c(6.64555505684884e-6), cos_south_south_east,
-            mul_add(c(0.4999998655490338), twist_south_2, c(-1.293994125217518e-5)));
-        let second_moment_xz_south_east = mul_add(c(0.8660254814097262), shear_south,
-            sin_south_south_east * c(-3.3227766349231214e-6));
-        let second_moment_yy_south_east = c(1.6424267108073443e-5) + turned_yy_south
-            - south_part_11;
-        let second_moment_yz_south_east = mul_add(c(5.755220017342357e-6), sin_south_south_east,
-            c(0.4999998655490338) * shear_south);
+        let second_moment_xy_south_east = mul_add(c(6.645555056848842e-6), cos_south_south_east,
+            mul_add(c(0.49999986554903386), twist_south_2, c(-1.2939941252175183e-5)));
+        let second_moment_xz_south_east = mul_add(c(0.8660254814097263), shear_south,
+            sin_south_south_east * c(-3.322776634923123e-6));
+        let second_moment_yy_south_east = c(1.642426710807345e-5) + turned_yy_south - south_part_11;
+        let second_moment_yz_south_east = mul_add(c(5.75522001734236e-6), sin_south_south_east,
+            c(0.49999986554903386) * shear_south);
         let second_moment_zz_south_east = bend_south + c(5.711232105341301e-8);
         // south_east: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let mass_south_east_east_south_east_east = second_moment_yy_south_east
@@ -3623,10 +3623,10 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let south_part_12 = c(2.3726582693412885e-8) * d_gradient_moving_x_south_z;
         let south_part_13 = mul_add(c(-5.565308808048279e-6), d_gradient_moving_x_south_y,
-            -d_omega_xx_south * c(-6.64555505684884e-6));
+            -d_omega_xx_south * c(-6.645555056848842e-6));
         let d_across_south = mul_add(-cos_south_south_east, south_part_12,
             sin_south_south_east * south_part_13);
-        let d_moment_above_south_y = c(0.4999998655490338) * d_across_south;
+        let d_moment_above_south_y = c(0.49999986554903386) * d_across_south;
         let d_moment_above_south_z = mul_add(-cos_south_south_east, south_part_13,
             -sin_south_south_east * south_part_12);
         // south: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
@@ -3643,8 +3643,8 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_omega_yz_south = mul_add(carried_south_y, carried_south_z_by_ground_east,
             carried_south_z * carried_south_y_by_ground_east);
         // south: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let d_across_south_2 = c(-0.4999998655490338) * south_east_part_13;
-        let south_part_17 = c(-0.8660254814097262) * south_east_part_13;
+        let d_across_south_2 = c(-0.49999986554903386) * south_east_part_13;
+        let south_part_17 = c(-0.8660254814097263) * south_east_part_13;
         let d_alpha_moving_south_y = mul_add(cos_south_south_east, d_across_south_2,
             mul_add(-sin_south_south_east, south_east_part_14,
             u[1] * carried_south_z_by_ground_east));
@@ -3658,18 +3658,18 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_gradient_moving_z_south_y = d_omega_yz_south - south_part_17;
         // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let south_part_18 = mul_add(c(-2.3726582693412885e-8), d_gradient_moving_y_south_z,
-            mul_add(c(-6.64555505684884e-6), d_gradient_moving_z_south_x,
+            mul_add(c(-6.645555056848842e-6), d_gradient_moving_z_south_x,
             c(5.565308808048279e-6) * d_gradient_moving_z_south_y));
         let south_part_19 = mul_add(c(2.3726582693412885e-8), d_gradient_moving_x_south_z_2,
-            c(6.64555505684884e-6) * d_gradient_moving_z_south_y);
+            c(6.645555056848842e-6) * d_gradient_moving_z_south_y);
         let south_part_20 = mul_add(c(-5.565308808048279e-6), d_gradient_moving_x_south_y_2,
-            -c(6.64555505684884e-6) * (d_omega_yy_south - d_omega_xx_south_2));
+            -c(6.645555056848842e-6) * (d_omega_yy_south - d_omega_xx_south_2));
         let d_across_south_3 = mul_add(-cos_south_south_east, south_part_19,
             sin_south_south_east * south_part_20);
-        let d_moment_above_south_x = mul_add(c(0.8660254814097262), d_across_south_3,
-            c(-0.4999998655490338) * south_part_18);
-        let d_moment_above_south_y_2 = mul_add(c(0.8660254814097262), south_part_18,
-            c(0.4999998655490338) * d_across_south_3);
+        let d_moment_above_south_x = mul_add(c(0.8660254814097263), d_across_south_3,
+            c(-0.49999986554903386) * south_part_18);
+        let d_moment_above_south_y_2 = mul_add(c(0.8660254814097263), south_part_18,
+            c(0.49999986554903386) * d_across_south_3);
         let d_moment_above_south_z_2 = mul_add(-cos_south_south_east, south_part_20,
             -sin_south_south_east * south_part_19);
         // south_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
@@ -3687,8 +3687,8 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             carried_south_ghost0_z_by_ground_west,
             carried_south_ghost0_z * carried_south_ghost0_y_by_ground_west);
         // south_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let d_across_south_ghost0 = c(0.7071071698144961) * d_alpha_moving_south_west_y;
-        let d_alpha_moving_south_ghost0_x = c(0.7071063925583853) * d_alpha_moving_south_west_y;
+        let d_across_south_ghost0 = c(0.7071071698144962) * d_alpha_moving_south_west_y;
+        let d_alpha_moving_south_ghost0_x = c(0.7071063925583854) * d_alpha_moving_south_west_y;
         let d_alpha_moving_south_ghost0_y = mul_add(cos_south_west_south, d_across_south_ghost0,
             mul_add(sin_south_west_south, d_alpha_moving_south_west_z_2,
             u[0] * carried_south_ghost0_z_by_ground_west));
@@ -3708,22 +3708,22 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_gradient_moving_z_south_ghost0_y = d_omega_yz_south_ghost0
             + d_alpha_moving_south_ghost0_x;
         // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let south_ghost0_part_11 = mul_add(c(-2.372658269341246e-8),
-            d_gradient_moving_y_south_ghost0_z, mul_add(c(5.5653677591751645e-6),
+        let south_ghost0_part_11 = mul_add(c(5.565367759175165e-6),
+            d_gradient_moving_z_south_ghost0_y, mul_add(c(-2.3726582693412885e-8),
+            d_gradient_moving_y_south_ghost0_z,
+            c(6.645589092322226e-6) * d_gradient_moving_z_south_ghost0_x));
+        let south_ghost0_part_12 = mul_add(c(-6.645589092322226e-6),
             d_gradient_moving_z_south_ghost0_y,
-            c(6.645589092322223e-6) * d_gradient_moving_z_south_ghost0_x));
-        let south_ghost0_part_12 = mul_add(c(-6.645589092322223e-6),
-            d_gradient_moving_z_south_ghost0_y,
-            c(2.372658269341246e-8) * d_gradient_moving_x_south_ghost0_z);
-        let south_ghost0_part_13 = mul_add(c(-5.5653677591751645e-6),
-            d_gradient_moving_x_south_ghost0_y, c(6.645589092322223e-6) * (d_omega_yy_south_ghost0
+            c(2.3726582693412885e-8) * d_gradient_moving_x_south_ghost0_z);
+        let south_ghost0_part_13 = mul_add(c(-5.565367759175165e-6),
+            d_gradient_moving_x_south_ghost0_y, c(6.645589092322226e-6) * (d_omega_yy_south_ghost0
             - d_omega_xx_south_ghost0));
         let d_across_south_ghost0_2 = mul_add(-cos_south_west_south, south_ghost0_part_12,
             sin_south_west_south * south_ghost0_part_13);
-        let d_moment_above_south_ghost0_x = mul_add(c(-0.7071063925583853), d_across_south_ghost0_2,
-            c(-0.7071071698144961) * south_ghost0_part_11);
-        let d_moment_above_south_ghost0_y = mul_add(c(-0.7071063925583853), south_ghost0_part_11,
-            c(0.7071071698144961) * d_across_south_ghost0_2);
+        let d_moment_above_south_ghost0_x = mul_add(c(-0.7071063925583854), d_across_south_ghost0_2,
+            c(-0.7071071698144962) * south_ghost0_part_11);
+        let d_moment_above_south_ghost0_y = mul_add(c(-0.7071063925583854), south_ghost0_part_11,
+            c(0.7071071698144962) * d_across_south_ghost0_2);
         let d_moment_above_south_ghost0_z = mul_add(-cos_south_west_south, south_ghost0_part_13,
             -sin_south_west_south * south_ghost0_part_12);
         // south_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
@@ -3732,50 +3732,51 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_gradient_moving_x_south_ghost0_y_2 = carried_south_ghost0_y + carried_south_ghost0_y;
         let d_gradient_moving_x_south_ghost0_z_2 = carried_south_ghost0_z + carried_south_ghost0_z;
         // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let south_ghost0_part_14 = c(2.372658269341246e-8) * d_gradient_moving_x_south_ghost0_z_2;
-        let south_ghost0_part_15 = mul_add(c(-5.5653677591751645e-6),
+        let south_ghost0_part_14 = c(2.3726582693412885e-8) * d_gradient_moving_x_south_ghost0_z_2;
+        let south_ghost0_part_15 = mul_add(c(-5.565367759175165e-6),
             d_gradient_moving_x_south_ghost0_y_2,
-            d_omega_xx_south_ghost0_2 * c(-6.645589092322223e-6));
+            d_omega_xx_south_ghost0_2 * c(-6.645589092322226e-6));
         let d_across_south_ghost0_3 = mul_add(-cos_south_west_south, south_ghost0_part_14,
             sin_south_west_south * south_ghost0_part_15);
-        let d_moment_above_south_ghost0_x_2 = -c(0.7071063925583853) * d_across_south_ghost0_3;
-        let d_moment_above_south_ghost0_y_2 = c(0.7071071698144961) * d_across_south_ghost0_3;
+        let d_moment_above_south_ghost0_x_2 = -c(0.7071063925583854) * d_across_south_ghost0_3;
+        let d_moment_above_south_ghost0_y_2 = c(0.7071071698144962) * d_across_south_ghost0_3;
         let d_moment_above_south_ghost0_z_2 = mul_add(-cos_south_west_south, south_ghost0_part_15,
             -sin_south_west_south * south_ghost0_part_14);
         // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
-        let loop0_part_2 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
-            omega_xx_south + omega_zz_south, gradient_y_south_x * c(0.04034213973350825)),
-            mul_add(c(-0.06987458559937648), gradient_x_south_y, (omega_yy_south
-            + omega_zz_south) * c(-0.04034213973350825)) * c(0.8660252485338008));
-        let gamma0_0 = mul_add(c(0.08068423607472834), gradient_y_south_ghost0_x, -loop0_part_2);
+        let loop0_part_2 = mul_add(c(0.5000002689018963), mul_add(c(0.06987458559937651),
+            omega_xx_south + omega_zz_south, gradient_y_south_x * c(0.04034213973350828)),
+            mul_add(c(-0.06987458559937651), gradient_x_south_y, (omega_yy_south
+            + omega_zz_south) * c(-0.04034213973350828)) * c(0.866025248533801));
+        let gamma0_0 = mul_add(c(0.08068423607472841), gradient_y_south_ghost0_x, -loop0_part_2);
         // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
-        let loop0_part_3 = cos_south_west_south * c(-0.0570523391071303);
-        let closure0_1_ground_east = mul_add(c(0.06987458559937648), carried_south_x_by_ground_east,
-            c(0.04034213973350825) * carried_south_y_by_ground_east);
+        let loop0_part_3 = cos_south_west_south * c(-0.05705233910713033);
+        let closure0_1_ground_east = mul_add(c(0.06987458559937651), carried_south_x_by_ground_east,
+            c(0.04034213973350828) * carried_south_y_by_ground_east);
         // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
-        let gamma0_1 = mul_add(c(0.08068423607472835), gradient_z_south_ghost0_x,
-            -mul_add(c(-0.06987458559937648), gradient_z_south_y,
-            gradient_z_south_x * c(0.04034213973350825)));
+        let gamma0_1 = mul_add(c(0.0806842360747284), gradient_z_south_ghost0_x,
+            -mul_add(c(-0.06987458559937651), gradient_z_south_y,
+            gradient_z_south_x * c(0.04034213973350828)));
         // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
-        let closure0_2_south_east_east = mul_add(c(0.060513171632005154), cos_south_south_east,
-            c(-0.020171064442714458));
-        let closure0_2_ground_east = mul_add(c(-0.040342139733508246),
-            carried_south_x_by_ground_east, carried_south_y_by_ground_east * c(0.0698745855993765));
+        let closure0_2_south_east_east = mul_add(c(0.060513171632005175), cos_south_south_east,
+            c(-0.02017106444271448));
+        let closure0_2_ground_east = mul_add(c(-0.04034213973350828),
+            carried_south_x_by_ground_east,
+            c(0.06987458559937651) * carried_south_y_by_ground_east);
         // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
-        let gamma0_2 = mul_add(c(0.08068423607472835), gradient_z_south_ghost0_y,
-            -mul_add(c(0.040342139733508246), gradient_z_south_y,
-            gradient_z_south_x * c(0.0698745855993765)));
+        let gamma0_2 = mul_add(c(0.0806842360747284), gradient_z_south_ghost0_y,
+            -mul_add(c(0.04034213973350828), gradient_z_south_y,
+            gradient_z_south_x * c(0.06987458559937651)));
         // west: composite inertia: m, h, S of all beyond the hinge
         let second_moment_yy_west = mul_add(c(0.8660257562110547), twist_south_west_2,
-            turned_yy_south_west + c(1.9727866980665146e-5));
+            turned_yy_south_west + c(1.972786698066515e-5));
         let second_moment_zz_west = bend_south_west + (second_moment_zz_south_west
             + c(3.3386074605289806e-8));
         // west: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let mass_ground_west_ground_west = second_moment_yy_west + second_moment_zz_west;
         // south_ghost0: factor of the mass matrix: M = L^T D L
-        let factor_south_west_south_ground_west = moment_above_south_west_x * c(178919.86408403952);
+        let factor_south_west_south_ground_west = moment_above_south_west_x * c(178919.86408403947);
         let factor_south_west_south_west_south_west =
-            moment_above_south_ghost0_x_2 * c(178919.86408403952);
+            moment_above_south_ghost0_x_2 * c(178919.86408403947);
         let south_ghost0_part_16 = mul_add(-moment_above_south_west_x,
             factor_south_west_south_west_south_west, moment_above_south_west_x_2);
         // east: composite inertia: m, h, S of all beyond the hinge
@@ -3798,45 +3799,45 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         // south: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let across_south_4 = mul_add(-sin_south_south_east, moment_own_south_z,
             -cos_south_south_east * south_part_7);
-        let moment_above_south_x_2 = mul_add(c(0.8660254814097262), across_south_4,
-            c(0.4999998655490338) * moment_own_south_x);
-        let moment_above_south_y_2 = mul_add(c(-0.8660254814097262), moment_own_south_x,
-            c(0.4999998655490338) * across_south_4);
+        let moment_above_south_x_2 = mul_add(c(0.8660254814097263), across_south_4,
+            c(0.49999986554903386) * moment_own_south_x);
+        let moment_above_south_y_2 = mul_add(c(-0.8660254814097263), moment_own_south_x,
+            c(0.49999986554903386) * across_south_4);
         let moment_above_south_z_2 = mul_add(-sin_south_south_east, south_part_7,
             cos_south_south_east * moment_own_south_z);
         // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_moving_south_west_x = d_moment_above_south_ghost0_x
-            - mul_add(c(1.0093594897589384e-5), d_omega_yz_south_west,
+            - mul_add(c(1.009359489758939e-5), d_omega_yz_south_west,
             mul_add(c(-2.6789051216394143e-8), d_omega_yz_south_west,
-            c(1.2394283547934881e-5) * d_gradient_moving_z_south_west_x));
+            c(1.2394283547934888e-5) * d_gradient_moving_z_south_west_x));
         let d_moment_moving_south_west_y = d_moment_above_south_ghost0_y
-            - mul_add(c(-1.2394283547934881e-5), d_omega_yz_south_west,
+            - mul_add(c(-1.2394283547934888e-5), d_omega_yz_south_west,
             c(2.6789051216394143e-8) * d_gradient_moving_x_south_west_z_2);
         let d_moment_moving_south_west_z = d_moment_above_south_ghost0_z
-            - mul_add(c(-1.0093594897589384e-5), d_gradient_moving_x_south_west_y_2,
-            c(1.2394283547934881e-5) * (d_omega_yy_south_west - d_omega_xx_south_west_2));
+            - mul_add(c(-1.009359489758939e-5), d_gradient_moving_x_south_west_y_2,
+            c(1.2394283547934888e-5) * (d_omega_yy_south_west - d_omega_xx_south_west_2));
         let d_across_south_west_2 = mul_add(-sin_west_south_west, d_moment_moving_south_west_z,
             cos_west_south_west * d_moment_moving_south_west_y);
         let d_moment_above_south_west_x = mul_add(c(-0.8660257562110547), d_across_south_west_2,
             c(0.4999993895786978) * d_moment_moving_south_west_x);
         // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_moving_south_east_x = d_moment_above_south_x
-            - mul_add(c(-1.293994125217518e-5), d_gradient_moving_z_south_east_x,
+            - mul_add(c(-1.2939941252175183e-5), d_gradient_moving_z_south_east_x,
             mul_add(c(-3.338573836000013e-8), d_omega_yz_south_east,
-            c(1.6424267108073443e-5) * d_omega_yz_south_east));
+            c(1.642426710807345e-5) * d_omega_yz_south_east));
         let d_moment_moving_south_east_y = d_moment_above_south_y_2
-            - mul_add(c(1.293994125217518e-5), d_omega_yz_south_east,
+            - mul_add(c(1.2939941252175183e-5), d_omega_yz_south_east,
             c(3.338573836000013e-8) * d_gradient_moving_x_south_east_z_2);
         let d_moment_moving_south_east_z = d_moment_above_south_z_2
-            - mul_add(c(-1.6424267108073443e-5), d_gradient_moving_x_south_east_y_2,
-            -c(1.293994125217518e-5) * (d_omega_yy_south_east - d_omega_xx_south_east_2));
+            - mul_add(c(-1.642426710807345e-5), d_gradient_moving_x_south_east_y_2,
+            -c(1.2939941252175183e-5) * (d_omega_yy_south_east - d_omega_xx_south_east_2));
         let d_across_south_east_3 = mul_add(-sin_south_east_east, d_moment_moving_south_east_z,
             cos_south_east_east * d_moment_moving_south_east_y);
         let d_moment_above_south_east_x_2 = mul_add(c(0.7071067811865475), d_across_south_east_3,
             c(0.7071067811865475) * d_moment_moving_south_east_x);
         // south_west: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let moment_south_west_x = moment_own_south_west_x + moment_above_south_ghost0_x;
-        let moment_south_west_y = moment_above_south_ghost0_y - mul_add(c(1.2394283547934881e-5),
+        let moment_south_west_y = moment_above_south_ghost0_y - mul_add(c(1.2394283547934888e-5),
             south_west_part_3, gradient_x_south_west_z * c(2.6789051216394143e-8));
         let moment_south_west_z = moment_own_south_west_z + moment_above_south_ghost0_z;
         let across_south_west_4 = mul_add(-sin_west_south_west, moment_south_west_z,
@@ -3845,7 +3846,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             c(0.4999993895786978) * moment_south_west_x);
         // south_east: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let moment_south_east_x = moment_own_south_east_x + moment_above_south_x_2;
-        let moment_south_east_y = moment_above_south_y_2 - mul_add(c(-1.293994125217518e-5),
+        let moment_south_east_y = moment_above_south_y_2 - mul_add(c(-1.2939941252175183e-5),
             south_east_part_5, gradient_x_south_east_z * c(3.338573836000013e-8));
         let moment_south_east_z = moment_own_south_east_z + moment_above_south_z_2;
         let across_south_east_5 = mul_add(-sin_south_east_east, moment_south_east_z,
@@ -3880,23 +3881,24 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             factor_south_south_east_ground_east, mass_ground_east_ground_east));
         // mechanism: reduced closure Jacobian: Y = J L^-1
         let part_3 = mul_add(-closure0_0_west_south_west, factor_west_south_west_ground_west,
-            c(0.08068423607472834) * carried_south_ghost0_z_by_ground_west);
-        let part_4 = mul_add(c(-0.08068423607472835), carried_south_z_by_ground_east,
+            c(0.08068423607472841) * carried_south_ghost0_z_by_ground_west);
+        let part_4 = mul_add(c(-0.08068423607472841), carried_south_z_by_ground_east,
             loop0_part * factor_south_east_east_ground_east);
-        let part_5 = mul_add(c(-12502.083224437016), moment_above_south_x,
+        let part_5 = mul_add(c(-12502.08322443702), moment_above_south_x,
             closure0_1_south_east_east);
-        let part_6 = mul_add(c(-0.08068423607472835), carried_south_ghost0_y_by_ground_west,
+        let part_6 = mul_add(c(-0.0806842360747284), carried_south_ghost0_y_by_ground_west,
             loop0_part_3 * factor_west_south_west_ground_west);
         let part_7 = mul_add(-factor_south_east_east_ground_east, part_5,
-            mul_add(c(-12502.083224437016), moment_above_south_east_x, closure0_1_ground_east));
-        let part_8 = mul_add(c(-14436.012552214956), moment_above_south_ghost0_x_2,
-            c(0.05705240181944583));
-        let part_9 = mul_add(c(7218.08629094307), moment_above_south_x, closure0_2_south_east_east);
+            mul_add(c(-12502.08322443702), moment_above_south_east_x, closure0_1_ground_east));
+        let part_8 = mul_add(c(-14436.01255221496), moment_above_south_ghost0_x_2,
+            c(0.05705240181944587));
+        let part_9 = mul_add(c(7218.086290943076), moment_above_south_x,
+            closure0_2_south_east_east);
         let part_10 = mul_add(-factor_west_south_west_ground_west, part_8,
-            mul_add(c(-14436.012552214956), moment_above_south_west_x,
-            c(0.08068423607472835) * carried_south_ghost0_x_by_ground_west));
+            mul_add(c(-14436.01255221496), moment_above_south_west_x,
+            c(0.0806842360747284) * carried_south_ghost0_x_by_ground_west));
         let part_11 = mul_add(-factor_south_east_east_ground_east, part_9,
-            mul_add(c(7218.08629094307), moment_above_south_east_x, closure0_2_ground_east));
+            mul_add(c(7218.086290943076), moment_above_south_east_x, closure0_2_ground_east));
         // mechanism: factor of the closure: S = Y D^-1 Y^T = L_S D_S L_S^T
         let part_12 = closure0_0_west_south_west * inverse_pivot_west_south_west;
         let part_13 = loop0_part * inverse_pivot_south_east_east;
@@ -3915,16 +3917,16 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_25 = mul_add(part_3, part_19, mul_add(part_4, part_18, mul_add(-loop0_part,
             part_17, -closure0_0_west_south_west * part_16)));
         let part_26 = mul_add(part_6, part_19, mul_add(part_7, part_18, mul_add(part_5, part_17,
-            mul_add(loop0_part_3, part_16, c(873.577884436453)))));
+            mul_add(loop0_part_3, part_16, c(873.5778844364536)))));
         let part_27 = mul_add(part_3, part_23, mul_add(part_4, part_22, mul_add(-loop0_part,
             part_21, closure0_0_west_south_west * part_20)));
         let part_28 = mul_add(part_10, part_23, mul_add(part_11, part_22, mul_add(part_9, part_21,
-            mul_add(part_8, part_20, c(1455.9516904983989)))));
+            mul_add(part_8, part_20, c(1455.9516904984002)))));
         let part_29 = c(1.0) / part_24;
         let part_30 = part_25 * part_29;
         let part_31 = part_27 * part_29;
         let part_32 = mul_add(-part_25, part_31, mul_add(part_6, part_23, mul_add(part_7, part_22,
-            mul_add(part_5, part_21, mul_add(-loop0_part_3, part_20, c(-504.3607884001874))))));
+            mul_add(part_5, part_21, mul_add(-loop0_part_3, part_20, c(-504.3607884001881))))));
         let part_33 = c(1.0) / mul_add(-part_25, part_30, part_26);
         let part_34 = part_32 * part_33;
         let part_35 = c(1.0) / mul_add(-part_32, part_34, mul_add(-part_27, part_31, part_28));
@@ -3949,11 +3951,11 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_43 = gamma0_0 + mul_add(part_15, part_41, mul_add(part_14, part_42,
             mul_add(-part_13, part_40, part_12 * part_39)));
         let part_44 = mul_add(part_23, part_41, mul_add(part_22, part_42, mul_add(part_21, part_40,
-            mul_add(part_20, part_39, mul_add(c(-7218.08629094307), part_2,
-            part * c(14436.012552214956))))));
+            mul_add(part_20, part_39, mul_add(c(-7218.086290943076), part_2,
+            part * c(14436.01255221496))))));
         let part_45 = mul_add(part_30, part_43, -(gamma0_1 + mul_add(part_19, part_41,
             mul_add(part_18, part_42, mul_add(part_17, part_40, mul_add(-part_16, part_39,
-            part_2 * c(12502.083224437016)))))));
+            part_2 * c(12502.08322443702)))))));
         let part_46 = part_35 * mul_add(-part_34, part_45, mul_add(part_31, part_43, -(gamma0_2
             + part_44)));
         let part_47 = mul_add(-part_34, part_46, part_33 * part_45);
@@ -3969,30 +3971,30 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_free_fall_south_ghost0_z = mul_add(-cos_south_west_south, across_south_ghost0_3,
             -sin_south_west_south * free_fall_south_west_z);
         // south_ghost0: closure forces: (f, n) of lambda along the rows of the closure
-        let south_ghost0_part_17 = c(0.08068423607472835) * part_47;
-        let moment_closing_south_ghost0_z = c(0.08068423607472834) * part_48;
+        let south_ghost0_part_17 = c(0.0806842360747284) * part_47;
+        let moment_closing_south_ghost0_z = c(0.08068423607472841) * part_48;
         let south_ghost0_part_18 = cos_south_west_south * moment_closing_south_ghost0_z;
         let south_ghost0_part_19 = sin_south_west_south * south_ghost0_part_17;
         let across_south_ghost0_5 = mul_add(-sin_south_west_south, moment_closing_south_ghost0_z,
             -cos_south_west_south * south_ghost0_part_17);
         let d_across_south_ghost0_4 = south_ghost0_part_19 - south_ghost0_part_18;
-        let d_moment_above_south_ghost0_y_3 = c(0.7071071698144961) * d_across_south_ghost0_4;
-        let moment_above_south_ghost0_y_3 = mul_add(c(0.0570523391071303), part_46,
-            c(0.7071071698144961) * across_south_ghost0_5);
+        let d_moment_above_south_ghost0_y_3 = c(0.7071071698144962) * d_across_south_ghost0_4;
+        let moment_above_south_ghost0_y_3 = mul_add(c(0.05705233910713033), part_46,
+            c(0.7071071698144962) * across_south_ghost0_5);
         let moment_above_south_ghost0_z_2 = south_ghost0_part_18 - south_ghost0_part_19;
         // mechanism: reduced force: y = L^-T f
         let part_49 = mul_add(c(0.6262261294315284), moment_above_south_x,
-            c(0.8660254814097262) * d_across_south);
+            c(0.8660254814097263) * d_across_south);
         let part_50 = mul_add(-factor_south_east_east_ground_east, part_49,
             mul_add(c(0.6262261294315284), moment_above_south_east_x, d_moment_above_south_east_x));
         // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_51 = mul_add(-part_13, part_49, part_14 * part_50)
-            - mul_add(c(0.034937311589096805), d_omega_xx_south,
-            d_gradient_moving_x_south_y * c(-0.060513155359896355));
+            - mul_add(c(0.034937311589096826), d_omega_xx_south,
+            d_gradient_moving_x_south_y * c(-0.060513155359896396));
         let part_52 = mul_add(part_30, part_51, -mul_add(part_18, part_50, mul_add(part_17, part_49,
-            c(-0.043757291285529555))));
+            c(-0.04375729128552957))));
         let part_53 = part_35 * mul_add(-part_34, part_52, mul_add(part_31, part_51,
-            -mul_add(part_22, part_50, mul_add(part_21, part_49, c(0.025263302018300744)))));
+            -mul_add(part_22, part_50, mul_add(part_21, part_49, c(0.025263302018300765)))));
         let part_54 = mul_add(-part_34, part_53, part_33 * part_52);
         let part_55 = mul_add(-part_30, part_54, mul_add(-part_31, part_53, -part_29 * part_51));
         // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
@@ -4005,15 +4007,15 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_59 = mul_add(-factor_west_south_west_ground_west, part_56, mul_add(part_20,
             part_53, mul_add(-part_16, part_54, part_12 * part_55)));
         // south: closure forces: (f, n) of lambda along the rows of the closure
-        let moment_closing_south_x = mul_add(c(-0.040342139733508246), part_46,
-            c(0.06987458559937648) * part_47);
-        let moment_closing_south_y = mul_add(c(0.0698745855993765), part_46,
-            c(0.04034213973350825) * part_47);
-        let moment_closing_south_z = c(-0.08068423607472835) * part_48;
+        let moment_closing_south_x = mul_add(c(-0.04034213973350828), part_46,
+            c(0.06987458559937651) * part_47);
+        let moment_closing_south_y = mul_add(c(0.06987458559937651), part_46,
+            c(0.04034213973350828) * part_47);
+        let moment_closing_south_z = c(-0.08068423607472841) * part_48;
         let across_south_5 = mul_add(-sin_south_south_east, moment_closing_south_z,
             cos_south_south_east * moment_closing_south_y);
-        let moment_above_south_y_3 = mul_add(c(-0.8660254814097262), moment_closing_south_x,
-            c(0.4999998655490338) * across_south_5);
+        let moment_above_south_y_3 = mul_add(c(-0.8660254814097263), moment_closing_south_x,
+            c(0.49999986554903386) * across_south_5);
         let south_part_22 = sin_south_south_east * moment_closing_south_y;
         let south_part_23 = cos_south_south_east * moment_closing_south_z;
         let moment_above_south_z_3 = south_part_22 + south_part_23;
@@ -4030,7 +4032,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             -sin_south_south_east * free_fall_south_east_z);
         // south: closure forces: (f, n) of lambda along the rows of the closure
         let d_across_south_4 = -south_part_22 - south_part_23;
-        let d_moment_above_south_y_3 = c(0.4999998655490338) * d_across_south_4;
+        let d_moment_above_south_y_3 = c(0.49999986554903386) * d_across_south_4;
         // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let part_60 = mul_add(inverse_pivot_ground_east, part_42, mul_add(part_22, part_46,
             mul_add(part_18, part_47, part_14 * part_48)));
@@ -4044,31 +4046,31 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             mul_add(-part_16, part_47, part_12 * part_48))));
         let part_64 = mul_add(-factor_south_south_east_south_east_east, part_62,
             mul_add(-factor_south_south_east_ground_east, part_60, mul_add(c(178921.751266151),
-            part_2, mul_add(c(-7218.08629094307), part_46, c(12502.083224437016) * part_47))));
+            part_2, mul_add(c(-7218.086290943076), part_46, c(12502.08322443702) * part_47))));
         let part_65 = mul_add(-factor_south_west_south_west_south_west, part_63,
-            mul_add(-factor_south_west_south_ground_west, part_61, mul_add(c(14436.012552214956),
-            part_46, part * c(178919.86408403952))));
+            mul_add(-factor_south_west_south_ground_west, part_61, mul_add(c(14436.01255221496),
+            part_46, part * c(178919.86408403947))));
         // south_west: closure forces: (f, n) of lambda along the rows of the closure
         let d_across_south_west_3 = mul_add(-sin_west_south_west, across_south_ghost0_5,
             cos_west_south_west * d_moment_above_south_ghost0_y_3);
         let d_moment_above_south_west_x_2 = mul_add(c(-0.8660257562110547), d_across_south_west_3,
-            d_across_south_ghost0_4 * c(-0.3535527646463877));
+            d_across_south_ghost0_4 * c(-0.35355276464638774));
         // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_across_south_west_4 = mul_add(-sin_west_south_west, d_moment_above_south_ghost0_z_2,
             cos_west_south_west * d_moment_above_south_ghost0_y_2);
         let d_moment_above_south_west_x_3 = mul_add(c(-0.8660257562110547), d_across_south_west_4,
-            c(-0.3535527646463877) * d_across_south_ghost0_3);
+            c(-0.35355276464638774) * d_across_south_ghost0_3);
         // mechanism: reduced force: y = L^-T f
-        let part_66 = mul_add(c(0.6262195242941383), moment_above_south_ghost0_x_2,
+        let part_66 = mul_add(c(0.6262195242941381), moment_above_south_ghost0_x_2,
             d_moment_above_south_ghost0_x_2);
         let part_67 = mul_add(-factor_west_south_west_ground_west, part_66,
-            mul_add(c(0.6262195242941383), moment_above_south_west_x,
+            mul_add(c(0.6262195242941381), moment_above_south_west_x,
             d_moment_above_south_west_x_3));
         // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_68 = mul_add(part_15, part_67, part_12 * part_66);
         let part_69 = mul_add(part_30, part_68, -mul_add(-part_16, part_66, part_19 * part_67));
         let part_70 = part_35 * mul_add(-part_34, part_69, mul_add(part_31, part_68,
-            -mul_add(part_23, part_67, mul_add(part_20, part_66, c(-0.05052604393275234)))));
+            -mul_add(part_23, part_67, mul_add(part_20, part_66, c(-0.050526043932752354)))));
         let part_71 = mul_add(-part_34, part_70, part_33 * part_69);
         let part_72 = mul_add(-part_30, part_71, mul_add(-part_31, part_70, -part_29 * part_68));
         // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
@@ -4102,7 +4104,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let gradient_moving_x_south_west_z = omega_xz_south_west + alpha_moving_south_west_y;
         let gradient_moving_z_south_west_y = alpha_moving_south_west_x - south_west_part_3;
         // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let moment_own_south_west_z_2 = south_west_part_7 - mul_add(c(-1.0093594897589384e-5),
+        let moment_own_south_west_z_2 = south_west_part_7 - mul_add(c(-1.009359489758939e-5),
             gradient_moving_x_south_west_y, south_west_part_6);
         // south_west: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let d_omega_yy_south_west_2 = omega_yz_south_west - south_west_part_3;
@@ -4117,13 +4119,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_gradient_moving_x_south_west_z_3 = d_omega_xz_south_west + alpha_moving_south_west_z;
         let d_gradient_moving_z_south_west_x_2 = d_omega_xz_south_west - alpha_moving_south_west_z;
         // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_moment_own_south_west_x = mul_add(c(3.520149320482795e-4), d_free_fall_south_west_z_2,
-            -mul_add(c(1.0093594897589384e-5), d_omega_yz_south_west_2,
+        let d_moment_own_south_west_x = mul_add(c(3.5201493204827953e-4),
+            d_free_fall_south_west_z_2, -mul_add(c(1.009359489758939e-5), d_omega_yz_south_west_2,
             mul_add(c(-2.6789051216394143e-8), d_omega_yz_south_west_2,
-            c(1.2394283547934881e-5) * d_gradient_moving_z_south_west_x_2)));
+            c(1.2394283547934888e-5) * d_gradient_moving_z_south_west_x_2)));
         // south_ghost0: angular velocity: w = R^T w_parent + u e_x
-        let d_across_south_ghost0_5 = d_carried_south_west_y * c(0.7071071698144961);
-        let d_carried_south_ghost0_x = d_carried_south_west_y * c(0.7071063925583853);
+        let d_across_south_ghost0_5 = d_carried_south_west_y * c(0.7071071698144962);
+        let d_carried_south_ghost0_x = d_carried_south_west_y * c(0.7071063925583854);
         let south_ghost0_part_20 = sin_south_west_south * d_alpha_moving_south_west_z;
         let south_ghost0_part_21 = cos_south_west_south * d_across_south_ghost0_5;
         let d_carried_south_ghost0_y = south_ghost0_part_20 + south_ghost0_part_21;
@@ -4142,21 +4144,21 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_omega_yz_south_ghost0_3 = mul_add(carried_south_ghost0_y, d_carried_south_ghost0_z_2,
             carried_south_ghost0_z * d_carried_south_ghost0_y);
         // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let d_across_south_ghost0_6 = free_fall_south_west_z * c(0.7071071698144961);
+        let d_across_south_ghost0_6 = free_fall_south_west_z * c(0.7071071698144962);
         let d_free_fall_south_ghost0_z_2 = mul_add(-sin_south_west_south, d_across_south_ghost0_6,
             cos_south_west_south * d_free_fall_south_west_z_2);
         // south_ghost0: angular velocity: w = R^T w_parent + u e_x
-        let d_carried_south_ghost0_y_2 = cos_south_west_south * c(-0.7071063925583853);
-        let south_ghost0_part_26 = sin_south_west_south * c(-0.7071063925583853);
+        let d_carried_south_ghost0_y_2 = cos_south_west_south * c(-0.7071063925583854);
+        let south_ghost0_part_26 = sin_south_west_south * c(-0.7071063925583854);
         // south_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let south_ghost0_part_27 = c(0.7071071698144961) * omega_south_ghost0_x;
+        let south_ghost0_part_27 = c(0.7071071698144962) * omega_south_ghost0_x;
         let d_omega_xx_south_ghost0_4 = south_ghost0_part_27 + south_ghost0_part_27;
         let south_ghost0_part_28 = carried_south_ghost0_y * d_carried_south_ghost0_y_2;
         let d_omega_yy_south_ghost0_4 = south_ghost0_part_28 + south_ghost0_part_28;
-        let d_omega_xy_south_ghost0_3 = mul_add(c(0.7071071698144961), carried_south_ghost0_y,
+        let d_omega_xy_south_ghost0_3 = mul_add(c(0.7071071698144962), carried_south_ghost0_y,
             omega_south_ghost0_x * d_carried_south_ghost0_y_2);
         let d_omega_xz_south_ghost0_4 = mul_add(-omega_south_ghost0_x, south_ghost0_part_26,
-            c(0.7071071698144961) * carried_south_ghost0_z);
+            c(0.7071071698144962) * carried_south_ghost0_z);
         let d_omega_yz_south_ghost0_4 = mul_add(-carried_south_ghost0_y, south_ghost0_part_26,
             carried_south_ghost0_z * d_carried_south_ghost0_y_2);
         // south_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
@@ -4177,30 +4179,30 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_gradient_moving_z_south_ghost0_y_2 = d_carried_south_ghost0_x
             + d_omega_yz_south_ghost0_4;
         // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let south_ghost0_part_29 = mul_add(c(-2.372658269341246e-8),
-            d_gradient_moving_y_south_ghost0_z_2, mul_add(c(5.5653677591751645e-6),
+        let south_ghost0_part_29 = mul_add(c(5.565367759175165e-6),
+            d_gradient_moving_z_south_ghost0_y_2, mul_add(c(-2.3726582693412885e-8),
+            d_gradient_moving_y_south_ghost0_z_2,
+            c(6.645589092322226e-6) * d_gradient_moving_z_south_ghost0_x_2));
+        let south_ghost0_part_30 = mul_add(c(-6.645589092322226e-6),
             d_gradient_moving_z_south_ghost0_y_2,
-            c(6.645589092322223e-6) * d_gradient_moving_z_south_ghost0_x_2));
-        let south_ghost0_part_30 = mul_add(c(-6.645589092322223e-6),
-            d_gradient_moving_z_south_ghost0_y_2,
-            c(2.372658269341246e-8) * d_gradient_moving_x_south_ghost0_z_3);
-        let south_ghost0_part_31 = mul_add(c(-5.5653677591751645e-6),
+            c(2.3726582693412885e-8) * d_gradient_moving_x_south_ghost0_z_3);
+        let south_ghost0_part_31 = mul_add(c(-5.565367759175165e-6),
             d_gradient_moving_x_south_ghost0_y_3,
-            c(6.645589092322223e-6) * (d_omega_yy_south_ghost0_4 - d_omega_xx_south_ghost0_4));
+            c(6.645589092322226e-6) * (d_omega_yy_south_ghost0_4 - d_omega_xx_south_ghost0_4));
         let d_across_south_ghost0_7 = mul_add(-cos_south_west_south, south_ghost0_part_30,
             sin_south_west_south * south_ghost0_part_31);
-        let d_moment_above_south_ghost0_x_3 = mul_add(c(-0.7071063925583853),
-            d_across_south_ghost0_7, c(-0.7071071698144961) * south_ghost0_part_29);
-        let d_moment_above_south_ghost0_y_4 = mul_add(c(-0.7071063925583853), south_ghost0_part_29,
-            c(0.7071071698144961) * d_across_south_ghost0_7);
+        let d_moment_above_south_ghost0_x_3 = mul_add(c(-0.7071063925583854),
+            d_across_south_ghost0_7, c(-0.7071071698144962) * south_ghost0_part_29);
+        let d_moment_above_south_ghost0_y_4 = mul_add(c(-0.7071063925583854), south_ghost0_part_29,
+            c(0.7071071698144962) * d_across_south_ghost0_7);
         let d_moment_above_south_ghost0_z_3 = mul_add(-cos_south_west_south, south_ghost0_part_31,
             -sin_south_west_south * south_ghost0_part_30);
         // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_moving_south_west_y_2 = mul_add(c(-2.6789051216394143e-8),
             d_gradient_moving_x_south_west_z, d_moment_above_south_ghost0_y_4);
         let d_moment_moving_south_west_z_2 = d_moment_above_south_ghost0_z_3
-            - mul_add(c(-1.0093594897589384e-5), d_gradient_moving_x_south_west_y,
-            c(-1.2394283547934881e-5) * d_omega_xx_south_west);
+            - mul_add(c(-1.009359489758939e-5), d_gradient_moving_x_south_west_y,
+            c(-1.2394283547934888e-5) * d_omega_xx_south_west);
         let d_across_south_west_6 = mul_add(-sin_west_south_west, d_moment_moving_south_west_z_2,
             cos_west_south_west * d_moment_moving_south_west_y_2);
         let d_moment_above_south_west_x_4 = mul_add(c(-0.8660257562110547), d_across_south_west_6,
@@ -4212,13 +4214,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             mul_add(factor_south_west_south_ground_west, south_ghost0_part_29,
             d_moment_above_south_west_x_4));
         // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_79 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_2,
+        let part_79 = mul_add(c(0.08068423607472841), d_gradient_moving_y_south_ghost0_x_2,
             mul_add(part_15, part_78, part_12 * part_77));
-        let part_80 = mul_add(part_30, part_79, -mul_add(c(0.08068423607472835),
+        let part_80 = mul_add(part_30, part_79, -mul_add(c(0.0806842360747284),
             d_gradient_moving_z_south_ghost0_x_2, mul_add(-part_16, part_77, part_19 * part_78)));
         let part_81 = mul_add(-part_34, part_80, mul_add(part_31, part_79,
-            -mul_add(c(0.08068423607472835), d_gradient_moving_z_south_ghost0_y_2, mul_add(part_23,
-            part_78, mul_add(part_20, part_77, south_ghost0_part_29 * c(-14436.012552214956))))));
+            -mul_add(c(0.0806842360747284), d_gradient_moving_z_south_ghost0_y_2, mul_add(part_23,
+            part_78, mul_add(part_20, part_77, south_ghost0_part_29 * c(-14436.01255221496))))));
         let part_82 = part_35 * part_81;
         let part_83 = mul_add(-part_34, part_82, part_33 * part_80);
         let part_84 = mul_add(-part_30, part_83, mul_add(-part_31, part_82, -part_29 * part_79));
@@ -4238,13 +4240,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             mul_add(factor_south_west_south_ground_west, south_ghost0_part_11, c(-3.5e-6)
             + d_moment_above_south_west_x));
         // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_91 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x,
+        let part_91 = mul_add(c(0.08068423607472841), d_gradient_moving_y_south_ghost0_x,
             mul_add(part_15, part_90, part_12 * part_89));
-        let part_92 = mul_add(part_30, part_91, -mul_add(c(0.08068423607472835),
+        let part_92 = mul_add(part_30, part_91, -mul_add(c(0.0806842360747284),
             d_gradient_moving_z_south_ghost0_x, mul_add(-part_16, part_89, part_19 * part_90)));
         let part_93 = mul_add(-part_34, part_92, mul_add(part_31, part_91,
-            -mul_add(c(0.08068423607472835), d_gradient_moving_z_south_ghost0_y, mul_add(part_23,
-            part_90, mul_add(part_20, part_89, c(-14436.012552214956) * south_ghost0_part_11)))));
+            -mul_add(c(0.0806842360747284), d_gradient_moving_z_south_ghost0_y, mul_add(part_23,
+            part_90, mul_add(part_20, part_89, c(-14436.01255221496) * south_ghost0_part_11)))));
         let part_94 = part_35 * part_93;
         let part_95 = mul_add(-part_34, part_94, part_33 * part_92);
         let part_96 = mul_add(-part_30, part_95, mul_add(-part_31, part_94, -part_29 * part_91));
@@ -4258,8 +4260,8 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             mul_add(inverse_pivot_west_south_west, part_89, mul_add(part_20, part_94,
             mul_add(-part_16, part_95, part_12 * part_96))));
         // south_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let d_across_south_ghost0_8 = c(0.7071071698144961) * alpha_moving_south_west_z;
-        let d_alpha_moving_south_ghost0_x_2 = c(0.7071063925583853) * alpha_moving_south_west_z;
+        let d_across_south_ghost0_8 = c(0.7071071698144962) * alpha_moving_south_west_z;
+        let d_alpha_moving_south_ghost0_x_2 = c(0.7071063925583854) * alpha_moving_south_west_z;
         let d_alpha_moving_south_ghost0_y_3 = mul_add(cos_south_west_south, d_across_south_ghost0_8,
             mul_add(sin_south_west_south, d_alpha_moving_south_west_z_3,
             u[0] * d_carried_south_ghost0_z_2));
@@ -4279,42 +4281,42 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_gradient_moving_z_south_ghost0_y_3 = d_omega_yz_south_ghost0_3
             + d_alpha_moving_south_ghost0_x_2;
         // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_moment_own_south_ghost0_x = mul_add(c(1.7025149681007906e-4),
-            d_free_fall_south_ghost0_z_2, -mul_add(c(-2.372658269341246e-8),
-            d_gradient_moving_y_south_ghost0_z_3, mul_add(c(5.5653677591751645e-6),
+        let d_moment_own_south_ghost0_x = mul_add(c(1.7025149681007909e-4),
+            d_free_fall_south_ghost0_z_2, -mul_add(c(5.565367759175165e-6),
+            d_gradient_moving_z_south_ghost0_y_3, mul_add(c(-2.3726582693412885e-8),
+            d_gradient_moving_y_south_ghost0_z_3,
+            c(6.645589092322226e-6) * d_gradient_moving_z_south_ghost0_x_3)));
+        let south_ghost0_part_32 = mul_add(c(-6.645589092322226e-6),
             d_gradient_moving_z_south_ghost0_y_3,
-            c(6.645589092322223e-6) * d_gradient_moving_z_south_ghost0_x_3)));
-        let south_ghost0_part_32 = mul_add(c(-6.645589092322223e-6),
-            d_gradient_moving_z_south_ghost0_y_3,
-            c(2.372658269341246e-8) * d_gradient_moving_x_south_ghost0_z_4);
-        let d_moment_own_south_ghost0_z = -free_fall_south_west_z * c(1.2038592173704043e-4)
-            - mul_add(c(-5.5653677591751645e-6), d_gradient_moving_x_south_ghost0_y_4,
-            c(6.645589092322223e-6) * (d_omega_yy_south_ghost0_3 - d_omega_xx_south_ghost0_3));
+            c(2.3726582693412885e-8) * d_gradient_moving_x_south_ghost0_z_4);
+        let d_moment_own_south_ghost0_z = -free_fall_south_west_z * c(1.2038592173704047e-4)
+            - mul_add(c(-5.565367759175165e-6), d_gradient_moving_x_south_ghost0_y_4,
+            c(6.645589092322226e-6) * (d_omega_yy_south_ghost0_3 - d_omega_xx_south_ghost0_3));
         let d_across_south_ghost0_9 = mul_add(-sin_south_west_south, d_moment_own_south_ghost0_z,
             -cos_south_west_south * south_ghost0_part_32);
-        let d_moment_above_south_ghost0_x_4 = mul_add(c(-0.7071063925583853),
-            d_across_south_ghost0_9, c(0.7071071698144961) * d_moment_own_south_ghost0_x);
-        let d_moment_above_south_ghost0_y_5 = mul_add(c(0.7071063925583853),
-            d_moment_own_south_ghost0_x, c(0.7071071698144961) * d_across_south_ghost0_9);
+        let d_moment_above_south_ghost0_x_4 = mul_add(c(-0.7071063925583854),
+            d_across_south_ghost0_9, c(0.7071071698144962) * d_moment_own_south_ghost0_x);
+        let d_moment_above_south_ghost0_y_5 = mul_add(c(0.7071063925583854),
+            d_moment_own_south_ghost0_x, c(0.7071071698144962) * d_across_south_ghost0_9);
         let d_moment_above_south_ghost0_z_4 = mul_add(-sin_south_west_south, south_ghost0_part_32,
             cos_south_west_south * d_moment_own_south_ghost0_z);
         // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let d_across_south_ghost0_10 = mul_add(c(6.007372737186426), cos_ground_west,
-            c(0.7071071698144961) * d_free_fall_south_west_y);
-        let d_free_fall_south_ghost0_x = mul_add(c(0.7071063925583853), d_free_fall_south_west_y,
-            cos_ground_west * c(-6.007379340531013));
+        let d_across_south_ghost0_10 = mul_add(c(6.007372737186427), cos_ground_west,
+            c(0.7071071698144962) * d_free_fall_south_west_y);
+        let d_free_fall_south_ghost0_x = mul_add(c(0.7071063925583854), d_free_fall_south_west_y,
+            cos_ground_west * c(-6.007379340531014));
         let d_free_fall_south_ghost0_z_3 = mul_add(-sin_south_west_south, d_across_south_ghost0_10,
             cos_south_west_south * d_free_fall_south_west_z);
         // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_moment_own_south_ghost0_x_2 = c(1.7025149681007906e-4) * d_free_fall_south_ghost0_z_3;
-        let south_ghost0_part_33 = c(1.7025149681007906e-4) * d_free_fall_south_ghost0_x;
+        let d_moment_own_south_ghost0_x_2 = c(1.7025149681007909e-4) * d_free_fall_south_ghost0_z_3;
+        let south_ghost0_part_33 = c(1.7025149681007909e-4) * d_free_fall_south_ghost0_x;
         let d_across_south_ghost0_11 = sin_south_west_south * south_ghost0_part_33;
-        let d_moment_above_south_ghost0_x_5 = mul_add(c(-0.7071063925583853),
-            d_across_south_ghost0_11, d_free_fall_south_ghost0_z_3 * c(1.2038605406605671e-4));
-        let d_moment_above_south_ghost0_y_6 = mul_add(c(1.2038592173704043e-4),
-            d_free_fall_south_ghost0_z_3, c(0.7071071698144961) * d_across_south_ghost0_11);
+        let d_moment_above_south_ghost0_x_5 = mul_add(c(-0.7071063925583854),
+            d_across_south_ghost0_11, d_free_fall_south_ghost0_z_3 * c(1.2038605406605675e-4));
+        let d_moment_above_south_ghost0_y_6 = mul_add(c(1.2038592173704047e-4),
+            d_free_fall_south_ghost0_z_3, c(0.7071071698144962) * d_across_south_ghost0_11);
         // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_moment_moving_south_west_x_2 = mul_add(c(3.520149320482795e-4),
+        let d_moment_moving_south_west_x_2 = mul_add(c(3.5201493204827953e-4),
             d_free_fall_south_west_z, d_moment_above_south_ghost0_x_5);
         let d_moment_moving_south_west_z_3 = mul_add(-cos_south_west_south, south_ghost0_part_33,
             d_moment_own_south_west_z);
@@ -4326,10 +4328,10 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_moment_moving_west_x = mul_add(c(6.332769027236974e-3), sin_ground_west,
             d_moment_above_south_west_x_5);
         // south_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let across_south_ghost0_6 = mul_add(c(-0.7071063925583853), alpha_moving_south_west_x,
-            c(0.7071071698144961) * alpha_moving_south_west_y);
-        let alpha_moving_south_ghost0_x = part_65 + mul_add(c(0.7071063925583853),
-            alpha_moving_south_west_y, c(0.7071071698144961) * alpha_moving_south_west_x);
+        let across_south_ghost0_6 = mul_add(c(-0.7071063925583854), alpha_moving_south_west_x,
+            c(0.7071071698144962) * alpha_moving_south_west_y);
+        let alpha_moving_south_ghost0_x = part_65 + mul_add(c(0.7071063925583854),
+            alpha_moving_south_west_y, c(0.7071071698144962) * alpha_moving_south_west_x);
         let south_ghost0_part_34 = sin_south_west_south * alpha_moving_south_west_z;
         let south_ghost0_part_35 = cos_south_west_south * alpha_moving_south_west_z;
         let south_ghost0_part_36 = cos_south_west_south * across_south_ghost0_6;
@@ -4356,26 +4358,27 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             - d_alpha_moving_south_ghost0_y_4;
         let gradient_moving_z_south_ghost0_y = omega_yz_south_ghost0 + alpha_moving_south_ghost0_x;
         // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let moment_own_south_ghost0_x_2 = south_ghost0_part_5 - mul_add(c(-2.372658269341246e-8),
-            gradient_moving_y_south_ghost0_z, mul_add(c(5.5653677591751645e-6),
+        let moment_own_south_ghost0_x_2 = south_ghost0_part_5 - mul_add(c(5.565367759175165e-6),
+            gradient_moving_z_south_ghost0_y, mul_add(c(-2.3726582693412885e-8),
+            gradient_moving_y_south_ghost0_z,
+            c(6.645589092322226e-6) * gradient_moving_z_south_ghost0_x));
+        let d_moment_own_south_ghost0_x_3 = mul_add(c(1.7025149681007909e-4),
+            d_free_fall_south_ghost0_z, -mul_add(c(5.565367759175165e-6), d_omega_yz_south_ghost0_2,
+            mul_add(c(-2.3726582693412885e-8), d_omega_yz_south_ghost0_2,
+            c(6.645589092322226e-6) * d_gradient_moving_z_south_ghost0_x_4)));
+        let south_ghost0_part_38 = mul_add(c(-6.645589092322226e-6),
             gradient_moving_z_south_ghost0_y,
-            c(6.645589092322223e-6) * gradient_moving_z_south_ghost0_x));
-        let d_moment_own_south_ghost0_x_3 = mul_add(c(1.7025149681007906e-4),
-            d_free_fall_south_ghost0_z, -mul_add(c(-2.372658269341246e-8),
-            d_omega_yz_south_ghost0_2, mul_add(c(5.5653677591751645e-6), d_omega_yz_south_ghost0_2,
-            c(6.645589092322223e-6) * d_gradient_moving_z_south_ghost0_x_4)));
-        let south_ghost0_part_38 = mul_add(c(-6.645589092322223e-6),
-            gradient_moving_z_south_ghost0_y,
-            c(2.372658269341246e-8) * gradient_moving_x_south_ghost0_z);
-        let south_ghost0_part_39 = mul_add(c(-6.645589092322223e-6), d_omega_yz_south_ghost0_2,
-            c(2.372658269341246e-8) * d_gradient_moving_x_south_ghost0_z_5);
-        let south_ghost0_part_40 = mul_add(c(-5.5653677591751645e-6),
+            c(2.3726582693412885e-8) * gradient_moving_x_south_ghost0_z);
+        let south_ghost0_part_39 = mul_add(c(-6.645589092322226e-6), d_omega_yz_south_ghost0_2,
+            c(2.3726582693412885e-8) * d_gradient_moving_x_south_ghost0_z_5);
+        let south_ghost0_part_40 = mul_add(c(-5.565367759175165e-6),
             d_gradient_moving_x_south_ghost0_y_5,
-            c(6.645589092322223e-6) * d_omega_yy_south_ghost0_2);
-        let moment_own_south_ghost0_z_2 = south_ghost0_part_8 - mul_add(c(-5.5653677591751645e-6),
+            c(6.645589092322226e-6) * d_omega_yy_south_ghost0_2);
+        let moment_own_south_ghost0_z_2 = south_ghost0_part_8 - mul_add(c(-5.565367759175165e-6),
             gradient_moving_x_south_ghost0_y, south_ghost0_part_7);
         let south_ghost0_part_41 = sin_south_west_south * moment_own_south_ghost0_z_2;
         let south_ghost0_part_42 = cos_south_west_south * moment_own_south_ghost0_z_2;
+        let south_ghost0_part_43 = -cos_south_west_south * south_ghost0_part_38;
         // south_east: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let across_south_east_6 = c(0.7071067811865475) * part_60;
         let alpha_moving_south_east_x = part_62 + across_south_east_6;
@@ -4387,7 +4390,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let gradient_moving_x_south_east_z = alpha_moving_south_east_y - south_east_part_4;
         let gradient_moving_z_south_east_y = alpha_moving_south_east_x - south_east_part_5;
         // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let moment_own_south_east_z_2 = south_east_part_8 - mul_add(c(-1.6424267108073443e-5),
+        let moment_own_south_east_z_2 = south_east_part_8 - mul_add(c(-1.642426710807345e-5),
             gradient_moving_x_south_east_y, south_east_part_9);
         // south_east: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let d_omega_yy_south_east_2 = omega_yz_south_east - south_east_part_5;
@@ -4403,13 +4406,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_gradient_moving_z_south_east_x_2 = d_omega_xz_south_east_2
             - alpha_moving_south_east_z;
         // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_moment_own_south_east_x = -c(4.7358339509453106e-4) * d_free_fall_south_east_z_2
-            - mul_add(c(-1.293994125217518e-5), d_gradient_moving_z_south_east_x_2,
+        let d_moment_own_south_east_x = -c(4.7358339509453117e-4) * d_free_fall_south_east_z_2
+            - mul_add(c(-1.2939941252175183e-5), d_gradient_moving_z_south_east_x_2,
             mul_add(c(-3.338573836000013e-8), d_omega_yz_south_east_2,
-            c(1.6424267108073443e-5) * d_omega_yz_south_east_2));
+            c(1.642426710807345e-5) * d_omega_yz_south_east_2));
         // south: angular velocity: w = R^T w_parent + u e_x
-        let d_across_south_5 = south_east_part * c(-0.4999998655490338);
-        let south_part_25 = south_east_part * c(-0.8660254814097262);
+        let d_across_south_5 = south_east_part * c(-0.49999986554903386);
+        let south_part_25 = south_east_part * c(-0.8660254814097263);
         let south_part_26 = sin_south_south_east * carried_south_east_y;
         let south_part_27 = cos_south_south_east * d_across_south_5;
         let d_carried_south_y = south_part_27 - south_part_26;
@@ -4430,20 +4433,20 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_omega_yz_south_3 = mul_add(carried_south_y, d_carried_south_z_2,
             carried_south_z * d_carried_south_y);
         // south: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let d_across_south_6 = free_fall_south_east_z * c(0.4999998655490338);
+        let d_across_south_6 = free_fall_south_east_z * c(0.49999986554903386);
         let d_free_fall_south_z_2 = mul_add(-sin_south_south_east, d_across_south_6,
             cos_south_south_east * d_free_fall_south_east_z_2);
         // south: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let south_part_33 = c(0.4999998655490338) * omega_south_x;
+        let south_part_33 = c(0.49999986554903386) * omega_south_x;
         let d_omega_xx_south_4 = south_part_33 + south_part_33;
         let south_part_34 = carried_south_y * carried_south_y_by_south_east_east;
         let d_omega_yy_south_4 = south_part_34 + south_part_34;
         let south_part_35 = carried_south_z * south_part_10;
         let d_omega_zz_south_4 = -south_part_35 - south_part_35;
-        let d_omega_xy_south_3 = mul_add(c(0.4999998655490338), carried_south_y,
+        let d_omega_xy_south_3 = mul_add(c(0.49999986554903386), carried_south_y,
             omega_south_x * carried_south_y_by_south_east_east);
         let d_omega_xz_south_4 = mul_add(-omega_south_x, south_part_10,
-            c(0.4999998655490338) * carried_south_z);
+            c(0.49999986554903386) * carried_south_z);
         let d_omega_yz_south_4 = mul_add(-carried_south_y, south_part_10,
             carried_south_z * carried_south_y_by_south_east_east);
         // south: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
@@ -4458,33 +4461,33 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_gradient_moving_z_south_y_2 = d_omega_yz_south_4 - south_part_25;
         // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let south_part_36 = mul_add(c(-2.3726582693412885e-8), d_gradient_moving_y_south_z_2,
-            mul_add(c(-6.64555505684884e-6), d_gradient_moving_z_south_x_2,
+            mul_add(c(-6.645555056848842e-6), d_gradient_moving_z_south_x_2,
             c(5.565308808048279e-6) * d_gradient_moving_z_south_y_2));
         let south_part_37 = mul_add(c(2.3726582693412885e-8), d_gradient_moving_x_south_z_3,
-            c(6.64555505684884e-6) * d_gradient_moving_z_south_y_2);
+            c(6.645555056848842e-6) * d_gradient_moving_z_south_y_2);
         let south_part_38 = mul_add(c(-5.565308808048279e-6), d_gradient_moving_x_south_y_3,
-            -c(6.64555505684884e-6) * (d_omega_yy_south_4 - d_omega_xx_south_4));
+            -c(6.645555056848842e-6) * (d_omega_yy_south_4 - d_omega_xx_south_4));
         let d_across_south_7 = mul_add(-cos_south_south_east, south_part_37,
             sin_south_south_east * south_part_38);
-        let d_moment_above_south_x_2 = mul_add(c(0.8660254814097262), d_across_south_7,
-            c(-0.4999998655490338) * south_part_36);
-        let d_moment_above_south_y_4 = mul_add(c(0.8660254814097262), south_part_36,
-            c(0.4999998655490338) * d_across_south_7);
+        let d_moment_above_south_x_2 = mul_add(c(0.8660254814097263), d_across_south_7,
+            c(-0.49999986554903386) * south_part_36);
+        let d_moment_above_south_y_4 = mul_add(c(0.8660254814097263), south_part_36,
+            c(0.49999986554903386) * d_across_south_7);
         let d_moment_above_south_z_3 = mul_add(-cos_south_south_east, south_part_38,
             -sin_south_south_east * south_part_37);
         // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_moment_moving_south_east_y_2 = mul_add(c(-3.338573836000013e-8),
             d_gradient_moving_x_south_east_z, d_moment_above_south_y_4);
         let d_moment_moving_south_east_z_2 = d_moment_above_south_z_3
-            - mul_add(c(-1.6424267108073443e-5), d_gradient_moving_x_south_east_y,
-            -c(-1.293994125217518e-5) * d_omega_xx_south_east);
+            - mul_add(c(-1.642426710807345e-5), d_gradient_moving_x_south_east_y,
+            -c(-1.2939941252175183e-5) * d_omega_xx_south_east);
         let d_across_south_east_6 = mul_add(-sin_south_east_east, d_moment_moving_south_east_z_2,
             cos_south_east_east * d_moment_moving_south_east_y_2);
         let d_moment_above_south_east_x_4 = mul_add(c(0.7071067811865475), d_across_south_east_6,
             c(0.7071067811865475) * d_moment_above_south_x_2);
         // south: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let d_across_south_8 = c(0.4999998655490338) * alpha_moving_south_east_z;
-        let south_part_39 = c(0.8660254814097262) * alpha_moving_south_east_z;
+        let d_across_south_8 = c(0.49999986554903386) * alpha_moving_south_east_z;
+        let south_part_39 = c(0.8660254814097263) * alpha_moving_south_east_z;
         let d_alpha_moving_south_y_3 = mul_add(cos_south_south_east, d_across_south_8,
             mul_add(sin_south_south_east, d_alpha_moving_south_east_z, u[1] * d_carried_south_z_2));
         let d_alpha_moving_south_z_3 = mul_add(-sin_south_south_east, d_across_south_8,
@@ -4496,43 +4499,43 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_gradient_moving_z_south_x_3 = d_omega_xz_south_3 - d_alpha_moving_south_y_3;
         let d_gradient_moving_z_south_y_3 = d_omega_yz_south_3 - south_part_39;
         // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_moment_own_south_x = -c(1.702501854199059e-4) * d_free_fall_south_z_2
+        let d_moment_own_south_x = -c(1.7025018541990593e-4) * d_free_fall_south_z_2
             - mul_add(c(-2.3726582693412885e-8), d_gradient_moving_y_south_z_3,
-            mul_add(c(-6.64555505684884e-6), d_gradient_moving_z_south_x_3,
+            mul_add(c(-6.645555056848842e-6), d_gradient_moving_z_south_x_3,
             c(5.565308808048279e-6) * d_gradient_moving_z_south_y_3));
         let south_part_40 = mul_add(c(2.3726582693412885e-8), d_gradient_moving_x_south_z_4,
-            c(6.64555505684884e-6) * d_gradient_moving_z_south_y_3);
-        let d_moment_own_south_z = mul_add(c(-1.4744099878836916e-4), free_fall_south_east_z,
+            c(6.645555056848842e-6) * d_gradient_moving_z_south_y_3);
+        let d_moment_own_south_z = mul_add(c(-1.4744099878836922e-4), free_fall_south_east_z,
             -mul_add(c(-5.565308808048279e-6), d_gradient_moving_x_south_y_4,
-            -c(6.64555505684884e-6) * (d_omega_yy_south_3 - d_omega_xx_south_3)));
+            -c(6.645555056848842e-6) * (d_omega_yy_south_3 - d_omega_xx_south_3)));
         let d_across_south_9 = mul_add(-sin_south_south_east, d_moment_own_south_z,
             -cos_south_south_east * south_part_40);
-        let d_moment_above_south_x_3 = mul_add(c(0.8660254814097262), d_across_south_9,
-            c(0.4999998655490338) * d_moment_own_south_x);
-        let d_moment_above_south_y_5 = mul_add(c(-0.8660254814097262), d_moment_own_south_x,
-            c(0.4999998655490338) * d_across_south_9);
+        let d_moment_above_south_x_3 = mul_add(c(0.8660254814097263), d_across_south_9,
+            c(0.49999986554903386) * d_moment_own_south_x);
+        let d_moment_above_south_y_5 = mul_add(c(-0.8660254814097263), d_moment_own_south_x,
+            c(0.49999986554903386) * d_across_south_9);
         let d_moment_above_south_z_4 = mul_add(-sin_south_south_east, south_part_40,
             cos_south_south_east * d_moment_own_south_z);
         // south: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let d_across_south_10 = mul_add(c(0.4999998655490338), d_free_fall_south_east_y,
+        let d_across_south_10 = mul_add(c(0.49999986554903386), d_free_fall_south_east_y,
             cos_ground_east * c(6.007374132640437));
-        let d_free_fall_south_x = mul_add(c(-0.8660254814097262), d_free_fall_south_east_y,
-            cos_ground_east * c(3.468357829071642));
+        let d_free_fall_south_x = mul_add(c(-0.8660254814097263), d_free_fall_south_east_y,
+            cos_ground_east * c(3.4683578290716426));
         let d_free_fall_south_z_3 = mul_add(-sin_south_south_east, d_across_south_10,
             cos_south_south_east * d_free_fall_south_east_z);
         // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let south_part_41 = c(1.702501854199059e-4) * d_free_fall_south_z_3;
-        let d_moment_own_south_z_2 = c(1.702501854199059e-4) * d_free_fall_south_x;
+        let south_part_41 = c(1.7025018541990593e-4) * d_free_fall_south_z_3;
+        let d_moment_own_south_z_2 = c(1.7025018541990593e-4) * d_free_fall_south_x;
         let south_part_42 = sin_south_south_east * d_moment_own_south_z_2;
-        let d_moment_above_south_x_4 = mul_add(c(-0.8660254814097262), south_part_42,
-            d_free_fall_south_z_3 * c(-8.512506981965103e-5));
-        let d_moment_above_south_y_6 = mul_add(c(1.4744099878836916e-4), d_free_fall_south_z_3,
-            c(-0.4999998655490338) * south_part_42);
+        let d_moment_above_south_x_4 = mul_add(c(-0.8660254814097263), south_part_42,
+            d_free_fall_south_z_3 * c(-8.512506981965105e-5));
+        let d_moment_above_south_y_6 = mul_add(c(1.4744099878836922e-4), d_free_fall_south_z_3,
+            c(-0.49999986554903386) * south_part_42);
         // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_moment_moving_south_east_x_2 = mul_add(c(-4.7358339509453106e-4),
+        let d_moment_moving_south_east_x_2 = mul_add(c(-4.7358339509453117e-4),
             d_free_fall_south_east_z, d_moment_above_south_x_4);
         let d_moment_moving_south_east_z_3 = mul_add(cos_south_south_east, d_moment_own_south_z_2,
-            cos_ground_east * c(3.285114235562457e-3));
+            cos_ground_east * c(3.285114235562458e-3));
         let d_across_south_east_7 = mul_add(-sin_south_east_east, d_moment_moving_south_east_z_3,
             cos_south_east_east * d_moment_above_south_y_6);
         let d_moment_above_south_east_x_5 = mul_add(c(0.7071067811865475), d_across_south_east_7,
@@ -4541,10 +4544,10 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_moment_moving_east_x = mul_add(c(-4.625527205006544e-3), sin_ground_east,
             d_moment_above_south_east_x_5);
         // south: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let across_south_6 = mul_add(c(0.8660254814097262), alpha_moving_south_east_x,
-            c(0.4999998655490338) * alpha_moving_south_east_y);
-        let alpha_moving_south_x = part_64 + mul_add(c(-0.8660254814097262),
-            alpha_moving_south_east_y, c(0.4999998655490338) * alpha_moving_south_east_x);
+        let across_south_6 = mul_add(c(0.8660254814097263), alpha_moving_south_east_x,
+            c(0.49999986554903386) * alpha_moving_south_east_y);
+        let alpha_moving_south_x = part_64 + mul_add(c(-0.8660254814097263),
+            alpha_moving_south_east_y, c(0.49999986554903386) * alpha_moving_south_east_x);
         let south_part_43 = sin_south_south_east * alpha_moving_south_east_z;
         let south_part_44 = cos_south_south_east * across_south_6;
         let alpha_moving_south_y = south_part_44 + (south_part_4 + south_part_43);
@@ -4558,17 +4561,17 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let gradient_moving_z_south_y = omega_yz_south + alpha_moving_south_x;
         // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let moment_own_south_x_2 = south_part_6 - mul_add(c(-2.3726582693412885e-8),
-            gradient_moving_y_south_z, mul_add(c(-6.64555505684884e-6), gradient_moving_z_south_x,
+            gradient_moving_y_south_z, mul_add(c(-6.645555056848842e-6), gradient_moving_z_south_x,
             c(5.565308808048279e-6) * gradient_moving_z_south_y));
         let south_part_47 = mul_add(c(2.3726582693412885e-8), gradient_moving_x_south_z,
-            c(6.64555505684884e-6) * gradient_moving_z_south_y);
+            c(6.645555056848842e-6) * gradient_moving_z_south_y);
         let moment_own_south_z_2 = south_part_8 - mul_add(c(-5.565308808048279e-6),
             gradient_moving_x_south_y, south_part_9);
         let south_part_48 = sin_south_south_east * moment_own_south_z_2;
         let south_part_49 = -cos_south_south_east * south_part_47;
         let across_south_7 = south_part_49 - south_part_48;
-        let moment_above_south_y_4 = mul_add(c(-0.8660254814097262), moment_own_south_x_2,
-            c(0.4999998655490338) * across_south_7);
+        let moment_above_south_y_4 = mul_add(c(-0.8660254814097263), moment_own_south_x_2,
+            c(0.49999986554903386) * across_south_7);
         let south_part_50 = sin_south_south_east * south_part_47;
         let south_part_51 = cos_south_south_east * moment_own_south_z_2;
         let moment_above_south_z_4 = south_part_51 - south_part_50;
@@ -4581,51 +4584,50 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_gradient_moving_y_south_x_4 = omega_xz_south + d_alpha_moving_south_z_4;
         let d_gradient_moving_z_south_x_4 = d_omega_xz_south_2 - d_alpha_moving_south_y_4;
         // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_moment_own_south_x_2 = -c(1.702501854199059e-4) * d_free_fall_south_z
+        let d_moment_own_south_x_2 = -c(1.7025018541990593e-4) * d_free_fall_south_z
             - mul_add(c(-2.3726582693412885e-8), d_omega_yz_south_2,
-            mul_add(c(-6.64555505684884e-6), d_gradient_moving_z_south_x_4,
+            mul_add(c(-6.645555056848842e-6), d_gradient_moving_z_south_x_4,
             c(5.565308808048279e-6) * d_omega_yz_south_2));
         let south_part_52 = mul_add(c(2.3726582693412885e-8), d_gradient_moving_x_south_z_5,
-            c(6.64555505684884e-6) * d_omega_yz_south_2);
+            c(6.645555056848842e-6) * d_omega_yz_south_2);
         let south_part_53 = mul_add(c(-5.565308808048279e-6), d_gradient_moving_x_south_y_5,
-            -c(6.64555505684884e-6) * d_omega_yy_south_2);
+            -c(6.645555056848842e-6) * d_omega_yy_south_2);
         let d_across_south_11 = mul_add(-cos_south_south_east, south_part_52, south_part_50)
             - mul_add(-sin_south_south_east, south_part_53, south_part_51);
-        let d_moment_above_south_x_5 = mul_add(c(0.8660254814097262), d_across_south_11,
-            c(0.4999998655490338) * d_moment_own_south_x_2);
-        let d_moment_above_south_y_7 = mul_add(c(-0.8660254814097262), d_moment_own_south_x_2,
-            c(0.4999998655490338) * d_across_south_11);
+        let d_moment_above_south_x_5 = mul_add(c(0.8660254814097263), d_across_south_11,
+            c(0.49999986554903386) * d_moment_own_south_x_2);
+        let d_moment_above_south_y_7 = mul_add(c(-0.8660254814097263), d_moment_own_south_x_2,
+            c(0.49999986554903386) * d_across_south_11);
         let d_moment_above_south_z_5 = mul_add(-sin_south_south_east, south_part_52, south_part_49)
             + (-cos_south_south_east * south_part_53 - south_part_48);
         // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let south_ghost0_part_43 = -cos_south_west_south * south_ghost0_part_38;
         let south_ghost0_part_44 = sin_south_west_south * south_ghost0_part_38;
         let across_south_ghost0_7 = south_ghost0_part_43 - south_ghost0_part_41;
         let d_across_south_ghost0_12 = mul_add(-cos_south_west_south, south_ghost0_part_39,
             south_ghost0_part_44) - mul_add(-sin_south_west_south, south_ghost0_part_40,
             south_ghost0_part_42);
-        let d_moment_above_south_ghost0_x_6 = mul_add(c(-0.7071063925583853),
-            d_across_south_ghost0_12, c(0.7071071698144961) * d_moment_own_south_ghost0_x_3);
-        let moment_above_south_ghost0_y_4 = mul_add(c(0.7071063925583853),
-            moment_own_south_ghost0_x_2, c(0.7071071698144961) * across_south_ghost0_7);
-        let d_moment_above_south_ghost0_y_7 = mul_add(c(0.7071063925583853),
-            d_moment_own_south_ghost0_x_3, c(0.7071071698144961) * d_across_south_ghost0_12);
+        let d_moment_above_south_ghost0_x_6 = mul_add(c(-0.7071063925583854),
+            d_across_south_ghost0_12, c(0.7071071698144962) * d_moment_own_south_ghost0_x_3);
+        let moment_above_south_ghost0_y_4 = mul_add(c(0.7071063925583854),
+            moment_own_south_ghost0_x_2, c(0.7071071698144962) * across_south_ghost0_7);
+        let d_moment_above_south_ghost0_y_7 = mul_add(c(0.7071063925583854),
+            d_moment_own_south_ghost0_x_3, c(0.7071071698144962) * d_across_south_ghost0_12);
         let moment_above_south_ghost0_z_3 = south_ghost0_part_42 - south_ghost0_part_44;
         let d_moment_above_south_ghost0_z_5 = mul_add(-sin_south_west_south, south_ghost0_part_39,
             south_ghost0_part_43) + (-cos_south_west_south * south_ghost0_part_40
             - south_ghost0_part_41);
         // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let moment_moving_south_east_y = moment_above_south_y_4 - mul_add(c(1.293994125217518e-5),
+        let moment_moving_south_east_y = moment_above_south_y_4 - mul_add(c(1.2939941252175183e-5),
             gradient_moving_z_south_east_y,
             c(3.338573836000013e-8) * gradient_moving_x_south_east_z);
         let moment_moving_south_east_z = moment_own_south_east_z_2 + moment_above_south_z_4;
         let d_moment_moving_south_east_x_3 = d_moment_own_south_east_x + d_moment_above_south_x_3;
         let d_moment_moving_south_east_y_3 = d_moment_above_south_y_5
-            - mul_add(c(1.293994125217518e-5), d_omega_yz_south_east_2,
+            - mul_add(c(1.2939941252175183e-5), d_omega_yz_south_east_2,
             c(3.338573836000013e-8) * d_gradient_moving_x_south_east_z_3);
         let d_moment_moving_south_east_z_4 = d_moment_above_south_z_4
-            - mul_add(c(-1.6424267108073443e-5), d_gradient_moving_x_south_east_y_3,
-            -c(1.293994125217518e-5) * d_omega_yy_south_east_2);
+            - mul_add(c(-1.642426710807345e-5), d_gradient_moving_x_south_east_y_3,
+            -c(1.2939941252175183e-5) * d_omega_yy_south_east_2);
         let d_across_south_east_8 = mul_add(-sin_south_east_east, moment_moving_south_east_y,
             cos_south_east_east * d_moment_moving_south_east_y_3) - mul_add(sin_south_east_east,
             d_moment_moving_south_east_z_4, cos_south_east_east * moment_moving_south_east_z);
@@ -4633,7 +4635,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             c(0.7071067811865475) * d_moment_moving_south_east_x_3);
         // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let moment_moving_south_west_y = moment_above_south_ghost0_y_4
-            - mul_add(c(-1.2394283547934881e-5), gradient_moving_z_south_west_y,
+            - mul_add(c(-1.2394283547934888e-5), gradient_moving_z_south_west_y,
             c(2.6789051216394143e-8) * gradient_moving_x_south_west_z);
         let moment_moving_south_west_z = moment_own_south_west_z_2 + moment_above_south_ghost0_z_3;
         let d_across_south_west_8 = mul_add(-sin_west_south_west, d_moment_above_south_ghost0_z_5,
@@ -4643,11 +4645,11 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let d_moment_moving_south_west_x_3 = d_moment_own_south_west_x
             + d_moment_above_south_ghost0_x_4;
         let d_moment_moving_south_west_y_3 = d_moment_above_south_ghost0_y_5
-            - mul_add(c(-1.2394283547934881e-5), d_omega_yz_south_west_2,
+            - mul_add(c(-1.2394283547934888e-5), d_omega_yz_south_west_2,
             c(2.6789051216394143e-8) * d_gradient_moving_x_south_west_z_3);
         let d_moment_moving_south_west_z_4 = d_moment_above_south_ghost0_z_4
-            - mul_add(c(-1.0093594897589384e-5), d_gradient_moving_x_south_west_y_3,
-            c(1.2394283547934881e-5) * d_omega_yy_south_west_2);
+            - mul_add(c(-1.009359489758939e-5), d_gradient_moving_x_south_west_y_3,
+            c(1.2394283547934888e-5) * d_omega_yy_south_west_2);
         let d_across_south_west_9 = mul_add(-sin_west_south_west, moment_moving_south_west_y,
             cos_west_south_west * d_moment_moving_south_west_y_3) - mul_add(sin_west_south_west,
             d_moment_moving_south_west_z_4, cos_west_south_west * moment_moving_south_west_z);
@@ -4662,19 +4664,19 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_101 = d_moment_own_south_ghost0_x_3 + c(-0.0114);
         // mechanism: reduced force: y = L^-T f
         let part_102 = mul_add(-factor_south_west_south_west_south_west, part_101,
-            mul_add(c(-0.7071063925583853), d_across_south_ghost0_4,
+            mul_add(c(-0.7071063925583854), d_across_south_ghost0_4,
             d_moment_above_south_ghost0_x_6));
         let part_103 = mul_add(-factor_west_south_west_ground_west, part_102,
             mul_add(-factor_south_west_south_ground_west, part_101, d_moment_above_south_west_x_2
             + d_moment_above_south_west_x_6));
         // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_104 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_4,
+        let part_104 = mul_add(c(0.08068423607472841), d_gradient_moving_y_south_ghost0_x_4,
             mul_add(part_15, part_103, part_12 * part_102));
-        let part_105 = mul_add(part_30, part_104, -mul_add(c(0.08068423607472835),
+        let part_105 = mul_add(part_30, part_104, -mul_add(c(0.0806842360747284),
             d_gradient_moving_z_south_ghost0_x_4, mul_add(-part_16, part_102, part_19 * part_103)));
         let part_106 = mul_add(-part_34, part_105, mul_add(part_31, part_104,
-            -mul_add(c(0.08068423607472835), d_omega_yz_south_ghost0_2, mul_add(part_23, part_103,
-            mul_add(part_20, part_102, c(14436.012552214956) * part_101)))));
+            -mul_add(c(0.0806842360747284), d_omega_yz_south_ghost0_2, mul_add(part_23, part_103,
+            mul_add(part_20, part_102, c(14436.01255221496) * part_101)))));
         let part_107 = part_35 * part_106;
         let part_108 = mul_add(-part_34, part_107, part_33 * part_105);
         let part_109 = mul_add(-part_30, part_108, mul_add(-part_31, part_107,
@@ -4697,10 +4699,10 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_116 = mul_add(-part_13, part_114, part_14 * part_115);
         let part_117 = mul_add(part_30, part_116, -mul_add(part_18, part_115, mul_add(part_17,
-            part_114, d_free_fall_south_z_3 * c(-2.128481987095497))));
+            part_114, d_free_fall_south_z_3 * c(-2.128481987095498))));
         let part_118 = part_35 * mul_add(-part_34, part_117, mul_add(part_31, part_116,
             -mul_add(part_22, part_115, mul_add(part_21, part_114,
-            d_free_fall_south_z_3 * c(1.2288805294099385)))));
+            d_free_fall_south_z_3 * c(1.2288805294099399)))));
         let part_119 = mul_add(-part_34, part_118, part_33 * part_117);
         let part_120 = mul_add(-part_30, part_119, mul_add(-part_31, part_118,
             -part_29 * part_116));
@@ -4714,11 +4716,11 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_124 = mul_add(-factor_west_south_west_ground_west, part_121, mul_add(part_20,
             part_118, mul_add(-part_16, part_119, part_12 * part_120)));
         // mechanism: results: what the function returns
-        let part_125 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
+        let part_125 = mul_add(c(0.5000002689018963), mul_add(c(0.06987458559937651),
             d_omega_xx_south_4 + d_omega_zz_south_4,
-            c(0.04034213973350825) * d_gradient_moving_y_south_x_2),
-            c(0.8660252485338008) * mul_add(c(-0.06987458559937648), d_gradient_moving_x_south_y_3,
-            c(-0.04034213973350825) * (d_omega_yy_south_4 + d_omega_zz_south_4)));
+            c(0.04034213973350828) * d_gradient_moving_y_south_x_2),
+            c(0.866025248533801) * mul_add(c(-0.06987458559937651), d_gradient_moving_x_south_y_3,
+            c(-0.04034213973350828) * (d_omega_yy_south_4 + d_omega_zz_south_4)));
         // mechanism: reduced force: y = L^-T f
         let part_126 = mul_add(factor_south_south_east_south_east_east, south_part_36, c(-3.5e-6)
             + d_moment_above_south_x_2);
@@ -4728,12 +4730,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_128 = mul_add(-part_13, part_126, part_14 * part_127) - part_125;
         let part_129 = mul_add(part_30, part_128, -(mul_add(part_18, part_127, mul_add(part_17,
-            part_126, c(-12502.083224437016) * south_part_36)) - mul_add(c(-0.06987458559937648),
+            part_126, c(-12502.08322443702) * south_part_36)) - mul_add(c(-0.06987458559937651),
             d_gradient_moving_z_south_y_2,
-            c(0.04034213973350825) * d_gradient_moving_z_south_x_2)));
+            c(0.04034213973350828) * d_gradient_moving_z_south_x_2)));
         let part_130 = mul_add(part_31, part_128, -(mul_add(part_22, part_127, mul_add(part_21,
-            part_126, c(7218.08629094307) * south_part_36)) - mul_add(c(0.040342139733508246),
-            d_gradient_moving_z_south_y_2, c(0.0698745855993765) * d_gradient_moving_z_south_x_2)));
+            part_126, c(7218.086290943076) * south_part_36)) - mul_add(c(0.06987458559937651),
+            d_gradient_moving_z_south_x_2,
+            c(0.04034213973350828) * d_gradient_moving_z_south_y_2)));
         let part_131 = part_35 * mul_add(-part_34, part_129, part_130);
         let part_132 = mul_add(-part_34, part_131, part_33 * part_129);
         let part_133 = mul_add(-part_30, part_132, mul_add(-part_31, part_131,
@@ -4748,11 +4751,11 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_137 = mul_add(-factor_west_south_west_ground_west, part_134, mul_add(part_20,
             part_131, mul_add(-part_16, part_132, part_12 * part_133)));
         // mechanism: results: what the function returns
-        let part_138 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
+        let part_138 = mul_add(c(0.5000002689018963), mul_add(c(0.06987458559937651),
             d_omega_xx_south_2 + d_omega_zz_south,
-            c(0.04034213973350825) * d_gradient_moving_y_south_x),
-            c(0.8660252485338008) * mul_add(c(-0.06987458559937648), d_gradient_moving_x_south_y_2,
-            c(-0.04034213973350825) * (d_omega_yy_south + d_omega_zz_south)));
+            c(0.04034213973350828) * d_gradient_moving_y_south_x),
+            c(0.866025248533801) * mul_add(c(-0.06987458559937651), d_gradient_moving_x_south_y_2,
+            c(-0.04034213973350828) * (d_omega_yy_south + d_omega_zz_south)));
         // mechanism: reduced force: y = L^-T f
         let part_139 = mul_add(factor_south_south_east_south_east_east, south_part_18,
             d_moment_moving_south_east_x);
@@ -4762,11 +4765,11 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_141 = mul_add(-part_13, part_139, part_14 * part_140) - part_138;
         let part_142 = mul_add(part_30, part_141, -(mul_add(part_18, part_140, mul_add(part_17,
-            part_139, c(-12502.083224437016) * south_part_18)) - mul_add(c(-0.06987458559937648),
-            d_gradient_moving_z_south_y, c(0.04034213973350825) * d_gradient_moving_z_south_x)));
+            part_139, c(-12502.08322443702) * south_part_18)) - mul_add(c(-0.06987458559937651),
+            d_gradient_moving_z_south_y, c(0.04034213973350828) * d_gradient_moving_z_south_x)));
         let part_143 = mul_add(part_31, part_141, -(mul_add(part_22, part_140, mul_add(part_21,
-            part_139, c(7218.08629094307) * south_part_18)) - mul_add(c(0.040342139733508246),
-            d_gradient_moving_z_south_y, c(0.0698745855993765) * d_gradient_moving_z_south_x)));
+            part_139, c(7218.086290943076) * south_part_18)) - mul_add(c(0.06987458559937651),
+            d_gradient_moving_z_south_x, c(0.04034213973350828) * d_gradient_moving_z_south_y)));
         let part_144 = part_35 * mul_add(-part_34, part_142, part_143);
         let part_145 = mul_add(-part_34, part_144, part_33 * part_142);
         let part_146 = mul_add(-part_30, part_145, mul_add(-part_31, part_144,
@@ -4791,7 +4794,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_154 = mul_add(part_30, part_153, -mul_add(-part_16, part_151, part_19 * part_152));
         let part_155 = part_35 * mul_add(-part_34, part_154, mul_add(part_31, part_153,
             -mul_add(part_23, part_152, mul_add(part_20, part_151,
-            d_free_fall_south_ghost0_z_3 * c(2.4577527449836856)))));
+            d_free_fall_south_ghost0_z_3 * c(2.457752744983687)))));
         let part_156 = mul_add(-part_34, part_155, part_33 * part_154);
         let part_157 = mul_add(-part_30, part_156, mul_add(-part_31, part_155,
             -part_29 * part_153));
@@ -4808,22 +4811,22 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_162 = c(-0.0114) + d_moment_own_south_x_2;
         // mechanism: reduced force: y = L^-T f
         let part_163 = mul_add(-factor_south_south_east_south_east_east, part_162,
-            mul_add(c(0.8660254814097262), d_across_south_4, d_moment_above_south_x_5));
+            mul_add(c(0.8660254814097263), d_across_south_4, d_moment_above_south_x_5));
         let part_164 = mul_add(-factor_south_east_east_ground_east, part_163,
             mul_add(-factor_south_south_east_ground_east, part_162, d_moment_above_south_east_x_3
             + d_moment_above_south_east_x_7));
         // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_165 = mul_add(-part_13, part_163, part_14 * part_164)
-            - mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648), d_omega_zz_south_2,
-            c(0.04034213973350825) * d_gradient_moving_y_south_x_4),
-            c(0.8660252485338008) * mul_add(c(-0.06987458559937648), d_gradient_moving_x_south_y_5,
-            c(-0.04034213973350825) * (d_omega_yy_south_2 + d_omega_zz_south_2)));
+            - mul_add(c(0.5000002689018963), mul_add(c(0.06987458559937651), d_omega_zz_south_2,
+            c(0.04034213973350828) * d_gradient_moving_y_south_x_4),
+            c(0.866025248533801) * mul_add(c(-0.06987458559937651), d_gradient_moving_x_south_y_5,
+            c(-0.04034213973350828) * (d_omega_yy_south_2 + d_omega_zz_south_2)));
         let part_166 = mul_add(part_30, part_165, -(mul_add(part_18, part_164, mul_add(part_17,
-            part_163, c(12502.083224437016) * part_162)) - mul_add(c(-0.06987458559937648),
-            d_omega_yz_south_2, c(0.04034213973350825) * d_gradient_moving_z_south_x_4)));
+            part_163, c(12502.08322443702) * part_162)) - mul_add(c(-0.06987458559937651),
+            d_omega_yz_south_2, c(0.04034213973350828) * d_gradient_moving_z_south_x_4)));
         let part_167 = mul_add(part_31, part_165, -(mul_add(part_22, part_164, mul_add(part_21,
-            part_163, c(-7218.08629094307) * part_162)) - mul_add(c(0.040342139733508246),
-            d_omega_yz_south_2, c(0.0698745855993765) * d_gradient_moving_z_south_x_4)));
+            part_163, c(-7218.086290943076) * part_162)) - mul_add(c(0.06987458559937651),
+            d_gradient_moving_z_south_x_4, c(0.04034213973350828) * d_omega_yz_south_2)));
         let part_168 = part_35 * mul_add(-part_34, part_166, part_167);
         let part_169 = mul_add(-part_34, part_168, part_33 * part_166);
         let part_170 = mul_add(-part_30, part_169, mul_add(-part_31, part_168,
@@ -4838,11 +4841,11 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let part_174 = mul_add(-factor_west_south_west_ground_west, part_171, mul_add(part_20,
             part_168, mul_add(-part_16, part_169, part_12 * part_170)));
         // mechanism: results: what the function returns
-        let part_175 = mul_add(c(0.5000002689018962), mul_add(c(0.06987458559937648),
+        let part_175 = mul_add(c(0.5000002689018963), mul_add(c(0.06987458559937651),
             d_omega_xx_south_3 + d_omega_zz_south_3,
-            c(0.04034213973350825) * d_gradient_moving_y_south_x_3),
-            c(0.8660252485338008) * mul_add(c(-0.06987458559937648), d_gradient_moving_x_south_y_4,
-            c(-0.04034213973350825) * (d_omega_yy_south_3 + d_omega_zz_south_3)));
+            c(0.04034213973350828) * d_gradient_moving_y_south_x_3),
+            c(0.866025248533801) * mul_add(c(-0.06987458559937651), d_gradient_moving_x_south_y_4,
+            c(-0.04034213973350828) * (d_omega_yy_south_3 + d_omega_zz_south_3)));
         // mechanism: reduced force: y = L^-T f
         let part_176 = mul_add(-factor_south_south_east_south_east_east, d_moment_own_south_x,
             c(-0.0114) + d_moment_moving_south_east_x_3);
@@ -4852,13 +4855,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let part_178 = mul_add(-part_13, part_176, part_14 * part_177) - part_175;
         let part_179 = mul_add(part_30, part_178, -(mul_add(part_18, part_177, mul_add(part_17,
-            part_176, c(12502.083224437016) * d_moment_own_south_x))
-            - mul_add(c(-0.06987458559937648), d_gradient_moving_z_south_y_3,
-            c(0.04034213973350825) * d_gradient_moving_z_south_x_3)));
+            part_176, c(12502.08322443702) * d_moment_own_south_x))
+            - mul_add(c(-0.06987458559937651), d_gradient_moving_z_south_y_3,
+            c(0.04034213973350828) * d_gradient_moving_z_south_x_3)));
         let part_180 = mul_add(part_31, part_178, -(mul_add(part_22, part_177, mul_add(part_21,
-            part_176, c(-7218.08629094307) * d_moment_own_south_x))
-            - mul_add(c(0.040342139733508246), d_gradient_moving_z_south_y_3,
-            c(0.0698745855993765) * d_gradient_moving_z_south_x_3)));
+            part_176, c(-7218.086290943076) * d_moment_own_south_x))
+            - mul_add(c(0.06987458559937651), d_gradient_moving_z_south_x_3,
+            c(0.04034213973350828) * d_gradient_moving_z_south_y_3)));
         let part_181 = part_35 * mul_add(-part_34, part_179, part_180);
         let part_182 = mul_add(-part_34, part_181, part_33 * part_179);
         let part_183 = mul_add(-part_30, part_182, mul_add(-part_31, part_181,
@@ -4879,14 +4882,14 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             mul_add(-factor_south_west_south_ground_west, d_moment_own_south_ghost0_x,
             mul_add(c(-0.8660257562110547), d_across_south_west_5, d_moment_above_south_west_x_7)));
         // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_190 = mul_add(c(0.08068423607472834), d_gradient_moving_y_south_ghost0_x_3,
+        let part_190 = mul_add(c(0.08068423607472841), d_gradient_moving_y_south_ghost0_x_3,
             mul_add(part_15, part_189, part_12 * part_188));
-        let part_191 = mul_add(part_30, part_190, -mul_add(c(0.08068423607472835),
+        let part_191 = mul_add(part_30, part_190, -mul_add(c(0.0806842360747284),
             d_gradient_moving_z_south_ghost0_x_3, mul_add(-part_16, part_188, part_19 * part_189)));
         let part_192 = mul_add(-part_34, part_191, mul_add(part_31, part_190,
-            -mul_add(c(0.08068423607472835), d_gradient_moving_z_south_ghost0_y_3, mul_add(part_23,
+            -mul_add(c(0.0806842360747284), d_gradient_moving_z_south_ghost0_y_3, mul_add(part_23,
             part_189, mul_add(part_20, part_188,
-            c(14436.012552214956) * d_moment_own_south_ghost0_x)))));
+            c(14436.01255221496) * d_moment_own_south_ghost0_x)))));
         let part_193 = part_35 * part_192;
         let part_194 = mul_add(-part_34, part_193, part_33 * part_191);
         let part_195 = mul_add(-part_30, part_194, mul_add(-part_31, part_193,
@@ -4907,43 +4910,43 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         acceleration[4] = part_60;
         acceleration[5] = part_61;
         dq[0] = mul_add(-factor_south_west_south_west_south_west, part_113,
-            mul_add(-factor_south_west_south_ground_west, part_111, mul_add(c(14436.012552214956),
-            part_107, c(178919.86408403952) * part_101)));
+            mul_add(-factor_south_west_south_ground_west, part_111, mul_add(c(14436.01255221496),
+            part_107, c(178919.86408403947) * part_101)));
         dq[1] = mul_add(-factor_south_west_south_west_south_west, part_174,
             mul_add(-factor_south_west_south_ground_west, part_171,
-            c(14436.012552214956) * part_168));
+            c(14436.01255221496) * part_168));
         dq[2] = mul_add(-factor_south_west_south_west_south_west, part_199,
-            mul_add(-factor_south_west_south_ground_west, part_197, mul_add(c(14436.012552214956),
-            part_193, c(178919.86408403952) * d_moment_own_south_ghost0_x)));
+            mul_add(-factor_south_west_south_ground_west, part_197, mul_add(c(14436.01255221496),
+            part_193, c(178919.86408403947) * d_moment_own_south_ghost0_x)));
         dq[3] = mul_add(-factor_south_west_south_west_south_west, part_187,
             mul_add(-factor_south_west_south_ground_west, part_184,
-            c(14436.012552214956) * part_181));
+            c(14436.01255221496) * part_181));
         dq[4] = mul_add(-factor_south_west_south_west_south_west, part_124,
             mul_add(-factor_south_west_south_ground_west, part_121,
-            c(14436.012552214956) * part_118));
+            c(14436.01255221496) * part_118));
         dq[5] = mul_add(-factor_south_west_south_west_south_west, part_161,
-            mul_add(-factor_south_west_south_ground_west, part_159, mul_add(c(14436.012552214956),
-            part_155, d_free_fall_south_ghost0_z_3 * c(30.461374669363632))));
+            mul_add(-factor_south_west_south_ground_west, part_159, mul_add(c(14436.01255221496),
+            part_155, d_free_fall_south_ghost0_z_3 * c(30.46137466936363))));
         dq[6] = mul_add(-factor_south_south_east_south_east_east, part_112,
-            mul_add(-factor_south_south_east_ground_east, part_110, mul_add(c(-7218.08629094307),
-            part_107, c(12502.083224437016) * part_108)));
+            mul_add(-factor_south_south_east_ground_east, part_110, mul_add(c(-7218.086290943076),
+            part_107, c(12502.08322443702) * part_108)));
         dq[7] = mul_add(-factor_south_south_east_south_east_east, part_173,
             mul_add(-factor_south_south_east_ground_east, part_172, mul_add(c(178921.751266151),
-            part_162, mul_add(c(-7218.08629094307), part_168, c(12502.083224437016) * part_169))));
+            part_162, mul_add(c(-7218.086290943076), part_168, c(12502.08322443702) * part_169))));
         dq[8] = mul_add(-factor_south_south_east_south_east_east, part_198,
-            mul_add(-factor_south_south_east_ground_east, part_196, mul_add(c(-7218.08629094307),
-            part_193, c(12502.083224437016) * part_194)));
+            mul_add(-factor_south_south_east_ground_east, part_196, mul_add(c(-7218.086290943076),
+            part_193, c(12502.08322443702) * part_194)));
         dq[9] = mul_add(-factor_south_south_east_south_east_east, part_186,
             mul_add(-factor_south_south_east_ground_east, part_185, mul_add(c(178921.751266151),
-            d_moment_own_south_x, mul_add(c(-7218.08629094307), part_181,
-            c(12502.083224437016) * part_182))));
+            d_moment_own_south_x, mul_add(c(-7218.086290943076), part_181,
+            c(12502.08322443702) * part_182))));
         dq[10] = mul_add(-factor_south_south_east_south_east_east, part_123,
-            mul_add(-factor_south_south_east_ground_east, part_122, mul_add(c(-30.461461328716492),
-            d_free_fall_south_z_3, mul_add(c(-7218.08629094307), part_118,
-            c(12502.083224437016) * part_119))));
+            mul_add(-factor_south_south_east_ground_east, part_122, mul_add(c(-30.461461328716496),
+            d_free_fall_south_z_3, mul_add(c(-7218.086290943076), part_118,
+            c(12502.08322443702) * part_119))));
         dq[11] = mul_add(-factor_south_south_east_south_east_east, part_160,
-            mul_add(-factor_south_south_east_ground_east, part_158, mul_add(c(-7218.08629094307),
-            part_155, c(12502.083224437016) * part_156)));
+            mul_add(-factor_south_south_east_ground_east, part_158, mul_add(c(-7218.086290943076),
+            part_155, c(12502.08322443702) * part_156)));
         dq[12] = part_113;
         dq[13] = part_174;
         dq[14] = part_199;
@@ -4969,43 +4972,42 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         dq[34] = part_121;
         dq[35] = part_159;
         du[0] = mul_add(-factor_south_west_south_west_south_west, part_76,
-            mul_add(-factor_south_west_south_ground_west, part_74, mul_add(c(14436.012552214956),
-            part_70, c(-0.6262195242941383))));
+            mul_add(-factor_south_west_south_ground_west, part_74, mul_add(c(14436.01255221496),
+            part_70, c(-0.6262195242941381))));
         du[1] = mul_add(-factor_south_west_south_west_south_west, part_59,
-            mul_add(-factor_south_west_south_ground_west, part_56,
-            c(14436.012552214956) * part_53));
+            mul_add(-factor_south_west_south_ground_west, part_56, c(14436.01255221496) * part_53));
         du[2] = mul_add(-factor_south_west_south_west_south_west, part_88,
-            mul_add(-factor_south_west_south_ground_west, part_86, mul_add(c(14436.012552214956),
-            part_82, south_ghost0_part_29 * c(-178919.86408403952))));
+            mul_add(-factor_south_west_south_ground_west, part_86, mul_add(c(14436.01255221496),
+            part_82, south_ghost0_part_29 * c(-178919.86408403947))));
         du[3] = mul_add(-factor_south_west_south_west_south_west, part_137,
             mul_add(-factor_south_west_south_ground_west, part_134,
-            c(14436.012552214956) * part_131));
+            c(14436.01255221496) * part_131));
         du[4] = mul_add(-factor_south_west_south_west_south_west, part_150,
             mul_add(-factor_south_west_south_ground_west, part_147,
-            c(14436.012552214956) * part_144));
+            c(14436.01255221496) * part_144));
         du[5] = mul_add(-factor_south_west_south_west_south_west, part_100,
-            mul_add(-factor_south_west_south_ground_west, part_98, mul_add(c(14436.012552214956),
-            part_94, c(-178919.86408403952) * south_ghost0_part_11)));
+            mul_add(-factor_south_west_south_ground_west, part_98, mul_add(c(14436.01255221496),
+            part_94, c(-178919.86408403947) * south_ghost0_part_11)));
         du[6] = mul_add(-factor_south_south_east_south_east_east, part_75,
-            mul_add(-factor_south_south_east_ground_east, part_73, mul_add(c(-7218.08629094307),
-            part_70, c(12502.083224437016) * part_71)));
+            mul_add(-factor_south_south_east_ground_east, part_73, mul_add(c(-7218.086290943076),
+            part_70, c(12502.08322443702) * part_71)));
         du[7] = mul_add(-factor_south_south_east_south_east_east, part_58,
             mul_add(-factor_south_south_east_ground_east, part_57, c(-0.6262261294315284)
-            + mul_add(c(-7218.08629094307), part_53, c(12502.083224437016) * part_54)));
+            + mul_add(c(-7218.086290943076), part_53, c(12502.08322443702) * part_54)));
         du[8] = mul_add(-factor_south_south_east_south_east_east, part_87,
-            mul_add(-factor_south_south_east_ground_east, part_85, mul_add(c(-7218.08629094307),
-            part_82, c(12502.083224437016) * part_83)));
+            mul_add(-factor_south_south_east_ground_east, part_85, mul_add(c(-7218.086290943076),
+            part_82, c(12502.08322443702) * part_83)));
         du[9] = mul_add(-factor_south_south_east_south_east_east, part_136,
             mul_add(-factor_south_south_east_ground_east, part_135, mul_add(c(-178921.751266151),
-            south_part_36, mul_add(c(-7218.08629094307), part_131,
-            c(12502.083224437016) * part_132))));
+            south_part_36, mul_add(c(-7218.086290943076), part_131,
+            c(12502.08322443702) * part_132))));
         du[10] = mul_add(-factor_south_south_east_south_east_east, part_149,
             mul_add(-factor_south_south_east_ground_east, part_148, mul_add(c(-178921.751266151),
-            south_part_18, mul_add(c(-7218.08629094307), part_144,
-            c(12502.083224437016) * part_145))));
+            south_part_18, mul_add(c(-7218.086290943076), part_144,
+            c(12502.08322443702) * part_145))));
         du[11] = mul_add(-factor_south_south_east_south_east_east, part_99,
-            mul_add(-factor_south_south_east_ground_east, part_97, mul_add(c(-7218.08629094307),
-            part_94, c(12502.083224437016) * part_95)));
+            mul_add(-factor_south_south_east_ground_east, part_97, mul_add(c(-7218.086290943076),
+            part_94, c(12502.08322443702) * part_95)));
         du[12] = part_76;
         du[13] = part_59;
         du[14] = part_88;
@@ -5036,7 +5038,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         dt[3] = c(0.0);
         dt[4] = c(0.0);
         dt[5] = c(0.0);
-        margin[0] = S::min(S::min(S::min(S::min(c(178919.86408403952),
+        margin[0] = S::min(S::min(S::min(S::min(c(178919.86408403947),
             inverse_pivot_west_south_west), inverse_pivot_south_east_east),
             inverse_pivot_ground_east), inverse_pivot_ground_west);
         margin[1] = S::min(part_38, S::min(S::min(part_24, part_26),

@@ -9,8 +9,6 @@ use std::f64::consts::PI;
 use std::fmt;
 use std::ops::Range;
 
-use crate::arithmetic::powi;
-
 /// What a quantity measures: exponents of kilogram, metre, second and radian.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dimension {
@@ -224,7 +222,7 @@ impl Unit {
 
     fn times(self, other: Self, power: i32) -> Self {
         Self {
-            mantissa: self.mantissa * powi(other.mantissa, power),
+            mantissa: self.mantissa * crate::arithmetic::powi(other.mantissa, power),
             exponent: self.exponent + power * other.exponent,
             dimension: self.dimension.plus(other.dimension, power),
         }

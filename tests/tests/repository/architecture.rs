@@ -34,13 +34,14 @@ const FLOORS: [Floors; 5] = [
     Floors {
         folder: "codegen/src",
         entries: &[
-            ("source", &[]),
-            ("laminate", &["source"]),
-            ("topology", &["source", "laminate"]),
+            ("arithmetic", &[]),
+            ("source", &["arithmetic"]),
+            ("laminate", &["arithmetic", "source"]),
+            ("topology", &["arithmetic", "source", "laminate"]),
             ("symbolic", &[]),
             ("kane", &["source", "laminate", "topology", "symbolic"]),
             // What leaves the algebra is plain data, and its type lives in `symbolic`.
-            ("program", &["source", "laminate", "topology", "symbolic", "kane"]),
+            ("program", &["arithmetic", "source", "laminate", "topology", "symbolic", "kane"]),
             ("backend", &["source", "laminate", "topology", "symbolic", "kane", "program"]),
             (
                 "pipeline",

@@ -8,8 +8,6 @@
 use std::collections::HashMap;
 use std::f64::consts::PI;
 
-use crate::arithmetic::hypot;
-
 use super::codes;
 use super::diagnostic::{Diagnostic, Diagnostics, SourceFile, Span, Spanned};
 use super::expression::Expression;
@@ -382,7 +380,7 @@ impl Import {
             self.coordinate(x).zip(self.coordinate(y)).map(<[f64; 2]>::from)
         });
         let (from, to) = (from?, to?);
-        if hypot(to[0] - from[0], to[1] - from[1]) < f64::MIN_POSITIVE {
+        if crate::arithmetic::hypot(to[0] - from[0], to[1] - from[1]) < f64::MIN_POSITIVE {
             let error =
                 Diagnostic::error(codes::ZERO_AXIS, line.span, "the hinge line has no length");
             self.diagnostics.push(error.label("twice the same point"));
