@@ -60,6 +60,7 @@ const FLOORS: [Floors; 5] = [
             ("identify", &["execution"]),
             ("mocap", &["identify"]),
             ("motion", &[]),
+            ("simulation", &["execution", "motion"]),
             ("scene", &["motion"]),
             ("picture", &["motion", "scene"]),
             ("page", &["motion", "scene", "picture"]),
@@ -153,6 +154,21 @@ fn check_imports(root: &Path, floors: &Floors, name: &str, allowed: &[&str]) {
         }
     }
     assert!(looked_at > 0, "no files in {}/{name}", floors.folder);
+}
+
+#[test]
+fn the_map_shows_every_folder() {
+    let map = fs::read_to_string(workspace().join("ARCHITECTURE.md")).unwrap();
+    let in_table = |name: &str| map.contains(&format!("\n| `{name}/` |"));
+    for (folder, _) in CRATES {
+        assert!(in_table(folder), "ARCHITECTURE.md does not show {folder}/");
+    }
+    for floors in FLOORS.iter().filter(|floors| floors.files_too) {
+        for entry in entries(&workspace().join(floors.folder)) {
+            let shown = !entry.is_folder || in_table(&entry.name);
+            assert!(shown, "ARCHITECTURE.md does not show {}/{}/", floors.folder, entry.name);
+        }
+    }
 }
 
 #[test]

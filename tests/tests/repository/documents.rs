@@ -33,6 +33,38 @@ fn links_lead_to_files_and_headings() {
 }
 
 #[test]
+fn named_files_exist() {
+    let root = workspace();
+    let mut checked = 0;
+    let mut wrong = Vec::new();
+    for page in pages() {
+        for line in fs::read_to_string(&page).unwrap().lines() {
+            let mut folder = PathBuf::new();
+            // Every second piece is within backticks.
+            for name in line.split('`').skip(1).step_by(2) {
+                let is_path = ["codegen/", "workbench/", "runtime/", "templates/", "tests/"]
+                    .iter()
+                    .any(|start| name.starts_with(start) && !name.contains([' ', '<', '*']));
+                // A file without a folder is in that of the path before, as in `a/b.rs`, `c.rs`.
+                let is_next = name.ends_with(".rs") && !name.contains('/');
+                if is_path {
+                    folder = Path::new(name).parent().unwrap().to_owned();
+                } else if !is_next || folder.as_os_str().is_empty() {
+                    continue;
+                }
+                checked += 1;
+                let path = if is_path { root.join(name) } else { root.join(&folder).join(name) };
+                if !path.exists() {
+                    wrong.push(format!("{}: {name}", page.display()));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "these files do not exist:\n{}", wrong.join("\n"));
+    assert!(checked > 40, "only {checked} names: this test looks in the wrong place");
+}
+
+#[test]
 fn every_decision_is_in_the_list() {
     let folder = workspace().join("docs/decisions");
     let list = fs::read_to_string(folder.join("README.md")).unwrap();
