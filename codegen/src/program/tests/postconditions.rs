@@ -1,0 +1,128 @@
+//! What holds after folding, value numbering and the removal of dead code, each sentence of it.
+
+use super::*;
+use crate::pipeline;
+use crate::program::Program;
+use crate::source::SourceFile;
+
+/// The first instruction that folding should have simplified, with the reason.
+fn unfolded(function: &Function) -> Option<String> {
+    let op = |value: Value| function.instructions[value.index()].op;
+    let constant = |value: Value| match op(value) {
+        Op::Const(number) => Some(number),
+        _ => None,
+    };
+    let is_negated = |value: Value| matches!(op(value), Op::Neg(_));
+    let is = |value: Value, numbers: &[f64]| constant(value).is_some_and(|x| numbers.contains(&x));
+    let reason = |one: Op| {
+        let mut operands = one.operands().peekable();
+        if operands.peek().is_some() && operands.all(|operand| constant(operand).is_some()) {
+            return Some("its operands are all constant");
+        }
+        match one {
+            Op::Add(x, y) if is(x, &[0.0]) || is(y, &[0.0]) => Some("adds 0"),
+            Op::Add(x, y) if is_negated(x) || is_negated(y) => Some("adds a negation"),
+            Op::Sub(x, y) if x == y => Some("subtracts a value from itself"),
+            Op::Sub(_, y) if is(y, &[0.0]) => Some("subtracts 0"),
+            Op::Sub(_, y) if is_negated(y) => Some("subtracts a negation"),
+            Op::Mul(x, y) if [x, y].iter().any(|&factor| is(factor, &[0.0, 1.0, -1.0])) => {
+                Some("multiplies by 0, 1 or -1")
+            }
+            Op::Mul(x, y) => [(x, y), (y, x)].into_iter().find_map(|(factor, rest)| {
+                let outer = constant(factor)?;
+                let Op::Mul(a, b) = op(rest) else { return None };
+                let inner = constant(a).or(constant(b))?;
+                (outer * inner).is_finite().then_some("multiplies by two constants")
+            }),
+            Op::Neg(x) if is_negated(x) => Some("negates a negation"),
+            _ => None,
+        }
+    };
+    let mut found = function.instructions.iter().enumerate();
+    found.find_map(|(index, one)| reason(one.op).map(|why| format!("v{index}: {:?} {why}", one.op)))
+}
+
+/// Two instructions of the same operation on the same operands, in either order where it commutes.
+fn repeated(function: &Function) -> Option<[usize; 2]> {
+    let swapped = |op: Op| match op {
+        Op::Add(x, y) => Op::Add(y, x),
+        Op::Mul(x, y) => Op::Mul(y, x),
+        other => other,
+    };
+    let mut known = std::collections::HashMap::new();
+    function.instructions.iter().enumerate().find_map(|(index, one)| {
+        let first = [one.op, swapped(one.op)].map(|op| known.get(&format!("{op:?}")).copied());
+        known.insert(format!("{:?}", one.op), index);
+        first.into_iter().flatten().next().map(|first| [first, index])
+    })
+}
+
+/// An instruction that no output needs.
+fn unneeded(function: &Function) -> Option<usize> {
+    let mut needed = vec![false; function.instructions.len()];
+    let mut open: Vec<Value> =
+        function.outputs.iter().flat_map(|output| output.entries.iter().copied()).collect();
+    while let Some(value) = open.pop() {
+        if !std::mem::replace(&mut needed[value.index()], true) {
+            open.extend(function.instructions[value.index()].op.operands());
+        }
+    }
+    needed.iter().position(|needed| !needed)
+}
+
+proptest! {
+    #[test]
+    fn of_random_functions(function in functions()) {
+        let folded = fold::fold(function);
+        prop_assert_eq!(unfolded(&folded), None);
+        let numbered = number::number(folded);
+        prop_assert_eq!(repeated(&numbered), None);
+        let live = dead::dead(numbered);
+        prop_assert_eq!((unneeded(&live), repeated(&live)), (None, None));
+    }
+}
+
+fn compiled(example: &str) -> Program {
+    let path = format!("{}/../examples/{example}.yaml", env!("CARGO_MANIFEST_DIR"));
+    let file = SourceFile::read(&path).unwrap();
+    pipeline::compile(&file).unwrap_or_else(|error| panic!("{error}")).program
+}
+
+/// What passes promise about every function that a backend is given. That debug builds and tests verify
+/// functions between the passes is seen where a broken one is refused.
+#[test]
+fn of_the_functions_of_a_compiled_mechanism() {
+    let program = compiled("sixbar");
+    assert_eq!(verify::verify(&program), Ok(()));
+    let instructions: usize = program.functions.iter().map(|f| f.instructions.len()).sum();
+    assert!(instructions > 1000, "{instructions} instructions");
+    for function in &program.functions {
+        assert_eq!(repeated(function), None, "{:?}", function.kind);
+        assert_eq!(unneeded(function), None, "{:?}", function.kind);
+        assert_eq!(unfolded(function), None, "{:?}", function.kind);
+    }
+}
+
+#[test]
+#[should_panic(expected = "Order")]
+fn a_function_that_a_pass_broke_is_refused() {
+    let interface = compiled("pendulum").interface;
+    let broken = function([(Op::Neg(Value(0)), formula())], vec![Value(0)]);
+    super::super::check(&interface, broken);
+}
+
+/// A product of constants that overflows stays two products.
+#[test]
+fn constants_are_not_multiplied_beyond_what_a_number_holds() {
+    let load = (Op::Load(Slot::Position(JointId(0))), formula());
+    let large = (Op::Const(1e200), formula());
+    let ops = [
+        load,
+        large,
+        (Op::Mul(Value(1), Value(0)), formula()),
+        (Op::Mul(Value(1), Value(2)), formula()),
+    ];
+    let folded = fold::fold(function(ops, vec![Value(3)]));
+    assert_eq!(run(&folded, &[1e-150]), [1e200 * (1e200 * 1e-150)]);
+    assert_eq!(unfolded(&folded), None);
+}
