@@ -16,6 +16,10 @@
 
 pub mod arithmetic;
 pub mod backend;
+#[cfg(test)]
+#[allow(dead_code, reason = "a part of it serves here")]
+#[path = "../../tests/src/compare.rs"]
+mod compare;
 mod config;
 pub mod files;
 pub mod kane;
@@ -28,3 +32,8 @@ pub mod topology;
 
 pub use config::{BuildError, Config, Precision};
 pub use source::Tunable;
+
+#[cfg(test)]
+#[allow(dead_code, reason = "a part of it serves here")]
+#[path = "../../tests/src/uniform.rs"]
+mod uniform;

@@ -2,6 +2,7 @@
 
 mod common;
 
+use common::compare::largest;
 use std::f64::consts::PI;
 
 use common::Tree;
@@ -12,7 +13,7 @@ fn residual(system: &Tree<f64>, q: &[f64]) -> f64 {
     let (n, r) = (q.len(), 9 * system.loops.len());
     let (mut residual, mut jacobian) = (vec![0.0; r], vec![0.0; r * n]);
     system.write_closure(q, &mut residual, &mut jacobian);
-    residual.iter().fold(0.0, |most, r| r.abs().max(most))
+    largest(&residual)
 }
 
 /// How many of `count` random guesses close.

@@ -2,6 +2,7 @@
 
 mod common;
 
+use common::compare::{keep_largest, largest};
 use std::f64::consts::PI;
 
 use common::Tree;
@@ -39,9 +40,7 @@ fn drift<Y: System<Scalar = f64>>(system: &Y, state: &StateOf<Y>) -> (f64, f64) 
     let n = d.coordinates;
     let (mut residual, mut jacobian) = (vec![0.0; 9 * d.loops], vec![0.0; 9 * d.loops * n]);
     system.write_closure(state.q.as_ref(), &mut residual, &mut jacobian);
-    let most = |values: &mut dyn Iterator<Item = f64>| {
-        values.fold(0.0_f64, |most, value| most.max(value.abs())) / system.size()
-    };
+    let most = |values: &mut dyn Iterator<Item = f64>| largest(values) / system.size();
     let mut speeds = jacobian
         .chunks(n)
         .map(|row| row.iter().zip(state.u.as_ref()).map(|(j, u)| j * u).sum::<f64>());
@@ -278,7 +277,7 @@ fn a_mechanism_passes_through_its_flat_singular_state() {
         .run(&system, &mut state, 0.5, |state| {
             crossings += usize::from(state.q[0] * last < 0.0);
             last = state.q[0];
-            worst = worst.max(drift(&system, state).0);
+            worst = keep_largest(worst, drift(&system, state).0);
         })
         .unwrap();
     println!("{crossings} crossings, drift {worst:e}, energy {before} {}", total(&system, &state));

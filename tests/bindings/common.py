@@ -11,7 +11,6 @@ import numpy as np
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 WORK = ROOT / "target" / "bindings"
-SHARED = ROOT.parent / "shared"
 CRANK = ROOT / "tests" / "bindings" / "crank.yaml"
 LAMC = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "debug" / "lamc"
 
@@ -26,13 +25,10 @@ def examples():
     return [ROOT / "examples" / f"{name}.yaml" for name in ("pendulum", "triple_pendulum", "fourbar", "sixbar")]
 
 
-def designs():
-    """The published designs, with their reference values."""
-    if not (SHARED / "reference").is_dir():
-        print("NOT CHECKED: ../shared (published designs, reference values) is absent", flush=True)
-        return []
-    names = ("W_3.5", "pendulum2", "newMechanism", "4th_Design")
-    return [(SHARED / "designs" / f"{name}.cad.joints", SHARED / "reference" / f"{name}.json") for name in names]
+def published():
+    """The published mechanisms, with the reference values of their motion."""
+    folder = ROOT / "tests" / "data" / "published"
+    return [(model, model.with_suffix(".json")) for model in sorted(folder.glob("*.yaml"))]
 
 
 def simulated(model, *arguments):

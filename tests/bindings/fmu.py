@@ -15,7 +15,7 @@ from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
 from lxml import etree
 
-from common import CRANK, LAMC, ROOT, WORK, designs, evaluated, lamc, refuses, simulated, within
+from common import CRANK, LAMC, ROOT, WORK, evaluated, lamc, published, refuses, simulated, within
 
 FOLDER = WORK / "fmu"
 KINDS = {"CoSimulation": 1e-8, "ModelExchange": 1e-6}
@@ -98,12 +98,12 @@ def motions(version):
     result = compare(CRANK, folder, 1.0, sum(arguments, ()), values)
     derived(result, values)
 
-    for model, reference in designs():
+    for model, reference in published():
         follow(unpacked(model, version), json.loads(reference.read_text())["trajectory"])
 
 
 def follow(folder, trajectory):
-    """A published design from the reference's start, against the reference's motion."""
+    """A published mechanism from the reference's start, against the reference's motion."""
     description = fmpy.read_model_description(str(folder))
     joints = [v.name[:-2] for v in description.modelVariables if v.name.endswith(".q")]
     values = {f"{joint}.q": q for joint, q in zip(joints, trajectory["q0"])}

@@ -11,7 +11,7 @@ import sys
 
 import numpy as np
 
-from common import CRANK, ROOT, WORK, designs, evaluated, examples, lamc, refuses, relative, simulated, within
+from common import CRANK, ROOT, WORK, evaluated, examples, lamc, published, refuses, relative, simulated, within
 
 # Largest relative difference from the interpreter at the same state. In single precision q is that
 # of the C, and accelerations lose what the condition of M and J costs.
@@ -112,19 +112,19 @@ def compare(model, mechanism, scalar, states):
 
 
 def agreement():
-    """Interpreter, C f64 and C f32; of the designs also the published values."""
+    """Interpreter, C f64 and C f32; of the published mechanisms also the reference values."""
     rng = np.random.default_rng(4)
     for model in [*examples(), CRANK]:
         states = closed_states(written(model, "f64"), rng)
         for scalar in ("f64", "f32"):
             report(model, scalar, compare(model, written(model, scalar), scalar, states))
-    for model, reference in designs():
-        published = json.loads(reference.read_text())["states"]
-        states = [{"t": 0.0, "q": s["q"], "u": s["u"], "params": {}, "inputs": {}} for s in published]
+    for model, reference in published():
+        expected = json.loads(reference.read_text())["states"]
+        states = [{"t": 0.0, "q": s["q"], "u": s["u"], "params": {}, "inputs": {}} for s in expected]
         for scalar in ("f64", "f32"):
             report(model, scalar, compare(model, written(model, scalar), scalar, states))
         robot = written(model, "f64")()
-        for state in published:
+        for state in expected:
             error = relative(robot.acceleration(state["q"], state["u"]), state["acceleration"])
             within(f"{model.stem}: published acceleration", error, 1e-9)
             energies = np.array(robot.energy(state["q"], state["u"]))

@@ -9,6 +9,7 @@
 //!
 //! Udwadia & Kalaba, A new perspective on constrained motion, Proc. R. Soc. Lond. A 439 (1992).
 
+use crate::compare::{keep_largest, largest};
 use lamc::laminate::Mechanism;
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Unit, Vector3};
 
@@ -258,17 +259,17 @@ impl<'a> System<'a> {
             let [a, b] = joint.bodies.map(|id| id.index());
             let (first, second) = (&self.motions[a], &self.motions[b]);
             let turned = first.rotation * turn(&joint.direction, self.values.q[j]);
-            open.0 = open.0.max((second.rotation - turned).abs().max());
+            open.0 = keep_largest(open.0, largest(&(second.rotation - turned)));
             let gap = second.rotation * joint.point + second.position
                 - first.rotation * joint.point
                 - first.position;
-            open.0 = open.0.max(gap.abs().max());
+            open.0 = keep_largest(open.0, largest(&gap));
             let hinge = self.hinge(j);
             let spin = second.omega - first.omega - hinge.direction * self.values.u[j];
             let slip = second.velocity + second.omega.cross(&hinge.arms[1])
                 - first.velocity
                 - first.omega.cross(&hinge.arms[0]);
-            open.1 = open.1.max(spin.abs().max()).max(slip.abs().max());
+            open.1 = keep_largest(open.1, largest(spin.iter().chain(&slip)));
         }
         open
     }

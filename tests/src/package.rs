@@ -18,6 +18,8 @@ const MAIN: &str = r#"//! Evaluates generated modules.
 #![deny(missing_docs)]
 #![allow(dead_code)]
 
+mod compare;
+
 use std::io::BufRead;
 
 use lamc_runtime::{Dopri5, Integrator, Mechanism, Scalar, State};
@@ -54,7 +56,7 @@ where
                 integrator.run(&model, &mut state, S::from_f64(t), |_| ()).unwrap();
                 motion.extend(state.q.iter().map(|q| q.to_f64()));
                 let mut closure = model.closure(&state.q).residual;
-                let open = closure.as_mut().iter().map(|r| r.to_f64().abs()).fold(0.0, f64::max);
+                let open = compare::largest(closure.as_mut().iter().map(|r| r.to_f64()));
                 motion.push(open / model.size().to_f64());
             }
             motion
@@ -148,6 +150,7 @@ impl Package {
         write(&folder.join("Cargo.toml"), &MANIFEST.replace("RUNTIME", &format!("{runtime:?}")));
         let main = MAIN.replace("MODULES\n", &self.modules).replace("ARMS\n", &self.arms);
         write(&folder.join("src/main.rs"), &main);
+        write(&folder.join("src/compare.rs"), include_str!("compare.rs"));
         let text = run(folder, self.questions);
         let number = |word: &str| word.parse().unwrap_or(f64::NAN);
         let lines: Vec<_> =

@@ -11,6 +11,8 @@ use lamc::program::Interpreter;
 use lamc::topology::LoopClass;
 use lamc_runtime::{State, System, assemble, project};
 
+pub use crate::uniform::Random;
+
 /// What a random mechanism is made of.
 #[derive(Clone, Copy, Debug)]
 pub struct Recipe {
@@ -46,41 +48,6 @@ impl Lines {
     /// Independent closure equations of one loop.
     pub fn rank(self) -> usize {
         if self == Self::Any { 6 } else { 3 }
-    }
-}
-
-/// Uniform numbers (xorshift64*; Vigna, An experimental exploration of Marsaglia's xorshift
-/// generators, 2016).
-#[derive(Clone, Debug)]
-pub struct Random(u64);
-
-impl Random {
-    /// A sequence of its own for every seed.
-    pub fn new(seed: u64) -> Self {
-        let mut random = Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
-        (0..8).for_each(|_| _ = random.bits());
-        random
-    }
-
-    fn bits(&mut self) -> u64 {
-        self.0 ^= self.0 >> 12;
-        self.0 ^= self.0 << 25;
-        self.0 ^= self.0 >> 27;
-        self.0.wrapping_mul(0x2545_f491_4f6c_dd1d)
-    }
-
-    /// In `low .. high`.
-    pub fn range(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * ((self.bits() >> 11) as f64 / (1_u64 << 53) as f64)
-    }
-
-    /// In `0 .. count`.
-    pub fn below(&mut self, count: usize) -> usize {
-        ((self.bits() >> 32) as usize * count) >> 32
-    }
-
-    fn chance(&mut self, probability: f64) -> bool {
-        self.range(0.0, 1.0) < probability
     }
 }
 

@@ -2,6 +2,10 @@
 //! records, identification from measurements, pictures, videos and pages. The command `lamc` is its binary.
 
 pub mod archive;
+#[cfg(test)]
+#[allow(dead_code, reason = "a part of it serves here")]
+#[path = "../../tests/src/compare.rs"]
+mod compare;
 pub mod execution;
 pub mod identify;
 pub mod mocap;

@@ -3,6 +3,8 @@
 
 #![allow(dead_code, reason = "each test file uses its part")]
 
+#[path = "../../../tests/src/compare.rs"]
+pub mod compare;
 pub mod designs;
 pub mod failing;
 pub mod planar;

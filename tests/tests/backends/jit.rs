@@ -6,7 +6,9 @@ use lamc::program::{FunctionKind, Interpreter, Program};
 use lamc_runtime::{
     Balance, Change, Dopri5, Drive, Integrator, State, System, acceleration_and_forces, assemble,
 };
-use lamc_tests::{DESIGNS, EXAMPLES, Reference, compile, compile_text, shared, workspace};
+use lamc_tests::{
+    EXAMPLES, compile, compile_text, designs, largest_difference, published, workspace,
+};
 use lamc_workbench::execution::Jit;
 
 /// Everything a system can be asked, at a state.
@@ -69,10 +71,8 @@ fn examples_and_designs_bit_for_bit() {
         let path = workspace().join("examples").join(format!("{name}.yaml"));
         check(name, &compile(&path).program);
     }
-    let Some(shared) = shared() else { return };
-    for name in DESIGNS {
-        let path = shared.join("designs").join(format!("{name}.cad.joints"));
-        check(name, &compile(&path).program);
+    for design in designs() {
+        check(design.name, &design.compiled.program);
     }
 }
 
@@ -142,19 +142,16 @@ fn worked() -> f64 {
 /// The reference motions, integrated through machine code.
 #[test]
 fn reference_trajectories() {
-    let Some(shared) = shared() else { return };
-    for name in DESIGNS {
-        let path = shared.join("designs").join(format!("{name}.cad.joints"));
-        let system = Jit::new(&compile(&path).program);
-        let trajectory = Reference::read(&shared, name).trajectory;
-        let mut state = State { t: 0.0, q: trajectory.q0, u: trajectory.u0 };
+    for design in published() {
+        let (name, trajectory) = (design.name, design.reference.trajectory());
+        let system = Jit::new(&design.compiled.program);
+        let mut state = State { t: 0.0, q: trajectory.q0.clone(), u: trajectory.u0.clone() };
         let mut integrator = Dopri5::new(&system);
         (integrator.relative, integrator.absolute) = (1e-10, 1e-10);
         for (&t, expected) in trajectory.t.iter().zip(&trajectory.q) {
             let outcome = integrator.run(&system, &mut state, t, |_| ());
             outcome.unwrap_or_else(|error| panic!("{name} at t = {t}: {error}"));
-            let error =
-                state.q.iter().zip(expected).fold(0.0_f64, |most, (x, y)| most.max((x - y).abs()));
+            let error = largest_difference(&state.q, expected);
             assert!(error <= 1e-6, "{name} at t = {t}: off by {error:e}");
         }
         assert!(format!("{system:?}").contains(&format!("{:?}", FunctionKind::Acceleration)));

@@ -2,6 +2,7 @@
 //! the standard errors say.
 
 use lamc_runtime::{Integrator, State, System, assemble, project};
+use lamc_tests::compare::largest;
 use lamc_tests::{compile_text, dopri5, workspace};
 use lamc_workbench::execution::Jit;
 use lamc_workbench::identify::swing::Swing;
@@ -129,9 +130,7 @@ fn a_six_bar_gives_all_its_stiffnesses_back() {
     project(&simulated, 0.0, &mut state.q, &mut state.u, &mut workspace).unwrap();
     let record = motion(&simulated, &state.q, &state.u, 1.0);
     let worst = |fit: &Fit| {
-        let errors =
-            fit.estimates.iter().zip(&exact).map(|(e, exact)| (e.value / exact - 1.0).abs());
-        errors.fold(0.0, f64::max)
+        largest(fit.estimates.iter().zip(&exact).map(|(e, exact)| e.value / exact - 1.0))
     };
     let fit = |record: &Record| {
         let (system, free) = (system.clone(), free.clone());

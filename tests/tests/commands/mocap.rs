@@ -1,6 +1,7 @@
 //! Joint angles from quaternions: those of simulated motions come back, whatever the signs of the
 //! quaternions, gaps and lengths.
 
+use lamc_tests::compare::{keep_largest, largest};
 use std::f64::consts::TAU;
 
 use lamc::pipeline::Compiled;
@@ -68,18 +69,15 @@ fn a_six_bar_gives_its_angles_back() {
     for (joint, measured) in found.iter().enumerate() {
         let measured = measured.as_ref().unwrap();
         assert!(measured.axis.is_some() && measured.misalignment < 1e-9, "{measured:?}");
-        let span = motion
-            .iter()
-            .map(|q| q[joint])
-            .fold((f64::MAX, f64::MIN), |(low, high), q| (low.min(q), high.max(q)));
-        assert!(span.1 - span.0 > 0.1, "`{}` hardly moves", measured.name);
+        let moved = largest(motion.iter().map(|q| q[joint] - motion[0][joint]));
+        assert!(moved > 0.1, "`{}` hardly moves", measured.name);
         for (sample, q) in motion.iter().enumerate() {
-            worst = worst.max((measured.angle[sample] - q[joint]).abs());
+            worst = keep_largest(worst, (measured.angle[sample] - q[joint]).abs());
         }
         // Rates in the middle of the record.
-        let fastest = speeds.iter().map(|u| u[joint].abs()).fold(0.0, f64::max);
+        let fastest = largest(speeds.iter().map(|u| u[joint]));
         for (rate, u) in measured.rate.iter().zip(&speeds).take(300).skip(60) {
-            slowest = slowest.max((rate - u[joint]).abs() / fastest);
+            slowest = keep_largest(slowest, (rate - u[joint]).abs() / fastest);
         }
     }
     println!("angles within {worst:e} rad, rates within {slowest:e} of the fastest");

@@ -1,6 +1,7 @@
 //! Recorded motions: poses against points, accelerations against differences of rates.
 
 use lamc_runtime::{Dopri5, Integrator, State, System, assemble};
+use lamc_tests::compare::largest;
 use lamc_tests::{EXAMPLES, compile, workspace};
 use lamc_workbench::execution::Jit;
 use lamc_workbench::motion::Motion;
@@ -26,7 +27,7 @@ fn poses_carry_points_and_accelerations_are_those_of_the_rates() {
             assert_eq!(run.and_then(|()| motion.record(&system, &state)), Ok(()), "{name}");
         }
         let [before, at, after] = motion.samples.as_slice() else { unreachable!() };
-        let largest = at.acceleration.iter().fold(0.0_f64, |most, a| most.max(a.abs()));
+        let largest = largest(&at.acceleration);
         for (joint, a) in at.acceleration.iter().enumerate() {
             let slope = (after.u[joint] - before.u[joint]) / (after.t - before.t);
             assert!((slope - a).abs() < 1e-5 * largest, "{name}: {slope} is not {a}");

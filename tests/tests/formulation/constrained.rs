@@ -16,6 +16,7 @@
 //! ([`udwadia::cut`]). Of motions less than 1e-4 rad from the flat state the last digits of J decide:
 //! there, and only there, what rounding amounts to ([`Constrained::by_rounding`]) is allowed on top.
 
+use lamc_tests::compare::{keep_largest, largest};
 use std::fmt::{self, Display};
 
 use lamc::pipeline::Compiled;
@@ -126,7 +127,7 @@ struct Worst {
 impl Worst {
     fn note(&mut self, error: f64) {
         self.count += 1;
-        self.error = self.error.max(error);
+        self.error = keep_largest(self.error, error);
     }
 }
 
@@ -190,7 +191,7 @@ impl Bench<'_> {
         self.system.write_equations(0.0, q, u, out);
         let rows = nine_rows(&self.compiled.topology, q, u);
         let (residual, jacobian) = self.closure(q);
-        let openness = (residual.amax() / self.system.size()).max(4.0 * f64::EPSILON);
+        let openness = (largest(&residual) / self.system.size()).max(4.0 * f64::EPSILON);
         let nine = Equations {
             mass: DMatrix::from_row_slice(n, n, &mass),
             forcing: DVector::from_vec(forcing),
@@ -258,9 +259,9 @@ impl Bench<'_> {
             };
             let slope = |steps: f64| velocity(steps * H) - velocity(-steps * H);
             let gamma = (slope(1.0) * 45.0 - slope(2.0) * 9.0 + slope(3.0)) / (60.0 * H);
-            exact.note((self.closure(&q).0 - &rows.residual).amax() / rows.residual.amax());
-            exact.note((velocity(0.0) - &rows.velocity).amax() / rows.velocity.amax());
-            differenced.note((gamma - &rows.gamma).amax() / rows.gamma.amax());
+            exact.note(largest(&(self.closure(&q).0 - &rows.residual)) / largest(&rows.residual));
+            exact.note(largest(&(velocity(0.0) - &rows.velocity)) / largest(&rows.velocity));
+            differenced.note(largest(&(gamma - &rows.gamma)) / largest(&rows.gamma));
         }
         let name = self.linkage.name;
         println!("{name}: kinematics to {exact}, gamma to differences {differenced}");

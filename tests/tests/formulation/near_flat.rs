@@ -9,6 +9,7 @@ use lamc_runtime::{
     Balance, Integrator, Mechanism, Rodas, State, System, acceleration, acceleration_and_forces,
     acceleration_in_motion, assemble, equilibrium, project,
 };
+use lamc_tests::compare::largest;
 use lamc_tests::near_flat::{NearFlat, NearFlatState};
 use lamc_tests::{EXAMPLES, compile, dopri5, relative_error, workspace};
 use lamc_workbench::execution::Jit;
@@ -93,7 +94,7 @@ fn reactions_balance_the_weight_at_rest() {
     let mut workspace = system.workspace();
     equilibrium(&system, 0.0, &mut state.q, &mut workspace).unwrap();
     let (q, u) = (&state.q[..], vec![0.0; state.q.len()]);
-    let furthest = q.iter().fold(0.0_f64, |most, q| most.max(q.abs()));
+    let furthest = largest(q);
     assert!(furthest > 1e-4 && furthest < 1e-3, "not next to flat: {q:?}");
 
     let d = system.dimensions();
@@ -105,7 +106,7 @@ fn reactions_balance_the_weight_at_rest() {
     let mut beside = vec![0.0; q.len()];
     let away = started(&system, &[(ROCKER, q[ROCKER] + 1e-3)]);
     acceleration(&system, 0.0, &away.q, &u, &mut workspace, &mut beside).unwrap();
-    let (left, beside) = (most(rates.iter().copied()), most(beside.into_iter()));
+    let (left, beside) = (largest(&rates), largest(beside));
     assert!(left <= 1e-9 * beside, "{left:e} rad/s^2 at rest, {beside:e} beside");
 
     let mut reactions = vec![0.0; 6 * q.len()];
@@ -147,11 +148,6 @@ fn record(system: &Jit, mut state: State<Vec<f64>, f64>, step: f64, count: usize
     motion
 }
 
-/// Largest magnitude.
-fn most(values: impl Iterator<Item = f64>) -> f64 {
-    values.fold(0.0, |most: f64, x| if x.is_nan() { f64::INFINITY } else { most.max(x.abs()) })
-}
-
 /// When the accelerations of a motion are not the derivatives of the speeds, by central differences over
 /// one and over two steps, whose difference bounds the error of the extrapolated one; `noise` is
 /// allowed on top, as a share of the acceleration, and 1e-10 of the largest of the motion.
@@ -159,21 +155,21 @@ fn off(name: &str, motion: &Motion, noise: f64) -> Vec<f64> {
     let mut off = Vec::new();
     let mut blurred = 0;
     let rates = motion.samples.iter().flat_map(|sample| &sample.acceleration);
-    let rounding = 1e-10 * most(rates.copied());
+    let rounding = 1e-10 * largest(rates.copied());
     for window in motion.samples.windows(5) {
         let [far_before, before, at, after, far_after] = window else { unreachable!() };
         let joints = 0..at.u.len();
         let slope = |from: &Sample, to: &Sample, i: usize| (to.u[i] - from.u[i]) / (to.t - from.t);
         let one = |i| slope(before, after, i);
         let change = |i| one(i) - slope(far_before, far_after, i);
-        let own = most(joints.clone().map(change));
-        let largest = most(at.acceleration.iter().copied());
-        let bound = own + noise * largest + rounding;
-        let error = most(joints.map(|i| one(i) + change(i) / 3.0 - at.acceleration[i]));
+        let own = largest(joints.clone().map(change));
+        let fastest = largest(&at.acceleration);
+        let bound = own + noise * fastest + rounding;
+        let error = largest(joints.map(|i| one(i) + change(i) / 3.0 - at.acceleration[i]));
         if error > bound || error.is_infinite() {
             off.push(at.t);
         }
-        blurred += usize::from(bound > 2e-3 * largest);
+        blurred += usize::from(bound > 2e-3 * fastest);
     }
     // A bound as large as the acceleration would pass anything.
     assert!(20 * blurred < motion.samples.len(), "{name}: {blurred} samples are too far apart");
@@ -192,7 +188,7 @@ fn accelerations_are_the_derivatives_of_the_speeds() {
     let start = started(&system, &[(ROCKER, 8_f64.to_radians())]);
     let motion = record(&system, start, 1e-5, 13_000);
     let end = motion.samples.last().unwrap();
-    assert!(most(end.q.iter().copied()) < 1e-2, "not next to flat: {end:?}");
+    assert!(largest(&end.q) < 1e-2, "not next to flat: {end:?}");
     assert_eq!(off("to rest", &motion, MOVING), [0.0; 0]);
     // Three freedoms: most motions pass by the flat state, not through it.
     for state in states("sixbar").iter().filter(|state| state.distance >= NEAREST) {
@@ -219,7 +215,7 @@ fn methods_leave_a_state_next_to_flat_by_the_same_branch() {
     let mut rodas = Rodas::new(&system);
     (rodas.relative, rodas.absolute) = (1e-9, 1e-9);
     rodas.run(&system, &mut implicit, 0.05, |_| ()).unwrap();
-    let apart = most(explicit.q.iter().zip(&implicit.q).map(|(x, y)| x - y));
+    let apart = largest(explicit.q.iter().zip(&implicit.q).map(|(x, y)| x - y));
     assert!(apart <= 1e-6, "{apart:e} rad apart");
 }
 
@@ -247,7 +243,7 @@ where
         let (rest, mut out) = ([0.0; N], [0.0; N]);
         let found = acceleration(model, 0.0, &rounded, &rest, single.as_mut(), &mut out).unwrap();
         let error = relative_error(&out.map(f64::from), &expected);
-        let distance = most(q.into_iter());
+        let distance = largest(q);
         if distance >= good {
             assert!(error <= 1e-5, "{name} at {distance:e} rad: {error:e}");
             assert_eq!(found.rank, true_rank, "{name} at {distance:e} rad");

@@ -6,15 +6,14 @@ use lamc_runtime::{EquationsMut, System, acceleration, assemble, project};
 use lamc_tests::expression::Values;
 use lamc_tests::newton_euler::{solve, tree_mass_matrix};
 use lamc_tests::random::{Lines, Random, Recipe, model};
-use lamc_tests::{DESIGNS, Reference, compile_text, relative_error, shared};
+use lamc_tests::{compile_text, published, relative_error};
 use nalgebra::DMatrix;
 
 /// Accelerations and energies of every reference state, to 1e-9 of the largest component.
 #[test]
 fn the_evaluator_agrees_with_the_reference() {
-    let Some(shared) = shared() else { return };
-    for stem in DESIGNS {
-        let reference = Reference::read(&shared, stem);
+    for design in published() {
+        let (stem, reference) = (design.name, &design.reference);
         let mechanism = reference.mechanism();
         for (index, state) in reference.states.iter().enumerate() {
             let values = Values { q: state.q.clone(), u: state.u.clone(), ..Values::default() };

@@ -1,20 +1,18 @@
-//! What a wrong model is answered with, pinned as text.
-//!
-//! `wrong/<name>.yaml` is the input, `wrong/<name>.stderr` what the user reads. `LAMC_BLESS=1`
-//! rewrites the answers: read every one that changed.
+//! Snapshots of the diagnostics for invalid models: `wrong/<name>.yaml` is the model, and
+//! `wrong/<name>.stderr` is what the user reads ([`golden`](lamc_tests::golden) says how to change them).
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use lamc::pipeline::{CompileError, compile};
 use lamc::source::SourceFile;
-use similar::TextDiff;
+use lamc_tests::golden::is_pinned;
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("wrong")
 }
 
-/// All that is said about the model at `path`, errors and warnings.
+/// The rendered errors and warnings about the model at `path`.
 fn check(path: &Path) -> String {
     let mut file = SourceFile::read(path.to_str().expect("a fixture's path is UTF-8")).unwrap();
     // The same text wherever the project lies.
@@ -28,36 +26,26 @@ fn check(path: &Path) -> String {
 }
 
 #[test]
-fn answers_are_as_pinned() {
-    let bless = std::env::var_os("LAMC_BLESS").is_some_and(|value| value == "1");
+fn diagnostics_are_as_pinned() {
     let mut inputs: Vec<_> = fs::read_dir(folder())
         .unwrap()
         .map(|entry| entry.unwrap().path())
         .filter(|path| path.extension().is_some_and(|extension| extension == "yaml"))
         .collect();
     inputs.sort();
-    assert!(inputs.len() >= 30, "only {} wrong inputs", inputs.len());
+    assert!(inputs.len() >= 30, "only {} invalid models", inputs.len());
     let mut wrong = Vec::new();
     for input in inputs {
         let pinned = input.with_extension("stderr");
         let answer = check(&input);
         assert!(answer.contains("error["), "{} is not wrong:\n{answer}", input.display());
-        if bless {
-            fs::write(&pinned, &answer).unwrap();
-        }
-        let expected = fs::read_to_string(&pinned).unwrap_or_default();
-        if answer != expected {
-            let diff = TextDiff::from_lines(&expected, &answer);
-            let diff = diff.unified_diff().header("pinned", "answer").to_string();
-            println!("{}:\n{diff}", pinned.display());
-            wrong.push(pinned);
-        }
+        wrong.extend((!is_pinned(&pinned, &answer)).then_some(pinned));
     }
-    assert!(wrong.is_empty(), "{} answers differ; LAMC_BLESS=1 rewrites them", wrong.len());
+    assert!(wrong.is_empty(), "{wrong:?} differ; `cargo xtask bless` rewrites them");
 }
 
 #[test]
-fn every_answer_has_its_input() {
+fn every_snapshot_has_its_model() {
     for entry in fs::read_dir(folder()).unwrap() {
         let path = entry.unwrap().path();
         assert!(path.with_extension("yaml").is_file(), "{} is left over", path.display());

@@ -1,24 +1,17 @@
-//! Assembly from rough guesses: a thousand for each example and each published design, every joint
-//! normally distributed with 0.5 rad.
+//! Assembly from rough guesses: a thousand for each example, each published mechanism and each
+//! drawing, every joint normally distributed with 0.5 rad.
 
 use std::f64::consts::TAU;
-use std::path::Path;
 
+use lamc::pipeline::Compiled;
 use lamc::program::Interpreter;
 use lamc_runtime::{Error, System, assemble};
 use lamc_tests::random::Random;
-use lamc_tests::{DESIGNS, EXAMPLES, compile, compile_text, shared, workspace};
+use lamc_tests::{EXAMPLES, compile, compile_text, designs, largest, workspace};
 
 const GUESSES: usize = 1000;
 
-/// By G. E. P. Box and M. E. Muller.
-fn normal(random: &mut Random) -> f64 {
-    let radius = (-2.0 * random.range(f64::MIN_POSITIVE, 1.0).ln()).sqrt();
-    radius * (TAU * random.range(0.0, 1.0)).cos()
-}
-
-fn check(name: &str, path: &Path) {
-    let compiled = compile(path);
+fn check(name: &str, compiled: &Compiled) {
     let system = Interpreter::new(&compiled.program);
     let n = system.dimensions().coordinates;
     let rows = 9 * system.dimensions().loops;
@@ -27,13 +20,13 @@ fn check(name: &str, path: &Path) {
     let (mut residual, mut jacobian) = (vec![0.0; rows], vec![0.0; rows * n]);
     let (mut closed, mut signs) = (0, 0);
     for _ in 0..GUESSES {
-        let guess: Vec<f64> = (0..n).map(|_| 0.5 * normal(&mut random)).collect();
+        let guess: Vec<f64> = (0..n).map(|_| 0.5 * random.normal()).collect();
         let mut q = guess.clone();
         if assemble(&system, 0.0, &mut q, &vec![false; n], &mut workspace).is_err() {
             continue;
         }
         system.write_closure(&q, &mut residual, &mut jacobian);
-        let open = residual.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        let open = largest(&residual);
         let inside = q.iter().enumerate().all(|(joint, &q)| {
             let [least, greatest] = system.limits(joint);
             q >= least && q <= greatest && q.abs() <= TAU / 2.0
@@ -48,15 +41,14 @@ fn check(name: &str, path: &Path) {
 #[test]
 fn of_the_examples() {
     for name in EXAMPLES {
-        check(name, &workspace().join(format!("examples/{name}.yaml")));
+        check(name, &compile(&workspace().join(format!("examples/{name}.yaml"))));
     }
 }
 
 #[test]
-fn of_the_published_designs() {
-    let Some(shared) = shared() else { return };
-    for name in DESIGNS {
-        check(name, &shared.join(format!("designs/{name}.cad.joints")));
+fn of_the_designs() {
+    for design in designs() {
+        check(design.name, &design.compiled);
     }
 }
 

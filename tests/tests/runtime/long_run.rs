@@ -2,6 +2,7 @@
 
 use lamc_generated::sixbar::Sixbar;
 use lamc_runtime::{Mechanism, Rk4, State, System};
+use lamc_tests::compare::{keep_largest, largest};
 
 /// Closure within 1e-9 of the size all the while, and energy lost to the dampers but for 1e-6 of
 /// what there was to lose.
@@ -28,9 +29,9 @@ fn sixty_seconds_at_a_kilohertz() {
         let middle = power(&state);
         rk4.step(&robot, &mut state, 1e-3).unwrap();
         lost += 1e-3 / 3.0 * (start + 4.0 * middle + power(&state));
-        let open = robot.closure(&state.q).residual.iter().fold(0.0_f64, |m, r| m.max(r.abs()));
-        worst_closure = worst_closure.max(open / robot.size());
-        worst_balance = worst_balance.max((total(&state) + lost - begin).abs());
+        let open = largest(&robot.closure(&state.q).residual);
+        worst_closure = keep_largest(worst_closure, open / robot.size());
+        worst_balance = keep_largest(worst_balance, (total(&state) + lost - begin).abs());
         lowest = lowest.min(total(&state));
     }
     let budget = begin - lowest;

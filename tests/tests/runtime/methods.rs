@@ -5,6 +5,7 @@ use lamc_runtime::{
     Dopri5, Error, Integrator, Mechanism, Rk4, Rodas, Scalar, SemiImplicitEuler, Stabilisation,
     State, System,
 };
+use lamc_tests::compare::{largest, largest_difference};
 
 /// Errors of RODASP at steps of fixed length fall as the fourth power, those of its continuous
 /// extension as the third at least, for free and for closed chains, in time-invariant models.
@@ -25,8 +26,7 @@ where
         // The controller starts small and grows by tens.
         let least = (end / step) as usize;
         assert!((least..least + 12).contains(&steps), "{steps} steps of {step}");
-        let errors = state.q.iter().zip(&reference.q).map(|(a, b)| (a - b).abs());
-        errors.fold(0.0, f64::max)
+        largest_difference(&state.q, &reference.q)
     };
     let errors: Vec<f64> = (0..3).map(|k| error(longest / f64::from(1 << k))).collect();
     println!("{errors:?}");
@@ -65,17 +65,13 @@ fn samples_between_implicit_steps_lie_on_the_motion() {
         dopri5.sample(&robot, &mut state, 0.2, times.clone(), |s| samples.push(s.q)).unwrap();
     });
     assert_eq!((implicit.len(), explicit.len()), (41, 41));
-    let worst = implicit
-        .iter()
-        .flatten()
-        .zip(explicit.iter().flatten())
-        .fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+    let worst = largest_difference(implicit.as_flattened(), explicit.as_flattened());
     assert!(worst < 1e-5, "{worst:e}");
 }
 
 fn drift(robot: &Sixbar<f64>, state: &State<[f64; 6], f64>) -> f64 {
     let residual = robot.closure(&state.q).residual;
-    residual.iter().fold(0.0_f64, |most, r| most.max(r.abs())) / robot.size()
+    largest(&residual) / robot.size()
 }
 
 /// Projection keeps loops closed to 1e-9, Baumgarte's way nearly, nothing not; in every integrator

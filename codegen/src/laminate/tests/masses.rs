@@ -1,5 +1,7 @@
 //! Plates against closed forms and against quadrature over a triangulation.
 
+use crate::compare::largest;
+use crate::uniform::Random;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::{body, material, mechanism, model, plate, point_mass, spanned};
@@ -21,9 +23,9 @@ fn of(body: Body) -> MassProperties {
 fn assert_close(found: &MassProperties, mass: f64, com: [f64; 3], inertia: Matrix3<f64>) {
     let com = Vector3::from(com);
     assert!((found.mass - mass).abs() <= 1e-12 * mass, "mass {} is not {mass}", found.mass);
-    let scale = com.amax().max(1e-3);
-    assert!((found.com - com).amax() <= 1e-12 * scale, "com {} is not {com}", found.com);
-    let worst = (found.inertia - inertia).amax() / inertia.amax();
+    let scale = largest(&com).max(1e-3);
+    assert!(largest(&(found.com - com)) <= 1e-12 * scale, "com {} is not {com}", found.com);
+    let worst = largest(&(found.inertia - inertia)) / largest(&inertia);
     assert!(worst <= 1e-12, "inertia {} is not {inertia}: {worst:e}", found.inertia);
 }
 
@@ -138,7 +140,7 @@ fn many_sided_polygon_tends_to_the_disk() {
         let found = single(vec![plate(&outline, &[])]);
         let mass = DENSITY * THICKNESS * std::f64::consts::PI * radius * radius;
         assert!(
-            (found.inertia[(0, 0)] - found.inertia[(1, 1)]).abs() < 1e-12 * found.inertia.amax()
+            (found.inertia[(0, 0)] - found.inertia[(1, 1)]).abs() < 1e-12 * largest(&found.inertia)
         );
         found.inertia[(2, 2)] / (mass * radius * radius / 2.0) - 1.0
     };
@@ -216,11 +218,8 @@ fn triangle([a, b, c]: [[f64; 2]; 3]) -> [f64; 6] {
 
 #[test]
 fn random_polygons_agree_with_quadrature_and_turn_and_shift_along() {
-    let mut seed = 7_u64;
-    let mut random = || {
-        seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (seed >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let mut numbers = Random::new(7);
+    let mut random = || numbers.range(0.0, 1.0);
     for _ in 0..200 {
         // Star-shaped about a centre: its fan of triangles is a triangulation.
         let n = 3 + (random() * 30.0) as usize;
@@ -271,8 +270,8 @@ fn random_polygons_agree_with_quadrature_and_turn_and_shift_along() {
             .collect();
         let moved = single(vec![plate(&moved, &[])]);
         let expected = turn * found.inertia * turn.inverse();
-        let rounding = (moved.inertia - expected).amax() / expected.amax();
+        let rounding = largest(&(moved.inertia - expected)) / largest(&expected);
         assert!(rounding < 1e-11, "{rounding:e}");
-        assert!((moved.com - (turn * found.com + shift)).amax() < 1e-14);
+        assert!(largest(&(moved.com - (turn * found.com + shift))) < 1e-14);
     }
 }

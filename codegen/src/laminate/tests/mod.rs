@@ -1,9 +1,8 @@
-//! Mass properties against closed forms, quadrature and published designs; what is refused.
+//! Mass properties against closed forms and quadrature; models that are refused.
 
 mod hinges;
 mod masses;
 mod neighbours;
-mod published;
 mod refusals;
 
 use super::{Mechanism, build};

@@ -1,89 +1,105 @@
-//! The published designs: sizes by hand count, parents as computed by others, exact round trips.
-
-use std::path::Path;
+//! Drawings in popupCAD's format: sizes counted by hand, joints as written down beside the drawings, exact
+//! round trips.
 
 use super::*;
 
-const DESIGNS: [&str; 4] = ["W_3.5", "pendulum2", "newMechanism", "4th_Design"];
+const DRAWINGS: [&str; 4] = ["drawn_pendulum", "drawn_fourbar", "drawn_sixbar", "drawn_sarrus"];
 
-/// The folder of published designs, beside the workspace; a loud message where it is not.
-fn designs() -> Option<&'static Path> {
-    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/designs"));
-    if !folder.is_dir() {
-        println!("NOT TESTED: the published designs are not at ../shared/designs");
-        return None;
-    }
-    Some(folder)
+fn path(name: &str) -> String {
+    format!("{}/../tests/data/drawings/{name}", env!("CARGO_MANIFEST_DIR"))
 }
 
-fn design(folder: &Path, name: &str) -> SourceModel {
-    let path = folder.join(format!("{name}.cad.joints"));
-    let file = SourceFile::read(path.to_str().unwrap()).unwrap();
+fn drawing(name: &str) -> SourceModel {
+    let file = SourceFile::read(&path(&format!("{name}.cad.joints"))).unwrap();
     let (model, warnings) = parse(&file).unwrap_or_else(|e| panic!("{}", e.render(&file, false)));
     assert_eq!(warnings, Diagnostics::default());
     model
 }
 
+/// The number of plates in each layer.
+fn plates(body: &Body) -> Vec<usize> {
+    let Shape::Plates(layers) = &body.shape else { panic!("{} is no plate", body.name.value) };
+    layers.iter().map(Vec::len).collect()
+}
+
+fn materials(model: &SourceModel) -> Vec<(&str, f64)> {
+    model.materials.iter().map(|m| (m.name.value.as_str(), m.density.value)).collect()
+}
+
 #[test]
-fn designs_are_read() {
-    let Some(folder) = designs() else { return };
-    for (name, bodies, joints, identifier) in [
-        ("W_3.5", 2, 1, "W_3_5"),
-        ("pendulum2", 4, 3, "pendulum2"),
-        ("newMechanism", 4, 4, "newMechanism"),
-        ("4th_Design", 6, 6, "m4th_Design"),
+fn drawings_are_read() {
+    for (name, bodies, joints) in [
+        ("drawn_pendulum", 2, 1),
+        ("drawn_fourbar", 4, 4),
+        ("drawn_sixbar", 6, 6),
+        ("drawn_sarrus", 6, 6),
     ] {
-        let model = design(folder, name);
-        assert_eq!(model.name.value, identifier);
+        let model = drawing(name);
+        assert_eq!(model.name.value, name);
         assert_eq!((model.bodies.len(), model.joints.len()), (bodies, joints), "{name}");
         assert_eq!(model.bodies.iter().filter(|body| body.fixed).count(), 1, "{name}");
         // All digits of a double: no hinge line is moved.
         assert!(model.tolerance < 1e-16, "{name}: {:e}", model.tolerance);
-        // rigid, adhesive, flexible, adhesive, rigid: equal ones are one material.
-        let names: Vec<_> = model.materials.iter().map(|m| m.name.value.as_str()).collect();
-        assert_eq!(names, ["rigid", "adhesive", "flexible"], "{name}");
-        assert_eq!(model.layup, [0, 1, 2, 1, 0], "{name}");
-        for body in &model.bodies {
-            let Shape::Plates(layers) = &body.shape else { panic!("{name}") };
-            assert_eq!(layers.iter().map(Vec::len).collect::<Vec<_>>(), [1; 5], "{name}");
-        }
-        assert!(model.joints.iter().all(|j| j.limits.as_ref().map(|l| l.value) == Some([-PI, PI])));
     }
-    let sixbar = design(folder, "4th_Design");
-    let joint = &sixbar.joints[0];
-    assert!(matches!(&joint.spring, Spring::Stiffness(k) if k.value == Expression::Number(0.0114)));
-    assert_eq!(
-        (&joint.damping.value, joint.z),
-        (&Expression::Number(3.5e-6), 0.0030749999999999996)
-    );
-    assert_eq!(joint.axis.value[0], [0.009331878857394406, -0.029306516282004123]);
-    assert!(sixbar.bodies[2].fixed);
 }
 
-/// Stiffness, hinge line and orientation of every joint, as computed independently.
+/// rigid, adhesive, flexible, adhesive, rigid: equal layers are one material.
+#[test]
+fn equal_layers_share_a_material() {
+    let model = drawing("drawn_fourbar");
+    let expected = [("rigid", 1400.0), ("adhesive", 1050.0), ("flexible", 1420.0)];
+    assert_eq!(materials(&model), expected);
+    assert_eq!(model.layup, [0, 1, 2, 1, 0]);
+    assert!(model.bodies.iter().all(|body| plates(body) == [1; 5]));
+    let Shape::Plates(layers) = &model.bodies[0].shape else { panic!("no plates") };
+    let holes: Vec<_> = layers.iter().map(|layer| layer[0].holes.len()).collect();
+    assert_eq!(holes, [2, 2, 0, 2, 2]);
+}
+
+/// Two storeys: layers without plates, a layer with two, and two adhesives of one name.
+#[test]
+fn layers_may_be_empty_and_materials_of_one_name_differ() {
+    let model = drawing("drawn_sarrus");
+    let expected = [
+        ("card", 800.0),
+        ("adhesive", 1050.0),
+        ("film", 1390.0),
+        ("spacer", 120.0),
+        ("adhesive_2", 980.0),
+    ];
+    assert_eq!(materials(&model), expected);
+    assert_eq!(model.layup, [0, 1, 2, 3, 2, 4, 0]);
+    assert_eq!(plates(&model.bodies[1]), [1, 2, 2, 0, 0, 0, 0]);
+    assert_eq!(plates(&model.bodies[5]), [0, 0, 0, 0, 1, 1, 1]);
+}
+
+/// Every joint: hinge line, orientation, laws and limits as written down by hand.
 #[test]
 fn joints_agree_with_the_reference() {
-    let Some(folder) = designs() else { return };
-    for name in DESIGNS {
-        let model = design(folder, name);
-        let path = folder.join(format!("../reference/{name}.json"));
-        let reference: serde_json::Value =
-            serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+    for name in DRAWINGS {
+        let model = drawing(name);
+        let text = std::fs::read_to_string(path(&format!("{name}.json"))).unwrap();
+        let reference: serde_json::Value = serde_json::from_str(&text).unwrap();
         let joints = reference["joints"].as_array().unwrap();
         assert_eq!(joints.len(), model.joints.len(), "{name}");
         for (expected, joint) in joints.iter().zip(&model.joints) {
-            let text = |key: &str| expected[key].as_str().unwrap().trim_start_matches("ghost of ");
+            let text = |key: &str| expected[key].as_str().unwrap();
             let [parent, child] =
                 joint.bodies.each_ref().map(|b| &model.bodies[b.value.index()].name.value);
-            assert_eq!(
-                (parent.as_str(), child.as_str()),
-                (text("parent"), text("child")),
-                "{name}"
-            );
+            let bodies = (parent.as_str(), child.as_str());
+            assert_eq!(bodies, (text("parent"), text("child")), "{name}");
             let number = |value: &serde_json::Value| value.as_f64().unwrap();
             let Spring::Stiffness(stiffness) = &joint.spring else { panic!("{name}") };
             assert_eq!(stiffness.value, Expression::Number(number(&expected["stiffness"])));
             assert_eq!(joint.damping.value, Expression::Number(number(&expected["damping"])));
+            let Expression::Number(rest) = joint.rest.value else { panic!("{name}") };
+            let limits = joint.limits.as_ref().unwrap().value;
+            let due = &expected["limits"];
+            for (angle, expected) in
+                [(rest, &expected["rest"]), (limits[0], &due[0]), (limits[1], &due[1])]
+            {
+                assert!((angle - number(expected)).abs() <= 1e-15, "{name}: {angle}");
+            }
             let [from, to] = joint.axis.value;
             let length = (to[0] - from[0]).hypot(to[1] - from[1]);
             for i in 0..2 {
@@ -97,10 +113,9 @@ fn joints_agree_with_the_reference() {
 }
 
 #[test]
-fn designs_survive_being_written() {
-    let Some(folder) = designs() else { return };
-    for name in DESIGNS {
-        assert_round_trip(&design(folder, name));
+fn drawings_survive_being_written() {
+    for name in DRAWINGS {
+        assert_round_trip(&drawing(name));
     }
 }
 

@@ -1,6 +1,7 @@
 //! Texts that are out to break the reader: each must end in a diagnostic, soon and without panic.
 
 use super::*;
+use crate::uniform::Random;
 
 fn code(text: &str) -> &'static str {
     faults(text)[0].0
@@ -61,12 +62,8 @@ fn damaged_files_do_not_panic() {
         "", "[", "}", "'", "\"", ": ", "\u{feff}", "é", "&a ", "*a", "1e999", "-", "!!x ", "\r",
         "\0", "^^", "<<: *a", "<<: {",
     ];
-    // A linear congruential generator (Knuth's MMIX): the same damage every time.
-    let mut state = 1_u64;
-    let mut random = |bound: usize| {
-        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (state >> 33) as usize % bound.max(1)
-    };
+    let mut numbers = Random::new(1);
+    let mut random = |bound: usize| numbers.below(bound);
     let mut models = 0;
     for round in 0..4000 {
         let mut text = if round % 2 == 0 { EVERYTHING } else { POPUPCAD }.to_owned();

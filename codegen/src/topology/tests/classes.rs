@@ -1,5 +1,6 @@
 //! Classes of hinge lines, where closure is written, near misses.
 
+use crate::compare::largest;
 use nalgebra::{Matrix3, Vector3};
 
 use super::{codes, hinge, ray, topology};
@@ -29,12 +30,12 @@ fn assert_frame(topology: &Topology) {
     let closed = &topology.loops[0];
     let [p1, p2, p3] = closed.points;
     let (x, y) = (closed.frame.column(0), closed.frame.column(1));
-    assert!((closed.frame.transpose() * closed.frame - Matrix3::identity()).amax() < 1e-15);
+    assert!(largest(&(closed.frame.transpose() * closed.frame - Matrix3::identity())) < 1e-15);
     assert!((closed.frame.determinant() - 1.0).abs() < 1e-15);
     let length = (p2 - p1).norm();
-    let rounding = 1e-15 * (1.0 + p1.amax());
-    assert!((p2 - p1 - x * length).amax() < rounding);
-    assert!((p3 - p1 - y * length).amax() < rounding);
+    let rounding = 1e-15 * (1.0 + largest(&p1));
+    assert!(largest(&(p2 - p1 - x * length)) < rounding);
+    assert!(largest(&(p3 - p1 - y * length)) < rounding);
     assert!(length > 0.05 * topology.mechanism.size && length <= topology.mechanism.size);
 }
 
@@ -51,7 +52,7 @@ fn spherical_centre_is_found_and_is_a_point_of_the_frame() {
         assert_eq!(closed.points[0], Vector3::new(centre[0], centre[1], 0.0));
         assert_eq!(closed.rows, rows(&[(1, 1), (1, 2), (2, 2)]));
         let closing = &topology.mechanism.joints[closed.joint.index()];
-        assert!(closed.frame.column(0).cross(&closing.direction).amax() < 1e-15);
+        assert!(largest(&closed.frame.column(0).cross(&closing.direction)) < 1e-15);
     }
     // Where the lines would meet need not be where they end.
     let far = [0.1_f64, 1.4, 2.9, 4.6].map(|a| [0.2 * a.cos(), 0.2 * a.sin()]);
@@ -71,7 +72,7 @@ fn planar_frame_has_the_normal_along_z() {
     assert_frame(&topology);
     let closed = &topology.loops[0];
     let LoopClass::Planar { normal } = closed.class else { panic!("not planar") };
-    assert!(closed.frame.column(2).cross(&normal).amax() < 1e-15);
+    assert!(largest(&closed.frame.column(2).cross(&normal)) < 1e-15);
     assert_eq!(closed.frame.column(1), Vector3::z());
     assert_eq!(closed.rows, rows(&[(0, 0), (0, 1), (1, 1)]));
     assert_eq!(

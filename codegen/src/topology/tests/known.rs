@@ -1,5 +1,6 @@
 //! Mobilities known from the literature.
 
+use crate::compare::largest;
 use std::f64::consts::PI;
 
 use super::{Hinge, codes, hinge, largest_gap, mechanism, rank_of_rows, ray, topology};
@@ -31,8 +32,8 @@ fn check(hinges: &[Hinge], expected: (Class, usize, usize)) -> Topology {
     assert_eq!(codes(&topology.warnings), [""; 0]);
     let q = topology.assembled.as_ref().expect("an assembled configuration");
     assert!(largest_gap(&topology, q) < 1e-10);
-    let largest = q.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
-    assert!((0.3..=PI).contains(&largest), "{q:?}");
+    let furthest = largest(q);
+    assert!((0.3..=PI).contains(&furthest), "{q:?}");
     assert_eq!(rank_of_rows(&topology, q), expected.1);
     topology
 }

@@ -7,6 +7,7 @@ mod rounded;
 mod sheets;
 mod trees;
 
+use crate::compare::largest;
 use nalgebra::{
     DMatrix, DVector, Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3,
 };
@@ -125,7 +126,7 @@ pub fn largest_gap(topology: &Topology, q: &[f64]) -> f64 {
     };
     let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let pairs = topology.loops.iter().flat_map(|closed| points.map(|at| (closed, at)));
-    pairs.map(|(closed, at)| gap(closed, at)).fold(0.0, f64::max)
+    largest(pairs.map(|(closed, at)| gap(closed, at)))
 }
 
 /// The rank of the chosen closure rows of all loops at a closed configuration, by differences of
@@ -156,5 +157,5 @@ pub fn rank_of_rows(topology: &Topology, q: &[f64]) -> usize {
         .collect();
     let values = DMatrix::from_columns(&columns).singular_values();
     // Differences are good to H^2.
-    values.iter().filter(|value| **value > 1e-6 * values.amax()).count()
+    values.iter().filter(|value| **value > 1e-6 * largest(&values)).count()
 }

@@ -1,5 +1,6 @@
 //! Rounded drawings: what hinge lines have in common survives a few decimals.
 
+use crate::uniform::Random;
 use std::f64::consts::{PI, TAU};
 
 use super::{Hinge, codes, hinge, largest_gap, mechanism, ray};
@@ -232,12 +233,8 @@ fn lines_of_one_direction_share_its_bits() {
 
 #[test]
 fn random_loops_at_three_decimals_are_what_they_were() {
-    let mut state = 7_u64;
-    let mut random = |low: f64, high: f64| {
-        state =
-            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        low + (high - low) * ((state >> 11) as f64 / (1_u64 << 53) as f64)
-    };
+    let mut numbers = Random::new(7);
+    let mut random = |low: f64, high: f64| numbers.range(low, high);
     for case in 0..60 {
         let n = 4 + case % 3;
         let angle = random(0.0, TAU);

@@ -1,5 +1,6 @@
 //! A drawing of few decimals at the command line.
 
+use super::compare::largest;
 use std::fs;
 use std::process::{Command, Output};
 
@@ -63,7 +64,7 @@ fn its_motion_is_the_exact_one_to_the_size_of_the_rounding() {
     for (degrees, decimals) in [(37.3, 2), (37.3, 4), (123.0, 7), (-71.0, 10), (200.0, 12)] {
         let rounded = motion(&four_bar(degrees, decimals, FOLDED));
         let angles = exact.iter().zip(&rounded).flat_map(|(a, b)| a[1..5].iter().zip(&b[1..5]));
-        let off = angles.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let off = largest(angles.map(|(a, b)| a - b));
         // A link of 35 mm, and a motion of some radians that takes small errors some ten times.
         let rounding = 0.5 * 10_f64.powi(-(decimals as i32)) / 35.0;
         assert!(off <= 20.0 * rounding + 1e-9, "{off:e} at {degrees} deg, {decimals} decimals");

@@ -1,6 +1,7 @@
 //! Pictures against the poses they show: corners by another projection, bodies by rays; videos
 //! against the pictures they are made of, by another decoder.
 
+use super::compare::{largest, maximum};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -108,9 +109,8 @@ fn corners_are_where_the_poses_say() {
                     .collect();
                 for direction in 0..24 {
                     let (s, c) = (f64::from(direction) * std::f64::consts::PI / 12.0).sin_cos();
-                    let reach = |places: &[[f64; 2]]| {
-                        places.iter().map(|[x, y]| c * x + s * y).fold(f64::NEG_INFINITY, f64::max)
-                    };
+                    let reach =
+                        |places: &[[f64; 2]]| maximum(places.iter().map(|[x, y]| c * x + s * y));
                     let (found, wanted) = (reach(&shown), reach(&expected));
                     assert!(
                         (found - wanted).abs() < 1.3,
@@ -211,7 +211,7 @@ fn everything_is_in_the_picture() {
         let share = |axis: usize| {
             let middle = SIZE[axis] as f64 / 2.0;
             let places = swept.iter().map(|point| camera.project(point)[axis]);
-            places.map(|place| (place - middle).abs() / middle).fold(0.0, f64::max)
+            largest(places.map(|place| (place - middle) / middle))
         };
         let (across, along) = (share(0), share(1));
         prop_assert!(across < 0.95 && along < 0.95, "{} {}", across, along);

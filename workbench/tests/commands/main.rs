@@ -1,0 +1,16 @@
+//! The command `lamc` as a user meets it, and what its commands are made of.
+
+mod broken;
+mod common;
+#[allow(dead_code, reason = "a part of it serves here")]
+#[path = "../../../tests/src/compare.rs"]
+mod compare;
+mod compile;
+mod files;
+mod meaning;
+mod measured;
+mod pictures;
+mod rounded;
+mod simulate;
+mod states;
+mod waiting;
