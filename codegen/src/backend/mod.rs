@@ -4,7 +4,6 @@ pub mod c;
 pub mod fmu;
 pub mod identifiers;
 pub mod literal;
-pub mod parts;
 pub mod python;
 pub mod rust;
 pub mod statements;

@@ -5,9 +5,8 @@
 //! products that one sum adds or subtracts: what remains has a name of the derivation.
 
 use super::identifiers::Names;
-use super::parts::{Angle, Parts, angles, is_read};
 use crate::kane::{Section, Subject};
-use crate::program::{Function, Op, Program, Slot, Value};
+use crate::program::{Angle, Function, Op, Parts, Program, Slot, Value, angles, is_read};
 
 /// Operations written into one expression at most.
 const LONGEST_EXPRESSION: usize = 10;

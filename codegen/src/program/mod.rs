@@ -17,6 +17,7 @@ mod ir;
 mod lowering;
 mod number;
 mod op;
+mod parts;
 mod schedule;
 mod signature;
 mod solution;
@@ -30,6 +31,7 @@ pub use cost::Cost;
 pub use executable::{Engine, Executable, UnknownName};
 pub use interpreter::{Interpretation, Interpreter};
 pub use ir::*;
+pub use parts::{Angle, Part, Parts, angles, is_read};
 pub use signature::*;
 pub use verify::{VerifyError, verify};
 

@@ -42,7 +42,7 @@ fn formula() -> Section {
 }
 
 /// A random straight-line function over coordinates, small constants and + - * / neg sin.
-fn functions() -> impl Strategy<Value = Function> {
+pub(super) fn functions() -> impl Strategy<Value = Function> {
     let choice = (0..9_u8, any::<prop::sample::Index>(), any::<prop::sample::Index>(), -2..=2_i8);
     prop::collection::vec(choice, 1..60).prop_map(|choices| {
         let mut ops: Vec<Op> = (0..LOADS).map(|j| Op::Load(Slot::Position(JointId(j)))).collect();

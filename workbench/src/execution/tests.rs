@@ -56,23 +56,7 @@ fn functions() -> impl Strategy<Value = Function> {
 
 /// A program of this one function.
 fn program(function: Function) -> Program {
-    let interface = Interface {
-        name: String::new(),
-        source_name: String::new(),
-        source_hash: String::new(),
-        joints: Vec::new(),
-        bodies: Vec::new(),
-        nodes: Vec::new(),
-        points: Vec::new(),
-        parameters: Vec::new(),
-        inputs: Vec::new(),
-        rows: 0,
-        loops: Vec::new(),
-        cuts: Vec::new(),
-        rank: 0,
-        mobility: 0,
-        size: 1.0,
-    };
+    let interface = Interface { size: 1.0, ..Interface::default() };
     Program { interface, functions: vec![function] }
 }
 

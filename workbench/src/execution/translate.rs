@@ -6,24 +6,29 @@
 
 use std::collections::HashMap;
 use std::mem;
-use std::ops::Range;
 
 use cranelift_codegen::ir::condcodes::FloatCC;
-use cranelift_codegen::ir::types::F64;
-use cranelift_codegen::ir::{self, AbiParam, FuncRef, InstBuilder, MemFlags, Signature};
+use cranelift_codegen::ir::types::{F64, Type};
+use cranelift_codegen::ir::{
+    self, AbiParam, FuncRef, InstBuilder, MemFlags, Signature, StackSlot, StackSlotData,
+    StackSlotKind,
+};
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use cranelift_jit::JITModule;
 use cranelift_module::{Linkage, Module, ModuleError};
 
 use super::Code;
 use lamc::arithmetic;
-use lamc::program::{Function, Op, Value};
+use lamc::program::{Angle, Function, Op, Parts, Slot, Value, angles};
 
 /// What there is, or why the machine code cannot be had.
 pub(super) type Translated<T> = Result<T, Box<ModuleError>>;
 
 /// Operations of a part.
 const PART: usize = 1000;
+
+/// The name of [`sin_cos`].
+const SIN_COS: &str = "lamc_sin_cos";
 
 /// Defines functions of the host and lists them with their names and addresses.
 macro_rules! host_functions {
@@ -32,8 +37,10 @@ macro_rules! host_functions {
             $value
         })*
         /// What machine code calls: the functions of [`Op::evaluate`].
-        pub(super) const HOST_FUNCTIONS: &[(&str, fn() -> *const u8)] =
-            &[$((concat!("lamc_", stringify!($name)), || $name as *const u8)),*];
+        pub(super) const HOST_FUNCTIONS: &[(&str, fn() -> *const u8)] = &[
+            $((concat!("lamc_", stringify!($name)), || $name as *const u8),)*
+            (SIN_COS, || sin_cos as *const u8),
+        ];
     };
 }
 
@@ -49,7 +56,7 @@ host_functions! {
 }
 
 /// The name of the host's function for an operation.
-fn host_function(op: Op) -> Option<&'static str> {
+fn function_of_host(op: Op) -> Option<&'static str> {
     Some(match op {
         Op::Sin(_) => "lamc_sin",
         Op::Cos(_) => "lamc_cos",
@@ -63,17 +70,26 @@ fn host_function(op: Op) -> Option<&'static str> {
     })
 }
 
+/// Writes sine and cosine of an angle one after the other: where one is wanted, so is the other,
+/// nearly always.
+#[allow(unsafe_code)]
+unsafe extern "C" fn sin_cos(angle: f64, out: *mut [f64; 2]) {
+    let (sine, cosine) = arithmetic::sin_cos(angle);
+    // SAFETY: machine code hands over the address of a place of this size on its stack.
+    unsafe { *out = [sine, cosine] }
+}
+
 /// Compiles a function.
 pub(super) fn function(module: &mut JITModule, function: &Function) -> Translated<Code> {
     let layout = Layout::new(function);
     let mut context = module.make_context();
     let mut builder = FunctionBuilderContext::new();
     let mut names = Vec::new();
-    for range in parts(function.instructions.len()) {
+    for part in layout.parts.instructions() {
         context.func.signature = module.make_signature();
         context.func.signature.params.push(AbiParam::new(module.isa().pointer_type()));
         let mut builder = FunctionBuilder::new(&mut context.func, &mut builder);
-        Part::new(module, &mut builder, &layout, function).write(range)?;
+        Part::new(module, &mut builder, &layout, function).write(&part)?;
         builder.finalize();
         let name = module.declare_anonymous_function(&context.func.signature)?;
         module.define_function(name, &mut context)?;
@@ -96,28 +112,31 @@ pub(super) fn function(module: &mut JITModule, function: &Function) -> Translate
     })
 }
 
-fn parts(instructions: usize) -> impl Iterator<Item = Range<usize>> {
-    (0..instructions).step_by(PART).map(move |from| from..instructions.min(from + PART))
-}
-
-/// Which values have a cell.
+/// Which values have a cell: first what is read, then constants and outputs, then what one part
+/// computes for another.
 struct Layout {
-    loads: Vec<lamc::program::Slot>,
+    parts: Parts,
+    loads: Vec<Slot>,
     /// Of each value, where it has one.
     cells: Vec<Option<usize>>,
     /// Constants where they belong, zeros elsewhere.
     initial: Vec<f64>,
     outputs: Vec<Vec<usize>>,
+    /// Of each angle whose sine and cosine are both wanted, these.
+    pairs: HashMap<Value, [Value; 2]>,
 }
 
 impl Layout {
     fn new(function: &Function) -> Self {
         let instructions = &function.instructions;
+        let both = |pair: Angle| Some((pair.angle, [pair.sine?, pair.cosine?]));
         let mut layout = Self {
+            parts: Parts::of_at_most(function, PART),
             loads: Vec::new(),
             cells: vec![None; instructions.len()],
             initial: Vec::new(),
             outputs: Vec::new(),
+            pairs: angles(function).into_iter().filter_map(both).collect(),
         };
         for (index, instruction) in instructions.iter().enumerate() {
             if let Op::Load(slot) = instruction.op {
@@ -129,17 +148,18 @@ impl Layout {
             if let Op::Const(number) = instruction.op {
                 layout.cell(Value(index), number);
             }
-            for operand in instruction.op.operands() {
-                if operand.index() / PART != index / PART {
-                    layout.cell(operand, 0.0);
-                }
-            }
         }
         let mut outputs = Vec::new();
         for output in &function.outputs {
             outputs.push(output.entries.iter().map(|&entry| layout.cell(entry, 0.0)).collect());
         }
         layout.outputs = outputs;
+        // Cells of outputs are never used again, so that other parts may read these, too.
+        let shared = layout.initial.len();
+        for &(value, cell) in layout.parts.list.iter().flat_map(|part| &part.leaves) {
+            layout.cells[value.index()].get_or_insert(shared + cell);
+        }
+        layout.initial.resize(shared + layout.parts.cells, 0.0);
         layout
     }
 
@@ -163,6 +183,8 @@ struct Part<'a, 'b> {
     /// Values in registers.
     known: HashMap<usize, ir::Value>,
     host: HashMap<&'static str, FuncRef>,
+    /// Where [`sin_cos`] writes.
+    pair: Option<StackSlot>,
 }
 
 impl<'a, 'b> Part<'a, 'b> {
@@ -178,23 +200,39 @@ impl<'a, 'b> Part<'a, 'b> {
         builder.seal_block(block);
         let base = builder.block_params(block)[0];
         let (known, host) = (HashMap::new(), HashMap::new());
-        Self { module, builder, layout, function, base, known, host }
+        Self { module, builder, layout, function, base, known, host, pair: None }
     }
 
-    fn write(mut self, range: Range<usize>) -> Translated<()> {
-        for index in range {
-            let op = self.function.instructions[index].op;
-            if matches!(op, Op::Load(_) | Op::Const(_)) {
+    fn write(mut self, instructions: &[Value]) -> Translated<()> {
+        for &value in instructions {
+            let op = self.function.instructions[value.index()].op;
+            let is_done = self.known.contains_key(&value.index());
+            if is_done || matches!(op, Op::Load(_) | Op::Const(_)) {
                 continue;
             }
-            let value = self.operation(op)?;
-            self.known.insert(index, value);
-            if let Some(cell) = self.layout.cells[index] {
-                let offset = offset(cell)?;
-                self.builder.ins().store(MemFlags::trusted(), value, self.base, offset);
+            if let Op::Sin(angle) | Op::Cos(angle) = op
+                && let Some(&pair) = self.layout.pairs.get(&angle)
+                && pair.contains(&value)
+            {
+                let results = self.sine_and_cosine(angle)?;
+                for (value, result) in pair.into_iter().zip(results) {
+                    self.keep(value, result)?;
+                }
+            } else {
+                let result = self.operation(op)?;
+                self.keep(value, result)?;
             }
         }
         self.builder.ins().return_(&[]);
+        Ok(())
+    }
+
+    /// Remembers a value, and puts it into its cell if it has one.
+    fn keep(&mut self, value: Value, result: ir::Value) -> Translated<()> {
+        self.known.insert(value.index(), result);
+        if let Some(cell) = self.layout.cells[value.index()] {
+            self.builder.ins().store(MemFlags::trusted(), result, self.base, offset(cell)?);
+        }
         Ok(())
     }
 
@@ -211,10 +249,26 @@ impl<'a, 'b> Part<'a, 'b> {
         Ok(read)
     }
 
+    /// Sine and cosine of an angle, by one call.
+    fn sine_and_cosine(&mut self, angle: Value) -> Translated<[ir::Value; 2]> {
+        let angle = self.value(angle)?;
+        let pointer = self.module.isa().pointer_type();
+        let size = size_of::<[f64; 2]>();
+        let place = *self.pair.get_or_insert_with(|| {
+            let alignment = align_of::<f64>().trailing_zeros() as u8;
+            let data = StackSlotData::new(StackSlotKind::ExplicitSlot, size as u32, alignment);
+            self.builder.create_sized_stack_slot(data)
+        });
+        let address = self.builder.ins().stack_addr(pointer, place, 0);
+        let function = self.host_function(SIN_COS, &[F64, pointer], &[])?;
+        self.builder.ins().call(function, &[angle, address]);
+        Ok([0, size_of::<f64>() as i32].map(|at| self.builder.ins().stack_load(F64, place, at)))
+    }
+
     fn operation(&mut self, op: Op) -> Translated<ir::Value> {
         let operands = op.operands().map(|operand| self.value(operand));
         let operands = operands.collect::<Translated<Vec<_>>>()?;
-        if let Some(name) = host_function(op) {
+        if let Some(name) = function_of_host(op) {
             return self.call(name, &operands);
         }
         let (x, y) = (operands[0], operands[operands.len() - 1]);
@@ -267,20 +321,28 @@ impl<'a, 'b> Part<'a, 'b> {
     }
 
     fn call(&mut self, name: &'static str, operands: &[ir::Value]) -> Translated<ir::Value> {
-        let function = match self.host.get(name) {
-            Some(&function) => function,
-            None => {
-                let mut signature: Signature = self.module.make_signature();
-                signature.params.resize(operands.len(), AbiParam::new(F64));
-                signature.returns.push(AbiParam::new(F64));
-                let id = self.module.declare_function(name, Linkage::Import, &signature)?;
-                let function = self.module.declare_func_in_func(id, self.builder.func);
-                self.host.insert(name, function);
-                function
-            }
-        };
+        let function = self.host_function(name, &[F64, F64][..operands.len()], &[F64])?;
         let call = self.builder.ins().call(function, operands);
         Ok(self.builder.inst_results(call)[0])
+    }
+
+    /// A function of the host with these parameters and results, declared once in each part.
+    fn host_function(
+        &mut self,
+        name: &'static str,
+        parameters: &[Type],
+        results: &[Type],
+    ) -> Translated<FuncRef> {
+        if let Some(&function) = self.host.get(name) {
+            return Ok(function);
+        }
+        let mut signature: Signature = self.module.make_signature();
+        signature.params.extend(parameters.iter().copied().map(AbiParam::new));
+        signature.returns.extend(results.iter().copied().map(AbiParam::new));
+        let id = self.module.declare_function(name, Linkage::Import, &signature)?;
+        let function = self.module.declare_func_in_func(id, self.builder.func);
+        self.host.insert(name, function);
+        Ok(function)
     }
 }
 

@@ -10,10 +10,9 @@ use super::Real;
 use super::description::{MACROS, fields};
 use crate::backend::identifiers::reserved;
 use crate::backend::literal::digits;
-use crate::backend::parts::Parts;
 use crate::backend::statements::{Expression, SineCosine, Statement, statements};
 use crate::backend::text::wrap;
-use crate::program::{Argument, Function, FunctionKind, Op, Program, Shape, Slot};
+use crate::program::{Argument, Function, FunctionKind, Op, Parts, Program, Shape, Slot};
 
 /// What C calls the operations that are functions there, without the suffix of `float`.
 const CALLS: [(&str, &str); 13] = [

@@ -11,14 +11,21 @@ use super::ScalarChoice;
 use super::items::{FieldNames, Syntax, number};
 use crate::backend::identifiers::reserved;
 use crate::backend::literal::digits;
-use crate::backend::parts::{Part, Parts};
 use crate::backend::statements::{Expression, Infix, SineCosine, Statement, Stretch, statements};
 use crate::backend::text::wrap;
-use crate::program::{Argument, Function, Program, Shape, Slot};
+use crate::program::{Argument, Function, Part, Parts, Program, Shape, Slot};
 
 /// What bodies call besides their arguments: the conversion of constants, the fused product, the
 /// array that parts of a function share, and the closure that takes the drives.
 pub const HELPERS: [&str; 4] = ["c", "mul_add", "kept", "visit"];
+
+/// Instructions of a function that is written as one: rustc 1.95 with optimisation and debug
+/// information overflows its stack at some 8,000 `let`s one after the other.
+const WHOLE: usize = 4000;
+
+/// Instructions of a part at most: shorter ones move more values through memory, longer ones take
+/// more time per instruction to compile.
+const PART: usize = 1000;
 
 /// Spaces in front of a statement.
 const INDENT: &str = "        ";
@@ -47,7 +54,7 @@ impl<'a> Bodies<'a> {
     /// What assigns every output of `function` to the array of its name; what the function reads
     /// has the names of [`given`].
     pub fn write(&mut self, function: &Function) -> TokenStream {
-        let parts = Parts::bounded(function);
+        let parts = parts(function);
         let reserved = reserved(function.kind.signature(), HELPERS);
         let stretches = statements(self.program, function, &parts, &reserved);
         if let [stretch] = &stretches[..] {
@@ -273,4 +280,10 @@ fn constant_text(scalar: ScalarChoice, number: f64) -> String {
         ScalarChoice::F32 if !number.is_finite() => format!("{literal} as f32"),
         _ => literal,
     }
+}
+
+/// One part where the function is short, else parts of bounded length.
+fn parts(function: &Function) -> Parts {
+    let is_short = function.instructions.len() <= WHOLE;
+    Parts::of_at_most(function, if is_short { WHOLE } else { PART })
 }

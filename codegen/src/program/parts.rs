@@ -1,26 +1,18 @@
 //! Long functions in parts of bounded length, each to be a function of its own: compilers take more
 //! than proportional time for a long block.
 //!
-//! What one part computes and later ones need goes through an array, whose cells are used again as
-//! soon as nobody needs what is in them.
+//! What one part computes and later ones need goes through an array. A cell is used again by a later
+//! part than the last one that reads it, so that within a part values may be read and put into cells
+//! in any order. The backends and the machine code of the workbench cut functions by this.
 
 use std::collections::{BTreeSet, HashMap};
 
-use crate::program::{Function, Op, Slot, Value};
-
-/// Instructions of a function that is written as one: rustc 1.95 with optimisation and debug
-/// information overflows its stack at some 8,000 `let`s one after the other.
-const WHOLE: usize = 4000;
-
-/// Instructions of a part at most: shorter ones move more values through memory, longer ones take
-/// more time per instruction to compile.
-const PART: usize = 1000;
+use super::ir::{Function, Op, Slot, Value};
 
 /// A part, by its values.
 #[derive(Clone, Debug, Default)]
 pub struct Part {
-    /// Values of earlier parts that are used here, and the cells they are in: to be read before
-    /// anything else.
+    /// Values of earlier parts that are used here, and the cells they are in.
     pub takes: Vec<(Value, usize)>,
     /// Values that later parts use, and the cells they are to be put in.
     pub leaves: Vec<(Value, usize)>,
@@ -44,17 +36,11 @@ pub struct Parts {
 impl Parts {
     /// A function as one.
     pub fn whole(function: &Function) -> Self {
-        Self::new(function, usize::MAX)
-    }
-
-    /// One part where the function is short, else parts of about equal length.
-    pub fn bounded(function: &Function) -> Self {
-        let is_short = function.instructions.len() <= WHOLE;
-        Self::new(function, if is_short { WHOLE } else { PART })
+        Self::of_at_most(function, usize::MAX)
     }
 
     /// Parts of about equal length, of so many instructions at most.
-    fn new(function: &Function, longest: usize) -> Self {
+    pub fn of_at_most(function: &Function, longest: usize) -> Self {
         let instructions = function.instructions.len();
         let count = instructions.div_ceil(longest).max(1);
         let length = instructions.div_ceil(count).max(1);
@@ -68,6 +54,15 @@ impl Parts {
         parts.find_uses(function);
         parts.give_cells(function);
         parts
+    }
+
+    /// The instructions of each part, in order.
+    pub fn instructions(&self) -> Vec<Vec<Value>> {
+        let mut lists = vec![Vec::new(); self.list.len()];
+        for (index, &home) in self.home.iter().enumerate() {
+            lists[home].push(Value(index));
+        }
+        lists
     }
 
     /// Whether only the part that computes a value uses it.
@@ -126,11 +121,7 @@ impl Parts {
         let mut free = BTreeSet::new();
         for part in 0..count {
             for &value in &uses[part] {
-                let cell = cell_of[value.index()];
-                self.list[part].takes.push((value, cell));
-                if self.last[value.index()] == part {
-                    free.insert(cell);
-                }
+                self.list[part].takes.push((value, cell_of[value.index()]));
             }
             for &value in &made[part] {
                 let cell = free.pop_first().unwrap_or_else(|| {
@@ -140,6 +131,8 @@ impl Parts {
                 cell_of[value.index()] = cell;
                 self.list[part].leaves.push((value, cell));
             }
+            let read_here = uses[part].iter().filter(|value| self.last[value.index()] == part);
+            free.extend(read_here.map(|value| cell_of[value.index()]));
         }
     }
 }
@@ -185,7 +178,59 @@ pub fn is_read(function: &Function, value: Value) -> bool {
     matches!(function.instructions[value.index()].op, Op::Load(_))
 }
 
-/// Whether a value can be had anywhere.
+/// Whether every part has the value without a cell.
 fn is_free(function: &Function, value: Value) -> bool {
     matches!(function.instructions[value.index()].op, Op::Load(_) | Op::Const(_))
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::program::tests::functions;
+
+    proptest! {
+        /// Every value is found where a part looks for it, however the parts order what they do.
+        #[test]
+        fn cells_hold_what_parts_take(function in functions(), longest in 1_usize..20) {
+            let parts = Parts::of_at_most(&function, longest);
+            let mut cells = vec![None; parts.cells];
+            let lists = parts.instructions();
+            prop_assert_eq!(lists.iter().map(Vec::len).sum::<usize>(), function.instructions.len());
+            for (index, (part, list)) in parts.list.iter().zip(&lists).enumerate() {
+                let taken: BTreeSet<_> = part.takes.iter().map(|(value, _)| *value).collect();
+                let of_pairs = list.iter().filter(|value| {
+                    matches!(function.instructions[value.index()].op, Op::Sin(_) | Op::Cos(_))
+                });
+                prop_assert!(list.len() <= longest + of_pairs.count());
+                for &(value, cell) in &part.takes {
+                    prop_assert_eq!(cells[cell], Some(value));
+                }
+                for &value in list {
+                    for operand in function.instructions[value.index()].op.operands() {
+                        let here = parts.home[operand.index()] == index;
+                        prop_assert!(here || is_free(&function, operand) || taken.contains(&operand));
+                        if let Op::Load(slot) = function.instructions[operand.index()].op {
+                            prop_assert!(part.reads.contains(&slot));
+                        }
+                    }
+                }
+                for &(value, cell) in &part.leaves {
+                    prop_assert!(!part.takes.iter().any(|&(_, taken)| taken == cell));
+                    cells[cell] = Some(value);
+                }
+            }
+        }
+
+        #[test]
+        fn sine_and_cosine_of_one_angle_are_in_one_part(function in functions()) {
+            let parts = Parts::of_at_most(&function, 5);
+            for pair in angles(&function) {
+                let homes: BTreeSet<_> =
+                    pair.members().map(|value| parts.home[value.index()]).collect();
+                prop_assert_eq!(homes.len(), 1);
+            }
+        }
+    }
 }
