@@ -32,7 +32,6 @@ impl Tolerance {
 
 /// The value of a constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum Value {
     /// A whole number, such as a limit of iterations.
     Count(usize),
@@ -46,7 +45,6 @@ pub enum Value {
 
 /// A constant as an entry of the table.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub struct Constant {
     /// The name, in Rust and in C.
     pub name: &'static str,
@@ -144,7 +142,7 @@ constants! {
     /// A row that changes by less than this share of the strongest per rad is redundant all along.
     FADING_RATE: f64 = 1e-3;
 
-    /// Speeds may lie across a direction that has nearly faded by this share and still show the branch.
+    /// Speeds may lie across a faded direction by this share and still show the branch.
     SPEED_ACROSS: f64 = 0.1;
 
     /// Speeds lie along a branch if no more of a row's change is along them than this times the row.
@@ -185,7 +183,7 @@ constants! {
     /// A joint is bent to one side from this angle on, rad.
     BENT_ANGLE: f64 = 1e-4;
 
-    /// A guess of more turns than this has no direction left in `f32`.
+    /// A guess of more turns than this has no direction left in single precision.
     MOST_TURNS: f64 = 1e6;
 
     // Assembly: steps that close loops (Levenberg-Marquardt).

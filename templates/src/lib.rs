@@ -16,8 +16,43 @@ pub const THREE: &str = include_str!("three.min.js");
 /// Header of a generated C module: also of a Rust module that exports the same functions.
 pub const C_HEADER: &str = include_str!("c_header.tera");
 
-/// A generated C module: the runtime's algorithms for fixed sizes, around the mechanism's functions.
+/// A generated C module: the mechanism's functions, then the runtime's algorithms in C.
 pub const C_SOURCE: &str = include_str!("c_source.tera");
+
+/// The runtime's constants as macros of C.
+pub const C_CONSTANTS: &str = include_str!("c_constants.tera");
+
+/// The runtime's algorithms in C, a file for each subject. They compile one by one as they are, with
+/// `c/algorithms.h` and a `mechanism.h`; a generated module contains those that it needs.
+pub mod c {
+    macro_rules! files {
+        ($($name:ident = $path:literal;)+) => {
+            $(#[doc = concat!("`", $path, "`")] pub const $name: &str = include_str!($path);)+
+        };
+    }
+
+    files! {
+        TYPES = "c/types.h";
+        NUMBERS = "c/numbers.c";
+        LINEAR_ALGEBRA = "c/linear_algebra.c";
+        CHOLESKY = "c/cholesky.c";
+        PSEUDOINVERSE = "c/pseudoinverse.c";
+        RANK = "c/rank.c";
+        CLOSURE_ROWS = "c/closure_rows.c";
+        PASSAGE = "c/passage.c";
+        ACCELERATION = "c/acceleration.c";
+        MOTORS = "c/motors.c";
+        PROJECTION = "c/projection.c";
+        PROJECTION_WITHOUT_CONSTRAINTS = "c/projection_without_constraints.c";
+        RUNGE_KUTTA = "c/runge_kutta.c";
+        FIXED_STEP = "c/fixed_step.c";
+        LIMITS = "c/limits.c";
+        ASSEMBLY_STEPS = "c/assembly_steps.c";
+        ASSEMBLY = "c/assembly.c";
+        ASSEMBLY_WITHOUT_LOOPS = "c/assembly_without_loops.c";
+        INITIAL = "c/initial.c";
+    }
+}
 
 /// Python around a generated C module.
 pub const PYTHON: &str = include_str!("python.py.tera");

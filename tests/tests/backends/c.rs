@@ -56,11 +56,12 @@ const RECIPES: [(u64, Recipe); 5] = [
 /// Steps of a motion, and their length, s.
 const STEPS: (usize, f64) = (200, 1e-3);
 
-const STRICT: [&str; 6] = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"];
+pub(super) const STRICT: [&str; 7] =
+    ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Werror"];
 
 type State64 = State<Vec<f64>, f64>;
 /// Name, status, numbers.
-type Answer = (String, i32, Vec<f64>);
+pub(super) type Answer = (String, i32, Vec<f64>);
 
 /// A mechanism, with constants and states to ask about.
 struct Case {
@@ -282,7 +283,7 @@ fn weakest(system: &Interpreter, q: &[f64], rank: usize) -> f64 {
 }
 
 /// The compilers of C there are; none is an error only where CI runs.
-fn compilers() -> Vec<&'static str> {
+pub(super) fn compilers() -> Vec<&'static str> {
     let runs = |name: &&str| Command::new(name).arg("--version").output().is_ok();
     let found: Vec<_> = ["gcc", "clang", "arm-none-eabi-gcc"].into_iter().filter(runs).collect();
     for missing in ["gcc", "clang", "arm-none-eabi-gcc"] {
@@ -293,7 +294,7 @@ fn compilers() -> Vec<&'static str> {
     found
 }
 
-fn successful(command: &mut Command, what: &str) -> String {
+pub(super) fn successful(command: &mut Command, what: &str) -> String {
     let output = command.output().unwrap_or_else(|error| panic!("{what}: {error}"));
     let problems = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{what}: {problems}");
@@ -326,8 +327,7 @@ fn write_c(folder: &Path, case: &Case, real: Real, compilers: &[&str]) -> PathBu
 }
 
 /// The driver for a module, with what it is linked with.
-fn build_driver(folder: &Path, case: &Case, real: Real, module: &[&str]) -> PathBuf {
-    let name = case.name();
+pub(super) fn build_driver(folder: &Path, name: &str, real: Real, module: &[&str]) -> PathBuf {
     let program = folder.join(format!("{name}_{}", real.name()));
     let mut command = Command::new("gcc");
     command
@@ -346,7 +346,7 @@ fn build_driver(folder: &Path, case: &Case, real: Real, module: &[&str]) -> Path
     program
 }
 
-fn ask(program: &Path, questions: &str) -> Vec<Answer> {
+pub(super) fn ask(program: &Path, questions: &str) -> Vec<Answer> {
     use std::io::Write as _;
     let mut child = Command::new(program)
         .stdin(Stdio::piped())
@@ -471,7 +471,7 @@ fn c_modules_agree_with_the_runtime_and_no_compiler_complains() {
             }
             let flags = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
             let module = [flags[0], flags[1], source.to_str().unwrap()];
-            let program = build_driver(folder.path(), &case, real, &module);
+            let program = build_driver(folder.path(), case.name(), real, &module);
             compare(&case, real, &ask(&program, &questions), &expected);
         }
     }
@@ -549,7 +549,7 @@ fn a_rust_module_exports_what_its_header_declares() {
         let n = case.system.dimensions().coordinates;
         let pinned: Vec<bool> = (0..n).map(|joint| joint == 0 && n > 1).collect();
         let module = [archive.to_str().unwrap(), "-lpthread", "-ldl"];
-        let program = build_driver(folder.path(), case, real, &module);
+        let program = build_driver(folder.path(), case.name(), real, &module);
         let found = ask(&program, &case.questions(&pinned));
         compare(case, real, &found, &case.answers(&pinned));
     }

@@ -1,6 +1,8 @@
 //! What the backends write, compiled and run: Rust, C and machine code against the interpreter.
 
 mod c;
+mod c_algorithms;
+mod c_constants;
 mod compiled;
 mod compiled_random;
 mod generated;

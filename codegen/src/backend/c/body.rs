@@ -1,7 +1,6 @@
 //! The mechanism's functions as C.
 
 use std::collections::BTreeSet;
-use std::f64::consts::PI;
 
 use serde::Serialize;
 use tera::Context;
@@ -54,17 +53,21 @@ struct Cost {
     cost: String,
 }
 
-/// Which helper functions of the template are used by the mechanism's functions.
+/// A macro by which the algorithms know what the mechanism's functions offer and use.
 #[derive(Serialize)]
-struct Uses {
-    min: bool,
-    max: bool,
-    step: bool,
+struct Switch {
+    name: &'static str,
+    value: u8,
 }
 
-/// Adds what only the source needs.
+impl Switch {
+    fn new(name: &'static str, is_on: bool) -> Self {
+        Self { name, value: is_on.into() }
+    }
+}
+
+/// Adds the mechanism's functions, their costs, and what they use.
 pub fn insert(context: &mut Context, program: &Program, real: Real) {
-    let interface = &program.interface;
     let functions = functions(program);
     let ops: Vec<Op> = functions
         .iter()
@@ -76,40 +79,20 @@ pub fn insert(context: &mut Context, program: &Program, real: Real) {
     let suffix = real.suffix();
     let library: Vec<_> = library.iter().map(|name| format!("{name}{suffix}")).collect();
     context.insert("library", &library);
-    context.insert("sqrt", &format!("sqrt{suffix}"));
-    context.insert("suffix", if suffix.is_empty() { "" } else { "##f" });
-    context.insert("epsilon", if real == Real::Float { "FLT_EPSILON" } else { "DBL_EPSILON" });
-    let any = |wanted: fn(&Op) -> bool| ops.iter().any(wanted);
-    let uses = Uses {
-        min: any(|op| matches!(op, Op::Min(..))),
-        max: any(|op| matches!(op, Op::Max(..))),
-        step: any(|op| matches!(op, Op::Step(_))),
-    };
-    context.insert("uses", &uses);
-    let driven: Vec<usize> = interface.driven().iter().map(|joint| joint.index()).collect();
-    context.insert("constrained", &(!interface.loops.is_empty() || !driven.is_empty()));
+    let uses = |wanted: fn(&Op) -> bool| ops.iter().any(wanted);
     let offers = |wanted| functions.iter().any(|function| function.kind == wanted);
-    context.insert("solves", &offers(FunctionKind::Acceleration));
-    context.insert("corrects", &offers(FunctionKind::Projection));
-    let passes = !driven.is_empty();
-    context.insert("into", if passes { ", real *multipliers" } else { "" });
-    context.insert("none", if passes { ", 0" } else { "" });
-    context.insert("driven", &driven);
-    context.insert("size", &constant(real, interface.size));
-    let table = |f: &dyn Fn(&crate::program::JointInfo) -> f64| -> Vec<String> {
-        interface.joints.iter().map(|joint| constant(real, f(joint))).collect()
-    };
-    let or = |limit: f64, instead: f64| if limit.is_finite() { limit } else { instead };
-    context.insert("least", &table(&|joint| or(joint.limits[0], -PI)));
-    context.insert("greatest", &table(&|joint| or(joint.limits[1], PI)));
-    context.insert("initial_q", &table(&|joint| joint.initial_q));
-    context.insert("initial_u", &table(&|joint| joint.initial_u));
-    let given: Vec<u8> = interface.joints.iter().map(|joint| joint.initial_given.into()).collect();
-    context.insert("given", &given);
+    let switches = [
+        Switch::new("ACCELERATION_IS_DIRECT", offers(FunctionKind::Acceleration)),
+        Switch::new("PROJECTION_IS_DIRECT", offers(FunctionKind::Projection)),
+        Switch::new("USES_MINIMUM", uses(|op| matches!(op, Op::Min(..)))),
+        Switch::new("USES_MAXIMUM", uses(|op| matches!(op, Op::Max(..)))),
+        Switch::new("USES_STEP", uses(|op| matches!(op, Op::Step(_)))),
+    ];
+    context.insert("switches", &switches);
     let printer = Printer {
         real,
-        parameters: fields(interface.parameters.iter().map(|parameter| &parameter.name)),
-        inputs: fields(&interface.inputs),
+        parameters: fields(program.interface.parameters.iter().map(|parameter| &parameter.name)),
+        inputs: fields(&program.interface.inputs),
     };
     let written: Vec<Written> =
         functions.iter().map(|function| printer.function(program, function)).collect();

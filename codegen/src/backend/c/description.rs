@@ -1,5 +1,6 @@
 //! What header and source say of a mechanism besides its functions.
 
+use lamc_runtime::constants::STEP_PIECES;
 use serde::Serialize;
 use tera::Context;
 
@@ -78,6 +79,8 @@ pub fn of(program: &Program, real: Real) -> Context {
     context.insert("bodies", &bodies);
     context.insert("points", &interface.points);
     context.insert("codes", &STATUS);
+    context.insert("pieces", &STEP_PIECES);
+    context.insert("attempts", &(2 * STEP_PIECES - 1));
     let joint_names = interface.joints.iter().map(|joint| &joint.name).collect();
     let indices: Vec<Indices> = [
         ("Joints, in the order of q and u.", "JOINT", joint_names),

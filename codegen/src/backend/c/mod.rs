@@ -1,12 +1,15 @@
 //! The C backend: freestanding C99, a source and its header, in `double` or `float`.
 //!
-//! The algorithms are those of the runtime, written for fixed sizes in the template; the
-//! mechanism's functions are written here. Functions of the template are static and end in no
-//! suffix of a public function, so that no model's name can clash with them.
+//! The algorithms are those of the runtime, written for fixed sizes in C files of their own, which are
+//! pasted in behind the mechanism's functions; these are written here. What is not public is static and
+//! ends in no suffix of a public name, so that no model's name can clash with it.
 
+mod algorithms;
 mod body;
+mod constants;
 mod description;
 
+use lamc_runtime::constants::{ALL, Constant};
 use tera::{Context, Tera};
 
 use crate::program::Program;
@@ -56,10 +59,30 @@ pub fn header(program: &Program, real: Real) -> String {
 
 /// The source, which includes its header by this name.
 pub fn source(program: &Program, real: Real, header_name: &str) -> String {
+    source_with(program, real, header_name, ALL)
+}
+
+/// As [`source`], with these values of the constants that are the runtime's as well.
+pub fn source_with(
+    program: &Program,
+    real: Real,
+    header_name: &str,
+    constants: &[Constant],
+) -> String {
     let mut context = description::of(program, real);
     context.insert("header_name", header_name);
     body::insert(&mut context, program, real);
+    algorithms::insert(&mut context, program, real, constants);
     render(lamc_templates::C_SOURCE, &context)
+}
+
+/// The constants as macros, each under its meaning.
+pub fn constants<'a>(constants: impl IntoIterator<Item = &'a Constant>, real: Real) -> String {
+    let definitions: Vec<_> =
+        constants.into_iter().map(|constant| constants::define(constant, real)).collect();
+    let mut context = Context::new();
+    context.insert("constants", &definitions);
+    render(lamc_templates::C_CONSTANTS, &context)
 }
 
 fn render(template: &str, context: &Context) -> String {

@@ -1,0 +1,142 @@
+/* Constrained acceleration: by elimination in straight-line code where that holds, elsewhere with a decision
+ * on the rank:
+ *
+ *     M = L L^T,  y = L^-1 f,  W = J L^-T,  du/dt = L^-T (y + W^+ (-gamma - W y))
+ *
+ * (F. E. Udwadia, R. E. Kalaba, "A new perspective on constrained motion", 1992). The same as in
+ * runtime/src/acceleration.rs. */
+#include "algorithms.h"
+
+/* Why the mass matrix has no factor: the pivot failed at this joint. */
+PRIVATE int status_of_mass(const real *mass, int pivot, const real *q, const real *u)
+{
+    if (!all_finite(q, COORDINATES) || !all_finite(u, COORDINATES))
+        return status_not_finite;
+    for (int i = 0; i <= pivot; i++)
+        if (!is_finite(mass[pivot * COORDINATES + i]))
+            return status_not_finite;
+    return status_mass_matrix;
+}
+#if ACCELERATION_IS_DIRECT || PROJECTION_IS_DIRECT
+
+/* Whether the results of an elimination in straight-line code hold. */
+PRIVATE int holds(const real margin[2])
+{
+#if RESIDUALS > 0
+    return margin[0] > 0 && margin[1] > SAFE_CONDITIONING;
+#else
+    return margin[0] > 0;
+#endif
+}
+#endif
+#if RESIDUALS > 0
+
+/* The push of the closure whatever the rank; directions below the zone are taken along the motion. Whether a
+ * direction is weak and the loops are not closed. */
+static int decide(real t, const real *q, const real *u, const parameters *p, const inputs *in,
+    const real *mass, const real *jacobian, const real *wanted, real gap, real zone, const real *y,
+    real *push)
+{
+    const struct kept kept = solve_generally(mass, jacobian, wanted, gap, y, push);
+    if (zone > 0 && is_below(&kept, zone, gap)) {
+        /* A direction that is kept shows itself where rounding of the state makes little of the
+         * acceleration. */
+        const real rounding = uncertainty(gap, kept.least) * dot(u, u, COORDINATES);
+        real acceleration[COORDINATES], passing[COORDINATES];
+        copy(acceleration, y, COORDINATES);
+        add_scaled(acceleration, 1, push, COORDINATES);
+        substitute_backward(mass, acceleration, COORDINATES);
+        if (!(kept.least < zone
+                && rounding <= NOISE_OF_ACCELERATION * kept.least
+                        * largest_magnitude(acceleration, COORDINATES))
+            && solve_passing(t, q, u, p, in, mass, gap, zone, y, passing))
+            copy(push, passing, COORDINATES);
+    }
+    return is_below(&kept, WEAK_SHARE, gap) && !is_closed(gap);
+}
+
+/* Adds to y what the closure does; also `multipliers` unless null. Whether a direction is weak and the loops
+ * are not closed. */
+static int add_push(real t, const real *q, const real *u, const parameters *p, const inputs *in,
+    const real *mass, const real *jacobian, real *gamma, real zone, real *y, real *multipliers)
+{
+    const real gap = gap_at(q);
+    real push[COORDINATES];
+    int weak = 0;
+    for (int i = 0; i < ROWS; i++)
+        gamma[i] = -gamma[i];
+    if (!solve_directly(mass, jacobian, gamma, y, push))
+        weak = decide(t, q, u, p, in, mass, jacobian, gamma, gap, zone, y, push);
+    add_scaled(y, 1, push, COORDINATES);
+#if DRIVES > 0
+    if (multipliers)
+        write_multipliers(mass, jacobian, gap, push, multipliers);
+#else
+    (void)multipliers;
+#endif
+    return weak;
+}
+#endif
+
+/* By the factor of M, with a decision on the rank: much code, seldom needed where there is elimination. */
+static int accelerate_generally(real t, const real *q, const real *u, const parameters *p,
+    const inputs *in, real *acceleration, int *open, real *multipliers)
+{
+    real mass[COORDINATES * COORDINATES], y[COORDINATES];
+    int weak = 0, pivot;
+#if RESIDUALS > 0
+    const real zone = multipliers ? 0 : open ? passing_share() : lost_share();
+    real jacobian[ROWS * COORDINATES], gamma[ROWS];
+    write_rows(t, q, u, p, in, mass, y, jacobian, gamma);
+#else
+    equations(t, q, u, p, in, mass, y);
+#endif
+    pivot = factor_cholesky(mass, COORDINATES);
+    if (pivot < COORDINATES)
+        return status_of_mass(mass, pivot, q, u);
+    if (!all_finite(q, COORDINATES) || !all_finite(u, COORDINATES) || !all_finite(y, COORDINATES))
+        return status_not_finite;
+    substitute_forward(mass, y, COORDINATES);
+#if RESIDUALS > 0
+    weak = add_push(t, q, u, p, in, mass, jacobian, gamma, zone, y, multipliers);
+#else
+    (void)multipliers;
+#endif
+    substitute_backward(mass, y, COORDINATES);
+    if (!all_finite(y, COORDINATES))
+        return status_not_finite;
+    copy(acceleration, y, COORDINATES);
+    if (open)
+        *open = weak;
+    return status_ok;
+}
+#if ACCELERATION_IS_DIRECT
+
+/* By elimination in straight-line code: 0 where that does not hold. */
+static int accelerate_directly(real t, const real *q, const real *u, const parameters *p,
+    const inputs *in, real *acceleration)
+{
+    real found[COORDINATES], margin[2];
+    acceleration_of(t, q, u, p, in, found, margin);
+    if (!holds(margin) || !all_finite(found, COORDINATES))
+        return 0;
+    copy(acceleration, found, COORDINATES);
+    return 1;
+}
+#endif
+
+/* du/dt. In a motion, `open` tells where loops should be closed to rounding first; else it is null.
+ * `multipliers` are of the closure rows and then of the driven joints, or null. Where it fails,
+ * `acceleration` stays as it is. */
+PRIVATE int accelerate(real t, const real *q, const real *u, const parameters *p, const inputs *in,
+    real *acceleration, int *open, real *multipliers)
+{
+#if ACCELERATION_IS_DIRECT
+    if (!multipliers && accelerate_directly(t, q, u, p, in, acceleration)) {
+        if (open)
+            *open = 0;
+        return status_ok;
+    }
+#endif
+    return accelerate_generally(t, q, u, p, in, acceleration, open, multipliers);
+}

@@ -1,0 +1,219 @@
+/* The steps of an assembly: closing the loops by Levenberg-Marquardt, and sliding along the closure towards
+ * the guess g,
+ *
+ *     step = (g - q) + J^+ (-r - J (g - q))
+ *
+ * The same as in runtime/src/assembly/steps.rs. */
+#include "algorithms.h"
+
+PRIVATE int is_held(const unsigned char *held, int joint)
+{
+    return held && held[joint];
+}
+
+/* Residual and Jacobian at q; the largest residual. */
+PRIVATE real evaluate(struct search *search, const real *q)
+{
+    closure(q, search->residual, search->jacobian);
+    return largest_magnitude(search->residual, LOOP_RESIDUALS);
+}
+
+/* Square of the distance from the guess, rad^2. */
+PRIVATE real distance(const struct search *search, const real *q)
+{
+    real sum = 0;
+    for (int i = 0; i < COORDINATES; i++)
+        sum += (q[i] - search->guess[i]) * (q[i] - search->guess[i]);
+    return sum;
+}
+
+/* J^T J, lower triangle, where both joints are free. */
+static void set_normal(struct search *search)
+{
+    fill(search->normal, 0, COORDINATES * COORDINATES);
+    for (int row = 0; row < LOOP_RESIDUALS; row++) {
+        const real *derivatives = search->jacobian + row * COORDINATES;
+        for (int i = 0; i < COORDINATES; i++)
+            add_scaled(search->normal + i * COORDINATES, derivatives[i] * search->free[i], derivatives,
+                i + 1);
+    }
+    for (int i = 0; i < COORDINATES; i++)
+        for (int k = 0; k < i; k++)
+            search->normal[i * COORDINATES + k] *= search->free[k];
+}
+
+/* The step by the factor that there is. */
+static void substitute(struct search *search)
+{
+    for (int i = 0; i < COORDINATES; i++)
+        search->step[i] = search->right_hand_side[i] * search->free[i];
+    substitute_forward(search->factor, search->step, COORDINATES);
+    substitute_backward(search->factor, search->step, COORDINATES);
+}
+
+/* The step of (J^T J + mu) step = right-hand side; mu as a share of the largest entry of J^T J. */
+static void solve_normal(struct search *search, real damping)
+{
+    real largest = 0;
+    for (int i = 0; i < COORDINATES; i++)
+        largest = larger(largest, search->normal[i * COORDINATES + i]);
+    damping = larger(damping, LEAST_DAMPING);
+    for (;;) {
+        copy(search->factor, search->normal, COORDINATES * COORDINATES);
+        for (int i = 0; i < COORDINATES; i++) {
+            search->factor[i * COORDINATES + i] += damping * largest;
+            if (search->free[i] == 0)
+                search->factor[i * COORDINATES + i] = 1;
+        }
+        if (factor_cholesky(search->factor, COORDINATES) == COORDINATES || !is_finite(damping))
+            break;
+        damping *= SINGULAR_INCREASE;
+        if (!(largest > 0)) {
+            fill(search->step, 0, COORDINATES);
+            return;
+        }
+    }
+    substitute(search);
+}
+
+/* J^T J and -J^T r of the joints that are free to go downhill. */
+static void linearise(struct search *search, const real *q, const unsigned char *held)
+{
+    real *downhill = search->right_hand_side;
+    fill(downhill, 0, COORDINATES);
+    for (int row = 0; row < LOOP_RESIDUALS; row++)
+        add_scaled(downhill, -search->residual[row], search->jacobian + row * COORDINATES, COORDINATES);
+    for (int i = 0; i < COORDINATES; i++) {
+        const int stopped = (q[i] <= search->limits.lower[i] && downhill[i] < 0)
+            || (q[i] >= search->limits.upper[i] && downhill[i] > 0);
+        search->free[i] = stopped || is_held(held, i) ? 0 : 1;
+    }
+    set_normal(search);
+}
+
+/* One step from q, by the damping that makes the residual smaller: 1 if there is one. Sets the share that is
+ * left of its square, and the largest residual. */
+static int try_steps(struct search *search, real *q, real *damping, real share, real *ratio, real *largest)
+{
+    const real before = dot(search->residual, search->residual, LOOP_RESIDUALS);
+    for (int tried = 0; tried < CLOSING_TRIALS; tried++) {
+        real longest, shortened, next;
+        solve_normal(search, *damping * share);
+        longest = largest_magnitude(search->step, COORDINATES);
+        shortened = longest > LONGEST_STEP ? LONGEST_STEP / longest : 1;
+        for (int i = 0; i < COORDINATES; i++)
+            search->trial[i] = clamped(&search->limits, i, q[i] + shortened * search->step[i]);
+        next = evaluate(search, search->trial);
+        *ratio = dot(search->residual, search->residual, LOOP_RESIDUALS) / before;
+        if (*ratio < 1) {
+            copy(q, search->trial, COORDINATES);
+            *largest = next;
+            *damping *= DAMPING_DECREASE;
+            return 1;
+        }
+        *damping = larger(*damping, DAMPING_RESTART) * DAMPING_INCREASE;
+    }
+    return 0;
+}
+
+/* Levenberg-Marquardt from q: 1 when the loops are closed. Leaves residual and Jacobian at the final q. */
+PRIVATE int close_loops(struct search *search, real *q, const unsigned char *held)
+{
+    real damping = FIRST_DAMPING, largest = evaluate(search, q);
+    for (int i = 0, slow = 0; i < CLOSING_STEPS && slow <= SLOW_STEPS; i++) {
+        const real share = smaller(largest / MECHANISM_SIZE, 1);
+        real ratio;
+        if (largest <= closed())
+            return 1;
+        linearise(search, q, held);
+        if (!try_steps(search, q, &damping, share, &ratio, &largest))
+            break;
+        slow = ratio > SLOW_RATIO ? slow + 1 : 0;
+    }
+    return evaluate(search, q) <= closed();
+}
+
+/* The step towards the guess g that keeps q closed to first order: g - q less its part J^+ (r + J (g - q))
+ * across the closure. */
+static void set_tangent(struct search *search, const real *q, const unsigned char *held)
+{
+    for (int i = 0; i < COORDINATES; i++)
+        search->free[i] = is_held(held, i) ? 0 : 1;
+    /* Each round holds the joints that would leave their limits; few ever do. */
+    for (int round = 0, leaves = 1; round <= COORDINATES && leaves; round++) {
+        leaves = 0;
+        for (int i = 0; i < COORDINATES; i++)
+            search->trial[i] = search->free[i] * (search->guess[i] - q[i]);
+        set_normal(search);
+        /* The second time takes away what damping left across the closure. */
+        for (int pass = 0; pass < 2; pass++) {
+            fill(search->right_hand_side, 0, COORDINATES);
+            for (int row = 0; row < LOOP_RESIDUALS; row++) {
+                const real *derivatives = search->jacobian + row * COORDINATES;
+                const real across
+                    = search->residual[row] + dot(derivatives, search->trial, COORDINATES);
+                add_scaled(search->right_hand_side, -across, derivatives, COORDINATES);
+            }
+            if (pass == 0)
+                solve_normal(search, SLIDING_DAMPING);
+            else
+                substitute(search);
+            add_scaled(search->trial, 1, search->step, COORDINATES);
+        }
+        copy(search->step, search->trial, COORDINATES);
+        for (int i = 0; i < COORDINATES; i++) {
+            if ((q[i] <= search->limits.lower[i] && search->step[i] < 0)
+                || (q[i] >= search->limits.upper[i] && search->step[i] > 0)) {
+                search->free[i] = 0;
+                leaves = 1;
+            }
+        }
+    }
+}
+
+/* How far to go along the step: by what the last one made of the one before (J. Barzilai, J. Borwein,
+ * "Two-point step size gradient methods", 1988). */
+static real slide_length(const struct search *search, const real *q)
+{
+    real moved_square = 0, product = 0;
+    for (int i = 0; i < COORDINATES; i++) {
+        const real moved = q[i] - search->last_q[i];
+        moved_square += moved * moved;
+        product += moved * (search->last_step[i] - search->step[i]);
+    }
+    if (!(product > 0))
+        return 1;
+    return smaller(larger(moved_square / product, SHORTEST_SLIDE), LONGEST_SLIDE);
+}
+
+/* Moves a closed q along the closure as near to the guess as it gets. */
+PRIVATE void slide(struct search *search, real *q, const unsigned char *held, real arrived)
+{
+    real candidate[COORDINATES];
+    for (int slid = 0; slid < SLIDING_STEPS; slid++) {
+        real far, share;
+        int accepted = 0;
+        set_tangent(search, q, held);
+        if (largest_magnitude(search->step, COORDINATES) <= arrived)
+            return;
+        far = distance(search, q);
+        share = slid == 0 ? 1 : slide_length(search, q);
+        copy(search->last_q, q, COORDINATES);
+        copy(search->last_step, search->step, COORDINATES);
+        for (int tried = 0; tried < SLIDING_TRIALS && !accepted; tried++) {
+            for (int i = 0; i < COORDINATES; i++)
+                candidate[i] = clamped(&search->limits, i, q[i] + share * search->step[i]);
+            if (close_loops(search, candidate, held) && distance(search, candidate) < far) {
+                copy(q, candidate, COORDINATES);
+                accepted = 1;
+            } else {
+                share *= SLIDING_DECREASE;
+                /* Closing the loops used what the direction was stored in. */
+                evaluate(search, q);
+                set_tangent(search, q, held);
+            }
+        }
+        if (!accepted)
+            return;
+    }
+}

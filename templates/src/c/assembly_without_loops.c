@@ -1,0 +1,16 @@
+/* Assembly of a mechanism without loops: angles within the limits.
+ *
+ * The same as in runtime/src/assembly/mod.rs. */
+#include "algorithms.h"
+
+PRIVATE int assemble(real t, real *q, const unsigned char *pinned, const parameters *p, const inputs *in)
+{
+    struct limits limits;
+    (void)pinned;
+    if (!all_finite(q, COORDINATES))
+        return status_not_finite;
+    set_limits(&limits, t, p, in);
+    for (int i = 0; i < COORDINATES; i++)
+        q[i] = wrapped(&limits, i, q[i]);
+    return status_ok;
+}

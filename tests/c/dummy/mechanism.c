@@ -1,0 +1,176 @@
+/* The dummy mechanism, and a program that runs the algorithms on it: what steps cost that fail, and how well a
+ * motion keeps its energy and its loop. */
+#include <math.h>
+#include <stdio.h>
+
+#include "algorithms.h"
+
+const real least_angles[COORDINATES] = { -3, -3, -3 };
+const real greatest_angles[COORDINATES] = { 3, 3, 3 };
+const real initial_angles[COORDINATES] = { R(0.2), R(1.6), R(-0.4) };
+const real initial_speeds[COORDINATES] = { 0, 0, 0 };
+const unsigned char initially_given[COORDINATES] = { DRIVES, 0, 0 };
+#if DRIVES > 0
+const int driven[DRIVES] = { 0 };
+#endif
+
+/* Evaluations of the equations. */
+static int evaluations;
+/* By how much the pinned point is torn from its place, m: no angles close that gap. */
+static real torn;
+
+#if LOOPS > 0
+/* The end of the chain: its place, and the derivatives by q; second derivatives along u. */
+static void write_end(const real *q, const real *u, real place[2], real jacobian[2][COORDINATES],
+    real change[2])
+{
+    real angle = 0, speed = 0;
+    place[0] = place[1] = change[0] = change[1] = 0;
+    for (int k = 0; k < COORDINATES; k++)
+        jacobian[0][k] = jacobian[1][k] = 0;
+    for (int i = 0; i < COORDINATES; i++) {
+        real x, y;
+        angle += q[i];
+        speed += u[i];
+        x = (real)cos((double)angle);
+        y = (real)sin((double)angle);
+        place[0] += x;
+        place[1] += y;
+        for (int k = 0; k <= i; k++) {
+            jacobian[0][k] -= y;
+            jacobian[1][k] += x;
+        }
+        change[0] -= x * speed * speed;
+        change[1] -= y * speed * speed;
+    }
+}
+
+void closure(const real *q, real *residual, real *jacobian)
+{
+    static const real still[COORDINATES] = { 0, 0, 0 };
+    real place[2], rows[2][COORDINATES], change[2];
+    write_end(q, still, place, rows, change);
+    fill(residual, 0, LOOP_RESIDUALS);
+    fill(jacobian, 0, LOOP_RESIDUALS * COORDINATES);
+    residual[0] = place[0] - 1;
+    residual[1] = place[1] - 2;
+    residual[2] = torn;
+    copy(jacobian, &rows[0][0], 2 * COORDINATES);
+}
+#endif
+
+#if CLOSURE_ROWS > 0
+void equations(real t, const real *q, const real *u, const parameters *p, const inputs *in, real *mass,
+    real *forcing, real *jacobian, real *gamma)
+#else
+void equations(real t, const real *q, const real *u, const parameters *p, const inputs *in, real *mass,
+    real *forcing)
+#endif
+{
+    const int fails = t >= in->from;
+    evaluations++;
+    for (int i = 0; i < COORDINATES * COORDINATES; i++)
+        mass[i] = i % (COORDINATES + 1) == 0 ? 1 : 0;
+    for (int i = 0; i < COORDINATES; i++)
+        forcing[i] = -p->stiffness * q[i];
+    if (fails && in->failure == force_not_finite)
+        forcing[1] = (real)HUGE_VAL;
+    if (fails && in->failure == mass_indefinite)
+        mass[COORDINATES + 1] = -1;
+#if CLOSURE_ROWS > 0
+    {
+        real place[2], rows[2][COORDINATES];
+        write_end(q, u, place, rows, gamma);
+        copy(jacobian, &rows[0][0], 2 * COORDINATES);
+    }
+#else
+    (void)u;
+#endif
+}
+
+#if DRIVES > 0
+void drives(real t, const parameters *p, const inputs *in, real *drive)
+{
+    (void)p;
+    drive[angle_of_drive] = R(0.25) + R(0.01) * t;
+    drive[speed_of_drive] = R(0.01);
+    drive[acceleration_of_drive] = drive[jerk_of_drive] = 0;
+    if (t >= in->from && in->failure == drive_torn)
+        drive[angle_of_drive] = 3;
+}
+#endif
+
+#if ACCELERATION_IS_DIRECT
+void acceleration_of(real t, const real *q, const real *u, const parameters *p, const inputs *in,
+    real *acceleration, real *margin)
+{
+    (void)t, (void)q, (void)u, (void)p, (void)in;
+    acceleration[0] = acceleration[1] = acceleration[2] = margin[0] = margin[1] = 0;
+}
+#endif
+
+#if PROJECTION_IS_DIRECT
+void projection_of(const real *q, const real *u, const parameters *p, real *residual, real *positions,
+    real *speeds, real *margin)
+{
+    (void)q, (void)u, (void)p;
+    fill(residual, 0, LOOP_RESIDUALS);
+    fill(positions, 0, COORDINATES);
+    fill(speeds, 0, COORDINATES);
+    margin[0] = margin[1] = 0;
+}
+#endif
+
+/* Energy of motion and of the springs, J. */
+static real energy(const real *q, const real *u, const parameters *p)
+{
+    return R(0.5) * (dot(u, u, COORDINATES) + p->stiffness * dot(q, q, COORDINATES));
+}
+
+/* One step of 1 s from the initial state, which fails so: prints its status, the evaluations of the equations,
+ * and whether a state that was not reached is untouched. */
+static void fail(const char *name, const parameters *p, inputs in)
+{
+    static const inputs well = { none, 0 };
+    real q[COORDINATES], u[COORDINATES], old_q[COORDINATES], old_u[COORDINATES], t = 0;
+    int status = assemble_initially(q, u, p, &well), untouched;
+    copy(old_q, q, COORDINATES);
+    copy(old_u, u, COORDINATES);
+    torn = in.failure == loop_torn ? R(0.01) : 0;
+    evaluations = 0;
+    status = status == status_ok ? step(&t, q, u, 1, p, &in) : -1;
+    torn = 0;
+    untouched = t == 0;
+    for (int i = 0; i < COORDINATES; i++)
+        untouched = untouched && q[i] == old_q[i] && u[i] == old_u[i];
+    printf("%s %d %d %s\n", name, status, evaluations, untouched ? "untouched" : "moved");
+}
+
+int main(void)
+{
+    const parameters p = { R(0.2) };
+    const inputs well = { none, 0 };
+    real q[COORDINATES], u[COORDINATES], t = 0, before, open = 0;
+    int status = assemble_initially(q, u, &p, &well);
+    before = energy(q, u, &p);
+    for (int i = 0; i < 2000 && status == status_ok; i++)
+        status = step(&t, q, u, R(0.01), &p, &well);
+#if LOOPS > 0
+    {
+        real residual[LOOP_RESIDUALS], jacobian[LOOP_RESIDUALS * COORDINATES];
+        closure(q, residual, jacobian);
+        open = largest_magnitude(residual, LOOP_RESIDUALS);
+    }
+#endif
+    printf("motion %d %.17g %.17g %.17g\n", status, (double)(energy(q, u, &p) / before - 1), (double)open,
+        (double)square_root(dot(u, u, COORDINATES)));
+    fail("succeeds", &p, well);
+    fail("not_finite_at_once", &p, (inputs){ force_not_finite, 0 });
+    /* Only the last stage of the last piece fails, however short the pieces are. */
+    fail("not_finite_at_the_end", &p, (inputs){ force_not_finite, R(0.999) });
+    fail("mass_matrix", &p, (inputs){ mass_indefinite, 0 });
+    fail("mass_matrix_at_the_end", &p, (inputs){ mass_indefinite, R(0.999) });
+    fail("not_closed", &p, (inputs){ loop_torn, 0 });
+    fail("drive_out_of_reach", &p, (inputs){ drive_torn, R(0.999) });
+    return 0;
+}

@@ -1,0 +1,99 @@
+/* What a generated C module puts in front of the algorithms, for a dummy mechanism: so each file of
+ * templates/src/c compiles by itself.
+ *
+ * The mechanism is a planar chain of three hinges with links of unit length and unit inertia about each hinge,
+ * M = 1, on springs. With LOOPS=1 a point of its last link is pinned, so that it is a four-bar linkage; with
+ * DRIVES=1 the first hinge follows a prescribed angle. constants.h is printed by the backend. */
+#ifndef MECHANISM_H
+#define MECHANISM_H
+
+#include <float.h>
+
+#ifndef LOOPS
+#define LOOPS 0
+#endif
+#ifndef DRIVES
+#define DRIVES 0
+#endif
+/* Whether the dummy offers functions of elimination. Theirs never hold. */
+#ifndef DIRECT
+#define DIRECT 0
+#endif
+
+#ifdef SINGLE
+typedef float real;
+#define R(number) number##f
+#define EPSILON FLT_EPSILON
+#define square_root(x) sqrtf(x)
+extern real sqrtf(real x);
+#else
+typedef double real;
+#define R(number) number
+#define EPSILON DBL_EPSILON
+#define square_root(x) sqrt(x)
+extern real sqrt(real x);
+#endif
+
+#define PRIVATE
+#define COORDINATES 3
+#define CLOSURE_ROWS (2 * LOOPS)
+#define ROWS (CLOSURE_ROWS + DRIVES)
+#define LOOP_RESIDUALS (9 * LOOPS)
+#define RESIDUALS (LOOP_RESIDUALS + DRIVES)
+#define MECHANISM_SIZE R(3.0)
+#define FULL_TURN R(6.283185307179586)
+#define ACCELERATION_IS_DIRECT DIRECT
+#define PROJECTION_IS_DIRECT (DIRECT && LOOPS)
+#define USES_MINIMUM 1
+#define USES_MAXIMUM 1
+#define USES_STEP 1
+
+#include "constants.h"
+
+enum {
+    status_ok,
+    status_mass_matrix,
+    status_not_finite,
+    status_not_closed,
+    status_not_driven,
+    status_time
+};
+
+typedef struct {
+    real stiffness; /* of each hinge, N m/rad */
+} parameters;
+
+/* How the mechanism fails, from a time on, s. */
+typedef struct {
+    enum { none, force_not_finite, mass_indefinite, loop_torn, drive_torn } failure;
+    real from;
+} inputs;
+
+extern const real least_angles[COORDINATES], greatest_angles[COORDINATES];
+extern const real initial_angles[COORDINATES], initial_speeds[COORDINATES];
+extern const unsigned char initially_given[COORDINATES];
+
+#if CLOSURE_ROWS > 0
+void equations(real t, const real *q, const real *u, const parameters *p, const inputs *in, real *mass,
+    real *forcing, real *jacobian, real *gamma);
+#else
+void equations(real t, const real *q, const real *u, const parameters *p, const inputs *in, real *mass,
+    real *forcing);
+#endif
+#if LOOPS > 0
+void closure(const real *q, real *residual, real *jacobian);
+#endif
+#if DRIVES > 0
+extern const int driven[DRIVES];
+void drives(real t, const parameters *p, const inputs *in, real *drive);
+#endif
+#if ACCELERATION_IS_DIRECT
+void acceleration_of(real t, const real *q, const real *u, const parameters *p, const inputs *in,
+    real *acceleration, real *margin);
+#endif
+#if PROJECTION_IS_DIRECT
+void projection_of(const real *q, const real *u, const parameters *p, real *residual, real *positions,
+    real *speeds, real *margin);
+#endif
+
+#endif
