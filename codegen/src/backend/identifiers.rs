@@ -5,7 +5,11 @@ use std::collections::HashMap;
 use crate::program::Signature;
 use crate::source::is_keyword;
 
-/// `four_bar` -> `FourBar`.
+/// Types of a generated Rust module besides the mechanism's: of its parameters, of its inputs, and
+/// of its numbers.
+pub const RUST_TYPES: [&str; 3] = ["Params", "Inputs", "S"];
+
+/// `four_bar` -> `FourBar`, which is none of [`RUST_TYPES`].
 pub fn type_name(name: &str) -> String {
     let mut camel = String::new();
     for word in name.split('_').filter(|word| !word.is_empty()) {
@@ -14,11 +18,12 @@ pub fn type_name(name: &str) -> String {
         camel.push_str(letters.as_str());
     }
     // `_1a` is an identifier, `1a` is none.
-    if camel.starts_with(|c: char| c.is_ascii_alphabetic()) {
-        camel
-    } else {
-        format!("Model{camel}")
+    if !camel.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        camel.insert_str(0, "Model");
+    } else if RUST_TYPES.contains(&camel.as_str()) {
+        camel.push_str("Model");
     }
+    camel
 }
 
 /// What the locals of a function must not be called: its arguments, its outputs, and the `helpers`
@@ -73,5 +78,7 @@ mod tests {
         assert_eq!(["Type", "Double"].map(|name| names.give(name)), ["type_2", "double_2"]);
         assert_eq!(type_name("m4th_design"), "M4thDesign");
         assert_eq!(["_1a", "__"].map(type_name), ["Model1a", "Model"]);
+        let clashing = ["params", "in_puts", "s"].map(type_name);
+        assert_eq!(clashing, ["ParamsModel", "InPuts", "SModel"]);
     }
 }

@@ -38,12 +38,6 @@ const PYTHON_KEYWORDS: &[&str] = &[
     "in", "is", "lambda", "nonlocal", "not", "or", "pass", "raise", "return", "try", "while",
     "with", "yield",
 ];
-/// Items of the generated module.
-#[rustfmt::skip]
-const MODULE_ITEMS: &[&str] = &[
-    "B", "BODIES", "C", "Inputs", "JOINTS", "LOOPS", "Mechanism", "N", "P", "POINTS", "Params", "S",
-    "Scalar", "System", "inputs", "params",
-];
 /// What expressions call time, coordinates, speeds and the number.
 const EXPRESSION_NAMES: &[&str] = &["pi", "q", "t", "u"];
 
@@ -54,7 +48,6 @@ fn reserved(name: &str) -> Option<&'static str> {
         (C_KEYWORDS, "a keyword of C"),
         (CPP_KEYWORDS, "a keyword of C++, which may include the C header"),
         (PYTHON_KEYWORDS, "a keyword of Python"),
-        (MODULE_ITEMS, "an item of the generated module"),
         (EXPRESSION_NAMES, "a name of its own in expressions"),
         (&["null", "NULL"], "YAML's and C's word for nothing"),
         (&["_"], "no identifier in Rust"),
@@ -69,12 +62,6 @@ pub fn is_keyword(name: &str) -> bool {
         .any(|list| list.contains(&name))
 }
 
-/// Whether the name's type (`fourbar` -> `Fourbar`) is one the module has already.
-fn is_type_of_module(name: &str) -> bool {
-    let flat = name.replace('_', "");
-    MODULE_ITEMS.iter().any(|item| item.len() > 1 && item.eq_ignore_ascii_case(&flat))
-}
-
 /// Letters, digits and `_`, no digit first.
 pub fn is_identifier(name: &str) -> bool {
     !name.starts_with(|c: char| c.is_ascii_digit())
@@ -85,8 +72,6 @@ pub fn is_identifier(name: &str) -> bool {
 /// What a name is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// The model: also the name of a type.
-    Model,
     /// A parameter or input (with its article): also a name in expressions.
     Symbol(&'static str),
     /// Anything else, with its article: `a body`.
@@ -96,10 +81,7 @@ pub enum Kind {
 /// Reports a name that cannot be an identifier of the generated code.
 pub(super) fn check(name: &Spanned<String>, kind: Kind, diagnostics: &mut Diagnostics) {
     let text = name.value.as_str();
-    let what = match kind {
-        Kind::Model => "a model",
-        Kind::Symbol(what) | Kind::Other(what) => what,
-    };
+    let (Kind::Symbol(what) | Kind::Other(what)) = kind;
     if !is_identifier(text) {
         let message = format!("`{}` cannot be the name of {what}", super::yaml::shorten(text));
         diagnostics.push(
@@ -110,7 +92,6 @@ pub(super) fn check(name: &Spanned<String>, kind: Kind, diagnostics: &mut Diagno
         return;
     }
     let reason = match kind {
-        Kind::Model if is_type_of_module(text) => Some("an item of the generated module"),
         Kind::Symbol(_) if formula::is_function(text) => Some("a function of expressions"),
         _ => reserved(text),
     };
@@ -135,12 +116,7 @@ pub(super) fn identifier_from(text: &str) -> String {
     let letters = name.trim_matches('_');
     match letters {
         "" => "model".into(),
-        _ if is_identifier(letters)
-            && reserved(letters).is_none()
-            && !is_type_of_module(letters) =>
-        {
-            letters.into()
-        }
+        _ if is_identifier(letters) && reserved(letters).is_none() => letters.into(),
         _ => format!("m{letters}"),
     }
 }
@@ -199,13 +175,13 @@ mod tests {
             ("W_3.5", "W_3_5"),
             ("fünf-gelenk", "f_nf_gelenk"),
             ("for", "mfor"),
-            ("params", "mparams"),
+            ("params", "params"),
             ("...", "model"),
         ] {
             assert_eq!(identifier_from(stem), name, "{stem}");
             let spanned = Spanned { value: name.to_owned(), span: Default::default() };
             let mut diagnostics = Diagnostics::default();
-            check(&spanned, Kind::Model, &mut diagnostics);
+            check(&spanned, Kind::Other("a model"), &mut diagnostics);
             assert!(!diagnostics.has_errors(), "{diagnostics}");
         }
     }

@@ -9,3 +9,4 @@ mod generated;
 mod jit;
 mod lanes;
 mod machine_code;
+mod reserved;

@@ -35,7 +35,7 @@ const OWN: [&str; 4] = ["magnitude", "smaller", "larger", "step_of"];
 
 /// What bodies use besides their arguments: types, functions, and names that are macros of
 /// compilers which were not told to follow the standard.
-fn helpers() -> impl Iterator<Item = &'static str> {
+pub fn helpers() -> impl Iterator<Item = &'static str> {
     CALLS.into_iter().map(|(_, name)| name).chain(["real"]).chain(MACROS)
 }
 

@@ -14,8 +14,9 @@ use tera::{Context, Tera};
 
 use crate::program::Program;
 pub(super) use body::constant;
+pub use body::helpers;
 pub(super) use description::fields;
-pub use description::{STATUS, Status};
+pub use description::{MACROS, STATUS, Status};
 
 /// The number type of C.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -11,6 +11,7 @@ mod solutions;
 
 use crate::backend::c::Real;
 use crate::program::Program;
+pub use body::HELPERS;
 
 /// The number type of a generated module.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -5,8 +5,8 @@ codes! {
         "A name cannot be an identifier of the generated code."
         "Use the letters A to Z in either case, digits and `_`, and do not start with a digit.";
     RESERVED_NAME "reserved-name"
-        "A name has another meaning in the generated code: a keyword of Rust, C, C++ or Python, an item \
-         of the generated module, or a name that formulas use themselves."
+        "A name has another meaning: a keyword of Rust, C, C++ or Python, or a name that formulas use \
+         themselves."
         "Choose another name.";
     DUPLICATE_NAME "duplicate-name"
         "Two things that must be told apart have the same name: a parameter and an input, two inputs, a \

@@ -52,7 +52,7 @@ impl Lowering<'_> {
             return Some(Spanned { value, span: Span::default() });
         };
         let name = self.text(node, "the model's name")?;
-        names::check(&name, Kind::Model, &mut self.diagnostics);
+        names::check(&name, Kind::Other("a model"), &mut self.diagnostics);
         Some(name)
     }
 

@@ -35,7 +35,7 @@ pub static MODEL: Mapping = Mapping {
     keys: &[
         optional(
             "name",
-            Value::Name(Kind::Model),
+            Value::Name(Kind::Other("a model")),
             "the stem of the file's name",
             "fourbar",
             "The name of the mechanism. Generated types and files are called by it.",
