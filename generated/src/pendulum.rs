@@ -164,9 +164,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         let Some(forcing) = out.forcing.first_chunk_mut::<1>() else { return };
         let (_, cos_hinge) = S::sin_cos(q[0]);
         // arm: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let moment_own_arm_x = -cos_hinge * c(-0.0177798000739608);
+        let bias_moment_arm_x = -cos_hinge * c(-0.0177798000739608);
+        // arm: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let generalized_force_hinge = bias_moment_arm_x - mul_add(c(2.5e-5), u[0],
+            q[0] * c(7.6e-3));
         mass[0] = c(1.2282610013696912e-4);
-        forcing[0] = moment_own_arm_x - mul_add(c(2.5e-5), u[0], q[0] * c(7.6e-3));
+        forcing[0] = generalized_force_hinge;
     }
     fn write_closure(&self, q: &[S], residual: &mut [S], jacobian: &mut [S]) {}
     fn write_poses(&self, q: &[S], out: &mut [S]) {
@@ -222,8 +225,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         let (kinetic, potential) = (&mut [c(0.0)], &mut [c(0.0)]);
         let (sin_hinge, _) = S::sin_cos(q[0]);
         // arm: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2
-        let kinetic_arm = u[0] * u[0] * c(6.141305006848456e-5);
-        kinetic[0] = kinetic_arm;
+        let kinetic_energy_arm = u[0] * u[0] * c(6.141305006848456e-5);
+        kinetic[0] = kinetic_energy_arm;
         potential[0] = mul_add(c(3.8e-3), q[0] * q[0], mul_add(c(-1.81241590968e-3), sin_hinge,
             c(1.1060708461599998e-4)) * c(9.81));
         ::lamc_runtime::Energy {
@@ -243,24 +246,24 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         let Some(reactions) = out.first_chunk_mut::<6>() else { return };
         let (sin_hinge, cos_hinge) = S::sin_cos(q[0]);
         // arm: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let omega_xx_arm = u[0] * u[0];
+        let omega_arm_xx = u[0] * u[0];
         // arm: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let moment_own_arm_x = -cos_hinge * c(-0.0177798000739608)
+        let net_moment_arm_x = -cos_hinge * c(-0.0177798000739608)
             - mul_add(c(1.167917774784309e-7), a[0], a[0] * c(1.2270930835949067e-4));
-        let force_own_arm_y = mul_add(c(-1.81241590968e-3), omega_xx_arm,
+        let net_force_arm_y = mul_add(c(-1.81241590968e-3), omega_arm_xx,
             sin_hinge * c(-0.34228880128799993));
-        let force_own_arm_z = mul_add(c(1.81241590968e-3), a[0],
+        let net_force_arm_z = mul_add(c(1.81241590968e-3), a[0],
             cos_hinge * c(-0.34228880128799993));
-        let moment_own_arm_y = mul_add(c(-4.531021650040903e-5), a[0],
+        let net_moment_arm_y = mul_add(c(-4.531021650040903e-5), a[0],
             -cos_hinge * c(-8.557185803319869e-3));
-        let moment_own_arm_z = mul_add(c(-4.531021650040903e-5), omega_xx_arm,
+        let net_moment_arm_z = mul_add(c(-4.531021650040903e-5), omega_arm_xx,
             sin_hinge * c(-8.557185803319869e-3));
         reactions[0] = c(0.0);
-        reactions[1] = -force_own_arm_y;
-        reactions[2] = -force_own_arm_z;
-        reactions[3] = -moment_own_arm_x;
-        reactions[4] = -moment_own_arm_y;
-        reactions[5] = -moment_own_arm_z;
+        reactions[1] = -net_force_arm_y;
+        reactions[2] = -net_force_arm_z;
+        reactions[3] = -net_moment_arm_x;
+        reactions[4] = -net_moment_arm_y;
+        reactions[5] = -net_moment_arm_z;
     }
     fn write_tangent(
         &self,
@@ -284,8 +287,9 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         let Some(forces) = forces.first_chunk_mut::<1>() else { return };
         let (arm_part, _) = S::sin_cos(q[0]);
         // arm: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_moment_own_arm_x = -dq[0] * arm_part * c(0.0177798000739608);
-        forces[0] = d_moment_own_arm_x - mul_add(c(2.5e-5), du[0], dq[0] * c(7.6e-3));
+        let d_net_moment_arm_x = -dq[0] * arm_part * c(0.0177798000739608);
+        let d_imbalance_hinge = d_net_moment_arm_x - mul_add(c(2.5e-5), du[0], dq[0] * c(7.6e-3));
+        forces[0] = d_imbalance_hinge;
     }
 }
 
@@ -321,9 +325,9 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Pendulum<S>
         };
         let (_, cos_hinge) = S::sin_cos(q[0]);
         // arm: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
-        let reduced_arm = mul_add(c(0.0177798000739608), cos_hinge, mul_add(c(-2.5e-5), u[0],
+        let reduced_torque_arm = mul_add(c(0.0177798000739608), cos_hinge, mul_add(c(-2.5e-5), u[0],
             -q[0] * c(7.6e-3)));
-        acceleration[0] = c(8141.592046681067) * reduced_arm;
+        acceleration[0] = c(8141.592046681067) * reduced_torque_arm;
         margin[0] = c(8141.592046681067);
         margin[1] = c(1.0);
         ::lamc_runtime::Margin {
@@ -361,12 +365,15 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Pendulum<S>
         };
         let (arm_part, cos_hinge) = S::sin_cos(q[0]);
         // arm: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let moment_own_arm_x = -cos_hinge * c(-0.0177798000739608);
+        let bias_moment_arm_x = -cos_hinge * c(-0.0177798000739608);
+        // arm: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let generalized_force_hinge = bias_moment_arm_x - mul_add(c(2.5e-5), u[0],
+            q[0] * c(7.6e-3));
         // arm: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_moment_own_arm_x = -arm_part * c(0.0177798000739608);
-        acceleration[0] = (moment_own_arm_x - mul_add(c(2.5e-5), u[0],
-            q[0] * c(7.6e-3))) * c(8141.592046681067);
-        dq[0] = c(8141.592046681067) * (d_moment_own_arm_x - c(7.6e-3));
+        let d_net_moment_arm_x = -arm_part * c(0.0177798000739608);
+        let d_imbalance_hinge = d_net_moment_arm_x - c(7.6e-3);
+        acceleration[0] = generalized_force_hinge * c(8141.592046681067);
+        dq[0] = c(8141.592046681067) * d_imbalance_hinge;
         du[0] = c(-0.2035398011670267);
         dt[0] = c(0.0);
         margin[0] = c(8141.592046681067);

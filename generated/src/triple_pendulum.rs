@@ -174,80 +174,98 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
             (sin_elbow, cos_elbow),
             (sin_wrist, cos_wrist),
         ] = S::sin_cos_all([q[0], q[1], q[2]]);
-        // upper: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let free_fall_upper_y = -sin_shoulder * c(9.81);
-        let upper_part = cos_shoulder * c(9.81);
         // middle: angular velocity: w = R^T w_parent + u e_x
         let omega_middle_x = u[0] + u[1];
         // middle: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let omega_xx_middle = omega_middle_x * omega_middle_x;
-        // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let fall_above_middle_y = mul_add(-u[0], u[0], free_fall_upper_y);
-        let free_fall_middle_z = mul_add(-sin_elbow, fall_above_middle_y, -cos_elbow * upper_part);
-        // middle: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let force_own_middle_y = -omega_xx_middle * c(1.4999836);
+        let omega_middle_xx = omega_middle_x * omega_middle_x;
         // lower: angular velocity: w = R^T w_parent + u e_x
         let omega_lower_x = u[2] - omega_middle_x;
         // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let omega_xx_lower = omega_lower_x * omega_lower_x;
-        // lower: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let fall_above_lower_y = mul_add(cos_elbow, fall_above_middle_y, -mul_add(sin_elbow,
-            upper_part, omega_xx_middle));
-        let free_fall_lower_z = mul_add(cos_wrist, free_fall_middle_z,
-            sin_wrist * fall_above_lower_y);
-        // lower: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let force_own_lower_y = omega_xx_lower * c(0.4999999999599003);
-        let moment_own_lower_x = free_fall_lower_z * c(0.4999999999599003);
-        // lower: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let force_above_lower_z = sin_wrist * force_own_lower_y;
-        // lower: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let first_moment_above_lower_z = sin_wrist * c(0.4999999999599003);
-        let across_lower = -first_moment_above_lower_z;
-        let force_above_lower_z_2 = cos_wrist * c(0.4999999999599003);
-        let moment_above_lower_x = -force_above_lower_z_2 - c(0.4166658393333334);
+        let omega_lower_xx = omega_lower_x * omega_lower_x;
+        // upper: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_upper_y = -sin_shoulder * c(9.81);
+        let upper_part = cos_shoulder * c(9.81);
+        // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_in_parent_middle_y = mul_add(-u[0], u[0], apparent_gravity_upper_y);
+        let apparent_gravity_middle_z = mul_add(-sin_elbow, apparent_gravity_in_parent_middle_y,
+            -cos_elbow * upper_part);
+        // middle: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
+        let bias_force_middle_y = -omega_middle_xx * c(1.4999836);
         // lower: composite inertia: m, h, S of all beyond the hinge
-        let twist_lower = sin_wrist * c(0.25000082733333334);
-        let bend_lower = sin_wrist * twist_lower;
-        // middle: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let middle_part = sin_elbow * first_moment_above_lower_z;
-        let moment_above_middle_x = moment_above_lower_x - mul_add(cos_elbow, force_above_lower_z_2,
-            middle_part);
-        // middle: composite inertia: m, h, S of all beyond the hinge
-        let first_moment_middle_y = c(-1.4999836) - force_above_lower_z_2;
-        let second_moment_yy_middle = mul_add(c(0.9999999999198006), cos_wrist,
-            c(1.6666502667468661)) - bend_lower;
-        let second_moment_yz_middle = mul_add(-cos_wrist, twist_lower, across_lower);
-        let second_moment_zz_middle = bend_lower + c(0.1666641846666667);
-        // middle: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let mass_elbow_elbow = second_moment_yy_middle + second_moment_zz_middle;
-        let force_above_middle_z = mul_add(cos_elbow, first_moment_middle_y, -middle_part);
-        let moment_above_middle_x_2 = mass_elbow_elbow - force_above_middle_z;
-        // middle: composite inertia: m, h, S of all beyond the hinge
-        let twist_middle = mul_add(second_moment_yz_middle, cos_elbow * c(2.0),
-            sin_elbow * (second_moment_yy_middle - second_moment_zz_middle));
-        let bend_middle = sin_elbow * twist_middle;
+        let composite_second_moment_joint_deviator_lower = sin_wrist * c(0.25000082733333334);
+        let composite_second_moment_joint_deviator_sin_lower =
+            sin_wrist * composite_second_moment_joint_deviator_lower;
+        // lower: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_in_parent_lower_y = mul_add(cos_elbow,
+            apparent_gravity_in_parent_middle_y, -mul_add(sin_elbow, upper_part, omega_middle_xx));
+        let apparent_gravity_lower_z = mul_add(cos_wrist, apparent_gravity_middle_z,
+            sin_wrist * apparent_gravity_in_parent_lower_y);
+        // lower: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
+        let bias_force_lower_y = omega_lower_xx * c(0.4999999999599003);
+        let bias_moment_lower_x = apparent_gravity_lower_z * c(0.4999999999599003);
+        // lower: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let subtree_force_in_parent_lower_z = sin_wrist * bias_force_lower_y;
         // middle: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let force_middle_y = mul_add(-cos_wrist, force_own_lower_y, force_own_middle_y);
-        let moment_middle_x = -moment_own_lower_x - mul_add(c(1.4999836), free_fall_middle_z,
-            force_above_lower_z);
+        let subtree_force_middle_y = mul_add(-cos_wrist, bias_force_lower_y, bias_force_middle_y);
+        let subtree_moment_middle_x = -bias_moment_lower_x - mul_add(c(1.4999836),
+            apparent_gravity_middle_z, subtree_force_in_parent_lower_z);
+        // upper: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let generalized_force_shoulder = subtree_moment_middle_x - mul_add(sin_elbow,
+            subtree_force_middle_y, mul_add(cos_elbow, subtree_force_in_parent_lower_z,
+            mul_add(c(-24.524678232), cos_shoulder, mul_add(c(10.0), u[0], q[0] * c(100.0)))));
+        // middle: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let generalized_force_elbow = subtree_moment_middle_x - mul_add(c(10.0), u[1],
+            q[1] * c(100.0));
+        // lower: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let generalized_force_wrist = bias_moment_lower_x - mul_add(c(10.0), u[2], q[2] * c(100.0));
+        // lower: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
+        let composite_first_moment_in_parent_lower_z = sin_wrist * c(0.4999999999599003);
+        let inertia_wrist_force_on_hinge_lower_y = -composite_first_moment_in_parent_lower_z;
+        let inertia_wrist_force_in_parent_lower_z = cos_wrist * c(0.4999999999599003);
+        let inertia_wrist_moment_in_parent_lower_x = -inertia_wrist_force_in_parent_lower_z
+            - c(0.4166658393333334);
+        // middle: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
+        let middle_part = sin_elbow * composite_first_moment_in_parent_lower_z;
+        let inertia_wrist_moment_in_parent_middle_x = inertia_wrist_moment_in_parent_lower_x
+            - mul_add(cos_elbow, inertia_wrist_force_in_parent_lower_z, middle_part);
+        // middle: composite inertia: m, h, S of all beyond the hinge
+        let composite_first_moment_middle_y = c(-1.4999836) - inertia_wrist_force_in_parent_lower_z;
+        let composite_second_moment_middle_yy = mul_add(c(0.9999999999198006), cos_wrist,
+            c(1.6666502667468661)) - composite_second_moment_joint_deviator_sin_lower;
+        let composite_second_moment_middle_yz = mul_add(-cos_wrist,
+            composite_second_moment_joint_deviator_lower, inertia_wrist_force_on_hinge_lower_y);
+        let composite_second_moment_middle_zz = composite_second_moment_joint_deviator_sin_lower
+            + c(0.1666641846666667);
+        // middle: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
+        let mass_elbow_elbow = composite_second_moment_middle_yy
+            + composite_second_moment_middle_zz;
+        let inertia_elbow_force_in_parent_middle_z = mul_add(cos_elbow,
+            composite_first_moment_middle_y, -middle_part);
+        let inertia_elbow_moment_in_parent_middle_x = mass_elbow_elbow
+            - inertia_elbow_force_in_parent_middle_z;
+        // middle: composite inertia: m, h, S of all beyond the hinge
+        let composite_second_moment_joint_deviator_middle =
+            mul_add(composite_second_moment_middle_yz, cos_elbow * c(2.0),
+            sin_elbow * (composite_second_moment_middle_yy - composite_second_moment_middle_zz));
+        let composite_second_moment_joint_deviator_sin_middle =
+            sin_elbow * composite_second_moment_joint_deviator_middle;
         // upper: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let mass_shoulder_shoulder = bend_middle + mul_add(c(-2.0), force_above_middle_z,
-            second_moment_zz_middle + (second_moment_yy_middle + c(2.4166322120801995)))
-            - bend_middle;
+        let mass_shoulder_shoulder = composite_second_moment_joint_deviator_sin_middle
+            + mul_add(c(-2.0), inertia_elbow_force_in_parent_middle_z,
+            composite_second_moment_middle_zz + (composite_second_moment_middle_yy
+            + c(2.4166322120801995))) - composite_second_moment_joint_deviator_sin_middle;
         mass[0] = mass_shoulder_shoulder;
-        mass[1] = moment_above_middle_x_2;
-        mass[2] = moment_above_middle_x;
-        mass[3] = moment_above_middle_x_2;
+        mass[1] = inertia_elbow_moment_in_parent_middle_x;
+        mass[2] = inertia_wrist_moment_in_parent_middle_x;
+        mass[3] = inertia_elbow_moment_in_parent_middle_x;
         mass[4] = mass_elbow_elbow;
-        mass[5] = moment_above_lower_x;
-        mass[6] = moment_above_middle_x;
-        mass[7] = moment_above_lower_x;
+        mass[5] = inertia_wrist_moment_in_parent_lower_x;
+        mass[6] = inertia_wrist_moment_in_parent_middle_x;
+        mass[7] = inertia_wrist_moment_in_parent_lower_x;
         mass[8] = c(0.4166658393333334);
-        forcing[0] = moment_middle_x - mul_add(sin_elbow, force_middle_y, mul_add(cos_elbow,
-            force_above_lower_z, mul_add(c(-24.524678232), cos_shoulder, mul_add(c(10.0), u[0],
-            q[0] * c(100.0)))));
-        forcing[1] = moment_middle_x - mul_add(c(10.0), u[1], q[1] * c(100.0));
-        forcing[2] = moment_own_lower_x - mul_add(c(10.0), u[2], q[2] * c(100.0));
+        forcing[0] = generalized_force_shoulder;
+        forcing[1] = generalized_force_elbow;
+        forcing[2] = generalized_force_wrist;
     }
     fn write_closure(&self, q: &[S], residual: &mut [S], jacobian: &mut [S]) {}
     fn write_poses(&self, q: &[S], out: &mut [S]) {
@@ -367,17 +385,17 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         // middle: velocity: v = R^T (v_parent + w_parent x r)
         let middle_part = sin_elbow * u[0];
         let middle_part_2 = cos_elbow * u[0];
-        let v_middle_z = -middle_part_2;
-        // lower: angular velocity: w = R^T w_parent + u e_x
-        let omega_lower_x = u[2] - omega_middle_x;
-        // lower: velocity: v = R^T (v_parent + w_parent x r)
-        let lower_part = v_middle_z - omega_middle_x;
-        let v_lower_y = mul_add(cos_wrist, middle_part, sin_wrist * lower_part);
-        let v_lower_z = mul_add(-sin_wrist, middle_part, cos_wrist * lower_part);
+        let velocity_middle_z = -middle_part_2;
         // middle: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_middle_z = mul_add(cos_shoulder, sin_elbow, sin_shoulder * cos_elbow);
         let axis_z_middle_z = mul_add(-sin_shoulder, sin_elbow, cos_shoulder * cos_elbow);
         let origin_middle_z = c(0.5) - sin_shoulder;
+        // lower: angular velocity: w = R^T w_parent + u e_x
+        let omega_lower_x = u[2] - omega_middle_x;
+        // lower: velocity: v = R^T (v_parent + w_parent x r)
+        let lower_part = velocity_middle_z - omega_middle_x;
+        let velocity_lower_y = mul_add(cos_wrist, middle_part, sin_wrist * lower_part);
+        let velocity_lower_z = mul_add(-sin_wrist, middle_part, cos_wrist * lower_part);
         // lower: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_lower_z = mul_add(-cos_wrist, axis_y_middle_z, sin_wrist * axis_z_middle_z);
         let origin_lower_z = origin_middle_z - axis_y_middle_z;
@@ -386,9 +404,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
             mul_add(c(0.2083329196666667), omega_lower_x * omega_lower_x,
             mul_add(c(0.20832840604009972), omega_middle_x * omega_middle_x,
             u[0] * u[0] * c(0.20832840604009978))));
-        let part_2 = mul_add(c(0.4999959), mul_add(v_lower_z, v_lower_z, v_lower_y * v_lower_y),
-            mul_add(v_lower_z, omega_lower_x * c(0.4999999999599003), mul_add(c(0.4999918),
-            mul_add(middle_part_2, middle_part_2, middle_part * middle_part), part)));
+        let part_2 = mul_add(c(0.4999959), mul_add(velocity_lower_z, velocity_lower_z,
+            velocity_lower_y * velocity_lower_y), mul_add(velocity_lower_z,
+            omega_lower_x * c(0.4999999999599003), mul_add(c(0.4999918), mul_add(middle_part_2,
+            middle_part_2, middle_part * middle_part), part)));
         let part_3 = mul_add(c(9.81), mul_add(c(-0.4999918000000001), sin_shoulder,
             c(0.4999918000000001)), mul_add(c(50.0), q[2] * q[2], mul_add(c(50.0), q[1] * q[1],
             q[0] * q[0] * c(50.0))));
@@ -417,101 +436,101 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
             (sin_wrist, cos_wrist),
         ] = S::sin_cos_all([q[0], q[1], q[2]]);
         // upper: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let omega_xx_upper = u[0] * u[0];
-        // upper: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let free_fall_upper_y = -sin_shoulder * c(9.81);
+        let omega_upper_xx = u[0] * u[0];
         // middle: angular velocity: w = R^T w_parent + u e_x
         let omega_middle_x = u[0] + u[1];
         // middle: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let omega_xx_middle = omega_middle_x * omega_middle_x;
-        // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let fall_above_middle_y = free_fall_upper_y - omega_xx_upper;
+        let omega_middle_xx = omega_middle_x * omega_middle_x;
         // lower: angular velocity: w = R^T w_parent + u e_x
         let omega_lower_x = u[2] - omega_middle_x;
         // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let omega_xx_lower = omega_lower_x * omega_lower_x;
+        let omega_lower_xx = omega_lower_x * omega_lower_x;
+        // upper: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_upper_y = -sin_shoulder * c(9.81);
+        // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_in_parent_middle_y = apparent_gravity_upper_y - omega_upper_xx;
         // middle: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_moving_middle_x = a[0] + a[1];
-        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let fall_above_middle_z = mul_add(c(-9.81), cos_shoulder, a[0]);
-        let free_fall_middle_y = mul_add(cos_elbow, fall_above_middle_y,
-            sin_elbow * fall_above_middle_z);
-        let free_fall_middle_z = mul_add(-sin_elbow, fall_above_middle_y,
-            cos_elbow * fall_above_middle_z);
+        let alpha_middle_x = a[0] + a[1];
+        // lower: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
+        let alpha_lower_x = a[2] - alpha_middle_x;
         // upper: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let upper_part = -cos_shoulder * c(-4.904919558000001);
         // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let middle_part = -free_fall_middle_z * c(0.4999918);
-        // lower: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_moving_lower_x = a[2] - alpha_moving_middle_x;
+        let apparent_gravity_in_parent_middle_z = mul_add(c(-9.81), cos_shoulder, a[0]);
+        let apparent_gravity_middle_y = mul_add(cos_elbow, apparent_gravity_in_parent_middle_y,
+            sin_elbow * apparent_gravity_in_parent_middle_z);
+        let apparent_gravity_middle_z = mul_add(-sin_elbow, apparent_gravity_in_parent_middle_y,
+            cos_elbow * apparent_gravity_in_parent_middle_z);
+        let middle_part = -apparent_gravity_middle_z * c(0.4999918);
         // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let fall_above_lower_y = free_fall_middle_y - omega_xx_middle;
-        let fall_above_lower_z = alpha_moving_middle_x + free_fall_middle_z;
-        let free_fall_lower_y = mul_add(-cos_wrist, fall_above_lower_y,
-            sin_wrist * fall_above_lower_z);
-        let free_fall_lower_z = mul_add(cos_wrist, fall_above_lower_z,
-            sin_wrist * fall_above_lower_y);
-        let moment_own_lower_x = mul_add(c(0.4999999999599003), free_fall_lower_z,
-            -mul_add(c(0.08333250600000003), alpha_moving_lower_x,
-            alpha_moving_lower_x * c(0.33333333333333337)));
-        let force_own_lower_y = mul_add(c(0.4999999999599003), omega_xx_lower,
-            free_fall_lower_y * c(0.9999918));
-        let force_own_lower_z = mul_add(c(-0.4999999999599003), alpha_moving_lower_x,
-            free_fall_lower_z * c(0.9999918));
-        let moment_own_lower_y = mul_add(c(-0.24999999997995015), alpha_moving_lower_x,
-            free_fall_lower_z * c(0.4999959));
-        let moment_own_lower_z = mul_add(c(-0.24999999997995015), omega_xx_lower,
-            -free_fall_lower_y * c(0.4999959));
-        let force_above_lower_z = mul_add(cos_wrist, force_own_lower_z,
-            sin_wrist * force_own_lower_y);
+        let apparent_gravity_in_parent_lower_y = apparent_gravity_middle_y - omega_middle_xx;
+        let apparent_gravity_in_parent_lower_z = alpha_middle_x + apparent_gravity_middle_z;
+        let apparent_gravity_lower_y = mul_add(-cos_wrist, apparent_gravity_in_parent_lower_y,
+            sin_wrist * apparent_gravity_in_parent_lower_z);
+        let apparent_gravity_lower_z = mul_add(cos_wrist, apparent_gravity_in_parent_lower_z,
+            sin_wrist * apparent_gravity_in_parent_lower_y);
+        let net_moment_lower_x = mul_add(c(0.4999999999599003), apparent_gravity_lower_z,
+            -mul_add(c(0.08333250600000003), alpha_lower_x,
+            alpha_lower_x * c(0.33333333333333337)));
+        let net_force_lower_y = mul_add(c(0.4999999999599003), omega_lower_xx,
+            apparent_gravity_lower_y * c(0.9999918));
+        let net_force_lower_z = mul_add(c(-0.4999999999599003), alpha_lower_x,
+            apparent_gravity_lower_z * c(0.9999918));
+        let net_moment_lower_y = mul_add(c(-0.24999999997995015), alpha_lower_x,
+            apparent_gravity_lower_z * c(0.4999959));
+        let net_moment_lower_z = mul_add(c(-0.24999999997995015), omega_lower_xx,
+            -apparent_gravity_lower_y * c(0.4999959));
+        let transmitted_force_in_parent_lower_z = mul_add(cos_wrist, net_force_lower_z,
+            sin_wrist * net_force_lower_y);
         // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let force_carried_middle_y = mul_add(-cos_wrist, force_own_lower_y, mul_add(sin_wrist,
-            force_own_lower_z, mul_add(c(-0.4999918), omega_xx_middle,
-            free_fall_middle_y * c(0.9999836))));
-        let force_carried_middle_z = force_above_lower_z + mul_add(c(0.4999918),
-            alpha_moving_middle_x, free_fall_middle_z * c(0.9999836));
-        let moment_carried_middle_x = middle_part - mul_add(c(0.08333167866666666),
-            alpha_moving_middle_x, alpha_moving_middle_x * c(0.33332513341353276))
-            - moment_own_lower_x - force_above_lower_z;
-        let moment_carried_middle_y = mul_add(sin_wrist, moment_own_lower_z, mul_add(-cos_wrist,
-            moment_own_lower_y, mul_add(c(-0.2499959), alpha_moving_middle_x, middle_part)));
-        let moment_carried_middle_z = mul_add(cos_wrist, moment_own_lower_z, mul_add(sin_wrist,
-            moment_own_lower_y, mul_add(c(-0.2499959), omega_xx_middle,
-            free_fall_middle_y * c(0.4999918))));
-        let force_above_middle_z = mul_add(cos_elbow, force_carried_middle_z,
-            sin_elbow * force_carried_middle_y);
+        let transmitted_force_middle_y = mul_add(-cos_wrist, net_force_lower_y, mul_add(sin_wrist,
+            net_force_lower_z, mul_add(c(-0.4999918), omega_middle_xx,
+            apparent_gravity_middle_y * c(0.9999836))));
+        let transmitted_force_middle_z = transmitted_force_in_parent_lower_z + mul_add(c(0.4999918),
+            alpha_middle_x, apparent_gravity_middle_z * c(0.9999836));
+        let transmitted_moment_middle_x = middle_part - mul_add(c(0.08333167866666666),
+            alpha_middle_x, alpha_middle_x * c(0.33332513341353276)) - net_moment_lower_x
+            - transmitted_force_in_parent_lower_z;
+        let transmitted_moment_middle_y = mul_add(sin_wrist, net_moment_lower_z, mul_add(-cos_wrist,
+            net_moment_lower_y, mul_add(c(-0.2499959), alpha_middle_x, middle_part)));
+        let transmitted_moment_middle_z = mul_add(cos_wrist, net_moment_lower_z, mul_add(sin_wrist,
+            net_moment_lower_y, mul_add(c(-0.2499959), omega_middle_xx,
+            apparent_gravity_middle_y * c(0.4999918))));
+        let transmitted_force_in_parent_middle_z = mul_add(cos_elbow, transmitted_force_middle_z,
+            sin_elbow * transmitted_force_middle_y);
         // upper: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let force_carried_upper_y = mul_add(cos_elbow, force_carried_middle_y, mul_add(-sin_elbow,
-            force_carried_middle_z, mul_add(c(-0.4999918000000001), omega_xx_upper,
-            sin_shoulder * c(-9.809839116000003))));
-        let force_carried_upper_z = force_above_middle_z + mul_add(c(0.4999918000000001), a[0],
-            cos_shoulder * c(-9.809839116000003));
-        let moment_carried_upper_x = moment_carried_middle_x + (upper_part
+        let transmitted_force_upper_y = mul_add(cos_elbow, transmitted_force_middle_y,
+            mul_add(-sin_elbow, transmitted_force_middle_z, mul_add(c(-0.4999918000000001),
+            omega_upper_xx, sin_shoulder * c(-9.809839116000003))));
+        let transmitted_force_upper_z = transmitted_force_in_parent_middle_z
+            + mul_add(c(0.4999918000000001), a[0], cos_shoulder * c(-9.809839116000003));
+        let transmitted_moment_upper_x = transmitted_moment_middle_x + (upper_part
             - mul_add(c(0.08333167866666671), a[0], a[0] * c(0.33332513341353287)))
-            - force_above_middle_z;
-        let moment_carried_upper_y = mul_add(cos_elbow, moment_carried_middle_y, mul_add(-sin_elbow,
-            moment_carried_middle_z, mul_add(c(-0.24999590000000005), a[0], upper_part)));
-        let moment_carried_upper_z = mul_add(cos_elbow, moment_carried_middle_z, mul_add(sin_elbow,
-            moment_carried_middle_y, mul_add(c(-0.24999590000000005), omega_xx_upper,
-            sin_shoulder * c(-4.904919558000001))));
+            - transmitted_force_in_parent_middle_z;
+        let transmitted_moment_upper_y = mul_add(cos_elbow, transmitted_moment_middle_y,
+            mul_add(-sin_elbow, transmitted_moment_middle_z, mul_add(c(-0.24999590000000005), a[0],
+            upper_part)));
+        let transmitted_moment_upper_z = mul_add(cos_elbow, transmitted_moment_middle_z,
+            mul_add(sin_elbow, transmitted_moment_middle_y, mul_add(c(-0.24999590000000005),
+            omega_upper_xx, sin_shoulder * c(-4.904919558000001))));
         reactions[0] = c(0.0);
-        reactions[1] = -force_carried_upper_y;
-        reactions[2] = -force_carried_upper_z;
-        reactions[3] = -moment_carried_upper_x;
-        reactions[4] = -moment_carried_upper_y;
-        reactions[5] = -moment_carried_upper_z;
+        reactions[1] = -transmitted_force_upper_y;
+        reactions[2] = -transmitted_force_upper_z;
+        reactions[3] = -transmitted_moment_upper_x;
+        reactions[4] = -transmitted_moment_upper_y;
+        reactions[5] = -transmitted_moment_upper_z;
         reactions[6] = c(0.0);
-        reactions[7] = -force_carried_middle_y;
-        reactions[8] = -force_carried_middle_z;
-        reactions[9] = -moment_carried_middle_x;
-        reactions[10] = -moment_carried_middle_y;
-        reactions[11] = -moment_carried_middle_z;
+        reactions[7] = -transmitted_force_middle_y;
+        reactions[8] = -transmitted_force_middle_z;
+        reactions[9] = -transmitted_moment_middle_x;
+        reactions[10] = -transmitted_moment_middle_y;
+        reactions[11] = -transmitted_moment_middle_z;
         reactions[12] = c(0.0);
-        reactions[13] = -force_own_lower_y;
-        reactions[14] = -force_own_lower_z;
-        reactions[15] = -moment_own_lower_x;
-        reactions[16] = -(moment_own_lower_y - force_own_lower_z);
-        reactions[17] = -(force_own_lower_y + moment_own_lower_z);
+        reactions[13] = -net_force_lower_y;
+        reactions[14] = -net_force_lower_z;
+        reactions[15] = -net_moment_lower_x;
+        reactions[16] = -(net_moment_lower_y - net_force_lower_z);
+        reactions[17] = -(net_force_lower_y + net_moment_lower_z);
     }
     fn write_tangent(
         &self,
@@ -538,84 +557,96 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
             (sin_elbow, cos_elbow),
             (sin_wrist, cos_wrist),
         ] = S::sin_cos_all([q[0], q[1], q[2]]);
-        // upper: hinge angle: s = sin q, c = cos q
-        let d_sin_shoulder = dq[0] * cos_shoulder;
-        let upper_part = dq[0] * sin_shoulder;
-        // middle: hinge angle: s = sin q, c = cos q
-        let d_sin_elbow = dq[1] * cos_elbow;
-        let middle_part = dq[1] * sin_elbow;
-        // lower: hinge angle: s = sin q, c = cos q
-        let d_sin_wrist = dq[2] * cos_wrist;
-        let lower_part = dq[2] * sin_wrist;
         // upper: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let upper_part_2 = u[0] * du[0];
-        // upper: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let free_fall_upper_y = -sin_shoulder * c(9.81);
-        let d_free_fall_upper_y = -d_sin_shoulder * c(9.81);
-        let upper_part_3 = upper_part * c(-9.81);
+        let upper_part = u[0] * du[0];
+        // middle: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
+        let alpha_middle_x = a[0] + a[1];
         // middle: angular velocity: w = R^T w_parent + u e_x
         let omega_middle_x = u[0] + u[1];
         let d_omega_middle_x = du[0] + du[1];
         // middle: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let omega_xx_middle = omega_middle_x * omega_middle_x;
-        let middle_part_2 = omega_middle_x * d_omega_middle_x;
-        let d_omega_xx_middle = middle_part_2 + middle_part_2;
-        // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let fall_above_middle_y = mul_add(-u[0], u[0], free_fall_upper_y);
-        let d_fall_above_middle_y = d_free_fall_upper_y - (upper_part_2 + upper_part_2);
-        // middle: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let force_own_middle_y = -omega_xx_middle * c(1.4999836);
-        let d_force_own_middle_y = -d_omega_xx_middle * c(1.4999836);
+        let omega_middle_xx = omega_middle_x * omega_middle_x;
+        let middle_part = omega_middle_x * d_omega_middle_x;
+        let d_omega_middle_xx = middle_part + middle_part;
+        // lower: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
+        let alpha_lower_x = a[2] - alpha_middle_x;
         // lower: angular velocity: w = R^T w_parent + u e_x
         let omega_lower_x = u[2] - omega_middle_x;
         let d_omega_lower_x = du[2] - d_omega_middle_x;
         // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let omega_xx_lower = omega_lower_x * omega_lower_x;
-        let lower_part_2 = omega_lower_x * d_omega_lower_x;
-        let d_omega_xx_lower = lower_part_2 + lower_part_2;
+        let omega_lower_xx = omega_lower_x * omega_lower_x;
+        let lower_part = omega_lower_x * d_omega_lower_x;
+        let d_omega_lower_xx = lower_part + lower_part;
         // lower: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let force_own_lower_y = omega_xx_lower * c(0.4999999999599003);
-        let d_force_own_lower_y = d_omega_xx_lower * c(0.4999999999599003);
-        // middle: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_moving_middle_x = a[0] + a[1];
+        let bias_force_lower_y = omega_lower_xx * c(0.4999999999599003);
+        let d_bias_force_lower_y = d_omega_lower_xx * c(0.4999999999599003);
+        // upper: hinge angle: s = sin q, c = cos q
+        let d_sin_shoulder = dq[0] * cos_shoulder;
+        let upper_part_2 = dq[0] * sin_shoulder;
+        // middle: hinge angle: s = sin q, c = cos q
+        let d_sin_elbow = dq[1] * cos_elbow;
+        let middle_part_2 = dq[1] * sin_elbow;
+        // lower: hinge angle: s = sin q, c = cos q
+        let d_sin_wrist = dq[2] * cos_wrist;
+        let lower_part_2 = dq[2] * sin_wrist;
+        // upper: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_upper_y = -sin_shoulder * c(9.81);
+        let d_apparent_gravity_upper_y = -d_sin_shoulder * c(9.81);
+        let upper_part_3 = upper_part_2 * c(-9.81);
+        // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_in_parent_middle_y = mul_add(-u[0], u[0], apparent_gravity_upper_y);
+        let d_apparent_gravity_in_parent_middle_y = d_apparent_gravity_upper_y - (upper_part
+            + upper_part);
+        // middle: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
+        let bias_force_middle_y = -omega_middle_xx * c(1.4999836);
+        let d_bias_force_middle_y = -d_omega_middle_xx * c(1.4999836);
         // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let fall_above_middle_z = mul_add(c(-9.81), cos_shoulder, a[0]);
-        let d_free_fall_middle_z = mul_add(-sin_elbow, d_fall_above_middle_y,
-            -middle_part * fall_above_middle_z) - mul_add(cos_elbow, upper_part_3,
-            d_sin_elbow * fall_above_middle_y);
-        // lower: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_moving_lower_x = a[2] - alpha_moving_middle_x;
+        let apparent_gravity_in_parent_middle_z = mul_add(c(-9.81), cos_shoulder, a[0]);
+        let d_apparent_gravity_middle_z = mul_add(-sin_elbow, d_apparent_gravity_in_parent_middle_y,
+            -middle_part_2 * apparent_gravity_in_parent_middle_z) - mul_add(cos_elbow, upper_part_3,
+            d_sin_elbow * apparent_gravity_in_parent_middle_y);
         // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let fall_above_lower_y = mul_add(cos_elbow, fall_above_middle_y, mul_add(sin_elbow,
-            fall_above_middle_z, -omega_xx_middle));
-        let d_fall_above_lower_y = mul_add(cos_elbow, d_fall_above_middle_y, mul_add(d_sin_elbow,
-            fall_above_middle_z, -d_omega_xx_middle)) - mul_add(middle_part, fall_above_middle_y,
-            sin_elbow * upper_part_3);
-        let fall_above_lower_z = mul_add(-sin_elbow, fall_above_middle_y, mul_add(cos_elbow,
-            fall_above_middle_z, alpha_moving_middle_x));
-        let d_free_fall_lower_z = mul_add(cos_wrist, d_free_fall_middle_z, mul_add(sin_wrist,
-            d_fall_above_lower_y, mul_add(-lower_part, fall_above_lower_z,
-            d_sin_wrist * fall_above_lower_y)));
-        let lower_part_3 = c(0.4999999999599003) * alpha_moving_lower_x;
-        let d_moment_own_lower_x = c(0.4999999999599003) * d_free_fall_lower_z;
-        let d_force_above_lower_z = mul_add(lower_part, lower_part_3, mul_add(sin_wrist,
-            d_force_own_lower_y, d_sin_wrist * force_own_lower_y));
+        let apparent_gravity_in_parent_lower_y = mul_add(cos_elbow,
+            apparent_gravity_in_parent_middle_y, mul_add(sin_elbow,
+            apparent_gravity_in_parent_middle_z, -omega_middle_xx));
+        let d_apparent_gravity_in_parent_lower_y = mul_add(cos_elbow,
+            d_apparent_gravity_in_parent_middle_y, mul_add(d_sin_elbow,
+            apparent_gravity_in_parent_middle_z, -d_omega_middle_xx)) - mul_add(middle_part_2,
+            apparent_gravity_in_parent_middle_y, sin_elbow * upper_part_3);
+        let apparent_gravity_in_parent_lower_z = mul_add(-sin_elbow,
+            apparent_gravity_in_parent_middle_y, mul_add(cos_elbow,
+            apparent_gravity_in_parent_middle_z, alpha_middle_x));
+        let d_apparent_gravity_lower_z = mul_add(cos_wrist, d_apparent_gravity_middle_z,
+            mul_add(sin_wrist, d_apparent_gravity_in_parent_lower_y, mul_add(-lower_part_2,
+            apparent_gravity_in_parent_lower_z, d_sin_wrist * apparent_gravity_in_parent_lower_y)));
+        let lower_part_3 = c(0.4999999999599003) * alpha_lower_x;
+        let d_net_moment_lower_x = c(0.4999999999599003) * d_apparent_gravity_lower_z;
+        let d_balance_force_in_parent_lower_z = mul_add(lower_part_2, lower_part_3,
+            mul_add(sin_wrist, d_bias_force_lower_y, d_sin_wrist * bias_force_lower_y));
         // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let force_moving_middle_y = mul_add(-cos_wrist, force_own_lower_y, mul_add(-sin_wrist,
-            lower_part_3, force_own_middle_y));
-        let d_force_moving_middle_y = mul_add(-cos_wrist, d_force_own_lower_y, d_force_own_middle_y)
-            + mul_add(-d_sin_wrist, lower_part_3, lower_part * force_own_lower_y);
-        let force_moving_middle_z = mul_add(-cos_wrist, lower_part_3, mul_add(sin_wrist,
-            force_own_lower_y, c(1.4999836) * alpha_moving_middle_x));
-        let d_moment_moving_middle_x = -d_moment_own_lower_x - mul_add(c(1.4999836),
-            d_free_fall_middle_z, d_force_above_lower_z);
-        // mechanism: results: what the function returns
-        let part = mul_add(-sin_elbow, d_force_moving_middle_y, middle_part * force_moving_middle_z)
-            - mul_add(cos_elbow, d_force_above_lower_z, mul_add(d_sin_elbow, force_moving_middle_y,
-            mul_add(c(24.524678232), upper_part, mul_add(c(10.0), du[0], dq[0] * c(100.0)))));
-        forces[0] = d_moment_moving_middle_x + part;
-        forces[1] = d_moment_moving_middle_x - mul_add(c(10.0), du[1], dq[1] * c(100.0));
-        forces[2] = d_moment_own_lower_x - mul_add(c(10.0), du[2], dq[2] * c(100.0));
+        let balance_force_middle_y = mul_add(-cos_wrist, bias_force_lower_y, mul_add(-sin_wrist,
+            lower_part_3, bias_force_middle_y));
+        let d_balance_force_middle_y = mul_add(-cos_wrist, d_bias_force_lower_y,
+            d_bias_force_middle_y) + mul_add(-d_sin_wrist, lower_part_3,
+            lower_part_2 * bias_force_lower_y);
+        let balance_force_middle_z = mul_add(-cos_wrist, lower_part_3, mul_add(sin_wrist,
+            bias_force_lower_y, c(1.4999836) * alpha_middle_x));
+        let d_balance_moment_middle_x = -d_net_moment_lower_x - mul_add(c(1.4999836),
+            d_apparent_gravity_middle_z, d_balance_force_in_parent_lower_z);
+        // upper: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let upper_part_4 = mul_add(-sin_elbow, d_balance_force_middle_y,
+            middle_part_2 * balance_force_middle_z) - mul_add(cos_elbow,
+            d_balance_force_in_parent_lower_z, mul_add(d_sin_elbow, balance_force_middle_y,
+            mul_add(c(24.524678232), upper_part_2, mul_add(c(10.0), du[0], dq[0] * c(100.0)))));
+        let d_imbalance_shoulder = d_balance_moment_middle_x + upper_part_4;
+        // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let d_imbalance_wrist = d_net_moment_lower_x - mul_add(c(10.0), du[2], dq[2] * c(100.0));
+        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let d_imbalance_elbow = d_balance_moment_middle_x - mul_add(c(10.0), du[1],
+            dq[1] * c(100.0));
+        forces[0] = d_imbalance_shoulder;
+        forces[1] = d_imbalance_elbow;
+        forces[2] = d_imbalance_wrist;
     }
 }
 
@@ -654,85 +685,92 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendu
             (sin_elbow, cos_elbow),
             (sin_wrist, cos_wrist),
         ] = S::sin_cos_all([q[0], q[1], q[2]]);
-        // upper: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let free_fall_upper_y = -sin_shoulder * c(9.81);
-        let upper_part = cos_shoulder * c(9.81);
         // middle: angular velocity: w = R^T w_parent + u e_x
         let omega_middle_x = u[0] + u[1];
         // middle: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let omega_xx_middle = omega_middle_x * omega_middle_x;
-        // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let fall_above_middle_y = mul_add(-u[0], u[0], free_fall_upper_y);
-        let free_fall_middle_z = mul_add(-sin_elbow, fall_above_middle_y, -cos_elbow * upper_part);
-        // middle: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let force_own_middle_y = -omega_xx_middle * c(1.4999836);
+        let omega_middle_xx = omega_middle_x * omega_middle_x;
         // lower: angular velocity: w = R^T w_parent + u e_x
         let omega_lower_x = u[2] - omega_middle_x;
         // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let omega_xx_lower = omega_lower_x * omega_lower_x;
-        // lower: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let fall_above_lower_y = mul_add(cos_elbow, fall_above_middle_y, -mul_add(sin_elbow,
-            upper_part, omega_xx_middle));
-        let free_fall_lower_z = mul_add(cos_wrist, free_fall_middle_z,
-            sin_wrist * fall_above_lower_y);
-        // lower: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let force_own_lower_y = omega_xx_lower * c(0.4999999999599003);
-        let moment_own_lower_x = free_fall_lower_z * c(0.4999999999599003);
-        // lower: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let force_above_lower_z = sin_wrist * force_own_lower_y;
-        // mechanism: results: what the function returns
-        let part = moment_own_lower_x - mul_add(c(10.0), u[2], q[2] * c(100.0));
-        // lower: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let first_moment_above_lower_z = sin_wrist * c(0.4999999999599003);
-        let force_above_lower_z_2 = cos_wrist * c(0.4999999999599003);
-        let moment_above_lower_x = -force_above_lower_z_2 - c(0.4166658393333334);
+        let omega_lower_xx = omega_lower_x * omega_lower_x;
+        // upper: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_upper_y = -sin_shoulder * c(9.81);
+        let upper_part = cos_shoulder * c(9.81);
+        // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_in_parent_middle_y = mul_add(-u[0], u[0], apparent_gravity_upper_y);
+        let apparent_gravity_middle_z = mul_add(-sin_elbow, apparent_gravity_in_parent_middle_y,
+            -cos_elbow * upper_part);
+        // middle: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
+        let bias_force_middle_y = -omega_middle_xx * c(1.4999836);
         // lower: composite inertia: m, h, S of all beyond the hinge
-        let twist_lower = sin_wrist * c(0.25000082733333334);
-        let bend_lower = sin_wrist * twist_lower;
+        let composite_second_moment_joint_deviator_lower = sin_wrist * c(0.25000082733333334);
+        let composite_second_moment_joint_deviator_sin_lower =
+            sin_wrist * composite_second_moment_joint_deviator_lower;
+        // lower: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_in_parent_lower_y = mul_add(cos_elbow,
+            apparent_gravity_in_parent_middle_y, -mul_add(sin_elbow, upper_part, omega_middle_xx));
+        let apparent_gravity_lower_z = mul_add(cos_wrist, apparent_gravity_middle_z,
+            sin_wrist * apparent_gravity_in_parent_lower_y);
+        // lower: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
+        let bias_force_lower_y = omega_lower_xx * c(0.4999999999599003);
+        let bias_moment_lower_x = apparent_gravity_lower_z * c(0.4999999999599003);
+        // lower: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let subtree_force_in_parent_lower_z = sin_wrist * bias_force_lower_y;
+        let generalized_force_wrist = bias_moment_lower_x - mul_add(c(10.0), u[2], q[2] * c(100.0));
+        // lower: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
+        let composite_first_moment_in_parent_lower_z = sin_wrist * c(0.4999999999599003);
+        let inertia_wrist_force_in_parent_lower_z = cos_wrist * c(0.4999999999599003);
+        let inertia_wrist_moment_in_parent_lower_x = -inertia_wrist_force_in_parent_lower_z
+            - c(0.4166658393333334);
         // middle: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let middle_part = sin_elbow * first_moment_above_lower_z;
-        let moment_above_middle_x = moment_above_lower_x - mul_add(cos_elbow, force_above_lower_z_2,
-            middle_part);
+        let middle_part = sin_elbow * composite_first_moment_in_parent_lower_z;
+        let inertia_wrist_moment_in_parent_middle_x = inertia_wrist_moment_in_parent_lower_x
+            - mul_add(cos_elbow, inertia_wrist_force_in_parent_lower_z, middle_part);
         // middle: composite inertia: m, h, S of all beyond the hinge
-        let first_moment_middle_y = c(-1.4999836) - force_above_lower_z_2;
-        let second_moment_yy_middle = mul_add(c(0.9999999999198006), cos_wrist,
-            c(1.6666502667468661)) - bend_lower;
-        let second_moment_zz_middle = bend_lower + c(0.1666641846666667);
+        let composite_first_moment_middle_y = c(-1.4999836) - inertia_wrist_force_in_parent_lower_z;
+        let composite_second_moment_middle_yy = mul_add(c(0.9999999999198006), cos_wrist,
+            c(1.6666502667468661)) - composite_second_moment_joint_deviator_sin_lower;
+        let composite_second_moment_middle_zz = composite_second_moment_joint_deviator_sin_lower
+            + c(0.1666641846666667);
         // middle: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let mass_elbow_elbow = second_moment_yy_middle + second_moment_zz_middle;
-        let force_above_middle_z = mul_add(cos_elbow, first_moment_middle_y, -middle_part);
+        let mass_elbow_elbow = composite_second_moment_middle_yy
+            + composite_second_moment_middle_zz;
+        let inertia_elbow_force_in_parent_middle_z = mul_add(cos_elbow,
+            composite_first_moment_middle_y, -middle_part);
         // middle: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let force_middle_y = mul_add(-cos_wrist, force_own_lower_y, force_own_middle_y);
-        let moment_middle_x = -moment_own_lower_x - mul_add(c(1.4999836), free_fall_middle_z,
-            force_above_lower_z);
+        let subtree_force_middle_y = mul_add(-cos_wrist, bias_force_lower_y, bias_force_middle_y);
+        let subtree_moment_middle_x = -bias_moment_lower_x - mul_add(c(1.4999836),
+            apparent_gravity_middle_z, subtree_force_in_parent_lower_z);
         // lower: factor of the mass matrix: M = L^T D L
-        let factor_wrist_shoulder = moment_above_middle_x * c(2.400004765449462);
-        let factor_wrist_elbow = moment_above_lower_x * c(2.400004765449462);
-        let lower_part = mul_add(-moment_above_middle_x, factor_wrist_elbow, mass_elbow_elbow
-            - force_above_middle_z);
+        let factor_wrist_shoulder = inertia_wrist_moment_in_parent_middle_x * c(2.400004765449462);
+        let factor_wrist_elbow = inertia_wrist_moment_in_parent_lower_x * c(2.400004765449462);
+        let lower_part = mul_add(-inertia_wrist_moment_in_parent_middle_x, factor_wrist_elbow,
+            mass_elbow_elbow - inertia_elbow_force_in_parent_middle_z);
         // middle: factor of the mass matrix: M = L^T D L
-        let inverse_pivot_elbow = c(1.0) / mul_add(-moment_above_lower_x, factor_wrist_elbow,
-            mass_elbow_elbow);
+        let inverse_pivot_elbow = c(1.0) / mul_add(-inertia_wrist_moment_in_parent_lower_x,
+            factor_wrist_elbow, mass_elbow_elbow);
         let factor_elbow_shoulder = lower_part * inverse_pivot_elbow;
         // upper: factor of the mass matrix: M = L^T D L
         let inverse_pivot_shoulder = c(1.0) / mul_add(-lower_part, factor_elbow_shoulder,
-            mul_add(-moment_above_middle_x, factor_wrist_shoulder, mul_add(c(-2.0),
-            force_above_middle_z, second_moment_zz_middle + (second_moment_yy_middle
+            mul_add(-inertia_wrist_moment_in_parent_middle_x, factor_wrist_shoulder,
+            mul_add(c(-2.0), inertia_elbow_force_in_parent_middle_z,
+            composite_second_moment_middle_zz + (composite_second_moment_middle_yy
             + c(2.4166322120801995)))));
         // mechanism: reduced force: y = L^-T f
-        let part_2 = mul_add(-part, factor_wrist_elbow, moment_middle_x - mul_add(c(10.0), u[1],
-            q[1] * c(100.0)));
-        let part_3 = mul_add(-part, factor_wrist_shoulder, moment_middle_x - mul_add(sin_elbow,
-            force_middle_y, mul_add(cos_elbow, force_above_lower_z, mul_add(c(-24.524678232),
-            cos_shoulder, mul_add(c(10.0), u[0], q[0] * c(100.0))))));
+        let part = mul_add(-generalized_force_wrist, factor_wrist_elbow, subtree_moment_middle_x
+            - mul_add(c(10.0), u[1], q[1] * c(100.0)));
+        let part_2 = mul_add(-generalized_force_wrist, factor_wrist_shoulder,
+            subtree_moment_middle_x - mul_add(sin_elbow, subtree_force_middle_y, mul_add(cos_elbow,
+            subtree_force_in_parent_lower_z, mul_add(c(-24.524678232), cos_shoulder,
+            mul_add(c(10.0), u[0], q[0] * c(100.0))))));
         // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_4 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_2, part_3);
+        let part_3 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part, part_2);
         // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_5 = mul_add(-factor_elbow_shoulder, part_4, inverse_pivot_elbow * part_2);
-        acceleration[0] = part_4;
-        acceleration[1] = part_5;
-        acceleration[2] = mul_add(-factor_wrist_elbow, part_5, mul_add(-factor_wrist_shoulder,
-            part_4, part * c(2.400004765449462)));
+        let part_4 = mul_add(-factor_elbow_shoulder, part_3, inverse_pivot_elbow * part);
+        acceleration[0] = part_3;
+        acceleration[1] = part_4;
+        acceleration[2] = mul_add(-factor_wrist_elbow, part_4, mul_add(-factor_wrist_shoulder,
+            part_3, generalized_force_wrist * c(2.400004765449462)));
         margin[0] = S::min(S::min(inverse_pivot_shoulder, inverse_pivot_elbow),
             c(2.400004765449462));
         margin[1] = c(1.0);
@@ -774,248 +812,260 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendu
             (sin_elbow, cos_elbow),
             (sin_wrist, cos_wrist),
         ] = S::sin_cos_all([q[0], q[1], q[2]]);
-        // upper: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let free_fall_upper_y = -sin_shoulder * c(9.81);
-        let upper_part = cos_shoulder * c(9.81);
         // middle: angular velocity: w = R^T w_parent + u e_x
         let omega_middle_x = u[0] + u[1];
         // middle: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let omega_xx_middle = omega_middle_x * omega_middle_x;
-        // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let fall_above_middle_y = mul_add(-u[0], u[0], free_fall_upper_y);
-        let middle_part = sin_elbow * upper_part;
-        let middle_part_2 = cos_elbow * fall_above_middle_y;
-        let middle_part_3 = sin_elbow * fall_above_middle_y;
-        let middle_part_4 = -cos_elbow * upper_part;
-        let free_fall_middle_z = middle_part_4 - middle_part_3;
-        // middle: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let force_own_middle_y = -omega_xx_middle * c(1.4999836);
-        // middle: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let d_omega_xx_middle = omega_middle_x + omega_middle_x;
-        // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let middle_part_5 = u[0] + u[0];
-        // middle: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let d_force_own_middle_y = -c(1.4999836) * d_omega_xx_middle;
+        let omega_middle_xx = omega_middle_x * omega_middle_x;
+        let d_omega_middle_xx = omega_middle_x + omega_middle_x;
         // lower: angular velocity: w = R^T w_parent + u e_x
         let omega_lower_x = u[2] - omega_middle_x;
         // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let omega_xx_lower = omega_lower_x * omega_lower_x;
-        // lower: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let fall_above_lower_y = middle_part_2 - (omega_xx_middle + middle_part);
-        let free_fall_lower_z = mul_add(cos_wrist, free_fall_middle_z,
-            sin_wrist * fall_above_lower_y);
-        // lower: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let force_own_lower_y = omega_xx_lower * c(0.4999999999599003);
-        let moment_own_lower_x = free_fall_lower_z * c(0.4999999999599003);
-        // lower: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let across_lower = cos_wrist * force_own_lower_y;
-        let force_above_lower_z = sin_wrist * force_own_lower_y;
-        // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let d_omega_xx_lower = -omega_lower_x - omega_lower_x;
-        // lower: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let d_force_own_lower_y = c(0.4999999999599003) * d_omega_xx_lower;
-        // mechanism: results: what the function returns
-        let part = moment_own_lower_x - mul_add(c(10.0), u[2], q[2] * c(100.0));
-        // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let d_omega_xx_lower_2 = omega_lower_x + omega_lower_x;
-        // lower: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let d_force_own_lower_y_2 = c(0.4999999999599003) * d_omega_xx_lower_2;
-        // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_force_above_lower_z = sin_wrist * d_force_own_lower_y_2;
+        let omega_lower_xx = omega_lower_x * omega_lower_x;
+        // upper: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_upper_y = -sin_shoulder * c(9.81);
+        let upper_part = cos_shoulder * c(9.81);
+        // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_in_parent_middle_y = mul_add(-u[0], u[0], apparent_gravity_upper_y);
+        let middle_part = sin_elbow * upper_part;
+        let middle_part_2 = cos_elbow * apparent_gravity_in_parent_middle_y;
+        let middle_part_3 = sin_elbow * apparent_gravity_in_parent_middle_y;
+        let middle_part_4 = -cos_elbow * upper_part;
+        let apparent_gravity_middle_z = middle_part_4 - middle_part_3;
+        // middle: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
+        let bias_force_middle_y = -omega_middle_xx * c(1.4999836);
+        // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let middle_part_5 = u[0] + u[0];
+        // middle: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
+        let d_bias_force_middle_y = -c(1.4999836) * d_omega_middle_xx;
+        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let d_apparent_gravity_middle_z = sin_elbow * middle_part_5;
         // upper: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let upper_part_2 = sin_shoulder * c(-9.81);
-        // lower: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let first_moment_above_lower_z = sin_wrist * c(0.4999999999599003);
-        let force_above_lower_z_2 = cos_wrist * c(0.4999999999599003);
-        let moment_above_lower_x = -force_above_lower_z_2 - c(0.4166658393333334);
         // lower: composite inertia: m, h, S of all beyond the hinge
-        let twist_lower = sin_wrist * c(0.25000082733333334);
-        let bend_lower = sin_wrist * twist_lower;
-        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_free_fall_middle_z = sin_elbow * middle_part_5;
+        let composite_second_moment_joint_deviator_lower = sin_wrist * c(0.25000082733333334);
+        let composite_second_moment_joint_deviator_sin_lower =
+            sin_wrist * composite_second_moment_joint_deviator_lower;
         // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let lower_part = sin_wrist * d_omega_xx_middle;
-        let d_moment_own_lower_x = lower_part * c(-0.4999999999599003);
+        let lower_part = sin_wrist * d_omega_middle_xx;
+        let d_net_moment_lower_x = lower_part * c(-0.4999999999599003);
+        // lower: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_in_parent_lower_y = middle_part_2 - (omega_middle_xx + middle_part);
+        let apparent_gravity_lower_z = mul_add(cos_wrist, apparent_gravity_middle_z,
+            sin_wrist * apparent_gravity_in_parent_lower_y);
+        // lower: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
+        let bias_force_lower_y = omega_lower_xx * c(0.4999999999599003);
+        let bias_moment_lower_x = apparent_gravity_lower_z * c(0.4999999999599003);
+        // lower: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let subtree_force_on_hinge_lower_y = cos_wrist * bias_force_lower_y;
+        let subtree_force_in_parent_lower_z = sin_wrist * bias_force_lower_y;
+        // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
+        let d_omega_lower_xx = -omega_lower_x - omega_lower_x;
+        // lower: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
+        let d_bias_force_lower_y = c(0.4999999999599003) * d_omega_lower_xx;
+        // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
+        let d_omega_lower_xx_2 = omega_lower_x + omega_lower_x;
+        // lower: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
+        let d_bias_force_lower_y_2 = c(0.4999999999599003) * d_omega_lower_xx_2;
+        // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let d_balance_force_in_parent_lower_z = sin_wrist * d_bias_force_lower_y_2;
+        // lower: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let generalized_force_wrist = bias_moment_lower_x - mul_add(c(10.0), u[2], q[2] * c(100.0));
+        // lower: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
+        let composite_first_moment_in_parent_lower_z = sin_wrist * c(0.4999999999599003);
+        let inertia_wrist_force_in_parent_lower_z = cos_wrist * c(0.4999999999599003);
+        let inertia_wrist_moment_in_parent_lower_x = -inertia_wrist_force_in_parent_lower_z
+            - c(0.4166658393333334);
         // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_moment_moving_middle_x = -d_force_above_lower_z;
+        let d_balance_moment_middle_x = -d_balance_force_in_parent_lower_z;
         // middle: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let middle_part_6 = sin_elbow * first_moment_above_lower_z;
-        let moment_above_middle_x = moment_above_lower_x - mul_add(cos_elbow, force_above_lower_z_2,
-            middle_part_6);
+        let middle_part_6 = sin_elbow * composite_first_moment_in_parent_lower_z;
+        let inertia_wrist_moment_in_parent_middle_x = inertia_wrist_moment_in_parent_lower_x
+            - mul_add(cos_elbow, inertia_wrist_force_in_parent_lower_z, middle_part_6);
         // middle: composite inertia: m, h, S of all beyond the hinge
-        let first_moment_middle_y = c(-1.4999836) - force_above_lower_z_2;
-        let second_moment_yy_middle = mul_add(c(0.9999999999198006), cos_wrist,
-            c(1.6666502667468661)) - bend_lower;
-        let second_moment_zz_middle = bend_lower + c(0.1666641846666667);
+        let composite_first_moment_middle_y = c(-1.4999836) - inertia_wrist_force_in_parent_lower_z;
+        let composite_second_moment_middle_yy = mul_add(c(0.9999999999198006), cos_wrist,
+            c(1.6666502667468661)) - composite_second_moment_joint_deviator_sin_lower;
+        let composite_second_moment_middle_zz = composite_second_moment_joint_deviator_sin_lower
+            + c(0.1666641846666667);
         // middle: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let mass_elbow_elbow = second_moment_yy_middle + second_moment_zz_middle;
-        let force_above_middle_z = mul_add(cos_elbow, first_moment_middle_y, -middle_part_6);
+        let mass_elbow_elbow = composite_second_moment_middle_yy
+            + composite_second_moment_middle_zz;
+        let inertia_elbow_force_in_parent_middle_z = mul_add(cos_elbow,
+            composite_first_moment_middle_y, -middle_part_6);
         // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_fall_above_lower_y = -cos_elbow * middle_part_5 - d_omega_xx_middle;
-        let d_free_fall_lower_z = mul_add(cos_wrist, d_free_fall_middle_z,
-            sin_wrist * d_fall_above_lower_y);
-        let d_moment_own_lower_x_2 = c(0.4999999999599003) * d_free_fall_lower_z;
-        let d_force_above_lower_z_2 = sin_wrist * d_force_own_lower_y;
+        let d_apparent_gravity_in_parent_lower_y = -cos_elbow * middle_part_5 - d_omega_middle_xx;
+        let d_apparent_gravity_lower_z = mul_add(cos_wrist, d_apparent_gravity_middle_z,
+            sin_wrist * d_apparent_gravity_in_parent_lower_y);
+        let d_net_moment_lower_x_2 = c(0.4999999999599003) * d_apparent_gravity_lower_z;
+        let d_balance_force_in_parent_lower_z_2 = sin_wrist * d_bias_force_lower_y;
         // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_force_moving_middle_y = mul_add(-cos_wrist, d_force_own_lower_y,
-            d_force_own_middle_y);
-        let d_moment_moving_middle_x_2 = -d_moment_own_lower_x_2 - mul_add(c(1.4999836),
-            d_free_fall_middle_z, d_force_above_lower_z_2);
-        let middle_part_7 = cos_elbow * d_force_above_lower_z_2;
-        let d_moment_moving_middle_x_3 = -d_moment_own_lower_x - d_force_above_lower_z_2;
+        let d_balance_force_middle_y = mul_add(-cos_wrist, d_bias_force_lower_y,
+            d_bias_force_middle_y);
+        let d_balance_moment_middle_x_2 = -d_net_moment_lower_x_2 - mul_add(c(1.4999836),
+            d_apparent_gravity_middle_z, d_balance_force_in_parent_lower_z_2);
+        let middle_part_7 = cos_elbow * d_balance_force_in_parent_lower_z_2;
+        let d_balance_moment_middle_x_3 = -d_net_moment_lower_x
+            - d_balance_force_in_parent_lower_z_2;
+        // upper: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let upper_part_3 = -sin_elbow * d_balance_force_middle_y;
         // middle: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let force_middle_y = force_own_middle_y - across_lower;
-        let moment_middle_x = -moment_own_lower_x - mul_add(c(1.4999836), free_fall_middle_z,
-            force_above_lower_z);
+        let subtree_force_middle_y = bias_force_middle_y - subtree_force_on_hinge_lower_y;
+        let subtree_moment_middle_x = -bias_moment_lower_x - mul_add(c(1.4999836),
+            apparent_gravity_middle_z, subtree_force_in_parent_lower_z);
         // lower: factor of the mass matrix: M = L^T D L
-        let factor_wrist_shoulder = moment_above_middle_x * c(2.400004765449462);
-        let factor_wrist_elbow = moment_above_lower_x * c(2.400004765449462);
-        let lower_part_2 = mul_add(-moment_above_middle_x, factor_wrist_elbow, mass_elbow_elbow
-            - force_above_middle_z);
+        let factor_wrist_shoulder = inertia_wrist_moment_in_parent_middle_x * c(2.400004765449462);
+        let factor_wrist_elbow = inertia_wrist_moment_in_parent_lower_x * c(2.400004765449462);
+        let lower_part_2 = mul_add(-inertia_wrist_moment_in_parent_middle_x, factor_wrist_elbow,
+            mass_elbow_elbow - inertia_elbow_force_in_parent_middle_z);
         // middle: factor of the mass matrix: M = L^T D L
-        let inverse_pivot_elbow = c(1.0) / mul_add(-moment_above_lower_x, factor_wrist_elbow,
-            mass_elbow_elbow);
+        let inverse_pivot_elbow = c(1.0) / mul_add(-inertia_wrist_moment_in_parent_lower_x,
+            factor_wrist_elbow, mass_elbow_elbow);
         let factor_elbow_shoulder = lower_part_2 * inverse_pivot_elbow;
         // upper: factor of the mass matrix: M = L^T D L
         let inverse_pivot_shoulder = c(1.0) / mul_add(-lower_part_2, factor_elbow_shoulder,
-            mul_add(-moment_above_middle_x, factor_wrist_shoulder, mul_add(c(-2.0),
-            force_above_middle_z, second_moment_zz_middle + (second_moment_yy_middle
+            mul_add(-inertia_wrist_moment_in_parent_middle_x, factor_wrist_shoulder,
+            mul_add(c(-2.0), inertia_elbow_force_in_parent_middle_z,
+            composite_second_moment_middle_zz + (composite_second_moment_middle_yy
             + c(2.4166322120801995)))));
         // mechanism: reduced force: y = L^-T f
-        let part_2 = mul_add(-part, factor_wrist_elbow, moment_middle_x - mul_add(c(10.0), u[1],
-            q[1] * c(100.0)));
-        let part_3 = mul_add(-part, factor_wrist_shoulder, moment_middle_x - mul_add(sin_elbow,
-            force_middle_y, mul_add(cos_elbow, force_above_lower_z, mul_add(c(-24.524678232),
-            cos_shoulder, mul_add(c(10.0), u[0], q[0] * c(100.0))))));
+        let part = mul_add(-generalized_force_wrist, factor_wrist_elbow, subtree_moment_middle_x
+            - mul_add(c(10.0), u[1], q[1] * c(100.0)));
+        let part_2 = mul_add(-generalized_force_wrist, factor_wrist_shoulder,
+            subtree_moment_middle_x - mul_add(sin_elbow, subtree_force_middle_y, mul_add(cos_elbow,
+            subtree_force_in_parent_lower_z, mul_add(c(-24.524678232), cos_shoulder,
+            mul_add(c(10.0), u[0], q[0] * c(100.0))))));
         // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_4 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_2, part_3);
+        let part_3 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part, part_2);
         // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_5 = mul_add(-factor_elbow_shoulder, part_4, inverse_pivot_elbow * part_2);
-        let part_6 = mul_add(-factor_wrist_elbow, part_5, mul_add(-factor_wrist_shoulder, part_4,
-            part * c(2.400004765449462)));
-        // middle: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_moving_middle_x = part_4 + part_5;
-        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let fall_above_middle_z = part_4 - upper_part;
-        let middle_part_8 = sin_elbow * fall_above_middle_z;
-        let d_free_fall_middle_z_2 = mul_add(-cos_elbow, upper_part_2, middle_part);
+        let part_4 = mul_add(-factor_elbow_shoulder, part_3, inverse_pivot_elbow * part);
+        let part_5 = mul_add(-factor_wrist_elbow, part_4, mul_add(-factor_wrist_shoulder, part_3,
+            generalized_force_wrist * c(2.400004765449462)));
         // mechanism: reduced force: y = L^-T f
-        let part_7 = mul_add(c(24.000047654494622), moment_above_lower_x, d_moment_moving_middle_x);
+        let part_6 = mul_add(-factor_wrist_elbow, d_net_moment_lower_x, d_balance_moment_middle_x_3
+            - c(10.0));
         // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_8 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_7,
-            mul_add(c(24.000047654494622), moment_above_middle_x, mul_add(-cos_elbow,
-            d_force_above_lower_z, mul_add(sin_elbow, cos_wrist * d_force_own_lower_y_2,
-            -d_force_above_lower_z))));
+        let part_7 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_6,
+            mul_add(-factor_wrist_shoulder, d_net_moment_lower_x, d_balance_moment_middle_x_3
+            + (upper_part_3 - middle_part_7)));
         // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_9 = mul_add(-factor_elbow_shoulder, part_8, inverse_pivot_elbow * part_7);
+        let part_8 = mul_add(-factor_elbow_shoulder, part_7, inverse_pivot_elbow * part_6);
+        // mechanism: reduced force: y = L^-T f
+        let part_9 = mul_add(c(24.000047654494622), inertia_wrist_moment_in_parent_lower_x,
+            d_balance_moment_middle_x);
+        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
+        let part_10 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_9,
+            mul_add(c(24.000047654494622), inertia_wrist_moment_in_parent_middle_x,
+            mul_add(-cos_elbow, d_balance_force_in_parent_lower_z, mul_add(sin_elbow,
+            cos_wrist * d_bias_force_lower_y_2, -d_balance_force_in_parent_lower_z))));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
+        let part_11 = mul_add(-factor_elbow_shoulder, part_10, inverse_pivot_elbow * part_9);
+        // middle: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
+        let alpha_middle_x = part_3 + part_4;
+        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let apparent_gravity_in_parent_middle_z = part_3 - upper_part;
+        let middle_part_8 = sin_elbow * apparent_gravity_in_parent_middle_z;
+        let d_apparent_gravity_middle_z_2 = mul_add(-cos_elbow, upper_part_2, middle_part);
+        let d_apparent_gravity_middle_z_3 = -middle_part_8 - middle_part_2;
         // lower: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_moving_lower_x = part_6 - alpha_moving_middle_x;
+        let alpha_lower_x = part_5 - alpha_middle_x;
         // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let fall_above_lower_y_2 = middle_part_8 + (middle_part_2 - omega_xx_middle);
-        let d_fall_above_lower_y_2 = mul_add(-sin_elbow, upper_part_2, middle_part_4);
-        let d_fall_above_lower_y_3 = mul_add(cos_elbow, fall_above_middle_z, -middle_part_3);
-        let fall_above_lower_z = alpha_moving_middle_x + d_fall_above_lower_y_3;
-        let d_free_fall_lower_z_2 = mul_add(cos_wrist, d_free_fall_middle_z_2,
-            sin_wrist * d_fall_above_lower_y_2);
-        let lower_part_3 = c(0.4999999999599003) * alpha_moving_lower_x;
-        let d_moment_own_lower_x_3 = c(0.4999999999599003) * d_free_fall_lower_z_2;
+        let apparent_gravity_in_parent_lower_y_2 = middle_part_8 + (middle_part_2
+            - omega_middle_xx);
+        let d_apparent_gravity_in_parent_lower_y_2 = mul_add(-sin_elbow, upper_part_2,
+            middle_part_4);
+        let d_apparent_gravity_in_parent_lower_y_3 = mul_add(cos_elbow,
+            apparent_gravity_in_parent_middle_z, -middle_part_3);
+        let apparent_gravity_in_parent_lower_z = alpha_middle_x
+            + d_apparent_gravity_in_parent_lower_y_3;
+        let d_apparent_gravity_lower_z_2 = mul_add(cos_wrist, d_apparent_gravity_middle_z_2,
+            sin_wrist * d_apparent_gravity_in_parent_lower_y_2);
+        let lower_part_3 = c(0.4999999999599003) * alpha_lower_x;
+        let d_net_moment_lower_x_3 = c(0.4999999999599003) * d_apparent_gravity_lower_z_2;
         let lower_part_4 = sin_wrist * lower_part_3;
         let lower_part_5 = cos_wrist * lower_part_3;
         // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let force_moving_middle_y = force_middle_y - lower_part_4;
-        let force_moving_middle_z = mul_add(c(1.4999836), alpha_moving_middle_x,
-            force_above_lower_z) - lower_part_5;
-        let d_moment_moving_middle_x_4 = mul_add(c(-1.4999836), d_free_fall_middle_z_2,
-            -d_moment_own_lower_x_3);
+        let balance_force_middle_y = subtree_force_middle_y - lower_part_4;
+        let balance_force_middle_z = mul_add(c(1.4999836), alpha_middle_x,
+            subtree_force_in_parent_lower_z) - lower_part_5;
+        let d_balance_moment_middle_x_4 = mul_add(c(-1.4999836), d_apparent_gravity_middle_z_2,
+            -d_net_moment_lower_x_3);
         // mechanism: reduced force: y = L^-T f
-        let part_10 = mul_add(-factor_wrist_elbow, d_moment_own_lower_x_3,
-            d_moment_moving_middle_x_4);
+        let part_12 = mul_add(-factor_wrist_elbow, d_net_moment_lower_x_3,
+            d_balance_moment_middle_x_4);
         // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_11 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_10,
-            d_moment_moving_middle_x_4 - mul_add(factor_wrist_shoulder, d_moment_own_lower_x_3,
+        let part_13 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_12,
+            d_balance_moment_middle_x_4 - mul_add(factor_wrist_shoulder, d_net_moment_lower_x_3,
             mul_add(c(24.524678232), sin_shoulder, c(100.0))));
         // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_12 = mul_add(-factor_elbow_shoulder, part_11, inverse_pivot_elbow * part_10);
-        // mechanism: results: what the function returns
-        let part_13 = -sin_elbow * d_force_moving_middle_y;
+        let part_14 = mul_add(-factor_elbow_shoulder, part_13, inverse_pivot_elbow * part_12);
         // mechanism: reduced force: y = L^-T f
-        let part_14 = mul_add(-factor_wrist_elbow, d_moment_own_lower_x_2,
-            d_moment_moving_middle_x_2);
+        let part_15 = mul_add(-factor_wrist_elbow, d_net_moment_lower_x_2,
+            d_balance_moment_middle_x_2);
         // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_15 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_14,
-            d_moment_moving_middle_x_2 + mul_add(-factor_wrist_shoulder, d_moment_own_lower_x_2,
-            part_13 - (c(10.0) + middle_part_7)));
+        let part_16 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_15,
+            d_balance_moment_middle_x_2 + mul_add(-factor_wrist_shoulder, d_net_moment_lower_x_2,
+            upper_part_3 - (c(10.0) + middle_part_7)));
         // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_16 = mul_add(-factor_elbow_shoulder, part_15, inverse_pivot_elbow * part_14);
-        // mechanism: reduced force: y = L^-T f
-        let part_17 = mul_add(-factor_wrist_elbow, d_moment_own_lower_x, d_moment_moving_middle_x_3
-            - c(10.0));
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_18 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_17,
-            mul_add(-factor_wrist_shoulder, d_moment_own_lower_x, d_moment_moving_middle_x_3
-            + (part_13 - middle_part_7)));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_19 = mul_add(-factor_elbow_shoulder, part_18, inverse_pivot_elbow * part_17);
-        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_free_fall_middle_z_3 = -middle_part_8 - middle_part_2;
+        let part_17 = mul_add(-factor_elbow_shoulder, part_16, inverse_pivot_elbow * part_15);
         // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_free_fall_lower_z_3 = mul_add(cos_wrist, d_free_fall_middle_z_3,
-            sin_wrist * d_fall_above_lower_y_3);
-        let d_moment_own_lower_x_4 = c(0.4999999999599003) * d_free_fall_lower_z_3;
-        let d_free_fall_lower_z_4 = mul_add(-sin_wrist, fall_above_lower_z,
-            cos_wrist * fall_above_lower_y_2);
-        let d_moment_own_lower_x_5 = c(0.4999999999599003) * d_free_fall_lower_z_4;
-        let d_force_above_lower_z_3 = across_lower + lower_part_4;
+        let d_apparent_gravity_lower_z_3 = mul_add(cos_wrist, d_apparent_gravity_middle_z_3,
+            sin_wrist * d_apparent_gravity_in_parent_lower_y_3);
+        let d_net_moment_lower_x_4 = c(0.4999999999599003) * d_apparent_gravity_lower_z_3;
+        let d_apparent_gravity_lower_z_4 = mul_add(-sin_wrist, apparent_gravity_in_parent_lower_z,
+            cos_wrist * apparent_gravity_in_parent_lower_y_2);
+        let d_net_moment_lower_x_5 = c(0.4999999999599003) * d_apparent_gravity_lower_z_4;
+        let d_balance_force_in_parent_lower_z_3 = subtree_force_on_hinge_lower_y + lower_part_4;
+        let d_imbalance_wrist = d_net_moment_lower_x_5 - c(100.0);
         // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_moment_moving_middle_x_5 = mul_add(c(-1.4999836), d_free_fall_middle_z_3,
-            -d_moment_own_lower_x_4);
-        let d_force_moving_middle_y_2 = force_above_lower_z - lower_part_5;
-        let d_moment_moving_middle_x_6 = -d_moment_own_lower_x_5 - d_force_above_lower_z_3;
+        let d_balance_moment_middle_x_5 = mul_add(c(-1.4999836), d_apparent_gravity_middle_z_3,
+            -d_net_moment_lower_x_4);
+        let d_balance_force_middle_y_2 = subtree_force_in_parent_lower_z - lower_part_5;
+        let d_balance_moment_middle_x_6 = -d_net_moment_lower_x_5
+            - d_balance_force_in_parent_lower_z_3;
         // mechanism: reduced force: y = L^-T f
-        let part_20 = d_moment_moving_middle_x_5 - mul_add(factor_wrist_elbow,
-            d_moment_own_lower_x_4, c(100.0));
+        let part_18 = d_balance_moment_middle_x_5 - mul_add(factor_wrist_elbow,
+            d_net_moment_lower_x_4, c(100.0));
         // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_21 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_20,
-            mul_add(sin_elbow, force_moving_middle_z, mul_add(-cos_elbow, force_moving_middle_y,
-            mul_add(-factor_wrist_shoulder, d_moment_own_lower_x_4, d_moment_moving_middle_x_5))));
+        let part_19 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_18,
+            mul_add(sin_elbow, balance_force_middle_z, mul_add(-cos_elbow, balance_force_middle_y,
+            mul_add(-factor_wrist_shoulder, d_net_moment_lower_x_4, d_balance_moment_middle_x_5))));
         // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_22 = mul_add(-factor_elbow_shoulder, part_21, inverse_pivot_elbow * part_20);
-        // mechanism: results: what the function returns
-        let part_23 = d_moment_own_lower_x_5 - c(100.0);
+        let part_20 = mul_add(-factor_elbow_shoulder, part_19, inverse_pivot_elbow * part_18);
         // mechanism: reduced force: y = L^-T f
-        let part_24 = mul_add(-factor_wrist_elbow, part_23, d_moment_moving_middle_x_6);
+        let part_21 = mul_add(-factor_wrist_elbow, d_imbalance_wrist, d_balance_moment_middle_x_6);
         // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_25 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_24,
-            mul_add(-cos_elbow, d_force_above_lower_z_3, d_moment_moving_middle_x_6)
-            + mul_add(-factor_wrist_shoulder, part_23, -sin_elbow * d_force_moving_middle_y_2));
+        let part_22 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_21,
+            mul_add(-cos_elbow, d_balance_force_in_parent_lower_z_3, d_balance_moment_middle_x_6)
+            + mul_add(-factor_wrist_shoulder, d_imbalance_wrist,
+            -sin_elbow * d_balance_force_middle_y_2));
         // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_26 = mul_add(-factor_elbow_shoulder, part_25, inverse_pivot_elbow * part_24);
-        acceleration[0] = part_4;
-        acceleration[1] = part_5;
-        acceleration[2] = part_6;
-        dq[0] = part_11;
-        dq[1] = part_21;
-        dq[2] = part_25;
-        dq[3] = part_12;
-        dq[4] = part_22;
-        dq[5] = part_26;
-        dq[6] = mul_add(-factor_wrist_elbow, part_12, mul_add(-factor_wrist_shoulder, part_11,
-            d_free_fall_lower_z_2 * c(1.2000023826284916)));
-        dq[7] = mul_add(-factor_wrist_elbow, part_22, mul_add(-factor_wrist_shoulder, part_21,
-            c(1.2000023826284916) * d_free_fall_lower_z_3));
-        dq[8] = mul_add(-factor_wrist_elbow, part_26, mul_add(-factor_wrist_shoulder, part_25,
-            c(2.400004765449462) * part_23));
-        du[0] = part_15;
-        du[1] = part_18;
-        du[2] = part_8;
-        du[3] = part_16;
-        du[4] = part_19;
-        du[5] = part_9;
-        du[6] = mul_add(-factor_wrist_elbow, part_16, mul_add(-factor_wrist_shoulder, part_15,
-            c(1.2000023826284916) * d_free_fall_lower_z));
-        du[7] = mul_add(-factor_wrist_elbow, part_19, mul_add(-factor_wrist_shoulder, part_18,
+        let part_23 = mul_add(-factor_elbow_shoulder, part_22, inverse_pivot_elbow * part_21);
+        acceleration[0] = part_3;
+        acceleration[1] = part_4;
+        acceleration[2] = part_5;
+        dq[0] = part_13;
+        dq[1] = part_19;
+        dq[2] = part_22;
+        dq[3] = part_14;
+        dq[4] = part_20;
+        dq[5] = part_23;
+        dq[6] = mul_add(-factor_wrist_elbow, part_14, mul_add(-factor_wrist_shoulder, part_13,
+            d_apparent_gravity_lower_z_2 * c(1.2000023826284916)));
+        dq[7] = mul_add(-factor_wrist_elbow, part_20, mul_add(-factor_wrist_shoulder, part_19,
+            c(1.2000023826284916) * d_apparent_gravity_lower_z_3));
+        dq[8] = mul_add(-factor_wrist_elbow, part_23, mul_add(-factor_wrist_shoulder, part_22,
+            c(2.400004765449462) * d_imbalance_wrist));
+        du[0] = part_16;
+        du[1] = part_7;
+        du[2] = part_10;
+        du[3] = part_17;
+        du[4] = part_8;
+        du[5] = part_11;
+        du[6] = mul_add(-factor_wrist_elbow, part_17, mul_add(-factor_wrist_shoulder, part_16,
+            c(1.2000023826284916) * d_apparent_gravity_lower_z));
+        du[7] = mul_add(-factor_wrist_elbow, part_8, mul_add(-factor_wrist_shoulder, part_7,
             lower_part * c(-1.2000023826284916)));
-        du[8] = mul_add(-factor_wrist_elbow, part_9, mul_add(-factor_wrist_shoulder, part_8,
+        du[8] = mul_add(-factor_wrist_elbow, part_11, mul_add(-factor_wrist_shoulder, part_10,
             c(-24.000047654494622)));
         dt[0] = c(0.0);
         dt[1] = c(0.0);

@@ -1,31 +1,37 @@
-//! M du/dt = b without M: elimination body by body, from the leaves to the root and back.
+//! Phase 10, articulated bodies: M du/dt = b without M, by elimination body by body from the leaves to
+//! the root and back.
 //!
 //! What hangs on a hinge answers like one body of articulated inertia, which is eliminated along
 //! the hinge's x axis before it is carried to the parent (R. Featherstone, "Rigid Body Dynamics
 //! Algorithms", 2008, 7.3). With moment n and force f about the node's origin,
 //!
 //! ```text
-//! n = I alpha + H a      D = I_xx     w = (I, H) row x / D      y = tau + n_x
-//! f = H^T alpha + M a    I - D w w^T is carried on, and (n, f) - w y
-//! du/dt = y / D - w . (alpha, a) of the parent's motion
+//! n = I alpha + H a      D = I_xx     W = (I, H) row x / D      y = tau + n_x
+//! f = H^T alpha + M a    I - D W W^T is carried on, and (n, f) - W y
+//! du/dt = y / D - W . (alpha, a) of the parent's motion
 //! ```
 //!
-//! A hinge's w is carried to the parent by itself, so that neither sweep has to wait for the y or the
-//! du/dt of one joint before it can turn to the next.
+//! W of a hinge is carried to the parent by itself, so that neither sweep has to wait for the y or
+//! the du/dt of one joint before it can turn to the next.
 //!
 //! This is M = L^T D L, y = L^-T b, du/dt = L^-1 (y / D), at a cost that grows as N. Velocities enter
-//! b only: accelerations at du/dt = 0 are in the wrenches of [`dynamics`](super::dynamics).
+//! b only: accelerations at du/dt = 0 are in the bias forces of [`loads`](super::loads).
 
-use super::derivation::Derivation;
-use super::dynamics::{Dynamics, Wrench};
-use super::inertia::Inertia;
-use super::section::Phase;
+use super::binder::Binder;
+use super::closure::{Closure, Row};
+use super::inertia::{Inertias, SpatialInertia};
+use super::inverse::Given;
+use super::kinematics::Kinematics;
+use super::link::Link;
+use super::loads::Loads;
+use super::section::{Phase, Section};
 use super::vector::{Tensor, Vector, add, cross, dot, scale, sub, zero};
+use super::wrench::{Wrench, accumulate};
 use crate::symbolic::Expr;
-use crate::topology::{Loop, NodeId};
+use crate::topology::NodeId;
 
-/// What [`articulated`] derives; see [`Elimination`](super::Elimination) for shapes.
-pub struct Articulated {
+/// The elimination; see [`Elimination`](super::Elimination) for shapes.
+pub struct ArticulatedBodies {
     pub inverse_pivots: Vec<Expr>,
     pub reduced: Vec<Expr>,
     pub reduced_rows: Vec<Expr>,
@@ -34,7 +40,7 @@ pub struct Articulated {
 
 /// How what hangs on a hinge answers motion, about the node's origin.
 #[derive(Clone)]
-struct Response {
+struct ArticulatedInertia {
     /// I, moment by angular acceleration.
     inertia: Tensor,
     /// H, moment by acceleration, rows.
@@ -44,58 +50,91 @@ struct Response {
 }
 
 /// A node after elimination of its hinge.
-struct Hinge {
-    /// w: of (I, H) in row x over D, without the first, which is 1.
-    share: Wrench,
+struct EliminatedHinge {
+    /// W: (I, H) in row x over D, without the first entry, which is 1.
+    pivot_row: Wrench,
     /// The same about the parent's origin, in its frame.
-    share_above: Wrench,
+    in_parent: Wrench,
     /// 1 / D.
     inverse_pivot: Expr,
 }
 
-/// Derives the elimination. Needs the symbols of given accelerations.
-pub fn articulated(d: &mut Derivation, dynamics: &Dynamics) -> Articulated {
-    let hinges = d.eliminated(&dynamics.moving);
-    let nodes = || (0..hinges.len()).map(NodeId);
-    let n = hinges.len();
-    let mut torques = vec![Expr::zero(); n];
-    let (mut inverse_pivots, mut reduced) = (torques.clone(), torques.clone());
-    for id in nodes() {
-        let joint = d.joint_of(id);
-        inverse_pivots[joint] = hinges[id.index()].inverse_pivot.clone();
-        let torque = d.joint_torque(joint);
-        torques[id.index()] = d.bind_scalar(id, Phase::JointTorque, "torque", torque);
-    }
-    let loads = dynamics.wrenches.iter().cloned().map(Some).collect();
-    for (id, y) in nodes().zip(d.reduce(Phase::ArticulatedBiasForce, &hinges, torques, loads)) {
-        reduced[d.joint_of(id)] = y;
-    }
-    let mut reduced_rows = Vec::new();
-    let topology = d.topology;
-    for closed in &topology.loops {
-        for row in 0..closed.rows.len() {
-            let loads = d.row_loads(closed, row);
-            let ys = d.reduce(Phase::ReducedClosureJacobian, &hinges, vec![Expr::zero(); n], loads);
-            let mut entries = vec![Expr::zero(); n];
-            for (id, y) in nodes().zip(ys) {
-                entries[d.joint_of(id)] = y;
+impl ArticulatedBodies {
+    /// Derives the elimination.
+    pub fn new(
+        binder: &mut Binder,
+        kinematics: &Kinematics,
+        inertias: &Inertias,
+        loads: &Loads,
+        closure: &Closure,
+        given: &Given,
+    ) -> Self {
+        let hinges = eliminated(binder, kinematics, inertias.minimal());
+        let links = kinematics.links();
+        // By joint.
+        let sorted = |values: &[Expr]| {
+            let mut sorted = vec![Expr::zero(); values.len()];
+            for (link, value) in links.iter().zip(values) {
+                sorted[link.joint.index()] = value.clone();
             }
-            reduced_rows.extend(entries);
+            sorted
+        };
+        let pivots: Vec<Expr> = hinges.iter().map(|hinge| hinge.inverse_pivot.clone()).collect();
+        let torques = links
+            .iter()
+            .map(|link| {
+                let section = Section::body(link.node, Phase::JointTorque);
+                let name = format!("joint_torque_{}", binder.joint_name(link.node));
+                binder.bind(section, name, loads.torque(link.node).clone())
+            })
+            .collect();
+        let bias = loads.bias().iter().cloned().map(Some).collect();
+        let sweep = Sweep {
+            kinematics,
+            hinges: &hinges,
+            phase: Phase::ArticulatedBiasForce,
+            load: "articulated_bias".to_owned(),
+            reduced: "reduced_torque".to_owned(),
+        };
+        let reduced = sorted(&sweep.run(binder, torques, bias));
+        let mut reduced_rows = Vec::new();
+        for (number, row) in closure.rows().iter().enumerate() {
+            let sweep = Sweep {
+                kinematics,
+                hinges: &hinges,
+                phase: Phase::ReducedClosureJacobian,
+                load: format!("row{number}"),
+                reduced: format!("reduced_jacobian_{number}"),
+            };
+            let loads = row_loads(binder, kinematics, row, number);
+            let none = vec![Expr::zero(); hinges.len()];
+            reduced_rows.extend(sorted(&sweep.run(binder, none, loads)));
         }
+        let accelerations = sorted(&substituted(binder, kinematics, &hinges, given));
+        Self { inverse_pivots: sorted(&pivots), reduced, reduced_rows, accelerations }
     }
-    let accelerations = d.substituted(&hinges);
-    Articulated { inverse_pivots, reduced, reduced_rows, accelerations }
 }
 
-impl Response {
-    fn of(inertia: &Inertia) -> Self {
-        let [x, y, z] = &inertia.moment;
+impl ArticulatedInertia {
+    fn of(body: &SpatialInertia) -> Self {
+        let [x, y, z] = &body.first_moment;
         let zero = Expr::zero;
-        let m = &inertia.mass;
+        let m = &body.mass;
         Self {
-            inertia: inertia.tensor(),
+            inertia: body.rotational(),
             coupling: [[zero(), -z, y.clone()], [z.clone(), zero(), -x], [-y, x.clone(), zero()]],
             mass: [m.clone(), zero(), zero(), m.clone(), zero(), m.clone()],
+        }
+    }
+
+    fn bound(self, binder: &mut Binder, node: NodeId, name: &str) -> Self {
+        let phase = Phase::ArticulatedInertia;
+        let [inertia, coupling, mass] =
+            ["inertia", "coupling", "mass"].map(|part| format!("{name}_{part}"));
+        Self {
+            inertia: binder.tensor(node, phase, &inertia, self.inertia),
+            coupling: binder.matrix(node, phase, &coupling, self.coupling),
+            mass: binder.tensor(node, phase, &mass, self.mass),
         }
     }
 
@@ -123,170 +162,162 @@ impl Response {
     }
 }
 
-impl Derivation<'_> {
-    /// Hinge by hinge, from the leaves to the root.
-    fn eliminated(&mut self, inertia: &[Inertia]) -> Vec<Hinge> {
-        let mut responses: Vec<_> = inertia.iter().map(Response::of).collect();
-        let mut hinges = Vec::with_capacity(responses.len());
-        for id in (0..responses.len()).rev().map(NodeId) {
-            let response = self.bind_response(id, responses[id.index()].clone());
-            let [pivot, y, z, ..] = response.inertia.clone();
-            let inverse_pivot =
-                self.bind_scalar(id, Phase::ArticulatedInertia, "inverse_pivot", pivot.power(-1));
-            let share = Wrench {
-                force: scale(&inverse_pivot, &response.coupling[0]),
-                moment: scale(&inverse_pivot, &[Expr::zero(), y, z]),
-            };
-            let share = self.bind_wrench(id, Phase::ArticulatedInertia, "share", share);
-            let share_above = self.carry_wrench(id, Phase::ArticulatedInertia, &share);
-            let share_above =
-                self.bind_wrench(id, Phase::ArticulatedInertia, "share_above", share_above);
-            let hinge = Hinge { share, share_above, inverse_pivot };
-            if let Some(parent) = self.parent(id) {
-                let carried = self.carry_response(id, &response, &hinge);
-                responses[parent.index()] = responses[parent.index()].plus(&carried);
-            }
-            hinges.push(hinge);
-        }
-        hinges.reverse();
-        hinges
-    }
-
-    /// What the parent feels of a node whose hinge gives way, about the parent's origin.
-    fn carry_response(&mut self, id: NodeId, response: &Response, hinge: &Hinge) -> Response {
-        let Response { inertia: [_, xy, xz, yy, yz, zz], coupling, mass } = response;
-        let none = Expr::zero;
-        let Wrench { force: w, moment: [_, wy, wz] } = &hinge.share;
-        let row = &coupling[0];
-        let inertia = [none(), none(), none(), yy - &(xy * wy), yz - &(xy * wz), zz - &(xz * wz)];
-        let coupling = [zero(), sub(&coupling[1], &scale(xy, w)), sub(&coupling[2], &scale(xz, w))];
-        let pairs = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
-        let mut terms = pairs.map(|(i, k)| &row[i] * &w[k]).into_iter();
-        let mass = mass.clone().map(|m| &m - &terms.next().unwrap_or_else(Expr::zero));
-        let r = self.offset(id);
-        let inertia = self.bind_tensor(id, Phase::ArticulatedInertia, "left_inertia", inertia);
-        let coupling = coupling
-            .map(|row| self.bind_vector(id, Phase::ArticulatedInertia, "left_coupling", row));
-        let mass = self.bind_tensor(id, Phase::ArticulatedInertia, "left_mass", mass);
-        let turned = Response {
-            inertia: self.turn_tensor(id, Phase::ArticulatedInertia, &inertia),
-            coupling: self.turn_matrix(id, Phase::ArticulatedInertia, &coupling),
-            mass: self.turn_tensor(id, Phase::ArticulatedInertia, &mass),
+/// Hinge by hinge, from the leaves to the root.
+fn eliminated(
+    binder: &mut Binder,
+    kinematics: &Kinematics,
+    inertias: &[SpatialInertia],
+) -> Vec<EliminatedHinge> {
+    let phase = Phase::ArticulatedInertia;
+    let mut bodies: Vec<_> = inertias.iter().map(ArticulatedInertia::of).collect();
+    let mut hinges = Vec::with_capacity(bodies.len());
+    for link in kinematics.links().iter().rev() {
+        let node = link.node;
+        let body = bodies[node.index()].clone().bound(binder, node, "articulated");
+        let [pivot, y, z, ..] = body.inertia.clone();
+        let inverse_pivot = binder.scalar(node, phase, "inverse_pivot", pivot.power(-1));
+        let pivot_row = Wrench {
+            force: scale(&inverse_pivot, &body.coupling[0]),
+            moment: scale(&inverse_pivot, &[Expr::zero(), y, z]),
         };
-        self.bind_response(id, turned).about(&r)
-    }
-
-    fn bind_response(&mut self, id: NodeId, response: Response) -> Response {
-        Response {
-            inertia: self.bind_tensor(id, Phase::ArticulatedInertia, "inertia", response.inertia),
-            coupling: response
-                .coupling
-                .map(|row| self.bind_vector(id, Phase::ArticulatedInertia, "coupling", row)),
-            mass: self.bind_tensor(id, Phase::ArticulatedInertia, "mass", response.mass),
+        let pivot_row = binder.wrench(node, phase, "pivot_row", pivot_row);
+        let in_parent = link.carry_wrench(binder, phase, "pivot_row", &pivot_row);
+        let hinge = EliminatedHinge { pivot_row, in_parent, inverse_pivot };
+        if let Some(parent) = link.parent {
+            let carried = carried(binder, link, &body, &hinge);
+            bodies[parent.index()] = bodies[parent.index()].plus(&carried);
         }
+        hinges.push(hinge);
     }
+    hinges.reverse();
+    hinges
+}
 
+/// What the parent feels of a node whose hinge gives way, about the parent's origin.
+fn carried(
+    binder: &mut Binder,
+    link: &Link,
+    body: &ArticulatedInertia,
+    hinge: &EliminatedHinge,
+) -> ArticulatedInertia {
+    let ArticulatedInertia { inertia: [_, xy, xz, yy, yz, zz], coupling, mass } = body;
+    let none = Expr::zero;
+    let Wrench { force: w, moment: [_, wy, wz] } = &hinge.pivot_row;
+    let row = &coupling[0];
+    let inertia = [none(), none(), none(), yy - &(xy * wy), yz - &(xy * wz), zz - &(xz * wz)];
+    let coupling = [zero(), sub(&coupling[1], &scale(xy, w)), sub(&coupling[2], &scale(xz, w))];
+    let pairs = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+    let mut terms = pairs.map(|(i, k)| &row[i] * &w[k]).into_iter();
+    let mass = mass.clone().map(|m| &m - &terms.next().unwrap_or_else(Expr::zero));
+    let phase = Phase::ArticulatedInertia;
+    let projected = ArticulatedInertia { inertia, coupling, mass };
+    let projected = projected.bound(binder, link.node, "projected");
+    let turned = ArticulatedInertia {
+        inertia: link.turn_tensor(binder, phase, "projected_inertia", &projected.inertia),
+        coupling: link.turn_matrix(binder, phase, "projected_coupling", &projected.coupling),
+        mass: link.turn_tensor(binder, phase, "projected_mass", &projected.mass),
+    };
+    turned.bound(binder, link.node, "projected_in_parent").about(&link.offset)
+}
+
+/// A sweep from the leaves to the root that reduces torques and loads to y, and what it calls them.
+struct Sweep<'a> {
+    kinematics: &'a Kinematics,
+    hinges: &'a [EliminatedHinge],
+    phase: Phase,
+    load: String,
+    reduced: String,
+}
+
+impl Sweep<'_> {
     /// y by node, for torques of the hinges and loads on the nodes.
-    fn reduce(
-        &mut self,
-        phase: Phase,
-        hinges: &[Hinge],
+    fn run(
+        &self,
+        binder: &mut Binder,
         torques: Vec<Expr>,
         mut loads: Vec<Option<Wrench>>,
     ) -> Vec<Expr> {
+        let phase = self.phase;
         let mut reduced = torques;
-        for id in (0..hinges.len()).rev().map(NodeId) {
-            let Some(load) = loads[id.index()].take() else { continue };
-            let load = self.bind_wrench(id, phase, "load", load);
+        for link in self.kinematics.links().iter().rev() {
+            let node = link.node;
+            let Some(load) = loads[node.index()].take() else { continue };
+            let load = binder.wrench(node, phase, &self.load, load);
             let [x, y, z] = load.moment;
-            let torque = reduced[id.index()].clone();
-            let value = self.bind_scalar(id, phase, "reduced", &torque + &x);
-            if let Some(parent) = self.parent(id) {
+            let torque = reduced[node.index()].clone();
+            let value = binder.scalar(node, phase, &self.reduced, &torque + &x);
+            if let Some(parent) = link.parent {
                 // Of the moment along the hinge the torque's opposite is left.
-                let Wrench { force, moment } = self.carry_wrench(
-                    id,
-                    phase,
-                    &Wrench { force: load.force, moment: [-&torque, y, z] },
-                );
-                let share = &hinges[id.index()].share_above;
-                let carried = Wrench {
-                    force: sub(&force, &scale(&value, &share.force)),
-                    moment: sub(&moment, &scale(&value, &share.moment)),
-                };
-                let sum = &mut loads[parent.index()];
-                *sum = Some(match sum.take() {
-                    Some(other) => other.plus(&carried),
-                    None => carried,
-                });
+                let load = Wrench { force: load.force, moment: [-&torque, y, z] };
+                let load = link.carry_wrench(binder, phase, &self.load, &load);
+                let carried = load.minus(&self.hinges[node.index()].in_parent.times(&value));
+                accumulate(&mut loads[parent.index()], carried);
             }
-            reduced[id.index()] = value;
+            reduced[node.index()] = value;
         }
         reduced
     }
+}
 
-    /// The loads of a closure force of 1 along one row: on both tips, and, where their sum is none,
-    /// on the node on which both sides meet.
-    fn row_loads(&mut self, closed: &Loop, row: usize) -> Vec<Option<Wrench>> {
-        let mut loads: Vec<Option<Wrench>> = vec![None; self.topology.nodes.len()];
-        let ancestor = self.common_ancestor(closed);
-        for (tip, sign) in [(closed.ghost, 1.0), (closed.original, -1.0)] {
-            if Some(tip) == ancestor {
-                continue;
-            }
-            let load = self.unit_wrench(closed, row, tip, sign);
-            let Some(meeting) = ancestor else {
-                loads[tip.index()] = Some(load);
-                continue;
-            };
+/// The loads of a closure force of 1 along one row: on both tips, and, where their sum is not zero,
+/// on the node on which both sides meet.
+fn row_loads(
+    binder: &mut Binder,
+    kinematics: &Kinematics,
+    row: &Row,
+    number: usize,
+) -> Vec<Option<Wrench>> {
+    let mut loads: Vec<Option<Wrench>> = vec![None; kinematics.links().len()];
+    let closed = kinematics.closed(row.closed);
+    let (name, phase) = (format!("unit_row{number}"), Phase::ClosureRowForce);
+    for ((side, sign), row) in closed.sides().into_iter().zip(row.sides()) {
+        if side.path.is_empty() {
+            continue;
+        }
+        let load = row.unit_wrench(sign);
+        if let Some(meeting) = closed.ancestor {
             let mut balance = load.clone();
-            let mut at = tip;
-            while at != meeting {
-                balance = self.bind_wrench(at, Phase::ClosureRowForce, "balance", balance);
-                balance = self.carry_wrench(at, Phase::ClosureRowForce, &balance);
-                match self.parent(at) {
-                    Some(parent) => at = parent,
-                    None => break,
-                }
+            for &node in side.path.iter().rev() {
+                balance = binder.wrench(node, phase, &name, balance);
+                balance = kinematics.link(node).carry_wrench(binder, phase, &name, &balance);
             }
-            loads[tip.index()] = Some(load);
-            let opposite =
-                Wrench { force: balance.force.map(|x| -&x), moment: balance.moment.map(|x| -&x) };
-            let sum = &mut loads[meeting.index()];
-            *sum = Some(match sum.take() {
-                Some(other) => other.plus(&opposite),
-                None => opposite,
-            });
+            accumulate(&mut loads[meeting.index()], balance.opposite());
         }
-        loads
+        loads[side.tip.index()] = Some(load);
     }
+    loads
+}
 
-    /// du/dt by joint, from the root to the leaves: given accelerations are y / D.
-    fn substituted(&mut self, hinges: &[Hinge]) -> Vec<Expr> {
-        let mut accelerations = vec![Expr::zero(); hinges.len()];
-        let mut motions: Vec<[Vector; 2]> = Vec::with_capacity(hinges.len());
-        for id in (0..hinges.len()).map(NodeId) {
-            let joint = self.joint_of(id);
-            let own = self.accelerations[joint].clone();
-            let ([alpha, a], held) = match self.parent(id) {
-                None => ([zero(), zero()], Expr::zero()),
-                Some(parent) => {
-                    let [alpha, a] = motions[parent.index()].clone();
-                    let share = &hinges[id.index()].share_above;
-                    let held = &dot(&share.moment, &alpha) + &dot(&share.force, &a);
-                    let r = self.offset(id);
-                    let above = add(&a, &cross(&alpha, &r));
-                    let above = self.bind_vector(id, Phase::JointAcceleration, "gain_above", above);
-                    let alpha = self.down(id, Phase::JointAcceleration, &alpha);
-                    let a = self.down(id, Phase::JointAcceleration, &above);
-                    let alpha = self.bind_vector(id, Phase::JointAcceleration, "turn_gain", alpha);
-                    ([alpha, self.bind_vector(id, Phase::JointAcceleration, "gain", a)], held)
-                }
-            };
-            let [x, y, z] = alpha;
-            let along = self.bind_scalar(id, Phase::JointAcceleration, "along_hinge", &own - &held);
-            accelerations[joint] = &along - &x;
-            motions.push([[along, y, z], a]);
-        }
-        accelerations
+/// du/dt by node, from the root to the leaves: given accelerations are y / D.
+fn substituted(
+    binder: &mut Binder,
+    kinematics: &Kinematics,
+    hinges: &[EliminatedHinge],
+    given: &Given,
+) -> Vec<Expr> {
+    let phase = Phase::JointAcceleration;
+    let mut accelerations = Vec::with_capacity(hinges.len());
+    let mut motions: Vec<[Vector; 2]> = Vec::with_capacity(hinges.len());
+    for (link, hinge) in kinematics.links().iter().zip(hinges) {
+        let node = link.node;
+        let ([alpha, a], held) = match link.parent {
+            None => ([zero(), zero()], Expr::zero()),
+            Some(parent) => {
+                let [alpha, a] = &motions[parent.index()];
+                let held = &dot(&hinge.in_parent.moment, alpha) + &dot(&hinge.in_parent.force, a);
+                let a = add(a, &cross(alpha, &link.offset));
+                let a = binder.vector(node, phase, "acceleration_in_parent", a);
+                let alpha = link.down(binder, phase, "parent_alpha", alpha);
+                let a = link.down(binder, phase, "acceleration", &a);
+                let alpha = binder.vector(node, phase, "parent_alpha", alpha);
+                ([alpha, binder.vector(node, phase, "acceleration", a)], held)
+            }
+        };
+        let [x, y, z] = alpha;
+        let own = given.acceleration(link.joint);
+        let [along] = binder.components(node, phase, "alpha", ["x"], [own - &held]);
+        accelerations.push(&along - &x);
+        motions.push([[along, y, z], a]);
     }
+    accelerations
 }

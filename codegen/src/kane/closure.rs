@@ -1,5 +1,5 @@
-//! The three-point closure: V2 - V1 = 0 for three points of every cut body (paper, eq. 9-11, as
-//! vectors: the Jacobian of their squared length vanishes where it is satisfied).
+//! Phase 7, closure: V2 - V1 = 0 for three points of every cut body (paper, eq. 9-11, as vectors:
+//! the Jacobian of their squared length vanishes where it is satisfied).
 //!
 //! ```text
 //! residual = P_ghost - P_original          nine numbers per loop
@@ -10,14 +10,18 @@
 //! cancels. The rows of J are components along directions fixed to the cut body: each side is
 //! written in its own copy of the frame, which is the same wherever the loop is closed.
 
-use super::derivation::Derivation;
+use nalgebra::Vector3;
+
+use super::binder::Binder;
+use super::kinematics::{Kinematics, LoopKinematics, Side};
 use super::section::{Phase, Section};
-use super::vector::{Vector, cross, dot, sub};
+use super::vector::{Vector, cross, dot, sub, zero};
+use super::wrench::Wrench;
 use crate::source::JointId;
 use crate::symbolic::Expr;
 use crate::topology::{Loop, LoopId, NodeId};
 
-/// What [`closure`] derives; see [`Equations`](super::Equations) for shapes.
+/// The closure of every loop; see [`Equations`](super::Equations) for shapes.
 #[derive(Default)]
 pub struct Closure {
     pub jacobian: Vec<Expr>,
@@ -26,146 +30,192 @@ pub struct Closure {
     pub row_residual: Vec<Expr>,
     pub residual: Vec<Expr>,
     pub residual_jacobian: Vec<Expr>,
+    rows: Vec<Row>,
 }
 
-/// Derives the closure of every loop.
-pub fn closure(d: &mut Derivation) -> Closure {
-    let mut closure = Closure::default();
-    for (index, closed) in d.topology.loops.iter().enumerate() {
-        let ancestor = d.common_ancestor(closed);
-        d.acceleration_rows(LoopId(index), closed, ancestor, &mut closure);
-        d.residuals(LoopId(index), closed, ancestor, &mut closure);
+/// A row of J: the relative velocity of a point of the cut body along a direction fixed to it.
+pub struct Row {
+    pub closed: LoopId,
+    pub ghost: RowSide,
+    pub original: RowSide,
+}
+
+/// A row on one of the two copies of the cut body, in the copy's frame.
+pub struct RowSide {
+    pub direction: Vector,
+    /// The point, m.
+    pub arm: Vector,
+}
+
+impl RowSide {
+    /// A force of `sign` (1 or -1) along the direction, at the point.
+    pub fn unit_wrench(&self, sign: f64) -> Wrench {
+        let wrench = Wrench::at(&self.arm, self.direction.clone());
+        if sign < 0.0 { wrench.opposite() } else { wrench }
     }
-    closure
 }
 
-impl Derivation<'_> {
-    /// The nodes from the root down to `node`, the ground first.
-    fn path(&self, node: NodeId) -> Vec<Option<NodeId>> {
-        let mut path = vec![Some(node)];
-        let mut at = Some(node);
-        while let Some(id) = at {
-            at = self.topology.nodes[id.index()].parent;
-            path.push(at);
+impl Row {
+    /// Both sides, ghost first, as [`LoopKinematics::sides`].
+    pub fn sides(&self) -> [&RowSide; 2] {
+        [&self.ghost, &self.original]
+    }
+}
+
+impl Closure {
+    /// Derives the closure of every loop.
+    pub fn new(binder: &mut Binder, kinematics: &Kinematics) -> Self {
+        let mut closure = Self::default();
+        for (index, closed) in binder.topology().loops.iter().enumerate() {
+            let id = LoopId(index);
+            let first = closure.rows.len();
+            closure.acceleration_rows(binder, kinematics, id, closed);
+            let gaps = closure.residuals(binder, kinematics, id, closed);
+            closure.row_residuals(binder, kinematics, id, closed, first, &gaps);
         }
-        path.reverse();
-        path
+        closure
     }
 
-    /// The node on which both sides of a loop meet; `None`: the ground.
-    pub fn common_ancestor(&self, closed: &Loop) -> Option<NodeId> {
-        let (ghost, original) = (self.path(closed.ghost), self.path(closed.original));
-        let shared = ghost.iter().zip(&original).take_while(|(a, b)| a == b);
-        shared.last().and_then(|(node, _)| *node)
+    /// The rows of J, of all loops in order.
+    pub fn rows(&self) -> &[Row] {
+        &self.rows
+    }
+
+    /// The rows of J of one loop, with their numbers among all rows.
+    pub fn rows_of(&self, id: LoopId) -> impl Iterator<Item = (usize, &Row)> {
+        self.rows.iter().enumerate().filter(move |(_, row)| row.closed == id)
     }
 
     /// Rows of J and gamma: V_ghost - V_original and its acceleration at du/dt = 0.
     fn acceleration_rows(
         &mut self,
+        binder: &mut Binder,
+        kinematics: &Kinematics,
         id: LoopId,
         closed: &Loop,
-        ancestor: Option<NodeId>,
-        out: &mut Closure,
     ) {
+        let joints = binder.mechanism().joints.len();
         for (number, row) in closed.rows.iter().enumerate() {
             let point = &closed.points[row.point];
             let along = closed.frame.column(row.axis).into_owned();
-            let mut side = |node: NodeId| {
-                let direction = self.frame(Some(node)).direction(&along);
-                let direction = self.constants(direction);
-                let arm = self.arm(Some(node), point);
-                let motion = self.motion(ancestor, Some(node));
-                (
-                    dot(&direction, &motion.velocity_at(&arm)),
-                    dot(&direction, &motion.acceleration_at(&arm)),
-                )
+            let [ghost, original] = [closed.ghost, closed.original].map(|tip| {
+                let link = kinematics.link(tip);
+                let direction = link.direction(binder, &along);
+                RowSide { direction, arm: link.point(binder, point) }
+            });
+            let of = |node: NodeId, RowSide { direction, arm }: &RowSide| {
+                let motion = kinematics.on_loop(kinematics.closed(id), node).motion;
+                [motion.velocity_at(arm), motion.acceleration_at(arm)].map(|v| dot(direction, &v))
             };
-            let (ghost, original) = (side(closed.ghost), side(closed.original));
-            let (velocity, gamma) = (&ghost.0 - &original.0, &ghost.1 - &original.1);
-            for joint in (0..self.u.len()).map(JointId) {
+            let [velocity, gamma] = of(closed.ghost, &ghost);
+            let [carried, bias] = of(closed.original, &original);
+            let (velocity, gamma) = (&velocity - &carried, &gamma - &bias);
+            for joint in (0..joints).map(JointId) {
                 let entry = if closed.joints.contains(&joint) {
-                    self.by_speed(Phase::ClosureJacobian, &velocity, joint)
+                    binder.by_speed(&velocity, joint)
                 } else {
                     Expr::zero()
                 };
-                let name = &self.mechanism().joints[joint.index()].name;
-                let name = format!("closure{}_{number}_{name}", id.index());
-                out.jacobian.push(self.bind(
-                    Section::closure(id, Phase::ClosureJacobian),
-                    name,
-                    entry,
-                ));
+                let name = &binder.mechanism().joints[joint.index()].name;
+                let name = format!("jacobian_loop{}_{number}_{name}", id.index());
+                let section = Section::closure(id, Phase::ClosureJacobian);
+                self.jacobian.push(binder.bind(section, name, entry));
             }
-            let name = format!("gamma{}_{number}", id.index());
-            out.gamma.push(self.bind(Section::closure(id, Phase::ClosureBias), name, gamma));
-            out.row_velocity.push(velocity);
+            let name = format!("gamma_loop{}_{number}", id.index());
+            self.gamma.push(binder.bind(Section::closure(id, Phase::ClosureBias), name, gamma));
+            self.row_velocity.push(velocity);
+            self.rows.push(Row { closed: id, ghost, original });
         }
     }
 
-    /// All nine residuals and their Jacobian: joint r moves a point at P beyond it by
-    /// axis_r x (P - origin_r) per radian.
+    /// All nine residuals and their Jacobian; returns the residuals by point.
     fn residuals(
         &mut self,
+        binder: &mut Binder,
+        kinematics: &Kinematics,
         id: LoopId,
         closed: &Loop,
-        ancestor: Option<NodeId>,
-        out: &mut Closure,
-    ) {
+    ) -> Vec<Vector> {
+        let sides = kinematics.closed(id);
         let mut gaps = Vec::new();
-        for (number, point) in closed.points.iter().enumerate() {
+        for (number, flat) in closed.points.iter().enumerate() {
             let name = |side: &str| format!("point{number}_{side}");
-            let ghost = self.point_of(ancestor, closed.ghost, point, &name("ghost"));
-            let original = self.point_of(ancestor, closed.original, point, &name("original"));
+            let mut point =
+                |side: &Side, name: String| point(binder, kinematics, sides, side, flat, &name);
+            let ghost = point(&sides.ghost, name("ghost"));
+            let original = point(&sides.original, name("original"));
             let gap = sub(&ghost, &original);
             gaps.push(gap.clone());
-            out.residual.extend(gap);
-            let n = self.u.len();
-            let mut columns = vec![super::vector::zero(); n];
-            for (tip, at, sign) in [(closed.ghost, ghost, 1.0), (closed.original, original, -1.0)] {
-                let sign = self.constant(sign);
-                for node in self.path(tip).into_iter().rev().flatten() {
-                    if Some(node) == ancestor {
-                        break;
-                    }
-                    let joint = self.topology.nodes[node.index()].joint.index();
-                    let hinge = self.placement(ancestor, Some(node));
-                    let arm = sub(&at, &hinge.origin);
-                    let arm = self.bind_vector(
-                        node,
-                        Phase::ResidualJacobian,
-                        &format!("arm{}_{number}", id.index()),
-                        arm,
-                    );
-                    let moved = cross(&hinge.axes[0], &arm);
-                    columns[joint] = super::vector::scale(&sign, &moved);
+            self.residual.extend(gap);
+            let mut columns = vec![zero(); binder.mechanism().joints.len()];
+            for ((side, sign), at) in sides.sides().into_iter().zip([ghost, original]) {
+                for (node, moved) in moved(binder, kinematics, id, side, &at, number) {
+                    let column = &mut columns[kinematics.link(node).joint.index()];
+                    *column = if sign < 0.0 { moved.map(|x| -&x) } else { moved };
                 }
             }
             for row in 0..3 {
-                out.residual_jacobian.extend(columns.iter().map(|column| column[row].clone()));
+                self.residual_jacobian.extend(columns.iter().map(|column| column[row].clone()));
             }
         }
-        for row in &closed.rows {
-            let along = closed.frame.column(row.axis).into_owned();
-            let direction = self.frame(Some(closed.ghost)).direction(&along);
-            let direction = self.constants(direction);
-            let along = self.placement(ancestor, Some(closed.ghost)).turn(&direction);
-            out.row_residual.push(dot(&along, &gaps[row.point]));
-        }
+        gaps
     }
 
-    /// A point of a node relative to the ancestor, bound.
-    fn point_of(
+    /// The residuals along the rows of J, of which `first` is the first of this loop.
+    fn row_residuals(
         &mut self,
-        ancestor: Option<NodeId>,
-        node: NodeId,
-        flat: &nalgebra::Vector3<f64>,
-        name: &str,
-    ) -> Vector {
-        let arm = self.arm(Some(node), flat);
-        let position = self.placement(ancestor, Some(node)).place(&arm);
-        if Some(node) == ancestor {
-            return position;
+        binder: &mut Binder,
+        kinematics: &Kinematics,
+        id: LoopId,
+        closed: &Loop,
+        first: usize,
+        gaps: &[Vector],
+    ) {
+        let placement = kinematics.on_loop(kinematics.closed(id), closed.ghost).placement;
+        for (number, row) in closed.rows.iter().enumerate() {
+            let along = placement.turn(&self.rows[first + number].ghost.direction);
+            let residual = dot(&along, &gaps[row.point]);
+            let name = format!("residual_loop{}_{number}", id.index());
+            let section = Section::closure(id, Phase::ClosureResidual);
+            self.row_residual.push(binder.bind(section, name, residual));
         }
-        self.bind_vector(node, Phase::ClosurePoint, name, position)
     }
+}
+
+/// A point of a tip relative to the common ancestor, bound.
+fn point(
+    binder: &mut Binder,
+    kinematics: &Kinematics,
+    closed: &LoopKinematics,
+    side: &Side,
+    flat: &Vector3<f64>,
+    name: &str,
+) -> Vector {
+    let arm = kinematics.link(side.tip).point(binder, flat);
+    let position = kinematics.on_loop(closed, side.tip).placement.place(&arm);
+    if side.path.is_empty() {
+        return position;
+    }
+    binder.vector(side.tip, Phase::ClosurePoint, name, position)
+}
+
+/// What the point at `at` moves per radian of each hinge on a side: e_x x (P - origin of the hinge).
+fn moved(
+    binder: &mut Binder,
+    kinematics: &Kinematics,
+    id: LoopId,
+    side: &Side,
+    at: &Vector,
+    number: usize,
+) -> Vec<(NodeId, Vector)> {
+    let name = format!("arm_loop{}_{number}", id.index());
+    let nodes = side.path.iter().rev();
+    nodes
+        .map(|&node| {
+            let hinge = kinematics.on_loop(kinematics.closed(id), node).placement;
+            let arm = sub(at, &hinge.origin);
+            let arm = binder.vector(node, Phase::ResidualJacobian, &name, arm);
+            (node, cross(&hinge.axes[0], &arm))
+        })
+        .collect()
 }

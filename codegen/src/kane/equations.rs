@@ -30,8 +30,6 @@ pub enum Leaf {
     Acceleration(JointId),
     /// Given closure force lambda of a row, N.
     Multiplier(usize),
-    /// A number that is not a small integer.
-    Constant(f64),
     /// An intermediate bound earlier.
     Bound(BindingId),
 }

@@ -51,17 +51,27 @@ impl Frame {
 }
 
 /// The frame of every node.
-pub fn frames(topology: &Topology) -> Vec<Frame> {
-    let mut frames: Vec<Frame> = Vec::new();
-    for (index, node) in topology.nodes.iter().enumerate() {
-        let hinge = joint(topology, node);
-        let x = hinge.direction * node.sense;
-        let z = Vector3::z();
-        let axes = Matrix3::from_columns(&[x, z.cross(&x), z]);
-        let origin = origin(topology, &frames, NodeId(index));
-        frames.push(Frame { axes, origin });
+pub struct Frames(Vec<Frame>);
+
+impl Frames {
+    /// The frames of a tree.
+    pub fn new(topology: &Topology) -> Self {
+        let mut frames: Vec<Frame> = Vec::new();
+        for (index, node) in topology.nodes.iter().enumerate() {
+            let hinge = joint(topology, node);
+            let x = hinge.direction * node.sense;
+            let z = Vector3::z();
+            let axes = Matrix3::from_columns(&[x, z.cross(&x), z]);
+            let origin = origin(topology, &frames, NodeId(index));
+            frames.push(Frame { axes, origin });
+        }
+        Self(frames)
     }
-    frames
+
+    /// The frame of a node.
+    pub fn of(&self, node: NodeId) -> &Frame {
+        &self.0[node.index()]
+    }
 }
 
 fn joint<'a>(topology: &'a Topology, node: &Node) -> &'a Joint {

@@ -1,38 +1,86 @@
-//! Inertia of the nodes, and which part of it moves a hinge.
+//! Phase 1, spatial inertia: of each node's share of its body, and the part of it that moves a hinge.
 //!
 //! Mass spread along a hinge line moves the same whether it belongs to the body beyond the hinge
 //! or to the one before. Such a line has three numbers (mass, first and second moment along the
-//! line, of any sign): each node's are passed on to its parent, those at the ground move nothing.
-//! Seven numbers of ten are left, M and f stay what they are. (The minimal inertial parameters of
-//! M. Gautier and W. Khalil, "Direct calculation of minimum set of inertial parameters of serial
-//! robots", 1990.)
+//! line, of any sign): those of each node are passed on to its parent, and at the ground they move
+//! nothing. Seven parameters of ten are left per node, while M and f stay the same. (The minimal
+//! inertial parameters of M. Gautier and W. Khalil, "Direct calculation of minimum set of inertial
+//! parameters of serial robots", 1990.)
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::derivation::Derivation;
-use super::vector::{Tensor, Vector, scale};
+use super::binder::Binder;
+use super::frame::Frames;
+use super::vector::{Tensor, Vector, add, apply, cross, scale};
+use super::wrench::Wrench;
 use crate::symbolic::Expr;
 use crate::topology::NodeId;
 
 /// Relative to the largest: moments below this are rounding of the drawing.
 const ROUNDING: f64 = 1e-14;
 
-/// Inertia of a body or a composite about its frame's origin, in its frame.
+/// Spatial inertia of a body or a composite about its frame's origin, in its frame.
 #[derive(Clone)]
-pub struct Inertia {
-    /// kg.
+pub struct SpatialInertia {
+    /// m, kg.
     pub mass: Expr,
-    /// Mass times centre of mass, kg m.
-    pub moment: Vector,
-    /// int x x^T dm, kg m^2.
-    pub second: Tensor,
+    /// h: mass times centre of mass, kg m.
+    pub first_moment: Vector,
+    /// S: int x x^T dm, kg m^2.
+    pub second_moment: Tensor,
 }
 
-impl Inertia {
+/// The spatial inertia of every node.
+pub struct Inertias {
+    whole: Vec<SpatialInertia>,
+    minimal: Vec<SpatialInertia>,
+}
+
+impl SpatialInertia {
     /// I = tr(S) 1 - S, kg m^2.
-    pub fn tensor(&self) -> Tensor {
-        let [xx, xy, xz, yy, yz, zz] = &self.second;
+    pub fn rotational(&self) -> Tensor {
+        let [xx, xy, xz, yy, yz, zz] = &self.second_moment;
         [yy + zz, -xy, -xz, xx + zz, -yz, xx + yy]
+    }
+
+    /// The sum of two about the same point.
+    pub fn plus(&self, other: &Self) -> Self {
+        Self {
+            mass: &self.mass + &other.mass,
+            first_moment: add(&self.first_moment, &other.first_moment),
+            second_moment: add(&self.second_moment, &other.second_moment),
+        }
+    }
+
+    /// The wrench that gives a body at rest the accelerations alpha and a, also its momentum at the
+    /// velocities alpha and a: f = alpha x h + m a, n = I alpha + h x a.
+    pub fn wrench(&self, alpha: &Vector, a: &Vector) -> Wrench {
+        let h = &self.first_moment;
+        Wrench {
+            force: add(&cross(alpha, h), &scale(&self.mass, a)),
+            moment: add(&apply(&self.rotational(), alpha), &cross(h, a)),
+        }
+    }
+}
+
+impl Inertias {
+    /// Derives both inertias of every node.
+    pub fn new(binder: &mut Binder, frames: &Frames) -> Self {
+        let shares: Vec<Moments> =
+            binder.nodes().map(|node| moments(binder, frames, node)).collect();
+        let whole = nodes(binder, &shares);
+        let minimal = nodes(binder, &minimal(binder, frames, shares));
+        Self { whole, minimal }
+    }
+
+    /// By node: its share of its body. Needed for energies and hinge reactions.
+    pub fn whole(&self) -> &[SpatialInertia] {
+        &self.whole
+    }
+
+    /// By node: the minimal inertial parameters. Enough for M and f.
+    pub fn minimal(&self) -> &[SpatialInertia] {
+        &self.minimal
     }
 }
 
@@ -47,72 +95,69 @@ struct Moments {
     second: Matrix3<f64>,
 }
 
-impl Derivation<'_> {
-    /// By node: its share of its body.
-    pub fn shares(&mut self) -> Vec<Inertia> {
-        let nodes = self.topology.nodes.len();
-        (0..nodes).map(NodeId).map(|id| self.inertia(id, &self.moments(id))).collect()
-    }
+/// Moments of a node's share of its body; with a tunable mass, of one kilogram of the body.
+fn moments(binder: &Binder, frames: &Frames, id: NodeId) -> Moments {
+    let mechanism = binder.mechanism();
+    let (node, frame) = (&binder.topology().nodes[id.index()], frames.of(id));
+    let properties = &mechanism.bodies[node.body.index()].mass_properties;
+    let com = Vector3::from(frame.coordinates(&properties.com, mechanism.size));
+    let central = frame.tensor(&properties.inertia);
+    let is_tunable = has_tunable_mass(binder, id);
+    let share = if is_tunable { node.share / properties.mass } else { node.share };
+    let mass = properties.mass * share;
+    let spread = Matrix3::identity() * (0.5 * central.trace()) - central;
+    Moments { mass, first: com * mass, second: spread * share + com * com.transpose() * mass }
+}
 
-    /// By node: what is left of its share and of what its children pass on, when what moves no
-    /// hinge beyond its own is passed on in turn.
-    pub fn moving_parts(&mut self) -> Vec<Inertia> {
-        let nodes = || (0..self.topology.nodes.len()).map(NodeId);
-        let mut moments: Vec<_> = nodes().map(|id| self.moments(id)).collect();
-        for id in nodes().rev() {
-            let parent = self.parent(id);
-            // What scales with a parameter stays where it is.
-            if [Some(id), parent].into_iter().flatten().any(|id| self.scales(id)) {
-                continue;
-            }
-            let line = moments[id.index()].take_line();
-            if let Some(parent) = parent {
-                let to = self.frame(Some(parent));
-                let hinge = &self.frames[id.index()];
-                let along = Vector3::from(to.direction(&hinge.axes.column(0).into()));
-                let origin = to.coordinates(&hinge.origin, self.mechanism().size);
-                moments[parent.index()].add_line(line, &Vector3::from(origin), &along);
-            }
+/// What is left of each node's share and of what its children pass on, after the part that moves no
+/// hinge beyond the node's own is passed on in turn.
+fn minimal(binder: &Binder, frames: &Frames, mut moments: Vec<Moments>) -> Vec<Moments> {
+    let size = binder.mechanism().size;
+    for node in binder.nodes().rev() {
+        let parent = binder.topology().nodes[node.index()].parent;
+        // A mass that scales with a parameter stays where it is.
+        let mut ends = [Some(node), parent].into_iter().flatten();
+        if ends.any(|node| has_tunable_mass(binder, node)) {
+            continue;
         }
-        nodes().zip(&moments).map(|(id, moments)| self.inertia(id, moments)).collect()
+        let line = moments[node.index()].take_line();
+        if let Some(parent) = parent {
+            let (hinge, to) = (frames.of(node), frames.of(parent));
+            let along = Vector3::from(to.direction(&hinge.axes.column(0).into()));
+            let origin = to.coordinates(&hinge.origin, size);
+            moments[parent.index()].add_line(line, &Vector3::from(origin), &along);
+        }
     }
+    moments
+}
 
-    fn scales(&self, node: NodeId) -> bool {
-        let body = self.topology.nodes[node.index()].body;
-        self.mechanism().bodies[body.index()].mass_parameter.is_some()
-    }
+fn has_tunable_mass(binder: &Binder, node: NodeId) -> bool {
+    let body = binder.topology().nodes[node.index()].body;
+    binder.mechanism().bodies[body.index()].mass_parameter.is_some()
+}
 
-    /// Moments of the node's share of its body; with a tunable mass, of one kilogram of the body.
-    fn moments(&self, id: NodeId) -> Moments {
-        let node = &self.topology.nodes[id.index()];
-        let properties = &self.mechanism().bodies[node.body.index()].mass_properties;
-        let frame = self.frame(Some(id));
-        let com = Vector3::from(frame.coordinates(&properties.com, self.mechanism().size));
-        let central = frame.tensor(&properties.inertia);
-        let share = if self.scales(id) { node.share / properties.mass } else { node.share };
-        let mass = properties.mass * share;
-        let spread = Matrix3::identity() * (0.5 * central.trace()) - central;
-        Moments { mass, first: com * mass, second: spread * share + com * com.transpose() * mass }
-    }
+/// The moments of every node as expressions.
+fn nodes(binder: &mut Binder, moments: &[Moments]) -> Vec<SpatialInertia> {
+    binder.nodes().zip(moments).map(|(node, moments)| inertia(binder, node, moments)).collect()
+}
 
-    fn inertia(&mut self, id: NodeId, moments: &Moments) -> Inertia {
-        let second = &moments.second;
-        let least = ROUNDING * second.amax();
-        let of = |at| if f64::abs(second[at]) <= least { 0.0 } else { second[at] };
-        let second = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].map(of);
-        let mass = self.constant(moments.mass);
-        let moment = self.constants(moments.first.into());
-        let second = self.constants(second);
-        let body = self.topology.nodes[id.index()].body;
-        match self.mechanism().bodies[body.index()].mass_parameter {
-            None => Inertia { mass, moment, second },
-            Some(parameter) => {
-                let by = self.parameters[parameter.index()].clone();
-                Inertia {
-                    mass: &by * &mass,
-                    moment: scale(&by, &moment),
-                    second: scale(&by, &second),
-                }
+fn inertia(binder: &mut Binder, node: NodeId, moments: &Moments) -> SpatialInertia {
+    let second = &moments.second;
+    let least = ROUNDING * second.amax();
+    let of = |at| if f64::abs(second[at]) <= least { 0.0 } else { second[at] };
+    let second = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].map(of);
+    let mass = binder.constant(moments.mass);
+    let first_moment = binder.constants(moments.first.into());
+    let second_moment = binder.constants(second);
+    let body = binder.topology().nodes[node.index()].body;
+    match binder.mechanism().bodies[body.index()].mass_parameter {
+        None => SpatialInertia { mass, first_moment, second_moment },
+        Some(parameter) => {
+            let by = binder.parameter(parameter);
+            SpatialInertia {
+                mass: &by * &mass,
+                first_moment: scale(&by, &first_moment),
+                second_moment: scale(&by, &second_moment),
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Inverse dynamics: what is left of Kane's equations and of the closure at given du/dt and
+//! Phase 9, inverse dynamics: what is left of Kane's equations and of the closure at given du/dt and
 //! closure forces, and what every hinge carries.
 //!
 //! ```text
@@ -11,207 +11,195 @@
 //! Luh, M. W. Walker, R. P. C. Paul, "On-line computational scheme for mechanical manipulators",
 //! 1980), so the cost grows as N. Differentiated, this is how the equations of motion change.
 
-use super::derivation::Derivation;
-use super::dynamics::{Dynamics, Wrench};
-use super::inertia::Inertia;
-use super::motion::Motion;
-use super::section::Phase;
-use super::vector::{Vector, add, cross, dot, scale, sub};
-use crate::symbolic::Expr;
-use crate::topology::{Loop, NodeId};
+use std::collections::BTreeMap;
 
-/// What [`inverse`] derives; see [`Equations`](super::Equations) for shapes.
-pub struct Inverse {
+use super::binder::Binder;
+use super::closure::Closure;
+use super::equations::Leaf;
+use super::forces::{along_hinge, gathered};
+use super::inertia::{Inertias, SpatialInertia};
+use super::kinematics::Kinematics;
+use super::link::Link;
+use super::loads::{Loads, WrenchNames};
+use super::motion::Motion;
+use super::section::{Phase, Section};
+use super::vector::{Vector, cross, dot, sub};
+use super::wrench::Wrench;
+use crate::source::JointId;
+use crate::symbolic::Expr;
+use crate::topology::{LoopId, NodeId};
+
+/// du/dt and lambda as symbols.
+pub struct Given {
+    /// du/dt by joint, rad/s^2.
+    accelerations: Vec<Expr>,
+    /// lambda by row of the closure, N.
+    multipliers: Vec<Expr>,
+}
+
+impl Given {
+    /// New symbols.
+    pub fn new(binder: &mut Binder, closure: &Closure) -> Self {
+        let joints = (0..binder.mechanism().joints.len()).map(JointId);
+        let rows = 0..closure.rows().len();
+        Self {
+            accelerations: joints.map(|id| binder.given(Leaf::Acceleration(id))).collect(),
+            multipliers: rows.map(|row| binder.given(Leaf::Multiplier(row))).collect(),
+        }
+    }
+
+    /// du/dt of a joint.
+    pub fn acceleration(&self, joint: JointId) -> &Expr {
+        &self.accelerations[joint.index()]
+    }
+}
+
+/// Inverse dynamics; see [`Equations`](super::Equations) for shapes.
+pub struct InverseDynamics {
     pub imbalance: Vec<Expr>,
     pub opening: Vec<Expr>,
     pub reactions: Vec<Expr>,
 }
 
-/// Derives the inverse dynamics.
-pub fn inverse(d: &mut Derivation, dynamics: &Dynamics) -> Inverse {
-    let nodes: Vec<NodeId> = (0..d.topology.nodes.len()).map(NodeId).collect();
-    // What moves hinges is enough for the balance; hinges carry all there is.
-    let moving = d.gathered("moving", &dynamics.moving);
-    let carried = d.gathered("carried", &dynamics.shares);
-    let closing = d.closing_wrenches();
-    let mut imbalance = vec![Expr::zero(); nodes.len()];
-    let mut reactions = vec![Expr::zero(); 6 * nodes.len()];
-    for (index, id) in nodes.into_iter().enumerate() {
-        let joint = d.joint_of(id);
-        let sum = moving[index].plus(&closing[index]);
-        let partial = &dynamics.partial[index];
-        let along = &dot(&partial.omega, &sum.moment) + &dot(&partial.v, &sum.force);
-        imbalance[joint] = &along + &d.joint_torque(joint);
-        let sum = carried[index].plus(&closing[index]);
-        for (k, component) in d.reaction(id, &sum).into_iter().enumerate() {
-            reactions[6 * joint + k] = component;
+/// The motions at given du/dt, by subtree of the kinematics.
+struct GivenMotion(Vec<BTreeMap<NodeId, Motion>>);
+
+impl InverseDynamics {
+    /// Derives the inverse dynamics.
+    pub fn new(
+        binder: &mut Binder,
+        kinematics: &Kinematics,
+        inertias: &Inertias,
+        loads: &Loads,
+        closure: &Closure,
+        given: &Given,
+    ) -> Self {
+        let motion = GivenMotion::new(binder, kinematics, given);
+        let mut beyond = |inertias: &[SpatialInertia], name: &'static str| {
+            motion.wrenches(binder, kinematics, inertias, loads, name)
+        };
+        // The minimal inertia is enough for the balance; hinges carry all the inertia.
+        let balance = beyond(inertias.minimal(), "balance");
+        let transmitted = beyond(inertias.whole(), "transmitted");
+        let closing = closing_wrenches(binder, kinematics, closure, given);
+        let n = balance.len();
+        let mut imbalance = vec![Expr::zero(); n];
+        let mut reactions = vec![Expr::zero(); 6 * n];
+        for link in kinematics.links() {
+            let (index, joint) = (link.node.index(), link.joint.index());
+            let sum = balance[index].plus(&closing[index]);
+            let along = along_hinge(kinematics, link.node, &sum);
+            let name = format!("imbalance_{}", binder.joint_name(link.node));
+            let section = Section::body(link.node, Phase::InverseDynamics);
+            let value = &along + loads.torque(link.node);
+            imbalance[joint] = binder.bind(section, name, value);
+            let sum = transmitted[index].plus(&closing[index]);
+            for (k, component) in reaction(binder, link, &sum).into_iter().enumerate() {
+                reactions[6 * joint + k] = component;
+            }
         }
+        Self { imbalance, opening: motion.openings(kinematics, closure), reactions }
     }
-    Inverse { imbalance, opening: d.openings(), reactions }
 }
 
-impl Derivation<'_> {
-    /// Motion of `node` relative to `ancestor` with alpha and a at the given du/dt.
-    fn accelerated(&mut self, ancestor: Option<NodeId>, node: NodeId) -> Motion {
-        if let Some(known) = self.accelerated.get(&(ancestor, node)) {
-            return known.clone();
+impl GivenMotion {
+    fn new(binder: &mut Binder, kinematics: &Kinematics, given: &Given) -> Self {
+        let rest = Motion::rest();
+        let mut subtrees = Vec::new();
+        for subtree in kinematics.subtrees() {
+            let mut motions: BTreeMap<NodeId, Motion> = BTreeMap::new();
+            for (node, motion) in subtree.motions() {
+                let link = kinematics.link(node);
+                let parent = link.parent.and_then(|parent| motions.get(&parent)).unwrap_or(&rest);
+                let rate = given.acceleration(link.joint).clone();
+                let motion = motion.at_given(binder, link, parent, rate);
+                motions.insert(node, motion);
+            }
+            subtrees.push(motions);
         }
-        let parent = self.parent(node);
-        let above = match parent.filter(|_| parent != ancestor) {
-            Some(parent) => self.accelerated(ancestor, parent),
-            None => Motion::rest(),
-        };
-        let bias = self.motion(ancestor, Some(node));
-        let joint = self.joint_of(node);
-        let r = self.offset(node);
-        let u = self.u[joint].clone();
-        let rate = self.accelerations[joint].clone();
-        let carried = self.down(node, Phase::GivenAcceleration, &above.alpha);
-        let [_, y, z] = &bias.omega;
-        let turned = [rate, z * &u, -&(y * &u)];
-        let alpha = self.bind_vector(
-            node,
-            Phase::GivenAcceleration,
-            "alpha_moving",
-            add(&carried, &turned),
-        );
-        let a = self.down(node, Phase::GivenAcceleration, &above.acceleration_at(&r));
-        let a = self.bind_vector(node, Phase::GivenAcceleration, "a_moving", a);
-        let (gradient, _) =
-            self.gradient(node, Phase::GivenAcceleration, "gradient_moving", &bias.omega, &alpha);
-        let motion = Motion { alpha, a, gradient, ..bias };
-        self.accelerated.insert((ancestor, node), motion.clone());
-        motion
+        Self(subtrees)
     }
 
     /// Active and inertia wrenches of each node and all beyond it, about its origin.
-    fn gathered(&mut self, name: &str, inertia: &[Inertia]) -> Vec<Wrench> {
-        let mut sums =
-            self.wrenches([Phase::InverseDynamics; 2], inertia, |d, id| d.accelerated(None, id));
-        for id in (0..sums.len()).rev().map(NodeId) {
-            let wrench =
-                self.bind_wrench(id, Phase::InverseDynamics, name, sums[id.index()].clone());
-            sums[id.index()] = wrench.clone();
-            if let Some(parent) = self.parent(id) {
-                let carried = self.carry_wrench(id, Phase::InverseDynamics, &wrench);
-                sums[parent.index()] = sums[parent.index()].plus(&carried);
-            }
-        }
-        sums
-    }
-
-    /// What the closure forces lambda contribute: along both sides of each loop, up to where they
-    /// meet and cancel.
-    fn closing_wrenches(&mut self) -> Vec<Wrench> {
-        let mut sums = vec![Wrench::none(); self.topology.nodes.len()];
-        let mut row = 0;
-        let topology = self.topology;
-        for closed in &topology.loops {
-            let ancestor = self.common_ancestor(closed);
-            let first = row;
-            row += closed.rows.len();
-            for (tip, sign) in [(closed.ghost, 1.0), (closed.original, -1.0)] {
-                if Some(tip) == ancestor {
-                    continue;
-                }
-                let mut wrench = self.row_forces(closed, tip, sign, first);
-                let mut at = tip;
-                loop {
-                    wrench = self.bind_wrench(at, Phase::ClosureForce, "closing", wrench);
-                    sums[at.index()] = sums[at.index()].plus(&wrench);
-                    let parent = self.parent(at);
-                    match parent.filter(|_| parent != ancestor) {
-                        Some(parent) => {
-                            wrench = self.carry_wrench(at, Phase::ClosureForce, &wrench);
-                            at = parent;
-                        }
-                        None => break,
-                    }
-                }
-            }
-        }
-        sums
-    }
-
-    /// Sum over a loop's rows of lambda along the row's direction, at the row's point.
-    fn row_forces(&mut self, closed: &Loop, tip: NodeId, sign: f64, first: usize) -> Wrench {
-        let mut sum = Wrench::none();
-        for row in 0..closed.rows.len() {
-            let Wrench { force, moment } = self.unit_wrench(closed, row, tip, sign);
-            let size = self.multipliers[first + row].clone();
-            sum = sum.plus(&Wrench { force: scale(&size, &force), moment: scale(&size, &moment) });
-        }
-        sum
-    }
-
-    /// A force of `sign` along a row's direction, at the row's point.
-    pub fn unit_wrench(&mut self, closed: &Loop, row: usize, tip: NodeId, sign: f64) -> Wrench {
-        let row = &closed.rows[row];
-        let along = closed.frame.column(row.axis) * sign;
-        let direction = self.frame(Some(tip)).direction(&along);
-        let force = self.constants(direction);
-        let arm = self.arm(Some(tip), &closed.points[row.point]);
-        Wrench { moment: cross(&arm, &force), force }
+    fn wrenches(
+        &self,
+        binder: &mut Binder,
+        kinematics: &Kinematics,
+        inertias: &[SpatialInertia],
+        loads: &Loads,
+        name: &'static str,
+    ) -> Vec<Wrench> {
+        let phase = Phase::InverseDynamics;
+        let names = WrenchNames { gravity_phase: phase, phase, name: "net" };
+        let motion = |node: NodeId| &self.0[0][&node];
+        let wrenches = loads.on_bodies(binder, kinematics, inertias, motion, &names);
+        gathered(binder, kinematics, phase, name, wrenches)
     }
 
     /// gamma + J du/dt.
-    fn openings(&mut self) -> Vec<Expr> {
-        let mut openings = Vec::new();
-        let topology = self.topology;
-        for closed in &topology.loops {
-            let ancestor = self.common_ancestor(closed);
-            for row in &closed.rows {
-                let along = closed.frame.column(row.axis).into_owned();
-                let mut side = |node: NodeId| {
-                    if Some(node) == ancestor {
-                        return Expr::zero();
-                    }
-                    let direction = self.frame(Some(node)).direction(&along);
-                    let direction = self.constants(direction);
-                    let arm = self.arm(Some(node), &closed.points[row.point]);
-                    dot(&direction, &self.accelerated(ancestor, node).acceleration_at(&arm))
-                };
-                openings.push(&side(closed.ghost) - &side(closed.original));
-            }
-        }
-        openings
-    }
-
-    /// Force and moment about the hinge's first drawn point that `bodies[0]` exerts on
-    /// `bodies[1]`, in the joint's frame: x along the hinge, z normal to the sheet when flat,
-    /// fixed to `bodies[1]`.
-    fn reaction(&mut self, node: NodeId, beyond: &Wrench) -> [Expr; 6] {
-        let mechanism = self.mechanism();
-        let joint = &mechanism.joints[self.joint_of(node)];
-        let arm = self.arm(Some(node), &joint.point);
-        let moment = sub(&beyond.moment, &cross(&arm, &beyond.force));
-        let backwards = self.topology.nodes[node.index()].sense < 0.0;
-        let [s, c] = self.sin_cos[self.joint_of(node)].clone();
-        let turned = |[x, y, z]: &Vector| -> Vector {
-            if !backwards {
-                return [-x, -y, -z];
-            }
-            // The parent is `bodies[1]`, x points the other way, and the wrench on the node is
-            // the opposite of the wrench on its parent.
-            let y_parent = &(&c * y) - &(&s * z);
-            let z_parent = &(&s * y) + &(&c * z);
-            [-x, -&y_parent, z_parent]
+    fn openings(&self, kinematics: &Kinematics, closure: &Closure) -> Vec<Expr> {
+        let opening = |row: &super::closure::Row| {
+            let closed = kinematics.closed(row.closed);
+            let [ghost, original] =
+                [(&closed.ghost, &row.ghost), (&closed.original, &row.original)].map(
+                    |(side, row)| match self.0[closed.subtree].get(&side.tip) {
+                        Some(motion) => dot(&row.direction, &motion.acceleration_at(&row.arm)),
+                        None => Expr::zero(),
+                    },
+                );
+            &ghost - &original
         };
-        let [a, b, c_] = turned(&beyond.force);
-        let [d, e, f] = turned(&moment);
-        [a, b, c_, d, e, f]
+        closure.rows().iter().map(opening).collect()
     }
+}
 
-    pub fn bind_wrench(
-        &mut self,
-        node: NodeId,
-        phase: Phase,
-        name: &str,
-        wrench: Wrench,
-    ) -> Wrench {
-        Wrench {
-            force: self.bind_vector(node, phase, &format!("force_{name}"), wrench.force),
-            moment: self.bind_vector(node, phase, &format!("moment_{name}"), wrench.moment),
+/// What the closure forces lambda contribute: along both sides of each loop, up to where they meet
+/// and cancel.
+fn closing_wrenches(
+    binder: &mut Binder,
+    kinematics: &Kinematics,
+    closure: &Closure,
+    given: &Given,
+) -> Vec<Wrench> {
+    let mut sums = vec![Wrench::zero(); kinematics.links().len()];
+    for index in 0..binder.topology().loops.len() {
+        let id = LoopId(index);
+        for (which, (side, sign)) in kinematics.closed(id).sides().into_iter().enumerate() {
+            let mut wrench = Wrench::zero();
+            for (number, row) in closure.rows_of(id) {
+                let unit = row.sides()[which].unit_wrench(sign);
+                wrench = wrench.plus(&unit.times(&given.multipliers[number]));
+            }
+            for (place, &node) in side.path.iter().enumerate().rev() {
+                wrench = binder.wrench(node, Phase::ClosureForce, "closure", wrench);
+                sums[node.index()] = sums[node.index()].plus(&wrench);
+                if place > 0 {
+                    let link = kinematics.link(node);
+                    wrench = link.carry_wrench(binder, Phase::ClosureForce, "closure", &wrench);
+                }
+            }
         }
     }
+    sums
+}
+
+/// Force and moment about the hinge's first drawn point that `bodies[0]` exerts on `bodies[1]`, in
+/// the joint's frame: x along the hinge, z normal to the sheet when flat, fixed to `bodies[1]`.
+fn reaction(binder: &mut Binder, link: &Link, beyond: &Wrench) -> [Expr; 6] {
+    let joint = &binder.mechanism().joints[link.joint.index()];
+    let arm = link.point(binder, &joint.point);
+    let moment = sub(&beyond.moment, &cross(&arm, &beyond.force));
+    let backwards = binder.topology().nodes[link.node.index()].sense < 0.0;
+    let turned = |[x, y, z]: &Vector| -> Vector {
+        if !backwards {
+            return [-x, -y, -z];
+        }
+        // The parent is `bodies[1]`, x points the other way, and the wrench on the node is
+        // the opposite of the wrench on its parent.
+        let [y, z] = link.joint_turn.forth(y, z);
+        [-x, -&y, z]
+    };
+    let [fx, fy, fz] = turned(&beyond.force);
+    let [nx, ny, nz] = turned(&moment);
+    [fx, fy, fz, nx, ny, nz]
 }

@@ -1,43 +1,59 @@
 //! Stage 4: [`Topology`](crate::topology::Topology) -> [`Equations`]: Kane's method and the three-point closure.
 //!
-//! For generalised speeds u = dq/dt, Kane's equations F_r + F_r* = 0 of the tree (paper, eq. 1-6)
+//! For generalized speeds u = dq/dt, Kane's equations F_r + F_r* = 0 of the tree (paper, eq. 1-6)
 //! are linear in du/dt:
 //!
 //! ```text
-//! F_r  = sum_B  dv_B/du_r . R_B  + domega_B/du_r . T_B     active forces      [dynamics]
-//! F_r* = sum_B -dv_B/du_r . m a_B - domega_B/du_r . (I alpha + omega x I omega)
-//! M du/dt = f,  J du/dt = -gamma                            closure            [closure]
+//! F_r  = sum_B  dv_B/du_r . R_B  + dw_B/du_r . T_B          active forces
+//! F_r* = sum_B -dv_B/du_r . m a_B - dw_B/du_r . (I alpha + w x I w)
+//! M du/dt = f,  J du/dt = -gamma                            closure
 //! ```
 //!
-//! | quantity | where |
-//! |---|---|
-//! | frames, origins | `frame` |
-//! | omega, v, alpha, a, partial velocities | `motion` |
-//! | minimal inertial parameters | `inertia` |
-//! | F_r, F_r*, mass matrix, energies | `dynamics` |
-//! | changes of frame of tensors | `turn` |
-//! | M du/dt = b body by body | `articulated` |
-//! | closure residual, J, gamma | `closure` |
-//! | what is left at given du/dt and lambda, hinge reactions | `inverse` |
-//! | torque and force expressions | `scalar` |
+//! Each phase is a type, built from the phases that it needs; `derive` names them in their order.
+//!
+//! | phase | quantities | where |
+//! |---|---|---|
+//! | spatial inertia | minimal inertial parameters | `inertia` |
+//! | kinematics | placements, w, v, alpha, a, partial velocities | `kinematics`, of `frame`, `link`, `placement`, `motion` |
+//! | loads | gravity, forces, air, joint torques, bias forces | `loads` |
+//! | generalized forces | f | `forces` |
+//! | mass matrix | composite inertia, M | `mass` |
+//! | energies | kinetic and potential energy | `energy` |
+//! | closure | residual, J, gamma | `closure` |
+//! | outputs | poses, points, drives | `outputs` |
+//! | inverse dynamics | what is left at given du/dt and lambda, hinge reactions | `inverse` |
+//! | articulated bodies | M du/dt = b body by body | `articulated` |
+//!
+//! What the phases share: `binder` names intermediates, `section` says where they belong and holds the
+//! equation of every phase, `formula` evaluates the model's expressions, `vector`, `wrench` and `turn`
+//! are the algebra of vectors, forces and changes of frame.
 
 mod articulated;
+mod binder;
 mod closure;
-mod derivation;
-mod dynamics;
+mod derive;
+mod energy;
 mod equations;
+mod forces;
+mod formula;
 mod frame;
 mod inertia;
 mod inverse;
+mod kinematics;
+mod link;
+mod loads;
+mod mass;
 mod motion;
-mod scalar;
+mod outputs;
+mod placement;
 mod section;
 mod turn;
 mod vector;
+mod wrench;
 
 #[cfg(test)]
 mod tests;
 
-pub use derivation::{DeriveError, derive};
+pub use derive::{DeriveError, derive};
 pub use equations::*;
 pub use section::{Phase, Section, Subject};

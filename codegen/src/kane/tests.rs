@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Equations, Leaf, derive};
+use super::{Equations, Leaf, Phase, Section, Subject, derive};
 use crate::laminate::{Body, Joint, MassProperties, Mechanism};
 use crate::source::{BodyId, Expression, JointId, Span};
 use crate::symbolic::{Function, Tree};
@@ -29,9 +29,9 @@ impl<'a> Evaluator<'a> {
     fn value(&self, tree: &Tree<Leaf>) -> f64 {
         match tree {
             Tree::Rational(a, b) => *a as f64 / *b as f64,
+            Tree::Number(number) => *number,
             Tree::Leaf(Leaf::Position(j)) => self.q[j.index()],
             Tree::Leaf(Leaf::Rate(j)) => self.u[j.index()],
-            Tree::Leaf(Leaf::Constant(c)) => *c,
             Tree::Leaf(Leaf::Bound(b)) => self.bound[b.index()],
             Tree::Leaf(Leaf::Parameter(p)) => {
                 self.equations.mechanism().parameters[p.index()].value
@@ -170,16 +170,37 @@ fn double_pendulum_is_the_textbook_one() {
 }
 
 #[test]
-fn equations_do_not_depend_on_what_was_derived_before() {
-    let first = derive(&chain(2, 2.0, 0.3)).unwrap();
-    derive(&chain(7, 1.0, 0.2)).unwrap();
-    let again = derive(&chain(2, 2.0, 0.3)).unwrap();
-    assert_eq!(format!("{:?}", first.bindings), format!("{:?}", again.bindings));
-}
-
-#[test]
 fn bindings_grow_no_faster_than_the_square_of_the_joints() {
     let count = |n| derive(&chain(n, 1.0, 0.1)).unwrap().bindings.len();
     let (small, large) = (count(8), count(16));
     assert!(large <= 4 * small, "{small} bindings for 8 joints, {large} for 16");
+}
+
+#[test]
+fn bindings_say_which_body_and_which_phase_they_belong_to() {
+    let equations = derive(&chain(3, 2.0, 0.3)).unwrap();
+    let section = |name: &str| {
+        let found = equations.bindings.iter().find(|binding| binding.name == name);
+        found.unwrap_or_else(|| panic!("nothing is called {name}")).section
+    };
+    let second = Subject::Body(NodeId(1));
+    for (name, phase) in [
+        ("sin_j1", Phase::HingeAngle),
+        ("axis_y_rod2_x", Phase::Placement),
+        ("omega_rod2_x", Phase::AngularVelocity),
+        ("velocity_rod2_z", Phase::Velocity),
+        ("velocity_product_rod2_y", Phase::VelocityProduct),
+        ("apparent_gravity_rod2_z", Phase::ApparentGravity),
+        ("bias_force_rod2_y", Phase::BiasForce),
+        ("generalized_force_j1", Phase::GeneralizedForce),
+        ("composite_first_moment_rod2_y", Phase::CompositeInertia),
+        ("mass_j1_j1", Phase::MassMatrix),
+        ("kinetic_energy_rod2", Phase::KineticEnergy),
+        ("acceleration_rod2_y", Phase::GivenAcceleration),
+        ("balance_force_rod2_y", Phase::InverseDynamics),
+        ("articulated_inertia_rod2_xx", Phase::ArticulatedInertia),
+        ("articulated_bias_force_rod2_y", Phase::ArticulatedBiasForce),
+    ] {
+        assert_eq!(section(name), Section { subject: second, phase }, "{name}");
+    }
 }

@@ -160,7 +160,7 @@ fn needed<'a>(equations: &Equations, trees: impl Iterator<Item = &'a Tree<Leaf>>
 fn mark(tree: &Tree<Leaf>, needed: &mut [bool]) {
     match tree {
         Tree::Leaf(Leaf::Bound(id)) => needed[id.index()] = true,
-        Tree::Rational(..) | Tree::Leaf(_) => {}
+        Tree::Rational(..) | Tree::Number(_) | Tree::Leaf(_) => {}
         Tree::Power(base, _) => mark(base, needed),
         Tree::Sum(parts) | Tree::Product(parts) | Tree::Apply(_, parts) => {
             parts.iter().for_each(|part| mark(part, needed));
@@ -185,6 +185,7 @@ impl Lowering {
             Tree::Rational(numerator, denominator) => {
                 self.push(Op::Const(*numerator as f64 / *denominator as f64))
             }
+            Tree::Number(value) => self.push(Op::Const(*value)),
             Tree::Leaf(leaf) => self.leaf(*leaf),
             Tree::Sum(terms) => self.sum(terms),
             Tree::Product(factors) => match self.product(factors) {
@@ -230,7 +231,6 @@ impl Lowering {
             Leaf::Input(id) => Op::Load(Slot::Input(id)),
             Leaf::Acceleration(id) => Op::Load(Slot::Acceleration(id)),
             Leaf::Multiplier(row) => Op::Load(Slot::Multiplier(row)),
-            Leaf::Constant(value) => Op::Const(value),
             Leaf::Bound(id) => match self.bound[id.index()] {
                 Some(value) => return value,
                 None => unreachable!("bindings refer to earlier ones, all of them needed"),
@@ -271,7 +271,7 @@ impl Lowering {
         for factor in factors {
             match factor {
                 Tree::Rational(a, b) => coefficient *= *a as f64 / *b as f64,
-                Tree::Leaf(Leaf::Constant(value)) => coefficient *= value,
+                Tree::Number(value) => coefficient *= value,
                 Tree::Power(base, exponent) if *exponent < 0 => {
                     below.push(self.power(base, exponent.unsigned_abs()));
                 }

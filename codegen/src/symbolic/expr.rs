@@ -23,7 +23,7 @@ impl Expr {
     }
 
     /// A whole number.
-    pub fn integer(value: i64) -> Self {
+    pub(super) fn integer(value: i64) -> Self {
         Self(Atom::num(value))
     }
 
@@ -33,7 +33,7 @@ impl Expr {
     }
 
     /// The whole number this is.
-    pub fn as_integer(&self) -> Option<i64> {
+    pub(super) fn as_integer(&self) -> Option<i64> {
         i64::try_from(&self.0).ok()
     }
 

@@ -5,8 +5,9 @@
 //! that lives as long as the session, behind a lock within the process and a locked file between
 //! processes, where others wait their turn.
 //!
-//! Symbols are numbered in the order a session makes them and their names are drawn from one pool
-//! (`v0`, `v1`, ...), so the canonical order of terms does not depend on what was compiled before.
+//! The engine orders the terms of a sum by the age of their symbols in the process. Symbols are
+//! therefore drawn from one pool (`v0`, `v1`, ...) in the order in which a session makes them: the
+//! order of terms depends on the session alone, not on what the process derived before.
 
 use std::collections::HashMap;
 use std::fs::{self, File, TryLockError};
@@ -139,6 +140,8 @@ fn hide_banner() {
 /// What a symbol means.
 enum Meaning<L> {
     Leaf(L),
+    /// Greater than 0.
+    Number(f64),
     Bound(usize),
 }
 
@@ -155,6 +158,10 @@ pub struct Algebra<L, B> {
     definitions: Vec<Definition<B>>,
     bound: HashMap<Expr, Expr>,
     derivatives: HashMap<(usize, Symbol), Expr>,
+    /// Symbols of numbers, by the bits of their magnitudes.
+    numbers: HashMap<u64, Expr>,
+    /// The numbers that those symbols and their negatives stand for.
+    values: HashMap<Expr, f64>,
 }
 
 impl<L, B> Algebra<L, B> {
@@ -165,6 +172,8 @@ impl<L, B> Algebra<L, B> {
             definitions: Vec::new(),
             bound: HashMap::new(),
             derivatives: HashMap::new(),
+            numbers: HashMap::new(),
+            values: HashMap::new(),
         }
     }
 
@@ -181,10 +190,41 @@ impl<L, B> Algebra<L, B> {
         self.symbol(Meaning::Leaf(leaf))
     }
 
+    /// The number `value`, exactly: -1, 0 and 1 as such, others as symbols.
+    pub fn number(&mut self, value: f64) -> Expr {
+        if value == 0.0 || value.abs() == 1.0 {
+            return Expr::integer(value as i64);
+        }
+        let magnitude = value.abs();
+        let symbol = match self.numbers.get(&magnitude.to_bits()) {
+            Some(known) => known.clone(),
+            None => {
+                let symbol = self.symbol(Meaning::Number(magnitude));
+                self.numbers.insert(magnitude.to_bits(), symbol.clone());
+                self.values.insert(symbol.clone(), magnitude);
+                self.values.insert(-&symbol, -magnitude);
+                symbol
+            }
+        };
+        if value < 0.0 { -&symbol } else { symbol }
+    }
+
+    /// The number that an expression is: a whole number, or what [`Self::number`] returned.
+    pub fn value(&self, expr: &Expr) -> Option<f64> {
+        match expr.as_integer() {
+            Some(number) => Some(number as f64),
+            None => self.values.get(expr).copied(),
+        }
+    }
+
     /// Names `value`: returns a symbol bound to it, or `value` itself where a name gains nothing.
     ///
-    /// A value bound before keeps its first name.
+    /// A value bound before keeps its first name. Whole numbers become [`Self::number`]s, so that
+    /// arithmetic on bound values cannot overflow.
     pub fn bind(&mut self, value: Expr, label: B) -> Expr {
+        if let Some(number) = value.as_integer() {
+            return self.number(number as f64);
+        }
         if value.is_atomic() {
             return value;
         }
@@ -234,7 +274,7 @@ impl<L, B> Algebra<L, B> {
             .into_iter()
             .filter_map(|symbol| match self.meanings[*self.index.get(&symbol)?] {
                 Meaning::Bound(definition) => Some((symbol, definition)),
-                Meaning::Leaf(_) => None,
+                Meaning::Leaf(_) | Meaning::Number(_) => None,
             })
             .collect();
         found.sort_by_key(|&(_, definition)| definition);
@@ -272,6 +312,7 @@ impl<L, B> Algebra<L, B> {
             },
             AtomView::Var(variable) => match &self.meanings[self.index[&variable.get_symbol()]] {
                 Meaning::Leaf(leaf) => Tree::Leaf(leaf.clone()),
+                Meaning::Number(number) => Tree::Number(*number),
                 Meaning::Bound(definition) => Tree::Leaf(bound(*definition)),
             },
             AtomView::Fun(function) => {

@@ -5,6 +5,8 @@
 pub enum Tree<L> {
     /// An exact rational number, numerator over denominator (denominator positive).
     Rational(i64, i64),
+    /// A number greater than 0, as given to [`Algebra::number`](super::Algebra::number).
+    Number(f64),
     /// A symbol.
     Leaf(L),
     /// A sum of at least two terms.

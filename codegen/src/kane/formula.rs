@@ -3,7 +3,7 @@
 //! Every operation is bound by itself: the user's formula is evaluated as written, never
 //! simplified into one with another domain.
 
-use super::derivation::Derivation;
+use super::binder::Binder;
 use super::section::{Phase, Section};
 use crate::source::{Binary, Expression, Operator, Span, Unary};
 use crate::symbolic::{Expr, Function};
@@ -11,29 +11,29 @@ use crate::symbolic::{Expr, Function};
 /// Largest magnitude of an exponent that becomes multiplications.
 const LARGEST_POWER: f64 = 16.0;
 
-impl Derivation<'_> {
+impl Binder<'_> {
     /// An expression of the model as a bound symbol. `what` and `span` name it in an error.
-    pub fn scalar(&mut self, expression: &Expression, what: &str, span: Option<Span>) -> Expr {
+    pub fn formula(&mut self, expression: &Expression, what: &str, span: Option<Span>) -> Expr {
         if let Some(value) = expression.constant() {
             return self.folded(value, what, span);
         }
         let value = match expression {
             Expression::Number(value) => self.constant(*value),
-            Expression::Parameter(id) => self.parameters[id.index()].clone(),
-            Expression::Input(id) => self.inputs[id.index()].clone(),
-            Expression::Time => self.t.clone(),
-            Expression::Position(id) => self.q[id.index()].clone(),
-            Expression::Rate(id) => self.u[id.index()].clone(),
+            Expression::Parameter(id) => self.parameter(*id),
+            Expression::Input(id) => self.input(*id),
+            Expression::Time => self.time(),
+            Expression::Position(id) => self.coordinate(*id),
+            Expression::Rate(id) => self.speed(*id),
             Expression::Unary(function, x) => {
-                let x = self.scalar(x, what, span);
+                let x = self.formula(x, what, span);
                 if let Some(x) = self.value(&x) {
                     return self.folded(function.apply(x), what, span);
                 }
                 self.unary(*function, x, what)
             }
             Expression::Binary(function, x, y) => {
-                let x = self.scalar(x, what, span);
-                let y = self.scalar(y, what, span);
+                let x = self.formula(x, what, span);
+                let y = self.formula(y, what, span);
                 let (known, exponent) = (self.value(&x), self.value(&y));
                 if let (Some(x), Some(y)) = (known, exponent) {
                     return self.folded(function.apply(x, y), what, span);
@@ -48,11 +48,6 @@ impl Derivation<'_> {
 
     /// One operation of an expression, bound.
     fn operation(&mut self, what: &str, value: Expr) -> Expr {
-        // Whole numbers stay within -1, 0, 1 in the algebra, which therefore cannot overflow.
-        let value = match value.as_integer() {
-            Some(number) => self.constant(number as f64),
-            None => value,
-        };
         self.bind(Section::mechanism(Phase::Formula), what.replace(['.', ' '], "_"), value)
     }
 
@@ -76,7 +71,7 @@ impl Derivation<'_> {
         let mut number = first.constant();
         let mut value = match number {
             Some(_) => Expr::zero(),
-            None => self.scalar(first, what, span),
+            None => self.formula(first, what, span),
         };
         for (operator, next) in rest {
             if let (Some(x), Some(y)) = (number, next.constant()) {
@@ -86,7 +81,7 @@ impl Derivation<'_> {
             if let Some(number) = number.take() {
                 value = self.constant(number);
             }
-            let next = self.scalar(next, what, span);
+            let next = self.formula(next, what, span);
             let known = self.value(&next);
             if *operator == Operator::Div && known == Some(0.0) {
                 self.division_by_zero(span, what);

@@ -1,0 +1,248 @@
+//! The binder: gives names to intermediates, so that no expression is ever expanded.
+//!
+//! Written out, the velocity of the n-th body of a chain has some 3^n terms. Every phase therefore
+//! binds what it computes: the algebra goes on with a symbol, and the generated code gets a
+//! statement with the name and the [`Section`] of the intermediate.
+
+use super::equations::{Binding, BindingId, Leaf};
+use super::section::{Phase, Section};
+use super::vector::{Tensor, Vector};
+use super::wrench::Wrench;
+use crate::laminate::Mechanism;
+use crate::source::codes::{self, Code};
+use crate::source::{Diagnostic, Diagnostics, InputId, JointId, ParameterId, Span};
+use crate::symbolic::{Algebra, Expr, Tree};
+use crate::topology::{NodeId, Topology};
+
+/// The name and the section of an intermediate.
+#[derive(Clone, Debug)]
+pub struct Label {
+    name: String,
+    section: Section,
+}
+
+/// Binds intermediates, and collects what is wrong with the formulas of the model.
+pub struct Binder<'a> {
+    topology: &'a Topology,
+    algebra: &'a mut Algebra<Leaf, Label>,
+    symbols: Symbols,
+    /// By node.
+    names: Vec<String>,
+    problems: Diagnostics,
+}
+
+/// What the model's formulas may depend on.
+struct Symbols {
+    time: Expr,
+    /// By joint.
+    coordinates: Vec<Expr>,
+    /// By joint.
+    speeds: Vec<Expr>,
+    parameters: Vec<Expr>,
+    inputs: Vec<Expr>,
+}
+
+impl<'a> Binder<'a> {
+    /// A binder with nothing bound yet.
+    pub fn new(topology: &'a Topology, algebra: &'a mut Algebra<Leaf, Label>) -> Self {
+        let mechanism = &topology.mechanism;
+        let joints = || (0..mechanism.joints.len()).map(JointId);
+        let symbols = Symbols {
+            time: algebra.leaf(Leaf::Time),
+            coordinates: joints().map(|id| algebra.leaf(Leaf::Position(id))).collect(),
+            speeds: joints().map(|id| algebra.leaf(Leaf::Rate(id))).collect(),
+            parameters: (0..mechanism.parameters.len())
+                .map(|index| algebra.leaf(Leaf::Parameter(ParameterId(index))))
+                .collect(),
+            inputs: (0..mechanism.inputs.len())
+                .map(|index| algebra.leaf(Leaf::Input(InputId(index))))
+                .collect(),
+        };
+        let names = topology.node_names();
+        Self { topology, algebra, symbols, names, problems: Diagnostics::default() }
+    }
+
+    /// The tree and the loops.
+    pub fn topology(&self) -> &'a Topology {
+        self.topology
+    }
+
+    /// The mechanism.
+    pub fn mechanism(&self) -> &'a Mechanism {
+        &self.topology.mechanism
+    }
+
+    /// Every node, parents before their children.
+    pub fn nodes(&self) -> impl DoubleEndedIterator<Item = NodeId> + use<> {
+        (0..self.topology.nodes.len()).map(NodeId)
+    }
+
+    /// The name of a node's joint.
+    pub fn joint_name(&self, node: NodeId) -> &'a str {
+        let joint = self.topology.nodes[node.index()].joint;
+        &self.mechanism().joints[joint.index()].name
+    }
+
+    /// t, s.
+    pub fn time(&self) -> Expr {
+        self.symbols.time.clone()
+    }
+
+    /// q of a joint, rad.
+    pub fn coordinate(&self, joint: JointId) -> Expr {
+        self.symbols.coordinates[joint.index()].clone()
+    }
+
+    /// u = dq/dt of a joint, rad/s.
+    pub fn speed(&self, joint: JointId) -> Expr {
+        self.symbols.speeds[joint.index()].clone()
+    }
+
+    /// A parameter of the model.
+    pub fn parameter(&self, id: ParameterId) -> Expr {
+        self.symbols.parameters[id.index()].clone()
+    }
+
+    /// An input of the model.
+    pub fn input(&self, id: InputId) -> Expr {
+        self.symbols.inputs[id.index()].clone()
+    }
+
+    /// A new symbol for something that is given.
+    pub fn given(&mut self, leaf: Leaf) -> Expr {
+        self.algebra.leaf(leaf)
+    }
+
+    /// A number, exactly.
+    pub fn constant(&mut self, value: f64) -> Expr {
+        self.algebra.number(value)
+    }
+
+    /// Numbers, componentwise.
+    pub fn constants<const K: usize>(&mut self, values: [f64; K]) -> [Expr; K] {
+        values.map(|value| self.constant(value))
+    }
+
+    /// The number that an expression is, if it is one.
+    pub fn value(&self, value: &Expr) -> Option<f64> {
+        self.algebra.value(value)
+    }
+
+    /// Binds an intermediate.
+    pub fn bind(&mut self, section: Section, name: String, value: Expr) -> Expr {
+        self.algebra.bind(value, Label { name, section })
+    }
+
+    /// Binds a scalar of a body: `kinetic_energy_left`.
+    pub fn scalar(&mut self, node: NodeId, phase: Phase, name: &str, value: Expr) -> Expr {
+        let name = format!("{name}_{}", self.names[node.index()]);
+        self.bind(Section::body(node, phase), name, value)
+    }
+
+    /// Binds components of a quantity of a body: `omega_left_x`.
+    pub fn components<const K: usize>(
+        &mut self,
+        node: NodeId,
+        phase: Phase,
+        name: &str,
+        axes: [&str; K],
+        value: [Expr; K],
+    ) -> [Expr; K] {
+        let mut axes = axes.into_iter();
+        value.map(|component| {
+            let axis = axes.next().unwrap_or_default();
+            let name = format!("{name}_{}_{axis}", self.names[node.index()]);
+            self.bind(Section::body(node, phase), name, component)
+        })
+    }
+
+    /// Binds a vector of a body.
+    pub fn vector(&mut self, node: NodeId, phase: Phase, name: &str, value: Vector) -> Vector {
+        self.components(node, phase, name, ["x", "y", "z"], value)
+    }
+
+    /// Binds a symmetric tensor of a body.
+    pub fn tensor(&mut self, node: NodeId, phase: Phase, name: &str, value: Tensor) -> Tensor {
+        self.components(node, phase, name, ["xx", "xy", "xz", "yy", "yz", "zz"], value)
+    }
+
+    /// Binds a matrix of a body, row by row.
+    pub fn matrix(
+        &mut self,
+        node: NodeId,
+        phase: Phase,
+        name: &str,
+        [x, y, z]: [Vector; 3],
+    ) -> [Vector; 3] {
+        [
+            self.components(node, phase, name, ["xx", "xy", "xz"], x),
+            self.components(node, phase, name, ["yx", "yy", "yz"], y),
+            self.components(node, phase, name, ["zx", "zy", "zz"], z),
+        ]
+    }
+
+    /// Binds a wrench on a body: `bias_force_left_x`, `bias_moment_left_x`.
+    pub fn wrench(&mut self, node: NodeId, phase: Phase, name: &str, value: Wrench) -> Wrench {
+        Wrench {
+            force: self.vector(node, phase, &format!("{name}_force"), value.force),
+            moment: self.vector(node, phase, &format!("{name}_moment"), value.moment),
+        }
+    }
+
+    /// The partial derivative of a velocity by a speed, through every intermediate.
+    pub fn by_speed(&mut self, value: &Expr, joint: JointId) -> Expr {
+        let suffix = &self.mechanism().joints[joint.index()].name;
+        let label = |label: &Label| Label {
+            name: format!("{}_by_{suffix}", label.name),
+            section: Section { phase: Phase::PartialVelocity, ..label.section },
+        };
+        let u = self.speed(joint);
+        self.algebra.derivative(value, &u, &label)
+    }
+
+    /// Reports that the entry at `span` divides by zero.
+    pub fn division_by_zero(&mut self, span: Option<Span>, what: &str) {
+        let hint = "the divisor is zero for all values of t, q, u, parameters and inputs";
+        self.undefined(codes::DIVISION_BY_ZERO, format!("{what} divides by zero"), hint, span);
+    }
+
+    /// Reports that a part of the entry at `span` is infinite or not a number.
+    pub fn not_finite(&mut self, value: f64, span: Option<Span>, what: &str) {
+        let hint = "it is so for all values of t, q, u, parameters and inputs";
+        self.undefined(codes::NOT_FINITE, format!("a part of {what} is {value}"), hint, span);
+    }
+
+    fn undefined(&mut self, code: Code, what: String, hint: &str, span: Option<Span>) {
+        let mut problem = Diagnostic::error(code, span.unwrap_or_default(), what).hint(hint);
+        problem.span = span;
+        self.problems.push(problem);
+    }
+
+    /// What is wrong with the formulas of the model.
+    pub fn problems(&mut self) -> Diagnostics {
+        std::mem::take(&mut self.problems)
+    }
+
+    /// Every intermediate, in the order in which they were bound.
+    pub fn bindings(&self) -> Vec<Binding> {
+        self.algebra
+            .definitions(&bound)
+            .into_iter()
+            .map(|(label, tree)| Binding { name: label.name, section: label.section, tree })
+            .collect()
+    }
+
+    /// An expression as plain data.
+    pub fn tree(&self, value: &Expr) -> Tree<Leaf> {
+        self.algebra.tree(value, &bound)
+    }
+
+    /// Expressions as plain data.
+    pub fn trees(&self, values: &[Expr]) -> Vec<Tree<Leaf>> {
+        values.iter().map(|value| self.tree(value)).collect()
+    }
+}
+
+fn bound(index: usize) -> Leaf {
+    Leaf::Bound(BindingId(index))
+}

@@ -1,0 +1,70 @@
+//! Phase 4, generalized forces: f, everything in F_r + F_r* that is not a coefficient of du/dt.
+//!
+//! A body's velocities depend on the speed u_r of an ancestor (or its own) joint r only through
+//! the frame that hangs on r, so its partial velocities are those of that frame, carried over as
+//! by a rigid body. Summed over the bodies beyond joint r, Kane's sums are therefore one wrench
+//! (force f, moment n about the frame's origin) against one pair of partial velocities:
+//!
+//! ```text
+//! F_r + F_r* = dw_r/du_r . n_r + dv_r/du_r . f_r + tau_r
+//! ```
+//!
+//! Wrenches are gathered from the leaves to the root.
+
+use super::binder::Binder;
+use super::kinematics::Kinematics;
+use super::loads::Loads;
+use super::section::{Phase, Section};
+use super::vector::dot;
+use super::wrench::Wrench;
+use crate::symbolic::Expr;
+use crate::topology::NodeId;
+
+/// The generalized forces of the tree.
+pub struct GeneralizedForces {
+    /// f, N, N m.
+    pub forcing: Vec<Expr>,
+}
+
+impl GeneralizedForces {
+    /// Derives the generalized forces.
+    pub fn new(binder: &mut Binder, kinematics: &Kinematics, loads: &Loads) -> Self {
+        let phase = Phase::GeneralizedForce;
+        let sums = gathered(binder, kinematics, phase, "subtree", loads.bias().to_vec());
+        let mut forcing = vec![Expr::zero(); sums.len()];
+        for (link, sum) in kinematics.links().iter().zip(&sums) {
+            let name = format!("generalized_force_{}", binder.joint_name(link.node));
+            let force = along_hinge(kinematics, link.node, sum);
+            let force = &force + loads.torque(link.node);
+            let section = Section::body(link.node, phase);
+            forcing[link.joint.index()] = binder.bind(section, name, force);
+        }
+        Self { forcing }
+    }
+}
+
+/// Per node the sum of the wrenches on it and on all beyond it, about its origin.
+pub fn gathered(
+    binder: &mut Binder,
+    kinematics: &Kinematics,
+    phase: Phase,
+    name: &str,
+    mut wrenches: Vec<Wrench>,
+) -> Vec<Wrench> {
+    for link in kinematics.links().iter().rev() {
+        let wrench = wrenches[link.node.index()].clone();
+        let wrench = binder.wrench(link.node, phase, name, wrench);
+        if let Some(parent) = link.parent {
+            let carried = link.carry_wrench(binder, phase, name, &wrench);
+            wrenches[parent.index()] = wrenches[parent.index()].plus(&carried);
+        }
+        wrenches[link.node.index()] = wrench;
+    }
+    wrenches
+}
+
+/// dw/du . n + dv/du . f: what a wrench on a node does along its hinge.
+pub fn along_hinge(kinematics: &Kinematics, node: NodeId, wrench: &Wrench) -> Expr {
+    let partial = kinematics.partial(node);
+    &dot(&partial.omega, &wrench.moment) + &dot(&partial.velocity, &wrench.force)
+}

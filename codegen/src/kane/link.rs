@@ -1,0 +1,134 @@
+//! A node's hinge, and changes of frame across it.
+//!
+//! From the parent's frame to the node's it is a constant turn about z, to the hinge line, and the
+//! turn by q about x. With both as one rotation R from the node's frame to the parent's, and r the
+//! constant offset of the origins in the parent's frame:
+//!
+//! ```text
+//! down(x) = R^T x        up(x) = R x        carried wrench: f_parent = R f, n_parent = R n + r x f_parent
+//! ```
+
+use nalgebra::Vector3;
+
+use super::binder::Binder;
+use super::frame::{Frame, Frames};
+use super::section::{Phase, Section};
+use super::turn::Turn;
+use super::vector::{Vector, add, cross};
+use super::wrench::Wrench;
+use crate::source::JointId;
+use crate::symbolic::{Expr, Function};
+use crate::topology::NodeId;
+
+/// A node with its hinge.
+pub struct Link {
+    pub node: NodeId,
+    /// `None`: the ground.
+    pub parent: Option<NodeId>,
+    pub joint: JointId,
+    /// The node's frame in the flat state.
+    pub frame: Frame,
+    /// r: the node's origin in its parent's frame, m.
+    pub offset: Vector,
+    /// u, rad/s.
+    pub speed: Expr,
+    /// About z, from the parent's x axis to the hinge line.
+    pub hinge_turn: Turn,
+    /// About x, by q.
+    pub joint_turn: Turn,
+}
+
+/// The links of every node.
+pub fn links(binder: &mut Binder, frames: &Frames) -> Vec<Link> {
+    let topology = binder.topology();
+    let turns: Vec<Turn> = binder.nodes().map(|node| joint_turn(binder, node)).collect();
+    let size = topology.mechanism.size;
+    let mut links = Vec::with_capacity(turns.len());
+    for (node, joint_turn) in binder.nodes().zip(turns) {
+        let frame = frames.of(node);
+        let parent = topology.nodes[node.index()].parent;
+        let joint = topology.nodes[node.index()].joint;
+        let above = parent.map_or_else(Frame::base, |parent| frames.of(parent).clone());
+        let offset = binder.constants(above.coordinates(&frame.origin, size));
+        let [cos, sin, _] = above.direction(&frame.axes.column(0).into());
+        let [cos, sin] = binder.constants([cos, sin]);
+        links.push(Link {
+            node,
+            parent,
+            joint,
+            frame: frame.clone(),
+            offset,
+            speed: binder.speed(joint),
+            hinge_turn: Turn { cos, sin },
+            joint_turn,
+        });
+    }
+    links
+}
+
+/// Binds sin q and cos q of a node's joint.
+fn joint_turn(binder: &mut Binder, node: NodeId) -> Turn {
+    let joint = binder.topology().nodes[node.index()].joint;
+    let name = binder.joint_name(node);
+    let q = [binder.coordinate(joint)];
+    let section = Section::body(node, Phase::HingeAngle);
+    let sin = binder.bind(section, format!("sin_{name}"), Expr::apply(Function::Sin, &q));
+    let cos = binder.bind(section, format!("cos_{name}"), Expr::apply(Function::Cos, &q));
+    Turn { cos, sin }
+}
+
+impl Link {
+    /// R^T x: components in the node's frame of a vector given in the parent's. `name` is the
+    /// vector's.
+    pub fn down(&self, binder: &mut Binder, phase: Phase, name: &str, v: &Vector) -> Vector {
+        let [x, y, z] = v;
+        let [x, y] = self.hinge_turn.back(x, y);
+        let y = self.on_hinge(binder, phase, name, y);
+        let [y, z] = self.joint_turn.back(&y, z);
+        [x, y, z]
+    }
+
+    /// R x: components in the parent's frame of a vector given in the node's. `name` is the
+    /// vector's.
+    pub fn up(&self, binder: &mut Binder, phase: Phase, name: &str, v: &Vector) -> Vector {
+        let [x, y, z] = v;
+        let [y, z] = self.joint_turn.forth(y, z);
+        let y = self.on_hinge(binder, phase, name, y);
+        let [x, y] = self.hinge_turn.forth(x, &y);
+        [x, y, z]
+    }
+
+    /// Binds the component between the two turns: in axes along the hinge line, before the turn by q.
+    fn on_hinge(&self, binder: &mut Binder, phase: Phase, name: &str, y: Expr) -> Expr {
+        let [y] = binder.components(self.node, phase, &format!("{name}_on_hinge"), ["y"], [y]);
+        y
+    }
+
+    /// The same wrench about the parent's origin, in the parent's frame.
+    pub fn carry_wrench(
+        &self,
+        binder: &mut Binder,
+        phase: Phase,
+        name: &str,
+        wrench: &Wrench,
+    ) -> Wrench {
+        let [f, n] = [format!("{name}_force"), format!("{name}_moment")];
+        let force = self.up(binder, phase, &f, &wrench.force);
+        let force = binder.vector(self.node, phase, &format!("{f}_in_parent"), force);
+        let moment = self.up(binder, phase, &n, &wrench.moment);
+        let moment = add(&moment, &cross(&self.offset, &force));
+        let moment = binder.vector(self.node, phase, &format!("{n}_in_parent"), moment);
+        Wrench { force, moment }
+    }
+
+    /// Components in the node's frame of a direction of the flat state.
+    pub fn direction(&self, binder: &mut Binder, flat: &Vector3<f64>) -> Vector {
+        binder.constants(self.frame.direction(flat))
+    }
+
+    /// Coordinates in the node's frame of a point drawn at `flat`, m.
+    pub fn point(&self, binder: &mut Binder, flat: &Vector3<f64>) -> Vector {
+        let size = binder.mechanism().size;
+        binder.constants(self.frame.coordinates(flat, size))
+    }
+}

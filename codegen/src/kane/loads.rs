@@ -1,0 +1,260 @@
+//! Phase 3, loads: gravity, applied forces, air drag and joint torques, and the bias force of every
+//! body, which is the sum of these forces and of its inertia force at du/dt = 0.
+
+use nalgebra::Vector3;
+
+use super::binder::Binder;
+use super::inertia::{Inertias, SpatialInertia};
+use super::kinematics::Kinematics;
+use super::link::Link;
+use super::motion::Motion;
+use super::section::{Phase, Section};
+use super::vector::{Vector, cross, dot, scale, sub};
+use super::wrench::Wrench;
+use crate::laminate::Body;
+use crate::symbolic::{Expr, Function};
+use crate::topology::NodeId;
+
+/// The forces and torques on the tree.
+pub struct Loads {
+    /// In the base frame, m/s^2.
+    gravity: Vector,
+    /// By node: forces at points and the air.
+    applied: Vec<Wrench>,
+    /// By node, for the minimal inertia.
+    bias: Vec<Wrench>,
+    /// By node.
+    springs: Vec<Spring>,
+    /// By node.
+    torques: Vec<Expr>,
+}
+
+/// A joint's spring: its torque is -k bend - k3 bend^3.
+pub struct Spring {
+    /// k, N m/rad.
+    pub stiffness: Expr,
+    /// k3, N m/rad^3.
+    pub cubic: Expr,
+    /// q - rest, rad.
+    pub bend: Expr,
+}
+
+/// The phases and the name of the wrenches that [`Loads::on_bodies`] binds.
+pub struct WrenchNames {
+    /// Of g - a.
+    pub gravity_phase: Phase,
+    /// Of the wrench.
+    pub phase: Phase,
+    /// Of the wrench.
+    pub name: &'static str,
+}
+
+impl Loads {
+    /// Derives the loads.
+    pub fn new(binder: &mut Binder, kinematics: &Kinematics, inertias: &Inertias) -> Self {
+        let gravity = &binder.mechanism().gravity;
+        let gravity = gravity.each_ref().map(|g| binder.formula(g, "gravity", None));
+        let applied = applied(binder, kinematics);
+        let links = kinematics.links();
+        let springs: Vec<Spring> = links.iter().map(|link| spring(binder, link)).collect();
+        let pairs = links.iter().zip(&springs);
+        let torques = pairs.map(|(link, spring)| joint_torque(binder, link, spring)).collect();
+        let mut loads = Self { gravity, applied, bias: Vec::new(), springs, torques };
+        let names = WrenchNames {
+            gravity_phase: Phase::ApparentGravity,
+            phase: Phase::BiasForce,
+            name: "bias",
+        };
+        let motion = |node: NodeId| kinematics.motion(node);
+        loads.bias = loads.on_bodies(binder, kinematics, inertias.minimal(), motion, &names);
+        loads
+    }
+
+    /// Gravity in the base frame, m/s^2.
+    pub fn gravity(&self) -> &Vector {
+        &self.gravity
+    }
+
+    /// By node: the bias force, for the minimal inertia.
+    pub fn bias(&self) -> &[Wrench] {
+        &self.bias
+    }
+
+    /// The spring of a node's joint.
+    pub fn spring(&self, node: NodeId) -> &Spring {
+        &self.springs[node.index()]
+    }
+
+    /// tau: the torque of a node's joint on the node about the hinge, along u, N m.
+    pub fn torque(&self, node: NodeId) -> &Expr {
+        &self.torques[node.index()]
+    }
+
+    /// By node, by its motion: gravity, applied forces and inertia forces, the summands of F_r and
+    /// F_r* without their partial velocities.
+    pub fn on_bodies<'m>(
+        &self,
+        binder: &mut Binder,
+        kinematics: &Kinematics,
+        inertias: &[SpatialInertia],
+        motion_of: impl Fn(NodeId) -> &'m Motion,
+        names: &WrenchNames,
+    ) -> Vec<Wrench> {
+        let rest = Motion::rest();
+        let mut apparent: Vec<Vector> = Vec::with_capacity(inertias.len());
+        let mut wrenches = Vec::with_capacity(inertias.len());
+        for (link, inertia) in kinematics.links().iter().zip(inertias) {
+            let node = link.node;
+            let (above, carrier) = match link.parent {
+                None => (&self.gravity, &rest),
+                Some(parent) => (&apparent[parent.index()], motion_of(parent)),
+            };
+            let gravity = apparent_gravity(binder, link, above, carrier, names.gravity_phase);
+            let wrench = inertial_wrench(inertia, motion_of(node), &gravity);
+            let wrench = wrench.plus(&self.applied[node.index()]);
+            wrenches.push(binder.wrench(node, names.phase, names.name, wrench));
+            apparent.push(gravity);
+        }
+        wrenches
+    }
+}
+
+/// g - a at a node's origin, its own components, m/s^2, by g - a of its parent (the base) and the
+/// parent's motion relative to the ground.
+fn apparent_gravity(
+    binder: &mut Binder,
+    link: &Link,
+    above: &Vector,
+    parent: &Motion,
+    phase: Phase,
+) -> Vector {
+    const NAME: &str = "apparent_gravity";
+    let at_origin = sub(above, &parent.relative_acceleration(&link.offset));
+    let at_origin = binder.vector(link.node, phase, "apparent_gravity_in_parent", at_origin);
+    let here = link.down(binder, phase, NAME, &at_origin);
+    binder.vector(link.node, phase, NAME, here)
+}
+
+/// Gravity and inertia, with the second moments S of the node and its motion's E:
+///
+/// ```text
+/// f = m (g - a) - E h        n_i = (h x (g - a))_i - sum_jk eps_ijk (E S)_kj
+/// ```
+fn inertial_wrench(inertia: &SpatialInertia, motion: &Motion, gravity: &Vector) -> Wrench {
+    let SpatialInertia { mass, first_moment: h, second_moment } = inertia;
+    let [sxx, sxy, sxz, syy, syz, szz] = second_moment;
+    let [[_, xy, xz], [yx, _, yz], [zx, zy, _]] = &motion.gradient;
+    // Only differences of the diagonal of E count.
+    let [x, y, z] = &motion.squares;
+    let twist = [
+        &(&(&(zx * sxy) - &(yx * sxz)) + &(&(zy * syy) - &(yz * szz))) + &(&(z - y) * syz),
+        &(&(&(xz * szz) - &(zx * sxx)) + &(&(xy * syz) - &(zy * sxy))) + &(&(x - z) * sxz),
+        &(&(&(yx * sxx) - &(xy * syy)) + &(&(yz * sxz) - &(xz * syz))) + &(&(y - x) * sxy),
+    ];
+    Wrench {
+        force: sub(&scale(mass, gravity), &motion.relative_acceleration(h)),
+        moment: sub(&cross(h, gravity), &twist),
+    }
+}
+
+/// By node: forces at points and the air. Ghosts carry none.
+fn applied(binder: &mut Binder, kinematics: &Kinematics) -> Vec<Wrench> {
+    let mechanism = binder.mechanism();
+    let pressure = mechanism.air.as_ref().map(|air| {
+        let density = binder.formula(&air.density, "air_density", None);
+        let drag = binder.formula(&air.drag, "air_drag", None);
+        let section = Section::mechanism(Phase::AirDrag);
+        binder.bind(section, "air_pressure".into(), &density * &drag)
+    });
+    let forces: Vec<Vector> = mechanism
+        .forces
+        .iter()
+        .map(|applied| {
+            let name = format!("force_{}", applied.name);
+            applied.force.each_ref().map(|component| binder.formula(component, &name, None))
+        })
+        .collect();
+    let topology = binder.topology();
+    let mut wrenches = Vec::with_capacity(kinematics.links().len());
+    for (link, node) in kinematics.links().iter().zip(&topology.nodes) {
+        let mut sum = Wrench::zero();
+        if node.ghost.is_none() {
+            if let Some(pressure) = &pressure {
+                let body = &mechanism.bodies[node.body.index()];
+                let motion = kinematics.motion(link.node);
+                sum = sum.plus(&drag(binder, link, body, motion, pressure));
+            }
+            for (applied, force) in mechanism.forces.iter().zip(&forces) {
+                let point = &mechanism.points[applied.point.index()];
+                if point.body == node.body {
+                    let axes = &kinematics.placement(link.node).axes;
+                    let here = axes.each_ref().map(|axis| dot(axis, force));
+                    let name = format!("force_{}", applied.name);
+                    let here = binder.vector(link.node, Phase::AppliedForce, &name, here);
+                    let arm = link.point(binder, &point.at);
+                    sum = sum.plus(&Wrench::at(&arm, here));
+                }
+            }
+        }
+        wrenches.push(sum);
+    }
+    wrenches
+}
+
+/// What the air does to the plates of a node: density drag |v| v / 2 per area against the speed v
+/// along the normal. `pressure` is density times drag coefficient, kg/m^3.
+fn drag(binder: &mut Binder, link: &Link, body: &Body, motion: &Motion, pressure: &Expr) -> Wrench {
+    let mut sum = Wrench::zero();
+    let (node, phase) = (link.node, Phase::AirDrag);
+    let normal = link.direction(binder, &Vector3::z());
+    for (index, point) in body.surface.iter().enumerate() {
+        let arm = link.point(binder, &point.at);
+        let speed = dot(&normal, &motion.velocity_at(&arm));
+        let speed = binder.scalar(node, phase, &format!("normal_speed_{index}"), speed);
+        let size = Expr::apply(Function::Abs, std::slice::from_ref(&speed));
+        let size = binder.scalar(node, phase, &format!("normal_speed_size_{index}"), size);
+        let half_area = binder.constant(0.5 * point.area);
+        let drag = -&(&(&half_area * pressure) * &(&size * &speed));
+        let drag = binder.scalar(node, phase, &format!("drag_{index}"), drag);
+        sum = sum.plus(&Wrench::at(&arm, scale(&drag, &normal)));
+    }
+    sum
+}
+
+/// tau of a joint, N m.
+fn joint_torque(binder: &mut Binder, link: &Link, spring: &Spring) -> Expr {
+    let hinge = &binder.mechanism().joints[link.joint.index()];
+    let (name, span) = (&hinge.name, Some(hinge.span));
+    let torque = binder.formula(&hinge.torque, &format!("torque_{name}"), span);
+    let damping = binder.formula(&hinge.damping, &format!("damping_{name}"), span);
+    let Spring { stiffness, cubic, bend } = spring;
+    let u = &link.speed;
+    let linear = &(&torque - &(stiffness * bend)) - &(&damping * u);
+    let stiffened = &linear - &(cubic * &bend.power(3));
+    match &hinge.friction {
+        None => stiffened,
+        Some(friction) => {
+            let torque = binder.formula(&friction.torque, &format!("friction_{name}"), span);
+            let speed = binder.constant(1.0 / friction.speed);
+            let sense = Expr::apply(Function::Tanh, &[&speed * u]);
+            let section = Section::body(link.node, Phase::JointTorque);
+            let sense = binder.bind(section, format!("friction_sense_{name}"), sense);
+            &stiffened - &(&torque * &sense)
+        }
+    }
+}
+
+/// The spring of a joint.
+fn spring(binder: &mut Binder, link: &Link) -> Spring {
+    let hinge = &binder.mechanism().joints[link.joint.index()];
+    let (name, span) = (&hinge.name, Some(hinge.span));
+    let stiffness = binder.formula(&hinge.stiffness, &format!("stiffness_{name}"), span);
+    let cubic = binder.formula(&hinge.cubic_stiffness, &format!("cubic_stiffness_{name}"), span);
+    let rest = binder.formula(&hinge.rest, &format!("rest_{name}"), span);
+    let mut bend = &binder.coordinate(link.joint) - &rest;
+    if !cubic.is_zero() {
+        let section = Section::body(link.node, Phase::JointTorque);
+        bend = binder.bind(section, format!("bend_{name}"), bend);
+    }
+    Spring { stiffness, cubic, bend }
+}

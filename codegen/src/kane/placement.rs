@@ -1,0 +1,60 @@
+//! Where the nodes are: axes and origins of their frames along the tree.
+//!
+//! With A the rotation from the node's frame to the ancestor's and p the node's origin there,
+//!
+//! ```text
+//! A = A_parent R        p = p_parent + A_parent r
+//! ```
+
+use super::binder::Binder;
+use super::link::Link;
+use super::section::Phase;
+use super::vector::{Vector, add, zero};
+use crate::symbolic::Expr;
+
+/// Where a node's frame is relative to an ancestor's, in the ancestor's components.
+#[derive(Clone)]
+pub struct Placement {
+    /// The x, y and z axes.
+    pub axes: [Vector; 3],
+    /// The origin, m.
+    pub origin: Vector,
+}
+
+impl Placement {
+    /// Of the ancestor relative to itself.
+    pub fn identity() -> Self {
+        let unit = |i: usize, j: usize| if i == j { Expr::one() } else { Expr::zero() };
+        Self { axes: [0, 1, 2].map(|i| [0, 1, 2].map(|j| unit(i, j))), origin: zero() }
+    }
+
+    /// Of a node, by its parent's.
+    pub fn new(binder: &mut Binder, link: &Link, parent: &Self) -> Self {
+        let turned = |turn: &super::turn::Turn, x: &Vector, y: &Vector| {
+            let pairs = [0, 1, 2].map(|i| turn.back(&x[i], &y[i]));
+            [0, 1].map(|k| [0, 1, 2].map(|i: usize| pairs[i][k].clone()))
+        };
+        let node = link.node;
+        let [x, y] = turned(&link.hinge_turn, &parent.axes[0], &parent.axes[1]);
+        let y = binder.vector(node, Phase::Placement, "axis_y_on_hinge", y);
+        let [y, z] = turned(&link.joint_turn, &y, &parent.axes[2]);
+        let axes = [("axis_x", x), ("axis_y", y), ("axis_z", z)]
+            .map(|(name, axis)| binder.vector(node, Phase::Placement, name, axis));
+        let origin = parent.place(&link.offset);
+        let origin = binder.vector(node, Phase::Placement, "origin", origin);
+        Self { axes, origin }
+    }
+
+    /// Components in the ancestor's frame of a vector given in the node's.
+    pub fn turn(&self, v: &Vector) -> Vector {
+        std::array::from_fn(|i| {
+            let along = |k: usize| &self.axes[k][i] * &v[k];
+            &(&along(0) + &along(1)) + &along(2)
+        })
+    }
+
+    /// Position in the ancestor's frame of a point given in the node's.
+    pub fn place(&self, point: &Vector) -> Vector {
+        add(&self.origin, &self.turn(point))
+    }
+}
