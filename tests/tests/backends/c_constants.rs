@@ -141,7 +141,7 @@ fn numbers(code: &str) -> Vec<String> {
             let word: String = bytes[begin..at].iter().collect();
             numbers.push(word.trim_end_matches("_u64").to_owned());
         }
-        at = at.max(begin + 1);
+        at = usize::max(begin + 1, at);
     }
     numbers
 }

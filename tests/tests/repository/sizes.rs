@@ -12,7 +12,6 @@ const LINES_OF_A_FUNCTION: usize = 60;
 /// Files that are longer, and how long they may be. Entries may only shrink and go.
 const LONG_FILES: &[(&str, usize)] = &[
     ("codegen/src/backend/rust/items.rs", 487),
-    ("codegen/src/kane/dynamics.rs", 436),
     ("codegen/src/program/signature.rs", 500),
     ("codegen/src/source/popupcad/mod.rs", 420),
     ("codegen/src/source/yaml.rs", 407),
@@ -77,7 +76,7 @@ fn functions_are_short() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Paths and texts of the Rust files that are neither generated nor tests.
+/// Paths and texts of the Rust files, and of the C files in the templates, that are neither generated nor tests.
 fn sources() -> Vec<(String, String)> {
     let root = workspace();
     let mut found = Vec::new();
@@ -88,6 +87,11 @@ fn sources() -> Vec<(String, String)> {
                 found.push((path.display().to_string(), fs::read_to_string(&file).unwrap()));
             }
         }
+    }
+    for entry in fs::read_dir(root.join("templates/src/c")).unwrap() {
+        let file = entry.unwrap().path();
+        let path = file.strip_prefix(&root).unwrap().display().to_string();
+        found.push((path, fs::read_to_string(&file).unwrap()));
     }
     assert!(found.len() > 100, "this test looks in the wrong place");
     found

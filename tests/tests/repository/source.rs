@@ -11,12 +11,15 @@ pub struct Entry {
     pub is_folder: bool,
 }
 
-/// The files and folders of Rust in a folder. A file stands under its module's name.
+/// The Rust files in a folder, by the names of their modules, and the folders with Rust files.
 pub fn entries(folder: &Path) -> Vec<Entry> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         let is_folder = path.is_dir();
+        if is_folder && rust_files(&path).is_empty() {
+            continue;
+        }
         if is_folder || path.extension().is_some_and(|extension| extension == "rs") {
             let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
             // `name.rs` beside `name/` is one module.
