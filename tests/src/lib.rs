@@ -12,6 +12,7 @@ pub mod newton_euler;
 pub mod nine_rows;
 pub mod package;
 pub mod random;
+pub mod schema_cases;
 pub mod udwadia;
 pub mod uniform;
 

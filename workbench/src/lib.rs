@@ -12,5 +12,6 @@ pub mod mocap;
 pub mod motion;
 pub mod page;
 pub mod picture;
+pub mod reference;
 pub mod scene;
 pub mod simulation;

@@ -111,6 +111,8 @@ fn flexed(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diagnos
         }
         Spring::Family { model: family, length, width, area, span } => {
             let family = &model.hinge_models[*family];
+            check::positive("length of the hinge", length, "m", found);
+            check::positive("width of the hinge", width, "m", found);
             let at = [length.value, width.value, area.as_ref().map_or(0.0, |area| area.value)];
             let [stiffness, damping] =
                 [&family.stiffness, &family.damping].map(|polynomial| polynomial.value(at));

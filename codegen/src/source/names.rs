@@ -41,18 +41,31 @@ const PYTHON_KEYWORDS: &[&str] = &[
 /// What expressions call time, coordinates, speeds and the number.
 const EXPRESSION_NAMES: &[&str] = &["pi", "q", "t", "u"];
 
+/// Each list of identifiers that cannot be used, and why.
+const RESERVED: [(&[&str], &str); 7] = [
+    (RUST_KEYWORDS, "a keyword of Rust"),
+    (C_KEYWORDS, "a keyword of C"),
+    (CPP_KEYWORDS, "a keyword of C++, which may include the C header"),
+    (PYTHON_KEYWORDS, "a keyword of Python"),
+    (EXPRESSION_NAMES, "a name of its own in expressions"),
+    (&["null", "NULL"], "YAML's and C's word for nothing"),
+    (&["_"], "no identifier in Rust"),
+];
+
 /// Why an identifier cannot be used, when it cannot.
 fn reserved(name: &str) -> Option<&'static str> {
-    let lists = [
-        (RUST_KEYWORDS, "a keyword of Rust"),
-        (C_KEYWORDS, "a keyword of C"),
-        (CPP_KEYWORDS, "a keyword of C++, which may include the C header"),
-        (PYTHON_KEYWORDS, "a keyword of Python"),
-        (EXPRESSION_NAMES, "a name of its own in expressions"),
-        (&["null", "NULL"], "YAML's and C's word for nothing"),
-        (&["_"], "no identifier in Rust"),
-    ];
-    lists.iter().find(|(list, _)| list.contains(&name)).map(|(_, reason)| *reason)
+    RESERVED.iter().find(|(list, _)| list.contains(&name)).map(|(_, reason)| *reason)
+}
+
+/// The identifiers that cannot be names of this kind.
+pub fn reserved_names(kind: Kind) -> Vec<&'static str> {
+    let mut names: Vec<&str> = RESERVED.iter().flat_map(|(list, _)| list.iter().copied()).collect();
+    if matches!(kind, Kind::Symbol(_)) {
+        names.extend(formula::functions());
+    }
+    names.sort_unstable();
+    names.dedup();
+    names
 }
 
 /// Whether Rust, C, C++ or Python have another use for the word.

@@ -100,7 +100,8 @@ macro_rules! quantities {
     ($($id:ident = $name:literal, $powers:tt, $examples:literal;)*) => {
         $(pub(super) const $id: Quantity =
             Quantity { name: $name, dimension: dimension $powers, examples: $examples };)*
-        const QUANTITIES: &[Quantity] = &[$($id),*];
+        /// Everything that a number of the model may measure.
+        pub const QUANTITIES: &[Quantity] = &[$($id),*];
     };
 }
 
@@ -180,9 +181,15 @@ const UNITS: &[(&str, Unit)] = &[
     ("W", unit(1.0, 0, dimension(1, 2, -3, 0))),
 ];
 
-/// Every unit's name.
-pub(super) fn unit_names() -> Vec<&'static str> {
+/// The name of every unit.
+pub fn all_units() -> Vec<&'static str> {
     UNITS.iter().map(|(name, _)| *name).collect()
+}
+
+/// The names of the units that have this dimension without a product.
+pub fn units_of(dimension: Dimension) -> Vec<&'static str> {
+    let fits = UNITS.iter().filter(|(_, unit)| unit.dimension == dimension);
+    fits.map(|(name, _)| *name).collect()
 }
 
 /// The unit of this name.

@@ -7,6 +7,7 @@ mod compile;
 mod curves;
 mod equilibrium;
 mod eval;
+mod explain;
 mod fit;
 mod hinge;
 mod import;
@@ -21,6 +22,7 @@ mod paths;
 mod pictures;
 mod plot;
 mod progress;
+mod schema;
 mod shell;
 mod simulate;
 mod start;
@@ -173,6 +175,13 @@ enum Command {
         #[arg(short, long, value_name = "FILE")]
         output: String,
     },
+    /// Explain the code of an error or warning: cause, example, what to do
+    Explain {
+        /// The code, as in `error[unknown-key]`; without one, all codes are listed
+        code: Option<String>,
+    },
+    /// Print the JSON Schema of the model file, for editors
+    Schema,
     /// Print the script by which a shell completes lamc
     Completions {
         /// The shell
@@ -208,6 +217,8 @@ pub fn run() -> ExitCode {
         (Some(Command::Hinge(command)), _) => hinge::run(&command),
         (Some(Command::Mocap(arguments)), _) => mocap::run(&arguments),
         (Some(Command::Import { design, output }), _) => import::run(&design, &output),
+        (Some(Command::Explain { code }), _) => explain::run(code.as_deref()),
+        (Some(Command::Schema), _) => schema::run(),
         (Some(Command::Completions { shell }), _) => shell::completions(shell),
         (Some(Command::Man { folder }), _) => shell::man(&folder),
         (None, Some(arguments)) => compile::run(&arguments),

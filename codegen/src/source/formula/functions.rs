@@ -48,3 +48,8 @@ pub(super) fn function(name: &str) -> Option<Function> {
 pub(in crate::source) fn is_function(name: &str) -> bool {
     function(name).is_some()
 }
+
+/// The names of all functions.
+pub(in crate::source) fn functions() -> impl Iterator<Item = &'static str> {
+    FUNCTIONS.iter().map(|(name, _)| *name)
+}

@@ -18,8 +18,8 @@ mod print;
 #[cfg(test)]
 mod tests;
 
-pub(super) use functions::is_function;
-use functions::{FUNCTIONS, Function, domain, function};
+use functions::{Function, domain, function};
+pub(super) use functions::{functions, is_function};
 use operators::{Infix, SIGN, chained};
 pub(super) use print::{number, print};
 
@@ -343,7 +343,7 @@ impl<'t> Parser<'t> {
             let message = format!("unknown function `{name}`");
             let mut problem =
                 self.problem(codes::UNKNOWN_FUNCTION, range, message, "unknown function");
-            let known: Vec<_> = FUNCTIONS.iter().map(|(name, _)| *name).collect();
+            let known: Vec<_> = functions().collect();
             problem.hint =
                 Some(if self.scope.symbol(name).is_some() || matches!(name, "t" | "pi") {
                     format!("`{name}` is a number: a product is written `{name}*(..)`")

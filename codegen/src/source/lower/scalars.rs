@@ -167,7 +167,7 @@ impl Lowering<'_> {
                 let hint = if symbols.map(String::as_str).chain(["t", "pi"]).any(|n| n == name) {
                     format!("`{name}` is no unit but a name: write the product with its `*`")
                 } else {
-                    let known = units::unit_names();
+                    let known = units::all_units();
                     match (crate::source::names::closest(name, &known), quantity) {
                         (None, Some(quantity)) => {
                             format!("{} is in {}", quantity.name, quantity.examples)

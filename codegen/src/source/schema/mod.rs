@@ -5,8 +5,9 @@
 //! the same tables, so none of the three can say something that the others do not.
 
 use super::model::Tunable;
-pub use super::names::Kind;
-pub use super::units::Quantity;
+pub use super::names::{Kind, reserved_names};
+use super::units::NUMBER;
+pub use super::units::{QUANTITIES, Quantity, all_units, units_of};
 
 mod model;
 mod parts;
@@ -21,8 +22,10 @@ pub(super) use parts::{HINGES, INERTIA_ROW, MAX_LAYERS, PLATES, RING, VERTEX};
 /// A mapping with a fixed set of keys.
 #[derive(Debug)]
 pub struct Mapping {
-    /// What it describes, in one word: `joint`.
+    /// What it describes, in a word or two: `joint`.
     pub name: &'static str,
+    /// The heading of its section in the reference.
+    pub title: &'static str,
     /// Where it stands in the file, as a path: `joints.<joint>`.
     pub place: &'static str,
     /// What it describes, in whole sentences.
@@ -175,6 +178,13 @@ impl Mapping {
         self.keys.iter().find(|key| key.name == name)
     }
 
+    /// The keys that belong together with this one.
+    pub fn beside(&self, name: &str) -> impl Iterator<Item = &'static str> {
+        let ways = self.choices.iter().copied().flatten();
+        let way = ways.copied().find(|way| way.contains(&name)).unwrap_or_default();
+        way.iter().copied().filter(move |other| *other != name)
+    }
+
     /// The names of all keys.
     pub fn names(&self) -> Vec<&'static str> {
         self.keys.iter().map(|key| key.name).collect()
@@ -189,14 +199,25 @@ impl Presence {
 }
 
 impl Value {
-    /// What the numbers in it measure, and what a formula among them may depend on. A value without
-    /// numbers measures nothing.
-    pub(super) fn measured(&self) -> (&'static Quantity, Uses) {
+    /// What the numbers in it measure, where it is a number or holds a list of numbers.
+    pub fn quantity(&self) -> Option<&'static Quantity> {
         match self {
-            Self::Number(quantity) => (quantity, Uses::Motion),
-            Self::Formula(quantity, uses) => (quantity, *uses),
-            Self::Array { of, .. } | Self::List { of, .. } | Self::PerJoint(of) => of.measured(),
-            _ => (&super::units::NUMBER, Uses::Motion),
+            Self::Number(quantity) | Self::Formula(quantity, _) => Some(quantity),
+            Self::Array { of, .. } | Self::List { of, .. } | Self::PerJoint(of) => of.quantity(),
+            _ => None,
+        }
+    }
+
+    /// What the numbers in it measure, and what a formula in their place may depend on.
+    pub(super) fn measured(&self) -> (&'static Quantity, Uses) {
+        (self.quantity().unwrap_or(&NUMBER), self.uses())
+    }
+
+    fn uses(&self) -> Uses {
+        match self {
+            Self::Formula(_, uses) => *uses,
+            Self::Array { of, .. } => of.uses(),
+            _ => Uses::Motion,
         }
     }
 

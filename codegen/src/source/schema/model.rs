@@ -30,20 +30,21 @@ const TERMS: Value = Value::List {
 /// The whole file.
 pub static MODEL: Mapping = Mapping {
     name: "model",
+    title: "The file",
     place: "",
     doc: "The file is one mapping. Only `bodies` and `joints` are required.",
     keys: &[
         optional(
             "name",
             Value::Name(Kind::Other("a model")),
-            "the stem of the file's name",
+            "the stem of the file's name is taken",
             "fourbar",
             "The name of the mechanism. Generated types and files are called by it.",
         ),
         optional(
             "units",
             Value::Mapping(&UNITS),
-            "SI units and radians",
+            "they are in SI units and radians",
             "{ length: mm, angle: deg }",
             "The units of lengths and angles that are written without a unit.",
         ),
@@ -159,7 +160,7 @@ pub static MODEL: Mapping = Mapping {
         optional(
             "tolerance",
             Value::Number(&LENGTH),
-            "half a unit of the last decimal in the drawing",
+            "half a unit of the last decimal in the drawing is taken",
             "0.005 mm",
             "How far each coordinate of a hinge line may be off because of rounding, at most a hundredth \
              of the drawing's size. Hinge lines are moved by no more than this to be exactly parallel or \
@@ -173,6 +174,7 @@ pub static MODEL: Mapping = Mapping {
 /// `units`.
 pub static UNITS: Mapping = Mapping {
     name: "units",
+    title: "Units of bare numbers",
     place: "units",
     doc: "The units of numbers that are written without a unit. Formulas and parameters are always in SI \
           units and radians.",
@@ -192,6 +194,7 @@ pub static UNITS: Mapping = Mapping {
 /// An entry of `materials`.
 pub static MATERIAL: Mapping = Mapping {
     name: "material",
+    title: "Materials",
     place: "materials.<material>",
     doc: "A sheet material.",
     keys: &[
@@ -222,6 +225,7 @@ pub static MATERIAL: Mapping = Mapping {
 /// `initial`.
 pub static INITIAL: Mapping = Mapping {
     name: "initial",
+    title: "Initial state",
     place: "initial",
     doc: "Angles and speeds at the start, by joint. Those of other joints start at 0; closed loops then \
           move all of them as little as possible.",
@@ -247,6 +251,7 @@ pub static INITIAL: Mapping = Mapping {
 /// An entry of `points`.
 pub static POINT: Mapping = Mapping {
     name: "point",
+    title: "Points",
     place: "points.<point>",
     doc: "A point that is fixed to a body.",
     keys: &[
@@ -259,6 +264,7 @@ pub static POINT: Mapping = Mapping {
 /// An entry of `forces`.
 pub static FORCE: Mapping = Mapping {
     name: "force",
+    title: "Forces",
     place: "forces.<force>",
     doc: "A force at a point.",
     keys: &[
@@ -285,6 +291,7 @@ pub static FORCE: Mapping = Mapping {
 /// `air`.
 pub static AIR: Mapping = Mapping {
     name: "air",
+    title: "Air",
     place: "air",
     doc: "Air that resists moving plates. See [HINGES.md](HINGES.md#other-laws-of-a-joint-and-air).",
     keys: &[
@@ -309,6 +316,7 @@ pub static AIR: Mapping = Mapping {
 /// An entry of `hinge_models`.
 pub static HINGE_MODEL: Mapping = Mapping {
     name: "hinge model",
+    title: "Families of hinges",
     place: "hinge_models.<model>",
     doc: "Stiffness and damping of a family of hinges as polynomials of the hinge's length l, its width w \
           and the area a of the body that swings. Numbers are in SI units, whatever `units` says. See \

@@ -52,6 +52,7 @@ pub(crate) const HINGES: &[(Option<&str>, &Mapping)] = &[
 /// An entry of `bodies`.
 pub static BODY: Mapping = Mapping {
     name: "body",
+    title: "Bodies",
     place: "bodies.<body>",
     doc: "A rigid body. Its mass comes from an `outline` that stands in every layer, or from `layers`, or \
           from `mass`, `com` and `inertia`; `point_masses` are added to any of these, or stand alone. A \
@@ -132,6 +133,7 @@ pub static BODY: Mapping = Mapping {
 /// An item of a layer.
 pub static PLATE: Mapping = Mapping {
     name: "plate",
+    title: "Plates of a layer",
     place: "bodies.<body>.layers[][]",
     doc: "A plate in one layer.",
     keys: &[
@@ -155,6 +157,7 @@ pub static PLATE: Mapping = Mapping {
 /// An item of `point_masses`.
 pub static POINT_MASS: Mapping = Mapping {
     name: "point mass",
+    title: "Point masses",
     place: "bodies.<body>.point_masses[]",
     doc: "A mass without extent.",
     keys: &[
@@ -167,6 +170,7 @@ pub static POINT_MASS: Mapping = Mapping {
 /// An entry of `joints`.
 pub static JOINT: Mapping = Mapping {
     name: "joint",
+    title: "Joints",
     place: "joints.<joint>",
     doc: "A flexure hinge between two bodies. Its angle q is 0 in the flat sheet, its speed is u. The \
           torque on the second body about the hinge line is -k (q - rest) - k3 (q - rest)^3 - b u \
@@ -259,6 +263,7 @@ pub static JOINT: Mapping = Mapping {
 /// `friction` of a joint.
 pub static FRICTION: Mapping = Mapping {
     name: "friction",
+    title: "Friction",
     place: "joints.<joint>.friction",
     doc: "Coulomb's friction, smoothed: the torque -T tanh(u / speed).",
     keys: &[
@@ -296,6 +301,7 @@ const HINGE_AREA: Key = optional(
 /// `hinge` of a joint: a strip in bending.
 pub static HINGE_BEAM: Mapping = Mapping {
     name: "beam",
+    title: "Beam hinges",
     place: "joints.<joint>.hinge",
     doc: "A strip of a material that bends: k = E I / length with I = w t^3 / 12, w the `width` less the \
           `gaps`. See [HINGES.md](HINGES.md#models).",
@@ -309,10 +315,10 @@ pub static HINGE_BEAM: Mapping = Mapping {
         ),
         HINGE_LENGTH,
         HINGE_WIDTH,
-        key(
+        optional(
             "gaps",
             Value::Number(&LENGTH),
-            Presence::Default("0"),
+            "nothing is cut out",
             "5 mm",
             "What is cut out of the width, less than all of it.",
         )
@@ -324,6 +330,7 @@ pub static HINGE_BEAM: Mapping = Mapping {
 /// `hinge` of a joint: the polynomials of DETC2018-86359.
 pub static HINGE_SHARIFZADEH2018: Mapping = Mapping {
     name: "sharifzadeh2018",
+    title: "Hinges of sharifzadeh2018",
     place: "joints.<joint>.hinge",
     doc: "The polynomials of the paper DETC2018-86359, for lengths from 0.5 to 4.9 mm, widths from 5 to \
           140 mm and areas up to 75 cm^2. They give the damping too. See [HINGES.md](HINGES.md#models).",
@@ -336,7 +343,7 @@ pub static HINGE_SHARIFZADEH2018: Mapping = Mapping {
             "coefficients",
             Value::Word(&["corrected", "printed"]),
             Presence::Default("corrected"),
-            "printed",
+            "corrected",
             "Two coefficients of the paper contradict the errors that are printed with them. \
              `printed` takes them all the same.",
         ),
@@ -347,6 +354,7 @@ pub static HINGE_SHARIFZADEH2018: Mapping = Mapping {
 /// `hinge` of a joint: one of `hinge_models`.
 pub static HINGE_FAMILY: Mapping = Mapping {
     name: "family",
+    title: "Hinges of a family",
     place: "joints.<joint>.hinge",
     doc: "A hinge of one of the families in `hinge_models`, which gives the damping too.",
     keys: &[

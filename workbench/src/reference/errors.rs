@@ -1,0 +1,66 @@
+//! `docs/ERRORS.md`: every code of diagnostics with its cause, an example and what mends it; and the same
+//! one by one for `lamc explain`.
+
+use std::fmt::Write;
+
+use lamc::source::Code;
+use lamc::source::codes::GROUPS;
+
+/// The page as it is in this program: a link to `docs/ERRORS.md`.
+const PAGE: &str = include_str!("ERRORS.md");
+
+const BEGINNING: &str = "\
+# Errors and warnings
+
+lamc reports what is wrong with a model file, and what is allowed but odd, with the place in the file and
+a code. This page says for each code what leads to it, shows a short model with the report, and says what
+mends it. `lamc explain CODE` prints the entry of one code. Errors end the work; warnings and notes do
+not.
+
+The page is written from the table of codes in the compiler and from the models in `tests/wrong`.
+";
+
+/// A model that shows a code.
+pub struct Example {
+    /// Its text.
+    pub model: String,
+    /// The report on it that has the code.
+    pub report: String,
+}
+
+/// The page, with the example that `of` finds for each code.
+pub fn errors_page(of: impl Fn(Code) -> Option<Example>) -> String {
+    let mut page = String::from(BEGINNING);
+    for (title, codes) in GROUPS {
+        // Writing to a string cannot fail.
+        let _ = write!(page, "\n## {title}\n");
+        for code in *codes {
+            page.push_str(&entry(*code, of(*code).as_ref()));
+        }
+    }
+    page
+}
+
+fn entry(code: Code, example: Option<&Example>) -> String {
+    let mut entry = format!("\n### {}\n\n{}\n\n", code.name, code.cause);
+    match (example, code.no_example) {
+        (Some(Example { model, report }), _) => {
+            let (model, report) = (model.trim_end(), report.trim_end());
+            let _ = write!(entry, "```yaml\n{model}\n```\n\n```text\n{report}\n```\n\n");
+        }
+        (None, Some(reason)) => {
+            let _ = write!(entry, "No example is shown: {reason}.\n\n");
+        }
+        (None, None) => {}
+    }
+    let _ = writeln!(entry, "**What to do:** {}", code.cure);
+    entry
+}
+
+/// The entry of a code, where there is such a code.
+pub fn explain(code: &str) -> Option<&'static str> {
+    let heading = format!("\n### {code}\n");
+    let (_, entry) = PAGE.split_once(&heading)?;
+    let end = entry.find("\n### ").into_iter().chain(entry.find("\n## ")).min();
+    Some(entry[..end.unwrap_or(entry.len())].trim())
+}
