@@ -26,7 +26,7 @@ const TASKS: [Task; 6] = [
         "bless",
         "write generated/ and all pinned outputs anew, then show what changed",
         &[
-            "LAMC_BLESS=1 cargo test --locked --package lamc-tests --test backends --test formulation",
+            "LAMC_BLESS=1 cargo test --locked --package lamc-tests --test backends --test formulation --test commands",
             "git status --short",
         ],
     ),

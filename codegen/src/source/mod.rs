@@ -78,7 +78,7 @@ pub fn parse(file: &SourceFile) -> Result<(SourceModel, Diagnostics), Diagnostic
     }
 }
 
-/// Our schema has no tags; those of YAML's own types say nothing and are let by.
+/// Refuses tags, which our schema does not have. Those of YAML's own types change nothing and are allowed.
 fn refuse_tags(node: &Node, diagnostics: &mut Diagnostics) {
     const CORE: &str = "tag:yaml.org,2002:";
     const TYPES: &[&str] = &["str", "int", "float", "bool", "seq", "map"];

@@ -312,7 +312,7 @@ impl Builder<'_> {
         let content = match open.children {
             Children::Items(items) => Content::Sequence(items),
             Children::Entries { entries, merge, .. } => {
-                let mut entries = distinct(entries, &mut self.diagnostics);
+                let mut entries = merge::distinct(entries, &mut self.diagnostics);
                 if let Some(at) = entries.iter().position(|entry| Some(entry.key.span) == merge) {
                     merge::entries_of(&mut entries, at, &mut self.diagnostics);
                 }
@@ -386,22 +386,4 @@ fn too_many(at: Span) -> Diagnostics {
     )
     .hint("aliases of aliases multiply: write the values out")
     .into()
-}
-
-/// Drops the second of two equal keys, and says so.
-fn distinct(entries: Vec<Entry>, diagnostics: &mut Diagnostics) -> Vec<Entry> {
-    let mut seen: HashMap<String, Span> = HashMap::with_capacity(entries.len());
-    let mut kept = Vec::with_capacity(entries.len());
-    for entry in entries {
-        let Spanned { value: key, span } = &entry.key;
-        if let Some(&first) = seen.get(key) {
-            let error =
-                Diagnostic::error(codes::DUPLICATE_KEY, *span, format!("`{key}` stands twice"));
-            diagnostics.push(error.label("second time").also(first, "first time"));
-            continue;
-        }
-        seen.insert(key.clone(), *span);
-        kept.push(entry);
-    }
-    kept
 }

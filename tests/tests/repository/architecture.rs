@@ -64,6 +64,7 @@ const FLOORS: [Floors; 5] = [
             ("scene", &["motion"]),
             ("picture", &["motion", "scene"]),
             ("page", &["motion", "scene", "picture"]),
+            ("reference", &[]),
             ("main", &["cli"]),
             // The commands are of the binary; they see the library by its name, `lamc_workbench`.
             ("cli", &[]),

@@ -6,117 +6,29 @@
 //! all. What a joint's file order of bodies means is said in `orientation`.
 
 use std::collections::HashMap;
-use std::f64::consts::PI;
 
 use super::codes;
 use super::diagnostic::{Diagnostic, Diagnostics, SourceFile, Span, Spanned};
 use super::expression::Expression;
-use super::fields::{array, items};
+use super::fields::items;
 use super::given::AngleUnit;
 use super::ids::BodyId;
 use super::lower::STANDARD_GRAVITY;
-use super::model::{Body, Joint, MAX_HINGES, Shape, SourceModel, Spring};
+use super::model::{Body, Joint, MAX_HINGES, Shape, SourceModel};
 use super::names;
 use super::rounding::Decimals;
 use super::units;
 use super::yaml::{Content, Node, shorten};
 
+mod joints;
 mod materials;
 mod orientation;
+mod origin;
 mod polygons;
 
-/// The end of the tag of the file's root.
-const ROOT_TAG: &str = ".DynamicsInfo";
-
-/// Which program wrote a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Origin {
-    /// A person, in our schema.
-    Schema,
-    /// foldable_robotics, with `DynamicsInfo`.
-    DynamicsInfo,
-    /// popupCAD, before `DynamicsInfo`: bare Python objects, without names for what is in them.
-    OlderExport,
-    /// Another object of a Python program, such as popupCAD's own design.
-    OtherObject,
-    /// Nothing that is known.
-    Unknown,
-}
-
-/// The start of the tags of Python's objects.
-const PYTHON_TAG: &str = "tag:yaml.org,2002:python/";
-
-/// Tells files apart by the root's tag, and by what they hold where it has none.
-pub(super) fn origin(root: &Node) -> Origin {
-    let tag = root.tag.as_ref().map_or("", |tag| &tag.value);
-    match (tag.strip_prefix(PYTHON_TAG), &root.content) {
-        (Some(object), _) if object.starts_with("object:") && object.ends_with(ROOT_TAG) => {
-            Origin::DynamicsInfo
-        }
-        (Some(object), _) if object.starts_with("object") => Origin::OtherObject,
-        (Some(_), _) => Origin::OlderExport,
-        (None, Content::Mapping(_)) if root.get("bodies").is_some() => Origin::Schema,
-        (None, _) if holds_python(root) => Origin::OlderExport,
-        (None, Content::Sequence(_)) => Origin::Unknown,
-        (None, _) => Origin::Schema,
-    }
-}
-
-/// Whether there are Python's objects in it.
-fn holds_python(node: &Node) -> bool {
-    node.tag.as_ref().is_some_and(|tag| tag.value.starts_with(PYTHON_TAG))
-        || match &node.content {
-            Content::Scalar(_) => false,
-            Content::Sequence(items) => items.iter().any(holds_python),
-            Content::Mapping(entries) => entries.iter().any(|entry| holds_python(&entry.value)),
-        }
-}
-
-/// Whether a text that is not valid YAML for an alias without an anchor, at this byte, is an older
-/// export: PyYAML wrote `*id003: 600.0`, in which the colon belongs to the name by now.
-pub(super) fn is_older_export(text: &str, alias: usize) -> bool {
-    let name = text.get(alias..).map_or("", |rest| rest.trim_start_matches('*'));
-    let digits = name.strip_prefix("id").unwrap_or_default();
-    let number = digits.bytes().take_while(u8::is_ascii_digit).count();
-    let is_key = number >= 3 && digits[number..].starts_with(':');
-    is_key || (text.contains("!!python/") && !text.contains(ROOT_TAG))
-}
-
-const EXPORT_AGAIN: &str = "export the design with foldable_robotics' `DynamicsInfo`, or describe \
-                            the mechanism in lamc's own schema (see README.md)";
-
-/// The error for [`Origin::OlderExport`].
-pub(super) fn older_export(span: Span) -> Diagnostic {
-    Diagnostic::error(
-        codes::OLD_EXPORT,
-        span,
-        "this is an older export of popupCAD, which lamc cannot read yet",
-    )
-    .label("lamc reads the `DynamicsInfo` of foldable_robotics")
-    .hint(EXPORT_AGAIN)
-}
-
-/// The error for [`Origin::OtherObject`].
-pub(super) fn other_object(span: Span) -> Diagnostic {
-    let message = "this is a Python object that lamc cannot read";
-    Diagnostic::error(codes::OTHER_OBJECT, span, message)
-        .label("lamc reads the `DynamicsInfo` of foldable_robotics")
-        .hint(EXPORT_AGAIN)
-}
-
-/// The error for [`Origin::Unknown`].
-pub(super) fn no_model(span: Span) -> Diagnostic {
-    let message = "this is neither a model nor a `DynamicsInfo` of foldable_robotics";
-    Diagnostic::error(codes::NO_MODEL, span, message)
-        .label("expected a mapping, or the tag of `DynamicsInfo`")
-        .hint("a model needs at least `bodies` and `joints`")
-}
-
-/// Where a file that is no model begins.
-pub(super) fn beginning(root: &Node) -> Span {
-    let start = root.span.start;
-    root.tag.as_ref().map_or(Span { start, end: start + 1 }, |tag| tag.span)
-}
+pub(super) use origin::{
+    Origin, beginning, is_older_export, no_model, older_export, origin, other_object,
+};
 
 /// Reads a `DynamicsInfo`. Errors are in the diagnostics, without any there is a model.
 pub(super) fn import(root: &Node, file: &SourceFile) -> (Option<SourceModel>, Diagnostics) {
@@ -324,87 +236,6 @@ impl Import {
             span: item.span,
         })
     }
-
-    /// A connection: hinge line, two bodies, properties.
-    fn joint(&mut self, i: usize, node: &Node, ids: &Ids, fixed: &[BodyId]) -> Option<Joint> {
-        let what = "a connection: hinge line, two bodies' ids, `JointProps`";
-        let [line, bodies, properties]: &[Node; 3] = array(node, what, &mut self.diagnostics)?;
-        let axis = self.axis(line);
-        let bodies = array(bodies, "two bodies' ids", &mut self.diagnostics)
-            .and_then(|nodes: &[Node; 2]| {
-                let [first, second] = nodes.each_ref().map(|node| self.body_of(node, ids));
-                Some([first?, second?])
-            })
-            .and_then(|pair| self.distinct(bodies.span, pair, fixed));
-        let at = properties.tag.as_ref().map_or(head(properties), |tag| tag.span);
-        let known = ["damping", "limit_neg", "limit_pos", "preload", "stiffness", "z_pos"];
-        self.warn_of_others(properties, &known);
-        let [damping, low, high, preload, stiffness, z] =
-            known.map(|key| self.required_number(properties, at, key));
-        let height = properties.get("z_pos").and_then(Node::scalar);
-        height.into_iter().for_each(|text| self.decimals.note(&text.text, units::SI));
-        let (low, high) = (low?, high?);
-        if low.value >= high.value {
-            let error =
-                Diagnostic::error(codes::EMPTY_LIMITS, low.span, "no angle is within these limits");
-            self.diagnostics.push(error.label("must be less than `limit_pos`"));
-            return None;
-        }
-        let number = |x: Spanned<f64>| Spanned { value: Expression::Number(x.value), span: x.span };
-        let preload = preload?;
-        let limits = Span { start: low.span.start, end: low.span.end };
-        Some(Joint {
-            name: Spanned { value: format!("j{i}"), span: head(node) },
-            bodies: bodies?,
-            axis: axis?,
-            z: z?.value,
-            spring: Spring::Stiffness(number(stiffness?)),
-            damping: number(damping?),
-            rest: number(Spanned { value: radians(preload.value), span: preload.span }),
-            limits: Some(Spanned {
-                value: [radians(low.value), radians(high.value)],
-                span: limits,
-            }),
-            cubic_stiffness: Spanned { value: Expression::ZERO, span: head(node) },
-            friction: None,
-            torque: Spanned { value: Expression::ZERO, span: head(node) },
-            drive: None,
-            span: node.span,
-        })
-    }
-
-    fn axis(&mut self, line: &Node) -> Option<Spanned<[[f64; 2]; 2]>> {
-        let points: &[Node; 2] = array(line, "two points", &mut self.diagnostics)?;
-        let [from, to] = points.each_ref().map(|point| {
-            let [x, y] = array(point, "`[x, y]`", &mut self.diagnostics)?;
-            self.coordinate(x).zip(self.coordinate(y)).map(<[f64; 2]>::from)
-        });
-        let (from, to) = (from?, to?);
-        if crate::arithmetic::hypot(to[0] - from[0], to[1] - from[1]) < f64::MIN_POSITIVE {
-            let error =
-                Diagnostic::error(codes::ZERO_AXIS, line.span, "the hinge line has no length");
-            self.diagnostics.push(error.label("twice the same point"));
-            return None;
-        }
-        Some(Spanned { value: [from, to], span: line.span })
-    }
-
-    fn distinct(
-        &mut self,
-        at: Span,
-        pair: [Spanned<BodyId>; 2],
-        fixed: &[BodyId],
-    ) -> Option<[Spanned<BodyId>; 2]> {
-        let (code, message) = if pair[0].value == pair[1].value {
-            (codes::SAME_BODY, "a joint between a body and itself")
-        } else if pair.iter().all(|body| fixed.contains(&body.value)) {
-            (codes::BOTH_FIXED, "a joint between two bodies of `newtonian_ids`")
-        } else {
-            return Some(pair);
-        };
-        self.diagnostics.push(Diagnostic::error(code, at, message));
-        None
-    }
 }
 
 /// The start of a node, for what concerns all of it.
@@ -413,8 +244,4 @@ fn head(node: &Node) -> Span {
         Content::Mapping(entries) => entries.first().map_or(node.span, |entry| entry.key.span),
         _ => Span { start: node.span.start, end: node.span.end.min(node.span.start + 1) },
     }
-}
-
-fn radians(degrees: f64) -> f64 {
-    degrees * (PI / 180.0)
 }

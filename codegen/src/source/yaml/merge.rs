@@ -1,14 +1,16 @@
+//! The keys of a mapping: no key stands twice, and merge keys are followed.
+//!
 //! Merge keys (YAML 1.1): `<<: *anchor` or `<<: [*one, *other]` stands for the entries of other
 //! mappings.
 //!
 //! A key that the mapping has itself wins, then the mapping that comes first in the list. Merged
 //! entries stand where `<<` does: the order of joints is the order of coordinates.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use super::{Content, Entry, Node};
 use crate::source::codes;
-use crate::source::diagnostic::{Diagnostic, Diagnostics};
+use crate::source::diagnostic::{Diagnostic, Diagnostics, Span, Spanned};
 
 /// Puts the entries that the merge key at `at` stands for in its place.
 pub(super) fn entries_of(entries: &mut Vec<Entry>, at: usize, diagnostics: &mut Diagnostics) {
@@ -37,4 +39,22 @@ pub(super) fn entries_of(entries: &mut Vec<Entry>, at: usize, diagnostics: &mut 
         merged.extend(given.into_iter().filter(|entry| known.insert(entry.key.value.clone())));
     }
     entries.splice(at..at, merged);
+}
+
+/// Drops the second of two equal keys, and reports it.
+pub(super) fn distinct(entries: Vec<Entry>, diagnostics: &mut Diagnostics) -> Vec<Entry> {
+    let mut seen: HashMap<String, Span> = HashMap::with_capacity(entries.len());
+    let mut kept = Vec::with_capacity(entries.len());
+    for entry in entries {
+        let Spanned { value: key, span } = &entry.key;
+        if let Some(&first) = seen.get(key) {
+            let error =
+                Diagnostic::error(codes::DUPLICATE_KEY, *span, format!("`{key}` stands twice"));
+            diagnostics.push(error.label("second time").also(first, "first time"));
+            continue;
+        }
+        seen.insert(key.clone(), *span);
+        kept.push(entry);
+    }
+    kept
 }
