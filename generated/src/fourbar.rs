@@ -17,17 +17,17 @@
 //   loop 0: planar, 9 equations, 3 independent, mobility 1
 //
 // Cost of one evaluation:
-//   equations: 81 operations: 32 add, 45 mul, 0 div, 4 sin_cos, 0 other
-//   closure: 87 operations: 61 add, 22 mul, 0 div, 4 sin_cos, 0 other
+//   equations: 80 operations: 31 add, 45 mul, 0 div, 4 sin_cos, 0 other
+//   closure: 79 operations: 53 add, 22 mul, 0 div, 4 sin_cos, 0 other
 //   poses: 41 operations: 20 add, 18 mul, 0 div, 3 sin_cos, 0 other
 //   points: 16 operations: 6 add, 8 mul, 0 div, 2 sin_cos, 0 other
 //   energy: 78 operations: 26 add, 48 mul, 0 div, 4 sin_cos, 0 other
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
-//   reactions: 216 operations: 110 add, 102 mul, 0 div, 4 sin_cos, 0 other
-//   tangent: 152 operations: 61 add, 87 mul, 0 div, 4 sin_cos, 0 other
-//   acceleration: 226 operations: 86 add, 124 mul, 6 div, 4 sin_cos, 6 other
-//   projection: 239 operations: 94 add, 129 mul, 6 div, 4 sin_cos, 6 other
-//   jacobian: 701 operations: 293 add, 392 mul, 6 div, 4 sin_cos, 6 other
+//   reactions: 203 operations: 101 add, 98 mul, 0 div, 4 sin_cos, 0 other
+//   tangent: 146 operations: 55 add, 87 mul, 0 div, 4 sin_cos, 0 other
+//   acceleration: 219 operations: 80 add, 123 mul, 6 div, 4 sin_cos, 6 other
+//   projection: 236 operations: 92 add, 128 mul, 6 div, 4 sin_cos, 6 other
+//   jacobian: 694 operations: 284 add, 394 mul, 6 div, 4 sin_cos, 6 other
 
 /// Coordinates: one angle per joint.
 pub const N: usize = 4;
@@ -205,31 +205,35 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         // coupler: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_x = u[0] + u[2];
         // coupler: velocity-product acceleration: a = R^T (a_parent + E_parent r)
-        let coupler_part = omega_crank_xx * c(0.534813);
+        let minus_velocity_product_on_hinge_coupler_y = omega_crank_xx * c(0.534813);
         // coupler: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_coupler_xx = omega_coupler_x * omega_coupler_x;
         // coupler_ghost0: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_ghost0_x = u[1] + u[3];
         // coupler_ghost0: velocity-product acceleration: a = R^T (a_parent + E_parent r)
-        let coupler_ghost0_part = omega_rocker_xx * c(0.5135738999999999);
+        let minus_velocity_product_on_hinge_coupler_ghost0_y =
+            omega_rocker_xx * c(0.5135738999999999);
         // coupler_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_coupler_ghost0_xx = omega_coupler_ghost0_x * omega_coupler_ghost0_x;
-        // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
-        let gamma_loop0_0 = mul_add(-cos_coupler_rocker, coupler_ghost0_part,
-            mul_add(c(0.12797789999999998), omega_coupler_xx, cos_coupler_crank * coupler_part));
+        // crank: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let minus_apparent_gravity_crank_z = cos_crank_hinge * c(9.81);
+        // rocker: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let minus_apparent_gravity_rocker_z = cos_rocker_hinge * c(9.81);
         // coupler: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_coupler_y = mul_add(c(-9.81), sin_crank_hinge, coupler_part);
+        let apparent_gravity_in_parent_coupler_y = mul_add(c(-9.81), sin_crank_hinge,
+            minus_velocity_product_on_hinge_coupler_y);
         let apparent_gravity_coupler_z = mul_add(-sin_coupler_crank,
-            apparent_gravity_in_parent_coupler_y, -cos_coupler_crank * (cos_crank_hinge * c(9.81)));
+            apparent_gravity_in_parent_coupler_y,
+            -cos_coupler_crank * minus_apparent_gravity_crank_z);
         // coupler: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let bias_force_coupler_y = omega_coupler_xx * c(4.3544099654316885e-5);
         let bias_moment_coupler_x = apparent_gravity_coupler_z * c(4.3544099654316885e-5);
         // coupler_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let apparent_gravity_in_parent_coupler_ghost0_y = mul_add(c(-9.81), sin_rocker_hinge,
-            coupler_ghost0_part);
+            minus_velocity_product_on_hinge_coupler_ghost0_y);
         let apparent_gravity_coupler_ghost0_z = mul_add(-sin_coupler_rocker,
             apparent_gravity_in_parent_coupler_ghost0_y,
-            -cos_coupler_rocker * (cos_rocker_hinge * c(9.81)));
+            -cos_coupler_rocker * minus_apparent_gravity_rocker_z);
         // coupler_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let bias_force_coupler_ghost0_y = omega_coupler_ghost0_xx * c(9.272985481377836e-6);
         let bias_moment_coupler_ghost0_x =
@@ -237,54 +241,57 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         // coupler_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_force_in_parent_coupler_ghost0_z =
             sin_coupler_rocker * bias_force_coupler_ghost0_y;
-        // coupler: partial velocities: dw/du, dv/du
-        let velocity_coupler_y_by_crank_hinge = sin_coupler_crank * c(0.534813);
-        // coupler_ghost0: partial velocities: dw/du, dv/du
-        let velocity_coupler_ghost0_y_by_rocker_hinge = sin_coupler_rocker * c(0.5135738999999999);
-        // coupler: partial velocities: dw/du, dv/du
-        let velocity_coupler_z_by_crank_hinge = cos_coupler_crank * c(0.534813);
-        // coupler_ghost0: partial velocities: dw/du, dv/du
-        let velocity_coupler_ghost0_z_by_rocker_hinge = cos_coupler_rocker * c(0.5135738999999999);
-        // coupler: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let subtree_force_in_parent_coupler_z = sin_coupler_crank * bias_force_coupler_y;
-        // crank: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let generalized_force_crank_hinge = bias_moment_coupler_x + mul_add(c(0.534813),
-            subtree_force_in_parent_coupler_z, mul_add(c(-3.1463985397908126e-3), cos_crank_hinge,
-            -mul_add(c(0.1), u[0], q[0] * c(10.0))));
-        // coupler: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let generalized_force_coupler_crank = bias_moment_coupler_x - mul_add(c(0.1), u[2],
-            q[2] * c(10.0));
-        // coupler_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let generalized_force_coupler_rocker = bias_moment_coupler_ghost0_x - mul_add(c(0.1), u[3],
             q[3] * c(10.0));
-        // coupler_ghost0: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let inertia_coupler_rocker_moment_in_parent_coupler_ghost0_x =
-            mul_add(c(4.762363318314592e-6), cos_coupler_rocker, c(1.8705126833160895e-6));
         // rocker: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let generalized_force_rocker_hinge = bias_moment_coupler_ghost0_x
             + mul_add(c(0.5135738999999999), subtree_force_in_parent_coupler_ghost0_z,
             mul_add(c(-2.954834596588329e-3), cos_rocker_hinge, -mul_add(c(0.1), u[1],
             q[1] * c(10.0))));
+        // coupler: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let subtree_force_in_parent_coupler_z = sin_coupler_crank * bias_force_coupler_y;
+        let generalized_force_coupler_crank = bias_moment_coupler_x - mul_add(c(0.1), u[2],
+            q[2] * c(10.0));
+        // crank: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let generalized_force_crank_hinge = bias_moment_coupler_x + mul_add(c(0.534813),
+            subtree_force_in_parent_coupler_z, mul_add(c(-3.1463985397908126e-3), cos_crank_hinge,
+            -mul_add(c(0.1), u[0], q[0] * c(10.0))));
+        // coupler_ghost0: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
+        let inertia_coupler_rocker_moment_in_parent_coupler_ghost0_x =
+            mul_add(c(4.762363318314592e-6), cos_coupler_rocker, c(1.8705126833160895e-6));
         // coupler: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let inertia_coupler_crank_moment_in_parent_coupler_x = mul_add(c(2.3287950568424175e-5),
             cos_coupler_crank, c(8.629932323103514e-6));
+        // rocker: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
+        let mass_rocker_hinge_rocker_hinge = mul_add(c(9.524726636629184e-6), cos_coupler_rocker,
+            c(1.2845628098354212e-4));
+        // crank: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
+        let mass_crank_hinge_crank_hinge = mul_add(c(4.657590113684835e-5), cos_coupler_crank,
+            c(1.4842320434687952e-4));
+        // coupler_ghost0: partial velocities: dw/du, dv/du
+        let velocity_coupler_ghost0_y_by_rocker_hinge = sin_coupler_rocker * c(0.5135738999999999);
+        let velocity_coupler_ghost0_z_by_rocker_hinge = cos_coupler_rocker * c(0.5135738999999999);
+        // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
+        let gamma_loop0_0 = mul_add(-cos_coupler_rocker,
+            minus_velocity_product_on_hinge_coupler_ghost0_y, mul_add(c(0.12797789999999998),
+            omega_coupler_xx, cos_coupler_crank * minus_velocity_product_on_hinge_coupler_y));
+        let gamma_loop0_1 = mul_add(-sin_coupler_crank, minus_velocity_product_on_hinge_coupler_y,
+            sin_coupler_rocker * minus_velocity_product_on_hinge_coupler_ghost0_y);
+        // coupler: partial velocities: dw/du, dv/du
+        let velocity_coupler_z_by_crank_hinge = cos_coupler_crank * c(0.534813);
         // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
         let jacobian_loop0_1_crank_hinge = c(-0.12797789999999998)
             - velocity_coupler_z_by_crank_hinge;
-        // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
-        let gamma_loop0_1 = mul_add(-sin_coupler_crank, coupler_part,
-            sin_coupler_rocker * coupler_ghost0_part);
-        // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
         let jacobian_loop0_2_crank_hinge = -velocity_coupler_z_by_crank_hinge
             - c(0.5430958883848717);
         let jacobian_loop0_2_rocker_hinge = velocity_coupler_ghost0_z_by_rocker_hinge
             + c(0.4151179883848717);
-        mass[0] = mul_add(c(4.657590113684835e-5), cos_coupler_crank, c(1.4842320434687952e-4));
+        mass[0] = mass_crank_hinge_crank_hinge;
         mass[1] = c(0.0);
         mass[2] = inertia_coupler_crank_moment_in_parent_coupler_x;
         mass[3] = c(0.0);
         mass[4] = c(0.0);
-        mass[5] = mul_add(c(9.524726636629184e-6), cos_coupler_rocker, c(1.2845628098354212e-4));
+        mass[5] = mass_rocker_hinge_rocker_hinge;
         mass[6] = c(0.0);
         mass[7] = inertia_coupler_rocker_moment_in_parent_coupler_ghost0_x;
         mass[8] = inertia_coupler_crank_moment_in_parent_coupler_x;
@@ -299,7 +306,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         forcing[1] = generalized_force_rocker_hinge;
         forcing[2] = generalized_force_coupler_crank;
         forcing[3] = generalized_force_coupler_rocker;
-        jacobian[0] = -velocity_coupler_y_by_crank_hinge;
+        jacobian[0] = sin_coupler_crank * c(-0.534813);
         jacobian[1] = velocity_coupler_ghost0_y_by_rocker_hinge;
         jacobian[2] = c(0.0);
         jacobian[3] = c(0.0);
@@ -330,80 +337,66 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         // coupler: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_coupler_x = mul_add(-sin_crank_hinge, sin_coupler_crank,
             cos_crank_hinge * cos_coupler_crank);
-        let coupler_part = sin_crank_hinge * cos_coupler_crank;
-        let coupler_part_2 = cos_crank_hinge * sin_coupler_crank;
-        let axis_y_coupler_z = coupler_part + coupler_part_2;
-        let axis_z_coupler_x = -coupler_part - coupler_part_2;
+        let sin_crank_hinge_times_cos_coupler_crank = sin_crank_hinge * cos_coupler_crank;
+        let cos_crank_hinge_times_sin_coupler_crank = cos_crank_hinge * sin_coupler_crank;
+        let axis_y_coupler_z = sin_crank_hinge_times_cos_coupler_crank
+            + cos_crank_hinge_times_sin_coupler_crank;
+        let axis_z_coupler_x = -sin_crank_hinge_times_cos_coupler_crank
+            - cos_crank_hinge_times_sin_coupler_crank;
         let origin_coupler_x = mul_add(c(0.534813), cos_crank_hinge, c(-0.3137601));
         let origin_coupler_z = mul_add(c(0.534813), sin_crank_hinge, c(2.5e-3));
         // coupler_ghost0: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_coupler_ghost0_x = mul_add(-sin_rocker_hinge, sin_coupler_rocker,
             cos_rocker_hinge * cos_coupler_rocker);
-        let coupler_ghost0_part = sin_rocker_hinge * cos_coupler_rocker;
-        let coupler_ghost0_part_2 = cos_rocker_hinge * sin_coupler_rocker;
-        let axis_y_coupler_ghost0_z = coupler_ghost0_part + coupler_ghost0_part_2;
-        let axis_z_coupler_ghost0_x = -coupler_ghost0_part - coupler_ghost0_part_2;
+        let sin_rocker_hinge_times_cos_coupler_rocker = sin_rocker_hinge * cos_coupler_rocker;
+        let cos_rocker_hinge_times_sin_coupler_rocker = cos_rocker_hinge * sin_coupler_rocker;
+        let axis_y_coupler_ghost0_z = sin_rocker_hinge_times_cos_coupler_rocker
+            + cos_rocker_hinge_times_sin_coupler_rocker;
+        let axis_z_coupler_ghost0_x = -sin_rocker_hinge_times_cos_coupler_rocker
+            - cos_rocker_hinge_times_sin_coupler_rocker;
         let origin_coupler_ghost0_x = mul_add(c(0.5135738999999999), cos_rocker_hinge,
             c(-0.1645431));
         let origin_coupler_ghost0_z = mul_add(c(0.5135738999999999), sin_rocker_hinge, c(2.5e-3));
-        // rocker: Jacobian of the closure residual: dP/dq = e_x x (P - p)
-        let arm_loop0_0_rocker_x = c(0.1645431) + origin_coupler_ghost0_x;
-        let arm_loop0_0_rocker_z = origin_coupler_ghost0_z - c(2.5e-3);
         // coupler: closure points: P = p + A p_P, from the common ancestor of both sides
         let point0_original_coupler_x = mul_add(c(0.12797789999999998), axis_y_coupler_x,
             origin_coupler_x);
         let point0_original_coupler_z = mul_add(c(0.12797789999999998), axis_y_coupler_z,
             origin_coupler_z);
-        // coupler_ghost0: closure points: P = p + A p_P, from the common ancestor of both sides
-        let point1_ghost_coupler_ghost0_x = mul_add(c(0.4151179883848717), axis_y_coupler_ghost0_x,
-            origin_coupler_ghost0_x);
-        let point1_ghost_coupler_ghost0_z = mul_add(c(0.4151179883848717), axis_y_coupler_ghost0_z,
-            origin_coupler_ghost0_z);
-        // coupler: closure points: P = p + A p_P, from the common ancestor of both sides
         let point1_original_coupler_x = mul_add(c(0.5430958883848717), axis_y_coupler_x,
             origin_coupler_x);
         let point1_original_coupler_z = mul_add(c(0.5430958883848717), axis_y_coupler_z,
             origin_coupler_z);
-        // coupler_ghost0: closure points: P = p + A p_P, from the common ancestor of both sides
-        let point2_ghost_coupler_ghost0_x = mul_add(c(0.41511798838487174), axis_z_coupler_ghost0_x,
-            origin_coupler_ghost0_x);
-        let point2_ghost_coupler_ghost0_z = mul_add(c(0.41511798838487174), axis_y_coupler_ghost0_x,
-            origin_coupler_ghost0_z);
-        // coupler: closure points: P = p + A p_P, from the common ancestor of both sides
         let point2_original_coupler_x = mul_add(c(0.41511798838487174), axis_z_coupler_x,
             point0_original_coupler_x);
         let point2_original_coupler_z = mul_add(c(0.41511798838487174), axis_y_coupler_x,
             point0_original_coupler_z);
         // coupler: Jacobian of the closure residual: dP/dq = e_x x (P - p)
-        let arm_loop0_0_coupler_x = point0_original_coupler_x - origin_coupler_x;
         let arm_loop0_0_coupler_z = point0_original_coupler_z - origin_coupler_z;
+        let arm_loop0_1_coupler_z = point1_original_coupler_z - origin_coupler_z;
+        let arm_loop0_2_coupler_z = point2_original_coupler_z - origin_coupler_z;
         // crank: Jacobian of the closure residual: dP/dq = e_x x (P - p)
         let arm_loop0_0_crank_x = c(0.3137601) + point0_original_coupler_x;
         let arm_loop0_0_crank_z = point0_original_coupler_z - c(2.5e-3);
-        // coupler_ghost0: Jacobian of the closure residual: dP/dq = e_x x (P - p)
-        let arm_loop0_1_coupler_ghost0_x = point1_ghost_coupler_ghost0_x - origin_coupler_ghost0_x;
-        let arm_loop0_1_coupler_ghost0_z = point1_ghost_coupler_ghost0_z - origin_coupler_ghost0_z;
-        // rocker: Jacobian of the closure residual: dP/dq = e_x x (P - p)
-        let arm_loop0_1_rocker_x = c(0.1645431) + point1_ghost_coupler_ghost0_x;
-        let arm_loop0_1_rocker_z = point1_ghost_coupler_ghost0_z - c(2.5e-3);
-        // coupler: Jacobian of the closure residual: dP/dq = e_x x (P - p)
-        let arm_loop0_1_coupler_x = point1_original_coupler_x - origin_coupler_x;
-        let arm_loop0_1_coupler_z = point1_original_coupler_z - origin_coupler_z;
-        // crank: Jacobian of the closure residual: dP/dq = e_x x (P - p)
         let arm_loop0_1_crank_x = c(0.3137601) + point1_original_coupler_x;
         let arm_loop0_1_crank_z = point1_original_coupler_z - c(2.5e-3);
-        // coupler_ghost0: Jacobian of the closure residual: dP/dq = e_x x (P - p)
-        let arm_loop0_2_coupler_ghost0_x = point2_ghost_coupler_ghost0_x - origin_coupler_ghost0_x;
-        let arm_loop0_2_coupler_ghost0_z = point2_ghost_coupler_ghost0_z - origin_coupler_ghost0_z;
-        // rocker: Jacobian of the closure residual: dP/dq = e_x x (P - p)
-        let arm_loop0_2_rocker_x = c(0.1645431) + point2_ghost_coupler_ghost0_x;
-        let arm_loop0_2_rocker_z = point2_ghost_coupler_ghost0_z - c(2.5e-3);
-        // coupler: Jacobian of the closure residual: dP/dq = e_x x (P - p)
-        let arm_loop0_2_coupler_x = point2_original_coupler_x - origin_coupler_x;
-        let arm_loop0_2_coupler_z = point2_original_coupler_z - origin_coupler_z;
-        // crank: Jacobian of the closure residual: dP/dq = e_x x (P - p)
         let arm_loop0_2_crank_x = c(0.3137601) + point2_original_coupler_x;
         let arm_loop0_2_crank_z = point2_original_coupler_z - c(2.5e-3);
+        // coupler_ghost0: closure points: P = p + A p_P, from the common ancestor of both sides
+        let point1_ghost_coupler_ghost0_x = mul_add(c(0.4151179883848717), axis_y_coupler_ghost0_x,
+            origin_coupler_ghost0_x);
+        let point1_ghost_coupler_ghost0_z = mul_add(c(0.4151179883848717), axis_y_coupler_ghost0_z,
+            origin_coupler_ghost0_z);
+        let point2_ghost_coupler_ghost0_x = mul_add(c(0.41511798838487174), axis_z_coupler_ghost0_x,
+            origin_coupler_ghost0_x);
+        let point2_ghost_coupler_ghost0_z = mul_add(c(0.41511798838487174), axis_y_coupler_ghost0_x,
+            origin_coupler_ghost0_z);
+        // rocker: Jacobian of the closure residual: dP/dq = e_x x (P - p)
+        let arm_loop0_0_rocker_x = c(0.1645431) + origin_coupler_ghost0_x;
+        let arm_loop0_1_rocker_x = c(0.1645431) + point1_ghost_coupler_ghost0_x;
+        let arm_loop0_2_rocker_x = c(0.1645431) + point2_ghost_coupler_ghost0_x;
+        // coupler_ghost0: Jacobian of the closure residual: dP/dq = e_x x (P - p)
+        let arm_loop0_1_coupler_ghost0_x = point1_ghost_coupler_ghost0_x - origin_coupler_ghost0_x;
+        let arm_loop0_2_coupler_ghost0_x = point2_ghost_coupler_ghost0_x - origin_coupler_ghost0_x;
         residual[0] = origin_coupler_ghost0_x - point0_original_coupler_x;
         residual[1] = c(6.938893903907228e-18);
         residual[2] = origin_coupler_ghost0_z - point0_original_coupler_z;
@@ -414,7 +407,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         residual[7] = c(6.938893903907228e-18);
         residual[8] = point2_ghost_coupler_ghost0_z - point2_original_coupler_z;
         jacobian[0] = arm_loop0_0_crank_z;
-        jacobian[1] = -arm_loop0_0_rocker_z;
+        jacobian[1] = c(2.5e-3) - origin_coupler_ghost0_z;
         jacobian[2] = arm_loop0_0_coupler_z;
         jacobian[3] = c(0.0);
         jacobian[4] = c(0.0);
@@ -423,31 +416,31 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         jacobian[7] = c(0.0);
         jacobian[8] = -arm_loop0_0_crank_x;
         jacobian[9] = arm_loop0_0_rocker_x;
-        jacobian[10] = -arm_loop0_0_coupler_x;
+        jacobian[10] = origin_coupler_x - point0_original_coupler_x;
         jacobian[11] = c(0.0);
         jacobian[12] = arm_loop0_1_crank_z;
-        jacobian[13] = -arm_loop0_1_rocker_z;
+        jacobian[13] = c(2.5e-3) - point1_ghost_coupler_ghost0_z;
         jacobian[14] = arm_loop0_1_coupler_z;
-        jacobian[15] = -arm_loop0_1_coupler_ghost0_z;
+        jacobian[15] = origin_coupler_ghost0_z - point1_ghost_coupler_ghost0_z;
         jacobian[16] = c(0.0);
         jacobian[17] = c(0.0);
         jacobian[18] = c(0.0);
         jacobian[19] = c(0.0);
         jacobian[20] = -arm_loop0_1_crank_x;
         jacobian[21] = arm_loop0_1_rocker_x;
-        jacobian[22] = -arm_loop0_1_coupler_x;
+        jacobian[22] = origin_coupler_x - point1_original_coupler_x;
         jacobian[23] = arm_loop0_1_coupler_ghost0_x;
         jacobian[24] = arm_loop0_2_crank_z;
-        jacobian[25] = -arm_loop0_2_rocker_z;
+        jacobian[25] = c(2.5e-3) - point2_ghost_coupler_ghost0_z;
         jacobian[26] = arm_loop0_2_coupler_z;
-        jacobian[27] = -arm_loop0_2_coupler_ghost0_z;
+        jacobian[27] = origin_coupler_ghost0_z - point2_ghost_coupler_ghost0_z;
         jacobian[28] = c(0.0);
         jacobian[29] = c(0.0);
         jacobian[30] = c(0.0);
         jacobian[31] = c(0.0);
         jacobian[32] = -arm_loop0_2_crank_x;
         jacobian[33] = arm_loop0_2_rocker_x;
-        jacobian[34] = -arm_loop0_2_coupler_x;
+        jacobian[34] = origin_coupler_x - point2_original_coupler_x;
         jacobian[35] = arm_loop0_2_coupler_ghost0_x;
     }
     fn write_poses(&self, q: &[S], out: &mut [S]) {
@@ -463,10 +456,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         // coupler: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_coupler_x = mul_add(-sin_crank_hinge, sin_coupler_crank,
             cos_crank_hinge * cos_coupler_crank);
-        let coupler_part = sin_crank_hinge * cos_coupler_crank;
-        let coupler_part_2 = cos_crank_hinge * sin_coupler_crank;
-        let axis_y_coupler_z = coupler_part + coupler_part_2;
-        let axis_z_coupler_x = -coupler_part - coupler_part_2;
+        let sin_crank_hinge_times_cos_coupler_crank = sin_crank_hinge * cos_coupler_crank;
+        let cos_crank_hinge_times_sin_coupler_crank = cos_crank_hinge * sin_coupler_crank;
+        let axis_y_coupler_z = sin_crank_hinge_times_cos_coupler_crank
+            + cos_crank_hinge_times_sin_coupler_crank;
+        let axis_z_coupler_x = -sin_crank_hinge_times_cos_coupler_crank
+            - cos_crank_hinge_times_sin_coupler_crank;
         poses[0] = c(1.0);
         poses[1] = c(0.0);
         poses[2] = c(0.0);
@@ -561,9 +556,9 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         // coupler: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_x = u[0] + u[2];
         // coupler: velocity: v = R^T (v_parent + w_parent x r)
-        let coupler_part = u[0] * c(0.534813);
-        let velocity_coupler_y = sin_coupler_crank * coupler_part;
-        let velocity_coupler_z = cos_coupler_crank * coupler_part;
+        let u_crank_hinge_product = u[0] * c(0.534813);
+        let velocity_coupler_y = sin_coupler_crank * u_crank_hinge_product;
+        let velocity_coupler_z = cos_coupler_crank * u_crank_hinge_product;
         // coupler: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_coupler_z = mul_add(cos_crank_hinge, sin_coupler_crank,
             sin_crank_hinge * cos_coupler_crank);
@@ -571,34 +566,36 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         // coupler_ghost0: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_ghost0_x = u[1] + u[3];
         // coupler_ghost0: velocity: v = R^T (v_parent + w_parent x r)
-        let coupler_ghost0_part = u[1] * c(0.5135738999999999);
-        let velocity_coupler_ghost0_y = sin_coupler_rocker * coupler_ghost0_part;
-        let velocity_coupler_ghost0_z = cos_coupler_rocker * coupler_ghost0_part;
+        let u_rocker_hinge_product = u[1] * c(0.5135738999999999);
+        let velocity_coupler_ghost0_y = sin_coupler_rocker * u_rocker_hinge_product;
+        let velocity_coupler_ghost0_z = cos_coupler_rocker * u_rocker_hinge_product;
         // coupler_ghost0: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_coupler_ghost0_z = mul_add(cos_rocker_hinge, sin_coupler_rocker,
             sin_rocker_hinge * cos_coupler_rocker);
         let origin_coupler_ghost0_z = mul_add(c(0.5135738999999999), sin_rocker_hinge, c(2.5e-3));
         // mechanism: results: what the function returns
-        let part = mul_add(c(2.7977076894404418e-5), u[1] * u[1],
+        let kinetic_sum = mul_add(c(2.7977076894404418e-5), u[1] * u[1],
             u[0] * u[0] * c(3.1599423972382714e-5)) + mul_add(c(9.352563416580447e-7),
             omega_coupler_ghost0_x * omega_coupler_ghost0_x,
             omega_coupler_x * omega_coupler_x * c(4.314966161551757e-6));
-        let part_2 = mul_add(velocity_coupler_ghost0_z,
+        let kinetic_2 = mul_add(velocity_coupler_ghost0_z,
             omega_coupler_ghost0_x * c(9.272985481377836e-6), mul_add(velocity_coupler_z,
-            omega_coupler_x * c(4.3544099654316885e-5), part)) + mul_add(c(1.338946574875e-4),
-            mul_add(velocity_coupler_ghost0_z, velocity_coupler_ghost0_z,
-            velocity_coupler_ghost0_y * velocity_coupler_ghost0_y), mul_add(velocity_coupler_z,
-            velocity_coupler_z, velocity_coupler_y * velocity_coupler_y) * c(1.338946574875e-4));
-        let part_3 = mul_add(c(5.0), q[1] * q[1], q[0] * q[0] * c(5.0)) + mul_add(c(5.0),
+            omega_coupler_x * c(4.3544099654316885e-5), kinetic_sum))
+            + mul_add(c(1.338946574875e-4), mul_add(velocity_coupler_ghost0_z,
+            velocity_coupler_ghost0_z, velocity_coupler_ghost0_y * velocity_coupler_ghost0_y),
+            mul_add(velocity_coupler_z, velocity_coupler_z,
+            velocity_coupler_y * velocity_coupler_y) * c(1.338946574875e-4));
+        let potential_sum = mul_add(c(5.0), q[1] * q[1], q[0] * q[0] * c(5.0)) + mul_add(c(5.0),
             q[3] * q[3], c(5.0) * (q[2] * q[2]));
-        let part_4 = mul_add(c(9.81), mul_add(c(1.63676778025815e-4), sin_rocker_hinge,
+        let potential_2 = mul_add(c(9.81), mul_add(c(1.63676778025815e-4), sin_rocker_hinge,
             c(1.593506625e-6)), mul_add(c(9.81), mul_add(c(1.7751658919535306e-4), sin_crank_hinge,
-            c(1.6596130125000005e-6)), part_3)) + mul_add(c(9.81), mul_add(c(9.272985481377836e-6),
-            axis_y_coupler_ghost0_z, origin_coupler_ghost0_z * c(2.67789314975e-4)),
+            c(1.6596130125000005e-6)), potential_sum)) + mul_add(c(9.81),
+            mul_add(c(9.272985481377836e-6), axis_y_coupler_ghost0_z,
+            origin_coupler_ghost0_z * c(2.67789314975e-4)),
             c(9.81) * mul_add(c(4.3544099654316885e-5), axis_y_coupler_z,
             origin_coupler_z * c(2.67789314975e-4)));
-        kinetic[0] = part_2;
-        potential[0] = part_4;
+        kinetic[0] = kinetic_2;
+        potential[0] = potential_2;
         ::lamc_runtime::Energy {
             kinetic: kinetic[0],
             potential: potential[0],
@@ -624,10 +621,6 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let omega_crank_xx = u[0] * u[0];
         // rocker: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_rocker_xx = u[1] * u[1];
-        // coupler: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_coupler_x = a[0] + a[2];
-        // coupler_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_coupler_ghost0_x = a[1] + a[3];
         // coupler: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_x = u[0] + u[2];
         // coupler: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
@@ -636,23 +629,27 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         let omega_coupler_ghost0_x = u[1] + u[3];
         // coupler_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_coupler_ghost0_xx = omega_coupler_ghost0_x * omega_coupler_ghost0_x;
-        // crank: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_crank_z = -cos_crank_hinge * c(9.81);
         // coupler: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let apparent_gravity_in_parent_coupler_y = mul_add(c(-9.81), sin_crank_hinge,
             omega_crank_xx * c(0.534813));
+        // coupler_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_in_parent_coupler_ghost0_y = mul_add(c(-9.81), sin_rocker_hinge,
+            omega_rocker_xx * c(0.5135738999999999));
+        // coupler: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
+        let alpha_coupler_x = a[0] + a[2];
+        // coupler_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
+        let alpha_coupler_ghost0_x = a[1] + a[3];
         // coupler: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let apparent_gravity_in_parent_coupler_z = mul_add(c(-0.534813), a[0],
-            apparent_gravity_crank_z);
+            cos_crank_hinge * c(-9.81));
         let apparent_gravity_coupler_y = mul_add(cos_coupler_crank,
             apparent_gravity_in_parent_coupler_y,
             sin_coupler_crank * apparent_gravity_in_parent_coupler_z);
         let apparent_gravity_coupler_z = mul_add(-sin_coupler_crank,
             apparent_gravity_in_parent_coupler_y,
             cos_coupler_crank * apparent_gravity_in_parent_coupler_z);
-        let net_moment_coupler_x = mul_add(c(4.3544099654316885e-5), apparent_gravity_coupler_z,
-            -mul_add(c(5.57400886248129e-10), alpha_coupler_x,
-            alpha_coupler_x * c(8.629374922217267e-6)));
+        let net_moment_coupler_x = mul_add(c(-8.629932323103514e-6), alpha_coupler_x,
+            apparent_gravity_coupler_z * c(4.3544099654316885e-5));
         let net_force_coupler_y = mul_add(c(4.3544099654316885e-5), omega_coupler_xx,
             apparent_gravity_coupler_y * c(2.67789314975e-4));
         let net_force_coupler_z = mul_add(c(-4.3544099654316885e-5), alpha_coupler_x,
@@ -661,36 +658,19 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
             alpha_coupler_x * c(6.477762980113233e-7));
         let net_moment_coupler_z = mul_add(c(6.477762980113233e-7), omega_coupler_xx,
             apparent_gravity_coupler_y * c(9.998041607397091e-6));
-        // rocker: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_rocker_z = -cos_rocker_hinge * c(9.81);
-        // coupler_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_coupler_ghost0_y = mul_add(c(-9.81), sin_rocker_hinge,
-            omega_rocker_xx * c(0.5135738999999999));
-        // coupler_ghost0: closure forces: (f, n) of lambda along the rows of the closure
-        let closure_force_coupler_ghost0_z = lambda[1] + lambda[2];
-        let closure_moment_coupler_ghost0_x = lambda[2] * c(0.4151179883848717);
-        let closure_force_in_parent_coupler_ghost0_z = mul_add(cos_coupler_rocker,
-            closure_force_coupler_ghost0_z, sin_coupler_rocker * lambda[0]);
-        // coupler: closure forces: (f, n) of lambda along the rows of the closure
-        let closure_force_coupler_z = -lambda[1] - lambda[2];
-        let closure_moment_coupler_x = mul_add(c(-0.5430958883848717), lambda[2],
-            -lambda[1] * c(0.12797789999999998));
-        let closure_moment_coupler_y = mul_add(c(-0.25), lambda[2], -lambda[1] * c(0.25));
-        let closure_moment_coupler_z = lambda[0] * c(0.25);
-        let closure_force_in_parent_coupler_z = mul_add(-sin_coupler_crank, lambda[0],
-            cos_coupler_crank * closure_force_coupler_z);
+        let transmitted_force_in_parent_coupler_z = mul_add(cos_coupler_crank, net_force_coupler_z,
+            sin_coupler_crank * net_force_coupler_y);
         // coupler_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let apparent_gravity_in_parent_coupler_ghost0_z = mul_add(c(-0.5135738999999999), a[1],
-            apparent_gravity_rocker_z);
+            cos_rocker_hinge * c(-9.81));
         let apparent_gravity_coupler_ghost0_y = mul_add(cos_coupler_rocker,
             apparent_gravity_in_parent_coupler_ghost0_y,
             sin_coupler_rocker * apparent_gravity_in_parent_coupler_ghost0_z);
         let apparent_gravity_coupler_ghost0_z = mul_add(-sin_coupler_rocker,
             apparent_gravity_in_parent_coupler_ghost0_y,
             cos_coupler_rocker * apparent_gravity_in_parent_coupler_ghost0_z);
-        let net_moment_coupler_ghost0_x = mul_add(c(9.272985481377836e-6),
-            apparent_gravity_coupler_ghost0_z, -mul_add(c(1.8699552824298414e-6),
-            alpha_coupler_ghost0_x, alpha_coupler_ghost0_x * c(5.57400886248129e-10)));
+        let net_moment_coupler_ghost0_x = mul_add(c(-1.8705126833160895e-6), alpha_coupler_ghost0_x,
+            apparent_gravity_coupler_ghost0_z * c(9.272985481377836e-6));
         let net_force_coupler_ghost0_y = mul_add(c(9.272985481377836e-6), omega_coupler_ghost0_xx,
             apparent_gravity_coupler_ghost0_y * c(2.67789314975e-4));
         let net_force_coupler_ghost0_z = mul_add(c(-9.272985481377836e-6), alpha_coupler_ghost0_x,
@@ -709,54 +689,63 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
             mul_add(sin_coupler_rocker, net_moment_coupler_ghost0_y,
             mul_add(c(2.037770976118056e-5), omega_rocker_xx,
             sin_rocker_hinge * c(-7.784866636882511e-4))));
-        // coupler: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let transmitted_force_in_parent_coupler_z = mul_add(cos_coupler_crank, net_force_coupler_z,
-            sin_coupler_crank * net_force_coupler_y);
+        // coupler_ghost0: closure forces: (f, n) of lambda along the rows of the closure
+        let closure_force_coupler_ghost0_z = lambda[1] + lambda[2];
+        let closure_moment_coupler_ghost0_x = lambda[2] * c(0.4151179883848717);
+        let closure_force_in_parent_coupler_ghost0_z = mul_add(cos_coupler_rocker,
+            closure_force_coupler_ghost0_z, sin_coupler_rocker * lambda[0]);
+        // coupler: closure forces: (f, n) of lambda along the rows of the closure
+        let closure_force_coupler_z = -lambda[1] - lambda[2];
+        let closure_moment_coupler_x = mul_add(c(-0.5430958883848717), lambda[2],
+            lambda[1] * c(-0.12797789999999998));
+        let closure_moment_coupler_y = mul_add(c(-0.25), lambda[2], lambda[1] * c(-0.25));
+        let closure_moment_coupler_z = lambda[0] * c(0.25);
+        let closure_force_in_parent_coupler_z = mul_add(-sin_coupler_crank, lambda[0],
+            cos_coupler_crank * closure_force_coupler_z);
         // mechanism: results: what the function returns
-        let part = mul_add(cos_coupler_crank, net_force_coupler_y, mul_add(-sin_coupler_crank,
-            net_force_coupler_z, mul_add(c(1.7751658919535306e-4), omega_crank_xx,
-            sin_crank_hinge * c(-6.512321461050003e-3)) + mul_add(-cos_coupler_crank, lambda[0],
+        let reactions_0_1_sum = mul_add(cos_coupler_crank, net_force_coupler_y,
+            mul_add(-sin_coupler_crank, net_force_coupler_z, mul_add(c(1.7751658919535306e-4),
+            omega_crank_xx, sin_crank_hinge * c(-6.512321461050003e-3))
+            + mul_add(-cos_coupler_crank, lambda[0],
             -sin_coupler_crank * closure_force_coupler_z)));
-        let part_2 = mul_add(c(0.534813), transmitted_force_in_parent_coupler_z,
-            net_moment_coupler_x + mul_add(c(0.534813), closure_force_in_parent_coupler_z,
-            mul_add(c(-1.7414377400064135e-3), cos_crank_hinge, closure_moment_coupler_x
-            - mul_add(c(1.382024803747565e-9), a[0], a[0] * c(6.319746591996168e-5)))));
-        let part_3 = mul_add(cos_coupler_crank, net_moment_coupler_y, mul_add(-sin_coupler_crank,
-            net_moment_coupler_z, mul_add(c(8.172943896653371e-4), cos_crank_hinge,
-            a[0] * c(2.2278278689040052e-5)) + mul_add(-sin_coupler_crank, closure_moment_coupler_z,
-            cos_coupler_crank * closure_moment_coupler_y)));
-        let part_4 = mul_add(cos_coupler_crank, net_moment_coupler_z, mul_add(sin_coupler_crank,
-            net_moment_coupler_y, mul_add(c(2.2278278689040052e-5), omega_crank_xx,
-            sin_crank_hinge * c(-8.172943896653371e-4)) + mul_add(cos_coupler_crank,
+        let reactions_0_4_sum = mul_add(cos_coupler_crank, net_moment_coupler_y,
+            mul_add(-sin_coupler_crank, net_moment_coupler_z, mul_add(c(8.172943896653371e-4),
+            cos_crank_hinge, a[0] * c(2.2278278689040052e-5)) + mul_add(-sin_coupler_crank,
+            closure_moment_coupler_z, cos_coupler_crank * closure_moment_coupler_y)));
+        let reactions_0_5_sum = mul_add(cos_coupler_crank, net_moment_coupler_z,
+            mul_add(sin_coupler_crank, net_moment_coupler_y, mul_add(c(2.2278278689040052e-5),
+            omega_crank_xx, sin_crank_hinge * c(-8.172943896653371e-4)) + mul_add(cos_coupler_crank,
             closure_moment_coupler_z, sin_coupler_crank * closure_moment_coupler_y)));
-        let part_5 = mul_add(cos_coupler_rocker, net_force_coupler_ghost0_y,
+        let reactions_1_1_sum = mul_add(cos_coupler_rocker, net_force_coupler_ghost0_y,
             mul_add(-sin_coupler_rocker, net_force_coupler_ghost0_z, mul_add(c(1.63676778025815e-4),
             omega_rocker_xx, sin_rocker_hinge * c(-6.252919996500001e-3))
             + mul_add(-sin_coupler_rocker, closure_force_coupler_ghost0_z,
             cos_coupler_rocker * lambda[0])));
-        let part_6 = mul_add(c(0.5135738999999999), transmitted_force_in_parent_coupler_ghost0_z,
-            net_moment_coupler_ghost0_x + mul_add(c(0.5135738999999999),
-            closure_force_in_parent_coupler_ghost0_z, mul_add(c(-1.6056691924332452e-3),
-            cos_rocker_hinge, closure_moment_coupler_ghost0_x - mul_add(c(1.326936147498693e-9),
-            a[1], a[1] * c(5.595282685266134e-5)))));
         reactions[0] = c(0.0);
-        reactions[1] = -part;
+        reactions[1] = -reactions_0_1_sum;
         reactions[2] = -(transmitted_force_in_parent_coupler_z + (closure_force_in_parent_coupler_z
             + mul_add(c(-1.7751658919535306e-4), a[0],
             cos_crank_hinge * c(-6.512321461050003e-3))));
-        reactions[3] = -part_2;
-        reactions[4] = -part_3;
-        reactions[5] = -part_4;
+        reactions[3] = -mul_add(c(0.534813), transmitted_force_in_parent_coupler_z,
+            net_moment_coupler_x + mul_add(c(0.534813), closure_force_in_parent_coupler_z,
+            mul_add(c(-1.7414377400064135e-3), cos_crank_hinge, mul_add(c(-6.319884794476543e-5),
+            a[0], closure_moment_coupler_x))));
+        reactions[4] = -reactions_0_4_sum;
+        reactions[5] = -reactions_0_5_sum;
         reactions[6] = c(0.0);
-        reactions[7] = -part_5;
+        reactions[7] = -reactions_1_1_sum;
         reactions[8] = -(transmitted_force_in_parent_coupler_ghost0_z
             + (closure_force_in_parent_coupler_ghost0_z + mul_add(c(-1.63676778025815e-4), a[1],
             cos_rocker_hinge * c(-6.252919996500001e-3))));
-        reactions[9] = -part_6;
+        reactions[9] = -mul_add(c(0.5135738999999999), transmitted_force_in_parent_coupler_ghost0_z,
+            net_moment_coupler_ghost0_x + mul_add(c(0.5135738999999999),
+            closure_force_in_parent_coupler_ghost0_z, mul_add(c(-1.6056691924332452e-3),
+            cos_rocker_hinge, mul_add(c(-5.5954153788808836e-5), a[1],
+            closure_moment_coupler_ghost0_x))));
         reactions[10] = -transmitted_moment_rocker_y;
         reactions[11] = -transmitted_moment_rocker_z;
         reactions[12] = c(0.0);
-        reactions[13] = -(net_force_coupler_y - lambda[0]);
+        reactions[13] = lambda[0] - net_force_coupler_y;
         reactions[14] = -(net_force_coupler_z + closure_force_coupler_z);
         reactions[15] = -(net_moment_coupler_x + closure_moment_coupler_x);
         reactions[16] = -(net_moment_coupler_y + closure_moment_coupler_y);
@@ -795,136 +784,138 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
             (sin_coupler_crank, cos_coupler_crank),
             (sin_coupler_rocker, cos_coupler_rocker),
         ] = S::sin_cos_all([q[0], q[1], q[2], q[3]]);
+        // crank: hinge angle: s = sin q, c = cos q
+        let d_sin_crank_hinge = dq[0] * cos_crank_hinge;
+        let minus_d_cos_crank_hinge = dq[0] * sin_crank_hinge;
+        // rocker: hinge angle: s = sin q, c = cos q
+        let d_sin_rocker_hinge = dq[1] * cos_rocker_hinge;
+        let minus_d_cos_rocker_hinge = dq[1] * sin_rocker_hinge;
+        // coupler: hinge angle: s = sin q, c = cos q
+        let d_sin_coupler_crank = dq[2] * cos_coupler_crank;
+        let minus_d_cos_coupler_crank = dq[2] * sin_coupler_crank;
+        // coupler_ghost0: hinge angle: s = sin q, c = cos q
+        let d_sin_coupler_rocker = dq[3] * cos_coupler_rocker;
+        let minus_d_cos_coupler_rocker = dq[3] * sin_coupler_rocker;
         // crank: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_crank_xx = u[0] * u[0];
-        let crank_part = u[0] * du[0];
-        let d_omega_crank_xx = crank_part + crank_part;
+        // coupler: velocity-product acceleration: a = R^T (a_parent + E_parent r)
+        let minus_velocity_product_on_hinge_coupler_y = omega_crank_xx * c(0.534813);
+        let minus_d_velocity_product_on_hinge_coupler_y = u[0] * du[0] * c(1.069626);
         // rocker: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_rocker_xx = u[1] * u[1];
-        let rocker_part = u[1] * du[1];
-        let d_omega_rocker_xx = rocker_part + rocker_part;
+        // coupler_ghost0: velocity-product acceleration: a = R^T (a_parent + E_parent r)
+        let minus_velocity_product_on_hinge_coupler_ghost0_y =
+            omega_rocker_xx * c(0.5135738999999999);
+        let minus_d_velocity_product_on_hinge_coupler_ghost0_y =
+            u[1] * du[1] * c(1.0271477999999998);
         // coupler: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_x = u[0] + u[2];
         let d_omega_coupler_x = du[0] + du[2];
-        // coupler: velocity-product acceleration: a = R^T (a_parent + E_parent r)
-        let coupler_part = omega_crank_xx * c(0.534813);
-        let coupler_part_2 = d_omega_crank_xx * c(0.534813);
         // coupler: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_coupler_xx = omega_coupler_x * omega_coupler_x;
-        let coupler_part_3 = omega_coupler_x * d_omega_coupler_x;
-        let d_omega_coupler_xx = coupler_part_3 + coupler_part_3;
+        let omega_coupler_x_times_d_omega_coupler_x = omega_coupler_x * d_omega_coupler_x;
         // coupler_ghost0: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_ghost0_x = u[1] + u[3];
         let d_omega_coupler_ghost0_x = du[1] + du[3];
-        // coupler_ghost0: velocity-product acceleration: a = R^T (a_parent + E_parent r)
-        let coupler_ghost0_part = omega_rocker_xx * c(0.5135738999999999);
-        let coupler_ghost0_part_2 = d_omega_rocker_xx * c(0.5135738999999999);
         // coupler_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_coupler_ghost0_xx = omega_coupler_ghost0_x * omega_coupler_ghost0_x;
-        let coupler_ghost0_part_3 = omega_coupler_ghost0_x * d_omega_coupler_ghost0_x;
-        let d_omega_coupler_ghost0_xx = coupler_ghost0_part_3 + coupler_ghost0_part_3;
-        // crank: hinge angle: s = sin q, c = cos q
-        let d_sin_crank_hinge = dq[0] * cos_crank_hinge;
-        let crank_part_2 = dq[0] * sin_crank_hinge;
-        // rocker: hinge angle: s = sin q, c = cos q
-        let d_sin_rocker_hinge = dq[1] * cos_rocker_hinge;
-        let rocker_part_2 = dq[1] * sin_rocker_hinge;
-        // coupler: hinge angle: s = sin q, c = cos q
-        let d_sin_coupler_crank = dq[2] * cos_coupler_crank;
-        let coupler_part_4 = dq[2] * sin_coupler_crank;
-        // coupler_ghost0: hinge angle: s = sin q, c = cos q
-        let d_sin_coupler_rocker = dq[3] * cos_coupler_rocker;
-        let coupler_ghost0_part_4 = dq[3] * sin_coupler_rocker;
-        // coupler_ghost0: closure forces: (f, n) of lambda along the rows of the closure
-        let closure_force_coupler_ghost0_z = lambda[1] + lambda[2];
-        let d_closure_force_in_parent_coupler_ghost0_z = mul_add(-coupler_ghost0_part_4,
-            closure_force_coupler_ghost0_z, d_sin_coupler_rocker * lambda[0]);
-        // coupler: closure forces: (f, n) of lambda along the rows of the closure
-        let closure_force_coupler_z = -lambda[1] - lambda[2];
-        let d_closure_force_in_parent_coupler_z = mul_add(-d_sin_coupler_crank, lambda[0],
-            -coupler_part_4 * closure_force_coupler_z);
-        // coupler: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_coupler_x = a[0] + a[2];
-        // coupler_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_coupler_ghost0_x = a[1] + a[3];
-        // crank: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_crank_z = -cos_crank_hinge * c(9.81);
-        // coupler: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_coupler_y = mul_add(c(-9.81), sin_crank_hinge, coupler_part);
-        let d_apparent_gravity_in_parent_coupler_y = mul_add(c(-9.81), d_sin_crank_hinge,
-            coupler_part_2);
-        // coupler: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_force_coupler_y = omega_coupler_xx * c(4.3544099654316885e-5);
-        let d_bias_force_coupler_y = d_omega_coupler_xx * c(4.3544099654316885e-5);
-        // rocker: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_rocker_z = -cos_rocker_hinge * c(9.81);
-        // coupler_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_coupler_ghost0_y = mul_add(c(-9.81), sin_rocker_hinge,
-            coupler_ghost0_part);
-        let d_apparent_gravity_in_parent_coupler_ghost0_y = mul_add(c(-9.81), d_sin_rocker_hinge,
-            coupler_ghost0_part_2);
         // coupler_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let bias_force_coupler_ghost0_y = omega_coupler_ghost0_xx * c(9.272985481377836e-6);
-        let d_bias_force_coupler_ghost0_y = d_omega_coupler_ghost0_xx * c(9.272985481377836e-6);
+        let d_bias_force_coupler_ghost0_y =
+            omega_coupler_ghost0_x * d_omega_coupler_ghost0_x * c(1.8545970962755672e-5);
+        // crank: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let minus_d_apparent_gravity_crank_z = minus_d_cos_crank_hinge * c(-9.81);
+        // rocker: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let minus_d_apparent_gravity_rocker_z = minus_d_cos_rocker_hinge * c(-9.81);
+        // coupler: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_in_parent_coupler_y = mul_add(c(-9.81), sin_crank_hinge,
+            minus_velocity_product_on_hinge_coupler_y);
+        let d_apparent_gravity_in_parent_coupler_y = mul_add(c(-9.81), d_sin_crank_hinge,
+            minus_d_velocity_product_on_hinge_coupler_y);
+        // coupler: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
+        let bias_force_coupler_y = omega_coupler_xx * c(4.3544099654316885e-5);
+        let d_bias_force_coupler_y =
+            omega_coupler_x_times_d_omega_coupler_x * c(8.708819930863377e-5);
+        // coupler_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_in_parent_coupler_ghost0_y = mul_add(c(-9.81), sin_rocker_hinge,
+            minus_velocity_product_on_hinge_coupler_ghost0_y);
+        let d_apparent_gravity_in_parent_coupler_ghost0_y = mul_add(c(-9.81), d_sin_rocker_hinge,
+            minus_d_velocity_product_on_hinge_coupler_ghost0_y);
+        // coupler: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
+        let alpha_coupler_x = a[0] + a[2];
+        // mechanism: results: what the function returns
+        let closure_0 = mul_add(-a[0], d_sin_coupler_crank * c(0.534813),
+            a[1] * (d_sin_coupler_rocker * c(0.5135738999999999)))
+            + (mul_add(minus_d_cos_coupler_rocker, minus_velocity_product_on_hinge_coupler_ghost0_y,
+            mul_add(c(0.25595579999999996), omega_coupler_x_times_d_omega_coupler_x,
+            cos_coupler_crank * minus_d_velocity_product_on_hinge_coupler_y))
+            - mul_add(cos_coupler_rocker, minus_d_velocity_product_on_hinge_coupler_ghost0_y,
+            minus_d_cos_coupler_crank * minus_velocity_product_on_hinge_coupler_y));
+        let closure_1 = mul_add(a[1], minus_d_cos_coupler_rocker * c(-0.5135738999999999),
+            mul_add(-d_sin_coupler_crank, minus_velocity_product_on_hinge_coupler_y,
+            mul_add(-sin_coupler_crank, minus_d_velocity_product_on_hinge_coupler_y,
+            sin_coupler_rocker * minus_d_velocity_product_on_hinge_coupler_ghost0_y)))
+            - mul_add(-d_sin_coupler_rocker, minus_velocity_product_on_hinge_coupler_ghost0_y,
+            a[0] * (minus_d_cos_coupler_crank * c(-0.534813)));
+        // coupler_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
+        let alpha_coupler_ghost0_x = a[1] + a[3];
         // coupler: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let apparent_gravity_in_parent_coupler_z = mul_add(c(-0.534813), a[0],
-            apparent_gravity_crank_z);
+            cos_crank_hinge * c(-9.81));
         let d_apparent_gravity_coupler_z = mul_add(-sin_coupler_crank,
             d_apparent_gravity_in_parent_coupler_y,
-            -coupler_part_4 * apparent_gravity_in_parent_coupler_z) - mul_add(cos_coupler_crank,
-            crank_part_2 * c(-9.81), d_sin_coupler_crank * apparent_gravity_in_parent_coupler_y);
+            -minus_d_cos_coupler_crank * apparent_gravity_in_parent_coupler_z)
+            - mul_add(cos_coupler_crank, minus_d_apparent_gravity_crank_z,
+            d_sin_coupler_crank * apparent_gravity_in_parent_coupler_y);
+        let minus_net_force_coupler_z = c(4.3544099654316885e-5) * alpha_coupler_x;
         let d_net_moment_coupler_x = c(4.3544099654316885e-5) * d_apparent_gravity_coupler_z;
-        // coupler_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let apparent_gravity_in_parent_coupler_ghost0_z = mul_add(c(-0.5135738999999999), a[1],
-            apparent_gravity_rocker_z);
-        let d_apparent_gravity_coupler_ghost0_z = mul_add(-sin_coupler_rocker,
-            d_apparent_gravity_in_parent_coupler_ghost0_y,
-            -coupler_ghost0_part_4 * apparent_gravity_in_parent_coupler_ghost0_z)
-            - mul_add(cos_coupler_rocker, rocker_part_2 * c(-9.81),
-            d_sin_coupler_rocker * apparent_gravity_in_parent_coupler_ghost0_y);
-        let d_net_moment_coupler_ghost0_x =
-            c(9.272985481377836e-6) * d_apparent_gravity_coupler_ghost0_z;
-        let d_balance_force_in_parent_coupler_ghost0_z = mul_add(coupler_ghost0_part_4,
-            c(9.272985481377836e-6) * alpha_coupler_ghost0_x, mul_add(sin_coupler_rocker,
-            d_bias_force_coupler_ghost0_y, d_sin_coupler_rocker * bias_force_coupler_ghost0_y));
-        // mechanism: results: what the function returns
-        let part = mul_add(-a[0], d_sin_coupler_crank * c(0.534813),
-            a[1] * (d_sin_coupler_rocker * c(0.5135738999999999))) + (mul_add(coupler_ghost0_part_4,
-            coupler_ghost0_part, mul_add(c(0.12797789999999998), d_omega_coupler_xx,
-            cos_coupler_crank * coupler_part_2)) - mul_add(cos_coupler_rocker,
-            coupler_ghost0_part_2, coupler_part_4 * coupler_part));
-        let part_2 = mul_add(a[1], coupler_ghost0_part_4 * c(-0.5135738999999999),
-            mul_add(-d_sin_coupler_crank, coupler_part, mul_add(-sin_coupler_crank, coupler_part_2,
-            sin_coupler_rocker * coupler_ghost0_part_2))) - mul_add(-d_sin_coupler_rocker,
-            coupler_ghost0_part, a[0] * (coupler_part_4 * c(-0.534813)));
-        // coupler: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_force_in_parent_coupler_z = mul_add(coupler_part_4,
-            c(4.3544099654316885e-5) * alpha_coupler_x, mul_add(sin_coupler_crank,
-            d_bias_force_coupler_y, d_sin_coupler_crank * bias_force_coupler_y));
-        // crank: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_imbalance_crank_hinge = d_net_moment_coupler_x + mul_add(c(0.534813),
-            d_balance_force_in_parent_coupler_z, mul_add(c(0.534813),
-            d_closure_force_in_parent_coupler_z, mul_add(c(3.1463985397908126e-3), crank_part_2,
-            -mul_add(c(0.1), du[0], dq[0] * c(10.0)))));
-        // coupler: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let d_balance_force_in_parent_coupler_z = mul_add(minus_d_cos_coupler_crank,
+            minus_net_force_coupler_z, mul_add(sin_coupler_crank, d_bias_force_coupler_y,
+            d_sin_coupler_crank * bias_force_coupler_y));
         let d_imbalance_coupler_crank = d_net_moment_coupler_x - mul_add(c(0.1), du[2],
             dq[2] * c(10.0));
         // coupler_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let apparent_gravity_in_parent_coupler_ghost0_z = mul_add(c(-0.5135738999999999), a[1],
+            cos_rocker_hinge * c(-9.81));
+        let d_apparent_gravity_coupler_ghost0_z = mul_add(-sin_coupler_rocker,
+            d_apparent_gravity_in_parent_coupler_ghost0_y,
+            -minus_d_cos_coupler_rocker * apparent_gravity_in_parent_coupler_ghost0_z)
+            - mul_add(cos_coupler_rocker, minus_d_apparent_gravity_rocker_z,
+            d_sin_coupler_rocker * apparent_gravity_in_parent_coupler_ghost0_y);
+        let minus_net_force_coupler_ghost0_z = c(9.272985481377836e-6) * alpha_coupler_ghost0_x;
+        let d_net_moment_coupler_ghost0_x =
+            c(9.272985481377836e-6) * d_apparent_gravity_coupler_ghost0_z;
+        let d_balance_force_in_parent_coupler_ghost0_z = mul_add(minus_d_cos_coupler_rocker,
+            minus_net_force_coupler_ghost0_z, mul_add(sin_coupler_rocker,
+            d_bias_force_coupler_ghost0_y, d_sin_coupler_rocker * bias_force_coupler_ghost0_y));
         let d_imbalance_coupler_rocker = d_net_moment_coupler_ghost0_x - mul_add(c(0.1), du[3],
             dq[3] * c(10.0));
+        // coupler_ghost0: closure forces: (f, n) of lambda along the rows of the closure
+        let closure_force_coupler_ghost0_z = lambda[1] + lambda[2];
+        let d_closure_force_in_parent_coupler_ghost0_z = mul_add(-minus_d_cos_coupler_rocker,
+            closure_force_coupler_ghost0_z, d_sin_coupler_rocker * lambda[0]);
         // rocker: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_imbalance_rocker_hinge = d_net_moment_coupler_ghost0_x
             + mul_add(c(0.5135738999999999), d_balance_force_in_parent_coupler_ghost0_z,
             mul_add(c(0.5135738999999999), d_closure_force_in_parent_coupler_ghost0_z,
-            mul_add(c(2.954834596588329e-3), rocker_part_2, -mul_add(c(0.1), du[1],
+            mul_add(c(2.954834596588329e-3), minus_d_cos_rocker_hinge, -mul_add(c(0.1), du[1],
             dq[1] * c(10.0)))));
+        // coupler: closure forces: (f, n) of lambda along the rows of the closure
+        let closure_force_coupler_z = -lambda[1] - lambda[2];
+        let d_closure_force_in_parent_coupler_z = mul_add(-d_sin_coupler_crank, lambda[0],
+            -minus_d_cos_coupler_crank * closure_force_coupler_z);
+        // crank: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let d_imbalance_crank_hinge = d_net_moment_coupler_x + mul_add(c(0.534813),
+            d_balance_force_in_parent_coupler_z, mul_add(c(0.534813),
+            d_closure_force_in_parent_coupler_z, mul_add(c(3.1463985397908126e-3),
+            minus_d_cos_crank_hinge, -mul_add(c(0.1), du[0], dq[0] * c(10.0)))));
         forces[0] = d_imbalance_crank_hinge;
         forces[1] = d_imbalance_rocker_hinge;
         forces[2] = d_imbalance_coupler_crank;
         forces[3] = d_imbalance_coupler_rocker;
-        closure[0] = part;
-        closure[1] = part_2;
-        closure[2] = part_2;
+        closure[0] = closure_0;
+        closure[1] = closure_1;
+        closure[2] = closure_1;
     }
 }
 
@@ -971,152 +962,173 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         // coupler: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_x = u[0] + u[2];
         // coupler: velocity-product acceleration: a = R^T (a_parent + E_parent r)
-        let coupler_part = omega_crank_xx * c(0.534813);
+        let minus_velocity_product_on_hinge_coupler_y = omega_crank_xx * c(0.534813);
         // coupler: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_coupler_xx = omega_coupler_x * omega_coupler_x;
         // coupler_ghost0: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_ghost0_x = u[1] + u[3];
         // coupler_ghost0: velocity-product acceleration: a = R^T (a_parent + E_parent r)
-        let coupler_ghost0_part = omega_rocker_xx * c(0.5135738999999999);
+        let minus_velocity_product_on_hinge_coupler_ghost0_y =
+            omega_rocker_xx * c(0.5135738999999999);
         // coupler_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_coupler_ghost0_xx = omega_coupler_ghost0_x * omega_coupler_ghost0_x;
+        // crank: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let minus_apparent_gravity_crank_z = cos_crank_hinge * c(9.81);
+        // rocker: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let minus_apparent_gravity_rocker_z = cos_rocker_hinge * c(9.81);
         // coupler: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_coupler_y = mul_add(c(-9.81), sin_crank_hinge, coupler_part);
+        let apparent_gravity_in_parent_coupler_y = mul_add(c(-9.81), sin_crank_hinge,
+            minus_velocity_product_on_hinge_coupler_y);
         let apparent_gravity_coupler_z = mul_add(-sin_coupler_crank,
-            apparent_gravity_in_parent_coupler_y, -cos_coupler_crank * (cos_crank_hinge * c(9.81)));
+            apparent_gravity_in_parent_coupler_y,
+            -cos_coupler_crank * minus_apparent_gravity_crank_z);
         // coupler: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let bias_force_coupler_y = omega_coupler_xx * c(4.3544099654316885e-5);
-        let bias_moment_coupler_x = apparent_gravity_coupler_z * c(4.3544099654316885e-5);
-        // coupler: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let generalized_force_coupler_crank = bias_moment_coupler_x - mul_add(c(0.1), u[2],
-            q[2] * c(10.0));
         // coupler_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let apparent_gravity_in_parent_coupler_ghost0_y = mul_add(c(-9.81), sin_rocker_hinge,
-            coupler_ghost0_part);
+            minus_velocity_product_on_hinge_coupler_ghost0_y);
         let apparent_gravity_coupler_ghost0_z = mul_add(-sin_coupler_rocker,
             apparent_gravity_in_parent_coupler_ghost0_y,
-            -cos_coupler_rocker * (cos_rocker_hinge * c(9.81)));
+            -cos_coupler_rocker * minus_apparent_gravity_rocker_z);
         // coupler_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let bias_force_coupler_ghost0_y = omega_coupler_ghost0_xx * c(9.272985481377836e-6);
-        let bias_moment_coupler_ghost0_x =
-            apparent_gravity_coupler_ghost0_z * c(9.272985481377836e-6);
         // coupler_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_force_in_parent_coupler_ghost0_z =
             sin_coupler_rocker * bias_force_coupler_ghost0_y;
-        let generalized_force_coupler_rocker = bias_moment_coupler_ghost0_x - mul_add(c(0.1), u[3],
-            q[3] * c(10.0));
-        // coupler_ghost0: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let inertia_coupler_rocker_moment_in_parent_coupler_ghost0_x =
-            mul_add(c(4.762363318314592e-6), cos_coupler_rocker, c(1.8705126833160895e-6));
-        // coupler: partial velocities: dw/du, dv/du
-        let velocity_coupler_y_by_crank_hinge = sin_coupler_crank * c(0.534813);
-        // coupler_ghost0: partial velocities: dw/du, dv/du
-        let velocity_coupler_ghost0_y_by_rocker_hinge = sin_coupler_rocker * c(0.5135738999999999);
-        // coupler: partial velocities: dw/du, dv/du
-        let velocity_coupler_z_by_crank_hinge = cos_coupler_crank * c(0.534813);
-        // coupler_ghost0: partial velocities: dw/du, dv/du
-        let velocity_coupler_ghost0_z_by_rocker_hinge = cos_coupler_rocker * c(0.5135738999999999);
         // coupler: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_force_in_parent_coupler_z = sin_coupler_crank * bias_force_coupler_y;
-        // coupler: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let inertia_coupler_crank_moment_in_parent_coupler_x = mul_add(c(2.3287950568424175e-5),
-            cos_coupler_crank, c(8.629932323103514e-6));
+        // coupler_ghost0: partial velocities: dw/du, dv/du
+        let y0_0_rocker_hinge = sin_coupler_rocker * c(0.5135738999999999);
+        let y0_1_rocker_hinge = cos_coupler_rocker * c(0.5135738999999999);
         // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
-        let gamma_loop0_1 = mul_add(-sin_coupler_crank, coupler_part,
-            sin_coupler_rocker * coupler_ghost0_part);
-        // coupler_ghost0: factor of the mass matrix: M = L^T D L
-        let factor_coupler_rocker_rocker_hinge =
-            inertia_coupler_rocker_moment_in_parent_coupler_ghost0_x * c(534612.7876701569);
-        // coupler: factor of the mass matrix: M = L^T D L
-        let factor_coupler_crank_crank_hinge =
-            inertia_coupler_crank_moment_in_parent_coupler_x * c(115875.76386003198);
-        // rocker: factor of the mass matrix: M = L^T D L
-        let inverse_pivot_rocker_hinge =
-            c(1.0) / mul_add(-inertia_coupler_rocker_moment_in_parent_coupler_ghost0_x,
-            factor_coupler_rocker_rocker_hinge, mul_add(c(9.524726636629184e-6), cos_coupler_rocker,
-            c(1.2845628098354212e-4)));
-        // crank: factor of the mass matrix: M = L^T D L
-        let inverse_pivot_crank_hinge =
-            c(1.0) / mul_add(-inertia_coupler_crank_moment_in_parent_coupler_x,
-            factor_coupler_crank_crank_hinge, mul_add(c(4.657590113684835e-5), cos_coupler_crank,
-            c(1.4842320434687952e-4)));
-        // mechanism: reduced closure Jacobian: Y = J L^-1
-        let part = mul_add(c(14829.536919702783), inertia_coupler_crank_moment_in_parent_coupler_x,
-            c(-0.12797789999999998) - velocity_coupler_z_by_crank_hinge);
-        let part_2 = mul_add(c(-221927.38498246408),
-            inertia_coupler_rocker_moment_in_parent_coupler_ghost0_x,
-            velocity_coupler_ghost0_z_by_rocker_hinge + c(0.4151179883848717));
-        let part_3 = mul_add(c(62931.65091583967), inertia_coupler_crank_moment_in_parent_coupler_x,
-            -velocity_coupler_z_by_crank_hinge - c(0.5430958883848717));
+        let gamma_loop0_1 = mul_add(-sin_coupler_crank, minus_velocity_product_on_hinge_coupler_y,
+            sin_coupler_rocker * minus_velocity_product_on_hinge_coupler_ghost0_y);
+        // coupler_ghost0: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
+        let pivot_row_moment_in_parent_coupler_ghost0_x =
+            cos_coupler_rocker * c(2.5460203295022628);
+        let minus_projected_mass_joint_deviator_coupler_ghost0 =
+            sin_coupler_rocker * c(-4.5970423245354375e-5);
+        let projected_in_parent_mass_coupler_ghost0_zz = mul_add(-sin_coupler_rocker,
+            minus_projected_mass_joint_deviator_coupler_ghost0, c(-4.5970423245354375e-5));
+        // coupler: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
+        let pivot_row_moment_in_parent_coupler_x = cos_coupler_crank * c(2.6985090608508173);
+        let minus_projected_mass_joint_deviator_coupler =
+            sin_coupler_crank * c(-2.1971071657526098e-4);
+        let projected_in_parent_mass_coupler_zz = mul_add(-sin_coupler_crank,
+            minus_projected_mass_joint_deviator_coupler, c(-2.1971071657526098e-4));
+        // rocker: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
+        let articulated_inertia_rocker_xx = mul_add(c(0.2637581507612099),
+            projected_in_parent_mass_coupler_ghost0_zz, c(1.2658576830022603e-4));
+        let inverse_pivot_rocker = c(1.0) / articulated_inertia_rocker_xx;
+        // crank: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
+        let articulated_inertia_crank_xx = mul_add(c(0.286024944969),
+            projected_in_parent_mass_coupler_zz, c(1.39793272023776e-4));
+        let inverse_pivot_crank = c(1.0) / articulated_inertia_crank_xx;
+        // coupler: joint torque: tau = torque - k (q - rest) - k3 (q - rest)^3 - d u - friction
+        let joint_torque_coupler_crank = mul_add(c(-0.1), u[2], q[2] * c(-10.0));
+        // coupler_ghost0: joint torque: tau = torque - k (q - rest) - k3 (q - rest)^3 - d u - friction
+        let joint_torque_coupler_rocker = mul_add(c(-0.1), u[3], q[3] * c(-10.0));
+        // coupler_ghost0: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
+        let y_coupler_rocker = mul_add(c(9.272985481377836e-6), apparent_gravity_coupler_ghost0_z,
+            joint_torque_coupler_rocker);
+        // rocker: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
+        let y_rocker_hinge = mul_add(-pivot_row_moment_in_parent_coupler_ghost0_x, y_coupler_rocker,
+            mul_add(c(0.5135738999999999), subtree_force_in_parent_coupler_ghost0_z,
+            mul_add(c(-2.954834596588329e-3), cos_rocker_hinge, mul_add(c(-0.1), u[1],
+            q[1] * c(-10.0)) - joint_torque_coupler_rocker)));
+        // coupler: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
+        let y_coupler_crank = mul_add(c(4.3544099654316885e-5), apparent_gravity_coupler_z,
+            joint_torque_coupler_crank);
+        // crank: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
+        let y_crank_hinge = mul_add(-pivot_row_moment_in_parent_coupler_x, y_coupler_crank,
+            mul_add(c(0.534813), subtree_force_in_parent_coupler_z,
+            mul_add(c(-3.1463985397908126e-3), cos_crank_hinge, mul_add(c(-0.1), u[0],
+            q[0] * c(-10.0)) - joint_torque_coupler_crank)));
+        // coupler: reduced closure Jacobian: Y = J L^-1
+        let minus_row0_moment_in_parent_coupler_x = sin_coupler_crank * c(0.534813);
+        // crank: reduced closure Jacobian: Y = J L^-1
+        let minus_y0_1_crank_hinge = cos_coupler_crank * c(0.18946347726134022);
+        let y0_2_crank_hinge = cos_coupler_crank * c(0.9307361757174004);
+        // rocker: reduced closure Jacobian: Y = J L^-1
+        let minus_y0_2_rocker_hinge = cos_coupler_rocker * c(0.5433249375699676);
         // mechanism: factor of the closure: S = Y D^-1 Y^T = L_S D_S L_S^T
-        let part_4 = velocity_coupler_y_by_crank_hinge * inverse_pivot_crank_hinge;
-        let part_5 = velocity_coupler_ghost0_y_by_rocker_hinge * inverse_pivot_rocker_hinge;
-        let part_6 = inverse_pivot_crank_hinge * part;
-        let part_7 = velocity_coupler_ghost0_z_by_rocker_hinge * inverse_pivot_rocker_hinge;
-        let part_8 = inverse_pivot_crank_hinge * part_3;
-        let part_9 = inverse_pivot_rocker_hinge * part_2;
-        let part_10 = mul_add(velocity_coupler_ghost0_y_by_rocker_hinge, part_5,
-            velocity_coupler_y_by_crank_hinge * part_4);
-        let part_11 = mul_add(-velocity_coupler_y_by_crank_hinge, part_6,
-            velocity_coupler_ghost0_y_by_rocker_hinge * part_7);
-        let part_12 = mul_add(velocity_coupler_ghost0_z_by_rocker_hinge, part_7, mul_add(part,
-            part_6, c(1897.8529929560304)));
-        let part_13 = mul_add(-velocity_coupler_y_by_crank_hinge, part_8,
-            velocity_coupler_ghost0_y_by_rocker_hinge * part_9);
-        let part_14 = mul_add(part_2, part_9, mul_add(part_3, part_8, c(126303.97048310004)));
-        let part_15 = c(1.0) / part_10;
-        let part_16 = part_11 * part_15;
-        let part_17 = part_13 * part_15;
-        let part_18 = mul_add(-part_11, part_17, mul_add(velocity_coupler_ghost0_z_by_rocker_hinge,
-            part_9, mul_add(part, part_8, c(8053.860527742237))));
-        let part_19 = c(1.0) / mul_add(-part_11, part_16, part_12);
-        let part_20 = part_18 * part_19;
-        let part_21 = c(1.0) / mul_add(-part_18, part_20, mul_add(-part_13, part_17, part_14));
-        // mechanism: conditioning of the closure: a lower bound, of the eigenvalues of S
-        let part_22 = mul_add(part_16, part_20, -part_17);
-        let part_23 = mul_add(part_12, mul_add(part_21, part_20 * part_20, part_19),
-            mul_add(part_14, part_21, part_10 * mul_add(part_21, part_22 * part_22, mul_add(part_19,
-            part_16 * part_16, part_15))));
-        let part_24 = part_14 + (part_10 + part_12);
-        // mechanism: reduced force: y = L^-T f
-        let part_25 = mul_add(-generalized_force_coupler_rocker, factor_coupler_rocker_rocker_hinge,
-            bias_moment_coupler_ghost0_x + mul_add(c(0.5135738999999999),
-            subtree_force_in_parent_coupler_ghost0_z, mul_add(c(-2.954834596588329e-3),
-            cos_rocker_hinge, -mul_add(c(0.1), u[1], q[1] * c(10.0)))));
-        let part_26 = mul_add(-generalized_force_coupler_crank, factor_coupler_crank_crank_hinge,
-            bias_moment_coupler_x + mul_add(c(0.534813), subtree_force_in_parent_coupler_z,
-            mul_add(c(-3.1463985397908126e-3), cos_crank_hinge, -mul_add(c(0.1), u[0],
-            q[0] * c(10.0)))));
+        let minus_y_over_d0_0_crank_hinge =
+            inverse_pivot_crank * minus_row0_moment_in_parent_coupler_x;
+        let y_over_d0_0_rocker_hinge = y0_0_rocker_hinge * inverse_pivot_rocker;
+        let minus_y_over_d0_1_crank_hinge = inverse_pivot_crank * minus_y0_1_crank_hinge;
+        let y_over_d0_1_rocker_hinge = y0_1_rocker_hinge * inverse_pivot_rocker;
+        let y_over_d0_2_crank_hinge = inverse_pivot_crank * y0_2_crank_hinge;
+        let minus_y_over_d0_2_rocker_hinge = inverse_pivot_rocker * minus_y0_2_rocker_hinge;
+        let s_loop0_0_0 = mul_add(y0_0_rocker_hinge, y_over_d0_0_rocker_hinge,
+            minus_row0_moment_in_parent_coupler_x * minus_y_over_d0_0_crank_hinge);
+        let s_loop0_1_0 = mul_add(y0_0_rocker_hinge, y_over_d0_1_rocker_hinge,
+            minus_row0_moment_in_parent_coupler_x * minus_y_over_d0_1_crank_hinge);
+        let s_loop0_1_1 = mul_add(y0_1_rocker_hinge, y_over_d0_1_rocker_hinge,
+            mul_add(minus_y0_1_crank_hinge, minus_y_over_d0_1_crank_hinge, c(1897.8529929560304)));
+        let s_loop0_2_0 = mul_add(-minus_row0_moment_in_parent_coupler_x, y_over_d0_2_crank_hinge,
+            -y0_0_rocker_hinge * minus_y_over_d0_2_rocker_hinge);
+        let s_loop0_2_2 = mul_add(minus_y0_2_rocker_hinge, minus_y_over_d0_2_rocker_hinge,
+            mul_add(y0_2_crank_hinge, y_over_d0_2_crank_hinge, c(126303.97048310004)));
+        let inverse_pivot_loop0_0 = c(1.0) / s_loop0_0_0;
+        let l_loop0_1_0 = s_loop0_1_0 * inverse_pivot_loop0_0;
+        let pivot_loop0_1 = mul_add(-s_loop0_1_0, l_loop0_1_0, s_loop0_1_1);
+        let l_loop0_2_0 = s_loop0_2_0 * inverse_pivot_loop0_0;
+        let l_times_pivot_loop0_2_1 = mul_add(-s_loop0_1_0, l_loop0_2_0,
+            mul_add(-minus_y0_1_crank_hinge, y_over_d0_2_crank_hinge, mul_add(-y0_1_rocker_hinge,
+            minus_y_over_d0_2_rocker_hinge, c(8053.860527742237))));
+        let inverse_pivot_loop0_1 = c(1.0) / pivot_loop0_1;
+        let l_loop0_2_1 = l_times_pivot_loop0_2_1 * inverse_pivot_loop0_1;
+        let pivot_loop0_2 = mul_add(-l_times_pivot_loop0_2_1, l_loop0_2_1, mul_add(-s_loop0_2_0,
+            l_loop0_2_0, s_loop0_2_2));
+        let inverse_pivot_loop0_2 = c(1.0) / pivot_loop0_2;
         // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_27 = mul_add(part_5, part_25, mul_add(-part_4, part_26,
-            mul_add(-cos_coupler_rocker, coupler_ghost0_part, mul_add(c(0.12797789999999998),
-            omega_coupler_xx, cos_coupler_crank * coupler_part))));
-        let part_28 = mul_add(part_16, part_27, -mul_add(part_7, part_25, mul_add(part_6, part_26,
-            mul_add(c(-14829.536919702783), generalized_force_coupler_crank, gamma_loop0_1))));
-        let part_29 = mul_add(-part_20, part_28, mul_add(part_17, part_27, -mul_add(part_9, part_25,
-            mul_add(part_8, part_26, mul_add(c(221927.38498246408),
-            generalized_force_coupler_rocker, mul_add(c(-62931.65091583967),
-            generalized_force_coupler_crank, gamma_loop0_1))))));
-        let part_30 = part_21 * part_29;
-        let part_31 = mul_add(-part_20, part_30, part_19 * part_28);
-        let part_32 = mul_add(-part_16, part_31, mul_add(-part_17, part_30, -part_15 * part_27));
+        let minus_forward_lambda0_0 = mul_add(y_rocker_hinge, y_over_d0_0_rocker_hinge,
+            mul_add(-y_crank_hinge, minus_y_over_d0_0_crank_hinge, mul_add(-cos_coupler_rocker,
+            minus_velocity_product_on_hinge_coupler_ghost0_y, mul_add(c(0.12797789999999998),
+            omega_coupler_xx, cos_coupler_crank * minus_velocity_product_on_hinge_coupler_y))));
+        let forward_lambda0_1 = mul_add(l_loop0_1_0, minus_forward_lambda0_0,
+            mul_add(-y_rocker_hinge, y_over_d0_1_rocker_hinge, mul_add(y_crank_hinge,
+            minus_y_over_d0_1_crank_hinge, -mul_add(c(-14829.536919702783), y_coupler_crank,
+            gamma_loop0_1))));
+        let forward_lambda0_2 = mul_add(-l_loop0_2_1, forward_lambda0_1, mul_add(l_loop0_2_0,
+            minus_forward_lambda0_0, mul_add(y_rocker_hinge, minus_y_over_d0_2_rocker_hinge,
+            -mul_add(y_crank_hinge, y_over_d0_2_crank_hinge, mul_add(c(221927.38498246408),
+            y_coupler_rocker, mul_add(c(-62931.65091583967), y_coupler_crank, gamma_loop0_1))))));
+        let lambda0_2 = inverse_pivot_loop0_2 * forward_lambda0_2;
+        let lambda0_1 = mul_add(-l_loop0_2_1, lambda0_2, inverse_pivot_loop0_1 * forward_lambda0_1);
+        let lambda0_0 = mul_add(-l_loop0_1_0, lambda0_1, mul_add(-l_loop0_2_0, lambda0_2,
+            -inverse_pivot_loop0_0 * minus_forward_lambda0_0));
+        // mechanism: conditioning of the closure: a lower bound, of the eigenvalues of S
+        let inverse_l_loop0_2_0 = mul_add(l_loop0_1_0, l_loop0_2_1, -l_loop0_2_0);
+        let bound_of_trace_of_inverse_s = mul_add(s_loop0_1_1, mul_add(inverse_pivot_loop0_2,
+            l_loop0_2_1 * l_loop0_2_1, inverse_pivot_loop0_1), mul_add(s_loop0_2_2,
+            inverse_pivot_loop0_2, s_loop0_0_0 * mul_add(inverse_pivot_loop0_2,
+            inverse_l_loop0_2_0 * inverse_l_loop0_2_0, mul_add(inverse_pivot_loop0_1,
+            l_loop0_1_0 * l_loop0_1_0, inverse_pivot_loop0_0))));
+        let trace_of_s = s_loop0_2_2 + (s_loop0_0_0 + s_loop0_1_1);
         // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_33 = mul_add(-part_4, part_32, mul_add(part_6, part_31, mul_add(part_8, part_30,
-            inverse_pivot_crank_hinge * part_26)));
-        let part_34 = mul_add(part_5, part_32, mul_add(part_7, part_31, mul_add(part_9, part_30,
-            inverse_pivot_rocker_hinge * part_25)));
-        acceleration[0] = part_33;
-        acceleration[1] = part_34;
-        acceleration[2] = mul_add(-factor_coupler_crank_crank_hinge, part_33,
-            mul_add(c(-14829.536919702783), part_31, mul_add(c(-62931.65091583967), part_30,
-            generalized_force_coupler_crank * c(115875.76386003198))));
-        acceleration[3] = mul_add(-factor_coupler_rocker_rocker_hinge, part_34,
-            mul_add(c(221927.38498246408), part_30,
-            generalized_force_coupler_rocker * c(534612.7876701569)));
-        margin[0] = S::min(S::min(S::min(inverse_pivot_crank_hinge, inverse_pivot_rocker_hinge),
+        let acceleration_crank_hinge = mul_add(-minus_y_over_d0_0_crank_hinge, lambda0_0,
+            mul_add(-minus_y_over_d0_1_crank_hinge, lambda0_1, mul_add(y_over_d0_2_crank_hinge,
+            lambda0_2, inverse_pivot_crank * y_crank_hinge)));
+        let acceleration_rocker_hinge = mul_add(y_over_d0_0_rocker_hinge, lambda0_0,
+            mul_add(y_over_d0_1_rocker_hinge, lambda0_1, mul_add(-minus_y_over_d0_2_rocker_hinge,
+            lambda0_2, inverse_pivot_rocker * y_rocker_hinge)));
+        // mechanism: results: what the function returns
+        let acceleration_coupler_crank = mul_add(-pivot_row_moment_in_parent_coupler_x,
+            acceleration_crank_hinge, mul_add(c(-14829.536919702783), lambda0_1,
+            mul_add(c(-62931.65091583967), lambda0_2, c(115875.76386003198) * y_coupler_crank))
+            - acceleration_crank_hinge);
+        let acceleration_coupler_rocker = mul_add(-pivot_row_moment_in_parent_coupler_ghost0_x,
+            acceleration_rocker_hinge, mul_add(c(221927.38498246408), lambda0_2,
+            c(534612.7876701569) * y_coupler_rocker) - acceleration_rocker_hinge);
+        acceleration[0] = acceleration_crank_hinge;
+        acceleration[1] = acceleration_rocker_hinge;
+        acceleration[2] = acceleration_coupler_crank;
+        acceleration[3] = acceleration_coupler_rocker;
+        margin[0] = S::min(S::min(S::min(inverse_pivot_crank, inverse_pivot_rocker),
             c(115875.76386003198)), c(534612.7876701569));
-        margin[1] = S::min(part_24, S::min(S::min(part_10, part_12),
-            part_14) * c(100.0)) / (part_23 * part_24);
+        margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1),
+            s_loop0_2_2) * c(100.0)) / (bound_of_trace_of_inverse_s * trace_of_s);
         ::lamc_runtime::Margin {
             inverse_pivot: margin[0],
             conditioning: margin[1],
@@ -1155,69 +1167,70 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         // coupler: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_x = u[0] + u[2];
         // coupler: velocity: v = R^T (v_parent + w_parent x r)
-        let coupler_part = u[0] * c(0.534813);
-        let velocity_coupler_z = cos_coupler_crank * coupler_part;
+        let u_crank_hinge_product = u[0] * c(0.534813);
+        let velocity_coupler_z = cos_coupler_crank * u_crank_hinge_product;
         // coupler: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_coupler_x = mul_add(-sin_crank_hinge, sin_coupler_crank,
             cos_crank_hinge * cos_coupler_crank);
-        let coupler_part_2 = sin_crank_hinge * cos_coupler_crank;
-        let coupler_part_3 = cos_crank_hinge * sin_coupler_crank;
-        let axis_y_coupler_z = coupler_part_2 + coupler_part_3;
-        let axis_z_coupler_x = -coupler_part_2 - coupler_part_3;
+        let sin_crank_hinge_times_cos_coupler_crank = sin_crank_hinge * cos_coupler_crank;
+        let cos_crank_hinge_times_sin_coupler_crank = cos_crank_hinge * sin_coupler_crank;
+        let axis_y_coupler_z = sin_crank_hinge_times_cos_coupler_crank
+            + cos_crank_hinge_times_sin_coupler_crank;
+        let axis_z_coupler_x = -sin_crank_hinge_times_cos_coupler_crank
+            - cos_crank_hinge_times_sin_coupler_crank;
         let origin_coupler_x = mul_add(c(0.534813), cos_crank_hinge, c(-0.3137601));
         let origin_coupler_z = mul_add(c(0.534813), sin_crank_hinge, c(2.5e-3));
         // coupler_ghost0: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_ghost0_x = u[1] + u[3];
         // coupler_ghost0: velocity: v = R^T (v_parent + w_parent x r)
-        let coupler_ghost0_part = u[1] * c(0.5135738999999999);
-        let velocity_coupler_ghost0_z = cos_coupler_rocker * coupler_ghost0_part;
+        let u_rocker_hinge_product = u[1] * c(0.5135738999999999);
+        let velocity_coupler_ghost0_z = cos_coupler_rocker * u_rocker_hinge_product;
         // coupler_ghost0: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_coupler_ghost0_x = mul_add(-sin_rocker_hinge, sin_coupler_rocker,
             cos_rocker_hinge * cos_coupler_rocker);
-        let coupler_ghost0_part_2 = sin_rocker_hinge * cos_coupler_rocker;
-        let coupler_ghost0_part_3 = cos_rocker_hinge * sin_coupler_rocker;
-        let axis_y_coupler_ghost0_z = coupler_ghost0_part_2 + coupler_ghost0_part_3;
-        let axis_z_coupler_ghost0_x = -coupler_ghost0_part_2 - coupler_ghost0_part_3;
+        let sin_rocker_hinge_times_cos_coupler_rocker = sin_rocker_hinge * cos_coupler_rocker;
+        let cos_rocker_hinge_times_sin_coupler_rocker = cos_rocker_hinge * sin_coupler_rocker;
+        let axis_y_coupler_ghost0_z = sin_rocker_hinge_times_cos_coupler_rocker
+            + cos_rocker_hinge_times_sin_coupler_rocker;
+        let axis_z_coupler_ghost0_x = -sin_rocker_hinge_times_cos_coupler_rocker
+            - cos_rocker_hinge_times_sin_coupler_rocker;
         let origin_coupler_ghost0_x = mul_add(c(0.5135738999999999), cos_rocker_hinge,
             c(-0.1645431));
         let origin_coupler_ghost0_z = mul_add(c(0.5135738999999999), sin_rocker_hinge, c(2.5e-3));
         // coupler_ghost0: partial velocities: dw/du, dv/du
-        let velocity_coupler_ghost0_y_by_rocker_hinge = sin_coupler_rocker * c(0.5135738999999999);
-        let velocity_coupler_ghost0_z_by_rocker_hinge = cos_coupler_rocker * c(0.5135738999999999);
-        // coupler: reduced closure Jacobian: Y = J L^-1
-        let coupler_part_4 = sin_coupler_crank * c(0.534813);
-        let coupler_part_5 = cos_coupler_crank * c(0.534813);
-        // crank: reduced closure Jacobian: Y = J L^-1
-        let row1_moment_crank_x = mul_add(c(0.34534952273865976), cos_coupler_crank,
-            -coupler_part_5);
-        // rocker: reduced closure Jacobian: Y = J L^-1
-        let row2_moment_rocker_x = mul_add(c(-1.0568988375699675), cos_coupler_rocker,
-            velocity_coupler_ghost0_z_by_rocker_hinge);
-        // crank: reduced closure Jacobian: Y = J L^-1
-        let row2_moment_crank_x = mul_add(c(1.4655491757174004), cos_coupler_crank,
-            -coupler_part_5);
+        let y0_0_rocker_hinge = sin_coupler_rocker * c(0.5135738999999999);
+        let y0_1_rocker_hinge = cos_coupler_rocker * c(0.5135738999999999);
+        // coupler: closure points: P = p + A p_P, from the common ancestor of both sides
+        let axis_y_coupler_z_product = axis_y_coupler_z * c(0.12797789999999998);
+        // loop 0: closure residual: P_ghost - P_original
+        let origin_coupler_ghost0_x_minus_origin_coupler_x = origin_coupler_ghost0_x
+            - origin_coupler_x;
+        let residual_0 = mul_add(c(-0.12797789999999998), axis_y_coupler_x,
+            origin_coupler_ghost0_x_minus_origin_coupler_x);
+        let origin_coupler_ghost0_z_minus_origin_coupler_z = origin_coupler_ghost0_z
+            - origin_coupler_z;
+        let residual_2 = origin_coupler_ghost0_z_minus_origin_coupler_z - axis_y_coupler_z_product;
+        let forward_lambda_q0_0 = mul_add(axis_y_coupler_ghost0_z, residual_2,
+            axis_y_coupler_ghost0_x * residual_0);
+        let residual_5 = origin_coupler_ghost0_z_minus_origin_coupler_z
+            + mul_add(c(-0.5430958883848717), axis_y_coupler_z,
+            axis_y_coupler_ghost0_z * c(0.4151179883848717));
+        let residual_3 = origin_coupler_ghost0_x_minus_origin_coupler_x
+            + mul_add(c(-0.5430958883848717), axis_y_coupler_x,
+            axis_y_coupler_ghost0_x * c(0.4151179883848717));
         // coupler_ghost0: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let pivot_row_moment_in_parent_coupler_ghost0_x =
             cos_coupler_rocker * c(2.5460203295022628);
+        let minus_projected_mass_joint_deviator_coupler_ghost0 =
+            sin_coupler_rocker * c(-4.5970423245354375e-5);
         let projected_in_parent_mass_coupler_ghost0_zz = mul_add(-sin_coupler_rocker,
-            sin_coupler_rocker * c(-4.5970423245354375e-5), c(-4.5970423245354375e-5));
+            minus_projected_mass_joint_deviator_coupler_ghost0, c(-4.5970423245354375e-5));
         // coupler: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let pivot_row_moment_in_parent_coupler_x = cos_coupler_crank * c(2.6985090608508173);
+        let minus_projected_mass_joint_deviator_coupler =
+            sin_coupler_crank * c(-2.1971071657526098e-4);
         let projected_in_parent_mass_coupler_zz = mul_add(-sin_coupler_crank,
-            sin_coupler_crank * c(-2.1971071657526098e-4), c(-2.1971071657526098e-4));
-        // coupler: closure points: P = p + A p_P, from the common ancestor of both sides
-        let coupler_part_6 = axis_y_coupler_z * c(0.12797789999999998);
-        // loop 0: closure residual: P_ghost - P_original
-        let loop0_part = origin_coupler_ghost0_x - origin_coupler_x;
-        let loop0_part_2 = mul_add(c(-0.12797789999999998), axis_y_coupler_x, loop0_part);
-        let loop0_part_3 = origin_coupler_ghost0_z - origin_coupler_z;
-        let loop0_part_4 = loop0_part_3 - coupler_part_6;
-        let residual_loop0_0 = mul_add(axis_y_coupler_ghost0_z, loop0_part_4,
-            axis_y_coupler_ghost0_x * loop0_part_2);
-        let loop0_part_5 = loop0_part_3 + mul_add(c(-0.5430958883848717), axis_y_coupler_z,
-            axis_y_coupler_ghost0_z * c(0.4151179883848717));
-        let loop0_part_6 = loop0_part + mul_add(c(-0.5430958883848717), axis_y_coupler_x,
-            axis_y_coupler_ghost0_x * c(0.4151179883848717));
+            minus_projected_mass_joint_deviator_coupler, c(-2.1971071657526098e-4));
         // rocker: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let articulated_inertia_rocker_xx = mul_add(c(0.2637581507612099),
             projected_in_parent_mass_coupler_ghost0_zz, c(1.2658576830022603e-4));
@@ -1226,87 +1239,125 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let articulated_inertia_crank_xx = mul_add(c(0.286024944969),
             projected_in_parent_mass_coupler_zz, c(1.39793272023776e-4));
         let inverse_pivot_crank = c(1.0) / articulated_inertia_crank_xx;
-        // mechanism: results: what the function returns
-        let part = mul_add(-sin_coupler_crank, coupler_part,
-            sin_coupler_rocker * coupler_ghost0_part);
+        // coupler: reduced closure Jacobian: Y = J L^-1
+        let minus_row0_moment_in_parent_coupler_x = sin_coupler_crank * c(0.534813);
+        // crank: reduced closure Jacobian: Y = J L^-1
+        let minus_y0_1_crank_hinge = cos_coupler_crank * c(0.18946347726134022);
+        let y0_2_crank_hinge = cos_coupler_crank * c(0.9307361757174004);
+        // rocker: reduced closure Jacobian: Y = J L^-1
+        let minus_y0_2_rocker_hinge = cos_coupler_rocker * c(0.5433249375699676);
         // mechanism: factor of the closure: S = Y D^-1 Y^T = L_S D_S L_S^T
-        let part_2 = inverse_pivot_crank * coupler_part_4;
-        let part_3 = velocity_coupler_ghost0_y_by_rocker_hinge * inverse_pivot_rocker;
-        let part_4 = inverse_pivot_crank * row1_moment_crank_x;
-        let part_5 = velocity_coupler_ghost0_z_by_rocker_hinge * inverse_pivot_rocker;
-        let part_6 = inverse_pivot_crank * row2_moment_crank_x;
-        let part_7 = inverse_pivot_rocker * row2_moment_rocker_x;
-        let part_8 = mul_add(velocity_coupler_ghost0_y_by_rocker_hinge, part_3,
-            coupler_part_4 * part_2);
-        let part_9 = mul_add(-coupler_part_4, part_4,
-            velocity_coupler_ghost0_y_by_rocker_hinge * part_5);
-        let part_10 = mul_add(velocity_coupler_ghost0_z_by_rocker_hinge, part_5,
-            mul_add(row1_moment_crank_x, part_4, c(1897.8529929560304)));
-        let part_11 = mul_add(-coupler_part_4, part_6,
-            velocity_coupler_ghost0_y_by_rocker_hinge * part_7);
-        let part_12 = mul_add(row2_moment_rocker_x, part_7, mul_add(row2_moment_crank_x, part_6,
-            c(126303.97048310004)));
-        let part_13 = c(1.0) / part_8;
-        let part_14 = part_9 * part_13;
-        let part_15 = part_11 * part_13;
-        let part_16 = mul_add(-part_9, part_15, mul_add(velocity_coupler_ghost0_z_by_rocker_hinge,
-            part_7, mul_add(row1_moment_crank_x, part_6, c(8053.860527742237))));
-        let part_17 = c(1.0) / mul_add(-part_9, part_14, part_10);
-        let part_18 = part_16 * part_17;
-        let part_19 = c(1.0) / mul_add(-part_16, part_18, mul_add(-part_11, part_15, part_12));
+        let minus_y_over_d0_0_crank_hinge =
+            inverse_pivot_crank * minus_row0_moment_in_parent_coupler_x;
+        let y_over_d0_0_rocker_hinge = y0_0_rocker_hinge * inverse_pivot_rocker;
+        let minus_y_over_d0_1_crank_hinge = inverse_pivot_crank * minus_y0_1_crank_hinge;
+        let y_over_d0_1_rocker_hinge = y0_1_rocker_hinge * inverse_pivot_rocker;
+        let y_over_d0_2_crank_hinge = inverse_pivot_crank * y0_2_crank_hinge;
+        let minus_y_over_d0_2_rocker_hinge = inverse_pivot_rocker * minus_y0_2_rocker_hinge;
+        let s_loop0_0_0 = mul_add(y0_0_rocker_hinge, y_over_d0_0_rocker_hinge,
+            minus_row0_moment_in_parent_coupler_x * minus_y_over_d0_0_crank_hinge);
+        let s_loop0_1_0 = mul_add(y0_0_rocker_hinge, y_over_d0_1_rocker_hinge,
+            minus_row0_moment_in_parent_coupler_x * minus_y_over_d0_1_crank_hinge);
+        let s_loop0_1_1 = mul_add(y0_1_rocker_hinge, y_over_d0_1_rocker_hinge,
+            mul_add(minus_y0_1_crank_hinge, minus_y_over_d0_1_crank_hinge, c(1897.8529929560304)));
+        let s_loop0_2_0 = mul_add(-minus_row0_moment_in_parent_coupler_x, y_over_d0_2_crank_hinge,
+            -y0_0_rocker_hinge * minus_y_over_d0_2_rocker_hinge);
+        let s_loop0_2_2 = mul_add(minus_y0_2_rocker_hinge, minus_y_over_d0_2_rocker_hinge,
+            mul_add(y0_2_crank_hinge, y_over_d0_2_crank_hinge, c(126303.97048310004)));
+        let inverse_pivot_loop0_0 = c(1.0) / s_loop0_0_0;
+        let l_loop0_1_0 = s_loop0_1_0 * inverse_pivot_loop0_0;
+        let pivot_loop0_1 = mul_add(-s_loop0_1_0, l_loop0_1_0, s_loop0_1_1);
+        let l_loop0_2_0 = s_loop0_2_0 * inverse_pivot_loop0_0;
+        let l_times_pivot_loop0_2_1 = mul_add(-s_loop0_1_0, l_loop0_2_0,
+            mul_add(-minus_y0_1_crank_hinge, y_over_d0_2_crank_hinge, mul_add(-y0_1_rocker_hinge,
+            minus_y_over_d0_2_rocker_hinge, c(8053.860527742237))));
+        let inverse_pivot_loop0_1 = c(1.0) / pivot_loop0_1;
+        let l_loop0_2_1 = l_times_pivot_loop0_2_1 * inverse_pivot_loop0_1;
+        let pivot_loop0_2 = mul_add(-l_times_pivot_loop0_2_1, l_loop0_2_1, mul_add(-s_loop0_2_0,
+            l_loop0_2_0, s_loop0_2_2));
+        let inverse_pivot_loop0_2 = c(1.0) / pivot_loop0_2;
         // mechanism: conditioning of the closure: a lower bound, of the eigenvalues of S
-        let part_20 = mul_add(part_14, part_18, -part_15);
-        let part_21 = mul_add(part_10, mul_add(part_19, part_18 * part_18, part_17),
-            mul_add(part_12, part_19, part_8 * mul_add(part_19, part_20 * part_20, mul_add(part_17,
-            part_14 * part_14, part_13))));
-        let part_22 = part_12 + (part_8 + part_10);
+        let inverse_l_loop0_2_0 = mul_add(l_loop0_1_0, l_loop0_2_1, -l_loop0_2_0);
+        let bound_of_trace_of_inverse_s = mul_add(s_loop0_1_1, mul_add(inverse_pivot_loop0_2,
+            l_loop0_2_1 * l_loop0_2_1, inverse_pivot_loop0_1), mul_add(s_loop0_2_2,
+            inverse_pivot_loop0_2, s_loop0_0_0 * mul_add(inverse_pivot_loop0_2,
+            inverse_l_loop0_2_0 * inverse_l_loop0_2_0, mul_add(inverse_pivot_loop0_1,
+            l_loop0_1_0 * l_loop0_1_0, inverse_pivot_loop0_0))));
+        let trace_of_s = s_loop0_2_2 + (s_loop0_0_0 + s_loop0_1_1);
         // mechanism: projection: L^-1 D^-1 Y^T S^-1 x
-        let part_23 = mul_add(-residual_loop0_0, part_14, mul_add(axis_z_coupler_ghost0_x,
-            loop0_part_2, axis_y_coupler_ghost0_x * loop0_part_4));
-        let part_24 = part_19 * mul_add(-part_18, part_23, mul_add(-residual_loop0_0, part_15,
-            mul_add(axis_z_coupler_ghost0_x, loop0_part_6,
-            axis_y_coupler_ghost0_x * loop0_part_5)));
-        let part_25 = mul_add(-part_18, part_24, part_17 * part_23);
-        let part_26 = mul_add(-part_14, part_25, mul_add(-part_15, part_24,
-            residual_loop0_0 * part_13));
-        let part_27 = mul_add(-part_2, part_26, mul_add(part_6, part_24, part_4 * part_25));
-        let part_28 = mul_add(part_3, part_26, mul_add(part_7, part_24, part_5 * part_25));
-        let part_29 = mul_add(-part, part_14, velocity_coupler_ghost0_z
-            - mul_add(c(0.12797789999999998), omega_coupler_x, velocity_coupler_z));
-        let part_30 = part_19 * mul_add(-part_18, part_29, mul_add(-part, part_15,
-            velocity_coupler_ghost0_z + (mul_add(c(-0.5430958883848717), omega_coupler_x,
+        let forward_lambda_q0_1 = mul_add(-forward_lambda_q0_0, l_loop0_1_0,
+            mul_add(axis_z_coupler_ghost0_x, residual_0, axis_y_coupler_ghost0_x * residual_2));
+        let forward_lambda_q0_2 = mul_add(-l_loop0_2_1, forward_lambda_q0_1,
+            mul_add(-forward_lambda_q0_0, l_loop0_2_0, mul_add(axis_z_coupler_ghost0_x, residual_3,
+            axis_y_coupler_ghost0_x * residual_5)));
+        let lambda_q0_2 = inverse_pivot_loop0_2 * forward_lambda_q0_2;
+        let lambda_q0_1 = mul_add(-l_loop0_2_1, lambda_q0_2,
+            inverse_pivot_loop0_1 * forward_lambda_q0_1);
+        let lambda_q0_0 = mul_add(-l_loop0_1_0, lambda_q0_1, mul_add(-l_loop0_2_0, lambda_q0_2,
+            forward_lambda_q0_0 * inverse_pivot_loop0_0));
+        let correction_q_crank_hinge = mul_add(-minus_y_over_d0_0_crank_hinge, lambda_q0_0,
+            mul_add(-minus_y_over_d0_1_crank_hinge, lambda_q0_1,
+            y_over_d0_2_crank_hinge * lambda_q0_2));
+        let correction_q_rocker_hinge = mul_add(y_over_d0_0_rocker_hinge, lambda_q0_0,
+            mul_add(-minus_y_over_d0_2_rocker_hinge, lambda_q0_2,
+            y_over_d0_1_rocker_hinge * lambda_q0_1));
+        let forward_lambda_u0_0 = mul_add(-sin_coupler_crank, u_crank_hinge_product,
+            sin_coupler_rocker * u_rocker_hinge_product);
+        let forward_lambda_u0_1 = mul_add(-forward_lambda_u0_0, l_loop0_1_0,
+            velocity_coupler_ghost0_z - mul_add(c(0.12797789999999998), omega_coupler_x,
+            velocity_coupler_z));
+        let forward_lambda_u0_2 = mul_add(-l_loop0_2_1, forward_lambda_u0_1,
+            mul_add(-forward_lambda_u0_0, l_loop0_2_0, velocity_coupler_ghost0_z
+            + (mul_add(c(-0.5430958883848717), omega_coupler_x,
             omega_coupler_ghost0_x * c(0.4151179883848717)) - velocity_coupler_z)));
-        let part_31 = mul_add(-part_18, part_30, part_17 * part_29);
-        let part_32 = mul_add(-part_14, part_31, mul_add(-part_15, part_30, part * part_13));
-        let part_33 = mul_add(-part_2, part_32, mul_add(part_6, part_30, part_4 * part_31));
-        let part_34 = mul_add(part_3, part_32, mul_add(part_7, part_30, part_5 * part_31));
-        residual[0] = loop0_part_2;
+        let lambda_u0_2 = inverse_pivot_loop0_2 * forward_lambda_u0_2;
+        let lambda_u0_1 = mul_add(-l_loop0_2_1, lambda_u0_2,
+            inverse_pivot_loop0_1 * forward_lambda_u0_1);
+        let lambda_u0_0 = mul_add(-l_loop0_1_0, lambda_u0_1, mul_add(-l_loop0_2_0, lambda_u0_2,
+            forward_lambda_u0_0 * inverse_pivot_loop0_0));
+        let correction_u_crank_hinge = mul_add(-minus_y_over_d0_0_crank_hinge, lambda_u0_0,
+            mul_add(-minus_y_over_d0_1_crank_hinge, lambda_u0_1,
+            y_over_d0_2_crank_hinge * lambda_u0_2));
+        let correction_u_rocker_hinge = mul_add(y_over_d0_0_rocker_hinge, lambda_u0_0,
+            mul_add(-minus_y_over_d0_2_rocker_hinge, lambda_u0_2,
+            y_over_d0_1_rocker_hinge * lambda_u0_1));
+        // mechanism: results: what the function returns
+        let correction_q_coupler_crank = mul_add(-pivot_row_moment_in_parent_coupler_x,
+            correction_q_crank_hinge, mul_add(c(-62931.65091583967), lambda_q0_2,
+            c(-14829.536919702783) * lambda_q0_1) - correction_q_crank_hinge);
+        let correction_q_coupler_rocker = mul_add(-pivot_row_moment_in_parent_coupler_ghost0_x,
+            correction_q_rocker_hinge, mul_add(c(221927.38498246408), lambda_q0_2,
+            -correction_q_rocker_hinge));
+        let correction_u_coupler_crank = mul_add(-pivot_row_moment_in_parent_coupler_x,
+            correction_u_crank_hinge, mul_add(c(-62931.65091583967), lambda_u0_2,
+            c(-14829.536919702783) * lambda_u0_1) - correction_u_crank_hinge);
+        let correction_u_coupler_rocker = mul_add(-pivot_row_moment_in_parent_coupler_ghost0_x,
+            correction_u_rocker_hinge, mul_add(c(221927.38498246408), lambda_u0_2,
+            -correction_u_rocker_hinge));
+        residual[0] = residual_0;
         residual[1] = c(6.938893903907228e-18);
-        residual[2] = loop0_part_4;
-        residual[3] = loop0_part_6;
+        residual[2] = residual_2;
+        residual[3] = residual_3;
         residual[4] = c(6.938893903907228e-18);
-        residual[5] = loop0_part_5;
-        residual[6] = loop0_part_2 + mul_add(c(-0.41511798838487174), axis_z_coupler_x,
+        residual[5] = residual_5;
+        residual[6] = residual_0 + mul_add(c(-0.41511798838487174), axis_z_coupler_x,
             axis_z_coupler_ghost0_x * c(0.41511798838487174));
         residual[7] = c(6.938893903907228e-18);
-        residual[8] = mul_add(c(0.41511798838487174), axis_y_coupler_ghost0_x, -coupler_part_6)
-            + mul_add(c(-0.41511798838487174), axis_y_coupler_x, loop0_part_3);
-        positions[0] = part_27;
-        positions[1] = part_28;
-        positions[2] = mul_add(-pivot_row_moment_in_parent_coupler_x, part_27,
-            mul_add(c(-62931.65091583967), part_24, c(-14829.536919702783) * part_25) - part_27);
-        positions[3] = mul_add(-pivot_row_moment_in_parent_coupler_ghost0_x, part_28,
-            mul_add(c(221927.38498246408), part_24, -part_28));
-        speeds[0] = part_33;
-        speeds[1] = part_34;
-        speeds[2] = mul_add(-pivot_row_moment_in_parent_coupler_x, part_33,
-            mul_add(c(-62931.65091583967), part_30, c(-14829.536919702783) * part_31) - part_33);
-        speeds[3] = mul_add(-pivot_row_moment_in_parent_coupler_ghost0_x, part_34,
-            mul_add(c(221927.38498246408), part_30, -part_34));
+        residual[8] = mul_add(c(0.41511798838487174), axis_y_coupler_ghost0_x,
+            -axis_y_coupler_z_product) + mul_add(c(-0.41511798838487174), axis_y_coupler_x,
+            origin_coupler_ghost0_z_minus_origin_coupler_z);
+        positions[0] = correction_q_crank_hinge;
+        positions[1] = correction_q_rocker_hinge;
+        positions[2] = correction_q_coupler_crank;
+        positions[3] = correction_q_coupler_rocker;
+        speeds[0] = correction_u_crank_hinge;
+        speeds[1] = correction_u_rocker_hinge;
+        speeds[2] = correction_u_coupler_crank;
+        speeds[3] = correction_u_coupler_rocker;
         margin[0] = S::min(S::min(S::min(inverse_pivot_crank, inverse_pivot_rocker),
             c(115875.76386003198)), c(534612.7876701569));
-        margin[1] = S::min(part_22, S::min(S::min(part_8, part_10),
-            part_12) * c(100.0)) / (part_21 * part_22);
+        margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1),
+            s_loop0_2_2) * c(100.0)) / (bound_of_trace_of_inverse_s * trace_of_s);
         ::lamc_runtime::Margin {
             inverse_pivot: margin[0],
             conditioning: margin[1],
@@ -1350,440 +1401,614 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
         let omega_crank_xx = u[0] * u[0];
         // rocker: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_rocker_xx = u[1] * u[1];
-        // crank: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let d_omega_crank_xx = u[0] + u[0];
-        // rocker: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let d_omega_rocker_xx = u[1] + u[1];
-        // coupler_ghost0: angular velocity: w = R^T w_parent + u e_x
-        let omega_coupler_ghost0_x = u[1] + u[3];
-        // coupler_ghost0: velocity-product acceleration: a = R^T (a_parent + E_parent r)
-        let coupler_ghost0_part = omega_rocker_xx * c(0.5135738999999999);
-        let coupler_ghost0_part_2 = cos_coupler_rocker * coupler_ghost0_part;
-        let coupler_ghost0_part_3 = sin_coupler_rocker * coupler_ghost0_part;
-        // coupler_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let omega_coupler_ghost0_xx = omega_coupler_ghost0_x * omega_coupler_ghost0_x;
         // coupler: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_x = u[0] + u[2];
         // coupler: velocity-product acceleration: a = R^T (a_parent + E_parent r)
-        let coupler_part = omega_crank_xx * c(0.534813);
-        let coupler_part_2 = cos_coupler_crank * coupler_part;
-        let velocity_product_coupler_y = -coupler_part_2;
-        let coupler_part_3 = sin_coupler_crank * coupler_part;
+        let minus_velocity_product_on_hinge_coupler_y = omega_crank_xx * c(0.534813);
+        let minus_velocity_product_coupler_y =
+            cos_coupler_crank * minus_velocity_product_on_hinge_coupler_y;
+        let velocity_product_coupler_z =
+            sin_coupler_crank * minus_velocity_product_on_hinge_coupler_y;
+        let minus_d_velocity_product_on_hinge_coupler_y_by_u_crank_hinge = u[0] * c(1.069626);
         // coupler: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_coupler_xx = omega_coupler_x * omega_coupler_x;
+        // coupler_ghost0: angular velocity: w = R^T w_parent + u e_x
+        let omega_coupler_ghost0_x = u[1] + u[3];
+        // coupler_ghost0: velocity-product acceleration: a = R^T (a_parent + E_parent r)
+        let minus_velocity_product_on_hinge_coupler_ghost0_y =
+            omega_rocker_xx * c(0.5135738999999999);
+        let minus_velocity_product_coupler_ghost0_y =
+            cos_coupler_rocker * minus_velocity_product_on_hinge_coupler_ghost0_y;
+        let velocity_product_coupler_ghost0_z =
+            sin_coupler_rocker * minus_velocity_product_on_hinge_coupler_ghost0_y;
+        let minus_d_velocity_product_on_hinge_coupler_ghost0_y_by_u_rocker_hinge =
+            u[1] * c(1.0271477999999998);
+        // coupler_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
+        let omega_coupler_ghost0_xx = omega_coupler_ghost0_x * omega_coupler_ghost0_x;
         // crank: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let crank_part = cos_crank_hinge * c(9.81);
-        let apparent_gravity_crank_z = -crank_part;
+        let minus_apparent_gravity_crank_z = cos_crank_hinge * c(9.81);
+        let minus_d_apparent_gravity_crank_z_by_q_crank_hinge = sin_crank_hinge * c(-9.81);
         // rocker: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let rocker_part = cos_rocker_hinge * c(9.81);
-        let apparent_gravity_rocker_z = -rocker_part;
+        let minus_apparent_gravity_rocker_z = cos_rocker_hinge * c(9.81);
+        let minus_d_apparent_gravity_rocker_z_by_q_rocker_hinge = sin_rocker_hinge * c(-9.81);
         // coupler: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_coupler_y = mul_add(c(-9.81), sin_crank_hinge, coupler_part);
+        let apparent_gravity_in_parent_coupler_y = mul_add(c(-9.81), sin_crank_hinge,
+            minus_velocity_product_on_hinge_coupler_y);
         let apparent_gravity_coupler_z = mul_add(-sin_coupler_crank,
-            apparent_gravity_in_parent_coupler_y, -cos_coupler_crank * crank_part);
+            apparent_gravity_in_parent_coupler_y,
+            -cos_coupler_crank * minus_apparent_gravity_crank_z);
         // coupler: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let bias_force_coupler_y = omega_coupler_xx * c(4.3544099654316885e-5);
         let bias_moment_coupler_x = apparent_gravity_coupler_z * c(4.3544099654316885e-5);
-        // coupler: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let generalized_force_coupler_crank = bias_moment_coupler_x - mul_add(c(0.1), u[2],
-            q[2] * c(10.0));
-        // coupler: velocity-product acceleration: a = R^T (a_parent + E_parent r)
-        let d_apparent_gravity_in_parent_coupler_y = c(0.534813) * d_omega_crank_xx;
-        // coupler: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let d_omega_coupler_xx = omega_coupler_x + omega_coupler_x;
-        // coupler: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let coupler_part_4 = sin_coupler_crank * d_apparent_gravity_in_parent_coupler_y;
-        // coupler: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let d_bias_force_coupler_y = c(4.3544099654316885e-5) * d_omega_coupler_xx;
-        // coupler: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_net_moment_coupler_x = coupler_part_4 * c(-4.3544099654316885e-5);
-        // mechanism: results: what the function returns
-        let part = c(0.12797789999999998) * d_omega_coupler_xx;
+        let d_bias_force_coupler_y_by_u_crank_hinge = omega_coupler_x * c(8.708819930863377e-5);
         // coupler_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let apparent_gravity_in_parent_coupler_ghost0_y = mul_add(c(-9.81), sin_rocker_hinge,
-            coupler_ghost0_part);
+            minus_velocity_product_on_hinge_coupler_ghost0_y);
         let apparent_gravity_coupler_ghost0_z = mul_add(-sin_coupler_rocker,
-            apparent_gravity_in_parent_coupler_ghost0_y, -cos_coupler_rocker * rocker_part);
+            apparent_gravity_in_parent_coupler_ghost0_y,
+            -cos_coupler_rocker * minus_apparent_gravity_rocker_z);
         // coupler_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let bias_force_coupler_ghost0_y = omega_coupler_ghost0_xx * c(9.272985481377836e-6);
         let bias_moment_coupler_ghost0_x =
             apparent_gravity_coupler_ghost0_z * c(9.272985481377836e-6);
+        let d_bias_force_coupler_ghost0_y_by_u_rocker_hinge =
+            omega_coupler_ghost0_x * c(1.8545970962755672e-5);
         // coupler_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_force_in_parent_coupler_ghost0_z =
             sin_coupler_rocker * bias_force_coupler_ghost0_y;
         let generalized_force_coupler_rocker = bias_moment_coupler_ghost0_x - mul_add(c(0.1), u[3],
             q[3] * c(10.0));
+        // coupler: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let subtree_force_in_parent_coupler_z = sin_coupler_crank * bias_force_coupler_y;
+        let generalized_force_coupler_crank = bias_moment_coupler_x - mul_add(c(0.1), u[2],
+            q[2] * c(10.0));
         // coupler_ghost0: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let inertia_coupler_rocker_moment_in_parent_coupler_ghost0_x =
             mul_add(c(4.762363318314592e-6), cos_coupler_rocker, c(1.8705126833160895e-6));
-        // coupler_ghost0: velocity-product acceleration: a = R^T (a_parent + E_parent r)
-        let d_apparent_gravity_in_parent_coupler_ghost0_y =
-            c(0.5135738999999999) * d_omega_rocker_xx;
-        // coupler_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let d_omega_coupler_ghost0_xx = omega_coupler_ghost0_x + omega_coupler_ghost0_x;
-        // coupler_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let coupler_ghost0_part_4 =
-            sin_coupler_rocker * d_apparent_gravity_in_parent_coupler_ghost0_y;
-        // coupler_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let d_bias_force_coupler_ghost0_y = c(9.272985481377836e-6) * d_omega_coupler_ghost0_xx;
-        // coupler_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_net_moment_coupler_ghost0_x = coupler_ghost0_part_4 * c(-9.272985481377836e-6);
-        let d_balance_force_in_parent_coupler_ghost0_z =
-            sin_coupler_rocker * d_bias_force_coupler_ghost0_y;
-        let d_imbalance_rocker_hinge =
-            c(0.5135738999999999) * d_balance_force_in_parent_coupler_ghost0_z;
-        // coupler: partial velocities: dw/du, dv/du
-        let velocity_coupler_y_by_crank_hinge = sin_coupler_crank * c(0.534813);
-        // coupler_ghost0: partial velocities: dw/du, dv/du
-        let velocity_coupler_ghost0_y_by_rocker_hinge = sin_coupler_rocker * c(0.5135738999999999);
-        // coupler: partial velocities: dw/du, dv/du
-        let velocity_coupler_z_by_crank_hinge = cos_coupler_crank * c(0.534813);
-        // coupler_ghost0: partial velocities: dw/du, dv/du
-        let velocity_coupler_ghost0_z_by_rocker_hinge = cos_coupler_rocker * c(0.5135738999999999);
-        // coupler: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let subtree_force_in_parent_coupler_z = sin_coupler_crank * bias_force_coupler_y;
         // coupler: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let inertia_coupler_crank_moment_in_parent_coupler_x = mul_add(c(2.3287950568424175e-5),
             cos_coupler_crank, c(8.629932323103514e-6));
-        // coupler: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_force_in_parent_coupler_z = sin_coupler_crank * d_bias_force_coupler_y;
-        let d_imbalance_crank_hinge = c(0.534813) * d_balance_force_in_parent_coupler_z;
+        // coupler: partial velocities: dw/du, dv/du
+        let velocity_coupler_y_by_crank_hinge = sin_coupler_crank * c(0.534813);
+        let velocity_coupler_z_by_crank_hinge = cos_coupler_crank * c(0.534813);
+        // coupler_ghost0: partial velocities: dw/du, dv/du
+        let velocity_coupler_ghost0_y_by_rocker_hinge = sin_coupler_rocker * c(0.5135738999999999);
+        let velocity_coupler_ghost0_z_by_rocker_hinge = cos_coupler_rocker * c(0.5135738999999999);
+        // mechanism: reduced closure Jacobian: Y = J L^-1
+        let y0_1_crank_hinge = mul_add(c(14829.536919702783),
+            inertia_coupler_crank_moment_in_parent_coupler_x, c(-0.12797789999999998)
+            - velocity_coupler_z_by_crank_hinge);
+        let y0_2_rocker_hinge = mul_add(c(-221927.38498246408),
+            inertia_coupler_rocker_moment_in_parent_coupler_ghost0_x,
+            velocity_coupler_ghost0_z_by_rocker_hinge + c(0.4151179883848717));
+        let y0_2_crank_hinge = mul_add(c(62931.65091583967),
+            inertia_coupler_crank_moment_in_parent_coupler_x, -velocity_coupler_z_by_crank_hinge
+            - c(0.5430958883848717));
         // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
-        let gamma_loop0_1 = coupler_ghost0_part_3 - coupler_part_3;
-        // coupler_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_apparent_gravity_coupler_ghost0_z = mul_add(-cos_coupler_rocker,
-            sin_rocker_hinge * c(-9.81), sin_coupler_rocker * rocker_part);
-        let d_net_moment_coupler_ghost0_x_2 =
-            c(9.272985481377836e-6) * d_apparent_gravity_coupler_ghost0_z;
+        let gamma_loop0_1 = velocity_product_coupler_ghost0_z - velocity_product_coupler_z;
         // coupler_ghost0: factor of the mass matrix: M = L^T D L
-        let factor_coupler_rocker_rocker_hinge =
+        let l_coupler_rocker_rocker_hinge =
             inertia_coupler_rocker_moment_in_parent_coupler_ghost0_x * c(534612.7876701569);
-        // coupler: factor of the mass matrix: M = L^T D L
-        let factor_coupler_crank_crank_hinge =
-            inertia_coupler_crank_moment_in_parent_coupler_x * c(115875.76386003198);
         // rocker: factor of the mass matrix: M = L^T D L
         let inverse_pivot_rocker_hinge =
             c(1.0) / mul_add(-inertia_coupler_rocker_moment_in_parent_coupler_ghost0_x,
-            factor_coupler_rocker_rocker_hinge, mul_add(c(9.524726636629184e-6), cos_coupler_rocker,
+            l_coupler_rocker_rocker_hinge, mul_add(c(9.524726636629184e-6), cos_coupler_rocker,
             c(1.2845628098354212e-4)));
+        // coupler: factor of the mass matrix: M = L^T D L
+        let l_coupler_crank_crank_hinge =
+            inertia_coupler_crank_moment_in_parent_coupler_x * c(115875.76386003198);
         // crank: factor of the mass matrix: M = L^T D L
         let inverse_pivot_crank_hinge =
             c(1.0) / mul_add(-inertia_coupler_crank_moment_in_parent_coupler_x,
-            factor_coupler_crank_crank_hinge, mul_add(c(4.657590113684835e-5), cos_coupler_crank,
+            l_coupler_crank_crank_hinge, mul_add(c(4.657590113684835e-5), cos_coupler_crank,
             c(1.4842320434687952e-4)));
-        // mechanism: reduced closure Jacobian: Y = J L^-1
-        let part_2 = mul_add(c(14829.536919702783),
-            inertia_coupler_crank_moment_in_parent_coupler_x, c(-0.12797789999999998)
-            - velocity_coupler_z_by_crank_hinge);
-        let part_3 = mul_add(c(-221927.38498246408),
-            inertia_coupler_rocker_moment_in_parent_coupler_ghost0_x,
-            velocity_coupler_ghost0_z_by_rocker_hinge + c(0.4151179883848717));
-        let part_4 = mul_add(c(62931.65091583967), inertia_coupler_crank_moment_in_parent_coupler_x,
-            -velocity_coupler_z_by_crank_hinge - c(0.5430958883848717));
         // mechanism: factor of the closure: S = Y D^-1 Y^T = L_S D_S L_S^T
-        let part_5 = velocity_coupler_y_by_crank_hinge * inverse_pivot_crank_hinge;
-        let part_6 = velocity_coupler_ghost0_y_by_rocker_hinge * inverse_pivot_rocker_hinge;
-        let part_7 = inverse_pivot_crank_hinge * part_2;
-        let part_8 = velocity_coupler_ghost0_z_by_rocker_hinge * inverse_pivot_rocker_hinge;
-        let part_9 = inverse_pivot_crank_hinge * part_4;
-        let part_10 = inverse_pivot_rocker_hinge * part_3;
-        let part_11 = mul_add(velocity_coupler_ghost0_y_by_rocker_hinge, part_6,
-            velocity_coupler_y_by_crank_hinge * part_5);
-        let part_12 = mul_add(-velocity_coupler_y_by_crank_hinge, part_7,
-            velocity_coupler_ghost0_y_by_rocker_hinge * part_8);
-        let part_13 = mul_add(velocity_coupler_ghost0_z_by_rocker_hinge, part_8, mul_add(part_2,
-            part_7, c(1897.8529929560304)));
-        let part_14 = mul_add(-velocity_coupler_y_by_crank_hinge, part_9,
-            velocity_coupler_ghost0_y_by_rocker_hinge * part_10);
-        let part_15 = mul_add(part_3, part_10, mul_add(part_4, part_9, c(126303.97048310004)));
-        let part_16 = c(1.0) / part_11;
-        let part_17 = part_12 * part_16;
-        let part_18 = part_14 * part_16;
-        let part_19 = mul_add(-part_12, part_18, mul_add(velocity_coupler_ghost0_z_by_rocker_hinge,
-            part_10, mul_add(part_2, part_9, c(8053.860527742237))));
-        let part_20 = c(1.0) / mul_add(-part_12, part_17, part_13);
-        let part_21 = part_19 * part_20;
-        let part_22 = c(1.0) / mul_add(-part_19, part_21, mul_add(-part_14, part_18, part_15));
+        let minus_y_over_d0_0_crank_hinge =
+            velocity_coupler_y_by_crank_hinge * inverse_pivot_crank_hinge;
+        let y_over_d0_0_rocker_hinge =
+            velocity_coupler_ghost0_y_by_rocker_hinge * inverse_pivot_rocker_hinge;
+        let y_over_d0_1_crank_hinge = inverse_pivot_crank_hinge * y0_1_crank_hinge;
+        let y_over_d0_1_rocker_hinge =
+            velocity_coupler_ghost0_z_by_rocker_hinge * inverse_pivot_rocker_hinge;
+        let y_over_d0_2_crank_hinge = inverse_pivot_crank_hinge * y0_2_crank_hinge;
+        let y_over_d0_2_rocker_hinge = inverse_pivot_rocker_hinge * y0_2_rocker_hinge;
+        let s_loop0_0_0 = mul_add(velocity_coupler_ghost0_y_by_rocker_hinge,
+            y_over_d0_0_rocker_hinge,
+            velocity_coupler_y_by_crank_hinge * minus_y_over_d0_0_crank_hinge);
+        let s_loop0_1_0 = mul_add(-velocity_coupler_y_by_crank_hinge, y_over_d0_1_crank_hinge,
+            velocity_coupler_ghost0_y_by_rocker_hinge * y_over_d0_1_rocker_hinge);
+        let s_loop0_1_1 = mul_add(velocity_coupler_ghost0_z_by_rocker_hinge,
+            y_over_d0_1_rocker_hinge, mul_add(y0_1_crank_hinge, y_over_d0_1_crank_hinge,
+            c(1897.8529929560304)));
+        let s_loop0_2_0 = mul_add(-velocity_coupler_y_by_crank_hinge, y_over_d0_2_crank_hinge,
+            velocity_coupler_ghost0_y_by_rocker_hinge * y_over_d0_2_rocker_hinge);
+        let s_loop0_2_2 = mul_add(y0_2_rocker_hinge, y_over_d0_2_rocker_hinge,
+            mul_add(y0_2_crank_hinge, y_over_d0_2_crank_hinge, c(126303.97048310004)));
+        let inverse_pivot_loop0_0 = c(1.0) / s_loop0_0_0;
+        let l_loop0_1_0 = s_loop0_1_0 * inverse_pivot_loop0_0;
+        let pivot_loop0_1 = mul_add(-s_loop0_1_0, l_loop0_1_0, s_loop0_1_1);
+        let l_loop0_2_0 = s_loop0_2_0 * inverse_pivot_loop0_0;
+        let l_times_pivot_loop0_2_1 = mul_add(-s_loop0_1_0, l_loop0_2_0,
+            mul_add(velocity_coupler_ghost0_z_by_rocker_hinge, y_over_d0_2_rocker_hinge,
+            mul_add(y0_1_crank_hinge, y_over_d0_2_crank_hinge, c(8053.860527742237))));
+        let inverse_pivot_loop0_1 = c(1.0) / pivot_loop0_1;
+        let l_loop0_2_1 = l_times_pivot_loop0_2_1 * inverse_pivot_loop0_1;
+        let pivot_loop0_2 = mul_add(-l_times_pivot_loop0_2_1, l_loop0_2_1, mul_add(-s_loop0_2_0,
+            l_loop0_2_0, s_loop0_2_2));
+        let inverse_pivot_loop0_2 = c(1.0) / pivot_loop0_2;
         // mechanism: conditioning of the closure: a lower bound, of the eigenvalues of S
-        let part_23 = mul_add(part_17, part_21, -part_18);
-        let part_24 = mul_add(part_13, mul_add(part_22, part_21 * part_21, part_20),
-            mul_add(part_15, part_22, part_11 * mul_add(part_22, part_23 * part_23, mul_add(part_20,
-            part_17 * part_17, part_16))));
-        let part_25 = part_15 + (part_11 + part_13);
-        // mechanism: reduced force: y = L^-T f
-        let part_26 = mul_add(-generalized_force_coupler_rocker, factor_coupler_rocker_rocker_hinge,
-            bias_moment_coupler_ghost0_x + mul_add(c(0.5135738999999999),
-            subtree_force_in_parent_coupler_ghost0_z, mul_add(c(-2.954834596588329e-3),
-            cos_rocker_hinge, -mul_add(c(0.1), u[1], q[1] * c(10.0)))));
-        let part_27 = mul_add(-generalized_force_coupler_crank, factor_coupler_crank_crank_hinge,
+        let inverse_l_loop0_2_0 = mul_add(l_loop0_1_0, l_loop0_2_1, -l_loop0_2_0);
+        let bound_of_trace_of_inverse_s = mul_add(s_loop0_1_1, mul_add(inverse_pivot_loop0_2,
+            l_loop0_2_1 * l_loop0_2_1, inverse_pivot_loop0_1), mul_add(s_loop0_2_2,
+            inverse_pivot_loop0_2, s_loop0_0_0 * mul_add(inverse_pivot_loop0_2,
+            inverse_l_loop0_2_0 * inverse_l_loop0_2_0, mul_add(inverse_pivot_loop0_1,
+            l_loop0_1_0 * l_loop0_1_0, inverse_pivot_loop0_0))));
+        let trace_of_s = s_loop0_2_2 + (s_loop0_0_0 + s_loop0_1_1);
+        // crank: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let d_balance_force_in_parent_coupler_z_by_u_crank_hinge =
+            sin_coupler_crank * d_bias_force_coupler_y_by_u_crank_hinge;
+        let d_imbalance_crank_hinge_by_u_coupler_crank =
+            c(0.534813) * d_balance_force_in_parent_coupler_z_by_u_crank_hinge;
+        // rocker: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let d_balance_force_in_parent_coupler_ghost0_z_by_u_rocker_hinge =
+            sin_coupler_rocker * d_bias_force_coupler_ghost0_y_by_u_rocker_hinge;
+        let d_imbalance_rocker_hinge_by_u_coupler_rocker =
+            c(0.5135738999999999) * d_balance_force_in_parent_coupler_ghost0_z_by_u_rocker_hinge;
+        // mechanism: results: what the function returns
+        let y_crank_hinge = mul_add(-generalized_force_coupler_crank, l_coupler_crank_crank_hinge,
             bias_moment_coupler_x + mul_add(c(0.534813), subtree_force_in_parent_coupler_z,
             mul_add(c(-3.1463985397908126e-3), cos_crank_hinge, -mul_add(c(0.1), u[0],
             q[0] * c(10.0)))));
-        let part_28 = mul_add(-factor_coupler_crank_crank_hinge, d_net_moment_coupler_x,
-            d_imbalance_crank_hinge + (d_net_moment_coupler_x + c(-0.1)));
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_29 = mul_add(-part_5, part_28, mul_add(cos_coupler_crank,
-            d_apparent_gravity_in_parent_coupler_y, part));
-        let part_30 = mul_add(part_17, part_29, mul_add(-part_7, part_28,
-            mul_add(c(-0.6457388334589095), coupler_part_4, coupler_part_4)));
-        let part_31 = part_22 * mul_add(-part_21, part_30, mul_add(part_18, part_29,
-            mul_add(-part_9, part_28, mul_add(c(-2.740302078890005), coupler_part_4,
-            coupler_part_4))));
-        let part_32 = mul_add(-part_21, part_31, part_20 * part_30);
-        let part_33 = mul_add(-part_17, part_32, mul_add(-part_18, part_31, -part_16 * part_29));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_34 = mul_add(part_6, part_33, mul_add(part_10, part_31, part_8 * part_32));
-        let part_35 = mul_add(-part_5, part_33, mul_add(part_7, part_32, mul_add(part_9, part_31,
-            inverse_pivot_crank_hinge * part_28)));
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_36 = mul_add(part_6, part_26, mul_add(-part_5, part_27,
-            mul_add(c(0.12797789999999998), omega_coupler_xx, coupler_part_2)
-            - coupler_ghost0_part_2));
-        let part_37 = mul_add(part_17, part_36, -mul_add(part_8, part_26, mul_add(part_7, part_27,
-            mul_add(c(-14829.536919702783), generalized_force_coupler_crank, gamma_loop0_1))));
-        let part_38 = mul_add(-part_21, part_37, mul_add(part_18, part_36, -mul_add(part_10,
-            part_26, mul_add(part_9, part_27, mul_add(c(221927.38498246408),
+        let y_rocker_hinge = mul_add(-generalized_force_coupler_rocker,
+            l_coupler_rocker_rocker_hinge, bias_moment_coupler_ghost0_x
+            + mul_add(c(0.5135738999999999), subtree_force_in_parent_coupler_ghost0_z,
+            mul_add(c(-2.954834596588329e-3), cos_rocker_hinge, -mul_add(c(0.1), u[1],
+            q[1] * c(10.0)))));
+        let minus_forward_lambda0_0 = mul_add(y_over_d0_0_rocker_hinge, y_rocker_hinge,
+            mul_add(-minus_y_over_d0_0_crank_hinge, y_crank_hinge, mul_add(c(0.12797789999999998),
+            omega_coupler_xx, minus_velocity_product_coupler_y)
+            - minus_velocity_product_coupler_ghost0_y));
+        let forward_lambda0_1 = mul_add(l_loop0_1_0, minus_forward_lambda0_0,
+            -mul_add(y_over_d0_1_rocker_hinge, y_rocker_hinge, mul_add(y_over_d0_1_crank_hinge,
+            y_crank_hinge, mul_add(c(-14829.536919702783), generalized_force_coupler_crank,
+            gamma_loop0_1))));
+        let forward_lambda0_2 = mul_add(-l_loop0_2_1, forward_lambda0_1, mul_add(l_loop0_2_0,
+            minus_forward_lambda0_0, -mul_add(y_over_d0_2_rocker_hinge, y_rocker_hinge,
+            mul_add(y_over_d0_2_crank_hinge, y_crank_hinge, mul_add(c(221927.38498246408),
             generalized_force_coupler_rocker, mul_add(c(-62931.65091583967),
             generalized_force_coupler_crank, gamma_loop0_1))))));
-        let part_39 = part_22 * part_38;
-        let part_40 = mul_add(-part_21, part_39, part_20 * part_37);
-        let part_41 = mul_add(-part_17, part_40, mul_add(-part_18, part_39, -part_16 * part_36));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_42 = mul_add(-part_5, part_41, mul_add(part_7, part_40, mul_add(part_9, part_39,
-            inverse_pivot_crank_hinge * part_27)));
-        let part_43 = mul_add(part_6, part_41, mul_add(part_8, part_40, mul_add(part_10, part_39,
-            inverse_pivot_rocker_hinge * part_26)));
-        let part_44 = mul_add(-factor_coupler_crank_crank_hinge, part_42,
-            mul_add(c(-14829.536919702783), part_40, mul_add(c(-62931.65091583967), part_39,
-            generalized_force_coupler_crank * c(115875.76386003198))));
-        let part_45 = mul_add(-factor_coupler_rocker_rocker_hinge, part_43,
-            mul_add(c(221927.38498246408), part_39,
-            generalized_force_coupler_rocker * c(534612.7876701569)));
-        // mechanism: reduced force: y = L^-T f
-        let part_46 = mul_add(-factor_coupler_rocker_rocker_hinge, d_net_moment_coupler_ghost0_x,
-            d_imbalance_rocker_hinge + (c(-0.1) + d_net_moment_coupler_ghost0_x));
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_47 = mul_add(-cos_coupler_rocker, d_apparent_gravity_in_parent_coupler_ghost0_y,
-            part_6 * part_46);
-        let part_48 = mul_add(part_17, part_47, -mul_add(part_8, part_46, coupler_ghost0_part_4));
-        let part_49 = part_22 * mul_add(-part_21, part_48, mul_add(part_18, part_47,
-            -mul_add(part_10, part_46, mul_add(c(-2.057929418862539), coupler_ghost0_part_4,
-            coupler_ghost0_part_4))));
-        let part_50 = mul_add(-part_21, part_49, part_20 * part_48);
-        let part_51 = mul_add(-part_17, part_50, mul_add(-part_18, part_49, -part_16 * part_47));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_52 = mul_add(-part_5, part_51, mul_add(part_9, part_49, part_7 * part_50));
-        let part_53 = mul_add(part_6, part_51, mul_add(part_8, part_50, mul_add(part_10, part_49,
-            inverse_pivot_rocker_hinge * part_46)));
-        // mechanism: reduced force: y = L^-T f
-        let part_54 = mul_add(c(11587.576386003198),
-            inertia_coupler_crank_moment_in_parent_coupler_x, d_imbalance_crank_hinge);
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_55 = mul_add(-part_5, part_54, part);
-        let part_56 = mul_add(part_17, part_55, -mul_add(part_7, part_54, c(1482.9536919702784)));
-        let part_57 = part_22 * mul_add(-part_21, part_56, mul_add(part_18, part_55,
-            -mul_add(part_9, part_54, c(6293.165091583967))));
-        let part_58 = mul_add(-part_21, part_57, part_20 * part_56);
-        let part_59 = mul_add(-part_17, part_58, mul_add(-part_18, part_57, -part_16 * part_55));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_60 = mul_add(part_6, part_59, mul_add(part_10, part_57, part_8 * part_58));
-        let part_61 = mul_add(-part_5, part_59, mul_add(part_7, part_58, mul_add(part_9, part_57,
-            inverse_pivot_crank_hinge * part_54)));
-        // mechanism: reduced force: y = L^-T f
-        let part_62 = mul_add(-factor_coupler_rocker_rocker_hinge, d_net_moment_coupler_ghost0_x_2,
-            d_net_moment_coupler_ghost0_x_2 + mul_add(c(2.954834596588329e-3), sin_rocker_hinge,
-            c(-10.0)));
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_63 = part_6 * part_62;
-        let part_64 = mul_add(-part_8, part_62, part_17 * part_63);
-        let part_65 = part_22 * mul_add(-part_21, part_64, mul_add(part_18, part_63,
-            -mul_add(c(2.057929418862539), d_apparent_gravity_coupler_ghost0_z,
-            part_10 * part_62)));
-        let part_66 = mul_add(-part_21, part_65, part_20 * part_64);
-        let part_67 = mul_add(-part_17, part_66, mul_add(-part_18, part_65, -part_16 * part_63));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_68 = mul_add(-part_5, part_67, mul_add(part_9, part_65, part_7 * part_66));
-        let part_69 = mul_add(part_6, part_67, mul_add(part_8, part_66, mul_add(part_10, part_65,
-            inverse_pivot_rocker_hinge * part_62)));
-        // mechanism: reduced force: y = L^-T f
-        let part_70 = mul_add(c(53461.2787670157),
-            inertia_coupler_rocker_moment_in_parent_coupler_ghost0_x, d_imbalance_rocker_hinge);
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_71 = part_6 * part_70;
-        let part_72 = mul_add(-part_8, part_70, part_17 * part_71);
-        let part_73 = part_22 * mul_add(-part_21, part_72, mul_add(part_18, part_71,
-            -mul_add(part_10, part_70, c(-22192.73849824641))));
-        let part_74 = mul_add(-part_21, part_73, part_20 * part_72);
-        let part_75 = mul_add(-part_17, part_74, mul_add(-part_18, part_73, -part_16 * part_71));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_76 = mul_add(-part_5, part_75, mul_add(part_9, part_73, part_7 * part_74));
-        let part_77 = mul_add(part_6, part_75, mul_add(part_8, part_74, mul_add(part_10, part_73,
-            inverse_pivot_rocker_hinge * part_70)));
+        let lambda0_2 = inverse_pivot_loop0_2 * forward_lambda0_2;
+        let lambda0_1 = mul_add(-l_loop0_2_1, lambda0_2, inverse_pivot_loop0_1 * forward_lambda0_1);
+        let lambda0_0 = mul_add(-l_loop0_1_0, lambda0_1, mul_add(-l_loop0_2_0, lambda0_2,
+            -inverse_pivot_loop0_0 * minus_forward_lambda0_0));
+        let acceleration_crank_hinge = mul_add(-minus_y_over_d0_0_crank_hinge, lambda0_0,
+            mul_add(y_over_d0_1_crank_hinge, lambda0_1, mul_add(y_over_d0_2_crank_hinge, lambda0_2,
+            inverse_pivot_crank_hinge * y_crank_hinge)));
+        let velocity_product_coupler_y_sum = mul_add(-acceleration_crank_hinge,
+            sin_coupler_crank * c(-0.534813), -minus_velocity_product_coupler_y);
+        let acceleration_rocker_hinge = mul_add(y_over_d0_0_rocker_hinge, lambda0_0,
+            mul_add(y_over_d0_1_rocker_hinge, lambda0_1, mul_add(y_over_d0_2_rocker_hinge,
+            lambda0_2, inverse_pivot_rocker_hinge * y_rocker_hinge)));
+        let minus_velocity_product_coupler_ghost0_y_sum = mul_add(acceleration_rocker_hinge,
+            sin_coupler_rocker * c(-0.5135738999999999), minus_velocity_product_coupler_ghost0_y);
+        let minus_d_apparent_gravity_coupler_z_by_u_crank_hinge =
+            sin_coupler_crank * minus_d_velocity_product_on_hinge_coupler_y_by_u_crank_hinge;
+        let omega_coupler_x_product = omega_coupler_x * c(0.25595579999999996);
+        let minus_d_apparent_gravity_coupler_ghost0_z_by_u_rocker_hinge = sin_coupler_rocker *
+            minus_d_velocity_product_on_hinge_coupler_ghost0_y_by_u_rocker_hinge;
         // coupler_ghost0: closure forces: (f, n) of lambda along the rows of the closure
-        let closure_force_coupler_ghost0_z = part_39 + part_40;
+        let closure_force_coupler_ghost0_z = lambda0_2 + lambda0_1;
+        let d_closure_force_in_parent_coupler_ghost0_z_by_q_coupler_rocker =
+            mul_add(-sin_coupler_rocker, closure_force_coupler_ghost0_z,
+            cos_coupler_rocker * lambda0_0);
         // coupler: closure forces: (f, n) of lambda along the rows of the closure
-        let closure_force_coupler_z = -part_40 - part_39;
+        let closure_force_coupler_z = -lambda0_1 - lambda0_2;
+        let d_closure_force_in_parent_coupler_z_by_q_coupler_crank = mul_add(-cos_coupler_crank,
+            lambda0_0, -sin_coupler_crank * closure_force_coupler_z);
         // coupler: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_coupler_x = part_42 + part_44;
+        let acceleration_coupler_crank = mul_add(-l_coupler_crank_crank_hinge,
+            acceleration_crank_hinge, mul_add(c(-14829.536919702783), lambda0_1,
+            mul_add(c(-62931.65091583967), lambda0_2,
+            generalized_force_coupler_crank * c(115875.76386003198))));
+        let alpha_coupler_x = acceleration_crank_hinge + acceleration_coupler_crank;
         // coupler: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let apparent_gravity_in_parent_coupler_z = mul_add(c(-0.534813), part_42,
-            apparent_gravity_crank_z);
-        let d_apparent_gravity_coupler_z = mul_add(-cos_coupler_crank, sin_crank_hinge * c(-9.81),
-            sin_coupler_crank * crank_part);
-        let d_net_moment_coupler_x_2 = c(4.3544099654316885e-5) * d_apparent_gravity_coupler_z;
-        // mechanism: reduced force: y = L^-T f
-        let part_78 = mul_add(-factor_coupler_crank_crank_hinge, d_net_moment_coupler_x_2,
-            d_net_moment_coupler_x_2 + mul_add(c(3.1463985397908126e-3), sin_crank_hinge,
-            c(-10.0)));
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_79 = part_5 * part_78;
-        let part_80 = mul_add(-part_17, part_79, -mul_add(c(-0.6457388334589095),
-            d_apparent_gravity_coupler_z, part_7 * part_78));
-        let part_81 = part_22 * mul_add(-part_21, part_80, mul_add(-part_18, part_79,
-            -mul_add(c(-2.740302078890005), d_apparent_gravity_coupler_z, part_9 * part_78)));
-        let part_82 = mul_add(-part_21, part_81, part_20 * part_80);
-        let part_83 = mul_add(-part_17, part_82, mul_add(-part_18, part_81, part_16 * part_79));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_84 = mul_add(part_6, part_83, mul_add(part_10, part_81, part_8 * part_82));
-        let part_85 = mul_add(-part_5, part_83, mul_add(part_7, part_82, mul_add(part_9, part_81,
-            inverse_pivot_crank_hinge * part_78)));
-        // coupler: closure forces: (f, n) of lambda along the rows of the closure
-        let d_closure_force_in_parent_coupler_z = mul_add(-cos_coupler_crank, part_41,
-            -sin_coupler_crank * closure_force_coupler_z);
-        // coupler: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_apparent_gravity_coupler_z_2 = mul_add(-cos_coupler_crank,
+        let apparent_gravity_in_parent_coupler_z = mul_add(c(-0.534813), acceleration_crank_hinge,
+            cos_crank_hinge * c(-9.81));
+        let d_apparent_gravity_coupler_z_by_q_crank_hinge = mul_add(-cos_coupler_crank,
+            minus_d_apparent_gravity_crank_z_by_q_crank_hinge,
+            sin_coupler_crank * minus_apparent_gravity_crank_z);
+        let minus_net_force_coupler_z = c(4.3544099654316885e-5) * alpha_coupler_x;
+        let d_net_moment_coupler_x_by_q_crank_hinge =
+            c(4.3544099654316885e-5) * d_apparent_gravity_coupler_z_by_q_crank_hinge;
+        let d_apparent_gravity_coupler_z_by_q_coupler_crank = mul_add(-cos_coupler_crank,
             apparent_gravity_in_parent_coupler_y,
             -sin_coupler_crank * apparent_gravity_in_parent_coupler_z);
-        let d_net_moment_coupler_x_3 = c(4.3544099654316885e-5) * d_apparent_gravity_coupler_z_2;
-        let d_balance_force_in_parent_coupler_z_2 = mul_add(sin_coupler_crank,
-            c(4.3544099654316885e-5) * alpha_coupler_x, cos_coupler_crank * bias_force_coupler_y);
-        let d_imbalance_coupler_crank = d_net_moment_coupler_x_3 - c(10.0);
-        // mechanism: results: what the function returns
-        let part_86 = mul_add(-part_42, sin_coupler_crank * c(-0.534813),
-            velocity_product_coupler_y);
+        let d_net_moment_coupler_x_by_q_coupler_crank =
+            c(4.3544099654316885e-5) * d_apparent_gravity_coupler_z_by_q_coupler_crank;
+        let d_balance_force_in_parent_coupler_z_by_q_coupler_crank = mul_add(sin_coupler_crank,
+            minus_net_force_coupler_z, cos_coupler_crank * bias_force_coupler_y);
+        let d_imbalance_coupler_crank_by_q_coupler_crank = d_net_moment_coupler_x_by_q_coupler_crank
+            - c(10.0);
+        let d_net_moment_coupler_x_by_u_crank_hinge =
+            minus_d_apparent_gravity_coupler_z_by_u_crank_hinge * c(-4.3544099654316885e-5);
         // coupler_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_coupler_ghost0_x = part_43 + part_45;
+        let acceleration_coupler_rocker = mul_add(-l_coupler_rocker_rocker_hinge,
+            acceleration_rocker_hinge, mul_add(c(221927.38498246408), lambda0_2,
+            generalized_force_coupler_rocker * c(534612.7876701569)));
+        let alpha_coupler_ghost0_x = acceleration_rocker_hinge + acceleration_coupler_rocker;
         // coupler_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let apparent_gravity_in_parent_coupler_ghost0_z = mul_add(c(-0.5135738999999999), part_43,
-            apparent_gravity_rocker_z);
-        // coupler_ghost0: closure forces: (f, n) of lambda along the rows of the closure
-        let d_closure_force_in_parent_coupler_ghost0_z = mul_add(-sin_coupler_rocker,
-            closure_force_coupler_ghost0_z, cos_coupler_rocker * part_41);
-        // coupler_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_apparent_gravity_coupler_ghost0_z_2 = mul_add(-cos_coupler_rocker,
+        let apparent_gravity_in_parent_coupler_ghost0_z = mul_add(c(-0.5135738999999999),
+            acceleration_rocker_hinge, cos_rocker_hinge * c(-9.81));
+        let minus_net_force_coupler_ghost0_z = c(9.272985481377836e-6) * alpha_coupler_ghost0_x;
+        let d_apparent_gravity_coupler_ghost0_z_by_q_rocker_hinge = mul_add(-cos_coupler_rocker,
+            minus_d_apparent_gravity_rocker_z_by_q_rocker_hinge,
+            sin_coupler_rocker * minus_apparent_gravity_rocker_z);
+        let d_net_moment_coupler_ghost0_x_by_q_rocker_hinge =
+            c(9.272985481377836e-6) * d_apparent_gravity_coupler_ghost0_z_by_q_rocker_hinge;
+        let d_apparent_gravity_coupler_ghost0_z_by_q_coupler_rocker = mul_add(-cos_coupler_rocker,
             apparent_gravity_in_parent_coupler_ghost0_y,
             -sin_coupler_rocker * apparent_gravity_in_parent_coupler_ghost0_z);
-        let d_net_moment_coupler_ghost0_x_3 =
-            c(9.272985481377836e-6) * d_apparent_gravity_coupler_ghost0_z_2;
-        let d_balance_force_in_parent_coupler_ghost0_z_2 = mul_add(sin_coupler_rocker,
-            c(9.272985481377836e-6) * alpha_coupler_ghost0_x,
+        let d_net_moment_coupler_ghost0_x_by_q_coupler_rocker =
+            c(9.272985481377836e-6) * d_apparent_gravity_coupler_ghost0_z_by_q_coupler_rocker;
+        let d_balance_force_in_parent_coupler_ghost0_z_by_q_coupler_rocker =
+            mul_add(sin_coupler_rocker, minus_net_force_coupler_ghost0_z,
             cos_coupler_rocker * bias_force_coupler_ghost0_y);
-        // mechanism: results: what the function returns
-        let part_87 = mul_add(part_43, sin_coupler_rocker * c(-0.5135738999999999),
-            coupler_ghost0_part_2);
-        // coupler_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_imbalance_coupler_rocker = d_net_moment_coupler_ghost0_x_3 - c(10.0);
+        let d_imbalance_coupler_rocker_by_q_coupler_rocker =
+            d_net_moment_coupler_ghost0_x_by_q_coupler_rocker - c(10.0);
+        let d_net_moment_coupler_ghost0_x_by_u_rocker_hinge =
+            minus_d_apparent_gravity_coupler_ghost0_z_by_u_rocker_hinge * c(-9.272985481377836e-6);
         // mechanism: reduced force: y = L^-T f
-        let part_88 = mul_add(-factor_coupler_crank_crank_hinge, d_imbalance_coupler_crank,
-            mul_add(c(0.534813), d_balance_force_in_parent_coupler_z_2, mul_add(c(0.534813),
-            d_closure_force_in_parent_coupler_z, d_net_moment_coupler_x_3)));
+        let d_y_crank_hinge_by_q_crank_hinge = mul_add(-l_coupler_crank_crank_hinge,
+            d_net_moment_coupler_x_by_q_crank_hinge, d_net_moment_coupler_x_by_q_crank_hinge
+            + mul_add(c(3.1463985397908126e-3), sin_crank_hinge, c(-10.0)));
+        let d_y_rocker_hinge_by_q_rocker_hinge = mul_add(-l_coupler_rocker_rocker_hinge,
+            d_net_moment_coupler_ghost0_x_by_q_rocker_hinge,
+            d_net_moment_coupler_ghost0_x_by_q_rocker_hinge + mul_add(c(2.954834596588329e-3),
+            sin_rocker_hinge, c(-10.0)));
+        let d_y_crank_hinge_by_q_coupler_crank = mul_add(-l_coupler_crank_crank_hinge,
+            d_imbalance_coupler_crank_by_q_coupler_crank, mul_add(c(0.534813),
+            d_balance_force_in_parent_coupler_z_by_q_coupler_crank, mul_add(c(0.534813),
+            d_closure_force_in_parent_coupler_z_by_q_coupler_crank,
+            d_net_moment_coupler_x_by_q_coupler_crank)));
+        let d_y_rocker_hinge_by_q_coupler_rocker = mul_add(-l_coupler_rocker_rocker_hinge,
+            d_imbalance_coupler_rocker_by_q_coupler_rocker, mul_add(c(0.5135738999999999),
+            d_balance_force_in_parent_coupler_ghost0_z_by_q_coupler_rocker,
+            mul_add(c(0.5135738999999999),
+            d_closure_force_in_parent_coupler_ghost0_z_by_q_coupler_rocker,
+            d_net_moment_coupler_ghost0_x_by_q_coupler_rocker)));
+        let d_y_crank_hinge_by_u_crank_hinge = mul_add(-l_coupler_crank_crank_hinge,
+            d_net_moment_coupler_x_by_u_crank_hinge, d_imbalance_crank_hinge_by_u_coupler_crank
+            + (d_net_moment_coupler_x_by_u_crank_hinge + c(-0.1)));
+        let d_y_rocker_hinge_by_u_rocker_hinge = mul_add(-l_coupler_rocker_rocker_hinge,
+            d_net_moment_coupler_ghost0_x_by_u_rocker_hinge,
+            d_imbalance_rocker_hinge_by_u_coupler_rocker + (c(-0.1)
+            + d_net_moment_coupler_ghost0_x_by_u_rocker_hinge));
+        let d_y_crank_hinge_by_u_coupler_crank = mul_add(c(11587.576386003198),
+            inertia_coupler_crank_moment_in_parent_coupler_x,
+            d_imbalance_crank_hinge_by_u_coupler_crank);
+        let d_y_rocker_hinge_by_u_coupler_rocker = mul_add(c(53461.2787670157),
+            inertia_coupler_rocker_moment_in_parent_coupler_ghost0_x,
+            d_imbalance_rocker_hinge_by_u_coupler_rocker);
         // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_89 = mul_add(-part_5, part_88, -velocity_coupler_z_by_crank_hinge * part_42
-            - coupler_part_3);
-        let part_90 = mul_add(part_17, part_89, -mul_add(part_7, part_88,
-            mul_add(c(-14829.536919702783), d_imbalance_coupler_crank, part_86)));
-        let part_91 = part_22 * mul_add(-part_21, part_90, mul_add(part_18, part_89,
-            -mul_add(part_9, part_88, mul_add(c(-62931.65091583967), d_imbalance_coupler_crank,
-            part_86))));
-        let part_92 = mul_add(-part_21, part_91, part_20 * part_90);
-        let part_93 = mul_add(-part_17, part_92, mul_add(-part_18, part_91, -part_16 * part_89));
+        let forward_d_lambda0_0_by_q_crank_hinge =
+            minus_y_over_d0_0_crank_hinge * d_y_crank_hinge_by_q_crank_hinge;
+        let forward_d_lambda0_1_by_q_crank_hinge = mul_add(-l_loop0_1_0,
+            forward_d_lambda0_0_by_q_crank_hinge, -mul_add(c(-0.6457388334589095),
+            d_apparent_gravity_coupler_z_by_q_crank_hinge,
+            y_over_d0_1_crank_hinge * d_y_crank_hinge_by_q_crank_hinge));
+        let forward_d_lambda0_2_by_q_crank_hinge = mul_add(-l_loop0_2_1,
+            forward_d_lambda0_1_by_q_crank_hinge, mul_add(-l_loop0_2_0,
+            forward_d_lambda0_0_by_q_crank_hinge, -mul_add(c(-2.740302078890005),
+            d_apparent_gravity_coupler_z_by_q_crank_hinge,
+            y_over_d0_2_crank_hinge * d_y_crank_hinge_by_q_crank_hinge)));
+        let d_lambda0_2_by_q_crank_hinge =
+            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_q_crank_hinge;
+        let d_lambda0_1_by_q_crank_hinge = mul_add(-l_loop0_2_1, d_lambda0_2_by_q_crank_hinge,
+            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_q_crank_hinge);
+        let d_lambda0_0_by_q_crank_hinge = mul_add(-l_loop0_1_0, d_lambda0_1_by_q_crank_hinge,
+            mul_add(-l_loop0_2_0, d_lambda0_2_by_q_crank_hinge,
+            inverse_pivot_loop0_0 * forward_d_lambda0_0_by_q_crank_hinge));
+        let minus_forward_d_lambda0_0_by_q_rocker_hinge =
+            y_over_d0_0_rocker_hinge * d_y_rocker_hinge_by_q_rocker_hinge;
+        let forward_d_lambda0_1_by_q_rocker_hinge = mul_add(-y_over_d0_1_rocker_hinge,
+            d_y_rocker_hinge_by_q_rocker_hinge,
+            l_loop0_1_0 * minus_forward_d_lambda0_0_by_q_rocker_hinge);
+        let forward_d_lambda0_2_by_q_rocker_hinge = mul_add(-l_loop0_2_1,
+            forward_d_lambda0_1_by_q_rocker_hinge, mul_add(l_loop0_2_0,
+            minus_forward_d_lambda0_0_by_q_rocker_hinge, -mul_add(c(2.057929418862539),
+            d_apparent_gravity_coupler_ghost0_z_by_q_rocker_hinge,
+            y_over_d0_2_rocker_hinge * d_y_rocker_hinge_by_q_rocker_hinge)));
+        let d_lambda0_2_by_q_rocker_hinge =
+            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_q_rocker_hinge;
+        let d_lambda0_1_by_q_rocker_hinge = mul_add(-l_loop0_2_1, d_lambda0_2_by_q_rocker_hinge,
+            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_q_rocker_hinge);
+        let d_lambda0_0_by_q_rocker_hinge = mul_add(-l_loop0_1_0, d_lambda0_1_by_q_rocker_hinge,
+            mul_add(-l_loop0_2_0, d_lambda0_2_by_q_rocker_hinge,
+            -inverse_pivot_loop0_0 * minus_forward_d_lambda0_0_by_q_rocker_hinge));
+        let minus_forward_d_lambda0_0_by_q_coupler_crank = mul_add(-minus_y_over_d0_0_crank_hinge,
+            d_y_crank_hinge_by_q_coupler_crank,
+            -velocity_coupler_z_by_crank_hinge * acceleration_crank_hinge
+            - velocity_product_coupler_z);
+        let forward_d_lambda0_1_by_q_coupler_crank = mul_add(l_loop0_1_0,
+            minus_forward_d_lambda0_0_by_q_coupler_crank, -mul_add(y_over_d0_1_crank_hinge,
+            d_y_crank_hinge_by_q_coupler_crank, mul_add(c(-14829.536919702783),
+            d_imbalance_coupler_crank_by_q_coupler_crank, velocity_product_coupler_y_sum)));
+        let forward_d_lambda0_2_by_q_coupler_crank = mul_add(-l_loop0_2_1,
+            forward_d_lambda0_1_by_q_coupler_crank, mul_add(l_loop0_2_0,
+            minus_forward_d_lambda0_0_by_q_coupler_crank, -mul_add(y_over_d0_2_crank_hinge,
+            d_y_crank_hinge_by_q_coupler_crank, mul_add(c(-62931.65091583967),
+            d_imbalance_coupler_crank_by_q_coupler_crank, velocity_product_coupler_y_sum))));
+        let d_lambda0_2_by_q_coupler_crank =
+            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_q_coupler_crank;
+        let d_lambda0_1_by_q_coupler_crank = mul_add(-l_loop0_2_1, d_lambda0_2_by_q_coupler_crank,
+            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_q_coupler_crank);
+        let d_lambda0_0_by_q_coupler_crank = mul_add(-l_loop0_1_0, d_lambda0_1_by_q_coupler_crank,
+            mul_add(-l_loop0_2_0, d_lambda0_2_by_q_coupler_crank,
+            -inverse_pivot_loop0_0 * minus_forward_d_lambda0_0_by_q_coupler_crank));
+        let minus_forward_d_lambda0_0_by_q_coupler_rocker = mul_add(y_over_d0_0_rocker_hinge,
+            d_y_rocker_hinge_by_q_coupler_rocker, mul_add(velocity_coupler_ghost0_z_by_rocker_hinge,
+            acceleration_rocker_hinge, velocity_product_coupler_ghost0_z));
+        let forward_d_lambda0_1_by_q_coupler_rocker = mul_add(l_loop0_1_0,
+            minus_forward_d_lambda0_0_by_q_coupler_rocker, -mul_add(y_over_d0_1_rocker_hinge,
+            d_y_rocker_hinge_by_q_coupler_rocker, minus_velocity_product_coupler_ghost0_y_sum));
+        let forward_d_lambda0_2_by_q_coupler_rocker = mul_add(-l_loop0_2_1,
+            forward_d_lambda0_1_by_q_coupler_rocker, mul_add(l_loop0_2_0,
+            minus_forward_d_lambda0_0_by_q_coupler_rocker, -mul_add(y_over_d0_2_rocker_hinge,
+            d_y_rocker_hinge_by_q_coupler_rocker, mul_add(c(221927.38498246408),
+            d_imbalance_coupler_rocker_by_q_coupler_rocker,
+            minus_velocity_product_coupler_ghost0_y_sum))));
+        let d_lambda0_2_by_q_coupler_rocker =
+            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_q_coupler_rocker;
+        let d_lambda0_1_by_q_coupler_rocker = mul_add(-l_loop0_2_1, d_lambda0_2_by_q_coupler_rocker,
+            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_q_coupler_rocker);
+        let d_lambda0_0_by_q_coupler_rocker = mul_add(-l_loop0_1_0, d_lambda0_1_by_q_coupler_rocker,
+            mul_add(-l_loop0_2_0, d_lambda0_2_by_q_coupler_rocker,
+            -inverse_pivot_loop0_0 * minus_forward_d_lambda0_0_by_q_coupler_rocker));
+        let minus_forward_d_lambda0_0_by_u_crank_hinge = mul_add(-minus_y_over_d0_0_crank_hinge,
+            d_y_crank_hinge_by_u_crank_hinge, mul_add(cos_coupler_crank,
+            minus_d_velocity_product_on_hinge_coupler_y_by_u_crank_hinge, omega_coupler_x_product));
+        let forward_d_lambda0_1_by_u_crank_hinge = mul_add(l_loop0_1_0,
+            minus_forward_d_lambda0_0_by_u_crank_hinge, mul_add(-y_over_d0_1_crank_hinge,
+            d_y_crank_hinge_by_u_crank_hinge,
+            minus_d_apparent_gravity_coupler_z_by_u_crank_hinge * c(0.3542611665410905)));
+        let forward_d_lambda0_2_by_u_crank_hinge = mul_add(-l_loop0_2_1,
+            forward_d_lambda0_1_by_u_crank_hinge, mul_add(l_loop0_2_0,
+            minus_forward_d_lambda0_0_by_u_crank_hinge, -mul_add(c(1.740302078890005),
+            minus_d_apparent_gravity_coupler_z_by_u_crank_hinge,
+            y_over_d0_2_crank_hinge * d_y_crank_hinge_by_u_crank_hinge)));
+        let d_lambda0_2_by_u_crank_hinge =
+            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_u_crank_hinge;
+        let d_lambda0_1_by_u_crank_hinge = mul_add(-l_loop0_2_1, d_lambda0_2_by_u_crank_hinge,
+            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_u_crank_hinge);
+        let d_lambda0_0_by_u_crank_hinge = mul_add(-l_loop0_1_0, d_lambda0_1_by_u_crank_hinge,
+            mul_add(-l_loop0_2_0, d_lambda0_2_by_u_crank_hinge,
+            -inverse_pivot_loop0_0 * minus_forward_d_lambda0_0_by_u_crank_hinge));
+        let minus_forward_d_lambda0_0_by_u_rocker_hinge = mul_add(-cos_coupler_rocker,
+            minus_d_velocity_product_on_hinge_coupler_ghost0_y_by_u_rocker_hinge,
+            y_over_d0_0_rocker_hinge * d_y_rocker_hinge_by_u_rocker_hinge);
+        let forward_d_lambda0_1_by_u_rocker_hinge = mul_add(l_loop0_1_0,
+            minus_forward_d_lambda0_0_by_u_rocker_hinge, -mul_add(y_over_d0_1_rocker_hinge,
+            d_y_rocker_hinge_by_u_rocker_hinge,
+            minus_d_apparent_gravity_coupler_ghost0_z_by_u_rocker_hinge));
+        let forward_d_lambda0_2_by_u_rocker_hinge = mul_add(-l_loop0_2_1,
+            forward_d_lambda0_1_by_u_rocker_hinge, mul_add(l_loop0_2_0,
+            minus_forward_d_lambda0_0_by_u_rocker_hinge, mul_add(-y_over_d0_2_rocker_hinge,
+            d_y_rocker_hinge_by_u_rocker_hinge,
+            minus_d_apparent_gravity_coupler_ghost0_z_by_u_rocker_hinge * c(1.057929418862539))));
+        let d_lambda0_2_by_u_rocker_hinge =
+            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_u_rocker_hinge;
+        let d_lambda0_1_by_u_rocker_hinge = mul_add(-l_loop0_2_1, d_lambda0_2_by_u_rocker_hinge,
+            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_u_rocker_hinge);
+        let d_lambda0_0_by_u_rocker_hinge = mul_add(-l_loop0_1_0, d_lambda0_1_by_u_rocker_hinge,
+            mul_add(-l_loop0_2_0, d_lambda0_2_by_u_rocker_hinge,
+            -inverse_pivot_loop0_0 * minus_forward_d_lambda0_0_by_u_rocker_hinge));
+        let minus_forward_d_lambda0_0_by_u_coupler_crank = mul_add(-minus_y_over_d0_0_crank_hinge,
+            d_y_crank_hinge_by_u_coupler_crank, omega_coupler_x_product);
+        let forward_d_lambda0_1_by_u_coupler_crank = mul_add(l_loop0_1_0,
+            minus_forward_d_lambda0_0_by_u_coupler_crank, -mul_add(y_over_d0_1_crank_hinge,
+            d_y_crank_hinge_by_u_coupler_crank, c(1482.9536919702784)));
+        let forward_d_lambda0_2_by_u_coupler_crank = mul_add(-l_loop0_2_1,
+            forward_d_lambda0_1_by_u_coupler_crank, mul_add(l_loop0_2_0,
+            minus_forward_d_lambda0_0_by_u_coupler_crank, -mul_add(y_over_d0_2_crank_hinge,
+            d_y_crank_hinge_by_u_coupler_crank, c(6293.165091583967))));
+        let d_lambda0_2_by_u_coupler_crank =
+            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_u_coupler_crank;
+        let d_lambda0_1_by_u_coupler_crank = mul_add(-l_loop0_2_1, d_lambda0_2_by_u_coupler_crank,
+            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_u_coupler_crank);
+        let d_lambda0_0_by_u_coupler_crank = mul_add(-l_loop0_1_0, d_lambda0_1_by_u_coupler_crank,
+            mul_add(-l_loop0_2_0, d_lambda0_2_by_u_coupler_crank,
+            -inverse_pivot_loop0_0 * minus_forward_d_lambda0_0_by_u_coupler_crank));
+        let minus_forward_d_lambda0_0_by_u_coupler_rocker =
+            y_over_d0_0_rocker_hinge * d_y_rocker_hinge_by_u_coupler_rocker;
+        let forward_d_lambda0_1_by_u_coupler_rocker = mul_add(-y_over_d0_1_rocker_hinge,
+            d_y_rocker_hinge_by_u_coupler_rocker,
+            l_loop0_1_0 * minus_forward_d_lambda0_0_by_u_coupler_rocker);
+        let forward_d_lambda0_2_by_u_coupler_rocker = mul_add(-l_loop0_2_1,
+            forward_d_lambda0_1_by_u_coupler_rocker, mul_add(l_loop0_2_0,
+            minus_forward_d_lambda0_0_by_u_coupler_rocker, -mul_add(y_over_d0_2_rocker_hinge,
+            d_y_rocker_hinge_by_u_coupler_rocker, c(-22192.73849824641))));
+        let d_lambda0_2_by_u_coupler_rocker =
+            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_u_coupler_rocker;
+        let d_lambda0_1_by_u_coupler_rocker = mul_add(-l_loop0_2_1, d_lambda0_2_by_u_coupler_rocker,
+            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_u_coupler_rocker);
+        let d_lambda0_0_by_u_coupler_rocker = mul_add(-l_loop0_1_0, d_lambda0_1_by_u_coupler_rocker,
+            mul_add(-l_loop0_2_0, d_lambda0_2_by_u_coupler_rocker,
+            -inverse_pivot_loop0_0 * minus_forward_d_lambda0_0_by_u_coupler_rocker));
         // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_94 = mul_add(part_6, part_93, mul_add(part_10, part_91, part_8 * part_92));
-        let part_95 = mul_add(-part_5, part_93, mul_add(part_7, part_92, mul_add(part_9, part_91,
-            inverse_pivot_crank_hinge * part_88)));
-        // mechanism: reduced force: y = L^-T f
-        let part_96 = mul_add(-factor_coupler_rocker_rocker_hinge, d_imbalance_coupler_rocker,
-            mul_add(c(0.5135738999999999), d_balance_force_in_parent_coupler_ghost0_z_2,
-            mul_add(c(0.5135738999999999), d_closure_force_in_parent_coupler_ghost0_z,
-            d_net_moment_coupler_ghost0_x_3)));
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_97 = mul_add(part_6, part_96, mul_add(velocity_coupler_ghost0_z_by_rocker_hinge,
-            part_43, coupler_ghost0_part_3));
-        let part_98 = mul_add(part_17, part_97, -mul_add(part_8, part_96, part_87));
-        let part_99 = part_22 * mul_add(-part_21, part_98, mul_add(part_18, part_97,
-            -mul_add(part_10, part_96, mul_add(c(221927.38498246408), d_imbalance_coupler_rocker,
-            part_87))));
-        let part_100 = mul_add(-part_21, part_99, part_20 * part_98);
-        let part_101 = mul_add(-part_17, part_100, mul_add(-part_18, part_99, -part_16 * part_97));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_102 = mul_add(-part_5, part_101, mul_add(part_9, part_99, part_7 * part_100));
-        let part_103 = mul_add(part_6, part_101, mul_add(part_8, part_100, mul_add(part_10, part_99,
-            inverse_pivot_rocker_hinge * part_96)));
-        acceleration[0] = part_42;
-        acceleration[1] = part_43;
-        acceleration[2] = part_44;
-        acceleration[3] = part_45;
-        dq[0] = part_85;
-        dq[1] = part_68;
-        dq[2] = part_95;
-        dq[3] = part_102;
-        dq[4] = part_84;
-        dq[5] = part_69;
-        dq[6] = part_94;
-        dq[7] = part_103;
-        dq[8] = mul_add(-factor_coupler_crank_crank_hinge, part_85, mul_add(c(-14829.536919702783),
-            part_82, mul_add(c(-62931.65091583967), part_81,
-            d_apparent_gravity_coupler_z * c(5.045705809041324))));
-        dq[9] = mul_add(-factor_coupler_crank_crank_hinge, part_68, mul_add(c(-62931.65091583967),
-            part_65, c(-14829.536919702783) * part_66));
-        dq[10] = mul_add(-factor_coupler_crank_crank_hinge, part_95, mul_add(c(-14829.536919702783),
-            part_92, mul_add(c(-62931.65091583967), part_91,
-            c(115875.76386003198) * d_imbalance_coupler_crank)));
-        dq[11] = mul_add(-factor_coupler_crank_crank_hinge, part_102, mul_add(c(-62931.65091583967),
-            part_99, c(-14829.536919702783) * part_100));
-        dq[12] = mul_add(-factor_coupler_rocker_rocker_hinge, part_84,
-            c(221927.38498246408) * part_81);
-        dq[13] = mul_add(-factor_coupler_rocker_rocker_hinge, part_69,
-            mul_add(c(221927.38498246408), part_65,
-            d_apparent_gravity_coupler_ghost0_z * c(4.957456618224297)));
-        dq[14] = mul_add(-factor_coupler_rocker_rocker_hinge, part_94,
-            c(221927.38498246408) * part_91);
-        dq[15] = mul_add(-factor_coupler_rocker_rocker_hinge, part_103,
-            mul_add(c(221927.38498246408), part_99,
-            c(534612.7876701569) * d_imbalance_coupler_rocker));
-        du[0] = part_35;
-        du[1] = part_52;
-        du[2] = part_61;
-        du[3] = part_76;
-        du[4] = part_34;
-        du[5] = part_53;
-        du[6] = part_60;
-        du[7] = part_77;
-        du[8] = mul_add(-factor_coupler_crank_crank_hinge, part_35, mul_add(c(-14829.536919702783),
-            part_32, mul_add(c(-62931.65091583967), part_31,
-            coupler_part_4 * c(-5.045705809041324))));
-        du[9] = mul_add(-factor_coupler_crank_crank_hinge, part_52, mul_add(c(-62931.65091583967),
-            part_49, c(-14829.536919702783) * part_50));
-        du[10] = mul_add(-factor_coupler_crank_crank_hinge, part_61, mul_add(c(-14829.536919702783),
-            part_58, mul_add(c(-62931.65091583967), part_57, c(-11587.576386003198))));
-        du[11] = mul_add(-factor_coupler_crank_crank_hinge, part_76, mul_add(c(-62931.65091583967),
-            part_73, c(-14829.536919702783) * part_74));
-        du[12] = mul_add(-factor_coupler_rocker_rocker_hinge, part_34,
-            c(221927.38498246408) * part_31);
-        du[13] = mul_add(-factor_coupler_rocker_rocker_hinge, part_53,
-            mul_add(c(221927.38498246408), part_49, coupler_ghost0_part_4 * c(-4.957456618224297)));
-        du[14] = mul_add(-factor_coupler_rocker_rocker_hinge, part_60,
-            c(221927.38498246408) * part_57);
-        du[15] = mul_add(-factor_coupler_rocker_rocker_hinge, part_77,
-            mul_add(c(221927.38498246408), part_73, c(-53461.2787670157)));
+        let d_acceleration_rocker_hinge_by_q_crank_hinge = mul_add(y_over_d0_0_rocker_hinge,
+            d_lambda0_0_by_q_crank_hinge, mul_add(y_over_d0_2_rocker_hinge,
+            d_lambda0_2_by_q_crank_hinge, y_over_d0_1_rocker_hinge * d_lambda0_1_by_q_crank_hinge));
+        let d_acceleration_crank_hinge_by_q_crank_hinge = mul_add(-minus_y_over_d0_0_crank_hinge,
+            d_lambda0_0_by_q_crank_hinge, mul_add(y_over_d0_1_crank_hinge,
+            d_lambda0_1_by_q_crank_hinge, mul_add(y_over_d0_2_crank_hinge,
+            d_lambda0_2_by_q_crank_hinge,
+            inverse_pivot_crank_hinge * d_y_crank_hinge_by_q_crank_hinge)));
+        let d_acceleration_coupler_crank_by_q_crank_hinge = mul_add(-l_coupler_crank_crank_hinge,
+            d_acceleration_crank_hinge_by_q_crank_hinge, mul_add(c(-14829.536919702783),
+            d_lambda0_1_by_q_crank_hinge, mul_add(c(-62931.65091583967),
+            d_lambda0_2_by_q_crank_hinge,
+            d_apparent_gravity_coupler_z_by_q_crank_hinge * c(5.045705809041324))));
+        let d_acceleration_coupler_rocker_by_q_crank_hinge = mul_add(-l_coupler_rocker_rocker_hinge,
+            d_acceleration_rocker_hinge_by_q_crank_hinge,
+            c(221927.38498246408) * d_lambda0_2_by_q_crank_hinge);
+        let d_acceleration_crank_hinge_by_q_rocker_hinge = mul_add(-minus_y_over_d0_0_crank_hinge,
+            d_lambda0_0_by_q_rocker_hinge, mul_add(y_over_d0_2_crank_hinge,
+            d_lambda0_2_by_q_rocker_hinge,
+            y_over_d0_1_crank_hinge * d_lambda0_1_by_q_rocker_hinge));
+        let d_acceleration_rocker_hinge_by_q_rocker_hinge = mul_add(y_over_d0_0_rocker_hinge,
+            d_lambda0_0_by_q_rocker_hinge, mul_add(y_over_d0_1_rocker_hinge,
+            d_lambda0_1_by_q_rocker_hinge, mul_add(y_over_d0_2_rocker_hinge,
+            d_lambda0_2_by_q_rocker_hinge,
+            inverse_pivot_rocker_hinge * d_y_rocker_hinge_by_q_rocker_hinge)));
+        let d_acceleration_coupler_crank_by_q_rocker_hinge = mul_add(-l_coupler_crank_crank_hinge,
+            d_acceleration_crank_hinge_by_q_rocker_hinge, mul_add(c(-62931.65091583967),
+            d_lambda0_2_by_q_rocker_hinge, c(-14829.536919702783) * d_lambda0_1_by_q_rocker_hinge));
+        let d_acceleration_coupler_rocker_by_q_rocker_hinge =
+            mul_add(-l_coupler_rocker_rocker_hinge, d_acceleration_rocker_hinge_by_q_rocker_hinge,
+            mul_add(c(221927.38498246408), d_lambda0_2_by_q_rocker_hinge,
+            d_apparent_gravity_coupler_ghost0_z_by_q_rocker_hinge * c(4.957456618224297)));
+        let d_acceleration_rocker_hinge_by_q_coupler_crank = mul_add(y_over_d0_0_rocker_hinge,
+            d_lambda0_0_by_q_coupler_crank, mul_add(y_over_d0_2_rocker_hinge,
+            d_lambda0_2_by_q_coupler_crank,
+            y_over_d0_1_rocker_hinge * d_lambda0_1_by_q_coupler_crank));
+        let d_acceleration_crank_hinge_by_q_coupler_crank = mul_add(-minus_y_over_d0_0_crank_hinge,
+            d_lambda0_0_by_q_coupler_crank, mul_add(y_over_d0_1_crank_hinge,
+            d_lambda0_1_by_q_coupler_crank, mul_add(y_over_d0_2_crank_hinge,
+            d_lambda0_2_by_q_coupler_crank,
+            inverse_pivot_crank_hinge * d_y_crank_hinge_by_q_coupler_crank)));
+        let d_acceleration_coupler_crank_by_q_coupler_crank = mul_add(-l_coupler_crank_crank_hinge,
+            d_acceleration_crank_hinge_by_q_coupler_crank, mul_add(c(-14829.536919702783),
+            d_lambda0_1_by_q_coupler_crank, mul_add(c(-62931.65091583967),
+            d_lambda0_2_by_q_coupler_crank,
+            c(115875.76386003198) * d_imbalance_coupler_crank_by_q_coupler_crank)));
+        let d_acceleration_coupler_rocker_by_q_coupler_crank =
+            mul_add(-l_coupler_rocker_rocker_hinge, d_acceleration_rocker_hinge_by_q_coupler_crank,
+            c(221927.38498246408) * d_lambda0_2_by_q_coupler_crank);
+        let d_acceleration_crank_hinge_by_q_coupler_rocker = mul_add(-minus_y_over_d0_0_crank_hinge,
+            d_lambda0_0_by_q_coupler_rocker, mul_add(y_over_d0_2_crank_hinge,
+            d_lambda0_2_by_q_coupler_rocker,
+            y_over_d0_1_crank_hinge * d_lambda0_1_by_q_coupler_rocker));
+        let d_acceleration_rocker_hinge_by_q_coupler_rocker = mul_add(y_over_d0_0_rocker_hinge,
+            d_lambda0_0_by_q_coupler_rocker, mul_add(y_over_d0_1_rocker_hinge,
+            d_lambda0_1_by_q_coupler_rocker, mul_add(y_over_d0_2_rocker_hinge,
+            d_lambda0_2_by_q_coupler_rocker,
+            inverse_pivot_rocker_hinge * d_y_rocker_hinge_by_q_coupler_rocker)));
+        let d_acceleration_coupler_crank_by_q_coupler_rocker = mul_add(-l_coupler_crank_crank_hinge,
+            d_acceleration_crank_hinge_by_q_coupler_rocker, mul_add(c(-62931.65091583967),
+            d_lambda0_2_by_q_coupler_rocker,
+            c(-14829.536919702783) * d_lambda0_1_by_q_coupler_rocker));
+        let d_acceleration_coupler_rocker_by_q_coupler_rocker =
+            mul_add(-l_coupler_rocker_rocker_hinge, d_acceleration_rocker_hinge_by_q_coupler_rocker,
+            mul_add(c(221927.38498246408), d_lambda0_2_by_q_coupler_rocker,
+            c(534612.7876701569) * d_imbalance_coupler_rocker_by_q_coupler_rocker));
+        let d_acceleration_rocker_hinge_by_u_crank_hinge = mul_add(y_over_d0_0_rocker_hinge,
+            d_lambda0_0_by_u_crank_hinge, mul_add(y_over_d0_2_rocker_hinge,
+            d_lambda0_2_by_u_crank_hinge, y_over_d0_1_rocker_hinge * d_lambda0_1_by_u_crank_hinge));
+        let d_acceleration_crank_hinge_by_u_crank_hinge = mul_add(-minus_y_over_d0_0_crank_hinge,
+            d_lambda0_0_by_u_crank_hinge, mul_add(y_over_d0_1_crank_hinge,
+            d_lambda0_1_by_u_crank_hinge, mul_add(y_over_d0_2_crank_hinge,
+            d_lambda0_2_by_u_crank_hinge,
+            inverse_pivot_crank_hinge * d_y_crank_hinge_by_u_crank_hinge)));
+        let d_acceleration_coupler_crank_by_u_crank_hinge = mul_add(-l_coupler_crank_crank_hinge,
+            d_acceleration_crank_hinge_by_u_crank_hinge, mul_add(c(-14829.536919702783),
+            d_lambda0_1_by_u_crank_hinge, mul_add(c(-62931.65091583967),
+            d_lambda0_2_by_u_crank_hinge,
+            minus_d_apparent_gravity_coupler_z_by_u_crank_hinge * c(-5.045705809041324))));
+        let d_acceleration_coupler_rocker_by_u_crank_hinge = mul_add(-l_coupler_rocker_rocker_hinge,
+            d_acceleration_rocker_hinge_by_u_crank_hinge,
+            c(221927.38498246408) * d_lambda0_2_by_u_crank_hinge);
+        let d_acceleration_crank_hinge_by_u_rocker_hinge = mul_add(-minus_y_over_d0_0_crank_hinge,
+            d_lambda0_0_by_u_rocker_hinge, mul_add(y_over_d0_2_crank_hinge,
+            d_lambda0_2_by_u_rocker_hinge,
+            y_over_d0_1_crank_hinge * d_lambda0_1_by_u_rocker_hinge));
+        let d_acceleration_rocker_hinge_by_u_rocker_hinge = mul_add(y_over_d0_0_rocker_hinge,
+            d_lambda0_0_by_u_rocker_hinge, mul_add(y_over_d0_1_rocker_hinge,
+            d_lambda0_1_by_u_rocker_hinge, mul_add(y_over_d0_2_rocker_hinge,
+            d_lambda0_2_by_u_rocker_hinge,
+            inverse_pivot_rocker_hinge * d_y_rocker_hinge_by_u_rocker_hinge)));
+        let d_acceleration_coupler_crank_by_u_rocker_hinge = mul_add(-l_coupler_crank_crank_hinge,
+            d_acceleration_crank_hinge_by_u_rocker_hinge, mul_add(c(-62931.65091583967),
+            d_lambda0_2_by_u_rocker_hinge, c(-14829.536919702783) * d_lambda0_1_by_u_rocker_hinge));
+        let d_acceleration_coupler_rocker_by_u_rocker_hinge =
+            mul_add(-l_coupler_rocker_rocker_hinge, d_acceleration_rocker_hinge_by_u_rocker_hinge,
+            mul_add(c(221927.38498246408), d_lambda0_2_by_u_rocker_hinge,
+            minus_d_apparent_gravity_coupler_ghost0_z_by_u_rocker_hinge * c(-4.957456618224297)));
+        let d_acceleration_rocker_hinge_by_u_coupler_crank = mul_add(y_over_d0_0_rocker_hinge,
+            d_lambda0_0_by_u_coupler_crank, mul_add(y_over_d0_2_rocker_hinge,
+            d_lambda0_2_by_u_coupler_crank,
+            y_over_d0_1_rocker_hinge * d_lambda0_1_by_u_coupler_crank));
+        let d_acceleration_crank_hinge_by_u_coupler_crank = mul_add(-minus_y_over_d0_0_crank_hinge,
+            d_lambda0_0_by_u_coupler_crank, mul_add(y_over_d0_1_crank_hinge,
+            d_lambda0_1_by_u_coupler_crank, mul_add(y_over_d0_2_crank_hinge,
+            d_lambda0_2_by_u_coupler_crank,
+            inverse_pivot_crank_hinge * d_y_crank_hinge_by_u_coupler_crank)));
+        let d_acceleration_coupler_crank_by_u_coupler_crank = mul_add(-l_coupler_crank_crank_hinge,
+            d_acceleration_crank_hinge_by_u_coupler_crank, mul_add(c(-14829.536919702783),
+            d_lambda0_1_by_u_coupler_crank, mul_add(c(-62931.65091583967),
+            d_lambda0_2_by_u_coupler_crank, c(-11587.576386003198))));
+        let d_acceleration_coupler_rocker_by_u_coupler_crank =
+            mul_add(-l_coupler_rocker_rocker_hinge, d_acceleration_rocker_hinge_by_u_coupler_crank,
+            c(221927.38498246408) * d_lambda0_2_by_u_coupler_crank);
+        let d_acceleration_crank_hinge_by_u_coupler_rocker = mul_add(-minus_y_over_d0_0_crank_hinge,
+            d_lambda0_0_by_u_coupler_rocker, mul_add(y_over_d0_2_crank_hinge,
+            d_lambda0_2_by_u_coupler_rocker,
+            y_over_d0_1_crank_hinge * d_lambda0_1_by_u_coupler_rocker));
+        let d_acceleration_rocker_hinge_by_u_coupler_rocker = mul_add(y_over_d0_0_rocker_hinge,
+            d_lambda0_0_by_u_coupler_rocker, mul_add(y_over_d0_1_rocker_hinge,
+            d_lambda0_1_by_u_coupler_rocker, mul_add(y_over_d0_2_rocker_hinge,
+            d_lambda0_2_by_u_coupler_rocker,
+            inverse_pivot_rocker_hinge * d_y_rocker_hinge_by_u_coupler_rocker)));
+        let d_acceleration_coupler_crank_by_u_coupler_rocker = mul_add(-l_coupler_crank_crank_hinge,
+            d_acceleration_crank_hinge_by_u_coupler_rocker, mul_add(c(-62931.65091583967),
+            d_lambda0_2_by_u_coupler_rocker,
+            c(-14829.536919702783) * d_lambda0_1_by_u_coupler_rocker));
+        let d_acceleration_coupler_rocker_by_u_coupler_rocker =
+            mul_add(-l_coupler_rocker_rocker_hinge, d_acceleration_rocker_hinge_by_u_coupler_rocker,
+            mul_add(c(221927.38498246408), d_lambda0_2_by_u_coupler_rocker, c(-53461.2787670157)));
+        acceleration[0] = acceleration_crank_hinge;
+        acceleration[1] = acceleration_rocker_hinge;
+        acceleration[2] = acceleration_coupler_crank;
+        acceleration[3] = acceleration_coupler_rocker;
+        dq[0] = d_acceleration_crank_hinge_by_q_crank_hinge;
+        dq[1] = d_acceleration_crank_hinge_by_q_rocker_hinge;
+        dq[2] = d_acceleration_crank_hinge_by_q_coupler_crank;
+        dq[3] = d_acceleration_crank_hinge_by_q_coupler_rocker;
+        dq[4] = d_acceleration_rocker_hinge_by_q_crank_hinge;
+        dq[5] = d_acceleration_rocker_hinge_by_q_rocker_hinge;
+        dq[6] = d_acceleration_rocker_hinge_by_q_coupler_crank;
+        dq[7] = d_acceleration_rocker_hinge_by_q_coupler_rocker;
+        dq[8] = d_acceleration_coupler_crank_by_q_crank_hinge;
+        dq[9] = d_acceleration_coupler_crank_by_q_rocker_hinge;
+        dq[10] = d_acceleration_coupler_crank_by_q_coupler_crank;
+        dq[11] = d_acceleration_coupler_crank_by_q_coupler_rocker;
+        dq[12] = d_acceleration_coupler_rocker_by_q_crank_hinge;
+        dq[13] = d_acceleration_coupler_rocker_by_q_rocker_hinge;
+        dq[14] = d_acceleration_coupler_rocker_by_q_coupler_crank;
+        dq[15] = d_acceleration_coupler_rocker_by_q_coupler_rocker;
+        du[0] = d_acceleration_crank_hinge_by_u_crank_hinge;
+        du[1] = d_acceleration_crank_hinge_by_u_rocker_hinge;
+        du[2] = d_acceleration_crank_hinge_by_u_coupler_crank;
+        du[3] = d_acceleration_crank_hinge_by_u_coupler_rocker;
+        du[4] = d_acceleration_rocker_hinge_by_u_crank_hinge;
+        du[5] = d_acceleration_rocker_hinge_by_u_rocker_hinge;
+        du[6] = d_acceleration_rocker_hinge_by_u_coupler_crank;
+        du[7] = d_acceleration_rocker_hinge_by_u_coupler_rocker;
+        du[8] = d_acceleration_coupler_crank_by_u_crank_hinge;
+        du[9] = d_acceleration_coupler_crank_by_u_rocker_hinge;
+        du[10] = d_acceleration_coupler_crank_by_u_coupler_crank;
+        du[11] = d_acceleration_coupler_crank_by_u_coupler_rocker;
+        du[12] = d_acceleration_coupler_rocker_by_u_crank_hinge;
+        du[13] = d_acceleration_coupler_rocker_by_u_rocker_hinge;
+        du[14] = d_acceleration_coupler_rocker_by_u_coupler_crank;
+        du[15] = d_acceleration_coupler_rocker_by_u_coupler_rocker;
         dt[0] = c(0.0);
         dt[1] = c(0.0);
         dt[2] = c(0.0);
         dt[3] = c(0.0);
         margin[0] = S::min(S::min(S::min(inverse_pivot_crank_hinge, inverse_pivot_rocker_hinge),
             c(115875.76386003198)), c(534612.7876701569));
-        margin[1] = S::min(part_25, S::min(S::min(part_11, part_13),
-            part_15) * c(100.0)) / (part_24 * part_25);
+        margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1),
+            s_loop0_2_2) * c(100.0)) / (bound_of_trace_of_inverse_s * trace_of_s);
         ::lamc_runtime::Margin {
             inverse_pivot: margin[0],
             conditioning: margin[1],

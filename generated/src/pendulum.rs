@@ -13,17 +13,17 @@
 // Mobility: 1
 //
 // Cost of one evaluation:
-//   equations: 7 operations: 3 add, 3 mul, 0 div, 1 sin_cos, 0 other
+//   equations: 6 operations: 2 add, 3 mul, 0 div, 1 sin_cos, 0 other
 //   closure: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   poses: 10 operations: 5 add, 4 mul, 0 div, 1 sin_cos, 0 other
-//   points: 6 operations: 3 add, 2 mul, 0 div, 1 sin_cos, 0 other
+//   points: 5 operations: 2 add, 2 mul, 0 div, 1 sin_cos, 0 other
 //   energy: 9 operations: 2 add, 6 mul, 0 div, 1 sin_cos, 0 other
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
-//   reactions: 26 operations: 13 add, 12 mul, 0 div, 1 sin_cos, 0 other
-//   tangent: 8 operations: 3 add, 4 mul, 0 div, 1 sin_cos, 0 other
-//   acceleration: 8 operations: 3 add, 4 mul, 0 div, 1 sin_cos, 0 other
+//   reactions: 18 operations: 6 add, 11 mul, 0 div, 1 sin_cos, 0 other
+//   tangent: 7 operations: 2 add, 4 mul, 0 div, 1 sin_cos, 0 other
+//   acceleration: 7 operations: 2 add, 4 mul, 0 div, 1 sin_cos, 0 other
 //   projection: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
-//   jacobian: 12 operations: 5 add, 6 mul, 0 div, 1 sin_cos, 0 other
+//   jacobian: 10 operations: 3 add, 6 mul, 0 div, 1 sin_cos, 0 other
 
 /// Coordinates: one angle per joint.
 pub const N: usize = 1;
@@ -163,11 +163,9 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         let Some(mass) = out.mass.first_chunk_mut::<1>() else { return };
         let Some(forcing) = out.forcing.first_chunk_mut::<1>() else { return };
         let (_, cos_hinge) = S::sin_cos(q[0]);
-        // arm: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_moment_arm_x = -cos_hinge * c(-0.0177798000739608);
         // arm: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let generalized_force_hinge = bias_moment_arm_x - mul_add(c(2.5e-5), u[0],
-            q[0] * c(7.6e-3));
+        let generalized_force_hinge = mul_add(c(0.0177798000739608), cos_hinge, -mul_add(c(2.5e-5),
+            u[0], q[0] * c(7.6e-3)));
         mass[0] = c(1.2282610013696912e-4);
         forcing[0] = generalized_force_hinge;
     }
@@ -210,7 +208,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         let Some(points) = out.first_chunk_mut::<3>() else { return };
         let (sin_hinge, cos_hinge) = S::sin_cos(q[0]);
         points[0] = c(-3.2000000000000015e-3);
-        points[1] = -cos_hinge * c(0.1015) - c(0.022255);
+        points[1] = mul_add(c(-0.1015), cos_hinge, c(-0.022255));
         points[2] = mul_add(c(-0.1015), sin_hinge, c(3.17e-3));
     }
     fn energy(&self, t: S, q: &[S], u: &[S]) -> ::lamc_runtime::Energy<S> {
@@ -248,22 +246,16 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         // arm: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_arm_xx = u[0] * u[0];
         // arm: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let net_moment_arm_x = -cos_hinge * c(-0.0177798000739608)
-            - mul_add(c(1.167917774784309e-7), a[0], a[0] * c(1.2270930835949067e-4));
-        let net_force_arm_y = mul_add(c(-1.81241590968e-3), omega_arm_xx,
-            sin_hinge * c(-0.34228880128799993));
         let net_force_arm_z = mul_add(c(1.81241590968e-3), a[0],
             cos_hinge * c(-0.34228880128799993));
-        let net_moment_arm_y = mul_add(c(-4.531021650040903e-5), a[0],
-            -cos_hinge * c(-8.557185803319869e-3));
-        let net_moment_arm_z = mul_add(c(-4.531021650040903e-5), omega_arm_xx,
-            sin_hinge * c(-8.557185803319869e-3));
         reactions[0] = c(0.0);
-        reactions[1] = -net_force_arm_y;
+        reactions[1] = mul_add(c(0.34228880128799993), sin_hinge,
+            omega_arm_xx * c(1.81241590968e-3));
         reactions[2] = -net_force_arm_z;
-        reactions[3] = -net_moment_arm_x;
-        reactions[4] = -net_moment_arm_y;
-        reactions[5] = -net_moment_arm_z;
+        reactions[3] = mul_add(c(-0.0177798000739608), cos_hinge, a[0] * c(1.2282610013696912e-4));
+        reactions[4] = mul_add(c(-8.557185803319869e-3), cos_hinge, a[0] * c(4.531021650040903e-5));
+        reactions[5] = mul_add(c(8.557185803319869e-3), sin_hinge,
+            omega_arm_xx * c(4.531021650040903e-5));
     }
     fn write_tangent(
         &self,
@@ -285,10 +277,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         let Some(dp) = change.parameters.first_chunk::<0>() else { return };
         let Some(di) = change.inputs.first_chunk::<0>() else { return };
         let Some(forces) = forces.first_chunk_mut::<1>() else { return };
-        let (arm_part, _) = S::sin_cos(q[0]);
+        let (minus_d_cos_hinge_sin, _) = S::sin_cos(q[0]);
+        // arm: hinge angle: s = sin q, c = cos q
+        let minus_d_cos_hinge = dq[0] * minus_d_cos_hinge_sin;
         // arm: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_net_moment_arm_x = -dq[0] * arm_part * c(0.0177798000739608);
-        let d_imbalance_hinge = d_net_moment_arm_x - mul_add(c(2.5e-5), du[0], dq[0] * c(7.6e-3));
+        let d_imbalance_hinge = mul_add(c(-0.0177798000739608), minus_d_cos_hinge,
+            -mul_add(c(2.5e-5), du[0], dq[0] * c(7.6e-3)));
         forces[0] = d_imbalance_hinge;
     }
 }
@@ -324,10 +318,12 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Pendulum<S>
             return ::lamc_runtime::Margin::none()
         };
         let (_, cos_hinge) = S::sin_cos(q[0]);
-        // arm: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
-        let reduced_torque_arm = mul_add(c(0.0177798000739608), cos_hinge, mul_add(c(-2.5e-5), u[0],
-            -q[0] * c(7.6e-3)));
-        acceleration[0] = c(8141.592046681067) * reduced_torque_arm;
+        // arm: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let generalized_force_hinge = mul_add(c(0.0177798000739608), cos_hinge, -mul_add(c(2.5e-5),
+            u[0], q[0] * c(7.6e-3)));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
+        let acceleration_hinge = generalized_force_hinge * c(8141.592046681067);
+        acceleration[0] = acceleration_hinge;
         margin[0] = c(8141.592046681067);
         margin[1] = c(1.0);
         ::lamc_runtime::Margin {
@@ -363,17 +359,18 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Pendulum<S>
         let Some(dt) = out.dt.first_chunk_mut::<1>() else {
             return ::lamc_runtime::Margin::none()
         };
-        let (arm_part, cos_hinge) = S::sin_cos(q[0]);
-        // arm: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_moment_arm_x = -cos_hinge * c(-0.0177798000739608);
-        // arm: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let generalized_force_hinge = bias_moment_arm_x - mul_add(c(2.5e-5), u[0],
-            q[0] * c(7.6e-3));
+        let (minus_d_cos_hinge_by_q_hinge, cos_hinge) = S::sin_cos(q[0]);
         // arm: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_net_moment_arm_x = -arm_part * c(0.0177798000739608);
-        let d_imbalance_hinge = d_net_moment_arm_x - c(7.6e-3);
-        acceleration[0] = generalized_force_hinge * c(8141.592046681067);
-        dq[0] = c(8141.592046681067) * d_imbalance_hinge;
+        let d_imbalance_hinge_by_q_hinge = mul_add(c(-0.0177798000739608),
+            minus_d_cos_hinge_by_q_hinge, c(-7.6e-3));
+        // arm: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let generalized_force_hinge = mul_add(c(0.0177798000739608), cos_hinge, -mul_add(c(2.5e-5),
+            u[0], q[0] * c(7.6e-3)));
+        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
+        let acceleration_hinge = generalized_force_hinge * c(8141.592046681067);
+        let d_acceleration_hinge_by_q_hinge = c(8141.592046681067) * d_imbalance_hinge_by_q_hinge;
+        acceleration[0] = acceleration_hinge;
+        dq[0] = d_acceleration_hinge_by_q_hinge;
         du[0] = c(-0.2035398011670267);
         dt[0] = c(0.0);
         margin[0] = c(8141.592046681067);

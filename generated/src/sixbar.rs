@@ -19,17 +19,17 @@
 //   loop 0: spherical, 9 equations, 3 independent, mobility 3
 //
 // Cost of one evaluation:
-//   equations: 472 operations: 204 add, 262 mul, 0 div, 6 sin_cos, 0 other
-//   closure: 269 operations: 123 add, 140 mul, 0 div, 6 sin_cos, 0 other
-//   poses: 208 operations: 92 add, 111 mul, 0 div, 5 sin_cos, 0 other
+//   equations: 456 operations: 190 add, 260 mul, 0 div, 6 sin_cos, 0 other
+//   closure: 253 operations: 107 add, 140 mul, 0 div, 6 sin_cos, 0 other
+//   poses: 205 operations: 89 add, 111 mul, 0 div, 5 sin_cos, 0 other
 //   points: 64 operations: 26 add, 35 mul, 0 div, 3 sin_cos, 0 other
 //   energy: 184 operations: 65 add, 113 mul, 0 div, 6 sin_cos, 0 other
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
-//   reactions: 686 operations: 334 add, 346 mul, 0 div, 6 sin_cos, 0 other
-//   tangent: 785 operations: 344 add, 435 mul, 0 div, 6 sin_cos, 0 other
-//   acceleration: 693 operations: 276 add, 396 mul, 8 div, 6 sin_cos, 7 other
-//   projection: 606 operations: 221 add, 364 mul, 8 div, 6 sin_cos, 7 other
-//   jacobian: 2740 operations: 1236 add, 1483 mul, 8 div, 6 sin_cos, 7 other
+//   reactions: 668 operations: 318 add, 344 mul, 0 div, 6 sin_cos, 0 other
+//   tangent: 767 operations: 320 add, 441 mul, 0 div, 6 sin_cos, 0 other
+//   acceleration: 665 operations: 254 add, 390 mul, 8 div, 6 sin_cos, 7 other
+//   projection: 589 operations: 209 add, 359 mul, 8 div, 6 sin_cos, 7 other
+//   jacobian: 2683 operations: 1170 add, 1492 mul, 8 div, 6 sin_cos, 7 other
 
 /// Coordinates: one angle per joint.
 pub const N: usize = 6;
@@ -220,124 +220,65 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             (sin_south_south_east, cos_south_south_east),
             (sin_south_west_south, cos_south_west_south),
         ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
+        // south_east: angular velocity: w = R^T w_parent + u e_x
+        let parent_omega_on_hinge_south_east_y = u[4] * c(0.7071067811865475);
+        let parent_omega_south_east_y = cos_south_east_east * parent_omega_on_hinge_south_east_y;
+        let minus_parent_omega_south_east_z =
+            sin_south_east_east * parent_omega_on_hinge_south_east_y;
+        let omega_south_east_x = parent_omega_on_hinge_south_east_y + u[3];
+        // south_east: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
+        let minus_velocity_product_alpha_south_east_y = minus_parent_omega_south_east_z * u[3];
+        let minus_velocity_product_alpha_south_east_z = parent_omega_south_east_y * u[3];
+        // south_east: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
+        let minus_omega_south_east_xz = minus_parent_omega_south_east_z * omega_south_east_x;
+        let minus_omega_south_east_yz = parent_omega_south_east_y * minus_parent_omega_south_east_z;
+        let velocity_product_gradient_south_east_xy = mul_add(parent_omega_south_east_y,
+            omega_south_east_x, minus_velocity_product_alpha_south_east_z);
+        let velocity_product_gradient_south_east_xz = -minus_velocity_product_alpha_south_east_y
+            - minus_omega_south_east_xz;
+        let velocity_product_gradient_south_east_zx = minus_velocity_product_alpha_south_east_y
+            - minus_omega_south_east_xz;
         // south_west: angular velocity: w = R^T w_parent + u e_x
-        let south_west_part = u[5] * c(0.8660257562110547);
-        let south_west_part_2 = cos_west_south_west * south_west_part;
-        let south_west_part_3 = sin_west_south_west * south_west_part;
+        let minus_parent_omega_on_hinge_south_west_y = u[5] * c(0.8660257562110547);
+        let minus_parent_omega_south_west_y =
+            cos_west_south_west * minus_parent_omega_on_hinge_south_west_y;
+        let parent_omega_south_west_z =
+            sin_west_south_west * minus_parent_omega_on_hinge_south_west_y;
         let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
         // south_west: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
-        let velocity_product_alpha_south_west_y = south_west_part_3 * u[2];
-        let south_west_part_4 = south_west_part_2 * u[2];
+        let velocity_product_alpha_south_west_y = parent_omega_south_west_z * u[2];
+        let velocity_product_alpha_south_west_z = minus_parent_omega_south_west_y * u[2];
         // south_west: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let omega_south_west_xy = -south_west_part_2 * omega_south_west_x;
-        let omega_south_west_xz = south_west_part_3 * omega_south_west_x;
-        let south_west_part_5 = south_west_part_2 * south_west_part_3;
-        let velocity_product_gradient_south_west_xy = omega_south_west_xy - south_west_part_4;
+        let minus_omega_south_west_xy = minus_parent_omega_south_west_y * omega_south_west_x;
+        let omega_south_west_xz = parent_omega_south_west_z * omega_south_west_x;
+        let minus_omega_south_west_yz = minus_parent_omega_south_west_y * parent_omega_south_west_z;
+        let velocity_product_gradient_south_west_xy = -minus_omega_south_west_xy
+            - velocity_product_alpha_south_west_z;
         let velocity_product_gradient_south_west_xz = velocity_product_alpha_south_west_y
             + omega_south_west_xz;
         let velocity_product_gradient_south_west_zx = omega_south_west_xz
             - velocity_product_alpha_south_west_y;
-        // south_east: angular velocity: w = R^T w_parent + u e_x
-        let parent_omega_on_hinge_south_east_y = u[4] * c(0.7071067811865475);
-        let parent_omega_south_east_y = cos_south_east_east * parent_omega_on_hinge_south_east_y;
-        let south_east_part = sin_south_east_east * parent_omega_on_hinge_south_east_y;
-        let omega_south_east_x = parent_omega_on_hinge_south_east_y + u[3];
-        // south_east: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
-        let south_east_part_2 = south_east_part * u[3];
-        let velocity_product_alpha_south_east_y = -south_east_part_2;
-        let south_east_part_3 = parent_omega_south_east_y * u[3];
-        // south_east: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let south_east_part_4 = south_east_part * omega_south_east_x;
-        let south_east_part_5 = parent_omega_south_east_y * south_east_part;
-        let velocity_product_gradient_south_east_xy = mul_add(parent_omega_south_east_y,
-            omega_south_east_x, south_east_part_3);
-        let velocity_product_gradient_south_east_xz = velocity_product_alpha_south_east_y
-            - south_east_part_4;
-        let velocity_product_gradient_south_east_zx = south_east_part_2 - south_east_part_4;
-        // east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let east_part = cos_ground_east * c(9.81);
-        // west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let west_part = cos_ground_west * c(9.81);
-        // south_east: partial velocities: dw/du, dv/du
-        let south_east_part_6 = sin_south_east_east * c(0.7071067811865475);
-        // south_west: partial velocities: dw/du, dv/du
-        let parent_omega_south_west_z_by_ground_west = sin_west_south_west * c(0.8660257562110547);
-        // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
-        let jacobian_loop0_0_west_south_west = sin_south_west_south * c(0.05705233910713035);
-        let jacobian_loop0_0_south_east_east = -sin_south_south_east * c(-0.06987460438879269);
-        // south_ghost0: partial velocities: dw/du, dv/du
-        let parent_omega_south_ghost0_x_by_ground_west = mul_add(c(-0.6123723483370466),
-            cos_west_south_west, c(0.3535531532739687));
-        // south: partial velocities: dw/du, dv/du
-        let parent_omega_on_hinge_south_y_by_ground_east = mul_add(c(0.3535532955220838),
-            cos_south_east_east, c(0.6123724905851617));
-        let parent_omega_south_z_by_ground_east = mul_add(-sin_south_south_east,
-            parent_omega_on_hinge_south_y_by_ground_east,
-            -cos_south_south_east * south_east_part_6);
-        // south_ghost0: partial velocities: dw/du, dv/du
-        let parent_omega_on_hinge_south_ghost0_y_by_ground_west = mul_add(c(-0.6123730214608577),
-            cos_west_south_west, c(-0.35355276464638774));
-        let parent_omega_south_ghost0_z_by_ground_west = mul_add(-sin_south_west_south,
-            parent_omega_on_hinge_south_ghost0_y_by_ground_west,
-            cos_south_west_south * parent_omega_south_west_z_by_ground_west);
-        // south: partial velocities: dw/du, dv/du
-        let parent_omega_south_y_by_ground_east = mul_add(-sin_south_south_east, south_east_part_6,
-            cos_south_south_east * parent_omega_on_hinge_south_y_by_ground_east);
-        let parent_omega_south_x_by_ground_east = mul_add(c(-0.6123724905851617),
-            cos_south_east_east, c(0.3535532955220838));
-        // south_ghost0: partial velocities: dw/du, dv/du
-        let parent_omega_south_ghost0_y_by_ground_west = mul_add(cos_south_west_south,
-            parent_omega_on_hinge_south_ghost0_y_by_ground_west,
-            sin_south_west_south * parent_omega_south_west_z_by_ground_west);
-        // south_east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_east_y = sin_ground_east * c(-6.936717523440031);
-        let apparent_gravity_south_east_y = mul_add(-sin_south_east_east, east_part,
-            cos_south_east_east * apparent_gravity_on_hinge_south_east_y);
-        let apparent_gravity_south_east_z = mul_add(-sin_south_east_east,
-            apparent_gravity_on_hinge_south_east_y, -cos_south_east_east * east_part);
-        // south_east: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_moment_south_east_x = -apparent_gravity_south_east_z * c(4.7358339509453117e-4)
-            - mul_add(c(-1.2939941252175183e-5), velocity_product_gradient_south_east_zx,
-            mul_add(c(3.338573836000013e-8), south_east_part_5,
-            south_east_part_5 * c(-1.642426710807345e-5)));
-        let bias_moment_south_east_z = mul_add(c(3.285114235562458e-3), sin_ground_east,
-            -mul_add(c(-1.642426710807345e-5), velocity_product_gradient_south_east_xy,
-            -c(1.2939941252175183e-5) * mul_add(-omega_south_east_x, omega_south_east_x,
-            parent_omega_south_east_y * parent_omega_south_east_y)));
-        // south_west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_west_y = sin_ground_west * c(-4.904994011767025);
-        let apparent_gravity_south_west_y = mul_add(-sin_west_south_west, west_part,
-            cos_west_south_west * apparent_gravity_on_hinge_south_west_y);
-        let apparent_gravity_south_west_z = mul_add(-sin_west_south_west,
-            apparent_gravity_on_hinge_south_west_y, -cos_west_south_west * west_part);
-        // south_west: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_moment_south_west_x = mul_add(c(3.5201493204827953e-4),
-            apparent_gravity_south_west_z, -mul_add(c(-1.009359489758939e-5), south_west_part_5,
-            mul_add(c(2.6789051216394143e-8), south_west_part_5,
-            velocity_product_gradient_south_west_zx * c(1.2394283547934888e-5))));
-        let bias_moment_south_west_z = -sin_ground_west * c(-2.990617717679251e-3)
-            - mul_add(c(-1.009359489758939e-5), velocity_product_gradient_south_west_xy,
-            c(1.2394283547934888e-5) * mul_add(-omega_south_west_x, omega_south_west_x,
-            south_west_part_2 * south_west_part_2));
         // south: angular velocity: w = R^T w_parent + u e_x
         let parent_omega_on_hinge_south_y = mul_add(c(0.8660254814097263), omega_south_east_x,
             parent_omega_south_east_y * c(0.49999986554903386));
         let parent_omega_south_x = mul_add(c(-0.8660254814097263), parent_omega_south_east_y,
             omega_south_east_x * c(0.49999986554903386));
-        let parent_omega_south_y = mul_add(-sin_south_south_east, south_east_part,
+        let parent_omega_south_y = mul_add(-sin_south_south_east, minus_parent_omega_south_east_z,
             cos_south_south_east * parent_omega_on_hinge_south_y);
         let parent_omega_south_z = mul_add(-sin_south_south_east, parent_omega_on_hinge_south_y,
-            -cos_south_south_east * south_east_part);
+            -cos_south_south_east * minus_parent_omega_south_east_z);
         let omega_south_x = parent_omega_south_x + u[1];
         // south: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
-        let velocity_product_alpha_on_hinge_south_y = south_east_part_2 * c(-0.49999986554903386);
-        let south_part = south_east_part_2 * c(-0.8660254814097263);
+        let velocity_product_alpha_on_hinge_south_y =
+            minus_velocity_product_alpha_south_east_y * c(-0.49999986554903386);
+        let minus_velocity_product_alpha_south_x =
+            minus_velocity_product_alpha_south_east_y * c(-0.8660254814097263);
         let velocity_product_alpha_south_y = mul_add(cos_south_south_east,
             velocity_product_alpha_on_hinge_south_y, mul_add(-sin_south_south_east,
-            south_east_part_3, parent_omega_south_z * u[1]));
+            minus_velocity_product_alpha_south_east_z, parent_omega_south_z * u[1]));
         let velocity_product_alpha_south_z = mul_add(-sin_south_south_east,
             velocity_product_alpha_on_hinge_south_y, mul_add(-parent_omega_south_y, u[1],
-            -cos_south_south_east * south_east_part_3));
+            -cos_south_south_east * minus_velocity_product_alpha_south_east_z));
         // south: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_south_xx = omega_south_x * omega_south_x;
         let omega_south_yy = parent_omega_south_y * parent_omega_south_y;
@@ -345,21 +286,25 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let omega_south_xy = parent_omega_south_y * omega_south_x;
         let omega_south_xz = parent_omega_south_z * omega_south_x;
         let omega_south_yz = parent_omega_south_y * parent_omega_south_z;
+        let minus_velocity_product_gradient_south_xx = omega_south_yy + omega_south_zz;
         let velocity_product_gradient_south_xy = omega_south_xy - velocity_product_alpha_south_z;
         let velocity_product_gradient_south_xz = velocity_product_alpha_south_y + omega_south_xz;
         let velocity_product_gradient_south_yx = velocity_product_alpha_south_z + omega_south_xy;
-        let velocity_product_gradient_south_yz = south_part + omega_south_yz;
+        let minus_velocity_product_gradient_south_yy = omega_south_xx + omega_south_zz;
+        let velocity_product_gradient_south_yz = minus_velocity_product_alpha_south_x
+            + omega_south_yz;
         let velocity_product_gradient_south_zx = omega_south_xz - velocity_product_alpha_south_y;
-        let velocity_product_gradient_south_zy = omega_south_yz - south_part;
+        let velocity_product_gradient_south_zy = omega_south_yz
+            - minus_velocity_product_alpha_south_x;
         // south_ghost0: angular velocity: w = R^T w_parent + u e_x
         let parent_omega_on_hinge_south_ghost0_y = mul_add(c(-0.7071063925583854),
-            omega_south_west_x, south_west_part_2 * c(-0.7071071698144962));
-        let parent_omega_south_ghost0_x = mul_add(c(-0.7071063925583854), south_west_part_2,
-            omega_south_west_x * c(0.7071071698144962));
+            omega_south_west_x, minus_parent_omega_south_west_y * c(-0.7071071698144962));
+        let parent_omega_south_ghost0_x = mul_add(c(-0.7071063925583854),
+            minus_parent_omega_south_west_y, omega_south_west_x * c(0.7071071698144962));
         let parent_omega_south_ghost0_y = mul_add(cos_south_west_south,
-            parent_omega_on_hinge_south_ghost0_y, sin_south_west_south * south_west_part_3);
+            parent_omega_on_hinge_south_ghost0_y, sin_south_west_south * parent_omega_south_west_z);
         let parent_omega_south_ghost0_z = mul_add(-sin_south_west_south,
-            parent_omega_on_hinge_south_ghost0_y, cos_south_west_south * south_west_part_3);
+            parent_omega_on_hinge_south_ghost0_y, cos_south_west_south * parent_omega_south_west_z);
         let omega_south_ghost0_x = parent_omega_south_ghost0_x + u[0];
         // south_ghost0: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
         let velocity_product_alpha_on_hinge_south_ghost0_y =
@@ -368,10 +313,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             velocity_product_alpha_south_west_y * c(0.7071063925583854);
         let velocity_product_alpha_south_ghost0_y = mul_add(cos_south_west_south,
             velocity_product_alpha_on_hinge_south_ghost0_y, mul_add(sin_south_west_south,
-            south_west_part_4, parent_omega_south_ghost0_z * u[0]));
+            velocity_product_alpha_south_west_z, parent_omega_south_ghost0_z * u[0]));
         let velocity_product_alpha_south_ghost0_z = mul_add(-sin_south_west_south,
             velocity_product_alpha_on_hinge_south_ghost0_y, mul_add(-parent_omega_south_ghost0_y,
-            u[0], cos_south_west_south * south_west_part_4));
+            u[0], cos_south_west_south * velocity_product_alpha_south_west_z));
         // south_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_south_ghost0_xy = parent_omega_south_ghost0_y * omega_south_ghost0_x;
         let omega_south_ghost0_xz = parent_omega_south_ghost0_z * omega_south_ghost0_x;
@@ -388,9 +333,42 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             - velocity_product_alpha_south_ghost0_y;
         let velocity_product_gradient_south_ghost0_zy = velocity_product_alpha_south_ghost0_x
             + omega_south_ghost0_yz;
-        // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
-        let jacobian_loop0_0_ground_east =
-            -c(0.08068423607472841) * parent_omega_south_z_by_ground_east;
+        // east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let minus_apparent_gravity_east_z = cos_ground_east * c(9.81);
+        // west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let minus_apparent_gravity_west_z = cos_ground_west * c(9.81);
+        // south_east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_on_hinge_south_east_y = sin_ground_east * c(-6.936717523440031);
+        let apparent_gravity_south_east_y = mul_add(-sin_south_east_east,
+            minus_apparent_gravity_east_z,
+            cos_south_east_east * apparent_gravity_on_hinge_south_east_y);
+        let apparent_gravity_south_east_z = mul_add(-sin_south_east_east,
+            apparent_gravity_on_hinge_south_east_y,
+            -cos_south_east_east * minus_apparent_gravity_east_z);
+        // south_east: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
+        let minus_bias_moment_south_east_y = mul_add(c(-1.2939941252175183e-5),
+            minus_omega_south_east_yz,
+            velocity_product_gradient_south_east_xz * c(3.338573836000013e-8));
+        let bias_moment_south_east_z = mul_add(c(3.285114235562458e-3), sin_ground_east,
+            -mul_add(c(-1.642426710807345e-5), velocity_product_gradient_south_east_xy,
+            c(-1.2939941252175183e-5) * mul_add(-omega_south_east_x, omega_south_east_x,
+            parent_omega_south_east_y * parent_omega_south_east_y)));
+        // south_west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_on_hinge_south_west_y = sin_ground_west * c(-4.904994011767025);
+        let apparent_gravity_south_west_y = mul_add(-sin_west_south_west,
+            minus_apparent_gravity_west_z,
+            cos_west_south_west * apparent_gravity_on_hinge_south_west_y);
+        let apparent_gravity_south_west_z = mul_add(-sin_west_south_west,
+            apparent_gravity_on_hinge_south_west_y,
+            -cos_west_south_west * minus_apparent_gravity_west_z);
+        // south_west: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
+        let minus_bias_moment_south_west_y = mul_add(c(1.2394283547934888e-5),
+            minus_omega_south_west_yz,
+            velocity_product_gradient_south_west_xz * c(2.6789051216394143e-8));
+        let bias_moment_south_west_z = mul_add(c(2.990617717679251e-3), sin_ground_west,
+            -mul_add(c(-1.009359489758939e-5), velocity_product_gradient_south_west_xy,
+            c(1.2394283547934888e-5) * mul_add(-omega_south_west_x, omega_south_west_x,
+            minus_parent_omega_south_west_y * minus_parent_omega_south_west_y)));
         // south: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let apparent_gravity_on_hinge_south_y = mul_add(c(6.007374132640437), sin_ground_east,
             c(0.49999986554903386) * apparent_gravity_south_east_y);
@@ -400,15 +378,122 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             apparent_gravity_on_hinge_south_y,
             cos_south_south_east * apparent_gravity_south_east_z);
         // south: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_moment_south_x = -apparent_gravity_south_z * c(1.7025018541990593e-4)
-            - mul_add(c(-2.3726582693412885e-8), velocity_product_gradient_south_yz,
+        let bias_moment_south_x = mul_add(c(-1.7025018541990593e-4), apparent_gravity_south_z,
+            -mul_add(c(-2.3726582693412885e-8), velocity_product_gradient_south_yz,
             mul_add(c(-6.645555056848842e-6), velocity_product_gradient_south_zx,
-            velocity_product_gradient_south_zy * c(5.565308808048279e-6)));
-        let south_part_2 = mul_add(c(2.3726582693412885e-8), velocity_product_gradient_south_xz,
+            velocity_product_gradient_south_zy * c(5.565308808048279e-6))));
+        let minus_bias_moment_south_y = mul_add(c(2.3726582693412885e-8),
+            velocity_product_gradient_south_xz,
             velocity_product_gradient_south_zy * c(6.645555056848842e-6));
         let bias_moment_south_z = mul_add(c(1.7025018541990593e-4), apparent_gravity_south_x,
-            -mul_add(c(-5.565308808048279e-6), velocity_product_gradient_south_xy,
-            -c(6.645555056848842e-6) * (omega_south_yy - omega_south_xx)));
+            -mul_add(c(-5.565308808048279e-6), velocity_product_gradient_south_xy, (omega_south_yy
+            - omega_south_xx) * c(-6.645555056848842e-6)));
+        // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_on_hinge_south_ghost0_y = mul_add(c(6.007372737186427),
+            sin_ground_west, c(0.7071071698144962) * apparent_gravity_south_west_y);
+        let apparent_gravity_south_ghost0_x = mul_add(c(0.7071063925583854),
+            apparent_gravity_south_west_y, sin_ground_west * c(-6.007379340531014));
+        let apparent_gravity_south_ghost0_z = mul_add(-sin_south_west_south,
+            apparent_gravity_on_hinge_south_ghost0_y,
+            cos_south_west_south * apparent_gravity_south_west_z);
+        // south_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
+        let bias_moment_south_ghost0_x = mul_add(c(1.7025149681007909e-4),
+            apparent_gravity_south_ghost0_z, -mul_add(c(5.565367759175165e-6),
+            velocity_product_gradient_south_ghost0_zy, mul_add(c(-2.3726582693412885e-8),
+            velocity_product_gradient_south_ghost0_yz,
+            velocity_product_gradient_south_ghost0_zx * c(6.645589092322226e-6))));
+        let minus_bias_moment_south_ghost0_y = mul_add(c(-6.645589092322226e-6),
+            velocity_product_gradient_south_ghost0_zy,
+            velocity_product_gradient_south_ghost0_xz * c(2.3726582693412885e-8));
+        let bias_moment_south_ghost0_z = mul_add(c(-1.7025149681007909e-4),
+            apparent_gravity_south_ghost0_x, -mul_add(c(-5.565367759175165e-6),
+            velocity_product_gradient_south_ghost0_xy,
+            c(6.645589092322226e-6) * mul_add(-omega_south_ghost0_x, omega_south_ghost0_x,
+            parent_omega_south_ghost0_y * parent_omega_south_ghost0_y)));
+        // south_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let subtree_moment_on_hinge_south_ghost0_y = mul_add(-sin_south_west_south,
+            bias_moment_south_ghost0_z, -cos_south_west_south * minus_bias_moment_south_ghost0_y);
+        let subtree_moment_in_parent_south_ghost0_y = mul_add(c(0.7071063925583854),
+            bias_moment_south_ghost0_x,
+            c(0.7071071698144962) * subtree_moment_on_hinge_south_ghost0_y);
+        let subtree_moment_in_parent_south_ghost0_z = mul_add(-sin_south_west_south,
+            minus_bias_moment_south_ghost0_y, cos_south_west_south * bias_moment_south_ghost0_z);
+        let generalized_force_south_west_south = mul_add(c(-3.5e-6), u[0], mul_add(c(-0.0114), q[0],
+            bias_moment_south_ghost0_x));
+        // south_west: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let subtree_moment_south_west_x = mul_add(c(-0.7071063925583854),
+            subtree_moment_on_hinge_south_ghost0_y, mul_add(c(0.7071071698144962),
+            bias_moment_south_ghost0_x, mul_add(c(-1.2394283547934888e-5),
+            velocity_product_gradient_south_west_zx, mul_add(c(1.0066805846372997e-5),
+            minus_omega_south_west_yz, apparent_gravity_south_west_z * c(3.5201493204827953e-4)))));
+        let subtree_moment_south_west_y = subtree_moment_in_parent_south_ghost0_y
+            - minus_bias_moment_south_west_y;
+        let subtree_moment_south_west_z = bias_moment_south_west_z
+            + subtree_moment_in_parent_south_ghost0_z;
+        let subtree_moment_on_hinge_south_west_y = mul_add(-sin_west_south_west,
+            subtree_moment_south_west_z, cos_west_south_west * subtree_moment_south_west_y);
+        let subtree_moment_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
+            subtree_moment_on_hinge_south_west_y,
+            c(0.4999993895786978) * subtree_moment_south_west_x);
+        let generalized_force_west_south_west = mul_add(c(-3.5e-6), u[2], mul_add(c(-0.0114), q[2],
+            subtree_moment_south_west_x));
+        // south: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let subtree_moment_on_hinge_south_y = mul_add(-sin_south_south_east, bias_moment_south_z,
+            -cos_south_south_east * minus_bias_moment_south_y);
+        let subtree_moment_in_parent_south_y = mul_add(c(-0.8660254814097263), bias_moment_south_x,
+            c(0.49999986554903386) * subtree_moment_on_hinge_south_y);
+        let subtree_moment_in_parent_south_z = mul_add(-sin_south_south_east,
+            minus_bias_moment_south_y, cos_south_south_east * bias_moment_south_z);
+        let generalized_force_south_south_east = mul_add(c(-3.5e-6), u[1], mul_add(c(-0.0114), q[1],
+            bias_moment_south_x));
+        // south_east: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let subtree_moment_south_east_x = mul_add(c(0.8660254814097263),
+            subtree_moment_on_hinge_south_y, mul_add(c(0.49999986554903386), bias_moment_south_x,
+            mul_add(c(1.2939941252175183e-5), velocity_product_gradient_south_east_zx,
+            mul_add(c(1.639088136971345e-5), minus_omega_south_east_yz,
+            apparent_gravity_south_east_z * c(-4.7358339509453117e-4)))));
+        let subtree_moment_south_east_y = subtree_moment_in_parent_south_y
+            - minus_bias_moment_south_east_y;
+        let subtree_moment_south_east_z = bias_moment_south_east_z
+            + subtree_moment_in_parent_south_z;
+        let subtree_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
+            subtree_moment_south_east_z, cos_south_east_east * subtree_moment_south_east_y);
+        let subtree_moment_in_parent_south_east_x = mul_add(c(0.7071067811865475),
+            subtree_moment_on_hinge_south_east_y,
+            c(0.7071067811865475) * subtree_moment_south_east_x);
+        let generalized_force_south_east_east = mul_add(c(-3.5e-6), u[3], mul_add(c(-0.0114), q[3],
+            subtree_moment_south_east_x));
+        // west: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let subtree_moment_west_x = mul_add(c(-6.332769027236974e-3), cos_ground_west,
+            subtree_moment_in_parent_south_west_x);
+        let generalized_force_ground_west = mul_add(c(-3.5e-6), u[5], mul_add(c(-0.0114), q[5],
+            subtree_moment_west_x));
+        // east: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let subtree_moment_east_x = mul_add(c(4.625527205006544e-3), cos_ground_east,
+            subtree_moment_in_parent_south_east_x);
+        let generalized_force_ground_east = mul_add(c(-3.5e-6), u[4], mul_add(c(-0.0114), q[4],
+            subtree_moment_east_x));
+        // south_ghost0: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
+        let inertia_south_west_south_moment_in_parent_south_ghost0_x =
+            mul_add(c(4.6991385294973235e-6), cos_south_west_south, c(3.9520886819049045e-6));
+        let inertia_south_west_south_moment_in_parent_south_ghost0_y =
+            mul_add(c(-4.6991436948220556e-6), cos_south_west_south, c(3.952084337747174e-6));
+        let minus_inertia_south_west_south_moment_in_parent_south_ghost0_z =
+            sin_south_west_south * c(6.645589092322226e-6);
+        // south_ghost0: composite inertia: m, h, S of all beyond the hinge
+        let composite_second_moment_joint_deviator_south_ghost0 =
+            sin_south_west_south * c(5.541641176481752e-6);
+        let composite_second_moment_joint_deviator_sin_south_ghost0 =
+            sin_south_west_south * composite_second_moment_joint_deviator_south_ghost0;
+        let composite_second_moment_joint_deviator_cos_south_ghost0 =
+            cos_south_west_south * composite_second_moment_joint_deviator_south_ghost0;
+        let composite_second_moment_on_hinge_south_ghost0_yy = c(5.565367759175165e-6)
+            - composite_second_moment_joint_deviator_sin_south_ghost0;
+        let composite_second_moment_hinge_deviator_south_ghost0 = mul_add(c(-0.7071063925583854),
+            composite_second_moment_on_hinge_south_ghost0_yy,
+            cos_south_west_south * c(9.398287389644111e-6));
+        let composite_second_moment_hinge_deviator_sin_south_ghost0 =
+            c(0.7071063925583854) * composite_second_moment_hinge_deviator_south_ghost0;
         // south: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let inertia_south_south_east_moment_in_parent_south_x = mul_add(c(5.75522001734236e-6),
             cos_south_south_east, c(2.794516943919638e-6));
@@ -428,40 +513,50 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let composite_second_moment_hinge_deviator_south = mul_add(c(0.8660254814097263),
             composite_second_moment_on_hinge_south_yy,
             cos_south_south_east * c(-6.645553269846246e-6));
-        let south_part_3 = c(0.8660254814097263) * composite_second_moment_hinge_deviator_south;
-        // south_east: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let inertia_south_south_east_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
-            inertia_south_south_east_moment_in_parent_south_z,
-            cos_south_east_east * inertia_south_south_east_moment_in_parent_south_y);
-        let inertia_south_south_east_moment_in_parent_south_east_x = mul_add(c(0.7071067811865475),
-            inertia_south_south_east_moment_on_hinge_south_east_y,
-            c(0.7071067811865475) * inertia_south_south_east_moment_in_parent_south_x);
+        let minus_composite_second_moment_hinge_deviator_sin_south =
+            c(0.8660254814097263) * composite_second_moment_hinge_deviator_south;
+        // south_east: partial velocities: dw/du, dv/du
+        let minus_parent_omega_south_east_z_by_ground_east =
+            sin_south_east_east * c(0.7071067811865475);
+        // south: partial velocities: dw/du, dv/du
+        let parent_omega_on_hinge_south_y_by_ground_east = mul_add(c(0.3535532955220838),
+            cos_south_east_east, c(0.6123724905851617));
+        let parent_omega_south_z_by_ground_east = mul_add(-sin_south_south_east,
+            parent_omega_on_hinge_south_y_by_ground_east,
+            -cos_south_south_east * minus_parent_omega_south_east_z_by_ground_east);
+        let parent_omega_south_y_by_ground_east = mul_add(-sin_south_south_east,
+            minus_parent_omega_south_east_z_by_ground_east,
+            cos_south_south_east * parent_omega_on_hinge_south_y_by_ground_east);
+        let parent_omega_south_x_by_ground_east = mul_add(c(-0.6123724905851617),
+            cos_south_east_east, c(0.3535532955220838));
+        // south_west: partial velocities: dw/du, dv/du
+        let parent_omega_south_west_z_by_ground_west = sin_west_south_west * c(0.8660257562110547);
+        // south_ghost0: partial velocities: dw/du, dv/du
+        let parent_omega_on_hinge_south_ghost0_y_by_ground_west = mul_add(c(-0.6123730214608577),
+            cos_west_south_west, c(-0.35355276464638774));
+        let parent_omega_south_ghost0_z_by_ground_west = mul_add(-sin_south_west_south,
+            parent_omega_on_hinge_south_ghost0_y_by_ground_west,
+            cos_south_west_south * parent_omega_south_west_z_by_ground_west);
+        let parent_omega_south_ghost0_y_by_ground_west = mul_add(cos_south_west_south,
+            parent_omega_on_hinge_south_ghost0_y_by_ground_west,
+            sin_south_west_south * parent_omega_south_west_z_by_ground_west);
+        let parent_omega_south_ghost0_x_by_ground_west = mul_add(c(-0.6123723483370466),
+            cos_west_south_west, c(0.3535531532739687));
         // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
+        let jacobian_loop0_0_west_south_west = sin_south_west_south * c(0.05705233910713035);
+        let jacobian_loop0_0_south_east_east = sin_south_south_east * c(0.06987460438879269);
+        let jacobian_loop0_0_ground_east =
+            parent_omega_south_z_by_ground_east * c(-0.08068423607472841);
         let jacobian_loop0_0_ground_west =
             c(0.08068423607472841) * parent_omega_south_ghost0_z_by_ground_west;
-        // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
-        let loop0_part = mul_add(c(0.5000002689018963), mul_add(c(0.06987458559937651),
-            omega_south_xx + omega_south_zz,
-            velocity_product_gradient_south_yx * c(0.04034213973350828)),
-            mul_add(c(-0.06987458559937651), velocity_product_gradient_south_xy, (omega_south_yy
-            + omega_south_zz) * c(-0.04034213973350828)) * c(0.866025248533801));
-        let gamma_loop0_0 = mul_add(c(0.08068423607472841),
-            velocity_product_gradient_south_ghost0_yx, -loop0_part);
-        // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
-        let jacobian_loop0_1_west_south_west = -cos_south_west_south * c(-0.05705233910713033);
+        let jacobian_loop0_1_west_south_west = cos_south_west_south * c(0.05705233910713033);
         let jacobian_loop0_1_south_east_east = mul_add(c(0.03493732098380996), cos_south_south_east,
             c(0.034937283404982714));
         let jacobian_loop0_1_ground_east = mul_add(c(0.06987458559937651),
             parent_omega_south_x_by_ground_east,
             c(0.04034213973350828) * parent_omega_south_y_by_ground_east);
         let jacobian_loop0_1_ground_west =
-            -c(0.0806842360747284) * parent_omega_south_ghost0_y_by_ground_west;
-        // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
-        let gamma_loop0_1 = mul_add(c(0.0806842360747284),
-            velocity_product_gradient_south_ghost0_zx, -mul_add(c(-0.06987458559937651),
-            velocity_product_gradient_south_zy,
-            velocity_product_gradient_south_zx * c(0.04034213973350828)));
-        // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
+            parent_omega_south_ghost0_y_by_ground_west * c(-0.0806842360747284);
         let jacobian_loop0_2_south_east_east = mul_add(c(0.060513171632005175),
             cos_south_south_east, c(-0.02017106444271448));
         let jacobian_loop0_2_ground_east = mul_add(c(-0.04034213973350828),
@@ -470,122 +565,21 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let jacobian_loop0_2_ground_west =
             c(0.0806842360747284) * parent_omega_south_ghost0_x_by_ground_west;
         // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
+        let gamma_loop0_0 = mul_add(c(0.08068423607472841),
+            velocity_product_gradient_south_ghost0_yx, -mul_add(c(0.5000002689018963),
+            mul_add(c(0.06987458559937651), minus_velocity_product_gradient_south_yy,
+            velocity_product_gradient_south_yx * c(0.04034213973350828)),
+            mul_add(c(-0.06987458559937651), velocity_product_gradient_south_xy,
+            minus_velocity_product_gradient_south_xx * c(-0.04034213973350828)) *
+            c(0.866025248533801)));
+        let gamma_loop0_1 = mul_add(c(0.0806842360747284),
+            velocity_product_gradient_south_ghost0_zx, -mul_add(c(-0.06987458559937651),
+            velocity_product_gradient_south_zy,
+            velocity_product_gradient_south_zx * c(0.04034213973350828)));
         let gamma_loop0_2 = mul_add(c(0.0806842360747284),
             velocity_product_gradient_south_ghost0_zy, -mul_add(c(0.04034213973350828),
             velocity_product_gradient_south_zy,
             velocity_product_gradient_south_zx * c(0.06987458559937651)));
-        // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_ghost0_y = mul_add(c(6.007372737186427),
-            sin_ground_west, c(0.7071071698144962) * apparent_gravity_south_west_y);
-        let apparent_gravity_south_ghost0_x = mul_add(c(0.7071063925583854),
-            apparent_gravity_south_west_y, sin_ground_west * c(-6.007379340531014));
-        let apparent_gravity_south_ghost0_z = mul_add(-sin_south_west_south,
-            apparent_gravity_on_hinge_south_ghost0_y,
-            cos_south_west_south * apparent_gravity_south_west_z);
-        // south_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_moment_south_ghost0_x = mul_add(c(1.7025149681007909e-4),
-            apparent_gravity_south_ghost0_z, -mul_add(c(5.565367759175165e-6),
-            velocity_product_gradient_south_ghost0_zy, mul_add(c(-2.3726582693412885e-8),
-            velocity_product_gradient_south_ghost0_yz,
-            velocity_product_gradient_south_ghost0_zx * c(6.645589092322226e-6))));
-        let south_ghost0_part = mul_add(c(-6.645589092322226e-6),
-            velocity_product_gradient_south_ghost0_zy,
-            velocity_product_gradient_south_ghost0_xz * c(2.3726582693412885e-8));
-        let bias_moment_south_ghost0_z = -apparent_gravity_south_ghost0_x * c(1.7025149681007909e-4)
-            - mul_add(c(-5.565367759175165e-6), velocity_product_gradient_south_ghost0_xy,
-            c(6.645589092322226e-6) * mul_add(-omega_south_ghost0_x, omega_south_ghost0_x,
-            parent_omega_south_ghost0_y * parent_omega_south_ghost0_y));
-        // south_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let subtree_moment_on_hinge_south_ghost0_y = mul_add(-sin_south_west_south,
-            bias_moment_south_ghost0_z, -cos_south_west_south * south_ghost0_part);
-        let subtree_moment_in_parent_south_ghost0_x = mul_add(c(-0.7071063925583854),
-            subtree_moment_on_hinge_south_ghost0_y,
-            c(0.7071071698144962) * bias_moment_south_ghost0_x);
-        let subtree_moment_in_parent_south_ghost0_y = mul_add(c(0.7071063925583854),
-            bias_moment_south_ghost0_x,
-            c(0.7071071698144962) * subtree_moment_on_hinge_south_ghost0_y);
-        let subtree_moment_in_parent_south_ghost0_z = mul_add(-sin_south_west_south,
-            south_ghost0_part, cos_south_west_south * bias_moment_south_ghost0_z);
-        // south_ghost0: composite inertia: m, h, S of all beyond the hinge
-        let composite_second_moment_joint_deviator_south_ghost0 =
-            sin_south_west_south * c(5.541641176481752e-6);
-        let composite_second_moment_joint_deviator_sin_south_ghost0 =
-            sin_south_west_south * composite_second_moment_joint_deviator_south_ghost0;
-        let composite_second_moment_joint_deviator_cos_south_ghost0 =
-            cos_south_west_south * composite_second_moment_joint_deviator_south_ghost0;
-        let composite_second_moment_on_hinge_south_ghost0_yy = c(5.565367759175165e-6)
-            - composite_second_moment_joint_deviator_sin_south_ghost0;
-        let composite_second_moment_hinge_deviator_south_ghost0 = mul_add(c(-0.7071063925583854),
-            composite_second_moment_on_hinge_south_ghost0_yy,
-            cos_south_west_south * c(9.398287389644111e-6));
-        let composite_second_moment_hinge_deviator_sin_south_ghost0 =
-            c(0.7071063925583854) * composite_second_moment_hinge_deviator_south_ghost0;
-        // south: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let subtree_moment_on_hinge_south_y = mul_add(-sin_south_south_east, bias_moment_south_z,
-            -cos_south_south_east * south_part_2);
-        let subtree_moment_in_parent_south_x = mul_add(c(0.8660254814097263),
-            subtree_moment_on_hinge_south_y, c(0.49999986554903386) * bias_moment_south_x);
-        let subtree_moment_in_parent_south_y = mul_add(c(-0.8660254814097263), bias_moment_south_x,
-            c(0.49999986554903386) * subtree_moment_on_hinge_south_y);
-        let subtree_moment_in_parent_south_z = mul_add(-sin_south_south_east, south_part_2,
-            cos_south_south_east * bias_moment_south_z);
-        // south_west: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let subtree_moment_south_west_x = bias_moment_south_west_x
-            + subtree_moment_in_parent_south_ghost0_x;
-        let subtree_moment_south_west_y = subtree_moment_in_parent_south_ghost0_y
-            - mul_add(c(1.2394283547934888e-5), south_west_part_5,
-            velocity_product_gradient_south_west_xz * c(2.6789051216394143e-8));
-        let subtree_moment_south_west_z = bias_moment_south_west_z
-            + subtree_moment_in_parent_south_ghost0_z;
-        let subtree_moment_on_hinge_south_west_y = mul_add(-sin_west_south_west,
-            subtree_moment_south_west_z, cos_west_south_west * subtree_moment_south_west_y);
-        let subtree_moment_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
-            subtree_moment_on_hinge_south_west_y,
-            c(0.4999993895786978) * subtree_moment_south_west_x);
-        // south_east: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let subtree_moment_south_east_x = bias_moment_south_east_x
-            + subtree_moment_in_parent_south_x;
-        let subtree_moment_south_east_y = subtree_moment_in_parent_south_y
-            - mul_add(c(-1.2939941252175183e-5), south_east_part_5,
-            velocity_product_gradient_south_east_xz * c(3.338573836000013e-8));
-        let subtree_moment_south_east_z = bias_moment_south_east_z
-            + subtree_moment_in_parent_south_z;
-        let subtree_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
-            subtree_moment_south_east_z, cos_south_east_east * subtree_moment_south_east_y);
-        let subtree_moment_in_parent_south_east_x = mul_add(c(0.7071067811865475),
-            subtree_moment_on_hinge_south_east_y,
-            c(0.7071067811865475) * subtree_moment_south_east_x);
-        // east: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let subtree_moment_east_x = mul_add(c(4.625527205006544e-3), cos_ground_east,
-            subtree_moment_in_parent_south_east_x);
-        let generalized_force_ground_east = mul_add(c(-3.5e-6), u[4], mul_add(c(-0.0114), q[4],
-            subtree_moment_east_x));
-        // south: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let generalized_force_south_south_east = mul_add(c(-3.5e-6), u[1], mul_add(c(-0.0114), q[1],
-            bias_moment_south_x));
-        // south_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let generalized_force_south_west_south = mul_add(c(-3.5e-6), u[0], mul_add(c(-0.0114), q[0],
-            bias_moment_south_ghost0_x));
-        // south_ghost0: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let inertia_south_west_south_moment_in_parent_south_ghost0_x =
-            mul_add(c(4.6991385294973235e-6), cos_south_west_south, c(3.9520886819049045e-6));
-        let inertia_south_west_south_moment_in_parent_south_ghost0_y =
-            mul_add(c(-4.6991436948220556e-6), cos_south_west_south, c(3.952084337747174e-6));
-        let composite_second_moment_on_hinge_south_ghost0_xz =
-            sin_south_west_south * c(6.645589092322226e-6);
-        // south_east: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let generalized_force_south_east_east = mul_add(c(-3.5e-6), u[3], mul_add(c(-0.0114), q[3],
-            subtree_moment_south_east_x));
-        // south_west: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let generalized_force_west_south_west = mul_add(c(-3.5e-6), u[2], mul_add(c(-0.0114), q[2],
-            subtree_moment_south_west_x));
-        // south_west: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let inertia_south_west_south_moment_on_hinge_south_west_y = mul_add(cos_west_south_west,
-            inertia_south_west_south_moment_in_parent_south_ghost0_y,
-            sin_west_south_west * composite_second_moment_on_hinge_south_ghost0_xz);
-        let inertia_south_west_south_moment_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
-            inertia_south_west_south_moment_on_hinge_south_west_y,
-            c(0.4999993895786978) * inertia_south_west_south_moment_in_parent_south_ghost0_x);
         // south_west: composite inertia: m, h, S of all beyond the hinge
         let composite_second_moment_south_west_xy = mul_add(c(0.7071071698144962),
             composite_second_moment_hinge_deviator_south_ghost0, mul_add(c(-6.645589092322226e-6),
@@ -601,30 +595,41 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             c(0.7071071698144962) * composite_second_moment_joint_deviator_cos_south_ghost0);
         let composite_second_moment_south_west_zz =
             composite_second_moment_joint_deviator_sin_south_ghost0 + c(5.051563390980703e-8);
-        // south_west: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let mass_west_south_west_west_south_west = composite_second_moment_south_west_yy
-            + composite_second_moment_south_west_zz;
-        let south_west_part_6 = sin_west_south_west * composite_second_moment_south_west_xz;
-        let south_west_part_7 = cos_west_south_west * composite_second_moment_south_west_xy;
-        let inertia_west_south_west_moment_on_hinge_south_west_y = south_west_part_6
-            - south_west_part_7;
-        let inertia_west_south_west_moment_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
-            inertia_west_south_west_moment_on_hinge_south_west_y,
-            c(0.4999993895786978) * mass_west_south_west_west_south_west);
-        // south_west: composite inertia: m, h, S of all beyond the hinge
         let composite_second_moment_joint_deviator_south_west =
             mul_add(composite_second_moment_south_west_yz, cos_west_south_west * c(2.0),
             sin_west_south_west * (composite_second_moment_south_west_yy
             - composite_second_moment_south_west_zz));
         let composite_second_moment_joint_deviator_sin_south_west =
             sin_west_south_west * composite_second_moment_joint_deviator_south_west;
-        let composite_second_moment_on_hinge_south_west_xy = south_west_part_7 - south_west_part_6;
+        let south_west_product = sin_west_south_west * composite_second_moment_south_west_xz;
+        let south_west_product_2 = cos_west_south_west * composite_second_moment_south_west_xy;
+        let composite_second_moment_on_hinge_south_west_xy = south_west_product_2
+            - south_west_product;
         let composite_second_moment_on_hinge_south_west_yy = composite_second_moment_south_west_yy
             - composite_second_moment_joint_deviator_sin_south_west;
         let composite_second_moment_hinge_deviator_south_west = mul_add(c(0.8660257562110547),
             -composite_second_moment_hinge_deviator_sin_south_ghost0
             - composite_second_moment_on_hinge_south_west_yy,
             composite_second_moment_on_hinge_south_west_xy * c(0.9999987791573955));
+        // south_west: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
+        let inertia_south_west_south_moment_on_hinge_south_west_y = mul_add(cos_west_south_west,
+            inertia_south_west_south_moment_in_parent_south_ghost0_y,
+            sin_west_south_west * minus_inertia_south_west_south_moment_in_parent_south_ghost0_z);
+        let inertia_south_west_south_moment_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
+            inertia_south_west_south_moment_on_hinge_south_west_y,
+            c(0.4999993895786978) * inertia_south_west_south_moment_in_parent_south_ghost0_x);
+        let mass_west_south_west_west_south_west = composite_second_moment_south_west_yy
+            + composite_second_moment_south_west_zz;
+        let inertia_west_south_west_moment_on_hinge_south_west_y = south_west_product
+            - south_west_product_2;
+        let inertia_west_south_west_moment_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
+            inertia_west_south_west_moment_on_hinge_south_west_y,
+            c(0.4999993895786978) * mass_west_south_west_west_south_west);
+        // west: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
+        let mass_ground_west_ground_west = composite_second_moment_south_west_zz
+            + (composite_second_moment_joint_deviator_sin_south_west
+            + (mul_add(c(0.8660257562110547), composite_second_moment_hinge_deviator_south_west,
+            composite_second_moment_on_hinge_south_west_yy) + c(1.976125305527044e-5)));
         // south_east: composite inertia: m, h, S of all beyond the hinge
         let composite_second_moment_south_east_xy = mul_add(c(6.645555056848842e-6),
             cos_south_south_east, mul_add(c(0.49999986554903386),
@@ -633,58 +638,48 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             composite_second_moment_joint_deviator_cos_south,
             sin_south_south_east * c(-3.322776634923123e-6));
         let composite_second_moment_south_east_yy = c(1.642426710807345e-5)
-            + composite_second_moment_on_hinge_south_yy - south_part_3;
+            + composite_second_moment_on_hinge_south_yy
+            - minus_composite_second_moment_hinge_deviator_sin_south;
         let composite_second_moment_south_east_yz = mul_add(c(5.75522001734236e-6),
             sin_south_south_east,
             c(0.49999986554903386) * composite_second_moment_joint_deviator_cos_south);
         let composite_second_moment_south_east_zz = composite_second_moment_joint_deviator_sin_south
             + c(5.711232105341301e-8);
-        // south_east: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let mass_south_east_east_south_east_east = composite_second_moment_south_east_yy
-            + composite_second_moment_south_east_zz;
-        let south_east_part_7 = sin_south_east_east * composite_second_moment_south_east_xz;
-        let south_east_part_8 = cos_south_east_east * composite_second_moment_south_east_xy;
-        let inertia_south_east_east_moment_on_hinge_south_east_y = south_east_part_7
-            - south_east_part_8;
-        let inertia_south_east_east_moment_in_parent_south_east_x = mul_add(c(0.7071067811865475),
-            mass_south_east_east_south_east_east,
-            c(0.7071067811865475) * inertia_south_east_east_moment_on_hinge_south_east_y);
-        // south_east: composite inertia: m, h, S of all beyond the hinge
         let composite_second_moment_joint_deviator_south_east =
             mul_add(composite_second_moment_south_east_yz, cos_south_east_east * c(2.0),
             sin_south_east_east * (composite_second_moment_south_east_yy
             - composite_second_moment_south_east_zz));
         let composite_second_moment_joint_deviator_sin_south_east =
             sin_south_east_east * composite_second_moment_joint_deviator_south_east;
-        let composite_second_moment_on_hinge_south_east_xy = south_east_part_8 - south_east_part_7;
+        let south_east_product = sin_south_east_east * composite_second_moment_south_east_xz;
+        let south_east_product_2 = cos_south_east_east * composite_second_moment_south_east_xy;
+        let composite_second_moment_on_hinge_south_east_xy = south_east_product_2
+            - south_east_product;
         let composite_second_moment_on_hinge_south_east_yy = composite_second_moment_south_east_yy
             - composite_second_moment_joint_deviator_sin_south_east;
         let composite_second_moment_hinge_deviator_south_east = mul_add(c(-0.7071067811865475),
-            south_part_3 - composite_second_moment_on_hinge_south_east_yy,
+            minus_composite_second_moment_hinge_deviator_sin_south
+            - composite_second_moment_on_hinge_south_east_yy,
             composite_second_moment_on_hinge_south_east_xy * c(1.414213562373095));
-        // west: composite inertia: m, h, S of all beyond the hinge
-        let composite_second_moment_west_yy = mul_add(c(0.8660257562110547),
-            composite_second_moment_hinge_deviator_south_west,
-            composite_second_moment_on_hinge_south_west_yy + c(1.972786698066515e-5));
-        let composite_second_moment_west_zz = composite_second_moment_joint_deviator_sin_south_west
-            + (composite_second_moment_south_west_zz + c(3.3386074605289806e-8));
-        // west: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let mass_ground_west_ground_west = composite_second_moment_west_yy
-            + composite_second_moment_west_zz;
-        // east: composite inertia: m, h, S of all beyond the hinge
-        let composite_second_moment_east_yy = mul_add(c(-0.7071067811865475),
-            composite_second_moment_hinge_deviator_south_east,
-            composite_second_moment_on_hinge_south_east_yy + c(1.0537942653489101e-5));
-        let composite_second_moment_east_zz = composite_second_moment_joint_deviator_sin_south_east
-            + (composite_second_moment_south_east_zz + c(2.6789645046735387e-8));
+        // south_east: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
+        let inertia_south_south_east_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
+            inertia_south_south_east_moment_in_parent_south_z,
+            cos_south_east_east * inertia_south_south_east_moment_in_parent_south_y);
+        let inertia_south_south_east_moment_in_parent_south_east_x = mul_add(c(0.7071067811865475),
+            inertia_south_south_east_moment_on_hinge_south_east_y,
+            c(0.7071067811865475) * inertia_south_south_east_moment_in_parent_south_x);
+        let mass_south_east_east_south_east_east = composite_second_moment_south_east_yy
+            + composite_second_moment_south_east_zz;
+        let inertia_south_east_east_moment_on_hinge_south_east_y = south_east_product
+            - south_east_product_2;
+        let inertia_south_east_east_moment_in_parent_south_east_x = mul_add(c(0.7071067811865475),
+            mass_south_east_east_south_east_east,
+            c(0.7071067811865475) * inertia_south_east_east_moment_on_hinge_south_east_y);
         // east: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let mass_ground_east_ground_east = composite_second_moment_east_yy
-            + composite_second_moment_east_zz;
-        // west: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let subtree_moment_west_x = mul_add(c(-6.332769027236974e-3), cos_ground_west,
-            subtree_moment_in_parent_south_west_x);
-        let generalized_force_ground_west = mul_add(c(-3.5e-6), u[5], mul_add(c(-0.0114), q[5],
-            subtree_moment_west_x));
+        let mass_ground_east_ground_east = composite_second_moment_south_east_zz
+            + (composite_second_moment_joint_deviator_sin_south_east
+            + mul_add(c(-0.7071067811865475), composite_second_moment_hinge_deviator_south_east,
+            composite_second_moment_on_hinge_south_east_yy + c(1.0564732298535837e-5)));
         mass[0] = c(5.589094341868578e-6);
         mass[1] = c(0.0);
         mass[2] = inertia_south_west_south_moment_in_parent_south_ghost0_x;
@@ -768,45 +763,47 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         // west: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_z_west_x = sin_ground_west * c(0.7071067811865475);
         // south_east: placement: A = A_parent R, p = p_parent + A_parent r
-        let south_east_part = cos_ground_east * c(-0.4999999999999999);
-        let axis_y_on_hinge_south_east_x = south_east_part + c(0.4999999999999999);
-        let south_east_part_2 = cos_ground_east * c(0.4999999999999999);
-        let axis_y_on_hinge_south_east_y = c(0.4999999999999999) + south_east_part_2;
-        let axis_x_south_east_x = c(0.4999999999999999) - south_east_part;
-        let axis_x_south_east_y = c(0.4999999999999999) - south_east_part_2;
-        let south_east_part_3 = sin_south_east_east * axis_z_east_x;
+        let cos_ground_east_product = cos_ground_east * c(-0.4999999999999999);
+        let axis_y_on_hinge_south_east_x = cos_ground_east_product + c(0.4999999999999999);
+        let cos_ground_east_product_2 = cos_ground_east * c(0.4999999999999999);
+        let axis_y_on_hinge_south_east_y = c(0.4999999999999999) + cos_ground_east_product_2;
+        let axis_x_south_east_x = c(0.4999999999999999) - cos_ground_east_product;
+        let axis_x_south_east_y = c(0.4999999999999999) - cos_ground_east_product_2;
+        let sin_south_east_east_times_axis_z_east_x = sin_south_east_east * axis_z_east_x;
         let axis_y_south_east_x = mul_add(cos_south_east_east, axis_y_on_hinge_south_east_x,
-            south_east_part_3);
+            sin_south_east_east_times_axis_z_east_x);
         let axis_y_south_east_y = mul_add(cos_south_east_east, axis_y_on_hinge_south_east_y,
-            -south_east_part_3);
-        let south_east_part_4 = cos_south_east_east * axis_z_east_x;
-        let axis_y_south_east_z = mul_add(cos_ground_east, sin_south_east_east, south_east_part_4);
+            -sin_south_east_east_times_axis_z_east_x);
+        let cos_south_east_east_times_axis_z_east_x = cos_south_east_east * axis_z_east_x;
+        let axis_y_south_east_z = mul_add(cos_ground_east, sin_south_east_east,
+            cos_south_east_east_times_axis_z_east_x);
         let axis_z_south_east_x = mul_add(-sin_south_east_east, axis_y_on_hinge_south_east_x,
-            south_east_part_4);
+            cos_south_east_east_times_axis_z_east_x);
         let axis_z_south_east_y = mul_add(-sin_south_east_east, axis_y_on_hinge_south_east_y,
-            -south_east_part_4);
-        let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east, -south_east_part_3);
+            -cos_south_east_east_times_axis_z_east_x);
+        let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east,
+            -sin_south_east_east_times_axis_z_east_x);
         // south_west: placement: A = A_parent R, p = p_parent + A_parent r
-        let south_west_part = cos_ground_west * c(-0.35355295896023153);
-        let axis_y_on_hinge_south_west_x = c(0.6123726848990445) + south_west_part;
-        let axis_y_on_hinge_south_west_y = south_west_part - c(0.6123726848990445);
+        let cos_ground_west_product = cos_ground_west * c(-0.35355295896023153);
+        let axis_y_on_hinge_south_west_x = c(0.6123726848990445) + cos_ground_west_product;
+        let axis_y_on_hinge_south_west_y = cos_ground_west_product - c(0.6123726848990445);
         let axis_y_on_hinge_south_west_z = sin_ground_west * c(0.4999993895786978);
-        let south_west_part_2 = cos_ground_west * c(-0.6123726848990445);
-        let axis_x_south_west_x = south_west_part_2 - c(0.35355295896023153);
-        let axis_x_south_west_y = c(0.35355295896023153) + south_west_part_2;
+        let cos_ground_west_product_2 = cos_ground_west * c(-0.6123726848990445);
+        let axis_x_south_west_x = cos_ground_west_product_2 - c(0.35355295896023153);
+        let axis_x_south_west_y = c(0.35355295896023153) + cos_ground_west_product_2;
         let axis_x_south_west_z = sin_ground_west * c(0.8660257562110547);
-        let south_west_part_3 = sin_west_south_west * axis_z_west_x;
+        let sin_west_south_west_times_axis_z_west_x = sin_west_south_west * axis_z_west_x;
         let axis_y_south_west_x = mul_add(cos_west_south_west, axis_y_on_hinge_south_west_x,
-            south_west_part_3);
+            sin_west_south_west_times_axis_z_west_x);
         let axis_y_south_west_y = mul_add(cos_west_south_west, axis_y_on_hinge_south_west_y,
-            south_west_part_3);
+            sin_west_south_west_times_axis_z_west_x);
         let axis_y_south_west_z = mul_add(cos_west_south_west, axis_y_on_hinge_south_west_z,
             cos_ground_west * sin_west_south_west);
-        let south_west_part_4 = cos_west_south_west * axis_z_west_x;
+        let cos_west_south_west_times_axis_z_west_x = cos_west_south_west * axis_z_west_x;
         let axis_z_south_west_x = mul_add(-sin_west_south_west, axis_y_on_hinge_south_west_x,
-            south_west_part_4);
+            cos_west_south_west_times_axis_z_west_x);
         let axis_z_south_west_y = mul_add(-sin_west_south_west, axis_y_on_hinge_south_west_y,
-            south_west_part_4);
+            cos_west_south_west_times_axis_z_west_x);
         let axis_z_south_west_z = mul_add(-sin_west_south_west, axis_y_on_hinge_south_west_z,
             cos_ground_west * cos_west_south_west);
         // south: placement: A = A_parent R, p = p_parent + A_parent r
@@ -854,6 +851,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             c(-0.0293065));
         let point1_ghost_south_ghost0_z = mul_add(c(0.0806842360747284), axis_x_south_ghost0_z,
             c(3.075e-3));
+        let point2_ghost_south_ghost0_x = mul_add(c(0.0806842360747284), axis_y_south_ghost0_x,
+            c(9.3319e-3));
+        let point2_ghost_south_ghost0_y = mul_add(c(0.0806842360747284), axis_y_south_ghost0_y,
+            c(-0.0293065));
+        let point2_ghost_south_ghost0_z = mul_add(c(0.0806842360747284), axis_y_south_ghost0_z,
+            c(3.075e-3));
         // south: closure points: P = p + A p_P, from the common ancestor of both sides
         let point1_original_south_x = mul_add(c(-0.06987458559937651), axis_y_south_x,
             mul_add(c(0.04034213973350828), axis_x_south_x, c(9.3319e-3)));
@@ -871,30 +874,21 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let arm_loop0_1_south_ghost0_x = point1_ghost_south_ghost0_x - c(9.3319e-3);
         let arm_loop0_1_south_ghost0_y = c(0.0293065) + point1_ghost_south_ghost0_y;
         let arm_loop0_1_south_ghost0_z = point1_ghost_south_ghost0_z - c(3.075e-3);
-        // south_ghost0: closure points: P = p + A p_P, from the common ancestor of both sides
-        let point2_ghost_south_ghost0_x = mul_add(c(0.0806842360747284), axis_y_south_ghost0_x,
-            c(9.3319e-3));
-        let point2_ghost_south_ghost0_y = mul_add(c(0.0806842360747284), axis_y_south_ghost0_y,
-            c(-0.0293065));
-        let point2_ghost_south_ghost0_z = mul_add(c(0.0806842360747284), axis_y_south_ghost0_z,
-            c(3.075e-3));
-        // south: Jacobian of the closure residual: dP/dq = e_x x (P - p)
-        let arm_loop0_1_south_x = point1_original_south_x - c(9.3319e-3);
-        let arm_loop0_1_south_y = c(0.0293065) + point1_original_south_y;
-        let arm_loop0_1_south_z = point1_original_south_z - c(3.075e-3);
-        // south_ghost0: Jacobian of the closure residual: dP/dq = e_x x (P - p)
         let arm_loop0_2_south_ghost0_x = point2_ghost_south_ghost0_x - c(9.3319e-3);
         let arm_loop0_2_south_ghost0_y = c(0.0293065) + point2_ghost_south_ghost0_y;
         let arm_loop0_2_south_ghost0_z = point2_ghost_south_ghost0_z - c(3.075e-3);
         // south: Jacobian of the closure residual: dP/dq = e_x x (P - p)
+        let arm_loop0_1_south_x = point1_original_south_x - c(9.3319e-3);
+        let arm_loop0_1_south_y = c(0.0293065) + point1_original_south_y;
+        let arm_loop0_1_south_z = point1_original_south_z - c(3.075e-3);
         let arm_loop0_2_south_x = point2_original_south_x - c(9.3319e-3);
         let arm_loop0_2_south_y = c(0.0293065) + point2_original_south_y;
         let arm_loop0_2_south_z = point2_original_south_z - c(3.075e-3);
         // mechanism: results: what the function returns
-        let part = c(0.7071067811865475) * arm_loop0_1_south_z;
-        let part_2 = c(0.7071067811865475) * arm_loop0_1_south_ghost0_z;
-        let part_3 = c(0.7071067811865475) * arm_loop0_2_south_z;
-        let part_4 = c(0.7071067811865475) * arm_loop0_2_south_ghost0_z;
+        let jacobian_4_4 = c(0.7071067811865475) * arm_loop0_1_south_z;
+        let jacobian_3_5 = c(0.7071067811865475) * arm_loop0_1_south_ghost0_z;
+        let jacobian_7_4 = c(0.7071067811865475) * arm_loop0_2_south_z;
+        let jacobian_6_5 = c(0.7071067811865475) * arm_loop0_2_south_ghost0_z;
         residual[0] = c(0.0);
         residual[1] = c(0.0);
         residual[2] = c(0.0);
@@ -924,68 +918,68 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         jacobian[17] = c(0.0);
         jacobian[18] = mul_add(-axis_x_south_ghost0_z, arm_loop0_1_south_ghost0_y,
             axis_x_south_ghost0_y * arm_loop0_1_south_ghost0_z);
-        jacobian[19] = -mul_add(-axis_x_south_z, arm_loop0_1_south_y,
-            axis_x_south_y * arm_loop0_1_south_z);
+        jacobian[19] = mul_add(-axis_x_south_y, arm_loop0_1_south_z,
+            axis_x_south_z * arm_loop0_1_south_y);
         jacobian[20] = mul_add(-axis_x_south_west_z, arm_loop0_1_south_ghost0_y,
             axis_x_south_west_y * arm_loop0_1_south_ghost0_z);
         jacobian[21] = -mul_add(axis_x_south_east_y, arm_loop0_1_south_z,
             axis_z_east_x * arm_loop0_1_south_y);
-        jacobian[22] = -part;
-        jacobian[23] = part_2;
+        jacobian[22] = -jacobian_4_4;
+        jacobian[23] = jacobian_3_5;
         jacobian[24] = mul_add(-axis_x_south_ghost0_x, arm_loop0_1_south_ghost0_z,
             axis_x_south_ghost0_z * arm_loop0_1_south_ghost0_x);
-        jacobian[25] = -mul_add(-axis_x_south_x, arm_loop0_1_south_z,
-            axis_x_south_z * arm_loop0_1_south_x);
+        jacobian[25] = mul_add(-axis_x_south_z, arm_loop0_1_south_x,
+            axis_x_south_x * arm_loop0_1_south_z);
         jacobian[26] = mul_add(-axis_x_south_west_x, arm_loop0_1_south_ghost0_z,
             axis_x_south_west_z * arm_loop0_1_south_ghost0_x);
-        jacobian[27] = -mul_add(-axis_x_south_east_x, arm_loop0_1_south_z,
-            -axis_z_east_x * arm_loop0_1_south_x);
-        jacobian[28] = part;
-        jacobian[29] = part_2;
+        jacobian[27] = mul_add(axis_x_south_east_x, arm_loop0_1_south_z,
+            axis_z_east_x * arm_loop0_1_south_x);
+        jacobian[28] = jacobian_4_4;
+        jacobian[29] = jacobian_3_5;
         jacobian[30] = mul_add(-axis_x_south_ghost0_y, arm_loop0_1_south_ghost0_x,
             axis_x_south_ghost0_x * arm_loop0_1_south_ghost0_y);
-        jacobian[31] = -mul_add(-axis_x_south_y, arm_loop0_1_south_x,
-            axis_x_south_x * arm_loop0_1_south_y);
+        jacobian[31] = mul_add(-axis_x_south_x, arm_loop0_1_south_y,
+            axis_x_south_y * arm_loop0_1_south_x);
         jacobian[32] = mul_add(-axis_x_south_west_y, arm_loop0_1_south_ghost0_x,
             axis_x_south_west_x * arm_loop0_1_south_ghost0_y);
-        jacobian[33] = -mul_add(-axis_x_south_east_y, arm_loop0_1_south_x,
-            axis_x_south_east_x * arm_loop0_1_south_y);
-        jacobian[34] = -mul_add(c(-0.7071067811865475), arm_loop0_1_south_x,
-            c(0.7071067811865475) * arm_loop0_1_south_y);
+        jacobian[33] = mul_add(-axis_x_south_east_x, arm_loop0_1_south_y,
+            axis_x_south_east_y * arm_loop0_1_south_x);
+        jacobian[34] = mul_add(c(-0.7071067811865475), arm_loop0_1_south_y,
+            c(0.7071067811865475) * arm_loop0_1_south_x);
         jacobian[35] = mul_add(c(-0.7071067811865475), arm_loop0_1_south_ghost0_y,
-            -c(0.7071067811865475) * arm_loop0_1_south_ghost0_x);
+            arm_loop0_1_south_ghost0_x * c(-0.7071067811865475));
         jacobian[36] = mul_add(-axis_x_south_ghost0_z, arm_loop0_2_south_ghost0_y,
             axis_x_south_ghost0_y * arm_loop0_2_south_ghost0_z);
-        jacobian[37] = -mul_add(-axis_x_south_z, arm_loop0_2_south_y,
-            axis_x_south_y * arm_loop0_2_south_z);
+        jacobian[37] = mul_add(-axis_x_south_y, arm_loop0_2_south_z,
+            axis_x_south_z * arm_loop0_2_south_y);
         jacobian[38] = mul_add(-axis_x_south_west_z, arm_loop0_2_south_ghost0_y,
             axis_x_south_west_y * arm_loop0_2_south_ghost0_z);
         jacobian[39] = -mul_add(axis_x_south_east_y, arm_loop0_2_south_z,
             axis_z_east_x * arm_loop0_2_south_y);
-        jacobian[40] = -part_3;
-        jacobian[41] = part_4;
+        jacobian[40] = -jacobian_7_4;
+        jacobian[41] = jacobian_6_5;
         jacobian[42] = mul_add(-axis_x_south_ghost0_x, arm_loop0_2_south_ghost0_z,
             axis_x_south_ghost0_z * arm_loop0_2_south_ghost0_x);
-        jacobian[43] = -mul_add(-axis_x_south_x, arm_loop0_2_south_z,
-            axis_x_south_z * arm_loop0_2_south_x);
+        jacobian[43] = mul_add(-axis_x_south_z, arm_loop0_2_south_x,
+            axis_x_south_x * arm_loop0_2_south_z);
         jacobian[44] = mul_add(-axis_x_south_west_x, arm_loop0_2_south_ghost0_z,
             axis_x_south_west_z * arm_loop0_2_south_ghost0_x);
-        jacobian[45] = -mul_add(-axis_x_south_east_x, arm_loop0_2_south_z,
-            -axis_z_east_x * arm_loop0_2_south_x);
-        jacobian[46] = part_3;
-        jacobian[47] = part_4;
+        jacobian[45] = mul_add(axis_x_south_east_x, arm_loop0_2_south_z,
+            axis_z_east_x * arm_loop0_2_south_x);
+        jacobian[46] = jacobian_7_4;
+        jacobian[47] = jacobian_6_5;
         jacobian[48] = mul_add(-axis_x_south_ghost0_y, arm_loop0_2_south_ghost0_x,
             axis_x_south_ghost0_x * arm_loop0_2_south_ghost0_y);
-        jacobian[49] = -mul_add(-axis_x_south_y, arm_loop0_2_south_x,
-            axis_x_south_x * arm_loop0_2_south_y);
+        jacobian[49] = mul_add(-axis_x_south_x, arm_loop0_2_south_y,
+            axis_x_south_y * arm_loop0_2_south_x);
         jacobian[50] = mul_add(-axis_x_south_west_y, arm_loop0_2_south_ghost0_x,
             axis_x_south_west_x * arm_loop0_2_south_ghost0_y);
-        jacobian[51] = -mul_add(-axis_x_south_east_y, arm_loop0_2_south_x,
-            axis_x_south_east_x * arm_loop0_2_south_y);
-        jacobian[52] = -mul_add(c(-0.7071067811865475), arm_loop0_2_south_x,
-            c(0.7071067811865475) * arm_loop0_2_south_y);
+        jacobian[51] = mul_add(-axis_x_south_east_x, arm_loop0_2_south_y,
+            axis_x_south_east_y * arm_loop0_2_south_x);
+        jacobian[52] = mul_add(c(-0.7071067811865475), arm_loop0_2_south_y,
+            c(0.7071067811865475) * arm_loop0_2_south_x);
         jacobian[53] = mul_add(c(-0.7071067811865475), arm_loop0_2_south_ghost0_y,
-            -c(0.7071067811865475) * arm_loop0_2_south_ghost0_x);
+            arm_loop0_2_south_ghost0_x * c(-0.7071067811865475));
     }
     fn write_poses(&self, q: &[S], out: &mut [S]) {
         let c = S::from_f64;
@@ -1005,44 +999,46 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         // west: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_z_west_x = sin_ground_west * c(0.7071067811865475);
         // south_east: placement: A = A_parent R, p = p_parent + A_parent r
-        let south_east_part = cos_ground_east * c(-0.4999999999999999);
-        let axis_y_on_hinge_south_east_x = south_east_part + c(0.4999999999999999);
-        let south_east_part_2 = cos_ground_east * c(0.4999999999999999);
-        let axis_y_on_hinge_south_east_y = c(0.4999999999999999) + south_east_part_2;
-        let axis_x_south_east_x = c(0.4999999999999999) - south_east_part;
-        let axis_x_south_east_y = c(0.4999999999999999) - south_east_part_2;
-        let south_east_part_3 = sin_south_east_east * axis_z_east_x;
+        let cos_ground_east_product = cos_ground_east * c(-0.4999999999999999);
+        let axis_y_on_hinge_south_east_x = cos_ground_east_product + c(0.4999999999999999);
+        let cos_ground_east_product_2 = cos_ground_east * c(0.4999999999999999);
+        let axis_y_on_hinge_south_east_y = c(0.4999999999999999) + cos_ground_east_product_2;
+        let axis_x_south_east_x = c(0.4999999999999999) - cos_ground_east_product;
+        let axis_x_south_east_y = c(0.4999999999999999) - cos_ground_east_product_2;
+        let sin_south_east_east_times_axis_z_east_x = sin_south_east_east * axis_z_east_x;
         let axis_y_south_east_x = mul_add(cos_south_east_east, axis_y_on_hinge_south_east_x,
-            south_east_part_3);
+            sin_south_east_east_times_axis_z_east_x);
         let axis_y_south_east_y = mul_add(cos_south_east_east, axis_y_on_hinge_south_east_y,
-            -south_east_part_3);
-        let south_east_part_4 = cos_south_east_east * axis_z_east_x;
-        let axis_y_south_east_z = mul_add(cos_ground_east, sin_south_east_east, south_east_part_4);
+            -sin_south_east_east_times_axis_z_east_x);
+        let cos_south_east_east_times_axis_z_east_x = cos_south_east_east * axis_z_east_x;
+        let axis_y_south_east_z = mul_add(cos_ground_east, sin_south_east_east,
+            cos_south_east_east_times_axis_z_east_x);
         let axis_z_south_east_x = mul_add(-sin_south_east_east, axis_y_on_hinge_south_east_x,
-            south_east_part_4);
+            cos_south_east_east_times_axis_z_east_x);
         let axis_z_south_east_y = mul_add(-sin_south_east_east, axis_y_on_hinge_south_east_y,
-            -south_east_part_4);
-        let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east, -south_east_part_3);
+            -cos_south_east_east_times_axis_z_east_x);
+        let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east,
+            -sin_south_east_east_times_axis_z_east_x);
         // south_west: placement: A = A_parent R, p = p_parent + A_parent r
-        let south_west_part = cos_ground_west * c(-0.35355295896023153);
-        let axis_y_on_hinge_south_west_x = c(0.6123726848990445) + south_west_part;
-        let axis_y_on_hinge_south_west_y = south_west_part - c(0.6123726848990445);
+        let cos_ground_west_product = cos_ground_west * c(-0.35355295896023153);
+        let axis_y_on_hinge_south_west_x = c(0.6123726848990445) + cos_ground_west_product;
+        let axis_y_on_hinge_south_west_y = cos_ground_west_product - c(0.6123726848990445);
         let axis_y_on_hinge_south_west_z = sin_ground_west * c(0.4999993895786978);
-        let south_west_part_2 = cos_ground_west * c(-0.6123726848990445);
-        let axis_x_south_west_x = south_west_part_2 - c(0.35355295896023153);
-        let axis_x_south_west_y = c(0.35355295896023153) + south_west_part_2;
-        let south_west_part_3 = sin_west_south_west * axis_z_west_x;
+        let cos_ground_west_product_2 = cos_ground_west * c(-0.6123726848990445);
+        let axis_x_south_west_x = cos_ground_west_product_2 - c(0.35355295896023153);
+        let axis_x_south_west_y = c(0.35355295896023153) + cos_ground_west_product_2;
+        let sin_west_south_west_times_axis_z_west_x = sin_west_south_west * axis_z_west_x;
         let axis_y_south_west_x = mul_add(cos_west_south_west, axis_y_on_hinge_south_west_x,
-            south_west_part_3);
+            sin_west_south_west_times_axis_z_west_x);
         let axis_y_south_west_y = mul_add(cos_west_south_west, axis_y_on_hinge_south_west_y,
-            south_west_part_3);
+            sin_west_south_west_times_axis_z_west_x);
         let axis_y_south_west_z = mul_add(cos_west_south_west, axis_y_on_hinge_south_west_z,
             cos_ground_west * sin_west_south_west);
-        let south_west_part_4 = cos_west_south_west * axis_z_west_x;
+        let cos_west_south_west_times_axis_z_west_x = cos_west_south_west * axis_z_west_x;
         let axis_z_south_west_x = mul_add(-sin_west_south_west, axis_y_on_hinge_south_west_x,
-            south_west_part_4);
+            cos_west_south_west_times_axis_z_west_x);
         let axis_z_south_west_y = mul_add(-sin_west_south_west, axis_y_on_hinge_south_west_y,
-            south_west_part_4);
+            cos_west_south_west_times_axis_z_west_x);
         let axis_z_south_west_z = mul_add(-sin_west_south_west, axis_y_on_hinge_south_west_z,
             cos_ground_west * cos_west_south_west);
         // south: placement: A = A_parent R, p = p_parent + A_parent r
@@ -1071,39 +1067,39 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let axis_z_south_z = mul_add(-sin_south_south_east, axis_y_on_hinge_south_z,
             cos_south_south_east * axis_z_south_east_z);
         // mechanism: results: what the function returns
-        let part = cos_ground_west * c(-0.4999999999999999);
-        let part_2 = c(0.4999999999999999) - part;
-        let part_3 = -part - c(0.4999999999999999);
-        let part_4 = -axis_z_west_x;
-        let part_5 = sin_ground_west * c(2.1743533521486336e-3);
-        let part_6 = cos_ground_west * c(-9.987299999999998e-3);
-        poses[0] = part_2;
-        poses[1] = part_3;
+        let cos_ground_west_product_3 = cos_ground_west * c(-0.4999999999999999);
+        let poses_0_0 = c(0.4999999999999999) - cos_ground_west_product_3;
+        let poses_0_1 = -cos_ground_west_product_3 - c(0.4999999999999999);
+        let poses_0_6 = -axis_z_west_x;
+        let sin_ground_west_product = sin_ground_west * c(2.1743533521486336e-3);
+        let cos_ground_west_product_4 = cos_ground_west * c(-9.987299999999998e-3);
+        poses[0] = poses_0_0;
+        poses[1] = poses_0_1;
         poses[2] = axis_z_west_x;
-        poses[3] = part_3;
-        poses[4] = part_2;
+        poses[3] = poses_0_1;
+        poses[4] = poses_0_0;
         poses[5] = axis_z_west_x;
-        poses[6] = part_4;
-        poses[7] = part_4;
+        poses[6] = poses_0_6;
+        poses[7] = poses_0_6;
         poses[8] = cos_ground_west;
-        poses[9] = c(-9.987299999999994e-3) - part_5 - part_6;
-        poses[10] = c(-9.987300000000005e-3) - part_5 - part_6;
+        poses[9] = c(-9.987299999999994e-3) - sin_ground_west_product - cos_ground_west_product_4;
+        poses[10] = c(-9.987300000000005e-3) - sin_ground_west_product - cos_ground_west_product_4;
         poses[11] = mul_add(c(-3.075e-3), cos_ground_west, mul_add(c(-0.01412417511148881),
             sin_ground_west, c(3.075e-3)));
         poses[12] = mul_add(c(-0.9659256438592764), axis_x_south_west_x,
             axis_y_south_west_x * c(0.2588197259388131));
         poses[13] = mul_add(c(-0.9659256438592764), axis_y_south_west_x,
-            -axis_x_south_west_x * c(0.2588197259388131));
+            axis_x_south_west_x * c(-0.2588197259388131));
         poses[14] = axis_z_south_west_x;
         poses[15] = mul_add(c(-0.9659256438592764), axis_x_south_west_y,
             axis_y_south_west_y * c(0.2588197259388131));
         poses[16] = mul_add(c(-0.9659256438592764), axis_y_south_west_y,
-            -axis_x_south_west_y * c(0.2588197259388131));
+            axis_x_south_west_y * c(-0.2588197259388131));
         poses[17] = axis_z_south_west_y;
         poses[18] = mul_add(c(-0.8365164861668797), sin_ground_west,
             axis_y_south_west_z * c(0.2588197259388131));
         poses[19] = mul_add(c(-0.9659256438592764), axis_y_south_west_z,
-            -sin_ground_west * c(0.22414454887849852));
+            sin_ground_west * c(-0.22414454887849852));
         poses[20] = axis_z_south_west_z;
         poses[21] = mul_add(c(-0.030723179682250294), axis_y_south_west_x, mul_add(c(-3.075e-3),
             axis_z_south_west_x, mul_add(c(1.428821217704556e-3), axis_x_south_west_x,
@@ -1190,24 +1186,26 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         // east: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
         // south_east: placement: A = A_parent R, p = p_parent + A_parent r
-        let south_east_part = cos_ground_east * c(-0.4999999999999999);
-        let axis_y_on_hinge_south_east_x = south_east_part + c(0.4999999999999999);
-        let south_east_part_2 = cos_ground_east * c(0.4999999999999999);
-        let axis_y_on_hinge_south_east_y = c(0.4999999999999999) + south_east_part_2;
-        let axis_x_south_east_x = c(0.4999999999999999) - south_east_part;
-        let axis_x_south_east_y = c(0.4999999999999999) - south_east_part_2;
-        let south_east_part_3 = sin_south_east_east * axis_z_east_x;
+        let cos_ground_east_product = cos_ground_east * c(-0.4999999999999999);
+        let axis_y_on_hinge_south_east_x = cos_ground_east_product + c(0.4999999999999999);
+        let cos_ground_east_product_2 = cos_ground_east * c(0.4999999999999999);
+        let axis_y_on_hinge_south_east_y = c(0.4999999999999999) + cos_ground_east_product_2;
+        let axis_x_south_east_x = c(0.4999999999999999) - cos_ground_east_product;
+        let axis_x_south_east_y = c(0.4999999999999999) - cos_ground_east_product_2;
+        let sin_south_east_east_times_axis_z_east_x = sin_south_east_east * axis_z_east_x;
         let axis_y_south_east_x = mul_add(cos_south_east_east, axis_y_on_hinge_south_east_x,
-            south_east_part_3);
+            sin_south_east_east_times_axis_z_east_x);
         let axis_y_south_east_y = mul_add(cos_south_east_east, axis_y_on_hinge_south_east_y,
-            -south_east_part_3);
-        let south_east_part_4 = cos_south_east_east * axis_z_east_x;
-        let axis_y_south_east_z = mul_add(cos_ground_east, sin_south_east_east, south_east_part_4);
+            -sin_south_east_east_times_axis_z_east_x);
+        let cos_south_east_east_times_axis_z_east_x = cos_south_east_east * axis_z_east_x;
+        let axis_y_south_east_z = mul_add(cos_ground_east, sin_south_east_east,
+            cos_south_east_east_times_axis_z_east_x);
         let axis_z_south_east_x = mul_add(-sin_south_east_east, axis_y_on_hinge_south_east_x,
-            south_east_part_4);
+            cos_south_east_east_times_axis_z_east_x);
         let axis_z_south_east_y = mul_add(-sin_south_east_east, axis_y_on_hinge_south_east_y,
-            -south_east_part_4);
-        let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east, -south_east_part_3);
+            -cos_south_east_east_times_axis_z_east_x);
+        let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east,
+            -sin_south_east_east_times_axis_z_east_x);
         // south: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_on_hinge_south_x = mul_add(c(0.8660254814097263), axis_x_south_east_x,
             axis_y_south_east_x * c(0.49999986554903386));
@@ -1252,10 +1250,25 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             (sin_south_south_east, cos_south_south_east),
             (sin_south_west_south, cos_south_west_south),
         ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
+        // east: placement: A = A_parent R, p = p_parent + A_parent r
+        let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
+        // south_east: angular velocity: w = R^T w_parent + u e_x
+        let parent_omega_on_hinge_south_east_y = c(0.7071067811865475) * u[4];
+        let parent_omega_south_east_y = cos_south_east_east * parent_omega_on_hinge_south_east_y;
+        let minus_parent_omega_south_east_z =
+            sin_south_east_east * parent_omega_on_hinge_south_east_y;
+        let omega_south_east_x = parent_omega_on_hinge_south_east_y + u[3];
+        // south_east: placement: A = A_parent R, p = p_parent + A_parent r
+        let axis_y_south_east_z = mul_add(cos_south_east_east, axis_z_east_x,
+            cos_ground_east * sin_south_east_east);
+        let axis_z_south_east_z = mul_add(-sin_south_east_east, axis_z_east_x,
+            cos_ground_east * cos_south_east_east);
         // south_west: angular velocity: w = R^T w_parent + u e_x
-        let south_west_part = u[5] * c(0.8660257562110547);
-        let south_west_part_2 = cos_west_south_west * south_west_part;
-        let south_west_part_3 = sin_west_south_west * south_west_part;
+        let minus_parent_omega_on_hinge_south_west_y = u[5] * c(0.8660257562110547);
+        let minus_parent_omega_south_west_y =
+            cos_west_south_west * minus_parent_omega_on_hinge_south_west_y;
+        let parent_omega_south_west_z =
+            sin_west_south_west * minus_parent_omega_on_hinge_south_west_y;
         let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
         // south_west: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_on_hinge_south_west_z = sin_ground_west * c(0.4999993895786978);
@@ -1263,37 +1276,13 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             cos_ground_west * sin_west_south_west);
         let axis_z_south_west_z = mul_add(-sin_west_south_west, axis_y_on_hinge_south_west_z,
             cos_ground_west * cos_west_south_west);
-        // east: placement: A = A_parent R, p = p_parent + A_parent r
-        let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
-        // south_east: angular velocity: w = R^T w_parent + u e_x
-        let parent_omega_on_hinge_south_east_y = c(0.7071067811865475) * u[4];
-        let parent_omega_south_east_y = cos_south_east_east * parent_omega_on_hinge_south_east_y;
-        let south_east_part = sin_south_east_east * parent_omega_on_hinge_south_east_y;
-        let omega_south_east_x = parent_omega_on_hinge_south_east_y + u[3];
-        // south_east: placement: A = A_parent R, p = p_parent + A_parent r
-        let axis_y_south_east_z = mul_add(cos_south_east_east, axis_z_east_x,
-            cos_ground_east * sin_south_east_east);
-        let axis_z_south_east_z = mul_add(-sin_south_east_east, axis_z_east_x,
-            cos_ground_east * cos_south_east_east);
-        // south_east: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2
-        let south_east_part_2 = mul_add(omega_south_east_x, mul_add(c(6.528386880865058e-6),
-            omega_south_east_x, parent_omega_south_east_y * c(7.2072789294646456e-6)),
-            mul_add(c(1.9085552925721835e-5), south_east_part * south_east_part,
-            parent_omega_south_east_y * mul_add(c(1.2623937521576779e-5), parent_omega_south_east_y,
-            omega_south_east_x * c(7.2072789294646456e-6))));
-        // south_west: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2
-        let south_west_part_4 = mul_add(omega_south_west_x, mul_add(c(5.7748035664558305e-6),
-            south_west_part_2, omega_south_west_x * c(3.500911243495723e-6)),
-            mul_add(-south_west_part_2, mul_add(c(-5.7748035664558305e-6), omega_south_west_x,
-            south_west_part_2 * c(-1.3277584214115281e-5)),
-            south_west_part_3 * south_west_part_3 * c(1.6724917355178218e-5)));
         // south: angular velocity: w = R^T w_parent + u e_x
         let parent_omega_on_hinge_south_y = mul_add(c(0.8660254814097263), omega_south_east_x,
             parent_omega_south_east_y * c(0.49999986554903386));
-        let parent_omega_south_y = mul_add(-sin_south_south_east, south_east_part,
+        let parent_omega_south_y = mul_add(-sin_south_south_east, minus_parent_omega_south_east_z,
             cos_south_south_east * parent_omega_on_hinge_south_y);
         let parent_omega_south_z = mul_add(-sin_south_south_east, parent_omega_on_hinge_south_y,
-            -cos_south_south_east * south_east_part);
+            -cos_south_south_east * minus_parent_omega_south_east_z);
         let omega_south_x = mul_add(c(-0.8660254814097263), parent_omega_south_east_y,
             mul_add(c(0.49999986554903386), omega_south_east_x, u[1]));
         // south: placement: A = A_parent R, p = p_parent + A_parent r
@@ -1305,12 +1294,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             sin_south_south_east * axis_z_south_east_z);
         // south_ghost0: angular velocity: w = R^T w_parent + u e_x
         let parent_omega_on_hinge_south_ghost0_y = mul_add(c(-0.7071063925583854),
-            omega_south_west_x, south_west_part_2 * c(-0.7071071698144962));
+            omega_south_west_x, minus_parent_omega_south_west_y * c(-0.7071071698144962));
         let parent_omega_south_ghost0_y = mul_add(cos_south_west_south,
-            parent_omega_on_hinge_south_ghost0_y, sin_south_west_south * south_west_part_3);
+            parent_omega_on_hinge_south_ghost0_y, sin_south_west_south * parent_omega_south_west_z);
         let parent_omega_south_ghost0_z = mul_add(-sin_south_west_south,
-            parent_omega_on_hinge_south_ghost0_y, cos_south_west_south * south_west_part_3);
-        let omega_south_ghost0_x = mul_add(c(-0.7071063925583854), south_west_part_2,
+            parent_omega_on_hinge_south_ghost0_y, cos_south_west_south * parent_omega_south_west_z);
+        let omega_south_ghost0_x = mul_add(c(-0.7071063925583854), minus_parent_omega_south_west_y,
             mul_add(c(0.7071071698144962), omega_south_west_x, u[0]));
         // south_ghost0: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_on_hinge_south_ghost0_z = mul_add(c(-0.6123723483370466), sin_ground_west,
@@ -1319,39 +1308,56 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             sin_ground_west * c(0.6123730214608577));
         let axis_y_south_ghost0_z = mul_add(cos_south_west_south, axis_y_on_hinge_south_ghost0_z,
             sin_south_west_south * axis_z_south_west_z);
+        // south_east: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2
+        let kinetic_energy_south_east_sum = mul_add(omega_south_east_x,
+            mul_add(c(6.528386880865058e-6), omega_south_east_x,
+            parent_omega_south_east_y * c(7.2072789294646456e-6)), mul_add(c(1.9085552925721835e-5),
+            minus_parent_omega_south_east_z * minus_parent_omega_south_east_z,
+            parent_omega_south_east_y * mul_add(c(1.2623937521576779e-5), parent_omega_south_east_y,
+            omega_south_east_x * c(7.2072789294646456e-6))));
+        // south_west: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2
+        let kinetic_energy_south_west_sum = mul_add(omega_south_west_x,
+            mul_add(c(5.7748035664558305e-6), minus_parent_omega_south_west_y,
+            omega_south_west_x * c(3.500911243495723e-6)), mul_add(-minus_parent_omega_south_west_y,
+            mul_add(c(-5.7748035664558305e-6), omega_south_west_x,
+            minus_parent_omega_south_west_y * c(-1.3277584214115281e-5)),
+            parent_omega_south_west_z * parent_omega_south_west_z * c(1.6724917355178218e-5)));
         // south: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2
-        let south_part = mul_add(omega_south_x, mul_add(c(5.589035390741692e-6), omega_south_x,
-            parent_omega_south_y * c(6.645555056848842e-6)), mul_add(c(1.8804327722141272e-5),
-            parent_omega_south_z * parent_omega_south_z,
+        let kinetic_energy_south_sum = mul_add(omega_south_x, mul_add(c(5.589035390741692e-6),
+            omega_south_x, parent_omega_south_y * c(6.645555056848842e-6)),
+            mul_add(c(1.8804327722141272e-5), parent_omega_south_z * parent_omega_south_z,
             parent_omega_south_y * mul_add(c(1.3262745496786407e-5), parent_omega_south_y,
             omega_south_x * c(6.645555056848842e-6))));
         // south_ghost0: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2
-        let south_ghost0_part = mul_add(omega_south_ghost0_x, mul_add(c(-6.645589092322226e-6),
-            parent_omega_south_ghost0_y, omega_south_ghost0_x * c(5.589094341868578e-6)),
-            mul_add(c(1.8804327722141276e-5),
+        let kinetic_energy_south_ghost0_sum = mul_add(omega_south_ghost0_x,
+            mul_add(c(-6.645589092322226e-6), parent_omega_south_ghost0_y,
+            omega_south_ghost0_x * c(5.589094341868578e-6)), mul_add(c(1.8804327722141276e-5),
             parent_omega_south_ghost0_z * parent_omega_south_ghost0_z,
             parent_omega_south_ghost0_y * mul_add(c(-6.645589092322226e-6), omega_south_ghost0_x,
             parent_omega_south_ghost0_y * c(1.3262686545659523e-5))));
         // mechanism: results: what the function returns
-        let part = mul_add(c(0.5), south_part, mul_add(c(0.5), south_west_part_4, mul_add(c(0.5),
-            south_east_part_2, mul_add(c(2.429264555308989e-6), u[5] * u[5],
+        let kinetic_sum = mul_add(c(0.5), kinetic_energy_south_sum, mul_add(c(0.5),
+            kinetic_energy_south_west_sum, mul_add(c(0.5), kinetic_energy_south_east_sum,
+            mul_add(c(2.429264555308989e-6), u[5] * u[5],
             u[4] * u[4] * c(1.3072899663325737e-6)))));
-        let part_2 = mul_add(c(5.7e-3), q[5] * q[5], q[4] * q[4] * c(5.7e-3)) + mul_add(c(5.7e-3),
-            q[2] * q[2], c(5.7e-3) * (q[3] * q[3]));
-        let part_3 = mul_add(c(9.81), mul_add(c(1.885487028387268e-4), sin_ground_west,
+        let potential_sum = mul_add(c(5.7e-3), q[5] * q[5], q[4] * q[4] * c(5.7e-3))
+            + mul_add(c(5.7e-3), q[2] * q[2], c(5.7e-3) * (q[3] * q[3]));
+        let potential_sum_2 = mul_add(c(9.81), mul_add(c(1.885487028387268e-4), sin_ground_west,
             c(3.271830984658037e-5)), mul_add(c(9.81), mul_add(c(-1.2422592520055817e-4),
             sin_ground_east, c(2.6259338451085914e-5)), mul_add(c(5.7e-3), q[0] * q[0],
-            c(5.7e-3) * (q[1] * q[1])) + part_2));
-        let part_4 = mul_add(c(9.81), mul_add(c(1.4350139506894642e-4), axis_y_south_west_z,
-            mul_add(c(2.7641520973715973e-4), sin_ground_west, c(2.6258770161227824e-5))),
-            mul_add(c(9.81), mul_add(c(-2.1820669112261221e-4), axis_y_south_east_z,
-            mul_add(c(-2.4302844717773972e-4), sin_ground_east, c(3.271796768985903e-5))), part_3));
-        let part_5 = mul_add(c(9.81), mul_add(c(1.7025149681007909e-4), axis_y_south_ghost0_z,
+            c(5.7e-3) * (q[1] * q[1])) + potential_sum));
+        let potential_sum_3 = mul_add(c(9.81), mul_add(c(1.4350139506894642e-4),
+            axis_y_south_west_z, mul_add(c(2.7641520973715973e-4), sin_ground_west,
+            c(2.6258770161227824e-5))), mul_add(c(9.81), mul_add(c(-2.1820669112261221e-4),
+            axis_y_south_east_z, mul_add(c(-2.4302844717773972e-4), sin_ground_east,
+            c(3.271796768985903e-5))), potential_sum_2));
+        let potential_2 = mul_add(c(9.81), mul_add(c(1.7025149681007909e-4), axis_y_south_ghost0_z,
             mul_add(c(2.9488283400311115e-4), axis_x_south_ghost0_z, c(2.3245895025686742e-5))),
             mul_add(c(9.81), mul_add(c(-1.7025018541990593e-4), axis_y_south_z,
-            mul_add(c(2.948835911343091e-4), axis_x_south_z, c(2.3245895025686742e-5))), part_4));
-        kinetic[0] = mul_add(c(0.5), south_ghost0_part, part);
-        potential[0] = part_5;
+            mul_add(c(2.948835911343091e-4), axis_x_south_z, c(2.3245895025686742e-5))),
+            potential_sum_3));
+        kinetic[0] = mul_add(c(0.5), kinetic_energy_south_ghost0_sum, kinetic_sum);
+        potential[0] = potential_2;
         ::lamc_runtime::Energy {
             kinetic: kinetic[0],
             potential: potential[0],
@@ -1379,107 +1385,50 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let omega_east_xx = u[4] * u[4];
         // west: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_west_xx = u[5] * u[5];
-        // south_west: angular velocity: w = R^T w_parent + u e_x
-        let south_west_part = u[5] * c(0.8660257562110547);
-        let south_west_part_2 = cos_west_south_west * south_west_part;
-        let south_west_part_3 = sin_west_south_west * south_west_part;
-        let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
-        // south_west: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let omega_south_west_xx = omega_south_west_x * omega_south_west_x;
-        let omega_south_west_yy = south_west_part_2 * south_west_part_2;
-        let omega_south_west_zz = south_west_part_3 * south_west_part_3;
-        let south_west_part_4 = south_west_part_2 * omega_south_west_x;
-        let omega_south_west_xy = -south_west_part_4;
-        let omega_south_west_xz = south_west_part_3 * omega_south_west_x;
-        let south_west_part_5 = south_west_part_2 * south_west_part_3;
-        let omega_south_west_yz = -south_west_part_5;
         // south_east: angular velocity: w = R^T w_parent + u e_x
         let parent_omega_on_hinge_south_east_y = u[4] * c(0.7071067811865475);
         let parent_omega_south_east_y = cos_south_east_east * parent_omega_on_hinge_south_east_y;
-        let south_east_part = sin_south_east_east * parent_omega_on_hinge_south_east_y;
+        let minus_parent_omega_south_east_z =
+            sin_south_east_east * parent_omega_on_hinge_south_east_y;
         let omega_south_east_x = parent_omega_on_hinge_south_east_y + u[3];
         // south_east: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_south_east_xx = omega_south_east_x * omega_south_east_x;
         let omega_south_east_yy = parent_omega_south_east_y * parent_omega_south_east_y;
-        let omega_south_east_zz = south_east_part * south_east_part;
+        let omega_south_east_zz = minus_parent_omega_south_east_z * minus_parent_omega_south_east_z;
         let omega_south_east_xy = parent_omega_south_east_y * omega_south_east_x;
-        let south_east_part_2 = south_east_part * omega_south_east_x;
-        let omega_south_east_xz = -south_east_part_2;
-        let south_east_part_3 = parent_omega_south_east_y * south_east_part;
-        let omega_south_east_yz = -south_east_part_3;
-        // south_west: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let south_west_part_6 = c(0.8660257562110547) * a[5];
-        let alpha_south_west_x = mul_add(c(0.4999993895786978), a[5], a[2]);
-        let alpha_south_west_y = mul_add(-cos_west_south_west, south_west_part_6,
-            south_west_part_3 * u[2]);
-        let alpha_south_west_z = mul_add(sin_west_south_west, south_west_part_6,
-            south_west_part_2 * u[2]);
-        let acceleration_gradient_south_west_xy = omega_south_west_xy - alpha_south_west_z;
-        let acceleration_gradient_south_west_xz = omega_south_west_xz + alpha_south_west_y;
-        let acceleration_gradient_south_west_yx = alpha_south_west_z - south_west_part_4;
-        let acceleration_gradient_south_west_yz = omega_south_west_yz - alpha_south_west_x;
-        let acceleration_gradient_south_west_zx = omega_south_west_xz - alpha_south_west_y;
-        let acceleration_gradient_south_west_zy = alpha_south_west_x - south_west_part_5;
-        // west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let net_force_west_y = mul_add(c(1.885487028387268e-4), omega_west_xx,
-            sin_ground_west * c(-0.10437938848616371));
-        let net_force_west_z = mul_add(c(-1.885487028387268e-4), a[5],
-            cos_ground_west * c(-0.10437938848616371));
-        let net_moment_west_x = mul_add(c(-1.84966277484791e-3), cos_ground_west,
-            -mul_add(c(3.3386074605289806e-8), a[5], a[5] * c(4.825143036012689e-6)));
-        let net_moment_west_y = mul_add(c(3.539652672546511e-3), cos_ground_west,
-            a[5] * c(6.243161609895162e-6));
-        let net_moment_west_z = mul_add(c(6.243161609895162e-6), omega_west_xx,
-            sin_ground_west * c(-3.539652672546511e-3));
-        // south_east: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_on_hinge_south_east_y = c(0.7071067811865475) * a[4];
-        let alpha_south_east_x = alpha_on_hinge_south_east_y + a[3];
-        let alpha_south_east_y = mul_add(-south_east_part, u[3],
-            cos_south_east_east * alpha_on_hinge_south_east_y);
-        let alpha_south_east_z = mul_add(-sin_south_east_east, alpha_on_hinge_south_east_y,
-            -parent_omega_south_east_y * u[3]);
-        let acceleration_gradient_south_east_xy = omega_south_east_xy - alpha_south_east_z;
-        let acceleration_gradient_south_east_xz = alpha_south_east_y - south_east_part_2;
-        let acceleration_gradient_south_east_yx = omega_south_east_xy + alpha_south_east_z;
-        let acceleration_gradient_south_east_yz = omega_south_east_yz - alpha_south_east_x;
-        let acceleration_gradient_south_east_zx = omega_south_east_xz - alpha_south_east_y;
-        let acceleration_gradient_south_east_zy = alpha_south_east_x - south_east_part_3;
-        // east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let net_force_east_y = mul_add(c(-1.2422592520055817e-4), omega_east_xx,
-            sin_ground_east * c(-0.08377369437565946));
-        let net_force_east_z = mul_add(c(1.2422592520055817e-4), a[4],
-            cos_ground_east * c(-0.08377369437565946));
-        let net_moment_east_x = -cos_ground_east * c(-1.2186563262174758e-3)
-            - mul_add(c(2.6789645046735387e-8), a[4], a[4] * c(2.587790287618412e-6));
-        let net_moment_east_y = mul_add(c(-4.888494966109656e-6), a[4],
-            -cos_ground_east * c(-3.2095218013892565e-3));
-        let net_moment_east_z = mul_add(c(-4.888494966109656e-6), omega_east_xx,
-            sin_ground_east * c(-3.2095218013892565e-3));
-        // east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let east_part = cos_ground_east * c(9.81);
-        // west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let west_part = cos_ground_west * c(9.81);
-        // south_east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_east_y = sin_ground_east * c(-6.936717523440031);
-        let apparent_gravity_south_east_y = mul_add(-sin_south_east_east, east_part,
-            cos_south_east_east * apparent_gravity_on_hinge_south_east_y);
-        let apparent_gravity_south_east_z = mul_add(-sin_south_east_east,
-            apparent_gravity_on_hinge_south_east_y, -cos_south_east_east * east_part);
-        // south_west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_west_y = sin_ground_west * c(-4.904994011767025);
-        let apparent_gravity_south_west_y = mul_add(-sin_west_south_west, west_part,
-            cos_west_south_west * apparent_gravity_on_hinge_south_west_y);
-        let apparent_gravity_south_west_z = mul_add(-sin_west_south_west,
-            apparent_gravity_on_hinge_south_west_y, -cos_west_south_west * west_part);
+        let minus_omega_south_east_xz = minus_parent_omega_south_east_z * omega_south_east_x;
+        let minus_omega_south_east_yz = parent_omega_south_east_y * minus_parent_omega_south_east_z;
+        let minus_velocity_product_gradient_south_east_xx = omega_south_east_yy
+            + omega_south_east_zz;
+        let minus_velocity_product_gradient_south_east_yy = omega_south_east_xx
+            + omega_south_east_zz;
+        // south_west: angular velocity: w = R^T w_parent + u e_x
+        let minus_parent_omega_on_hinge_south_west_y = u[5] * c(0.8660257562110547);
+        let minus_parent_omega_south_west_y =
+            cos_west_south_west * minus_parent_omega_on_hinge_south_west_y;
+        let parent_omega_south_west_z =
+            sin_west_south_west * minus_parent_omega_on_hinge_south_west_y;
+        let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
+        // south_west: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
+        let omega_south_west_xx = omega_south_west_x * omega_south_west_x;
+        let omega_south_west_yy = minus_parent_omega_south_west_y * minus_parent_omega_south_west_y;
+        let omega_south_west_zz = parent_omega_south_west_z * parent_omega_south_west_z;
+        let minus_omega_south_west_xy = minus_parent_omega_south_west_y * omega_south_west_x;
+        let omega_south_west_xz = parent_omega_south_west_z * omega_south_west_x;
+        let minus_omega_south_west_yz = minus_parent_omega_south_west_y * parent_omega_south_west_z;
+        let minus_velocity_product_gradient_south_west_xx = omega_south_west_yy
+            + omega_south_west_zz;
+        let minus_velocity_product_gradient_south_west_yy = omega_south_west_xx
+            + omega_south_west_zz;
         // south: angular velocity: w = R^T w_parent + u e_x
         let parent_omega_on_hinge_south_y = mul_add(c(0.8660254814097263), omega_south_east_x,
             parent_omega_south_east_y * c(0.49999986554903386));
         let parent_omega_south_x = mul_add(c(-0.8660254814097263), parent_omega_south_east_y,
             omega_south_east_x * c(0.49999986554903386));
-        let parent_omega_south_y = mul_add(-sin_south_south_east, south_east_part,
+        let parent_omega_south_y = mul_add(-sin_south_south_east, minus_parent_omega_south_east_z,
             cos_south_south_east * parent_omega_on_hinge_south_y);
         let parent_omega_south_z = mul_add(-sin_south_south_east, parent_omega_on_hinge_south_y,
-            -cos_south_south_east * south_east_part);
+            -cos_south_south_east * minus_parent_omega_south_east_z);
         let omega_south_x = parent_omega_south_x + u[1];
         // south: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_south_xx = omega_south_x * omega_south_x;
@@ -1488,15 +1437,17 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let omega_south_xy = parent_omega_south_y * omega_south_x;
         let omega_south_xz = parent_omega_south_z * omega_south_x;
         let omega_south_yz = parent_omega_south_y * parent_omega_south_z;
+        let minus_velocity_product_gradient_south_xx = omega_south_yy + omega_south_zz;
+        let minus_velocity_product_gradient_south_yy = omega_south_xx + omega_south_zz;
         // south_ghost0: angular velocity: w = R^T w_parent + u e_x
         let parent_omega_on_hinge_south_ghost0_y = mul_add(c(-0.7071063925583854),
-            omega_south_west_x, south_west_part_2 * c(-0.7071071698144962));
-        let parent_omega_south_ghost0_x = mul_add(c(-0.7071063925583854), south_west_part_2,
-            omega_south_west_x * c(0.7071071698144962));
+            omega_south_west_x, minus_parent_omega_south_west_y * c(-0.7071071698144962));
+        let parent_omega_south_ghost0_x = mul_add(c(-0.7071063925583854),
+            minus_parent_omega_south_west_y, omega_south_west_x * c(0.7071071698144962));
         let parent_omega_south_ghost0_y = mul_add(cos_south_west_south,
-            parent_omega_on_hinge_south_ghost0_y, sin_south_west_south * south_west_part_3);
+            parent_omega_on_hinge_south_ghost0_y, sin_south_west_south * parent_omega_south_west_z);
         let parent_omega_south_ghost0_z = mul_add(-sin_south_west_south,
-            parent_omega_on_hinge_south_ghost0_y, cos_south_west_south * south_west_part_3);
+            parent_omega_on_hinge_south_ghost0_y, cos_south_west_south * parent_omega_south_west_z);
         let omega_south_ghost0_x = parent_omega_south_ghost0_x + u[0];
         // south_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_south_ghost0_xx = omega_south_ghost0_x * omega_south_ghost0_x;
@@ -1505,48 +1456,30 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let omega_south_ghost0_xy = parent_omega_south_ghost0_y * omega_south_ghost0_x;
         let omega_south_ghost0_xz = parent_omega_south_ghost0_z * omega_south_ghost0_x;
         let omega_south_ghost0_yz = parent_omega_south_ghost0_y * parent_omega_south_ghost0_z;
-        // south_ghost0: closure forces: (f, n) of lambda along the rows of the closure
-        let closure_force_south_ghost0_y = lambda[0] * c(1.0000000000000002);
-        let closure_force_south_ghost0_z = lambda[1] + lambda[2];
-        let south_ghost0_part = lambda[1] * c(0.0806842360747284);
-        let closure_moment_south_ghost0_z = lambda[0] * c(0.08068423607472841);
-        let closure_force_on_hinge_south_ghost0_y = mul_add(-sin_south_west_south,
-            closure_force_south_ghost0_z, cos_south_west_south * closure_force_south_ghost0_y);
-        let closure_force_in_parent_south_ghost0_y =
-            c(0.7071071698144962) * closure_force_on_hinge_south_ghost0_y;
-        let closure_force_in_parent_south_ghost0_z = mul_add(cos_south_west_south,
-            closure_force_south_ghost0_z, sin_south_west_south * closure_force_south_ghost0_y);
-        let closure_moment_on_hinge_south_ghost0_y = mul_add(-sin_south_west_south,
-            closure_moment_south_ghost0_z, -cos_south_west_south * south_ghost0_part);
-        let closure_moment_in_parent_south_ghost0_x = mul_add(c(-0.7071063925583854),
-            closure_moment_on_hinge_south_ghost0_y, lambda[2] * c(0.05705240181944587));
-        let closure_moment_in_parent_south_ghost0_y = mul_add(c(0.05705233910713033), lambda[2],
-            c(0.7071071698144962) * closure_moment_on_hinge_south_ghost0_y);
-        let closure_moment_in_parent_south_ghost0_z = mul_add(-sin_south_west_south,
-            south_ghost0_part, cos_south_west_south * closure_moment_south_ghost0_z);
-        // south: closure forces: (f, n) of lambda along the rows of the closure
-        let south_part = lambda[0] * c(0.5000002689018963);
-        let closure_force_south_z = -lambda[1] - lambda[2];
-        let closure_moment_south_x = mul_add(c(-0.04034213973350828), lambda[2],
-            lambda[1] * c(0.06987458559937651));
-        let closure_moment_south_y = mul_add(c(0.06987458559937651), lambda[2],
-            lambda[1] * c(0.04034213973350828));
-        let closure_force_on_hinge_south_y = mul_add(-sin_south_south_east, closure_force_south_z,
-            -cos_south_south_east * south_part);
-        let closure_force_in_parent_south_x = mul_add(c(0.8660254814097263),
-            closure_force_on_hinge_south_y, lambda[0] * c(-0.43301250782896916));
-        let closure_force_in_parent_south_y = mul_add(c(0.749999932774463), lambda[0],
-            c(0.49999986554903386) * closure_force_on_hinge_south_y);
-        let closure_force_in_parent_south_z = mul_add(-sin_south_south_east, south_part,
-            cos_south_south_east * closure_force_south_z);
-        let closure_moment_on_hinge_south_y = mul_add(cos_south_south_east, closure_moment_south_y,
-            sin_south_south_east * closure_moment_south_ghost0_z);
-        let closure_moment_in_parent_south_x = mul_add(c(0.8660254814097263),
-            closure_moment_on_hinge_south_y, c(0.49999986554903386) * closure_moment_south_x);
-        let closure_moment_in_parent_south_y = mul_add(c(-0.8660254814097263),
-            closure_moment_south_x, c(0.49999986554903386) * closure_moment_on_hinge_south_y);
-        let closure_moment_in_parent_south_z = mul_add(-cos_south_south_east,
-            closure_moment_south_ghost0_z, sin_south_south_east * closure_moment_south_y);
+        let minus_velocity_product_gradient_south_ghost0_xx = omega_south_ghost0_yy
+            + omega_south_ghost0_zz;
+        let minus_velocity_product_gradient_south_ghost0_yy = omega_south_ghost0_xx
+            + omega_south_ghost0_zz;
+        // east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let minus_apparent_gravity_east_z = cos_ground_east * c(9.81);
+        // west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let minus_apparent_gravity_west_z = cos_ground_west * c(9.81);
+        // south_east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_on_hinge_south_east_y = sin_ground_east * c(-6.936717523440031);
+        let apparent_gravity_south_east_y = mul_add(-sin_south_east_east,
+            minus_apparent_gravity_east_z,
+            cos_south_east_east * apparent_gravity_on_hinge_south_east_y);
+        let apparent_gravity_south_east_z = mul_add(-sin_south_east_east,
+            apparent_gravity_on_hinge_south_east_y,
+            -cos_south_east_east * minus_apparent_gravity_east_z);
+        // south_west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_on_hinge_south_west_y = sin_ground_west * c(-4.904994011767025);
+        let apparent_gravity_south_west_y = mul_add(-sin_west_south_west,
+            minus_apparent_gravity_west_z,
+            cos_west_south_west * apparent_gravity_on_hinge_south_west_y);
+        let apparent_gravity_south_west_z = mul_add(-sin_west_south_west,
+            apparent_gravity_on_hinge_south_west_y,
+            -cos_west_south_west * minus_apparent_gravity_west_z);
         // south: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let apparent_gravity_on_hinge_south_y = mul_add(c(6.007374132640437), sin_ground_east,
             c(0.49999986554903386) * apparent_gravity_south_east_y);
@@ -1569,6 +1502,32 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let apparent_gravity_south_ghost0_z = mul_add(-sin_south_west_south,
             apparent_gravity_on_hinge_south_ghost0_y,
             cos_south_west_south * apparent_gravity_south_west_z);
+        // south_east: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
+        let alpha_on_hinge_south_east_y = c(0.7071067811865475) * a[4];
+        let alpha_south_east_x = alpha_on_hinge_south_east_y + a[3];
+        let alpha_south_east_y = mul_add(-minus_parent_omega_south_east_z, u[3],
+            cos_south_east_east * alpha_on_hinge_south_east_y);
+        let alpha_south_east_z = mul_add(-sin_south_east_east, alpha_on_hinge_south_east_y,
+            -parent_omega_south_east_y * u[3]);
+        let acceleration_gradient_south_east_xy = omega_south_east_xy - alpha_south_east_z;
+        let acceleration_gradient_south_east_xz = alpha_south_east_y - minus_omega_south_east_xz;
+        let acceleration_gradient_south_east_yx = omega_south_east_xy + alpha_south_east_z;
+        let acceleration_gradient_south_east_yz = -minus_omega_south_east_yz - alpha_south_east_x;
+        let acceleration_gradient_south_east_zx = -minus_omega_south_east_xz - alpha_south_east_y;
+        let acceleration_gradient_south_east_zy = alpha_south_east_x - minus_omega_south_east_yz;
+        // south_west: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
+        let minus_alpha_on_hinge_south_west_y = c(0.8660257562110547) * a[5];
+        let alpha_south_west_x = mul_add(c(0.4999993895786978), a[5], a[2]);
+        let alpha_south_west_y = mul_add(-cos_west_south_west, minus_alpha_on_hinge_south_west_y,
+            parent_omega_south_west_z * u[2]);
+        let alpha_south_west_z = mul_add(sin_west_south_west, minus_alpha_on_hinge_south_west_y,
+            minus_parent_omega_south_west_y * u[2]);
+        let acceleration_gradient_south_west_xy = -minus_omega_south_west_xy - alpha_south_west_z;
+        let acceleration_gradient_south_west_xz = omega_south_west_xz + alpha_south_west_y;
+        let acceleration_gradient_south_west_yx = alpha_south_west_z - minus_omega_south_west_xy;
+        let acceleration_gradient_south_west_yz = -minus_omega_south_west_yz - alpha_south_west_x;
+        let acceleration_gradient_south_west_zx = omega_south_west_xz - alpha_south_west_y;
+        let acceleration_gradient_south_west_zy = alpha_south_west_x - minus_omega_south_west_yz;
         // south: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let alpha_on_hinge_south_y = mul_add(c(0.8660254814097263), alpha_south_east_x,
             c(0.49999986554903386) * alpha_south_east_y);
@@ -1599,119 +1558,44 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let acceleration_gradient_south_ghost0_yz = omega_south_ghost0_yz - alpha_south_ghost0_x;
         let acceleration_gradient_south_ghost0_zx = omega_south_ghost0_xz - alpha_south_ghost0_y;
         let acceleration_gradient_south_ghost0_zy = omega_south_ghost0_yz + alpha_south_ghost0_x;
-        // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let net_force_south_east_x = mul_add(c(0.07380660156279345), sin_ground_east,
-            -mul_add(c(-2.1820669112261221e-4), acceleration_gradient_south_east_xy,
-            (omega_south_east_yy + omega_south_east_zz) * c(-3.4369412604123286e-4)));
-        let net_force_south_east_y = mul_add(c(0.010639989492637083), apparent_gravity_south_east_y,
-            -mul_add(c(2.1820669112261221e-4), omega_south_east_xx + omega_south_east_zz,
-            acceleration_gradient_south_east_yx * c(3.4369412604123286e-4)));
-        let net_force_south_east_z = mul_add(c(0.010639989492637083), apparent_gravity_south_east_z,
-            -mul_add(c(-2.1820669112261221e-4), acceleration_gradient_south_east_zy,
-            acceleration_gradient_south_east_zx * c(3.4369412604123286e-4)));
-        let net_moment_south_east_x = -apparent_gravity_south_east_z * c(2.1820669112261221e-4)
-            - mul_add(c(-3.338573836000013e-8), acceleration_gradient_south_east_yz,
-            mul_add(c(-7.2072789294646456e-6), acceleration_gradient_south_east_zx,
-            acceleration_gradient_south_east_zy * c(6.4950011425050576e-6)));
-        let net_moment_south_east_y = -apparent_gravity_south_east_z * c(3.4369412604123286e-4)
-            - mul_add(c(3.338573836000013e-8), acceleration_gradient_south_east_xz,
-            mul_add(c(-1.2590551783216779e-5), acceleration_gradient_south_east_zx,
-            acceleration_gradient_south_east_zy * c(7.2072789294646456e-6)));
-        let net_moment_south_east_z = mul_add(c(1.5136381780420903e-3), sin_ground_east,
-            apparent_gravity_south_east_y * c(3.4369412604123286e-4))
-            - mul_add(c(-6.4950011425050576e-6), acceleration_gradient_south_east_xy,
-            mul_add(c(-7.2072789294646456e-6), omega_south_east_yy - omega_south_east_xx,
-            acceleration_gradient_south_east_yx * c(1.2590551783216779e-5)));
-        // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let net_force_south_west_x = mul_add(c(-0.07254860693208019), sin_ground_west,
-            -mul_add(c(1.4350139506894642e-4), acceleration_gradient_south_west_xy,
-            (omega_south_west_yy + omega_south_west_zz) * c(-3.191766616116623e-4)));
-        let net_force_south_west_y = mul_add(c(8.539437450805796e-3), apparent_gravity_south_west_y,
-            -mul_add(c(-1.4350139506894642e-4), omega_south_west_xx + omega_south_west_zz,
-            acceleration_gradient_south_west_yx * c(3.191766616116623e-4)));
-        let net_force_south_west_z = mul_add(c(8.539437450805796e-3), apparent_gravity_south_west_z,
-            -mul_add(c(1.4350139506894642e-4), acceleration_gradient_south_west_zy,
-            acceleration_gradient_south_west_zx * c(3.191766616116623e-4)));
-        let net_moment_south_west_x = mul_add(c(1.4350139506894642e-4),
-            apparent_gravity_south_west_z, -mul_add(c(-2.6789051216394143e-8),
-            acceleration_gradient_south_west_yz, mul_add(c(3.474122192279329e-6),
-            acceleration_gradient_south_west_zy,
-            acceleration_gradient_south_west_zx * c(5.7748035664558305e-6))));
-        let net_moment_south_west_y = -apparent_gravity_south_west_z * c(3.191766616116623e-4)
-            - mul_add(c(-5.7748035664558305e-6), acceleration_gradient_south_west_zy,
-            mul_add(c(-1.3250795162898888e-5), acceleration_gradient_south_west_zx,
-            acceleration_gradient_south_west_xz * c(2.6789051216394143e-8)));
-        let net_moment_south_west_z = mul_add(c(1.2191466200246904e-3), sin_ground_west,
-            apparent_gravity_south_west_y * c(3.191766616116623e-4))
-            - mul_add(c(-3.474122192279329e-6), acceleration_gradient_south_west_xy,
-            mul_add(c(5.7748035664558305e-6), omega_south_west_yy - omega_south_west_xx,
-            acceleration_gradient_south_west_yx * c(1.3250795162898888e-5)));
-        // south_west: closure forces: (f, n) of lambda along the rows of the closure
-        let closure_force_on_hinge_south_west_y = mul_add(-sin_west_south_west,
-            closure_force_in_parent_south_ghost0_z,
-            cos_west_south_west * closure_force_in_parent_south_ghost0_y);
-        let closure_force_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
-            closure_force_on_hinge_south_west_y,
-            closure_force_on_hinge_south_ghost0_y * c(-0.35355276464638774));
-        let closure_force_in_parent_south_west_y = mul_add(c(-0.6123723483370466),
-            closure_force_on_hinge_south_ghost0_y,
-            c(0.4999993895786978) * closure_force_on_hinge_south_west_y);
-        let closure_force_in_parent_south_west_z = mul_add(cos_west_south_west,
-            closure_force_in_parent_south_ghost0_z,
-            sin_west_south_west * closure_force_in_parent_south_ghost0_y);
-        let closure_moment_on_hinge_south_west_y = mul_add(-sin_west_south_west,
-            closure_moment_in_parent_south_ghost0_z,
-            cos_west_south_west * closure_moment_in_parent_south_ghost0_y);
-        let closure_moment_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
-            closure_moment_on_hinge_south_west_y,
-            c(0.4999993895786978) * closure_moment_in_parent_south_ghost0_x);
-        let closure_moment_in_parent_south_west_y = mul_add(c(0.8660257562110547),
-            closure_moment_in_parent_south_ghost0_x,
-            c(0.4999993895786978) * closure_moment_on_hinge_south_west_y);
-        let closure_moment_in_parent_south_west_z = mul_add(cos_west_south_west,
-            closure_moment_in_parent_south_ghost0_z,
-            sin_west_south_west * closure_moment_in_parent_south_ghost0_y);
-        // south_east: closure forces: (f, n) of lambda along the rows of the closure
-        let closure_force_on_hinge_south_east_y = mul_add(-sin_south_east_east,
-            closure_force_in_parent_south_z, cos_south_east_east * closure_force_in_parent_south_y);
-        let south_east_part_4 = c(0.7071067811865475) * closure_force_in_parent_south_x;
-        let south_east_part_5 = c(0.7071067811865475) * closure_force_on_hinge_south_east_y;
-        let closure_force_in_parent_south_east_x = south_east_part_4 + south_east_part_5;
-        let closure_force_in_parent_south_east_y = south_east_part_5 - south_east_part_4;
-        let closure_force_in_parent_south_east_z = mul_add(cos_south_east_east,
-            closure_force_in_parent_south_z, sin_south_east_east * closure_force_in_parent_south_y);
-        let closure_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
-            closure_moment_in_parent_south_z,
-            cos_south_east_east * closure_moment_in_parent_south_y);
-        let south_east_part_6 = c(0.7071067811865475) * closure_moment_in_parent_south_x;
-        let south_east_part_7 = c(0.7071067811865475) * closure_moment_on_hinge_south_east_y;
-        let closure_moment_in_parent_south_east_x = south_east_part_6 + south_east_part_7;
-        let closure_moment_in_parent_south_east_y = south_east_part_7 - south_east_part_6;
-        let closure_moment_in_parent_south_east_z = mul_add(cos_south_east_east,
-            closure_moment_in_parent_south_z,
-            sin_south_east_east * closure_moment_in_parent_south_y);
         // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let net_moment_south_x = -apparent_gravity_south_z * c(1.7025018541990593e-4)
-            - mul_add(c(-2.3726582693412885e-8), acceleration_gradient_south_yz,
+        let net_moment_south_x = mul_add(c(-1.7025018541990593e-4), apparent_gravity_south_z,
+            -mul_add(c(-2.3726582693412885e-8), acceleration_gradient_south_yz,
             mul_add(c(-6.645555056848842e-6), acceleration_gradient_south_zx,
-            acceleration_gradient_south_zy * c(5.565308808048279e-6)));
+            acceleration_gradient_south_zy * c(5.565308808048279e-6))));
         let net_force_south_x = mul_add(c(7.559640658759916e-3), apparent_gravity_south_x,
-            -mul_add(c(-1.7025018541990593e-4), acceleration_gradient_south_xy, (omega_south_yy
-            + omega_south_zz) * c(-2.948835911343091e-4)));
+            -mul_add(c(-1.7025018541990593e-4), acceleration_gradient_south_xy,
+            minus_velocity_product_gradient_south_xx * c(-2.948835911343091e-4)));
         let net_force_south_y = mul_add(c(7.559640658759916e-3), apparent_gravity_south_y,
-            -mul_add(c(1.7025018541990593e-4), omega_south_xx + omega_south_zz,
+            -mul_add(c(1.7025018541990593e-4), minus_velocity_product_gradient_south_yy,
             acceleration_gradient_south_yx * c(2.948835911343091e-4)));
         let net_force_south_z = mul_add(c(7.559640658759916e-3), apparent_gravity_south_z,
             -mul_add(c(-1.7025018541990593e-4), acceleration_gradient_south_zy,
             acceleration_gradient_south_zx * c(2.948835911343091e-4)));
-        let net_moment_south_y = -apparent_gravity_south_z * c(2.948835911343091e-4)
-            - mul_add(c(2.3726582693412885e-8), acceleration_gradient_south_xz,
+        let net_moment_south_y = mul_add(c(-2.948835911343091e-4), apparent_gravity_south_z,
+            -mul_add(c(2.3726582693412885e-8), acceleration_gradient_south_xz,
             mul_add(c(-1.3239018914092994e-5), acceleration_gradient_south_zx,
-            acceleration_gradient_south_zy * c(6.645555056848842e-6)));
+            acceleration_gradient_south_zy * c(6.645555056848842e-6))));
         let net_moment_south_z = mul_add(c(1.7025018541990593e-4), apparent_gravity_south_x,
             apparent_gravity_south_y * c(2.948835911343091e-4)) - mul_add(c(-5.565308808048279e-6),
             acceleration_gradient_south_xy, mul_add(c(-6.645555056848842e-6), omega_south_yy
             - omega_south_xx, acceleration_gradient_south_yx * c(1.3239018914092994e-5)));
+        let transmitted_force_on_hinge_south_y = mul_add(-sin_south_south_east, net_force_south_z,
+            cos_south_south_east * net_force_south_y);
+        let transmitted_force_in_parent_south_x = mul_add(c(0.8660254814097263),
+            transmitted_force_on_hinge_south_y, c(0.49999986554903386) * net_force_south_x);
+        let transmitted_force_in_parent_south_y = mul_add(c(-0.8660254814097263), net_force_south_x,
+            c(0.49999986554903386) * transmitted_force_on_hinge_south_y);
+        let transmitted_force_in_parent_south_z = mul_add(cos_south_south_east, net_force_south_z,
+            sin_south_south_east * net_force_south_y);
+        let transmitted_moment_on_hinge_south_y = mul_add(-sin_south_south_east, net_moment_south_z,
+            cos_south_south_east * net_moment_south_y);
+        let transmitted_moment_in_parent_south_x = mul_add(c(0.8660254814097263),
+            transmitted_moment_on_hinge_south_y, c(0.49999986554903386) * net_moment_south_x);
+        let transmitted_moment_in_parent_south_y = mul_add(c(-0.8660254814097263),
+            net_moment_south_x, c(0.49999986554903386) * transmitted_moment_on_hinge_south_y);
+        let transmitted_moment_in_parent_south_z = mul_add(cos_south_south_east, net_moment_south_z,
+            sin_south_south_east * net_moment_south_y);
         // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let net_moment_south_ghost0_x = mul_add(c(1.7025149681007909e-4),
             apparent_gravity_south_ghost0_z, -mul_add(c(5.565367759175165e-6),
@@ -1720,20 +1604,21 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             acceleration_gradient_south_ghost0_zx * c(6.645589092322226e-6))));
         let net_force_south_ghost0_x = mul_add(c(7.559640658759916e-3),
             apparent_gravity_south_ghost0_x, -mul_add(c(1.7025149681007909e-4),
-            acceleration_gradient_south_ghost0_xy, (omega_south_ghost0_yy
-            + omega_south_ghost0_zz) * c(-2.9488283400311115e-4)));
+            acceleration_gradient_south_ghost0_xy,
+            minus_velocity_product_gradient_south_ghost0_xx * c(-2.9488283400311115e-4)));
         let net_force_south_ghost0_y = mul_add(c(7.559640658759916e-3),
             apparent_gravity_south_ghost0_y, -mul_add(c(-1.7025149681007909e-4),
-            omega_south_ghost0_xx + omega_south_ghost0_zz,
+            minus_velocity_product_gradient_south_ghost0_yy,
             acceleration_gradient_south_ghost0_yx * c(2.9488283400311115e-4)));
         let net_force_south_ghost0_z = mul_add(c(7.559640658759916e-3),
             apparent_gravity_south_ghost0_z, -mul_add(c(1.7025149681007909e-4),
             acceleration_gradient_south_ghost0_zy,
             acceleration_gradient_south_ghost0_zx * c(2.9488283400311115e-4)));
-        let net_moment_south_ghost0_y = -apparent_gravity_south_ghost0_z * c(2.9488283400311115e-4)
-            - mul_add(c(-6.645589092322226e-6), acceleration_gradient_south_ghost0_zy,
-            mul_add(c(-1.323895996296611e-5), acceleration_gradient_south_ghost0_zx,
-            acceleration_gradient_south_ghost0_xz * c(2.3726582693412885e-8)));
+        let net_moment_south_ghost0_y = mul_add(c(-2.9488283400311115e-4),
+            apparent_gravity_south_ghost0_z, -mul_add(c(-6.645589092322226e-6),
+            acceleration_gradient_south_ghost0_zy, mul_add(c(-1.323895996296611e-5),
+            acceleration_gradient_south_ghost0_zx,
+            acceleration_gradient_south_ghost0_xz * c(2.3726582693412885e-8))));
         let net_moment_south_ghost0_z = mul_add(c(-1.7025149681007909e-4),
             apparent_gravity_south_ghost0_x,
             apparent_gravity_south_ghost0_y * c(2.9488283400311115e-4))
@@ -1760,24 +1645,31 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             c(0.7071071698144962) * transmitted_moment_on_hinge_south_ghost0_y);
         let transmitted_moment_in_parent_south_ghost0_z = mul_add(cos_south_west_south,
             net_moment_south_ghost0_z, sin_south_west_south * net_moment_south_ghost0_y);
-        // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let transmitted_force_on_hinge_south_y = mul_add(-sin_south_south_east, net_force_south_z,
-            cos_south_south_east * net_force_south_y);
-        let transmitted_force_in_parent_south_x = mul_add(c(0.8660254814097263),
-            transmitted_force_on_hinge_south_y, c(0.49999986554903386) * net_force_south_x);
-        let transmitted_force_in_parent_south_y = mul_add(c(-0.8660254814097263), net_force_south_x,
-            c(0.49999986554903386) * transmitted_force_on_hinge_south_y);
-        let transmitted_force_in_parent_south_z = mul_add(cos_south_south_east, net_force_south_z,
-            sin_south_south_east * net_force_south_y);
-        let transmitted_moment_on_hinge_south_y = mul_add(-sin_south_south_east, net_moment_south_z,
-            cos_south_south_east * net_moment_south_y);
-        let transmitted_moment_in_parent_south_x = mul_add(c(0.8660254814097263),
-            transmitted_moment_on_hinge_south_y, c(0.49999986554903386) * net_moment_south_x);
-        let transmitted_moment_in_parent_south_y = mul_add(c(-0.8660254814097263),
-            net_moment_south_x, c(0.49999986554903386) * transmitted_moment_on_hinge_south_y);
-        let transmitted_moment_in_parent_south_z = mul_add(cos_south_south_east, net_moment_south_z,
-            sin_south_south_east * net_moment_south_y);
         // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let net_force_south_east_x = mul_add(c(0.07380660156279345), sin_ground_east,
+            -mul_add(c(-2.1820669112261221e-4), acceleration_gradient_south_east_xy,
+            minus_velocity_product_gradient_south_east_xx * c(-3.4369412604123286e-4)));
+        let net_force_south_east_y = mul_add(c(0.010639989492637083), apparent_gravity_south_east_y,
+            -mul_add(c(2.1820669112261221e-4), minus_velocity_product_gradient_south_east_yy,
+            acceleration_gradient_south_east_yx * c(3.4369412604123286e-4)));
+        let net_force_south_east_z = mul_add(c(0.010639989492637083), apparent_gravity_south_east_z,
+            -mul_add(c(-2.1820669112261221e-4), acceleration_gradient_south_east_zy,
+            acceleration_gradient_south_east_zx * c(3.4369412604123286e-4)));
+        let net_moment_south_east_x = mul_add(c(-2.1820669112261221e-4),
+            apparent_gravity_south_east_z, -mul_add(c(-3.338573836000013e-8),
+            acceleration_gradient_south_east_yz, mul_add(c(-7.2072789294646456e-6),
+            acceleration_gradient_south_east_zx,
+            acceleration_gradient_south_east_zy * c(6.4950011425050576e-6))));
+        let net_moment_south_east_y = mul_add(c(-3.4369412604123286e-4),
+            apparent_gravity_south_east_z, -mul_add(c(3.338573836000013e-8),
+            acceleration_gradient_south_east_xz, mul_add(c(-1.2590551783216779e-5),
+            acceleration_gradient_south_east_zx,
+            acceleration_gradient_south_east_zy * c(7.2072789294646456e-6))));
+        let net_moment_south_east_z = mul_add(c(1.5136381780420903e-3), sin_ground_east,
+            apparent_gravity_south_east_y * c(3.4369412604123286e-4))
+            - mul_add(c(-6.4950011425050576e-6), acceleration_gradient_south_east_xy,
+            mul_add(c(-7.2072789294646456e-6), omega_south_east_yy - omega_south_east_xx,
+            acceleration_gradient_south_east_yx * c(1.2590551783216779e-5)));
         let transmitted_force_south_east_x = net_force_south_east_x
             + transmitted_force_in_parent_south_x;
         let transmitted_force_south_east_y = net_force_south_east_y
@@ -1792,21 +1684,68 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             + transmitted_moment_in_parent_south_z;
         let transmitted_force_on_hinge_south_east_y = mul_add(-sin_south_east_east,
             transmitted_force_south_east_z, cos_south_east_east * transmitted_force_south_east_y);
-        let south_east_part_8 = c(0.7071067811865475) * transmitted_force_south_east_x;
-        let south_east_part_9 = c(0.7071067811865475) * transmitted_force_on_hinge_south_east_y;
-        let transmitted_force_in_parent_south_east_x = south_east_part_8 + south_east_part_9;
-        let transmitted_force_in_parent_south_east_y = south_east_part_9 - south_east_part_8;
+        let transmitted_force_south_east_x_product =
+            c(0.7071067811865475) * transmitted_force_south_east_x;
+        let transmitted_force_on_hinge_south_east_y_product =
+            c(0.7071067811865475) * transmitted_force_on_hinge_south_east_y;
+        let transmitted_force_in_parent_south_east_x = transmitted_force_south_east_x_product
+            + transmitted_force_on_hinge_south_east_y_product;
+        let transmitted_force_in_parent_south_east_y =
+            transmitted_force_on_hinge_south_east_y_product
+            - transmitted_force_south_east_x_product;
         let transmitted_force_in_parent_south_east_z = mul_add(cos_south_east_east,
             transmitted_force_south_east_z, sin_south_east_east * transmitted_force_south_east_y);
         let transmitted_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
             transmitted_moment_south_east_z, cos_south_east_east * transmitted_moment_south_east_y);
-        let south_east_part_10 = c(0.7071067811865475) * transmitted_moment_south_east_x;
-        let south_east_part_11 = c(0.7071067811865475) * transmitted_moment_on_hinge_south_east_y;
-        let transmitted_moment_in_parent_south_east_x = south_east_part_10 + south_east_part_11;
-        let transmitted_moment_in_parent_south_east_y = south_east_part_11 - south_east_part_10;
+        let transmitted_moment_south_east_x_product =
+            c(0.7071067811865475) * transmitted_moment_south_east_x;
+        let transmitted_moment_on_hinge_south_east_y_product =
+            c(0.7071067811865475) * transmitted_moment_on_hinge_south_east_y;
+        let transmitted_moment_in_parent_south_east_y =
+            transmitted_moment_on_hinge_south_east_y_product
+            - transmitted_moment_south_east_x_product;
         let transmitted_moment_in_parent_south_east_z = mul_add(cos_south_east_east,
             transmitted_moment_south_east_z, sin_south_east_east * transmitted_moment_south_east_y);
+        // east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let net_force_east_y = mul_add(c(-1.2422592520055817e-4), omega_east_xx,
+            sin_ground_east * c(-0.08377369437565946));
+        let net_force_east_z = mul_add(c(1.2422592520055817e-4), a[4],
+            cos_ground_east * c(-0.08377369437565946));
+        let net_moment_east_y = mul_add(c(-4.888494966109656e-6), a[4],
+            cos_ground_east * c(3.2095218013892565e-3));
+        let net_moment_east_z = mul_add(c(-4.888494966109656e-6), omega_east_xx,
+            sin_ground_east * c(-3.2095218013892565e-3));
+        let transmitted_force_east_y = net_force_east_y + transmitted_force_in_parent_south_east_y;
+        let transmitted_force_east_z = net_force_east_z + transmitted_force_in_parent_south_east_z;
+        let transmitted_moment_east_y = net_moment_east_y
+            + transmitted_moment_in_parent_south_east_y;
+        let transmitted_moment_east_z = net_moment_east_z
+            + transmitted_moment_in_parent_south_east_z;
         // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let net_force_south_west_x = mul_add(c(-0.07254860693208019), sin_ground_west,
+            -mul_add(c(1.4350139506894642e-4), acceleration_gradient_south_west_xy,
+            minus_velocity_product_gradient_south_west_xx * c(-3.191766616116623e-4)));
+        let net_force_south_west_y = mul_add(c(8.539437450805796e-3), apparent_gravity_south_west_y,
+            -mul_add(c(-1.4350139506894642e-4), minus_velocity_product_gradient_south_west_yy,
+            acceleration_gradient_south_west_yx * c(3.191766616116623e-4)));
+        let net_force_south_west_z = mul_add(c(8.539437450805796e-3), apparent_gravity_south_west_z,
+            -mul_add(c(1.4350139506894642e-4), acceleration_gradient_south_west_zy,
+            acceleration_gradient_south_west_zx * c(3.191766616116623e-4)));
+        let net_moment_south_west_x = mul_add(c(1.4350139506894642e-4),
+            apparent_gravity_south_west_z, -mul_add(c(-2.6789051216394143e-8),
+            acceleration_gradient_south_west_yz, mul_add(c(3.474122192279329e-6),
+            acceleration_gradient_south_west_zy,
+            acceleration_gradient_south_west_zx * c(5.7748035664558305e-6))));
+        let net_moment_south_west_y = mul_add(c(-3.191766616116623e-4),
+            apparent_gravity_south_west_z, -mul_add(c(-5.7748035664558305e-6),
+            acceleration_gradient_south_west_zy, mul_add(c(-1.3250795162898888e-5),
+            acceleration_gradient_south_west_zx,
+            acceleration_gradient_south_west_xz * c(2.6789051216394143e-8))));
+        let net_moment_south_west_z = mul_add(c(1.2191466200246904e-3), sin_ground_west,
+            apparent_gravity_south_west_y * c(3.191766616116623e-4))
+            - mul_add(c(-3.474122192279329e-6), acceleration_gradient_south_west_xy,
+            mul_add(c(5.7748035664558305e-6), omega_south_west_yy - omega_south_west_xx,
+            acceleration_gradient_south_west_yx * c(1.3250795162898888e-5)));
         let transmitted_force_south_west_x = net_force_south_west_x
             + transmitted_force_in_parent_south_ghost0_x;
         let transmitted_force_south_west_y = net_force_south_west_y
@@ -1831,46 +1770,137 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             transmitted_force_south_west_z, sin_west_south_west * transmitted_force_south_west_y);
         let transmitted_moment_on_hinge_south_west_y = mul_add(-sin_west_south_west,
             transmitted_moment_south_west_z, cos_west_south_west * transmitted_moment_south_west_y);
-        let transmitted_moment_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
-            transmitted_moment_on_hinge_south_west_y,
-            c(0.4999993895786978) * transmitted_moment_south_west_x);
         let transmitted_moment_in_parent_south_west_y = mul_add(c(0.8660257562110547),
             transmitted_moment_south_west_x,
             c(0.4999993895786978) * transmitted_moment_on_hinge_south_west_y);
         let transmitted_moment_in_parent_south_west_z = mul_add(cos_west_south_west,
             transmitted_moment_south_west_z, sin_west_south_west * transmitted_moment_south_west_y);
         // west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let net_force_west_y = mul_add(c(1.885487028387268e-4), omega_west_xx,
+            sin_ground_west * c(-0.10437938848616371));
+        let net_force_west_z = mul_add(c(-1.885487028387268e-4), a[5],
+            cos_ground_west * c(-0.10437938848616371));
+        let net_moment_west_y = mul_add(c(3.539652672546511e-3), cos_ground_west,
+            a[5] * c(6.243161609895162e-6));
+        let net_moment_west_z = mul_add(c(6.243161609895162e-6), omega_west_xx,
+            sin_ground_west * c(-3.539652672546511e-3));
         let transmitted_force_west_y = net_force_west_y + transmitted_force_in_parent_south_west_y;
         let transmitted_force_west_z = net_force_west_z + transmitted_force_in_parent_south_west_z;
-        let transmitted_moment_west_x = net_moment_west_x
-            + transmitted_moment_in_parent_south_west_x;
         let transmitted_moment_west_y = net_moment_west_y
             + transmitted_moment_in_parent_south_west_y;
         let transmitted_moment_west_z = net_moment_west_z
             + transmitted_moment_in_parent_south_west_z;
-        // east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let transmitted_force_east_y = net_force_east_y + transmitted_force_in_parent_south_east_y;
-        let transmitted_force_east_z = net_force_east_z + transmitted_force_in_parent_south_east_z;
-        let transmitted_moment_east_x = net_moment_east_x
-            + transmitted_moment_in_parent_south_east_x;
-        let transmitted_moment_east_y = net_moment_east_y
-            + transmitted_moment_in_parent_south_east_y;
-        let transmitted_moment_east_z = net_moment_east_z
-            + transmitted_moment_in_parent_south_east_z;
+        // south_ghost0: closure forces: (f, n) of lambda along the rows of the closure
+        let closure_force_south_ghost0_y = lambda[0] * c(1.0000000000000002);
+        let closure_force_south_ghost0_z = lambda[1] + lambda[2];
+        let minus_closure_moment_south_ghost0_y = lambda[1] * c(0.0806842360747284);
+        let closure_moment_south_ghost0_z = lambda[0] * c(0.08068423607472841);
+        let closure_force_on_hinge_south_ghost0_y = mul_add(-sin_south_west_south,
+            closure_force_south_ghost0_z, cos_south_west_south * closure_force_south_ghost0_y);
+        let closure_force_in_parent_south_ghost0_y =
+            c(0.7071071698144962) * closure_force_on_hinge_south_ghost0_y;
+        let closure_force_in_parent_south_ghost0_z = mul_add(cos_south_west_south,
+            closure_force_south_ghost0_z, sin_south_west_south * closure_force_south_ghost0_y);
+        let closure_moment_on_hinge_south_ghost0_y = mul_add(-sin_south_west_south,
+            closure_moment_south_ghost0_z,
+            -cos_south_west_south * minus_closure_moment_south_ghost0_y);
+        let closure_moment_in_parent_south_ghost0_x = mul_add(c(-0.7071063925583854),
+            closure_moment_on_hinge_south_ghost0_y, lambda[2] * c(0.05705240181944587));
+        let closure_moment_in_parent_south_ghost0_y = mul_add(c(0.05705233910713033), lambda[2],
+            c(0.7071071698144962) * closure_moment_on_hinge_south_ghost0_y);
+        let closure_moment_in_parent_south_ghost0_z = mul_add(-sin_south_west_south,
+            minus_closure_moment_south_ghost0_y,
+            cos_south_west_south * closure_moment_south_ghost0_z);
+        // south_west: closure forces: (f, n) of lambda along the rows of the closure
+        let closure_force_on_hinge_south_west_y = mul_add(-sin_west_south_west,
+            closure_force_in_parent_south_ghost0_z,
+            cos_west_south_west * closure_force_in_parent_south_ghost0_y);
+        let closure_force_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
+            closure_force_on_hinge_south_west_y,
+            closure_force_on_hinge_south_ghost0_y * c(-0.35355276464638774));
+        let closure_force_in_parent_south_west_y = mul_add(c(-0.6123723483370466),
+            closure_force_on_hinge_south_ghost0_y,
+            c(0.4999993895786978) * closure_force_on_hinge_south_west_y);
+        let closure_force_in_parent_south_west_z = mul_add(cos_west_south_west,
+            closure_force_in_parent_south_ghost0_z,
+            sin_west_south_west * closure_force_in_parent_south_ghost0_y);
+        let closure_moment_on_hinge_south_west_y = mul_add(-sin_west_south_west,
+            closure_moment_in_parent_south_ghost0_z,
+            cos_west_south_west * closure_moment_in_parent_south_ghost0_y);
+        let closure_moment_in_parent_south_west_y = mul_add(c(0.8660257562110547),
+            closure_moment_in_parent_south_ghost0_x,
+            c(0.4999993895786978) * closure_moment_on_hinge_south_west_y);
+        let closure_moment_in_parent_south_west_z = mul_add(cos_west_south_west,
+            closure_moment_in_parent_south_ghost0_z,
+            sin_west_south_west * closure_moment_in_parent_south_ghost0_y);
+        // south: closure forces: (f, n) of lambda along the rows of the closure
+        let minus_closure_force_south_y = lambda[0] * c(0.5000002689018963);
+        let closure_force_south_z = -lambda[1] - lambda[2];
+        let closure_moment_south_x = mul_add(c(-0.04034213973350828), lambda[2],
+            lambda[1] * c(0.06987458559937651));
+        let closure_moment_south_y = mul_add(c(0.06987458559937651), lambda[2],
+            lambda[1] * c(0.04034213973350828));
+        let closure_force_on_hinge_south_y = mul_add(-sin_south_south_east, closure_force_south_z,
+            -cos_south_south_east * minus_closure_force_south_y);
+        let closure_force_in_parent_south_x = mul_add(c(0.8660254814097263),
+            closure_force_on_hinge_south_y, lambda[0] * c(-0.43301250782896916));
+        let closure_force_in_parent_south_y = mul_add(c(0.749999932774463), lambda[0],
+            c(0.49999986554903386) * closure_force_on_hinge_south_y);
+        let closure_force_in_parent_south_z = mul_add(-sin_south_south_east,
+            minus_closure_force_south_y, cos_south_south_east * closure_force_south_z);
+        let closure_moment_on_hinge_south_y = mul_add(cos_south_south_east, closure_moment_south_y,
+            sin_south_south_east * closure_moment_south_ghost0_z);
+        let closure_moment_in_parent_south_x = mul_add(c(0.8660254814097263),
+            closure_moment_on_hinge_south_y, c(0.49999986554903386) * closure_moment_south_x);
+        let closure_moment_in_parent_south_y = mul_add(c(-0.8660254814097263),
+            closure_moment_south_x, c(0.49999986554903386) * closure_moment_on_hinge_south_y);
+        let closure_moment_in_parent_south_z = mul_add(-cos_south_south_east,
+            closure_moment_south_ghost0_z, sin_south_south_east * closure_moment_south_y);
+        // south_east: closure forces: (f, n) of lambda along the rows of the closure
+        let closure_force_on_hinge_south_east_y = mul_add(-sin_south_east_east,
+            closure_force_in_parent_south_z, cos_south_east_east * closure_force_in_parent_south_y);
+        let closure_force_in_parent_south_x_product =
+            c(0.7071067811865475) * closure_force_in_parent_south_x;
+        let closure_force_on_hinge_south_east_y_product =
+            c(0.7071067811865475) * closure_force_on_hinge_south_east_y;
+        let closure_force_in_parent_south_east_x = closure_force_in_parent_south_x_product
+            + closure_force_on_hinge_south_east_y_product;
+        let closure_force_in_parent_south_east_y = closure_force_on_hinge_south_east_y_product
+            - closure_force_in_parent_south_x_product;
+        let closure_force_in_parent_south_east_z = mul_add(cos_south_east_east,
+            closure_force_in_parent_south_z, sin_south_east_east * closure_force_in_parent_south_y);
+        let closure_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
+            closure_moment_in_parent_south_z,
+            cos_south_east_east * closure_moment_in_parent_south_y);
+        let closure_moment_in_parent_south_x_product =
+            c(0.7071067811865475) * closure_moment_in_parent_south_x;
+        let closure_moment_on_hinge_south_east_y_product =
+            c(0.7071067811865475) * closure_moment_on_hinge_south_east_y;
+        let closure_moment_in_parent_south_east_y = closure_moment_on_hinge_south_east_y_product
+            - closure_moment_in_parent_south_x_product;
+        let closure_moment_in_parent_south_east_z = mul_add(cos_south_east_east,
+            closure_moment_in_parent_south_z,
+            sin_south_east_east * closure_moment_in_parent_south_y);
+        // mechanism: results: what the function returns
+        let reactions_5_3 = mul_add(c(0.8660257562110547), closure_moment_on_hinge_south_west_y,
+            -mul_add(c(0.4999993895786978), closure_moment_in_parent_south_ghost0_x,
+            mul_add(c(-0.8660257562110547), transmitted_moment_on_hinge_south_west_y,
+            mul_add(c(0.4999993895786978), transmitted_moment_south_west_x,
+            mul_add(c(-4.858529110617978e-6), a[5], cos_ground_west * c(-1.84966277484791e-3))))));
         reactions[0] = -net_force_south_ghost0_x;
         reactions[1] = -(net_force_south_ghost0_y + closure_force_south_ghost0_y);
         reactions[2] = -(net_force_south_ghost0_z + closure_force_south_ghost0_z);
         reactions[3] = -mul_add(c(0.0806842360747284), lambda[2], net_moment_south_ghost0_x);
-        reactions[4] = -(net_moment_south_ghost0_y - south_ghost0_part);
+        reactions[4] = minus_closure_moment_south_ghost0_y - net_moment_south_ghost0_y;
         reactions[5] = -(net_moment_south_ghost0_z + closure_moment_south_ghost0_z);
-        reactions[6] = -mul_add(c(-0.866025248533801), lambda[0], net_force_south_x);
-        reactions[7] = -(net_force_south_y - south_part);
+        reactions[6] = mul_add(c(0.866025248533801), lambda[0], -net_force_south_x);
+        reactions[7] = minus_closure_force_south_y - net_force_south_y;
         reactions[8] = -(net_force_south_z + closure_force_south_z);
         reactions[9] = -(net_moment_south_x + closure_moment_south_x);
         reactions[10] = -(net_moment_south_y + closure_moment_south_y);
-        reactions[11] = -(net_moment_south_z - closure_moment_south_ghost0_z);
-        reactions[12] = -mul_add(c(-0.7071063925583854), closure_force_on_hinge_south_ghost0_y,
-            transmitted_force_south_west_x);
+        reactions[11] = closure_moment_south_ghost0_z - net_moment_south_z;
+        reactions[12] = mul_add(c(0.7071063925583854), closure_force_on_hinge_south_ghost0_y,
+            -transmitted_force_south_west_x);
         reactions[13] = -(transmitted_force_south_west_y + closure_force_in_parent_south_ghost0_y);
         reactions[14] = -(transmitted_force_south_west_z + closure_force_in_parent_south_ghost0_z);
         reactions[15] = -(transmitted_moment_south_west_x
@@ -1889,14 +1919,18 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             + closure_force_in_parent_south_east_x);
         reactions[25] = -(transmitted_force_east_y + closure_force_in_parent_south_east_y);
         reactions[26] = -(transmitted_force_east_z + closure_force_in_parent_south_east_z);
-        reactions[27] = -(transmitted_moment_east_x + closure_moment_in_parent_south_east_x);
+        reactions[27] = -(closure_moment_on_hinge_south_east_y_product
+            + (closure_moment_in_parent_south_x_product
+            + (transmitted_moment_on_hinge_south_east_y_product
+            + (transmitted_moment_south_east_x_product + mul_add(c(-2.6145799326651474e-6), a[4],
+            cos_ground_east * c(1.2186563262174758e-3))))));
         reactions[28] = -(transmitted_moment_east_y + closure_moment_in_parent_south_east_y);
         reactions[29] = -(transmitted_moment_east_z + closure_moment_in_parent_south_east_z);
         reactions[30] = -(transmitted_force_in_parent_south_west_x
             + closure_force_in_parent_south_west_x);
         reactions[31] = -(transmitted_force_west_y + closure_force_in_parent_south_west_y);
         reactions[32] = -(transmitted_force_west_z + closure_force_in_parent_south_west_z);
-        reactions[33] = -(transmitted_moment_west_x + closure_moment_in_parent_south_west_x);
+        reactions[33] = reactions_5_3;
         reactions[34] = -(transmitted_moment_west_y + closure_moment_in_parent_south_west_y);
         reactions[35] = -(transmitted_moment_west_z + closure_moment_in_parent_south_west_z);
     }
@@ -1931,197 +1965,70 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
         // east: hinge angle: s = sin q, c = cos q
         let d_sin_ground_east = dq[4] * cos_ground_east;
-        let east_part = dq[4] * sin_ground_east;
+        let minus_d_cos_ground_east = dq[4] * sin_ground_east;
         // west: hinge angle: s = sin q, c = cos q
         let d_sin_ground_west = dq[5] * cos_ground_west;
-        let west_part = dq[5] * sin_ground_west;
+        let minus_d_cos_ground_west = dq[5] * sin_ground_west;
         // south_east: hinge angle: s = sin q, c = cos q
         let d_sin_south_east_east = dq[3] * cos_south_east_east;
-        let south_east_part = dq[3] * sin_south_east_east;
+        let minus_d_cos_south_east_east = dq[3] * sin_south_east_east;
         // south_west: hinge angle: s = sin q, c = cos q
         let d_sin_west_south_west = dq[2] * cos_west_south_west;
-        let south_west_part = dq[2] * sin_west_south_west;
+        let minus_d_cos_west_south_west = dq[2] * sin_west_south_west;
         // south: hinge angle: s = sin q, c = cos q
         let d_sin_south_south_east = dq[1] * cos_south_south_east;
-        let south_part = dq[1] * sin_south_south_east;
+        let minus_d_cos_south_south_east = dq[1] * sin_south_south_east;
         // south_ghost0: hinge angle: s = sin q, c = cos q
         let d_sin_south_west_south = dq[0] * cos_south_west_south;
-        let south_ghost0_part = dq[0] * sin_south_west_south;
-        // south_west: angular velocity: w = R^T w_parent + u e_x
-        let south_west_part_2 = u[5] * c(0.8660257562110547);
-        let south_west_part_3 = du[5] * c(0.8660257562110547);
-        let south_west_part_4 = cos_west_south_west * south_west_part_2;
-        let d_parent_omega_south_west_y = mul_add(-cos_west_south_west, south_west_part_3,
-            south_west_part * south_west_part_2);
-        let south_west_part_5 = sin_west_south_west * south_west_part_2;
-        let south_west_part_6 = mul_add(-sin_west_south_west, south_west_part_3,
-            -d_sin_west_south_west * south_west_part_2);
-        let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
-        let d_omega_south_west_x = mul_add(c(0.4999993895786978), du[5], du[2]);
-        // south_west: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let south_west_part_7 = omega_south_west_x * d_omega_south_west_x;
-        let d_omega_south_west_xx = south_west_part_7 + south_west_part_7;
-        let south_west_part_8 = south_west_part_4 * d_parent_omega_south_west_y;
-        let d_omega_south_west_yy = -south_west_part_8 - south_west_part_8;
-        let omega_south_west_xy = -south_west_part_4 * omega_south_west_x;
-        let d_omega_south_west_xy = mul_add(-south_west_part_4, d_omega_south_west_x,
-            d_parent_omega_south_west_y * omega_south_west_x);
-        let d_omega_south_west_xz = mul_add(-south_west_part_6, omega_south_west_x,
-            south_west_part_5 * d_omega_south_west_x);
-        let d_omega_south_west_yz = mul_add(south_west_part_4, south_west_part_6,
-            d_parent_omega_south_west_y * south_west_part_5);
+        let minus_d_cos_south_west_south = dq[0] * sin_south_west_south;
         // south_east: angular velocity: w = R^T w_parent + u e_x
         let parent_omega_on_hinge_south_east_y = u[4] * c(0.7071067811865475);
         let d_parent_omega_on_hinge_south_east_y = du[4] * c(0.7071067811865475);
         let parent_omega_south_east_y = cos_south_east_east * parent_omega_on_hinge_south_east_y;
-        let d_parent_omega_south_east_y = mul_add(-south_east_part,
+        let d_parent_omega_south_east_y = mul_add(-minus_d_cos_south_east_east,
             parent_omega_on_hinge_south_east_y,
             cos_south_east_east * d_parent_omega_on_hinge_south_east_y);
-        let south_east_part_2 = sin_south_east_east * parent_omega_on_hinge_south_east_y;
-        let south_east_part_3 = mul_add(sin_south_east_east, d_parent_omega_on_hinge_south_east_y,
+        let minus_parent_omega_south_east_z =
+            sin_south_east_east * parent_omega_on_hinge_south_east_y;
+        let minus_d_parent_omega_south_east_z = mul_add(sin_south_east_east,
+            d_parent_omega_on_hinge_south_east_y,
             d_sin_south_east_east * parent_omega_on_hinge_south_east_y);
         let omega_south_east_x = parent_omega_on_hinge_south_east_y + u[3];
         let d_omega_south_east_x = d_parent_omega_on_hinge_south_east_y + du[3];
         // south_east: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let south_east_part_4 = omega_south_east_x * d_omega_south_east_x;
-        let d_omega_south_east_xx = south_east_part_4 + south_east_part_4;
-        let south_east_part_5 = parent_omega_south_east_y * d_parent_omega_south_east_y;
-        let d_omega_south_east_yy = south_east_part_5 + south_east_part_5;
         let d_omega_south_east_xy = mul_add(parent_omega_south_east_y, d_omega_south_east_x,
             d_parent_omega_south_east_y * omega_south_east_x);
-        let d_omega_south_east_xz = mul_add(-south_east_part_2, d_omega_south_east_x,
-            -south_east_part_3 * omega_south_east_x);
-        let d_omega_south_east_yz = mul_add(-parent_omega_south_east_y, south_east_part_3,
-            -d_parent_omega_south_east_y * south_east_part_2);
-        // east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let east_part_2 = cos_ground_east * c(9.81);
-        let east_part_3 = east_part * c(-9.81);
-        // west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let west_part_2 = cos_ground_west * c(9.81);
-        let west_part_3 = west_part * c(-9.81);
-        // south_west: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let south_west_part_9 = c(0.8660257562110547) * a[5];
-        let alpha_south_west_x = mul_add(c(0.4999993895786978), a[5], a[2]);
-        let alpha_south_west_y = mul_add(-cos_west_south_west, south_west_part_9,
-            south_west_part_5 * u[2]);
-        let d_alpha_south_west_y = mul_add(south_west_part, south_west_part_9,
-            mul_add(-south_west_part_6, u[2], south_west_part_5 * du[2]));
-        let alpha_south_west_z = mul_add(sin_west_south_west, south_west_part_9,
-            south_west_part_4 * u[2]);
-        let d_alpha_south_west_z = mul_add(d_sin_west_south_west, south_west_part_9,
-            -mul_add(-south_west_part_4, du[2], d_parent_omega_south_west_y * u[2]));
-        let acceleration_gradient_south_west_xy = omega_south_west_xy - alpha_south_west_z;
-        let d_acceleration_gradient_south_west_xy = d_omega_south_west_xy - d_alpha_south_west_z;
-        let acceleration_gradient_south_west_xz = mul_add(south_west_part_5, omega_south_west_x,
-            alpha_south_west_y);
-        let d_acceleration_gradient_south_west_xz = d_omega_south_west_xz + d_alpha_south_west_y;
-        let d_acceleration_gradient_south_west_zx = d_omega_south_west_xz - d_alpha_south_west_y;
-        let acceleration_gradient_south_west_zy = mul_add(-south_west_part_4, south_west_part_5,
-            alpha_south_west_x);
-        // south_east: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_on_hinge_south_east_y = c(0.7071067811865475) * a[4];
-        let alpha_south_east_x = alpha_on_hinge_south_east_y + a[3];
-        let alpha_south_east_y = mul_add(-south_east_part_2, u[3],
-            cos_south_east_east * alpha_on_hinge_south_east_y);
-        let d_alpha_south_east_y = mul_add(-south_east_part, alpha_on_hinge_south_east_y,
-            mul_add(-south_east_part_3, u[3], -south_east_part_2 * du[3]));
-        let alpha_south_east_z = mul_add(-sin_south_east_east, alpha_on_hinge_south_east_y,
-            -parent_omega_south_east_y * u[3]);
-        let d_alpha_south_east_z = mul_add(-d_sin_south_east_east, alpha_on_hinge_south_east_y,
-            -mul_add(d_parent_omega_south_east_y, u[3], parent_omega_south_east_y * du[3]));
-        let acceleration_gradient_south_east_xy = mul_add(parent_omega_south_east_y,
-            omega_south_east_x, -alpha_south_east_z);
-        let d_acceleration_gradient_south_east_xy = d_omega_south_east_xy - d_alpha_south_east_z;
-        let acceleration_gradient_south_east_xz = mul_add(-south_east_part_2, omega_south_east_x,
-            alpha_south_east_y);
-        let d_acceleration_gradient_south_east_xz = d_omega_south_east_xz + d_alpha_south_east_y;
-        let d_acceleration_gradient_south_east_zx = d_omega_south_east_xz - d_alpha_south_east_y;
-        let acceleration_gradient_south_east_zy = mul_add(-parent_omega_south_east_y,
-            south_east_part_2, alpha_south_east_x);
-        // south_east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_east_y = sin_ground_east * c(-6.936717523440031);
-        let d_apparent_gravity_on_hinge_south_east_y = d_sin_ground_east * c(-6.936717523440031);
-        let apparent_gravity_south_east_y = mul_add(-sin_south_east_east, east_part_2,
-            cos_south_east_east * apparent_gravity_on_hinge_south_east_y);
-        let d_apparent_gravity_south_east_y = mul_add(-sin_south_east_east, east_part_3,
-            -d_sin_south_east_east * east_part_2) + mul_add(-south_east_part,
-            apparent_gravity_on_hinge_south_east_y,
-            cos_south_east_east * d_apparent_gravity_on_hinge_south_east_y);
-        let apparent_gravity_south_east_z = mul_add(-sin_south_east_east,
-            apparent_gravity_on_hinge_south_east_y, -cos_south_east_east * east_part_2);
-        let d_apparent_gravity_south_east_z = mul_add(-cos_south_east_east, east_part_3,
-            south_east_part * east_part_2) - mul_add(sin_south_east_east,
-            d_apparent_gravity_on_hinge_south_east_y,
-            d_sin_south_east_east * apparent_gravity_on_hinge_south_east_y);
-        // south_west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_west_y = sin_ground_west * c(-4.904994011767025);
-        let d_apparent_gravity_on_hinge_south_west_y = d_sin_ground_west * c(-4.904994011767025);
-        let apparent_gravity_south_west_y = mul_add(-sin_west_south_west, west_part_2,
-            cos_west_south_west * apparent_gravity_on_hinge_south_west_y);
-        let d_apparent_gravity_south_west_y = mul_add(-sin_west_south_west, west_part_3,
-            -d_sin_west_south_west * west_part_2) + mul_add(-south_west_part,
-            apparent_gravity_on_hinge_south_west_y,
-            cos_west_south_west * d_apparent_gravity_on_hinge_south_west_y);
-        let apparent_gravity_south_west_z = mul_add(-sin_west_south_west,
-            apparent_gravity_on_hinge_south_west_y, -cos_west_south_west * west_part_2);
-        let d_apparent_gravity_south_west_z = mul_add(-cos_west_south_west, west_part_3,
-            south_west_part * west_part_2) - mul_add(sin_west_south_west,
-            d_apparent_gravity_on_hinge_south_west_y,
-            d_sin_west_south_west * apparent_gravity_on_hinge_south_west_y);
-        // south_ghost0: angular velocity: w = R^T w_parent + u e_x
-        let parent_omega_on_hinge_south_ghost0_y = mul_add(c(-0.7071063925583854),
-            omega_south_west_x, south_west_part_4 * c(-0.7071071698144962));
-        let d_parent_omega_on_hinge_south_ghost0_y = mul_add(c(-0.7071063925583854),
-            d_omega_south_west_x, d_parent_omega_south_west_y * c(0.7071071698144962));
-        let parent_omega_south_ghost0_x = mul_add(c(-0.7071063925583854), south_west_part_4,
-            omega_south_west_x * c(0.7071071698144962));
-        let d_parent_omega_south_ghost0_x = mul_add(c(0.7071063925583854),
-            d_parent_omega_south_west_y, d_omega_south_west_x * c(0.7071071698144962));
-        let parent_omega_south_ghost0_y = mul_add(cos_south_west_south,
-            parent_omega_on_hinge_south_ghost0_y, sin_south_west_south * south_west_part_5);
-        let d_parent_omega_south_ghost0_y = mul_add(-sin_south_west_south, south_west_part_6,
-            d_sin_south_west_south * south_west_part_5) + mul_add(-south_ghost0_part,
-            parent_omega_on_hinge_south_ghost0_y,
-            cos_south_west_south * d_parent_omega_on_hinge_south_ghost0_y);
-        let parent_omega_south_ghost0_z = mul_add(-sin_south_west_south,
-            parent_omega_on_hinge_south_ghost0_y, cos_south_west_south * south_west_part_5);
-        let d_parent_omega_south_ghost0_z = mul_add(-cos_south_west_south, south_west_part_6,
-            -south_ghost0_part * south_west_part_5) - mul_add(sin_south_west_south,
-            d_parent_omega_on_hinge_south_ghost0_y,
-            d_sin_south_west_south * parent_omega_on_hinge_south_ghost0_y);
-        let omega_south_ghost0_x = parent_omega_south_ghost0_x + u[0];
-        let d_omega_south_ghost0_x = d_parent_omega_south_ghost0_x + du[0];
-        // south_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let south_ghost0_part_2 = omega_south_ghost0_x * d_omega_south_ghost0_x;
-        let d_omega_south_ghost0_xx = south_ghost0_part_2 + south_ghost0_part_2;
-        let south_ghost0_part_3 = parent_omega_south_ghost0_y * d_parent_omega_south_ghost0_y;
-        let d_omega_south_ghost0_yy = south_ghost0_part_3 + south_ghost0_part_3;
-        let d_omega_south_ghost0_xy = mul_add(parent_omega_south_ghost0_y, d_omega_south_ghost0_x,
-            d_parent_omega_south_ghost0_y * omega_south_ghost0_x);
-        let omega_south_ghost0_xz = parent_omega_south_ghost0_z * omega_south_ghost0_x;
-        let d_omega_south_ghost0_xz = mul_add(parent_omega_south_ghost0_z, d_omega_south_ghost0_x,
-            d_parent_omega_south_ghost0_z * omega_south_ghost0_x);
-        let omega_south_ghost0_yz = parent_omega_south_ghost0_y * parent_omega_south_ghost0_z;
-        let d_omega_south_ghost0_yz = mul_add(parent_omega_south_ghost0_y,
-            d_parent_omega_south_ghost0_z,
-            d_parent_omega_south_ghost0_y * parent_omega_south_ghost0_z);
-        // south_ghost0: closure forces: (f, n) of lambda along the rows of the closure
-        let south_ghost0_part_4 = c(0.0806842360747284) * lambda[1];
-        let closure_moment_south_ghost0_z = lambda[0] * c(0.08068423607472841);
-        let closure_moment_on_hinge_south_ghost0_y = mul_add(-sin_south_west_south,
-            closure_moment_south_ghost0_z, -cos_south_west_south * south_ghost0_part_4);
-        let d_closure_moment_on_hinge_south_ghost0_y = mul_add(-d_sin_south_west_south,
-            closure_moment_south_ghost0_z, south_ghost0_part * south_ghost0_part_4);
-        let d_closure_moment_in_parent_south_ghost0_x =
-            -c(0.7071063925583854) * d_closure_moment_on_hinge_south_ghost0_y;
-        let d_closure_moment_in_parent_south_ghost0_y =
-            c(0.7071071698144962) * d_closure_moment_on_hinge_south_ghost0_y;
-        let closure_moment_in_parent_south_ghost0_y = mul_add(c(0.05705233910713033), lambda[2],
-            c(0.7071071698144962) * closure_moment_on_hinge_south_ghost0_y);
-        let closure_moment_in_parent_south_ghost0_z = mul_add(-sin_south_west_south,
-            south_ghost0_part_4, cos_south_west_south * closure_moment_south_ghost0_z);
-        let d_closure_moment_in_parent_south_ghost0_z = mul_add(-south_ghost0_part,
-            closure_moment_south_ghost0_z, -d_sin_south_west_south * south_ghost0_part_4);
+        let d_omega_south_east_xz = mul_add(-minus_parent_omega_south_east_z, d_omega_south_east_x,
+            -minus_d_parent_omega_south_east_z * omega_south_east_x);
+        let d_omega_south_east_yz = mul_add(-parent_omega_south_east_y,
+            minus_d_parent_omega_south_east_z,
+            -d_parent_omega_south_east_y * minus_parent_omega_south_east_z);
+        // south_west: angular velocity: w = R^T w_parent + u e_x
+        let minus_parent_omega_on_hinge_south_west_y = u[5] * c(0.8660257562110547);
+        let minus_d_parent_omega_on_hinge_south_west_y = du[5] * c(0.8660257562110547);
+        let minus_parent_omega_south_west_y =
+            cos_west_south_west * minus_parent_omega_on_hinge_south_west_y;
+        let d_parent_omega_south_west_y = mul_add(-cos_west_south_west,
+            minus_d_parent_omega_on_hinge_south_west_y,
+            minus_d_cos_west_south_west * minus_parent_omega_on_hinge_south_west_y);
+        let parent_omega_south_west_z =
+            sin_west_south_west * minus_parent_omega_on_hinge_south_west_y;
+        let minus_d_parent_omega_south_west_z = mul_add(-sin_west_south_west,
+            minus_d_parent_omega_on_hinge_south_west_y,
+            -d_sin_west_south_west * minus_parent_omega_on_hinge_south_west_y);
+        let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
+        let d_omega_south_west_x = mul_add(c(0.4999993895786978), du[5], du[2]);
+        // south_west: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
+        let south_west_product = minus_parent_omega_south_west_y * d_parent_omega_south_west_y;
+        let d_omega_south_west_yy = -south_west_product - south_west_product;
+        let minus_omega_south_west_xy = minus_parent_omega_south_west_y * omega_south_west_x;
+        let d_omega_south_west_xy = mul_add(-minus_parent_omega_south_west_y, d_omega_south_west_x,
+            d_parent_omega_south_west_y * omega_south_west_x);
+        let d_omega_south_west_xz = mul_add(-minus_d_parent_omega_south_west_z, omega_south_west_x,
+            parent_omega_south_west_z * d_omega_south_west_x);
+        let d_omega_south_west_yz = mul_add(minus_parent_omega_south_west_y,
+            minus_d_parent_omega_south_west_z,
+            d_parent_omega_south_west_y * parent_omega_south_west_z);
         // south: angular velocity: w = R^T w_parent + u e_x
         let parent_omega_on_hinge_south_y = mul_add(c(0.8660254814097263), omega_south_east_x,
             parent_omega_south_east_y * c(0.49999986554903386));
@@ -2131,26 +2038,26 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             omega_south_east_x * c(0.49999986554903386));
         let d_parent_omega_south_x = mul_add(c(-0.8660254814097263), d_parent_omega_south_east_y,
             d_omega_south_east_x * c(0.49999986554903386));
-        let parent_omega_south_y = mul_add(-sin_south_south_east, south_east_part_2,
+        let parent_omega_south_y = mul_add(-sin_south_south_east, minus_parent_omega_south_east_z,
             cos_south_south_east * parent_omega_on_hinge_south_y);
-        let d_parent_omega_south_y = mul_add(-sin_south_south_east, south_east_part_3,
-            -d_sin_south_south_east * south_east_part_2) + mul_add(-south_part,
-            parent_omega_on_hinge_south_y, cos_south_south_east * d_parent_omega_on_hinge_south_y);
+        let d_parent_omega_south_y = mul_add(-sin_south_south_east,
+            minus_d_parent_omega_south_east_z,
+            -d_sin_south_south_east * minus_parent_omega_south_east_z)
+            + mul_add(-minus_d_cos_south_south_east, parent_omega_on_hinge_south_y,
+            cos_south_south_east * d_parent_omega_on_hinge_south_y);
         let parent_omega_south_z = mul_add(-sin_south_south_east, parent_omega_on_hinge_south_y,
-            -cos_south_south_east * south_east_part_2);
-        let d_parent_omega_south_z = mul_add(-cos_south_south_east, south_east_part_3,
-            south_part * south_east_part_2) - mul_add(sin_south_south_east,
-            d_parent_omega_on_hinge_south_y,
+            -cos_south_south_east * minus_parent_omega_south_east_z);
+        let d_parent_omega_south_z = mul_add(-cos_south_south_east,
+            minus_d_parent_omega_south_east_z,
+            minus_d_cos_south_south_east * minus_parent_omega_south_east_z)
+            - mul_add(sin_south_south_east, d_parent_omega_on_hinge_south_y,
             d_sin_south_south_east * parent_omega_on_hinge_south_y);
         let omega_south_x = parent_omega_south_x + u[1];
         let d_omega_south_x = d_parent_omega_south_x + du[1];
         // south: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let south_part_2 = omega_south_x * d_omega_south_x;
-        let d_omega_south_xx = south_part_2 + south_part_2;
-        let south_part_3 = parent_omega_south_y * d_parent_omega_south_y;
-        let d_omega_south_yy = south_part_3 + south_part_3;
-        let south_part_4 = parent_omega_south_z * d_parent_omega_south_z;
-        let d_omega_south_zz = south_part_4 + south_part_4;
+        let d_omega_south_xx = omega_south_x * d_omega_south_x * c(2.0);
+        let d_omega_south_yy = c(2.0) * (parent_omega_south_y * d_parent_omega_south_y);
+        let d_omega_south_zz = c(2.0) * (parent_omega_south_z * d_parent_omega_south_z);
         let d_omega_south_xy = mul_add(parent_omega_south_y, d_omega_south_x,
             d_parent_omega_south_y * omega_south_x);
         let omega_south_xz = parent_omega_south_z * omega_south_x;
@@ -2159,23 +2066,84 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let omega_south_yz = parent_omega_south_y * parent_omega_south_z;
         let d_omega_south_yz = mul_add(parent_omega_south_y, d_parent_omega_south_z,
             d_parent_omega_south_y * parent_omega_south_z);
-        // south: closure forces: (f, n) of lambda along the rows of the closure
-        let closure_moment_south_x = mul_add(c(-0.04034213973350828), lambda[2],
-            lambda[1] * c(0.06987458559937651));
-        let closure_moment_south_y = mul_add(c(0.06987458559937651), lambda[2],
-            lambda[1] * c(0.04034213973350828));
-        let closure_moment_on_hinge_south_y = mul_add(cos_south_south_east, closure_moment_south_y,
-            sin_south_south_east * closure_moment_south_ghost0_z);
-        let d_closure_moment_on_hinge_south_y = mul_add(-south_part, closure_moment_south_y,
-            d_sin_south_south_east * closure_moment_south_ghost0_z);
-        let d_closure_moment_in_parent_south_y =
-            c(0.49999986554903386) * d_closure_moment_on_hinge_south_y;
-        let closure_moment_in_parent_south_y = mul_add(c(-0.8660254814097263),
-            closure_moment_south_x, c(0.49999986554903386) * closure_moment_on_hinge_south_y);
-        let closure_moment_in_parent_south_z = mul_add(-cos_south_south_east,
-            closure_moment_south_ghost0_z, sin_south_south_east * closure_moment_south_y);
-        let d_closure_moment_in_parent_south_z = mul_add(south_part, closure_moment_south_ghost0_z,
-            d_sin_south_south_east * closure_moment_south_y);
+        let minus_d_velocity_product_gradient_south_xx = d_omega_south_yy + d_omega_south_zz;
+        let minus_d_velocity_product_gradient_south_yy = d_omega_south_xx + d_omega_south_zz;
+        // south_ghost0: angular velocity: w = R^T w_parent + u e_x
+        let parent_omega_on_hinge_south_ghost0_y = mul_add(c(-0.7071063925583854),
+            omega_south_west_x, minus_parent_omega_south_west_y * c(-0.7071071698144962));
+        let d_parent_omega_on_hinge_south_ghost0_y = mul_add(c(-0.7071063925583854),
+            d_omega_south_west_x, d_parent_omega_south_west_y * c(0.7071071698144962));
+        let parent_omega_south_ghost0_x = mul_add(c(-0.7071063925583854),
+            minus_parent_omega_south_west_y, omega_south_west_x * c(0.7071071698144962));
+        let d_parent_omega_south_ghost0_x = mul_add(c(0.7071063925583854),
+            d_parent_omega_south_west_y, d_omega_south_west_x * c(0.7071071698144962));
+        let parent_omega_south_ghost0_y = mul_add(cos_south_west_south,
+            parent_omega_on_hinge_south_ghost0_y, sin_south_west_south * parent_omega_south_west_z);
+        let d_parent_omega_south_ghost0_y = mul_add(-sin_south_west_south,
+            minus_d_parent_omega_south_west_z, d_sin_south_west_south * parent_omega_south_west_z)
+            + mul_add(-minus_d_cos_south_west_south, parent_omega_on_hinge_south_ghost0_y,
+            cos_south_west_south * d_parent_omega_on_hinge_south_ghost0_y);
+        let parent_omega_south_ghost0_z = mul_add(-sin_south_west_south,
+            parent_omega_on_hinge_south_ghost0_y, cos_south_west_south * parent_omega_south_west_z);
+        let d_parent_omega_south_ghost0_z = mul_add(-cos_south_west_south,
+            minus_d_parent_omega_south_west_z,
+            -minus_d_cos_south_west_south * parent_omega_south_west_z)
+            - mul_add(sin_south_west_south, d_parent_omega_on_hinge_south_ghost0_y,
+            d_sin_south_west_south * parent_omega_on_hinge_south_ghost0_y);
+        let omega_south_ghost0_x = parent_omega_south_ghost0_x + u[0];
+        let d_omega_south_ghost0_x = d_parent_omega_south_ghost0_x + du[0];
+        // south_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
+        let d_omega_south_ghost0_xy = mul_add(parent_omega_south_ghost0_y, d_omega_south_ghost0_x,
+            d_parent_omega_south_ghost0_y * omega_south_ghost0_x);
+        let omega_south_ghost0_xz = parent_omega_south_ghost0_z * omega_south_ghost0_x;
+        let d_omega_south_ghost0_xz = mul_add(parent_omega_south_ghost0_z, d_omega_south_ghost0_x,
+            d_parent_omega_south_ghost0_z * omega_south_ghost0_x);
+        let omega_south_ghost0_yz = parent_omega_south_ghost0_y * parent_omega_south_ghost0_z;
+        let d_omega_south_ghost0_yz = mul_add(parent_omega_south_ghost0_y,
+            d_parent_omega_south_ghost0_z,
+            d_parent_omega_south_ghost0_y * parent_omega_south_ghost0_z);
+        // east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let minus_apparent_gravity_east_z = cos_ground_east * c(9.81);
+        let minus_d_apparent_gravity_east_z = minus_d_cos_ground_east * c(-9.81);
+        // west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let minus_apparent_gravity_west_z = cos_ground_west * c(9.81);
+        let minus_d_apparent_gravity_west_z = minus_d_cos_ground_west * c(-9.81);
+        // south_east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_on_hinge_south_east_y = sin_ground_east * c(-6.936717523440031);
+        let d_apparent_gravity_on_hinge_south_east_y = d_sin_ground_east * c(-6.936717523440031);
+        let apparent_gravity_south_east_y = mul_add(-sin_south_east_east,
+            minus_apparent_gravity_east_z,
+            cos_south_east_east * apparent_gravity_on_hinge_south_east_y);
+        let d_apparent_gravity_south_east_y = mul_add(-sin_south_east_east,
+            minus_d_apparent_gravity_east_z, -d_sin_south_east_east * minus_apparent_gravity_east_z)
+            + mul_add(-minus_d_cos_south_east_east, apparent_gravity_on_hinge_south_east_y,
+            cos_south_east_east * d_apparent_gravity_on_hinge_south_east_y);
+        let apparent_gravity_south_east_z = mul_add(-sin_south_east_east,
+            apparent_gravity_on_hinge_south_east_y,
+            -cos_south_east_east * minus_apparent_gravity_east_z);
+        let d_apparent_gravity_south_east_z = mul_add(-cos_south_east_east,
+            minus_d_apparent_gravity_east_z,
+            minus_d_cos_south_east_east * minus_apparent_gravity_east_z)
+            - mul_add(sin_south_east_east, d_apparent_gravity_on_hinge_south_east_y,
+            d_sin_south_east_east * apparent_gravity_on_hinge_south_east_y);
+        // south_west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_on_hinge_south_west_y = sin_ground_west * c(-4.904994011767025);
+        let d_apparent_gravity_on_hinge_south_west_y = d_sin_ground_west * c(-4.904994011767025);
+        let apparent_gravity_south_west_y = mul_add(-sin_west_south_west,
+            minus_apparent_gravity_west_z,
+            cos_west_south_west * apparent_gravity_on_hinge_south_west_y);
+        let d_apparent_gravity_south_west_y = mul_add(-sin_west_south_west,
+            minus_d_apparent_gravity_west_z, -d_sin_west_south_west * minus_apparent_gravity_west_z)
+            + mul_add(-minus_d_cos_west_south_west, apparent_gravity_on_hinge_south_west_y,
+            cos_west_south_west * d_apparent_gravity_on_hinge_south_west_y);
+        let apparent_gravity_south_west_z = mul_add(-sin_west_south_west,
+            apparent_gravity_on_hinge_south_west_y,
+            -cos_west_south_west * minus_apparent_gravity_west_z);
+        let d_apparent_gravity_south_west_z = mul_add(-cos_west_south_west,
+            minus_d_apparent_gravity_west_z,
+            minus_d_cos_west_south_west * minus_apparent_gravity_west_z)
+            - mul_add(sin_west_south_west, d_apparent_gravity_on_hinge_south_west_y,
+            d_sin_west_south_west * apparent_gravity_on_hinge_south_west_y);
         // south: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let apparent_gravity_on_hinge_south_y = mul_add(c(6.007374132640437), sin_ground_east,
             c(0.49999986554903386) * apparent_gravity_south_east_y);
@@ -2188,9 +2156,9 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let apparent_gravity_south_z = mul_add(-sin_south_south_east,
             apparent_gravity_on_hinge_south_y,
             cos_south_south_east * apparent_gravity_south_east_z);
-        let d_apparent_gravity_south_z = mul_add(-south_part, apparent_gravity_south_east_z,
-            cos_south_south_east * d_apparent_gravity_south_east_z) - mul_add(sin_south_south_east,
-            d_apparent_gravity_on_hinge_south_y,
+        let d_apparent_gravity_south_z = mul_add(-minus_d_cos_south_south_east,
+            apparent_gravity_south_east_z, cos_south_south_east * d_apparent_gravity_south_east_z)
+            - mul_add(sin_south_south_east, d_apparent_gravity_on_hinge_south_y,
             d_sin_south_south_east * apparent_gravity_on_hinge_south_y);
         // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let apparent_gravity_on_hinge_south_ghost0_y = mul_add(c(6.007372737186427),
@@ -2204,68 +2172,67 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let apparent_gravity_south_ghost0_z = mul_add(-sin_south_west_south,
             apparent_gravity_on_hinge_south_ghost0_y,
             cos_south_west_south * apparent_gravity_south_west_z);
-        let d_apparent_gravity_south_ghost0_z = mul_add(-south_ghost0_part,
+        let d_apparent_gravity_south_ghost0_z = mul_add(-minus_d_cos_south_west_south,
             apparent_gravity_south_west_z, cos_south_west_south * d_apparent_gravity_south_west_z)
             - mul_add(sin_south_west_south, d_apparent_gravity_on_hinge_south_ghost0_y,
             d_sin_south_west_south * apparent_gravity_on_hinge_south_ghost0_y);
-        // south_east: closure forces: (f, n) of lambda along the rows of the closure
-        let d_closure_moment_on_hinge_south_east_y = mul_add(-south_east_part,
-            closure_moment_in_parent_south_y,
-            cos_south_east_east * d_closure_moment_in_parent_south_y) - mul_add(sin_south_east_east,
-            d_closure_moment_in_parent_south_z,
-            d_sin_south_east_east * closure_moment_in_parent_south_z);
-        let d_closure_moment_in_parent_south_east_x = mul_add(c(0.7071067811865475),
-            d_closure_moment_on_hinge_south_east_y,
-            d_closure_moment_on_hinge_south_y * c(0.6123724905851617));
-        // south_west: closure forces: (f, n) of lambda along the rows of the closure
-        let d_closure_moment_on_hinge_south_west_y = mul_add(-south_west_part,
-            closure_moment_in_parent_south_ghost0_y,
-            cos_west_south_west * d_closure_moment_in_parent_south_ghost0_y)
-            - mul_add(sin_west_south_west, d_closure_moment_in_parent_south_ghost0_z,
-            d_sin_west_south_west * closure_moment_in_parent_south_ghost0_z);
-        let d_closure_moment_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
-            d_closure_moment_on_hinge_south_west_y,
-            d_closure_moment_on_hinge_south_ghost0_y * c(-0.35355276464638774));
-        // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_net_moment_south_west_x = mul_add(c(3.5201493204827953e-4),
-            d_apparent_gravity_south_west_z, -mul_add(c(1.009359489758939e-5),
-            d_omega_south_west_yz, mul_add(c(-2.6789051216394143e-8), d_omega_south_west_yz,
-            d_acceleration_gradient_south_west_zx * c(1.2394283547934888e-5))));
-        let net_moment_south_west_z = -sin_ground_west * c(-2.990617717679251e-3)
-            - mul_add(c(-1.009359489758939e-5), acceleration_gradient_south_west_xy,
-            c(1.2394283547934888e-5) * mul_add(-omega_south_west_x, omega_south_west_x,
-            south_west_part_4 * south_west_part_4));
-        let d_net_moment_south_west_z = -d_sin_ground_west * c(-2.990617717679251e-3)
-            - mul_add(c(-1.009359489758939e-5), d_acceleration_gradient_south_west_xy,
-            c(1.2394283547934888e-5) * (d_omega_south_west_yy - d_omega_south_west_xx));
-        // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_net_moment_south_east_x = -d_apparent_gravity_south_east_z * c(4.7358339509453117e-4)
-            - mul_add(c(-1.2939941252175183e-5), d_acceleration_gradient_south_east_zx,
-            mul_add(c(-3.338573836000013e-8), d_omega_south_east_yz,
-            d_omega_south_east_yz * c(1.642426710807345e-5)));
-        let net_moment_south_east_z = mul_add(c(3.285114235562458e-3), sin_ground_east,
-            -mul_add(c(-1.642426710807345e-5), acceleration_gradient_south_east_xy,
-            -c(1.2939941252175183e-5) * mul_add(-omega_south_east_x, omega_south_east_x,
-            parent_omega_south_east_y * parent_omega_south_east_y)));
-        let d_net_moment_south_east_z = mul_add(c(3.285114235562458e-3), d_sin_ground_east,
-            -mul_add(c(-1.642426710807345e-5), d_acceleration_gradient_south_east_xy,
-            -c(1.2939941252175183e-5) * (d_omega_south_east_yy - d_omega_south_east_xx)));
+        // south_east: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
+        let alpha_on_hinge_south_east_y = c(0.7071067811865475) * a[4];
+        let alpha_south_east_x = alpha_on_hinge_south_east_y + a[3];
+        let alpha_south_east_y = mul_add(-minus_parent_omega_south_east_z, u[3],
+            cos_south_east_east * alpha_on_hinge_south_east_y);
+        let d_alpha_south_east_y = mul_add(-minus_d_cos_south_east_east,
+            alpha_on_hinge_south_east_y, mul_add(-minus_d_parent_omega_south_east_z, u[3],
+            -minus_parent_omega_south_east_z * du[3]));
+        let alpha_south_east_z = mul_add(-sin_south_east_east, alpha_on_hinge_south_east_y,
+            -parent_omega_south_east_y * u[3]);
+        let d_alpha_south_east_z = mul_add(-d_sin_south_east_east, alpha_on_hinge_south_east_y,
+            -mul_add(d_parent_omega_south_east_y, u[3], parent_omega_south_east_y * du[3]));
+        let acceleration_gradient_south_east_xy = mul_add(parent_omega_south_east_y,
+            omega_south_east_x, -alpha_south_east_z);
+        let d_acceleration_gradient_south_east_xy = d_omega_south_east_xy - d_alpha_south_east_z;
+        let acceleration_gradient_south_east_xz = mul_add(-minus_parent_omega_south_east_z,
+            omega_south_east_x, alpha_south_east_y);
+        let d_acceleration_gradient_south_east_xz = d_omega_south_east_xz + d_alpha_south_east_y;
+        let d_acceleration_gradient_south_east_zx = d_omega_south_east_xz - d_alpha_south_east_y;
+        let acceleration_gradient_south_east_zy = mul_add(-parent_omega_south_east_y,
+            minus_parent_omega_south_east_z, alpha_south_east_x);
+        // south_west: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
+        let minus_alpha_on_hinge_south_west_y = c(0.8660257562110547) * a[5];
+        let alpha_south_west_x = mul_add(c(0.4999993895786978), a[5], a[2]);
+        let alpha_south_west_y = mul_add(-cos_west_south_west, minus_alpha_on_hinge_south_west_y,
+            parent_omega_south_west_z * u[2]);
+        let d_alpha_south_west_y = mul_add(minus_d_cos_west_south_west,
+            minus_alpha_on_hinge_south_west_y, mul_add(-minus_d_parent_omega_south_west_z, u[2],
+            parent_omega_south_west_z * du[2]));
+        let alpha_south_west_z = mul_add(sin_west_south_west, minus_alpha_on_hinge_south_west_y,
+            minus_parent_omega_south_west_y * u[2]);
+        let d_alpha_south_west_z = mul_add(d_sin_west_south_west, minus_alpha_on_hinge_south_west_y,
+            -mul_add(-minus_parent_omega_south_west_y, du[2], d_parent_omega_south_west_y * u[2]));
+        let acceleration_gradient_south_west_xy = -minus_omega_south_west_xy - alpha_south_west_z;
+        let d_acceleration_gradient_south_west_xy = d_omega_south_west_xy - d_alpha_south_west_z;
+        let acceleration_gradient_south_west_xz = mul_add(parent_omega_south_west_z,
+            omega_south_west_x, alpha_south_west_y);
+        let d_acceleration_gradient_south_west_xz = d_omega_south_west_xz + d_alpha_south_west_y;
+        let d_acceleration_gradient_south_west_zx = d_omega_south_west_xz - d_alpha_south_west_y;
+        let acceleration_gradient_south_west_zy = mul_add(-minus_parent_omega_south_west_y,
+            parent_omega_south_west_z, alpha_south_west_x);
         // south: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let d_alpha_on_hinge_south_y = c(0.49999986554903386) * d_alpha_south_east_y;
         let alpha_on_hinge_south_y = mul_add(c(0.8660254814097263), alpha_south_east_x,
             c(0.49999986554903386) * alpha_south_east_y);
-        let south_part_5 = c(0.8660254814097263) * d_alpha_south_east_y;
+        let minus_d_alpha_south_x = c(0.8660254814097263) * d_alpha_south_east_y;
         let alpha_south_x = a[1] + mul_add(c(-0.8660254814097263), alpha_south_east_y,
             c(0.49999986554903386) * alpha_south_east_x);
         let alpha_south_y = mul_add(cos_south_south_east, alpha_on_hinge_south_y,
             mul_add(sin_south_south_east, alpha_south_east_z, parent_omega_south_z * u[1]));
-        let d_alpha_south_y = mul_add(-south_part, alpha_on_hinge_south_y,
+        let d_alpha_south_y = mul_add(-minus_d_cos_south_south_east, alpha_on_hinge_south_y,
             cos_south_south_east * d_alpha_on_hinge_south_y) + (mul_add(d_parent_omega_south_z,
             u[1], parent_omega_south_z * du[1]) + mul_add(sin_south_south_east,
             d_alpha_south_east_z, d_sin_south_south_east * alpha_south_east_z));
         let alpha_south_z = mul_add(-sin_south_south_east, alpha_on_hinge_south_y,
             mul_add(-parent_omega_south_y, u[1], cos_south_south_east * alpha_south_east_z));
-        let d_alpha_south_z = mul_add(-south_part, alpha_south_east_z,
+        let d_alpha_south_z = mul_add(-minus_d_cos_south_south_east, alpha_south_east_z,
             cos_south_south_east * d_alpha_south_east_z) - mul_add(d_parent_omega_south_y, u[1],
             parent_omega_south_y * du[1]) - mul_add(sin_south_south_east, d_alpha_on_hinge_south_y,
             d_sin_south_south_east * alpha_on_hinge_south_y);
@@ -2276,11 +2243,11 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let d_acceleration_gradient_south_xz = d_omega_south_xz + d_alpha_south_y;
         let d_acceleration_gradient_south_yx = d_omega_south_xy + d_alpha_south_z;
         let acceleration_gradient_south_yz = omega_south_yz - alpha_south_x;
-        let d_acceleration_gradient_south_yz = d_omega_south_yz + south_part_5;
+        let d_acceleration_gradient_south_yz = d_omega_south_yz + minus_d_alpha_south_x;
         let acceleration_gradient_south_zx = omega_south_xz - alpha_south_y;
         let d_acceleration_gradient_south_zx = d_omega_south_xz - d_alpha_south_y;
         let acceleration_gradient_south_zy = omega_south_yz + alpha_south_x;
-        let d_acceleration_gradient_south_zy = d_omega_south_yz - south_part_5;
+        let d_acceleration_gradient_south_zy = d_omega_south_yz - minus_d_alpha_south_x;
         // south_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let d_alpha_on_hinge_south_ghost0_y = c(0.7071071698144962) * d_alpha_south_west_y;
         let alpha_on_hinge_south_ghost0_y = mul_add(c(-0.7071063925583854), alpha_south_west_x,
@@ -2290,14 +2257,14 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             c(0.7071071698144962) * alpha_south_west_x);
         let alpha_south_ghost0_y = mul_add(cos_south_west_south, alpha_on_hinge_south_ghost0_y,
             mul_add(sin_south_west_south, alpha_south_west_z, parent_omega_south_ghost0_z * u[0]));
-        let d_alpha_south_ghost0_y = mul_add(-south_ghost0_part, alpha_on_hinge_south_ghost0_y,
-            cos_south_west_south * d_alpha_on_hinge_south_ghost0_y)
+        let d_alpha_south_ghost0_y = mul_add(-minus_d_cos_south_west_south,
+            alpha_on_hinge_south_ghost0_y, cos_south_west_south * d_alpha_on_hinge_south_ghost0_y)
             + (mul_add(d_parent_omega_south_ghost0_z, u[0], parent_omega_south_ghost0_z * du[0])
             + mul_add(sin_south_west_south, d_alpha_south_west_z,
             d_sin_south_west_south * alpha_south_west_z));
         let alpha_south_ghost0_z = mul_add(-sin_south_west_south, alpha_on_hinge_south_ghost0_y,
             mul_add(-parent_omega_south_ghost0_y, u[0], cos_south_west_south * alpha_south_west_z));
-        let d_alpha_south_ghost0_z = mul_add(-south_ghost0_part, alpha_south_west_z,
+        let d_alpha_south_ghost0_z = mul_add(-minus_d_cos_south_west_south, alpha_south_west_z,
             cos_south_west_south * d_alpha_south_west_z) - mul_add(d_parent_omega_south_ghost0_y,
             u[0], parent_omega_south_ghost0_y * du[0]) - mul_add(sin_south_west_south,
             d_alpha_on_hinge_south_ghost0_y,
@@ -2320,26 +2287,6 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         let acceleration_gradient_south_ghost0_zy = omega_south_ghost0_yz + alpha_south_ghost0_x;
         let d_acceleration_gradient_south_ghost0_zy = d_omega_south_ghost0_yz
             + d_alpha_south_ghost0_x;
-        // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let net_moment_south_x = -apparent_gravity_south_z * c(1.7025018541990593e-4)
-            - mul_add(c(-2.3726582693412885e-8), acceleration_gradient_south_yz,
-            mul_add(c(-6.645555056848842e-6), acceleration_gradient_south_zx,
-            acceleration_gradient_south_zy * c(5.565308808048279e-6)));
-        let d_net_moment_south_x = -d_apparent_gravity_south_z * c(1.7025018541990593e-4)
-            - mul_add(c(-2.3726582693412885e-8), d_acceleration_gradient_south_yz,
-            mul_add(c(-6.645555056848842e-6), d_acceleration_gradient_south_zx,
-            d_acceleration_gradient_south_zy * c(5.565308808048279e-6)));
-        let south_part_6 = mul_add(c(2.3726582693412885e-8), acceleration_gradient_south_xz,
-            acceleration_gradient_south_zy * c(6.645555056848842e-6));
-        let south_part_7 = mul_add(c(2.3726582693412885e-8), d_acceleration_gradient_south_xz,
-            d_acceleration_gradient_south_zy * c(6.645555056848842e-6));
-        let net_moment_south_z = mul_add(c(1.7025018541990593e-4), apparent_gravity_south_x,
-            -mul_add(c(-5.565308808048279e-6), acceleration_gradient_south_xy,
-            -c(6.645555056848842e-6) * mul_add(-omega_south_x, omega_south_x,
-            parent_omega_south_y * parent_omega_south_y)));
-        let d_net_moment_south_z = mul_add(c(1.7025018541990593e-4), d_apparent_gravity_south_x,
-            -mul_add(c(-5.565308808048279e-6), d_acceleration_gradient_south_xy,
-            -c(6.645555056848842e-6) * (d_omega_south_yy - d_omega_south_xx)));
         // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let net_moment_south_ghost0_x = mul_add(c(1.7025149681007909e-4),
             apparent_gravity_south_ghost0_z, -mul_add(c(5.565367759175165e-6),
@@ -2351,29 +2298,29 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             d_acceleration_gradient_south_ghost0_zy, mul_add(c(-2.3726582693412885e-8),
             d_acceleration_gradient_south_ghost0_yz,
             d_acceleration_gradient_south_ghost0_zx * c(6.645589092322226e-6))));
-        let south_ghost0_part_5 = mul_add(c(-6.645589092322226e-6),
+        let minus_net_moment_south_ghost0_y = mul_add(c(-6.645589092322226e-6),
             acceleration_gradient_south_ghost0_zy,
             acceleration_gradient_south_ghost0_xz * c(2.3726582693412885e-8));
-        let south_ghost0_part_6 = mul_add(c(-6.645589092322226e-6),
+        let minus_d_net_moment_south_ghost0_y = mul_add(c(-6.645589092322226e-6),
             d_acceleration_gradient_south_ghost0_zy,
             d_acceleration_gradient_south_ghost0_xz * c(2.3726582693412885e-8));
-        let net_moment_south_ghost0_z = -apparent_gravity_south_ghost0_x * c(1.7025149681007909e-4)
-            - mul_add(c(-5.565367759175165e-6), acceleration_gradient_south_ghost0_xy,
+        let net_moment_south_ghost0_z = mul_add(c(-1.7025149681007909e-4),
+            apparent_gravity_south_ghost0_x, -mul_add(c(-5.565367759175165e-6),
+            acceleration_gradient_south_ghost0_xy,
             c(6.645589092322226e-6) * mul_add(-omega_south_ghost0_x, omega_south_ghost0_x,
-            parent_omega_south_ghost0_y * parent_omega_south_ghost0_y));
-        let d_net_moment_south_ghost0_z =
-            -d_apparent_gravity_south_ghost0_x * c(1.7025149681007909e-4)
-            - mul_add(c(-5.565367759175165e-6), d_acceleration_gradient_south_ghost0_xy,
-            c(6.645589092322226e-6) * (d_omega_south_ghost0_yy - d_omega_south_ghost0_xx));
+            parent_omega_south_ghost0_y * parent_omega_south_ghost0_y)));
+        let d_net_moment_south_ghost0_z = mul_add(c(-1.7025149681007909e-4),
+            d_apparent_gravity_south_ghost0_x, -mul_add(c(-5.565367759175165e-6),
+            d_acceleration_gradient_south_ghost0_xy, c(6.645589092322226e-6) * mul_add(c(-2.0),
+            omega_south_ghost0_x * d_omega_south_ghost0_x,
+            c(2.0) * (parent_omega_south_ghost0_y * d_parent_omega_south_ghost0_y))));
         let balance_moment_on_hinge_south_ghost0_y = mul_add(-sin_south_west_south,
-            net_moment_south_ghost0_z, -cos_south_west_south * south_ghost0_part_5);
+            net_moment_south_ghost0_z, -cos_south_west_south * minus_net_moment_south_ghost0_y);
         let d_balance_moment_on_hinge_south_ghost0_y = mul_add(-cos_south_west_south,
-            south_ghost0_part_6, south_ghost0_part * south_ghost0_part_5)
+            minus_d_net_moment_south_ghost0_y,
+            minus_d_cos_south_west_south * minus_net_moment_south_ghost0_y)
             - mul_add(sin_south_west_south, d_net_moment_south_ghost0_z,
             d_sin_south_west_south * net_moment_south_ghost0_z);
-        let d_balance_moment_in_parent_south_ghost0_x = mul_add(c(-0.7071063925583854),
-            d_balance_moment_on_hinge_south_ghost0_y,
-            c(0.7071071698144962) * d_net_moment_south_ghost0_x);
         let balance_moment_in_parent_south_ghost0_y = mul_add(c(0.7071063925583854),
             net_moment_south_ghost0_x,
             c(0.7071071698144962) * balance_moment_on_hinge_south_ghost0_y);
@@ -2381,104 +2328,207 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             d_net_moment_south_ghost0_x,
             c(0.7071071698144962) * d_balance_moment_on_hinge_south_ghost0_y);
         let balance_moment_in_parent_south_ghost0_z = mul_add(-sin_south_west_south,
-            south_ghost0_part_5, cos_south_west_south * net_moment_south_ghost0_z);
+            minus_net_moment_south_ghost0_y, cos_south_west_south * net_moment_south_ghost0_z);
         let d_balance_moment_in_parent_south_ghost0_z = mul_add(-sin_south_west_south,
-            south_ghost0_part_6, -d_sin_south_west_south * south_ghost0_part_5)
-            + mul_add(-south_ghost0_part, net_moment_south_ghost0_z,
+            minus_d_net_moment_south_ghost0_y,
+            -d_sin_south_west_south * minus_net_moment_south_ghost0_y)
+            + mul_add(-minus_d_cos_south_west_south, net_moment_south_ghost0_z,
             cos_south_west_south * d_net_moment_south_ghost0_z);
-        // mechanism: results: what the function returns
-        let part = mul_add(c(0.5000002689018963), mul_add(c(0.06987458559937651), d_omega_south_xx
-            + d_omega_south_zz, d_acceleration_gradient_south_yx * c(0.04034213973350828)),
-            mul_add(c(-0.06987458559937651), d_acceleration_gradient_south_xy, (d_omega_south_yy
-            + d_omega_south_zz) * c(-0.04034213973350828)) * c(0.866025248533801));
+        let d_imbalance_south_west_south = d_net_moment_south_ghost0_x + mul_add(c(-3.5e-6), du[0],
+            dq[0] * c(-0.0114));
         // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let net_moment_south_x = mul_add(c(-1.7025018541990593e-4), apparent_gravity_south_z,
+            -mul_add(c(-2.3726582693412885e-8), acceleration_gradient_south_yz,
+            mul_add(c(-6.645555056848842e-6), acceleration_gradient_south_zx,
+            acceleration_gradient_south_zy * c(5.565308808048279e-6))));
+        let d_net_moment_south_x = mul_add(c(-1.7025018541990593e-4), d_apparent_gravity_south_z,
+            -mul_add(c(-2.3726582693412885e-8), d_acceleration_gradient_south_yz,
+            mul_add(c(-6.645555056848842e-6), d_acceleration_gradient_south_zx,
+            d_acceleration_gradient_south_zy * c(5.565308808048279e-6))));
+        let minus_net_moment_south_y = mul_add(c(2.3726582693412885e-8),
+            acceleration_gradient_south_xz,
+            acceleration_gradient_south_zy * c(6.645555056848842e-6));
+        let minus_d_net_moment_south_y = mul_add(c(2.3726582693412885e-8),
+            d_acceleration_gradient_south_xz,
+            d_acceleration_gradient_south_zy * c(6.645555056848842e-6));
+        let net_moment_south_z = mul_add(c(1.7025018541990593e-4), apparent_gravity_south_x,
+            -mul_add(c(-5.565308808048279e-6), acceleration_gradient_south_xy,
+            mul_add(-omega_south_x, omega_south_x,
+            parent_omega_south_y * parent_omega_south_y) * c(-6.645555056848842e-6)));
+        let d_net_moment_south_z = mul_add(c(1.7025018541990593e-4), d_apparent_gravity_south_x,
+            -mul_add(c(-5.565308808048279e-6), d_acceleration_gradient_south_xy, (d_omega_south_yy
+            - d_omega_south_xx) * c(-6.645555056848842e-6)));
         let balance_moment_on_hinge_south_y = mul_add(-sin_south_south_east, net_moment_south_z,
-            -cos_south_south_east * south_part_6);
-        let d_balance_moment_on_hinge_south_y = mul_add(-cos_south_south_east, south_part_7,
-            south_part * south_part_6) - mul_add(sin_south_south_east, d_net_moment_south_z,
+            -cos_south_south_east * minus_net_moment_south_y);
+        let d_balance_moment_on_hinge_south_y = mul_add(-cos_south_south_east,
+            minus_d_net_moment_south_y, minus_d_cos_south_south_east * minus_net_moment_south_y)
+            - mul_add(sin_south_south_east, d_net_moment_south_z,
             d_sin_south_south_east * net_moment_south_z);
-        let d_balance_moment_in_parent_south_x = mul_add(c(0.8660254814097263),
-            d_balance_moment_on_hinge_south_y, c(0.49999986554903386) * d_net_moment_south_x);
         let balance_moment_in_parent_south_y = mul_add(c(-0.8660254814097263), net_moment_south_x,
             c(0.49999986554903386) * balance_moment_on_hinge_south_y);
         let d_balance_moment_in_parent_south_y = mul_add(c(-0.8660254814097263),
             d_net_moment_south_x, c(0.49999986554903386) * d_balance_moment_on_hinge_south_y);
-        let balance_moment_in_parent_south_z = mul_add(-sin_south_south_east, south_part_6,
-            cos_south_south_east * net_moment_south_z);
-        let d_balance_moment_in_parent_south_z = mul_add(-sin_south_south_east, south_part_7,
-            -d_sin_south_south_east * south_part_6) + mul_add(-south_part, net_moment_south_z,
+        let balance_moment_in_parent_south_z = mul_add(-sin_south_south_east,
+            minus_net_moment_south_y, cos_south_south_east * net_moment_south_z);
+        let d_balance_moment_in_parent_south_z = mul_add(-sin_south_south_east,
+            minus_d_net_moment_south_y, -d_sin_south_south_east * minus_net_moment_south_y)
+            + mul_add(-minus_d_cos_south_south_east, net_moment_south_z,
             cos_south_south_east * d_net_moment_south_z);
+        let d_imbalance_south_south_east = d_net_moment_south_x + mul_add(c(-3.5e-6), du[1],
+            dq[1] * c(-0.0114));
+        // south_ghost0: closure forces: (f, n) of lambda along the rows of the closure
+        let minus_closure_moment_south_ghost0_y = c(0.0806842360747284) * lambda[1];
+        let closure_moment_south_ghost0_z = lambda[0] * c(0.08068423607472841);
+        let closure_moment_on_hinge_south_ghost0_y = mul_add(-sin_south_west_south,
+            closure_moment_south_ghost0_z,
+            -cos_south_west_south * minus_closure_moment_south_ghost0_y);
+        let d_closure_moment_on_hinge_south_ghost0_y = mul_add(-d_sin_south_west_south,
+            closure_moment_south_ghost0_z,
+            minus_d_cos_south_west_south * minus_closure_moment_south_ghost0_y);
+        let d_closure_moment_in_parent_south_ghost0_y =
+            c(0.7071071698144962) * d_closure_moment_on_hinge_south_ghost0_y;
+        let closure_moment_in_parent_south_ghost0_y = mul_add(c(0.05705233910713033), lambda[2],
+            c(0.7071071698144962) * closure_moment_on_hinge_south_ghost0_y);
+        let closure_moment_in_parent_south_ghost0_z = mul_add(-sin_south_west_south,
+            minus_closure_moment_south_ghost0_y,
+            cos_south_west_south * closure_moment_south_ghost0_z);
+        let d_closure_moment_in_parent_south_ghost0_z = mul_add(-minus_d_cos_south_west_south,
+            closure_moment_south_ghost0_z,
+            -d_sin_south_west_south * minus_closure_moment_south_ghost0_y);
         // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_moment_south_west_x = d_net_moment_south_west_x
-            + d_balance_moment_in_parent_south_ghost0_x;
-        let balance_moment_south_west_y = balance_moment_in_parent_south_ghost0_y
-            - mul_add(c(-1.2394283547934888e-5), acceleration_gradient_south_west_zy,
+        let minus_net_moment_south_west_y = mul_add(c(-1.2394283547934888e-5),
+            acceleration_gradient_south_west_zy,
             acceleration_gradient_south_west_xz * c(2.6789051216394143e-8));
-        let d_balance_moment_south_west_y = d_balance_moment_in_parent_south_ghost0_y
-            - mul_add(c(-1.2394283547934888e-5), d_omega_south_west_yz,
+        let minus_d_net_moment_south_west_y = mul_add(c(-1.2394283547934888e-5),
+            d_omega_south_west_yz,
             d_acceleration_gradient_south_west_xz * c(2.6789051216394143e-8));
+        let net_moment_south_west_z = mul_add(c(2.990617717679251e-3), sin_ground_west,
+            -mul_add(c(-1.009359489758939e-5), acceleration_gradient_south_west_xy,
+            c(1.2394283547934888e-5) * mul_add(-omega_south_west_x, omega_south_west_x,
+            minus_parent_omega_south_west_y * minus_parent_omega_south_west_y)));
+        let d_net_moment_south_west_z = mul_add(c(2.990617717679251e-3), d_sin_ground_west,
+            -mul_add(c(-1.009359489758939e-5), d_acceleration_gradient_south_west_xy,
+            c(1.2394283547934888e-5) * mul_add(c(-2.0), omega_south_west_x * d_omega_south_west_x,
+            d_omega_south_west_yy)));
+        let d_balance_moment_south_west_x = mul_add(c(-0.7071063925583854),
+            d_balance_moment_on_hinge_south_ghost0_y, mul_add(c(0.7071071698144962),
+            d_net_moment_south_ghost0_x, mul_add(c(-1.2394283547934888e-5),
+            d_acceleration_gradient_south_west_zx, mul_add(c(-1.0066805846372997e-5),
+            d_omega_south_west_yz, d_apparent_gravity_south_west_z * c(3.5201493204827953e-4)))));
+        let balance_moment_south_west_y = balance_moment_in_parent_south_ghost0_y
+            - minus_net_moment_south_west_y;
+        let d_balance_moment_south_west_y = d_balance_moment_in_parent_south_ghost0_y
+            - minus_d_net_moment_south_west_y;
         let balance_moment_south_west_z = net_moment_south_west_z
             + balance_moment_in_parent_south_ghost0_z;
         let d_balance_moment_south_west_z = d_net_moment_south_west_z
             + d_balance_moment_in_parent_south_ghost0_z;
-        let d_balance_moment_on_hinge_south_west_y = mul_add(-south_west_part,
+        let d_balance_moment_on_hinge_south_west_y = mul_add(-minus_d_cos_west_south_west,
             balance_moment_south_west_y, cos_west_south_west * d_balance_moment_south_west_y)
             - mul_add(sin_west_south_west, d_balance_moment_south_west_z,
             d_sin_west_south_west * balance_moment_south_west_z);
         let d_balance_moment_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
             d_balance_moment_on_hinge_south_west_y,
             c(0.4999993895786978) * d_balance_moment_south_west_x);
+        let d_imbalance_west_south_west = d_balance_moment_south_west_x + mul_add(c(-3.5e-6), du[2],
+            mul_add(c(-0.0114), dq[2],
+            c(-0.7071063925583854) * d_closure_moment_on_hinge_south_ghost0_y));
+        // south_west: closure forces: (f, n) of lambda along the rows of the closure
+        let d_closure_moment_on_hinge_south_west_y = mul_add(-minus_d_cos_west_south_west,
+            closure_moment_in_parent_south_ghost0_y,
+            cos_west_south_west * d_closure_moment_in_parent_south_ghost0_y)
+            - mul_add(sin_west_south_west, d_closure_moment_in_parent_south_ghost0_z,
+            d_sin_west_south_west * closure_moment_in_parent_south_ghost0_z);
+        let d_closure_moment_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
+            d_closure_moment_on_hinge_south_west_y,
+            d_closure_moment_on_hinge_south_ghost0_y * c(-0.35355276464638774));
+        // west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let d_balance_moment_west_x = mul_add(c(6.332769027236974e-3), minus_d_cos_ground_west,
+            d_balance_moment_in_parent_south_west_x);
+        let d_imbalance_ground_west = d_balance_moment_west_x + mul_add(c(-3.5e-6), du[5],
+            mul_add(c(-0.0114), dq[5], d_closure_moment_in_parent_south_west_x));
+        // south: closure forces: (f, n) of lambda along the rows of the closure
+        let closure_moment_south_x = mul_add(c(-0.04034213973350828), lambda[2],
+            lambda[1] * c(0.06987458559937651));
+        let closure_moment_south_y = mul_add(c(0.06987458559937651), lambda[2],
+            lambda[1] * c(0.04034213973350828));
+        let closure_moment_on_hinge_south_y = mul_add(cos_south_south_east, closure_moment_south_y,
+            sin_south_south_east * closure_moment_south_ghost0_z);
+        let d_closure_moment_on_hinge_south_y = mul_add(-minus_d_cos_south_south_east,
+            closure_moment_south_y, d_sin_south_south_east * closure_moment_south_ghost0_z);
+        let d_closure_moment_in_parent_south_y =
+            c(0.49999986554903386) * d_closure_moment_on_hinge_south_y;
+        let closure_moment_in_parent_south_y = mul_add(c(-0.8660254814097263),
+            closure_moment_south_x, c(0.49999986554903386) * closure_moment_on_hinge_south_y);
+        let closure_moment_in_parent_south_z = mul_add(-cos_south_south_east,
+            closure_moment_south_ghost0_z, sin_south_south_east * closure_moment_south_y);
+        let d_closure_moment_in_parent_south_z = mul_add(minus_d_cos_south_south_east,
+            closure_moment_south_ghost0_z, d_sin_south_south_east * closure_moment_south_y);
         // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_moment_south_east_x = d_net_moment_south_east_x
-            + d_balance_moment_in_parent_south_x;
-        let balance_moment_south_east_y = balance_moment_in_parent_south_y
-            - mul_add(c(1.2939941252175183e-5), acceleration_gradient_south_east_zy,
+        let minus_net_moment_south_east_y = mul_add(c(1.2939941252175183e-5),
+            acceleration_gradient_south_east_zy,
             acceleration_gradient_south_east_xz * c(3.338573836000013e-8));
+        let minus_d_net_moment_south_east_y = mul_add(c(1.2939941252175183e-5),
+            d_omega_south_east_yz, d_acceleration_gradient_south_east_xz * c(3.338573836000013e-8));
+        let net_moment_south_east_z = mul_add(c(3.285114235562458e-3), sin_ground_east,
+            -mul_add(c(-1.642426710807345e-5), acceleration_gradient_south_east_xy,
+            mul_add(-omega_south_east_x, omega_south_east_x,
+            parent_omega_south_east_y * parent_omega_south_east_y) * c(-1.2939941252175183e-5)));
+        let d_net_moment_south_east_z = mul_add(c(3.285114235562458e-3), d_sin_ground_east,
+            -mul_add(c(-1.642426710807345e-5), d_acceleration_gradient_south_east_xy,
+            mul_add(c(-2.0), omega_south_east_x * d_omega_south_east_x, parent_omega_south_east_y *
+            d_parent_omega_south_east_y * c(2.0)) * c(-1.2939941252175183e-5)));
+        let d_balance_moment_south_east_x = mul_add(c(0.8660254814097263),
+            d_balance_moment_on_hinge_south_y, mul_add(c(0.49999986554903386), d_net_moment_south_x,
+            mul_add(c(1.2939941252175183e-5), d_acceleration_gradient_south_east_zx,
+            mul_add(c(-1.639088136971345e-5), d_omega_south_east_yz,
+            d_apparent_gravity_south_east_z * c(-4.7358339509453117e-4)))));
+        let balance_moment_south_east_y = balance_moment_in_parent_south_y
+            - minus_net_moment_south_east_y;
         let d_balance_moment_south_east_y = d_balance_moment_in_parent_south_y
-            - mul_add(c(1.2939941252175183e-5), d_omega_south_east_yz,
-            d_acceleration_gradient_south_east_xz * c(3.338573836000013e-8));
+            - minus_d_net_moment_south_east_y;
         let balance_moment_south_east_z = net_moment_south_east_z
             + balance_moment_in_parent_south_z;
         let d_balance_moment_south_east_z = d_net_moment_south_east_z
             + d_balance_moment_in_parent_south_z;
-        let d_balance_moment_on_hinge_south_east_y = mul_add(-south_east_part,
+        let d_balance_moment_on_hinge_south_east_y = mul_add(-minus_d_cos_south_east_east,
             balance_moment_south_east_y, cos_south_east_east * d_balance_moment_south_east_y)
             - mul_add(sin_south_east_east, d_balance_moment_south_east_z,
             d_sin_south_east_east * balance_moment_south_east_z);
         let d_balance_moment_in_parent_south_east_x = mul_add(c(0.7071067811865475),
             d_balance_moment_on_hinge_south_east_y,
             c(0.7071067811865475) * d_balance_moment_south_east_x);
-        // west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_moment_west_x = mul_add(c(6.332769027236974e-3), west_part,
-            d_balance_moment_in_parent_south_west_x);
+        let d_imbalance_south_east_east = d_balance_moment_south_east_x + mul_add(c(-3.5e-6), du[3],
+            mul_add(c(-0.0114), dq[3], c(0.8660254814097263) * d_closure_moment_on_hinge_south_y));
+        // south_east: closure forces: (f, n) of lambda along the rows of the closure
+        let d_closure_moment_on_hinge_south_east_y = mul_add(-minus_d_cos_south_east_east,
+            closure_moment_in_parent_south_y,
+            cos_south_east_east * d_closure_moment_in_parent_south_y) - mul_add(sin_south_east_east,
+            d_closure_moment_in_parent_south_z,
+            d_sin_south_east_east * closure_moment_in_parent_south_z);
+        let d_closure_moment_in_parent_south_east_x = mul_add(c(0.7071067811865475),
+            d_closure_moment_on_hinge_south_east_y,
+            d_closure_moment_on_hinge_south_y * c(0.6123724905851617));
         // east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_moment_east_x = mul_add(c(-4.625527205006544e-3), east_part,
+        let d_balance_moment_east_x = mul_add(c(-4.625527205006544e-3), minus_d_cos_ground_east,
             d_balance_moment_in_parent_south_east_x);
         let d_imbalance_ground_east = d_balance_moment_east_x + mul_add(c(-3.5e-6), du[4],
             mul_add(c(-0.0114), dq[4], d_closure_moment_in_parent_south_east_x));
-        // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_imbalance_south_south_east = d_net_moment_south_x + mul_add(c(-3.5e-6), du[1],
-            -dq[1] * c(0.0114));
-        // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_imbalance_south_west_south = d_net_moment_south_ghost0_x + mul_add(c(-3.5e-6), du[0],
-            -dq[0] * c(0.0114));
-        // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_imbalance_south_east_east = d_balance_moment_south_east_x + mul_add(c(-3.5e-6), du[3],
-            mul_add(c(-0.0114), dq[3], c(0.8660254814097263) * d_closure_moment_on_hinge_south_y));
-        // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_imbalance_west_south_west = d_balance_moment_south_west_x + mul_add(c(-3.5e-6), du[2],
-            mul_add(c(-0.0114), dq[2], d_closure_moment_in_parent_south_ghost0_x));
-        // west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_imbalance_ground_west = d_balance_moment_west_x + mul_add(c(-3.5e-6), du[5],
-            mul_add(c(-0.0114), dq[5], d_closure_moment_in_parent_south_west_x));
+        // mechanism: results: what the function returns
+        let closure_0 = mul_add(c(0.08068423607472841), d_acceleration_gradient_south_ghost0_yx,
+            -mul_add(c(0.5000002689018963), mul_add(c(0.06987458559937651),
+            minus_d_velocity_product_gradient_south_yy,
+            d_acceleration_gradient_south_yx * c(0.04034213973350828)),
+            mul_add(c(-0.06987458559937651), d_acceleration_gradient_south_xy,
+            minus_d_velocity_product_gradient_south_xx * c(-0.04034213973350828)) *
+            c(0.866025248533801)));
         forces[0] = d_imbalance_south_west_south;
         forces[1] = d_imbalance_south_south_east;
         forces[2] = d_imbalance_west_south_west;
         forces[3] = d_imbalance_south_east_east;
         forces[4] = d_imbalance_ground_east;
         forces[5] = d_imbalance_ground_west;
-        closure[0] = mul_add(c(0.08068423607472841), d_acceleration_gradient_south_ghost0_yx,
-            -part);
+        closure[0] = closure_0;
         closure[1] = mul_add(c(0.0806842360747284), d_acceleration_gradient_south_ghost0_zx,
             -mul_add(c(-0.06987458559937651), d_acceleration_gradient_south_zy,
             d_acceleration_gradient_south_zx * c(0.04034213973350828)));
@@ -2526,91 +2576,64 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             (sin_south_south_east, cos_south_south_east),
             (sin_south_west_south, cos_south_west_south),
         ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
+        // south_east: angular velocity: w = R^T w_parent + u e_x
+        let parent_omega_on_hinge_south_east_y = u[4] * c(0.7071067811865475);
+        let parent_omega_south_east_y = cos_south_east_east * parent_omega_on_hinge_south_east_y;
+        let minus_parent_omega_south_east_z =
+            sin_south_east_east * parent_omega_on_hinge_south_east_y;
+        let omega_south_east_x = parent_omega_on_hinge_south_east_y + u[3];
+        // south_east: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
+        let minus_velocity_product_alpha_south_east_y = minus_parent_omega_south_east_z * u[3];
+        let minus_velocity_product_alpha_south_east_z = parent_omega_south_east_y * u[3];
+        // south_east: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
+        let minus_omega_south_east_xz = minus_parent_omega_south_east_z * omega_south_east_x;
+        let minus_omega_south_east_yz = parent_omega_south_east_y * minus_parent_omega_south_east_z;
+        let velocity_product_gradient_south_east_xy = mul_add(parent_omega_south_east_y,
+            omega_south_east_x, minus_velocity_product_alpha_south_east_z);
+        let velocity_product_gradient_south_east_xz = -minus_velocity_product_alpha_south_east_y
+            - minus_omega_south_east_xz;
+        let velocity_product_gradient_south_east_zx = minus_velocity_product_alpha_south_east_y
+            - minus_omega_south_east_xz;
         // south_west: angular velocity: w = R^T w_parent + u e_x
-        let south_west_part = u[5] * c(0.8660257562110547);
-        let south_west_part_2 = cos_west_south_west * south_west_part;
-        let south_west_part_3 = sin_west_south_west * south_west_part;
+        let minus_parent_omega_on_hinge_south_west_y = u[5] * c(0.8660257562110547);
+        let minus_parent_omega_south_west_y =
+            cos_west_south_west * minus_parent_omega_on_hinge_south_west_y;
+        let parent_omega_south_west_z =
+            sin_west_south_west * minus_parent_omega_on_hinge_south_west_y;
         let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
         // south_west: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
-        let velocity_product_alpha_south_west_y = south_west_part_3 * u[2];
-        let south_west_part_4 = south_west_part_2 * u[2];
+        let velocity_product_alpha_south_west_y = parent_omega_south_west_z * u[2];
+        let velocity_product_alpha_south_west_z = minus_parent_omega_south_west_y * u[2];
         // south_west: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let omega_south_west_xy = -south_west_part_2 * omega_south_west_x;
-        let omega_south_west_xz = south_west_part_3 * omega_south_west_x;
-        let south_west_part_5 = south_west_part_2 * south_west_part_3;
-        let velocity_product_gradient_south_west_xy = omega_south_west_xy - south_west_part_4;
+        let minus_omega_south_west_xy = minus_parent_omega_south_west_y * omega_south_west_x;
+        let omega_south_west_xz = parent_omega_south_west_z * omega_south_west_x;
+        let minus_omega_south_west_yz = minus_parent_omega_south_west_y * parent_omega_south_west_z;
+        let velocity_product_gradient_south_west_xy = -minus_omega_south_west_xy
+            - velocity_product_alpha_south_west_z;
         let velocity_product_gradient_south_west_xz = velocity_product_alpha_south_west_y
             + omega_south_west_xz;
         let velocity_product_gradient_south_west_zx = omega_south_west_xz
             - velocity_product_alpha_south_west_y;
-        // south_east: angular velocity: w = R^T w_parent + u e_x
-        let parent_omega_on_hinge_south_east_y = u[4] * c(0.7071067811865475);
-        let parent_omega_south_east_y = cos_south_east_east * parent_omega_on_hinge_south_east_y;
-        let south_east_part = sin_south_east_east * parent_omega_on_hinge_south_east_y;
-        let omega_south_east_x = parent_omega_on_hinge_south_east_y + u[3];
-        // south_east: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
-        let south_east_part_2 = south_east_part * u[3];
-        let velocity_product_alpha_south_east_y = -south_east_part_2;
-        let south_east_part_3 = parent_omega_south_east_y * u[3];
-        // south_east: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let south_east_part_4 = south_east_part * omega_south_east_x;
-        let south_east_part_5 = parent_omega_south_east_y * south_east_part;
-        let velocity_product_gradient_south_east_xy = mul_add(parent_omega_south_east_y,
-            omega_south_east_x, south_east_part_3);
-        let velocity_product_gradient_south_east_xz = velocity_product_alpha_south_east_y
-            - south_east_part_4;
-        let velocity_product_gradient_south_east_zx = south_east_part_2 - south_east_part_4;
-        // east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let east_part = cos_ground_east * c(9.81);
-        // west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let west_part = cos_ground_west * c(9.81);
-        // south: reduced closure Jacobian: Y = J L^-1
-        let row0_moment_in_parent_south_x = sin_south_south_east * c(0.06987460438879269);
-        let row0_moment_in_parent_south_y = sin_south_south_east * c(0.04034210718929071);
-        let row0_moment_in_parent_south_z = cos_south_south_east * c(-0.08068423607472841);
-        // south_west: reduced closure Jacobian: Y = J L^-1
-        let south_west_part_6 = cos_south_west_south * c(0.06783682279642031);
-        let row2_moment_on_hinge_south_west_y = mul_add(-cos_west_south_west,
-            cos_south_west_south * c(-0.06783689736311298),
-            sin_west_south_west * (sin_south_west_south * c(-0.09593580755362648)));
-        let row2_moment_in_parent_south_west_x =
-            -c(0.8660257562110547) * row2_moment_on_hinge_south_west_y;
-        // south_east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_east_y = sin_ground_east * c(-6.936717523440031);
-        let apparent_gravity_south_east_y = mul_add(-sin_south_east_east, east_part,
-            cos_south_east_east * apparent_gravity_on_hinge_south_east_y);
-        let apparent_gravity_south_east_z = mul_add(-sin_south_east_east,
-            apparent_gravity_on_hinge_south_east_y, -cos_south_east_east * east_part);
-        // south_east: reduced closure Jacobian: Y = J L^-1
-        let row0_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
-            row0_moment_in_parent_south_z, cos_south_east_east * row0_moment_in_parent_south_y);
-        // south_west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_west_y = sin_ground_west * c(-4.904994011767025);
-        let apparent_gravity_south_west_y = mul_add(-sin_west_south_west, west_part,
-            cos_west_south_west * apparent_gravity_on_hinge_south_west_y);
-        let apparent_gravity_south_west_z = mul_add(-sin_west_south_west,
-            apparent_gravity_on_hinge_south_west_y, -cos_west_south_west * west_part);
-        // south_west: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_moment_south_west_y = -mul_add(c(1.2394283547934888e-5), south_west_part_5,
-            velocity_product_gradient_south_west_xz * c(2.6789051216394143e-8));
         // south: angular velocity: w = R^T w_parent + u e_x
         let parent_omega_on_hinge_south_y = mul_add(c(0.8660254814097263), omega_south_east_x,
             parent_omega_south_east_y * c(0.49999986554903386));
-        let parent_omega_south_y = mul_add(-sin_south_south_east, south_east_part,
+        let parent_omega_south_y = mul_add(-sin_south_south_east, minus_parent_omega_south_east_z,
             cos_south_south_east * parent_omega_on_hinge_south_y);
         let parent_omega_south_z = mul_add(-sin_south_south_east, parent_omega_on_hinge_south_y,
-            -cos_south_south_east * south_east_part);
+            -cos_south_south_east * minus_parent_omega_south_east_z);
         let omega_south_x = mul_add(c(-0.8660254814097263), parent_omega_south_east_y,
             mul_add(c(0.49999986554903386), omega_south_east_x, u[1]));
         // south: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
-        let velocity_product_alpha_on_hinge_south_y = south_east_part_2 * c(-0.49999986554903386);
-        let south_part = south_east_part_2 * c(-0.8660254814097263);
+        let velocity_product_alpha_on_hinge_south_y =
+            minus_velocity_product_alpha_south_east_y * c(-0.49999986554903386);
+        let minus_velocity_product_alpha_south_x =
+            minus_velocity_product_alpha_south_east_y * c(-0.8660254814097263);
         let velocity_product_alpha_south_y = mul_add(parent_omega_south_z, u[1],
-            mul_add(-sin_south_south_east, south_east_part_3,
+            mul_add(-sin_south_south_east, minus_velocity_product_alpha_south_east_z,
             cos_south_south_east * velocity_product_alpha_on_hinge_south_y));
         let velocity_product_alpha_south_z = mul_add(-parent_omega_south_y, u[1],
             mul_add(-sin_south_south_east, velocity_product_alpha_on_hinge_south_y,
-            -cos_south_south_east * south_east_part_3));
+            -cos_south_south_east * minus_velocity_product_alpha_south_east_z));
         // south: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_south_xx = omega_south_x * omega_south_x;
         let omega_south_yy = parent_omega_south_y * parent_omega_south_y;
@@ -2618,35 +2641,24 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let omega_south_xy = parent_omega_south_y * omega_south_x;
         let omega_south_xz = parent_omega_south_z * omega_south_x;
         let omega_south_yz = parent_omega_south_y * parent_omega_south_z;
+        let minus_velocity_product_gradient_south_xx = omega_south_yy + omega_south_zz;
         let velocity_product_gradient_south_xy = omega_south_xy - velocity_product_alpha_south_z;
         let velocity_product_gradient_south_xz = velocity_product_alpha_south_y + omega_south_xz;
         let velocity_product_gradient_south_yx = velocity_product_alpha_south_z + omega_south_xy;
-        let velocity_product_gradient_south_yz = south_part + omega_south_yz;
+        let minus_velocity_product_gradient_south_yy = omega_south_xx + omega_south_zz;
+        let velocity_product_gradient_south_yz = minus_velocity_product_alpha_south_x
+            + omega_south_yz;
         let velocity_product_gradient_south_zx = omega_south_xz - velocity_product_alpha_south_y;
-        let velocity_product_gradient_south_zy = omega_south_yz - south_part;
-        // south: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let pivot_row_moment_in_parent_south_x = cos_south_south_east * c(1.029734044424903);
-        let pivot_row_moment_in_parent_south_y = cos_south_south_east * c(0.5945170145866933);
-        let pivot_row_moment_in_parent_south_z = sin_south_south_east * c(1.1890343489070205);
-        let projected_inertia_joint_deviator_south =
-            sin_south_south_east * c(-1.3443375455500887e-5);
-        let projected_inertia_joint_deviator_sin_south =
-            sin_south_south_east * projected_inertia_joint_deviator_south;
-        let projected_inertia_joint_deviator_cos_south =
-            cos_south_south_east * projected_inertia_joint_deviator_south;
-        let projected_inertia_on_hinge_south_yy = c(-7.878066647452608e-6)
-            - projected_inertia_joint_deviator_sin_south;
-        let south_part_2 = projected_inertia_on_hinge_south_yy * c(0.7500001344509483);
-        let projected_in_parent_inertia_south_xz =
-            c(0.8660254814097263) * projected_inertia_joint_deviator_cos_south;
+        let velocity_product_gradient_south_zy = omega_south_yz
+            - minus_velocity_product_alpha_south_x;
         // south_ghost0: angular velocity: w = R^T w_parent + u e_x
         let parent_omega_on_hinge_south_ghost0_y = mul_add(c(-0.7071063925583854),
-            omega_south_west_x, south_west_part_2 * c(-0.7071071698144962));
+            omega_south_west_x, minus_parent_omega_south_west_y * c(-0.7071071698144962));
         let parent_omega_south_ghost0_y = mul_add(cos_south_west_south,
-            parent_omega_on_hinge_south_ghost0_y, sin_south_west_south * south_west_part_3);
+            parent_omega_on_hinge_south_ghost0_y, sin_south_west_south * parent_omega_south_west_z);
         let parent_omega_south_ghost0_z = mul_add(-sin_south_west_south,
-            parent_omega_on_hinge_south_ghost0_y, cos_south_west_south * south_west_part_3);
-        let omega_south_ghost0_x = mul_add(c(-0.7071063925583854), south_west_part_2,
+            parent_omega_on_hinge_south_ghost0_y, cos_south_west_south * parent_omega_south_west_z);
+        let omega_south_ghost0_x = mul_add(c(-0.7071063925583854), minus_parent_omega_south_west_y,
             mul_add(c(0.7071071698144962), omega_south_west_x, u[0]));
         // south_ghost0: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
         let velocity_product_alpha_on_hinge_south_ghost0_y =
@@ -2655,10 +2667,10 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             velocity_product_alpha_south_west_y * c(0.7071063925583854);
         let velocity_product_alpha_south_ghost0_y = mul_add(parent_omega_south_ghost0_z, u[0],
             mul_add(cos_south_west_south, velocity_product_alpha_on_hinge_south_ghost0_y,
-            sin_south_west_south * south_west_part_4));
+            sin_south_west_south * velocity_product_alpha_south_west_z));
         let velocity_product_alpha_south_ghost0_z = mul_add(-parent_omega_south_ghost0_y, u[0],
             mul_add(-sin_south_west_south, velocity_product_alpha_on_hinge_south_ghost0_y,
-            cos_south_west_south * south_west_part_4));
+            cos_south_west_south * velocity_product_alpha_south_west_z));
         // south_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_south_ghost0_xy = parent_omega_south_ghost0_y * omega_south_ghost0_x;
         let omega_south_ghost0_xz = parent_omega_south_ghost0_z * omega_south_ghost0_x;
@@ -2675,24 +2687,26 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             - velocity_product_alpha_south_ghost0_y;
         let velocity_product_gradient_south_ghost0_zy = velocity_product_alpha_south_ghost0_x
             + omega_south_ghost0_yz;
-        // south_ghost0: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let south_ghost0_part = cos_south_west_south * c(-0.8407692270097342);
-        let pivot_row_moment_in_parent_south_ghost0_y =
-            cos_south_west_south * c(-0.8407701511889333);
-        let pivot_row_moment_in_parent_south_ghost0_z =
-            sin_south_west_south * c(-1.189027897156668);
-        let projected_inertia_joint_deviator_south_ghost0 =
-            sin_south_west_south * c(-1.3443432000292938e-5);
-        let projected_inertia_joint_deviator_sin_south_ghost0 =
-            sin_south_west_south * projected_inertia_joint_deviator_south_ghost0;
-        let projected_inertia_joint_deviator_cos_south_ghost0 =
-            cos_south_west_south * projected_inertia_joint_deviator_south_ghost0;
-        let projected_inertia_on_hinge_south_ghost0_yy = c(-7.878064241117773e-6)
-            - projected_inertia_joint_deviator_sin_south_ghost0;
-        let projected_inertia_hinge_deviator_sin_south_ghost0 =
-            projected_inertia_on_hinge_south_ghost0_yy * c(-0.4999994503969334);
-        let south_ghost0_part_2 =
-            c(0.7071063925583854) * projected_inertia_joint_deviator_cos_south_ghost0;
+        // east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let minus_apparent_gravity_east_z = cos_ground_east * c(9.81);
+        // west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let minus_apparent_gravity_west_z = cos_ground_west * c(9.81);
+        // south_east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_on_hinge_south_east_y = sin_ground_east * c(-6.936717523440031);
+        let apparent_gravity_south_east_y = mul_add(-sin_south_east_east,
+            minus_apparent_gravity_east_z,
+            cos_south_east_east * apparent_gravity_on_hinge_south_east_y);
+        let apparent_gravity_south_east_z = mul_add(-sin_south_east_east,
+            apparent_gravity_on_hinge_south_east_y,
+            -cos_south_east_east * minus_apparent_gravity_east_z);
+        // south_west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_on_hinge_south_west_y = sin_ground_west * c(-4.904994011767025);
+        let apparent_gravity_south_west_y = mul_add(-sin_west_south_west,
+            minus_apparent_gravity_west_z,
+            cos_west_south_west * apparent_gravity_on_hinge_south_west_y);
+        let apparent_gravity_south_west_z = mul_add(-sin_west_south_west,
+            apparent_gravity_on_hinge_south_west_y,
+            -cos_west_south_west * minus_apparent_gravity_west_z);
         // south: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let apparent_gravity_on_hinge_south_y = mul_add(c(6.007374132640437), sin_ground_east,
             c(0.49999986554903386) * apparent_gravity_south_east_y);
@@ -2702,7 +2716,8 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             apparent_gravity_on_hinge_south_y,
             cos_south_south_east * apparent_gravity_south_east_z);
         // south: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let south_part_3 = mul_add(c(2.3726582693412885e-8), velocity_product_gradient_south_xz,
+        let minus_bias_moment_south_y = mul_add(c(2.3726582693412885e-8),
+            velocity_product_gradient_south_xz,
             velocity_product_gradient_south_zy * c(6.645555056848842e-6));
         let bias_moment_south_z = mul_add(c(5.565308808048279e-6),
             velocity_product_gradient_south_xy, mul_add(c(6.645555056848842e-6), omega_south_yy
@@ -2716,77 +2731,82 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             apparent_gravity_on_hinge_south_ghost0_y,
             cos_south_west_south * apparent_gravity_south_west_z);
         // south_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let south_ghost0_part_3 = mul_add(c(-6.645589092322226e-6),
+        let minus_bias_moment_south_ghost0_y = mul_add(c(-6.645589092322226e-6),
             velocity_product_gradient_south_ghost0_zy,
             velocity_product_gradient_south_ghost0_xz * c(2.3726582693412885e-8));
         let bias_moment_south_ghost0_z = mul_add(c(5.565367759175165e-6),
             velocity_product_gradient_south_ghost0_xy, mul_add(c(-6.645589092322226e-6),
             mul_add(-omega_south_ghost0_x, omega_south_ghost0_x,
             parent_omega_south_ghost0_y * parent_omega_south_ghost0_y),
-            -apparent_gravity_south_ghost0_x * c(1.7025149681007909e-4)));
+            apparent_gravity_south_ghost0_x * c(-1.7025149681007909e-4)));
         // south_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_moment_on_hinge_south_ghost0_y = mul_add(-sin_south_west_south,
-            bias_moment_south_ghost0_z, -cos_south_west_south * south_ghost0_part_3);
-        // south_ghost0: reduced closure Jacobian: Y = J L^-1
-        let south_ghost0_part_4 = sin_south_west_south * c(-0.05705233910713035);
-        let row0_moment_in_parent_south_ghost0_y = sin_south_west_south * c(-0.05705240181944588);
-        let row0_moment_in_parent_south_ghost0_z = cos_south_west_south * c(0.08068423607472841);
-        let south_ghost0_part_5 = cos_south_west_south * c(-0.05705233910713033);
-        let row1_moment_in_parent_south_ghost0_y = cos_south_west_south * c(-0.05705240181944587);
-        // south_east: reduced closure Jacobian: Y = J L^-1
-        let row1_moment_south_east_x = mul_add(c(-0.07195223963176006), cos_south_south_east,
-            cos_south_south_east * c(0.03493732098380996));
-        let row1_moment_south_east_y = mul_add(c(-0.04154163002602367), cos_south_south_east,
-            cos_south_south_east * c(0.02017106444271448));
-        let row1_moment_south_east_z = mul_add(c(-0.08308328239330252), sin_south_south_east,
-            sin_south_south_east * c(0.04034213973350828));
-        let row1_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
-            row1_moment_south_east_z, cos_south_east_east * row1_moment_south_east_y);
-        let row2_moment_south_east_x = mul_add(c(0.04154167470854006), cos_south_south_east,
-            cos_south_south_east * c(0.060513171632005175));
-        let row2_moment_south_east_y = mul_add(c(0.02398408847640456), cos_south_south_east,
-            cos_south_south_east * c(0.034937283404982714));
-        let row2_moment_south_east_z = mul_add(c(0.04796818985154806), sin_south_south_east,
-            sin_south_south_east * c(0.06987458559937651));
-        let row2_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
-            row2_moment_south_east_z, cos_south_east_east * row2_moment_south_east_y);
-        // south_west: reduced closure Jacobian: Y = J L^-1
-        let row0_moment_on_hinge_south_west_y = mul_add(-sin_west_south_west,
-            row0_moment_in_parent_south_ghost0_z,
-            cos_west_south_west * row0_moment_in_parent_south_ghost0_y);
-        let row0_moment_in_parent_south_west_x =
-            -c(0.8660257562110547) * row0_moment_on_hinge_south_west_y;
-        let row1_moment_on_hinge_south_west_y = mul_add(cos_west_south_west,
-            row1_moment_in_parent_south_ghost0_y,
-            sin_west_south_west * (sin_south_west_south * c(0.0806842360747284)));
-        let row1_moment_in_parent_south_west_x =
-            -c(0.8660257562110547) * row1_moment_on_hinge_south_west_y;
+            bias_moment_south_ghost0_z, -cos_south_west_south * minus_bias_moment_south_ghost0_y);
+        // south: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let subtree_moment_on_hinge_south_y = mul_add(-sin_south_south_east, bias_moment_south_z,
+            -cos_south_south_east * minus_bias_moment_south_y);
+        // south_ghost0: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
+        let minus_pivot_row_moment_in_parent_south_ghost0_x =
+            cos_south_west_south * c(-0.8407692270097342);
+        let pivot_row_moment_in_parent_south_ghost0_y =
+            cos_south_west_south * c(-0.8407701511889333);
+        let pivot_row_moment_in_parent_south_ghost0_z =
+            sin_south_west_south * c(-1.189027897156668);
+        let projected_inertia_joint_deviator_south_ghost0 =
+            sin_south_west_south * c(-1.3443432000292938e-5);
+        let projected_inertia_joint_deviator_sin_south_ghost0 =
+            sin_south_west_south * projected_inertia_joint_deviator_south_ghost0;
+        let projected_inertia_joint_deviator_cos_south_ghost0 =
+            cos_south_west_south * projected_inertia_joint_deviator_south_ghost0;
+        let projected_inertia_on_hinge_south_ghost0_yy = c(-7.878064241117773e-6)
+            - projected_inertia_joint_deviator_sin_south_ghost0;
+        let minus_projected_in_parent_inertia_south_ghost0_xz =
+            c(0.7071063925583854) * projected_inertia_joint_deviator_cos_south_ghost0;
+        // south: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
+        let pivot_row_moment_in_parent_south_x = cos_south_south_east * c(1.029734044424903);
+        let pivot_row_moment_in_parent_south_y = cos_south_south_east * c(0.5945170145866933);
+        let pivot_row_moment_in_parent_south_z = sin_south_south_east * c(1.1890343489070205);
+        let projected_inertia_joint_deviator_south =
+            sin_south_south_east * c(-1.3443375455500887e-5);
+        let projected_inertia_joint_deviator_sin_south =
+            sin_south_south_east * projected_inertia_joint_deviator_south;
+        let projected_inertia_joint_deviator_cos_south =
+            cos_south_south_east * projected_inertia_joint_deviator_south;
+        let projected_inertia_on_hinge_south_yy = c(-7.878066647452608e-6)
+            - projected_inertia_joint_deviator_sin_south;
+        let projected_in_parent_inertia_south_xz =
+            c(0.8660254814097263) * projected_inertia_joint_deviator_cos_south;
         // south_west: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let articulated_inertia_south_west_xx = c(1.0120383948805784e-5)
-            - projected_inertia_hinge_deviator_sin_south_ghost0;
+        let articulated_inertia_south_west_xx = mul_add(c(0.4999994503969334),
+            projected_inertia_on_hinge_south_ghost0_yy, c(1.0120383948805784e-5));
         let articulated_inertia_south_west_xy = mul_add(c(-0.499999999999698),
             projected_inertia_on_hinge_south_ghost0_yy, c(-1.2394283547934888e-5));
         let inverse_pivot_south_west = c(1.0) / articulated_inertia_south_west_xx;
         let pivot_row_moment_south_west_y =
             articulated_inertia_south_west_xy * inverse_pivot_south_west;
-        let south_west_part_7 = south_ghost0_part_2 * inverse_pivot_south_west;
+        let minus_pivot_row_moment_south_west_z =
+            minus_projected_in_parent_inertia_south_ghost0_xz * inverse_pivot_south_west;
         let pivot_row_moment_on_hinge_south_west_y = mul_add(cos_west_south_west,
-            pivot_row_moment_south_west_y, sin_west_south_west * south_west_part_7);
-        let south_west_part_8 = c(0.8660257562110547) * pivot_row_moment_on_hinge_south_west_y;
+            pivot_row_moment_south_west_y,
+            sin_west_south_west * minus_pivot_row_moment_south_west_z);
+        let minus_pivot_row_moment_in_parent_south_west_x =
+            c(0.8660257562110547) * pivot_row_moment_on_hinge_south_west_y;
         let projected_inertia_south_west_yy = mul_add(-articulated_inertia_south_west_xy,
-            pivot_row_moment_south_west_y, projected_inertia_hinge_deviator_sin_south_ghost0
-            + (c(2.6789051216394143e-8) + projected_inertia_on_hinge_south_ghost0_yy));
+            pivot_row_moment_south_west_y, mul_add(c(0.5000005496030666),
+            projected_inertia_on_hinge_south_ghost0_yy, c(2.6789051216394143e-8)));
         let projected_inertia_south_west_yz = mul_add(articulated_inertia_south_west_xy,
-            south_west_part_7,
+            minus_pivot_row_moment_south_west_z,
             c(0.7071071698144962) * projected_inertia_joint_deviator_cos_south_ghost0);
         let projected_inertia_joint_deviator_south_west = mul_add(projected_inertia_south_west_yz,
             cos_west_south_west * c(2.0), sin_west_south_west * (projected_inertia_south_west_yy
-            + mul_add(south_ghost0_part_2, south_west_part_7,
-            -(projected_inertia_joint_deviator_sin_south_ghost0 + c(1.5658962656764556e-5)))));
+            + mul_add(minus_projected_in_parent_inertia_south_ghost0_xz,
+            minus_pivot_row_moment_south_west_z, -(projected_inertia_joint_deviator_sin_south_ghost0
+            + c(1.5658962656764556e-5)))));
         let projected_inertia_on_hinge_south_west_yy = mul_add(-sin_west_south_west,
             projected_inertia_joint_deviator_south_west, projected_inertia_south_west_yy);
         // south_east: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let articulated_inertia_south_east_xx = south_part_2 + c(1.645765284643345e-5);
+        let articulated_inertia_south_east_xx = mul_add(c(0.7500001344509483),
+            projected_inertia_on_hinge_south_yy, c(1.645765284643345e-5));
         let articulated_inertia_south_east_xy = mul_add(c(0.4330126242669005),
             projected_inertia_on_hinge_south_yy, c(1.2939941252175183e-5));
         let inverse_pivot_south_east = c(1.0) / articulated_inertia_south_east_xx;
@@ -2799,8 +2819,8 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let pivot_row_moment_in_parent_south_east_x =
             c(0.7071067811865475) * pivot_row_moment_on_hinge_south_east_y;
         let projected_inertia_south_east_yy = mul_add(-articulated_inertia_south_east_xy,
-            pivot_row_moment_south_east_y, c(3.338573836000013e-8)
-            + projected_inertia_on_hinge_south_yy - south_part_2);
+            pivot_row_moment_south_east_y, mul_add(c(0.24999986554905174),
+            projected_inertia_on_hinge_south_yy, c(3.338573836000013e-8)));
         let projected_inertia_south_east_yz = mul_add(-articulated_inertia_south_east_xy,
             pivot_row_moment_south_east_z,
             c(0.49999986554903386) * projected_inertia_joint_deviator_cos_south);
@@ -2810,20 +2830,59 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             -(projected_inertia_joint_deviator_sin_south + c(2.1989575916121727e-5)))));
         let projected_inertia_on_hinge_south_east_yy = mul_add(-sin_south_east_east,
             projected_inertia_joint_deviator_south_east, projected_inertia_south_east_yy);
+        // west: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
+        let articulated_inertia_west_xx = mul_add(c(0.7500006104209291),
+            projected_inertia_on_hinge_south_west_yy, c(1.976125305527044e-5));
+        let inverse_pivot_west = c(1.0) / articulated_inertia_west_xx;
         // east: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let articulated_inertia_east_xx = mul_add(c(0.4999999999999999),
             projected_inertia_on_hinge_south_east_yy, c(1.0564732298535837e-5));
         let inverse_pivot_east = c(1.0) / articulated_inertia_east_xx;
         // south_east: joint torque: tau = torque - k (q - rest) - k3 (q - rest)^3 - d u - friction
-        let joint_torque_south_east_east = mul_add(c(-3.5e-6), u[3], -q[3] * c(0.0114));
+        let joint_torque_south_east_east = mul_add(c(-3.5e-6), u[3], q[3] * c(-0.0114));
         // south_west: joint torque: tau = torque - k (q - rest) - k3 (q - rest)^3 - d u - friction
-        let joint_torque_west_south_west = mul_add(c(-3.5e-6), u[2], -q[2] * c(0.0114));
+        let joint_torque_west_south_west = mul_add(c(-3.5e-6), u[2], q[2] * c(-0.0114));
         // south: joint torque: tau = torque - k (q - rest) - k3 (q - rest)^3 - d u - friction
-        let joint_torque_south_south_east = mul_add(c(-3.5e-6), u[1], -q[1] * c(0.0114));
+        let joint_torque_south_south_east = mul_add(c(-3.5e-6), u[1], q[1] * c(-0.0114));
+        // south: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
+        let y_south_south_east = mul_add(c(-1.7025018541990593e-4), apparent_gravity_south_z,
+            velocity_product_gradient_south_yz * c(2.3726582693412885e-8))
+            + mul_add(c(6.645555056848842e-6), velocity_product_gradient_south_zx,
+            mul_add(c(-5.565308808048279e-6), velocity_product_gradient_south_zy,
+            joint_torque_south_south_east));
+        // south_east: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
+        let articulated_bias_moment_south_east_y = mul_add(c(0.49999986554903386),
+            subtree_moment_on_hinge_south_y, mul_add(-pivot_row_moment_in_parent_south_y,
+            y_south_south_east, mul_add(c(-3.338573836000013e-8),
+            velocity_product_gradient_south_east_xz, mul_add(c(1.2939941252175183e-5),
+            minus_omega_south_east_yz, c(0.8660254814097263) * joint_torque_south_south_east))));
+        let articulated_bias_moment_south_east_z = mul_add(-sin_south_south_east,
+            minus_bias_moment_south_y, mul_add(c(1.2939941252175183e-5),
+            mul_add(-omega_south_east_x, omega_south_east_x,
+            parent_omega_south_east_y * parent_omega_south_east_y), mul_add(c(1.642426710807345e-5),
+            velocity_product_gradient_south_east_xy, sin_ground_east * c(3.285114235562458e-3))))
+            + mul_add(-pivot_row_moment_in_parent_south_z, y_south_south_east,
+            cos_south_south_east * bias_moment_south_z);
+        let y_south_east_east = mul_add(c(0.8660254814097263), subtree_moment_on_hinge_south_y,
+            mul_add(-pivot_row_moment_in_parent_south_x, y_south_south_east,
+            mul_add(c(-4.7358339509453117e-4), apparent_gravity_south_east_z,
+            mul_add(c(1.2939941252175183e-5), velocity_product_gradient_south_east_zx,
+            mul_add(c(1.639088136971345e-5), minus_omega_south_east_yz,
+            mul_add(c(-0.49999986554903386), joint_torque_south_south_east,
+            joint_torque_south_east_east))))));
+        let articulated_bias_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
+            articulated_bias_moment_south_east_z,
+            cos_south_east_east * articulated_bias_moment_south_east_y);
+        // east: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
+        let y_ground_east = mul_add(c(0.7071067811865475),
+            articulated_bias_moment_on_hinge_south_east_y,
+            mul_add(-pivot_row_moment_in_parent_south_east_x, y_south_east_east,
+            mul_add(c(4.625527205006544e-3), cos_ground_east, mul_add(c(-0.7071067811865475),
+            joint_torque_south_east_east, mul_add(c(-3.5e-6), u[4], q[4] * c(-0.0114))))));
         // south_ghost0: joint torque: tau = torque - k (q - rest) - k3 (q - rest)^3 - d u - friction
-        let joint_torque_south_west_south = mul_add(c(-3.5e-6), u[0], -q[0] * c(0.0114));
+        let joint_torque_south_west_south = mul_add(c(-3.5e-6), u[0], q[0] * c(-0.0114));
         // south_ghost0: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
-        let reduced_torque_south_ghost0 = mul_add(c(-5.565367759175165e-6),
+        let y_south_west_south = mul_add(c(-5.565367759175165e-6),
             velocity_product_gradient_south_ghost0_zy,
             velocity_product_gradient_south_ghost0_yz * c(2.3726582693412885e-8))
             + mul_add(c(-6.645589092322226e-6), velocity_product_gradient_south_ghost0_zx,
@@ -2832,204 +2891,241 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         // south_west: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
         let articulated_bias_moment_south_west_y = mul_add(c(0.7071071698144962),
             subtree_moment_on_hinge_south_ghost0_y,
-            mul_add(-pivot_row_moment_in_parent_south_ghost0_y, reduced_torque_south_ghost0,
+            mul_add(-pivot_row_moment_in_parent_south_ghost0_y, y_south_west_south,
+            mul_add(c(-2.6789051216394143e-8), velocity_product_gradient_south_west_xz,
             mul_add(c(-0.7071063925583854), joint_torque_south_west_south,
-            bias_moment_south_west_y)));
-        let south_west_part_9 = mul_add(-sin_south_west_south, south_ghost0_part_3,
-            mul_add(c(1.009359489758939e-5), velocity_product_gradient_south_west_xy,
-            mul_add(c(-1.2394283547934888e-5), mul_add(-omega_south_west_x, omega_south_west_x,
-            south_west_part_2 * south_west_part_2), -sin_ground_west * c(-2.990617717679251e-3))));
-        let articulated_bias_moment_south_west_z = south_west_part_9
-            + mul_add(-pivot_row_moment_in_parent_south_ghost0_z, reduced_torque_south_ghost0,
+            minus_omega_south_west_yz * c(-1.2394283547934888e-5)))));
+        let articulated_bias_moment_south_west_z = mul_add(-sin_south_west_south,
+            minus_bias_moment_south_ghost0_y, mul_add(c(1.009359489758939e-5),
+            velocity_product_gradient_south_west_xy, mul_add(c(-1.2394283547934888e-5),
+            mul_add(-omega_south_west_x, omega_south_west_x,
+            minus_parent_omega_south_west_y * minus_parent_omega_south_west_y),
+            sin_ground_west * c(2.990617717679251e-3))))
+            + mul_add(-pivot_row_moment_in_parent_south_ghost0_z, y_south_west_south,
             cos_south_west_south * bias_moment_south_ghost0_z);
-        let south_west_part_10 = mul_add(south_ghost0_part, reduced_torque_south_ghost0,
+        let y_west_south_west = mul_add(c(-0.7071063925583854),
+            subtree_moment_on_hinge_south_ghost0_y,
+            mul_add(minus_pivot_row_moment_in_parent_south_ghost0_x, y_south_west_south,
             mul_add(c(3.5201493204827953e-4), apparent_gravity_south_west_z,
-            mul_add(c(-2.6789051216394143e-8), south_west_part_5, mul_add(c(-0.7071071698144962),
-            joint_torque_south_west_south, joint_torque_west_south_west)))
-            - mul_add(c(-1.009359489758939e-5), south_west_part_5,
-            velocity_product_gradient_south_west_zx * c(1.2394283547934888e-5)));
-        let reduced_torque_south_west = mul_add(c(-0.7071063925583854),
-            subtree_moment_on_hinge_south_ghost0_y, south_west_part_10);
+            mul_add(c(-1.2394283547934888e-5), velocity_product_gradient_south_west_zx,
+            mul_add(c(1.0066805846372997e-5), minus_omega_south_west_yz,
+            mul_add(c(-0.7071071698144962), joint_torque_south_west_south,
+            joint_torque_west_south_west))))));
         let articulated_bias_moment_on_hinge_south_west_y = mul_add(-sin_west_south_west,
             articulated_bias_moment_south_west_z,
             cos_west_south_west * articulated_bias_moment_south_west_y);
         // west: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
-        let reduced_torque_west = mul_add(c(-0.8660257562110547),
-            articulated_bias_moment_on_hinge_south_west_y, mul_add(south_west_part_8,
-            reduced_torque_south_west, mul_add(c(-6.332769027236974e-3), cos_ground_west,
-            mul_add(c(-0.4999993895786978), joint_torque_west_south_west, mul_add(c(-3.5e-6), u[5],
-            -q[5] * c(0.0114))))));
-        // south: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let subtree_moment_on_hinge_south_y = mul_add(-sin_south_south_east, bias_moment_south_z,
-            -cos_south_south_east * south_part_3);
-        // south: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
-        let reduced_torque_south = mul_add(c(-1.7025018541990593e-4), apparent_gravity_south_z,
-            velocity_product_gradient_south_yz * c(2.3726582693412885e-8))
-            + mul_add(c(6.645555056848842e-6), velocity_product_gradient_south_zx,
-            mul_add(c(-5.565308808048279e-6), velocity_product_gradient_south_zy,
-            joint_torque_south_south_east));
-        // south_east: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
-        let articulated_bias_moment_south_east_y = mul_add(c(0.49999986554903386),
-            subtree_moment_on_hinge_south_y, mul_add(-pivot_row_moment_in_parent_south_y,
-            reduced_torque_south, mul_add(c(-3.338573836000013e-8),
-            velocity_product_gradient_south_east_xz, mul_add(c(1.2939941252175183e-5),
-            south_east_part_5, c(0.8660254814097263) * joint_torque_south_south_east))));
-        let articulated_bias_moment_south_east_z = mul_add(-sin_south_south_east, south_part_3,
-            mul_add(c(1.2939941252175183e-5), mul_add(-omega_south_east_x, omega_south_east_x,
-            parent_omega_south_east_y * parent_omega_south_east_y), mul_add(c(1.642426710807345e-5),
-            velocity_product_gradient_south_east_xy, sin_ground_east * c(3.285114235562458e-3))))
-            + mul_add(-pivot_row_moment_in_parent_south_z, reduced_torque_south,
-            cos_south_south_east * bias_moment_south_z);
-        let south_east_part_6 = mul_add(-pivot_row_moment_in_parent_south_x, reduced_torque_south,
-            mul_add(c(1.642426710807345e-5), south_east_part_5,
-            velocity_product_gradient_south_east_zx * c(1.2939941252175183e-5))
-            + mul_add(c(-4.7358339509453117e-4), apparent_gravity_south_east_z,
-            mul_add(c(-3.338573836000013e-8), south_east_part_5, mul_add(c(-0.49999986554903386),
-            joint_torque_south_south_east, joint_torque_south_east_east))));
-        let reduced_torque_south_east = mul_add(c(0.8660254814097263),
-            subtree_moment_on_hinge_south_y, south_east_part_6);
-        let articulated_bias_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
-            articulated_bias_moment_south_east_z,
-            cos_south_east_east * articulated_bias_moment_south_east_y);
-        // east: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
-        let reduced_torque_east = mul_add(c(0.7071067811865475),
-            articulated_bias_moment_on_hinge_south_east_y,
-            mul_add(-pivot_row_moment_in_parent_south_east_x, reduced_torque_south_east,
-            mul_add(c(4.625527205006544e-3), cos_ground_east, mul_add(c(-0.7071067811865475),
-            joint_torque_south_east_east, mul_add(c(-3.5e-6), u[4], -q[4] * c(0.0114))))));
+        let y_ground_west = mul_add(c(-0.8660257562110547),
+            articulated_bias_moment_on_hinge_south_west_y,
+            mul_add(minus_pivot_row_moment_in_parent_south_west_x, y_west_south_west,
+            mul_add(c(-6.332769027236974e-3), cos_ground_west, mul_add(c(-0.4999993895786978),
+            joint_torque_west_south_west, mul_add(c(-3.5e-6), u[5], q[5] * c(-0.0114))))));
+        // south_ghost0: reduced closure Jacobian: Y = J L^-1
+        let minus_row0_moment_in_parent_south_ghost0_x =
+            sin_south_west_south * c(-0.05705233910713035);
+        let row0_moment_in_parent_south_ghost0_y = sin_south_west_south * c(-0.05705240181944588);
+        let row0_moment_in_parent_south_ghost0_z = cos_south_west_south * c(0.08068423607472841);
+        let minus_row1_moment_in_parent_south_ghost0_x =
+            cos_south_west_south * c(-0.05705233910713033);
+        let row1_moment_in_parent_south_ghost0_y = cos_south_west_south * c(-0.05705240181944587);
+        let minus_row1_moment_in_parent_south_ghost0_z =
+            sin_south_west_south * c(0.0806842360747284);
+        // south: reduced closure Jacobian: Y = J L^-1
+        let y0_0_south_east_east = sin_south_south_east * c(0.06987460438879269);
+        let row0_moment_in_parent_south_y = sin_south_south_east * c(0.04034210718929071);
+        let row0_moment_in_parent_south_z = cos_south_south_east * c(-0.08068423607472841);
+        // south_west: reduced closure Jacobian: Y = J L^-1
+        let row0_moment_on_hinge_south_west_y = mul_add(-sin_west_south_west,
+            row0_moment_in_parent_south_ghost0_z,
+            cos_west_south_west * row0_moment_in_parent_south_ghost0_y);
+        let row1_moment_on_hinge_south_west_y = mul_add(cos_west_south_west,
+            row1_moment_in_parent_south_ghost0_y,
+            sin_west_south_west * minus_row1_moment_in_parent_south_ghost0_z);
+        let minus_row2_moment_south_west_x = cos_south_west_south * c(0.06783682279642031);
+        let minus_row2_moment_south_west_y = cos_south_west_south * c(-0.06783689736311298);
+        let minus_row2_moment_south_west_z = sin_south_west_south * c(-0.09593580755362648);
+        let row2_moment_on_hinge_south_west_y = mul_add(-cos_west_south_west,
+            minus_row2_moment_south_west_y, sin_west_south_west * minus_row2_moment_south_west_z);
+        // south_east: reduced closure Jacobian: Y = J L^-1
+        let row0_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
+            row0_moment_in_parent_south_z, cos_south_east_east * row0_moment_in_parent_south_y);
+        let minus_y0_1_south_east_east = cos_south_south_east * c(0.037014918647950104);
+        let minus_row1_moment_south_east_y = cos_south_south_east * c(0.021370565583309194);
+        let minus_row1_moment_south_east_z = sin_south_south_east * c(0.04274114265979424);
+        let row1_moment_on_hinge_south_east_y = mul_add(-cos_south_east_east,
+            minus_row1_moment_south_east_y, sin_south_east_east * minus_row1_moment_south_east_z);
+        let y0_2_south_east_east = cos_south_south_east * c(0.10205484634054524);
+        let row2_moment_south_east_y = cos_south_south_east * c(0.05892137188138727);
+        let row2_moment_south_east_z = sin_south_south_east * c(0.11784277545092457);
+        let row2_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
+            row2_moment_south_east_z, cos_south_east_east * row2_moment_south_east_y);
         // west: reduced closure Jacobian: Y = J L^-1
-        let row0_moment_west_x = mul_add(-south_west_part_8, south_ghost0_part_4,
-            row0_moment_in_parent_south_west_x);
+        let y0_0_ground_west = mul_add(-minus_pivot_row_moment_in_parent_south_west_x,
+            minus_row0_moment_in_parent_south_ghost0_x,
+            row0_moment_on_hinge_south_west_y * c(-0.8660257562110547));
+        let y0_1_ground_west = mul_add(-minus_pivot_row_moment_in_parent_south_west_x,
+            minus_row1_moment_in_parent_south_ghost0_x,
+            c(-0.8660257562110547) * row1_moment_on_hinge_south_west_y);
+        let y0_2_ground_west = mul_add(-minus_pivot_row_moment_in_parent_south_west_x,
+            minus_row2_moment_south_west_x,
+            c(-0.8660257562110547) * row2_moment_on_hinge_south_west_y);
         // east: reduced closure Jacobian: Y = J L^-1
-        let row0_moment_east_x = mul_add(-pivot_row_moment_in_parent_south_east_x,
-            row0_moment_in_parent_south_x,
-            c(0.7071067811865475) * row0_moment_on_hinge_south_east_y);
-        // west: reduced closure Jacobian: Y = J L^-1
-        let row1_moment_west_x = mul_add(-south_west_part_8, south_ghost0_part_5,
-            row1_moment_in_parent_south_west_x);
-        // east: reduced closure Jacobian: Y = J L^-1
-        let row1_moment_east_x = mul_add(-pivot_row_moment_in_parent_south_east_x,
-            row1_moment_south_east_x, c(0.7071067811865475) * row1_moment_on_hinge_south_east_y);
-        // west: reduced closure Jacobian: Y = J L^-1
-        let row2_moment_west_x = mul_add(-south_west_part_8, south_west_part_6,
-            row2_moment_in_parent_south_west_x);
-        // east: reduced closure Jacobian: Y = J L^-1
-        let row2_moment_east_x = mul_add(-pivot_row_moment_in_parent_south_east_x,
-            row2_moment_south_east_x, c(0.7071067811865475) * row2_moment_on_hinge_south_east_y);
-        // west: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let articulated_inertia_west_xx = mul_add(c(0.7500006104209291),
-            projected_inertia_on_hinge_south_west_yy, c(1.976125305527044e-5));
-        let inverse_pivot_west = c(1.0) / articulated_inertia_west_xx;
+        let y0_0_ground_east = mul_add(-pivot_row_moment_in_parent_south_east_x,
+            y0_0_south_east_east, c(0.7071067811865475) * row0_moment_on_hinge_south_east_y);
+        let y0_1_ground_east = mul_add(pivot_row_moment_in_parent_south_east_x,
+            minus_y0_1_south_east_east, c(0.7071067811865475) * row1_moment_on_hinge_south_east_y);
+        let y0_2_ground_east = mul_add(-pivot_row_moment_in_parent_south_east_x,
+            y0_2_south_east_east, c(0.7071067811865475) * row2_moment_on_hinge_south_east_y);
         // mechanism: factor of the closure: S = Y D^-1 Y^T = L_S D_S L_S^T
-        let part = inverse_pivot_south_west * south_ghost0_part_4;
-        let part_2 = inverse_pivot_south_east * row0_moment_in_parent_south_x;
-        let part_3 = inverse_pivot_east * row0_moment_east_x;
-        let part_4 = inverse_pivot_west * row0_moment_west_x;
-        let part_5 = inverse_pivot_south_west * south_ghost0_part_5;
-        let part_6 = inverse_pivot_south_east * row1_moment_south_east_x;
-        let part_7 = inverse_pivot_east * row1_moment_east_x;
-        let part_8 = inverse_pivot_west * row1_moment_west_x;
-        let part_9 = inverse_pivot_south_west * south_west_part_6;
-        let part_10 = inverse_pivot_south_east * row2_moment_south_east_x;
-        let part_11 = inverse_pivot_east * row2_moment_east_x;
-        let part_12 = inverse_pivot_west * row2_moment_west_x;
-        let part_13 = mul_add(row0_moment_west_x, part_4, mul_add(row0_moment_east_x, part_3,
-            mul_add(row0_moment_in_parent_south_x, part_2, south_ghost0_part_4 * part)));
-        let part_14 = mul_add(row0_moment_west_x, part_8, mul_add(row0_moment_east_x, part_7,
-            mul_add(row0_moment_in_parent_south_x, part_6, south_ghost0_part_4 * part_5)));
-        let part_15 = mul_add(row1_moment_west_x, part_8, mul_add(row1_moment_east_x, part_7,
-            mul_add(row1_moment_south_east_x, part_6, mul_add(south_ghost0_part_5, part_5,
-            c(873.5778844364536)))));
-        let part_16 = mul_add(row0_moment_west_x, part_12, mul_add(row0_moment_east_x, part_11,
-            mul_add(row0_moment_in_parent_south_x, part_10, south_ghost0_part_4 * part_9)));
-        let part_17 = mul_add(row2_moment_west_x, part_12, mul_add(row2_moment_east_x, part_11,
-            mul_add(row2_moment_south_east_x, part_10, mul_add(south_west_part_6, part_9,
-            c(1455.9516904984002)))));
-        let part_18 = c(1.0) / part_13;
-        let part_19 = part_14 * part_18;
-        let part_20 = part_16 * part_18;
-        let part_21 = mul_add(-part_14, part_20, mul_add(row1_moment_west_x, part_12,
-            mul_add(row1_moment_east_x, part_11, mul_add(row1_moment_south_east_x, part_10,
-            mul_add(south_ghost0_part_5, part_9, c(-504.3607884001881))))));
-        let part_22 = c(1.0) / mul_add(-part_14, part_19, part_15);
-        let part_23 = part_21 * part_22;
-        let part_24 = c(1.0) / mul_add(-part_21, part_23, mul_add(-part_16, part_20, part_17));
-        // mechanism: conditioning of the closure: a lower bound, of the eigenvalues of S
-        let part_25 = mul_add(part_19, part_23, -part_20);
-        let part_26 = mul_add(part_15, mul_add(part_24, part_23 * part_23, part_22),
-            mul_add(part_17, part_24, part_13 * mul_add(part_24, part_25 * part_25, mul_add(part_22,
-            part_19 * part_19, part_18))));
-        let part_27 = part_17 + (part_13 + part_15);
+        let minus_y_over_d0_0_west_south_west =
+            inverse_pivot_south_west * minus_row0_moment_in_parent_south_ghost0_x;
+        let y_over_d0_0_south_east_east = inverse_pivot_south_east * y0_0_south_east_east;
+        let y_over_d0_0_ground_east = inverse_pivot_east * y0_0_ground_east;
+        let y_over_d0_0_ground_west = inverse_pivot_west * y0_0_ground_west;
+        let minus_y_over_d0_1_west_south_west =
+            inverse_pivot_south_west * minus_row1_moment_in_parent_south_ghost0_x;
+        let minus_y_over_d0_1_south_east_east =
+            inverse_pivot_south_east * minus_y0_1_south_east_east;
+        let y_over_d0_1_ground_east = inverse_pivot_east * y0_1_ground_east;
+        let y_over_d0_1_ground_west = inverse_pivot_west * y0_1_ground_west;
+        let minus_y_over_d0_2_west_south_west =
+            inverse_pivot_south_west * minus_row2_moment_south_west_x;
+        let y_over_d0_2_south_east_east = inverse_pivot_south_east * y0_2_south_east_east;
+        let y_over_d0_2_ground_east = inverse_pivot_east * y0_2_ground_east;
+        let y_over_d0_2_ground_west = inverse_pivot_west * y0_2_ground_west;
+        let s_loop0_0_0 = mul_add(y0_0_ground_west, y_over_d0_0_ground_west,
+            mul_add(y0_0_ground_east, y_over_d0_0_ground_east, mul_add(y0_0_south_east_east,
+            y_over_d0_0_south_east_east,
+            minus_row0_moment_in_parent_south_ghost0_x * minus_y_over_d0_0_west_south_west)));
+        let s_loop0_1_0 = mul_add(y0_0_ground_west, y_over_d0_1_ground_west,
+            mul_add(y0_0_ground_east, y_over_d0_1_ground_east, mul_add(-y0_0_south_east_east,
+            minus_y_over_d0_1_south_east_east,
+            minus_row0_moment_in_parent_south_ghost0_x * minus_y_over_d0_1_west_south_west)));
+        let s_loop0_1_1 = mul_add(y0_1_ground_west, y_over_d0_1_ground_west,
+            mul_add(y0_1_ground_east, y_over_d0_1_ground_east, mul_add(minus_y0_1_south_east_east,
+            minus_y_over_d0_1_south_east_east, mul_add(minus_row1_moment_in_parent_south_ghost0_x,
+            minus_y_over_d0_1_west_south_west, c(873.5778844364536)))));
+        let s_loop0_2_0 = mul_add(y0_0_ground_west, y_over_d0_2_ground_west,
+            mul_add(y0_0_ground_east, y_over_d0_2_ground_east, mul_add(y0_0_south_east_east,
+            y_over_d0_2_south_east_east,
+            minus_row0_moment_in_parent_south_ghost0_x * minus_y_over_d0_2_west_south_west)));
+        let s_loop0_2_2 = mul_add(y0_2_ground_west, y_over_d0_2_ground_west,
+            mul_add(y0_2_ground_east, y_over_d0_2_ground_east, mul_add(y0_2_south_east_east,
+            y_over_d0_2_south_east_east, mul_add(minus_row2_moment_south_west_x,
+            minus_y_over_d0_2_west_south_west, c(1455.9516904984002)))));
+        let inverse_pivot_loop0_0 = c(1.0) / s_loop0_0_0;
+        let l_loop0_1_0 = s_loop0_1_0 * inverse_pivot_loop0_0;
+        let pivot_loop0_1 = mul_add(-s_loop0_1_0, l_loop0_1_0, s_loop0_1_1);
+        let l_loop0_2_0 = s_loop0_2_0 * inverse_pivot_loop0_0;
+        let l_times_pivot_loop0_2_1 = mul_add(-s_loop0_1_0, l_loop0_2_0, mul_add(y0_1_ground_west,
+            y_over_d0_2_ground_west, mul_add(y0_1_ground_east, y_over_d0_2_ground_east,
+            mul_add(-minus_y0_1_south_east_east, y_over_d0_2_south_east_east,
+            mul_add(minus_row1_moment_in_parent_south_ghost0_x, minus_y_over_d0_2_west_south_west,
+            c(-504.3607884001881))))));
+        let inverse_pivot_loop0_1 = c(1.0) / pivot_loop0_1;
+        let l_loop0_2_1 = l_times_pivot_loop0_2_1 * inverse_pivot_loop0_1;
+        let pivot_loop0_2 = mul_add(-l_times_pivot_loop0_2_1, l_loop0_2_1, mul_add(-s_loop0_2_0,
+            l_loop0_2_0, s_loop0_2_2));
+        let inverse_pivot_loop0_2 = c(1.0) / pivot_loop0_2;
         // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_28 = mul_add(c(-0.5000002689018963), mul_add(c(0.06987458559937651), omega_south_xx
-            + omega_south_zz, velocity_product_gradient_south_yx * c(0.04034213973350828)),
+        let minus_forward_lambda0_0_sum = mul_add(c(-0.5000002689018963),
+            mul_add(c(0.06987458559937651), minus_velocity_product_gradient_south_yy,
+            velocity_product_gradient_south_yx * c(0.04034213973350828)),
             mul_add(c(-0.866025248533801), mul_add(c(-0.06987458559937651),
-            velocity_product_gradient_south_xy, (omega_south_yy
-            + omega_south_zz) * c(-0.04034213973350828)),
+            velocity_product_gradient_south_xy,
+            minus_velocity_product_gradient_south_xx * c(-0.04034213973350828)),
             velocity_product_gradient_south_ghost0_yx * c(0.08068423607472841)));
-        let part_29 = mul_add(reduced_torque_west, part_4, mul_add(reduced_torque_east, part_3,
-            mul_add(reduced_torque_south_east, part_2, mul_add(-reduced_torque_south_west, part,
-            part_28))));
-        let part_30 = mul_add(-reduced_torque_south_east, part_6, mul_add(reduced_torque_south_west,
-            part_5, mul_add(c(-12502.08322443702), reduced_torque_south,
-            mul_add(c(0.04034213973350828), velocity_product_gradient_south_zx,
-            -mul_add(c(0.06987458559937651), velocity_product_gradient_south_zy,
+        let minus_forward_lambda0_0 = mul_add(y_ground_west, y_over_d0_0_ground_west,
+            mul_add(y_ground_east, y_over_d0_0_ground_east, mul_add(y_south_east_east,
+            y_over_d0_0_south_east_east, mul_add(-y_west_south_west,
+            minus_y_over_d0_0_west_south_west, minus_forward_lambda0_0_sum))));
+        let forward_lambda0_1_sum = mul_add(y_south_east_east, minus_y_over_d0_1_south_east_east,
+            mul_add(y_west_south_west, minus_y_over_d0_1_west_south_west,
+            mul_add(c(-12502.08322443702), y_south_south_east, mul_add(c(0.04034213973350828),
+            velocity_product_gradient_south_zx, -mul_add(c(0.06987458559937651),
+            velocity_product_gradient_south_zy,
             velocity_product_gradient_south_ghost0_zx * c(0.0806842360747284))))));
-        let part_31 = mul_add(part_19, part_29, mul_add(-reduced_torque_west, part_8,
-            mul_add(-reduced_torque_east, part_7, part_30)));
-        let part_32 = mul_add(reduced_torque_south_west, part_9, mul_add(c(7218.086290943076),
-            reduced_torque_south, mul_add(c(-14436.01255221496), reduced_torque_south_ghost0,
-            mul_add(c(0.06987458559937651), velocity_product_gradient_south_zx,
+        let forward_lambda0_1 = mul_add(l_loop0_1_0, minus_forward_lambda0_0,
+            mul_add(-y_ground_west, y_over_d0_1_ground_west, mul_add(-y_ground_east,
+            y_over_d0_1_ground_east, forward_lambda0_1_sum)));
+        let forward_lambda0_2_sum = mul_add(y_west_south_west, minus_y_over_d0_2_west_south_west,
+            mul_add(c(7218.086290943076), y_south_south_east, mul_add(c(-14436.01255221496),
+            y_south_west_south, mul_add(c(0.06987458559937651), velocity_product_gradient_south_zx,
             mul_add(c(-0.0806842360747284), velocity_product_gradient_south_ghost0_zy,
             velocity_product_gradient_south_zy * c(0.04034213973350828))))));
-        let part_33 = part_24 * mul_add(-part_23, part_31, mul_add(part_20, part_29,
-            mul_add(-reduced_torque_west, part_12, mul_add(-reduced_torque_east, part_11,
-            mul_add(-reduced_torque_south_east, part_10, part_32)))));
-        let part_34 = mul_add(-part_23, part_33, part_22 * part_31);
-        let part_35 = mul_add(-part_19, part_34, mul_add(-part_20, part_33, -part_18 * part_29));
+        let forward_lambda0_2 = mul_add(-l_loop0_2_1, forward_lambda0_1, mul_add(l_loop0_2_0,
+            minus_forward_lambda0_0, mul_add(-y_ground_west, y_over_d0_2_ground_west,
+            mul_add(-y_ground_east, y_over_d0_2_ground_east, mul_add(-y_south_east_east,
+            y_over_d0_2_south_east_east, forward_lambda0_2_sum)))));
+        let lambda0_2 = inverse_pivot_loop0_2 * forward_lambda0_2;
+        let lambda0_1 = mul_add(-l_loop0_2_1, lambda0_2, inverse_pivot_loop0_1 * forward_lambda0_1);
+        let lambda0_0 = mul_add(-l_loop0_1_0, lambda0_1, mul_add(-l_loop0_2_0, lambda0_2,
+            -inverse_pivot_loop0_0 * minus_forward_lambda0_0));
+        // mechanism: conditioning of the closure: a lower bound, of the eigenvalues of S
+        let inverse_l_loop0_2_0 = mul_add(l_loop0_1_0, l_loop0_2_1, -l_loop0_2_0);
+        let bound_of_trace_of_inverse_s = mul_add(s_loop0_1_1, mul_add(inverse_pivot_loop0_2,
+            l_loop0_2_1 * l_loop0_2_1, inverse_pivot_loop0_1), mul_add(s_loop0_2_2,
+            inverse_pivot_loop0_2, s_loop0_0_0 * mul_add(inverse_pivot_loop0_2,
+            inverse_l_loop0_2_0 * inverse_l_loop0_2_0, mul_add(inverse_pivot_loop0_1,
+            l_loop0_1_0 * l_loop0_1_0, inverse_pivot_loop0_0))));
+        let trace_of_s = s_loop0_2_2 + (s_loop0_0_0 + s_loop0_1_1);
         // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_36 = mul_add(part_3, part_35, mul_add(part_7, part_34, mul_add(part_11, part_33,
-            inverse_pivot_east * reduced_torque_east)));
-        let part_37 = mul_add(part_4, part_35, mul_add(part_8, part_34, mul_add(part_12, part_33,
-            inverse_pivot_west * reduced_torque_west)));
+        let acceleration_ground_east = mul_add(y_over_d0_0_ground_east, lambda0_0,
+            mul_add(y_over_d0_1_ground_east, lambda0_1, mul_add(y_over_d0_2_ground_east, lambda0_2,
+            inverse_pivot_east * y_ground_east)));
+        let acceleration_ground_west = mul_add(y_over_d0_0_ground_west, lambda0_0,
+            mul_add(y_over_d0_1_ground_west, lambda0_1, mul_add(y_over_d0_2_ground_west, lambda0_2,
+            inverse_pivot_west * y_ground_west)));
         // south_east: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_on_hinge_south_east_y = c(0.7071067811865475) * part_36;
+        let alpha_on_hinge_south_east_y = c(0.7071067811865475) * acceleration_ground_east;
         // south_east: joint acceleration: du/dt = y / D - W . (a, alpha)_parent
         let parent_alpha_south_east_y = cos_south_east_east * alpha_on_hinge_south_east_y;
-        let alpha_south_east_x = mul_add(-pivot_row_moment_in_parent_south_east_x, part_36,
-            mul_add(part_2, part_35, mul_add(part_6, part_34, mul_add(part_10, part_33,
-            inverse_pivot_south_east * reduced_torque_south_east))));
+        let minus_parent_alpha_south_east_z = sin_south_east_east * alpha_on_hinge_south_east_y;
+        let alpha_south_east_x = mul_add(-pivot_row_moment_in_parent_south_east_x,
+            acceleration_ground_east, mul_add(y_over_d0_0_south_east_east, lambda0_0,
+            mul_add(-minus_y_over_d0_1_south_east_east, lambda0_1,
+            mul_add(y_over_d0_2_south_east_east, lambda0_2,
+            inverse_pivot_south_east * y_south_east_east))));
         // south_west: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let south_west_part_11 = c(0.8660257562110547) * part_37;
+        let minus_alpha_on_hinge_south_west_y = c(0.8660257562110547) * acceleration_ground_west;
         // south_west: joint acceleration: du/dt = y / D - W . (a, alpha)_parent
-        let south_west_part_12 = cos_west_south_west * south_west_part_11;
-        let alpha_south_west_x = mul_add(south_west_part_8, part_37, mul_add(-part, part_35,
-            mul_add(-part_5, part_34, mul_add(-part_9, part_33,
-            inverse_pivot_south_west * reduced_torque_south_west))));
+        let minus_parent_alpha_south_west_y =
+            cos_west_south_west * minus_alpha_on_hinge_south_west_y;
+        let parent_alpha_south_west_z = sin_west_south_west * minus_alpha_on_hinge_south_west_y;
+        let alpha_south_west_x = mul_add(minus_pivot_row_moment_in_parent_south_west_x,
+            acceleration_ground_west, mul_add(-minus_y_over_d0_0_west_south_west, lambda0_0,
+            mul_add(-minus_y_over_d0_1_west_south_west, lambda0_1,
+            mul_add(-minus_y_over_d0_2_west_south_west, lambda0_2,
+            inverse_pivot_south_west * y_west_south_west))));
         // mechanism: results: what the function returns
-        let part_38 = mul_add(c(-0.7071071698144962), alpha_south_west_x,
-            mul_add(c(14436.01255221496), part_33,
-            c(178919.86408403947) * reduced_torque_south_ghost0)) + mul_add(c(0.7071063925583854),
-            south_west_part_12, pivot_row_moment_in_parent_south_ghost0_y * south_west_part_12)
-            - mul_add(-south_ghost0_part, alpha_south_west_x,
-            pivot_row_moment_in_parent_south_ghost0_z * (sin_west_south_west * south_west_part_11));
-        let part_39 = mul_add(c(-0.49999986554903386), alpha_south_east_x,
-            mul_add(c(12502.08322443702), part_34, mul_add(c(-7218.086290943076), part_33,
-            c(178921.751266151) * reduced_torque_south)))
+        let acceleration_south_west_south = mul_add(c(-0.7071071698144962), alpha_south_west_x,
+            mul_add(c(14436.01255221496), lambda0_2, c(178919.86408403947) * y_south_west_south))
+            + mul_add(c(0.7071063925583854), minus_parent_alpha_south_west_y,
+            pivot_row_moment_in_parent_south_ghost0_y * minus_parent_alpha_south_west_y)
+            - mul_add(-minus_pivot_row_moment_in_parent_south_ghost0_x, alpha_south_west_x,
+            pivot_row_moment_in_parent_south_ghost0_z * parent_alpha_south_west_z);
+        let acceleration_south_south_east_sum = mul_add(c(-0.49999986554903386), alpha_south_east_x,
+            mul_add(c(12502.08322443702), lambda0_1, mul_add(c(-7218.086290943076), lambda0_2,
+            c(178921.751266151) * y_south_south_east)))
             + mul_add(-pivot_row_moment_in_parent_south_x, alpha_south_east_x,
             c(0.8660254814097263) * parent_alpha_south_east_y);
-        acceleration[0] = part_38;
-        acceleration[1] = mul_add(-pivot_row_moment_in_parent_south_y, parent_alpha_south_east_y,
-            pivot_row_moment_in_parent_south_z * (sin_south_east_east *
-            alpha_on_hinge_south_east_y)) + part_39;
-        acceleration[2] = mul_add(c(-0.4999993895786978), part_37, alpha_south_west_x);
-        acceleration[3] = alpha_south_east_x - alpha_on_hinge_south_east_y;
-        acceleration[4] = part_36;
-        acceleration[5] = part_37;
+        let acceleration_south_south_east = mul_add(-pivot_row_moment_in_parent_south_y,
+            parent_alpha_south_east_y,
+            pivot_row_moment_in_parent_south_z * minus_parent_alpha_south_east_z)
+            + acceleration_south_south_east_sum;
+        let acceleration_west_south_west = mul_add(c(-0.4999993895786978), acceleration_ground_west,
+            alpha_south_west_x);
+        let acceleration_south_east_east = alpha_south_east_x - alpha_on_hinge_south_east_y;
+        acceleration[0] = acceleration_south_west_south;
+        acceleration[1] = acceleration_south_south_east;
+        acceleration[2] = acceleration_west_south_west;
+        acceleration[3] = acceleration_south_east_east;
+        acceleration[4] = acceleration_ground_east;
+        acceleration[5] = acceleration_ground_west;
         margin[0] = S::min(S::min(S::min(S::min(c(178919.86408403947), inverse_pivot_south_west),
             inverse_pivot_south_east), inverse_pivot_east), inverse_pivot_west);
-        margin[1] = S::min(part_27, S::min(S::min(part_13, part_15),
-            part_17) * c(100.0)) / (part_26 * part_27);
+        margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1),
+            s_loop0_2_2) * c(100.0)) / (bound_of_trace_of_inverse_s * trace_of_s);
         ::lamc_runtime::Margin {
             inverse_pivot: margin[0],
             conditioning: margin[1],
@@ -3071,88 +3167,69 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
         // west: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_z_west_x = sin_ground_west * c(0.7071067811865475);
-        // south_west: angular velocity: w = R^T w_parent + u e_x
-        let south_west_part = u[5] * c(0.8660257562110547);
-        let south_west_part_2 = cos_west_south_west * south_west_part;
-        let south_west_part_3 = sin_west_south_west * south_west_part;
-        let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
-        // south_west: placement: A = A_parent R, p = p_parent + A_parent r
-        let south_west_part_4 = cos_ground_west * c(-0.35355295896023153);
-        let axis_y_on_hinge_south_west_x = c(0.6123726848990445) + south_west_part_4;
-        let axis_y_on_hinge_south_west_y = south_west_part_4 - c(0.6123726848990445);
-        let axis_y_on_hinge_south_west_z = sin_ground_west * c(0.4999993895786978);
-        let south_west_part_5 = cos_ground_west * c(-0.6123726848990445);
-        let axis_x_south_west_x = south_west_part_5 - c(0.35355295896023153);
-        let axis_x_south_west_y = c(0.35355295896023153) + south_west_part_5;
-        let south_west_part_6 = sin_west_south_west * axis_z_west_x;
-        let axis_y_south_west_x = mul_add(cos_west_south_west, axis_y_on_hinge_south_west_x,
-            south_west_part_6);
-        let axis_y_south_west_y = mul_add(cos_west_south_west, axis_y_on_hinge_south_west_y,
-            south_west_part_6);
-        let axis_y_south_west_z = mul_add(cos_west_south_west, axis_y_on_hinge_south_west_z,
-            cos_ground_west * sin_west_south_west);
-        let south_west_part_7 = cos_west_south_west * axis_z_west_x;
-        let axis_z_south_west_x = mul_add(-sin_west_south_west, axis_y_on_hinge_south_west_x,
-            south_west_part_7);
-        let axis_z_south_west_y = mul_add(-sin_west_south_west, axis_y_on_hinge_south_west_y,
-            south_west_part_7);
-        let axis_z_south_west_z = mul_add(-sin_west_south_west, axis_y_on_hinge_south_west_z,
-            cos_ground_west * cos_west_south_west);
         // south_east: angular velocity: w = R^T w_parent + u e_x
         let parent_omega_on_hinge_south_east_y = c(0.7071067811865475) * u[4];
         let parent_omega_south_east_y = cos_south_east_east * parent_omega_on_hinge_south_east_y;
-        let south_east_part = sin_south_east_east * parent_omega_on_hinge_south_east_y;
+        let minus_parent_omega_south_east_z =
+            sin_south_east_east * parent_omega_on_hinge_south_east_y;
         let omega_south_east_x = parent_omega_on_hinge_south_east_y + u[3];
         // south_east: placement: A = A_parent R, p = p_parent + A_parent r
-        let south_east_part_2 = cos_ground_east * c(-0.4999999999999999);
-        let axis_y_on_hinge_south_east_x = south_east_part_2 + c(0.4999999999999999);
-        let south_east_part_3 = cos_ground_east * c(0.4999999999999999);
-        let axis_y_on_hinge_south_east_y = c(0.4999999999999999) + south_east_part_3;
-        let axis_x_south_east_x = c(0.4999999999999999) - south_east_part_2;
-        let axis_x_south_east_y = c(0.4999999999999999) - south_east_part_3;
-        let south_east_part_4 = sin_south_east_east * axis_z_east_x;
+        let cos_ground_east_product = cos_ground_east * c(-0.4999999999999999);
+        let axis_y_on_hinge_south_east_x = cos_ground_east_product + c(0.4999999999999999);
+        let cos_ground_east_product_2 = cos_ground_east * c(0.4999999999999999);
+        let axis_y_on_hinge_south_east_y = c(0.4999999999999999) + cos_ground_east_product_2;
+        let axis_x_south_east_x = c(0.4999999999999999) - cos_ground_east_product;
+        let axis_x_south_east_y = c(0.4999999999999999) - cos_ground_east_product_2;
+        let sin_south_east_east_times_axis_z_east_x = sin_south_east_east * axis_z_east_x;
         let axis_y_south_east_x = mul_add(cos_south_east_east, axis_y_on_hinge_south_east_x,
-            south_east_part_4);
+            sin_south_east_east_times_axis_z_east_x);
         let axis_y_south_east_y = mul_add(cos_south_east_east, axis_y_on_hinge_south_east_y,
-            -south_east_part_4);
-        let south_east_part_5 = cos_south_east_east * axis_z_east_x;
-        let axis_y_south_east_z = mul_add(cos_ground_east, sin_south_east_east, south_east_part_5);
+            -sin_south_east_east_times_axis_z_east_x);
+        let cos_south_east_east_times_axis_z_east_x = cos_south_east_east * axis_z_east_x;
+        let axis_y_south_east_z = mul_add(cos_ground_east, sin_south_east_east,
+            cos_south_east_east_times_axis_z_east_x);
         let axis_z_south_east_x = mul_add(-sin_south_east_east, axis_y_on_hinge_south_east_x,
-            south_east_part_5);
+            cos_south_east_east_times_axis_z_east_x);
         let axis_z_south_east_y = mul_add(-sin_south_east_east, axis_y_on_hinge_south_east_y,
-            -south_east_part_5);
-        let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east, -south_east_part_4);
-        // south_ghost0: reduced closure Jacobian: Y = J L^-1
-        let south_ghost0_part = sin_south_west_south * c(-0.05705233910713035);
-        let row0_moment_in_parent_south_ghost0_y = sin_south_west_south * c(-0.05705240181944588);
-        let row0_moment_in_parent_south_ghost0_z = cos_south_west_south * c(0.08068423607472841);
-        // south: reduced closure Jacobian: Y = J L^-1
-        let row0_moment_in_parent_south_x = sin_south_south_east * c(0.06987460438879269);
-        let row0_moment_in_parent_south_y = sin_south_south_east * c(0.04034210718929071);
-        let row0_moment_in_parent_south_z = cos_south_south_east * c(-0.08068423607472841);
-        // south_west: reduced closure Jacobian: Y = J L^-1
-        let south_west_part_8 = cos_south_west_south * c(0.06783682279642031);
-        let row2_moment_on_hinge_south_west_y = mul_add(-cos_west_south_west,
-            cos_south_west_south * c(-0.06783689736311298),
-            sin_west_south_west * (sin_south_west_south * c(-0.09593580755362648)));
-        let row2_moment_in_parent_south_west_x =
-            -c(0.8660257562110547) * row2_moment_on_hinge_south_west_y;
-        // south_east: reduced closure Jacobian: Y = J L^-1
-        let row0_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
-            row0_moment_in_parent_south_z, cos_south_east_east * row0_moment_in_parent_south_y);
-        // south_west: reduced closure Jacobian: Y = J L^-1
-        let row0_moment_on_hinge_south_west_y = mul_add(-sin_west_south_west,
-            row0_moment_in_parent_south_ghost0_z,
-            cos_west_south_west * row0_moment_in_parent_south_ghost0_y);
-        let row0_moment_in_parent_south_west_x =
-            -c(0.8660257562110547) * row0_moment_on_hinge_south_west_y;
+            -cos_south_east_east_times_axis_z_east_x);
+        let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east,
+            -sin_south_east_east_times_axis_z_east_x);
+        // south_west: angular velocity: w = R^T w_parent + u e_x
+        let minus_parent_omega_on_hinge_south_west_y = u[5] * c(0.8660257562110547);
+        let minus_parent_omega_south_west_y =
+            cos_west_south_west * minus_parent_omega_on_hinge_south_west_y;
+        let parent_omega_south_west_z =
+            sin_west_south_west * minus_parent_omega_on_hinge_south_west_y;
+        let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
+        // south_west: placement: A = A_parent R, p = p_parent + A_parent r
+        let cos_ground_west_product = cos_ground_west * c(-0.35355295896023153);
+        let axis_y_on_hinge_south_west_x = c(0.6123726848990445) + cos_ground_west_product;
+        let axis_y_on_hinge_south_west_y = cos_ground_west_product - c(0.6123726848990445);
+        let axis_y_on_hinge_south_west_z = sin_ground_west * c(0.4999993895786978);
+        let cos_ground_west_product_2 = cos_ground_west * c(-0.6123726848990445);
+        let axis_x_south_west_x = cos_ground_west_product_2 - c(0.35355295896023153);
+        let axis_x_south_west_y = c(0.35355295896023153) + cos_ground_west_product_2;
+        let sin_west_south_west_times_axis_z_west_x = sin_west_south_west * axis_z_west_x;
+        let axis_y_south_west_x = mul_add(cos_west_south_west, axis_y_on_hinge_south_west_x,
+            sin_west_south_west_times_axis_z_west_x);
+        let axis_y_south_west_y = mul_add(cos_west_south_west, axis_y_on_hinge_south_west_y,
+            sin_west_south_west_times_axis_z_west_x);
+        let axis_y_south_west_z = mul_add(cos_west_south_west, axis_y_on_hinge_south_west_z,
+            cos_ground_west * sin_west_south_west);
+        let cos_west_south_west_times_axis_z_west_x = cos_west_south_west * axis_z_west_x;
+        let axis_z_south_west_x = mul_add(-sin_west_south_west, axis_y_on_hinge_south_west_x,
+            cos_west_south_west_times_axis_z_west_x);
+        let axis_z_south_west_y = mul_add(-sin_west_south_west, axis_y_on_hinge_south_west_y,
+            cos_west_south_west_times_axis_z_west_x);
+        let axis_z_south_west_z = mul_add(-sin_west_south_west, axis_y_on_hinge_south_west_z,
+            cos_ground_west * cos_west_south_west);
         // south: angular velocity: w = R^T w_parent + u e_x
         let parent_omega_on_hinge_south_y = mul_add(c(0.8660254814097263), omega_south_east_x,
             parent_omega_south_east_y * c(0.49999986554903386));
-        let parent_omega_south_y = mul_add(-sin_south_south_east, south_east_part,
+        let parent_omega_south_y = mul_add(-sin_south_south_east, minus_parent_omega_south_east_z,
             cos_south_south_east * parent_omega_on_hinge_south_y);
         let parent_omega_south_z = mul_add(-sin_south_south_east, parent_omega_on_hinge_south_y,
-            -cos_south_south_east * south_east_part);
+            -cos_south_south_east * minus_parent_omega_south_east_z);
         let omega_south_x = mul_add(c(-0.8660254814097263), parent_omega_south_east_y,
             mul_add(c(0.49999986554903386), omega_south_east_x, u[1]));
         // south: placement: A = A_parent R, p = p_parent + A_parent r
@@ -3174,29 +3251,14 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             sin_south_south_east * axis_z_south_east_y);
         let axis_y_south_z = mul_add(cos_south_south_east, axis_y_on_hinge_south_z,
             sin_south_south_east * axis_z_south_east_z);
-        // south: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let pivot_row_moment_in_parent_south_x = cos_south_south_east * c(1.029734044424903);
-        let pivot_row_moment_in_parent_south_y = cos_south_south_east * c(0.5945170145866933);
-        let pivot_row_moment_in_parent_south_z = sin_south_south_east * c(1.1890343489070205);
-        let projected_inertia_joint_deviator_south =
-            sin_south_south_east * c(-1.3443375455500887e-5);
-        let projected_inertia_joint_deviator_sin_south =
-            sin_south_south_east * projected_inertia_joint_deviator_south;
-        let projected_inertia_joint_deviator_cos_south =
-            cos_south_south_east * projected_inertia_joint_deviator_south;
-        let projected_inertia_on_hinge_south_yy = c(-7.878066647452608e-6)
-            - projected_inertia_joint_deviator_sin_south;
-        let south_part = projected_inertia_on_hinge_south_yy * c(0.7500001344509483);
-        let projected_in_parent_inertia_south_xz =
-            c(0.8660254814097263) * projected_inertia_joint_deviator_cos_south;
         // south_ghost0: angular velocity: w = R^T w_parent + u e_x
         let parent_omega_on_hinge_south_ghost0_y = mul_add(c(-0.7071063925583854),
-            omega_south_west_x, south_west_part_2 * c(-0.7071071698144962));
+            omega_south_west_x, minus_parent_omega_south_west_y * c(-0.7071071698144962));
         let parent_omega_south_ghost0_y = mul_add(cos_south_west_south,
-            parent_omega_on_hinge_south_ghost0_y, sin_south_west_south * south_west_part_3);
+            parent_omega_on_hinge_south_ghost0_y, sin_south_west_south * parent_omega_south_west_z);
         let parent_omega_south_ghost0_z = mul_add(-sin_south_west_south,
-            parent_omega_on_hinge_south_ghost0_y, cos_south_west_south * south_west_part_3);
-        let omega_south_ghost0_x = mul_add(c(-0.7071063925583854), south_west_part_2,
+            parent_omega_on_hinge_south_ghost0_y, cos_south_west_south * parent_omega_south_west_z);
+        let omega_south_ghost0_x = mul_add(c(-0.7071063925583854), minus_parent_omega_south_west_y,
             mul_add(c(0.7071071698144962), omega_south_west_x, u[0]));
         // south_ghost0: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_on_hinge_south_ghost0_x = mul_add(c(-0.7071063925583854), axis_x_south_west_x,
@@ -3223,11 +3285,31 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             cos_south_west_south * axis_z_south_west_y);
         let axis_z_south_ghost0_z = mul_add(-sin_south_west_south, axis_y_on_hinge_south_ghost0_z,
             cos_south_west_south * axis_z_south_west_z);
-        // south_ghost0: reduced closure Jacobian: Y = J L^-1
-        let south_ghost0_part_2 = cos_south_west_south * c(-0.05705233910713033);
-        let row1_moment_in_parent_south_ghost0_y = cos_south_west_south * c(-0.05705240181944587);
+        // loop 0: closure residual: P_ghost - P_original
+        let residual_3 = mul_add(c(0.06987458559937651), axis_y_south_x,
+            mul_add(c(-0.04034213973350828), axis_x_south_x,
+            axis_x_south_ghost0_x * c(0.0806842360747284)));
+        let residual_4 = mul_add(c(0.06987458559937651), axis_y_south_y,
+            mul_add(c(-0.04034213973350828), axis_x_south_y,
+            axis_x_south_ghost0_y * c(0.0806842360747284)));
+        let residual_5 = mul_add(c(0.06987458559937651), axis_y_south_z,
+            mul_add(c(-0.04034213973350828), axis_x_south_z,
+            axis_x_south_ghost0_z * c(0.0806842360747284)));
+        let forward_lambda_q0_0 = mul_add(residual_4, axis_y_south_ghost0_y * c(1.0000000000000002),
+            mul_add(residual_5, axis_y_south_ghost0_z * c(1.0000000000000002),
+            residual_3 * (axis_y_south_ghost0_x * c(1.0000000000000002))));
+        let residual_6 = mul_add(c(-0.04034213973350828), axis_y_south_x,
+            mul_add(c(-0.06987458559937651), axis_x_south_x,
+            axis_y_south_ghost0_x * c(0.0806842360747284)));
+        let residual_7 = mul_add(c(-0.04034213973350828), axis_y_south_y,
+            mul_add(c(-0.06987458559937651), axis_x_south_y,
+            axis_y_south_ghost0_y * c(0.0806842360747284)));
+        let residual_8 = mul_add(c(-0.04034213973350828), axis_y_south_z,
+            mul_add(c(-0.06987458559937651), axis_x_south_z,
+            axis_y_south_ghost0_z * c(0.0806842360747284)));
         // south_ghost0: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let south_ghost0_part_3 = cos_south_west_south * c(-0.8407692270097342);
+        let minus_pivot_row_moment_in_parent_south_ghost0_x =
+            cos_south_west_south * c(-0.8407692270097342);
         let pivot_row_moment_in_parent_south_ghost0_y =
             cos_south_west_south * c(-0.8407701511889333);
         let pivot_row_moment_in_parent_south_ghost0_z =
@@ -3240,81 +3322,53 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             cos_south_west_south * projected_inertia_joint_deviator_south_ghost0;
         let projected_inertia_on_hinge_south_ghost0_yy = c(-7.878064241117773e-6)
             - projected_inertia_joint_deviator_sin_south_ghost0;
-        let projected_inertia_hinge_deviator_sin_south_ghost0 =
-            projected_inertia_on_hinge_south_ghost0_yy * c(-0.4999994503969334);
-        let south_ghost0_part_4 =
+        let minus_projected_in_parent_inertia_south_ghost0_xz =
             c(0.7071063925583854) * projected_inertia_joint_deviator_cos_south_ghost0;
-        // south_west: reduced closure Jacobian: Y = J L^-1
-        let row1_moment_on_hinge_south_west_y = mul_add(cos_west_south_west,
-            row1_moment_in_parent_south_ghost0_y,
-            sin_west_south_west * (sin_south_west_south * c(0.0806842360747284)));
-        let row1_moment_in_parent_south_west_x =
-            -c(0.8660257562110547) * row1_moment_on_hinge_south_west_y;
-        // south_east: reduced closure Jacobian: Y = J L^-1
-        let row1_moment_south_east_x = mul_add(c(-0.07195223963176006), cos_south_south_east,
-            cos_south_south_east * c(0.03493732098380996));
-        let row1_moment_south_east_y = mul_add(c(-0.04154163002602367), cos_south_south_east,
-            cos_south_south_east * c(0.02017106444271448));
-        let row1_moment_south_east_z = mul_add(c(-0.08308328239330252), sin_south_south_east,
-            sin_south_south_east * c(0.04034213973350828));
-        let row1_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
-            row1_moment_south_east_z, cos_south_east_east * row1_moment_south_east_y);
-        let row2_moment_south_east_x = mul_add(c(0.04154167470854006), cos_south_south_east,
-            cos_south_south_east * c(0.060513171632005175));
-        let row2_moment_south_east_y = mul_add(c(0.02398408847640456), cos_south_south_east,
-            cos_south_south_east * c(0.034937283404982714));
-        let row2_moment_south_east_z = mul_add(c(0.04796818985154806), sin_south_south_east,
-            sin_south_south_east * c(0.06987458559937651));
-        let row2_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
-            row2_moment_south_east_z, cos_south_east_east * row2_moment_south_east_y);
-        // loop 0: closure residual: P_ghost - P_original
-        let loop0_part = mul_add(c(0.06987458559937651), axis_y_south_x,
-            mul_add(c(-0.04034213973350828), axis_x_south_x,
-            axis_x_south_ghost0_x * c(0.0806842360747284)));
-        let loop0_part_2 = mul_add(c(0.06987458559937651), axis_y_south_y,
-            mul_add(c(-0.04034213973350828), axis_x_south_y,
-            axis_x_south_ghost0_y * c(0.0806842360747284)));
-        let loop0_part_3 = mul_add(c(0.06987458559937651), axis_y_south_z,
-            mul_add(c(-0.04034213973350828), axis_x_south_z,
-            axis_x_south_ghost0_z * c(0.0806842360747284)));
-        let residual_loop0_0 = mul_add(loop0_part_2, axis_y_south_ghost0_y * c(1.0000000000000002),
-            mul_add(loop0_part_3, axis_y_south_ghost0_z * c(1.0000000000000002),
-            loop0_part * (axis_y_south_ghost0_x * c(1.0000000000000002))));
-        let loop0_part_4 = mul_add(c(-0.04034213973350828), axis_y_south_x,
-            mul_add(c(-0.06987458559937651), axis_x_south_x,
-            axis_y_south_ghost0_x * c(0.0806842360747284)));
-        let loop0_part_5 = mul_add(c(-0.04034213973350828), axis_y_south_y,
-            mul_add(c(-0.06987458559937651), axis_x_south_y,
-            axis_y_south_ghost0_y * c(0.0806842360747284)));
-        let loop0_part_6 = mul_add(c(-0.04034213973350828), axis_y_south_z,
-            mul_add(c(-0.06987458559937651), axis_x_south_z,
-            axis_y_south_ghost0_z * c(0.0806842360747284)));
+        // south: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
+        let pivot_row_moment_in_parent_south_x = cos_south_south_east * c(1.029734044424903);
+        let pivot_row_moment_in_parent_south_y = cos_south_south_east * c(0.5945170145866933);
+        let pivot_row_moment_in_parent_south_z = sin_south_south_east * c(1.1890343489070205);
+        let projected_inertia_joint_deviator_south =
+            sin_south_south_east * c(-1.3443375455500887e-5);
+        let projected_inertia_joint_deviator_sin_south =
+            sin_south_south_east * projected_inertia_joint_deviator_south;
+        let projected_inertia_joint_deviator_cos_south =
+            cos_south_south_east * projected_inertia_joint_deviator_south;
+        let projected_inertia_on_hinge_south_yy = c(-7.878066647452608e-6)
+            - projected_inertia_joint_deviator_sin_south;
+        let projected_in_parent_inertia_south_xz =
+            c(0.8660254814097263) * projected_inertia_joint_deviator_cos_south;
         // south_west: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let articulated_inertia_south_west_xx = c(1.0120383948805784e-5)
-            - projected_inertia_hinge_deviator_sin_south_ghost0;
+        let articulated_inertia_south_west_xx = mul_add(c(0.4999994503969334),
+            projected_inertia_on_hinge_south_ghost0_yy, c(1.0120383948805784e-5));
         let articulated_inertia_south_west_xy = mul_add(c(-0.499999999999698),
             projected_inertia_on_hinge_south_ghost0_yy, c(-1.2394283547934888e-5));
         let inverse_pivot_south_west = c(1.0) / articulated_inertia_south_west_xx;
         let pivot_row_moment_south_west_y =
             articulated_inertia_south_west_xy * inverse_pivot_south_west;
-        let south_west_part_9 = south_ghost0_part_4 * inverse_pivot_south_west;
+        let minus_pivot_row_moment_south_west_z =
+            minus_projected_in_parent_inertia_south_ghost0_xz * inverse_pivot_south_west;
         let pivot_row_moment_on_hinge_south_west_y = mul_add(cos_west_south_west,
-            pivot_row_moment_south_west_y, sin_west_south_west * south_west_part_9);
-        let south_west_part_10 = c(0.8660257562110547) * pivot_row_moment_on_hinge_south_west_y;
+            pivot_row_moment_south_west_y,
+            sin_west_south_west * minus_pivot_row_moment_south_west_z);
+        let minus_pivot_row_moment_in_parent_south_west_x =
+            c(0.8660257562110547) * pivot_row_moment_on_hinge_south_west_y;
         let projected_inertia_south_west_yy = mul_add(-articulated_inertia_south_west_xy,
-            pivot_row_moment_south_west_y, projected_inertia_hinge_deviator_sin_south_ghost0
-            + (projected_inertia_on_hinge_south_ghost0_yy + c(2.6789051216394143e-8)));
+            pivot_row_moment_south_west_y, mul_add(c(0.5000005496030666),
+            projected_inertia_on_hinge_south_ghost0_yy, c(2.6789051216394143e-8)));
         let projected_inertia_south_west_yz = mul_add(articulated_inertia_south_west_xy,
-            south_west_part_9,
+            minus_pivot_row_moment_south_west_z,
             c(0.7071071698144962) * projected_inertia_joint_deviator_cos_south_ghost0);
         let projected_inertia_joint_deviator_south_west = mul_add(projected_inertia_south_west_yz,
             cos_west_south_west * c(2.0), sin_west_south_west * (projected_inertia_south_west_yy
-            + mul_add(south_ghost0_part_4, south_west_part_9,
-            -(projected_inertia_joint_deviator_sin_south_ghost0 + c(1.5658962656764556e-5)))));
+            + mul_add(minus_projected_in_parent_inertia_south_ghost0_xz,
+            minus_pivot_row_moment_south_west_z, -(projected_inertia_joint_deviator_sin_south_ghost0
+            + c(1.5658962656764556e-5)))));
         let projected_inertia_on_hinge_south_west_yy = mul_add(-sin_west_south_west,
             projected_inertia_joint_deviator_south_west, projected_inertia_south_west_yy);
         // south_east: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let articulated_inertia_south_east_xx = south_part + c(1.645765284643345e-5);
+        let articulated_inertia_south_east_xx = mul_add(c(0.7500001344509483),
+            projected_inertia_on_hinge_south_yy, c(1.645765284643345e-5));
         let articulated_inertia_south_east_xy = mul_add(c(0.4330126242669005),
             projected_inertia_on_hinge_south_yy, c(1.2939941252175183e-5));
         let inverse_pivot_south_east = c(1.0) / articulated_inertia_south_east_xx;
@@ -3327,8 +3381,8 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let pivot_row_moment_in_parent_south_east_x =
             c(0.7071067811865475) * pivot_row_moment_on_hinge_south_east_y;
         let projected_inertia_south_east_yy = mul_add(-articulated_inertia_south_east_xy,
-            pivot_row_moment_south_east_y, projected_inertia_on_hinge_south_yy
-            + c(3.338573836000013e-8) - south_part);
+            pivot_row_moment_south_east_y, mul_add(c(0.24999986554905174),
+            projected_inertia_on_hinge_south_yy, c(3.338573836000013e-8)));
         let projected_inertia_south_east_yz = mul_add(-articulated_inertia_south_east_xy,
             pivot_row_moment_south_east_z,
             c(0.49999986554903386) * projected_inertia_joint_deviator_cos_south);
@@ -3338,25 +3392,6 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             -(projected_inertia_joint_deviator_sin_south + c(2.1989575916121727e-5)))));
         let projected_inertia_on_hinge_south_east_yy = mul_add(-sin_south_east_east,
             projected_inertia_joint_deviator_south_east, projected_inertia_south_east_yy);
-        // west: reduced closure Jacobian: Y = J L^-1
-        let row0_moment_west_x = mul_add(-south_west_part_10, south_ghost0_part,
-            row0_moment_in_parent_south_west_x);
-        // east: reduced closure Jacobian: Y = J L^-1
-        let row0_moment_east_x = mul_add(-pivot_row_moment_in_parent_south_east_x,
-            row0_moment_in_parent_south_x,
-            c(0.7071067811865475) * row0_moment_on_hinge_south_east_y);
-        // west: reduced closure Jacobian: Y = J L^-1
-        let row1_moment_west_x = mul_add(-south_west_part_10, south_ghost0_part_2,
-            row1_moment_in_parent_south_west_x);
-        // east: reduced closure Jacobian: Y = J L^-1
-        let row1_moment_east_x = mul_add(-pivot_row_moment_in_parent_south_east_x,
-            row1_moment_south_east_x, c(0.7071067811865475) * row1_moment_on_hinge_south_east_y);
-        // west: reduced closure Jacobian: Y = J L^-1
-        let row2_moment_west_x = mul_add(-south_west_part_10, south_west_part_8,
-            row2_moment_in_parent_south_west_x);
-        // east: reduced closure Jacobian: Y = J L^-1
-        let row2_moment_east_x = mul_add(-pivot_row_moment_in_parent_south_east_x,
-            row2_moment_south_east_x, c(0.7071067811865475) * row2_moment_on_hinge_south_east_y);
         // west: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let articulated_inertia_west_xx = mul_add(c(0.7500006104209291),
             projected_inertia_on_hinge_south_west_yy, c(1.976125305527044e-5));
@@ -3365,146 +3400,248 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let articulated_inertia_east_xx = mul_add(c(0.4999999999999999),
             projected_inertia_on_hinge_south_east_yy, c(1.0564732298535837e-5));
         let inverse_pivot_east = c(1.0) / articulated_inertia_east_xx;
-        // mechanism: results: what the function returns
-        let part = mul_add(c(-0.020171080714832017), parent_omega_south_z,
-            mul_add(c(-0.060513155359896396), parent_omega_south_z,
-            parent_omega_south_ghost0_z * c(0.08068423607472841)));
+        // south_ghost0: reduced closure Jacobian: Y = J L^-1
+        let minus_row0_moment_in_parent_south_ghost0_x =
+            sin_south_west_south * c(-0.05705233910713035);
+        let row0_moment_in_parent_south_ghost0_y = sin_south_west_south * c(-0.05705240181944588);
+        let row0_moment_in_parent_south_ghost0_z = cos_south_west_south * c(0.08068423607472841);
+        let minus_row1_moment_in_parent_south_ghost0_x =
+            cos_south_west_south * c(-0.05705233910713033);
+        let row1_moment_in_parent_south_ghost0_y = cos_south_west_south * c(-0.05705240181944587);
+        let minus_row1_moment_in_parent_south_ghost0_z =
+            sin_south_west_south * c(0.0806842360747284);
+        // south: reduced closure Jacobian: Y = J L^-1
+        let y0_0_south_east_east = sin_south_south_east * c(0.06987460438879269);
+        let row0_moment_in_parent_south_y = sin_south_south_east * c(0.04034210718929071);
+        let row0_moment_in_parent_south_z = cos_south_south_east * c(-0.08068423607472841);
+        // south_west: reduced closure Jacobian: Y = J L^-1
+        let row0_moment_on_hinge_south_west_y = mul_add(-sin_west_south_west,
+            row0_moment_in_parent_south_ghost0_z,
+            cos_west_south_west * row0_moment_in_parent_south_ghost0_y);
+        let row1_moment_on_hinge_south_west_y = mul_add(cos_west_south_west,
+            row1_moment_in_parent_south_ghost0_y,
+            sin_west_south_west * minus_row1_moment_in_parent_south_ghost0_z);
+        let minus_row2_moment_south_west_x = cos_south_west_south * c(0.06783682279642031);
+        let minus_row2_moment_south_west_y = cos_south_west_south * c(-0.06783689736311298);
+        let minus_row2_moment_south_west_z = sin_south_west_south * c(-0.09593580755362648);
+        let row2_moment_on_hinge_south_west_y = mul_add(-cos_west_south_west,
+            minus_row2_moment_south_west_y, sin_west_south_west * minus_row2_moment_south_west_z);
+        // south_east: reduced closure Jacobian: Y = J L^-1
+        let row0_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
+            row0_moment_in_parent_south_z, cos_south_east_east * row0_moment_in_parent_south_y);
+        let minus_y0_1_south_east_east = cos_south_south_east * c(0.037014918647950104);
+        let minus_row1_moment_south_east_y = cos_south_south_east * c(0.021370565583309194);
+        let minus_row1_moment_south_east_z = sin_south_south_east * c(0.04274114265979424);
+        let row1_moment_on_hinge_south_east_y = mul_add(-cos_south_east_east,
+            minus_row1_moment_south_east_y, sin_south_east_east * minus_row1_moment_south_east_z);
+        let y0_2_south_east_east = cos_south_south_east * c(0.10205484634054524);
+        let row2_moment_south_east_y = cos_south_south_east * c(0.05892137188138727);
+        let row2_moment_south_east_z = sin_south_south_east * c(0.11784277545092457);
+        let row2_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
+            row2_moment_south_east_z, cos_south_east_east * row2_moment_south_east_y);
+        // west: reduced closure Jacobian: Y = J L^-1
+        let y0_0_ground_west = mul_add(-minus_pivot_row_moment_in_parent_south_west_x,
+            minus_row0_moment_in_parent_south_ghost0_x,
+            row0_moment_on_hinge_south_west_y * c(-0.8660257562110547));
+        let y0_1_ground_west = mul_add(-minus_pivot_row_moment_in_parent_south_west_x,
+            minus_row1_moment_in_parent_south_ghost0_x,
+            c(-0.8660257562110547) * row1_moment_on_hinge_south_west_y);
+        let y0_2_ground_west = mul_add(-minus_pivot_row_moment_in_parent_south_west_x,
+            minus_row2_moment_south_west_x,
+            c(-0.8660257562110547) * row2_moment_on_hinge_south_west_y);
+        // east: reduced closure Jacobian: Y = J L^-1
+        let y0_0_ground_east = mul_add(-pivot_row_moment_in_parent_south_east_x,
+            y0_0_south_east_east, c(0.7071067811865475) * row0_moment_on_hinge_south_east_y);
+        let y0_1_ground_east = mul_add(pivot_row_moment_in_parent_south_east_x,
+            minus_y0_1_south_east_east, c(0.7071067811865475) * row1_moment_on_hinge_south_east_y);
+        let y0_2_ground_east = mul_add(-pivot_row_moment_in_parent_south_east_x,
+            y0_2_south_east_east, c(0.7071067811865475) * row2_moment_on_hinge_south_east_y);
         // mechanism: factor of the closure: S = Y D^-1 Y^T = L_S D_S L_S^T
-        let part_2 = inverse_pivot_south_west * south_ghost0_part;
-        let part_3 = inverse_pivot_south_east * row0_moment_in_parent_south_x;
-        let part_4 = inverse_pivot_east * row0_moment_east_x;
-        let part_5 = inverse_pivot_west * row0_moment_west_x;
-        let part_6 = inverse_pivot_south_west * south_ghost0_part_2;
-        let part_7 = inverse_pivot_south_east * row1_moment_south_east_x;
-        let part_8 = inverse_pivot_east * row1_moment_east_x;
-        let part_9 = inverse_pivot_west * row1_moment_west_x;
-        let part_10 = inverse_pivot_south_west * south_west_part_8;
-        let part_11 = inverse_pivot_south_east * row2_moment_south_east_x;
-        let part_12 = inverse_pivot_east * row2_moment_east_x;
-        let part_13 = inverse_pivot_west * row2_moment_west_x;
-        let part_14 = mul_add(row0_moment_west_x, part_5, mul_add(row0_moment_east_x, part_4,
-            mul_add(row0_moment_in_parent_south_x, part_3, south_ghost0_part * part_2)));
-        let part_15 = mul_add(row0_moment_west_x, part_9, mul_add(row0_moment_east_x, part_8,
-            mul_add(row0_moment_in_parent_south_x, part_7, south_ghost0_part * part_6)));
-        let part_16 = mul_add(row1_moment_west_x, part_9, mul_add(row1_moment_east_x, part_8,
-            mul_add(row1_moment_south_east_x, part_7, mul_add(south_ghost0_part_2, part_6,
-            c(873.5778844364536)))));
-        let part_17 = mul_add(row0_moment_west_x, part_13, mul_add(row0_moment_east_x, part_12,
-            mul_add(row0_moment_in_parent_south_x, part_11, south_ghost0_part * part_10)));
-        let part_18 = mul_add(row2_moment_west_x, part_13, mul_add(row2_moment_east_x, part_12,
-            mul_add(row2_moment_south_east_x, part_11, mul_add(south_west_part_8, part_10,
-            c(1455.9516904984002)))));
-        let part_19 = c(1.0) / part_14;
-        let part_20 = part_15 * part_19;
-        let part_21 = part_17 * part_19;
-        let part_22 = mul_add(-part_15, part_21, mul_add(row1_moment_west_x, part_13,
-            mul_add(row1_moment_east_x, part_12, mul_add(row1_moment_south_east_x, part_11,
-            mul_add(south_ghost0_part_2, part_10, c(-504.3607884001881))))));
-        let part_23 = c(1.0) / mul_add(-part_15, part_20, part_16);
-        let part_24 = part_22 * part_23;
-        let part_25 = c(1.0) / mul_add(-part_22, part_24, mul_add(-part_17, part_21, part_18));
+        let minus_y_over_d0_0_west_south_west =
+            inverse_pivot_south_west * minus_row0_moment_in_parent_south_ghost0_x;
+        let y_over_d0_0_south_east_east = inverse_pivot_south_east * y0_0_south_east_east;
+        let y_over_d0_0_ground_east = inverse_pivot_east * y0_0_ground_east;
+        let y_over_d0_0_ground_west = inverse_pivot_west * y0_0_ground_west;
+        let minus_y_over_d0_1_west_south_west =
+            inverse_pivot_south_west * minus_row1_moment_in_parent_south_ghost0_x;
+        let minus_y_over_d0_1_south_east_east =
+            inverse_pivot_south_east * minus_y0_1_south_east_east;
+        let y_over_d0_1_ground_east = inverse_pivot_east * y0_1_ground_east;
+        let y_over_d0_1_ground_west = inverse_pivot_west * y0_1_ground_west;
+        let minus_y_over_d0_2_west_south_west =
+            inverse_pivot_south_west * minus_row2_moment_south_west_x;
+        let y_over_d0_2_south_east_east = inverse_pivot_south_east * y0_2_south_east_east;
+        let y_over_d0_2_ground_east = inverse_pivot_east * y0_2_ground_east;
+        let y_over_d0_2_ground_west = inverse_pivot_west * y0_2_ground_west;
+        let s_loop0_0_0 = mul_add(y0_0_ground_west, y_over_d0_0_ground_west,
+            mul_add(y0_0_ground_east, y_over_d0_0_ground_east, mul_add(y0_0_south_east_east,
+            y_over_d0_0_south_east_east,
+            minus_row0_moment_in_parent_south_ghost0_x * minus_y_over_d0_0_west_south_west)));
+        let s_loop0_1_0 = mul_add(y0_0_ground_west, y_over_d0_1_ground_west,
+            mul_add(y0_0_ground_east, y_over_d0_1_ground_east, mul_add(-y0_0_south_east_east,
+            minus_y_over_d0_1_south_east_east,
+            minus_row0_moment_in_parent_south_ghost0_x * minus_y_over_d0_1_west_south_west)));
+        let s_loop0_1_1 = mul_add(y0_1_ground_west, y_over_d0_1_ground_west,
+            mul_add(y0_1_ground_east, y_over_d0_1_ground_east, mul_add(minus_y0_1_south_east_east,
+            minus_y_over_d0_1_south_east_east, mul_add(minus_row1_moment_in_parent_south_ghost0_x,
+            minus_y_over_d0_1_west_south_west, c(873.5778844364536)))));
+        let s_loop0_2_0 = mul_add(y0_0_ground_west, y_over_d0_2_ground_west,
+            mul_add(y0_0_ground_east, y_over_d0_2_ground_east, mul_add(y0_0_south_east_east,
+            y_over_d0_2_south_east_east,
+            minus_row0_moment_in_parent_south_ghost0_x * minus_y_over_d0_2_west_south_west)));
+        let s_loop0_2_2 = mul_add(y0_2_ground_west, y_over_d0_2_ground_west,
+            mul_add(y0_2_ground_east, y_over_d0_2_ground_east, mul_add(y0_2_south_east_east,
+            y_over_d0_2_south_east_east, mul_add(minus_row2_moment_south_west_x,
+            minus_y_over_d0_2_west_south_west, c(1455.9516904984002)))));
+        let inverse_pivot_loop0_0 = c(1.0) / s_loop0_0_0;
+        let l_loop0_1_0 = s_loop0_1_0 * inverse_pivot_loop0_0;
+        let pivot_loop0_1 = mul_add(-s_loop0_1_0, l_loop0_1_0, s_loop0_1_1);
+        let l_loop0_2_0 = s_loop0_2_0 * inverse_pivot_loop0_0;
+        let l_times_pivot_loop0_2_1 = mul_add(-s_loop0_1_0, l_loop0_2_0, mul_add(y0_1_ground_west,
+            y_over_d0_2_ground_west, mul_add(y0_1_ground_east, y_over_d0_2_ground_east,
+            mul_add(-minus_y0_1_south_east_east, y_over_d0_2_south_east_east,
+            mul_add(minus_row1_moment_in_parent_south_ghost0_x, minus_y_over_d0_2_west_south_west,
+            c(-504.3607884001881))))));
+        let inverse_pivot_loop0_1 = c(1.0) / pivot_loop0_1;
+        let l_loop0_2_1 = l_times_pivot_loop0_2_1 * inverse_pivot_loop0_1;
+        let pivot_loop0_2 = mul_add(-l_times_pivot_loop0_2_1, l_loop0_2_1, mul_add(-s_loop0_2_0,
+            l_loop0_2_0, s_loop0_2_2));
+        let inverse_pivot_loop0_2 = c(1.0) / pivot_loop0_2;
         // mechanism: conditioning of the closure: a lower bound, of the eigenvalues of S
-        let part_26 = mul_add(part_20, part_24, -part_21);
-        let part_27 = mul_add(part_16, mul_add(part_25, part_24 * part_24, part_23),
-            mul_add(part_18, part_25, part_14 * mul_add(part_25, part_26 * part_26, mul_add(part_23,
-            part_20 * part_20, part_19))));
-        let part_28 = part_18 + (part_14 + part_16);
-        // mechanism: projection: L^-1 D^-1 Y^T S^-1 x
-        let part_29 = mul_add(-residual_loop0_0, part_20, mul_add(axis_z_south_ghost0_y,
-            loop0_part_2, mul_add(axis_z_south_ghost0_z, loop0_part_3,
-            axis_z_south_ghost0_x * loop0_part)));
-        let part_30 = part_25 * mul_add(-part_24, part_29, mul_add(-residual_loop0_0, part_21,
-            mul_add(axis_z_south_ghost0_y, loop0_part_5, mul_add(axis_z_south_ghost0_z,
-            loop0_part_6, axis_z_south_ghost0_x * loop0_part_4))));
-        let part_31 = mul_add(-part_24, part_30, part_23 * part_29);
-        let part_32 = mul_add(-part_20, part_31, mul_add(-part_21, part_30,
-            residual_loop0_0 * part_19));
-        let part_33 = mul_add(part_4, part_32, mul_add(part_12, part_30, part_8 * part_31));
-        let part_34 = mul_add(part_5, part_32, mul_add(part_13, part_30, part_9 * part_31));
+        let inverse_l_loop0_2_0 = mul_add(l_loop0_1_0, l_loop0_2_1, -l_loop0_2_0);
+        let bound_of_trace_of_inverse_s = mul_add(s_loop0_1_1, mul_add(inverse_pivot_loop0_2,
+            l_loop0_2_1 * l_loop0_2_1, inverse_pivot_loop0_1), mul_add(s_loop0_2_2,
+            inverse_pivot_loop0_2, s_loop0_0_0 * mul_add(inverse_pivot_loop0_2,
+            inverse_l_loop0_2_0 * inverse_l_loop0_2_0, mul_add(inverse_pivot_loop0_1,
+            l_loop0_1_0 * l_loop0_1_0, inverse_pivot_loop0_0))));
+        let trace_of_s = s_loop0_2_2 + (s_loop0_0_0 + s_loop0_1_1);
         // south_east: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_on_hinge_south_east_y = c(0.7071067811865475) * part_33;
+        let forward_lambda_q0_1 = mul_add(-forward_lambda_q0_0, l_loop0_1_0,
+            mul_add(axis_z_south_ghost0_y, residual_4, mul_add(axis_z_south_ghost0_z, residual_5,
+            axis_z_south_ghost0_x * residual_3)));
+        let forward_lambda_q0_2 = mul_add(-l_loop0_2_1, forward_lambda_q0_1,
+            mul_add(-forward_lambda_q0_0, l_loop0_2_0, mul_add(axis_z_south_ghost0_y, residual_7,
+            mul_add(axis_z_south_ghost0_z, residual_8, axis_z_south_ghost0_x * residual_6))));
+        let lambda_q0_2 = inverse_pivot_loop0_2 * forward_lambda_q0_2;
+        let lambda_q0_1 = mul_add(-l_loop0_2_1, lambda_q0_2,
+            inverse_pivot_loop0_1 * forward_lambda_q0_1);
+        let lambda_q0_0 = mul_add(-l_loop0_1_0, lambda_q0_1, mul_add(-l_loop0_2_0, lambda_q0_2,
+            forward_lambda_q0_0 * inverse_pivot_loop0_0));
+        let correction_q_ground_east = mul_add(y_over_d0_0_ground_east, lambda_q0_0,
+            mul_add(y_over_d0_2_ground_east, lambda_q0_2, y_over_d0_1_ground_east * lambda_q0_1));
+        let alpha_on_hinge_south_east_y = c(0.7071067811865475) * correction_q_ground_east;
+        let forward_lambda_u0_0 = mul_add(c(-0.08068423607472841), parent_omega_south_z,
+            parent_omega_south_ghost0_z * c(0.08068423607472841));
+        let forward_lambda_u0_1 = mul_add(-forward_lambda_u0_0, l_loop0_1_0,
+            mul_add(c(-0.0806842360747284), parent_omega_south_ghost0_y,
+            mul_add(c(0.04034213973350828), parent_omega_south_y,
+            omega_south_x * c(0.06987458559937651))));
+        let forward_lambda_u0_2 = mul_add(-l_loop0_2_1, forward_lambda_u0_1,
+            mul_add(-forward_lambda_u0_0, l_loop0_2_0, mul_add(c(0.06987458559937651),
+            parent_omega_south_y, mul_add(c(-0.04034213973350828), omega_south_x,
+            omega_south_ghost0_x * c(0.0806842360747284)))));
+        let lambda_u0_2 = inverse_pivot_loop0_2 * forward_lambda_u0_2;
+        let lambda_u0_1 = mul_add(-l_loop0_2_1, lambda_u0_2,
+            inverse_pivot_loop0_1 * forward_lambda_u0_1);
+        let lambda_u0_0 = mul_add(-l_loop0_1_0, lambda_u0_1, mul_add(-l_loop0_2_0, lambda_u0_2,
+            forward_lambda_u0_0 * inverse_pivot_loop0_0));
+        let correction_u_ground_east = mul_add(y_over_d0_0_ground_east, lambda_u0_0,
+            mul_add(y_over_d0_2_ground_east, lambda_u0_2, y_over_d0_1_ground_east * lambda_u0_1));
+        let alpha_on_hinge_south_east_y_2 = c(0.7071067811865475) * correction_u_ground_east;
+        // mechanism: projection: L^-1 D^-1 Y^T S^-1 x
+        let correction_q_ground_west = mul_add(y_over_d0_0_ground_west, lambda_q0_0,
+            mul_add(y_over_d0_2_ground_west, lambda_q0_2, y_over_d0_1_ground_west * lambda_q0_1));
+        let correction_u_ground_west = mul_add(y_over_d0_0_ground_west, lambda_u0_0,
+            mul_add(y_over_d0_2_ground_west, lambda_u0_2, y_over_d0_1_ground_west * lambda_u0_1));
         // south_east: joint acceleration: du/dt = y / D - W . (a, alpha)_parent
         let parent_alpha_south_east_y = cos_south_east_east * alpha_on_hinge_south_east_y;
-        let alpha_south_east_x = mul_add(-pivot_row_moment_in_parent_south_east_x, part_33,
-            mul_add(part_3, part_32, mul_add(part_11, part_30, part_7 * part_31)));
+        let minus_parent_alpha_south_east_z = sin_south_east_east * alpha_on_hinge_south_east_y;
+        let alpha_south_east_x = mul_add(-pivot_row_moment_in_parent_south_east_x,
+            correction_q_ground_east, mul_add(y_over_d0_0_south_east_east, lambda_q0_0,
+            mul_add(-minus_y_over_d0_1_south_east_east, lambda_q0_1,
+            y_over_d0_2_south_east_east * lambda_q0_2)));
+        let parent_alpha_south_east_y_2 = cos_south_east_east * alpha_on_hinge_south_east_y_2;
+        let minus_parent_alpha_south_east_z_2 = sin_south_east_east * alpha_on_hinge_south_east_y_2;
+        let alpha_south_east_x_2 = mul_add(-pivot_row_moment_in_parent_south_east_x,
+            correction_u_ground_east, mul_add(y_over_d0_0_south_east_east, lambda_u0_0,
+            mul_add(-minus_y_over_d0_1_south_east_east, lambda_u0_1,
+            y_over_d0_2_south_east_east * lambda_u0_2)));
         // south_west: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let south_west_part_11 = c(0.8660257562110547) * part_34;
+        let minus_alpha_on_hinge_south_west_y = c(0.8660257562110547) * correction_q_ground_west;
+        let minus_alpha_on_hinge_south_west_y_2 = c(0.8660257562110547) * correction_u_ground_west;
         // south_west: joint acceleration: du/dt = y / D - W . (a, alpha)_parent
-        let south_west_part_12 = cos_west_south_west * south_west_part_11;
-        let alpha_south_west_x = mul_add(south_west_part_10, part_34, -part_2 * part_32
-            - mul_add(part_10, part_30, part_6 * part_31));
+        let minus_parent_alpha_south_west_y =
+            cos_west_south_west * minus_alpha_on_hinge_south_west_y;
+        let parent_alpha_south_west_z = sin_west_south_west * minus_alpha_on_hinge_south_west_y;
+        let alpha_south_west_x = mul_add(minus_pivot_row_moment_in_parent_south_west_x,
+            correction_q_ground_west, -minus_y_over_d0_0_west_south_west * lambda_q0_0
+            - mul_add(minus_y_over_d0_2_west_south_west, lambda_q0_2,
+            minus_y_over_d0_1_west_south_west * lambda_q0_1));
+        let minus_parent_alpha_south_west_y_2 =
+            cos_west_south_west * minus_alpha_on_hinge_south_west_y_2;
+        let parent_alpha_south_west_z_2 = sin_west_south_west * minus_alpha_on_hinge_south_west_y_2;
+        let alpha_south_west_x_2 = mul_add(minus_pivot_row_moment_in_parent_south_west_x,
+            correction_u_ground_west, -minus_y_over_d0_0_west_south_west * lambda_u0_0
+            - mul_add(minus_y_over_d0_2_west_south_west, lambda_u0_2,
+            minus_y_over_d0_1_west_south_west * lambda_u0_1));
         // mechanism: results: what the function returns
-        let part_35 = mul_add(c(-0.7071071698144962), alpha_south_west_x,
-            c(14436.01255221496) * part_30) + mul_add(c(0.7071063925583854), south_west_part_12,
-            pivot_row_moment_in_parent_south_ghost0_y * south_west_part_12)
-            - mul_add(-south_ghost0_part_3, alpha_south_west_x,
-            pivot_row_moment_in_parent_south_ghost0_z * (sin_west_south_west * south_west_part_11));
-        let part_36 = mul_add(-pivot_row_moment_in_parent_south_y, parent_alpha_south_east_y,
-            pivot_row_moment_in_parent_south_z * (sin_south_east_east *
-            alpha_on_hinge_south_east_y)) + (mul_add(c(-0.49999986554903386), alpha_south_east_x,
-            mul_add(c(-7218.086290943076), part_30, c(12502.08322443702) * part_31))
+        let correction_q_south_west_south = mul_add(c(-0.7071071698144962), alpha_south_west_x,
+            c(14436.01255221496) * lambda_q0_2) + mul_add(c(0.7071063925583854),
+            minus_parent_alpha_south_west_y,
+            pivot_row_moment_in_parent_south_ghost0_y * minus_parent_alpha_south_west_y)
+            - mul_add(-minus_pivot_row_moment_in_parent_south_ghost0_x, alpha_south_west_x,
+            pivot_row_moment_in_parent_south_ghost0_z * parent_alpha_south_west_z);
+        let correction_q_south_south_east = mul_add(-pivot_row_moment_in_parent_south_y,
+            parent_alpha_south_east_y,
+            pivot_row_moment_in_parent_south_z * minus_parent_alpha_south_east_z)
+            + (mul_add(c(-0.49999986554903386), alpha_south_east_x, mul_add(c(-7218.086290943076),
+            lambda_q0_2, c(12502.08322443702) * lambda_q0_1))
             + mul_add(-pivot_row_moment_in_parent_south_x, alpha_south_east_x,
             c(0.8660254814097263) * parent_alpha_south_east_y));
-        // mechanism: projection: L^-1 D^-1 Y^T S^-1 x
-        let part_37 = mul_add(-part, part_20, mul_add(c(-0.0806842360747284),
-            parent_omega_south_ghost0_y, mul_add(c(0.06987458559937651), omega_south_x,
-            parent_omega_south_y * c(0.04034213973350828))));
-        let part_38 = part_25 * mul_add(-part_24, part_37, mul_add(-part, part_21,
-            mul_add(c(0.06987458559937651), parent_omega_south_y, mul_add(c(-0.04034213973350828),
-            omega_south_x, omega_south_ghost0_x * c(0.0806842360747284)))));
-        let part_39 = mul_add(-part_24, part_38, part_23 * part_37);
-        let part_40 = mul_add(-part_20, part_39, mul_add(-part_21, part_38, part * part_19));
-        let part_41 = mul_add(part_4, part_40, mul_add(part_12, part_38, part_8 * part_39));
-        let part_42 = mul_add(part_5, part_40, mul_add(part_13, part_38, part_9 * part_39));
-        // south_east: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_on_hinge_south_east_y_2 = c(0.7071067811865475) * part_41;
-        // south_east: joint acceleration: du/dt = y / D - W . (a, alpha)_parent
-        let parent_alpha_south_east_y_2 = cos_south_east_east * alpha_on_hinge_south_east_y_2;
-        let alpha_south_east_x_2 = mul_add(-pivot_row_moment_in_parent_south_east_x, part_41,
-            mul_add(part_3, part_40, mul_add(part_11, part_38, part_7 * part_39)));
-        // south_west: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let south_west_part_13 = c(0.8660257562110547) * part_42;
-        // south_west: joint acceleration: du/dt = y / D - W . (a, alpha)_parent
-        let south_west_part_14 = cos_west_south_west * south_west_part_13;
-        let alpha_south_west_x_2 = mul_add(south_west_part_10, part_42, -part_2 * part_40
-            - mul_add(part_10, part_38, part_6 * part_39));
-        // mechanism: results: what the function returns
-        let part_43 = mul_add(c(-0.7071071698144962), alpha_south_west_x_2,
-            c(14436.01255221496) * part_38) + mul_add(c(0.7071063925583854), south_west_part_14,
-            pivot_row_moment_in_parent_south_ghost0_y * south_west_part_14)
-            - mul_add(-south_ghost0_part_3, alpha_south_west_x_2,
-            pivot_row_moment_in_parent_south_ghost0_z * (sin_west_south_west * south_west_part_13));
-        let part_44 = mul_add(-pivot_row_moment_in_parent_south_y, parent_alpha_south_east_y_2,
-            pivot_row_moment_in_parent_south_z * (sin_south_east_east *
-            alpha_on_hinge_south_east_y_2)) + (mul_add(c(-0.49999986554903386),
-            alpha_south_east_x_2, mul_add(c(-7218.086290943076), part_38,
-            c(12502.08322443702) * part_39)) + mul_add(-pivot_row_moment_in_parent_south_x,
-            alpha_south_east_x_2, c(0.8660254814097263) * parent_alpha_south_east_y_2));
+        let correction_q_west_south_west = mul_add(c(-0.4999993895786978), correction_q_ground_west,
+            alpha_south_west_x);
+        let correction_q_south_east_east = alpha_south_east_x - alpha_on_hinge_south_east_y;
+        let correction_u_south_west_south = mul_add(c(-0.7071071698144962), alpha_south_west_x_2,
+            c(14436.01255221496) * lambda_u0_2) + mul_add(c(0.7071063925583854),
+            minus_parent_alpha_south_west_y_2,
+            pivot_row_moment_in_parent_south_ghost0_y * minus_parent_alpha_south_west_y_2)
+            - mul_add(-minus_pivot_row_moment_in_parent_south_ghost0_x, alpha_south_west_x_2,
+            pivot_row_moment_in_parent_south_ghost0_z * parent_alpha_south_west_z_2);
+        let correction_u_south_south_east = mul_add(-pivot_row_moment_in_parent_south_y,
+            parent_alpha_south_east_y_2,
+            pivot_row_moment_in_parent_south_z * minus_parent_alpha_south_east_z_2)
+            + (mul_add(c(-0.49999986554903386), alpha_south_east_x_2, mul_add(c(-7218.086290943076),
+            lambda_u0_2, c(12502.08322443702) * lambda_u0_1))
+            + mul_add(-pivot_row_moment_in_parent_south_x, alpha_south_east_x_2,
+            c(0.8660254814097263) * parent_alpha_south_east_y_2));
+        let correction_u_west_south_west = mul_add(c(-0.4999993895786978), correction_u_ground_west,
+            alpha_south_west_x_2);
+        let correction_u_south_east_east = alpha_south_east_x_2 - alpha_on_hinge_south_east_y_2;
         residual[0] = c(0.0);
         residual[1] = c(0.0);
         residual[2] = c(0.0);
-        residual[3] = loop0_part;
-        residual[4] = loop0_part_2;
-        residual[5] = loop0_part_3;
-        residual[6] = loop0_part_4;
-        residual[7] = loop0_part_5;
-        residual[8] = loop0_part_6;
-        positions[0] = part_35;
-        positions[1] = part_36;
-        positions[2] = mul_add(c(-0.4999993895786978), part_34, alpha_south_west_x);
-        positions[3] = alpha_south_east_x - alpha_on_hinge_south_east_y;
-        positions[4] = part_33;
-        positions[5] = part_34;
-        speeds[0] = part_43;
-        speeds[1] = part_44;
-        speeds[2] = mul_add(c(-0.4999993895786978), part_42, alpha_south_west_x_2);
-        speeds[3] = alpha_south_east_x_2 - alpha_on_hinge_south_east_y_2;
-        speeds[4] = part_41;
-        speeds[5] = part_42;
+        residual[3] = residual_3;
+        residual[4] = residual_4;
+        residual[5] = residual_5;
+        residual[6] = residual_6;
+        residual[7] = residual_7;
+        residual[8] = residual_8;
+        positions[0] = correction_q_south_west_south;
+        positions[1] = correction_q_south_south_east;
+        positions[2] = correction_q_west_south_west;
+        positions[3] = correction_q_south_east_east;
+        positions[4] = correction_q_ground_east;
+        positions[5] = correction_q_ground_west;
+        speeds[0] = correction_u_south_west_south;
+        speeds[1] = correction_u_south_south_east;
+        speeds[2] = correction_u_west_south_west;
+        speeds[3] = correction_u_south_east_east;
+        speeds[4] = correction_u_ground_east;
+        speeds[5] = correction_u_ground_west;
         margin[0] = S::min(S::min(S::min(S::min(c(178919.86408403947), inverse_pivot_south_west),
             inverse_pivot_south_east), inverse_pivot_east), inverse_pivot_west);
-        margin[1] = S::min(part_28, S::min(S::min(part_14, part_16),
-            part_18) * c(100.0)) / (part_27 * part_28);
+        margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1),
+            s_loop0_2_2) * c(100.0)) / (bound_of_trace_of_inverse_s * trace_of_s);
         ::lamc_runtime::Margin {
             inverse_pivot: margin[0],
             conditioning: margin[1],
@@ -3546,322 +3683,150 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             (sin_south_south_east, cos_south_south_east),
             (sin_south_west_south, cos_south_west_south),
         ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
-        // south_west: angular velocity: w = R^T w_parent + u e_x
-        let south_west_part = u[5] * c(0.8660257562110547);
-        let d_alpha_south_west_z = cos_west_south_west * south_west_part;
-        let parent_omega_south_west_y = -d_alpha_south_west_z;
-        let d_parent_omega_south_west_y = sin_west_south_west * south_west_part;
-        let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
-        // south_west: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
-        let velocity_product_alpha_south_west_y = d_parent_omega_south_west_y * u[2];
-        let south_west_part_2 = d_alpha_south_west_z * u[2];
-        // south_west: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let omega_south_west_yy = d_alpha_south_west_z * d_alpha_south_west_z;
-        let d_omega_south_west_xz = d_alpha_south_west_z * omega_south_west_x;
-        let omega_south_west_xy = -d_omega_south_west_xz;
-        let omega_south_west_xz = d_parent_omega_south_west_y * omega_south_west_x;
-        let south_west_part_3 = d_alpha_south_west_z * d_parent_omega_south_west_y;
-        let omega_south_west_yz = -south_west_part_3;
-        let velocity_product_gradient_south_west_xy = omega_south_west_xy - south_west_part_2;
-        let velocity_product_gradient_south_west_xz = velocity_product_alpha_south_west_y
-            + omega_south_west_xz;
-        let velocity_product_gradient_south_west_zx = omega_south_west_xz
-            - velocity_product_alpha_south_west_y;
-        let d_omega_south_west_xx = omega_south_west_x + omega_south_west_x;
-        // south_west: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let d_acceleration_gradient_south_west_xy = parent_omega_south_west_y
-            - d_alpha_south_west_z;
-        let d_acceleration_gradient_south_west_xz = d_parent_omega_south_west_y
-            + d_parent_omega_south_west_y;
         // south_east: angular velocity: w = R^T w_parent + u e_x
         let parent_omega_on_hinge_south_east_y = u[4] * c(0.7071067811865475);
         let parent_omega_south_east_y = cos_south_east_east * parent_omega_on_hinge_south_east_y;
-        let south_east_part = sin_south_east_east * parent_omega_on_hinge_south_east_y;
-        let parent_omega_south_east_z = -south_east_part;
+        let minus_parent_omega_south_east_z =
+            sin_south_east_east * parent_omega_on_hinge_south_east_y;
         let omega_south_east_x = parent_omega_on_hinge_south_east_y + u[3];
         // south_east: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
-        let south_east_part_2 = south_east_part * u[3];
-        let velocity_product_alpha_south_east_y = -south_east_part_2;
-        let south_east_part_3 = parent_omega_south_east_y * u[3];
-        let velocity_product_alpha_south_east_z = -south_east_part_3;
-        // south_east: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let omega_south_east_yy = parent_omega_south_east_y * parent_omega_south_east_y;
-        let omega_south_east_xy = parent_omega_south_east_y * omega_south_east_x;
-        let south_east_part_4 = south_east_part * omega_south_east_x;
-        let omega_south_east_xz = -south_east_part_4;
-        let south_east_part_5 = parent_omega_south_east_y * south_east_part;
-        let omega_south_east_yz = -south_east_part_5;
-        let velocity_product_gradient_south_east_xy = south_east_part_3 + omega_south_east_xy;
-        let velocity_product_gradient_south_east_xz = velocity_product_alpha_south_east_y
-            - south_east_part_4;
-        let velocity_product_gradient_south_east_zx = south_east_part_2 - south_east_part_4;
-        let d_omega_south_east_xx = omega_south_east_x + omega_south_east_x;
-        // south_east: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let d_acceleration_gradient_south_east_xy = parent_omega_south_east_y
-            + parent_omega_south_east_y;
-        let d_acceleration_gradient_south_east_xz = parent_omega_south_east_z - south_east_part;
-        // east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let east_part = cos_ground_east * c(9.81);
-        // west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let west_part = cos_ground_west * c(9.81);
-        // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
-        let jacobian_loop0_0_west_south_west = sin_south_west_south * c(0.05705233910713035);
-        let loop0_part = sin_south_south_east * c(-0.06987460438879269);
-        // south_east: partial velocities: dw/du, dv/du
-        let south_east_part_6 = sin_south_east_east * c(0.7071067811865475);
-        let parent_omega_south_east_y_by_ground_east = cos_south_east_east * c(0.7071067811865475);
-        // south_west: partial velocities: dw/du, dv/du
-        let parent_omega_south_west_z_by_ground_west = sin_west_south_west * c(0.8660257562110547);
-        let south_west_part_4 = cos_west_south_west * c(0.8660257562110547);
-        // east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let east_part_2 = sin_ground_east * c(-9.81);
-        // west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let west_part_2 = sin_ground_west * c(-9.81);
-        // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
-        let jacobian_loop0_1_south_east_east = mul_add(c(0.03493732098380996), cos_south_south_east,
-            c(0.034937283404982714));
-        // south_ghost0: partial velocities: dw/du, dv/du
-        let parent_omega_south_ghost0_x_by_ground_west = mul_add(c(-0.6123723483370466),
-            cos_west_south_west, c(0.3535531532739687));
-        // south_east: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let south_east_part_7 = c(0.7071067811865475) * omega_south_east_x;
-        let d_omega_south_east_xx_2 = south_east_part_7 + south_east_part_7;
-        let south_east_part_8 =
-            parent_omega_south_east_y * parent_omega_south_east_y_by_ground_east;
-        let d_omega_south_east_yy = south_east_part_8 + south_east_part_8;
-        let d_omega_south_east_xy = mul_add(c(0.7071067811865475), parent_omega_south_east_y,
-            omega_south_east_x * parent_omega_south_east_y_by_ground_east);
-        let d_omega_south_east_xz = mul_add(c(-0.7071067811865475), south_east_part,
-            -omega_south_east_x * south_east_part_6);
-        let d_omega_south_east_yz = mul_add(-parent_omega_south_east_y, south_east_part_6,
-            -south_east_part * parent_omega_south_east_y_by_ground_east);
-        // south_east: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let south_east_part_9 = u[3] * south_east_part_6;
-        let south_east_part_10 = u[3] * parent_omega_south_east_y_by_ground_east;
-        let d_acceleration_gradient_south_east_xy_2 = d_omega_south_east_xy + south_east_part_10;
-        let d_acceleration_gradient_south_east_xz_2 = d_omega_south_east_xz - south_east_part_9;
-        let d_acceleration_gradient_south_east_zx = d_omega_south_east_xz + south_east_part_9;
-        // south_west: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let south_west_part_5 = c(0.4999993895786978) * omega_south_west_x;
-        let d_omega_south_west_xx_2 = south_west_part_5 + south_west_part_5;
-        let south_west_part_6 = d_alpha_south_west_z * south_west_part_4;
-        let d_omega_south_west_yy = south_west_part_6 + south_west_part_6;
-        let d_omega_south_west_xy = mul_add(c(-0.4999993895786978), d_alpha_south_west_z,
-            -omega_south_west_x * south_west_part_4);
-        let d_omega_south_west_xz_2 = mul_add(c(0.4999993895786978), d_parent_omega_south_west_y,
-            omega_south_west_x * parent_omega_south_west_z_by_ground_west);
-        let d_omega_south_west_yz = mul_add(-d_alpha_south_west_z,
-            parent_omega_south_west_z_by_ground_west,
-            -d_parent_omega_south_west_y * south_west_part_4);
-        // south_west: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let d_alpha_south_west_y = u[2] * parent_omega_south_west_z_by_ground_west;
-        let d_alpha_south_west_z_2 = u[2] * south_west_part_4;
-        let d_acceleration_gradient_south_west_xy_2 = d_omega_south_west_xy
-            - d_alpha_south_west_z_2;
-        let d_acceleration_gradient_south_west_xz_2 = d_omega_south_west_xz_2
-            + d_alpha_south_west_y;
-        let d_acceleration_gradient_south_west_zx = d_omega_south_west_xz_2 - d_alpha_south_west_y;
-        // south: partial velocities: dw/du, dv/du
-        let parent_omega_on_hinge_south_y_by_ground_east = mul_add(c(0.3535532955220838),
-            cos_south_east_east, c(0.6123724905851617));
-        let parent_omega_south_z_by_ground_east = mul_add(-sin_south_south_east,
-            parent_omega_on_hinge_south_y_by_ground_east,
-            -cos_south_south_east * south_east_part_6);
-        // south_ghost0: partial velocities: dw/du, dv/du
-        let parent_omega_on_hinge_south_ghost0_y_by_ground_west = mul_add(c(-0.6123730214608577),
-            cos_west_south_west, c(-0.35355276464638774));
-        let parent_omega_south_ghost0_z_by_ground_west = mul_add(-sin_south_west_south,
-            parent_omega_on_hinge_south_ghost0_y_by_ground_west,
-            cos_south_west_south * parent_omega_south_west_z_by_ground_west);
-        // south: partial velocities: dw/du, dv/du
-        let parent_omega_south_y_by_ground_east = mul_add(-sin_south_south_east, south_east_part_6,
-            cos_south_south_east * parent_omega_on_hinge_south_y_by_ground_east);
-        let parent_omega_south_x_by_ground_east = mul_add(c(-0.6123724905851617),
-            cos_south_east_east, c(0.3535532955220838));
-        // south_ghost0: partial velocities: dw/du, dv/du
-        let parent_omega_south_ghost0_y_by_ground_west = mul_add(cos_south_west_south,
-            parent_omega_on_hinge_south_ghost0_y_by_ground_west,
-            sin_south_west_south * parent_omega_south_west_z_by_ground_west);
-        // south_east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_east_y = sin_ground_east * c(-6.936717523440031);
-        let south_east_part_11 = sin_south_east_east * east_part;
-        let south_east_part_12 = cos_south_east_east * apparent_gravity_on_hinge_south_east_y;
-        let apparent_gravity_south_east_y = south_east_part_12 - south_east_part_11;
-        let apparent_gravity_south_east_z = mul_add(-sin_south_east_east,
-            apparent_gravity_on_hinge_south_east_y, -cos_south_east_east * east_part);
-        // south_east: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_moment_south_east_x = -apparent_gravity_south_east_z * c(4.7358339509453117e-4)
-            - mul_add(c(-1.2939941252175183e-5), velocity_product_gradient_south_east_zx,
-            mul_add(c(3.338573836000013e-8), south_east_part_5,
-            south_east_part_5 * c(-1.642426710807345e-5)));
-        let south_east_part_13 = sin_ground_east * c(3.285114235562458e-3);
-        let south_east_part_14 = -c(1.2939941252175183e-5) * mul_add(-omega_south_east_x,
-            omega_south_east_x, omega_south_east_yy);
-        let bias_moment_south_east_z = south_east_part_13 - mul_add(c(-1.642426710807345e-5),
-            velocity_product_gradient_south_east_xy, south_east_part_14);
-        // south_east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let d_apparent_gravity_on_hinge_south_east_y = cos_ground_east * c(-6.936717523440031);
-        let d_apparent_gravity_south_east_y = mul_add(-sin_south_east_east, east_part_2,
-            cos_south_east_east * d_apparent_gravity_on_hinge_south_east_y);
-        let d_apparent_gravity_south_east_z = mul_add(-sin_south_east_east,
-            d_apparent_gravity_on_hinge_south_east_y, -cos_south_east_east * east_part_2);
-        // south_west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_west_y = sin_ground_west * c(-4.904994011767025);
-        let south_west_part_7 = sin_west_south_west * west_part;
-        let south_west_part_8 = cos_west_south_west * apparent_gravity_on_hinge_south_west_y;
-        let apparent_gravity_south_west_y = south_west_part_8 - south_west_part_7;
-        let apparent_gravity_south_west_z = mul_add(-sin_west_south_west,
-            apparent_gravity_on_hinge_south_west_y, -cos_west_south_west * west_part);
-        // south_west: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_moment_south_west_x = mul_add(c(3.5201493204827953e-4),
-            apparent_gravity_south_west_z, -mul_add(c(-1.009359489758939e-5), south_west_part_3,
-            mul_add(c(2.6789051216394143e-8), south_west_part_3,
-            velocity_product_gradient_south_west_zx * c(1.2394283547934888e-5))));
-        let south_west_part_9 = c(1.2394283547934888e-5) * mul_add(-omega_south_west_x,
-            omega_south_west_x, omega_south_west_yy);
-        let south_west_part_10 = -sin_ground_west * c(-2.990617717679251e-3);
-        let bias_moment_south_west_z = south_west_part_10 - mul_add(c(-1.009359489758939e-5),
-            velocity_product_gradient_south_west_xy, south_west_part_9);
-        // south_west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let d_apparent_gravity_on_hinge_south_west_y = cos_ground_west * c(-4.904994011767025);
-        let d_apparent_gravity_south_west_y = mul_add(-sin_west_south_west, west_part_2,
-            cos_west_south_west * d_apparent_gravity_on_hinge_south_west_y);
-        let d_apparent_gravity_south_west_z = mul_add(-sin_west_south_west,
-            d_apparent_gravity_on_hinge_south_west_y, -cos_west_south_west * west_part_2);
-        // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_net_moment_south_west_z = -cos_ground_west * c(-2.990617717679251e-3);
+        let minus_velocity_product_alpha_south_east_y = minus_parent_omega_south_east_z * u[3];
+        let minus_velocity_product_alpha_south_east_z = parent_omega_south_east_y * u[3];
+        // south_west: angular velocity: w = R^T w_parent + u e_x
+        let minus_parent_omega_on_hinge_south_west_y = u[5] * c(0.8660257562110547);
+        let minus_parent_omega_south_west_y =
+            cos_west_south_west * minus_parent_omega_on_hinge_south_west_y;
+        let parent_omega_south_west_z =
+            sin_west_south_west * minus_parent_omega_on_hinge_south_west_y;
+        let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
+        // south_west: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
+        let velocity_product_alpha_south_west_y = parent_omega_south_west_z * u[2];
+        let velocity_product_alpha_south_west_z = minus_parent_omega_south_west_y * u[2];
         // south: angular velocity: w = R^T w_parent + u e_x
         let parent_omega_on_hinge_south_y = mul_add(c(0.8660254814097263), omega_south_east_x,
             parent_omega_south_east_y * c(0.49999986554903386));
         let parent_omega_south_x = mul_add(c(-0.8660254814097263), parent_omega_south_east_y,
             omega_south_east_x * c(0.49999986554903386));
-        let south_part = sin_south_south_east * south_east_part;
-        let south_part_2 = cos_south_south_east * parent_omega_on_hinge_south_y;
-        let parent_omega_south_y = south_part_2 - south_part;
+        let south_product = sin_south_south_east * minus_parent_omega_south_east_z;
+        let south_product_2 = cos_south_south_east * parent_omega_on_hinge_south_y;
+        let parent_omega_south_y = south_product_2 - south_product;
         let parent_omega_south_z = mul_add(-sin_south_south_east, parent_omega_on_hinge_south_y,
-            -cos_south_south_east * south_east_part);
+            -cos_south_south_east * minus_parent_omega_south_east_z);
         let omega_south_x = parent_omega_south_x + u[1];
+        let d_parent_omega_south_z_by_q_south_south_east = south_product - south_product_2;
+        let d_parent_omega_on_hinge_south_y_by_q_south_east_east =
+            minus_parent_omega_south_east_z * c(-0.49999986554903386);
+        let minus_d_parent_omega_south_x_by_q_south_east_east =
+            minus_parent_omega_south_east_z * c(-0.8660254814097263);
+        let south_product_3 = sin_south_south_east * parent_omega_south_east_y;
+        let south_product_4 =
+            cos_south_south_east * d_parent_omega_on_hinge_south_y_by_q_south_east_east;
+        let d_parent_omega_south_y_by_q_south_east_east = south_product_4 - south_product_3;
+        let south_product_5 =
+            sin_south_south_east * d_parent_omega_on_hinge_south_y_by_q_south_east_east;
+        let south_neg = -cos_south_south_east * parent_omega_south_east_y;
+        let d_parent_omega_south_z_by_q_south_east_east = south_neg - south_product_5;
         // south: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
-        let velocity_product_alpha_on_hinge_south_y = south_east_part_2 * c(-0.49999986554903386);
-        let south_part_3 = south_east_part_2 * c(-0.8660254814097263);
-        let south_part_4 = parent_omega_south_z * u[1];
+        let velocity_product_alpha_on_hinge_south_y =
+            minus_velocity_product_alpha_south_east_y * c(-0.49999986554903386);
+        let minus_velocity_product_alpha_south_x =
+            minus_velocity_product_alpha_south_east_y * c(-0.8660254814097263);
+        let parent_omega_south_z_times_u_south_south_east = parent_omega_south_z * u[1];
         let velocity_product_alpha_south_y = mul_add(cos_south_south_east,
             velocity_product_alpha_on_hinge_south_y, mul_add(-sin_south_south_east,
-            south_east_part_3, south_part_4));
-        let south_part_5 = parent_omega_south_y * u[1];
+            minus_velocity_product_alpha_south_east_z,
+            parent_omega_south_z_times_u_south_south_east));
+        let parent_omega_south_y_times_u_south_south_east = parent_omega_south_y * u[1];
         let velocity_product_alpha_south_z = mul_add(-sin_south_south_east,
-            velocity_product_alpha_on_hinge_south_y, -cos_south_south_east * south_east_part_3
-            - south_part_5);
-        // south: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let omega_south_xx = omega_south_x * omega_south_x;
-        let omega_south_yy = parent_omega_south_y * parent_omega_south_y;
-        let omega_south_zz = parent_omega_south_z * parent_omega_south_z;
-        let omega_south_xy = parent_omega_south_y * omega_south_x;
-        let omega_south_xz = parent_omega_south_z * omega_south_x;
-        let omega_south_yz = parent_omega_south_y * parent_omega_south_z;
-        let velocity_product_gradient_south_xy = omega_south_xy - velocity_product_alpha_south_z;
-        let velocity_product_gradient_south_xz = velocity_product_alpha_south_y + omega_south_xz;
-        let velocity_product_gradient_south_yx = velocity_product_alpha_south_z + omega_south_xy;
-        let velocity_product_gradient_south_yz = south_part_3 + omega_south_yz;
-        let velocity_product_gradient_south_zx = omega_south_xz - velocity_product_alpha_south_y;
-        let velocity_product_gradient_south_zy = omega_south_yz - south_part_3;
-        // south: partial velocities: dw/du, dv/du
-        let south_part_6 = sin_south_south_east * c(0.8660254814097263);
-        let parent_omega_south_y_by_south_east_east = cos_south_south_east * c(0.8660254814097263);
+            velocity_product_alpha_on_hinge_south_y,
+            -cos_south_south_east * minus_velocity_product_alpha_south_east_z
+            - parent_omega_south_y_times_u_south_south_east);
         // south_ghost0: angular velocity: w = R^T w_parent + u e_x
         let parent_omega_on_hinge_south_ghost0_y = mul_add(c(-0.7071063925583854),
-            omega_south_west_x, d_alpha_south_west_z * c(-0.7071071698144962));
-        let parent_omega_south_ghost0_x = mul_add(c(-0.7071063925583854), d_alpha_south_west_z,
-            omega_south_west_x * c(0.7071071698144962));
-        let south_ghost0_part = sin_south_west_south * d_parent_omega_south_west_y;
-        let south_ghost0_part_2 = cos_south_west_south * parent_omega_on_hinge_south_ghost0_y;
-        let parent_omega_south_ghost0_y = south_ghost0_part + south_ghost0_part_2;
+            omega_south_west_x, minus_parent_omega_south_west_y * c(-0.7071071698144962));
+        let parent_omega_south_ghost0_x = mul_add(c(-0.7071063925583854),
+            minus_parent_omega_south_west_y, omega_south_west_x * c(0.7071071698144962));
+        let south_ghost0_product = sin_south_west_south * parent_omega_south_west_z;
+        let south_ghost0_product_2 = cos_south_west_south * parent_omega_on_hinge_south_ghost0_y;
+        let parent_omega_south_ghost0_y = south_ghost0_product + south_ghost0_product_2;
         let parent_omega_south_ghost0_z = mul_add(-sin_south_west_south,
-            parent_omega_on_hinge_south_ghost0_y,
-            cos_south_west_south * d_parent_omega_south_west_y);
+            parent_omega_on_hinge_south_ghost0_y, cos_south_west_south * parent_omega_south_west_z);
         let omega_south_ghost0_x = parent_omega_south_ghost0_x + u[0];
+        let d_parent_omega_south_ghost0_z_by_q_south_west_south = -south_ghost0_product
+            - south_ghost0_product_2;
+        let d_parent_omega_on_hinge_south_ghost0_y_by_q_west_south_west =
+            parent_omega_south_west_z * c(0.7071071698144962);
+        let d_parent_omega_south_ghost0_x_by_q_west_south_west =
+            parent_omega_south_west_z * c(0.7071063925583854);
+        let south_ghost0_product_3 = sin_south_west_south * minus_parent_omega_south_west_y;
+        let south_ghost0_product_4 =
+            cos_south_west_south * d_parent_omega_on_hinge_south_ghost0_y_by_q_west_south_west;
+        let d_parent_omega_south_ghost0_y_by_q_west_south_west = south_ghost0_product_3
+            + south_ghost0_product_4;
+        let south_ghost0_product_5 =
+            sin_south_west_south * d_parent_omega_on_hinge_south_ghost0_y_by_q_west_south_west;
+        let south_ghost0_product_6 = cos_south_west_south * minus_parent_omega_south_west_y;
+        let d_parent_omega_south_ghost0_z_by_q_west_south_west = south_ghost0_product_6
+            - south_ghost0_product_5;
+        let d_parent_omega_south_ghost0_y_by_u_west_south_west =
+            cos_south_west_south * c(-0.7071063925583854);
+        let minus_d_parent_omega_south_ghost0_z_by_u_west_south_west =
+            sin_south_west_south * c(-0.7071063925583854);
         // south_ghost0: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
         let velocity_product_alpha_on_hinge_south_ghost0_y =
             velocity_product_alpha_south_west_y * c(0.7071071698144962);
         let velocity_product_alpha_south_ghost0_x =
             velocity_product_alpha_south_west_y * c(0.7071063925583854);
-        let south_ghost0_part_3 = parent_omega_south_ghost0_z * u[0];
+        let south_ghost0_product_7 = parent_omega_south_ghost0_z * u[0];
         let velocity_product_alpha_south_ghost0_y = mul_add(cos_south_west_south,
             velocity_product_alpha_on_hinge_south_ghost0_y, mul_add(sin_south_west_south,
-            south_west_part_2, south_ghost0_part_3));
-        let south_ghost0_part_4 = parent_omega_south_ghost0_y * u[0];
+            velocity_product_alpha_south_west_z, south_ghost0_product_7));
+        let south_ghost0_product_8 = parent_omega_south_ghost0_y * u[0];
         let velocity_product_alpha_south_ghost0_z = mul_add(-sin_south_west_south,
             velocity_product_alpha_on_hinge_south_ghost0_y, mul_add(cos_south_west_south,
-            south_west_part_2, -south_ghost0_part_4));
-        // south_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let omega_south_ghost0_xy = parent_omega_south_ghost0_y * omega_south_ghost0_x;
-        let omega_south_ghost0_xz = parent_omega_south_ghost0_z * omega_south_ghost0_x;
-        let omega_south_ghost0_yz = parent_omega_south_ghost0_y * parent_omega_south_ghost0_z;
-        let velocity_product_gradient_south_ghost0_xy = omega_south_ghost0_xy
-            - velocity_product_alpha_south_ghost0_z;
-        let velocity_product_gradient_south_ghost0_xz = velocity_product_alpha_south_ghost0_y
-            + omega_south_ghost0_xz;
-        let velocity_product_gradient_south_ghost0_yx = velocity_product_alpha_south_ghost0_z
-            + omega_south_ghost0_xy;
-        let velocity_product_gradient_south_ghost0_yz = omega_south_ghost0_yz
-            - velocity_product_alpha_south_ghost0_x;
-        let velocity_product_gradient_south_ghost0_zx = omega_south_ghost0_xz
-            - velocity_product_alpha_south_ghost0_y;
-        let velocity_product_gradient_south_ghost0_zy = velocity_product_alpha_south_ghost0_x
-            + omega_south_ghost0_yz;
-        // south_ghost0: angular velocity: w = R^T w_parent + u e_x
-        let d_parent_omega_south_ghost0_y = cos_south_west_south * c(-0.7071063925583854);
-        let south_ghost0_part_5 = sin_south_west_south * c(-0.7071063925583854);
-        // south_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let south_ghost0_part_6 = c(0.7071071698144962) * omega_south_ghost0_x;
-        let d_omega_south_ghost0_xx = south_ghost0_part_6 + south_ghost0_part_6;
-        let south_ghost0_part_7 = parent_omega_south_ghost0_y * d_parent_omega_south_ghost0_y;
-        let d_omega_south_ghost0_yy = south_ghost0_part_7 + south_ghost0_part_7;
-        let d_omega_south_ghost0_xy = mul_add(c(0.7071071698144962), parent_omega_south_ghost0_y,
-            omega_south_ghost0_x * d_parent_omega_south_ghost0_y);
-        let d_omega_south_ghost0_xz = mul_add(-omega_south_ghost0_x, south_ghost0_part_5,
-            c(0.7071071698144962) * parent_omega_south_ghost0_z);
-        let d_omega_south_ghost0_yz = mul_add(-parent_omega_south_ghost0_y, south_ghost0_part_5,
-            parent_omega_south_ghost0_z * d_parent_omega_south_ghost0_y);
-        let south_ghost0_part_8 = omega_south_ghost0_x * parent_omega_south_ghost0_x_by_ground_west;
-        let d_omega_south_ghost0_xx_2 = south_ghost0_part_8 + south_ghost0_part_8;
-        let south_ghost0_part_9 =
-            parent_omega_south_ghost0_y * parent_omega_south_ghost0_y_by_ground_west;
-        let d_omega_south_ghost0_yy_2 = south_ghost0_part_9 + south_ghost0_part_9;
-        let d_omega_south_ghost0_xy_2 = mul_add(parent_omega_south_ghost0_y,
-            parent_omega_south_ghost0_x_by_ground_west,
-            omega_south_ghost0_x * parent_omega_south_ghost0_y_by_ground_west);
-        let d_omega_south_ghost0_xz_2 = mul_add(parent_omega_south_ghost0_z,
-            parent_omega_south_ghost0_x_by_ground_west,
-            omega_south_ghost0_x * parent_omega_south_ghost0_z_by_ground_west);
-        let d_omega_south_ghost0_yz_2 = mul_add(parent_omega_south_ghost0_y,
-            parent_omega_south_ghost0_z_by_ground_west,
-            parent_omega_south_ghost0_z * parent_omega_south_ghost0_y_by_ground_west);
-        // south: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let south_part_7 = c(0.49999986554903386) * omega_south_x;
-        let d_omega_south_xx = south_part_7 + south_part_7;
-        let south_part_8 = parent_omega_south_y * parent_omega_south_y_by_south_east_east;
-        let d_omega_south_yy = south_part_8 + south_part_8;
-        let south_part_9 = parent_omega_south_z * south_part_6;
-        let d_omega_south_zz = -south_part_9 - south_part_9;
-        let d_omega_south_xy = mul_add(c(0.49999986554903386), parent_omega_south_y,
-            omega_south_x * parent_omega_south_y_by_south_east_east);
-        let d_omega_south_xz = mul_add(-omega_south_x, south_part_6,
-            c(0.49999986554903386) * parent_omega_south_z);
-        let d_omega_south_yz = mul_add(-parent_omega_south_y, south_part_6,
-            parent_omega_south_z * parent_omega_south_y_by_south_east_east);
-        let south_part_10 = omega_south_x * parent_omega_south_x_by_ground_east;
-        let d_omega_south_xx_2 = south_part_10 + south_part_10;
-        let south_part_11 = parent_omega_south_y * parent_omega_south_y_by_ground_east;
-        let d_omega_south_yy_2 = south_part_11 + south_part_11;
-        let south_part_12 = parent_omega_south_z * parent_omega_south_z_by_ground_east;
-        let d_omega_south_zz_2 = south_part_12 + south_part_12;
-        let d_omega_south_xy_2 = mul_add(parent_omega_south_y, parent_omega_south_x_by_ground_east,
-            omega_south_x * parent_omega_south_y_by_ground_east);
-        let d_omega_south_xz_2 = mul_add(parent_omega_south_z, parent_omega_south_x_by_ground_east,
-            omega_south_x * parent_omega_south_z_by_ground_east);
-        let d_omega_south_yz_2 = mul_add(parent_omega_south_y, parent_omega_south_z_by_ground_east,
-            parent_omega_south_z * parent_omega_south_y_by_ground_east);
+            velocity_product_alpha_south_west_z, -south_ghost0_product_8));
+        // east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let minus_apparent_gravity_east_z = cos_ground_east * c(9.81);
+        let minus_d_apparent_gravity_east_z_by_q_ground_east = sin_ground_east * c(-9.81);
+        // west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let minus_apparent_gravity_west_z = cos_ground_west * c(9.81);
+        let minus_d_apparent_gravity_west_z_by_q_ground_west = sin_ground_west * c(-9.81);
+        // south_east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_on_hinge_south_east_y = sin_ground_east * c(-6.936717523440031);
+        let south_east_product = sin_south_east_east * minus_apparent_gravity_east_z;
+        let south_east_product_2 = cos_south_east_east * apparent_gravity_on_hinge_south_east_y;
+        let apparent_gravity_south_east_y = south_east_product_2 - south_east_product;
+        let apparent_gravity_south_east_z = mul_add(-sin_south_east_east,
+            apparent_gravity_on_hinge_south_east_y,
+            -cos_south_east_east * minus_apparent_gravity_east_z);
+        let d_apparent_gravity_south_east_z_by_q_south_east_east = south_east_product
+            - south_east_product_2;
+        let d_apparent_gravity_on_hinge_south_east_y_by_q_ground_east =
+            cos_ground_east * c(-6.936717523440031);
+        let d_apparent_gravity_south_east_y_by_q_ground_east = mul_add(-sin_south_east_east,
+            minus_d_apparent_gravity_east_z_by_q_ground_east,
+            cos_south_east_east * d_apparent_gravity_on_hinge_south_east_y_by_q_ground_east);
+        let d_apparent_gravity_south_east_z_by_q_ground_east = mul_add(-sin_south_east_east,
+            d_apparent_gravity_on_hinge_south_east_y_by_q_ground_east,
+            -cos_south_east_east * minus_d_apparent_gravity_east_z_by_q_ground_east);
+        // south_west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_on_hinge_south_west_y = sin_ground_west * c(-4.904994011767025);
+        let south_west_product = sin_west_south_west * minus_apparent_gravity_west_z;
+        let south_west_product_2 = cos_west_south_west * apparent_gravity_on_hinge_south_west_y;
+        let apparent_gravity_south_west_y = south_west_product_2 - south_west_product;
+        let apparent_gravity_south_west_z = mul_add(-sin_west_south_west,
+            apparent_gravity_on_hinge_south_west_y,
+            -cos_west_south_west * minus_apparent_gravity_west_z);
+        let d_apparent_gravity_south_west_z_by_q_west_south_west = south_west_product
+            - south_west_product_2;
+        let d_apparent_gravity_on_hinge_south_west_y_by_q_ground_west =
+            cos_ground_west * c(-4.904994011767025);
+        let d_apparent_gravity_south_west_y_by_q_ground_west = mul_add(-sin_west_south_west,
+            minus_d_apparent_gravity_west_z_by_q_ground_west,
+            cos_west_south_west * d_apparent_gravity_on_hinge_south_west_y_by_q_ground_west);
+        let d_apparent_gravity_south_west_z_by_q_ground_west = mul_add(-sin_west_south_west,
+            d_apparent_gravity_on_hinge_south_west_y_by_q_ground_west,
+            -cos_west_south_west * minus_d_apparent_gravity_west_z_by_q_ground_west);
         // south: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let apparent_gravity_on_hinge_south_y = mul_add(c(6.007374132640437), sin_ground_east,
             c(0.49999986554903386) * apparent_gravity_south_east_y);
@@ -3870,18 +3835,69 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let apparent_gravity_south_z = mul_add(-sin_south_south_east,
             apparent_gravity_on_hinge_south_y,
             cos_south_south_east * apparent_gravity_south_east_z);
-        // south: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let south_part_13 = -apparent_gravity_south_z * c(1.7025018541990593e-4);
-        let bias_moment_south_x = south_part_13 - mul_add(c(-2.3726582693412885e-8),
-            velocity_product_gradient_south_yz, mul_add(c(-6.645555056848842e-6),
-            velocity_product_gradient_south_zx,
-            velocity_product_gradient_south_zy * c(5.565308808048279e-6)));
-        let south_part_14 = mul_add(c(2.3726582693412885e-8), velocity_product_gradient_south_xz,
-            velocity_product_gradient_south_zy * c(6.645555056848842e-6));
-        let south_part_15 = apparent_gravity_south_x * c(1.7025018541990593e-4);
-        let south_part_16 = -c(6.645555056848842e-6) * (omega_south_yy - omega_south_xx);
-        let bias_moment_south_z = south_part_15 - mul_add(c(-5.565308808048279e-6),
-            velocity_product_gradient_south_xy, south_part_16);
+        let d_apparent_gravity_south_z_by_q_south_south_east = mul_add(-cos_south_south_east,
+            apparent_gravity_on_hinge_south_y,
+            -sin_south_south_east * apparent_gravity_south_east_z);
+        let d_apparent_gravity_on_hinge_south_y_by_q_south_east_east =
+            c(0.49999986554903386) * apparent_gravity_south_east_z;
+        let d_apparent_gravity_south_z_by_q_south_east_east = mul_add(-sin_south_south_east,
+            d_apparent_gravity_on_hinge_south_y_by_q_south_east_east,
+            cos_south_south_east * d_apparent_gravity_south_east_z_by_q_south_east_east);
+        let d_apparent_gravity_on_hinge_south_y_by_q_ground_east = mul_add(c(6.007374132640437),
+            cos_ground_east,
+            c(0.49999986554903386) * d_apparent_gravity_south_east_y_by_q_ground_east);
+        let d_apparent_gravity_south_x_by_q_ground_east = mul_add(c(-0.8660254814097263),
+            d_apparent_gravity_south_east_y_by_q_ground_east,
+            cos_ground_east * c(3.4683578290716426));
+        let d_apparent_gravity_south_z_by_q_ground_east = mul_add(-sin_south_south_east,
+            d_apparent_gravity_on_hinge_south_y_by_q_ground_east,
+            cos_south_south_east * d_apparent_gravity_south_east_z_by_q_ground_east);
+        // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
+        let apparent_gravity_on_hinge_south_ghost0_y = mul_add(c(6.007372737186427),
+            sin_ground_west, c(0.7071071698144962) * apparent_gravity_south_west_y);
+        let apparent_gravity_south_ghost0_x = mul_add(c(0.7071063925583854),
+            apparent_gravity_south_west_y, sin_ground_west * c(-6.007379340531014));
+        let apparent_gravity_south_ghost0_z = mul_add(-sin_south_west_south,
+            apparent_gravity_on_hinge_south_ghost0_y,
+            cos_south_west_south * apparent_gravity_south_west_z);
+        let d_apparent_gravity_south_ghost0_z_by_q_south_west_south = mul_add(-cos_south_west_south,
+            apparent_gravity_on_hinge_south_ghost0_y,
+            -sin_south_west_south * apparent_gravity_south_west_z);
+        let d_apparent_gravity_on_hinge_south_ghost0_y_by_q_west_south_west =
+            c(0.7071071698144962) * apparent_gravity_south_west_z;
+        let d_apparent_gravity_south_ghost0_z_by_q_west_south_west = mul_add(-sin_south_west_south,
+            d_apparent_gravity_on_hinge_south_ghost0_y_by_q_west_south_west,
+            cos_south_west_south * d_apparent_gravity_south_west_z_by_q_west_south_west);
+        let d_apparent_gravity_on_hinge_south_ghost0_y_by_q_ground_west =
+            mul_add(c(6.007372737186427), cos_ground_west,
+            c(0.7071071698144962) * d_apparent_gravity_south_west_y_by_q_ground_west);
+        let d_apparent_gravity_south_ghost0_x_by_q_ground_west = mul_add(c(0.7071063925583854),
+            d_apparent_gravity_south_west_y_by_q_ground_west,
+            cos_ground_west * c(-6.007379340531014));
+        let d_apparent_gravity_south_ghost0_z_by_q_ground_west = mul_add(-sin_south_west_south,
+            d_apparent_gravity_on_hinge_south_ghost0_y_by_q_ground_west,
+            cos_south_west_south * d_apparent_gravity_south_west_z_by_q_ground_west);
+        // south_ghost0: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
+        let inertia_south_west_south_moment_in_parent_south_ghost0_x =
+            mul_add(c(4.6991385294973235e-6), cos_south_west_south, c(3.9520886819049045e-6));
+        let inertia_south_west_south_moment_in_parent_south_ghost0_y =
+            mul_add(c(-4.6991436948220556e-6), cos_south_west_south, c(3.952084337747174e-6));
+        let minus_inertia_south_west_south_moment_in_parent_south_ghost0_z =
+            sin_south_west_south * c(6.645589092322226e-6);
+        // south_ghost0: composite inertia: m, h, S of all beyond the hinge
+        let composite_second_moment_joint_deviator_south_ghost0 =
+            sin_south_west_south * c(5.541641176481752e-6);
+        let composite_second_moment_joint_deviator_sin_south_ghost0 =
+            sin_south_west_south * composite_second_moment_joint_deviator_south_ghost0;
+        let composite_second_moment_joint_deviator_cos_south_ghost0 =
+            cos_south_west_south * composite_second_moment_joint_deviator_south_ghost0;
+        let composite_second_moment_on_hinge_south_ghost0_yy = c(5.565367759175165e-6)
+            - composite_second_moment_joint_deviator_sin_south_ghost0;
+        let composite_second_moment_hinge_deviator_south_ghost0 = mul_add(c(-0.7071063925583854),
+            composite_second_moment_on_hinge_south_ghost0_yy,
+            cos_south_west_south * c(9.398287389644111e-6));
+        let composite_second_moment_hinge_deviator_sin_south_ghost0 =
+            c(0.7071063925583854) * composite_second_moment_hinge_deviator_south_ghost0;
         // south: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let inertia_south_south_east_moment_in_parent_south_x = mul_add(c(5.75522001734236e-6),
             cos_south_south_east, c(2.794516943919638e-6));
@@ -3901,293 +3917,167 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let composite_second_moment_hinge_deviator_south = mul_add(c(0.8660254814097263),
             composite_second_moment_on_hinge_south_yy,
             cos_south_south_east * c(-6.645553269846246e-6));
-        let south_part_17 = c(0.8660254814097263) * composite_second_moment_hinge_deviator_south;
-        // south_east: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let inertia_south_south_east_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
-            inertia_south_south_east_moment_in_parent_south_z,
-            cos_south_east_east * inertia_south_south_east_moment_in_parent_south_y);
-        let inertia_south_south_east_moment_in_parent_south_east_x = mul_add(c(0.7071067811865475),
-            inertia_south_south_east_moment_on_hinge_south_east_y,
-            c(0.7071067811865475) * inertia_south_south_east_moment_in_parent_south_x);
-        // south: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let d_apparent_gravity_on_hinge_south_y = mul_add(c(6.007374132640437), cos_ground_east,
-            c(0.49999986554903386) * d_apparent_gravity_south_east_y);
-        let d_apparent_gravity_south_x = mul_add(c(-0.8660254814097263),
-            d_apparent_gravity_south_east_y, cos_ground_east * c(3.4683578290716426));
-        let d_apparent_gravity_south_z = mul_add(-sin_south_south_east,
-            d_apparent_gravity_on_hinge_south_y,
-            cos_south_south_east * d_apparent_gravity_south_east_z);
+        let minus_composite_second_moment_hinge_deviator_sin_south =
+            c(0.8660254814097263) * composite_second_moment_hinge_deviator_south;
+        // south_east: partial velocities: dw/du, dv/du
+        let minus_parent_omega_south_east_z_by_ground_east =
+            sin_south_east_east * c(0.7071067811865475);
+        let parent_omega_south_east_y_by_ground_east = cos_south_east_east * c(0.7071067811865475);
+        // south_east: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
+        let omega_south_east_yy = parent_omega_south_east_y * parent_omega_south_east_y;
+        let omega_south_east_xy = parent_omega_south_east_y * omega_south_east_x;
+        let minus_omega_south_east_xz = minus_parent_omega_south_east_z * omega_south_east_x;
+        let minus_omega_south_east_yz = parent_omega_south_east_y * minus_parent_omega_south_east_z;
+        let velocity_product_gradient_south_east_xy = minus_velocity_product_alpha_south_east_z
+            + omega_south_east_xy;
+        let velocity_product_gradient_south_east_xz = -minus_velocity_product_alpha_south_east_y
+            - minus_omega_south_east_xz;
+        let velocity_product_gradient_south_east_zx = minus_velocity_product_alpha_south_east_y
+            - minus_omega_south_east_xz;
+        let d_omega_south_east_yz_by_q_south_east_east = mul_add(minus_parent_omega_south_east_z,
+            minus_parent_omega_south_east_z, -omega_south_east_yy);
+        let d_omega_south_east_xy_by_u_ground_east = mul_add(c(0.7071067811865475),
+            parent_omega_south_east_y,
+            omega_south_east_x * parent_omega_south_east_y_by_ground_east);
+        let d_omega_south_east_xz_by_u_ground_east = mul_add(c(-0.7071067811865475),
+            minus_parent_omega_south_east_z,
+            -omega_south_east_x * minus_parent_omega_south_east_z_by_ground_east);
+        let d_omega_south_east_yz_by_u_ground_east = mul_add(-parent_omega_south_east_y,
+            minus_parent_omega_south_east_z_by_ground_east,
+            -minus_parent_omega_south_east_z * parent_omega_south_east_y_by_ground_east);
+        // south_east: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
+        let minus_bias_moment_south_east_y = mul_add(c(-1.2939941252175183e-5),
+            minus_omega_south_east_yz,
+            velocity_product_gradient_south_east_xz * c(3.338573836000013e-8));
+        let sin_ground_east_product = sin_ground_east * c(3.285114235562458e-3);
+        let south_east_product_3 = c(-1.2939941252175183e-5) * mul_add(-omega_south_east_x,
+            omega_south_east_x, omega_south_east_yy);
+        let bias_moment_south_east_z = sin_ground_east_product - mul_add(c(-1.642426710807345e-5),
+            velocity_product_gradient_south_east_xy, south_east_product_3);
+        // south: partial velocities: dw/du, dv/du
+        let minus_parent_omega_south_z_by_south_east_east =
+            sin_south_south_east * c(0.8660254814097263);
+        let parent_omega_on_hinge_south_y_by_ground_east = mul_add(c(0.3535532955220838),
+            cos_south_east_east, c(0.6123724905851617));
+        let parent_omega_south_z_by_ground_east = mul_add(-sin_south_south_east,
+            parent_omega_on_hinge_south_y_by_ground_east,
+            -cos_south_south_east * minus_parent_omega_south_east_z_by_ground_east);
+        let parent_omega_south_y_by_south_east_east = cos_south_south_east * c(0.8660254814097263);
+        let parent_omega_south_y_by_ground_east = mul_add(-sin_south_south_east,
+            minus_parent_omega_south_east_z_by_ground_east,
+            cos_south_south_east * parent_omega_on_hinge_south_y_by_ground_east);
+        let parent_omega_south_x_by_ground_east = mul_add(c(-0.6123724905851617),
+            cos_south_east_east, c(0.3535532955220838));
         // south: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let d_omega_south_xx_3 = omega_south_x + omega_south_x;
-        // south: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let d_acceleration_gradient_south_xy = parent_omega_south_y + parent_omega_south_y;
-        let d_acceleration_gradient_south_xz = parent_omega_south_z + parent_omega_south_z;
-        // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let south_part_18 = c(2.3726582693412885e-8) * d_acceleration_gradient_south_xz;
-        let south_part_19 = mul_add(c(-5.565308808048279e-6), d_acceleration_gradient_south_xy,
-            -d_omega_south_xx_3 * c(-6.645555056848842e-6));
-        // south: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let d_alpha_on_hinge_south_y = c(-0.49999986554903386) * south_east_part_9;
-        let south_part_20 = c(-0.8660254814097263) * south_east_part_9;
-        let d_alpha_south_y = mul_add(cos_south_south_east, d_alpha_on_hinge_south_y,
-            mul_add(-sin_south_south_east, south_east_part_10,
-            u[1] * parent_omega_south_z_by_ground_east));
-        let d_alpha_south_z = mul_add(-sin_south_south_east, d_alpha_on_hinge_south_y,
-            mul_add(-u[1], parent_omega_south_y_by_ground_east,
-            -cos_south_south_east * south_east_part_10));
-        let d_acceleration_gradient_south_xy_2 = d_omega_south_xy_2 - d_alpha_south_z;
-        let d_acceleration_gradient_south_xz_2 = d_omega_south_xz_2 + d_alpha_south_y;
-        let d_acceleration_gradient_south_yx = d_omega_south_xy_2 + d_alpha_south_z;
-        let d_acceleration_gradient_south_yz = d_omega_south_yz_2 + south_part_20;
-        let d_acceleration_gradient_south_zx = d_omega_south_xz_2 - d_alpha_south_y;
-        let d_acceleration_gradient_south_zy = d_omega_south_yz_2 - south_part_20;
-        // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let south_part_21 = mul_add(c(-2.3726582693412885e-8), d_acceleration_gradient_south_yz,
-            mul_add(c(-6.645555056848842e-6), d_acceleration_gradient_south_zx,
-            c(5.565308808048279e-6) * d_acceleration_gradient_south_zy));
-        let south_part_22 = mul_add(c(2.3726582693412885e-8), d_acceleration_gradient_south_xz_2,
-            c(6.645555056848842e-6) * d_acceleration_gradient_south_zy);
-        let south_part_23 = mul_add(c(-5.565308808048279e-6), d_acceleration_gradient_south_xy_2,
-            -c(6.645555056848842e-6) * (d_omega_south_yy_2 - d_omega_south_xx_2));
-        // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
-        let loop0_part_2 = mul_add(c(0.5000002689018963), mul_add(c(0.06987458559937651),
-            omega_south_xx + omega_south_zz,
-            velocity_product_gradient_south_yx * c(0.04034213973350828)),
-            mul_add(c(-0.06987458559937651), velocity_product_gradient_south_xy, (omega_south_yy
-            + omega_south_zz) * c(-0.04034213973350828)) * c(0.866025248533801));
-        let gamma_loop0_0 = mul_add(c(0.08068423607472841),
-            velocity_product_gradient_south_ghost0_yx, -loop0_part_2);
-        // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
-        let loop0_part_3 = cos_south_west_south * c(-0.05705233910713033);
-        let jacobian_loop0_1_ground_east = mul_add(c(0.06987458559937651),
+        let omega_south_xx = omega_south_x * omega_south_x;
+        let omega_south_yy = parent_omega_south_y * parent_omega_south_y;
+        let omega_south_zz = parent_omega_south_z * parent_omega_south_z;
+        let omega_south_xy = parent_omega_south_y * omega_south_x;
+        let omega_south_xz = parent_omega_south_z * omega_south_x;
+        let omega_south_yz = parent_omega_south_y * parent_omega_south_z;
+        let minus_velocity_product_gradient_south_xx = omega_south_yy + omega_south_zz;
+        let velocity_product_gradient_south_xy = omega_south_xy - velocity_product_alpha_south_z;
+        let velocity_product_gradient_south_xz = velocity_product_alpha_south_y + omega_south_xz;
+        let velocity_product_gradient_south_yx = velocity_product_alpha_south_z + omega_south_xy;
+        let minus_velocity_product_gradient_south_yy = omega_south_xx + omega_south_zz;
+        let velocity_product_gradient_south_yz = minus_velocity_product_alpha_south_x
+            + omega_south_yz;
+        let velocity_product_gradient_south_zx = omega_south_xz - velocity_product_alpha_south_y;
+        let velocity_product_gradient_south_zy = omega_south_yz
+            - minus_velocity_product_alpha_south_x;
+        let south_product_6 = parent_omega_south_z * d_parent_omega_south_z_by_q_south_south_east;
+        let d_omega_south_xz_by_q_south_south_east =
+            omega_south_x * d_parent_omega_south_z_by_q_south_south_east;
+        let d_omega_south_yz_by_q_south_south_east = mul_add(parent_omega_south_y,
+            d_parent_omega_south_z_by_q_south_south_east, omega_south_zz);
+        let minus_d_velocity_product_gradient_south_xx_by_q_south_south_east = mul_add(c(2.0),
+            south_product_6, omega_south_yz * c(2.0));
+        let d_omega_south_xx_by_q_south_east_east =
+            omega_south_x * minus_d_parent_omega_south_x_by_q_south_east_east * c(-2.0);
+        let d_omega_south_yy_by_q_south_east_east =
+            c(2.0) * (parent_omega_south_y * d_parent_omega_south_y_by_q_south_east_east);
+        let d_omega_south_zz_by_q_south_east_east =
+            c(2.0) * (parent_omega_south_z * d_parent_omega_south_z_by_q_south_east_east);
+        let d_omega_south_xy_by_q_south_east_east = mul_add(-parent_omega_south_y,
+            minus_d_parent_omega_south_x_by_q_south_east_east,
+            omega_south_x * d_parent_omega_south_y_by_q_south_east_east);
+        let d_omega_south_xz_by_q_south_east_east = mul_add(-parent_omega_south_z,
+            minus_d_parent_omega_south_x_by_q_south_east_east,
+            omega_south_x * d_parent_omega_south_z_by_q_south_east_east);
+        let d_omega_south_yz_by_q_south_east_east = mul_add(parent_omega_south_y,
+            d_parent_omega_south_z_by_q_south_east_east,
+            parent_omega_south_z * d_parent_omega_south_y_by_q_south_east_east);
+        let minus_d_velocity_product_gradient_south_xx_by_q_south_east_east =
+            d_omega_south_yy_by_q_south_east_east + d_omega_south_zz_by_q_south_east_east;
+        let minus_d_velocity_product_gradient_south_yy_by_q_south_east_east =
+            d_omega_south_xx_by_q_south_east_east + d_omega_south_zz_by_q_south_east_east;
+        let d_omega_south_xx_by_u_south_east_east = omega_south_x * c(0.9999997310980677);
+        let d_omega_south_yy_by_u_south_east_east =
+            c(2.0) * (parent_omega_south_y * parent_omega_south_y_by_south_east_east);
+        let d_omega_south_zz_by_u_south_east_east =
+            c(-2.0) * (parent_omega_south_z * minus_parent_omega_south_z_by_south_east_east);
+        let d_omega_south_xy_by_u_south_east_east = mul_add(c(0.49999986554903386),
+            parent_omega_south_y, omega_south_x * parent_omega_south_y_by_south_east_east);
+        let d_omega_south_xz_by_u_south_east_east = mul_add(-omega_south_x,
+            minus_parent_omega_south_z_by_south_east_east,
+            c(0.49999986554903386) * parent_omega_south_z);
+        let d_omega_south_yz_by_u_south_east_east = mul_add(-parent_omega_south_y,
+            minus_parent_omega_south_z_by_south_east_east,
+            parent_omega_south_z * parent_omega_south_y_by_south_east_east);
+        let minus_d_velocity_product_gradient_south_xx_by_u_south_east_east =
+            d_omega_south_yy_by_u_south_east_east + d_omega_south_zz_by_u_south_east_east;
+        let minus_d_velocity_product_gradient_south_yy_by_u_south_east_east =
+            d_omega_south_xx_by_u_south_east_east + d_omega_south_zz_by_u_south_east_east;
+        let d_omega_south_xx_by_u_ground_east =
+            c(2.0) * (omega_south_x * parent_omega_south_x_by_ground_east);
+        let d_omega_south_yy_by_u_ground_east =
+            c(2.0) * (parent_omega_south_y * parent_omega_south_y_by_ground_east);
+        let d_omega_south_zz_by_u_ground_east =
+            c(2.0) * (parent_omega_south_z * parent_omega_south_z_by_ground_east);
+        let d_omega_south_xy_by_u_ground_east = mul_add(parent_omega_south_y,
             parent_omega_south_x_by_ground_east,
-            c(0.04034213973350828) * parent_omega_south_y_by_ground_east);
-        // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
-        let gamma_loop0_1 = mul_add(c(0.0806842360747284),
-            velocity_product_gradient_south_ghost0_zx, -mul_add(c(-0.06987458559937651),
-            velocity_product_gradient_south_zy,
-            velocity_product_gradient_south_zx * c(0.04034213973350828)));
-        // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
-        let jacobian_loop0_2_south_east_east = mul_add(c(0.060513171632005175),
-            cos_south_south_east, c(-0.02017106444271448));
-        let jacobian_loop0_2_ground_east = mul_add(c(-0.04034213973350828),
+            omega_south_x * parent_omega_south_y_by_ground_east);
+        let d_omega_south_xz_by_u_ground_east = mul_add(parent_omega_south_z,
             parent_omega_south_x_by_ground_east,
-            c(0.06987458559937651) * parent_omega_south_y_by_ground_east);
-        // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
-        let gamma_loop0_2 = mul_add(c(0.0806842360747284),
-            velocity_product_gradient_south_ghost0_zy, -mul_add(c(0.04034213973350828),
-            velocity_product_gradient_south_zy,
-            velocity_product_gradient_south_zx * c(0.06987458559937651)));
-        // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_moment_on_hinge_south_y = mul_add(-cos_south_south_east, south_part_18,
-            sin_south_south_east * south_part_19);
-        let d_balance_moment_in_parent_south_y =
-            c(0.49999986554903386) * d_balance_moment_on_hinge_south_y;
-        let d_balance_moment_in_parent_south_z = mul_add(-cos_south_south_east, south_part_19,
-            -sin_south_south_east * south_part_18);
-        // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_ghost0_y = mul_add(c(6.007372737186427),
-            sin_ground_west, c(0.7071071698144962) * apparent_gravity_south_west_y);
-        let apparent_gravity_south_ghost0_x = mul_add(c(0.7071063925583854),
-            apparent_gravity_south_west_y, sin_ground_west * c(-6.007379340531014));
-        let apparent_gravity_south_ghost0_z = mul_add(-sin_south_west_south,
-            apparent_gravity_on_hinge_south_ghost0_y,
-            cos_south_west_south * apparent_gravity_south_west_z);
-        // south_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let south_ghost0_part_10 = apparent_gravity_south_ghost0_z * c(1.7025149681007909e-4);
-        let bias_moment_south_ghost0_x = south_ghost0_part_10 - mul_add(c(5.565367759175165e-6),
-            velocity_product_gradient_south_ghost0_zy, mul_add(c(-2.3726582693412885e-8),
-            velocity_product_gradient_south_ghost0_yz,
-            velocity_product_gradient_south_ghost0_zx * c(6.645589092322226e-6)));
-        let south_ghost0_part_11 = mul_add(c(-6.645589092322226e-6),
-            velocity_product_gradient_south_ghost0_zy,
-            velocity_product_gradient_south_ghost0_xz * c(2.3726582693412885e-8));
-        let south_ghost0_part_12 = c(6.645589092322226e-6) * mul_add(-omega_south_ghost0_x,
-            omega_south_ghost0_x, parent_omega_south_ghost0_y * parent_omega_south_ghost0_y);
-        let south_ghost0_part_13 = -apparent_gravity_south_ghost0_x * c(1.7025149681007909e-4);
-        let bias_moment_south_ghost0_z = south_ghost0_part_13 - mul_add(c(-5.565367759175165e-6),
-            velocity_product_gradient_south_ghost0_xy, south_ghost0_part_12);
-        // south_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let subtree_moment_on_hinge_south_ghost0_y = mul_add(-sin_south_west_south,
-            bias_moment_south_ghost0_z, -cos_south_west_south * south_ghost0_part_11);
-        let subtree_moment_in_parent_south_ghost0_x = mul_add(c(-0.7071063925583854),
-            subtree_moment_on_hinge_south_ghost0_y,
-            c(0.7071071698144962) * bias_moment_south_ghost0_x);
-        let subtree_moment_in_parent_south_ghost0_y = mul_add(c(0.7071063925583854),
-            bias_moment_south_ghost0_x,
-            c(0.7071071698144962) * subtree_moment_on_hinge_south_ghost0_y);
-        let subtree_moment_in_parent_south_ghost0_z = mul_add(-sin_south_west_south,
-            south_ghost0_part_11, cos_south_west_south * bias_moment_south_ghost0_z);
-        // south_ghost0: composite inertia: m, h, S of all beyond the hinge
-        let composite_second_moment_joint_deviator_south_ghost0 =
-            sin_south_west_south * c(5.541641176481752e-6);
-        let composite_second_moment_joint_deviator_sin_south_ghost0 =
-            sin_south_west_south * composite_second_moment_joint_deviator_south_ghost0;
-        let composite_second_moment_joint_deviator_cos_south_ghost0 =
-            cos_south_west_south * composite_second_moment_joint_deviator_south_ghost0;
-        let composite_second_moment_on_hinge_south_ghost0_yy = c(5.565367759175165e-6)
-            - composite_second_moment_joint_deviator_sin_south_ghost0;
-        let composite_second_moment_hinge_deviator_south_ghost0 = mul_add(c(-0.7071063925583854),
-            composite_second_moment_on_hinge_south_ghost0_yy,
-            cos_south_west_south * c(9.398287389644111e-6));
-        let composite_second_moment_hinge_deviator_sin_south_ghost0 =
-            c(0.7071063925583854) * composite_second_moment_hinge_deviator_south_ghost0;
-        // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let d_apparent_gravity_on_hinge_south_ghost0_y = mul_add(c(6.007372737186427),
-            cos_ground_west, c(0.7071071698144962) * d_apparent_gravity_south_west_y);
-        let d_apparent_gravity_south_ghost0_x = mul_add(c(0.7071063925583854),
-            d_apparent_gravity_south_west_y, cos_ground_west * c(-6.007379340531014));
-        let d_apparent_gravity_south_ghost0_z = mul_add(-sin_south_west_south,
-            d_apparent_gravity_on_hinge_south_ghost0_y,
-            cos_south_west_south * d_apparent_gravity_south_west_z);
-        let d_apparent_gravity_south_ghost0_z_2 = mul_add(-cos_south_west_south,
-            apparent_gravity_on_hinge_south_ghost0_y,
-            -sin_south_west_south * apparent_gravity_south_west_z);
-        // south_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let d_omega_south_ghost0_xx_3 = omega_south_ghost0_x + omega_south_ghost0_x;
-        // south_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let d_acceleration_gradient_south_ghost0_xy = parent_omega_south_ghost0_y
-            + parent_omega_south_ghost0_y;
-        let d_acceleration_gradient_south_ghost0_xz = parent_omega_south_ghost0_z
-            + parent_omega_south_ghost0_z;
-        // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let south_ghost0_part_14 =
-            c(2.3726582693412885e-8) * d_acceleration_gradient_south_ghost0_xz;
-        let south_ghost0_part_15 = mul_add(c(-5.565367759175165e-6),
-            d_acceleration_gradient_south_ghost0_xy,
-            d_omega_south_ghost0_xx_3 * c(-6.645589092322226e-6));
-        let d_balance_moment_on_hinge_south_ghost0_y = mul_add(-cos_south_west_south,
-            south_ghost0_part_14, sin_south_west_south * south_ghost0_part_15);
-        let d_balance_moment_in_parent_south_ghost0_x =
-            -c(0.7071063925583854) * d_balance_moment_on_hinge_south_ghost0_y;
-        let d_balance_moment_in_parent_south_ghost0_y =
-            c(0.7071071698144962) * d_balance_moment_on_hinge_south_ghost0_y;
-        let d_balance_moment_in_parent_south_ghost0_z = mul_add(-cos_south_west_south,
-            south_ghost0_part_15, -sin_south_west_south * south_ghost0_part_14);
-        // south_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let d_alpha_on_hinge_south_ghost0_y = c(0.7071071698144962) * d_alpha_south_west_y;
-        let d_alpha_south_ghost0_x = c(0.7071063925583854) * d_alpha_south_west_y;
-        let d_alpha_south_ghost0_y = mul_add(cos_south_west_south, d_alpha_on_hinge_south_ghost0_y,
-            mul_add(sin_south_west_south, d_alpha_south_west_z_2,
-            u[0] * parent_omega_south_ghost0_z_by_ground_west));
-        let d_alpha_south_ghost0_z = mul_add(-sin_south_west_south, d_alpha_on_hinge_south_ghost0_y,
-            mul_add(-u[0], parent_omega_south_ghost0_y_by_ground_west,
-            cos_south_west_south * d_alpha_south_west_z_2));
-        let d_acceleration_gradient_south_ghost0_xy_2 = d_omega_south_ghost0_xy_2
-            - d_alpha_south_ghost0_z;
-        let d_acceleration_gradient_south_ghost0_xz_2 = d_omega_south_ghost0_xz_2
-            + d_alpha_south_ghost0_y;
-        let d_acceleration_gradient_south_ghost0_yx = d_omega_south_ghost0_xy_2
-            + d_alpha_south_ghost0_z;
-        let d_acceleration_gradient_south_ghost0_yz = d_omega_south_ghost0_yz_2
-            - d_alpha_south_ghost0_x;
-        let d_acceleration_gradient_south_ghost0_zx = d_omega_south_ghost0_xz_2
-            - d_alpha_south_ghost0_y;
-        let d_acceleration_gradient_south_ghost0_zy = d_omega_south_ghost0_yz_2
-            + d_alpha_south_ghost0_x;
-        // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let south_ghost0_part_16 = mul_add(c(5.565367759175165e-6),
-            d_acceleration_gradient_south_ghost0_zy, mul_add(c(-2.3726582693412885e-8),
-            d_acceleration_gradient_south_ghost0_yz,
-            c(6.645589092322226e-6) * d_acceleration_gradient_south_ghost0_zx));
-        let south_ghost0_part_17 = mul_add(c(-6.645589092322226e-6),
-            d_acceleration_gradient_south_ghost0_zy,
-            c(2.3726582693412885e-8) * d_acceleration_gradient_south_ghost0_xz_2);
-        let south_ghost0_part_18 = mul_add(c(-5.565367759175165e-6),
-            d_acceleration_gradient_south_ghost0_xy_2,
-            c(6.645589092322226e-6) * (d_omega_south_ghost0_yy_2 - d_omega_south_ghost0_xx_2));
-        let d_balance_moment_on_hinge_south_ghost0_y_2 = mul_add(-cos_south_west_south,
-            south_ghost0_part_17, sin_south_west_south * south_ghost0_part_18);
-        let d_balance_moment_in_parent_south_ghost0_x_2 = mul_add(c(-0.7071063925583854),
-            d_balance_moment_on_hinge_south_ghost0_y_2,
-            c(-0.7071071698144962) * south_ghost0_part_16);
-        let d_balance_moment_in_parent_south_ghost0_y_2 = mul_add(c(-0.7071063925583854),
-            south_ghost0_part_16,
-            c(0.7071071698144962) * d_balance_moment_on_hinge_south_ghost0_y_2);
-        let d_balance_moment_in_parent_south_ghost0_z_2 = mul_add(-cos_south_west_south,
-            south_ghost0_part_18, -sin_south_west_south * south_ghost0_part_17);
-        // mechanism: results: what the function returns
-        let part = mul_add(c(0.5000002689018963), mul_add(c(0.06987458559937651), d_omega_south_xx_2
-            + d_omega_south_zz_2, c(0.04034213973350828) * d_acceleration_gradient_south_yx),
-            c(0.866025248533801) * mul_add(c(-0.06987458559937651),
-            d_acceleration_gradient_south_xy_2, c(-0.04034213973350828) * (d_omega_south_yy_2
-            + d_omega_south_zz_2)));
-        // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_moment_on_hinge_south_y_2 = mul_add(-cos_south_south_east, south_part_22,
-            sin_south_south_east * south_part_23);
-        let d_balance_moment_in_parent_south_x = mul_add(c(0.8660254814097263),
-            d_balance_moment_on_hinge_south_y_2, c(-0.49999986554903386) * south_part_21);
-        let d_balance_moment_in_parent_south_y_2 = mul_add(c(0.8660254814097263), south_part_21,
-            c(0.49999986554903386) * d_balance_moment_on_hinge_south_y_2);
-        let d_balance_moment_in_parent_south_z_2 = mul_add(-cos_south_south_east, south_part_23,
-            -sin_south_south_east * south_part_22);
-        // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
-            d_balance_moment_in_parent_south_z,
-            cos_south_east_east * d_balance_moment_in_parent_south_y);
-        let d_balance_moment_in_parent_south_east_x = mul_add(c(0.7071067811865475),
-            d_balance_moment_on_hinge_south_east_y,
-            c(0.6123724905851617) * d_balance_moment_on_hinge_south_y);
+            omega_south_x * parent_omega_south_z_by_ground_east);
+        let d_omega_south_yz_by_u_ground_east = mul_add(parent_omega_south_y,
+            parent_omega_south_z_by_ground_east,
+            parent_omega_south_z * parent_omega_south_y_by_ground_east);
+        let minus_d_velocity_product_gradient_south_xx_by_u_ground_east =
+            d_omega_south_yy_by_u_ground_east + d_omega_south_zz_by_u_ground_east;
+        let minus_d_velocity_product_gradient_south_yy_by_u_ground_east =
+            d_omega_south_xx_by_u_ground_east + d_omega_south_zz_by_u_ground_east;
+        // south: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
+        let apparent_gravity_south_z_product = apparent_gravity_south_z * c(-1.7025018541990593e-4);
+        let bias_moment_south_x = apparent_gravity_south_z_product
+            - mul_add(c(-2.3726582693412885e-8), velocity_product_gradient_south_yz,
+            mul_add(c(-6.645555056848842e-6), velocity_product_gradient_south_zx,
+            velocity_product_gradient_south_zy * c(5.565308808048279e-6)));
+        let minus_bias_moment_south_y = mul_add(c(2.3726582693412885e-8),
+            velocity_product_gradient_south_xz,
+            velocity_product_gradient_south_zy * c(6.645555056848842e-6));
+        let apparent_gravity_south_x_product = apparent_gravity_south_x * c(1.7025018541990593e-4);
+        let south_product_7 = (omega_south_yy - omega_south_xx) * c(-6.645555056848842e-6);
+        let bias_moment_south_z = apparent_gravity_south_x_product
+            - mul_add(c(-5.565308808048279e-6), velocity_product_gradient_south_xy,
+            south_product_7);
         // south: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_moment_on_hinge_south_y = mul_add(-sin_south_south_east, bias_moment_south_z,
-            -cos_south_south_east * south_part_14);
-        let subtree_moment_in_parent_south_x = mul_add(c(0.8660254814097263),
-            subtree_moment_on_hinge_south_y, c(0.49999986554903386) * bias_moment_south_x);
+            -cos_south_south_east * minus_bias_moment_south_y);
         let subtree_moment_in_parent_south_y = mul_add(c(-0.8660254814097263), bias_moment_south_x,
             c(0.49999986554903386) * subtree_moment_on_hinge_south_y);
-        let subtree_moment_in_parent_south_z = mul_add(-sin_south_south_east, south_part_14,
-            cos_south_south_east * bias_moment_south_z);
-        // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_moment_south_west_x = d_balance_moment_in_parent_south_ghost0_x_2
-            - mul_add(c(1.009359489758939e-5), d_omega_south_west_yz,
-            mul_add(c(-2.6789051216394143e-8), d_omega_south_west_yz,
-            c(1.2394283547934888e-5) * d_acceleration_gradient_south_west_zx));
-        let d_balance_moment_south_west_y = d_balance_moment_in_parent_south_ghost0_y_2
-            - mul_add(c(-1.2394283547934888e-5), d_omega_south_west_yz,
-            c(2.6789051216394143e-8) * d_acceleration_gradient_south_west_xz_2);
-        let d_balance_moment_south_west_z = d_balance_moment_in_parent_south_ghost0_z_2
-            - mul_add(c(-1.009359489758939e-5), d_acceleration_gradient_south_west_xy_2,
-            c(1.2394283547934888e-5) * (d_omega_south_west_yy - d_omega_south_west_xx_2));
-        let d_balance_moment_on_hinge_south_west_y = mul_add(-sin_west_south_west,
-            d_balance_moment_south_west_z, cos_west_south_west * d_balance_moment_south_west_y);
-        let d_balance_moment_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
-            d_balance_moment_on_hinge_south_west_y,
-            c(0.4999993895786978) * d_balance_moment_south_west_x);
-        // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_moment_south_east_x = d_balance_moment_in_parent_south_x
-            - mul_add(c(-1.2939941252175183e-5), d_acceleration_gradient_south_east_zx,
-            mul_add(c(-3.338573836000013e-8), d_omega_south_east_yz,
-            c(1.642426710807345e-5) * d_omega_south_east_yz));
-        let d_balance_moment_south_east_y = d_balance_moment_in_parent_south_y_2
-            - mul_add(c(1.2939941252175183e-5), d_omega_south_east_yz,
-            c(3.338573836000013e-8) * d_acceleration_gradient_south_east_xz_2);
-        let d_balance_moment_south_east_z = d_balance_moment_in_parent_south_z_2
-            - mul_add(c(-1.642426710807345e-5), d_acceleration_gradient_south_east_xy_2,
-            -c(1.2939941252175183e-5) * (d_omega_south_east_yy - d_omega_south_east_xx_2));
-        let d_balance_moment_on_hinge_south_east_y_2 = mul_add(-sin_south_east_east,
-            d_balance_moment_south_east_z, cos_south_east_east * d_balance_moment_south_east_y);
-        let d_balance_moment_in_parent_south_east_x_2 = mul_add(c(0.7071067811865475),
-            d_balance_moment_on_hinge_south_east_y_2,
-            c(0.7071067811865475) * d_balance_moment_south_east_x);
-        // south_west: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let subtree_moment_south_west_x = bias_moment_south_west_x
-            + subtree_moment_in_parent_south_ghost0_x;
-        let subtree_moment_south_west_y = subtree_moment_in_parent_south_ghost0_y
-            - mul_add(c(1.2394283547934888e-5), south_west_part_3,
-            velocity_product_gradient_south_west_xz * c(2.6789051216394143e-8));
-        let subtree_moment_south_west_z = bias_moment_south_west_z
-            + subtree_moment_in_parent_south_ghost0_z;
-        let subtree_moment_on_hinge_south_west_y = mul_add(-sin_west_south_west,
-            subtree_moment_south_west_z, cos_west_south_west * subtree_moment_south_west_y);
-        let subtree_moment_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
-            subtree_moment_on_hinge_south_west_y,
-            c(0.4999993895786978) * subtree_moment_south_west_x);
+        let subtree_moment_in_parent_south_z = mul_add(-sin_south_south_east,
+            minus_bias_moment_south_y, cos_south_south_east * bias_moment_south_z);
+        let generalized_force_south_south_east = mul_add(c(-3.5e-6), u[1], mul_add(c(-0.0114), q[1],
+            bias_moment_south_x));
         // south_east: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let subtree_moment_south_east_x = bias_moment_south_east_x
-            + subtree_moment_in_parent_south_x;
+        let subtree_moment_south_east_x = mul_add(c(0.8660254814097263),
+            subtree_moment_on_hinge_south_y, mul_add(c(0.49999986554903386), bias_moment_south_x,
+            mul_add(c(1.2939941252175183e-5), velocity_product_gradient_south_east_zx,
+            mul_add(c(1.639088136971345e-5), minus_omega_south_east_yz,
+            apparent_gravity_south_east_z * c(-4.7358339509453117e-4)))));
         let subtree_moment_south_east_y = subtree_moment_in_parent_south_y
-            - mul_add(c(-1.2939941252175183e-5), south_east_part_5,
-            velocity_product_gradient_south_east_xz * c(3.338573836000013e-8));
+            - minus_bias_moment_south_east_y;
         let subtree_moment_south_east_z = bias_moment_south_east_z
             + subtree_moment_in_parent_south_z;
         let subtree_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
@@ -4195,37 +4085,189 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         let subtree_moment_in_parent_south_east_x = mul_add(c(0.7071067811865475),
             subtree_moment_on_hinge_south_east_y,
             c(0.7071067811865475) * subtree_moment_south_east_x);
+        let generalized_force_south_east_east = mul_add(c(-3.5e-6), u[3], mul_add(c(-0.0114), q[3],
+            subtree_moment_south_east_x));
         // east: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_moment_east_x = mul_add(c(4.625527205006544e-3), cos_ground_east,
             subtree_moment_in_parent_south_east_x);
         let generalized_force_ground_east = mul_add(c(-3.5e-6), u[4], mul_add(c(-0.0114), q[4],
             subtree_moment_east_x));
-        // south: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let generalized_force_south_south_east = mul_add(c(-3.5e-6), u[1], mul_add(c(-0.0114), q[1],
-            bias_moment_south_x));
+        // south_west: partial velocities: dw/du, dv/du
+        let parent_omega_south_west_z_by_ground_west = sin_west_south_west * c(0.8660257562110547);
+        let minus_parent_omega_south_west_y_by_ground_west =
+            cos_west_south_west * c(0.8660257562110547);
+        // south_west: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
+        let omega_south_west_yy = minus_parent_omega_south_west_y * minus_parent_omega_south_west_y;
+        let minus_omega_south_west_xy = minus_parent_omega_south_west_y * omega_south_west_x;
+        let omega_south_west_xy = -minus_omega_south_west_xy;
+        let omega_south_west_xz = parent_omega_south_west_z * omega_south_west_x;
+        let minus_omega_south_west_yz = minus_parent_omega_south_west_y * parent_omega_south_west_z;
+        let velocity_product_gradient_south_west_xy = omega_south_west_xy
+            - velocity_product_alpha_south_west_z;
+        let velocity_product_gradient_south_west_xz = velocity_product_alpha_south_west_y
+            + omega_south_west_xz;
+        let velocity_product_gradient_south_west_zx = omega_south_west_xz
+            - velocity_product_alpha_south_west_y;
+        let d_omega_south_west_yy_by_q_west_south_west = -minus_omega_south_west_yz
+            - minus_omega_south_west_yz;
+        let d_omega_south_west_yz_by_q_west_south_west = mul_add(parent_omega_south_west_z,
+            parent_omega_south_west_z, -omega_south_west_yy);
+        let d_omega_south_west_xy_by_u_ground_west = mul_add(c(-0.4999993895786978),
+            minus_parent_omega_south_west_y,
+            -omega_south_west_x * minus_parent_omega_south_west_y_by_ground_west);
+        let d_omega_south_west_xz_by_u_ground_west = mul_add(c(0.4999993895786978),
+            parent_omega_south_west_z,
+            omega_south_west_x * parent_omega_south_west_z_by_ground_west);
+        let d_omega_south_west_yz_by_u_ground_west = mul_add(-minus_parent_omega_south_west_y,
+            parent_omega_south_west_z_by_ground_west,
+            -parent_omega_south_west_z * minus_parent_omega_south_west_y_by_ground_west);
+        // south_west: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
+        let minus_bias_moment_south_west_y = mul_add(c(1.2394283547934888e-5),
+            minus_omega_south_west_yz,
+            velocity_product_gradient_south_west_xz * c(2.6789051216394143e-8));
+        let south_west_product_3 = c(1.2394283547934888e-5) * mul_add(-omega_south_west_x,
+            omega_south_west_x, omega_south_west_yy);
+        let sin_ground_west_product = sin_ground_west * c(2.990617717679251e-3);
+        let bias_moment_south_west_z = sin_ground_west_product - mul_add(c(-1.009359489758939e-5),
+            velocity_product_gradient_south_west_xy, south_west_product_3);
+        // south_ghost0: partial velocities: dw/du, dv/du
+        let parent_omega_on_hinge_south_ghost0_y_by_ground_west = mul_add(c(-0.6123730214608577),
+            cos_west_south_west, c(-0.35355276464638774));
+        let parent_omega_south_ghost0_z_by_ground_west = mul_add(-sin_south_west_south,
+            parent_omega_on_hinge_south_ghost0_y_by_ground_west,
+            cos_south_west_south * parent_omega_south_west_z_by_ground_west);
+        let parent_omega_south_ghost0_y_by_ground_west = mul_add(cos_south_west_south,
+            parent_omega_on_hinge_south_ghost0_y_by_ground_west,
+            sin_south_west_south * parent_omega_south_west_z_by_ground_west);
+        let parent_omega_south_ghost0_x_by_ground_west = mul_add(c(-0.6123723483370466),
+            cos_west_south_west, c(0.3535531532739687));
+        // south_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
+        let omega_south_ghost0_xy = parent_omega_south_ghost0_y * omega_south_ghost0_x;
+        let omega_south_ghost0_xz = parent_omega_south_ghost0_z * omega_south_ghost0_x;
+        let omega_south_ghost0_yz = parent_omega_south_ghost0_y * parent_omega_south_ghost0_z;
+        let velocity_product_gradient_south_ghost0_xy = omega_south_ghost0_xy
+            - velocity_product_alpha_south_ghost0_z;
+        let velocity_product_gradient_south_ghost0_xz = velocity_product_alpha_south_ghost0_y
+            + omega_south_ghost0_xz;
+        let velocity_product_gradient_south_ghost0_yx = velocity_product_alpha_south_ghost0_z
+            + omega_south_ghost0_xy;
+        let velocity_product_gradient_south_ghost0_yz = omega_south_ghost0_yz
+            - velocity_product_alpha_south_ghost0_x;
+        let velocity_product_gradient_south_ghost0_zx = omega_south_ghost0_xz
+            - velocity_product_alpha_south_ghost0_y;
+        let velocity_product_gradient_south_ghost0_zy = velocity_product_alpha_south_ghost0_x
+            + omega_south_ghost0_yz;
+        let d_omega_south_ghost0_xz_by_q_south_west_south =
+            omega_south_ghost0_x * d_parent_omega_south_ghost0_z_by_q_south_west_south;
+        let d_omega_south_ghost0_yz_by_q_south_west_south = mul_add(parent_omega_south_ghost0_y,
+            d_parent_omega_south_ghost0_z_by_q_south_west_south,
+            parent_omega_south_ghost0_z * parent_omega_south_ghost0_z);
+        let d_omega_south_ghost0_xy_by_q_west_south_west = mul_add(parent_omega_south_ghost0_y,
+            d_parent_omega_south_ghost0_x_by_q_west_south_west,
+            omega_south_ghost0_x * d_parent_omega_south_ghost0_y_by_q_west_south_west);
+        let d_omega_south_ghost0_xz_by_q_west_south_west = mul_add(parent_omega_south_ghost0_z,
+            d_parent_omega_south_ghost0_x_by_q_west_south_west,
+            omega_south_ghost0_x * d_parent_omega_south_ghost0_z_by_q_west_south_west);
+        let d_omega_south_ghost0_yz_by_q_west_south_west = mul_add(parent_omega_south_ghost0_y,
+            d_parent_omega_south_ghost0_z_by_q_west_south_west,
+            parent_omega_south_ghost0_z * d_parent_omega_south_ghost0_y_by_q_west_south_west);
+        let d_omega_south_ghost0_xy_by_u_west_south_west = mul_add(c(0.7071071698144962),
+            parent_omega_south_ghost0_y,
+            omega_south_ghost0_x * d_parent_omega_south_ghost0_y_by_u_west_south_west);
+        let d_omega_south_ghost0_xz_by_u_west_south_west = mul_add(-omega_south_ghost0_x,
+            minus_d_parent_omega_south_ghost0_z_by_u_west_south_west,
+            c(0.7071071698144962) * parent_omega_south_ghost0_z);
+        let d_omega_south_ghost0_yz_by_u_west_south_west = mul_add(-parent_omega_south_ghost0_y,
+            minus_d_parent_omega_south_ghost0_z_by_u_west_south_west,
+            parent_omega_south_ghost0_z * d_parent_omega_south_ghost0_y_by_u_west_south_west);
+        let d_omega_south_ghost0_xy_by_u_ground_west = mul_add(parent_omega_south_ghost0_y,
+            parent_omega_south_ghost0_x_by_ground_west,
+            omega_south_ghost0_x * parent_omega_south_ghost0_y_by_ground_west);
+        let d_omega_south_ghost0_xz_by_u_ground_west = mul_add(parent_omega_south_ghost0_z,
+            parent_omega_south_ghost0_x_by_ground_west,
+            omega_south_ghost0_x * parent_omega_south_ghost0_z_by_ground_west);
+        let d_omega_south_ghost0_yz_by_u_ground_west = mul_add(parent_omega_south_ghost0_y,
+            parent_omega_south_ghost0_z_by_ground_west,
+            parent_omega_south_ghost0_z * parent_omega_south_ghost0_y_by_ground_west);
+        // south_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
+        let apparent_gravity_south_ghost0_z_product =
+            apparent_gravity_south_ghost0_z * c(1.7025149681007909e-4);
+        let bias_moment_south_ghost0_x = apparent_gravity_south_ghost0_z_product
+            - mul_add(c(5.565367759175165e-6), velocity_product_gradient_south_ghost0_zy,
+            mul_add(c(-2.3726582693412885e-8), velocity_product_gradient_south_ghost0_yz,
+            velocity_product_gradient_south_ghost0_zx * c(6.645589092322226e-6)));
+        let minus_bias_moment_south_ghost0_y = mul_add(c(-6.645589092322226e-6),
+            velocity_product_gradient_south_ghost0_zy,
+            velocity_product_gradient_south_ghost0_xz * c(2.3726582693412885e-8));
+        let south_ghost0_product_9 = c(6.645589092322226e-6) * mul_add(-omega_south_ghost0_x,
+            omega_south_ghost0_x, parent_omega_south_ghost0_y * parent_omega_south_ghost0_y);
+        let apparent_gravity_south_ghost0_x_product =
+            apparent_gravity_south_ghost0_x * c(-1.7025149681007909e-4);
+        let bias_moment_south_ghost0_z = apparent_gravity_south_ghost0_x_product
+            - mul_add(c(-5.565367759175165e-6), velocity_product_gradient_south_ghost0_xy,
+            south_ghost0_product_9);
         // south_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let subtree_moment_on_hinge_south_ghost0_y = mul_add(-sin_south_west_south,
+            bias_moment_south_ghost0_z, -cos_south_west_south * minus_bias_moment_south_ghost0_y);
+        let subtree_moment_in_parent_south_ghost0_y = mul_add(c(0.7071063925583854),
+            bias_moment_south_ghost0_x,
+            c(0.7071071698144962) * subtree_moment_on_hinge_south_ghost0_y);
+        let subtree_moment_in_parent_south_ghost0_z = mul_add(-sin_south_west_south,
+            minus_bias_moment_south_ghost0_y, cos_south_west_south * bias_moment_south_ghost0_z);
         let generalized_force_south_west_south = mul_add(c(-3.5e-6), u[0], mul_add(c(-0.0114), q[0],
             bias_moment_south_ghost0_x));
-        // south_ghost0: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let inertia_south_west_south_moment_in_parent_south_ghost0_x =
-            mul_add(c(4.6991385294973235e-6), cos_south_west_south, c(3.9520886819049045e-6));
-        let inertia_south_west_south_moment_in_parent_south_ghost0_y =
-            mul_add(c(-4.6991436948220556e-6), cos_south_west_south, c(3.952084337747174e-6));
-        let composite_second_moment_on_hinge_south_ghost0_xz =
-            sin_south_west_south * c(6.645589092322226e-6);
-        // south_east: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let generalized_force_south_east_east = mul_add(c(-3.5e-6), u[3], mul_add(c(-0.0114), q[3],
-            subtree_moment_south_east_x));
         // south_west: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let subtree_moment_south_west_x = mul_add(c(-0.7071063925583854),
+            subtree_moment_on_hinge_south_ghost0_y, mul_add(c(0.7071071698144962),
+            bias_moment_south_ghost0_x, mul_add(c(-1.2394283547934888e-5),
+            velocity_product_gradient_south_west_zx, mul_add(c(1.0066805846372997e-5),
+            minus_omega_south_west_yz, apparent_gravity_south_west_z * c(3.5201493204827953e-4)))));
+        let subtree_moment_south_west_y = subtree_moment_in_parent_south_ghost0_y
+            - minus_bias_moment_south_west_y;
+        let subtree_moment_south_west_z = bias_moment_south_west_z
+            + subtree_moment_in_parent_south_ghost0_z;
+        let subtree_moment_on_hinge_south_west_y = mul_add(-sin_west_south_west,
+            subtree_moment_south_west_z, cos_west_south_west * subtree_moment_south_west_y);
+        let subtree_moment_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
+            subtree_moment_on_hinge_south_west_y,
+            c(0.4999993895786978) * subtree_moment_south_west_x);
         let generalized_force_west_south_west = mul_add(c(-3.5e-6), u[2], mul_add(c(-0.0114), q[2],
             subtree_moment_south_west_x));
-        // south_west: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let inertia_south_west_south_moment_on_hinge_south_west_y = mul_add(cos_west_south_west,
-            inertia_south_west_south_moment_in_parent_south_ghost0_y,
-            sin_west_south_west * composite_second_moment_on_hinge_south_ghost0_xz);
-        let inertia_south_west_south_moment_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
-            inertia_south_west_south_moment_on_hinge_south_west_y,
-            c(0.4999993895786978) * inertia_south_west_south_moment_in_parent_south_ghost0_x);
+        // west: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let subtree_moment_west_x = mul_add(c(-6.332769027236974e-3), cos_ground_west,
+            subtree_moment_in_parent_south_west_x);
+        let generalized_force_ground_west = mul_add(c(-3.5e-6), u[5], mul_add(c(-0.0114), q[5],
+            subtree_moment_west_x));
+        // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
+        let jacobian_loop0_0_west_south_west = sin_south_west_south * c(0.05705233910713035);
+        let minus_jacobian_loop0_0_south_east_east = sin_south_south_east * c(-0.06987460438879269);
+        let minus_jacobian_loop0_1_west_south_west = cos_south_west_south * c(-0.05705233910713033);
+        let jacobian_loop0_1_south_east_east = mul_add(c(0.03493732098380996), cos_south_south_east,
+            c(0.034937283404982714));
+        let jacobian_loop0_1_ground_east = mul_add(c(0.06987458559937651),
+            parent_omega_south_x_by_ground_east,
+            c(0.04034213973350828) * parent_omega_south_y_by_ground_east);
+        let jacobian_loop0_2_south_east_east = mul_add(c(0.060513171632005175),
+            cos_south_south_east, c(-0.02017106444271448));
+        let jacobian_loop0_2_ground_east = mul_add(c(-0.04034213973350828),
+            parent_omega_south_x_by_ground_east,
+            c(0.06987458559937651) * parent_omega_south_y_by_ground_east);
+        // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
+        let gamma_loop0_0 = mul_add(c(0.08068423607472841),
+            velocity_product_gradient_south_ghost0_yx, -mul_add(c(0.5000002689018963),
+            mul_add(c(0.06987458559937651), minus_velocity_product_gradient_south_yy,
+            velocity_product_gradient_south_yx * c(0.04034213973350828)),
+            mul_add(c(-0.06987458559937651), velocity_product_gradient_south_xy,
+            minus_velocity_product_gradient_south_xx * c(-0.04034213973350828)) *
+            c(0.866025248533801)));
+        let gamma_loop0_1 = mul_add(c(0.0806842360747284),
+            velocity_product_gradient_south_ghost0_zx, -mul_add(c(-0.06987458559937651),
+            velocity_product_gradient_south_zy,
+            velocity_product_gradient_south_zx * c(0.04034213973350828)));
+        let gamma_loop0_2 = mul_add(c(0.0806842360747284),
+            velocity_product_gradient_south_ghost0_zy, -mul_add(c(0.04034213973350828),
+            velocity_product_gradient_south_zy,
+            velocity_product_gradient_south_zx * c(0.06987458559937651)));
         // south_west: composite inertia: m, h, S of all beyond the hinge
         let composite_second_moment_south_west_xy = mul_add(c(0.7071071698144962),
             composite_second_moment_hinge_deviator_south_ghost0, mul_add(c(-6.645589092322226e-6),
@@ -4241,31 +4283,57 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             c(0.7071071698144962) * composite_second_moment_joint_deviator_cos_south_ghost0);
         let composite_second_moment_south_west_zz =
             composite_second_moment_joint_deviator_sin_south_ghost0 + c(5.051563390980703e-8);
-        // south_west: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let mass_west_south_west_west_south_west = composite_second_moment_south_west_yy
-            + composite_second_moment_south_west_zz;
-        let south_west_part_11 = sin_west_south_west * composite_second_moment_south_west_xz;
-        let south_west_part_12 = cos_west_south_west * composite_second_moment_south_west_xy;
-        let inertia_west_south_west_moment_on_hinge_south_west_y = south_west_part_11
-            - south_west_part_12;
-        let inertia_west_south_west_moment_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
-            inertia_west_south_west_moment_on_hinge_south_west_y,
-            c(0.4999993895786978) * mass_west_south_west_west_south_west);
-        // south_west: composite inertia: m, h, S of all beyond the hinge
         let composite_second_moment_joint_deviator_south_west =
             mul_add(composite_second_moment_south_west_yz, cos_west_south_west * c(2.0),
             sin_west_south_west * (composite_second_moment_south_west_yy
             - composite_second_moment_south_west_zz));
         let composite_second_moment_joint_deviator_sin_south_west =
             sin_west_south_west * composite_second_moment_joint_deviator_south_west;
-        let composite_second_moment_on_hinge_south_west_xy = south_west_part_12
-            - south_west_part_11;
+        let south_west_product_4 = sin_west_south_west * composite_second_moment_south_west_xz;
+        let south_west_product_5 = cos_west_south_west * composite_second_moment_south_west_xy;
+        let composite_second_moment_on_hinge_south_west_xy = south_west_product_5
+            - south_west_product_4;
         let composite_second_moment_on_hinge_south_west_yy = composite_second_moment_south_west_yy
             - composite_second_moment_joint_deviator_sin_south_west;
         let composite_second_moment_hinge_deviator_south_west = mul_add(c(0.8660257562110547),
             -composite_second_moment_hinge_deviator_sin_south_ghost0
             - composite_second_moment_on_hinge_south_west_yy,
             composite_second_moment_on_hinge_south_west_xy * c(0.9999987791573955));
+        // south_west: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
+        let inertia_south_west_south_moment_on_hinge_south_west_y = mul_add(cos_west_south_west,
+            inertia_south_west_south_moment_in_parent_south_ghost0_y,
+            sin_west_south_west * minus_inertia_south_west_south_moment_in_parent_south_ghost0_z);
+        let inertia_south_west_south_moment_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
+            inertia_south_west_south_moment_on_hinge_south_west_y,
+            c(0.4999993895786978) * inertia_south_west_south_moment_in_parent_south_ghost0_x);
+        let mass_west_south_west_west_south_west = composite_second_moment_south_west_yy
+            + composite_second_moment_south_west_zz;
+        let inertia_west_south_west_moment_on_hinge_south_west_y = south_west_product_4
+            - south_west_product_5;
+        let inertia_west_south_west_moment_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
+            inertia_west_south_west_moment_on_hinge_south_west_y,
+            c(0.4999993895786978) * mass_west_south_west_west_south_west);
+        // south_ghost0: factor of the mass matrix: M = L^T D L
+        let l_south_west_south_ground_west =
+            inertia_south_west_south_moment_in_parent_south_west_x * c(178919.86408403947);
+        let l_south_west_south_west_south_west =
+            inertia_south_west_south_moment_in_parent_south_ghost0_x * c(178919.86408403947);
+        let south_ghost0_sum = mul_add(-inertia_south_west_south_moment_in_parent_south_west_x,
+            l_south_west_south_west_south_west,
+            inertia_west_south_west_moment_in_parent_south_west_x);
+        // south_west: factor of the mass matrix: M = L^T D L
+        let inverse_pivot_west_south_west =
+            c(1.0) / mul_add(-inertia_south_west_south_moment_in_parent_south_ghost0_x,
+            l_south_west_south_west_south_west, mass_west_south_west_west_south_west);
+        let l_west_south_west_ground_west = south_ghost0_sum * inverse_pivot_west_south_west;
+        // west: factor of the mass matrix: M = L^T D L
+        let inverse_pivot_ground_west = c(1.0) / mul_add(-south_ghost0_sum,
+            l_west_south_west_ground_west,
+            mul_add(-inertia_south_west_south_moment_in_parent_south_west_x,
+            l_south_west_south_ground_west, composite_second_moment_south_west_zz
+            + (composite_second_moment_joint_deviator_sin_south_west
+            + (mul_add(c(0.8660257562110547), composite_second_moment_hinge_deviator_south_west,
+            composite_second_moment_on_hinge_south_west_yy) + c(1.976125305527044e-5)))));
         // south_east: composite inertia: m, h, S of all beyond the hinge
         let composite_second_moment_south_east_xy = mul_add(c(6.645555056848842e-6),
             cos_south_south_east, mul_add(c(0.49999986554903386),
@@ -4274,1286 +4342,2022 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             composite_second_moment_joint_deviator_cos_south,
             sin_south_south_east * c(-3.322776634923123e-6));
         let composite_second_moment_south_east_yy = c(1.642426710807345e-5)
-            + composite_second_moment_on_hinge_south_yy - south_part_17;
+            + composite_second_moment_on_hinge_south_yy
+            - minus_composite_second_moment_hinge_deviator_sin_south;
         let composite_second_moment_south_east_yz = mul_add(c(5.75522001734236e-6),
             sin_south_south_east,
             c(0.49999986554903386) * composite_second_moment_joint_deviator_cos_south);
         let composite_second_moment_south_east_zz = composite_second_moment_joint_deviator_sin_south
             + c(5.711232105341301e-8);
-        // south_east: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let mass_south_east_east_south_east_east = composite_second_moment_south_east_yy
-            + composite_second_moment_south_east_zz;
-        let south_east_part_15 = sin_south_east_east * composite_second_moment_south_east_xz;
-        let south_east_part_16 = cos_south_east_east * composite_second_moment_south_east_xy;
-        let inertia_south_east_east_moment_on_hinge_south_east_y = south_east_part_15
-            - south_east_part_16;
-        let inertia_south_east_east_moment_in_parent_south_east_x = mul_add(c(0.7071067811865475),
-            mass_south_east_east_south_east_east,
-            c(0.7071067811865475) * inertia_south_east_east_moment_on_hinge_south_east_y);
-        // south_east: composite inertia: m, h, S of all beyond the hinge
         let composite_second_moment_joint_deviator_south_east =
             mul_add(composite_second_moment_south_east_yz, cos_south_east_east * c(2.0),
             sin_south_east_east * (composite_second_moment_south_east_yy
             - composite_second_moment_south_east_zz));
         let composite_second_moment_joint_deviator_sin_south_east =
             sin_south_east_east * composite_second_moment_joint_deviator_south_east;
-        let composite_second_moment_on_hinge_south_east_xy = south_east_part_16
-            - south_east_part_15;
+        let south_east_product_4 = sin_south_east_east * composite_second_moment_south_east_xz;
+        let south_east_product_5 = cos_south_east_east * composite_second_moment_south_east_xy;
+        let composite_second_moment_on_hinge_south_east_xy = south_east_product_5
+            - south_east_product_4;
         let composite_second_moment_on_hinge_south_east_yy = composite_second_moment_south_east_yy
             - composite_second_moment_joint_deviator_sin_south_east;
         let composite_second_moment_hinge_deviator_south_east = mul_add(c(-0.7071067811865475),
-            south_part_17 - composite_second_moment_on_hinge_south_east_yy,
+            minus_composite_second_moment_hinge_deviator_sin_south
+            - composite_second_moment_on_hinge_south_east_yy,
             composite_second_moment_on_hinge_south_east_xy * c(1.414213562373095));
-        // west: composite inertia: m, h, S of all beyond the hinge
-        let composite_second_moment_west_yy = mul_add(c(0.8660257562110547),
-            composite_second_moment_hinge_deviator_south_west,
-            composite_second_moment_on_hinge_south_west_yy + c(1.972786698066515e-5));
-        let composite_second_moment_west_zz = composite_second_moment_joint_deviator_sin_south_west
-            + (composite_second_moment_south_west_zz + c(3.3386074605289806e-8));
-        // west: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let mass_ground_west_ground_west = composite_second_moment_west_yy
-            + composite_second_moment_west_zz;
-        // south_ghost0: factor of the mass matrix: M = L^T D L
-        let factor_south_west_south_ground_west =
-            inertia_south_west_south_moment_in_parent_south_west_x * c(178919.86408403947);
-        let factor_south_west_south_west_south_west =
-            inertia_south_west_south_moment_in_parent_south_ghost0_x * c(178919.86408403947);
-        let south_ghost0_part_19 = mul_add(-inertia_south_west_south_moment_in_parent_south_west_x,
-            factor_south_west_south_west_south_west,
-            inertia_west_south_west_moment_in_parent_south_west_x);
-        // east: composite inertia: m, h, S of all beyond the hinge
-        let composite_second_moment_east_yy = mul_add(c(-0.7071067811865475),
-            composite_second_moment_hinge_deviator_south_east,
-            composite_second_moment_on_hinge_south_east_yy + c(1.0537942653489101e-5));
-        let composite_second_moment_east_zz = composite_second_moment_joint_deviator_sin_south_east
-            + (composite_second_moment_south_east_zz + c(2.6789645046735387e-8));
-        // east: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let mass_ground_east_ground_east = composite_second_moment_east_yy
-            + composite_second_moment_east_zz;
+        // south_east: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
+        let inertia_south_south_east_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
+            inertia_south_south_east_moment_in_parent_south_z,
+            cos_south_east_east * inertia_south_south_east_moment_in_parent_south_y);
+        let inertia_south_south_east_moment_in_parent_south_east_x = mul_add(c(0.7071067811865475),
+            inertia_south_south_east_moment_on_hinge_south_east_y,
+            c(0.7071067811865475) * inertia_south_south_east_moment_in_parent_south_x);
+        let mass_south_east_east_south_east_east = composite_second_moment_south_east_yy
+            + composite_second_moment_south_east_zz;
+        let inertia_south_east_east_moment_on_hinge_south_east_y = south_east_product_4
+            - south_east_product_5;
+        let inertia_south_east_east_moment_in_parent_south_east_x = mul_add(c(0.7071067811865475),
+            mass_south_east_east_south_east_east,
+            c(0.7071067811865475) * inertia_south_east_east_moment_on_hinge_south_east_y);
         // south: factor of the mass matrix: M = L^T D L
-        let factor_south_south_east_ground_east =
+        let l_south_south_east_ground_east =
             inertia_south_south_east_moment_in_parent_south_east_x * c(178921.751266151);
-        let factor_south_south_east_south_east_east =
+        let l_south_south_east_south_east_east =
             inertia_south_south_east_moment_in_parent_south_x * c(178921.751266151);
-        let south_part_24 = mul_add(-inertia_south_south_east_moment_in_parent_south_east_x,
-            factor_south_south_east_south_east_east,
+        let south_sum = mul_add(-inertia_south_south_east_moment_in_parent_south_east_x,
+            l_south_south_east_south_east_east,
             inertia_south_east_east_moment_in_parent_south_east_x);
-        // south_west: factor of the mass matrix: M = L^T D L
-        let inverse_pivot_west_south_west =
-            c(1.0) / mul_add(-inertia_south_west_south_moment_in_parent_south_ghost0_x,
-            factor_south_west_south_west_south_west, mass_west_south_west_west_south_west);
-        let factor_west_south_west_ground_west =
-            south_ghost0_part_19 * inverse_pivot_west_south_west;
         // south_east: factor of the mass matrix: M = L^T D L
         let inverse_pivot_south_east_east =
             c(1.0) / mul_add(-inertia_south_south_east_moment_in_parent_south_x,
-            factor_south_south_east_south_east_east, mass_south_east_east_south_east_east);
-        let factor_south_east_east_ground_east = south_part_24 * inverse_pivot_south_east_east;
-        // west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_imbalance_ground_west = c(-3.5e-6) + d_balance_moment_in_parent_south_west_x;
-        // east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_imbalance_ground_east = c(-3.5e-6) + d_balance_moment_in_parent_south_east_x_2;
-        // west: factor of the mass matrix: M = L^T D L
-        let inverse_pivot_ground_west = c(1.0) / mul_add(-south_ghost0_part_19,
-            factor_west_south_west_ground_west,
-            mul_add(-inertia_south_west_south_moment_in_parent_south_west_x,
-            factor_south_west_south_ground_west, mass_ground_west_ground_west));
-        // east: factor of the mass matrix: M = L^T D L
-        let inverse_pivot_ground_east = c(1.0) / mul_add(-south_part_24,
-            factor_south_east_east_ground_east,
-            mul_add(-inertia_south_south_east_moment_in_parent_south_east_x,
-            factor_south_south_east_ground_east, mass_ground_east_ground_east));
+            l_south_south_east_south_east_east, mass_south_east_east_south_east_east);
+        let l_south_east_east_ground_east = south_sum * inverse_pivot_south_east_east;
         // mechanism: reduced closure Jacobian: Y = J L^-1
-        let part_2 = mul_add(-jacobian_loop0_0_west_south_west, factor_west_south_west_ground_west,
+        let y0_0_ground_west = mul_add(-jacobian_loop0_0_west_south_west,
+            l_west_south_west_ground_west,
             c(0.08068423607472841) * parent_omega_south_ghost0_z_by_ground_west);
-        let part_3 = mul_add(c(-0.08068423607472841), parent_omega_south_z_by_ground_east,
-            loop0_part * factor_south_east_east_ground_east);
-        let part_4 = mul_add(c(-12502.08322443702),
+        let y0_0_ground_east = mul_add(c(-0.08068423607472841), parent_omega_south_z_by_ground_east,
+            minus_jacobian_loop0_0_south_east_east * l_south_east_east_ground_east);
+        let y0_1_south_east_east = mul_add(c(-12502.08322443702),
             inertia_south_south_east_moment_in_parent_south_x, jacobian_loop0_1_south_east_east);
-        let part_5 = mul_add(c(-0.0806842360747284), parent_omega_south_ghost0_y_by_ground_west,
-            loop0_part_3 * factor_west_south_west_ground_west);
-        let part_6 = mul_add(-factor_south_east_east_ground_east, part_4,
+        let y0_1_ground_west = mul_add(c(-0.0806842360747284),
+            parent_omega_south_ghost0_y_by_ground_west,
+            minus_jacobian_loop0_1_west_south_west * l_west_south_west_ground_west);
+        let y0_1_ground_east = mul_add(-l_south_east_east_ground_east, y0_1_south_east_east,
             mul_add(c(-12502.08322443702), inertia_south_south_east_moment_in_parent_south_east_x,
             jacobian_loop0_1_ground_east));
-        let part_7 = mul_add(c(-14436.01255221496),
+        let y0_2_west_south_west = mul_add(c(-14436.01255221496),
             inertia_south_west_south_moment_in_parent_south_ghost0_x, c(0.05705240181944587));
-        let part_8 = mul_add(c(7218.086290943076),
+        let y0_2_south_east_east = mul_add(c(7218.086290943076),
             inertia_south_south_east_moment_in_parent_south_x, jacobian_loop0_2_south_east_east);
-        let part_9 = mul_add(-factor_west_south_west_ground_west, part_7,
+        let y0_2_ground_west = mul_add(-l_west_south_west_ground_west, y0_2_west_south_west,
             mul_add(c(-14436.01255221496), inertia_south_west_south_moment_in_parent_south_west_x,
             c(0.0806842360747284) * parent_omega_south_ghost0_x_by_ground_west));
-        let part_10 = mul_add(-factor_south_east_east_ground_east, part_8,
+        let y0_2_ground_east = mul_add(-l_south_east_east_ground_east, y0_2_south_east_east,
             mul_add(c(7218.086290943076), inertia_south_south_east_moment_in_parent_south_east_x,
             jacobian_loop0_2_ground_east));
+        // east: factor of the mass matrix: M = L^T D L
+        let inverse_pivot_ground_east = c(1.0) / mul_add(-south_sum, l_south_east_east_ground_east,
+            mul_add(-inertia_south_south_east_moment_in_parent_south_east_x,
+            l_south_south_east_ground_east, composite_second_moment_south_east_zz
+            + (composite_second_moment_joint_deviator_sin_south_east
+            + mul_add(c(-0.7071067811865475), composite_second_moment_hinge_deviator_south_east,
+            composite_second_moment_on_hinge_south_east_yy + c(1.0564732298535837e-5)))));
         // mechanism: factor of the closure: S = Y D^-1 Y^T = L_S D_S L_S^T
-        let part_11 = jacobian_loop0_0_west_south_west * inverse_pivot_west_south_west;
-        let part_12 = loop0_part * inverse_pivot_south_east_east;
-        let part_13 = inverse_pivot_ground_east * part_3;
-        let part_14 = inverse_pivot_ground_west * part_2;
-        let part_15 = loop0_part_3 * inverse_pivot_west_south_west;
-        let part_16 = inverse_pivot_south_east_east * part_4;
-        let part_17 = inverse_pivot_ground_east * part_6;
-        let part_18 = inverse_pivot_ground_west * part_5;
-        let part_19 = inverse_pivot_west_south_west * part_7;
-        let part_20 = inverse_pivot_south_east_east * part_8;
-        let part_21 = inverse_pivot_ground_east * part_10;
-        let part_22 = inverse_pivot_ground_west * part_9;
-        let part_23 = mul_add(part_2, part_14, mul_add(part_3, part_13, mul_add(loop0_part, part_12,
-            jacobian_loop0_0_west_south_west * part_11)));
-        let part_24 = mul_add(part_2, part_18, mul_add(part_3, part_17, mul_add(-loop0_part,
-            part_16, -jacobian_loop0_0_west_south_west * part_15)));
-        let part_25 = mul_add(part_5, part_18, mul_add(part_6, part_17, mul_add(part_4, part_16,
-            mul_add(loop0_part_3, part_15, c(873.5778844364536)))));
-        let part_26 = mul_add(part_2, part_22, mul_add(part_3, part_21, mul_add(-loop0_part,
-            part_20, jacobian_loop0_0_west_south_west * part_19)));
-        let part_27 = mul_add(part_9, part_22, mul_add(part_10, part_21, mul_add(part_8, part_20,
-            mul_add(part_7, part_19, c(1455.9516904984002)))));
-        let part_28 = c(1.0) / part_23;
-        let part_29 = part_24 * part_28;
-        let part_30 = part_26 * part_28;
-        let part_31 = mul_add(-part_24, part_30, mul_add(part_5, part_22, mul_add(part_6, part_21,
-            mul_add(part_4, part_20, mul_add(-loop0_part_3, part_19, c(-504.3607884001881))))));
-        // west: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let subtree_moment_west_x = mul_add(c(-6.332769027236974e-3), cos_ground_west,
-            subtree_moment_in_parent_south_west_x);
-        let generalized_force_ground_west = mul_add(c(-3.5e-6), u[5], mul_add(c(-0.0114), q[5],
-            subtree_moment_west_x));
-        // mechanism: factor of the closure: S = Y D^-1 Y^T = L_S D_S L_S^T
-        let part_32 = c(1.0) / mul_add(-part_24, part_29, part_25);
-        let part_33 = part_31 * part_32;
-        let part_34 = c(1.0) / mul_add(-part_31, part_33, mul_add(-part_26, part_30, part_27));
+        let y_over_d0_0_west_south_west =
+            jacobian_loop0_0_west_south_west * inverse_pivot_west_south_west;
+        let minus_y_over_d0_0_south_east_east =
+            minus_jacobian_loop0_0_south_east_east * inverse_pivot_south_east_east;
+        let y_over_d0_0_ground_east = inverse_pivot_ground_east * y0_0_ground_east;
+        let y_over_d0_0_ground_west = inverse_pivot_ground_west * y0_0_ground_west;
+        let minus_y_over_d0_1_west_south_west =
+            minus_jacobian_loop0_1_west_south_west * inverse_pivot_west_south_west;
+        let y_over_d0_1_south_east_east = inverse_pivot_south_east_east * y0_1_south_east_east;
+        let y_over_d0_1_ground_east = inverse_pivot_ground_east * y0_1_ground_east;
+        let y_over_d0_1_ground_west = inverse_pivot_ground_west * y0_1_ground_west;
+        let y_over_d0_2_west_south_west = inverse_pivot_west_south_west * y0_2_west_south_west;
+        let y_over_d0_2_south_east_east = inverse_pivot_south_east_east * y0_2_south_east_east;
+        let y_over_d0_2_ground_east = inverse_pivot_ground_east * y0_2_ground_east;
+        let y_over_d0_2_ground_west = inverse_pivot_ground_west * y0_2_ground_west;
+        let s_loop0_0_0 = mul_add(y0_0_ground_west, y_over_d0_0_ground_west,
+            mul_add(y0_0_ground_east, y_over_d0_0_ground_east,
+            mul_add(minus_jacobian_loop0_0_south_east_east, minus_y_over_d0_0_south_east_east,
+            jacobian_loop0_0_west_south_west * y_over_d0_0_west_south_west)));
+        let s_loop0_1_0 = mul_add(y0_0_ground_west, y_over_d0_1_ground_west,
+            mul_add(y0_0_ground_east, y_over_d0_1_ground_east,
+            mul_add(-minus_jacobian_loop0_0_south_east_east, y_over_d0_1_south_east_east,
+            -jacobian_loop0_0_west_south_west * minus_y_over_d0_1_west_south_west)));
+        let s_loop0_1_1 = mul_add(y0_1_ground_west, y_over_d0_1_ground_west,
+            mul_add(y0_1_ground_east, y_over_d0_1_ground_east, mul_add(y0_1_south_east_east,
+            y_over_d0_1_south_east_east, mul_add(minus_jacobian_loop0_1_west_south_west,
+            minus_y_over_d0_1_west_south_west, c(873.5778844364536)))));
+        let s_loop0_2_0 = mul_add(y0_0_ground_west, y_over_d0_2_ground_west,
+            mul_add(y0_0_ground_east, y_over_d0_2_ground_east,
+            mul_add(-minus_jacobian_loop0_0_south_east_east, y_over_d0_2_south_east_east,
+            jacobian_loop0_0_west_south_west * y_over_d0_2_west_south_west)));
+        let s_loop0_2_1 = mul_add(y0_1_ground_west, y_over_d0_2_ground_west,
+            mul_add(y0_1_ground_east, y_over_d0_2_ground_east, mul_add(y0_1_south_east_east,
+            y_over_d0_2_south_east_east, mul_add(-minus_jacobian_loop0_1_west_south_west,
+            y_over_d0_2_west_south_west, c(-504.3607884001881)))));
+        let s_loop0_2_2 = mul_add(y0_2_ground_west, y_over_d0_2_ground_west,
+            mul_add(y0_2_ground_east, y_over_d0_2_ground_east, mul_add(y0_2_south_east_east,
+            y_over_d0_2_south_east_east, mul_add(y0_2_west_south_west, y_over_d0_2_west_south_west,
+            c(1455.9516904984002)))));
+        let inverse_pivot_loop0_0 = c(1.0) / s_loop0_0_0;
+        let l_loop0_1_0 = s_loop0_1_0 * inverse_pivot_loop0_0;
+        let pivot_loop0_1 = mul_add(-s_loop0_1_0, l_loop0_1_0, s_loop0_1_1);
+        let l_loop0_2_0 = s_loop0_2_0 * inverse_pivot_loop0_0;
+        let l_times_pivot_loop0_2_1 = mul_add(-s_loop0_1_0, l_loop0_2_0, s_loop0_2_1);
+        let inverse_pivot_loop0_1 = c(1.0) / pivot_loop0_1;
+        let l_loop0_2_1 = l_times_pivot_loop0_2_1 * inverse_pivot_loop0_1;
+        let pivot_loop0_2 = mul_add(-l_times_pivot_loop0_2_1, l_loop0_2_1, mul_add(-s_loop0_2_0,
+            l_loop0_2_0, s_loop0_2_2));
+        let inverse_pivot_loop0_2 = c(1.0) / pivot_loop0_2;
         // mechanism: conditioning of the closure: a lower bound, of the eigenvalues of S
-        let part_35 = mul_add(part_29, part_33, -part_30);
-        let part_36 = mul_add(part_25, mul_add(part_34, part_33 * part_33, part_32),
-            part_23 * mul_add(part_34, part_35 * part_35, mul_add(part_32, part_29 * part_29,
-            part_28)));
-        let part_37 = part_27 + (part_23 + part_25);
-        // mechanism: reduced force: y = L^-T f
-        let part_38 = mul_add(-generalized_force_south_west_south,
-            factor_south_west_south_west_south_west, generalized_force_west_south_west);
-        let part_39 = mul_add(-generalized_force_south_south_east,
-            factor_south_south_east_south_east_east, generalized_force_south_east_east);
-        let part_40 = mul_add(-factor_west_south_west_ground_west, part_38,
-            mul_add(-generalized_force_south_west_south, factor_south_west_south_ground_west,
+        let inverse_l_loop0_2_0 = mul_add(l_loop0_1_0, l_loop0_2_1, -l_loop0_2_0);
+        let bound_of_trace_of_inverse_s_sum = mul_add(s_loop0_1_1, mul_add(inverse_pivot_loop0_2,
+            l_loop0_2_1 * l_loop0_2_1, inverse_pivot_loop0_1),
+            s_loop0_0_0 * mul_add(inverse_pivot_loop0_2, inverse_l_loop0_2_0 * inverse_l_loop0_2_0,
+            mul_add(inverse_pivot_loop0_1, l_loop0_1_0 * l_loop0_1_0, inverse_pivot_loop0_0)));
+        let bound_of_trace_of_inverse_s = mul_add(s_loop0_2_2, inverse_pivot_loop0_2,
+            bound_of_trace_of_inverse_s_sum);
+        let trace_of_s = s_loop0_2_2 + (s_loop0_0_0 + s_loop0_1_1);
+        // south_east: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
+        let y_west_south_west = mul_add(-generalized_force_south_west_south,
+            l_south_west_south_west_south_west, generalized_force_west_south_west);
+        let y_ground_west = mul_add(-l_west_south_west_ground_west, y_west_south_west,
+            mul_add(-generalized_force_south_west_south, l_south_west_south_ground_west,
             generalized_force_ground_west));
-        let part_41 = mul_add(-factor_south_east_east_ground_east, part_39,
-            mul_add(-generalized_force_south_south_east, factor_south_south_east_ground_east,
+        let y_south_east_east = mul_add(-generalized_force_south_south_east,
+            l_south_south_east_south_east_east, generalized_force_south_east_east);
+        let y_ground_east = mul_add(-l_south_east_east_ground_east, y_south_east_east,
+            mul_add(-generalized_force_south_south_east, l_south_south_east_ground_east,
             generalized_force_ground_east));
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_42 = gamma_loop0_0 + mul_add(part_14, part_40, mul_add(part_13, part_41,
-            mul_add(-part_12, part_39, part_11 * part_38)));
-        let part_43 = mul_add(part_22, part_40, mul_add(part_21, part_41, mul_add(part_20, part_39,
-            mul_add(part_19, part_38, mul_add(c(-7218.086290943076),
-            generalized_force_south_south_east,
-            generalized_force_south_west_south * c(14436.01255221496))))));
-        let part_44 = mul_add(part_29, part_42, -(gamma_loop0_1 + mul_add(part_18, part_40,
-            mul_add(part_17, part_41, mul_add(part_16, part_39, mul_add(-part_15, part_38,
+        let minus_forward_lambda0_0 = gamma_loop0_0 + mul_add(y_over_d0_0_ground_west,
+            y_ground_west, mul_add(y_over_d0_0_ground_east, y_ground_east,
+            mul_add(-minus_y_over_d0_0_south_east_east, y_south_east_east,
+            y_over_d0_0_west_south_west * y_west_south_west)));
+        let forward_lambda0_1 = mul_add(l_loop0_1_0, minus_forward_lambda0_0, -(gamma_loop0_1
+            + mul_add(y_over_d0_1_ground_west, y_ground_west, mul_add(y_over_d0_1_ground_east,
+            y_ground_east, mul_add(y_over_d0_1_south_east_east, y_south_east_east,
+            mul_add(-minus_y_over_d0_1_west_south_west, y_west_south_west,
             generalized_force_south_south_east * c(12502.08322443702)))))));
-        let part_45 = part_34 * mul_add(-part_33, part_44, mul_add(part_30, part_42, -(gamma_loop0_2
-            + part_43)));
-        let part_46 = mul_add(-part_33, part_45, part_32 * part_44);
-        let part_47 = mul_add(-part_29, part_46, mul_add(-part_30, part_45, -part_28 * part_42));
-        // south_ghost0: angular velocity: w = R^T w_parent + u e_x
-        let d_parent_omega_south_ghost0_z = -south_ghost0_part - south_ghost0_part_2;
-        // south_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let d_omega_south_ghost0_yy_3 = omega_south_ghost0_yz + omega_south_ghost0_yz;
-        let d_omega_south_ghost0_xz_3 = omega_south_ghost0_x * d_parent_omega_south_ghost0_z;
-        let d_omega_south_ghost0_yz_3 = mul_add(parent_omega_south_ghost0_y,
-            d_parent_omega_south_ghost0_z,
-            parent_omega_south_ghost0_z * parent_omega_south_ghost0_z);
+        let forward_lambda0_2_sum = mul_add(y_over_d0_2_ground_west, y_ground_west,
+            mul_add(y_over_d0_2_ground_east, y_ground_east, mul_add(y_over_d0_2_south_east_east,
+            y_south_east_east, mul_add(y_over_d0_2_west_south_west, y_west_south_west,
+            mul_add(c(-7218.086290943076), generalized_force_south_south_east,
+            generalized_force_south_west_south * c(14436.01255221496))))));
+        let forward_lambda0_2 = mul_add(-l_loop0_2_1, forward_lambda0_1, mul_add(l_loop0_2_0,
+            minus_forward_lambda0_0, -(gamma_loop0_2 + forward_lambda0_2_sum)));
+        let lambda0_2 = inverse_pivot_loop0_2 * forward_lambda0_2;
+        let lambda0_1 = mul_add(-l_loop0_2_1, lambda0_2, inverse_pivot_loop0_1 * forward_lambda0_1);
+        let lambda0_0 = mul_add(-l_loop0_1_0, lambda0_1, mul_add(-l_loop0_2_0, lambda0_2,
+            -inverse_pivot_loop0_0 * minus_forward_lambda0_0));
+        let acceleration_ground_east = mul_add(inverse_pivot_ground_east, y_ground_east,
+            mul_add(y_over_d0_2_ground_east, lambda0_2, mul_add(y_over_d0_1_ground_east, lambda0_1,
+            y_over_d0_0_ground_east * lambda0_0)));
+        let alpha_on_hinge_south_east_y = c(0.7071067811865475) * acceleration_ground_east;
+        let held_acceleration_south_east_east = mul_add(inverse_pivot_south_east_east,
+            y_south_east_east, mul_add(y_over_d0_2_south_east_east, lambda0_2,
+            mul_add(-minus_y_over_d0_0_south_east_east, lambda0_0,
+            y_over_d0_1_south_east_east * lambda0_1)));
+        let acceleration_south_east_east = mul_add(-l_south_east_east_ground_east,
+            acceleration_ground_east, held_acceleration_south_east_east);
+        let alpha_south_east_x = acceleration_south_east_east + alpha_on_hinge_south_east_y;
+        let south_east_product_6 = cos_south_east_east * alpha_on_hinge_south_east_y;
+        let alpha_south_east_y = south_east_product_6 - minus_velocity_product_alpha_south_east_y;
+        let alpha_south_east_z = mul_add(-sin_south_east_east, alpha_on_hinge_south_east_y,
+            -minus_velocity_product_alpha_south_east_z);
+        let acceleration_gradient_south_east_xy = omega_south_east_xy - alpha_south_east_z;
+        let acceleration_gradient_south_east_xz = alpha_south_east_y - minus_omega_south_east_xz;
+        let acceleration_gradient_south_east_zy = alpha_south_east_x - minus_omega_south_east_yz;
+        let d_alpha_south_east_z_by_q_south_east_east = minus_velocity_product_alpha_south_east_y
+            - south_east_product_6;
+        let d_acceleration_gradient_south_east_xy_by_q_south_east_east = -minus_omega_south_east_xz
+            - d_alpha_south_east_z_by_q_south_east_east;
+        let d_acceleration_gradient_south_east_xz_by_q_south_east_east = alpha_south_east_z
+            - omega_south_east_xy;
+        let d_acceleration_gradient_south_east_zx_by_q_south_east_east = -omega_south_east_xy
+            - alpha_south_east_z;
+        let d_acceleration_gradient_south_east_xz_by_u_south_east_east =
+            -minus_parent_omega_south_east_z - minus_parent_omega_south_east_z;
+        let minus_d_alpha_south_east_y_by_u_ground_east =
+            u[3] * minus_parent_omega_south_east_z_by_ground_east;
+        let minus_d_alpha_south_east_z_by_u_ground_east =
+            u[3] * parent_omega_south_east_y_by_ground_east;
+        let d_acceleration_gradient_south_east_xy_by_u_ground_east =
+            d_omega_south_east_xy_by_u_ground_east + minus_d_alpha_south_east_z_by_u_ground_east;
+        let d_acceleration_gradient_south_east_xz_by_u_ground_east =
+            d_omega_south_east_xz_by_u_ground_east - minus_d_alpha_south_east_y_by_u_ground_east;
+        let d_acceleration_gradient_south_east_zx_by_u_ground_east =
+            d_omega_south_east_xz_by_u_ground_east + minus_d_alpha_south_east_y_by_u_ground_east;
         // south_ghost0: closure forces: (f, n) of lambda along the rows of the closure
-        let south_ghost0_part_20 = c(0.0806842360747284) * part_46;
-        let closure_moment_south_ghost0_z = c(0.08068423607472841) * part_47;
-        let south_ghost0_part_21 = cos_south_west_south * closure_moment_south_ghost0_z;
-        let south_ghost0_part_22 = sin_south_west_south * south_ghost0_part_20;
+        let minus_closure_moment_south_ghost0_y = c(0.0806842360747284) * lambda0_1;
+        let closure_moment_south_ghost0_z = c(0.08068423607472841) * lambda0_0;
+        let south_ghost0_product_10 = cos_south_west_south * closure_moment_south_ghost0_z;
+        let south_ghost0_product_11 = sin_south_west_south * minus_closure_moment_south_ghost0_y;
         let closure_moment_on_hinge_south_ghost0_y = mul_add(-sin_south_west_south,
-            closure_moment_south_ghost0_z, -cos_south_west_south * south_ghost0_part_20);
-        let d_closure_moment_on_hinge_south_ghost0_y = south_ghost0_part_22 - south_ghost0_part_21;
-        let d_closure_moment_in_parent_south_ghost0_y =
-            c(0.7071071698144962) * d_closure_moment_on_hinge_south_ghost0_y;
-        let closure_moment_in_parent_south_ghost0_y = mul_add(c(0.05705233910713033), part_45,
+            closure_moment_south_ghost0_z,
+            -cos_south_west_south * minus_closure_moment_south_ghost0_y);
+        let d_closure_moment_on_hinge_south_ghost0_y_by_q_south_west_south = south_ghost0_product_11
+            - south_ghost0_product_10;
+        let d_closure_moment_in_parent_south_ghost0_y_by_q_south_west_south =
+            c(0.7071071698144962) * d_closure_moment_on_hinge_south_ghost0_y_by_q_south_west_south;
+        let closure_moment_in_parent_south_ghost0_y = mul_add(c(0.05705233910713033), lambda0_2,
             c(0.7071071698144962) * closure_moment_on_hinge_south_ghost0_y);
-        let closure_moment_in_parent_south_ghost0_z = south_ghost0_part_21 - south_ghost0_part_22;
-        // mechanism: reduced force: y = L^-T f
-        let part_48 = mul_add(c(0.6262261294315284),
-            inertia_south_south_east_moment_in_parent_south_x,
-            c(0.8660254814097263) * d_balance_moment_on_hinge_south_y);
-        let part_49 = mul_add(-factor_south_east_east_ground_east, part_48,
-            mul_add(c(0.6262261294315284), inertia_south_south_east_moment_in_parent_south_east_x,
-            d_balance_moment_in_parent_south_east_x));
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_50 = mul_add(-part_12, part_48, part_13 * part_49)
-            - mul_add(c(0.034937311589096826), d_omega_south_xx_3,
-            d_acceleration_gradient_south_xy * c(-0.060513155359896396));
-        let part_51 = mul_add(part_29, part_50, -mul_add(part_17, part_49, mul_add(part_16, part_48,
-            c(-0.04375729128552957))));
-        let part_52 = part_34 * mul_add(-part_33, part_51, mul_add(part_30, part_50,
-            -mul_add(part_21, part_49, mul_add(part_20, part_48, c(0.025263302018300765)))));
-        let part_53 = mul_add(-part_33, part_52, part_32 * part_51);
-        let part_54 = mul_add(-part_29, part_53, mul_add(-part_30, part_52, -part_28 * part_50));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_55 = mul_add(part_22, part_52, mul_add(part_18, part_53, part_14 * part_54));
-        let part_56 = mul_add(inverse_pivot_ground_east, part_49, mul_add(part_21, part_52,
-            mul_add(part_17, part_53, part_13 * part_54)));
-        let part_57 = mul_add(-factor_south_east_east_ground_east, part_56,
-            mul_add(inverse_pivot_south_east_east, part_48, mul_add(part_20, part_52,
-            mul_add(-part_12, part_54, part_16 * part_53))));
-        let part_58 = mul_add(-factor_west_south_west_ground_west, part_55, mul_add(part_19,
-            part_52, mul_add(-part_15, part_53, part_11 * part_54)));
+        let closure_moment_in_parent_south_ghost0_z = south_ghost0_product_10
+            - south_ghost0_product_11;
+        // south_west: closure forces: (f, n) of lambda along the rows of the closure
+        let d_closure_moment_on_hinge_south_west_y_by_q_south_west_south =
+            mul_add(-sin_west_south_west, closure_moment_on_hinge_south_ghost0_y,
+            cos_west_south_west * d_closure_moment_in_parent_south_ghost0_y_by_q_south_west_south);
+        let d_closure_moment_in_parent_south_west_x_by_q_south_west_south =
+            mul_add(c(-0.8660257562110547),
+            d_closure_moment_on_hinge_south_west_y_by_q_south_west_south, c(-0.35355276464638774) *
+            d_closure_moment_on_hinge_south_ghost0_y_by_q_south_west_south);
+        let d_closure_moment_on_hinge_south_west_y_by_q_west_south_west =
+            mul_add(-cos_west_south_west, closure_moment_in_parent_south_ghost0_z,
+            -sin_west_south_west * closure_moment_in_parent_south_ghost0_y);
         // south: closure forces: (f, n) of lambda along the rows of the closure
-        let closure_moment_south_x = mul_add(c(-0.04034213973350828), part_45,
-            c(0.06987458559937651) * part_46);
-        let closure_moment_south_y = mul_add(c(0.06987458559937651), part_45,
-            c(0.04034213973350828) * part_46);
+        let closure_moment_south_x = mul_add(c(-0.04034213973350828), lambda0_2,
+            c(0.06987458559937651) * lambda0_1);
+        let closure_moment_south_y = mul_add(c(0.06987458559937651), lambda0_2,
+            c(0.04034213973350828) * lambda0_1);
         let closure_moment_on_hinge_south_y = mul_add(cos_south_south_east, closure_moment_south_y,
             sin_south_south_east * closure_moment_south_ghost0_z);
         let closure_moment_in_parent_south_y = mul_add(c(-0.8660254814097263),
             closure_moment_south_x, c(0.49999986554903386) * closure_moment_on_hinge_south_y);
-        let south_part_25 = sin_south_south_east * closure_moment_south_y;
-        let south_part_26 = cos_south_south_east * closure_moment_south_ghost0_z;
-        let closure_moment_in_parent_south_z = south_part_25 - south_part_26;
-        // south: angular velocity: w = R^T w_parent + u e_x
-        let d_parent_omega_south_z = south_part - south_part_2;
-        // south: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let d_omega_south_yy_3 = omega_south_yz + omega_south_yz;
-        let south_part_27 = parent_omega_south_z * d_parent_omega_south_z;
-        let d_omega_south_zz_3 = south_part_27 + south_part_27;
-        let d_omega_south_xz_3 = omega_south_x * d_parent_omega_south_z;
-        let d_omega_south_yz_3 = mul_add(parent_omega_south_y, d_parent_omega_south_z,
-            omega_south_zz);
-        // south: closure forces: (f, n) of lambda along the rows of the closure
-        let d_closure_moment_on_hinge_south_y = south_part_26 - south_part_25;
-        let d_closure_moment_in_parent_south_y =
-            c(0.49999986554903386) * d_closure_moment_on_hinge_south_y;
-        // south: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let d_apparent_gravity_south_z_2 = mul_add(-cos_south_south_east,
-            apparent_gravity_on_hinge_south_y,
-            -sin_south_south_east * apparent_gravity_south_east_z);
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_59 = mul_add(inverse_pivot_ground_east, part_41, mul_add(part_21, part_45,
-            mul_add(part_17, part_46, part_13 * part_47)));
-        let part_60 = mul_add(inverse_pivot_ground_west, part_40, mul_add(part_22, part_45,
-            mul_add(part_18, part_46, part_14 * part_47)));
-        let part_61 = mul_add(-factor_south_east_east_ground_east, part_59,
-            mul_add(inverse_pivot_south_east_east, part_39, mul_add(part_20, part_45,
-            mul_add(-part_12, part_47, part_16 * part_46))));
-        let part_62 = mul_add(-factor_west_south_west_ground_west, part_60,
-            mul_add(inverse_pivot_west_south_west, part_38, mul_add(part_19, part_45,
-            mul_add(-part_15, part_46, part_11 * part_47))));
-        let part_63 = mul_add(-factor_south_south_east_south_east_east, part_61,
-            mul_add(-factor_south_south_east_ground_east, part_59, mul_add(c(178921.751266151),
-            generalized_force_south_south_east, mul_add(c(-7218.086290943076), part_45,
-            c(12502.08322443702) * part_46))));
-        let part_64 = mul_add(-factor_south_west_south_west_south_west, part_62,
-            mul_add(-factor_south_west_south_ground_west, part_60, mul_add(c(14436.01255221496),
-            part_45, generalized_force_south_west_south * c(178919.86408403947))));
+        let south_product_8 = sin_south_south_east * closure_moment_south_y;
+        let south_product_9 = cos_south_south_east * closure_moment_south_ghost0_z;
+        let closure_moment_in_parent_south_z = south_product_8 - south_product_9;
+        let d_closure_moment_on_hinge_south_y_by_q_south_south_east = south_product_9
+            - south_product_8;
+        let d_closure_moment_in_parent_south_y_by_q_south_south_east =
+            c(0.49999986554903386) * d_closure_moment_on_hinge_south_y_by_q_south_south_east;
         // south_east: closure forces: (f, n) of lambda along the rows of the closure
-        let d_closure_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
-            closure_moment_on_hinge_south_y,
-            cos_south_east_east * d_closure_moment_in_parent_south_y);
-        let d_closure_moment_in_parent_south_east_x = mul_add(c(0.7071067811865475),
-            d_closure_moment_on_hinge_south_east_y,
-            c(0.6123724905851617) * d_closure_moment_on_hinge_south_y);
-        // south_west: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let south_west_part_13 = c(0.8660257562110547) * part_60;
-        let alpha_south_west_x = mul_add(c(0.4999993895786978), part_60, part_62);
-        let south_west_part_14 = cos_west_south_west * south_west_part_13;
-        let alpha_south_west_y = velocity_product_alpha_south_west_y - south_west_part_14;
-        let alpha_south_west_z = mul_add(sin_west_south_west, south_west_part_13,
-            south_west_part_2);
-        let acceleration_gradient_south_west_xy = omega_south_west_xy - alpha_south_west_z;
-        let acceleration_gradient_south_west_xz = omega_south_west_xz + alpha_south_west_y;
-        let acceleration_gradient_south_west_zy = alpha_south_west_x - south_west_part_3;
-        // south_west: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let d_omega_south_west_yy_2 = omega_south_west_yz - south_west_part_3;
-        let d_omega_south_west_yz_2 = mul_add(d_parent_omega_south_west_y,
-            d_parent_omega_south_west_y, -omega_south_west_yy);
-        // south_west: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let d_alpha_south_west_z_3 = south_west_part_14 - velocity_product_alpha_south_west_y;
-        let d_acceleration_gradient_south_west_xy_3 = omega_south_west_xz - d_alpha_south_west_z_3;
-        let d_acceleration_gradient_south_west_xz_3 = d_omega_south_west_xz + alpha_south_west_z;
-        let d_acceleration_gradient_south_west_zx_2 = d_omega_south_west_xz - alpha_south_west_z;
-        // south_west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let d_apparent_gravity_south_west_z_2 = south_west_part_7 - south_west_part_8;
-        // south_ghost0: angular velocity: w = R^T w_parent + u e_x
-        let d_parent_omega_on_hinge_south_ghost0_y =
-            d_parent_omega_south_west_y * c(0.7071071698144962);
-        let d_parent_omega_south_ghost0_x = d_parent_omega_south_west_y * c(0.7071063925583854);
-        let south_ghost0_part_23 = sin_south_west_south * d_alpha_south_west_z;
-        let south_ghost0_part_24 = cos_south_west_south * d_parent_omega_on_hinge_south_ghost0_y;
-        let d_parent_omega_south_ghost0_y_2 = south_ghost0_part_23 + south_ghost0_part_24;
-        let south_ghost0_part_25 = sin_south_west_south * d_parent_omega_on_hinge_south_ghost0_y;
-        let south_ghost0_part_26 = cos_south_west_south * d_alpha_south_west_z;
-        let d_parent_omega_south_ghost0_z_2 = south_ghost0_part_26 - south_ghost0_part_25;
-        // south_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let south_ghost0_part_27 = omega_south_ghost0_x * d_parent_omega_south_ghost0_x;
-        let d_omega_south_ghost0_xx_4 = south_ghost0_part_27 + south_ghost0_part_27;
-        let south_ghost0_part_28 = parent_omega_south_ghost0_y * d_parent_omega_south_ghost0_y_2;
-        let d_omega_south_ghost0_yy_4 = south_ghost0_part_28 + south_ghost0_part_28;
-        let d_omega_south_ghost0_xy_3 = mul_add(parent_omega_south_ghost0_y,
-            d_parent_omega_south_ghost0_x, omega_south_ghost0_x * d_parent_omega_south_ghost0_y_2);
-        let d_omega_south_ghost0_xz_4 = mul_add(parent_omega_south_ghost0_z,
-            d_parent_omega_south_ghost0_x, omega_south_ghost0_x * d_parent_omega_south_ghost0_z_2);
-        let d_omega_south_ghost0_yz_4 = mul_add(parent_omega_south_ghost0_y,
-            d_parent_omega_south_ghost0_z_2,
-            parent_omega_south_ghost0_z * d_parent_omega_south_ghost0_y_2);
-        // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let d_apparent_gravity_on_hinge_south_ghost0_y_2 =
-            c(0.7071071698144962) * apparent_gravity_south_west_z;
-        let d_apparent_gravity_south_ghost0_z_3 = mul_add(-sin_south_west_south,
-            d_apparent_gravity_on_hinge_south_ghost0_y_2,
-            cos_south_west_south * d_apparent_gravity_south_west_z_2);
-        // south_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let d_alpha_south_ghost0_y_2 = south_ghost0_part_24 + mul_add(-u[0], south_ghost0_part_5,
-            south_ghost0_part_23);
-        let d_alpha_south_ghost0_z_2 = mul_add(-u[0], d_parent_omega_south_ghost0_y,
-            south_ghost0_part_26) - south_ghost0_part_25;
-        let d_acceleration_gradient_south_ghost0_xy_3 = d_omega_south_ghost0_xy
-            - d_alpha_south_ghost0_z_2;
-        let d_acceleration_gradient_south_ghost0_xz_3 = d_omega_south_ghost0_xz
-            + d_alpha_south_ghost0_y_2;
-        let d_acceleration_gradient_south_ghost0_yx_2 = d_omega_south_ghost0_xy
-            + d_alpha_south_ghost0_z_2;
-        let d_acceleration_gradient_south_ghost0_yz_2 = d_omega_south_ghost0_yz
-            - d_parent_omega_south_ghost0_x;
-        let d_acceleration_gradient_south_ghost0_zx_2 = d_omega_south_ghost0_xz
-            - d_alpha_south_ghost0_y_2;
-        let d_acceleration_gradient_south_ghost0_zy_2 = d_parent_omega_south_ghost0_x
-            + d_omega_south_ghost0_yz;
-        // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let south_ghost0_part_29 = mul_add(c(5.565367759175165e-6),
-            d_acceleration_gradient_south_ghost0_zy_2, mul_add(c(-2.3726582693412885e-8),
-            d_acceleration_gradient_south_ghost0_yz_2,
-            c(6.645589092322226e-6) * d_acceleration_gradient_south_ghost0_zx_2));
-        let south_ghost0_part_30 = mul_add(c(-6.645589092322226e-6),
-            d_acceleration_gradient_south_ghost0_zy_2,
-            c(2.3726582693412885e-8) * d_acceleration_gradient_south_ghost0_xz_3);
-        let south_ghost0_part_31 = mul_add(c(-5.565367759175165e-6),
-            d_acceleration_gradient_south_ghost0_xy_3,
-            c(6.645589092322226e-6) * (d_omega_south_ghost0_yy - d_omega_south_ghost0_xx));
-        let d_balance_moment_on_hinge_south_ghost0_y_3 = mul_add(-cos_south_west_south,
-            south_ghost0_part_30, sin_south_west_south * south_ghost0_part_31);
-        let d_balance_moment_in_parent_south_ghost0_x_3 = mul_add(c(-0.7071063925583854),
-            d_balance_moment_on_hinge_south_ghost0_y_3,
-            c(-0.7071071698144962) * south_ghost0_part_29);
-        let d_balance_moment_in_parent_south_ghost0_y_3 = mul_add(c(-0.7071063925583854),
-            south_ghost0_part_29,
-            c(0.7071071698144962) * d_balance_moment_on_hinge_south_ghost0_y_3);
-        let d_balance_moment_in_parent_south_ghost0_z_3 = mul_add(-cos_south_west_south,
-            south_ghost0_part_31, -sin_south_west_south * south_ghost0_part_30);
-        // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_moment_south_west_y_2 = mul_add(c(-2.6789051216394143e-8),
-            d_acceleration_gradient_south_west_xz, d_balance_moment_in_parent_south_ghost0_y_3);
-        let d_balance_moment_south_west_z_2 = d_balance_moment_in_parent_south_ghost0_z_3
-            - mul_add(c(-1.009359489758939e-5), d_acceleration_gradient_south_west_xy,
-            c(-1.2394283547934888e-5) * d_omega_south_west_xx);
-        let d_balance_moment_on_hinge_south_west_y_2 = mul_add(-sin_west_south_west,
-            d_balance_moment_south_west_z_2, cos_west_south_west * d_balance_moment_south_west_y_2);
-        let d_balance_moment_in_parent_south_west_x_2 = mul_add(c(-0.8660257562110547),
-            d_balance_moment_on_hinge_south_west_y_2,
-            c(0.4999993895786978) * d_balance_moment_in_parent_south_ghost0_x_3);
-        let d_imbalance_west_south_west = c(-3.5e-6) + d_balance_moment_in_parent_south_ghost0_x_3;
-        // mechanism: reduced force: y = L^-T f
-        let part_65 = mul_add(factor_south_west_south_west_south_west, south_ghost0_part_29,
-            d_imbalance_west_south_west);
-        let part_66 = mul_add(-factor_west_south_west_ground_west, part_65,
-            mul_add(factor_south_west_south_ground_west, south_ghost0_part_29,
-            d_balance_moment_in_parent_south_west_x_2));
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_67 = mul_add(c(0.08068423607472841), d_acceleration_gradient_south_ghost0_yx_2,
-            mul_add(part_14, part_66, part_11 * part_65));
-        let part_68 = mul_add(part_29, part_67, -mul_add(c(0.0806842360747284),
-            d_acceleration_gradient_south_ghost0_zx_2, mul_add(-part_15, part_65,
-            part_18 * part_66)));
-        let part_69 = mul_add(-part_33, part_68, mul_add(part_30, part_67,
-            -mul_add(c(0.0806842360747284), d_acceleration_gradient_south_ghost0_zy_2,
-            mul_add(part_22, part_66, mul_add(part_19, part_65,
-            south_ghost0_part_29 * c(-14436.01255221496))))));
-        let part_70 = part_34 * part_69;
-        let part_71 = mul_add(-part_33, part_70, part_32 * part_68);
-        let part_72 = mul_add(-part_29, part_71, mul_add(-part_30, part_70, -part_28 * part_67));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_73 = mul_add(part_21, part_70, mul_add(part_17, part_71, part_13 * part_72));
-        let part_74 = mul_add(inverse_pivot_ground_west, part_66, mul_add(part_22, part_70,
-            mul_add(part_18, part_71, part_14 * part_72)));
-        let part_75 = mul_add(-factor_south_east_east_ground_east, part_73, mul_add(part_20,
-            part_70, mul_add(-part_12, part_72, part_16 * part_71)));
-        let part_76 = mul_add(-factor_west_south_west_ground_west, part_74,
-            mul_add(inverse_pivot_west_south_west, part_65, mul_add(part_19, part_70,
-            mul_add(-part_15, part_71, part_11 * part_72))));
-        // mechanism: reduced force: y = L^-T f
-        let part_77 = mul_add(factor_south_west_south_west_south_west, south_ghost0_part_16,
-            d_balance_moment_south_west_x);
-        let part_78 = mul_add(-factor_west_south_west_ground_west, part_77,
-            mul_add(factor_south_west_south_ground_west, south_ghost0_part_16,
-            d_imbalance_ground_west));
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_79 = mul_add(c(0.08068423607472841), d_acceleration_gradient_south_ghost0_yx,
-            mul_add(part_14, part_78, part_11 * part_77));
-        let part_80 = mul_add(part_29, part_79, -mul_add(c(0.0806842360747284),
-            d_acceleration_gradient_south_ghost0_zx, mul_add(-part_15, part_77,
-            part_18 * part_78)));
-        let part_81 = mul_add(-part_33, part_80, mul_add(part_30, part_79,
-            -mul_add(c(0.0806842360747284), d_acceleration_gradient_south_ghost0_zy,
-            mul_add(part_22, part_78, mul_add(part_19, part_77,
-            c(-14436.01255221496) * south_ghost0_part_16)))));
-        let part_82 = part_34 * part_81;
-        let part_83 = mul_add(-part_33, part_82, part_32 * part_80);
-        let part_84 = mul_add(-part_29, part_83, mul_add(-part_30, part_82, -part_28 * part_79));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_85 = mul_add(part_21, part_82, mul_add(part_17, part_83, part_13 * part_84));
-        let part_86 = mul_add(inverse_pivot_ground_west, part_78, mul_add(part_22, part_82,
-            mul_add(part_18, part_83, part_14 * part_84)));
-        let part_87 = mul_add(-factor_south_east_east_ground_east, part_85, mul_add(part_20,
-            part_82, mul_add(-part_12, part_84, part_16 * part_83)));
-        let part_88 = mul_add(-factor_west_south_west_ground_west, part_86,
-            mul_add(inverse_pivot_west_south_west, part_77, mul_add(part_19, part_82,
-            mul_add(-part_15, part_83, part_11 * part_84))));
-        // south_west: closure forces: (f, n) of lambda along the rows of the closure
-        let d_closure_moment_on_hinge_south_west_y = mul_add(-cos_west_south_west,
-            closure_moment_in_parent_south_ghost0_z,
-            -sin_west_south_west * closure_moment_in_parent_south_ghost0_y);
-        // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_net_moment_south_west_x = mul_add(c(3.5201493204827953e-4),
-            d_apparent_gravity_south_west_z_2, -mul_add(c(1.009359489758939e-5),
-            d_omega_south_west_yz_2, mul_add(c(-2.6789051216394143e-8), d_omega_south_west_yz_2,
-            c(1.2394283547934888e-5) * d_acceleration_gradient_south_west_zx_2)));
-        // south_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let d_alpha_on_hinge_south_ghost0_y_2 = c(0.7071071698144962) * alpha_south_west_z;
-        let d_alpha_south_ghost0_x_2 = c(0.7071063925583854) * alpha_south_west_z;
-        let d_alpha_south_ghost0_y_3 = mul_add(cos_south_west_south,
-            d_alpha_on_hinge_south_ghost0_y_2, mul_add(sin_south_west_south, d_alpha_south_west_z_3,
-            u[0] * d_parent_omega_south_ghost0_z_2));
-        let d_alpha_south_ghost0_z_3 = mul_add(-sin_south_west_south,
-            d_alpha_on_hinge_south_ghost0_y_2, mul_add(-u[0], d_parent_omega_south_ghost0_y_2,
-            cos_south_west_south * d_alpha_south_west_z_3));
-        let d_acceleration_gradient_south_ghost0_xy_4 = d_omega_south_ghost0_xy_3
-            - d_alpha_south_ghost0_z_3;
-        let d_acceleration_gradient_south_ghost0_xz_4 = d_omega_south_ghost0_xz_4
-            + d_alpha_south_ghost0_y_3;
-        let d_acceleration_gradient_south_ghost0_yx_3 = d_omega_south_ghost0_xy_3
-            + d_alpha_south_ghost0_z_3;
-        let d_acceleration_gradient_south_ghost0_yz_3 = d_omega_south_ghost0_yz_4
-            - d_alpha_south_ghost0_x_2;
-        let d_acceleration_gradient_south_ghost0_zx_3 = d_omega_south_ghost0_xz_4
-            - d_alpha_south_ghost0_y_3;
-        let d_acceleration_gradient_south_ghost0_zy_3 = d_omega_south_ghost0_yz_4
-            + d_alpha_south_ghost0_x_2;
-        // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_net_moment_south_ghost0_x = mul_add(c(1.7025149681007909e-4),
-            d_apparent_gravity_south_ghost0_z_3, -mul_add(c(5.565367759175165e-6),
-            d_acceleration_gradient_south_ghost0_zy_3, mul_add(c(-2.3726582693412885e-8),
-            d_acceleration_gradient_south_ghost0_yz_3,
-            c(6.645589092322226e-6) * d_acceleration_gradient_south_ghost0_zx_3)));
-        let south_ghost0_part_32 = mul_add(c(-6.645589092322226e-6),
-            d_acceleration_gradient_south_ghost0_zy_3,
-            c(2.3726582693412885e-8) * d_acceleration_gradient_south_ghost0_xz_4);
-        let d_net_moment_south_ghost0_z = -apparent_gravity_south_west_z * c(1.2038592173704047e-4)
-            - mul_add(c(-5.565367759175165e-6), d_acceleration_gradient_south_ghost0_xy_4,
-            c(6.645589092322226e-6) * (d_omega_south_ghost0_yy_4 - d_omega_south_ghost0_xx_4));
-        let d_balance_moment_on_hinge_south_ghost0_y_4 = mul_add(-sin_south_west_south,
-            d_net_moment_south_ghost0_z, -cos_south_west_south * south_ghost0_part_32);
-        let d_balance_moment_in_parent_south_ghost0_x_4 = mul_add(c(-0.7071063925583854),
-            d_balance_moment_on_hinge_south_ghost0_y_4,
-            c(0.7071071698144962) * d_net_moment_south_ghost0_x);
-        let d_balance_moment_in_parent_south_ghost0_y_4 = mul_add(c(0.7071063925583854),
-            d_net_moment_south_ghost0_x,
-            c(0.7071071698144962) * d_balance_moment_on_hinge_south_ghost0_y_4);
-        let d_balance_moment_in_parent_south_ghost0_z_4 = mul_add(-sin_south_west_south,
-            south_ghost0_part_32, cos_south_west_south * d_net_moment_south_ghost0_z);
-        let d_net_moment_south_ghost0_x_2 =
-            c(1.7025149681007909e-4) * d_apparent_gravity_south_ghost0_z;
-        let south_ghost0_part_33 = c(1.7025149681007909e-4) * d_apparent_gravity_south_ghost0_x;
-        let d_balance_moment_on_hinge_south_ghost0_y_5 =
-            sin_south_west_south * south_ghost0_part_33;
-        let d_balance_moment_in_parent_south_ghost0_x_5 = mul_add(c(-0.7071063925583854),
-            d_balance_moment_on_hinge_south_ghost0_y_5,
-            d_apparent_gravity_south_ghost0_z * c(1.2038605406605675e-4));
-        let d_balance_moment_in_parent_south_ghost0_y_5 = mul_add(c(1.2038592173704047e-4),
-            d_apparent_gravity_south_ghost0_z,
-            c(0.7071071698144962) * d_balance_moment_on_hinge_south_ghost0_y_5);
-        // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_moment_south_west_x_2 = mul_add(c(3.5201493204827953e-4),
-            d_apparent_gravity_south_west_z, d_balance_moment_in_parent_south_ghost0_x_5);
-        let d_balance_moment_south_west_z_3 = mul_add(-cos_south_west_south, south_ghost0_part_33,
-            d_net_moment_south_west_z);
-        let d_balance_moment_on_hinge_south_west_y_3 = mul_add(-sin_west_south_west,
-            d_balance_moment_south_west_z_3,
-            cos_west_south_west * d_balance_moment_in_parent_south_ghost0_y_5);
-        let d_balance_moment_in_parent_south_west_x_3 = mul_add(c(-0.8660257562110547),
-            d_balance_moment_on_hinge_south_west_y_3,
-            c(0.4999993895786978) * d_balance_moment_south_west_x_2);
-        // south_east: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_on_hinge_south_east_y = c(0.7071067811865475) * part_59;
-        let alpha_south_east_x = part_61 + alpha_on_hinge_south_east_y;
-        let south_east_part_17 = cos_south_east_east * alpha_on_hinge_south_east_y;
-        let alpha_south_east_y = south_east_part_17 - south_east_part_2;
-        let alpha_south_east_z = mul_add(-sin_south_east_east, alpha_on_hinge_south_east_y,
-            velocity_product_alpha_south_east_z);
-        let acceleration_gradient_south_east_xy = omega_south_east_xy - alpha_south_east_z;
-        let acceleration_gradient_south_east_xz = alpha_south_east_y - south_east_part_4;
-        let acceleration_gradient_south_east_zy = alpha_south_east_x - south_east_part_5;
-        // south_east: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let d_omega_south_east_yy_2 = omega_south_east_yz - south_east_part_5;
-        let d_omega_south_east_xz_2 = -omega_south_east_xy;
-        let d_omega_south_east_yz_2 = mul_add(south_east_part, south_east_part,
-            -omega_south_east_yy);
-        // south_east: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let d_alpha_south_east_z = south_east_part_2 - south_east_part_17;
-        let d_acceleration_gradient_south_east_xy_3 = omega_south_east_xz - d_alpha_south_east_z;
-        let d_acceleration_gradient_south_east_xz_3 = alpha_south_east_z - omega_south_east_xy;
-        let d_acceleration_gradient_south_east_zx_2 = d_omega_south_east_xz_2 - alpha_south_east_z;
-        // south_east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let d_apparent_gravity_south_east_z_2 = south_east_part_11 - south_east_part_12;
-        // south: angular velocity: w = R^T w_parent + u e_x
-        let d_parent_omega_on_hinge_south_y = south_east_part * c(-0.49999986554903386);
-        let south_part_28 = south_east_part * c(-0.8660254814097263);
-        let south_part_29 = sin_south_south_east * parent_omega_south_east_y;
-        let south_part_30 = cos_south_south_east * d_parent_omega_on_hinge_south_y;
-        let d_parent_omega_south_y = south_part_30 - south_part_29;
-        let south_part_31 = sin_south_south_east * d_parent_omega_on_hinge_south_y;
-        let south_part_32 = -cos_south_south_east * parent_omega_south_east_y;
-        let d_parent_omega_south_z_2 = south_part_32 - south_part_31;
-        // south: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let south_part_33 = omega_south_x * south_part_28;
-        let d_omega_south_xx_4 = -south_part_33 - south_part_33;
-        let south_part_34 = parent_omega_south_y * d_parent_omega_south_y;
-        let d_omega_south_yy_4 = south_part_34 + south_part_34;
-        let south_part_35 = parent_omega_south_z * d_parent_omega_south_z_2;
-        let d_omega_south_zz_4 = south_part_35 + south_part_35;
-        let d_omega_south_xy_3 = mul_add(-parent_omega_south_y, south_part_28,
-            omega_south_x * d_parent_omega_south_y);
-        let d_omega_south_xz_4 = mul_add(-parent_omega_south_z, south_part_28,
-            omega_south_x * d_parent_omega_south_z_2);
-        let d_omega_south_yz_4 = mul_add(parent_omega_south_y, d_parent_omega_south_z_2,
-            parent_omega_south_z * d_parent_omega_south_y);
-        // south: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let d_apparent_gravity_on_hinge_south_y_2 =
-            c(0.49999986554903386) * apparent_gravity_south_east_z;
-        let d_apparent_gravity_south_z_3 = mul_add(-sin_south_south_east,
-            d_apparent_gravity_on_hinge_south_y_2,
-            cos_south_south_east * d_apparent_gravity_south_east_z_2);
-        // south: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let d_alpha_south_y_2 = south_part_30 + (-u[1] * south_part_6 - south_part_29);
-        let d_alpha_south_z_2 = mul_add(-u[1], parent_omega_south_y_by_south_east_east,
-            south_part_32) - south_part_31;
-        let d_acceleration_gradient_south_xy_3 = d_omega_south_xy - d_alpha_south_z_2;
-        let d_acceleration_gradient_south_xz_3 = d_omega_south_xz + d_alpha_south_y_2;
-        let d_acceleration_gradient_south_yx_2 = d_omega_south_xy + d_alpha_south_z_2;
-        let d_acceleration_gradient_south_yz_2 = south_part_28 + d_omega_south_yz;
-        let d_acceleration_gradient_south_zx_2 = d_omega_south_xz - d_alpha_south_y_2;
-        let d_acceleration_gradient_south_zy_2 = d_omega_south_yz - south_part_28;
-        // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let south_part_36 = mul_add(c(-2.3726582693412885e-8), d_acceleration_gradient_south_yz_2,
-            mul_add(c(-6.645555056848842e-6), d_acceleration_gradient_south_zx_2,
-            c(5.565308808048279e-6) * d_acceleration_gradient_south_zy_2));
-        let south_part_37 = mul_add(c(2.3726582693412885e-8), d_acceleration_gradient_south_xz_3,
-            c(6.645555056848842e-6) * d_acceleration_gradient_south_zy_2);
-        let south_part_38 = mul_add(c(-5.565308808048279e-6), d_acceleration_gradient_south_xy_3,
-            -c(6.645555056848842e-6) * (d_omega_south_yy - d_omega_south_xx));
-        // mechanism: results: what the function returns
-        let part_89 = mul_add(c(0.5000002689018963), mul_add(c(0.06987458559937651),
-            d_omega_south_xx + d_omega_south_zz,
-            c(0.04034213973350828) * d_acceleration_gradient_south_yx_2),
-            c(0.866025248533801) * mul_add(c(-0.06987458559937651),
-            d_acceleration_gradient_south_xy_3, c(-0.04034213973350828) * (d_omega_south_yy
-            + d_omega_south_zz)));
-        // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_moment_on_hinge_south_y_3 = mul_add(-cos_south_south_east, south_part_37,
-            sin_south_south_east * south_part_38);
-        let d_balance_moment_in_parent_south_x_2 = mul_add(c(0.8660254814097263),
-            d_balance_moment_on_hinge_south_y_3, c(-0.49999986554903386) * south_part_36);
-        let d_balance_moment_in_parent_south_y_3 = mul_add(c(0.8660254814097263), south_part_36,
-            c(0.49999986554903386) * d_balance_moment_on_hinge_south_y_3);
-        let d_balance_moment_in_parent_south_z_3 = mul_add(-cos_south_south_east, south_part_38,
-            -sin_south_south_east * south_part_37);
-        // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_moment_south_east_y_2 = mul_add(c(-3.338573836000013e-8),
-            d_acceleration_gradient_south_east_xz, d_balance_moment_in_parent_south_y_3);
-        let d_balance_moment_south_east_z_2 = d_balance_moment_in_parent_south_z_3
-            - mul_add(c(-1.642426710807345e-5), d_acceleration_gradient_south_east_xy,
-            -c(-1.2939941252175183e-5) * d_omega_south_east_xx);
-        let d_balance_moment_on_hinge_south_east_y_3 = mul_add(-sin_south_east_east,
-            d_balance_moment_south_east_z_2, cos_south_east_east * d_balance_moment_south_east_y_2);
-        let d_balance_moment_in_parent_south_east_x_3 = mul_add(c(0.7071067811865475),
-            d_balance_moment_on_hinge_south_east_y_3,
-            c(0.7071067811865475) * d_balance_moment_in_parent_south_x_2);
-        let d_imbalance_south_east_east = c(-3.5e-6) + d_balance_moment_in_parent_south_x_2;
-        // south_east: closure forces: (f, n) of lambda along the rows of the closure
-        let d_closure_moment_on_hinge_south_east_y_2 = mul_add(-cos_south_east_east,
-            closure_moment_in_parent_south_z,
+        let d_closure_moment_on_hinge_south_east_y_by_q_south_south_east =
+            mul_add(-sin_south_east_east, closure_moment_on_hinge_south_y,
+            cos_south_east_east * d_closure_moment_in_parent_south_y_by_q_south_south_east);
+        let d_closure_moment_in_parent_south_east_x_by_q_south_south_east =
+            mul_add(c(0.7071067811865475),
+            d_closure_moment_on_hinge_south_east_y_by_q_south_south_east,
+            c(0.6123724905851617) * d_closure_moment_on_hinge_south_y_by_q_south_south_east);
+        let d_closure_moment_on_hinge_south_east_y_by_q_south_east_east =
+            mul_add(-cos_south_east_east, closure_moment_in_parent_south_z,
             -sin_south_east_east * closure_moment_in_parent_south_y);
-        // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_net_moment_south_east_x =
-            -c(4.7358339509453117e-4) * d_apparent_gravity_south_east_z_2
-            - mul_add(c(-1.2939941252175183e-5), d_acceleration_gradient_south_east_zx_2,
-            mul_add(c(-3.338573836000013e-8), d_omega_south_east_yz_2,
-            c(1.642426710807345e-5) * d_omega_south_east_yz_2));
-        // south: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let d_alpha_on_hinge_south_y_2 = c(0.49999986554903386) * alpha_south_east_z;
-        let south_part_39 = c(0.8660254814097263) * alpha_south_east_z;
-        let d_alpha_south_y_3 = mul_add(cos_south_south_east, d_alpha_on_hinge_south_y_2,
-            mul_add(sin_south_south_east, d_alpha_south_east_z, u[1] * d_parent_omega_south_z_2));
-        let d_alpha_south_z_3 = mul_add(-sin_south_south_east, d_alpha_on_hinge_south_y_2,
-            mul_add(-u[1], d_parent_omega_south_y, cos_south_south_east * d_alpha_south_east_z));
-        let d_acceleration_gradient_south_xy_4 = d_omega_south_xy_3 - d_alpha_south_z_3;
-        let d_acceleration_gradient_south_xz_4 = d_omega_south_xz_4 + d_alpha_south_y_3;
-        let d_acceleration_gradient_south_yx_3 = d_omega_south_xy_3 + d_alpha_south_z_3;
-        let d_acceleration_gradient_south_yz_3 = d_omega_south_yz_4 + south_part_39;
-        let d_acceleration_gradient_south_zx_3 = d_omega_south_xz_4 - d_alpha_south_y_3;
-        let d_acceleration_gradient_south_zy_3 = d_omega_south_yz_4 - south_part_39;
-        // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_net_moment_south_x = -c(1.7025018541990593e-4) * d_apparent_gravity_south_z_3
-            - mul_add(c(-2.3726582693412885e-8), d_acceleration_gradient_south_yz_3,
-            mul_add(c(-6.645555056848842e-6), d_acceleration_gradient_south_zx_3,
-            c(5.565308808048279e-6) * d_acceleration_gradient_south_zy_3));
-        let south_part_40 = mul_add(c(2.3726582693412885e-8), d_acceleration_gradient_south_xz_4,
-            c(6.645555056848842e-6) * d_acceleration_gradient_south_zy_3);
-        let d_net_moment_south_z = mul_add(c(-1.4744099878836922e-4), apparent_gravity_south_east_z,
-            -mul_add(c(-5.565308808048279e-6), d_acceleration_gradient_south_xy_4,
-            -c(6.645555056848842e-6) * (d_omega_south_yy_4 - d_omega_south_xx_4)));
-        let south_part_41 = c(1.7025018541990593e-4) * d_apparent_gravity_south_z;
-        let d_net_moment_south_z_2 = c(1.7025018541990593e-4) * d_apparent_gravity_south_x;
-        let south_part_42 = sin_south_south_east * d_net_moment_south_z_2;
-        let d_balance_moment_in_parent_south_x_3 = mul_add(c(-0.8660254814097263), south_part_42,
-            d_apparent_gravity_south_z * c(-8.512506981965105e-5));
-        let d_balance_moment_in_parent_south_y_4 = mul_add(c(1.4744099878836922e-4),
-            d_apparent_gravity_south_z, c(-0.49999986554903386) * south_part_42);
-        // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_moment_south_east_x_2 = mul_add(c(-4.7358339509453117e-4),
-            d_apparent_gravity_south_east_z, d_balance_moment_in_parent_south_x_3);
-        let d_balance_moment_south_east_z_3 = mul_add(cos_south_south_east, d_net_moment_south_z_2,
-            cos_ground_east * c(3.285114235562458e-3));
-        let d_balance_moment_on_hinge_south_east_y_4 = mul_add(-sin_south_east_east,
-            d_balance_moment_south_east_z_3,
-            cos_south_east_east * d_balance_moment_in_parent_south_y_4);
-        let d_balance_moment_in_parent_south_east_x_4 = mul_add(c(0.7071067811865475),
-            d_balance_moment_on_hinge_south_east_y_4,
-            c(0.7071067811865475) * d_balance_moment_south_east_x_2);
-        // mechanism: results: what the function returns
-        let part_90 = mul_add(c(0.5000002689018963), mul_add(c(0.06987458559937651),
-            d_omega_south_xx_4 + d_omega_south_zz_4,
-            c(0.04034213973350828) * d_acceleration_gradient_south_yx_3),
-            c(0.866025248533801) * mul_add(c(-0.06987458559937651),
-            d_acceleration_gradient_south_xy_4, c(-0.04034213973350828) * (d_omega_south_yy_4
-            + d_omega_south_zz_4)));
-        // south_west: closure forces: (f, n) of lambda along the rows of the closure
-        let d_closure_moment_on_hinge_south_west_y_2 = mul_add(-sin_west_south_west,
-            closure_moment_on_hinge_south_ghost0_y,
-            cos_west_south_west * d_closure_moment_in_parent_south_ghost0_y);
-        let d_closure_moment_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
-            d_closure_moment_on_hinge_south_west_y_2,
-            d_closure_moment_on_hinge_south_ghost0_y * c(-0.35355276464638774));
-        // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let net_moment_south_west_z = south_west_part_10 - mul_add(c(-1.009359489758939e-5),
-            acceleration_gradient_south_west_xy, south_west_part_9);
-        let d_balance_moment_on_hinge_south_west_y_4 = mul_add(-sin_west_south_west,
-            d_balance_moment_in_parent_south_ghost0_z,
-            cos_west_south_west * d_balance_moment_in_parent_south_ghost0_y);
-        let d_balance_moment_in_parent_south_west_x_4 = mul_add(c(-0.8660257562110547),
-            d_balance_moment_on_hinge_south_west_y_4,
-            c(-0.35355276464638774) * d_balance_moment_on_hinge_south_ghost0_y);
-        // mechanism: reduced force: y = L^-T f
-        let part_91 = mul_add(c(0.6262195242941381),
-            inertia_south_west_south_moment_in_parent_south_ghost0_x,
-            d_balance_moment_in_parent_south_ghost0_x);
-        let part_92 = mul_add(-factor_west_south_west_ground_west, part_91,
-            mul_add(c(0.6262195242941381), inertia_south_west_south_moment_in_parent_south_west_x,
-            d_balance_moment_in_parent_south_west_x_4));
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_93 = mul_add(part_14, part_92, part_11 * part_91);
-        let part_94 = mul_add(part_29, part_93, -mul_add(-part_15, part_91, part_18 * part_92));
-        let part_95 = part_34 * mul_add(-part_33, part_94, mul_add(part_30, part_93,
-            -mul_add(part_22, part_92, mul_add(part_19, part_91, c(-0.050526043932752354)))));
-        let part_96 = mul_add(-part_33, part_95, part_32 * part_94);
-        let part_97 = mul_add(-part_29, part_96, mul_add(-part_30, part_95, -part_28 * part_93));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_98 = mul_add(part_21, part_95, mul_add(part_17, part_96, part_13 * part_97));
-        let part_99 = mul_add(inverse_pivot_ground_west, part_92, mul_add(part_22, part_95,
-            mul_add(part_18, part_96, part_14 * part_97)));
-        let part_100 = mul_add(-factor_south_east_east_ground_east, part_98, mul_add(part_20,
-            part_95, mul_add(-part_12, part_97, part_16 * part_96)));
-        let part_101 = mul_add(-factor_west_south_west_ground_west, part_99,
-            mul_add(inverse_pivot_west_south_west, part_91, mul_add(part_19, part_95,
-            mul_add(-part_15, part_96, part_11 * part_97))));
-        // south_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_on_hinge_south_ghost0_y = mul_add(c(-0.7071063925583854), alpha_south_west_x,
-            c(0.7071071698144962) * alpha_south_west_y);
-        let alpha_south_ghost0_x = part_64 + mul_add(c(0.7071063925583854), alpha_south_west_y,
-            c(0.7071071698144962) * alpha_south_west_x);
-        let south_ghost0_part_34 = sin_south_west_south * alpha_south_west_z;
-        let south_ghost0_part_35 = cos_south_west_south * alpha_south_west_z;
-        let south_ghost0_part_36 = cos_south_west_south * alpha_on_hinge_south_ghost0_y;
-        let south_ghost0_part_37 = sin_south_west_south * alpha_on_hinge_south_ghost0_y;
-        let alpha_south_ghost0_y = south_ghost0_part_36 + (south_ghost0_part_3
-            + south_ghost0_part_34);
-        let d_alpha_south_ghost0_y_4 = mul_add(u[0], d_parent_omega_south_ghost0_z,
-            south_ghost0_part_35) - south_ghost0_part_37;
-        let alpha_south_ghost0_z = south_ghost0_part_35 - south_ghost0_part_4
-            - south_ghost0_part_37;
-        let d_alpha_south_ghost0_z_4 = -south_ghost0_part_34 - south_ghost0_part_3
-            - south_ghost0_part_36;
-        let acceleration_gradient_south_ghost0_xy = omega_south_ghost0_xy - alpha_south_ghost0_z;
-        let d_acceleration_gradient_south_ghost0_xy_5 = omega_south_ghost0_xz
-            - d_alpha_south_ghost0_z_4;
-        let acceleration_gradient_south_ghost0_xz = omega_south_ghost0_xz + alpha_south_ghost0_y;
-        let d_acceleration_gradient_south_ghost0_xz_5 = d_omega_south_ghost0_xz_3
-            + d_alpha_south_ghost0_y_4;
-        let d_acceleration_gradient_south_ghost0_yx_4 = omega_south_ghost0_xz
-            + d_alpha_south_ghost0_z_4;
-        let acceleration_gradient_south_ghost0_yz = omega_south_ghost0_yz - alpha_south_ghost0_x;
-        let acceleration_gradient_south_ghost0_zx = omega_south_ghost0_xz - alpha_south_ghost0_y;
-        let d_acceleration_gradient_south_ghost0_zx_4 = d_omega_south_ghost0_xz_3
-            - d_alpha_south_ghost0_y_4;
-        let acceleration_gradient_south_ghost0_zy = omega_south_ghost0_yz + alpha_south_ghost0_x;
-        // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let net_moment_south_east_z = south_east_part_13 - mul_add(c(-1.642426710807345e-5),
-            acceleration_gradient_south_east_xy, south_east_part_14);
         // south: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let alpha_on_hinge_south_y = mul_add(c(0.8660254814097263), alpha_south_east_x,
             c(0.49999986554903386) * alpha_south_east_y);
-        let alpha_south_x = part_63 + mul_add(c(-0.8660254814097263), alpha_south_east_y,
-            c(0.49999986554903386) * alpha_south_east_x);
-        let south_part_43 = sin_south_south_east * alpha_south_east_z;
-        let south_part_44 = cos_south_south_east * alpha_on_hinge_south_y;
-        let alpha_south_y = south_part_44 + (south_part_4 + south_part_43);
-        let south_part_45 = sin_south_south_east * alpha_on_hinge_south_y;
-        let south_part_46 = cos_south_south_east * alpha_south_east_z;
-        let alpha_south_z = south_part_46 - south_part_5 - south_part_45;
+        let held_acceleration_south_south_east = mul_add(c(178921.751266151),
+            generalized_force_south_south_east, mul_add(c(-7218.086290943076), lambda0_2,
+            c(12502.08322443702) * lambda0_1));
+        let acceleration_south_south_east = mul_add(-l_south_south_east_south_east_east,
+            acceleration_south_east_east, mul_add(-l_south_south_east_ground_east,
+            acceleration_ground_east, held_acceleration_south_south_east));
+        let alpha_south_x = acceleration_south_south_east + mul_add(c(-0.8660254814097263),
+            alpha_south_east_y, c(0.49999986554903386) * alpha_south_east_x);
+        let sin_south_south_east_times_alpha_south_east_z =
+            sin_south_south_east * alpha_south_east_z;
+        let south_product_10 = cos_south_south_east * alpha_on_hinge_south_y;
+        let alpha_south_y = south_product_10 + (parent_omega_south_z_times_u_south_south_east
+            + sin_south_south_east_times_alpha_south_east_z);
+        let south_product_11 = sin_south_south_east * alpha_on_hinge_south_y;
+        let cos_south_south_east_times_alpha_south_east_z =
+            cos_south_south_east * alpha_south_east_z;
+        let alpha_south_z = cos_south_south_east_times_alpha_south_east_z
+            - parent_omega_south_y_times_u_south_south_east - south_product_11;
         let acceleration_gradient_south_xy = omega_south_xy - alpha_south_z;
         let acceleration_gradient_south_xz = omega_south_xz + alpha_south_y;
         let acceleration_gradient_south_yz = omega_south_yz - alpha_south_x;
         let acceleration_gradient_south_zx = omega_south_xz - alpha_south_y;
         let acceleration_gradient_south_zy = omega_south_yz + alpha_south_x;
-        let d_alpha_south_y_4 = mul_add(u[1], d_parent_omega_south_z, south_part_46)
-            - south_part_45;
-        let d_alpha_south_z_4 = -south_part_43 - south_part_4 - south_part_44;
-        let d_acceleration_gradient_south_xy_5 = omega_south_xz - d_alpha_south_z_4;
-        let d_acceleration_gradient_south_xz_5 = d_omega_south_xz_3 + d_alpha_south_y_4;
-        let d_acceleration_gradient_south_yx_4 = omega_south_xz + d_alpha_south_z_4;
-        let d_acceleration_gradient_south_zx_4 = d_omega_south_xz_3 - d_alpha_south_y_4;
+        let d_alpha_south_y_by_q_south_south_east = mul_add(u[1],
+            d_parent_omega_south_z_by_q_south_south_east,
+            cos_south_south_east_times_alpha_south_east_z) - south_product_11;
+        let d_alpha_south_z_by_q_south_south_east = -sin_south_south_east_times_alpha_south_east_z
+            - parent_omega_south_z_times_u_south_south_east - south_product_10;
+        let d_acceleration_gradient_south_xy_by_q_south_south_east = omega_south_xz
+            - d_alpha_south_z_by_q_south_south_east;
+        let d_acceleration_gradient_south_xz_by_q_south_south_east =
+            d_omega_south_xz_by_q_south_south_east + d_alpha_south_y_by_q_south_south_east;
+        let d_acceleration_gradient_south_yx_by_q_south_south_east = omega_south_xz
+            + d_alpha_south_z_by_q_south_south_east;
+        let d_acceleration_gradient_south_zx_by_q_south_south_east =
+            d_omega_south_xz_by_q_south_south_east - d_alpha_south_y_by_q_south_south_east;
+        let d_alpha_on_hinge_south_y_by_q_south_east_east =
+            c(0.49999986554903386) * alpha_south_east_z;
+        let minus_d_alpha_south_x_by_q_south_east_east = c(0.8660254814097263) * alpha_south_east_z;
+        let d_alpha_south_y_by_q_south_east_east = mul_add(cos_south_south_east,
+            d_alpha_on_hinge_south_y_by_q_south_east_east, mul_add(sin_south_south_east,
+            d_alpha_south_east_z_by_q_south_east_east,
+            u[1] * d_parent_omega_south_z_by_q_south_east_east));
+        let d_alpha_south_z_by_q_south_east_east = mul_add(-sin_south_south_east,
+            d_alpha_on_hinge_south_y_by_q_south_east_east, mul_add(-u[1],
+            d_parent_omega_south_y_by_q_south_east_east,
+            cos_south_south_east * d_alpha_south_east_z_by_q_south_east_east));
+        let d_acceleration_gradient_south_xy_by_q_south_east_east =
+            d_omega_south_xy_by_q_south_east_east - d_alpha_south_z_by_q_south_east_east;
+        let d_acceleration_gradient_south_xz_by_q_south_east_east =
+            d_omega_south_xz_by_q_south_east_east + d_alpha_south_y_by_q_south_east_east;
+        let d_acceleration_gradient_south_yx_by_q_south_east_east =
+            d_omega_south_xy_by_q_south_east_east + d_alpha_south_z_by_q_south_east_east;
+        let d_acceleration_gradient_south_yz_by_q_south_east_east =
+            d_omega_south_yz_by_q_south_east_east + minus_d_alpha_south_x_by_q_south_east_east;
+        let d_acceleration_gradient_south_zx_by_q_south_east_east =
+            d_omega_south_xz_by_q_south_east_east - d_alpha_south_y_by_q_south_east_east;
+        let d_acceleration_gradient_south_zy_by_q_south_east_east =
+            d_omega_south_yz_by_q_south_east_east - minus_d_alpha_south_x_by_q_south_east_east;
+        let d_alpha_south_y_by_u_south_east_east = south_product_4
+            + (-u[1] * minus_parent_omega_south_z_by_south_east_east - south_product_3);
+        let d_alpha_south_z_by_u_south_east_east = mul_add(-u[1],
+            parent_omega_south_y_by_south_east_east, south_neg) - south_product_5;
+        let d_acceleration_gradient_south_xy_by_u_south_east_east =
+            d_omega_south_xy_by_u_south_east_east - d_alpha_south_z_by_u_south_east_east;
+        let d_acceleration_gradient_south_xz_by_u_south_east_east =
+            d_omega_south_xz_by_u_south_east_east + d_alpha_south_y_by_u_south_east_east;
+        let d_acceleration_gradient_south_yx_by_u_south_east_east =
+            d_omega_south_xy_by_u_south_east_east + d_alpha_south_z_by_u_south_east_east;
+        let d_acceleration_gradient_south_yz_by_u_south_east_east =
+            minus_d_parent_omega_south_x_by_q_south_east_east
+            + d_omega_south_yz_by_u_south_east_east;
+        let d_acceleration_gradient_south_zx_by_u_south_east_east =
+            d_omega_south_xz_by_u_south_east_east - d_alpha_south_y_by_u_south_east_east;
+        let d_acceleration_gradient_south_zy_by_u_south_east_east =
+            d_omega_south_yz_by_u_south_east_east
+            - minus_d_parent_omega_south_x_by_q_south_east_east;
+        let d_alpha_on_hinge_south_y_by_u_ground_east =
+            c(-0.49999986554903386) * minus_d_alpha_south_east_y_by_u_ground_east;
+        let minus_d_alpha_south_x_by_u_ground_east =
+            c(-0.8660254814097263) * minus_d_alpha_south_east_y_by_u_ground_east;
+        let d_alpha_south_y_by_u_ground_east = mul_add(cos_south_south_east,
+            d_alpha_on_hinge_south_y_by_u_ground_east, mul_add(-sin_south_south_east,
+            minus_d_alpha_south_east_z_by_u_ground_east,
+            u[1] * parent_omega_south_z_by_ground_east));
+        let d_alpha_south_z_by_u_ground_east = mul_add(-sin_south_south_east,
+            d_alpha_on_hinge_south_y_by_u_ground_east, mul_add(-u[1],
+            parent_omega_south_y_by_ground_east,
+            -cos_south_south_east * minus_d_alpha_south_east_z_by_u_ground_east));
+        let d_acceleration_gradient_south_xy_by_u_ground_east = d_omega_south_xy_by_u_ground_east
+            - d_alpha_south_z_by_u_ground_east;
+        let d_acceleration_gradient_south_xz_by_u_ground_east = d_omega_south_xz_by_u_ground_east
+            + d_alpha_south_y_by_u_ground_east;
+        let d_acceleration_gradient_south_yx_by_u_ground_east = d_omega_south_xy_by_u_ground_east
+            + d_alpha_south_z_by_u_ground_east;
+        let d_acceleration_gradient_south_yz_by_u_ground_east = d_omega_south_yz_by_u_ground_east
+            + minus_d_alpha_south_x_by_u_ground_east;
+        let d_acceleration_gradient_south_zx_by_u_ground_east = d_omega_south_xz_by_u_ground_east
+            - d_alpha_south_y_by_u_ground_east;
+        let d_acceleration_gradient_south_zy_by_u_ground_east = d_omega_south_yz_by_u_ground_east
+            - minus_d_alpha_south_x_by_u_ground_east;
         // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_net_moment_south_x_2 = -c(1.7025018541990593e-4) * d_apparent_gravity_south_z_2
-            - mul_add(c(-2.3726582693412885e-8), d_omega_south_yz_3,
-            mul_add(c(-6.645555056848842e-6), d_acceleration_gradient_south_zx_4,
-            c(5.565308808048279e-6) * d_omega_south_yz_3));
-        let south_part_47 = mul_add(c(2.3726582693412885e-8), d_acceleration_gradient_south_xz_5,
-            c(6.645555056848842e-6) * d_omega_south_yz_3);
-        let south_part_48 = mul_add(c(-5.565308808048279e-6), d_acceleration_gradient_south_xy_5,
-            -c(6.645555056848842e-6) * d_omega_south_yy_3);
+        let net_moment_south_x = apparent_gravity_south_z_product
+            - mul_add(c(-2.3726582693412885e-8), acceleration_gradient_south_yz,
+            mul_add(c(-6.645555056848842e-6), acceleration_gradient_south_zx,
+            c(5.565308808048279e-6) * acceleration_gradient_south_zy));
+        let minus_net_moment_south_y = mul_add(c(2.3726582693412885e-8),
+            acceleration_gradient_south_xz,
+            c(6.645555056848842e-6) * acceleration_gradient_south_zy);
+        let net_moment_south_z = apparent_gravity_south_x_product
+            - mul_add(c(-5.565308808048279e-6), acceleration_gradient_south_xy, south_product_7);
+        let sin_south_south_east_times_net_moment_south_z =
+            sin_south_south_east * net_moment_south_z;
+        let south_neg_2 = -cos_south_south_east * minus_net_moment_south_y;
+        let balance_moment_on_hinge_south_y = south_neg_2
+            - sin_south_south_east_times_net_moment_south_z;
+        let balance_moment_in_parent_south_y = mul_add(c(-0.8660254814097263), net_moment_south_x,
+            c(0.49999986554903386) * balance_moment_on_hinge_south_y);
+        let south_product_12 = sin_south_south_east * minus_net_moment_south_y;
+        let cos_south_south_east_times_net_moment_south_z =
+            cos_south_south_east * net_moment_south_z;
+        let balance_moment_in_parent_south_z = cos_south_south_east_times_net_moment_south_z
+            - south_product_12;
+        let d_net_moment_south_x_by_q_south_south_east = mul_add(c(6.645555056848842e-6),
+            d_acceleration_gradient_south_zx_by_q_south_south_east,
+            mul_add(c(-5.541582225354866e-6), d_omega_south_yz_by_q_south_south_east,
+            c(-1.7025018541990593e-4) * d_apparent_gravity_south_z_by_q_south_south_east));
+        let minus_d_net_moment_south_y_by_q_south_south_east = mul_add(c(2.3726582693412885e-8),
+            d_acceleration_gradient_south_xz_by_q_south_south_east,
+            c(6.645555056848842e-6) * d_omega_south_yz_by_q_south_south_east);
+        let minus_d_net_moment_south_z_by_q_south_south_east = mul_add(c(-5.565308808048279e-6),
+            d_acceleration_gradient_south_xy_by_q_south_south_east,
+            omega_south_yz * c(-1.3291110113697684e-5));
+        let d_balance_moment_on_hinge_south_y_by_q_south_south_east = mul_add(-cos_south_south_east,
+            minus_d_net_moment_south_y_by_q_south_south_east, south_product_12)
+            - mul_add(-sin_south_south_east, minus_d_net_moment_south_z_by_q_south_south_east,
+            cos_south_south_east_times_net_moment_south_z);
+        let d_balance_moment_in_parent_south_y_by_q_south_south_east =
+            mul_add(c(-0.8660254814097263), d_net_moment_south_x_by_q_south_south_east,
+            c(0.49999986554903386) * d_balance_moment_on_hinge_south_y_by_q_south_south_east);
+        let d_balance_moment_in_parent_south_z_by_q_south_south_east =
+            mul_add(-sin_south_south_east, minus_d_net_moment_south_y_by_q_south_south_east,
+            south_neg_2) + (-cos_south_south_east * minus_d_net_moment_south_z_by_q_south_south_east
+            - sin_south_south_east_times_net_moment_south_z);
+        let d_imbalance_south_south_east_by_q_south_south_east = c(-0.0114)
+            + d_net_moment_south_x_by_q_south_south_east;
+        let d_net_moment_south_x_by_q_south_east_east = mul_add(c(-1.7025018541990593e-4),
+            d_apparent_gravity_south_z_by_q_south_east_east, -mul_add(c(-2.3726582693412885e-8),
+            d_acceleration_gradient_south_yz_by_q_south_east_east, mul_add(c(-6.645555056848842e-6),
+            d_acceleration_gradient_south_zx_by_q_south_east_east,
+            c(5.565308808048279e-6) * d_acceleration_gradient_south_zy_by_q_south_east_east)));
+        let minus_d_net_moment_south_y_by_q_south_east_east = mul_add(c(2.3726582693412885e-8),
+            d_acceleration_gradient_south_xz_by_q_south_east_east,
+            c(6.645555056848842e-6) * d_acceleration_gradient_south_zy_by_q_south_east_east);
+        let d_net_moment_south_z_by_q_south_east_east = mul_add(c(-1.4744099878836922e-4),
+            apparent_gravity_south_east_z, -mul_add(c(-5.565308808048279e-6),
+            d_acceleration_gradient_south_xy_by_q_south_east_east,
+            c(-6.645555056848842e-6) * (d_omega_south_yy_by_q_south_east_east
+            - d_omega_south_xx_by_q_south_east_east)));
+        let d_balance_moment_on_hinge_south_y_by_q_south_east_east = mul_add(-sin_south_south_east,
+            d_net_moment_south_z_by_q_south_east_east,
+            -cos_south_south_east * minus_d_net_moment_south_y_by_q_south_east_east);
+        let d_balance_moment_in_parent_south_y_by_q_south_east_east =
+            mul_add(c(-0.8660254814097263), d_net_moment_south_x_by_q_south_east_east,
+            c(0.49999986554903386) * d_balance_moment_on_hinge_south_y_by_q_south_east_east);
+        let d_balance_moment_in_parent_south_z_by_q_south_east_east = mul_add(-sin_south_south_east,
+            minus_d_net_moment_south_y_by_q_south_east_east,
+            cos_south_south_east * d_net_moment_south_z_by_q_south_east_east);
+        let d_net_moment_south_x_by_q_ground_east =
+            c(-1.7025018541990593e-4) * d_apparent_gravity_south_z_by_q_ground_east;
+        let d_net_moment_south_z_by_q_ground_east =
+            c(1.7025018541990593e-4) * d_apparent_gravity_south_x_by_q_ground_east;
+        let minus_d_balance_moment_on_hinge_south_y_by_q_ground_east =
+            sin_south_south_east * d_net_moment_south_z_by_q_ground_east;
+        let d_balance_moment_in_parent_south_y_by_q_ground_east = mul_add(c(1.4744099878836922e-4),
+            d_apparent_gravity_south_z_by_q_ground_east,
+            c(-0.49999986554903386) * minus_d_balance_moment_on_hinge_south_y_by_q_ground_east);
+        let minus_d_net_moment_south_y_by_u_south_south_east =
+            parent_omega_south_z * c(4.745316538682577e-8);
+        let minus_d_net_moment_south_z_by_u_south_south_east = mul_add(c(-1.1130617616096558e-5),
+            parent_omega_south_y, omega_south_x * c(1.3291110113697684e-5));
+        let d_balance_moment_on_hinge_south_y_by_u_south_south_east = mul_add(-cos_south_south_east,
+            minus_d_net_moment_south_y_by_u_south_south_east,
+            sin_south_south_east * minus_d_net_moment_south_z_by_u_south_south_east);
+        let d_balance_moment_in_parent_south_y_by_u_south_south_east =
+            c(0.49999986554903386) * d_balance_moment_on_hinge_south_y_by_u_south_south_east;
+        let d_balance_moment_in_parent_south_z_by_u_south_south_east =
+            mul_add(-cos_south_south_east, minus_d_net_moment_south_z_by_u_south_south_east,
+            -sin_south_south_east * minus_d_net_moment_south_y_by_u_south_south_east);
+        let minus_d_net_moment_south_x_by_u_south_east_east = mul_add(c(-2.3726582693412885e-8),
+            d_acceleration_gradient_south_yz_by_u_south_east_east, mul_add(c(-6.645555056848842e-6),
+            d_acceleration_gradient_south_zx_by_u_south_east_east,
+            c(5.565308808048279e-6) * d_acceleration_gradient_south_zy_by_u_south_east_east));
+        let minus_d_net_moment_south_y_by_u_south_east_east = mul_add(c(2.3726582693412885e-8),
+            d_acceleration_gradient_south_xz_by_u_south_east_east,
+            c(6.645555056848842e-6) * d_acceleration_gradient_south_zy_by_u_south_east_east);
+        let minus_d_net_moment_south_z_by_u_south_east_east = mul_add(c(-5.565308808048279e-6),
+            d_acceleration_gradient_south_xy_by_u_south_east_east,
+            c(-6.645555056848842e-6) * (d_omega_south_yy_by_u_south_east_east
+            - d_omega_south_xx_by_u_south_east_east));
+        let d_balance_moment_on_hinge_south_y_by_u_south_east_east = mul_add(-cos_south_south_east,
+            minus_d_net_moment_south_y_by_u_south_east_east,
+            sin_south_south_east * minus_d_net_moment_south_z_by_u_south_east_east);
+        let d_balance_moment_in_parent_south_y_by_u_south_east_east = mul_add(c(0.8660254814097263),
+            minus_d_net_moment_south_x_by_u_south_east_east,
+            c(0.49999986554903386) * d_balance_moment_on_hinge_south_y_by_u_south_east_east);
+        let d_balance_moment_in_parent_south_z_by_u_south_east_east = mul_add(-cos_south_south_east,
+            minus_d_net_moment_south_z_by_u_south_east_east,
+            -sin_south_south_east * minus_d_net_moment_south_y_by_u_south_east_east);
+        let minus_d_net_moment_south_x_by_u_ground_east = mul_add(c(-2.3726582693412885e-8),
+            d_acceleration_gradient_south_yz_by_u_ground_east, mul_add(c(-6.645555056848842e-6),
+            d_acceleration_gradient_south_zx_by_u_ground_east,
+            c(5.565308808048279e-6) * d_acceleration_gradient_south_zy_by_u_ground_east));
+        let minus_d_net_moment_south_y_by_u_ground_east = mul_add(c(2.3726582693412885e-8),
+            d_acceleration_gradient_south_xz_by_u_ground_east,
+            c(6.645555056848842e-6) * d_acceleration_gradient_south_zy_by_u_ground_east);
+        let minus_d_net_moment_south_z_by_u_ground_east = mul_add(c(-5.565308808048279e-6),
+            d_acceleration_gradient_south_xy_by_u_ground_east,
+            c(-6.645555056848842e-6) * (d_omega_south_yy_by_u_ground_east
+            - d_omega_south_xx_by_u_ground_east));
+        let d_balance_moment_on_hinge_south_y_by_u_ground_east = mul_add(-cos_south_south_east,
+            minus_d_net_moment_south_y_by_u_ground_east,
+            sin_south_south_east * minus_d_net_moment_south_z_by_u_ground_east);
+        let d_balance_moment_in_parent_south_y_by_u_ground_east = mul_add(c(0.8660254814097263),
+            minus_d_net_moment_south_x_by_u_ground_east,
+            c(0.49999986554903386) * d_balance_moment_on_hinge_south_y_by_u_ground_east);
+        let d_balance_moment_in_parent_south_z_by_u_ground_east = mul_add(-cos_south_south_east,
+            minus_d_net_moment_south_z_by_u_ground_east,
+            -sin_south_south_east * minus_d_net_moment_south_y_by_u_ground_east);
+        // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let minus_net_moment_south_east_y = mul_add(c(1.2939941252175183e-5),
+            acceleration_gradient_south_east_zy,
+            c(3.338573836000013e-8) * acceleration_gradient_south_east_xz);
+        let net_moment_south_east_z = sin_ground_east_product - mul_add(c(-1.642426710807345e-5),
+            acceleration_gradient_south_east_xy, south_east_product_3);
+        let balance_moment_south_east_y = balance_moment_in_parent_south_y
+            - minus_net_moment_south_east_y;
+        let balance_moment_south_east_z = balance_moment_in_parent_south_z
+            + net_moment_south_east_z;
+        let d_balance_moment_south_east_x_by_q_south_south_east = mul_add(c(0.8660254814097263),
+            d_balance_moment_on_hinge_south_y_by_q_south_south_east,
+            c(0.49999986554903386) * d_net_moment_south_x_by_q_south_south_east);
+        let d_balance_moment_on_hinge_south_east_y_by_q_south_south_east =
+            mul_add(-sin_south_east_east, d_balance_moment_in_parent_south_z_by_q_south_south_east,
+            cos_south_east_east * d_balance_moment_in_parent_south_y_by_q_south_south_east);
+        let d_balance_moment_in_parent_south_east_x_by_q_south_south_east =
+            mul_add(c(0.7071067811865475),
+            d_balance_moment_on_hinge_south_east_y_by_q_south_south_east,
+            c(0.7071067811865475) * d_balance_moment_south_east_x_by_q_south_south_east);
+        let d_imbalance_south_east_east_by_q_south_south_east = mul_add(c(0.8660254814097263),
+            d_closure_moment_on_hinge_south_y_by_q_south_south_east,
+            d_balance_moment_south_east_x_by_q_south_south_east);
+        let minus_d_net_moment_south_east_y_by_q_south_east_east = mul_add(c(1.2939941252175183e-5),
+            d_omega_south_east_yz_by_q_south_east_east,
+            c(3.338573836000013e-8) * d_acceleration_gradient_south_east_xz_by_q_south_east_east);
+        let minus_d_net_moment_south_east_z_by_q_south_east_east = mul_add(c(-1.642426710807345e-5),
+            d_acceleration_gradient_south_east_xy_by_q_south_east_east,
+            minus_omega_south_east_yz * c(2.5879882504350366e-5));
+        let d_balance_moment_south_east_x_by_q_south_east_east = mul_add(c(0.8660254814097263),
+            d_balance_moment_on_hinge_south_y_by_q_south_east_east, mul_add(c(0.49999986554903386),
+            d_net_moment_south_x_by_q_south_east_east, mul_add(c(1.2939941252175183e-5),
+            d_acceleration_gradient_south_east_zx_by_q_south_east_east,
+            mul_add(c(-1.639088136971345e-5), d_omega_south_east_yz_by_q_south_east_east,
+            c(-4.7358339509453117e-4) * d_apparent_gravity_south_east_z_by_q_south_east_east))));
+        let d_balance_moment_south_east_y_by_q_south_east_east =
+            d_balance_moment_in_parent_south_y_by_q_south_east_east
+            - minus_d_net_moment_south_east_y_by_q_south_east_east;
+        let d_balance_moment_south_east_z_by_q_south_east_east =
+            d_balance_moment_in_parent_south_z_by_q_south_east_east
+            - minus_d_net_moment_south_east_z_by_q_south_east_east;
+        let d_balance_moment_on_hinge_south_east_y_by_q_south_east_east =
+            mul_add(-sin_south_east_east, balance_moment_south_east_y,
+            cos_south_east_east * d_balance_moment_south_east_y_by_q_south_east_east)
+            - mul_add(sin_south_east_east, d_balance_moment_south_east_z_by_q_south_east_east,
+            cos_south_east_east * balance_moment_south_east_z);
+        let d_balance_moment_in_parent_south_east_x_by_q_south_east_east =
+            mul_add(c(0.7071067811865475),
+            d_balance_moment_on_hinge_south_east_y_by_q_south_east_east,
+            c(0.7071067811865475) * d_balance_moment_south_east_x_by_q_south_east_east);
+        let d_imbalance_south_east_east_by_q_south_east_east = c(-0.0114)
+            + d_balance_moment_south_east_x_by_q_south_east_east;
+        let d_balance_moment_south_east_x_by_q_ground_east = mul_add(c(-0.8660254814097263),
+            minus_d_balance_moment_on_hinge_south_y_by_q_ground_east,
+            mul_add(c(-8.512506981965105e-5), d_apparent_gravity_south_z_by_q_ground_east,
+            c(-4.7358339509453117e-4) * d_apparent_gravity_south_east_z_by_q_ground_east));
+        let d_balance_moment_south_east_z_by_q_ground_east = mul_add(c(3.285114235562458e-3),
+            cos_ground_east, cos_south_south_east * d_net_moment_south_z_by_q_ground_east);
+        let d_balance_moment_on_hinge_south_east_y_by_q_ground_east = mul_add(-sin_south_east_east,
+            d_balance_moment_south_east_z_by_q_ground_east,
+            cos_south_east_east * d_balance_moment_in_parent_south_y_by_q_ground_east);
+        let d_balance_moment_in_parent_south_east_x_by_q_ground_east =
+            mul_add(c(0.7071067811865475), d_balance_moment_on_hinge_south_east_y_by_q_ground_east,
+            c(0.7071067811865475) * d_balance_moment_south_east_x_by_q_ground_east);
+        let d_balance_moment_on_hinge_south_east_y_by_u_south_south_east =
+            mul_add(-sin_south_east_east, d_balance_moment_in_parent_south_z_by_u_south_south_east,
+            cos_south_east_east * d_balance_moment_in_parent_south_y_by_u_south_south_east);
+        let d_balance_moment_in_parent_south_east_x_by_u_south_south_east =
+            mul_add(c(0.7071067811865475),
+            d_balance_moment_on_hinge_south_east_y_by_u_south_south_east,
+            c(0.6123724905851617) * d_balance_moment_on_hinge_south_y_by_u_south_south_east);
+        let minus_d_net_moment_south_east_z_by_u_south_east_east = mul_add(c(-3.28485342161469e-5),
+            parent_omega_south_east_y, omega_south_east_x * c(2.5879882504350366e-5));
+        let d_balance_moment_south_east_x_by_u_south_east_east = mul_add(c(0.8660254814097263),
+            d_balance_moment_on_hinge_south_y_by_u_south_east_east,
+            c(-0.49999986554903386) * minus_d_net_moment_south_x_by_u_south_east_east);
+        let d_balance_moment_south_east_y_by_u_south_east_east = mul_add(c(-3.338573836000013e-8),
+            d_acceleration_gradient_south_east_xz_by_u_south_east_east,
+            d_balance_moment_in_parent_south_y_by_u_south_east_east);
+        let d_balance_moment_south_east_z_by_u_south_east_east =
+            d_balance_moment_in_parent_south_z_by_u_south_east_east
+            - minus_d_net_moment_south_east_z_by_u_south_east_east;
+        let d_balance_moment_on_hinge_south_east_y_by_u_south_east_east =
+            mul_add(-sin_south_east_east, d_balance_moment_south_east_z_by_u_south_east_east,
+            cos_south_east_east * d_balance_moment_south_east_y_by_u_south_east_east);
+        let d_balance_moment_in_parent_south_east_x_by_u_south_east_east =
+            mul_add(c(0.7071067811865475),
+            d_balance_moment_on_hinge_south_east_y_by_u_south_east_east,
+            c(0.7071067811865475) * d_balance_moment_south_east_x_by_u_south_east_east);
+        let d_imbalance_south_east_east_by_u_south_east_east = c(-3.5e-6)
+            + d_balance_moment_south_east_x_by_u_south_east_east;
+        let minus_d_net_moment_south_east_y_by_u_ground_east = mul_add(c(1.2939941252175183e-5),
+            d_omega_south_east_yz_by_u_ground_east,
+            c(3.338573836000013e-8) * d_acceleration_gradient_south_east_xz_by_u_ground_east);
+        let minus_d_net_moment_south_east_z_by_u_ground_east = mul_add(c(-1.642426710807345e-5),
+            d_acceleration_gradient_south_east_xy_by_u_ground_east,
+            c(-1.2939941252175183e-5) * mul_add(c(-1.414213562373095), omega_south_east_x,
+            c(2.0) * (parent_omega_south_east_y * parent_omega_south_east_y_by_ground_east)));
+        let d_balance_moment_south_east_x_by_u_ground_east = mul_add(c(0.8660254814097263),
+            d_balance_moment_on_hinge_south_y_by_u_ground_east, mul_add(c(-0.49999986554903386),
+            minus_d_net_moment_south_x_by_u_ground_east, mul_add(c(-1.639088136971345e-5),
+            d_omega_south_east_yz_by_u_ground_east,
+            c(1.2939941252175183e-5) * d_acceleration_gradient_south_east_zx_by_u_ground_east)));
+        let d_balance_moment_south_east_y_by_u_ground_east =
+            d_balance_moment_in_parent_south_y_by_u_ground_east
+            - minus_d_net_moment_south_east_y_by_u_ground_east;
+        let d_balance_moment_south_east_z_by_u_ground_east =
+            d_balance_moment_in_parent_south_z_by_u_ground_east
+            - minus_d_net_moment_south_east_z_by_u_ground_east;
+        let d_balance_moment_on_hinge_south_east_y_by_u_ground_east = mul_add(-sin_south_east_east,
+            d_balance_moment_south_east_z_by_u_ground_east,
+            cos_south_east_east * d_balance_moment_south_east_y_by_u_ground_east);
+        let d_balance_moment_in_parent_south_east_x_by_u_ground_east =
+            mul_add(c(0.7071067811865475), d_balance_moment_on_hinge_south_east_y_by_u_ground_east,
+            c(0.7071067811865475) * d_balance_moment_south_east_x_by_u_ground_east);
+        // east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let d_imbalance_ground_east_by_q_south_south_east =
+            d_balance_moment_in_parent_south_east_x_by_q_south_south_east
+            + d_closure_moment_in_parent_south_east_x_by_q_south_south_east;
+        let d_imbalance_ground_east_by_q_south_east_east = mul_add(c(0.7071067811865475),
+            d_closure_moment_on_hinge_south_east_y_by_q_south_east_east,
+            d_balance_moment_in_parent_south_east_x_by_q_south_east_east);
+        let d_balance_moment_east_x_by_q_ground_east = mul_add(c(-4.625527205006544e-3),
+            sin_ground_east, d_balance_moment_in_parent_south_east_x_by_q_ground_east);
+        let d_imbalance_ground_east_by_q_ground_east = c(-0.0114)
+            + d_balance_moment_east_x_by_q_ground_east;
+        let d_imbalance_ground_east_by_u_ground_east = c(-3.5e-6)
+            + d_balance_moment_in_parent_south_east_x_by_u_ground_east;
+        // south_west: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
+        let acceleration_ground_west = mul_add(inverse_pivot_ground_west, y_ground_west,
+            mul_add(y_over_d0_2_ground_west, lambda0_2, mul_add(y_over_d0_1_ground_west, lambda0_1,
+            y_over_d0_0_ground_west * lambda0_0)));
+        let minus_alpha_on_hinge_south_west_y = c(0.8660257562110547) * acceleration_ground_west;
+        let held_acceleration_west_south_west = mul_add(inverse_pivot_west_south_west,
+            y_west_south_west, mul_add(y_over_d0_2_west_south_west, lambda0_2,
+            mul_add(-minus_y_over_d0_1_west_south_west, lambda0_1,
+            y_over_d0_0_west_south_west * lambda0_0)));
+        let acceleration_west_south_west = mul_add(-l_west_south_west_ground_west,
+            acceleration_ground_west, held_acceleration_west_south_west);
+        let alpha_south_west_x = mul_add(c(0.4999993895786978), acceleration_ground_west,
+            acceleration_west_south_west);
+        let south_west_product_6 = cos_west_south_west * minus_alpha_on_hinge_south_west_y;
+        let alpha_south_west_y = velocity_product_alpha_south_west_y - south_west_product_6;
+        let alpha_south_west_z = mul_add(sin_west_south_west, minus_alpha_on_hinge_south_west_y,
+            velocity_product_alpha_south_west_z);
+        let acceleration_gradient_south_west_xy = omega_south_west_xy - alpha_south_west_z;
+        let acceleration_gradient_south_west_xz = omega_south_west_xz + alpha_south_west_y;
+        let acceleration_gradient_south_west_zy = alpha_south_west_x - minus_omega_south_west_yz;
+        let d_alpha_south_west_z_by_q_west_south_west = south_west_product_6
+            - velocity_product_alpha_south_west_y;
+        let d_acceleration_gradient_south_west_xy_by_q_west_south_west = omega_south_west_xz
+            - d_alpha_south_west_z_by_q_west_south_west;
+        let d_acceleration_gradient_south_west_xz_by_q_west_south_west = minus_omega_south_west_xy
+            + alpha_south_west_z;
+        let d_acceleration_gradient_south_west_zx_by_q_west_south_west = minus_omega_south_west_xy
+            - alpha_south_west_z;
+        let d_acceleration_gradient_south_west_xy_by_u_west_south_west =
+            -minus_parent_omega_south_west_y - minus_parent_omega_south_west_y;
+        let d_alpha_south_west_y_by_u_ground_west = u[2] * parent_omega_south_west_z_by_ground_west;
+        let d_alpha_south_west_z_by_u_ground_west =
+            u[2] * minus_parent_omega_south_west_y_by_ground_west;
+        let d_acceleration_gradient_south_west_xy_by_u_ground_west =
+            d_omega_south_west_xy_by_u_ground_west - d_alpha_south_west_z_by_u_ground_west;
+        let d_acceleration_gradient_south_west_xz_by_u_ground_west =
+            d_omega_south_west_xz_by_u_ground_west + d_alpha_south_west_y_by_u_ground_west;
+        let d_acceleration_gradient_south_west_zx_by_u_ground_west =
+            d_omega_south_west_xz_by_u_ground_west - d_alpha_south_west_y_by_u_ground_west;
+        // south_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
+        let alpha_on_hinge_south_ghost0_y = mul_add(c(-0.7071063925583854), alpha_south_west_x,
+            c(0.7071071698144962) * alpha_south_west_y);
+        let held_acceleration_south_west_south = mul_add(c(14436.01255221496), lambda0_2,
+            generalized_force_south_west_south * c(178919.86408403947));
+        let acceleration_south_west_south = mul_add(-l_south_west_south_west_south_west,
+            acceleration_west_south_west, mul_add(-l_south_west_south_ground_west,
+            acceleration_ground_west, held_acceleration_south_west_south));
+        let alpha_south_ghost0_x = acceleration_south_west_south + mul_add(c(0.7071063925583854),
+            alpha_south_west_y, c(0.7071071698144962) * alpha_south_west_x);
+        let sin_south_west_south_times_alpha_south_west_z =
+            sin_south_west_south * alpha_south_west_z;
+        let cos_south_west_south_times_alpha_south_west_z =
+            cos_south_west_south * alpha_south_west_z;
+        let south_ghost0_product_12 = cos_south_west_south * alpha_on_hinge_south_ghost0_y;
+        let south_ghost0_product_13 = sin_south_west_south * alpha_on_hinge_south_ghost0_y;
+        let alpha_south_ghost0_y = south_ghost0_product_12 + (south_ghost0_product_7
+            + sin_south_west_south_times_alpha_south_west_z);
+        let d_alpha_south_ghost0_y_by_q_south_west_south = mul_add(u[0],
+            d_parent_omega_south_ghost0_z_by_q_south_west_south,
+            cos_south_west_south_times_alpha_south_west_z) - south_ghost0_product_13;
+        let alpha_south_ghost0_z = cos_south_west_south_times_alpha_south_west_z
+            - south_ghost0_product_8 - south_ghost0_product_13;
+        let d_alpha_south_ghost0_z_by_q_south_west_south =
+            -sin_south_west_south_times_alpha_south_west_z - south_ghost0_product_7
+            - south_ghost0_product_12;
+        let acceleration_gradient_south_ghost0_xy = omega_south_ghost0_xy - alpha_south_ghost0_z;
+        let d_acceleration_gradient_south_ghost0_xy_by_q_south_west_south = omega_south_ghost0_xz
+            - d_alpha_south_ghost0_z_by_q_south_west_south;
+        let acceleration_gradient_south_ghost0_xz = omega_south_ghost0_xz + alpha_south_ghost0_y;
+        let d_acceleration_gradient_south_ghost0_xz_by_q_south_west_south =
+            d_omega_south_ghost0_xz_by_q_south_west_south
+            + d_alpha_south_ghost0_y_by_q_south_west_south;
+        let d_acceleration_gradient_south_ghost0_yx_by_q_south_west_south = omega_south_ghost0_xz
+            + d_alpha_south_ghost0_z_by_q_south_west_south;
+        let acceleration_gradient_south_ghost0_yz = omega_south_ghost0_yz - alpha_south_ghost0_x;
+        let acceleration_gradient_south_ghost0_zx = omega_south_ghost0_xz - alpha_south_ghost0_y;
+        let d_acceleration_gradient_south_ghost0_zx_by_q_south_west_south =
+            d_omega_south_ghost0_xz_by_q_south_west_south
+            - d_alpha_south_ghost0_y_by_q_south_west_south;
+        let acceleration_gradient_south_ghost0_zy = omega_south_ghost0_yz + alpha_south_ghost0_x;
+        let d_alpha_on_hinge_south_ghost0_y_by_q_west_south_west =
+            c(0.7071071698144962) * alpha_south_west_z;
+        let d_alpha_south_ghost0_x_by_q_west_south_west =
+            c(0.7071063925583854) * alpha_south_west_z;
+        let d_alpha_south_ghost0_y_by_q_west_south_west = mul_add(cos_south_west_south,
+            d_alpha_on_hinge_south_ghost0_y_by_q_west_south_west, mul_add(sin_south_west_south,
+            d_alpha_south_west_z_by_q_west_south_west,
+            u[0] * d_parent_omega_south_ghost0_z_by_q_west_south_west));
+        let d_alpha_south_ghost0_z_by_q_west_south_west = mul_add(-sin_south_west_south,
+            d_alpha_on_hinge_south_ghost0_y_by_q_west_south_west, mul_add(-u[0],
+            d_parent_omega_south_ghost0_y_by_q_west_south_west,
+            cos_south_west_south * d_alpha_south_west_z_by_q_west_south_west));
+        let d_acceleration_gradient_south_ghost0_xy_by_q_west_south_west =
+            d_omega_south_ghost0_xy_by_q_west_south_west
+            - d_alpha_south_ghost0_z_by_q_west_south_west;
+        let d_acceleration_gradient_south_ghost0_xz_by_q_west_south_west =
+            d_omega_south_ghost0_xz_by_q_west_south_west
+            + d_alpha_south_ghost0_y_by_q_west_south_west;
+        let d_acceleration_gradient_south_ghost0_yx_by_q_west_south_west =
+            d_omega_south_ghost0_xy_by_q_west_south_west
+            + d_alpha_south_ghost0_z_by_q_west_south_west;
+        let d_acceleration_gradient_south_ghost0_yz_by_q_west_south_west =
+            d_omega_south_ghost0_yz_by_q_west_south_west
+            - d_alpha_south_ghost0_x_by_q_west_south_west;
+        let d_acceleration_gradient_south_ghost0_zx_by_q_west_south_west =
+            d_omega_south_ghost0_xz_by_q_west_south_west
+            - d_alpha_south_ghost0_y_by_q_west_south_west;
+        let d_acceleration_gradient_south_ghost0_zy_by_q_west_south_west =
+            d_omega_south_ghost0_yz_by_q_west_south_west
+            + d_alpha_south_ghost0_x_by_q_west_south_west;
+        let d_alpha_south_ghost0_y_by_u_west_south_west = south_ghost0_product_4 + mul_add(-u[0],
+            minus_d_parent_omega_south_ghost0_z_by_u_west_south_west, south_ghost0_product_3);
+        let d_alpha_south_ghost0_z_by_u_west_south_west = mul_add(-u[0],
+            d_parent_omega_south_ghost0_y_by_u_west_south_west, south_ghost0_product_6)
+            - south_ghost0_product_5;
+        let d_acceleration_gradient_south_ghost0_xy_by_u_west_south_west =
+            d_omega_south_ghost0_xy_by_u_west_south_west
+            - d_alpha_south_ghost0_z_by_u_west_south_west;
+        let d_acceleration_gradient_south_ghost0_xz_by_u_west_south_west =
+            d_omega_south_ghost0_xz_by_u_west_south_west
+            + d_alpha_south_ghost0_y_by_u_west_south_west;
+        let d_acceleration_gradient_south_ghost0_yx_by_u_west_south_west =
+            d_omega_south_ghost0_xy_by_u_west_south_west
+            + d_alpha_south_ghost0_z_by_u_west_south_west;
+        let d_acceleration_gradient_south_ghost0_yz_by_u_west_south_west =
+            d_omega_south_ghost0_yz_by_u_west_south_west
+            - d_parent_omega_south_ghost0_x_by_q_west_south_west;
+        let d_acceleration_gradient_south_ghost0_zx_by_u_west_south_west =
+            d_omega_south_ghost0_xz_by_u_west_south_west
+            - d_alpha_south_ghost0_y_by_u_west_south_west;
+        let d_acceleration_gradient_south_ghost0_zy_by_u_west_south_west =
+            d_parent_omega_south_ghost0_x_by_q_west_south_west
+            + d_omega_south_ghost0_yz_by_u_west_south_west;
+        let d_alpha_on_hinge_south_ghost0_y_by_u_ground_west =
+            c(0.7071071698144962) * d_alpha_south_west_y_by_u_ground_west;
+        let d_alpha_south_ghost0_x_by_u_ground_west =
+            c(0.7071063925583854) * d_alpha_south_west_y_by_u_ground_west;
+        let d_alpha_south_ghost0_y_by_u_ground_west = mul_add(cos_south_west_south,
+            d_alpha_on_hinge_south_ghost0_y_by_u_ground_west, mul_add(sin_south_west_south,
+            d_alpha_south_west_z_by_u_ground_west,
+            u[0] * parent_omega_south_ghost0_z_by_ground_west));
+        let d_alpha_south_ghost0_z_by_u_ground_west = mul_add(-sin_south_west_south,
+            d_alpha_on_hinge_south_ghost0_y_by_u_ground_west, mul_add(-u[0],
+            parent_omega_south_ghost0_y_by_ground_west,
+            cos_south_west_south * d_alpha_south_west_z_by_u_ground_west));
+        let d_acceleration_gradient_south_ghost0_xy_by_u_ground_west =
+            d_omega_south_ghost0_xy_by_u_ground_west - d_alpha_south_ghost0_z_by_u_ground_west;
+        let d_acceleration_gradient_south_ghost0_xz_by_u_ground_west =
+            d_omega_south_ghost0_xz_by_u_ground_west + d_alpha_south_ghost0_y_by_u_ground_west;
+        let d_acceleration_gradient_south_ghost0_yx_by_u_ground_west =
+            d_omega_south_ghost0_xy_by_u_ground_west + d_alpha_south_ghost0_z_by_u_ground_west;
+        let d_acceleration_gradient_south_ghost0_yz_by_u_ground_west =
+            d_omega_south_ghost0_yz_by_u_ground_west - d_alpha_south_ghost0_x_by_u_ground_west;
+        let d_acceleration_gradient_south_ghost0_zx_by_u_ground_west =
+            d_omega_south_ghost0_xz_by_u_ground_west - d_alpha_south_ghost0_y_by_u_ground_west;
+        let d_acceleration_gradient_south_ghost0_zy_by_u_ground_west =
+            d_omega_south_ghost0_yz_by_u_ground_west + d_alpha_south_ghost0_x_by_u_ground_west;
         // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let net_moment_south_ghost0_x = south_ghost0_part_10 - mul_add(c(5.565367759175165e-6),
-            acceleration_gradient_south_ghost0_zy, mul_add(c(-2.3726582693412885e-8),
-            acceleration_gradient_south_ghost0_yz,
+        let net_moment_south_ghost0_x = apparent_gravity_south_ghost0_z_product
+            - mul_add(c(5.565367759175165e-6), acceleration_gradient_south_ghost0_zy,
+            mul_add(c(-2.3726582693412885e-8), acceleration_gradient_south_ghost0_yz,
             c(6.645589092322226e-6) * acceleration_gradient_south_ghost0_zx));
-        let d_net_moment_south_ghost0_x_3 = mul_add(c(1.7025149681007909e-4),
-            d_apparent_gravity_south_ghost0_z_2, -mul_add(c(5.565367759175165e-6),
-            d_omega_south_ghost0_yz_3, mul_add(c(-2.3726582693412885e-8), d_omega_south_ghost0_yz_3,
-            c(6.645589092322226e-6) * d_acceleration_gradient_south_ghost0_zx_4)));
-        let south_ghost0_part_38 = mul_add(c(-6.645589092322226e-6),
+        let d_net_moment_south_ghost0_x_by_q_south_west_south = mul_add(c(-6.645589092322226e-6),
+            d_acceleration_gradient_south_ghost0_zx_by_q_south_west_south,
+            mul_add(c(-5.541641176481752e-6), d_omega_south_ghost0_yz_by_q_south_west_south,
+            c(1.7025149681007909e-4) * d_apparent_gravity_south_ghost0_z_by_q_south_west_south));
+        let minus_net_moment_south_ghost0_y = mul_add(c(-6.645589092322226e-6),
             acceleration_gradient_south_ghost0_zy,
             c(2.3726582693412885e-8) * acceleration_gradient_south_ghost0_xz);
-        let south_ghost0_part_39 = mul_add(c(-6.645589092322226e-6), d_omega_south_ghost0_yz_3,
-            c(2.3726582693412885e-8) * d_acceleration_gradient_south_ghost0_xz_5);
-        let south_ghost0_part_40 = mul_add(c(-5.565367759175165e-6),
-            d_acceleration_gradient_south_ghost0_xy_5,
-            c(6.645589092322226e-6) * d_omega_south_ghost0_yy_3);
-        let net_moment_south_ghost0_z = south_ghost0_part_13 - mul_add(c(-5.565367759175165e-6),
-            acceleration_gradient_south_ghost0_xy, south_ghost0_part_12);
-        let south_ghost0_part_41 = sin_south_west_south * net_moment_south_ghost0_z;
-        let south_ghost0_part_42 = cos_south_west_south * net_moment_south_ghost0_z;
-        let south_ghost0_part_43 = -cos_south_west_south * south_ghost0_part_38;
-        let south_ghost0_part_44 = sin_south_west_south * south_ghost0_part_38;
-        let balance_moment_on_hinge_south_ghost0_y = south_ghost0_part_43 - south_ghost0_part_41;
-        let d_balance_moment_on_hinge_south_ghost0_y_6 = mul_add(-cos_south_west_south,
-            south_ghost0_part_39, south_ghost0_part_44) - mul_add(-sin_south_west_south,
-            south_ghost0_part_40, south_ghost0_part_42);
-        let d_balance_moment_in_parent_south_ghost0_x_6 = mul_add(c(-0.7071063925583854),
-            d_balance_moment_on_hinge_south_ghost0_y_6,
-            c(0.7071071698144962) * d_net_moment_south_ghost0_x_3);
+        let minus_d_net_moment_south_ghost0_y_by_q_south_west_south =
+            mul_add(c(-6.645589092322226e-6), d_omega_south_ghost0_yz_by_q_south_west_south,
+            c(2.3726582693412885e-8) *
+            d_acceleration_gradient_south_ghost0_xz_by_q_south_west_south);
+        let minus_d_net_moment_south_ghost0_z_by_q_south_west_south =
+            mul_add(c(-5.565367759175165e-6),
+            d_acceleration_gradient_south_ghost0_xy_by_q_south_west_south,
+            omega_south_ghost0_yz * c(1.3291178184644452e-5));
+        let net_moment_south_ghost0_z = apparent_gravity_south_ghost0_x_product
+            - mul_add(c(-5.565367759175165e-6), acceleration_gradient_south_ghost0_xy,
+            south_ghost0_product_9);
+        let south_ghost0_product_14 = sin_south_west_south * net_moment_south_ghost0_z;
+        let south_ghost0_product_15 = cos_south_west_south * net_moment_south_ghost0_z;
+        let south_ghost0_neg = -cos_south_west_south * minus_net_moment_south_ghost0_y;
+        let south_ghost0_product_16 = sin_south_west_south * minus_net_moment_south_ghost0_y;
+        let balance_moment_on_hinge_south_ghost0_y = south_ghost0_neg - south_ghost0_product_14;
+        let d_balance_moment_on_hinge_south_ghost0_y_by_q_south_west_south =
+            mul_add(-cos_south_west_south, minus_d_net_moment_south_ghost0_y_by_q_south_west_south,
+            south_ghost0_product_16) - mul_add(-sin_south_west_south,
+            minus_d_net_moment_south_ghost0_z_by_q_south_west_south, south_ghost0_product_15);
         let balance_moment_in_parent_south_ghost0_y = mul_add(c(0.7071063925583854),
             net_moment_south_ghost0_x,
             c(0.7071071698144962) * balance_moment_on_hinge_south_ghost0_y);
-        let d_balance_moment_in_parent_south_ghost0_y_6 = mul_add(c(0.7071063925583854),
-            d_net_moment_south_ghost0_x_3,
-            c(0.7071071698144962) * d_balance_moment_on_hinge_south_ghost0_y_6);
-        let balance_moment_in_parent_south_ghost0_z = south_ghost0_part_42 - south_ghost0_part_44;
-        let d_balance_moment_in_parent_south_ghost0_z_5 = mul_add(-sin_south_west_south,
-            south_ghost0_part_39, south_ghost0_part_43)
-            + (-cos_south_west_south * south_ghost0_part_40 - south_ghost0_part_41);
-        // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let net_moment_south_x = south_part_13 - mul_add(c(-2.3726582693412885e-8),
-            acceleration_gradient_south_yz, mul_add(c(-6.645555056848842e-6),
-            acceleration_gradient_south_zx,
-            c(5.565308808048279e-6) * acceleration_gradient_south_zy));
-        let south_part_49 = mul_add(c(2.3726582693412885e-8), acceleration_gradient_south_xz,
-            c(6.645555056848842e-6) * acceleration_gradient_south_zy);
-        let net_moment_south_z = south_part_15 - mul_add(c(-5.565308808048279e-6),
-            acceleration_gradient_south_xy, south_part_16);
-        let d_balance_moment_on_hinge_south_y_4 = mul_add(-sin_south_south_east,
-            d_net_moment_south_z, -cos_south_south_east * south_part_40);
-        let d_balance_moment_in_parent_south_x_4 = mul_add(c(0.8660254814097263),
-            d_balance_moment_on_hinge_south_y_4, c(0.49999986554903386) * d_net_moment_south_x);
-        let d_balance_moment_in_parent_south_y_5 = mul_add(c(-0.8660254814097263),
-            d_net_moment_south_x, c(0.49999986554903386) * d_balance_moment_on_hinge_south_y_4);
-        let d_balance_moment_in_parent_south_z_4 = mul_add(-sin_south_south_east, south_part_40,
-            cos_south_south_east * d_net_moment_south_z);
-        let south_part_50 = sin_south_south_east * net_moment_south_z;
-        let south_part_51 = -cos_south_south_east * south_part_49;
-        let balance_moment_on_hinge_south_y = south_part_51 - south_part_50;
-        let balance_moment_in_parent_south_y = mul_add(c(-0.8660254814097263), net_moment_south_x,
-            c(0.49999986554903386) * balance_moment_on_hinge_south_y);
-        let south_part_52 = sin_south_south_east * south_part_49;
-        let south_part_53 = cos_south_south_east * net_moment_south_z;
-        let balance_moment_in_parent_south_z = south_part_53 - south_part_52;
-        // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_imbalance_south_west_south = d_net_moment_south_ghost0_x_3 + c(-0.0114);
-        // east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_moment_east_x = mul_add(c(-4.625527205006544e-3), sin_ground_east,
-            d_balance_moment_in_parent_south_east_x_4);
-        let d_imbalance_ground_east_2 = c(-0.0114) + d_balance_moment_east_x;
-        // west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_moment_west_x = mul_add(c(6.332769027236974e-3), sin_ground_west,
-            d_balance_moment_in_parent_south_west_x_3);
-        let d_imbalance_ground_west_2 = c(-0.0114) + d_balance_moment_west_x;
-        // mechanism: reduced force: y = L^-T f
-        let part_102 = mul_add(factor_south_south_east_south_east_east, south_part_41,
-            d_balance_moment_south_east_x_2);
-        let part_103 = mul_add(-factor_south_east_east_ground_east, part_102,
-            mul_add(factor_south_south_east_ground_east, south_part_41, d_imbalance_ground_east_2));
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_104 = mul_add(-part_12, part_102, part_13 * part_103);
-        let part_105 = mul_add(part_29, part_104, -mul_add(part_17, part_103, mul_add(part_16,
-            part_102, d_apparent_gravity_south_z * c(-2.128481987095498))));
-        let part_106 = part_34 * mul_add(-part_33, part_105, mul_add(part_30, part_104,
-            -mul_add(part_21, part_103, mul_add(part_20, part_102,
-            d_apparent_gravity_south_z * c(1.2288805294099399)))));
-        let part_107 = mul_add(-part_33, part_106, part_32 * part_105);
-        let part_108 = mul_add(-part_29, part_107, mul_add(-part_30, part_106,
-            -part_28 * part_104));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_109 = mul_add(part_22, part_106, mul_add(part_18, part_107, part_14 * part_108));
-        let part_110 = mul_add(inverse_pivot_ground_east, part_103, mul_add(part_21, part_106,
-            mul_add(part_17, part_107, part_13 * part_108)));
-        let part_111 = mul_add(-factor_south_east_east_ground_east, part_110,
-            mul_add(inverse_pivot_south_east_east, part_102, mul_add(part_20, part_106,
-            mul_add(-part_12, part_108, part_16 * part_107))));
-        let part_112 = mul_add(-factor_west_south_west_ground_west, part_109, mul_add(part_19,
-            part_106, mul_add(-part_15, part_107, part_11 * part_108)));
-        // mechanism: reduced force: y = L^-T f
-        let part_113 = mul_add(factor_south_south_east_south_east_east, south_part_36,
-            d_imbalance_south_east_east);
-        let part_114 = mul_add(-factor_south_east_east_ground_east, part_113,
-            mul_add(factor_south_south_east_ground_east, south_part_36,
-            d_balance_moment_in_parent_south_east_x_3));
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_115 = mul_add(-part_12, part_113, part_13 * part_114) - part_89;
-        let part_116 = mul_add(part_29, part_115, -(mul_add(part_17, part_114, mul_add(part_16,
-            part_113, c(-12502.08322443702) * south_part_36)) - mul_add(c(-0.06987458559937651),
-            d_acceleration_gradient_south_zy_2,
-            c(0.04034213973350828) * d_acceleration_gradient_south_zx_2)));
-        let part_117 = mul_add(part_30, part_115, -(mul_add(part_21, part_114, mul_add(part_20,
-            part_113, c(7218.086290943076) * south_part_36)) - mul_add(c(0.06987458559937651),
-            d_acceleration_gradient_south_zx_2,
-            c(0.04034213973350828) * d_acceleration_gradient_south_zy_2)));
-        let part_118 = part_34 * mul_add(-part_33, part_116, part_117);
-        let part_119 = mul_add(-part_33, part_118, part_32 * part_116);
-        let part_120 = mul_add(-part_29, part_119, mul_add(-part_30, part_118,
-            -part_28 * part_115));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_121 = mul_add(part_22, part_118, mul_add(part_18, part_119, part_14 * part_120));
-        let part_122 = mul_add(inverse_pivot_ground_east, part_114, mul_add(part_21, part_118,
-            mul_add(part_17, part_119, part_13 * part_120)));
-        let part_123 = mul_add(-factor_south_east_east_ground_east, part_122,
-            mul_add(inverse_pivot_south_east_east, part_113, mul_add(part_20, part_118,
-            mul_add(-part_12, part_120, part_16 * part_119))));
-        let part_124 = mul_add(-factor_west_south_west_ground_west, part_121, mul_add(part_19,
-            part_118, mul_add(-part_15, part_119, part_11 * part_120)));
-        // mechanism: reduced force: y = L^-T f
-        let part_125 = mul_add(factor_south_south_east_south_east_east, south_part_21,
-            d_balance_moment_south_east_x);
-        let part_126 = mul_add(-factor_south_east_east_ground_east, part_125,
-            mul_add(factor_south_south_east_ground_east, south_part_21, d_imbalance_ground_east));
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_127 = mul_add(-part_12, part_125, part_13 * part_126) - part;
-        let part_128 = mul_add(part_29, part_127, -(mul_add(part_17, part_126, mul_add(part_16,
-            part_125, c(-12502.08322443702) * south_part_21)) - mul_add(c(-0.06987458559937651),
-            d_acceleration_gradient_south_zy,
-            c(0.04034213973350828) * d_acceleration_gradient_south_zx)));
-        let part_129 = mul_add(part_30, part_127, -(mul_add(part_21, part_126, mul_add(part_20,
-            part_125, c(7218.086290943076) * south_part_21)) - mul_add(c(0.06987458559937651),
-            d_acceleration_gradient_south_zx,
-            c(0.04034213973350828) * d_acceleration_gradient_south_zy)));
-        let part_130 = part_34 * mul_add(-part_33, part_128, part_129);
-        let part_131 = mul_add(-part_33, part_130, part_32 * part_128);
-        let part_132 = mul_add(-part_29, part_131, mul_add(-part_30, part_130,
-            -part_28 * part_127));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_133 = mul_add(part_22, part_130, mul_add(part_18, part_131, part_14 * part_132));
-        let part_134 = mul_add(inverse_pivot_ground_east, part_126, mul_add(part_21, part_130,
-            mul_add(part_17, part_131, part_13 * part_132)));
-        let part_135 = mul_add(-factor_south_east_east_ground_east, part_134,
-            mul_add(inverse_pivot_south_east_east, part_125, mul_add(part_20, part_130,
-            mul_add(-part_12, part_132, part_16 * part_131))));
-        let part_136 = mul_add(-factor_west_south_west_ground_west, part_133, mul_add(part_19,
-            part_130, mul_add(-part_15, part_131, part_11 * part_132)));
-        // mechanism: reduced force: y = L^-T f
-        let part_137 = mul_add(-factor_south_west_south_west_south_west,
-            d_net_moment_south_ghost0_x_2, d_balance_moment_south_west_x_2);
-        let part_138 = mul_add(-factor_west_south_west_ground_west, part_137,
-            mul_add(-factor_south_west_south_ground_west, d_net_moment_south_ghost0_x_2,
-            d_imbalance_ground_west_2));
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_139 = mul_add(part_14, part_138, part_11 * part_137);
-        let part_140 = mul_add(part_29, part_139, -mul_add(-part_15, part_137, part_18 * part_138));
-        let part_141 = part_34 * mul_add(-part_33, part_140, mul_add(part_30, part_139,
-            -mul_add(part_22, part_138, mul_add(part_19, part_137,
-            d_apparent_gravity_south_ghost0_z * c(2.457752744983687)))));
-        let part_142 = mul_add(-part_33, part_141, part_32 * part_140);
-        let part_143 = mul_add(-part_29, part_142, mul_add(-part_30, part_141,
-            -part_28 * part_139));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_144 = mul_add(part_21, part_141, mul_add(part_17, part_142, part_13 * part_143));
-        let part_145 = mul_add(inverse_pivot_ground_west, part_138, mul_add(part_22, part_141,
-            mul_add(part_18, part_142, part_14 * part_143)));
-        let part_146 = mul_add(-factor_south_east_east_ground_east, part_144, mul_add(part_20,
-            part_141, mul_add(-part_12, part_143, part_16 * part_142)));
-        let part_147 = mul_add(-factor_west_south_west_ground_west, part_145,
-            mul_add(inverse_pivot_west_south_west, part_137, mul_add(part_19, part_141,
-            mul_add(-part_15, part_142, part_11 * part_143))));
-        // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_moment_on_hinge_south_y_5 = mul_add(-cos_south_south_east, south_part_47,
-            south_part_52) - mul_add(-sin_south_south_east, south_part_48, south_part_53);
-        let d_balance_moment_in_parent_south_x_5 = mul_add(c(0.8660254814097263),
-            d_balance_moment_on_hinge_south_y_5, c(0.49999986554903386) * d_net_moment_south_x_2);
-        let d_balance_moment_in_parent_south_y_6 = mul_add(c(-0.8660254814097263),
-            d_net_moment_south_x_2, c(0.49999986554903386) * d_balance_moment_on_hinge_south_y_5);
-        let d_balance_moment_in_parent_south_z_5 = mul_add(-sin_south_south_east, south_part_47,
-            south_part_51) + (-cos_south_south_east * south_part_48 - south_part_50);
-        let d_imbalance_south_south_east = c(-0.0114) + d_net_moment_south_x_2;
-        // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let balance_moment_south_east_y = balance_moment_in_parent_south_y
-            - mul_add(c(1.2939941252175183e-5), acceleration_gradient_south_east_zy,
-            c(3.338573836000013e-8) * acceleration_gradient_south_east_xz);
-        let balance_moment_south_east_z = net_moment_south_east_z
-            + balance_moment_in_parent_south_z;
-        let d_balance_moment_south_east_x_3 = d_net_moment_south_east_x
-            + d_balance_moment_in_parent_south_x_4;
-        let d_balance_moment_south_east_y_3 = d_balance_moment_in_parent_south_y_5
-            - mul_add(c(1.2939941252175183e-5), d_omega_south_east_yz_2,
-            c(3.338573836000013e-8) * d_acceleration_gradient_south_east_xz_3);
-        let d_balance_moment_south_east_z_4 = d_balance_moment_in_parent_south_z_4
-            - mul_add(c(-1.642426710807345e-5), d_acceleration_gradient_south_east_xy_3,
-            -c(1.2939941252175183e-5) * d_omega_south_east_yy_2);
-        let d_balance_moment_on_hinge_south_east_y_5 = mul_add(-sin_south_east_east,
-            balance_moment_south_east_y, cos_south_east_east * d_balance_moment_south_east_y_3)
-            - mul_add(sin_south_east_east, d_balance_moment_south_east_z_4,
-            cos_south_east_east * balance_moment_south_east_z);
-        let d_balance_moment_in_parent_south_east_x_5 = mul_add(c(0.7071067811865475),
-            d_balance_moment_on_hinge_south_east_y_5,
-            c(0.7071067811865475) * d_balance_moment_south_east_x_3);
-        let d_imbalance_south_east_east_2 = c(-0.0114) + d_balance_moment_south_east_x_3;
+        let d_balance_moment_in_parent_south_ghost0_y_by_q_south_west_south =
+            mul_add(c(0.7071063925583854), d_net_moment_south_ghost0_x_by_q_south_west_south,
+            c(0.7071071698144962) * d_balance_moment_on_hinge_south_ghost0_y_by_q_south_west_south);
+        let balance_moment_in_parent_south_ghost0_z = south_ghost0_product_15
+            - south_ghost0_product_16;
+        let d_balance_moment_in_parent_south_ghost0_z_by_q_south_west_south =
+            mul_add(-sin_south_west_south, minus_d_net_moment_south_ghost0_y_by_q_south_west_south,
+            south_ghost0_neg)
+            + (-cos_south_west_south * minus_d_net_moment_south_ghost0_z_by_q_south_west_south
+            - south_ghost0_product_14);
+        let d_imbalance_south_west_south_by_q_south_west_south = c(-0.0114)
+            + d_net_moment_south_ghost0_x_by_q_south_west_south;
+        let d_net_moment_south_ghost0_x_by_q_west_south_west = mul_add(c(1.7025149681007909e-4),
+            d_apparent_gravity_south_ghost0_z_by_q_west_south_west,
+            -mul_add(c(5.565367759175165e-6),
+            d_acceleration_gradient_south_ghost0_zy_by_q_west_south_west,
+            mul_add(c(-2.3726582693412885e-8),
+            d_acceleration_gradient_south_ghost0_yz_by_q_west_south_west, c(6.645589092322226e-6) *
+            d_acceleration_gradient_south_ghost0_zx_by_q_west_south_west)));
+        let minus_d_net_moment_south_ghost0_y_by_q_west_south_west =
+            mul_add(c(-6.645589092322226e-6),
+            d_acceleration_gradient_south_ghost0_zy_by_q_west_south_west, c(2.3726582693412885e-8) *
+            d_acceleration_gradient_south_ghost0_xz_by_q_west_south_west);
+        let d_net_moment_south_ghost0_z_by_q_west_south_west = mul_add(c(-1.2038592173704047e-4),
+            apparent_gravity_south_west_z, -mul_add(c(-5.565367759175165e-6),
+            d_acceleration_gradient_south_ghost0_xy_by_q_west_south_west,
+            c(6.645589092322226e-6) * mul_add(c(-2.0),
+            omega_south_ghost0_x * d_parent_omega_south_ghost0_x_by_q_west_south_west, c(2.0) *
+            (parent_omega_south_ghost0_y * d_parent_omega_south_ghost0_y_by_q_west_south_west))));
+        let d_balance_moment_on_hinge_south_ghost0_y_by_q_west_south_west =
+            mul_add(-sin_south_west_south, d_net_moment_south_ghost0_z_by_q_west_south_west,
+            -cos_south_west_south * minus_d_net_moment_south_ghost0_y_by_q_west_south_west);
+        let d_balance_moment_in_parent_south_ghost0_y_by_q_west_south_west =
+            mul_add(c(0.7071063925583854), d_net_moment_south_ghost0_x_by_q_west_south_west,
+            c(0.7071071698144962) * d_balance_moment_on_hinge_south_ghost0_y_by_q_west_south_west);
+        let d_balance_moment_in_parent_south_ghost0_z_by_q_west_south_west =
+            mul_add(-sin_south_west_south, minus_d_net_moment_south_ghost0_y_by_q_west_south_west,
+            cos_south_west_south * d_net_moment_south_ghost0_z_by_q_west_south_west);
+        let d_net_moment_south_ghost0_x_by_q_ground_west =
+            c(1.7025149681007909e-4) * d_apparent_gravity_south_ghost0_z_by_q_ground_west;
+        let d_net_moment_south_ghost0_z_by_q_ground_west =
+            c(-1.7025149681007909e-4) * d_apparent_gravity_south_ghost0_x_by_q_ground_west;
+        let minus_d_balance_moment_on_hinge_south_ghost0_y_by_q_ground_west =
+            sin_south_west_south * d_net_moment_south_ghost0_z_by_q_ground_west;
+        let d_balance_moment_in_parent_south_ghost0_y_by_q_ground_west =
+            mul_add(c(1.2038592173704047e-4), d_apparent_gravity_south_ghost0_z_by_q_ground_west,
+            c(-0.7071071698144962) *
+            minus_d_balance_moment_on_hinge_south_ghost0_y_by_q_ground_west);
+        let minus_d_net_moment_south_ghost0_y_by_u_south_west_south =
+            parent_omega_south_ghost0_z * c(4.745316538682577e-8);
+        let minus_d_net_moment_south_ghost0_z_by_u_south_west_south =
+            mul_add(c(-1.113073551835033e-5), parent_omega_south_ghost0_y,
+            omega_south_ghost0_x * c(-1.3291178184644452e-5));
+        let d_balance_moment_on_hinge_south_ghost0_y_by_u_south_west_south =
+            mul_add(-cos_south_west_south, minus_d_net_moment_south_ghost0_y_by_u_south_west_south,
+            sin_south_west_south * minus_d_net_moment_south_ghost0_z_by_u_south_west_south);
+        let d_balance_moment_in_parent_south_ghost0_y_by_u_south_west_south =
+            c(0.7071071698144962) * d_balance_moment_on_hinge_south_ghost0_y_by_u_south_west_south;
+        let d_balance_moment_in_parent_south_ghost0_z_by_u_south_west_south =
+            mul_add(-cos_south_west_south, minus_d_net_moment_south_ghost0_z_by_u_south_west_south,
+            -sin_south_west_south * minus_d_net_moment_south_ghost0_y_by_u_south_west_south);
+        let minus_d_net_moment_south_ghost0_x_by_u_west_south_west =
+            mul_add(c(5.565367759175165e-6),
+            d_acceleration_gradient_south_ghost0_zy_by_u_west_south_west,
+            mul_add(c(-2.3726582693412885e-8),
+            d_acceleration_gradient_south_ghost0_yz_by_u_west_south_west, c(6.645589092322226e-6) *
+            d_acceleration_gradient_south_ghost0_zx_by_u_west_south_west));
+        let minus_d_net_moment_south_ghost0_y_by_u_west_south_west =
+            mul_add(c(-6.645589092322226e-6),
+            d_acceleration_gradient_south_ghost0_zy_by_u_west_south_west, c(2.3726582693412885e-8) *
+            d_acceleration_gradient_south_ghost0_xz_by_u_west_south_west);
+        let minus_d_net_moment_south_ghost0_z_by_u_west_south_west =
+            mul_add(c(-5.565367759175165e-6),
+            d_acceleration_gradient_south_ghost0_xy_by_u_west_south_west,
+            c(6.645589092322226e-6) * mul_add(c(-1.4142143396289923), omega_south_ghost0_x, c(2.0) *
+            (parent_omega_south_ghost0_y * d_parent_omega_south_ghost0_y_by_u_west_south_west)));
+        let d_balance_moment_on_hinge_south_ghost0_y_by_u_west_south_west =
+            mul_add(-cos_south_west_south, minus_d_net_moment_south_ghost0_y_by_u_west_south_west,
+            sin_south_west_south * minus_d_net_moment_south_ghost0_z_by_u_west_south_west);
+        let d_balance_moment_in_parent_south_ghost0_y_by_u_west_south_west =
+            mul_add(c(-0.7071063925583854), minus_d_net_moment_south_ghost0_x_by_u_west_south_west,
+            c(0.7071071698144962) * d_balance_moment_on_hinge_south_ghost0_y_by_u_west_south_west);
+        let d_balance_moment_in_parent_south_ghost0_z_by_u_west_south_west =
+            mul_add(-cos_south_west_south, minus_d_net_moment_south_ghost0_z_by_u_west_south_west,
+            -sin_south_west_south * minus_d_net_moment_south_ghost0_y_by_u_west_south_west);
+        let minus_d_net_moment_south_ghost0_x_by_u_ground_west = mul_add(c(5.565367759175165e-6),
+            d_acceleration_gradient_south_ghost0_zy_by_u_ground_west,
+            mul_add(c(-2.3726582693412885e-8),
+            d_acceleration_gradient_south_ghost0_yz_by_u_ground_west,
+            c(6.645589092322226e-6) * d_acceleration_gradient_south_ghost0_zx_by_u_ground_west));
+        let minus_d_net_moment_south_ghost0_y_by_u_ground_west = mul_add(c(-6.645589092322226e-6),
+            d_acceleration_gradient_south_ghost0_zy_by_u_ground_west,
+            c(2.3726582693412885e-8) * d_acceleration_gradient_south_ghost0_xz_by_u_ground_west);
+        let minus_d_net_moment_south_ghost0_z_by_u_ground_west = mul_add(c(-5.565367759175165e-6),
+            d_acceleration_gradient_south_ghost0_xy_by_u_ground_west,
+            c(6.645589092322226e-6) * mul_add(c(-2.0),
+            omega_south_ghost0_x * parent_omega_south_ghost0_x_by_ground_west,
+            c(2.0) * (parent_omega_south_ghost0_y * parent_omega_south_ghost0_y_by_ground_west)));
+        let d_balance_moment_on_hinge_south_ghost0_y_by_u_ground_west =
+            mul_add(-cos_south_west_south, minus_d_net_moment_south_ghost0_y_by_u_ground_west,
+            sin_south_west_south * minus_d_net_moment_south_ghost0_z_by_u_ground_west);
+        let d_balance_moment_in_parent_south_ghost0_y_by_u_ground_west =
+            mul_add(c(-0.7071063925583854), minus_d_net_moment_south_ghost0_x_by_u_ground_west,
+            c(0.7071071698144962) * d_balance_moment_on_hinge_south_ghost0_y_by_u_ground_west);
+        let d_balance_moment_in_parent_south_ghost0_z_by_u_ground_west =
+            mul_add(-cos_south_west_south, minus_d_net_moment_south_ghost0_z_by_u_ground_west,
+            -sin_south_west_south * minus_d_net_moment_south_ghost0_y_by_u_ground_west);
         // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let balance_moment_south_west_y = balance_moment_in_parent_south_ghost0_y
-            - mul_add(c(-1.2394283547934888e-5), acceleration_gradient_south_west_zy,
+        let minus_net_moment_south_west_y = mul_add(c(-1.2394283547934888e-5),
+            acceleration_gradient_south_west_zy,
             c(2.6789051216394143e-8) * acceleration_gradient_south_west_xz);
-        let balance_moment_south_west_z = net_moment_south_west_z
-            + balance_moment_in_parent_south_ghost0_z;
-        let d_balance_moment_on_hinge_south_west_y_5 = mul_add(-sin_west_south_west,
-            d_balance_moment_in_parent_south_ghost0_z_5,
-            cos_west_south_west * d_balance_moment_in_parent_south_ghost0_y_6);
-        let d_balance_moment_in_parent_south_west_x_5 = mul_add(c(-0.8660257562110547),
-            d_balance_moment_on_hinge_south_west_y_5,
-            c(0.4999993895786978) * d_balance_moment_in_parent_south_ghost0_x_6);
-        let d_balance_moment_south_west_x_3 = d_net_moment_south_west_x
-            + d_balance_moment_in_parent_south_ghost0_x_4;
-        let d_balance_moment_south_west_y_3 = d_balance_moment_in_parent_south_ghost0_y_4
-            - mul_add(c(-1.2394283547934888e-5), d_omega_south_west_yz_2,
-            c(2.6789051216394143e-8) * d_acceleration_gradient_south_west_xz_3);
-        let d_balance_moment_south_west_z_4 = d_balance_moment_in_parent_south_ghost0_z_4
-            - mul_add(c(-1.009359489758939e-5), d_acceleration_gradient_south_west_xy_3,
-            c(1.2394283547934888e-5) * d_omega_south_west_yy_2);
-        let d_balance_moment_on_hinge_south_west_y_6 = mul_add(-sin_west_south_west,
-            balance_moment_south_west_y, cos_west_south_west * d_balance_moment_south_west_y_3)
-            - mul_add(sin_west_south_west, d_balance_moment_south_west_z_4,
+        let net_moment_south_west_z = sin_ground_west_product - mul_add(c(-1.009359489758939e-5),
+            acceleration_gradient_south_west_xy, south_west_product_3);
+        let d_balance_moment_south_west_x_by_q_south_west_south = mul_add(c(-0.7071063925583854),
+            d_balance_moment_on_hinge_south_ghost0_y_by_q_south_west_south,
+            c(0.7071071698144962) * d_net_moment_south_ghost0_x_by_q_south_west_south);
+        let balance_moment_south_west_y = balance_moment_in_parent_south_ghost0_y
+            - minus_net_moment_south_west_y;
+        let balance_moment_south_west_z = balance_moment_in_parent_south_ghost0_z
+            + net_moment_south_west_z;
+        let d_balance_moment_on_hinge_south_west_y_by_q_south_west_south =
+            mul_add(-sin_west_south_west,
+            d_balance_moment_in_parent_south_ghost0_z_by_q_south_west_south,
+            cos_west_south_west * d_balance_moment_in_parent_south_ghost0_y_by_q_south_west_south);
+        let d_balance_moment_in_parent_south_west_x_by_q_south_west_south =
+            mul_add(c(-0.8660257562110547),
+            d_balance_moment_on_hinge_south_west_y_by_q_south_west_south,
+            c(0.4999993895786978) * d_balance_moment_south_west_x_by_q_south_west_south);
+        let d_imbalance_west_south_west_by_q_south_west_south = mul_add(c(-0.7071063925583854),
+            d_closure_moment_on_hinge_south_ghost0_y_by_q_south_west_south,
+            d_balance_moment_south_west_x_by_q_south_west_south);
+        let minus_d_net_moment_south_west_y_by_q_west_south_west =
+            mul_add(c(-1.2394283547934888e-5), d_omega_south_west_yz_by_q_west_south_west,
+            c(2.6789051216394143e-8) * d_acceleration_gradient_south_west_xz_by_q_west_south_west);
+        let minus_d_net_moment_south_west_z_by_q_west_south_west = mul_add(c(-1.009359489758939e-5),
+            d_acceleration_gradient_south_west_xy_by_q_west_south_west,
+            c(1.2394283547934888e-5) * d_omega_south_west_yy_by_q_west_south_west);
+        let d_balance_moment_south_west_x_by_q_west_south_west = mul_add(c(-0.7071063925583854),
+            d_balance_moment_on_hinge_south_ghost0_y_by_q_west_south_west,
+            mul_add(c(0.7071071698144962), d_net_moment_south_ghost0_x_by_q_west_south_west,
+            mul_add(c(-1.2394283547934888e-5),
+            d_acceleration_gradient_south_west_zx_by_q_west_south_west,
+            mul_add(c(-1.0066805846372997e-5), d_omega_south_west_yz_by_q_west_south_west,
+            c(3.5201493204827953e-4) * d_apparent_gravity_south_west_z_by_q_west_south_west))));
+        let d_balance_moment_south_west_y_by_q_west_south_west =
+            d_balance_moment_in_parent_south_ghost0_y_by_q_west_south_west
+            - minus_d_net_moment_south_west_y_by_q_west_south_west;
+        let d_balance_moment_south_west_z_by_q_west_south_west =
+            d_balance_moment_in_parent_south_ghost0_z_by_q_west_south_west
+            - minus_d_net_moment_south_west_z_by_q_west_south_west;
+        let d_balance_moment_on_hinge_south_west_y_by_q_west_south_west =
+            mul_add(-sin_west_south_west, balance_moment_south_west_y,
+            cos_west_south_west * d_balance_moment_south_west_y_by_q_west_south_west)
+            - mul_add(sin_west_south_west, d_balance_moment_south_west_z_by_q_west_south_west,
             cos_west_south_west * balance_moment_south_west_z);
-        let d_balance_moment_in_parent_south_west_x_6 = mul_add(c(-0.8660257562110547),
-            d_balance_moment_on_hinge_south_west_y_6,
-            c(0.4999993895786978) * d_balance_moment_south_west_x_3);
-        let d_imbalance_west_south_west_2 = c(-0.0114) + d_balance_moment_south_west_x_3;
-        let d_imbalance_west_south_west_3 = mul_add(c(-0.7071063925583854),
-            d_closure_moment_on_hinge_south_ghost0_y, d_balance_moment_in_parent_south_ghost0_x_6);
-        // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_imbalance_south_east_east_3 = mul_add(c(0.8660254814097263),
-            d_closure_moment_on_hinge_south_y, d_balance_moment_in_parent_south_x_5);
-        let d_balance_moment_on_hinge_south_east_y_6 = mul_add(-sin_south_east_east,
-            d_balance_moment_in_parent_south_z_5,
-            cos_south_east_east * d_balance_moment_in_parent_south_y_6);
-        let d_balance_moment_in_parent_south_east_x_6 = mul_add(c(0.7071067811865475),
-            d_balance_moment_on_hinge_south_east_y_6,
-            c(0.7071067811865475) * d_balance_moment_in_parent_south_x_5);
+        let d_balance_moment_in_parent_south_west_x_by_q_west_south_west =
+            mul_add(c(-0.8660257562110547),
+            d_balance_moment_on_hinge_south_west_y_by_q_west_south_west,
+            c(0.4999993895786978) * d_balance_moment_south_west_x_by_q_west_south_west);
+        let d_imbalance_west_south_west_by_q_west_south_west = c(-0.0114)
+            + d_balance_moment_south_west_x_by_q_west_south_west;
+        let d_balance_moment_south_west_x_by_q_ground_west = mul_add(c(0.7071063925583854),
+            minus_d_balance_moment_on_hinge_south_ghost0_y_by_q_ground_west,
+            mul_add(c(1.2038605406605675e-4), d_apparent_gravity_south_ghost0_z_by_q_ground_west,
+            c(3.5201493204827953e-4) * d_apparent_gravity_south_west_z_by_q_ground_west));
+        let d_balance_moment_south_west_z_by_q_ground_west = mul_add(c(2.990617717679251e-3),
+            cos_ground_west, cos_south_west_south * d_net_moment_south_ghost0_z_by_q_ground_west);
+        let d_balance_moment_on_hinge_south_west_y_by_q_ground_west = mul_add(-sin_west_south_west,
+            d_balance_moment_south_west_z_by_q_ground_west,
+            cos_west_south_west * d_balance_moment_in_parent_south_ghost0_y_by_q_ground_west);
+        let d_balance_moment_in_parent_south_west_x_by_q_ground_west =
+            mul_add(c(-0.8660257562110547), d_balance_moment_on_hinge_south_west_y_by_q_ground_west,
+            c(0.4999993895786978) * d_balance_moment_south_west_x_by_q_ground_west);
+        let d_balance_moment_on_hinge_south_west_y_by_u_south_west_south =
+            mul_add(-sin_west_south_west,
+            d_balance_moment_in_parent_south_ghost0_z_by_u_south_west_south,
+            cos_west_south_west * d_balance_moment_in_parent_south_ghost0_y_by_u_south_west_south);
+        let d_balance_moment_in_parent_south_west_x_by_u_south_west_south =
+            mul_add(c(-0.8660257562110547),
+            d_balance_moment_on_hinge_south_west_y_by_u_south_west_south, c(-0.35355276464638774) *
+            d_balance_moment_on_hinge_south_ghost0_y_by_u_south_west_south);
+        let minus_d_net_moment_south_west_z_by_u_west_south_west = mul_add(c(-1.009359489758939e-5),
+            d_acceleration_gradient_south_west_xy_by_u_west_south_west,
+            omega_south_west_x * c(-2.4788567095869776e-5));
+        let d_balance_moment_south_west_x_by_u_west_south_west = mul_add(c(-0.7071063925583854),
+            d_balance_moment_on_hinge_south_ghost0_y_by_u_west_south_west,
+            c(-0.7071071698144962) * minus_d_net_moment_south_ghost0_x_by_u_west_south_west);
+        let d_balance_moment_south_west_y_by_u_west_south_west = mul_add(c(-5.3578102432788286e-8),
+            parent_omega_south_west_z,
+            d_balance_moment_in_parent_south_ghost0_y_by_u_west_south_west);
+        let d_balance_moment_south_west_z_by_u_west_south_west =
+            d_balance_moment_in_parent_south_ghost0_z_by_u_west_south_west
+            - minus_d_net_moment_south_west_z_by_u_west_south_west;
+        let d_balance_moment_on_hinge_south_west_y_by_u_west_south_west =
+            mul_add(-sin_west_south_west, d_balance_moment_south_west_z_by_u_west_south_west,
+            cos_west_south_west * d_balance_moment_south_west_y_by_u_west_south_west);
+        let d_balance_moment_in_parent_south_west_x_by_u_west_south_west =
+            mul_add(c(-0.8660257562110547),
+            d_balance_moment_on_hinge_south_west_y_by_u_west_south_west,
+            c(0.4999993895786978) * d_balance_moment_south_west_x_by_u_west_south_west);
+        let d_imbalance_west_south_west_by_u_west_south_west = c(-3.5e-6)
+            + d_balance_moment_south_west_x_by_u_west_south_west;
+        let minus_d_net_moment_south_west_y_by_u_ground_west = mul_add(c(-1.2394283547934888e-5),
+            d_omega_south_west_yz_by_u_ground_west,
+            c(2.6789051216394143e-8) * d_acceleration_gradient_south_west_xz_by_u_ground_west);
+        let minus_d_net_moment_south_west_z_by_u_ground_west = mul_add(c(-1.009359489758939e-5),
+            d_acceleration_gradient_south_west_xy_by_u_ground_west,
+            c(1.2394283547934888e-5) * mul_add(c(-0.9999987791573955), omega_south_west_x, c(2.0) *
+            (minus_parent_omega_south_west_y * minus_parent_omega_south_west_y_by_ground_west)));
+        let d_balance_moment_south_west_x_by_u_ground_west = mul_add(c(-0.7071063925583854),
+            d_balance_moment_on_hinge_south_ghost0_y_by_u_ground_west,
+            mul_add(c(-0.7071071698144962), minus_d_net_moment_south_ghost0_x_by_u_ground_west,
+            mul_add(c(-1.2394283547934888e-5),
+            d_acceleration_gradient_south_west_zx_by_u_ground_west,
+            d_omega_south_west_yz_by_u_ground_west * c(-1.0066805846372997e-5))));
+        let d_balance_moment_south_west_y_by_u_ground_west =
+            d_balance_moment_in_parent_south_ghost0_y_by_u_ground_west
+            - minus_d_net_moment_south_west_y_by_u_ground_west;
+        let d_balance_moment_south_west_z_by_u_ground_west =
+            d_balance_moment_in_parent_south_ghost0_z_by_u_ground_west
+            - minus_d_net_moment_south_west_z_by_u_ground_west;
+        let d_balance_moment_on_hinge_south_west_y_by_u_ground_west = mul_add(-sin_west_south_west,
+            d_balance_moment_south_west_z_by_u_ground_west,
+            cos_west_south_west * d_balance_moment_south_west_y_by_u_ground_west);
+        let d_balance_moment_in_parent_south_west_x_by_u_ground_west =
+            mul_add(c(-0.8660257562110547), d_balance_moment_on_hinge_south_west_y_by_u_ground_west,
+            c(0.4999993895786978) * d_balance_moment_south_west_x_by_u_ground_west);
         // west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_imbalance_ground_west_3 = d_closure_moment_in_parent_south_west_x
-            + d_balance_moment_in_parent_south_west_x_5;
-        // east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_imbalance_ground_east_3 = d_closure_moment_in_parent_south_east_x
-            + d_balance_moment_in_parent_south_east_x_6;
-        // west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_imbalance_ground_west_4 = mul_add(c(-0.8660257562110547),
-            d_closure_moment_on_hinge_south_west_y, d_balance_moment_in_parent_south_west_x_6);
-        // east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_imbalance_ground_east_4 = mul_add(c(0.7071067811865475),
-            d_closure_moment_on_hinge_south_east_y_2, d_balance_moment_in_parent_south_east_x_5);
+        let d_imbalance_ground_west_by_q_south_west_south =
+            d_balance_moment_in_parent_south_west_x_by_q_south_west_south
+            + d_closure_moment_in_parent_south_west_x_by_q_south_west_south;
+        let d_imbalance_ground_west_by_q_west_south_west = mul_add(c(-0.8660257562110547),
+            d_closure_moment_on_hinge_south_west_y_by_q_west_south_west,
+            d_balance_moment_in_parent_south_west_x_by_q_west_south_west);
+        let d_balance_moment_west_x_by_q_ground_west = mul_add(c(6.332769027236974e-3),
+            sin_ground_west, d_balance_moment_in_parent_south_west_x_by_q_ground_west);
+        let d_imbalance_ground_west_by_q_ground_west = c(-0.0114)
+            + d_balance_moment_west_x_by_q_ground_west;
+        let d_imbalance_ground_west_by_u_ground_west = c(-3.5e-6)
+            + d_balance_moment_in_parent_south_west_x_by_u_ground_west;
         // mechanism: reduced force: y = L^-T f
-        let part_148 = mul_add(-factor_south_south_east_south_east_east,
-            d_imbalance_south_south_east, d_imbalance_south_east_east_3);
-        let part_149 = mul_add(-factor_south_east_east_ground_east, part_148,
-            mul_add(-factor_south_south_east_ground_east, d_imbalance_south_south_east,
-            d_imbalance_ground_east_3));
+        let d_y_west_south_west_by_q_south_west_south = mul_add(-l_south_west_south_west_south_west,
+            d_imbalance_south_west_south_by_q_south_west_south,
+            d_imbalance_west_south_west_by_q_south_west_south);
+        let d_y_ground_west_by_q_south_west_south = mul_add(-l_west_south_west_ground_west,
+            d_y_west_south_west_by_q_south_west_south, mul_add(-l_south_west_south_ground_west,
+            d_imbalance_south_west_south_by_q_south_west_south,
+            d_imbalance_ground_west_by_q_south_west_south));
+        let d_y_south_east_east_by_q_south_south_east = mul_add(-l_south_south_east_south_east_east,
+            d_imbalance_south_south_east_by_q_south_south_east,
+            d_imbalance_south_east_east_by_q_south_south_east);
+        let d_y_ground_east_by_q_south_south_east = mul_add(-l_south_east_east_ground_east,
+            d_y_south_east_east_by_q_south_south_east, mul_add(-l_south_south_east_ground_east,
+            d_imbalance_south_south_east_by_q_south_south_east,
+            d_imbalance_ground_east_by_q_south_south_east));
+        let d_y_west_south_west_by_q_west_south_west = mul_add(-l_south_west_south_west_south_west,
+            d_net_moment_south_ghost0_x_by_q_west_south_west,
+            d_imbalance_west_south_west_by_q_west_south_west);
+        let d_y_ground_west_by_q_west_south_west = mul_add(-l_west_south_west_ground_west,
+            d_y_west_south_west_by_q_west_south_west, mul_add(-l_south_west_south_ground_west,
+            d_net_moment_south_ghost0_x_by_q_west_south_west,
+            d_imbalance_ground_west_by_q_west_south_west));
+        let d_y_south_east_east_by_q_south_east_east = mul_add(-l_south_south_east_south_east_east,
+            d_net_moment_south_x_by_q_south_east_east,
+            d_imbalance_south_east_east_by_q_south_east_east);
+        let d_y_ground_east_by_q_south_east_east = mul_add(-l_south_east_east_ground_east,
+            d_y_south_east_east_by_q_south_east_east, mul_add(-l_south_south_east_ground_east,
+            d_net_moment_south_x_by_q_south_east_east,
+            d_imbalance_ground_east_by_q_south_east_east));
+        let d_y_south_east_east_by_q_ground_east = mul_add(-l_south_south_east_south_east_east,
+            d_net_moment_south_x_by_q_ground_east, d_balance_moment_south_east_x_by_q_ground_east);
+        let d_y_ground_east_by_q_ground_east = mul_add(-l_south_east_east_ground_east,
+            d_y_south_east_east_by_q_ground_east, mul_add(-l_south_south_east_ground_east,
+            d_net_moment_south_x_by_q_ground_east, d_imbalance_ground_east_by_q_ground_east));
+        let d_y_west_south_west_by_q_ground_west = mul_add(-l_south_west_south_west_south_west,
+            d_net_moment_south_ghost0_x_by_q_ground_west,
+            d_balance_moment_south_west_x_by_q_ground_west);
+        let d_y_ground_west_by_q_ground_west = mul_add(-l_west_south_west_ground_west,
+            d_y_west_south_west_by_q_ground_west, mul_add(-l_south_west_south_ground_west,
+            d_net_moment_south_ghost0_x_by_q_ground_west,
+            d_imbalance_ground_west_by_q_ground_west));
+        let d_y_west_south_west_by_u_south_west_south = mul_add(c(0.6262195242941381),
+            inertia_south_west_south_moment_in_parent_south_ghost0_x, c(-0.7071063925583854) *
+            d_balance_moment_on_hinge_south_ghost0_y_by_u_south_west_south);
+        let d_y_ground_west_by_u_south_west_south = mul_add(-l_west_south_west_ground_west,
+            d_y_west_south_west_by_u_south_west_south, mul_add(c(0.6262195242941381),
+            inertia_south_west_south_moment_in_parent_south_west_x,
+            d_balance_moment_in_parent_south_west_x_by_u_south_west_south));
+        let d_y_south_east_east_by_u_south_south_east = mul_add(c(0.6262261294315284),
+            inertia_south_south_east_moment_in_parent_south_x,
+            c(0.8660254814097263) * d_balance_moment_on_hinge_south_y_by_u_south_south_east);
+        let d_y_ground_east_by_u_south_south_east = mul_add(-l_south_east_east_ground_east,
+            d_y_south_east_east_by_u_south_south_east, mul_add(c(0.6262261294315284),
+            inertia_south_south_east_moment_in_parent_south_east_x,
+            d_balance_moment_in_parent_south_east_x_by_u_south_south_east));
+        let d_y_west_south_west_by_u_west_south_west = mul_add(l_south_west_south_west_south_west,
+            minus_d_net_moment_south_ghost0_x_by_u_west_south_west,
+            d_imbalance_west_south_west_by_u_west_south_west);
+        let d_y_ground_west_by_u_west_south_west = mul_add(-l_west_south_west_ground_west,
+            d_y_west_south_west_by_u_west_south_west, mul_add(l_south_west_south_ground_west,
+            minus_d_net_moment_south_ghost0_x_by_u_west_south_west,
+            d_balance_moment_in_parent_south_west_x_by_u_west_south_west));
+        let d_y_south_east_east_by_u_south_east_east = mul_add(l_south_south_east_south_east_east,
+            minus_d_net_moment_south_x_by_u_south_east_east,
+            d_imbalance_south_east_east_by_u_south_east_east);
+        let d_y_ground_east_by_u_south_east_east = mul_add(-l_south_east_east_ground_east,
+            d_y_south_east_east_by_u_south_east_east, mul_add(l_south_south_east_ground_east,
+            minus_d_net_moment_south_x_by_u_south_east_east,
+            d_balance_moment_in_parent_south_east_x_by_u_south_east_east));
+        let d_y_south_east_east_by_u_ground_east = mul_add(l_south_south_east_south_east_east,
+            minus_d_net_moment_south_x_by_u_ground_east,
+            d_balance_moment_south_east_x_by_u_ground_east);
+        let d_y_ground_east_by_u_ground_east = mul_add(-l_south_east_east_ground_east,
+            d_y_south_east_east_by_u_ground_east, mul_add(l_south_south_east_ground_east,
+            minus_d_net_moment_south_x_by_u_ground_east, d_imbalance_ground_east_by_u_ground_east));
+        let d_y_west_south_west_by_u_ground_west = mul_add(l_south_west_south_west_south_west,
+            minus_d_net_moment_south_ghost0_x_by_u_ground_west,
+            d_balance_moment_south_west_x_by_u_ground_west);
+        let d_y_ground_west_by_u_ground_west = mul_add(-l_west_south_west_ground_west,
+            d_y_west_south_west_by_u_ground_west, mul_add(l_south_west_south_ground_west,
+            minus_d_net_moment_south_ghost0_x_by_u_ground_west,
+            d_imbalance_ground_west_by_u_ground_west));
         // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_150 = mul_add(-part_12, part_148, part_13 * part_149)
-            - mul_add(c(0.5000002689018963), mul_add(c(0.06987458559937651), d_omega_south_zz_3,
-            c(0.04034213973350828) * d_acceleration_gradient_south_yx_4),
+        let minus_forward_d_lambda0_0_by_q_south_west_south = mul_add(c(0.08068423607472841),
+            d_acceleration_gradient_south_ghost0_yx_by_q_south_west_south,
+            mul_add(y_over_d0_0_ground_west, d_y_ground_west_by_q_south_west_south,
+            y_over_d0_0_west_south_west * d_y_west_south_west_by_q_south_west_south));
+        let forward_d_lambda0_1_by_q_south_west_south = mul_add(l_loop0_1_0,
+            minus_forward_d_lambda0_0_by_q_south_west_south, -mul_add(c(0.0806842360747284),
+            d_acceleration_gradient_south_ghost0_zx_by_q_south_west_south,
+            mul_add(-minus_y_over_d0_1_west_south_west, d_y_west_south_west_by_q_south_west_south,
+            y_over_d0_1_ground_west * d_y_ground_west_by_q_south_west_south)));
+        let forward_d_lambda0_2_by_q_south_west_south = mul_add(-l_loop0_2_1,
+            forward_d_lambda0_1_by_q_south_west_south, mul_add(l_loop0_2_0,
+            minus_forward_d_lambda0_0_by_q_south_west_south, -mul_add(c(0.0806842360747284),
+            d_omega_south_ghost0_yz_by_q_south_west_south, mul_add(y_over_d0_2_ground_west,
+            d_y_ground_west_by_q_south_west_south, mul_add(y_over_d0_2_west_south_west,
+            d_y_west_south_west_by_q_south_west_south,
+            c(14436.01255221496) * d_imbalance_south_west_south_by_q_south_west_south)))));
+        let d_lambda0_2_by_q_south_west_south =
+            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_q_south_west_south;
+        let d_lambda0_1_by_q_south_west_south = mul_add(-l_loop0_2_1,
+            d_lambda0_2_by_q_south_west_south,
+            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_q_south_west_south);
+        let d_lambda0_0_by_q_south_west_south = mul_add(-l_loop0_1_0,
+            d_lambda0_1_by_q_south_west_south, mul_add(-l_loop0_2_0,
+            d_lambda0_2_by_q_south_west_south,
+            -inverse_pivot_loop0_0 * minus_forward_d_lambda0_0_by_q_south_west_south));
+        let minus_forward_d_lambda0_0_by_q_south_south_east =
+            mul_add(-minus_y_over_d0_0_south_east_east, d_y_south_east_east_by_q_south_south_east,
+            y_over_d0_0_ground_east * d_y_ground_east_by_q_south_south_east)
+            - mul_add(c(0.5000002689018963), mul_add(c(0.13974917119875302), south_product_6,
+            c(0.04034213973350828) * d_acceleration_gradient_south_yx_by_q_south_south_east),
             c(0.866025248533801) * mul_add(c(-0.06987458559937651),
-            d_acceleration_gradient_south_xy_5, c(-0.04034213973350828) * (d_omega_south_yy_3
-            + d_omega_south_zz_3)));
-        let part_151 = mul_add(part_29, part_150, -(mul_add(part_17, part_149, mul_add(part_16,
-            part_148, c(12502.08322443702) * d_imbalance_south_south_east))
-            - mul_add(c(-0.06987458559937651), d_omega_south_yz_3,
-            c(0.04034213973350828) * d_acceleration_gradient_south_zx_4)));
-        let part_152 = mul_add(part_30, part_150, -(mul_add(part_21, part_149, mul_add(part_20,
-            part_148, c(-7218.086290943076) * d_imbalance_south_south_east))
-            - mul_add(c(0.06987458559937651), d_acceleration_gradient_south_zx_4,
-            c(0.04034213973350828) * d_omega_south_yz_3)));
-        let part_153 = part_34 * mul_add(-part_33, part_151, part_152);
-        let part_154 = mul_add(-part_33, part_153, part_32 * part_151);
-        let part_155 = mul_add(-part_29, part_154, mul_add(-part_30, part_153,
-            -part_28 * part_150));
+            d_acceleration_gradient_south_xy_by_q_south_south_east, c(-0.04034213973350828) *
+            minus_d_velocity_product_gradient_south_xx_by_q_south_south_east));
+        let forward_d_lambda0_1_by_q_south_south_east = mul_add(l_loop0_1_0,
+            minus_forward_d_lambda0_0_by_q_south_south_east, -(mul_add(y_over_d0_1_ground_east,
+            d_y_ground_east_by_q_south_south_east, mul_add(y_over_d0_1_south_east_east,
+            d_y_south_east_east_by_q_south_south_east,
+            c(12502.08322443702) * d_imbalance_south_south_east_by_q_south_south_east))
+            - mul_add(c(-0.06987458559937651), d_omega_south_yz_by_q_south_south_east,
+            c(0.04034213973350828) * d_acceleration_gradient_south_zx_by_q_south_south_east)));
+        let forward_d_lambda0_2_by_q_south_south_east_sum = mul_add(l_loop0_2_0,
+            minus_forward_d_lambda0_0_by_q_south_south_east, -(mul_add(y_over_d0_2_ground_east,
+            d_y_ground_east_by_q_south_south_east, mul_add(y_over_d0_2_south_east_east,
+            d_y_south_east_east_by_q_south_south_east,
+            c(-7218.086290943076) * d_imbalance_south_south_east_by_q_south_south_east))
+            - mul_add(c(0.06987458559937651),
+            d_acceleration_gradient_south_zx_by_q_south_south_east,
+            c(0.04034213973350828) * d_omega_south_yz_by_q_south_south_east)));
+        let forward_d_lambda0_2_by_q_south_south_east = mul_add(-l_loop0_2_1,
+            forward_d_lambda0_1_by_q_south_south_east,
+            forward_d_lambda0_2_by_q_south_south_east_sum);
+        let d_lambda0_2_by_q_south_south_east =
+            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_q_south_south_east;
+        let d_lambda0_1_by_q_south_south_east = mul_add(-l_loop0_2_1,
+            d_lambda0_2_by_q_south_south_east,
+            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_q_south_south_east);
+        let d_lambda0_0_by_q_south_south_east = mul_add(-l_loop0_1_0,
+            d_lambda0_1_by_q_south_south_east, mul_add(-l_loop0_2_0,
+            d_lambda0_2_by_q_south_south_east,
+            -inverse_pivot_loop0_0 * minus_forward_d_lambda0_0_by_q_south_south_east));
+        let minus_forward_d_lambda0_0_by_q_west_south_west = mul_add(c(0.08068423607472841),
+            d_acceleration_gradient_south_ghost0_yx_by_q_west_south_west,
+            mul_add(y_over_d0_0_ground_west, d_y_ground_west_by_q_west_south_west,
+            y_over_d0_0_west_south_west * d_y_west_south_west_by_q_west_south_west));
+        let forward_d_lambda0_1_by_q_west_south_west = mul_add(l_loop0_1_0,
+            minus_forward_d_lambda0_0_by_q_west_south_west, -mul_add(c(0.0806842360747284),
+            d_acceleration_gradient_south_ghost0_zx_by_q_west_south_west,
+            mul_add(-minus_y_over_d0_1_west_south_west, d_y_west_south_west_by_q_west_south_west,
+            y_over_d0_1_ground_west * d_y_ground_west_by_q_west_south_west)));
+        let forward_d_lambda0_2_by_q_west_south_west = mul_add(-l_loop0_2_1,
+            forward_d_lambda0_1_by_q_west_south_west, mul_add(l_loop0_2_0,
+            minus_forward_d_lambda0_0_by_q_west_south_west, -mul_add(c(0.0806842360747284),
+            d_acceleration_gradient_south_ghost0_zy_by_q_west_south_west,
+            mul_add(y_over_d0_2_ground_west, d_y_ground_west_by_q_west_south_west,
+            mul_add(y_over_d0_2_west_south_west, d_y_west_south_west_by_q_west_south_west,
+            c(14436.01255221496) * d_net_moment_south_ghost0_x_by_q_west_south_west)))));
+        let d_lambda0_2_by_q_west_south_west =
+            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_q_west_south_west;
+        let d_lambda0_1_by_q_west_south_west = mul_add(-l_loop0_2_1,
+            d_lambda0_2_by_q_west_south_west,
+            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_q_west_south_west);
+        let d_lambda0_0_by_q_west_south_west = mul_add(-l_loop0_1_0,
+            d_lambda0_1_by_q_west_south_west, mul_add(-l_loop0_2_0,
+            d_lambda0_2_by_q_west_south_west,
+            -inverse_pivot_loop0_0 * minus_forward_d_lambda0_0_by_q_west_south_west));
+        let minus_forward_d_lambda0_0_by_q_south_east_east =
+            mul_add(-minus_y_over_d0_0_south_east_east, d_y_south_east_east_by_q_south_east_east,
+            y_over_d0_0_ground_east * d_y_ground_east_by_q_south_east_east)
+            - mul_add(c(0.5000002689018963), mul_add(c(0.06987458559937651),
+            minus_d_velocity_product_gradient_south_yy_by_q_south_east_east,
+            c(0.04034213973350828) * d_acceleration_gradient_south_yx_by_q_south_east_east),
+            c(0.866025248533801) * mul_add(c(-0.06987458559937651),
+            d_acceleration_gradient_south_xy_by_q_south_east_east, c(-0.04034213973350828) *
+            minus_d_velocity_product_gradient_south_xx_by_q_south_east_east));
+        let forward_d_lambda0_1_by_q_south_east_east = mul_add(l_loop0_1_0,
+            minus_forward_d_lambda0_0_by_q_south_east_east, -(mul_add(y_over_d0_1_ground_east,
+            d_y_ground_east_by_q_south_east_east, mul_add(y_over_d0_1_south_east_east,
+            d_y_south_east_east_by_q_south_east_east,
+            c(12502.08322443702) * d_net_moment_south_x_by_q_south_east_east))
+            - mul_add(c(-0.06987458559937651),
+            d_acceleration_gradient_south_zy_by_q_south_east_east,
+            c(0.04034213973350828) * d_acceleration_gradient_south_zx_by_q_south_east_east)));
+        let forward_d_lambda0_2_by_q_south_east_east_sum = mul_add(l_loop0_2_0,
+            minus_forward_d_lambda0_0_by_q_south_east_east, -(mul_add(y_over_d0_2_ground_east,
+            d_y_ground_east_by_q_south_east_east, mul_add(y_over_d0_2_south_east_east,
+            d_y_south_east_east_by_q_south_east_east,
+            c(-7218.086290943076) * d_net_moment_south_x_by_q_south_east_east))
+            - mul_add(c(0.06987458559937651), d_acceleration_gradient_south_zx_by_q_south_east_east,
+            c(0.04034213973350828) * d_acceleration_gradient_south_zy_by_q_south_east_east)));
+        let forward_d_lambda0_2_by_q_south_east_east = mul_add(-l_loop0_2_1,
+            forward_d_lambda0_1_by_q_south_east_east, forward_d_lambda0_2_by_q_south_east_east_sum);
+        let d_lambda0_2_by_q_south_east_east =
+            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_q_south_east_east;
+        let d_lambda0_1_by_q_south_east_east = mul_add(-l_loop0_2_1,
+            d_lambda0_2_by_q_south_east_east,
+            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_q_south_east_east);
+        let d_lambda0_0_by_q_south_east_east = mul_add(-l_loop0_1_0,
+            d_lambda0_1_by_q_south_east_east, mul_add(-l_loop0_2_0,
+            d_lambda0_2_by_q_south_east_east,
+            -inverse_pivot_loop0_0 * minus_forward_d_lambda0_0_by_q_south_east_east));
+        let minus_forward_d_lambda0_0_by_q_ground_east = mul_add(-minus_y_over_d0_0_south_east_east,
+            d_y_south_east_east_by_q_ground_east,
+            y_over_d0_0_ground_east * d_y_ground_east_by_q_ground_east);
+        let forward_d_lambda0_1_by_q_ground_east = mul_add(l_loop0_1_0,
+            minus_forward_d_lambda0_0_by_q_ground_east, -mul_add(y_over_d0_1_ground_east,
+            d_y_ground_east_by_q_ground_east, mul_add(y_over_d0_1_south_east_east,
+            d_y_south_east_east_by_q_ground_east,
+            d_apparent_gravity_south_z_by_q_ground_east * c(-2.128481987095498))));
+        let forward_d_lambda0_2_by_q_ground_east = mul_add(-l_loop0_2_1,
+            forward_d_lambda0_1_by_q_ground_east, mul_add(l_loop0_2_0,
+            minus_forward_d_lambda0_0_by_q_ground_east, -mul_add(y_over_d0_2_ground_east,
+            d_y_ground_east_by_q_ground_east, mul_add(y_over_d0_2_south_east_east,
+            d_y_south_east_east_by_q_ground_east,
+            d_apparent_gravity_south_z_by_q_ground_east * c(1.2288805294099399)))));
+        let d_lambda0_2_by_q_ground_east =
+            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_q_ground_east;
+        let d_lambda0_1_by_q_ground_east = mul_add(-l_loop0_2_1, d_lambda0_2_by_q_ground_east,
+            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_q_ground_east);
+        let d_lambda0_0_by_q_ground_east = mul_add(-l_loop0_1_0, d_lambda0_1_by_q_ground_east,
+            mul_add(-l_loop0_2_0, d_lambda0_2_by_q_ground_east,
+            -inverse_pivot_loop0_0 * minus_forward_d_lambda0_0_by_q_ground_east));
+        let minus_forward_d_lambda0_0_by_q_ground_west = mul_add(y_over_d0_0_ground_west,
+            d_y_ground_west_by_q_ground_west,
+            y_over_d0_0_west_south_west * d_y_west_south_west_by_q_ground_west);
+        let forward_d_lambda0_1_by_q_ground_west = mul_add(l_loop0_1_0,
+            minus_forward_d_lambda0_0_by_q_ground_west, -mul_add(-minus_y_over_d0_1_west_south_west,
+            d_y_west_south_west_by_q_ground_west,
+            y_over_d0_1_ground_west * d_y_ground_west_by_q_ground_west));
+        let forward_d_lambda0_2_by_q_ground_west = mul_add(-l_loop0_2_1,
+            forward_d_lambda0_1_by_q_ground_west, mul_add(l_loop0_2_0,
+            minus_forward_d_lambda0_0_by_q_ground_west, -mul_add(y_over_d0_2_ground_west,
+            d_y_ground_west_by_q_ground_west, mul_add(y_over_d0_2_west_south_west,
+            d_y_west_south_west_by_q_ground_west,
+            d_apparent_gravity_south_ghost0_z_by_q_ground_west * c(2.457752744983687)))));
+        let d_lambda0_2_by_q_ground_west =
+            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_q_ground_west;
+        let d_lambda0_1_by_q_ground_west = mul_add(-l_loop0_2_1, d_lambda0_2_by_q_ground_west,
+            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_q_ground_west);
+        let d_lambda0_0_by_q_ground_west = mul_add(-l_loop0_1_0, d_lambda0_1_by_q_ground_west,
+            mul_add(-l_loop0_2_0, d_lambda0_2_by_q_ground_west,
+            -inverse_pivot_loop0_0 * minus_forward_d_lambda0_0_by_q_ground_west));
+        let minus_forward_d_lambda0_0_by_u_south_west_south = mul_add(y_over_d0_0_ground_west,
+            d_y_ground_west_by_u_south_west_south,
+            y_over_d0_0_west_south_west * d_y_west_south_west_by_u_south_west_south);
+        let forward_d_lambda0_1_by_u_south_west_south = mul_add(l_loop0_1_0,
+            minus_forward_d_lambda0_0_by_u_south_west_south,
+            -mul_add(-minus_y_over_d0_1_west_south_west, d_y_west_south_west_by_u_south_west_south,
+            y_over_d0_1_ground_west * d_y_ground_west_by_u_south_west_south));
+        let forward_d_lambda0_2_by_u_south_west_south = mul_add(-l_loop0_2_1,
+            forward_d_lambda0_1_by_u_south_west_south, mul_add(l_loop0_2_0,
+            minus_forward_d_lambda0_0_by_u_south_west_south, -mul_add(y_over_d0_2_ground_west,
+            d_y_ground_west_by_u_south_west_south, mul_add(y_over_d0_2_west_south_west,
+            d_y_west_south_west_by_u_south_west_south, c(-0.050526043932752354)))));
+        let d_lambda0_2_by_u_south_west_south =
+            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_u_south_west_south;
+        let d_lambda0_1_by_u_south_west_south = mul_add(-l_loop0_2_1,
+            d_lambda0_2_by_u_south_west_south,
+            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_u_south_west_south);
+        let d_lambda0_0_by_u_south_west_south = mul_add(-l_loop0_1_0,
+            d_lambda0_1_by_u_south_west_south, mul_add(-l_loop0_2_0,
+            d_lambda0_2_by_u_south_west_south,
+            -inverse_pivot_loop0_0 * minus_forward_d_lambda0_0_by_u_south_west_south));
+        let minus_forward_d_lambda0_0_by_u_south_south_east =
+            mul_add(-minus_y_over_d0_0_south_east_east, d_y_south_east_east_by_u_south_south_east,
+            y_over_d0_0_ground_east * d_y_ground_east_by_u_south_south_east)
+            - mul_add(c(0.06987462317819365), omega_south_x,
+            parent_omega_south_y * c(-0.12102631071979279));
+        let forward_d_lambda0_1_by_u_south_south_east = mul_add(l_loop0_1_0,
+            minus_forward_d_lambda0_0_by_u_south_south_east, -mul_add(y_over_d0_1_ground_east,
+            d_y_ground_east_by_u_south_south_east, mul_add(y_over_d0_1_south_east_east,
+            d_y_south_east_east_by_u_south_south_east, c(-0.04375729128552957))));
+        let forward_d_lambda0_2_by_u_south_south_east = mul_add(-l_loop0_2_1,
+            forward_d_lambda0_1_by_u_south_south_east, mul_add(l_loop0_2_0,
+            minus_forward_d_lambda0_0_by_u_south_south_east, -mul_add(y_over_d0_2_ground_east,
+            d_y_ground_east_by_u_south_south_east, mul_add(y_over_d0_2_south_east_east,
+            d_y_south_east_east_by_u_south_south_east, c(0.025263302018300765)))));
+        let d_lambda0_2_by_u_south_south_east =
+            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_u_south_south_east;
+        let d_lambda0_1_by_u_south_south_east = mul_add(-l_loop0_2_1,
+            d_lambda0_2_by_u_south_south_east,
+            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_u_south_south_east);
+        let d_lambda0_0_by_u_south_south_east = mul_add(-l_loop0_1_0,
+            d_lambda0_1_by_u_south_south_east, mul_add(-l_loop0_2_0,
+            d_lambda0_2_by_u_south_south_east,
+            -inverse_pivot_loop0_0 * minus_forward_d_lambda0_0_by_u_south_south_east));
+        let minus_forward_d_lambda0_0_by_u_west_south_west = mul_add(c(0.08068423607472841),
+            d_acceleration_gradient_south_ghost0_yx_by_u_west_south_west,
+            mul_add(y_over_d0_0_ground_west, d_y_ground_west_by_u_west_south_west,
+            y_over_d0_0_west_south_west * d_y_west_south_west_by_u_west_south_west));
+        let forward_d_lambda0_1_by_u_west_south_west = mul_add(l_loop0_1_0,
+            minus_forward_d_lambda0_0_by_u_west_south_west, -mul_add(c(0.0806842360747284),
+            d_acceleration_gradient_south_ghost0_zx_by_u_west_south_west,
+            mul_add(-minus_y_over_d0_1_west_south_west, d_y_west_south_west_by_u_west_south_west,
+            y_over_d0_1_ground_west * d_y_ground_west_by_u_west_south_west)));
+        let forward_d_lambda0_2_by_u_west_south_west = mul_add(-l_loop0_2_1,
+            forward_d_lambda0_1_by_u_west_south_west, mul_add(l_loop0_2_0,
+            minus_forward_d_lambda0_0_by_u_west_south_west, -mul_add(c(0.0806842360747284),
+            d_acceleration_gradient_south_ghost0_zy_by_u_west_south_west,
+            mul_add(y_over_d0_2_ground_west, d_y_ground_west_by_u_west_south_west,
+            mul_add(y_over_d0_2_west_south_west, d_y_west_south_west_by_u_west_south_west,
+            minus_d_net_moment_south_ghost0_x_by_u_west_south_west * c(-14436.01255221496))))));
+        let d_lambda0_2_by_u_west_south_west =
+            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_u_west_south_west;
+        let d_lambda0_1_by_u_west_south_west = mul_add(-l_loop0_2_1,
+            d_lambda0_2_by_u_west_south_west,
+            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_u_west_south_west);
+        let d_lambda0_0_by_u_west_south_west = mul_add(-l_loop0_1_0,
+            d_lambda0_1_by_u_west_south_west, mul_add(-l_loop0_2_0,
+            d_lambda0_2_by_u_west_south_west,
+            -inverse_pivot_loop0_0 * minus_forward_d_lambda0_0_by_u_west_south_west));
+        let minus_forward_d_lambda0_0_by_u_south_east_east =
+            mul_add(-minus_y_over_d0_0_south_east_east, d_y_south_east_east_by_u_south_east_east,
+            y_over_d0_0_ground_east * d_y_ground_east_by_u_south_east_east)
+            - mul_add(c(0.5000002689018963), mul_add(c(0.06987458559937651),
+            minus_d_velocity_product_gradient_south_yy_by_u_south_east_east,
+            c(0.04034213973350828) * d_acceleration_gradient_south_yx_by_u_south_east_east),
+            c(0.866025248533801) * mul_add(c(-0.06987458559937651),
+            d_acceleration_gradient_south_xy_by_u_south_east_east, c(-0.04034213973350828) *
+            minus_d_velocity_product_gradient_south_xx_by_u_south_east_east));
+        let forward_d_lambda0_1_by_u_south_east_east = mul_add(l_loop0_1_0,
+            minus_forward_d_lambda0_0_by_u_south_east_east, -(mul_add(y_over_d0_1_ground_east,
+            d_y_ground_east_by_u_south_east_east, mul_add(y_over_d0_1_south_east_east,
+            d_y_south_east_east_by_u_south_east_east,
+            minus_d_net_moment_south_x_by_u_south_east_east * c(-12502.08322443702)))
+            - mul_add(c(-0.06987458559937651),
+            d_acceleration_gradient_south_zy_by_u_south_east_east,
+            c(0.04034213973350828) * d_acceleration_gradient_south_zx_by_u_south_east_east)));
+        let forward_d_lambda0_2_by_u_south_east_east_sum = mul_add(l_loop0_2_0,
+            minus_forward_d_lambda0_0_by_u_south_east_east, -(mul_add(y_over_d0_2_ground_east,
+            d_y_ground_east_by_u_south_east_east, mul_add(y_over_d0_2_south_east_east,
+            d_y_south_east_east_by_u_south_east_east,
+            minus_d_net_moment_south_x_by_u_south_east_east * c(7218.086290943076)))
+            - mul_add(c(0.06987458559937651), d_acceleration_gradient_south_zx_by_u_south_east_east,
+            c(0.04034213973350828) * d_acceleration_gradient_south_zy_by_u_south_east_east)));
+        let forward_d_lambda0_2_by_u_south_east_east = mul_add(-l_loop0_2_1,
+            forward_d_lambda0_1_by_u_south_east_east, forward_d_lambda0_2_by_u_south_east_east_sum);
+        let d_lambda0_2_by_u_south_east_east =
+            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_u_south_east_east;
+        let d_lambda0_1_by_u_south_east_east = mul_add(-l_loop0_2_1,
+            d_lambda0_2_by_u_south_east_east,
+            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_u_south_east_east);
+        let d_lambda0_0_by_u_south_east_east = mul_add(-l_loop0_1_0,
+            d_lambda0_1_by_u_south_east_east, mul_add(-l_loop0_2_0,
+            d_lambda0_2_by_u_south_east_east,
+            -inverse_pivot_loop0_0 * minus_forward_d_lambda0_0_by_u_south_east_east));
+        let minus_forward_d_lambda0_0_by_u_ground_east = mul_add(-minus_y_over_d0_0_south_east_east,
+            d_y_south_east_east_by_u_ground_east,
+            y_over_d0_0_ground_east * d_y_ground_east_by_u_ground_east)
+            - mul_add(c(0.5000002689018963), mul_add(c(0.06987458559937651),
+            minus_d_velocity_product_gradient_south_yy_by_u_ground_east,
+            c(0.04034213973350828) * d_acceleration_gradient_south_yx_by_u_ground_east),
+            c(0.866025248533801) * mul_add(c(-0.06987458559937651),
+            d_acceleration_gradient_south_xy_by_u_ground_east,
+            c(-0.04034213973350828) * minus_d_velocity_product_gradient_south_xx_by_u_ground_east));
+        let forward_d_lambda0_1_by_u_ground_east = mul_add(l_loop0_1_0,
+            minus_forward_d_lambda0_0_by_u_ground_east, -(mul_add(y_over_d0_1_ground_east,
+            d_y_ground_east_by_u_ground_east, mul_add(y_over_d0_1_south_east_east,
+            d_y_south_east_east_by_u_ground_east,
+            c(-12502.08322443702) * minus_d_net_moment_south_x_by_u_ground_east))
+            - mul_add(c(-0.06987458559937651), d_acceleration_gradient_south_zy_by_u_ground_east,
+            c(0.04034213973350828) * d_acceleration_gradient_south_zx_by_u_ground_east)));
+        let forward_d_lambda0_2_by_u_ground_east_sum = mul_add(l_loop0_2_0,
+            minus_forward_d_lambda0_0_by_u_ground_east, -(mul_add(y_over_d0_2_ground_east,
+            d_y_ground_east_by_u_ground_east, mul_add(y_over_d0_2_south_east_east,
+            d_y_south_east_east_by_u_ground_east,
+            c(7218.086290943076) * minus_d_net_moment_south_x_by_u_ground_east))
+            - mul_add(c(0.06987458559937651), d_acceleration_gradient_south_zx_by_u_ground_east,
+            c(0.04034213973350828) * d_acceleration_gradient_south_zy_by_u_ground_east)));
+        let forward_d_lambda0_2_by_u_ground_east = mul_add(-l_loop0_2_1,
+            forward_d_lambda0_1_by_u_ground_east, forward_d_lambda0_2_by_u_ground_east_sum);
+        let d_lambda0_2_by_u_ground_east =
+            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_u_ground_east;
+        let d_lambda0_1_by_u_ground_east = mul_add(-l_loop0_2_1, d_lambda0_2_by_u_ground_east,
+            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_u_ground_east);
+        let d_lambda0_0_by_u_ground_east = mul_add(-l_loop0_1_0, d_lambda0_1_by_u_ground_east,
+            mul_add(-l_loop0_2_0, d_lambda0_2_by_u_ground_east,
+            -inverse_pivot_loop0_0 * minus_forward_d_lambda0_0_by_u_ground_east));
+        let minus_forward_d_lambda0_0_by_u_ground_west = mul_add(c(0.08068423607472841),
+            d_acceleration_gradient_south_ghost0_yx_by_u_ground_west,
+            mul_add(y_over_d0_0_ground_west, d_y_ground_west_by_u_ground_west,
+            y_over_d0_0_west_south_west * d_y_west_south_west_by_u_ground_west));
+        let forward_d_lambda0_1_by_u_ground_west = mul_add(l_loop0_1_0,
+            minus_forward_d_lambda0_0_by_u_ground_west, -mul_add(c(0.0806842360747284),
+            d_acceleration_gradient_south_ghost0_zx_by_u_ground_west,
+            mul_add(-minus_y_over_d0_1_west_south_west, d_y_west_south_west_by_u_ground_west,
+            y_over_d0_1_ground_west * d_y_ground_west_by_u_ground_west)));
+        let forward_d_lambda0_2_by_u_ground_west = mul_add(-l_loop0_2_1,
+            forward_d_lambda0_1_by_u_ground_west, mul_add(l_loop0_2_0,
+            minus_forward_d_lambda0_0_by_u_ground_west, -mul_add(c(0.0806842360747284),
+            d_acceleration_gradient_south_ghost0_zy_by_u_ground_west,
+            mul_add(y_over_d0_2_ground_west, d_y_ground_west_by_u_ground_west,
+            mul_add(y_over_d0_2_west_south_west, d_y_west_south_west_by_u_ground_west,
+            c(-14436.01255221496) * minus_d_net_moment_south_ghost0_x_by_u_ground_west)))));
+        let d_lambda0_2_by_u_ground_west =
+            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_u_ground_west;
+        let d_lambda0_1_by_u_ground_west = mul_add(-l_loop0_2_1, d_lambda0_2_by_u_ground_west,
+            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_u_ground_west);
+        let d_lambda0_0_by_u_ground_west = mul_add(-l_loop0_1_0, d_lambda0_1_by_u_ground_west,
+            mul_add(-l_loop0_2_0, d_lambda0_2_by_u_ground_west,
+            -inverse_pivot_loop0_0 * minus_forward_d_lambda0_0_by_u_ground_west));
         // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_156 = mul_add(part_22, part_153, mul_add(part_18, part_154, part_14 * part_155));
-        let part_157 = mul_add(inverse_pivot_ground_east, part_149, mul_add(part_21, part_153,
-            mul_add(part_17, part_154, part_13 * part_155)));
-        let part_158 = mul_add(-factor_south_east_east_ground_east, part_157,
-            mul_add(inverse_pivot_south_east_east, part_148, mul_add(part_20, part_153,
-            mul_add(-part_12, part_155, part_16 * part_154))));
-        let part_159 = mul_add(-factor_west_south_west_ground_west, part_156, mul_add(part_19,
-            part_153, mul_add(-part_15, part_154, part_11 * part_155)));
-        // mechanism: reduced force: y = L^-T f
-        let part_160 = mul_add(-factor_south_west_south_west_south_west,
-            d_imbalance_south_west_south, d_imbalance_west_south_west_3);
-        let part_161 = mul_add(-factor_west_south_west_ground_west, part_160,
-            mul_add(-factor_south_west_south_ground_west, d_imbalance_south_west_south,
-            d_imbalance_ground_west_3));
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_162 = mul_add(c(0.08068423607472841), d_acceleration_gradient_south_ghost0_yx_4,
-            mul_add(part_14, part_161, part_11 * part_160));
-        let part_163 = mul_add(part_29, part_162, -mul_add(c(0.0806842360747284),
-            d_acceleration_gradient_south_ghost0_zx_4, mul_add(-part_15, part_160,
-            part_18 * part_161)));
-        let part_164 = mul_add(-part_33, part_163, mul_add(part_30, part_162,
-            -mul_add(c(0.0806842360747284), d_omega_south_ghost0_yz_3, mul_add(part_22, part_161,
-            mul_add(part_19, part_160, c(14436.01255221496) * d_imbalance_south_west_south)))));
-        let part_165 = part_34 * part_164;
-        let part_166 = mul_add(-part_33, part_165, part_32 * part_163);
-        let part_167 = mul_add(-part_29, part_166, mul_add(-part_30, part_165,
-            -part_28 * part_162));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_168 = mul_add(part_21, part_165, mul_add(part_17, part_166, part_13 * part_167));
-        let part_169 = mul_add(inverse_pivot_ground_west, part_161, mul_add(part_22, part_165,
-            mul_add(part_18, part_166, part_14 * part_167)));
-        let part_170 = mul_add(-factor_south_east_east_ground_east, part_168, mul_add(part_20,
-            part_165, mul_add(-part_12, part_167, part_16 * part_166)));
-        let part_171 = mul_add(-factor_west_south_west_ground_west, part_169,
-            mul_add(inverse_pivot_west_south_west, part_160, mul_add(part_19, part_165,
-            mul_add(-part_15, part_166, part_11 * part_167))));
-        // mechanism: reduced force: y = L^-T f
-        let part_172 = mul_add(-factor_south_south_east_south_east_east, d_net_moment_south_x,
-            d_imbalance_south_east_east_2);
-        let part_173 = mul_add(-factor_south_east_east_ground_east, part_172,
-            mul_add(-factor_south_south_east_ground_east, d_net_moment_south_x,
-            d_imbalance_ground_east_4));
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_174 = mul_add(-part_12, part_172, part_13 * part_173) - part_90;
-        let part_175 = mul_add(part_29, part_174, -(mul_add(part_17, part_173, mul_add(part_16,
-            part_172, c(12502.08322443702) * d_net_moment_south_x))
-            - mul_add(c(-0.06987458559937651), d_acceleration_gradient_south_zy_3,
-            c(0.04034213973350828) * d_acceleration_gradient_south_zx_3)));
-        let part_176 = mul_add(part_30, part_174, -(mul_add(part_21, part_173, mul_add(part_20,
-            part_172, c(-7218.086290943076) * d_net_moment_south_x))
-            - mul_add(c(0.06987458559937651), d_acceleration_gradient_south_zx_3,
-            c(0.04034213973350828) * d_acceleration_gradient_south_zy_3)));
-        let part_177 = part_34 * mul_add(-part_33, part_175, part_176);
-        let part_178 = mul_add(-part_33, part_177, part_32 * part_175);
-        let part_179 = mul_add(-part_29, part_178, mul_add(-part_30, part_177,
-            -part_28 * part_174));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_180 = mul_add(part_22, part_177, mul_add(part_18, part_178, part_14 * part_179));
-        let part_181 = mul_add(inverse_pivot_ground_east, part_173, mul_add(part_21, part_177,
-            mul_add(part_17, part_178, part_13 * part_179)));
-        let part_182 = mul_add(-factor_south_east_east_ground_east, part_181,
-            mul_add(inverse_pivot_south_east_east, part_172, mul_add(part_20, part_177,
-            mul_add(-part_12, part_179, part_16 * part_178))));
-        let part_183 = mul_add(-factor_west_south_west_ground_west, part_180, mul_add(part_19,
-            part_177, mul_add(-part_15, part_178, part_11 * part_179)));
-        // mechanism: reduced force: y = L^-T f
-        let part_184 = mul_add(-factor_south_west_south_west_south_west,
-            d_net_moment_south_ghost0_x, d_imbalance_west_south_west_2);
-        let part_185 = mul_add(-factor_west_south_west_ground_west, part_184,
-            mul_add(-factor_south_west_south_ground_west, d_net_moment_south_ghost0_x,
-            d_imbalance_ground_west_4));
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_186 = mul_add(c(0.08068423607472841), d_acceleration_gradient_south_ghost0_yx_3,
-            mul_add(part_14, part_185, part_11 * part_184));
-        let part_187 = mul_add(part_29, part_186, -mul_add(c(0.0806842360747284),
-            d_acceleration_gradient_south_ghost0_zx_3, mul_add(-part_15, part_184,
-            part_18 * part_185)));
-        let part_188 = mul_add(-part_33, part_187, mul_add(part_30, part_186,
-            -mul_add(c(0.0806842360747284), d_acceleration_gradient_south_ghost0_zy_3,
-            mul_add(part_22, part_185, mul_add(part_19, part_184,
-            c(14436.01255221496) * d_net_moment_south_ghost0_x)))));
-        let part_189 = part_34 * part_188;
-        let part_190 = mul_add(-part_33, part_189, part_32 * part_187);
-        let part_191 = mul_add(-part_29, part_190, mul_add(-part_30, part_189,
-            -part_28 * part_186));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_192 = mul_add(part_21, part_189, mul_add(part_17, part_190, part_13 * part_191));
-        let part_193 = mul_add(inverse_pivot_ground_west, part_185, mul_add(part_22, part_189,
-            mul_add(part_18, part_190, part_14 * part_191)));
-        let part_194 = mul_add(-factor_south_east_east_ground_east, part_192, mul_add(part_20,
-            part_189, mul_add(-part_12, part_191, part_16 * part_190)));
-        let part_195 = mul_add(-factor_west_south_west_ground_west, part_193,
-            mul_add(inverse_pivot_west_south_west, part_184, mul_add(part_19, part_189,
-            mul_add(-part_15, part_190, part_11 * part_191))));
-        acceleration[0] = part_64;
-        acceleration[1] = part_63;
-        acceleration[2] = part_62;
-        acceleration[3] = part_61;
-        acceleration[4] = part_59;
-        acceleration[5] = part_60;
-        dq[0] = mul_add(-factor_south_west_south_west_south_west, part_171,
-            mul_add(-factor_south_west_south_ground_west, part_169, mul_add(c(14436.01255221496),
-            part_165, c(178919.86408403947) * d_imbalance_south_west_south)));
-        dq[1] = mul_add(-factor_south_west_south_west_south_west, part_159,
-            mul_add(-factor_south_west_south_ground_west, part_156,
-            c(14436.01255221496) * part_153));
-        dq[2] = mul_add(-factor_south_west_south_west_south_west, part_195,
-            mul_add(-factor_south_west_south_ground_west, part_193, mul_add(c(14436.01255221496),
-            part_189, c(178919.86408403947) * d_net_moment_south_ghost0_x)));
-        dq[3] = mul_add(-factor_south_west_south_west_south_west, part_183,
-            mul_add(-factor_south_west_south_ground_west, part_180,
-            c(14436.01255221496) * part_177));
-        dq[4] = mul_add(-factor_south_west_south_west_south_west, part_112,
-            mul_add(-factor_south_west_south_ground_west, part_109,
-            c(14436.01255221496) * part_106));
-        dq[5] = mul_add(-factor_south_west_south_west_south_west, part_147,
-            mul_add(-factor_south_west_south_ground_west, part_145, mul_add(c(14436.01255221496),
-            part_141, d_apparent_gravity_south_ghost0_z * c(30.46137466936363))));
-        dq[6] = mul_add(-factor_south_south_east_south_east_east, part_170,
-            mul_add(-factor_south_south_east_ground_east, part_168, mul_add(c(-7218.086290943076),
-            part_165, c(12502.08322443702) * part_166)));
-        dq[7] = mul_add(-factor_south_south_east_south_east_east, part_158,
-            mul_add(-factor_south_south_east_ground_east, part_157, mul_add(c(178921.751266151),
-            d_imbalance_south_south_east, mul_add(c(-7218.086290943076), part_153,
-            c(12502.08322443702) * part_154))));
-        dq[8] = mul_add(-factor_south_south_east_south_east_east, part_194,
-            mul_add(-factor_south_south_east_ground_east, part_192, mul_add(c(-7218.086290943076),
-            part_189, c(12502.08322443702) * part_190)));
-        dq[9] = mul_add(-factor_south_south_east_south_east_east, part_182,
-            mul_add(-factor_south_south_east_ground_east, part_181, mul_add(c(178921.751266151),
-            d_net_moment_south_x, mul_add(c(-7218.086290943076), part_177,
-            c(12502.08322443702) * part_178))));
-        dq[10] = mul_add(-factor_south_south_east_south_east_east, part_111,
-            mul_add(-factor_south_south_east_ground_east, part_110, mul_add(c(-30.461461328716496),
-            d_apparent_gravity_south_z, mul_add(c(-7218.086290943076), part_106,
-            c(12502.08322443702) * part_107))));
-        dq[11] = mul_add(-factor_south_south_east_south_east_east, part_146,
-            mul_add(-factor_south_south_east_ground_east, part_144, mul_add(c(-7218.086290943076),
-            part_141, c(12502.08322443702) * part_142)));
-        dq[12] = part_171;
-        dq[13] = part_159;
-        dq[14] = part_195;
-        dq[15] = part_183;
-        dq[16] = part_112;
-        dq[17] = part_147;
-        dq[18] = part_170;
-        dq[19] = part_158;
-        dq[20] = part_194;
-        dq[21] = part_182;
-        dq[22] = part_111;
-        dq[23] = part_146;
-        dq[24] = part_168;
-        dq[25] = part_157;
-        dq[26] = part_192;
-        dq[27] = part_181;
-        dq[28] = part_110;
-        dq[29] = part_144;
-        dq[30] = part_169;
-        dq[31] = part_156;
-        dq[32] = part_193;
-        dq[33] = part_180;
-        dq[34] = part_109;
-        dq[35] = part_145;
-        du[0] = mul_add(-factor_south_west_south_west_south_west, part_101,
-            mul_add(-factor_south_west_south_ground_west, part_99, mul_add(c(14436.01255221496),
-            part_95, c(-0.6262195242941381))));
-        du[1] = mul_add(-factor_south_west_south_west_south_west, part_58,
-            mul_add(-factor_south_west_south_ground_west, part_55, c(14436.01255221496) * part_52));
-        du[2] = mul_add(-factor_south_west_south_west_south_west, part_76,
-            mul_add(-factor_south_west_south_ground_west, part_74, mul_add(c(14436.01255221496),
-            part_70, south_ghost0_part_29 * c(-178919.86408403947))));
-        du[3] = mul_add(-factor_south_west_south_west_south_west, part_124,
-            mul_add(-factor_south_west_south_ground_west, part_121,
-            c(14436.01255221496) * part_118));
-        du[4] = mul_add(-factor_south_west_south_west_south_west, part_136,
-            mul_add(-factor_south_west_south_ground_west, part_133,
-            c(14436.01255221496) * part_130));
-        du[5] = mul_add(-factor_south_west_south_west_south_west, part_88,
-            mul_add(-factor_south_west_south_ground_west, part_86, mul_add(c(14436.01255221496),
-            part_82, c(-178919.86408403947) * south_ghost0_part_16)));
-        du[6] = mul_add(-factor_south_south_east_south_east_east, part_100,
-            mul_add(-factor_south_south_east_ground_east, part_98, mul_add(c(-7218.086290943076),
-            part_95, c(12502.08322443702) * part_96)));
-        du[7] = mul_add(-factor_south_south_east_south_east_east, part_57,
-            mul_add(-factor_south_south_east_ground_east, part_56, c(-0.6262261294315284)
-            + mul_add(c(-7218.086290943076), part_52, c(12502.08322443702) * part_53)));
-        du[8] = mul_add(-factor_south_south_east_south_east_east, part_75,
-            mul_add(-factor_south_south_east_ground_east, part_73, mul_add(c(-7218.086290943076),
-            part_70, c(12502.08322443702) * part_71)));
-        du[9] = mul_add(-factor_south_south_east_south_east_east, part_123,
-            mul_add(-factor_south_south_east_ground_east, part_122, mul_add(c(-178921.751266151),
-            south_part_36, mul_add(c(-7218.086290943076), part_118,
-            c(12502.08322443702) * part_119))));
-        du[10] = mul_add(-factor_south_south_east_south_east_east, part_135,
-            mul_add(-factor_south_south_east_ground_east, part_134, mul_add(c(-178921.751266151),
-            south_part_21, mul_add(c(-7218.086290943076), part_130,
-            c(12502.08322443702) * part_131))));
-        du[11] = mul_add(-factor_south_south_east_south_east_east, part_87,
-            mul_add(-factor_south_south_east_ground_east, part_85, mul_add(c(-7218.086290943076),
-            part_82, c(12502.08322443702) * part_83)));
-        du[12] = part_101;
-        du[13] = part_58;
-        du[14] = part_76;
-        du[15] = part_124;
-        du[16] = part_136;
-        du[17] = part_88;
-        du[18] = part_100;
-        du[19] = part_57;
-        du[20] = part_75;
-        du[21] = part_123;
-        du[22] = part_135;
-        du[23] = part_87;
-        du[24] = part_98;
-        du[25] = part_56;
-        du[26] = part_73;
-        du[27] = part_122;
-        du[28] = part_134;
-        du[29] = part_85;
-        du[30] = part_99;
-        du[31] = part_55;
-        du[32] = part_74;
-        du[33] = part_121;
-        du[34] = part_133;
-        du[35] = part_86;
+        let held_d_acceleration_south_south_east_by_q_south_west_south =
+            mul_add(c(-7218.086290943076), d_lambda0_2_by_q_south_west_south,
+            c(12502.08322443702) * d_lambda0_1_by_q_south_west_south);
+        let held_d_acceleration_south_east_east_by_q_south_west_south =
+            mul_add(y_over_d0_2_south_east_east, d_lambda0_2_by_q_south_west_south,
+            mul_add(-minus_y_over_d0_0_south_east_east, d_lambda0_0_by_q_south_west_south,
+            y_over_d0_1_south_east_east * d_lambda0_1_by_q_south_west_south));
+        let d_acceleration_ground_east_by_q_south_west_south = mul_add(y_over_d0_2_ground_east,
+            d_lambda0_2_by_q_south_west_south, mul_add(y_over_d0_1_ground_east,
+            d_lambda0_1_by_q_south_west_south,
+            y_over_d0_0_ground_east * d_lambda0_0_by_q_south_west_south));
+        let held_d_acceleration_south_west_south_by_q_south_west_south =
+            mul_add(c(14436.01255221496), d_lambda0_2_by_q_south_west_south,
+            c(178919.86408403947) * d_imbalance_south_west_south_by_q_south_west_south);
+        let held_d_acceleration_west_south_west_by_q_south_west_south =
+            mul_add(inverse_pivot_west_south_west, d_y_west_south_west_by_q_south_west_south,
+            mul_add(y_over_d0_2_west_south_west, d_lambda0_2_by_q_south_west_south,
+            mul_add(-minus_y_over_d0_1_west_south_west, d_lambda0_1_by_q_south_west_south,
+            y_over_d0_0_west_south_west * d_lambda0_0_by_q_south_west_south)));
+        let d_acceleration_ground_west_by_q_south_west_south = mul_add(inverse_pivot_ground_west,
+            d_y_ground_west_by_q_south_west_south, mul_add(y_over_d0_2_ground_west,
+            d_lambda0_2_by_q_south_west_south, mul_add(y_over_d0_1_ground_west,
+            d_lambda0_1_by_q_south_west_south,
+            y_over_d0_0_ground_west * d_lambda0_0_by_q_south_west_south)));
+        let d_acceleration_south_east_east_by_q_south_west_south =
+            mul_add(-l_south_east_east_ground_east,
+            d_acceleration_ground_east_by_q_south_west_south,
+            held_d_acceleration_south_east_east_by_q_south_west_south);
+        let d_acceleration_west_south_west_by_q_south_west_south =
+            mul_add(-l_west_south_west_ground_west,
+            d_acceleration_ground_west_by_q_south_west_south,
+            held_d_acceleration_west_south_west_by_q_south_west_south);
+        let d_acceleration_south_south_east_by_q_south_west_south =
+            mul_add(-l_south_south_east_south_east_east,
+            d_acceleration_south_east_east_by_q_south_west_south,
+            mul_add(-l_south_south_east_ground_east,
+            d_acceleration_ground_east_by_q_south_west_south,
+            held_d_acceleration_south_south_east_by_q_south_west_south));
+        let d_acceleration_south_west_south_by_q_south_west_south =
+            mul_add(-l_south_west_south_west_south_west,
+            d_acceleration_west_south_west_by_q_south_west_south,
+            mul_add(-l_south_west_south_ground_west,
+            d_acceleration_ground_west_by_q_south_west_south,
+            held_d_acceleration_south_west_south_by_q_south_west_south));
+        let held_d_acceleration_west_south_west_by_q_south_south_east =
+            mul_add(y_over_d0_2_west_south_west, d_lambda0_2_by_q_south_south_east,
+            mul_add(-minus_y_over_d0_1_west_south_west, d_lambda0_1_by_q_south_south_east,
+            y_over_d0_0_west_south_west * d_lambda0_0_by_q_south_south_east));
+        let d_acceleration_ground_west_by_q_south_south_east = mul_add(y_over_d0_2_ground_west,
+            d_lambda0_2_by_q_south_south_east, mul_add(y_over_d0_1_ground_west,
+            d_lambda0_1_by_q_south_south_east,
+            y_over_d0_0_ground_west * d_lambda0_0_by_q_south_south_east));
+        let held_d_acceleration_south_south_east_by_q_south_south_east =
+            mul_add(c(178921.751266151), d_imbalance_south_south_east_by_q_south_south_east,
+            mul_add(c(-7218.086290943076), d_lambda0_2_by_q_south_south_east,
+            c(12502.08322443702) * d_lambda0_1_by_q_south_south_east));
+        let held_d_acceleration_south_east_east_by_q_south_south_east =
+            mul_add(inverse_pivot_south_east_east, d_y_south_east_east_by_q_south_south_east,
+            mul_add(y_over_d0_2_south_east_east, d_lambda0_2_by_q_south_south_east,
+            mul_add(-minus_y_over_d0_0_south_east_east, d_lambda0_0_by_q_south_south_east,
+            y_over_d0_1_south_east_east * d_lambda0_1_by_q_south_south_east)));
+        let d_acceleration_ground_east_by_q_south_south_east = mul_add(inverse_pivot_ground_east,
+            d_y_ground_east_by_q_south_south_east, mul_add(y_over_d0_2_ground_east,
+            d_lambda0_2_by_q_south_south_east, mul_add(y_over_d0_1_ground_east,
+            d_lambda0_1_by_q_south_south_east,
+            y_over_d0_0_ground_east * d_lambda0_0_by_q_south_south_east)));
+        let d_acceleration_south_east_east_by_q_south_south_east =
+            mul_add(-l_south_east_east_ground_east,
+            d_acceleration_ground_east_by_q_south_south_east,
+            held_d_acceleration_south_east_east_by_q_south_south_east);
+        let d_acceleration_west_south_west_by_q_south_south_east =
+            mul_add(-l_west_south_west_ground_west,
+            d_acceleration_ground_west_by_q_south_south_east,
+            held_d_acceleration_west_south_west_by_q_south_south_east);
+        let d_acceleration_south_south_east_by_q_south_south_east =
+            mul_add(-l_south_south_east_south_east_east,
+            d_acceleration_south_east_east_by_q_south_south_east,
+            mul_add(-l_south_south_east_ground_east,
+            d_acceleration_ground_east_by_q_south_south_east,
+            held_d_acceleration_south_south_east_by_q_south_south_east));
+        let d_acceleration_south_west_south_by_q_south_south_east =
+            mul_add(-l_south_west_south_west_south_west,
+            d_acceleration_west_south_west_by_q_south_south_east,
+            mul_add(-l_south_west_south_ground_west,
+            d_acceleration_ground_west_by_q_south_south_east,
+            c(14436.01255221496) * d_lambda0_2_by_q_south_south_east));
+        let held_d_acceleration_south_south_east_by_q_west_south_west =
+            mul_add(c(-7218.086290943076), d_lambda0_2_by_q_west_south_west,
+            c(12502.08322443702) * d_lambda0_1_by_q_west_south_west);
+        let held_d_acceleration_south_east_east_by_q_west_south_west =
+            mul_add(y_over_d0_2_south_east_east, d_lambda0_2_by_q_west_south_west,
+            mul_add(-minus_y_over_d0_0_south_east_east, d_lambda0_0_by_q_west_south_west,
+            y_over_d0_1_south_east_east * d_lambda0_1_by_q_west_south_west));
+        let d_acceleration_ground_east_by_q_west_south_west = mul_add(y_over_d0_2_ground_east,
+            d_lambda0_2_by_q_west_south_west, mul_add(y_over_d0_1_ground_east,
+            d_lambda0_1_by_q_west_south_west,
+            y_over_d0_0_ground_east * d_lambda0_0_by_q_west_south_west));
+        let held_d_acceleration_south_west_south_by_q_west_south_west =
+            mul_add(c(14436.01255221496), d_lambda0_2_by_q_west_south_west,
+            c(178919.86408403947) * d_net_moment_south_ghost0_x_by_q_west_south_west);
+        let held_d_acceleration_west_south_west_by_q_west_south_west =
+            mul_add(inverse_pivot_west_south_west, d_y_west_south_west_by_q_west_south_west,
+            mul_add(y_over_d0_2_west_south_west, d_lambda0_2_by_q_west_south_west,
+            mul_add(-minus_y_over_d0_1_west_south_west, d_lambda0_1_by_q_west_south_west,
+            y_over_d0_0_west_south_west * d_lambda0_0_by_q_west_south_west)));
+        let d_acceleration_ground_west_by_q_west_south_west = mul_add(inverse_pivot_ground_west,
+            d_y_ground_west_by_q_west_south_west, mul_add(y_over_d0_2_ground_west,
+            d_lambda0_2_by_q_west_south_west, mul_add(y_over_d0_1_ground_west,
+            d_lambda0_1_by_q_west_south_west,
+            y_over_d0_0_ground_west * d_lambda0_0_by_q_west_south_west)));
+        let d_acceleration_south_east_east_by_q_west_south_west =
+            mul_add(-l_south_east_east_ground_east, d_acceleration_ground_east_by_q_west_south_west,
+            held_d_acceleration_south_east_east_by_q_west_south_west);
+        let d_acceleration_west_south_west_by_q_west_south_west =
+            mul_add(-l_west_south_west_ground_west, d_acceleration_ground_west_by_q_west_south_west,
+            held_d_acceleration_west_south_west_by_q_west_south_west);
+        let d_acceleration_south_south_east_by_q_west_south_west =
+            mul_add(-l_south_south_east_south_east_east,
+            d_acceleration_south_east_east_by_q_west_south_west,
+            mul_add(-l_south_south_east_ground_east,
+            d_acceleration_ground_east_by_q_west_south_west,
+            held_d_acceleration_south_south_east_by_q_west_south_west));
+        let d_acceleration_south_west_south_by_q_west_south_west =
+            mul_add(-l_south_west_south_west_south_west,
+            d_acceleration_west_south_west_by_q_west_south_west,
+            mul_add(-l_south_west_south_ground_west,
+            d_acceleration_ground_west_by_q_west_south_west,
+            held_d_acceleration_south_west_south_by_q_west_south_west));
+        let held_d_acceleration_west_south_west_by_q_south_east_east =
+            mul_add(y_over_d0_2_west_south_west, d_lambda0_2_by_q_south_east_east,
+            mul_add(-minus_y_over_d0_1_west_south_west, d_lambda0_1_by_q_south_east_east,
+            y_over_d0_0_west_south_west * d_lambda0_0_by_q_south_east_east));
+        let d_acceleration_ground_west_by_q_south_east_east = mul_add(y_over_d0_2_ground_west,
+            d_lambda0_2_by_q_south_east_east, mul_add(y_over_d0_1_ground_west,
+            d_lambda0_1_by_q_south_east_east,
+            y_over_d0_0_ground_west * d_lambda0_0_by_q_south_east_east));
+        let held_d_acceleration_south_south_east_by_q_south_east_east = mul_add(c(178921.751266151),
+            d_net_moment_south_x_by_q_south_east_east, mul_add(c(-7218.086290943076),
+            d_lambda0_2_by_q_south_east_east,
+            c(12502.08322443702) * d_lambda0_1_by_q_south_east_east));
+        let held_d_acceleration_south_east_east_by_q_south_east_east =
+            mul_add(inverse_pivot_south_east_east, d_y_south_east_east_by_q_south_east_east,
+            mul_add(y_over_d0_2_south_east_east, d_lambda0_2_by_q_south_east_east,
+            mul_add(-minus_y_over_d0_0_south_east_east, d_lambda0_0_by_q_south_east_east,
+            y_over_d0_1_south_east_east * d_lambda0_1_by_q_south_east_east)));
+        let d_acceleration_ground_east_by_q_south_east_east = mul_add(inverse_pivot_ground_east,
+            d_y_ground_east_by_q_south_east_east, mul_add(y_over_d0_2_ground_east,
+            d_lambda0_2_by_q_south_east_east, mul_add(y_over_d0_1_ground_east,
+            d_lambda0_1_by_q_south_east_east,
+            y_over_d0_0_ground_east * d_lambda0_0_by_q_south_east_east)));
+        let d_acceleration_south_east_east_by_q_south_east_east =
+            mul_add(-l_south_east_east_ground_east, d_acceleration_ground_east_by_q_south_east_east,
+            held_d_acceleration_south_east_east_by_q_south_east_east);
+        let d_acceleration_west_south_west_by_q_south_east_east =
+            mul_add(-l_west_south_west_ground_west, d_acceleration_ground_west_by_q_south_east_east,
+            held_d_acceleration_west_south_west_by_q_south_east_east);
+        let d_acceleration_south_south_east_by_q_south_east_east =
+            mul_add(-l_south_south_east_south_east_east,
+            d_acceleration_south_east_east_by_q_south_east_east,
+            mul_add(-l_south_south_east_ground_east,
+            d_acceleration_ground_east_by_q_south_east_east,
+            held_d_acceleration_south_south_east_by_q_south_east_east));
+        let d_acceleration_south_west_south_by_q_south_east_east =
+            mul_add(-l_south_west_south_west_south_west,
+            d_acceleration_west_south_west_by_q_south_east_east,
+            mul_add(-l_south_west_south_ground_west,
+            d_acceleration_ground_west_by_q_south_east_east,
+            c(14436.01255221496) * d_lambda0_2_by_q_south_east_east));
+        let held_d_acceleration_west_south_west_by_q_ground_east =
+            mul_add(y_over_d0_2_west_south_west, d_lambda0_2_by_q_ground_east,
+            mul_add(-minus_y_over_d0_1_west_south_west, d_lambda0_1_by_q_ground_east,
+            y_over_d0_0_west_south_west * d_lambda0_0_by_q_ground_east));
+        let d_acceleration_ground_west_by_q_ground_east = mul_add(y_over_d0_2_ground_west,
+            d_lambda0_2_by_q_ground_east, mul_add(y_over_d0_1_ground_west,
+            d_lambda0_1_by_q_ground_east, y_over_d0_0_ground_west * d_lambda0_0_by_q_ground_east));
+        let held_d_acceleration_south_south_east_by_q_ground_east = mul_add(c(-30.461461328716496),
+            d_apparent_gravity_south_z_by_q_ground_east, mul_add(c(-7218.086290943076),
+            d_lambda0_2_by_q_ground_east, c(12502.08322443702) * d_lambda0_1_by_q_ground_east));
+        let held_d_acceleration_south_east_east_by_q_ground_east =
+            mul_add(inverse_pivot_south_east_east, d_y_south_east_east_by_q_ground_east,
+            mul_add(y_over_d0_2_south_east_east, d_lambda0_2_by_q_ground_east,
+            mul_add(-minus_y_over_d0_0_south_east_east, d_lambda0_0_by_q_ground_east,
+            y_over_d0_1_south_east_east * d_lambda0_1_by_q_ground_east)));
+        let d_acceleration_ground_east_by_q_ground_east = mul_add(inverse_pivot_ground_east,
+            d_y_ground_east_by_q_ground_east, mul_add(y_over_d0_2_ground_east,
+            d_lambda0_2_by_q_ground_east, mul_add(y_over_d0_1_ground_east,
+            d_lambda0_1_by_q_ground_east, y_over_d0_0_ground_east * d_lambda0_0_by_q_ground_east)));
+        let d_acceleration_south_east_east_by_q_ground_east =
+            mul_add(-l_south_east_east_ground_east, d_acceleration_ground_east_by_q_ground_east,
+            held_d_acceleration_south_east_east_by_q_ground_east);
+        let d_acceleration_west_south_west_by_q_ground_east =
+            mul_add(-l_west_south_west_ground_west, d_acceleration_ground_west_by_q_ground_east,
+            held_d_acceleration_west_south_west_by_q_ground_east);
+        let d_acceleration_south_south_east_by_q_ground_east =
+            mul_add(-l_south_south_east_south_east_east,
+            d_acceleration_south_east_east_by_q_ground_east,
+            mul_add(-l_south_south_east_ground_east, d_acceleration_ground_east_by_q_ground_east,
+            held_d_acceleration_south_south_east_by_q_ground_east));
+        let d_acceleration_south_west_south_by_q_ground_east =
+            mul_add(-l_south_west_south_west_south_west,
+            d_acceleration_west_south_west_by_q_ground_east,
+            mul_add(-l_south_west_south_ground_west, d_acceleration_ground_west_by_q_ground_east,
+            c(14436.01255221496) * d_lambda0_2_by_q_ground_east));
+        let held_d_acceleration_south_south_east_by_q_ground_west = mul_add(c(-7218.086290943076),
+            d_lambda0_2_by_q_ground_west, c(12502.08322443702) * d_lambda0_1_by_q_ground_west);
+        let held_d_acceleration_south_east_east_by_q_ground_west =
+            mul_add(y_over_d0_2_south_east_east, d_lambda0_2_by_q_ground_west,
+            mul_add(-minus_y_over_d0_0_south_east_east, d_lambda0_0_by_q_ground_west,
+            y_over_d0_1_south_east_east * d_lambda0_1_by_q_ground_west));
+        let d_acceleration_ground_east_by_q_ground_west = mul_add(y_over_d0_2_ground_east,
+            d_lambda0_2_by_q_ground_west, mul_add(y_over_d0_1_ground_east,
+            d_lambda0_1_by_q_ground_west, y_over_d0_0_ground_east * d_lambda0_0_by_q_ground_west));
+        let held_d_acceleration_south_west_south_by_q_ground_west = mul_add(c(14436.01255221496),
+            d_lambda0_2_by_q_ground_west,
+            d_apparent_gravity_south_ghost0_z_by_q_ground_west * c(30.46137466936363));
+        let held_d_acceleration_west_south_west_by_q_ground_west =
+            mul_add(inverse_pivot_west_south_west, d_y_west_south_west_by_q_ground_west,
+            mul_add(y_over_d0_2_west_south_west, d_lambda0_2_by_q_ground_west,
+            mul_add(-minus_y_over_d0_1_west_south_west, d_lambda0_1_by_q_ground_west,
+            y_over_d0_0_west_south_west * d_lambda0_0_by_q_ground_west)));
+        let d_acceleration_ground_west_by_q_ground_west = mul_add(inverse_pivot_ground_west,
+            d_y_ground_west_by_q_ground_west, mul_add(y_over_d0_2_ground_west,
+            d_lambda0_2_by_q_ground_west, mul_add(y_over_d0_1_ground_west,
+            d_lambda0_1_by_q_ground_west, y_over_d0_0_ground_west * d_lambda0_0_by_q_ground_west)));
+        let d_acceleration_south_east_east_by_q_ground_west =
+            mul_add(-l_south_east_east_ground_east, d_acceleration_ground_east_by_q_ground_west,
+            held_d_acceleration_south_east_east_by_q_ground_west);
+        let d_acceleration_west_south_west_by_q_ground_west =
+            mul_add(-l_west_south_west_ground_west, d_acceleration_ground_west_by_q_ground_west,
+            held_d_acceleration_west_south_west_by_q_ground_west);
+        let d_acceleration_south_south_east_by_q_ground_west =
+            mul_add(-l_south_south_east_south_east_east,
+            d_acceleration_south_east_east_by_q_ground_west,
+            mul_add(-l_south_south_east_ground_east, d_acceleration_ground_east_by_q_ground_west,
+            held_d_acceleration_south_south_east_by_q_ground_west));
+        let d_acceleration_south_west_south_by_q_ground_west =
+            mul_add(-l_south_west_south_west_south_west,
+            d_acceleration_west_south_west_by_q_ground_west,
+            mul_add(-l_south_west_south_ground_west, d_acceleration_ground_west_by_q_ground_west,
+            held_d_acceleration_south_west_south_by_q_ground_west));
+        let held_d_acceleration_south_south_east_by_u_south_west_south =
+            mul_add(c(-7218.086290943076), d_lambda0_2_by_u_south_west_south,
+            c(12502.08322443702) * d_lambda0_1_by_u_south_west_south);
+        let held_d_acceleration_south_east_east_by_u_south_west_south =
+            mul_add(y_over_d0_2_south_east_east, d_lambda0_2_by_u_south_west_south,
+            mul_add(-minus_y_over_d0_0_south_east_east, d_lambda0_0_by_u_south_west_south,
+            y_over_d0_1_south_east_east * d_lambda0_1_by_u_south_west_south));
+        let d_acceleration_ground_east_by_u_south_west_south = mul_add(y_over_d0_2_ground_east,
+            d_lambda0_2_by_u_south_west_south, mul_add(y_over_d0_1_ground_east,
+            d_lambda0_1_by_u_south_west_south,
+            y_over_d0_0_ground_east * d_lambda0_0_by_u_south_west_south));
+        let held_d_acceleration_south_west_south_by_u_south_west_south =
+            mul_add(c(14436.01255221496), d_lambda0_2_by_u_south_west_south,
+            c(-0.6262195242941381));
+        let held_d_acceleration_west_south_west_by_u_south_west_south =
+            mul_add(inverse_pivot_west_south_west, d_y_west_south_west_by_u_south_west_south,
+            mul_add(y_over_d0_2_west_south_west, d_lambda0_2_by_u_south_west_south,
+            mul_add(-minus_y_over_d0_1_west_south_west, d_lambda0_1_by_u_south_west_south,
+            y_over_d0_0_west_south_west * d_lambda0_0_by_u_south_west_south)));
+        let d_acceleration_ground_west_by_u_south_west_south = mul_add(inverse_pivot_ground_west,
+            d_y_ground_west_by_u_south_west_south, mul_add(y_over_d0_2_ground_west,
+            d_lambda0_2_by_u_south_west_south, mul_add(y_over_d0_1_ground_west,
+            d_lambda0_1_by_u_south_west_south,
+            y_over_d0_0_ground_west * d_lambda0_0_by_u_south_west_south)));
+        let d_acceleration_south_east_east_by_u_south_west_south =
+            mul_add(-l_south_east_east_ground_east,
+            d_acceleration_ground_east_by_u_south_west_south,
+            held_d_acceleration_south_east_east_by_u_south_west_south);
+        let d_acceleration_west_south_west_by_u_south_west_south =
+            mul_add(-l_west_south_west_ground_west,
+            d_acceleration_ground_west_by_u_south_west_south,
+            held_d_acceleration_west_south_west_by_u_south_west_south);
+        let d_acceleration_south_south_east_by_u_south_west_south =
+            mul_add(-l_south_south_east_south_east_east,
+            d_acceleration_south_east_east_by_u_south_west_south,
+            mul_add(-l_south_south_east_ground_east,
+            d_acceleration_ground_east_by_u_south_west_south,
+            held_d_acceleration_south_south_east_by_u_south_west_south));
+        let d_acceleration_south_west_south_by_u_south_west_south =
+            mul_add(-l_south_west_south_west_south_west,
+            d_acceleration_west_south_west_by_u_south_west_south,
+            mul_add(-l_south_west_south_ground_west,
+            d_acceleration_ground_west_by_u_south_west_south,
+            held_d_acceleration_south_west_south_by_u_south_west_south));
+        let held_d_acceleration_west_south_west_by_u_south_south_east =
+            mul_add(y_over_d0_2_west_south_west, d_lambda0_2_by_u_south_south_east,
+            mul_add(-minus_y_over_d0_1_west_south_west, d_lambda0_1_by_u_south_south_east,
+            y_over_d0_0_west_south_west * d_lambda0_0_by_u_south_south_east));
+        let d_acceleration_ground_west_by_u_south_south_east = mul_add(y_over_d0_2_ground_west,
+            d_lambda0_2_by_u_south_south_east, mul_add(y_over_d0_1_ground_west,
+            d_lambda0_1_by_u_south_south_east,
+            y_over_d0_0_ground_west * d_lambda0_0_by_u_south_south_east));
+        let held_d_acceleration_south_south_east_by_u_south_south_east = c(-0.6262261294315284)
+            + mul_add(c(-7218.086290943076), d_lambda0_2_by_u_south_south_east,
+            c(12502.08322443702) * d_lambda0_1_by_u_south_south_east);
+        let held_d_acceleration_south_east_east_by_u_south_south_east =
+            mul_add(inverse_pivot_south_east_east, d_y_south_east_east_by_u_south_south_east,
+            mul_add(y_over_d0_2_south_east_east, d_lambda0_2_by_u_south_south_east,
+            mul_add(-minus_y_over_d0_0_south_east_east, d_lambda0_0_by_u_south_south_east,
+            y_over_d0_1_south_east_east * d_lambda0_1_by_u_south_south_east)));
+        let d_acceleration_ground_east_by_u_south_south_east = mul_add(inverse_pivot_ground_east,
+            d_y_ground_east_by_u_south_south_east, mul_add(y_over_d0_2_ground_east,
+            d_lambda0_2_by_u_south_south_east, mul_add(y_over_d0_1_ground_east,
+            d_lambda0_1_by_u_south_south_east,
+            y_over_d0_0_ground_east * d_lambda0_0_by_u_south_south_east)));
+        let d_acceleration_south_east_east_by_u_south_south_east =
+            mul_add(-l_south_east_east_ground_east,
+            d_acceleration_ground_east_by_u_south_south_east,
+            held_d_acceleration_south_east_east_by_u_south_south_east);
+        let d_acceleration_west_south_west_by_u_south_south_east =
+            mul_add(-l_west_south_west_ground_west,
+            d_acceleration_ground_west_by_u_south_south_east,
+            held_d_acceleration_west_south_west_by_u_south_south_east);
+        let d_acceleration_south_south_east_by_u_south_south_east =
+            mul_add(-l_south_south_east_south_east_east,
+            d_acceleration_south_east_east_by_u_south_south_east,
+            mul_add(-l_south_south_east_ground_east,
+            d_acceleration_ground_east_by_u_south_south_east,
+            held_d_acceleration_south_south_east_by_u_south_south_east));
+        let d_acceleration_south_west_south_by_u_south_south_east =
+            mul_add(-l_south_west_south_west_south_west,
+            d_acceleration_west_south_west_by_u_south_south_east,
+            mul_add(-l_south_west_south_ground_west,
+            d_acceleration_ground_west_by_u_south_south_east,
+            c(14436.01255221496) * d_lambda0_2_by_u_south_south_east));
+        let held_d_acceleration_south_south_east_by_u_west_south_west =
+            mul_add(c(-7218.086290943076), d_lambda0_2_by_u_west_south_west,
+            c(12502.08322443702) * d_lambda0_1_by_u_west_south_west);
+        let held_d_acceleration_south_east_east_by_u_west_south_west =
+            mul_add(y_over_d0_2_south_east_east, d_lambda0_2_by_u_west_south_west,
+            mul_add(-minus_y_over_d0_0_south_east_east, d_lambda0_0_by_u_west_south_west,
+            y_over_d0_1_south_east_east * d_lambda0_1_by_u_west_south_west));
+        let d_acceleration_ground_east_by_u_west_south_west = mul_add(y_over_d0_2_ground_east,
+            d_lambda0_2_by_u_west_south_west, mul_add(y_over_d0_1_ground_east,
+            d_lambda0_1_by_u_west_south_west,
+            y_over_d0_0_ground_east * d_lambda0_0_by_u_west_south_west));
+        let held_d_acceleration_south_west_south_by_u_west_south_west =
+            mul_add(c(14436.01255221496), d_lambda0_2_by_u_west_south_west,
+            minus_d_net_moment_south_ghost0_x_by_u_west_south_west * c(-178919.86408403947));
+        let held_d_acceleration_west_south_west_by_u_west_south_west =
+            mul_add(inverse_pivot_west_south_west, d_y_west_south_west_by_u_west_south_west,
+            mul_add(y_over_d0_2_west_south_west, d_lambda0_2_by_u_west_south_west,
+            mul_add(-minus_y_over_d0_1_west_south_west, d_lambda0_1_by_u_west_south_west,
+            y_over_d0_0_west_south_west * d_lambda0_0_by_u_west_south_west)));
+        let d_acceleration_ground_west_by_u_west_south_west = mul_add(inverse_pivot_ground_west,
+            d_y_ground_west_by_u_west_south_west, mul_add(y_over_d0_2_ground_west,
+            d_lambda0_2_by_u_west_south_west, mul_add(y_over_d0_1_ground_west,
+            d_lambda0_1_by_u_west_south_west,
+            y_over_d0_0_ground_west * d_lambda0_0_by_u_west_south_west)));
+        let d_acceleration_south_east_east_by_u_west_south_west =
+            mul_add(-l_south_east_east_ground_east, d_acceleration_ground_east_by_u_west_south_west,
+            held_d_acceleration_south_east_east_by_u_west_south_west);
+        let d_acceleration_west_south_west_by_u_west_south_west =
+            mul_add(-l_west_south_west_ground_west, d_acceleration_ground_west_by_u_west_south_west,
+            held_d_acceleration_west_south_west_by_u_west_south_west);
+        let d_acceleration_south_south_east_by_u_west_south_west =
+            mul_add(-l_south_south_east_south_east_east,
+            d_acceleration_south_east_east_by_u_west_south_west,
+            mul_add(-l_south_south_east_ground_east,
+            d_acceleration_ground_east_by_u_west_south_west,
+            held_d_acceleration_south_south_east_by_u_west_south_west));
+        let d_acceleration_south_west_south_by_u_west_south_west =
+            mul_add(-l_south_west_south_west_south_west,
+            d_acceleration_west_south_west_by_u_west_south_west,
+            mul_add(-l_south_west_south_ground_west,
+            d_acceleration_ground_west_by_u_west_south_west,
+            held_d_acceleration_south_west_south_by_u_west_south_west));
+        let held_d_acceleration_west_south_west_by_u_south_east_east =
+            mul_add(y_over_d0_2_west_south_west, d_lambda0_2_by_u_south_east_east,
+            mul_add(-minus_y_over_d0_1_west_south_west, d_lambda0_1_by_u_south_east_east,
+            y_over_d0_0_west_south_west * d_lambda0_0_by_u_south_east_east));
+        let d_acceleration_ground_west_by_u_south_east_east = mul_add(y_over_d0_2_ground_west,
+            d_lambda0_2_by_u_south_east_east, mul_add(y_over_d0_1_ground_west,
+            d_lambda0_1_by_u_south_east_east,
+            y_over_d0_0_ground_west * d_lambda0_0_by_u_south_east_east));
+        let held_d_acceleration_south_south_east_by_u_south_east_east =
+            mul_add(c(-178921.751266151), minus_d_net_moment_south_x_by_u_south_east_east,
+            mul_add(c(-7218.086290943076), d_lambda0_2_by_u_south_east_east,
+            c(12502.08322443702) * d_lambda0_1_by_u_south_east_east));
+        let held_d_acceleration_south_east_east_by_u_south_east_east =
+            mul_add(inverse_pivot_south_east_east, d_y_south_east_east_by_u_south_east_east,
+            mul_add(y_over_d0_2_south_east_east, d_lambda0_2_by_u_south_east_east,
+            mul_add(-minus_y_over_d0_0_south_east_east, d_lambda0_0_by_u_south_east_east,
+            y_over_d0_1_south_east_east * d_lambda0_1_by_u_south_east_east)));
+        let d_acceleration_ground_east_by_u_south_east_east = mul_add(inverse_pivot_ground_east,
+            d_y_ground_east_by_u_south_east_east, mul_add(y_over_d0_2_ground_east,
+            d_lambda0_2_by_u_south_east_east, mul_add(y_over_d0_1_ground_east,
+            d_lambda0_1_by_u_south_east_east,
+            y_over_d0_0_ground_east * d_lambda0_0_by_u_south_east_east)));
+        let d_acceleration_south_east_east_by_u_south_east_east =
+            mul_add(-l_south_east_east_ground_east, d_acceleration_ground_east_by_u_south_east_east,
+            held_d_acceleration_south_east_east_by_u_south_east_east);
+        let d_acceleration_west_south_west_by_u_south_east_east =
+            mul_add(-l_west_south_west_ground_west, d_acceleration_ground_west_by_u_south_east_east,
+            held_d_acceleration_west_south_west_by_u_south_east_east);
+        let d_acceleration_south_south_east_by_u_south_east_east =
+            mul_add(-l_south_south_east_south_east_east,
+            d_acceleration_south_east_east_by_u_south_east_east,
+            mul_add(-l_south_south_east_ground_east,
+            d_acceleration_ground_east_by_u_south_east_east,
+            held_d_acceleration_south_south_east_by_u_south_east_east));
+        let d_acceleration_south_west_south_by_u_south_east_east =
+            mul_add(-l_south_west_south_west_south_west,
+            d_acceleration_west_south_west_by_u_south_east_east,
+            mul_add(-l_south_west_south_ground_west,
+            d_acceleration_ground_west_by_u_south_east_east,
+            c(14436.01255221496) * d_lambda0_2_by_u_south_east_east));
+        let held_d_acceleration_west_south_west_by_u_ground_east =
+            mul_add(y_over_d0_2_west_south_west, d_lambda0_2_by_u_ground_east,
+            mul_add(-minus_y_over_d0_1_west_south_west, d_lambda0_1_by_u_ground_east,
+            y_over_d0_0_west_south_west * d_lambda0_0_by_u_ground_east));
+        let d_acceleration_ground_west_by_u_ground_east = mul_add(y_over_d0_2_ground_west,
+            d_lambda0_2_by_u_ground_east, mul_add(y_over_d0_1_ground_west,
+            d_lambda0_1_by_u_ground_east, y_over_d0_0_ground_west * d_lambda0_0_by_u_ground_east));
+        let held_d_acceleration_south_south_east_by_u_ground_east = mul_add(c(-178921.751266151),
+            minus_d_net_moment_south_x_by_u_ground_east, mul_add(c(-7218.086290943076),
+            d_lambda0_2_by_u_ground_east, c(12502.08322443702) * d_lambda0_1_by_u_ground_east));
+        let held_d_acceleration_south_east_east_by_u_ground_east =
+            mul_add(inverse_pivot_south_east_east, d_y_south_east_east_by_u_ground_east,
+            mul_add(y_over_d0_2_south_east_east, d_lambda0_2_by_u_ground_east,
+            mul_add(-minus_y_over_d0_0_south_east_east, d_lambda0_0_by_u_ground_east,
+            y_over_d0_1_south_east_east * d_lambda0_1_by_u_ground_east)));
+        let d_acceleration_ground_east_by_u_ground_east = mul_add(inverse_pivot_ground_east,
+            d_y_ground_east_by_u_ground_east, mul_add(y_over_d0_2_ground_east,
+            d_lambda0_2_by_u_ground_east, mul_add(y_over_d0_1_ground_east,
+            d_lambda0_1_by_u_ground_east, y_over_d0_0_ground_east * d_lambda0_0_by_u_ground_east)));
+        let d_acceleration_south_east_east_by_u_ground_east =
+            mul_add(-l_south_east_east_ground_east, d_acceleration_ground_east_by_u_ground_east,
+            held_d_acceleration_south_east_east_by_u_ground_east);
+        let d_acceleration_west_south_west_by_u_ground_east =
+            mul_add(-l_west_south_west_ground_west, d_acceleration_ground_west_by_u_ground_east,
+            held_d_acceleration_west_south_west_by_u_ground_east);
+        let d_acceleration_south_south_east_by_u_ground_east =
+            mul_add(-l_south_south_east_south_east_east,
+            d_acceleration_south_east_east_by_u_ground_east,
+            mul_add(-l_south_south_east_ground_east, d_acceleration_ground_east_by_u_ground_east,
+            held_d_acceleration_south_south_east_by_u_ground_east));
+        let d_acceleration_south_west_south_by_u_ground_east =
+            mul_add(-l_south_west_south_west_south_west,
+            d_acceleration_west_south_west_by_u_ground_east,
+            mul_add(-l_south_west_south_ground_west, d_acceleration_ground_west_by_u_ground_east,
+            c(14436.01255221496) * d_lambda0_2_by_u_ground_east));
+        let held_d_acceleration_south_south_east_by_u_ground_west = mul_add(c(-7218.086290943076),
+            d_lambda0_2_by_u_ground_west, c(12502.08322443702) * d_lambda0_1_by_u_ground_west);
+        let held_d_acceleration_south_east_east_by_u_ground_west =
+            mul_add(y_over_d0_2_south_east_east, d_lambda0_2_by_u_ground_west,
+            mul_add(-minus_y_over_d0_0_south_east_east, d_lambda0_0_by_u_ground_west,
+            y_over_d0_1_south_east_east * d_lambda0_1_by_u_ground_west));
+        let d_acceleration_ground_east_by_u_ground_west = mul_add(y_over_d0_2_ground_east,
+            d_lambda0_2_by_u_ground_west, mul_add(y_over_d0_1_ground_east,
+            d_lambda0_1_by_u_ground_west, y_over_d0_0_ground_east * d_lambda0_0_by_u_ground_west));
+        let held_d_acceleration_south_west_south_by_u_ground_west = mul_add(c(14436.01255221496),
+            d_lambda0_2_by_u_ground_west,
+            c(-178919.86408403947) * minus_d_net_moment_south_ghost0_x_by_u_ground_west);
+        let held_d_acceleration_west_south_west_by_u_ground_west =
+            mul_add(inverse_pivot_west_south_west, d_y_west_south_west_by_u_ground_west,
+            mul_add(y_over_d0_2_west_south_west, d_lambda0_2_by_u_ground_west,
+            mul_add(-minus_y_over_d0_1_west_south_west, d_lambda0_1_by_u_ground_west,
+            y_over_d0_0_west_south_west * d_lambda0_0_by_u_ground_west)));
+        let d_acceleration_ground_west_by_u_ground_west = mul_add(inverse_pivot_ground_west,
+            d_y_ground_west_by_u_ground_west, mul_add(y_over_d0_2_ground_west,
+            d_lambda0_2_by_u_ground_west, mul_add(y_over_d0_1_ground_west,
+            d_lambda0_1_by_u_ground_west, y_over_d0_0_ground_west * d_lambda0_0_by_u_ground_west)));
+        let d_acceleration_south_east_east_by_u_ground_west =
+            mul_add(-l_south_east_east_ground_east, d_acceleration_ground_east_by_u_ground_west,
+            held_d_acceleration_south_east_east_by_u_ground_west);
+        let d_acceleration_west_south_west_by_u_ground_west =
+            mul_add(-l_west_south_west_ground_west, d_acceleration_ground_west_by_u_ground_west,
+            held_d_acceleration_west_south_west_by_u_ground_west);
+        let d_acceleration_south_south_east_by_u_ground_west =
+            mul_add(-l_south_south_east_south_east_east,
+            d_acceleration_south_east_east_by_u_ground_west,
+            mul_add(-l_south_south_east_ground_east, d_acceleration_ground_east_by_u_ground_west,
+            held_d_acceleration_south_south_east_by_u_ground_west));
+        let d_acceleration_south_west_south_by_u_ground_west =
+            mul_add(-l_south_west_south_west_south_west,
+            d_acceleration_west_south_west_by_u_ground_west,
+            mul_add(-l_south_west_south_ground_west, d_acceleration_ground_west_by_u_ground_west,
+            held_d_acceleration_south_west_south_by_u_ground_west));
+        acceleration[0] = acceleration_south_west_south;
+        acceleration[1] = acceleration_south_south_east;
+        acceleration[2] = acceleration_west_south_west;
+        acceleration[3] = acceleration_south_east_east;
+        acceleration[4] = acceleration_ground_east;
+        acceleration[5] = acceleration_ground_west;
+        dq[0] = d_acceleration_south_west_south_by_q_south_west_south;
+        dq[1] = d_acceleration_south_west_south_by_q_south_south_east;
+        dq[2] = d_acceleration_south_west_south_by_q_west_south_west;
+        dq[3] = d_acceleration_south_west_south_by_q_south_east_east;
+        dq[4] = d_acceleration_south_west_south_by_q_ground_east;
+        dq[5] = d_acceleration_south_west_south_by_q_ground_west;
+        dq[6] = d_acceleration_south_south_east_by_q_south_west_south;
+        dq[7] = d_acceleration_south_south_east_by_q_south_south_east;
+        dq[8] = d_acceleration_south_south_east_by_q_west_south_west;
+        dq[9] = d_acceleration_south_south_east_by_q_south_east_east;
+        dq[10] = d_acceleration_south_south_east_by_q_ground_east;
+        dq[11] = d_acceleration_south_south_east_by_q_ground_west;
+        dq[12] = d_acceleration_west_south_west_by_q_south_west_south;
+        dq[13] = d_acceleration_west_south_west_by_q_south_south_east;
+        dq[14] = d_acceleration_west_south_west_by_q_west_south_west;
+        dq[15] = d_acceleration_west_south_west_by_q_south_east_east;
+        dq[16] = d_acceleration_west_south_west_by_q_ground_east;
+        dq[17] = d_acceleration_west_south_west_by_q_ground_west;
+        dq[18] = d_acceleration_south_east_east_by_q_south_west_south;
+        dq[19] = d_acceleration_south_east_east_by_q_south_south_east;
+        dq[20] = d_acceleration_south_east_east_by_q_west_south_west;
+        dq[21] = d_acceleration_south_east_east_by_q_south_east_east;
+        dq[22] = d_acceleration_south_east_east_by_q_ground_east;
+        dq[23] = d_acceleration_south_east_east_by_q_ground_west;
+        dq[24] = d_acceleration_ground_east_by_q_south_west_south;
+        dq[25] = d_acceleration_ground_east_by_q_south_south_east;
+        dq[26] = d_acceleration_ground_east_by_q_west_south_west;
+        dq[27] = d_acceleration_ground_east_by_q_south_east_east;
+        dq[28] = d_acceleration_ground_east_by_q_ground_east;
+        dq[29] = d_acceleration_ground_east_by_q_ground_west;
+        dq[30] = d_acceleration_ground_west_by_q_south_west_south;
+        dq[31] = d_acceleration_ground_west_by_q_south_south_east;
+        dq[32] = d_acceleration_ground_west_by_q_west_south_west;
+        dq[33] = d_acceleration_ground_west_by_q_south_east_east;
+        dq[34] = d_acceleration_ground_west_by_q_ground_east;
+        dq[35] = d_acceleration_ground_west_by_q_ground_west;
+        du[0] = d_acceleration_south_west_south_by_u_south_west_south;
+        du[1] = d_acceleration_south_west_south_by_u_south_south_east;
+        du[2] = d_acceleration_south_west_south_by_u_west_south_west;
+        du[3] = d_acceleration_south_west_south_by_u_south_east_east;
+        du[4] = d_acceleration_south_west_south_by_u_ground_east;
+        du[5] = d_acceleration_south_west_south_by_u_ground_west;
+        du[6] = d_acceleration_south_south_east_by_u_south_west_south;
+        du[7] = d_acceleration_south_south_east_by_u_south_south_east;
+        du[8] = d_acceleration_south_south_east_by_u_west_south_west;
+        du[9] = d_acceleration_south_south_east_by_u_south_east_east;
+        du[10] = d_acceleration_south_south_east_by_u_ground_east;
+        du[11] = d_acceleration_south_south_east_by_u_ground_west;
+        du[12] = d_acceleration_west_south_west_by_u_south_west_south;
+        du[13] = d_acceleration_west_south_west_by_u_south_south_east;
+        du[14] = d_acceleration_west_south_west_by_u_west_south_west;
+        du[15] = d_acceleration_west_south_west_by_u_south_east_east;
+        du[16] = d_acceleration_west_south_west_by_u_ground_east;
+        du[17] = d_acceleration_west_south_west_by_u_ground_west;
+        du[18] = d_acceleration_south_east_east_by_u_south_west_south;
+        du[19] = d_acceleration_south_east_east_by_u_south_south_east;
+        du[20] = d_acceleration_south_east_east_by_u_west_south_west;
+        du[21] = d_acceleration_south_east_east_by_u_south_east_east;
+        du[22] = d_acceleration_south_east_east_by_u_ground_east;
+        du[23] = d_acceleration_south_east_east_by_u_ground_west;
+        du[24] = d_acceleration_ground_east_by_u_south_west_south;
+        du[25] = d_acceleration_ground_east_by_u_south_south_east;
+        du[26] = d_acceleration_ground_east_by_u_west_south_west;
+        du[27] = d_acceleration_ground_east_by_u_south_east_east;
+        du[28] = d_acceleration_ground_east_by_u_ground_east;
+        du[29] = d_acceleration_ground_east_by_u_ground_west;
+        du[30] = d_acceleration_ground_west_by_u_south_west_south;
+        du[31] = d_acceleration_ground_west_by_u_south_south_east;
+        du[32] = d_acceleration_ground_west_by_u_west_south_west;
+        du[33] = d_acceleration_ground_west_by_u_south_east_east;
+        du[34] = d_acceleration_ground_west_by_u_ground_east;
+        du[35] = d_acceleration_ground_west_by_u_ground_west;
         dt[0] = c(0.0);
         dt[1] = c(0.0);
         dt[2] = c(0.0);
@@ -5563,8 +6367,8 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
         margin[0] = S::min(S::min(S::min(S::min(c(178919.86408403947),
             inverse_pivot_west_south_west), inverse_pivot_south_east_east),
             inverse_pivot_ground_east), inverse_pivot_ground_west);
-        margin[1] = S::min(part_37, S::min(S::min(part_23, part_25),
-            part_27) * c(100.0)) / (mul_add(part_27, part_34, part_36) * part_37);
+        margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1),
+            s_loop0_2_2) * c(100.0)) / (bound_of_trace_of_inverse_s * trace_of_s);
         ::lamc_runtime::Margin {
             inverse_pivot: margin[0],
             conditioning: margin[1],

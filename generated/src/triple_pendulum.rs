@@ -15,17 +15,17 @@
 // Mobility: 3
 //
 // Cost of one evaluation:
-//   equations: 86 operations: 43 add, 40 mul, 0 div, 3 sin_cos, 0 other
+//   equations: 73 operations: 35 add, 35 mul, 0 div, 3 sin_cos, 0 other
 //   closure: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
-//   poses: 44 operations: 23 add, 18 mul, 0 div, 3 sin_cos, 0 other
+//   poses: 43 operations: 22 add, 18 mul, 0 div, 3 sin_cos, 0 other
 //   points: 21 operations: 10 add, 8 mul, 0 div, 3 sin_cos, 0 other
 //   energy: 72 operations: 27 add, 42 mul, 0 div, 3 sin_cos, 0 other
 //   drives: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
-//   reactions: 134 operations: 71 add, 60 mul, 0 div, 3 sin_cos, 0 other
-//   tangent: 118 operations: 54 add, 61 mul, 0 div, 3 sin_cos, 0 other
-//   acceleration: 105 operations: 47 add, 51 mul, 2 div, 3 sin_cos, 2 other
+//   reactions: 121 operations: 61 add, 57 mul, 0 div, 3 sin_cos, 0 other
+//   tangent: 113 operations: 47 add, 63 mul, 0 div, 3 sin_cos, 0 other
+//   acceleration: 103 operations: 45 add, 51 mul, 2 div, 3 sin_cos, 2 other
 //   projection: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
-//   jacobian: 297 operations: 142 add, 148 mul, 2 div, 3 sin_cos, 2 other
+//   jacobian: 294 operations: 135 add, 152 mul, 2 div, 3 sin_cos, 2 other
 
 /// Coordinates: one angle per joint.
 pub const N: usize = 3;
@@ -183,21 +183,15 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_lower_xx = omega_lower_x * omega_lower_x;
         // upper: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_upper_y = -sin_shoulder * c(9.81);
-        let upper_part = cos_shoulder * c(9.81);
+        let minus_apparent_gravity_upper_z = cos_shoulder * c(9.81);
         // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_middle_y = mul_add(-u[0], u[0], apparent_gravity_upper_y);
+        let apparent_gravity_in_parent_middle_y = mul_add(-u[0], u[0], sin_shoulder * c(-9.81));
         let apparent_gravity_middle_z = mul_add(-sin_elbow, apparent_gravity_in_parent_middle_y,
-            -cos_elbow * upper_part);
-        // middle: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_force_middle_y = -omega_middle_xx * c(1.4999836);
-        // lower: composite inertia: m, h, S of all beyond the hinge
-        let composite_second_moment_joint_deviator_lower = sin_wrist * c(0.25000082733333334);
-        let composite_second_moment_joint_deviator_sin_lower =
-            sin_wrist * composite_second_moment_joint_deviator_lower;
+            -cos_elbow * minus_apparent_gravity_upper_z);
         // lower: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let apparent_gravity_in_parent_lower_y = mul_add(cos_elbow,
-            apparent_gravity_in_parent_middle_y, -mul_add(sin_elbow, upper_part, omega_middle_xx));
+            apparent_gravity_in_parent_middle_y, -mul_add(sin_elbow, minus_apparent_gravity_upper_z,
+            omega_middle_xx));
         let apparent_gravity_lower_z = mul_add(cos_wrist, apparent_gravity_middle_z,
             sin_wrist * apparent_gravity_in_parent_lower_y);
         // lower: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
@@ -205,55 +199,47 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let bias_moment_lower_x = apparent_gravity_lower_z * c(0.4999999999599003);
         // lower: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_force_in_parent_lower_z = sin_wrist * bias_force_lower_y;
+        let generalized_force_wrist = bias_moment_lower_x - mul_add(c(10.0), u[2], q[2] * c(100.0));
         // middle: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let subtree_force_middle_y = mul_add(-cos_wrist, bias_force_lower_y, bias_force_middle_y);
+        let subtree_force_middle_y = mul_add(-cos_wrist, bias_force_lower_y,
+            omega_middle_xx * c(-1.4999836));
         let subtree_moment_middle_x = -bias_moment_lower_x - mul_add(c(1.4999836),
             apparent_gravity_middle_z, subtree_force_in_parent_lower_z);
+        let generalized_force_elbow = subtree_moment_middle_x - mul_add(c(10.0), u[1],
+            q[1] * c(100.0));
         // upper: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let generalized_force_shoulder = subtree_moment_middle_x - mul_add(sin_elbow,
             subtree_force_middle_y, mul_add(cos_elbow, subtree_force_in_parent_lower_z,
             mul_add(c(-24.524678232), cos_shoulder, mul_add(c(10.0), u[0], q[0] * c(100.0)))));
-        // middle: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let generalized_force_elbow = subtree_moment_middle_x - mul_add(c(10.0), u[1],
-            q[1] * c(100.0));
-        // lower: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let generalized_force_wrist = bias_moment_lower_x - mul_add(c(10.0), u[2], q[2] * c(100.0));
         // lower: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let composite_first_moment_in_parent_lower_z = sin_wrist * c(0.4999999999599003);
-        let inertia_wrist_force_on_hinge_lower_y = -composite_first_moment_in_parent_lower_z;
+        let minus_inertia_wrist_force_on_hinge_lower_y = sin_wrist * c(0.4999999999599003);
         let inertia_wrist_force_in_parent_lower_z = cos_wrist * c(0.4999999999599003);
         let inertia_wrist_moment_in_parent_lower_x = -inertia_wrist_force_in_parent_lower_z
             - c(0.4166658393333334);
-        // middle: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let middle_part = sin_elbow * composite_first_moment_in_parent_lower_z;
-        let inertia_wrist_moment_in_parent_middle_x = inertia_wrist_moment_in_parent_lower_x
-            - mul_add(cos_elbow, inertia_wrist_force_in_parent_lower_z, middle_part);
+        // lower: composite inertia: m, h, S of all beyond the hinge
+        let composite_second_moment_joint_deviator_lower = sin_wrist * c(0.25000082733333334);
+        let composite_second_moment_joint_deviator_sin_lower =
+            sin_wrist * composite_second_moment_joint_deviator_lower;
         // middle: composite inertia: m, h, S of all beyond the hinge
         let composite_first_moment_middle_y = c(-1.4999836) - inertia_wrist_force_in_parent_lower_z;
         let composite_second_moment_middle_yy = mul_add(c(0.9999999999198006), cos_wrist,
             c(1.6666502667468661)) - composite_second_moment_joint_deviator_sin_lower;
-        let composite_second_moment_middle_yz = mul_add(-cos_wrist,
-            composite_second_moment_joint_deviator_lower, inertia_wrist_force_on_hinge_lower_y);
         let composite_second_moment_middle_zz = composite_second_moment_joint_deviator_sin_lower
             + c(0.1666641846666667);
         // middle: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
+        let middle_product = sin_elbow * minus_inertia_wrist_force_on_hinge_lower_y;
+        let inertia_wrist_moment_in_parent_middle_x = inertia_wrist_moment_in_parent_lower_x
+            - mul_add(cos_elbow, inertia_wrist_force_in_parent_lower_z, middle_product);
         let mass_elbow_elbow = composite_second_moment_middle_yy
             + composite_second_moment_middle_zz;
         let inertia_elbow_force_in_parent_middle_z = mul_add(cos_elbow,
-            composite_first_moment_middle_y, -middle_part);
+            composite_first_moment_middle_y, -middle_product);
         let inertia_elbow_moment_in_parent_middle_x = mass_elbow_elbow
             - inertia_elbow_force_in_parent_middle_z;
-        // middle: composite inertia: m, h, S of all beyond the hinge
-        let composite_second_moment_joint_deviator_middle =
-            mul_add(composite_second_moment_middle_yz, cos_elbow * c(2.0),
-            sin_elbow * (composite_second_moment_middle_yy - composite_second_moment_middle_zz));
-        let composite_second_moment_joint_deviator_sin_middle =
-            sin_elbow * composite_second_moment_joint_deviator_middle;
         // upper: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let mass_shoulder_shoulder = composite_second_moment_joint_deviator_sin_middle
-            + mul_add(c(-2.0), inertia_elbow_force_in_parent_middle_z,
+        let mass_shoulder_shoulder = mul_add(c(-2.0), inertia_elbow_force_in_parent_middle_z,
             composite_second_moment_middle_zz + (composite_second_moment_middle_yy
-            + c(2.4166322120801995))) - composite_second_moment_joint_deviator_sin_middle;
+            + c(2.4166322120801995)));
         mass[0] = mass_shoulder_shoulder;
         mass[1] = inertia_elbow_moment_in_parent_middle_x;
         mass[2] = inertia_wrist_moment_in_parent_middle_x;
@@ -279,19 +265,19 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
             (sin_wrist, cos_wrist),
         ] = S::sin_cos_all([q[0], q[1], q[2]]);
         // middle: placement: A = A_parent R, p = p_parent + A_parent r
-        let middle_part = sin_shoulder * sin_elbow;
-        let middle_part_2 = cos_shoulder * cos_elbow;
-        let axis_y_middle_x = middle_part - middle_part_2;
+        let sin_shoulder_times_sin_elbow = sin_shoulder * sin_elbow;
+        let cos_shoulder_times_cos_elbow = cos_shoulder * cos_elbow;
+        let axis_y_middle_x = sin_shoulder_times_sin_elbow - cos_shoulder_times_cos_elbow;
         let axis_y_middle_z = mul_add(cos_shoulder, sin_elbow, sin_shoulder * cos_elbow);
-        let axis_z_middle_z = middle_part_2 - middle_part;
+        let axis_z_middle_z = cos_shoulder_times_cos_elbow - sin_shoulder_times_sin_elbow;
         let origin_middle_z = c(0.5) - sin_shoulder;
         // lower: placement: A = A_parent R, p = p_parent + A_parent r
-        let lower_part = sin_wrist * axis_y_middle_z;
-        let axis_y_lower_x = mul_add(-cos_wrist, axis_y_middle_x, lower_part);
-        let lower_part_2 = cos_wrist * axis_y_middle_z;
-        let axis_y_lower_z = mul_add(sin_wrist, axis_z_middle_z, -lower_part_2);
-        let axis_z_lower_x = mul_add(sin_wrist, axis_y_middle_x, lower_part_2);
-        let axis_z_lower_z = mul_add(cos_wrist, axis_z_middle_z, lower_part);
+        let sin_wrist_times_axis_y_middle_z = sin_wrist * axis_y_middle_z;
+        let axis_y_lower_x = mul_add(-cos_wrist, axis_y_middle_x, sin_wrist_times_axis_y_middle_z);
+        let cos_wrist_times_axis_y_middle_z = cos_wrist * axis_y_middle_z;
+        let axis_y_lower_z = mul_add(sin_wrist, axis_z_middle_z, -cos_wrist_times_axis_y_middle_z);
+        let axis_z_lower_x = mul_add(sin_wrist, axis_y_middle_x, cos_wrist_times_axis_y_middle_z);
+        let axis_z_lower_z = mul_add(cos_wrist, axis_z_middle_z, sin_wrist_times_axis_y_middle_z);
         poses[0] = c(1.0);
         poses[1] = c(0.0);
         poses[2] = c(0.0);
@@ -313,7 +299,7 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         poses[18] = -sin_shoulder;
         poses[19] = c(0.0);
         poses[20] = cos_shoulder;
-        poses[21] = -sin_shoulder * c(0.5);
+        poses[21] = sin_shoulder * c(-0.5);
         poses[22] = c(0.0);
         poses[23] = mul_add(c(-0.5), cos_shoulder, c(0.5));
         poses[24] = -axis_y_middle_x;
@@ -354,11 +340,11 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
             (sin_wrist, cos_wrist),
         ] = S::sin_cos_all([q[0], q[1], q[2]]);
         // middle: placement: A = A_parent R, p = p_parent + A_parent r
-        let middle_part = sin_shoulder * sin_elbow;
-        let middle_part_2 = cos_shoulder * cos_elbow;
-        let axis_y_middle_x = middle_part - middle_part_2;
+        let sin_shoulder_times_sin_elbow = sin_shoulder * sin_elbow;
+        let cos_shoulder_times_cos_elbow = cos_shoulder * cos_elbow;
+        let axis_y_middle_x = sin_shoulder_times_sin_elbow - cos_shoulder_times_cos_elbow;
         let axis_y_middle_z = mul_add(cos_shoulder, sin_elbow, sin_shoulder * cos_elbow);
-        let axis_z_middle_z = middle_part_2 - middle_part;
+        let axis_z_middle_z = cos_shoulder_times_cos_elbow - sin_shoulder_times_sin_elbow;
         points[0] = cos_shoulder - axis_y_middle_x + mul_add(-cos_wrist, axis_y_middle_x,
             sin_wrist * axis_y_middle_z);
         points[1] = c(0.0);
@@ -383,9 +369,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         // middle: angular velocity: w = R^T w_parent + u e_x
         let omega_middle_x = u[0] + u[1];
         // middle: velocity: v = R^T (v_parent + w_parent x r)
-        let middle_part = sin_elbow * u[0];
-        let middle_part_2 = cos_elbow * u[0];
-        let velocity_middle_z = -middle_part_2;
+        let minus_velocity_middle_y = sin_elbow * u[0];
+        let minus_velocity_middle_z = cos_elbow * u[0];
         // middle: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_middle_z = mul_add(cos_shoulder, sin_elbow, sin_shoulder * cos_elbow);
         let axis_z_middle_z = mul_add(-sin_shoulder, sin_elbow, cos_shoulder * cos_elbow);
@@ -393,28 +378,31 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         // lower: angular velocity: w = R^T w_parent + u e_x
         let omega_lower_x = u[2] - omega_middle_x;
         // lower: velocity: v = R^T (v_parent + w_parent x r)
-        let lower_part = velocity_middle_z - omega_middle_x;
-        let velocity_lower_y = mul_add(cos_wrist, middle_part, sin_wrist * lower_part);
-        let velocity_lower_z = mul_add(-sin_wrist, middle_part, cos_wrist * lower_part);
+        let velocity_middle_z_minus_omega_middle_x = -minus_velocity_middle_z - omega_middle_x;
+        let velocity_lower_y = mul_add(cos_wrist, minus_velocity_middle_y,
+            sin_wrist * velocity_middle_z_minus_omega_middle_x);
+        let velocity_lower_z = mul_add(-sin_wrist, minus_velocity_middle_y,
+            cos_wrist * velocity_middle_z_minus_omega_middle_x);
         // lower: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_lower_z = mul_add(-cos_wrist, axis_y_middle_z, sin_wrist * axis_z_middle_z);
         let origin_lower_z = origin_middle_z - axis_y_middle_z;
         // mechanism: results: what the function returns
-        let part = mul_add(middle_part_2, omega_middle_x * c(0.4999918),
+        let kinetic_sum = mul_add(minus_velocity_middle_z, omega_middle_x * c(0.4999918),
             mul_add(c(0.2083329196666667), omega_lower_x * omega_lower_x,
             mul_add(c(0.20832840604009972), omega_middle_x * omega_middle_x,
             u[0] * u[0] * c(0.20832840604009978))));
-        let part_2 = mul_add(c(0.4999959), mul_add(velocity_lower_z, velocity_lower_z,
+        let kinetic_2 = mul_add(c(0.4999959), mul_add(velocity_lower_z, velocity_lower_z,
             velocity_lower_y * velocity_lower_y), mul_add(velocity_lower_z,
-            omega_lower_x * c(0.4999999999599003), mul_add(c(0.4999918), mul_add(middle_part_2,
-            middle_part_2, middle_part * middle_part), part)));
-        let part_3 = mul_add(c(9.81), mul_add(c(-0.4999918000000001), sin_shoulder,
+            omega_lower_x * c(0.4999999999599003), mul_add(c(0.4999918),
+            mul_add(minus_velocity_middle_z, minus_velocity_middle_z,
+            minus_velocity_middle_y * minus_velocity_middle_y), kinetic_sum)));
+        let potential_sum = mul_add(c(9.81), mul_add(c(-0.4999918000000001), sin_shoulder,
             c(0.4999918000000001)), mul_add(c(50.0), q[2] * q[2], mul_add(c(50.0), q[1] * q[1],
             q[0] * q[0] * c(50.0))));
-        kinetic[0] = part_2;
+        kinetic[0] = kinetic_2;
         potential[0] = mul_add(c(9.81), mul_add(c(0.4999999999599003), axis_y_lower_z,
             origin_lower_z * c(0.9999918)), mul_add(c(9.81), mul_add(c(-0.4999918), axis_y_middle_z,
-            origin_middle_z * c(0.9999836)), part_3));
+            origin_middle_z * c(0.9999836)), potential_sum));
         ::lamc_runtime::Energy {
             kinetic: kinetic[0],
             potential: potential[0],
@@ -445,33 +433,24 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let omega_lower_x = u[2] - omega_middle_x;
         // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_lower_xx = omega_lower_x * omega_lower_x;
-        // upper: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_upper_y = -sin_shoulder * c(9.81);
         // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_middle_y = apparent_gravity_upper_y - omega_upper_xx;
+        let apparent_gravity_in_parent_middle_y = mul_add(c(-9.81), sin_shoulder, -omega_upper_xx);
         // middle: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let alpha_middle_x = a[0] + a[1];
         // lower: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let alpha_lower_x = a[2] - alpha_middle_x;
-        // upper: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let upper_part = -cos_shoulder * c(-4.904919558000001);
-        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let apparent_gravity_in_parent_middle_z = mul_add(c(-9.81), cos_shoulder, a[0]);
         let apparent_gravity_middle_y = mul_add(cos_elbow, apparent_gravity_in_parent_middle_y,
             sin_elbow * apparent_gravity_in_parent_middle_z);
+        let apparent_gravity_in_parent_lower_y = apparent_gravity_middle_y - omega_middle_xx;
         let apparent_gravity_middle_z = mul_add(-sin_elbow, apparent_gravity_in_parent_middle_y,
             cos_elbow * apparent_gravity_in_parent_middle_z);
-        let middle_part = -apparent_gravity_middle_z * c(0.4999918);
-        // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let apparent_gravity_in_parent_lower_y = apparent_gravity_middle_y - omega_middle_xx;
         let apparent_gravity_in_parent_lower_z = alpha_middle_x + apparent_gravity_middle_z;
         let apparent_gravity_lower_y = mul_add(-cos_wrist, apparent_gravity_in_parent_lower_y,
             sin_wrist * apparent_gravity_in_parent_lower_z);
         let apparent_gravity_lower_z = mul_add(cos_wrist, apparent_gravity_in_parent_lower_z,
             sin_wrist * apparent_gravity_in_parent_lower_y);
-        let net_moment_lower_x = mul_add(c(0.4999999999599003), apparent_gravity_lower_z,
-            -mul_add(c(0.08333250600000003), alpha_lower_x,
-            alpha_lower_x * c(0.33333333333333337)));
         let net_force_lower_y = mul_add(c(0.4999999999599003), omega_lower_xx,
             apparent_gravity_lower_y * c(0.9999918));
         let net_force_lower_z = mul_add(c(-0.4999999999599003), alpha_lower_x,
@@ -479,44 +458,47 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         let net_moment_lower_y = mul_add(c(-0.24999999997995015), alpha_lower_x,
             apparent_gravity_lower_z * c(0.4999959));
         let net_moment_lower_z = mul_add(c(-0.24999999997995015), omega_lower_xx,
-            -apparent_gravity_lower_y * c(0.4999959));
+            apparent_gravity_lower_y * c(-0.4999959));
         let transmitted_force_in_parent_lower_z = mul_add(cos_wrist, net_force_lower_z,
             sin_wrist * net_force_lower_y);
+        let reactions_2_3 = mul_add(c(-0.4999999999599003), apparent_gravity_lower_z,
+            alpha_lower_x * c(0.4166658393333334));
         // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let apparent_gravity_middle_z_product = apparent_gravity_middle_z * c(-0.4999918);
         let transmitted_force_middle_y = mul_add(-cos_wrist, net_force_lower_y, mul_add(sin_wrist,
             net_force_lower_z, mul_add(c(-0.4999918), omega_middle_xx,
             apparent_gravity_middle_y * c(0.9999836))));
         let transmitted_force_middle_z = transmitted_force_in_parent_lower_z + mul_add(c(0.4999918),
             alpha_middle_x, apparent_gravity_middle_z * c(0.9999836));
-        let transmitted_moment_middle_x = middle_part - mul_add(c(0.08333167866666666),
-            alpha_middle_x, alpha_middle_x * c(0.33332513341353276)) - net_moment_lower_x
+        let transmitted_moment_middle_x = reactions_2_3 + mul_add(c(-0.41665681208019945),
+            alpha_middle_x, apparent_gravity_middle_z_product)
             - transmitted_force_in_parent_lower_z;
-        let transmitted_moment_middle_y = mul_add(sin_wrist, net_moment_lower_z, mul_add(-cos_wrist,
-            net_moment_lower_y, mul_add(c(-0.2499959), alpha_middle_x, middle_part)));
+        let transmitted_moment_middle_y = mul_add(-cos_wrist, net_moment_lower_y, mul_add(sin_wrist,
+            net_moment_lower_z, mul_add(c(-0.2499959), alpha_middle_x,
+            apparent_gravity_middle_z_product)));
         let transmitted_moment_middle_z = mul_add(cos_wrist, net_moment_lower_z, mul_add(sin_wrist,
             net_moment_lower_y, mul_add(c(-0.2499959), omega_middle_xx,
             apparent_gravity_middle_y * c(0.4999918))));
         let transmitted_force_in_parent_middle_z = mul_add(cos_elbow, transmitted_force_middle_z,
             sin_elbow * transmitted_force_middle_y);
         // upper: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let cos_shoulder_product = cos_shoulder * c(4.904919558000001);
         let transmitted_force_upper_y = mul_add(cos_elbow, transmitted_force_middle_y,
             mul_add(-sin_elbow, transmitted_force_middle_z, mul_add(c(-0.4999918000000001),
             omega_upper_xx, sin_shoulder * c(-9.809839116000003))));
         let transmitted_force_upper_z = transmitted_force_in_parent_middle_z
             + mul_add(c(0.4999918000000001), a[0], cos_shoulder * c(-9.809839116000003));
-        let transmitted_moment_upper_x = transmitted_moment_middle_x + (upper_part
-            - mul_add(c(0.08333167866666671), a[0], a[0] * c(0.33332513341353287)))
-            - transmitted_force_in_parent_middle_z;
         let transmitted_moment_upper_y = mul_add(cos_elbow, transmitted_moment_middle_y,
             mul_add(-sin_elbow, transmitted_moment_middle_z, mul_add(c(-0.24999590000000005), a[0],
-            upper_part)));
+            cos_shoulder_product)));
         let transmitted_moment_upper_z = mul_add(cos_elbow, transmitted_moment_middle_z,
             mul_add(sin_elbow, transmitted_moment_middle_y, mul_add(c(-0.24999590000000005),
             omega_upper_xx, sin_shoulder * c(-4.904919558000001))));
         reactions[0] = c(0.0);
         reactions[1] = -transmitted_force_upper_y;
         reactions[2] = -transmitted_force_upper_z;
-        reactions[3] = -transmitted_moment_upper_x;
+        reactions[3] = transmitted_force_in_parent_middle_z + (mul_add(c(0.41665681208019956), a[0],
+            -cos_shoulder_product) - transmitted_moment_middle_x);
         reactions[4] = -transmitted_moment_upper_y;
         reactions[5] = -transmitted_moment_upper_z;
         reactions[6] = c(0.0);
@@ -528,8 +510,8 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
         reactions[12] = c(0.0);
         reactions[13] = -net_force_lower_y;
         reactions[14] = -net_force_lower_z;
-        reactions[15] = -net_moment_lower_x;
-        reactions[16] = -(net_moment_lower_y - net_force_lower_z);
+        reactions[15] = reactions_2_3;
+        reactions[16] = net_force_lower_z - net_moment_lower_y;
         reactions[17] = -(net_force_lower_y + net_moment_lower_z);
     }
     fn write_tangent(
@@ -557,93 +539,83 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for TriplePendulum<S> {
             (sin_elbow, cos_elbow),
             (sin_wrist, cos_wrist),
         ] = S::sin_cos_all([q[0], q[1], q[2]]);
-        // upper: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let upper_part = u[0] * du[0];
-        // middle: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_middle_x = a[0] + a[1];
+        // upper: hinge angle: s = sin q, c = cos q
+        let d_sin_shoulder = dq[0] * cos_shoulder;
+        let minus_d_cos_shoulder = dq[0] * sin_shoulder;
+        // middle: hinge angle: s = sin q, c = cos q
+        let d_sin_elbow = dq[1] * cos_elbow;
+        let minus_d_cos_elbow = dq[1] * sin_elbow;
+        // lower: hinge angle: s = sin q, c = cos q
+        let d_sin_wrist = dq[2] * cos_wrist;
+        let minus_d_cos_wrist = dq[2] * sin_wrist;
         // middle: angular velocity: w = R^T w_parent + u e_x
         let omega_middle_x = u[0] + u[1];
         let d_omega_middle_x = du[0] + du[1];
         // middle: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_middle_xx = omega_middle_x * omega_middle_x;
-        let middle_part = omega_middle_x * d_omega_middle_x;
-        let d_omega_middle_xx = middle_part + middle_part;
-        // lower: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_lower_x = a[2] - alpha_middle_x;
+        let omega_middle_x_times_d_omega_middle_x = omega_middle_x * d_omega_middle_x;
         // lower: angular velocity: w = R^T w_parent + u e_x
         let omega_lower_x = u[2] - omega_middle_x;
         let d_omega_lower_x = du[2] - d_omega_middle_x;
         // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_lower_xx = omega_lower_x * omega_lower_x;
-        let lower_part = omega_lower_x * d_omega_lower_x;
-        let d_omega_lower_xx = lower_part + lower_part;
         // lower: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let bias_force_lower_y = omega_lower_xx * c(0.4999999999599003);
-        let d_bias_force_lower_y = d_omega_lower_xx * c(0.4999999999599003);
-        // upper: hinge angle: s = sin q, c = cos q
-        let d_sin_shoulder = dq[0] * cos_shoulder;
-        let upper_part_2 = dq[0] * sin_shoulder;
-        // middle: hinge angle: s = sin q, c = cos q
-        let d_sin_elbow = dq[1] * cos_elbow;
-        let middle_part_2 = dq[1] * sin_elbow;
-        // lower: hinge angle: s = sin q, c = cos q
-        let d_sin_wrist = dq[2] * cos_wrist;
-        let lower_part_2 = dq[2] * sin_wrist;
+        let d_bias_force_lower_y = omega_lower_x * d_omega_lower_x * c(0.9999999999198006);
         // upper: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_upper_y = -sin_shoulder * c(9.81);
-        let d_apparent_gravity_upper_y = -d_sin_shoulder * c(9.81);
-        let upper_part_3 = upper_part_2 * c(-9.81);
+        let minus_d_apparent_gravity_upper_z = minus_d_cos_shoulder * c(-9.81);
         // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_middle_y = mul_add(-u[0], u[0], apparent_gravity_upper_y);
-        let d_apparent_gravity_in_parent_middle_y = d_apparent_gravity_upper_y - (upper_part
-            + upper_part);
-        // middle: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_force_middle_y = -omega_middle_xx * c(1.4999836);
-        let d_bias_force_middle_y = -d_omega_middle_xx * c(1.4999836);
-        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let apparent_gravity_in_parent_middle_z = mul_add(c(-9.81), cos_shoulder, a[0]);
-        let d_apparent_gravity_middle_z = mul_add(-sin_elbow, d_apparent_gravity_in_parent_middle_y,
-            -middle_part_2 * apparent_gravity_in_parent_middle_z) - mul_add(cos_elbow, upper_part_3,
-            d_sin_elbow * apparent_gravity_in_parent_middle_y);
+        let apparent_gravity_in_parent_middle_y = mul_add(-u[0], u[0], sin_shoulder * c(-9.81));
+        let d_apparent_gravity_in_parent_middle_y = mul_add(c(-2.0), u[0] * du[0],
+            d_sin_shoulder * c(-9.81));
+        // middle: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
+        let alpha_middle_x = a[0] + a[1];
+        // lower: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
+        let alpha_lower_x = a[2] - alpha_middle_x;
         // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let apparent_gravity_in_parent_middle_z = mul_add(c(-9.81), cos_shoulder, a[0]);
         let apparent_gravity_in_parent_lower_y = mul_add(cos_elbow,
             apparent_gravity_in_parent_middle_y, mul_add(sin_elbow,
             apparent_gravity_in_parent_middle_z, -omega_middle_xx));
         let d_apparent_gravity_in_parent_lower_y = mul_add(cos_elbow,
-            d_apparent_gravity_in_parent_middle_y, mul_add(d_sin_elbow,
-            apparent_gravity_in_parent_middle_z, -d_omega_middle_xx)) - mul_add(middle_part_2,
-            apparent_gravity_in_parent_middle_y, sin_elbow * upper_part_3);
-        let apparent_gravity_in_parent_lower_z = mul_add(-sin_elbow,
-            apparent_gravity_in_parent_middle_y, mul_add(cos_elbow,
-            apparent_gravity_in_parent_middle_z, alpha_middle_x));
-        let d_apparent_gravity_lower_z = mul_add(cos_wrist, d_apparent_gravity_middle_z,
-            mul_add(sin_wrist, d_apparent_gravity_in_parent_lower_y, mul_add(-lower_part_2,
-            apparent_gravity_in_parent_lower_z, d_sin_wrist * apparent_gravity_in_parent_lower_y)));
-        let lower_part_3 = c(0.4999999999599003) * alpha_lower_x;
+            d_apparent_gravity_in_parent_middle_y, mul_add(c(-2.0),
+            omega_middle_x_times_d_omega_middle_x,
+            d_sin_elbow * apparent_gravity_in_parent_middle_z)) - mul_add(minus_d_cos_elbow,
+            apparent_gravity_in_parent_middle_y, sin_elbow * minus_d_apparent_gravity_upper_z);
+        let apparent_gravity_in_parent_lower_z = mul_add(cos_elbow,
+            apparent_gravity_in_parent_middle_z, mul_add(-sin_elbow,
+            apparent_gravity_in_parent_middle_y, alpha_middle_x));
+        let d_apparent_gravity_middle_z = mul_add(-sin_elbow, d_apparent_gravity_in_parent_middle_y,
+            -minus_d_cos_elbow * apparent_gravity_in_parent_middle_z) - mul_add(cos_elbow,
+            minus_d_apparent_gravity_upper_z, d_sin_elbow * apparent_gravity_in_parent_middle_y);
+        let d_apparent_gravity_lower_z = mul_add(-minus_d_cos_wrist,
+            apparent_gravity_in_parent_lower_z, d_sin_wrist * apparent_gravity_in_parent_lower_y)
+            + mul_add(cos_wrist, d_apparent_gravity_middle_z,
+            sin_wrist * d_apparent_gravity_in_parent_lower_y);
+        let minus_net_force_lower_z = c(0.4999999999599003) * alpha_lower_x;
         let d_net_moment_lower_x = c(0.4999999999599003) * d_apparent_gravity_lower_z;
-        let d_balance_force_in_parent_lower_z = mul_add(lower_part_2, lower_part_3,
+        let d_balance_force_in_parent_lower_z = mul_add(minus_d_cos_wrist, minus_net_force_lower_z,
             mul_add(sin_wrist, d_bias_force_lower_y, d_sin_wrist * bias_force_lower_y));
+        let d_imbalance_wrist = d_net_moment_lower_x - mul_add(c(10.0), du[2], dq[2] * c(100.0));
         // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let balance_force_middle_y = mul_add(-cos_wrist, bias_force_lower_y, mul_add(-sin_wrist,
-            lower_part_3, bias_force_middle_y));
+            minus_net_force_lower_z, omega_middle_xx * c(-1.4999836)));
         let d_balance_force_middle_y = mul_add(-cos_wrist, d_bias_force_lower_y,
-            d_bias_force_middle_y) + mul_add(-d_sin_wrist, lower_part_3,
-            lower_part_2 * bias_force_lower_y);
-        let balance_force_middle_z = mul_add(-cos_wrist, lower_part_3, mul_add(sin_wrist,
+            omega_middle_x_times_d_omega_middle_x * c(-2.9999672)) + mul_add(-d_sin_wrist,
+            minus_net_force_lower_z, minus_d_cos_wrist * bias_force_lower_y);
+        let balance_force_middle_z = mul_add(-cos_wrist, minus_net_force_lower_z, mul_add(sin_wrist,
             bias_force_lower_y, c(1.4999836) * alpha_middle_x));
         let d_balance_moment_middle_x = -d_net_moment_lower_x - mul_add(c(1.4999836),
             d_apparent_gravity_middle_z, d_balance_force_in_parent_lower_z);
-        // upper: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let upper_part_4 = mul_add(-sin_elbow, d_balance_force_middle_y,
-            middle_part_2 * balance_force_middle_z) - mul_add(cos_elbow,
-            d_balance_force_in_parent_lower_z, mul_add(d_sin_elbow, balance_force_middle_y,
-            mul_add(c(24.524678232), upper_part_2, mul_add(c(10.0), du[0], dq[0] * c(100.0)))));
-        let d_imbalance_shoulder = d_balance_moment_middle_x + upper_part_4;
-        // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_imbalance_wrist = d_net_moment_lower_x - mul_add(c(10.0), du[2], dq[2] * c(100.0));
-        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_imbalance_elbow = d_balance_moment_middle_x - mul_add(c(10.0), du[1],
             dq[1] * c(100.0));
+        // upper: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let d_imbalance_shoulder_sum = mul_add(-sin_elbow, d_balance_force_middle_y,
+            minus_d_cos_elbow * balance_force_middle_z) - mul_add(cos_elbow,
+            d_balance_force_in_parent_lower_z, mul_add(d_sin_elbow, balance_force_middle_y,
+            mul_add(c(24.524678232), minus_d_cos_shoulder, mul_add(c(10.0), du[0],
+            dq[0] * c(100.0)))));
+        let d_imbalance_shoulder = d_balance_moment_middle_x + d_imbalance_shoulder_sum;
         forces[0] = d_imbalance_shoulder;
         forces[1] = d_imbalance_elbow;
         forces[2] = d_imbalance_wrist;
@@ -694,21 +666,15 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendu
         // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_lower_xx = omega_lower_x * omega_lower_x;
         // upper: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_upper_y = -sin_shoulder * c(9.81);
-        let upper_part = cos_shoulder * c(9.81);
+        let minus_apparent_gravity_upper_z = cos_shoulder * c(9.81);
         // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_middle_y = mul_add(-u[0], u[0], apparent_gravity_upper_y);
+        let apparent_gravity_in_parent_middle_y = mul_add(-u[0], u[0], sin_shoulder * c(-9.81));
         let apparent_gravity_middle_z = mul_add(-sin_elbow, apparent_gravity_in_parent_middle_y,
-            -cos_elbow * upper_part);
-        // middle: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_force_middle_y = -omega_middle_xx * c(1.4999836);
-        // lower: composite inertia: m, h, S of all beyond the hinge
-        let composite_second_moment_joint_deviator_lower = sin_wrist * c(0.25000082733333334);
-        let composite_second_moment_joint_deviator_sin_lower =
-            sin_wrist * composite_second_moment_joint_deviator_lower;
+            -cos_elbow * minus_apparent_gravity_upper_z);
         // lower: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let apparent_gravity_in_parent_lower_y = mul_add(cos_elbow,
-            apparent_gravity_in_parent_middle_y, -mul_add(sin_elbow, upper_part, omega_middle_xx));
+            apparent_gravity_in_parent_middle_y, -mul_add(sin_elbow, minus_apparent_gravity_upper_z,
+            omega_middle_xx));
         let apparent_gravity_lower_z = mul_add(cos_wrist, apparent_gravity_middle_z,
             sin_wrist * apparent_gravity_in_parent_lower_y);
         // lower: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
@@ -717,15 +683,20 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendu
         // lower: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_force_in_parent_lower_z = sin_wrist * bias_force_lower_y;
         let generalized_force_wrist = bias_moment_lower_x - mul_add(c(10.0), u[2], q[2] * c(100.0));
+        // middle: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let subtree_force_middle_y = mul_add(-cos_wrist, bias_force_lower_y,
+            omega_middle_xx * c(-1.4999836));
+        let subtree_moment_middle_x = -bias_moment_lower_x - mul_add(c(1.4999836),
+            apparent_gravity_middle_z, subtree_force_in_parent_lower_z);
         // lower: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let composite_first_moment_in_parent_lower_z = sin_wrist * c(0.4999999999599003);
+        let minus_inertia_wrist_force_on_hinge_lower_y = sin_wrist * c(0.4999999999599003);
         let inertia_wrist_force_in_parent_lower_z = cos_wrist * c(0.4999999999599003);
         let inertia_wrist_moment_in_parent_lower_x = -inertia_wrist_force_in_parent_lower_z
             - c(0.4166658393333334);
-        // middle: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let middle_part = sin_elbow * composite_first_moment_in_parent_lower_z;
-        let inertia_wrist_moment_in_parent_middle_x = inertia_wrist_moment_in_parent_lower_x
-            - mul_add(cos_elbow, inertia_wrist_force_in_parent_lower_z, middle_part);
+        // lower: composite inertia: m, h, S of all beyond the hinge
+        let composite_second_moment_joint_deviator_lower = sin_wrist * c(0.25000082733333334);
+        let composite_second_moment_joint_deviator_sin_lower =
+            sin_wrist * composite_second_moment_joint_deviator_lower;
         // middle: composite inertia: m, h, S of all beyond the hinge
         let composite_first_moment_middle_y = c(-1.4999836) - inertia_wrist_force_in_parent_lower_z;
         let composite_second_moment_middle_yy = mul_add(c(0.9999999999198006), cos_wrist,
@@ -733,44 +704,45 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendu
         let composite_second_moment_middle_zz = composite_second_moment_joint_deviator_sin_lower
             + c(0.1666641846666667);
         // middle: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
+        let middle_product = sin_elbow * minus_inertia_wrist_force_on_hinge_lower_y;
+        let inertia_wrist_moment_in_parent_middle_x = inertia_wrist_moment_in_parent_lower_x
+            - mul_add(cos_elbow, inertia_wrist_force_in_parent_lower_z, middle_product);
         let mass_elbow_elbow = composite_second_moment_middle_yy
             + composite_second_moment_middle_zz;
         let inertia_elbow_force_in_parent_middle_z = mul_add(cos_elbow,
-            composite_first_moment_middle_y, -middle_part);
-        // middle: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let subtree_force_middle_y = mul_add(-cos_wrist, bias_force_lower_y, bias_force_middle_y);
-        let subtree_moment_middle_x = -bias_moment_lower_x - mul_add(c(1.4999836),
-            apparent_gravity_middle_z, subtree_force_in_parent_lower_z);
+            composite_first_moment_middle_y, -middle_product);
         // lower: factor of the mass matrix: M = L^T D L
-        let factor_wrist_shoulder = inertia_wrist_moment_in_parent_middle_x * c(2.400004765449462);
-        let factor_wrist_elbow = inertia_wrist_moment_in_parent_lower_x * c(2.400004765449462);
-        let lower_part = mul_add(-inertia_wrist_moment_in_parent_middle_x, factor_wrist_elbow,
+        let l_wrist_shoulder = inertia_wrist_moment_in_parent_middle_x * c(2.400004765449462);
+        let l_wrist_elbow = inertia_wrist_moment_in_parent_lower_x * c(2.400004765449462);
+        let lower_sum = mul_add(-inertia_wrist_moment_in_parent_middle_x, l_wrist_elbow,
             mass_elbow_elbow - inertia_elbow_force_in_parent_middle_z);
         // middle: factor of the mass matrix: M = L^T D L
         let inverse_pivot_elbow = c(1.0) / mul_add(-inertia_wrist_moment_in_parent_lower_x,
-            factor_wrist_elbow, mass_elbow_elbow);
-        let factor_elbow_shoulder = lower_part * inverse_pivot_elbow;
-        // upper: factor of the mass matrix: M = L^T D L
-        let inverse_pivot_shoulder = c(1.0) / mul_add(-lower_part, factor_elbow_shoulder,
-            mul_add(-inertia_wrist_moment_in_parent_middle_x, factor_wrist_shoulder,
-            mul_add(c(-2.0), inertia_elbow_force_in_parent_middle_z,
-            composite_second_moment_middle_zz + (composite_second_moment_middle_yy
-            + c(2.4166322120801995)))));
+            l_wrist_elbow, mass_elbow_elbow);
+        let l_elbow_shoulder = lower_sum * inverse_pivot_elbow;
         // mechanism: reduced force: y = L^-T f
-        let part = mul_add(-generalized_force_wrist, factor_wrist_elbow, subtree_moment_middle_x
+        let y_elbow = mul_add(-generalized_force_wrist, l_wrist_elbow, subtree_moment_middle_x
             - mul_add(c(10.0), u[1], q[1] * c(100.0)));
-        let part_2 = mul_add(-generalized_force_wrist, factor_wrist_shoulder,
+        let y_shoulder_sum = mul_add(-generalized_force_wrist, l_wrist_shoulder,
             subtree_moment_middle_x - mul_add(sin_elbow, subtree_force_middle_y, mul_add(cos_elbow,
             subtree_force_in_parent_lower_z, mul_add(c(-24.524678232), cos_shoulder,
             mul_add(c(10.0), u[0], q[0] * c(100.0))))));
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_3 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part, part_2);
+        let y_shoulder = mul_add(-l_elbow_shoulder, y_elbow, y_shoulder_sum);
+        // upper: factor of the mass matrix: M = L^T D L
+        let inverse_pivot_shoulder = c(1.0) / mul_add(-lower_sum, l_elbow_shoulder,
+            mul_add(-inertia_wrist_moment_in_parent_middle_x, l_wrist_shoulder, mul_add(c(-2.0),
+            inertia_elbow_force_in_parent_middle_z, composite_second_moment_middle_zz
+            + (composite_second_moment_middle_yy + c(2.4166322120801995)))));
         // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_4 = mul_add(-factor_elbow_shoulder, part_3, inverse_pivot_elbow * part);
-        acceleration[0] = part_3;
-        acceleration[1] = part_4;
-        acceleration[2] = mul_add(-factor_wrist_elbow, part_4, mul_add(-factor_wrist_shoulder,
-            part_3, generalized_force_wrist * c(2.400004765449462)));
+        let acceleration_shoulder = inverse_pivot_shoulder * y_shoulder;
+        let acceleration_elbow = mul_add(-l_elbow_shoulder, acceleration_shoulder,
+            inverse_pivot_elbow * y_elbow);
+        let acceleration_wrist = mul_add(-l_wrist_elbow, acceleration_elbow,
+            mul_add(-l_wrist_shoulder, acceleration_shoulder,
+            generalized_force_wrist * c(2.400004765449462)));
+        acceleration[0] = acceleration_shoulder;
+        acceleration[1] = acceleration_elbow;
+        acceleration[2] = acceleration_wrist;
         margin[0] = S::min(S::min(inverse_pivot_shoulder, inverse_pivot_elbow),
             c(2.400004765449462));
         margin[1] = c(1.0);
@@ -816,71 +788,50 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendu
         let omega_middle_x = u[0] + u[1];
         // middle: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_middle_xx = omega_middle_x * omega_middle_x;
-        let d_omega_middle_xx = omega_middle_x + omega_middle_x;
+        let d_omega_middle_xx_by_u_shoulder = omega_middle_x * c(2.0);
         // lower: angular velocity: w = R^T w_parent + u e_x
         let omega_lower_x = u[2] - omega_middle_x;
         // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_lower_xx = omega_lower_x * omega_lower_x;
         // upper: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_upper_y = -sin_shoulder * c(9.81);
-        let upper_part = cos_shoulder * c(9.81);
+        let apparent_gravity_upper_y = sin_shoulder * c(-9.81);
+        let minus_apparent_gravity_upper_z = cos_shoulder * c(9.81);
+        let d_apparent_gravity_upper_y_by_q_shoulder = cos_shoulder * c(-9.81);
         // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let apparent_gravity_in_parent_middle_y = mul_add(-u[0], u[0], apparent_gravity_upper_y);
-        let middle_part = sin_elbow * upper_part;
-        let middle_part_2 = cos_elbow * apparent_gravity_in_parent_middle_y;
-        let middle_part_3 = sin_elbow * apparent_gravity_in_parent_middle_y;
-        let middle_part_4 = -cos_elbow * upper_part;
-        let apparent_gravity_middle_z = middle_part_4 - middle_part_3;
-        // middle: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_force_middle_y = -omega_middle_xx * c(1.4999836);
-        // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let middle_part_5 = u[0] + u[0];
-        // middle: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let d_bias_force_middle_y = -c(1.4999836) * d_omega_middle_xx;
-        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_apparent_gravity_middle_z = sin_elbow * middle_part_5;
-        // upper: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let upper_part_2 = sin_shoulder * c(-9.81);
-        // lower: composite inertia: m, h, S of all beyond the hinge
-        let composite_second_moment_joint_deviator_lower = sin_wrist * c(0.25000082733333334);
-        let composite_second_moment_joint_deviator_sin_lower =
-            sin_wrist * composite_second_moment_joint_deviator_lower;
-        // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let lower_part = sin_wrist * d_omega_middle_xx;
-        let d_net_moment_lower_x = lower_part * c(-0.4999999999599003);
+        let middle_product = cos_elbow * apparent_gravity_in_parent_middle_y;
+        let middle_product_2 = sin_elbow * apparent_gravity_in_parent_middle_y;
+        let apparent_gravity_middle_z = -cos_elbow * minus_apparent_gravity_upper_z
+            - middle_product_2;
+        let minus_d_apparent_gravity_in_parent_middle_y_by_u_shoulder = u[0] * c(2.0);
         // lower: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_lower_y = middle_part_2 - (omega_middle_xx + middle_part);
+        let apparent_gravity_in_parent_lower_y = middle_product - mul_add(sin_elbow,
+            minus_apparent_gravity_upper_z, omega_middle_xx);
         let apparent_gravity_lower_z = mul_add(cos_wrist, apparent_gravity_middle_z,
             sin_wrist * apparent_gravity_in_parent_lower_y);
         // lower: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let bias_force_lower_y = omega_lower_xx * c(0.4999999999599003);
         let bias_moment_lower_x = apparent_gravity_lower_z * c(0.4999999999599003);
+        let d_bias_force_lower_y_by_u_shoulder = omega_lower_x * c(-0.9999999999198006);
+        let d_bias_force_lower_y_by_u_wrist = omega_lower_x * c(0.9999999999198006);
         // lower: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_force_on_hinge_lower_y = cos_wrist * bias_force_lower_y;
         let subtree_force_in_parent_lower_z = sin_wrist * bias_force_lower_y;
-        // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let d_omega_lower_xx = -omega_lower_x - omega_lower_x;
-        // lower: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let d_bias_force_lower_y = c(0.4999999999599003) * d_omega_lower_xx;
-        // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let d_omega_lower_xx_2 = omega_lower_x + omega_lower_x;
-        // lower: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let d_bias_force_lower_y_2 = c(0.4999999999599003) * d_omega_lower_xx_2;
-        // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_force_in_parent_lower_z = sin_wrist * d_bias_force_lower_y_2;
-        // lower: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let generalized_force_wrist = bias_moment_lower_x - mul_add(c(10.0), u[2], q[2] * c(100.0));
+        // middle: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
+        let subtree_force_middle_y = mul_add(c(-1.4999836), omega_middle_xx,
+            -subtree_force_on_hinge_lower_y);
+        let subtree_moment_middle_x = -bias_moment_lower_x - mul_add(c(1.4999836),
+            apparent_gravity_middle_z, subtree_force_in_parent_lower_z);
         // lower: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let composite_first_moment_in_parent_lower_z = sin_wrist * c(0.4999999999599003);
+        let minus_inertia_wrist_force_on_hinge_lower_y = sin_wrist * c(0.4999999999599003);
         let inertia_wrist_force_in_parent_lower_z = cos_wrist * c(0.4999999999599003);
         let inertia_wrist_moment_in_parent_lower_x = -inertia_wrist_force_in_parent_lower_z
             - c(0.4166658393333334);
-        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_moment_middle_x = -d_balance_force_in_parent_lower_z;
-        // middle: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let middle_part_6 = sin_elbow * composite_first_moment_in_parent_lower_z;
-        let inertia_wrist_moment_in_parent_middle_x = inertia_wrist_moment_in_parent_lower_x
-            - mul_add(cos_elbow, inertia_wrist_force_in_parent_lower_z, middle_part_6);
+        // lower: composite inertia: m, h, S of all beyond the hinge
+        let composite_second_moment_joint_deviator_lower = sin_wrist * c(0.25000082733333334);
+        let composite_second_moment_joint_deviator_sin_lower =
+            sin_wrist * composite_second_moment_joint_deviator_lower;
         // middle: composite inertia: m, h, S of all beyond the hinge
         let composite_first_moment_middle_y = c(-1.4999836) - inertia_wrist_force_in_parent_lower_z;
         let composite_second_moment_middle_yy = mul_add(c(0.9999999999198006), cos_wrist,
@@ -888,185 +839,221 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for TriplePendu
         let composite_second_moment_middle_zz = composite_second_moment_joint_deviator_sin_lower
             + c(0.1666641846666667);
         // middle: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
+        let middle_product_3 = sin_elbow * minus_inertia_wrist_force_on_hinge_lower_y;
+        let inertia_wrist_moment_in_parent_middle_x = inertia_wrist_moment_in_parent_lower_x
+            - mul_add(cos_elbow, inertia_wrist_force_in_parent_lower_z, middle_product_3);
         let mass_elbow_elbow = composite_second_moment_middle_yy
             + composite_second_moment_middle_zz;
         let inertia_elbow_force_in_parent_middle_z = mul_add(cos_elbow,
-            composite_first_moment_middle_y, -middle_part_6);
-        // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_apparent_gravity_in_parent_lower_y = -cos_elbow * middle_part_5 - d_omega_middle_xx;
-        let d_apparent_gravity_lower_z = mul_add(cos_wrist, d_apparent_gravity_middle_z,
-            sin_wrist * d_apparent_gravity_in_parent_lower_y);
-        let d_net_moment_lower_x_2 = c(0.4999999999599003) * d_apparent_gravity_lower_z;
-        let d_balance_force_in_parent_lower_z_2 = sin_wrist * d_bias_force_lower_y;
-        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_force_middle_y = mul_add(-cos_wrist, d_bias_force_lower_y,
-            d_bias_force_middle_y);
-        let d_balance_moment_middle_x_2 = -d_net_moment_lower_x_2 - mul_add(c(1.4999836),
-            d_apparent_gravity_middle_z, d_balance_force_in_parent_lower_z_2);
-        let middle_part_7 = cos_elbow * d_balance_force_in_parent_lower_z_2;
-        let d_balance_moment_middle_x_3 = -d_net_moment_lower_x
-            - d_balance_force_in_parent_lower_z_2;
-        // upper: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let upper_part_3 = -sin_elbow * d_balance_force_middle_y;
-        // middle: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let subtree_force_middle_y = bias_force_middle_y - subtree_force_on_hinge_lower_y;
-        let subtree_moment_middle_x = -bias_moment_lower_x - mul_add(c(1.4999836),
-            apparent_gravity_middle_z, subtree_force_in_parent_lower_z);
+            composite_first_moment_middle_y, -middle_product_3);
         // lower: factor of the mass matrix: M = L^T D L
-        let factor_wrist_shoulder = inertia_wrist_moment_in_parent_middle_x * c(2.400004765449462);
-        let factor_wrist_elbow = inertia_wrist_moment_in_parent_lower_x * c(2.400004765449462);
-        let lower_part_2 = mul_add(-inertia_wrist_moment_in_parent_middle_x, factor_wrist_elbow,
+        let l_wrist_shoulder = inertia_wrist_moment_in_parent_middle_x * c(2.400004765449462);
+        let l_wrist_elbow = inertia_wrist_moment_in_parent_lower_x * c(2.400004765449462);
+        let lower_sum = mul_add(-inertia_wrist_moment_in_parent_middle_x, l_wrist_elbow,
             mass_elbow_elbow - inertia_elbow_force_in_parent_middle_z);
         // middle: factor of the mass matrix: M = L^T D L
         let inverse_pivot_elbow = c(1.0) / mul_add(-inertia_wrist_moment_in_parent_lower_x,
-            factor_wrist_elbow, mass_elbow_elbow);
-        let factor_elbow_shoulder = lower_part_2 * inverse_pivot_elbow;
+            l_wrist_elbow, mass_elbow_elbow);
+        let l_elbow_shoulder = lower_sum * inverse_pivot_elbow;
         // upper: factor of the mass matrix: M = L^T D L
-        let inverse_pivot_shoulder = c(1.0) / mul_add(-lower_part_2, factor_elbow_shoulder,
-            mul_add(-inertia_wrist_moment_in_parent_middle_x, factor_wrist_shoulder,
-            mul_add(c(-2.0), inertia_elbow_force_in_parent_middle_z,
-            composite_second_moment_middle_zz + (composite_second_moment_middle_yy
-            + c(2.4166322120801995)))));
-        // mechanism: reduced force: y = L^-T f
-        let part = mul_add(-generalized_force_wrist, factor_wrist_elbow, subtree_moment_middle_x
+        let inverse_pivot_shoulder = c(1.0) / mul_add(-lower_sum, l_elbow_shoulder,
+            mul_add(-inertia_wrist_moment_in_parent_middle_x, l_wrist_shoulder, mul_add(c(-2.0),
+            inertia_elbow_force_in_parent_middle_z, composite_second_moment_middle_zz
+            + (composite_second_moment_middle_yy + c(2.4166322120801995)))));
+        // upper: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
+        let d_balance_force_middle_y_by_u_shoulder = mul_add(-cos_wrist,
+            d_bias_force_lower_y_by_u_shoulder, omega_middle_x * c(-2.9999672));
+        let d_balance_force_in_parent_lower_z_by_u_shoulder =
+            sin_wrist * d_bias_force_lower_y_by_u_shoulder;
+        let upper_product = cos_elbow * d_balance_force_in_parent_lower_z_by_u_shoulder;
+        let upper_neg = -sin_elbow * d_balance_force_middle_y_by_u_shoulder;
+        // middle: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
+        let y_elbow = mul_add(-generalized_force_wrist, l_wrist_elbow, subtree_moment_middle_x
             - mul_add(c(10.0), u[1], q[1] * c(100.0)));
-        let part_2 = mul_add(-generalized_force_wrist, factor_wrist_shoulder,
+        let y_shoulder_sum = mul_add(-generalized_force_wrist, l_wrist_shoulder,
             subtree_moment_middle_x - mul_add(sin_elbow, subtree_force_middle_y, mul_add(cos_elbow,
             subtree_force_in_parent_lower_z, mul_add(c(-24.524678232), cos_shoulder,
             mul_add(c(10.0), u[0], q[0] * c(100.0))))));
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_3 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part, part_2);
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_4 = mul_add(-factor_elbow_shoulder, part_3, inverse_pivot_elbow * part);
-        let part_5 = mul_add(-factor_wrist_elbow, part_4, mul_add(-factor_wrist_shoulder, part_3,
-            generalized_force_wrist * c(2.400004765449462)));
-        // mechanism: reduced force: y = L^-T f
-        let part_6 = mul_add(-factor_wrist_elbow, d_net_moment_lower_x, d_balance_moment_middle_x_3
-            - c(10.0));
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_7 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_6,
-            mul_add(-factor_wrist_shoulder, d_net_moment_lower_x, d_balance_moment_middle_x_3
-            + (upper_part_3 - middle_part_7)));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_8 = mul_add(-factor_elbow_shoulder, part_7, inverse_pivot_elbow * part_6);
-        // mechanism: reduced force: y = L^-T f
-        let part_9 = mul_add(c(24.000047654494622), inertia_wrist_moment_in_parent_lower_x,
-            d_balance_moment_middle_x);
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_10 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_9,
-            mul_add(c(24.000047654494622), inertia_wrist_moment_in_parent_middle_x,
-            mul_add(-cos_elbow, d_balance_force_in_parent_lower_z, mul_add(sin_elbow,
-            cos_wrist * d_bias_force_lower_y_2, -d_balance_force_in_parent_lower_z))));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_11 = mul_add(-factor_elbow_shoulder, part_10, inverse_pivot_elbow * part_9);
-        // middle: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_middle_x = part_3 + part_4;
-        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let apparent_gravity_in_parent_middle_z = part_3 - upper_part;
-        let middle_part_8 = sin_elbow * apparent_gravity_in_parent_middle_z;
-        let d_apparent_gravity_middle_z_2 = mul_add(-cos_elbow, upper_part_2, middle_part);
-        let d_apparent_gravity_middle_z_3 = -middle_part_8 - middle_part_2;
+        let y_shoulder = mul_add(-l_elbow_shoulder, y_elbow, y_shoulder_sum);
+        let acceleration_shoulder = inverse_pivot_shoulder * y_shoulder;
+        let acceleration_elbow = mul_add(-l_elbow_shoulder, acceleration_shoulder,
+            inverse_pivot_elbow * y_elbow);
+        let alpha_middle_x = acceleration_shoulder + acceleration_elbow;
         // lower: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_lower_x = part_5 - alpha_middle_x;
+        let acceleration_wrist = mul_add(-l_wrist_elbow, acceleration_elbow,
+            mul_add(-l_wrist_shoulder, acceleration_shoulder,
+            generalized_force_wrist * c(2.400004765449462)));
+        let alpha_lower_x = acceleration_wrist - alpha_middle_x;
         // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let apparent_gravity_in_parent_lower_y_2 = middle_part_8 + (middle_part_2
+        let apparent_gravity_in_parent_middle_z = acceleration_shoulder
+            - minus_apparent_gravity_upper_z;
+        let lower_product = sin_elbow * apparent_gravity_in_parent_middle_z;
+        let apparent_gravity_in_parent_lower_y_2 = lower_product + (middle_product
             - omega_middle_xx);
-        let d_apparent_gravity_in_parent_lower_y_2 = mul_add(-sin_elbow, upper_part_2,
-            middle_part_4);
-        let d_apparent_gravity_in_parent_lower_y_3 = mul_add(cos_elbow,
-            apparent_gravity_in_parent_middle_z, -middle_part_3);
+        let d_apparent_gravity_in_parent_lower_y_by_q_shoulder = mul_add(-sin_elbow,
+            apparent_gravity_upper_y, cos_elbow * d_apparent_gravity_upper_y_by_q_shoulder);
+        let d_apparent_gravity_in_parent_lower_y_by_q_elbow = mul_add(cos_elbow,
+            apparent_gravity_in_parent_middle_z, -middle_product_2);
         let apparent_gravity_in_parent_lower_z = alpha_middle_x
-            + d_apparent_gravity_in_parent_lower_y_3;
-        let d_apparent_gravity_lower_z_2 = mul_add(cos_wrist, d_apparent_gravity_middle_z_2,
-            sin_wrist * d_apparent_gravity_in_parent_lower_y_2);
-        let lower_part_3 = c(0.4999999999599003) * alpha_lower_x;
-        let d_net_moment_lower_x_3 = c(0.4999999999599003) * d_apparent_gravity_lower_z_2;
-        let lower_part_4 = sin_wrist * lower_part_3;
-        let lower_part_5 = cos_wrist * lower_part_3;
+            + d_apparent_gravity_in_parent_lower_y_by_q_elbow;
+        let d_apparent_gravity_middle_z_by_q_shoulder = mul_add(-cos_elbow,
+            apparent_gravity_upper_y, -sin_elbow * d_apparent_gravity_upper_y_by_q_shoulder);
+        let d_apparent_gravity_lower_z_by_q_shoulder = mul_add(cos_wrist,
+            d_apparent_gravity_middle_z_by_q_shoulder,
+            sin_wrist * d_apparent_gravity_in_parent_lower_y_by_q_shoulder);
+        let minus_net_force_lower_z = c(0.4999999999599003) * alpha_lower_x;
+        let d_net_moment_lower_x_by_q_shoulder =
+            c(0.4999999999599003) * d_apparent_gravity_lower_z_by_q_shoulder;
+        let d_apparent_gravity_middle_z_by_q_elbow = -lower_product - middle_product;
+        let d_apparent_gravity_lower_z_by_q_elbow = mul_add(cos_wrist,
+            d_apparent_gravity_middle_z_by_q_elbow,
+            sin_wrist * d_apparent_gravity_in_parent_lower_y_by_q_elbow);
+        let d_net_moment_lower_x_by_q_elbow =
+            c(0.4999999999599003) * d_apparent_gravity_lower_z_by_q_elbow;
+        let d_apparent_gravity_lower_z_by_q_wrist = mul_add(-sin_wrist,
+            apparent_gravity_in_parent_lower_z, cos_wrist * apparent_gravity_in_parent_lower_y_2);
+        let d_net_moment_lower_x_by_q_wrist =
+            c(0.4999999999599003) * d_apparent_gravity_lower_z_by_q_wrist;
+        let sin_wrist_times_minus_net_force_lower_z = sin_wrist * minus_net_force_lower_z;
+        let d_balance_force_in_parent_lower_z_by_q_wrist = subtree_force_on_hinge_lower_y
+            + sin_wrist_times_minus_net_force_lower_z;
+        let d_imbalance_wrist_by_q_wrist = d_net_moment_lower_x_by_q_wrist - c(100.0);
+        let d_apparent_gravity_in_parent_lower_y_by_u_shoulder =
+            -cos_elbow * minus_d_apparent_gravity_in_parent_middle_y_by_u_shoulder
+            - d_omega_middle_xx_by_u_shoulder;
+        let d_apparent_gravity_middle_z_by_u_shoulder =
+            sin_elbow * minus_d_apparent_gravity_in_parent_middle_y_by_u_shoulder;
+        let d_apparent_gravity_lower_z_by_u_shoulder = mul_add(cos_wrist,
+            d_apparent_gravity_middle_z_by_u_shoulder,
+            sin_wrist * d_apparent_gravity_in_parent_lower_y_by_u_shoulder);
+        let d_net_moment_lower_x_by_u_shoulder =
+            c(0.4999999999599003) * d_apparent_gravity_lower_z_by_u_shoulder;
+        let minus_d_apparent_gravity_lower_z_by_u_elbow =
+            sin_wrist * d_omega_middle_xx_by_u_shoulder;
+        let d_net_moment_lower_x_by_u_elbow =
+            minus_d_apparent_gravity_lower_z_by_u_elbow * c(-0.4999999999599003);
+        let d_balance_force_in_parent_lower_z_by_u_wrist =
+            sin_wrist * d_bias_force_lower_y_by_u_wrist;
         // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let balance_force_middle_y = subtree_force_middle_y - lower_part_4;
+        let cos_wrist_times_minus_net_force_lower_z = cos_wrist * minus_net_force_lower_z;
+        let balance_force_middle_y = subtree_force_middle_y
+            - sin_wrist_times_minus_net_force_lower_z;
         let balance_force_middle_z = mul_add(c(1.4999836), alpha_middle_x,
-            subtree_force_in_parent_lower_z) - lower_part_5;
-        let d_balance_moment_middle_x_4 = mul_add(c(-1.4999836), d_apparent_gravity_middle_z_2,
-            -d_net_moment_lower_x_3);
+            subtree_force_in_parent_lower_z) - cos_wrist_times_minus_net_force_lower_z;
+        let d_balance_moment_middle_x_by_q_shoulder = mul_add(c(-1.4999836),
+            d_apparent_gravity_middle_z_by_q_shoulder, -d_net_moment_lower_x_by_q_shoulder);
+        let d_balance_moment_middle_x_by_q_elbow = mul_add(c(-1.4999836),
+            d_apparent_gravity_middle_z_by_q_elbow, -d_net_moment_lower_x_by_q_elbow);
+        let d_balance_force_middle_y_by_q_wrist = subtree_force_in_parent_lower_z
+            - cos_wrist_times_minus_net_force_lower_z;
+        let d_balance_moment_middle_x_by_q_wrist = -d_net_moment_lower_x_by_q_wrist
+            - d_balance_force_in_parent_lower_z_by_q_wrist;
+        let d_balance_moment_middle_x_by_u_shoulder = -d_net_moment_lower_x_by_u_shoulder
+            - mul_add(c(1.4999836), d_apparent_gravity_middle_z_by_u_shoulder,
+            d_balance_force_in_parent_lower_z_by_u_shoulder);
+        let d_balance_moment_middle_x_by_u_elbow = -d_net_moment_lower_x_by_u_elbow
+            - d_balance_force_in_parent_lower_z_by_u_shoulder;
+        let minus_d_balance_force_middle_y_by_u_wrist = cos_wrist * d_bias_force_lower_y_by_u_wrist;
         // mechanism: reduced force: y = L^-T f
-        let part_12 = mul_add(-factor_wrist_elbow, d_net_moment_lower_x_3,
-            d_balance_moment_middle_x_4);
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_13 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_12,
-            d_balance_moment_middle_x_4 - mul_add(factor_wrist_shoulder, d_net_moment_lower_x_3,
-            mul_add(c(24.524678232), sin_shoulder, c(100.0))));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_14 = mul_add(-factor_elbow_shoulder, part_13, inverse_pivot_elbow * part_12);
-        // mechanism: reduced force: y = L^-T f
-        let part_15 = mul_add(-factor_wrist_elbow, d_net_moment_lower_x_2,
-            d_balance_moment_middle_x_2);
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_16 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_15,
-            d_balance_moment_middle_x_2 + mul_add(-factor_wrist_shoulder, d_net_moment_lower_x_2,
-            upper_part_3 - (c(10.0) + middle_part_7)));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_17 = mul_add(-factor_elbow_shoulder, part_16, inverse_pivot_elbow * part_15);
-        // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_apparent_gravity_lower_z_3 = mul_add(cos_wrist, d_apparent_gravity_middle_z_3,
-            sin_wrist * d_apparent_gravity_in_parent_lower_y_3);
-        let d_net_moment_lower_x_4 = c(0.4999999999599003) * d_apparent_gravity_lower_z_3;
-        let d_apparent_gravity_lower_z_4 = mul_add(-sin_wrist, apparent_gravity_in_parent_lower_z,
-            cos_wrist * apparent_gravity_in_parent_lower_y_2);
-        let d_net_moment_lower_x_5 = c(0.4999999999599003) * d_apparent_gravity_lower_z_4;
-        let d_balance_force_in_parent_lower_z_3 = subtree_force_on_hinge_lower_y + lower_part_4;
-        let d_imbalance_wrist = d_net_moment_lower_x_5 - c(100.0);
-        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_moment_middle_x_5 = mul_add(c(-1.4999836), d_apparent_gravity_middle_z_3,
-            -d_net_moment_lower_x_4);
-        let d_balance_force_middle_y_2 = subtree_force_in_parent_lower_z - lower_part_5;
-        let d_balance_moment_middle_x_6 = -d_net_moment_lower_x_5
-            - d_balance_force_in_parent_lower_z_3;
-        // mechanism: reduced force: y = L^-T f
-        let part_18 = d_balance_moment_middle_x_5 - mul_add(factor_wrist_elbow,
-            d_net_moment_lower_x_4, c(100.0));
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_19 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_18,
+        let d_y_elbow_by_q_shoulder = mul_add(-l_wrist_elbow, d_net_moment_lower_x_by_q_shoulder,
+            d_balance_moment_middle_x_by_q_shoulder);
+        let d_y_shoulder_by_q_shoulder = mul_add(-l_elbow_shoulder, d_y_elbow_by_q_shoulder,
+            d_balance_moment_middle_x_by_q_shoulder - mul_add(l_wrist_shoulder,
+            d_net_moment_lower_x_by_q_shoulder, mul_add(c(24.524678232), sin_shoulder, c(100.0))));
+        let d_y_elbow_by_q_elbow = d_balance_moment_middle_x_by_q_elbow - mul_add(l_wrist_elbow,
+            d_net_moment_lower_x_by_q_elbow, c(100.0));
+        let d_y_shoulder_by_q_elbow = mul_add(-l_elbow_shoulder, d_y_elbow_by_q_elbow,
             mul_add(sin_elbow, balance_force_middle_z, mul_add(-cos_elbow, balance_force_middle_y,
-            mul_add(-factor_wrist_shoulder, d_net_moment_lower_x_4, d_balance_moment_middle_x_5))));
+            mul_add(-l_wrist_shoulder, d_net_moment_lower_x_by_q_elbow,
+            d_balance_moment_middle_x_by_q_elbow))));
+        let d_y_elbow_by_q_wrist = mul_add(-l_wrist_elbow, d_imbalance_wrist_by_q_wrist,
+            d_balance_moment_middle_x_by_q_wrist);
+        let d_y_shoulder_by_q_wrist = mul_add(-l_elbow_shoulder, d_y_elbow_by_q_wrist,
+            mul_add(-cos_elbow, d_balance_force_in_parent_lower_z_by_q_wrist,
+            d_balance_moment_middle_x_by_q_wrist) + mul_add(-l_wrist_shoulder,
+            d_imbalance_wrist_by_q_wrist, -sin_elbow * d_balance_force_middle_y_by_q_wrist));
+        let d_y_elbow_by_u_shoulder = mul_add(-l_wrist_elbow, d_net_moment_lower_x_by_u_shoulder,
+            d_balance_moment_middle_x_by_u_shoulder);
+        let d_y_shoulder_by_u_shoulder = mul_add(-l_elbow_shoulder, d_y_elbow_by_u_shoulder,
+            d_balance_moment_middle_x_by_u_shoulder + mul_add(-l_wrist_shoulder,
+            d_net_moment_lower_x_by_u_shoulder, upper_neg - (c(10.0) + upper_product)));
+        let d_y_elbow_by_u_elbow = mul_add(-l_wrist_elbow, d_net_moment_lower_x_by_u_elbow,
+            d_balance_moment_middle_x_by_u_elbow - c(10.0));
+        let d_y_shoulder_by_u_elbow = mul_add(-l_elbow_shoulder, d_y_elbow_by_u_elbow,
+            mul_add(-l_wrist_shoulder, d_net_moment_lower_x_by_u_elbow,
+            d_balance_moment_middle_x_by_u_elbow + (upper_neg - upper_product)));
+        let d_y_elbow_by_u_wrist = mul_add(c(24.000047654494622),
+            inertia_wrist_moment_in_parent_lower_x, -d_balance_force_in_parent_lower_z_by_u_wrist);
+        let d_y_shoulder_by_u_wrist = mul_add(-l_elbow_shoulder, d_y_elbow_by_u_wrist,
+            mul_add(c(24.000047654494622), inertia_wrist_moment_in_parent_middle_x,
+            mul_add(-cos_elbow, d_balance_force_in_parent_lower_z_by_u_wrist, mul_add(sin_elbow,
+            minus_d_balance_force_middle_y_by_u_wrist,
+            -d_balance_force_in_parent_lower_z_by_u_wrist))));
         // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_20 = mul_add(-factor_elbow_shoulder, part_19, inverse_pivot_elbow * part_18);
-        // mechanism: reduced force: y = L^-T f
-        let part_21 = mul_add(-factor_wrist_elbow, d_imbalance_wrist, d_balance_moment_middle_x_6);
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let part_22 = inverse_pivot_shoulder * mul_add(-factor_elbow_shoulder, part_21,
-            mul_add(-cos_elbow, d_balance_force_in_parent_lower_z_3, d_balance_moment_middle_x_6)
-            + mul_add(-factor_wrist_shoulder, d_imbalance_wrist,
-            -sin_elbow * d_balance_force_middle_y_2));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let part_23 = mul_add(-factor_elbow_shoulder, part_22, inverse_pivot_elbow * part_21);
-        acceleration[0] = part_3;
-        acceleration[1] = part_4;
-        acceleration[2] = part_5;
-        dq[0] = part_13;
-        dq[1] = part_19;
-        dq[2] = part_22;
-        dq[3] = part_14;
-        dq[4] = part_20;
-        dq[5] = part_23;
-        dq[6] = mul_add(-factor_wrist_elbow, part_14, mul_add(-factor_wrist_shoulder, part_13,
-            d_apparent_gravity_lower_z_2 * c(1.2000023826284916)));
-        dq[7] = mul_add(-factor_wrist_elbow, part_20, mul_add(-factor_wrist_shoulder, part_19,
-            c(1.2000023826284916) * d_apparent_gravity_lower_z_3));
-        dq[8] = mul_add(-factor_wrist_elbow, part_23, mul_add(-factor_wrist_shoulder, part_22,
-            c(2.400004765449462) * d_imbalance_wrist));
-        du[0] = part_16;
-        du[1] = part_7;
-        du[2] = part_10;
-        du[3] = part_17;
-        du[4] = part_8;
-        du[5] = part_11;
-        du[6] = mul_add(-factor_wrist_elbow, part_17, mul_add(-factor_wrist_shoulder, part_16,
-            c(1.2000023826284916) * d_apparent_gravity_lower_z));
-        du[7] = mul_add(-factor_wrist_elbow, part_8, mul_add(-factor_wrist_shoulder, part_7,
-            lower_part * c(-1.2000023826284916)));
-        du[8] = mul_add(-factor_wrist_elbow, part_11, mul_add(-factor_wrist_shoulder, part_10,
-            c(-24.000047654494622)));
+        let d_acceleration_shoulder_by_q_shoulder =
+            inverse_pivot_shoulder * d_y_shoulder_by_q_shoulder;
+        let d_acceleration_elbow_by_q_shoulder = mul_add(-l_elbow_shoulder,
+            d_acceleration_shoulder_by_q_shoulder, inverse_pivot_elbow * d_y_elbow_by_q_shoulder);
+        let d_acceleration_wrist_by_q_shoulder = mul_add(-l_wrist_elbow,
+            d_acceleration_elbow_by_q_shoulder, mul_add(-l_wrist_shoulder,
+            d_acceleration_shoulder_by_q_shoulder,
+            d_apparent_gravity_lower_z_by_q_shoulder * c(1.2000023826284916)));
+        let d_acceleration_shoulder_by_q_elbow = inverse_pivot_shoulder * d_y_shoulder_by_q_elbow;
+        let d_acceleration_elbow_by_q_elbow = mul_add(-l_elbow_shoulder,
+            d_acceleration_shoulder_by_q_elbow, inverse_pivot_elbow * d_y_elbow_by_q_elbow);
+        let d_acceleration_wrist_by_q_elbow = mul_add(-l_wrist_elbow,
+            d_acceleration_elbow_by_q_elbow, mul_add(-l_wrist_shoulder,
+            d_acceleration_shoulder_by_q_elbow,
+            c(1.2000023826284916) * d_apparent_gravity_lower_z_by_q_elbow));
+        let d_acceleration_shoulder_by_q_wrist = inverse_pivot_shoulder * d_y_shoulder_by_q_wrist;
+        let d_acceleration_elbow_by_q_wrist = mul_add(-l_elbow_shoulder,
+            d_acceleration_shoulder_by_q_wrist, inverse_pivot_elbow * d_y_elbow_by_q_wrist);
+        let d_acceleration_wrist_by_q_wrist = mul_add(-l_wrist_elbow,
+            d_acceleration_elbow_by_q_wrist, mul_add(-l_wrist_shoulder,
+            d_acceleration_shoulder_by_q_wrist,
+            c(2.400004765449462) * d_imbalance_wrist_by_q_wrist));
+        let d_acceleration_shoulder_by_u_shoulder =
+            inverse_pivot_shoulder * d_y_shoulder_by_u_shoulder;
+        let d_acceleration_elbow_by_u_shoulder = mul_add(-l_elbow_shoulder,
+            d_acceleration_shoulder_by_u_shoulder, inverse_pivot_elbow * d_y_elbow_by_u_shoulder);
+        let d_acceleration_wrist_by_u_shoulder = mul_add(-l_wrist_elbow,
+            d_acceleration_elbow_by_u_shoulder, mul_add(-l_wrist_shoulder,
+            d_acceleration_shoulder_by_u_shoulder,
+            c(1.2000023826284916) * d_apparent_gravity_lower_z_by_u_shoulder));
+        let d_acceleration_shoulder_by_u_elbow = inverse_pivot_shoulder * d_y_shoulder_by_u_elbow;
+        let d_acceleration_elbow_by_u_elbow = mul_add(-l_elbow_shoulder,
+            d_acceleration_shoulder_by_u_elbow, inverse_pivot_elbow * d_y_elbow_by_u_elbow);
+        let d_acceleration_wrist_by_u_elbow = mul_add(-l_wrist_elbow,
+            d_acceleration_elbow_by_u_elbow, mul_add(-l_wrist_shoulder,
+            d_acceleration_shoulder_by_u_elbow,
+            minus_d_apparent_gravity_lower_z_by_u_elbow * c(-1.2000023826284916)));
+        let d_acceleration_shoulder_by_u_wrist = inverse_pivot_shoulder * d_y_shoulder_by_u_wrist;
+        let d_acceleration_elbow_by_u_wrist = mul_add(-l_elbow_shoulder,
+            d_acceleration_shoulder_by_u_wrist, inverse_pivot_elbow * d_y_elbow_by_u_wrist);
+        let d_acceleration_wrist_by_u_wrist = mul_add(-l_wrist_elbow,
+            d_acceleration_elbow_by_u_wrist, mul_add(-l_wrist_shoulder,
+            d_acceleration_shoulder_by_u_wrist, c(-24.000047654494622)));
+        acceleration[0] = acceleration_shoulder;
+        acceleration[1] = acceleration_elbow;
+        acceleration[2] = acceleration_wrist;
+        dq[0] = d_acceleration_shoulder_by_q_shoulder;
+        dq[1] = d_acceleration_shoulder_by_q_elbow;
+        dq[2] = d_acceleration_shoulder_by_q_wrist;
+        dq[3] = d_acceleration_elbow_by_q_shoulder;
+        dq[4] = d_acceleration_elbow_by_q_elbow;
+        dq[5] = d_acceleration_elbow_by_q_wrist;
+        dq[6] = d_acceleration_wrist_by_q_shoulder;
+        dq[7] = d_acceleration_wrist_by_q_elbow;
+        dq[8] = d_acceleration_wrist_by_q_wrist;
+        du[0] = d_acceleration_shoulder_by_u_shoulder;
+        du[1] = d_acceleration_shoulder_by_u_elbow;
+        du[2] = d_acceleration_shoulder_by_u_wrist;
+        du[3] = d_acceleration_elbow_by_u_shoulder;
+        du[4] = d_acceleration_elbow_by_u_elbow;
+        du[5] = d_acceleration_elbow_by_u_wrist;
+        du[6] = d_acceleration_wrist_by_u_shoulder;
+        du[7] = d_acceleration_wrist_by_u_elbow;
+        du[8] = d_acceleration_wrist_by_u_wrist;
         dt[0] = c(0.0);
         dt[1] = c(0.0);
         dt[2] = c(0.0);

@@ -4,6 +4,7 @@ pub mod c;
 pub mod fmu;
 pub mod identifiers;
 pub mod literal;
+mod naming;
 pub mod python;
 pub mod rust;
 pub mod statements;

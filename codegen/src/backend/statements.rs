@@ -5,7 +5,8 @@
 //! products that one sum adds or subtracts: what remains has a name of the derivation.
 
 use super::identifiers::Names;
-use crate::kane::{Section, Subject};
+use super::naming::{Naming, Users, users};
+use crate::kane::Section;
 use crate::program::{Angle, Function, Op, Parts, Program, Slot, Value, angles, is_read};
 
 /// Operations written into one expression at most.
@@ -130,8 +131,10 @@ pub fn statements(
     parts: &Parts,
     reserved: &[&str],
 ) -> Vec<Stretch> {
+    let users = users(function);
     let mut writer = Writer {
-        program,
+        naming: Naming::new(program, function, &users),
+        users: &users,
         function,
         parts,
         names: Names::reserving(reserved),
@@ -146,7 +149,8 @@ pub fn statements(
 }
 
 struct Writer<'a> {
-    program: &'a Program,
+    naming: Naming<'a>,
+    users: &'a [Users],
     function: &'a Function,
     parts: &'a Parts,
     names: Names,
@@ -174,7 +178,6 @@ impl Writer<'_> {
             };
         }
         let mut later = self.write_first_angles().into_iter().peekable();
-        let users = users(function);
         for (index, instruction) in function.instructions.iter().enumerate() {
             if let Some(angle) = later.next_if(|angle| angle.members().min() == Some(Value(index)))
             {
@@ -185,14 +188,7 @@ impl Writer<'_> {
                 continue;
             }
             let expression = self.expression(instruction.op);
-            let inline = self.parts.is_local(Value(index))
-                && match users[index] {
-                    Users::Sum if matches!(instruction.op, Op::Mul(..)) => true,
-                    Users::Sum | Users::One => {
-                        instruction.name.is_none() && expression.size() <= LONGEST_EXPRESSION
-                    }
-                    Users::None | Users::Many => false,
-                };
+            let inline = self.is_inline(index, &expression);
             self.written[index] = Some(if inline {
                 expression
             } else {
@@ -201,6 +197,21 @@ impl Writer<'_> {
                 Expression::Name(name)
             });
         }
+    }
+
+    /// Whether a value is written where it is used.
+    fn is_inline(&self, index: usize, expression: &Expression) -> bool {
+        let instruction = &self.function.instructions[index];
+        let is_term = matches!(instruction.op, Op::Mul(..) | Op::Neg(_));
+        self.parts.is_local(Value(index))
+            && match self.users[index] {
+                Users::Sum(_) if is_term => true,
+                Users::One(_) if matches!(instruction.op, Op::Neg(_)) => true,
+                Users::Sum(_) | Users::One(_) | Users::Entry => {
+                    instruction.name.is_none() && expression.size() <= LONGEST_EXPRESSION
+                }
+                Users::None | Users::Many => false,
+            }
     }
 
     /// Sines and cosines of what is read, first of all; returns the others.
@@ -252,13 +263,7 @@ impl Writer<'_> {
     }
 
     fn name(&mut self, index: usize) -> String {
-        let instruction = &self.function.instructions[index];
-        let name = instruction.name.clone().unwrap_or_else(|| match instruction.section.subject {
-            Subject::Body(node) => format!("{}_part", self.program.interface.nodes[node.index()]),
-            Subject::Loop(id) => format!("loop{}_part", id.index()),
-            Subject::Mechanism => "part".to_owned(),
-        });
-        self.names.give(&name)
+        self.names.give(&self.naming.of(Value(index)))
     }
 
     /// A statement, after a heading where another section begins.
@@ -288,32 +293,4 @@ impl Writer<'_> {
             }
         }
     }
-}
-
-/// Who uses a value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Users {
-    None,
-    /// One addition or subtraction.
-    Sum,
-    /// One instruction of another kind, or an output.
-    One,
-    Many,
-}
-
-/// Who uses each value.
-fn users(function: &Function) -> Vec<Users> {
-    let mut users = vec![Users::None; function.instructions.len()];
-    let mut note = |value: Value, user: Users| {
-        let users = &mut users[value.index()];
-        *users = if *users == Users::None { user } else { Users::Many };
-    };
-    for instruction in &function.instructions {
-        let is_sum = matches!(instruction.op, Op::Add(..) | Op::Sub(..));
-        let user = if is_sum { Users::Sum } else { Users::One };
-        instruction.op.operands().for_each(|operand| note(operand, user));
-    }
-    let entries = function.outputs.iter().flat_map(|output| &output.entries);
-    entries.for_each(|&entry| note(entry, Users::One));
-    users
 }

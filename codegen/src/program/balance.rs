@@ -10,6 +10,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::ir::{Function, Instruction, Op, Value};
+use super::like_terms::{absorbed, uses};
 
 /// Operations that a processor issues in a cycle.
 const ISSUE_WIDTH: u32 = 4;
@@ -23,17 +24,7 @@ pub fn balance(function: Function) -> Function {
         return function;
     }
     let uses = uses(&function);
-    // A sum that is nothing but a term of one other sum.
-    let mut absorbed = vec![false; function.instructions.len()];
-    for instruction in &function.instructions {
-        if let Op::Add(x, y) | Op::Sub(x, y) = instruction.op {
-            for term in [x, y] {
-                let is_sum =
-                    matches!(function.instructions[term.index()].op, Op::Add(..) | Op::Sub(..));
-                absorbed[term.index()] = is_sum && uses[term.index()] == 1;
-            }
-        }
-    }
+    let absorbed = absorbed(&function, &uses);
     let mut balancing = Balancing { instructions: Vec::new(), ready: Vec::new() };
     let mut terms: Vec<Vec<(Value, bool)>> = Vec::with_capacity(function.instructions.len());
     let mut map: Vec<Value> = Vec::with_capacity(function.instructions.len());
@@ -114,13 +105,4 @@ impl Balancing {
             }
         }
     }
-}
-
-/// How often each value is used.
-fn uses(function: &Function) -> Vec<usize> {
-    let mut uses = vec![0; function.instructions.len()];
-    let operands = function.instructions.iter().flat_map(|i| i.op.operands());
-    let entries = function.outputs.iter().flat_map(|o| o.entries.iter().copied());
-    operands.chain(entries).for_each(|value| uses[value.index()] += 1);
-    uses
 }

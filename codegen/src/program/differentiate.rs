@@ -13,6 +13,9 @@ use crate::kane::{Phase, Section};
 
 use super::ir::{Function, Instruction, Moving, Op, Slot, Value};
 
+/// What the name of a derivative begins with: `d_omega_left_x`.
+pub const CHANGE_OF: &str = "d_";
+
 /// The derivative along the direction that the [`Slot::Change`]s give, du/dt and lambda constant.
 pub fn along_changes(function: Function) -> Function {
     let change = |slot| match slot {
@@ -37,7 +40,7 @@ fn differentiate(function: Function, seed: impl Fn(Slot) -> Option<Op>) -> Funct
     let mut tangent: Vec<Option<Value>> = Vec::with_capacity(function.instructions.len());
     for instruction in function.instructions {
         let Instruction { op, section, name } = instruction;
-        let change = name.as_ref().map(|name| format!("d_{name}"));
+        let change = name.as_ref().map(|name| format!("{CHANGE_OF}{name}"));
         let value = forward.push(op.map(|x| primal[x.index()]), section);
         forward.instructions[value.index()].name = name;
         let derivative = match op {

@@ -14,8 +14,10 @@
 
 #![allow(clippy::needless_range_loop, reason = "one index runs through several rows at once")]
 
-use super::fold::Builder;
+use super::closure_factor::Closure;
+use super::code::Code;
 use super::ir::{Function, Op, Output, Slot, Value};
+use super::labels::{Called, Labels};
 use crate::kane::{Phase, Section};
 use crate::topology::NodeId;
 
@@ -25,100 +27,6 @@ pub trait Factor {
     fn inverse_pivots(&self) -> &[Value];
     /// L^-1 a.
     fn substitute(&self, code: &mut Code, a: &[Value]) -> Vec<Value>;
-}
-
-/// A function being extended.
-pub struct Code {
-    builder: Builder,
-    section: Section,
-}
-
-impl Code {
-    /// Continues a function, whose outputs are left to the caller.
-    pub fn after(function: Function) -> (Self, Vec<Output>) {
-        let builder = Builder::after(function.instructions);
-        (Self { builder, section: Section::mechanism(Phase::Output) }, function.outputs)
-    }
-
-    /// The function with these outputs.
-    pub fn finish(self, kind: super::FunctionKind, outputs: Vec<Output>) -> Function {
-        Function { kind, instructions: self.builder.instructions(), outputs }
-    }
-
-    /// What follows belongs to this phase of the whole mechanism.
-    pub fn enter(&mut self, phase: Phase) {
-        self.section = Section::mechanism(phase);
-    }
-
-    fn op(&mut self, op: Op) -> Value {
-        self.builder.simplify(op, self.section)
-    }
-
-    fn named(&mut self, op: Op, name: impl FnOnce() -> String) -> Value {
-        let value = self.op(op);
-        self.builder.name(value, name);
-        value
-    }
-
-    fn is_zero(&self, value: Value) -> bool {
-        self.builder.constant(value) == Some(0.0)
-    }
-
-    /// A constant.
-    pub fn number(&mut self, number: f64) -> Value {
-        self.op(Op::Const(number))
-    }
-
-    /// a . b, terms that are zero left out.
-    fn dot(&mut self, a: &[Value], b: &[Value]) -> Value {
-        let mut sum = None;
-        for (&a, &b) in a.iter().zip(b) {
-            if self.is_zero(a) || self.is_zero(b) {
-                continue;
-            }
-            let product = self.op(Op::Mul(a, b));
-            sum = Some(match sum {
-                Some(sum) => self.op(Op::Add(sum, product)),
-                None => product,
-            });
-        }
-        sum.unwrap_or_else(|| self.number(0.0))
-    }
-
-    /// a - b c.
-    fn less(&mut self, a: Value, b: Value, c: Value) -> Value {
-        if self.is_zero(b) || self.is_zero(c) {
-            return a;
-        }
-        let product = self.op(Op::Mul(b, c));
-        self.op(Op::Sub(a, product))
-    }
-
-    /// Appends a function, some of whose reads are given; its outputs.
-    pub fn inline(
-        &mut self,
-        function: &Function,
-        given: impl Fn(Slot) -> Option<Value>,
-    ) -> Vec<Vec<Value>> {
-        let mut map: Vec<Value> = Vec::with_capacity(function.instructions.len());
-        for instruction in &function.instructions {
-            let known = match instruction.op {
-                Op::Load(slot) => given(slot),
-                _ => None,
-            };
-            let value = known.unwrap_or_else(|| {
-                let op = instruction.op.map(|operand| map[operand.index()]);
-                let value = self.builder.simplify(op, instruction.section);
-                if let Some(name) = &instruction.name {
-                    self.builder.name(value, || name.clone());
-                }
-                value
-            });
-            map.push(value);
-        }
-        let entries = |output: &Output| output.entries.iter().map(|v| map[v.index()]).collect();
-        function.outputs.iter().map(entries).collect()
-    }
 }
 
 /// The factor by body: a function that substitutes.
@@ -137,7 +45,7 @@ impl Factor for ByBody {
             Slot::Acceleration(joint) => Some(a[joint.index()]),
             _ => None,
         };
-        code.inline(&self.substitution, given).swap_remove(0)
+        code.inline(&self.substitution, given, str::to_owned).swap_remove(0)
     }
 }
 
@@ -150,8 +58,8 @@ pub struct ByEntry {
 }
 
 impl ByEntry {
-    /// Factors M, N x N. `names` are the joints'.
-    pub fn of(code: &mut Code, mass: &[Value], order: &[usize], names: &[&str]) -> Self {
+    /// Factors M, N x N.
+    pub fn of(code: &mut Code, mass: &[Value], order: &[usize], labels: &Labels) -> Self {
         let n = order.len();
         let mut m: Vec<Vec<Value>> = mass.chunks_exact(n.max(1)).map(<[_]>::to_vec).collect();
         let zero = code.number(0.0);
@@ -160,12 +68,12 @@ impl ByEntry {
         let mut inverse_pivots = vec![zero; n];
         for (index, &k) in order.iter().enumerate().rev() {
             code.section = Section::body(NodeId(index), Phase::MassFactor);
-            let name = || format!("inverse_pivot_{}", names[k]);
+            let name = || format!("inverse_pivot_{}", labels.joints[k]);
             inverse_pivots[k] = code.named(Op::Div(one, m[k][k]), name);
             let before: Vec<usize> =
                 order[..index].iter().copied().filter(|&i| !code.is_zero(m[k][i])).collect();
             for (position, &i) in before.iter().enumerate() {
-                let name = || format!("factor_{}_{}", names[k], names[i]);
+                let name = || format!("l_{}_{}", labels.joints[k], labels.joints[i]);
                 let factor = code.named(Op::Mul(m[k][i], inverse_pivots[k]), name);
                 lower[k][i] = factor;
                 for &j in &before[..=position] {
@@ -179,10 +87,16 @@ impl ByEntry {
         Self { order: order.to_vec(), inverse_pivots, lower }
     }
 
-    /// L^-T b.
-    pub fn reduce(&self, code: &mut Code, b: &[Value]) -> Vec<Value> {
+    /// L^-T b; `name` is that of its entry for a joint.
+    pub fn reduce(
+        &self,
+        code: &mut Code,
+        b: &[Value],
+        name: impl Fn(usize) -> String,
+    ) -> Vec<Value> {
         let mut y = b.to_vec();
         for (index, &k) in self.order.iter().enumerate().rev() {
+            code.name(y[k], || name(k));
             for &i in &self.order[..index] {
                 y[i] = code.less(y[i], self.lower[k][i], y[k]);
             }
@@ -207,173 +121,70 @@ impl Factor for ByEntry {
     }
 }
 
-/// The closure's rows beyond a factor, and S = L D L^T of them.
-pub struct Closure {
-    /// D^-1 Y^T, C rows of N.
-    weighted: Vec<Vec<Value>>,
-    /// Below the diagonal.
-    lower: Vec<Vec<Value>>,
-    inverse_pivots: Vec<Value>,
-    /// See [`conditioning`].
-    conditioning: Value,
+/// A factor of M and that of the closure.
+pub struct Factors<'a, F> {
+    pub mass: &'a F,
+    pub closure: &'a Closure,
+    pub labels: &'a Labels,
 }
 
-impl Closure {
-    /// Of Y, C rows of N.
-    pub fn of(code: &mut Code, inverse_pivots: &[Value], rows: &[Vec<Value>]) -> Self {
-        code.enter(Phase::ClosureFactor);
-        let c = rows.len();
-        let weighted: Vec<Vec<Value>> = rows
-            .iter()
-            .map(|row| {
-                let pairs = row.iter().zip(inverse_pivots);
-                pairs.map(|(&y, &d)| code.op(Op::Mul(y, d))).collect()
-            })
-            .collect();
-        let zero = code.number(0.0);
-        let one = code.number(1.0);
-        let mut s = vec![vec![zero; c]; c];
-        for i in 0..c {
-            for j in 0..=i {
-                s[i][j] = code.dot(&weighted[i], &rows[j]);
-            }
+impl<F: Factor> Factors<'_, F> {
+    /// L^-1 D^-1 (y + Y^T lambda) and lambda, for y (N) and gamma (C).
+    pub fn solve(
+        &self,
+        code: &mut Code,
+        called: &Called,
+        y: &[Value],
+        gamma: &[Value],
+    ) -> [Vec<Value>; 2] {
+        code.enter(Phase::Multiplier);
+        let labels = self.labels;
+        let mut wanted = Vec::with_capacity(gamma.len());
+        for (row, &gamma) in self.closure.weighted().iter().zip(gamma) {
+            let there = code.dot(row, y);
+            let sum = code.op(Op::Add(gamma, there));
+            wanted.push(code.op(Op::Neg(sum)));
         }
-        let diagonal: Vec<Value> = (0..c).map(|i| s[i][i]).collect();
-        let mut lower = vec![vec![zero; c]; c];
-        let mut inverse = vec![zero; c];
-        for k in 0..c {
-            inverse[k] = code.op(Op::Div(one, s[k][k]));
-            for i in k + 1..c {
-                if code.is_zero(s[i][k]) {
-                    continue;
-                }
-                lower[i][k] = code.op(Op::Mul(s[i][k], inverse[k]));
-                for j in k + 1..=i {
-                    s[i][j] = code.less(s[i][j], lower[i][k], s[j][k]);
-                }
-            }
+        let lambda = self.closure.solve(code, &wanted, |row| called.multiplier(labels, row));
+        code.enter(Phase::Acceleration);
+        let pairs = y.iter().zip(self.mass.inverse_pivots());
+        let mut held: Vec<Value> = pairs.map(|(&y, &d)| code.op(Op::Mul(y, d))).collect();
+        let closing = self.closure.combined(code, &lambda, held.len());
+        for (joint, (held, closing)) in held.iter_mut().zip(closing).enumerate() {
+            *held = code.op(Op::Add(*held, closing));
+            code.name(*held, || format!("held_{}", called.solution(labels, joint)));
         }
-        let conditioning = conditioning(code, &lower, &inverse, &diagonal);
-        Self { weighted, lower, inverse_pivots: inverse, conditioning }
+        [self.substituted(code, called, &held), lambda]
     }
 
-    /// S^-1 b.
-    fn solve(&self, code: &mut Code, b: &[Value]) -> Vec<Value> {
-        let c = b.len();
-        let mut x = b.to_vec();
-        for i in 0..c {
-            for j in 0..i {
-                x[i] = code.less(x[i], self.lower[i][j], x[j]);
-            }
+    /// M^-1 J^T (J M^-1 J^T)^-1 x.
+    pub fn correction(&self, code: &mut Code, called: &Called, x: &[Value]) -> Vec<Value> {
+        code.enter(Phase::Correction);
+        let labels = self.labels;
+        let lambda = self.closure.solve(code, x, |row| called.multiplier(labels, row));
+        let held = self.closure.combined(code, &lambda, self.mass.inverse_pivots().len());
+        for (joint, &held) in held.iter().enumerate() {
+            code.name(held, || format!("held_{}", called.solution(labels, joint)));
         }
-        for (value, &inverse) in x.iter_mut().zip(&self.inverse_pivots) {
-            *value = code.op(Op::Mul(*value, inverse));
+        self.substituted(code, called, &held)
+    }
+
+    /// L^-1 `held`: what each joint has while those before it are held, and what they move it by.
+    fn substituted(&self, code: &mut Code, called: &Called, held: &[Value]) -> Vec<Value> {
+        let solution = self.mass.substitute(code, held);
+        for (joint, &value) in solution.iter().enumerate() {
+            code.rename(value, || called.solution(self.labels, joint));
         }
-        for j in (0..c).rev() {
-            for i in 0..j {
-                x[i] = code.less(x[i], self.lower[j][i], x[j]);
-            }
-        }
-        x
+        solution
     }
 
-    /// D^-1 Y^T lambda.
-    fn combined(&self, code: &mut Code, lambda: &[Value], n: usize) -> Vec<Value> {
-        let column = |joint: usize| self.weighted.iter().map(|row| row[joint]).collect::<Vec<_>>();
-        (0..n).map(|joint| code.dot(&column(joint), lambda)).collect()
+    /// By how much results can be trusted: the least of 1 / D, and the conditioning of S.
+    pub fn margin(&self, code: &mut Code) -> Output {
+        code.enter(Phase::ClosureConditioning);
+        let pivots = self.mass.inverse_pivots().iter().copied();
+        let least = pivots.reduce(|least, d| code.op(Op::Min(least, d)));
+        let least = least.unwrap_or_else(|| code.number(1.0));
+        let entries = vec![least, self.closure.conditioning()];
+        Output { name: "margin", rows: 2, columns: 1, entries }
     }
-}
-
-/// A lower bound of smallest over largest eigenvalue, of S with its rows brought to one length
-/// (what the digits of a solution depend on) or a hundred times that of S itself (what the rank
-/// depends on), whichever is less.
-///
-/// With unit diagonal the least is 1 / tr(S^-1) or more; rows of other lengths change it by their
-/// least square; the largest is at most the trace.
-fn conditioning(
-    code: &mut Code,
-    lower: &[Vec<Value>],
-    inverse_pivots: &[Value],
-    diagonal: &[Value],
-) -> Value {
-    code.enter(Phase::ClosureConditioning);
-    let c = diagonal.len();
-    let (zero, one) = (code.number(0.0), code.number(1.0));
-    let Some(least) = diagonal.iter().copied().reduce(|least, x| code.op(Op::Min(least, x))) else {
-        return one;
-    };
-    // (S^-1)_kk = sum over i of (L^-1)_ik^2 / D_i, column by column.
-    let mut inverse_trace = zero;
-    for k in 0..c {
-        let mut column = vec![zero; c];
-        column[k] = one;
-        let mut entry = inverse_pivots[k];
-        for i in k + 1..c {
-            for j in k..i {
-                column[i] = code.less(column[i], lower[i][j], column[j]);
-            }
-            if !code.is_zero(column[i]) {
-                let square = code.op(Op::Mul(column[i], column[i]));
-                let part = code.op(Op::Mul(square, inverse_pivots[i]));
-                entry = code.op(Op::Add(entry, part));
-            }
-        }
-        let scaled = code.op(Op::Mul(diagonal[k], entry));
-        inverse_trace = code.op(Op::Add(inverse_trace, scaled));
-    }
-    let trace = diagonal[1..].iter().fold(diagonal[0], |sum, &x| code.op(Op::Add(sum, x)));
-    let hundred = code.number(100.0);
-    let rank = code.op(Op::Mul(hundred, least));
-    let smaller = code.op(Op::Min(trace, rank));
-    let below = code.op(Op::Mul(inverse_trace, trace));
-    code.op(Op::Div(smaller, below))
-}
-
-/// L^-1 D^-1 (y + Y^T lambda) and lambda, for y (N) and gamma (C).
-pub fn solve(
-    code: &mut Code,
-    factor: &impl Factor,
-    closure: &Closure,
-    y: &[Value],
-    gamma: &[Value],
-) -> [Vec<Value>; 2] {
-    code.enter(Phase::Multiplier);
-    let pairs = y.iter().zip(factor.inverse_pivots());
-    let mut a: Vec<Value> = pairs.map(|(&y, &d)| code.op(Op::Mul(y, d))).collect();
-    let mut wanted = Vec::with_capacity(gamma.len());
-    for (row, &gamma) in closure.weighted.iter().zip(gamma) {
-        let there = code.dot(row, y);
-        let sum = code.op(Op::Add(gamma, there));
-        wanted.push(code.op(Op::Neg(sum)));
-    }
-    let lambda = closure.solve(code, &wanted);
-    code.enter(Phase::Acceleration);
-    let closing = closure.combined(code, &lambda, a.len());
-    for (a, closing) in a.iter_mut().zip(closing) {
-        *a = code.op(Op::Add(*a, closing));
-    }
-    [factor.substitute(code, &a), lambda]
-}
-
-/// M^-1 J^T (J M^-1 J^T)^-1 x.
-pub fn correction(
-    code: &mut Code,
-    factor: &impl Factor,
-    closure: &Closure,
-    x: &[Value],
-) -> Vec<Value> {
-    code.enter(Phase::Correction);
-    let lambda = closure.solve(code, x);
-    let closing = closure.combined(code, &lambda, factor.inverse_pivots().len());
-    factor.substitute(code, &closing)
-}
-
-/// By how much results can be trusted: the least of 1 / D, and the conditioning of S.
-pub fn margin(code: &mut Code, factor: &impl Factor, closure: &Closure) -> Output {
-    code.enter(Phase::ClosureConditioning);
-    let pivots = factor.inverse_pivots().iter().copied();
-    let least = pivots.reduce(|least, d| code.op(Op::Min(least, d)));
-    let least = least.unwrap_or_else(|| code.number(1.0));
-    let entries = vec![least, closure.conditioning];
-    Output { name: "margin", rows: 2, columns: 1, entries }
 }

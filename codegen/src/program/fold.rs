@@ -12,16 +12,18 @@ use crate::kane::Section;
 
 use super::ir::{Function, Instruction, Op, Value};
 
+/// What the name of an opposite begins with: `minus_omega_left_x`.
+pub const MINUS: &str = "minus_";
+
 /// Folds a function.
 pub fn fold(function: Function) -> Function {
     let mut folding = Builder { instructions: Vec::with_capacity(function.instructions.len()) };
     let mut map: Vec<Value> = Vec::with_capacity(function.instructions.len());
     for instruction in function.instructions {
         let Instruction { op, section, name } = instruction;
-        let before = folding.instructions.len();
         let value = folding.simplify(op.map(|operand| map[operand.index()]), section);
-        if value.index() >= before {
-            folding.instructions[value.index()].name = name;
+        if let Some(name) = name {
+            folding.name(value, || name);
         }
         map.push(value);
     }
@@ -48,12 +50,31 @@ impl Builder {
         self.instructions
     }
 
-    /// Names a value that has none, if it is an operation.
+    /// Names a value that has none, if it is an operation; where it is the opposite of a nameless
+    /// value, that one, too: negations move on to where they cost nothing.
     pub fn name(&mut self, value: Value, name: impl FnOnce() -> String) {
-        let instruction = &mut self.instructions[value.index()];
-        if instruction.name.is_none() && !matches!(instruction.op, Op::Const(_) | Op::Load(_)) {
-            instruction.name = Some(name());
+        if self.takes_name(value) && self.instructions[value.index()].name.is_none() {
+            self.rename(value, name);
         }
+    }
+
+    /// As [`name`](Self::name), in place of the name that it has.
+    pub fn rename(&mut self, value: Value, name: impl FnOnce() -> String) {
+        if !self.takes_name(value) {
+            return;
+        }
+        let name = name();
+        if let Some(inner) = self.negated(value)
+            && self.takes_name(inner)
+        {
+            let inner = &mut self.instructions[inner.index()].name;
+            inner.get_or_insert_with(|| format!("{MINUS}{name}"));
+        }
+        self.instructions[value.index()].name = Some(name);
+    }
+
+    fn takes_name(&self, value: Value) -> bool {
+        !matches!(self.op(value), Op::Const(_) | Op::Load(_))
     }
 
     fn op(&self, value: Value) -> Op {

@@ -5,6 +5,8 @@
 //! in debug builds and tests.
 
 mod balance;
+mod closure_factor;
+mod code;
 mod cost;
 mod dead;
 mod differentiate;
@@ -14,11 +16,13 @@ mod fold;
 mod interface;
 mod interpreter;
 mod ir;
+mod labels;
+mod like_terms;
 mod lowering;
 mod number;
 mod op;
 mod parts;
-mod schedule;
+mod sections;
 mod signature;
 mod solution;
 mod text;
@@ -47,10 +51,11 @@ pub fn lower(equations: &Equations, source_name: &str, source_text: &str) -> Pro
         check(&interface, dead::dead(function))
     };
     let optimise = |function: Function| -> Function {
+        let function = check(&interface, like_terms::merge(reduce(function)));
         let function = check(&interface, balance::balance(reduce(function)));
         // Terms have met that cancel, and values that were not known to be the same.
         let function = reduce(function);
-        check(&interface, schedule::schedule(function))
+        check(&interface, sections::sections(function))
     };
     let mut functions: Vec<Function> =
         lowering::functions(equations, &interface).into_iter().map(optimise).collect();

@@ -1,8 +1,12 @@
 //! The functions that solve: by which elimination, and whether at all.
 
-use super::eliminate::{self, ByBody, ByEntry, Closure, Code, Factor};
-use super::fold;
+use super::closure_factor::Closure;
+use super::code::Code;
+use super::differentiate::CHANGE_OF;
+use super::eliminate::{ByBody, ByEntry, Factor, Factors};
+use super::fold::{self, MINUS};
 use super::ir::{Function, Moving, Output, Slot, Value};
+use super::labels::{Called, Labels};
 use super::lowering;
 use super::signature::FunctionKind;
 use crate::kane::{Equations, Phase};
@@ -69,29 +73,51 @@ fn entries(equations: &Equations) -> usize {
 
 fn by_entry(equations: &Equations, kind: FunctionKind) -> Function {
     let (mut code, outputs) = Code::after(fold::fold(lowering::by_entry(equations, kind)));
-    let (factor, closure) = factored(&mut code, equations, &outputs);
+    let labels = &Labels::of(equations);
+    let (mass, closure) = factored(&mut code, equations, labels, &outputs);
     let reduced = match kind {
         FunctionKind::Acceleration => {
-            code.enter(Phase::ReducedForce);
-            factor.reduce(&mut code, entries_of(&outputs, "forcing"))
+            reduced_force(&mut code, labels, &mass, entries_of(&outputs, "forcing"), "")
         }
         _ => Vec::new(),
     };
-    finished(code, kind, &outputs, &factor, &closure, &reduced)
+    let factors = Factors { mass: &mass, closure: &closure, labels };
+    finished(code, kind, &outputs, &factors, &reduced)
+}
+
+/// L^-T of a force.
+fn reduced_force(
+    code: &mut Code,
+    labels: &Labels,
+    mass: &ByEntry,
+    force: &[Value],
+    direction: &str,
+) -> Vec<Value> {
+    code.enter(Phase::ReducedForce);
+    let derivative = if direction.is_empty() { "" } else { "d_" };
+    let name = |joint: usize| format!("{derivative}y_{}{direction}", labels.joints[joint]);
+    mass.reduce(code, force, name)
 }
 
 /// M by entry, and the closure beyond it.
-fn factored(code: &mut Code, equations: &Equations, outputs: &[Output]) -> (ByEntry, Closure) {
-    let topology = &equations.topology;
-    let order: Vec<usize> = topology.nodes.iter().map(|node| node.joint.index()).collect();
-    let names: Vec<&str> =
-        topology.mechanism.joints.iter().map(|joint| joint.name.as_str()).collect();
-    let factor = ByEntry::of(code, entries_of(outputs, "mass"), &order, &names);
+fn factored(
+    code: &mut Code,
+    equations: &Equations,
+    labels: &Labels,
+    outputs: &[Output],
+) -> (ByEntry, Closure) {
+    let nodes = &equations.topology.nodes;
+    let order: Vec<usize> = nodes.iter().map(|node| node.joint.index()).collect();
+    let mass = ByEntry::of(code, entries_of(outputs, "mass"), &order, labels);
     let jacobian = entries_of(outputs, "jacobian").chunks_exact(order.len().max(1));
     code.enter(Phase::ReducedClosureJacobian);
-    let rows: Vec<Vec<Value>> = jacobian.map(|row| factor.reduce(code, row)).collect();
-    let closure = Closure::of(code, factor.inverse_pivots(), &rows);
-    (factor, closure)
+    let mut rows = Vec::new();
+    for (row, entries) in jacobian.enumerate() {
+        let name = |joint: usize| format!("y{}_{}", labels.row(row), labels.joints[joint]);
+        rows.push(mass.reduce(code, entries, name));
+    }
+    let closure = Closure::of(code, labels, mass.inverse_pivots(), &rows);
+    (mass, closure)
 }
 
 fn by_body(equations: &Equations, kind: FunctionKind) -> Function {
@@ -101,35 +127,49 @@ fn by_body(equations: &Equations, kind: FunctionKind) -> Function {
     let n = inverse_pivots.len();
     let rows = entries_of(&outputs, "rows").chunks_exact(n.max(1));
     let rows: Vec<Vec<Value>> = rows.map(<[_]>::to_vec).collect();
-    let closure = Closure::of(&mut code, &inverse_pivots, &rows);
+    let labels = &Labels::of(equations);
+    for (row, entries) in rows.iter().enumerate() {
+        for (&value, joint) in entries.iter().zip(&labels.joints) {
+            code.rename(value, || format!("y{}_{joint}", labels.row(row)));
+        }
+    }
+    let reduced = entries_of(&outputs, "reduced");
+    for (&value, joint) in reduced.iter().zip(&labels.joints) {
+        code.rename(value, || format!("y_{joint}"));
+    }
+    let closure = Closure::of(&mut code, labels, &inverse_pivots, &rows);
     let factor = ByBody { inverse_pivots, substitution };
-    finished(code, kind, &outputs, &factor, &closure, entries_of(&outputs, "reduced"))
+    let factors = Factors { mass: &factor, closure: &closure, labels };
+    finished(code, kind, &outputs, &factors, reduced)
 }
 
 /// The outputs of `kind`, by whichever factor; `reduced` is y.
-fn finished(
+fn finished<F: Factor>(
     mut code: Code,
     kind: FunctionKind,
     given: &[Output],
-    factor: &impl Factor,
-    closure: &Closure,
+    factors: &Factors<'_, F>,
     reduced: &[Value],
 ) -> Function {
     let of = |name| entries_of(given, name);
-    let n = factor.inverse_pivots().len();
+    let n = factors.mass.inverse_pivots().len();
     let vector = |name, entries| Output { name, rows: n, columns: 1, entries };
     let mut outputs = Vec::new();
     if kind == FunctionKind::Acceleration {
-        let [acceleration, _] = eliminate::solve(&mut code, factor, closure, reduced, of("gamma"));
+        let called = Called::itself("acceleration", "lambda");
+        let [acceleration, _] = factors.solve(&mut code, &called, reduced, of("gamma"));
         outputs.push(vector("acceleration", acceleration));
     } else {
         outputs.extend(given.iter().filter(|output| output.name == "residual").cloned());
-        for (name, open) in [("positions", of("misfit")), ("speeds", of("speeds"))] {
-            let correction = eliminate::correction(&mut code, factor, closure, open);
+        for (name, called, open) in [
+            ("positions", Called::itself("correction_q", "lambda_q"), of("misfit")),
+            ("speeds", Called::itself("correction_u", "lambda_u"), of("speeds")),
+        ] {
+            let correction = factors.correction(&mut code, &called, open);
             outputs.push(vector(name, correction));
         }
     }
-    outputs.push(eliminate::margin(&mut code, factor, closure));
+    outputs.push(factors.margin(&mut code));
     code.finish(kind, outputs)
 }
 
@@ -138,11 +178,13 @@ fn finished(
 fn jacobian(equations: &Equations, tangent: &Function) -> Function {
     let start = lowering::by_entry(equations, FunctionKind::Acceleration);
     let (mut code, outputs) = Code::after(fold::fold(start));
-    let (factor, closure) = factored(&mut code, equations, &outputs);
-    code.enter(Phase::ReducedForce);
-    let y = factor.reduce(&mut code, entries_of(&outputs, "forcing"));
-    let gamma = entries_of(&outputs, "gamma");
-    let [acceleration, lambda] = eliminate::solve(&mut code, &factor, &closure, &y, gamma);
+    let labels = &Labels::of(equations);
+    let (mass, closure) = factored(&mut code, equations, labels, &outputs);
+    let factors = Factors { mass: &mass, closure: &closure, labels };
+    let y = reduced_force(&mut code, labels, &mass, entries_of(&outputs, "forcing"), "");
+    let called = Called::itself("acceleration", "lambda");
+    let [acceleration, lambda] =
+        factors.solve(&mut code, &called, &y, entries_of(&outputs, "gamma"));
     let (zero, one) = (code.number(0.0), code.number(1.0));
     let n = acceleration.len();
     let mut along = |direction: Moving| {
@@ -152,10 +194,13 @@ fn jacobian(equations: &Equations, tangent: &Function) -> Function {
             Slot::Change(moving) => Some(if moving == direction { one } else { zero }),
             _ => None,
         };
-        let changes = code.inline(tangent, given);
-        code.enter(Phase::ReducedForce);
-        let y = factor.reduce(&mut code, &changes[0]);
-        let [derivative, _] = eliminate::solve(&mut code, &factor, &closure, &y, &changes[1]);
+        let called = Called::derivative(labels, direction);
+        let changes = code.inline(tangent, given, |name| match is_derivative(name) {
+            true => format!("{name}{}", called.direction),
+            false => name.to_owned(),
+        });
+        let y = reduced_force(&mut code, labels, &mass, &changes[0], &called.direction);
+        let [derivative, _] = factors.solve(&mut code, &called, &y, &changes[1]);
         derivative
     };
     let joints = || (0..n).map(JointId);
@@ -171,9 +216,14 @@ fn jacobian(equations: &Equations, tangent: &Function) -> Function {
         matrix("dq", &by_position),
         matrix("du", &by_speed),
         matrix("dt", &[by_time]),
-        eliminate::margin(&mut code, &factor, &closure),
+        factors.margin(&mut code),
     ];
     code.finish(FunctionKind::Jacobian, outputs)
+}
+
+/// Whether a value of the tangent changes with the direction, by its name.
+fn is_derivative(name: &str) -> bool {
+    name.strip_prefix(MINUS).unwrap_or(name).starts_with(CHANGE_OF)
 }
 
 fn entries_of<'a>(outputs: &'a [Output], name: &str) -> &'a [Value] {

@@ -1,14 +1,16 @@
 //! Every pass: it keeps the values, and what it promises holds afterwards. On random functions, and on the
 //! functions of a compiled mechanism.
 
+mod like_terms;
 mod postconditions;
+mod sections;
 mod times;
 
 use proptest::prelude::*;
 
 use super::ir::{Function, Instruction, Op, Output, Slot, Value};
 use super::signature::FunctionKind;
-use super::{balance, dead, fold, number, schedule, verify};
+use super::{balance, dead, fold, number, verify};
 use crate::kane::{Phase, Section};
 use crate::source::JointId;
 
@@ -91,10 +93,12 @@ fn passes_keep_the_values() {
         let live = dead::dead(numbered.clone());
         let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits());
         prop_assert!(same(&run(&live, &q), &run(&numbered, &q)));
-        let balanced = balance::balance(live.clone());
-        compared(&balanced, &live, &q)?;
-        let scheduled = schedule::schedule(balanced.clone());
-        prop_assert!(same(&run(&scheduled, &q), &run(&balanced, &q)));
+        let merged = super::like_terms::merge(live.clone());
+        compared(&merged, &live, &q)?;
+        let balanced = balance::balance(merged.clone());
+        compared(&balanced, &merged, &q)?;
+        let ordered = super::sections::sections(balanced.clone());
+        prop_assert!(same(&run(&ordered, &q), &run(&balanced, &q)));
     });
     assert!(total.get() > 1000, "only {} values were compared", total.get());
 }

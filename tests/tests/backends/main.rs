@@ -9,4 +9,5 @@ mod generated;
 mod jit;
 mod lanes;
 mod machine_code;
+mod readable;
 mod reserved;

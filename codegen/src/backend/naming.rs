@@ -1,0 +1,193 @@
+//! Names of local values: what the program calls them, or else what they are part of, or made of.
+//!
+//! Most values have a name from the derivation. Those without are terms of a sum or factors of a
+//! product that grew too long for one line (`omega_left_x_sum`), entries of an output (`mass_2_1`),
+//! or were met in several places (`cos_left_times_u_left`).
+
+use crate::program::{Function, Moving, Op, Program, Slot, Value};
+
+/// Letters of a name that is made of the names of two operands.
+const LONGEST_PAIR: usize = 48;
+
+/// Who uses a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Users {
+    /// Nobody.
+    None,
+    /// One addition or subtraction.
+    Sum(Value),
+    /// One instruction of another kind.
+    One(Value),
+    /// One entry of an output.
+    Entry,
+    /// Several.
+    Many,
+}
+
+/// Who uses each value.
+pub fn users(function: &Function) -> Vec<Users> {
+    let mut users = vec![Users::None; function.instructions.len()];
+    let mut note = |value: Value, user: Users| {
+        let users = &mut users[value.index()];
+        *users = if *users == Users::None { user } else { Users::Many };
+    };
+    for (index, instruction) in function.instructions.iter().enumerate() {
+        let is_sum = matches!(instruction.op, Op::Add(..) | Op::Sub(..));
+        let user = if is_sum { Users::Sum } else { Users::One };
+        instruction.op.operands().for_each(|operand| note(operand, user(Value(index))));
+    }
+    let entries = function.outputs.iter().flat_map(|output| &output.entries);
+    entries.for_each(|&entry| note(entry, Users::Entry));
+    users
+}
+
+/// What the values of a function are called.
+pub struct Naming<'a> {
+    program: &'a Program,
+    function: &'a Function,
+    users: &'a [Users],
+}
+
+impl<'a> Naming<'a> {
+    /// For the values of a function.
+    pub fn new(program: &'a Program, function: &'a Function, users: &'a [Users]) -> Self {
+        Self { program, function, users }
+    }
+
+    /// What to call a value.
+    pub fn of(&self, value: Value) -> String {
+        let instruction = &self.function.instructions[value.index()];
+        if let Some(name) = &instruction.name {
+            return name.clone();
+        }
+        if let Some(entry) = self.entry(value) {
+            return entry;
+        }
+        match self.users[value.index()] {
+            Users::Sum(user) | Users::One(user) => self.within(user, self.kind(value)),
+            _ => self.made_of(value),
+        }
+    }
+
+    /// The first entry of an output that a value is: `mass_2_1`.
+    fn entry(&self, value: Value) -> Option<String> {
+        self.function.outputs.iter().find_map(|output| {
+            let index = output.entries.iter().position(|&entry| entry == value)?;
+            let (row, column) = (index / output.columns, index % output.columns);
+            Some(match (output.rows, output.columns) {
+                (1, 1) => output.name.to_owned(),
+                (_, 1) => format!("{}_{row}", output.name),
+                _ => format!("{}_{row}_{column}", output.name),
+            })
+        })
+    }
+
+    /// A part of what uses it: the nearest user with a name.
+    fn within(&self, user: Value, kind: &str) -> String {
+        let mut at = user;
+        loop {
+            let name = &self.function.instructions[at.index()].name;
+            if let Some(name) = name.clone().or_else(|| self.entry(at)) {
+                return format!("{name}_{kind}");
+            }
+            match self.users[at.index()] {
+                Users::Sum(next) | Users::One(next) => at = next,
+                _ => return format!("{}_{kind}", self.made_of(at)),
+            }
+        }
+    }
+
+    /// What kind of expression a value is.
+    fn kind(&self, value: Value) -> &'static str {
+        match self.function.instructions[value.index()].op {
+            Op::Add(..) | Op::Sub(..) => "sum",
+            Op::Mul(..) => "product",
+            Op::Div(..) => "quotient",
+            op => op.mnemonic(),
+        }
+    }
+
+    /// The operation and its operands.
+    fn made_of(&self, value: Value) -> String {
+        let (x, y) = match self.function.instructions[value.index()].op {
+            Op::Mul(x, y) if x == y => {
+                return self
+                    .operand(x)
+                    .map_or_else(|| self.subject(value), |x| format!("{x}_squared"));
+            }
+            Op::Neg(x) => {
+                return self
+                    .operand(x)
+                    .map_or_else(|| self.subject(value), |x| format!("minus_{x}"));
+            }
+            op => {
+                let mut operands = op.operands();
+                match (operands.next(), operands.next()) {
+                    (Some(x), Some(y)) => (x, y),
+                    (Some(x), None) => {
+                        let name = self.operand(x);
+                        return name.map_or_else(
+                            || self.subject(value),
+                            |x| format!("{}_{x}", op.mnemonic()),
+                        );
+                    }
+                    _ => return self.subject(value),
+                }
+            }
+        };
+        let word = match self.function.instructions[value.index()].op {
+            Op::Add(..) => "plus",
+            Op::Sub(..) => "minus",
+            Op::Mul(..) => "times",
+            Op::Div(..) => "over",
+            op => op.mnemonic(),
+        };
+        let pair = match (self.operand(x), self.operand(y)) {
+            (Some(x), Some(y)) => format!("{x}_{word}_{y}"),
+            (Some(x), None) | (None, Some(x)) => format!("{x}_{}", self.kind(value)),
+            (None, None) => self.subject(value),
+        };
+        if pair.len() <= LONGEST_PAIR { pair } else { self.subject(value) }
+    }
+
+    /// The name of an operand, if it has one.
+    fn operand(&self, value: Value) -> Option<String> {
+        let instruction = &self.function.instructions[value.index()];
+        match instruction.op {
+            Op::Const(_) => None,
+            Op::Load(slot) => Some(self.slot(slot)),
+            _ => instruction.name.clone(),
+        }
+    }
+
+    /// The body or loop that it belongs to, and what kind of expression it is.
+    fn subject(&self, value: Value) -> String {
+        let subject = self.function.instructions[value.index()].section.subject;
+        let subject = subject.name(&self.program.interface.nodes).replace(' ', "");
+        format!("{subject}_{}", self.kind(value))
+    }
+
+    fn slot(&self, slot: Slot) -> String {
+        let interface = &self.program.interface;
+        let joint = |id: crate::source::JointId| &interface.joints[id.index()].name;
+        match slot {
+            Slot::Time => "t".to_owned(),
+            Slot::Position(id) => format!("q_{}", joint(id)),
+            Slot::Rate(id) => format!("u_{}", joint(id)),
+            Slot::Parameter(id) => interface.parameters[id.index()].name.replace('.', "_"),
+            Slot::Input(id) => interface.inputs[id.index()].clone(),
+            Slot::Acceleration(id) => format!("acceleration_{}", joint(id)),
+            Slot::Multiplier(row) => format!("lambda_{row}"),
+            Slot::Change(moving) => format!(
+                "d_{}",
+                self.slot(match moving {
+                    Moving::Time => Slot::Time,
+                    Moving::Position(id) => Slot::Position(id),
+                    Moving::Rate(id) => Slot::Rate(id),
+                    Moving::Parameter(id) => Slot::Parameter(id),
+                    Moving::Input(id) => Slot::Input(id),
+                })
+            ),
+        }
+    }
+}

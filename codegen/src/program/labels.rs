@@ -1,0 +1,78 @@
+//! What the values of an elimination are called: by joints and by rows of the closure.
+
+use super::ir::Moving;
+use crate::kane::Equations;
+
+/// Names of joints and rows.
+pub struct Labels {
+    /// By joint.
+    pub joints: Vec<String>,
+    /// Of each closure row: its loop, and its number within the loop.
+    rows: Vec<[usize; 2]>,
+}
+
+impl Labels {
+    /// Those of a mechanism.
+    pub fn of(equations: &Equations) -> Self {
+        let topology = &equations.topology;
+        let joints = topology.mechanism.joints.iter().map(|joint| joint.name.clone()).collect();
+        let loops = topology.loops.iter().enumerate();
+        let rows = loops.flat_map(|(id, closed)| (0..closed.rows.len()).map(move |row| [id, row]));
+        Self { joints, rows: rows.collect() }
+    }
+
+    /// A row: `0_1` is the second of the first loop.
+    pub fn row(&self, row: usize) -> String {
+        let [id, number] = self.rows[row];
+        format!("{id}_{number}")
+    }
+
+    /// A pair of rows: `loop0_1_2`, or `loop0_1_loop1_2` of two loops.
+    pub fn pair(&self, i: usize, j: usize) -> String {
+        let ([id, number], [other, second]) = (self.rows[i], self.rows[j]);
+        if id == other {
+            format!("loop{id}_{number}_{second}")
+        } else {
+            format!("loop{id}_{number}_loop{other}_{second}")
+        }
+    }
+}
+
+/// What a solution of the equations is called.
+pub struct Called {
+    /// By joint: `acceleration`.
+    pub solution: &'static str,
+    /// By closure row: `lambda`.
+    pub multiplier: &'static str,
+    /// What it is the derivative by: `_by_q_east`; nothing where it is none.
+    pub direction: String,
+}
+
+impl Called {
+    /// Something that is no derivative.
+    pub fn itself(solution: &'static str, multiplier: &'static str) -> Self {
+        Self { solution, multiplier, direction: String::new() }
+    }
+
+    /// du/dt and lambda, or their derivatives.
+    pub fn derivative(labels: &Labels, direction: Moving) -> Self {
+        let direction = match direction {
+            Moving::Time => "_by_t".to_owned(),
+            Moving::Position(joint) => format!("_by_q_{}", labels.joints[joint.index()]),
+            Moving::Rate(joint) => format!("_by_u_{}", labels.joints[joint.index()]),
+            Moving::Parameter(id) => format!("_by_parameter_{}", id.index()),
+            Moving::Input(id) => format!("_by_input_{}", id.index()),
+        };
+        Self { solution: "d_acceleration", multiplier: "d_lambda", direction }
+    }
+
+    /// The multiplier of a row: `lambda0_1`.
+    pub fn multiplier(&self, labels: &Labels, row: usize) -> String {
+        format!("{}{}{}", self.multiplier, labels.row(row), self.direction)
+    }
+
+    /// The solution of a joint: `acceleration_east`.
+    pub fn solution(&self, labels: &Labels, joint: usize) -> String {
+        format!("{}_{}{}", self.solution, labels.joints[joint], self.direction)
+    }
+}
