@@ -5,6 +5,7 @@ mod c_algorithms;
 mod c_constants;
 mod compiled;
 mod compiled_random;
+mod config;
 mod generated;
 mod jit;
 mod lanes;

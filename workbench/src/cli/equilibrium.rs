@@ -128,7 +128,7 @@ fn opening(system: &Jit, q: &[f64]) -> f64 {
     let rows = 9 * system.dimensions().loops;
     let (mut residual, mut jacobian) = (vec![0.0; rows], vec![0.0; rows * q.len()]);
     system.write_closure(q, &mut residual, &mut jacobian);
-    residual.iter().fold(0.0, |most, x| x.abs().max(most))
+    lamc_workbench::motion::largest(&residual)
 }
 
 /// Angles in degrees: ours, then the others with how far they are from closing.

@@ -192,7 +192,7 @@ fn evaluate(
         acceleration: rates,
         constraint_rank: constraint.rank,
         dof: n - constraint.rank,
-        closure_residual: residual.iter().fold(0.0, |most, x| x.abs().max(most)),
+        closure_residual: lamc_workbench::motion::largest(&residual),
         kinetic_energy: energy.kinetic,
         potential_energy: energy.potential,
         mass_matrix: mass.chunks(n).map(<[f64]>::to_vec).collect(),

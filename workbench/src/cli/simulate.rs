@@ -8,7 +8,7 @@ use clap::{Args, ValueEnum};
 use lamc::laminate::{Mechanism, excursions};
 use lamc_runtime::{State, System, project};
 use lamc_workbench::execution::Jit;
-use lamc_workbench::motion::{Motion, Work};
+use lamc_workbench::motion::{Motion, Work, largest};
 use lamc_workbench::simulation::{
     Fold, Method, Settings, Simulation, SimulationError, TOLERANCE, describe, unfold,
 };
@@ -292,7 +292,7 @@ fn summary(simulation: &Simulation, seconds: f64, interrupted: bool) -> String {
             false => writeln!(text, "balance: nothing takes energy; {off:.1e} J drifted away"),
         };
     }
-    let open = motion.samples.iter().map(|sample| sample.closure).fold(0.0, f64::max);
+    let open = largest(motion.samples.iter().map(|sample| &sample.closure));
     let _ = writeln!(text, "closure: within {open:.1e} m of {:.1} mm", motion.size * 1e3);
     let joints = motion.joints.iter().zip(simulation.stopped()).filter(|(_, stopped)| **stopped);
     let stopped: Vec<_> = joints.map(|(name, _)| format!("`{name}`")).collect();

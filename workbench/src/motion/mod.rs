@@ -102,7 +102,7 @@ impl Motion {
             t,
             acceleration: rates,
             energy: system.energy(t, &q, &u),
-            closure: residual.iter().fold(0.0, |most, x| x.abs().max(most)),
+            closure: largest(&residual),
             points: points.as_chunks().0.to_vec(),
             poses: poses.as_chunks().0.iter().map(pose).collect(),
             q,
@@ -116,4 +116,11 @@ impl Motion {
 fn pose(numbers: &[f64; 12]) -> Pose {
     let [a, b, c, d, e, f, g, h, i, translation @ ..] = *numbers;
     Pose { rotation: [[a, b, c], [d, e, f], [g, h, i]], translation }
+}
+
+/// The largest magnitude, 0 of no numbers; NaN if one of them is NaN, so that a residual that is not a number
+/// is never reported as a closed loop.
+pub fn largest<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> f64 {
+    let larger = |most: f64, x: &f64| if most.is_nan() || most > x.abs() { most } else { x.abs() };
+    numbers.into_iter().fold(0.0, larger)
 }

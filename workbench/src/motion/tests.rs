@@ -61,3 +61,12 @@ fn rounding_at_rest_is_no_gain() {
     let after = state(2e-9, 0.2, 1.0);
     assert!(audit.look(&system, &begin, &after, &work).is_some());
 }
+
+#[test]
+fn a_residual_that_is_no_number_is_not_lost() {
+    use super::largest;
+    for numbers in [[f64::NAN, 1.0], [1.0, f64::NAN]] {
+        assert!(largest(&numbers).is_nan());
+    }
+    assert_eq!((largest(&[1.0, -3.0, 2.0]), largest(&[])), (3.0, 0.0));
+}
