@@ -2,7 +2,6 @@
  * Compiled with -DHEADER=".." -DMODEL=.. -DUPPER=.. -DREAL=.. for the module. */
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include HEADER
 
@@ -91,16 +90,68 @@ static void state(void)
 #endif
 }
 
+static void read_state(real *t, real *q, real *u)
+{
+    *t = number();
+    numbers(q, N);
+    numbers(u, N);
+}
+
+/* t, q, pinned */
+static void assemble(void)
+{
+    real q[N];
+    unsigned char pinned[N];
+    const real t = number();
+    int status;
+    numbers(q, N);
+    for (int i = 0; i < N; i++)
+        pinned[i] = number() > 0;
+    status = F(assemble)(t, q, pinned, &p, &in);
+    answer("assembled", status, q, N);
+}
+
+/* t, q, u */
+static void project(void)
+{
+    real q[N], u[N], t;
+    int status;
+    read_state(&t, q, u);
+    status = F(project)(t, q, u, &p, &in);
+    answer("projected q", status, q, N);
+    answer("projected u", status, u, N);
+}
+
+/* steps, dt, t, q, u */
+static void run(void)
+{
+    const int steps = (int)number();
+    const real dt = number();
+    real q[N], u[N], t;
+    int status = M(OK);
+    read_state(&t, q, u);
+    for (int i = 0; i < steps && status == M(OK); i++)
+        status = F(step_rk4)(&t, q, u, dt, &p, &in);
+    answer("t after steps", status, &t, 1);
+    answer("q after steps", status, q, N);
+    answer("u after steps", status, u, N);
+}
+
+static void initial(void)
+{
+    real q[N] = { 0 }, u[N] = { 0 };
+    const int status = F(initial)(q, u, &p, &in);
+    answer("initial q", status, q, N);
+    answer("initial u", status, u, N);
+}
+
 int main(void)
 {
     static char line[1 << 20];
-    real q[N], u[N], t;
     F(params_default)(&p);
     F(inputs_default)(&in);
     while (fgets(line, sizeof line, stdin)) {
         rest = line + 1;
-        memset(q, 0, sizeof q);
-        memset(u, 0, sizeof u);
         switch (line[0]) {
         case 'c': /* parameters, inputs */
             numbers((real *)&p, (int)(sizeof p / sizeof(real)));
@@ -109,45 +160,18 @@ int main(void)
         case 's':
             state();
             break;
-        case 'i': {
-            const int status = F(initial)(q, u, &p, &in);
-            answer("initial q", status, q, N);
-            answer("initial u", status, u, N);
+        case 'i':
+            initial();
             break;
-        }
-        case 'a': { /* t, q, pinned */
-            unsigned char pinned[N];
-            t = number();
-            numbers(q, N);
-            for (int i = 0; i < N; i++)
-                pinned[i] = number() > 0;
-            const int status = F(assemble)(t, q, pinned, &p, &in);
-            answer("assembled", status, q, N);
+        case 'a':
+            assemble();
             break;
-        }
-        case 'p': { /* t, q, u */
-            t = number();
-            numbers(q, N);
-            numbers(u, N);
-            const int status = F(project)(t, q, u, &p, &in);
-            answer("projected q", status, q, N);
-            answer("projected u", status, u, N);
+        case 'p':
+            project();
             break;
-        }
-        case 'r': { /* steps, dt, t, q, u */
-            const int steps = (int)number();
-            const real dt = number();
-            int status = M(OK);
-            t = number();
-            numbers(q, N);
-            numbers(u, N);
-            for (int i = 0; i < steps && status == M(OK); i++)
-                status = F(step_rk4)(&t, q, u, dt, &p, &in);
-            answer("t after steps", status, &t, 1);
-            answer("q after steps", status, q, N);
-            answer("u after steps", status, u, N);
+        case 'r':
+            run();
             break;
-        }
         default:
             return 2;
         }
