@@ -24,7 +24,7 @@ pub enum CompileError {
     /// A number of the model is too large for the number type.
     #[error("the number {0:e} of the equations does not fit f32: use f64")]
     OutOfRange(f64),
-    /// The symbolic engine is not to be had.
+    /// The symbolic engine could not be started.
     #[error(transparent)]
     Session(#[from] SessionError),
 }

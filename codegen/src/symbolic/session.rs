@@ -48,7 +48,7 @@ const STACK_BYTES: usize = 256 << 20;
 /// this user.
 ///
 /// # Errors
-/// When the lock file or the thread cannot be had. A panic in `work` is passed on.
+/// When the lock file cannot be locked or the thread cannot be started. A panic in `work` is passed on.
 pub fn session<L, B, R>(
     work: impl FnOnce(&mut Algebra<L, B>) -> R + Send,
 ) -> Result<R, SessionError>

@@ -126,3 +126,11 @@ fn constants_are_not_multiplied_beyond_what_a_number_holds() {
     assert_eq!(run(&folded, &[1e-150]), [1e200 * (1e200 * 1e-150)]);
     assert_eq!(unfolded(&folded), None);
 }
+
+#[test]
+fn the_text_form_says_body_phase_and_equation() {
+    let text = compiled("pendulum").to_string();
+    let headings: Vec<&str> = text.lines().filter(|line| line.starts_with("  ; ")).collect();
+    let heading = "  ; arm: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2";
+    assert!(headings.contains(&heading), "{headings:#?}");
+}
