@@ -29,7 +29,7 @@ fn sixty_seconds_at_a_kilohertz() {
         let middle = power(&state);
         rk4.step(&robot, &mut state, 1e-3).unwrap();
         lost += 1e-3 / 3.0 * (start + 4.0 * middle + power(&state));
-        let open = largest(&robot.closure(&state.q).residual);
+        let open = largest(robot.closure(&state.q).residual);
         worst_closure = keep_largest(worst_closure, open / robot.size());
         worst_balance = keep_largest(worst_balance, (total(&state) + lost - begin).abs());
         lowest = lowest.min(total(&state));

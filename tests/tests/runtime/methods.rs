@@ -71,7 +71,7 @@ fn samples_between_implicit_steps_lie_on_the_motion() {
 
 fn drift(robot: &Sixbar<f64>, state: &State<[f64; 6], f64>) -> f64 {
     let residual = robot.closure(&state.q).residual;
-    largest(&residual) / robot.size()
+    largest(residual) / robot.size()
 }
 
 /// Projection keeps loops closed to 1e-9, Baumgarte's way nearly, nothing not; in every integrator
