@@ -84,7 +84,7 @@ fn object(mapping: &Mapping) -> Json {
     if !together.is_empty() {
         object["dependentRequired"] = Json::Object(together);
     }
-    let excluded: Vec<Json> = mapping.choices.iter().flat_map(|choice| excluded(choice)).collect();
+    let excluded: Vec<Json> = mapping.choices.iter().flat_map(excluded).collect();
     if !excluded.is_empty() {
         object["not"] = json!({ "anyOf": excluded });
     }

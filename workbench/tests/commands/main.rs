@@ -10,6 +10,7 @@ mod files;
 mod meaning;
 mod measured;
 mod pictures;
+mod reference;
 mod rounded;
 mod simulate;
 mod states;

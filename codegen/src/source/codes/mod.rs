@@ -4,10 +4,15 @@
 //! here. `docs/ERRORS.md` and `lamc explain` print these texts.
 
 use std::fmt;
+use std::ops::Deref;
 
 /// One kind of finding about a model.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub struct Code {
+pub struct Code(&'static Entry);
+
+/// What a code stands for.
+#[derive(PartialEq, Eq)]
+pub struct Entry {
     /// The stable identifier that a diagnostic shows: `unknown-key`.
     pub name: &'static str,
     /// What leads to it, in whole sentences.
@@ -16,6 +21,14 @@ pub struct Code {
     pub cure: &'static str,
     /// Why no short model shows it, where none does.
     pub no_example: Option<&'static str>,
+}
+
+impl Deref for Code {
+    type Target = Entry;
+
+    fn deref(&self) -> &Entry {
+        self.0
+    }
 }
 
 impl fmt::Debug for Code {
@@ -36,12 +49,13 @@ macro_rules! codes {
     ($($id:ident $name:literal $cause:literal $cure:literal $(no example $reason:literal)?;)*) => {
         $(
             #[doc = $cause]
-            pub const $id: $crate::source::codes::Code = $crate::source::codes::Code {
-                name: $name,
-                cause: $cause,
-                cure: $cure,
-                no_example: codes!(@reason $($reason)?),
-            };
+            pub const $id: $crate::source::codes::Code =
+                $crate::source::codes::Code(&$crate::source::codes::Entry {
+                    name: $name,
+                    cause: $cause,
+                    cure: $cure,
+                    no_example: codes!(@reason $($reason)?),
+                });
         )*
         pub(super) const ALL: &[$crate::source::codes::Code] = &[$($id),*];
     };
