@@ -89,7 +89,7 @@ static int accelerate_generally(real t, const real *q, const real *u, const para
     real jacobian[ROWS * COORDINATES], gamma[ROWS];
     write_rows(t, q, u, p, in, mass, y, jacobian, gamma);
 #else
-    equations(t, q, u, p, in, mass, y);
+    equations_of(t, q, u, p, in, mass, y);
 #endif
     pivot = factor_cholesky(mass, COORDINATES);
     if (pivot < COORDINATES)

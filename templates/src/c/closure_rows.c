@@ -20,14 +20,14 @@ PRIVATE void write_rows(real t, const real *q, const real *u, const parameters *
     real *mass, real *forcing, real *jacobian, real *gamma)
 {
 #if CLOSURE_ROWS > 0
-    equations(t, q, u, p, in, mass, forcing, jacobian, gamma);
+    equations_of(t, q, u, p, in, mass, forcing, jacobian, gamma);
 #else
-    equations(t, q, u, p, in, mass, forcing);
+    equations_of(t, q, u, p, in, mass, forcing);
 #endif
 #if DRIVES > 0
     {
         real drive[values_of_drive * DRIVES];
-        drives(t, p, in, drive);
+        drives_of(t, p, in, drive);
         write_drive_rows(jacobian + CLOSURE_ROWS * COORDINATES);
         for (int i = 0; i < DRIVES; i++)
             gamma[CLOSURE_ROWS + i] = -MECHANISM_SIZE * drive[values_of_drive * i + acceleration_of_drive];

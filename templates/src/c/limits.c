@@ -11,7 +11,7 @@ PRIVATE void set_limits(struct limits *limits, real t, const parameters *p, cons
 #if DRIVES > 0
     {
         real drive[values_of_drive * DRIVES];
-        drives(t, p, in, drive);
+        drives_of(t, p, in, drive);
         for (int i = 0; i < DRIVES; i++) {
             const int joint = driven[i];
             limits->lower[joint] = limits->upper[joint] = drive[values_of_drive * i + angle_of_drive];

@@ -23,9 +23,9 @@ static int set_metric(struct constraints *constraints, real t, const real *q, co
 #if CLOSURE_ROWS > 0
     real gamma[CLOSURE_ROWS];
     /* The Jacobian of the residuals takes the place of that of the acceleration. */
-    equations(t, q, u, p, in, constraints->mass, forcing, constraints->jacobian, gamma);
+    equations_of(t, q, u, p, in, constraints->mass, forcing, constraints->jacobian, gamma);
 #else
-    equations(t, q, u, p, in, constraints->mass, forcing);
+    equations_of(t, q, u, p, in, constraints->mass, forcing);
 #endif
     pivot = factor_cholesky(constraints->mass, COORDINATES);
     return pivot < COORDINATES ? status_of_mass(constraints->mass, pivot, q, u) : status_ok;
@@ -36,12 +36,12 @@ static real set_residual(struct constraints *constraints, real t, const real *q,
     const inputs *in)
 {
 #if LOOPS > 0
-    closure(q, constraints->residual, constraints->jacobian);
+    closure_of(q, constraints->residual, constraints->jacobian);
 #endif
 #if DRIVES > 0
     {
         real drive[values_of_drive * DRIVES];
-        drives(t, p, in, drive);
+        drives_of(t, p, in, drive);
         for (int i = 0; i < DRIVES; i++)
             constraints->residual[LOOP_RESIDUALS + i]
                 = MECHANISM_SIZE * (q[driven[i]] - drive[values_of_drive * i + angle_of_drive]);
@@ -163,7 +163,7 @@ static void move_speeds(struct constraints *constraints, real t, real *u, real l
 #if DRIVES > 0
     {
         real drive[values_of_drive * DRIVES];
-        drives(t, p, in, drive);
+        drives_of(t, p, in, drive);
         for (int i = 0; i < DRIVES; i++)
             constraints->residual[LOOP_RESIDUALS + i]
                 -= MECHANISM_SIZE * drive[values_of_drive * i + speed_of_drive];

@@ -34,7 +34,7 @@ PRIVATE real gap_at(const real *q)
 {
 #if LOOPS > 0
     real residual[LOOP_RESIDUALS], jacobian[LOOP_RESIDUALS * COORDINATES];
-    closure(q, residual, jacobian);
+    closure_of(q, residual, jacobian);
     return gap_of(smaller(largest_magnitude(residual, LOOP_RESIDUALS), LARGEST_GAP * MECHANISM_SIZE));
 #else
     (void)q;

@@ -45,7 +45,7 @@ static void write_end(const real *q, const real *u, real place[2], real jacobian
     }
 }
 
-void closure(const real *q, real *residual, real *jacobian)
+void closure_of(const real *q, real *residual, real *jacobian)
 {
     static const real still[COORDINATES] = { 0, 0, 0 };
     real place[2], rows[2][COORDINATES], change[2];
@@ -60,10 +60,10 @@ void closure(const real *q, real *residual, real *jacobian)
 #endif
 
 #if CLOSURE_ROWS > 0
-void equations(real t, const real *q, const real *u, const parameters *p, const inputs *in, real *mass,
+void equations_of(real t, const real *q, const real *u, const parameters *p, const inputs *in, real *mass,
     real *forcing, real *jacobian, real *gamma)
 #else
-void equations(real t, const real *q, const real *u, const parameters *p, const inputs *in, real *mass,
+void equations_of(real t, const real *q, const real *u, const parameters *p, const inputs *in, real *mass,
     real *forcing)
 #endif
 {
@@ -89,7 +89,7 @@ void equations(real t, const real *q, const real *u, const parameters *p, const 
 }
 
 #if DRIVES > 0
-void drives(real t, const parameters *p, const inputs *in, real *drive)
+void drives_of(real t, const parameters *p, const inputs *in, real *drive)
 {
     (void)p;
     drive[angle_of_drive] = R(0.25) + R(0.01) * t;
@@ -158,7 +158,7 @@ int main(void)
 #if LOOPS > 0
     {
         real residual[LOOP_RESIDUALS], jacobian[LOOP_RESIDUALS * COORDINATES];
-        closure(q, residual, jacobian);
+        closure_of(q, residual, jacobian);
         open = largest_magnitude(residual, LOOP_RESIDUALS);
     }
 #endif

@@ -74,18 +74,18 @@ extern const real initial_angles[COORDINATES], initial_speeds[COORDINATES];
 extern const unsigned char initially_given[COORDINATES];
 
 #if CLOSURE_ROWS > 0
-void equations(real t, const real *q, const real *u, const parameters *p, const inputs *in, real *mass,
+void equations_of(real t, const real *q, const real *u, const parameters *p, const inputs *in, real *mass,
     real *forcing, real *jacobian, real *gamma);
 #else
-void equations(real t, const real *q, const real *u, const parameters *p, const inputs *in, real *mass,
+void equations_of(real t, const real *q, const real *u, const parameters *p, const inputs *in, real *mass,
     real *forcing);
 #endif
 #if LOOPS > 0
-void closure(const real *q, real *residual, real *jacobian);
+void closure_of(const real *q, real *residual, real *jacobian);
 #endif
 #if DRIVES > 0
 extern const int driven[DRIVES];
-void drives(real t, const parameters *p, const inputs *in, real *drive);
+void drives_of(real t, const parameters *p, const inputs *in, real *drive);
 #endif
 #if ACCELERATION_IS_DIRECT
 void acceleration_of(real t, const real *q, const real *u, const parameters *p, const inputs *in,

@@ -124,14 +124,8 @@ fn functions(program: &Program) -> Vec<&Function> {
 }
 
 /// The name of a static function: none that a public one can have, whatever the model's name.
-fn static_name(kind: FunctionKind) -> String {
-    match kind {
-        FunctionKind::Energy => "energies".to_owned(),
-        FunctionKind::Equations | FunctionKind::Closure | FunctionKind::Drives => {
-            kind.name().to_owned()
-        }
-        _ => format!("{}_of", kind.name()),
-    }
+pub fn static_name(kind: FunctionKind) -> String {
+    format!("{}_of", kind.name())
 }
 
 /// The library's function behind an operation.

@@ -8,6 +8,7 @@ mod algorithms;
 mod body;
 mod constants;
 mod description;
+mod offered;
 
 use lamc_runtime::constants::{ALL, Constant};
 use tera::{Context, Tera};
@@ -55,7 +56,9 @@ impl Real {
 
 /// The header: types, constants, and the functions' declarations with units.
 pub fn header(program: &Program, real: Real) -> String {
-    render(lamc_templates::C_HEADER, &description::of(program, real))
+    let mut context = description::of(program, real);
+    context.insert("offered", &offered::offered(program, real.name()));
+    render(lamc_templates::C_HEADER, &context)
 }
 
 /// The source, which includes its header by this name.
@@ -72,6 +75,7 @@ pub fn source_with(
 ) -> String {
     let mut context = description::of(program, real);
     context.insert("header_name", header_name);
+    context.insert("offered", &offered::offered(program, "real"));
     body::insert(&mut context, program, real);
     algorithms::insert(&mut context, program, real, constants);
     render(lamc_templates::C_SOURCE, &context)

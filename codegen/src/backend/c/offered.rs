@@ -1,0 +1,81 @@
+//! The functions of the program that a C module offers as they are: comment, declaration and
+//! definition, all from the table of signatures.
+
+use serde::Serialize;
+
+use super::body::static_name;
+use crate::backend::text::wrap;
+use crate::program::{Argument, Array, FunctionKind, Interface, Program, Shape, Size};
+
+/// The functions that are offered as they are.
+const KINDS: [FunctionKind; 5] = [
+    FunctionKind::Equations,
+    FunctionKind::Closure,
+    FunctionKind::Poses,
+    FunctionKind::Points,
+    FunctionKind::Energy,
+];
+
+/// A function that is offered as it is.
+#[derive(Serialize)]
+pub struct Offered {
+    /// What it computes, with the unit of each output.
+    comment: String,
+    /// Its head, with this type of numbers.
+    head: String,
+    /// The call of the static function behind it.
+    call: String,
+}
+
+/// The functions that write something, with `number` as the type of numbers.
+pub fn offered(program: &Program, number: &str) -> Vec<Offered> {
+    KINDS.into_iter().filter_map(|kind| of(&program.interface, kind, number)).collect()
+}
+
+fn of(interface: &Interface, kind: FunctionKind, number: &str) -> Option<Offered> {
+    let signature = kind.signature();
+    let is_written = |output: &&Array| output.shape.length(interface) > 0;
+    let outputs: Vec<&Array> = signature.outputs.iter().filter(is_written).collect();
+    if outputs.is_empty() {
+        return None;
+    }
+    let model = &interface.name;
+    let input = |argument: &Argument| match argument {
+        Argument::Parameters => format!("const {model}_params *{}", argument.name()),
+        Argument::Inputs => format!("const {model}_inputs *{}", argument.name()),
+        _ if argument.array().shape == Shape::SCALAR => format!("{number} {}", argument.name()),
+        _ => format!("const {number} {}", dimensioned(interface, &argument.array())),
+    };
+    let output = |output: &&Array| match output.shape {
+        Shape::SCALAR => format!("{number} *{}", output.name),
+        _ => format!("{number} {}", dimensioned(interface, output)),
+    };
+    let inputs = signature.inputs.iter();
+    let parameters: Vec<_> = inputs.clone().map(input).chain(outputs.iter().map(output)).collect();
+    let first = |output: &&Array| match output.shape {
+        Shape(_, Size::Fixed(1)) => output.name.to_owned(),
+        _ => format!("&{}[0][0]", output.name),
+    };
+    let arguments: Vec<_> =
+        inputs.map(|input| input.name().to_owned()).chain(outputs.iter().map(first)).collect();
+    let meaning = |output: &&Array| format!("{} ({}): {}", output.name, output.unit, output.doc);
+    let meanings: Vec<_> = outputs.iter().map(meaning).collect();
+    let (mut comment, mut head) = (Vec::new(), Vec::new());
+    wrap(&format!("/* {}. {}. */", signature.doc, meanings.join("; ")), &mut comment);
+    let name = signature.name;
+    wrap(&format!("void {model}_{name}({})", parameters.join(", ")), &mut head);
+    Some(Offered {
+        comment: comment.join("\n").replace("\n    ", "\n * "),
+        head: head.join("\n"),
+        call: format!("{}({})", static_name(kind), arguments.join(", ")),
+    })
+}
+
+/// A name with its rows, and its columns if it has several: `mass[6][6]`.
+fn dimensioned(interface: &Interface, array: &Array) -> String {
+    let [rows, columns] = array.shape.of(interface);
+    match array.shape {
+        Shape(_, Size::Fixed(1)) => format!("{}[{rows}]", array.name),
+        _ => format!("{}[{rows}][{columns}]", array.name),
+    }
+}
