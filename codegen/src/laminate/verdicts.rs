@@ -5,7 +5,7 @@
 
 use std::fmt;
 
-use super::mechanism::Mechanism;
+use super::mechanism::{Joint, Mechanism};
 use crate::source::codes::{self, Code};
 use crate::source::{BodyId, Diagnostic, Expression, JointId, Severity, SourceModel, Span, Spring};
 
@@ -84,56 +84,8 @@ impl Law {
 pub fn verdicts(mechanism: &Mechanism, parameters: &[f64]) -> Vec<Verdict> {
     let mut judge = Judge { parameters, found: Vec::new() };
     for (index, joint) in mechanism.joints.iter().enumerate() {
-        let (id, name) = (JointId(index), &joint.name);
-        for (what, law, place) in [
-            ("stiffness", &joint.stiffness, Law::Stiffness(id)),
-            ("damping", &joint.damping, Law::Damping(id)),
-            ("rest angle", &joint.rest, Law::Rest(id)),
-            ("cubic stiffness", &joint.cubic_stiffness, Law::Cubic(id)),
-        ] {
-            judge.refuse(
-                law,
-                place,
-                codes::NOT_FINITE,
-                |value| !value.is_finite(),
-                || (format!("the {what} of `{name}` is not finite"), None),
-            );
-        }
-        judge.refuse(
-            &joint.damping,
-            Law::Damping(id),
-            codes::NEGATIVE_DAMPING,
-            |b| b < 0.0,
-            || (format!("the damping of `{name}` is negative: it would add energy"), None),
-        );
-        judge.refuse(
-            &joint.stiffness,
-            Law::Stiffness(id),
-            codes::NEGATIVE_STIFFNESS,
-            |k| k < 0.0,
-            || {
-                let message =
-                    format!("the stiffness of `{name}` is negative: it is pushed from its rest");
-                (message, Some("that is right for a bistable hinge only".to_owned()))
-            },
-        );
-        if let Some(friction) = &joint.friction {
-            let place = Law::Friction(id);
-            judge.refuse(&friction.torque, place, codes::NEGATIVE_FRICTION, is_negative, || {
-                let message = format!("the friction of `{name}` is negative or not finite");
-                (message, Some("it acts against the motion: give its magnitude".to_owned()))
-            });
-        }
-        if let Some(drive) = &joint.drive {
-            let [low, high] = joint.limits;
-            let is_outside = |angle: f64| angle < low || angle > high;
-            judge.refuse(drive, Law::Drive(id), codes::DRIVEN_OUTSIDE_LIMITS, is_outside, || {
-                let angle = drive.at(parameters).unwrap_or(f64::NAN);
-                let [angle, low, high] = [angle, low, high].map(f64::to_degrees);
-                let hint = format!("{angle:.4} deg is not within {low:.4} .. {high:.4} deg");
-                (format!("the angle of `{name}` is outside its limits"), Some(hint))
-            });
-        }
+        judge.coefficients(JointId(index), joint);
+        judge.friction_and_drive(JointId(index), joint);
     }
     for (index, body) in mechanism.bodies.iter().enumerate() {
         let Some(parameter) = body.mass_parameter else { continue };
@@ -167,6 +119,65 @@ struct Judge<'p> {
 }
 
 impl Judge<'_> {
+    /// Stiffness, damping, rest angle and cubic stiffness of a joint.
+    fn coefficients(&mut self, id: JointId, joint: &Joint) {
+        let name = &joint.name;
+        for (what, law, place) in [
+            ("stiffness", &joint.stiffness, Law::Stiffness(id)),
+            ("damping", &joint.damping, Law::Damping(id)),
+            ("rest angle", &joint.rest, Law::Rest(id)),
+            ("cubic stiffness", &joint.cubic_stiffness, Law::Cubic(id)),
+        ] {
+            self.refuse(
+                law,
+                place,
+                codes::NOT_FINITE,
+                |value| !value.is_finite(),
+                || (format!("the {what} of `{name}` is not finite"), None),
+            );
+        }
+        self.refuse(
+            &joint.damping,
+            Law::Damping(id),
+            codes::NEGATIVE_DAMPING,
+            |b| b < 0.0,
+            || (format!("the damping of `{name}` is negative: it would add energy"), None),
+        );
+        self.refuse(
+            &joint.stiffness,
+            Law::Stiffness(id),
+            codes::NEGATIVE_STIFFNESS,
+            |k| k < 0.0,
+            || {
+                let message =
+                    format!("the stiffness of `{name}` is negative: it is pushed from its rest");
+                (message, Some("that is right for a bistable hinge only".to_owned()))
+            },
+        );
+    }
+
+    /// Friction and the prescribed angle of a joint.
+    fn friction_and_drive(&mut self, id: JointId, joint: &Joint) {
+        let (name, parameters) = (&joint.name, self.parameters);
+        if let Some(friction) = &joint.friction {
+            let place = Law::Friction(id);
+            self.refuse(&friction.torque, place, codes::NEGATIVE_FRICTION, is_negative, || {
+                let message = format!("the friction of `{name}` is negative or not finite");
+                (message, Some("it acts against the motion: give its magnitude".to_owned()))
+            });
+        }
+        if let Some(drive) = &joint.drive {
+            let [low, high] = joint.limits;
+            let is_outside = |angle: f64| angle < low || angle > high;
+            self.refuse(drive, Law::Drive(id), codes::DRIVEN_OUTSIDE_LIMITS, is_outside, || {
+                let angle = drive.at(parameters).unwrap_or(f64::NAN);
+                let [angle, low, high] = [angle, low, high].map(f64::to_degrees);
+                let hint = format!("{angle:.4} deg is not within {low:.4} .. {high:.4} deg");
+                (format!("the angle of `{name}` is outside its limits"), Some(hint))
+            });
+        }
+    }
+
     /// Notes a law whose value is known and wrong; `say` gives the message and a hint.
     fn refuse(
         &mut self,

@@ -1,10 +1,11 @@
 //! `lamc check MODEL`: what the compiler understood.
 
-use std::fmt::Write;
+use std::fmt::{self, Write};
 
-use lamc::laminate::excursions;
+use lamc::laminate::{Mechanism, excursions};
 use lamc::pipeline::Compiled;
-use lamc::program::{FunctionKind, Interpreter};
+use lamc::program::{FunctionKind, Interpreter, Program};
+use lamc::topology::Topology;
 use lamc_runtime::{State, Stopped, System, assemble, equilibrium, project};
 use lamc_workbench::execution::Jit;
 
@@ -57,42 +58,39 @@ fn warn_of_start(compiled: &Compiled) {
 }
 
 fn report(compiled: &Compiled) -> String {
-    let topology = &compiled.topology;
-    let mechanism = &topology.mechanism;
-    let mut text = format!("{}\n\n", mechanism.name);
-    let line = |text: &mut String, line: std::fmt::Arguments<'_>| {
-        // Writing to a String cannot fail.
-        let _ = text.write_fmt(line);
-        text.push('\n');
-    };
-    line(
-        &mut text,
-        format_args!(
-            "mobility {}: {} joints, {} independent closure equations",
-            topology.mobility,
-            mechanism.joints.len(),
-            topology.rank
-        ),
-    );
-    let driven: Vec<_> = mechanism
-        .joints
-        .iter()
-        .filter(|joint| joint.drive.is_some())
-        .map(|joint| format!("`{}`", joint.name))
-        .collect();
+    let mut text = format!("{}\n\n", compiled.topology.mechanism.name);
+    // Writing to a String cannot fail.
+    let _ = write_mobility(&mut text, &compiled.topology);
+    let _ = write_bodies(&mut text, &compiled.topology.mechanism);
+    let _ = write_linear_ranges(&mut text, &compiled.topology.mechanism);
+    if let Some(step) = longest_step(compiled) {
+        let _ = writeln!(text, "\nlongest stable step of RK4 at rest: {step:.3e} s");
+    }
+    let _ = write_operations(&mut text, &compiled.program);
+    text
+}
+
+fn write_mobility(text: &mut String, topology: &Topology) -> fmt::Result {
+    let joints = &topology.mechanism.joints;
+    writeln!(
+        text,
+        "mobility {}: {} joints, {} independent closure equations",
+        topology.mobility,
+        joints.len(),
+        topology.rank
+    )?;
+    let driven = joints.iter().filter(|joint| joint.drive.is_some());
+    let driven: Vec<_> = driven.map(|joint| format!("`{}`", joint.name)).collect();
     if !driven.is_empty() {
-        line(&mut text, format_args!("  driven: {}", driven.join(", ")));
+        writeln!(text, "  driven: {}", driven.join(", "))?;
     }
-    for summary in topology.summary_lines() {
-        line(&mut text, format_args!("  {summary}"));
-    }
-    line(
-        &mut text,
-        format_args!(
-            "\n{:<16} {:>12} {:>34} {:>40}",
-            "body", "mass g", "centre of mass mm", "principal moments g mm^2"
-        ),
-    );
+    topology.summary_lines().into_iter().try_for_each(|line| writeln!(text, "  {line}"))
+}
+
+fn write_bodies(text: &mut String, mechanism: &Mechanism) -> fmt::Result {
+    let [body, mass, centre, moments] =
+        ["body", "mass g", "centre of mass mm", "principal moments g mm^2"];
+    writeln!(text, "\n{body:<16} {mass:>12} {centre:>34} {moments:>40}")?;
     for body in &mechanism.bodies {
         let properties = &body.mass_properties;
         let [x, y, z] = (properties.com * 1e3).into();
@@ -100,42 +98,37 @@ fn report(compiled: &Compiled) -> String {
         moments.as_mut_slice().sort_by(f64::total_cmp);
         let [a, b, c] = moments.into();
         let mass = properties.mass * 1e3;
-        let fixed = if body.fixed { " (fixed)" } else { "" };
-        line(
-            &mut text,
-            format_args!(
-                "{:<16} {mass:>12.5} {:>34} {:>40}",
-                format!("{}{fixed}", body.name),
-                format!("{x:.4} {y:.4} {z:.4}"),
-                format!("{a:.4} {b:.4} {c:.4}"),
-            ),
-        );
+        let name = format!("{}{}", body.name, if body.fixed { " (fixed)" } else { "" });
+        let centre = format!("{x:.4} {y:.4} {z:.4}");
+        let moments = format!("{a:.4} {b:.4} {c:.4}");
+        writeln!(text, "{name:<16} {mass:>12.5} {centre:>34} {moments:>40}")?;
     }
-    let linear: Vec<_> =
-        mechanism.joints.iter().filter(|joint| joint.linear_range.is_finite()).collect();
-    if !linear.is_empty() {
-        line(&mut text, format_args!("\n{:<16} {:>22}", "hinge", "linear within deg"));
+    Ok(())
+}
+
+/// Of the hinges that have one.
+fn write_linear_ranges(text: &mut String, mechanism: &Mechanism) -> fmt::Result {
+    let mut joints =
+        mechanism.joints.iter().filter(|joint| joint.linear_range.is_finite()).peekable();
+    if joints.peek().is_some() {
+        writeln!(text, "\n{:<16} {:>22}", "hinge", "linear within deg")?;
     }
-    for joint in linear {
-        let degrees = joint.linear_range.to_degrees();
-        line(&mut text, format_args!("{:<16} {degrees:>22.3}", joint.name));
+    joints.try_for_each(|joint| {
+        writeln!(text, "{:<16} {:>22.3}", joint.name, joint.linear_range.to_degrees())
+    })
+}
+
+fn write_operations(text: &mut String, program: &Program) -> fmt::Result {
+    writeln!(text, "\noperations per evaluation")?;
+    for function in &program.functions {
+        writeln!(text, "  {:<12} {}", function.kind.name(), function.cost())?;
     }
-    if let Some(step) = longest_step(compiled) {
-        line(&mut text, format_args!("\nlongest stable step of RK4 at rest: {step:.3e} s"));
-    }
-    text.push_str("\noperations per evaluation\n");
-    for function in &compiled.program.functions {
-        let name = function.kind.name();
-        line(&mut text, format_args!("  {name:<12} {}", function.cost()));
-    }
-    let program = &compiled.program;
     let acceleration = program.function_of(FunctionKind::Acceleration);
     if !acceleration.outputs.is_empty() {
-        text.push_str("\noperations of the acceleration\n");
+        writeln!(text, "\noperations of the acceleration")?;
     }
     for (subject, cost) in acceleration.costs() {
-        let name = subject.name(&program.interface.nodes);
-        line(&mut text, format_args!("  {name:<16} {cost}"));
+        writeln!(text, "  {:<16} {cost}", subject.name(&program.interface.nodes))?;
     }
-    text
+    Ok(())
 }

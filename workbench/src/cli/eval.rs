@@ -117,6 +117,21 @@ fn read(states: &str) -> Result<Input, Failed> {
     serde_json::from_str(&text).map_err(|error| fail(format_args!("{states}: {error}")))
 }
 
+/// Sets the parameters and inputs of a state.
+fn set(mechanism: &Mechanism, system: &mut Jit, state: &StateInput) -> Result<(), String> {
+    for (name, &value) in &state.params {
+        system.set_parameter(name, value).map_err(|error| format!("`params`: {error}"))?;
+    }
+    let mut judged = verdicts(mechanism, system.parameters()).into_iter();
+    if let Some(wrong) = judged.find(|verdict| verdict.severity == Severity::Error) {
+        return Err(wrong.to_string());
+    }
+    for (name, &value) in &state.inputs {
+        system.set_input(name, value).map_err(|error| format!("`inputs`: {error}"))?;
+    }
+    Ok(())
+}
+
 fn evaluate(
     mechanism: &Mechanism,
     system: &mut Jit,
@@ -131,16 +146,7 @@ fn evaluate(
             return Err(format!("`{name}` has {} numbers, the model {n} joints", numbers.len()));
         }
     }
-    for (name, &value) in &state.params {
-        system.set_parameter(name, value).map_err(|error| format!("`params`: {error}"))?;
-    }
-    let mut judged = verdicts(mechanism, system.parameters()).into_iter();
-    if let Some(wrong) = judged.find(|verdict| verdict.severity == Severity::Error) {
-        return Err(wrong.to_string());
-    }
-    for (name, &value) in &state.inputs {
-        system.set_input(name, value).map_err(|error| format!("`inputs`: {error}"))?;
-    }
+    set(mechanism, system, state)?;
     let mut rates = system.vector();
     let mut lambda = vec![0.0; d.rows + d.drives];
     let mut workspace = system.workspace();
@@ -168,15 +174,7 @@ fn evaluate(
     for (joint, &torque) in system.interface().driven().iter().zip(&lambda[d.rows..]) {
         motor_torques.insert(system.interface().joints[joint.index()].name.clone(), torque);
     }
-    let (mut mass, mut forcing) = (vec![0.0; n * n], vec![0.0; n]);
-    let (mut rows, mut gamma) = (vec![0.0; d.rows * n], vec![0.0; d.rows]);
-    let out = EquationsMut {
-        mass: &mut mass,
-        forcing: &mut forcing,
-        jacobian: &mut rows,
-        gamma: &mut gamma,
-    };
-    system.write_equations(state.t, q, u, out);
+    let (mass, forcing) = mass_and_forcing(system, state.t, q, u);
     let mut residual = vec![0.0; 9 * d.loops];
     system.write_closure(q, &mut residual, &mut vec![0.0; 9 * d.loops * n]);
     let energy = system.energy(state.t, q, u);
@@ -198,4 +196,19 @@ fn evaluate(
         mass_matrix: mass.chunks(n).map(<[f64]>::to_vec).collect(),
         forcing,
     })
+}
+
+/// M, row-major, and f.
+fn mass_and_forcing(system: &Jit, t: f64, q: &[f64], u: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let (n, rows) = (q.len(), system.dimensions().rows);
+    let (mut mass, mut forcing) = (vec![0.0; n * n], vec![0.0; n]);
+    let (mut jacobian, mut gamma) = (vec![0.0; rows * n], vec![0.0; rows]);
+    let out = EquationsMut {
+        mass: &mut mass,
+        forcing: &mut forcing,
+        jacobian: &mut jacobian,
+        gamma: &mut gamma,
+    };
+    system.write_equations(t, q, u, out);
+    (mass, forcing)
 }

@@ -5,7 +5,8 @@ use std::fs::File;
 use std::io::{self, Read};
 
 use clap::Args;
-use lamc::program::{Interface, JointInfo};
+use lamc::laminate::Mechanism;
+use lamc::program::{Interface, JointInfo, ParameterInfo};
 use lamc::source::{Expression, ParameterId, Tunable};
 use lamc_workbench::identify::{Fit, NEAR, Problem, Record};
 
@@ -64,36 +65,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
     })?;
     let mut system = arguments.start.system(&compiled)?;
     let parameters = system.interface().parameters.clone();
-    let mut free = Vec::new();
-    for name in &arguments.free {
-        let prefix = Tunable::ALL.into_iter().find(|kind| kind.name() == name);
-        let is_meant = |parameter: &str| match prefix {
-            Some(kind) => {
-                parameter.strip_prefix(kind.name()).is_some_and(|rest| rest.starts_with('_'))
-            }
-            None => parameter == name,
-        };
-        let found = parameters.iter().enumerate().filter(|(_, p)| is_meant(&p.name));
-        let found: Vec<usize> = found.map(|(index, _)| index).collect();
-        if found.is_empty() {
-            let names: Vec<_> = parameters.iter().map(|p| format!("`{}`", p.name)).collect();
-            return Err(fail(format_args!(
-                "no parameter `{name}`, and no constant of that kind; there are {}",
-                names.join(", ")
-            )));
-        }
-        free.extend(found.into_iter().filter(|index| !free.contains(index)).collect::<Vec<_>>());
-    }
-    let driven = compiled.topology.mechanism.joints.iter().filter_map(|joint| joint.drive.as_ref());
-    let parameter = |k| Expression::Parameter(ParameterId(k));
-    for drive in driven {
-        if let Some(&k) = free.iter().find(|&&k| drive.contains(&parameter(k))) {
-            return Err(fail(format_args!(
-                "`{}` cannot be free: a prescribed angle depends on it",
-                parameters[k].name
-            )));
-        }
-    }
+    let free = free_parameters(&arguments.free, &parameters)?;
+    refuse_prescribed(&compiled.topology.mechanism, &parameters, &free)?;
     let joints: Vec<&str> = compiled.program.interface.joints.iter().map(|j| &*j.name).collect();
     let record = read(&arguments.data, &joints)?;
     for (joint, angle) in arguments.start.guess(&compiled, &compiled.program.interface)? {
@@ -116,6 +89,50 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let fit = fit.solve().map_err(fail)?;
     arguments.report.write(&record, &fit, &joints)?;
     output::print(&summary(&fit))
+}
+
+/// The indices of the parameters that are named, one by one or by their kind.
+fn free_parameters(names: &[String], parameters: &[ParameterInfo]) -> Result<Vec<usize>, Failed> {
+    let mut free = Vec::new();
+    for name in names {
+        let prefix = Tunable::ALL.into_iter().find(|kind| kind.name() == name);
+        let is_meant = |parameter: &str| match prefix {
+            Some(kind) => {
+                parameter.strip_prefix(kind.name()).is_some_and(|rest| rest.starts_with('_'))
+            }
+            None => parameter == name,
+        };
+        let found = parameters.iter().enumerate().filter(|(_, p)| is_meant(&p.name));
+        let found: Vec<usize> = found.map(|(index, _)| index).collect();
+        if found.is_empty() {
+            let names: Vec<_> = parameters.iter().map(|p| format!("`{}`", p.name)).collect();
+            return Err(fail(format_args!(
+                "no parameter `{name}`, and no constant of that kind; there are {}",
+                names.join(", ")
+            )));
+        }
+        free.extend(found.into_iter().filter(|index| !free.contains(index)).collect::<Vec<_>>());
+    }
+    Ok(free)
+}
+
+/// Refuses free parameters on which a prescribed angle depends.
+fn refuse_prescribed(
+    mechanism: &Mechanism,
+    parameters: &[ParameterInfo],
+    free: &[usize],
+) -> Outcome {
+    let driven = mechanism.joints.iter().filter_map(|joint| joint.drive.as_ref());
+    let parameter = |k| Expression::Parameter(ParameterId(k));
+    for drive in driven {
+        if let Some(&k) = free.iter().find(|&&k| drive.contains(&parameter(k))) {
+            return Err(fail(format_args!(
+                "`{}` cannot be free: a prescribed angle depends on it",
+                parameters[k].name
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// Warns where neither the first sample nor a guess tells how the mechanism is folded.

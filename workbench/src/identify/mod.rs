@@ -9,6 +9,7 @@
 //! [`swing`] is the pendulum of DETC2018-86359, with the paper's own way beside it: derivatives of a
 //! [`fourier`] series, and a linear fit. [`family`] makes polynomials of a table of such hinges.
 
+mod candidate;
 pub mod family;
 mod fit;
 pub mod fourier;

@@ -37,6 +37,65 @@ pub enum MocapError {
     Content(String),
 }
 
+fn wrong(message: impl Into<String>) -> MocapError {
+    MocapError::Content(message.into())
+}
+
+/// Where a file has the time and the four parts of each body's rotation, w first.
+struct Columns {
+    time: usize,
+    /// Nothing for a body that is not in the file.
+    bodies: Vec<Option<[usize; 4]>>,
+}
+
+impl Columns {
+    fn find(header: &csv::StringRecord, bodies: &[(&str, bool)]) -> Result<Self, MocapError> {
+        let column = |name: &str| header.iter().position(|found| found == name);
+        let time = ["t [s]", "t", "time [s]", "time"].into_iter().find_map(column);
+        let time = time.ok_or_else(|| wrong("there is no column `t [s]`"))?;
+        let of_body = |(body, _): &(&str, bool)| match ["w", "x", "y", "z"]
+            .map(|part| column(&format!("{body}.{part}")))
+        {
+            [Some(w), Some(x), Some(y), Some(z)] => Ok(Some([w, x, y, z])),
+            [None, None, None, None] => Ok(None),
+            _ => Err(wrong(format!("`{body}` needs all of .w, .x, .y and .z"))),
+        };
+        let found = bodies.iter().map(of_body).collect::<Result<Vec<_>, _>>()?;
+        if found.iter().all(Option::is_none) {
+            let names: Vec<_> = bodies.iter().map(|(name, _)| format!("`{name}.w`")).collect();
+            return Err(wrong(format!("no column is a body's; there may be {}", names.join(", "))));
+        }
+        Ok(Self { time, bodies: found })
+    }
+}
+
+/// Rows of a body that are not quite rotations.
+#[derive(Clone, Copy, Default)]
+struct Counts {
+    refused: usize,
+    inexact: usize,
+}
+
+impl Counts {
+    /// Whether a quaternion is a rotation, at least nearly; counts those that are not exactly.
+    fn is_rotation(&mut self, quaternion: &Quaternion<f64>) -> bool {
+        let off = (quaternion.norm() - 1.0).abs();
+        let is_refused = off > NO_ROTATION;
+        self.refused += usize::from(is_refused);
+        self.inexact += usize::from(off > INEXACT && !is_refused);
+        !is_refused
+    }
+
+    fn notes(self, name: &str) -> impl Iterator<Item = String> {
+        let notes = [
+            (self.refused, "are no rotations (length off by more than 1 %) and left out"),
+            (self.inexact, "are not of length 1 and made so"),
+        ];
+        let notes = notes.into_iter().filter(|(count, _)| *count > 0);
+        notes.map(move |(count, what)| format!("{count} rows of `{name}` {what}"))
+    }
+}
+
 impl Quaternions {
     /// Reads the rotations of these bodies, each with whether it is fixed.
     ///
@@ -44,92 +103,79 @@ impl Quaternions {
     /// No time, no body, only some of a body's four columns, times that do not ascend, fields that
     /// are no numbers, fewer than two samples.
     pub fn read(text: impl Read, bodies: &[(&str, bool)]) -> Result<Self, MocapError> {
-        let wrong = MocapError::Content;
         let mut reader =
             csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text);
         let header = reader.headers()?.clone();
-        let column = |name: &str| header.iter().position(|found| found == name);
-        let time = ["t [s]", "t", "time [s]", "time"].into_iter().find_map(column);
-        let time = time.ok_or_else(|| wrong("there is no column `t [s]`".into()))?;
-        let mut columns: Vec<Option<[usize; 4]>> = Vec::new();
-        for (body, _) in bodies {
-            let found = ["w", "x", "y", "z"].map(|part| column(&format!("{body}.{part}")));
-            columns.push(match found {
-                [Some(w), Some(x), Some(y), Some(z)] => Some([w, x, y, z]),
-                [None, None, None, None] => None,
-                _ => {
-                    let message = format!("`{body}` needs all of .w, .x, .y and .z");
-                    return Err(wrong(message));
-                }
-            });
-        }
-        if columns.iter().all(Option::is_none) {
-            let names: Vec<_> = bodies.iter().map(|(name, _)| format!("`{name}.w`")).collect();
-            return Err(wrong(format!("no column is a body's; there may be {}", names.join(", "))));
-        }
-        let seen = |column: &Option<[usize; 4]>| column.is_some();
+        let columns = Columns::find(&header, bodies)?;
         let mut all =
             Self { t: Vec::new(), bodies: vec![Vec::new(); bodies.len()], notes: Vec::new() };
-        let (mut inexact, mut refused) = (vec![0; bodies.len()], vec![0; bodies.len()]);
+        let mut counts = vec![Counts::default(); bodies.len()];
         for row in reader.records() {
-            let row = row?;
-            let line = row.position().map_or(0, csv::Position::line);
-            let number = |column: usize| match row.get(column).unwrap_or_default() {
-                "" => Ok(None),
-                text => match text.parse::<f64>() {
-                    Ok(number) if number.is_finite() => Ok(Some(number)),
-                    _ => Err(wrong(format!("line {line}: `{text}` is no number"))),
-                },
-            };
-            let t = number(time)?.filter(|t| all.t.last().is_none_or(|last| last < t));
-            all.t.push(t.ok_or_else(|| wrong(format!("line {line}: times do not ascend")))?);
-            for (body, columns) in columns.iter().enumerate() {
-                let Some(columns) = columns else { continue };
-                let mut parts = [None; 4];
-                for (part, column) in parts.iter_mut().zip(columns) {
-                    *part = number(*column)?;
-                }
-                let rotation = match parts {
-                    [Some(w), Some(x), Some(y), Some(z)] => Some(Quaternion::new(w, x, y, z)),
-                    _ => None,
-                };
-                let off = rotation.map_or(0.0, |rotation| (rotation.norm() - 1.0).abs());
-                refused[body] += usize::from(off > NO_ROTATION);
-                inexact[body] += usize::from(off > INEXACT && off <= NO_ROTATION);
-                let sound = rotation.filter(|_| off <= NO_ROTATION);
-                all.bodies[body].push(sound.map(UnitQuaternion::from_quaternion));
-            }
+            all.add(&row?, &columns, &mut counts)?;
         }
         if all.t.len() < 2 {
             return Err(wrong(format!("{} samples are too few", all.t.len())));
         }
-        let ground = (0..bodies.len()).find(|&body| bodies[body].1 && seen(&columns[body]));
-        if ground.is_none() {
-            let note =
-                "no fixed body is in the file: the ground is taken to be as drawn in the world";
-            all.notes.push(note.to_owned());
-        }
+        all.add_fixed(bodies, &columns);
         for name in header.iter().filter_map(|column| column.strip_suffix(".w")) {
             if bodies.iter().all(|(body, _)| *body != name) {
                 all.notes.push(format!("no body is called `{name}`: its columns are left out"));
             }
         }
-        for (body, (name, fixed)) in bodies.iter().enumerate() {
-            if !seen(&columns[body]) && *fixed {
-                all.bodies[body] = match ground {
-                    Some(ground) => all.bodies[ground].clone(),
-                    None => vec![Some(UnitQuaternion::identity()); all.t.len()],
-                };
-            }
-            let counts = [
-                (refused[body], "are no rotations (length off by more than 1 %) and left out"),
-                (inexact[body], "are not of length 1 and made so"),
-            ];
-            for (count, what) in counts.iter().filter(|(count, _)| *count > 0) {
-                all.notes.push(format!("{count} rows of `{name}` {what}"));
-            }
+        for ((name, _), counts) in bodies.iter().zip(&counts) {
+            all.notes.extend(counts.notes(name));
         }
         Ok(all)
+    }
+
+    /// Adds a row.
+    fn add(
+        &mut self,
+        row: &csv::StringRecord,
+        columns: &Columns,
+        counts: &mut [Counts],
+    ) -> Result<(), MocapError> {
+        let line = row.position().map_or(0, csv::Position::line);
+        let number = |column: usize| match row.get(column).unwrap_or_default() {
+            "" => Ok(None),
+            text => match text.parse::<f64>() {
+                Ok(number) if number.is_finite() => Ok(Some(number)),
+                _ => Err(wrong(format!("line {line}: `{text}` is no number"))),
+            },
+        };
+        let t = number(columns.time)?.filter(|t| self.t.last().is_none_or(|last| last < t));
+        self.t.push(t.ok_or_else(|| wrong(format!("line {line}: times do not ascend")))?);
+        for (body, columns) in columns.bodies.iter().enumerate() {
+            let Some(columns) = columns else { continue };
+            let mut parts = [None; 4];
+            for (part, column) in parts.iter_mut().zip(columns) {
+                *part = number(*column)?;
+            }
+            let rotation = match parts {
+                [Some(w), Some(x), Some(y), Some(z)] => Some(Quaternion::new(w, x, y, z)),
+                _ => None,
+            };
+            let sound = rotation.filter(|rotation| counts[body].is_rotation(rotation));
+            self.bodies[body].push(sound.map(UnitQuaternion::from_quaternion));
+        }
+        Ok(())
+    }
+
+    /// Gives fixed bodies that are not in the file the rotation of one that is.
+    fn add_fixed(&mut self, bodies: &[(&str, bool)], columns: &Columns) {
+        let is_seen = |body: usize| columns.bodies[body].is_some();
+        let ground = (0..bodies.len()).find(|&body| bodies[body].1 && is_seen(body));
+        if ground.is_none() {
+            let note =
+                "no fixed body is in the file: the ground is taken to be as drawn in the world";
+            self.notes.push(note.to_owned());
+        }
+        for body in (0..bodies.len()).filter(|&body| bodies[body].1 && !is_seen(body)) {
+            self.bodies[body] = match ground {
+                Some(ground) => self.bodies[ground].clone(),
+                None => vec![Some(UnitQuaternion::identity()); self.t.len()],
+            };
+        }
     }
 
     /// Makes all frames parallel to that of a fixed body as they are at the sample nearest to `t` (s)
