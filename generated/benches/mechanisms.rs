@@ -12,10 +12,10 @@ use lamc_generated::{
 };
 
 fn all(criterion: &mut Criterion) {
-    mechanism::<Pendulum<f64>, 1, 0>("pendulum", criterion);
-    mechanism::<TriplePendulum<f64>, 3, 0>("triple pendulum", criterion);
-    mechanism::<Fourbar<f64>, 4, 3>("four-bar", criterion);
-    mechanism::<Sixbar<f64>, 6, 3>("six-bar", criterion);
+    mechanism::<Pendulum<f64>, 1>("pendulum", criterion);
+    mechanism::<TriplePendulum<f64>, 3>("triple pendulum", criterion);
+    mechanism::<Fourbar<f64>, 4>("four-bar", criterion);
+    mechanism::<Sixbar<f64>, 6>("six-bar", criterion);
 }
 
 criterion_group!(benches, all);

@@ -16,20 +16,18 @@ fn main() -> Result<(), LaneError> {
         "| mechanism | lanes | acceleration alone, ns | in a lane | ratio | step alone | in a lane | ratio |"
     );
     println!("|---|---|---|---|---|---|---|---|");
-    row::<f64x4, Pendulum<_>, _, _>("pendulum", "4 of `f64`")?;
-    row::<f64x4, TriplePendulum<_>, _, _>("triple pendulum", "4 of `f64`")?;
-    row::<f64x4, Fourbar<_>, _, _>("four-bar", "4 of `f64`")?;
-    row::<f64x4, Sixbar<_>, _, _>("six-bar", "4 of `f64`")?;
-    row::<f32x8, Sixbar<_>, _, _>("six-bar", "8 of `f32`")
+    row::<f64x4, Pendulum<_>, _>("pendulum", "4 of `f64`")?;
+    row::<f64x4, TriplePendulum<_>, _>("triple pendulum", "4 of `f64`")?;
+    row::<f64x4, Fourbar<_>, _>("four-bar", "4 of `f64`")?;
+    row::<f64x4, Sixbar<_>, _>("six-bar", "4 of `f64`")?;
+    row::<f32x8, Sixbar<_>, _>("six-bar", "8 of `f32`")
 }
 
 /// A line of the table, for states along a motion.
-fn row<V: Lanes, B, const N: usize, const C: usize>(
-    name: &str,
-    lanes: &str,
-) -> Result<(), LaneError>
+fn row<V: Lanes, B, const N: usize>(name: &str, lanes: &str) -> Result<(), LaneError>
 where
-    B: Batch<V, N, C> + Default,
+    B: Batch<V, Coordinates = [V; N], Speeds = [V; N]> + Default,
+    B::Lane: Mechanism<Scalar = V::Number, Coordinates = [V::Number; N], Speeds = [V::Number; N]>,
 {
     let (batch, dt) = (B::default(), V::Number::from_f64(1e-4));
     let mut states = batch.assembled()?;

@@ -6,7 +6,7 @@
 use std::time::Instant;
 
 use lamc_generated::sixbar::Sixbar;
-use lamc_runtime::{Mechanism, Rk4, Stabilisation, State, System};
+use lamc_runtime::{Mechanism, Rk4, Stabilisation, State};
 
 const DAMPING: f64 = 3.5e-6;
 const DURATION: f64 = 10.0;

@@ -29,17 +29,25 @@
 //   projection: 236 operations: 92 add, 128 mul, 6 div, 4 sin_cos, 6 other
 //   jacobian: 694 operations: 284 add, 394 mul, 6 div, 4 sin_cos, 6 other
 
-/// Coordinates: one angle per joint.
-pub const N: usize = 4;
+/// NQ: coordinates, one angle per joint.
+#[allow(dead_code, reason = "a program uses what it needs")]
+pub const NQ: usize = 4;
+
+/// NU: speeds, as many as coordinates.
+#[allow(dead_code, reason = "a program uses what it needs")]
+pub const NU: usize = 4;
 
 /// Closure rows of the acceleration.
+#[allow(dead_code, reason = "a program uses what it needs")]
 pub const C: usize = 3;
 
 /// Closed loops: nine closure residuals each.
+#[allow(dead_code, reason = "a program uses what it needs")]
 pub const LOOPS: usize = 1;
 
 /// Joints, in the order of q and u.
-pub const JOINTS: [&str; N] = [
+#[allow(dead_code, reason = "a program uses what it needs")]
+pub const JOINTS: [&str; 4] = [
     "crank_hinge",
     "rocker_hinge",
     "coupler_crank",
@@ -47,40 +55,68 @@ pub const JOINTS: [&str; N] = [
 ];
 
 /// Bodies, in the order of the poses.
+#[allow(dead_code, reason = "a program uses what it needs")]
 pub const BODIES: [&str; 4] = ["ground", "crank", "rocker", "coupler"];
 
 /// Output points.
+#[allow(dead_code, reason = "a program uses what it needs")]
 pub const POINTS: [&str; 1] = ["tip"];
 
-/// Numbers that can be changed at run time, SI.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Params<S> {
-    /// Without members.
-    pub marker: ::core::marker::PhantomData<S>,
+/// Joints: indices of arrays and slices.
+#[allow(dead_code, reason = "a program uses what it needs")]
+pub mod joint {
+    /// Joint `crank_hinge`: turns `crank` against `ground`.
+    #[doc(alias = "crank_hinge")]
+    pub const CRANK_HINGE: ::lamc_runtime::Joint = ::lamc_runtime::Joint::new(0);
+    /// Joint `rocker_hinge`: turns `rocker` against `ground`.
+    #[doc(alias = "rocker_hinge")]
+    pub const ROCKER_HINGE: ::lamc_runtime::Joint = ::lamc_runtime::Joint::new(1);
+    /// Joint `coupler_crank`: turns `coupler` against `crank`.
+    #[doc(alias = "coupler_crank")]
+    pub const COUPLER_CRANK: ::lamc_runtime::Joint = ::lamc_runtime::Joint::new(2);
+    /// Joint `coupler_rocker`: turns `coupler` against `rocker`.
+    #[doc(alias = "coupler_rocker")]
+    pub const COUPLER_ROCKER: ::lamc_runtime::Joint = ::lamc_runtime::Joint::new(3);
 }
 
-impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Params<S> {
-    fn default() -> Self {
-        Self {
-            marker: ::core::marker::PhantomData,
-        }
-    }
+/// Bodies: indices of arrays and slices.
+#[allow(dead_code, reason = "a program uses what it needs")]
+pub mod body {
+    /// Body `ground`.
+    #[doc(alias = "ground")]
+    pub const GROUND: ::lamc_runtime::Body = ::lamc_runtime::Body::new(0);
+    /// Body `crank`.
+    #[doc(alias = "crank")]
+    pub const CRANK: ::lamc_runtime::Body = ::lamc_runtime::Body::new(1);
+    /// Body `rocker`.
+    #[doc(alias = "rocker")]
+    pub const ROCKER: ::lamc_runtime::Body = ::lamc_runtime::Body::new(2);
+    /// Body `coupler`.
+    #[doc(alias = "coupler")]
+    pub const COUPLER: ::lamc_runtime::Body = ::lamc_runtime::Body::new(3);
 }
+
+/// Points: indices of arrays and slices.
+#[allow(dead_code, reason = "a program uses what it needs")]
+pub mod point {
+    /// Point `tip`.
+    #[doc(alias = "tip")]
+    pub const TIP: ::lamc_runtime::Point = ::lamc_runtime::Point::new(0);
+}
+
+/// Numbers that can be changed at run time, SI.
+///
+/// There are none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[allow(dead_code, reason = "a program uses what it needs")]
+pub struct Params {}
 
 /// Numbers set by the caller at every step, SI; zero at first.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Inputs<S> {
-    /// Without members.
-    pub marker: ::core::marker::PhantomData<S>,
-}
-
-impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Inputs<S> {
-    fn default() -> Self {
-        Self {
-            marker: ::core::marker::PhantomData,
-        }
-    }
-}
+///
+/// There are none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[allow(dead_code, reason = "a program uses what it needs")]
+pub struct Inputs {}
 
 /// The mechanism `fourbar`.
 ///
@@ -93,11 +129,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Inputs<S> {
 ///
 /// Mobility 1; 1 closed loop(s).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(dead_code, reason = "a program uses what it needs")]
 pub struct Fourbar<S> {
     /// Parameters.
-    pub params: Params<S>,
+    pub params: Params,
     /// Inputs.
-    pub inputs: Inputs<S>,
+    pub inputs: Inputs,
+    scalar: ::core::marker::PhantomData<S>,
 }
 
 impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Fourbar<S> {
@@ -105,7 +143,389 @@ impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Fourbar<S> {
         Self {
             params: ::core::default::Default::default(),
             inputs: ::core::default::Default::default(),
+            scalar: ::core::marker::PhantomData,
         }
+    }
+}
+
+#[allow(dead_code, reason = "a program uses what it needs")]
+impl<S: ::lamc_runtime::Scalar> Fourbar<S> {
+    /// The initial state with closed loops: assembled from the model's guess, the joints whose
+    /// angles the model states pinned, and with speeds that the closure allows.
+    ///
+    /// # Errors
+    ///
+    /// As [`assemble`](::lamc_runtime::assemble) and [`project`](fn@::lamc_runtime::project).
+    pub fn assembled(
+        &self,
+    ) -> ::core::result::Result<
+        ::lamc_runtime::State<[S; 4], S>,
+        ::lamc_runtime::Error,
+    > {
+        ::lamc_runtime::Mechanism::assembled(self)
+    }
+    /// The state of rest downhill from [`assembled`](Self::assembled), at t = 0: gravity, springs,
+    /// torques and forces in balance on closed loops.
+    ///
+    /// # Errors
+    ///
+    /// As [`assemble`](::lamc_runtime::assemble) and
+    /// [`equilibrium`](fn@::lamc_runtime::equilibrium).
+    pub fn settled(
+        &self,
+    ) -> ::core::result::Result<
+        (::lamc_runtime::State<[S; 4], S>, ::lamc_runtime::Equilibrium<S>),
+        ::lamc_runtime::Error,
+    > {
+        ::lamc_runtime::Mechanism::settled(self)
+    }
+    /// Moves a state onto the closure, by the least change weighted with the mass matrix.
+    ///
+    /// # Errors
+    ///
+    /// As [`project`](fn@::lamc_runtime::project); the state may then have moved.
+    pub fn project(
+        &self,
+        state: &mut ::lamc_runtime::State<[S; 4], S>,
+    ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+        ::lamc_runtime::Mechanism::project(self, state)
+    }
+    /// Advances a state by `dt` (s): Runge-Kutta of order 4, with projection. For more than a step,
+    /// an [`Rk4`](::lamc_runtime::Rk4) of one's own keeps its storage.
+    ///
+    /// # Errors
+    ///
+    /// As [`Rk4::step`](::lamc_runtime::Rk4::step); the state is then unchanged.
+    pub fn step(
+        &self,
+        state: &mut ::lamc_runtime::State<[S; 4], S>,
+        dt: S,
+    ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+        ::lamc_runtime::Mechanism::step(self, state, dt)
+    }
+    /// du/dt, rad/s^2, with closed loops.
+    ///
+    /// # Errors
+    ///
+    /// As [`acceleration`](fn@::lamc_runtime::acceleration).
+    pub fn acceleration(
+        &self,
+        t: S,
+        q: &[S; 4],
+        u: &[S; 4],
+    ) -> ::core::result::Result<[S; 4], ::lamc_runtime::Error> {
+        ::lamc_runtime::Mechanism::acceleration(self, t, q, u)
+    }
+    /// du/dt and what holds the constraints: closure forces, motor torques, and what each hinge
+    /// carries.
+    ///
+    /// # Errors
+    ///
+    /// As [`acceleration`](fn@::lamc_runtime::acceleration).
+    pub fn forces(
+        &self,
+        t: S,
+        q: &[S; 4],
+        u: &[S; 4],
+    ) -> ::core::result::Result<
+        ::lamc_runtime::Forces<S, 4, 3, 4>,
+        ::lamc_runtime::Error,
+    > {
+        ::lamc_runtime::plumbing::forces(self, t, q, u)
+    }
+    /// du/dt and its derivatives by q, u and t.
+    ///
+    /// # Errors
+    ///
+    /// As [`jacobian`](fn@::lamc_runtime::jacobian).
+    pub fn jacobian(
+        &self,
+        t: S,
+        q: &[S; 4],
+        u: &[S; 4],
+    ) -> ::core::result::Result<::lamc_runtime::Jacobian<S, 4>, ::lamc_runtime::Error> {
+        ::lamc_runtime::plumbing::jacobian(self, t, q, u)
+    }
+    /// M, f, J and gamma at a state: M du/dt = f + J^T lambda, J du/dt = -gamma.
+    pub fn equations(
+        &self,
+        t: S,
+        q: &[S; 4],
+        u: &[S; 4],
+    ) -> ::lamc_runtime::Equations<S, 4, 3> {
+        let (mut mass, mut forcing) = ([S::ZERO; 16], [S::ZERO; 4]);
+        let (mut jacobian, mut gamma) = ([S::ZERO; 12], [S::ZERO; 3]);
+        self.equations_into(t, q, u, &mut mass, &mut forcing, &mut jacobian, &mut gamma);
+        ::lamc_runtime::Equations {
+            mass: ::lamc_runtime::plumbing::matrix(&mass),
+            forcing,
+            jacobian: ::lamc_runtime::plumbing::matrix(&jacobian),
+            gamma,
+        }
+    }
+    /// Energies at a state, J.
+    pub fn energy(&self, t: S, q: &[S; 4], u: &[S; 4]) -> ::lamc_runtime::Energy<S> {
+        ::lamc_runtime::Mechanism::energy(self, t, q, u)
+    }
+    /// The pose of each body: R row-major, then p in m; what is drawn at x lies at R x + p in the
+    /// base frame.
+    pub fn poses(&self, q: &[S; 4]) -> [[S; 12]; 4] {
+        ::lamc_runtime::Mechanism::poses(self, q)
+    }
+    /// The position of each point in the base frame, m.
+    pub fn points(&self, q: &[S; 4]) -> [[S; 3]; 1] {
+        ::lamc_runtime::Mechanism::points(self, q)
+    }
+    /// Nine residuals per loop, m, and their Jacobian.
+    pub fn closure(&self, q: &[S; 4]) -> ::lamc_runtime::Closure<S, 4, 9> {
+        let (mut residual, mut jacobian) = ([S::ZERO; 9], [S::ZERO; 36]);
+        self.closure_into(q, &mut residual, &mut jacobian);
+        let jacobian = ::lamc_runtime::plumbing::matrix(&jacobian);
+        ::lamc_runtime::Closure {
+            residual,
+            jacobian,
+        }
+    }
+}
+
+const DIMENSIONS: ::lamc_runtime::plumbing::Dimensions = ::lamc_runtime::plumbing::Dimensions {
+    coordinates: 4,
+    speeds: 4,
+    joints: 4,
+    rows: 3,
+    loops: 1,
+    bodies: 4,
+    points: 1,
+    drives: 0,
+    parameters: 0,
+    inputs: 0,
+};
+
+#[allow(
+    clippy::approx_constant,
+    clippy::excessive_precision,
+    clippy::too_many_arguments,
+    unused_mut,
+    unused_variables,
+    reason = "numbers of the drawing; not every function reads everything it is given"
+)]
+#[rustfmt::skip]
+impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for Fourbar<S> {
+    type Scalar = S;
+    type Coordinates = [S; 4];
+    type Speeds = [S; 4];
+    type Matrix = [S; 16];
+    type Workspace = [S; ::lamc_runtime::plumbing::workspace_len(DIMENSIONS)];
+    type Poses = [[S; 12]; 4];
+    type Points = [[S; 3]; 1];
+    fn dimensions(&self) -> ::lamc_runtime::plumbing::Dimensions {
+        DIMENSIONS
+    }
+    fn speeds(&self) -> Self::Speeds {
+        [S::ZERO; 4]
+    }
+    fn matrix(&self) -> Self::Matrix {
+        [S::ZERO; 16]
+    }
+    fn workspace(&self) -> Self::Workspace {
+        [S::ZERO; ::lamc_runtime::plumbing::workspace_len(DIMENSIONS)]
+    }
+    fn size(&self) -> S {
+        let c = S::from_f64;
+        c(1.1180453031966504)
+    }
+    fn limits(&self, joint: usize) -> [S; 2] {
+        let c = S::from_f64;
+        [
+            [c(-3.141592653589793), c(3.141592653589793)],
+            [c(-3.141592653589793), c(3.141592653589793)],
+            [c(-3.141592653589793), c(3.141592653589793)],
+            [c(-3.141592653589793), c(3.141592653589793)],
+        ]
+            .get(joint)
+            .copied()
+            .unwrap_or([c(f64::NEG_INFINITY), c(f64::INFINITY)])
+    }
+    fn initial(&self) -> ::lamc_runtime::StateOf<Self> {
+        let c = S::from_f64;
+        ::lamc_runtime::State {
+            t: S::ZERO,
+            q: [c(0.0), c(0.17453292519943295), c(0.0), c(0.0)],
+            u: [c(0.0), c(0.0), c(0.0), c(0.0)],
+        }
+    }
+    fn is_pinned(&self, joint: usize) -> bool {
+        [false, true, false, false].get(joint).copied().unwrap_or(false)
+    }
+    fn energy(
+        &self,
+        t: S,
+        q: &Self::Coordinates,
+        u: &Self::Speeds,
+    ) -> ::lamc_runtime::Energy<S> {
+        let (kinetic, potential) = (&mut [S::ZERO], &mut [S::ZERO]);
+        self.energy_into(t, q, u, kinetic, potential);
+        ::lamc_runtime::Energy {
+            kinetic: kinetic[0],
+            potential: potential[0],
+        }
+    }
+    fn poses(&self, q: &Self::Coordinates) -> Self::Poses {
+        let poses = &mut [S::ZERO; 48];
+        self.poses_into(q, poses);
+        ::lamc_runtime::plumbing::matrix(poses)
+    }
+    fn points(&self, q: &Self::Coordinates) -> Self::Points {
+        let points = &mut [S::ZERO; 3];
+        self.points_into(q, points);
+        ::lamc_runtime::plumbing::matrix(points)
+    }
+    fn write_equations(
+        &self,
+        t: S,
+        q: &[S],
+        u: &[S],
+        out: ::lamc_runtime::plumbing::EquationsMut<'_, S>,
+    ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+        self.equations_into(
+            t,
+            exactly(q)?,
+            exactly(u)?,
+            exactly_mut(out.mass)?,
+            exactly_mut(out.forcing)?,
+            exactly_mut(out.jacobian)?,
+            exactly_mut(out.gamma)?,
+        );
+        Ok(())
+    }
+    fn write_closure(
+        &self,
+        q: &[S],
+        residual: &mut [S],
+        jacobian: &mut [S],
+    ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+        self.closure_into(exactly(q)?, exactly_mut(residual)?, exactly_mut(jacobian)?);
+        Ok(())
+    }
+    fn write_reactions(
+        &self,
+        at: ::lamc_runtime::plumbing::Balance<'_, S>,
+        out: &mut [S],
+    ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+        self.reactions_into(
+            at.t,
+            exactly(at.q)?,
+            exactly(at.u)?,
+            exactly(at.acceleration)?,
+            exactly(at.multipliers)?,
+            exactly_mut(out)?,
+        );
+        Ok(())
+    }
+    fn write_tangent(
+        &self,
+        at: ::lamc_runtime::plumbing::Balance<'_, S>,
+        change: ::lamc_runtime::Change<'_, S>,
+        forces: &mut [S],
+        closure: &mut [S],
+    ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+        self.tangent_into(
+            at.t,
+            exactly(at.q)?,
+            exactly(at.u)?,
+            exactly(at.acceleration)?,
+            exactly(at.multipliers)?,
+            change.t,
+            exactly(change.q)?,
+            exactly(change.u)?,
+            exactly(change.parameters)?,
+            exactly(change.inputs)?,
+            exactly_mut(forces)?,
+            exactly_mut(closure)?,
+        );
+        Ok(())
+    }
+    fn write_acceleration(
+        &self,
+        t: S,
+        q: &[S],
+        u: &[S],
+        out: &mut [S],
+    ) -> ::core::result::Result<
+        ::core::option::Option<::lamc_runtime::plumbing::Margin<S>>,
+        ::lamc_runtime::Error,
+    > {
+        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+        let margin = &mut [S::ZERO; 2];
+        self.acceleration_into(t, exactly(q)?, exactly(u)?, exactly_mut(out)?, margin);
+        let [inverse_pivot, conditioning] = *margin;
+        Ok(
+            Some(::lamc_runtime::plumbing::Margin {
+                inverse_pivot,
+                conditioning,
+            }),
+        )
+    }
+    fn write_projection(
+        &self,
+        q: &[S],
+        u: &[S],
+        out: ::lamc_runtime::plumbing::ProjectionMut<'_, S>,
+    ) -> ::core::result::Result<
+        ::core::option::Option<::lamc_runtime::plumbing::Margin<S>>,
+        ::lamc_runtime::Error,
+    > {
+        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+        let margin = &mut [S::ZERO; 2];
+        self.projection_into(
+            exactly(q)?,
+            exactly(u)?,
+            exactly_mut(out.residual)?,
+            exactly_mut(out.positions)?,
+            exactly_mut(out.speeds)?,
+            margin,
+        );
+        let [inverse_pivot, conditioning] = *margin;
+        Ok(
+            Some(::lamc_runtime::plumbing::Margin {
+                inverse_pivot,
+                conditioning,
+            }),
+        )
+    }
+    fn write_jacobian(
+        &self,
+        t: S,
+        q: &[S],
+        u: &[S],
+        out: ::lamc_runtime::JacobianMut<'_, S>,
+    ) -> ::core::result::Result<
+        ::core::option::Option<::lamc_runtime::plumbing::Margin<S>>,
+        ::lamc_runtime::Error,
+    > {
+        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+        let margin = &mut [S::ZERO; 2];
+        self.jacobian_into(
+            t,
+            exactly(q)?,
+            exactly(u)?,
+            exactly_mut(out.acceleration)?,
+            exactly_mut(out.dq)?,
+            exactly_mut(out.du)?,
+            exactly_mut(out.dt)?,
+            margin,
+        );
+        let [inverse_pivot, conditioning] = *margin;
+        Ok(
+            Some(::lamc_runtime::plumbing::Margin {
+                inverse_pivot,
+                conditioning,
+            }),
+        )
     }
 }
 
@@ -118,80 +538,21 @@ impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Fourbar<S> {
     reason = "numbers of the drawing; not every function reads everything it is given"
 )]
 #[rustfmt::skip]
-impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
-    type Scalar = S;
-    type Vector = [S; N];
-    type Matrix = [S; N * N];
-    type Workspace = [S; ::lamc_runtime::workspace_len(DIMENSIONS)];
-    fn dimensions(&self) -> ::lamc_runtime::Dimensions {
-        DIMENSIONS
-    }
-    fn vector(&self) -> Self::Vector {
-        let c = S::from_f64;
-        [c(0.0); N]
-    }
-    fn matrix(&self) -> Self::Matrix {
-        let c = S::from_f64;
-        [c(0.0); N * N]
-    }
-    fn workspace(&self) -> Self::Workspace {
-        let c = S::from_f64;
-        [c(0.0); ::lamc_runtime::workspace_len(DIMENSIONS)]
-    }
-    fn size(&self) -> S {
-        let c = S::from_f64;
-        c(1.1180453031966504)
-    }
-    fn limits(&self, joint: usize) -> [S; 2] {
-        let c = S::from_f64;
-        let (least, greatest) = (
-            [
-                c(-3.141592653589793),
-                c(-3.141592653589793),
-                c(-3.141592653589793),
-                c(-3.141592653589793),
-            ],
-            [
-                c(3.141592653589793),
-                c(3.141592653589793),
-                c(3.141592653589793),
-                c(3.141592653589793),
-            ],
-        );
-        match (least.get(joint), greatest.get(joint)) {
-            (Some(&least), Some(&greatest)) => [least, greatest],
-            _ => [c(f64::NEG_INFINITY), c(f64::INFINITY)],
-        }
-    }
-    fn initial_position(&self, joint: usize) -> S {
-        let c = S::from_f64;
-        [c(0.0), c(0.17453292519943295), c(0.0), c(0.0)]
-            .get(joint)
-            .copied()
-            .unwrap_or(c(0.0))
-    }
-    fn initial_speed(&self, joint: usize) -> S {
-        let c = S::from_f64;
-        [c(0.0), c(0.0), c(0.0), c(0.0)].get(joint).copied().unwrap_or(c(0.0))
-    }
-    fn is_pinned(&self, joint: usize) -> bool {
-        [false, true, false, false].get(joint).copied().unwrap_or(false)
-    }
-    fn write_equations(
+#[allow(dead_code, reason = "a program uses what it needs")]
+impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
+    /// The equations of motion M du/dt = f + J^T lambda, J du/dt = -gamma.
+    fn equations_into(
         &self,
         t: S,
-        q: &[S],
-        u: &[S],
-        out: ::lamc_runtime::EquationsMut<'_, S>,
+        q: &[S; 4],
+        u: &[S; 4],
+        mass: &mut [S; 16],
+        forcing: &mut [S; 4],
+        jacobian: &mut [S; 12],
+        gamma: &mut [S; 3],
     ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let Some(q) = q.first_chunk::<N>() else { return };
-        let Some(u) = u.first_chunk::<N>() else { return };
-        let Some(mass) = out.mass.first_chunk_mut::<16>() else { return };
-        let Some(forcing) = out.forcing.first_chunk_mut::<4>() else { return };
-        let Some(jacobian) = out.jacobian.first_chunk_mut::<12>() else { return };
-        let Some(gamma) = out.gamma.first_chunk_mut::<3>() else { return };
         let [
             (sin_crank_hinge, cos_crank_hinge),
             (sin_rocker_hinge, cos_rocker_hinge),
@@ -322,12 +683,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         gamma[1] = gamma_loop0_1;
         gamma[2] = gamma_loop0_1;
     }
-    fn write_closure(&self, q: &[S], residual: &mut [S], jacobian: &mut [S]) {
+    /// How far the loops are open.
+    fn closure_into(&self, q: &[S; 4], residual: &mut [S; 9], jacobian: &mut [S; 36]) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let Some(q) = q.first_chunk::<N>() else { return };
-        let Some(residual) = residual.first_chunk_mut::<9>() else { return };
-        let Some(jacobian) = jacobian.first_chunk_mut::<36>() else { return };
         let [
             (sin_crank_hinge, cos_crank_hinge),
             (sin_rocker_hinge, cos_rocker_hinge),
@@ -443,11 +802,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         jacobian[34] = origin_coupler_x - point2_original_coupler_x;
         jacobian[35] = arm_loop0_2_coupler_ghost0_x;
     }
-    fn write_poses(&self, q: &[S], out: &mut [S]) {
+    /// The pose of each body: what is drawn at x lies at R x + p in the base frame.
+    fn poses_into(&self, q: &[S; 4], poses: &mut [S; 48]) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let Some(q) = q.first_chunk::<N>() else { return };
-        let Some(poses) = out.first_chunk_mut::<48>() else { return };
         let [
             (sin_crank_hinge, cos_crank_hinge),
             (sin_rocker_hinge, cos_rocker_hinge),
@@ -517,11 +875,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         poses[47] = mul_add(c(-0.2210529), axis_y_coupler_z, mul_add(c(-2.5e-3), axis_y_coupler_x,
             mul_add(c(0.534813), sin_crank_hinge, c(2.5e-3))));
     }
-    fn write_points(&self, q: &[S], out: &mut [S]) {
+    /// The positions of the output points.
+    fn points_into(&self, q: &[S; 4], points: &mut [S; 3]) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let Some(q) = q.first_chunk::<N>() else { return };
-        let Some(points) = out.first_chunk_mut::<3>() else { return };
         let [
             (sin_crank_hinge, cos_crank_hinge),
             (sin_coupler_crank, cos_coupler_crank),
@@ -537,16 +894,17 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         points[2] = mul_add(c(0.1389471), axis_y_coupler_z, mul_add(c(0.534813), sin_crank_hinge,
             c(2.5e-3)));
     }
-    fn energy(&self, t: S, q: &[S], u: &[S]) -> ::lamc_runtime::Energy<S> {
+    /// The energies of the whole mechanism.
+    fn energy_into(
+        &self,
+        t: S,
+        q: &[S; 4],
+        u: &[S; 4],
+        kinetic: &mut [S; 1],
+        potential: &mut [S; 1],
+    ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let (Some(q), Some(u)) = (q.first_chunk::<N>(), u.first_chunk::<N>()) else {
-            return ::lamc_runtime::Energy {
-                kinetic: c(f64::NAN),
-                potential: c(f64::NAN),
-            };
-        };
-        let (kinetic, potential) = (&mut [c(0.0)], &mut [c(0.0)]);
         let [
             (sin_crank_hinge, cos_crank_hinge),
             (sin_rocker_hinge, cos_rocker_hinge),
@@ -596,21 +954,21 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
             origin_coupler_z * c(2.67789314975e-4)));
         kinetic[0] = kinetic_2;
         potential[0] = potential_2;
-        ::lamc_runtime::Energy {
-            kinetic: kinetic[0],
-            potential: potential[0],
-        }
     }
-    fn drives(&self, t: S, mut visit: impl FnMut(::lamc_runtime::Drive<S>)) {}
-    fn write_reactions(&self, at: ::lamc_runtime::Balance<'_, S>, out: &mut [S]) {
+    /// The prescribed angle of each driven joint, in the order of the joints.
+    fn drives_into(&self, t: S, drives: &mut [S; 0]) {}
+    /// The force and the moment that each hinge transmits.
+    fn reactions_into(
+        &self,
+        t: S,
+        q: &[S; 4],
+        u: &[S; 4],
+        a: &[S; 4],
+        lambda: &[S; 3],
+        reactions: &mut [S; 24],
+    ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let t = at.t;
-        let Some(q) = at.q.first_chunk::<N>() else { return };
-        let Some(u) = at.u.first_chunk::<N>() else { return };
-        let Some(a) = at.acceleration.first_chunk::<N>() else { return };
-        let Some(lambda) = at.multipliers.first_chunk::<C>() else { return };
-        let Some(reactions) = out.first_chunk_mut::<24>() else { return };
         let [
             (sin_crank_hinge, cos_crank_hinge),
             (sin_rocker_hinge, cos_rocker_hinge),
@@ -757,27 +1115,24 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         reactions[22] = -net_moment_coupler_ghost0_y;
         reactions[23] = -net_moment_coupler_ghost0_z;
     }
-    fn write_tangent(
+    /// The change of the equations' imbalance along a direction, at constant du/dt and lambda.
+    fn tangent_into(
         &self,
-        at: ::lamc_runtime::Balance<'_, S>,
-        change: ::lamc_runtime::Change<'_, S>,
-        forces: &mut [S],
-        closure: &mut [S],
+        t: S,
+        q: &[S; 4],
+        u: &[S; 4],
+        a: &[S; 4],
+        lambda: &[S; 3],
+        dt: S,
+        dq: &[S; 4],
+        du: &[S; 4],
+        dp: &[S; 0],
+        di: &[S; 0],
+        forces: &mut [S; 4],
+        closure: &mut [S; 3],
     ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let t = at.t;
-        let Some(q) = at.q.first_chunk::<N>() else { return };
-        let Some(u) = at.u.first_chunk::<N>() else { return };
-        let Some(a) = at.acceleration.first_chunk::<N>() else { return };
-        let Some(lambda) = at.multipliers.first_chunk::<C>() else { return };
-        let dt = change.t;
-        let Some(dq) = change.q.first_chunk::<N>() else { return };
-        let Some(du) = change.u.first_chunk::<N>() else { return };
-        let Some(dp) = change.parameters.first_chunk::<0>() else { return };
-        let Some(di) = change.inputs.first_chunk::<0>() else { return };
-        let Some(forces) = forces.first_chunk_mut::<4>() else { return };
-        let Some(closure) = closure.first_chunk_mut::<3>() else { return };
         let [
             (sin_crank_hinge, cos_crank_hinge),
             (sin_rocker_hinge, cos_rocker_hinge),
@@ -917,38 +1272,17 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Fourbar<S> {
         closure[1] = closure_1;
         closure[2] = closure_1;
     }
-}
-
-#[allow(
-    clippy::approx_constant,
-    clippy::excessive_precision,
-    clippy::too_many_arguments,
-    unused_mut,
-    unused_variables,
-    reason = "numbers of the drawing; not every function reads everything it is given"
-)]
-#[rustfmt::skip]
-impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> {
-    type Number = S;
-    fn write_acceleration(
+    /// du/dt by elimination.
+    fn acceleration_into(
         &self,
         t: S,
-        q: &[S],
-        u: &[S],
-        out: &mut [S],
-    ) -> ::lamc_runtime::Margin<S> {
+        q: &[S; 4],
+        u: &[S; 4],
+        acceleration: &mut [S; 4],
+        margin: &mut [S; 2],
+    ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let Some(q) = q.first_chunk::<N>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let Some(u) = u.first_chunk::<N>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let margin = &mut [c(0.0); 2];
-        let Some(acceleration) = out.first_chunk_mut::<4>() else {
-            return ::lamc_runtime::Margin::none()
-        };
         let [
             (sin_crank_hinge, cos_crank_hinge),
             (sin_rocker_hinge, cos_rocker_hinge),
@@ -1129,35 +1463,19 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
             c(115875.76386003198)), c(534612.7876701569));
         margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1),
             s_loop0_2_2) * c(100.0)) / (bound_of_trace_of_inverse_s * trace_of_s);
-        ::lamc_runtime::Margin {
-            inverse_pivot: margin[0],
-            conditioning: margin[1],
-        }
     }
-    fn write_projection(
+    /// What closes the loops, to be taken from q and u.
+    fn projection_into(
         &self,
-        q: &[S],
-        u: &[S],
-        out: ::lamc_runtime::ProjectionMut<'_, S>,
-    ) -> ::lamc_runtime::Margin<S> {
+        q: &[S; 4],
+        u: &[S; 4],
+        residual: &mut [S; 9],
+        positions: &mut [S; 4],
+        speeds: &mut [S; 4],
+        margin: &mut [S; 2],
+    ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let Some(q) = q.first_chunk::<N>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let Some(u) = u.first_chunk::<N>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let margin = &mut [c(0.0); 2];
-        let Some(residual) = out.residual.first_chunk_mut::<9>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let Some(positions) = out.positions.first_chunk_mut::<4>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let Some(speeds) = out.speeds.first_chunk_mut::<4>() else {
-            return ::lamc_runtime::Margin::none()
-        };
         let [
             (sin_crank_hinge, cos_crank_hinge),
             (sin_rocker_hinge, cos_rocker_hinge),
@@ -1358,39 +1676,21 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
             c(115875.76386003198)), c(534612.7876701569));
         margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1),
             s_loop0_2_2) * c(100.0)) / (bound_of_trace_of_inverse_s * trace_of_s);
-        ::lamc_runtime::Margin {
-            inverse_pivot: margin[0],
-            conditioning: margin[1],
-        }
     }
-    fn write_jacobian(
+    /// du/dt by elimination, and its derivatives.
+    fn jacobian_into(
         &self,
         t: S,
-        q: &[S],
-        u: &[S],
-        out: ::lamc_runtime::JacobianMut<'_, S>,
-    ) -> ::lamc_runtime::Margin<S> {
+        q: &[S; 4],
+        u: &[S; 4],
+        acceleration: &mut [S; 4],
+        dq: &mut [S; 16],
+        du: &mut [S; 16],
+        dt: &mut [S; 4],
+        margin: &mut [S; 2],
+    ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let Some(q) = q.first_chunk::<N>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let Some(u) = u.first_chunk::<N>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let margin = &mut [c(0.0); 2];
-        let Some(acceleration) = out.acceleration.first_chunk_mut::<4>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let Some(dq) = out.dq.first_chunk_mut::<16>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let Some(du) = out.du.first_chunk_mut::<16>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let Some(dt) = out.dt.first_chunk_mut::<4>() else {
-            return ::lamc_runtime::Margin::none()
-        };
         let [
             (sin_crank_hinge, cos_crank_hinge),
             (sin_rocker_hinge, cos_rocker_hinge),
@@ -2009,29 +2309,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Fourbar<S> 
             c(115875.76386003198)), c(534612.7876701569));
         margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1),
             s_loop0_2_2) * c(100.0)) / (bound_of_trace_of_inverse_s * trace_of_s);
-        ::lamc_runtime::Margin {
-            inverse_pivot: margin[0],
-            conditioning: margin[1],
-        }
     }
-}
-
-const DIMENSIONS: ::lamc_runtime::Dimensions = ::lamc_runtime::Dimensions {
-    coordinates: 4,
-    rows: 3,
-    loops: 1,
-    bodies: 4,
-    points: 1,
-    drives: 0,
-    parameters: 0,
-    inputs: 0,
-};
-
-impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism<S, N, C> for Fourbar<S> {
-    type Residual = [S; 9 * LOOPS];
-    type ResidualJacobian = [[S; N]; 9 * LOOPS];
-    type Poses = [[S; 12]; 4];
-    type Points = [[S; 3]; 1];
 }
 
 #[allow(
@@ -2043,17 +2321,74 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism<S, N, C> for Fourbar<S
     reason = "numbers of the drawing; not every function reads everything it is given"
 )]
 #[rustfmt::skip]
-impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S, N, C> for Fourbar<S> {
+impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S> for Fourbar<S> {
     type Lane = Fourbar<S::Number>;
-    type Residual = [S; 9 * LOOPS];
+    type Coordinates = [S; 4];
+    type Speeds = [S; 4];
+    type Residual = [S; 9];
     fn lane(&self, lane: usize) -> Self::Lane {
         Fourbar {
-            params: Params {
-                marker: ::core::marker::PhantomData,
-            },
-            inputs: Inputs {
-                marker: ::core::marker::PhantomData,
-            },
+            params: Params {},
+            inputs: Inputs {},
+            scalar: ::core::marker::PhantomData,
         }
+    }
+    fn zeros(&self) -> ::lamc_runtime::StatesOf<Self, S> {
+        ::lamc_runtime::State {
+            t: S::ZERO,
+            q: [S::ZERO; 4],
+            u: [S::ZERO; 4],
+        }
+    }
+    fn residual(&self) -> Self::Residual {
+        [S::ZERO; 9]
+    }
+    fn write_acceleration(
+        &self,
+        t: S,
+        q: &[S],
+        u: &[S],
+        out: &mut [S],
+    ) -> ::core::result::Result<
+        ::core::option::Option<::lamc_runtime::plumbing::Margin<S>>,
+        ::lamc_runtime::Error,
+    > {
+        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+        let margin = &mut [S::ZERO; 2];
+        self.acceleration_into(t, exactly(q)?, exactly(u)?, exactly_mut(out)?, margin);
+        let [inverse_pivot, conditioning] = *margin;
+        Ok(
+            Some(::lamc_runtime::plumbing::Margin {
+                inverse_pivot,
+                conditioning,
+            }),
+        )
+    }
+    fn write_projection(
+        &self,
+        q: &[S],
+        u: &[S],
+        out: ::lamc_runtime::plumbing::ProjectionMut<'_, S>,
+    ) -> ::core::result::Result<
+        ::core::option::Option<::lamc_runtime::plumbing::Margin<S>>,
+        ::lamc_runtime::Error,
+    > {
+        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+        let margin = &mut [S::ZERO; 2];
+        self.projection_into(
+            exactly(q)?,
+            exactly(u)?,
+            exactly_mut(out.residual)?,
+            exactly_mut(out.positions)?,
+            exactly_mut(out.speeds)?,
+            margin,
+        );
+        let [inverse_pivot, conditioning] = *margin;
+        Ok(
+            Some(::lamc_runtime::plumbing::Margin {
+                inverse_pivot,
+                conditioning,
+            }),
+        )
     }
 }

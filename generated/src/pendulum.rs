@@ -25,53 +25,74 @@
 //   projection: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
 //   jacobian: 10 operations: 3 add, 6 mul, 0 div, 1 sin_cos, 0 other
 
-/// Coordinates: one angle per joint.
-pub const N: usize = 1;
+/// NQ: coordinates, one angle per joint.
+#[allow(dead_code, reason = "a program uses what it needs")]
+pub const NQ: usize = 1;
+
+/// NU: speeds, as many as coordinates.
+#[allow(dead_code, reason = "a program uses what it needs")]
+pub const NU: usize = 1;
 
 /// Closure rows of the acceleration.
+#[allow(dead_code, reason = "a program uses what it needs")]
 pub const C: usize = 0;
 
 /// Closed loops: nine closure residuals each.
+#[allow(dead_code, reason = "a program uses what it needs")]
 pub const LOOPS: usize = 0;
 
 /// Joints, in the order of q and u.
-pub const JOINTS: [&str; N] = ["hinge"];
+#[allow(dead_code, reason = "a program uses what it needs")]
+pub const JOINTS: [&str; 1] = ["hinge"];
 
 /// Bodies, in the order of the poses.
+#[allow(dead_code, reason = "a program uses what it needs")]
 pub const BODIES: [&str; 2] = ["ground", "arm"];
 
 /// Output points.
+#[allow(dead_code, reason = "a program uses what it needs")]
 pub const POINTS: [&str; 1] = ["tip"];
 
-/// Numbers that can be changed at run time, SI.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Params<S> {
-    /// Without members.
-    pub marker: ::core::marker::PhantomData<S>,
+/// Joints: indices of arrays and slices.
+#[allow(dead_code, reason = "a program uses what it needs")]
+pub mod joint {
+    /// Joint `hinge`: turns `arm` against `ground`.
+    #[doc(alias = "hinge")]
+    pub const HINGE: ::lamc_runtime::Joint = ::lamc_runtime::Joint::new(0);
 }
 
-impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Params<S> {
-    fn default() -> Self {
-        Self {
-            marker: ::core::marker::PhantomData,
-        }
-    }
+/// Bodies: indices of arrays and slices.
+#[allow(dead_code, reason = "a program uses what it needs")]
+pub mod body {
+    /// Body `ground`.
+    #[doc(alias = "ground")]
+    pub const GROUND: ::lamc_runtime::Body = ::lamc_runtime::Body::new(0);
+    /// Body `arm`.
+    #[doc(alias = "arm")]
+    pub const ARM: ::lamc_runtime::Body = ::lamc_runtime::Body::new(1);
 }
+
+/// Points: indices of arrays and slices.
+#[allow(dead_code, reason = "a program uses what it needs")]
+pub mod point {
+    /// Point `tip`.
+    #[doc(alias = "tip")]
+    pub const TIP: ::lamc_runtime::Point = ::lamc_runtime::Point::new(0);
+}
+
+/// Numbers that can be changed at run time, SI.
+///
+/// There are none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[allow(dead_code, reason = "a program uses what it needs")]
+pub struct Params {}
 
 /// Numbers set by the caller at every step, SI; zero at first.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Inputs<S> {
-    /// Without members.
-    pub marker: ::core::marker::PhantomData<S>,
-}
-
-impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Inputs<S> {
-    fn default() -> Self {
-        Self {
-            marker: ::core::marker::PhantomData,
-        }
-    }
-}
+///
+/// There are none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[allow(dead_code, reason = "a program uses what it needs")]
+pub struct Inputs {}
 
 /// The mechanism `pendulum`.
 ///
@@ -81,11 +102,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Inputs<S> {
 ///
 /// Mobility 1; 0 closed loop(s).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(dead_code, reason = "a program uses what it needs")]
 pub struct Pendulum<S> {
     /// Parameters.
-    pub params: Params<S>,
+    pub params: Params,
     /// Inputs.
-    pub inputs: Inputs<S>,
+    pub inputs: Inputs,
+    scalar: ::core::marker::PhantomData<S>,
 }
 
 impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Pendulum<S> {
@@ -93,7 +116,347 @@ impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Pendulum<S> {
         Self {
             params: ::core::default::Default::default(),
             inputs: ::core::default::Default::default(),
+            scalar: ::core::marker::PhantomData,
         }
+    }
+}
+
+#[allow(dead_code, reason = "a program uses what it needs")]
+impl<S: ::lamc_runtime::Scalar> Pendulum<S> {
+    /// The initial state with closed loops: assembled from the model's guess, the joints whose
+    /// angles the model states pinned, and with speeds that the closure allows.
+    ///
+    /// # Errors
+    ///
+    /// As [`assemble`](::lamc_runtime::assemble) and [`project`](fn@::lamc_runtime::project).
+    pub fn assembled(
+        &self,
+    ) -> ::core::result::Result<
+        ::lamc_runtime::State<[S; 1], S>,
+        ::lamc_runtime::Error,
+    > {
+        ::lamc_runtime::Mechanism::assembled(self)
+    }
+    /// The state of rest downhill from [`assembled`](Self::assembled), at t = 0: gravity, springs,
+    /// torques and forces in balance on closed loops.
+    ///
+    /// # Errors
+    ///
+    /// As [`assemble`](::lamc_runtime::assemble) and
+    /// [`equilibrium`](fn@::lamc_runtime::equilibrium).
+    pub fn settled(
+        &self,
+    ) -> ::core::result::Result<
+        (::lamc_runtime::State<[S; 1], S>, ::lamc_runtime::Equilibrium<S>),
+        ::lamc_runtime::Error,
+    > {
+        ::lamc_runtime::Mechanism::settled(self)
+    }
+    /// Moves a state onto the closure, by the least change weighted with the mass matrix.
+    ///
+    /// # Errors
+    ///
+    /// As [`project`](fn@::lamc_runtime::project); the state may then have moved.
+    pub fn project(
+        &self,
+        state: &mut ::lamc_runtime::State<[S; 1], S>,
+    ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+        ::lamc_runtime::Mechanism::project(self, state)
+    }
+    /// Advances a state by `dt` (s): Runge-Kutta of order 4, with projection. For more than a step,
+    /// an [`Rk4`](::lamc_runtime::Rk4) of one's own keeps its storage.
+    ///
+    /// # Errors
+    ///
+    /// As [`Rk4::step`](::lamc_runtime::Rk4::step); the state is then unchanged.
+    pub fn step(
+        &self,
+        state: &mut ::lamc_runtime::State<[S; 1], S>,
+        dt: S,
+    ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+        ::lamc_runtime::Mechanism::step(self, state, dt)
+    }
+    /// du/dt, rad/s^2, with closed loops.
+    ///
+    /// # Errors
+    ///
+    /// As [`acceleration`](fn@::lamc_runtime::acceleration).
+    pub fn acceleration(
+        &self,
+        t: S,
+        q: &[S; 1],
+        u: &[S; 1],
+    ) -> ::core::result::Result<[S; 1], ::lamc_runtime::Error> {
+        ::lamc_runtime::Mechanism::acceleration(self, t, q, u)
+    }
+    /// du/dt and what holds the constraints: closure forces, motor torques, and what each hinge
+    /// carries.
+    ///
+    /// # Errors
+    ///
+    /// As [`acceleration`](fn@::lamc_runtime::acceleration).
+    pub fn forces(
+        &self,
+        t: S,
+        q: &[S; 1],
+        u: &[S; 1],
+    ) -> ::core::result::Result<
+        ::lamc_runtime::Forces<S, 1, 0, 1>,
+        ::lamc_runtime::Error,
+    > {
+        ::lamc_runtime::plumbing::forces(self, t, q, u)
+    }
+    /// du/dt and its derivatives by q, u and t.
+    ///
+    /// # Errors
+    ///
+    /// As [`jacobian`](fn@::lamc_runtime::jacobian).
+    pub fn jacobian(
+        &self,
+        t: S,
+        q: &[S; 1],
+        u: &[S; 1],
+    ) -> ::core::result::Result<::lamc_runtime::Jacobian<S, 1>, ::lamc_runtime::Error> {
+        ::lamc_runtime::plumbing::jacobian(self, t, q, u)
+    }
+    /// M, f, J and gamma at a state: M du/dt = f + J^T lambda, J du/dt = -gamma.
+    pub fn equations(
+        &self,
+        t: S,
+        q: &[S; 1],
+        u: &[S; 1],
+    ) -> ::lamc_runtime::Equations<S, 1, 0> {
+        let (mut mass, mut forcing) = ([S::ZERO; 1], [S::ZERO; 1]);
+        let (mut jacobian, mut gamma) = ([S::ZERO; 0], [S::ZERO; 0]);
+        self.equations_into(t, q, u, &mut mass, &mut forcing, &mut jacobian, &mut gamma);
+        ::lamc_runtime::Equations {
+            mass: ::lamc_runtime::plumbing::matrix(&mass),
+            forcing,
+            jacobian: ::lamc_runtime::plumbing::matrix(&jacobian),
+            gamma,
+        }
+    }
+    /// Energies at a state, J.
+    pub fn energy(&self, t: S, q: &[S; 1], u: &[S; 1]) -> ::lamc_runtime::Energy<S> {
+        ::lamc_runtime::Mechanism::energy(self, t, q, u)
+    }
+    /// The pose of each body: R row-major, then p in m; what is drawn at x lies at R x + p in the
+    /// base frame.
+    pub fn poses(&self, q: &[S; 1]) -> [[S; 12]; 2] {
+        ::lamc_runtime::Mechanism::poses(self, q)
+    }
+    /// The position of each point in the base frame, m.
+    pub fn points(&self, q: &[S; 1]) -> [[S; 3]; 1] {
+        ::lamc_runtime::Mechanism::points(self, q)
+    }
+}
+
+const DIMENSIONS: ::lamc_runtime::plumbing::Dimensions = ::lamc_runtime::plumbing::Dimensions {
+    coordinates: 1,
+    speeds: 1,
+    joints: 1,
+    rows: 0,
+    loops: 0,
+    bodies: 2,
+    points: 1,
+    drives: 0,
+    parameters: 0,
+    inputs: 0,
+};
+
+#[allow(
+    clippy::approx_constant,
+    clippy::excessive_precision,
+    clippy::too_many_arguments,
+    unused_mut,
+    unused_variables,
+    reason = "numbers of the drawing; not every function reads everything it is given"
+)]
+#[rustfmt::skip]
+impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for Pendulum<S> {
+    type Scalar = S;
+    type Coordinates = [S; 1];
+    type Speeds = [S; 1];
+    type Matrix = [S; 1];
+    type Workspace = [S; ::lamc_runtime::plumbing::workspace_len(DIMENSIONS)];
+    type Poses = [[S; 12]; 2];
+    type Points = [[S; 3]; 1];
+    fn dimensions(&self) -> ::lamc_runtime::plumbing::Dimensions {
+        DIMENSIONS
+    }
+    fn speeds(&self) -> Self::Speeds {
+        [S::ZERO; 1]
+    }
+    fn matrix(&self) -> Self::Matrix {
+        [S::ZERO; 1]
+    }
+    fn workspace(&self) -> Self::Workspace {
+        [S::ZERO; ::lamc_runtime::plumbing::workspace_len(DIMENSIONS)]
+    }
+    fn size(&self) -> S {
+        let c = S::from_f64;
+        c(0.18582907630400577)
+    }
+    fn limits(&self, joint: usize) -> [S; 2] {
+        let c = S::from_f64;
+        [[c(-3.141592653589793), c(3.141592653589793)]]
+            .get(joint)
+            .copied()
+            .unwrap_or([c(f64::NEG_INFINITY), c(f64::INFINITY)])
+    }
+    fn initial(&self) -> ::lamc_runtime::StateOf<Self> {
+        let c = S::from_f64;
+        ::lamc_runtime::State {
+            t: S::ZERO,
+            q: [c(0.6981317007977318)],
+            u: [c(0.0)],
+        }
+    }
+    fn is_pinned(&self, joint: usize) -> bool {
+        [true].get(joint).copied().unwrap_or(false)
+    }
+    fn energy(
+        &self,
+        t: S,
+        q: &Self::Coordinates,
+        u: &Self::Speeds,
+    ) -> ::lamc_runtime::Energy<S> {
+        let (kinetic, potential) = (&mut [S::ZERO], &mut [S::ZERO]);
+        self.energy_into(t, q, u, kinetic, potential);
+        ::lamc_runtime::Energy {
+            kinetic: kinetic[0],
+            potential: potential[0],
+        }
+    }
+    fn poses(&self, q: &Self::Coordinates) -> Self::Poses {
+        let poses = &mut [S::ZERO; 24];
+        self.poses_into(q, poses);
+        ::lamc_runtime::plumbing::matrix(poses)
+    }
+    fn points(&self, q: &Self::Coordinates) -> Self::Points {
+        let points = &mut [S::ZERO; 3];
+        self.points_into(q, points);
+        ::lamc_runtime::plumbing::matrix(points)
+    }
+    fn write_equations(
+        &self,
+        t: S,
+        q: &[S],
+        u: &[S],
+        out: ::lamc_runtime::plumbing::EquationsMut<'_, S>,
+    ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+        self.equations_into(
+            t,
+            exactly(q)?,
+            exactly(u)?,
+            exactly_mut(out.mass)?,
+            exactly_mut(out.forcing)?,
+            exactly_mut(out.jacobian)?,
+            exactly_mut(out.gamma)?,
+        );
+        Ok(())
+    }
+    fn write_closure(
+        &self,
+        q: &[S],
+        residual: &mut [S],
+        jacobian: &mut [S],
+    ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+        self.closure_into(exactly(q)?, exactly_mut(residual)?, exactly_mut(jacobian)?);
+        Ok(())
+    }
+    fn write_reactions(
+        &self,
+        at: ::lamc_runtime::plumbing::Balance<'_, S>,
+        out: &mut [S],
+    ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+        self.reactions_into(
+            at.t,
+            exactly(at.q)?,
+            exactly(at.u)?,
+            exactly(at.acceleration)?,
+            exactly(at.multipliers)?,
+            exactly_mut(out)?,
+        );
+        Ok(())
+    }
+    fn write_tangent(
+        &self,
+        at: ::lamc_runtime::plumbing::Balance<'_, S>,
+        change: ::lamc_runtime::Change<'_, S>,
+        forces: &mut [S],
+        closure: &mut [S],
+    ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+        self.tangent_into(
+            at.t,
+            exactly(at.q)?,
+            exactly(at.u)?,
+            exactly(at.acceleration)?,
+            exactly(at.multipliers)?,
+            change.t,
+            exactly(change.q)?,
+            exactly(change.u)?,
+            exactly(change.parameters)?,
+            exactly(change.inputs)?,
+            exactly_mut(forces)?,
+            exactly_mut(closure)?,
+        );
+        Ok(())
+    }
+    fn write_acceleration(
+        &self,
+        t: S,
+        q: &[S],
+        u: &[S],
+        out: &mut [S],
+    ) -> ::core::result::Result<
+        ::core::option::Option<::lamc_runtime::plumbing::Margin<S>>,
+        ::lamc_runtime::Error,
+    > {
+        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+        let margin = &mut [S::ZERO; 2];
+        self.acceleration_into(t, exactly(q)?, exactly(u)?, exactly_mut(out)?, margin);
+        let [inverse_pivot, conditioning] = *margin;
+        Ok(
+            Some(::lamc_runtime::plumbing::Margin {
+                inverse_pivot,
+                conditioning,
+            }),
+        )
+    }
+    fn write_jacobian(
+        &self,
+        t: S,
+        q: &[S],
+        u: &[S],
+        out: ::lamc_runtime::JacobianMut<'_, S>,
+    ) -> ::core::result::Result<
+        ::core::option::Option<::lamc_runtime::plumbing::Margin<S>>,
+        ::lamc_runtime::Error,
+    > {
+        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+        let margin = &mut [S::ZERO; 2];
+        self.jacobian_into(
+            t,
+            exactly(q)?,
+            exactly(u)?,
+            exactly_mut(out.acceleration)?,
+            exactly_mut(out.dq)?,
+            exactly_mut(out.du)?,
+            exactly_mut(out.dt)?,
+            margin,
+        );
+        let [inverse_pivot, conditioning] = *margin;
+        Ok(
+            Some(::lamc_runtime::plumbing::Margin {
+                inverse_pivot,
+                conditioning,
+            }),
+        )
     }
 }
 
@@ -106,62 +469,21 @@ impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Pendulum<S> {
     reason = "numbers of the drawing; not every function reads everything it is given"
 )]
 #[rustfmt::skip]
-impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
-    type Scalar = S;
-    type Vector = [S; N];
-    type Matrix = [S; N * N];
-    type Workspace = [S; ::lamc_runtime::workspace_len(DIMENSIONS)];
-    fn dimensions(&self) -> ::lamc_runtime::Dimensions {
-        DIMENSIONS
-    }
-    fn vector(&self) -> Self::Vector {
-        let c = S::from_f64;
-        [c(0.0); N]
-    }
-    fn matrix(&self) -> Self::Matrix {
-        let c = S::from_f64;
-        [c(0.0); N * N]
-    }
-    fn workspace(&self) -> Self::Workspace {
-        let c = S::from_f64;
-        [c(0.0); ::lamc_runtime::workspace_len(DIMENSIONS)]
-    }
-    fn size(&self) -> S {
-        let c = S::from_f64;
-        c(0.18582907630400577)
-    }
-    fn limits(&self, joint: usize) -> [S; 2] {
-        let c = S::from_f64;
-        let (least, greatest) = ([c(-3.141592653589793)], [c(3.141592653589793)]);
-        match (least.get(joint), greatest.get(joint)) {
-            (Some(&least), Some(&greatest)) => [least, greatest],
-            _ => [c(f64::NEG_INFINITY), c(f64::INFINITY)],
-        }
-    }
-    fn initial_position(&self, joint: usize) -> S {
-        let c = S::from_f64;
-        [c(0.6981317007977318)].get(joint).copied().unwrap_or(c(0.0))
-    }
-    fn initial_speed(&self, joint: usize) -> S {
-        let c = S::from_f64;
-        [c(0.0)].get(joint).copied().unwrap_or(c(0.0))
-    }
-    fn is_pinned(&self, joint: usize) -> bool {
-        [true].get(joint).copied().unwrap_or(false)
-    }
-    fn write_equations(
+#[allow(dead_code, reason = "a program uses what it needs")]
+impl<S: ::lamc_runtime::Arithmetic> Pendulum<S> {
+    /// The equations of motion M du/dt = f + J^T lambda, J du/dt = -gamma.
+    fn equations_into(
         &self,
         t: S,
-        q: &[S],
-        u: &[S],
-        out: ::lamc_runtime::EquationsMut<'_, S>,
+        q: &[S; 1],
+        u: &[S; 1],
+        mass: &mut [S; 1],
+        forcing: &mut [S; 1],
+        jacobian: &mut [S; 0],
+        gamma: &mut [S; 0],
     ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let Some(q) = q.first_chunk::<N>() else { return };
-        let Some(u) = u.first_chunk::<N>() else { return };
-        let Some(mass) = out.mass.first_chunk_mut::<1>() else { return };
-        let Some(forcing) = out.forcing.first_chunk_mut::<1>() else { return };
         let (_, cos_hinge) = S::sin_cos(q[0]);
         // arm: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let generalized_force_hinge = mul_add(c(0.0177798000739608), cos_hinge, -mul_add(c(2.5e-5),
@@ -169,12 +491,12 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         mass[0] = c(1.2282610013696912e-4);
         forcing[0] = generalized_force_hinge;
     }
-    fn write_closure(&self, q: &[S], residual: &mut [S], jacobian: &mut [S]) {}
-    fn write_poses(&self, q: &[S], out: &mut [S]) {
+    /// How far the loops are open.
+    fn closure_into(&self, q: &[S; 1], residual: &mut [S; 0], jacobian: &mut [S; 0]) {}
+    /// The pose of each body: what is drawn at x lies at R x + p in the base frame.
+    fn poses_into(&self, q: &[S; 1], poses: &mut [S; 24]) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let Some(q) = q.first_chunk::<N>() else { return };
-        let Some(poses) = out.first_chunk_mut::<24>() else { return };
         let (sin_hinge, cos_hinge) = S::sin_cos(q[0]);
         poses[0] = c(1.0);
         poses[1] = c(0.0);
@@ -201,47 +523,47 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         poses[22] = mul_add(c(0.022255), cos_hinge, mul_add(c(3.17e-3), sin_hinge, c(-0.022255)));
         poses[23] = mul_add(c(-3.17e-3), cos_hinge, mul_add(c(0.022255), sin_hinge, c(3.17e-3)));
     }
-    fn write_points(&self, q: &[S], out: &mut [S]) {
+    /// The positions of the output points.
+    fn points_into(&self, q: &[S; 1], points: &mut [S; 3]) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let Some(q) = q.first_chunk::<N>() else { return };
-        let Some(points) = out.first_chunk_mut::<3>() else { return };
         let (sin_hinge, cos_hinge) = S::sin_cos(q[0]);
         points[0] = c(-3.2000000000000015e-3);
         points[1] = mul_add(c(-0.1015), cos_hinge, c(-0.022255));
         points[2] = mul_add(c(-0.1015), sin_hinge, c(3.17e-3));
     }
-    fn energy(&self, t: S, q: &[S], u: &[S]) -> ::lamc_runtime::Energy<S> {
+    /// The energies of the whole mechanism.
+    fn energy_into(
+        &self,
+        t: S,
+        q: &[S; 1],
+        u: &[S; 1],
+        kinetic: &mut [S; 1],
+        potential: &mut [S; 1],
+    ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let (Some(q), Some(u)) = (q.first_chunk::<N>(), u.first_chunk::<N>()) else {
-            return ::lamc_runtime::Energy {
-                kinetic: c(f64::NAN),
-                potential: c(f64::NAN),
-            };
-        };
-        let (kinetic, potential) = (&mut [c(0.0)], &mut [c(0.0)]);
         let (sin_hinge, _) = S::sin_cos(q[0]);
         // arm: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2
         let kinetic_energy_arm = u[0] * u[0] * c(6.141305006848456e-5);
         kinetic[0] = kinetic_energy_arm;
         potential[0] = mul_add(c(3.8e-3), q[0] * q[0], mul_add(c(-1.81241590968e-3), sin_hinge,
             c(1.1060708461599998e-4)) * c(9.81));
-        ::lamc_runtime::Energy {
-            kinetic: kinetic[0],
-            potential: potential[0],
-        }
     }
-    fn drives(&self, t: S, mut visit: impl FnMut(::lamc_runtime::Drive<S>)) {}
-    fn write_reactions(&self, at: ::lamc_runtime::Balance<'_, S>, out: &mut [S]) {
+    /// The prescribed angle of each driven joint, in the order of the joints.
+    fn drives_into(&self, t: S, drives: &mut [S; 0]) {}
+    /// The force and the moment that each hinge transmits.
+    fn reactions_into(
+        &self,
+        t: S,
+        q: &[S; 1],
+        u: &[S; 1],
+        a: &[S; 1],
+        lambda: &[S; 0],
+        reactions: &mut [S; 6],
+    ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let t = at.t;
-        let Some(q) = at.q.first_chunk::<N>() else { return };
-        let Some(u) = at.u.first_chunk::<N>() else { return };
-        let Some(a) = at.acceleration.first_chunk::<N>() else { return };
-        let Some(lambda) = at.multipliers.first_chunk::<C>() else { return };
-        let Some(reactions) = out.first_chunk_mut::<6>() else { return };
         let (sin_hinge, cos_hinge) = S::sin_cos(q[0]);
         // arm: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_arm_xx = u[0] * u[0];
@@ -257,26 +579,24 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
         reactions[5] = mul_add(c(8.557185803319869e-3), sin_hinge,
             omega_arm_xx * c(4.531021650040903e-5));
     }
-    fn write_tangent(
+    /// The change of the equations' imbalance along a direction, at constant du/dt and lambda.
+    fn tangent_into(
         &self,
-        at: ::lamc_runtime::Balance<'_, S>,
-        change: ::lamc_runtime::Change<'_, S>,
-        forces: &mut [S],
-        closure: &mut [S],
+        t: S,
+        q: &[S; 1],
+        u: &[S; 1],
+        a: &[S; 1],
+        lambda: &[S; 0],
+        dt: S,
+        dq: &[S; 1],
+        du: &[S; 1],
+        dp: &[S; 0],
+        di: &[S; 0],
+        forces: &mut [S; 1],
+        closure: &mut [S; 0],
     ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let t = at.t;
-        let Some(q) = at.q.first_chunk::<N>() else { return };
-        let Some(u) = at.u.first_chunk::<N>() else { return };
-        let Some(a) = at.acceleration.first_chunk::<N>() else { return };
-        let Some(lambda) = at.multipliers.first_chunk::<C>() else { return };
-        let dt = change.t;
-        let Some(dq) = change.q.first_chunk::<N>() else { return };
-        let Some(du) = change.u.first_chunk::<N>() else { return };
-        let Some(dp) = change.parameters.first_chunk::<0>() else { return };
-        let Some(di) = change.inputs.first_chunk::<0>() else { return };
-        let Some(forces) = forces.first_chunk_mut::<1>() else { return };
         let (minus_d_cos_hinge_sin, _) = S::sin_cos(q[0]);
         // arm: hinge angle: s = sin q, c = cos q
         let minus_d_cos_hinge = dq[0] * minus_d_cos_hinge_sin;
@@ -285,38 +605,17 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Pendulum<S> {
             -mul_add(c(2.5e-5), du[0], dq[0] * c(7.6e-3)));
         forces[0] = d_imbalance_hinge;
     }
-}
-
-#[allow(
-    clippy::approx_constant,
-    clippy::excessive_precision,
-    clippy::too_many_arguments,
-    unused_mut,
-    unused_variables,
-    reason = "numbers of the drawing; not every function reads everything it is given"
-)]
-#[rustfmt::skip]
-impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Pendulum<S> {
-    type Number = S;
-    fn write_acceleration(
+    /// du/dt by elimination.
+    fn acceleration_into(
         &self,
         t: S,
-        q: &[S],
-        u: &[S],
-        out: &mut [S],
-    ) -> ::lamc_runtime::Margin<S> {
+        q: &[S; 1],
+        u: &[S; 1],
+        acceleration: &mut [S; 1],
+        margin: &mut [S; 2],
+    ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let Some(q) = q.first_chunk::<N>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let Some(u) = u.first_chunk::<N>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let margin = &mut [c(0.0); 2];
-        let Some(acceleration) = out.first_chunk_mut::<1>() else {
-            return ::lamc_runtime::Margin::none()
-        };
         let (_, cos_hinge) = S::sin_cos(q[0]);
         // arm: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let generalized_force_hinge = mul_add(c(0.0177798000739608), cos_hinge, -mul_add(c(2.5e-5),
@@ -326,39 +625,21 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Pendulum<S>
         acceleration[0] = acceleration_hinge;
         margin[0] = c(8141.592046681067);
         margin[1] = c(1.0);
-        ::lamc_runtime::Margin {
-            inverse_pivot: margin[0],
-            conditioning: margin[1],
-        }
     }
-    fn write_jacobian(
+    /// du/dt by elimination, and its derivatives.
+    fn jacobian_into(
         &self,
         t: S,
-        q: &[S],
-        u: &[S],
-        out: ::lamc_runtime::JacobianMut<'_, S>,
-    ) -> ::lamc_runtime::Margin<S> {
+        q: &[S; 1],
+        u: &[S; 1],
+        acceleration: &mut [S; 1],
+        dq: &mut [S; 1],
+        du: &mut [S; 1],
+        dt: &mut [S; 1],
+        margin: &mut [S; 2],
+    ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let Some(q) = q.first_chunk::<N>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let Some(u) = u.first_chunk::<N>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let margin = &mut [c(0.0); 2];
-        let Some(acceleration) = out.acceleration.first_chunk_mut::<1>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let Some(dq) = out.dq.first_chunk_mut::<1>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let Some(du) = out.du.first_chunk_mut::<1>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let Some(dt) = out.dt.first_chunk_mut::<1>() else {
-            return ::lamc_runtime::Margin::none()
-        };
         let (minus_d_cos_hinge_by_q_hinge, cos_hinge) = S::sin_cos(q[0]);
         // arm: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_imbalance_hinge_by_q_hinge = mul_add(c(-0.0177798000739608),
@@ -375,29 +656,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Pendulum<S>
         dt[0] = c(0.0);
         margin[0] = c(8141.592046681067);
         margin[1] = c(1.0);
-        ::lamc_runtime::Margin {
-            inverse_pivot: margin[0],
-            conditioning: margin[1],
-        }
     }
-}
-
-const DIMENSIONS: ::lamc_runtime::Dimensions = ::lamc_runtime::Dimensions {
-    coordinates: 1,
-    rows: 0,
-    loops: 0,
-    bodies: 2,
-    points: 1,
-    drives: 0,
-    parameters: 0,
-    inputs: 0,
-};
-
-impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism<S, N, C> for Pendulum<S> {
-    type Residual = [S; 9 * LOOPS];
-    type ResidualJacobian = [[S; N]; 9 * LOOPS];
-    type Poses = [[S; 12]; 2];
-    type Points = [[S; 3]; 1];
 }
 
 #[allow(
@@ -409,17 +668,47 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism<S, N, C> for Pendulum<
     reason = "numbers of the drawing; not every function reads everything it is given"
 )]
 #[rustfmt::skip]
-impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S, N, C> for Pendulum<S> {
+impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S> for Pendulum<S> {
     type Lane = Pendulum<S::Number>;
-    type Residual = [S; 9 * LOOPS];
+    type Coordinates = [S; 1];
+    type Speeds = [S; 1];
+    type Residual = [S; 0];
     fn lane(&self, lane: usize) -> Self::Lane {
         Pendulum {
-            params: Params {
-                marker: ::core::marker::PhantomData,
-            },
-            inputs: Inputs {
-                marker: ::core::marker::PhantomData,
-            },
+            params: Params {},
+            inputs: Inputs {},
+            scalar: ::core::marker::PhantomData,
         }
+    }
+    fn zeros(&self) -> ::lamc_runtime::StatesOf<Self, S> {
+        ::lamc_runtime::State {
+            t: S::ZERO,
+            q: [S::ZERO; 1],
+            u: [S::ZERO; 1],
+        }
+    }
+    fn residual(&self) -> Self::Residual {
+        [S::ZERO; 0]
+    }
+    fn write_acceleration(
+        &self,
+        t: S,
+        q: &[S],
+        u: &[S],
+        out: &mut [S],
+    ) -> ::core::result::Result<
+        ::core::option::Option<::lamc_runtime::plumbing::Margin<S>>,
+        ::lamc_runtime::Error,
+    > {
+        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+        let margin = &mut [S::ZERO; 2];
+        self.acceleration_into(t, exactly(q)?, exactly(u)?, exactly_mut(out)?, margin);
+        let [inverse_pivot, conditioning] = *margin;
+        Ok(
+            Some(::lamc_runtime::plumbing::Margin {
+                inverse_pivot,
+                conditioning,
+            }),
+        )
     }
 }

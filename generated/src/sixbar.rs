@@ -31,17 +31,25 @@
 //   projection: 589 operations: 209 add, 359 mul, 8 div, 6 sin_cos, 7 other
 //   jacobian: 2683 operations: 1170 add, 1492 mul, 8 div, 6 sin_cos, 7 other
 
-/// Coordinates: one angle per joint.
-pub const N: usize = 6;
+/// NQ: coordinates, one angle per joint.
+#[allow(dead_code, reason = "a program uses what it needs")]
+pub const NQ: usize = 6;
+
+/// NU: speeds, as many as coordinates.
+#[allow(dead_code, reason = "a program uses what it needs")]
+pub const NU: usize = 6;
 
 /// Closure rows of the acceleration.
+#[allow(dead_code, reason = "a program uses what it needs")]
 pub const C: usize = 3;
 
 /// Closed loops: nine closure residuals each.
+#[allow(dead_code, reason = "a program uses what it needs")]
 pub const LOOPS: usize = 1;
 
 /// Joints, in the order of q and u.
-pub const JOINTS: [&str; N] = [
+#[allow(dead_code, reason = "a program uses what it needs")]
+pub const JOINTS: [&str; 6] = [
     "south_west_south",
     "south_south_east",
     "west_south_west",
@@ -51,6 +59,7 @@ pub const JOINTS: [&str; N] = [
 ];
 
 /// Bodies, in the order of the poses.
+#[allow(dead_code, reason = "a program uses what it needs")]
 pub const BODIES: [&str; 6] = [
     "west",
     "south_west",
@@ -61,37 +70,76 @@ pub const BODIES: [&str; 6] = [
 ];
 
 /// Output points.
+#[allow(dead_code, reason = "a program uses what it needs")]
 pub const POINTS: [&str; 1] = ["tip"];
 
-/// Numbers that can be changed at run time, SI.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Params<S> {
-    /// Without members.
-    pub marker: ::core::marker::PhantomData<S>,
+/// Joints: indices of arrays and slices.
+#[allow(dead_code, reason = "a program uses what it needs")]
+pub mod joint {
+    /// Joint `south_west_south`: turns `south` against `south_west`.
+    #[doc(alias = "south_west_south")]
+    pub const SOUTH_WEST_SOUTH: ::lamc_runtime::Joint = ::lamc_runtime::Joint::new(0);
+    /// Joint `south_south_east`: turns `south` against `south_east`.
+    #[doc(alias = "south_south_east")]
+    pub const SOUTH_SOUTH_EAST: ::lamc_runtime::Joint = ::lamc_runtime::Joint::new(1);
+    /// Joint `west_south_west`: turns `south_west` against `west`.
+    #[doc(alias = "west_south_west")]
+    pub const WEST_SOUTH_WEST: ::lamc_runtime::Joint = ::lamc_runtime::Joint::new(2);
+    /// Joint `south_east_east`: turns `south_east` against `east`.
+    #[doc(alias = "south_east_east")]
+    pub const SOUTH_EAST_EAST: ::lamc_runtime::Joint = ::lamc_runtime::Joint::new(3);
+    /// Joint `ground_east`: turns `east` against `ground`.
+    #[doc(alias = "ground_east")]
+    pub const GROUND_EAST: ::lamc_runtime::Joint = ::lamc_runtime::Joint::new(4);
+    /// Joint `ground_west`: turns `west` against `ground`.
+    #[doc(alias = "ground_west")]
+    pub const GROUND_WEST: ::lamc_runtime::Joint = ::lamc_runtime::Joint::new(5);
 }
 
-impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Params<S> {
-    fn default() -> Self {
-        Self {
-            marker: ::core::marker::PhantomData,
-        }
-    }
+/// Bodies: indices of arrays and slices.
+#[allow(dead_code, reason = "a program uses what it needs")]
+pub mod body {
+    /// Body `west`.
+    #[doc(alias = "west")]
+    pub const WEST: ::lamc_runtime::Body = ::lamc_runtime::Body::new(0);
+    /// Body `south_west`.
+    #[doc(alias = "south_west")]
+    pub const SOUTH_WEST: ::lamc_runtime::Body = ::lamc_runtime::Body::new(1);
+    /// Body `ground`.
+    #[doc(alias = "ground")]
+    pub const GROUND: ::lamc_runtime::Body = ::lamc_runtime::Body::new(2);
+    /// Body `south`.
+    #[doc(alias = "south")]
+    pub const SOUTH: ::lamc_runtime::Body = ::lamc_runtime::Body::new(3);
+    /// Body `south_east`.
+    #[doc(alias = "south_east")]
+    pub const SOUTH_EAST: ::lamc_runtime::Body = ::lamc_runtime::Body::new(4);
+    /// Body `east`.
+    #[doc(alias = "east")]
+    pub const EAST: ::lamc_runtime::Body = ::lamc_runtime::Body::new(5);
 }
+
+/// Points: indices of arrays and slices.
+#[allow(dead_code, reason = "a program uses what it needs")]
+pub mod point {
+    /// Point `tip`.
+    #[doc(alias = "tip")]
+    pub const TIP: ::lamc_runtime::Point = ::lamc_runtime::Point::new(0);
+}
+
+/// Numbers that can be changed at run time, SI.
+///
+/// There are none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[allow(dead_code, reason = "a program uses what it needs")]
+pub struct Params {}
 
 /// Numbers set by the caller at every step, SI; zero at first.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Inputs<S> {
-    /// Without members.
-    pub marker: ::core::marker::PhantomData<S>,
-}
-
-impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Inputs<S> {
-    fn default() -> Self {
-        Self {
-            marker: ::core::marker::PhantomData,
-        }
-    }
-}
+///
+/// There are none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[allow(dead_code, reason = "a program uses what it needs")]
+pub struct Inputs {}
 
 /// The mechanism `sixbar`.
 ///
@@ -106,11 +154,13 @@ impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Inputs<S> {
 ///
 /// Mobility 3; 1 closed loop(s).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(dead_code, reason = "a program uses what it needs")]
 pub struct Sixbar<S> {
     /// Parameters.
-    pub params: Params<S>,
+    pub params: Params,
     /// Inputs.
-    pub inputs: Inputs<S>,
+    pub inputs: Inputs,
+    scalar: ::core::marker::PhantomData<S>,
 }
 
 impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Sixbar<S> {
@@ -118,7 +168,398 @@ impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Sixbar<S> {
         Self {
             params: ::core::default::Default::default(),
             inputs: ::core::default::Default::default(),
+            scalar: ::core::marker::PhantomData,
         }
+    }
+}
+
+#[allow(dead_code, reason = "a program uses what it needs")]
+impl<S: ::lamc_runtime::Scalar> Sixbar<S> {
+    /// The initial state with closed loops: assembled from the model's guess, the joints whose
+    /// angles the model states pinned, and with speeds that the closure allows.
+    ///
+    /// # Errors
+    ///
+    /// As [`assemble`](::lamc_runtime::assemble) and [`project`](fn@::lamc_runtime::project).
+    pub fn assembled(
+        &self,
+    ) -> ::core::result::Result<
+        ::lamc_runtime::State<[S; 6], S>,
+        ::lamc_runtime::Error,
+    > {
+        ::lamc_runtime::Mechanism::assembled(self)
+    }
+    /// The state of rest downhill from [`assembled`](Self::assembled), at t = 0: gravity, springs,
+    /// torques and forces in balance on closed loops.
+    ///
+    /// # Errors
+    ///
+    /// As [`assemble`](::lamc_runtime::assemble) and
+    /// [`equilibrium`](fn@::lamc_runtime::equilibrium).
+    pub fn settled(
+        &self,
+    ) -> ::core::result::Result<
+        (::lamc_runtime::State<[S; 6], S>, ::lamc_runtime::Equilibrium<S>),
+        ::lamc_runtime::Error,
+    > {
+        ::lamc_runtime::Mechanism::settled(self)
+    }
+    /// Moves a state onto the closure, by the least change weighted with the mass matrix.
+    ///
+    /// # Errors
+    ///
+    /// As [`project`](fn@::lamc_runtime::project); the state may then have moved.
+    pub fn project(
+        &self,
+        state: &mut ::lamc_runtime::State<[S; 6], S>,
+    ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+        ::lamc_runtime::Mechanism::project(self, state)
+    }
+    /// Advances a state by `dt` (s): Runge-Kutta of order 4, with projection. For more than a step,
+    /// an [`Rk4`](::lamc_runtime::Rk4) of one's own keeps its storage.
+    ///
+    /// # Errors
+    ///
+    /// As [`Rk4::step`](::lamc_runtime::Rk4::step); the state is then unchanged.
+    pub fn step(
+        &self,
+        state: &mut ::lamc_runtime::State<[S; 6], S>,
+        dt: S,
+    ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+        ::lamc_runtime::Mechanism::step(self, state, dt)
+    }
+    /// du/dt, rad/s^2, with closed loops.
+    ///
+    /// # Errors
+    ///
+    /// As [`acceleration`](fn@::lamc_runtime::acceleration).
+    pub fn acceleration(
+        &self,
+        t: S,
+        q: &[S; 6],
+        u: &[S; 6],
+    ) -> ::core::result::Result<[S; 6], ::lamc_runtime::Error> {
+        ::lamc_runtime::Mechanism::acceleration(self, t, q, u)
+    }
+    /// du/dt and what holds the constraints: closure forces, motor torques, and what each hinge
+    /// carries.
+    ///
+    /// # Errors
+    ///
+    /// As [`acceleration`](fn@::lamc_runtime::acceleration).
+    pub fn forces(
+        &self,
+        t: S,
+        q: &[S; 6],
+        u: &[S; 6],
+    ) -> ::core::result::Result<
+        ::lamc_runtime::Forces<S, 6, 3, 6>,
+        ::lamc_runtime::Error,
+    > {
+        ::lamc_runtime::plumbing::forces(self, t, q, u)
+    }
+    /// du/dt and its derivatives by q, u and t.
+    ///
+    /// # Errors
+    ///
+    /// As [`jacobian`](fn@::lamc_runtime::jacobian).
+    pub fn jacobian(
+        &self,
+        t: S,
+        q: &[S; 6],
+        u: &[S; 6],
+    ) -> ::core::result::Result<::lamc_runtime::Jacobian<S, 6>, ::lamc_runtime::Error> {
+        ::lamc_runtime::plumbing::jacobian(self, t, q, u)
+    }
+    /// M, f, J and gamma at a state: M du/dt = f + J^T lambda, J du/dt = -gamma.
+    pub fn equations(
+        &self,
+        t: S,
+        q: &[S; 6],
+        u: &[S; 6],
+    ) -> ::lamc_runtime::Equations<S, 6, 3> {
+        let (mut mass, mut forcing) = ([S::ZERO; 36], [S::ZERO; 6]);
+        let (mut jacobian, mut gamma) = ([S::ZERO; 18], [S::ZERO; 3]);
+        self.equations_into(t, q, u, &mut mass, &mut forcing, &mut jacobian, &mut gamma);
+        ::lamc_runtime::Equations {
+            mass: ::lamc_runtime::plumbing::matrix(&mass),
+            forcing,
+            jacobian: ::lamc_runtime::plumbing::matrix(&jacobian),
+            gamma,
+        }
+    }
+    /// Energies at a state, J.
+    pub fn energy(&self, t: S, q: &[S; 6], u: &[S; 6]) -> ::lamc_runtime::Energy<S> {
+        ::lamc_runtime::Mechanism::energy(self, t, q, u)
+    }
+    /// The pose of each body: R row-major, then p in m; what is drawn at x lies at R x + p in the
+    /// base frame.
+    pub fn poses(&self, q: &[S; 6]) -> [[S; 12]; 6] {
+        ::lamc_runtime::Mechanism::poses(self, q)
+    }
+    /// The position of each point in the base frame, m.
+    pub fn points(&self, q: &[S; 6]) -> [[S; 3]; 1] {
+        ::lamc_runtime::Mechanism::points(self, q)
+    }
+    /// Nine residuals per loop, m, and their Jacobian.
+    pub fn closure(&self, q: &[S; 6]) -> ::lamc_runtime::Closure<S, 6, 9> {
+        let (mut residual, mut jacobian) = ([S::ZERO; 9], [S::ZERO; 54]);
+        self.closure_into(q, &mut residual, &mut jacobian);
+        let jacobian = ::lamc_runtime::plumbing::matrix(&jacobian);
+        ::lamc_runtime::Closure {
+            residual,
+            jacobian,
+        }
+    }
+}
+
+const DIMENSIONS: ::lamc_runtime::plumbing::Dimensions = ::lamc_runtime::plumbing::Dimensions {
+    coordinates: 6,
+    speeds: 6,
+    joints: 6,
+    rows: 3,
+    loops: 1,
+    bodies: 6,
+    points: 1,
+    drives: 0,
+    parameters: 0,
+    inputs: 0,
+};
+
+#[allow(
+    clippy::approx_constant,
+    clippy::excessive_precision,
+    clippy::too_many_arguments,
+    unused_mut,
+    unused_variables,
+    reason = "numbers of the drawing; not every function reads everything it is given"
+)]
+#[rustfmt::skip]
+impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for Sixbar<S> {
+    type Scalar = S;
+    type Coordinates = [S; 6];
+    type Speeds = [S; 6];
+    type Matrix = [S; 36];
+    type Workspace = [S; ::lamc_runtime::plumbing::workspace_len(DIMENSIONS)];
+    type Poses = [[S; 12]; 6];
+    type Points = [[S; 3]; 1];
+    fn dimensions(&self) -> ::lamc_runtime::plumbing::Dimensions {
+        DIMENSIONS
+    }
+    fn speeds(&self) -> Self::Speeds {
+        [S::ZERO; 6]
+    }
+    fn matrix(&self) -> Self::Matrix {
+        [S::ZERO; 36]
+    }
+    fn workspace(&self) -> Self::Workspace {
+        [S::ZERO; ::lamc_runtime::plumbing::workspace_len(DIMENSIONS)]
+    }
+    fn size(&self) -> S {
+        let c = S::from_f64;
+        c(0.1802213312356781)
+    }
+    fn limits(&self, joint: usize) -> [S; 2] {
+        let c = S::from_f64;
+        [
+            [c(-3.141592653589793), c(3.141592653589793)],
+            [c(-3.141592653589793), c(3.141592653589793)],
+            [c(-3.141592653589793), c(3.141592653589793)],
+            [c(-3.141592653589793), c(3.141592653589793)],
+            [c(-3.141592653589793), c(3.141592653589793)],
+            [c(-3.141592653589793), c(3.141592653589793)],
+        ]
+            .get(joint)
+            .copied()
+            .unwrap_or([c(f64::NEG_INFINITY), c(f64::INFINITY)])
+    }
+    fn initial(&self) -> ::lamc_runtime::StateOf<Self> {
+        let c = S::from_f64;
+        ::lamc_runtime::State {
+            t: S::ZERO,
+            q: [
+                c(0.0),
+                c(0.0),
+                c(-0.6981317007977318),
+                c(0.6108652381980153),
+                c(0.0),
+                c(0.0),
+            ],
+            u: [c(0.0), c(0.0), c(0.0), c(0.0), c(0.0), c(0.0)],
+        }
+    }
+    fn is_pinned(&self, joint: usize) -> bool {
+        [false, false, true, true, false, false].get(joint).copied().unwrap_or(false)
+    }
+    fn energy(
+        &self,
+        t: S,
+        q: &Self::Coordinates,
+        u: &Self::Speeds,
+    ) -> ::lamc_runtime::Energy<S> {
+        let (kinetic, potential) = (&mut [S::ZERO], &mut [S::ZERO]);
+        self.energy_into(t, q, u, kinetic, potential);
+        ::lamc_runtime::Energy {
+            kinetic: kinetic[0],
+            potential: potential[0],
+        }
+    }
+    fn poses(&self, q: &Self::Coordinates) -> Self::Poses {
+        let poses = &mut [S::ZERO; 72];
+        self.poses_into(q, poses);
+        ::lamc_runtime::plumbing::matrix(poses)
+    }
+    fn points(&self, q: &Self::Coordinates) -> Self::Points {
+        let points = &mut [S::ZERO; 3];
+        self.points_into(q, points);
+        ::lamc_runtime::plumbing::matrix(points)
+    }
+    fn write_equations(
+        &self,
+        t: S,
+        q: &[S],
+        u: &[S],
+        out: ::lamc_runtime::plumbing::EquationsMut<'_, S>,
+    ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+        self.equations_into(
+            t,
+            exactly(q)?,
+            exactly(u)?,
+            exactly_mut(out.mass)?,
+            exactly_mut(out.forcing)?,
+            exactly_mut(out.jacobian)?,
+            exactly_mut(out.gamma)?,
+        );
+        Ok(())
+    }
+    fn write_closure(
+        &self,
+        q: &[S],
+        residual: &mut [S],
+        jacobian: &mut [S],
+    ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+        self.closure_into(exactly(q)?, exactly_mut(residual)?, exactly_mut(jacobian)?);
+        Ok(())
+    }
+    fn write_reactions(
+        &self,
+        at: ::lamc_runtime::plumbing::Balance<'_, S>,
+        out: &mut [S],
+    ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+        self.reactions_into(
+            at.t,
+            exactly(at.q)?,
+            exactly(at.u)?,
+            exactly(at.acceleration)?,
+            exactly(at.multipliers)?,
+            exactly_mut(out)?,
+        );
+        Ok(())
+    }
+    fn write_tangent(
+        &self,
+        at: ::lamc_runtime::plumbing::Balance<'_, S>,
+        change: ::lamc_runtime::Change<'_, S>,
+        forces: &mut [S],
+        closure: &mut [S],
+    ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+        self.tangent_into(
+            at.t,
+            exactly(at.q)?,
+            exactly(at.u)?,
+            exactly(at.acceleration)?,
+            exactly(at.multipliers)?,
+            change.t,
+            exactly(change.q)?,
+            exactly(change.u)?,
+            exactly(change.parameters)?,
+            exactly(change.inputs)?,
+            exactly_mut(forces)?,
+            exactly_mut(closure)?,
+        );
+        Ok(())
+    }
+    fn write_acceleration(
+        &self,
+        t: S,
+        q: &[S],
+        u: &[S],
+        out: &mut [S],
+    ) -> ::core::result::Result<
+        ::core::option::Option<::lamc_runtime::plumbing::Margin<S>>,
+        ::lamc_runtime::Error,
+    > {
+        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+        let margin = &mut [S::ZERO; 2];
+        self.acceleration_into(t, exactly(q)?, exactly(u)?, exactly_mut(out)?, margin);
+        let [inverse_pivot, conditioning] = *margin;
+        Ok(
+            Some(::lamc_runtime::plumbing::Margin {
+                inverse_pivot,
+                conditioning,
+            }),
+        )
+    }
+    fn write_projection(
+        &self,
+        q: &[S],
+        u: &[S],
+        out: ::lamc_runtime::plumbing::ProjectionMut<'_, S>,
+    ) -> ::core::result::Result<
+        ::core::option::Option<::lamc_runtime::plumbing::Margin<S>>,
+        ::lamc_runtime::Error,
+    > {
+        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+        let margin = &mut [S::ZERO; 2];
+        self.projection_into(
+            exactly(q)?,
+            exactly(u)?,
+            exactly_mut(out.residual)?,
+            exactly_mut(out.positions)?,
+            exactly_mut(out.speeds)?,
+            margin,
+        );
+        let [inverse_pivot, conditioning] = *margin;
+        Ok(
+            Some(::lamc_runtime::plumbing::Margin {
+                inverse_pivot,
+                conditioning,
+            }),
+        )
+    }
+    fn write_jacobian(
+        &self,
+        t: S,
+        q: &[S],
+        u: &[S],
+        out: ::lamc_runtime::JacobianMut<'_, S>,
+    ) -> ::core::result::Result<
+        ::core::option::Option<::lamc_runtime::plumbing::Margin<S>>,
+        ::lamc_runtime::Error,
+    > {
+        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+        let margin = &mut [S::ZERO; 2];
+        self.jacobian_into(
+            t,
+            exactly(q)?,
+            exactly(u)?,
+            exactly_mut(out.acceleration)?,
+            exactly_mut(out.dq)?,
+            exactly_mut(out.du)?,
+            exactly_mut(out.dt)?,
+            margin,
+        );
+        let [inverse_pivot, conditioning] = *margin;
+        Ok(
+            Some(::lamc_runtime::plumbing::Margin {
+                inverse_pivot,
+                conditioning,
+            }),
+        )
     }
 }
 
@@ -131,87 +572,21 @@ impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Sixbar<S> {
     reason = "numbers of the drawing; not every function reads everything it is given"
 )]
 #[rustfmt::skip]
-impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
-    type Scalar = S;
-    type Vector = [S; N];
-    type Matrix = [S; N * N];
-    type Workspace = [S; ::lamc_runtime::workspace_len(DIMENSIONS)];
-    fn dimensions(&self) -> ::lamc_runtime::Dimensions {
-        DIMENSIONS
-    }
-    fn vector(&self) -> Self::Vector {
-        let c = S::from_f64;
-        [c(0.0); N]
-    }
-    fn matrix(&self) -> Self::Matrix {
-        let c = S::from_f64;
-        [c(0.0); N * N]
-    }
-    fn workspace(&self) -> Self::Workspace {
-        let c = S::from_f64;
-        [c(0.0); ::lamc_runtime::workspace_len(DIMENSIONS)]
-    }
-    fn size(&self) -> S {
-        let c = S::from_f64;
-        c(0.1802213312356781)
-    }
-    fn limits(&self, joint: usize) -> [S; 2] {
-        let c = S::from_f64;
-        let (least, greatest) = (
-            [
-                c(-3.141592653589793),
-                c(-3.141592653589793),
-                c(-3.141592653589793),
-                c(-3.141592653589793),
-                c(-3.141592653589793),
-                c(-3.141592653589793),
-            ],
-            [
-                c(3.141592653589793),
-                c(3.141592653589793),
-                c(3.141592653589793),
-                c(3.141592653589793),
-                c(3.141592653589793),
-                c(3.141592653589793),
-            ],
-        );
-        match (least.get(joint), greatest.get(joint)) {
-            (Some(&least), Some(&greatest)) => [least, greatest],
-            _ => [c(f64::NEG_INFINITY), c(f64::INFINITY)],
-        }
-    }
-    fn initial_position(&self, joint: usize) -> S {
-        let c = S::from_f64;
-        [c(0.0), c(0.0), c(-0.6981317007977318), c(0.6108652381980153), c(0.0), c(0.0)]
-            .get(joint)
-            .copied()
-            .unwrap_or(c(0.0))
-    }
-    fn initial_speed(&self, joint: usize) -> S {
-        let c = S::from_f64;
-        [c(0.0), c(0.0), c(0.0), c(0.0), c(0.0), c(0.0)]
-            .get(joint)
-            .copied()
-            .unwrap_or(c(0.0))
-    }
-    fn is_pinned(&self, joint: usize) -> bool {
-        [false, false, true, true, false, false].get(joint).copied().unwrap_or(false)
-    }
-    fn write_equations(
+#[allow(dead_code, reason = "a program uses what it needs")]
+impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
+    /// The equations of motion M du/dt = f + J^T lambda, J du/dt = -gamma.
+    fn equations_into(
         &self,
         t: S,
-        q: &[S],
-        u: &[S],
-        out: ::lamc_runtime::EquationsMut<'_, S>,
+        q: &[S; 6],
+        u: &[S; 6],
+        mass: &mut [S; 36],
+        forcing: &mut [S; 6],
+        jacobian: &mut [S; 18],
+        gamma: &mut [S; 3],
     ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let Some(q) = q.first_chunk::<N>() else { return };
-        let Some(u) = u.first_chunk::<N>() else { return };
-        let Some(mass) = out.mass.first_chunk_mut::<36>() else { return };
-        let Some(forcing) = out.forcing.first_chunk_mut::<6>() else { return };
-        let Some(jacobian) = out.jacobian.first_chunk_mut::<18>() else { return };
-        let Some(gamma) = out.gamma.first_chunk_mut::<3>() else { return };
         let [
             (sin_ground_east, cos_ground_east),
             (sin_ground_west, cos_ground_west),
@@ -744,12 +1119,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         gamma[1] = gamma_loop0_1;
         gamma[2] = gamma_loop0_2;
     }
-    fn write_closure(&self, q: &[S], residual: &mut [S], jacobian: &mut [S]) {
+    /// How far the loops are open.
+    fn closure_into(&self, q: &[S; 6], residual: &mut [S; 9], jacobian: &mut [S; 54]) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let Some(q) = q.first_chunk::<N>() else { return };
-        let Some(residual) = residual.first_chunk_mut::<9>() else { return };
-        let Some(jacobian) = jacobian.first_chunk_mut::<54>() else { return };
         let [
             (sin_ground_east, cos_ground_east),
             (sin_ground_west, cos_ground_west),
@@ -981,11 +1354,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         jacobian[53] = mul_add(c(-0.7071067811865475), arm_loop0_2_south_ghost0_y,
             arm_loop0_2_south_ghost0_x * c(-0.7071067811865475));
     }
-    fn write_poses(&self, q: &[S], out: &mut [S]) {
+    /// The pose of each body: what is drawn at x lies at R x + p in the base frame.
+    fn poses_into(&self, q: &[S; 6], poses: &mut [S; 72]) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let Some(q) = q.first_chunk::<N>() else { return };
-        let Some(poses) = out.first_chunk_mut::<72>() else { return };
         let [
             (sin_ground_east, cos_ground_east),
             (sin_ground_west, cos_ground_west),
@@ -1173,11 +1545,10 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         poses[71] = mul_add(c(-3.075e-3), cos_ground_east, mul_add(c(0.027321474654198295),
             sin_ground_east, c(3.075e-3)));
     }
-    fn write_points(&self, q: &[S], out: &mut [S]) {
+    /// The positions of the output points.
+    fn points_into(&self, q: &[S; 6], points: &mut [S; 3]) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let Some(q) = q.first_chunk::<N>() else { return };
-        let Some(points) = out.first_chunk_mut::<3>() else { return };
         let [
             (sin_ground_east, cos_ground_east),
             (sin_south_east_east, cos_south_east_east),
@@ -1232,16 +1603,17 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         points[2] = mul_add(c(-0.03287436738030243), axis_y_south_z, mul_add(c(0.05687629496727885),
             axis_x_south_z, c(3.075e-3)));
     }
-    fn energy(&self, t: S, q: &[S], u: &[S]) -> ::lamc_runtime::Energy<S> {
+    /// The energies of the whole mechanism.
+    fn energy_into(
+        &self,
+        t: S,
+        q: &[S; 6],
+        u: &[S; 6],
+        kinetic: &mut [S; 1],
+        potential: &mut [S; 1],
+    ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let (Some(q), Some(u)) = (q.first_chunk::<N>(), u.first_chunk::<N>()) else {
-            return ::lamc_runtime::Energy {
-                kinetic: c(f64::NAN),
-                potential: c(f64::NAN),
-            };
-        };
-        let (kinetic, potential) = (&mut [c(0.0)], &mut [c(0.0)]);
         let [
             (sin_ground_east, cos_ground_east),
             (sin_ground_west, cos_ground_west),
@@ -1358,21 +1730,21 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             potential_sum_3));
         kinetic[0] = mul_add(c(0.5), kinetic_energy_south_ghost0_sum, kinetic_sum);
         potential[0] = potential_2;
-        ::lamc_runtime::Energy {
-            kinetic: kinetic[0],
-            potential: potential[0],
-        }
     }
-    fn drives(&self, t: S, mut visit: impl FnMut(::lamc_runtime::Drive<S>)) {}
-    fn write_reactions(&self, at: ::lamc_runtime::Balance<'_, S>, out: &mut [S]) {
+    /// The prescribed angle of each driven joint, in the order of the joints.
+    fn drives_into(&self, t: S, drives: &mut [S; 0]) {}
+    /// The force and the moment that each hinge transmits.
+    fn reactions_into(
+        &self,
+        t: S,
+        q: &[S; 6],
+        u: &[S; 6],
+        a: &[S; 6],
+        lambda: &[S; 3],
+        reactions: &mut [S; 36],
+    ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let t = at.t;
-        let Some(q) = at.q.first_chunk::<N>() else { return };
-        let Some(u) = at.u.first_chunk::<N>() else { return };
-        let Some(a) = at.acceleration.first_chunk::<N>() else { return };
-        let Some(lambda) = at.multipliers.first_chunk::<C>() else { return };
-        let Some(reactions) = out.first_chunk_mut::<36>() else { return };
         let [
             (sin_ground_east, cos_ground_east),
             (sin_ground_west, cos_ground_west),
@@ -1934,27 +2306,24 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
         reactions[34] = -(transmitted_moment_west_y + closure_moment_in_parent_south_west_y);
         reactions[35] = -(transmitted_moment_west_z + closure_moment_in_parent_south_west_z);
     }
-    fn write_tangent(
+    /// The change of the equations' imbalance along a direction, at constant du/dt and lambda.
+    fn tangent_into(
         &self,
-        at: ::lamc_runtime::Balance<'_, S>,
-        change: ::lamc_runtime::Change<'_, S>,
-        forces: &mut [S],
-        closure: &mut [S],
+        t: S,
+        q: &[S; 6],
+        u: &[S; 6],
+        a: &[S; 6],
+        lambda: &[S; 3],
+        dt: S,
+        dq: &[S; 6],
+        du: &[S; 6],
+        dp: &[S; 0],
+        di: &[S; 0],
+        forces: &mut [S; 6],
+        closure: &mut [S; 3],
     ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let t = at.t;
-        let Some(q) = at.q.first_chunk::<N>() else { return };
-        let Some(u) = at.u.first_chunk::<N>() else { return };
-        let Some(a) = at.acceleration.first_chunk::<N>() else { return };
-        let Some(lambda) = at.multipliers.first_chunk::<C>() else { return };
-        let dt = change.t;
-        let Some(dq) = change.q.first_chunk::<N>() else { return };
-        let Some(du) = change.u.first_chunk::<N>() else { return };
-        let Some(dp) = change.parameters.first_chunk::<0>() else { return };
-        let Some(di) = change.inputs.first_chunk::<0>() else { return };
-        let Some(forces) = forces.first_chunk_mut::<6>() else { return };
-        let Some(closure) = closure.first_chunk_mut::<3>() else { return };
         let [
             (sin_ground_east, cos_ground_east),
             (sin_ground_west, cos_ground_west),
@@ -2536,38 +2905,17 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::System for Sixbar<S> {
             -mul_add(c(0.06987458559937651), d_acceleration_gradient_south_zx,
             d_acceleration_gradient_south_zy * c(0.04034213973350828)));
     }
-}
-
-#[allow(
-    clippy::approx_constant,
-    clippy::excessive_precision,
-    clippy::too_many_arguments,
-    unused_mut,
-    unused_variables,
-    reason = "numbers of the drawing; not every function reads everything it is given"
-)]
-#[rustfmt::skip]
-impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
-    type Number = S;
-    fn write_acceleration(
+    /// du/dt by elimination.
+    fn acceleration_into(
         &self,
         t: S,
-        q: &[S],
-        u: &[S],
-        out: &mut [S],
-    ) -> ::lamc_runtime::Margin<S> {
+        q: &[S; 6],
+        u: &[S; 6],
+        acceleration: &mut [S; 6],
+        margin: &mut [S; 2],
+    ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let Some(q) = q.first_chunk::<N>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let Some(u) = u.first_chunk::<N>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let margin = &mut [c(0.0); 2];
-        let Some(acceleration) = out.first_chunk_mut::<6>() else {
-            return ::lamc_runtime::Margin::none()
-        };
         let [
             (sin_ground_east, cos_ground_east),
             (sin_ground_west, cos_ground_west),
@@ -3126,35 +3474,19 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             inverse_pivot_south_east), inverse_pivot_east), inverse_pivot_west);
         margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1),
             s_loop0_2_2) * c(100.0)) / (bound_of_trace_of_inverse_s * trace_of_s);
-        ::lamc_runtime::Margin {
-            inverse_pivot: margin[0],
-            conditioning: margin[1],
-        }
     }
-    fn write_projection(
+    /// What closes the loops, to be taken from q and u.
+    fn projection_into(
         &self,
-        q: &[S],
-        u: &[S],
-        out: ::lamc_runtime::ProjectionMut<'_, S>,
-    ) -> ::lamc_runtime::Margin<S> {
+        q: &[S; 6],
+        u: &[S; 6],
+        residual: &mut [S; 9],
+        positions: &mut [S; 6],
+        speeds: &mut [S; 6],
+        margin: &mut [S; 2],
+    ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let Some(q) = q.first_chunk::<N>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let Some(u) = u.first_chunk::<N>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let margin = &mut [c(0.0); 2];
-        let Some(residual) = out.residual.first_chunk_mut::<9>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let Some(positions) = out.positions.first_chunk_mut::<6>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let Some(speeds) = out.speeds.first_chunk_mut::<6>() else {
-            return ::lamc_runtime::Margin::none()
-        };
         let [
             (sin_ground_east, cos_ground_east),
             (sin_ground_west, cos_ground_west),
@@ -3642,39 +3974,21 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             inverse_pivot_south_east), inverse_pivot_east), inverse_pivot_west);
         margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1),
             s_loop0_2_2) * c(100.0)) / (bound_of_trace_of_inverse_s * trace_of_s);
-        ::lamc_runtime::Margin {
-            inverse_pivot: margin[0],
-            conditioning: margin[1],
-        }
     }
-    fn write_jacobian(
+    /// du/dt by elimination, and its derivatives.
+    fn jacobian_into(
         &self,
         t: S,
-        q: &[S],
-        u: &[S],
-        out: ::lamc_runtime::JacobianMut<'_, S>,
-    ) -> ::lamc_runtime::Margin<S> {
+        q: &[S; 6],
+        u: &[S; 6],
+        acceleration: &mut [S; 6],
+        dq: &mut [S; 36],
+        du: &mut [S; 36],
+        dt: &mut [S; 6],
+        margin: &mut [S; 2],
+    ) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
-        let Some(q) = q.first_chunk::<N>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let Some(u) = u.first_chunk::<N>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let margin = &mut [c(0.0); 2];
-        let Some(acceleration) = out.acceleration.first_chunk_mut::<6>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let Some(dq) = out.dq.first_chunk_mut::<36>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let Some(du) = out.du.first_chunk_mut::<36>() else {
-            return ::lamc_runtime::Margin::none()
-        };
-        let Some(dt) = out.dt.first_chunk_mut::<6>() else {
-            return ::lamc_runtime::Margin::none()
-        };
         let [
             (sin_ground_east, cos_ground_east),
             (sin_ground_west, cos_ground_west),
@@ -6369,29 +6683,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::lamc_runtime::StraightLine for Sixbar<S> {
             inverse_pivot_ground_east), inverse_pivot_ground_west);
         margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1),
             s_loop0_2_2) * c(100.0)) / (bound_of_trace_of_inverse_s * trace_of_s);
-        ::lamc_runtime::Margin {
-            inverse_pivot: margin[0],
-            conditioning: margin[1],
-        }
     }
-}
-
-const DIMENSIONS: ::lamc_runtime::Dimensions = ::lamc_runtime::Dimensions {
-    coordinates: 6,
-    rows: 3,
-    loops: 1,
-    bodies: 6,
-    points: 1,
-    drives: 0,
-    parameters: 0,
-    inputs: 0,
-};
-
-impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism<S, N, C> for Sixbar<S> {
-    type Residual = [S; 9 * LOOPS];
-    type ResidualJacobian = [[S; N]; 9 * LOOPS];
-    type Poses = [[S; 12]; 6];
-    type Points = [[S; 3]; 1];
 }
 
 #[allow(
@@ -6403,17 +6695,74 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism<S, N, C> for Sixbar<S>
     reason = "numbers of the drawing; not every function reads everything it is given"
 )]
 #[rustfmt::skip]
-impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S, N, C> for Sixbar<S> {
+impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S> for Sixbar<S> {
     type Lane = Sixbar<S::Number>;
-    type Residual = [S; 9 * LOOPS];
+    type Coordinates = [S; 6];
+    type Speeds = [S; 6];
+    type Residual = [S; 9];
     fn lane(&self, lane: usize) -> Self::Lane {
         Sixbar {
-            params: Params {
-                marker: ::core::marker::PhantomData,
-            },
-            inputs: Inputs {
-                marker: ::core::marker::PhantomData,
-            },
+            params: Params {},
+            inputs: Inputs {},
+            scalar: ::core::marker::PhantomData,
         }
+    }
+    fn zeros(&self) -> ::lamc_runtime::StatesOf<Self, S> {
+        ::lamc_runtime::State {
+            t: S::ZERO,
+            q: [S::ZERO; 6],
+            u: [S::ZERO; 6],
+        }
+    }
+    fn residual(&self) -> Self::Residual {
+        [S::ZERO; 9]
+    }
+    fn write_acceleration(
+        &self,
+        t: S,
+        q: &[S],
+        u: &[S],
+        out: &mut [S],
+    ) -> ::core::result::Result<
+        ::core::option::Option<::lamc_runtime::plumbing::Margin<S>>,
+        ::lamc_runtime::Error,
+    > {
+        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+        let margin = &mut [S::ZERO; 2];
+        self.acceleration_into(t, exactly(q)?, exactly(u)?, exactly_mut(out)?, margin);
+        let [inverse_pivot, conditioning] = *margin;
+        Ok(
+            Some(::lamc_runtime::plumbing::Margin {
+                inverse_pivot,
+                conditioning,
+            }),
+        )
+    }
+    fn write_projection(
+        &self,
+        q: &[S],
+        u: &[S],
+        out: ::lamc_runtime::plumbing::ProjectionMut<'_, S>,
+    ) -> ::core::result::Result<
+        ::core::option::Option<::lamc_runtime::plumbing::Margin<S>>,
+        ::lamc_runtime::Error,
+    > {
+        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+        let margin = &mut [S::ZERO; 2];
+        self.projection_into(
+            exactly(q)?,
+            exactly(u)?,
+            exactly_mut(out.residual)?,
+            exactly_mut(out.positions)?,
+            exactly_mut(out.speeds)?,
+            margin,
+        );
+        let [inverse_pivot, conditioning] = *margin;
+        Ok(
+            Some(::lamc_runtime::plumbing::Margin {
+                inverse_pivot,
+                conditioning,
+            }),
+        )
     }
 }

@@ -20,12 +20,14 @@ use crate::closure_rows::{Decided, Rows};
 use crate::constants::{NOISE_OF_ACCELERATION, SAFE_CONDITIONING};
 use crate::linear::{Kept, backward, dot, factor, forward, max_abs};
 use crate::passage::pass;
+use crate::plumbing::{Dimensions, EquationsMut, Margin};
 use crate::rank::{Fading, Gap};
 use crate::workspace::{check, split};
-use crate::{Arithmetic, Dimensions, EquationsMut, Error, Margin, Scalar, System};
+use crate::{Arithmetic, Error, Mechanism, Scalar};
 
 /// What is known of the closure equations at a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct Constraint {
     /// Independent rows among the C of the acceleration and the D driven joints.
@@ -59,7 +61,7 @@ impl Constraint {
 /// [`Error::MassMatrix`], [`Error::NotFinite`]; [`Error::Workspace`] and [`Error::Length`] for
 /// slices that are too short.
 #[inline]
-pub fn acceleration<Y: System>(
+pub fn acceleration<Y: Mechanism>(
     system: &Y,
     t: Y::Scalar,
     q: &[Y::Scalar],
@@ -80,7 +82,7 @@ pub fn acceleration<Y: System>(
 ///
 /// As [`acceleration`].
 #[inline]
-pub fn acceleration_in_motion<Y: System>(
+pub fn acceleration_in_motion<Y: Mechanism>(
     system: &Y,
     t: Y::Scalar,
     q: &[Y::Scalar],
@@ -98,7 +100,7 @@ pub fn acceleration_in_motion<Y: System>(
 /// # Errors
 ///
 /// As [`acceleration`].
-pub fn acceleration_and_forces<Y: System>(
+pub fn acceleration_and_forces<Y: Mechanism>(
     system: &Y,
     t: Y::Scalar,
     q: &[Y::Scalar],
@@ -123,30 +125,30 @@ pub(crate) fn safe<S: Arithmetic>() -> S {
 
 /// Whether the results of a straight-line elimination hold.
 #[inline]
-pub(crate) fn holds<S: Scalar>(margin: &Margin<S>) -> bool {
-    (margin.inverse_pivot > S::ZERO) & (margin.conditioning > safe())
+pub(crate) fn holds<S: Scalar>(margin: Option<Margin<S>>) -> bool {
+    margin.is_some_and(|margin| (margin.inverse_pivot > S::ZERO) & (margin.conditioning > safe()))
 }
 
 /// du/dt at (t, q, u) by the system's own elimination, where that holds.
 #[inline]
-pub(crate) fn direct<Y: System>(
+pub(crate) fn direct<Y: Mechanism>(
     system: &Y,
     (t, q, u): (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
     out: &mut [Y::Scalar],
-) -> Option<Constraint> {
+) -> Result<Option<Constraint>, Error> {
     let Dimensions { rows, drives, .. } = system.dimensions();
     if drives != 0 {
-        return None;
+        return Ok(None);
     }
-    let margin = system.write_acceleration(t, q, u, out);
-    let good = holds(&margin) && out.iter().all(|x| x.is_finite());
-    good.then_some(Constraint::strong(rows))
+    let margin = system.write_acceleration(t, q, u, out)?;
+    let good = holds(margin) && out.iter().all(|x| x.is_finite());
+    Ok(good.then_some(Constraint::strong(rows)))
 }
 
 /// du/dt at (t, q, u), and lambda if there is a place for it. Directions that have faded to less than
 /// `zone` of the strongest are taken along the motion.
 #[inline]
-fn solve<Y: System>(
+fn solve<Y: Mechanism>(
     system: &Y,
     state: (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
     zone: Y::Scalar,
@@ -155,9 +157,9 @@ fn solve<Y: System>(
     lambda: Option<&mut [Y::Scalar]>,
 ) -> Result<Constraint, Error> {
     let (_, q, u) = state;
-    let dimensions = check(system, workspace, &[q.len(), u.len(), out.len()])?;
+    let dimensions = check(system, workspace, &[q.len()], &[u.len(), out.len()])?;
     if lambda.is_none()
-        && let Some(constraint) = direct(system, state, out)
+        && let Some(constraint) = direct(system, state, out)?
     {
         return Ok(constraint);
     }
@@ -165,20 +167,20 @@ fn solve<Y: System>(
 }
 
 /// As [`acceleration_in_motion`], where no elimination holds.
-pub(crate) fn acceleration_with_rank<Y: System>(
+pub(crate) fn acceleration_with_rank<Y: Mechanism>(
     system: &Y,
     state: (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
     workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
 ) -> Result<(), Error> {
-    let dimensions = check(system, workspace, &[state.1.len(), state.2.len(), out.len()])?;
+    let dimensions = check(system, workspace, &[state.1.len()], &[state.2.len(), out.len()])?;
     let zone = Fading::of_rounding().passing;
     decide(system, dimensions, state, zone, workspace, out, None).map(|_| ())
 }
 
 /// With a decision on the rank. Much code, seldom needed: not to be inlined.
 #[inline(never)]
-fn decide<Y: System>(
+fn decide<Y: Mechanism>(
     system: &Y,
     dimensions: Dimensions,
     state: (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
@@ -199,7 +201,7 @@ fn decide<Y: System>(
         gap.is_below(zone, kept) && !(kept.least < zone && shows)
     };
     if zone > Y::Scalar::ZERO && kept.as_ref().is_some_and(fades) {
-        let mut passing = system.vector();
+        let mut passing = system.speeds();
         let rounding = (gap, zone);
         let found = pass(system, dimensions, state, rounding, workspace, passing.as_mut())?;
         if let Some(constraint) = found {
@@ -211,7 +213,7 @@ fn decide<Y: System>(
 }
 
 /// By the factor of M, with a decision on the rank and what led to it.
-fn general<Y: System>(
+fn general<Y: Mechanism>(
     system: &Y,
     dimensions: Dimensions,
     (t, q, u): (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
@@ -220,11 +222,11 @@ fn general<Y: System>(
     out: &mut [Y::Scalar],
     lambda: Option<&mut [Y::Scalar]>,
 ) -> Result<Decided<Y::Scalar>, Error> {
-    let (n, c) = (dimensions.coordinates, dimensions.rows + dimensions.drives);
+    let (n, c) = (dimensions.speeds, dimensions.rows + dimensions.drives);
     let mass = split(&mut workspace, n * n)?;
     let jacobian = split(&mut workspace, c * n)?;
     let gamma = split(&mut workspace, c)?;
-    write(system, t, q, u, EquationsMut { mass, forcing: out, jacobian, gamma });
+    write(system, t, q, u, EquationsMut { mass, forcing: out, jacobian, gamma })?;
     factor(mass, n).map_err(|joint| blame(&[q, u], mass, joint))?;
     let failure = not_finite(&[q, u, out]);
     forward(mass, out);
@@ -255,19 +257,19 @@ fn general<Y: System>(
     }
 }
 
-/// The equations with a row more for each driven joint: J is (C + D) x N, gamma C + D.
-pub(crate) fn write<Y: System>(
+/// The equations with a row more for each driven joint: J is (C + D) x NU, gamma C + D.
+pub(crate) fn write<Y: Mechanism>(
     system: &Y,
     t: Y::Scalar,
     q: &[Y::Scalar],
     u: &[Y::Scalar],
     out: EquationsMut<'_, Y::Scalar>,
-) {
-    let Dimensions { rows, coordinates: n, .. } = system.dimensions();
+) -> Result<(), Error> {
+    let Dimensions { rows, speeds: n, .. } = system.dimensions();
     let EquationsMut { mass, forcing, jacobian, gamma } = out;
     let (jacobian, driven) = jacobian.split_at_mut(rows * n);
     let (gamma, prescribed) = gamma.split_at_mut(rows);
-    system.write_equations(t, q, u, EquationsMut { mass, forcing, jacobian, gamma });
+    system.write_equations(t, q, u, EquationsMut { mass, forcing, jacobian, gamma })?;
     driven.fill(Y::Scalar::ZERO);
     let size = system.size();
     let mut slots = driven.chunks_exact_mut(n.max(1)).zip(prescribed);
@@ -277,6 +279,7 @@ pub(crate) fn write<Y: System>(
             *gamma = -size * drive.acceleration;
         }
     });
+    Ok(())
 }
 
 /// Index of the first value that is not finite, in the first slice that has one: causes first,
@@ -286,8 +289,8 @@ pub(crate) fn not_finite<S: Scalar>(slices: &[&[S]]) -> Option<usize> {
 }
 
 /// Why the mass matrix has no factor.
-pub(crate) fn blame<S: Scalar>(state: &[&[S]], mass: &[S], pivot: usize) -> Error {
-    let n = state.first().map_or(0, |values| values.len());
+pub(crate) fn blame<S: Scalar>([q, u]: &[&[S]; 2], mass: &[S], pivot: usize) -> Error {
+    let (n, state) = (u.len(), &[*q, *u]);
     match not_finite(state) {
         Some(joint) => Error::NotFinite { joint },
         None if not_finite(&[&mass[pivot * n..=pivot * n + pivot]]).is_some() => {

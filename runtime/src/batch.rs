@@ -9,10 +9,9 @@ use crate::acceleration::safe;
 use crate::constants::PROJECTION_STEPS;
 use crate::integrate::{Stages, is_forward};
 use crate::linear::max_abs;
+use crate::plumbing::{Margin, ProjectionMut};
 use crate::rank::closed;
-use crate::{
-    Arithmetic, Error, Margin, Mechanism, ProjectionMut, Rk4, State, Storage, StraightLine, System,
-};
+use crate::{Arithmetic, Error, Mechanism, Rk4, State, StateOf};
 
 /// A vector of numbers. Sets of lanes are bits: bit k is lane k.
 pub trait Lanes: Arithmetic {
@@ -45,6 +44,7 @@ pub trait Lanes: Arithmetic {
 
 /// What went wrong in which lane.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LaneError {
     /// The lane.
     pub lane: usize,
@@ -74,19 +74,39 @@ fn members(mut set: u32) -> impl Iterator<Item = usize> {
     })
 }
 
-impl<V: Lanes, const N: usize> State<[V; N], V> {
+impl<V: Lanes, const NQ: usize, const NU: usize> State<[V; NQ], V, [V; NU]> {
     /// The state in a lane.
-    pub fn lane(&self, lane: usize) -> State<[V::Number; N], V::Number> {
-        let of = |vectors: &[V; N]| core::array::from_fn(|i| vectors[i].lane(lane));
-        State { t: self.t.lane(lane), q: of(&self.q), u: of(&self.u) }
+    pub fn lane(&self, lane: usize) -> State<[V::Number; NQ], V::Number, [V::Number; NU]> {
+        State {
+            t: self.t.lane(lane),
+            q: self.q.map(|vector| vector.lane(lane)),
+            u: self.u.map(|vector| vector.lane(lane)),
+        }
     }
 
     /// Sets the state in a lane; a lane that there is not stays unset.
-    pub fn set_lane(&mut self, lane: usize, state: &State<[V::Number; N], V::Number>) {
-        set(&mut self.t, lane, state.t);
-        set_all(&mut self.q, lane, &state.q);
-        set_all(&mut self.u, lane, &state.u);
+    pub fn set_lane(
+        &mut self,
+        lane: usize,
+        state: &State<[V::Number; NQ], V::Number, [V::Number; NU]>,
+    ) {
+        set_state(self, lane, state);
     }
+}
+
+fn set_state<V: Lanes, Q, U, R, W>(
+    states: &mut State<Q, V, U>,
+    lane: usize,
+    state: &State<R, V::Number, W>,
+) where
+    Q: AsMut<[V]>,
+    U: AsMut<[V]>,
+    R: AsRef<[V::Number]>,
+    W: AsRef<[V::Number]>,
+{
+    set(&mut states.t, lane, state.t);
+    set_all(states.q.as_mut(), lane, state.q.as_ref());
+    set_all(states.u.as_mut(), lane, state.u.as_ref());
 }
 
 fn set<V: Lanes>(vector: &mut V, lane: usize, number: V::Number) {
@@ -101,7 +121,17 @@ fn set_all<V: Lanes>(vectors: &mut [V], lane: usize, numbers: &[V::Number]) {
     }
 }
 
-/// A mechanism of N coordinates and C closure rows with a design (parameters, inputs) in each lane.
+/// Numbers become those in a lane.
+fn take_all<V: Lanes>(numbers: &mut [V::Number], lane: usize, vectors: &[V]) {
+    for (number, vector) in numbers.iter_mut().zip(vectors) {
+        *number = vector.lane(lane);
+    }
+}
+
+/// The states of a batch.
+pub type StatesOf<B, V> = State<<B as Batch<V>>::Coordinates, V, <B as Batch<V>>::Speeds>;
+
+/// A mechanism with a design (parameters, inputs) in each lane of vectors.
 ///
 /// The compiler implements it for its modules; everything but the first items is provided.
 ///
@@ -111,25 +141,87 @@ fn set_all<V: Lanes>(vectors: &mut [V], lane: usize, numbers: &[V::Number]) {
 /// let mut states = robots.assembled()?;
 /// robots.step(&mut states, 1e-3)?;
 /// ```
-pub trait Batch<V: Lanes, const N: usize, const C: usize>: StraightLine<Number = V> {
+pub trait Batch<V: Lanes>: Sized {
     /// The mechanism of one lane.
-    type Lane: Mechanism<V::Number, N, C>;
-    /// `[V; 9 * L]`.
-    type Residual: Storage + AsMut<[V]>;
+    type Lane: Mechanism<Scalar = V::Number>;
+    /// NQ vectors.
+    type Coordinates: Copy + AsRef<[V]> + AsMut<[V]>;
+    /// NU vectors.
+    type Speeds: Copy + AsRef<[V]> + AsMut<[V]>;
+    /// 9 L vectors.
+    type Residual: AsMut<[V]>;
 
     /// The mechanism of a lane, with its parameters and inputs.
     fn lane(&self, lane: usize) -> Self::Lane;
+
+    /// States of zeros.
+    fn zeros(&self) -> StatesOf<Self, V>;
+
+    /// 9 L zeros.
+    fn residual(&self) -> Self::Residual;
+
+    /// As [`Mechanism::write_acceleration`], in all lanes. Provided: there is no such code.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`].
+    fn write_acceleration(
+        &self,
+        t: V,
+        q: &[V],
+        u: &[V],
+        out: &mut [V],
+    ) -> Result<Option<Margin<V>>, Error> {
+        let _ = (t, q, u, out);
+        Ok(None)
+    }
+
+    /// As [`Mechanism::write_projection`], in all lanes. Provided: there is no such code.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`].
+    fn write_projection(
+        &self,
+        q: &[V],
+        u: &[V],
+        out: ProjectionMut<'_, V>,
+    ) -> Result<Option<Margin<V>>, Error> {
+        let _ = (q, u, out);
+        Ok(None)
+    }
+
+    /// As [`Mechanism::advance`], in all lanes.
+    #[inline]
+    fn advance(&self, q: &mut [V], step: &[V]) {
+        for (q, &step) in q.iter_mut().zip(step) {
+            *q += step;
+        }
+    }
+
+    /// As [`Mechanism::write_rates`], in all lanes.
+    #[inline]
+    fn write_rates(&self, q: &[V], u: &[V], out: &mut [V]) {
+        let _ = q;
+        out.copy_from_slice(u);
+    }
+
+    /// As [`Mechanism::normalise`], in all lanes.
+    #[inline]
+    fn normalise(&self, q: &mut [V]) {
+        let _ = q;
+    }
 
     /// The initial states with closed loops, as of [`Mechanism::assembled`].
     ///
     /// # Errors
     ///
     /// Of the first lane that cannot be assembled.
-    fn assembled(&self) -> Result<State<[V; N], V>, LaneError> {
-        let mut states = State { t: V::ZERO, q: [V::ZERO; N], u: [V::ZERO; N] };
+    fn assembled(&self) -> Result<StatesOf<Self, V>, LaneError> {
+        let mut states = self.zeros();
         for lane in 0..V::COUNT {
             let state = self.lane(lane).assembled();
-            states.set_lane(lane, &state.map_err(|error| LaneError { lane, error })?);
+            set_state(&mut states, lane, &state.map_err(|error| LaneError { lane, error })?);
         }
         Ok(states)
     }
@@ -139,13 +231,20 @@ pub trait Batch<V: Lanes, const N: usize, const C: usize>: StraightLine<Number =
     /// # Errors
     ///
     /// As [`Mechanism::acceleration`], of the first lane concerned.
-    fn acceleration(&self, t: V, q: &[V; N], u: &[V; N]) -> Result<[V; N], LaneError> {
-        let mut out = [V::ZERO; N];
+    fn acceleration(
+        &self,
+        t: V,
+        q: &Self::Coordinates,
+        u: &Self::Speeds,
+    ) -> Result<Self::Speeds, LaneError> {
+        let mut out = self.zeros().u;
         let done = accelerate(self, t, q, u, &mut out);
         for lane in members(all::<V>() & !done) {
-            let State { t, q, u } = State { t, q: *q, u: *u }.lane(lane);
-            let found = self.lane(lane).acceleration(t, &q, &u);
-            set_all(&mut out, lane, &found.map_err(|error| LaneError { lane, error })?);
+            let mechanism = self.lane(lane);
+            let State { t, q, u } = state_of(&mechanism, &State { t, q: *q, u: *u }, lane);
+            let found = mechanism.acceleration(t, &q, &u);
+            let found = found.map_err(|error| LaneError { lane, error })?;
+            set_all(out.as_mut(), lane, found.as_ref());
         }
         Ok(out)
     }
@@ -155,40 +254,53 @@ pub trait Batch<V: Lanes, const N: usize, const C: usize>: StraightLine<Number =
     /// # Errors
     ///
     /// As [`Rk4::step`], of the first lane concerned; no lane is then changed.
-    fn step(&self, states: &mut State<[V; N], V>, dt: V::Number) -> Result<(), LaneError> {
+    fn step(&self, states: &mut StatesOf<Self, V>, dt: V::Number) -> Result<(), LaneError> {
         if !is_forward(dt) {
             return Err(LaneError { lane: 0, error: Error::Time });
         }
         let mut next = *states;
         let done = advance(self, &mut next, dt);
         for lane in members(all::<V>() & !done) {
-            let (mechanism, mut state) = (self.lane(lane), states.lane(lane));
+            let mechanism = self.lane(lane);
+            let mut state = state_of(&mechanism, states, lane);
             let stepped = Rk4::new(&mechanism).step(&mechanism, &mut state, dt);
             stepped.map_err(|error| LaneError { lane, error })?;
-            next.set_lane(lane, &state);
+            set_state(&mut next, lane, &state);
         }
         *states = next;
         Ok(())
     }
 }
 
+/// The state in a lane.
+fn state_of<M: Mechanism, V: Lanes<Number = M::Scalar>, Q: AsRef<[V]>, U: AsRef<[V]>>(
+    mechanism: &M,
+    states: &State<Q, V, U>,
+    lane: usize,
+) -> StateOf<M> {
+    let mut state = mechanism.initial();
+    state.t = states.t.lane(lane);
+    take_all(state.q.as_mut(), lane, states.q.as_ref());
+    take_all(state.u.as_mut(), lane, states.u.as_ref());
+    state
+}
+
 /// du/dt by elimination, and the lanes in which that holds: as `direct` for numbers.
 #[inline]
-fn accelerate<B, V: Lanes, const N: usize, const C: usize>(
+fn accelerate<V: Lanes, B: Batch<V>>(
     batch: &B,
     t: V,
-    q: &[V; N],
-    u: &[V; N],
-    out: &mut [V; N],
-) -> u32
-where
-    B: Batch<V, N, C> + ?Sized,
-{
+    q: &B::Coordinates,
+    u: &B::Speeds,
+    out: &mut B::Speeds,
+) -> u32 {
     if batch.lane(0).dimensions().drives != 0 {
         return 0;
     }
-    let margin = batch.write_acceleration(t, q, u, out);
-    holds(&margin) & finite(out)
+    match batch.write_acceleration(t, q.as_ref(), u.as_ref(), out.as_mut()) {
+        Ok(Some(margin)) => holds(&margin) & finite(out.as_ref()),
+        _ => 0,
+    }
 }
 
 /// The lanes in which results of a straight-line elimination hold.
@@ -205,75 +317,72 @@ fn finite<V: Lanes>(vectors: &[V]) -> u32 {
 }
 
 /// A step with projection, and the lanes in which it holds.
-fn advance<B, V: Lanes, const N: usize, const C: usize>(
-    batch: &B,
-    state: &mut State<[V; N], V>,
-    dt: V::Number,
-) -> u32
-where
-    B: Batch<V, N, C> + ?Sized,
-{
+fn advance<V: Lanes, B: Batch<V>>(batch: &B, state: &mut StatesOf<B, V>, dt: V::Number) -> u32 {
     let mut done = all::<V>();
-    let mut stages = Stages::new([V::ZERO; N]);
-    let accelerate = |t, q: &[V; N], u: &[V; N], out: &mut [V; N]| {
-        done &= accelerate(batch, t, q, u, out);
-        if done == 0 { Err(()) } else { Ok(()) }
-    };
-    let stopped = stages.advance(state, V::splat(dt), accelerate, |_, _| Ok(()));
+    let State { q, u, .. } = batch.zeros();
+    let mut stages = Stages::new(q, u);
+    let differentiate =
+        |t, q: &B::Coordinates, u: &B::Speeds, dq: &mut B::Coordinates, du: &mut B::Speeds| {
+            batch.write_rates(q.as_ref(), u.as_ref(), dq.as_mut());
+            done &= accelerate(batch, t, q, u, du);
+            if done == 0 { Err(()) } else { Ok(()) }
+        };
+    let stopped = stages.advance(state, V::splat(dt), differentiate, |_, _| Ok(()));
     match stopped {
-        Ok(()) => done & project(batch, &mut state.q, &mut state.u),
+        Ok(()) => {
+            batch.normalise(state.q.as_mut());
+            done & project(batch, state)
+        }
         Err(()) => 0,
     }
 }
 
 /// Moves q onto the closure and u onto its tangent, and the lanes in which that holds: as the
 /// projection for numbers by the system's own elimination.
-fn project<B, V: Lanes, const N: usize, const C: usize>(
-    batch: &B,
-    q: &mut [V; N],
-    u: &mut [V; N],
-) -> u32
-where
-    B: Batch<V, N, C> + ?Sized,
-{
+fn project<V: Lanes, B: Batch<V>>(batch: &B, state: &mut StatesOf<B, V>) -> u32 {
     let mechanism = batch.lane(0);
+    let (q, u) = (state.q.as_mut(), state.u.as_mut());
     if mechanism.dimensions().loops == 0 {
         return finite(q) & finite(u);
     }
     let enough = V::splat(closed(&mechanism));
-    let mut residual = B::Residual::zeros();
-    let [mut positions, mut speeds] = [[V::ZERO; N]; 2];
+    let mut residual = batch.residual();
+    let [mut positions, mut speeds] = [batch.zeros().u, batch.zeros().u];
     let (mut open, mut done) = (all::<V>(), 0);
     let mut before = V::from_f64(f64::INFINITY);
     for _ in 0..PROJECTION_STEPS {
         let residual = residual.as_mut();
-        let out = ProjectionMut { residual, positions: &mut positions, speeds: &mut speeds };
-        let margin = batch.write_projection(q, u, out);
+        let (positions, speeds) = (positions.as_mut(), speeds.as_mut());
+        let out = ProjectionMut { residual, positions, speeds };
+        let Ok(Some(margin)) = batch.write_projection(q, u, out) else { return 0 };
         let size = max_abs(residual);
         // Lanes that fail are open no more, and never done.
         open &= holds(&margin) & finite(&[size]);
         let closing = open & !enough.less(size);
-        subtract(closing, u, &speeds);
+        let step = |x: &mut V, lanes: u32| *x = -kept(*x, lanes);
+        speeds.iter_mut().for_each(|speed| step(speed, closing));
+        for (u, &step) in u.iter_mut().zip(&*speeds) {
+            *u += step;
+        }
         done |= closing;
         open &= !closing & (size + size).less(before);
         if open == 0 {
             break;
         }
         before = size;
-        subtract(open, q, &positions);
+        positions.iter_mut().for_each(|position| step(position, open));
+        batch.advance(q, positions);
     }
     done & finite(q) & finite(u)
 }
 
-/// `x -= y` in some lanes.
+/// The vector in some lanes, and zero in others.
 #[inline]
-fn subtract<V: Lanes>(lanes: u32, x: &mut [V], y: &[V]) {
-    for (x, &y) in x.iter_mut().zip(y) {
-        let difference = *x - y;
-        if lanes == all::<V>() {
-            *x = difference;
-        } else {
-            members(lanes).for_each(|lane| set(x, lane, difference.lane(lane)));
-        }
+fn kept<V: Lanes>(vector: V, lanes: u32) -> V {
+    if lanes == all::<V>() {
+        return vector;
     }
+    let mut kept = V::ZERO;
+    members(lanes).for_each(|lane| set(&mut kept, lane, vector.lane(lane)));
+    kept
 }

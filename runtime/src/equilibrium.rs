@@ -19,7 +19,7 @@
 use crate::linear::{add_scaled, dot, factor, max_abs, reflect, solve, tolerance};
 use crate::linearised::Linearised;
 use crate::projection::project_to_rounding;
-use crate::{Arithmetic, Error, Scalar, Stopped, System};
+use crate::{Arithmetic, Error, Mechanism, Scalar, Stopped};
 
 /// Steps at most.
 const ITERATIONS: usize = 400;
@@ -35,6 +35,7 @@ const NOISE: f64 = 1e-8;
 
 /// A state of rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct Equilibrium<S> {
     /// Steps taken.
@@ -45,7 +46,7 @@ pub struct Equilibrium<S> {
     pub stable: bool,
 }
 
-/// Moves `q` (N, rad) to a state of rest at t (s), downhill from where it is; it should be nearly
+/// Moves `q` (NQ, rad) to a state of rest at t (s), downhill from where it is; it should be nearly
 /// closed. Driven joints stand where they should be at t. On failure `q` is unchanged.
 ///
 /// # Errors
@@ -53,10 +54,10 @@ pub struct Equilibrium<S> {
 /// [`Error::NoEquilibrium`]; [`Error::NotClosed`] and [`Error::NotDriven`] where `q` is too far
 /// from closed; [`Error::MassMatrix`], [`Error::NotFinite`], [`Error::Workspace`],
 /// [`Error::Length`].
-pub fn equilibrium<Y: System>(
+pub fn equilibrium<Y: Mechanism>(
     system: &Y,
     t: Y::Scalar,
-    q: &mut Y::Vector,
+    q: &mut Y::Coordinates,
     workspace: &mut [Y::Scalar],
 ) -> Result<Equilibrium<Y::Scalar>, Error> {
     let mut search = Search {
@@ -67,10 +68,10 @@ pub fn equilibrium<Y: System>(
         },
         t,
         q: q.clone(),
-        u: system.vector(),
-        step: system.vector(),
-        force: system.vector(),
-        covector: system.vector(),
+        u: system.speeds(),
+        step: system.speeds(),
+        force: system.speeds(),
+        covector: system.speeds(),
         basis: system.matrix(),
         stiffness: system.matrix(),
         matrix: system.matrix(),
@@ -81,17 +82,17 @@ pub fn equilibrium<Y: System>(
     Ok(found)
 }
 
-struct Search<'a, 'w, Y: System> {
+struct Search<'a, 'w, Y: Mechanism> {
     system: Stopped<&'a Y>,
     t: Y::Scalar,
-    q: Y::Vector,
+    q: Y::Coordinates,
     /// Zero.
-    u: Y::Vector,
-    step: Y::Vector,
+    u: Y::Speeds,
+    step: Y::Speeds,
     /// Along the basis.
-    force: Y::Vector,
+    force: Y::Speeds,
     /// M a, N m.
-    covector: Y::Vector,
+    covector: Y::Speeds,
     /// Directions along the closure, one after the other.
     basis: Y::Matrix,
     stiffness: Y::Matrix,
@@ -108,14 +109,14 @@ struct Unrest<S> {
     force: S,
 }
 
-impl<Y: System> Search<'_, '_, Y> {
+impl<Y: Mechanism> Search<'_, '_, Y> {
     fn run(&mut self) -> Result<Equilibrium<Y::Scalar>, Error> {
         let of = Y::Scalar::from_f64;
         self.close()?;
         let mut unrest = self.evaluate()?;
         let mut weight = Y::Scalar::ZERO;
         let enough: Y::Scalar = tolerance(1e-13, 8.0);
-        let mut diagonal = self.system.vector();
+        let mut diagonal = self.system.speeds();
         let mut rejected = false;
         let mut shortest = of(f64::INFINITY);
         for iterations in 0..ITERATIONS {
@@ -171,7 +172,7 @@ impl<Y: System> Search<'_, '_, Y> {
                 }
             }
         }
-        Err(Error::NoEquilibrium { force: unrest.force.to_f64() })
+        Err(Error::NoEquilibrium { force: unrest.force.to_f32() })
     }
 
     fn close(&mut self) -> Result<(), Error> {
@@ -192,11 +193,13 @@ impl<Y: System> Search<'_, '_, Y> {
 
     /// What the force does from a state with its force to where q is, J (by the trapezoidal rule).
     fn work(&self, before: &[Y::Scalar], force: &[Y::Scalar]) -> Y::Scalar {
-        let path = self.q.as_ref().iter().zip(before);
+        let mut path = self.system.speeds();
+        self.system.write_difference(before, self.q.as_ref(), path.as_mut());
         let forces = self.covector.as_ref().iter().zip(force);
-        path.zip(forces).fold(Y::Scalar::ZERO, |sum, ((&q, &before), (&now, &then))| {
-            sum + (q - before) * (now + then)
-        })
+        path.as_ref()
+            .iter()
+            .zip(forces)
+            .fold(Y::Scalar::ZERO, |sum, (&moved, (&now, &then))| sum + moved * (now + then))
     }
 
     /// The basis T of the directions along the closure (T^T M T = 1), the stiffness
@@ -207,7 +210,7 @@ impl<Y: System> Search<'_, '_, Y> {
         let mut linear = Linearised::at(&*system, *t, q.as_ref(), u.as_ref(), workspace)?;
         let (basis, force) = (basis.as_mut(), force.as_mut());
         let freedoms = linear.tangent_basis(basis);
-        let mut image = system.vector();
+        let mut image = system.speeds();
         let image = image.as_mut();
         image.copy_from_slice(linear.acceleration);
         linear.times_mass(image);
@@ -215,7 +218,7 @@ impl<Y: System> Search<'_, '_, Y> {
             force[k] = dot(&basis[k * n..(k + 1) * n], image);
         }
         let (by_position, stiffness) = (matrix.as_mut(), stiffness.as_mut());
-        linear.by_position(by_position);
+        linear.by_position(by_position)?;
         linear.reduce(by_position, &basis[..freedoms * n], image, stiffness);
         Ok(freedoms)
     }
@@ -251,7 +254,7 @@ impl<Y: System> Search<'_, '_, Y> {
         let longest = Y::Scalar::from_f64(LONGEST);
         let mut share = if length > longest { longest / length } else { Y::Scalar::ONE };
         let mut stop = None;
-        for joint in 0..self.u.as_ref().len() {
+        for joint in 0..self.system.dimensions().joints {
             let (q, step) = (self.q.as_ref()[joint], self.step.as_ref()[joint]);
             let [least, greatest] = self.system.system.limits(joint);
             let (limit, side) = if step < Y::Scalar::ZERO {
@@ -266,7 +269,8 @@ impl<Y: System> Search<'_, '_, Y> {
                 stop = Some((joint, side));
             }
         }
-        add_scaled(self.q.as_mut(), share, self.step.as_ref());
+        self.step.as_mut().iter_mut().for_each(|step| *step = share * *step);
+        self.system.advance(self.q.as_mut(), self.step.as_ref());
         if let Some((joint, side)) = stop {
             self.system.sides.as_mut()[joint] = side;
         }

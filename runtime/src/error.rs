@@ -2,8 +2,10 @@
 
 use core::fmt;
 
-/// Why an algorithm stopped. Indices are those of q and of the loops.
+/// Why an algorithm stopped. Indices are those of q and of the loops; numbers are those of a message, in
+/// `f32` whatever the mechanism computes with.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Error {
     /// The workspace is shorter than [`workspace_len`](crate::workspace_len).
@@ -13,7 +15,7 @@ pub enum Error {
         /// Numbers given.
         given: usize,
     },
-    /// A vector has not one entry per joint (or, of multipliers, per closure row).
+    /// A vector has not the length that belongs to the mechanism.
     Length {
         /// Entries expected.
         expected: usize,
@@ -35,7 +37,7 @@ pub enum Error {
         /// Loop with the largest residual.
         loop_index: usize,
         /// That residual, m.
-        residual: f64,
+        residual: f32,
         /// A joint that ran into its limit.
         joint: Option<usize>,
     },
@@ -47,12 +49,12 @@ pub enum Error {
     /// No state of rest was found.
     NoEquilibrium {
         /// Largest generalised force left, N m.
-        force: f64,
+        force: f32,
     },
     /// The adaptive step fell below the least one: the motion is too stiff or breaks off here.
     StepTooSmall {
-        /// Time reached, s.
-        t: f64,
+        /// Time reached, s: seven digits of that of the state.
+        t: f32,
     },
     /// A step or an end time is not a finite number, or a step is not positive.
     Time,

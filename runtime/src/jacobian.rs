@@ -8,25 +8,41 @@
 //! ```
 //!
 //! which has the matrix of the acceleration itself: its factors serve for all directions. The
-//! right-hand sides come from [`System::write_tangent`].
+//! right-hand sides come from [`Mechanism::write_tangent`].
 //!
 //! Where closure equations are redundant this is the derivative along the closure; directions that
 //! open a loop are followed with the rank as it is.
 
 use crate::acceleration::{holds, not_finite};
 use crate::linearised::Linearised;
-use crate::{Change, Dimensions, Error, System};
+use crate::plumbing::Dimensions;
+use crate::{Error, Mechanism};
 
-/// Where [`jacobian`] writes. Matrices are N x N, row-major.
+/// The direction of a derivative: how fast everything the equations depend on changes.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Change<'a, S> {
+    /// Of t.
+    pub t: S,
+    /// Of q, as a step along the directions of u, NU.
+    pub q: &'a [S],
+    /// Of u, NU.
+    pub u: &'a [S],
+    /// Of the parameters, in their order.
+    pub parameters: &'a [S],
+    /// Of the inputs, in their order.
+    pub inputs: &'a [S],
+}
+
+/// Where [`jacobian`] writes. Matrices are NU x NU, row-major.
 #[derive(Debug)]
 pub struct JacobianMut<'a, S> {
-    /// a = du/dt at the state itself, N, rad/s^2.
+    /// a = du/dt at the state itself, NU, rad/s^2.
     pub acceleration: &'a mut [S],
-    /// da/dq, 1/s^2.
+    /// da/dq along the directions of u, 1/s^2.
     pub dq: &'a mut [S],
     /// da/du, 1/s.
     pub du: &'a mut [S],
-    /// da/dt, N, rad/s^3.
+    /// da/dt, NU, rad/s^3.
     pub dt: &'a mut [S],
 }
 
@@ -35,7 +51,7 @@ pub struct JacobianMut<'a, S> {
 /// # Errors
 ///
 /// As [`acceleration`](crate::acceleration()).
-pub fn jacobian<Y: System>(
+pub fn jacobian<Y: Mechanism>(
     system: &Y,
     t: Y::Scalar,
     q: &[Y::Scalar],
@@ -59,7 +75,7 @@ pub(crate) enum Differentiated {
 
 /// As [`jacobian`]; next to a singular state of the acceleration at the nearest closed state, if
 /// that is `wanted`: what an implicit integrator follows there.
-pub(crate) fn differentiate<Y: System>(
+pub(crate) fn differentiate<Y: Mechanism>(
     system: &Y,
     t: Y::Scalar,
     q: &[Y::Scalar],
@@ -68,12 +84,12 @@ pub(crate) fn differentiate<Y: System>(
     workspace: &mut [Y::Scalar],
     mut out: JacobianMut<'_, Y::Scalar>,
 ) -> Result<Differentiated, Error> {
-    let Dimensions { coordinates: n, drives, .. } = system.dimensions();
+    let Dimensions { speeds: n, drives, .. } = system.dimensions();
     if drives == 0 {
         let JacobianMut { acceleration, dq, du, dt } = &mut out;
         let slices = JacobianMut { acceleration, dq, du, dt };
-        let margin = system.write_jacobian(t, q, u, slices);
-        if holds(&margin) && not_finite(&[out.acceleration, out.dq, out.du, out.dt]).is_none() {
+        let margin = system.write_jacobian(t, q, u, slices)?;
+        if holds(margin) && not_finite(&[out.acceleration, out.dq, out.du, out.dt]).is_none() {
             return Ok(Differentiated::Given);
         }
     }
@@ -87,8 +103,8 @@ pub(crate) fn differentiate<Y: System>(
         Differentiated::Closed
     };
     match which {
-        Differentiated::Given => linear.derivatives(out.dq, out.du, out.dt),
-        _ => linear.derivatives_along_closure(out.dq, out.du, out.dt),
+        Differentiated::Given => linear.derivatives(out.dq, out.du, out.dt)?,
+        _ => linear.derivatives_along_closure(out.dq, out.du, out.dt)?,
     }
     let JacobianMut { dq, du, dt, .. } = out;
     match not_finite(&[dq, du, dt]) {
@@ -97,14 +113,14 @@ pub(crate) fn differentiate<Y: System>(
     }
 }
 
-/// du/dt and its derivatives along some directions of q, u, the parameters and the inputs: N
-/// numbers in `out` for du/dt itself, and N for each change, 1/s^2 per unit of it. Prescribed angles
+/// du/dt and its derivatives along some directions of q, u, the parameters and the inputs: NU
+/// numbers in `out` for du/dt itself, and NU for each change, 1/s^2 per unit of it. Prescribed angles
 /// stay as they are.
 ///
 /// # Errors
 ///
 /// As [`acceleration`](crate::acceleration()); [`Error::Length`] of an `out` of another length.
-pub fn derivatives_along<'c, Y: System>(
+pub fn derivatives_along<'c, Y: Mechanism>(
     system: &Y,
     t: Y::Scalar,
     q: &[Y::Scalar],
@@ -116,7 +132,7 @@ pub fn derivatives_along<'c, Y: System>(
 where
     Y::Scalar: 'c,
 {
-    let n = system.dimensions().coordinates;
+    let n = system.dimensions().speeds;
     let (expected, given) = (n * (1 + changes.len()), out.len());
     if expected != given {
         return Err(Error::Length { expected, given });
@@ -125,7 +141,7 @@ where
     let (acceleration, derivatives) = out.split_at_mut(n);
     acceleration.copy_from_slice(linear.acceleration);
     for (change, derivative) in changes.zip(derivatives.chunks_exact_mut(n.max(1))) {
-        linear.along(change, derivative);
+        linear.along(change, derivative)?;
     }
     match not_finite(&[out]) {
         Some(index) => Err(Error::NotFinite { joint: index % n }),

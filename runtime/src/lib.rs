@@ -1,7 +1,7 @@
 //! Runtime of compiled mechanisms: `no_std`, no allocation, no unsafe code.
 //!
-//! The compiler writes, for each mechanism, a type that implements [`System`] (and its fixed-size
-//! front, [`Mechanism`]). The algorithms here are written once, over `System`:
+//! The compiler writes, for each mechanism, a type that implements [`Mechanism`] and has the same methods,
+//! with arrays, as its own. The algorithms here are written once, over that trait:
 //!
 //! | what | function |
 //! |---|---|
@@ -17,7 +17,7 @@
 //! Vectors are the caller's slices, temporaries live in a workspace of [`workspace_len`] numbers.
 //! Angles are in radians, everything else in SI units. A slice that is too short, a state that is
 //! not finite, a loop that cannot be closed is an [`Error`] that names the joint or the loop:
-//! nothing here panics as long as the `System` itself does not, and NaN never spreads silently.
+//! nothing here panics as long as the `Mechanism` itself does not, and NaN never spreads silently.
 //!
 //! Sine and cosine are this crate's own ([`Arithmetic::sin_cos_all`]). The feature `std` takes the
 //! other functions, such as the tangent, from the standard library instead of libm, and fuses
@@ -26,65 +26,57 @@
 //!
 //! # Example
 //!
-//! A pendulum, as the compiler would write it, swings for a second:
+//! A pendulum, written by hand, swings for a second. (The compiler writes such an implementation, and inherent
+//! methods that need no trait: `Sixbar::<f64>::default().assembled()?`.)
 //!
 //! ```
-//! use lamc_runtime::{
-//!     Arithmetic, Dimensions, Dopri5, Energy, EquationsMut, Error, Integrator, Mechanism, State,
-//!     StraightLine, System, workspace_len,
-//! };
+//! use lamc_runtime::plumbing::{Dimensions, EquationsMut, workspace_len};
+//! use lamc_runtime::{Arithmetic, Dopri5, Energy, Error, Integrator, Mechanism, State};
 //!
-//! const N: usize = 1;
-//! const C: usize = 0;
-//! const DIMENSIONS: Dimensions =
-//!     Dimensions { coordinates: N, rows: C, bodies: 1, points: 1, ..Dimensions::ZERO };
+//! const DIMENSIONS: Dimensions = Dimensions { bodies: 1, points: 1, ..Dimensions::of_joints(1) };
 //!
 //! /// A point mass of 1 kg, 1 m below its hinge.
 //! struct Pendulum;
 //!
-//! impl StraightLine for Pendulum {
-//!     type Number = f64;
-//! }
-//!
-//! impl System for Pendulum {
+//! impl Mechanism for Pendulum {
 //!     type Scalar = f64;
-//!     type Vector = [f64; N];
-//!     type Matrix = [f64; N * N];
+//!     type Coordinates = [f64; 1];
+//!     type Speeds = [f64; 1];
+//!     type Matrix = [f64; 1];
 //!     type Workspace = [f64; workspace_len(DIMENSIONS)];
+//!     type Poses = [[f64; 12]; 1];
+//!     type Points = [[f64; 3]; 1];
 //!
 //!     fn dimensions(&self) -> Dimensions { DIMENSIONS }
-//!     fn vector(&self) -> Self::Vector { [0.0; N] }
-//!     fn matrix(&self) -> Self::Matrix { [0.0; N * N] }
+//!     fn speeds(&self) -> [f64; 1] { [0.0] }
+//!     fn matrix(&self) -> [f64; 1] { [0.0] }
 //!     fn workspace(&self) -> Self::Workspace { [0.0; workspace_len(DIMENSIONS)] }
 //!     fn size(&self) -> f64 { 1.0 }
 //!     fn limits(&self, _: usize) -> [f64; 2] { [f64::NEG_INFINITY, f64::INFINITY] }
-//!     fn initial_position(&self, _: usize) -> f64 { 0.5 }
-//!     fn initial_speed(&self, _: usize) -> f64 { 0.0 }
+//!     fn initial(&self) -> State<[f64; 1], f64> { State { t: 0.0, q: [0.5], u: [0.0] } }
 //!     fn is_pinned(&self, _: usize) -> bool { true }
-//!     fn write_equations(&self, _: f64, q: &[f64], _: &[f64], out: EquationsMut<'_, f64>) {
-//!         out.mass[0] = 1.0;
-//!         out.forcing[0] = -9.81 * Arithmetic::sin_cos(q[0]).0;
-//!     }
-//!     fn write_closure(&self, _: &[f64], _: &mut [f64], _: &mut [f64]) {}
-//!     fn energy(&self, _: f64, q: &[f64], u: &[f64]) -> Energy<f64> {
+//!     fn energy(&self, _: f64, q: &[f64; 1], u: &[f64; 1]) -> Energy<f64> {
 //!         let potential = -9.81 * Arithmetic::sin_cos(q[0]).1;
 //!         Energy { kinetic: u[0] * u[0] / 2.0, potential }
 //!     }
-//!     fn write_poses(&self, q: &[f64], out: &mut [f64]) {
+//!     fn poses(&self, q: &[f64; 1]) -> [[f64; 12]; 1] {
 //!         let (s, c) = Arithmetic::sin_cos(q[0]);
-//!         out.copy_from_slice(&[c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]);
+//!         [[c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]]
 //!     }
-//!     fn write_points(&self, q: &[f64], out: &mut [f64]) {
+//!     fn points(&self, q: &[f64; 1]) -> [[f64; 3]; 1] {
 //!         let (s, c) = Arithmetic::sin_cos(q[0]);
-//!         out.copy_from_slice(&[s, -c, 0.0]);
+//!         [[s, -c, 0.0]]
 //!     }
-//! }
-//!
-//! impl Mechanism<f64, N, C> for Pendulum {
-//!     type Residual = [f64; 0];
-//!     type ResidualJacobian = [[f64; N]; 0];
-//!     type Poses = [[f64; 12]; 1];
-//!     type Points = [[f64; 3]; 1];
+//!     fn write_equations(
+//!         &self, _: f64, q: &[f64], _: &[f64], out: EquationsMut<'_, f64>,
+//!     ) -> Result<(), Error> {
+//!         out.mass[0] = 1.0;
+//!         out.forcing[0] = -9.81 * Arithmetic::sin_cos(q[0]).0;
+//!         Ok(())
+//!     }
+//!     fn write_closure(&self, _: &[f64], _: &mut [f64], _: &mut [f64]) -> Result<(), Error> {
+//!         Ok(())
+//!     }
 //! }
 //!
 //! # fn main() -> Result<(), Error> {
@@ -107,10 +99,12 @@
 #![allow(clippy::needless_range_loop, reason = "one index runs through several slices at once")]
 
 mod acceleration;
+mod arrays;
 mod assembly;
 mod batch;
 mod closure_rows;
 pub mod constants;
+mod delegate;
 mod equilibrium;
 mod error;
 mod integrate;
@@ -121,34 +115,32 @@ mod linear;
 mod linearised;
 mod linearization;
 mod mechanism;
+mod names;
 mod passage;
+pub mod plumbing;
 mod projection;
 mod rank;
 mod scalar;
 mod sin_cos;
 mod state;
 mod stops;
-mod system;
 mod workspace;
 
 pub use acceleration::{Constraint, acceleration, acceleration_and_forces, acceleration_in_motion};
+pub use arrays::{Closure, Equations, Forces, Jacobian};
 pub use assembly::{Assembly, assemble};
-pub use batch::{Batch, LaneError, Lanes};
+pub use batch::{Batch, LaneError, Lanes, StatesOf};
 pub use equilibrium::{Equilibrium, equilibrium};
 pub use error::Error;
 pub use integrate::{Dopri5, Integrator, Rk4, Rodas, SemiImplicitEuler, Stabilisation};
-pub use jacobian::{JacobianMut, derivatives_along, jacobian};
+pub use jacobian::{Change, JacobianMut, derivatives_along, jacobian};
 pub use linearization::{LinearizationMut, linearize};
-pub use mechanism::{Closure, Equations, Forces, Jacobian, Mechanism, Storage};
+pub use mechanism::{Energy, Mechanism};
+pub use names::{Body, Input, Joint, Parameter, Point};
 pub use projection::{Projected, project};
 pub use scalar::{Arithmetic, Scalar};
 pub use sin_cos::sin_cos_unfused;
 pub use state::{State, StateOf};
 pub use stops::Stopped;
-pub use system::{
-    Balance, Change, Dimensions, Drive, Energy, EquationsMut, Margin, ProjectionMut, StraightLine,
-    System,
-};
 #[cfg(feature = "simd")]
 pub use wide::{f32x8, f64x4};
-pub use workspace::workspace_len;

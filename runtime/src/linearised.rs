@@ -4,12 +4,13 @@
 use crate::acceleration::{blame, not_finite, write};
 use crate::closure_rows::{independent, weigh};
 use crate::linear::{add_scaled, backward, dot, factor, forward, orthogonalise, times_lower};
+use crate::plumbing::{Balance, Drive, EquationsMut};
 use crate::rank::{Fading, Gap};
 use crate::workspace::{check, split};
-use crate::{Arithmetic, Balance, Change, Drive, EquationsMut, Error, System};
+use crate::{Arithmetic, Change, Error, Mechanism};
 
 /// The equations of motion at a state with what is needed to differentiate their solution.
-pub(crate) struct Linearised<'a, Y: System> {
+pub(crate) struct Linearised<'a, Y: Mechanism> {
     system: &'a Y,
     t: Y::Scalar,
     q: &'a [Y::Scalar],
@@ -37,7 +38,7 @@ pub(crate) struct Linearised<'a, Y: System> {
     inputs: &'a mut [Y::Scalar],
 }
 
-impl<'a, Y: System> Linearised<'a, Y> {
+impl<'a, Y: Mechanism> Linearised<'a, Y> {
     pub fn at(
         system: &'a Y,
         t: Y::Scalar,
@@ -45,9 +46,9 @@ impl<'a, Y: System> Linearised<'a, Y> {
         u: &'a [Y::Scalar],
         mut workspace: &'a mut [Y::Scalar],
     ) -> Result<Self, Error> {
-        let dimensions = check(system, workspace, &[q.len(), u.len()])?;
+        let dimensions = check(system, workspace, &[q.len()], &[u.len()])?;
         let gap = Gap::at(system, q, workspace)?;
-        let (n, m) = (dimensions.coordinates, dimensions.rows + dimensions.drives);
+        let (n, m) = (dimensions.speeds, dimensions.rows + dimensions.drives);
         let mut linear = Self {
             system,
             t,
@@ -75,14 +76,14 @@ impl<'a, Y: System> Linearised<'a, Y> {
     }
 
     fn solve_state(&mut self, gap: Gap<Y::Scalar>) -> Result<(), Error> {
-        let (n, m) = (self.q.len(), self.rhs.len());
+        let (n, m) = (self.u.len(), self.rhs.len());
         let out = EquationsMut {
             mass: &mut *self.mass,
             forcing: &mut *self.force,
             jacobian: &mut *self.rows,
             gamma: &mut *self.opening,
         };
-        write(self.system, self.t, self.q, self.u, out);
+        write(self.system, self.t, self.q, self.u, out)?;
         factor(self.mass, n).map_err(|joint| blame(&[self.q, self.u], self.mass, joint))?;
         self.turn.fill(Y::Scalar::ZERO);
         for i in 0..m {
@@ -133,16 +134,16 @@ impl<'a, Y: System> Linearised<'a, Y> {
         dq: &mut [Y::Scalar],
         du: &mut [Y::Scalar],
         dt: &mut [Y::Scalar],
-    ) {
-        let (zeros, mut unit) = (self.system.vector(), self.system.vector());
+    ) -> Result<(), Error> {
+        let (zeros, mut unit) = (self.system.speeds(), self.system.speeds());
         let (zeros, unit) = (zeros.as_ref(), unit.as_mut());
         for joint in 0..zeros.len() {
             unit[joint] = Y::Scalar::ONE;
-            self.column(unit, zeros, dq, joint);
-            self.column(zeros, unit, du, joint);
+            self.column(unit, zeros, dq, joint)?;
+            self.column(zeros, unit, du, joint)?;
             unit[joint] = Y::Scalar::ZERO;
         }
-        self.by_time(zeros, zeros, dt);
+        self.by_time(zeros, zeros, dt)
     }
 
     /// As [`derivatives`](Self::derivatives), of the acceleration at the closed state that is
@@ -158,17 +159,17 @@ impl<'a, Y: System> Linearised<'a, Y> {
         dq: &mut [Y::Scalar],
         du: &mut [Y::Scalar],
         dt: &mut [Y::Scalar],
-    ) {
+    ) -> Result<(), Error> {
         let (zeros, mut along, mut turn) =
-            (self.system.vector(), self.system.vector(), self.system.vector());
+            (self.system.speeds(), self.system.speeds(), self.system.speeds());
         let (zeros, along, turn) = (zeros.as_ref(), along.as_mut(), turn.as_mut());
         for joint in 0..zeros.len() {
             along.fill(Y::Scalar::ZERO);
             along[joint] = Y::Scalar::ONE;
             self.leave_closure_out(along);
-            self.follow(along, turn, |_| Y::Scalar::ZERO);
-            self.column(along, turn, dq, joint);
-            self.column(zeros, along, du, joint);
+            self.follow(along, turn, |_| Y::Scalar::ZERO)?;
+            self.column(along, turn, dq, joint)?;
+            self.column(zeros, along, du, joint)?;
         }
         // Driven joints take the others with them.
         self.opening.fill(Y::Scalar::ZERO);
@@ -176,8 +177,8 @@ impl<'a, Y: System> Linearised<'a, Y> {
         self.force.fill(Y::Scalar::ZERO);
         self.constrain();
         along.copy_from_slice(self.force);
-        self.follow(along, turn, |drive| drive.acceleration);
-        self.by_time(along, turn, dt);
+        self.follow(along, turn, |drive| drive.acceleration)?;
+        self.by_time(along, turn, dt)
     }
 
     /// The part of x along the closure, orthogonal in M to what is left out.
@@ -197,8 +198,8 @@ impl<'a, Y: System> Linearised<'a, Y> {
         along: &[Y::Scalar],
         turn: &mut [Y::Scalar],
         rate: impl Fn(Drive<Y::Scalar>) -> Y::Scalar,
-    ) {
-        let zeros = self.system.vector();
+    ) -> Result<(), Error> {
+        let zeros = self.system.speeds();
         let rows = self.system.dimensions().rows;
         self.opening.fill(Y::Scalar::ZERO);
         // At rest gamma stays zero: with u in the place of du/dt, what changes of gamma + J du/dt is
@@ -217,29 +218,43 @@ impl<'a, Y: System> Linearised<'a, Y> {
             inputs: self.inputs,
             ..Change::default()
         };
-        self.system.write_tangent(at, change, self.force, &mut self.opening[..rows]);
+        self.system.write_tangent(at, change, self.force, &mut self.opening[..rows])?;
         self.prescribe(rate);
         self.force.fill(Y::Scalar::ZERO);
         self.constrain();
         turn.copy_from_slice(self.force);
+        Ok(())
     }
 
     /// Column `joint` of a matrix becomes da for changes of q and u.
-    fn column(&mut self, q: &[Y::Scalar], u: &[Y::Scalar], matrix: &mut [Y::Scalar], joint: usize) {
+    fn column(
+        &mut self,
+        q: &[Y::Scalar],
+        u: &[Y::Scalar],
+        matrix: &mut [Y::Scalar],
+        joint: usize,
+    ) -> Result<(), Error> {
         let n = q.len();
-        self.tangent(Y::Scalar::ZERO, q, u);
+        self.tangent(Y::Scalar::ZERO, q, u)?;
         self.differentiate();
         for (row, &value) in matrix.chunks_exact_mut(n).zip(&*self.force) {
             row[joint] = value;
         }
+        Ok(())
     }
 
     /// da as time goes on and q and u change by this much per second.
-    fn by_time(&mut self, q: &[Y::Scalar], u: &[Y::Scalar], out: &mut [Y::Scalar]) {
-        self.tangent(Y::Scalar::ONE, q, u);
+    fn by_time(
+        &mut self,
+        q: &[Y::Scalar],
+        u: &[Y::Scalar],
+        out: &mut [Y::Scalar],
+    ) -> Result<(), Error> {
+        self.tangent(Y::Scalar::ONE, q, u)?;
         self.prescribe(|drive| drive.jerk);
         self.differentiate();
         out.copy_from_slice(self.force);
+        Ok(())
     }
 
     /// Sets what driven joints follow, in the right-hand sides of J x = -`opening`.
@@ -254,17 +269,22 @@ impl<'a, Y: System> Linearised<'a, Y> {
     }
 
     /// da in the direction of an input.
-    pub fn by_input(&mut self, input: usize, out: &mut [Y::Scalar]) {
-        let zeros = self.system.vector();
+    pub fn by_input(&mut self, input: usize, out: &mut [Y::Scalar]) -> Result<(), Error> {
+        let zeros = self.system.speeds();
         self.inputs[input] = Y::Scalar::ONE;
-        self.tangent(Y::Scalar::ZERO, zeros.as_ref(), zeros.as_ref());
+        self.tangent(Y::Scalar::ZERO, zeros.as_ref(), zeros.as_ref())?;
         self.inputs[input] = Y::Scalar::ZERO;
         self.differentiate();
         out.copy_from_slice(self.force);
+        Ok(())
     }
 
     /// da in the direction of a change.
-    pub fn along(&mut self, change: Change<'_, Y::Scalar>, out: &mut [Y::Scalar]) {
+    pub fn along(
+        &mut self,
+        change: Change<'_, Y::Scalar>,
+        out: &mut [Y::Scalar],
+    ) -> Result<(), Error> {
         let rows = self.system.dimensions().rows;
         self.opening.fill(Y::Scalar::ZERO);
         let at = Balance {
@@ -274,13 +294,14 @@ impl<'a, Y: System> Linearised<'a, Y> {
             acceleration: self.acceleration,
             multipliers: &self.multipliers[..rows],
         };
-        self.system.write_tangent(at, change, self.force, &mut self.opening[..rows]);
+        self.system.write_tangent(at, change, self.force, &mut self.opening[..rows])?;
         self.differentiate();
         out.copy_from_slice(self.force);
+        Ok(())
     }
 
     /// Right-hand sides in `force` and `opening` for a change of t, q and u.
-    fn tangent(&mut self, t: Y::Scalar, q: &[Y::Scalar], u: &[Y::Scalar]) {
+    fn tangent(&mut self, t: Y::Scalar, q: &[Y::Scalar], u: &[Y::Scalar]) -> Result<(), Error> {
         let rows = self.system.dimensions().rows;
         self.opening.fill(Y::Scalar::ZERO);
         self.system.write_tangent(
@@ -294,7 +315,7 @@ impl<'a, Y: System> Linearised<'a, Y> {
             Change { t, q, u, parameters: self.parameters, inputs: self.inputs },
             self.force,
             &mut self.opening[..rows],
-        );
+        )
     }
 
     fn differentiate(&mut self) {
@@ -303,19 +324,20 @@ impl<'a, Y: System> Linearised<'a, Y> {
     }
 
     /// Only da/dq, N x N.
-    pub fn by_position(&mut self, dq: &mut [Y::Scalar]) {
-        let (zeros, mut unit) = (self.system.vector(), self.system.vector());
-        for joint in 0..self.q.len() {
+    pub fn by_position(&mut self, dq: &mut [Y::Scalar]) -> Result<(), Error> {
+        let (zeros, mut unit) = (self.system.speeds(), self.system.speeds());
+        for joint in 0..self.u.len() {
             unit.as_mut()[joint] = Y::Scalar::ONE;
-            self.column(unit.as_ref(), zeros.as_ref(), dq, joint);
+            self.column(unit.as_ref(), zeros.as_ref(), dq, joint)?;
             unit.as_mut()[joint] = Y::Scalar::ZERO;
         }
+        Ok(())
     }
 
     /// Directions of q along the constraints, orthonormal in M: N numbers each, one after the
     /// other in `basis` (N x N). Returns how many there are.
     pub fn tangent_basis(&self, basis: &mut [Y::Scalar]) -> usize {
-        let n = self.q.len();
+        let n = self.u.len();
         let row = |i: usize| &self.rows[i * n..(i + 1) * n];
         let mut found = 0;
         while found + self.rank < n {

@@ -11,18 +11,18 @@
 
 use crate::linear::dot;
 use crate::linearised::Linearised;
-use crate::{Error, System};
+use crate::{Error, Mechanism};
 
-/// Where [`linearize`] writes: the leading parts of slices that hold N x N, with d freedoms.
+/// Where [`linearize`] writes: the leading parts of slices that hold NU x NU, with d freedoms.
 #[derive(Debug)]
 pub struct LinearizationMut<'a, S> {
-    /// T^T, d x N: directions of q, one after the other, 1/(kg^(1/2) m).
+    /// T^T, d x NU: directions of q, one after the other, 1/(kg^(1/2) m).
     pub basis: &'a mut [S],
     /// K, d x d, 1/s^2.
     pub stiffness: &'a mut [S],
     /// D, d x d, 1/s.
     pub damping: &'a mut [S],
-    /// B, d x inputs, in a slice that holds N x inputs.
+    /// B, d x inputs, in a slice that holds NU x inputs.
     pub inputs: &'a mut [S],
 }
 
@@ -31,7 +31,7 @@ pub struct LinearizationMut<'a, S> {
 /// # Errors
 ///
 /// As [`acceleration`](crate::acceleration()).
-pub fn linearize<Y: System>(
+pub fn linearize<Y: Mechanism>(
     system: &Y,
     t: Y::Scalar,
     q: &[Y::Scalar],
@@ -39,7 +39,7 @@ pub fn linearize<Y: System>(
     out: LinearizationMut<'_, Y::Scalar>,
 ) -> Result<usize, Error> {
     let dimensions = system.dimensions();
-    let n = dimensions.coordinates;
+    let n = dimensions.speeds;
     for slice in [&*out.basis, out.stiffness, out.damping] {
         if slice.len() != n * n {
             return Err(Error::Length { expected: n * n, given: slice.len() });
@@ -49,19 +49,19 @@ pub fn linearize<Y: System>(
         let expected = n * dimensions.inputs;
         return Err(Error::Length { expected, given: out.inputs.len() });
     }
-    let rest = system.vector();
+    let rest = system.speeds();
     let mut linear = Linearised::at(system, t, q, rest.as_ref(), workspace)?;
     let freedoms = linear.tangent_basis(out.basis);
-    let mut image = system.vector();
+    let mut image = system.speeds();
     let image = image.as_mut();
     let (mut by_position, mut by_speed) = (system.matrix(), system.matrix());
-    let mut by_time = system.vector();
-    linear.derivatives(by_position.as_mut(), by_speed.as_mut(), by_time.as_mut());
+    let mut by_time = system.speeds();
+    linear.derivatives(by_position.as_mut(), by_speed.as_mut(), by_time.as_mut())?;
     for (matrix, reduced) in [(by_position, out.stiffness), (by_speed, out.damping)] {
         linear.reduce(matrix.as_ref(), &out.basis[..freedoms * n], image, reduced);
     }
     for input in 0..dimensions.inputs {
-        linear.by_input(input, image);
+        linear.by_input(input, image)?;
         linear.times_mass(image);
         for k in 0..freedoms {
             out.inputs[k * dimensions.inputs + input] = dot(&out.basis[k * n..(k + 1) * n], image);
@@ -70,7 +70,7 @@ pub fn linearize<Y: System>(
     Ok(freedoms)
 }
 
-impl<Y: System> Linearised<'_, Y> {
+impl<Y: Mechanism> Linearised<'_, Y> {
     /// -T^T M A T, d x d, of an N x N matrix A; `image` holds N.
     pub fn reduce(
         &self,

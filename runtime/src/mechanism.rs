@@ -1,232 +1,272 @@
-//! The fixed-size front of a compiled mechanism: arrays in, arrays out.
+//! The trait of a mechanism: what the compiler writes for it, and what follows from that.
+//!
+//! ```text
+//! M(t, q) du/dt = f(t, q, u) + J(q)^T lambda      Kane's equations with closure forces
+//! J(q) du/dt = -gamma(q, u)                        closure, differentiated twice
+//! ```
 
 use crate::acceleration::direct;
+use crate::assembly::assemble_pinned;
+use crate::plumbing::{
+    Balance, Change, Dimensions, Drive, EquationsMut, JacobianMut, Margin, ProjectionMut,
+};
 use crate::{
-    Arithmetic, Balance, EquationsMut, Equilibrium, Error, JacobianMut, Scalar, State, StateOf,
-    System, acceleration, acceleration_and_forces, assemble, equilibrium, jacobian, project,
+    Arithmetic, Equilibrium, Error, Rk4, Scalar, StateOf, acceleration, equilibrium, project,
 };
 
-/// Arrays (of arrays) of numbers whose length only their type knows.
-pub trait Storage: Clone {
-    /// Filled with zeros.
-    fn zeros() -> Self;
-}
-
-impl<S: Arithmetic> Storage for S {
-    fn zeros() -> Self {
-        S::ZERO
-    }
-}
-
-impl<T: Storage, const K: usize> Storage for [T; K] {
-    fn zeros() -> Self {
-        core::array::from_fn(|_| T::zeros())
-    }
-}
-
-/// M du/dt = f + J^T lambda, J du/dt = -gamma at a state.
+/// Energy of the whole mechanism, J.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Equations<S, const N: usize, const C: usize> {
-    /// M, kg m^2.
-    pub mass: [[S; N]; N],
-    /// f, N m.
-    pub forcing: [S; N],
-    /// J, m.
-    pub jacobian: [[S; N]; C],
-    /// gamma, m/s^2.
-    pub gamma: [S; C],
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Energy<S> {
+    /// Of motion.
+    pub kinetic: S,
+    /// Of gravity and springs.
+    pub potential: S,
 }
 
-/// What holds the constraints at a state.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Forces<S, const N: usize, const C: usize> {
-    /// du/dt, rad/s^2.
-    pub acceleration: [S; N],
-    /// lambda, N: J^T lambda acts on the coordinates. Of redundant rows the smallest that does.
-    pub closure: [S; C],
-    /// Torque of each driven joint's motor on its second body, N m; 0 for other joints.
-    pub motor: [S; N],
-    /// Force (N) and moment (N m) of each hinge, as of [`System::write_reactions`].
-    pub reactions: [[S; 6]; N],
-}
-
-/// du/dt and its derivatives.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Jacobian<S, const N: usize> {
-    /// a = du/dt, rad/s^2.
-    pub acceleration: [S; N],
-    /// da/dq, 1/s^2.
-    pub dq: [[S; N]; N],
-    /// da/du, 1/s.
-    pub du: [[S; N]; N],
-    /// da/dt, rad/s^3.
-    pub dt: [S; N],
-}
-
-/// All nine closure equations of every loop.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Closure<R, J> {
-    /// Residuals, 9 L, m.
-    pub residual: R,
-    /// Their Jacobian by q, 9 L x N, m.
-    pub jacobian: J,
-}
-
-/// A [`System`] whose sizes are constants, with results as arrays.
+/// A mechanism: its sizes, its equations, and everything that the algorithms of this crate make of them.
 ///
-/// Everything is provided; an implementation only spells out the arrays whose lengths are neither
-/// N nor C, as the example of the [crate] does:
+/// The compiler implements it for the type of a module, whose inherent methods are the same with arrays
+/// in place of the associated types. Code for any mechanism is written over this trait:
 ///
-/// ```text
-/// impl<S: Scalar> Mechanism<S, N, C> for Sixbar<S> {
-///     type Residual = [S; 9];
-///     type ResidualJacobian = [[S; N]; 9];
-///     type Poses = [[S; 12]; B];
-///     type Points = [[S; 3]; P];
+/// ```
+/// use lamc_runtime::{Error, Mechanism, Rk4, Scalar};
+///
+/// /// The energy after `steps` of `dt` (s) from the initial state, J.
+/// fn energy_after<M: Mechanism>(m: &M, dt: M::Scalar, steps: usize) -> Result<M::Scalar, Error> {
+///     let mut state = m.assembled()?;
+///     let mut rk4 = Rk4::new(m);
+///     for _ in 0..steps {
+///         rk4.step(m, &mut state, dt)?;
+///     }
+///     let energy = m.energy(state.t, &state.q, &state.u);
+///     Ok(energy.kinetic + energy.potential)
 /// }
 /// ```
-pub trait Mechanism<S: Scalar, const N: usize, const C: usize>:
-    System<Scalar = S, Vector = [S; N]> + Sized
-{
-    /// `[S; 9 * L]`.
-    type Residual: Storage + AsMut<[S]>;
-    /// `[[S; N]; 9 * L]`.
-    type ResidualJacobian: Storage + AsMut<[[S; N]]>;
-    /// `[[S; 12]; B]`.
-    type Poses: Storage + AsMut<[[S; 12]]>;
-    /// `[[S; 3]; P]`.
-    type Points: Storage + AsMut<[[S; 3]]>;
+///
+/// Those who implement it write the required functions, and those provided `write_` functions for which
+/// there is straight-line code; their types are in [`plumbing`](crate::plumbing). Slices have exactly the
+/// stated lengths; a function that gets another length returns [`Error::Length`].
+///
+/// # Coordinates and speeds
+///
+/// There are NQ coordinates and NU speeds. For the angles of joints u = dq/dt; the orientation of a free
+/// body may be a unit quaternion in q and an angular velocity in u. Steps of q, the closure's Jacobian,
+/// derivatives by q and the rows of M belong to the NU directions of u. [`advance`](Self::advance) is the
+/// only place where a step is added to q.
+pub trait Mechanism: Sized {
+    /// Number type.
+    type Scalar: Scalar;
+    /// NQ numbers: q.
+    type Coordinates: Clone + AsRef<[Self::Scalar]> + AsMut<[Self::Scalar]>;
+    /// NU numbers: u, du/dt, steps of q.
+    type Speeds: Clone + AsRef<[Self::Scalar]> + AsMut<[Self::Scalar]>;
+    /// NU x NU numbers.
+    type Matrix: Clone + AsRef<[Self::Scalar]> + AsMut<[Self::Scalar]>;
+    /// [`workspace_len`](crate::plumbing::workspace_len) numbers.
+    type Workspace: Clone + AsRef<[Self::Scalar]> + AsMut<[Self::Scalar]>;
+    /// The pose of each body, 12 numbers: R row-major, then p in m, so that the point drawn at x lies
+    /// at R x + p in the base frame.
+    type Poses: Clone + AsRef<[[Self::Scalar; 12]]>;
+    /// The position of each point in the base frame, m.
+    type Points: Clone + AsRef<[[Self::Scalar; 3]]>;
 
-    /// M, f, J and gamma at a state.
-    fn equations(&self, t: S, q: &[S; N], u: &[S; N]) -> Equations<S, N, C> {
-        let mut equations = Equations {
-            mass: Storage::zeros(),
-            forcing: Storage::zeros(),
-            jacobian: Storage::zeros(),
-            gamma: Storage::zeros(),
-        };
-        self.write_equations(
-            t,
-            q,
-            u,
-            EquationsMut {
-                mass: equations.mass.as_flattened_mut(),
-                forcing: &mut equations.forcing,
-                jacobian: equations.jacobian.as_flattened_mut(),
-                gamma: &mut equations.gamma,
-            },
-        );
-        equations
-    }
+    /// Sizes.
+    fn dimensions(&self) -> Dimensions;
+    /// NU zeros.
+    fn speeds(&self) -> Self::Speeds;
+    /// NU x NU zeros.
+    fn matrix(&self) -> Self::Matrix;
+    /// [`workspace_len`](crate::plumbing::workspace_len) zeros.
+    fn workspace(&self) -> Self::Workspace;
+    /// Diagonal of the flat bounding box, m: the scale of closure residuals.
+    fn size(&self) -> Self::Scalar;
+    /// Least and greatest angle of a joint, rad; infinite where there is no limit.
+    fn limits(&self, joint: usize) -> [Self::Scalar; 2];
+    /// The model's state at t = 0: a guess of q, from which [`assemble`](crate::assemble) starts, and the initial speeds.
+    fn initial(&self) -> StateOf<Self>;
+    /// Whether the model states the angle of a joint: such a joint is pinned during assembly.
+    fn is_pinned(&self, joint: usize) -> bool;
+    /// Energies at a state.
+    fn energy(
+        &self,
+        t: Self::Scalar,
+        q: &Self::Coordinates,
+        u: &Self::Speeds,
+    ) -> Energy<Self::Scalar>;
+    /// The pose of each body.
+    fn poses(&self, q: &Self::Coordinates) -> Self::Poses;
+    /// The position of each point in the base frame, m.
+    fn points(&self, q: &Self::Coordinates) -> Self::Points;
 
-    /// du/dt, rad/s^2, with closed loops.
+    /// M, f, J, gamma at a state.
     ///
     /// # Errors
     ///
-    /// As [`acceleration`](fn@crate::acceleration).
-    fn acceleration(&self, t: S, q: &[S; N], u: &[S; N]) -> Result<[S; N], Error> {
-        let mut out = [S::ZERO; N];
-        // Most states need no workspace.
-        if direct(self, (t, q, u), &mut out).is_none() {
-            acceleration(self, t, q, u, self.workspace().as_mut(), &mut out)?;
+    /// [`Error::Length`].
+    fn write_equations(
+        &self,
+        t: Self::Scalar,
+        q: &[Self::Scalar],
+        u: &[Self::Scalar],
+        out: EquationsMut<'_, Self::Scalar>,
+    ) -> Result<(), Error>;
+
+    /// Closure residuals, 9 L, m, and their derivatives along the directions of u, 9 L x NU, m.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`].
+    fn write_closure(
+        &self,
+        q: &[Self::Scalar],
+        residual: &mut [Self::Scalar],
+        jacobian: &mut [Self::Scalar],
+    ) -> Result<(), Error>;
+
+    /// Shows each driven joint, in ascending order of the joints. Provided: none.
+    fn drives(&self, t: Self::Scalar, visit: impl FnMut(Drive<Self::Scalar>)) {
+        let _ = (t, visit);
+    }
+
+    /// q goes on by a step, NU, as at constant speeds it would in unit time. Coordinates that are not
+    /// independent are brought back to their condition: unit quaternions to norm one. Provided: q + step.
+    #[inline]
+    fn advance(&self, q: &mut [Self::Scalar], step: &[Self::Scalar]) {
+        for (q, &step) in q.iter_mut().zip(step) {
+            *q += step;
         }
-        Ok(out)
     }
 
-    /// du/dt and what holds the constraints: closure forces, motor torques, and what each hinge
-    /// carries.
+    /// dq/dt at speeds u, NQ: linear in u. Provided: u.
+    #[inline]
+    fn write_rates(&self, q: &[Self::Scalar], u: &[Self::Scalar], out: &mut [Self::Scalar]) {
+        let _ = q;
+        out.copy_from_slice(u);
+    }
+
+    /// The step that [`advance`](Self::advance) takes from one q to another, NU. Provided: their
+    /// difference.
+    #[inline]
+    fn write_difference(
+        &self,
+        from: &[Self::Scalar],
+        to: &[Self::Scalar],
+        out: &mut [Self::Scalar],
+    ) {
+        for ((out, &from), &to) in out.iter_mut().zip(from).zip(to) {
+            *out = to - from;
+        }
+    }
+
+    /// Brings coordinates that are not independent back to their condition, where rates were added to
+    /// them. Provided: nothing.
+    #[inline]
+    fn normalise(&self, q: &mut [Self::Scalar]) {
+        let _ = q;
+    }
+
+    /// Per joint the force (N) and the moment about the first point of the hinge line (N m) by
+    /// which the first body of the joint acts on the second, 6 per joint, in the joint's frame: x along
+    /// the hinge, z normal to the flat sheet, fixed to the second body. The moment about x is that
+    /// of spring, damper, torque and motor. Provided: not a number.
     ///
     /// # Errors
     ///
-    /// As [`acceleration`](fn@crate::acceleration).
-    fn forces(&self, t: S, q: &[S; N], u: &[S; N]) -> Result<Forces<S, N, C>, Error> {
-        let d = self.dimensions();
-        let mut forces = Forces {
-            acceleration: Storage::zeros(),
-            closure: Storage::zeros(),
-            motor: Storage::zeros(),
-            reactions: Storage::zeros(),
-        };
-        // The second workspace holds the multipliers.
-        let (mut workspace, mut storage) = (self.workspace(), self.workspace());
-        let lambda = &mut storage.as_mut()[..d.rows + d.drives];
-        let out = &mut forces.acceleration;
-        acceleration_and_forces(self, t, q, u, workspace.as_mut(), out, lambda)?;
-        forces.closure.copy_from_slice(&lambda[..d.rows]);
-        let mut torques = lambda[d.rows..].iter();
-        self.drives(t, |drive| {
-            if let Some(&torque) = torques.next() {
-                forces.motor[drive.joint] = torque;
-            }
-        });
-        let (acceleration, multipliers) = (&forces.acceleration[..], &forces.closure[..]);
-        let at = Balance { t, q, u, acceleration, multipliers };
-        self.write_reactions(at, forces.reactions.as_flattened_mut());
-        Ok(forces)
+    /// [`Error::Length`].
+    fn write_reactions(
+        &self,
+        at: Balance<'_, Self::Scalar>,
+        out: &mut [Self::Scalar],
+    ) -> Result<(), Error> {
+        let _ = at;
+        out.fill(Self::Scalar::from_f64(f64::NAN));
+        Ok(())
     }
 
-    /// du/dt and its derivatives by q, u and t.
+    /// The changes of f - M du/dt + J^T lambda, NU, and of gamma + J du/dt, C, in the direction of
+    /// `change` at constant du/dt and lambda. Provided: not a number, with which everything that
+    /// needs derivatives fails.
     ///
     /// # Errors
     ///
-    /// As [`jacobian`](fn@crate::jacobian).
-    fn jacobian(&self, t: S, q: &[S; N], u: &[S; N]) -> Result<Jacobian<S, N>, Error> {
-        let mut out = Jacobian {
-            acceleration: Storage::zeros(),
-            dq: Storage::zeros(),
-            du: Storage::zeros(),
-            dt: Storage::zeros(),
-        };
-        let slices = JacobianMut {
-            acceleration: &mut out.acceleration,
-            dq: out.dq.as_flattened_mut(),
-            du: out.du.as_flattened_mut(),
-            dt: &mut out.dt,
-        };
-        jacobian(self, t, q, u, self.workspace().as_mut(), slices)?;
-        Ok(out)
+    /// [`Error::Length`].
+    fn write_tangent(
+        &self,
+        at: Balance<'_, Self::Scalar>,
+        change: Change<'_, Self::Scalar>,
+        forces: &mut [Self::Scalar],
+        closure: &mut [Self::Scalar],
+    ) -> Result<(), Error> {
+        let _ = (at, change);
+        forces.fill(Self::Scalar::from_f64(f64::NAN));
+        closure.fill(Self::Scalar::from_f64(f64::NAN));
+        Ok(())
     }
 
-    /// Nine residuals per loop, and their Jacobian.
-    fn closure(&self, q: &[S; N]) -> Closure<Self::Residual, Self::ResidualJacobian> {
-        let mut closure = Closure {
-            residual: Self::Residual::zeros(),
-            jacobian: Self::ResidualJacobian::zeros(),
-        };
-        self.write_closure(
-            q,
-            closure.residual.as_mut(),
-            closure.jacobian.as_mut().as_flattened_mut(),
-        );
-        closure
-    }
-
-    /// Poses of the bodies: R row-major, then p, m.
-    fn poses(&self, q: &[S; N]) -> Self::Poses {
-        let mut poses = Self::Poses::zeros();
-        self.write_poses(q, poses.as_mut().as_flattened_mut());
-        poses
-    }
-
-    /// Positions of the points in the base frame, m.
-    fn points(&self, q: &[S; N]) -> Self::Points {
-        let mut points = Self::Points::zeros();
-        self.write_points(q, points.as_mut().as_flattened_mut());
-        points
-    }
-
-    /// The initial state with closed loops: assembled from the model's guess, the joints the user
-    /// gave pinned, and with speeds that the closure allows.
+    /// du/dt, NU, by elimination in straight-line code, without drives and without a decision on the
+    /// rank. Provided: there is no such code.
     ///
     /// # Errors
     ///
-    /// As [`assemble`] and [`project`].
-    fn assembled(&self) -> Result<State<[S; N], S>, Error> {
-        let mut state = State::initial(self);
-        let pinned: [bool; N] = core::array::from_fn(|joint| self.is_pinned(joint));
+    /// [`Error::Length`].
+    fn write_acceleration(
+        &self,
+        t: Self::Scalar,
+        q: &[Self::Scalar],
+        u: &[Self::Scalar],
+        out: &mut [Self::Scalar],
+    ) -> Result<Option<Margin<Self::Scalar>>, Error> {
+        let _ = (t, q, u, out);
+        Ok(None)
+    }
+
+    /// How far the loops are open, and what closes them: M^-1 J^T (J M^-1 J^T)^-1 times the
+    /// residuals along the rows of J, and times J u, in straight-line code as
+    /// [`write_acceleration`](Self::write_acceleration). Provided: there is no such code.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`].
+    fn write_projection(
+        &self,
+        q: &[Self::Scalar],
+        u: &[Self::Scalar],
+        out: ProjectionMut<'_, Self::Scalar>,
+    ) -> Result<Option<Margin<Self::Scalar>>, Error> {
+        let _ = (q, u, out);
+        Ok(None)
+    }
+
+    /// du/dt and its derivatives, as [`write_acceleration`](Self::write_acceleration). Provided:
+    /// there is no such code.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`].
+    fn write_jacobian(
+        &self,
+        t: Self::Scalar,
+        q: &[Self::Scalar],
+        u: &[Self::Scalar],
+        out: JacobianMut<'_, Self::Scalar>,
+    ) -> Result<Option<Margin<Self::Scalar>>, Error> {
+        let _ = (t, q, u, out);
+        Ok(None)
+    }
+
+    /// The initial state with closed loops: assembled from the model's guess, the joints whose angles the
+    /// model states pinned, and with speeds that the closure allows.
+    ///
+    /// # Errors
+    ///
+    /// As [`assemble`](crate::assemble) and [`project`](fn@crate::project).
+    fn assembled(&self) -> Result<StateOf<Self>, Error> {
+        let mut state = self.initial();
         let mut workspace = self.workspace();
-        assemble(self, state.t, &mut state.q, &pinned, workspace.as_mut())?;
-        project(self, state.t, &mut state.q, &mut state.u, workspace.as_mut())?;
+        let is_pinned = |joint| self.is_pinned(joint);
+        assemble_pinned(self, state.t, state.q.as_mut(), &is_pinned, workspace.as_mut())?;
+        project(self, state.t, state.q.as_mut(), state.u.as_mut(), workspace.as_mut())?;
         Ok(state)
     }
 
@@ -235,11 +275,51 @@ pub trait Mechanism<S: Scalar, const N: usize, const C: usize>:
     ///
     /// # Errors
     ///
-    /// As [`assemble`] and [`equilibrium`](fn@crate::equilibrium).
-    fn settled(&self) -> Result<(StateOf<Self>, Equilibrium<S>), Error> {
+    /// As [`assemble`](crate::assemble) and [`equilibrium`](fn@crate::equilibrium).
+    fn settled(&self) -> Result<(StateOf<Self>, Equilibrium<Self::Scalar>), Error> {
         let mut state = self.assembled()?;
-        state.u = [S::ZERO; N];
+        state.u = self.speeds();
         let found = equilibrium(self, state.t, &mut state.q, self.workspace().as_mut())?;
         Ok((state, found))
+    }
+
+    /// du/dt, rad/s^2, with closed loops.
+    ///
+    /// # Errors
+    ///
+    /// As [`acceleration`](fn@crate::acceleration).
+    fn acceleration(
+        &self,
+        t: Self::Scalar,
+        q: &Self::Coordinates,
+        u: &Self::Speeds,
+    ) -> Result<Self::Speeds, Error> {
+        let mut speeds = self.speeds();
+        let (q, u, out) = (q.as_ref(), u.as_ref(), speeds.as_mut());
+        // Most states need no workspace.
+        if direct(self, (t, q, u), out)?.is_none() {
+            acceleration(self, t, q, u, self.workspace().as_mut(), out)?;
+        }
+        Ok(speeds)
+    }
+
+    /// Moves a state onto the closure, by the least change weighted with M.
+    ///
+    /// # Errors
+    ///
+    /// As [`project`](fn@crate::project); the state may then have moved.
+    fn project(&self, state: &mut StateOf<Self>) -> Result<(), Error> {
+        let (q, u) = (state.q.as_mut(), state.u.as_mut());
+        project(self, state.t, q, u, self.workspace().as_mut()).map(|_| ())
+    }
+
+    /// Advances a state by `dt` (s) as [`Rk4::step`] does, with projection. For more than a step, an
+    /// [`Rk4`] of one's own keeps its storage.
+    ///
+    /// # Errors
+    ///
+    /// As [`Rk4::step`]; the state is then unchanged.
+    fn step(&self, state: &mut StateOf<Self>, dt: Self::Scalar) -> Result<(), Error> {
+        Rk4::new(self).step(self, state, dt)
     }
 }

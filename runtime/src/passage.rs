@@ -14,15 +14,18 @@
 use crate::acceleration::{blame, not_finite, write};
 use crate::closure_rows::weigh;
 use crate::constants::{FADING_ASIDE, FADING_RATE, SPEED_ACROSS, SPEED_ALONG};
-use crate::linear::{add_scaled, backward, combine, dot, exchange, factor, forward, orthogonalise};
+use crate::linear::{
+    add_scaled, backward, combine, dot, exchange, factor, forward, orthogonalise, set_scaled,
+};
+use crate::plumbing::{Dimensions, EquationsMut};
 use crate::rank::{Fading, Gap};
 use crate::workspace::split;
-use crate::{Arithmetic, Constraint, Dimensions, EquationsMut, Error, System};
+use crate::{Arithmetic, Constraint, Error, Mechanism};
 
 /// du/dt at a state next to a singular one through which the motion passes, into `out`. Directions that
 /// have faded to less than a `zone` of the strongest are taken along the motion. `None` at rest and where
 /// the speeds do not lie along a branch.
-pub(crate) fn pass<Y: System>(
+pub(crate) fn pass<Y: Mechanism>(
     system: &Y,
     dimensions: Dimensions,
     (t, q, u): (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
@@ -30,7 +33,7 @@ pub(crate) fn pass<Y: System>(
     mut workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
 ) -> Result<Option<Constraint>, Error> {
-    let (n, c) = (dimensions.coordinates, dimensions.rows + dimensions.drives);
+    let (n, c) = (dimensions.speeds, dimensions.rows + dimensions.drives);
     let speed = dot(u, u).sqrt();
     if !(speed > Y::Scalar::ZERO) {
         return Ok(None);
@@ -44,7 +47,7 @@ pub(crate) fn pass<Y: System>(
     let mass = split(&mut workspace, n * n)?;
     let rows = split(&mut workspace, c * n)?;
     let gamma = split(&mut workspace, c)?;
-    write(system, t, q, u, EquationsMut { mass, forcing: out, jacobian: rows, gamma });
+    write(system, t, q, u, EquationsMut { mass, forcing: out, jacobian: rows, gamma })?;
     for (beside, &gamma) in beside.chunks_exact_mut(width).zip(&*gamma) {
         beside[n + 1] = -gamma;
     }
@@ -147,9 +150,9 @@ pub(crate) fn pass<Y: System>(
     }
 }
 
-/// dJ/ds and a third of dgamma/ds by differences over a distance (rad) along the path q + u t, into rows
+/// dJ/ds and a third of dgamma/ds by differences over a distance (rad) along the path from q at the speeds u, into rows
 /// of n + 2 numbers. `forcing` is overwritten.
-fn difference<Y: System>(
+fn difference<Y: Mechanism>(
     system: &Y,
     (t, q, u): (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
     distance: Y::Scalar,
@@ -157,7 +160,7 @@ fn difference<Y: System>(
     forcing: &mut [Y::Scalar],
     mut workspace: &mut [Y::Scalar],
 ) -> Result<(), Error> {
-    let n = q.len();
+    let n = u.len();
     let c = beside.len() / (n + 2);
     let mass = split(&mut workspace, n * n)?;
     let jacobian = split(&mut workspace, c * n)?;
@@ -165,13 +168,14 @@ fn difference<Y: System>(
     let half = Y::Scalar::from_f64(0.5) / distance;
     let sixth = half / Y::Scalar::from_f64(3.0);
     let time = distance / dot(u, u).sqrt();
-    let mut at = system.vector();
+    let (mut at, mut step) = (system.initial().q, system.speeds());
     beside.fill(Y::Scalar::ZERO);
     for sign in [-Y::Scalar::ONE, Y::Scalar::ONE] {
         at.as_mut().copy_from_slice(q);
-        add_scaled(at.as_mut(), sign * time, u);
+        set_scaled(step.as_mut(), sign * time, u);
+        system.advance(at.as_mut(), step.as_ref());
         let out = EquationsMut { mass, forcing, jacobian, gamma };
-        write(system, t, at.as_ref(), u, out);
+        write(system, t, at.as_ref(), u, out)?;
         let rows = jacobian.chunks_exact(n).zip(&*gamma);
         for (beside, (row, &gamma)) in beside.chunks_exact_mut(n + 2).zip(rows) {
             add_scaled(&mut beside[..n], sign * half, row);

@@ -25,8 +25,9 @@ use crate::constants::{
     REDUNDANT_FACTOR, WEAK_SHARE,
 };
 use crate::linear::{Kept, max_abs};
+use crate::plumbing::Dimensions;
 use crate::workspace::split;
-use crate::{Arithmetic, Dimensions, Error, Scalar, System};
+use crate::{Arithmetic, Error, Mechanism, Scalar};
 
 /// How far a direction has faded: the shares of the largest singular value that decide.
 #[derive(Clone, Copy, Debug)]
@@ -66,19 +67,19 @@ impl<S: Scalar> Fading<S> {
 const ROUGH_FACTOR: f64 = 10.0;
 
 /// The residual, m, at which loops are closed to rounding.
-pub(crate) fn closed_to_rounding<Y: System>(system: &Y) -> Y::Scalar {
+pub(crate) fn closed_to_rounding<Y: Mechanism>(system: &Y) -> Y::Scalar {
     Y::Scalar::from_f64(CLOSED_EPSILONS) * Y::Scalar::EPSILON * system.size()
 }
 
 /// The residual, m, at which a loop counts as closed where no direction is weak: 1e-12 of the
 /// mechanism's size; 16 epsilon, about 2e-6 of it, in `f32`.
-pub(crate) fn closed<Y: System>(system: &Y) -> Y::Scalar {
+pub(crate) fn closed<Y: Mechanism>(system: &Y) -> Y::Scalar {
     CLOSED.of::<Y::Scalar>() * system.size()
 }
 
 /// The residual, m, that may be left when rounding or a singular state stops a projection: 1e-9 of the
 /// size; a thousand epsilon, about 1e-4 of it, in `f32`.
-pub(crate) fn acceptable_residual<Y: System>(system: &Y) -> Y::Scalar {
+pub(crate) fn acceptable_residual<Y: Mechanism>(system: &Y) -> Y::Scalar {
     ACCEPTABLE.of::<Y::Scalar>() * system.size()
 }
 
@@ -89,7 +90,7 @@ pub(crate) struct Gap<S>(S);
 
 impl<S: Scalar> Gap<S> {
     /// From the largest residual, m.
-    pub fn of<Y: System<Scalar = S>>(system: &Y, residual: S) -> Self {
+    pub fn of<Y: Mechanism<Scalar = S>>(system: &Y, residual: S) -> Self {
         Self(residual.max(closed_to_rounding(system)) / system.size())
     }
 
@@ -101,15 +102,15 @@ impl<S: Scalar> Gap<S> {
 
     /// At q; the workspace holds 9 L (N + 1) numbers. A state that is not closed at all has no rank of its
     /// own: it gets that of one that is open by 1e-9 of the size (16 epsilon in `f32`).
-    pub fn at<Y: System<Scalar = S>>(
+    pub fn at<Y: Mechanism<Scalar = S>>(
         system: &Y,
         q: &[S],
         mut workspace: &mut [S],
     ) -> Result<Self, Error> {
-        let Dimensions { coordinates: n, loops, .. } = system.dimensions();
+        let Dimensions { speeds: n, loops, .. } = system.dimensions();
         let residual = split(&mut workspace, 9 * loops)?;
         let jacobian = split(&mut workspace, 9 * loops * n)?;
-        system.write_closure(q, residual, jacobian);
+        system.write_closure(q, residual, jacobian)?;
         let most = LARGEST_GAP.of::<S>() * system.size();
         Ok(Self::of(system, max_abs(residual).min(most)))
     }

@@ -71,6 +71,8 @@ pub trait Arithmetic:
 pub trait Scalar: Arithmetic + PartialEq + PartialOrd {
     /// As an `f64`.
     fn to_f64(self) -> f64;
+    /// The nearest `f32`.
+    fn to_f32(self) -> f32;
     /// Neither infinite nor NaN.
     fn is_finite(self) -> bool;
 }
@@ -84,6 +86,10 @@ macro_rules! scalar {
             #[inline]
             fn to_f64(self) -> f64 {
                 self.into()
+            }
+            #[inline]
+            fn to_f32(self) -> f32 {
+                self as f32
             }
             #[inline]
             fn is_finite(self) -> bool {

@@ -1,31 +1,19 @@
 //! Time, coordinates and speeds of a mechanism.
 
-use crate::{Scalar, System};
+use crate::Mechanism;
 
-/// A state: plain data.
+/// A state: plain data. Where there are as many speeds as coordinates `State<Q, S>` is enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct State<V, S> {
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct State<Q, S, U = Q> {
     /// t, s.
     pub t: S,
-    /// q, N, rad.
-    pub q: V,
-    /// u = dq/dt, N, rad/s.
-    pub u: V,
+    /// q, NQ, rad.
+    pub q: Q,
+    /// u, NU, rad/s: dq/dt of joints.
+    pub u: U,
 }
 
-/// The state of a system.
-pub type StateOf<Y> = State<<Y as System>::Vector, <Y as System>::Scalar>;
-
-impl<V: AsMut<[S]>, S: Scalar> State<V, S> {
-    /// The model's initial guess at t = 0; [`assemble`](crate::assemble) closes it.
-    pub fn initial<Y: System<Scalar = S, Vector = V>>(system: &Y) -> Self {
-        let mut state = Self { t: S::ZERO, q: system.vector(), u: system.vector() };
-        for (joint, value) in state.q.as_mut().iter_mut().enumerate() {
-            *value = system.initial_position(joint);
-        }
-        for (joint, value) in state.u.as_mut().iter_mut().enumerate() {
-            *value = system.initial_speed(joint);
-        }
-        state
-    }
-}
+/// The state of a mechanism.
+pub type StateOf<M> =
+    State<<M as Mechanism>::Coordinates, <M as Mechanism>::Scalar, <M as Mechanism>::Speeds>;

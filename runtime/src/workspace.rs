@@ -1,11 +1,12 @@
 //! How much storage the algorithms need, and how they share it out.
 
-use crate::{Dimensions, Error, System};
+use crate::plumbing::Dimensions;
+use crate::{Error, Mechanism};
 
 /// Numbers of workspace that suffice for every algorithm of this crate, with any joints at stops.
 ///
-/// With N coordinates, C closure rows, L loops and D driven joints, to which each joint at a stop
-/// adds one, there are c = C + D + N rows and r = 9 L + D + N residuals at most; P parameters and
+/// With NQ coordinates, N = NU speeds, C closure rows, L loops and D driven joints, to which each joint at
+/// a stop adds one, there are c = C + D + N rows and r = 9 L + D + N residuals at most; P parameters and
 /// I inputs. It is the largest of
 ///
 /// * acceleration: residuals and their Jacobian r + r N; then, in the same place, M or its factor N N;
@@ -13,26 +14,27 @@ use crate::{Dimensions, Error, System};
 ///   2 c; a vector N; or, where a motion passes through a singular state, M or its factor N N, J and its
 ///   change 2 c N, and 3 c + N;
 /// * projection: M or its factor N N; then, one after the other in the same place, f, J, gamma
-///   N + C N + C, or residuals, their Jacobian and two vectors r + r N + 2 N; or residuals
-///   and three vectors r + 3 N, which is never more;
+///   N + C N + C, or residuals, their Jacobian, a step and coordinates r + r N + N + NQ; or residuals,
+///   two vectors and coordinates r + 2 N + NQ, which is never more;
 /// * assembly: residuals and their Jacobian r + r N; the normal equations and their factor 2 N N;
-///   eleven vectors 11 N;
+///   seven vectors 7 N and five of coordinates 5 NQ;
 /// * jacobian: M or its factor N N; J c N and what orthogonalised it c c; four vectors of rows
 ///   4 c and two of coordinates 2 N; directions P + I.
 pub const fn workspace_len(dimensions: Dimensions) -> usize {
-    needed(Dimensions { drives: dimensions.drives + dimensions.coordinates, ..dimensions })
+    needed(Dimensions { drives: dimensions.drives + dimensions.joints, ..dimensions })
 }
 
 /// What is needed without another joint at a stop.
 #[inline]
 const fn needed(dimensions: Dimensions) -> usize {
-    let Dimensions { coordinates: n, rows, loops, drives, parameters, inputs, .. } = dimensions;
+    let Dimensions { coordinates, speeds: n, rows, loops, drives, parameters, inputs, .. } =
+        dimensions;
     let c = rows + drives;
     let r = 9 * loops + drives;
     let acceleration =
         greater(r + r * n, n * n + greater(3 * c * n + 2 * c, 2 * c * n + 3 * c) + n);
-    let projection = n * n + greater(n + rows * n + rows, r + r * n + 2 * n);
-    let assembly = r + r * n + 2 * n * n + 11 * n;
+    let projection = n * n + greater(n + rows * n + rows, r + r * n + n + coordinates);
+    let assembly = r + r * n + 2 * n * n + 7 * n + 5 * coordinates;
     let jacobian = n * n + c * n + c * c + 4 * c + 2 * n + parameters + inputs;
     greater(greater(acceleration, jacobian), greater(projection, assembly))
 }
@@ -54,21 +56,24 @@ pub(crate) fn split<'a, S>(workspace: &mut &'a mut [S], len: usize) -> Result<&'
     }
 }
 
-/// Checks that a workspace suffices and that vectors have one entry per joint.
+/// Checks that a workspace suffices and that vectors of coordinates and of speeds have their lengths.
 #[inline]
-pub(crate) fn check<Y: System>(
+pub(crate) fn check<Y: Mechanism>(
     system: &Y,
     workspace: &[Y::Scalar],
-    vectors: &[usize],
+    coordinates: &[usize],
+    speeds: &[usize],
 ) -> Result<Dimensions, Error> {
     let dimensions = system.dimensions();
     let needed = needed(dimensions);
     if workspace.len() < needed {
         return Err(Error::Workspace { needed, given: workspace.len() });
     }
-    let expected = dimensions.coordinates;
-    match vectors.iter().find(|&&given| given != expected) {
-        Some(&given) => Err(Error::Length { expected, given }),
-        None => Ok(dimensions),
+    let places = [(dimensions.coordinates, coordinates), (dimensions.speeds, speeds)];
+    for (expected, lengths) in places {
+        if let Some(&given) = lengths.iter().find(|&&given| given != expected) {
+            return Err(Error::Length { expected, given });
+        }
     }
+    Ok(dimensions)
 }

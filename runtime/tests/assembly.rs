@@ -7,12 +7,12 @@ use std::f64::consts::PI;
 
 use common::Tree;
 use common::designs::{ALL, PLACES, Random, four_vertex, planar, sixbar, two_loops};
-use lamc_runtime::{Error, System, assemble};
+use lamc_runtime::{Error, Mechanism, assemble};
 
 fn residual(system: &Tree<f64>, q: &[f64]) -> f64 {
     let (n, r) = (q.len(), 9 * system.loops.len());
     let (mut residual, mut jacobian) = (vec![0.0; r], vec![0.0; r * n]);
-    system.write_closure(q, &mut residual, &mut jacobian);
+    system.write_closure(q, &mut residual, &mut jacobian).unwrap();
     largest(&residual)
 }
 

@@ -7,30 +7,32 @@ use common::Tree;
 use common::compare::largest;
 use common::designs::{ALL, PLACES, Random, SIX, chain, four_vertex, planar, sixbar, two_loops};
 use common::planar::FourBar;
+use lamc_runtime::plumbing::EquationsMut;
 use lamc_runtime::{
-    EquationsMut, Error, Mechanism, Scalar, System, acceleration, acceleration_and_forces,
-    assemble, project,
+    Error, Mechanism, Scalar, acceleration, acceleration_and_forces, assemble, project,
 };
 use nalgebra::{DMatrix, DVector};
 
 type Rows = (DMatrix<f64>, DVector<f64>, DMatrix<f64>, DVector<f64>);
 
-fn equations<Y: System<Scalar = f64>>(system: &Y, q: &[f64], u: &[f64]) -> Rows {
+fn equations<Y: Mechanism<Scalar = f64>>(system: &Y, q: &[f64], u: &[f64]) -> Rows {
     let d = system.dimensions();
     let (n, c) = (d.coordinates, d.rows);
     let (mut mass, mut forcing) = (vec![0.0; n * n], vec![0.0; n]);
     let (mut jacobian, mut gamma) = (vec![0.0; c * n], vec![0.0; c]);
-    system.write_equations(
-        0.0,
-        q,
-        u,
-        EquationsMut {
-            mass: &mut mass,
-            forcing: &mut forcing,
-            jacobian: &mut jacobian,
-            gamma: &mut gamma,
-        },
-    );
+    system
+        .write_equations(
+            0.0,
+            q,
+            u,
+            EquationsMut {
+                mass: &mut mass,
+                forcing: &mut forcing,
+                jacobian: &mut jacobian,
+                gamma: &mut gamma,
+            },
+        )
+        .unwrap();
     (
         DMatrix::from_row_slice(n, n, &mass),
         DVector::from_vec(forcing),
@@ -182,7 +184,8 @@ fn single_precision_follows_double() {
     }
 
     let state = single.assembled().unwrap();
-    let residual = single.closure(&state.q).residual;
+    let mut residual = [0.0; 9];
+    single.write_closure(&state.q, &mut residual, &mut [0.0; 36]).unwrap();
     assert!(residual.iter().all(|r| r.abs() <= 16.0 * f32::EPSILON * 0.06), "{residual:?}");
 
     // Redundant rows, rounded to single precision: the rank is still seen.
@@ -221,7 +224,7 @@ fn projection_is_the_least_change_in_the_metric_of_mass() {
 
         let mut residual = vec![0.0; 9 * system.loops.len()];
         let mut jacobian = vec![0.0; 9 * system.loops.len() * n];
-        system.write_closure(&off, &mut residual, &mut jacobian);
+        system.write_closure(&off, &mut residual, &mut jacobian).unwrap();
         let j = DMatrix::from_row_slice(residual.len(), n, &jacobian);
         assert!(largest(&(&j * DVector::from_vec(fast.clone()))) <= 1e-12);
         // The change is M-orthogonal to every motion that stays closed.

@@ -5,8 +5,8 @@
 use std::hint::black_box;
 use std::slice;
 
-use lamc_runtime::{Integrator, Mechanism, Rk4, Rodas, State};
-use module::N;
+use lamc_runtime::{Integrator, Rk4, Rodas, State};
+use module::NQ as N;
 
 include!(env!("MODEL"));
 

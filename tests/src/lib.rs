@@ -31,7 +31,7 @@ pub use compare::{largest, largest_difference, maximum, relative_error};
 pub use designs::{Reference, designs, drawings, published};
 use lamc::pipeline::{self, Compiled};
 use lamc::source::SourceFile;
-use lamc_runtime::{Dopri5, System};
+use lamc_runtime::{Dopri5, Mechanism};
 
 /// The workspace's folder.
 pub fn workspace() -> PathBuf {
@@ -77,7 +77,7 @@ fn compile_file(file: &SourceFile) -> Compiled {
 }
 
 /// An adaptive integrator with one tolerance for relative and absolute errors.
-pub fn dopri5<Y: System<Scalar = f64>>(system: &Y, tolerance: f64) -> Dopri5<Y> {
+pub fn dopri5<Y: Mechanism<Scalar = f64>>(system: &Y, tolerance: f64) -> Dopri5<Y> {
     let mut integrator = Dopri5::new(system);
     integrator.relative = tolerance;
     integrator.absolute = tolerance;

@@ -16,7 +16,6 @@ use crate::workspace;
 /// Reads lines `module kind numbers..` and answers each with a line of numbers.
 const MAIN: &str = r#"//! Evaluates generated modules.
 #![deny(missing_docs)]
-#![allow(dead_code)]
 
 mod compare;
 
@@ -26,9 +25,9 @@ use lamc_runtime::{Dopri5, Integrator, Mechanism, Scalar, State};
 
 MODULES
 
-fn answer<S: Scalar, M, const N: usize, const C: usize>(model: M, kind: &str, x: &[f64]) -> Vec<f64>
+fn answer<S: Scalar, M, const N: usize>(model: M, kind: &str, x: &[f64]) -> Vec<f64>
 where
-    M: Mechanism<S, N, C>,
+    M: Mechanism<Scalar = S, Coordinates = [S; N], Speeds = [S; N]>,
 {
     let array = |x: &[f64]| -> [S; N] { std::array::from_fn(|i| S::from_f64(x[i])) };
     match kind {
@@ -55,8 +54,10 @@ where
             for &t in &x[2 * N..] {
                 integrator.run(&model, &mut state, S::from_f64(t), |_| ()).unwrap();
                 motion.extend(state.q.iter().map(|q| q.to_f64()));
-                let mut closure = model.closure(&state.q).residual;
-                let open = compare::largest(closure.as_mut().iter().map(|r| r.to_f64()));
+                let residuals = 9 * model.dimensions().loops;
+                let (mut residual, mut rows) = (vec![S::ZERO; residuals], vec![S::ZERO; residuals * N]);
+                model.write_closure(&state.q, &mut residual, &mut rows).unwrap();
+                let open = compare::largest(residual.iter().map(|r| r.to_f64()));
                 motion.push(open / model.size().to_f64());
             }
             motion

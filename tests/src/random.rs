@@ -9,7 +9,7 @@ use std::fmt::Write;
 
 use lamc::program::Interpreter;
 use lamc::topology::LoopClass;
-use lamc_runtime::{State, System, assemble, project};
+use lamc_runtime::{Mechanism, State, assemble, project};
 
 pub use crate::uniform::Random;
 

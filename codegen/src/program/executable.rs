@@ -1,10 +1,10 @@
 //! A program with values for its parameters and inputs: a mechanism the runtime can integrate
 //! without a Rust compiler, whatever runs the functions.
 
-use lamc_runtime::{
-    Balance, Change, Dimensions, Drive, Energy, EquationsMut, JacobianMut, Margin, ProjectionMut,
-    StraightLine, System, workspace_len,
+use lamc_runtime::plumbing::{
+    Balance, Dimensions, Drive, EquationsMut, Margin, ProjectionMut, workspace_len,
 };
+use lamc_runtime::{Change, Energy, Error, JacobianMut, Mechanism, StateOf};
 
 use super::ir::{Interface, Program, Slot};
 use super::signature::{Argument, FunctionKind};
@@ -28,6 +28,8 @@ pub struct UnknownName(pub String);
 pub struct Executable<E> {
     engine: E,
     interface: Interface,
+    /// Functions that the program does not leave out.
+    functions: Vec<FunctionKind>,
     parameters: Vec<f64>,
     inputs: Vec<f64>,
 }
@@ -47,7 +49,9 @@ impl<E: Engine> Executable<E> {
     /// A program with its default parameters and all inputs zero.
     pub fn new(program: &Program) -> Self {
         let interface = program.interface.clone();
+        let written = program.functions.iter().filter(|function| !function.outputs.is_empty());
         Self {
+            functions: written.map(|function| function.kind).collect(),
             engine: E::new(program),
             parameters: interface.parameters.iter().map(|p| p.value).collect(),
             inputs: vec![0.0; interface.inputs.len()],
@@ -109,21 +113,55 @@ impl<E: Engine> Executable<E> {
         self.inputs.fill(0.0);
     }
 
-    /// Evaluates a function where everything that it reads and writes has the length of its
-    /// signature, and does nothing elsewhere.
-    fn evaluate(&self, kind: FunctionKind, at: State<'_>, out: &mut [&mut [f64]]) {
+    /// Evaluates a function; everything that it reads and writes must have the length of its signature.
+    fn evaluate(
+        &self,
+        kind: FunctionKind,
+        at: State<'_>,
+        out: &mut [&mut [f64]],
+    ) -> Result<(), Error> {
         let signature = kind.signature();
-        let is_whole = |argument: &Argument| {
-            self.read(*argument, &at).len() == argument.array().shape.length(&self.interface)
-        };
-        let lengths = out.iter().map(|out| out.len());
-        if signature.inputs.iter().all(is_whole) && lengths.eq(signature.lengths(&self.interface)) {
-            let load = |slot: Slot| {
-                let (argument, index) = slot.place();
-                self.read(argument, &at)[index]
-            };
-            self.engine.run(kind, load, out);
+        let read = signature.inputs.iter().map(|&argument| {
+            let expected = argument.array().shape.length(&self.interface);
+            (expected, self.read(argument, &at).len())
+        });
+        let written = signature.lengths(&self.interface).zip(out.iter().map(|out| out.len()));
+        if let Some((expected, given)) =
+            read.chain(written).find(|(expected, given)| expected != given)
+        {
+            return Err(Error::Length { expected, given });
         }
+        let load = |slot: Slot| {
+            let (argument, index) = slot.place();
+            self.read(argument, &at)[index]
+        };
+        self.engine.run(kind, load, out);
+        Ok(())
+    }
+
+    /// As [`evaluate`](Self::evaluate), for a function that may be left out: how far its results can be
+    /// trusted.
+    fn solve(
+        &self,
+        kind: FunctionKind,
+        at: State<'_>,
+        out: &mut [&mut [f64]],
+    ) -> Result<Option<Margin<f64>>, Error> {
+        let mut margin = [f64::NAN; 2];
+        let mut places: Vec<&mut [f64]> = out.iter_mut().map(|out| &mut **out).collect();
+        places.push(&mut margin);
+        self.evaluate(kind, at, &mut places)?;
+        let [inverse_pivot, conditioning] = margin;
+        Ok(self.functions.contains(&kind).then_some(Margin { inverse_pivot, conditioning }))
+    }
+
+    /// Numbers in rows of K, not numbers where `q` has not the right length.
+    fn rows<const K: usize>(&self, kind: FunctionKind, q: &[f64], rows: usize) -> Vec<[f64; K]> {
+        let mut out = vec![[f64::NAN; K]; rows];
+        let at = State { q, ..State::default() };
+        let outcome = self.evaluate(kind, at, &mut [out.as_flattened_mut()]);
+        debug_assert_eq!(outcome, Ok(()));
+        out
     }
 
     /// The numbers of an argument.
@@ -145,16 +183,18 @@ impl<E: Engine> Executable<E> {
     }
 }
 
-impl<E: Engine> System for Executable<E> {
+impl<E: Engine> Mechanism for Executable<E> {
     type Scalar = f64;
-    type Vector = Vec<f64>;
+    type Coordinates = Vec<f64>;
+    type Speeds = Vec<f64>;
     type Matrix = Vec<f64>;
     type Workspace = Vec<f64>;
+    type Poses = Vec<[f64; 12]>;
+    type Points = Vec<[f64; 3]>;
 
     fn dimensions(&self) -> Dimensions {
         let interface = &self.interface;
         Dimensions {
-            coordinates: interface.joints.len(),
             rows: interface.rows,
             loops: interface.loops.len(),
             bodies: interface.bodies.len(),
@@ -162,10 +202,11 @@ impl<E: Engine> System for Executable<E> {
             drives: interface.driven().len(),
             parameters: interface.parameters.len(),
             inputs: interface.inputs.len(),
+            ..Dimensions::of_joints(interface.joints.len())
         }
     }
 
-    fn vector(&self) -> Vec<f64> {
+    fn speeds(&self) -> Vec<f64> {
         vec![0.0; self.interface.joints.len()]
     }
 
@@ -186,60 +227,73 @@ impl<E: Engine> System for Executable<E> {
         self.interface.joints.get(joint).map_or(unlimited, |joint| joint.limits)
     }
 
-    fn initial_position(&self, joint: usize) -> f64 {
-        self.interface.joints.get(joint).map_or(0.0, |joint| joint.initial_q)
-    }
-
-    fn initial_speed(&self, joint: usize) -> f64 {
-        self.interface.joints.get(joint).map_or(0.0, |joint| joint.initial_u)
+    fn initial(&self) -> StateOf<Self> {
+        let joints = &self.interface.joints;
+        lamc_runtime::State {
+            t: 0.0,
+            q: joints.iter().map(|joint| joint.initial_q).collect(),
+            u: joints.iter().map(|joint| joint.initial_u).collect(),
+        }
     }
 
     fn is_pinned(&self, joint: usize) -> bool {
         self.interface.joints.get(joint).is_some_and(|joint| joint.initial_given)
     }
 
-    fn write_equations(&self, t: f64, q: &[f64], u: &[f64], out: EquationsMut<'_, f64>) {
-        let out = &mut [out.mass, out.forcing, out.jacobian, out.gamma];
-        self.evaluate(FunctionKind::Equations, State { t, q, u, ..State::default() }, out);
-    }
-
-    fn write_closure(&self, q: &[f64], residual: &mut [f64], jacobian: &mut [f64]) {
-        let at = State { q, ..State::default() };
-        self.evaluate(FunctionKind::Closure, at, &mut [residual, jacobian]);
-    }
-
-    fn write_poses(&self, q: &[f64], out: &mut [f64]) {
-        self.evaluate(FunctionKind::Poses, State { q, ..State::default() }, &mut [out]);
-    }
-
-    fn write_points(&self, q: &[f64], out: &mut [f64]) {
-        self.evaluate(FunctionKind::Points, State { q, ..State::default() }, &mut [out]);
-    }
-
-    fn energy(&self, t: f64, q: &[f64], u: &[f64]) -> Energy<f64> {
+    fn energy(&self, t: f64, q: &Vec<f64>, u: &Vec<f64>) -> Energy<f64> {
         let (mut kinetic, mut potential) = ([f64::NAN], [f64::NAN]);
         let out: &mut [&mut [f64]] = &mut [&mut kinetic, &mut potential];
-        self.evaluate(FunctionKind::Energy, State { t, q, u, ..State::default() }, out);
+        let at = State { t, q, u, ..State::default() };
+        let outcome = self.evaluate(FunctionKind::Energy, at, out);
+        debug_assert_eq!(outcome, Ok(()));
         Energy { kinetic: kinetic[0], potential: potential[0] }
+    }
+
+    fn poses(&self, q: &Vec<f64>) -> Vec<[f64; 12]> {
+        self.rows(FunctionKind::Poses, q, self.interface.bodies.len())
+    }
+
+    fn points(&self, q: &Vec<f64>) -> Vec<[f64; 3]> {
+        self.rows(FunctionKind::Points, q, self.interface.points.len())
+    }
+
+    fn write_equations(
+        &self,
+        t: f64,
+        q: &[f64],
+        u: &[f64],
+        out: EquationsMut<'_, f64>,
+    ) -> Result<(), Error> {
+        let out = &mut [out.mass, out.forcing, out.jacobian, out.gamma];
+        self.evaluate(FunctionKind::Equations, State { t, q, u, ..State::default() }, out)
+    }
+
+    fn write_closure(
+        &self,
+        q: &[f64],
+        residual: &mut [f64],
+        jacobian: &mut [f64],
+    ) -> Result<(), Error> {
+        let at = State { q, ..State::default() };
+        self.evaluate(FunctionKind::Closure, at, &mut [residual, jacobian])
     }
 
     fn drives(&self, t: f64, mut visit: impl FnMut(Drive<f64>)) {
         let driven = self.interface.driven();
-        let count = FunctionKind::Drives.signature().lengths(&self.interface).sum();
-        let mut values = vec![0.0; count];
+        let mut values = vec![[f64::NAN; 4]; driven.len()];
         let at = State { t, ..State::default() };
-        self.evaluate(FunctionKind::Drives, at, &mut [&mut values]);
-        for (joint, values) in driven.iter().zip(values.chunks_exact(4)) {
-            let [position, speed, acceleration, jerk] =
-                [values[0], values[1], values[2], values[3]];
+        let out = &mut [values.as_flattened_mut()];
+        let outcome = self.evaluate(FunctionKind::Drives, at, out);
+        debug_assert_eq!(outcome, Ok(()));
+        for (joint, [position, speed, acceleration, jerk]) in driven.iter().zip(values) {
             visit(Drive { joint: joint.index(), position, speed, acceleration, jerk });
         }
     }
 
-    fn write_reactions(&self, at: Balance<'_, f64>, out: &mut [f64]) {
+    fn write_reactions(&self, at: Balance<'_, f64>, out: &mut [f64]) -> Result<(), Error> {
         let Balance { t, q, u, acceleration, multipliers } = at;
         let at = State { t, q, u, acceleration, multipliers, ..State::default() };
-        self.evaluate(FunctionKind::Reactions, at, &mut [out]);
+        self.evaluate(FunctionKind::Reactions, at, &mut [out])
     }
 
     fn write_tangent(
@@ -248,31 +302,32 @@ impl<E: Engine> System for Executable<E> {
         change: Change<'_, f64>,
         forces: &mut [f64],
         closure: &mut [f64],
-    ) {
+    ) -> Result<(), Error> {
         let Balance { t, q, u, acceleration, multipliers } = at;
         let at = State { t, q, u, acceleration, multipliers, change };
-        self.evaluate(FunctionKind::Tangent, at, &mut [forces, closure]);
+        self.evaluate(FunctionKind::Tangent, at, &mut [forces, closure])
     }
-}
 
-impl<E: Engine> StraightLine for Executable<E> {
-    type Number = f64;
-
-    fn write_acceleration(&self, t: f64, q: &[f64], u: &[f64], out: &mut [f64]) -> Margin<f64> {
-        let mut margin = [f64::NAN; 2];
+    fn write_acceleration(
+        &self,
+        t: f64,
+        q: &[f64],
+        u: &[f64],
+        out: &mut [f64],
+    ) -> Result<Option<Margin<f64>>, Error> {
         let at = State { t, q, u, ..State::default() };
-        self.evaluate(FunctionKind::Acceleration, at, &mut [out, &mut margin]);
-        let [inverse_pivot, conditioning] = margin;
-        Margin { inverse_pivot, conditioning }
+        self.solve(FunctionKind::Acceleration, at, &mut [out])
     }
 
-    fn write_projection(&self, q: &[f64], u: &[f64], out: ProjectionMut<'_, f64>) -> Margin<f64> {
-        let mut margin = [f64::NAN; 2];
+    fn write_projection(
+        &self,
+        q: &[f64],
+        u: &[f64],
+        out: ProjectionMut<'_, f64>,
+    ) -> Result<Option<Margin<f64>>, Error> {
         let ProjectionMut { residual, positions, speeds } = out;
-        let out: &mut [&mut [f64]] = &mut [residual, positions, speeds, &mut margin];
-        self.evaluate(FunctionKind::Projection, State { q, u, ..State::default() }, out);
-        let [inverse_pivot, conditioning] = margin;
-        Margin { inverse_pivot, conditioning }
+        let at = State { q, u, ..State::default() };
+        self.solve(FunctionKind::Projection, at, &mut [residual, positions, speeds])
     }
 
     fn write_jacobian(
@@ -281,12 +336,9 @@ impl<E: Engine> StraightLine for Executable<E> {
         q: &[f64],
         u: &[f64],
         out: JacobianMut<'_, f64>,
-    ) -> Margin<f64> {
-        let mut margin = [f64::NAN; 2];
+    ) -> Result<Option<Margin<f64>>, Error> {
         let JacobianMut { acceleration, dq, du, dt } = out;
-        let out: &mut [&mut [f64]] = &mut [acceleration, dq, du, dt, &mut margin];
-        self.evaluate(FunctionKind::Jacobian, State { t, q, u, ..State::default() }, out);
-        let [inverse_pivot, conditioning] = margin;
-        Margin { inverse_pivot, conditioning }
+        let at = State { t, q, u, ..State::default() };
+        self.solve(FunctionKind::Jacobian, at, &mut [acceleration, dq, du, dt])
     }
 }

@@ -53,10 +53,9 @@ pub struct Signature {
     pub kind: FunctionKind,
     /// Its name in reports and in C.
     pub name: &'static str,
-    /// The runtime's trait that it belongs to.
-    pub owner: Owner,
-    /// Its name in that trait.
-    pub method: &'static str,
+    /// Whether a program may leave it out: the runtime then solves by its own algorithms. Such a function
+    /// decides nothing on the rank, and says beside its results how far these can be trusted.
+    pub is_optional: bool,
     /// What it reads, in the order of its parameters.
     pub inputs: &'static [Argument],
     /// What it writes, in order.
@@ -70,21 +69,6 @@ impl Signature {
     pub fn lengths(&self, interface: &Interface) -> impl Iterator<Item = usize> {
         self.outputs.iter().map(|output| output.shape.length(interface))
     }
-
-    /// Whether a program may leave the function out: the runtime then solves by its own algorithms.
-    pub fn is_optional(&self) -> bool {
-        self.owner == Owner::StraightLine
-    }
-}
-
-/// The trait of the runtime that a function belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Owner {
-    /// `System`: the equations.
-    System,
-    /// `StraightLine`: their solution by elimination. Its functions decide nothing on the rank, and
-    /// say beside their results how far these can be trusted.
-    StraightLine,
 }
 
 /// A named array of numbers that a function reads or writes, row-major.
@@ -227,7 +211,7 @@ impl Argument {
             Self::Accelerations => vector("a", Speeds, "rad/s^2", "du/dt"),
             Self::Multipliers => vector("lambda", Rows, "N", "the closure forces"),
             Self::TimeChange => array("dt", Shape::SCALAR, "s", "the change of t"),
-            Self::PositionChange => vector("dq", Coordinates, "rad", "the change of q"),
+            Self::PositionChange => vector("dq", Speeds, "rad", "the change of q"),
             Self::SpeedChange => vector("du", Speeds, "rad/s", "the change of u"),
             Self::ParameterChange => vector("dp", Parameters, "SI", "the change of the parameters"),
             Self::InputChange => vector("di", Inputs, "SI", "the change of the inputs"),
@@ -315,8 +299,7 @@ pub const SIGNATURES: [Signature; 11] = [
     Signature {
         kind: FunctionKind::Equations,
         name: "equations",
-        owner: Owner::System,
-        method: "write_equations",
+        is_optional: false,
         inputs: STATE,
         outputs: &[
             array("mass", Shape(Size::Speeds, Size::Speeds), "kg m^2", "M"),
@@ -329,8 +312,7 @@ pub const SIGNATURES: [Signature; 11] = [
     Signature {
         kind: FunctionKind::Closure,
         name: "closure",
-        owner: Owner::System,
-        method: "write_closure",
+        is_optional: false,
         inputs: POSITION,
         outputs: &[
             vector("residual", Size::Residuals, "m", "the residuals, nine of each loop"),
@@ -341,8 +323,7 @@ pub const SIGNATURES: [Signature; 11] = [
     Signature {
         kind: FunctionKind::Poses,
         name: "poses",
-        owner: Owner::System,
-        method: "write_poses",
+        is_optional: false,
         inputs: POSITION,
         outputs: &[array(
             "poses",
@@ -355,8 +336,7 @@ pub const SIGNATURES: [Signature; 11] = [
     Signature {
         kind: FunctionKind::Points,
         name: "points",
-        owner: Owner::System,
-        method: "write_points",
+        is_optional: false,
         inputs: POSITION,
         outputs: &[array(
             "points",
@@ -369,8 +349,7 @@ pub const SIGNATURES: [Signature; 11] = [
     Signature {
         kind: FunctionKind::Energy,
         name: "energy",
-        owner: Owner::System,
-        method: "energy",
+        is_optional: false,
         inputs: STATE,
         outputs: &[
             array("kinetic", Shape::SCALAR, "J", "the energy of motion"),
@@ -381,8 +360,7 @@ pub const SIGNATURES: [Signature; 11] = [
     Signature {
         kind: FunctionKind::Drives,
         name: "drives",
-        owner: Owner::System,
-        method: "drives",
+        is_optional: false,
         inputs: TIME,
         outputs: &[array(
             "drives",
@@ -395,8 +373,7 @@ pub const SIGNATURES: [Signature; 11] = [
     Signature {
         kind: FunctionKind::Reactions,
         name: "reactions",
-        owner: Owner::System,
-        method: "write_reactions",
+        is_optional: false,
         inputs: BALANCE,
         outputs: &[array(
             "reactions",
@@ -409,8 +386,7 @@ pub const SIGNATURES: [Signature; 11] = [
     Signature {
         kind: FunctionKind::Tangent,
         name: "tangent",
-        owner: Owner::System,
-        method: "write_tangent",
+        is_optional: false,
         inputs: DIRECTION,
         outputs: &[
             vector("forces", Size::Speeds, "N m", "the change of f - M du/dt + J^T lambda"),
@@ -421,8 +397,7 @@ pub const SIGNATURES: [Signature; 11] = [
     Signature {
         kind: FunctionKind::Acceleration,
         name: "acceleration",
-        owner: Owner::StraightLine,
-        method: "write_acceleration",
+        is_optional: true,
         inputs: STATE,
         outputs: &[vector("acceleration", Size::Speeds, "rad/s^2", "du/dt"), MARGIN],
         doc: "du/dt by elimination",
@@ -430,8 +405,7 @@ pub const SIGNATURES: [Signature; 11] = [
     Signature {
         kind: FunctionKind::Projection,
         name: "projection",
-        owner: Owner::StraightLine,
-        method: "write_projection",
+        is_optional: true,
         inputs: VELOCITY,
         outputs: &[
             vector("residual", Size::Residuals, "m", "the closure residuals"),
@@ -449,8 +423,7 @@ pub const SIGNATURES: [Signature; 11] = [
     Signature {
         kind: FunctionKind::Jacobian,
         name: "jacobian",
-        owner: Owner::StraightLine,
-        method: "write_jacobian",
+        is_optional: true,
         inputs: STATE,
         outputs: &[
             vector("acceleration", Size::Speeds, "rad/s^2", "du/dt"),

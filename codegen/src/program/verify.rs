@@ -52,7 +52,7 @@ pub(super) fn function(interface: &Interface, function: &Function) -> Result<(),
         }
     }
     let signature = kind.signature();
-    if function.outputs.is_empty() && signature.is_optional() {
+    if function.outputs.is_empty() && signature.is_optional {
         return Ok(());
     }
     let names = function.outputs.iter().map(|output| output.name);
@@ -144,7 +144,7 @@ mod tests {
             let right = reading(&interface, kind, slot);
             assert_eq!(function(&interface, &right), Ok(()));
             let none = Function { outputs: Vec::new(), ..right.clone() };
-            assert_eq!(function(&interface, &none).is_ok(), signature.is_optional());
+            assert_eq!(function(&interface, &none).is_ok(), signature.is_optional);
             let mut more = right.clone();
             more.outputs.push(right.outputs[0].clone());
             assert_eq!(function(&interface, &more), Err(VerifyError::Outputs(kind)));

@@ -26,13 +26,15 @@ use crate::constants::{
     RESTARTS, RESULT_NEAR, SEARCH_NEAR, SIGN_RESTARTS,
 };
 use crate::linear::max_abs;
+use crate::plumbing::Dimensions;
 use crate::projection::worst_loop;
 use crate::scalar::{truncated, whole};
 use crate::workspace::{check, split};
-use crate::{Arithmetic, Error, Scalar, System};
+use crate::{Arithmetic, Error, Mechanism, Scalar};
 
 /// What an assembly reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct Assembly<S> {
     /// Steps taken.
@@ -41,10 +43,10 @@ pub struct Assembly<S> {
     pub residual: S,
 }
 
-/// Closes the loops: `q` (N, rad) is the guess, and the result. Driven joints are where they
+/// Closes the loops: `q` (NQ, rad) is the guess, and the result. Driven joints are where they
 /// should be at t (s).
 ///
-/// Joints whose entry in `pinned` (N) is true keep their angle if the loops can close that way,
+/// Joints whose entry in `pinned` (one per joint) is true keep their angle if the loops can close that way,
 /// and move like the others if not. Of the branches it finds, it prefers one in which no joint
 /// has the sign opposite to its guess. On failure `q` is unchanged.
 ///
@@ -52,18 +54,35 @@ pub struct Assembly<S> {
 ///
 /// [`Error::NotClosed`] names the loop that stayed open; [`Error::NotFinite`],
 /// [`Error::Workspace`], [`Error::Length`].
-pub fn assemble<Y: System>(
+pub fn assemble<Y: Mechanism>(
     system: &Y,
     t: Y::Scalar,
     q: &mut [Y::Scalar],
     pinned: &[bool],
+    workspace: &mut [Y::Scalar],
+) -> Result<Assembly<Y::Scalar>, Error> {
+    let expected = system.dimensions().joints;
+    if pinned.len() != expected {
+        return Err(Error::Length { expected, given: pinned.len() });
+    }
+    let is_pinned = |joint: usize| pinned.get(joint) == Some(&true);
+    assemble_pinned(system, t, q, &is_pinned, workspace)
+}
+
+/// As [`assemble`], with the pinned joints as a function.
+pub(crate) fn assemble_pinned<Y: Mechanism>(
+    system: &Y,
+    t: Y::Scalar,
+    q: &mut [Y::Scalar],
+    is_pinned: &dyn Fn(usize) -> bool,
     mut workspace: &mut [Y::Scalar],
 ) -> Result<Assembly<Y::Scalar>, Error> {
-    let dimensions = check(system, workspace, &[q.len(), pinned.len()])?;
+    let dimensions = check(system, workspace, &[q.len()], &[])?;
     if let Some(joint) = not_finite(&[q]) {
         return Err(Error::NotFinite { joint });
     }
-    let (n, r) = (dimensions.coordinates, 9 * dimensions.loops);
+    let Dimensions { coordinates, speeds: n, joints, loops, .. } = dimensions;
+    let r = 9 * loops;
     let mut search = Search {
         system,
         t,
@@ -72,27 +91,30 @@ pub fn assemble<Y: System>(
         normal: split(&mut workspace, n * n)?,
         factor: split(&mut workspace, n * n)?,
         rhs: split(&mut workspace, n)?,
-        lower: split(&mut workspace, n)?,
-        upper: split(&mut workspace, n)?,
-        guess: split(&mut workspace, n)?,
+        lower: split(&mut workspace, joints)?,
+        upper: split(&mut workspace, joints)?,
+        guess: split(&mut workspace, coordinates)?,
         step: split(&mut workspace, n)?,
-        trial: split(&mut workspace, n)?,
+        across: split(&mut workspace, n)?,
         free: split(&mut workspace, n)?,
-        last_q: split(&mut workspace, n)?,
+        trial: split(&mut workspace, coordinates)?,
+        last_q: split(&mut workspace, coordinates)?,
         last_step: split(&mut workspace, n)?,
         iterations: 0,
-        failure: Error::NotClosed { loop_index: 0, residual: f64::INFINITY, joint: None },
+        failure: Error::NotClosed { loop_index: 0, residual: f32::INFINITY, joint: None },
         closest: Y::Scalar::from_f64(f64::INFINITY),
     };
-    let attempt = split(&mut workspace, n)?;
-    let candidate = split(&mut workspace, n)?;
+    let attempt = split(&mut workspace, coordinates)?;
+    let candidate = split(&mut workspace, coordinates)?;
     search.set_limits();
-    for (joint, &value) in q.iter().enumerate() {
-        search.guess[joint] = search.wrapped(joint, value);
+    search.guess.copy_from_slice(q);
+    for joint in 0..joints {
+        search.guess[joint] = search.wrapped(joint, q[joint]);
     }
-    for held in [pinned, &[]] {
+    let holds: [&dyn Fn(usize) -> bool; 2] = [is_pinned, &|_| false];
+    for held in holds {
         if !search.find(attempt, candidate, held, 0..RESTARTS) {
-            if pinned.contains(&true) {
+            if (0..joints).any(is_pinned) {
                 continue;
             }
             break;
@@ -117,26 +139,30 @@ fn noise<S: Scalar>(restart: usize, joint: usize) -> S {
     whole::<S>(bits >> NOISE_DROPPED) / whole(NOISE_HALF) - S::ONE
 }
 
-struct Search<'a, Y: System> {
+struct Search<'a, Y: Mechanism> {
     system: &'a Y,
     /// s.
     t: Y::Scalar,
-    /// r, 9 L, m, and its Jacobian, 9 L x N, where last evaluated.
+    /// r, 9 L, m, and its derivatives along the directions of u, 9 L x NU, where last evaluated.
     residual: &'a mut [Y::Scalar],
     jacobian: &'a mut [Y::Scalar],
-    /// J^T J of the free joints and its damped factor, N x N; the right-hand side, N.
+    /// J^T J of the free directions and its damped factor, NU x NU; the right-hand side, NU.
     normal: &'a mut [Y::Scalar],
     factor: &'a mut [Y::Scalar],
     rhs: &'a mut [Y::Scalar],
-    /// Least and greatest angles, rad.
+    /// Least and greatest angles of the joints, rad.
     lower: &'a mut [Y::Scalar],
     upper: &'a mut [Y::Scalar],
-    /// Where to stay near, rad.
+    /// Where to stay near, NQ, rad.
     guess: &'a mut [Y::Scalar],
+    /// NU, rad.
     step: &'a mut [Y::Scalar],
-    trial: &'a mut [Y::Scalar],
-    /// 1 for joints that may move in this step, 0 for others.
+    /// A step before the part of it that is across the closure is taken away.
+    across: &'a mut [Y::Scalar],
+    /// 1 for directions of u that may move in this step, 0 for others.
     free: &'a mut [Y::Scalar],
+    /// Coordinates that a step leads to.
+    trial: &'a mut [Y::Scalar],
     /// The last slide began here, along this step.
     last_q: &'a mut [Y::Scalar],
     last_step: &'a mut [Y::Scalar],
@@ -146,10 +172,10 @@ struct Search<'a, Y: System> {
     closest: Y::Scalar,
 }
 
-impl<Y: System> Search<'_, Y> {
+impl<Y: Mechanism> Search<'_, Y> {
     fn set_limits(&mut self) {
         let half_turn = Y::Scalar::from_f64(PI);
-        for joint in 0..self.guess.len() {
+        for joint in 0..self.lower.len() {
             let [lower, upper] = self.system.limits(joint);
             self.lower[joint] = if lower.is_finite() { lower } else { -half_turn };
             self.upper[joint] = if upper.is_finite() { upper } else { half_turn };
@@ -164,7 +190,7 @@ impl<Y: System> Search<'_, Y> {
     /// Lets no joint leave the side of zero on which its guess lies.
     fn set_signs(&mut self) {
         let zero = Y::Scalar::ZERO;
-        for joint in 0..self.guess.len() {
+        for joint in 0..self.lower.len() {
             if self.lower[joint] == self.upper[joint] {
                 continue;
             }
@@ -183,6 +209,7 @@ impl<Y: System> Search<'_, Y> {
         self.guess
             .iter()
             .zip(q)
+            .take(self.lower.len())
             .all(|(&guess, &q)| guess == zero || if guess > zero { q > clear } else { q < -clear })
     }
 
@@ -194,6 +221,13 @@ impl<Y: System> Search<'_, Y> {
             self.upper[joint]
         } else {
             angle
+        }
+    }
+
+    /// Brings the joints within their limits.
+    fn clamp(&self, q: &mut [Y::Scalar]) {
+        for joint in 0..self.lower.len() {
+            q[joint] = self.clamped(joint, q[joint]);
         }
     }
 
@@ -212,8 +246,11 @@ impl<Y: System> Search<'_, Y> {
 
     /// Residual and Jacobian at q; the largest residual.
     fn evaluate(&mut self, q: &[Y::Scalar]) -> Y::Scalar {
-        self.system.write_closure(q, self.residual, self.jacobian);
-        max_abs(self.residual)
+        match self.system.write_closure(q, self.residual, self.jacobian) {
+            Ok(()) => max_abs(self.residual),
+            // It cannot be the case: the slices have the lengths of the mechanism's own dimensions.
+            Err(_) => Y::Scalar::from_f64(f64::NAN),
+        }
     }
 
     /// Closes the loops from the guess, or from perturbed ones, and slides towards the guess.
@@ -221,16 +258,19 @@ impl<Y: System> Search<'_, Y> {
         &mut self,
         q: &mut [Y::Scalar],
         candidate: &mut [Y::Scalar],
-        held: &[bool],
+        held: &dyn Fn(usize) -> bool,
         restarts: Range<usize>,
     ) -> bool {
         for restart in restarts {
             let reach = Y::Scalar::from_f64(RESTART_REACH) * whole(restart as u64);
-            for joint in 0..q.len() {
-                let fixed = held.get(joint) == Some(&true);
-                let share = if fixed { Y::Scalar::ZERO } else { noise(restart, joint) };
-                q[joint] = self.clamped(joint, self.guess[joint] + reach * share);
+            for direction in 0..self.step.len() {
+                let share =
+                    if held(direction) { Y::Scalar::ZERO } else { noise(restart, direction) };
+                self.step[direction] = reach * share;
             }
+            q.copy_from_slice(self.guess);
+            self.system.advance(q, self.step);
+            self.clamp(q);
             if self.close(q, held) {
                 self.slide(q, candidate, held, SEARCH_NEAR.of());
                 return true;
@@ -247,7 +287,7 @@ impl<Y: System> Search<'_, Y> {
         q: &mut [Y::Scalar],
         attempt: &mut [Y::Scalar],
         candidate: &mut [Y::Scalar],
-        held: &[bool],
+        held: &dyn Fn(usize) -> bool,
     ) {
         self.set_signs();
         let found = self.find(attempt, candidate, held, 0..SIGN_RESTARTS);
@@ -259,7 +299,7 @@ impl<Y: System> Search<'_, Y> {
         // Flat joints that should be bent: where branches meet.
         let clear = Y::Scalar::from_f64(BENT_ANGLE);
         let flat = |(&guess, &q): (&Y::Scalar, &Y::Scalar)| guess.abs() > clear && q.abs() <= clear;
-        if !self.guess.iter().zip(&*q).any(flat) {
+        if !self.guess.iter().zip(&*q).take(self.lower.len()).any(flat) {
             return;
         }
         for restart in 1..BRANCH_RESTARTS {
@@ -273,12 +313,12 @@ impl<Y: System> Search<'_, Y> {
     fn note_failure(&mut self, q: &[Y::Scalar]) {
         let (loop_index, residual) = worst_loop(self.residual);
         if residual < self.closest {
-            let joint = q.iter().enumerate().position(|(joint, &angle)| {
+            let joint = (0..self.lower.len()).find(|&joint| {
                 let [lower, upper] = self.system.limits(joint);
-                angle <= lower || angle >= upper
+                q[joint] <= lower || q[joint] >= upper
             });
             self.closest = residual;
-            self.failure = Error::NotClosed { loop_index, residual: residual.to_f64(), joint };
+            self.failure = Error::NotClosed { loop_index, residual: residual.to_f32(), joint };
         }
     }
 }

@@ -6,13 +6,13 @@ use crate::constants::{
     FIRST_DAMPING, LEAST_DAMPING, LONGEST_SLIDE, LONGEST_STEP, SHORTEST_SLIDE, SINGULAR_INCREASE,
     SLIDING_DAMPING, SLIDING_DECREASE, SLIDING_STEPS, SLIDING_TRIALS, SLOW_RATIO, SLOW_STEPS,
 };
-use crate::linear::{add_scaled, backward, dot, factor, forward, max_abs};
+use crate::linear::{add_scaled, backward, dot, factor, forward, max_abs, set_scaled};
 use crate::rank::closed;
-use crate::{Arithmetic, Scalar, System};
+use crate::{Arithmetic, Mechanism, Scalar};
 
-impl<Y: System> Search<'_, Y> {
+impl<Y: Mechanism> Search<'_, Y> {
     /// Levenberg-Marquardt from q. Leaves residual and Jacobian at the final q.
-    pub(super) fn close(&mut self, q: &mut [Y::Scalar], held: &[bool]) -> bool {
+    pub(super) fn close(&mut self, q: &mut [Y::Scalar], held: &dyn Fn(usize) -> bool) -> bool {
         let enough = closed(self.system);
         let scale = self.system.size();
         let mut damping = Y::Scalar::from_f64(FIRST_DAMPING);
@@ -55,31 +55,46 @@ impl<Y: System> Search<'_, Y> {
         let longest = Y::Scalar::from_f64(LONGEST_STEP);
         let length = max_abs(self.step);
         let factor = if length > longest { longest / length } else { Y::Scalar::ONE };
-        for joint in 0..q.len() {
-            self.trial[joint] = self.clamped(joint, q[joint] + factor * self.step[joint]);
+        self.set_trial(q, factor);
+        let trial = core::mem::take(&mut self.trial);
+        self.evaluate(trial);
+        self.trial = trial;
+    }
+
+    /// `trial` lies so many steps from q, within the limits.
+    fn set_trial(&mut self, q: &[Y::Scalar], factor: Y::Scalar) {
+        set_scaled(self.across, factor, self.step);
+        self.trial.copy_from_slice(q);
+        self.system.advance(self.trial, self.across);
+        for joint in 0..self.lower.len() {
+            self.trial[joint] = self.clamped(joint, self.trial[joint]);
         }
-        self.system.write_closure(self.trial, self.residual, self.jacobian);
     }
 
     /// J^T J and -J^T r of the joints that are free to go downhill.
-    fn linearise(&mut self, q: &[Y::Scalar], held: &[bool]) {
-        let n = q.len();
+    fn linearise(&mut self, q: &[Y::Scalar], held: &dyn Fn(usize) -> bool) {
+        let n = self.step.len();
         self.rhs.fill(Y::Scalar::ZERO);
         for (row, &r) in self.jacobian.chunks_exact(n.max(1)).zip(&*self.residual) {
             add_scaled(self.rhs, -r, row);
         }
-        for joint in 0..n {
-            let downhill = self.rhs[joint];
-            let zero = Y::Scalar::ZERO;
-            let stopped = (q[joint] <= self.lower[joint] && downhill < zero)
-                || (q[joint] >= self.upper[joint] && downhill > zero);
-            let fixed = stopped || held.get(joint) == Some(&true);
-            self.free[joint] = if fixed { zero } else { Y::Scalar::ONE };
+        for direction in 0..n {
+            let stopped = self.is_at_limit(q, direction, self.rhs[direction]);
+            let fixed = stopped || held(direction);
+            self.free[direction] = if fixed { Y::Scalar::ZERO } else { Y::Scalar::ONE };
         }
         self.square(n);
     }
 
-    /// J^T J, lower triangle, where both joints are free.
+    /// Whether a direction of u is that of a joint at a limit which a move this way would leave.
+    fn is_at_limit(&self, q: &[Y::Scalar], direction: usize, way: Y::Scalar) -> bool {
+        let (zero, joint) = (Y::Scalar::ZERO, direction);
+        joint < self.lower.len()
+            && ((q[joint] <= self.lower[joint] && way < zero)
+                || (q[joint] >= self.upper[joint] && way > zero))
+    }
+
+    /// J^T J, lower triangle, where both directions are free.
     fn square(&mut self, n: usize) {
         self.normal.fill(Y::Scalar::ZERO);
         for row in self.jacobian.chunks_exact(n.max(1)) {
@@ -137,7 +152,7 @@ impl<Y: System> Search<'_, Y> {
         &mut self,
         q: &mut [Y::Scalar],
         candidate: &mut [Y::Scalar],
-        held: &[bool],
+        held: &dyn Fn(usize) -> bool,
         arrived: Y::Scalar,
     ) {
         for slid in 0..SLIDING_STEPS {
@@ -151,10 +166,8 @@ impl<Y: System> Search<'_, Y> {
             self.last_step.copy_from_slice(self.step);
             let mut accepted = false;
             for _ in 0..SLIDING_TRIALS {
-                for joint in 0..q.len() {
-                    let shift = factor * self.step[joint];
-                    candidate[joint] = self.clamped(joint, q[joint] + shift);
-                }
+                self.set_trial(q, factor);
+                candidate.copy_from_slice(self.trial);
                 if self.close(candidate, held) && self.distance(candidate) < distance {
                     q.copy_from_slice(candidate);
                     accepted = true;
@@ -174,13 +187,13 @@ impl<Y: System> Search<'_, Y> {
     /// How far to go along the step: by what the last one made of the one before (J. Barzilai,
     /// J. Borwein, "Two-point step size gradient methods", 1988), where steps alone converge as
     /// slowly as the closure is curved.
-    fn length(&self, q: &[Y::Scalar]) -> Y::Scalar {
+    fn length(&mut self, q: &[Y::Scalar]) -> Y::Scalar {
         let of = Y::Scalar::from_f64;
         let (mut square, mut product) = (Y::Scalar::ZERO, Y::Scalar::ZERO);
-        for joint in 0..q.len() {
-            let moved = q[joint] - self.last_q[joint];
+        self.system.write_difference(self.last_q, q, self.across);
+        for (direction, &moved) in self.across.iter().enumerate() {
             square += moved * moved;
-            product += moved * (self.last_step[joint] - self.step[joint]);
+            product += moved * (self.last_step[direction] - self.step[direction]);
         }
         if product > Y::Scalar::ZERO {
             (square / product).max(of(SHORTEST_SLIDE)).min(of(LONGEST_SLIDE))
@@ -190,48 +203,45 @@ impl<Y: System> Search<'_, Y> {
     }
 
     /// Square of the distance from the guess, rad^2.
-    pub(super) fn distance(&self, q: &[Y::Scalar]) -> Y::Scalar {
-        q.iter()
-            .zip(&*self.guess)
-            .fold(Y::Scalar::ZERO, |sum, (&q, &guess)| sum + (q - guess) * (q - guess))
+    pub(super) fn distance(&mut self, q: &[Y::Scalar]) -> Y::Scalar {
+        self.system.write_difference(self.guess, q, self.across);
+        dot(self.across, self.across)
     }
 
     /// The step towards the guess that keeps q closed to first order: g - q less its part
     /// J^+ (r + J (g - q)) across the closure.
-    fn tangent(&mut self, q: &[Y::Scalar], held: &[bool]) {
-        let n = q.len();
-        for joint in 0..n {
-            let fixed = held.get(joint) == Some(&true);
-            self.free[joint] = if fixed { Y::Scalar::ZERO } else { Y::Scalar::ONE };
+    fn tangent(&mut self, q: &[Y::Scalar], held: &dyn Fn(usize) -> bool) {
+        let n = self.step.len();
+        for direction in 0..n {
+            let fixed = held(direction);
+            self.free[direction] = if fixed { Y::Scalar::ZERO } else { Y::Scalar::ONE };
         }
         // Each pass holds the joints that would leave their limits; few ever do.
         for _ in 0..=n {
-            for joint in 0..n {
-                self.trial[joint] = self.free[joint] * (self.guess[joint] - q[joint]);
+            self.system.write_difference(q, self.guess, self.across);
+            for (across, &free) in self.across.iter_mut().zip(&*self.free) {
+                *across = free * *across;
             }
             self.square(n);
             // The second time takes away what damping left across the closure.
             for pass in 0..2 {
                 self.rhs.fill(Y::Scalar::ZERO);
                 for (row, &r) in self.jacobian.chunks_exact(n.max(1)).zip(&*self.residual) {
-                    let across = r + dot(row, self.trial);
-                    add_scaled(self.rhs, -across, row);
+                    let open = r + dot(row, self.across);
+                    add_scaled(self.rhs, -open, row);
                 }
                 if pass == 0 {
                     self.solve(SLIDING_DAMPING.of());
                 } else {
                     self.substitute();
                 }
-                add_scaled(self.trial, Y::Scalar::ONE, self.step);
+                add_scaled(self.across, Y::Scalar::ONE, self.step);
             }
-            self.step.copy_from_slice(self.trial);
+            self.step.copy_from_slice(self.across);
             let mut leaves = false;
-            for joint in 0..n {
-                let step = self.step[joint];
-                if (q[joint] <= self.lower[joint] && step < Y::Scalar::ZERO)
-                    || (q[joint] >= self.upper[joint] && step > Y::Scalar::ZERO)
-                {
-                    self.free[joint] = Y::Scalar::ZERO;
+            for direction in 0..n {
+                if self.is_at_limit(q, direction, self.step[direction]) {
+                    self.free[direction] = Y::Scalar::ZERO;
                     leaves = true;
                 }
             }

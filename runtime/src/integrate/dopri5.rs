@@ -10,7 +10,7 @@
 use super::steps::{Steps, first_step};
 use super::{Integrator, Stabilisation, same, strayed};
 use crate::linear::{add_scaled, tolerance};
-use crate::{Arithmetic, Error, Scalar, StateOf, System};
+use crate::{Arithmetic, Error, Mechanism, Scalar, StateOf};
 
 const STAGES: usize = 7;
 
@@ -52,7 +52,7 @@ const DENSE: [f64; STAGES] = [
 
 /// Adaptive Runge-Kutta of order 5: six evaluations per step, and the projection.
 #[derive(Clone, Debug)]
-pub struct Dopri5<Y: System> {
+pub struct Dopri5<Y: Mechanism> {
     /// Error allowed per step, relative to q and u.
     pub relative: Y::Scalar,
     /// Error allowed per step on top, rad and rad/s.
@@ -64,16 +64,16 @@ pub struct Dopri5<Y: System> {
     /// How loops are kept closed, at steps and at samples between them.
     pub stabilisation: Stabilisation,
     workspace: Y::Workspace,
-    /// u of the stages: the derivative of q.
-    speeds: [Y::Vector; STAGES],
+    /// dq/dt of the stages.
+    rates: [Y::Coordinates; STAGES],
     /// du/dt of the stages.
-    accelerations: [Y::Vector; STAGES],
+    accelerations: [Y::Speeds; STAGES],
     /// Start of the last step.
     start: StateOf<Y>,
     /// End of the last step.
     end: StateOf<Y>,
     /// Argument of the sixth stage.
-    sixth: (Y::Vector, Y::Vector),
+    sixth: (Y::Coordinates, Y::Speeds),
     /// Steps at the limit of stability, and others since the last of these.
     at_limit: (u32, u32),
     steps: Steps<Y::Scalar>,
@@ -81,12 +81,12 @@ pub struct Dopri5<Y: System> {
     fresh: bool,
 }
 
-impl<Y: System> Dopri5<Y> {
+impl<Y: Mechanism> Dopri5<Y> {
     /// With storage for the system, a relative error of 1e-8 (1e-5 in `f32`) and an absolute one
     /// of 1e-10 (1e-7).
     pub fn new(system: &Y) -> Self {
         let zero = Y::Scalar::ZERO;
-        let state = StateOf::<Y> { t: zero, q: system.vector(), u: system.vector() };
+        let state = system.initial();
         Self {
             relative: tolerance(1e-8, 100.0),
             absolute: tolerance(1e-10, 1.0),
@@ -94,11 +94,11 @@ impl<Y: System> Dopri5<Y> {
             min_step: zero,
             stabilisation: Stabilisation::Projection,
             workspace: system.workspace(),
-            speeds: core::array::from_fn(|_| system.vector()),
-            accelerations: core::array::from_fn(|_| system.vector()),
+            rates: core::array::from_fn(|_| state.q.clone()),
+            accelerations: core::array::from_fn(|_| system.speeds()),
             start: state.clone(),
+            sixth: (state.q.clone(), state.u.clone()),
             end: state,
-            sixth: (system.vector(), system.vector()),
             at_limit: (0, 0),
             steps: Steps::new(5.0),
             fresh: false,
@@ -117,15 +117,14 @@ impl<Y: System> Dopri5<Y> {
     fn watch_stability(&mut self) {
         let step = self.end.t - self.start.t;
         let last = STAGES - 1;
-        let square = |a: &Y::Vector, b: &Y::Vector| {
-            a.as_ref()
-                .iter()
-                .zip(b.as_ref())
-                .fold(Y::Scalar::ZERO, |sum, (&a, &b)| sum + (a - b) * (a - b))
+        let square = |a: &[Y::Scalar], b: &[Y::Scalar]| {
+            a.iter().zip(b).fold(Y::Scalar::ZERO, |sum, (&a, &b)| sum + (a - b) * (a - b))
         };
-        let above = square(&self.speeds[last], &self.speeds[last - 1])
-            + square(&self.accelerations[last], &self.accelerations[last - 1]);
-        let below = square(&self.end.q, &self.sixth.0) + square(&self.end.u, &self.sixth.1);
+        let Self { rates, accelerations, end, sixth, .. } = &*self;
+        let above = square(rates[last].as_ref(), rates[last - 1].as_ref())
+            + square(accelerations[last].as_ref(), accelerations[last - 1].as_ref());
+        let below =
+            square(end.q.as_ref(), sixth.0.as_ref()) + square(end.u.as_ref(), sixth.1.as_ref());
         let limit = Y::Scalar::from_f64(3.25);
         let (at_limit, others) = &mut self.at_limit;
         if above * step * step > limit * limit * below {
@@ -140,7 +139,7 @@ impl<Y: System> Dopri5<Y> {
 
     /// From `start` to `end`; the error in units of what is allowed.
     fn attempt(&mut self, system: &Y, step: Y::Scalar) -> Result<Y::Scalar, Error> {
-        let Self { workspace, speeds, accelerations, start, end, stabilisation, sixth, .. } = self;
+        let Self { workspace, rates, accelerations, start, end, stabilisation, sixth, .. } = self;
         let allowed = [self.relative, self.absolute];
         let mut away = Y::Scalar::ZERO;
         for stage in 1..STAGES {
@@ -149,12 +148,13 @@ impl<Y: System> Dopri5<Y> {
             for (earlier, &a) in A[stage].iter().enumerate().take(stage) {
                 if a != 0.0 {
                     let weight = step * Y::Scalar::from_f64(a);
-                    add_scaled(end.q.as_mut(), weight, speeds[earlier].as_ref());
+                    add_scaled(end.q.as_mut(), weight, rates[earlier].as_ref());
                     add_scaled(end.u.as_mut(), weight, accelerations[earlier].as_ref());
                 }
             }
             end.t = start.t + step * Y::Scalar::from_f64(C[stage]);
             if stage == STAGES - 1 {
+                system.normalise(end.q.as_mut());
                 away = strayed(system, end.t, end.q.as_ref(), allowed);
                 stabilisation.project(system, end.t, &mut end.q, &mut end.u, workspace)?;
             }
@@ -162,24 +162,24 @@ impl<Y: System> Dopri5<Y> {
                 sixth.0.clone_from(&end.q);
                 sixth.1.clone_from(&end.u);
             }
-            speeds[stage].clone_from(&end.u);
+            system.write_rates(end.q.as_ref(), end.u.as_ref(), rates[stage].as_mut());
             let (at, out) = ((end.t, &end.q, &end.u), &mut accelerations[stage]);
             stabilisation.accelerate(system, step, at, workspace, out)?;
         }
-        let q = self.squared_error(step, self.start.q.as_ref(), self.end.q.as_ref(), &self.speeds);
-        let accelerations = &self.accelerations;
-        let u = self.squared_error(step, self.start.u.as_ref(), self.end.u.as_ref(), accelerations);
-        let count = (2 * self.start.q.as_ref().len()).max(1);
+        let Self { rates, accelerations, start, end, .. } = &*self;
+        let q = self.squared_error(step, start.q.as_ref(), end.q.as_ref(), rates);
+        let u = self.squared_error(step, start.u.as_ref(), end.u.as_ref(), accelerations);
+        let count = (start.q.as_ref().len() + start.u.as_ref().len()).max(1);
         Ok(((q + u + away) / Y::Scalar::from_f64(count as f64)).sqrt())
     }
 
     /// Sum of squares of the estimated errors, in units of what is allowed.
-    fn squared_error(
+    fn squared_error<V: AsRef<[Y::Scalar]>>(
         &self,
         step: Y::Scalar,
         start: &[Y::Scalar],
         end: &[Y::Scalar],
-        rates: &[Y::Vector; STAGES],
+        rates: &[V; STAGES],
     ) -> Y::Scalar {
         let mut sum = Y::Scalar::ZERO;
         for (j, (&start, &end)) in start.iter().zip(end).enumerate() {
@@ -191,12 +191,13 @@ impl<Y: System> Dopri5<Y> {
     }
 }
 
-impl<Y: System> Integrator<Y> for Dopri5<Y> {
+impl<Y: Mechanism> Integrator<Y> for Dopri5<Y> {
     fn step(&mut self, system: &Y, state: &mut StateOf<Y>, t_end: Y::Scalar) -> Result<(), Error> {
         const LAST: usize = STAGES - 1;
         if !self.fresh || !same::<Y>(&self.end, state) {
             self.end.clone_from(state);
-            self.speeds[LAST].clone_from(&state.u);
+            let last = self.rates[LAST].as_mut();
+            system.write_rates(state.q.as_ref(), state.u.as_ref(), last);
             let (last, workspace) = (&mut self.accelerations[LAST], &mut self.workspace);
             let at = (state.t, &state.q, &state.u);
             self.stabilisation.accelerate(system, self.steps.next, at, workspace, last)?;
@@ -204,13 +205,13 @@ impl<Y: System> Integrator<Y> for Dopri5<Y> {
         }
         if !(self.steps.next > Y::Scalar::ZERO) {
             let parts = [
-                (self.end.q.as_ref(), self.speeds[LAST].as_ref()),
+                (self.end.q.as_ref(), self.rates[LAST].as_ref()),
                 (self.end.u.as_ref(), self.accelerations[LAST].as_ref()),
             ];
             self.steps.next = first_step(parts, [self.relative, self.absolute]);
         }
         self.start.clone_from(&self.end);
-        self.speeds.swap(0, LAST);
+        self.rates.swap(0, LAST);
         self.accelerations.swap(0, LAST);
         let mut steps = self.steps;
         let bounds = [self.min_step, self.max_step];
@@ -230,7 +231,8 @@ impl<Y: System> Integrator<Y> for Dopri5<Y> {
         state.t = t;
         let step = self.end.t - self.start.t;
         let part = (t - self.start.t) / step;
-        extend(state.q.as_mut(), self.end.q.as_ref(), step, part, &self.speeds);
+        extend(state.q.as_mut(), self.end.q.as_ref(), step, part, &self.rates);
+        system.normalise(state.q.as_mut());
         extend(state.u.as_mut(), self.end.u.as_ref(), step, part, &self.accelerations);
         self.stabilisation.project(system, t, &mut state.q, &mut state.u, &mut self.workspace)?;
         Ok(state)

@@ -1,25 +1,25 @@
 //! Semi-implicit (symplectic) Euler: u += a(q, u) dt, then q += u dt. Order 1.
 
 use super::{Stabilisation, fixed};
-use crate::linear::add_scaled;
-use crate::{Error, StateOf, System};
+use crate::linear::{add_scaled, set_scaled};
+use crate::{Error, Mechanism, StateOf};
 
 /// Semi-implicit Euler of fixed step: one evaluation per step, bounded energy error.
 #[derive(Clone, Debug)]
-pub struct SemiImplicitEuler<Y: System> {
+pub struct SemiImplicitEuler<Y: Mechanism> {
     /// How loops are kept closed.
     pub stabilisation: Stabilisation,
     workspace: Y::Workspace,
-    acceleration: Y::Vector,
+    acceleration: Y::Speeds,
 }
 
-impl<Y: System> SemiImplicitEuler<Y> {
+impl<Y: Mechanism> SemiImplicitEuler<Y> {
     /// With storage for the system.
     pub fn new(system: &Y) -> Self {
         Self {
             stabilisation: Stabilisation::Projection,
             workspace: system.workspace(),
-            acceleration: system.vector(),
+            acceleration: system.speeds(),
         }
     }
 
@@ -55,7 +55,9 @@ impl<Y: System> SemiImplicitEuler<Y> {
         let at = (state.t, &state.q, &state.u);
         self.stabilisation.accelerate(system, dt, at, workspace, acceleration)?;
         add_scaled(state.u.as_mut(), dt, acceleration.as_ref());
-        add_scaled(state.q.as_mut(), dt, state.u.as_ref());
+        // The acceleration's storage takes the step of q.
+        set_scaled(acceleration.as_mut(), dt, state.u.as_ref());
+        system.advance(state.q.as_mut(), acceleration.as_ref());
         state.t += dt;
         self.stabilisation.project(system, state.t, &mut state.q, &mut state.u, workspace)
     }

@@ -3,7 +3,7 @@
 
 use crate::constants::STEP_PIECES;
 use crate::scalar::whole;
-use crate::{Arithmetic, Error, Scalar, StateOf, System};
+use crate::{Arithmetic, Error, Mechanism, Scalar, StateOf};
 
 /// Whether time can go on by a step (s): positive and finite.
 pub(crate) fn is_forward<S: Scalar>(dt: S) -> bool {
@@ -12,7 +12,7 @@ pub(crate) fn is_forward<S: Scalar>(dt: S) -> bool {
 
 /// Advances `state` by `dt` (s), in as many equal pieces as it takes to keep every value finite, at most
 /// [`STEP_PIECES`]. `attempt` advances by one piece; where it fails its state does not matter.
-pub(super) fn step<Y: System>(
+pub(super) fn step<Y: Mechanism>(
     state: &mut StateOf<Y>,
     dt: Y::Scalar,
     mut attempt: impl FnMut(&mut StateOf<Y>, Y::Scalar) -> Result<(), Error>,
@@ -39,7 +39,7 @@ pub(super) fn step<Y: System>(
 }
 
 /// Advances to `t_end` (s) in equal steps of at most `dt` (s).
-pub(super) fn run<Y: System>(
+pub(super) fn run<Y: Mechanism>(
     state: &mut StateOf<Y>,
     t_end: Y::Scalar,
     dt: Y::Scalar,

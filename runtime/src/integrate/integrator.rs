@@ -1,9 +1,9 @@
 //! What adaptive integrators have in common: a step, the state within it, and runs made of these.
 
-use crate::{Error, StateOf, System};
+use crate::{Error, Mechanism, StateOf};
 
 /// An integrator that chooses its own steps.
-pub trait Integrator<Y: System> {
+pub trait Integrator<Y: Mechanism> {
     /// One accepted step, not beyond `t_end` (s), after as many rejected ones as it takes.
     ///
     /// # Errors
@@ -83,7 +83,7 @@ pub trait Integrator<Y: System> {
 }
 
 /// Steps to `t_end`.
-fn drive<Y: System, I: Integrator<Y>>(
+fn drive<Y: Mechanism, I: Integrator<Y>>(
     integrator: &mut I,
     system: &Y,
     state: &mut StateOf<Y>,

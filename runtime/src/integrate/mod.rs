@@ -1,4 +1,8 @@
-//! Integrators, written once over [`System`](crate::System).
+//! Integrators, written once over [`Mechanism`](crate::Mechanism).
+//!
+//! Explicit methods integrate dq/dt as [`Mechanism::write_rates`](crate::Mechanism::write_rates) gives it,
+//! in the NQ numbers of q, and bring q back to its condition at the end of a step. What is added to q along the
+//! directions of u goes through [`Mechanism::advance`](crate::Mechanism::advance).
 //!
 //! Unless told otherwise each accepted step ends with a projection onto the closure, so that loops
 //! stay closed without anything to tune.
@@ -21,10 +25,11 @@ pub use rodas::Rodas;
 
 use crate::acceleration::acceleration_with_rank;
 use crate::projection::{project_stage, restore};
-use crate::{Arithmetic, Error, StateOf, System, acceleration_in_motion, project};
+use crate::{Arithmetic, Error, Mechanism, StateOf, acceleration_in_motion, project};
 
 /// How an explicit integrator keeps loops closed (and driven joints where they should be).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Stabilisation {
     /// Coordinates and speeds are projected after every step.
     #[default]
@@ -41,12 +46,12 @@ pub enum Stabilisation {
 impl Stabilisation {
     /// After a step.
     #[inline]
-    fn project<Y: System>(
+    fn project<Y: Mechanism>(
         self,
         system: &Y,
         t: Y::Scalar,
-        q: &mut Y::Vector,
-        u: &mut Y::Vector,
+        q: &mut Y::Coordinates,
+        u: &mut Y::Speeds,
         workspace: &mut Y::Workspace,
     ) -> Result<(), Error> {
         match self {
@@ -60,13 +65,13 @@ impl Stabilisation {
     /// du/dt into a vector, in a step of length `step`; with projection and next to a singular state at
     /// the nearest closed state.
     #[inline]
-    fn accelerate<Y: System>(
+    fn accelerate<Y: Mechanism>(
         self,
         system: &Y,
         step: Y::Scalar,
-        (t, q, u): (Y::Scalar, &Y::Vector, &Y::Vector),
+        (t, q, u): (Y::Scalar, &Y::Coordinates, &Y::Speeds),
         workspace: &mut Y::Workspace,
-        out: &mut Y::Vector,
+        out: &mut Y::Speeds,
     ) -> Result<(), Error> {
         let (workspace, out) = (workspace.as_mut(), out.as_mut());
         let found = acceleration_in_motion(system, t, q.as_ref(), u.as_ref(), workspace, out)?;
@@ -86,9 +91,9 @@ impl Stabilisation {
 /// du/dt at the nearest closed state: the error of a stage opens the loops a little, and divided by what
 /// is left of a constraint next to a singular state it would be large. Seldom needed: not to be inlined.
 #[inline(never)]
-fn accelerate_beside<Y: System>(
+fn accelerate_beside<Y: Mechanism>(
     system: &Y,
-    (t, q, u): (Y::Scalar, &Y::Vector, &Y::Vector),
+    (t, q, u): (Y::Scalar, &Y::Coordinates, &Y::Speeds),
     workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
 ) -> Result<(), Error> {
@@ -98,13 +103,13 @@ fn accelerate_beside<Y: System>(
 }
 
 /// Whether two states are the same, number by number.
-fn same<Y: System>(a: &StateOf<Y>, b: &StateOf<Y>) -> bool {
+fn same<Y: Mechanism>(a: &StateOf<Y>, b: &StateOf<Y>) -> bool {
     a.t == b.t && a.q.as_ref() == b.q.as_ref() && a.u.as_ref() == b.u.as_ref()
 }
 
 /// How far driven joints are from where they should be, squared, in units of what is allowed: a
 /// projection would hide it, where a prescribed angle has a kink within the step.
-fn strayed<Y: System>(
+fn strayed<Y: Mechanism>(
     system: &Y,
     t: Y::Scalar,
     q: &[Y::Scalar],

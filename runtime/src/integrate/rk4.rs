@@ -2,24 +2,24 @@
 
 use super::{Stabilisation, fixed};
 use crate::linear::add_scaled;
-use crate::{Arithmetic, Error, Scalar, State, StateOf, System};
+use crate::{Arithmetic, Error, Mechanism, Scalar, State, StateOf};
 
 /// Runge-Kutta of order 4 and fixed step: four evaluations per step.
 #[derive(Clone, Debug)]
-pub struct Rk4<Y: System> {
+pub struct Rk4<Y: Mechanism> {
     /// How loops are kept closed.
     pub stabilisation: Stabilisation,
     workspace: Y::Workspace,
-    stages: Stages<Y::Vector>,
+    stages: Stages<Y::Coordinates, Y::Speeds>,
 }
 
-impl<Y: System> Rk4<Y> {
+impl<Y: Mechanism> Rk4<Y> {
     /// With storage for the system.
     pub fn new(system: &Y) -> Self {
         Self {
             stabilisation: Stabilisation::Projection,
             workspace: system.workspace(),
-            stages: Stages::new(system.vector()),
+            stages: Stages::new(system.initial().q, system.speeds()),
         }
     }
 
@@ -52,54 +52,54 @@ impl<Y: System> Rk4<Y> {
 
     fn attempt(&mut self, system: &Y, state: &mut StateOf<Y>, dt: Y::Scalar) -> Result<(), Error> {
         let (stabilisation, workspace) = (self.stabilisation, &mut self.workspace);
-        let accelerate = |t, q: &Y::Vector, u: &Y::Vector, out: &mut Y::Vector| {
-            stabilisation.accelerate(system, dt, (t, q, u), workspace, out)
-        };
+        let differentiate =
+            |t, q: &Y::Coordinates, u: &Y::Speeds, dq: &mut Y::Coordinates, du: &mut Y::Speeds| {
+                system.write_rates(q.as_ref(), u.as_ref(), dq.as_mut());
+                stabilisation.accelerate(system, dt, (t, q, u), workspace, du)
+            };
         let check = |joint, rate: Y::Scalar| {
             if rate.is_finite() { Ok(()) } else { Err(Error::NotFinite { joint }) }
         };
-        self.stages.advance(state, dt, accelerate, check)?;
+        self.stages.advance(state, dt, differentiate, check)?;
+        system.normalise(state.q.as_mut());
         let workspace = &mut self.workspace;
         stabilisation.project(system, state.t, &mut state.q, &mut state.u, workspace)
     }
 }
 
-/// What the stages of a step are computed in; V holds N numbers.
+/// What the stages of a step are computed in; Q holds NQ numbers, U holds NU.
 #[derive(Clone, Debug)]
-pub(crate) struct Stages<V> {
-    acceleration: V,
+pub(crate) struct Stages<Q, U> {
+    /// dq/dt and du/dt of a stage.
+    rate: Q,
+    acceleration: U,
     /// State of a stage.
-    q: V,
-    u: V,
+    q: Q,
+    u: U,
     /// Weighted sums of the stages' derivatives.
-    dq: V,
-    du: V,
+    dq: Q,
+    du: U,
 }
 
-impl<V: Clone> Stages<V> {
+impl<Q: Clone, U: Clone> Stages<Q, U> {
     /// With this storage.
-    pub(crate) fn new(vector: V) -> Self {
-        Self {
-            acceleration: vector.clone(),
-            q: vector.clone(),
-            u: vector.clone(),
-            dq: vector.clone(),
-            du: vector,
-        }
+    pub(crate) fn new(q: Q, u: U) -> Self {
+        Self { rate: q.clone(), acceleration: u.clone(), q: q.clone(), u: u.clone(), dq: q, du: u }
     }
 
-    /// Advances by `dt` (s), where `accelerate` writes du/dt at (t, q, u) and `check` sees the number
-    /// of each joint; failure leaves the state as it was. Nothing is projected.
+    /// Advances by `dt` (s), where `differentiate` writes dq/dt and du/dt at (t, q, u) and `check` sees
+    /// each of their numbers with its index; failure leaves the state as it was. Nothing is projected.
     #[inline]
     pub(crate) fn advance<S: Arithmetic, E>(
         &mut self,
-        state: &mut State<V, S>,
+        state: &mut State<Q, S, U>,
         dt: S,
-        mut accelerate: impl FnMut(S, &V, &V, &mut V) -> Result<(), E>,
+        mut differentiate: impl FnMut(S, &Q, &U, &mut Q, &mut U) -> Result<(), E>,
         check: impl Fn(usize, S) -> Result<(), E>,
     ) -> Result<(), E>
     where
-        V: AsRef<[S]> + AsMut<[S]>,
+        Q: AsRef<[S]> + AsMut<[S]>,
+        U: AsRef<[S]> + AsMut<[S]>,
     {
         let part = |share| S::from_f64(share) * dt;
         let (none, sixth, third, half) = (S::ZERO, part(1.0 / 6.0), part(1.0 / 3.0), part(0.5));
@@ -111,20 +111,23 @@ impl<V: Clone> Stages<V> {
         for (ahead, weight, next) in
             [(none, sixth, half), (half, third, half), (half, third, dt), (dt, sixth, dt)]
         {
-            accelerate(state.t + ahead, &self.q, &self.u, &mut self.acceleration)?;
+            let t = state.t + ahead;
+            differentiate(t, &self.q, &self.u, &mut self.rate, &mut self.acceleration)?;
             // One number after the other: they come fresh from single stores, which a wide load
             // would have to wait for.
-            let advance = |out: &mut V, sum: &mut V, from: &V, rate: &V| {
-                let places = out.as_mut().iter_mut().zip(sum.as_mut()).zip(from.as_ref());
-                for (joint, (((out, sum), &from), &rate)) in places.zip(rate.as_ref()).enumerate() {
-                    check(joint, rate)?;
+            let advance = |out: &mut [S], sum: &mut [S], from: &[S], rate: &[S]| {
+                let places = out.iter_mut().zip(sum).zip(from).zip(rate);
+                for (index, (((out, sum), &from), &rate)) in places.enumerate() {
+                    check(index, rate)?;
                     *sum += weight * rate;
                     *out = from + next * rate;
                 }
                 Ok(())
             };
-            advance(&mut self.q, &mut self.dq, &state.q, &self.u)?;
-            advance(&mut self.u, &mut self.du, &state.u, &self.acceleration)?;
+            let (q, dq) = (self.q.as_mut(), self.dq.as_mut());
+            advance(q, dq, state.q.as_ref(), self.rate.as_ref())?;
+            let (u, du) = (self.u.as_mut(), self.du.as_mut());
+            advance(u, du, state.u.as_ref(), self.acceleration.as_ref())?;
         }
         add_scaled(state.q.as_mut(), S::ONE, self.dq.as_ref());
         add_scaled(state.u.as_mut(), S::ONE, self.du.as_ref());

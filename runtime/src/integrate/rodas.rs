@@ -15,10 +15,10 @@
 use super::steps::{Steps, first_step};
 use super::{Integrator, Stabilisation, strayed};
 use crate::jacobian::{Differentiated, differentiate};
-use crate::linear::{add_scaled, dot, reflect, solve, tolerance};
+use crate::linear::{add_scaled, dot, reflect, set_scaled, solve, tolerance};
 use crate::projection::{project_stage, project_to_rounding};
 use crate::rank::Fading;
-use crate::{Arithmetic, Error, JacobianMut, Scalar, StateOf, System, acceleration};
+use crate::{Arithmetic, Error, JacobianMut, Mechanism, Scalar, StateOf, acceleration};
 
 /// How far ahead of a state whose derivatives are rough others are looked for, in singular values that
 /// are: beyond the singular state.
@@ -70,10 +70,13 @@ const DENSE: [[f64; 5]; 2] = [
 /// Adaptive and L-stable: for stiff hinges, whose rates an explicit method would have to resolve
 /// long after they have died away. Six evaluations and one Jacobian per step.
 ///
+/// The order is 4 where dq/dt = u, as for joints, and 2 where dq/dt depends on q, as for a quaternion: q is
+/// advanced along the directions that u has at the start of the step.
+///
 /// Next to a singular state `f32` cannot tell which way loops close from some 1e-3 rad on: stiff
 /// designs that rest there want `f64`.
 #[derive(Clone, Debug)]
-pub struct Rodas<Y: System> {
+pub struct Rodas<Y: Mechanism> {
     /// Error allowed per step, relative to q and u.
     pub relative: Y::Scalar,
     /// Error allowed per step on top, rad and rad/s.
@@ -87,14 +90,17 @@ pub struct Rodas<Y: System> {
     by_position: Y::Matrix,
     by_speed: Y::Matrix,
     /// da/dt and a there.
-    by_time: Y::Vector,
-    acceleration: Y::Vector,
+    by_time: Y::Speeds,
+    acceleration: Y::Speeds,
     /// W reduced to u, factored.
     matrix: Y::Matrix,
-    diagonal: Y::Vector,
-    /// k of the stages: their parts in q and u.
-    positions: [Y::Vector; STAGES],
-    speeds: [Y::Vector; STAGES],
+    diagonal: Y::Speeds,
+    /// k of the stages: their parts in q, along the directions of u, and in u.
+    positions: [Y::Speeds; STAGES],
+    speeds: [Y::Speeds; STAGES],
+    /// A step of q, and a rate of q.
+    ahead: Y::Speeds,
+    rate: Y::Coordinates,
     start: StateOf<Y>,
     end: StateOf<Y>,
     /// Whether the step begins next to a singular state: the acceleration is then that of the nearest
@@ -103,12 +109,12 @@ pub struct Rodas<Y: System> {
     steps: Steps<Y::Scalar>,
 }
 
-impl<Y: System> Rodas<Y> {
+impl<Y: Mechanism> Rodas<Y> {
     /// With storage for the system, a relative error of 1e-6 (1e-4 in `f32`) and an absolute one
     /// of 1e-8 (1e-4).
     pub fn new(system: &Y) -> Self {
         let zero = Y::Scalar::ZERO;
-        let state = StateOf::<Y> { t: zero, q: system.vector(), u: system.vector() };
+        let state = system.initial();
         Self {
             relative: tolerance(1e-6, 1000.0),
             absolute: tolerance(1e-8, 1000.0),
@@ -117,12 +123,14 @@ impl<Y: System> Rodas<Y> {
             workspace: system.workspace(),
             by_position: system.matrix(),
             by_speed: system.matrix(),
-            by_time: system.vector(),
-            acceleration: system.vector(),
+            by_time: system.speeds(),
+            acceleration: system.speeds(),
             matrix: system.matrix(),
-            diagonal: system.vector(),
-            positions: core::array::from_fn(|_| system.vector()),
-            speeds: core::array::from_fn(|_| system.vector()),
+            diagonal: system.speeds(),
+            positions: core::array::from_fn(|_| system.speeds()),
+            speeds: core::array::from_fn(|_| system.speeds()),
+            ahead: system.speeds(),
+            rate: state.q.clone(),
             start: state.clone(),
             end: state,
             closed: false,
@@ -139,7 +147,8 @@ impl<Y: System> Rodas<Y> {
         if found == Differentiated::Rough && speed > Y::Scalar::ZERO {
             let mut ahead = state.clone();
             let time = Y::Scalar::from_f64(AHEAD) * Fading::of_rounding().rough / speed;
-            add_scaled(ahead.q.as_mut(), time, state.u.as_ref());
+            set_scaled(self.ahead.as_mut(), time, state.u.as_ref());
+            system.advance(ahead.q.as_mut(), self.ahead.as_ref());
             let (q, u) = (ahead.q.as_mut(), ahead.u.as_mut());
             project_stage(system, ahead.t, q, u, self.workspace.as_mut())?;
             self.differentiate(system, &ahead)?;
@@ -163,11 +172,27 @@ impl<Y: System> Rodas<Y> {
         differentiate(system, state.t, q, u, true, self.workspace.as_mut(), out)
     }
 
+    /// As [`extend`] for q, whose stages lie along the directions of u.
+    fn extend_coordinates(&mut self, system: &Y, state: &mut StateOf<Y>, part: Y::Scalar) {
+        let rest = Y::Scalar::ONE - part;
+        let Self { ahead, rate, positions, end, .. } = self;
+        for (j, curve) in ahead.as_mut().iter_mut().enumerate() {
+            let [quadratic, cubic] = DENSE.each_ref().map(|w| weighted(w, &*positions, j));
+            *curve = quadratic + part * cubic;
+        }
+        system.write_rates(state.q.as_ref(), ahead.as_ref(), rate.as_mut());
+        let values = state.q.as_mut().iter_mut().zip(end.q.as_ref()).zip(rate.as_ref());
+        for ((value, &end), &curve) in values {
+            *value = *value * rest + part * (end + rest * curve);
+        }
+        system.normalise(state.q.as_mut());
+    }
+
     /// From `start` to `end`; the error in units of what is allowed.
     fn attempt(&mut self, system: &Y, step: Y::Scalar) -> Result<Y::Scalar, Error> {
         let of = Y::Scalar::from_f64;
         let ahead = step * of(GAMMA);
-        let n = self.start.q.as_ref().len();
+        let n = self.start.u.as_ref().len();
         // k_q = ahead (r_q + k_u) leaves
         // (1 / ahead - da/du - ahead da/dq) k_u = r_u + ahead da/dq r_q.
         let (by_position, by_speed) = (self.by_position.as_ref(), self.by_speed.as_ref());
@@ -184,13 +209,14 @@ impl<Y: System> Rodas<Y> {
         for stage in 0..STAGES {
             self.stage(system, step, ahead, stage)?;
         }
-        let Self { positions, speeds, start, end, workspace, .. } = self;
-        add_scaled(end.q.as_mut(), Y::Scalar::ONE, positions[STAGES - 1].as_ref());
+        let Self { positions, speeds, start, end, workspace, rate, .. } = self;
+        system.advance(end.q.as_mut(), positions[STAGES - 1].as_ref());
+        system.write_rates(end.q.as_ref(), positions[STAGES - 1].as_ref(), rate.as_mut());
         add_scaled(end.u.as_mut(), Y::Scalar::ONE, speeds[STAGES - 1].as_ref());
         end.t = start.t + step;
         let mut sum = Y::Scalar::ZERO;
         let parts = [
-            (start.q.as_ref(), end.q.as_ref(), positions[STAGES - 1].as_ref()),
+            (start.q.as_ref(), end.q.as_ref(), rate.as_ref()),
             (start.u.as_ref(), end.u.as_ref(), speeds[STAGES - 1].as_ref()),
         ];
         for (start, end, errors) in parts {
@@ -200,7 +226,8 @@ impl<Y: System> Rodas<Y> {
             }
         }
         sum += strayed(system, end.t, end.q.as_ref(), [self.relative, self.absolute]);
-        let error = (sum / of((2 * n).max(1) as f64)).sqrt();
+        let count = (start.q.as_ref().len() + n).max(1);
+        let error = (sum / of(count as f64)).sqrt();
         if error <= Y::Scalar::ONE {
             let (q, u) = (end.q.as_mut(), end.u.as_mut());
             project_to_rounding(system, end.t, q, u, workspace.as_mut())?;
@@ -217,16 +244,18 @@ impl<Y: System> Rodas<Y> {
         stage: usize,
     ) -> Result<(), Error> {
         let of = Y::Scalar::from_f64;
-        let Self { workspace, positions, speeds, start, end, closed, .. } = self;
+        let Self { workspace, positions, speeds, start, end, closed, ahead: sum, .. } = self;
         if stage < STAGES - 1 {
             end.q.clone_from(&start.q);
             end.u.clone_from(&start.u);
+            sum.as_mut().fill(Y::Scalar::ZERO);
             for (earlier, &a) in A[stage].iter().enumerate().take(stage) {
-                add_scaled(end.q.as_mut(), of(a), positions[earlier].as_ref());
+                add_scaled(sum.as_mut(), of(a), positions[earlier].as_ref());
                 add_scaled(end.u.as_mut(), of(a), speeds[earlier].as_ref());
             }
+            system.advance(end.q.as_mut(), sum.as_ref());
         } else {
-            add_scaled(end.q.as_mut(), Y::Scalar::ONE, positions[stage - 1].as_ref());
+            system.advance(end.q.as_mut(), positions[stage - 1].as_ref());
             add_scaled(end.u.as_mut(), Y::Scalar::ONE, speeds[stage - 1].as_ref());
         }
         if stage == 0 {
@@ -264,13 +293,14 @@ impl<Y: System> Rodas<Y> {
     }
 }
 
-impl<Y: System> Integrator<Y> for Rodas<Y> {
+impl<Y: Mechanism> Integrator<Y> for Rodas<Y> {
     fn step(&mut self, system: &Y, state: &mut StateOf<Y>, t_end: Y::Scalar) -> Result<(), Error> {
         self.start.clone_from(state);
         self.linearise(system, state)?;
-        let (q, u) = (state.q.as_ref(), state.u.as_ref());
         if !(self.steps.next > Y::Scalar::ZERO) {
-            let parts = [(q, u), (u, self.acceleration.as_ref())];
+            let (q, u) = (state.q.as_ref(), state.u.as_ref());
+            system.write_rates(q, u, self.rate.as_mut());
+            let parts = [(q, self.rate.as_ref()), (u, self.acceleration.as_ref())];
             self.steps.next = first_step(parts, [self.relative, self.absolute]);
         }
         let bounds = [self.min_step, self.max_step];
@@ -288,7 +318,7 @@ impl<Y: System> Integrator<Y> for Rodas<Y> {
         let part = (t - self.start.t) / (self.end.t - self.start.t);
         let mut state = self.start.clone();
         state.t = t;
-        extend(state.q.as_mut(), self.end.q.as_ref(), part, &self.positions);
+        self.extend_coordinates(system, &mut state, part);
         extend(state.u.as_mut(), self.end.u.as_ref(), part, &self.speeds);
         let (q, u) = (state.q.as_mut(), state.u.as_mut());
         project_to_rounding(system, t, q, u, self.workspace.as_mut())?;
@@ -302,12 +332,15 @@ impl<Y: System> Integrator<Y> for Rodas<Y> {
 fn extend<S: Scalar, V: AsRef<[S]>>(values: &mut [S], end: &[S], part: S, stages: &[V]) {
     let rest = S::ONE - part;
     for (j, (value, &end)) in values.iter_mut().zip(end).enumerate() {
-        let sum = |weights: &[f64; 5]| {
-            weights.iter().zip(stages).fold(S::ZERO, |sum, (&weight, stage)| {
-                sum + S::from_f64(weight) * stage.as_ref()[j]
-            })
-        };
-        let [quadratic, cubic] = DENSE.each_ref().map(sum);
+        let [quadratic, cubic] = DENSE.each_ref().map(|weights| weighted(weights, stages, j));
         *value = *value * rest + part * (end + rest * (quadratic + part * cubic));
     }
+}
+
+/// Sum over the stages of weight times component `j`.
+fn weighted<S: Scalar, V: AsRef<[S]>>(weights: &[f64; 5], stages: &[V], j: usize) -> S {
+    weights
+        .iter()
+        .zip(stages)
+        .fold(S::ZERO, |sum, (&weight, stage)| sum + S::from_f64(weight) * stage.as_ref()[j])
 }

@@ -41,7 +41,7 @@ impl<S: Scalar> Steps<S> {
             let step = if ends { left.min(longest) } else { wanted };
             let ends = ends && step == left;
             if !(step > least) && !ends {
-                return Err(Error::StepTooSmall { t: t.to_f64() });
+                return Err(Error::StepTooSmall { t: t.to_f32() });
             }
             match attempt(step) {
                 Ok(error) if error <= S::ONE => {
@@ -59,7 +59,7 @@ impl<S: Scalar> Steps<S> {
                 _ => self.next = step * of(0.5),
             }
             if !(self.next > least) {
-                return Err(Error::StepTooSmall { t: t.to_f64() });
+                return Err(Error::StepTooSmall { t: t.to_f32() });
             }
             rejected = true;
         }

@@ -25,6 +25,14 @@ pub(crate) fn add_scaled<S: Arithmetic>(y: &mut [S], factor: S, x: &[S]) {
     }
 }
 
+/// `y = factor x`.
+#[inline]
+pub(crate) fn set_scaled<S: Arithmetic>(y: &mut [S], factor: S, x: &[S]) {
+    for (y, &x) in y.iter_mut().zip(x) {
+        *y = factor * x;
+    }
+}
+
 /// Largest magnitude; NaN if any entry is.
 pub(crate) fn max_abs<S: Arithmetic>(values: &[S]) -> S {
     values.iter().fold(S::ZERO, |largest, value| largest.max(value.abs()))

@@ -10,10 +10,12 @@ use crate::closure_rows::weigh;
 use crate::constants::{PROJECTION_STEPS, STEP_HALVINGS, UNDECIDED_FACTOR};
 use crate::linear::{
     add_scaled, backward, combine, dot, factor, keep, max_abs, normalise, orthogonalise, reduce,
+    set_scaled,
 };
+use crate::plumbing::EquationsMut;
 use crate::rank::{Gap, closed_to_rounding};
 use crate::workspace::split;
-use crate::{EquationsMut, Error, Scalar, System};
+use crate::{Error, Mechanism, Scalar};
 
 /// The closure, linearised at q, with the mass matrix as the metric.
 pub(super) struct GaussNewton<'a, S> {
@@ -32,8 +34,8 @@ pub(super) struct GaussNewton<'a, S> {
 }
 
 impl<'a, S: Scalar> GaussNewton<'a, S> {
-    /// With the metric at a state; and a vector more.
-    pub(super) fn new<Y: System<Scalar = S>>(
+    /// With the metric at a state; and a place for coordinates.
+    pub(super) fn new<Y: Mechanism<Scalar = S>>(
         system: &Y,
         t: S,
         q: &[S],
@@ -41,7 +43,7 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
         mut workspace: &'a mut [S],
     ) -> Result<(Self, &'a mut [S]), Error> {
         let dimensions = system.dimensions();
-        let (n, c) = (dimensions.coordinates, dimensions.rows);
+        let (n, c) = (dimensions.speeds, dimensions.rows);
         let r = 9 * dimensions.loops + dimensions.drives;
         let mass = split(&mut workspace, n * n)?;
         {
@@ -50,7 +52,7 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
             let forcing = split(&mut rest, n)?;
             let jacobian = split(&mut rest, c * n)?;
             let gamma = split(&mut rest, c)?;
-            system.write_equations(t, q, u, EquationsMut { mass, forcing, jacobian, gamma });
+            system.write_equations(t, q, u, EquationsMut { mass, forcing, jacobian, gamma })?;
         }
         factor(mass, n).map_err(|joint| blame(&[q, u], mass, joint))?;
         let closure = Self {
@@ -61,11 +63,11 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
             jacobian: split(&mut workspace, r * n)?,
             step: split(&mut workspace, n)?,
         };
-        Ok((closure, split(&mut workspace, n)?))
+        Ok((closure, split(&mut workspace, dimensions.coordinates)?))
     }
 
     /// The residual r becomes a J u + b r, where for a driven joint J u is less its due speed.
-    pub(super) fn add_rates<Y: System<Scalar = S>>(&mut self, system: &Y, u: &[S], a: S, b: S) {
+    pub(super) fn add_rates<Y: Mechanism<Scalar = S>>(&mut self, system: &Y, u: &[S], a: S, b: S) {
         let n = u.len();
         for (value, row) in self.residual.iter_mut().zip(self.jacobian.chunks_exact(n.max(1))) {
             *value = a * dot(row, u) + b * *value;
@@ -79,7 +81,7 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
     }
 
     /// Residual and Jacobian at q; the largest residual.
-    pub(super) fn evaluate<Y: System<Scalar = S>>(
+    pub(super) fn evaluate<Y: Mechanism<Scalar = S>>(
         &mut self,
         system: &Y,
         q: &[S],
@@ -87,7 +89,7 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
         let n = self.step.len();
         let (residual, driven) = self.residual.split_at_mut(9 * self.loops);
         let (jacobian, rows) = self.jacobian.split_at_mut(9 * self.loops * n);
-        system.write_closure(q, residual, jacobian);
+        system.write_closure(q, residual, jacobian)?;
         rows.fill(S::ZERO);
         let mut slots = driven.iter_mut().zip(rows.chunks_exact_mut(n.max(1)));
         system.drives(self.t, |drive| {
@@ -107,10 +109,10 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
     }
 
     /// Which constraint is not met.
-    pub(super) fn open<Y: System<Scalar = S>>(&self, system: &Y) -> Error {
+    pub(super) fn open<Y: Mechanism<Scalar = S>>(&self, system: &Y) -> Error {
         let (residual, driven) = self.residual.split_at(9 * self.loops);
         let (loop_index, largest) = worst_loop(residual);
-        let mut error = Error::NotClosed { loop_index, residual: largest.to_f64(), joint: None };
+        let mut error = Error::NotClosed { loop_index, residual: largest.to_f32(), joint: None };
         let mut values = driven.iter();
         system.drives(self.t, |drive| {
             if let Some(&value) = values.next()
@@ -153,7 +155,7 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
     /// Where the directions that are certain do not close the loops, next to a singular state, q goes
     /// to whichever branch is nearest if this is to be `decided`: between branches Newton's step is
     /// shortened until it closes the loops a little.
-    pub(super) fn move_coordinates<Y: System<Scalar = S>>(
+    pub(super) fn move_coordinates<Y: Mechanism<Scalar = S>>(
         &mut self,
         system: &Y,
         q: &mut [S],
@@ -162,6 +164,7 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
     ) -> Result<S, Error> {
         let enough = closed_to_rounding(system);
         let (far, half) = (S::from_f64(UNDECIDED_FACTOR) * enough, S::from_f64(0.5));
+        let mut trial = system.speeds();
         let mut nearest = false;
         let mut size = self.evaluate(system, q)?;
         for _ in 0..PROJECTION_STEPS {
@@ -175,7 +178,8 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
             let mut found = None;
             for _ in 0..tries {
                 q.copy_from_slice(previous);
-                add_scaled(q, share, self.step);
+                set_scaled(trial.as_mut(), share, self.step);
+                system.advance(q, trial.as_ref());
                 let next = self.evaluate(system, q).ok().filter(|next| *next < progress);
                 if next.is_some() {
                     found = next;
@@ -198,7 +202,7 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
     }
 
     /// Makes J u = 0 (for a driven joint: its speed), with the Jacobian that [`evaluate`](Self::evaluate) left.
-    pub(super) fn move_speeds<Y: System<Scalar = S>>(
+    pub(super) fn move_speeds<Y: Mechanism<Scalar = S>>(
         &mut self,
         system: &Y,
         u: &mut [S],

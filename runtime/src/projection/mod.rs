@@ -19,12 +19,14 @@ use gauss_newton::GaussNewton;
 use crate::acceleration::{holds, not_finite};
 use crate::constants::PROJECTION_STEPS;
 use crate::linear::{add_scaled, max_abs};
+use crate::plumbing::{Dimensions, ProjectionMut};
 use crate::rank::{Gap, acceptable_residual, closed, closed_to_rounding};
 use crate::workspace::{check, split};
-use crate::{Arithmetic, Dimensions, Error, ProjectionMut, Scalar, System};
+use crate::{Arithmetic, Error, Mechanism, Scalar};
 
 /// What a projection reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct Projected<S> {
     /// Largest closure residual left, m.
@@ -53,7 +55,7 @@ pub(crate) fn worst_loop<S: Scalar>(residual: &[S]) -> (usize, S) {
 /// [`Error::NotClosed`] or [`Error::NotDriven`] if q is too far away; [`Error::MassMatrix`], [`Error::NotFinite`],
 /// [`Error::Workspace`], [`Error::Length`].
 #[inline]
-pub fn project<Y: System>(
+pub fn project<Y: Mechanism>(
     system: &Y,
     t: Y::Scalar,
     q: &mut [Y::Scalar],
@@ -64,7 +66,7 @@ pub fn project<Y: System>(
 }
 
 /// As [`project`], to rounding everywhere.
-pub(crate) fn project_to_rounding<Y: System>(
+pub(crate) fn project_to_rounding<Y: Mechanism>(
     system: &Y,
     t: Y::Scalar,
     q: &mut [Y::Scalar],
@@ -76,7 +78,7 @@ pub(crate) fn project_to_rounding<Y: System>(
 
 /// As [`project`]; loops that are closed by elimination are closed to `enough` (m).
 #[inline]
-fn project_within<Y: System>(
+fn project_within<Y: Mechanism>(
     system: &Y,
     t: Y::Scalar,
     q: &mut [Y::Scalar],
@@ -84,26 +86,26 @@ fn project_within<Y: System>(
     enough: Y::Scalar,
     workspace: &mut [Y::Scalar],
 ) -> Result<Projected<Y::Scalar>, Error> {
-    let dimensions = check(system, workspace, &[q.len(), u.len()])?;
+    let dimensions = check(system, workspace, &[q.len()], &[u.len()])?;
     if dimensions.loops + dimensions.drives == 0 {
         return Ok(Projected { residual: Y::Scalar::ZERO, rank: 0 });
     }
-    match directly(system, q, u, enough, workspace) {
-        Some(projected) => projected,
+    match directly(system, q, u, enough, workspace)? {
+        Some(projected) => Ok(projected),
         None => generally(system, t, q, u, workspace),
     }
 }
 
 /// Moves the state of a stage of an integrator next to a singular state as near to the closure as
 /// directions that are certain lead: which branch it belongs to is not decided here.
-pub(crate) fn project_stage<Y: System>(
+pub(crate) fn project_stage<Y: Mechanism>(
     system: &Y,
     t: Y::Scalar,
     q: &mut [Y::Scalar],
     u: &mut [Y::Scalar],
     workspace: &mut [Y::Scalar],
 ) -> Result<(), Error> {
-    check(system, workspace, &[q.len(), u.len()])?;
+    check(system, workspace, &[q.len()], &[u.len()])?;
     let (mut closure, previous) = GaussNewton::new(system, t, q, u, workspace)?;
     let residual = closure.move_coordinates(system, q, false, previous)?;
     closure.move_speeds(system, u, Gap::of(system, residual));
@@ -112,7 +114,7 @@ pub(crate) fn project_stage<Y: System>(
 
 /// With a decision on the rank. Much code, seldom needed: not to be inlined.
 #[inline(never)]
-fn generally<Y: System>(
+fn generally<Y: Mechanism>(
     system: &Y,
     t: Y::Scalar,
     q: &mut [Y::Scalar],
@@ -134,33 +136,33 @@ fn generally<Y: System>(
 /// By the system's own elimination, where that holds and closes the loops; otherwise q and u stay as
 /// they are.
 #[inline]
-fn directly<Y: System>(
+fn directly<Y: Mechanism>(
     system: &Y,
     q: &mut [Y::Scalar],
     u: &mut [Y::Scalar],
     enough: Y::Scalar,
     mut workspace: &mut [Y::Scalar],
-) -> Option<Result<Projected<Y::Scalar>, Error>> {
-    let Dimensions { coordinates: n, rows, loops, drives, .. } = system.dimensions();
+) -> Result<Option<Projected<Y::Scalar>>, Error> {
+    let Dimensions { coordinates, speeds: n, rows, loops, drives, .. } = system.dimensions();
     if drives != 0 {
-        return None;
+        return Ok(None);
     }
-    let residual = split(&mut workspace, 9 * loops).ok()?;
-    let positions = split(&mut workspace, n).ok()?;
-    let speeds = split(&mut workspace, n).ok()?;
-    let given = split(&mut workspace, n).ok()?;
+    let residual = split(&mut workspace, 9 * loops)?;
+    let positions = split(&mut workspace, n)?;
+    let speeds = split(&mut workspace, n)?;
+    let given = split(&mut workspace, coordinates)?;
     given.copy_from_slice(q);
     let mut before = None;
     for _ in 0..PROJECTION_STEPS {
         let out = ProjectionMut { residual, positions, speeds };
-        let margin = system.write_projection(q, u, out);
-        if !holds(&margin) {
+        let margin = system.write_projection(q, u, out)?;
+        if !holds(margin) {
             break;
         }
         // Written so that NaN is not closed.
         if residual.iter().all(|x| x.abs() <= enough) {
-            let moved = subtract(u, speeds);
-            return Some(moved.map(|()| Projected { residual: max_abs(residual), rank: rows }));
+            subtract(u, speeds)?;
+            return Ok(Some(Projected { residual: max_abs(residual), rank: rows }));
         }
         // Written so that NaN is no progress.
         let size = max_abs(residual);
@@ -168,10 +170,11 @@ fn directly<Y: System>(
             break;
         }
         before = Some(size);
-        add_scaled(q, -Y::Scalar::ONE, positions);
+        positions.iter_mut().for_each(|step| *step = -*step);
+        system.advance(q, positions);
     }
     q.copy_from_slice(given);
-    None
+    Ok(None)
 }
 
 /// `x -= y`, one number after the other: y comes fresh from single stores, which a wide load would
@@ -189,7 +192,7 @@ fn subtract<S: Scalar>(x: &mut [S], y: &[S]) -> Result<(), Error> {
 
 /// Adds to du/dt what restores the constraints, -M^-1 J^T (J M^-1 J^T)^+ (2 g J u + g^2 r), all
 /// nine rows per loop, with the gain g (1/s).
-pub(crate) fn restore<Y: System>(
+pub(crate) fn restore<Y: Mechanism>(
     system: &Y,
     t: Y::Scalar,
     q: &[Y::Scalar],
@@ -198,7 +201,7 @@ pub(crate) fn restore<Y: System>(
     workspace: &mut [Y::Scalar],
     acceleration: &mut [Y::Scalar],
 ) -> Result<(), Error> {
-    let dimensions = check(system, workspace, &[q.len(), u.len(), acceleration.len()])?;
+    let dimensions = check(system, workspace, &[q.len()], &[u.len(), acceleration.len()])?;
     if dimensions.loops + dimensions.drives == 0 {
         return Ok(());
     }

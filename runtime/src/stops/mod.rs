@@ -10,7 +10,7 @@ pub use stopped::Stopped;
 
 use crate::integrate::Integrator;
 use crate::projection::project_to_rounding;
-use crate::{Arithmetic, Error, Scalar, StateOf, System, acceleration_and_forces};
+use crate::{Arithmetic, Error, Mechanism, Scalar, StateOf, acceleration_and_forces};
 
 /// A joint this close to a limit is there, rad.
 const TOUCH: f64 = 1e-10;
@@ -21,7 +21,7 @@ const SAMPLES_PER_STEP: usize = 4;
 /// Events at one instant, at most.
 const EVENTS: usize = 64;
 
-impl<Y: System> Stopped<Y> {
+impl<Y: Mechanism> Stopped<Y> {
     /// Advances to `t_end` (s), stopping joints at their limits, and shows the state after every
     /// step and every impact.
     ///
@@ -40,7 +40,7 @@ impl<Y: System> Stopped<Y> {
         }
         integrator.restart();
         while state.t < t_end {
-            self.step(integrator, state, t_end)?;
+            self.step_with(integrator, state, t_end)?;
             observe(state);
         }
         Ok(())
@@ -51,7 +51,7 @@ impl<Y: System> Stopped<Y> {
     /// # Errors
     ///
     /// As [`Integrator::step`].
-    pub fn step<I: Integrator<Self>>(
+    pub fn step_with<I: Integrator<Self>>(
         &mut self,
         integrator: &mut I,
         state: &mut StateOf<Y>,
@@ -85,7 +85,7 @@ impl<Y: System> Stopped<Y> {
     /// Those of [`project`](crate::project) and [`acceleration`](crate::acceleration()).
     pub fn resolve_impacts(&mut self, state: &mut StateOf<Y>) -> Result<bool, Error> {
         let zero = Y::Scalar::ZERO;
-        let n = state.q.as_ref().len();
+        let n = self.system.dimensions().joints;
         let mut hit = false;
         for joint in 0..n {
             let (q, u) = (state.q.as_ref()[joint], state.u.as_ref()[joint]);
@@ -130,7 +130,7 @@ impl<Y: System> Stopped<Y> {
         let mut after = state.clone();
         let (q, u) = (after.q.as_mut(), after.u.as_mut());
         project_to_rounding(self, state.t, q, u, workspace.as_mut())?;
-        for joint in 0..state.q.as_ref().len() {
+        for joint in 0..self.system.dimensions().joints {
             let side = self.sides.as_ref()[joint];
             if side == zero || self.speeds.as_ref()[joint] != zero {
                 continue;
@@ -159,7 +159,7 @@ impl<Y: System> Stopped<Y> {
         }
         let d = self.dimensions();
         let own = self.system.dimensions();
-        let mut acceleration = self.vector();
+        let mut acceleration = Mechanism::speeds(self);
         let mut workspace = self.workspace();
         // The second workspace holds the multipliers.
         let mut storage = self.workspace();
@@ -188,13 +188,13 @@ impl<Y: System> Stopped<Y> {
         end: &StateOf<Y>,
     ) -> Result<Option<StateOf<Y>>, Error> {
         let step = end.t - start.t;
-        let looks = if self.may_reach(start, end) { SAMPLES_PER_STEP } else { 1 };
+        let samples = if self.may_reach(start, end) { SAMPLES_PER_STEP } else { 1 };
         let mut before = start.t;
-        for look in 1..=looks {
-            let share = Y::Scalar::from_f64(look as f64 / looks as f64);
-            let after = if look == looks { end.t } else { start.t + share * step };
+        for sample in 1..=samples {
+            let share = Y::Scalar::from_f64(sample as f64 / samples as f64);
+            let after = if sample == samples { end.t } else { start.t + share * step };
             let state =
-                if look == looks { end.clone() } else { integrator.between(self, after)? };
+                if sample == samples { end.clone() } else { integrator.between(self, after)? };
             if self.happened(&state)? {
                 return self.bisect(integrator, before, after, state).map(Some);
             }
@@ -206,7 +206,7 @@ impl<Y: System> Stopped<Y> {
     /// Whether a joint could have been at a limit within the step and be back at its end.
     fn may_reach(&self, start: &StateOf<Y>, end: &StateOf<Y>) -> bool {
         let step = end.t - start.t;
-        (0..start.q.as_ref().len()).any(|joint| {
+        (0..self.system.dimensions().joints).any(|joint| {
             let speed = start.u.as_ref()[joint].abs().max(end.u.as_ref()[joint].abs());
             let [least, greatest] = self.system.limits(joint);
             let (a, b) = (start.q.as_ref()[joint], end.q.as_ref()[joint]);
@@ -218,7 +218,8 @@ impl<Y: System> Stopped<Y> {
     /// Whether at this state a free joint is beyond a limit or a held one is pulled.
     fn happened(&self, state: &StateOf<Y>) -> Result<bool, Error> {
         let zero = Y::Scalar::ZERO;
-        for (joint, &q) in state.q.as_ref().iter().enumerate() {
+        let joints = self.system.dimensions().joints;
+        for (joint, &q) in state.q.as_ref().iter().enumerate().take(joints) {
             let [least, greatest] = self.system.limits(joint);
             let touch = Y::Scalar::from_f64(TOUCH / 2.0);
             let free = self.sides.as_ref()[joint] == zero && !self.is_driven(state.t, joint);

@@ -1,8 +1,9 @@
 //! A mechanism whose joints stop at their limits: to the algorithms, a joint held at a stop is one
 //! more that follows a prescribed angle.
 
-use crate::system::{delegate, delegate_straight_line};
-use crate::{Arithmetic, Dimensions, Drive, StraightLine, System};
+use crate::delegate::Delegate;
+use crate::plumbing::Drive;
+use crate::{Arithmetic, Mechanism};
 
 /// A system whose joints stop at their limits.
 ///
@@ -12,7 +13,7 @@ use crate::{Arithmetic, Dimensions, Drive, StraightLine, System};
 ///                               torque of the stop changes sign
 /// ```
 #[derive(Clone, Debug)]
-pub struct Stopped<Y: System> {
+pub struct Stopped<Y: Mechanism> {
     /// The system.
     pub system: Y,
     /// Share of its speed with which a joint leaves a stop, 0 to 1.
@@ -20,21 +21,21 @@ pub struct Stopped<Y: System> {
     /// Joints that would leave a stop more slowly stay there, rad/s.
     pub threshold: Y::Scalar,
     /// Per joint -1 where it is held at its least angle, 1 at its greatest, else 0.
-    pub sides: Y::Vector,
+    pub sides: Y::Speeds,
     /// Speeds that an impulse leaves to joints in `sides`, rad/s; zero otherwise.
-    pub(super) speeds: Y::Vector,
+    pub(super) speeds: Y::Speeds,
     /// Whether driven joints stand still where they should be at t.
     pub(crate) still: bool,
 }
 
-impl<Y: System> Stopped<Y> {
+impl<Y: Mechanism> Stopped<Y> {
     /// Without restitution; nothing is held.
     pub fn new(system: Y) -> Self {
         Self {
             restitution: Y::Scalar::ZERO,
             threshold: Y::Scalar::from_f64(1e-3),
-            sides: system.vector(),
-            speeds: system.vector(),
+            sides: system.speeds(),
+            speeds: system.speeds(),
             still: false,
             system,
         }
@@ -60,26 +61,20 @@ impl<Y: System> Stopped<Y> {
     }
 }
 
-impl<Y: System> StraightLine for Stopped<Y> {
-    type Number = Y::Scalar;
+impl<Y: Mechanism> Delegate for Stopped<Y> {
+    type Inner = Y;
 
-    delegate_straight_line!(self => self.system);
-}
+    fn inner(&self) -> &Y {
+        &self.system
+    }
 
-impl<Y: System> System for Stopped<Y> {
-    type Scalar = Y::Scalar;
-    type Vector = Y::Vector;
-    type Matrix = Y::Matrix;
-    type Workspace = Y::Workspace;
-
-    fn dimensions(&self) -> Dimensions {
+    fn drive_count(&self) -> usize {
         let held = self.sides.as_ref().iter().filter(|&&side| side != Y::Scalar::ZERO).count();
-        let dimensions = self.system.dimensions();
-        Dimensions { drives: dimensions.drives + held, ..dimensions }
+        self.system.dimensions().drives + held
     }
 
     /// Its own, then those held.
-    fn drives(&self, t: Y::Scalar, mut visit: impl FnMut(Drive<Y::Scalar>)) {
+    fn visit_drives(&self, t: Y::Scalar, mut visit: impl FnMut(Drive<Y::Scalar>)) {
         let zero = Y::Scalar::ZERO;
         let standing = |drive| Drive { speed: zero, acceleration: zero, jerk: zero, ..drive };
         self.system.drives(t, |drive| visit(if self.still { standing(drive) } else { drive }));
@@ -90,6 +85,4 @@ impl<Y: System> System for Stopped<Y> {
             }
         }
     }
-
-    delegate!(self => self.system);
 }

@@ -2,7 +2,8 @@
 
 use std::cell::Cell;
 
-use lamc_runtime::{Dimensions, Energy, EquationsMut, StraightLine, System, workspace_len};
+use lamc_runtime::plumbing::{Dimensions, EquationsMut, workspace_len};
+use lamc_runtime::{Energy, Error, Mechanism, State};
 
 /// m d2q/dt2 = 1 - q - dq/dt, and not a number after the time `from`.
 #[derive(Clone, Debug)]
@@ -16,7 +17,7 @@ pub struct Failing {
     pub evaluations: Cell<u64>,
 }
 
-const DIMENSIONS: Dimensions = Dimensions { coordinates: 1, bodies: 1, ..Dimensions::ZERO };
+const DIMENSIONS: Dimensions = Dimensions::of_joints(1);
 
 impl Failing {
     /// A force that is not a number after this time (s).
@@ -31,20 +32,19 @@ impl Failing {
     }
 }
 
-impl StraightLine for Failing {
-    type Number = f64;
-}
-
-impl System for Failing {
+impl Mechanism for Failing {
     type Scalar = f64;
-    type Vector = [f64; 1];
+    type Coordinates = [f64; 1];
+    type Speeds = [f64; 1];
     type Matrix = [f64; 1];
     type Workspace = [f64; workspace_len(DIMENSIONS)];
+    type Poses = [[f64; 12]; 0];
+    type Points = [[f64; 3]; 0];
 
     fn dimensions(&self) -> Dimensions {
         DIMENSIONS
     }
-    fn vector(&self) -> [f64; 1] {
+    fn speeds(&self) -> [f64; 1] {
         [0.0]
     }
     fn matrix(&self) -> [f64; 1] {
@@ -59,26 +59,36 @@ impl System for Failing {
     fn limits(&self, _: usize) -> [f64; 2] {
         [f64::NEG_INFINITY, f64::INFINITY]
     }
-    fn initial_position(&self, _: usize) -> f64 {
-        0.5
-    }
-    fn initial_speed(&self, _: usize) -> f64 {
-        0.0
+    fn initial(&self) -> State<[f64; 1], f64> {
+        State { t: 0.0, q: [0.5], u: [0.0] }
     }
     fn is_pinned(&self, _: usize) -> bool {
         true
     }
-    fn write_equations(&self, t: f64, q: &[f64], u: &[f64], out: EquationsMut<'_, f64>) {
+    fn write_equations(
+        &self,
+        t: f64,
+        q: &[f64],
+        u: &[f64],
+        out: EquationsMut<'_, f64>,
+    ) -> Result<(), Error> {
         self.evaluations.set(self.evaluations.get() + 1);
         let apart = t - self.last.replace(t);
         out.mass[0] = self.mass;
         let fails = t > self.from || apart > self.longest;
         out.forcing[0] = if fails { f64::NAN } else { 1.0 - q[0] - u[0] };
+        Ok(())
     }
-    fn write_closure(&self, _: &[f64], _: &mut [f64], _: &mut [f64]) {}
-    fn energy(&self, _: f64, q: &[f64], u: &[f64]) -> Energy<f64> {
+    fn write_closure(&self, _: &[f64], _: &mut [f64], _: &mut [f64]) -> Result<(), Error> {
+        Ok(())
+    }
+    fn energy(&self, _: f64, q: &[f64; 1], u: &[f64; 1]) -> Energy<f64> {
         Energy { kinetic: u[0] * u[0] / 2.0, potential: q[0] * q[0] / 2.0 }
     }
-    fn write_poses(&self, _: &[f64], _: &mut [f64]) {}
-    fn write_points(&self, _: &[f64], _: &mut [f64]) {}
+    fn poses(&self, _: &[f64; 1]) -> Self::Poses {
+        []
+    }
+    fn points(&self, _: &[f64; 1]) -> Self::Points {
+        []
+    }
 }

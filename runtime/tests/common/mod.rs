@@ -7,11 +7,13 @@
 pub mod compare;
 pub mod designs;
 pub mod failing;
+pub mod free_body;
 pub mod planar;
 
 use std::marker::PhantomData;
 
-use lamc_runtime::{Dimensions, Energy, EquationsMut, Scalar, StraightLine, System, workspace_len};
+use lamc_runtime::plumbing::{Dimensions, EquationsMut, workspace_len};
+use lamc_runtime::{Energy, Error, Mechanism, Scalar, State};
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 
 pub type V3 = Vector3<f64>;
@@ -189,30 +191,28 @@ fn store<S: Scalar>(out: &mut [S], values: impl IntoIterator<Item = f64>) {
     }
 }
 
-impl<S: Scalar> StraightLine for Tree<S> {
-    type Number = S;
-}
-
-impl<S: Scalar> System for Tree<S> {
+impl<S: Scalar> Mechanism for Tree<S> {
     type Scalar = S;
-    type Vector = Vec<S>;
+    type Coordinates = Vec<S>;
+    type Speeds = Vec<S>;
     type Matrix = Vec<S>;
     type Workspace = Vec<S>;
+    type Poses = Vec<[S; 12]>;
+    type Points = [[S; 3]; 0];
 
     fn dimensions(&self) -> Dimensions {
         Dimensions {
-            coordinates: self.bodies.len(),
             rows: self.rows.len() * self.loops.len(),
             loops: self.loops.len(),
             bodies: self.bodies.len(),
-            ..Dimensions::ZERO
+            ..Dimensions::of_joints(self.bodies.len())
         }
     }
     fn matrix(&self) -> Vec<S> {
         vec![S::ZERO; self.bodies.len() * self.bodies.len()]
     }
 
-    fn vector(&self) -> Vec<S> {
+    fn speeds(&self) -> Vec<S> {
         vec![S::ZERO; self.bodies.len()]
     }
     fn workspace(&self) -> Vec<S> {
@@ -224,16 +224,20 @@ impl<S: Scalar> System for Tree<S> {
     fn limits(&self, joint: usize) -> [S; 2] {
         self.bodies[joint].limits.map(S::from_f64)
     }
-    fn initial_position(&self, joint: usize) -> S {
-        S::from_f64(self.bodies[joint].guess.unwrap_or(0.0))
-    }
-    fn initial_speed(&self, _: usize) -> S {
-        S::ZERO
+    fn initial(&self) -> State<Vec<S>, S> {
+        let guess = |body: &Body| S::from_f64(body.guess.unwrap_or(0.0));
+        State { t: S::ZERO, q: self.bodies.iter().map(guess).collect(), u: self.speeds() }
     }
     fn is_pinned(&self, joint: usize) -> bool {
         self.bodies[joint].guess.is_some()
     }
-    fn write_equations(&self, _: S, q: &[S], u: &[S], out: EquationsMut<'_, S>) {
+    fn write_equations(
+        &self,
+        _: S,
+        q: &[S],
+        u: &[S],
+        out: EquationsMut<'_, S>,
+    ) -> Result<(), Error> {
         let (q, u) = (wide(q), wide(u));
         let (mass, forcing) = self.dynamics(&q, &u);
         store(out.mass, mass);
@@ -247,8 +251,9 @@ impl<S: Scalar> System for Tree<S> {
             .flat_map(|((_, columns, _), axis)| columns.iter().map(move |column| column[axis]));
         store(out.jacobian, jacobian);
         store(out.gamma, rows.map(|((_, _, bias), axis)| bias[axis]));
+        Ok(())
     }
-    fn write_closure(&self, q: &[S], residual: &mut [S], jacobian: &mut [S]) {
+    fn write_closure(&self, q: &[S], residual: &mut [S], jacobian: &mut [S]) -> Result<(), Error> {
         let q = wide(q);
         let points = self.closure_points(&q, &vec![0.0; q.len()]);
         store(residual, points.iter().flat_map(|(residual, ..)| residual.iter().copied()));
@@ -256,8 +261,9 @@ impl<S: Scalar> System for Tree<S> {
             (0..3).flat_map(move |axis| columns.iter().map(move |column| column[axis]))
         });
         store(jacobian, rows);
+        Ok(())
     }
-    fn energy(&self, _: S, q: &[S], u: &[S]) -> Energy<S> {
+    fn energy(&self, _: S, q: &Vec<S>, u: &Vec<S>) -> Energy<S> {
         let (q, u) = (wide(q), wide(u));
         let (mut kinetic, mut potential) = (0.0, 0.0);
         for ((body, motion), q) in self.bodies.iter().zip(self.motions(&q, &u)).zip(&q) {
@@ -269,14 +275,18 @@ impl<S: Scalar> System for Tree<S> {
         }
         Energy { kinetic: S::from_f64(kinetic), potential: S::from_f64(potential) }
     }
-    fn write_poses(&self, q: &[S], out: &mut [S]) {
+    fn poses(&self, q: &Vec<S>) -> Vec<[S; 12]> {
         let q = wide(q);
         let motions = self.motions(&q, &vec![0.0; q.len()]);
-        let numbers = motions.iter().flat_map(|motion| {
+        let pose = |motion: &Motion| {
             let rotation = motion.rotation.transpose();
-            rotation.iter().copied().chain(motion.position.iter().copied()).collect::<Vec<_>>()
-        });
-        store(out, numbers);
+            let numbers: Vec<f64> =
+                rotation.iter().copied().chain(motion.position.iter().copied()).collect();
+            std::array::from_fn(|i| S::from_f64(numbers[i]))
+        };
+        motions.iter().map(pose).collect()
     }
-    fn write_points(&self, _: &[S], _: &mut [S]) {}
+    fn points(&self, _: &Vec<S>) -> Self::Points {
+        []
+    }
 }

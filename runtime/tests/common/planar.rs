@@ -1,9 +1,8 @@
 //! Two mechanisms written by hand in the number type under test: a pendulum and a planar
 //! four-bar whose four hinge angles close through a ghost of the ground.
 
-use lamc_runtime::{
-    Dimensions, Energy, EquationsMut, Mechanism, Scalar, StraightLine, System, workspace_len,
-};
+use lamc_runtime::plumbing::{Dimensions, EquationsMut, workspace_len};
+use lamc_runtime::{Energy, Error, Mechanism, Scalar, State};
 
 /// A point mass on a massless rod: theta'' = -(g / l) sin theta - c theta'.
 #[derive(Clone, Debug)]
@@ -14,16 +13,14 @@ pub struct Pendulum<S> {
     pub initial: [S; 2],
 }
 
-const PENDULUM: Dimensions =
-    Dimensions { coordinates: 1, rows: 0, loops: 0, bodies: 1, points: 1, ..Dimensions::ZERO };
+const PENDULUM: Dimensions = Dimensions { bodies: 1, points: 1, ..Dimensions::of_joints(1) };
 
-impl<S: Scalar> StraightLine for Pendulum<S> {
-    type Number = S;
-}
-
-impl<S: Scalar> System for Pendulum<S> {
+impl<S: Scalar> Mechanism for Pendulum<S> {
     type Scalar = S;
-    type Vector = [S; 1];
+    type Coordinates = [S; 1];
+    type Speeds = [S; 1];
+    type Poses = [[S; 12]; 1];
+    type Points = [[S; 3]; 1];
     type Matrix = [S; 1];
     type Workspace = [S; workspace_len(PENDULUM)];
 
@@ -34,7 +31,7 @@ impl<S: Scalar> System for Pendulum<S> {
         [S::ZERO; 1]
     }
 
-    fn vector(&self) -> Self::Vector {
+    fn speeds(&self) -> Self::Speeds {
         [S::ZERO]
     }
     fn workspace(&self) -> Self::Workspace {
@@ -46,43 +43,42 @@ impl<S: Scalar> System for Pendulum<S> {
     fn limits(&self, _: usize) -> [S; 2] {
         [f64::NEG_INFINITY, f64::INFINITY].map(S::from_f64)
     }
-    fn initial_position(&self, _: usize) -> S {
-        self.initial[0]
-    }
-    fn initial_speed(&self, _: usize) -> S {
-        self.initial[1]
+    fn initial(&self) -> State<[S; 1], S> {
+        State { t: S::ZERO, q: [self.initial[0]], u: [self.initial[1]] }
     }
     fn is_pinned(&self, _: usize) -> bool {
         true
     }
-    fn write_equations(&self, _: S, q: &[S], _: &[S], out: EquationsMut<'_, S>) {
+    fn write_equations(
+        &self,
+        _: S,
+        q: &[S],
+        _: &[S],
+        out: EquationsMut<'_, S>,
+    ) -> Result<(), Error> {
         out.mass[0] = self.mass * self.length * self.length;
         out.forcing[0] = -self.mass * self.gravity * self.length * q[0].sin_cos().0;
+        Ok(())
     }
-    fn write_closure(&self, _: &[S], _: &mut [S], _: &mut [S]) {}
-    fn energy(&self, _: S, q: &[S], u: &[S]) -> Energy<S> {
+    fn write_closure(&self, _: &[S], _: &mut [S], _: &mut [S]) -> Result<(), Error> {
+        Ok(())
+    }
+    fn energy(&self, _: S, q: &[S; 1], u: &[S; 1]) -> Energy<S> {
         let speed = self.length * u[0];
         Energy {
             kinetic: S::from_f64(0.5) * self.mass * speed * speed,
             potential: -self.mass * self.gravity * self.length * q[0].sin_cos().1,
         }
     }
-    fn write_poses(&self, q: &[S], out: &mut [S]) {
+    fn poses(&self, q: &[S; 1]) -> [[S; 12]; 1] {
         let (s, c) = q[0].sin_cos();
         let (o, i) = (S::ZERO, S::ONE);
-        out.copy_from_slice(&[c, -s, o, s, c, o, o, o, i, o, o, o]);
+        [[c, -s, o, s, c, o, o, o, i, o, o, o]]
     }
-    fn write_points(&self, q: &[S], out: &mut [S]) {
+    fn points(&self, q: &[S; 1]) -> [[S; 3]; 1] {
         let (s, c) = q[0].sin_cos();
-        out.copy_from_slice(&[self.length * s, -self.length * c, S::ZERO]);
+        [[self.length * s, -self.length * c, S::ZERO]]
     }
-}
-
-impl<S: Scalar> Mechanism<S, 1, 0> for Pendulum<S> {
-    type Residual = [S; 0];
-    type ResidualJacobian = [[S; 1]; 0];
-    type Poses = [[S; 12]; 1];
-    type Points = [[S; 3]; 1];
 }
 
 /// Of a body: cosine and sine of its angle, its hinge, omega, and the hinge's acceleration without
@@ -102,8 +98,7 @@ pub struct FourBar<S> {
     pub guess: [S; 4],
 }
 
-const FOURBAR: Dimensions =
-    Dimensions { coordinates: 4, rows: 3, loops: 1, bodies: 4, ..Dimensions::ZERO };
+const FOURBAR: Dimensions = Dimensions { rows: 3, loops: 1, bodies: 4, ..Dimensions::of_joints(4) };
 
 impl<S: Scalar> FourBar<S> {
     /// Four different links of a few centimetres.
@@ -167,13 +162,12 @@ impl<S: Scalar> FourBar<S> {
 
 const DRAWN: [[f64; 2]; 3] = [[0.0, 0.0], [0.02, 0.0], [0.01, 0.015]];
 
-impl<S: Scalar> StraightLine for FourBar<S> {
-    type Number = S;
-}
-
-impl<S: Scalar> System for FourBar<S> {
+impl<S: Scalar> Mechanism for FourBar<S> {
     type Scalar = S;
-    type Vector = [S; 4];
+    type Coordinates = [S; 4];
+    type Speeds = [S; 4];
+    type Poses = [[S; 12]; 4];
+    type Points = [[S; 3]; 0];
     type Matrix = [S; 16];
     type Workspace = [S; workspace_len(FOURBAR)];
 
@@ -184,7 +178,7 @@ impl<S: Scalar> System for FourBar<S> {
         [S::ZERO; 16]
     }
 
-    fn vector(&self) -> Self::Vector {
+    fn speeds(&self) -> Self::Speeds {
         [S::ZERO; 4]
     }
     fn workspace(&self) -> Self::Workspace {
@@ -196,16 +190,19 @@ impl<S: Scalar> System for FourBar<S> {
     fn limits(&self, _: usize) -> [S; 2] {
         [f64::NEG_INFINITY, f64::INFINITY].map(S::from_f64)
     }
-    fn initial_position(&self, joint: usize) -> S {
-        self.guess[joint]
-    }
-    fn initial_speed(&self, joint: usize) -> S {
-        if joint == 0 { S::ONE } else { S::ZERO }
+    fn initial(&self) -> State<[S; 4], S> {
+        State { t: S::ZERO, q: self.guess, u: [S::ONE, S::ZERO, S::ZERO, S::ZERO] }
     }
     fn is_pinned(&self, joint: usize) -> bool {
         joint == 0
     }
-    fn write_equations(&self, _: S, q: &[S], u: &[S], out: EquationsMut<'_, S>) {
+    fn write_equations(
+        &self,
+        _: S,
+        q: &[S],
+        u: &[S],
+        out: EquationsMut<'_, S>,
+    ) -> Result<(), Error> {
         out.mass.fill(S::ZERO);
         out.forcing.fill(S::ZERO);
         let frames = self.frames(q, u);
@@ -236,8 +233,9 @@ impl<S: Scalar> System for FourBar<S> {
             out.jacobian[i * 4..(i + 1) * 4].copy_from_slice(&row);
             out.gamma[i] = bias;
         }
+        Ok(())
     }
-    fn write_closure(&self, q: &[S], residual: &mut [S], jacobian: &mut [S]) {
+    fn write_closure(&self, q: &[S], residual: &mut [S], jacobian: &mut [S]) -> Result<(), Error> {
         residual.fill(S::ZERO);
         jacobian.fill(S::ZERO);
         for (p, drawn) in DRAWN.into_iter().enumerate() {
@@ -248,8 +246,9 @@ impl<S: Scalar> System for FourBar<S> {
                 jacobian[i * 4..(i + 1) * 4].copy_from_slice(&row);
             }
         }
+        Ok(())
     }
-    fn energy(&self, _: S, q: &[S], u: &[S]) -> Energy<S> {
+    fn energy(&self, _: S, q: &[S; 4], u: &[S; 4]) -> Energy<S> {
         let (mut mass, mut unused) = ([S::ZERO; 16], [S::ZERO; 20]);
         let (forcing, rest) = unused.split_at_mut(4);
         let (jacobian, gamma) = rest.split_at_mut(12);
@@ -258,7 +257,8 @@ impl<S: Scalar> System for FourBar<S> {
             q,
             u,
             EquationsMut { mass: &mut mass, forcing, jacobian, gamma: &mut gamma[..3] },
-        );
+        )
+        .expect("the lengths are right");
         let mut energy = Energy { kinetic: S::ZERO, potential: S::ZERO };
         let frames = self.frames(q, u);
         for i in 0..4 {
@@ -270,19 +270,11 @@ impl<S: Scalar> System for FourBar<S> {
         }
         energy
     }
-    fn write_poses(&self, q: &[S], out: &mut [S]) {
+    fn poses(&self, q: &[S; 4]) -> [[S; 12]; 4] {
         let (o, i) = (S::ZERO, S::ONE);
-        for (frame, out) in self.frames(q, &[o; 4]).iter().zip(out.chunks_exact_mut(12)) {
-            let ([c, s], [x, y], ..) = *frame;
-            out.copy_from_slice(&[c, -s, o, s, c, o, o, o, i, x, y, o]);
-        }
+        self.frames(q, &[o; 4]).map(|([c, s], [x, y], ..)| [c, -s, o, s, c, o, o, o, i, x, y, o])
     }
-    fn write_points(&self, _: &[S], _: &mut [S]) {}
-}
-
-impl<S: Scalar> Mechanism<S, 4, 3> for FourBar<S> {
-    type Residual = [S; 9];
-    type ResidualJacobian = [[S; 4]; 9];
-    type Poses = [[S; 12]; 4];
-    type Points = [[S; 3]; 0];
+    fn points(&self, _: &[S; 4]) -> [[S; 3]; 0] {
+        []
+    }
 }

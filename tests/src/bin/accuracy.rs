@@ -5,7 +5,7 @@
 //! ```
 
 use lamc::backend::rust::ScalarChoice;
-use lamc_runtime::{System, acceleration};
+use lamc_runtime::{Mechanism, acceleration};
 use lamc_tests::near_flat::{NearFlat, NearFlatState};
 use lamc_tests::package::Package;
 use lamc_tests::{compile, relative_error, workspace};

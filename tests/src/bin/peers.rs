@@ -12,7 +12,7 @@ use std::path::Path;
 use lamc::program::Interpreter;
 use lamc::source::Expression;
 use lamc::topology::{LoopClass, Topology};
-use lamc_runtime::{System, acceleration};
+use lamc_runtime::{Mechanism, acceleration};
 use lamc_tests::chain::chain;
 use lamc_tests::compile;
 use lamc_tests::random::{Random, closed_state};

@@ -10,9 +10,9 @@ use lamc::backend::c::{Real, STATUS};
 use lamc::backend::rust::{Options, ScalarChoice};
 use lamc::pipeline::{self, Compiled};
 use lamc::program::Interpreter;
+use lamc_runtime::plumbing::EquationsMut;
 use lamc_runtime::{
-    EquationsMut, Error, Rk4, State, System, acceleration, acceleration_and_forces, assemble,
-    project,
+    Error, Mechanism, Rk4, State, acceleration, acceleration_and_forces, assemble, project,
 };
 use lamc_tests::random::{Lines, Random, Recipe, closed_state, driven, model};
 use lamc_tests::{
@@ -132,7 +132,7 @@ impl Case {
         let n = pinned.len();
         let initial = Interpreter::new(&self.compiled.program);
         let workspace = &mut initial.workspace();
-        let mut state: State64 = State::initial(&initial);
+        let mut state: State64 = initial.initial();
         let given: Vec<bool> = (0..n).map(|joint| initial.is_pinned(joint)).collect();
         let done = assemble(&initial, 0.0, &mut state.q, &given, workspace)
             .and_then(|_| project(&initial, 0.0, &mut state.q, &mut state.u, workspace));
@@ -164,7 +164,7 @@ impl Case {
     fn comes_near_a_singular_state(&self) -> bool {
         let Some(state) = self.states.first().filter(|_| self.moves) else { return false };
         let (mut state, mut rk4) = (state.clone(), Rk4::new(&self.system));
-        let (mut rates, mut workspace) = (self.system.vector(), self.system.workspace());
+        let (mut rates, mut workspace) = (self.system.speeds(), self.system.workspace());
         (0..STEPS.0).any(|_| {
             let State { t, q, u } = &state;
             let found = acceleration(&self.system, *t, q, u, &mut workspace, &mut rates);
@@ -173,7 +173,7 @@ impl Case {
         })
     }
 
-    fn evaluate(&self, t: f64, q: &[f64], u: &[f64], answers: &mut Vec<Answer>) {
+    fn evaluate(&self, t: f64, q: &Vec<f64>, u: &Vec<f64>, answers: &mut Vec<Answer>) {
         let (system, d) = (&self.system, self.system.dimensions());
         let n = d.coordinates;
         let mut push = |name: &str, status: i32, numbers: Vec<f64>| {
@@ -185,9 +185,7 @@ impl Case {
         push("acceleration", code(&done), rates);
         let energy = system.energy(t, q, u);
         push("energy", 0, vec![energy.kinetic, energy.potential]);
-        let mut poses = vec![0.0; 12 * d.bodies];
-        system.write_poses(q, &mut poses);
-        push("poses", 0, poses);
+        push("poses", 0, system.poses(q).into_flattened());
         let (mut mass, mut forcing) = (vec![0.0; n * n], vec![0.0; n]);
         let (mut jacobian, mut gamma) = (vec![0.0; d.rows * n], vec![0.0; d.rows]);
         let out = EquationsMut {
@@ -196,7 +194,7 @@ impl Case {
             jacobian: &mut jacobian,
             gamma: &mut gamma,
         };
-        system.write_equations(t, q, u, out);
+        system.write_equations(t, q, u, out).unwrap();
         if d.rows > 0 {
             push("jacobian", 0, jacobian);
             push("gamma", 0, gamma);
@@ -205,14 +203,12 @@ impl Case {
         push("forcing", 0, forcing);
         if d.loops > 0 {
             let (mut residual, mut slopes) = (vec![0.0; 9 * d.loops], vec![0.0; 9 * d.loops * n]);
-            system.write_closure(q, &mut residual, &mut slopes);
+            system.write_closure(q, &mut residual, &mut slopes).unwrap();
             push("residual", 0, residual);
             push("residual's jacobian", 0, slopes);
         }
         if d.points > 0 {
-            let mut points = vec![0.0; 3 * d.points];
-            system.write_points(q, &mut points);
-            push("points", 0, points);
+            push("points", 0, system.points(q).into_flattened());
         }
         if d.drives > 0 {
             let mut torque = vec![0.0; n];
@@ -276,7 +272,7 @@ fn cases() -> Vec<Case> {
 fn weakest(system: &Interpreter, q: &[f64], rank: usize) -> f64 {
     let rows = 9 * system.dimensions().loops;
     let (mut residual, mut jacobian) = (vec![0.0; rows], vec![0.0; rows * q.len()]);
-    system.write_closure(q, &mut residual, &mut jacobian);
+    system.write_closure(q, &mut residual, &mut jacobian).unwrap();
     let mut values = DMatrix::from_row_slice(rows, q.len(), &jacobian).singular_values();
     values.as_mut_slice().sort_by(|a, b| b.total_cmp(a));
     values[rank - 1] / values[0]
@@ -388,7 +384,7 @@ fn compare(case: &Case, real: Real, found: &[Answer], expected: &[Answer]) {
     let name = case.name();
     let weak = case.comes_near_a_singular_state();
     assert_eq!(found.len(), expected.len(), "{name}");
-    let initial: State64 = State::initial(&case.system);
+    let initial: State64 = case.system.initial();
     let mut guesses = case.states.iter().map(|state| astray(&state.q));
     let mut closed: &[f64] = &[];
     for ((what, status, found), (wanted, due, expected)) in found.iter().zip(expected) {
@@ -438,7 +434,7 @@ fn detour(found: &[f64], expected: &[f64], guess: &[f64]) -> f64 {
 fn slip(system: &Interpreter, q: &[f64], u: &[f64]) -> f64 {
     let rows = 9 * system.dimensions().loops;
     let (mut residual, mut jacobian) = (vec![0.0; rows], vec![0.0; rows * q.len()]);
-    system.write_closure(q, &mut residual, &mut jacobian);
+    system.write_closure(q, &mut residual, &mut jacobian).unwrap();
     let opening = jacobian
         .chunks_exact(q.len())
         .map(|row| row.iter().zip(u).map(|(j, u)| j * u).sum::<f64>());
@@ -450,7 +446,7 @@ fn slip(system: &Interpreter, q: &[f64], u: &[f64]) -> f64 {
 fn openness(system: &Interpreter, q: &[f64]) -> f64 {
     let rows = 9 * system.dimensions().loops;
     let (mut residual, mut jacobian) = (vec![0.0; rows], vec![0.0; rows * q.len()]);
-    system.write_closure(q, &mut residual, &mut jacobian);
+    system.write_closure(q, &mut residual, &mut jacobian).unwrap();
     largest(&residual) / system.size()
 }
 

@@ -11,7 +11,8 @@ use lamc::backend::identifiers::type_name;
 use lamc::backend::rust::Options;
 use lamc::pipeline::rust_module;
 use lamc::program::Interpreter;
-use lamc_runtime::{Balance, JacobianMut, State, System, acceleration_and_forces, jacobian};
+use lamc_runtime::plumbing::Balance;
+use lamc_runtime::{JacobianMut, Mechanism, State, acceleration_and_forces, jacobian};
 use lamc_tests::random::{Lines, Random, Recipe, closed_state, driven, model};
 use lamc_tests::{compile_text, relative_error, workspace};
 
@@ -72,7 +73,7 @@ fn compiled_modules_agree_with_the_interpreter() {
         let mut model = m{seed}::{name}::<f64>::default();
         model.inputs.motor = {motor:?};
         model.params.k = {k:?};
-        print(&model, {t:?}, &{q:?}, &{u:?});
+        print::<{{ m{seed}::C }}, _, _>(&model, {t:?}, &{q:?}, &{u:?});
     }}"
         )
         .unwrap();
@@ -102,15 +103,16 @@ fn compiled_modules_agree_with_the_interpreter() {
 
 /// As [`answers`], for a generated module.
 const PRINT: &str = "
-use lamc_runtime::{Mechanism, System};
+use lamc_runtime::Mechanism;
+use lamc_runtime::plumbing::{forces, jacobian};
 
-fn print<M, const N: usize, const C: usize>(model: &M, t: f64, q: &[f64; N], u: &[f64; N])
+fn print<const C: usize, M, const N: usize>(model: &M, t: f64, q: &[f64; N], u: &[f64; N])
 where
-    M: Mechanism<f64, N, C>,
+    M: Mechanism<Scalar = f64, Coordinates = [f64; N], Speeds = [f64; N]>,
 {
     let energy = model.energy(t, q, u);
-    let forces = model.forces(t, q, u).unwrap();
-    let slopes = model.jacobian(t, q, u).unwrap();
+    let forces = forces::<M, N, C, N>(model, t, q, u).unwrap();
+    let slopes = jacobian::<M, N>(model, t, q, u).unwrap();
     let mut numbers = forces.acceleration.to_vec();
     numbers.extend([energy.kinetic, energy.potential]);
     numbers.extend(forces.motor);
@@ -137,7 +139,7 @@ fn answers(system: &Interpreter, State { t, q, u }: &State<Vec<f64>, f64>) -> An
     let mut reactions = vec![0.0; 6 * n];
     let multipliers = &lambda[..d.rows];
     let at = Balance { t: *t, q, u, acceleration: &a, multipliers };
-    system.write_reactions(at, &mut reactions);
+    system.write_reactions(at, &mut reactions).unwrap();
     let (mut rates, mut dt) = (vec![0.0; n], vec![0.0; n]);
     let (mut dq, mut du) = (vec![0.0; n * n], vec![0.0; n * n]);
     let out = JacobianMut { acceleration: &mut rates, dq: &mut dq, du: &mut du, dt: &mut dt };
@@ -174,7 +176,7 @@ fn build_and_run(folder: &Path) -> String {
     let manifest = format!(
         "[package]\nname = \"compiled\"\nversion = \"0.0.0\"\nedition = \"2024\"\n\n\
          [dependencies]\nlamc-runtime = {{ path = {runtime:?} }}\n\n\
-         [lints.rust]\nwarnings = \"deny\"\nunused_imports = \"allow\"\ndead_code = \"allow\"\n\n\
+         [lints.rust]\nwarnings = \"deny\"\n\n\
          [workspace]\n"
     );
     fs::write(folder.join("Cargo.toml"), manifest).unwrap();

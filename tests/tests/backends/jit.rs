@@ -3,8 +3,9 @@
 use std::time::Instant;
 
 use lamc::program::{FunctionKind, Interpreter, Program};
+use lamc_runtime::plumbing::{Balance, Drive};
 use lamc_runtime::{
-    Balance, Change, Dopri5, Drive, Integrator, State, System, acceleration_and_forces, assemble,
+    Change, Dopri5, Integrator, Mechanism, State, acceleration_and_forces, assemble,
 };
 use lamc_tests::{
     EXAMPLES, compile, compile_text, designs, largest_difference, published, workspace,
@@ -12,7 +13,10 @@ use lamc_tests::{
 use lamc_workbench::execution::Jit;
 
 /// Everything a system can be asked, at a state.
-fn answers<Y: System<Scalar = f64>>(system: &Y, t: f64, q: &[f64], u: &[f64]) -> Vec<f64> {
+fn answers<Y>(system: &Y, t: f64, q: &Vec<f64>, u: &Vec<f64>) -> Vec<f64>
+where
+    Y: Mechanism<Scalar = f64, Coordinates = Vec<f64>, Speeds = Vec<f64>>,
+{
     let d = system.dimensions();
     let n = d.coordinates;
     let (mut rates, mut lambda) = (vec![0.0; n], vec![0.0; d.rows + d.drives]);
@@ -21,17 +25,16 @@ fn answers<Y: System<Scalar = f64>>(system: &Y, t: f64, q: &[f64], u: &[f64]) ->
         .unwrap_or_else(|error| panic!("{error}"));
     let energy = system.energy(t, q, u);
     let (mut residual, mut slopes) = (vec![0.0; 9 * d.loops], vec![0.0; 9 * d.loops * n]);
-    system.write_closure(q, &mut residual, &mut slopes);
-    let (mut poses, mut points) = (vec![0.0; 12 * d.bodies], vec![0.0; 3 * d.points]);
-    system.write_poses(q, &mut poses);
-    system.write_points(q, &mut points);
+    system.write_closure(q, &mut residual, &mut slopes).unwrap();
+    let poses = system.poses(q).as_ref().as_flattened().to_vec();
+    let points = system.points(q).as_ref().as_flattened().to_vec();
     let at = Balance { t, q, u, acceleration: &rates, multipliers: &lambda[..d.rows] };
     let mut reactions = vec![0.0; 6 * n];
-    system.write_reactions(at, &mut reactions);
+    system.write_reactions(at, &mut reactions).unwrap();
     let (parameters, inputs) = (vec![0.3; d.parameters], vec![0.7; d.inputs]);
     let change = Change { t: 0.5, q: u, u: q, parameters: &parameters, inputs: &inputs };
     let (mut forces, mut closure) = (vec![0.0; n], vec![0.0; d.rows]);
-    system.write_tangent(at, change, &mut forces, &mut closure);
+    system.write_tangent(at, change, &mut forces, &mut closure).unwrap();
     let mut drives = Vec::new();
     system.drives(t, |drive| {
         let Drive { joint: _, position, speed, acceleration, jerk } = drive;
@@ -44,7 +47,7 @@ fn answers<Y: System<Scalar = f64>>(system: &Y, t: f64, q: &[f64], u: &[f64]) ->
 
 /// A configuration that closes as the initial one does, in motion.
 fn moving(system: &Interpreter) -> State<Vec<f64>, f64> {
-    let mut state = State::initial(system);
+    let mut state = system.initial();
     let pinned: Vec<bool> = (0..state.q.len()).map(|joint| system.is_pinned(joint)).collect();
     let mut workspace = system.workspace();
     let _ = assemble(system, 0.0, &mut state.q, &pinned, &mut workspace);

@@ -13,29 +13,29 @@ use lamc_tests::{compile, compile_text, workspace};
 
 /// Calls every function of a module.
 const CALLS: &str = "
-use lamc_runtime::{
-    Balance, Change, EquationsMut, JacobianMut, ProjectionMut, StraightLine, System,
-};
+use lamc_runtime::plumbing::{Balance, EquationsMut, Margin, ProjectionMut, exactly};
+use lamc_runtime::{Change, Error, JacobianMut, Mechanism};
 
 #[allow(clippy::too_many_arguments)]
 pub fn write_all(
     model: &MODEL, at: Balance<'_, f64>, change: Change<'_, f64>, a: &mut [f64], b: &mut [f64],
     c: &mut [f64], d: &mut [f64],
-) -> f64 {
+) -> Result<f64, Error> {
     let (t, q, u) = (at.t, at.q, at.u);
-    model.write_equations(t, q, u, EquationsMut { mass: a, forcing: b, jacobian: c, gamma: d });
-    model.write_closure(q, a, b);
-    model.write_poses(q, c);
-    model.write_points(q, d);
-    model.write_reactions(at, a);
-    model.write_tangent(at, change, b, c);
-    let trusted = model.write_acceleration(t, q, u, d).conditioning;
+    model.write_equations(t, q, u, EquationsMut { mass: a, forcing: b, jacobian: c, gamma: d })?;
+    model.write_closure(q, a, b)?;
+    model.write_reactions(at, a)?;
+    model.write_tangent(at, change, b, c)?;
+    let conditioning = |margin: Option<Margin<f64>>| margin.map_or(0.0, |margin| margin.conditioning);
+    let trusted = conditioning(model.write_acceleration(t, q, u, d)?);
     let out = ProjectionMut { residual: a, positions: b, speeds: c };
-    let closed = model.write_projection(q, u, out).conditioning;
+    let closed = conditioning(model.write_projection(q, u, out)?);
     let out = JacobianMut { acceleration: a, dq: b, du: c, dt: d };
-    let slopes = model.write_jacobian(t, q, u, out).conditioning;
+    let slopes = conditioning(model.write_jacobian(t, q, u, out)?);
+    let (q, u) = (exactly(q)?, exactly(u)?);
     let energy = model.energy(t, q, u);
-    trusted + closed + slopes + energy.kinetic + energy.potential
+    let seen = model.poses(q)[0][0] + model.points(q).first().map_or(0.0, |point| point[0]);
+    Ok(trusted + closed + slopes + energy.kinetic + energy.potential + seen)
 }
 ";
 

@@ -1,7 +1,7 @@
 //! Round trips: parameters come back from motions simulated with them, and with noise by as much as
 //! the standard errors say.
 
-use lamc_runtime::{Integrator, State, System, assemble, project};
+use lamc_runtime::{Integrator, Mechanism, State, assemble, project};
 use lamc_tests::compare::largest;
 use lamc_tests::{compile_text, dopri5, workspace};
 use lamc_workbench::execution::Jit;
@@ -123,7 +123,7 @@ fn a_six_bar_gives_all_its_stiffnesses_back() {
     for (name, value) in names.iter().zip(&exact) {
         simulated.set_parameter(name, *value).unwrap();
     }
-    let mut state = State::initial(&simulated);
+    let mut state = simulated.initial();
     let mut workspace = simulated.workspace();
     let pinned: Vec<bool> = (0..6).map(|joint| simulated.is_pinned(joint)).collect();
     assemble(&simulated, 0.0, &mut state.q, &pinned, &mut workspace).unwrap();

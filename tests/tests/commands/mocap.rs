@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 
 use lamc::pipeline::Compiled;
 use lamc::program::Interpreter;
-use lamc_runtime::{Integrator, State, System, assemble};
+use lamc_runtime::{Integrator, Mechanism, assemble};
 use lamc_tests::{compile, compile_text, dopri5, random::Random, workspace};
 use lamc_workbench::mocap::{Quaternions, angles, write};
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
@@ -14,16 +14,14 @@ use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 /// The rotations of all bodies at some angles, each of either sign at random.
 fn rotations(system: &Interpreter, motion: &[Vec<f64>]) -> Vec<Vec<Quaternion<f64>>> {
     let mut random = Random::new(5);
-    let mut poses = vec![0.0; 12 * system.dimensions().bodies];
     let mut rows = Vec::new();
     for q in motion {
-        system.write_poses(q, &mut poses);
-        let rotation = |pose: &[f64]| {
+        let rotation = |pose: &[f64; 12]| {
             let matrix = Rotation3::from_matrix_unchecked(Matrix3::from_row_slice(&pose[..9]));
             let rotation = UnitQuaternion::from_rotation_matrix(&matrix).into_inner();
             if random.range(0.0, 1.0) < 0.5 { -rotation } else { rotation }
         };
-        rows.push(poses.chunks(12).map(rotation).collect());
+        rows.push(system.poses(q).iter().map(rotation).collect());
     }
     rows
 }
@@ -45,7 +43,7 @@ type Samples = Vec<Vec<f64>>;
 fn six_bar() -> (Compiled, Interpreter, Vec<f64>, Samples, Samples) {
     let compiled = compile(&workspace().join("examples/sixbar.yaml"));
     let system = Interpreter::new(&compiled.program);
-    let mut state = State::initial(&system);
+    let mut state = system.initial();
     let pinned: Vec<bool> = (0..6).map(|joint| system.is_pinned(joint)).collect();
     assemble(&system, 0.0, &mut state.q, &pinned, &mut system.workspace()).unwrap();
     let (mut t, mut q, mut u) = (Vec::new(), Vec::new(), Vec::new());

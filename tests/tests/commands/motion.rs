@@ -1,6 +1,6 @@
 //! Recorded motions: poses against points, accelerations against differences of rates.
 
-use lamc_runtime::{Dopri5, Integrator, State, System, assemble};
+use lamc_runtime::{Dopri5, Integrator, Mechanism, assemble};
 use lamc_tests::compare::largest;
 use lamc_tests::{EXAMPLES, compile, workspace};
 use lamc_workbench::execution::Jit;
@@ -12,7 +12,7 @@ fn poses_carry_points_and_accelerations_are_those_of_the_rates() {
         let compiled = compile(&workspace().join("examples").join(format!("{name}.yaml")));
         let mechanism = &compiled.topology.mechanism;
         let system = Jit::new(&compiled.program);
-        let mut state = State::initial(&system);
+        let mut state = system.initial();
         let given: Vec<bool> = (0..state.q.len()).map(|joint| system.is_pinned(joint)).collect();
         let assembled = assemble(&system, 0.0, &mut state.q, &given, &mut system.workspace());
         assert!(assembled.is_ok(), "{name}: {assembled:?}");

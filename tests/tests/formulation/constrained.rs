@@ -21,9 +21,8 @@ use std::fmt::{self, Display};
 
 use lamc::pipeline::Compiled;
 use lamc::program::Interpreter;
-use lamc_runtime::{
-    EquationsMut, System, acceleration, acceleration_and_forces, assemble, project,
-};
+use lamc_runtime::plumbing::EquationsMut;
+use lamc_runtime::{Mechanism, acceleration, acceleration_and_forces, assemble, project};
 use lamc_tests::linkages::{self, Linkage};
 use lamc_tests::nine_rows::nine_rows;
 use lamc_tests::random::Random;
@@ -173,7 +172,7 @@ impl Bench<'_> {
     fn closure(&self, q: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
         let rows = 9 * self.system.dimensions().loops;
         let (mut residual, mut jacobian) = (vec![0.0; rows], vec![0.0; rows * self.n()]);
-        self.system.write_closure(q, &mut residual, &mut jacobian);
+        self.system.write_closure(q, &mut residual, &mut jacobian).unwrap();
         (DVector::from_vec(residual), DMatrix::from_row_slice(rows, self.n(), &jacobian))
     }
 
@@ -188,7 +187,7 @@ impl Bench<'_> {
             jacobian: &mut jacobian,
             gamma: &mut gamma,
         };
-        self.system.write_equations(0.0, q, u, out);
+        self.system.write_equations(0.0, q, u, out).unwrap();
         let rows = nine_rows(&self.compiled.topology, q, u);
         let (residual, jacobian) = self.closure(q);
         let openness = (largest(&residual) / self.system.size()).max(4.0 * f64::EPSILON);
@@ -206,7 +205,7 @@ impl Bench<'_> {
 
     /// lamc's acceleration and rank.
     fn acceleration(&self, State { q, u }: &State) -> (Vec<f64>, usize) {
-        let (mut found, mut workspace) = (self.system.vector(), self.system.workspace());
+        let (mut found, mut workspace) = (self.system.speeds(), self.system.workspace());
         let constraint = acceleration(self.system, 0.0, q, u, &mut workspace, &mut found)
             .unwrap_or_else(|error| panic!("{}: {error} at {q:?}, {u:?}", self.linkage.name));
         assert!(found.iter().all(|x| x.is_finite()), "{}: {found:?}", self.linkage.name);
@@ -215,7 +214,7 @@ impl Bench<'_> {
 
     /// The same by the state alone: with the closure forces, never along the motion.
     fn acceleration_by_itself(&self, State { q, u }: &State) -> (Vec<f64>, usize) {
-        let (mut found, mut workspace) = (self.system.vector(), self.system.workspace());
+        let (mut found, mut workspace) = (self.system.speeds(), self.system.workspace());
         let mut lambda = vec![0.0; self.system.dimensions().rows];
         let constraint = acceleration_and_forces(
             self.system,

@@ -3,7 +3,7 @@
 use lamc::pipeline::compile_edited;
 use lamc::program::Interpreter;
 use lamc::source::SourceFile;
-use lamc_runtime::{System, acceleration};
+use lamc_runtime::{Mechanism, acceleration};
 use lamc_tests::random::{Lines, Random, Recipe, closed_state, model};
 use lamc_tests::{compile, compile_text, relative_error, workspace};
 

@@ -4,7 +4,7 @@ use lamc_tests::compare::keep_largest;
 use std::f64::consts::PI;
 
 use lamc::program::Interpreter;
-use lamc_runtime::{Integrator, Rk4, State, System, assemble, project};
+use lamc_runtime::{Integrator, Mechanism, Rk4, State, assemble, project};
 use lamc_tests::{compile_text, dopri5, workspace};
 
 /// Ten seconds of the six-bar without dampers: the energy stays, to 1e-9 of the peak kinetic.
@@ -14,7 +14,7 @@ fn the_undamped_six_bar_keeps_its_energy() {
     let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{error}"));
     let compiled = compile_text(&text.replace("damping: 3.5e-06", "damping: 0"));
     let system = Interpreter::new(&compiled.program);
-    let mut state = State::initial(&system);
+    let mut state = system.initial();
     let mut workspace = system.workspace();
     assemble(&system, 0.0, &mut state.q, &[false; 6], &mut workspace)
         .unwrap_or_else(|error| panic!("{error}"));
@@ -146,7 +146,7 @@ gravity: [0, 0, 0]
 fn mass_on_a_pin_moves_with_what_it_is_pinned_to() {
     let compiled = compile_text(PINNED);
     let system = Interpreter::new(&compiled.program);
-    let mut state = State::initial(&system);
+    let mut state = system.initial();
     let mut workspace = system.workspace();
     let given: Vec<bool> = (0..4).map(|joint| system.is_pinned(joint)).collect();
     assemble(&system, 0.0, &mut state.q, &given, &mut workspace).unwrap();

@@ -2,8 +2,9 @@
 //! but poses; motor torques against closed forms and the balance of energy.
 
 use lamc::program::Interpreter;
+use lamc_runtime::plumbing::Balance;
 use lamc_runtime::{
-    Balance, Integrator, Rodas, State, System, acceleration_and_forces, assemble, project,
+    Integrator, Mechanism, Rodas, State, acceleration_and_forces, assemble, project,
 };
 use lamc_tests::compare::{keep_largest, largest};
 use lamc_tests::random::Random;
@@ -14,11 +15,9 @@ use nalgebra::{Matrix3, Vector3};
 type Momentum = (Vector3<f64>, Vector3<f64>);
 
 /// Poses of the bodies, R and p.
-fn poses(system: &Interpreter, q: &[f64]) -> Vec<(Matrix3<f64>, Vector3<f64>)> {
-    let mut out = vec![0.0; 12 * system.dimensions().bodies];
-    system.write_poses(q, &mut out);
-    let pose = |x: &[f64]| (Matrix3::from_row_slice(&x[..9]), Vector3::from_row_slice(&x[9..]));
-    out.chunks(12).map(pose).collect()
+fn poses(system: &Interpreter, q: &Vec<f64>) -> Vec<(Matrix3<f64>, Vector3<f64>)> {
+    let pose = |x: &[f64; 12]| (Matrix3::from_row_slice(&x[..9]), Vector3::from_row_slice(&x[9..]));
+    system.poses(q).iter().map(pose).collect()
 }
 
 /// du/dt, lambda and reactions at a state.
@@ -29,7 +28,9 @@ fn reactions(system: &Interpreter, q: &[f64], u: &[f64]) -> (Vec<f64>, Vec<Vec<f
     acceleration_and_forces(system, 0.0, q, u, &mut workspace, &mut a, &mut lambda).unwrap();
     let mut out = vec![0.0; 6 * n];
     let multipliers = &lambda[..d.rows];
-    system.write_reactions(Balance { t: 0.0, q, u, acceleration: &a, multipliers }, &mut out);
+    system
+        .write_reactions(Balance { t: 0.0, q, u, acceleration: &a, multipliers }, &mut out)
+        .unwrap();
     (a, out.chunks(6).map(<[f64]>::to_vec).collect())
 }
 
@@ -220,7 +221,7 @@ fn work_of_a_motor_in_a_loop() {
     text.insert_str(end, ", drive: 0.5 + 0.3*sin(9*t)");
     let compiled = compile_text(&text);
     let system = Interpreter::new(&compiled.program);
-    let mut state = State::initial(&system);
+    let mut state = system.initial();
     state.q = vec![0.3, -0.4, 0.5, 0.2, -0.3, 0.1];
     let mut workspace = system.workspace();
     assemble(&system, 0.0, &mut state.q, &[false; 6], &mut workspace).unwrap();

@@ -4,7 +4,7 @@
 use lamc::pipeline::compile;
 use lamc::program::{FunctionKind, Interpreter};
 use lamc::source::SourceFile;
-use lamc_runtime::{Error, JacobianMut, System, acceleration, jacobian};
+use lamc_runtime::{Error, JacobianMut, Mechanism, acceleration, jacobian};
 use lamc_tests::compile_text;
 use lamc_tests::expression::Values;
 use lamc_workbench::execution::Jit;
@@ -24,7 +24,7 @@ joints:
     )
 }
 
-fn accelerated<Y: System<Scalar = f64>>(system: &Y, q: f64, u: f64) -> Result<f64, Error> {
+fn accelerated<Y: Mechanism<Scalar = f64>>(system: &Y, q: f64, u: f64) -> Result<f64, Error> {
     let mut out = [0.0];
     let mut workspace = system.workspace();
     acceleration(system, 0.3, &[q], &[u], workspace.as_mut(), &mut out).map(|_| out[0])

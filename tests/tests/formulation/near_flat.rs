@@ -5,8 +5,9 @@ use lamc::pipeline::Compiled;
 use lamc::program::Interpreter;
 use lamc_generated::fourbar::Fourbar;
 use lamc_generated::sixbar::Sixbar;
+use lamc_runtime::plumbing::Balance;
 use lamc_runtime::{
-    Balance, Integrator, Mechanism, Rodas, State, System, acceleration, acceleration_and_forces,
+    Integrator, Mechanism, Rodas, State, acceleration, acceleration_and_forces,
     acceleration_in_motion, assemble, equilibrium, project,
 };
 use lamc_tests::compare::largest;
@@ -40,11 +41,11 @@ fn states(name: &str) -> Vec<NearFlatState> {
 }
 
 /// The model's guess with one joint elsewhere, closed and at rest.
-fn started<Y: System<Scalar = f64, Vector = Vec<f64>>>(
+fn started<Y: Mechanism<Scalar = f64, Coordinates = Vec<f64>, Speeds = Vec<f64>>>(
     system: &Y,
     given: &[(usize, f64)],
 ) -> State<Vec<f64>, f64> {
-    let mut state = State::initial(system);
+    let mut state = system.initial();
     let mut pinned: Vec<bool> = (0..state.q.len()).map(|joint| system.is_pinned(joint)).collect();
     for &(joint, angle) in given {
         (state.q[joint], pinned[joint]) = (angle, true);
@@ -111,9 +112,10 @@ fn reactions_balance_the_weight_at_rest() {
 
     let mut reactions = vec![0.0; 6 * q.len()];
     let (acceleration, multipliers) = (&rates[..], &lambda[..]);
-    system.write_reactions(Balance { t: 0.0, q, u: &u, acceleration, multipliers }, &mut reactions);
-    let mut poses = vec![0.0; 12 * d.bodies];
-    system.write_poses(q, &mut poses);
+    system
+        .write_reactions(Balance { t: 0.0, q, u: &u, acceleration, multipliers }, &mut reactions)
+        .unwrap();
+    let poses = system.poses(&state.q).into_flattened();
     let mechanism = &compiled.topology.mechanism;
     let mut carried = Vector3::zeros();
     for (joint, reaction) in mechanism.joints.iter().zip(reactions.chunks(6)) {
@@ -222,18 +224,19 @@ fn methods_leave_a_state_next_to_flat_by_the_same_branch() {
 /// Checks a generic module in `f32` at rest, its initial angles scaled down by halves, against the
 /// interpreter in `f64`. Down to a largest angle of `good` rad it is exact and of true rank; from `lost` rad on the
 /// rank is one less.
-fn check_single<M, const N: usize, const C: usize>(model: &M, name: &str, good: f64, lost: f64)
+fn check_single<M, const N: usize>(model: &M, name: &str, good: f64, lost: f64)
 where
-    M: Mechanism<f32, N, C>,
+    M: Mechanism<Scalar = f32, Coordinates = [f32; N], Speeds = [f32; N]>,
 {
     let system = Interpreter::new(&example(name).program);
     let mut workspace = system.workspace();
     let mut single = model.workspace();
+    let guess = system.initial().q;
     for halves in 0..16 {
         let scale = 0.5_f64.powi(halves);
         let given: Vec<_> = (0..N)
             .filter(|&joint| system.is_pinned(joint))
-            .map(|joint| (joint, scale * system.initial_position(joint)))
+            .map(|joint| (joint, scale * guess[joint]))
             .collect();
         let State { q, u, .. } = started(&system, &given);
         let mut expected = vec![0.0; N];
@@ -255,9 +258,9 @@ where
 }
 
 /// As [`check_single`], for the states known from 60 digits, at rest and moving, at 0.1 rad.
-fn check_single_moving<M, const N: usize, const C: usize>(model: &M, name: &str)
+fn check_single_moving<M, const N: usize>(model: &M, name: &str)
 where
-    M: Mechanism<f32, N, C>,
+    M: Mechanism<Scalar = f32, Coordinates = [f32; N], Speeds = [f32; N]>,
 {
     let states = states(name);
     let far: Vec<_> = states.iter().filter(|state| state.distance >= 0.1).collect();

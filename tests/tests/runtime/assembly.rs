@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use lamc::pipeline::Compiled;
 use lamc::program::Interpreter;
-use lamc_runtime::{Error, System, assemble};
+use lamc_runtime::{Error, Mechanism, assemble};
 use lamc_tests::random::Random;
 use lamc_tests::{EXAMPLES, compile, compile_text, designs, largest, workspace};
 
@@ -25,7 +25,7 @@ fn check(name: &str, compiled: &Compiled) {
         if assemble(&system, 0.0, &mut q, &vec![false; n], &mut workspace).is_err() {
             continue;
         }
-        system.write_closure(&q, &mut residual, &mut jacobian);
+        system.write_closure(&q, &mut residual, &mut jacobian).unwrap();
         let open = largest(&residual);
         let inside = q.iter().enumerate().all(|(joint, &q)| {
             let [least, greatest] = system.limits(joint);

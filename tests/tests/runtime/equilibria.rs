@@ -1,7 +1,7 @@
 //! States of rest: against the potential energy, by numbers that know nothing of forces.
 
 use lamc::program::Interpreter;
-use lamc_runtime::{System, assemble, equilibrium, project};
+use lamc_runtime::{Mechanism, assemble, equilibrium, project};
 use lamc_tests::random::Random;
 use lamc_tests::{EXAMPLES, compile, compile_text, designs, largest, linkages, workspace};
 use nalgebra::{DMatrix, DVector};
@@ -11,7 +11,7 @@ fn along_closure(system: &Interpreter, q: &[f64]) -> DMatrix<f64> {
     let n = q.len();
     let rows = 9 * system.dimensions().loops;
     let (mut residual, mut jacobian) = (vec![0.0; rows], vec![0.0; rows * n]);
-    system.write_closure(q, &mut residual, &mut jacobian);
+    system.write_closure(q, &mut residual, &mut jacobian).unwrap();
     if rows == 0 {
         return DMatrix::identity(n, n);
     }
@@ -23,7 +23,7 @@ fn along_closure(system: &Interpreter, q: &[f64]) -> DMatrix<f64> {
 }
 
 fn potential(system: &Interpreter, q: &[f64]) -> f64 {
-    system.energy(0.0, q, &vec![0.0; q.len()]).potential
+    system.energy(0.0, &q.to_vec(), &vec![0.0; q.len()]).potential
 }
 
 /// dV/dq by fourth-order central differences, N m.
@@ -46,7 +46,7 @@ fn check(name: &str, system: &Interpreter, q: &mut Vec<f64>) -> bool {
     assert!(found.force <= 1e-9, "{name}: {found:?}");
     let rows = 9 * system.dimensions().loops;
     let (mut residual, mut jacobian) = (vec![0.0; rows], vec![0.0; rows * q.len()]);
-    system.write_closure(q, &mut residual, &mut jacobian);
+    system.write_closure(q, &mut residual, &mut jacobian).unwrap();
     let open = largest(&residual);
     assert!(open <= 1e-12 * system.size(), "{name}: open by {open:e} m");
     let directions = along_closure(system, q);
@@ -107,7 +107,7 @@ fn of_the_examples_and_of_many_loops() {
         let compiled = compile(&workspace().join(format!("examples/{name}.yaml")));
         let system = Interpreter::new(&compiled.program);
         let n = system.dimensions().coordinates;
-        let mut q: Vec<f64> = (0..n).map(|joint| system.initial_position(joint)).collect();
+        let mut q = system.initial().q;
         let pinned: Vec<bool> = (0..n).map(|joint| system.is_pinned(joint)).collect();
         assemble(&system, 0.0, &mut q, &pinned, &mut system.workspace()).unwrap();
         assert!(check(name, &system, &mut q), "{name}");

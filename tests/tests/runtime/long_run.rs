@@ -1,7 +1,7 @@
 //! A minute of the six-bar at 1 kHz.
 
 use lamc_generated::sixbar::Sixbar;
-use lamc_runtime::{Mechanism, Rk4, State, System};
+use lamc_runtime::{Mechanism, Rk4, State};
 use lamc_tests::compare::{keep_largest, largest};
 
 /// Closure within 1e-9 of the size all the while, and energy lost to the dampers but for 1e-6 of

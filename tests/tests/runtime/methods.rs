@@ -3,15 +3,15 @@
 use lamc_generated::{fourbar::Fourbar, sixbar::Sixbar, triple_pendulum::TriplePendulum};
 use lamc_runtime::{
     Dopri5, Error, Integrator, Mechanism, Rk4, Rodas, Scalar, SemiImplicitEuler, Stabilisation,
-    State, System,
+    State,
 };
 use lamc_tests::compare::{largest, largest_difference};
 
 /// Errors of RODASP at steps of fixed length fall as the fourth power, those of its continuous
 /// extension as the third at least, for free and for closed chains, in time-invariant models.
-fn order<M, const N: usize, const C: usize>(model: &M, end: f64, longest: f64)
+fn order<M, const N: usize>(model: &M, end: f64, longest: f64)
 where
-    M: Mechanism<f64, N, C>,
+    M: Mechanism<Scalar = f64, Coordinates = [f64; N], Speeds = [f64; N]>,
 {
     let start = model.assembled().unwrap();
     let mut reference = start;

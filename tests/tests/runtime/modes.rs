@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use lamc::program::Interpreter;
 use lamc_runtime::{
-    Integrator, LinearizationMut, State, System, assemble, equilibrium, linearize, project,
+    Integrator, LinearizationMut, Mechanism, State, assemble, equilibrium, linearize, project,
 };
 use lamc_tests::{compile, compile_text, dopri5, workspace};
 use nalgebra::{DMatrix, DVector};
@@ -35,7 +35,7 @@ fn linear(system: &Interpreter, q: &[f64]) -> Linear {
 
 fn rest(system: &Interpreter) -> Vec<f64> {
     let n = system.dimensions().coordinates;
-    let mut q: Vec<f64> = (0..n).map(|joint| system.initial_position(joint)).collect();
+    let mut q = system.initial().q;
     let pinned: Vec<bool> = (0..n).map(|joint| system.is_pinned(joint)).collect();
     assemble(system, 0.0, &mut q, &pinned, &mut system.workspace()).unwrap();
     assert!(equilibrium(system, 0.0, &mut q, &mut system.workspace()).unwrap().stable);

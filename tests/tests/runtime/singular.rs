@@ -2,7 +2,7 @@
 //! keep their energy and their branch, whatever integrates them.
 
 use lamc::program::Interpreter;
-use lamc_runtime::{Error, Integrator, Rk4, Rodas, State, System, assemble, project};
+use lamc_runtime::{Error, Integrator, Mechanism, Rk4, Rodas, State, assemble, project};
 use lamc_tests::compare::keep_largest;
 use lamc_tests::linkages::{self, Linkage};
 use lamc_tests::{compile_text, dopri5};

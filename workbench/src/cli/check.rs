@@ -6,7 +6,7 @@ use lamc::laminate::{Mechanism, excursions};
 use lamc::pipeline::Compiled;
 use lamc::program::{FunctionKind, Interpreter, Program};
 use lamc::topology::Topology;
-use lamc_runtime::{State, Stopped, System, assemble, equilibrium, project};
+use lamc_runtime::{Mechanism as _, Stopped, assemble, equilibrium, project};
 use lamc_workbench::execution::Jit;
 
 use super::linear::linear;
@@ -26,7 +26,7 @@ const MOST_AT_REST: usize = 60;
 /// there is no such state, or nothing swings.
 fn longest_step(compiled: &Compiled) -> Option<f64> {
     let system = Jit::new(&compiled.program);
-    let mut state = State::initial(&system);
+    let mut state = system.initial();
     if state.q.len() > MOST_AT_REST {
         return None;
     }
@@ -45,7 +45,7 @@ fn longest_step(compiled: &Compiled) -> Option<f64> {
 /// beyond their linear range.
 fn warn_of_start(compiled: &Compiled) {
     let system = Interpreter::new(&compiled.program);
-    let mut q = State::initial(&system).q;
+    let mut q = system.initial().q;
     let pinned: Vec<bool> = (0..q.len()).map(|joint| system.is_pinned(joint)).collect();
     // What cannot be assembled is told by the commands that need it.
     let asked = q.clone();

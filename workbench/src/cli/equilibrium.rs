@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use clap::Args;
-use lamc_runtime::{Equilibrium, State, Stopped, System, equilibrium, project};
+use lamc_runtime::{Equilibrium, Mechanism, State, Stopped, equilibrium, project};
 use lamc_workbench::execution::Jit;
 use lamc_workbench::simulation::describe;
 use serde::Serialize;
@@ -127,7 +127,9 @@ pub fn stopped(system: Jit, state: &mut State<Vec<f64>, f64>) -> Result<Stopped<
 fn opening(system: &Jit, q: &[f64]) -> f64 {
     let rows = 9 * system.dimensions().loops;
     let (mut residual, mut jacobian) = (vec![0.0; rows], vec![0.0; rows * q.len()]);
-    system.write_closure(q, &mut residual, &mut jacobian);
+    if system.write_closure(q, &mut residual, &mut jacobian).is_err() {
+        return f64::NAN;
+    }
     lamc_workbench::motion::largest(&residual)
 }
 

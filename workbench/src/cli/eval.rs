@@ -5,7 +5,8 @@ use std::io::Read;
 
 use lamc::laminate::{Mechanism, verdicts};
 use lamc::source::Severity;
-use lamc_runtime::{Balance, EquationsMut, System, acceleration_and_forces, project};
+use lamc_runtime::plumbing::{Balance, EquationsMut};
+use lamc_runtime::{Error, Mechanism as _, acceleration_and_forces, project};
 use lamc_workbench::execution::Jit;
 use lamc_workbench::simulation::describe;
 use serde::{Deserialize, Serialize};
@@ -147,7 +148,7 @@ fn evaluate(
         }
     }
     set(mechanism, system, state)?;
-    let mut rates = system.vector();
+    let mut rates = system.speeds();
     let mut lambda = vec![0.0; d.rows + d.drives];
     let mut workspace = system.workspace();
     let mut solve = |q: &[f64], u: &[f64]| {
@@ -169,14 +170,16 @@ fn evaluate(
     let mut reactions = vec![0.0; 6 * n];
     let multipliers = &lambda[..d.rows];
     let at = Balance { t: state.t, q, u, acceleration: &rates, multipliers };
-    system.write_reactions(at, &mut reactions);
+    let said = |error| describe(&error, system.interface());
+    system.write_reactions(at, &mut reactions).map_err(said)?;
     let mut motor_torques = BTreeMap::new();
     for (joint, &torque) in system.interface().driven().iter().zip(&lambda[d.rows..]) {
         motor_torques.insert(system.interface().joints[joint.index()].name.clone(), torque);
     }
-    let (mass, forcing) = mass_and_forcing(system, state.t, q, u);
+    let (mass, forcing) = mass_and_forcing(system, state.t, q, u).map_err(said)?;
     let mut residual = vec![0.0; 9 * d.loops];
-    system.write_closure(q, &mut residual, &mut vec![0.0; 9 * d.loops * n]);
+    let rows = &mut vec![0.0; 9 * d.loops * n];
+    system.write_closure(q, &mut residual, rows).map_err(said)?;
     let energy = system.energy(state.t, q, u);
     if !(energy.kinetic.is_finite() && energy.potential.is_finite()) {
         return Err("its energy is beyond what numbers hold".to_owned());
@@ -199,7 +202,12 @@ fn evaluate(
 }
 
 /// M, row-major, and f.
-fn mass_and_forcing(system: &Jit, t: f64, q: &[f64], u: &[f64]) -> (Vec<f64>, Vec<f64>) {
+fn mass_and_forcing(
+    system: &Jit,
+    t: f64,
+    q: &[f64],
+    u: &[f64],
+) -> Result<(Vec<f64>, Vec<f64>), Error> {
     let (n, rows) = (q.len(), system.dimensions().rows);
     let (mut mass, mut forcing) = (vec![0.0; n * n], vec![0.0; n]);
     let (mut jacobian, mut gamma) = (vec![0.0; rows * n], vec![0.0; rows]);
@@ -209,6 +217,6 @@ fn mass_and_forcing(system: &Jit, t: f64, q: &[f64], u: &[f64]) -> (Vec<f64>, Ve
         jacobian: &mut jacobian,
         gamma: &mut gamma,
     };
-    system.write_equations(t, q, u, out);
-    (mass, forcing)
+    system.write_equations(t, q, u, out)?;
+    Ok((mass, forcing))
 }

@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 use std::fmt::Write;
 
 use lamc::laminate::{Kink, Mechanism, kinks};
-use lamc_runtime::{LinearizationMut, State, Stopped, System, linearize, project};
+use lamc_runtime::{LinearizationMut, Mechanism as _, State, Stopped, linearize, project};
 use lamc_workbench::execution::Jit;
 use lamc_workbench::simulation::describe;
 use nalgebra::{Complex, DMatrix, DVector};

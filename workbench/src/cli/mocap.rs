@@ -6,7 +6,7 @@ use clap::Args;
 use lamc::laminate::Mechanism;
 use lamc::program::Interpreter;
 use lamc::source::read_angle;
-use lamc_runtime::{Dopri5, Integrator, State, System, assemble};
+use lamc_runtime::{Dopri5, Integrator, Mechanism as _, State, assemble};
 use lamc_workbench::mocap::{JointMotion, Quaternions, angles, write};
 use lamc_workbench::simulation::describe;
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
@@ -185,7 +185,7 @@ fn overlay(
     let first = |joint: &Option<JointMotion>| {
         joint.as_ref().map(|joint| joint.angle[0]).filter(|angle| !angle.is_nan())
     };
-    let mut state = State::initial(system);
+    let mut state = system.initial();
     state.t = t[0];
     let mut pinned = vec![false; names.len()];
     for (k, joint) in joints.iter().enumerate() {
@@ -238,7 +238,7 @@ fn synthesize(
     if !(1.0..=1e6).contains(&count) {
         return Err(misused("--synthesize and --rate must give one to a million samples"));
     }
-    let mut state = State::initial(system);
+    let mut state = system.initial();
     let said = |error| fail(describe(&error, system.interface()));
     let pinned: Vec<bool> = (0..state.q.len()).map(|joint| system.is_pinned(joint)).collect();
     assemble(system, 0.0, &mut state.q, &pinned, &mut system.workspace()).map_err(said)?;
@@ -246,11 +246,10 @@ fn synthesize(
     let motion = sampled(system, state, &t).map_err(said)?;
     let mut random = ChaCha8Rng::seed_from_u64(arguments.seed);
     let normal = Normal::new(0.0, arguments.noise).map_err(fail)?;
-    let mut poses = vec![0.0; 12 * mechanism.bodies.len()];
     let mut rotations: Vec<Vec<Quaternion<f64>>> = Vec::new();
     for q in &motion {
-        system.write_poses(q, &mut poses);
-        let turned = poses.chunks(12).map(|pose| {
+        let poses = system.poses(q);
+        let turned = poses.iter().map(|pose| {
             let matrix = Rotation3::from_matrix_unchecked(Matrix3::from_row_slice(&pose[..9]));
             let noise = Vector3::from_fn(|_, _| normal.sample(&mut random));
             let rotation =

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use lamc::laminate::{Mechanism, excursions};
-use lamc_runtime::{State, System, project};
+use lamc_runtime::{Mechanism as _, State, project};
 use lamc_workbench::execution::Jit;
 use lamc_workbench::motion::{Motion, Work, largest};
 use lamc_workbench::simulation::{

@@ -11,7 +11,7 @@ use lamc::program::Interface;
 use lamc::source::{
     Numbers, Severity, SourceModel, beyond_a_turn, is_bare, read_angle, read_as, read_quantity,
 };
-use lamc_runtime::{State, System, assemble, project};
+use lamc_runtime::{Mechanism, State, assemble, project};
 use lamc_workbench::execution::Jit;
 use lamc_workbench::simulation::describe;
 
@@ -172,7 +172,7 @@ impl Start {
         compiled: &Compiled,
         system: &Jit,
     ) -> Result<State<Vec<f64>, f64>, Failed> {
-        let mut state = State::initial(system);
+        let mut state = system.initial();
         let n = state.q.len();
         let mut pinned: Vec<bool> = (0..n).map(|joint| system.is_pinned(joint)).collect();
         if !self.initial.is_empty() {

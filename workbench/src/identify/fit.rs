@@ -5,7 +5,7 @@
 //! and Marquardt (J. J. More, "The Levenberg-Marquardt algorithm: implementation and theory",
 //! 1978).
 
-use lamc_runtime::{Error, State, System, assemble};
+use lamc_runtime::{Error, Mechanism, assemble};
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationReason};
 use nalgebra::DVector;
 
@@ -119,7 +119,7 @@ impl Problem<'_> {
             return Err(FitError::NothingFree);
         }
         let near = self.first_state()?;
-        let start = Start::near(&self.system, self.record.t[0], &near);
+        let start = Start::near(&self.system, self.record.t[0], &near)?;
         let mut x = self.first_guess(&start, &near)?;
         let mut evaluations = 0;
         let mut steps = self.first_steps(&start, &near, &x)?;
@@ -198,7 +198,7 @@ impl Problem<'_> {
     /// where they were given, if the loops close that way.
     fn first_state(&self) -> Result<Vec<f64>, Error> {
         let first = &self.record.q[0];
-        let given = State::initial(&self.system).q;
+        let given = self.system.initial().q;
         let seen: Vec<bool> = first.iter().map(|q| !q.is_nan()).collect();
         let guess: Vec<f64> = first
             .iter()

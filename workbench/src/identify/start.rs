@@ -12,7 +12,8 @@
 //! "Kinematic and Dynamic Simulation of Multibody Systems", 1994, section 3.5, coordinate
 //! partitioning.)
 
-use lamc_runtime::{Drive, Error, System};
+use lamc_runtime::plumbing::Drive;
+use lamc_runtime::{Error, Mechanism};
 use nalgebra::{DMatrix, DVector};
 
 /// Pivots less than this fraction of the largest are none.
@@ -41,8 +42,11 @@ pub struct Begun {
 
 impl Start {
     /// The joints that determine the others best near q (rad, closed), by pivoting.
-    pub fn near<Y: System<Scalar = f64>>(system: &Y, t: f64, q: &[f64]) -> Self {
-        let (_, jacobian) = constraint(system, t, q);
+    ///
+    /// # Errors
+    /// When `q` has not the length of the mechanism.
+    pub fn near<Y: Mechanism<Scalar = f64>>(system: &Y, t: f64, q: &[f64]) -> Result<Self, Error> {
+        let (_, jacobian) = constraint(system, t, q)?;
         let n = q.len();
         let mut left = jacobian;
         let mut dependent = Vec::new();
@@ -72,14 +76,14 @@ impl Start {
             }
         }
         let independent = (0..n).filter(|joint| !dependent.contains(joint)).collect();
-        Self { independent, dependent }
+        Ok(Self { independent, dependent })
     }
 
     /// The state of these independent coordinates (rad) and speeds (rad/s), the others from `near`.
     ///
     /// # Errors
     /// [`Error::NotClosed`] where the loops do not close.
-    pub fn at<Y: System<Scalar = f64>>(
+    pub fn at<Y: Mechanism<Scalar = f64>>(
         &self,
         system: &Y,
         t: f64,
@@ -93,7 +97,7 @@ impl Start {
         }
         let mut residual = f64::INFINITY;
         for _ in 0..ITERATIONS {
-            let (open, jacobian) = constraint(system, t, &q);
+            let (open, jacobian) = constraint(system, t, &q)?;
             let before = residual;
             residual = open.amax();
             if residual == 0.0 || (residual < 1e-12 * system.size() && residual >= before) {
@@ -105,9 +109,9 @@ impl Start {
             }
         }
         if !self.dependent.is_empty() && !residual.le(&(1e-9 * system.size())) {
-            return Err(Error::NotClosed { loop_index: 0, residual, joint: None });
+            return Err(Error::NotClosed { loop_index: 0, residual: residual as f32, joint: None });
         }
-        let (_, jacobian) = constraint(system, t, &q);
+        let (_, jacobian) = constraint(system, t, &q)?;
         let free = jacobian.select_columns(&self.independent);
         let follow = self.solve(&jacobian, &free);
         let tangent = |weights: &DVector<f64>| {
@@ -128,9 +132,9 @@ impl Start {
             let v = tangent(&unit(k));
             let moved = |h: f64| {
                 let q: Vec<f64> = q.iter().zip(&v).map(|(q, v)| q + h * v).collect();
-                constraint(system, t, &q).1 * DVector::from_column_slice(&u)
+                constraint(system, t, &q).map(|(_, rows)| rows * DVector::from_column_slice(&u))
             };
-            let turning = (moved(DIFFERENCE) - moved(-DIFFERENCE)) / (2.0 * DIFFERENCE);
+            let turning = (moved(DIFFERENCE)? - moved(-DIFFERENCE)?) / (2.0 * DIFFERENCE);
             let change = self.solve(&jacobian, &DMatrix::from_columns(&[turning]));
             let none = vec![0.0; self.independent.len()];
             directions.push((v, self.spread(none.into_iter(), change.iter().map(|x| -x))));
@@ -171,25 +175,25 @@ impl Start {
 }
 
 /// Residuals of closure and prescribed angles, m (these times the size), and their Jacobian.
-fn constraint<Y: System<Scalar = f64>>(
+fn constraint<Y: Mechanism<Scalar = f64>>(
     system: &Y,
     t: f64,
     q: &[f64],
-) -> (DVector<f64>, DMatrix<f64>) {
+) -> Result<(DVector<f64>, DMatrix<f64>), Error> {
     let (n, loops) = (q.len(), 9 * system.dimensions().loops);
     let (mut residual, mut rows) = (vec![0.0; loops], vec![0.0; loops * n]);
-    system.write_closure(q, &mut residual, &mut rows);
+    system.write_closure(q, &mut residual, &mut rows)?;
     let size = system.size();
     system.drives(t, |Drive { joint, position, .. }| {
         residual.push(size * (q[joint] - position));
         rows.extend((0..n).map(|k| if k == joint { size } else { 0.0 }));
     });
     let jacobian = DMatrix::from_row_slice(residual.len(), n, &rows);
-    (DVector::from_vec(residual), jacobian)
+    Ok((DVector::from_vec(residual), jacobian))
 }
 
 /// J u of prescribed angles: zeros for the loops, speeds times the size for the drives.
-fn drive_rates<Y: System<Scalar = f64>>(system: &Y, t: f64, rows: usize) -> DVector<f64> {
+fn drive_rates<Y: Mechanism<Scalar = f64>>(system: &Y, t: f64, rows: usize) -> DVector<f64> {
     let mut rates = vec![0.0; 9 * system.dimensions().loops];
     let size = system.size();
     system.drives(t, |drive| rates.push(size * drive.speed));

@@ -12,7 +12,7 @@
 //! squares want it. After each step the state is projected onto the closed loops; the derivatives
 //! lie along these but for the method's own error.
 
-use lamc_runtime::{Change, Error, System, derivatives_along, project};
+use lamc_runtime::{Change, Error, Mechanism, derivatives_along, project};
 
 /// Most steps between two samples.
 const MOST_STEPS: usize = 256;
@@ -42,7 +42,7 @@ pub struct Trajectory {
 ///
 /// # Errors
 /// As [`lamc_runtime::acceleration`] and [`project`].
-pub fn integrate<Y: System<Scalar = f64>>(
+pub fn integrate<Y: Mechanism<Scalar = f64>>(
     system: &Y,
     times: &[f64],
     start: (&[f64], &[f64]),
@@ -112,7 +112,7 @@ pub fn integrate<Y: System<Scalar = f64>>(
 
 /// Steps between samples that keep the angles within `tolerance` (rad), by comparison with twice as
 /// many; `None` where not even [`MOST_STEPS`] do: the motion is too stiff.
-pub fn enough_steps<Y: System<Scalar = f64>>(
+pub fn enough_steps<Y: Mechanism<Scalar = f64>>(
     system: &Y,
     times: &[f64],
     start: (&[f64], &[f64]),

@@ -7,7 +7,7 @@
 //! is zero but for errors of the integration. Equations that contradict each other, as those of a
 //! loop that rounding makes rigid, show in a gain as large as the motion's own energy.
 
-use lamc_runtime::{State, System};
+use lamc_runtime::{Mechanism, State};
 
 use super::Work;
 
@@ -56,7 +56,7 @@ impl Audit {
     /// Of a motion that begins at a state and is integrated with this tolerance.
     pub fn new<Y>(system: &Y, state: &State<Vec<f64>, f64>, tolerance: f64) -> Self
     where
-        Y: System<Scalar = f64>,
+        Y: Mechanism<Scalar = f64, Coordinates = Vec<f64>, Speeds = Vec<f64>>,
     {
         let energy = system.energy(state.t, &state.q, &state.u);
         Self {
@@ -80,7 +80,7 @@ impl Audit {
         work: &Work,
     ) -> Option<Gain>
     where
-        Y: System<Scalar = f64>,
+        Y: Mechanism<Scalar = f64, Coordinates = Vec<f64>, Speeds = Vec<f64>>,
     {
         let State { t, q, u } = after;
         let energy = system.energy(*t, q, u);
@@ -111,7 +111,7 @@ impl Audit {
         kinetic: f64,
     ) -> f64
     where
-        Y: System<Scalar = f64>,
+        Y: Mechanism<Scalar = f64, Coordinates = Vec<f64>, Speeds = Vec<f64>>,
     {
         let largest = q.iter().fold(0.0_f64, |most, q| most.max(q.abs()));
         let errors: Vec<f64> = u.iter().map(|u| self.tolerance * (1.0 + u.abs())).collect();
@@ -123,7 +123,7 @@ impl Audit {
 /// What turning each joint by `LOOSE` does to V, summed, J.
 fn loose<Y>(system: &Y, State { t, q, u }: &State<Vec<f64>, f64>, potential: f64) -> f64
 where
-    Y: System<Scalar = f64>,
+    Y: Mechanism<Scalar = f64, Coordinates = Vec<f64>, Speeds = Vec<f64>>,
 {
     let turned = |joint: usize, angle: f64| {
         let mut q = q.clone();

@@ -11,7 +11,7 @@ mod work;
 pub use audit::{Audit, Gain};
 pub use work::Work;
 
-use lamc_runtime::{Energy, Error, State, System, acceleration_in_motion};
+use lamc_runtime::{Energy, Error, Mechanism, State, acceleration_in_motion};
 
 use lamc::program::Interface;
 
@@ -85,26 +85,22 @@ impl Motion {
     /// Those of [`acceleration_in_motion`].
     pub fn record<Y>(&mut self, system: &Y, state: &State<Vec<f64>, f64>) -> Result<(), Error>
     where
-        Y: System<Scalar = f64>,
+        Y: Mechanism<Scalar = f64, Coordinates = Vec<f64>, Speeds = Vec<f64>>,
     {
         let State { t, q, u } = state.clone();
         let d = system.dimensions();
-        let mut rates = vec![0.0; d.coordinates];
+        let mut rates = vec![0.0; d.speeds];
         let mut workspace = system.workspace();
         acceleration_in_motion(system, t, &q, &u, workspace.as_mut(), &mut rates)?;
         let mut residual = vec![0.0; 9 * d.loops];
-        system.write_closure(&q, &mut residual, &mut vec![0.0; 9 * d.loops * d.coordinates]);
-        let mut points = vec![0.0; 3 * d.points];
-        system.write_points(&q, &mut points);
-        let mut poses = vec![0.0; 12 * d.bodies];
-        system.write_poses(&q, &mut poses);
+        system.write_closure(&q, &mut residual, &mut vec![0.0; 9 * d.loops * d.speeds])?;
         self.samples.push(Sample {
             t,
             acceleration: rates,
             energy: system.energy(t, &q, &u),
             closure: largest(&residual),
-            points: points.as_chunks().0.to_vec(),
-            poses: poses.as_chunks().0.iter().map(pose).collect(),
+            points: system.points(&q).as_ref().to_vec(),
+            poses: system.poses(&q).as_ref().iter().map(pose).collect(),
             q,
             u,
         });

@@ -1,6 +1,6 @@
 //! Energies of a motion, looked at.
 
-use lamc_runtime::{State, System};
+use lamc_runtime::{Mechanism, State};
 
 use super::{Audit, Work};
 use lamc::pipeline;
@@ -31,7 +31,7 @@ fn energy_that_nothing_feeds_is_found() {
     };
     let begin = state(0.0, 0.2, 0.0);
     // As fast as it falls.
-    let inertia = 2.0 * system.energy(0.0, &[0.2], &[1.0]).kinetic;
+    let inertia = 2.0 * system.energy(0.0, &vec![0.2], &vec![1.0]).kinetic;
     let falls = |q: f64| (2.0 * (energy(&begin) - energy(&state(0.0, q, 0.0))) / inertia).sqrt();
     let fair = state(0.1, 0.6, falls(0.6));
     assert!((energy(&fair) - energy(&begin)).abs() < 1e-12);

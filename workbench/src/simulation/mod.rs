@@ -3,12 +3,12 @@
 //! ```no_run
 //! use lamc_workbench::execution::Jit;
 //! use lamc_workbench::simulation::{Settings, Simulation};
-//! use lamc_runtime::{State, System, assemble};
+//! use lamc_runtime::{State, Mechanism, assemble};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let file = lamc::source::SourceFile::read("examples/sixbar.yaml")?;
 //! let system = Jit::new(&lamc::pipeline::compile(&file)?.program);
-//! let mut state = State::initial(&system);
+//! let mut state = system.initial();
 //! let pinned: Vec<bool> = (0..state.q.len()).map(|joint| system.is_pinned(joint)).collect();
 //! assemble(&system, 0.0, &mut state.q, &pinned, &mut system.workspace())?;
 //! let mut simulation = Simulation::new(system, state, None, &Settings::default());
@@ -26,7 +26,7 @@ mod unfold;
 pub use error::{SimulationError, describe};
 pub use unfold::{Fold, unfold};
 
-use lamc_runtime::{Dopri5, Error, Integrator, Rodas, State, Stopped, System, acceleration};
+use lamc_runtime::{Dopri5, Error, Integrator, Mechanism, Rodas, State, Stopped, acceleration};
 
 use crate::execution::Jit;
 use crate::motion::{Audit, Motion, Work};
@@ -221,11 +221,11 @@ impl Simulation {
         match self.method {
             Method::Rodas => {
                 self.steps.implicit += 1;
-                self.system.step(&mut self.implicit, &mut self.state, t)
+                self.system.step_with(&mut self.implicit, &mut self.state, t)
             }
             Method::Auto | Method::Dopri5 => {
                 self.steps.explicit += 1;
-                self.system.step(&mut self.explicit, &mut self.state, t)
+                self.system.step_with(&mut self.explicit, &mut self.state, t)
             }
         }
     }
@@ -314,7 +314,7 @@ impl Simulation {
 /// By which branch the motion leaves it is for the implicit method to find.
 fn is_singular(system: &Stopped<Jit>, state: &State<Vec<f64>, f64>) -> bool {
     let d = system.dimensions();
-    let mut rates = system.vector();
+    let mut rates = system.speeds();
     let found =
         acceleration(system, state.t, &state.q, &state.u, &mut system.workspace(), &mut rates);
     let usual = system.system.interface().rank + d.drives;

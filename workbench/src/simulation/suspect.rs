@@ -1,7 +1,7 @@
 //! The likely cause when a motion breaks off: a driven joint that cannot follow, a loop that opens, or
 //! the joint with the largest acceleration.
 
-use lamc_runtime::{State, Stopped, System, acceleration, project};
+use lamc_runtime::{Mechanism, State, Stopped, acceleration, project};
 
 use super::describe;
 use crate::execution::Jit;
@@ -33,7 +33,7 @@ pub fn suspect(system: &Stopped<Jit>, state: &State<Vec<f64>, f64>) -> String {
     {
         return describe(&error, interface);
     }
-    let mut rates = system.vector();
+    let mut rates = system.speeds();
     let found = acceleration(system, state.t, &state.q, &state.u, workspace, &mut rates);
     if let Err(error) = found {
         return describe(&error, interface);

@@ -5,7 +5,7 @@
 //! folded configuration nearest to where they accelerate the flat sheet is followed back along its
 //! branch to where it is all but flat, and the motion starts there.
 
-use lamc_runtime::{State, System, acceleration, assemble};
+use lamc_runtime::{Mechanism, State, acceleration, assemble};
 
 use crate::execution::Jit;
 
@@ -47,7 +47,7 @@ pub fn unfold(system: &Jit, state: &mut State<Vec<f64>, f64>) -> Option<Fold> {
     }
     let usual = system.interface().rank.min(d.coordinates);
     let workspace = &mut system.workspace();
-    let mut rates = system.vector();
+    let mut rates = system.speeds();
     let mut rank = |q: &[f64], rates: &mut [f64]| {
         let found = acceleration(system, state.t, q, &state.u, workspace, rates);
         found.ok().map(|constraint| constraint.rank)

@@ -10,7 +10,7 @@ use lamc::laminate::Mechanism;
 use lamc::pipeline;
 use lamc::program::Interpreter;
 use lamc::source::SourceFile;
-use lamc_runtime::{State, System, assemble};
+use lamc_runtime::{Mechanism as _, assemble};
 use lamc_workbench::motion::{Motion, Pose};
 use lamc_workbench::picture::{Camera, Picture, Renderer, View};
 use lamc_workbench::scene::{Placement, Scene};
@@ -35,7 +35,7 @@ fn folded(name: &str) -> (Mechanism, Motion) {
     let system = Interpreter::new(&compiled.program);
     let mut motion = Motion::new(system.interface());
     for scale in [1.0, 0.4, -0.7] {
-        let mut state = State::initial(&system);
+        let mut state = system.initial();
         state.q.iter_mut().for_each(|angle| *angle *= scale);
         let pinned: Vec<_> = (0..state.q.len()).map(|joint| system.is_pinned(joint)).collect();
         assemble(&system, 0.0, &mut state.q, &pinned, &mut system.workspace()).expect("it closes");

@@ -96,6 +96,18 @@ impl<'a> Bodies<'a> {
         arguments.into_iter().filter_map(|argument| self.parameter(argument)).collect()
     }
 
+    /// The parameters of a function, and their types: what it reads, then what it writes.
+    pub fn arguments(&self, function: &Function) -> (Vec<proc_macro2::Ident>, Vec<TokenStream>) {
+        let signature = function.kind.signature();
+        let inputs = signature.inputs.iter().filter_map(|&argument| self.parameter(argument));
+        let outputs = signature.outputs.iter().map(|output| {
+            let (scalar, length) =
+                (&self.syntax.scalar, number(output.shape.length(&self.program.interface)));
+            (format_ident!("{}", output.name), quote!(&mut [#scalar; #length]))
+        });
+        inputs.chain(outputs).unzip()
+    }
+
     /// The parameter for an argument, unless it is a field.
     fn parameter(&self, argument: Argument) -> Option<(proc_macro2::Ident, TokenStream)> {
         let scalar = &self.syntax.scalar;

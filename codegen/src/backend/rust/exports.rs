@@ -4,7 +4,7 @@ use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 
 use super::Options;
-use super::items::Syntax;
+use super::items::{Syntax, is_bare, number_types};
 use crate::program::Program;
 
 /// The exported functions, around the module's type.
@@ -13,12 +13,12 @@ pub fn exports(program: &Program, options: &Options, syntax: &Syntax) -> TokenSt
     let model = super::items::model(program);
     let real = format_ident!("{}", if options.c_real().bytes() == 4 { "f32" } else { "f64" });
     let generic = if syntax.generic.is_empty() { quote!() } else { quote!(<#real>) };
-    let (params, inputs, robot) =
-        (quote!(Params #generic), quote!(Inputs #generic), quote!(#model #generic));
+    let [params, inputs] = number_types(program, &generic);
+    let robot = quote!(#model #generic);
     let (bodies, points) = (interface.bodies.len(), interface.points.len());
     let turbofish = if syntax.generic.is_empty() { quote!() } else { quote!(::<#real>) };
     let constants = quote!(p: *const #params, inputs: *const #inputs);
-    let motion = quote!(t: #real, q: *const [#real; N], u: *const [#real; N], #constants);
+    let motion = quote!(t: #real, q: *const [#real; NQ], u: *const [#real; NU], #constants);
     let export = |suffix: &str, arguments: TokenStream, returns: TokenStream, body: TokenStream| {
         let name = format_ident!("{}_{suffix}", interface.name);
         let doc = format!(" `{name}` of the C header.");
@@ -38,7 +38,9 @@ pub fn exports(program: &Program, options: &Options, syntax: &Syntax) -> TokenSt
     };
     let status = quote!(-> i32);
     let none = || quote!();
-    let with_robot = quote!(let robot = #model #turbofish { params: *p, inputs: *inputs };);
+    let bare =
+        is_bare(program, options.scalar).then(|| quote!(, scalar: ::core::marker::PhantomData));
+    let with_robot = quote!(let robot = #model #turbofish { params: *p, inputs: *inputs #bare };);
     let mut functions = vec![
         export(
             "params_default",
@@ -54,11 +56,11 @@ pub fn exports(program: &Program, options: &Options, syntax: &Syntax) -> TokenSt
         ),
         export(
             "initial",
-            quote!(q: *mut [#real; N], u: *mut [#real; N], #constants),
+            quote!(q: *mut [#real; NQ], u: *mut [#real; NU], #constants),
             status.clone(),
             quote! {
                 #with_robot
-                status(::lamc_runtime::Mechanism::assembled(&robot).map(|state| {
+                status(robot.assembled().map(|state| {
                     *q = state.q;
                     *u = state.u;
                 }))
@@ -66,15 +68,15 @@ pub fn exports(program: &Program, options: &Options, syntax: &Syntax) -> TokenSt
         ),
         export(
             "assemble",
-            quote!(t: #real, q: *mut [#real; N], pinned: *const [u8; N], #constants),
+            quote!(t: #real, q: *mut [#real; NQ], pinned: *const [u8; NU], #constants),
             status.clone(),
             quote! {
                 #with_robot
                 let pinned = match pinned.is_null() {
-                    true => [false; N],
+                    true => [false; NU],
                     false => (*pinned).map(|entry| entry != 0),
                 };
-                let mut workspace = ::lamc_runtime::System::workspace(&robot);
+                let mut workspace = ::lamc_runtime::Mechanism::workspace(&robot);
                 let found =
                     ::lamc_runtime::assemble(&robot, t, &mut *q, &pinned, &mut workspace);
                 status(found.map(|_| ()))
@@ -82,12 +84,12 @@ pub fn exports(program: &Program, options: &Options, syntax: &Syntax) -> TokenSt
         ),
         export(
             "project",
-            quote!(t: #real, q: *mut [#real; N], u: *mut [#real; N], #constants),
+            quote!(t: #real, q: *mut [#real; NQ], u: *mut [#real; NU], #constants),
             status.clone(),
             quote! {
                 #with_robot
                 let (mut new_q, mut new_u) = (*q, *u);
-                let mut workspace = ::lamc_runtime::System::workspace(&robot);
+                let mut workspace = ::lamc_runtime::Mechanism::workspace(&robot);
                 let found = ::lamc_runtime::project(
                     &robot, t, &mut new_q, &mut new_u, &mut workspace,
                 );
@@ -99,18 +101,18 @@ pub fn exports(program: &Program, options: &Options, syntax: &Syntax) -> TokenSt
         ),
         export(
             "acceleration",
-            quote!(#motion, qdd: *mut [#real; N]),
+            quote!(#motion, qdd: *mut [#real; NU]),
             status.clone(),
             quote! {
                 #with_robot
-                let found = ::lamc_runtime::Mechanism::acceleration(&robot, t, &*q, &*u);
+                let found = robot.acceleration(t, &*q, &*u);
                 status(found.map(|acceleration| *qdd = acceleration))
             },
         ),
         export(
             "step_rk4",
             quote! {
-                t: *mut #real, q: *mut [#real; N], u: *mut [#real; N], dt: #real, #constants
+                t: *mut #real, q: *mut [#real; NQ], u: *mut [#real; NU], dt: #real, #constants
             },
             status.clone(),
             quote! {
@@ -128,19 +130,19 @@ pub fn exports(program: &Program, options: &Options, syntax: &Syntax) -> TokenSt
     let (closure_arguments, closure_results) = match interface.rows {
         0 => (none(), none()),
         _ => (
-            quote!(, jacobian: *mut [[#real; N]; C], gamma: *mut [#real; C]),
+            quote!(, jacobian: *mut [[#real; NU]; C], gamma: *mut [#real; C]),
             quote!(*jacobian = found.jacobian; *gamma = found.gamma;),
         ),
     };
     functions.push(export(
         "equations",
         quote! {
-            #motion, mass: *mut [[#real; N]; N], forcing: *mut [#real; N] #closure_arguments
+            #motion, mass: *mut [[#real; NU]; NU], forcing: *mut [#real; NU] #closure_arguments
         },
         none(),
         quote! {
             #with_robot
-            let found = ::lamc_runtime::Mechanism::equations(&robot, t, &*q, &*u);
+            let found = robot.equations(t, &*q, &*u);
             *mass = found.mass;
             *forcing = found.forcing;
             #closure_results
@@ -151,13 +153,13 @@ pub fn exports(program: &Program, options: &Options, syntax: &Syntax) -> TokenSt
         functions.push(export(
             "closure",
             quote! {
-                q: *const [#real; N], residual: *mut [#real; 9 * LOOPS],
-                jacobian: *mut [[#real; N]; 9 * LOOPS]
+                q: *const [#real; NQ], residual: *mut [#real; 9 * LOOPS],
+                jacobian: *mut [[#real; NU]; 9 * LOOPS]
             },
             none(),
             quote! {
                 #still
-                let found = ::lamc_runtime::Mechanism::closure(&robot, &*q);
+                let found = robot.closure(&*q);
                 *residual = found.residual;
                 *jacobian = found.jacobian;
             },
@@ -165,21 +167,21 @@ pub fn exports(program: &Program, options: &Options, syntax: &Syntax) -> TokenSt
     }
     functions.push(export(
         "poses",
-        quote!(q: *const [#real; N], poses: *mut [[#real; 12]; #bodies]),
+        quote!(q: *const [#real; NQ], poses: *mut [[#real; 12]; #bodies]),
         none(),
         quote! {
             #still
-            *poses = ::lamc_runtime::Mechanism::poses(&robot, &*q);
+            *poses = robot.poses(&*q);
         },
     ));
     if points > 0 {
         functions.push(export(
             "points",
-            quote!(q: *const [#real; N], points: *mut [[#real; 3]; #points]),
+            quote!(q: *const [#real; NQ], points: *mut [[#real; 3]; #points]),
             none(),
             quote! {
                 #still
-                *points = ::lamc_runtime::Mechanism::points(&robot, &*q);
+                *points = robot.points(&*q);
             },
         ));
     }
@@ -189,7 +191,7 @@ pub fn exports(program: &Program, options: &Options, syntax: &Syntax) -> TokenSt
         none(),
         quote! {
             #with_robot
-            let energy = ::lamc_runtime::System::energy(&robot, t, &*q, &*u);
+            let energy = robot.energy(t, &*q, &*u);
             *kinetic = energy.kinetic;
             *potential = energy.potential;
         },
@@ -197,11 +199,11 @@ pub fn exports(program: &Program, options: &Options, syntax: &Syntax) -> TokenSt
     if !interface.driven().is_empty() {
         functions.push(export(
             "motor_torques",
-            quote!(#motion, torque: *mut [#real; N]),
+            quote!(#motion, torque: *mut [#real; NU]),
             status,
             quote! {
                 #with_robot
-                let found = ::lamc_runtime::Mechanism::forces(&robot, t, &*q, &*u);
+                let found = robot.forces(t, &*q, &*u);
                 status(found.map(|forces| *torque = forces.motor))
             },
         ));

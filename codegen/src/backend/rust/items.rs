@@ -1,14 +1,16 @@
-//! The module's items: constants, parameters, inputs, the mechanism and its implementations.
+//! The module's items: sizes, names, parameters, inputs, and the type of the mechanism.
 
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{format_ident, quote};
 
 use super::body::{Bodies, constant};
 use super::exports::exports;
-use super::solutions::{batch, straight_line};
+use super::implementation::{batch, mechanism};
+use super::methods::methods;
+use super::straight_line::straight_line;
 use super::{Options, ScalarChoice};
 use crate::backend::identifiers::{Names, type_name};
-use crate::program::{Function, FunctionKind, Program};
+use crate::program::{Interface, Program};
 
 /// The fields that hold parameters and inputs.
 pub struct FieldNames {
@@ -37,11 +39,13 @@ pub struct Syntax {
     /// `<S>` or nothing.
     pub generic: TokenStream,
     /// `<S: ::lamc_runtime::Scalar>` or nothing.
-    bound: TokenStream,
+    pub bound: TokenStream,
     /// `<S: ::lamc_runtime::Arithmetic>` or nothing.
     pub arithmetic: TokenStream,
     /// `let c = S::from_f64;` or nothing.
-    constants: TokenStream,
+    pub constants: TokenStream,
+    /// Zero: `S::ZERO` or `0.0`.
+    pub zero: TokenStream,
     /// What function bodies call: that and `let mul_add = S::mul_add;`.
     pub locals: TokenStream,
 }
@@ -55,6 +59,7 @@ impl Syntax {
             bound: TokenStream::new(),
             arithmetic: TokenStream::new(),
             constants: TokenStream::new(),
+            zero: quote!(0.0),
         };
         match choice {
             ScalarChoice::Generic => Self {
@@ -63,6 +68,7 @@ impl Syntax {
                 bound: quote!(<S: ::lamc_runtime::Scalar>),
                 arithmetic: quote!(<S: ::lamc_runtime::Arithmetic>),
                 constants: quote!(let c = S::from_f64;),
+                zero: quote!(S::ZERO),
                 locals: quote!(let c = S::from_f64; let mul_add = S::mul_add;),
             },
             ScalarChoice::F64 => concrete(quote!(f64)),
@@ -81,16 +87,17 @@ pub fn module(program: &Program, options: &Options) -> (TokenStream, Vec<String>
     let layout = if options.extern_c { quote!(#[repr(C)]) } else { quote!() };
     let parameters = parameters(program, choice, &syntax, &fields, &layout);
     let inputs = inputs(program, choice, &syntax, &fields, &layout);
-    let mechanism = mechanism(program, &syntax);
-    let system = system(program, choice, &syntax, &mut bodies);
-    let straight_line = straight_line(program, choice, &syntax, &mut bodies);
-    let front = front(program, &syntax);
+    let names = names(program);
+    let model = model_item(program, choice, &syntax);
+    let methods = methods(program, &syntax);
+    let mechanism = mechanism(program, choice, &syntax);
+    let straight_line = straight_line(program, &syntax, &mut bodies);
     let batch = batch(program, choice, &fields);
     let exports = if options.extern_c { exports(program, options, &syntax) } else { quote!() };
     let (parts, texts) = bodies.finish();
     let parts = parts_of(program, &syntax, &parts);
     let tokens = quote! {
-        #constants #parameters #inputs #mechanism #system #straight_line #front #batch #parts #exports
+        #constants #names #parameters #inputs #model #methods #mechanism #straight_line #parts #batch #exports
     };
     (tokens, texts)
 }
@@ -108,20 +115,80 @@ fn constants(program: &Program) -> TokenStream {
     let joint_names = interface.joints.iter().map(|joint| &joint.name);
     let body_names = interface.bodies.iter().map(|body| &body.name);
     let point_names = &interface.points;
+    let unused = unused();
     quote! {
-        /// Coordinates: one angle per joint.
-        pub const N: usize = #n;
+        /// NQ: coordinates, one angle per joint.
+        #unused
+        pub const NQ: usize = #n;
+        /// NU: speeds, as many as coordinates.
+        #unused
+        pub const NU: usize = #n;
         /// Closure rows of the acceleration.
+        #unused
         pub const C: usize = #rows;
         /// Closed loops: nine closure residuals each.
+        #unused
         pub const LOOPS: usize = #loops;
         /// Joints, in the order of q and u.
-        pub const JOINTS: [&str; N] = [#(#joint_names),*];
+        #unused
+        pub const JOINTS: [&str; #n] = [#(#joint_names),*];
         /// Bodies, in the order of the poses.
+        #unused
         pub const BODIES: [&str; #bodies] = [#(#body_names),*];
         /// Output points.
+        #unused
         pub const POINTS: [&str; #points] = [#(#point_names),*];
     }
+}
+
+/// What a program that includes the module may leave out, without a warning.
+pub fn unused() -> TokenStream {
+    quote!(#[allow(dead_code, reason = "a program uses what it needs")])
+}
+
+/// A module of typed indices for each kind of name that there is.
+fn names(program: &Program) -> TokenStream {
+    let interface = &program.interface;
+    let joint = |joint: &crate::program::JointInfo| {
+        let [first, second] = &joint.bodies;
+        (
+            joint.name.clone(),
+            format!(" Joint `{}`: turns `{second}` against `{first}`.", joint.name),
+        )
+    };
+    let plain = |kind: &str, name: &String| (name.clone(), format!(" {kind} `{name}`."));
+    let parameters = interface.parameters.iter().map(|p| plain("Parameter", &p.name));
+    let modules = [
+        ("joint", "Joint", "Joints", interface.joints.iter().map(joint).collect::<Vec<_>>()),
+        (
+            "body",
+            "Body",
+            "Bodies",
+            interface.bodies.iter().map(|b| plain("Body", &b.name)).collect(),
+        ),
+        ("point", "Point", "Points", interface.points.iter().map(|p| plain("Point", p)).collect()),
+        ("parameter", "Parameter", "Parameters", parameters.collect()),
+        ("input", "Input", "Inputs", interface.inputs.iter().map(|i| plain("Input", i)).collect()),
+    ];
+    let modules = modules.into_iter().filter(|(.., names)| !names.is_empty());
+    let modules = modules.map(|(module, ty, what, names)| {
+        let (module, ty) = (format_ident!("{module}"), format_ident!("{ty}"));
+        let doc = format!(" {what}: indices of arrays and slices.");
+        let mut given = Names::default();
+        let constants = names.iter().enumerate().map(|(index, (name, doc))| {
+            let (index, ident) = (number(index), given.give(name).to_ascii_uppercase());
+            let alias = (ident != *name).then(|| quote!(#[doc(alias = #name)]));
+            let ident = format_ident!("{ident}");
+            quote! {
+                #[doc = #doc]
+                #alias
+                pub const #ident: ::lamc_runtime::#ty = ::lamc_runtime::#ty::new(#index);
+            }
+        });
+        let (constants, unused) = (constants.collect::<TokenStream>(), unused());
+        quote! { #[doc = #doc] #unused pub mod #module { #constants } }
+    });
+    modules.collect()
 }
 
 /// A field for each name, its documentation, and the alias where its spelling changed.
@@ -138,18 +205,48 @@ fn declarations<'a>(
     })
 }
 
-/// What stands for the members of a struct without any.
-fn marker(is_empty: bool, generic: bool) -> [TokenStream; 2] {
-    if is_empty && generic {
-        [
-            quote! {
-                /// Without members.
-                pub marker: ::core::marker::PhantomData<S>,
-            },
-            quote!(marker: ::core::marker::PhantomData,),
-        ]
-    } else {
-        Default::default()
+/// A struct of numbers and its default.
+struct Numbers<'a> {
+    name: &'a str,
+    doc: &'a str,
+    members: Vec<TokenStream>,
+    fields: &'a [Ident],
+    values: Vec<TokenStream>,
+    layout: &'a TokenStream,
+}
+
+impl Numbers<'_> {
+    /// The struct; without members, one without a type parameter.
+    fn write(self, syntax: &Syntax) -> TokenStream {
+        let Syntax { generic, arithmetic, constants, .. } = syntax;
+        let Self { name, doc, members, fields, values, layout } = self;
+        let (name, unused) = (format_ident!("{name}"), unused());
+        let doc = format!(" {doc}");
+        if members.is_empty() {
+            return quote! {
+                #[doc = #doc]
+                ///
+                /// There are none.
+                #[derive(Clone, Copy, Debug, Default, PartialEq)]
+                #unused
+                #layout
+                pub struct #name {}
+            };
+        }
+        quote! {
+            #[doc = #doc]
+            #[derive(Clone, Copy, Debug, PartialEq)]
+            #unused
+            #layout
+            pub struct #name #generic { #(#members,)* }
+
+            impl #arithmetic ::core::default::Default for #name #generic {
+                fn default() -> Self {
+                    #constants
+                    Self { #(#fields: #values,)* }
+                }
+            }
+        }
     }
 }
 
@@ -160,28 +257,18 @@ fn parameters(
     fields: &FieldNames,
     layout: &TokenStream,
 ) -> TokenStream {
-    let Syntax { scalar, generic, arithmetic, constants, .. } = syntax;
     let list = &program.interface.parameters;
     let names: Vec<_> = list.iter().map(|p| p.name.clone()).collect();
     let docs: Vec<_> = list.iter().map(|p| format!("{} Default: {:?}.", p.doc, p.value)).collect();
-    let members = declarations(&names, &docs, &fields.parameters, scalar);
-    let [marker, marker_value] = marker(list.is_empty(), choice == ScalarChoice::Generic);
-    let idents = &fields.parameters;
-    let values = list.iter().map(|p| constant(choice, p.value));
-    let constants = if list.is_empty() { &TokenStream::new() } else { constants };
-    quote! {
-        /// Numbers that can be changed at run time, SI.
-        #[derive(Clone, Copy, Debug, PartialEq)]
-        #layout
-        pub struct Params #generic { #(#members,)* #marker }
-
-        impl #arithmetic ::core::default::Default for Params #generic {
-            fn default() -> Self {
-                #constants
-                Self { #(#idents: #values,)* #marker_value }
-            }
-        }
+    Numbers {
+        name: "Params",
+        doc: "Numbers that can be changed at run time, SI.",
+        members: declarations(&names, &docs, &fields.parameters, &syntax.scalar).collect(),
+        fields: &fields.parameters,
+        values: list.iter().map(|p| constant(choice, p.value)).collect(),
+        layout,
     }
+    .write(syntax)
 }
 
 fn inputs(
@@ -191,27 +278,33 @@ fn inputs(
     fields: &FieldNames,
     layout: &TokenStream,
 ) -> TokenStream {
-    let Syntax { scalar, generic, arithmetic, constants, .. } = syntax;
     let names = &program.interface.inputs;
     let docs: Vec<_> = names.iter().map(|name| format!("Input `{name}`, SI.")).collect();
-    let members = declarations(names, &docs, &fields.inputs, scalar);
-    let [marker, marker_value] = marker(names.is_empty(), choice == ScalarChoice::Generic);
-    let idents = &fields.inputs;
-    let values = names.iter().map(|_| constant(choice, 0.0));
-    let constants = if names.is_empty() { &TokenStream::new() } else { constants };
-    quote! {
-        /// Numbers set by the caller at every step, SI; zero at first.
-        #[derive(Clone, Copy, Debug, PartialEq)]
-        #layout
-        pub struct Inputs #generic { #(#members,)* #marker }
-
-        impl #arithmetic ::core::default::Default for Inputs #generic {
-            fn default() -> Self {
-                #constants
-                Self { #(#idents: #values,)* #marker_value }
-            }
-        }
+    Numbers {
+        name: "Inputs",
+        doc: "Numbers set by the caller at every step, SI; zero at first.",
+        members: declarations(names, &docs, &fields.inputs, &syntax.scalar).collect(),
+        fields: &fields.inputs,
+        values: names.iter().map(|_| constant(choice, 0.0)).collect(),
+        layout,
     }
+    .write(syntax)
+}
+
+/// The types of the structs of parameters and of inputs, with this number type.
+pub fn number_types(program: &Program, generic: &TokenStream) -> [TokenStream; 2] {
+    let Interface { parameters, inputs, .. } = &program.interface;
+    let ty = |name: TokenStream, is_empty: bool| match is_empty {
+        true => name,
+        false => quote!(#name #generic),
+    };
+    [ty(quote!(Params), parameters.is_empty()), ty(quote!(Inputs), inputs.is_empty())]
+}
+
+/// Whether nothing but a private field has the number type.
+pub fn is_bare(program: &Program, choice: ScalarChoice) -> bool {
+    let Interface { parameters, inputs, .. } = &program.interface;
+    choice == ScalarChoice::Generic && parameters.is_empty() && inputs.is_empty()
 }
 
 /// The type's name.
@@ -219,7 +312,7 @@ pub fn model(program: &Program) -> Ident {
     format_ident!("{}", type_name(&program.interface.name))
 }
 
-fn mechanism(program: &Program, syntax: &Syntax) -> TokenStream {
+fn model_item(program: &Program, choice: ScalarChoice, syntax: &Syntax) -> TokenStream {
     let interface = &program.interface;
     let Syntax { generic, arithmetic, .. } = syntax;
     let model = model(program);
@@ -236,14 +329,25 @@ fn mechanism(program: &Program, syntax: &Syntax) -> TokenStream {
         interface.mobility,
         interface.loops.len()
     ));
+    let [params, inputs] = number_types(program, generic);
+    let (bare, bare_value) = match is_bare(program, choice) {
+        true => (
+            quote!(scalar: ::core::marker::PhantomData<S>,),
+            quote!(scalar: ::core::marker::PhantomData,),
+        ),
+        false => Default::default(),
+    };
+    let unused = unused();
     quote! {
         #(#[doc = #docs])*
         #[derive(Clone, Copy, Debug, PartialEq)]
+        #unused
         pub struct #model #generic {
             /// Parameters.
-            pub params: Params #generic,
+            pub params: #params,
             /// Inputs.
-            pub inputs: Inputs #generic,
+            pub inputs: #inputs,
+            #bare
         }
 
         impl #arithmetic ::core::default::Default for #model #generic {
@@ -251,136 +355,9 @@ fn mechanism(program: &Program, syntax: &Syntax) -> TokenStream {
                 Self {
                     params: ::core::default::Default::default(),
                     inputs: ::core::default::Default::default(),
+                    #bare_value
                 }
             }
-        }
-    }
-}
-
-fn system(
-    program: &Program,
-    choice: ScalarChoice,
-    syntax: &Syntax,
-    bodies: &mut Bodies,
-) -> TokenStream {
-    let Syntax { scalar, generic, bound, constants, locals, .. } = syntax;
-    let model = model(program);
-    let interface = &program.interface;
-    let position = quote!(let Some(q) = q.first_chunk::<N>() else { return };);
-    let motion = quote!(#position let Some(u) = u.first_chunk::<N>() else { return };);
-    let balance = quote! {
-        let t = at.t;
-        let Some(q) = at.q.first_chunk::<N>() else { return };
-        let Some(u) = at.u.first_chunk::<N>() else { return };
-        let Some(a) = at.acceleration.first_chunk::<N>() else { return };
-        let Some(lambda) = at.multipliers.first_chunk::<C>() else { return };
-    };
-    let (parameter_count, input_count) =
-        (number(interface.parameters.len()), number(interface.inputs.len()));
-    let directed = quote! {
-        #balance
-        let dt = change.t;
-        let Some(dq) = change.q.first_chunk::<N>() else { return };
-        let Some(du) = change.u.first_chunk::<N>() else { return };
-        let Some(dp) = change.parameters.first_chunk::<#parameter_count>() else { return };
-        let Some(di) = change.inputs.first_chunk::<#input_count>() else { return };
-    };
-    let mut filled = |kind, places: &[&str], given: &TokenStream| {
-        filled(program.function_of(kind), syntax, places, given, bodies, &TokenStream::new())
-    };
-    let equations_body = filled(
-        FunctionKind::Equations,
-        &["out.mass", "out.forcing", "out.jacobian", "out.gamma"],
-        &motion,
-    );
-    let closure_body = filled(FunctionKind::Closure, &["residual", "jacobian"], &position);
-    let poses_body = filled(FunctionKind::Poses, &["out"], &position);
-    let points_body = filled(FunctionKind::Points, &["out"], &position);
-    let reactions_body = filled(FunctionKind::Reactions, &["out"], &balance);
-    let tangent_body = filled(FunctionKind::Tangent, &["forces", "closure"], &directed);
-    let energy_body = bodies.write(program.function_of(FunctionKind::Energy));
-    let drives_body = drive_visits(program, choice, syntax, bodies);
-    let allowances = allowances();
-    let nan = constant(choice, f64::NAN);
-    let zero = constant(choice, 0.0);
-    let table = |f: &dyn Fn(&crate::program::JointInfo) -> f64| {
-        let entries: Vec<_> = interface.joints.iter().map(|j| constant(choice, f(j))).collect();
-        quote!([#(#entries),*])
-    };
-    let least = table(&|joint| joint.limits[0]);
-    let greatest = table(&|joint| joint.limits[1]);
-    let positions = table(&|joint| joint.initial_q);
-    let speeds = table(&|joint| joint.initial_u);
-    let given = interface.joints.iter().map(|joint| joint.initial_given);
-    let size = constant(choice, interface.size);
-    let (infinity, minus_infinity) =
-        (constant(choice, f64::INFINITY), constant(choice, f64::NEG_INFINITY));
-    quote! {
-        #allowances
-        impl #bound ::lamc_runtime::System for #model #generic {
-            type Scalar = #scalar;
-            type Vector = [#scalar; N];
-            type Matrix = [#scalar; N * N];
-            type Workspace = [#scalar; ::lamc_runtime::workspace_len(DIMENSIONS)];
-
-            fn dimensions(&self) -> ::lamc_runtime::Dimensions { DIMENSIONS }
-            fn vector(&self) -> Self::Vector { #constants [#zero; N] }
-            fn matrix(&self) -> Self::Matrix { #constants [#zero; N * N] }
-            fn workspace(&self) -> Self::Workspace {
-                #constants
-                [#zero; ::lamc_runtime::workspace_len(DIMENSIONS)]
-            }
-            fn size(&self) -> #scalar { #constants #size }
-            fn limits(&self, joint: usize) -> [#scalar; 2] {
-                #constants
-                let (least, greatest) = (#least, #greatest);
-                match (least.get(joint), greatest.get(joint)) {
-                    (Some(&least), Some(&greatest)) => [least, greatest],
-                    _ => [#minus_infinity, #infinity],
-                }
-            }
-            fn initial_position(&self, joint: usize) -> #scalar {
-                #constants
-                #positions.get(joint).copied().unwrap_or(#zero)
-            }
-            fn initial_speed(&self, joint: usize) -> #scalar {
-                #constants
-                #speeds.get(joint).copied().unwrap_or(#zero)
-            }
-            fn is_pinned(&self, joint: usize) -> bool {
-                [#(#given),*].get(joint).copied().unwrap_or(false)
-            }
-            fn write_equations(
-                &self, t: #scalar, q: &[#scalar], u: &[#scalar],
-                out: ::lamc_runtime::EquationsMut<'_, #scalar>,
-            ) { #equations_body }
-            fn write_closure(
-                &self, q: &[#scalar], residual: &mut [#scalar], jacobian: &mut [#scalar],
-            ) { #closure_body }
-            fn write_poses(&self, q: &[#scalar], out: &mut [#scalar]) { #poses_body }
-            fn write_points(&self, q: &[#scalar], out: &mut [#scalar]) { #points_body }
-            fn energy(&self, t: #scalar, q: &[#scalar], u: &[#scalar])
-                -> ::lamc_runtime::Energy<#scalar>
-            {
-                #locals
-                let (Some(q), Some(u)) = (q.first_chunk::<N>(), u.first_chunk::<N>()) else {
-                    return ::lamc_runtime::Energy { kinetic: #nan, potential: #nan };
-                };
-                let (kinetic, potential) = (&mut [#zero], &mut [#zero]);
-                #energy_body
-                ::lamc_runtime::Energy { kinetic: kinetic[0], potential: potential[0] }
-            }
-            fn drives(&self, t: #scalar, mut visit: impl FnMut(::lamc_runtime::Drive<#scalar>)) {
-                #drives_body
-            }
-            fn write_reactions(
-                &self, at: ::lamc_runtime::Balance<'_, #scalar>, out: &mut [#scalar],
-            ) { #reactions_body }
-            fn write_tangent(
-                &self, at: ::lamc_runtime::Balance<'_, #scalar>,
-                change: ::lamc_runtime::Change<'_, #scalar>,
-                forces: &mut [#scalar], closure: &mut [#scalar],
-            ) { #tangent_body }
         }
     }
 }
@@ -405,83 +382,4 @@ fn parts_of(program: &Program, syntax: &Syntax, parts: &TokenStream) -> TokenStr
     let Syntax { generic, arithmetic, .. } = syntax;
     let (model, allowances) = (model(program), allowances());
     quote! { #allowances impl #arithmetic #model #generic { #parts } }
-}
-
-/// What is given, then every output assigned to an array of exactly its length, at these places;
-/// returns `otherwise` where one is too short.
-pub fn filled(
-    function: &Function,
-    syntax: &Syntax,
-    places: &[&str],
-    given: &TokenStream,
-    bodies: &mut Bodies,
-    otherwise: &TokenStream,
-) -> TokenStream {
-    let mut arrays = TokenStream::new();
-    for (output, place) in function.outputs.iter().zip(places) {
-        if !output.entries.is_empty() {
-            let (name, length) = (format_ident!("{}", output.name), number(output.entries.len()));
-            let path = place.split('.').map(|part| format_ident!("{part}"));
-            arrays.extend(quote! {
-                let Some(#name) = #(#path).*.first_chunk_mut::<#length>() else { return #otherwise };
-            });
-        }
-    }
-    if arrays.is_empty() {
-        return TokenStream::new();
-    }
-    let (locals, body) = (&syntax.locals, bodies.write(function));
-    quote! { #locals #given #arrays #body }
-}
-
-/// One visit per driven joint.
-fn drive_visits(
-    program: &Program,
-    choice: ScalarChoice,
-    syntax: &Syntax,
-    bodies: &mut Bodies,
-) -> TokenStream {
-    let driven = program.interface.driven();
-    if driven.is_empty() {
-        return TokenStream::new();
-    }
-    let (locals, zero) = (&syntax.locals, constant(choice, 0.0));
-    let length = number(4 * driven.len());
-    let body = bodies.write(program.function_of(FunctionKind::Drives));
-    let visits = driven.iter().enumerate().map(|(index, joint)| {
-        let joint = number(joint.index());
-        let [position, speed, acceleration, jerk] = [0, 1, 2, 3].map(|k| number(4 * index + k));
-        quote! {
-            visit(::lamc_runtime::Drive {
-                joint: #joint, position: drives[#position], speed: drives[#speed],
-                acceleration: drives[#acceleration], jerk: drives[#jerk],
-            });
-        }
-    });
-    quote! { #locals let drives = &mut [#zero; #length]; #body #(#visits)* }
-}
-
-fn front(program: &Program, syntax: &Syntax) -> TokenStream {
-    let Syntax { scalar, generic, bound, .. } = syntax;
-    let model = model(program);
-    let interface = &program.interface;
-    let (n, rows) = (number(interface.joints.len()), number(interface.rows));
-    let (loops, bodies) = (number(interface.loops.len()), number(interface.bodies.len()));
-    let points = number(interface.points.len());
-    let [drives, parameters, inputs] =
-        [interface.driven().len(), interface.parameters.len(), interface.inputs.len()].map(number);
-    quote! {
-        const DIMENSIONS: ::lamc_runtime::Dimensions = ::lamc_runtime::Dimensions {
-            coordinates: #n, rows: #rows, loops: #loops, bodies: #bodies, points: #points,
-            drives: #drives, parameters: #parameters, inputs: #inputs,
-        };
-
-        impl #bound ::lamc_runtime::Mechanism<#scalar, N, C> for #model #generic {
-            type Residual = [#scalar; 9 * LOOPS];
-            type ResidualJacobian = [[#scalar; N]; 9 * LOOPS];
-            type Poses = [[#scalar; 12]; #bodies];
-            type Points = [[#scalar; 3]; #points];
-
-        }
-    }
 }

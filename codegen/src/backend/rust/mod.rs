@@ -6,8 +6,10 @@
 mod body;
 mod exports;
 mod header;
+mod implementation;
 mod items;
-mod solutions;
+mod methods;
+mod straight_line;
 
 use crate::backend::c::Real;
 use crate::program::Program;

@@ -1,12 +1,12 @@
 //! The arm, let go with its shoulder turned to 20 degrees: where its tip is after a second, and
 //! what the servo holds.
 
-#[allow(dead_code)]
 mod arm {
     include!(concat!(env!("OUT_DIR"), "/arm.rs"));
 }
 
-use lamc_runtime::{Error, Mechanism, Rk4};
+use arm::joint::SHOULDER;
+use lamc_runtime::{Error, Rk4};
 
 fn main() -> Result<(), Error> {
     let mut robot = arm::Arm::default();
@@ -18,7 +18,7 @@ fn main() -> Result<(), Error> {
         rk4.step(&robot, &mut state, 1e-3)?;
     }
     let [tip] = robot.points(&state.q);
-    let torque = robot.forces(state.t, &state.q, &state.u)?.motor[0];
+    let torque = robot.forces(state.t, &state.q, &state.u)?.motor[SHOULDER];
     println!("tip at {:.1} mm, the servo holds {:.3} mN m", tip[2] * 1e3, torque * 1e3);
     Ok(())
 }

@@ -1,15 +1,13 @@
 //! The hand's linkages: where they come to rest.
 
-#[allow(dead_code)]
 mod sixbar {
     include!(concat!(env!("OUT_DIR"), "/sixbar.rs"));
 }
-#[allow(dead_code)]
 mod fourbar {
     include!(concat!(env!("OUT_DIR"), "/fourbar.rs"));
 }
 
-use lamc_runtime::{Error, Mechanism};
+use lamc_runtime::Error;
 
 fn main() -> Result<(), Error> {
     let (six, _) = sixbar::Sixbar::<f64>::default().settled()?;

@@ -3,8 +3,8 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
-use lamc_generated::sixbar::{N, Sixbar};
-use lamc_runtime::{Error, Mechanism, Rk4, Scalar, StateOf};
+use lamc_generated::sixbar::{NQ, NU, Sixbar};
+use lamc_runtime::{Error, Rk4, Scalar, StateOf};
 
 /// Steps of a second.
 pub const STEPS: usize = 1000;
@@ -41,7 +41,7 @@ impl<S: Scalar> Motion<S> {
     }
 
     /// q (rad), then u (rad/s).
-    pub fn coordinates(&self) -> [S; 2 * N] {
-        core::array::from_fn(|i| if i < N { self.state.q[i] } else { self.state.u[i - N] })
+    pub fn coordinates(&self) -> [S; NQ + NU] {
+        core::array::from_fn(|i| if i < NQ { self.state.q[i] } else { self.state.u[i - NQ] })
     }
 }

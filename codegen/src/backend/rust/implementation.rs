@@ -1,0 +1,313 @@
+//! The implementations of the runtime's traits: `Mechanism`, and `Batch` for a design in each lane.
+
+use proc_macro2::{Ident, TokenStream};
+use quote::{format_ident, quote};
+
+use super::ScalarChoice;
+use super::body::constant;
+use super::items::{FieldNames, Syntax, allowances, is_bare, model, number};
+use super::straight_line::{has, method};
+use crate::program::{FunctionKind, JointInfo, Program};
+
+/// `Mechanism`.
+pub fn mechanism(program: &Program, choice: ScalarChoice, syntax: &Syntax) -> TokenStream {
+    let Syntax { scalar, generic, bound, constants, zero, .. } = syntax;
+    let (model, interface) = (model(program), &program.interface);
+    let n = number(interface.joints.len());
+    let square = number(interface.joints.len() * interface.joints.len());
+    let (bodies, points) = (number(interface.bodies.len()), number(interface.points.len()));
+    let table = |f: &dyn Fn(&JointInfo) -> f64| {
+        let entries: Vec<_> = interface.joints.iter().map(|j| constant(choice, f(j))).collect();
+        quote!([#(#entries),*])
+    };
+    let limits = interface.joints.iter().map(|joint| {
+        let [least, greatest] = joint.limits.map(|limit| constant(choice, limit));
+        quote!([#least, #greatest])
+    });
+    let unlimited = [f64::NEG_INFINITY, f64::INFINITY].map(|limit| constant(choice, limit));
+    let (positions, speeds) = (table(&|joint| joint.initial_q), table(&|joint| joint.initial_u));
+    let pinned = interface.joints.iter().map(|joint| joint.initial_given);
+    let size = constant(choice, interface.size);
+    let [energy, poses, places] =
+        [FunctionKind::Energy, FunctionKind::Poses, FunctionKind::Points].map(method);
+    let (pose_count, point_count) =
+        (number(12 * interface.bodies.len()), number(3 * interface.points.len()));
+    let (dimensions, functions, allowances) =
+        (dimensions(program), functions(program, syntax), allowances());
+    quote! {
+        #dimensions
+
+        #allowances
+        impl #bound ::lamc_runtime::Mechanism for #model #generic {
+            type Scalar = #scalar;
+            type Coordinates = [#scalar; #n];
+            type Speeds = [#scalar; #n];
+            type Matrix = [#scalar; #square];
+            type Workspace = [#scalar; ::lamc_runtime::plumbing::workspace_len(DIMENSIONS)];
+            type Poses = [[#scalar; 12]; #bodies];
+            type Points = [[#scalar; 3]; #points];
+
+            fn dimensions(&self) -> ::lamc_runtime::plumbing::Dimensions { DIMENSIONS }
+            fn speeds(&self) -> Self::Speeds { [#zero; #n] }
+            fn matrix(&self) -> Self::Matrix { [#zero; #square] }
+            fn workspace(&self) -> Self::Workspace {
+                [#zero; ::lamc_runtime::plumbing::workspace_len(DIMENSIONS)]
+            }
+            fn size(&self) -> #scalar { #constants #size }
+            fn limits(&self, joint: usize) -> [#scalar; 2] {
+                #constants
+                [#(#limits),*].get(joint).copied().unwrap_or([#(#unlimited),*])
+            }
+            fn initial(&self) -> ::lamc_runtime::StateOf<Self> {
+                #constants
+                ::lamc_runtime::State { t: #zero, q: #positions, u: #speeds }
+            }
+            fn is_pinned(&self, joint: usize) -> bool {
+                [#(#pinned),*].get(joint).copied().unwrap_or(false)
+            }
+            fn energy(&self, t: #scalar, q: &Self::Coordinates, u: &Self::Speeds)
+                -> ::lamc_runtime::Energy<#scalar>
+            {
+                let (kinetic, potential) = (&mut [#zero], &mut [#zero]);
+                self.#energy(t, q, u, kinetic, potential);
+                ::lamc_runtime::Energy { kinetic: kinetic[0], potential: potential[0] }
+            }
+            fn poses(&self, q: &Self::Coordinates) -> Self::Poses {
+                let poses = &mut [#zero; #pose_count];
+                self.#poses(q, poses);
+                ::lamc_runtime::plumbing::matrix(poses)
+            }
+            fn points(&self, q: &Self::Coordinates) -> Self::Points {
+                let points = &mut [#zero; #point_count];
+                self.#places(q, points);
+                ::lamc_runtime::plumbing::matrix(points)
+            }
+            #functions
+        }
+    }
+}
+
+fn dimensions(program: &Program) -> TokenStream {
+    let interface = &program.interface;
+    let n = number(interface.joints.len());
+    let [rows, loops, bodies, points, drives, parameters, inputs] = [
+        interface.rows,
+        interface.loops.len(),
+        interface.bodies.len(),
+        interface.points.len(),
+        interface.driven().len(),
+        interface.parameters.len(),
+        interface.inputs.len(),
+    ]
+    .map(number);
+    quote! {
+        const DIMENSIONS: ::lamc_runtime::plumbing::Dimensions =
+            ::lamc_runtime::plumbing::Dimensions {
+                coordinates: #n, speeds: #n, joints: #n, rows: #rows, loops: #loops,
+                bodies: #bodies, points: #points, drives: #drives, parameters: #parameters,
+                inputs: #inputs,
+            };
+    }
+}
+
+/// The functions that read and write slices.
+fn functions(program: &Program, syntax: &Syntax) -> TokenStream {
+    let Syntax { scalar, zero, .. } = syntax;
+    let [equations, closure, reactions, tangent] = [
+        FunctionKind::Equations,
+        FunctionKind::Closure,
+        FunctionKind::Reactions,
+        FunctionKind::Tangent,
+    ]
+    .map(method);
+    let balance = quote! {
+        at.t, exactly(at.q)?, exactly(at.u)?, exactly(at.acceleration)?, exactly(at.multipliers)?
+    };
+    let drives = drives(program, syntax);
+    let solutions = solutions(program, scalar, zero);
+    quote! {
+        fn write_equations(
+            &self, t: #scalar, q: &[#scalar], u: &[#scalar],
+            out: ::lamc_runtime::plumbing::EquationsMut<'_, #scalar>,
+        ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+            use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+            self.#equations(
+                t, exactly(q)?, exactly(u)?, exactly_mut(out.mass)?, exactly_mut(out.forcing)?,
+                exactly_mut(out.jacobian)?, exactly_mut(out.gamma)?,
+            );
+            Ok(())
+        }
+        fn write_closure(
+            &self, q: &[#scalar], residual: &mut [#scalar], jacobian: &mut [#scalar],
+        ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+            use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+            self.#closure(exactly(q)?, exactly_mut(residual)?, exactly_mut(jacobian)?);
+            Ok(())
+        }
+        fn write_reactions(
+            &self, at: ::lamc_runtime::plumbing::Balance<'_, #scalar>, out: &mut [#scalar],
+        ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+            use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+            self.#reactions(#balance, exactly_mut(out)?);
+            Ok(())
+        }
+        fn write_tangent(
+            &self, at: ::lamc_runtime::plumbing::Balance<'_, #scalar>,
+            change: ::lamc_runtime::Change<'_, #scalar>,
+            forces: &mut [#scalar], closure: &mut [#scalar],
+        ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+            use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+            self.#tangent(
+                #balance, change.t, exactly(change.q)?, exactly(change.u)?,
+                exactly(change.parameters)?, exactly(change.inputs)?, exactly_mut(forces)?,
+                exactly_mut(closure)?,
+            );
+            Ok(())
+        }
+        #drives
+        #solutions
+    }
+}
+
+/// The functions that solve, where the program has them.
+fn solutions(program: &Program, scalar: &TokenStream, zero: &TokenStream) -> TokenStream {
+    let mut functions = writers(program, scalar, zero);
+    if has(program, FunctionKind::Jacobian) {
+        let jacobian = method(FunctionKind::Jacobian);
+        functions.extend(quote! {
+            fn write_jacobian(
+                &self, t: #scalar, q: &[#scalar], u: &[#scalar],
+                out: ::lamc_runtime::JacobianMut<'_, #scalar>,
+            ) -> ::core::result::Result<
+                ::core::option::Option<::lamc_runtime::plumbing::Margin<#scalar>>,
+                ::lamc_runtime::Error,
+            > {
+                use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+                let margin = &mut [#zero; 2];
+                self.#jacobian(
+                    t, exactly(q)?, exactly(u)?, exactly_mut(out.acceleration)?,
+                    exactly_mut(out.dq)?, exactly_mut(out.du)?, exactly_mut(out.dt)?, margin,
+                );
+                let [inverse_pivot, conditioning] = *margin;
+                Ok(Some(::lamc_runtime::plumbing::Margin { inverse_pivot, conditioning }))
+            }
+        });
+    }
+    functions
+}
+
+/// Acceleration and projection, for numbers or for lanes, where the program has them.
+fn writers(program: &Program, scalar: &TokenStream, zero: &TokenStream) -> TokenStream {
+    let margin = quote! {
+        ::core::result::Result<
+            ::core::option::Option<::lamc_runtime::plumbing::Margin<#scalar>>,
+            ::lamc_runtime::Error,
+        >
+    };
+    let [acceleration, projection] =
+        [FunctionKind::Acceleration, FunctionKind::Projection].map(method);
+    let mut functions = TokenStream::new();
+    if has(program, FunctionKind::Acceleration) {
+        functions.extend(quote! {
+            fn write_acceleration(
+                &self, t: #scalar, q: &[#scalar], u: &[#scalar], out: &mut [#scalar],
+            ) -> #margin {
+                use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+                let margin = &mut [#zero; 2];
+                self.#acceleration(t, exactly(q)?, exactly(u)?, exactly_mut(out)?, margin);
+                let [inverse_pivot, conditioning] = *margin;
+                Ok(Some(::lamc_runtime::plumbing::Margin { inverse_pivot, conditioning }))
+            }
+        });
+    }
+    if has(program, FunctionKind::Projection) {
+        functions.extend(quote! {
+            fn write_projection(
+                &self, q: &[#scalar], u: &[#scalar],
+                out: ::lamc_runtime::plumbing::ProjectionMut<'_, #scalar>,
+            ) -> #margin {
+                use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+                let margin = &mut [#zero; 2];
+                self.#projection(
+                    exactly(q)?, exactly(u)?, exactly_mut(out.residual)?,
+                    exactly_mut(out.positions)?, exactly_mut(out.speeds)?, margin,
+                );
+                let [inverse_pivot, conditioning] = *margin;
+                Ok(Some(::lamc_runtime::plumbing::Margin { inverse_pivot, conditioning }))
+            }
+        });
+    }
+    functions
+}
+
+/// One visit per driven joint.
+fn drives(program: &Program, syntax: &Syntax) -> TokenStream {
+    let Syntax { scalar, zero, .. } = syntax;
+    let driven = program.interface.driven();
+    if driven.is_empty() {
+        return TokenStream::new();
+    }
+    let length = number(4 * driven.len());
+    let drives = method(FunctionKind::Drives);
+    let visits = driven.iter().enumerate().map(|(index, joint)| {
+        let joint = number(joint.index());
+        let [position, speed, acceleration, jerk] = [0, 1, 2, 3].map(|k| number(4 * index + k));
+        quote! {
+            visit(::lamc_runtime::plumbing::Drive {
+                joint: #joint, position: drives[#position], speed: drives[#speed],
+                acceleration: drives[#acceleration], jerk: drives[#jerk],
+            });
+        }
+    });
+    quote! {
+        fn drives(
+            &self, t: #scalar, mut visit: impl FnMut(::lamc_runtime::plumbing::Drive<#scalar>),
+        ) {
+            let drives = &mut [#zero; #length];
+            self.#drives(t, drives);
+            #(#visits)*
+        }
+    }
+}
+
+/// A design in each lane, of a module for every number type.
+pub fn batch(program: &Program, choice: ScalarChoice, fields: &FieldNames) -> TokenStream {
+    if choice != ScalarChoice::Generic {
+        return TokenStream::new();
+    }
+    let (model, interface) = (model(program), &program.interface);
+    let n = number(interface.joints.len());
+    let residuals = number(9 * interface.loops.len());
+    let of_lane = |of: &str, fields: &[Ident]| {
+        let of = format_ident!("{of}");
+        quote!(#(#fields: self.#of.#fields.lane(lane)),*)
+    };
+    let parameters = of_lane("params", &fields.parameters);
+    let inputs = of_lane("inputs", &fields.inputs);
+    let bare = is_bare(program, choice).then(|| quote!(, scalar: ::core::marker::PhantomData));
+    let functions = batch_functions(program);
+    let allowances = allowances();
+    quote! {
+        #allowances
+        impl<S: ::lamc_runtime::Lanes> ::lamc_runtime::Batch<S> for #model<S> {
+            type Lane = #model<S::Number>;
+            type Coordinates = [S; #n];
+            type Speeds = [S; #n];
+            type Residual = [S; #residuals];
+
+            fn lane(&self, lane: usize) -> Self::Lane {
+                #model { params: Params { #parameters }, inputs: Inputs { #inputs } #bare }
+            }
+            fn zeros(&self) -> ::lamc_runtime::StatesOf<Self, S> {
+                ::lamc_runtime::State { t: S::ZERO, q: [S::ZERO; #n], u: [S::ZERO; #n] }
+            }
+            fn residual(&self) -> Self::Residual { [S::ZERO; #residuals] }
+            #functions
+        }
+    }
+}
+
+/// The functions of lanes that the program has.
+fn batch_functions(program: &Program) -> TokenStream {
+    writers(program, &quote!(S), &quote!(S::ZERO))
+}

@@ -1,0 +1,177 @@
+//! The methods of the mechanism's type: arrays in, arrays out, and no trait to import.
+
+use proc_macro2::TokenStream;
+use quote::quote;
+
+use super::items::{Syntax, model, number, unused};
+use super::straight_line::method;
+use crate::program::{FunctionKind, Program};
+
+/// The methods.
+pub fn methods(program: &Program, syntax: &Syntax) -> TokenStream {
+    let Syntax { generic, bound, .. } = syntax;
+    let (model, unused) = (model(program), unused());
+    let (algorithms, evaluations) = (algorithms(program, syntax), evaluations(program, syntax));
+    let optional = optional(program, syntax);
+    quote! {
+        #unused
+        impl #bound #model #generic { #algorithms #evaluations #optional }
+    }
+}
+
+/// Those that iterate or decide.
+fn algorithms(program: &Program, syntax: &Syntax) -> TokenStream {
+    let scalar = &syntax.scalar;
+    let n = number(program.interface.joints.len());
+    let state = quote!(::lamc_runtime::State<[#scalar; #n], #scalar>);
+    let error = quote!(::lamc_runtime::Error);
+    quote! {
+        /// The initial state with closed loops: assembled from the model's guess, the joints whose
+        /// angles the model states pinned, and with speeds that the closure allows.
+        ///
+        /// # Errors
+        ///
+        /// As [`assemble`](::lamc_runtime::assemble) and [`project`](fn@::lamc_runtime::project).
+        pub fn assembled(&self) -> ::core::result::Result<#state, #error> {
+            ::lamc_runtime::Mechanism::assembled(self)
+        }
+
+        /// The state of rest downhill from [`assembled`](Self::assembled), at t = 0: gravity, springs,
+        /// torques and forces in balance on closed loops.
+        ///
+        /// # Errors
+        ///
+        /// As [`assemble`](::lamc_runtime::assemble) and
+        /// [`equilibrium`](fn@::lamc_runtime::equilibrium).
+        pub fn settled(
+            &self,
+        ) -> ::core::result::Result<(#state, ::lamc_runtime::Equilibrium<#scalar>), #error> {
+            ::lamc_runtime::Mechanism::settled(self)
+        }
+
+        /// Moves a state onto the closure, by the least change weighted with the mass matrix.
+        ///
+        /// # Errors
+        ///
+        /// As [`project`](fn@::lamc_runtime::project); the state may then have moved.
+        pub fn project(&self, state: &mut #state) -> ::core::result::Result<(), #error> {
+            ::lamc_runtime::Mechanism::project(self, state)
+        }
+
+        /// Advances a state by `dt` (s): Runge-Kutta of order 4, with projection. For more than a step,
+        /// an [`Rk4`](::lamc_runtime::Rk4) of one's own keeps its storage.
+        ///
+        /// # Errors
+        ///
+        /// As [`Rk4::step`](::lamc_runtime::Rk4::step); the state is then unchanged.
+        pub fn step(&self, state: &mut #state, dt: #scalar) -> ::core::result::Result<(), #error> {
+            ::lamc_runtime::Mechanism::step(self, state, dt)
+        }
+
+        /// du/dt, rad/s^2, with closed loops.
+        ///
+        /// # Errors
+        ///
+        /// As [`acceleration`](fn@::lamc_runtime::acceleration).
+        pub fn acceleration(
+            &self, t: #scalar, q: &[#scalar; #n], u: &[#scalar; #n],
+        ) -> ::core::result::Result<[#scalar; #n], #error> {
+            ::lamc_runtime::Mechanism::acceleration(self, t, q, u)
+        }
+    }
+}
+
+/// Those that evaluate a state.
+fn evaluations(program: &Program, syntax: &Syntax) -> TokenStream {
+    let Syntax { scalar, zero, .. } = syntax;
+    let interface = &program.interface;
+    let (joints, c) = (interface.joints.len(), interface.rows);
+    let (n, rows, bodies) = (number(joints), number(c), number(interface.bodies.len()));
+    let (square, rows_by_n) = (number(joints * joints), number(c * joints));
+    let equations = method(FunctionKind::Equations);
+    let error = quote!(::lamc_runtime::Error);
+    quote! {
+        /// du/dt and what holds the constraints: closure forces, motor torques, and what each hinge
+        /// carries.
+        ///
+        /// # Errors
+        ///
+        /// As [`acceleration`](fn@::lamc_runtime::acceleration).
+        pub fn forces(
+            &self, t: #scalar, q: &[#scalar; #n], u: &[#scalar; #n],
+        ) -> ::core::result::Result<::lamc_runtime::Forces<#scalar, #n, #rows, #n>, #error> {
+            ::lamc_runtime::plumbing::forces(self, t, q, u)
+        }
+
+        /// du/dt and its derivatives by q, u and t.
+        ///
+        /// # Errors
+        ///
+        /// As [`jacobian`](fn@::lamc_runtime::jacobian).
+        pub fn jacobian(
+            &self, t: #scalar, q: &[#scalar; #n], u: &[#scalar; #n],
+        ) -> ::core::result::Result<::lamc_runtime::Jacobian<#scalar, #n>, #error> {
+            ::lamc_runtime::plumbing::jacobian(self, t, q, u)
+        }
+
+        /// M, f, J and gamma at a state: M du/dt = f + J^T lambda, J du/dt = -gamma.
+        pub fn equations(
+            &self, t: #scalar, q: &[#scalar; #n], u: &[#scalar; #n],
+        ) -> ::lamc_runtime::Equations<#scalar, #n, #rows> {
+            let (mut mass, mut forcing) = ([#zero; #square], [#zero; #n]);
+            let (mut jacobian, mut gamma) = ([#zero; #rows_by_n], [#zero; #rows]);
+            self.#equations(t, q, u, &mut mass, &mut forcing, &mut jacobian, &mut gamma);
+            ::lamc_runtime::Equations {
+                mass: ::lamc_runtime::plumbing::matrix(&mass),
+                forcing,
+                jacobian: ::lamc_runtime::plumbing::matrix(&jacobian),
+                gamma,
+            }
+        }
+
+        /// Energies at a state, J.
+        pub fn energy(
+            &self, t: #scalar, q: &[#scalar; #n], u: &[#scalar; #n],
+        ) -> ::lamc_runtime::Energy<#scalar> {
+            ::lamc_runtime::Mechanism::energy(self, t, q, u)
+        }
+
+        /// The pose of each body: R row-major, then p in m; what is drawn at x lies at R x + p in the
+        /// base frame.
+        pub fn poses(&self, q: &[#scalar; #n]) -> [[#scalar; 12]; #bodies] {
+            ::lamc_runtime::Mechanism::poses(self, q)
+        }
+    }
+}
+
+/// Those that not every mechanism has.
+fn optional(program: &Program, syntax: &Syntax) -> TokenStream {
+    let Syntax { scalar, zero, .. } = syntax;
+    let interface = &program.interface;
+    let joints = interface.joints.len();
+    let (n, r) = (number(joints), 9 * interface.loops.len());
+    let mut methods = TokenStream::new();
+    if !interface.points.is_empty() {
+        let points = number(interface.points.len());
+        methods.extend(quote! {
+            /// The position of each point in the base frame, m.
+            pub fn points(&self, q: &[#scalar; #n]) -> [[#scalar; 3]; #points] {
+                ::lamc_runtime::Mechanism::points(self, q)
+            }
+        });
+    }
+    if r > 0 {
+        let (residuals, entries, closure) =
+            (number(r), number(r * joints), method(FunctionKind::Closure));
+        methods.extend(quote! {
+            /// Nine residuals per loop, m, and their Jacobian.
+            pub fn closure(&self, q: &[#scalar; #n]) -> ::lamc_runtime::Closure<#scalar, #n, #residuals> {
+                let (mut residual, mut jacobian) = ([#zero; #residuals], [#zero; #entries]);
+                self.#closure(q, &mut residual, &mut jacobian);
+                let jacobian = ::lamc_runtime::plumbing::matrix(&jacobian);
+                ::lamc_runtime::Closure { residual, jacobian }
+            }
+        });
+    }
+    methods
+}

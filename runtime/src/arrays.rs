@@ -1,0 +1,121 @@
+//! Results of a mechanism whose sizes are constants, as arrays.
+
+use crate::jacobian::{JacobianMut, jacobian as write_jacobian};
+use crate::plumbing::{Balance, exactly};
+use crate::{Arithmetic, Error, Mechanism, acceleration_and_forces};
+
+/// M du/dt = f + J^T lambda, J du/dt = -gamma at a state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Equations<S, const NU: usize, const C: usize> {
+    /// M, kg m^2.
+    pub mass: [[S; NU]; NU],
+    /// f, N m.
+    pub forcing: [S; NU],
+    /// J, m.
+    pub jacobian: [[S; NU]; C],
+    /// gamma, m/s^2.
+    pub gamma: [S; C],
+}
+
+/// What holds the constraints at a state of J joints.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Forces<S, const NU: usize, const C: usize, const J: usize> {
+    /// du/dt, rad/s^2.
+    pub acceleration: [S; NU],
+    /// lambda, N: J^T lambda acts on the coordinates. Of redundant rows the smallest that does.
+    pub closure: [S; C],
+    /// Torque of each driven joint's motor on its second body, N m; 0 for other joints.
+    pub motor: [S; J],
+    /// Force (N) and moment (N m) of each hinge, as of [`Mechanism::write_reactions`].
+    pub reactions: [[S; 6]; J],
+}
+
+/// du/dt and its derivatives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jacobian<S, const NU: usize> {
+    /// a = du/dt, rad/s^2.
+    pub acceleration: [S; NU],
+    /// da/dq along the directions of u, 1/s^2.
+    pub dq: [[S; NU]; NU],
+    /// da/du, 1/s.
+    pub du: [[S; NU]; NU],
+    /// da/dt, rad/s^3.
+    pub dt: [S; NU],
+}
+
+/// All R = 9 L closure equations, nine of every loop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Closure<S, const NU: usize, const R: usize> {
+    /// Residuals, m.
+    pub residual: [S; R],
+    /// Their derivatives along the directions of u, m.
+    pub jacobian: [[S; NU]; R],
+}
+
+/// What holds the constraints: see [`acceleration_and_forces`].
+///
+/// # Errors
+///
+/// As [`acceleration`](fn@crate::acceleration); [`Error::Length`] if the sizes are not the mechanism's.
+pub fn forces<M: Mechanism, const NU: usize, const C: usize, const J: usize>(
+    mechanism: &M,
+    t: M::Scalar,
+    q: &M::Coordinates,
+    u: &M::Speeds,
+) -> Result<Forces<M::Scalar, NU, C, J>, Error> {
+    let zero = M::Scalar::ZERO;
+    let d = mechanism.dimensions();
+    let mut forces = Forces {
+        acceleration: [zero; NU],
+        closure: [zero; C],
+        motor: [zero; J],
+        reactions: [[zero; 6]; J],
+    };
+    let (q, u) = (q.as_ref(), u.as_ref());
+    // The second workspace holds the multipliers.
+    let (mut workspace, mut storage) = (mechanism.workspace(), mechanism.workspace());
+    let lambda = &mut storage.as_mut()[..d.rows + d.drives];
+    let out = &mut forces.acceleration;
+    acceleration_and_forces(mechanism, t, q, u, workspace.as_mut(), out, lambda)?;
+    let (closure, torques) = lambda.split_at(d.rows);
+    forces.closure = *exactly(closure)?;
+    let mut torques = torques.iter();
+    mechanism.drives(t, |drive| {
+        if let (Some(&torque), Some(motor)) = (torques.next(), forces.motor.get_mut(drive.joint)) {
+            *motor = torque;
+        }
+    });
+    let (acceleration, multipliers) = (&forces.acceleration[..], &forces.closure[..]);
+    let at = Balance { t, q, u, acceleration, multipliers };
+    mechanism.write_reactions(at, forces.reactions.as_flattened_mut())?;
+    Ok(forces)
+}
+
+/// du/dt and its derivatives: see [`jacobian`](fn@crate::jacobian).
+///
+/// # Errors
+///
+/// As [`jacobian`](fn@crate::jacobian); [`Error::Length`] if the size is not the mechanism's.
+pub fn jacobian<M: Mechanism, const NU: usize>(
+    mechanism: &M,
+    t: M::Scalar,
+    q: &M::Coordinates,
+    u: &M::Speeds,
+) -> Result<Jacobian<M::Scalar, NU>, Error> {
+    let zero = M::Scalar::ZERO;
+    let mut found = Jacobian {
+        acceleration: [zero; NU],
+        dq: [[zero; NU]; NU],
+        du: [[zero; NU]; NU],
+        dt: [zero; NU],
+    };
+    let out = JacobianMut {
+        acceleration: &mut found.acceleration,
+        dq: found.dq.as_flattened_mut(),
+        du: found.du.as_flattened_mut(),
+        dt: &mut found.dt,
+    };
+    let (q, u) = (q.as_ref(), u.as_ref());
+    write_jacobian(mechanism, t, q, u, mechanism.workspace().as_mut(), out)?;
+    Ok(found)
+}

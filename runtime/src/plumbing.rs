@@ -1,0 +1,156 @@
+//! What generated code, hand-written mechanisms and engines of the workbench need, and users of a
+//! generated module do not: where equations are written, and how far solutions can be trusted.
+//!
+//! Slices have exactly the lengths that their documentation states in the sizes of
+//! [`Dimensions`]; [`exactly`] and [`exactly_mut`] turn them into arrays.
+
+use crate::{Error, Scalar};
+
+pub use crate::arrays::{forces, jacobian};
+pub use crate::jacobian::{Change, JacobianMut};
+pub use crate::workspace::workspace_len;
+
+/// Sizes of a mechanism.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Dimensions {
+    /// NQ, coordinates: the length of q.
+    pub coordinates: usize,
+    /// NU, speeds: the length of u.
+    pub speeds: usize,
+    /// Joints with an angle. That of joint j is `q[j]`, and `u[j]` is its rate; coordinates and speeds
+    /// of anything else follow after those of the joints.
+    pub joints: usize,
+    /// C, closure rows of the acceleration.
+    pub rows: usize,
+    /// L, loops: nine residuals each.
+    pub loops: usize,
+    /// B, bodies.
+    pub bodies: usize,
+    /// P, points.
+    pub points: usize,
+    /// D, joints that follow a prescribed angle.
+    pub drives: usize,
+    /// Parameters.
+    pub parameters: usize,
+    /// Inputs.
+    pub inputs: usize,
+}
+
+impl Dimensions {
+    /// Nothing at all.
+    pub const ZERO: Self = Self::of_joints(0);
+
+    /// Joints whose angles are all the coordinates there are, and nothing else.
+    pub const fn of_joints(joints: usize) -> Self {
+        Self {
+            coordinates: joints,
+            speeds: joints,
+            joints,
+            rows: 0,
+            loops: 0,
+            bodies: 0,
+            points: 0,
+            drives: 0,
+            parameters: 0,
+            inputs: 0,
+        }
+    }
+}
+
+/// Where [`write_equations`](crate::Mechanism::write_equations) writes. Matrices are row-major.
+#[derive(Debug)]
+pub struct EquationsMut<'a, S> {
+    /// M, NU x NU, kg m^2.
+    pub mass: &'a mut [S],
+    /// f, NU, N m.
+    pub forcing: &'a mut [S],
+    /// J, C x NU, m.
+    pub jacobian: &'a mut [S],
+    /// gamma, C, m/s^2.
+    pub gamma: &'a mut [S],
+}
+
+/// Where [`write_projection`](crate::Mechanism::write_projection) writes.
+#[derive(Debug)]
+pub struct ProjectionMut<'a, S> {
+    /// Closure residuals, 9 L, m.
+    pub residual: &'a mut [S],
+    /// The step from the nearest closed loops to q, to first order, NU, rad.
+    pub positions: &'a mut [S],
+    /// By what u exceeds the nearest speeds that keep the loops as they are, NU, rad/s.
+    pub speeds: &'a mut [S],
+}
+
+/// How far results of a straight-line elimination can be trusted: not at all where a number is
+/// not positive, or is not a number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Margin<S> {
+    /// The least of the inverse pivots of M.
+    pub inverse_pivot: S,
+    /// A lower bound of smallest over largest eigenvalue of J M^-1 J^T; 1 without rows.
+    pub conditioning: S,
+}
+
+/// A joint that follows a prescribed angle s(t): `q_j` = s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drive<S> {
+    /// j.
+    pub joint: usize,
+    /// s, rad.
+    pub position: S,
+    /// ds/dt, rad/s.
+    pub speed: S,
+    /// Its derivative, rad/s^2.
+    pub acceleration: S,
+    /// Its derivative in turn, rad/s^3.
+    pub jerk: S,
+}
+
+/// A state with du/dt and the closure forces that go with it.
+#[derive(Clone, Copy, Debug)]
+pub struct Balance<'a, S> {
+    /// t, s.
+    pub t: S,
+    /// q, NQ, rad.
+    pub q: &'a [S],
+    /// u, NU, rad/s.
+    pub u: &'a [S],
+    /// du/dt, NU, rad/s^2.
+    pub acceleration: &'a [S],
+    /// lambda, C.
+    pub multipliers: &'a [S],
+}
+
+/// A slice as an array.
+///
+/// # Errors
+///
+/// [`Error::Length`] unless the slice has exactly that length.
+#[inline]
+pub fn exactly<S, const K: usize>(slice: &[S]) -> Result<&[S; K], Error> {
+    let given = slice.len();
+    slice.try_into().map_err(|_| Error::Length { expected: K, given })
+}
+
+/// A slice as an array to write to.
+///
+/// # Errors
+///
+/// [`Error::Length`] unless the slice has exactly that length.
+#[inline]
+pub fn exactly_mut<S, const K: usize>(slice: &mut [S]) -> Result<&mut [S; K], Error> {
+    let given = slice.len();
+    slice.try_into().map_err(|_| Error::Length { expected: K, given })
+}
+
+/// The rows of a matrix.
+#[inline]
+pub fn matrix<S: Scalar, const ROWS: usize, const COLUMNS: usize>(
+    flat: &[S],
+) -> [[S; COLUMNS]; ROWS] {
+    let mut matrix = [[S::ZERO; COLUMNS]; ROWS];
+    for (value, &entry) in matrix.as_flattened_mut().iter_mut().zip(flat) {
+        *value = entry;
+    }
+    matrix
+}
