@@ -174,6 +174,7 @@ impl<S: ::lamc_runtime::Arithmetic> ::core::default::Default for Sixbar<S> {
 }
 
 #[allow(dead_code, reason = "a program uses what it needs")]
+#[allow(clippy::type_complexity, reason = "a state and what was found")]
 impl<S: ::lamc_runtime::Scalar> Sixbar<S> {
     /// The initial state with closed loops: assembled from the model's guess, the joints whose
     /// angles the model states pinned, and with speeds that the closure allows.

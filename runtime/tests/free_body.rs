@@ -67,13 +67,13 @@ fn the_closed_form_solves_the_equations() {
         let mut rates = [0.0; 7];
         top.write_rates(&now.q, &now.u, &mut rates);
         let du = top.acceleration(t, &now.q, &now.u).unwrap();
-        for k in 0..7 {
+        for (k, rate) in rates.into_iter().enumerate() {
             let difference = (after.q[k] - before.q[k]) / (2.0 * h);
-            assert!((difference - rates[k]).abs() < 1e-8, "q{k}: {difference} {}", rates[k]);
+            assert!((difference - rate).abs() < 1e-8, "q{k}: {difference} {rate}");
         }
-        for k in 0..6 {
+        for (k, rate) in du.into_iter().enumerate() {
             let difference = (after.u[k] - before.u[k]) / (2.0 * h);
-            assert!((difference - du[k]).abs() < 1e-8, "u{k}: {difference} {}", du[k]);
+            assert!((difference - rate).abs() < 1e-8, "u{k}: {difference} {rate}");
         }
     }
 }

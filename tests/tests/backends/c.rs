@@ -173,7 +173,7 @@ impl Case {
         })
     }
 
-    fn evaluate(&self, t: f64, q: &Vec<f64>, u: &Vec<f64>, answers: &mut Vec<Answer>) {
+    fn evaluate(&self, t: f64, q: &[f64], u: &[f64], answers: &mut Vec<Answer>) {
         let (system, d) = (&self.system, self.system.dimensions());
         let n = d.coordinates;
         let mut push = |name: &str, status: i32, numbers: Vec<f64>| {
@@ -183,9 +183,10 @@ impl Case {
         let (mut rates, mut lambda) = (vec![0.0; n], vec![0.0; d.rows + d.drives]);
         let done = acceleration_and_forces(system, t, q, u, workspace, &mut rates, &mut lambda);
         push("acceleration", code(&done), rates);
-        let energy = system.energy(t, q, u);
+        let (position, speed) = (q.to_vec(), u.to_vec());
+        let energy = system.energy(t, &position, &speed);
         push("energy", 0, vec![energy.kinetic, energy.potential]);
-        push("poses", 0, system.poses(q).into_flattened());
+        push("poses", 0, system.poses(&position).into_flattened());
         let (mut mass, mut forcing) = (vec![0.0; n * n], vec![0.0; n]);
         let (mut jacobian, mut gamma) = (vec![0.0; d.rows * n], vec![0.0; d.rows]);
         let out = EquationsMut {
@@ -208,7 +209,7 @@ impl Case {
             push("residual's jacobian", 0, slopes);
         }
         if d.points > 0 {
-            push("points", 0, system.points(q).into_flattened());
+            push("points", 0, system.points(&position).into_flattened());
         }
         if d.drives > 0 {
             let mut torque = vec![0.0; n];

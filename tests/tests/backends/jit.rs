@@ -13,7 +13,7 @@ use lamc_tests::{
 use lamc_workbench::execution::Jit;
 
 /// Everything a system can be asked, at a state.
-fn answers<Y>(system: &Y, t: f64, q: &Vec<f64>, u: &Vec<f64>) -> Vec<f64>
+fn answers<Y>(system: &Y, t: f64, q: &[f64], u: &[f64]) -> Vec<f64>
 where
     Y: Mechanism<Scalar = f64, Coordinates = Vec<f64>, Speeds = Vec<f64>>,
 {
@@ -23,11 +23,12 @@ where
     let mut workspace = system.workspace();
     acceleration_and_forces(system, t, q, u, workspace.as_mut(), &mut rates, &mut lambda)
         .unwrap_or_else(|error| panic!("{error}"));
-    let energy = system.energy(t, q, u);
+    let position = q.to_vec();
+    let energy = system.energy(t, &position, &u.to_vec());
     let (mut residual, mut slopes) = (vec![0.0; 9 * d.loops], vec![0.0; 9 * d.loops * n]);
     system.write_closure(q, &mut residual, &mut slopes).unwrap();
-    let poses = system.poses(q).as_ref().as_flattened().to_vec();
-    let points = system.points(q).as_ref().as_flattened().to_vec();
+    let poses = system.poses(&position).as_ref().as_flattened().to_vec();
+    let points = system.points(&position).as_ref().as_flattened().to_vec();
     let at = Balance { t, q, u, acceleration: &rates, multipliers: &lambda[..d.rows] };
     let mut reactions = vec![0.0; 6 * n];
     system.write_reactions(at, &mut reactions).unwrap();

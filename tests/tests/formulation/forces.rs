@@ -15,9 +15,9 @@ use nalgebra::{Matrix3, Vector3};
 type Momentum = (Vector3<f64>, Vector3<f64>);
 
 /// Poses of the bodies, R and p.
-fn poses(system: &Interpreter, q: &Vec<f64>) -> Vec<(Matrix3<f64>, Vector3<f64>)> {
+fn poses(system: &Interpreter, q: &[f64]) -> Vec<(Matrix3<f64>, Vector3<f64>)> {
     let pose = |x: &[f64; 12]| (Matrix3::from_row_slice(&x[..9]), Vector3::from_row_slice(&x[9..]));
-    system.poses(q).iter().map(pose).collect()
+    system.poses(&q.to_vec()).iter().map(pose).collect()
 }
 
 /// du/dt, lambda and reactions at a state.

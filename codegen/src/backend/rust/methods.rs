@@ -15,6 +15,7 @@ pub fn methods(program: &Program, syntax: &Syntax) -> TokenStream {
     let optional = optional(program, syntax);
     quote! {
         #unused
+        #[allow(clippy::type_complexity, reason = "a state and what was found")]
         impl #bound #model #generic { #algorithms #evaluations #optional }
     }
 }

@@ -54,7 +54,7 @@ struct Stack {
 struct Image {
     flash: u64,
     ram: u64,
-    /// Routines of `f64` in software, except for the conversion of the residual in an error.
+    /// Routines of `f64` in software.
     double: Vec<String>,
 }
 
@@ -194,7 +194,7 @@ fn image(path: &str) -> Result<Image, Box<dyn Error>> {
     }
     for symbol in file.symbols().filter_map(|symbol| symbol.name().ok()) {
         let routine = symbol.starts_with("__aeabi_d") || symbol.ends_with("2d");
-        if routine && symbol != "__aeabi_f2d" {
+        if routine {
             image.double.push(symbol.to_owned());
         }
     }
