@@ -22,6 +22,7 @@ use crate::backend::rust::Options;
 pub use crate::backend::rust::ScalarChoice as Precision;
 use crate::files;
 use crate::pipeline::{self, CompileError};
+use crate::program::{Selection, UnknownFunction};
 use crate::source::{Diagnostics, ReadError, Severity, SourceFile, Span, Spanned, Tunable};
 
 /// How to compile models in a build script.
@@ -31,6 +32,7 @@ pub struct Config {
     out_dir: Option<PathBuf>,
     tunable: Vec<Tunable>,
     extern_c: bool,
+    functions: Option<Vec<String>>,
     cuts: Vec<String>,
     max_hinges: Option<usize>,
 }
@@ -52,6 +54,9 @@ pub enum BuildError {
     /// No folder was given, and there is no `OUT_DIR`.
     #[error("OUT_DIR is not set: call this from a build script, or set `out_dir`")]
     NoFolder,
+    /// No function has a name that was given to [`Config::functions`].
+    #[error(transparent)]
+    Function(#[from] UnknownFunction),
     /// The module cannot be written.
     #[error("cannot write {path}: {error}")]
     Write {
@@ -100,6 +105,15 @@ impl Config {
     #[must_use]
     pub fn extern_c(mut self, extern_c: bool) -> Self {
         self.extern_c = extern_c;
+        self
+    }
+
+    /// Which functions that solve the modules have: `acceleration`, `projection`, `jacobian`, `all`.
+    /// The default is the first two. Where one is left out, the runtime solves by its own algorithms,
+    /// in more time; the unrolled `jacobian` is longer than the rest of a module.
+    #[must_use]
+    pub fn functions<N: Into<String>>(mut self, names: impl IntoIterator<Item = N>) -> Self {
+        self.functions.get_or_insert_default().extend(names.into_iter().map(Into::into));
         self
     }
 
@@ -152,7 +166,11 @@ impl Config {
             None => env::var_os("OUT_DIR").map(PathBuf::from).ok_or(BuildError::NoFolder)?,
         };
         let path = folder.join(file.module_name()).with_extension("rs");
-        let options = Options { scalar: self.precision, extern_c: self.extern_c };
+        let options = Options {
+            scalar: self.precision,
+            extern_c: self.extern_c,
+            functions: self.selection()?,
+        };
         let text = pipeline::rust_module(&compiled, &options)
             .map_err(|error| BuildError::Compile(error.to_string()))?;
         let write = |path: &Path, text: &str| match files::write(path, text) {
@@ -165,6 +183,10 @@ impl Config {
             write(&path.with_extension("h"), &header)?;
         }
         Ok(path)
+    }
+
+    fn selection(&self) -> Result<Selection, BuildError> {
+        Ok(self.functions.as_ref().map(Selection::named).transpose()?.unwrap_or_default())
     }
 
     /// As [`compile`](Self::compile), for several models.

@@ -18,7 +18,7 @@
 //
 // Cost of one evaluation:
 //   equations: 80 operations: 31 add, 45 mul, 0 div, 4 sin_cos, 0 other
-//   closure: 79 operations: 53 add, 22 mul, 0 div, 4 sin_cos, 0 other
+//   closure: 78 operations: 53 add, 21 mul, 0 div, 4 sin_cos, 0 other
 //   poses: 41 operations: 20 add, 18 mul, 0 div, 3 sin_cos, 0 other
 //   points: 16 operations: 6 add, 8 mul, 0 div, 2 sin_cos, 0 other
 //   energy: 78 operations: 26 add, 48 mul, 0 div, 4 sin_cos, 0 other
@@ -26,8 +26,7 @@
 //   reactions: 203 operations: 101 add, 98 mul, 0 div, 4 sin_cos, 0 other
 //   tangent: 146 operations: 55 add, 87 mul, 0 div, 4 sin_cos, 0 other
 //   acceleration: 219 operations: 80 add, 123 mul, 6 div, 4 sin_cos, 6 other
-//   projection: 236 operations: 92 add, 128 mul, 6 div, 4 sin_cos, 6 other
-//   jacobian: 694 operations: 284 add, 394 mul, 6 div, 4 sin_cos, 6 other
+//   projection: 235 operations: 92 add, 127 mul, 6 div, 4 sin_cos, 6 other
 
 /// NQ: coordinates, one angle per joint.
 #[allow(dead_code, reason = "a program uses what it needs")]
@@ -498,36 +497,6 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for Fourbar<S> {
             }),
         )
     }
-    fn write_jacobian(
-        &self,
-        t: S,
-        q: &[S],
-        u: &[S],
-        out: ::lamc_runtime::JacobianMut<'_, S>,
-    ) -> ::core::result::Result<
-        ::core::option::Option<::lamc_runtime::plumbing::Margin<S>>,
-        ::lamc_runtime::Error,
-    > {
-        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-        let margin = &mut [S::ZERO; 2];
-        self.jacobian_into(
-            t,
-            exactly(q)?,
-            exactly(u)?,
-            exactly_mut(out.acceleration)?,
-            exactly_mut(out.dq)?,
-            exactly_mut(out.du)?,
-            exactly_mut(out.dt)?,
-            margin,
-        );
-        let [inverse_pivot, conditioning] = *margin;
-        Ok(
-            Some(::lamc_runtime::plumbing::Margin {
-                inverse_pivot,
-                conditioning,
-            }),
-        )
-    }
 }
 
 #[allow(
@@ -726,9 +695,9 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
             origin_coupler_x);
         let point1_original_coupler_z = mul_add(c(0.5430958883848717), axis_y_coupler_z,
             origin_coupler_z);
-        let point2_original_coupler_x = mul_add(c(0.41511798838487174), axis_z_coupler_x,
+        let point2_original_coupler_x = mul_add(c(0.4151179883848717), axis_z_coupler_x,
             point0_original_coupler_x);
-        let point2_original_coupler_z = mul_add(c(0.41511798838487174), axis_y_coupler_x,
+        let point2_original_coupler_z = mul_add(c(0.4151179883848717), axis_y_coupler_x,
             point0_original_coupler_z);
         // coupler: Jacobian of the closure residual: dP/dq = e_x x (P - p)
         let arm_loop0_0_coupler_z = point0_original_coupler_z - origin_coupler_z;
@@ -742,14 +711,15 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         let arm_loop0_2_crank_x = c(0.3137601) + point2_original_coupler_x;
         let arm_loop0_2_crank_z = point2_original_coupler_z - c(2.5e-3);
         // coupler_ghost0: closure points: P = p + A p_P, from the common ancestor of both sides
-        let point1_ghost_coupler_ghost0_x = mul_add(c(0.4151179883848717), axis_y_coupler_ghost0_x,
-            origin_coupler_ghost0_x);
+        let axis_y_coupler_ghost0_x_product = axis_y_coupler_ghost0_x * c(0.4151179883848717);
+        let point1_ghost_coupler_ghost0_x = origin_coupler_ghost0_x
+            + axis_y_coupler_ghost0_x_product;
         let point1_ghost_coupler_ghost0_z = mul_add(c(0.4151179883848717), axis_y_coupler_ghost0_z,
             origin_coupler_ghost0_z);
-        let point2_ghost_coupler_ghost0_x = mul_add(c(0.41511798838487174), axis_z_coupler_ghost0_x,
+        let point2_ghost_coupler_ghost0_x = mul_add(c(0.4151179883848717), axis_z_coupler_ghost0_x,
             origin_coupler_ghost0_x);
-        let point2_ghost_coupler_ghost0_z = mul_add(c(0.41511798838487174), axis_y_coupler_ghost0_x,
-            origin_coupler_ghost0_z);
+        let point2_ghost_coupler_ghost0_z = origin_coupler_ghost0_z
+            + axis_y_coupler_ghost0_x_product;
         // rocker: Jacobian of the closure residual: dP/dq = e_x x (P - p)
         let arm_loop0_0_rocker_x = c(0.1645431) + origin_coupler_ghost0_x;
         let arm_loop0_1_rocker_x = c(0.1645431) + point1_ghost_coupler_ghost0_x;
@@ -1521,6 +1491,8 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         let y0_1_rocker_hinge = cos_coupler_rocker * c(0.5135738999999999);
         // coupler: closure points: P = p + A p_P, from the common ancestor of both sides
         let axis_y_coupler_z_product = axis_y_coupler_z * c(0.12797789999999998);
+        // coupler_ghost0: closure points: P = p + A p_P, from the common ancestor of both sides
+        let axis_y_coupler_ghost0_x_product = axis_y_coupler_ghost0_x * c(0.4151179883848717);
         // loop 0: closure residual: P_ghost - P_original
         let origin_coupler_ghost0_x_minus_origin_coupler_x = origin_coupler_ghost0_x
             - origin_coupler_x;
@@ -1535,8 +1507,7 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
             + mul_add(c(-0.5430958883848717), axis_y_coupler_z,
             axis_y_coupler_ghost0_z * c(0.4151179883848717));
         let residual_3 = origin_coupler_ghost0_x_minus_origin_coupler_x
-            + mul_add(c(-0.5430958883848717), axis_y_coupler_x,
-            axis_y_coupler_ghost0_x * c(0.4151179883848717));
+            + mul_add(c(-0.5430958883848717), axis_y_coupler_x, axis_y_coupler_ghost0_x_product);
         // coupler_ghost0: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let pivot_row_moment_in_parent_coupler_ghost0_x =
             cos_coupler_rocker * c(2.5460203295022628);
@@ -1659,11 +1630,11 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         residual[3] = residual_3;
         residual[4] = c(6.938893903907228e-18);
         residual[5] = residual_5;
-        residual[6] = residual_0 + mul_add(c(-0.41511798838487174), axis_z_coupler_x,
-            axis_z_coupler_ghost0_x * c(0.41511798838487174));
+        residual[6] = residual_0 + mul_add(c(-0.4151179883848717), axis_z_coupler_x,
+            axis_z_coupler_ghost0_x * c(0.4151179883848717));
         residual[7] = c(6.938893903907228e-18);
-        residual[8] = mul_add(c(0.41511798838487174), axis_y_coupler_ghost0_x,
-            -axis_y_coupler_z_product) + mul_add(c(-0.41511798838487174), axis_y_coupler_x,
+        residual[8] = axis_y_coupler_ghost0_x_product - axis_y_coupler_z_product
+            + mul_add(c(-0.4151179883848717), axis_y_coupler_x,
             origin_coupler_ghost0_z_minus_origin_coupler_z);
         positions[0] = correction_q_crank_hinge;
         positions[1] = correction_q_rocker_hinge;
@@ -1674,639 +1645,6 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         speeds[2] = correction_u_coupler_crank;
         speeds[3] = correction_u_coupler_rocker;
         margin[0] = S::min(S::min(S::min(inverse_pivot_crank, inverse_pivot_rocker),
-            c(115875.76386003198)), c(534612.7876701569));
-        margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1),
-            s_loop0_2_2) * c(100.0)) / (bound_of_trace_of_inverse_s * trace_of_s);
-    }
-    /// du/dt by elimination, and its derivatives.
-    fn jacobian_into(
-        &self,
-        t: S,
-        q: &[S; 4],
-        u: &[S; 4],
-        acceleration: &mut [S; 4],
-        dq: &mut [S; 16],
-        du: &mut [S; 16],
-        dt: &mut [S; 4],
-        margin: &mut [S; 2],
-    ) {
-        let c = S::from_f64;
-        let mul_add = S::mul_add;
-        let [
-            (sin_crank_hinge, cos_crank_hinge),
-            (sin_rocker_hinge, cos_rocker_hinge),
-            (sin_coupler_crank, cos_coupler_crank),
-            (sin_coupler_rocker, cos_coupler_rocker),
-        ] = S::sin_cos_all([q[0], q[1], q[2], q[3]]);
-        // crank: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let omega_crank_xx = u[0] * u[0];
-        // rocker: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let omega_rocker_xx = u[1] * u[1];
-        // coupler: angular velocity: w = R^T w_parent + u e_x
-        let omega_coupler_x = u[0] + u[2];
-        // coupler: velocity-product acceleration: a = R^T (a_parent + E_parent r)
-        let minus_velocity_product_on_hinge_coupler_y = omega_crank_xx * c(0.534813);
-        let minus_velocity_product_coupler_y =
-            cos_coupler_crank * minus_velocity_product_on_hinge_coupler_y;
-        let velocity_product_coupler_z =
-            sin_coupler_crank * minus_velocity_product_on_hinge_coupler_y;
-        let minus_d_velocity_product_on_hinge_coupler_y_by_u_crank_hinge = u[0] * c(1.069626);
-        // coupler: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let omega_coupler_xx = omega_coupler_x * omega_coupler_x;
-        // coupler_ghost0: angular velocity: w = R^T w_parent + u e_x
-        let omega_coupler_ghost0_x = u[1] + u[3];
-        // coupler_ghost0: velocity-product acceleration: a = R^T (a_parent + E_parent r)
-        let minus_velocity_product_on_hinge_coupler_ghost0_y =
-            omega_rocker_xx * c(0.5135738999999999);
-        let minus_velocity_product_coupler_ghost0_y =
-            cos_coupler_rocker * minus_velocity_product_on_hinge_coupler_ghost0_y;
-        let velocity_product_coupler_ghost0_z =
-            sin_coupler_rocker * minus_velocity_product_on_hinge_coupler_ghost0_y;
-        let minus_d_velocity_product_on_hinge_coupler_ghost0_y_by_u_rocker_hinge =
-            u[1] * c(1.0271477999999998);
-        // coupler_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let omega_coupler_ghost0_xx = omega_coupler_ghost0_x * omega_coupler_ghost0_x;
-        // crank: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let minus_apparent_gravity_crank_z = cos_crank_hinge * c(9.81);
-        let minus_d_apparent_gravity_crank_z_by_q_crank_hinge = sin_crank_hinge * c(-9.81);
-        // rocker: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let minus_apparent_gravity_rocker_z = cos_rocker_hinge * c(9.81);
-        let minus_d_apparent_gravity_rocker_z_by_q_rocker_hinge = sin_rocker_hinge * c(-9.81);
-        // coupler: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_coupler_y = mul_add(c(-9.81), sin_crank_hinge,
-            minus_velocity_product_on_hinge_coupler_y);
-        let apparent_gravity_coupler_z = mul_add(-sin_coupler_crank,
-            apparent_gravity_in_parent_coupler_y,
-            -cos_coupler_crank * minus_apparent_gravity_crank_z);
-        // coupler: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_force_coupler_y = omega_coupler_xx * c(4.3544099654316885e-5);
-        let bias_moment_coupler_x = apparent_gravity_coupler_z * c(4.3544099654316885e-5);
-        let d_bias_force_coupler_y_by_u_crank_hinge = omega_coupler_x * c(8.708819930863377e-5);
-        // coupler_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_coupler_ghost0_y = mul_add(c(-9.81), sin_rocker_hinge,
-            minus_velocity_product_on_hinge_coupler_ghost0_y);
-        let apparent_gravity_coupler_ghost0_z = mul_add(-sin_coupler_rocker,
-            apparent_gravity_in_parent_coupler_ghost0_y,
-            -cos_coupler_rocker * minus_apparent_gravity_rocker_z);
-        // coupler_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_force_coupler_ghost0_y = omega_coupler_ghost0_xx * c(9.272985481377836e-6);
-        let bias_moment_coupler_ghost0_x =
-            apparent_gravity_coupler_ghost0_z * c(9.272985481377836e-6);
-        let d_bias_force_coupler_ghost0_y_by_u_rocker_hinge =
-            omega_coupler_ghost0_x * c(1.8545970962755672e-5);
-        // coupler_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let subtree_force_in_parent_coupler_ghost0_z =
-            sin_coupler_rocker * bias_force_coupler_ghost0_y;
-        let generalized_force_coupler_rocker = bias_moment_coupler_ghost0_x - mul_add(c(0.1), u[3],
-            q[3] * c(10.0));
-        // coupler: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let subtree_force_in_parent_coupler_z = sin_coupler_crank * bias_force_coupler_y;
-        let generalized_force_coupler_crank = bias_moment_coupler_x - mul_add(c(0.1), u[2],
-            q[2] * c(10.0));
-        // coupler_ghost0: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let inertia_coupler_rocker_moment_in_parent_coupler_ghost0_x =
-            mul_add(c(4.762363318314592e-6), cos_coupler_rocker, c(1.8705126833160895e-6));
-        // coupler: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let inertia_coupler_crank_moment_in_parent_coupler_x = mul_add(c(2.3287950568424175e-5),
-            cos_coupler_crank, c(8.629932323103514e-6));
-        // coupler: partial velocities: dw/du, dv/du
-        let velocity_coupler_y_by_crank_hinge = sin_coupler_crank * c(0.534813);
-        let velocity_coupler_z_by_crank_hinge = cos_coupler_crank * c(0.534813);
-        // coupler_ghost0: partial velocities: dw/du, dv/du
-        let velocity_coupler_ghost0_y_by_rocker_hinge = sin_coupler_rocker * c(0.5135738999999999);
-        let velocity_coupler_ghost0_z_by_rocker_hinge = cos_coupler_rocker * c(0.5135738999999999);
-        // mechanism: reduced closure Jacobian: Y = J L^-1
-        let y0_1_crank_hinge = mul_add(c(14829.536919702783),
-            inertia_coupler_crank_moment_in_parent_coupler_x, c(-0.12797789999999998)
-            - velocity_coupler_z_by_crank_hinge);
-        let y0_2_rocker_hinge = mul_add(c(-221927.38498246408),
-            inertia_coupler_rocker_moment_in_parent_coupler_ghost0_x,
-            velocity_coupler_ghost0_z_by_rocker_hinge + c(0.4151179883848717));
-        let y0_2_crank_hinge = mul_add(c(62931.65091583967),
-            inertia_coupler_crank_moment_in_parent_coupler_x, -velocity_coupler_z_by_crank_hinge
-            - c(0.5430958883848717));
-        // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
-        let gamma_loop0_1 = velocity_product_coupler_ghost0_z - velocity_product_coupler_z;
-        // coupler_ghost0: factor of the mass matrix: M = L^T D L
-        let l_coupler_rocker_rocker_hinge =
-            inertia_coupler_rocker_moment_in_parent_coupler_ghost0_x * c(534612.7876701569);
-        // rocker: factor of the mass matrix: M = L^T D L
-        let inverse_pivot_rocker_hinge =
-            c(1.0) / mul_add(-inertia_coupler_rocker_moment_in_parent_coupler_ghost0_x,
-            l_coupler_rocker_rocker_hinge, mul_add(c(9.524726636629184e-6), cos_coupler_rocker,
-            c(1.2845628098354212e-4)));
-        // coupler: factor of the mass matrix: M = L^T D L
-        let l_coupler_crank_crank_hinge =
-            inertia_coupler_crank_moment_in_parent_coupler_x * c(115875.76386003198);
-        // crank: factor of the mass matrix: M = L^T D L
-        let inverse_pivot_crank_hinge =
-            c(1.0) / mul_add(-inertia_coupler_crank_moment_in_parent_coupler_x,
-            l_coupler_crank_crank_hinge, mul_add(c(4.657590113684835e-5), cos_coupler_crank,
-            c(1.4842320434687952e-4)));
-        // mechanism: factor of the closure: S = Y D^-1 Y^T = L_S D_S L_S^T
-        let minus_y_over_d0_0_crank_hinge =
-            velocity_coupler_y_by_crank_hinge * inverse_pivot_crank_hinge;
-        let y_over_d0_0_rocker_hinge =
-            velocity_coupler_ghost0_y_by_rocker_hinge * inverse_pivot_rocker_hinge;
-        let y_over_d0_1_crank_hinge = inverse_pivot_crank_hinge * y0_1_crank_hinge;
-        let y_over_d0_1_rocker_hinge =
-            velocity_coupler_ghost0_z_by_rocker_hinge * inverse_pivot_rocker_hinge;
-        let y_over_d0_2_crank_hinge = inverse_pivot_crank_hinge * y0_2_crank_hinge;
-        let y_over_d0_2_rocker_hinge = inverse_pivot_rocker_hinge * y0_2_rocker_hinge;
-        let s_loop0_0_0 = mul_add(velocity_coupler_ghost0_y_by_rocker_hinge,
-            y_over_d0_0_rocker_hinge,
-            velocity_coupler_y_by_crank_hinge * minus_y_over_d0_0_crank_hinge);
-        let s_loop0_1_0 = mul_add(-velocity_coupler_y_by_crank_hinge, y_over_d0_1_crank_hinge,
-            velocity_coupler_ghost0_y_by_rocker_hinge * y_over_d0_1_rocker_hinge);
-        let s_loop0_1_1 = mul_add(velocity_coupler_ghost0_z_by_rocker_hinge,
-            y_over_d0_1_rocker_hinge, mul_add(y0_1_crank_hinge, y_over_d0_1_crank_hinge,
-            c(1897.8529929560304)));
-        let s_loop0_2_0 = mul_add(-velocity_coupler_y_by_crank_hinge, y_over_d0_2_crank_hinge,
-            velocity_coupler_ghost0_y_by_rocker_hinge * y_over_d0_2_rocker_hinge);
-        let s_loop0_2_2 = mul_add(y0_2_rocker_hinge, y_over_d0_2_rocker_hinge,
-            mul_add(y0_2_crank_hinge, y_over_d0_2_crank_hinge, c(126303.97048310004)));
-        let inverse_pivot_loop0_0 = c(1.0) / s_loop0_0_0;
-        let l_loop0_1_0 = s_loop0_1_0 * inverse_pivot_loop0_0;
-        let pivot_loop0_1 = mul_add(-s_loop0_1_0, l_loop0_1_0, s_loop0_1_1);
-        let l_loop0_2_0 = s_loop0_2_0 * inverse_pivot_loop0_0;
-        let l_times_pivot_loop0_2_1 = mul_add(-s_loop0_1_0, l_loop0_2_0,
-            mul_add(velocity_coupler_ghost0_z_by_rocker_hinge, y_over_d0_2_rocker_hinge,
-            mul_add(y0_1_crank_hinge, y_over_d0_2_crank_hinge, c(8053.860527742237))));
-        let inverse_pivot_loop0_1 = c(1.0) / pivot_loop0_1;
-        let l_loop0_2_1 = l_times_pivot_loop0_2_1 * inverse_pivot_loop0_1;
-        let pivot_loop0_2 = mul_add(-l_times_pivot_loop0_2_1, l_loop0_2_1, mul_add(-s_loop0_2_0,
-            l_loop0_2_0, s_loop0_2_2));
-        let inverse_pivot_loop0_2 = c(1.0) / pivot_loop0_2;
-        // mechanism: conditioning of the closure: a lower bound, of the eigenvalues of S
-        let inverse_l_loop0_2_0 = mul_add(l_loop0_1_0, l_loop0_2_1, -l_loop0_2_0);
-        let bound_of_trace_of_inverse_s = mul_add(s_loop0_1_1, mul_add(inverse_pivot_loop0_2,
-            l_loop0_2_1 * l_loop0_2_1, inverse_pivot_loop0_1), mul_add(s_loop0_2_2,
-            inverse_pivot_loop0_2, s_loop0_0_0 * mul_add(inverse_pivot_loop0_2,
-            inverse_l_loop0_2_0 * inverse_l_loop0_2_0, mul_add(inverse_pivot_loop0_1,
-            l_loop0_1_0 * l_loop0_1_0, inverse_pivot_loop0_0))));
-        let trace_of_s = s_loop0_2_2 + (s_loop0_0_0 + s_loop0_1_1);
-        // crank: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_force_in_parent_coupler_z_by_u_crank_hinge =
-            sin_coupler_crank * d_bias_force_coupler_y_by_u_crank_hinge;
-        let d_imbalance_crank_hinge_by_u_coupler_crank =
-            c(0.534813) * d_balance_force_in_parent_coupler_z_by_u_crank_hinge;
-        // rocker: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_force_in_parent_coupler_ghost0_z_by_u_rocker_hinge =
-            sin_coupler_rocker * d_bias_force_coupler_ghost0_y_by_u_rocker_hinge;
-        let d_imbalance_rocker_hinge_by_u_coupler_rocker =
-            c(0.5135738999999999) * d_balance_force_in_parent_coupler_ghost0_z_by_u_rocker_hinge;
-        // mechanism: results: what the function returns
-        let y_crank_hinge = mul_add(-generalized_force_coupler_crank, l_coupler_crank_crank_hinge,
-            bias_moment_coupler_x + mul_add(c(0.534813), subtree_force_in_parent_coupler_z,
-            mul_add(c(-3.1463985397908126e-3), cos_crank_hinge, -mul_add(c(0.1), u[0],
-            q[0] * c(10.0)))));
-        let y_rocker_hinge = mul_add(-generalized_force_coupler_rocker,
-            l_coupler_rocker_rocker_hinge, bias_moment_coupler_ghost0_x
-            + mul_add(c(0.5135738999999999), subtree_force_in_parent_coupler_ghost0_z,
-            mul_add(c(-2.954834596588329e-3), cos_rocker_hinge, -mul_add(c(0.1), u[1],
-            q[1] * c(10.0)))));
-        let minus_forward_lambda0_0 = mul_add(y_over_d0_0_rocker_hinge, y_rocker_hinge,
-            mul_add(-minus_y_over_d0_0_crank_hinge, y_crank_hinge, mul_add(c(0.12797789999999998),
-            omega_coupler_xx, minus_velocity_product_coupler_y)
-            - minus_velocity_product_coupler_ghost0_y));
-        let forward_lambda0_1 = mul_add(l_loop0_1_0, minus_forward_lambda0_0,
-            -mul_add(y_over_d0_1_rocker_hinge, y_rocker_hinge, mul_add(y_over_d0_1_crank_hinge,
-            y_crank_hinge, mul_add(c(-14829.536919702783), generalized_force_coupler_crank,
-            gamma_loop0_1))));
-        let forward_lambda0_2 = mul_add(-l_loop0_2_1, forward_lambda0_1, mul_add(l_loop0_2_0,
-            minus_forward_lambda0_0, -mul_add(y_over_d0_2_rocker_hinge, y_rocker_hinge,
-            mul_add(y_over_d0_2_crank_hinge, y_crank_hinge, mul_add(c(221927.38498246408),
-            generalized_force_coupler_rocker, mul_add(c(-62931.65091583967),
-            generalized_force_coupler_crank, gamma_loop0_1))))));
-        let lambda0_2 = inverse_pivot_loop0_2 * forward_lambda0_2;
-        let lambda0_1 = mul_add(-l_loop0_2_1, lambda0_2, inverse_pivot_loop0_1 * forward_lambda0_1);
-        let lambda0_0 = mul_add(-l_loop0_1_0, lambda0_1, mul_add(-l_loop0_2_0, lambda0_2,
-            -inverse_pivot_loop0_0 * minus_forward_lambda0_0));
-        let acceleration_crank_hinge = mul_add(-minus_y_over_d0_0_crank_hinge, lambda0_0,
-            mul_add(y_over_d0_1_crank_hinge, lambda0_1, mul_add(y_over_d0_2_crank_hinge, lambda0_2,
-            inverse_pivot_crank_hinge * y_crank_hinge)));
-        let velocity_product_coupler_y_sum = mul_add(-acceleration_crank_hinge,
-            sin_coupler_crank * c(-0.534813), -minus_velocity_product_coupler_y);
-        let acceleration_rocker_hinge = mul_add(y_over_d0_0_rocker_hinge, lambda0_0,
-            mul_add(y_over_d0_1_rocker_hinge, lambda0_1, mul_add(y_over_d0_2_rocker_hinge,
-            lambda0_2, inverse_pivot_rocker_hinge * y_rocker_hinge)));
-        let minus_velocity_product_coupler_ghost0_y_sum = mul_add(acceleration_rocker_hinge,
-            sin_coupler_rocker * c(-0.5135738999999999), minus_velocity_product_coupler_ghost0_y);
-        let minus_d_apparent_gravity_coupler_z_by_u_crank_hinge =
-            sin_coupler_crank * minus_d_velocity_product_on_hinge_coupler_y_by_u_crank_hinge;
-        let omega_coupler_x_product = omega_coupler_x * c(0.25595579999999996);
-        let minus_d_apparent_gravity_coupler_ghost0_z_by_u_rocker_hinge = sin_coupler_rocker *
-            minus_d_velocity_product_on_hinge_coupler_ghost0_y_by_u_rocker_hinge;
-        // coupler_ghost0: closure forces: (f, n) of lambda along the rows of the closure
-        let closure_force_coupler_ghost0_z = lambda0_2 + lambda0_1;
-        let d_closure_force_in_parent_coupler_ghost0_z_by_q_coupler_rocker =
-            mul_add(-sin_coupler_rocker, closure_force_coupler_ghost0_z,
-            cos_coupler_rocker * lambda0_0);
-        // coupler: closure forces: (f, n) of lambda along the rows of the closure
-        let closure_force_coupler_z = -lambda0_1 - lambda0_2;
-        let d_closure_force_in_parent_coupler_z_by_q_coupler_crank = mul_add(-cos_coupler_crank,
-            lambda0_0, -sin_coupler_crank * closure_force_coupler_z);
-        // coupler: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let acceleration_coupler_crank = mul_add(-l_coupler_crank_crank_hinge,
-            acceleration_crank_hinge, mul_add(c(-14829.536919702783), lambda0_1,
-            mul_add(c(-62931.65091583967), lambda0_2,
-            generalized_force_coupler_crank * c(115875.76386003198))));
-        let alpha_coupler_x = acceleration_crank_hinge + acceleration_coupler_crank;
-        // coupler: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let apparent_gravity_in_parent_coupler_z = mul_add(c(-0.534813), acceleration_crank_hinge,
-            cos_crank_hinge * c(-9.81));
-        let d_apparent_gravity_coupler_z_by_q_crank_hinge = mul_add(-cos_coupler_crank,
-            minus_d_apparent_gravity_crank_z_by_q_crank_hinge,
-            sin_coupler_crank * minus_apparent_gravity_crank_z);
-        let minus_net_force_coupler_z = c(4.3544099654316885e-5) * alpha_coupler_x;
-        let d_net_moment_coupler_x_by_q_crank_hinge =
-            c(4.3544099654316885e-5) * d_apparent_gravity_coupler_z_by_q_crank_hinge;
-        let d_apparent_gravity_coupler_z_by_q_coupler_crank = mul_add(-cos_coupler_crank,
-            apparent_gravity_in_parent_coupler_y,
-            -sin_coupler_crank * apparent_gravity_in_parent_coupler_z);
-        let d_net_moment_coupler_x_by_q_coupler_crank =
-            c(4.3544099654316885e-5) * d_apparent_gravity_coupler_z_by_q_coupler_crank;
-        let d_balance_force_in_parent_coupler_z_by_q_coupler_crank = mul_add(sin_coupler_crank,
-            minus_net_force_coupler_z, cos_coupler_crank * bias_force_coupler_y);
-        let d_imbalance_coupler_crank_by_q_coupler_crank = d_net_moment_coupler_x_by_q_coupler_crank
-            - c(10.0);
-        let d_net_moment_coupler_x_by_u_crank_hinge =
-            minus_d_apparent_gravity_coupler_z_by_u_crank_hinge * c(-4.3544099654316885e-5);
-        // coupler_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let acceleration_coupler_rocker = mul_add(-l_coupler_rocker_rocker_hinge,
-            acceleration_rocker_hinge, mul_add(c(221927.38498246408), lambda0_2,
-            generalized_force_coupler_rocker * c(534612.7876701569)));
-        let alpha_coupler_ghost0_x = acceleration_rocker_hinge + acceleration_coupler_rocker;
-        // coupler_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let apparent_gravity_in_parent_coupler_ghost0_z = mul_add(c(-0.5135738999999999),
-            acceleration_rocker_hinge, cos_rocker_hinge * c(-9.81));
-        let minus_net_force_coupler_ghost0_z = c(9.272985481377836e-6) * alpha_coupler_ghost0_x;
-        let d_apparent_gravity_coupler_ghost0_z_by_q_rocker_hinge = mul_add(-cos_coupler_rocker,
-            minus_d_apparent_gravity_rocker_z_by_q_rocker_hinge,
-            sin_coupler_rocker * minus_apparent_gravity_rocker_z);
-        let d_net_moment_coupler_ghost0_x_by_q_rocker_hinge =
-            c(9.272985481377836e-6) * d_apparent_gravity_coupler_ghost0_z_by_q_rocker_hinge;
-        let d_apparent_gravity_coupler_ghost0_z_by_q_coupler_rocker = mul_add(-cos_coupler_rocker,
-            apparent_gravity_in_parent_coupler_ghost0_y,
-            -sin_coupler_rocker * apparent_gravity_in_parent_coupler_ghost0_z);
-        let d_net_moment_coupler_ghost0_x_by_q_coupler_rocker =
-            c(9.272985481377836e-6) * d_apparent_gravity_coupler_ghost0_z_by_q_coupler_rocker;
-        let d_balance_force_in_parent_coupler_ghost0_z_by_q_coupler_rocker =
-            mul_add(sin_coupler_rocker, minus_net_force_coupler_ghost0_z,
-            cos_coupler_rocker * bias_force_coupler_ghost0_y);
-        let d_imbalance_coupler_rocker_by_q_coupler_rocker =
-            d_net_moment_coupler_ghost0_x_by_q_coupler_rocker - c(10.0);
-        let d_net_moment_coupler_ghost0_x_by_u_rocker_hinge =
-            minus_d_apparent_gravity_coupler_ghost0_z_by_u_rocker_hinge * c(-9.272985481377836e-6);
-        // mechanism: reduced force: y = L^-T f
-        let d_y_crank_hinge_by_q_crank_hinge = mul_add(-l_coupler_crank_crank_hinge,
-            d_net_moment_coupler_x_by_q_crank_hinge, d_net_moment_coupler_x_by_q_crank_hinge
-            + mul_add(c(3.1463985397908126e-3), sin_crank_hinge, c(-10.0)));
-        let d_y_rocker_hinge_by_q_rocker_hinge = mul_add(-l_coupler_rocker_rocker_hinge,
-            d_net_moment_coupler_ghost0_x_by_q_rocker_hinge,
-            d_net_moment_coupler_ghost0_x_by_q_rocker_hinge + mul_add(c(2.954834596588329e-3),
-            sin_rocker_hinge, c(-10.0)));
-        let d_y_crank_hinge_by_q_coupler_crank = mul_add(-l_coupler_crank_crank_hinge,
-            d_imbalance_coupler_crank_by_q_coupler_crank, mul_add(c(0.534813),
-            d_balance_force_in_parent_coupler_z_by_q_coupler_crank, mul_add(c(0.534813),
-            d_closure_force_in_parent_coupler_z_by_q_coupler_crank,
-            d_net_moment_coupler_x_by_q_coupler_crank)));
-        let d_y_rocker_hinge_by_q_coupler_rocker = mul_add(-l_coupler_rocker_rocker_hinge,
-            d_imbalance_coupler_rocker_by_q_coupler_rocker, mul_add(c(0.5135738999999999),
-            d_balance_force_in_parent_coupler_ghost0_z_by_q_coupler_rocker,
-            mul_add(c(0.5135738999999999),
-            d_closure_force_in_parent_coupler_ghost0_z_by_q_coupler_rocker,
-            d_net_moment_coupler_ghost0_x_by_q_coupler_rocker)));
-        let d_y_crank_hinge_by_u_crank_hinge = mul_add(-l_coupler_crank_crank_hinge,
-            d_net_moment_coupler_x_by_u_crank_hinge, d_imbalance_crank_hinge_by_u_coupler_crank
-            + (d_net_moment_coupler_x_by_u_crank_hinge + c(-0.1)));
-        let d_y_rocker_hinge_by_u_rocker_hinge = mul_add(-l_coupler_rocker_rocker_hinge,
-            d_net_moment_coupler_ghost0_x_by_u_rocker_hinge,
-            d_imbalance_rocker_hinge_by_u_coupler_rocker + (c(-0.1)
-            + d_net_moment_coupler_ghost0_x_by_u_rocker_hinge));
-        let d_y_crank_hinge_by_u_coupler_crank = mul_add(c(11587.576386003198),
-            inertia_coupler_crank_moment_in_parent_coupler_x,
-            d_imbalance_crank_hinge_by_u_coupler_crank);
-        let d_y_rocker_hinge_by_u_coupler_rocker = mul_add(c(53461.2787670157),
-            inertia_coupler_rocker_moment_in_parent_coupler_ghost0_x,
-            d_imbalance_rocker_hinge_by_u_coupler_rocker);
-        // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let forward_d_lambda0_0_by_q_crank_hinge =
-            minus_y_over_d0_0_crank_hinge * d_y_crank_hinge_by_q_crank_hinge;
-        let forward_d_lambda0_1_by_q_crank_hinge = mul_add(-l_loop0_1_0,
-            forward_d_lambda0_0_by_q_crank_hinge, -mul_add(c(-0.6457388334589095),
-            d_apparent_gravity_coupler_z_by_q_crank_hinge,
-            y_over_d0_1_crank_hinge * d_y_crank_hinge_by_q_crank_hinge));
-        let forward_d_lambda0_2_by_q_crank_hinge = mul_add(-l_loop0_2_1,
-            forward_d_lambda0_1_by_q_crank_hinge, mul_add(-l_loop0_2_0,
-            forward_d_lambda0_0_by_q_crank_hinge, -mul_add(c(-2.740302078890005),
-            d_apparent_gravity_coupler_z_by_q_crank_hinge,
-            y_over_d0_2_crank_hinge * d_y_crank_hinge_by_q_crank_hinge)));
-        let d_lambda0_2_by_q_crank_hinge =
-            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_q_crank_hinge;
-        let d_lambda0_1_by_q_crank_hinge = mul_add(-l_loop0_2_1, d_lambda0_2_by_q_crank_hinge,
-            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_q_crank_hinge);
-        let d_lambda0_0_by_q_crank_hinge = mul_add(-l_loop0_1_0, d_lambda0_1_by_q_crank_hinge,
-            mul_add(-l_loop0_2_0, d_lambda0_2_by_q_crank_hinge,
-            inverse_pivot_loop0_0 * forward_d_lambda0_0_by_q_crank_hinge));
-        let minus_forward_d_lambda0_0_by_q_rocker_hinge =
-            y_over_d0_0_rocker_hinge * d_y_rocker_hinge_by_q_rocker_hinge;
-        let forward_d_lambda0_1_by_q_rocker_hinge = mul_add(-y_over_d0_1_rocker_hinge,
-            d_y_rocker_hinge_by_q_rocker_hinge,
-            l_loop0_1_0 * minus_forward_d_lambda0_0_by_q_rocker_hinge);
-        let forward_d_lambda0_2_by_q_rocker_hinge = mul_add(-l_loop0_2_1,
-            forward_d_lambda0_1_by_q_rocker_hinge, mul_add(l_loop0_2_0,
-            minus_forward_d_lambda0_0_by_q_rocker_hinge, -mul_add(c(2.057929418862539),
-            d_apparent_gravity_coupler_ghost0_z_by_q_rocker_hinge,
-            y_over_d0_2_rocker_hinge * d_y_rocker_hinge_by_q_rocker_hinge)));
-        let d_lambda0_2_by_q_rocker_hinge =
-            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_q_rocker_hinge;
-        let d_lambda0_1_by_q_rocker_hinge = mul_add(-l_loop0_2_1, d_lambda0_2_by_q_rocker_hinge,
-            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_q_rocker_hinge);
-        let d_lambda0_0_by_q_rocker_hinge = mul_add(-l_loop0_1_0, d_lambda0_1_by_q_rocker_hinge,
-            mul_add(-l_loop0_2_0, d_lambda0_2_by_q_rocker_hinge,
-            -inverse_pivot_loop0_0 * minus_forward_d_lambda0_0_by_q_rocker_hinge));
-        let minus_forward_d_lambda0_0_by_q_coupler_crank = mul_add(-minus_y_over_d0_0_crank_hinge,
-            d_y_crank_hinge_by_q_coupler_crank,
-            -velocity_coupler_z_by_crank_hinge * acceleration_crank_hinge
-            - velocity_product_coupler_z);
-        let forward_d_lambda0_1_by_q_coupler_crank = mul_add(l_loop0_1_0,
-            minus_forward_d_lambda0_0_by_q_coupler_crank, -mul_add(y_over_d0_1_crank_hinge,
-            d_y_crank_hinge_by_q_coupler_crank, mul_add(c(-14829.536919702783),
-            d_imbalance_coupler_crank_by_q_coupler_crank, velocity_product_coupler_y_sum)));
-        let forward_d_lambda0_2_by_q_coupler_crank = mul_add(-l_loop0_2_1,
-            forward_d_lambda0_1_by_q_coupler_crank, mul_add(l_loop0_2_0,
-            minus_forward_d_lambda0_0_by_q_coupler_crank, -mul_add(y_over_d0_2_crank_hinge,
-            d_y_crank_hinge_by_q_coupler_crank, mul_add(c(-62931.65091583967),
-            d_imbalance_coupler_crank_by_q_coupler_crank, velocity_product_coupler_y_sum))));
-        let d_lambda0_2_by_q_coupler_crank =
-            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_q_coupler_crank;
-        let d_lambda0_1_by_q_coupler_crank = mul_add(-l_loop0_2_1, d_lambda0_2_by_q_coupler_crank,
-            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_q_coupler_crank);
-        let d_lambda0_0_by_q_coupler_crank = mul_add(-l_loop0_1_0, d_lambda0_1_by_q_coupler_crank,
-            mul_add(-l_loop0_2_0, d_lambda0_2_by_q_coupler_crank,
-            -inverse_pivot_loop0_0 * minus_forward_d_lambda0_0_by_q_coupler_crank));
-        let minus_forward_d_lambda0_0_by_q_coupler_rocker = mul_add(y_over_d0_0_rocker_hinge,
-            d_y_rocker_hinge_by_q_coupler_rocker, mul_add(velocity_coupler_ghost0_z_by_rocker_hinge,
-            acceleration_rocker_hinge, velocity_product_coupler_ghost0_z));
-        let forward_d_lambda0_1_by_q_coupler_rocker = mul_add(l_loop0_1_0,
-            minus_forward_d_lambda0_0_by_q_coupler_rocker, -mul_add(y_over_d0_1_rocker_hinge,
-            d_y_rocker_hinge_by_q_coupler_rocker, minus_velocity_product_coupler_ghost0_y_sum));
-        let forward_d_lambda0_2_by_q_coupler_rocker = mul_add(-l_loop0_2_1,
-            forward_d_lambda0_1_by_q_coupler_rocker, mul_add(l_loop0_2_0,
-            minus_forward_d_lambda0_0_by_q_coupler_rocker, -mul_add(y_over_d0_2_rocker_hinge,
-            d_y_rocker_hinge_by_q_coupler_rocker, mul_add(c(221927.38498246408),
-            d_imbalance_coupler_rocker_by_q_coupler_rocker,
-            minus_velocity_product_coupler_ghost0_y_sum))));
-        let d_lambda0_2_by_q_coupler_rocker =
-            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_q_coupler_rocker;
-        let d_lambda0_1_by_q_coupler_rocker = mul_add(-l_loop0_2_1, d_lambda0_2_by_q_coupler_rocker,
-            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_q_coupler_rocker);
-        let d_lambda0_0_by_q_coupler_rocker = mul_add(-l_loop0_1_0, d_lambda0_1_by_q_coupler_rocker,
-            mul_add(-l_loop0_2_0, d_lambda0_2_by_q_coupler_rocker,
-            -inverse_pivot_loop0_0 * minus_forward_d_lambda0_0_by_q_coupler_rocker));
-        let minus_forward_d_lambda0_0_by_u_crank_hinge = mul_add(-minus_y_over_d0_0_crank_hinge,
-            d_y_crank_hinge_by_u_crank_hinge, mul_add(cos_coupler_crank,
-            minus_d_velocity_product_on_hinge_coupler_y_by_u_crank_hinge, omega_coupler_x_product));
-        let forward_d_lambda0_1_by_u_crank_hinge = mul_add(l_loop0_1_0,
-            minus_forward_d_lambda0_0_by_u_crank_hinge, mul_add(-y_over_d0_1_crank_hinge,
-            d_y_crank_hinge_by_u_crank_hinge,
-            minus_d_apparent_gravity_coupler_z_by_u_crank_hinge * c(0.3542611665410905)));
-        let forward_d_lambda0_2_by_u_crank_hinge = mul_add(-l_loop0_2_1,
-            forward_d_lambda0_1_by_u_crank_hinge, mul_add(l_loop0_2_0,
-            minus_forward_d_lambda0_0_by_u_crank_hinge, -mul_add(c(1.740302078890005),
-            minus_d_apparent_gravity_coupler_z_by_u_crank_hinge,
-            y_over_d0_2_crank_hinge * d_y_crank_hinge_by_u_crank_hinge)));
-        let d_lambda0_2_by_u_crank_hinge =
-            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_u_crank_hinge;
-        let d_lambda0_1_by_u_crank_hinge = mul_add(-l_loop0_2_1, d_lambda0_2_by_u_crank_hinge,
-            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_u_crank_hinge);
-        let d_lambda0_0_by_u_crank_hinge = mul_add(-l_loop0_1_0, d_lambda0_1_by_u_crank_hinge,
-            mul_add(-l_loop0_2_0, d_lambda0_2_by_u_crank_hinge,
-            -inverse_pivot_loop0_0 * minus_forward_d_lambda0_0_by_u_crank_hinge));
-        let minus_forward_d_lambda0_0_by_u_rocker_hinge = mul_add(-cos_coupler_rocker,
-            minus_d_velocity_product_on_hinge_coupler_ghost0_y_by_u_rocker_hinge,
-            y_over_d0_0_rocker_hinge * d_y_rocker_hinge_by_u_rocker_hinge);
-        let forward_d_lambda0_1_by_u_rocker_hinge = mul_add(l_loop0_1_0,
-            minus_forward_d_lambda0_0_by_u_rocker_hinge, -mul_add(y_over_d0_1_rocker_hinge,
-            d_y_rocker_hinge_by_u_rocker_hinge,
-            minus_d_apparent_gravity_coupler_ghost0_z_by_u_rocker_hinge));
-        let forward_d_lambda0_2_by_u_rocker_hinge = mul_add(-l_loop0_2_1,
-            forward_d_lambda0_1_by_u_rocker_hinge, mul_add(l_loop0_2_0,
-            minus_forward_d_lambda0_0_by_u_rocker_hinge, mul_add(-y_over_d0_2_rocker_hinge,
-            d_y_rocker_hinge_by_u_rocker_hinge,
-            minus_d_apparent_gravity_coupler_ghost0_z_by_u_rocker_hinge * c(1.057929418862539))));
-        let d_lambda0_2_by_u_rocker_hinge =
-            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_u_rocker_hinge;
-        let d_lambda0_1_by_u_rocker_hinge = mul_add(-l_loop0_2_1, d_lambda0_2_by_u_rocker_hinge,
-            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_u_rocker_hinge);
-        let d_lambda0_0_by_u_rocker_hinge = mul_add(-l_loop0_1_0, d_lambda0_1_by_u_rocker_hinge,
-            mul_add(-l_loop0_2_0, d_lambda0_2_by_u_rocker_hinge,
-            -inverse_pivot_loop0_0 * minus_forward_d_lambda0_0_by_u_rocker_hinge));
-        let minus_forward_d_lambda0_0_by_u_coupler_crank = mul_add(-minus_y_over_d0_0_crank_hinge,
-            d_y_crank_hinge_by_u_coupler_crank, omega_coupler_x_product);
-        let forward_d_lambda0_1_by_u_coupler_crank = mul_add(l_loop0_1_0,
-            minus_forward_d_lambda0_0_by_u_coupler_crank, -mul_add(y_over_d0_1_crank_hinge,
-            d_y_crank_hinge_by_u_coupler_crank, c(1482.9536919702784)));
-        let forward_d_lambda0_2_by_u_coupler_crank = mul_add(-l_loop0_2_1,
-            forward_d_lambda0_1_by_u_coupler_crank, mul_add(l_loop0_2_0,
-            minus_forward_d_lambda0_0_by_u_coupler_crank, -mul_add(y_over_d0_2_crank_hinge,
-            d_y_crank_hinge_by_u_coupler_crank, c(6293.165091583967))));
-        let d_lambda0_2_by_u_coupler_crank =
-            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_u_coupler_crank;
-        let d_lambda0_1_by_u_coupler_crank = mul_add(-l_loop0_2_1, d_lambda0_2_by_u_coupler_crank,
-            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_u_coupler_crank);
-        let d_lambda0_0_by_u_coupler_crank = mul_add(-l_loop0_1_0, d_lambda0_1_by_u_coupler_crank,
-            mul_add(-l_loop0_2_0, d_lambda0_2_by_u_coupler_crank,
-            -inverse_pivot_loop0_0 * minus_forward_d_lambda0_0_by_u_coupler_crank));
-        let minus_forward_d_lambda0_0_by_u_coupler_rocker =
-            y_over_d0_0_rocker_hinge * d_y_rocker_hinge_by_u_coupler_rocker;
-        let forward_d_lambda0_1_by_u_coupler_rocker = mul_add(-y_over_d0_1_rocker_hinge,
-            d_y_rocker_hinge_by_u_coupler_rocker,
-            l_loop0_1_0 * minus_forward_d_lambda0_0_by_u_coupler_rocker);
-        let forward_d_lambda0_2_by_u_coupler_rocker = mul_add(-l_loop0_2_1,
-            forward_d_lambda0_1_by_u_coupler_rocker, mul_add(l_loop0_2_0,
-            minus_forward_d_lambda0_0_by_u_coupler_rocker, -mul_add(y_over_d0_2_rocker_hinge,
-            d_y_rocker_hinge_by_u_coupler_rocker, c(-22192.73849824641))));
-        let d_lambda0_2_by_u_coupler_rocker =
-            inverse_pivot_loop0_2 * forward_d_lambda0_2_by_u_coupler_rocker;
-        let d_lambda0_1_by_u_coupler_rocker = mul_add(-l_loop0_2_1, d_lambda0_2_by_u_coupler_rocker,
-            inverse_pivot_loop0_1 * forward_d_lambda0_1_by_u_coupler_rocker);
-        let d_lambda0_0_by_u_coupler_rocker = mul_add(-l_loop0_1_0, d_lambda0_1_by_u_coupler_rocker,
-            mul_add(-l_loop0_2_0, d_lambda0_2_by_u_coupler_rocker,
-            -inverse_pivot_loop0_0 * minus_forward_d_lambda0_0_by_u_coupler_rocker));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let d_acceleration_rocker_hinge_by_q_crank_hinge = mul_add(y_over_d0_0_rocker_hinge,
-            d_lambda0_0_by_q_crank_hinge, mul_add(y_over_d0_2_rocker_hinge,
-            d_lambda0_2_by_q_crank_hinge, y_over_d0_1_rocker_hinge * d_lambda0_1_by_q_crank_hinge));
-        let d_acceleration_crank_hinge_by_q_crank_hinge = mul_add(-minus_y_over_d0_0_crank_hinge,
-            d_lambda0_0_by_q_crank_hinge, mul_add(y_over_d0_1_crank_hinge,
-            d_lambda0_1_by_q_crank_hinge, mul_add(y_over_d0_2_crank_hinge,
-            d_lambda0_2_by_q_crank_hinge,
-            inverse_pivot_crank_hinge * d_y_crank_hinge_by_q_crank_hinge)));
-        let d_acceleration_coupler_crank_by_q_crank_hinge = mul_add(-l_coupler_crank_crank_hinge,
-            d_acceleration_crank_hinge_by_q_crank_hinge, mul_add(c(-14829.536919702783),
-            d_lambda0_1_by_q_crank_hinge, mul_add(c(-62931.65091583967),
-            d_lambda0_2_by_q_crank_hinge,
-            d_apparent_gravity_coupler_z_by_q_crank_hinge * c(5.045705809041324))));
-        let d_acceleration_coupler_rocker_by_q_crank_hinge = mul_add(-l_coupler_rocker_rocker_hinge,
-            d_acceleration_rocker_hinge_by_q_crank_hinge,
-            c(221927.38498246408) * d_lambda0_2_by_q_crank_hinge);
-        let d_acceleration_crank_hinge_by_q_rocker_hinge = mul_add(-minus_y_over_d0_0_crank_hinge,
-            d_lambda0_0_by_q_rocker_hinge, mul_add(y_over_d0_2_crank_hinge,
-            d_lambda0_2_by_q_rocker_hinge,
-            y_over_d0_1_crank_hinge * d_lambda0_1_by_q_rocker_hinge));
-        let d_acceleration_rocker_hinge_by_q_rocker_hinge = mul_add(y_over_d0_0_rocker_hinge,
-            d_lambda0_0_by_q_rocker_hinge, mul_add(y_over_d0_1_rocker_hinge,
-            d_lambda0_1_by_q_rocker_hinge, mul_add(y_over_d0_2_rocker_hinge,
-            d_lambda0_2_by_q_rocker_hinge,
-            inverse_pivot_rocker_hinge * d_y_rocker_hinge_by_q_rocker_hinge)));
-        let d_acceleration_coupler_crank_by_q_rocker_hinge = mul_add(-l_coupler_crank_crank_hinge,
-            d_acceleration_crank_hinge_by_q_rocker_hinge, mul_add(c(-62931.65091583967),
-            d_lambda0_2_by_q_rocker_hinge, c(-14829.536919702783) * d_lambda0_1_by_q_rocker_hinge));
-        let d_acceleration_coupler_rocker_by_q_rocker_hinge =
-            mul_add(-l_coupler_rocker_rocker_hinge, d_acceleration_rocker_hinge_by_q_rocker_hinge,
-            mul_add(c(221927.38498246408), d_lambda0_2_by_q_rocker_hinge,
-            d_apparent_gravity_coupler_ghost0_z_by_q_rocker_hinge * c(4.957456618224297)));
-        let d_acceleration_rocker_hinge_by_q_coupler_crank = mul_add(y_over_d0_0_rocker_hinge,
-            d_lambda0_0_by_q_coupler_crank, mul_add(y_over_d0_2_rocker_hinge,
-            d_lambda0_2_by_q_coupler_crank,
-            y_over_d0_1_rocker_hinge * d_lambda0_1_by_q_coupler_crank));
-        let d_acceleration_crank_hinge_by_q_coupler_crank = mul_add(-minus_y_over_d0_0_crank_hinge,
-            d_lambda0_0_by_q_coupler_crank, mul_add(y_over_d0_1_crank_hinge,
-            d_lambda0_1_by_q_coupler_crank, mul_add(y_over_d0_2_crank_hinge,
-            d_lambda0_2_by_q_coupler_crank,
-            inverse_pivot_crank_hinge * d_y_crank_hinge_by_q_coupler_crank)));
-        let d_acceleration_coupler_crank_by_q_coupler_crank = mul_add(-l_coupler_crank_crank_hinge,
-            d_acceleration_crank_hinge_by_q_coupler_crank, mul_add(c(-14829.536919702783),
-            d_lambda0_1_by_q_coupler_crank, mul_add(c(-62931.65091583967),
-            d_lambda0_2_by_q_coupler_crank,
-            c(115875.76386003198) * d_imbalance_coupler_crank_by_q_coupler_crank)));
-        let d_acceleration_coupler_rocker_by_q_coupler_crank =
-            mul_add(-l_coupler_rocker_rocker_hinge, d_acceleration_rocker_hinge_by_q_coupler_crank,
-            c(221927.38498246408) * d_lambda0_2_by_q_coupler_crank);
-        let d_acceleration_crank_hinge_by_q_coupler_rocker = mul_add(-minus_y_over_d0_0_crank_hinge,
-            d_lambda0_0_by_q_coupler_rocker, mul_add(y_over_d0_2_crank_hinge,
-            d_lambda0_2_by_q_coupler_rocker,
-            y_over_d0_1_crank_hinge * d_lambda0_1_by_q_coupler_rocker));
-        let d_acceleration_rocker_hinge_by_q_coupler_rocker = mul_add(y_over_d0_0_rocker_hinge,
-            d_lambda0_0_by_q_coupler_rocker, mul_add(y_over_d0_1_rocker_hinge,
-            d_lambda0_1_by_q_coupler_rocker, mul_add(y_over_d0_2_rocker_hinge,
-            d_lambda0_2_by_q_coupler_rocker,
-            inverse_pivot_rocker_hinge * d_y_rocker_hinge_by_q_coupler_rocker)));
-        let d_acceleration_coupler_crank_by_q_coupler_rocker = mul_add(-l_coupler_crank_crank_hinge,
-            d_acceleration_crank_hinge_by_q_coupler_rocker, mul_add(c(-62931.65091583967),
-            d_lambda0_2_by_q_coupler_rocker,
-            c(-14829.536919702783) * d_lambda0_1_by_q_coupler_rocker));
-        let d_acceleration_coupler_rocker_by_q_coupler_rocker =
-            mul_add(-l_coupler_rocker_rocker_hinge, d_acceleration_rocker_hinge_by_q_coupler_rocker,
-            mul_add(c(221927.38498246408), d_lambda0_2_by_q_coupler_rocker,
-            c(534612.7876701569) * d_imbalance_coupler_rocker_by_q_coupler_rocker));
-        let d_acceleration_rocker_hinge_by_u_crank_hinge = mul_add(y_over_d0_0_rocker_hinge,
-            d_lambda0_0_by_u_crank_hinge, mul_add(y_over_d0_2_rocker_hinge,
-            d_lambda0_2_by_u_crank_hinge, y_over_d0_1_rocker_hinge * d_lambda0_1_by_u_crank_hinge));
-        let d_acceleration_crank_hinge_by_u_crank_hinge = mul_add(-minus_y_over_d0_0_crank_hinge,
-            d_lambda0_0_by_u_crank_hinge, mul_add(y_over_d0_1_crank_hinge,
-            d_lambda0_1_by_u_crank_hinge, mul_add(y_over_d0_2_crank_hinge,
-            d_lambda0_2_by_u_crank_hinge,
-            inverse_pivot_crank_hinge * d_y_crank_hinge_by_u_crank_hinge)));
-        let d_acceleration_coupler_crank_by_u_crank_hinge = mul_add(-l_coupler_crank_crank_hinge,
-            d_acceleration_crank_hinge_by_u_crank_hinge, mul_add(c(-14829.536919702783),
-            d_lambda0_1_by_u_crank_hinge, mul_add(c(-62931.65091583967),
-            d_lambda0_2_by_u_crank_hinge,
-            minus_d_apparent_gravity_coupler_z_by_u_crank_hinge * c(-5.045705809041324))));
-        let d_acceleration_coupler_rocker_by_u_crank_hinge = mul_add(-l_coupler_rocker_rocker_hinge,
-            d_acceleration_rocker_hinge_by_u_crank_hinge,
-            c(221927.38498246408) * d_lambda0_2_by_u_crank_hinge);
-        let d_acceleration_crank_hinge_by_u_rocker_hinge = mul_add(-minus_y_over_d0_0_crank_hinge,
-            d_lambda0_0_by_u_rocker_hinge, mul_add(y_over_d0_2_crank_hinge,
-            d_lambda0_2_by_u_rocker_hinge,
-            y_over_d0_1_crank_hinge * d_lambda0_1_by_u_rocker_hinge));
-        let d_acceleration_rocker_hinge_by_u_rocker_hinge = mul_add(y_over_d0_0_rocker_hinge,
-            d_lambda0_0_by_u_rocker_hinge, mul_add(y_over_d0_1_rocker_hinge,
-            d_lambda0_1_by_u_rocker_hinge, mul_add(y_over_d0_2_rocker_hinge,
-            d_lambda0_2_by_u_rocker_hinge,
-            inverse_pivot_rocker_hinge * d_y_rocker_hinge_by_u_rocker_hinge)));
-        let d_acceleration_coupler_crank_by_u_rocker_hinge = mul_add(-l_coupler_crank_crank_hinge,
-            d_acceleration_crank_hinge_by_u_rocker_hinge, mul_add(c(-62931.65091583967),
-            d_lambda0_2_by_u_rocker_hinge, c(-14829.536919702783) * d_lambda0_1_by_u_rocker_hinge));
-        let d_acceleration_coupler_rocker_by_u_rocker_hinge =
-            mul_add(-l_coupler_rocker_rocker_hinge, d_acceleration_rocker_hinge_by_u_rocker_hinge,
-            mul_add(c(221927.38498246408), d_lambda0_2_by_u_rocker_hinge,
-            minus_d_apparent_gravity_coupler_ghost0_z_by_u_rocker_hinge * c(-4.957456618224297)));
-        let d_acceleration_rocker_hinge_by_u_coupler_crank = mul_add(y_over_d0_0_rocker_hinge,
-            d_lambda0_0_by_u_coupler_crank, mul_add(y_over_d0_2_rocker_hinge,
-            d_lambda0_2_by_u_coupler_crank,
-            y_over_d0_1_rocker_hinge * d_lambda0_1_by_u_coupler_crank));
-        let d_acceleration_crank_hinge_by_u_coupler_crank = mul_add(-minus_y_over_d0_0_crank_hinge,
-            d_lambda0_0_by_u_coupler_crank, mul_add(y_over_d0_1_crank_hinge,
-            d_lambda0_1_by_u_coupler_crank, mul_add(y_over_d0_2_crank_hinge,
-            d_lambda0_2_by_u_coupler_crank,
-            inverse_pivot_crank_hinge * d_y_crank_hinge_by_u_coupler_crank)));
-        let d_acceleration_coupler_crank_by_u_coupler_crank = mul_add(-l_coupler_crank_crank_hinge,
-            d_acceleration_crank_hinge_by_u_coupler_crank, mul_add(c(-14829.536919702783),
-            d_lambda0_1_by_u_coupler_crank, mul_add(c(-62931.65091583967),
-            d_lambda0_2_by_u_coupler_crank, c(-11587.576386003198))));
-        let d_acceleration_coupler_rocker_by_u_coupler_crank =
-            mul_add(-l_coupler_rocker_rocker_hinge, d_acceleration_rocker_hinge_by_u_coupler_crank,
-            c(221927.38498246408) * d_lambda0_2_by_u_coupler_crank);
-        let d_acceleration_crank_hinge_by_u_coupler_rocker = mul_add(-minus_y_over_d0_0_crank_hinge,
-            d_lambda0_0_by_u_coupler_rocker, mul_add(y_over_d0_2_crank_hinge,
-            d_lambda0_2_by_u_coupler_rocker,
-            y_over_d0_1_crank_hinge * d_lambda0_1_by_u_coupler_rocker));
-        let d_acceleration_rocker_hinge_by_u_coupler_rocker = mul_add(y_over_d0_0_rocker_hinge,
-            d_lambda0_0_by_u_coupler_rocker, mul_add(y_over_d0_1_rocker_hinge,
-            d_lambda0_1_by_u_coupler_rocker, mul_add(y_over_d0_2_rocker_hinge,
-            d_lambda0_2_by_u_coupler_rocker,
-            inverse_pivot_rocker_hinge * d_y_rocker_hinge_by_u_coupler_rocker)));
-        let d_acceleration_coupler_crank_by_u_coupler_rocker = mul_add(-l_coupler_crank_crank_hinge,
-            d_acceleration_crank_hinge_by_u_coupler_rocker, mul_add(c(-62931.65091583967),
-            d_lambda0_2_by_u_coupler_rocker,
-            c(-14829.536919702783) * d_lambda0_1_by_u_coupler_rocker));
-        let d_acceleration_coupler_rocker_by_u_coupler_rocker =
-            mul_add(-l_coupler_rocker_rocker_hinge, d_acceleration_rocker_hinge_by_u_coupler_rocker,
-            mul_add(c(221927.38498246408), d_lambda0_2_by_u_coupler_rocker, c(-53461.2787670157)));
-        acceleration[0] = acceleration_crank_hinge;
-        acceleration[1] = acceleration_rocker_hinge;
-        acceleration[2] = acceleration_coupler_crank;
-        acceleration[3] = acceleration_coupler_rocker;
-        dq[0] = d_acceleration_crank_hinge_by_q_crank_hinge;
-        dq[1] = d_acceleration_crank_hinge_by_q_rocker_hinge;
-        dq[2] = d_acceleration_crank_hinge_by_q_coupler_crank;
-        dq[3] = d_acceleration_crank_hinge_by_q_coupler_rocker;
-        dq[4] = d_acceleration_rocker_hinge_by_q_crank_hinge;
-        dq[5] = d_acceleration_rocker_hinge_by_q_rocker_hinge;
-        dq[6] = d_acceleration_rocker_hinge_by_q_coupler_crank;
-        dq[7] = d_acceleration_rocker_hinge_by_q_coupler_rocker;
-        dq[8] = d_acceleration_coupler_crank_by_q_crank_hinge;
-        dq[9] = d_acceleration_coupler_crank_by_q_rocker_hinge;
-        dq[10] = d_acceleration_coupler_crank_by_q_coupler_crank;
-        dq[11] = d_acceleration_coupler_crank_by_q_coupler_rocker;
-        dq[12] = d_acceleration_coupler_rocker_by_q_crank_hinge;
-        dq[13] = d_acceleration_coupler_rocker_by_q_rocker_hinge;
-        dq[14] = d_acceleration_coupler_rocker_by_q_coupler_crank;
-        dq[15] = d_acceleration_coupler_rocker_by_q_coupler_rocker;
-        du[0] = d_acceleration_crank_hinge_by_u_crank_hinge;
-        du[1] = d_acceleration_crank_hinge_by_u_rocker_hinge;
-        du[2] = d_acceleration_crank_hinge_by_u_coupler_crank;
-        du[3] = d_acceleration_crank_hinge_by_u_coupler_rocker;
-        du[4] = d_acceleration_rocker_hinge_by_u_crank_hinge;
-        du[5] = d_acceleration_rocker_hinge_by_u_rocker_hinge;
-        du[6] = d_acceleration_rocker_hinge_by_u_coupler_crank;
-        du[7] = d_acceleration_rocker_hinge_by_u_coupler_rocker;
-        du[8] = d_acceleration_coupler_crank_by_u_crank_hinge;
-        du[9] = d_acceleration_coupler_crank_by_u_rocker_hinge;
-        du[10] = d_acceleration_coupler_crank_by_u_coupler_crank;
-        du[11] = d_acceleration_coupler_crank_by_u_coupler_rocker;
-        du[12] = d_acceleration_coupler_rocker_by_u_crank_hinge;
-        du[13] = d_acceleration_coupler_rocker_by_u_rocker_hinge;
-        du[14] = d_acceleration_coupler_rocker_by_u_coupler_crank;
-        du[15] = d_acceleration_coupler_rocker_by_u_coupler_rocker;
-        dt[0] = c(0.0);
-        dt[1] = c(0.0);
-        dt[2] = c(0.0);
-        dt[3] = c(0.0);
-        margin[0] = S::min(S::min(S::min(inverse_pivot_crank_hinge, inverse_pivot_rocker_hinge),
             c(115875.76386003198)), c(534612.7876701569));
         margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1),
             s_loop0_2_2) * c(100.0)) / (bound_of_trace_of_inverse_s * trace_of_s);

@@ -23,7 +23,6 @@
 //   tangent: 7 operations: 2 add, 4 mul, 0 div, 1 sin_cos, 0 other
 //   acceleration: 7 operations: 2 add, 4 mul, 0 div, 1 sin_cos, 0 other
 //   projection: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
-//   jacobian: 10 operations: 3 add, 6 mul, 0 div, 1 sin_cos, 0 other
 
 /// NQ: coordinates, one angle per joint.
 #[allow(dead_code, reason = "a program uses what it needs")]
@@ -429,36 +428,6 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for Pendulum<S> {
             }),
         )
     }
-    fn write_jacobian(
-        &self,
-        t: S,
-        q: &[S],
-        u: &[S],
-        out: ::lamc_runtime::JacobianMut<'_, S>,
-    ) -> ::core::result::Result<
-        ::core::option::Option<::lamc_runtime::plumbing::Margin<S>>,
-        ::lamc_runtime::Error,
-    > {
-        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-        let margin = &mut [S::ZERO; 2];
-        self.jacobian_into(
-            t,
-            exactly(q)?,
-            exactly(u)?,
-            exactly_mut(out.acceleration)?,
-            exactly_mut(out.dq)?,
-            exactly_mut(out.du)?,
-            exactly_mut(out.dt)?,
-            margin,
-        );
-        let [inverse_pivot, conditioning] = *margin;
-        Ok(
-            Some(::lamc_runtime::plumbing::Margin {
-                inverse_pivot,
-                conditioning,
-            }),
-        )
-    }
 }
 
 #[allow(
@@ -624,37 +593,6 @@ impl<S: ::lamc_runtime::Arithmetic> Pendulum<S> {
         // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let acceleration_hinge = generalized_force_hinge * c(8141.592046681067);
         acceleration[0] = acceleration_hinge;
-        margin[0] = c(8141.592046681067);
-        margin[1] = c(1.0);
-    }
-    /// du/dt by elimination, and its derivatives.
-    fn jacobian_into(
-        &self,
-        t: S,
-        q: &[S; 1],
-        u: &[S; 1],
-        acceleration: &mut [S; 1],
-        dq: &mut [S; 1],
-        du: &mut [S; 1],
-        dt: &mut [S; 1],
-        margin: &mut [S; 2],
-    ) {
-        let c = S::from_f64;
-        let mul_add = S::mul_add;
-        let (minus_d_cos_hinge_by_q_hinge, cos_hinge) = S::sin_cos(q[0]);
-        // arm: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_imbalance_hinge_by_q_hinge = mul_add(c(-0.0177798000739608),
-            minus_d_cos_hinge_by_q_hinge, c(-7.6e-3));
-        // arm: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let generalized_force_hinge = mul_add(c(0.0177798000739608), cos_hinge, -mul_add(c(2.5e-5),
-            u[0], q[0] * c(7.6e-3)));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let acceleration_hinge = generalized_force_hinge * c(8141.592046681067);
-        let d_acceleration_hinge_by_q_hinge = c(8141.592046681067) * d_imbalance_hinge_by_q_hinge;
-        acceleration[0] = acceleration_hinge;
-        dq[0] = d_acceleration_hinge_by_q_hinge;
-        du[0] = c(-0.2035398011670267);
-        dt[0] = c(0.0);
         margin[0] = c(8141.592046681067);
         margin[1] = c(1.0);
     }

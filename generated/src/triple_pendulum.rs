@@ -25,7 +25,6 @@
 //   tangent: 113 operations: 47 add, 63 mul, 0 div, 3 sin_cos, 0 other
 //   acceleration: 103 operations: 45 add, 51 mul, 2 div, 3 sin_cos, 2 other
 //   projection: 0 operations: 0 add, 0 mul, 0 div, 0 sin_cos, 0 other
-//   jacobian: 294 operations: 135 add, 152 mul, 2 div, 3 sin_cos, 2 other
 
 /// NQ: coordinates, one angle per joint.
 #[allow(dead_code, reason = "a program uses what it needs")]
@@ -449,36 +448,6 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for TriplePendulum<S> 
             }),
         )
     }
-    fn write_jacobian(
-        &self,
-        t: S,
-        q: &[S],
-        u: &[S],
-        out: ::lamc_runtime::JacobianMut<'_, S>,
-    ) -> ::core::result::Result<
-        ::core::option::Option<::lamc_runtime::plumbing::Margin<S>>,
-        ::lamc_runtime::Error,
-    > {
-        use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-        let margin = &mut [S::ZERO; 2];
-        self.jacobian_into(
-            t,
-            exactly(q)?,
-            exactly(u)?,
-            exactly_mut(out.acceleration)?,
-            exactly_mut(out.dq)?,
-            exactly_mut(out.du)?,
-            exactly_mut(out.dt)?,
-            margin,
-        );
-        let [inverse_pivot, conditioning] = *margin;
-        Ok(
-            Some(::lamc_runtime::plumbing::Margin {
-                inverse_pivot,
-                conditioning,
-            }),
-        )
-    }
 }
 
 #[allow(
@@ -726,15 +695,14 @@ impl<S: ::lamc_runtime::Arithmetic> TriplePendulum<S> {
         let kinetic_sum = mul_add(minus_velocity_middle_z, omega_middle_x * c(0.4999918),
             mul_add(c(0.2083329196666667), omega_lower_x * omega_lower_x,
             mul_add(c(0.20832840604009972), omega_middle_x * omega_middle_x,
-            u[0] * u[0] * c(0.20832840604009978))));
+            u[0] * u[0] * c(0.20832840604009972))));
         let kinetic_2 = mul_add(c(0.4999959), mul_add(velocity_lower_z, velocity_lower_z,
             velocity_lower_y * velocity_lower_y), mul_add(velocity_lower_z,
             omega_lower_x * c(0.4999999999599003), mul_add(c(0.4999918),
             mul_add(minus_velocity_middle_z, minus_velocity_middle_z,
             minus_velocity_middle_y * minus_velocity_middle_y), kinetic_sum)));
-        let potential_sum = mul_add(c(9.81), mul_add(c(-0.4999918000000001), sin_shoulder,
-            c(0.4999918000000001)), mul_add(c(50.0), q[2] * q[2], mul_add(c(50.0), q[1] * q[1],
-            q[0] * q[0] * c(50.0))));
+        let potential_sum = mul_add(c(9.81), mul_add(c(-0.4999918), sin_shoulder, c(0.4999918)),
+            mul_add(c(50.0), q[2] * q[2], mul_add(c(50.0), q[1] * q[1], q[0] * q[0] * c(50.0))));
         kinetic[0] = kinetic_2;
         potential[0] = mul_add(c(9.81), mul_add(c(0.4999999999599003), axis_y_lower_z,
             origin_lower_z * c(0.9999918)), mul_add(c(9.81), mul_add(c(-0.4999918), axis_y_middle_z,
@@ -820,20 +788,20 @@ impl<S: ::lamc_runtime::Arithmetic> TriplePendulum<S> {
         // upper: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let cos_shoulder_product = cos_shoulder * c(4.904919558000001);
         let transmitted_force_upper_y = mul_add(cos_elbow, transmitted_force_middle_y,
-            mul_add(-sin_elbow, transmitted_force_middle_z, mul_add(c(-0.4999918000000001),
-            omega_upper_xx, sin_shoulder * c(-9.809839116000003))));
-        let transmitted_force_upper_z = transmitted_force_in_parent_middle_z
-            + mul_add(c(0.4999918000000001), a[0], cos_shoulder * c(-9.809839116000003));
+            mul_add(-sin_elbow, transmitted_force_middle_z, mul_add(c(-0.4999918), omega_upper_xx,
+            sin_shoulder * c(-9.809839116000003))));
+        let transmitted_force_upper_z = transmitted_force_in_parent_middle_z + mul_add(c(0.4999918),
+            a[0], cos_shoulder * c(-9.809839116000003));
         let transmitted_moment_upper_y = mul_add(cos_elbow, transmitted_moment_middle_y,
-            mul_add(-sin_elbow, transmitted_moment_middle_z, mul_add(c(-0.24999590000000005), a[0],
+            mul_add(-sin_elbow, transmitted_moment_middle_z, mul_add(c(-0.2499959), a[0],
             cos_shoulder_product)));
         let transmitted_moment_upper_z = mul_add(cos_elbow, transmitted_moment_middle_z,
-            mul_add(sin_elbow, transmitted_moment_middle_y, mul_add(c(-0.24999590000000005),
-            omega_upper_xx, sin_shoulder * c(-4.904919558000001))));
+            mul_add(sin_elbow, transmitted_moment_middle_y, mul_add(c(-0.2499959), omega_upper_xx,
+            sin_shoulder * c(-4.904919558000001))));
         reactions[0] = c(0.0);
         reactions[1] = -transmitted_force_upper_y;
         reactions[2] = -transmitted_force_upper_z;
-        reactions[3] = transmitted_force_in_parent_middle_z + (mul_add(c(0.41665681208019956), a[0],
+        reactions[3] = transmitted_force_in_parent_middle_z + (mul_add(c(0.41665681208019945), a[0],
             -cos_shoulder_product) - transmitted_moment_middle_x);
         reactions[4] = -transmitted_moment_upper_y;
         reactions[5] = -transmitted_moment_upper_z;
@@ -1056,302 +1024,6 @@ impl<S: ::lamc_runtime::Arithmetic> TriplePendulum<S> {
         acceleration[0] = acceleration_shoulder;
         acceleration[1] = acceleration_elbow;
         acceleration[2] = acceleration_wrist;
-        margin[0] = S::min(S::min(inverse_pivot_shoulder, inverse_pivot_elbow),
-            c(2.400004765449462));
-        margin[1] = c(1.0);
-    }
-    /// du/dt by elimination, and its derivatives.
-    fn jacobian_into(
-        &self,
-        t: S,
-        q: &[S; 3],
-        u: &[S; 3],
-        acceleration: &mut [S; 3],
-        dq: &mut [S; 9],
-        du: &mut [S; 9],
-        dt: &mut [S; 3],
-        margin: &mut [S; 2],
-    ) {
-        let c = S::from_f64;
-        let mul_add = S::mul_add;
-        let [
-            (sin_shoulder, cos_shoulder),
-            (sin_elbow, cos_elbow),
-            (sin_wrist, cos_wrist),
-        ] = S::sin_cos_all([q[0], q[1], q[2]]);
-        // middle: angular velocity: w = R^T w_parent + u e_x
-        let omega_middle_x = u[0] + u[1];
-        // middle: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let omega_middle_xx = omega_middle_x * omega_middle_x;
-        let d_omega_middle_xx_by_u_shoulder = omega_middle_x * c(2.0);
-        // lower: angular velocity: w = R^T w_parent + u e_x
-        let omega_lower_x = u[2] - omega_middle_x;
-        // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
-        let omega_lower_xx = omega_lower_x * omega_lower_x;
-        // upper: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_upper_y = sin_shoulder * c(-9.81);
-        let minus_apparent_gravity_upper_z = cos_shoulder * c(9.81);
-        let d_apparent_gravity_upper_y_by_q_shoulder = cos_shoulder * c(-9.81);
-        // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_middle_y = mul_add(-u[0], u[0], apparent_gravity_upper_y);
-        let middle_product = cos_elbow * apparent_gravity_in_parent_middle_y;
-        let middle_product_2 = sin_elbow * apparent_gravity_in_parent_middle_y;
-        let apparent_gravity_middle_z = -cos_elbow * minus_apparent_gravity_upper_z
-            - middle_product_2;
-        let minus_d_apparent_gravity_in_parent_middle_y_by_u_shoulder = u[0] * c(2.0);
-        // lower: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_lower_y = middle_product - mul_add(sin_elbow,
-            minus_apparent_gravity_upper_z, omega_middle_xx);
-        let apparent_gravity_lower_z = mul_add(cos_wrist, apparent_gravity_middle_z,
-            sin_wrist * apparent_gravity_in_parent_lower_y);
-        // lower: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_force_lower_y = omega_lower_xx * c(0.4999999999599003);
-        let bias_moment_lower_x = apparent_gravity_lower_z * c(0.4999999999599003);
-        let d_bias_force_lower_y_by_u_shoulder = omega_lower_x * c(-0.9999999999198006);
-        let d_bias_force_lower_y_by_u_wrist = omega_lower_x * c(0.9999999999198006);
-        // lower: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let subtree_force_on_hinge_lower_y = cos_wrist * bias_force_lower_y;
-        let subtree_force_in_parent_lower_z = sin_wrist * bias_force_lower_y;
-        let generalized_force_wrist = bias_moment_lower_x - mul_add(c(10.0), u[2], q[2] * c(100.0));
-        // middle: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let subtree_force_middle_y = mul_add(c(-1.4999836), omega_middle_xx,
-            -subtree_force_on_hinge_lower_y);
-        let subtree_moment_middle_x = -bias_moment_lower_x - mul_add(c(1.4999836),
-            apparent_gravity_middle_z, subtree_force_in_parent_lower_z);
-        // lower: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let minus_inertia_wrist_force_on_hinge_lower_y = sin_wrist * c(0.4999999999599003);
-        let inertia_wrist_force_in_parent_lower_z = cos_wrist * c(0.4999999999599003);
-        let inertia_wrist_moment_in_parent_lower_x = -inertia_wrist_force_in_parent_lower_z
-            - c(0.4166658393333334);
-        // lower: composite inertia: m, h, S of all beyond the hinge
-        let composite_second_moment_joint_deviator_lower = sin_wrist * c(0.25000082733333334);
-        let composite_second_moment_joint_deviator_sin_lower =
-            sin_wrist * composite_second_moment_joint_deviator_lower;
-        // middle: composite inertia: m, h, S of all beyond the hinge
-        let composite_first_moment_middle_y = c(-1.4999836) - inertia_wrist_force_in_parent_lower_z;
-        let composite_second_moment_middle_yy = mul_add(c(0.9999999999198006), cos_wrist,
-            c(1.6666502667468661)) - composite_second_moment_joint_deviator_sin_lower;
-        let composite_second_moment_middle_zz = composite_second_moment_joint_deviator_sin_lower
-            + c(0.1666641846666667);
-        // middle: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let middle_product_3 = sin_elbow * minus_inertia_wrist_force_on_hinge_lower_y;
-        let inertia_wrist_moment_in_parent_middle_x = inertia_wrist_moment_in_parent_lower_x
-            - mul_add(cos_elbow, inertia_wrist_force_in_parent_lower_z, middle_product_3);
-        let mass_elbow_elbow = composite_second_moment_middle_yy
-            + composite_second_moment_middle_zz;
-        let inertia_elbow_force_in_parent_middle_z = mul_add(cos_elbow,
-            composite_first_moment_middle_y, -middle_product_3);
-        // lower: factor of the mass matrix: M = L^T D L
-        let l_wrist_shoulder = inertia_wrist_moment_in_parent_middle_x * c(2.400004765449462);
-        let l_wrist_elbow = inertia_wrist_moment_in_parent_lower_x * c(2.400004765449462);
-        let lower_sum = mul_add(-inertia_wrist_moment_in_parent_middle_x, l_wrist_elbow,
-            mass_elbow_elbow - inertia_elbow_force_in_parent_middle_z);
-        // middle: factor of the mass matrix: M = L^T D L
-        let inverse_pivot_elbow = c(1.0) / mul_add(-inertia_wrist_moment_in_parent_lower_x,
-            l_wrist_elbow, mass_elbow_elbow);
-        let l_elbow_shoulder = lower_sum * inverse_pivot_elbow;
-        // upper: factor of the mass matrix: M = L^T D L
-        let inverse_pivot_shoulder = c(1.0) / mul_add(-lower_sum, l_elbow_shoulder,
-            mul_add(-inertia_wrist_moment_in_parent_middle_x, l_wrist_shoulder, mul_add(c(-2.0),
-            inertia_elbow_force_in_parent_middle_z, composite_second_moment_middle_zz
-            + (composite_second_moment_middle_yy + c(2.4166322120801995)))));
-        // upper: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_force_middle_y_by_u_shoulder = mul_add(-cos_wrist,
-            d_bias_force_lower_y_by_u_shoulder, omega_middle_x * c(-2.9999672));
-        let d_balance_force_in_parent_lower_z_by_u_shoulder =
-            sin_wrist * d_bias_force_lower_y_by_u_shoulder;
-        let upper_product = cos_elbow * d_balance_force_in_parent_lower_z_by_u_shoulder;
-        let upper_neg = -sin_elbow * d_balance_force_middle_y_by_u_shoulder;
-        // middle: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let y_elbow = mul_add(-generalized_force_wrist, l_wrist_elbow, subtree_moment_middle_x
-            - mul_add(c(10.0), u[1], q[1] * c(100.0)));
-        let y_shoulder_sum = mul_add(-generalized_force_wrist, l_wrist_shoulder,
-            subtree_moment_middle_x - mul_add(sin_elbow, subtree_force_middle_y, mul_add(cos_elbow,
-            subtree_force_in_parent_lower_z, mul_add(c(-24.524678232), cos_shoulder,
-            mul_add(c(10.0), u[0], q[0] * c(100.0))))));
-        let y_shoulder = mul_add(-l_elbow_shoulder, y_elbow, y_shoulder_sum);
-        let acceleration_shoulder = inverse_pivot_shoulder * y_shoulder;
-        let acceleration_elbow = mul_add(-l_elbow_shoulder, acceleration_shoulder,
-            inverse_pivot_elbow * y_elbow);
-        let alpha_middle_x = acceleration_shoulder + acceleration_elbow;
-        // lower: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let acceleration_wrist = mul_add(-l_wrist_elbow, acceleration_elbow,
-            mul_add(-l_wrist_shoulder, acceleration_shoulder,
-            generalized_force_wrist * c(2.400004765449462)));
-        let alpha_lower_x = acceleration_wrist - alpha_middle_x;
-        // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let apparent_gravity_in_parent_middle_z = acceleration_shoulder
-            - minus_apparent_gravity_upper_z;
-        let lower_product = sin_elbow * apparent_gravity_in_parent_middle_z;
-        let apparent_gravity_in_parent_lower_y_2 = lower_product + (middle_product
-            - omega_middle_xx);
-        let d_apparent_gravity_in_parent_lower_y_by_q_shoulder = mul_add(-sin_elbow,
-            apparent_gravity_upper_y, cos_elbow * d_apparent_gravity_upper_y_by_q_shoulder);
-        let d_apparent_gravity_in_parent_lower_y_by_q_elbow = mul_add(cos_elbow,
-            apparent_gravity_in_parent_middle_z, -middle_product_2);
-        let apparent_gravity_in_parent_lower_z = alpha_middle_x
-            + d_apparent_gravity_in_parent_lower_y_by_q_elbow;
-        let d_apparent_gravity_middle_z_by_q_shoulder = mul_add(-cos_elbow,
-            apparent_gravity_upper_y, -sin_elbow * d_apparent_gravity_upper_y_by_q_shoulder);
-        let d_apparent_gravity_lower_z_by_q_shoulder = mul_add(cos_wrist,
-            d_apparent_gravity_middle_z_by_q_shoulder,
-            sin_wrist * d_apparent_gravity_in_parent_lower_y_by_q_shoulder);
-        let minus_net_force_lower_z = c(0.4999999999599003) * alpha_lower_x;
-        let d_net_moment_lower_x_by_q_shoulder =
-            c(0.4999999999599003) * d_apparent_gravity_lower_z_by_q_shoulder;
-        let d_apparent_gravity_middle_z_by_q_elbow = -lower_product - middle_product;
-        let d_apparent_gravity_lower_z_by_q_elbow = mul_add(cos_wrist,
-            d_apparent_gravity_middle_z_by_q_elbow,
-            sin_wrist * d_apparent_gravity_in_parent_lower_y_by_q_elbow);
-        let d_net_moment_lower_x_by_q_elbow =
-            c(0.4999999999599003) * d_apparent_gravity_lower_z_by_q_elbow;
-        let d_apparent_gravity_lower_z_by_q_wrist = mul_add(-sin_wrist,
-            apparent_gravity_in_parent_lower_z, cos_wrist * apparent_gravity_in_parent_lower_y_2);
-        let d_net_moment_lower_x_by_q_wrist =
-            c(0.4999999999599003) * d_apparent_gravity_lower_z_by_q_wrist;
-        let sin_wrist_times_minus_net_force_lower_z = sin_wrist * minus_net_force_lower_z;
-        let d_balance_force_in_parent_lower_z_by_q_wrist = subtree_force_on_hinge_lower_y
-            + sin_wrist_times_minus_net_force_lower_z;
-        let d_imbalance_wrist_by_q_wrist = d_net_moment_lower_x_by_q_wrist - c(100.0);
-        let d_apparent_gravity_in_parent_lower_y_by_u_shoulder =
-            -cos_elbow * minus_d_apparent_gravity_in_parent_middle_y_by_u_shoulder
-            - d_omega_middle_xx_by_u_shoulder;
-        let d_apparent_gravity_middle_z_by_u_shoulder =
-            sin_elbow * minus_d_apparent_gravity_in_parent_middle_y_by_u_shoulder;
-        let d_apparent_gravity_lower_z_by_u_shoulder = mul_add(cos_wrist,
-            d_apparent_gravity_middle_z_by_u_shoulder,
-            sin_wrist * d_apparent_gravity_in_parent_lower_y_by_u_shoulder);
-        let d_net_moment_lower_x_by_u_shoulder =
-            c(0.4999999999599003) * d_apparent_gravity_lower_z_by_u_shoulder;
-        let minus_d_apparent_gravity_lower_z_by_u_elbow =
-            sin_wrist * d_omega_middle_xx_by_u_shoulder;
-        let d_net_moment_lower_x_by_u_elbow =
-            minus_d_apparent_gravity_lower_z_by_u_elbow * c(-0.4999999999599003);
-        let d_balance_force_in_parent_lower_z_by_u_wrist =
-            sin_wrist * d_bias_force_lower_y_by_u_wrist;
-        // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let cos_wrist_times_minus_net_force_lower_z = cos_wrist * minus_net_force_lower_z;
-        let balance_force_middle_y = subtree_force_middle_y
-            - sin_wrist_times_minus_net_force_lower_z;
-        let balance_force_middle_z = mul_add(c(1.4999836), alpha_middle_x,
-            subtree_force_in_parent_lower_z) - cos_wrist_times_minus_net_force_lower_z;
-        let d_balance_moment_middle_x_by_q_shoulder = mul_add(c(-1.4999836),
-            d_apparent_gravity_middle_z_by_q_shoulder, -d_net_moment_lower_x_by_q_shoulder);
-        let d_balance_moment_middle_x_by_q_elbow = mul_add(c(-1.4999836),
-            d_apparent_gravity_middle_z_by_q_elbow, -d_net_moment_lower_x_by_q_elbow);
-        let d_balance_force_middle_y_by_q_wrist = subtree_force_in_parent_lower_z
-            - cos_wrist_times_minus_net_force_lower_z;
-        let d_balance_moment_middle_x_by_q_wrist = -d_net_moment_lower_x_by_q_wrist
-            - d_balance_force_in_parent_lower_z_by_q_wrist;
-        let d_balance_moment_middle_x_by_u_shoulder = -d_net_moment_lower_x_by_u_shoulder
-            - mul_add(c(1.4999836), d_apparent_gravity_middle_z_by_u_shoulder,
-            d_balance_force_in_parent_lower_z_by_u_shoulder);
-        let d_balance_moment_middle_x_by_u_elbow = -d_net_moment_lower_x_by_u_elbow
-            - d_balance_force_in_parent_lower_z_by_u_shoulder;
-        let minus_d_balance_force_middle_y_by_u_wrist = cos_wrist * d_bias_force_lower_y_by_u_wrist;
-        // mechanism: reduced force: y = L^-T f
-        let d_y_elbow_by_q_shoulder = mul_add(-l_wrist_elbow, d_net_moment_lower_x_by_q_shoulder,
-            d_balance_moment_middle_x_by_q_shoulder);
-        let d_y_shoulder_by_q_shoulder = mul_add(-l_elbow_shoulder, d_y_elbow_by_q_shoulder,
-            d_balance_moment_middle_x_by_q_shoulder - mul_add(l_wrist_shoulder,
-            d_net_moment_lower_x_by_q_shoulder, mul_add(c(24.524678232), sin_shoulder, c(100.0))));
-        let d_y_elbow_by_q_elbow = d_balance_moment_middle_x_by_q_elbow - mul_add(l_wrist_elbow,
-            d_net_moment_lower_x_by_q_elbow, c(100.0));
-        let d_y_shoulder_by_q_elbow = mul_add(-l_elbow_shoulder, d_y_elbow_by_q_elbow,
-            mul_add(sin_elbow, balance_force_middle_z, mul_add(-cos_elbow, balance_force_middle_y,
-            mul_add(-l_wrist_shoulder, d_net_moment_lower_x_by_q_elbow,
-            d_balance_moment_middle_x_by_q_elbow))));
-        let d_y_elbow_by_q_wrist = mul_add(-l_wrist_elbow, d_imbalance_wrist_by_q_wrist,
-            d_balance_moment_middle_x_by_q_wrist);
-        let d_y_shoulder_by_q_wrist = mul_add(-l_elbow_shoulder, d_y_elbow_by_q_wrist,
-            mul_add(-cos_elbow, d_balance_force_in_parent_lower_z_by_q_wrist,
-            d_balance_moment_middle_x_by_q_wrist) + mul_add(-l_wrist_shoulder,
-            d_imbalance_wrist_by_q_wrist, -sin_elbow * d_balance_force_middle_y_by_q_wrist));
-        let d_y_elbow_by_u_shoulder = mul_add(-l_wrist_elbow, d_net_moment_lower_x_by_u_shoulder,
-            d_balance_moment_middle_x_by_u_shoulder);
-        let d_y_shoulder_by_u_shoulder = mul_add(-l_elbow_shoulder, d_y_elbow_by_u_shoulder,
-            d_balance_moment_middle_x_by_u_shoulder + mul_add(-l_wrist_shoulder,
-            d_net_moment_lower_x_by_u_shoulder, upper_neg - (c(10.0) + upper_product)));
-        let d_y_elbow_by_u_elbow = mul_add(-l_wrist_elbow, d_net_moment_lower_x_by_u_elbow,
-            d_balance_moment_middle_x_by_u_elbow - c(10.0));
-        let d_y_shoulder_by_u_elbow = mul_add(-l_elbow_shoulder, d_y_elbow_by_u_elbow,
-            mul_add(-l_wrist_shoulder, d_net_moment_lower_x_by_u_elbow,
-            d_balance_moment_middle_x_by_u_elbow + (upper_neg - upper_product)));
-        let d_y_elbow_by_u_wrist = mul_add(c(24.000047654494622),
-            inertia_wrist_moment_in_parent_lower_x, -d_balance_force_in_parent_lower_z_by_u_wrist);
-        let d_y_shoulder_by_u_wrist = mul_add(-l_elbow_shoulder, d_y_elbow_by_u_wrist,
-            mul_add(c(24.000047654494622), inertia_wrist_moment_in_parent_middle_x,
-            mul_add(-cos_elbow, d_balance_force_in_parent_lower_z_by_u_wrist, mul_add(sin_elbow,
-            minus_d_balance_force_middle_y_by_u_wrist,
-            -d_balance_force_in_parent_lower_z_by_u_wrist))));
-        // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let d_acceleration_shoulder_by_q_shoulder =
-            inverse_pivot_shoulder * d_y_shoulder_by_q_shoulder;
-        let d_acceleration_elbow_by_q_shoulder = mul_add(-l_elbow_shoulder,
-            d_acceleration_shoulder_by_q_shoulder, inverse_pivot_elbow * d_y_elbow_by_q_shoulder);
-        let d_acceleration_wrist_by_q_shoulder = mul_add(-l_wrist_elbow,
-            d_acceleration_elbow_by_q_shoulder, mul_add(-l_wrist_shoulder,
-            d_acceleration_shoulder_by_q_shoulder,
-            d_apparent_gravity_lower_z_by_q_shoulder * c(1.2000023826284916)));
-        let d_acceleration_shoulder_by_q_elbow = inverse_pivot_shoulder * d_y_shoulder_by_q_elbow;
-        let d_acceleration_elbow_by_q_elbow = mul_add(-l_elbow_shoulder,
-            d_acceleration_shoulder_by_q_elbow, inverse_pivot_elbow * d_y_elbow_by_q_elbow);
-        let d_acceleration_wrist_by_q_elbow = mul_add(-l_wrist_elbow,
-            d_acceleration_elbow_by_q_elbow, mul_add(-l_wrist_shoulder,
-            d_acceleration_shoulder_by_q_elbow,
-            c(1.2000023826284916) * d_apparent_gravity_lower_z_by_q_elbow));
-        let d_acceleration_shoulder_by_q_wrist = inverse_pivot_shoulder * d_y_shoulder_by_q_wrist;
-        let d_acceleration_elbow_by_q_wrist = mul_add(-l_elbow_shoulder,
-            d_acceleration_shoulder_by_q_wrist, inverse_pivot_elbow * d_y_elbow_by_q_wrist);
-        let d_acceleration_wrist_by_q_wrist = mul_add(-l_wrist_elbow,
-            d_acceleration_elbow_by_q_wrist, mul_add(-l_wrist_shoulder,
-            d_acceleration_shoulder_by_q_wrist,
-            c(2.400004765449462) * d_imbalance_wrist_by_q_wrist));
-        let d_acceleration_shoulder_by_u_shoulder =
-            inverse_pivot_shoulder * d_y_shoulder_by_u_shoulder;
-        let d_acceleration_elbow_by_u_shoulder = mul_add(-l_elbow_shoulder,
-            d_acceleration_shoulder_by_u_shoulder, inverse_pivot_elbow * d_y_elbow_by_u_shoulder);
-        let d_acceleration_wrist_by_u_shoulder = mul_add(-l_wrist_elbow,
-            d_acceleration_elbow_by_u_shoulder, mul_add(-l_wrist_shoulder,
-            d_acceleration_shoulder_by_u_shoulder,
-            c(1.2000023826284916) * d_apparent_gravity_lower_z_by_u_shoulder));
-        let d_acceleration_shoulder_by_u_elbow = inverse_pivot_shoulder * d_y_shoulder_by_u_elbow;
-        let d_acceleration_elbow_by_u_elbow = mul_add(-l_elbow_shoulder,
-            d_acceleration_shoulder_by_u_elbow, inverse_pivot_elbow * d_y_elbow_by_u_elbow);
-        let d_acceleration_wrist_by_u_elbow = mul_add(-l_wrist_elbow,
-            d_acceleration_elbow_by_u_elbow, mul_add(-l_wrist_shoulder,
-            d_acceleration_shoulder_by_u_elbow,
-            minus_d_apparent_gravity_lower_z_by_u_elbow * c(-1.2000023826284916)));
-        let d_acceleration_shoulder_by_u_wrist = inverse_pivot_shoulder * d_y_shoulder_by_u_wrist;
-        let d_acceleration_elbow_by_u_wrist = mul_add(-l_elbow_shoulder,
-            d_acceleration_shoulder_by_u_wrist, inverse_pivot_elbow * d_y_elbow_by_u_wrist);
-        let d_acceleration_wrist_by_u_wrist = mul_add(-l_wrist_elbow,
-            d_acceleration_elbow_by_u_wrist, mul_add(-l_wrist_shoulder,
-            d_acceleration_shoulder_by_u_wrist, c(-24.000047654494622)));
-        acceleration[0] = acceleration_shoulder;
-        acceleration[1] = acceleration_elbow;
-        acceleration[2] = acceleration_wrist;
-        dq[0] = d_acceleration_shoulder_by_q_shoulder;
-        dq[1] = d_acceleration_shoulder_by_q_elbow;
-        dq[2] = d_acceleration_shoulder_by_q_wrist;
-        dq[3] = d_acceleration_elbow_by_q_shoulder;
-        dq[4] = d_acceleration_elbow_by_q_elbow;
-        dq[5] = d_acceleration_elbow_by_q_wrist;
-        dq[6] = d_acceleration_wrist_by_q_shoulder;
-        dq[7] = d_acceleration_wrist_by_q_elbow;
-        dq[8] = d_acceleration_wrist_by_q_wrist;
-        du[0] = d_acceleration_shoulder_by_u_shoulder;
-        du[1] = d_acceleration_shoulder_by_u_elbow;
-        du[2] = d_acceleration_shoulder_by_u_wrist;
-        du[3] = d_acceleration_elbow_by_u_shoulder;
-        du[4] = d_acceleration_elbow_by_u_elbow;
-        du[5] = d_acceleration_elbow_by_u_wrist;
-        du[6] = d_acceleration_wrist_by_u_shoulder;
-        du[7] = d_acceleration_wrist_by_u_elbow;
-        du[8] = d_acceleration_wrist_by_u_wrist;
-        dt[0] = c(0.0);
-        dt[1] = c(0.0);
-        dt[2] = c(0.0);
         margin[0] = S::min(S::min(inverse_pivot_shoulder, inverse_pivot_elbow),
             c(2.400004765449462));
         margin[1] = c(1.0);

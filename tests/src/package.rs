@@ -122,7 +122,7 @@ impl Package {
     /// Writes a model's module under a name of its own. Generic ones are asked in `f64`.
     pub fn add(&mut self, module: &str, compiled: &Compiled, scalar: ScalarChoice) {
         let ty = if scalar == ScalarChoice::Generic { "::<f64>" } else { "" };
-        let text = rust_module(compiled, &Options { scalar, extern_c: false })
+        let text = rust_module(compiled, &Options { scalar, ..Options::default() })
             .unwrap_or_else(|error| panic!("{module}: {error}"));
         write(&self.folder.path().join(format!("src/{module}.rs")), &text);
         let model = type_name(&compiled.program.interface.name);

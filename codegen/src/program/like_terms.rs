@@ -17,10 +17,8 @@
 //! Postcondition: no sum has two terms that are multiples of the same value. Sums are re-associated,
 //! so results may differ in rounding.
 
+use super::constants::is_same;
 use super::ir::{Function, Instruction, Op, Value};
-
-/// Units in the last place within which two numbers are the same but for their rounding.
-const SAME: f64 = 4.0 * f64::EPSILON;
 
 /// Merges the like terms of every sum.
 pub fn merge(function: Function) -> Function {
@@ -264,7 +262,7 @@ fn merged(terms: Vec<Term>) -> Option<Vec<Term>> {
             None => merged.push((term, magnitude)),
         }
     }
-    let remains = |(term, largest): &(Term, f64)| term.coefficient.abs() > SAME * largest;
+    let remains = |(term, largest): &(Term, f64)| !is_same(largest + term.coefficient, *largest);
     (merged.len() < count)
         .then(|| merged.into_iter().filter(remains).map(|(term, _)| term).collect())
 }

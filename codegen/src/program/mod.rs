@@ -7,6 +7,7 @@
 mod balance;
 mod closure_factor;
 mod code;
+mod constants;
 mod cost;
 mod dead;
 mod differentiate;
@@ -23,6 +24,7 @@ mod number;
 mod op;
 mod parts;
 mod sections;
+mod selection;
 mod signature;
 mod solution;
 mod text;
@@ -36,6 +38,7 @@ pub use executable::{Engine, Executable, UnknownName};
 pub use interpreter::{Interpretation, Interpreter};
 pub use ir::*;
 pub use parts::{Angle, Part, Parts, angles, is_read};
+pub use selection::{Selection, UnknownFunction};
 pub use signature::*;
 pub use verify::{VerifyError, verify};
 
@@ -54,14 +57,16 @@ pub fn lower(equations: &Equations, source_name: &str, source_text: &str) -> Pro
         let function = check(&interface, like_terms::merge(reduce(function)));
         let function = check(&interface, balance::balance(reduce(function)));
         // Terms have met that cancel, and values that were not known to be the same.
-        let function = reduce(function);
-        check(&interface, sections::sections(function))
+        reduce(function)
     };
     let mut functions: Vec<Function> =
         lowering::functions(equations, &interface).into_iter().map(optimise).collect();
     let tangent = &functions[FunctionKind::Tangent as usize];
     let solved = solution::functions(equations, tangent, optimise);
     functions.extend(solved);
+    constants::snap(&mut functions);
+    let finished = |function| check(&interface, sections::sections(reduce(function)));
+    let functions = functions.into_iter().map(finished).collect();
     Program { interface, functions }
 }
 

@@ -524,7 +524,7 @@ fn a_rust_module_exports_what_its_header_declares() {
         if case.states.is_empty() {
             case.states = vec![closed_state(&case.system, &mut random)];
         }
-        let options = Options { scalar: *scalar, extern_c: true };
+        let options = Options { scalar: *scalar, extern_c: true, ..Options::default() };
         let text = pipeline::rust_module(&case.compiled, &options).unwrap();
         let name = case.name();
         fs::write(source.join(format!("m_{name}.rs")), text).unwrap();
@@ -542,7 +542,7 @@ fn a_rust_module_exports_what_its_header_declares() {
     successful(&mut cargo, "the exporting modules");
     let archive = target.join("debug/libexported.a");
     for (case, scalar) in &cases {
-        let real = Options { scalar: *scalar, extern_c: true }.c_real();
+        let real = Options { scalar: *scalar, extern_c: true, ..Options::default() }.c_real();
         let n = case.system.dimensions().coordinates;
         let pinned: Vec<bool> = (0..n).map(|joint| joint == 0 && n > 1).collect();
         let module = [archive.to_str().unwrap(), "-lpthread", "-ldl"];

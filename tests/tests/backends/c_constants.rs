@@ -298,7 +298,7 @@ fn build_rust(folder: &Path, compiled: &Compiled, alteration: Option<&Alteration
                 lamc-runtime = { path = \"../runtime\" }\n\n[workspace]\n";
     fs::create_dir_all(library.join("src")).unwrap();
     fs::write(library.join("Cargo.toml"), package("altered", rest)).unwrap();
-    let options = Options { scalar: ScalarChoice::F64, extern_c: true };
+    let options = Options { scalar: ScalarChoice::F64, extern_c: true, ..Options::default() };
     let module = pipeline::rust_module(compiled, &options).unwrap();
     fs::write(library.join("src/sixbar.rs"), module).unwrap();
     fs::write(library.join("src/lib.rs"), "//! Altered.\npub mod sixbar;\n").unwrap();

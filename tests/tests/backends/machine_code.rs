@@ -8,6 +8,7 @@ use std::process::Command;
 use lamc::backend::identifiers::type_name;
 use lamc::backend::rust::Options;
 use lamc::pipeline::{Compiled, rust_module};
+use lamc::program::Selection;
 use lamc_tests::chain::chain;
 use lamc_tests::{compile, compile_text, workspace};
 
@@ -43,8 +44,10 @@ pub fn write_all(
 fn functions_never_panic_and_fuse_where_the_target_can() {
     // The second is long enough to come in parts.
     let models = [compile(&workspace().join("examples/sixbar.yaml")), compile_text(&chain(24))];
+    let functions = Selection::named(["all"]).unwrap();
+    let options = Options { functions, ..Options::default() };
     let texts: Vec<String> =
-        models.iter().map(|model| rust_module(model, &Options::default()).unwrap()).collect();
+        models.iter().map(|model| rust_module(model, &options).unwrap()).collect();
     assert!(!texts[0].contains("_part_1(") && texts[1].contains("_part_1("));
     let folder = tempfile::tempdir().unwrap();
     write_package(folder.path(), &models, &texts);

@@ -5,6 +5,7 @@ use std::collections::HashSet;
 
 use lamc::backend::rust::Options;
 use lamc::pipeline::rust_module;
+use lamc::program::Selection;
 use lamc_tests::{MODULES, compile, workspace};
 
 fn module(name: &str) -> String {
@@ -70,7 +71,7 @@ fn values_of_the_closure_are_named_by_loop_and_row() {
     let module = module("sixbar");
     let factor = section(
         &module,
-        "write_acceleration",
+        "acceleration_into",
         "mechanism: factor of the closure: S = Y D^-1 Y^T = L_S D_S L_S^T",
     );
     let names: Vec<&str> = factor
@@ -89,6 +90,26 @@ fn values_of_the_closure_are_named_by_loop_and_row() {
 fn a_section_reads_like_its_equation() {
     let module = module("triple_pendulum");
     let velocity =
-        section(&module, "write_equations", "middle: angular velocity: w = R^T w_parent + u e_x");
+        section(&module, "equations_into", "middle: angular velocity: w = R^T w_parent + u e_x");
     assert_eq!(velocity, ["let omega_middle_x = u[0] + u[1];"]);
+}
+
+/// A module has the functions that were asked for: without those that solve it is short.
+#[test]
+fn functions_are_written_on_request() {
+    let compiled = compile(&workspace().join("examples/sixbar.yaml"));
+    let module = |names: &[&str]| {
+        let functions = Selection::named(names).unwrap();
+        rust_module(&compiled, &Options { functions, ..Options::default() }).unwrap()
+    };
+    let (all, usual, least) =
+        (module(&["all"]), module(&["acceleration", "projection"]), module(&["none"]));
+    assert!(
+        all.contains("fn jacobian_into")
+            && all.contains("--functions acceleration,projection,jacobian")
+    );
+    assert_eq!(usual, rust_module(&compiled, &Options::default()).unwrap());
+    assert!(usual.contains("fn acceleration_into") && !usual.contains("fn jacobian_into"));
+    assert!(!least.contains("fn acceleration_into") && !least.contains("//   acceleration:"));
+    assert!(all.len() > 3 * usual.len() / 2 && usual.len() > least.len() + 40_000);
 }

@@ -125,7 +125,7 @@ fn models_with_every_reserved_name_compile() {
     for (index, compiled) in models().iter().enumerate() {
         let program = &compiled.program;
         for scalar in [ScalarChoice::Generic, ScalarChoice::F64] {
-            let text = rust_module(compiled, &Options { scalar, extern_c: false }).unwrap();
+            let text = rust_module(compiled, &Options { scalar, ..Options::default() }).unwrap();
             assert!(text.contains(&format!("pub struct {}", type_name(&program.interface.name))));
             let module = format!("m{index}_{scalar:?}").to_lowercase();
             writeln!(package, "pub mod {module};").unwrap();

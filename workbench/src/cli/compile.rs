@@ -7,6 +7,7 @@ use lamc::backend::c::Real;
 use lamc::backend::fmu::Version;
 use lamc::backend::rust::Options;
 use lamc::pipeline;
+use lamc::program::Selection;
 use lamc_workbench::archive;
 
 use super::paths::Paths;
@@ -51,7 +52,11 @@ fn contents(arguments: &Compile) -> Result<Vec<(&String, Vec<u8>)>, Failed> {
     let _busy = Busy::new("writing the module");
     let mut contents = Vec::new();
     if let Some(path) = &arguments.output {
-        let options = Options { scalar: arguments.scalar.into(), extern_c: arguments.extern_c };
+        let options = Options {
+            scalar: arguments.scalar.into(),
+            extern_c: arguments.extern_c,
+            functions: selection(arguments)?,
+        };
         let text = pipeline::rust_module(&compiled, &options).map_err(fail)?;
         contents.push((path, text.into_bytes()));
     }
@@ -79,6 +84,14 @@ fn contents(arguments: &Compile) -> Result<Vec<(&String, Vec<u8>)>, Failed> {
         contents.push((path, archive::pack(&pipeline::fmu_files(&compiled, version))));
     }
     Ok(contents)
+}
+
+/// The functions that were asked for.
+fn selection(arguments: &Compile) -> Result<Selection, Failed> {
+    if arguments.functions.is_empty() {
+        return Ok(Selection::default());
+    }
+    Selection::named(&arguments.functions).map_err(misused)
 }
 
 /// A file's name without folders; none of standard output.

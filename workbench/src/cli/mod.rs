@@ -86,6 +86,9 @@ struct Compile {
     /// Let the Rust module export the header's functions
     #[arg(long, requires = "output")]
     extern_c: bool,
+    /// Which functions that solve the Rust module has: acceleration, projection, jacobian; all; none
+    #[arg(long, value_name = "NAME,..", value_delimiter = ',', requires = "output")]
+    functions: Vec<String>,
     /// The number type; C takes `generic` for f64
     #[arg(long, value_enum, default_value_t)]
     scalar: Scalar,

@@ -5,7 +5,7 @@ use tera::{Context, Tera};
 
 use super::{Options, ScalarChoice};
 use crate::backend::text::{comment, cuts, joints};
-use crate::program::Program;
+use crate::program::{Program, Selection};
 
 #[derive(Serialize)]
 struct Cost {
@@ -28,13 +28,23 @@ pub fn header(program: &Program, options: &Options) -> String {
         ScalarChoice::F32 => " --scalar f32",
     };
     let exports = if options.extern_c { " --extern-c" } else { "" };
-    context.insert("flags", &format!("{flags}{exports}{}", cuts(interface)));
+    let functions = if options.functions == Selection::default() {
+        String::new()
+    } else {
+        let names: Vec<_> = options.functions.names().collect();
+        format!(
+            " --functions {}",
+            if names.is_empty() { "none".to_owned() } else { names.join(",") }
+        )
+    };
+    context.insert("flags", &format!("{flags}{exports}{functions}{}", cuts(interface)));
     context.insert("joints", &joints(interface));
     context.insert("mobility", &interface.mobility);
     context.insert("loops", &interface.loops);
     let cost =
         |f: &crate::program::Function| Cost { name: f.kind.name(), cost: f.cost().to_string() };
-    context.insert("costs", &program.functions.iter().map(cost).collect::<Vec<_>>());
+    let written = program.functions.iter().filter(|f| options.functions.contains(f.kind));
+    context.insert("costs", &written.map(cost).collect::<Vec<_>>());
     match Tera::one_off(lamc_templates::RUST_HEADER, &context, false) {
         Ok(header) => header,
         Err(error) => unreachable!("the header's template is at fault: {error}"),

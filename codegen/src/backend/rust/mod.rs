@@ -12,7 +12,7 @@ mod methods;
 mod straight_line;
 
 use crate::backend::c::Real;
-use crate::program::Program;
+use crate::program::{Program, Selection};
 pub use body::HELPERS;
 
 /// The number type of a generated module.
@@ -34,6 +34,9 @@ pub struct Options {
     pub scalar: ScalarChoice,
     /// Whether the module exports the functions of the C header; a generic one in `f64`.
     pub extern_c: bool,
+    /// Which of the functions that solve the module has: where one is left out, the runtime solves
+    /// by its own algorithms, in more time.
+    pub functions: Selection,
 }
 
 impl Options {
@@ -51,6 +54,7 @@ impl Options {
 /// # Panics
 /// When the tokens are not Rust: a bug of this backend.
 pub fn write(program: &Program, options: &Options) -> String {
+    let program = &program.only(options.functions);
     let (tokens, bodies) = items::module(program, options);
     let file: syn::File = match syn::parse2(tokens) {
         Ok(file) => file,

@@ -134,3 +134,20 @@ fn the_text_form_says_body_phase_and_equation() {
     let heading = "  ; arm: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2";
     assert!(headings.contains(&heading), "{headings:#?}");
 }
+
+/// Numbers of all functions that differ by rounding only are one.
+#[test]
+fn numbers_do_not_differ_by_rounding() {
+    let program = compiled("sixbar");
+    let instructions = program.functions.iter().flat_map(|function| &function.instructions);
+    let numbers = instructions.filter_map(|instruction| match instruction.op {
+        Op::Const(number) => Some(number.abs().to_bits()),
+        _ => None,
+    });
+    let numbers: std::collections::BTreeSet<u64> = numbers.collect();
+    let numbers: Vec<f64> = numbers.into_iter().map(f64::from_bits).collect();
+    assert!(numbers.len() > 100, "{}", numbers.len());
+    for pair in numbers.windows(2) {
+        assert!(!super::super::constants::is_same(pair[0], pair[1]), "{pair:?}");
+    }
+}
