@@ -1,12 +1,11 @@
 //! A model of the leg that moves along with the real one: no heap, no standard library.
 #![no_std]
 
-#[allow(dead_code)]
 mod leg {
     include!(concat!(env!("OUT_DIR"), "/leg.rs"));
 }
 
-use lamc_runtime::{Error, Mechanism, Rk4, StateOf};
+use lamc_runtime::{Error, Rk4, StateOf};
 use leg::Leg;
 
 /// Time between two calls of `Model::advance`, s.
