@@ -147,32 +147,51 @@ impl<Y: Mechanism> Search<'_, '_, Y> {
             }
             let length = self.solve(freedoms, weight, diagonal.as_mut());
             shortest = length;
-            let before = self.q.clone();
-            let force = self.covector.clone();
-            let sides = self.system.sides.clone();
-            let held = self.advance(length);
-            let next = self.close().and_then(|()| self.evaluate());
-            match next {
-                Ok(next)
-                    if held
-                        || self.work(before.as_ref(), force.as_ref()) > Y::Scalar::ZERO
-                        || (length <= of(SHORT) && next.square < unrest.square) =>
-                {
-                    let ratio = (next.square / unrest.square).sqrt();
-                    weight *= if held { Y::Scalar::ONE } else { ratio.max(of(0.02)).min(of(0.5)) };
+            match self.attempt(length, unrest)? {
+                Some((next, factor)) => {
+                    weight *= factor;
                     unrest = next;
                     rejected = false;
                 }
-                _ => {
+                None => {
                     rejected = true;
-                    self.q.clone_from(&before);
-                    self.system.sides.clone_from(&sides);
-                    self.evaluate()?;
                     weight = weight.max(of(1e-3) * stiffest) * of(8.0);
                 }
             }
         }
         Err(Error::NoEquilibrium { force: unrest.force.to_f32() })
+    }
+
+    /// Takes the step if it leads downhill: what is unbalanced then, and the factor of the next step's
+    /// weight. If it does not, q stays.
+    fn attempt(
+        &mut self,
+        length: Y::Scalar,
+        unrest: Unrest<Y::Scalar>,
+    ) -> Result<Option<(Unrest<Y::Scalar>, Y::Scalar)>, Error> {
+        let of = Y::Scalar::from_f64;
+        let before = self.q.clone();
+        let force = self.covector.clone();
+        let sides = self.system.sides.clone();
+        let held = self.advance(length);
+        let next = self.close().and_then(|()| self.evaluate());
+        match next {
+            Ok(next)
+                if held
+                    || self.work(before.as_ref(), force.as_ref()) > Y::Scalar::ZERO
+                    || (length <= of(SHORT) && next.square < unrest.square) =>
+            {
+                let ratio = (next.square / unrest.square).sqrt();
+                let factor = if held { Y::Scalar::ONE } else { ratio.max(of(0.02)).min(of(0.5)) };
+                Ok(Some((next, factor)))
+            }
+            _ => {
+                self.q.clone_from(&before);
+                self.system.sides.clone_from(&sides);
+                self.evaluate()?;
+                Ok(None)
+            }
+        }
     }
 
     fn close(&mut self) -> Result<(), Error> {

@@ -20,7 +20,7 @@ use crate::linear::{
 use crate::plumbing::{Dimensions, EquationsMut};
 use crate::rank::{Fading, Gap};
 use crate::workspace::split;
-use crate::{Arithmetic, Constraint, Error, Mechanism};
+use crate::{Arithmetic, Constraint, Error, Mechanism, Scalar};
 
 /// du/dt at a state next to a singular one through which the motion passes, into `out`. Directions that
 /// have faded to less than a `zone` of the strongest are taken along the motion. `None` at rest and where
@@ -57,82 +57,13 @@ pub(crate) fn pass<Y: Mechanism>(
 
     let k = orthogonalise(rows, beside, c, n);
     rows[k * n..].fill(Y::Scalar::ZERO);
-    let length = |row: &[Y::Scalar]| dot(row, row).sqrt();
     let largest = rows.chunks_exact(n).fold(Y::Scalar::ZERO, |most, row| most.max(length(row)));
-    let mut strong = 0;
-    for i in 0..c {
-        let value = length(&rows[i * n..(i + 1) * n]);
-        if value > zone * largest {
-            exchange(rows, n, i, strong);
-            exchange(beside, width, i, strong);
-            strong += 1;
-        } else if value > gap.cut() * largest {
-            let across = dot(&rows[i * n..(i + 1) * n], u).abs();
-            if across > Y::Scalar::from_f64(SPEED_ACROSS) * value * speed {
-                return Ok(None);
-            }
-        }
-    }
+    let path = Path { u, speed, gap, zone, largest };
     let rhs = gamma;
-    for i in 0..strong {
-        let row = &mut rows[i * n..(i + 1) * n];
-        let scale = Y::Scalar::ONE / length(row);
-        row.iter_mut().for_each(|value| *value *= scale);
-        rhs[i] = beside[i * width + n + 1] * scale;
-    }
-    // What the others change by takes their place, without what the strong rows say already. Where the
-    // speeds lie along a branch, what of a row is along them belongs to the distance from the singular
-    // state; where they do not yet, the whole row turns them towards one.
-    let (kept, fading) = rows.split_at_mut(strong * n);
-    for (i, row) in fading.chunks_exact_mut(n).enumerate() {
-        let beside = &mut beside[(strong + i) * width..];
-        row.swap_with_slice(&mut beside[..n]);
-        let along = dot(row, u) / speed;
-        let near = Y::Scalar::from_f64(SPEED_ALONG) * length(&beside[..n]) / largest;
-        if along.abs() <= near * length(row) {
-            add_scaled(row, -along / speed, u);
-        }
-        let mut wanted = -beside[n];
-        for (kept, &value) in kept.chunks_exact(n).zip(&*rhs) {
-            let share = dot(row, kept);
-            add_scaled(row, -share, kept);
-            wanted -= share * value;
-        }
-        rhs[strong + i] = wanted;
-    }
-    let least = Y::Scalar::from_f64(FADING_RATE) * largest;
-    let count = if fading.is_empty() {
-        0
-    } else {
-        orthogonalise(fading, &mut rhs[strong..], c - strong, n)
-    };
-    let mut rank = strong;
-    for i in strong..strong + count {
-        let value = length(&rows[i * n..(i + 1) * n]);
-        if value > least {
-            exchange(rows, n, i, rank);
-            let row = &mut rows[rank * n..(rank + 1) * n];
-            row.iter_mut().for_each(|entry| *entry = *entry / value);
-            rhs[rank] = rhs[i] / value;
-            rank += 1;
-        }
-    }
-
-    // A motion that passes beside the singular state turns a row instead of letting it fade: then it does
-    // not lie among what the rows change by.
-    for faded in beside[strong * width..].chunks_exact_mut(width) {
-        let faded = &mut faded[..n];
-        let value = length(faded);
-        if value > gap.cut() * largest {
-            for row in rows[strong * n..rank * n].chunks_exact(n) {
-                let share = dot(faded, row);
-                add_scaled(faded, -share, row);
-            }
-            let aside = Y::Scalar::from_f64(FADING_ASIDE).max(gap.uncertainty(value / largest));
-            if length(faded) > (aside + aside) * value {
-                return Ok(None);
-            }
-        }
+    let Some(strong) = path.strong_first(rows, beside, rhs) else { return Ok(None) };
+    let rank = path.replace_fading(rows, beside, rhs, strong);
+    if path.leads_aside(&rows[strong * n..rank * n], &mut beside[strong * width..]) {
+        return Ok(None);
     }
 
     let (rows, rhs) = (&mut rows[..rank * n], &mut rhs[..rank]);
@@ -147,6 +78,120 @@ pub(crate) fn pass<Y: Mechanism>(
     match not_finite(&[out]) {
         Some(joint) => Err(Error::NotFinite { joint }),
         None => Ok(Some(Constraint::passing(rank, gap.is_closed()))),
+    }
+}
+
+fn length<S: Arithmetic>(row: &[S]) -> S {
+    dot(row, row).sqrt()
+}
+
+/// A motion along which rows fade. `rows` have n entries, those `beside` them n + 2.
+struct Path<'a, S> {
+    u: &'a [S],
+    /// |u|.
+    speed: S,
+    gap: Gap<S>,
+    /// Rows shorter than this share of the longest have faded.
+    zone: S,
+    /// The length of the longest row.
+    largest: S,
+}
+
+impl<S: Scalar> Path<'_, S> {
+    /// Moves the rows that have not faded to the front, with length 1 and their right-hand side. `None`
+    /// where the speeds do not lie along a branch.
+    fn strong_first(&self, rows: &mut [S], beside: &mut [S], rhs: &mut [S]) -> Option<usize> {
+        let (n, width) = (self.u.len(), self.u.len() + 2);
+        let mut strong = 0;
+        for i in 0..rhs.len() {
+            let row = &rows[i * n..(i + 1) * n];
+            let value = length(row);
+            if value > self.zone * self.largest {
+                exchange(rows, n, i, strong);
+                exchange(beside, width, i, strong);
+                strong += 1;
+            } else if value > self.gap.cut() * self.largest {
+                let across = dot(row, self.u).abs();
+                if across > S::from_f64(SPEED_ACROSS) * value * self.speed {
+                    return None;
+                }
+            }
+        }
+        for i in 0..strong {
+            let row = &mut rows[i * n..(i + 1) * n];
+            let scale = S::ONE / length(row);
+            row.iter_mut().for_each(|value| *value *= scale);
+            rhs[i] = beside[i * width + n + 1] * scale;
+        }
+        Some(strong)
+    }
+
+    /// What faded rows change by takes their place, without what the strong rows say already; their old
+    /// values are then `beside`. The count of rows that are left.
+    ///
+    /// Where the speeds lie along a branch, what of a row is along them belongs to the distance from the
+    /// singular state; where they do not yet, the whole row turns them towards one.
+    fn replace_fading(
+        &self,
+        rows: &mut [S],
+        beside: &mut [S],
+        rhs: &mut [S],
+        strong: usize,
+    ) -> usize {
+        let (n, width, c) = (self.u.len(), self.u.len() + 2, rhs.len());
+        let (kept, fading) = rows.split_at_mut(strong * n);
+        for (i, row) in fading.chunks_exact_mut(n).enumerate() {
+            let beside = &mut beside[(strong + i) * width..];
+            row.swap_with_slice(&mut beside[..n]);
+            let along = dot(row, self.u) / self.speed;
+            let near = S::from_f64(SPEED_ALONG) * length(&beside[..n]) / self.largest;
+            if along.abs() <= near * length(row) {
+                add_scaled(row, -along / self.speed, self.u);
+            }
+            let mut wanted = -beside[n];
+            for (kept, &value) in kept.chunks_exact(n).zip(&*rhs) {
+                let share = dot(row, kept);
+                add_scaled(row, -share, kept);
+                wanted -= share * value;
+            }
+            rhs[strong + i] = wanted;
+        }
+        let least = S::from_f64(FADING_RATE) * self.largest;
+        let count = match fading.is_empty() {
+            true => 0,
+            false => orthogonalise(fading, &mut rhs[strong..], c - strong, n),
+        };
+        let mut rank = strong;
+        for i in strong..strong + count {
+            let value = length(&rows[i * n..(i + 1) * n]);
+            if value > least {
+                exchange(rows, n, i, rank);
+                let row = &mut rows[rank * n..(rank + 1) * n];
+                row.iter_mut().for_each(|entry| *entry = *entry / value);
+                rhs[rank] = rhs[i] / value;
+                rank += 1;
+            }
+        }
+        rank
+    }
+
+    /// Whether the motion passes beside the singular state: it turns a row instead of letting it fade, and
+    /// the faded row does not lie among what the rows change by (orthonormal `changes`).
+    fn leads_aside(&self, changes: &[S], faded: &mut [S]) -> bool {
+        let n = self.u.len();
+        faded.chunks_exact_mut(n + 2).any(|faded| {
+            let faded = &mut faded[..n];
+            let value = length(faded);
+            if value <= self.gap.cut() * self.largest {
+                return false;
+            }
+            for row in changes.chunks_exact(n) {
+                let share = dot(faded, row);
+                add_scaled(faded, -share, row);
+            }
+            let aside = S::from_f64(FADING_ASIDE).max(self.gap.uncertainty(value / self.largest));
+            length(faded) > (aside + aside) * value
+        })
     }
 }
 

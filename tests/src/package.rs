@@ -17,6 +17,7 @@ use crate::workspace;
 const MAIN: &str = r#"//! Evaluates generated modules.
 #![deny(missing_docs)]
 
+#[allow(dead_code, reason = "the tests' own, of which this program uses a part")]
 mod compare;
 
 use std::io::BufRead;

@@ -131,42 +131,53 @@ impl Rule<'_> {
                 };
                 above.map(|above| self.push(Op::Div(above, y)))
             }
-            Op::Sqrt(x) => of(x).1.map(|dx| {
-                let twice = self.push(Op::Add(value, value));
-                self.push(Op::Div(dx, twice))
-            }),
-            Op::Sin(x) => self.chain(of(x), |rule, x| rule.push(Op::Cos(x))),
-            Op::Cos(x) => self.chain(of(x), |rule, x| {
-                let sine = rule.push(Op::Sin(x));
-                rule.push(Op::Neg(sine))
-            }),
-            // 1 + tan^2
-            Op::Tan(x) => self.chain(of(x), |rule, _| {
-                let one = rule.constant(1.0);
-                let square = rule.push(Op::Mul(value, value));
-                rule.push(Op::Add(one, square))
-            }),
-            Op::Exp(x) => self.chain(of(x), |_, _| value),
-            // 1 - tanh^2
-            Op::Tanh(x) => self.chain(of(x), |rule, _| {
-                let one = rule.constant(1.0);
-                let square = rule.push(Op::Mul(value, value));
-                rule.push(Op::Sub(one, square))
-            }),
-            Op::Ln(x) => {
-                let (x, dx) = of(x);
-                dx.map(|dx| self.push(Op::Div(dx, x)))
-            }
-            Op::Abs(x) => self.chain(of(x), |rule, x| {
-                let (one, step) = (rule.constant(1.0), rule.push(Op::Step(x)));
-                let twice = rule.push(Op::Add(step, step));
-                rule.push(Op::Sub(twice, one))
-            }),
             Op::Max(x, y) => self.blend((of(x).0, of(y).0), of(x).1, of(y).1),
             Op::Min(x, y) => self.blend((of(y).0, of(x).0), of(x).1, of(y).1),
             Op::Pow(x, y) => self.power(value, of(x), of(y)),
             Op::Atan2(y, x) => self.angle(of(y), of(x)),
+            Op::Sqrt(x)
+            | Op::Sin(x)
+            | Op::Cos(x)
+            | Op::Tan(x)
+            | Op::Exp(x)
+            | Op::Tanh(x)
+            | Op::Ln(x)
+            | Op::Abs(x) => self.function(op, value, of(x)),
         }
+    }
+
+    /// The derivative of a function of one value.
+    fn function(&mut self, op: Op, value: Value, (x, dx): (Value, Option<Value>)) -> Option<Value> {
+        let dx = dx?;
+        let factor = match op {
+            // 1 / (2 sqrt(x)), 1 / x
+            Op::Sqrt(_) => {
+                let twice = self.push(Op::Add(value, value));
+                return Some(self.push(Op::Div(dx, twice)));
+            }
+            Op::Ln(_) => return Some(self.push(Op::Div(dx, x))),
+            Op::Sin(_) => self.push(Op::Cos(x)),
+            Op::Cos(_) => {
+                let sine = self.push(Op::Sin(x));
+                self.push(Op::Neg(sine))
+            }
+            // 1 + tan^2, 1 - tanh^2
+            Op::Tan(_) | Op::Tanh(_) => {
+                let one = self.constant(1.0);
+                let square = self.push(Op::Mul(value, value));
+                let is_tangent = matches!(op, Op::Tan(_));
+                self.push(if is_tangent { Op::Add(one, square) } else { Op::Sub(one, square) })
+            }
+            Op::Exp(_) => value,
+            // 2 step(x) - 1
+            Op::Abs(_) => {
+                let (one, step) = (self.constant(1.0), self.push(Op::Step(x)));
+                let twice = self.push(Op::Add(step, step));
+                self.push(Op::Sub(twice, one))
+            }
+            _ => unreachable!("{op:?} is not a function of one value"),
+        };
+        Some(self.push(Op::Mul(factor, dx)))
     }
 
     fn sum(&mut self, x: Option<Value>, y: Option<Value>) -> Option<Value> {
@@ -174,18 +185,6 @@ impl Rule<'_> {
             (Some(x), Some(y)) => Some(self.push(Op::Add(x, y))),
             (x, y) => x.or(y),
         }
-    }
-
-    /// f'(x) dx.
-    fn chain(
-        &mut self,
-        (x, dx): (Value, Option<Value>),
-        slope: impl FnOnce(&mut Self, Value) -> Value,
-    ) -> Option<Value> {
-        dx.map(|dx| {
-            let slope = slope(self, x);
-            self.push(Op::Mul(slope, dx))
-        })
     }
 
     /// dx where `larger` is not less than `smaller`, else dy.

@@ -246,7 +246,7 @@ impl Merging {
     }
 }
 
-/// The terms with like ones merged; none where there are none.
+/// The terms with like ones merged; none where there are none, or where a coefficient overflows.
 fn merged(terms: Vec<Term>) -> Option<Vec<Term>> {
     let count = terms.len();
     let mut merged: Vec<(Term, f64)> = Vec::with_capacity(count);
@@ -261,6 +261,10 @@ fn merged(terms: Vec<Term>) -> Option<Vec<Term>> {
             }
             None => merged.push((term, magnitude)),
         }
+    }
+    // The product of coefficients may overflow where no product with the values does.
+    if merged.iter().any(|(term, _)| term.whole.is_none() && !term.coefficient.is_finite()) {
+        return None;
     }
     let remains = |(term, largest): &(Term, f64)| !is_same(largest + term.coefficient, *largest);
     (merged.len() < count)

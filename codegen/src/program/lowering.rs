@@ -10,7 +10,8 @@ use crate::symbolic::{Function as SymbolicFunction, Tree};
 
 use super::differentiate;
 use super::ir::{Function, Instruction, Interface, Op, Output, Slot, Value};
-use super::signature::{Array, FunctionKind};
+use super::shape::Array;
+use super::signature::FunctionKind;
 
 /// Every function of the mechanism that is written directly from the equations, in the order of
 /// [`FunctionKind`].

@@ -25,6 +25,7 @@ mod op;
 mod parts;
 mod sections;
 mod selection;
+mod shape;
 mod signature;
 mod solution;
 mod text;
@@ -39,6 +40,7 @@ pub use interpreter::{Interpretation, Interpreter};
 pub use ir::*;
 pub use parts::{Angle, Part, Parts, angles, is_read};
 pub use selection::{Selection, UnknownFunction};
+pub use shape::{Array, Shape, Size};
 pub use signature::*;
 pub use verify::{VerifyError, verify};
 

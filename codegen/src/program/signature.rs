@@ -5,6 +5,7 @@
 //! names of generated code all read this table; the facts stand nowhere else.
 
 use super::ir::{Interface, Moving, Slot};
+use super::shape::{Array, Shape, Size, array, vector};
 
 /// Which function of a compiled mechanism; [`signature`](Self::signature) says what it computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -69,114 +70,10 @@ impl Signature {
     pub fn lengths(&self, interface: &Interface) -> impl Iterator<Item = usize> {
         self.outputs.iter().map(|output| output.shape.length(interface))
     }
-}
 
-/// A named array of numbers that a function reads or writes, row-major.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Array {
-    /// Its name in the program's text and in generated code.
-    pub name: &'static str,
-    /// Its rows and columns.
-    pub shape: Shape,
-    /// The SI unit of its numbers; empty for pure numbers.
-    pub unit: &'static str,
-    /// What it holds, in a few words.
-    pub doc: &'static str,
-}
-
-/// Rows and columns of an [`Array`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shape(pub Size, pub Size);
-
-impl Shape {
-    /// One number.
-    pub const SCALAR: Self = Self(Size::Fixed(1), Size::Fixed(1));
-
-    /// A vector.
-    const fn vector(length: Size) -> Self {
-        Self(length, Size::Fixed(1))
-    }
-
-    /// Rows and columns for a mechanism.
-    pub fn of(self, interface: &Interface) -> [usize; 2] {
-        [self.0.of(interface), self.1.of(interface)]
-    }
-
-    /// The count of numbers for a mechanism.
-    pub fn length(self, interface: &Interface) -> usize {
-        self.of(interface).iter().product()
-    }
-}
-
-impl std::fmt::Display for Shape {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self(rows, Size::Fixed(1)) => write!(f, "{rows}"),
-            Self(rows, columns) => write!(f, "{rows} x {columns}"),
-        }
-    }
-}
-
-/// A size that depends on the mechanism.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Size {
-    /// The same for every mechanism.
-    Fixed(usize),
-    /// NQ: the coordinates q.
-    Coordinates,
-    /// NU: the speeds u. For hinges there are as many as coordinates.
-    Speeds,
-    /// J: the joints.
-    Joints,
-    /// C: the closure rows of the acceleration.
-    Rows,
-    /// 9 L: nine closure residuals for each loop.
-    Residuals,
-    /// B: the bodies.
-    Bodies,
-    /// P: the output points.
-    Points,
-    /// D: the joints that follow a prescribed angle.
-    Drives,
-    /// The parameters.
-    Parameters,
-    /// The inputs.
-    Inputs,
-}
-
-impl Size {
-    /// The size for a mechanism.
-    pub fn of(self, interface: &Interface) -> usize {
-        match self {
-            Self::Fixed(count) => count,
-            Self::Coordinates | Self::Speeds | Self::Joints => interface.joints.len(),
-            Self::Rows => interface.rows,
-            Self::Residuals => 9 * interface.loops.len(),
-            Self::Bodies => interface.bodies.len(),
-            Self::Points => interface.points.len(),
-            Self::Drives => interface.driven().len(),
-            Self::Parameters => interface.parameters.len(),
-            Self::Inputs => interface.inputs.len(),
-        }
-    }
-}
-
-impl std::fmt::Display for Size {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let symbol = match self {
-            Self::Fixed(count) => return write!(f, "{count}"),
-            Self::Coordinates => "NQ",
-            Self::Speeds => "NU",
-            Self::Joints => "J",
-            Self::Rows => "C",
-            Self::Residuals => "9 L",
-            Self::Bodies => "B",
-            Self::Points => "P",
-            Self::Drives => "D",
-            Self::Parameters => "parameters",
-            Self::Inputs => "inputs",
-        };
-        f.write_str(symbol)
+    /// The outputs that have numbers for this mechanism.
+    pub fn written(&self, interface: &Interface) -> impl Iterator<Item = &'static Array> {
+        self.outputs.iter().filter(|output| output.shape.length(interface) > 0)
     }
 }
 
@@ -242,14 +139,6 @@ impl Slot {
             Self::Change(Moving::Input(id)) => (Argument::InputChange, id.index()),
         }
     }
-}
-
-const fn array(name: &'static str, shape: Shape, unit: &'static str, doc: &'static str) -> Array {
-    Array { name, shape, unit, doc }
-}
-
-const fn vector(name: &'static str, length: Size, unit: &'static str, doc: &'static str) -> Array {
-    array(name, Shape::vector(length), unit, doc)
 }
 
 const POSITION: &[Argument] = &[Argument::Positions];

@@ -7,7 +7,7 @@ use std::fmt::Write;
 use super::diagnostic::Spanned;
 use super::expression::Expression;
 use super::formula::{number, print};
-use super::model::{Body, Joint, Plate, Shape, SourceModel, Spring};
+use super::model::{Body, HingeModel, Joint, Plate, Shape, SourceModel, Spring};
 use super::polynomial::Term;
 
 /// Longest line of vertices.
@@ -19,7 +19,38 @@ pub fn to_yaml(model: &SourceModel) -> String {
     line(&mut out, 0, &format!("name: {}", model.name.value));
     line(&mut out, 0, &format!("gravity: {}", expressions(&model.gravity, model)));
     line(&mut out, 0, &format!("tolerance: {}", number(model.tolerance)));
-    section(&mut out, "materials", &model.materials, |out, material| {
+    materials(&mut out, model);
+    section(&mut out, "parameters", &model.parameters, |out, parameter| {
+        let unit = parameter.dimension.map_or(String::new(), |dimension| dimension.si_unit());
+        let text = format!("{}: {} {unit}", parameter.name.value, number(parameter.value));
+        line(out, 1, text.trim_end());
+    });
+    names(&mut out, "inputs", model.inputs.iter().map(|input| input.value.as_str()));
+    if let Some(air) = &model.air {
+        let [density, drag] = [&air.density, &air.drag].map(|law| expression(&law.value, model));
+        line(&mut out, 0, &format!("air: {{ density: {density}, drag: {drag} }}"));
+    }
+    section(&mut out, "hinge_models", &model.hinge_models, hinge_model);
+    names(&mut out, "tunable", model.tunable.iter().map(|kind| kind.value.name()));
+    section(&mut out, "bodies", &model.bodies, body);
+    section(&mut out, "joints", &model.joints, |out, item| joint(out, item, model));
+    initial(&mut out, model);
+    section(&mut out, "points", &model.points, |out, point| {
+        let body = &model.bodies[point.body.index()].name.value;
+        let name = &point.name.value;
+        line(out, 1, &format!("{name}: {{ body: {body}, at: {} }}", list(&point.at)));
+    });
+    section(&mut out, "forces", &model.forces, |out, force| {
+        let point = &model.points[force.point.index()].name.value;
+        let components = expressions(&force.force, model);
+        let name = &force.name.value;
+        line(out, 1, &format!("{name}: {{ point: {point}, force: {components} }}"));
+    });
+    out
+}
+
+fn materials(out: &mut String, model: &SourceModel) {
+    section(out, "materials", &model.materials, |out, material| {
         let mut fields = vec![
             format!("density: {}", number(material.density.value)),
             format!("thickness: {}", number(material.thickness.value)),
@@ -36,35 +67,26 @@ pub fn to_yaml(model: &SourceModel) -> String {
     if !model.layup.is_empty() {
         let names = model.layup.iter().map(|&i| model.materials[i].name.value.clone());
         line(
-            &mut out,
+            out,
             0,
             &format!("layup: [{}]  # bottom to top", names.collect::<Vec<_>>().join(", ")),
         );
     }
-    section(&mut out, "parameters", &model.parameters, |out, parameter| {
-        let unit = parameter.dimension.map_or(String::new(), |dimension| dimension.si_unit());
-        let text = format!("{}: {} {unit}", parameter.name.value, number(parameter.value));
-        line(out, 1, text.trim_end());
-    });
-    names(&mut out, "inputs", model.inputs.iter().map(|input| input.value.as_str()));
-    if let Some(air) = &model.air {
-        let [density, drag] = [&air.density, &air.drag].map(|law| expression(&law.value, model));
-        line(&mut out, 0, &format!("air: {{ density: {density}, drag: {drag} }}"));
-    }
-    section(&mut out, "hinge_models", &model.hinge_models, |out, family| {
-        line(out, 1, &format!("{}:", family.name.value));
-        for (key, polynomial) in [("stiffness", &family.stiffness), ("damping", &family.damping)] {
-            line(out, 2, &format!("{key}:"));
-            for Term { coefficient, powers: [l, w, a] } in &polynomial.0 {
-                line(out, 3, &format!("- [{}, {l}, {w}, {a}]", number(*coefficient)));
-            }
+}
+
+fn hinge_model(out: &mut String, family: &HingeModel) {
+    line(out, 1, &format!("{}:", family.name.value));
+    for (key, polynomial) in [("stiffness", &family.stiffness), ("damping", &family.damping)] {
+        line(out, 2, &format!("{key}:"));
+        for Term { coefficient, powers: [l, w, a] } in &polynomial.0 {
+            line(out, 3, &format!("- [{}, {l}, {w}, {a}]", number(*coefficient)));
         }
-        line(out, 2, "specimens:");
-        family.specimens.iter().for_each(|at| line(out, 3, &format!("- {}", list(at))));
-    });
-    names(&mut out, "tunable", model.tunable.iter().map(|kind| kind.value.name()));
-    section(&mut out, "bodies", &model.bodies, body);
-    section(&mut out, "joints", &model.joints, |out, item| joint(out, item, model));
+    }
+    line(out, 2, "specimens:");
+    family.specimens.iter().for_each(|at| line(out, 3, &format!("- {}", list(at))));
+}
+
+fn initial(out: &mut String, model: &SourceModel) {
     let guess = |values: &[(super::JointId, f64)]| {
         let named = values.iter().map(|(id, value)| {
             format!("{}: {}", model.joints[id.index()].name.value, number(*value))
@@ -72,25 +94,13 @@ pub fn to_yaml(model: &SourceModel) -> String {
         format!("{{ {} }}", named.collect::<Vec<_>>().join(", "))
     };
     if !(model.initial_q.is_empty() && model.initial_u.is_empty()) {
-        line(&mut out, 0, "initial:");
+        line(out, 0, "initial:");
         for (key, values) in [("q", &model.initial_q), ("u", &model.initial_u)] {
             if !values.is_empty() {
-                line(&mut out, 1, &format!("{key}: {}", guess(values)));
+                line(out, 1, &format!("{key}: {}", guess(values)));
             }
         }
     }
-    section(&mut out, "points", &model.points, |out, point| {
-        let body = &model.bodies[point.body.index()].name.value;
-        let name = &point.name.value;
-        line(out, 1, &format!("{name}: {{ body: {body}, at: {} }}", list(&point.at)));
-    });
-    section(&mut out, "forces", &model.forces, |out, force| {
-        let point = &model.points[force.point.index()].name.value;
-        let components = expressions(&force.force, model);
-        let name = &force.name.value;
-        line(out, 1, &format!("{name}: {{ point: {point}, force: {components} }}"));
-    });
-    out
 }
 
 fn line(out: &mut String, indent: usize, text: &str) {

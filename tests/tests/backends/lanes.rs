@@ -14,6 +14,7 @@ const MAIN: &str = r#"//! Compares lanes with the scalar module.
 mod fourbar;
 mod sixbar;
 mod triple_pendulum;
+#[allow(dead_code, reason = "the tests' own, of which this program uses a part")]
 mod uniform;
 
 use lamc_runtime::{

@@ -48,7 +48,7 @@ const FLOORS: [Floors; 5] = [
                 &["source", "laminate", "topology", "symbolic", "kane", "program", "backend"],
             ),
             ("files", &[]),
-            ("config", &["source", "backend", "pipeline", "files"]),
+            ("config", &["source", "program", "backend", "pipeline", "files"]),
         ],
         files_too: true,
     },

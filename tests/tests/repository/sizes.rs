@@ -9,69 +9,26 @@ use crate::source::{is_test, rust_files};
 const LINES_OF_A_FILE: usize = 400;
 const LINES_OF_A_FUNCTION: usize = 60;
 
-/// Files that are longer, and how long they may be. Entries may only shrink and go.
-const LONG_FILES: &[(&str, usize)] = &[
-    ("codegen/src/backend/rust/items.rs", 487),
-    ("codegen/src/program/signature.rs", 500),
-    ("runtime/src/system.rs", 404),
-    ("workbench/src/identify/fit.rs", 421),
-];
-
-/// Functions that are longer. Entries may only shrink and go.
-const LONG_FUNCTIONS: &[(&str, &str, usize)] = &[
-    ("codegen/src/backend/rust/exports.rs", "exports", 209),
-    ("codegen/src/backend/rust/items.rs", "system", 127),
-    ("codegen/src/laminate/verdicts.rs", "verdicts", 75),
-    ("codegen/src/program/differentiate.rs", "derivative", 72),
-    ("codegen/src/source/popupcad/mod.rs", "model", 68),
-    ("codegen/src/source/write.rs", "to_yaml", 78),
-    ("codegen/src/topology/rounded/place.rs", "placed", 71),
-    ("runtime/src/equilibrium.rs", "run", 64),
-    ("runtime/src/passage.rs", "pass", 124),
-    ("workbench/src/cli/check.rs", "report", 83),
-    ("workbench/src/cli/eval.rs", "evaluate", 82),
-    ("workbench/src/cli/fit.rs", "run", 72),
-    ("workbench/src/identify/fit.rs", "solve", 91),
-    ("workbench/src/identify/start.rs", "at", 61),
-    ("workbench/src/identify/trajectory.rs", "integrate", 67),
-    ("workbench/src/mocap/quaternions.rs", "read", 88),
-];
-
 #[test]
 fn hand_written_files_are_short() {
-    let mut wrong = Vec::new();
-    for (path, text) in sources() {
-        let lines = text.lines().count();
-        let exception = LONG_FILES.iter().find(|(file, _)| *file == path);
-        let limit = exception.map_or(LINES_OF_A_FILE, |(_, limit)| *limit);
-        if lines > limit {
-            wrong.push(format!("{path} has {lines} lines, more than {limit}"));
-        }
-        if exception.is_some() && lines <= LINES_OF_A_FILE {
-            wrong.push(format!("{path} has {lines} lines: remove it from the exceptions"));
-        }
-    }
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    let lines = |text: &str| text.lines().count();
+    let long = sources().into_iter().filter(|(_, text)| lines(text) > LINES_OF_A_FILE);
+    let long: Vec<_> =
+        long.map(|(path, text)| format!("{path} has {} lines", lines(&text))).collect();
+    assert!(long.is_empty(), "more than {LINES_OF_A_FILE}:\n{}", long.join("\n"));
 }
 
 #[test]
 fn functions_are_short() {
-    let mut wrong = Vec::new();
+    let mut long = Vec::new();
     for (path, text) in sources() {
         for (name, lines) in functions(&text) {
-            let exception = LONG_FUNCTIONS
-                .iter()
-                .find(|(file, function, _)| *file == path && *function == name);
-            let limit = exception.map_or(LINES_OF_A_FUNCTION, |(_, _, limit)| *limit);
-            if lines > limit {
-                wrong.push(format!("{path}: `{name}` has {lines} lines, more than {limit}"));
-            }
-            if exception.is_some() && lines <= LINES_OF_A_FUNCTION {
-                wrong.push(format!("{path}: remove `{name}` from the exceptions"));
+            if lines > LINES_OF_A_FUNCTION {
+                long.push(format!("{path}: `{name}` has {lines} lines"));
             }
         }
     }
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(long.is_empty(), "more than {LINES_OF_A_FUNCTION}:\n{}", long.join("\n"));
 }
 
 /// Paths and texts of the Rust files, and of the C files in the templates, that are neither generated nor tests.

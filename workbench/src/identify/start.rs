@@ -91,26 +91,7 @@ impl Start {
         coordinates: &[f64],
         speeds: &[f64],
     ) -> Result<Begun, Error> {
-        let mut q = near.to_vec();
-        for (&joint, value) in self.independent.iter().zip(coordinates) {
-            q[joint] = *value;
-        }
-        let mut residual = f64::INFINITY;
-        for _ in 0..ITERATIONS {
-            let (open, jacobian) = constraint(system, t, &q)?;
-            let before = residual;
-            residual = open.amax();
-            if residual == 0.0 || (residual < 1e-12 * system.size() && residual >= before) {
-                break;
-            }
-            let step = self.solve(&jacobian, &DMatrix::from_columns(&[open]));
-            for (place, &joint) in self.dependent.iter().enumerate() {
-                q[joint] -= step[(place, 0)];
-            }
-        }
-        if !self.dependent.is_empty() && !residual.le(&(1e-9 * system.size())) {
-            return Err(Error::NotClosed { loop_index: 0, residual: residual as f32, joint: None });
-        }
+        let q = self.closed(system, t, near, coordinates)?;
         let (_, jacobian) = constraint(system, t, &q)?;
         let free = jacobian.select_columns(&self.independent);
         let follow = self.solve(&jacobian, &free);
@@ -143,6 +124,38 @@ impl Start {
             directions.push((vec![0.0; q.len()], tangent(&unit(k))));
         }
         Ok(Begun { q, u, directions })
+    }
+
+    /// Closed coordinates with the independent ones given, from a place near by: Newton's method on the
+    /// dependent ones.
+    fn closed<Y: Mechanism<Scalar = f64>>(
+        &self,
+        system: &Y,
+        t: f64,
+        near: &[f64],
+        coordinates: &[f64],
+    ) -> Result<Vec<f64>, Error> {
+        let mut q = near.to_vec();
+        for (&joint, value) in self.independent.iter().zip(coordinates) {
+            q[joint] = *value;
+        }
+        let mut residual = f64::INFINITY;
+        for _ in 0..ITERATIONS {
+            let (open, jacobian) = constraint(system, t, &q)?;
+            let before = residual;
+            residual = open.amax();
+            if residual == 0.0 || (residual < 1e-12 * system.size() && residual >= before) {
+                break;
+            }
+            let step = self.solve(&jacobian, &DMatrix::from_columns(&[open]));
+            for (place, &joint) in self.dependent.iter().enumerate() {
+                q[joint] -= step[(place, 0)];
+            }
+        }
+        if !self.dependent.is_empty() && !residual.le(&(1e-9 * system.size())) {
+            return Err(Error::NotClosed { loop_index: 0, residual: residual as f32, joint: None });
+        }
+        Ok(q)
     }
 
     /// J_d^+ times a matrix.

@@ -50,33 +50,18 @@ pub fn integrate<Y: Mechanism<Scalar = f64>>(
     steps: usize,
 ) -> Result<Trajectory, Error> {
     let n = start.0.len();
-    let d = system.dimensions();
-    let inputs = vec![0.0; d.inputs];
-    let mut workspace = system.workspace();
+    let mut sensitivities = Sensitivities {
+        system,
+        directions,
+        workspace: system.workspace(),
+        inputs: vec![0.0; system.dimensions().inputs],
+        accelerations: vec![0.0; n * (1 + directions.len())],
+    };
     // q, u, then dq, du of each direction.
     let mut y: Vec<f64> = [start.0, start.1].concat();
     for direction in directions {
         y.extend(direction.q.iter().chain(&direction.u));
     }
-    let mut out = vec![0.0; n * (1 + directions.len())];
-    let mut rates = |t: f64, y: &[f64], dy: &mut [f64], workspace: &mut Y::Workspace| {
-        let changes =
-            y[2 * n..].chunks_exact(2 * n).zip(directions).map(|(part, direction)| Change {
-                t: 0.0,
-                q: &part[..n],
-                u: &part[n..],
-                parameters: &direction.parameters,
-                inputs: &inputs,
-            });
-        let (q, u) = y[..2 * n].split_at(n);
-        derivatives_along(system, t, q, u, changes, workspace.as_mut(), &mut out)?;
-        let parts = dy.chunks_exact_mut(2 * n).zip(y.chunks_exact(2 * n));
-        for ((dy, y), a) in parts.zip(out.chunks_exact(n)) {
-            dy[..n].copy_from_slice(&y[n..]);
-            dy[n..].copy_from_slice(a);
-        }
-        Ok::<(), Error>(())
-    };
     let mut trajectory = Trajectory { q: Vec::new(), derivatives: Vec::new() };
     let mut record = |y: &[f64]| {
         trajectory.q.push(y[..n].to_vec());
@@ -84,30 +69,65 @@ pub fn integrate<Y: Mechanism<Scalar = f64>>(
         trajectory.derivatives.push(of.copied().collect());
     };
     record(&y);
-    let (mut stage, mut slope, mut sum) = (y.clone(), vec![0.0; y.len()], vec![0.0; y.len()]);
+    let (mut stage, mut rate, mut sum) = (y.clone(), vec![0.0; y.len()], vec![0.0; y.len()]);
     for pair in times.windows(2) {
         let h = (pair[1] - pair[0]) / steps as f64;
         for step in 0..steps {
             let t = pair[0] + h * step as f64;
             sum.fill(0.0);
             for (place, weight) in [(0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)] {
-                for ((stage, y), slope) in stage.iter_mut().zip(&y).zip(&slope) {
-                    *stage = if place == 0.0 { *y } else { y + h * place * slope };
+                for ((stage, y), rate) in stage.iter_mut().zip(&y).zip(&rate) {
+                    *stage = if place == 0.0 { *y } else { y + h * place * rate };
                 }
-                rates(t + h * place, &stage, &mut slope, &mut workspace)?;
-                for (sum, slope) in sum.iter_mut().zip(&slope) {
-                    *sum += weight * slope;
+                sensitivities.write_rates(t + h * place, &stage, &mut rate)?;
+                for (sum, rate) in sum.iter_mut().zip(&rate) {
+                    *sum += weight * rate;
                 }
             }
             for (y, sum) in y.iter_mut().zip(&sum) {
                 *y += h / 6.0 * sum;
             }
             let (q, u) = y[..2 * n].split_at_mut(n);
-            project(system, t + h, q, u, workspace.as_mut())?;
+            project(system, t + h, q, u, sensitivities.workspace.as_mut())?;
         }
         record(&y);
     }
     Ok(trajectory)
+}
+
+/// The motion together with its derivatives along directions.
+struct Sensitivities<'a, Y: Mechanism<Scalar = f64>> {
+    system: &'a Y,
+    directions: &'a [Direction],
+    workspace: Y::Workspace,
+    /// No direction changes an input.
+    inputs: Vec<f64>,
+    /// du/dt, then its derivative along each direction.
+    accelerations: Vec<f64>,
+}
+
+impl<Y: Mechanism<Scalar = f64>> Sensitivities<'_, Y> {
+    /// dy/dt, where y is q, u, then dq, du of each direction.
+    fn write_rates(&mut self, t: f64, y: &[f64], rates: &mut [f64]) -> Result<(), Error> {
+        let n = self.accelerations.len() / (1 + self.directions.len());
+        let changes =
+            y[2 * n..].chunks_exact(2 * n).zip(self.directions).map(|(part, direction)| Change {
+                t: 0.0,
+                q: &part[..n],
+                u: &part[n..],
+                parameters: &direction.parameters,
+                inputs: &self.inputs,
+            });
+        let (q, u) = y[..2 * n].split_at(n);
+        let (workspace, out) = (self.workspace.as_mut(), &mut self.accelerations);
+        derivatives_along(self.system, t, q, u, changes, workspace, out)?;
+        let parts = rates.chunks_exact_mut(2 * n).zip(y.chunks_exact(2 * n));
+        for ((rates, y), a) in parts.zip(self.accelerations.chunks_exact(n)) {
+            rates[..n].copy_from_slice(&y[n..]);
+            rates[n..].copy_from_slice(a);
+        }
+        Ok(())
+    }
 }
 
 /// Steps between samples that keep the angles within `tolerance` (rad), by comparison with twice as

@@ -18,6 +18,7 @@ pub(super) use body::constant;
 pub use body::helpers;
 pub(super) use description::fields;
 pub use description::{MACROS, STATUS, Status};
+pub use offered::OFFERED;
 
 /// The number type of C.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

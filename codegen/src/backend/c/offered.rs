@@ -7,8 +7,8 @@ use super::body::static_name;
 use crate::backend::text::wrap;
 use crate::program::{Argument, Array, FunctionKind, Interface, Program, Shape, Size};
 
-/// The functions that are offered as they are.
-const KINDS: [FunctionKind; 5] = [
+/// The functions of the program that the C interface offers as they are.
+pub const OFFERED: [FunctionKind; 5] = [
     FunctionKind::Equations,
     FunctionKind::Closure,
     FunctionKind::Poses,
@@ -29,13 +29,12 @@ pub struct Offered {
 
 /// The functions that write something, with `number` as the type of numbers.
 pub fn offered(program: &Program, number: &str) -> Vec<Offered> {
-    KINDS.into_iter().filter_map(|kind| of(&program.interface, kind, number)).collect()
+    OFFERED.into_iter().filter_map(|kind| of(&program.interface, kind, number)).collect()
 }
 
 fn of(interface: &Interface, kind: FunctionKind, number: &str) -> Option<Offered> {
     let signature = kind.signature();
-    let is_written = |output: &&Array| output.shape.length(interface) > 0;
-    let outputs: Vec<&Array> = signature.outputs.iter().filter(is_written).collect();
+    let outputs: Vec<&Array> = signature.written(interface).collect();
     if outputs.is_empty() {
         return None;
     }

@@ -1,27 +1,83 @@
 //! The functions of the C header, exported by the Rust module.
 
-use proc_macro2::TokenStream;
+use proc_macro2::{Ident, TokenStream};
 use quote::{format_ident, quote};
 
 use super::Options;
-use super::items::{Syntax, is_bare, number_types};
-use crate::program::Program;
+use super::items::{Syntax, is_bare, number, number_types};
+use crate::backend::c::OFFERED;
+use crate::program::{Argument, Array, FunctionKind, Program, Shape, Size};
 
 /// The exported functions, around the module's type.
 pub fn exports(program: &Program, options: &Options, syntax: &Syntax) -> TokenStream {
-    let interface = &program.interface;
-    let model = super::items::model(program);
-    let real = format_ident!("{}", if options.c_real().bytes() == 4 { "f32" } else { "f64" });
-    let generic = if syntax.generic.is_empty() { quote!() } else { quote!(<#real>) };
-    let [params, inputs] = number_types(program, &generic);
-    let robot = quote!(#model #generic);
-    let (bodies, points) = (interface.bodies.len(), interface.points.len());
-    let turbofish = if syntax.generic.is_empty() { quote!() } else { quote!(::<#real>) };
-    let constants = quote!(p: *const #params, inputs: *const #inputs);
-    let motion = quote!(t: #real, q: *const [#real; NQ], u: *const [#real; NU], #constants);
-    let export = |suffix: &str, arguments: TokenStream, returns: TokenStream, body: TokenStream| {
-        let name = format_ident!("{}_{suffix}", interface.name);
+    let exports = Exports::new(program, options, syntax);
+    let (starting, moving) = (exports.starting(), exports.moving());
+    let offered = OFFERED.into_iter().filter_map(|kind| exports.offered(kind));
+    let torques = (!program.interface.driven().is_empty()).then(|| exports.motor_torques());
+    quote! {
+        #starting
+        #moving
+        #(#offered)*
+        #torques
+
+        fn status(result: ::core::result::Result<(), ::lamc_runtime::Error>) -> i32 {
+            match result {
+                Ok(()) => 0,
+                Err(error) => error.code(),
+            }
+        }
+    }
+}
+
+/// What the exported functions share.
+struct Exports<'a> {
+    program: &'a Program,
+    /// The type of numbers.
+    real: Ident,
+    /// The types of parameters and inputs.
+    params: TokenStream,
+    inputs: TokenStream,
+    /// Binds `robot`, with the caller's parameters and inputs or with those of the model.
+    with_numbers: TokenStream,
+    with_defaults: TokenStream,
+}
+
+impl<'a> Exports<'a> {
+    fn new(program: &'a Program, options: &Options, syntax: &Syntax) -> Self {
+        let model = super::items::model(program);
+        let real = format_ident!("{}", if options.c_real().bytes() == 4 { "f32" } else { "f64" });
+        let (generic, turbofish) = match syntax.generic.is_empty() {
+            true => (quote!(), quote!()),
+            false => (quote!(<#real>), quote!(::<#real>)),
+        };
+        let [params, inputs] = number_types(program, &generic);
+        let bare =
+            is_bare(program, options.scalar).then(|| quote!(, scalar: ::core::marker::PhantomData));
+        Self {
+            program,
+            params,
+            inputs,
+            with_numbers: quote! {
+                let robot = #model #turbofish { params: *p, inputs: *inputs #bare };
+            },
+            with_defaults: quote! {
+                let robot = <#model #generic as ::core::default::Default>::default();
+            },
+            real,
+        }
+    }
+
+    /// A function, named as in the header. One that can fail returns its status.
+    fn function(
+        &self,
+        name: &str,
+        arguments: &TokenStream,
+        returns: Returns,
+        body: &TokenStream,
+    ) -> TokenStream {
+        let name = format_ident!("{}_{name}", self.program.interface.name);
         let doc = format!(" `{name}` of the C header.");
+        let returns = matches!(returns, Returns::Status).then(|| quote!(-> i32));
         quote! {
             #[doc = #doc]
             ///
@@ -35,43 +91,37 @@ pub fn exports(program: &Program, options: &Options, syntax: &Syntax) -> TokenSt
                 unsafe { #body }
             }
         }
-    };
-    let status = quote!(-> i32);
-    let none = || quote!();
-    let bare =
-        is_bare(program, options.scalar).then(|| quote!(, scalar: ::core::marker::PhantomData));
-    let with_robot = quote!(let robot = #model #turbofish { params: *p, inputs: *inputs #bare };);
-    let mut functions = vec![
-        export(
-            "params_default",
-            quote!(p: *mut #params),
-            none(),
-            quote!(*p = ::core::default::Default::default();),
-        ),
-        export(
-            "inputs_default",
-            quote!(inputs: *mut #inputs),
-            none(),
-            quote!(*inputs = ::core::default::Default::default();),
-        ),
-        export(
+    }
+
+    /// Default parameters and inputs, and the closed states to start from.
+    fn starting(&self) -> TokenStream {
+        let Self { real, params, inputs, with_numbers, .. } = self;
+        let constants = quote!(p: *const #params, inputs: *const #inputs);
+        let default = |name: &str, argument: &TokenStream, value: &TokenStream| {
+            let body = quote!(*#value = ::core::default::Default::default(););
+            self.function(name, argument, Returns::Nothing, &body)
+        };
+        let params_default = default("params_default", &quote!(p: *mut #params), &quote!(p));
+        let inputs_default =
+            default("inputs_default", &quote!(inputs: *mut #inputs), &quote!(inputs));
+        let initial = self.function(
             "initial",
-            quote!(q: *mut [#real; NQ], u: *mut [#real; NU], #constants),
-            status.clone(),
-            quote! {
-                #with_robot
+            &quote!(q: *mut [#real; NQ], u: *mut [#real; NU], #constants),
+            Returns::Status,
+            &quote! {
+                #with_numbers
                 status(robot.assembled().map(|state| {
                     *q = state.q;
                     *u = state.u;
                 }))
             },
-        ),
-        export(
+        );
+        let assemble = self.function(
             "assemble",
-            quote!(t: #real, q: *mut [#real; NQ], pinned: *const [u8; NU], #constants),
-            status.clone(),
-            quote! {
-                #with_robot
+            &quote!(t: #real, q: *mut [#real; NQ], pinned: *const [u8; NU], #constants),
+            Returns::Status,
+            &quote! {
+                #with_numbers
                 let pinned = match pinned.is_null() {
                     true => [false; NU],
                     false => (*pinned).map(|entry| entry != 0),
@@ -81,13 +131,20 @@ pub fn exports(program: &Program, options: &Options, syntax: &Syntax) -> TokenSt
                     ::lamc_runtime::assemble(&robot, t, &mut *q, &pinned, &mut workspace);
                 status(found.map(|_| ()))
             },
-        ),
-        export(
+        );
+        quote!(#params_default #inputs_default #initial #assemble)
+    }
+
+    /// Projection, the acceleration, and steps of a motion.
+    fn moving(&self) -> TokenStream {
+        let Self { real, params, inputs, with_numbers, .. } = self;
+        let constants = quote!(p: *const #params, inputs: *const #inputs);
+        let project = self.function(
             "project",
-            quote!(t: #real, q: *mut [#real; NQ], u: *mut [#real; NU], #constants),
-            status.clone(),
-            quote! {
-                #with_robot
+            &quote!(t: #real, q: *mut [#real; NQ], u: *mut [#real; NU], #constants),
+            Returns::Status,
+            &quote! {
+                #with_numbers
                 let (mut new_q, mut new_u) = (*q, *u);
                 let mut workspace = ::lamc_runtime::Mechanism::workspace(&robot);
                 let found = ::lamc_runtime::project(
@@ -98,25 +155,26 @@ pub fn exports(program: &Program, options: &Options, syntax: &Syntax) -> TokenSt
                     *u = new_u;
                 }))
             },
-        ),
-        export(
+        );
+        let state = self.inputs_of(FunctionKind::Acceleration);
+        let acceleration = self.function(
             "acceleration",
-            quote!(#motion, qdd: *mut [#real; NU]),
-            status.clone(),
-            quote! {
-                #with_robot
+            &quote!(#state, qdd: *mut [#real; NU]),
+            Returns::Status,
+            &quote! {
+                #with_numbers
                 let found = robot.acceleration(t, &*q, &*u);
                 status(found.map(|acceleration| *qdd = acceleration))
             },
-        ),
-        export(
+        );
+        let step = self.function(
             "step_rk4",
-            quote! {
+            &quote! {
                 t: *mut #real, q: *mut [#real; NQ], u: *mut [#real; NU], dt: #real, #constants
             },
-            status.clone(),
-            quote! {
-                #with_robot
+            Returns::Status,
+            &quote! {
+                #with_numbers
                 let mut state = ::lamc_runtime::State { t: *t, q: *q, u: *u };
                 let stepped = ::lamc_runtime::Rk4::new(&robot).step(&robot, &mut state, dt);
                 status(stepped.map(|()| {
@@ -125,97 +183,112 @@ pub fn exports(program: &Program, options: &Options, syntax: &Syntax) -> TokenSt
                     *u = state.u;
                 }))
             },
-        ),
-    ];
-    let (closure_arguments, closure_results) = match interface.rows {
-        0 => (none(), none()),
-        _ => (
-            quote!(, jacobian: *mut [[#real; NU]; C], gamma: *mut [#real; C]),
-            quote!(*jacobian = found.jacobian; *gamma = found.gamma;),
-        ),
-    };
-    functions.push(export(
-        "equations",
-        quote! {
-            #motion, mass: *mut [[#real; NU]; NU], forcing: *mut [#real; NU] #closure_arguments
-        },
-        none(),
-        quote! {
-            #with_robot
-            let found = robot.equations(t, &*q, &*u);
-            *mass = found.mass;
-            *forcing = found.forcing;
-            #closure_results
-        },
-    ));
-    let still = quote! { let robot = <#robot as ::core::default::Default>::default(); };
-    if !interface.loops.is_empty() {
-        functions.push(export(
-            "closure",
-            quote! {
-                q: *const [#real; NQ], residual: *mut [#real; 9 * LOOPS],
-                jacobian: *mut [[#real; NU]; 9 * LOOPS]
-            },
-            none(),
-            quote! {
-                #still
-                let found = robot.closure(&*q);
-                *residual = found.residual;
-                *jacobian = found.jacobian;
-            },
-        ));
+        );
+        quote!(#project #acceleration #step)
     }
-    functions.push(export(
-        "poses",
-        quote!(q: *const [#real; NQ], poses: *mut [[#real; 12]; #bodies]),
-        none(),
-        quote! {
-            #still
-            *poses = robot.poses(&*q);
-        },
-    ));
-    if points > 0 {
-        functions.push(export(
-            "points",
-            quote!(q: *const [#real; NQ], points: *mut [[#real; 3]; #points]),
-            none(),
-            quote! {
-                #still
-                *points = robot.points(&*q);
-            },
-        ));
-    }
-    functions.push(export(
-        "energy",
-        quote!(#motion, kinetic: *mut #real, potential: *mut #real),
-        none(),
-        quote! {
-            #with_robot
-            let energy = robot.energy(t, &*q, &*u);
-            *kinetic = energy.kinetic;
-            *potential = energy.potential;
-        },
-    ));
-    if !interface.driven().is_empty() {
-        functions.push(export(
+
+    fn motor_torques(&self) -> TokenStream {
+        let Self { real, with_numbers, .. } = self;
+        let state = self.inputs_of(FunctionKind::Acceleration);
+        self.function(
             "motor_torques",
-            quote!(#motion, torque: *mut [#real; NU]),
-            status,
-            quote! {
-                #with_robot
+            &quote!(#state, torque: *mut [#real; NU]),
+            Returns::Status,
+            &quote! {
+                #with_numbers
                 let found = robot.forces(t, &*q, &*u);
                 status(found.map(|forces| *torque = forces.motor))
             },
-        ));
+        )
     }
-    quote! {
-        #(#functions)*
 
-        fn status(result: ::core::result::Result<(), ::lamc_runtime::Error>) -> i32 {
-            match result {
-                Ok(()) => 0,
-                Err(error) => error.code(),
+    /// A function of the program as it is; none if this mechanism has nothing for it to write.
+    fn offered(&self, kind: FunctionKind) -> Option<TokenStream> {
+        let signature = kind.signature();
+        let outputs: Vec<&Array> = signature.written(&self.program.interface).collect();
+        let arguments = self.inputs_of(kind);
+        let results = outputs.iter().map(|output| {
+            let (name, ty) = (format_ident!("{}", output.name), self.array(output.shape));
+            quote!(#name: *mut #ty)
+        });
+        let reads_numbers = signature.inputs.contains(&Argument::Parameters);
+        let robot = if reads_numbers { &self.with_numbers } else { &self.with_defaults };
+        let given = signature.inputs.iter().filter_map(|argument| match argument {
+            Argument::Time => Some(quote!(t)),
+            Argument::Parameters | Argument::Inputs => None,
+            state => {
+                let name = format_ident!("{}", state.name());
+                Some(quote!(&*#name))
+            }
+        });
+        let method = format_ident!("{}", signature.name);
+        let assignments = outputs.iter().map(|output| {
+            let name = format_ident!("{}", output.name);
+            // A method that finds several things returns them as the fields of a struct.
+            let field = (signature.outputs.len() > 1).then(|| quote!(.#name));
+            quote!(*#name = found #field;)
+        });
+        let body = quote! {
+            #robot
+            let found = robot.#method(#(#given),*);
+            #(#assignments)*
+        };
+        (!outputs.is_empty()).then(|| {
+            self.function(
+                signature.name,
+                &quote!(#arguments, #(#results),*),
+                Returns::Nothing,
+                &body,
+            )
+        })
+    }
+
+    /// What a function reads, as parameters of an exported one.
+    fn inputs_of(&self, kind: FunctionKind) -> TokenStream {
+        let Self { real, params, inputs, .. } = self;
+        let parameters = kind.signature().inputs.iter().map(|argument| match argument {
+            Argument::Time => quote!(t: #real),
+            Argument::Parameters => quote!(p: *const #params),
+            Argument::Inputs => quote!(inputs: *const #inputs),
+            state => {
+                let (name, array) =
+                    (format_ident!("{}", state.name()), self.array(state.array().shape));
+                quote!(#name: *const #array)
+            }
+        });
+        quote!(#(#parameters),*)
+    }
+
+    /// The type of an array: rows of columns, a row, or a number.
+    fn array(&self, shape: Shape) -> TokenStream {
+        let real = &self.real;
+        let length = |size: Size| match size {
+            Size::Coordinates => quote!(NQ),
+            Size::Speeds => quote!(NU),
+            Size::Rows => quote!(C),
+            Size::Residuals => quote!(9 * LOOPS),
+            size => {
+                let length = number(size.of(&self.program.interface));
+                quote!(#length)
+            }
+        };
+        match shape {
+            Shape::SCALAR => quote!(#real),
+            Shape(rows, Size::Fixed(1)) => {
+                let rows = length(rows);
+                quote!([#real; #rows])
+            }
+            Shape(rows, columns) => {
+                let (rows, columns) = (length(rows), length(columns));
+                quote!([[#real; #columns]; #rows])
             }
         }
     }
+}
+
+/// What an exported function returns.
+#[derive(Clone, Copy)]
+enum Returns {
+    Nothing,
+    Status,
 }

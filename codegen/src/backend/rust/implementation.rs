@@ -28,12 +28,8 @@ pub fn mechanism(program: &Program, choice: ScalarChoice, syntax: &Syntax) -> To
     let (positions, speeds) = (table(&|joint| joint.initial_q), table(&|joint| joint.initial_u));
     let pinned = interface.joints.iter().map(|joint| joint.initial_given);
     let size = constant(choice, interface.size);
-    let [energy, poses, places] =
-        [FunctionKind::Energy, FunctionKind::Poses, FunctionKind::Points].map(method);
-    let (pose_count, point_count) =
-        (number(12 * interface.bodies.len()), number(3 * interface.points.len()));
-    let (dimensions, functions, allowances) =
-        (dimensions(program), functions(program, syntax), allowances());
+    let (dimensions, allowances) = (dimensions(program), allowances());
+    let (evaluations, functions) = (evaluations(program, syntax), functions(program, syntax));
     quote! {
         #dimensions
 
@@ -65,24 +61,36 @@ pub fn mechanism(program: &Program, choice: ScalarChoice, syntax: &Syntax) -> To
             fn is_pinned(&self, joint: usize) -> bool {
                 [#(#pinned),*].get(joint).copied().unwrap_or(false)
             }
-            fn energy(&self, t: #scalar, q: &Self::Coordinates, u: &Self::Speeds)
-                -> ::lamc_runtime::Energy<#scalar>
-            {
-                let (kinetic, potential) = (&mut [#zero], &mut [#zero]);
-                self.#energy(t, q, u, kinetic, potential);
-                ::lamc_runtime::Energy { kinetic: kinetic[0], potential: potential[0] }
-            }
-            fn poses(&self, q: &Self::Coordinates) -> Self::Poses {
-                let poses = &mut [#zero; #pose_count];
-                self.#poses(q, poses);
-                ::lamc_runtime::plumbing::matrix(poses)
-            }
-            fn points(&self, q: &Self::Coordinates) -> Self::Points {
-                let points = &mut [#zero; #point_count];
-                self.#places(q, points);
-                ::lamc_runtime::plumbing::matrix(points)
-            }
+            #evaluations
             #functions
+        }
+    }
+}
+
+/// What a state has besides its equations.
+fn evaluations(program: &Program, syntax: &Syntax) -> TokenStream {
+    let Syntax { scalar, zero, .. } = syntax;
+    let [energy, poses, points] =
+        [FunctionKind::Energy, FunctionKind::Poses, FunctionKind::Points].map(method);
+    let pose_count = number(12 * program.interface.bodies.len());
+    let point_count = number(3 * program.interface.points.len());
+    quote! {
+        fn energy(&self, t: #scalar, q: &Self::Coordinates, u: &Self::Speeds)
+            -> ::lamc_runtime::Energy<#scalar>
+        {
+            let (kinetic, potential) = (&mut [#zero], &mut [#zero]);
+            self.#energy(t, q, u, kinetic, potential);
+            ::lamc_runtime::Energy { kinetic: kinetic[0], potential: potential[0] }
+        }
+        fn poses(&self, q: &Self::Coordinates) -> Self::Poses {
+            let poses = &mut [#zero; #pose_count];
+            self.#poses(q, poses);
+            ::lamc_runtime::plumbing::matrix(poses)
+        }
+        fn points(&self, q: &Self::Coordinates) -> Self::Points {
+            let points = &mut [#zero; #point_count];
+            self.#points(q, points);
+            ::lamc_runtime::plumbing::matrix(points)
         }
     }
 }

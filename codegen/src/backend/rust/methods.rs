@@ -11,12 +11,12 @@ use crate::program::{FunctionKind, Program};
 pub fn methods(program: &Program, syntax: &Syntax) -> TokenStream {
     let Syntax { generic, bound, .. } = syntax;
     let (model, unused) = (model(program), unused());
-    let (algorithms, evaluations) = (algorithms(program, syntax), evaluations(program, syntax));
-    let optional = optional(program, syntax);
+    let (algorithms, solutions) = (algorithms(program, syntax), solutions(program, syntax));
+    let (evaluations, optional) = (evaluations(program, syntax), optional(program, syntax));
     quote! {
         #unused
         #[allow(clippy::type_complexity, reason = "a state and what was found")]
-        impl #bound #model #generic { #algorithms #evaluations #optional }
+        impl #bound #model #generic { #algorithms #solutions #evaluations #optional }
     }
 }
 
@@ -82,14 +82,10 @@ fn algorithms(program: &Program, syntax: &Syntax) -> TokenStream {
     }
 }
 
-/// Those that evaluate a state.
-fn evaluations(program: &Program, syntax: &Syntax) -> TokenStream {
-    let Syntax { scalar, zero, .. } = syntax;
-    let interface = &program.interface;
-    let (joints, c) = (interface.joints.len(), interface.rows);
-    let (n, rows, bodies) = (number(joints), number(c), number(interface.bodies.len()));
-    let (square, rows_by_n) = (number(joints * joints), number(c * joints));
-    let equations = method(FunctionKind::Equations);
+/// Those that solve the equations at a state, and say more than the acceleration.
+fn solutions(program: &Program, syntax: &Syntax) -> TokenStream {
+    let scalar = &syntax.scalar;
+    let (n, rows) = (number(program.interface.joints.len()), number(program.interface.rows));
     let error = quote!(::lamc_runtime::Error);
     quote! {
         /// du/dt and what holds the constraints: closure forces, motor torques, and what each hinge
@@ -114,7 +110,18 @@ fn evaluations(program: &Program, syntax: &Syntax) -> TokenStream {
         ) -> ::core::result::Result<::lamc_runtime::Jacobian<#scalar, #n>, #error> {
             ::lamc_runtime::plumbing::jacobian(self, t, q, u)
         }
+    }
+}
 
+/// Those that evaluate a state.
+fn evaluations(program: &Program, syntax: &Syntax) -> TokenStream {
+    let Syntax { scalar, zero, .. } = syntax;
+    let interface = &program.interface;
+    let (joints, c) = (interface.joints.len(), interface.rows);
+    let (n, rows, bodies) = (number(joints), number(c), number(interface.bodies.len()));
+    let (square, rows_by_n) = (number(joints * joints), number(c * joints));
+    let equations = method(FunctionKind::Equations);
+    quote! {
         /// M, f, J and gamma at a state: M du/dt = f + J^T lambda, J du/dt = -gamma.
         pub fn equations(
             &self, t: #scalar, q: &[#scalar; #n], u: &[#scalar; #n],

@@ -65,18 +65,13 @@ impl Import {
             .enumerate()
             .map(|(i, item)| self.body(i, item, layers, fixed.contains(&BodyId(i))))
             .collect();
-        let mut joints = Vec::new();
-        for (i, connection) in connections.iter().enumerate() {
-            joints.push(self.joint(i, connection, &ids, &fixed));
-        }
+        let joints: Vec<_> = connections
+            .iter()
+            .enumerate()
+            .map(|(i, connection)| self.joint(i, connection, &ids, &fixed))
+            .collect();
         if layers == Some(0) {
-            let error = Diagnostic::error(
-                codes::EMPTY_LAYUP,
-                at,
-                "the design has no `material_properties`",
-            );
-            self.diagnostics
-                .push(error.hint("without layers nothing has mass: export the design again"));
+            self.report_without_layers(at);
         }
         if newtonian.is_some_and(<[Node]>::is_empty) {
             let error = Diagnostic::error(codes::NO_FIXED_BODY, at, "no body is fixed");
@@ -114,6 +109,13 @@ impl Import {
             air: None,
             tolerance,
         })
+    }
+
+    fn report_without_layers(&mut self, at: Span) {
+        let message = "the design has no `material_properties`";
+        let error = Diagnostic::error(codes::EMPTY_LAYUP, at, message);
+        let hint = "without layers nothing has mass: export the design again";
+        self.diagnostics.push(error.hint(hint));
     }
 
     /// Newer programs may write more than we know of: that is said, not refused.
