@@ -6,7 +6,7 @@ use std::io::Read;
 use lamc::laminate::{Mechanism, verdicts};
 use lamc::source::Severity;
 use lamc_runtime::plumbing::{Balance, EquationsMut};
-use lamc_runtime::{Error, Mechanism as _, acceleration_and_forces, project};
+use lamc_runtime::{Constraint, Error, Mechanism as _, acceleration_and_forces, project};
 use lamc_workbench::execution::Jit;
 use lamc_workbench::simulation::describe;
 use serde::{Deserialize, Serialize};
@@ -133,32 +133,37 @@ fn set(mechanism: &Mechanism, system: &mut Jit, state: &StateInput) -> Result<()
     Ok(())
 }
 
-fn evaluate(
-    mechanism: &Mechanism,
-    system: &mut Jit,
-    state: &StateInput,
-) -> Result<StateReport, String> {
+/// What solves a state.
+struct Solution {
+    /// The state, or the nearest closed one where the acceleration depends on digits that a state in a
+    /// file seldom has.
+    q: Vec<f64>,
+    u: Vec<f64>,
+    acceleration: Vec<f64>,
+    /// Closure forces, then motor torques.
+    lambda: Vec<f64>,
+    constraint: Constraint,
+}
+
+fn solve(system: &Jit, state: &StateInput) -> Result<Solution, String> {
     let d = system.dimensions();
     let n = d.coordinates;
-    let zeros = vec![0.0; n];
-    let (mut q, mut u) = (state.q.clone(), state.u.clone().unwrap_or(zeros));
+    let (mut q, mut u) = (state.q.clone(), state.u.clone().unwrap_or(vec![0.0; n]));
     for (name, numbers) in [("q", &q), ("u", &u)] {
         if numbers.len() != n {
             return Err(format!("`{name}` has {} numbers, the model {n} joints", numbers.len()));
         }
     }
-    set(mechanism, system, state)?;
-    let mut rates = system.speeds();
+    let mut acceleration = system.speeds();
     let mut lambda = vec![0.0; d.rows + d.drives];
     let mut workspace = system.workspace();
     let mut solve = |q: &[f64], u: &[f64]| {
-        acceleration_and_forces(system, state.t, q, u, &mut workspace, &mut rates, &mut lambda)
+        let (rates, forces) = (&mut acceleration, &mut lambda);
+        acceleration_and_forces(system, state.t, q, u, &mut workspace, rates, forces)
             .map_err(|error| describe(&error, system.interface()))
     };
     let mut constraint = solve(&q, &u)?;
     if constraint.is_weak {
-        // The acceleration depends on digits that a state in a file seldom has: it is that of the
-        // nearest closed state, which is reported.
         let (mut near_q, mut near_u) = (q.clone(), u.clone());
         let room = &mut system.workspace();
         if project(system, state.t, &mut near_q, &mut near_u, room).is_ok() {
@@ -166,31 +171,42 @@ fn evaluate(
             constraint = solve(&q, &u)?;
         }
     }
-    let (q, u) = (&q, &u);
+    Ok(Solution { q, u, acceleration, lambda, constraint })
+}
+
+fn evaluate(
+    mechanism: &Mechanism,
+    system: &mut Jit,
+    state: &StateInput,
+) -> Result<StateReport, String> {
+    let d = system.dimensions();
+    let n = d.coordinates;
+    set(mechanism, system, state)?;
+    let Solution { q, u, acceleration, lambda, constraint } = solve(system, state)?;
     let mut reactions = vec![0.0; 6 * n];
     let multipliers = &lambda[..d.rows];
-    let at = Balance { t: state.t, q, u, acceleration: &rates, multipliers };
+    let at = Balance { t: state.t, q: &q, u: &u, acceleration: &acceleration, multipliers };
     let said = |error| describe(&error, system.interface());
     system.write_reactions(at, &mut reactions).map_err(said)?;
     let mut motor_torques = BTreeMap::new();
     for (joint, &torque) in system.interface().driven().iter().zip(&lambda[d.rows..]) {
         motor_torques.insert(system.interface().joints[joint.index()].name.clone(), torque);
     }
-    let (mass, forcing) = mass_and_forcing(system, state.t, q, u).map_err(said)?;
+    let (mass, forcing) = mass_and_forcing(system, state.t, &q, &u).map_err(said)?;
     let mut residual = vec![0.0; 9 * d.loops];
     let rows = &mut vec![0.0; 9 * d.loops * n];
-    system.write_closure(q, &mut residual, rows).map_err(said)?;
-    let energy = system.energy(state.t, q, u);
+    system.write_closure(&q, &mut residual, rows).map_err(said)?;
+    let energy = system.energy(state.t, &q, &u);
     if !(energy.kinetic.is_finite() && energy.potential.is_finite()) {
         return Err("its energy is beyond what numbers hold".to_owned());
     }
     Ok(StateReport {
         t: state.t,
-        q: q.clone(),
-        u: u.clone(),
+        q,
+        u,
         reactions: reactions.chunks(6).map(<[f64]>::to_vec).collect(),
         motor_torques,
-        acceleration: rates,
+        acceleration,
         constraint_rank: constraint.rank,
         dof: n - constraint.rank,
         closure_residual: lamc_workbench::motion::largest(&residual),

@@ -7,7 +7,7 @@
 
 use std::collections::HashMap;
 
-use super::codes;
+use super::codes::{self, Code};
 use super::diagnostic::{Diagnostic, Diagnostics, SourceFile, Span, Spanned};
 use super::expression::Expression;
 use super::fields::items;
@@ -46,6 +46,31 @@ struct Import {
 /// Bodies by the number the file gives them.
 type Ids = HashMap<String, BodyId>;
 
+/// A model under the gravity of the Earth, with nothing of what such files do not know.
+fn empty(name: String) -> SourceModel {
+    SourceModel {
+        cuts: Vec::new(),
+        max_hinges: MAX_HINGES,
+        name: Spanned { value: name, span: Span::default() },
+        angle: AngleUnit::default(),
+        gravity: [0.0, 0.0, -STANDARD_GRAVITY].map(Expression::Number),
+        materials: Vec::new(),
+        layup: Vec::new(),
+        bodies: Vec::new(),
+        joints: Vec::new(),
+        parameters: Vec::new(),
+        inputs: Vec::new(),
+        tunable: Vec::new(),
+        initial_q: Vec::new(),
+        initial_u: Vec::new(),
+        points: Vec::new(),
+        forces: Vec::new(),
+        hinge_models: Vec::new(),
+        air: None,
+        tolerance: 0.0,
+    }
+}
+
 impl Import {
     fn model(&mut self, root: &Node, file: &SourceFile) -> Option<SourceModel> {
         let known = ["connected_items", "connections", "material_properties", "newtonian_ids"];
@@ -71,15 +96,17 @@ impl Import {
             .map(|(i, connection)| self.joint(i, connection, &ids, &fixed))
             .collect();
         if layers == Some(0) {
-            self.report_without_layers(at);
+            let message = "the design has no `material_properties`";
+            let hint = "without layers nothing has mass: export the design again";
+            self.report(codes::EMPTY_LAYUP, at, message, hint);
         }
         if newtonian.is_some_and(<[Node]>::is_empty) {
-            let error = Diagnostic::error(codes::NO_FIXED_BODY, at, "no body is fixed");
-            self.diagnostics.push(error.hint("list the ground's id in `newtonian_ids`"));
+            let hint = "list the ground's id in `newtonian_ids`";
+            self.report(codes::NO_FIXED_BODY, at, "no body is fixed", hint);
         }
         if complete && connections.is_empty() {
-            let error = Diagnostic::error(codes::NO_JOINTS, at, "the design has no `connections`");
-            self.diagnostics.push(error.hint("nothing can move: a mechanism needs a joint"));
+            let hint = "nothing can move: a mechanism needs a joint";
+            self.report(codes::NO_JOINTS, at, "the design has no `connections`", hint);
         }
         let mut joints: Vec<Joint> = joints.into_iter().collect::<Option<_>>()?;
         orientation::orient(&mut joints, &fixed, items.len());
@@ -88,34 +115,11 @@ impl Import {
         let name = names::identifier_from(file.stem());
         let bodies: Vec<Body> = bodies.into_iter().collect::<Option<_>>()?;
         let tolerance = self.decimals.tolerance(&bodies, &joints);
-        Some(SourceModel {
-            cuts: Vec::new(),
-            max_hinges: MAX_HINGES,
-            name: Spanned { value: name, span: Span::default() },
-            angle: AngleUnit::default(),
-            gravity: [0.0, 0.0, -STANDARD_GRAVITY].map(Expression::Number),
-            materials,
-            layup,
-            bodies,
-            joints,
-            parameters: Vec::new(),
-            inputs: Vec::new(),
-            tunable: Vec::new(),
-            initial_q: Vec::new(),
-            initial_u: Vec::new(),
-            points: Vec::new(),
-            forces: Vec::new(),
-            hinge_models: Vec::new(),
-            air: None,
-            tolerance,
-        })
+        Some(SourceModel { materials, layup, bodies, joints, tolerance, ..empty(name) })
     }
 
-    fn report_without_layers(&mut self, at: Span) {
-        let message = "the design has no `material_properties`";
-        let error = Diagnostic::error(codes::EMPTY_LAYUP, at, message);
-        let hint = "without layers nothing has mass: export the design again";
-        self.diagnostics.push(error.hint(hint));
+    fn report(&mut self, code: Code, at: Span, message: &str, hint: &str) {
+        self.diagnostics.push(Diagnostic::error(code, at, message).hint(hint));
     }
 
     /// Newer programs may write more than we know of: that is said, not refused.
