@@ -1,5 +1,6 @@
-//! What runs on a workstation around the compiler [`lamc`]: machine code in process, simulation and its
-//! records, identification from measurements, pictures, videos and pages. The command `lamc` is its binary.
+//! Tools for a workstation around the compiler [`lamc`]: just-in-time compilation, simulation and
+//! its records, identification from measurements, pictures, videos and pages. The command `lamc` is
+//! the binary of this crate.
 
 pub mod archive;
 #[cfg(test)]

@@ -1,10 +1,11 @@
 //! Air drag on plates: density drag |v| v / 2 per area against the speed v along the normal.
 //!
-//! A body's plates are as large as they look from above, and stand for four points of a quarter of
-//! the area A each, at the centroid +- r1 e1 +- r2 e2: e1, e2 principal axes of the area and
-//! r^2 = (second moment) / A. Their moments are those of the area up to the second order (of a
-//! rectangle up to the third: they are the points of Gauss and Legendre), and v is linear in the
-//! place: where v has one sign the force is exact, and of a rectangle its moment too.
+//! The area A of a body's plates, seen along the normal of the sheet, is replaced by four points
+//! with a quarter of A each, at the centroid +- r1 e1 +- r2 e2, where e1, e2 are the principal axes
+//! of the area and r^2 = (second moment) / A. The points have the same moments as the area up to
+//! the second order (for a rectangle up to the third: they are the points of Gauss-Legendre
+//! quadrature), and v is linear in the position. If v has the same sign everywhere, the force is
+//! exact, and for a rectangle its moment too.
 
 use nalgebra::{Matrix2, Vector3};
 
@@ -17,7 +18,7 @@ pub fn air(air: &crate::source::Air) -> Air {
     Air { density: air.density.value.clone(), drag: air.drag.value.clone() }
 }
 
-/// The points that stand for the area of sound plates.
+/// Returns the points that replace the area of valid plates.
 pub fn surface(layers: &[Vec<Plate>]) -> Vec<SurfacePoint> {
     let seen = outline::silhouette(layers);
     let moments = plate::area_moments(&seen);

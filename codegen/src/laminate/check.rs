@@ -1,4 +1,4 @@
-//! What no material and no rigid body can be.
+//! Checks of materials and inertias for physically impossible values.
 //!
 //! The inertia of a rigid body is symmetric, without negative principal moments, and each of these
 //! is at most the sum of the two others (each is an integral of the squares of two coordinates).
@@ -12,7 +12,7 @@ use crate::source::{Body, Diagnostic, Diagnostics, Material, SourceModel, Span, 
 /// Relative to the largest moment: differences below this are rounding of printed numbers.
 const ROUNDING: f64 = 1e-6;
 
-/// A quantity that must be finite and more than zero.
+/// Checks a quantity that must be finite and positive.
 pub fn positive(name: &str, given: &Spanned<f64>, unit: &str, found: &mut Diagnostics) {
     if given.value > 0.0 && given.value.is_finite() {
         return;
@@ -20,16 +20,16 @@ pub fn positive(name: &str, given: &Spanned<f64>, unit: &str, found: &mut Diagno
     let message = format!("the {name} is {} {unit}", given.value);
     found.push(
         Diagnostic::error(codes::NOT_POSITIVE, given.span, message)
-            .label("must be more than zero, and finite"),
+            .label("must be finite and greater than zero"),
     );
 }
 
-/// Whether every number is finite.
+/// Returns whether every number is finite.
 pub fn all_finite(values: &[f64]) -> bool {
     values.iter().all(|value| value.is_finite())
 }
 
-/// Density, thickness and moduli of every material.
+/// Checks density, thickness and moduli of every material.
 pub fn materials(model: &SourceModel, found: &mut Diagnostics) {
     for material in &model.materials {
         positive("density", &material.density, "kg/m^3", found);
@@ -43,13 +43,13 @@ pub fn materials(model: &SourceModel, found: &mut Diagnostics) {
     }
 }
 
-/// Whether sheets of a material have mass.
+/// Returns whether sheets of a material have mass.
 pub fn is_physical(material: &Material) -> bool {
     let values = [material.density.value, material.thickness.value];
     values.iter().all(|value| *value > 0.0 && value.is_finite())
 }
 
-/// An inertia given outright: symmetric, no negative moment, triangle inequality.
+/// Checks a given inertia: symmetry, no negative moments, triangle inequality.
 pub fn rigid_inertia(inertia: &Matrix3<f64>, span: Span, found: &mut Diagnostics) {
     let largest = inertia.amax();
     let error = |code, message: String| Diagnostic::error(code, span, message);
@@ -76,13 +76,14 @@ pub fn rigid_inertia(inertia: &Matrix3<f64>, span: Span, found: &mut Diagnostics
         let message = format!(
             "no rigid body has the principal moments {low:.3e}, {middle:.3e} and {high:.3e} kg m^2"
         );
-        found.push(
-            error(codes::INERTIA_TRIANGLE, message).label("the largest exceeds the others' sum"),
-        );
+        found.push(error(codes::INERTIA_TRIANGLE, message).label(
+            "the largest exceeds the sum of the \
+                                                           two others",
+        ));
     }
 }
 
-/// Mass and inertia of a body that moves, whose parts are sound.
+/// Checks mass and inertia of a moving body whose parts are valid.
 pub fn moving_body(body: &Body, properties: &MassProperties, found: &mut Diagnostics) {
     let name = &body.name.value;
     let error = |code, message: String| Diagnostic::error(code, body.name.span, message);
@@ -100,7 +101,7 @@ pub fn moving_body(body: &Body, properties: &MassProperties, found: &mut Diagnos
     }
 }
 
-/// Ascending.
+/// The principal moments in ascending order.
 fn principal_moments(inertia: &Matrix3<f64>) -> [f64; 3] {
     let mut moments: [f64; 3] = inertia.symmetric_eigenvalues().into();
     moments.sort_by(f64::total_cmp);

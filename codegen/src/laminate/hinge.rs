@@ -1,4 +1,4 @@
-//! Hinges: the line they turn about and the spring they turn against.
+//! Hinges: their lines, springs and dampers.
 //!
 //! Models of hinges are in [`flexure`](super::flexure).
 
@@ -14,10 +14,11 @@ use crate::source::{
     Diagnostic, Diagnostics, Expression, HingeModel, Material, SourceModel, Span, Spanned, Spring,
 };
 
-/// Components of a unit vector below this are rounding of a direction along the other axis.
+/// Components of a unit vector below this bound are rounding errors of a direction along the other
+/// axis.
 const ALONG_AXIS: f64 = 1e-15;
 
-/// A joint with its line and spring; what is impossible or odd goes to `found`.
+/// Derives a joint with its line and spring; errors and warnings go to `found`.
 pub fn hinge(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diagnostics) -> Joint {
     let name = &joint.name.value;
     let [from, to] = joint.axis.value;
@@ -53,10 +54,10 @@ pub fn hinge(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diag
     }
 }
 
-/// The unit vector along (dx, dy); exactly along an axis where only rounding says otherwise, so
-/// that later stages see zeros as zeros.
+/// Returns the unit vector along (dx, dy). If it differs from an axis by rounding only, it is
+/// exactly along that axis, so that later stages see exact zeros.
 pub fn direction(dx: f64, dy: f64) -> Vector3<f64> {
-    // Scaled first: the length of tiny lines has few digits.
+    // The vector is scaled first, because the length of tiny lines has few digits.
     let largest = dx.abs().max(dy.abs());
     let (dx, dy) = (dx / largest, dy / largest);
     let length = hypot(dx, dy);
@@ -70,7 +71,7 @@ pub fn direction(dx: f64, dy: f64) -> Vector3<f64> {
     }
 }
 
-/// A guess the stops do not allow.
+/// Reports an initial angle that is outside the limits.
 pub fn initial_angle(joint: &Joint, angle: f64, found: &mut Diagnostics) {
     let [low, high] = joint.limits;
     if angle < low || angle > high {
@@ -83,7 +84,7 @@ pub fn initial_angle(joint: &Joint, angle: f64, found: &mut Diagnostics) {
     }
 }
 
-/// What a hinge's model says of it.
+/// Result of a hinge model.
 struct Flexure {
     stiffness: Expression,
     damping: Expression,
@@ -100,9 +101,9 @@ fn flexed(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diagnos
         Spring::Beam { material, length, width, gaps } => {
             let strip = &model.materials[material.value];
             let beam = beam(strip, material.span, length, width, gaps.as_ref(), found);
-            // Mistakes in the strip's numbers are reported as such, not as what they lead to.
+            // Mistakes in the numbers of the strip are reported directly, not their consequences.
             let stiffness = Some(beam.stiffness()).filter(|stiffness| stiffness.is_finite());
-            // The angle is that of the bending moment, whatever the arm.
+            // The angle depends on the bending moment only, not on the arm.
             let range =
                 strip.yield_stress.as_ref().map(|sigma| beam.linear_range(sigma.value, 1.0));
             let linear_range = range.map_or(f64::INFINITY, |range| range.angle);
@@ -121,7 +122,7 @@ fn flexed(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diagnos
                 if value.is_nan() || value <= 0.0 {
                     let name = &family.name.value;
                     let message =
-                        format!("the {what} of `{name}` there is {value:.4e}, not positive");
+                        format!("the {what} of `{name}` is {value:.4e}, which is not positive");
                     found.push(Diagnostic::error(codes::OUTSIDE_MODEL, *span, message));
                 }
             }
@@ -138,7 +139,10 @@ fn flexed(model: &SourceModel, joint: &crate::source::Joint, found: &mut Diagnos
                     found.push(
                         Diagnostic::error(codes::OUTSIDE_MODEL, *span, refusal.to_string())
                             .label(format!("`sharifzadeh2018` does not describe `{name}`"))
-                            .hint("see docs/HINGES.md, or give the `stiffness` and `damping` themselves"),
+                            .hint(
+                                "see docs/HINGES.md, or give `stiffness` and `damping` \
+                                   directly",
+                            ),
                     );
                     [0.0; 2]
                 }
@@ -164,10 +168,10 @@ fn beam(
         && !(cut >= 0.0 && cut < width.value)
     {
         let message = format!("gaps of {cut} m in a hinge {} m wide", width.value);
-        found.push(
-            Diagnostic::error(codes::NO_WIDTH, gaps.span, message)
-                .hint("`gaps` is how much of the width is cut out: less than all of it"),
-        );
+        found.push(Diagnostic::error(codes::NO_WIDTH, gaps.span, message).hint(
+            "`gaps` is the part of the width that is cut out: it must be less than the \
+                       width",
+        ));
     }
     let modulus = strip.youngs_modulus.as_ref().map(|modulus| modulus.value);
     if modulus.is_none() {
@@ -206,7 +210,7 @@ fn family_bounds(
         let message = format!("`{joint}` lies outside the specimens that `{name}` was fitted to");
         found.push(
             Diagnostic::warning(codes::OUTSIDE_SPECIMENS, span, message)
-                .hint("a polynomial says little beyond what was measured"),
+                .hint("the polynomials are not reliable beyond the measured sizes"),
         );
     }
 }

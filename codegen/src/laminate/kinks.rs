@@ -1,30 +1,33 @@
-//! Laws that are not smooth where a mechanism rests: the derivatives on either side differ.
+//! Formulas that are not smooth at an equilibrium: the derivatives on the two sides differ.
 //!
-//! A law is evaluated a little before and a little behind the state along a direction. Where the two
-//! slopes differ as much at a tenth of the distance, the difference is no curvature.
+//! A formula is evaluated shortly before and shortly after the state along a direction. If the two
+//! one-sided derivatives differ by the same amount at a tenth of the distance, the difference is a
+//! kink and not curvature.
 
 use std::fmt;
 
 use super::mechanism::Mechanism;
 use crate::source::Expression;
 
-/// How far from the state slopes are taken, rad or rad/s of the joint that moves most.
+/// Distance from the state at which derivatives are taken, rad or rad/s of the joint that moves
+/// most.
 const NEAR: f64 = 1e-5;
-/// The other distance, over the first.
+/// Ratio of the second distance to the first.
 const FARTHER: f64 = 10.0;
-/// Of the slopes: less is rounding, as is this many units in the last place of the law.
+/// Relative difference of the derivatives below which it is rounding, as is this many units in the
+/// last place of the value.
 const ROUNDING: (f64, f64) = (1e-6, 100.0);
 
-/// A law with a kink.
+/// A formula with a kink.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kink {
-    /// As in "the torque of `j`".
+    /// What the formula gives, such as "the torque of `j`".
     pub law: String,
-    /// Whether it is a kink in the speeds; else in the angles.
+    /// Whether the kink is in the speeds and not in the angles.
     pub by_speed: bool,
     /// The direction, by joint; its largest component is 1.
     pub direction: Vec<f64>,
-    /// The derivatives along it, before and behind the state, SI.
+    /// The derivatives along this direction before and after the state, SI.
     pub slopes: [f64; 2],
 }
 
@@ -42,12 +45,12 @@ impl fmt::Display for Kink {
 }
 
 impl Kink {
-    /// How far from the state a side is surely left, rad.
+    /// Distance from the state beyond which the kink has been passed, rad.
     pub const REACH: f64 = NEAR;
 }
 
-/// The laws of torques and forces with a kink at rest at q (rad) and t (s), each along the direction
-/// in which it is sharpest. Directions are by joint.
+/// Returns the torques and forces with a kink at rest at q (rad) and t (s), each along the
+/// direction in which it is sharpest. Directions have one component for each joint.
 pub fn kinks(
     mechanism: &Mechanism,
     (parameters, inputs): (&[f64], &[f64]),
@@ -88,7 +91,7 @@ pub fn kinks(
     found
 }
 
-/// The slopes on either side of 0, where they differ.
+/// Returns the one-sided derivatives at 0, if they differ.
 fn slopes(value: impl Fn(f64) -> f64) -> Option<[f64; 2]> {
     let here = value(0.0);
     let at = |h: f64| [(here - value(-h)) / h, (value(h) - here) / h];
@@ -111,7 +114,7 @@ mod tests {
         assert_eq!(slopes(f64::abs), Some([-1.0, 1.0]));
         let [before, behind] = slopes(|x| x.max(-2.0 * x)).unwrap();
         assert!((before + 2.0).abs() < 1e-9 && (behind - 1.0).abs() < 1e-9);
-        // A step is no smaller nearer.
+        // A step does not become smaller at a smaller distance.
         assert!(slopes(|x| if x < 0.0 { 0.0 } else { 1.0 }).is_some());
     }
 }

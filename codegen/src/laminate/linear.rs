@@ -5,18 +5,18 @@ use std::fmt;
 use super::mechanism::Mechanism;
 use crate::source::Expression;
 
-/// The first time a hinge is bent beyond its linear range, and the most it is.
+/// A hinge that bends beyond its linear range: when it does so first, and its largest bend.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Excursion {
-    /// The joint.
+    /// Name of the joint.
     pub joint: String,
-    /// When it leaves the range, s.
+    /// Time at which it leaves the range, s.
     pub since: f64,
-    /// When it is bent most, s.
+    /// Time of its largest bend, s.
     pub worst: f64,
-    /// The bend then over what is allowed.
+    /// Ratio of its largest bend to the linear range.
     pub ratio: f64,
-    /// What is allowed, rad.
+    /// Its linear range, rad.
     pub allowed: f64,
 }
 
@@ -26,14 +26,14 @@ impl fmt::Display for Excursion {
         let degrees = allowed.to_degrees();
         write!(
             f,
-            "`{joint}` leaves its linear range of {degrees:.2} deg at t = {since:.3} s; at {worst:.3} s it is \
-             bent {ratio:.2} times that far"
+            "`{joint}` leaves its linear range of {degrees:.2} deg at t = {since:.3} s; at \
+             {worst:.3} s its bend is {ratio:.2} times this angle"
         )
     }
 }
 
-/// The hinges that sampled angles (times in s, q in rad by joint) bend beyond their linear range,
-/// under the values of the parameters and inputs.
+/// Returns the hinges that bend beyond their linear range in a sampled motion (times in s, q in rad
+/// by joint), for these values of the parameters and inputs.
 pub fn excursions<'q>(
     mechanism: &Mechanism,
     parameters: &[f64],

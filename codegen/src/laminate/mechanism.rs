@@ -1,4 +1,4 @@
-//! The mechanism as mechanics sees it: rigid bodies with inertia, revolute joints with springs.
+//! The mechanism as a multibody system: rigid bodies with inertia, revolute joints with springs.
 //!
 //! Flat state: all q = 0, every body as drawn, all frames parallel to the base frame. SI, radians.
 
@@ -9,7 +9,7 @@ use crate::source::{BodyId, Expression, JointId, ParameterId, PointId, Span};
 /// Rigid bodies and the hinges between them.
 #[derive(Clone, Debug)]
 pub struct Mechanism {
-    /// An identifier.
+    /// Name, an identifier.
     pub name: String,
     /// Gravity in the base frame, m/s^2.
     pub gravity: [Expression; 3],
@@ -25,27 +25,27 @@ pub struct Mechanism {
     pub points: Vec<Point>,
     /// Forces at points.
     pub forces: Vec<Force>,
-    /// Rough guess of q, one per joint, rad.
+    /// Guess of the initial q, one per joint, rad.
     pub initial_q: Vec<f64>,
     /// Joints whose guess was given in the file: assembly moves these least.
     pub initial_given: Vec<JointId>,
     /// Initial u, one per joint, rad/s.
     pub initial_u: Vec<f64>,
-    /// Joints that are to close loops.
+    /// Joints at which loops are cut.
     pub cuts: Vec<JointId>,
-    /// The air that plates are dragged through.
+    /// The air, which resists moving plates.
     pub air: Option<Air>,
-    /// How far each coordinate of a hinge line may be from where it is meant, m.
+    /// Largest rounding error of each coordinate of a hinge line, m.
     pub tolerance: f64,
     /// Diagonal of the flat bounding box over plates, hinge lines, centres of mass and points, m.
     pub size: f64,
 }
 
-/// Air, which resists plates by density drag v^2 / 2 per area, v the speed along the plate's
-/// normal.
+/// Air, which resists plates by density drag v^2 / 2 per area, where v is the speed along the
+/// plate's normal.
 #[derive(Clone, Debug)]
 pub struct Air {
-    /// kg/m^3.
+    /// Density, kg/m^3.
     pub density: Expression,
     /// Drag coefficient.
     pub drag: Expression,
@@ -56,19 +56,19 @@ pub struct Air {
 pub struct Body {
     /// Its name.
     pub name: String,
-    /// Part of the ground.
+    /// Whether it is part of the ground.
     pub fixed: bool,
-    /// Mass, centre, inertia.
+    /// Mass, centre of mass and inertia.
     pub mass_properties: MassProperties,
-    /// When mass is tunable: the parameter that replaces `mass` (inertia scales with it).
+    /// The parameter that replaces `mass` if the mass is tunable (the inertia scales with it).
     pub mass_parameter: Option<ParameterId>,
-    /// What it is cut from, bottom to top; none where its mass is given outright.
+    /// Its plates, bottom to top; none if its mass is given directly.
     pub sheets: Vec<Sheet>,
-    /// Where its point masses are, flat coordinates, m.
+    /// Positions of its point masses in the flat state, m.
     pub point_masses: Vec<Vector3<f64>>,
-    /// The area of its plates seen square to the sheet, as points: where there is air.
+    /// The area of its plates as points, if there is air.
     pub surface: Vec<SurfacePoint>,
-    /// Its entry in the file.
+    /// Position of its entry in the file.
     pub span: Span,
 }
 
@@ -79,27 +79,27 @@ pub struct Sheet {
     pub material: String,
     /// Heights of its lower and upper face, m.
     pub z: [f64; 2],
-    /// Vertices, flat coordinates, m; the last is joined to the first; either orientation.
+    /// Vertices in the flat state, m; the last is joined to the first; either orientation.
     pub outline: Vec<[f64; 2]>,
-    /// As the outline.
+    /// Holes, in the same form as the outline.
     pub holes: Vec<Vec<[f64; 2]>>,
 }
 
 /// A part of a body's area.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// Flat coordinates, m.
+    /// Position in the flat state, m.
     pub at: Vector3<f64>,
-    /// m^2.
+    /// Area, m^2.
     pub area: f64,
 }
 
 /// Mass, centre of mass and inertia of a rigid body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MassProperties {
-    /// kg.
+    /// Mass, kg.
     pub mass: f64,
-    /// Centre of mass, flat coordinates, m.
+    /// Centre of mass in the flat state, m.
     pub com: Vector3<f64>,
     /// Inertia about the centre of mass, flat axes, kg m^2.
     pub inertia: Matrix3<f64>,
@@ -112,40 +112,41 @@ pub struct Joint {
     pub name: String,
     /// First and second body.
     pub bodies: [BodyId; 2],
-    /// First point of the hinge line, flat coordinates, m.
+    /// First point of the hinge line in the flat state, m.
     pub point: Vector3<f64>,
     /// Unit vector from the first to the second point; its z component is exactly 0.
     pub direction: Vector3<f64>,
     /// Length of the hinge line, m.
     pub length: f64,
-    /// N m/rad.
+    /// Stiffness, N m/rad.
     pub stiffness: Expression,
-    /// N m s/rad.
+    /// Damping, N m s/rad.
     pub damping: Expression,
-    /// Relaxed angle, rad.
+    /// Rest angle, rad.
     pub rest: Expression,
     /// Cubic part of the spring, N m/rad^3: the torque is -k bend - k3 bend^3, bend = q - rest.
     pub cubic_stiffness: Expression,
     /// Dry friction.
     pub friction: Option<Friction>,
-    /// Largest bend, either way, at which the hinge is elastic, rad; infinite where not known.
+    /// Largest bend in either direction at which the hinge is elastic, rad; infinite if it is not
+    /// known.
     pub linear_range: f64,
     /// Torque on `bodies[1]` about `direction`, N m.
     pub torque: Expression,
     /// Prescribed angle, rad: a function of t, parameters and inputs.
     pub drive: Option<Expression>,
-    /// Allowed angles, rad; infinite where there are none.
+    /// Allowed angles, rad; infinite without limits.
     pub limits: [f64; 2],
-    /// Its entry in the file.
+    /// Position of its entry in the file.
     pub span: Span,
 }
 
 /// Coulomb's friction, smoothed: the torque is -torque tanh(u / speed).
 #[derive(Clone, Debug)]
 pub struct Friction {
-    /// N m.
+    /// Torque, N m.
     pub torque: Expression,
-    /// rad/s.
+    /// Speed, rad/s.
     pub speed: f64,
 }
 
@@ -156,7 +157,7 @@ pub struct Parameter {
     pub name: String,
     /// Default, SI.
     pub value: f64,
-    /// One line for its documentation, with the unit where it is known.
+    /// One line for its documentation, with the unit if it is known.
     pub doc: String,
 }
 
@@ -167,7 +168,7 @@ pub struct Point {
     pub name: String,
     /// The body it is fixed to.
     pub body: BodyId,
-    /// Flat coordinates, m.
+    /// Position in the flat state, m.
     pub at: Vector3<f64>,
 }
 
@@ -176,8 +177,8 @@ pub struct Point {
 pub struct Force {
     /// Its name.
     pub name: String,
-    /// Where it acts.
+    /// The point at which it acts.
     pub point: PointId,
-    /// Base frame, N.
+    /// Components in the base frame, N.
     pub force: [Expression; 3],
 }

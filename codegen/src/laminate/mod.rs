@@ -1,5 +1,5 @@
-//! Stage 2: [`SourceModel`] -> [`Mechanism`]: plates become mass
-//! properties, hinges become springs; what is physically impossible is refused.
+//! Stage 2: [`SourceModel`] -> [`Mechanism`]: plates become mass properties, hinges become springs;
+//! physically impossible models are errors.
 
 mod air;
 mod check;
@@ -28,15 +28,15 @@ use nalgebra::Vector3;
 use crate::source::codes;
 use crate::source::{Diagnostic, Diagnostics, Severity, Shape, SourceModel};
 
-/// Mechanisms less than this across, m, are mistakes, and lose digits to underflow.
+/// Smallest size of a mechanism, m. Smaller ones are mistakes and lose digits to underflow.
 const SMALLEST: f64 = 1e-9;
-/// Mechanisms more than this across, m, are mistakes, and lose digits to overflow.
+/// Largest size of a mechanism, m. Larger ones are mistakes and lose digits to overflow.
 const LARGEST: f64 = 1e9;
 
-/// Derives the rigid bodies and hinges of a model; what is allowed but odd goes to `warnings`.
+/// Derives the rigid bodies and hinges of a model; allowed but unusual values go to `warnings`.
 ///
 /// # Errors
-/// Everything that is physically impossible, together.
+/// Returns all physically impossible values together.
 pub fn build(model: &SourceModel, warnings: &mut Diagnostics) -> Result<Mechanism, Diagnostics> {
     let mut found = Diagnostics::default();
     check::materials(model, &mut found);
@@ -79,7 +79,7 @@ pub fn build(model: &SourceModel, warnings: &mut Diagnostics) -> Result<Mechanis
     let judged = verdicts(&mechanism, &defaults).into_iter();
     found.extend(judged.map(|verdict| verdict.diagnostic(model)));
 
-    // A body's `outline` stands in every layer: what is wrong with it is said once.
+    // A body's `outline` is copied to every layer, so its mistakes are reported once.
     let mut said: Vec<Diagnostic> = Vec::new();
     for diagnostic in found.0 {
         if !said.contains(&diagnostic) {
@@ -119,7 +119,8 @@ fn forces(model: &SourceModel) -> Vec<Force> {
     model.forces.iter().map(force).collect()
 }
 
-/// Diagonal of the flat bounding box over plates, hinge lines, centres of mass and points, m.
+/// Returns the diagonal of the flat bounding box over plates, hinge lines, centres of mass and
+/// points, m.
 fn size(model: &SourceModel, mechanism: &Mechanism) -> f64 {
     let mut all: Vec<Vector3<f64>> = Vec::new();
     for (body, built) in model.bodies.iter().zip(&mechanism.bodies) {

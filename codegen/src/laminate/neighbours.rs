@@ -1,4 +1,4 @@
-//! What a drawing is warned of: plates of different bodies in one place, hinge lines far from the
+//! Warnings about a drawing: plates of different bodies that overlap, and hinge lines far from the
 //! plates they join.
 
 use std::collections::BTreeMap;
@@ -13,16 +13,17 @@ use crate::arithmetic::{exp2, hypot, log2};
 use crate::source::codes;
 use crate::source::{BodyId, Diagnostic, Diagnostics, Plate, Shape, SourceModel};
 
-/// Over the diagonal of the smaller plate: overlaps that are less deep are the rounding of a
-/// drawing, such as that of a common edge in hundredths of a millimetre.
+/// Depth of an overlap, relative to the diagonal of the smaller plate, below which it is rounding
+/// of the drawing, such as that of a common edge in hundredths of a millimetre.
 const SHALLOW: f64 = 2e-3;
-/// Pairs of bodies that are reported.
+/// Largest number of pairs of bodies that are reported.
 const MOST_PAIRS: usize = 20;
-/// Over the mechanism's size: hinge lines are not that far from what they join.
+/// Distance of a hinge line from the plates it joins, relative to the mechanism's size, above which
+/// it is reported.
 const FAR: f64 = 0.05;
 
-/// Warns of plates of different bodies that overlap in one layer, and of far hinge lines; all
-/// plates are sound. `size` is the mechanism's, m.
+/// Warns of plates of different bodies that overlap in one layer, and of hinge lines far from their
+/// plates; all plates are valid. `size` is the mechanism's size, m.
 pub fn check(model: &SourceModel, size: f64, found: &mut Diagnostics) {
     let drawing = Drawing::new(model, size);
     drawing.overlaps(found);
@@ -40,17 +41,17 @@ struct Piece<'m> {
 
 struct Drawing<'m> {
     model: &'m SourceModel,
-    /// What lengths are multiplied by, a power of two.
+    /// Scale of lengths, a power of two.
     scale: f64,
-    /// Over the mechanism's size times the scale.
+    /// The mechanism's size times the scale.
     far: f64,
     pieces: Vec<Piece<'m>>,
 }
 
-/// What two bodies share in a layer.
+/// Overlap of two bodies in a layer.
 struct Overlap<'m> {
     layer: usize,
-    /// m^2, times the scale squared.
+    /// Area, m^2, times the scale squared.
     area: f64,
     plates: [&'m Plate; 2],
 }
@@ -72,7 +73,7 @@ impl<'m> Drawing<'m> {
         Self { model, scale, far: FAR * size * scale, pieces }
     }
 
-    /// Only neighbours along x are compared; bodies that are fixed are one.
+    /// Reports overlaps. Only neighbours along x are compared; fixed bodies count as one body.
     fn overlaps(&self, found: &mut Diagnostics) {
         let mut sorted: Vec<&Piece> = self.pieces.iter().collect();
         sorted.sort_by(|a, b| a.bounds.min().x.total_cmp(&b.bounds.min().x));
@@ -113,7 +114,9 @@ impl<'m> Drawing<'m> {
                 "`{first}` and `{second}` overlap by {square:.4} mm^2 in layer {layer}, counted \
                  from the bottom"
             );
-            let mut hint = "one sheet cannot be both: cut one of them back".to_owned();
+            let mut hint = "the material of a sheet can belong to one body only: cut one of the \
+                            plates back"
+                .to_owned();
             if more && index == last {
                 hint.push_str("; there may be more such pairs");
             }
@@ -126,7 +129,8 @@ impl<'m> Drawing<'m> {
         }
     }
 
-    /// A fixed body without outline may be anywhere; of a moving one without, nothing is known.
+    /// A fixed body without outline may be anywhere; the position of a moving body without outline
+    /// is not known.
     fn far_hinges(&self, found: &mut Diagnostics) {
         let mut of_body: Vec<Vec<&Piece>> = vec![Vec::new(); self.model.bodies.len()];
         self.pieces.iter().for_each(|piece| of_body[piece.body].push(piece));
@@ -163,14 +167,14 @@ impl<'m> Drawing<'m> {
                     joint.axis.span,
                     format!("the hinge line of `{name}` is {places}"),
                 )
-                .label("far from what it joins")
+                .label("far from the plates it joins")
                 .hint("are the points of its `axis` right, and their unit?"),
             );
         }
     }
 }
 
-/// The area two plates share, where it is more than the rounding of a drawing.
+/// Returns the common area of two plates, if it is more than the rounding of a drawing.
 fn shared(one: &Piece, other: &Piece) -> Option<f64> {
     let common = one.polygon.intersection(&other.polygon);
     let area = common.unsigned_area();
@@ -178,6 +182,6 @@ fn shared(one: &Piece, other: &Piece) -> Option<f64> {
         common.iter().flat_map(|part| std::iter::once(part.exterior()).chain(part.interiors()));
     let around: f64 = rings.map(|ring| Euclidean.length(ring)).sum();
     let diagonal = |piece: &Piece| hypot(piece.bounds.width(), piece.bounds.height());
-    // Of a strip, area over half the circumference is the width.
+    // For a strip, the area divided by half the circumference is the width.
     (2.0 * area > SHALLOW * diagonal(one).min(diagonal(other)) * around).then_some(area)
 }

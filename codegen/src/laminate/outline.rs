@@ -1,4 +1,4 @@
-//! Validity of plates: simple outlines, holes inside them, no two plates in one place.
+//! Validity of plates: simple outlines, holes inside them, no overlapping plates.
 
 use geo::algorithm::validation::{InvalidPolygon, RingRole};
 use geo::{
@@ -10,10 +10,10 @@ use crate::arithmetic::{exp2, hypot, log2};
 use crate::source::codes::{self, Code};
 use crate::source::{Diagnostic, Diagnostics, Plate, Span, Spanned};
 
-/// Areas below this fraction of the plate's are rounding.
+/// Areas below this fraction of the plate's area are rounding errors.
 const NEGLIGIBLE: f64 = 1e-9;
 
-/// The area that sound plates of all layers cover together, as plates that do not overlap.
+/// Returns the area that valid plates of all layers cover together, as plates that do not overlap.
 pub fn silhouette(layers: &[Vec<Plate>]) -> Vec<Plate> {
     let scale = layers.iter().map(|plates| scale(plates)).fold(f64::INFINITY, f64::min);
     let polygons: Vec<_> = layers.iter().flatten().map(|plate| polygon(plate, scale)).collect();
@@ -50,7 +50,7 @@ pub fn check(plates: &[Plate], found: &mut Diagnostics) {
         for (other, neighbour) in &sound[..i] {
             if let Some(area) = overlap(polygon, neighbour) {
                 let area = area / (scale * scale) * 1e6;
-                let line = "their mass counts twice where they overlap";
+                let line = "the overlapping area counts twice in the mass";
                 found.push(
                     Diagnostic::warning(
                         codes::OVERLAPPING_PLATES,
@@ -69,8 +69,8 @@ pub fn check(plates: &[Plate], found: &mut Diagnostics) {
     }
 }
 
-/// A power of two, which rounds nothing, that brings coordinates near 1: predicates of products
-/// of coordinates then neither overflow nor underflow.
+/// Returns a power of two that scales coordinates to about 1. It causes no rounding, and predicates
+/// with products of coordinates neither overflow nor underflow.
 fn scale(plates: &[Plate]) -> f64 {
     let vertices = plates.iter().flat_map(|plate| &plate.outline.value).flatten();
     let largest = vertices.fold(0.0_f64, |largest, x| largest.max(x.abs()));
@@ -91,7 +91,8 @@ fn ring(vertices: &[[f64; 2]], scale: f64) -> LineString<f64> {
     vertices.iter().map(|[x, y]| Coord { x: x * scale, y: y * scale }).collect()
 }
 
-/// An outline or hole that encloses nothing, or passes a point twice: no later check survives it.
+/// Reports an outline or hole that encloses no area or passes twice through a point, because later
+/// checks cannot handle it.
 fn degenerate_ring(plate: &Plate, polygon: &Polygon<f64>) -> Option<Diagnostic> {
     let lines = std::iter::once(&plate.outline).chain(&plate.holes);
     let rings = std::iter::once(polygon.exterior()).chain(polygon.interiors());
@@ -100,7 +101,7 @@ fn degenerate_ring(plate: &Plate, polygon: &Polygon<f64>) -> Option<Diagnostic> 
             return Some(at(line, codes::NOT_FINITE, "a vertex is not a finite number"));
         }
         let extent = ring.bounding_rect().map_or(0.0, |r| hypot(r.width(), r.height()));
-        // The hull, because the halves of a figure eight cancel.
+        // The convex hull is used, because the two halves of a figure eight would cancel.
         if ring.convex_hull().unsigned_area() <= 1e-14 * extent * extent {
             return Some(
                 at(line, codes::ZERO_AREA, "the outline encloses no area")
@@ -114,14 +115,14 @@ fn degenerate_ring(plate: &Plate, polygon: &Polygon<f64>) -> Option<Diagnostic> 
             let message = format!("the outline passes twice through ({x} mm, {y} mm)");
             return Some(
                 at(line, codes::SELF_CROSSING_OUTLINE, &message)
-                    .hint("the vertices go once around; draw parts that touch as two plates"),
+                    .hint("the vertices must go once around; draw parts that touch as two plates"),
             );
         }
     }
     None
 }
 
-/// What `geo` finds wrong with a plate, in the words of its drawing.
+/// Translates the validation errors of `geo` into diagnostics.
 fn invalidities(plate: &Plate, polygon: &Polygon<f64>) -> Vec<Diagnostic> {
     let line = |role: RingRole| match role {
         RingRole::Exterior => &plate.outline,
@@ -131,7 +132,8 @@ fn invalidities(plate: &Plate, polygon: &Polygon<f64>) -> Vec<Diagnostic> {
     for error in polygon.validation_errors() {
         errors.push(match error {
             InvalidPolygon::SelfIntersection(role) => {
-                let hint = "the vertices go once around, in order; look for two that are swapped";
+                let hint = "the vertices must go once around, in order; look for two that are \
+                            swapped";
                 match role {
                     RingRole::Exterior => {
                         at(line(role), codes::SELF_CROSSING_OUTLINE, "the outline crosses itself")
@@ -150,19 +152,19 @@ fn invalidities(plate: &Plate, polygon: &Polygon<f64>) -> Vec<Diagnostic> {
             }
             InvalidPolygon::IntersectingRingsOnAnArea(_, role) => {
                 at(line(role), codes::OVERLAPPING_HOLES, "the hole overlaps another one")
-                    .hint("draw both as one hole: what is cut twice would be subtracted twice")
+                    .hint("draw both as one hole: the common area would be subtracted twice")
             }
             InvalidPolygon::TooFewPointsInRing(role) => {
-                at(line(role), codes::SHORT_OUTLINE, "an outline needs three vertices")
+                at(line(role), codes::SHORT_OUTLINE, "an outline needs at least three vertices")
             }
             InvalidPolygon::NonFiniteCoord(role, _) => {
                 at(line(role), codes::NOT_FINITE, "a vertex is not a finite number")
             }
-            // A hole along an edge removes what it encloses like any other.
+            // A hole that touches an edge is allowed: it removes its area like any other hole.
             InvalidPolygon::IntersectingRingsOnALine(..) => continue,
         });
     }
-    // One mistake may be found by several rules; its first name is enough.
+    // One mistake may violate several rules; the first error is enough.
     errors.dedup_by_key(|error: &mut Diagnostic| error.span);
     errors
 }
@@ -172,7 +174,7 @@ fn at(line: &Spanned<Vec<[f64; 2]>>, code: Code, message: &str) -> Diagnostic {
     Diagnostic::error(code, span, message)
 }
 
-/// The area two sound plates share, where it is more than rounding.
+/// Returns the common area of two valid plates, if it is more than rounding.
 fn overlap(a: &Polygon<f64>, b: &Polygon<f64>) -> Option<f64> {
     let (Some(box_a), Some(box_b)) = (a.bounding_rect(), b.bounding_rect()) else { return None };
     if !box_a.intersects(&box_b) {

@@ -23,13 +23,13 @@ pub struct Layer<'a> {
     pub material: &'a str,
     /// Height of its lower face, m.
     pub bottom: f64,
-    /// m.
+    /// Thickness, m.
     pub thickness: f64,
-    /// kg/m^3.
+    /// Density, kg/m^3.
     pub density: f64,
 }
 
-/// The sheets of the layup, bottom (z = 0) to top.
+/// Returns the sheets of the layup, bottom (z = 0) to top.
 pub fn stack(model: &SourceModel) -> impl Iterator<Item = Layer<'_>> {
     model.layup.iter().scan(0.0, |top, material| {
         let material = &model.materials[*material];
@@ -41,7 +41,7 @@ pub fn stack(model: &SourceModel) -> impl Iterator<Item = Layer<'_>> {
     })
 }
 
-/// A body with its mass properties; what is wrong with its geometry or mass goes to `found`.
+/// Derives a body with its mass properties; errors of its geometry or mass go to `found`.
 pub fn body(model: &SourceModel, source: &crate::source::Body, found: &mut Diagnostics) -> Body {
     let before = found.0.len();
     let mut parts = Vec::new();
@@ -71,7 +71,7 @@ pub fn body(model: &SourceModel, source: &crate::source::Body, found: &mut Diagn
     let clean = !found.0[before..].iter().any(|d| d.severity == crate::source::Severity::Error);
     let sheets_are_physical =
         model.layup.iter().all(|material| check::is_physical(&model.materials[*material]));
-    // Mistakes above explain an impossible mass; it is judged only where they do not.
+    // An impossible mass is reported only if no mistake above explains it.
     let explained = !clean || (matches!(source.shape, Shape::Plates(_)) && !sheets_are_physical);
     if !source.fixed && !explained {
         check::moving_body(source, &mass_properties, found);
@@ -106,9 +106,9 @@ fn sheet(plate: &Plate, layer: &Layer<'_>) -> Sheet {
 
 /// Moments of a plane figure about a point near it.
 pub struct Moments {
-    /// The point, flat coordinates, m.
+    /// The point, in the flat state, m.
     pub origin: Vector2<f64>,
-    /// m^2.
+    /// Area, m^2.
     pub area: f64,
     /// Integral of (x, y) from the origin, m^3.
     pub first: Vector2<f64>,
@@ -138,10 +138,11 @@ pub fn area_moments(plates: &[Plate]) -> Moments {
     total
 }
 
-/// Moments of a plate: outline less holes, whatever their orientation.
+/// Returns the moments of a plate: outline minus holes, whatever their orientation.
 fn moments(plate: &Plate) -> Moments {
     let outline = &plate.outline.value;
-    // About the middle of the bounding box, or digits would cancel far from the drawing's origin.
+    // The moments are about the middle of the bounding box, because digits would cancel far from
+    // the drawing's origin.
     let low = outline.iter().fold([f64::INFINITY; 2], |a, b| [a[0].min(b[0]), a[1].min(b[1])]);
     let high = outline.iter().fold([f64::NEG_INFINITY; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])]);
     let origin = Vector2::new(low[0] + (high[0] - low[0]) / 2.0, low[1] + (high[1] - low[1]) / 2.0);
@@ -157,7 +158,7 @@ fn moments(plate: &Plate) -> Moments {
     total
 }
 
-/// Moments of the region inside a closed line.
+/// Returns the moments of the region inside a closed line.
 fn ring(vertices: &[[f64; 2]], origin: Vector2<f64>) -> Moments {
     let mut area = 0.0;
     let mut first = Vector2::zeros();
@@ -178,7 +179,7 @@ fn ring(vertices: &[[f64; 2]], origin: Vector2<f64>) -> Moments {
 }
 
 impl Moments {
-    /// The figure as a sheet of a layer.
+    /// Returns the mass properties of the figure as a sheet of a layer.
     fn extrude(&self, layer: &Layer<'_>) -> MassProperties {
         if self.area == 0.0 {
             return MassProperties::ZERO;

@@ -1,4 +1,4 @@
-//! Parameters: declared ones, and those that `tunable` makes of constants.
+//! Parameters: declared ones, and constants that `tunable` turns into parameters.
 
 use super::mechanism::{Mechanism, Parameter};
 use crate::source::{Expression, ParameterId, SourceModel, Tunable};
@@ -14,14 +14,14 @@ pub fn declared(model: &SourceModel) -> Vec<Parameter> {
 }
 
 /// Replaces the constants of every joint (moving body) that `tunable` names by parameters with
-/// these constants as defaults; what is an expression already stays as it is.
+/// these constants as defaults; values that are already expressions stay as they are.
 pub fn apply(model: &SourceModel, mechanism: &mut Mechanism) {
     let Mechanism { joints, bodies, parameters, .. } = mechanism;
     for tunable in &model.tunable {
         let (key, what, unit) = match tunable.value {
             Tunable::Stiffness => ("stiffness", "Stiffness of joint", "N m/rad"),
             Tunable::Damping => ("damping", "Damping of joint", "N m s/rad"),
-            Tunable::Rest => ("rest", "Relaxed angle of joint", "rad"),
+            Tunable::Rest => ("rest", "Rest angle of joint", "rad"),
             Tunable::Mass => ("mass", "Mass of body", "kg; its inertia scales with it"),
         };
         let mut make = |owner: &str, value: f64| {

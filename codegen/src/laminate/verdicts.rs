@@ -1,7 +1,7 @@
-//! What no hinge, no body and no air can be, at given values of the parameters.
+//! Checks of hinges, bodies and air for impossible values, at given values of the parameters.
 //!
-//! The same holds for constants, for parameters at their defaults, and for those that are set
-//! later. What depends on time, inputs or the motion is not judged.
+//! The same checks are used for constants, for the defaults of parameters and for parameters that
+//! are set later. Values that depend on time, inputs or the motion are not checked.
 
 use std::fmt;
 
@@ -9,20 +9,20 @@ use super::mechanism::{Joint, Mechanism};
 use crate::source::codes::{self, Code};
 use crate::source::{BodyId, Diagnostic, Expression, JointId, Severity, SourceModel, Span, Spring};
 
-/// What is wrong or odd about a law.
+/// An impossible or unusual value of a formula.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
     /// Error or warning.
     pub severity: Severity,
     code: Code,
     message: String,
-    /// Where parameters make it so: what they make it.
+    /// The value, if it depends on parameters.
     label: String,
     hint: Option<String>,
     law: Law,
 }
 
-/// Where a law stands in the model.
+/// Position of a formula in the model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Law {
     Stiffness(JointId),
@@ -47,7 +47,7 @@ impl fmt::Display for Verdict {
 }
 
 impl Verdict {
-    /// At its place in the file.
+    /// Converts it to a diagnostic with its position in the file.
     pub(super) fn diagnostic(self, model: &SourceModel) -> Diagnostic {
         let span = self.law.span(model);
         let found = Diagnostic::error(self.code, span, self.message).label(self.label);
@@ -80,7 +80,8 @@ impl Law {
     }
 }
 
-/// Everything that is wrong or odd at these values of the parameters (SI, in their order).
+/// Returns all impossible or unusual values for these values of the parameters (SI, in their
+/// order).
 pub fn verdicts(mechanism: &Mechanism, parameters: &[f64]) -> Vec<Verdict> {
     let mut judge = Judge { parameters, found: Vec::new() };
     for (index, joint) in mechanism.joints.iter().enumerate() {
@@ -92,7 +93,7 @@ pub fn verdicts(mechanism: &Mechanism, parameters: &[f64]) -> Vec<Verdict> {
         let law = Expression::Parameter(parameter);
         let is_none = |mass: f64| !(mass > 0.0 && mass.is_finite());
         judge.refuse(&law, Law::Mass(BodyId(index)), codes::NOT_POSITIVE, is_none, || {
-            let hint = "it must be more than zero, and finite".to_owned();
+            let hint = "it must be finite and greater than zero".to_owned();
             (format!("the mass of `{}` is not positive", body.name), Some(hint))
         });
     }
@@ -119,7 +120,7 @@ struct Judge<'p> {
 }
 
 impl Judge<'_> {
-    /// Stiffness, damping, rest angle and cubic stiffness of a joint.
+    /// Checks stiffness, damping, rest angle and cubic stiffness of a joint.
     fn coefficients(&mut self, id: JointId, joint: &Joint) {
         let name = &joint.name;
         for (what, law, place) in [
@@ -149,21 +150,23 @@ impl Judge<'_> {
             codes::NEGATIVE_STIFFNESS,
             |k| k < 0.0,
             || {
-                let message =
-                    format!("the stiffness of `{name}` is negative: it is pushed from its rest");
-                (message, Some("that is right for a bistable hinge only".to_owned()))
+                let message = format!(
+                    "the stiffness of `{name}` is negative: the spring pushes it away \
+                             from its rest angle"
+                );
+                (message, Some("this is correct only for a bistable hinge".to_owned()))
             },
         );
     }
 
-    /// Friction and the prescribed angle of a joint.
+    /// Checks friction and prescribed angle of a joint.
     fn friction_and_drive(&mut self, id: JointId, joint: &Joint) {
         let (name, parameters) = (&joint.name, self.parameters);
         if let Some(friction) = &joint.friction {
             let place = Law::Friction(id);
             self.refuse(&friction.torque, place, codes::NEGATIVE_FRICTION, is_negative, || {
                 let message = format!("the friction of `{name}` is negative or not finite");
-                (message, Some("it acts against the motion: give its magnitude".to_owned()))
+                (message, Some("friction acts against the motion: give its magnitude".to_owned()))
             });
         }
         if let Some(drive) = &joint.drive {
@@ -178,7 +181,7 @@ impl Judge<'_> {
         }
     }
 
-    /// Notes a law whose value is known and wrong; `say` gives the message and a hint.
+    /// Reports a formula whose value is known and wrong; `say` gives the message and a hint.
     fn refuse(
         &mut self,
         law: &Expression,
@@ -190,10 +193,10 @@ impl Judge<'_> {
         let Some(value) = law.at(self.parameters).filter(|value| is_wrong(*value)) else { return };
         let label = match law.constant() {
             Some(_) => String::new(),
-            None => format!("the parameters make it {value}"),
+            None => format!("with these parameters it is {value}"),
         };
         let (message, hint) = say();
-        // A negative stiffness may be meant.
+        // A negative stiffness may be intended.
         let severity = match code == codes::NEGATIVE_STIFFNESS {
             true => Severity::Warning,
             false => Severity::Error,

@@ -1,4 +1,4 @@
-//! A user's mistake: where it is, what is wrong, what would be right.
+//! Diagnostics: where a mistake in the source text is, what is wrong, and how to correct it.
 
 use super::codes::Code;
 use std::fmt;
@@ -6,18 +6,18 @@ use std::fmt;
 /// A half-open range of bytes in the source text.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Span {
-    /// First byte.
+    /// Index of the first byte.
     pub start: usize,
-    /// One past the last byte.
+    /// Index after the last byte.
     pub end: usize,
 }
 
-/// A value and where it was written.
+/// A value with its position in the source text.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spanned<T> {
     /// The value.
     pub value: T,
-    /// Where it stands in the source text.
+    /// Its position in the source text.
     pub span: Span,
 }
 
@@ -30,38 +30,38 @@ pub struct SourceFile {
     pub text: String,
 }
 
-/// Whether compilation can go on.
+/// Severity of a diagnostic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
     /// The mechanism cannot be compiled.
     Error,
-    /// It can, and the user should know.
+    /// The mechanism can be compiled, but it may contain a mistake.
     Warning,
-    /// Something was done that the user may like to know.
+    /// Information on what the compiler did.
     Note,
 }
 
-/// One finding about the source text.
+/// A message about the source text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
     /// Error, warning or note.
     pub severity: Severity,
     /// Stable identifier, such as `unknown-key`.
     pub code: Code,
-    /// One line: what is wrong.
+    /// Message of one line that says what is wrong.
     pub message: String,
-    /// Where; `None` for the file as a whole.
+    /// Position in the source text; `None` for the file as a whole.
     pub span: Option<Span>,
     /// Short text under the caret.
     pub label: String,
-    /// A second place that has to do with it, and its short text.
+    /// A second, related position with a short text.
     pub also: Option<(Span, String)>,
-    /// What would be right.
+    /// How to correct the mistake.
     pub hint: Option<String>,
 }
 
 impl Diagnostic {
-    /// An error at `span`.
+    /// Creates an error at `span`.
     pub fn error(code: Code, span: Span, message: impl Into<String>) -> Self {
         Self {
             severity: Severity::Error,
@@ -74,17 +74,17 @@ impl Diagnostic {
         }
     }
 
-    /// An error of the file as a whole.
+    /// Creates an error that concerns the file as a whole.
     pub fn whole_file(code: Code, message: impl Into<String>) -> Self {
         Self { span: None, ..Self::error(code, Span::default(), message) }
     }
 
-    /// A warning at `span`.
+    /// Creates a warning at `span`.
     pub fn warning(code: Code, span: Span, message: impl Into<String>) -> Self {
         Self { severity: Severity::Warning, ..Self::error(code, span, message) }
     }
 
-    /// A note at `span`.
+    /// Creates a note at `span`.
     pub fn note(code: Code, span: Span, message: impl Into<String>) -> Self {
         Self { severity: Severity::Note, ..Self::error(code, span, message) }
     }
@@ -95,30 +95,30 @@ impl Diagnostic {
         self
     }
 
-    /// Adds a second place that has to do with it.
+    /// Adds a second, related position.
     pub fn also(mut self, span: Span, label: impl Into<String>) -> Self {
         self.also = Some((span, label.into()));
         self
     }
 
-    /// Adds what would be right.
+    /// Adds a hint that says how to correct the mistake.
     pub fn hint(mut self, hint: impl Into<String>) -> Self {
         self.hint = Some(hint.into());
         self
     }
 }
 
-/// Everything found wrong with one source text, reported together.
+/// All diagnostics of one source text, reported together.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Diagnostics(pub Vec<Diagnostic>);
 
 impl Diagnostics {
-    /// Adds one finding.
+    /// Adds a diagnostic.
     pub fn push(&mut self, diagnostic: Diagnostic) {
         self.0.push(diagnostic);
     }
 
-    /// True when at least one finding is an error.
+    /// Returns true if at least one diagnostic is an error.
     pub fn has_errors(&self) -> bool {
         self.0.iter().any(|d| d.severity == Severity::Error)
     }

@@ -1,5 +1,5 @@
-//! Changes of a model that a command asks for: joints locked, forces released, loops cut,
-//! inputs given as functions of time.
+//! Changes of a model that a command makes: it locks joints, removes forces, chooses the joints at
+//! which loops are cut, and gives inputs as functions of time.
 
 use super::diagnostic::Spanned;
 use super::expression::Expression;
@@ -8,20 +8,20 @@ use super::ids::{JointId, ParameterId};
 use super::model::{SourceModel, Spring, Tunable};
 use super::names::alternatives;
 
-/// A change that the model does not admit.
+/// Error of a change that is not possible in this model.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum EditError {
-    /// No such name in the model.
+    /// The model has no entry with this name.
     #[error("there is no {what} `{name}`: {hint}")]
-    #[allow(missing_docs, reason = "the message says it all")]
+    #[allow(missing_docs, reason = "the message explains the fields")]
     Unknown { what: &'static str, name: String, hint: String },
-    /// Not an expression of t and the parameters.
+    /// The text is not an expression of t and the parameters.
     #[error("`{text}`: {reason}")]
-    #[allow(missing_docs, reason = "the message says it all")]
+    #[allow(missing_docs, reason = "the message explains the fields")]
     Expression { text: String, reason: String },
 }
 
-/// What an input may depend on, besides t: parameters.
+/// Scope of an input's expression, which may depend on t and parameters.
 struct Parameters<'m>(&'m SourceModel);
 
 impl Scope for Parameters<'_> {
@@ -43,15 +43,18 @@ impl Scope for Parameters<'_> {
     }
 
     fn motion_refused(&self) -> Option<&'static str> {
-        Some("an input is given from outside: it may depend on t and parameters, not on q or u")
+        Some(
+            "an input is independent of the motion: it may depend on t and parameters, not on q \
+              or u",
+        )
     }
 }
 
 impl SourceModel {
-    /// Holds a joint at an angle (rad): it is driven there, whatever drove it before.
+    /// Holds a joint at an angle (rad): this angle replaces the joint's `drive`.
     ///
     /// # Errors
-    /// When there is no joint of this name.
+    /// Returns an error if no joint has this name.
     pub fn lock(&mut self, joint: &str, angle: f64) -> Result<(), EditError> {
         let joint = self.joint(joint)?;
         let entry = &mut self.joints[joint.index()];
@@ -60,11 +63,10 @@ impl SourceModel {
         Ok(())
     }
 
-    /// Lets a joint close a loop: another choice of the tree costs other operations, and moves the
-    /// same.
+    /// Cuts a loop at this joint. The choice changes the number of operations, but not the motion.
     ///
     /// # Errors
-    /// When there is no joint of this name.
+    /// Returns an error if no joint has this name.
     pub fn cut(&mut self, joint: &str) -> Result<(), EditError> {
         let joint = self.joint(joint)?;
         if !self.cuts.contains(&joint) {
@@ -84,17 +86,17 @@ impl SourceModel {
         }
     }
 
-    /// Makes constants of every joint (body) parameters, as `tunable` in the file does.
+    /// Turns constants of every joint (body) into parameters, as `tunable` in the file does.
     pub fn tune(&mut self, kind: Tunable) {
         if self.tunable.iter().all(|known| known.value != kind) {
             self.tunable.push(Spanned { value: kind, span: self.name.span });
         }
     }
 
-    /// Takes away a force, or what drives a joint: its `torque` and its `drive`.
+    /// Removes a force, or the `torque` and the `drive` of a joint.
     ///
     /// # Errors
-    /// When there is neither a force nor a joint of this name.
+    /// Returns an error if neither a force nor a joint has this name.
     pub fn release(&mut self, name: &str) -> Result<(), EditError> {
         if let Some(index) = self.forces.iter().position(|force| force.name.value == name) {
             self.forces.remove(index);
@@ -112,10 +114,10 @@ impl SourceModel {
         Err(EditError::Unknown { what: "force or joint", name: name.to_owned(), hint })
     }
 
-    /// Gives an input the value of an expression of t and the parameters wherever it is used.
+    /// Replaces an input by an expression of t and the parameters.
     ///
     /// # Errors
-    /// When there is no input of this name, or the expression cannot be read.
+    /// Returns an error if no input has this name or the expression cannot be read.
     pub fn prescribe(&mut self, input: &str, text: &str) -> Result<(), EditError> {
         let Some(id) = self.input(input) else {
             let names: Vec<&str> = self.inputs.iter().map(|input| input.value.as_str()).collect();
@@ -136,7 +138,7 @@ impl SourceModel {
         Ok(())
     }
 
-    /// Every expression.
+    /// Visits every expression of the model.
     fn expressions_mut(&mut self) -> impl Iterator<Item = &mut Expression> {
         let joints = self.joints.iter_mut().flat_map(|joint| {
             let stiffness = match &mut joint.spring {

@@ -25,15 +25,15 @@ pub enum Expression {
     Unary(Unary, Box<Expression>),
     /// A power, or a function of two arguments.
     Binary(Binary, Box<Expression>, Box<Expression>),
-    /// What stands first, then operations on it one after the other: `a - b + c`. Either sums and
-    /// differences or products and quotients. However long, it is one node: later stages walk
-    /// trees recursively.
+    /// A first operand, then the operations on it in order: `a - b + c`. A chain holds either sums
+    /// and differences or products and quotients. It is one node whatever its length, because later
+    /// stages walk trees recursively.
     Chain(Box<Expression>, Vec<(Operator, Expression)>),
 }
 
 /// Functions of one argument.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[allow(missing_docs, reason = "each is the function of its name")]
+#[allow(missing_docs, reason = "the names of the variants say what they are")]
 pub enum Unary {
     Neg,
     Sin,
@@ -56,7 +56,7 @@ pub enum Unary {
 
 /// Powers and functions of two arguments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[allow(missing_docs, reason = "each is the function of its name")]
+#[allow(missing_docs, reason = "the names of the variants say what they are")]
 pub enum Binary {
     Pow,
     Atan2,
@@ -66,7 +66,7 @@ pub enum Binary {
 
 /// The operators of chains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[allow(missing_docs, reason = "each is the operation of its name")]
+#[allow(missing_docs, reason = "the names of the variants say what they are")]
 pub enum Operator {
     Add,
     Sub,
@@ -78,7 +78,7 @@ impl Expression {
     /// The expression `0`.
     pub const ZERO: Self = Self::Number(0.0);
 
-    /// The number, when the expression is one.
+    /// Returns the number if the expression is a number.
     pub fn as_number(&self) -> Option<f64> {
         match self {
             Self::Number(number) => Some(*number),
@@ -86,7 +86,7 @@ impl Expression {
         }
     }
 
-    /// The value, `of` giving those of its leaves: all that is neither a number nor a function.
+    /// Evaluates the expression. `of` gives the values of the leaves that are not numbers.
     pub fn evaluate(&self, of: &impl Fn(&Self) -> f64) -> f64 {
         match self {
             Self::Number(number) => *number,
@@ -99,7 +99,7 @@ impl Expression {
         }
     }
 
-    /// Whether a leaf stands in it.
+    /// Returns whether the expression contains this leaf.
     pub fn contains(&self, leaf: &Self) -> bool {
         match self {
             Self::Unary(_, x) => x.contains(leaf),
@@ -111,7 +111,7 @@ impl Expression {
         }
     }
 
-    /// Puts `new` wherever `old` stands.
+    /// Replaces every `old` by `new`.
     pub(super) fn replace(&mut self, old: &Self, new: &Self) {
         if self == old {
             *self = new.clone();
@@ -131,12 +131,12 @@ impl Expression {
         }
     }
 
-    /// The value of an expression that depends on nothing: `2*pi`. Not finite for `1/0`.
+    /// Returns the value of a constant expression, such as `2*pi`. It is not finite for `1/0`.
     pub fn constant(&self) -> Option<f64> {
         self.at(&[])
     }
 
-    /// The value of an expression that depends on these parameters only, in their order.
+    /// Returns the value of an expression that depends on parameters only, given in their order.
     pub fn at(&self, parameters: &[f64]) -> Option<f64> {
         Some(match self {
             Self::Number(number) => *number,
@@ -154,7 +154,7 @@ impl Expression {
 }
 
 impl Unary {
-    /// Its value.
+    /// Evaluates the function.
     pub fn apply(self, x: f64) -> f64 {
         match self {
             Self::Neg => -x,
@@ -176,7 +176,7 @@ impl Unary {
 }
 
 impl Binary {
-    /// Its value.
+    /// Evaluates the function.
     pub fn apply(self, x: f64, y: f64) -> f64 {
         match self {
             Self::Pow => arithmetic::pow(x, y),
@@ -188,7 +188,7 @@ impl Binary {
 }
 
 impl Operator {
-    /// Its value.
+    /// Evaluates the function.
     pub fn apply(self, x: f64, y: f64) -> f64 {
         match self {
             Self::Add => x + y,

@@ -1,5 +1,5 @@
-//! The keys of one mapping, read by its table: unknown ones are errors, and so are missing ones that
-//! are required.
+//! The keys of one mapping, read according to its table: unknown keys and missing required keys are
+//! errors.
 
 use super::codes;
 use super::diagnostic::{Diagnostic, Diagnostics, Span};
@@ -7,19 +7,19 @@ use super::names::{alternatives, quote_list};
 use super::schema::{Mapping, Presence, Value};
 use super::yaml::{Content, Entry, Node};
 
-/// A mapping of the file, beside the table of its keys.
+/// A mapping of the file, with the table of its keys.
 pub(super) struct Fields<'n> {
     entries: &'n [Entry],
     table: &'static Mapping,
-    /// Where a missing key is reported.
+    /// Position at which a missing key is reported.
     at: Span,
-    /// What it describes, such as "joint `j0`".
+    /// What the mapping describes, such as "joint `j0`".
     owner: String,
 }
 
 impl<'n> Fields<'n> {
-    /// Checks that `node` is a mapping with no keys but those of the table. `at` is where to report
-    /// what is missing in `owner`.
+    /// Checks that `node` is a mapping with keys of the table only. Keys that `owner` lacks are
+    /// reported at `at`.
     pub fn new(
         node: &'n Node,
         at: Span,
@@ -63,18 +63,18 @@ impl<'n> Fields<'n> {
         Some(Self { entries, table, at, owner })
     }
 
-    /// Where a missing key is reported.
+    /// Position at which a missing key is reported.
     pub fn at(&self) -> Span {
         self.at
     }
 
-    /// What the value of `key` may be.
+    /// Returns what the value of `key` may be.
     pub fn expected(&self, key: &str) -> &'static Value {
         debug_assert!(self.table.key(key).is_some(), "{} has no `{key}`", self.table.name);
         self.table.key(key).map_or(&Value::Parameter, |key| &key.value)
     }
 
-    /// The value of `key`; that it is missing is reported where the table requires it. Keys without
+    /// Returns the value of `key`. A missing key is reported if the table requires it. Keys without
     /// value (reported already) count as absent.
     pub fn read(&self, key: &str, diagnostics: &mut Diagnostics) -> Option<&'n Node> {
         match self.table.key(key).map(|key| key.presence) {
@@ -83,17 +83,17 @@ impl<'n> Fields<'n> {
         }
     }
 
-    /// The value of `key`. Keys without value (reported already) count as absent.
+    /// Returns the value of `key`. Keys without value (reported already) count as absent.
     pub fn get(&self, key: &str) -> Option<&'n Node> {
         self.entry(key).map(|entry| &entry.value)
     }
 
-    /// Key and value.
+    /// Returns the key with its value.
     pub fn entry(&self, key: &str) -> Option<&'n Entry> {
         self.entries.iter().find(|entry| entry.key.value == key && !entry.value.is_null())
     }
 
-    /// The value of a key that must be there, because of the table or of another key.
+    /// Returns the value of a key that is required by the table or by another key.
     pub fn require(&self, key: &str, diagnostics: &mut Diagnostics) -> Option<&'n Node> {
         debug_assert!(
             self.table.key(key).is_some_and(|key| key.presence.may_be_required()),
@@ -115,7 +115,8 @@ impl<'n> Fields<'n> {
     }
 }
 
-/// The entries of a mapping with free keys, such as `bodies`; none when `node` is absent.
+/// Returns the entries of a mapping from names to values, such as `bodies`; no entries if `node` is
+/// absent.
 pub(super) fn entries<'n>(
     node: Option<&'n Node>,
     what: &str,
@@ -128,7 +129,7 @@ pub(super) fn entries<'n>(
             let error = Diagnostic::error(
                 codes::WRONG_TYPE,
                 node.span,
-                format!("{what} by name: a mapping"),
+                format!("expected a mapping from names to {what}"),
             );
             diagnostics.push(
                 error
@@ -140,7 +141,7 @@ pub(super) fn entries<'n>(
     }
 }
 
-/// The items of a list.
+/// Returns the items of a list.
 pub(super) fn items<'n>(
     node: &'n Node,
     what: &str,
@@ -154,7 +155,7 @@ pub(super) fn items<'n>(
     None
 }
 
-/// The items of a list of known length.
+/// Returns the items of a list of known length.
 pub(super) fn array<'n, const K: usize>(
     node: &'n Node,
     what: &str,

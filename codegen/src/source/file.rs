@@ -10,36 +10,36 @@ use super::diagnostic::SourceFile;
 /// Largest source text, bytes: 16 MiB. The largest published design has 23 kB.
 pub const MAX_FILE_BYTES: usize = 16 << 20;
 
-/// Standard input's name in diagnostics.
+/// Name of standard input in diagnostics.
 const STDIN: &str = "<stdin>";
 
 /// Why a source file could not be read.
 #[derive(Debug, Error)]
 pub enum ReadError {
-    /// The operating system refused.
+    /// The operating system reported an error.
     #[error("cannot read {path}: {source}")]
     Io {
-        /// Path as given.
+        /// Path as the user gave it.
         path: String,
-        /// Its reason.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// Longer than [`MAX_FILE_BYTES`].
-    #[error("{path} is larger than {} MiB, the most lamc reads", MAX_FILE_BYTES >> 20)]
+    /// The file is longer than [`MAX_FILE_BYTES`].
+    #[error("{path} is larger than {} MiB, the largest size that lamc reads", MAX_FILE_BYTES >> 20)]
     TooLarge {
-        /// Path as given.
+        /// Path as the user gave it.
         path: String,
     },
-    /// Not text.
+    /// The file is not UTF-8 text.
     #[error("{path}:{line}:{column}: not UTF-8 text (byte 0x{byte:02x}); save the file as UTF-8")]
     NotUtf8 {
-        /// Path as given.
+        /// Path as the user gave it.
         path: String,
-        /// Line of the first bad byte, from 1.
+        /// Line of the first invalid byte, counted from 1.
         line: usize,
-        /// Its column in characters, from 1.
+        /// Column of that byte in characters, counted from 1.
         column: usize,
-        /// The byte.
+        /// The invalid byte.
         byte: u8,
     },
 }
@@ -64,18 +64,18 @@ impl SourceFile {
         Ok(Self { path: name.into(), text })
     }
 
-    /// The file's name without folders; `<stdin>` for standard input.
+    /// Returns the name of the file without folders; `<stdin>` for standard input.
     pub fn name(&self) -> &str {
         self.path.rsplit(['/', '\\']).next().unwrap_or_default()
     }
 
-    /// An identifier made of the stem: `designs/4th_Design.cad.joints` -> `m4th_Design`.
+    /// Returns an identifier made from the file's stem: `designs/4th_Design.cad.joints` ->
+    /// `m4th_Design`.
     pub fn module_name(&self) -> String {
         super::names::identifier_from(self.stem())
     }
 
-    /// The file's stem without the endings that say what kind of file it is:
-    /// `designs/4th_Design.cad.joints` -> `4th_Design`.
+    /// Returns the file's stem without extensions: `designs/4th_Design.cad.joints` -> `4th_Design`.
     pub fn stem(&self) -> &str {
         if self.path == STDIN {
             return "model";

@@ -7,7 +7,7 @@ macro_rules! index {
         pub struct $name(pub usize);
 
         impl $name {
-            /// The position in the list it indexes.
+            /// Returns the position in the list that it indexes.
             pub fn index(self) -> usize {
                 self.0
             }
@@ -25,7 +25,7 @@ index!(
     JointId
 );
 index!(
-    /// A parameter: declared ones in file order, then those made by `tunable`.
+    /// A parameter: the declared parameters in file order, then those made by `tunable`.
     ParameterId
 );
 index!(

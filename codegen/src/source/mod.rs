@@ -1,7 +1,7 @@
 //! Stage 1: text -> [`SourceModel`], with spans and diagnostics.
 //!
-//! [`parse`] reads our schema and the files of popupCAD / foldable_robotics, told apart by their
-//! tag; [`to_yaml`] writes any model in our schema.
+//! [`parse`] reads our schema and the files of popupCAD / foldable_robotics, which it distinguishes
+//! by their tag; [`to_yaml`] writes any model in our schema.
 //!
 //! ```text
 //! text -> yaml (nodes with spans) -> lower    (our schema)  -> SourceModel
@@ -10,6 +10,7 @@
 
 use std::collections::BTreeSet;
 
+mod argument;
 pub mod codes;
 pub mod diagnostic;
 mod edit;
@@ -17,7 +18,6 @@ pub mod expression;
 mod fields;
 mod file;
 mod formula;
-mod given;
 pub mod ids;
 mod lower;
 mod model;
@@ -34,12 +34,14 @@ mod uses;
 mod write;
 mod yaml;
 
+pub use argument::{
+    AngleUnit, beyond_a_turn, has_no_unit, read_angle, read_as, read_in, read_quantity,
+};
 pub use codes::Code;
 pub use diagnostic::{Diagnostic, Diagnostics, Severity, SourceFile, Span, Spanned};
 pub use edit::EditError;
 pub use expression::{Binary, Expression, Operator, Unary};
 pub use file::{MAX_FILE_BYTES, ReadError};
-pub use given::{AngleUnit, beyond_a_turn, is_bare, read_angle, read_as, read_in, read_quantity};
 pub use ids::{BodyId, InputId, JointId, ParameterId, PointId};
 pub use model::*;
 pub use names::{closest as closest_name, is_identifier, is_keyword};
@@ -51,7 +53,7 @@ pub use write::to_yaml;
 use popupcad::Origin;
 use yaml::{Content, Node};
 
-/// Reads a model. All errors found are reported together; with a model come its warnings.
+/// Reads a model. All errors are reported together; a model is returned with its warnings.
 pub fn parse(file: &SourceFile) -> Result<(SourceModel, Diagnostics), Diagnostics> {
     let (root, mut diagnostics) = yaml::parse(&file.text)?;
     let (model, found) = match popupcad::origin(&root) {
@@ -69,16 +71,19 @@ pub fn parse(file: &SourceFile) -> Result<(SourceModel, Diagnostics), Diagnostic
         Origin::Unknown => return Err(popupcad::no_model(popupcad::beginning(&root)).into()),
     };
     diagnostics.extend(found.0);
-    // What aliases repeat is wrong once.
-    let mut said = BTreeSet::new();
-    diagnostics.0.retain(|found| said.insert((found.code.name, found.span, found.message.clone())));
+    // A mistake in a value that aliases repeat is reported once.
+    let mut reported = BTreeSet::new();
+    diagnostics
+        .0
+        .retain(|found| reported.insert((found.code.name, found.span, found.message.clone())));
     match model {
         Some(model) if !diagnostics.has_errors() => Ok((model, diagnostics)),
         _ => Err(diagnostics),
     }
 }
 
-/// Refuses tags, which our schema does not have. Those of YAML's own types change nothing and are allowed.
+/// Reports tags, which our schema does not have. The tags of YAML's own types change nothing and
+/// are allowed.
 fn refuse_tags(node: &Node, diagnostics: &mut Diagnostics) {
     const CORE: &str = "tag:yaml.org,2002:";
     const TYPES: &[&str] = &["str", "int", "float", "bool", "seq", "map"];

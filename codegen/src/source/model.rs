@@ -1,22 +1,23 @@
-//! The model as written: names resolved, quantities in SI and radians, nothing derived yet.
+//! The model as written in the file, with names resolved and quantities in SI and radians. Nothing
+//! is derived yet.
 
+use super::argument::AngleUnit;
 use super::diagnostic::{Span, Spanned};
 use super::expression::Expression;
-use super::given::AngleUnit;
 use super::ids::{BodyId, InputId, JointId, PointId};
 use super::polynomial::Polynomial;
 use super::units::{ANGLE, DAMPING, Dimension, MASS, STIFFNESS};
 
-/// Most hinges a model is compiled with, unless it is asked for: derived equations, their matrices
-/// and the time all this takes grow as the square of the number.
+/// Default limit of the number of hinges: the size of the equations and the time to derive them
+/// grow as the square of this number.
 pub const MAX_HINGES: usize = 2000;
 
-/// A mechanism as its file describes it. All numbers SI (m, kg, s, rad).
+/// A mechanism as its file describes it. All numbers are in SI units (m, kg, s, rad).
 #[derive(Clone, Debug)]
 pub struct SourceModel {
     /// The model's name: an identifier.
     pub name: Spanned<String>,
-    /// What bare angles are in, also on a command line.
+    /// Unit of angles that are written without a unit, also on a command line.
     pub angle: AngleUnit,
     /// Gravity in the base frame, m/s^2.
     pub gravity: [Expression; 3],
@@ -34,23 +35,23 @@ pub struct SourceModel {
     pub inputs: Vec<Spanned<String>>,
     /// Constants of every joint (body) that become parameters.
     pub tunable: Vec<Spanned<Tunable>>,
-    /// Rough guess of the coordinates, rad: those given.
+    /// Guess of the initial coordinates, rad, for the joints under `initial`.
     pub initial_q: Vec<(JointId, f64)>,
-    /// Initial speeds, rad/s: those given.
+    /// Guess of the initial speeds, rad/s, for the joints under `initial`.
     pub initial_u: Vec<(JointId, f64)>,
     /// Output points.
     pub points: Vec<Point>,
     /// Forces at points.
     pub forces: Vec<Force>,
-    /// Joints that are to close loops; where they leave it open, a breadth-first walk chooses.
+    /// Joints at which loops are cut. For other loops a breadth-first search chooses the joint.
     pub cuts: Vec<JointId>,
     /// Hinge models by name.
     pub hinge_models: Vec<HingeModel>,
-    /// The air that plates are dragged through.
+    /// The air, which resists moving plates.
     pub air: Option<Air>,
-    /// With more joints it is not compiled: [`MAX_HINGES`], or what the user asked for.
+    /// Limit of the number of joints: [`MAX_HINGES`], or the user's choice.
     pub max_hinges: usize,
-    /// How far each coordinate of a hinge line may be from where it is meant, m.
+    /// Largest rounding error of each coordinate of a hinge line, m.
     pub tolerance: f64,
 }
 
@@ -59,20 +60,20 @@ pub struct SourceModel {
 pub struct HingeModel {
     /// Its name.
     pub name: Spanned<String>,
-    /// k, N m/rad.
+    /// Stiffness k, N m/rad.
     pub stiffness: Polynomial,
-    /// b, N m s/rad.
+    /// Damping b, N m s/rad.
     pub damping: Polynomial,
     /// Length (m), width (m) and area (m^2) of the hinges that were measured.
     pub specimens: Vec<[f64; 3]>,
 }
 
-/// Air, which resists plates.
+/// Air, which resists moving plates.
 #[derive(Clone, Debug)]
 pub struct Air {
-    /// kg/m^3.
+    /// Density, kg/m^3.
     pub density: Spanned<Expression>,
-    /// Drag coefficient of a plate square to the flow.
+    /// Drag coefficient of a plate that is perpendicular to the flow.
     pub drag: Spanned<Expression>,
 }
 
@@ -96,28 +97,28 @@ pub struct Material {
 pub struct Body {
     /// Its name.
     pub name: Spanned<String>,
-    /// Part of the ground.
+    /// Whether the body is part of the ground.
     pub fixed: bool,
-    /// Where its mass comes from.
+    /// Source of its mass properties.
     pub shape: Shape,
     /// Point masses fixed to it.
     pub point_masses: Vec<PointMass>,
-    /// The body's whole entry.
+    /// Position of the body's entry in the file.
     pub span: Span,
 }
 
-/// Where a body's mass properties come from.
+/// Source of a body's mass properties.
 #[derive(Clone, Debug)]
 pub enum Shape {
-    /// Nothing given (a fixed body, or point masses only).
+    /// No shape: a fixed body, or point masses only.
     None,
     /// One list of plates per layer of the layup, bottom to top (`outline` fills every layer).
     Plates(Vec<Vec<Plate>>),
-    /// Given outright.
+    /// Mass, centre of mass and inertia are given.
     Rigid {
-        /// kg.
+        /// Mass, kg.
         mass: Spanned<f64>,
-        /// Centre of mass, flat coordinates, m.
+        /// Centre of mass in the flat state, m.
         com: Spanned<[f64; 3]>,
         /// Inertia about the centre of mass, axes of the flat state, kg m^2.
         inertia: Spanned<[[f64; 3]; 3]>,
@@ -129,16 +130,16 @@ pub enum Shape {
 pub struct Plate {
     /// Vertices, m; the last is joined to the first; either orientation.
     pub outline: Spanned<Vec<[f64; 2]>>,
-    /// Holes, as the outline.
+    /// Holes, in the same form as the outline.
     pub holes: Vec<Spanned<Vec<[f64; 2]>>>,
 }
 
 /// A mass without extent.
 #[derive(Clone, Debug)]
 pub struct PointMass {
-    /// kg.
+    /// Mass, kg.
     pub mass: Spanned<f64>,
-    /// Flat coordinates, m.
+    /// Position in the flat state, m.
     pub at: [f64; 3],
 }
 
@@ -149,13 +150,13 @@ pub struct Joint {
     pub name: Spanned<String>,
     /// q turns `bodies[1]` relative to `bodies[0]`.
     pub bodies: [Spanned<BodyId>; 2],
-    /// Two points of the hinge line, flat coordinates, m.
+    /// Two points of the hinge line in the flat state, m.
     pub axis: Spanned<[[f64; 2]; 2]>,
     /// Height of the hinge line, m.
     pub z: f64,
-    /// Spring.
+    /// The linear spring.
     pub spring: Spring,
-    /// N m s/rad.
+    /// Damping, N m s/rad.
     pub damping: Spanned<Expression>,
     /// Angle at which the spring is relaxed, rad.
     pub rest: Spanned<Expression>,
@@ -169,14 +170,14 @@ pub struct Joint {
     pub torque: Spanned<Expression>,
     /// Prescribed angle, rad: a function of t, parameters and inputs.
     pub drive: Option<Spanned<Expression>>,
-    /// The joint's whole entry.
+    /// Position of the joint's entry in the file.
     pub span: Span,
 }
 
-/// Where a hinge's stiffness comes from.
+/// Source of a hinge's stiffness.
 #[derive(Clone, Debug)]
 pub enum Spring {
-    /// N m/rad.
+    /// Stiffness, N m/rad.
     Stiffness(Spanned<Expression>),
     /// A strip in bending: k = E I / L, I = w t^3 / 12.
     Beam {
@@ -186,7 +187,7 @@ pub enum Spring {
         length: Spanned<f64>,
         /// Width w along the hinge line, m.
         width: Spanned<f64>,
-        /// What is cut out of the width, m.
+        /// Total length that is cut out of the width, m.
         gaps: Option<Spanned<f64>>,
     },
     /// The polynomials of DETC2018-86359, which give the damping too.
@@ -195,11 +196,11 @@ pub enum Spring {
         length: Spanned<f64>,
         /// Hinge width w, m.
         width: Spanned<f64>,
-        /// Area a of the body that swings, m^2; without it the air's damping is left out.
+        /// Area a of the body that swings, m^2; without it the damping by the air is left out.
         area: Option<Spanned<f64>>,
-        /// With the coefficients as printed, not as corrected.
+        /// Whether the coefficients are used as printed, not as corrected.
         printed: bool,
-        /// The entry.
+        /// Position of the entry in the file.
         span: Span,
     },
     /// One of `hinge_models`, which gives the damping too.
@@ -210,9 +211,9 @@ pub enum Spring {
         length: Spanned<f64>,
         /// Hinge width w, m.
         width: Spanned<f64>,
-        /// Area a of the body that swings, m^2; without it the air's damping is left out.
+        /// Area a of the body that swings, m^2; without it the damping by the air is left out.
         area: Option<Spanned<f64>>,
-        /// The entry.
+        /// Position of the entry in the file.
         span: Span,
     },
 }
@@ -220,7 +221,7 @@ pub enum Spring {
 /// Coulomb's friction, smoothed: torque tanh(u / speed) against the motion.
 #[derive(Clone, Debug)]
 pub struct Friction {
-    /// N m.
+    /// Torque, N m.
     pub torque: Spanned<Expression>,
     /// Speed at which 76 % of the torque acts, rad/s.
     pub speed: Spanned<f64>,
@@ -233,11 +234,11 @@ pub struct Parameter {
     pub name: Spanned<String>,
     /// Default value, SI.
     pub value: f64,
-    /// What it measures, where it was written with a unit.
+    /// Its dimension, if it was written with a unit.
     pub dimension: Option<Dimension>,
 }
 
-/// What `tunable` turns into parameters.
+/// A kind of constant that `tunable` turns into parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Tunable {
     /// `stiffness_<joint>`.
@@ -246,7 +247,7 @@ pub enum Tunable {
     Damping,
     /// `rest_<joint>`.
     Rest,
-    /// `mass_<body>`; inertia scales with it (same shape, other density).
+    /// `mass_<body>`; the inertia scales with it (same shape, different density).
     Mass,
 }
 
@@ -257,7 +258,7 @@ pub struct Point {
     pub name: Spanned<String>,
     /// The body it is fixed to.
     pub body: BodyId,
-    /// Flat coordinates, m.
+    /// Position in the flat state, m.
     pub at: [f64; 3],
 }
 
@@ -266,24 +267,24 @@ pub struct Point {
 pub struct Force {
     /// Its name.
     pub name: Spanned<String>,
-    /// Where it acts.
+    /// The point at which it acts.
     pub point: PointId,
     /// Components in the base frame, N.
     pub force: [Expression; 3],
 }
 
 impl SourceModel {
-    /// The input with this name.
+    /// Returns the input with this name.
     pub fn input(&self, name: &str) -> Option<InputId> {
         self.inputs.iter().position(|input| input.value == name).map(InputId)
     }
 }
 
 impl Tunable {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Self; 4] = [Self::Stiffness, Self::Damping, Self::Rest, Self::Mass];
 
-    /// Its name in the file.
+    /// Returns its name in the file.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Stiffness => "stiffness",
@@ -293,7 +294,7 @@ impl Tunable {
         }
     }
 
-    /// What its parameters measure.
+    /// Returns the dimension of its parameters.
     pub fn dimension(self) -> Dimension {
         match self {
             Self::Stiffness => STIFFNESS.dimension,
@@ -303,7 +304,7 @@ impl Tunable {
         }
     }
 
-    /// The parameter it makes of a joint's (body's) constant.
+    /// Returns the name of the parameter for a joint (body).
     pub fn parameter_name(self, owner: &str) -> String {
         format!("{}_{owner}", self.name())
     }

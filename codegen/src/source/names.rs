@@ -1,4 +1,4 @@
-//! Names: what may be one, and what was meant by one that is not known.
+//! Names: which names are valid, and suggestions for unknown names.
 //!
 //! Names end up in Rust, in a C99 header that C++ may include, and in Python scripts around both.
 
@@ -38,26 +38,26 @@ const PYTHON_KEYWORDS: &[&str] = &[
     "in", "is", "lambda", "nonlocal", "not", "or", "pass", "raise", "return", "try", "while",
     "with", "yield",
 ];
-/// What expressions call time, coordinates, speeds and the number.
+/// Names with a fixed meaning in expressions: time, coordinates, speeds and pi.
 const EXPRESSION_NAMES: &[&str] = &["pi", "q", "t", "u"];
 
-/// Each list of identifiers that cannot be used, and why.
+/// Identifiers that cannot be used, with the reason.
 const RESERVED: [(&[&str], &str); 7] = [
     (RUST_KEYWORDS, "a keyword of Rust"),
     (C_KEYWORDS, "a keyword of C"),
     (CPP_KEYWORDS, "a keyword of C++, which may include the C header"),
     (PYTHON_KEYWORDS, "a keyword of Python"),
-    (EXPRESSION_NAMES, "a name of its own in expressions"),
-    (&["null", "NULL"], "YAML's and C's word for nothing"),
-    (&["_"], "no identifier in Rust"),
+    (EXPRESSION_NAMES, "a name with a fixed meaning in expressions"),
+    (&["null", "NULL"], "the null value of YAML and C"),
+    (&["_"], "not an identifier in Rust"),
 ];
 
-/// Why an identifier cannot be used, when it cannot.
+/// Returns why an identifier cannot be used; `None` if it can.
 fn reserved(name: &str) -> Option<&'static str> {
     RESERVED.iter().find(|(list, _)| list.contains(&name)).map(|(_, reason)| *reason)
 }
 
-/// The identifiers that cannot be names of this kind.
+/// Returns the identifiers that cannot be names of this kind.
 pub fn reserved_names(kind: Kind) -> Vec<&'static str> {
     let mut names: Vec<&str> = RESERVED.iter().flat_map(|(list, _)| list.iter().copied()).collect();
     if matches!(kind, Kind::Symbol(_)) {
@@ -68,24 +68,24 @@ pub fn reserved_names(kind: Kind) -> Vec<&'static str> {
     names
 }
 
-/// Whether Rust, C, C++ or Python have another use for the word.
+/// Returns whether the word is reserved in Rust, C, C++ or Python.
 pub fn is_keyword(name: &str) -> bool {
     [RUST_KEYWORDS, C_KEYWORDS, CPP_KEYWORDS, PYTHON_KEYWORDS]
         .iter()
         .any(|list| list.contains(&name))
 }
 
-/// Letters, digits and `_`, no digit first.
+/// Returns whether the name has only letters, digits and `_` and does not start with a digit.
 pub fn is_identifier(name: &str) -> bool {
     !name.starts_with(|c: char| c.is_ascii_digit())
         && !name.is_empty()
         && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
 }
 
-/// What a name is for.
+/// Purpose of a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// A parameter or input (with its article): also a name in expressions.
+    /// A parameter or input (with its article): expressions can use the name.
     Symbol(&'static str),
     /// Anything else, with its article: `a body`.
     Other(&'static str),
@@ -99,7 +99,7 @@ pub(super) fn check(name: &Spanned<String>, kind: Kind, diagnostics: &mut Diagno
         let message = format!("`{}` cannot be the name of {what}", super::yaml::shorten(text));
         diagnostics.push(
             Diagnostic::error(codes::BAD_NAME, name.span, message)
-                .label("a name has letters, digits and `_`, and no digit first")
+                .label("a name has letters, digits and `_`, and does not start with a digit")
                 .hint(format!("write `{}`", identifier_from(text))),
         );
         return;
@@ -122,7 +122,7 @@ pub(super) fn check(name: &Spanned<String>, kind: Kind, diagnostics: &mut Diagno
     }
 }
 
-/// An identifier that reads like `text`: `4th Design` -> `m4th_Design`.
+/// Returns an identifier that is similar to `text`: `4th Design` -> `m4th_Design`.
 pub(super) fn identifier_from(text: &str) -> String {
     let name: String =
         text.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
@@ -134,9 +134,9 @@ pub(super) fn identifier_from(text: &str) -> String {
     }
 }
 
-/// The known name that reads most like `name`.
+/// Returns the known name that is most similar to `name`.
 pub fn closest<'k>(name: &str, known: &[&'k str]) -> Option<&'k str> {
-    /// Below, suggestions surprise more than they help.
+    /// Least similarity: suggestions below it are not useful.
     const SIMILAR: f64 = 0.8;
     known
         .iter()
@@ -149,13 +149,14 @@ pub fn closest<'k>(name: &str, known: &[&'k str]) -> Option<&'k str> {
         .map(|(_, candidate)| candidate)
 }
 
-/// One letter wrong, missing, added or swapped with its neighbour, in a name that has a few.
+/// Returns whether two names differ by one letter that is wrong, missing, added or swapped with its
+/// neighbour.
 fn is_slip(name: &str, candidate: &str) -> bool {
     const SHORTEST: usize = 3;
     name.chars().count() >= SHORTEST && strsim::damerau_levenshtein(name, candidate) == 1
 }
 
-/// A hint after an unknown name: the one that was meant, or all there are.
+/// Returns a hint for an unknown name: a similar name, or all known names.
 pub(super) fn alternatives(name: &str, known: &[&str], plural: &str) -> String {
     match closest(name, known) {
         Some(meant) => format!("did you mean `{meant}`?"),
@@ -165,7 +166,7 @@ pub(super) fn alternatives(name: &str, known: &[&str], plural: &str) -> String {
     }
 }
 
-/// `` `a`, `b` and `c` ``; long lists are cut.
+/// Returns a list such as `` `a`, `b` and `c` ``; long lists are cut.
 pub(super) fn quote_list(names: &[&str]) -> String {
     const MOST: usize = 16;
     let quoted: Vec<_> = names.iter().take(MOST).map(|name| format!("`{name}`")).collect();

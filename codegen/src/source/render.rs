@@ -1,4 +1,4 @@
-//! Diagnostics as text: `file:line:column`, the line, a caret, what would be right.
+//! Diagnostics as text: `file:line:column`, the line, a caret and a hint.
 
 use std::ops::Range;
 
@@ -8,11 +8,12 @@ use super::diagnostic::{Diagnostic, Diagnostics, Severity, SourceFile, Span};
 
 /// Columns of a rendered line; longer source lines are trimmed around the caret.
 const WIDTH: usize = 100;
-/// Nobody reads more at once.
+/// Largest number of diagnostics in one report: longer reports are not read.
 const MOST_SHOWN: usize = 100;
 
 impl Diagnostics {
-    /// All findings in the order of the file, each as a block of text; `color` for terminals.
+    /// Renders all diagnostics in the order of the file, each as a block of text; `color` is for
+    /// terminals.
     pub fn render(&self, file: &SourceFile, color: bool) -> String {
         let renderer = if color { Renderer::styled() } else { Renderer::plain() }.term_width(WIDTH);
         let mut ordered: Vec<&Diagnostic> = self.0.iter().collect();
@@ -44,7 +45,8 @@ fn render(diagnostic: &Diagnostic, file: &SourceFile, renderer: &Renderer) -> St
     renderer.render(&[group]) + "\n"
 }
 
-/// The lines the diagnostic is about. Only these are handed on: a file may have thousands.
+/// Returns the lines that the diagnostic concerns. Only these are rendered, because a file may have
+/// thousands of lines.
 fn snippet<'a>(
     diagnostic: &'a Diagnostic,
     span: Span,
@@ -70,8 +72,8 @@ fn snippet<'a>(
         .annotations(secondary)
 }
 
-/// The part of a span on its first line (a whole entry is marked by its first line), moved to
-/// character boundaries within the text.
+/// Returns the part of a span on its first line, moved to character boundaries within the text. A
+/// whole entry is marked by its first line.
 fn on_one_line(text: &str, span: Span) -> Range<usize> {
     let boundary = |at: usize| (0..=at.min(text.len())).rev().find(|&i| text.is_char_boundary(i));
     let start = boundary(span.start).unwrap_or(0);

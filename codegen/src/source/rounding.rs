@@ -1,27 +1,29 @@
-//! How finely the coordinates of a drawing are written.
+//! Tolerance of a drawing from the number of decimals of its coordinates.
 //!
-//! A coordinate written with d decimals is off by up to half a unit of the last of them. Hinge
-//! lines that are meant to be parallel or to meet in one point are so within that only; how far
-//! they may be moved to make it exact is the drawing's tolerance.
+//! A coordinate written with d decimals has a rounding error of up to half a unit of the last
+//! decimal. Because of it, hinge lines that should be parallel or concurrent are so only
+//! approximately. The tolerance of the drawing is the distance by which their points may be moved
+//! to make this exact.
 //!
-//! What counts are the coordinates that are drawn: outlines, holes, hinge lines and their heights.
-//! Centres of mass, point masses and output points are measured or computed, often with more digits.
+//! Only drawn coordinates count: outlines, holes, hinge lines and their heights. Centres of mass,
+//! point masses and output points are measured or computed, often with more digits.
 
 use crate::arithmetic::hypot;
 
 use super::model::{Body, Joint, Shape};
 use super::units::Unit;
 
-/// The default is at most this share of the drawing's size.
+/// Upper bound of the default, relative to the drawing's size.
 const LARGEST_SHARE: f64 = 1e-4;
-/// The default for drawings of whole numbers, over the drawing's size.
+/// Default for drawings whose coordinates are whole numbers, relative to the drawing's size.
 const WHOLE: f64 = 1e-9;
-/// Coordinates below this share of the size are zeros that a program computed.
+/// Coordinates below this bound, relative to the drawing's size, are zeros with the rounding error
+/// of a program.
 const NOISE: f64 = 1e-12;
-/// Digits a double holds for certain; what a program prints beyond them is its rounding.
-const CERTAIN_DIGITS: usize = 15;
-/// A number that has no more digits than this, but for such rounding, was meant without it.
-const MEANT_DIGITS: usize = 12;
+/// Decimal digits that a double always holds; further digits are rounding errors.
+const RELIABLE_DIGITS: usize = 15;
+/// A number with at most this many digits apart from such rounding errors is taken without them.
+const MAX_WRITTEN_DIGITS: usize = 12;
 
 /// The decimals of every drawn coordinate.
 #[derive(Default)]
@@ -29,14 +31,14 @@ pub(super) struct Decimals(Vec<Written>);
 
 /// A coordinate with decimals.
 struct Written {
-    /// Its magnitude, m.
+    /// Absolute value, m.
     magnitude: f64,
     /// One unit of its last decimal, m.
     unit: f64,
 }
 
 impl Decimals {
-    /// Notes a coordinate by its text and the unit it is in.
+    /// Records a coordinate with its text and unit.
     pub fn note(&mut self, number: &str, unit: Unit) {
         let decimals = decimals(number);
         if decimals > 0 {
@@ -45,16 +47,16 @@ impl Decimals {
         }
     }
 
-    /// The tolerance of a drawing that gives none, m: half a unit of the last decimal used.
+    /// Returns the default tolerance of a drawing, m: half a unit of the last decimal.
     pub fn tolerance(&self, bodies: &[Body], joints: &[Joint]) -> f64 {
         let size = size(bodies, joints);
-        let meant = self.0.iter().filter(|written| written.magnitude >= NOISE * size);
-        let finest = meant.map(|written| written.unit).fold(f64::INFINITY, f64::min);
+        let significant = self.0.iter().filter(|written| written.magnitude >= NOISE * size);
+        let finest = significant.map(|written| written.unit).fold(f64::INFINITY, f64::min);
         if finest.is_finite() { (0.5 * finest).min(LARGEST_SHARE * size) } else { WHOLE * size }
     }
 }
 
-/// Diagonal of the box around all outlines and hinge lines as drawn, m.
+/// Returns the diagonal of the bounding box of all outlines and hinge lines, m.
 pub(super) fn size(bodies: &[Body], joints: &[Joint]) -> f64 {
     let outlines = bodies.iter().flat_map(|body| match &body.shape {
         Shape::Plates(layers) => layers.as_slice(),
@@ -73,19 +75,20 @@ pub(super) fn size(bodies: &[Body], joints: &[Joint]) -> f64 {
     if diagonal.is_finite() { diagonal } else { 0.0 }
 }
 
-/// How many decimals a number has, 0 when it is whole. Programs write whole numbers as `30.0`, and
-/// 0.3 as `0.30000000000000004`: neither says how finely the coordinate is known.
+/// Returns the number of decimals, 0 for a whole number. Programs write whole numbers as `30.0`,
+/// and 0.3 as `0.30000000000000004`; these decimals say nothing about the precision of the
+/// coordinate.
 fn decimals(number: &str) -> i64 {
     let (mantissa, exponent) = parts(number);
     let digits: String = mantissa.chars().filter(char::is_ascii_digit).collect();
-    if digits.trim_start_matches('0').len() > CERTAIN_DIGITS
+    if digits.trim_start_matches('0').len() > RELIABLE_DIGITS
         && let Ok(value) = number.parse::<f64>()
     {
-        let certain = format!("{value:.*e}", CERTAIN_DIGITS - 1);
-        let (mantissa, exponent) = parts(&certain);
+        let reliable = format!("{value:.*e}", RELIABLE_DIGITS - 1);
+        let (mantissa, exponent) = parts(&reliable);
         let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
         let fraction = fraction.trim_end_matches('0');
-        if whole.len() + fraction.len() <= MEANT_DIGITS {
+        if whole.len() + fraction.len() <= MAX_WRITTEN_DIGITS {
             return (fraction.len() as i64 - exponent).max(0);
         }
     }
@@ -94,10 +97,10 @@ fn decimals(number: &str) -> i64 {
     (fraction.len() as i64 - exponent).max(0)
 }
 
-/// Mantissa and exponent of a number as written.
+/// Splits the text of a number into mantissa and exponent.
 fn parts(number: &str) -> (&str, i64) {
     let (mantissa, exponent) = number.split_once(['e', 'E']).unwrap_or((number, "0"));
-    // Exponents beyond those of a double are refused elsewhere.
+    // Exponents beyond those of a double are reported elsewhere.
     (mantissa, exponent.parse::<i64>().unwrap_or(0).clamp(-400, 400))
 }
 

@@ -1,15 +1,15 @@
-//! Quantities: a number and a unit, checked for dimension and brought to SI and radians.
+//! Quantities: a number and a unit, checked for dimension and converted to SI and radians.
 //!
-//! A unit is a product of powers (`mN*m/rad`, `kg m^2`). Powers of ten move the decimal exponent
-//! of the number before it is read, so `0.127 mm` is the double nearest to 0.000127, not the
-//! product of two rounded ones. Angle is a dimension of its own: `N*m/deg` and `N*m` are told
-//! apart. (`uom` checks dimensions in types; a unit in a text is known only when the file is read.)
+//! A unit is a product of powers (`mN*m/rad`, `kg m^2`). Powers of ten move the decimal exponent of
+//! the number before it is read, so `0.127 mm` is the double nearest to 0.000127, not the product
+//! of two rounded ones. Angle is a separate dimension, so `N*m/deg` and `N*m` are different. (`uom`
+//! checks dimensions in types; a unit in a text is known only when the file is read.)
 
 use std::f64::consts::PI;
 use std::fmt;
 use std::ops::Range;
 
-/// What a quantity measures: exponents of kilogram, metre, second and radian.
+/// Dimension of a quantity: exponents of kilogram, metre, second and radian.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dimension {
     mass: i32,
@@ -23,13 +23,13 @@ const fn dimension(mass: i32, length: i32, time: i32, angle: i32) -> Dimension {
 }
 
 impl Dimension {
-    /// Whether it is that of angles.
+    /// Returns whether it is the dimension of angles.
     pub fn is_angle(self) -> bool {
         self == ANGLE.dimension
     }
 
-    /// The unit of SI with this dimension, as text that reads back: `N*m/rad`; nothing for a plain
-    /// number.
+    /// Returns the SI unit of this dimension as text that can be read again: `N*m/rad`; empty for a
+    /// plain number.
     pub(super) fn si_unit(self) -> String {
         if self == NUMBER.dimension {
             return String::new();
@@ -52,7 +52,7 @@ impl Dimension {
         [(self.mass, "kg"), (self.length, "m"), (self.time, "s"), (self.angle, "rad")]
     }
 
-    /// Units in which a quantity of this dimension is written.
+    /// Returns examples of units of this dimension.
     pub(super) fn examples(self) -> String {
         match QUANTITIES.iter().find(|quantity| quantity.dimension == self) {
             Some(quantity) => quantity.examples.to_owned(),
@@ -85,14 +85,14 @@ impl fmt::Display for Dimension {
     }
 }
 
-/// What a field of the model measures.
+/// Quantity of a key of the model.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Quantity {
-    /// With its article.
+    /// Name with its article.
     pub name: &'static str,
     /// Its dimension.
     pub dimension: Dimension,
-    /// Units a user would write.
+    /// Examples of units.
     pub examples: &'static str,
 }
 
@@ -100,7 +100,7 @@ macro_rules! quantities {
     ($($id:ident = $name:literal, $powers:tt, $examples:literal;)*) => {
         $(pub(super) const $id: Quantity =
             Quantity { name: $name, dimension: dimension $powers, examples: $examples };)*
-        /// Everything that a number of the model may measure.
+        /// All quantities of the model.
         pub const QUANTITIES: &[Quantity] = &[$($id),*];
     };
 }
@@ -181,44 +181,46 @@ const UNITS: &[(&str, Unit)] = &[
     ("W", unit(1.0, 0, dimension(1, 2, -3, 0))),
 ];
 
-/// The name of every unit.
+/// Returns the names of all units.
 pub fn all_units() -> Vec<&'static str> {
     UNITS.iter().map(|(name, _)| *name).collect()
 }
 
-/// The names of the units that have this dimension without a product.
+/// Returns the names of the units that have this dimension by themselves.
 pub fn units_of(dimension: Dimension) -> Vec<&'static str> {
     let fits = UNITS.iter().filter(|(_, unit)| unit.dimension == dimension);
     fits.map(|(name, _)| *name).collect()
 }
 
-/// The unit of this name.
+/// Returns the unit with this name.
 pub(super) fn find(name: &str) -> Option<Unit> {
     UNITS.iter().find(|(known, _)| *known == name).map(|(_, unit)| *unit)
 }
 
-/// Of a unit in a text; more is no unit of mechanics.
+/// Largest number of factors in a unit.
 const HIGHEST_POWER: i32 = 9;
 
 /// Why a unit cannot be read; ranges are bytes of the text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum UnitError {
-    /// No unit of this name.
+    /// There is no unit with this name.
     Unknown(Range<usize>),
-    /// Not a product of powers of units.
+    /// The text is not a product of powers of units.
     Malformed(Range<usize>),
 }
 
 impl Unit {
-    /// The number written as `number`, in this unit, in SI. Infinite when too large for a double.
+    /// Converts the text `number` from this unit to SI. The result is infinite if it is too large
+    /// for a double.
     pub fn to_si(self, number: &str) -> f64 {
         let (digits, exponent) = number.split_once(['e', 'E']).unwrap_or((number, "0"));
         let exponent = exponent.parse::<i64>().unwrap_or(match exponent.starts_with('-') {
             true => i64::MIN / 2,
             false => i64::MAX / 2,
         });
-        // The factor comes before the shift: 254 is exact where 1e-4 is not. Digits with an
-        // exponent are always a number; one that overflows is reported as not finite.
+        // The factor is applied before the decimal shift, because 254 is exact and 1e-4 is not.
+        // Digits with an exponent are always a number; one that overflows is reported as not
+        // finite.
         let digits = match self.mantissa {
             1.0 => digits.to_owned(),
             mantissa => (digits.parse::<f64>().unwrap_or(f64::NAN) * mantissa).to_string(),
@@ -236,7 +238,7 @@ impl Unit {
     }
 }
 
-/// Splits `text` after the number it starts with; `None` when it starts with none.
+/// Splits `text` after the number it starts with; `None` if it does not start with a number.
 pub(super) fn split_number(text: &str) -> Option<(&str, &str)> {
     let bytes = text.as_bytes();
     let digits = |from: usize| bytes[from..].iter().take_while(|b| b.is_ascii_digit()).count();
@@ -266,14 +268,14 @@ pub(super) fn split_quantity(text: &str) -> Option<(&str, &str)> {
     let (number, rest) = split_number(text)?;
     let unit = rest.trim_start();
     let starts = unit.starts_with(|c: char| c.is_alphabetic() || c == '°');
-    // A minus belongs to a power (`s^-1`); elsewhere it makes the text an expression.
+    // A minus sign can be part of a power (`s^-1`); anywhere else it makes the text an expression.
     let of_units = |c: char| c.is_alphanumeric() || " */^·°²³".contains(c);
     let is_unit = starts && unit.replace("^-", "^").chars().all(of_units);
     (unit.is_empty() || is_unit).then_some((number, unit))
 }
 
-/// Reads a unit: names with powers, between `*`, `·`, blanks and `/`. A `/` divides by the one
-/// name after it.
+/// Reads a unit: names with powers, between `*`, `·`, blanks and `/`. A `/` divides by the next
+/// name only.
 pub(super) fn parse_unit(text: &str) -> Result<Unit, UnitError> {
     let mut total = SI;
     let mut at = 0;
@@ -299,7 +301,7 @@ pub(super) fn parse_unit(text: &str) -> Result<Unit, UnitError> {
         }
         sign = if rest.starts_with('/') { -1 } else { 1 };
         let rest = rest.strip_prefix(['*', '/', '·']).unwrap_or(rest).trim_start();
-        // A unit of this many factors is no unit either; the exponents stay small.
+        // The limit keeps the exponents small.
         if text.len() > 100 {
             return Err(UnitError::Malformed(0..text.len()));
         }
@@ -307,7 +309,7 @@ pub(super) fn parse_unit(text: &str) -> Result<Unit, UnitError> {
     }
 }
 
-/// A power at the start of `text` (1 when there is none) and the bytes it takes.
+/// Returns the power at the start of `text` (1 if there is none) and its length in bytes.
 fn parse_power(text: &str) -> Option<(i32, usize)> {
     if let Some(power) = text.strip_prefix('^') {
         let digits = power.strip_prefix('-').unwrap_or(power);

@@ -1,13 +1,13 @@
-//! What numbers mean that are given on a command line: what bare angles are in, and what parameters
-//! and inputs measure, by the unit in the file or by where they stand.
+//! Units of numbers on a command line: the unit of angles without a unit, and the dimensions of
+//! parameters and inputs, from their unit in the file or from their use in the model.
 //!
-//! Formulas are not analysed. What stands alone in a field, or as a term of a sum there, measures
-//! what the field does.
+//! Formulas are not analysed. A name that is the whole formula of a key, or a term of a sum there,
+//! has the dimension of the key.
 
 use std::collections::BTreeMap;
 
+use super::argument::AngleUnit;
 use super::expression::{Expression, Operator, Unary};
-use super::given::AngleUnit;
 use super::ids::{InputId, ParameterId};
 use super::model::{Joint, SourceModel, Spring, Tunable};
 use super::units::{
@@ -15,17 +15,17 @@ use super::units::{
     TORQUE,
 };
 
-/// What numbers given on a command line mean.
+/// Units of numbers on a command line.
 #[derive(Clone, Debug, Default)]
 pub struct Numbers {
-    /// What bare angles are in.
+    /// Unit of angles without a unit.
     pub angle: AngleUnit,
-    /// What parameters and inputs measure, by name, where it is known.
+    /// Dimensions of parameters and inputs by name, where they are known.
     pub dimensions: BTreeMap<String, Dimension>,
 }
 
 impl SourceModel {
-    /// What numbers given on a command line mean.
+    /// Units of numbers on a command line.
     pub fn numbers(&self) -> Numbers {
         let mut dimensions = BTreeMap::new();
         for (index, parameter) in self.parameters.iter().enumerate() {
@@ -49,8 +49,8 @@ impl SourceModel {
         Numbers { angle: self.angle, dimensions }
     }
 
-    /// What a parameter or an input (a leaf of expressions) measures: one thing wherever it stands
-    /// as a term; nothing where that is not so.
+    /// Returns the dimension of a parameter or an input (a leaf of expressions), if it is the same
+    /// wherever it is a term.
     fn dimension_by_use(&self, leaf: &Expression) -> Option<Dimension> {
         let laws = self.laws();
         let mut uses = laws.into_iter().filter(|(law, _)| has_term(law, leaf));
@@ -58,7 +58,7 @@ impl SourceModel {
         uses.all(|(_, dimension)| dimension == first).then_some(first)
     }
 
-    /// Every expression, with what it measures.
+    /// Visits every expression with its dimension.
     fn laws(&self) -> Vec<(&Expression, Dimension)> {
         let mut laws: Vec<_> = self.gravity.iter().map(|law| (law, ACCELERATION)).collect();
         for joint in &self.joints {
@@ -82,7 +82,7 @@ impl SourceModel {
     }
 }
 
-/// Whether a leaf stands alone, or as a term of a sum.
+/// Returns whether a leaf is the whole expression or a term of a sum.
 fn has_term(law: &Expression, leaf: &Expression) -> bool {
     match law {
         Expression::Unary(Unary::Neg, x) => has_term(x, leaf),

@@ -1,6 +1,6 @@
 //! [`SourceModel`] -> our schema, for `lamc import`.
 //!
-//! SI and radians, every number as the shortest text that reads back as the same double.
+//! Numbers are in SI and radians, each as the shortest text that is read as the same double again.
 
 use std::fmt::Write;
 
@@ -13,7 +13,7 @@ use super::polynomial::Term;
 /// Longest line of vertices.
 const WIDTH: usize = 100;
 
-/// The model as a file of our schema; reading it gives the same model, number for number.
+/// Writes the model in our schema; reading the text gives exactly the same model.
 pub fn to_yaml(model: &SourceModel) -> String {
     let mut out = String::from("# SI units and radians.\n");
     line(&mut out, 0, &format!("name: {}", model.name.value));
@@ -108,7 +108,7 @@ fn line(out: &mut String, indent: usize, text: &str) {
     let _ = writeln!(out, "{:1$}{text}", "", 2 * indent);
 }
 
-/// `key: { .. }` on one line, or a field a line where that would be too long.
+/// Writes `key: { .. }` on one line, or one field per line if that line would be too long.
 fn mapping(out: &mut String, indent: usize, key: &str, fields: &[String]) {
     let flow = format!("{key}: {{ {} }}", fields.join(", "));
     if 2 * indent + flow.len() <= WIDTH {
@@ -137,7 +137,7 @@ fn list(values: &[f64]) -> String {
     format!("[{}]", values.join(", "))
 }
 
-/// A number bare, anything else quoted.
+/// Writes a number as it is and anything else in quotes.
 fn expression(expression: &Expression, model: &SourceModel) -> String {
     match expression {
         Expression::Number(value) => number(*value),
@@ -151,8 +151,8 @@ fn expressions(values: &[Expression], model: &SourceModel) -> String {
 }
 
 fn body(out: &mut String, body: &Body) {
-    let bare = matches!(body.shape, Shape::None) && body.point_masses.is_empty();
-    if bare {
+    let no_mass = matches!(body.shape, Shape::None) && body.point_masses.is_empty();
+    if no_mass {
         let fixed = if body.fixed { " fixed: true " } else { "" };
         return line(out, 1, &format!("{}: {{{fixed}}}", body.name.value));
     }
@@ -179,7 +179,7 @@ fn body(out: &mut String, body: &Body) {
     }
 }
 
-/// Plates, where equal layers are written once.
+/// Writes plates; equal layers are written once.
 fn plates(out: &mut String, name: &str, layers: &[Vec<Plate>]) {
     let same = |a: &[Plate], b: &[Plate]| {
         a.len() == b.len()
@@ -214,7 +214,7 @@ fn plates(out: &mut String, name: &str, layers: &[Vec<Plate>]) {
     }
 }
 
-/// `outline` and `holes`; `mark` starts the first line.
+/// Writes `outline` and `holes`; `mark` starts the first line.
 fn plate_fields(out: &mut String, indent: usize, plate: &Plate, mark: &str) {
     ring(out, indent, &format!("{mark}outline: "), &plate.outline.value);
     if !plate.holes.is_empty() {
@@ -224,7 +224,7 @@ fn plate_fields(out: &mut String, indent: usize, plate: &Plate, mark: &str) {
     }
 }
 
-/// A list of vertices, as many on a line as fit.
+/// Writes a list of vertices, as many on each line as fit.
 fn ring(out: &mut String, indent: usize, key: &str, vertices: &[[f64; 2]]) {
     let mut text = format!("{key}[");
     let hanging = indent + 1 + usize::from(key.starts_with("- o"));
@@ -258,7 +258,7 @@ fn joint(out: &mut String, joint: &Joint, model: &SourceModel) {
         }
         false => line(out, 2, &axis),
     }
-    // A negative zero is a number of its own.
+    // A negative zero must stay negative.
     if joint.z.to_bits() != 0 {
         line(out, 2, &format!("z: {}", number(joint.z)));
     }

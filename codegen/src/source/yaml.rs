@@ -1,10 +1,10 @@
-//! YAML text -> a tree of nodes that know where they stand in the text.
+//! YAML text -> a tree of nodes with their positions in the text.
 //!
-//! Built on the event parser under `serde-saphyr` rather than on its `Spanned<T>`: that one gives a
-//! mapping the location of its first event only, drops the tags that tell a popupCAD file apart,
-//! types scalars before we know whether they are a name or a number, and stops at the first
-//! duplicate key. Its limits on aliases sit in the same layer, so ours stand here: what the
-//! aliases expand to counts against one budget of nodes.
+//! This reader uses the event parser of `serde-saphyr` rather than its `Spanned<T>`, which gives a
+//! mapping the location of its first event only, drops the tags that identify a popupCAD file,
+//! gives scalars a type before we know whether they are a name or a number, and stops at the first
+//! duplicate key. Its limits on aliases are in the same layer, so this reader has its own limit:
+//! the number of nodes after the expansion of aliases.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -18,22 +18,22 @@ use super::diagnostic::{Diagnostic, Diagnostics, Span, Spanned};
 
 mod merge;
 
-/// Deepest nesting of mappings and sequences, aliases followed.
+/// Deepest nesting of mappings and sequences, with aliases expanded.
 const MAX_DEPTH: usize = 64;
-/// Most nodes of a file, aliases followed.
+/// Largest number of nodes of a file, with aliases expanded.
 const MAX_NODES: usize = 2_000_000;
 
 /// A value of the file.
 #[derive(Clone, Debug)]
 pub(super) struct Node {
     pub content: Content,
-    /// The resolved tag (`tag:yaml.org,2002:python/tuple`), when one is written.
+    /// The resolved tag (`tag:yaml.org,2002:python/tuple`), if the file has one.
     pub tag: Option<Spanned<String>>,
     /// From the first to the last byte of the value, without the tag.
     pub span: Span,
 }
 
-/// What a node holds.
+/// Content of a node.
 #[derive(Clone, Debug)]
 pub(super) enum Content {
     Scalar(Scalar),
@@ -41,13 +41,13 @@ pub(super) enum Content {
     Mapping(Vec<Entry>),
 }
 
-/// Text, after YAML's escapes; whether it is a number is for the reader of the field to say.
+/// Text with YAML's escapes resolved. The reader of the key decides whether it is a number.
 #[derive(Clone, Debug)]
 pub(super) struct Scalar {
     pub text: Arc<str>,
-    /// Written without quotes.
+    /// Whether it is written without quotes.
     plain: bool,
-    /// Where `text` starts in the file, when the file holds it letter for letter.
+    /// Start of `text` in the file, if the file contains it literally.
     verbatim: Option<usize>,
 }
 
@@ -66,7 +66,7 @@ impl Entry {
 }
 
 impl Node {
-    /// The scalar, when the node is one.
+    /// Returns the scalar if the node is a scalar.
     pub fn scalar(&self) -> Option<&Scalar> {
         match &self.content {
             Content::Scalar(scalar) => Some(scalar),
@@ -74,7 +74,7 @@ impl Node {
         }
     }
 
-    /// The value of a mapping's key.
+    /// Returns the value of a mapping's key.
     pub fn get(&self, key: &str) -> Option<&Node> {
         match &self.content {
             Content::Mapping(entries) => {
@@ -84,19 +84,19 @@ impl Node {
         }
     }
 
-    /// True for `key:` with nothing after it, `null` and `~`.
+    /// Returns true for `key:` without a value, `null` and `~`.
     pub fn is_null(&self) -> bool {
         self.scalar().is_some_and(|s| s.plain && matches!(&*s.text, "" | "~" | "null"))
     }
 
-    /// Where bytes `start..end` of a scalar's text stand in `source`; the whole scalar when escapes
-    /// make that unclear.
+    /// Returns the position of bytes `start..end` of a scalar's text in `source`; the whole scalar
+    /// if escapes make this ambiguous.
     pub fn span_within(&self, source: &str, start: usize, end: usize) -> Span {
         let Some(scalar) = self.scalar() else { return self.span };
         if let Some(at) = scalar.verbatim {
             return Span { start: at + start, end: at + end };
         }
-        // Folded lines differ in their blanks only: count the characters between these.
+        // Folded lines differ only in their blanks, so the other characters are counted.
         let solid = |text: &str| text.chars().filter(|c| !c.is_whitespace()).count();
         let raw = source.get(self.span.start..self.span.end).unwrap_or_default();
         let unquoted = raw.trim_start_matches(['"', '\'']);
@@ -120,7 +120,7 @@ impl Node {
         }
     }
 
-    /// What it is, for messages.
+    /// Describes the node, for messages.
     pub fn describe(&self) -> String {
         match &self.content {
             Content::Scalar(_) if self.is_null() => "nothing".into(),
@@ -131,7 +131,7 @@ impl Node {
     }
 }
 
-/// At most a line's worth of a user's text.
+/// Shortens a user's text to at most one line.
 pub(super) fn shorten(text: &str) -> String {
     const LONGEST: usize = 40;
     let line = text.lines().next().unwrap_or_default();
@@ -141,8 +141,8 @@ pub(super) fn shorten(text: &str) -> String {
     line.chars().take(LONGEST).chain(['…']).collect()
 }
 
-/// Reads the one document of `text`. The diagnostics beside the tree are errors that do not keep
-/// the rest from being read: duplicate keys, keys that are no text.
+/// Reads `text`, which must have one document. The diagnostics returned with the tree are errors
+/// after which reading can continue: duplicate keys and keys that are not text.
 pub(super) fn parse(text: &str) -> Result<(Node, Diagnostics), Diagnostics> {
     let mut options = granit_parser::options! {
         flow_nesting_limit: MAX_DEPTH,
@@ -162,7 +162,7 @@ pub(super) fn parse(text: &str) -> Result<(Node, Diagnostics), Diagnostics> {
     }
 }
 
-/// The parser's own error, at its place.
+/// Converts an error of the parser, with its position.
 fn syntax_error(text: &str, error: &ScanError, open: &[Open]) -> Diagnostics {
     let at = error.marker().byte_offset().unwrap_or(text.len()).min(text.len());
     let next = text.get(at..).and_then(|rest| rest.chars().next());
@@ -176,14 +176,14 @@ fn syntax_error(text: &str, error: &ScanError, open: &[Open]) -> Diagnostics {
     }
     if *error.kind() == ErrorKind::UnknownAnchor {
         return Diagnostic::error(codes::UNKNOWN_ALIAS, span, "this alias has no anchor before it")
-            .hint("write `&name` in front of the value that `*name` stands for")
+            .hint("write `&name` in front of the value that `*name` refers to")
             .into();
     }
     let message = format!("not valid YAML: {}", error.info());
     let found =
         Diagnostic::error(codes::YAML_SYNTAX, span, message).label("the parser stopped here");
     match open.last().filter(|open| open.flow) {
-        // What is missing is the end of this, often lines above.
+        // The end of this is missing; it often begins several lines above.
         Some(Open { start, .. }) => {
             found.also(Span { start: *start, end: start + 1 }, "opened here").into()
         }
@@ -196,7 +196,7 @@ fn too_deep(span: Span) -> Diagnostic {
         .hint("a model needs about ten")
 }
 
-/// A finished value, its size and depth with aliases followed.
+/// A finished value, with its size and depth after expansion of aliases.
 #[derive(Clone)]
 struct Built {
     node: Node,
@@ -218,7 +218,7 @@ struct Open {
 
 enum Children {
     Items(Vec<Node>),
-    /// `merge`: where the mapping has `<<`, YAML's key that stands for the entries of others.
+    /// `merge` is the position of `<<`, YAML's key that inserts the entries of other mappings.
     Entries {
         entries: Vec<Entry>,
         key: Option<Node>,
@@ -319,7 +319,7 @@ impl Builder<'_> {
                 Content::Mapping(entries)
             }
         };
-        // A block ends where its last child does: its end event stands at the next token.
+        // A block ends with its last child; its end event is at the next token.
         let end = if open.flow { span.end } else { open.end };
         let node = Node { content, tag: open.tag, span: Span { start: open.start, end } };
         self.finish(open.anchor, Built { node, size: open.size, depth: open.depth + 1 })
@@ -334,10 +334,10 @@ impl Builder<'_> {
         if self.nodes > MAX_NODES {
             return Err(too_many(at));
         }
-        self.place(built, at)
+        self.insert(built, at)
     }
 
-    /// Puts a copy of an anchored value where its alias (at `at`) stands.
+    /// Inserts a copy of an anchored value at its alias (at `at`).
     fn add(&mut self, built: Built, at: Span) -> Result<(), Diagnostics> {
         self.nodes = self.nodes.saturating_add(built.size);
         if self.nodes > MAX_NODES {
@@ -346,10 +346,10 @@ impl Builder<'_> {
         if self.open.len() + built.depth > MAX_DEPTH {
             return Err(too_deep(at).into());
         }
-        self.place(built, at)
+        self.insert(built, at)
     }
 
-    fn place(&mut self, built: Built, at: Span) -> Result<(), Diagnostics> {
+    fn insert(&mut self, built: Built, at: Span) -> Result<(), Diagnostics> {
         let Some(parent) = self.open.last_mut() else {
             self.root = Some(built.node);
             return Ok(());

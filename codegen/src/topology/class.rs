@@ -1,8 +1,10 @@
-//! What the hinge lines of a loop have in common, and where its closure is written.
+//! Classes of loops (planar, spherical, spatial), and the points and directions of their closure
+//! equations.
 //!
-//! Parallel lines leave three relative motions (planar), lines through one point three turns
-//! (spherical): three closure rows then say as much as all nine. Hinge lines that nearly, but not
-//! exactly, do so make a loop that binds or breaks its hinges: they are reported.
+//! Parallel hinge lines allow three relative motions (planar), lines through one point three
+//! rotations (spherical): three closure rows are then equivalent to all nine. A loop whose hinge
+//! lines are almost, but not exactly, parallel or concurrent jams or breaks its hinges, so it is
+//! reported.
 
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
@@ -12,14 +14,14 @@ use crate::laminate::{Joint, Mechanism};
 use crate::source::codes;
 use crate::source::{Diagnostic, JointId};
 
-/// Sine of the angle between lines that count as parallel.
+/// Largest sine of the angle between lines that count as parallel.
 pub(super) const PARALLEL: f64 = 1e-12;
-/// Distance, over the mechanism's size, of lines that count as concurrent.
+/// Largest distance of lines that count as concurrent, relative to the mechanism's size.
 pub(super) const CONCURRENT: f64 = 1e-10;
-/// Misses up to this, in rad or over the loop's extent, are taken for drawing errors.
+/// Deviations up to this, in rad or relative to the loop's extent, are regarded as drawing errors.
 const NEAR: f64 = 1e-2;
 
-/// Points, directions and rows in which a loop's closure is written; see [`super::Loop`].
+/// Points, directions and rows of a loop's closure equations; see [`super::Loop`].
 pub struct Writing {
     pub points: [Vector3<f64>; 3],
     pub frame: Matrix3<f64>,
@@ -33,13 +35,13 @@ pub struct HingeLines<'a> {
 }
 
 impl<'a> HingeLines<'a> {
-    /// The hinge lines of these joints.
+    /// Returns the hinge lines of these joints.
     pub fn new(mechanism: &'a Mechanism, joints: &[JointId]) -> Self {
         let hinges = joints.iter().map(|joint| &mechanism.joints[joint.index()]).collect();
         Self { hinges, size: mechanism.size }
     }
 
-    /// What the lines have in common in the flat state.
+    /// Returns the class of the lines in the flat state.
     pub fn class(&self) -> LoopClass {
         let normal = self.hinges[0].direction;
         if self.hinges.iter().all(|hinge| angle(hinge.direction, normal) <= PARALLEL) {
@@ -53,15 +55,16 @@ impl<'a> HingeLines<'a> {
         }
     }
 
-    /// The end of a hinge line at a computed point, where there is one: it has no rounding.
+    /// Returns the end of a hinge line at a computed point, if there is one, because it has no
+    /// rounding error.
     fn drawn_point(&self, computed: Vector3<f64>) -> Vector3<f64> {
         let ends = self.hinges.iter().flat_map(|hinge| ends(hinge));
         let mut near = ends.filter(|end| (end - computed).norm() <= PARALLEL * self.size);
         near.next().unwrap_or(computed)
     }
 
-    /// Half the diagonal of the box around the hinge lines, m: makes turns and shifts of the cut
-    /// body weigh alike.
+    /// Returns half the diagonal of the box around the hinge lines, m. With this length, rotations
+    /// and translations of the cut body have similar weights.
     fn length(&self) -> f64 {
         let (mut low, mut high) = (self.hinges[0].point, self.hinges[0].point);
         for end in self.hinges.iter().flat_map(|hinge| ends(hinge)) {
@@ -70,7 +73,7 @@ impl<'a> HingeLines<'a> {
         ((high - low).norm() / 2.0).max(1e-9 * self.size)
     }
 
-    /// For a planar loop whose longest link is as long as the others together: says so.
+    /// Returns a remark on a planar loop whose longest link is as long as the others together.
     pub fn locked_by_length(&self) -> Option<String> {
         let n = self.hinges.len();
         let links = (0..n).map(|i| distance(self.hinges[i], &self.hinges[(i + 1) % n].point));
@@ -82,15 +85,16 @@ impl<'a> HingeLines<'a> {
         })
     }
 
-    /// Where the closure of a loop of this class is written; `sense` is the ghost's.
+    /// Returns the points and rows of the closure equations of a loop of this class; `sense` is the
+    /// ghost's.
     ///
-    /// The closing hinge is an axis of the frame: its own turn then moves fewer rows.
+    /// The closing hinge is an axis of the frame, so that its rotation affects fewer rows.
     pub fn writing(&self, class: &LoopClass, sense: f64) -> Writing {
         let closing = self.hinges[0];
         let (along, up) = (closing.direction * sense, Vector3::z());
         let across = up.cross(&along);
         let (origin, [x, y, z], rows): (_, _, &[(usize, usize)]) = match class {
-            // The normal is z; what moves are P1 in the plane and P2 across.
+            // The normal is z; P1 moves in the plane and P2 across.
             LoopClass::Planar { .. } => {
                 (closing.point, [across, up, across.cross(&up)], &[(0, 0), (0, 1), (1, 1)])
             }
@@ -112,7 +116,7 @@ impl<'a> HingeLines<'a> {
         }
     }
 
-    /// A warning where a spatial loop is nearly planar, spherical or one hinge line.
+    /// Warns of a spatial loop that is almost planar, spherical or in line.
     pub fn near_miss(&self, class: &LoopClass) -> Option<Diagnostic> {
         let n = self.hinges.len();
         let extent = 2.0 * self.length();
@@ -122,19 +126,19 @@ impl<'a> HingeLines<'a> {
             let message = format!("the loop closed by `{loop_of}` misses {miss}, by `{name}`");
             Some(
                 Diagnostic::warning(codes::NEAR_MISS, worst.span, message)
-                    .label("this hinge line is the farthest off")
+                    .label("this hinge line deviates most")
                     .hint(hint),
             )
         };
         if n == 2 {
-            // Two hinges between two bodies turn only when they lie in line.
+            // Two hinges between the same two bodies can turn only if they are in line.
             let [a, b] = [self.hinges[0], self.hinges[1]];
             let turn = angle(a.direction, b.direction);
             let shift = distance(a, &b.point).max(distance(a, &ends(b)[1]));
             let exact = turn <= PARALLEL && shift <= CONCURRENT * self.size;
             if !exact && turn <= NEAR && shift <= NEAR * extent {
                 let miss = format!("being one hinge line by {}", millimetres(shift));
-                return warn(miss, b, "give both hinges points of one line");
+                return warn(miss, b, "give both hinges points on the same line");
             }
             return None;
         }
@@ -153,8 +157,8 @@ impl<'a> HingeLines<'a> {
             return warn(
                 miss,
                 self.hinges[odd],
-                "draw all hinge lines of a planar loop parallel; if only rounding \
-                        says that they are not, say how coarse it is (`tolerance:`)",
+                "draw all hinge lines of a planar loop parallel; if they are not parallel \
+                 because of rounding, give the rounding error as `tolerance`",
             );
         }
         let (odd, off) = odd_one_out(n, |i, others| {
@@ -165,8 +169,8 @@ impl<'a> HingeLines<'a> {
         let centre = nearest_point(&self.hinges)?;
         if miss(&self.hinges, &centre) <= NEAR * extent {
             let miss = format!("being spherical by {}", millimetres(off));
-            let hint = "draw all hinge lines of a spherical loop through one point; if only rounding \
-                        moves them aside, say how coarse it is (`tolerance:`)";
+            let hint = "draw all hinge lines of a spherical loop through one point; if they miss \
+                        the point because of rounding, give the rounding error as `tolerance`";
             return warn(miss, self.hinges[odd], hint);
         }
         None
@@ -182,25 +186,26 @@ pub(super) fn ends(hinge: &Joint) -> [Vector3<f64>; 2] {
     [hinge.point, hinge.point + hinge.direction * hinge.length]
 }
 
-/// Between two lines, whatever their sense; all lie flat, so the cross product is along z.
+/// Returns the sine of the angle between two lines, whatever their sense. All lines lie flat, so
+/// the cross product is along z.
 pub(super) fn angle(a: Vector3<f64>, b: Vector3<f64>) -> f64 {
     asin(a.cross(&b).norm().min(1.0))
 }
 
-/// From a hinge's line to a point.
+/// Returns the distance of a point from a hinge line.
 pub(super) fn distance(hinge: &Joint, point: &Vector3<f64>) -> f64 {
     (point - hinge.point).cross(&hinge.direction).norm()
 }
 
-/// The largest distance of the lines to a point.
+/// Returns the largest distance of the lines from a point.
 pub(super) fn miss(hinges: &[&Joint], point: &Vector3<f64>) -> f64 {
     hinges.iter().map(|hinge| distance(hinge, point)).fold(0.0, f64::max)
 }
 
-/// The point nearest to all lines: sum (1 - d d^T) (x - p) = 0, which for lines that lie flat
-/// parts into the plane and the mean height. `None` for parallel lines.
+/// Returns the point nearest to all lines: sum (1 - d d^T) (x - p) = 0, which for flat lines
+/// separates into a problem in the plane and the mean height. `None` for parallel lines.
 pub(super) fn nearest_point(hinges: &[&Joint]) -> Option<Vector3<f64>> {
-    // Relative to one of the lines, for digits.
+    // Positions are relative to one of the lines to keep digits.
     let near = hinges[0].point;
     let (mut matrix, mut right, mut height) = (Matrix2::zeros(), Vector2::zeros(), 0.0);
     for hinge in hinges {
@@ -210,7 +215,7 @@ pub(super) fn nearest_point(hinges: &[&Joint]) -> Option<Vector3<f64>> {
         right += across * across.dot(&offset.xy());
         height += offset.z / hinges.len() as f64;
     }
-    // The trace is the number of lines, so the determinant compares with 1.
+    // The trace is the number of lines, so the determinant is compared with 1.
     if matrix.determinant() <= PARALLEL * PARALLEL {
         return None;
     }
@@ -218,8 +223,8 @@ pub(super) fn nearest_point(hinges: &[&Joint]) -> Option<Vector3<f64>> {
     Some(near + Vector3::new(plane.x, plane.y, height))
 }
 
-/// The member without which the others agree best, and how far off it is. `judge(i, others)` gives
-/// the disagreement of the others and the distance of i from what they agree on.
+/// Returns the member without which the others agree best, and its deviation. `judge(i, others)`
+/// gives the disagreement of the others and the deviation of i from them.
 fn odd_one_out(
     n: usize,
     judge: impl Fn(usize, &[usize]) -> Option<(f64, f64)>,

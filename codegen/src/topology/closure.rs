@@ -1,4 +1,4 @@
-//! Numeric closure of loops: where the ghost's three points are, less the original's.
+//! Numeric closure of loops: the positions of the ghost's three points minus those of the original.
 //!
 //! ```text
 //! r   = P_ghost - P_original,     nine numbers per loop, over the loop's length
@@ -14,10 +14,10 @@ use super::tree::{Cut, Tree};
 use crate::laminate::{Joint, Mechanism};
 use crate::source::JointId;
 
-/// Nine components: points P1 P2 P3, each x y z.
+/// Number of components: points P1 P2 P3, each x y z.
 type Nine = SVector<f64, 9>;
 
-/// Some loops of a mechanism as functions of some of its joint angles; all others stay flat.
+/// Some loops of a mechanism as functions of some of its joint angles; all other joints stay at 0.
 pub struct Closure<'a> {
     mechanism: &'a Mechanism,
     loops: Vec<Chains>,
@@ -27,18 +27,18 @@ pub struct Closure<'a> {
     columns: Vec<Option<usize>>,
 }
 
-/// A loop as two chains of hinges with what they carry.
+/// A loop as two chains of hinges.
 struct Chains {
     ghost: Vec<(JointId, f64)>,
     original: Vec<(JointId, f64)>,
-    /// The hinge lines' points are taken relative to this one, for digits.
+    /// The points of the hinge lines are relative to this point, to keep digits.
     near: Vector3<f64>,
     points: [Vector3<f64>; 3],
     length: f64,
 }
 
 impl<'a> Closure<'a> {
-    /// The closure of these loops as a function of these joints.
+    /// Creates the closure of these loops as a function of these joints.
     pub fn new<'b>(
         mechanism: &'a Mechanism,
         tree: &Tree,
@@ -64,7 +64,7 @@ impl<'a> Closure<'a> {
         Self { mechanism, loops, joints, columns }
     }
 
-    /// Allowed angles of the joint of a column, rad.
+    /// Returns the allowed angles of the joint of a column, rad.
     pub fn limits(&self, column: usize) -> [f64; 2] {
         self.joint(self.joints[column]).limits
     }
@@ -73,7 +73,7 @@ impl<'a> Closure<'a> {
         &self.mechanism.joints[joint.index()]
     }
 
-    /// A loop's hinges and the points of its ghost and its original, at these angles.
+    /// Returns a loop's hinges and the points of its ghost and its original at these angles.
     fn place(&self, chains: &Chains, q: &DVector<f64>) -> Placed {
         let mut hinges = Vec::new();
         let [ghost, original] =
@@ -98,7 +98,7 @@ impl<'a> Closure<'a> {
         Placed { hinges, ghost, original, length: chains.length }
     }
 
-    /// J^T J, J^T r and the largest residual, over the loops' lengths.
+    /// Returns J^T J, J^T r and the largest residual, relative to the loops' lengths.
     pub fn normal_equations(&self, q: &DVector<f64>) -> (DMatrix<f64>, DVector<f64>, f64) {
         let n = self.joints.len();
         let (mut matrix, mut right) = (DMatrix::zeros(n, n), DVector::zeros(n));
@@ -117,14 +117,14 @@ impl<'a> Closure<'a> {
         (matrix, right, largest)
     }
 
-    /// Sum of the squares of all residuals.
+    /// Returns the sum of the squares of all residuals.
     pub fn squared_residual(&self, q: &DVector<f64>) -> f64 {
         self.loops.iter().map(|chains| self.place(chains, q).residual().norm_squared()).sum()
     }
 
-    /// Six rows per loop, the twist of the ghost relative to the original at the ghost's P1 per
-    /// radian of each joint: of the rank of the nine closure rows where the loop is closed, and
-    /// still of the rank the hinges' twists have together where it is not.
+    /// Returns six rows per loop: the twist of the ghost relative to the original at the ghost's
+    /// P1, per radian of each joint. If the loop is closed, they have the same rank as the nine
+    /// closure rows; otherwise they have the rank of the hinges' twists.
     pub fn twists(&self, q: &DVector<f64>) -> DMatrix<f64> {
         let mut twists = DMatrix::zeros(6 * self.loops.len(), self.joints.len());
         for (i, chains) in self.loops.iter().enumerate() {
@@ -151,7 +151,7 @@ struct Placed {
 struct PlacedHinge {
     column: usize,
     of_ghost: bool,
-    /// Unit; reversed on the original's side, which enters with a minus sign.
+    /// Unit vector; reversed on the side of the original, which enters with a minus sign.
     axis: Vector3<f64>,
     /// A point of the hinge line.
     line: Vector3<f64>,

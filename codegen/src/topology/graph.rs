@@ -1,8 +1,8 @@
 //! The spanning tree and its loops.
 //!
-//! Every joint has exactly one node, the body (or copy of a body) that hangs on it, so nodes and
-//! joints are one-to-one. A joint that closes a loop carries a ghost: a copy of an already placed
-//! body that must coincide with the original.
+//! Every joint has exactly one node, the body (or copy of a body) whose parent joint it is, so
+//! nodes and joints correspond one to one. A joint that closes a loop carries a ghost: a second
+//! copy of a body that is already in the tree, which must coincide with the original.
 
 use std::fmt;
 
@@ -32,25 +32,25 @@ pub struct Topology {
     pub loops: Vec<Loop>,
     /// Generic rank of the closure Jacobian of all loops together.
     pub rank: usize,
-    /// Degrees of freedom: joints less `rank`; less still where loops close in isolated
-    /// configurations only, though their equations are fewer than their joints.
+    /// Degrees of freedom: number of joints minus `rank`. They are fewer if loops close in isolated
+    /// configurations only, although they have fewer equations than joints.
     pub mobility: usize,
-    /// Joint angles of one closed configuration away from the flat state, where one was found.
+    /// Joint angles of one closed configuration away from the flat state, if one was found.
     pub assembled: Option<Vec<f64>>,
-    /// Warnings found on the way (near misses, immobile loops).
+    /// Warnings (near misses, immobile loops).
     pub warnings: Diagnostics,
 }
 
-/// A body, or a ghost of one, hanging on a joint.
+/// A body, or the ghost of a body, with its parent joint.
 #[derive(Clone, Debug)]
 pub struct Node {
-    /// The joint it hangs on.
+    /// Its parent joint.
     pub joint: JointId,
-    /// The body it is (a copy of).
+    /// The body, or the body of which it is a copy.
     pub body: BodyId,
-    /// `None` for the original, else which loop's ghost it is.
+    /// The loop whose ghost it is; `None` for an original.
     pub ghost: Option<LoopId>,
-    /// The node that carries it; `None` for the ground.
+    /// The parent node; `None` for the ground.
     pub parent: Option<NodeId>,
     /// +1 when the node is the joint's second body, -1 when it is the first: the node turns by
     /// `sense * q` about the joint's direction, relative to its parent.
@@ -66,25 +66,25 @@ pub struct Loop {
     pub joint: JointId,
     /// The original of the cut body.
     pub original: NodeId,
-    /// Its ghost, which hangs on `joint`.
+    /// Its ghost, whose parent joint is `joint`.
     pub ghost: NodeId,
     /// The joints around the loop: from the ghost up to the common ancestor, then down to the
     /// original.
     pub joints: Vec<JointId>,
-    /// What the hinge lines have in common in the flat state.
+    /// Class of the hinge lines in the flat state.
     pub class: LoopClass,
-    /// Three points P1, P2, P3 fixed to the cut body, flat coordinates, m.
+    /// Three points P1, P2, P3 fixed to the cut body, in the flat state, m.
     pub points: [Vector3<f64>; 3],
-    /// Columns: directions x, y, z fixed to the cut body (flat axes) along which closure rows are
-    /// written; P2 - P1 is along x, P3 - P1 in the plane of x and y.
+    /// Columns: directions x, y, z fixed to the cut body (flat axes) along which the closure rows
+    /// are taken. P2 - P1 is along x, P3 - P1 is in the plane of x and y.
     pub frame: Matrix3<f64>,
-    /// The rows the acceleration uses: of P1 x y z, P2 y z, P3 z those that are not identically
-    /// zero for the class.
+    /// The rows that the acceleration uses: those of P1 x y z, P2 y z, P3 z that are not
+    /// identically zero for the class.
     pub rows: Vec<Row>,
     /// Generic rank of this loop's closure Jacobian alone.
     pub rank: usize,
-    /// Joints of the loop less `rank`; 0 where it closes in isolated configurations only (four
-    /// hinges in a row on one sheet).
+    /// Number of the loop's joints minus `rank`; 0 if it closes in isolated configurations only
+    /// (four hinges in a row on one sheet).
     pub mobility: usize,
 }
 
@@ -97,7 +97,7 @@ pub struct Row {
     pub axis: usize,
 }
 
-/// What the hinge lines of a loop have in common.
+/// Class of a loop by its hinge lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LoopClass {
     /// All hinge lines parallel.
@@ -107,10 +107,10 @@ pub enum LoopClass {
     },
     /// All hinge lines through one point.
     Spherical {
-        /// That point, flat coordinates, m.
+        /// That point, in the flat state, m.
         centre: Vector3<f64>,
     },
-    /// Anything else.
+    /// Any other hinge lines.
     Spatial,
 }
 
@@ -132,7 +132,7 @@ impl fmt::Display for Loop {
 }
 
 impl Topology {
-    /// By node: how many hinges there are from the ground to it, its own included.
+    /// Returns the number of hinges from the ground to each node, including its parent joint.
     pub fn depths(&self) -> Vec<usize> {
         let mut depths: Vec<usize> = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {
@@ -141,7 +141,8 @@ impl Topology {
         depths
     }
 
-    /// What nodes are called: their bodies' names, ghosts with the loop they close.
+    /// Returns the names of the nodes: the names of their bodies, for ghosts with the loop they
+    /// close.
     pub fn node_names(&self) -> Vec<String> {
         let name = |node: &Node| &self.mechanism.bodies[node.body.index()].name;
         self.nodes
@@ -153,7 +154,7 @@ impl Topology {
             .collect()
     }
 
-    /// One line per loop: `loop 0: spherical, 9 equations, 3 independent, mobility 3`.
+    /// Returns one line per loop: `loop 0: spherical, 9 equations, 3 independent, mobility 3`.
     pub fn summary_lines(&self) -> Vec<String> {
         self.loops.iter().enumerate().map(|(i, l)| format!("loop {i}: {l}")).collect()
     }

@@ -1,10 +1,12 @@
-//! Whether every joint has inertia to turn: the mass matrix of the tree must be positive definite.
+//! Check that every joint moves some inertia: the mass matrix of the tree must be positive
+//! definite.
 //!
-//! A body with inertia about the line it hangs on resists turning, whatever hangs on it: where all
-//! do, no motion of the tree is without kinetic energy, in any configuration. A body whose whole
-//! mass lies on that line has to be held by what hangs on it; whether it is, the pivots of the mass
-//! matrix tell. They are those of the articulated inertia (R. Featherstone, "Rigid Body Dynamics
-//! Algorithms", 2008, section 7.2), from the leaves to the ground:
+//! A body with inertia about the line of its parent joint resists rotation, whatever its children
+//! are. If all bodies do, every motion of the tree has kinetic energy in any configuration. If the
+//! whole mass of a body lies on that line, its children must provide the inertia; the pivots of the
+//! mass matrix show whether they do. These are the pivots of the articulated inertia (R.
+//! Featherstone, "Rigid Body Dynamics Algorithms", 2008, section 7.2), from the leaves to the
+//! ground:
 //!
 //! ```text
 //! D_j = h_j^T A_j h_j,    A_parent += A_j - (A_j h_j) (A_j h_j)^T / D_j
@@ -22,21 +24,21 @@ use crate::laminate::{Joint, MassProperties, Mechanism};
 use crate::source::codes;
 use crate::source::{Diagnostic, Diagnostics, JointId};
 
-/// Over the largest moment of a body: less about its hinge line is rounding.
+/// Moments about a hinge line below this fraction of the body's largest moment are rounding errors.
 const SINGULAR: f64 = 1e-12;
-/// Over the mechanism's size: mass within this distance of a line lies on it.
+/// Mass within this distance of a line, relative to the mechanism's size, lies on the line.
 const ON_LINE: f64 = 1e-9;
 
-/// Inertia about the base's origin of rotation and of the velocity there.
+/// Spatial inertia about the origin of the base frame.
 type Spatial = SMatrix<f64, 6, 6>;
 
-/// Grows a tree all of whose joints have inertia to turn, in the initial configuration.
+/// Grows a tree in which every joint moves some inertia, in the initial configuration.
 ///
-/// A body of a loop whose mass lies on one of its hinge lines need not hang on that one: where the
-/// tree makes it, loops are cut elsewhere.
+/// If the mass of a body in a loop lies on one of its hinge lines, another hinge can be its parent
+/// joint. If the tree chose that hinge, loops are cut at other joints.
 ///
 /// # Errors
-/// Those of [`tree::grow`], and joints that nothing resists turning about.
+/// Returns the errors of [`tree::grow`], and joints about which nothing resists rotation.
 pub fn grow(mechanism: &Mechanism) -> Result<Tree, Diagnostics> {
     let mut cuts = mechanism.cuts.clone();
     let mut tree = tree::grow(mechanism, &cuts)?;
@@ -62,7 +64,7 @@ pub fn grow(mechanism: &Mechanism) -> Result<Tree, Diagnostics> {
     Err(Diagnostics(nodes.map(|node| nothing_resists(mechanism, node)).collect()))
 }
 
-/// The joints of all loops that pass through one of these nodes.
+/// Returns the joints of all loops that pass through one of these nodes.
 fn around(tree: &Tree, nodes: &[NodeId]) -> BTreeSet<JointId> {
     let path =
         |cut: &Cut| cut.ghost_path.iter().chain(&cut.original_path).copied().collect::<Vec<_>>();
@@ -71,7 +73,7 @@ fn around(tree: &Tree, nodes: &[NodeId]) -> BTreeSet<JointId> {
     through.flatten().map(|node| tree.nodes[node.index()].joint).collect()
 }
 
-/// The nodes that nothing resists turning about the joint they hang on.
+/// Returns the nodes for which nothing resists rotation about their parent joint.
 fn idle(mechanism: &Mechanism, tree: &Tree) -> Vec<NodeId> {
     let properties = |node: &Node| &mechanism.bodies[node.body.index()].mass_properties;
     let joint = |node: &Node| &mechanism.joints[node.joint.index()];
@@ -118,19 +120,19 @@ fn idle(mechanism: &Mechanism, tree: &Tree) -> Vec<NodeId> {
     idle
 }
 
-/// A body's inertia about a hinge line, kg m^2.
+/// Returns a body's inertia about a hinge line, kg m^2.
 fn moment(body: &MassProperties, joint: &Joint) -> f64 {
     (body.inertia_about(&joint.point) * joint.direction).dot(&joint.direction)
 }
 
-/// What inertia about a line is rounding, kg m^2.
+/// Returns the inertia about a line below which it is a rounding error, kg m^2.
 fn rounding(body: &MassProperties, size: f64) -> f64 {
     let largest = body.inertia.symmetric_eigenvalues().amax();
     let near = ON_LINE * size;
     (SINGULAR * largest).max(body.mass * near * near)
 }
 
-/// Where each node is in the initial configuration.
+/// Returns the pose of each node in the initial configuration.
 fn poses(mechanism: &Mechanism, tree: &Tree) -> Vec<Isometry3<f64>> {
     let mut poses: Vec<Isometry3<f64>> = Vec::with_capacity(tree.nodes.len());
     for node in &tree.nodes {
@@ -144,7 +146,7 @@ fn poses(mechanism: &Mechanism, tree: &Tree) -> Vec<Isometry3<f64>> {
     poses
 }
 
-/// m X^T X + diag(I, 0), X the velocity of the centre of mass by rotation and velocity.
+/// m X^T X + diag(I, 0), where X maps rotation and velocity to the velocity of the centre of mass.
 fn spatial(body: &MassProperties, pose: &Isometry3<f64>) -> Spatial {
     let com = pose.rotation * body.com + pose.translation.vector;
     let rotation = pose.rotation.to_rotation_matrix();
@@ -158,8 +160,8 @@ fn spatial(body: &MassProperties, pose: &Isometry3<f64>) -> Spatial {
     spatial
 }
 
-/// Rotation and velocity at the base's origin of a turn about the joint's line, which moves with
-/// its bodies.
+/// Returns angular velocity and velocity at the base's origin of a rotation about the joint's line,
+/// which moves with its bodies.
 fn turning(joint: &Joint, pose: &Isometry3<f64>) -> Vector6<f64> {
     let direction: Vector3<f64> = pose.rotation * joint.direction;
     let point = pose.rotation * joint.point + pose.translation.vector;
@@ -170,8 +172,8 @@ fn turning(joint: &Joint, pose: &Isometry3<f64>) -> Vector6<f64> {
 fn nothing_resists(mechanism: &Mechanism, node: &Node) -> Diagnostic {
     let joint = &mechanism.joints[node.joint.index()];
     let body = &mechanism.bodies[node.body.index()].name;
-    let message = format!("nothing resists turning about `{}`", joint.name);
+    let message = format!("the moment of inertia about `{}` is zero", joint.name);
     Diagnostic::error(codes::SINGULAR_INERTIA, joint.span, message)
         .label(format!("all mass of `{body}` lies on this hinge line"))
-        .hint(format!("give `{body}` an `outline`, or mass beside the line"))
+        .hint(format!("give `{body}` an `outline`, or add mass away from the hinge line"))
 }

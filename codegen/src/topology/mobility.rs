@@ -1,7 +1,7 @@
-//! How many ways closed loops can move: the rank of their closure Jacobian where they are closed
-//! and as far from the flat state as sampling leads.
+//! Mobility of closed loops: the rank of their closure Jacobian in closed configurations away from
+//! the flat state, found by sampling.
 //!
-//! The flat state says nothing: there all hinge lines lie in a plane and the rank drops. Closed
+//! The flat state is not generic: there all hinge lines lie in a plane and the rank drops. Closed
 //! configurations are found by damped Gauss-Newton steps from random angles
 //!
 //! ```text
@@ -9,8 +9,9 @@
 //!                                 also where solutions are not isolated)
 //! ```
 //!
-//! and then left along the null space of J, which shows that the motion is finite and leads away
-//! from special configurations. The largest rank seen is the generic one: rank only drops.
+//! and followed along the null space of J, which shows that the motion is finite and leads away
+//! from special configurations. The largest rank found is the generic one, because special
+//! configurations can only have a smaller rank.
 
 use std::cmp::Ordering;
 use std::f64::consts::{PI, TAU};
@@ -19,32 +20,33 @@ use nalgebra::{DMatrix, DVector};
 
 use super::closure::Closure;
 
-/// Largest residual of a closed configuration, over a loop's length.
+/// Largest residual of a closed configuration, relative to a loop's length.
 const CLOSED: f64 = 1e-12;
 /// Singular values below this fraction of the largest count as zero.
 const RANK_TOLERANCE: f64 = 1e-7;
-/// Angles below this are the flat state; rounding at a double root is its square.
+/// Angles below this count as the flat state. At a double root the rounding error is its square.
 const FLAT: f64 = 1e-3;
 /// Largest step along a motion, rad.
 const STEP: f64 = 0.1;
-/// Steps along a motion.
+/// Number of steps along a motion.
 const STEPS: usize = 12;
-/// Spread of random angles, in turn: small ones follow the motions out of the flat state, large
-/// ones find closed configurations on no path from there.
+/// Ranges of random angles, used in turn: small angles follow the motions out of the flat state,
+/// large angles find closed configurations that no path connects with it.
 const SPREADS: [f64; 6] = [0.3, 0.8, 1.2, 0.1, 2.0, PI];
-/// Sampling ends after this many attempts: flat sheets have motions that fold some hinges only,
-/// of other rank and more easily hit than those that fold all.
+/// Largest number of attempts. Flat sheets have motions that fold some hinges only; these have a
+/// different rank and are found more easily than those that fold all.
 const ATTEMPTS: usize = 120;
-/// In mechanisms of more joints than this, attempts grow fewer as their cost grows.
+/// With more joints than this, the number of attempts decreases as their cost grows.
 const MANY_JOINTS: usize = 64;
-/// Or after this many of one rank that move, when the best folds every hinge.
+/// Sampling also ends after this many mobile samples of the same rank, if the best folds every
+/// hinge.
 const AGREEING: usize = 12;
 
-/// What sampling found.
+/// Result of the sampling.
 pub struct Mobility {
     /// Generic rank of the closure Jacobian.
     pub rank: usize,
-    /// Degrees of freedom; 0 where all closed configurations found are isolated.
+    /// Degrees of freedom; 0 if all closed configurations found are isolated.
     pub mobility: usize,
     /// A closed configuration away from the flat state, one angle per column.
     pub assembled: Option<DVector<f64>>,
@@ -58,7 +60,7 @@ struct Sample {
     guessed: bool,
 }
 
-/// Samples closed configurations, first from `guess` where it is not the flat state.
+/// Samples closed configurations, first from `guess` if it is not the flat state.
 pub fn mobility(closure: &Closure, guess: &DVector<f64>) -> Mobility {
     let n = closure.joints.len();
     let mut random = Random(0);
@@ -73,8 +75,9 @@ pub fn mobility(closure: &Closure, guess: &DVector<f64>) -> Mobility {
         } else if attempt % 2 == 1
             && let Some(best) = &best
         {
-            // Folding what the best leaves flat and keeping most of the rest finds the motions
-            // that fold all, which in large sheets hardly any random angles are near.
+            // Folding the hinges that the best sample leaves flat, and keeping most of the others,
+            // finds the motions that fold all hinges. In large sheets random angles are hardly ever
+            // near these.
             for (angle, kept) in start.iter_mut().zip(best.q.iter()) {
                 if kept.abs() > FLAT && random.next() < 0.5 {
                     *angle = *kept;
@@ -85,7 +88,8 @@ pub fn mobility(closure: &Closure, guess: &DVector<f64>) -> Mobility {
         let q = within_turn(closure, q);
         let mut sample = explore(closure, q.clone(), &mut random);
         if guessed && q.amax() > FLAT {
-            // Where it leads counts, but what was asked for is this branch.
+            // The rank is taken at the end of the motion, but the configuration is on the branch of
+            // the guess.
             sample = Sample { q, guessed, ..sample };
         }
         let kind = (sample.moves, sample.rank);
@@ -108,7 +112,8 @@ pub fn mobility(closure: &Closure, guess: &DVector<f64>) -> Mobility {
         Some(Sample { q, rank, moves: true, .. }) => {
             Mobility { rank, mobility: n - rank, assembled: Some(q) }
         }
-        // At a double root rank is lost though nothing moves; beside it the equations show it.
+        // At a double root the rank drops although nothing moves; near the root the equations show
+        // this.
         isolated => {
             let beside = random_angles(closure, 1.0, &mut random);
             let assembled = isolated.map(|sample| sample.q).filter(|q| q.amax() > FLAT);
@@ -117,10 +122,11 @@ pub fn mobility(closure: &Closure, guess: &DVector<f64>) -> Mobility {
     }
 }
 
-/// The better sample is the greater: one that moves, of larger rank, within limits, on the branch
-/// the file's guess shows, unfolded.
+/// The better sample compares as greater: it moves, has a larger rank, is within the limits, is on
+/// the branch of the file's guess, and is unfolded.
 fn merit(closure: &Closure, sample: &Sample) -> (bool, usize, bool, bool, u64) {
-    // Each joint counts up to half a radian, so that all of them are away from flat.
+    // Each joint counts up to half a radian, so that samples in which all joints are bent are
+    // preferred.
     let unfolded: f64 = sample.q.iter().map(|q| q.abs().min(0.5)).sum();
     let within = inside_limits(closure, &sample.q);
     (sample.moves, sample.rank, within, sample.guessed, (unfolded * 1e6) as u64)
@@ -133,7 +139,8 @@ fn inside_limits(closure: &Closure, q: &DVector<f64>) -> bool {
     })
 }
 
-/// Follows a motion from a closed configuration, outwards first, while limits allow.
+/// Follows a motion from a closed configuration, first away from the flat state, as far as the
+/// limits allow.
 fn explore(closure: &Closure, start: DVector<f64>, random: &mut Random) -> Sample {
     let mut q = start;
     let mut moves = false;
@@ -154,7 +161,7 @@ fn explore(closure: &Closure, start: DVector<f64>, random: &mut Random) -> Sampl
             let step = direction.scale(STEP / direction.amax());
             let Some(next) = assemble(closure, &(&q + &step)) else { continue };
             let moved = &next - &q;
-            // A step that projection takes back was along no motion.
+            // A step that the projection reverses was not along a motion.
             if !(0.3..3.0).contains(&(moved.norm() / step.norm())) {
                 continue;
             }
@@ -174,7 +181,7 @@ fn explore(closure: &Closure, start: DVector<f64>, random: &mut Random) -> Sampl
     Sample { q: within_turn(closure, q), rank, moves, guessed: false }
 }
 
-/// Damped Gauss-Newton to a closed configuration near `start`.
+/// Finds a closed configuration near `start` by damped Gauss-Newton steps.
 fn assemble(closure: &Closure, start: &DVector<f64>) -> Option<DVector<f64>> {
     const ITERATIONS: usize = 120;
     let n = start.len();
@@ -215,7 +222,7 @@ fn assemble(closure: &Closure, start: &DVector<f64>) -> Option<DVector<f64>> {
     None
 }
 
-/// Angles of joints without limits, within half a turn.
+/// Wraps the angles of joints without limits to half a turn.
 fn within_turn(closure: &Closure, mut q: DVector<f64>) -> DVector<f64> {
     for (column, angle) in q.iter_mut().enumerate() {
         if closure.limits(column).iter().all(|limit| limit.is_infinite()) {
@@ -234,7 +241,7 @@ fn random_angles(closure: &Closure, spread: f64, random: &mut Random) -> DVector
     q
 }
 
-/// The number of singular values that are not zero beside the largest.
+/// Returns the number of singular values that are not zero compared with the largest.
 fn rank(jacobian: &DMatrix<f64>) -> usize {
     if jacobian.is_empty() {
         return 0;
@@ -243,10 +250,11 @@ fn rank(jacobian: &DMatrix<f64>) -> usize {
     values.iter().filter(|value| **value > RANK_TOLERANCE * values.amax()).count()
 }
 
-/// Columns: an orthonormal basis of the motions the closure allows to first order.
+/// Returns an orthonormal basis, as columns, of the motions that the closure allows to first order.
 fn null_space(jacobian: &DMatrix<f64>) -> DMatrix<f64> {
     let n = jacobian.ncols();
-    // At least square, so that the decomposition has all n right vectors.
+    // The matrix has at least as many rows as columns, so that the decomposition has all n right
+    // vectors.
     let svd = jacobian.clone().resize(jacobian.nrows().max(n), n, 0.0).svd(false, true);
     let Some(right) = svd.v_t else { return DMatrix::zeros(n, 0) };
     let largest = svd.singular_values.amax();
@@ -257,12 +265,12 @@ fn null_space(jacobian: &DMatrix<f64>) -> DMatrix<f64> {
     if free.is_empty() { DMatrix::zeros(n, 0) } else { DMatrix::from_columns(&free) }
 }
 
-/// Small deterministic numbers (Steele, Lea & Flood, "Fast splittable pseudorandom number
+/// Deterministic pseudorandom numbers (Steele, Lea & Flood, "Fast splittable pseudorandom number
 /// generators", 2014): the same mechanism always gives the same report.
 struct Random(u64);
 
 impl Random {
-    /// Between -1 and 1.
+    /// Returns a number between -1 and 1.
     fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;

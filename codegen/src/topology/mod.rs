@@ -1,5 +1,5 @@
-//! Stage 3: [`Mechanism`] -> [`Topology`]: hinge lines of rounded drawings made exact, a spanning
-//! tree, the loops that close on it, and how many ways the whole can move.
+//! Stage 3: [`Mechanism`] -> [`Topology`]: makes the hinge lines of rounded drawings exact, grows a
+//! spanning tree, and finds its loops and the mobility.
 
 mod class;
 mod closure;
@@ -23,12 +23,12 @@ use closure::Closure;
 use mobility::mobility;
 use tree::{Cut, Tree};
 
-/// Makes exact what its hinge lines have in common, spans the mechanism with a tree, cuts its loops
-/// and counts how many ways it moves.
+/// Makes nearly parallel and concurrent hinge lines exact, grows a spanning tree, cuts the loops
+/// and computes the mobility.
 ///
 /// # Errors
-/// Joints that can never turn or that nothing resists turning about, and bodies that no chain of
-/// joints connects with the ground.
+/// Returns errors for joints that can never turn or about which nothing resists rotation, and for
+/// bodies that no chain of joints connects with the ground.
 pub fn build(mut mechanism: Mechanism) -> Result<Topology, Diagnostics> {
     let tree = inertia::grow(&mechanism)?;
     let mut warnings = Diagnostics::default();
@@ -50,24 +50,23 @@ pub fn build(mut mechanism: Mechanism) -> Result<Topology, Diagnostics> {
     })
 }
 
-/// More prescribed joints than ways to move.
+/// Warns of more prescribed joints than degrees of freedom.
 fn overdriven(mechanism: &Mechanism, mobility: usize) -> Option<Diagnostic> {
     let driven: Vec<_> = mechanism.joints.iter().filter(|joint| joint.drive.is_some()).collect();
     let last = driven.last().filter(|_| driven.len() > mobility)?;
     let names: Vec<_> = driven.iter().map(|joint| format!("`{}`", joint.name)).collect();
     let message = format!(
-        "{} are driven, but the mechanism moves in {mobility} {} only",
+        "{} are driven, but the mechanism has only {mobility} {}",
         names.join(", "),
-        if mobility == 1 { "way" } else { "ways" }
+        if mobility == 1 { "degree of freedom" } else { "degrees of freedom" }
     );
-    Some(
-        Diagnostic::warning(codes::OVERDRIVEN, last.span, message).hint(
-            "unless the prescribed angles agree with the loops at all times, none can follow",
-        ),
-    )
+    Some(Diagnostic::warning(codes::OVERDRIVEN, last.span, message).hint(
+        "unless the prescribed angles agree with the loops at all times, no motion is \
+             possible",
+    ))
 }
 
-/// One loop alone.
+/// Computes the mobility of one loop alone.
 fn closed_loop(mechanism: &Mechanism, tree: &Tree, cut: &Cut, warnings: &mut Diagnostics) -> Loop {
     let joint_of = |node: &NodeId| tree.nodes[node.index()].joint;
     let joints: Vec<JointId> =
@@ -116,17 +115,17 @@ fn closed_loop(mechanism: &Mechanism, tree: &Tree, cut: &Cut, warnings: &mut Dia
     closed
 }
 
-/// What sampling found about all loops together, with one angle per joint of the mechanism.
+/// Result of the sampling for all loops together, with one angle per joint of the mechanism.
 struct Whole {
     rank: usize,
     mobility: usize,
     assembled: Option<Vec<f64>>,
 }
 
-/// All loops together.
+/// Computes the mobility of all loops together.
 ///
-/// Loops that cannot move alone cannot in company: their joints stay as drawn. The others fall
-/// into groups that share joints, and ranks and mobilities of groups add.
+/// Loops that cannot move alone cannot move together with others: their joints stay as drawn. The
+/// others form groups that share joints, and ranks and mobilities of the groups add.
 fn whole(mechanism: &Mechanism, tree: &Tree, loops: &[Loop], warnings: &mut Diagnostics) -> Whole {
     let n = mechanism.joints.len();
     let mut whole = Whole { rank: 0, mobility: n, assembled: None };
@@ -161,7 +160,7 @@ fn whole(mechanism: &Mechanism, tree: &Tree, loops: &[Loop], warnings: &mut Diag
     whole
 }
 
-/// Loops that share joints, and their joints that are not held.
+/// Returns the groups of loops that share joints, with their joints that can move.
 struct Group {
     loops: Vec<usize>,
     joints: Vec<JointId>,
@@ -184,7 +183,7 @@ fn groups(loops: &[Loop], chosen: &[usize], held: &[bool]) -> Vec<Group> {
         groups = apart;
         groups.push(merged);
     }
-    // Loops all of whose joints are held have nothing left to say.
+    // Loops without a joint that can move are skipped.
     groups.retain(|group| !group.joints.is_empty());
     groups
 }
@@ -207,7 +206,7 @@ fn jointly_immobile(
     let hinge = |index: usize| &mechanism.joints[loops[index].joint.index()];
     let names: Vec<_> = group.iter().map(|index| format!("`{}`", hinge(*index).name)).collect();
     let message = format!(
-        "the loops closed by {} hold each other: their {} hinges cannot move ({rank} independent \
+        "the loops closed by {} lock each other: their {} hinges cannot move ({rank} independent \
          equations)",
         names.join(", "),
         closure.joints.len()
@@ -216,7 +215,7 @@ fn jointly_immobile(
         .hint("remove a joint, or split a body by another hinge")
 }
 
-/// The guess of the file for the joints that move.
+/// Returns the guess of the file for the joints that move.
 fn guess(mechanism: &Mechanism, closure: &Closure) -> DVector<f64> {
     let angles = closure.joints.iter().map(|joint| mechanism.initial_q[joint.index()]);
     DVector::from_iterator(closure.joints.len(), angles)

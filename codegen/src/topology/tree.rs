@@ -1,13 +1,13 @@
 //! The spanning tree: breadth-first from the ground over the joints in file order.
 //!
-//! A joint that reaches a body already placed closes a loop: it carries a ghost of that body.
+//! A joint that reaches a body already in the tree closes a loop: it carries a ghost of that body.
 
 use super::graph::{LoopId, Node, NodeId};
 use crate::laminate::Mechanism;
 use crate::source::codes;
 use crate::source::{BodyId, Diagnostic, Diagnostics, JointId};
 
-/// The nodes and, per loop, what closes it.
+/// The nodes of the tree and the cut of each loop.
 pub struct Tree {
     /// Parents before children.
     pub nodes: Vec<Node>,
@@ -15,7 +15,7 @@ pub struct Tree {
     pub cuts: Vec<Cut>,
 }
 
-/// Where a loop is cut.
+/// The cut of a loop.
 pub struct Cut {
     /// The joint that closes the loop.
     pub joint: JointId,
@@ -23,16 +23,17 @@ pub struct Cut {
     pub original: NodeId,
     /// Its ghost.
     pub ghost: NodeId,
-    /// From the common ancestor of both down to the ghost.
+    /// The nodes from the common ancestor of both down to the ghost.
     pub ghost_path: Vec<NodeId>,
-    /// From the common ancestor down to the original.
+    /// The nodes from the common ancestor down to the original.
     pub original_path: Vec<NodeId>,
 }
 
-/// Grows the tree; `to_cut` are joints that are to close loops.
+/// Grows the tree; loops are cut at the joints `to_cut`.
 ///
 /// # Errors
-/// Joints that can never turn, and bodies that no chain of joints connects with the ground.
+/// Returns errors for joints that can never turn and for bodies that no chain of joints connects
+/// with the ground.
 pub fn grow(mechanism: &Mechanism, to_cut: &[JointId]) -> Result<Tree, Diagnostics> {
     refuse_dead_joints(mechanism)?;
     let bodies = &mechanism.bodies;
@@ -51,9 +52,9 @@ pub fn grow(mechanism: &Mechanism, to_cut: &[JointId]) -> Result<Tree, Diagnosti
     let mut nodes: Vec<Node> = Vec::new();
     let mut placed: Vec<Option<NodeId>> = vec![None; bodies.len()];
     let mut used = vec![false; mechanism.joints.len()];
-    // Where the walk has been, the ground first.
+    // The bodies that the search has reached, the ground first.
     let mut visited: Vec<Option<NodeId>> = vec![None];
-    // Joints that are to close loops come last, when all bodies have their place.
+    // Joints at which loops are cut come last, when all bodies are in the tree.
     for closing in [false, true] {
         let mut next = 0;
         while let Some(&parent) = visited.get(next) {
@@ -99,25 +100,25 @@ fn refuse_dead_joints(mechanism: &Mechanism) -> Result<(), Diagnostics> {
         if first == second || (fixed(first) && fixed(second)) {
             let message =
                 format!("joint `{}` connects a body with itself or two fixed ones", joint.name);
-            errors.push(
-                Diagnostic::error(codes::DEAD_JOINT, joint.span, message)
-                    .hint("it can never turn: remove it, or name two bodies that can"),
-            );
+            errors.push(Diagnostic::error(codes::DEAD_JOINT, joint.span, message).hint(
+                "it can never turn: remove it, or name two bodies that can turn \
+                           relative to each other",
+            ));
         }
     }
     if errors.has_errors() { Err(errors) } else { Ok(()) }
 }
 
-/// A joint that was to close a loop, but without which a body hangs on nothing.
+/// Reports a joint that cannot be cut, because without it a body is not connected with the ground.
 fn closes_nothing(mechanism: &Mechanism, joint: JointId, body: BodyId) -> Diagnostics {
     let joint = &mechanism.joints[joint.index()];
     let body = &mechanism.bodies[body.index()].name;
-    let message = format!("joint `{}` cannot be where a loop is cut", joint.name);
+    let message = format!("no loop can be cut at joint `{}`", joint.name);
     let mut errors = Diagnostics::default();
     errors.push(
         Diagnostic::error(codes::NO_LOOP, joint.span, message)
             .label(format!("without it nothing connects `{body}` with the ground"))
-            .hint("choose a joint of a loop, and one joint per loop"),
+            .hint("choose joints that are part of a loop, one for each loop"),
     );
     errors
 }
@@ -133,7 +134,7 @@ fn refuse_bodies_out_of_reach(
                 format!("no chain of joints connects body `{}` with the ground", body.name);
             errors.push(
                 Diagnostic::error(codes::OUT_OF_REACH, body.span, message)
-                    .label("out of reach of the fixed bodies")
+                    .label("not connected with a fixed body")
                     .hint("add a joint to a body that is connected, or make it `fixed: true`"),
             );
         }
@@ -161,7 +162,7 @@ fn cuts(nodes: &mut [Node], placed: &[Option<NodeId>]) -> Vec<Cut> {
     cuts
 }
 
-/// From the ground's child down to the node.
+/// Returns the nodes from a child of the ground down to the node.
 fn path(nodes: &[Node], node: NodeId) -> Vec<NodeId> {
     let parent = |node: &NodeId| nodes[node.index()].parent;
     let mut path: Vec<_> = std::iter::successors(Some(node), parent).collect();
@@ -169,7 +170,7 @@ fn path(nodes: &[Node], node: NodeId) -> Vec<NodeId> {
     path
 }
 
-/// k copies of a body carry 1/k of it each.
+/// Each of the k copies of a body carries 1/k of its mass.
 fn share_mass(nodes: &mut [Node], bodies: usize) {
     let mut copies = vec![0_usize; bodies];
     for node in nodes.iter() {

@@ -104,12 +104,12 @@ fn tables_have_units() {
     for (text, says) in [
         ("l,w,k,b\n", "there is no column `a [m^2]`"),
         ("l [kg],w,a,k,b\n", "`l [kg]` has no unit of `l`, as in `l [m]`"),
-        ("l,w,a,k,b\n1,2,3,4,-5\n", "line 2: `-5` is no positive number"),
+        ("l,w,a,k,b\n1,2,3,4,-5\n", "line 2: `-5` is not a positive number"),
     ] {
         assert_eq!(read_text(text).unwrap_err().to_string(), says);
     }
     // Three lengths, widths and areas make five coefficients of k.
     let all = table(0.0);
     let few = regress(&[all[0], all[13], all[26]]).unwrap_err().to_string();
-    assert_eq!(few, "3 specimens cannot determine the 5 coefficients of stiffness");
+    assert_eq!(few, "3 specimens are not enough to determine the 5 coefficients of stiffness");
 }

@@ -42,13 +42,13 @@ warning[overlapping-bodies]: `arm` and `hand` overlap by 40.0000 mm^2 in layer 1
 7 |   hand: { outline: [[38, 0], [60, 0], [60, 20], [38, 20]] }
   |                    ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^ overlaps `arm`
   |
-  = help: one sheet cannot be both: cut one of them back
+  = help: the material of a sheet can belong to one body only: cut one of the plates back
 
 warning[far-hinge]: the hinge line of `wrist` is 360.0000 mm from `arm` and 340.0000 mm from `hand`
   --> odd.yaml:10:39
    |
 10 |   wrist: { bodies: [arm, hand], axis: [[400, 0], [400, 20]] }
-   |                                       ^^^^^^^^^^^^^^^^^^^^^ far from what it joins
+   |                                       ^^^^^^^^^^^^^^^^^^^^^ far from the plates it joins
    |
    = help: are the points of its `axis` right, and their unit?
 

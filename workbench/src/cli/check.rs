@@ -1,4 +1,4 @@
-//! `lamc check MODEL`: what the compiler understood.
+//! `lamc check MODEL`: a report on the model.
 
 use std::fmt::{self, Write};
 
@@ -19,11 +19,12 @@ pub fn run(model: &str, size: Size) -> Outcome {
     output::print(&report(&compiled))
 }
 
-/// With more joints the state of rest takes longer than the rest of the report.
+/// Largest number of joints for which the equilibrium is computed. With more joints it takes longer
+/// than the rest of the report.
 const MOST_AT_REST: usize = 60;
 
-/// The longest stable step of the classical Runge-Kutta method at the state of rest, s; none where
-/// there is no such state, or nothing swings.
+/// Returns the longest stable step of the classical Runge-Kutta method at the equilibrium, s;
+/// `None` if there is no equilibrium or nothing oscillates.
 fn longest_step(compiled: &Compiled) -> Option<f64> {
     let system = Jit::new(&compiled.program);
     let mut state = system.initial();
@@ -41,13 +42,13 @@ fn longest_step(compiled: &Compiled) -> Option<f64> {
     linear(&resting, &state).ok()?.longest_rk4_step()
 }
 
-/// Warns of where the motion starts: joints that are not where they were asked to be, hinges bent
-/// beyond their linear range.
+/// Warns of problems of the initial state: joints that do not start at the requested angle, hinges
+/// bent beyond their linear range.
 fn warn_of_start(compiled: &Compiled) {
     let system = Interpreter::new(&compiled.program);
     let mut q = system.initial().q;
     let pinned: Vec<bool> = (0..q.len()).map(|joint| system.is_pinned(joint)).collect();
-    // What cannot be assembled is told by the commands that need it.
+    // Commands that need a closed configuration report it if the model cannot be assembled.
     let asked = q.clone();
     if assemble(&system, 0.0, &mut q, &pinned, &mut system.workspace()).is_ok() {
         warn_of_moves(system.interface(), &pinned, &asked, &q);

@@ -5,13 +5,13 @@ use lamc_workbench::reference;
 
 use super::{Outcome, misused, output};
 
-/// Prints what a code stands for, or all codes.
+/// Prints the explanation of a code, or all codes.
 pub fn run(code: Option<&str>) -> Outcome {
     let names: Vec<&str> = codes::all().map(|code| code.name).collect();
     let Some(code) = code else {
         return output::print((names.join("\n") + "\n").as_bytes());
     };
-    // As it may be copied from a report.
+    // The code may be copied from a report with its brackets.
     let code =
         code.trim_start_matches("error[").trim_start_matches("warning[").trim_end_matches(']');
     if let Some(entry) = reference::explain(code) {

@@ -15,7 +15,7 @@ use super::paths::Paths;
 use super::start::Start;
 use super::{Failed, Outcome, curves, fail, output, warn};
 
-/// Find parameters with which a model moves as measured.
+/// Identify parameters from a measured motion.
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]
@@ -24,11 +24,11 @@ pub struct Arguments {
     /// input
     #[arg(long, value_name = "FILE")]
     data: String,
-    /// What to find: parameters, or `stiffness`, `damping`, `rest`, `mass` of every joint (body), or
-    /// of one: `stiffness_<joint>`
+    /// What to identify: parameters, or `stiffness`, `damping`, `rest`, `mass` of every joint
+    /// (body), or of one: `stiffness_<joint>`
     #[arg(long, value_delimiter = ',', required = true, value_name = "NAME,..")]
     free: Vec<String>,
-    /// The motion starts from rest; else the speeds at the start are found too
+    /// The motion starts from rest; without this option the initial speeds are identified too
     #[arg(long)]
     from_rest: bool,
     #[command(flatten)]
@@ -38,7 +38,7 @@ pub struct Arguments {
 /// Where a fit's residuals go.
 #[derive(Args)]
 pub struct Report {
-    /// Draw what the fit leaves of the measured angles as SVG
+    /// Draw the residuals of the angles as SVG
     #[arg(long, value_name = "FILE")]
     plot: Option<String>,
     /// Write the fitted angles as CSV
@@ -72,7 +72,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     for (joint, angle) in arguments.start.guess(&compiled, &compiled.program.interface)? {
         if !record.q[0][joint].is_nan() {
             return Err(fail(format_args!(
-                "--initial has no say in where `{}` starts: {} tells it",
+                "--initial has no effect on `{}`: {} determines its initial angle",
                 joints[joint], arguments.data
             )));
         }
@@ -107,7 +107,7 @@ fn free_parameters(names: &[String], parameters: &[ParameterInfo]) -> Result<Vec
         if found.is_empty() {
             let names: Vec<_> = parameters.iter().map(|p| format!("`{}`", p.name)).collect();
             return Err(fail(format_args!(
-                "no parameter `{name}`, and no constant of that kind; there are {}",
+                "there is no parameter or constant `{name}`; there are {}",
                 names.join(", ")
             )));
         }
@@ -135,7 +135,7 @@ fn refuse_prescribed(
     Ok(())
 }
 
-/// Warns where neither the first sample nor a guess tells how the mechanism is folded.
+/// Warns if neither the first sample nor a guess determines how the mechanism is folded.
 fn warn_of_unknown_start(interface: &Interface, record: &Record) {
     let joints = interface.joints.iter().zip(&record.q[0]);
     let is_unknown =
@@ -144,8 +144,9 @@ fn warn_of_unknown_start(interface: &Interface, record: &Record) {
     if interface.joints.len() - unknown.len() < interface.mobility {
         let names: Vec<_> = unknown.iter().map(|name| format!("`{name}`")).collect();
         warn(format_args!(
-            "the first sample does not tell where {} start, and the fit begins with them flat: a \
-             rough guess may be needed (`--initial {}=ANGLE`, or `initial` in the model)",
+            "the first sample does not determine the initial angles of {}, and the fit begins \
+             with 0: a rough guess may be needed (`--initial {}=ANGLE`, or `initial` in the \
+             model)",
             names.join(", "),
             unknown[0]
         ));
@@ -168,7 +169,7 @@ pub fn read(path: &str, joints: &[&str]) -> Result<Record, Failed> {
     Record::read(open(path)?, joints).map_err(|error| fail(format_args!("{path}: {error}")))
 }
 
-/// Estimates, standard errors, and what is left.
+/// Prints estimates, standard errors and residuals.
 pub fn summary(fit: &Fit) -> String {
     let mut text = format!("{:<24} {:>14} {:>14} {:>9}\n", "parameter", "SI", "std. error", "%");
     for estimate in &fit.estimates {
@@ -182,7 +183,7 @@ pub fn summary(fit: &Fit) -> String {
     if fit.share > NEAR {
         let percent = 100.0 * fit.share;
         warn(format_args!(
-            "the model does not move as measured: {percent:.0} % of the motion are left"
+            "the model does not move as measured: the residuals are {percent:.0} % of the motion"
         ));
     }
     let n = fit.estimates.len();
@@ -195,7 +196,7 @@ pub fn summary(fit: &Fit) -> String {
     }
     let _ = writeln!(
         text,
-        "left: {:.4} deg root mean square, after {} motions",
+        "residual: {:.4} deg root mean square, after {} motions",
         fit.rms.to_degrees(),
         fit.evaluations
     );
@@ -239,7 +240,7 @@ impl Report {
                 .map(|(joint, name)| Curve::points(name, joint, left(joint)))
                 .filter(|curve| !curve.samples.is_empty())
                 .collect();
-            let svg = curves::draw("measured less fitted", &curves).map_err(fail)?;
+            let svg = curves::draw("measured minus fitted", &curves).map_err(fail)?;
             output::write(path, &svg)?;
         }
         Ok(())

@@ -1,4 +1,4 @@
-//! `lamc hinge MODEL`: what a hinge model says, and what measurements say of a hinge.
+//! `lamc hinge MODEL`: stiffness and damping of a hinge from a model or from measurements.
 
 use std::fmt::Write;
 
@@ -39,13 +39,13 @@ pub struct BeamArguments {
     /// Width along the hinge line
     #[arg(long, value_parser = length, value_name = "LENGTH")]
     width: f64,
-    /// How much of the width is cut out
+    /// Part of the width that is cut out
     #[arg(long, value_parser = length, value_name = "LENGTH", default_value = "0")]
     gaps: f64,
     /// Stress at which the material yields: the linear range follows from it
     #[arg(long, value_parser = pressure, value_name = "PRESSURE")]
     yield_stress: Option<f64>,
-    /// How far from the hinge a force acts
+    /// Distance from the hinge at which a force acts
     #[arg(long, value_parser = length, value_name = "LENGTH", requires = "yield_stress")]
     arm: Option<f64>,
 }
@@ -58,10 +58,10 @@ pub struct PolynomialArguments {
     /// Width w of the hinge
     #[arg(long, value_parser = length, value_name = "LENGTH")]
     width: f64,
-    /// Area a of the body that swings: 50cm^2; without it the air's damping is left out
+    /// Area a of the body that swings: 50cm^2; without it the damping by the air is left out
     #[arg(long, value_parser = area, value_name = "AREA")]
     area: Option<f64>,
-    /// Take the coefficients as printed, not as corrected
+    /// Use the coefficients as printed, not as corrected
     #[arg(long)]
     printed: bool,
 }
@@ -70,7 +70,7 @@ pub struct PolynomialArguments {
 pub struct FamilyArguments {
     /// Specimens as CSV: `l [mm]`, `w [mm]`, `a [cm^2]`, `k [N*m/rad]`, `b [N*m*s/rad]`
     table: String,
-    /// What mechanisms call it
+    /// Name of the family in model files
     #[arg(long)]
     name: String,
     /// Where to write the entry for `hinge_models`; `-` writes standard output
@@ -80,8 +80,8 @@ pub struct FamilyArguments {
 
 #[derive(Args)]
 pub struct FitArguments {
-    /// The swing as CSV: `t [s]` and `theta [deg]` or `theta [rad]`, zero where the body hangs; `-`
-    /// reads standard input
+    /// The swing as CSV: `t [s]` and `theta [deg]` or `theta [rad]`, zero where the body hangs
+    /// straight down; `-` reads standard input
     data: String,
     /// Moment of inertia about the centre of mass: 25kg*mm^2
     #[arg(long, value_parser = moment, value_name = "INERTIA")]
@@ -133,12 +133,12 @@ fn beam(given: &BeamArguments) -> Outcome {
         ("--youngs-modulus", given.youngs_modulus),
         ("--thickness", given.thickness),
         ("--length", given.length),
-        ("--width less --gaps", given.width - given.gaps),
+        ("--width minus --gaps", given.width - given.gaps),
         ("--yield-stress", given.yield_stress.unwrap_or(1.0)),
         ("--arm", given.arm.unwrap_or(1.0)),
     ];
     if let Some((name, _)) = positive.iter().find(|(_, value)| *value <= 0.0) {
-        return Err(misused(format_args!("{name} must be more than zero")));
+        return Err(misused(format_args!("{name} must be greater than zero")));
     }
     if given.gaps < 0.0 {
         return Err(misused("--gaps must not be negative"));

@@ -1,4 +1,4 @@
-//! Interrupts (Ctrl-C): long work ends early and keeps what it has.
+//! Interrupts (Ctrl-C): a long computation ends early and keeps its results.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -9,7 +9,7 @@ pub const EXIT_INTERRUPTED: u8 = 130;
 
 static ASKED_FOR: AtomicBool = AtomicBool::new(false);
 
-/// From here on an interrupt does not end the process, but is noted.
+/// After this call an interrupt does not end the process but is recorded.
 pub fn listen() -> Result<(), Failed> {
     ctrlc::set_handler(|| ASKED_FOR.store(true, Ordering::Relaxed)).map_err(fail)
 }

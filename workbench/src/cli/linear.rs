@@ -1,10 +1,10 @@
-//! Small motions about a state of rest, and whether it is stable.
+//! Small motions about an equilibrium, and its stability.
 //!
-//! Static stability is that of the potential: the symmetric part of the stiffness is positive, so that
-//! whatever way it is pushed, it is pushed back. Dynamic stability is that of the motion: no
-//! eigenvalue of the linear motion grows, torques that no potential has included. A follower force or
-//! a torque along the speed breaks the second alone; where all forces have a potential and dampers
-//! take energy, both are the same.
+//! Static stability is that of the potential: the symmetric part of the stiffness is positive, so
+//! that every small displacement is opposed. Dynamic stability is that of the motion: no mode of
+//! the linearised motion grows, including torques without a potential. A follower force or a torque
+//! along the speed affects only the second; if all forces have a potential and dampers remove
+//! energy, both are equivalent.
 
 use std::f64::consts::TAU;
 use std::fmt::Write;
@@ -18,14 +18,14 @@ use serde::Serialize;
 
 use super::{Failed, fail, warn};
 
-/// A real part of an eigenvalue less than this share of the fastest is rounding.
+/// A real part of an eigenvalue below this fraction of the fastest is a rounding error.
 const ROUNDING: f64 = 1e-9;
 /// Units in the last place that rounding makes of a stiffness, per direction.
 const STIFFNESS_ROUNDING: f64 = 64.0;
 
-/// Beyond this product of eigenvalue and step the method of order 4 is stable nowhere.
+/// The method of order 4 is unstable for every larger product of eigenvalue and step.
 const RK4_REACH: f64 = 4.0;
-/// How finely the limit is looked for.
+/// Resolution of the search for the limit.
 const RK4_STEPS: usize = 4000;
 
 /// dx/dt = A x + B i with x = (z, dz/dt) and q = q0 + T z.
@@ -51,7 +51,7 @@ pub struct Mode {
     pub shape: Vec<[f64; 2]>,
 }
 
-/// Whether it comes back when pushed.
+/// Stability of an equilibrium.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Stability {
     /// Both.
@@ -70,7 +70,7 @@ pub struct KinkReport {
     slopes: [f64; 2],
 }
 
-/// What small motions about a state of rest are like.
+/// Linearised motion about an equilibrium.
 pub struct Motions {
     pub linear: Linear,
     pub modes: Vec<Mode>,
@@ -97,8 +97,8 @@ impl Motions {
         for kink in &found {
             let is_decided = !kink.by_speed;
             let told = match is_decided {
-                true => "it is stable only if it is so on both sides",
-                false => "modes and dynamic stability hold for one side",
+                true => "it is stable only if it is stable on both sides",
+                false => "modes and dynamic stability are valid for one side only",
             };
             warn(format_args!("{kink}: {told}"));
             for side in [-1.0, 1.0].into_iter().filter(|_| is_decided) {
@@ -131,8 +131,8 @@ impl Motions {
     pub fn lines(&self) -> String {
         let Stability { statically_stable, dynamically_stable, .. } = self.stability;
         let mut text = match statically_stable {
-            true => "statically stable: whatever way it is pushed, it is pushed back\n",
-            false => "statically unstable: pushed one way at least, nothing pushes it back\n",
+            true => "statically stable: every small displacement is opposed\n",
+            false => "statically unstable: a small displacement is not opposed\n",
         }
         .to_owned();
         let growth = |mode: &&Mode| mode.eigenvalue[0];
@@ -235,8 +235,8 @@ fn tell_of_friction(mechanism: &Mechanism, parameters: &[f64]) {
             continue;
         };
         warn(format_args!(
-            "the friction of `{}` counts at rest as a damper of {:.3e} N m s/rad: right for speeds \
-             well below {:.3} deg/s",
+            "the friction of `{}` acts at rest as a damper of {:.3e} N m s/rad: this is valid \
+             for speeds well below {:.3} deg/s",
             joint.name,
             torque / friction.speed,
             friction.speed.to_degrees()

@@ -1,4 +1,4 @@
-//! `lamc modes MODEL`: small motions about a state of rest.
+//! `lamc modes MODEL`: small motions about an equilibrium.
 
 use std::fmt::Write;
 
@@ -12,15 +12,16 @@ use super::linear::{KinkReport, Linear, Mode, Motions, Stability};
 use super::start::Start;
 use super::{Outcome, fail, output};
 
-/// Natural frequencies, damping and shapes about the state of rest downhill from the initial one.
+/// Natural frequencies, damping and mode shapes about the equilibrium that is reached from the
+/// initial configuration.
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]
     start: Start,
-    /// Take away a force, or what drives a joint
+    /// Remove a force, or the torque and the drive of a joint
     #[arg(long, value_name = "NAME")]
     release: Vec<String>,
-    /// Print JSON, SI and radians, with the matrices of the linear system
+    /// Print JSON in SI units and radians, with the matrices of the linear system
     #[arg(long)]
     json: bool,
 }

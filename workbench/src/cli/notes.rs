@@ -1,11 +1,11 @@
-//! What a motion did that nothing in the model keeps it from.
+//! Warnings about motions that the model allows but the robot does not.
 
 use std::f64::consts::PI;
 
 use lamc::laminate::Mechanism;
 use lamc_workbench::motion::{Motion, Sample};
 
-/// Beyond an angle by less than this is rounding, rad.
+/// Excess over an angle below which it is a rounding error, rad.
 const ROUNDING: f64 = 1e-9;
 
 /// Joints that were driven beyond their limits, and those that turned past half a turn, where plates
@@ -29,8 +29,8 @@ pub fn transgressions(mechanism: &Mechanism, motion: &Motion) -> Vec<String> {
         }
         if let Some(sample) = first(&|q: f64| q.abs() > PI + ROUNDING) {
             notes.push(format!(
-                "`{name}` is turned past 180 deg at t = {:.3} s: plates do not stop each other, a joint \
-                 stops at its `limits` only",
+                "`{name}` is turned past 180 deg at t = {:.3} s: the model has no contact of \
+                 plates; a joint stops only at its `limits`",
                 sample.t
             ));
         }

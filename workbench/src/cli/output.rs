@@ -1,4 +1,4 @@
-//! Writing: files, and standard output without complaint into a closed pipe.
+//! Writing: files, and standard output where a closed pipe is not an error.
 
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
@@ -7,7 +7,7 @@ use lamc::files;
 
 use super::{Failed, Outcome, fail, misused};
 
-/// Writes a text or bytes to standard output. A reader that went away is no failure.
+/// Writes a text or bytes to standard output. A reader that has closed the pipe is not an error.
 pub fn print(contents: &(impl AsRef<[u8]> + ?Sized)) -> Outcome {
     let mut out = io::stdout().lock();
     match out.write_all(contents.as_ref()).and_then(|()| out.flush()) {
@@ -18,7 +18,7 @@ pub fn print(contents: &(impl AsRef<[u8]> + ?Sized)) -> Outcome {
     }
 }
 
-/// Writes a text or bytes to a file (`-`: standard output): whole or not at all.
+/// Writes a text or bytes to a file (`-`: standard output): completely or not at all.
 pub fn write(path: &str, contents: &(impl AsRef<[u8]> + ?Sized)) -> Outcome {
     if path == "-" {
         return print(contents);
@@ -26,13 +26,13 @@ pub fn write(path: &str, contents: &(impl AsRef<[u8]> + ?Sized)) -> Outcome {
     files::write(Path::new(path), contents).map_err(|error| unwritable(path, &error))
 }
 
-/// Refuses a file whose name says that it is something else.
+/// Reports a file whose extension belongs to another format.
 pub fn has_extension(path: Option<&String>, extension: &str) -> Outcome {
     let says_other = |path: &&String| {
         Path::new(path).extension().is_some_and(|found| !found.eq_ignore_ascii_case(extension))
     };
     match path.filter(says_other) {
-        Some(path) => Err(misused(format_args!("`{path}` is no .{extension}"))),
+        Some(path) => Err(misused(format_args!("`{path}` does not end in .{extension}"))),
         None => Ok(()),
     }
 }

@@ -1,8 +1,9 @@
-//! The files a command line names: no output may take the place of an input or of another output.
+//! The files of a command line: no output may overwrite an input or another output.
 //!
-//! A file is known by what it is, not by how it is written: `m.yaml`, `./m.yaml`, a link to it and,
-//! where standard input comes from it, `-` are one file. What is not there yet is known by the
-//! place where it would come to be. Devices and pipes cannot be overwritten and are left alone.
+//! Files are compared by identity, not by the spelling of their paths: `m.yaml`, `./m.yaml`, a link
+//! to it and, where standard input comes from it, `-` are one file. A file that does not exist yet
+//! is identified by the path at which it would be created. Devices and pipes cannot be overwritten
+//! and are ignored.
 
 use std::fs::{self, Metadata};
 use std::io;
@@ -77,12 +78,12 @@ impl<'a> Paths<'a> {
                     || other.overwrites(output, io::stdout())
             });
             let (other, why) = match (read, written) {
-                (Some(input), _) => (input, "what is read would be overwritten"),
-                (None, Some(other)) => (other, "each output needs a file of its own"),
+                (Some(input), _) => (input, "the input would be overwritten"),
+                (None, Some(other)) => (other, "each output needs a separate file"),
                 (None, None) => continue,
             };
             return Err(misused(format_args!(
-                "{} {} and {} {} are one file: {why}",
+                "{} {} and {} {} are the same file: {why}",
                 output.argument, output.path, other.argument, other.path
             )));
         }

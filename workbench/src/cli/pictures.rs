@@ -1,4 +1,4 @@
-//! A motion as seen: pictures, a video, a page to look at it from all sides.
+//! Pictures, a video and a viewer page of a motion.
 
 use std::num::NonZeroU32;
 use std::path::Path;
@@ -27,21 +27,22 @@ pub struct Pictures {
     /// Draw a video of the motion, 30 pictures per second, as MP4
     #[arg(long, value_name = "FILE")]
     video: Option<String>,
-    /// Draw the end of the motion as PNG; with `#` in the name, every picture of the video:
+    /// Draw the end of the motion as PNG; with `#` in the name, all frames of the video:
     /// frames/####.png
     #[arg(long, value_name = "FILE")]
     png: Option<String>,
-    /// Write a page to look at the motion from all sides, as one HTML file; `-` writes its data
-    /// alone, JSON, to standard output
+    /// Write an interactive viewer of the motion as one HTML file; `-` writes only its data as JSON
+    /// to standard output
     #[arg(long, value_name = "FILE")]
     view: Option<String>,
-    /// Where pictures are seen from, degrees: azimuth from x towards y, elevation; zoom 1 shows all
+    /// Direction of the camera, degrees: azimuth from x towards y, elevation; zoom 1 shows
+    /// everything
     #[arg(long, value_name = "AZIMUTH,ELEVATION[,ZOOM]", allow_hyphen_values = true)]
     camera: Option<View>,
     /// Width and height of pictures, pixels
     #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "800x600", value_parser = size)]
     size: [usize; 2],
-    /// How fast the video shows the motion: 1 is as it is, 0.1 ten times slower
+    /// Speed of the video: 1 is real time, 0.1 is ten times slower
     #[arg(long, value_name = "TIMES", default_value_t = 1.0)]
     speed: f64,
 }
@@ -139,7 +140,7 @@ impl Pictures {
         let pictures = ((end - start) / step + 1e-9).floor() + 1.0;
         if pictures > MOST {
             return Err(misused(format_args!(
-                "{pictures:.0} pictures are too many: lower --duration or raise --speed"
+                "{pictures:.0} frames are too many: lower --duration or raise --speed"
             )));
         }
         Ok((0..pictures as usize).map(|picture| start + step * picture as f64).collect())

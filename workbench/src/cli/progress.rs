@@ -1,4 +1,4 @@
-//! What the user sees of long work: a bar or a spinner on a terminal, elsewhere plain lines.
+//! Progress of long computations: a bar or a spinner on a terminal, plain lines elsewhere.
 
 use std::io::{self, Write};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// Work that takes no longer is not spoken of.
+/// Shorter computations are not reported.
 const PATIENCE: Duration = Duration::from_secs(2);
 
 /// How often a line on a terminal is drawn again.
@@ -34,7 +34,7 @@ impl Busy {
     pub fn new(work: impl Into<String>) -> Self {
         let (steps, next) = mpsc::channel();
         let work = work.into();
-        // Without a thread the work is done in silence.
+        // Without a thread the progress is not shown.
         let thread = thread::Builder::new().spawn(move || watch(work, &next)).ok();
         Self { steps: Some(steps), thread }
     }
@@ -42,7 +42,7 @@ impl Busy {
     /// Goes on with the next piece.
     pub fn now(&self, work: String) {
         if let Some(steps) = &self.steps {
-            // Nobody is left to be told when the thread has ended.
+            // If the thread has ended, the message is not needed.
             let _ = steps.send(work);
         }
     }
@@ -68,7 +68,7 @@ fn watch(mut work: String, next: &Receiver<String>) {
     }
     let spinner = ProgressBar::new_spinner().with_elapsed(PATIENCE);
     let say = |work: String| match spinner.is_hidden() {
-        // Nobody is left to tell when standard error is closed.
+        // If standard error is closed, the message is lost.
         true => drop(writeln!(io::stderr(), "{work} ..")),
         false => spinner.set_message(work),
     };

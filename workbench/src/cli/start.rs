@@ -1,5 +1,5 @@
-//! What the commands that evaluate have in common: a model, its parameters and inputs, and the
-//! configuration to start from.
+//! Options of all commands that evaluate a model: its parameters and inputs, and the initial
+//! configuration.
 
 use std::collections::HashSet;
 use std::f64::consts::{PI, TAU};
@@ -9,7 +9,7 @@ use lamc::laminate::verdicts;
 use lamc::pipeline::Compiled;
 use lamc::program::Interface;
 use lamc::source::{
-    Numbers, Severity, SourceModel, beyond_a_turn, is_bare, read_angle, read_as, read_quantity,
+    Numbers, Severity, SourceModel, beyond_a_turn, has_no_unit, read_angle, read_as, read_quantity,
 };
 use lamc_runtime::{Mechanism, State, assemble, project};
 use lamc_workbench::execution::Jit;
@@ -23,24 +23,24 @@ const FAR: f64 = 5.0 * PI / 180.0;
 /// So is one that is bent the other way, from this angle on, rad.
 const BENT: f64 = 1e-3;
 
-/// Which model, and where it starts.
+/// The model and its initial configuration.
 #[derive(Args)]
 pub struct Start {
     /// The model
     pub model: String,
-    /// Set a parameter; a bare number is SI and radians, a unit must measure what the parameter
-    /// does: k=0.02, k=11.4mN*m/rad
+    /// Set a parameter; a number without a unit is in SI units and radians, a unit must fit the
+    /// parameter: k=0.02, k=11.4mN*m/rad
     #[arg(long, value_name = "NAME=VALUE")]
     set: Vec<String>,
-    /// Set an input, constant or an expression of t and the parameters; bare numbers are SI and
-    /// radians: motor=2mN*m, "motor=0.002*sin(2*pi*t)"
+    /// Set an input to a constant or an expression of t and the parameters; numbers without a unit
+    /// are in SI units and radians: motor=2mN*m, "motor=0.002*sin(2*pi*t)"
     #[arg(long, value_name = "NAME=VALUE")]
     input: Vec<String>,
-    /// Start from another angle, a rough guess; a bare number is in the model's `units.angle`
-    /// (radians, unless it says otherwise): j0=30deg
+    /// Set the guess of an initial angle; a number without a unit is in the model's `units.angle`
+    /// (radians by default): j0=30deg
     #[arg(long, value_name = "JOINT=ANGLE")]
     initial: Vec<String>,
-    /// Hold a joint at an angle; bare numbers as for --initial: j0=30deg
+    /// Hold a joint at an angle; numbers without a unit as for --initial: j0=30deg
     #[arg(long, value_name = "JOINT=ANGLE")]
     lock: Vec<String>,
     #[command(flatten)]
@@ -94,7 +94,7 @@ impl Start {
             if read_angle(text).is_none() {
                 return Err(unlike(lock, LOCK));
             }
-            // What is locked to settle may be let go to move.
+            // A joint that is locked for the equilibrium may be released for the motion.
             if !released.iter().any(|name| name == joint) {
                 locks.push((joint, text));
             }
@@ -146,7 +146,7 @@ impl Start {
             let Some(joint) = joints.iter().position(|joint| joint.name == name) else {
                 let names: Vec<_> = joints.iter().map(|joint| joint.name.as_str()).collect();
                 return Err(fail(format_args!(
-                    "no joint `{name}`; there are {}",
+                    "there is no joint `{name}`; there are {}",
                     names.join(", ")
                 )));
             };
@@ -199,14 +199,14 @@ impl Start {
 pub fn warn_of_moves(interface: &Interface, given: &[bool], asked: &[f64], q: &[f64]) {
     let joints = interface.joints.iter().zip(given).zip(asked.iter().zip(q));
     for ((joint, given), (asked, q)) in joints {
-        // Whole turns are no difference.
+        // Whole turns do not matter.
         let moved = (q - asked + PI).rem_euclid(TAU) - PI;
         let is_flipped =
             asked.abs().min(q.abs()) > BENT && asked * q < 0.0 && (q - asked).abs() < PI;
         if *given && !joint.driven && (moved.abs() > FAR || is_flipped) {
             warn(format_args!(
-                "`{}` was asked to start at {:.4} deg and starts at {:.4} deg: the loops do not \
-                 close with it there, or with the other given angles",
+                "`{}` should start at {:.4} deg but starts at {:.4} deg: the loops do not close \
+                 with this angle and the other given angles",
                 joint.name,
                 asked.to_degrees(),
                 q.to_degrees()
@@ -242,9 +242,9 @@ fn quantity(option: &str, (name, text): (&str, &str), numbers: &Numbers) -> Resu
     Ok(value)
 }
 
-/// Warns of a bare number that is taken as radians and may have been meant in degrees.
+/// Warns of a number without a unit that is read as radians and was perhaps meant in degrees.
 fn warn_of_turns(option: &str, name: &str, text: &str, radians: Option<f64>) {
-    if let Some(turns) = radians.filter(|_| is_bare(text)).and_then(beyond_a_turn) {
+    if let Some(turns) = radians.filter(|_| has_no_unit(text)).and_then(beyond_a_turn) {
         warn(format_args!(
             "`{option} {name}={text}`: {turns}; for degrees write `{name}={text}deg`"
         ));

@@ -55,7 +55,10 @@ pub enum FamilyError {
     #[error("{0}")]
     Content(String),
     /// Fewer specimens than coefficients.
-    #[error("{specimens} specimens cannot determine the {terms} coefficients of {what}")]
+    #[error(
+        "{specimens} specimens are not enough to determine the {terms} coefficients of \
+             {what}"
+    )]
     TooFew {
         /// Measured.
         specimens: usize,
@@ -65,7 +68,7 @@ pub enum FamilyError {
         what: &'static str,
     },
     /// Lengths, widths and areas vary together.
-    #[error("the specimens do not tell the terms of {0} apart: vary one dimension at a time")]
+    #[error("the specimens do not determine the terms of {0}: vary one dimension at a time")]
     Indistinct(&'static str),
 }
 
@@ -100,7 +103,7 @@ pub fn read(text: impl Read) -> Result<Vec<Specimen>, FamilyError> {
             let text = row.get(column).unwrap_or_default();
             let number = text.parse::<f64>().ok().filter(|x| x.is_finite() && *x > 0.0);
             let number = number.map(|number| number * factor);
-            number.ok_or_else(|| wrong(format!("line {line}: `{text}` is no positive number")))
+            number.ok_or_else(|| wrong(format!("line {line}: `{text}` is not a positive number")))
         };
         let [l, w, a, k, b] = columns.map(number);
         specimens.push(Specimen { at: [l?, w?, a?], stiffness: k?, damping: b? });
@@ -186,11 +189,14 @@ fn fit(
 /// Why no mechanism could name a family so.
 pub fn unusable(name: &str) -> Option<String> {
     if ["beam", "sharifzadeh2018"].contains(&name) {
-        return Some(format!("`{name}` is a model of its own"));
+        return Some(format!("`{name}` is the name of a built-in model"));
     }
     let usable = is_identifier(name) && !is_keyword(name);
     (!usable).then(|| {
-        format!("`{name}` is no name: letters, digits and `_`, no digit first, no keyword")
+        format!(
+            "`{name}` is not a valid name: it must have letters, digits and `_` only, not \
+                 start with a digit and not be a keyword"
+        )
     })
 }
 
@@ -207,7 +213,7 @@ pub fn to_yaml(
         let percent = 100.0 * error / mean;
         let validated = match validated.is_finite() {
             true => format!("{validated:.3e} {unit} cross-validated"),
-            false => "not cross-validated: a specimen alone tells one of the terms".into(),
+            false => "not cross-validated: one of the terms depends on a single specimen".into(),
         };
         let _ = writeln!(text, "    # mean error {error:.3e} {unit} ({percent:.2} %), {validated}");
         let _ = writeln!(text, "    {what}:  # [coefficient, powers of length, width, area], SI");

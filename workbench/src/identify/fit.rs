@@ -82,12 +82,12 @@ pub enum FitError {
     Motion(#[from] Error),
     /// Fixed steps are too long for it.
     #[error(
-        "the motion from the first sample is too stiff to be fitted, or passes a singular state, as \
-         the flat one is: more steps between samples would be needed than are taken"
+        "the motion from the first sample is too stiff to be fitted, or passes a singular state, \
+         such as the flat one: it would need more steps between samples than lamc takes"
     )]
     Stiff,
     /// Fewer angles than unknowns.
-    #[error("{angles} angles cannot determine {unknowns} unknowns")]
+    #[error("{angles} angles are not enough to determine {unknowns} unknowns")]
     TooFew {
         /// Measured.
         angles: usize,
@@ -95,7 +95,7 @@ pub enum FitError {
         unknowns: usize,
     },
     /// A change of some unknowns changes nothing that was measured.
-    #[error("the record does not tell {0}: keep one of them fixed")]
+    #[error("the record does not determine {0}: keep one of them fixed")]
     Indistinct(String),
     /// The method stopped elsewhere than at a minimum.
     #[error(
@@ -244,8 +244,8 @@ fn check(
         return Err(told);
     }
     let reason = match termination {
-        TerminationReason::LostPatience => "the residuals still became smaller".to_owned(),
-        TerminationReason::User(_) => "a motion on the way cannot be integrated".to_owned(),
+        TerminationReason::LostPatience => "the residuals were still decreasing".to_owned(),
+        TerminationReason::User(_) => "an intermediate motion cannot be integrated".to_owned(),
         other => format!("{other:?}"),
     };
     Err(FitError::NoMinimum { evaluations, reason })

@@ -54,7 +54,10 @@ impl Record {
             .collect();
         if columns.iter().all(Option::is_none) {
             let known = joints.iter().map(|joint| format!("`{joint} [rad]`")).collect::<Vec<_>>();
-            return Err(wrong(format!("no column is an angle; there may be {}", known.join(", "))));
+            return Err(wrong(format!(
+                "no column is an angle; possible columns are {}",
+                known.join(", ")
+            )));
         }
         let mut record = Self { t: Vec::new(), q: Vec::new() };
         for row in reader.records() {
@@ -65,12 +68,12 @@ impl Record {
                 match text.parse::<f64>() {
                     _ if text.is_empty() => Ok(f64::NAN),
                     Ok(number) if number.is_finite() => Ok(number),
-                    _ => Err(wrong(format!("line {line}: `{text}` is no number"))),
+                    _ => Err(wrong(format!("line {line}: `{text}` is not a number"))),
                 }
             };
             let t = number(time)?;
             if t.is_nan() || record.t.last().is_some_and(|last| *last >= t) {
-                return Err(wrong(format!("line {line}: times do not ascend")));
+                return Err(wrong(format!("line {line}: times do not increase")));
             }
             let angle = |column: &Option<(usize, f64)>| match column {
                 Some((column, unit)) => Ok(number(*column)? * unit),
@@ -116,10 +119,14 @@ mod tests {
     fn what_is_wrong_is_said() {
         for (text, says) in [
             ("knee\n1\n2\n3\n", "there is no column `t [s]`"),
-            ("t,neck\n0,1\n", "no column is an angle; there may be `knee [rad]`, `hip [rad]`"),
-            ("t,knee\n0,1\n0,2\n1,3\n", "line 3: times do not ascend"),
-            ("t,knee\n0,1\n1,x\n2,3\n", "line 3: `x` is no number"),
-            ("t,knee\n0,1\n1,inf\n2,3\n", "line 3: `inf` is no number"),
+            (
+                "t,neck\n0,1\n",
+                "no column is an angle; possible columns are `knee [rad]`, `hip \
+                               [rad]`",
+            ),
+            ("t,knee\n0,1\n0,2\n1,3\n", "line 3: times do not increase"),
+            ("t,knee\n0,1\n1,x\n2,3\n", "line 3: `x` is not a number"),
+            ("t,knee\n0,1\n1,inf\n2,3\n", "line 3: `inf` is not a number"),
             ("t,knee\n0,1\n1,2\n", "2 samples are too few"),
         ] {
             assert_eq!(read(text).unwrap_err().to_string(), says, "{text}");

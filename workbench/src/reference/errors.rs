@@ -1,5 +1,5 @@
-//! `docs/ERRORS.md`: every code of diagnostics with its cause, an example and what mends it; and the same
-//! one by one for `lamc explain`.
+//! `docs/ERRORS.md`: every code of diagnostics with its cause, an example and its cure; and single
+//! entries for `lamc explain`.
 
 use std::fmt::Write;
 
@@ -12,12 +12,11 @@ const PAGE: &str = include_str!("ERRORS.md");
 const BEGINNING: &str = "\
 # Errors and warnings
 
-lamc reports what is wrong with a model file, and what is allowed but odd, with the place in the file and
-a code. This page says for each code what leads to it, shows a short model with the report, and says what
-mends it. `lamc explain CODE` prints the entry of one code. Errors end the work; warnings and notes do
-not.
+lamc reports mistakes and unusual values in a model file with their position in the file and a code. This
+page explains the cause of each code, shows a short model with the report, and says how to correct it.
+`lamc explain CODE` prints the entry of one code. Errors stop the compilation; warnings and notes do not.
 
-The page is written from the table of codes in the compiler and from the models in `tests/wrong`.
+This page is generated from the table of codes in the compiler and from the models in `tests/wrong`.
 ";
 
 /// A model that shows a code.

@@ -203,7 +203,7 @@ fn number(quantity: &Quantity) -> Json {
         true => compound(),
         false => format!("({}|{})", one_of(&own), compound()),
     };
-    number_in(&unit, &format!("{}, bare or with a unit.", capitalised(quantity.name)))
+    number_in(&unit, &format!("{}, with or without a unit.", capitalised(quantity.name)))
 }
 
 fn number_in(unit: &str, description: &str) -> Json {

@@ -9,14 +9,14 @@ use lamc::source::schema::{
 const BEGINNING: &str = "\
 # The keys of the model file
 
-A mechanism is one YAML file. This page lists every key that it may have. The page is written from the
-tables that lamc reads files by; keys that are not listed here are errors. [MODEL.md](MODEL.md) explains
+A mechanism is one YAML file. This page lists all keys that it may have. The page is generated from
+the tables with which lamc reads files; keys that are not listed here are errors. [MODEL.md](MODEL.md) explains
 formulas, and how bodies, masses and YAML's anchors work. [ERRORS.md](ERRORS.md) explains the diagnostics.
 
-A number may have a unit, as in `20 mm`. A bare number is in SI units and radians, or in the `units` of
-the file where it is a length, an angle or an angular speed. *Formula* means that a formula may stand for
-the number: *of t* means one of time, parameters and inputs, *of the motion* one that may also use
-`q.<joint>` and `u.<joint>`. Formulas are always in SI units and radians.
+A number may have a unit, as in `20 mm`. A number without a unit is in SI units and radians, or in the
+`units` of the file if it is a length, an angle or an angular speed. *Formula* means that a formula may
+replace the number: *of t* means that it may use time, parameters and inputs, *of the motion* that it may
+also use `q.<joint>` and `u.<joint>`. Formulas are always in SI units and radians.
 
 `lamc schema` prints the same as a JSON Schema, with which editors complete and check keys while you type
 ([MODEL.md](MODEL.md#in-an-editor)).
@@ -27,16 +27,16 @@ const NAMES: &str = "\
 
 Names of bodies, joints and other things become identifiers of the generated code. They consist of
 letters from A to Z in either case, digits and `_`, and do not start with a digit. Keywords of Rust, C,
-C++ and Python are reserved, and so are `pi`, `t`, `q`, `u`, `null`, `NULL` and `_`. Names of parameters and
-inputs cannot be those of functions.
+C++ and Python are reserved, and so are `pi`, `t`, `q`, `u`, `null`, `NULL` and `_`. Parameters and inputs
+cannot have the names of functions.
 ";
 
 const UNITS: &str = "\
 ## Units of quantities
 
 A unit is a product of powers of the units in this table, such as `mN*m/rad`, `g mm^2` or `kg/m^3`. A `/`
-divides by the one unit after it. Angle is a dimension of its own: `N*m` is a torque, `N*m/rad` a
-rotational stiffness.
+divides by the next unit only. Angle is a separate dimension: `N*m` is a torque, `N*m/rad` a rotational
+stiffness.
 
 | quantity | written in, for example | units of this quantity |
 |---|---|---|
@@ -69,8 +69,8 @@ pub fn schema_page() -> String {
 
 fn section(page: &mut String, mapping: &Mapping) {
     let _ = write!(page, "\n## {}\n\n", mapping.title);
-    if !mapping.place.is_empty() {
-        let _ = write!(page, "`{}`. ", mapping.place);
+    if !mapping.path.is_empty() {
+        let _ = write!(page, "`{}`. ", mapping.path);
     }
     let _ = writeln!(page, "{}", mapping.doc);
     for choice in mapping.choices {

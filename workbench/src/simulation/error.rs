@@ -26,8 +26,9 @@ pub enum SimulationError {
     },
     /// The motion stays where the loops are loose in more directions than usual.
     #[error(
-        "gave up at t = {t} s: it does not leave the singular state in which it started, such as flat, \
-         where it can move in many ways; start it from a folded guess; {suspect}"
+        "gave up at t = {t} s: the motion does not leave the singular state in which it started, \
+         such as the flat state, in which many motions are possible; start from a folded guess; \
+         {suspect}"
     )]
     StaysSingular {
         /// s.
@@ -37,10 +38,11 @@ pub enum SimulationError {
     },
     /// The energy grows though nothing does work.
     #[error(
-        "energy appears that nothing feeds: {:.3e} J by t = {t:.6} s, where the largest kinetic energy \
-         is {:.3e} J; either the equations of a loop contradict each other, as where hinge lines nearly \
-         have a direction or a point in common (see `lamc check`, and `tolerance:` in the model), or \
-         the motion cannot pass a flat or otherwise singular state (start from a folded guess)",
+        "the energy increases although nothing does work: by {:.3e} J until t = {t:.6} s, where \
+         the largest kinetic energy is {:.3e} J; either the equations of a loop contradict each \
+         other, for example because hinge lines are almost parallel or almost concurrent (see \
+         `lamc check`, and `tolerance:` in the model), or the motion cannot pass a flat or \
+         otherwise singular state (start from a folded guess)",
         .gain.energy,
         .gain.largest_kinetic
     )]
@@ -73,7 +75,7 @@ pub enum SimulationError {
 }
 
 fn advice(started_flat: bool) -> &'static str {
-    if started_flat { "; out of a flat sheet, start from a folded guess" } else { "" }
+    if started_flat { "; start a flat sheet from a folded guess" } else { "" }
 }
 
 fn listed(at_stop: &[String]) -> String {

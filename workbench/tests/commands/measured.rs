@@ -15,7 +15,7 @@ fn hinges_answer_and_refuse() {
     // E w t^3 / 12 x, and 2 sigma x / (E t).
     assert!(answer.contains("8.551063e-3 N m/rad") && answer.contains("15.4326 deg"), "{answer}");
     for (more, says) in [
-        (&["--gaps", "20mm"][..], "--width less --gaps must be more than zero"),
+        (&["--gaps", "20mm"][..], "--width minus --gaps must be greater than zero"),
         (&["--yield-stress", "1 mm"][..], "as in `1 Pa`"),
         (&["--arm", "1m"][..], "--yield-stress"),
     ] {
@@ -82,7 +82,10 @@ fn fits_and_motion_capture_go_from_file_to_file() {
     let again = run(&["fit", &model, "--data", &angles, "--free", "stiffness", "--from-rest"]);
     assert!(text(&again.stdout).contains("7.6000"), "{}", text(&again.stdout));
     for (arguments, says) in [
-        (vec!["fit", &model, "--data", &run_csv, "--free", "k"], "no parameter `k`"),
+        (
+            vec!["fit", &model, "--data", &run_csv, "--free", "k"],
+            "there is no parameter or constant `k`",
+        ),
         (vec!["fit", &model, "--data", "nowhere.csv", "--free", "damping"], "nowhere.csv"),
         (vec!["fit", &model, "--data", &quats, "--free", "damping"], "no column is an angle"),
         (vec!["mocap", &run_csv, "--model", &model], "no column is a body's"),
@@ -105,5 +108,9 @@ fn a_fit_says_what_its_record_does_not_tell() {
     fs::write(&data, format!("t [s],q.hinge [rad]\n{rows}")).unwrap();
     let output = run(&["fit", &model, "--data", &data, "--free", "stiffness,damping"]);
     assert_eq!(output.status.code(), Some(1), "{}", text(&output.stdout));
-    assert!(text(&output.stderr).contains("the record does not tell"), "{}", text(&output.stderr));
+    assert!(
+        text(&output.stderr).contains("the record does not determine"),
+        "{}",
+        text(&output.stderr)
+    );
 }

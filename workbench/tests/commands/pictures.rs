@@ -330,7 +330,7 @@ fn what_cannot_be_written_is_said_and_nothing_is_left() {
     refused(&["--png", "a.png", "--camera", "45,91"], 2, "elevation in -90..90");
     refused(&["--png", "a.png", "--camera", "nan,inf"], 2, "azimuth is in -360..360");
     refused(&["--video", "a.mp4", "--speed", "0"], 2, "--speed must be a positive number");
-    refused(&["--video", "a.mp4", "--speed", "1e-9"], 2, "pictures are too many");
+    refused(&["--video", "a.mp4", "--speed", "1e-9"], 2, "frames are too many");
 }
 
 /// Every example can be drawn, and a body without sheets is drawn as its inertia.

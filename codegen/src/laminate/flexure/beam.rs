@@ -8,39 +8,39 @@
 //! ```
 //!
 //! with E Young's modulus, sigma yield stress, x free length, w width, t thickness. F l is the
-//! bending moment M, and M (t / 2) / I = sigma where the outer fibre yields: hence t^2 in F. The
-//! paper prints t^3, which is no force. The angle is that of M, whatever the arm:
-//! phi = 2 sigma x / (E t).
+//! bending moment M, and M (t / 2) / I = sigma where the outer fibre yields, hence t^2 in F. The
+//! paper prints t^3, which does not have the dimension of a force. The angle depends on M only, not
+//! on the arm: phi = 2 sigma x / (E t).
 //!
-//! The paper's polyester of 0.127 mm (E = 4383.27 MPa, sigma = 42.84 MPa) is said to be linear up
-//! to 1.96 deg, without its free length. By the formulas above that is a free length of 0.222 mm.
-//! With t^3 as printed and lengths in millimetres the thickness drops out, phi = 2 sigma x / E,
-//! and 1.96 deg is a free length of 1.75 mm, more like a hinge; such a strip is in fact linear up
-//! to 15.4 deg.
+//! The paper's polyester of 0.127 mm (E = 4383.27 MPa, sigma = 42.84 MPa) is linear up to 1.96 deg
+//! according to the paper, which does not give its free length. By the formulas above the free
+//! length is 0.222 mm. With t^3 as printed and lengths in millimetres the thickness cancels, phi =
+//! 2 sigma x / E, and 1.96 deg corresponds to a free length of 1.75 mm, which is more plausible for
+//! a hinge; by the formulas above, such a strip is linear up to 15.4 deg.
 
 use crate::arithmetic::powi;
 
 /// A strip in bending. SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beam {
-    /// E, Pa.
+    /// Young's modulus E, Pa.
     pub youngs_modulus: f64,
     /// Free length x across the gap between the plates, m.
     pub length: f64,
-    /// Width w along the hinge line less what is cut out of it, m.
+    /// Width w along the hinge line without the parts that are cut out, m.
     pub width: f64,
     /// Thickness t, m.
     pub thickness: f64,
 }
 
-/// Where a strip stops being elastic.
+/// Limits of the range in which a strip is elastic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearRange {
-    /// F at the arm, N.
+    /// Force F at the arm, N.
     pub force: f64,
-    /// delta of the strip's end, m.
+    /// Deflection delta of the strip's end, m.
     pub deflection: f64,
-    /// phi of the strip's end, rad: by how much the hinge may turn from its rest angle.
+    /// Angle phi of the strip's end, rad: the largest turn of the hinge from its rest angle.
     pub angle: f64,
 }
 

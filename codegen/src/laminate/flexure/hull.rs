@@ -1,18 +1,18 @@
-//! Whether a point lies within the convex hull of others.
+//! Test whether a point lies within the convex hull of other points.
 //!
-//! It does when it is a weighted mean of them, sum c_i p_i = p, sum c_i = 1, c_i >= 0: least squares
-//! with weights that are not negative (C. L. Lawson, R. J. Hanson, "Solving Least Squares Problems",
-//! 1974, chapter 23).
+//! The point lies within the hull if it is a weighted mean of the others, sum c_i p_i = p, sum c_i
+//! = 1, c_i >= 0: a least-squares problem with non-negative weights (C. L. Lawson, R. J. Hanson,
+//! "Solving Least Squares Problems", 1974, chapter 23).
 
 use nalgebra::{DMatrix, DVector};
 
-/// Of coordinates over their range: rounding.
+/// Tolerance for rounding, relative to the range of the coordinates.
 const ROUNDING: f64 = 1e-7;
 
-/// Whether `at` lies within the hull of `points`, or on it.
+/// Returns whether `at` lies within the hull of `points` or on its boundary.
 pub fn contains<const K: usize>(points: &[[f64; K]], at: [f64; K]) -> bool {
     let of = |k: usize| points.iter().map(move |point| point[k]);
-    // Each coordinate over its range; where there is none, over its size.
+    // Each coordinate is divided by its range or, if the range is zero, by its magnitude.
     let scale: [f64; K] = std::array::from_fn(|k| {
         let range = of(k).fold(f64::MIN, f64::max) - of(k).fold(f64::MAX, f64::min);
         let size = of(k).fold(at[k].abs(), |most, x| most.max(x.abs()));
@@ -27,12 +27,13 @@ pub fn contains<const K: usize>(points: &[[f64; K]], at: [f64; K]) -> bool {
     nonnegative(&a, &b) <= ROUNDING
 }
 
-/// The least |A c - b| over c >= 0.
+/// Returns the minimum of |A c - b| over c >= 0.
 fn nonnegative(a: &DMatrix<f64>, b: &DVector<f64>) -> f64 {
     let n = a.ncols();
     let mut c = DVector::zeros(n);
     let mut free: Vec<usize> = Vec::new();
-    // Every round frees a weight and lowers the residual; more are rounding.
+    // Every iteration frees a weight and lowers the residual. Further iterations would only follow
+    // rounding errors.
     for _ in 0..10 * (n + 1) {
         let gradient = a.transpose() * (b - a * &c);
         let best = (0..n)
@@ -44,7 +45,7 @@ fn nonnegative(a: &DMatrix<f64>, b: &DVector<f64>) -> f64 {
         loop {
             let columns = a.select_columns(&free);
             let Ok(wanted) = columns.svd(true, true).solve(b, 1e-12) else { return f64::INFINITY };
-            // As far towards what is wanted as all weights stay positive.
+            // The step towards the solution is limited so that all weights stay positive.
             let mut step = 1.0_f64;
             for (place, &i) in free.iter().enumerate() {
                 if wanted[place] <= 0.0 {

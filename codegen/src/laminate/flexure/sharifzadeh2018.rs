@@ -10,49 +10,51 @@
 //! | `b(a, l, w)` | printed -0.227 l, corrected -0.0227 l |
 //! | `k(l, w)` | as printed |
 //!
-//! What is corrected is inferred, by this arithmetic:
+//! The corrected coefficients are inferred as follows:
 //!
 //! * The errors stated with `b(a, l, w)` are 2.39e-6 N m s/rad, or 4.01 %: the mean damping of the
 //!   specimens is about 2.39e-6 / 0.0401 = 5.96e-5. At l = 1 mm, w = 50 mm, a = 0.005 m^2 the
-//!   printed polynomial is -1.4e-4, less than nothing; with -0.0227 l it is 6.0e-5, and `b(a)`
+//!   printed polynomial is -1.4e-4, which is negative; with -0.0227 l it is 6.0e-5, and `b(a)`
 //!   there is 5.6e-5.
 //! * The errors stated with `k(l, w)` are 2.59e-4 N m/rad, or 1.39 %: a mean stiffness of about
 //!   0.0186. At l = 1 mm, w = 50 mm `k(l, w)` is 0.01841; `k(l)` there is 0.2443 as printed and
 //!   0.01839 with 0.0251.
-//! * `k(w)` at w = 50 mm is 0.0012, a fifteenth of both. No change of one sign or digit mends it
-//!   (+0.1361 w gives 0.0148), so it stands as it is and is refused where it is not positive.
+//! * `k(w)` at w = 50 mm is 0.0012, a fifteenth of both. No change of one sign or digit corrects it
+//!   (+0.1361 w gives 0.0148), so it is used as printed, and values that are not positive are
+//!   errors.
 //!
-//! The damping is the material's and the air's, b = b_material(l, w) + b_air(a): the terms with a
-//! are the air's. (How the constant is shared out is not known; here it is all the material's.)
+//! The damping has a part of the material and a part of the air, b = b_material(l, w) + b_air(a):
+//! the terms with a belong to the air. (It is not known how the constant is divided; here it
+//! belongs to the material.)
 
 use crate::source::Polynomial;
 
-/// Which coefficients to take.
+/// Choice of the coefficients.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Coefficients {
-    /// With what the paper contradicts itself in set right.
+    /// Coefficients with the contradictions of the paper corrected.
     #[default]
     Corrected,
-    /// As they are in the paper.
+    /// Coefficients as printed in the paper.
     Printed,
 }
 
-/// Least and greatest l (m), w (m) and a (m^2). The paper's table of specimens is not to be had, so
-/// the box is where the polynomials are physical: a longer hinge is softer (`k(l, w)` turns at
-/// l = 7.5305 / 2 / 762.5397 = 4.94 mm), a wider one stiffer (up to w = 148 mm), a larger body
-/// damped more (up to a = 0.0129 / 2 / 0.8565 = 0.00753 m^2).
+/// Smallest and largest l (m), w (m) and a (m^2). The paper's table of specimens is not available,
+/// so the box is the region in which the polynomials are physically plausible: a longer hinge is
+/// softer (`k(l, w)` turns at l = 7.5305 / 2 / 762.5397 = 4.94 mm), a wider one stiffer (up to w =
+/// 148 mm), a larger body damped more (up to a = 0.0129 / 2 / 0.8565 = 0.00753 m^2).
 pub const BOX: [[f64; 2]; 3] = [[0.5e-3, 4.9e-3], [5e-3, 140e-3], [0.0, 7.5e-3]];
 
-/// Why a hinge is not described.
+/// Error of a hinge that the model does not describe.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Refusal {
     /// An input outside [`BOX`].
     #[error("the {what} {value} {unit} is not within {least} .. {greatest} {unit}")]
-    #[allow(missing_docs, reason = "they say what they are")]
+    #[allow(missing_docs, reason = "the message explains the fields")]
     Outside { what: &'static str, unit: &'static str, value: f64, least: f64, greatest: f64 },
-    /// A stiffness or damping that no hinge has.
+    /// A stiffness or damping that is not positive.
     #[error("the {what} there is {value:.4e} {unit}, not positive")]
-    #[allow(missing_docs, reason = "they say what they are")]
+    #[allow(missing_docs, reason = "the message explains the fields")]
     NotPositive { what: &'static str, unit: &'static str, value: f64 },
 }
 
@@ -63,7 +65,7 @@ pub struct Hinge {
     pub stiffness: f64,
     /// The part of b(a, l, w) without a, N m s/rad.
     pub material_damping: f64,
-    /// The part of b(a, l, w) with a, N m s/rad; zero without an area.
+    /// The part of b(a, l, w) with a, N m s/rad; zero if no area is given.
     pub air_damping: f64,
 }
 
@@ -125,11 +127,11 @@ impl Coefficients {
         ])
     }
 
-    /// The hinge of a length (m), a width (m) and, for the air's share of the damping, the area of
-    /// the body that swings (m^2).
+    /// Computes stiffness and damping for a length (m), a width (m) and, for the damping by the
+    /// air, the area of the body that swings (m^2).
     ///
     /// # Errors
-    /// Inputs outside [`BOX`], and results that are not positive.
+    /// Returns an error for inputs outside [`BOX`] and for results that are not positive.
     pub fn hinge(self, length: f64, width: f64, area: Option<f64>) -> Result<Hinge, Refusal> {
         let at = [length, width, area.unwrap_or(0.0)];
         let named = [("length", "m"), ("width", "m"), ("area", "m^2")];

@@ -5,7 +5,7 @@ codes! {
         "An outline or a hole has fewer than three different vertices."
         "Add vertices.";
     REPEATED_VERTEX "repeated-vertex"
-        "A vertex of an outline stands twice in a row."
+        "An outline lists the same vertex twice in a row."
         "Remove one of the two. Only the first vertex may be repeated, at the end.";
     ZERO_AREA "zero-area"
         "All vertices of an outline or hole are on one line, so it encloses nothing."
@@ -20,25 +20,26 @@ codes! {
         "A hole is not completely within the outline of its plate."
         "Move the hole. A cut-out at the edge belongs to the outline itself.";
     OVERLAPPING_HOLES "overlapping-holes"
-        "Two holes of a plate overlap, so that what both cut out would be subtracted twice."
+        "Two holes of a plate overlap, so the area that both cut out would be subtracted twice."
         "Draw both as one hole.";
     OVERLAPPING_PLATES "overlapping-plates"
-        "Two plates of one body overlap in a layer. Their mass counts twice where they do. The model is \
-         compiled all the same."
+        "Two plates of one body overlap in a layer. The overlapping area counts twice in the \
+         mass. The model is compiled nevertheless."
         "Cut one of them back, or draw both as one outline.";
     OVERLAPPING_BODIES "overlapping-bodies"
-        "Plates of two bodies overlap in a layer, although one sheet cannot be both. Overlaps that are \
-         less deep than 0.2 % of the diagonal of the smaller plate count as rounding, and plates within a \
-         hole do not overlap. Fixed bodies are one. At most 20 pairs are reported. The model is compiled \
-         all the same."
+        "Plates of two bodies overlap in a layer, although the material of a sheet can belong to \
+         one body only. Overlaps that are less deep than 0.2 % of the diagonal of the smaller \
+         plate count as rounding, and plates within a hole do not overlap. All fixed bodies \
+         count as one body. At most 20 pairs are reported. The model is compiled nevertheless."
         "Cut one of the plates back.";
     ZERO_AXIS "zero-axis"
         "The two points of a hinge line are the same, so the line has no direction."
-        "Give two different points of the line.";
+        "Give two different points on the line.";
     FAR_HINGE "far-hinge"
-        "A hinge line is farther from the plates of both its bodies than 5 % of the mechanism's size, \
-         the diagonal of all that is drawn. A fixed body without plates does not count, and nothing is \
-         reported where a moving body has none. The model is compiled all the same."
+        "A hinge line is farther from the plates of both its bodies than 5 % of the mechanism's \
+         size, which is the diagonal of the whole drawing. A fixed body without plates is \
+         ignored, and nothing is reported if a moving body has no plates. The model is compiled \
+         nevertheless."
         "Check the points of the joint's `axis`, and their unit.";
     OUT_OF_SCALE "out-of-scale"
         "The mechanism is smaller than a nanometre or larger than a million kilometres, or a body's mass \

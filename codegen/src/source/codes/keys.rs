@@ -1,18 +1,18 @@
-//! Codes of the schema: which keys there are, and what they hold.
+//! Codes of the schema: unknown and missing keys, and values of the wrong type.
 
 codes! {
     UNKNOWN_KEY "unknown-key"
-        "A mapping has a key that the schema does not have there. It is often misspelt or indented \
-         wrongly. In files of popupCAD this is a warning."
+        "A mapping has a key that the schema does not allow there. Often the key is misspelt or \
+         indented wrongly. In files of popupCAD this is a warning."
         "Take a key from [SCHEMA.md](SCHEMA.md), or remove it.";
     MISSING_KEY "missing-key"
-        "A required key is not there."
+        "A required key is missing."
         "Add the key. [SCHEMA.md](SCHEMA.md) says which keys each mapping needs.";
     NO_VALUE "no-value"
-        "A key stands there without a value."
+        "A key has no value."
         "Write the value after the colon, or remove the key.";
     WRONG_TYPE "wrong-type"
-        "A value is of another kind than the key takes: a list where a mapping is expected, a number \
+        "A value has the wrong type for its key: a list where a mapping is expected, a number \
          where a list is expected, a word where `true` or `false` is expected."
         "Write the value as [SCHEMA.md](SCHEMA.md) shows it for this key.";
     WRONG_LENGTH "wrong-length"
@@ -23,12 +23,13 @@ codes! {
         "The model has bodies but no joints, so nothing can move."
         "Add a joint between two bodies.";
     NO_FIXED_BODY "no-fixed-body"
-        "No body is fixed, so there is no ground that the motion could be measured against."
+        "No body is fixed, so there is no ground relative to which the motion could be \
+         described."
         "Give one of the bodies `fixed: true`.";
     MIXED_SHAPE "mixed-shape"
-        "A body says in two ways where its mass comes from."
+        "A body defines its mass properties in two ways."
         "Keep one of `outline` (with `holes`), `layers`, and `mass` with `com` and `inertia`. \
-         `point_masses` may stand beside any of them.";
+         `point_masses` may be added to any of them.";
     NO_LAYUP "no-layup"
         "A body has plates, but the model does not say which materials the sheet is made of."
         "Add `materials` and a `layup`, or give the body's `mass`, `com` and `inertia`.";
@@ -38,12 +39,12 @@ codes! {
     DRIVEN_TORQUE "driven-torque"
         "A joint has both a prescribed angle (`drive`) and a `torque`. The torque would not change the \
          motion."
-        "Keep one of the two keys. The torque that the prescribed motion needs is a result.";
+        "Keep one of the two keys. The torque that the prescribed motion needs is computed.";
     TWO_SPRINGS "two-springs"
         "A joint has both a `stiffness` and a model of the `hinge`, which computes the stiffness."
         "Keep one of the two keys.";
     TWO_DAMPINGS "two-dampings"
-        "A joint has a `damping` beside a model of the `hinge` that computes the damping as well."
+        "A joint has both a `damping` and a model of the `hinge`, which computes the damping."
         "Remove `damping`, or give `stiffness` and `damping` without a hinge model.";
     UNKNOWN_HINGE "unknown-hinge"
         "The `model` of a `hinge` is neither built in nor an entry of `hinge_models`."

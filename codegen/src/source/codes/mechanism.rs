@@ -1,4 +1,4 @@
-//! Codes of the mechanism: what joints connect, and which loops they close.
+//! Codes of the mechanism: what the joints connect and which loops they close.
 
 codes! {
     SAME_BODY "same-body"
@@ -8,37 +8,39 @@ codes! {
         "A joint connects two fixed bodies, so it can never turn."
         "Remove the joint, or `fixed` from one of the bodies.";
     DEAD_JOINT "dead-joint"
-        "A joint of a mechanism that was built in a program connects a body with itself, or two fixed \
-         ones."
+        "A joint of a mechanism that was built through the Rust interface connects a body with \
+         itself or two fixed bodies."
         "Remove the joint, or name two bodies between which it can turn."
         no example "a file with this mistake is refused as `same-body` or `both-fixed`";
     OUT_OF_REACH "out-of-reach"
         "No chain of joints connects a body with the ground."
         "Add a joint to a body that is connected, or make the body `fixed: true`.";
     TOO_MANY_HINGES "too-many-hinges"
-        "The model has more hinges than lamc compiles unless it is asked to: memory and time grow as the \
+        "The model has more hinges than lamc compiles by default: memory and time grow as the \
          square of their number."
-        "Raise the limit with `--max-hinges NUMBER`, in a build script with `Config::max_hinges`."
+        "Raise the limit with `--max-hinges NUMBER`, or in a build script with \
+         `Config::max_hinges`."
         no example "the model would have more than 2000 joints";
     NO_LOOP "no-loop"
-        "The option `--cut` names a joint that closes no loop: without it, a body hangs on nothing."
-        "Name a joint of a loop, and one joint per loop."
+        "The option `--cut` names a joint that is not part of a loop. Without this joint, a body \
+         would not be connected with the ground."
+        "Name joints that are part of a loop, one for each loop."
         no example "it depends on the command line";
     ROUNDED "rounded"
         "Hinge lines were moved, by no more than the rounding of the drawing, to be exactly parallel, \
          concurrent or in line. See [DRAWINGS.md](DRAWINGS.md)."
         "Nothing needs to be done. `tolerance: 0` takes the lines as they are drawn.";
     NEAR_MISS "near-miss"
-        "The hinge lines of a loop are nearly, but not exactly, parallel, concurrent or in line. The loop \
-         is compiled as a spatial one and may be rigid. See [DRAWINGS.md](DRAWINGS.md)."
-        "Correct the coordinates of the line that is named. If only rounding moves it aside, give the \
-         rounding as `tolerance`.";
+        "The hinge lines of a loop are almost, but not exactly, parallel, concurrent or in line. \
+         The loop is compiled as a spatial one and may be rigid. See [DRAWINGS.md](DRAWINGS.md)."
+        "Correct the coordinates of the line that the message names. If the deviation is only \
+         rounding, give the rounding error as `tolerance`.";
     IMMOBILE "immobile"
-        "A loop, or loops that share hinges, cannot move. The model is compiled all the same."
+        "A loop, or loops that share hinges, cannot move. The model is compiled nevertheless."
         "Check the hinge lines. A planar or spherical loop needs four hinges to move, any other seven. \
          Remove a joint, or split a body by another hinge.";
     OVERDRIVEN "overdriven"
-        "More joints have a `drive` than the mechanism has degrees of freedom. Unless their angles agree \
-         with the loops at all times, none can follow."
+        "More joints have a `drive` than the mechanism has degrees of freedom. Unless their \
+         angles agree with the loops at all times, no motion is possible."
         "Remove a `drive`.";
 }

@@ -1,25 +1,25 @@
-//! The codes of diagnostics: what each of them stands for, and what mends it.
+//! The codes of diagnostics: the cause of each, and how to correct it.
 //!
-//! A diagnostic is made with one of these constants, so no stage has a code that is not explained
-//! here. `docs/ERRORS.md` and `lamc explain` print these texts.
+//! A diagnostic is made with one of these constants, so every code that a stage can report is
+//! explained here. `docs/ERRORS.md` and `lamc explain` print these texts.
 
 use std::fmt;
 use std::ops::Deref;
 
-/// One kind of finding about a model.
+/// Code of a diagnostic.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Code(&'static Entry);
 
-/// What a code stands for.
+/// Explanation of a code.
 #[derive(PartialEq, Eq)]
 pub struct Entry {
     /// The stable identifier that a diagnostic shows: `unknown-key`.
     pub name: &'static str,
-    /// What leads to it, in whole sentences.
+    /// Cause of the diagnostic, in whole sentences.
     pub cause: &'static str,
-    /// What mends it, in whole sentences.
+    /// How to correct it, in whole sentences.
     pub cure: &'static str,
-    /// Why no short model shows it, where none does.
+    /// Why there is no short example model, if there is none.
     pub no_example: Option<&'static str>,
 }
 
@@ -43,8 +43,8 @@ impl fmt::Display for Code {
     }
 }
 
-/// Declares codes, each as `NAME "name" "cause" "cure";`, with `no example "reason"` at the end where
-/// no short model shows it. All of them are in `ALL`.
+/// Declares codes, each as `NAME "name" "cause" "cure";`, with `no example "reason"` at the end if
+/// there is no short example model. `ALL` holds all of them.
 macro_rules! codes {
     ($($id:ident $name:literal $cause:literal $cure:literal $(no example $reason:literal)?;)*) => {
         $(
@@ -93,12 +93,12 @@ pub const GROUPS: &[(&str, &[Code])] = &[
     ("Files of popupCAD", popupcad::ALL),
 ];
 
-/// The code of this name.
+/// Returns the code with this name.
 pub fn find(name: &str) -> Option<Code> {
     all().find(|code| code.name == name)
 }
 
-/// Every code.
+/// Iterates over all codes.
 pub fn all() -> impl Iterator<Item = Code> {
     GROUPS.iter().flat_map(|(_, codes)| codes.iter().copied())
 }

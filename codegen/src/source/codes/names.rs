@@ -1,17 +1,17 @@
-//! Codes of names: those that are declared, and what refers to them.
+//! Codes of names: declarations and references.
 
 codes! {
     BAD_NAME "bad-name"
         "A name cannot be an identifier of the generated code."
         "Use the letters A to Z in either case, digits and `_`, and do not start with a digit.";
     RESERVED_NAME "reserved-name"
-        "A name has another meaning: a keyword of Rust, C, C++ or Python, or a name that formulas use \
-         themselves."
+        "A name has another meaning: a keyword of Rust, C, C++ or Python, or a name with a fixed \
+         meaning in formulas."
         "Choose another name.";
     DUPLICATE_NAME "duplicate-name"
-        "Two things that must be told apart have the same name: a parameter and an input, two inputs, a \
-         parameter and one that `tunable` makes, a hinge model and a built-in one, or two bodies of a \
-         popupCAD file."
+        "Two things that need different names have the same name: a parameter and an input, two \
+         inputs, a parameter and one that `tunable` makes, a hinge model and a built-in one, or \
+         two bodies of a popupCAD file."
         "Rename one of them.";
     UNKNOWN_BODY "unknown-body"
         "A joint or a point refers to a body that is not under `bodies`."

@@ -6,7 +6,8 @@ codes! {
          foldable_robotics."
         "Write a mapping with at least `bodies` and `joints`.";
     OLD_EXPORT "old-export"
-        "The file is an older export of popupCAD, without names for what is in it. lamc cannot read it."
+        "The file is an older export of popupCAD, in which the data have no names. lamc cannot \
+         read it."
         "Export the design with `DynamicsInfo` of foldable_robotics, or describe the mechanism in a model \
          file.";
     OTHER_OBJECT "other-object"

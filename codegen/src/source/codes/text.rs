@@ -1,35 +1,36 @@
-//! Codes of the YAML text, before it is known what it describes.
+//! Codes of the YAML syntax, before the text is read as a model.
 
 codes! {
     EMPTY_FILE "empty-file"
-        "The file has no content but blanks and comments."
+        "The file contains only blanks and comments."
         "Describe a mechanism. A model needs at least `bodies` and `joints`.";
     YAML_SYNTAX "yaml-syntax"
-        "The text is not valid YAML. Frequent reasons are a bracket that is not closed, a missing comma \
-         or colon, and lines of one mapping that are not indented alike."
-        "Look at the place that is marked and at the lines before it: the parser notices a mistake only \
-         where the text cannot go on.";
+        "The text is not valid YAML. Frequent reasons are a bracket that is not closed, a \
+         missing comma or colon, and different indentation within one mapping."
+        "Look at the marked position and at the lines before it: the parser often notices a \
+         mistake only some lines later.";
     SEVERAL_DOCUMENTS "several-documents"
         "The file has a second YAML document, which starts at a line `---`."
         "Keep one mechanism in a file and remove the line.";
     TOO_DEEP "too-deep"
-        "Lists and mappings are nested more than 64 levels deep, aliases followed, or a formula has more \
-         than 64 parentheses, calls, signs and powers within each other."
+        "Lists and mappings are nested more than 64 levels deep after aliases have been \
+         expanded, or a formula has more than 64 parentheses, calls, signs and powers nested in \
+         each other."
         "Write the value with less nesting. A model needs about ten levels. A long sum needs no \
          parentheses.";
     TOO_LARGE "too-large"
-        "The file has more than two million values after aliases have been followed, or the layup has \
-         more than 64 layers."
-        "Write values out instead of using aliases of aliases, which multiply. Combine layers.";
+        "The file has more than two million values after aliases have been expanded, or the \
+         layup has more than 64 layers."
+        "Write the values out. Aliases of aliases multiply the number of values. Combine layers.";
     UNKNOWN_ALIAS "unknown-alias"
         "An alias `*name` has no anchor `&name` before it."
-        "Put `&name` in front of the value that is meant, above the alias.";
+        "Put `&name` in front of the value that the alias refers to, above the alias.";
     SELF_ALIAS "self-alias"
-        "An alias stands inside the value that it refers to, so the value would contain itself."
+        "An alias is inside the value that it refers to, so the value would contain itself."
         "Write the value out.";
     BAD_MERGE "bad-merge"
-        "The merge key `<<` stands for the entries of other mappings, but its value is neither a mapping \
-         nor a list of mappings."
+        "The merge key `<<` inserts the entries of other mappings, but its value is neither a \
+         mapping nor a list of mappings."
         "Write `<<: *name` with an anchor `&name` in front of a mapping.";
     DUPLICATE_KEY "duplicate-key"
         "One mapping has the same key twice."

@@ -1,4 +1,4 @@
-//! The functions of expressions: their names, and what they take.
+//! The functions of expressions: their names and domains.
 
 use crate::source::expression::{Binary, Unary};
 
@@ -29,7 +29,7 @@ pub(super) const FUNCTIONS: &[(&str, Function)] = &[
     ("max", Function::Two(Binary::Max)),
 ];
 
-/// Which arguments a function takes, where not all numbers.
+/// Returns the domain of a function if it is not all numbers.
 pub(super) fn domain(function: Function) -> Option<&'static str> {
     match function {
         Function::One(Unary::Log) => Some("a number greater than 0"),
@@ -39,17 +39,17 @@ pub(super) fn domain(function: Function) -> Option<&'static str> {
     }
 }
 
-/// The function of this name.
+/// Returns the function with this name.
 pub(super) fn function(name: &str) -> Option<Function> {
     FUNCTIONS.iter().find(|(known, _)| *known == name).map(|(_, function)| *function)
 }
 
-/// True for the names of functions.
+/// Returns true for the names of functions.
 pub(in crate::source) fn is_function(name: &str) -> bool {
     function(name).is_some()
 }
 
-/// The names of all functions.
+/// Iterates over the names of all functions.
 pub(in crate::source) fn functions() -> impl Iterator<Item = &'static str> {
     FUNCTIONS.iter().map(|(name, _)| *name)
 }

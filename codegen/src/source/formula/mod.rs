@@ -1,5 +1,5 @@
 //! Text -> [`Expression`]: operator precedence parsing (V. Pratt, "Top down operator precedence",
-//! 1973), names resolved on the way.
+//! 1973), with names resolved at the same time.
 //!
 //! `^` binds tightest and to the right, then unary minus (`-2^2` is -4), then `* /`, then `+ -`.
 
@@ -23,13 +23,14 @@ pub(super) use functions::{functions, is_function};
 use operators::{Infix, SIGN, chained};
 pub(super) use print::{number, print};
 
-/// Deepest nesting of parentheses, calls, signs and powers: later stages walk trees recursively.
+/// Deepest nesting of parentheses, calls, signs and powers. It is limited because later stages walk
+/// trees recursively.
 const MAX_NESTING: usize = 64;
-/// Most numbers and names in one expression, so that what is derived from it stays small enough
-/// to be compiled.
+/// Most numbers and names in one expression, so that the derived equations stay small enough to be
+/// compiled.
 const MAX_TERMS: usize = 100_000;
 
-/// What is wrong with an expression; the range is bytes of its text.
+/// A mistake in an expression; the range is in bytes of its text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Problem {
     pub code: Code,
@@ -39,7 +40,7 @@ pub(super) struct Problem {
     pub hint: Option<String>,
 }
 
-/// Gives the names of an expression their meaning.
+/// The meaning of the names in an expression.
 pub(super) trait Scope {
     /// A name without prefix that is neither `pi` nor `t`.
     fn symbol(&self, name: &str) -> Option<Expression>;
@@ -49,11 +50,11 @@ pub(super) trait Scope {
     fn joint(&self, name: &str) -> Option<JointId>;
     /// Every joint.
     fn joints(&self) -> Vec<&str>;
-    /// Why the expression must not depend on `q` and `u`, when it must not.
+    /// Why the expression must not depend on `q` and `u`; `None` if it may.
     fn motion_refused(&self) -> Option<&'static str>;
 }
 
-/// Reads `text`; all unknown names are reported together, a syntax error ends the reading.
+/// Parses `text`. All unknown names are reported together; a syntax error stops the parser.
 pub(super) fn parse(text: &str, scope: &dyn Scope) -> Result<Expression, Vec<Problem>> {
     let mut parser = Parser { text, at: 0, nesting: 0, terms: 0, scope, problems: Vec::new() };
     let result = parser.expression(0).and_then(|tree| match parser.peek() {
@@ -121,7 +122,7 @@ impl<'t> Parser<'t> {
         Problem { code, range, message, label: label.into(), hint: None }
     }
 
-    /// The next token is not what has to come.
+    /// The next token is not the expected one.
     fn expected(&self, what: &str) -> Problem {
         let (token, range) = self.token();
         let found = match token {
@@ -136,8 +137,8 @@ impl<'t> Parser<'t> {
         );
         problem.hint = match token {
             Token::Name(name) if super::units::find(name).is_some() => Some(
-                "expressions are in SI and radians; a unit may only follow a number that stands \
-                 alone, as in `30 deg`"
+                "expressions are in SI and radians; a unit is allowed only if the value is a \
+                 single number, as in `30 deg`"
                     .into(),
             ),
             Token::Name(_) | Token::Number(_) | Token::Symbol('(')
@@ -153,9 +154,9 @@ impl<'t> Parser<'t> {
         problem
     }
 
-    /// Notes a part that is a number and not a finite one, as `10^10^10` in `q.j + 10^10^10`, and
-    /// reads it as 0, to find what else is wrong. After another problem a 0 may stand for an
-    /// unknown name, and nothing more is said.
+    /// Reports a constant part that is not finite, such as `10^10^10` in `q.j + 10^10^10`, and
+    /// replaces it by 0 to find further mistakes. After another problem a 0 may stand for an
+    /// unknown name, so nothing is reported.
     fn finite(&mut self, expression: Expression, start: usize) -> Expression {
         match expression.constant() {
             Some(value) if !value.is_finite() && self.problems.is_empty() => {
@@ -176,7 +177,8 @@ impl<'t> Parser<'t> {
                 codes::TOO_DEEP,
                 "this expression is nested too deeply",
                 format!(
-                    "at most {MAX_NESTING} parentheses, calls, signs and powers within each other"
+                    "at most {MAX_NESTING} parentheses, calls, signs and powers nested in each \
+                     other"
                 ),
             ));
         }
@@ -253,17 +255,18 @@ impl<'t> Parser<'t> {
         if self.terms <= MAX_TERMS {
             return Ok(());
         }
-        let hint = format!("at most {MAX_TERMS} numbers and names of values");
+        let hint = format!("at most {MAX_TERMS} numbers and names");
         Err(self.limit(codes::TOO_LONG, "this expression is too long", hint))
     }
 
-    /// More than is read.
+    /// Returns the problem of an expression that exceeds a limit.
     fn limit(&self, code: Code, message: &str, hint: String) -> Problem {
         let problem = self.problem(code, 0..self.text.len(), message.into(), "");
         Problem { hint: Some(hint), ..problem }
     }
 
-    /// What a name stands for. Unknown ones are noted and read as 0, to find what else is wrong.
+    /// Returns the meaning of a name. An unknown name is reported and replaced by 0 to find further
+    /// mistakes.
     fn name(&mut self, name: &str, range: Range<usize>) -> Result<Expression, Problem> {
         if self.peek() == Token::Symbol('(') {
             return self.call(name, range);
@@ -282,7 +285,7 @@ impl<'t> Parser<'t> {
 
     fn motion(&mut self, prefix: &str, joint: &str, range: &Range<usize>) -> Option<Expression> {
         if let Some(reason) = self.scope.motion_refused() {
-            let message = format!("`{prefix}.{joint}` cannot stand here");
+            let message = format!("`{prefix}.{joint}` is not allowed here");
             let mut problem =
                 self.problem(codes::NOT_HERE, range.clone(), message, "depends on the motion");
             problem.hint = Some(reason.into());
@@ -313,7 +316,7 @@ impl<'t> Parser<'t> {
         );
         problem.hint = Some(if is_function(name) {
             problem.message = format!("`{name}` is a function");
-            problem.label = "without arguments".into();
+            problem.label = "the arguments are missing".into();
             format!("write `{name}(..)`")
         } else if self.scope.joint(name).is_some() {
             format!("write `q.{name}` for the joint's angle, `u.{name}` for its speed")
@@ -368,7 +371,7 @@ impl<'t> Parser<'t> {
                 return Ok(Expression::ZERO);
             }
         };
-        // Where an argument is wrong, what is read in its place says nothing.
+        // If an argument is wrong, the value that replaced it is meaningless.
         let sound = self.problems.len() == problems;
         if let Some(number) = value.constant().filter(|number| sound && !number.is_finite()) {
             let call = &self.text[whole.clone()];

@@ -1,4 +1,4 @@
-//! The operators of expressions: how tightly they bind, and the chains they make.
+//! The operators of expressions: their binding powers and chains.
 
 use crate::source::expression::{Expression, Operator};
 
@@ -8,7 +8,7 @@ const PRODUCT: (u8, u8) = (20, 21);
 pub(super) const SIGN: u8 = 30;
 pub(super) const POWER: (u8, u8) = (41, 40);
 
-/// What stands between two operands.
+/// An operator between two operands.
 #[derive(Clone, Copy)]
 pub(super) enum Infix {
     Chained(Operator),
@@ -16,7 +16,7 @@ pub(super) enum Infix {
 }
 
 impl Infix {
-    /// The operator of this symbol.
+    /// Returns the operator with this symbol.
     pub(super) fn of(symbol: char) -> Option<Self> {
         Some(match symbol {
             '+' => Self::Chained(Operator::Add),
@@ -36,7 +36,7 @@ impl Infix {
     }
 }
 
-/// Of an operator of chains.
+/// Returns the binding powers of an operator of chains.
 pub(super) fn powers(operator: Operator) -> (u8, u8) {
     match operator {
         Operator::Add | Operator::Sub => SUM,
@@ -44,7 +44,7 @@ pub(super) fn powers(operator: Operator) -> (u8, u8) {
     }
 }
 
-/// Applies an operator, in the chain that `left` is where it is one of this operator's level.
+/// Applies an operator. If `left` is a chain of operators of the same precedence, it is extended.
 pub(super) fn chained(left: Expression, operator: Operator, right: Expression) -> Expression {
     match left {
         Expression::Chain(first, mut rest)

@@ -1,21 +1,21 @@
-//! [`Expression`] -> text that reads back as the same tree.
+//! [`Expression`] -> text that is parsed to the same tree again.
 
 use super::functions::{FUNCTIONS, Function};
 use super::operators::{POWER, SIGN, powers};
 use crate::source::expression::{Binary, Expression, Operator, Unary};
 use crate::source::model::SourceModel;
 
-/// Tighter than every operator.
+/// Binding power above that of every operator.
 const ATOM: u8 = u8::MAX;
 
-/// The expression in the notation of model files, with the fewest parentheses.
+/// Prints the expression in the notation of model files, with as few parentheses as possible.
 pub(in crate::source) fn print(expression: &Expression, model: &SourceModel) -> String {
     let mut text = String::new();
     write(expression, 0, model, &mut text);
     text
 }
 
-/// How tightly the outermost operation binds.
+/// Returns the binding power of the outermost operation.
 fn binding(expression: &Expression) -> u8 {
     match expression {
         Expression::Number(value) if value.is_sign_negative() => SIGN,
@@ -96,7 +96,7 @@ fn write(expression: &Expression, least: u8, model: &SourceModel, text: &mut Str
     }
 }
 
-/// The shortest text that reads back as the same double.
+/// Returns the shortest text that is parsed to the same double again.
 pub(in crate::source) fn number(value: f64) -> String {
     let text = format!("{value:?}");
     match text.strip_suffix(".0") {

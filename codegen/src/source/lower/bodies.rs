@@ -1,4 +1,4 @@
-//! Bodies: plates, rigid bodies given outright, point masses.
+//! Bodies: plates, rigid bodies with given mass and inertia, point masses.
 
 use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, Spanned};
@@ -9,13 +9,14 @@ use crate::source::yaml::{Entry, Node};
 
 use super::Lowering;
 
-/// Which bodies say `fixed: true`, in file order; needed before the bodies are read.
+/// Returns which bodies are `fixed: true`, in file order. Joints need this before the bodies are
+/// read.
 pub(super) fn fixed(bodies: &[Entry]) -> Vec<bool> {
     let is_fixed = |entry: &Entry| entry.value.get("fixed").and_then(boolean) == Some(true);
     bodies.iter().map(is_fixed).collect()
 }
 
-/// Whether no body claims to be fixed, not even with a value that is none.
+/// Returns whether no body has the key `fixed` with a value other than false.
 pub(super) fn none_fixed(bodies: &[Entry]) -> bool {
     let claim = |entry: &Entry| {
         entry.value.get("fixed").and_then(boolean) != Some(false)
@@ -24,8 +25,8 @@ pub(super) fn none_fixed(bodies: &[Entry]) -> bool {
     !bodies.iter().any(claim)
 }
 
-/// In every spelling of YAML 1.1, which other tools write: each word in small letters, in capitals,
-/// or with the first letter large.
+/// Reads a truth value in every spelling of YAML 1.1, which other tools write: lower case, upper
+/// case, or with a capital first letter.
 fn boolean(node: &Node) -> Option<bool> {
     const TRUE: [&str; 4] = ["y", "yes", "true", "on"];
     const FALSE: [&str; 4] = ["n", "no", "false", "off"];
@@ -54,7 +55,8 @@ impl Lowering<'_> {
         );
     }
 
-    /// `layers`: how many the layup has, `None` without a layup, 0 when it could not be read.
+    /// `layers` is the number of layers of the layup, `None` without a layup, 0 if it could not be
+    /// read.
     pub(super) fn body(&mut self, entry: &Entry, layers: Option<usize>) -> Option<Body> {
         let at = entry.key.span;
         let owner = format!("body `{}`", entry.key.value);
@@ -62,8 +64,12 @@ impl Lowering<'_> {
         let fixed = match fields.get("fixed") {
             None => Some(false),
             Some(node) => boolean(node).or_else(|| {
-                let error =
-                    Diagnostic::error(codes::WRONG_TYPE, node.span, "`fixed` is true or false");
+                let error = Diagnostic::error(
+                    codes::WRONG_TYPE,
+                    node.span,
+                    "`fixed` must be true or \
+                                                                     false",
+                );
                 self.note(
                     error
                         .label(format!("this is {}", node.describe()))
@@ -86,7 +92,7 @@ impl Lowering<'_> {
         })
     }
 
-    /// Reads every item, also after one that fails; `None` when one did.
+    /// Reads every item, even after an error; `None` if there was an error.
     fn list<T>(
         &mut self,
         node: &Node,
@@ -113,7 +119,7 @@ impl Lowering<'_> {
                     .also(first.key.span, "the first")
                     .hint(
                         "give an `outline`, or `layers`, or `mass`, `com` and `inertia`; \
-                           `point_masses` may go with any",
+                         `point_masses` may be added to any of them",
                     ),
             );
             return None;
@@ -125,7 +131,7 @@ impl Lowering<'_> {
             let message = format!("`{}` needs a `layup`", first.key.value);
             self.note(
                 Diagnostic::error(codes::NO_LAYUP, first.key.span, message)
-                    .label("of which material?")
+                    .label("the materials of the layers are missing")
                     .hint("add `layup: [..]`, the materials from bottom to top"),
             );
             return None;
@@ -184,15 +190,18 @@ impl Lowering<'_> {
                 Diagnostic::error(
                     codes::REPEATED_VERTEX,
                     nodes[i + 1].span,
-                    "a vertex stands twice in a row",
+                    "the same vertex twice in a row",
                 )
-                .label("the same as the one before")
+                .label("the same as the vertex before")
                 .hint("remove one of them"),
             );
             return None;
         }
         if vertices.len() < 3 {
-            let message = format!("an outline needs three vertices, this has {}", vertices.len());
+            let message = format!(
+                "an outline needs at least three vertices, this one has {}",
+                vertices.len()
+            );
             self.note(Diagnostic::error(codes::SHORT_OUTLINE, node.span, message));
             return None;
         }

@@ -1,11 +1,11 @@
-//! Formulas: their names resolved, and what they measure checked.
+//! Formulas: resolves their names and checks their units.
 
+use crate::source::argument::beyond_a_turn;
 use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, Span, Spanned};
 use crate::source::expression::{Expression, Operator, Unary};
 use crate::source::fields::{Fields, array};
 use crate::source::formula::{self, Scope};
-use crate::source::given::beyond_a_turn;
 use crate::source::ids::{InputId, JointId, ParameterId};
 use crate::source::schema::{Uses, Value};
 use crate::source::units::{self, ANGLE, Quantity};
@@ -46,7 +46,7 @@ impl Scope for Symbols<'_> {
 }
 
 impl Lowering<'_> {
-    /// The law of a key, 0 when it is left out.
+    /// Reads the formula of a key, 0 if it is left out.
     pub(super) fn law(&mut self, fields: &Fields, key: &str) -> Option<Spanned<Expression>> {
         match fields.get(key) {
             None => Some(Spanned { value: Expression::ZERO, span: fields.at() }),
@@ -54,7 +54,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// The law of a key that must be there.
+    /// Reads the formula of a required key.
     pub(super) fn required_law(
         &mut self,
         fields: &Fields,
@@ -64,7 +64,7 @@ impl Lowering<'_> {
         self.expression(node, fields.expected(key))
     }
 
-    /// A quantity, or an expression in SI and radians.
+    /// Reads a quantity, or an expression in SI and radians.
     pub(super) fn expression(&mut self, node: &Node, value: &Value) -> Option<Spanned<Expression>> {
         let (quantity, uses) = value.measured();
         let expression = match node.scalar().filter(|_| !node.is_null()) {
@@ -87,7 +87,7 @@ impl Lowering<'_> {
         Some(Spanned { value: expression, span: node.span })
     }
 
-    /// A parameter that stands alone must measure what the field does.
+    /// A parameter that is the whole formula must have the quantity of its key.
     fn measures(
         &mut self,
         node: &Node,
@@ -103,7 +103,7 @@ impl Lowering<'_> {
             }
             return Some(());
         };
-        // One that could not be read has been reported.
+        // A parameter that could not be read has been reported.
         let parameter = self.parameters.get(id.index())?.as_ref()?;
         let (name, at) = (&parameter.name.value, parameter.name.span);
         match parameter.dimension {
@@ -111,7 +111,7 @@ impl Lowering<'_> {
                 let message = format!("expected {}, found {found}", quantity.name);
                 let error = Diagnostic::error(codes::WRONG_DIMENSION, node.span, message)
                     .label(format!("`{name}` is {found}"))
-                    .also(at, "its unit is given here")
+                    .also(at, "its unit is set here")
                     .hint(format!("{} is in {}", quantity.name, quantity.examples));
                 self.note(error);
                 None
@@ -125,8 +125,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// No more than this is the magnitude of an expression, where its parts say so: of
-    /// `30*sin(t)` it is 30.
+    /// Returns an upper bound of the magnitude of an expression, if there is a simple one: 30 for
+    /// `30*sin(t)`.
     fn most(&self, expression: &Expression) -> Option<f64> {
         Some(match expression {
             Expression::Number(number) => number.abs(),
@@ -153,8 +153,9 @@ impl Lowering<'_> {
         else {
             return;
         };
-        let hint = "bare angles are in the unit of `units: { angle: .. }`, formulas and parameters \
-                    in radians: for degrees write `30 deg`, in a formula `30*pi/180`";
+        let hint = "angles without a unit are in the unit of `units: { angle: .. }`, formulas \
+                    and parameters in radians: for degrees write `30 deg`, in a formula \
+                    `30*pi/180`";
         let warning =
             Diagnostic::warning(codes::MANY_TURNS, span, turns).label("an angle in radians");
         if self
@@ -173,7 +174,7 @@ impl Lowering<'_> {
         self.note(Diagnostic { hint: problem.hint, ..error });
     }
 
-    /// Three expressions.
+    /// Reads three expressions.
     pub(super) fn vector(&mut self, node: &Node, value: &Value) -> Option<[Expression; 3]> {
         let nodes: &[Node; 3] = array(node, value.form(), &mut self.diagnostics)?;
         let [x, y, z] = nodes.each_ref().map(|node| self.expression(node, value));

@@ -30,7 +30,7 @@ impl Lowering<'_> {
                     Diagnostic::error(
                         codes::TWO_SPRINGS,
                         stiffness.key.span,
-                        "`stiffness` besides `hinge`",
+                        "both `stiffness` and `hinge`",
                     )
                     .label("a second stiffness")
                     .also(hinge.key.span, "the first is computed from this")
@@ -43,7 +43,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// Each model has keys of its own: the model comes first.
+    /// The keys depend on the model, so the model is read first.
     fn hinge(
         &mut self,
         node: &Node,
@@ -99,7 +99,7 @@ impl Lowering<'_> {
         Some(Spring::Sharifzadeh2018 { length, width, area: area?, printed: printed?, span: at })
     }
 
-    /// Whether the coefficients of the paper are taken as they are printed.
+    /// Reads whether to use the coefficients as they are printed in the paper.
     fn printed(&mut self, fields: &Fields) -> Option<bool> {
         let Some(node) = fields.get("coefficients") else { return Some(false) };
         let name = self.text(node, "`corrected` or `printed`")?;
@@ -123,11 +123,11 @@ impl Lowering<'_> {
         Some(Spring::Family { model, length: length?, width: width?, area: area?, span: at })
     }
 
-    /// Refuses `damping` besides a model that computes it.
+    /// Reports a `damping` in addition to a model that computes it.
     fn no_other_damping(&mut self, joint: &Fields, hinge: Span) -> Option<()> {
         let Some(damping) = joint.entry("damping") else { return Some(()) };
         self.note(
-            Diagnostic::error(codes::TWO_DAMPINGS, damping.key.span, "`damping` besides `hinge`")
+            Diagnostic::error(codes::TWO_DAMPINGS, damping.key.span, "both `damping` and `hinge`")
                 .label("a second damping")
                 .also(hinge, "the first is computed from this")
                 .hint("this hinge model gives stiffness and damping: remove `damping`"),
@@ -135,7 +135,7 @@ impl Lowering<'_> {
         None
     }
 
-    /// Polynomials of a family of hinges, SI whatever `units` says.
+    /// Reads the polynomials of a family of hinges, which are in SI whatever `units` says.
     pub(super) fn hinge_model(&mut self, entry: &Entry) -> Option<HingeModel> {
         let owner = format!("hinge model `{}`", entry.key.value);
         let at = entry.key.span;
@@ -176,13 +176,13 @@ impl Lowering<'_> {
         Some(Term { coefficient, powers: powers.map(|power| power as u8) })
     }
 
-    /// Length and width of a hinge.
+    /// Reads length and width of a hinge.
     fn hinge_size(&mut self, fields: &Fields) -> [Option<Spanned<f64>>; 2] {
         ["length", "width"].map(|key| self.required(fields, key))
     }
 
-    /// A beam's material needs a Young's modulus. A material that could not be read has been reported
-    /// already.
+    /// Checks that the material of a beam has a Young's modulus. A material that could not be read
+    /// has been reported already.
     fn stiff_material(
         &mut self,
         node: &Node,

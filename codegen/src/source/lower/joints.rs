@@ -52,7 +52,11 @@ impl Lowering<'_> {
         })
     }
 
-    #[allow(clippy::option_option, reason = "absent and wrong are different things")]
+    #[allow(
+        clippy::option_option,
+        reason = "a missing value and a wrong value are different \
+                                             cases"
+    )]
     fn friction(&mut self, joint: &Fields) -> Option<Option<Friction>> {
         let Some(entry) = joint.entry("friction") else { return Some(None) };
         let (at, found) = (entry.key.span, &mut self.diagnostics);
@@ -91,11 +95,11 @@ impl Lowering<'_> {
         let nodes: &[Node; 2] = array(node, form, &mut self.diagnostics)?;
         let [from, to] = nodes.each_ref().map(|node| self.drawn_point(node));
         let (from, to) = (from?, to?);
-        // Also lines so short that their length underflows: they have no direction either.
+        // This includes lines so short that their length underflows: they have no direction either.
         if hypot(to[0] - from[0], to[1] - from[1]) < f64::MIN_POSITIVE {
             self.note(
                 Diagnostic::error(codes::ZERO_AXIS, node.span, "the hinge line has no length")
-                    .label("twice the same point")
+                    .label("the same point twice")
                     .hint(
                         "give two different points; the joint turns about the line from the first \
                            to the second",
@@ -106,24 +110,29 @@ impl Lowering<'_> {
         Some(Spanned { value: [from, to], span: node.span })
     }
 
-    #[allow(clippy::option_option, reason = "absent and wrong are different things")]
+    #[allow(
+        clippy::option_option,
+        reason = "a missing value and a wrong value are different \
+                                             cases"
+    )]
     fn limits(&mut self, joint: &Fields) -> Option<Option<Spanned<[f64; 2]>>> {
         let Some(node) = joint.get("limits") else { return Some(None) };
         let value = self.numbers::<2>(node, joint.expected("limits"))?;
         if value[0] >= value[1] {
-            let error = Diagnostic::error(
-                codes::EMPTY_LIMITS,
-                node.span,
-                "no angle is within these limits",
-            );
+            let error =
+                Diagnostic::error(codes::EMPTY_LIMITS, node.span, "these limits allow no angle");
             self.note(error.label("the first must be less than the second"));
             return None;
         }
         Some(Some(Spanned { value, span: node.span }))
     }
 
-    /// The prescribed angle, which stands in the place of a torque.
-    #[allow(clippy::option_option, reason = "absent and wrong are different things")]
+    /// Reads the prescribed angle, which replaces a torque.
+    #[allow(
+        clippy::option_option,
+        reason = "a missing value and a wrong value are different \
+                                             cases"
+    )]
     fn drive(&mut self, fields: &Fields) -> Option<Option<Spanned<Expression>>> {
         let Some(drive) = fields.entry("drive") else { return Some(None) };
         if let Some(torque) = fields.entry("torque") {
@@ -131,11 +140,11 @@ impl Lowering<'_> {
                 Diagnostic::error(
                     codes::DRIVEN_TORQUE,
                     torque.key.span,
-                    "`torque` besides `drive`",
+                    "both `torque` and `drive`",
                 )
-                .label("changes nothing of a prescribed motion")
-                .also(drive.key.span, "the joint follows this")
-                .hint("keep one of them: the torque that `drive` needs is a result"),
+                .label("has no effect on a prescribed motion")
+                .also(drive.key.span, "the motion is prescribed here")
+                .hint("keep one of them: the torque that `drive` needs is computed"),
             );
             return None;
         }

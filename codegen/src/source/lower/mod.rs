@@ -1,13 +1,14 @@
-//! Node tree of our schema -> [`SourceModel`]: names resolved, quantities in SI and radians.
+//! Node tree of our schema -> [`SourceModel`]: resolves names and converts quantities to SI and
+//! radians.
 //!
-//! Errors are collected and reading goes on, so that one run reports everything. `None` from a
-//! function here always means that the reason has been reported. Which keys there are and what they
-//! measure stands in [`schema`].
+//! Errors are collected and reading continues, so that one run reports all of them. If a function
+//! here returns `None`, the reason has been reported. The keys and their quantities are defined in
+//! [`schema`].
 
+use super::argument::AngleUnit;
 use super::codes;
 use super::diagnostic::{Diagnostic, Diagnostics, SourceFile, Span};
 use super::fields::Fields;
-use super::given::AngleUnit;
 use super::model::{MAX_HINGES, Parameter, SourceModel};
 use super::rounding::Decimals;
 use super::schema;
@@ -26,24 +27,24 @@ mod symbols;
 
 use references::{Declared, Names};
 
-/// Earth's, along -z, m/s^2.
+/// Acceleration of gravity on Earth, along -z, m/s^2.
 pub(super) const STANDARD_GRAVITY: f64 = 9.81;
 
 struct Lowering<'s> {
     /// The text of the file.
     source: &'s str,
     diagnostics: Diagnostics,
-    /// The units of bare lengths and angles.
+    /// The units of lengths and angles that are written without a unit.
     length: Unit,
     angle: Unit,
     names: Names,
-    /// In file order; those that could not be read are missing.
+    /// The materials in file order, without those that could not be read.
     parameters: Vec<Option<Parameter>>,
-    /// Of the coordinates read so far.
+    /// The decimals of the coordinates read so far.
     decimals: Decimals,
 }
 
-/// Reads a model in our schema. Errors are in the diagnostics, without any there is a model.
+/// Reads a model in our schema. Errors are in the diagnostics; without errors there is a model.
 pub(super) fn lower(root: &Node, file: &SourceFile) -> (Option<SourceModel>, Diagnostics) {
     let mut lowering = Lowering {
         source: &file.text,
@@ -109,7 +110,7 @@ impl Lowering<'_> {
         })
     }
 
-    /// Reports that nothing is fixed, or that there is no joint.
+    /// Reports a model without a fixed body or without joints.
     fn refuse_without_motion(&mut self, model: &Fields, declared: &Declared) {
         if !declared.bodies.is_empty() && bodies::none_fixed(declared.bodies) {
             self.no_fixed_body(model, declared.bodies);
@@ -124,7 +125,7 @@ impl Lowering<'_> {
         self.diagnostics.push(diagnostic);
     }
 
-    /// Reads every entry, also after one that fails; `None` when one did.
+    /// Reads every entry, even after an error; `None` if there was an error.
     fn each<T>(
         &mut self,
         entries: &[Entry],

@@ -1,4 +1,4 @@
-//! Names of the file: which there are, and what refers to them.
+//! Names in the file: declarations and references.
 
 use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, Spanned};
@@ -21,7 +21,7 @@ pub(super) struct Declared<'n> {
     pub hinge_models: &'n [Entry],
 }
 
-/// Every name of the file, known before anything that may refer to it is read.
+/// All names in the file, collected before anything that may refer to them is read.
 #[derive(Default)]
 pub(super) struct Names {
     pub materials: Vec<String>,
@@ -51,7 +51,7 @@ impl Names {
 }
 
 impl Lowering<'_> {
-    /// Finds all entries with names, and checks these.
+    /// Finds all entries with names and checks the names.
     pub(super) fn declared<'n>(&mut self, model: &Fields<'n>) -> Declared<'n> {
         let mut named = |key: &str| {
             let node = model.read(key, &mut self.diagnostics);
@@ -84,7 +84,7 @@ impl Lowering<'_> {
         self.refer(node, "point", "points", |names| &names.points).map(PointId)
     }
 
-    /// The position of the entry a node names.
+    /// Returns the position of the entry that a node names.
     fn refer(
         &mut self,
         node: &Node,
@@ -119,7 +119,7 @@ impl Lowering<'_> {
         position
     }
 
-    /// Reports a name that is in the list already, and returns false.
+    /// Returns false and reports a name that is already in the list.
     pub(super) fn once(&mut self, earlier: &[Spanned<String>], name: &Spanned<String>) -> bool {
         if let Some(first) = earlier.iter().find(|other| other.value == name.value) {
             let message = format!("`{}` is listed twice", name.value);

@@ -11,7 +11,7 @@ use crate::source::yaml::{Content, Node, shorten};
 use super::Lowering;
 
 impl Lowering<'_> {
-    /// A text, such as a name.
+    /// Reads a text, such as a name.
     pub(super) fn text(&mut self, node: &Node, what: &str) -> Option<Spanned<String>> {
         match node.scalar().filter(|_| !node.is_null()) {
             Some(scalar) => Some(Spanned { value: scalar.text.to_string(), span: node.span }),
@@ -24,7 +24,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// A finite number with or without unit.
+    /// Reads a finite number with or without unit.
     pub(super) fn number(&mut self, node: &Node, quantity: &Quantity) -> Option<Spanned<f64>> {
         let text = node.scalar().map(|scalar| scalar.text.trim());
         if let Some((number, unit)) = text.and_then(units::split_quantity) {
@@ -45,21 +45,28 @@ impl Lowering<'_> {
         .label(format!("{} is not a number", node.describe()));
         let units = quantity.examples;
         let hint = match text.filter(|_| !node.is_null()) {
-            Some(_) => format!("write a number, bare or in {units}; expressions cannot stand here"),
-            None => format!("write a number, bare or in {units}"),
+            Some(_) => format!(
+                "write a number without a unit or in {units}; expressions are not \
+                                allowed here"
+            ),
+            None => format!("write a number without a unit or in {units}"),
         };
         self.note(error.hint(hint));
         None
     }
 
-    /// The number of a key that must be there.
+    /// Reads the number of a required key.
     pub(super) fn required(&mut self, fields: &Fields, key: &str) -> Option<Spanned<f64>> {
         let node = fields.require(key, &mut self.diagnostics)?;
         self.number(node, fields.expected(key).measured().0)
     }
 
-    /// The number of a key that may be left out: `Some(None)` when it is.
-    #[allow(clippy::option_option, reason = "absent and wrong are different things")]
+    /// Reads the number of an optional key: `Some(None)` if the key is missing.
+    #[allow(
+        clippy::option_option,
+        reason = "a missing value and a wrong value are different \
+                                             cases"
+    )]
     pub(super) fn optional(&mut self, fields: &Fields, key: &str) -> Option<Option<Spanned<f64>>> {
         match fields.get(key) {
             None => Some(None),
@@ -67,7 +74,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// The numbers of a key that must be there.
+    /// Reads the numbers of a required key.
     pub(super) fn required_numbers<const K: usize>(
         &mut self,
         fields: &Fields,
@@ -78,7 +85,7 @@ impl Lowering<'_> {
         Some(Spanned { value, span: node.span })
     }
 
-    /// A parameter's default: a number, and what it measures where a unit says it.
+    /// Reads the default of a parameter: a number, and its dimension if it has a unit.
     pub(super) fn parameter_value(&mut self, node: &Node) -> Option<(f64, Option<Dimension>)> {
         let text = node.scalar().map(|scalar| scalar.text.trim());
         if let Some((number, unit)) = text.and_then(units::split_quantity) {
@@ -91,17 +98,18 @@ impl Lowering<'_> {
             let error = Diagnostic::error(
                 codes::NOT_A_NUMBER,
                 node.span,
-                "a parameter's default is a number",
+                "the default of a parameter must be a number",
             )
             .label(format!("this is {}", node.describe()));
-            self.note(
-                error.hint("bare numbers are SI and radians; a unit may follow, as in `20 mm`"),
-            );
+            self.note(error.hint(
+                "numbers without a unit are in SI and radians; a unit may follow, as \
+                            in `20 mm`",
+            ));
         }
         None
     }
 
-    /// Reports YAML's infinities and not-a-number.
+    /// Reports the infinities and the NaN of YAML.
     pub(super) fn is_infinite(&mut self, node: &Node) -> bool {
         let Some(scalar) = node.scalar() else { return false };
         let text = scalar.text.trim_start_matches(['+', '-']).to_ascii_lowercase();
@@ -112,7 +120,8 @@ impl Lowering<'_> {
         infinite
     }
 
-    /// The value of `number` in `unit`, in SI; bare numbers take the file's units.
+    /// Returns the value of `number` in `unit`, in SI; numbers without a unit are in the file's
+    /// units.
     fn quantity(
         &mut self,
         node: &Node,
@@ -121,7 +130,7 @@ impl Lowering<'_> {
         quantity: Option<&Quantity>,
     ) -> Option<f64> {
         let unit = match (unit, quantity) {
-            ("", Some(quantity)) => self.bare_unit(quantity),
+            ("", Some(quantity)) => self.default_unit(quantity),
             ("", None) => SI,
             _ => self.unit(node, unit, quantity)?,
         };
@@ -133,8 +142,8 @@ impl Lowering<'_> {
         Some(value)
     }
 
-    /// What bare numbers are in.
-    fn bare_unit(&self, quantity: &Quantity) -> Unit {
+    /// Returns the unit of numbers without a unit.
+    fn default_unit(&self, quantity: &Quantity) -> Unit {
         match quantity {
             _ if *quantity == units::LENGTH => self.length,
             _ if *quantity == units::ANGLE || *quantity == units::ANGULAR_SPEED => self.angle,
@@ -165,7 +174,7 @@ impl Lowering<'_> {
                 let name = &unit[range.clone()];
                 let symbols = self.names.parameters.iter().chain(&self.names.inputs);
                 let hint = if symbols.map(String::as_str).chain(["t", "pi"]).any(|n| n == name) {
-                    format!("`{name}` is no unit but a name: write the product with its `*`")
+                    format!("`{name}` is a name and not a unit: write a product with `*`")
                 } else {
                     let known = units::all_units();
                     match (crate::source::names::closest(name, &known), quantity) {
@@ -181,8 +190,8 @@ impl Lowering<'_> {
             Err(UnitError::Malformed(range)) => (
                 codes::BAD_UNIT,
                 within(&range),
-                format!("`{}` is no unit", shorten(unit)),
-                "cannot be read from here".into(),
+                format!("`{}` is not a unit", shorten(unit)),
+                "the unit cannot be read from here on".into(),
                 "a unit is a product of powers, as in `mN*m/rad` or `g*mm^2`".into(),
             ),
         };
@@ -190,7 +199,7 @@ impl Lowering<'_> {
         None
     }
 
-    /// A list of numbers of known length.
+    /// Reads a list of numbers of known length.
     pub(super) fn numbers<const K: usize>(
         &mut self,
         node: &Node,
@@ -202,7 +211,7 @@ impl Lowering<'_> {
         read.iter().all(Option::is_some).then(|| read.map(|x| x.map_or(f64::NAN, |x| x.value)))
     }
 
-    /// A point of the drawing, whose decimals count for its tolerance.
+    /// Reads a point of the drawing, whose decimals determine the tolerance.
     pub(super) fn drawn_point(&mut self, node: &Node) -> Option<[f64; 2]> {
         let point = self.numbers::<2>(node, &VERTEX)?;
         if let Content::Sequence(coordinates) = &node.content {
@@ -211,7 +220,7 @@ impl Lowering<'_> {
         Some(point)
     }
 
-    /// Notes how finely a coordinate is written.
+    /// Records the number of decimals of a coordinate.
     pub(super) fn note_decimals(&mut self, node: &Node) {
         let text = node.scalar().map(|scalar| scalar.text.trim());
         let Some((number, unit)) = text.and_then(units::split_quantity) else { return };
@@ -226,5 +235,5 @@ fn not_finite(span: Span, text: &str) -> Diagnostic {
         span,
         format!("`{}` is not a finite number", shorten(text)),
     )
-    .label("too large, or not a number")
+    .label("this is too large or not a number")
 }

@@ -1,5 +1,5 @@
-//! What holds for the whole sheet: units, materials, layup, gravity, air, the start of a motion and
-//! the tolerance of the drawing.
+//! Properties of the whole sheet: units, materials, layup, gravity, air, the initial state and the
+//! tolerance of the drawing.
 
 use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, SourceFile, Span, Spanned};
@@ -14,11 +14,11 @@ use crate::source::{rounding, units};
 
 use super::{Lowering, STANDARD_GRAVITY};
 
-/// More, over the size of the drawing, is no rounding but another drawing.
+/// Largest tolerance, relative to the size of the drawing: a larger one would change the drawing.
 const LARGEST_TOLERANCE: f64 = 1e-2;
 
 impl Lowering<'_> {
-    /// Reads the units of bare numbers.
+    /// Reads the units of numbers without a unit.
     pub(super) fn units(&mut self, model: &Fields) {
         let Some(node) = model.get("units") else { return };
         let found = &mut self.diagnostics;
@@ -34,7 +34,7 @@ impl Lowering<'_> {
                 Some(unit) if key == "length" => self.length = unit,
                 Some(unit) => self.angle = unit,
                 None => {
-                    let message = format!("{} is no unit of {key}", node.describe());
+                    let message = format!("{} is not a unit of {key}", node.describe());
                     let error = Diagnostic::error(codes::BAD_UNIT, node.span, message);
                     self.note(error.hint(format!("use {}", quantity.examples)));
                 }
@@ -82,7 +82,7 @@ impl Lowering<'_> {
             return None;
         }
         if items.len() > MAX_LAYERS {
-            let message = format!("{} layers, more than the {MAX_LAYERS} lamc reads", items.len());
+            let message = format!("{} layers, but lamc reads at most {MAX_LAYERS}", items.len());
             self.note(Diagnostic::error(codes::TOO_LARGE, node.span, message));
             return None;
         }
@@ -98,7 +98,11 @@ impl Lowering<'_> {
         self.vector(node, model.expected("gravity"))
     }
 
-    #[allow(clippy::option_option, reason = "absent and wrong are different things")]
+    #[allow(
+        clippy::option_option,
+        reason = "a missing value and a wrong value are different \
+                                             cases"
+    )]
     pub(super) fn air(&mut self, model: &Fields) -> Option<Option<Air>> {
         let Some(node) = model.get("air") else { return Some(None) };
         let fields = Fields::new(node, node.span, "`air`", &schema::AIR, &mut self.diagnostics)?;
@@ -107,7 +111,7 @@ impl Lowering<'_> {
         Some(Some(Air { density: density?, drag: drag? }))
     }
 
-    /// The joints' coordinates and speeds given under `initial`.
+    /// Reads the coordinates and speeds of joints under `initial`.
     pub(super) fn initial(&mut self, model: &Fields) -> [Vec<(JointId, f64)>; 2] {
         let none = [Vec::new(), Vec::new()];
         let Some(node) = model.get("initial") else { return none };
@@ -130,7 +134,8 @@ impl Lowering<'_> {
         })
     }
 
-    /// How far the coordinates of hinge lines may be moved, m: as given, or by their decimals.
+    /// Returns how far the coordinates of hinge lines may be moved, m: the given tolerance, or one
+    /// from the number of decimals.
     pub(super) fn tolerance(
         &mut self,
         given: Option<Spanned<f64>>,
@@ -146,11 +151,14 @@ impl Lowering<'_> {
         }
         let message = match tolerance < 0.0 {
             true => "the tolerance is negative".to_owned(),
-            false => format!("the tolerance is more than a hundredth of the drawing, {most:.3e} m"),
+            false => format!(
+                "the tolerance is more than a hundredth of the drawing's size, \
+                              {most:.3e} m"
+            ),
         };
         self.note(Diagnostic::error(codes::BAD_TOLERANCE, span, message).hint(
-            "it is a length: how far the coordinates of hinge lines are off by rounding; 0 takes \
-             them as they are",
+            "give a length: the rounding error of the coordinates of hinge lines; 0 uses them as \
+             they are",
         ));
         None
     }

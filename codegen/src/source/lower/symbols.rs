@@ -15,7 +15,7 @@ impl Lowering<'_> {
         Some(Parameter { name: entry.key.clone(), value, dimension })
     }
 
-    /// The names of the inputs, each once.
+    /// Reads the names of the inputs, each once.
     pub(super) fn inputs(&mut self, model: &Fields) -> Vec<Spanned<String>> {
         let Some(node) = model.get("inputs") else { return Vec::new() };
         let form = model.expected("inputs").form();
@@ -31,7 +31,8 @@ impl Lowering<'_> {
         inputs
     }
 
-    /// Reads `tunable`, and keeps apart the names of parameters, inputs and what it makes.
+    /// Reads `tunable` and checks that the names of parameters, inputs and the parameters it makes
+    /// are different.
     pub(super) fn tunable(
         &mut self,
         model: &Fields,
@@ -54,14 +55,14 @@ impl Lowering<'_> {
                 {
                     let message = format!("`{made}` is the name of a parameter made by `tunable`");
                     let error = Diagnostic::error(codes::DUPLICATE_NAME, clash.span, message);
-                    self.note(error.label("given here").also(kind.span, "made here"));
+                    self.note(error.label("declared here").also(kind.span, "made here"));
                 }
             }
         }
         tunable
     }
 
-    /// The names of the parameters that an item of `tunable` makes.
+    /// Returns the names of the parameters that an item of `tunable` makes.
     fn made_by(&self, kind: Tunable, fixed: &[bool]) -> Vec<String> {
         match kind {
             Tunable::Mass => {
@@ -78,11 +79,13 @@ impl Lowering<'_> {
         let mut tunable: Vec<Spanned<Tunable>> = Vec::new();
         let mut seen: Vec<Spanned<String>> = Vec::new();
         for node in nodes.unwrap_or_default() {
-            let Some(name) = self.text(node, "what to make tunable") else { continue };
+            let Some(name) = self.text(node, "the name of a constant that becomes tunable") else {
+                continue;
+            };
             let known: Vec<_> = Tunable::ALL.iter().map(|kind| kind.name()).collect();
             let Some(kind) = Tunable::ALL.into_iter().find(|kind| kind.name() == name.value) else {
                 let message = format!("`{}` cannot be tunable", shorten(&name.value));
-                let hint = alternatives(&name.value, &known, "constants that can");
+                let hint = alternatives(&name.value, &known, "tunable constants");
                 self.note(Diagnostic::error(codes::UNKNOWN_TUNABLE, name.span, message).hint(hint));
                 continue;
             };

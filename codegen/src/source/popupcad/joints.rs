@@ -13,7 +13,7 @@ use crate::source::units;
 use crate::source::yaml::Node;
 
 impl Import {
-    /// A connection: hinge line, two bodies, properties.
+    /// Reads a connection: hinge line, two bodies, properties.
     pub(super) fn joint(
         &mut self,
         i: usize,
@@ -40,7 +40,7 @@ impl Import {
         let (low, high) = (low?, high?);
         if low.value >= high.value {
             let error =
-                Diagnostic::error(codes::EMPTY_LIMITS, low.span, "no angle is within these limits");
+                Diagnostic::error(codes::EMPTY_LIMITS, low.span, "these limits allow no angle");
             self.diagnostics.push(error.label("must be less than `limit_pos`"));
             return None;
         }
@@ -77,7 +77,7 @@ impl Import {
         if crate::arithmetic::hypot(to[0] - from[0], to[1] - from[1]) < f64::MIN_POSITIVE {
             let error =
                 Diagnostic::error(codes::ZERO_AXIS, line.span, "the hinge line has no length");
-            self.diagnostics.push(error.label("twice the same point"));
+            self.diagnostics.push(error.label("the same point twice"));
             return None;
         }
         Some(Spanned { value: [from, to], span: line.span })

@@ -1,4 +1,5 @@
-//! The layers' materials: equal ones are shared, different ones of one name told apart.
+//! The materials of the layers: equal materials are shared, different materials with the same name
+//! are renamed.
 
 use super::{Import, head};
 use crate::source::diagnostic::Spanned;
@@ -6,7 +7,7 @@ use crate::source::model::Material;
 use crate::source::names::identifier_from;
 use crate::source::yaml::Node;
 
-/// What `MaterialProperty` holds.
+/// The contents of a `MaterialProperty`.
 #[rustfmt::skip]
 const KEYS: &[&str] = &[
     "E1", "E2", "color", "density", "is_adhesive", "is_conductive", "is_flexible", "is_rigid",
@@ -14,7 +15,7 @@ const KEYS: &[&str] = &[
 ];
 
 impl Import {
-    /// The materials, and for each layer (bottom to top) which of them it is.
+    /// Returns the materials, and the material of each layer (bottom to top).
     pub(super) fn materials(&mut self, layers: &[Node]) -> Option<(Vec<Material>, Vec<usize>)> {
         let read: Vec<_> = layers.iter().map(|layer| self.material(layer)).collect();
         let mut materials: Vec<Material> = Vec::new();
@@ -26,7 +27,7 @@ impl Import {
             };
             let stem = material.name.value.clone();
             let mut number = 1;
-            // `adhesive`, `adhesive_2`, ...: the first that is free or is this very material.
+            // `adhesive`, `adhesive_2`, ...: the first name that is free or has this same material.
             let position = loop {
                 let named = |a: &Material| a.name.value == material.name.value;
                 match materials.iter().position(named) {

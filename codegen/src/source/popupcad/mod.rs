@@ -2,16 +2,16 @@
 //!
 //! Bodies `b0..` and joints `j0..` in file order, layer `i` of material `i`, bodies of
 //! `newtonian_ids` fixed, angles in degrees, everything else SI (github.com/idealabasu,
-//! `foldable_robotics/dynamics_info.py`). Young's moduli are left out: the program writes 1 for
-//! all. What a joint's file order of bodies means is said in `orientation`.
+//! `foldable_robotics/dynamics_info.py`). Young's moduli are ignored, because the program writes 1
+//! for all of them. `orientation` explains the order of a joint's bodies.
 
 use std::collections::HashMap;
 
+use super::argument::AngleUnit;
 use super::codes::{self, Code};
 use super::diagnostic::{Diagnostic, Diagnostics, SourceFile, Span, Spanned};
 use super::expression::Expression;
 use super::fields::items;
-use super::given::AngleUnit;
 use super::ids::BodyId;
 use super::lower::STANDARD_GRAVITY;
 use super::model::{Body, Joint, MAX_HINGES, Shape, SourceModel};
@@ -30,7 +30,7 @@ pub(super) use origin::{
     Origin, beginning, is_older_export, no_model, older_export, origin, other_object,
 };
 
-/// Reads a `DynamicsInfo`. Errors are in the diagnostics, without any there is a model.
+/// Reads a `DynamicsInfo`. Errors are in the diagnostics; without errors there is a model.
 pub(super) fn import(root: &Node, file: &SourceFile) -> (Option<SourceModel>, Diagnostics) {
     let mut import = Import { diagnostics: Diagnostics::default(), decimals: Decimals::default() };
     let model = import.model(root, file);
@@ -39,14 +39,15 @@ pub(super) fn import(root: &Node, file: &SourceFile) -> (Option<SourceModel>, Di
 
 struct Import {
     diagnostics: Diagnostics,
-    /// Of the coordinates read so far.
+    /// The decimals of the coordinates read so far.
     decimals: Decimals,
 }
 
-/// Bodies by the number the file gives them.
+/// Bodies by their number in the file.
 type Ids = HashMap<String, BodyId>;
 
-/// A model under the gravity of the Earth, with nothing of what such files do not know.
+/// Returns a model with the gravity of the Earth and defaults for everything that such files do not
+/// contain.
 fn empty(name: String) -> SourceModel {
     SourceModel {
         cuts: Vec::new(),
@@ -97,7 +98,7 @@ impl Import {
             .collect();
         if layers == Some(0) {
             let message = "the design has no `material_properties`";
-            let hint = "without layers nothing has mass: export the design again";
+            let hint = "without layers no body has mass: export the design again";
             self.report(codes::EMPTY_LAYUP, at, message, hint);
         }
         if newtonian.is_some_and(<[Node]>::is_empty) {
@@ -122,7 +123,7 @@ impl Import {
         self.diagnostics.push(Diagnostic::error(code, at, message).hint(hint));
     }
 
-    /// Newer programs may write more than we know of: that is said, not refused.
+    /// Warns of unknown keys, which newer programs may write; they are no error.
     fn warn_of_others(&mut self, node: &Node, known: &[&str]) {
         let Content::Mapping(entries) = &node.content else { return };
         for entry in entries.iter().filter(|entry| !known.contains(&entry.key.value.as_str())) {
@@ -133,12 +134,12 @@ impl Import {
         }
     }
 
-    /// A key that must be there.
+    /// Returns the value of a required key.
     fn require<'n>(&mut self, node: &'n Node, at: Span, key: &str) -> Option<&'n Node> {
         let value = node.get(key).filter(|value| !value.is_null());
         if value.is_none() {
             let error = Diagnostic::error(codes::MISSING_KEY, at, format!("`{key}` is missing"));
-            self.diagnostics.push(error.label(format!("expected `{key}` in this")));
+            self.diagnostics.push(error.label(format!("this must contain `{key}`")));
         }
         value
     }
@@ -163,7 +164,7 @@ impl Import {
         Some(value)
     }
 
-    /// A coordinate, whose decimals count for the drawing's tolerance.
+    /// Reads a coordinate, whose decimals determine the tolerance of the drawing.
     fn coordinate(&mut self, node: &Node) -> Option<f64> {
         let value = self.number(node)?;
         let text = node.scalar().map_or("", |scalar| &scalar.text);
@@ -194,7 +195,7 @@ impl Import {
         ids
     }
 
-    /// The text of a body's number.
+    /// Returns the text of a body's number.
     fn id(&mut self, node: &Node) -> Option<String> {
         if let Some(scalar) = node.scalar() {
             return Some(scalar.text.to_string());
@@ -204,7 +205,7 @@ impl Import {
         None
     }
 
-    /// The body with this number.
+    /// Returns the body with this number.
     fn body_of(&mut self, node: &Node, ids: &Ids) -> Option<Spanned<BodyId>> {
         let id = self.id(node)?;
         let body = ids.get(&id).map(|&value| Spanned { value, span: node.span });
@@ -244,7 +245,7 @@ impl Import {
     }
 }
 
-/// The start of a node, for what concerns all of it.
+/// Returns the start of a node, for diagnostics that concern the whole node.
 fn head(node: &Node) -> Span {
     match &node.content {
         Content::Mapping(entries) => entries.first().map_or(node.span, |entry| entry.key.span),

@@ -1,19 +1,20 @@
 //! Which body of a connection is the parent.
 //!
-//! A connection's two ids are in no order that means anything. Breadth-first from the ground (all
-//! fixed bodies as one) over the connections in file order, each is turned so that the body
-//! reached first comes first; one that reaches a body already visited closes a loop, and starts at
-//! the body the walk came from.
+//! The order of a connection's two ids has no meaning. A breadth-first search from the ground (all
+//! fixed bodies as one) visits the connections in file order. In each connection the body that is
+//! reached first becomes the parent. A connection to a body that was visited before closes a loop;
+//! its parent is the body from which the search came.
 
 use std::collections::VecDeque;
 
 use crate::source::ids::BodyId;
 use crate::source::model::Joint;
 
-/// Orders every joint's bodies parent, child. Joints out of reach of the ground stay as they are.
+/// Orders the bodies of every joint: parent, child. Joints that are not connected with the ground
+/// stay as they are.
 pub(super) fn orient(joints: &mut [Joint], fixed: &[BodyId], bodies: usize) {
     let ends: Vec<[usize; 2]> = {
-        // The ground is one node of the graph: the first fixed body stands for all.
+        // The ground is one node of the graph: the first fixed body represents all of them.
         let ground = fixed.first();
         let node = |body: BodyId| match ground {
             Some(ground) if fixed.contains(&body) => ground.index(),

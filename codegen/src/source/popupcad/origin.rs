@@ -10,22 +10,22 @@ const ROOT_TAG: &str = ".DynamicsInfo";
 /// Which program wrote a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::source) enum Origin {
-    /// A person, in our schema.
+    /// A file in our schema, written by hand.
     Schema,
     /// foldable_robotics, with `DynamicsInfo`.
     DynamicsInfo,
-    /// popupCAD, before `DynamicsInfo`: bare Python objects, without names for what is in them.
+    /// popupCAD, before `DynamicsInfo`: Python objects in which the data have no names.
     OlderExport,
     /// Another object of a Python program, such as popupCAD's own design.
     OtherObject,
-    /// Nothing that is known.
+    /// An unknown kind of file.
     Unknown,
 }
 
-/// The start of the tags of Python's objects.
+/// Prefix of the tags of Python objects.
 const PYTHON_TAG: &str = "tag:yaml.org,2002:python/";
 
-/// Tells files apart by the root's tag, and by what they hold where it has none.
+/// Determines the program by the tag of the root or, without a tag, by the contents.
 pub(in crate::source) fn origin(root: &Node) -> Origin {
     let tag = root.tag.as_ref().map_or("", |tag| &tag.value);
     match (tag.strip_prefix(PYTHON_TAG), &root.content) {
@@ -41,7 +41,7 @@ pub(in crate::source) fn origin(root: &Node) -> Origin {
     }
 }
 
-/// Whether there are Python's objects in it.
+/// Returns whether the node contains Python objects.
 fn holds_python(node: &Node) -> bool {
     node.tag.as_ref().is_some_and(|tag| tag.value.starts_with(PYTHON_TAG))
         || match &node.content {
@@ -51,8 +51,9 @@ fn holds_python(node: &Node) -> bool {
         }
 }
 
-/// Whether a text that is not valid YAML for an alias without an anchor, at this byte, is an older
-/// export: PyYAML wrote `*id003: 600.0`, in which the colon belongs to the name by now.
+/// Returns whether a text is an older export if it is not valid YAML because of an alias without an
+/// anchor at this byte. PyYAML wrote `*id003: 600.0`, and the current YAML standard counts the
+/// colon as part of the name.
 pub(in crate::source) fn is_older_export(text: &str, alias: usize) -> bool {
     let name = text.get(alias..).map_or("", |rest| rest.trim_start_matches('*'));
     let digits = name.strip_prefix("id").unwrap_or_default();
@@ -69,7 +70,7 @@ pub(in crate::source) fn older_export(span: Span) -> Diagnostic {
     Diagnostic::error(
         codes::OLD_EXPORT,
         span,
-        "this is an older export of popupCAD, which lamc cannot read yet",
+        "this is an older export of popupCAD, which lamc cannot read",
     )
     .label("lamc reads the `DynamicsInfo` of foldable_robotics")
     .hint(EXPORT_AGAIN)
@@ -91,7 +92,7 @@ pub(in crate::source) fn no_model(span: Span) -> Diagnostic {
         .hint("a model needs at least `bodies` and `joints`")
 }
 
-/// Where a file that is no model begins.
+/// Returns the position at which a file that is not a model begins.
 pub(in crate::source) fn beginning(root: &Node) -> Span {
     let start = root.span.start;
     root.tag.as_ref().map_or(Span { start, end: start + 1 }, |tag| tag.span)

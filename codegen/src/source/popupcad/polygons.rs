@@ -13,11 +13,12 @@ use crate::source::model::Plate;
 use crate::source::units;
 use crate::source::yaml::Node;
 
-/// Deepest parentheses: a collection of multipolygons has five. The reader recurses over them.
+/// Deepest nesting of parentheses, because the reader is recursive. A collection of multipolygons
+/// has five levels.
 const MAX_DEPTH: usize = 8;
 
 impl Import {
-    /// All plates of a layer, in file order.
+    /// Returns all plates of a layer, in file order.
     pub(super) fn layer(&mut self, node: &Node) -> Option<Vec<Plate>> {
         let geometries = self.require(node, head(node), "geoms")?;
         let texts = items(geometries, "a list of polygons as text", &mut self.diagnostics)?;
@@ -54,7 +55,7 @@ impl Import {
     }
 }
 
-/// One geometry and nothing after it, not nested deeper than any layer.
+/// Reads one geometry, which must be the whole text, with limited nesting.
 fn balanced(text: &str) -> Result<(), &'static str> {
     let mut depth = 0_usize;
     let mut closed = false;
@@ -62,7 +63,7 @@ fn balanced(text: &str) -> Result<(), &'static str> {
         match character {
             _ if closed && !character.is_whitespace() => return Err("text after the geometry"),
             '(' => depth += 1,
-            ')' if depth == 0 => return Err("a `)` too many"),
+            ')' if depth == 0 => return Err("there is one `)` too many"),
             ')' => {
                 depth -= 1;
                 closed = depth == 0;
@@ -90,7 +91,7 @@ fn collect(geometry: Wkt<f64>, node: &Node, plates: &mut Vec<Plate>) -> Result<(
                 collect(geometry, node, plates)?;
             }
         }
-        // What shapely leaves of a plate that shrank to nothing has no area and no mass.
+        // shapely writes points and lines for a plate that shrank to zero area. They have no mass.
         Wkt::Point(_) | Wkt::MultiPoint(_) | Wkt::LineString(_) | Wkt::MultiLineString(_) => {
             return Err("points and lines have no area".into());
         }
@@ -98,7 +99,7 @@ fn collect(geometry: Wkt<f64>, node: &Node, plates: &mut Vec<Plate>) -> Result<(
     Ok(())
 }
 
-/// The polygon with its holes; `None` for an empty one.
+/// Reads a polygon with its holes; `None` if it is empty.
 fn plate(polygon: &Polygon<f64>, node: &Node) -> Result<Option<Plate>, String> {
     let Some((outline, holes)) = polygon.rings().split_first() else { return Ok(None) };
     if outline.coords().is_empty() {
@@ -108,7 +109,8 @@ fn plate(polygon: &Polygon<f64>, node: &Node) -> Result<Option<Plate>, String> {
     Ok(Some(Plate { outline: ring(outline, node)?, holes }))
 }
 
-/// The vertices, without repeated ones: the first at the end, and those shapely leaves on a line.
+/// Reads the vertices without repetitions: the first vertex at the end, and equal neighbours, which
+/// shapely may write.
 fn ring(line: &LineString<f64>, node: &Node) -> Result<Spanned<Vec<[f64; 2]>>, String> {
     let mut vertices: Vec<[f64; 2]> = line.coords().iter().map(|c| [c.x, c.y]).collect();
     vertices.dedup();
@@ -116,7 +118,10 @@ fn ring(line: &LineString<f64>, node: &Node) -> Result<Spanned<Vec<[f64; 2]>>, S
         vertices.pop();
     }
     if vertices.len() < 3 {
-        return Err(format!("a ring needs three vertices, this has {}", vertices.len()));
+        return Err(format!(
+            "a ring needs at least three vertices, this one has {}",
+            vertices.len()
+        ));
     }
     if !vertices.iter().flatten().all(|x| x.is_finite()) {
         return Err("a vertex is not finite".into());

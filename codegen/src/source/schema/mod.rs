@@ -1,8 +1,8 @@
 //! The keys of the model file, as data: one table for each kind of mapping.
 //!
-//! The reader takes from these tables which keys there are, which of them are required, what they
-//! measure and what a formula may depend on. The reference page and the JSON Schema are written from
-//! the same tables, so none of the three can say something that the others do not.
+//! These tables tell the reader which keys exist, which are required, which quantities they have
+//! and what a formula may depend on. The reference page and the JSON Schema are generated from the
+//! same tables, so the three always agree.
 
 use super::model::Tunable;
 pub use super::names::{Kind, reserved_names};
@@ -22,13 +22,13 @@ pub(super) use parts::{HINGES, INERTIA_ROW, MAX_LAYERS, PLATES, RING, VERTEX};
 /// A mapping with a fixed set of keys.
 #[derive(Debug)]
 pub struct Mapping {
-    /// What it describes, in a word or two: `joint`.
+    /// Short name: `joint`.
     pub name: &'static str,
     /// The heading of its section in the reference.
     pub title: &'static str,
-    /// Where it stands in the file, as a path: `joints.<joint>`.
-    pub place: &'static str,
-    /// What it describes, in whole sentences.
+    /// Path in the file: `joints.<joint>`.
+    pub path: &'static str,
+    /// Description, in whole sentences.
     pub doc: &'static str,
     /// The keys, in the order in which messages list them.
     pub keys: &'static [Key],
@@ -36,58 +36,58 @@ pub struct Mapping {
     pub choices: &'static [Choice],
 }
 
-/// Ways to say one thing, each a list of keys that belong together. At most one way is taken.
+/// Alternatives, each a list of keys that belong together. At most one of them is used.
 pub type Choice = &'static [&'static [&'static str]];
 
 /// A key of a mapping.
 #[derive(Clone, Copy, Debug)]
 pub struct Key {
-    /// As it is written in the file.
+    /// The key as it is written in the file.
     pub name: &'static str,
-    /// What its value may be.
+    /// Type of its value.
     pub value: Value,
-    /// What holds when the key is left out.
+    /// Whether it is required, or its default.
     pub presence: Presence,
-    /// The numbers it takes.
+    /// The range of its numbers.
     pub range: Range,
-    /// A value, as YAML.
+    /// An example value, as YAML.
     pub example: &'static str,
-    /// What it means, in whole sentences or as a noun phrase.
+    /// Its meaning, in whole sentences or as a noun phrase.
     pub doc: &'static str,
 }
 
-/// What holds when a key is left out.
+/// Whether a key is required, or its default.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Presence {
-    /// The key must be there.
+    /// The key is required.
     Required,
-    /// The key must be there with the other keys of its way of a [`Choice`].
+    /// The key is required together with the other keys of its alternative in a [`Choice`].
     Together,
-    /// It is as if this value (YAML) were written.
+    /// The default is this value (YAML).
     Default(&'static str),
-    /// What the text says.
+    /// The text describes the default.
     Optional(&'static str),
 }
 
-/// Which numbers a key takes. The physical stages check it, with the values of parameters.
+/// The range of a key's numbers. Later stages check it, with the values of parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Range {
-    /// All.
+    /// All numbers.
     Any,
-    /// More than 0.
+    /// Numbers greater than 0.
     Positive,
-    /// 0 or more.
+    /// Numbers that are 0 or greater.
     NotNegative,
 }
 
-/// What the value of a key may be.
+/// Type of a key's value.
 #[derive(Clone, Copy, Debug)]
 pub enum Value {
     /// A name that is declared here.
     Name(Kind),
     /// The name of an entry of another mapping.
     Reference {
-        /// What is named: `body`.
+        /// What the name refers to: `body`.
         to: &'static str,
         /// The key of the model under which it is declared: `bodies`.
         among: &'static str,
@@ -96,28 +96,28 @@ pub enum Value {
     Boolean,
     /// One of these words.
     Word(&'static [&'static str]),
-    /// The name of a unit that measures this.
+    /// The name of a unit of this quantity.
     Unit(&'static Quantity),
     /// A number, with or without a unit.
     Number(&'static Quantity),
     /// A number, with or without a unit, or a formula.
     Formula(&'static Quantity, Uses),
-    /// A number with any unit or none, which says what the parameter measures.
+    /// A number with or without a unit; the unit determines the dimension of the parameter.
     Parameter,
-    /// A list of so many values.
+    /// A list of fixed length.
     Array {
-        /// Each of them.
+        /// Type of each item.
         of: &'static Value,
-        /// How many.
+        /// Number of items.
         length: usize,
         /// What is expected, for messages: `` `[x, y, z]` ``.
         form: &'static str,
     },
     /// A list.
     List {
-        /// Each item.
+        /// Type of each item.
         of: &'static Value,
-        /// The least and the largest number of items.
+        /// Smallest and largest number of items.
         items: [usize; 2],
         /// What is expected, for messages: `a list of materials, bottom to top`.
         form: &'static str,
@@ -130,9 +130,9 @@ pub enum Value {
     PerJoint(&'static Value),
     /// A mapping whose fixed keys depend on the value of one of them.
     OneOf {
-        /// The key that decides.
+        /// The key whose value determines the other keys.
         by: &'static str,
-        /// The keys for each of its values; those for any other value have no name.
+        /// The keys for each of its values; an entry without a name is for all other values.
         variants: &'static [(Option<&'static str>, &'static Mapping)],
     },
 }
@@ -140,7 +140,7 @@ pub enum Value {
 /// What a formula may depend on, besides parameters, inputs and t.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Uses {
-    /// Nothing else, for this reason.
+    /// Nothing else; the text says why.
     Constants(&'static str),
     /// `q.<joint>` and `u.<joint>`.
     Motion,
@@ -173,33 +173,33 @@ pub const MAPPINGS: &[&Mapping] = &[
 ];
 
 impl Mapping {
-    /// The key of this name.
+    /// Returns the key with this name.
     pub fn key(&self, name: &str) -> Option<&'static Key> {
         self.keys.iter().find(|key| key.name == name)
     }
 
-    /// The keys that belong together with this one.
+    /// Returns the keys that belong together with this one.
     pub fn beside(&self, name: &str) -> impl Iterator<Item = &'static str> {
         let ways = self.choices.iter().copied().flatten();
         let way = ways.copied().find(|way| way.contains(&name)).unwrap_or_default();
         way.iter().copied().filter(move |other| *other != name)
     }
 
-    /// The names of all keys.
+    /// Returns the names of all keys.
     pub fn names(&self) -> Vec<&'static str> {
         self.keys.iter().map(|key| key.name).collect()
     }
 }
 
 impl Presence {
-    /// Whether the key must be there, at least beside certain others.
+    /// Returns whether the key is required, always or together with certain other keys.
     pub fn may_be_required(self) -> bool {
         matches!(self, Self::Required | Self::Together)
     }
 }
 
 impl Value {
-    /// What the numbers in it measure, where it is a number or holds a list of numbers.
+    /// Returns the quantity of its numbers, if it is a number or a list of numbers.
     pub fn quantity(&self) -> Option<&'static Quantity> {
         match self {
             Self::Number(quantity) | Self::Formula(quantity, _) => Some(quantity),
@@ -208,7 +208,7 @@ impl Value {
         }
     }
 
-    /// What the numbers in it measure, and what a formula in their place may depend on.
+    /// Returns the quantity of its numbers, and what a formula may depend on.
     pub(super) fn measured(&self) -> (&'static Quantity, Uses) {
         (self.quantity().unwrap_or(&NUMBER), self.uses())
     }
@@ -221,7 +221,7 @@ impl Value {
         }
     }
 
-    /// What is expected, for messages.
+    /// Returns what is expected, for messages.
     pub(super) fn form(&self) -> &'static str {
         match self {
             Self::Array { form, .. } | Self::List { form, .. } => form,
@@ -231,7 +231,7 @@ impl Value {
 }
 
 impl Key {
-    /// The same key with a bound on its numbers.
+    /// Returns the same key with a range for its numbers.
     const fn range(self, range: Range) -> Self {
         Self { range, ..self }
     }

@@ -9,8 +9,8 @@ use crate::source::units::{
 };
 
 const SAME_FOR_EVERY_POSE: Uses =
-    Uses::Constants("gravity is the same for every pose: it may not depend on q or u");
-const NO_SPEED: Uses = Uses::Constants("the drag has the speed of the plate in it already");
+    Uses::Constants("gravity is the same for every configuration: it may not depend on q or u");
+const NO_SPEED: Uses = Uses::Constants("the drag already contains the speed of the plate");
 
 /// A term of a polynomial.
 pub(crate) const TERM: Value = Value::Array {
@@ -31,15 +31,15 @@ const TERMS: Value = Value::List {
 pub static MODEL: Mapping = Mapping {
     name: "model",
     title: "The file",
-    place: "",
+    path: "",
     doc: "The file is one mapping. Only `bodies` and `joints` are required.",
     keys: &[
         optional(
             "name",
             Value::Name(Kind::Other("a model")),
-            "the stem of the file's name is taken",
+            "the name of the file without its extension",
             "fourbar",
-            "The name of the mechanism. Generated types and files are called by it.",
+            "The name of the mechanism. Generated types and files get this name.",
         ),
         optional(
             "units",
@@ -89,9 +89,9 @@ pub static MODEL: Mapping = Mapping {
             Value::Named(Kind::Symbol("a parameter"), &Value::Parameter),
             "there are no parameters",
             "{ k: 11.4 mN*m/rad, amplitude: 0.3 }",
-            "Numbers by name that formulas use and that can be set at run time. The value in the file is \
-             the default. Where it has a unit, the parameter can only stand for a quantity of this \
-             kind.",
+            "Numbers by name that formulas use and that can be set at run time. The value in the \
+             file is the default. If it has a unit, the parameter can only be used for this \
+             quantity.",
         ),
         key(
             "inputs",
@@ -102,7 +102,8 @@ pub static MODEL: Mapping = Mapping {
             },
             Presence::Default("[]"),
             "[motor]",
-            "Names of numbers that formulas use and that the caller sets at every step. They start at 0.",
+            "Names of the numbers that formulas use and that the caller sets at every step. They \
+             start at 0.",
         ),
         key(
             "tunable",
@@ -127,14 +128,14 @@ pub static MODEL: Mapping = Mapping {
             Value::Mapping(&INITIAL),
             "all angles and speeds start at 0",
             "{ q: { knee: 30 deg } }",
-            "Where a motion starts. It is a guess, from which the loops are closed.",
+            "The initial state. It is a guess, from which the loops are closed.",
         ),
         optional(
             "points",
             Value::Named(Kind::Other("a point"), &Value::Mapping(&POINT)),
             "there are no output points",
             "{ tip: { body: arm, at: [40, 10, 0.5] } }",
-            "Points of bodies by name. Where they go is a result.",
+            "Points of bodies by name. Their positions and velocities are computed.",
         ),
         optional(
             "forces",
@@ -148,23 +149,24 @@ pub static MODEL: Mapping = Mapping {
             Value::Mapping(&AIR),
             "there is no air",
             "{ density: 1.2, drag: 1.2 }",
-            "The air that plates are dragged through.",
+            "The air, which resists moving plates.",
         ),
         optional(
             "hinge_models",
             Value::Named(Kind::Other("a hinge model"), &Value::Mapping(&HINGE_MODEL)),
-            "only the built-in hinge models are there",
+            "there are only the built-in hinge models",
             "{ tape: { stiffness: [[0.02, 0, 0, 0]], damping: [[2e-5, 0, 0, 0]], specimens: [[1e-3, 0.05, 5e-3]] } }",
             "Families of measured hinges by name. `lamc hinge family` writes them.",
         ),
         optional(
             "tolerance",
             Value::Number(&LENGTH),
-            "half a unit of the last decimal in the drawing is taken",
+            "half a unit of the last decimal in the drawing",
             "0.005 mm",
-            "How far each coordinate of a hinge line may be off because of rounding, at most a hundredth \
-             of the drawing's size. Hinge lines are moved by no more than this to be exactly parallel or \
-             concurrent; 0 takes them as they are drawn. See [DRAWINGS.md](DRAWINGS.md).",
+            "The largest rounding error of the coordinates of hinge lines, at most a hundredth \
+             of the drawing's size. Hinge lines are moved by no more than this to be exactly \
+             parallel or concurrent; 0 uses them as they are drawn. See \
+             [DRAWINGS.md](DRAWINGS.md).",
         )
         .range(Range::NotNegative),
     ],
@@ -174,18 +176,18 @@ pub static MODEL: Mapping = Mapping {
 /// `units`.
 pub static UNITS: Mapping = Mapping {
     name: "units",
-    title: "Units of bare numbers",
-    place: "units",
+    title: "Units of numbers without a unit",
+    path: "units",
     doc: "The units of numbers that are written without a unit. Formulas and parameters are always in SI \
           units and radians.",
     keys: &[
-        key("length", Value::Unit(&LENGTH), Presence::Default("m"), "mm", "Of bare lengths."),
+        key("length", Value::Unit(&LENGTH), Presence::Default("m"), "mm", "Unit of lengths."),
         key(
             "angle",
             Value::Unit(&ANGLE),
             Presence::Default("rad"),
             "deg",
-            "Of bare angles and, per second, of bare angular speeds.",
+            "Unit of angles and, per second, of angular speeds.",
         ),
     ],
     choices: &[],
@@ -195,7 +197,7 @@ pub static UNITS: Mapping = Mapping {
 pub static MATERIAL: Mapping = Mapping {
     name: "material",
     title: "Materials",
-    place: "materials.<material>",
+    path: "materials.<material>",
     doc: "A sheet material.",
     keys: &[
         required("density", Value::Number(&DENSITY), "1380", "Mass per volume.")
@@ -213,7 +215,7 @@ pub static MATERIAL: Mapping = Mapping {
         optional(
             "yield_stress",
             Value::Number(&PRESSURE),
-            "`beam` hinges count as linear at every angle",
+            "`beam` hinges are taken as linear at every angle",
             "42.84 MPa",
             "Yield stress. It bounds the angle up to which a `beam` hinge is linear.",
         )
@@ -226,16 +228,16 @@ pub static MATERIAL: Mapping = Mapping {
 pub static INITIAL: Mapping = Mapping {
     name: "initial",
     title: "Initial state",
-    place: "initial",
-    doc: "Angles and speeds at the start, by joint. Those of other joints start at 0; closed loops then \
-          move all of them as little as possible.",
+    path: "initial",
+    doc: "Angles and speeds at the start, by joint. Those of other joints start at 0; closed \
+          loops change all of them as little as possible.",
     keys: &[
         key(
             "q",
             Value::PerJoint(&Value::Number(&ANGLE)),
             Presence::Default("{}"),
             "{ knee: 30 deg }",
-            "Angles. Those of joints with `limits` lie within them.",
+            "Angles. The angle of a joint with `limits` must lie within them.",
         ),
         key(
             "u",
@@ -252,11 +254,11 @@ pub static INITIAL: Mapping = Mapping {
 pub static POINT: Mapping = Mapping {
     name: "point",
     title: "Points",
-    place: "points.<point>",
+    path: "points.<point>",
     doc: "A point that is fixed to a body.",
     keys: &[
         required("body", Value::Reference { to: "body", among: "bodies" }, "arm", "The body."),
-        required("at", POSITION, "[40, 10, 0.5]", "Where it is in the flat sheet."),
+        required("at", POSITION, "[40, 10, 0.5]", "Its position in the flat sheet."),
     ],
     choices: &[],
 };
@@ -265,14 +267,14 @@ pub static POINT: Mapping = Mapping {
 pub static FORCE: Mapping = Mapping {
     name: "force",
     title: "Forces",
-    place: "forces.<force>",
+    path: "forces.<force>",
     doc: "A force at a point.",
     keys: &[
         required(
             "point",
             Value::Reference { to: "point", among: "points" },
             "tip",
-            "Where it acts.",
+            "The point at which it acts.",
         ),
         required(
             "force",
@@ -292,7 +294,7 @@ pub static FORCE: Mapping = Mapping {
 pub static AIR: Mapping = Mapping {
     name: "air",
     title: "Air",
-    place: "air",
+    path: "air",
     doc: "Air that resists moving plates. See [HINGES.md](HINGES.md#other-laws-of-a-joint-and-air).",
     keys: &[
         required(
@@ -306,7 +308,7 @@ pub static AIR: Mapping = Mapping {
             "drag",
             Value::Formula(&NUMBER, NO_SPEED),
             "1.2",
-            "Drag coefficient of a plate that is square to the flow.",
+            "Drag coefficient of a plate that is perpendicular to the flow.",
         )
         .range(Range::NotNegative),
     ],
@@ -317,7 +319,7 @@ pub static AIR: Mapping = Mapping {
 pub static HINGE_MODEL: Mapping = Mapping {
     name: "hinge model",
     title: "Families of hinges",
-    place: "hinge_models.<model>",
+    path: "hinge_models.<model>",
     doc: "Stiffness and damping of a family of hinges as polynomials of the hinge's length l, its width w \
           and the area a of the body that swings. Numbers are in SI units, whatever `units` says. See \
           [HINGES.md](HINGES.md#families-of-hinges).",

@@ -5,16 +5,16 @@ use crate::source::units::{
     ANGLE, ANGULAR_SPEED, AREA, CUBIC_STIFFNESS, DAMPING, INERTIA, LENGTH, MASS, STIFFNESS, TORQUE,
 };
 
-/// Most layers of a layup: an outline is copied to each of them.
+/// Largest number of layers of a layup: an outline is copied to each of them.
 pub(crate) const MAX_LAYERS: usize = 64;
 
 const PRESCRIBED: Uses = Uses::Constants(
-    "a prescribed angle is a function of t, parameters and inputs; a law of q and u goes into \
-     `torque`",
+    "a prescribed angle is a function of t, parameters and inputs; write a formula with q and u \
+     into `torque`",
 );
 const NO_MOTION: Uses = Uses::Constants(
-    "the spring k*(q - rest) and the damper b*u have their q and u already; other laws of q and u \
-     go into `torque`",
+    "the spring k*(q - rest) and the damper b*u already contain q and u; write other formulas \
+     with q and u into `torque`",
 );
 
 /// A point of the flat sheet.
@@ -37,12 +37,12 @@ pub(crate) const PLATES: Value = Value::List {
 pub(crate) const INERTIA_ROW: Value =
     Value::Array { of: &Value::Number(&INERTIA), length: 3, form: "a row of three" };
 
-/// A law that is 0 when it is left out.
+/// A key with a formula that is 0 if it is left out.
 const fn law(name: &'static str, value: Value, example: &'static str, doc: &'static str) -> Key {
     key(name, value, Presence::Default("0"), example, doc)
 }
 
-/// The hinge models that have a name, and the families of the file.
+/// The built-in hinge models, and the families of the file.
 pub(crate) const HINGES: &[(Option<&str>, &Mapping)] = &[
     (Some("beam"), &HINGE_BEAM),
     (Some("sharifzadeh2018"), &HINGE_SHARIFZADEH2018),
@@ -53,33 +53,34 @@ pub(crate) const HINGES: &[(Option<&str>, &Mapping)] = &[
 pub static BODY: Mapping = Mapping {
     name: "body",
     title: "Bodies",
-    place: "bodies.<body>",
-    doc: "A rigid body. Its mass comes from an `outline` that stands in every layer, or from `layers`, or \
-          from `mass`, `com` and `inertia`; `point_masses` are added to any of these, or stand alone. A \
-          body that moves needs mass.",
+    path: "bodies.<body>",
+    doc: "A rigid body. Its mass comes from an `outline` that is the same in every layer, or \
+          from `layers`, or from `mass`, `com` and `inertia`; `point_masses` are added to any of \
+          these, or are used alone. A body that moves needs mass.",
     keys: &[
         key(
             "fixed",
             Value::Boolean,
             Presence::Default("false"),
             "true",
-            "Whether the body is part of the ground. All fixed bodies are one.",
+            "Whether the body is part of the ground. All fixed bodies count as one body.",
         ),
         key(
             "outline",
             RING,
             Presence::Together,
             "[[0, 0], [40, 0], [40, 20], [0, 20]]",
-            "Vertices of a plate that stands in every layer of the `layup`, at least three, in either \
-             orientation. The line does not cross itself; the first vertex may be repeated at the end.",
+            "Vertices of a plate that is the same in every layer of the `layup`, at least three, \
+             in either orientation. The line does not cross itself; the first vertex may be \
+             repeated at the end.",
         ),
         key(
             "holes",
             HOLES,
             Presence::Default("[]"),
             "[[[5, 5], [10, 5], [10, 10]]]",
-            "What is cut out of the `outline`, each hole a list of vertices. Holes lie within the \
-             outline and do not overlap.",
+            "Holes of the `outline`, each a list of vertices. Holes lie within the outline and \
+             do not overlap.",
         ),
         optional(
             "layers",
@@ -88,7 +89,7 @@ pub static BODY: Mapping = Mapping {
                 items: [0, MAX_LAYERS],
                 form: "one list of plates per layer of the layup",
             },
-            "all layers are alike",
+            "all layers are the same",
             "[[{ outline: [[0, 0], [40, 0], [40, 20]] }], [], []]",
             "One list of plates for each layer of the `layup`, bottom to top. A layer without plates is \
              `[]`.",
@@ -100,7 +101,7 @@ pub static BODY: Mapping = Mapping {
             POSITION,
             Presence::Together,
             "[20, 10, 0.5]",
-            "The centre of mass, where it is in the flat sheet.",
+            "The position of the centre of mass in the flat sheet.",
         ),
         key(
             "inertia",
@@ -134,7 +135,7 @@ pub static BODY: Mapping = Mapping {
 pub static PLATE: Mapping = Mapping {
     name: "plate",
     title: "Plates of a layer",
-    place: "bodies.<body>.layers[][]",
+    path: "bodies.<body>.layers[][]",
     doc: "A plate in one layer.",
     keys: &[
         required(
@@ -148,7 +149,7 @@ pub static PLATE: Mapping = Mapping {
             HOLES,
             Presence::Default("[]"),
             "[[[5, 5], [10, 5], [10, 10]]]",
-            "What is cut out of the plate, each hole a list of vertices.",
+            "Holes of the plate, each a list of vertices.",
         ),
     ],
     choices: &[],
@@ -158,11 +159,11 @@ pub static PLATE: Mapping = Mapping {
 pub static POINT_MASS: Mapping = Mapping {
     name: "point mass",
     title: "Point masses",
-    place: "bodies.<body>.point_masses[]",
+    path: "bodies.<body>.point_masses[]",
     doc: "A mass without extent.",
     keys: &[
         required("mass", Value::Number(&MASS), "0.5 g", "The mass.").range(Range::Positive),
-        required("at", POSITION, "[20, 10, 1]", "Where it is in the flat sheet."),
+        required("at", POSITION, "[20, 10, 1]", "Its position in the flat sheet."),
     ],
     choices: &[],
 };
@@ -171,7 +172,7 @@ pub static POINT_MASS: Mapping = Mapping {
 pub static JOINT: Mapping = Mapping {
     name: "joint",
     title: "Joints",
-    place: "joints.<joint>",
+    path: "joints.<joint>",
     doc: "A flexure hinge between two bodies. Its angle q is 0 in the flat sheet, its speed is u. The \
           torque on the second body about the hinge line is -k (q - rest) - k3 (q - rest)^3 - b u \
           - T tanh(u / speed) + `torque`, with the `stiffness` k, the `cubic_stiffness` k3, the `damping` \
@@ -185,8 +186,8 @@ pub static JOINT: Mapping = Mapping {
                 form: "two bodies, `[first, second]`",
             },
             "[base, arm]",
-            "The angle turns the second body against the first by the right-hand rule. At least one of \
-             them is not fixed.",
+            "The angle turns the second body relative to the first by the right-hand rule. At \
+             least one of them is not fixed.",
         ),
         required(
             "axis",
@@ -219,7 +220,7 @@ pub static JOINT: Mapping = Mapping {
             Value::Array { of: &Value::Number(&ANGLE), length: 2, form: "`[lowest, highest]`" },
             "the joint has no stops",
             "[-90 deg, 90 deg]",
-            "The angles at which the joint meets its stops, the lower one first.",
+            "The angles of the joint's stops, the lower one first.",
         ),
         law(
             "torque",
@@ -230,18 +231,19 @@ pub static JOINT: Mapping = Mapping {
         optional(
             "hinge",
             Value::OneOf { by: "model", variants: HINGES },
-            "`stiffness` gives the spring",
+            "the spring has the constant `stiffness`",
             "{ model: beam, material: film, length: 1 mm, width: 20 mm }",
-            "A model of the hinge, which computes the stiffness. `sharifzadeh2018` and the models of \
-             `hinge_models` compute the damping too: `damping` cannot stand beside them.",
+            "A model of the hinge, which computes the stiffness. `sharifzadeh2018` and the \
+             models of `hinge_models` compute the damping too, so `damping` is not allowed with \
+             them.",
         ),
         optional(
             "drive",
             Value::Formula(&ANGLE, PRESCRIBED),
             "the joint moves freely",
             "\"0.3*sin(2*pi*t)\"",
-            "The prescribed angle. The torque of the motor is then a result. Constant angles lie within \
-             `limits`.",
+            "The prescribed angle. The torque of the motor is then computed. Constant angles lie \
+             within `limits`.",
         ),
         law(
             "cubic_stiffness",
@@ -264,7 +266,7 @@ pub static JOINT: Mapping = Mapping {
 pub static FRICTION: Mapping = Mapping {
     name: "friction",
     title: "Friction",
-    place: "joints.<joint>.friction",
+    path: "joints.<joint>.friction",
     doc: "Coulomb's friction, smoothed: the torque -T tanh(u / speed).",
     keys: &[
         required("torque", Value::Formula(&TORQUE, NO_MOTION), "0.1 mN*m", "The torque T.")
@@ -284,7 +286,7 @@ const HINGE_LENGTH: Key = required(
     "length",
     Value::Number(&LENGTH),
     "1 mm",
-    "Length of the hinge: what bends, across the hinge line.",
+    "Length of the part that bends, across the hinge line.",
 )
 .range(Range::Positive);
 const HINGE_WIDTH: Key =
@@ -302,16 +304,16 @@ const HINGE_AREA: Key = optional(
 pub static HINGE_BEAM: Mapping = Mapping {
     name: "beam",
     title: "Beam hinges",
-    place: "joints.<joint>.hinge",
-    doc: "A strip of a material that bends: k = E I / length with I = w t^3 / 12, w the `width` less the \
-          `gaps`. See [HINGES.md](HINGES.md#models).",
+    path: "joints.<joint>.hinge",
+    doc: "A strip of a material that bends: k = E I / length with I = w t^3 / 12, where w is the \
+          `width` minus the `gaps`. See [HINGES.md](HINGES.md#models).",
     keys: &[
-        required("model", Value::Word(&["beam"]), "beam", "This model."),
+        required("model", Value::Word(&["beam"]), "beam", "Selects this model."),
         required(
             "material",
             Value::Reference { to: "material", among: "materials" },
             "film",
-            "The material. Its `youngs_modulus` and its `thickness` count.",
+            "The material. Its `youngs_modulus` and its `thickness` are used.",
         ),
         HINGE_LENGTH,
         HINGE_WIDTH,
@@ -320,7 +322,7 @@ pub static HINGE_BEAM: Mapping = Mapping {
             Value::Number(&LENGTH),
             "nothing is cut out",
             "5 mm",
-            "What is cut out of the width, less than all of it.",
+            "Total length that is cut out of the width. It is less than the width.",
         )
         .range(Range::NotNegative),
     ],
@@ -331,11 +333,18 @@ pub static HINGE_BEAM: Mapping = Mapping {
 pub static HINGE_SHARIFZADEH2018: Mapping = Mapping {
     name: "sharifzadeh2018",
     title: "Hinges of sharifzadeh2018",
-    place: "joints.<joint>.hinge",
-    doc: "The polynomials of the paper DETC2018-86359, for lengths from 0.5 to 4.9 mm, widths from 5 to \
-          140 mm and areas up to 75 cm^2. They give the damping too. See [HINGES.md](HINGES.md#models).",
+    path: "joints.<joint>.hinge",
+    doc: "The polynomials of the paper DETC2018-86359, for lengths from 0.5 to 4.9 mm, widths \
+          from 5 to 140 mm and areas up to 75 cm^2. They also give the damping. See \
+          [HINGES.md](HINGES.md#models).",
     keys: &[
-        required("model", Value::Word(&["sharifzadeh2018"]), "sharifzadeh2018", "This model."),
+        required(
+            "model",
+            Value::Word(&["sharifzadeh2018"]),
+            "sharifzadeh2018",
+            "Selects this \
+                                                                                 model.",
+        ),
         HINGE_LENGTH,
         HINGE_WIDTH,
         HINGE_AREA,
@@ -345,7 +354,7 @@ pub static HINGE_SHARIFZADEH2018: Mapping = Mapping {
             Presence::Default("corrected"),
             "corrected",
             "Two coefficients of the paper contradict the errors that are printed with them. \
-             `printed` takes them all the same.",
+             `printed` uses them nevertheless.",
         ),
     ],
     choices: &[],
@@ -355,7 +364,7 @@ pub static HINGE_SHARIFZADEH2018: Mapping = Mapping {
 pub static HINGE_FAMILY: Mapping = Mapping {
     name: "family",
     title: "Hinges of a family",
-    place: "joints.<joint>.hinge",
+    path: "joints.<joint>.hinge",
     doc: "A hinge of one of the families in `hinge_models`, which gives the damping too.",
     keys: &[
         required(

@@ -1,10 +1,11 @@
-//! The keys of a mapping: no key stands twice, and merge keys are followed.
+//! The keys of a mapping: each key must be unique, and merge keys are expanded.
 //!
-//! Merge keys (YAML 1.1): `<<: *anchor` or `<<: [*one, *other]` stands for the entries of other
+//! Merge keys (YAML 1.1): `<<: *anchor` or `<<: [*one, *other]` inserts the entries of other
 //! mappings.
 //!
-//! A key that the mapping has itself wins, then the mapping that comes first in the list. Merged
-//! entries stand where `<<` does: the order of joints is the order of coordinates.
+//! A key of the mapping itself has precedence, then the mapping that comes first in the list.
+//! Merged entries take the position of `<<`, because the order of joints is the order of
+//! coordinates.
 
 use std::collections::{HashMap, HashSet};
 
@@ -12,7 +13,7 @@ use super::{Content, Entry, Node};
 use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, Diagnostics, Span, Spanned};
 
-/// Puts the entries that the merge key at `at` stands for in its place.
+/// Replaces the merge key at `at` by the entries that it inserts.
 pub(super) fn entries_of(entries: &mut Vec<Entry>, at: usize, diagnostics: &mut Diagnostics) {
     let Entry { key, value } = entries.remove(at);
     let mut known: HashSet<String> = entries.iter().map(|entry| entry.key.value.clone()).collect();
@@ -23,16 +24,16 @@ pub(super) fn entries_of(entries: &mut Vec<Entry>, at: usize, diagnostics: &mut 
     let mut merged = Vec::new();
     for source in sources {
         let Content::Mapping(given) = source.content else {
-            // The value may stand elsewhere: the key is what is wrong here.
+            // The value may be at another position; the mistake here is the key.
             diagnostics.push(
                 Diagnostic::error(
                     codes::BAD_MERGE,
                     key.span,
                     "`<<` takes a mapping, or a list of them",
                 )
-                .label("merges something else")
+                .label("its value is something else")
                 .also(source.span, format!("this is {}", source.describe()))
-                .hint("write `<<: *name`, with `&name` in front of the mapping that is meant"),
+                .hint("write `<<: *name`, with `&name` in front of the mapping"),
             );
             break;
         };
@@ -41,7 +42,7 @@ pub(super) fn entries_of(entries: &mut Vec<Entry>, at: usize, diagnostics: &mut 
     entries.splice(at..at, merged);
 }
 
-/// Drops the second of two equal keys, and reports it.
+/// Drops the second of two equal keys and reports it.
 pub(super) fn distinct(entries: Vec<Entry>, diagnostics: &mut Diagnostics) -> Vec<Entry> {
     let mut seen: HashMap<String, Span> = HashMap::with_capacity(entries.len());
     let mut kept = Vec::with_capacity(entries.len());
@@ -49,7 +50,7 @@ pub(super) fn distinct(entries: Vec<Entry>, diagnostics: &mut Diagnostics) -> Ve
         let Spanned { value: key, span } = &entry.key;
         if let Some(&first) = seen.get(key) {
             let error =
-                Diagnostic::error(codes::DUPLICATE_KEY, *span, format!("`{key}` stands twice"));
+                Diagnostic::error(codes::DUPLICATE_KEY, *span, format!("duplicate key `{key}`"));
             diagnostics.push(error.label("second time").also(first, "first time"));
             continue;
         }

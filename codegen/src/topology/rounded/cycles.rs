@@ -1,28 +1,29 @@
 //! The shortest loops of a mechanism: a minimum cycle basis of the graph of its bodies and joints
 //! (J. D. Horton, "A polynomial-time algorithm to find the shortest cycle basis of a graph", 1987).
 //!
-//! The loops that the spanning tree closes may run around several others; what hinge lines are
-//! meant to have in common shows on the shortest ones.
+//! The loops of the spanning tree may enclose several shorter loops. Whether hinge lines should be
+//! parallel or concurrent is visible in the shortest loops.
 
 use std::collections::VecDeque;
 
 use crate::laminate::Mechanism;
 use crate::source::JointId;
 
-/// Candidates are as many as roots times edges: those of more joints than this would fill the
-/// memory.
+/// Largest number of joints. The number of candidates is the number of roots times that of edges,
+/// so more joints would need too much memory.
 const MOST_JOINTS: usize = 5000;
 
 /// Bodies as nodes, all fixed ones as node 0; joints as edges.
 struct Graph {
     edges: Vec<[usize; 2]>,
-    /// Edges at each node, and where they lead.
+    /// Edges at each node, with the node at the other end.
     neighbours: Vec<Vec<(usize, usize)>>,
 }
 
 /// Shortest paths from one node to all others.
 struct Paths {
-    /// The edge to each node and the node before it; `None` at the root and out of its reach.
+    /// The edge to each node and the node before it; `None` for the root and for nodes that are not
+    /// connected with it.
     before: Vec<Option<(usize, usize)>>,
     /// Number of edges to each node.
     length: Vec<usize>,
@@ -37,8 +38,8 @@ struct Candidate {
     edge: usize,
 }
 
-/// The joints around each loop of a minimum cycle basis, in their order around it; none of
-/// mechanisms of more than [`MOST_JOINTS`].
+/// Returns the joints around each loop of a minimum cycle basis, in their order around it; no loops
+/// for mechanisms with more joints than [`MOST_JOINTS`].
 pub fn shortest(mechanism: &Mechanism) -> Vec<Vec<JointId>> {
     if mechanism.joints.len() > MOST_JOINTS {
         return Vec::new();
@@ -57,7 +58,8 @@ pub fn shortest(mechanism: &Mechanism) -> Vec<Vec<JointId>> {
     let mut basis = Basis::new(graph.edges.len());
     let mut cycles = Vec::new();
     for Candidate { root, edge, .. } in candidates {
-        // Found again, since the paths from all roots together would fill the memory.
+        // The paths are computed again, because the paths from all roots together would need too
+        // much memory.
         let cycle = graph.paths(root).cycle(edge, graph.edges[edge]);
         if basis.insert(&cycle) {
             cycles.push(cycle.into_iter().map(JointId).collect());
@@ -104,7 +106,7 @@ impl Graph {
         paths
     }
 
-    /// The cycles through a root whose two paths meet at the root only.
+    /// Returns the cycles through a root whose two paths meet at the root only.
     fn candidates<'a>(
         &'a self,
         root: usize,
@@ -134,7 +136,7 @@ impl Paths {
         cycle
     }
 
-    /// The edges from a node back to the root.
+    /// Returns the edges from a node back to the root.
     fn back_from(&self, node: usize) -> impl Iterator<Item = usize> {
         let step = |&(_, node): &(usize, usize)| self.before[node];
         std::iter::successors(self.before[node], step).map(|(edge, _)| edge)
@@ -144,7 +146,7 @@ impl Paths {
 /// Cycles as sets of edges modulo two, in echelon form.
 struct Basis {
     words: usize,
-    /// By the lowest edge of a row.
+    /// Rows by their lowest edge.
     rows: Vec<Option<Vec<u64>>>,
 }
 
@@ -153,7 +155,7 @@ impl Basis {
         Self { words: edges.div_ceil(64), rows: vec![None; edges] }
     }
 
-    /// Adds a cycle; false when it is a sum of those that are there.
+    /// Adds a cycle; returns false if it is a sum of the cycles already present.
     fn insert(&mut self, cycle: &[usize]) -> bool {
         let mut set = vec![0_u64; self.words];
         for edge in cycle {

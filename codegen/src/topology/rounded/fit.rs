@@ -1,13 +1,13 @@
-//! Least movement of hinge lines that gives them exactly what they are meant to have in common.
+//! Smallest movement of hinge lines that makes them exactly parallel, concurrent or in line.
 //!
 //! ```text
 //! min sum over ends of w (e / slack)^2   subject to   g(e, f) = 0
 //! e: how far each end moves across its line     f: common directions and points, free of cost
 //! ```
 //!
-//! by Newton steps on g, each the solution of least norm of the linear equations. What is sought
-//! is a drawing that rounds to the one given: every |e| within its slack. Where least squares
-//! exceed it, weights are raised there until the largest |e| / slack is least (C. L. Lawson, 1961).
+//! by Newton steps on g, each the minimum-norm solution of the linear equations. The result must be
+//! a drawing that rounds to the given one: every |e| within its slack. Where least squares exceed
+//! the slack, weights are raised until the largest |e| / slack is smallest (C. L. Lawson, 1961).
 
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
@@ -15,54 +15,55 @@ use crate::arithmetic::{asin, atan2, powi, sin_cos};
 
 use super::line::{Line, cross};
 
-/// How much cheaper it is to move what lines have in common than to move them.
+/// Ratio of the cost of moving a common point or direction to that of moving a line.
 const FREE: f64 = 1e3;
-/// Beside equations of norm 1: makes those solvable of which one follows from others.
+/// Regularisation for equations of norm 1, which makes redundant equations solvable.
 const RIDGE: f64 = 1e-13;
-/// Newton steps; they converge quadratically.
+/// Largest number of Newton steps; they converge quadratically.
 const STEPS: usize = 12;
-/// Rounds of raising weights.
+/// Largest number of rounds in which weights are raised.
 const ROUNDS: usize = 40;
-/// Least weight of an end: it may matter again in a later round.
+/// Smallest weight of an end, which may matter again in a later round.
 const LEAST_WEIGHT: f64 = 1e-4;
-/// Movements up to this, over the slack, are within the tolerance: rounds end before they are
-/// at the least possible.
+/// Movements up to this, relative to the slack, are within the tolerance: the rounds end before the
+/// minimum is reached.
 pub const WITHIN: f64 = 1.05;
-/// Over the slack: lines that are farther from a common point are not tried.
+/// Distance from a common point, relative to the slack, above which lines are not tried.
 const HOPELESS: f64 = 4.0;
 
-/// What the lines of a bundle have in common.
+/// Relation between the lines of a bundle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Common {
-    /// Their direction.
+    /// The lines are parallel.
     Direction,
-    /// A point.
+    /// The lines pass through one point.
     Point,
-    /// Everything: two pieces of one line.
+    /// The lines are two pieces of one line.
     Line,
 }
 
-/// Lines, by their joints' indices, that are meant to have something in common.
+/// Lines, by their joints' indices, that should be parallel, concurrent or in line.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Bundle {
     pub common: Common,
     pub joints: Vec<usize>,
 }
 
-/// What was found.
+/// Result of the fit.
 #[derive(Clone, Debug)]
 pub struct Fit {
-    /// Joints that take part, ascending.
+    /// Joints of the fit, in ascending order.
     pub joints: Vec<usize>,
-    /// By how much the ends of each move across its line, m.
+    /// Movement of the two ends of each joint perpendicular to its line, m.
     pub moves: Vec<[f64; 2]>,
-    /// For each bundle its common direction (unit), or point (m); zero where it has neither.
+    /// For each bundle its common direction (unit), or point (m); zero if it has neither.
     pub common: Vec<Vector2<f64>>,
-    /// Largest movement over the slack.
+    /// Largest movement, relative to the slack.
     pub strain: f64,
 }
 
-/// The least strain at which lines may be parallel: their ranges of directions must meet.
+/// Returns the smallest strain at which lines can be parallel: their ranges of directions must
+/// overlap.
 pub fn strain_of_direction(lines: &[&Line]) -> f64 {
     let mut strain = 0.0_f64;
     for (i, a) in lines.iter().enumerate() {
@@ -73,11 +74,11 @@ pub fn strain_of_direction(lines: &[&Line]) -> f64 {
     strain
 }
 
-/// The point nearest to all lines, each distance over the line's slack there; `None` where the
-/// lines are parallel, or too far from any point.
+/// Returns the point nearest to all lines, with distances relative to the lines' slack there;
+/// `None` if the lines are parallel or too far from any point.
 pub fn common_point(lines: &[&Line]) -> Option<Vector2<f64>> {
     const ROUNDS: usize = 4;
-    // Relative to one of the lines, for digits.
+    // Positions are relative to one of the lines to keep digits.
     let near = lines[0].ends[0];
     let mut point = None;
     for _ in 0..ROUNDS {
@@ -99,8 +100,8 @@ pub fn common_point(lines: &[&Line]) -> Option<Vector2<f64>> {
     point.filter(|point| lines.iter().all(|line| close(line, point)))
 }
 
-/// Moves lines so that each bundle has exactly what is common to it. `None` where no movement
-/// within the slack was found.
+/// Moves lines so that each bundle is exact. Returns `None` if no movement within the slack was
+/// found.
 pub fn fit(lines: &[Line], bundles: &[&Bundle]) -> Option<Fit> {
     let mut problem = Problem::new(lines, bundles)?;
     let ends = 2 * problem.joints.len();
@@ -113,7 +114,7 @@ pub fn fit(lines: &[Line], bundles: &[&Bundle]) -> Option<Fit> {
         if best.as_ref().is_none_or(|best| strain < best.strain) {
             best = Some(problem.result(strain));
         }
-        // The mean of squares is least now: none can have all strains below its root.
+        // The mean of squares is minimal now, so no solution has all strains below its root.
         let mean = strains.iter().map(|strain| strain * strain).sum::<f64>() / ends as f64;
         if strain <= 1.0 || (round == 0 && mean > WITHIN * WITHIN) {
             break;
@@ -127,17 +128,17 @@ pub fn fit(lines: &[Line], bundles: &[&Bundle]) -> Option<Fit> {
 struct Problem<'a> {
     lines: Vec<&'a Line>,
     joints: Vec<usize>,
-    /// Of each bundle: positions of its lines, and where its free unknowns start.
+    /// For each bundle the positions of its lines and the index of its first unknown.
     bundles: Vec<(Common, Vec<usize>, usize)>,
     /// By end, m.
     slack: Vec<f64>,
     /// By end.
     weights: Vec<f64>,
-    /// What costs nothing, in units in which it does not.
+    /// Scale of the unknowns that have little cost.
     free: Vec<f64>,
     /// Movements of ends, m, then angles and points, absolute.
     x: DVector<f64>,
-    /// Angles and points where the search began: what their cost is counted from.
+    /// Angles and points at the start, from which their cost is measured.
     begin: DVector<f64>,
 }
 
@@ -185,14 +186,14 @@ impl<'a> Problem<'a> {
         })
     }
 
-    /// Newton steps from where x is; `None` where they fail.
+    /// Takes Newton steps from x; `None` if they fail.
     fn solve(&mut self) -> Option<()> {
         let ends = self.slack.len();
         let scale = DVector::from_fn(self.x.len(), |i, _| match i.checked_sub(ends) {
             Some(free) => self.free[free],
             None => self.slack[i] / self.weights[i].sqrt(),
         });
-        // Movements count from the drawing.
+        // Movements are measured from the drawing.
         let mut origin = self.begin.clone();
         origin.rows_mut(0, ends).fill(0.0);
         let mut open = f64::INFINITY;
@@ -221,7 +222,7 @@ impl<'a> Problem<'a> {
         self.x.iter().all(|x| x.is_finite()).then_some(())
     }
 
-    /// Derivatives by x and values, m, of what is to vanish.
+    /// Returns the equations g, m, and their derivatives by x.
     fn equations(&self) -> (DMatrix<f64>, DVector<f64>) {
         let mut rows: Vec<(Vec<(usize, f64)>, f64)> = Vec::new();
         let moved = |i: usize| self.lines[i].moved([self.x[2 * i], self.x[2 * i + 1]]);
@@ -273,7 +274,8 @@ impl<'a> Problem<'a> {
         (matrix, values)
     }
 
-    /// Distance of a point from line i as it is moved, with its derivatives by the ends of i.
+    /// Returns the distance of a point from the moved line i, with its derivatives by the ends of
+    /// i.
     fn through(&self, i: usize, point: &Vector2<f64>) -> (Vec<(usize, f64)>, f64) {
         let line = self.lines[i];
         let (from, along) = line.moved([self.x[2 * i], self.x[2 * i + 1]]);
@@ -312,8 +314,8 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// The mean direction of lines whatever their sense, long ones first: half the angle of the sum of
-/// the squares of their directions as complex numbers.
+/// Returns the mean direction of lines whatever their sense, weighted by length: half the angle of
+/// the sum of the squares of their directions as complex numbers.
 fn mean_angle(lines: &[&Line]) -> f64 {
     let along = |line: &&Line| line.ends[1] - line.ends[0];
     let squares =

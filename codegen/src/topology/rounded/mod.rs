@@ -1,11 +1,12 @@
 //! Rounded drawings: hinge lines that are parallel, concurrent or in line within the drawing's
-//! tolerance are made exactly so.
+//! tolerance are moved to make this exact.
 //!
-//! A loop moves because of what its hinge lines have in common, and coordinates of a few decimals
-//! destroy that: a planar four-bar drawn at an angle to the axes would be rigid. On the shortest
-//! loops ([`cycles`]) are looked for: all lines parallel (planar) or through one point (spherical),
-//! else neighbours in a row that are, three or more (as in a Sarrus linkage), or two in line.
-//! Whatever shares hinges is then made exact together, with the least movement ([`fit`]).
+//! A loop can move because its hinge lines are parallel or concurrent, and coordinates with a few
+//! decimals destroy this: a planar four-bar linkage drawn at an angle to the axes would be rigid.
+//! In the shortest loops ([`cycles`]) this module looks for lines that are all parallel (planar) or
+//! pass through one point (spherical), else for three or more neighbours that do so (as in a Sarrus
+//! linkage), or two in line. Groups that share hinges are then made exact together, with the
+//! smallest movement ([`fit`]).
 
 mod cycles;
 mod fit;
@@ -21,34 +22,35 @@ use crate::laminate::{Joint, Mechanism};
 use crate::source::Diagnostic;
 use crate::source::codes;
 
-/// Largest number of equations solved together, in a second or so.
+/// Largest number of equations that are solved together, which takes about a second.
 const MOST_EQUATIONS: usize = 1000;
-/// Points that are uncertain by more than this, over the mechanism's size, are none.
+/// Points that are more uncertain than this, relative to the mechanism's size, are not used.
 const VAGUE: f64 = 0.1;
-/// Movements below this, over the mechanism's size, are rounding of doubles: not worth a word.
+/// Movements below this, relative to the mechanism's size, are rounding of doubles and not
+/// reported.
 const UNNOTICED: f64 = 64.0 * f64::EPSILON;
-/// What the classification of loops takes for exact.
+/// Deviation that the classification of loops regards as exact.
 const FOUND_LATER: [f64; 2] = [PARALLEL, CONCURRENT];
 
-/// Something that hinge lines have in common, exactly or within the tolerance.
+/// A relation of hinge lines that holds exactly or within the tolerance.
 struct Found {
     bundle: Bundle,
     is_exact: bool,
-    /// Least movement that makes it exact, over what the tolerance allows.
+    /// Smallest movement that makes it exact, relative to the tolerance.
     strain: f64,
     /// Whether it is all lines of a loop.
     is_whole: bool,
 }
 
 impl Found {
-    /// How well a mechanism does without it: the larger, the better.
+    /// Priority for leaving it out: the larger, the less important is the relation.
     fn dispensability(&self) -> (bool, bool) {
         (!self.is_whole, self.bundle.common == Common::Line)
     }
 }
 
-/// Makes exact what the hinge lines have in common within the tolerance; says how far the one
-/// moved that moved the farthest.
+/// Makes relations of hinge lines that hold within the tolerance exact, and reports the largest
+/// movement.
 pub fn straighten(mechanism: &mut Mechanism) -> Option<Diagnostic> {
     if mechanism.tolerance <= 0.0 {
         return None;
@@ -67,20 +69,20 @@ pub fn straighten(mechanism: &mut Mechanism) -> Option<Diagnostic> {
         );
         let tolerance = class::millimetres(mechanism.tolerance);
         Diagnostic::note(codes::ROUNDED, drawn[farthest].span, message)
-            .label("this one the farthest")
+            .label("this one was moved most")
             .hint(format!(
-                "they are so within the tolerance of {tolerance} per coordinate; `tolerance: 0` \
-                 takes them as drawn"
+                "they already are within the tolerance of {tolerance} per coordinate; \
+                 `tolerance: 0` uses them as drawn"
             ))
     })
 }
 
-/// How far a hinge line is from the ends it had before, m.
+/// Returns the distance of a hinge line from its previous ends, m.
 fn movement(before: &Joint, after: &Joint) -> f64 {
     class::ends(before).iter().map(|end| class::distance(after, end)).fold(0.0, f64::max)
 }
 
-/// The hinge lines as drawn.
+/// Returns the hinge lines as drawn.
 struct Drawing {
     lines: Vec<Line>,
     tolerance: f64,
@@ -105,7 +107,7 @@ impl Drawing {
         found
     }
 
-    /// What the lines around one loop have in common.
+    /// Returns the relations of the lines around one loop.
     fn around(&self, cycle: &[usize], joints: &[Joint]) -> Vec<Found> {
         let n = cycle.len();
         let whole = |common| {
@@ -119,8 +121,8 @@ impl Drawing {
             return vec![found];
         }
         let mut found: Vec<Found> = Vec::new();
-        // Three lines of one direction, or through one point, leave three motions, as any three
-        // would: it takes a fourth, or another such group, to be mobile by it.
+        // Three parallel or concurrent lines allow three motions, like any three lines: only a
+        // fourth line, or another such group, makes the loop mobile because of it.
         let least = if n < 6 { 4 } else { 3 };
         for (common, least) in
             [(Common::Direction, least), (Common::Point, least), (Common::Line, 2)]
@@ -133,7 +135,7 @@ impl Drawing {
                 found.extend(judged.last());
             }
         }
-        // A row that begins within another is a part of it.
+        // A row that begins within another row is part of that row.
         let is_part = |a: &Bundle, b: &Bundle| {
             a != b && a.common == b.common && a.joints.iter().all(|joint| b.joints.contains(joint))
         };
@@ -142,7 +144,7 @@ impl Drawing {
         found
     }
 
-    /// Whether these lines have this in common, exactly or within the tolerance.
+    /// Returns whether this relation holds for these lines, exactly or within the tolerance.
     fn judge(&self, common: Common, mut joints: Vec<usize>, all: &[Joint]) -> Option<Found> {
         joints.sort_unstable();
         let bundle = Bundle { common, joints };
@@ -161,25 +163,28 @@ impl Drawing {
         if let Some(fit) = possible.then(|| fit::fit(&self.lines, &[&bundle])).flatten() {
             return Some(Found { bundle, is_exact: false, strain: fit.strain, is_whole: false });
         }
-        // What is as good as exact, but finer than the drawing's own digits say.
+        // The relation is exact up to rounding, more exactly than the digits of the drawing
+        // require.
         let is_exact = self.agree(&bundle, all, FOUND_LATER);
         is_exact.then_some(Found { bundle, is_exact, strain: 0.0, is_whole: false })
     }
 
-    /// Whether lines may meet at a point that can be told from infinity, where parallel ones do.
+    /// Returns whether lines may meet at a point that can be distinguished from infinity, where
+    /// parallel lines meet.
     fn meet(&self, lines: &[&Line]) -> bool {
         let is_known = |point| lines.iter().all(|line| line.slack_at(&point) <= VAGUE * self.size);
         fit::strain_of_direction(lines) > WITHIN && fit::common_point(lines).is_some_and(is_known)
     }
 
-    /// Whether lines may be at one height.
+    /// Returns whether lines may have the same height.
     fn are_level(&self, lines: &[&Line]) -> bool {
         let low = lines.iter().map(|line| line.z).fold(f64::INFINITY, f64::min);
         let high = lines.iter().map(|line| line.z).fold(f64::NEG_INFINITY, f64::max);
         high - low <= 2.0 * WITHIN * self.tolerance
     }
 
-    /// Whether the lines have it in common up to a sine, and a distance over the mechanism's size.
+    /// Returns whether the relation holds up to a sine and a distance relative to the mechanism's
+    /// size.
     fn agree(&self, bundle: &Bundle, joints: &[Joint], [sine, distance]: [f64; 2]) -> bool {
         let distance = distance * self.size;
         let hinges: Vec<&Joint> = bundle.joints.iter().map(|joint| &joints[*joint]).collect();
@@ -193,8 +198,9 @@ impl Drawing {
         }
     }
 
-    /// Moves the hinges of a group of bundles that share lines; leaves out what cannot be exact
-    /// together with the rest: what matters least, and of that what strains the drawing most.
+    /// Moves the hinges of a group of bundles that share lines. Bundles that cannot be exact
+    /// together with the others are left out: first the least important, and among these the one
+    /// that needs the largest movement.
     fn make_exact(&self, joints: &mut [Joint], mut group: Vec<Found>) {
         while group.iter().any(|found| !found.is_exact) {
             let bundles: Vec<&Bundle> = group.iter().map(|found| &found.bundle).collect();
@@ -215,7 +221,7 @@ impl Drawing {
         }
     }
 
-    /// All joints, those of the bundles moved; `None` where the tolerance does not allow it.
+    /// Returns all joints after the bundles are moved; `None` if the tolerance does not allow it.
     fn moved(&self, joints: &[Joint], bundles: &[&Bundle]) -> Option<Vec<Joint>> {
         let fit = fit::fit(&self.lines, bundles)?;
         let moved = place::placed(joints, &self.lines, bundles, &fit);
@@ -227,7 +233,7 @@ impl Drawing {
     }
 }
 
-/// Bundles that share lines, directly or through others, together.
+/// Returns groups of bundles that share lines, directly or through others.
 fn connected(found: Vec<Found>, joints: usize) -> Vec<Vec<Found>> {
     let mut sets = Sets::new(joints);
     for found in &found {
@@ -241,7 +247,7 @@ fn connected(found: Vec<Found>, joints: usize) -> Vec<Vec<Found>> {
     groups
 }
 
-/// Disjoint sets of numbers.
+/// Disjoint sets of indices.
 struct Sets(Vec<usize>);
 
 impl Sets {
@@ -249,7 +255,7 @@ impl Sets {
         Self((0..n).collect())
     }
 
-    /// The number that stands for the set of another.
+    /// Returns the representative of the set of an index.
     fn of(&self, mut number: usize) -> usize {
         while self.0[number] != number {
             number = self.0[number];

@@ -1,5 +1,5 @@
-//! A fit as hinges: lines of one direction share its very bits, lines through a point are laid
-//! through it, whatever the digits of their ends.
+//! Applies a fit to the hinges: parallel lines get exactly the same direction, and concurrent lines
+//! pass exactly through their common point.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -8,7 +8,7 @@ use super::fit::{Bundle, Common, Fit};
 use super::line::Line;
 use crate::laminate::{Joint, direction};
 
-/// All joints, those of the fit where it puts them.
+/// Returns all joints, with those of the fit moved.
 pub fn placed(joints: &[Joint], lines: &[Line], bundles: &[&Bundle], fit: &Fit) -> Vec<Joint> {
     let placement = Placement { lines, bundles, fit, sets: SharedSets::new(joints.len(), bundles) };
     let mut placed = joints.to_vec();
@@ -18,7 +18,7 @@ pub fn placed(joints: &[Joint], lines: &[Line], bundles: &[&Bundle], fit: &Fit) 
     placed
 }
 
-/// Joints that share a direction, a line, a height above the sheet.
+/// Sets of joints that share a direction, a line or a height above the sheet.
 struct SharedSets {
     parallel: Sets,
     in_line: Sets,
@@ -54,14 +54,14 @@ struct Placement<'a> {
 }
 
 impl Placement<'_> {
-    /// A joint of the fit; `drawn` is the joint as it was.
+    /// Moves a joint of the fit; `drawn` is the joint as it was.
     fn place(&self, joint: usize, drawn: &Joint) -> Joint {
         let line = self.with(&self.sets.in_line, joint);
         let through = self.points_of(&line);
         let pieces: Vec<Vector2<f64>> = line.iter().flat_map(|piece| self.ends(*piece)).collect();
         let base = through.first().copied().unwrap_or(pieces[0]);
         let along = self.shared_direction(joint).unwrap_or_else(|| {
-            // The longest arm has the most digits.
+            // The point farthest away gives the most accurate direction.
             let far = if through.len() > 1 { &through } else { &pieces };
             let arms = far.iter().map(|point| point - base);
             arms.max_by(|a, b| a.norm().total_cmp(&b.norm())).unwrap_or_default()
@@ -84,7 +84,7 @@ impl Placement<'_> {
         }
     }
 
-    /// The ends of a hinge where the fit moves them.
+    /// Returns the ends of a hinge after the fit.
     fn ends(&self, joint: usize) -> [Vector2<f64>; 2] {
         let place = self.fit.joints.binary_search(&joint);
         let moves = place.map_or([0.0; 2], |place| self.fit.moves[place]);
@@ -92,13 +92,13 @@ impl Placement<'_> {
         [from, from + along]
     }
 
-    /// The joints of the fit that are in one set with a joint.
+    /// Returns the joints of the fit that are in the same set as a joint.
     fn with(&self, sets: &Sets, joint: usize) -> Vec<usize> {
         let set = sets.of(joint);
         self.fit.joints.iter().copied().filter(|other| sets.of(*other) == set).collect()
     }
 
-    /// The points through which a line of hinges goes exactly.
+    /// Returns the points through which a line of hinges passes exactly.
     fn points_of(&self, line: &[usize]) -> Vec<Vector2<f64>> {
         let bundles = self.bundles.iter().zip(&self.fit.common);
         bundles
@@ -108,7 +108,7 @@ impl Placement<'_> {
             .collect()
     }
 
-    /// The direction that a joint shares with others.
+    /// Returns the direction that a joint shares with others.
     fn shared_direction(&self, joint: usize) -> Option<Vector2<f64>> {
         let group = self.with(&self.sets.parallel, joint);
         let mut bundles = self.bundles.iter().zip(&self.fit.common);

@@ -1,4 +1,4 @@
-//! What is wanted, and what there is to show.
+//! Requested motions and the results to show.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use serde::Deserialize;
 
-/// What the sliders of a page are set to. SI and radians.
+/// Values of the sliders of a page, in SI units and radians.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
@@ -16,16 +16,16 @@ pub struct Settings {
     pub initial: BTreeMap<String, f64>,
 }
 
-/// A motion that was asked for.
+/// A requested motion.
 #[derive(Clone, Debug)]
 pub struct Wish {
     /// Counts up.
     pub number: u64,
-    /// As the sliders say, or nothing, to show the model as it is written.
+    /// Values of the sliders; `None` shows the model as it is written.
     pub settings: Option<Settings>,
 }
 
-/// Where wishes and answers are pinned up.
+/// Requests and results, shared between threads.
 pub struct Board {
     notes: Mutex<Notes>,
     changed: Condvar,
@@ -33,12 +33,12 @@ pub struct Board {
 
 struct Notes {
     wish: Wish,
-    /// Number of the wish that was answered last, and the answer.
+    /// Number of the last request with a result, and the result.
     answer: (u64, Arc<str>),
 }
 
 impl Default for Board {
-    /// With the wish for a first motion.
+    /// Creates a board with a request for the first motion.
     fn default() -> Self {
         let notes = Notes { wish: Wish { number: 1, settings: None }, answer: (0, Arc::from("")) };
         Self { notes: Mutex::new(notes), changed: Condvar::new() }
@@ -66,12 +66,12 @@ impl Board {
         self.wish(Some(settings));
     }
 
-    /// Whether something newer is wanted.
+    /// Returns whether there is a newer request.
     pub fn is_outdated(&self, number: u64) -> bool {
         self.notes().wish.number > number
     }
 
-    /// Waits for the newest wish that has no answer.
+    /// Waits for the newest request without a result.
     pub fn next_wish(&self) -> Wish {
         let open = |notes: &mut Notes| notes.wish.number == notes.answer.0;
         self.changed
@@ -81,13 +81,13 @@ impl Board {
             .clone()
     }
 
-    /// Answers a wish.
+    /// Stores the result of a request.
     pub fn answer(&self, number: u64, answer: String) {
         self.notes().answer = (number, answer.into());
         self.changed.notify_all();
     }
 
-    /// The newest answer, when it is to a later wish than `seen`, or to become so in time.
+    /// Returns the newest result if its request is later than `seen`; waits for it if necessary.
     pub fn answer_after(&self, seen: u64, patience: Duration) -> Option<Arc<str>> {
         let old = |notes: &mut Notes| notes.answer.0 <= seen;
         let (notes, waited) = self

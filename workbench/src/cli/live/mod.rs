@@ -1,9 +1,9 @@
-//! `lamc live MODEL`: the viewer in a browser, fed anew whenever the model is saved or a slider
+//! `lamc live MODEL`: the viewer in a browser, updated whenever the model is saved or a slider
 //! moves.
 //!
-//! Every motion is made by a process of its own (`lamc simulate`): what goes wrong there, or takes
-//! too long, does not touch the server. One thread watches the file, one makes motions, and each
-//! request has its own; they meet in a [`Board`].
+//! Every motion is simulated by a separate process (`lamc simulate`), so errors and long
+//! computations do not affect the server. One thread watches the file, one runs simulations, and
+//! each HTTP request has its own thread; they share a [`Board`].
 
 mod board;
 mod server;
@@ -20,15 +20,15 @@ use tiny_http::Server;
 use self::board::Board;
 use super::{Outcome, Size, fail, misused, output, read};
 
-/// How often the file is looked at.
+/// Interval at which the file is checked.
 const LOOK: Duration = Duration::from_millis(30);
 
-/// Show a model's motion in the browser, anew whenever its file is saved.
+/// Show a model's motion in the browser and update it whenever the file is saved.
 #[derive(Args)]
 pub struct Arguments {
     /// The model
     model: String,
-    /// Port on this machine; 0 takes any that is free
+    /// Port on this machine; 0 selects a free port
     #[arg(long, default_value_t = 7878)]
     port: u16,
     /// Seconds to simulate
@@ -43,9 +43,12 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Outcome {
     if arguments.model == "-" {
-        return Err(misused("a model to be watched is a file, not standard input"));
+        return Err(misused(
+            "the model must be a file, not standard input, because lamc watches \
+                            it",
+        ));
     }
-    // A name mistyped is said at once; a model that is wrong, in the page.
+    // A mistyped file name is reported at once; mistakes in the model are reported in the page.
     let file = read(&arguments.model)?;
     let here = ("127.0.0.1", arguments.port);
     let server = Server::http(here).map_err(|error| {
@@ -65,15 +68,15 @@ pub fn run(arguments: &Arguments) -> Outcome {
     })
 }
 
-/// Asks for a new motion whenever the file is another. Looking is cheap, and sees what editors do
-/// with a file, by whatever way, on any file system.
+/// Requests a new motion whenever the file changes. Polling is cheap, and it notices every way in
+/// which editors replace a file on any file system.
 fn watch(path: &str, board: &Board) {
     let look = || fs::metadata(path).and_then(|found| Ok((found.modified()?, found.len()))).ok();
     let mut before = look();
     loop {
         thread::sleep(LOOK);
         let now = look();
-        // Gone for a moment: being replaced.
+        // The file is missing for a moment while it is being replaced.
         if now.is_some() && now != before {
             before = now;
             board.saved();

@@ -1,4 +1,4 @@
-//! The server: on the loopback address, for pages it delivered itself and nobody else.
+//! The server: it listens on the loopback address and answers only pages that it delivered itself.
 //!
 //! Another site's page in the same browser can send requests here. What it sends carries its own
 //! `Origin`, or, if it had this machine's address put behind its own name, its own `Host`: neither
@@ -34,15 +34,16 @@ pub fn serve(server: &Server, port: u16, title: &str, board: &Board) -> Outcome 
         loop {
             let mut request = server.recv().map_err(fail)?;
             if waiting.load(Ordering::Relaxed) >= MOST {
-                // The other side may be gone; that is its affair.
-                let _ = request.respond(text(503, "too many requests wait"));
+                // An error means that the client has closed the connection, which is not a failure
+                // of the server.
+                let _ = request.respond(text(503, "too many requests are waiting"));
                 continue;
             }
             waiting.fetch_add(1, Ordering::Relaxed);
             scope.spawn(|| {
                 let answer = match is_ours(&request, port) {
                     true => answer(&mut request, &page, board),
-                    false => text(403, "only pages of this server may ask"),
+                    false => text(403, "only pages of this server may send requests"),
                 };
                 let _ = request.respond(answer);
                 waiting.fetch_sub(1, Ordering::Relaxed);
@@ -94,7 +95,7 @@ fn answer(request: &mut Request, page: &str, board: &Board) -> Answer {
                 (_, Err(error)) => text(400, &error.to_string()),
             }
         }
-        _ => text(404, "nothing here"),
+        _ => text(404, "not found"),
     }
 }
 

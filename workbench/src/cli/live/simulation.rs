@@ -36,13 +36,13 @@ impl Simulation {
         })
     }
 
-    /// Answers wishes for ever.
+    /// Processes requests without end.
     pub fn serve(&self, board: &Board) {
         loop {
             let wish = board.next_wish();
             match self.answer(&wish, board) {
                 Ok(Some(answer)) => board.answer(wish.number, answer),
-                // Given up for a newer wish.
+                // The run was stopped for a newer request.
                 Ok(None) => {}
                 Err(error) => {
                     let problem = format!("error: cannot run lamc simulate: {error}");
@@ -78,7 +78,7 @@ impl Simulation {
                 reader.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
             });
             let (shown, told) = (shown?, told?);
-            // A motion that broke off is shown as far as it went.
+            // A motion that ended early is shown as far as it was computed.
             let shown = if shown.is_empty() { "null" } else { &shown };
             Ok(done.map(|done| message(wish, !done, &told, shown)))
         })

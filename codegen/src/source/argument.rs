@@ -1,13 +1,13 @@
-//! Numbers given on a command line: bare, or with a unit whose dimension is known.
+//! Numbers on a command line: without a unit, or with a unit whose dimension is known.
 
 use std::f64::consts::TAU;
 
 use super::units::{ANGLE, Dimension, SI, Unit, parse_unit, split_quantity};
 
-/// Angles beyond a turn by more than this share of it: a full turn written with a few digits is none.
+/// Relative tolerance for a full turn that is written with a few digits.
 const ROUNDED: f64 = 1e-3;
 
-/// What bare angles are in: a model's `units.angle`.
+/// The unit of angles that are written without a unit: a model's `units.angle`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AngleUnit(pub(super) Unit);
 
@@ -18,53 +18,55 @@ impl Default for AngleUnit {
 }
 
 impl AngleUnit {
-    /// The value in radians of a number in this unit, or with a unit of angle of its own.
+    /// Reads a number in this unit, or with its own unit of angle, in radians.
     pub fn read(self, text: &str) -> Option<f64> {
         read(text, Some(ANGLE.dimension), self.0)
     }
 
-    /// Whether bare angles are radians.
+    /// Returns whether angles without a unit are radians.
     pub fn is_radian(self) -> bool {
         self.0 == SI
     }
 }
 
-/// Whether a text is a number without a unit.
-pub fn is_bare(text: &str) -> bool {
+/// Returns whether a text is a number without a unit.
+pub fn has_no_unit(text: &str) -> bool {
     split_quantity(text.trim()).is_some_and(|(_, unit)| unit.is_empty())
 }
 
-/// What there is to say of a bare angle, rad, of more than a turn: it may have been meant in degrees.
+/// Returns a remark on an angle (rad) of more than a full turn, which was perhaps meant in degrees.
 pub fn beyond_a_turn(angle: f64) -> Option<String> {
     let turns = angle.abs() / TAU;
     (turns > 1.0 + ROUNDED)
         .then(|| format!("{angle} rad {} {turns:.1} turns", if turns < 2.0 { "is" } else { "are" }))
 }
 
-/// The value in SI of a number with any unit; bare numbers are SI.
+/// Reads a number with any unit, in SI; numbers without a unit are in SI.
 pub fn read_quantity(text: &str) -> Option<f64> {
     read(text, None, SI)
 }
 
-/// The value in radians of a number with a unit of angle; bare numbers are radians.
+/// Reads a number with a unit of angle, in radians; numbers without a unit are in radians.
 pub fn read_angle(text: &str) -> Option<f64> {
     AngleUnit::default().read(text)
 }
 
-/// The value in SI of a number with a unit of the dimension of `unit`; bare numbers are SI.
+/// Reads a number with a unit of the same dimension as `unit`, in SI; numbers without a unit are in
+/// SI.
 ///
 /// # Errors
-/// What was expected.
+/// Returns a message that says what was expected.
 pub fn read_in(text: &str, unit: &str) -> Result<f64, String> {
     let dimension = parse_unit(unit).ok().map(|unit| unit.dimension);
     read(text, dimension, SI)
-        .ok_or_else(|| format!("expected a number, bare or with a unit as in `1 {unit}`"))
+        .ok_or_else(|| format!("expected a number, with or without a unit, as in `1 {unit}`"))
 }
 
-/// The value in SI of a number that is to have a dimension, where one is known; bare numbers are SI.
+/// Reads a number that must have a dimension, if one is known, in SI; numbers without a unit are in
+/// SI.
 ///
 /// # Errors
-/// What is wrong, and what would be right.
+/// Returns a message that says what is wrong and what was expected.
 pub fn read_as(text: &str, dimension: Option<Dimension>) -> Result<f64, String> {
     if let Some(value) = read(text, dimension, SI) {
         return Ok(value);
@@ -72,19 +74,19 @@ pub fn read_as(text: &str, dimension: Option<Dimension>) -> Result<f64, String> 
     let unit = split_quantity(text.trim()).and_then(|(_, unit)| parse_unit(unit).ok());
     match (unit, dimension) {
         (Some(unit), Some(dimension)) if unit.dimension != dimension => Err(format!(
-            "expected {dimension}, found {}; write a bare number (SI), or one in {}",
+            "expected {dimension}, found {}; write a number in SI without a unit, or one in {}",
             unit.dimension,
             dimension.examples()
         )),
-        _ => Err("expected a number, bare (SI) or with a unit".to_owned()),
+        _ => Err("expected a number with a unit, or in SI without a unit".to_owned()),
     }
 }
 
-/// A number in its own unit or, bare, in that of `bare`.
-fn read(text: &str, dimension: Option<Dimension>, bare: Unit) -> Option<f64> {
+/// Reads a number in its own unit or, if it has none, in `default`.
+fn read(text: &str, dimension: Option<Dimension>, default: Unit) -> Option<f64> {
     let (number, unit) = split_quantity(text.trim())?;
     if unit.is_empty() {
-        return Some(bare.to_si(number)).filter(|value| value.is_finite());
+        return Some(default.to_si(number)).filter(|value| value.is_finite());
     }
     let unit = parse_unit(unit).ok()?;
     let fits = dimension.is_none_or(|dimension| unit.dimension == dimension);
@@ -97,7 +99,7 @@ mod tests {
     use crate::source::units::{STIFFNESS, find};
 
     #[test]
-    fn bare_angles_are_in_the_unit_of_the_model() {
+    fn angles_without_a_unit_are_in_the_unit_of_the_model() {
         let degrees = AngleUnit(find("deg").unwrap());
         assert_eq!(degrees.read("90"), Some(TAU / 4.0));
         assert_eq!(degrees.read(" 1.5 rad"), Some(1.5));
