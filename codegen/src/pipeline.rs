@@ -51,7 +51,7 @@ pub struct Compiled {
     pub topology: Topology,
     /// Its equations as straight-line code.
     pub program: Program,
-    /// What numbers mean that are given to the commands.
+    /// Units of numbers on a command line.
     pub numbers: Numbers,
     /// Warnings of every stage, in the order of the stages.
     pub warnings: Diagnostics,
@@ -79,7 +79,8 @@ pub fn compile_edited(
     compile_watched(file, edit, |_, _| ())
 }
 
-/// As [`compile_edited`]; `enter` is told each stage before it begins, and the number of joints.
+/// As [`compile_edited`]; `enter` is called with each stage before it begins and the number of
+/// joints.
 ///
 /// # Errors
 /// As [`compile_edited`].

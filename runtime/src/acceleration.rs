@@ -25,7 +25,7 @@ use crate::rank::{Fading, Gap};
 use crate::workspace::{check, split};
 use crate::{Arithmetic, Error, Mechanism, Scalar};
 
-/// What is known of the closure equations at a state.
+/// Properties of the closure equations at a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -33,10 +33,10 @@ pub struct Constraint {
     /// Independent rows among the C of the acceleration and the D driven joints.
     pub rank: usize,
     /// Whether a direction of the closure has faded to less than a hundredth of the strongest, as
-    /// within some 0.1 rad of the flat state. The acceleration there is as exact as the loops are
-    /// closed: it is worth a [projection](crate::project()) first.
+    /// it does within about 0.1 rad of the flat state. There the acceleration is only as accurate
+    /// as the closure of the loops, so [project](crate::project()) the state first.
     pub is_weak: bool,
-    /// Whether the loops are closed to rounding; not looked at where no direction is weak.
+    /// Whether the loops are closed to rounding; not computed if no direction is weak.
     pub(crate) is_closed: bool,
 }
 
@@ -93,9 +93,9 @@ pub fn acceleration_in_motion<Y: Mechanism>(
     solve(system, (t, q, u), Fading::of_rounding().passing, workspace, out, None)
 }
 
-/// As [`acceleration`], and what holds the constraints, C + D: the closure forces lambda (N), of
-/// which J^T lambda acts on the coordinates, then the torque of each driven joint's motor (N m) on
-/// the joint's second body. Of redundant rows it is the smallest that does.
+/// As [`acceleration`], and the constraint forces, C + D: the closure forces lambda (N), of which
+/// J^T lambda acts on the coordinates, then the torque of each driven joint's motor (N m) on the
+/// joint's second body. Of redundant rows it is the smallest that does.
 ///
 /// # Errors
 ///
@@ -123,7 +123,7 @@ pub(crate) fn safe<S: Arithmetic>() -> S {
     SAFE_CONDITIONING.of()
 }
 
-/// Whether the results of a straight-line elimination hold.
+/// Returns whether the results of a straight-line elimination can be trusted.
 #[inline]
 pub(crate) fn holds<S: Scalar>(margin: Option<Margin<S>>) -> bool {
     margin.is_some_and(|margin| (margin.inverse_pivot > S::ZERO) & (margin.conditioning > safe()))
@@ -166,7 +166,7 @@ fn solve<Y: Mechanism>(
     decide(system, dimensions, state, zone, workspace, out, lambda)
 }
 
-/// As [`acceleration_in_motion`], where no elimination holds.
+/// As [`acceleration_in_motion`], if no elimination can be trusted.
 pub(crate) fn acceleration_with_rank<Y: Mechanism>(
     system: &Y,
     state: (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),

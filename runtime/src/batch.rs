@@ -15,7 +15,7 @@ use crate::{Arithmetic, Error, Mechanism, Rk4, State, StateOf};
 
 /// A vector of numbers. Sets of lanes are bits: bit k is lane k.
 pub trait Lanes: Arithmetic {
-    /// What a lane holds.
+    /// Contents of a lane.
     type Number: crate::Scalar;
     /// Lanes, at most 32.
     const COUNT: usize;
@@ -42,7 +42,7 @@ pub trait Lanes: Arithmetic {
     }
 }
 
-/// What went wrong in which lane.
+/// An error and the lane in which it occurred.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LaneError {

@@ -47,7 +47,7 @@ pub(crate) struct Rows<'a, S> {
     pub scratch: &'a mut [S],
     /// C.
     pub rhs: &'a mut [S],
-    /// What the closure adds to y, N: L^-1 J^T lambda.
+    /// The contribution of the closure to y, N: L^-1 J^T lambda.
     pub push: &'a mut [S],
 }
 

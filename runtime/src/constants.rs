@@ -4,7 +4,8 @@
 //! these constants; the C backend prints each of them from [`ALL`], under the same name and in front of
 //! the same algorithms in C. A constant that is changed here changes in both.
 //!
-//! What only one algorithm of this crate needs, and C does not have, stands next to that algorithm.
+//! Constants that only one algorithm of this crate uses, and that C does not have, are next to that
+//! algorithm.
 
 use crate::Arithmetic;
 
@@ -48,7 +49,7 @@ pub enum Value {
 pub struct Constant {
     /// The name, in Rust and in C.
     pub name: &'static str,
-    /// What the constant means: its documentation.
+    /// Documentation of the constant.
     pub doc: &'static str,
     /// The value.
     pub value: Value,
@@ -131,7 +132,8 @@ constants! {
     /// Residual at which a loop counts as closed where no direction is weak, by the mechanism's size.
     CLOSED: Tolerance = Tolerance::new(1e-12, 16.0);
 
-    /// Residual that may be left where rounding or a singular state stops a projection, by the size.
+    /// Largest residual with which rounding or a singular state may stop a projection, relative to
+    /// the size.
     ACCEPTABLE: Tolerance = Tolerance::new(1e-9, 1000.0);
 
     /// A state that is open by more, by the size, has the rank of one that is open by this much.
@@ -142,7 +144,8 @@ constants! {
     /// A row that changes by less than this share of the strongest per rad is redundant all along.
     FADING_RATE: f64 = 1e-3;
 
-    /// Speeds may lie across a faded direction by this share and still show the branch.
+    /// Largest fraction of the speeds across a faded direction with which they still determine the
+    /// branch.
     SPEED_ACROSS: f64 = 0.1;
 
     /// Speeds lie along a branch if no more of a row's change is along them than this times the row.
@@ -183,7 +186,7 @@ constants! {
     /// A joint is bent to one side from this angle on, rad.
     BENT_ANGLE: f64 = 1e-4;
 
-    /// A guess of more turns than this has no direction left in single precision.
+    /// In single precision, a guess of more turns than this has no meaningful direction.
     MOST_TURNS: f64 = 1e6;
 
     // Assembly: steps that close loops (Levenberg-Marquardt).
@@ -240,7 +243,7 @@ constants! {
 
     /// A search ends where steps along the closure are shorter than this, rad.
     ///
-    /// What is left of the distance is the square of it.
+    /// Each step squares the remaining distance.
     SEARCH_NEAR: Tolerance = Tolerance::new(5e-2, 32.0);
 
     /// The result of an assembly is reached where steps along the closure are shorter than this, rad.
@@ -270,10 +273,10 @@ constants! {
     /// Second factor of the mixing function.
     NOISE_FACTOR_2: u64 = 0x94d0_49bb_1331_11eb;
 
-    /// Low bits that are thrown away: 53 are left.
+    /// Low bits that are discarded: 53 remain.
     NOISE_DROPPED: usize = 11;
 
-    /// Half the range of the bits that are left.
+    /// Half the range of the remaining bits.
     NOISE_HALF: u64 = 1 << 52;
 
     // Integrators of fixed step.

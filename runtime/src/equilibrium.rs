@@ -40,14 +40,14 @@ const NOISE: f64 = 1e-8;
 pub struct Equilibrium<S> {
     /// Steps taken.
     pub iterations: usize,
-    /// Largest generalised force along the closure that is left, N m.
+    /// Largest remaining generalised force along the closure, N m.
     pub force: S,
-    /// Whether it comes back when pushed: forces that have a potential hold it in a minimum.
+    /// Whether the equilibrium is statically stable: the potential has a minimum there.
     pub stable: bool,
 }
 
-/// Moves `q` (NQ, rad) to a state of rest at t (s), downhill from where it is; it should be nearly
-/// closed. Driven joints stand where they should be at t. On failure `q` is unchanged.
+/// Moves `q` (NQ, rad) along decreasing potential to an equilibrium at t (s); `q` should be nearly
+/// closed. Driven joints have their prescribed angles at t. On failure `q` is unchanged.
 ///
 /// # Errors
 ///
@@ -100,7 +100,7 @@ struct Search<'a, 'w, Y: Mechanism> {
     workspace: &'w mut [Y::Scalar],
 }
 
-/// How far a state is from rest.
+/// Distance of a state from equilibrium.
 #[derive(Clone, Copy)]
 struct Unrest<S> {
     /// a^T M a, the square of the force measured by M.
@@ -137,7 +137,7 @@ impl<Y: Mechanism> Search<'_, '_, Y> {
                     rejected = false;
                     continue;
                 }
-                // What is rounding does not hold it.
+                // Rounding errors do not prevent convergence.
                 let rounding = of(64.0) * Y::Scalar::EPSILON * stiffest;
                 let stable = self.curves_up(freedoms, -rounding);
                 return Ok(Equilibrium { iterations, force: unrest.force, stable });
@@ -210,7 +210,7 @@ impl<Y: Mechanism> Search<'_, '_, Y> {
         Ok(Unrest { square: dot(force, linear.acceleration), force: max_abs(force) })
     }
 
-    /// What the force does from a state with its force to where q is, J (by the trapezoidal rule).
+    /// Returns the work of the force from a state to q, J (by the trapezoidal rule).
     fn work(&self, before: &[Y::Scalar], force: &[Y::Scalar]) -> Y::Scalar {
         let mut path = self.system.speeds();
         self.system.write_difference(before, self.q.as_ref(), path.as_mut());
@@ -320,7 +320,7 @@ impl<Y: Mechanism> Search<'_, '_, Y> {
         Ok(worst.1.is_some())
     }
 
-    /// Whether the potential curves up everywhere along the closure: the symmetric part of K + w is
+    /// Returns whether the potential is convex along the closure: the symmetric part of K + w is
     /// positive definite.
     fn curves_up(&mut self, freedoms: usize, weight: Y::Scalar) -> bool {
         let half = Y::Scalar::from_f64(0.5);

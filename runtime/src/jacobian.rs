@@ -10,8 +10,8 @@
 //! which has the matrix of the acceleration itself: its factors serve for all directions. The
 //! right-hand sides come from [`Mechanism::write_tangent`].
 //!
-//! Where closure equations are redundant this is the derivative along the closure; directions that
-//! open a loop are followed with the rank as it is.
+//! Where closure equations are redundant this is the derivative along the closure; for directions
+//! that open a loop the rank is kept constant.
 
 use crate::acceleration::{holds, not_finite};
 use crate::linearised::Linearised;
@@ -21,15 +21,15 @@ use crate::{Error, Mechanism};
 /// The direction of a derivative: how fast everything the equations depend on changes.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Change<'a, S> {
-    /// Of t.
+    /// Derivative of t along the direction.
     pub t: S,
     /// Of q, as a step along the directions of u, NU.
     pub q: &'a [S],
-    /// Of u, NU.
+    /// Derivative of u along the direction, NU.
     pub u: &'a [S],
-    /// Of the parameters, in their order.
+    /// Derivatives of the parameters along the direction, in their order.
     pub parameters: &'a [S],
-    /// Of the inputs, in their order.
+    /// Derivatives of the inputs along the direction, in their order.
     pub inputs: &'a [S],
 }
 
@@ -65,9 +65,9 @@ pub fn jacobian<Y: Mechanism>(
 /// Which acceleration was differentiated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Differentiated {
-    /// That at the state.
+    /// The acceleration at the state.
     Given,
-    /// That at the nearest closed state.
+    /// The acceleration at the nearest closed state.
     Closed,
     /// The same, so close to a singular state that rounding has taken its digits.
     Rough,

@@ -19,13 +19,13 @@ pub(crate) struct Linearised<'a, Y: Mechanism> {
     pub mass: &'a mut [Y::Scalar],
     /// Orthogonal rows that span those of J L^-T; those beyond `rank` are meaningless.
     rows: &'a mut [Y::Scalar],
-    /// What makes them of the rows of J L^-T, (C + D) x (C + D).
+    /// The matrix that transforms the rows of J L^-T into them, (C + D) x (C + D).
     turn: &'a mut [Y::Scalar],
     /// Independent rows.
     rank: usize,
     /// Whether a direction of the closure is weak.
     pub is_weak: bool,
-    /// Whether it is so weak that derivatives have lost their digits.
+    /// Whether it is so weak that derivatives are no longer accurate.
     pub is_rough: bool,
     pub acceleration: &'a mut [Y::Scalar],
     /// lambda, C, then what drives the driven joints, D, divided by the size.
@@ -181,7 +181,7 @@ impl<'a, Y: Mechanism> Linearised<'a, Y> {
         self.by_time(along, turn, dt)
     }
 
-    /// The part of x along the closure, orthogonal in M to what is left out.
+    /// The part of x along the closure, orthogonal in M to the rest.
     fn leave_closure_out(&self, x: &mut [Y::Scalar]) {
         let n = x.len();
         self.times_upper(x);
@@ -341,7 +341,8 @@ impl<'a, Y: Mechanism> Linearised<'a, Y> {
         let row = |i: usize| &self.rows[i * n..(i + 1) * n];
         let mut found = 0;
         while found + self.rank < n {
-            // Of the unit vectors, the one that is least in what is known, less its part there.
+            // The next vector is the unit vector with the smallest part in the known basis, minus
+            // that part.
             let (known, free) = basis.split_at_mut(found * n);
             let left = |k: usize| {
                 let taken = |v: &[Y::Scalar]| v[k] * v[k] / dot(v, v);

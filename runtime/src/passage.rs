@@ -22,9 +22,10 @@ use crate::rank::{Fading, Gap};
 use crate::workspace::split;
 use crate::{Arithmetic, Constraint, Error, Mechanism, Scalar};
 
-/// du/dt at a state next to a singular one through which the motion passes, into `out`. Directions that
-/// have faded to less than a `zone` of the strongest are taken along the motion. `None` at rest and where
-/// the speeds do not lie along a branch.
+/// Writes du/dt at a state next to a singular state through which the motion passes into `out`.
+/// Directions that have faded to less than the fraction `zone` of the strongest are replaced by
+/// their derivatives along the motion. `None` at rest and where the speeds do not lie along a
+/// branch.
 pub(crate) fn pass<Y: Mechanism>(
     system: &Y,
     dimensions: Dimensions,
@@ -98,8 +99,8 @@ struct Path<'a, S> {
 }
 
 impl<S: Scalar> Path<'_, S> {
-    /// Moves the rows that have not faded to the front, with length 1 and their right-hand side. `None`
-    /// where the speeds do not lie along a branch.
+    /// Moves the rows that have not faded to the front, normalised and with their right-hand side.
+    /// Returns `None` if the speeds do not determine a branch.
     fn strong_first(&self, rows: &mut [S], beside: &mut [S], rhs: &mut [S]) -> Option<usize> {
         let (n, width) = (self.u.len(), self.u.len() + 2);
         let mut strong = 0;
@@ -126,8 +127,8 @@ impl<S: Scalar> Path<'_, S> {
         Some(strong)
     }
 
-    /// What faded rows change by takes their place, without what the strong rows say already; their old
-    /// values are then `beside`. The count of rows that are left.
+    /// Replaces faded rows by their derivatives, orthogonal to the strong rows; `beside` receives
+    /// the old values. Returns the number of remaining rows.
     ///
     /// Where the speeds lie along a branch, what of a row is along them belongs to the distance from the
     /// singular state; where they do not yet, the whole row turns them towards one.

@@ -13,9 +13,9 @@
 //! g / s^2 < 1/4
 //! ```
 //!
-//! (L. V. Kantorovich, "Functional analysis and applied mathematics", 1948, for closures that curve by
-//! their size per rad^2). Beyond that, two branches of the mechanism's motion can no longer be told
-//! from each other, and the direction is dropped as if it were zero. A closed state has a residual of
+//! (L. V. Kantorovich, "Functional analysis and applied mathematics", 1948, for closures that curve
+//! by their size per rad^2). Beyond that, two branches of the mechanism's motion can no longer be
+//! distinguished, and the direction is dropped as if it were zero. A closed state has a residual of
 //! four units in the last place: in `f64` directions are kept to within some 1e-7 rad of a singular
 //! state, in `f32` to within some 1e-3 rad. Redundant rows, which differ from zero by g / s of the
 //! weakest direction, are always dropped.
@@ -29,7 +29,7 @@ use crate::plumbing::Dimensions;
 use crate::workspace::split;
 use crate::{Arithmetic, Error, Mechanism, Scalar};
 
-/// How far a direction has faded: the shares of the largest singular value that decide.
+/// Thresholds for faded directions, relative to the largest singular value.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Fading<S> {
     /// The state is some 0.1 rad or less from a singular one: loops are closed to rounding.
@@ -42,7 +42,7 @@ pub(crate) struct Fading<S> {
     pub passing: S,
     /// So it is for a state by itself, whose own rows show its direction to a thousandth or better above.
     pub lost: S,
-    /// How far ahead and behind to look, rad.
+    /// Distance of the samples before and after the state, rad.
     pub beside: S,
 }
 
@@ -77,8 +77,8 @@ pub(crate) fn closed<Y: Mechanism>(system: &Y) -> Y::Scalar {
     CLOSED.of::<Y::Scalar>() * system.size()
 }
 
-/// The residual, m, that may be left when rounding or a singular state stops a projection: 1e-9 of the
-/// size; a thousand epsilon, about 1e-4 of it, in `f32`.
+/// Returns the largest residual, m, with which rounding or a singular state may stop a projection:
+/// 1e-9 of the size; a thousand epsilon, about 1e-4 of it, in `f32`.
 pub(crate) fn acceptable_residual<Y: Mechanism>(system: &Y) -> Y::Scalar {
     ACCEPTABLE.of::<Y::Scalar>() * system.size()
 }
@@ -125,7 +125,7 @@ impl<S: Scalar> Gap<S> {
         kept.least < share || kept.dropped > S::from_f64(REDUNDANT_FACTOR) * self.0 / kept.least
     }
 
-    /// How far off a direction of this singular value may be, rad.
+    /// Returns the largest error of a direction with this singular value, rad.
     pub fn uncertainty(self, singular_value: S) -> S {
         self.0 / (singular_value * singular_value)
     }

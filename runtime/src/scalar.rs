@@ -5,7 +5,7 @@ use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
 use crate::sin_cos::sin_cos_all;
 
-/// What straight-line code computes with: a real number, or several side by side.
+/// Number type of straight-line code: a real number, or several in lanes.
 ///
 /// There is nothing to compare by and thus to branch on, so that lanes of a vector qualify.
 pub trait Arithmetic:
@@ -200,7 +200,7 @@ pub(crate) fn truncated<S: Scalar>(value: S) -> S {
 }
 
 scalar!(f64, libm::sqrt, libm::tan, libm::exp, libm::tanh, libm::pow, libm::log, libm::atan2);
-// What libm computes by way of f64 is computed here.
+// Functions that libm computes in f64 are implemented here.
 scalar!(
     f32,
     libm::sqrtf,

@@ -1,9 +1,10 @@
-//! How much storage the algorithms need, and how they share it out.
+//! Size and division of the workspace of the algorithms.
 
 use crate::plumbing::Dimensions;
 use crate::{Error, Mechanism};
 
-/// Numbers of workspace that suffice for every algorithm of this crate, with any joints at stops.
+/// Length of a workspace that is sufficient for every algorithm of this crate, with any number of
+/// joints at stops.
 ///
 /// With NQ coordinates, N = NU speeds, C closure rows, L loops and D driven joints, to which each joint at
 /// a stop adds one, there are c = C + D + N rows and r = 9 L + D + N residuals at most; P parameters and
@@ -24,7 +25,7 @@ pub const fn workspace_len(dimensions: Dimensions) -> usize {
     needed(Dimensions { drives: dimensions.drives + dimensions.joints, ..dimensions })
 }
 
-/// What is needed without another joint at a stop.
+/// Length that is needed without further joints at a stop.
 #[inline]
 const fn needed(dimensions: Dimensions) -> usize {
     let Dimensions { coordinates, speeds: n, rows, loops, drives, parameters, inputs, .. } =

@@ -34,9 +34,9 @@ pub struct Design {
     pub name: &'static str,
     /// The model or drawing.
     pub path: PathBuf,
-    /// What lamc makes of it.
+    /// Result of lamc.
     pub compiled: Compiled,
-    /// What others say about it.
+    /// Results of other programs.
     pub reference: Reference,
 }
 

@@ -2,7 +2,7 @@
 
 use lamc::source::{Binary, Expression, Operator, Unary};
 
-/// What an expression may depend on. SI and radians.
+/// Variables of an expression, in SI and radians.
 #[derive(Clone, Debug, Default)]
 pub struct Values {
     /// Parameters, in the mechanism's order.

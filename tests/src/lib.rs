@@ -1,5 +1,5 @@
-//! What the end-to-end tests share: mechanisms with reference values, compiled models, comparisons, and
-//! formulations of mechanics that are independent of lamc.
+//! Common parts of the end-to-end tests: mechanisms with reference values, compiled models,
+//! comparisons, and formulations of mechanics that are independent of lamc.
 
 pub mod chain;
 pub mod compare;

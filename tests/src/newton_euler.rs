@@ -32,7 +32,7 @@ pub struct Motion {
     pub velocity: Vector3<f64>,
 }
 
-/// What the equations say about one state.
+/// Results of the equations at one state.
 #[derive(Clone, Debug)]
 pub struct Solution {
     /// Joint accelerations, rad/s^2.

@@ -13,18 +13,18 @@ use lamc_runtime::{Mechanism, State, assemble, project};
 
 pub use crate::uniform::Random;
 
-/// What a random mechanism is made of.
+/// Parts of a random mechanism.
 #[derive(Clone, Copy, Debug)]
 pub struct Recipe {
     /// Plates that hang on no more than one hinge each.
     pub branches: usize,
     /// Closed loops.
     pub loops: usize,
-    /// What their hinge lines have in common.
+    /// Class of their hinge lines.
     pub lines: Lines,
 }
 
-/// What the hinge lines have in common.
+/// Class of the hinge lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lines {
     /// Nothing.
@@ -97,7 +97,7 @@ fn hinges(random: &mut Random, recipe: Recipe) -> Vec<Hinge> {
         let from = random.below(bodies);
         let to = random.below(bodies);
         // One hinge more than equations leaves every loop a freedom of its own. Four lines through
-        // a point are often locked all the same: the widest angle equals the others' sum.
+        // a point are often locked nevertheless: the widest angle equals the others' sum.
         let spare = usize::from(recipe.lines == Lines::Concurrent);
         let links = recipe.lines.rank() + spare + random.below(2);
         let mut last = from;

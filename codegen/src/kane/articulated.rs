@@ -1,9 +1,9 @@
 //! Phase 10, articulated bodies: M du/dt = b without M, by elimination body by body from the leaves to
 //! the root and back.
 //!
-//! What hangs on a hinge answers like one body of articulated inertia, which is eliminated along
-//! the hinge's x axis before it is carried to the parent (R. Featherstone, "Rigid Body Dynamics
-//! Algorithms", 2008, 7.3). With moment n and force f about the node's origin,
+//! The subtree beyond a hinge behaves like one body with articulated inertia, which is eliminated
+//! along the hinge's x axis and then transformed to the parent (R. Featherstone, "Rigid Body
+//! Dynamics Algorithms", 2008, 7.3). With moment n and force f about the node's origin,
 //!
 //! ```text
 //! n = I alpha + H a      D = I_xx     W = (I, H) row x / D      y = tau + n_x
@@ -38,7 +38,7 @@ pub struct ArticulatedBodies {
     pub accelerations: Vec<Expr>,
 }
 
-/// How what hangs on a hinge answers motion, about the node's origin.
+/// Articulated inertia and bias force of the subtree beyond a hinge, about the node's origin.
 #[derive(Clone)]
 struct ArticulatedInertia {
     /// I, moment by angular acceleration.
@@ -193,7 +193,7 @@ fn eliminated(
     hinges
 }
 
-/// What the parent feels of a node whose hinge gives way, about the parent's origin.
+/// Returns what a node with a free hinge contributes to its parent, about the parent's origin.
 fn carried(
     binder: &mut Binder,
     link: &Link,
@@ -247,7 +247,7 @@ impl Sweep<'_> {
             let torque = reduced[node.index()].clone();
             let value = binder.scalar(node, phase, &self.reduced, &torque + &x);
             if let Some(parent) = link.parent {
-                // Of the moment along the hinge the torque's opposite is left.
+                // Along the hinge only the negative torque remains.
                 let load = Wrench { force: load.force, moment: [-&torque, y, z] };
                 let load = link.carry_wrench(binder, phase, &self.load, &load);
                 let carried = load.minus(&self.hinges[node.index()].in_parent.times(&value));

@@ -31,7 +31,7 @@ pub struct Binder<'a> {
     problems: Diagnostics,
 }
 
-/// What the model's formulas may depend on.
+/// Variables of the model's formulas.
 struct Symbols {
     time: Expr,
     /// By joint.
@@ -218,7 +218,7 @@ impl<'a> Binder<'a> {
         self.problems.push(problem);
     }
 
-    /// What is wrong with the formulas of the model.
+    /// Errors of the model's formulas.
     pub fn problems(&mut self) -> Diagnostics {
         std::mem::take(&mut self.problems)
     }

@@ -199,7 +199,8 @@ fn point(
     binder.vector(side.tip, Phase::ClosurePoint, name, position)
 }
 
-/// What the point at `at` moves per radian of each hinge on a side: e_x x (P - origin of the hinge).
+/// Velocity of the point at `at` per radian of each hinge on a side: e_x x (P - origin of the
+/// hinge).
 fn moved(
     binder: &mut Binder,
     kinematics: &Kinematics,

@@ -13,7 +13,7 @@ index!(
     BindingId
 );
 
-/// What a symbol in a [`Tree`] stands for.
+/// Meaning of a symbol in a [`Tree`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Leaf {
     /// Time t, s.
@@ -37,7 +37,7 @@ pub enum Leaf {
 /// A named intermediate: `name = tree`.
 #[derive(Clone, Debug)]
 pub struct Binding {
-    /// What it is, for the reader of the generated module: `omega_left_x`.
+    /// Name for the reader of the generated module: `omega_left_x`.
     pub name: String,
     /// The body or loop and the phase of the derivation that it belongs to.
     pub section: Section,
@@ -94,7 +94,7 @@ pub struct Equations {
     pub potential_energy: Tree<Leaf>,
 }
 
-/// M = L^T D L, and what of M du/dt = f + J^T lambda can be said with it.
+/// M = L^T D L, and the solution of M du/dt = f + J^T lambda with it.
 #[derive(Clone, Debug)]
 pub struct Elimination {
     /// 1 / D, N, 1/(kg m^2).

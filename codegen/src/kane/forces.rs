@@ -1,9 +1,9 @@
 //! Phase 4, generalized forces: f, everything in F_r + F_r* that is not a coefficient of du/dt.
 //!
-//! A body's velocities depend on the speed u_r of an ancestor (or its own) joint r only through
-//! the frame that hangs on r, so its partial velocities are those of that frame, carried over as
-//! by a rigid body. Summed over the bodies beyond joint r, Kane's sums are therefore one wrench
-//! (force f, moment n about the frame's origin) against one pair of partial velocities:
+//! A body's velocities depend on the speed u_r of an ancestor (or its own) joint r only through the
+//! frame of joint r, so its partial velocities are those of that frame, transformed as in a rigid
+//! body. Kane's sums over the bodies beyond joint r are therefore one wrench (force f, moment n
+//! about the frame's origin) against one pair of partial velocities:
 //!
 //! ```text
 //! F_r + F_r* = dw_r/du_r . n_r + dv_r/du_r . f_r + tau_r

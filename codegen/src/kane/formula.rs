@@ -60,7 +60,7 @@ impl Binder<'_> {
         Expr::zero()
     }
 
-    /// Operation by operation from the left; as long as they are numbers, in numbers.
+    /// Applies the operations from the left; constant parts are evaluated to numbers.
     fn chain(
         &mut self,
         first: &Expression,

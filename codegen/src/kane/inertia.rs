@@ -109,8 +109,8 @@ fn moments(binder: &Binder, frames: &Frames, id: NodeId) -> Moments {
     Moments { mass, first: com * mass, second: spread * share + com * com.transpose() * mass }
 }
 
-/// What is left of each node's share and of what its children pass on, after the part that moves no
-/// hinge beyond the node's own is passed on in turn.
+/// Remaining inertia of each node and of the parts that its children pass on, after the part that
+/// does not affect the mass matrix is passed on to the parent.
 fn minimal(binder: &Binder, frames: &Frames, mut moments: Vec<Moments>) -> Vec<Moments> {
     let size = binder.mechanism().size;
     for node in binder.nodes().rev() {

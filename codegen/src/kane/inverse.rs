@@ -1,5 +1,5 @@
-//! Phase 9, inverse dynamics: what is left of Kane's equations and of the closure at given du/dt and
-//! closure forces, and what every hinge carries.
+//! Phase 9, inverse dynamics: residuals of Kane's equations and of the closure at given du/dt and
+//! closure forces, and the reaction of every hinge.
 //!
 //! ```text
 //! imbalance  = f - M du/dt + J^T lambda        zero in motion
@@ -153,8 +153,8 @@ impl GivenMotion {
     }
 }
 
-/// What the closure forces lambda contribute: along both sides of each loop, up to where they meet
-/// and cancel.
+/// Contribution of the closure forces lambda along both sides of each loop, up to the common
+/// ancestor, where they cancel.
 fn closing_wrenches(
     binder: &mut Binder,
     kinematics: &Kinematics,

@@ -201,7 +201,7 @@ fn applied(binder: &mut Binder, kinematics: &Kinematics) -> Vec<Wrench> {
     wrenches
 }
 
-/// What the air does to the plates of a node: density drag |v| v / 2 per area against the speed v
+/// Force of the air on the plates of a node: density drag |v| v / 2 per area against the speed v
 /// along the normal. `pressure` is density times drag coefficient, kg/m^3.
 fn drag(binder: &mut Binder, link: &Link, body: &Body, motion: &Motion, pressure: &Expr) -> Wrench {
     let mut sum = Wrench::zero();

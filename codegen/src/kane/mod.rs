@@ -24,9 +24,9 @@
 //! | inverse dynamics | what is left at given du/dt and lambda, hinge reactions | `inverse` |
 //! | articulated bodies | M du/dt = b body by body | `articulated` |
 //!
-//! What the phases share: `binder` names intermediates, `section` says where they belong and holds the
-//! equation of every phase, `formula` evaluates the model's expressions, `vector`, `wrench` and `turn`
-//! are the algebra of vectors, forces and changes of frame.
+//! Modules that the phases share: `binder` names intermediates, `section` says where they belong
+//! and holds the equation of every phase, `formula` evaluates the model's expressions, `vector`,
+//! `wrench` and `turn` are the algebra of vectors, forces and changes of frame.
 
 mod articulated;
 mod binder;

@@ -8,7 +8,7 @@ use super::vector::Vector;
 use crate::source::BodyId;
 use crate::symbolic::Expr;
 
-/// What a user asks for beside the motion; see [`Equations`](super::Equations) for shapes.
+/// Outputs of the model in addition to the motion; see [`Equations`](super::Equations) for shapes.
 pub struct Outputs {
     pub poses: Vec<Expr>,
     pub points: Vec<Expr>,

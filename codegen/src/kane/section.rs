@@ -1,6 +1,7 @@
 //! The sections of the generated code: of which body or loop, and of which phase of the derivation.
 //!
-//! The equation of every phase stands here once; printers show it above the statements of the phase.
+//! The equation of every phase is defined here only; printers show it above the statements of the
+//! phase.
 //!
 //! Symbols of the equations: R rotation from a body's frame to its parent's, e_x hinge axis,
 //! r offset of the frame's origin from the parent's, w angular velocity, v velocity of the origin,

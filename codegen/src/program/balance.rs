@@ -75,7 +75,7 @@ impl Balancing {
         Value(self.instructions.len() - 1)
     }
 
-    /// The two terms that are ready first become one, until one is left.
+    /// Adds the two terms that are available first, until one term remains.
     fn sum(&mut self, terms: &[(Value, bool)], instruction: Instruction) -> Value {
         let term = |this: &Self, value: Value, minus| -> Term {
             Reverse((this.ready[value.index()], value, minus))

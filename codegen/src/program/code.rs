@@ -12,7 +12,7 @@ pub struct Code {
 }
 
 impl Code {
-    /// Continues a function, whose outputs are left to the caller.
+    /// Continues a function; the caller sets its outputs.
     pub fn after(function: Function) -> (Self, Vec<Output>) {
         let builder = Builder::after(function.instructions);
         (Self { builder, section: Section::mechanism(Phase::Output) }, function.outputs)
@@ -23,7 +23,7 @@ impl Code {
         Function { kind, instructions: self.builder.instructions(), outputs }
     }
 
-    /// What follows belongs to this phase of the whole mechanism.
+    /// Starts a section for this phase of the whole mechanism.
     pub fn enter(&mut self, phase: Phase) {
         self.section = Section::mechanism(phase);
     }
@@ -45,7 +45,7 @@ impl Code {
         self.builder.name(value, name);
     }
 
-    /// Names a value for what it is in this function, whatever it was called before.
+    /// Names a value for its meaning in this function and replaces its former name.
     pub fn rename(&mut self, value: Value, name: impl FnOnce() -> String) {
         self.builder.rename(value, name);
     }
@@ -60,7 +60,7 @@ impl Code {
         self.op(Op::Const(number))
     }
 
-    /// a . b, terms that are zero left out.
+    /// a . b, without terms that are zero.
     pub fn dot(&mut self, a: &[Value], b: &[Value]) -> Value {
         let mut sum = None;
         for (&a, &b) in a.iter().zip(b) {

@@ -30,7 +30,7 @@ pub fn snap(functions: &mut [Function]) {
     }
 }
 
-/// What is kept for each magnitude.
+/// Entry for each magnitude.
 fn kept(functions: &[Function]) -> HashMap<u64, f64> {
     let instructions = functions.iter().flat_map(|function| &function.instructions);
     let numbers = instructions.filter_map(|instruction| match instruction.op {

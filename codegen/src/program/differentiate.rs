@@ -13,7 +13,7 @@ use crate::kane::{Phase, Section};
 
 use super::ir::{Function, Instruction, Moving, Op, Slot, Value};
 
-/// What the name of a derivative begins with: `d_omega_left_x`.
+/// Prefix of the name of a derivative: `d_omega_left_x`.
 pub const CHANGE_OF: &str = "d_";
 
 /// The derivative along the direction that the [`Slot::Change`]s give, du/dt and lambda constant.

@@ -5,14 +5,15 @@
 //! negation, no difference of a value and itself, and at most one constant in a product of
 //! constants and one value, unless the constants' product overflows.
 //!
-//! Products of constants are re-associated, so results may differ in rounding. `0 * x` is 0
-//! whatever x: a zero factor here comes from the geometry and says that x does not enter.
+//! Products of constants are re-associated, so results may differ in rounding. `0 * x` is 0 for
+//! every x, even if x is not finite: a zero factor comes from the geometry and means that x has no
+//! effect.
 
 use crate::kane::Section;
 
 use super::ir::{Function, Instruction, Op, Value};
 
-/// What the name of an opposite begins with: `minus_omega_left_x`.
+/// Prefix of the name of a negated value: `minus_omega_left_x`.
 pub const MINUS: &str = "minus_";
 
 /// Folds a function.

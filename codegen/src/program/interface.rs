@@ -1,4 +1,4 @@
-//! What a caller must know of a mechanism, gathered from the stages before.
+//! Interface of a mechanism for callers, collected from the earlier stages.
 
 use sha2::{Digest, Sha256};
 

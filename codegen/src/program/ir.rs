@@ -43,7 +43,7 @@ pub enum Op {
     Atan2(Value, Value),
 }
 
-/// What a function reads.
+/// An argument of a function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Slot {
     /// t, s.
@@ -78,11 +78,11 @@ pub enum Moving {
 /// One instruction; its index in [`Function::instructions`] is its [`Value`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Instruction {
-    /// What it computes.
+    /// The operation.
     pub op: Op,
     /// The body or loop and the phase of the derivation that it belongs to.
     pub section: Section,
-    /// What it is, when it is a named quantity: `omega_left_x`.
+    /// Its name, if it is a named quantity: `omega_left_x`.
     pub name: Option<String>,
 }
 
@@ -93,7 +93,7 @@ pub struct Function {
     pub kind: FunctionKind,
     /// Operands always precede.
     pub instructions: Vec<Instruction>,
-    /// What it writes.
+    /// Its outputs.
     pub outputs: Vec<Output>,
 }
 
@@ -134,7 +134,7 @@ impl Program {
     }
 }
 
-/// What a caller must know of a mechanism.
+/// Interface of a mechanism for callers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Interface {
     /// The model's name, an identifier in snake case.

@@ -1,4 +1,4 @@
-//! What the values of an elimination are called: by joints and by rows of the closure.
+//! Names of the values of an elimination: by joints and by rows of the closure.
 
 use super::ir::Moving;
 use crate::kane::Equations;
@@ -38,13 +38,13 @@ impl Labels {
     }
 }
 
-/// What a solution of the equations is called.
+/// Name of a solution of the equations.
 pub struct Called {
     /// By joint: `acceleration`.
     pub solution: &'static str,
     /// By closure row: `lambda`.
     pub multiplier: &'static str,
-    /// What it is the derivative by: `_by_q_east`; nothing where it is none.
+    /// Suffix of a derivative: `_by_q_east`; empty for other values.
     pub direction: String,
 }
 

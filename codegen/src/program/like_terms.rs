@@ -6,8 +6,8 @@
 //! ```
 //!
 //! Only values that nothing else uses are taken apart, so no step takes more operations than it
-//! saves. A coefficient that is nothing but the rounding of those it was added from is zero: such
-//! terms cancel in exact arithmetic.
+//! saves. A coefficient that is only the rounding error of a sum is replaced by zero: such terms
+//! cancel in exact arithmetic.
 //!
 //! Common factors stay where they are. To write a x + a y as a (x + y) saves a multiplication where
 //! products are not fused with sums, and none where they are; there the six-bar's acceleration
@@ -52,7 +52,7 @@ pub fn uses(function: &Function) -> Vec<usize> {
     uses
 }
 
-/// Which values are sums that are nothing but a term of one other sum.
+/// Values that are sums and are used only as a term of one other sum.
 pub fn absorbed(function: &Function, uses: &[usize]) -> Vec<bool> {
     let mut absorbed = vec![false; function.instructions.len()];
     for instruction in &function.instructions {

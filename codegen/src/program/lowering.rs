@@ -44,8 +44,8 @@ pub fn functions(equations: &Equations, interface: &Interface) -> Vec<Function> 
     ]
 }
 
-/// What the elimination by entry starts from: `mass` and `jacobian`, and either `forcing` and
-/// `gamma` or what a projection wants.
+/// Inputs of the elimination by entry: `mass` and `jacobian`, and either `forcing` and `gamma` or
+/// what a projection wants.
 pub fn by_entry(equations: &Equations, kind: FunctionKind) -> Function {
     let n = equations.mechanism().joints.len();
     let rows = equations.gamma.len();
@@ -61,8 +61,8 @@ pub fn by_entry(equations: &Equations, kind: FunctionKind) -> Function {
     function(equations, kind, &outputs)
 }
 
-/// What the elimination by body starts from: `inverse_pivots`, `rows`, and either `reduced` and
-/// `gamma` or what a projection wants; and the substitution.
+/// Inputs of the elimination by body: `inverse_pivots`, `rows`, and either `reduced` and `gamma` or
+/// what a projection wants; and the substitution.
 pub fn by_body(equations: &Equations, kind: FunctionKind) -> [Function; 2] {
     let n = equations.mechanism().joints.len();
     let rows = equations.gamma.len();

@@ -37,7 +37,7 @@ type Key = (std::mem::Discriminant<Op>, [u64; 2], Option<super::ir::Slot>);
 fn key(op: Op) -> Key {
     let mut operands = op.operands().map(|operand| operand.index() as u64);
     let first = match op {
-        // What is not a number is so with any sign.
+        // NaN is NaN with any sign.
         Op::Const(number) if number.is_nan() => f64::NAN.to_bits(),
         Op::Const(number) => number.to_bits(),
         _ => operands.next().unwrap_or(u64::MAX),

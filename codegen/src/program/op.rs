@@ -1,4 +1,4 @@
-//! What every pass asks of an operation: its operands, and its value.
+//! Queries on an operation that every pass uses: its operands and its value.
 
 use super::ir::{Op, Value};
 use crate::arithmetic;

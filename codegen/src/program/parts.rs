@@ -1,9 +1,10 @@
 //! Long functions in parts of bounded length, each to be a function of its own: compilers take more
 //! than proportional time for a long block.
 //!
-//! What one part computes and later ones need goes through an array. A cell is used again by a later
-//! part than the last one that reads it, so that within a part values may be read and put into cells
-//! in any order. The backends and the machine code of the workbench cut functions by this.
+//! Values that one part computes and later parts need are stored in an array. A cell is used again
+//! by a later part than the last one that reads it, so that within a part values may be read and
+//! put into cells in any order. The backends and the machine code of the workbench cut functions by
+//! this.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -16,7 +17,7 @@ pub struct Part {
     pub takes: Vec<(Value, usize)>,
     /// Values that later parts use, and the cells they are to be put in.
     pub leaves: Vec<(Value, usize)>,
-    /// What is read here.
+    /// Values that are read here.
     pub reads: BTreeSet<Slot>,
 }
 
@@ -149,7 +150,7 @@ pub struct Angle {
 }
 
 impl Angle {
-    /// What there is of sine and cosine.
+    /// Which of sine and cosine are available.
     pub fn members(self) -> impl Iterator<Item = Value> {
         self.sine.into_iter().chain(self.cosine)
     }

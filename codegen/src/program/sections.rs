@@ -1,9 +1,9 @@
-//! The order of the sections: what belongs to one body or loop and one phase stands together, under
-//! one heading.
+//! The order of the sections: statements of one body or loop and one phase are together under one
+//! heading.
 //!
 //! Of the sections whose operands are known, the one comes next whose first instruction came first:
-//! the derivation's own order. Where sections wait for each other, the one that waits for least
-//! takes in what it waits for. The order in time is left to the compiler, which schedules a block of
+//! the derivation's own order. If sections depend on each other, the one with the fewest missing
+//! operands includes them. The order in time is left to the compiler, which schedules a block of
 //! straight-line code anyway.
 //!
 //! Postcondition: every operand precedes its use; the instructions of a section follow one another.
@@ -76,7 +76,7 @@ impl<'a> Ordering<'a> {
 
     /// The instructions in order, and the section of each.
     fn order(mut self) -> (Vec<usize>, Vec<Section>) {
-        // What is written where it is used has no place of its own.
+        // A value that is written inline at its use has no position of its own.
         for index in 0..self.placed.len() {
             if matches!(self.function.instructions[index].op, Op::Const(_) | Op::Load(_)) {
                 self.place(index);

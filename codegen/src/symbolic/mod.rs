@@ -1,4 +1,4 @@
-//! The symbolic algebra, behind a door small enough that another engine could stand there.
+//! The symbolic algebra, behind an interface small enough that another engine could replace it.
 //!
 //! Only this folder names the engine, and none of its types leave: inside a [`session`] there are
 //! [`Expr`]s, what leaves is a [`Tree`].
@@ -7,7 +7,7 @@
 //! never rounds, never overflows, and never mistakes a small number for zero.
 //!
 //! The engine orders terms by the age of their symbols. How symbols are made, so that equal input
-//! gives equal output whatever was derived before, is decided in `session` and nowhere else.
+//! gives equal output whatever was derived before, is decided in `session` only.
 
 mod expr;
 mod session;

@@ -33,7 +33,7 @@ pub enum SessionError {
     Lock {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         error: io::Error,
     },
     /// No thread could be started.
@@ -107,7 +107,7 @@ fn wait_for(file: &File) -> io::Result<()> {
         let (done, locked) = mpsc::channel::<()>();
         scope.spawn(move || {
             if locked.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
-                // Nobody is left to tell when standard error is closed.
+                // If standard error is closed, the message is lost.
                 let _ = writeln!(io::stderr(), "waiting for another lamc{}", holder(file));
             }
         });
@@ -137,7 +137,7 @@ fn hide_banner() {
     }
 }
 
-/// What a symbol means.
+/// Meaning of a symbol.
 enum Meaning<L> {
     Leaf(L),
     /// Greater than 0.

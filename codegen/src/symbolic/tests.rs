@@ -1,4 +1,4 @@
-//! What the algebra promises: order of terms, exact numbers, derivatives through bindings.
+//! Properties of the algebra: order of terms, exact numbers, derivatives through bindings.
 
 use super::{Algebra, Expr, Tree, session};
 

@@ -7,11 +7,11 @@
 //! step = -J^+ r + (I - J^+ J)(g - q) = (g - q) + J^+ (-r - J (g - q)),
 //! ```
 //!
-//! closing again after each step. Joints stay within their limits (projected steps: a joint at
-//! its limit that would leave is held for that step), within half a turn where there are none.
-//! A guess that leads nowhere is perturbed, always in the same way. After J. Nocedal and
-//! S. Wright, "Numerical Optimization", 10.3 and 16.7; the damping proportional to |r| after
-//! J. Fan and Y. Yuan, "On the quadratic convergence of the Levenberg-Marquardt method without
+//! closing again after each step. Joints stay within their limits (projected steps: a joint at its
+//! limit that would leave is held for that step), within half a turn where there are none. If a
+//! guess does not lead to a closed state, it is perturbed, always in the same way. After J. Nocedal
+//! and S. Wright, "Numerical Optimization", 10.3 and 16.7; the damping proportional to |r| after J.
+//! Fan and Y. Yuan, "On the quadratic convergence of the Levenberg-Marquardt method without
 //! nonsingularity assumption", 2005.
 
 mod steps;
@@ -32,14 +32,14 @@ use crate::scalar::{truncated, whole};
 use crate::workspace::{check, split};
 use crate::{Arithmetic, Error, Mechanism, Scalar};
 
-/// What an assembly reached.
+/// Result of an assembly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct Assembly<S> {
     /// Steps taken.
     pub iterations: usize,
-    /// Largest closure residual left, m.
+    /// Largest remaining closure residual, m.
     pub residual: S,
 }
 
@@ -150,10 +150,10 @@ struct Search<'a, Y: Mechanism> {
     normal: &'a mut [Y::Scalar],
     factor: &'a mut [Y::Scalar],
     rhs: &'a mut [Y::Scalar],
-    /// Least and greatest angles of the joints, rad.
+    /// Smallest and largest angles of the joints, rad.
     lower: &'a mut [Y::Scalar],
     upper: &'a mut [Y::Scalar],
-    /// Where to stay near, NQ, rad.
+    /// Angles to stay near, NQ, rad.
     guess: &'a mut [Y::Scalar],
     /// NU, rad.
     step: &'a mut [Y::Scalar],

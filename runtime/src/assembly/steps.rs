@@ -223,7 +223,7 @@ impl<Y: Mechanism> Search<'_, Y> {
                 *across = free * *across;
             }
             self.square(n);
-            // The second time takes away what damping left across the closure.
+            // The second projection removes the residual that damping left.
             for pass in 0..2 {
                 self.rhs.fill(Y::Scalar::ZERO);
                 for (row, &r) in self.jacobian.chunks_exact(n.max(1)).zip(&*self.residual) {

@@ -14,7 +14,7 @@ use crate::{Arithmetic, Error, Mechanism, Scalar, StateOf};
 
 const STAGES: usize = 7;
 
-/// Where the stages lie in the step.
+/// Times of the stages, relative to the step.
 const C: [f64; STAGES] = [0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0];
 
 /// Each stage from those before; the last row is the solution of order 5.
@@ -59,9 +59,9 @@ pub struct Dopri5<Y: Mechanism> {
     pub absolute: Y::Scalar,
     /// Longest step, s; infinite unless set.
     pub max_step: Y::Scalar,
-    /// Least step, s; below it (or where time no longer advances) integration fails.
+    /// Smallest step, s; below it (or where time no longer advances) integration fails.
     pub min_step: Y::Scalar,
-    /// How loops are kept closed, at steps and at samples between them.
+    /// How loops are kept closed, at the ends of steps and at samples between them.
     pub stabilisation: Stabilisation,
     workspace: Y::Workspace,
     /// dq/dt of the stages.
@@ -111,8 +111,8 @@ impl<Y: Mechanism> Dopri5<Y> {
         self.at_limit.0 >= 15
     }
 
-    /// Counts steps at which the largest eigenvalue, estimated from the last two stages, which lie
-    /// at the same time, is at the limit of stability (Hairer and Wanner, "Solving Ordinary
+    /// Counts steps at which the largest eigenvalue, estimated from the last two stages (which have
+    /// the same time), is at the limit of stability (Hairer and Wanner, "Solving Ordinary
     /// Differential Equations II", IV.2).
     fn watch_stability(&mut self) {
         let step = self.end.t - self.start.t;

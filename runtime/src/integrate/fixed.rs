@@ -1,4 +1,4 @@
-//! What integrators of fixed step have in common: a step whose values are not finite is repeated in
+//! Common parts of integrators with fixed steps: a step whose values are not finite is repeated in
 //! shorter pieces, and a run ends exactly at its end.
 
 use crate::constants::STEP_PIECES;

@@ -1,4 +1,5 @@
-//! What adaptive integrators have in common: a step, the state within it, and runs made of these.
+//! Common interface of adaptive integrators: a step, the state within it, and runs of several
+//! steps.
 
 use crate::{Error, Mechanism, StateOf};
 
@@ -20,7 +21,8 @@ pub trait Integrator<Y: Mechanism> {
     /// Those of [`project`](crate::project).
     fn between(&mut self, system: &Y, t: Y::Scalar) -> Result<StateOf<Y>, Error>;
 
-    /// Forgets what the last step left: parameters, inputs or constraints have changed.
+    /// Discards data of the last step. Call it after parameters, inputs or constraints have
+    /// changed.
     fn restart(&mut self);
 
     /// Advances to `t_end` (s) and shows the state after every step. An end that is not later

@@ -4,8 +4,8 @@
 //! in the NQ numbers of q, and bring q back to its condition at the end of a step. What is added to q along the
 //! directions of u goes through [`Mechanism::advance`](crate::Mechanism::advance).
 //!
-//! Unless told otherwise each accepted step ends with a projection onto the closure, so that loops
-//! stay closed without anything to tune.
+//! By default each accepted step ends with a projection onto the closure, so that loops stay closed
+//! without parameters to tune.
 
 mod dopri5;
 mod euler;
@@ -27,7 +27,7 @@ use crate::acceleration::acceleration_with_rank;
 use crate::projection::{project_stage, restore};
 use crate::{Arithmetic, Error, Mechanism, StateOf, acceleration_in_motion, project};
 
-/// How an explicit integrator keeps loops closed (and driven joints where they should be).
+/// How an explicit integrator keeps loops closed (and driven joints at their prescribed angles).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Stabilisation {
@@ -88,8 +88,9 @@ impl Stabilisation {
     }
 }
 
-/// du/dt at the nearest closed state: the error of a stage opens the loops a little, and divided by what
-/// is left of a constraint next to a singular state it would be large. Seldom needed: not to be inlined.
+/// du/dt at the nearest closed state: the error of a stage opens the loops a little, and next to a
+/// singular state, division by a nearly lost constraint would make this error large. It is rarely
+/// needed, so it is not inlined.
 #[inline(never)]
 fn accelerate_beside<Y: Mechanism>(
     system: &Y,
@@ -102,13 +103,13 @@ fn accelerate_beside<Y: Mechanism>(
     acceleration_with_rank(system, (t, q.as_ref(), u.as_ref()), workspace, out)
 }
 
-/// Whether two states are the same, number by number.
+/// Returns whether two states are equal, number by number.
 fn same<Y: Mechanism>(a: &StateOf<Y>, b: &StateOf<Y>) -> bool {
     a.t == b.t && a.q.as_ref() == b.q.as_ref() && a.u.as_ref() == b.u.as_ref()
 }
 
-/// How far driven joints are from where they should be, squared, in units of what is allowed: a
-/// projection would hide it, where a prescribed angle has a kink within the step.
+/// Returns the squared deviation of driven joints from their prescribed angles, relative to the
+/// tolerance. A projection would hide it if a prescribed angle has a kink within the step.
 fn strayed<Y: Mechanism>(
     system: &Y,
     t: Y::Scalar,

@@ -67,7 +67,7 @@ impl<Y: Mechanism> Rk4<Y> {
     }
 }
 
-/// What the stages of a step are computed in; Q holds NQ numbers, U holds NU.
+/// Storage for the stages of a step; Q holds NQ numbers, U holds NU.
 #[derive(Clone, Debug)]
 pub(crate) struct Stages<Q, U> {
     /// dq/dt and du/dt of a stage.
@@ -107,7 +107,7 @@ impl<Q: Clone, U: Clone> Stages<Q, U> {
         self.u.as_mut().copy_from_slice(state.u.as_ref());
         self.dq.as_mut().fill(S::ZERO);
         self.du.as_mut().fill(S::ZERO);
-        // How far ahead each stage lies, its weight, and how far ahead it sends the next.
+        // Time of each stage, its weight, and the time of the next stage.
         for (ahead, weight, next) in
             [(none, sixth, half), (half, third, half), (half, third, dt), (dt, sixth, dt)]
         {

@@ -26,7 +26,7 @@ const AHEAD: f64 = 3.0;
 const STAGES: usize = 6;
 const GAMMA: f64 = 0.25;
 
-/// Where the stages lie in the step.
+/// Times of the stages, relative to the step.
 const PLACE: [f64; STAGES] = [0.0, 0.75, 0.21, 0.63, 1.0, 1.0];
 /// Weights of dF/dt.
 const TIME: [f64; STAGES] = [0.25, -0.5, -0.023504, -0.0362, 0.0, 0.0];
@@ -83,7 +83,7 @@ pub struct Rodas<Y: Mechanism> {
     pub absolute: Y::Scalar,
     /// Longest step, s; infinite unless set.
     pub max_step: Y::Scalar,
-    /// Least step, s; below it (or where time no longer advances) integration fails.
+    /// Smallest step, s; below it (or where time no longer advances) integration fails.
     pub min_step: Y::Scalar,
     workspace: Y::Workspace,
     /// da/dq and da/du at the start of the step.

@@ -3,7 +3,7 @@
 
 use crate::{Error, Scalar};
 
-/// What an adaptive integrator knows of its next step.
+/// Step-size control of an adaptive integrator.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Steps<S> {
     /// Step to try next, s; 0 until one is known.
@@ -65,7 +65,7 @@ impl<S: Scalar> Steps<S> {
         }
     }
 
-    /// How much longer the next step is.
+    /// Returns the factor for the length of the next step.
     fn growth(&self, error: S, rejected: bool) -> S {
         let of = S::from_f64;
         let most = if rejected { S::ONE } else { of(10.0) };

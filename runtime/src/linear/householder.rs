@@ -30,7 +30,7 @@ pub(crate) fn reflect<S: Scalar>(a: &mut [S], diagonal: &mut [S]) -> bool {
     regular
 }
 
-/// Solves a x = b with what [`reflect`] left: a = L Q^T with L the lower triangle of R^T.
+/// Solves a x = b with the result of [`reflect`]: a = L Q^T with L the lower triangle of R^T.
 pub(crate) fn solve<S: Scalar>(a: &[S], diagonal: &[S], b: &mut [S]) {
     let n = diagonal.len();
     for i in 0..n {

@@ -130,7 +130,7 @@ fn turn<S: Scalar>(first: &mut [S], second: &mut [S], cosine: S, sine: S) {
     }
 }
 
-/// What [`keep`] decided.
+/// Result of [`keep`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Kept<S> {
     /// Rows that remain.
@@ -187,7 +187,7 @@ pub(crate) fn normalise<S: Scalar>(a: &mut [S], b: &mut [S], n: usize) {
     }
 }
 
-/// `x = A^+ b` from the orthogonal rows that [`keep`] left.
+/// `x = A^+ b` from the orthogonal rows that [`keep`] selected.
 pub(crate) fn combine<S: Scalar>(rows: &[S], b: &[S], x: &mut [S]) {
     let n = x.len();
     x.fill(S::ZERO);

@@ -152,9 +152,9 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
 
     /// Leaves residual and Jacobian at the final q; returns the largest residual.
     ///
-    /// Where the directions that are certain do not close the loops, next to a singular state, q goes
-    /// to whichever branch is nearest if this is to be `decided`: between branches Newton's step is
-    /// shortened until it closes the loops a little.
+    /// If the reliable directions do not close the loops next to a singular state, q goes to the
+    /// nearest branch if `decided` is set: between branches Newton's step is shortened until it
+    /// reduces the residual.
     pub(super) fn move_coordinates<Y: Mechanism<Scalar = S>>(
         &mut self,
         system: &Y,
@@ -201,7 +201,8 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
         Ok(size)
     }
 
-    /// Makes J u = 0 (for a driven joint: its speed), with the Jacobian that [`evaluate`](Self::evaluate) left.
+    /// Makes J u = 0 (for a driven joint: its speed), with the Jacobian of the last
+    /// [`evaluate`](Self::evaluate).
     pub(super) fn move_speeds<Y: Mechanism<Scalar = S>>(
         &mut self,
         system: &Y,

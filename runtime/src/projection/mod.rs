@@ -24,12 +24,12 @@ use crate::rank::{Gap, acceptable_residual, closed, closed_to_rounding};
 use crate::workspace::{check, split};
 use crate::{Arithmetic, Error, Mechanism, Scalar};
 
-/// What a projection reached.
+/// Result of a projection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct Projected<S> {
-    /// Largest closure residual left, m.
+    /// Largest remaining closure residual, m.
     pub residual: S,
     /// Independent rows among all nine of every loop.
     pub rank: usize,

@@ -1,10 +1,10 @@
 //! Sine and cosine in `f64`.
 //!
-//! x is reduced by multiples of pi/2 to -pi/4 .. pi/4 as by W. J. Cody and W. Waite, "Software Manual
-//! for the Elementary Functions", 1980, 8: pi/2 in parts, of which multiples below 2^20 are exact.
-//! What is left is a sum of two numbers; their differences are exact by T. J. Dekker, "A
-//! floating-point technique for extending the available precision", 1971, however close x is to
-//! a multiple of pi/2: each minuend is a multiple of the subtrahend's last place.
+//! x is reduced by multiples of pi/2 to -pi/4 .. pi/4 as by W. J. Cody and W. Waite, "Software
+//! Manual for the Elementary Functions", 1980, 8: pi/2 in parts, of which multiples below 2^20 are
+//! exact. The remainder is a sum of two numbers; their differences are exact by T. J. Dekker, "A
+//! floating-point technique for extending the available precision", 1971, however close x is to a
+//! multiple of pi/2: each minuend is a multiple of the subtrahend's last place.
 //!
 //! The polynomials have the least largest error over |x| <= pi/4 (E. Ya. Remez, 1934; computed in 60
 //! digits, then rounded):
@@ -27,7 +27,7 @@ const HALF_PI: [f64; 4] = [
     8.478_427_660_368_9e-32,
 ];
 
-/// 1.5 2^52: a number to which this is added becomes whole, and stands in the last bits.
+/// 1.5 2^52: adding it rounds a number to an integer, which is then in the last bits.
 const ROUND: f64 = 6_755_399_441_055_744.0;
 
 /// S.
@@ -75,7 +75,7 @@ pub fn sin_cos_unfused(angle: f64) -> (f64, f64) {
 /// Sine and cosine of an angle below [`Angle::NEAR`]; `mul_add` gives `a * b + c`.
 #[inline(always)]
 fn near(angle: f64, mul_add: impl Fn(f64, f64, f64) -> f64 + Copy) -> (f64, f64) {
-    // Of whole quarter turns the last bits say in which quadrant the angle is.
+    // The last bits of the number of quarter turns give the quadrant of the angle.
     let shifted = mul_add(angle, FRAC_2_PI, ROUND);
     let quadrant = shifted.to_bits();
     let quarters = shifted - ROUND;
@@ -88,7 +88,7 @@ fn near(angle: f64, mul_add: impl Fn(f64, f64, f64) -> f64 + Copy) -> (f64, f64)
     let x = rest - c;
     let low = mul_add(-quarters, d, ((rest - x) - c) - lost);
 
-    // Of what is left, x + low, the small part acts to first order.
+    // The small part of the remainder x + low is included to first order.
     let z = x * x;
     let zz = z * z;
     let below = mul_add(0.5 * z, low, -low);

@@ -11,7 +11,7 @@
 //! | `f64` | 0.8 up to 2^20 rad | libm's |
 //! | `f32` | 1.7 up to 128 rad | 2.5 |
 //!
-//! An angle has the same sine whatever stands beside it, and with the feature `std` as without.
+//! The sine of an angle does not depend on the other lanes or on the feature `std`.
 
 mod double;
 mod single;

@@ -15,7 +15,7 @@ use crate::Arithmetic;
 /// pi/2: parts of 17, 17 and 24 bits.
 const HALF_PI: [f32; 3] = [1.570_785_5, 1.080_427_3e-5, 6.077_100_6e-11];
 
-/// 1.5 2^23: a number to which this is added becomes whole, and stands in the last bits.
+/// 1.5 2^23: adding it rounds a number to an integer, which is then in the last bits.
 const ROUND: f32 = 12_582_912.0;
 
 /// 2/pi = 0.a2f9836e..., the point after the first word.
@@ -36,7 +36,8 @@ impl Angle for f32 {
     }
 }
 
-/// Sine and cosine of an angle by the nearest multiple of a quarter turn, modulo four, and what is left.
+/// Sine and cosine of an angle by the nearest multiple of a quarter turn, modulo four, and the
+/// remainder.
 #[inline(always)]
 fn of_quadrant((quadrant, x): (u32, f32)) -> (f32, f32) {
     let square = x * x;

@@ -71,7 +71,7 @@ impl<Y: Mechanism> Stopped<Y> {
             if changed && (state.t > start.t || events > EVENTS) {
                 break;
             }
-            // What happens at the very start of the step: it begins anew.
+            // An event at the very start of the step restarts it.
             integrator.step(self, state, t_end)?;
         }
         Ok(())
@@ -203,7 +203,8 @@ impl<Y: Mechanism> Stopped<Y> {
         Ok(None)
     }
 
-    /// Whether a joint could have been at a limit within the step and be back at its end.
+    /// Returns whether a joint can have reached a limit within the step and returned before its
+    /// end.
     fn may_reach(&self, start: &StateOf<Y>, end: &StateOf<Y>) -> bool {
         let step = end.t - start.t;
         (0..self.system.dimensions().joints).any(|joint| {

@@ -24,7 +24,7 @@ pub struct Stopped<Y: Mechanism> {
     pub sides: Y::Speeds,
     /// Speeds that an impulse leaves to joints in `sides`, rad/s; zero otherwise.
     pub(super) speeds: Y::Speeds,
-    /// Whether driven joints stand still where they should be at t.
+    /// Returns whether driven joints rest at their prescribed angles at t.
     pub(crate) still: bool,
 }
 
@@ -53,7 +53,7 @@ impl<Y: Mechanism> Stopped<Y> {
         if side < Y::Scalar::ZERO { least } else { greatest }
     }
 
-    /// Whether a joint follows a prescribed angle of its own.
+    /// Returns whether the joint has a prescribed angle in the model.
     pub(crate) fn is_driven(&self, t: Y::Scalar, joint: usize) -> bool {
         let mut driven = false;
         self.system.drives(t, |drive| driven |= drive.joint == joint);
@@ -73,7 +73,7 @@ impl<Y: Mechanism> Delegate for Stopped<Y> {
         self.system.dimensions().drives + held
     }
 
-    /// Its own, then those held.
+    /// The driven joints of the model, then those held at a limit.
     fn visit_drives(&self, t: Y::Scalar, mut visit: impl FnMut(Drive<Y::Scalar>)) {
         let zero = Y::Scalar::ZERO;
         let standing = |drive| Drive { speed: zero, acceleration: zero, jerk: zero, ..drive };

@@ -1,4 +1,4 @@
-//! What `tests/peers/run` needs of lamc, for programs that are no part of it.
+//! Data of lamc for `tests/peers/run`, for comparison with other programs.
 //!
 //! ```text
 //! peers chain 12            the chain of twelve hinges in lamc's schema, to standard output

@@ -63,7 +63,7 @@ fn failures_read_well_and_leave_nothing() {
     fs::write(&wrong, "bodies: { a: { fixed: true } }\njonts: {}\n").ok();
     let config = Config::new().out_dir(folder.path());
     let Err(error) = config.compile(&wrong) else { panic!("a wrong model was compiled") };
-    // What cargo shows of an error that `main` returns.
+    // The text that cargo shows for an error returned by `main`.
     let report = format!("{error:?}");
     assert!(report.contains("wrong.yaml:2:1\n") && report.contains("joints"), "{report}");
     assert!(matches!(config.compile(folder.path().join("none.yaml")), Err(BuildError::Read(_))));

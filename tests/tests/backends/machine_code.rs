@@ -1,5 +1,5 @@
-//! What rustc makes of generated functions: no panic and thus no check of an index, no call to
-//! `fma`, and fused instructions where the target has them. Read from its assembly.
+//! Assembly that rustc generates for the functions: no panic and thus no check of an index, no call
+//! to `fma`, and fused instructions where the target has them. Read from its assembly.
 
 use std::fs;
 use std::path::Path;

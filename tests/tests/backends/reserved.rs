@@ -15,14 +15,14 @@ use lamc::program::SIGNATURES;
 use lamc::source::is_keyword;
 use lamc_tests::{compile_text, workspace};
 
-/// What formulas call numbers and functions: no parameter and no input has such a name.
+/// Names of numbers and functions in formulas, which no parameter and no input can have.
 const FORMULAS: [&str; 12] =
     ["pi", "q", "t", "u", "sin", "cos", "tan", "exp", "tanh", "log", "sqrt", "atan2"];
 
 /// Names that are no symbols of formulas but read by every body of a function.
 const STATE: [&str; 3] = ["q", "t", "u"];
 
-/// What the functions of Rust and C call their arguments, outputs and helpers.
+/// Names of arguments, outputs and helpers of the functions in Rust and C.
 fn reserved() -> BTreeSet<&'static str> {
     let arguments = SIGNATURES.iter().flat_map(|signature| signature.inputs);
     let outputs = SIGNATURES.iter().flat_map(|signature| signature.outputs);

@@ -1,5 +1,5 @@
-//! What the commands of the workbench compute and print: fits, angles of motion capture, recorded
-//! motions, the reference of the model file and of diagnostics.
+//! Results and output of the workbench commands: fits, angles of motion capture, recorded motions,
+//! the reference of the model file and of diagnostics.
 
 mod errors;
 mod identify;

@@ -242,7 +242,7 @@ fn every_law_of_the_language_is_differentiated() {
         let shifted = |x: &[f64], joint: usize, h: f64| -> Vec<f64> {
             x.iter().enumerate().map(|(i, x)| if i == joint { x + h } else { *x }).collect()
         };
-        // Corners of abs, max and min and steps nearby say nothing about slopes.
+        // Corners of abs, max and min and steps nearby say nothing about derivatives.
         let corners = [u[1], q[1] - u[0], q[0] - 0.2];
         if corners.iter().any(|x| x.abs() < 0.01) {
             continue;

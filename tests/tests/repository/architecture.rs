@@ -1,4 +1,4 @@
-//! Who may import whom: the rules of ARCHITECTURE.md, between crates and between folders of a crate.
+//! Allowed imports between crates and between folders of a crate, as defined in ARCHITECTURE.md.
 
 use std::fs;
 use std::path::Path;
@@ -202,7 +202,7 @@ fn package(folder: &str) -> &'static str {
     }
 }
 
-/// What a manifest depends on, other than for tests.
+/// Dependencies of a manifest, except those of tests.
 fn dependencies(manifest: &str) -> Vec<&str> {
     let mut section = "";
     let mut found = Vec::new();

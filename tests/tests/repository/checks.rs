@@ -9,8 +9,8 @@ use lamc_tests::workspace;
 
 use crate::source::{is_test, rust_files};
 
-/// What no test may contain, and what to write instead. The parts are joined here, so that this table does
-/// not contain them.
+/// Patterns that no test may contain, with the replacement. The parts are joined here, so that this
+/// table does not contain them.
 const FORBIDDEN: [([&str; 2], &str); 7] = [
     (["f64", "::max)"], "`compare::largest` or `maximum`: this loses NaN"),
     (["f32", "::max)"], "`compare::largest` or `maximum`: this loses NaN"),

@@ -1,5 +1,5 @@
-//! The documents: their links lead somewhere, their tables are complete, and what they quote from
-//! files is what stands there.
+//! The documents: their links are valid, their tables are complete, and their quotations agree with
+//! the files.
 
 use std::collections::BTreeSet;
 use std::fs;

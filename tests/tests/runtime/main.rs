@@ -1,4 +1,4 @@
-//! What the runtime does with the equations: assembly, integration, rest, modes, stops, singular
+//! Tests of the runtime's algorithms: assembly, integration, equilibrium, modes, stops, singular
 //! states.
 
 mod assembly;

@@ -1,4 +1,4 @@
-//! What the integrators promise: order, continuous extension, stabilisation, single precision.
+//! Properties of the integrators: order, continuous extension, stabilisation, single precision.
 
 use lamc_generated::{fourbar::Fourbar, sixbar::Sixbar, triple_pendulum::TriplePendulum};
 use lamc_runtime::{

@@ -1,4 +1,4 @@
-//! What holds after folding, value numbering and the removal of dead code, each sentence of it.
+//! The postconditions of folding, value numbering and dead-code elimination.
 
 use super::*;
 use crate::pipeline;
@@ -88,8 +88,8 @@ fn compiled(example: &str) -> Program {
     pipeline::compile(&file).unwrap_or_else(|error| panic!("{error}")).program
 }
 
-/// What passes promise about every function that a backend is given. That debug builds and tests verify
-/// functions between the passes is seen where a broken one is refused.
+/// Tests of the invariants of all functions that a backend receives. A broken function is rejected,
+/// which shows that debug builds and tests verify functions between the passes.
 #[test]
 fn of_the_functions_of_a_compiled_mechanism() {
     let program = compiled("sixbar");

@@ -4,7 +4,7 @@ use super::super::sections::sections;
 use super::*;
 
 proptest! {
-    /// Operands precede, whatever the sections are, and no section is left and entered again.
+    /// Operands precede their uses for all sections, and every section is contiguous.
     #[test]
     fn sections_stand_together(mut function in functions()) {
         let phases = [Phase::Formula, Phase::Velocity, Phase::MassMatrix];
