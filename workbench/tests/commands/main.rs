@@ -6,6 +6,7 @@ mod common;
 #[path = "../../../tests/src/compare.rs"]
 mod compare;
 mod compile;
+mod figures;
 mod files;
 mod meaning;
 mod measured;
