@@ -56,7 +56,10 @@ fn example(models: &[(String, Vec<String>)], code: Code) -> Option<Example> {
 #[test]
 fn the_page_is_what_the_tables_say() {
     let models = wrong_models();
-    assert_pinned(&workspace().join("docs/ERRORS.md"), &errors_page(|code| example(&models, code)));
+    let page = errors_page(|code| example(&models, code));
+    for path in ["docs/ERRORS.md", "workbench/src/reference/ERRORS.md"] {
+        assert_pinned(&workspace().join(path), &page);
+    }
 }
 
 #[test]

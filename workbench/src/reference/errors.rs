@@ -6,7 +6,8 @@ use std::fmt::Write;
 use lamc::source::Code;
 use lamc::source::codes::GROUPS;
 
-/// The page as it is in this program: a link to `docs/ERRORS.md`.
+/// The page as it is in this program. It is a copy of `docs/ERRORS.md`, because the package of this crate has no
+/// `docs/`, and a symbolic link is a file with a path in it where the file system knows none.
 const PAGE: &str = include_str!("ERRORS.md");
 
 const BEGINNING: &str = "\
