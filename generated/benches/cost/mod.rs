@@ -1,27 +1,16 @@
 //! What the algorithms cost on one mechanism, by criterion.
 
-use std::f64::consts::TAU;
+#[path = "../../../tests/src/uniform.rs"]
+#[allow(dead_code, reason = "a benchmark uses its part")]
+mod uniform;
+
 use std::hint::black_box;
 use std::time::Instant;
 
 use criterion::{BatchSize, Criterion};
 use lamc_runtime::plumbing::jacobian;
 use lamc_runtime::{Integrator, Mechanism, Rk4, Rodas, assemble, equilibrium, project};
-
-/// The same numbers in -1 .. 1 every time.
-struct Numbers(u64);
-
-impl Numbers {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963);
-        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-
-    fn normal(&mut self) -> f64 {
-        let radius = (-2.0 * self.next().abs().max(f64::MIN_POSITIVE).ln()).sqrt();
-        radius * (TAU * self.next()).cos()
-    }
-}
+use uniform::Random;
 
 /// More hinges take tenths of a second for some algorithms, and seconds for the equilibrium.
 const LARGE: usize = 24;
@@ -32,10 +21,10 @@ where
     M: Mechanism<Scalar = f64, Coordinates = [f64; N], Speeds = [f64; N]> + Default,
 {
     let model = M::default();
-    let mut numbers = Numbers(2026);
+    let mut numbers = Random::new(2026);
     let mut state = model.assembled().expect("the example closes");
     for (u, _) in state.u.iter_mut().zip(0..N) {
-        *u = numbers.next();
+        *u = numbers.range(-1.0, 1.0);
     }
     let mut workspace = model.workspace();
     project(&model, 0.0, &mut state.q, &mut state.u, workspace.as_mut()).expect("it projects");
@@ -75,7 +64,7 @@ where
         // Nothing has to be assembled.
         return group.finish();
     }
-    let mut guesses = Numbers(1);
+    let mut guesses = Random::new(1);
     group.bench_function("assembly from a rough guess", |b| {
         b.iter_batched_ref(
             || std::array::from_fn::<f64, N, _>(|_| 0.5 * guesses.normal()),
