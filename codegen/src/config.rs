@@ -108,9 +108,13 @@ impl Config {
         self
     }
 
-    /// Which functions that solve the modules have: `acceleration`, `projection`, `jacobian`, `all`.
-    /// The default is the first two. Where one is left out, the runtime solves by its own algorithms,
-    /// in more time; the unrolled `jacobian` is longer than the rest of a module.
+    /// Which functions the modules have beside those that every motion needs: `poses`, `points`, `energy`,
+    /// `reactions`, `tangent`, `acceleration`, `projection`, `jacobian`; `all`; `none`. The default is all
+    /// but `jacobian`, which is longer than the rest of a module.
+    ///
+    /// Without `acceleration` or `projection`, the runtime solves by its own algorithms and needs more
+    /// time. Without `tangent`, nothing that needs derivatives works: Rosenbrock's method, equilibria, the
+    /// Jacobian.
     #[must_use]
     pub fn functions<N: Into<String>>(mut self, names: impl IntoIterator<Item = N>) -> Self {
         self.functions.get_or_insert_default().extend(names.into_iter().map(Into::into));
@@ -179,6 +183,8 @@ impl Config {
         };
         write(&path, &text)?;
         if self.extern_c {
+            let mut compiled = compiled;
+            compiled.program = compiled.program.only(options.functions);
             let header = pipeline::c_header(&compiled, options.c_real());
             write(&path.with_extension("h"), &header)?;
         }

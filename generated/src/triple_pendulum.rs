@@ -254,16 +254,25 @@ impl<S: ::lamc_runtime::Scalar> TriplePendulum<S> {
     }
     /// Energies at a state, J.
     pub fn energy(&self, t: S, q: &[S; 3], u: &[S; 3]) -> ::lamc_runtime::Energy<S> {
-        ::lamc_runtime::Mechanism::energy(self, t, q, u)
+        let (kinetic, potential) = (&mut [S::ZERO], &mut [S::ZERO]);
+        self.energy_into(t, q, u, kinetic, potential);
+        ::lamc_runtime::Energy {
+            kinetic: kinetic[0],
+            potential: potential[0],
+        }
     }
     /// The pose of each body: R row-major, then p in m; what is drawn at x lies at R x + p in the
     /// base frame.
     pub fn poses(&self, q: &[S; 3]) -> [[S; 12]; 4] {
-        ::lamc_runtime::Mechanism::poses(self, q)
+        let poses = &mut [S::ZERO; 48];
+        self.poses_into(q, poses);
+        ::lamc_runtime::plumbing::matrix(poses)
     }
     /// The position of each point in the base frame, m.
     pub fn points(&self, q: &[S; 3]) -> [[S; 3]; 1] {
-        ::lamc_runtime::Mechanism::points(self, q)
+        let points = &mut [S::ZERO; 3];
+        self.points_into(q, points);
+        ::lamc_runtime::plumbing::matrix(points)
     }
 }
 
@@ -340,23 +349,20 @@ impl<S: ::lamc_runtime::Scalar> ::lamc_runtime::Mechanism for TriplePendulum<S> 
         t: S,
         q: &Self::Coordinates,
         u: &Self::Speeds,
-    ) -> ::lamc_runtime::Energy<S> {
-        let (kinetic, potential) = (&mut [S::ZERO], &mut [S::ZERO]);
-        self.energy_into(t, q, u, kinetic, potential);
-        ::lamc_runtime::Energy {
-            kinetic: kinetic[0],
-            potential: potential[0],
-        }
+    ) -> ::core::result::Result<::lamc_runtime::Energy<S>, ::lamc_runtime::Error> {
+        Ok(TriplePendulum::energy(self, t, q, u))
     }
-    fn poses(&self, q: &Self::Coordinates) -> Self::Poses {
-        let poses = &mut [S::ZERO; 48];
-        self.poses_into(q, poses);
-        ::lamc_runtime::plumbing::matrix(poses)
+    fn poses(
+        &self,
+        q: &Self::Coordinates,
+    ) -> ::core::result::Result<Self::Poses, ::lamc_runtime::Error> {
+        Ok(TriplePendulum::poses(self, q))
     }
-    fn points(&self, q: &Self::Coordinates) -> Self::Points {
-        let points = &mut [S::ZERO; 3];
-        self.points_into(q, points);
-        ::lamc_runtime::plumbing::matrix(points)
+    fn points(
+        &self,
+        q: &Self::Coordinates,
+    ) -> ::core::result::Result<Self::Points, ::lamc_runtime::Error> {
+        Ok(TriplePendulum::points(self, q))
     }
     fn write_equations(
         &self,

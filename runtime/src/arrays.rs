@@ -64,31 +64,59 @@ pub fn forces<M: Mechanism, const NU: usize, const C: usize, const J: usize>(
     u: &M::Speeds,
 ) -> Result<Forces<M::Scalar, NU, C, J>, Error> {
     let zero = M::Scalar::ZERO;
-    let d = mechanism.dimensions();
     let mut forces = Forces {
         acceleration: [zero; NU],
         closure: [zero; C],
         motor: [zero; J],
         reactions: [[zero; 6]; J],
     };
-    let (q, u) = (q.as_ref(), u.as_ref());
-    // The second workspace holds the multipliers.
-    let (mut workspace, mut storage) = (mechanism.workspace(), mechanism.workspace());
-    let lambda = &mut storage.as_mut()[..d.rows + d.drives];
-    let out = &mut forces.acceleration;
-    acceleration_and_forces(mechanism, t, q, u, workspace.as_mut(), out, lambda)?;
-    let (closure, torques) = lambda.split_at(d.rows);
-    forces.closure = *exactly(closure)?;
-    let mut torques = torques.iter();
+    // The multipliers of the closure and of the drives need less room than a workspace.
+    let mut storage = mechanism.workspace();
+    let lambda = storage.as_mut();
+    forces.motor = solve_forces(mechanism, (t, q, u), &mut forces.acceleration, lambda)?;
+    forces.closure = *exactly(&lambda[..mechanism.dimensions().rows])?;
+    let (acceleration, multipliers) = (&forces.acceleration[..], &forces.closure[..]);
+    let at = Balance { t, q: q.as_ref(), u: u.as_ref(), acceleration, multipliers };
+    mechanism.write_reactions(at, forces.reactions.as_flattened_mut())?;
+    Ok(forces)
+}
+
+/// The torque of each driven joint's motor on its second body, N m; 0 for other joints.
+///
+/// # Errors
+///
+/// As [`acceleration`](fn@crate::acceleration).
+pub fn motor_torques<M: Mechanism, const J: usize>(
+    mechanism: &M,
+    t: M::Scalar,
+    q: &M::Coordinates,
+    u: &M::Speeds,
+) -> Result<[M::Scalar; J], Error> {
+    let (mut acceleration, mut lambda) = (mechanism.speeds(), mechanism.workspace());
+    solve_forces(mechanism, (t, q, u), acceleration.as_mut(), lambda.as_mut())
+}
+
+/// du/dt, the multipliers of the closure and of the drives at the beginning of `lambda`, and the motors'
+/// torques.
+fn solve_forces<M: Mechanism, const J: usize>(
+    mechanism: &M,
+    (t, q, u): (M::Scalar, &M::Coordinates, &M::Speeds),
+    acceleration: &mut [M::Scalar],
+    lambda: &mut [M::Scalar],
+) -> Result<[M::Scalar; J], Error> {
+    let d = mechanism.dimensions();
+    let lambda = &mut lambda[..d.rows + d.drives];
+    let mut workspace = mechanism.workspace();
+    let (q, u, workspace) = (q.as_ref(), u.as_ref(), workspace.as_mut());
+    acceleration_and_forces(mechanism, t, q, u, workspace, acceleration, lambda)?;
+    let mut torques = lambda[d.rows..].iter();
+    let mut motor = [M::Scalar::ZERO; J];
     mechanism.drives(t, |drive| {
-        if let (Some(&torque), Some(motor)) = (torques.next(), forces.motor.get_mut(drive.joint)) {
+        if let (Some(&torque), Some(motor)) = (torques.next(), motor.get_mut(drive.joint)) {
             *motor = torque;
         }
     });
-    let (acceleration, multipliers) = (&forces.acceleration[..], &forces.closure[..]);
-    let at = Balance { t, q, u, acceleration, multipliers };
-    mechanism.write_reactions(at, forces.reactions.as_flattened_mut())?;
-    Ok(forces)
+    Ok(motor)
 }
 
 /// du/dt and its derivatives: see [`jacobian`](fn@crate::jacobian).

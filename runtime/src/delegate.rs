@@ -74,13 +74,13 @@ impl<D: Delegate> Mechanism for D {
         t: Self::Scalar,
         q: &Self::Coordinates,
         u: &Self::Speeds,
-    ) -> Energy<Self::Scalar> {
+    ) -> Result<Energy<Self::Scalar>, Error> {
         self.inner().energy(t, q, u)
     }
-    fn poses(&self, q: &Self::Coordinates) -> Self::Poses {
+    fn poses(&self, q: &Self::Coordinates) -> Result<Self::Poses, Error> {
         self.inner().poses(q)
     }
-    fn points(&self, q: &Self::Coordinates) -> Self::Points {
+    fn points(&self, q: &Self::Coordinates) -> Result<Self::Points, Error> {
         self.inner().points(q)
     }
     fn write_equations(

@@ -22,6 +22,11 @@ pub enum Error {
         /// Entries given.
         given: usize,
     },
+    /// The module of the mechanism was written without this function.
+    LeftOut {
+        /// As in `lamc --functions`.
+        function: &'static str,
+    },
     /// The mass matrix is not positive definite at this joint.
     MassMatrix {
         /// Joint whose pivot failed.
@@ -62,7 +67,8 @@ pub enum Error {
 
 impl Error {
     /// The status code of functions with a C interface: 0 is success, these are the same in every
-    /// generated C module. Lengths are no concern there: of those it is -1.
+    /// generated C module. It is -1 for errors that a C module cannot have: wrong lengths, functions left
+    /// out.
     pub const fn code(&self) -> i32 {
         match self {
             Self::MassMatrix { .. } => 1,
@@ -72,7 +78,7 @@ impl Error {
             Self::Time => 5,
             Self::NoEquilibrium { .. } => 6,
             Self::StepTooSmall { .. } => 7,
-            Self::Workspace { .. } | Self::Length { .. } => -1,
+            Self::Workspace { .. } | Self::Length { .. } | Self::LeftOut { .. } => -1,
         }
     }
 }
@@ -85,6 +91,9 @@ impl fmt::Display for Error {
             }
             Self::Length { expected, given } => {
                 write!(out, "vector of {given} numbers where {expected} are expected")
+            }
+            Self::LeftOut { function } => {
+                write!(out, "the module was written without the function `{function}`")
             }
             Self::MassMatrix { joint } => {
                 write!(out, "mass matrix is not positive definite at joint {joint}")

@@ -10,9 +10,7 @@ use crate::assembly::assemble_pinned;
 use crate::plumbing::{
     Balance, Change, Dimensions, Drive, EquationsMut, JacobianMut, Margin, ProjectionMut,
 };
-use crate::{
-    Arithmetic, Equilibrium, Error, Rk4, Scalar, StateOf, acceleration, equilibrium, project,
-};
+use crate::{Equilibrium, Error, Rk4, Scalar, StateOf, acceleration, equilibrium, project};
 
 /// Energy of the whole mechanism, J.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,7 +37,7 @@ pub struct Energy<S> {
 ///     for _ in 0..steps {
 ///         rk4.step(m, &mut state, dt)?;
 ///     }
-///     let energy = m.energy(state.t, &state.q, &state.u);
+///     let energy = m.energy(state.t, &state.q, &state.u)?;
 ///     Ok(energy.kinetic + energy.potential)
 /// }
 /// ```
@@ -87,18 +85,6 @@ pub trait Mechanism: Sized {
     fn initial(&self) -> StateOf<Self>;
     /// Whether the model states the angle of a joint: such a joint is pinned during assembly.
     fn is_pinned(&self, joint: usize) -> bool;
-    /// Energies at a state.
-    fn energy(
-        &self,
-        t: Self::Scalar,
-        q: &Self::Coordinates,
-        u: &Self::Speeds,
-    ) -> Energy<Self::Scalar>;
-    /// The pose of each body.
-    fn poses(&self, q: &Self::Coordinates) -> Self::Poses;
-    /// The position of each point in the base frame, m.
-    fn points(&self, q: &Self::Coordinates) -> Self::Points;
-
     /// M, f, J, gamma at a state.
     ///
     /// # Errors
@@ -166,31 +152,66 @@ pub trait Mechanism: Sized {
         let _ = q;
     }
 
-    /// Per joint the force (N) and the moment about the first point of the hinge line (N m) by
-    /// which the first body of the joint acts on the second, 6 per joint, in the joint's frame: x along
-    /// the hinge, z normal to the flat sheet, fixed to the second body. The moment about x is that
-    /// of spring, damper, torque and motor. Provided: not a number.
+    /// Energies at a state. Provided: the module was written without this function.
     ///
     /// # Errors
     ///
-    /// [`Error::Length`].
+    /// [`Error::LeftOut`].
+    fn energy(
+        &self,
+        t: Self::Scalar,
+        q: &Self::Coordinates,
+        u: &Self::Speeds,
+    ) -> Result<Energy<Self::Scalar>, Error> {
+        let _ = (t, q, u);
+        Err(Error::LeftOut { function: "energy" })
+    }
+
+    /// The pose of each body. Provided: the module was written without this function.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::LeftOut`].
+    fn poses(&self, q: &Self::Coordinates) -> Result<Self::Poses, Error> {
+        let _ = q;
+        Err(Error::LeftOut { function: "poses" })
+    }
+
+    /// The position of each point in the base frame, m. Provided: the module was written without this
+    /// function.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::LeftOut`].
+    fn points(&self, q: &Self::Coordinates) -> Result<Self::Points, Error> {
+        let _ = q;
+        Err(Error::LeftOut { function: "points" })
+    }
+
+    /// Per joint the force (N) and the moment about the first point of the hinge line (N m) by
+    /// which the first body of the joint acts on the second, 6 per joint, in the joint's frame: x along
+    /// the hinge, z normal to the flat sheet, fixed to the second body. The moment about x is that
+    /// of spring, damper, torque and motor. Provided: the module was written without this function.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Length`], [`Error::LeftOut`].
     fn write_reactions(
         &self,
         at: Balance<'_, Self::Scalar>,
         out: &mut [Self::Scalar],
     ) -> Result<(), Error> {
-        let _ = at;
-        out.fill(Self::Scalar::from_f64(f64::NAN));
-        Ok(())
+        let _ = (at, out);
+        Err(Error::LeftOut { function: "reactions" })
     }
 
     /// The changes of f - M du/dt + J^T lambda, NU, and of gamma + J du/dt, C, in the direction of
-    /// `change` at constant du/dt and lambda. Provided: not a number, with which everything that
-    /// needs derivatives fails.
+    /// `change` at constant du/dt and lambda. Provided: the module was written without this function, and
+    /// everything that needs derivatives fails.
     ///
     /// # Errors
     ///
-    /// [`Error::Length`].
+    /// [`Error::Length`], [`Error::LeftOut`].
     fn write_tangent(
         &self,
         at: Balance<'_, Self::Scalar>,
@@ -198,10 +219,8 @@ pub trait Mechanism: Sized {
         forces: &mut [Self::Scalar],
         closure: &mut [Self::Scalar],
     ) -> Result<(), Error> {
-        let _ = (at, change);
-        forces.fill(Self::Scalar::from_f64(f64::NAN));
-        closure.fill(Self::Scalar::from_f64(f64::NAN));
-        Ok(())
+        let _ = (at, change, forces, closure);
+        Err(Error::LeftOut { function: "tangent" })
     }
 
     /// du/dt, NU, by elimination in straight-line code, without drives and without a decision on the

@@ -6,7 +6,7 @@
 
 use crate::{Error, Scalar};
 
-pub use crate::arrays::{forces, jacobian};
+pub use crate::arrays::{forces, jacobian, motor_torques};
 pub use crate::jacobian::{Change, JacobianMut};
 pub use crate::workspace::workspace_len;
 

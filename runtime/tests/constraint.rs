@@ -156,7 +156,7 @@ fn four_bar_moves_like_its_reduction_to_one_degree_of_freedom() {
         }
         let (m, ..) = equations(&system, &q, &[0.0; 4]);
         let v = DVector::from_column_slice(&v);
-        (q[0], (v.transpose() * m * v)[0], system.energy(0.0, &q, &[0.0; 4]).potential)
+        (q[0], (v.transpose() * m * v)[0], system.energy(0.0, &q, &[0.0; 4]).unwrap().potential)
     };
     let h = 1e-3;
     let (low, middle, high) = (inertia(-h), inertia(0.0), inertia(h));

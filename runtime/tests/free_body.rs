@@ -54,7 +54,7 @@ fn drift(body: &FreeBody, state: &Motion) -> [f64; 3] {
     let before = body.angular_momentum(&start.q, &start.u);
     let now = body.angular_momentum(&state.q, &state.u);
     let momentum = (0..3).map(|k| (now[k] - before[k]).powi(2)).sum::<f64>().sqrt();
-    let kinetic = |state: &Motion| body.energy(state.t, &state.q, &state.u).kinetic;
+    let kinetic = |state: &Motion| body.energy(state.t, &state.q, &state.u).unwrap().kinetic;
     let norm = orientation(&state.q).iter().map(|x| x * x).sum::<f64>().sqrt();
     [momentum, (kinetic(state) - kinetic(&start)).abs(), (norm - 1.0).abs()]
 }

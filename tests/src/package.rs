@@ -22,7 +22,7 @@ mod compare;
 
 use std::io::BufRead;
 
-use lamc_runtime::{Dopri5, Integrator, Mechanism, Scalar, State};
+use lamc_runtime::{Dopri5, Error, Integrator, Mechanism, Rk4, Rodas, Scalar, State};
 
 MODULES
 
@@ -35,7 +35,7 @@ where
         "acceleration" => {
             let (q, u) = (array(x), array(&x[N..]));
             let rates = model.acceleration(S::ZERO, &q, &u).unwrap();
-            let energy = model.energy(S::ZERO, &q, &u);
+            let energy = model.energy(S::ZERO, &q, &u).unwrap();
             let energies = [energy.kinetic, energy.potential];
             rates.into_iter().chain(energies).map(Scalar::to_f64).collect()
         }
@@ -62,6 +62,25 @@ where
                 motion.push(open / model.size().to_f64());
             }
             motion
+        }
+        "steps" => {
+            let mut state = State { t: S::ZERO, q: array(x), u: array(&x[N..]) };
+            let (count, dt) = (x[2 * N] as usize, S::from_f64(x[2 * N + 1]));
+            let mut rk4 = Rk4::new(&model);
+            for _ in 0..count {
+                rk4.step(&model, &mut state, dt).unwrap();
+            }
+            state.q.into_iter().chain(state.u).map(Scalar::to_f64).collect()
+        }
+        "implicit" => {
+            let mut state = State { t: S::ZERO, q: array(x), u: array(&x[N..]) };
+            let mut rodas = Rodas::new(&model);
+            (rodas.relative, rodas.absolute) = (S::from_f64(1e-9), S::from_f64(1e-9));
+            match rodas.run(&model, &mut state, S::from_f64(x[2 * N]), |_| ()) {
+                Ok(_) => state.q.into_iter().chain(state.u).map(Scalar::to_f64).collect(),
+                Err(Error::LeftOut { .. }) => Vec::new(),
+                Err(error) => panic!("{error}"),
+            }
         }
         _ => unreachable!(),
     }
@@ -122,9 +141,14 @@ impl Package {
 
     /// Writes a model's module under a name of its own. Generic ones are asked in `f64`.
     pub fn add(&mut self, module: &str, compiled: &Compiled, scalar: ScalarChoice) {
-        let ty = if scalar == ScalarChoice::Generic { "::<f64>" } else { "" };
-        let text = rust_module(compiled, &Options { scalar, ..Options::default() })
-            .unwrap_or_else(|error| panic!("{module}: {error}"));
+        self.add_with(module, compiled, &Options { scalar, ..Options::default() });
+    }
+
+    /// As [`add`](Self::add), with all options of the backend.
+    pub fn add_with(&mut self, module: &str, compiled: &Compiled, options: &Options) {
+        let ty = if options.scalar == ScalarChoice::Generic { "::<f64>" } else { "" };
+        let text =
+            rust_module(compiled, options).unwrap_or_else(|error| panic!("{module}: {error}"));
         write(&self.folder.path().join(format!("src/{module}.rs")), &text);
         let model = type_name(&compiled.program.interface.name);
         let _ = writeln!(self.modules, "mod {module};");
@@ -134,8 +158,10 @@ impl Package {
         );
     }
 
-    /// Asks a module for du/dt and the energies at q, u (`acceleration`), for the rank there (`rank`), or
-    /// for q and the largest residual, as a share of the size, at times: q, u, t.. (`trajectory`).
+    /// Asks a module for du/dt and the energies at q, u (`acceleration`); for the rank there (`rank`); for q
+    /// and the largest residual, as a share of the size, at times: q, u, t.. (`trajectory`); for q, u after
+    /// steps of Runge and Kutta: q, u, count, dt (`steps`); for q, u at a time by Rosenbrock's method: q, u, t
+    /// (`implicit`), which is an empty answer where the module has no derivatives.
     pub fn ask(&mut self, module: &str, kind: &str, numbers: &[&[f64]]) {
         let _ = write!(self.questions, "{module} {kind}");
         for number in numbers.concat() {
@@ -156,7 +182,7 @@ impl Package {
         let text = run(folder, self.questions);
         let number = |word: &str| word.parse().unwrap_or(f64::NAN);
         let lines: Vec<_> =
-            text.lines().map(|line| line.split(' ').map(number).collect()).collect();
+            text.lines().map(|line| line.split_whitespace().map(number).collect()).collect();
         lines.into_iter()
     }
 }

@@ -121,6 +121,9 @@ impl<E: Engine> Executable<E> {
         out: &mut [&mut [f64]],
     ) -> Result<(), Error> {
         let signature = kind.signature();
+        if !self.functions.contains(&kind) {
+            return Err(Error::LeftOut { function: signature.name });
+        }
         let read = signature.inputs.iter().map(|&argument| {
             let expected = argument.array().shape.length(&self.interface);
             (expected, self.read(argument, &at).len())
@@ -147,21 +150,28 @@ impl<E: Engine> Executable<E> {
         at: State<'_>,
         out: &mut [&mut [f64]],
     ) -> Result<Option<Margin<f64>>, Error> {
+        if !self.functions.contains(&kind) {
+            return Ok(None);
+        }
         let mut margin = [f64::NAN; 2];
         let mut places: Vec<&mut [f64]> = out.iter_mut().map(|out| &mut **out).collect();
         places.push(&mut margin);
         self.evaluate(kind, at, &mut places)?;
         let [inverse_pivot, conditioning] = margin;
-        Ok(self.functions.contains(&kind).then_some(Margin { inverse_pivot, conditioning }))
+        Ok(Some(Margin { inverse_pivot, conditioning }))
     }
 
-    /// Numbers in rows of K, not numbers where `q` has not the right length.
-    fn rows<const K: usize>(&self, kind: FunctionKind, q: &[f64], rows: usize) -> Vec<[f64; K]> {
+    /// Numbers in rows of K.
+    fn rows<const K: usize>(
+        &self,
+        kind: FunctionKind,
+        q: &[f64],
+        rows: usize,
+    ) -> Result<Vec<[f64; K]>, Error> {
         let mut out = vec![[f64::NAN; K]; rows];
         let at = State { q, ..State::default() };
-        let outcome = self.evaluate(kind, at, &mut [out.as_flattened_mut()]);
-        debug_assert_eq!(outcome, Ok(()));
-        out
+        self.evaluate(kind, at, &mut [out.as_flattened_mut()])?;
+        Ok(out)
     }
 
     /// The numbers of an argument.
@@ -240,20 +250,18 @@ impl<E: Engine> Mechanism for Executable<E> {
         self.interface.joints.get(joint).is_some_and(|joint| joint.initial_given)
     }
 
-    fn energy(&self, t: f64, q: &Vec<f64>, u: &Vec<f64>) -> Energy<f64> {
+    fn energy(&self, t: f64, q: &Vec<f64>, u: &Vec<f64>) -> Result<Energy<f64>, Error> {
         let (mut kinetic, mut potential) = ([f64::NAN], [f64::NAN]);
-        let out: &mut [&mut [f64]] = &mut [&mut kinetic, &mut potential];
         let at = State { t, q, u, ..State::default() };
-        let outcome = self.evaluate(FunctionKind::Energy, at, out);
-        debug_assert_eq!(outcome, Ok(()));
-        Energy { kinetic: kinetic[0], potential: potential[0] }
+        self.evaluate(FunctionKind::Energy, at, &mut [&mut kinetic, &mut potential])?;
+        Ok(Energy { kinetic: kinetic[0], potential: potential[0] })
     }
 
-    fn poses(&self, q: &Vec<f64>) -> Vec<[f64; 12]> {
+    fn poses(&self, q: &Vec<f64>) -> Result<Vec<[f64; 12]>, Error> {
         self.rows(FunctionKind::Poses, q, self.interface.bodies.len())
     }
 
-    fn points(&self, q: &Vec<f64>) -> Vec<[f64; 3]> {
+    fn points(&self, q: &Vec<f64>) -> Result<Vec<[f64; 3]>, Error> {
         self.rows(FunctionKind::Points, q, self.interface.points.len())
     }
 

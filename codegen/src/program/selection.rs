@@ -1,7 +1,7 @@
 //! Which functions of a mechanism a backend writes.
 
 use super::ir::{Function, Program};
-use super::signature::FunctionKind;
+use super::signature::{FunctionKind, Role};
 
 /// Every function at once, among the names of functions.
 const EVERYTHING: &str = "all";
@@ -9,13 +9,12 @@ const EVERYTHING: &str = "all";
 /// No function, among the names of functions.
 const NOTHING: &str = "none";
 
-/// A set of functions. Those that solve may be left out, because the runtime then solves by its own
-/// algorithms; all others are in every set.
+/// A set of functions. Those that every motion needs are in every set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Selection(u16);
 
 impl Default for Selection {
-    /// Everything but the unrolled Jacobian, which is longer than all the others together: the
+    /// Everything but the unrolled Jacobian, which is longer than all other functions together: the
     /// runtime differentiates through the tangent function instead.
     fn default() -> Self {
         Self::of(optional().filter(|&kind| kind != FunctionKind::Jacobian))
@@ -25,7 +24,7 @@ impl Default for Selection {
 /// A name that no function has.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "no function that can be left out is called `{name}`; there are {}, `all` and `none`",
+    "no function that can be chosen is called `{name}`; there are {}, `all` and `none`",
     optional().map(FunctionKind::name).collect::<Vec<_>>().join(", ")
 )]
 pub struct UnknownFunction {
@@ -34,13 +33,14 @@ pub struct UnknownFunction {
 
 /// The functions that a module may do without.
 fn optional() -> impl Iterator<Item = FunctionKind> {
-    FunctionKind::ALL.into_iter().filter(|kind| kind.signature().is_optional)
+    FunctionKind::ALL.into_iter().filter(|kind| kind.signature().role != Role::Required)
 }
 
 impl Selection {
     fn of(kinds: impl IntoIterator<Item = FunctionKind>) -> Self {
-        let needed = FunctionKind::ALL.into_iter().filter(|kind| !kind.signature().is_optional);
-        Self(kinds.into_iter().chain(needed).fold(0, |set, kind| set | 1 << kind as u16))
+        let required =
+            FunctionKind::ALL.into_iter().filter(|kind| kind.signature().role == Role::Required);
+        Self(kinds.into_iter().chain(required).fold(0, |set, kind| set | 1 << kind as u16))
     }
 
     /// The functions of these names, and those that every set has; `all` stands for every function
@@ -70,13 +70,31 @@ impl Selection {
         self.0 & 1 << kind as u16 != 0
     }
 
-    /// The names by which the set is asked for, without those that every set has.
-    pub fn names(self) -> impl Iterator<Item = &'static str> {
-        optional().filter(move |&kind| self.contains(kind)).map(FunctionKind::name)
+    /// The functions that are in this set and in another.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self(self.0 & other.0)
+    }
+
+    /// The option of the command that chooses this set, with a space in front; empty for the default.
+    pub fn option(self) -> String {
+        let names: Vec<_> =
+            optional().filter(|&kind| self.contains(kind)).map(FunctionKind::name).collect();
+        match names.is_empty() {
+            _ if self == Self::default() => String::new(),
+            true => format!(" --functions {NOTHING}"),
+            false => format!(" --functions {}", names.join(",")),
+        }
     }
 }
 
 impl Program {
+    /// The functions that the program has.
+    pub fn selection(&self) -> Selection {
+        let written = self.functions.iter().filter(|function| !function.outputs.is_empty());
+        Selection::of(written.map(|function| function.kind))
+    }
+
     /// The program with the functions of a set; the others have neither instructions nor outputs.
     #[must_use]
     pub fn only(&self, selection: Selection) -> Self {
@@ -100,19 +118,21 @@ mod tests {
         assert!(selection.contains(FunctionKind::Acceleration));
         assert!(selection.contains(FunctionKind::Equations));
         assert!(!selection.contains(FunctionKind::Projection));
-        assert_eq!(selection.names().collect::<Vec<_>>(), ["acceleration"]);
+        assert!(!selection.contains(FunctionKind::Energy));
+        assert_eq!(selection.option(), " --functions acceleration");
         let all = Selection::named(["all"]).unwrap();
         assert!(FunctionKind::ALL.into_iter().all(|kind| all.contains(kind)));
-        let default = Selection::default();
-        assert_eq!(default.names().collect::<Vec<_>>(), ["acceleration", "projection"]);
+        assert_eq!(all.and(Selection::default()), Selection::default());
+        assert!(!Selection::default().contains(FunctionKind::Jacobian));
+        assert_eq!(Selection::default().option(), "");
+        assert_eq!(Selection::named(["none"]).unwrap().option(), " --functions none");
     }
 
     #[test]
     fn a_wrong_name_is_answered_with_the_right_ones() {
         let error = Selection::named(["acceleration", "projecton"]).unwrap_err().to_string();
-        assert!(
-            error.contains("`projecton`; there are acceleration, projection, jacobian"),
-            "{error}"
-        );
+        let expected = "`projecton`; there are poses, points, energy, reactions, tangent, \
+                        acceleration, projection, jacobian, `all`";
+        assert!(error.contains(expected), "{error}");
     }
 }

@@ -47,6 +47,20 @@ impl FunctionKind {
     }
 }
 
+/// What a function is needed for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// Every program has it.
+    Required,
+    /// It solves the equations in straight-line code. A program without it is solved by the algorithms of
+    /// the runtime, which need more time. Such a function does not decide on the rank; one of its outputs
+    /// is how far its results can be trusted.
+    Solution,
+    /// It evaluates something that motion itself does not need. A program without it does not offer what
+    /// depends on it.
+    Output,
+}
+
 /// What a function of a compiled mechanism is called, reads and writes.
 #[derive(Clone, Copy, Debug)]
 pub struct Signature {
@@ -54,9 +68,8 @@ pub struct Signature {
     pub kind: FunctionKind,
     /// Its name in reports and in C.
     pub name: &'static str,
-    /// Whether a program may leave it out: the runtime then solves by its own algorithms. Such a function
-    /// decides nothing on the rank, and says beside its results how far these can be trusted.
-    pub is_optional: bool,
+    /// Whether a program may leave it out, and what happens then.
+    pub role: Role,
     /// What it reads, in the order of its parameters.
     pub inputs: &'static [Argument],
     /// What it writes, in order.
@@ -188,7 +201,7 @@ pub const SIGNATURES: [Signature; 11] = [
     Signature {
         kind: FunctionKind::Equations,
         name: "equations",
-        is_optional: false,
+        role: Role::Required,
         inputs: STATE,
         outputs: &[
             array("mass", Shape(Size::Speeds, Size::Speeds), "kg m^2", "M"),
@@ -201,7 +214,7 @@ pub const SIGNATURES: [Signature; 11] = [
     Signature {
         kind: FunctionKind::Closure,
         name: "closure",
-        is_optional: false,
+        role: Role::Required,
         inputs: POSITION,
         outputs: &[
             vector("residual", Size::Residuals, "m", "the residuals, nine of each loop"),
@@ -212,7 +225,7 @@ pub const SIGNATURES: [Signature; 11] = [
     Signature {
         kind: FunctionKind::Poses,
         name: "poses",
-        is_optional: false,
+        role: Role::Output,
         inputs: POSITION,
         outputs: &[array(
             "poses",
@@ -225,7 +238,7 @@ pub const SIGNATURES: [Signature; 11] = [
     Signature {
         kind: FunctionKind::Points,
         name: "points",
-        is_optional: false,
+        role: Role::Output,
         inputs: POSITION,
         outputs: &[array(
             "points",
@@ -238,7 +251,7 @@ pub const SIGNATURES: [Signature; 11] = [
     Signature {
         kind: FunctionKind::Energy,
         name: "energy",
-        is_optional: false,
+        role: Role::Output,
         inputs: STATE,
         outputs: &[
             array("kinetic", Shape::SCALAR, "J", "the energy of motion"),
@@ -249,7 +262,7 @@ pub const SIGNATURES: [Signature; 11] = [
     Signature {
         kind: FunctionKind::Drives,
         name: "drives",
-        is_optional: false,
+        role: Role::Required,
         inputs: TIME,
         outputs: &[array(
             "drives",
@@ -262,7 +275,7 @@ pub const SIGNATURES: [Signature; 11] = [
     Signature {
         kind: FunctionKind::Reactions,
         name: "reactions",
-        is_optional: false,
+        role: Role::Output,
         inputs: BALANCE,
         outputs: &[array(
             "reactions",
@@ -275,7 +288,7 @@ pub const SIGNATURES: [Signature; 11] = [
     Signature {
         kind: FunctionKind::Tangent,
         name: "tangent",
-        is_optional: false,
+        role: Role::Output,
         inputs: DIRECTION,
         outputs: &[
             vector("forces", Size::Speeds, "N m", "the change of f - M du/dt + J^T lambda"),
@@ -286,7 +299,7 @@ pub const SIGNATURES: [Signature; 11] = [
     Signature {
         kind: FunctionKind::Acceleration,
         name: "acceleration",
-        is_optional: true,
+        role: Role::Solution,
         inputs: STATE,
         outputs: &[vector("acceleration", Size::Speeds, "rad/s^2", "du/dt"), MARGIN],
         doc: "du/dt by elimination",
@@ -294,7 +307,7 @@ pub const SIGNATURES: [Signature; 11] = [
     Signature {
         kind: FunctionKind::Projection,
         name: "projection",
-        is_optional: true,
+        role: Role::Solution,
         inputs: VELOCITY,
         outputs: &[
             vector("residual", Size::Residuals, "m", "the closure residuals"),
@@ -312,7 +325,7 @@ pub const SIGNATURES: [Signature; 11] = [
     Signature {
         kind: FunctionKind::Jacobian,
         name: "jacobian",
-        is_optional: true,
+        role: Role::Solution,
         inputs: STATE,
         outputs: &[
             vector("acceleration", Size::Speeds, "rad/s^2", "du/dt"),

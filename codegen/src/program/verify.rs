@@ -1,7 +1,7 @@
 //! The verifier: what every function must satisfy between passes.
 
 use super::ir::{Function, Interface, Op, Program, Slot, Value};
-use super::signature::FunctionKind;
+use super::signature::{FunctionKind, Role};
 
 /// A broken invariant of a program: a bug in a pass, never a user's mistake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -52,7 +52,7 @@ pub(super) fn function(interface: &Interface, function: &Function) -> Result<(),
         }
     }
     let signature = kind.signature();
-    if function.outputs.is_empty() && signature.is_optional {
+    if function.outputs.is_empty() && signature.role != Role::Required {
         return Ok(());
     }
     let names = function.outputs.iter().map(|output| output.name);
@@ -144,7 +144,7 @@ mod tests {
             let right = reading(&interface, kind, slot);
             assert_eq!(function(&interface, &right), Ok(()));
             let none = Function { outputs: Vec::new(), ..right.clone() };
-            assert_eq!(function(&interface, &none).is_ok(), signature.is_optional);
+            assert_eq!(function(&interface, &none).is_ok(), signature.role != Role::Required);
             let mut more = right.clone();
             more.outputs.push(right.outputs[0].clone());
             assert_eq!(function(&interface, &more), Err(VerifyError::Outputs(kind)));

@@ -3,7 +3,7 @@
 use std::cell::Cell;
 
 use lamc_runtime::plumbing::{Dimensions, EquationsMut, workspace_len};
-use lamc_runtime::{Energy, Error, Mechanism, State};
+use lamc_runtime::{Error, Mechanism, State};
 
 /// m d2q/dt2 = 1 - q - dq/dt, and not a number after the time `from`.
 #[derive(Clone, Debug)]
@@ -81,14 +81,5 @@ impl Mechanism for Failing {
     }
     fn write_closure(&self, _: &[f64], _: &mut [f64], _: &mut [f64]) -> Result<(), Error> {
         Ok(())
-    }
-    fn energy(&self, _: f64, q: &[f64; 1], u: &[f64; 1]) -> Energy<f64> {
-        Energy { kinetic: u[0] * u[0] / 2.0, potential: q[0] * q[0] / 2.0 }
-    }
-    fn poses(&self, _: &[f64; 1]) -> Self::Poses {
-        []
-    }
-    fn points(&self, _: &[f64; 1]) -> Self::Points {
-        []
     }
 }

@@ -100,18 +100,18 @@ impl Mechanism for FreeBody {
     fn is_pinned(&self, _: usize) -> bool {
         false
     }
-    fn energy(&self, _: f64, _: &[f64; 7], u: &[f64; 6]) -> Energy<f64> {
+    fn energy(&self, _: f64, _: &[f64; 7], u: &[f64; 6]) -> Result<Energy<f64>, Error> {
         let linear: f64 = u[..3].iter().map(|v| self.mass * v * v / 2.0).sum();
         let angular: f64 = (0..3).map(|k| self.inertia[k] * u[3 + k] * u[3 + k] / 2.0).sum();
-        Energy { kinetic: linear + angular, potential: 0.0 }
+        Ok(Energy { kinetic: linear + angular, potential: 0.0 })
     }
-    fn poses(&self, q: &[f64; 7]) -> [[f64; 12]; 1] {
+    fn poses(&self, q: &[f64; 7]) -> Result<[[f64; 12]; 1], Error> {
         let p = orientation(q);
         let [x, y, z] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|e| rotated(p, e));
-        [[x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2], q[0], q[1], q[2]]]
+        Ok([[x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2], q[0], q[1], q[2]]])
     }
-    fn points(&self, q: &[f64; 7]) -> [[f64; 3]; 1] {
-        [[q[0], q[1], q[2]]]
+    fn points(&self, q: &[f64; 7]) -> Result<[[f64; 3]; 1], Error> {
+        Ok([[q[0], q[1], q[2]]])
     }
     fn write_equations(
         &self,

@@ -263,7 +263,7 @@ impl<S: Scalar> Mechanism for Tree<S> {
         store(jacobian, rows);
         Ok(())
     }
-    fn energy(&self, _: S, q: &Vec<S>, u: &Vec<S>) -> Energy<S> {
+    fn energy(&self, _: S, q: &Vec<S>, u: &Vec<S>) -> Result<Energy<S>, Error> {
         let (q, u) = (wide(q), wide(u));
         let (mut kinetic, mut potential) = (0.0, 0.0);
         for ((body, motion), q) in self.bodies.iter().zip(self.motions(&q, &u)).zip(&q) {
@@ -273,9 +273,9 @@ impl<S: Scalar> Mechanism for Tree<S> {
                 + motion.omega.dot(&(inertia * motion.omega)) / 2.0;
             potential += body.stiffness * q * q / 2.0 - body.mass * self.gravity.dot(&com);
         }
-        Energy { kinetic: S::from_f64(kinetic), potential: S::from_f64(potential) }
+        Ok(Energy { kinetic: S::from_f64(kinetic), potential: S::from_f64(potential) })
     }
-    fn poses(&self, q: &Vec<S>) -> Vec<[S; 12]> {
+    fn poses(&self, q: &Vec<S>) -> Result<Vec<[S; 12]>, Error> {
         let q = wide(q);
         let motions = self.motions(&q, &vec![0.0; q.len()]);
         let pose = |motion: &Motion| {
@@ -284,9 +284,9 @@ impl<S: Scalar> Mechanism for Tree<S> {
                 rotation.iter().copied().chain(motion.position.iter().copied()).collect();
             std::array::from_fn(|i| S::from_f64(numbers[i]))
         };
-        motions.iter().map(pose).collect()
+        Ok(motions.iter().map(pose).collect())
     }
-    fn points(&self, _: &Vec<S>) -> Self::Points {
-        []
+    fn points(&self, _: &Vec<S>) -> Result<Self::Points, Error> {
+        Ok([])
     }
 }

@@ -63,21 +63,21 @@ impl<S: Scalar> Mechanism for Pendulum<S> {
     fn write_closure(&self, _: &[S], _: &mut [S], _: &mut [S]) -> Result<(), Error> {
         Ok(())
     }
-    fn energy(&self, _: S, q: &[S; 1], u: &[S; 1]) -> Energy<S> {
+    fn energy(&self, _: S, q: &[S; 1], u: &[S; 1]) -> Result<Energy<S>, Error> {
         let speed = self.length * u[0];
-        Energy {
+        Ok(Energy {
             kinetic: S::from_f64(0.5) * self.mass * speed * speed,
             potential: -self.mass * self.gravity * self.length * q[0].sin_cos().1,
-        }
+        })
     }
-    fn poses(&self, q: &[S; 1]) -> [[S; 12]; 1] {
+    fn poses(&self, q: &[S; 1]) -> Result<[[S; 12]; 1], Error> {
         let (s, c) = q[0].sin_cos();
         let (o, i) = (S::ZERO, S::ONE);
-        [[c, -s, o, s, c, o, o, o, i, o, o, o]]
+        Ok([[c, -s, o, s, c, o, o, o, i, o, o, o]])
     }
-    fn points(&self, q: &[S; 1]) -> [[S; 3]; 1] {
+    fn points(&self, q: &[S; 1]) -> Result<[[S; 3]; 1], Error> {
         let (s, c) = q[0].sin_cos();
-        [[self.length * s, -self.length * c, S::ZERO]]
+        Ok([[self.length * s, -self.length * c, S::ZERO]])
     }
 }
 
@@ -248,7 +248,7 @@ impl<S: Scalar> Mechanism for FourBar<S> {
         }
         Ok(())
     }
-    fn energy(&self, _: S, q: &[S; 4], u: &[S; 4]) -> Energy<S> {
+    fn energy(&self, _: S, q: &[S; 4], u: &[S; 4]) -> Result<Energy<S>, Error> {
         let (mut mass, mut unused) = ([S::ZERO; 16], [S::ZERO; 20]);
         let (forcing, rest) = unused.split_at_mut(4);
         let (jacobian, gamma) = rest.split_at_mut(12);
@@ -268,13 +268,15 @@ impl<S: Scalar> Mechanism for FourBar<S> {
             let height = frames[i].1[1] + self.centre(i, &frames[i])[1];
             energy.potential += self.masses[i] * self.gravity * height;
         }
-        energy
+        Ok(energy)
     }
-    fn poses(&self, q: &[S; 4]) -> [[S; 12]; 4] {
+    fn poses(&self, q: &[S; 4]) -> Result<[[S; 12]; 4], Error> {
         let (o, i) = (S::ZERO, S::ONE);
-        self.frames(q, &[o; 4]).map(|([c, s], [x, y], ..)| [c, -s, o, s, c, o, o, o, i, x, y, o])
+        Ok(self
+            .frames(q, &[o; 4])
+            .map(|([c, s], [x, y], ..)| [c, -s, o, s, c, o, o, o, i, x, y, o]))
     }
-    fn points(&self, _: &[S; 4]) -> [[S; 3]; 0] {
-        []
+    fn points(&self, _: &[S; 4]) -> Result<[[S; 3]; 0], Error> {
+        Ok([])
     }
 }

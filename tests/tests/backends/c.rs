@@ -185,9 +185,9 @@ impl Case {
         let done = acceleration_and_forces(system, t, q, u, workspace, &mut rates, &mut lambda);
         push("acceleration", code(&done), rates);
         let (position, speed) = (q.to_vec(), u.to_vec());
-        let energy = system.energy(t, &position, &speed);
+        let energy = system.energy(t, &position, &speed).unwrap();
         push("energy", 0, vec![energy.kinetic, energy.potential]);
-        push("poses", 0, system.poses(&position).into_flattened());
+        push("poses", 0, system.poses(&position).unwrap().into_flattened());
         let (mut mass, mut forcing) = (vec![0.0; n * n], vec![0.0; n]);
         let (mut jacobian, mut gamma) = (vec![0.0; d.rows * n], vec![0.0; d.rows]);
         let out = EquationsMut {
@@ -210,7 +210,7 @@ impl Case {
             push("residual's jacobian", 0, slopes);
         }
         if d.points > 0 {
-            push("points", 0, system.points(&position).into_flattened());
+            push("points", 0, system.points(&position).unwrap().into_flattened());
         }
         if d.drives > 0 {
             let mut torque = vec![0.0; n];

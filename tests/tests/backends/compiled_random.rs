@@ -110,7 +110,7 @@ fn print<const C: usize, M, const N: usize>(model: &M, t: f64, q: &[f64; N], u: 
 where
     M: Mechanism<Scalar = f64, Coordinates = [f64; N], Speeds = [f64; N]>,
 {
-    let energy = model.energy(t, q, u);
+    let energy = model.energy(t, q, u).unwrap();
     let forces = forces::<M, N, C, N>(model, t, q, u).unwrap();
     let slopes = jacobian::<M, N>(model, t, q, u).unwrap();
     let mut numbers = forces.acceleration.to_vec();
@@ -133,7 +133,7 @@ fn answers(system: &Interpreter, State { t, q, u }: &State<Vec<f64>, f64>) -> An
     let mut workspace = system.workspace();
     let (mut a, mut lambda) = (vec![0.0; n], vec![0.0; d.rows + d.drives]);
     acceleration_and_forces(system, *t, q, u, &mut workspace, &mut a, &mut lambda).unwrap();
-    let energy = system.energy(*t, q, u);
+    let energy = system.energy(*t, q, u).unwrap();
     let mut motor = vec![0.0; n];
     motor[0] = lambda[d.rows];
     let mut reactions = vec![0.0; 6 * n];

@@ -24,11 +24,11 @@ where
     acceleration_and_forces(system, t, q, u, workspace.as_mut(), &mut rates, &mut lambda)
         .unwrap_or_else(|error| panic!("{error}"));
     let position = q.to_vec();
-    let energy = system.energy(t, &position, &u.to_vec());
+    let energy = system.energy(t, &position, &u.to_vec()).unwrap();
     let (mut residual, mut slopes) = (vec![0.0; 9 * d.loops], vec![0.0; 9 * d.loops * n]);
     system.write_closure(q, &mut residual, &mut slopes).unwrap();
-    let poses = system.poses(&position).as_ref().as_flattened().to_vec();
-    let points = system.points(&position).as_ref().as_flattened().to_vec();
+    let poses = system.poses(&position).unwrap().as_ref().as_flattened().to_vec();
+    let points = system.points(&position).unwrap().as_ref().as_flattened().to_vec();
     let at = Balance { t, q, u, acceleration: &rates, multipliers: &lambda[..d.rows] };
     let mut reactions = vec![0.0; 6 * n];
     system.write_reactions(at, &mut reactions).unwrap();

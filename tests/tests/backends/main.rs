@@ -12,3 +12,4 @@ mod lanes;
 mod machine_code;
 mod readable;
 mod reserved;
+mod selections;

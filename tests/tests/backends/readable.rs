@@ -104,12 +104,13 @@ fn functions_are_written_on_request() {
     };
     let (all, usual, least) =
         (module(&["all"]), module(&["acceleration", "projection"]), module(&["none"]));
-    assert!(
-        all.contains("fn jacobian_into")
-            && all.contains("--functions acceleration,projection,jacobian")
-    );
-    assert_eq!(usual, rust_module(&compiled, &Options::default()).unwrap());
-    assert!(usual.contains("fn acceleration_into") && !usual.contains("fn jacobian_into"));
+    assert!(all.contains("fn jacobian_into") && all.contains("--functions poses,points,energy"));
+    assert!(usual.contains("fn acceleration_into") && usual.contains("fn projection_into"));
+    for absent in ["jacobian_into", "energy", "poses", "points", "reactions", "tangent", "settled"]
+    {
+        assert!(!usual.contains(&format!("fn {absent}")), "{absent}");
+    }
     assert!(!least.contains("fn acceleration_into") && !least.contains("//   acceleration:"));
-    assert!(all.len() > 3 * usual.len() / 2 && usual.len() > least.len() + 40_000);
+    // The aim of a module for simulation with Runge and Kutta's method.
+    assert!(least.len() <= 70_000, "{} bytes", least.len());
 }

@@ -21,7 +21,7 @@ fn rotations(system: &Interpreter, motion: &[Vec<f64>]) -> Vec<Vec<Quaternion<f6
             let rotation = UnitQuaternion::from_rotation_matrix(&matrix).into_inner();
             if random.range(0.0, 1.0) < 0.5 { -rotation } else { rotation }
         };
-        rows.push(system.poses(q).iter().map(rotation).collect());
+        rows.push(system.poses(q).unwrap().iter().map(rotation).collect());
     }
     rows
 }

@@ -21,7 +21,7 @@ fn the_undamped_six_bar_keeps_its_energy() {
     project(&system, 0.0, &mut state.q, &mut state.u, &mut workspace)
         .unwrap_or_else(|error| panic!("{error}"));
     let total = |state: &State<Vec<f64>, f64>| {
-        let energy = system.energy(state.t, &state.q, &state.u);
+        let energy = system.energy(state.t, &state.q, &state.u).unwrap();
         (energy.kinetic + energy.potential, energy.kinetic)
     };
     let (start, mut peak) = total(&state);

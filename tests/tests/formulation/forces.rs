@@ -17,7 +17,7 @@ type Momentum = (Vector3<f64>, Vector3<f64>);
 /// Poses of the bodies, R and p.
 fn poses(system: &Interpreter, q: &[f64]) -> Vec<(Matrix3<f64>, Vector3<f64>)> {
     let pose = |x: &[f64; 12]| (Matrix3::from_row_slice(&x[..9]), Vector3::from_row_slice(&x[9..]));
-    system.poses(&q.to_vec()).iter().map(pose).collect()
+    system.poses(&q.to_vec()).unwrap().iter().map(pose).collect()
 }
 
 /// du/dt, lambda and reactions at a state.
@@ -234,7 +234,7 @@ fn work_of_a_motor_in_a_loop() {
         .map(|joint| joint.damping.constant().unwrap())
         .collect();
     let total = |state: &State<Vec<f64>, f64>| {
-        let energy = system.energy(state.t, &state.q, &state.u);
+        let energy = system.energy(state.t, &state.q, &state.u).unwrap();
         energy.kinetic + energy.potential
     };
     // Power of the motor less that of the dampers.

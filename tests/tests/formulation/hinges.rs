@@ -117,10 +117,10 @@ fn a_cubic_spring_stores_what_it_gives_back() {
     let compiled = plate(&format!("stiffness: {k}, cubic_stiffness: {k3}, rest: {rest}"), "");
     let system = Interpreter::new(&compiled.program);
     let bend: f64 = 0.8 - rest;
-    let stored = system.energy(0.0, &vec![0.8], &vec![0.0]).potential;
+    let stored = system.energy(0.0, &vec![0.8], &vec![0.0]).unwrap().potential;
     assert!((stored - (k * bend * bend / 2.0 + k3 * bend.powi(4) / 4.0)).abs() < 1e-16);
     let total = |[q, u]: [f64; 2]| {
-        let energy = system.energy(0.0, &vec![q], &vec![u]);
+        let energy = system.energy(0.0, &vec![q], &vec![u]).unwrap();
         energy.kinetic + energy.potential
     };
     for state in swing(&compiled, [0.8, 0.0], &[0.05, 0.1, 0.2, 0.4]) {
@@ -267,7 +267,7 @@ fn losses_are_what_energy_lacks() {
     pinned[0] = true;
     assemble(&system, 0.0, &mut state.q, &pinned, &mut workspace).unwrap();
     project(&system, 0.0, &mut state.q, &mut state.u, &mut workspace).unwrap();
-    let poses = |q: &Vec<f64>| system.poses(q).into_flattened();
+    let poses = |q: &Vec<f64>| system.poses(q).unwrap().into_flattened();
     let power = |state: &State<Vec<f64>, f64>| {
         let joints = mechanism.joints.iter().zip(&state.u).map(|(joint, u)| {
             joint.damping.constant().unwrap() * u * u + 1e-6 * u * f64::tanh(u / 0.7)
@@ -293,7 +293,7 @@ fn losses_are_what_energy_lacks() {
         joints.sum::<f64>() + air
     };
     let total = |state: &State<Vec<f64>, f64>| {
-        let energy = system.energy(state.t, &state.q, &state.u);
+        let energy = system.energy(state.t, &state.q, &state.u).unwrap();
         energy.kinetic + energy.potential
     };
     let (before, mut lost) = (total(&state), 0.0);

@@ -115,7 +115,7 @@ fn reactions_balance_the_weight_at_rest() {
     system
         .write_reactions(Balance { t: 0.0, q, u: &u, acceleration, multipliers }, &mut reactions)
         .unwrap();
-    let poses = system.poses(&state.q).into_flattened();
+    let poses = system.poses(&state.q).unwrap().into_flattened();
     let mechanism = &compiled.topology.mechanism;
     let mut carried = Vector3::zeros();
     for (joint, reaction) in mechanism.joints.iter().zip(reactions.chunks(6)) {

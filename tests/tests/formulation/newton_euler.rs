@@ -155,7 +155,7 @@ fn compare(seed: u64, recipe: Recipe) -> usize {
         let found_rank = acceleration(&system, t, q, u, &mut workspace, &mut found)
             .map(|constraint| constraint.rank);
         assert_eq!(found_rank, Ok(rank), "seed {seed}");
-        let energy = system.energy(t, q, u);
+        let energy = system.energy(t, q, u).unwrap();
         let same = |what: &str, found: &[f64], expected: &[f64], tolerance: f64| {
             let error = relative_error(found, expected);
             assert!(error < tolerance, "seed {seed}: {what} off by {error:e}\n{text}");

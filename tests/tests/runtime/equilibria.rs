@@ -23,7 +23,7 @@ fn along_closure(system: &Interpreter, q: &[f64]) -> DMatrix<f64> {
 }
 
 fn potential(system: &Interpreter, q: &[f64]) -> f64 {
-    system.energy(0.0, &q.to_vec(), &vec![0.0; q.len()]).potential
+    system.energy(0.0, &q.to_vec(), &vec![0.0; q.len()]).unwrap().potential
 }
 
 /// dV/dq by fourth-order central differences, N m.

@@ -67,7 +67,7 @@ fn check(
     mut step: impl FnMut(&mut Motion) -> Result<(), Error>,
 ) {
     let total = |state: &Motion| {
-        let energy = system.energy(state.t, &state.q, &state.u);
+        let energy = system.energy(state.t, &state.q, &state.u).unwrap();
         energy.kinetic + energy.potential
     };
     let begin = total(start);

@@ -58,7 +58,7 @@ fn through_the_singular_state_to_rest() {
     let mut state = start(&reference);
     let mut rodas = Rodas::new(&system);
     let total = |state: &State<Vec<f64>, f64>| {
-        let energy = system.energy(state.t, &state.q, &state.u);
+        let energy = system.energy(state.t, &state.q, &state.u).unwrap();
         energy.kinetic + energy.potential
     };
     let begin = total(&state);

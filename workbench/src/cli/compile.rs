@@ -42,7 +42,8 @@ fn contents(arguments: &Compile) -> Result<Vec<(&String, Vec<u8>)>, Failed> {
         _ => None,
     };
     let size = Size { max_hinges: arguments.max_hinges };
-    let compiled = load_edited(&arguments.model, size, |model| {
+    let functions = selection(arguments)?;
+    let mut compiled = load_edited(&arguments.model, size, |model| {
         arguments.cut.iter().try_for_each(|joint| model.cut(joint))
     })?;
     let real = match arguments.scalar {
@@ -52,14 +53,19 @@ fn contents(arguments: &Compile) -> Result<Vec<(&String, Vec<u8>)>, Failed> {
     let _busy = Busy::new("writing the module");
     let mut contents = Vec::new();
     if let Some(path) = &arguments.output {
-        let options = Options {
-            scalar: arguments.scalar.into(),
-            extern_c: arguments.extern_c,
-            functions: selection(arguments)?,
-        };
+        let options =
+            Options { scalar: arguments.scalar.into(), extern_c: arguments.extern_c, functions };
         let text = pipeline::rust_module(&compiled, &options).map_err(fail)?;
         contents.push((path, text.into_bytes()));
     }
+    if let Some(path) = &arguments.fmu {
+        let version = match arguments.fmi {
+            Fmi::Two => Version::Fmi2,
+            Fmi::Three => Version::Fmi3,
+        };
+        contents.push((path, archive::pack(&pipeline::fmu_files(&compiled, version))));
+    }
+    compiled.program = compiled.program.only(functions);
     if let Some(path) = &arguments.c {
         let header = arguments.header.as_deref().unwrap_or_default();
         let standard = format!("{}.h", compiled.program.interface.name);
@@ -75,13 +81,6 @@ fn contents(arguments: &Compile) -> Result<Vec<(&String, Vec<u8>)>, Failed> {
     }
     if let (Some(path), Some([c, header])) = (&arguments.python, beside) {
         contents.push((path, pipeline::python_module(&compiled, real, c, header).into_bytes()));
-    }
-    if let Some(path) = &arguments.fmu {
-        let version = match arguments.fmi {
-            Fmi::Two => Version::Fmi2,
-            Fmi::Three => Version::Fmi3,
-        };
-        contents.push((path, archive::pack(&pipeline::fmu_files(&compiled, version))));
     }
     Ok(contents)
 }

@@ -63,7 +63,9 @@ pub fn run(arguments: &Arguments) -> Outcome {
     };
     let mut state = arguments.start.assembled(&compiled, &system)?;
     let found = settle(&system, &mut state)?;
-    let energy = system.energy(state.t, &state.q, &state.u);
+    let energy = system
+        .energy(state.t, &state.q, &state.u)
+        .map_err(|error| fail(describe(&error, system.interface())))?;
     let open = opening(&system, &state.q);
     let q = state.q.clone();
     let resting = stopped(system, &mut state)?;

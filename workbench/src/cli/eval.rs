@@ -196,7 +196,7 @@ fn evaluate(
     let mut residual = vec![0.0; 9 * d.loops];
     let rows = &mut vec![0.0; 9 * d.loops * n];
     system.write_closure(&q, &mut residual, rows).map_err(said)?;
-    let energy = system.energy(state.t, &q, &u);
+    let energy = system.energy(state.t, &q, &u).map_err(said)?;
     if !(energy.kinetic.is_finite() && energy.potential.is_finite()) {
         return Err("its energy is beyond what numbers hold".to_owned());
     }

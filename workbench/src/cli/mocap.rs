@@ -248,7 +248,7 @@ fn synthesize(
     let normal = Normal::new(0.0, arguments.noise).map_err(fail)?;
     let mut rotations: Vec<Vec<Quaternion<f64>>> = Vec::new();
     for q in &motion {
-        let poses = system.poses(q);
+        let poses = system.poses(q).map_err(said)?;
         let turned = poses.iter().map(|pose| {
             let matrix = Rotation3::from_matrix_unchecked(Matrix3::from_row_slice(&pose[..9]));
             let noise = Vector3::from_fn(|_, _| normal.sample(&mut random));

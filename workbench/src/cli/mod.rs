@@ -86,8 +86,9 @@ struct Compile {
     /// Let the Rust module export the header's functions
     #[arg(long, requires = "output")]
     extern_c: bool,
-    /// Which functions that solve the Rust module has: acceleration, projection, jacobian; all; none
-    #[arg(long, value_name = "NAME,..", value_delimiter = ',', requires = "output")]
+    /// Which functions the Rust or C module has beside those that every motion needs: poses, points,
+    /// energy, reactions, tangent, acceleration, projection, jacobian; all; none. Default: all but jacobian
+    #[arg(long, value_name = "NAME,..", value_delimiter = ',', conflicts_with = "python")]
     functions: Vec<String>,
     /// The number type; C takes `generic` for f64
     #[arg(long, value_enum, default_value_t)]

@@ -185,7 +185,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let (parameters, inputs) = (system.parameters().to_vec(), system.inputs().to_vec());
     let work = Work::new(&mechanism, &parameters, &inputs);
     let begin = Instant::now();
-    let mut simulation = Simulation::new(system, state, work, &arguments.settings());
+    let simulation = Simulation::new(system, state, work, &arguments.settings());
+    let mut simulation = simulation.map_err(fail)?;
     let times =
         (0..=samples).map(|sample| (sample as f64 / arguments.rate).min(arguments.duration));
     let progress = progress::bar(samples);

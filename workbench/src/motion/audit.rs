@@ -7,7 +7,7 @@
 //! is zero but for errors of the integration. Equations that contradict each other, as those of a
 //! loop that rounding makes rigid, show in a gain as large as the motion's own energy.
 
-use lamc_runtime::{Mechanism, State};
+use lamc_runtime::{Error, Mechanism, State};
 
 use super::Work;
 
@@ -54,20 +54,20 @@ pub struct Gain {
 
 impl Audit {
     /// Of a motion that begins at a state and is integrated with this tolerance.
-    pub fn new<Y>(system: &Y, state: &State<Vec<f64>, f64>, tolerance: f64) -> Self
+    pub fn new<Y>(system: &Y, state: &State<Vec<f64>, f64>, tolerance: f64) -> Result<Self, Error>
     where
         Y: Mechanism<Scalar = f64, Coordinates = Vec<f64>, Speeds = Vec<f64>>,
     {
-        let energy = system.energy(state.t, &state.q, &state.u);
-        Self {
+        let energy = system.energy(state.t, &state.q, &state.u)?;
+        Ok(Self {
             tolerance,
             begin: energy.kinetic + energy.potential,
             potential: energy.potential,
             exchanged: 0.0,
-            floor: loose(system, state, energy.potential),
+            floor: loose(system, state, energy.potential)?,
             largest_kinetic: energy.kinetic,
             allowed: 0.0,
-        }
+        })
     }
 
     /// Looks at the end of a step, when its work has been added; `Some` where more energy was
@@ -78,12 +78,12 @@ impl Audit {
         before: &State<Vec<f64>, f64>,
         after: &State<Vec<f64>, f64>,
         work: &Work,
-    ) -> Option<Gain>
+    ) -> Result<Option<Gain>, Error>
     where
         Y: Mechanism<Scalar = f64, Coordinates = Vec<f64>, Speeds = Vec<f64>>,
     {
         let State { t, q, u } = after;
-        let energy = system.energy(*t, q, u);
+        let energy = system.energy(*t, q, u)?;
         self.largest_kinetic = self.largest_kinetic.max(energy.kinetic);
         let moved = before.q.iter().zip(q).map(|(before, after)| (after - before).abs());
         let moved = moved.fold(0.0, f64::max);
@@ -91,7 +91,7 @@ impl Audit {
         if moved > SHORT {
             self.floor = self.floor.max(LOOSE * turned / moved);
         }
-        self.allowed += STEP_ERRORS * self.step_error(system, after, energy.kinetic);
+        self.allowed += STEP_ERRORS * self.step_error(system, after, energy.kinetic)?;
         (self.potential, self.exchanged) = (energy.potential, work.exchanged);
         let total = energy.kinetic + energy.potential;
         let added = energy.kinetic + energy.potential.abs() + self.begin.abs() + work.exchanged;
@@ -99,7 +99,7 @@ impl Audit {
         let errors = self.allowed + work.doubt + ROUNDING * added;
         let least = FAULT * self.largest_kinetic + self.floor + errors;
         let largest_kinetic = self.largest_kinetic;
-        (gain > least).then_some(Gain { energy: gain, largest_kinetic })
+        Ok((gain > least).then_some(Gain { energy: gain, largest_kinetic }))
     }
 
     /// What an error of the tolerance in every coordinate and speed adds to the energy, J: to T by
@@ -109,26 +109,31 @@ impl Audit {
         system: &Y,
         State { t, q, u }: &State<Vec<f64>, f64>,
         kinetic: f64,
-    ) -> f64
+    ) -> Result<f64, Error>
     where
         Y: Mechanism<Scalar = f64, Coordinates = Vec<f64>, Speeds = Vec<f64>>,
     {
         let largest = q.iter().fold(0.0_f64, |most, q| most.max(q.abs()));
         let errors: Vec<f64> = u.iter().map(|u| self.tolerance * (1.0 + u.abs())).collect();
-        2.0 * (kinetic * system.energy(*t, q, &errors).kinetic).sqrt()
-            + self.floor * self.tolerance / LOOSE * (1.0 + largest)
+        let of_errors = system.energy(*t, q, &errors)?.kinetic;
+        let added = 2.0 * (kinetic * of_errors).sqrt();
+        Ok(added + self.floor * self.tolerance / LOOSE * (1.0 + largest))
     }
 }
 
 /// What turning each joint by `LOOSE` does to V, summed, J.
-fn loose<Y>(system: &Y, State { t, q, u }: &State<Vec<f64>, f64>, potential: f64) -> f64
+fn loose<Y>(
+    system: &Y,
+    State { t, q, u }: &State<Vec<f64>, f64>,
+    potential: f64,
+) -> Result<f64, Error>
 where
     Y: Mechanism<Scalar = f64, Coordinates = Vec<f64>, Speeds = Vec<f64>>,
 {
     let turned = |joint: usize, angle: f64| {
         let mut q = q.clone();
         q[joint] += angle;
-        (system.energy(*t, &q, u).potential - potential).abs()
+        Ok((system.energy(*t, &q, u)?.potential - potential).abs())
     };
-    (0..q.len()).map(|joint| turned(joint, LOOSE).max(turned(joint, -LOOSE))).sum()
+    (0..q.len()).map(|joint| Ok(turned(joint, LOOSE)?.max(turned(joint, -LOOSE)?))).sum()
 }

@@ -97,10 +97,10 @@ impl Motion {
         self.samples.push(Sample {
             t,
             acceleration: rates,
-            energy: system.energy(t, &q, &u),
+            energy: system.energy(t, &q, &u)?,
             closure: largest(&residual),
-            points: system.points(&q).as_ref().to_vec(),
-            poses: system.poses(&q).as_ref().iter().map(pose).collect(),
+            points: system.points(&q)?.as_ref().to_vec(),
+            poses: system.poses(&q)?.as_ref().iter().map(pose).collect(),
             q,
             u,
         });

@@ -11,7 +11,7 @@
 //! let mut state = system.initial();
 //! let pinned: Vec<bool> = (0..state.q.len()).map(|joint| system.is_pinned(joint)).collect();
 //! assemble(&system, 0.0, &mut state.q, &pinned, &mut system.workspace())?;
-//! let mut simulation = Simulation::new(system, state, None, &Settings::default());
+//! let mut simulation = Simulation::new(system, state, None, &Settings::default())?;
 //! simulation.run((0..=100).map(|i| f64::from(i) * 0.01), || false, |_| ())?;
 //! println!("{}", simulation.motion().to_csv());
 //! # Ok(())
@@ -109,14 +109,17 @@ pub struct Simulation {
 impl Simulation {
     /// A simulation that starts from `state`, at which the loops of the system are closed. With
     /// `work`, as [`Work::new`] gives it, the energy is audited after every step.
+    ///
+    /// # Errors
+    /// [`Error::LeftOut`] if the program has no function for the energy.
     pub fn new(
         system: Jit,
         state: State<Vec<f64>, f64>,
         work: Option<Work>,
         settings: &Settings,
-    ) -> Self {
+    ) -> Result<Self, Error> {
         let motion = Motion::new(system.interface());
-        let audit = Audit::new(&system, &state, settings.tolerance);
+        let audit = Audit::new(&system, &state, settings.tolerance)?;
         let stopped = vec![false; state.q.len()];
         let mut system = Stopped::new(system);
         system.restitution = settings.restitution;
@@ -125,7 +128,7 @@ impl Simulation {
         let (mut explicit, mut implicit) = (Dopri5::new(&system), Rodas::new(&system));
         (explicit.relative, explicit.absolute) = (settings.tolerance, settings.tolerance);
         (implicit.relative, implicit.absolute) = (settings.tolerance, settings.tolerance);
-        Self {
+        Ok(Self {
             system,
             state,
             explicit,
@@ -138,7 +141,7 @@ impl Simulation {
             work,
             audit,
             stopped,
-        }
+        })
     }
 
     /// Runs through ascending times, s, and records the state at each; a time that has been
@@ -279,8 +282,9 @@ impl Simulation {
             }
         }
         match self.audit.look(&self.system, &before, &self.state, work) {
-            None => Ok(()),
-            Some(gain) => Err(SimulationError::EnergyGain { gain, t: self.state.t }),
+            Ok(None) => Ok(()),
+            Ok(Some(gain)) => Err(SimulationError::EnergyGain { gain, t: self.state.t }),
+            Err(error) => Err(self.failure(&error)),
         }
     }
 

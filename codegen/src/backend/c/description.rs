@@ -8,7 +8,7 @@ use super::Real;
 use super::body::constant;
 use crate::backend::identifiers::Names;
 use crate::backend::text::{comment, cuts, joints};
-use crate::program::Program;
+use crate::program::{Program, Selection};
 
 /// A code that functions return.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -66,7 +66,9 @@ pub fn of(program: &Program, real: Real) -> Context {
     context.insert("source_hash", &interface.source_hash);
     let name = &interface.name;
     let scalar = if real == Real::Float { " --scalar f32" } else { "" };
-    let flags = format!("{scalar} --c {name}.c --header {name}.h{}", cuts(interface));
+    // C does not have the unrolled Jacobian.
+    let functions = program.selection().and(Selection::default()).option();
+    let flags = format!("{scalar}{functions} --c {name}.c --header {name}.h{}", cuts(interface));
     context.insert("flags", &flags);
     context.insert("joints", &joints(interface));
     context.insert("mobility", &interface.mobility);

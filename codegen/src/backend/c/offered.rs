@@ -29,7 +29,9 @@ pub struct Offered {
 
 /// The functions that write something, with `number` as the type of numbers.
 pub fn offered(program: &Program, number: &str) -> Vec<Offered> {
-    OFFERED.into_iter().filter_map(|kind| of(&program.interface, kind, number)).collect()
+    let selection = program.selection();
+    let kinds = OFFERED.into_iter().filter(|&kind| selection.contains(kind));
+    kinds.filter_map(|kind| of(&program.interface, kind, number)).collect()
 }
 
 fn of(interface: &Interface, kind: FunctionKind, number: &str) -> Option<Offered> {

@@ -5,6 +5,7 @@ use quote::{format_ident, quote};
 
 use super::Options;
 use super::items::{Syntax, is_bare, number, number_types};
+use super::straight_line::has;
 use crate::backend::c::OFFERED;
 use crate::program::{Argument, Array, FunctionKind, Program, Shape, Size};
 
@@ -12,7 +13,8 @@ use crate::program::{Argument, Array, FunctionKind, Program, Shape, Size};
 pub fn exports(program: &Program, options: &Options, syntax: &Syntax) -> TokenStream {
     let exports = Exports::new(program, options, syntax);
     let (starting, moving) = (exports.starting(), exports.moving());
-    let offered = OFFERED.into_iter().filter_map(|kind| exports.offered(kind));
+    let offered = OFFERED.into_iter().filter(|&kind| has(program, kind));
+    let offered = offered.filter_map(|kind| exports.offered(kind));
     let torques = (!program.interface.driven().is_empty()).then(|| exports.motor_torques());
     quote! {
         #starting
@@ -196,8 +198,8 @@ impl<'a> Exports<'a> {
             Returns::Status,
             &quote! {
                 #with_numbers
-                let found = robot.forces(t, &*q, &*u);
-                status(found.map(|forces| *torque = forces.motor))
+                let found = ::lamc_runtime::plumbing::motor_torques(&robot, t, &*q, &*u);
+                status(found.map(|found| *torque = found))
             },
         )
     }

@@ -5,7 +5,7 @@ use tera::{Context, Tera};
 
 use super::{Options, ScalarChoice};
 use crate::backend::text::{comment, cuts, joints};
-use crate::program::{Program, Selection};
+use crate::program::Program;
 
 #[derive(Serialize)]
 struct Cost {
@@ -28,15 +28,7 @@ pub fn header(program: &Program, options: &Options) -> String {
         ScalarChoice::F32 => " --scalar f32",
     };
     let exports = if options.extern_c { " --extern-c" } else { "" };
-    let functions = if options.functions == Selection::default() {
-        String::new()
-    } else {
-        let names: Vec<_> = options.functions.names().collect();
-        format!(
-            " --functions {}",
-            if names.is_empty() { "none".to_owned() } else { names.join(",") }
-        )
-    };
+    let functions = options.functions.option();
     context.insert("flags", &format!("{flags}{exports}{functions}{}", cuts(interface)));
     context.insert("joints", &joints(interface));
     context.insert("mobility", &interface.mobility);

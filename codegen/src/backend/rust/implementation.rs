@@ -67,32 +67,37 @@ pub fn mechanism(program: &Program, choice: ScalarChoice, syntax: &Syntax) -> To
     }
 }
 
-/// What a state has besides its equations.
+/// What a state has besides its equations, as far as the program has functions for it.
 fn evaluations(program: &Program, syntax: &Syntax) -> TokenStream {
-    let Syntax { scalar, zero, .. } = syntax;
-    let [energy, poses, points] =
-        [FunctionKind::Energy, FunctionKind::Poses, FunctionKind::Points].map(method);
-    let pose_count = number(12 * program.interface.bodies.len());
-    let point_count = number(3 * program.interface.points.len());
-    quote! {
-        fn energy(&self, t: #scalar, q: &Self::Coordinates, u: &Self::Speeds)
-            -> ::lamc_runtime::Energy<#scalar>
-        {
-            let (kinetic, potential) = (&mut [#zero], &mut [#zero]);
-            self.#energy(t, q, u, kinetic, potential);
-            ::lamc_runtime::Energy { kinetic: kinetic[0], potential: potential[0] }
-        }
-        fn poses(&self, q: &Self::Coordinates) -> Self::Poses {
-            let poses = &mut [#zero; #pose_count];
-            self.#poses(q, poses);
-            ::lamc_runtime::plumbing::matrix(poses)
-        }
-        fn points(&self, q: &Self::Coordinates) -> Self::Points {
-            let points = &mut [#zero; #point_count];
-            self.#points(q, points);
-            ::lamc_runtime::plumbing::matrix(points)
-        }
+    let scalar = &syntax.scalar;
+    let model = model(program);
+    let result = |ty: TokenStream| quote!(::core::result::Result<#ty, ::lamc_runtime::Error>);
+    let mut functions = TokenStream::new();
+    if has(program, FunctionKind::Energy) {
+        let result = result(quote!(::lamc_runtime::Energy<#scalar>));
+        functions.extend(quote! {
+            fn energy(&self, t: #scalar, q: &Self::Coordinates, u: &Self::Speeds) -> #result {
+                Ok(#model::energy(self, t, q, u))
+            }
+        });
     }
+    if has(program, FunctionKind::Poses) {
+        let result = result(quote!(Self::Poses));
+        functions.extend(quote! {
+            fn poses(&self, q: &Self::Coordinates) -> #result { Ok(#model::poses(self, q)) }
+        });
+    }
+    if has(program, FunctionKind::Points) {
+        let result = result(quote!(Self::Points));
+        let points = match program.interface.points.is_empty() {
+            true => quote!([]),
+            false => quote!(#model::points(self, q)),
+        };
+        functions.extend(quote! {
+            fn points(&self, q: &Self::Coordinates) -> #result { Ok(#points) }
+        });
+    }
+    functions
 }
 
 fn dimensions(program: &Program) -> TokenStream {
@@ -121,17 +126,8 @@ fn dimensions(program: &Program) -> TokenStream {
 /// The functions that read and write slices.
 fn functions(program: &Program, syntax: &Syntax) -> TokenStream {
     let Syntax { scalar, zero, .. } = syntax;
-    let [equations, closure, reactions, tangent] = [
-        FunctionKind::Equations,
-        FunctionKind::Closure,
-        FunctionKind::Reactions,
-        FunctionKind::Tangent,
-    ]
-    .map(method);
-    let balance = quote! {
-        at.t, exactly(at.q)?, exactly(at.u)?, exactly(at.acceleration)?, exactly(at.multipliers)?
-    };
-    let drives = drives(program, syntax);
+    let [equations, closure] = [FunctionKind::Equations, FunctionKind::Closure].map(method);
+    let (drives, balances) = (drives(program, syntax), balances(program, scalar));
     let solutions = solutions(program, scalar, zero);
     quote! {
         fn write_equations(
@@ -152,29 +148,48 @@ fn functions(program: &Program, syntax: &Syntax) -> TokenStream {
             self.#closure(exactly(q)?, exactly_mut(residual)?, exactly_mut(jacobian)?);
             Ok(())
         }
-        fn write_reactions(
-            &self, at: ::lamc_runtime::plumbing::Balance<'_, #scalar>, out: &mut [#scalar],
-        ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
-            use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-            self.#reactions(#balance, exactly_mut(out)?);
-            Ok(())
-        }
-        fn write_tangent(
-            &self, at: ::lamc_runtime::plumbing::Balance<'_, #scalar>,
-            change: ::lamc_runtime::Change<'_, #scalar>,
-            forces: &mut [#scalar], closure: &mut [#scalar],
-        ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
-            use ::lamc_runtime::plumbing::{exactly, exactly_mut};
-            self.#tangent(
-                #balance, change.t, exactly(change.q)?, exactly(change.u)?,
-                exactly(change.parameters)?, exactly(change.inputs)?, exactly_mut(forces)?,
-                exactly_mut(closure)?,
-            );
-            Ok(())
-        }
+        #balances
         #drives
         #solutions
     }
+}
+
+/// The functions that read a state with its accelerations and closure forces, where the program has them.
+fn balances(program: &Program, scalar: &TokenStream) -> TokenStream {
+    let [reactions, tangent] = [FunctionKind::Reactions, FunctionKind::Tangent].map(method);
+    let balance = quote! {
+        at.t, exactly(at.q)?, exactly(at.u)?, exactly(at.acceleration)?, exactly(at.multipliers)?
+    };
+    let mut functions = TokenStream::new();
+    if has(program, FunctionKind::Reactions) {
+        functions.extend(quote! {
+            fn write_reactions(
+                &self, at: ::lamc_runtime::plumbing::Balance<'_, #scalar>, out: &mut [#scalar],
+            ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+                use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+                self.#reactions(#balance, exactly_mut(out)?);
+                Ok(())
+            }
+        });
+    }
+    if has(program, FunctionKind::Tangent) {
+        functions.extend(quote! {
+            fn write_tangent(
+                &self, at: ::lamc_runtime::plumbing::Balance<'_, #scalar>,
+                change: ::lamc_runtime::Change<'_, #scalar>,
+                forces: &mut [#scalar], closure: &mut [#scalar],
+            ) -> ::core::result::Result<(), ::lamc_runtime::Error> {
+                use ::lamc_runtime::plumbing::{exactly, exactly_mut};
+                self.#tangent(
+                    #balance, change.t, exactly(change.q)?, exactly(change.u)?,
+                    exactly(change.parameters)?, exactly(change.inputs)?, exactly_mut(forces)?,
+                    exactly_mut(closure)?,
+                );
+                Ok(())
+            }
+        });
+    }
+    functions
 }
 
 /// The functions that solve, where the program has them.

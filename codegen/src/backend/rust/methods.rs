@@ -4,7 +4,7 @@ use proc_macro2::TokenStream;
 use quote::quote;
 
 use super::items::{Syntax, model, number, unused};
-use super::straight_line::method;
+use super::straight_line::{has, method};
 use crate::program::{FunctionKind, Program};
 
 /// The methods.
@@ -26,6 +26,7 @@ fn algorithms(program: &Program, syntax: &Syntax) -> TokenStream {
     let n = number(program.interface.joints.len());
     let state = quote!(::lamc_runtime::State<[#scalar; #n], #scalar>);
     let error = quote!(::lamc_runtime::Error);
+    let settled = has(program, FunctionKind::Tangent).then(|| settled(&state, scalar));
     quote! {
         /// The initial state with closed loops: assembled from the model's guess, the joints whose
         /// angles the model states pinned, and with speeds that the closure allows.
@@ -37,18 +38,7 @@ fn algorithms(program: &Program, syntax: &Syntax) -> TokenStream {
             ::lamc_runtime::Mechanism::assembled(self)
         }
 
-        /// The state of rest downhill from [`assembled`](Self::assembled), at t = 0: gravity, springs,
-        /// torques and forces in balance on closed loops.
-        ///
-        /// # Errors
-        ///
-        /// As [`assemble`](::lamc_runtime::assemble) and
-        /// [`equilibrium`](fn@::lamc_runtime::equilibrium).
-        pub fn settled(
-            &self,
-        ) -> ::core::result::Result<(#state, ::lamc_runtime::Equilibrium<#scalar>), #error> {
-            ::lamc_runtime::Mechanism::settled(self)
-        }
+        #settled
 
         /// Moves a state onto the closure, by the least change weighted with the mass matrix.
         ///
@@ -82,35 +72,61 @@ fn algorithms(program: &Program, syntax: &Syntax) -> TokenStream {
     }
 }
 
+/// The state of rest, which is searched for with derivatives.
+fn settled(state: &TokenStream, scalar: &TokenStream) -> TokenStream {
+    let error = quote!(::lamc_runtime::Error);
+    quote! {
+        /// The state of rest downhill from [`assembled`](Self::assembled), at t = 0: gravity, springs,
+        /// torques and forces in balance on closed loops.
+        ///
+        /// # Errors
+        ///
+        /// As [`assemble`](::lamc_runtime::assemble) and
+        /// [`equilibrium`](fn@::lamc_runtime::equilibrium).
+        pub fn settled(
+            &self,
+        ) -> ::core::result::Result<(#state, ::lamc_runtime::Equilibrium<#scalar>), #error> {
+            ::lamc_runtime::Mechanism::settled(self)
+        }
+    }
+}
+
 /// Those that solve the equations at a state, and say more than the acceleration.
 fn solutions(program: &Program, syntax: &Syntax) -> TokenStream {
     let scalar = &syntax.scalar;
     let (n, rows) = (number(program.interface.joints.len()), number(program.interface.rows));
     let error = quote!(::lamc_runtime::Error);
-    quote! {
-        /// du/dt and what holds the constraints: closure forces, motor torques, and what each hinge
-        /// carries.
-        ///
-        /// # Errors
-        ///
-        /// As [`acceleration`](fn@::lamc_runtime::acceleration).
-        pub fn forces(
-            &self, t: #scalar, q: &[#scalar; #n], u: &[#scalar; #n],
-        ) -> ::core::result::Result<::lamc_runtime::Forces<#scalar, #n, #rows, #n>, #error> {
-            ::lamc_runtime::plumbing::forces(self, t, q, u)
-        }
-
-        /// du/dt and its derivatives by q, u and t.
-        ///
-        /// # Errors
-        ///
-        /// As [`jacobian`](fn@::lamc_runtime::jacobian).
-        pub fn jacobian(
-            &self, t: #scalar, q: &[#scalar; #n], u: &[#scalar; #n],
-        ) -> ::core::result::Result<::lamc_runtime::Jacobian<#scalar, #n>, #error> {
-            ::lamc_runtime::plumbing::jacobian(self, t, q, u)
-        }
+    let mut methods = TokenStream::new();
+    if has(program, FunctionKind::Reactions) {
+        methods.extend(quote! {
+            /// du/dt and what holds the constraints: closure forces, motor torques, and what each hinge
+            /// carries.
+            ///
+            /// # Errors
+            ///
+            /// As [`acceleration`](fn@::lamc_runtime::acceleration).
+            pub fn forces(
+                &self, t: #scalar, q: &[#scalar; #n], u: &[#scalar; #n],
+            ) -> ::core::result::Result<::lamc_runtime::Forces<#scalar, #n, #rows, #n>, #error> {
+                ::lamc_runtime::plumbing::forces(self, t, q, u)
+            }
+        });
     }
+    if has(program, FunctionKind::Tangent) || has(program, FunctionKind::Jacobian) {
+        methods.extend(quote! {
+            /// du/dt and its derivatives by q, u and t.
+            ///
+            /// # Errors
+            ///
+            /// As [`jacobian`](fn@::lamc_runtime::jacobian).
+            pub fn jacobian(
+                &self, t: #scalar, q: &[#scalar; #n], u: &[#scalar; #n],
+            ) -> ::core::result::Result<::lamc_runtime::Jacobian<#scalar, #n>, #error> {
+                ::lamc_runtime::plumbing::jacobian(self, t, q, u)
+            }
+        });
+    }
+    methods
 }
 
 /// Those that evaluate a state.
@@ -118,7 +134,7 @@ fn evaluations(program: &Program, syntax: &Syntax) -> TokenStream {
     let Syntax { scalar, zero, .. } = syntax;
     let interface = &program.interface;
     let (joints, c) = (interface.joints.len(), interface.rows);
-    let (n, rows, bodies) = (number(joints), number(c), number(interface.bodies.len()));
+    let (n, rows) = (number(joints), number(c));
     let (square, rows_by_n) = (number(joints * joints), number(c * joints));
     let equations = method(FunctionKind::Equations);
     quote! {
@@ -136,35 +152,51 @@ fn evaluations(program: &Program, syntax: &Syntax) -> TokenStream {
                 gamma,
             }
         }
-
-        /// Energies at a state, J.
-        pub fn energy(
-            &self, t: #scalar, q: &[#scalar; #n], u: &[#scalar; #n],
-        ) -> ::lamc_runtime::Energy<#scalar> {
-            ::lamc_runtime::Mechanism::energy(self, t, q, u)
-        }
-
-        /// The pose of each body: R row-major, then p in m; what is drawn at x lies at R x + p in the
-        /// base frame.
-        pub fn poses(&self, q: &[#scalar; #n]) -> [[#scalar; 12]; #bodies] {
-            ::lamc_runtime::Mechanism::poses(self, q)
-        }
     }
 }
 
-/// Those that not every mechanism has.
+/// Those that not every mechanism and not every module has.
 fn optional(program: &Program, syntax: &Syntax) -> TokenStream {
     let Syntax { scalar, zero, .. } = syntax;
     let interface = &program.interface;
     let joints = interface.joints.len();
     let (n, r) = (number(joints), 9 * interface.loops.len());
     let mut methods = TokenStream::new();
-    if !interface.points.is_empty() {
-        let points = number(interface.points.len());
+    if has(program, FunctionKind::Energy) {
+        let energy = method(FunctionKind::Energy);
+        methods.extend(quote! {
+            /// Energies at a state, J.
+            pub fn energy(
+                &self, t: #scalar, q: &[#scalar; #n], u: &[#scalar; #n],
+            ) -> ::lamc_runtime::Energy<#scalar> {
+                let (kinetic, potential) = (&mut [#zero], &mut [#zero]);
+                self.#energy(t, q, u, kinetic, potential);
+                ::lamc_runtime::Energy { kinetic: kinetic[0], potential: potential[0] }
+            }
+        });
+    }
+    if has(program, FunctionKind::Poses) {
+        let (bodies, poses) = (interface.bodies.len(), method(FunctionKind::Poses));
+        let (length, bodies) = (number(12 * bodies), number(bodies));
+        methods.extend(quote! {
+            /// The pose of each body: R row-major, then p in m; what is drawn at x lies at R x + p in the
+            /// base frame.
+            pub fn poses(&self, q: &[#scalar; #n]) -> [[#scalar; 12]; #bodies] {
+                let poses = &mut [#zero; #length];
+                self.#poses(q, poses);
+                ::lamc_runtime::plumbing::matrix(poses)
+            }
+        });
+    }
+    if has(program, FunctionKind::Points) && !interface.points.is_empty() {
+        let (count, points) = (interface.points.len(), method(FunctionKind::Points));
+        let (length, count) = (number(3 * count), number(count));
         methods.extend(quote! {
             /// The position of each point in the base frame, m.
-            pub fn points(&self, q: &[#scalar; #n]) -> [[#scalar; 3]; #points] {
-                ::lamc_runtime::Mechanism::points(self, q)
+            pub fn points(&self, q: &[#scalar; #n]) -> [[#scalar; 3]; #count] {
+                let points = &mut [#zero; #length];
+                self.#points(q, points);
+                ::lamc_runtime::plumbing::matrix(points)
             }
         });
     }

@@ -13,7 +13,7 @@ pub fn method(kind: FunctionKind) -> Ident {
     format_ident!("{}_into", kind.name())
 }
 
-/// Whether the program has a function: those that solve may be left out.
+/// Whether the program has a function.
 pub fn has(program: &Program, kind: FunctionKind) -> bool {
     !program.function_of(kind).outputs.is_empty()
 }
