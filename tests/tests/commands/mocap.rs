@@ -122,10 +122,10 @@ fn gaps_lengths_and_mounts_are_seen_through() {
         measured.notes,
         [
             format!(
-                "1 rows of `{}` are no rotations (length off by more than 1 %) and left out",
+                "1 rows of `{}` are left out because they are not rotations (their length differs from 1 by more than 1 %)",
                 names[0]
             ),
-            format!("1 rows of `{}` are not of length 1 and made so", names[0]),
+            format!("1 rows of `{}` are normalised because their length is not 1", names[0]),
         ]
     );
     let fixed: Vec<bool> =
@@ -199,9 +199,9 @@ fn what_is_wrong_is_said() {
     for (text, says) in [
         ("arm.w,arm.x,arm.y,arm.z\n1,0,0,0\n", "there is no column `t [s]`"),
         ("t,arm.w,arm.x,arm.y\n0,1,0,0\n", "`arm` needs all of .w, .x, .y and .z"),
-        ("t,hand.w\n0,1\n", "no column is a body's; there may be `base.w`, `arm.w`"),
-        ("t,arm.w,arm.x,arm.y,arm.z\n0,1,0,0,0\n0,1,0,0,0\n", "line 3: times do not ascend"),
-        ("t,arm.w,arm.x,arm.y,arm.z\n0,1,0,0,no\n", "line 2: `no` is no number"),
+        ("t,hand.w\n0,1\n", "no column belongs to a body; possible columns are `base.w`, `arm.w`"),
+        ("t,arm.w,arm.x,arm.y,arm.z\n0,1,0,0,0\n0,1,0,0,0\n", "line 3: times do not increase"),
+        ("t,arm.w,arm.x,arm.y,arm.z\n0,1,0,0,no\n", "line 2: `no` is not a number"),
         ("t,arm.w,arm.x,arm.y,arm.z\n0,1,0,0,0\n", "1 samples are too few"),
     ] {
         let error = Quaternions::read(text.as_bytes(), &bodies).unwrap_err();

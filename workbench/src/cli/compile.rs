@@ -35,7 +35,7 @@ pub fn run(arguments: &Compile) -> Outcome {
     Ok(())
 }
 
-/// Every file asked for, with its content: all are made before the first is written.
+/// All requested files with their contents; all are generated before the first is written.
 fn contents(arguments: &Compile) -> Result<Vec<(&String, Vec<u8>)>, Failed> {
     let beside = match (&arguments.python, &arguments.c, &arguments.header) {
         (Some(python), Some(c), Some(header)) => Some(beside(python, c, header)?),
@@ -85,7 +85,7 @@ fn contents(arguments: &Compile) -> Result<Vec<(&String, Vec<u8>)>, Failed> {
     Ok(contents)
 }
 
-/// The functions that were asked for.
+/// The requested functions.
 fn selection(arguments: &Compile) -> Result<Selection, Failed> {
     if arguments.functions.is_empty() {
         return Ok(Selection::default());
@@ -108,7 +108,7 @@ fn beside<'a>(python: &str, c: &'a str, header: &'a str) -> Result<[&'a str; 2],
     }
 }
 
-/// Fails when a file is not what would be written.
+/// Fails if a file differs from what would be written.
 fn check(path: &str, new: &[u8]) -> Outcome {
     let old = fs::read(path).map_err(|error| fail(format_args!("cannot read {path}: {error}")))?;
     if old == new {
@@ -118,6 +118,7 @@ fn check(path: &str, new: &[u8]) -> Outcome {
     let (old, new): (Vec<_>, Vec<_>) = (lines(&old), lines(new));
     let differs = old.iter().zip(&new).take_while(|(old, new)| old == new).count() + 1;
     Err(fail(format_args!(
-        "{path} is stale: line {differs} differs from what lamc writes now; run lamc without --check"
+        "{path} is out of date: line {differs} differs from what lamc writes now; run lamc \
+         without --check"
     )))
 }

@@ -1,4 +1,4 @@
-//! `lamc equilibrium MODEL`: where it comes to rest, and whether it stays there.
+//! `lamc equilibrium MODEL`: finds an equilibrium and its stability.
 
 use std::fmt::Write;
 
@@ -15,18 +15,18 @@ use super::start::Start;
 
 use super::{Failed, Outcome, fail, output};
 
-/// Find where a model comes to rest under gravity, springs, torques and forces.
+/// Find the equilibrium of a model under gravity, springs, torques and forces.
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]
     start: Start,
-    /// Take away a force, or what drives a joint
+    /// Remove a force, or the torque and the drive of a joint
     #[arg(long, value_name = "NAME")]
     release: Vec<String>,
-    /// Print JSON, SI and radians
+    /// Print JSON in SI units and radians
     #[arg(long)]
     json: bool,
-    /// Compare with angles from elsewhere: CSV, a header of a first column for names and then
+    /// Compare with other angles: CSV with a header; the first column holds names, the others
     /// joints (`j0`: rad, `j0 [deg]`: degrees)
     #[arg(long, value_name = "FILE", conflicts_with = "json")]
     compare: Option<String>,
@@ -46,7 +46,7 @@ struct Report<'a> {
     iterations: usize,
 }
 
-/// A configuration from elsewhere.
+/// A configuration to compare with.
 struct Row {
     name: String,
     q: Vec<f64>,
@@ -97,8 +97,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let kind = if motions.stability.stable { "stable" } else { "not stable" };
     let _ = writeln!(
         text,
-        "{kind}; {:.1e} N m are left after {} steps; closed within {open:.1e} m of {:.1} mm; \
-         potential energy {:.6e} J",
+        "{kind}; residual torque {:.1e} N m after {} steps; loops closed within {open:.1e} m, \
+         size {:.1} mm; potential energy {:.6e} J",
         found.force,
         found.iterations,
         system.size() * 1e3,
@@ -107,12 +107,12 @@ pub fn run(arguments: &Arguments) -> Outcome {
     output::print(&text)
 }
 
-/// Brings an assembled state to rest.
+/// Finds the equilibrium from an assembled state.
 pub fn settle(system: &Jit, state: &mut State<Vec<f64>, f64>) -> Result<Equilibrium<f64>, Failed> {
     state.u.fill(0.0);
     equilibrium(system, state.t, &mut state.q, &mut system.workspace()).map_err(|error| {
         let reason = describe(&error, system.interface());
-        fail(format_args!("it does not come to rest: {reason}"))
+        fail(format_args!("no equilibrium was found: {reason}"))
     })
 }
 
@@ -200,7 +200,11 @@ fn rows(path: &str, system: &Jit) -> Result<Vec<Row>, Failed> {
             let number = text.parse::<f64>().ok().filter(|number| number.is_finite());
             q.push(
                 unit * number.ok_or_else(|| {
-                    bad(format!("row {}, column {}: `{text}` is no number", line + 1, column + 1))
+                    bad(format!(
+                        "row {}, column {}: `{text}` is not a number",
+                        line + 1,
+                        column + 1
+                    ))
                 })?,
             );
         }

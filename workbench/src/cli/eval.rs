@@ -24,7 +24,7 @@ pub struct Arguments {
     #[command(flatten)]
     start: Start,
     /// The states: {"states": [{"q": [..], "u": [..], "t": 0}]}; `-` reads standard input. Without
-    /// it, the initial configuration, assembled
+    /// this option, the assembled initial configuration is evaluated
     #[arg(long, value_name = "FILE", conflicts_with = "initial")]
     states: Option<String>,
 }
@@ -68,7 +68,8 @@ struct StateReport {
     potential_energy: f64,
     mass_matrix: Vec<Vec<f64>>,
     forcing: Vec<f64>,
-    /// Per joint force (N) and moment (N m) of the first body on the second, joint's frame.
+    /// For each joint force (N) and moment (N m) of the first body on the second, in the joint's
+    /// frame.
     reactions: Vec<Vec<f64>>,
     /// Of driven joints, N m.
     motor_torques: BTreeMap<String, f64>,
@@ -85,7 +86,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     match (&arguments.states, input) {
         (Some(path), Some(input)) => {
             for (index, state) in input.states.iter().enumerate() {
-                // What a state sets holds for it alone.
+                // Parameters and inputs that a state sets apply to this state only.
                 let report = evaluate(mechanism, &mut system.clone(), state)
                     .map_err(|problem| fail(format_args!("{path}: state {index}: {problem}")))?;
                 reports.push(report);
@@ -135,8 +136,8 @@ fn set(mechanism: &Mechanism, system: &mut Jit, state: &StateInput) -> Result<()
 
 /// What solves a state.
 struct Solution {
-    /// The state, or the nearest closed one where the acceleration depends on digits that a state in a
-    /// file seldom has.
+    /// The state, or the nearest closed state if the acceleration depends on more digits than
+    /// states in files usually have.
     q: Vec<f64>,
     u: Vec<f64>,
     acceleration: Vec<f64>,
@@ -151,7 +152,10 @@ fn solve(system: &Jit, state: &StateInput) -> Result<Solution, String> {
     let (mut q, mut u) = (state.q.clone(), state.u.clone().unwrap_or(vec![0.0; n]));
     for (name, numbers) in [("q", &q), ("u", &u)] {
         if numbers.len() != n {
-            return Err(format!("`{name}` has {} numbers, the model {n} joints", numbers.len()));
+            return Err(format!(
+                "`{name}` has {} numbers, but the model has {n} joints",
+                numbers.len()
+            ));
         }
     }
     let mut acceleration = system.speeds();
@@ -198,7 +202,7 @@ fn evaluate(
     system.write_closure(&q, &mut residual, rows).map_err(said)?;
     let energy = system.energy(state.t, &q, &u).map_err(said)?;
     if !(energy.kinetic.is_finite() && energy.potential.is_finite()) {
-        return Err("its energy is beyond what numbers hold".to_owned());
+        return Err("its energy is too large for a double".to_owned());
     }
     Ok(StateReport {
         t: state.t,

@@ -29,10 +29,10 @@ pub struct Arguments {
     /// `t [s]` and, per body, `<body>.w`, `.x`, `.y`, `.z`: Hamilton's quaternions from the body to
     /// the world, CSV; `-` reads standard input
     quaternions: String,
-    /// The model whose bodies they are
+    /// The model with these bodies
     #[arg(long, value_name = "MODEL")]
     model: String,
-    /// When the sheet lies flat, seconds: the bodies' frames are made parallel there
+    /// Time at which the sheet lies flat, seconds: the bodies' frames are made parallel there
     #[arg(long, value_name = "SECONDS")]
     flat_at: Option<f64>,
     /// Write angles and rates as CSV, as `lamc fit` reads them; `-` writes standard output
@@ -95,12 +95,16 @@ pub fn run(arguments: &Arguments) -> Outcome {
     }
     let joints = angles(mechanism, &measured);
     if joints.iter().all(Option::is_none) {
-        return Err(fail(format_args!("{path}: of no joint both bodies are seen")));
+        return Err(fail(format_args!(
+            "{path}: there is no joint for which both bodies were \
+                                      measured"
+        )));
     }
     for motion in joints.iter().flatten().filter(|motion| motion.misalignment > DOUBTFUL) {
         warn(format_args!(
             "the axis of `{}` is {:.0} deg off the drawn one: its angle may have the wrong sign; \
-             frames are to follow the drawing (--flat-at makes them parallel to the ground's)",
+             the frames must be aligned with the drawing (--flat-at makes them parallel to the \
+             ground's)",
             motion.name,
             motion.misalignment.to_degrees()
         ));
@@ -132,7 +136,7 @@ fn table(mechanism: &Mechanism, joints: &[Option<JointMotion>]) -> String {
     for (joint, motion) in mechanism.joints.iter().zip(joints) {
         let name = &joint.name;
         let Some(motion) = motion else {
-            let _ = writeln!(text, "{name:<24} not seen");
+            let _ = writeln!(text, "{name:<24} not measured");
             continue;
         };
         let seen = || motion.angle.iter().filter(|angle| !angle.is_nan()).map(|q| q.to_degrees());
@@ -180,7 +184,10 @@ fn overlay(
 ) -> Result<Vec<Curve>, Failed> {
     let names: Vec<&str> = system.interface().joints.iter().map(|j| j.name.as_str()).collect();
     if let Some(unknown) = arguments.joints.iter().find(|name| !names.contains(&name.as_str())) {
-        return Err(fail(format_args!("no joint `{unknown}`; there are {}", names.join(", "))));
+        return Err(fail(format_args!(
+            "there is no joint `{unknown}`; there are {}",
+            names.join(", ")
+        )));
     }
     let first = |joint: &Option<JointMotion>| {
         joint.as_ref().map(|joint| joint.angle[0]).filter(|angle| !angle.is_nan())
@@ -236,7 +243,7 @@ fn synthesize(
 ) -> Outcome {
     let count = (seconds * arguments.rate).floor();
     if !(1.0..=1e6).contains(&count) {
-        return Err(misused("--synthesize and --rate must give one to a million samples"));
+        return Err(misused("--synthesize and --rate must give from one to a million samples"));
     }
     let mut state = system.initial();
     let said = |error| fail(describe(&error, system.interface()));

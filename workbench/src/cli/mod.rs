@@ -41,9 +41,9 @@ use progress::Busy;
 
 const TERMS: &str = concat!(
     env!("CARGO_PKG_VERSION"),
-    "\n\nlamc derives equations with Symbolica, which is free for non-commercial use; other use needs \
-     a key\nfrom symbolica.io, read from the environment variable SYMBOLICA_LICENSE. Generated code \
-     and\nlamc-runtime contain nothing of it (MIT OR Apache-2.0)."
+    "\n\nlamc derives equations with Symbolica, which is free for non-commercial use; any other \
+     use needs a key\nfrom symbolica.io, read from the environment variable SYMBOLICA_LICENSE. \
+     Generated code and\nlamc-runtime do not contain it (MIT OR Apache-2.0)."
 );
 
 /// Compiler for the motion of laminate robots: writes Rust, C, Python or an FMU from a mechanism's YAML.
@@ -51,7 +51,7 @@ const TERMS: &str = concat!(
 #[command(name = "lamc", version, long_version = TERMS, args_conflicts_with_subcommands = true)]
 #[command(
     subcommand_negates_reqs = true,
-    after_help = "A model called like a command is reached as ./check."
+    after_help = "If a model has the name of a command, write its path with a folder: ./check."
 )]
 struct Cli {
     #[command(subcommand)]
@@ -68,7 +68,7 @@ struct Compile {
     /// Where to write the Rust module; `-` writes standard output
     #[arg(short, long, value_name = "FILE", required_unless_present_any = ["c", "header", "fmu"])]
     output: Option<String>,
-    /// Where to write the same in freestanding C99
+    /// Where to write the module in freestanding C99
     #[arg(long, value_name = "FILE", requires = "header")]
     c: Option<String>,
     /// Where to write the header of the C source, or of a Rust module with --extern-c
@@ -83,24 +83,25 @@ struct Compile {
     /// The version of FMI
     #[arg(long, value_enum, default_value_t, requires = "fmu")]
     fmi: Fmi,
-    /// Let the Rust module export the header's functions
+    /// Export the functions of the header from the Rust module
     #[arg(long, requires = "output")]
     extern_c: bool,
-    /// Which functions the Rust or C module has beside those that every motion needs: poses, points,
+    /// Functions of the Rust or C module besides those that every motion needs: poses, points,
     /// energy, reactions, tangent, acceleration, projection, jacobian; all; none. Default: all but jacobian
     #[arg(long, value_name = "NAME,..", value_delimiter = ',', conflicts_with = "python")]
     functions: Vec<String>,
     /// The number type; C takes `generic` for f64
     #[arg(long, value_enum, default_value_t)]
     scalar: Scalar,
-    /// Cut a loop at this joint: another cost, the same motion
+    /// Cut a loop at this joint: this changes the number of operations, not the motion
     #[arg(long, value_name = "JOINT")]
     cut: Vec<String>,
-    /// Write nothing; fail when a file is not what would be written
+    /// Write nothing; fail if a file differs from what would be written
     #[arg(long)]
     check: bool,
-    // Not flattened: clap would take the whole for absent.
-    /// Compile a model with up to this many hinges: memory and time grow as the square
+    // Not flattened, because clap would regard the whole group as absent.
+    /// Compile a model with up to this many hinges: memory and time grow as the square of their
+    /// number
     #[arg(long, value_name = "NUMBER", default_value_t = MAX_HINGES)]
     max_hinges: usize,
 }
@@ -108,7 +109,8 @@ struct Compile {
 /// How large a model may be.
 #[derive(Args, Clone, Copy)]
 struct Size {
-    /// Compile a model with up to this many hinges: memory and time grow as the square
+    /// Compile a model with up to this many hinges: memory and time grow as the square of their
+    /// number
     #[arg(long, value_name = "NUMBER", default_value_t = MAX_HINGES)]
     max_hinges: usize,
 }
@@ -158,13 +160,13 @@ enum Command {
     Eval(eval::Arguments),
     /// Simulate a model from its initial configuration
     Simulate(Box<simulate::Arguments>),
-    /// Show a model's motion in the browser, anew whenever its file is saved
+    /// Show a model's motion in the browser and update it whenever the file is saved
     Live(live::Arguments),
-    /// Find where a model comes to rest
+    /// Find an equilibrium of a model
     Equilibrium(equilibrium::Arguments),
-    /// Natural frequencies, damping and shapes about a state of rest
+    /// Natural frequencies, damping and mode shapes about an equilibrium
     Modes(modes::Arguments),
-    /// Find parameters with which a model moves as measured
+    /// Identify parameters from a measured motion
     Fit(fit::Arguments),
     /// Stiffness, damping and linear range of a hinge
     #[command(subcommand)]
@@ -179,14 +181,14 @@ enum Command {
         #[arg(short, long, value_name = "FILE")]
         output: String,
     },
-    /// Explain the code of an error or warning: cause, example, what to do
+    /// Explain the code of an error or warning with cause, example and cure
     Explain {
         /// The code, as in `error[unknown-key]`; without one, all codes are listed
         code: Option<String>,
     },
     /// Print the JSON Schema of the model file, for editors
     Schema,
-    /// Print the script by which a shell completes lamc
+    /// Print a completion script for a shell
     Completions {
         /// The shell
         #[arg(value_enum)]
@@ -194,7 +196,7 @@ enum Command {
     },
     /// Write the manual: a page for lamc and one for each command
     Man {
-        /// Where to, such as ~/.local/share/man/man1
+        /// Folder for the pages, such as ~/.local/share/man/man1
         folder: String,
     },
 }
@@ -234,8 +236,8 @@ pub fn run() -> ExitCode {
     }
 }
 
-/// Refuses a first word that is neither a file nor a command, but much like one: as a model it would
-/// be told something else.
+/// Reports a first word that is neither a file nor a command but similar to a command, because as a
+/// model it would lead to a misleading message.
 fn refuse_unknown_command() -> Outcome {
     let word = std::env::args_os().nth(1).and_then(|word| word.into_string().ok());
     let Some(word) = word else { return Ok(()) };
@@ -253,14 +255,14 @@ fn refuse_unknown_command() -> Outcome {
     }
 }
 
-/// Reports a failure that has no place in the model's text.
+/// Reports a failure that has no position in the model's text.
 fn fail(message: impl Display) -> Failed {
-    // Nobody is left to tell when standard error is closed.
+    // If standard error is closed, the message is lost.
     let _ = writeln!(io::stderr(), "error: {message}");
     Failed(1)
 }
 
-/// Reports what is allowed but odd.
+/// Reports warnings.
 fn warn(message: impl Display) {
     let _ = writeln!(io::stderr(), "warning: {message}");
 }

@@ -1,5 +1,5 @@
-//! `lamc simulate MODEL`: assemble or settle, integrate, write what was asked for, and show on one
-//! screen what happened.
+//! `lamc simulate MODEL`: assemble or settle, integrate, write the requested files, and print a
+//! summary.
 
 use std::fmt::Write;
 use std::time::Instant;
@@ -32,25 +32,25 @@ const MOST_NUMBERS: f64 = 125e6;
 pub struct Arguments {
     #[command(flatten)]
     start: Start,
-    /// Begin at rest, where gravity, springs, torques and forces are in balance
+    /// Begin at the equilibrium of gravity, springs, torques and forces
     #[arg(long)]
     settle: bool,
-    /// Settle, then take away a force, or what drives a joint
+    /// Begin at the equilibrium, then remove a force, or the torque and the drive of a joint
     #[arg(long, value_name = "NAME")]
     release: Vec<String>,
     /// Seconds to simulate
     #[arg(long, default_value_t = 2.0, value_name = "SECONDS")]
     duration: f64,
-    /// Samples per second in what is written
+    /// Samples per second in the output
     #[arg(long, default_value_t = 100.0, value_name = "HERTZ")]
     rate: f64,
     /// Error allowed per step, relative and absolute
     #[arg(long, default_value_t = TOLERANCE)]
     tolerance: f64,
-    /// How to integrate
+    /// Integration method
     #[arg(long, value_enum, default_value_t)]
     integrator: Integrator,
-    /// Share of its speed with which a joint leaves a stop, 0 to 1
+    /// Coefficient of restitution at the stops, 0 to 1
     #[arg(long, default_value_t = 0.0, value_name = "SHARE")]
     restitution: f64,
     #[command(flatten)]
@@ -60,7 +60,7 @@ pub struct Arguments {
 /// How to integrate.
 #[derive(Clone, Copy, Default, ValueEnum)]
 enum Integrator {
-    /// Explicit, and implicit from where the motion turns out to be stiff
+    /// Explicit at first, implicit as soon as the motion is stiff
     #[default]
     Auto,
     /// Dormand and Prince's pair of order 5(4), explicit
@@ -126,8 +126,8 @@ impl Arguments {
         if samples * numbers as f64 > MOST_NUMBERS {
             let most = MOST_NUMBERS / numbers as f64;
             return Err(misused(format_args!(
-                "{samples} samples are more than the {most:.0} that are kept of this model: lower \
-                 --rate or --duration"
+                "{samples} samples are too many: lamc keeps at most {most:.0} for this model: \
+                 lower --rate or --duration"
             )));
         }
         Ok(samples as usize)
@@ -144,7 +144,7 @@ impl Arguments {
 }
 
 impl Files {
-    /// Better before the work than after it.
+    /// The check comes before the simulation, not after it.
     fn check(&self) -> Outcome {
         if let Some(path) = &self.plot {
             plot::format(path).map_err(misused)?;
@@ -254,12 +254,12 @@ fn begin(arguments: &Arguments) -> Result<Beginning, Failed> {
     } else {
         match unfold(&system, &mut state) {
             Some(Fold::Begun(bent)) => warn(format_args!(
-                "a flat sheet can fold in many ways: it starts bent by {bent:.1e} rad, as its \
-                 forces push it; --initial chooses another way"
+                "a flat sheet can fold in many ways: it starts bent by {bent:.1e} rad in the \
+                 direction of its forces; --initial chooses another direction"
             )),
             Some(Fold::Loose) => warn(
-                "a flat sheet can fold in many ways, and its forces do not choose one: if the \
-                 motion breaks off, start it from a folded guess (--initial)",
+                "a flat sheet can fold in many ways, and its forces do not determine one: if the \
+                 simulation fails, start from a folded guess (--initial)",
             ),
             None => {}
         }
@@ -267,7 +267,7 @@ fn begin(arguments: &Arguments) -> Result<Beginning, Failed> {
     Ok(Beginning { mechanism: compiled.topology.mechanism, system, state })
 }
 
-/// What happened, on one screen.
+/// Prints a summary.
 fn summary(simulation: &Simulation, seconds: f64, interrupted: bool) -> String {
     let mut text = String::new();
     let motion = simulation.motion();
@@ -287,14 +287,15 @@ fn summary(simulation: &Simulation, seconds: f64, interrupted: bool) -> String {
         let _ = match work.exchanged > 0.0 {
             true => writeln!(
                 text,
-                "balance: torques and dampers did {:.6e} J; {off:.1e} J unaccounted for",
+                "balance: the work of torques and dampers is {:.6e} J; {off:.1e} J unaccounted \
+                 for",
                 work.total
             ),
-            false => writeln!(text, "balance: nothing takes energy; {off:.1e} J drifted away"),
+            false => writeln!(text, "balance: energy is conserved; {off:.1e} J drift"),
         };
     }
     let open = largest(motion.samples.iter().map(|sample| &sample.closure));
-    let _ = writeln!(text, "closure: within {open:.1e} m of {:.1} mm", motion.size * 1e3);
+    let _ = writeln!(text, "closure: within {open:.1e} m, size {:.1} mm", motion.size * 1e3);
     let joints = motion.joints.iter().zip(simulation.stopped()).filter(|(_, stopped)| **stopped);
     let stopped: Vec<_> = joints.map(|(name, _)| format!("`{name}`")).collect();
     if !stopped.is_empty() {

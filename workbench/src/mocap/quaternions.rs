@@ -63,7 +63,10 @@ impl Columns {
         let found = bodies.iter().map(of_body).collect::<Result<Vec<_>, _>>()?;
         if found.iter().all(Option::is_none) {
             let names: Vec<_> = bodies.iter().map(|(name, _)| format!("`{name}.w`")).collect();
-            return Err(wrong(format!("no column is a body's; there may be {}", names.join(", "))));
+            return Err(wrong(format!(
+                "no column belongs to a body; possible columns are {}",
+                names.join(", ")
+            )));
         }
         Ok(Self { time, bodies: found })
     }
@@ -88,8 +91,12 @@ impl Counts {
 
     fn notes(self, name: &str) -> impl Iterator<Item = String> {
         let notes = [
-            (self.refused, "are no rotations (length off by more than 1 %) and left out"),
-            (self.inexact, "are not of length 1 and made so"),
+            (
+                self.refused,
+                "are left out because they are not rotations (their length differs \
+                            from 1 by more than 1 %)",
+            ),
+            (self.inexact, "are normalised because their length is not 1"),
         ];
         let notes = notes.into_iter().filter(|(count, _)| *count > 0);
         notes.map(move |(count, what)| format!("{count} rows of `{name}` {what}"))
@@ -119,7 +126,7 @@ impl Quaternions {
         all.add_fixed(bodies, &columns);
         for name in header.iter().filter_map(|column| column.strip_suffix(".w")) {
             if bodies.iter().all(|(body, _)| *body != name) {
-                all.notes.push(format!("no body is called `{name}`: its columns are left out"));
+                all.notes.push(format!("there is no body `{name}`: its columns are left out"));
             }
         }
         for ((name, _), counts) in bodies.iter().zip(&counts) {
@@ -140,11 +147,11 @@ impl Quaternions {
             "" => Ok(None),
             text => match text.parse::<f64>() {
                 Ok(number) if number.is_finite() => Ok(Some(number)),
-                _ => Err(wrong(format!("line {line}: `{text}` is no number"))),
+                _ => Err(wrong(format!("line {line}: `{text}` is not a number"))),
             },
         };
         let t = number(columns.time)?.filter(|t| self.t.last().is_none_or(|last| last < t));
-        self.t.push(t.ok_or_else(|| wrong(format!("line {line}: times do not ascend")))?);
+        self.t.push(t.ok_or_else(|| wrong(format!("line {line}: times do not increase")))?);
         for (body, columns) in columns.bodies.iter().enumerate() {
             let Some(columns) = columns else { continue };
             let mut parts = [None; 4];
@@ -166,8 +173,8 @@ impl Quaternions {
         let is_seen = |body: usize| columns.bodies[body].is_some();
         let ground = (0..bodies.len()).find(|&body| bodies[body].1 && is_seen(body));
         if ground.is_none() {
-            let note =
-                "no fixed body is in the file: the ground is taken to be as drawn in the world";
+            let note = "no fixed body is in the file: the ground is assumed to have the orientation of \
+                 the world";
             self.notes.push(note.to_owned());
         }
         for body in (0..bodies.len()).filter(|&body| bodies[body].1 && !is_seen(body)) {
@@ -196,7 +203,13 @@ impl Quaternions {
         let flat = (0..self.t.len())
             .filter(complete)
             .min_by(|a, b| away(a).total_cmp(&away(b)))
-            .ok_or_else(|| MocapError::Content("at no time are all bodies seen".into()))?;
+            .ok_or_else(|| {
+                MocapError::Content(
+                    "there is no time at which all bodies were \
+                                                measured"
+                        .into(),
+                )
+            })?;
         let at = |body: &Vec<Option<UnitQuaternion<f64>>>| body.get(flat).copied().flatten();
         let mut grounds = self.bodies.iter().zip(fixed).filter(|(_, fixed)| **fixed);
         let ground = grounds.find_map(|(body, _)| at(body)).unwrap_or_default();

@@ -34,7 +34,7 @@ fn check_tells_fresh_from_stale_and_missing() {
     fs::write(&file, old.replace("9.81", "1.62").replacen("N", "M", 1)).ok();
     let stale = check();
     assert_eq!(stale.status.code(), Some(1));
-    assert!(text(&stale.stderr).contains("is stale: line"));
+    assert!(text(&stale.stderr).contains("is out of date: line"));
 }
 
 #[test]

@@ -154,7 +154,7 @@ fn no_output_takes_the_place_of_another_file() {
     // What writes nothing overwrites nothing.
     let check = ["s.yaml", "-o", "s.yaml", "--check"];
     let check = lamc().args(check).current_dir(&folder).output().unwrap();
-    assert!(check.status.code() == Some(1) && text(&check.stderr).contains("stale"));
+    assert!(check.status.code() == Some(1) && text(&check.stderr).contains("out of date"));
     // A link to nothing is followed, and others of a series are not in its way.
     let apart = ["simulate", "s.yaml", "--duration", "0.05", "--csv", "two", "--png", "x#.png"];
     let apart = lamc().args(apart).args(["--plot", "xy.png"]).current_dir(&folder).output();

@@ -88,7 +88,7 @@ fn fits_and_motion_capture_go_from_file_to_file() {
         ),
         (vec!["fit", &model, "--data", "nowhere.csv", "--free", "damping"], "nowhere.csv"),
         (vec!["fit", &model, "--data", &quats, "--free", "damping"], "no column is an angle"),
-        (vec!["mocap", &run_csv, "--model", &model], "no column is a body's"),
+        (vec!["mocap", &run_csv, "--model", &model], "no column belongs to a body"),
     ] {
         let refused = run(&arguments);
         assert_eq!(refused.status.code(), Some(1), "{arguments:?}");
