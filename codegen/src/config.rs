@@ -9,7 +9,7 @@
 //!
 //! writes `$OUT_DIR/sixbar.rs`, to be included where it is wanted:
 //!
-//! ```ignore
+//! ```text
 //! mod sixbar {
 //!     include!(concat!(env!("OUT_DIR"), "/sixbar.rs"));
 //! }

@@ -10,6 +10,7 @@ pub mod linkages;
 pub mod near_flat;
 pub mod newton_euler;
 pub mod nine_rows;
+pub mod not_checked;
 pub mod package;
 pub mod random;
 pub mod schema_cases;
@@ -32,6 +33,7 @@ pub use designs::{Reference, designs, drawings, published};
 use lamc::pipeline::{self, Compiled};
 use lamc::source::SourceFile;
 use lamc_runtime::{Dopri5, Mechanism};
+pub use not_checked::{is_there, not_checked};
 
 /// The workspace's folder.
 pub fn workspace() -> PathBuf {
@@ -44,15 +46,6 @@ pub const EXAMPLES: [&str; 6] =
 
 /// The examples that `generated` has modules of.
 pub const MODULES: &[&str] = EXAMPLES.split_at(4).0;
-
-/// Says that a check needs something that this machine does not have.
-///
-/// # Panics
-/// In continuous integration (`CI` is set), where everything must be checked: `tests/needs` installs it.
-pub fn not_checked(what: &str) {
-    assert!(std::env::var_os("CI").is_none(), "not checked: {what}");
-    eprintln!("NOT CHECKED: {what}");
-}
 
 /// Compiles a file, or panics with its diagnostics.
 pub fn compile(path: &Path) -> Compiled {

@@ -10,6 +10,8 @@ mod figures;
 mod files;
 mod meaning;
 mod measured;
+#[path = "../../../tests/src/not_checked.rs"]
+mod not_checked;
 mod pictures;
 mod reference;
 mod rounded;

@@ -2,6 +2,7 @@
 //! against the pictures they are made of, by another decoder.
 
 use super::compare::{largest, maximum};
+use super::not_checked::is_there;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -238,19 +239,10 @@ fn read_png(path: &Path) -> (u32, u32, Vec<u8>) {
     (info.width, info.height, pixels)
 }
 
-/// Whether a program is there; where everything must be, its absence is a failure.
-fn is_there(program: &str) -> bool {
-    let found = Command::new(program).arg("-version").output().is_ok();
-    assert!(found || std::env::var_os("CI").is_none(), "{program} is not installed");
-    if !found {
-        eprintln!("\n*** {program} is not installed: videos were NOT checked ***\n");
-    }
-    found
-}
-
 #[test]
 fn a_video_is_its_pictures() {
-    if !is_there("ffmpeg") || !is_there("ffprobe") {
+    let has = |program| is_there(program, &["-version"], "videos");
+    if !has("ffmpeg") || !has("ffprobe") {
         return;
     }
     let folder = tempfile::tempdir().expect("a folder");
