@@ -1,10 +1,12 @@
 //! Compares the reports of targets with the results of this machine, and checks the limits of firmware.
 //!
 //! Each argument is a row of the table that is printed: `NAME;SCALAR;REPORT;ELF`, where ELF may be
-//! left out. A name that ends in `!` is held to the limits. SCALAR is `f32` or `f64`, and may be
+//! left out. A name that ends in `!` is held to the limits. `docs/EMBEDDED.md` must have about the same numbers. SCALAR is `f32` or `f64`, and may be
 //! followed by `=` and the report of a reference, to compare with instead of Rust on this machine.
 
 #![allow(clippy::neg_cmp_op_on_partial_ord, reason = "`!(a <= b)` is how NaN is meant to fail")]
+
+mod page;
 
 use std::error::Error;
 use std::process::ExitCode;
@@ -114,7 +116,7 @@ fn judge(row: &str) -> Result<Vec<String>, Box<dyn Error>> {
     if !(difference <= allowed) {
         complaints.push(format!("differs by {difference:e}, allowed is {allowed:e}"));
     }
-    print!("| {name} | {difference:.1e} |");
+    let mut line = format!("| {name} | {difference:.1e} |");
 
     let mut check = |what: &str, value: f64, most: f64| {
         if limited && !(value <= most) {
@@ -131,24 +133,27 @@ fn judge(row: &str) -> Result<Vec<String>, Box<dyn Error>> {
             }
             let longest = ticks.longest_step * per_tick;
             check("instructions", longest, INSTRUCTIONS);
-            print!(" {:.0} | {longest:.0} |", ticks.steps * per_tick / STEPS as f64);
+            let mean = ticks.steps * per_tick / STEPS as f64;
+            line += &format!(" {mean:.0} | {longest:.0} |");
         }
-        None => print!(" | |"),
+        None => line += " | |",
     }
     match &image {
         Some(image) => {
             check("flash", image.flash as f64, FLASH as f64);
-            print!(" {} | {} |", image.flash, image.ram);
+            line += &format!(" {} | {} |", image.flash, image.ram);
         }
-        None => print!(" | |"),
+        None => line += " | |",
     }
     match &report.stack {
         Some(stack) => {
             check("stack", stack.assembly.max(stack.step) as f64, STACK as f64);
-            println!(" {} | {} |", stack.assembly, stack.step);
+            line += &format!(" {} | {} |", stack.assembly, stack.step);
         }
-        None => println!(" | |"),
+        None => line += " | |",
     }
+    println!("{line}");
+    complaints.extend(page::complaint(&line));
     if ours
         && scalar == "f32"
         && let Some(image) = image
