@@ -5,6 +5,10 @@
 //! So every stage, the interpreter and the machine code of the workbench call these. Sine and cosine
 //! are the runtime's own, the others come from the crate `libm`, which the runtime uses in firmware.
 //! `clippy.toml` rejects the methods of `f64` that these replace.
+//!
+//! The maxima here keep NaN, which `f64::max` loses: a residual that is no number must not count as zero.
+
+use std::borrow::Borrow;
 
 pub use lamc_runtime::sin_cos_unfused as sin_cos;
 pub use libm::{acos, asin, atan, atan2, exp, exp2, hypot, log as ln, log2, pow, tan, tanh};
@@ -32,9 +36,28 @@ pub fn powi(base: f64, exponent: i32) -> f64 {
     if exponent < 0 { 1.0 / product } else { product }
 }
 
+/// The larger of two numbers; NaN if one of them is NaN.
+pub fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a > b { a } else { b }
+}
+
+/// The largest magnitude, 0 of no numbers; NaN if one of them is NaN.
+pub fn largest(numbers: impl IntoIterator<Item = impl Borrow<f64>>) -> f64 {
+    numbers.into_iter().fold(0.0, |most, number| larger(most, number.borrow().abs()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn maxima_keep_nan() {
+        for numbers in [[f64::NAN, 1.0], [1.0, f64::NAN]] {
+            assert!(largest(numbers).is_nan() && larger(numbers[0], numbers[1]).is_nan());
+        }
+        assert_eq!((largest([1.0, -3.0, 2.0]), largest([0.0; 0])), (3.0, 0.0));
+        assert_eq!((larger(1.0, -3.0), larger(-3.0, 1.0)), (1.0, 1.0));
+    }
 
     #[test]
     fn whole_powers_are_exact_where_the_result_is() {

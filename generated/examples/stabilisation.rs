@@ -67,8 +67,8 @@ fn run(
         // Simpson's rule.
         lost += step / 3.0 * (begin + 4.0 * middle + power(&state));
         let residual = robot.closure(&state.q).residual;
-        open = open.max(residual.iter().fold(0.0_f64, |most, r| most.max(r.abs())));
-        balance = balance.max((total(&state) + lost - total(&start)).abs());
+        open = residual.iter().fold(open, |most, r| larger(most, r.abs()));
+        balance = larger(balance, (total(&state) + lost - total(&start)).abs());
         lowest = lowest.min(total(&state));
     }
     // Again, for the time alone.
@@ -79,4 +79,9 @@ fn run(
     }
     let cost = begin.elapsed().as_secs_f64() * 1e6 / (2 * steps) as f64;
     Ok(Found { open: open / robot.size(), balance: balance / (total(&start) - lowest), cost })
+}
+
+/// The larger of two numbers; NaN if one of them is NaN, as no motion that got lost is a good one.
+fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a > b { a } else { b }
 }

@@ -6,6 +6,7 @@
 use nalgebra::Matrix3;
 
 use super::mechanism::MassProperties;
+use crate::arithmetic::largest;
 use crate::source::codes;
 use crate::source::{Body, Diagnostic, Diagnostics, Material, SourceModel, Span, Spanned};
 
@@ -51,7 +52,7 @@ pub fn is_physical(material: &Material) -> bool {
 
 /// Checks a given inertia: symmetry, no negative moments, triangle inequality.
 pub fn rigid_inertia(inertia: &Matrix3<f64>, span: Span, found: &mut Diagnostics) {
-    let largest = inertia.amax();
+    let largest = largest(inertia);
     let error = |code, message: String| Diagnostic::error(code, span, message);
     if !largest.is_finite() {
         found.push(error(codes::NOT_FINITE, "the inertia is not finite".into()));
@@ -88,7 +89,10 @@ pub fn moving_body(body: &Body, properties: &MassProperties, found: &mut Diagnos
     let name = &body.name.value;
     let error = |code, message: String| Diagnostic::error(code, body.name.span, message);
     let MassProperties { mass, com, inertia } = properties;
-    if !mass.is_finite() || !com.iter().all(|x| x.is_finite()) || !inertia.amax().is_finite() {
+    if !mass.is_finite()
+        || !com.iter().all(|x| x.is_finite())
+        || !inertia.iter().all(|x| x.is_finite())
+    {
         let message = format!("the mass properties of body `{name}` are not finite");
         found.push(error(codes::OUT_OF_SCALE, message).hint("are the units right?"));
         return;

@@ -9,7 +9,7 @@
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use super::graph::{LoopClass, Row};
-use crate::arithmetic::asin;
+use crate::arithmetic::{asin, larger, largest};
 use crate::laminate::{Joint, Mechanism};
 use crate::source::codes;
 use crate::source::{Diagnostic, JointId};
@@ -134,7 +134,7 @@ impl<'a> HingeLines<'a> {
             // Two hinges between the same two bodies can turn only if they are in line.
             let [a, b] = [self.hinges[0], self.hinges[1]];
             let turn = angle(a.direction, b.direction);
-            let shift = distance(a, &b.point).max(distance(a, &ends(b)[1]));
+            let shift = larger(distance(a, &b.point), distance(a, &ends(b)[1]));
             let exact = turn <= PARALLEL && shift <= CONCURRENT * self.size;
             if !exact && turn <= NEAR && shift <= NEAR * extent {
                 let miss = format!("being one hinge line by {}", millimetres(shift));
@@ -148,11 +148,11 @@ impl<'a> HingeLines<'a> {
         let (odd, off) = odd_one_out(n, |i, others| {
             let direction = self.hinges[others[0]].direction;
             let worst = others.iter().map(|k| angle(self.hinges[*k].direction, direction));
-            Some((worst.fold(0.0, f64::max), angle(self.hinges[i].direction, direction)))
+            Some((largest(worst), angle(self.hinges[i].direction, direction)))
         })?;
         let spread =
             self.hinges.iter().map(|h| angle(h.direction, self.hinges[(odd + 1) % n].direction));
-        if spread.fold(0.0, f64::max) <= NEAR {
+        if largest(spread) <= NEAR {
             let miss = format!("being planar by {:.3e} deg", off.to_degrees());
             return warn(
                 miss,
@@ -199,7 +199,7 @@ pub(super) fn distance(hinge: &Joint, point: &Vector3<f64>) -> f64 {
 
 /// Returns the largest distance of the lines from a point.
 pub(super) fn miss(hinges: &[&Joint], point: &Vector3<f64>) -> f64 {
-    hinges.iter().map(|hinge| distance(hinge, point)).fold(0.0, f64::max)
+    largest(hinges.iter().map(|hinge| distance(hinge, point)))
 }
 
 /// Returns the point nearest to all lines: sum (1 - d d^T) (x - p) = 0, which for flat lines

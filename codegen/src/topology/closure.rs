@@ -11,6 +11,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, SVector, Unit, Vector3};
 
 use super::graph::Loop;
 use super::tree::{Cut, Tree};
+use crate::arithmetic::{larger, largest};
 use crate::laminate::{Joint, Mechanism};
 use crate::source::JointId;
 
@@ -102,11 +103,11 @@ impl<'a> Closure<'a> {
     pub fn normal_equations(&self, q: &DVector<f64>) -> (DMatrix<f64>, DVector<f64>, f64) {
         let n = self.joints.len();
         let (mut matrix, mut right) = (DMatrix::zeros(n, n), DVector::zeros(n));
-        let mut largest = 0.0_f64;
+        let mut open = 0.0;
         for chains in &self.loops {
             let placed = self.place(chains, q);
             let (residual, columns) = (placed.residual(), placed.columns());
-            largest = largest.max(residual.amax());
+            open = larger(open, largest(&residual));
             for (i, a) in &columns {
                 right[*i] += a.dot(&residual);
                 for (j, b) in &columns {
@@ -114,7 +115,7 @@ impl<'a> Closure<'a> {
                 }
             }
         }
-        (matrix, right, largest)
+        (matrix, right, open)
     }
 
     /// Returns the sum of the squares of all residuals.

@@ -4,6 +4,7 @@ use lamc::program::Interpreter;
 use lamc_runtime::{
     Dopri5, Integrator, Mechanism, Rk4, Rodas, State, Stopped, assemble, equilibrium, project,
 };
+use lamc_tests::compare::keep_largest;
 use lamc_tests::{compile_text, linkages, workspace};
 
 /// A wheel of 1e-6 kg m^2 about its hinge, without gravity, and a torque towards its stop at -1.
@@ -230,7 +231,7 @@ fn limits_of_popupcad_files_are_honoured() {
     let mut state = State { t: 0.0, q: vec![0.0], u: vec![0.0] };
     let mut highest = 0.0_f64;
     system
-        .run(&mut integrator, &mut state, 3.0, |state| highest = highest.max(state.q[0]))
+        .run(&mut integrator, &mut state, 3.0, |state| highest = keep_largest(highest, state.q[0]))
         .unwrap();
     let limit = 40.0_f64.to_radians();
     assert!((state.q[0] - limit).abs() < 1e-12 && highest < limit + 1e-9, "{state:?}, {highest}");

@@ -132,7 +132,7 @@ fn opening(system: &Jit, q: &[f64]) -> f64 {
     if system.write_closure(q, &mut residual, &mut jacobian).is_err() {
         return f64::NAN;
     }
-    lamc_workbench::motion::largest(&residual)
+    lamc::arithmetic::largest(&residual)
 }
 
 /// Angles in degrees: ours, then the others with how far they are from closing.

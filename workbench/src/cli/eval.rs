@@ -213,7 +213,7 @@ fn evaluate(
         acceleration,
         constraint_rank: constraint.rank,
         dof: n - constraint.rank,
-        closure_residual: lamc_workbench::motion::largest(&residual),
+        closure_residual: lamc::arithmetic::largest(&residual),
         kinetic_energy: energy.kinetic,
         potential_energy: energy.potential,
         mass_matrix: mass.chunks(n).map(<[f64]>::to_vec).collect(),

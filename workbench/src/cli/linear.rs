@@ -9,6 +9,7 @@
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
+use lamc::arithmetic::largest;
 use lamc::laminate::{Kink, Mechanism, kinks};
 use lamc_runtime::{LinearizationMut, Mechanism as _, State, Stopped, linearize, project};
 use lamc_workbench::execution::Jit;
@@ -166,7 +167,7 @@ impl Linear {
         let freedoms = self.a.len() / 2;
         let direction = |k: usize| {
             let column: Vec<f64> = self.basis.iter().map(|row| row[k]).collect();
-            let most = column.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+            let most = largest(&column);
             column.into_iter().map(|x| x / most).collect()
         };
         (0..freedoms).map(direction).collect()
@@ -218,7 +219,7 @@ impl Linear {
 /// there the stiffness decides.
 fn grows(linear: &Linear, modes: &[Mode]) -> bool {
     let norm = |mode: &Mode| mode.eigenvalue[0].hypot(mode.eigenvalue[1]);
-    let fastest = modes.iter().map(norm).fold(0.0, f64::max);
+    let fastest = largest(modes.iter().map(norm));
     let sizes = modes.len() as f64 * linear.stiffness().norm();
     let neutral = STIFFNESS_ROUNDING * f64::EPSILON * sizes;
     modes.iter().any(|mode| match norm(mode) * norm(mode) <= neutral {

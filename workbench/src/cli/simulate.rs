@@ -5,10 +5,11 @@ use std::fmt::Write;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
+use lamc::arithmetic::largest;
 use lamc::laminate::{Mechanism, excursions};
 use lamc_runtime::{Mechanism as _, State, project};
 use lamc_workbench::execution::Jit;
-use lamc_workbench::motion::{Motion, Work, largest};
+use lamc_workbench::motion::{Motion, Work};
 use lamc_workbench::simulation::{
     Fold, Method, Settings, Simulation, SimulationError, TOLERANCE, describe, unfold,
 };

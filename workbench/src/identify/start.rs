@@ -12,6 +12,7 @@
 //! "Kinematic and Dynamic Simulation of Multibody Systems", 1994, section 3.5, coordinate
 //! partitioning.)
 
+use lamc::arithmetic::largest;
 use lamc_runtime::plumbing::Drive;
 use lamc_runtime::{Error, Mechanism};
 use nalgebra::{DMatrix, DVector};
@@ -143,7 +144,7 @@ impl Start {
         for _ in 0..ITERATIONS {
             let (open, jacobian) = constraint(system, t, &q)?;
             let before = residual;
-            residual = open.amax();
+            residual = largest(&open);
             if residual == 0.0 || (residual < 1e-12 * system.size() && residual >= before) {
                 break;
             }

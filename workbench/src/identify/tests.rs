@@ -5,7 +5,7 @@ use crate::compare::keep_largest;
 use lamc_runtime::{Mechanism, assemble};
 
 use super::start::Start;
-use super::trajectory::{Direction, integrate};
+use super::trajectory::{Direction, enough_steps, integrate};
 use crate::execution::Jit;
 use lamc::pipeline;
 use lamc::source::SourceFile;
@@ -39,6 +39,14 @@ fn a_start_is_closed_and_moves_along_the_closure() {
     for (&joint, value) in start.independent.iter().zip(&coordinates) {
         assert_eq!(begun.q[joint], *value);
     }
+}
+
+#[test]
+fn no_number_of_steps_is_enough_for_motions_that_are_no_numbers() {
+    let (system, near) = six_bar();
+    let times = [0.0, 0.01];
+    assert_eq!(enough_steps(&system, &times, (&near, &[0.0; 6]), 1.0), Some(1));
+    assert_eq!(enough_steps(&system, &times, (&near, &[f64::NAN; 6]), 1.0), None);
 }
 
 #[test]

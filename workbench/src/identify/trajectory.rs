@@ -12,6 +12,7 @@
 //! squares want it. After each step the state is projected onto the closed loops; the derivatives
 //! lie along these but for the method's own error.
 
+use lamc::arithmetic::largest;
 use lamc_runtime::{Change, Error, Mechanism, derivatives_along, project};
 
 /// Most steps between two samples.
@@ -145,7 +146,7 @@ pub fn enough_steps<Y: Mechanism<Scalar = f64>>(
         let fine = at(2 * steps);
         if let (Some(coarse), Some(fine)) = (&coarse, &fine) {
             let both = coarse.q.iter().flatten().zip(fine.q.iter().flatten());
-            let error = both.fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+            let error = largest(both.map(|(a, b)| a - b));
             // Of order 4: the coarse one is off by 16/15 of the difference.
             if error * 16.0 / 15.0 <= tolerance {
                 return Some(steps);

@@ -7,6 +7,7 @@
 //! is zero but for errors of the integration. Equations that contradict each other, as those of a
 //! loop that rounding makes rigid, show in a gain as large as the motion's own energy.
 
+use lamc::arithmetic::{larger, largest};
 use lamc_runtime::{Error, Mechanism, State};
 
 use super::Work;
@@ -84,12 +85,11 @@ impl Audit {
     {
         let State { t, q, u } = after;
         let energy = system.energy(*t, q, u)?;
-        self.largest_kinetic = self.largest_kinetic.max(energy.kinetic);
-        let moved = before.q.iter().zip(q).map(|(before, after)| (after - before).abs());
-        let moved = moved.fold(0.0, f64::max);
+        self.largest_kinetic = larger(self.largest_kinetic, energy.kinetic);
+        let moved = largest(before.q.iter().zip(q).map(|(before, after)| after - before));
         let turned = (energy.potential - self.potential).abs() + work.exchanged - self.exchanged;
         if moved > SHORT {
-            self.floor = self.floor.max(LOOSE * turned / moved);
+            self.floor = larger(self.floor, LOOSE * turned / moved);
         }
         self.allowed += STEP_ERRORS * self.step_error(system, after, energy.kinetic)?;
         (self.potential, self.exchanged) = (energy.potential, work.exchanged);
@@ -99,7 +99,9 @@ impl Audit {
         let errors = self.allowed + work.doubt + ROUNDING * added;
         let least = FAULT * self.largest_kinetic + self.floor + errors;
         let largest_kinetic = self.largest_kinetic;
-        Ok((gain > least).then_some(Gain { energy: gain, largest_kinetic }))
+        // Energy that is not a number is a fault too.
+        Ok((gain.is_nan() || least.is_nan() || gain > least)
+            .then_some(Gain { energy: gain, largest_kinetic }))
     }
 
     /// What an error of the tolerance in every coordinate and speed adds to the energy, J: to T by
@@ -113,11 +115,10 @@ impl Audit {
     where
         Y: Mechanism<Scalar = f64, Coordinates = Vec<f64>, Speeds = Vec<f64>>,
     {
-        let largest = q.iter().fold(0.0_f64, |most, q| most.max(q.abs()));
         let errors: Vec<f64> = u.iter().map(|u| self.tolerance * (1.0 + u.abs())).collect();
         let of_errors = system.energy(*t, q, &errors)?.kinetic;
         let added = 2.0 * (kinetic * of_errors).sqrt();
-        Ok(added + self.floor * self.tolerance / LOOSE * (1.0 + largest))
+        Ok(added + self.floor * self.tolerance / LOOSE * (1.0 + largest(q)))
     }
 }
 
@@ -135,5 +136,5 @@ where
         q[joint] += angle;
         Ok((system.energy(*t, &q, u)?.potential - potential).abs())
     };
-    (0..q.len()).map(|joint| Ok(turned(joint, LOOSE)?.max(turned(joint, -LOOSE)?))).sum()
+    (0..q.len()).map(|joint| Ok(larger(turned(joint, LOOSE)?, turned(joint, -LOOSE)?))).sum()
 }

@@ -13,6 +13,7 @@ pub use work::Work;
 
 use lamc_runtime::{Energy, Error, Mechanism, State, acceleration_in_motion};
 
+use lamc::arithmetic::largest;
 use lamc::program::Interface;
 
 /// A sampled motion. SI and radians.
@@ -112,11 +113,4 @@ impl Motion {
 fn pose(numbers: &[f64; 12]) -> Pose {
     let [a, b, c, d, e, f, g, h, i, translation @ ..] = *numbers;
     Pose { rotation: [[a, b, c], [d, e, f], [g, h, i]], translation }
-}
-
-/// The largest magnitude, 0 of no numbers; NaN if one of them is NaN, so that a residual that is not a number
-/// is never reported as a closed loop.
-pub fn largest<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> f64 {
-    let larger = |most: f64, x: &f64| if most.is_nan() || most > x.abs() { most } else { x.abs() };
-    numbers.into_iter().fold(0.0, larger)
 }

@@ -5,6 +5,7 @@
 //! folded configuration nearest to where they accelerate the flat sheet is followed back along its
 //! branch to where it is all but flat, and the motion starts there.
 
+use lamc::arithmetic::largest;
 use lamc_runtime::{Mechanism, State, acceleration, assemble};
 
 use crate::execution::Jit;
@@ -42,7 +43,8 @@ pub enum Fold {
 /// it, or no fold was found.
 pub fn unfold(system: &Jit, state: &mut State<Vec<f64>, f64>) -> Option<Fold> {
     let d = system.dimensions();
-    if d.drives > 0 || d.loops < MANY || most(&state.u) > 0.0 || most(&state.q) > FLAT {
+    let at_rest = largest(&state.u) == 0.0 && largest(&state.q) <= FLAT;
+    if d.drives > 0 || d.loops < MANY || !at_rest {
         return None;
     }
     let usual = system.interface().rank.min(d.coordinates);
@@ -53,14 +55,16 @@ pub fn unfold(system: &Jit, state: &mut State<Vec<f64>, f64>) -> Option<Fold> {
         found.ok().map(|constraint| constraint.rank)
     };
     let flat = rank(&state.q, &mut rates)?;
-    let largest = most(&rates);
-    if flat + MANY > usual || largest == 0.0 {
+    let fastest = largest(&rates);
+    if flat + MANY > usual || fastest == 0.0 || !fastest.is_finite() {
         return None;
     }
-    let mut fold: Vec<f64> = rates.iter().map(|rate| FOLDED * rate / largest).collect();
+    let mut fold: Vec<f64> = rates.iter().map(|rate| FOLDED * rate / fastest).collect();
     let free = vec![false; d.coordinates];
     let close = |fold: &mut [f64]| {
-        assemble(system, state.t, fold, &free, &mut system.workspace()).ok().map(|_| most(fold))
+        assemble(system, state.t, fold, &free, &mut system.workspace())
+            .ok()
+            .map(|_| largest(&*fold))
     };
     let mut bent = close(&mut fold)?;
     if bent < START {
@@ -84,9 +88,4 @@ pub fn unfold(system: &Jit, state: &mut State<Vec<f64>, f64>) -> Option<Fold> {
     }
     state.q.copy_from_slice(&fold);
     Some(Fold::Begun(bent))
-}
-
-/// The largest magnitude.
-fn most(numbers: &[f64]) -> f64 {
-    numbers.iter().fold(0.0, |most, number| number.abs().max(most))
 }

@@ -11,7 +11,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
-use crate::arithmetic::{asin, atan2, powi, sin_cos};
+use crate::arithmetic::{asin, atan2, larger, largest, powi, sin_cos};
 
 use super::line::{Line, cross};
 
@@ -68,7 +68,8 @@ pub fn strain_of_direction(lines: &[&Line]) -> f64 {
     let mut strain = 0.0_f64;
     for (i, a) in lines.iter().enumerate() {
         for b in &lines[..i] {
-            strain = strain.max(asin(a.sine(b).min(1.0)) / (a.angle_slack() + b.angle_slack()));
+            let turn = asin(a.sine(b).min(1.0));
+            strain = larger(strain, turn / (a.angle_slack() + b.angle_slack()));
         }
     }
     strain
@@ -110,7 +111,7 @@ pub fn fit(lines: &[Line], bundles: &[&Bundle]) -> Option<Fit> {
         problem.solve()?;
         let strains: Vec<f64> =
             (0..ends).map(|i| (problem.x[i] / problem.slack[i]).abs()).collect();
-        let strain = strains.iter().fold(0.0, |most, strain| strain.max(most));
+        let strain = largest(&strains);
         if best.as_ref().is_none_or(|best| strain < best.strain) {
             best = Some(problem.result(strain));
         }
@@ -159,13 +160,13 @@ impl<'a> Problem<'a> {
                 Common::Direction => {
                     x.push(mean_angle(&members));
                     let vague = members.iter().map(|line| line.angle_slack());
-                    free.push(FREE * vague.fold(0.0, f64::max));
+                    free.push(FREE * largest(vague));
                 }
                 Common::Point => {
                     let point = common_point(&members)?;
                     x.extend([point.x, point.y]);
                     let vague = members.iter().map(|line| line.slack_at(&point));
-                    free.extend([FREE * vague.fold(0.0, f64::max); 2]);
+                    free.extend([FREE * largest(vague); 2]);
                 }
                 Common::Line => {}
             }
@@ -199,11 +200,11 @@ impl<'a> Problem<'a> {
         let mut open = f64::INFINITY;
         for step in 0..STEPS {
             let (mut matrix, mut right) = self.equations();
-            let largest = right.amax();
-            if step > 1 && largest >= 0.5 * open {
+            let remaining = largest(&right);
+            if step > 1 && remaining >= 0.5 * open {
                 break;
             }
-            open = largest;
+            open = remaining;
             right = &matrix * (&self.x - &origin) - right;
             for (column, scale) in scale.iter().enumerate() {
                 matrix.column_mut(column).scale_mut(*scale);
@@ -290,7 +291,7 @@ impl<'a> Problem<'a> {
         for (weight, strain) in self.weights.iter_mut().zip(strains) {
             *weight *= strain / mean;
         }
-        let most = self.weights.iter().fold(0.0, |most: f64, weight| most.max(*weight));
+        let most = largest(&self.weights);
         for weight in &mut self.weights {
             *weight = (*weight / most).max(LEAST_WEIGHT);
         }

@@ -18,6 +18,7 @@ use std::collections::BTreeSet;
 use self::fit::{Bundle, Common, WITHIN};
 use self::line::Line;
 use super::class::{self, CONCURRENT, PARALLEL};
+use crate::arithmetic::largest;
 use crate::laminate::{Joint, Mechanism};
 use crate::source::Diagnostic;
 use crate::source::codes;
@@ -79,7 +80,7 @@ pub fn straighten(mechanism: &mut Mechanism) -> Option<Diagnostic> {
 
 /// Returns the distance of a hinge line from its previous ends, m.
 fn movement(before: &Joint, after: &Joint) -> f64 {
-    class::ends(before).iter().map(|end| class::distance(after, end)).fold(0.0, f64::max)
+    largest(class::ends(before).iter().map(|end| class::distance(after, end)))
 }
 
 /// Returns the hinge lines as drawn.
