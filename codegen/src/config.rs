@@ -62,7 +62,7 @@ pub enum BuildError {
     Write {
         /// The module.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         error: io::Error,
     },
 }

@@ -109,6 +109,13 @@ struct Unrest<S> {
     force: S,
 }
 
+/// A step that led downhill.
+struct Accepted<S> {
+    unrest: Unrest<S>,
+    /// By which the weight of the next step is multiplied.
+    factor: S,
+}
+
 impl<Y: Mechanism> Search<'_, '_, Y> {
     fn run(&mut self) -> Result<Equilibrium<Y::Scalar>, Error> {
         let of = Y::Scalar::from_f64;
@@ -148,9 +155,9 @@ impl<Y: Mechanism> Search<'_, '_, Y> {
             let length = self.solve(freedoms, weight, diagonal.as_mut());
             shortest = length;
             match self.attempt(length, unrest)? {
-                Some((next, factor)) => {
-                    weight *= factor;
-                    unrest = next;
+                Some(accepted) => {
+                    weight *= accepted.factor;
+                    unrest = accepted.unrest;
                     rejected = false;
                 }
                 None => {
@@ -162,13 +169,12 @@ impl<Y: Mechanism> Search<'_, '_, Y> {
         Err(Error::NoEquilibrium { force: unrest.force.to_f32() })
     }
 
-    /// Takes the step if it leads downhill: what is unbalanced then, and the factor of the next step's
-    /// weight. If it does not, q stays.
+    /// Takes the step if it leads downhill. If it does not, q stays.
     fn attempt(
         &mut self,
         length: Y::Scalar,
         unrest: Unrest<Y::Scalar>,
-    ) -> Result<Option<(Unrest<Y::Scalar>, Y::Scalar)>, Error> {
+    ) -> Result<Option<Accepted<Y::Scalar>>, Error> {
         let of = Y::Scalar::from_f64;
         let before = self.q.clone();
         let force = self.covector.clone();
@@ -183,7 +189,7 @@ impl<Y: Mechanism> Search<'_, '_, Y> {
             {
                 let ratio = (next.square / unrest.square).sqrt();
                 let factor = if held { Y::Scalar::ONE } else { ratio.max(of(0.02)).min(of(0.5)) };
-                Ok(Some((next, factor)))
+                Ok(Some(Accepted { unrest: next, factor }))
             }
             _ => {
                 self.q.clone_from(&before);

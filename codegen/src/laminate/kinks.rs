@@ -28,12 +28,12 @@ pub struct Kink {
     /// The direction, by joint; its largest component is 1.
     pub direction: Vec<f64>,
     /// The derivatives along this direction before and after the state, SI.
-    pub slopes: [f64; 2],
+    pub derivatives: [f64; 2],
 }
 
 impl fmt::Display for Kink {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [before, behind] = self.slopes;
+        let [before, behind] = self.derivatives;
         let by = if self.by_speed { "speed" } else { "angle" };
         write!(
             f,
@@ -81,10 +81,15 @@ pub fn kinks(
                 })
             };
             let sharpest = directions.iter().filter_map(|direction| {
-                let slopes = slopes(|distance| value(direction, distance))?;
-                Some(Kink { law: name.clone(), by_speed, direction: direction.clone(), slopes })
+                let derivatives = derivatives(|distance| value(direction, distance))?;
+                Some(Kink {
+                    law: name.clone(),
+                    by_speed,
+                    direction: direction.clone(),
+                    derivatives,
+                })
             });
-            let jump = |kink: &Kink| (kink.slopes[1] - kink.slopes[0]).abs();
+            let jump = |kink: &Kink| (kink.derivatives[1] - kink.derivatives[0]).abs();
             found.extend(sharpest.max_by(|a, b| jump(a).total_cmp(&jump(b))));
         }
     }
@@ -92,7 +97,7 @@ pub fn kinks(
 }
 
 /// Returns the one-sided derivatives at 0, if they differ.
-fn slopes(value: impl Fn(f64) -> f64) -> Option<[f64; 2]> {
+fn derivatives(value: impl Fn(f64) -> f64) -> Option<[f64; 2]> {
     let here = value(0.0);
     let at = |h: f64| [(here - value(-h)) / h, (value(h) - here) / h];
     let jump = |[before, behind]: [f64; 2]| (behind - before).abs();
@@ -108,13 +113,13 @@ mod tests {
 
     #[test]
     fn kinks_and_curves() {
-        assert_eq!(slopes(|x| 3.0 * x * x - x), None);
-        assert_eq!(slopes(|x| x.sin() + 1e3), None);
-        assert_eq!(slopes(|x| x * x.abs()), None);
-        assert_eq!(slopes(f64::abs), Some([-1.0, 1.0]));
-        let [before, behind] = slopes(|x| x.max(-2.0 * x)).unwrap();
+        assert_eq!(derivatives(|x| 3.0 * x * x - x), None);
+        assert_eq!(derivatives(|x| x.sin() + 1e3), None);
+        assert_eq!(derivatives(|x| x * x.abs()), None);
+        assert_eq!(derivatives(f64::abs), Some([-1.0, 1.0]));
+        let [before, behind] = derivatives(|x| x.max(-2.0 * x)).unwrap();
         assert!((before + 2.0).abs() < 1e-9 && (behind - 1.0).abs() < 1e-9);
         // A step does not become smaller at a smaller distance.
-        assert!(slopes(|x| if x < 0.0 { 0.0 } else { 1.0 }).is_some());
+        assert!(derivatives(|x| if x < 0.0 { 0.0 } else { 1.0 }).is_some());
     }
 }

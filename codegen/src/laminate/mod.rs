@@ -80,16 +80,16 @@ pub fn build(model: &SourceModel, warnings: &mut Diagnostics) -> Result<Mechanis
     found.extend(judged.map(|verdict| verdict.diagnostic(model)));
 
     // A body's `outline` is copied to every layer, so its mistakes are reported once.
-    let mut said: Vec<Diagnostic> = Vec::new();
+    let mut reported: Vec<Diagnostic> = Vec::new();
     for diagnostic in found.0 {
-        if !said.contains(&diagnostic) {
-            said.push(diagnostic);
+        if !reported.contains(&diagnostic) {
+            reported.push(diagnostic);
         }
     }
-    if said.iter().any(|diagnostic| diagnostic.severity == Severity::Error) {
-        return Err(Diagnostics(said));
+    if reported.iter().any(|diagnostic| diagnostic.severity == Severity::Error) {
+        return Err(Diagnostics(reported));
     }
-    warnings.0.extend(said);
+    warnings.0.extend(reported);
     Ok(mechanism)
 }
 

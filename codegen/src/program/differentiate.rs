@@ -239,13 +239,13 @@ impl Rule<'_> {
             let one = self.constant(1.0);
             let less = self.push(Op::Sub(y, one));
             let power = self.push(Op::Pow(x, less));
-            let slope = self.push(Op::Mul(y, power));
-            self.push(Op::Mul(slope, dx))
+            let derivative = self.push(Op::Mul(y, power));
+            self.push(Op::Mul(derivative, dx))
         });
         let exponent = dy.map(|dy| {
             let logarithm = self.push(Op::Ln(x));
-            let slope = self.push(Op::Mul(value, logarithm));
-            self.push(Op::Mul(slope, dy))
+            let derivative = self.push(Op::Mul(value, logarithm));
+            self.push(Op::Mul(derivative, dy))
         });
         self.sum(base, exponent)
     }

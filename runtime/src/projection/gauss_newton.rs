@@ -66,7 +66,7 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
         Ok((closure, split(&mut workspace, dimensions.coordinates)?))
     }
 
-    /// The residual r becomes a J u + b r, where for a driven joint J u is less its due speed.
+    /// The residual r becomes a J u + b r, where for a driven joint the prescribed speed is taken from J u.
     pub(super) fn add_rates<Y: Mechanism<Scalar = S>>(&mut self, system: &Y, u: &[S], a: S, b: S) {
         let n = u.len();
         for (value, row) in self.residual.iter_mut().zip(self.jacobian.chunks_exact(n.max(1))) {

@@ -190,17 +190,17 @@ fn evaluate(
     let mut reactions = vec![0.0; 6 * n];
     let multipliers = &lambda[..d.rows];
     let at = Balance { t: state.t, q: &q, u: &u, acceleration: &acceleration, multipliers };
-    let said = |error| describe(&error, system.interface());
-    system.write_reactions(at, &mut reactions).map_err(said)?;
+    let message = |error| describe(&error, system.interface());
+    system.write_reactions(at, &mut reactions).map_err(message)?;
     let mut motor_torques = BTreeMap::new();
     for (joint, &torque) in system.interface().driven().iter().zip(&lambda[d.rows..]) {
         motor_torques.insert(system.interface().joints[joint.index()].name.clone(), torque);
     }
-    let (mass, forcing) = mass_and_forcing(system, state.t, &q, &u).map_err(said)?;
+    let (mass, forcing) = mass_and_forcing(system, state.t, &q, &u).map_err(message)?;
     let mut residual = vec![0.0; 9 * d.loops];
     let rows = &mut vec![0.0; 9 * d.loops * n];
-    system.write_closure(&q, &mut residual, rows).map_err(said)?;
-    let energy = system.energy(state.t, &q, &u).map_err(said)?;
+    system.write_closure(&q, &mut residual, rows).map_err(message)?;
+    let energy = system.energy(state.t, &q, &u).map_err(message)?;
     if !(energy.kinetic.is_finite() && energy.potential.is_finite()) {
         return Err("its energy is too large for a double".to_owned());
     }

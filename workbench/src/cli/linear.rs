@@ -115,10 +115,10 @@ impl Motions {
             }
         }
         tell_of_friction(mechanism, settings.0);
-        let kinks = found.into_iter().map(|Kink { law, by_speed, slopes, .. }| KinkReport {
+        let kinks = found.into_iter().map(|Kink { law, by_speed, derivatives, .. }| KinkReport {
             law,
             by: if by_speed { "u" } else { "q" },
-            slopes,
+            slopes: derivatives,
         });
         let stability = Stability {
             stable: is_static && is_dynamic,

@@ -201,9 +201,9 @@ fn overlay(
         }
     }
     state.u.fill(0.0);
-    let said = |error| fail(describe(&error, system.interface()));
-    assemble(system, t[0], &mut state.q, &pinned, &mut system.workspace()).map_err(said)?;
-    let simulated = sampled(system, state, t).map_err(said)?;
+    let message = |error| fail(describe(&error, system.interface()));
+    assemble(system, t[0], &mut state.q, &pinned, &mut system.workspace()).map_err(message)?;
+    let simulated = sampled(system, state, t).map_err(message)?;
     let mut curves = Vec::new();
     for (k, name) in names.iter().enumerate() {
         if !arguments.joints.is_empty() && !arguments.joints.iter().any(|wanted| wanted == name) {
@@ -246,16 +246,16 @@ fn synthesize(
         return Err(misused("--synthesize and --rate must give from one to a million samples"));
     }
     let mut state = system.initial();
-    let said = |error| fail(describe(&error, system.interface()));
+    let message = |error| fail(describe(&error, system.interface()));
     let pinned: Vec<bool> = (0..state.q.len()).map(|joint| system.is_pinned(joint)).collect();
-    assemble(system, 0.0, &mut state.q, &pinned, &mut system.workspace()).map_err(said)?;
+    assemble(system, 0.0, &mut state.q, &pinned, &mut system.workspace()).map_err(message)?;
     let t: Vec<f64> = (0..=count as u32).map(|k| f64::from(k) / arguments.rate).collect();
-    let motion = sampled(system, state, &t).map_err(said)?;
+    let motion = sampled(system, state, &t).map_err(message)?;
     let mut random = ChaCha8Rng::seed_from_u64(arguments.seed);
     let normal = Normal::new(0.0, arguments.noise).map_err(fail)?;
     let mut rotations: Vec<Vec<Quaternion<f64>>> = Vec::new();
     for q in &motion {
-        let poses = system.poses(q).map_err(said)?;
+        let poses = system.poses(q).map_err(message)?;
         let turned = poses.iter().map(|pose| {
             let matrix = Rotation3::from_matrix_unchecked(Matrix3::from_row_slice(&pose[..9]));
             let noise = Vector3::from_fn(|_, _| normal.sample(&mut random));

@@ -66,7 +66,7 @@ pub struct Marker {
 }
 
 /// Poses looked at to see how far a motion reaches.
-const LOOKS: usize = 120;
+const MOST_SAMPLES: usize = 120;
 
 impl Scene {
     /// What there is to see of a mechanism.
@@ -133,7 +133,7 @@ impl Scene {
 
     /// Everything's positions in the course of a motion, base frame, m.
     pub fn swept(&self, motion: &Motion) -> Vec<Vector3<f64>> {
-        let every = motion.samples.len().div_ceil(LOOKS).max(1);
+        let every = motion.samples.len().div_ceil(MOST_SAMPLES).max(1);
         let looks = motion.samples.iter().step_by(every).chain(motion.samples.last());
         looks.flat_map(|sample| self.positions(&sample.poses)).collect()
     }

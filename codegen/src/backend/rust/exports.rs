@@ -4,7 +4,7 @@ use proc_macro2::{Ident, TokenStream};
 use quote::{format_ident, quote};
 
 use super::Options;
-use super::items::{Syntax, is_bare, number, number_types};
+use super::items::{Syntax, needs_marker, number, number_types};
 use super::straight_line::has;
 use crate::backend::c::OFFERED;
 use crate::program::{Argument, Array, FunctionKind, Program, Shape, Size};
@@ -53,8 +53,8 @@ impl<'a> Exports<'a> {
             false => (quote!(<#real>), quote!(::<#real>)),
         };
         let [params, inputs] = number_types(program, &generic);
-        let bare =
-            is_bare(program, options.scalar).then(|| quote!(, scalar: ::core::marker::PhantomData));
+        let bare = needs_marker(program, options.scalar)
+            .then(|| quote!(, scalar: ::core::marker::PhantomData));
         Self {
             program,
             params,

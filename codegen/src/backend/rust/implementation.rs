@@ -5,7 +5,7 @@ use quote::{format_ident, quote};
 
 use super::ScalarChoice;
 use super::body::constant;
-use super::items::{FieldNames, Syntax, allowances, is_bare, model, number};
+use super::items::{FieldNames, Syntax, allowances, model, needs_marker, number};
 use super::straight_line::{has, method};
 use crate::program::{FunctionKind, JointInfo, Program};
 
@@ -307,7 +307,7 @@ pub fn batch(program: &Program, choice: ScalarChoice, fields: &FieldNames) -> To
     };
     let parameters = of_lane("params", &fields.parameters);
     let inputs = of_lane("inputs", &fields.inputs);
-    let bare = is_bare(program, choice).then(|| quote!(, scalar: ::core::marker::PhantomData));
+    let bare = needs_marker(program, choice).then(|| quote!(, scalar: ::core::marker::PhantomData));
     let functions = batch_functions(program);
     let allowances = allowances();
     quote! {

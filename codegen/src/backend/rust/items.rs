@@ -302,7 +302,7 @@ pub fn number_types(program: &Program, generic: &TokenStream) -> [TokenStream; 2
 }
 
 /// Whether nothing but a private field has the number type.
-pub fn is_bare(program: &Program, choice: ScalarChoice) -> bool {
+pub fn needs_marker(program: &Program, choice: ScalarChoice) -> bool {
     let Interface { parameters, inputs, .. } = &program.interface;
     choice == ScalarChoice::Generic && parameters.is_empty() && inputs.is_empty()
 }
@@ -330,7 +330,7 @@ fn model_item(program: &Program, choice: ScalarChoice, syntax: &Syntax) -> Token
         interface.loops.len()
     ));
     let [params, inputs] = number_types(program, generic);
-    let (bare, bare_value) = match is_bare(program, choice) {
+    let (bare, bare_value) = match needs_marker(program, choice) {
         true => (
             quote!(scalar: ::core::marker::PhantomData<S>,),
             quote!(scalar: ::core::marker::PhantomData,),
