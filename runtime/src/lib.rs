@@ -33,7 +33,7 @@
 //! use lamc_runtime::plumbing::{Dimensions, EquationsMut, workspace_len};
 //! use lamc_runtime::{Arithmetic, Dopri5, Energy, Error, Integrator, Mechanism, State};
 //!
-//! const DIMENSIONS: Dimensions = Dimensions { bodies: 1, points: 1, ..Dimensions::of_joints(1) };
+//! const DIMENSIONS: Dimensions = Dimensions { bodies: 1, ..Dimensions::of_joints(1) };
 //!
 //! /// A point mass of 1 kg, 1 m below its hinge.
 //! struct Pendulum;
@@ -45,7 +45,7 @@
 //!     type Matrix = [f64; 1];
 //!     type Workspace = [f64; workspace_len(DIMENSIONS)];
 //!     type Poses = [[f64; 12]; 1];
-//!     type Points = [[f64; 3]; 1];
+//!     type Points = [[f64; 3]; 0];
 //!
 //!     fn dimensions(&self) -> Dimensions { DIMENSIONS }
 //!     fn speeds(&self) -> [f64; 1] { [0.0] }
@@ -55,17 +55,9 @@
 //!     fn limits(&self, _: usize) -> [f64; 2] { [f64::NEG_INFINITY, f64::INFINITY] }
 //!     fn initial(&self) -> State<[f64; 1], f64> { State { t: 0.0, q: [0.5], u: [0.0] } }
 //!     fn is_pinned(&self, _: usize) -> bool { true }
-//!     fn energy(&self, _: f64, q: &[f64; 1], u: &[f64; 1]) -> Energy<f64> {
+//!     fn energy(&self, _: f64, q: &[f64; 1], u: &[f64; 1]) -> Result<Energy<f64>, Error> {
 //!         let potential = -9.81 * Arithmetic::sin_cos(q[0]).1;
-//!         Energy { kinetic: u[0] * u[0] / 2.0, potential }
-//!     }
-//!     fn poses(&self, q: &[f64; 1]) -> [[f64; 12]; 1] {
-//!         let (s, c) = Arithmetic::sin_cos(q[0]);
-//!         [[c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]]
-//!     }
-//!     fn points(&self, q: &[f64; 1]) -> [[f64; 3]; 1] {
-//!         let (s, c) = Arithmetic::sin_cos(q[0]);
-//!         [[s, -c, 0.0]]
+//!         Ok(Energy { kinetic: u[0] * u[0] / 2.0, potential })
 //!     }
 //!     fn write_equations(
 //!         &self, _: f64, q: &[f64], _: &[f64], out: EquationsMut<'_, f64>,
@@ -82,11 +74,11 @@
 //! # fn main() -> Result<(), Error> {
 //! let pendulum = Pendulum;
 //! let mut state = pendulum.assembled()?;
-//! let before = pendulum.energy(state.t, &state.q, &state.u);
+//! let before = pendulum.energy(state.t, &state.q, &state.u)?;
 //! Dopri5::new(&pendulum).run(&pendulum, &mut state, 1.0, |state| {
 //!     assert!(state.q[0].abs() <= 0.5 + 1e-6);
 //! })?;
-//! let after = pendulum.energy(state.t, &state.q, &state.u);
+//! let after = pendulum.energy(state.t, &state.q, &state.u)?;
 //! let change = after.kinetic + after.potential - before.kinetic - before.potential;
 //! assert!(change.abs() < 1e-6);
 //! # Ok(())

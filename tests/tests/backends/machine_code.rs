@@ -32,11 +32,12 @@ pub fn write_all(
     let out = ProjectionMut { residual: a, positions: b, speeds: c };
     let closed = conditioning(model.write_projection(q, u, out)?);
     let out = JacobianMut { acceleration: a, dq: b, du: c, dt: d };
-    let slopes = conditioning(model.write_jacobian(t, q, u, out)?);
+    let derivatives = conditioning(model.write_jacobian(t, q, u, out)?);
     let (q, u) = (exactly(q)?, exactly(u)?);
     let energy = model.energy(t, q, u);
-    let seen = model.poses(q)[0][0] + model.points(q).first().map_or(0.0, |point| point[0]);
-    Ok(trusted + closed + slopes + energy.kinetic + energy.potential + seen)
+    let point = model.points(q)?.first().map_or(0.0, |point| point[0]);
+    let seen = model.poses(q)[0][0] + point;
+    Ok(trusted + closed + derivatives + energy.kinetic + energy.potential + seen)
 }
 ";
 

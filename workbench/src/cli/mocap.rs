@@ -95,10 +95,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
     }
     let joints = angles(mechanism, &measured);
     if joints.iter().all(Option::is_none) {
-        return Err(fail(format_args!(
-            "{path}: there is no joint for which both bodies were \
-                                      measured"
-        )));
+        let reason = "there is no joint for which both bodies were measured";
+        return Err(fail(format_args!("{path}: {reason}")));
     }
     for motion in joints.iter().flatten().filter(|motion| motion.misalignment > DOUBTFUL) {
         warn(format_args!(

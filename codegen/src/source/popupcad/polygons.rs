@@ -168,7 +168,7 @@ mod tests {
     fn what_is_no_layer() {
         for (wkt, words) in [
             ("LINESTRING (0 0, 1 1)", "no area"),
-            ("POLYGON ((0 0, 1 0, 0 0))", "this has 2"),
+            ("POLYGON ((0 0, 1 0, 0 0))", "this one has 2"),
             ("POLYGON ((0 0, 1 0, 1 1, 0 0)) and more", "text after"),
             ("POLYGON ((0 0, 1 0, 1 1, 0 0", "not a polygon"),
             ("POLYGON ((0 0, 1e999 0, 1 1, 0 0))", "not finite"),
