@@ -34,9 +34,9 @@ pub fn write_all(
     let out = JacobianMut { acceleration: a, dq: b, du: c, dt: d };
     let derivatives = conditioning(model.write_jacobian(t, q, u, out)?);
     let (q, u) = (exactly(q)?, exactly(u)?);
-    let energy = model.energy(t, q, u);
-    let point = model.points(q)?.first().map_or(0.0, |point| point[0]);
-    let seen = model.poses(q)[0][0] + point;
+    let energy = Mechanism::energy(model, t, q, u)?;
+    let point = Mechanism::points(model, q)?.first().map_or(0.0, |point| point[0]);
+    let seen = Mechanism::poses(model, q)?[0][0] + point;
     Ok(trusted + closed + derivatives + energy.kinetic + energy.potential + seen)
 }
 ";
