@@ -100,7 +100,9 @@ fn judge(row: &str) -> Result<Vec<String>, Box<dyn Error>> {
     };
     let ours = reference.is_none();
     let (expected, allowed) = match (scalar, reference) {
-        ("f32", Some(reference)) => (reference, 1e-4),
+        // C on another processor: its compiler fuses other operations, and a second of motion makes a
+        // difference of rounding a thousand times larger.
+        ("f32", Some(reference)) => (reference, 2e-4),
         ("f64", Some(reference)) => (reference, 1e-9),
         ("f32", None) => (motion::<f32>()?, 1e-4),
         ("f64", None) => (motion::<f64>()?, 1e-9),
