@@ -4,11 +4,9 @@
 pub mod chain;
 pub mod compare;
 pub mod designs;
-pub mod expression;
 pub mod golden;
 pub mod linkages;
 pub mod near_flat;
-pub mod newton_euler;
 pub mod nine_rows;
 pub mod not_checked;
 pub mod package;

@@ -16,3 +16,4 @@ pub mod picture;
 pub mod reference;
 pub mod scene;
 pub mod simulation;
+pub mod verify;

@@ -6,8 +6,8 @@ use lamc::program::{FunctionKind, Interpreter};
 use lamc::source::SourceFile;
 use lamc_runtime::{Error, JacobianMut, Mechanism, acceleration, jacobian};
 use lamc_tests::compile_text;
-use lamc_tests::expression::Values;
 use lamc_workbench::execution::Jit;
+use lamc_workbench::verify::Values;
 
 /// A disc of 1 kg m^2 about its hinge, on which nothing acts but this torque.
 fn disc(torque: &str) -> String {

@@ -4,10 +4,9 @@
 use lamc::program::Interpreter;
 use lamc_runtime::plumbing::EquationsMut;
 use lamc_runtime::{Mechanism, acceleration, assemble, project};
-use lamc_tests::expression::Values;
-use lamc_tests::newton_euler::{solve, tree_mass_matrix};
 use lamc_tests::random::{Lines, Random, Recipe, model};
 use lamc_tests::{compile_text, published, relative_error};
+use lamc_workbench::verify::{Values, solve, tree_mass_matrix};
 use nalgebra::DMatrix;
 
 /// Accelerations and energies of every reference state, to 1e-9 of the largest component.
@@ -18,7 +17,7 @@ fn the_evaluator_agrees_with_the_reference() {
         let mechanism = reference.mechanism();
         for (index, state) in reference.states.iter().enumerate() {
             let values = Values { q: state.q.clone(), u: state.u.clone(), ..Values::default() };
-            let solution = solve(&mechanism, &values);
+            let solution = solve(&mechanism, &values).unwrap();
             assert!(solution.open_by < 1e-10, "{stem} {index}: open by {}", solution.open_by);
             assert!(solution.speed_mismatch < 1e-9, "{stem}: {}", solution.speed_mismatch);
             let check = |what: &str, found: &[f64], expected: &[f64]| {
@@ -88,7 +87,7 @@ fn flat_sheets_at_rest() {
         let rank = certain_rank(&system, &q).expect("the lines' directions are well apart");
         assert!(rank < compiled.topology.rank, "seed {seed}: flat is not singular");
         let values = Values { parameters, inputs: vec![1e-3], t: 0.5, q, u };
-        let expected = solve(mechanism, &values);
+        let expected = solve(mechanism, &values).unwrap();
         let (mut found, mut workspace) = (vec![0.0; n], system.workspace());
         let at = (values.t, &values.q, &values.u);
         let found_rank = acceleration(&system, at.0, at.1, at.2, &mut workspace, &mut found)
@@ -146,7 +145,7 @@ fn compare(seed: u64, recipe: Recipe) -> usize {
 
         let parameters = mechanism.parameters.iter().map(|parameter| parameter.value).collect();
         let values = Values { parameters, inputs: vec![motor], t, q, u };
-        let expected = solve(mechanism, &values);
+        let expected = solve(mechanism, &values).unwrap();
         assert!(expected.open_by < 1e-9, "seed {seed}: open by {:e}", expected.open_by);
         let slip = expected.speed_mismatch;
         assert!(slip < 1e-8, "seed {seed}: speeds differ by {slip:e}");

@@ -61,6 +61,7 @@ const FLOORS: [Floors; 5] = [
             ("mocap", &["identify"]),
             ("motion", &[]),
             ("simulation", &["execution", "motion"]),
+            ("verify", &["execution", "motion", "simulation"]),
             ("scene", &["motion"]),
             ("picture", &["motion", "scene"]),
             ("page", &["motion", "scene", "picture"]),

@@ -26,6 +26,7 @@ mod schema;
 mod shell;
 mod simulate;
 mod start;
+mod verify;
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
@@ -156,6 +157,8 @@ enum Command {
         #[command(flatten)]
         size: Size,
     },
+    /// Compare a model's equations with an independent formulation, and check energy and closure
+    Verify(verify::Arguments),
     /// Evaluate a model at given states (JSON in, JSON out), or at its initial configuration
     Eval(eval::Arguments),
     /// Simulate a model from its initial configuration
@@ -214,6 +217,7 @@ pub fn run() -> ExitCode {
     let cli = Cli::parse();
     let outcome = match (cli.command, cli.compile) {
         (Some(Command::Check { model, size }), _) => check::run(&model, size),
+        (Some(Command::Verify(arguments)), _) => verify::run(&arguments),
         (Some(Command::Eval(arguments)), _) => eval::run(&arguments),
         (Some(Command::Simulate(arguments)), _) => simulate::run(&arguments),
         (Some(Command::Live(arguments)), _) => live::run(&arguments),

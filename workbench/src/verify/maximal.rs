@@ -1,5 +1,6 @@
 //! Newton's and Euler's equations in maximal coordinates: six accelerations per moving body, five
-//! equations per hinge. No tree, no cut, no generalised speeds: loops are hinges like any other.
+//! equations per hinge and one more where an angle is prescribed. There is no tree, no cut and no
+//! generalised speed: loops are hinges like any other.
 //!
 //! ```text
 //! minimise  1/2 (a - a0)^T W (a - a0)   subject to   A a = b        (Gauss's principle)
@@ -7,30 +8,16 @@
 //! a = a0 + W^-1/2 (A W^-1/2)^+ (b - A a0)
 //! ```
 //!
-//! Udwadia & Kalaba, A new perspective on constrained motion, Proc. R. Soc. Lond. A 439 (1992).
+//! F. E. Udwadia and R. E. Kalaba, "A new perspective on constrained motion", Proc. R. Soc. Lond. A 439
+//! (1992).
 
-use crate::compare::{keep_largest, largest};
-use lamc::laminate::Mechanism;
-use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Unit, Vector3};
+use lamc::arithmetic::{larger, largest};
+use lamc::laminate::{Joint, Mechanism};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
-use crate::expression::Values;
-
-/// Singular values of the scaled hinge equations below this fraction of the largest are zero: well
-/// above rounding, and below anything but a configuration next to a singular one.
-const RANK_TOLERANCE: f64 = 1e-9;
-
-/// A body in motion, base frame.
-#[derive(Clone, Copy, Debug)]
-pub struct Motion {
-    /// The point drawn at x lies at R x + p.
-    pub rotation: Matrix3<f64>,
-    /// p, m.
-    pub position: Vector3<f64>,
-    /// Angular velocity, rad/s.
-    pub omega: Vector3<f64>,
-    /// Velocity of the centre of mass, m/s.
-    pub velocity: Vector3<f64>,
-}
+use super::expression::Values;
+use super::gauss::{Constrained, constrain};
+use super::placement::{Motion, motions, turn};
 
 /// Results of the equations at one state.
 #[derive(Clone, Debug)]
@@ -45,19 +32,46 @@ pub struct Solution {
     pub open_by: f64,
     /// How badly the joint speeds disagree about how a body moves: m/s, or rad/s.
     pub speed_mismatch: f64,
+    /// Independent equations of the hinges.
+    pub rank: usize,
+    /// The singular values of the scaled equations over the largest, in descending order.
+    pub spectrum: Vec<f64>,
 }
 
+impl Solution {
+    /// The degrees of freedom that the hinges leave to `bodies` moving bodies.
+    pub fn mobility(&self, bodies: usize) -> usize {
+        6 * bodies - self.rank
+    }
+
+    /// The condition number: the largest singular value over the smallest that counts.
+    pub fn condition(&self) -> f64 {
+        self.rank.checked_sub(1).map_or(1.0, |last| 1.0 / self.spectrum[last])
+    }
+}
+
+/// The inertia of this body is not positive definite, which this formulation needs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the inertia of body {0} is not positive definite")]
+pub struct Massless(pub usize);
+
 /// Solves for the joint accelerations at a closed state.
-pub fn solve(mechanism: &Mechanism, values: &Values) -> Solution {
+///
+/// # Errors
+/// A body without inertia.
+pub fn solve(mechanism: &Mechanism, values: &Values) -> Result<Solution, Massless> {
     let system = System::new(mechanism, values);
     let (open_by, speed_mismatch) = system.mismatch();
-    Solution {
-        acceleration: system.accelerations(),
+    let (acceleration, rank, spectrum) = system.accelerations()?;
+    Ok(Solution {
+        acceleration,
         kinetic_energy: system.kinetic_energy(),
         potential_energy: system.potential_energy(),
         open_by,
         speed_mismatch,
-    }
+        rank,
+        spectrum,
+    })
 }
 
 /// The mass matrix of a mechanism without loops, row-major: the polarised kinetic energy.
@@ -94,6 +108,13 @@ struct Hinge {
     arms: [Vector3<f64>; 2],
     /// Torque on the second body about the direction, N m.
     torque: f64,
+}
+
+impl Hinge {
+    /// Each body, its arm, and the sign of its acceleration in the equations.
+    fn ends(&self) -> [(usize, Vector3<f64>, f64); 2] {
+        [(self.bodies[0], self.arms[0], -1.0), (self.bodies[1], self.arms[1], 1.0)]
+    }
 }
 
 impl<'a> System<'a> {
@@ -135,14 +156,19 @@ impl<'a> System<'a> {
         let first = &self.motions[bodies[0]];
         let point = first.rotation * joint.point + first.position;
         let (q, u) = (self.values.q[index], self.values.u[index]);
-        let of = |expression| self.values.of(expression);
+        let of = |formula| self.values.of(formula);
+        let bend = q - of(&joint.rest);
+        let friction = joint.friction.as_ref();
+        let friction = friction.map_or(0.0, |law| of(&law.torque) * (u / law.speed).tanh());
         Hinge {
             bodies,
             direction: first.rotation * joint.direction,
             arms: bodies.map(|body| point - self.com(body)),
             torque: of(&joint.torque)
-                - of(&joint.stiffness) * (q - of(&joint.rest))
-                - of(&joint.damping) * u,
+                - of(&joint.stiffness) * bend
+                - of(&joint.cubic_stiffness) * bend.powi(3)
+                - of(&joint.damping) * u
+                - friction,
         }
     }
 
@@ -156,14 +182,19 @@ impl<'a> System<'a> {
                 (gravity * self.mass(body), gyroscopic)
             })
             .collect();
-        for force in &self.mechanism.forces {
-            let point = &self.mechanism.points[force.point.index()];
-            let body = point.body.index();
-            let motion = &self.motions[body];
-            let at = motion.rotation * point.at + motion.position;
-            let force = Vector3::from_fn(|i, _| self.values.of(&force.force[i]));
+        let mut push = |body: usize, at: Vector3<f64>, force: Vector3<f64>| {
             wrenches[body].0 += force;
             wrenches[body].1 += (at - self.com(body)).cross(&force);
+        };
+        for force in &self.mechanism.forces {
+            let point = &self.mechanism.points[force.point.index()];
+            let motion = &self.motions[point.body.index()];
+            let at = motion.rotation * point.at + motion.position;
+            let force = Vector3::from_fn(|i, _| self.values.of(&force.force[i]));
+            push(point.body.index(), at, force);
+        }
+        for body in self.moving() {
+            self.drag(body).into_iter().for_each(|(at, force)| push(body, at, force));
         }
         for index in 0..self.mechanism.joints.len() {
             let hinge = self.hinge(index);
@@ -173,35 +204,76 @@ impl<'a> System<'a> {
         wrenches
     }
 
-    /// Gauss's principle over the accelerations of all moving bodies.
-    fn accelerations(&self) -> Vec<f64> {
+    /// What the air does to the plates of a body: at which points, N. The force per area against the speed v
+    /// along the normal is density drag |v| v / 2.
+    fn drag(&self, body: usize) -> Vec<(Vector3<f64>, Vector3<f64>)> {
+        let Some(air) = &self.mechanism.air else { return Vec::new() };
+        let pressure = self.values.of(&air.density) * self.values.of(&air.drag) / 2.0;
+        let motion = &self.motions[body];
+        let normal = motion.rotation * Vector3::z();
+        let force = |point: &lamc::laminate::SurfacePoint| {
+            let at = motion.rotation * point.at + motion.position;
+            let velocity = motion.velocity + motion.omega.cross(&(at - self.com(body)));
+            let speed = velocity.dot(&normal);
+            (at, -normal * (pressure * point.area * speed.abs() * speed))
+        };
+        self.mechanism.bodies[body].surface.iter().map(force).collect()
+    }
+
+    /// The joint accelerations by Gauss's principle over the accelerations of all moving bodies, the rank of
+    /// the hinges' equations and their singular values.
+    #[allow(clippy::type_complexity, reason = "three results")]
+    fn accelerations(&self) -> Result<(Vec<f64>, usize, Vec<f64>), Massless> {
         let moving = self.moving();
         let column = |body: usize| moving.iter().position(|&b| b == body).map(|i| 6 * i);
         let hinges: Vec<_> = (0..self.mechanism.joints.len()).map(|j| self.hinge(j)).collect();
-        let wrenches = self.wrenches();
+        let (free, root) = self.free_bodies(&moving)?;
+        let (rows, rhs) = self.hinge_equations(&hinges, 6 * moving.len(), &column);
+        let Constrained { accelerations, rank, spectrum } = constrain(&rows, &rhs, &free, &root);
+        let alpha = |body: usize| {
+            column(body).map_or(Vector3::zeros(), |c| accelerations.fixed_rows::<3>(c + 3).into())
+        };
+        let relative = |hinge: &Hinge| alpha(hinge.bodies[1]) - alpha(hinge.bodies[0]);
+        let joints = hinges.iter().map(|hinge| hinge.direction.dot(&relative(hinge))).collect();
+        Ok((joints, rank, spectrum))
+    }
 
-        // W^-1/2 per body (a square root by Cholesky: W = S S^T) and the free accelerations.
+    /// The accelerations without hinges, and W^-1/2 (S^-T of the Cholesky factor S of W), six rows per body.
+    fn free_bodies(&self, moving: &[usize]) -> Result<(DVector<f64>, DMatrix<f64>), Massless> {
+        let wrenches = self.wrenches();
         let mut free = DVector::zeros(6 * moving.len());
         let mut root = DMatrix::zeros(6 * moving.len(), 6 * moving.len());
         for (i, &body) in moving.iter().enumerate() {
             let (force, moment) = wrenches[body];
-            let inertia = self.inertia(body).cholesky().expect("inertia is positive definite");
+            let inertia = self.inertia(body).cholesky().ok_or(Massless(body))?;
+            let inverse = inertia.l().try_inverse().ok_or(Massless(body))?;
             free.fixed_rows_mut::<3>(6 * i).copy_from(&(force / self.mass(body)));
             free.fixed_rows_mut::<3>(6 * i + 3).copy_from(&inertia.solve(&moment));
             let light = Matrix3::identity() / self.mass(body).sqrt();
             root.fixed_view_mut::<3, 3>(6 * i, 6 * i).copy_from(&light);
-            let inverse = inertia.l().try_inverse().expect("a regular triangle");
             root.fixed_view_mut::<3, 3>(6 * i + 3, 6 * i + 3).copy_from(&inverse.transpose());
         }
+        Ok((free, root))
+    }
 
-        let mut rows = DMatrix::zeros(5 * hinges.len(), 6 * moving.len());
-        let mut rhs = DVector::zeros(5 * hinges.len());
+    /// A and b: five rows for each hinge, then one for each driven joint.
+    fn hinge_equations(
+        &self,
+        hinges: &[Hinge],
+        columns: usize,
+        column: &dyn Fn(usize) -> Option<usize>,
+    ) -> (DMatrix<f64>, DVector<f64>) {
+        let joints = &self.mechanism.joints;
+        let driven: Vec<_> = joints
+            .iter()
+            .enumerate()
+            .filter_map(|(j, joint)| Some((j, joint.drive.as_ref()?)))
+            .collect();
+        let mut rows = DMatrix::zeros(5 * hinges.len() + driven.len(), columns);
+        let mut rhs = DVector::zeros(rows.nrows());
         for (j, hinge) in hinges.iter().enumerate() {
-            let u = self.values.u[j];
             let across = perpendicular(&hinge.direction);
-            for (body, arm, sign) in
-                [(hinge.bodies[0], hinge.arms[0], -1.0), (hinge.bodies[1], hinge.arms[1], 1.0)]
-            {
+            for (body, arm, sign) in hinge.ends() {
                 let omega = self.motions[body].omega;
                 // Same acceleration of the hinge point: a + alpha x r + omega x (omega x r).
                 let centripetal = omega.cross(&omega.cross(&arm));
@@ -219,17 +291,22 @@ impl<'a> System<'a> {
                 }
             }
             // alpha_1 - alpha_0 = u' e + u omega_0 x e, so across e only the last term is left.
+            let u = self.values.u[j];
             let carried = self.motions[hinge.bodies[0]].omega.cross(&hinge.direction) * u;
             for (k, direction) in across.iter().enumerate() {
                 rhs[5 * j + 3 + k] = direction.dot(&carried);
             }
         }
-        let accelerations = constrain(&rows, &rhs, &free, &root);
-        let alpha = |body: usize| {
-            column(body).map_or(Vector3::zeros(), |c| accelerations.fixed_rows::<3>(c + 3).into())
-        };
-        let relative = |hinge: &Hinge| alpha(hinge.bodies[1]) - alpha(hinge.bodies[0]);
-        hinges.iter().map(|hinge| hinge.direction.dot(&relative(hinge))).collect()
+        for (row, (j, drive)) in (5 * hinges.len()..).zip(driven) {
+            for (body, _, sign) in hinges[j].ends() {
+                if let Some(c) = column(body) {
+                    let turn = hinges[j].direction.transpose() * sign;
+                    rows.fixed_view_mut::<1, 3>(row, c + 3).copy_from(&turn);
+                }
+            }
+            rhs[row] = self.values.jet(drive)[2];
+        }
+        (rows, rhs)
     }
 
     fn kinetic_energy(&self) -> f64 {
@@ -244,9 +321,11 @@ impl<'a> System<'a> {
     fn potential_energy(&self) -> f64 {
         let gravity = self.gravity();
         let weight = |&body: &usize| -self.mass(body) * gravity.dot(&self.com(body));
-        let spring = |(joint, q): (&lamc::laminate::Joint, &f64)| {
-            let stretch = q - self.values.of(&joint.rest);
-            0.5 * self.values.of(&joint.stiffness) * stretch * stretch
+        let spring = |(joint, q): (&Joint, &f64)| {
+            let square = (q - self.values.of(&joint.rest)).powi(2);
+            let [linear, cubic] =
+                [&joint.stiffness, &joint.cubic_stiffness].map(|law| self.values.of(law));
+            linear * square / 2.0 + cubic * square * square / 4.0
         };
         self.moving().iter().map(weight).sum::<f64>()
             + self.mechanism.joints.iter().zip(&self.values.q).map(spring).sum::<f64>()
@@ -259,86 +338,20 @@ impl<'a> System<'a> {
             let [a, b] = joint.bodies.map(|id| id.index());
             let (first, second) = (&self.motions[a], &self.motions[b]);
             let turned = first.rotation * turn(&joint.direction, self.values.q[j]);
-            open.0 = keep_largest(open.0, largest(&(second.rotation - turned)));
+            open.0 = larger(open.0, largest(&(second.rotation - turned)));
             let gap = second.rotation * joint.point + second.position
                 - first.rotation * joint.point
                 - first.position;
-            open.0 = keep_largest(open.0, largest(&gap));
+            open.0 = larger(open.0, largest(&gap));
             let hinge = self.hinge(j);
             let spin = second.omega - first.omega - hinge.direction * self.values.u[j];
             let slip = second.velocity + second.omega.cross(&hinge.arms[1])
                 - first.velocity
                 - first.omega.cross(&hinge.arms[0]);
-            open.1 = keep_largest(open.1, largest(spin.iter().chain(&slip)));
+            open.1 = larger(open.1, largest(spin.iter().chain(&slip)));
         }
         open
     }
-}
-
-/// Where every body is and how it moves: hinges are followed in any order until all are placed.
-fn motions(mechanism: &Mechanism, values: &Values) -> Vec<Motion> {
-    let ground = Motion {
-        rotation: Matrix3::identity(),
-        position: Vector3::zeros(),
-        omega: Vector3::zeros(),
-        velocity: Vector3::zeros(),
-    };
-    let mut placed: Vec<Option<Motion>> =
-        mechanism.bodies.iter().map(|body| body.fixed.then_some(ground)).collect();
-    while placed.iter().any(Option::is_none) {
-        let before = placed.iter().flatten().count();
-        for (j, joint) in mechanism.joints.iter().enumerate() {
-            let [a, b] = joint.bodies.map(|id| id.index());
-            let (known, new, sign) = match (&placed[a], &placed[b]) {
-                (Some(known), None) => (*known, b, 1.0),
-                (None, Some(known)) => (*known, a, -1.0),
-                _ => continue,
-            };
-            let from = if new == b { a } else { b };
-            let rotation = known.rotation * turn(&joint.direction, sign * values.q[j]);
-            let hinge = known.rotation * joint.point + known.position;
-            // The hinge line is the same line in both bodies.
-            let omega = known.omega + known.rotation * joint.direction * (sign * values.u[j]);
-            let com = |body: usize| mechanism.bodies[body].mass_properties.com;
-            let known_com = known.rotation * com(from) + known.position;
-            let position = hinge - rotation * joint.point;
-            let new_com = rotation * com(new) + position;
-            let at_hinge = known.velocity + known.omega.cross(&(hinge - known_com));
-            let velocity = at_hinge + omega.cross(&(new_com - hinge));
-            placed[new] = Some(Motion { rotation, position, omega, velocity });
-        }
-        assert!(placed.iter().flatten().count() > before, "a body is out of reach of the ground");
-    }
-    placed.into_iter().flatten().collect()
-}
-
-/// The point nearest to `free`, in the norm of W, that satisfies `rows` a = `rhs`, where
-/// W^-1 = `root` `root`^T.
-fn constrain(
-    rows: &DMatrix<f64>,
-    rhs: &DVector<f64>,
-    free: &DVector<f64>,
-    root: &DMatrix<f64>,
-) -> DVector<f64> {
-    let mut scaled = rows * root;
-    let mut weights = DVector::zeros(rows.nrows());
-    for (i, mut row) in scaled.row_iter_mut().enumerate() {
-        weights[i] = 1.0 / row.norm();
-        row *= weights[i];
-    }
-    let svd = scaled.svd(true, true);
-    let tolerance = RANK_TOLERANCE * svd.singular_values.max();
-    let mut solution = free.clone();
-    // The second pass takes away what rounding left of the first.
-    for _ in 0..2 {
-        let violation = (rhs - rows * &solution).component_mul(&weights);
-        solution += root * svd.solve(&violation, tolerance).expect("both factors were asked for");
-    }
-    solution
-}
-
-fn turn(direction: &Vector3<f64>, angle: f64) -> Matrix3<f64> {
-    Rotation3::from_axis_angle(&Unit::new_normalize(*direction), angle).into_inner()
 }
 
 /// Two unit vectors at right angles to a unit vector and to each other.

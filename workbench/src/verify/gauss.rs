@@ -1,0 +1,51 @@
+//! Gauss's principle: of all accelerations that meet linear equations, those nearest to the free ones.
+
+use nalgebra::{DMatrix, DVector};
+
+/// Singular values of the scaled hinge equations below this fraction of the largest are zero: well
+/// above rounding, and below anything but a configuration next to a singular one.
+const RANK_TOLERANCE: f64 = 1e-9;
+
+/// The accelerations that meet the equations.
+#[derive(Clone, Debug)]
+pub struct Constrained {
+    /// The accelerations.
+    pub accelerations: DVector<f64>,
+    /// Independent equations.
+    pub rank: usize,
+    /// Singular values over the largest, in descending order.
+    pub spectrum: Vec<f64>,
+}
+
+/// The point nearest to `free`, in the norm of W, that satisfies `rows` a = `rhs`, where
+/// W^-1 = `root` `root`^T.
+pub fn constrain(
+    rows: &DMatrix<f64>,
+    rhs: &DVector<f64>,
+    free: &DVector<f64>,
+    root: &DMatrix<f64>,
+) -> Constrained {
+    let mut scaled = rows * root;
+    let mut weights = DVector::zeros(rows.nrows());
+    for (i, mut row) in scaled.row_iter_mut().enumerate() {
+        // A row between two fixed bodies is zero.
+        let norm = row.norm();
+        weights[i] = if norm > 0.0 { 1.0 / norm } else { 0.0 };
+        row *= weights[i];
+    }
+    let svd = scaled.svd(true, true);
+    let most = svd.singular_values.max();
+    let tolerance = RANK_TOLERANCE * most;
+    let mut accelerations = free.clone();
+    // The second pass takes away what rounding left of the first.
+    for _ in 0..2 {
+        let violation = (rhs - rows * &accelerations).component_mul(&weights);
+        if let Ok(step) = svd.solve(&violation, tolerance) {
+            accelerations += root * step;
+        }
+    }
+    let mut spectrum: Vec<f64> = svd.singular_values.iter().map(|value| value / most).collect();
+    spectrum.sort_by(|a, b| b.total_cmp(a));
+    let rank = spectrum.iter().filter(|&&value| value > RANK_TOLERANCE).count();
+    Constrained { accelerations, rank, spectrum }
+}

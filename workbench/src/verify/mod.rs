@@ -1,0 +1,232 @@
+//! Checks of a user's own model: its equations against an independent formulation, its energy and its
+//! closure along a motion, and single against double precision.
+//!
+//! | check | compares |
+//! |---|---|
+//! | acceleration | du/dt of the machine code with Newton's and Euler's equations in [`maximal`] coordinates |
+//! | rank | the constraints that the runtime counts with those of that formulation |
+//! | energy | T and V with sums over the bodies and springs |
+//! | closure | where the two bodies of every hinge say the hinge is |
+//! | interpreter | du/dt of the machine code with the interpreter's, bit by bit |
+//! | single precision | du/dt in `f32` with that in `f64` |
+//! | balance | the change of T + V along a motion with the work of torques and dampers |
+//! | drift | how far the loops open along that motion |
+//!
+//! The first five are evaluated at random closed states and, if the model can lie flat at rest, there.
+
+mod expression;
+mod gauss;
+mod maximal;
+mod motion;
+mod placement;
+mod single;
+mod states;
+
+pub use expression::{Jet, Values};
+pub use maximal::{Massless, Solution, solve, tree_mass_matrix};
+
+use lamc::arithmetic::{larger, largest};
+use lamc::pipeline::Compiled;
+use lamc::program::Interpreter;
+use lamc_runtime::{Constraint, Mechanism, acceleration};
+
+use crate::execution::Jit;
+use single::Single;
+
+/// What a relative error of the acceleration may be, times the condition number of the hinges' equations.
+const ACCELERATION: f64 = 1e-9;
+
+/// What a relative error of the energies may be: the copies of a cut body coincide to 1e-12 of the size.
+const ENERGY: f64 = 1e-10;
+
+/// How far a hinge may be open at an assembled state, as a share of the model's size or as a sine.
+const CLOSURE: f64 = 1e-9;
+
+/// What a relative error of the acceleration may be in single precision: two digits are left.
+const SINGLE: f64 = 1e-2;
+
+/// What to check.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Random states.
+    pub states: usize,
+    /// Which ones.
+    pub seed: u64,
+    /// How long the motion is, s.
+    pub duration: f64,
+}
+
+/// The result of a check.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Check {
+    /// Its name.
+    pub name: &'static str,
+    /// States or samples compared.
+    pub cases: usize,
+    /// The largest error found, and what is allowed.
+    pub error: f64,
+    /// The largest error allowed.
+    pub allowed: f64,
+    /// Why there is no error to show: nothing could be compared, or a comparison broke off.
+    pub remark: Option<Remark>,
+}
+
+/// Why a check has no error to show.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Remark {
+    /// This model cannot be compared in this way.
+    NotChecked(String),
+    /// It should have been possible.
+    Failed(String),
+}
+
+impl Check {
+    fn new(name: &'static str, cases: usize, error: f64, allowed: f64) -> Self {
+        Self { name, cases, error, allowed, remark: None }
+    }
+
+    fn without(name: &'static str, remark: Remark) -> Self {
+        Self { name, cases: 0, error: f64::NAN, allowed: f64::NAN, remark: Some(remark) }
+    }
+
+    /// Whether the model failed.
+    pub fn failed(&self) -> bool {
+        match &self.remark {
+            Some(Remark::NotChecked(_)) => false,
+            Some(Remark::Failed(_)) => true,
+            // An error that is not a number is a failure.
+            None => self.error.is_nan() || self.error > self.allowed,
+        }
+    }
+}
+
+/// Runs all checks on a model.
+pub fn verify(compiled: &Compiled, settings: &Settings) -> Vec<Check> {
+    let mut checks = at_states(compiled, settings);
+    checks.extend(motion::checks(compiled, settings));
+    checks
+}
+
+/// Largest errors so far.
+#[derive(Clone, Copy, Debug, Default)]
+struct Errors {
+    acceleration: f64,
+    rank: f64,
+    energy: f64,
+    closure: f64,
+    interpreter: f64,
+    single: f64,
+    /// States with an answer in single precision.
+    singles: usize,
+}
+
+/// The checks at single states.
+fn at_states(compiled: &Compiled, settings: &Settings) -> Vec<Check> {
+    const NAMES: [&str; 6] =
+        ["acceleration", "rank", "energy", "closure", "interpreter", "single precision"];
+    let states = match states::closed(compiled, settings) {
+        Ok(states) => states,
+        Err(remark) => return NAMES.map(|name| Check::without(name, remark.clone())).to_vec(),
+    };
+    let count = states.len();
+    let (machine, interpreter, single) = (
+        Jit::new(&compiled.program),
+        Interpreter::new(&compiled.program),
+        Single::new(&compiled.program),
+    );
+    let mut systems = Systems { compiled, machine, interpreter, single };
+    let mut errors = Errors::default();
+    for (values, expected) in &states {
+        systems.compare(values, expected, &mut errors);
+    }
+    let mut checks = vec![
+        Check::new(NAMES[0], count, errors.acceleration, ACCELERATION),
+        Check::new(NAMES[1], count, errors.rank, 0.0),
+        Check::new(NAMES[2], count, errors.energy, ENERGY),
+        Check::new(NAMES[3], count, errors.closure, CLOSURE),
+        Check::new(NAMES[4], count, errors.interpreter, 0.0),
+    ];
+    checks.push(match errors.singles {
+        0 => Check::without(NAMES[5], Remark::Failed("no state has an acceleration in f32".into())),
+        singles => Check::new(NAMES[5], singles, errors.single, SINGLE),
+    });
+    checks
+}
+
+/// Everything that evaluates a model.
+struct Systems<'a> {
+    compiled: &'a Compiled,
+    machine: Jit,
+    interpreter: Interpreter,
+    single: Single,
+}
+
+impl Systems<'_> {
+    /// Compares all at a state.
+    fn compare(&mut self, values: &Values, expected: &Solution, errors: &mut Errors) {
+        let names = &self.compiled.program.interface.inputs;
+        for (name, &value) in names.iter().zip(&values.inputs) {
+            // The names are the program's own.
+            let _ = self.machine.set_input(name, value);
+            let _ = self.interpreter.set_input(name, value);
+            let _ = self.single.set_input(name, value);
+        }
+        let size = self.compiled.topology.mechanism.size;
+        let closed = larger(expected.open_by / size, expected.speed_mismatch / size);
+        errors.closure = larger(errors.closure, closed);
+
+        let (found, constraint) = accelerated(&self.machine, values);
+        let error = relative(&found, &expected.acceleration) / expected.condition();
+        errors.acceleration = larger(errors.acceleration, error);
+        let n = values.q.len();
+        let moving = self.compiled.topology.mechanism.bodies.iter().filter(|body| !body.fixed);
+        let freedom = expected.mobility(moving.count());
+        let rank = constraint.map_or(f64::NAN, |constraint| {
+            (n as f64 - constraint.rank as f64 - freedom as f64).abs()
+        });
+        errors.rank = larger(errors.rank, rank);
+
+        let (interpreted, _) = accelerated(&self.interpreter, values);
+        let differ = |(a, b): (&f64, &f64)| a.to_bits() != b.to_bits();
+        if found.iter().zip(&interpreted).any(differ) {
+            errors.interpreter = larger(errors.interpreter, relative(&interpreted, &found));
+            errors.interpreter = larger(errors.interpreter, f64::MIN_POSITIVE);
+        }
+        // Next to a singular state single precision may have no digits left, and says so.
+        let (rounded, _) = accelerated(&self.single, values);
+        if rounded.iter().all(|value| value.is_finite()) {
+            errors.singles += 1;
+            errors.single = larger(errors.single, relative(&rounded, &found));
+        }
+        let energy = self.machine.energy(values.t, &values.q, &values.u);
+        let error = energy.map_or(f64::NAN, |energy| {
+            let total = expected.kinetic_energy.abs() + expected.potential_energy.abs();
+            let kinetic = energy.kinetic - expected.kinetic_energy;
+            let potential = energy.potential - expected.potential_energy;
+            let off = larger(kinetic.abs(), potential.abs());
+            if off == 0.0 { 0.0 } else { off / total }
+        });
+        errors.energy = larger(errors.energy, error);
+    }
+}
+
+/// du/dt, NaN where there is none, and the constraints that hold.
+fn accelerated<M>(system: &M, values: &Values) -> (Vec<f64>, Option<Constraint>)
+where
+    M: Mechanism<Scalar = f64>,
+{
+    let mut rates = vec![f64::NAN; values.q.len()];
+    let mut workspace = system.workspace();
+    let (q, u) = (&values.q, &values.u);
+    let found = acceleration(system, values.t, q, u, workspace.as_mut(), &mut rates);
+    match found {
+        Ok(constraint) => (rates, Some(constraint)),
+        Err(_) => (vec![f64::NAN; values.q.len()], None),
+    }
+}
+
+/// The largest difference over the largest magnitude.
+fn relative(found: &[f64], expected: &[f64]) -> f64 {
+    let difference = largest(found.iter().zip(expected).map(|(a, b)| a - b));
+    if difference == 0.0 { 0.0 } else { difference / largest(expected) }
+}
