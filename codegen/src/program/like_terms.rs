@@ -17,6 +17,9 @@
 //! Postcondition: no sum has two terms that are multiples of the same value. Sums are re-associated,
 //! so results may differ in rounding.
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+
 use super::constants::is_same;
 use super::ir::{Function, Instruction, Op, Value};
 
@@ -115,9 +118,7 @@ impl Merging {
         let instruction = self.old[index].clone();
         let op = match instruction.op {
             Op::Add(..) | Op::Sub(..) if !self.absorbed[index] => {
-                let mut terms = Vec::new();
-                self.gather(Value(index), 1.0, &mut terms);
-                if let Some(terms) = merged(terms) {
+                if let Some(terms) = merged(self.terms(Value(index))) {
                     let value = self.sum(terms, &instruction);
                     self.instructions[value.index()].name = instruction.name;
                     return value;
@@ -155,20 +156,20 @@ impl Merging {
         self.named(Instruction { name: None, ..like.clone() }, op)
     }
 
-    /// The terms of a sum and of the sums that are its terms.
-    fn gather(&self, sum: Value, sign: f64, terms: &mut Vec<Term>) {
-        let (x, y, second) = match self.old[sum.index()].op {
-            Op::Add(x, y) => (x, y, sign),
-            Op::Sub(x, y) => (x, y, -sign),
-            _ => return,
-        };
-        for (operand, sign) in [(x, sign), (y, second)] {
-            if self.absorbed[operand.index()] {
-                self.gather(operand, sign, terms);
-            } else {
-                terms.push(self.term(operand, sign));
+    /// The terms of a sum and of the sums that are its terms, from left to right. Sums may be long, so this
+    /// does not recurse.
+    fn terms(&self, sum: Value) -> Vec<Term> {
+        let mut terms = Vec::new();
+        let mut left = vec![(sum, 1.0)];
+        while let Some((value, sign)) = left.pop() {
+            let is_sum = value == sum || self.absorbed[value.index()];
+            match self.old[value.index()].op {
+                Op::Add(x, y) if is_sum => left.extend([(y, sign), (x, sign)]),
+                Op::Sub(x, y) if is_sum => left.extend([(y, -sign), (x, sign)]),
+                _ => terms.push(self.term(value, sign)),
             }
         }
+        terms
     }
 
     fn term(&self, value: Value, sign: f64) -> Term {
@@ -190,15 +191,15 @@ impl Merging {
         term
     }
 
-    /// The factors of a product and of the products in it that nothing else uses.
-    fn flatten(&self, value: Value, term: &mut Term) {
-        match self.old[value.index()].op {
-            Op::Mul(x, y) if self.uses[value.index()] == 1 => {
-                self.flatten(x, term);
-                self.flatten(y, term);
+    /// The factors of a product and of the products in it that nothing else uses, from left to right.
+    fn flatten(&self, product: Value, term: &mut Term) {
+        let mut left = vec![product];
+        while let Some(value) = left.pop() {
+            match self.old[value.index()].op {
+                Op::Mul(x, y) if self.uses[value.index()] == 1 => left.extend([y, x]),
+                Op::Const(number) => term.coefficient *= number,
+                _ => term.factors.push(self.map[value.index()]),
             }
-            Op::Const(number) => term.coefficient *= number,
-            _ => term.factors.push(self.map[value.index()]),
         }
     }
 
@@ -250,16 +251,20 @@ impl Merging {
 fn merged(terms: Vec<Term>) -> Option<Vec<Term>> {
     let count = terms.len();
     let mut merged: Vec<(Term, f64)> = Vec::with_capacity(count);
+    let mut places = HashMap::with_capacity(count);
     for term in terms {
-        let key = term.key();
         let magnitude = term.coefficient.abs();
-        match merged.iter_mut().find(|(other, _)| other.key() == key) {
-            Some((other, largest)) => {
+        match places.entry(term.key()) {
+            Entry::Occupied(place) => {
+                let (other, largest): &mut (Term, f64) = &mut merged[*place.get()];
                 other.coefficient += term.coefficient;
                 *largest = largest.max(magnitude);
                 other.whole = None;
             }
-            None => merged.push((term, magnitude)),
+            Entry::Vacant(place) => {
+                place.insert(merged.len());
+                merged.push((term, magnitude));
+            }
         }
     }
     // The product of coefficients may overflow where no product with the values does.

@@ -115,6 +115,16 @@ fn a_long_sum() {
 }
 
 #[test]
+fn a_long_product() {
+    const FACTORS: usize = 10_000;
+    let product = vec!["(1 + 1e-4*u.j)"; FACTORS].join("*");
+    let compiled = compile_text(&disc(&product));
+    let got = accelerated(&Interpreter::new(&compiled.program), 0.2, 0.9).unwrap();
+    let expected = (1.0 + 0.9e-4_f64).powf(FACTORS as f64);
+    assert!((got - expected).abs() < 1e-11 * expected, "{got} is not {expected}");
+}
+
+#[test]
 fn reserved_as_all_functions_are() {
     for name in ["sign", "step", "log", "asin", "acos", "atan", "atan2"] {
         let text = disc("0").replace("{ p: 0.7 }", &format!("{{ {name}: 1 }}"));

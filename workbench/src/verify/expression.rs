@@ -167,9 +167,8 @@ mod tests {
             "abs(t - 3) + max(t, 2*t - 5) + min(t^3, 9)",
         ] {
             let model = format!(
-                "name: m\nbodies: {{ a: {{ fixed: true }}, b: {{ rigid: {{ mass: 1, com: [0, 0, 0], \
-                 inertia: [[1, 0, 0], [0, 1, 0], [0, 0, 1]] }} }} }}\njoints: {{ j: {{ bodies: [a, b], \
-                 axis: [[0, 0], [0, 1]], drive: \"{text}\" }} }}\n"
+                "name: m\nbodies: {{ a: {{ fixed: true }}, b: {{ point_masses: [{{ mass: 1, at: [1, 0, 0] }}] \
+                 }} }}\njoints: {{ j: {{ bodies: [a, b], axis: [[0, 0], [0, 1]], drive: \"{text}\" }} }}\n"
             );
             let file = lamc::source::SourceFile { path: "m.yaml".into(), text: model };
             let (topology, _) = lamc::pipeline::analyse(&file)

@@ -22,6 +22,9 @@ mod placement;
 mod single;
 mod states;
 
+#[cfg(test)]
+mod tests;
+
 pub use expression::{Jet, Values};
 pub use maximal::{Massless, Solution, solve, tree_mass_matrix};
 
