@@ -73,7 +73,7 @@ impl<Y: Mechanism> Search<'_, Y> {
 
     /// J^T J and -J^T r of the joints that are free to go downhill.
     fn linearise(&mut self, q: &[Y::Scalar], held: &dyn Fn(usize) -> bool) {
-        let n = self.step.len();
+        let n = self.system.dimensions().speeds;
         self.rhs.fill(Y::Scalar::ZERO);
         for (row, &r) in self.jacobian.chunks_exact(n.max(1)).zip(&*self.residual) {
             add_scaled(self.rhs, -r, row);
@@ -83,7 +83,7 @@ impl<Y: Mechanism> Search<'_, Y> {
             let fixed = stopped || held(direction);
             self.free[direction] = if fixed { Y::Scalar::ZERO } else { Y::Scalar::ONE };
         }
-        self.square(n);
+        self.square();
     }
 
     /// Whether a direction of u is that of a joint at a limit which a move this way would leave.
@@ -95,7 +95,8 @@ impl<Y: Mechanism> Search<'_, Y> {
     }
 
     /// J^T J, lower triangle, where both directions are free.
-    fn square(&mut self, n: usize) {
+    fn square(&mut self) {
+        let n = self.system.dimensions().speeds;
         self.normal.fill(Y::Scalar::ZERO);
         for row in self.jacobian.chunks_exact(n.max(1)) {
             for i in 0..n {
@@ -114,7 +115,7 @@ impl<Y: Mechanism> Search<'_, Y> {
 
     /// The step of (J^T J + mu) step = rhs; mu as a share of the largest entry of J^T J.
     fn solve(&mut self, damping: Y::Scalar) {
-        let n = self.step.len();
+        let n = self.system.dimensions().speeds;
         let largest = (0..n).fold(Y::Scalar::ZERO, |most, i| most.max(self.normal[i * n + i]));
         let mut damping = damping.max(LEAST_DAMPING.of());
         loop {
@@ -211,7 +212,7 @@ impl<Y: Mechanism> Search<'_, Y> {
     /// The step towards the guess that keeps q closed to first order: g - q less its part
     /// J^+ (r + J (g - q)) across the closure.
     fn tangent(&mut self, q: &[Y::Scalar], held: &dyn Fn(usize) -> bool) {
-        let n = self.step.len();
+        let n = self.system.dimensions().speeds;
         for direction in 0..n {
             let fixed = held(direction);
             self.free[direction] = if fixed { Y::Scalar::ZERO } else { Y::Scalar::ONE };
@@ -222,7 +223,7 @@ impl<Y: Mechanism> Search<'_, Y> {
             for (across, &free) in self.across.iter_mut().zip(&*self.free) {
                 *across = free * *across;
             }
-            self.square(n);
+            self.square();
             // The second projection removes the residual that damping left.
             for pass in 0..2 {
                 self.rhs.fill(Y::Scalar::ZERO);
