@@ -124,7 +124,7 @@ struct Errors {
 }
 
 /// The checks at single states.
-fn at_states(compiled: &Compiled, settings: &Settings) -> Vec<Check> {
+pub fn at_states(compiled: &Compiled, settings: &Settings) -> Vec<Check> {
     const NAMES: [&str; 6] =
         ["acceleration", "rank", "energy", "closure", "interpreter", "single precision"];
     let states = match states::closed(compiled, settings) {
