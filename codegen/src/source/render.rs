@@ -65,7 +65,9 @@ fn snippet<'a>(
         if diagnostic.label.is_empty() { primary } else { primary.label(&diagnostic.label) };
     let secondary =
         also.map(|(span, label)| AnnotationKind::Context.span(shift(span)).label(label));
-    Snippet::source(text[start..end].trim_end_matches('\r'))
+    // A carriage return at the end is shown by nothing, unless the mistake is behind it.
+    let end = (start + text[start..end].trim_end_matches('\r').len()).max(last);
+    Snippet::source(&text[start..end])
         .line_start(text[..start].matches('\n').count() + 1)
         .path(&file.path)
         .annotation(primary)

@@ -21,7 +21,7 @@ mod merge;
 /// Deepest nesting of mappings and sequences, with aliases expanded.
 const MAX_DEPTH: usize = 64;
 /// Largest number of nodes of a file, with aliases expanded.
-const MAX_NODES: usize = 2_000_000;
+const MAX_NODES: usize = 1_000_000;
 
 /// A value of the file.
 #[derive(Clone, Debug)]

@@ -13,6 +13,7 @@ mod hinges;
 mod near_flat;
 mod newton_euler;
 mod reference;
+mod regressions;
 mod shrink;
 mod size;
 mod warnings;

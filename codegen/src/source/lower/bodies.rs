@@ -182,9 +182,6 @@ impl Lowering<'_> {
         let nodes = items(node, RING.form(), &mut self.diagnostics)?;
         let vertices: Vec<_> = nodes.iter().map(|node| self.drawn_point(node)).collect();
         let mut vertices: Vec<[f64; 2]> = vertices.into_iter().collect::<Option<_>>()?;
-        if vertices.len() > 1 && vertices.first() == vertices.last() {
-            vertices.pop();
-        }
         if let Some(i) = vertices.windows(2).position(|pair| pair[0] == pair[1]) {
             self.note(
                 Diagnostic::error(
@@ -196,6 +193,9 @@ impl Lowering<'_> {
                 .hint("remove one of them"),
             );
             return None;
+        }
+        if vertices.len() > 1 && vertices.first() == vertices.last() {
+            vertices.pop();
         }
         if vertices.len() < 3 {
             let message = format!(
