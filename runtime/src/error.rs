@@ -8,7 +8,7 @@ use core::fmt;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Error {
-    /// The workspace is shorter than [`workspace_len`](crate::workspace_len).
+    /// The workspace is shorter than [`workspace_len`](crate::plumbing::workspace_len).
     Workspace {
         /// Numbers needed.
         needed: usize,

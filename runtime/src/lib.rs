@@ -14,7 +14,7 @@
 //! | motion between stops | [`Stopped`] |
 //! | several designs or motions at once | [`Batch`] |
 //!
-//! Vectors are the caller's slices, temporaries live in a workspace of [`workspace_len`] numbers.
+//! Vectors are the caller's slices, temporaries live in a workspace of [`workspace_len`](plumbing::workspace_len) numbers.
 //! Angles are in radians, everything else in SI units. A slice that is too short, a state that is
 //! not finite, a loop that cannot be closed is an [`Error`] that names the joint or the loop:
 //! nothing here panics as long as the `Mechanism` itself does not, and NaN never spreads silently.

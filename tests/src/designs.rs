@@ -3,7 +3,7 @@
 //! `data/published` holds the four mechanisms of the paper DETC2018-86359 as masses, centres, inertias
 //! and hinge lines, with states and motions from three other implementations (Newton-Euler in NumPy,
 //! Pinocchio, CasADi). `data/drawings` holds drawings in popupCAD's format with closed-form mass
-//! properties ([`newton_euler`] gives the accelerations of their states); `draw.py` there made them.
+//! properties ([`solve`] gives the accelerations of their states); `draw.py` there made them.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -3,7 +3,7 @@
 //!
 //! | check | compares |
 //! |---|---|
-//! | acceleration | du/dt of the machine code with Newton's and Euler's equations in [`maximal`] coordinates |
+//! | acceleration | du/dt of the machine code with Newton's and Euler's equations in maximal coordinates |
 //! | rank | the constraints that the runtime counts with those of that formulation |
 //! | energy | T and V with sums over the bodies and springs |
 //! | closure | where the two bodies of every hinge say the hinge is |
