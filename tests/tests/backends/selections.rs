@@ -7,7 +7,7 @@ use std::process::Command;
 
 use lamc::backend::c::Real;
 use lamc::backend::rust::Options;
-use lamc::pipeline;
+use lamc::pipeline::{self, Compiled};
 use lamc::program::{Interpreter, Selection};
 use lamc_runtime::{Mechanism, Rk4, Rodas, State};
 use lamc_tests::package::Package;
@@ -47,19 +47,25 @@ fn selection(names: &str) -> Selection {
     Selection::named(names.split(',')).unwrap()
 }
 
+/// The whole program, a folded state of it, and the state after the steps.
+fn moved(compiled: &Compiled) -> (Interpreter, State<Vec<f64>, f64>, State<Vec<f64>, f64>) {
+    let mut system = Interpreter::new(&compiled.program);
+    system.set_initial(0, FOLDED);
+    let start = system.assembled().unwrap();
+    let (mut state, mut rk4) = (start.clone(), Rk4::new(&system));
+    for _ in 0..STEPS.0 {
+        rk4.step(&system, &mut state, STEPS.1).unwrap();
+    }
+    (system, start, state)
+}
+
 #[test]
 fn rust_modules_with_any_functions_move_alike() {
     let mut package = Package::new();
     let mut expected = Vec::new();
     for model in MODELS {
         let compiled = compile(&workspace().join(format!("examples/{model}.yaml")));
-        let mut system = Interpreter::new(&compiled.program);
-        system.set_initial(0, FOLDED);
-        let start = system.assembled().unwrap();
-        let (mut state, mut rk4) = (start.clone(), Rk4::new(&system));
-        for _ in 0..STEPS.0 {
-            rk4.step(&system, &mut state, STEPS.1).unwrap();
-        }
+        let (system, start, state) = moved(&compiled);
         let explicit = [state.q, state.u].concat();
         let (mut state, mut rodas) = (start.clone(), Rodas::new(&system));
         (rodas.relative, rodas.absolute) = (1e-9, 1e-9);
@@ -98,13 +104,7 @@ fn c_modules_with_any_functions_move_alike() {
     let folder = folder.path();
     for model in MODELS {
         let mut compiled = compile(&workspace().join(format!("examples/{model}.yaml")));
-        let mut system = Interpreter::new(&compiled.program);
-        system.set_initial(0, FOLDED);
-        let start = system.assembled().unwrap();
-        let (mut state, mut rk4) = (start.clone(), Rk4::new(&system));
-        for _ in 0..STEPS.0 {
-            rk4.step(&system, &mut state, STEPS.1).unwrap();
-        }
+        let (_, start, state) = moved(&compiled);
         let whole = compiled.program.clone();
         for (index, (names, _)) in SELECTIONS.into_iter().enumerate() {
             compiled.program = whole.only(selection(names));

@@ -1,8 +1,9 @@
 //! Compares the reports of targets with the results of this machine, and checks the limits of firmware.
 //!
 //! Each argument is a row of the table that is printed: `NAME;SCALAR;REPORT;ELF`, where ELF may be
-//! left out. A name that ends in `!` is held to the limits. `docs/EMBEDDED.md` must have about the same numbers. SCALAR is `f32` or `f64`, and may be
-//! followed by `=` and the report of a reference, to compare with instead of Rust on this machine.
+//! left out. A name that ends in `!` is held to the limits. SCALAR is `f32` or `f64`, and may be followed by `=`
+//! and the report of a reference, to compare with instead of Rust on this machine. `docs/EMBEDDED.md` must have
+//! about the same numbers.
 
 #![allow(clippy::neg_cmp_op_on_partial_ord, reason = "`!(a <= b)` is how NaN is meant to fail")]
 
