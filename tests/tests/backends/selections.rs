@@ -47,8 +47,10 @@ fn selection(names: &str) -> Selection {
     Selection::named(names.split(',')).unwrap()
 }
 
+type Moving = State<Vec<f64>, f64>;
+
 /// The whole program, a folded state of it, and the state after the steps.
-fn moved(compiled: &Compiled) -> (Interpreter, State<Vec<f64>, f64>, State<Vec<f64>, f64>) {
+fn moved(compiled: &Compiled) -> (Interpreter, Moving, Moving) {
     let mut system = Interpreter::new(&compiled.program);
     system.set_initial(0, FOLDED);
     let start = system.assembled().unwrap();
@@ -135,7 +137,7 @@ fn c_modules_with_any_functions_move_alike() {
 }
 
 /// A program that prints q and u after the steps.
-fn main(name: &str, model: &str, start: &State<Vec<f64>, f64>) -> String {
+fn main(name: &str, model: &str, start: &Moving) -> String {
     let list = |numbers: &[f64]| format!("{numbers:?}").replace('[', "{ ").replace(']', " }");
     let (q, u) = (list(&start.q), list(&start.u));
     let upper = model.to_ascii_uppercase();
