@@ -1,6 +1,7 @@
 //! Common parts of the end-to-end tests: mechanisms with reference values, compiled models,
 //! comparisons, and formulations of mechanics that are independent of lamc.
 
+pub mod campaign;
 pub mod chain;
 pub mod compare;
 pub mod designs;

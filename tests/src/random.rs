@@ -61,6 +61,42 @@ pub fn model(seed: u64, recipe: Recipe) -> String {
     writer.text
 }
 
+/// A random mechanism for a comparison: a tree or loops of any class, driven or not, from micrometres to
+/// hundreds of metres, turned in its plane.
+pub fn mechanism(seed: u64) -> String {
+    let mut random = Random::new(seed ^ 0x5eed);
+    let recipe = match random.below(5) {
+        0 | 1 => Recipe { branches: 1 + random.below(12), loops: 0, lines: Lines::Any },
+        2 => {
+            Recipe { branches: random.below(4), loops: 1 + random.below(3), lines: Lines::Parallel }
+        }
+        3 => Recipe {
+            branches: random.below(4),
+            loops: 1 + random.below(3),
+            lines: Lines::Concurrent,
+        },
+        _ => Recipe { branches: random.below(3), loops: 1 + random.below(2), lines: Lines::Any },
+    };
+    let mut text = model(seed, recipe);
+    // A loop may have no freedom left for a driven joint.
+    if recipe.loops == 0 && random.chance(0.3) {
+        text = driven(&text);
+    }
+    if random.chance(0.3) {
+        text = text.replacen("gravity:", "air: { density: 1.2, drag: 1.1 }\ngravity:", 1);
+    }
+    if random.chance(0.3) {
+        let law = "friction: { torque: 1e-4, speed: 0.1 }, cubic_stiffness: 0.01, torque:";
+        text = text.replacen("torque:", law, 1);
+    }
+    match random.below(6) {
+        // A thousandth, and a thousand times the size.
+        0 => text.replace("length: mm", "length: um"),
+        1 => text.replace("length: mm", "length: m"),
+        _ => text,
+    }
+}
+
 /// A hinge between two bodies; bodies 0 and 1 are fixed.
 struct Hinge {
     bodies: [usize; 2],

@@ -84,11 +84,13 @@ pub enum Remark {
 }
 
 impl Check {
-    fn new(name: &'static str, cases: usize, error: f64, allowed: f64) -> Self {
+    /// A comparison that was made.
+    pub fn new(name: &'static str, cases: usize, error: f64, allowed: f64) -> Self {
         Self { name, cases, error, allowed, remark: None }
     }
 
-    fn without(name: &'static str, remark: Remark) -> Self {
+    /// A comparison without an error to show.
+    pub fn without(name: &'static str, remark: Remark) -> Self {
         Self { name, cases: 0, error: f64::NAN, allowed: f64::NAN, remark: Some(remark) }
     }
 
