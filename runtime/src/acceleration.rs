@@ -18,7 +18,7 @@
 
 use crate::closure_rows::{Decided, Rows};
 use crate::constants::{NOISE_OF_ACCELERATION, SAFE_CONDITIONING};
-use crate::linear::{Kept, backward, dot, factor, forward, max_abs};
+use crate::linear::{Kept, backward, copy, dot, factor, forward, max_abs};
 use crate::passage::pass;
 use crate::plumbing::{Dimensions, EquationsMut, Margin};
 use crate::rank::{Fading, Gap};
@@ -69,7 +69,7 @@ pub fn acceleration<Y: Mechanism>(
     workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
 ) -> Result<Constraint, Error> {
-    solve(system, (t, q, u), Fading::of_rounding().lost, workspace, out, None)
+    solve(system, (t, q, u), || Fading::of_rounding().lost, workspace, out, None)
 }
 
 /// du/dt of a state on a trajectory, into `out` (N): what integrators use.
@@ -90,7 +90,7 @@ pub fn acceleration_in_motion<Y: Mechanism>(
     workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
 ) -> Result<Constraint, Error> {
-    solve(system, (t, q, u), Fading::of_rounding().passing, workspace, out, None)
+    solve(system, (t, q, u), || Fading::of_rounding().passing, workspace, out, None)
 }
 
 /// As [`acceleration`], and the constraint forces, C + D: the closure forces lambda (N), of which
@@ -114,7 +114,7 @@ pub fn acceleration_and_forces<Y: Mechanism>(
     if lambda.len() != expected {
         return Err(Error::Length { expected, given: lambda.len() });
     }
-    solve(system, (t, q, u), Y::Scalar::ZERO, workspace, out, Some(lambda))
+    solve(system, (t, q, u), || Y::Scalar::ZERO, workspace, out, Some(lambda))
 }
 
 /// The conditioning above which rows are certainly independent and far from dependence.
@@ -146,12 +146,12 @@ pub(crate) fn direct<Y: Mechanism>(
 }
 
 /// du/dt at (t, q, u), and lambda if there is a place for it. Directions that have faded to less than
-/// `zone` of the strongest are taken along the motion.
+/// `zone` of the strongest are taken along the motion; most states do not need this number.
 #[inline]
 fn solve<Y: Mechanism>(
     system: &Y,
     state: (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
-    zone: Y::Scalar,
+    zone: impl FnOnce() -> Y::Scalar,
     workspace: &mut [Y::Scalar],
     out: &mut [Y::Scalar],
     lambda: Option<&mut [Y::Scalar]>,
@@ -163,7 +163,7 @@ fn solve<Y: Mechanism>(
     {
         return Ok(constraint);
     }
-    decide(system, dimensions, state, zone, workspace, out, lambda)
+    decide(system, dimensions, state, zone(), workspace, out, lambda)
 }
 
 /// As [`acceleration_in_motion`], if no elimination can be trusted.
@@ -205,7 +205,7 @@ fn decide<Y: Mechanism>(
         let rounding = (gap, zone);
         let found = pass(system, dimensions, state, rounding, workspace, passing.as_mut())?;
         if let Some(constraint) = found {
-            out.copy_from_slice(passing.as_ref());
+            copy(out, passing.as_ref())?;
             return Ok(constraint);
         }
     }
@@ -238,13 +238,13 @@ fn general<Y: Mechanism>(
         let rhs = split(&mut workspace, c)?;
         let push = split(&mut workspace, n)?;
         let mut rows = Rows { mass, jacobian, gamma, weighted, scratch, rhs, push };
-        let found = match rows.direct(out) {
+        let found = match rows.direct(out)? {
             Some(constraint) => (constraint, None),
-            None => rows.general(gap, out),
+            None => rows.general(gap, out)?,
         };
         if let Some(lambda) = lambda {
-            rows.multipliers(gap, lambda);
-            for torque in &mut lambda[dimensions.rows..] {
+            rows.multipliers(gap, lambda)?;
+            for torque in lambda.iter_mut().skip(dimensions.rows) {
                 *torque *= system.size();
             }
         }
@@ -266,9 +266,9 @@ pub(crate) fn write<Y: Mechanism>(
     out: EquationsMut<'_, Y::Scalar>,
 ) -> Result<(), Error> {
     let Dimensions { rows, speeds: n, .. } = system.dimensions();
-    let EquationsMut { mass, forcing, jacobian, gamma } = out;
-    let (jacobian, driven) = jacobian.split_at_mut(rows * n);
-    let (gamma, prescribed) = gamma.split_at_mut(rows);
+    let EquationsMut { mass, forcing, jacobian: mut driven, gamma: mut prescribed } = out;
+    let jacobian = split(&mut driven, rows * n)?;
+    let gamma = split(&mut prescribed, rows)?;
     system.write_equations(t, q, u, EquationsMut { mass, forcing, jacobian, gamma })?;
     driven.fill(Y::Scalar::ZERO);
     let size = system.size();
@@ -290,12 +290,11 @@ pub(crate) fn not_finite<S: Scalar>(slices: &[&[S]]) -> Option<usize> {
 
 /// Why the mass matrix has no factor.
 pub(crate) fn blame<S: Scalar>([q, u]: &[&[S]; 2], mass: &[S], pivot: usize) -> Error {
-    let (n, state) = (u.len(), &[*q, *u]);
+    let state = &[*q, *u];
+    let mut row = mass.iter().skip(pivot * u.len()).take(pivot + 1);
     match not_finite(state) {
         Some(joint) => Error::NotFinite { joint },
-        None if not_finite(&[&mass[pivot * n..=pivot * n + pivot]]).is_some() => {
-            Error::NotFinite { joint: pivot }
-        }
+        None if row.any(|value| !value.is_finite()) => Error::NotFinite { joint: pivot },
         None => Error::MassMatrix { joint: pivot },
     }
 }

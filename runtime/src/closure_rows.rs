@@ -2,11 +2,11 @@
 
 use crate::acceleration::safe;
 use crate::linear::{
-    Kept, add_scaled, backward, combine, conditioning, dot, factor, forward, keep, normalise,
-    orthogonalise, times_lower,
+    Kept, add_scaled, backward, combine, conditioning, copy, dot, factor, forward, keep, normalise,
+    orthogonalise, rows_of_mut, times_lower,
 };
 use crate::rank::{Fading, Gap};
-use crate::{Constraint, Scalar};
+use crate::{Constraint, Error, Scalar};
 
 /// A decision on the rank and, unless rows were far from dependence, what led to it.
 pub(crate) type Decided<S> = (Constraint, Option<Kept<S>>);
@@ -25,12 +25,13 @@ pub(crate) fn independent<S: Scalar>(
     rhs: &mut [S],
     [m, n]: [usize; 2],
     gap: Gap<S>,
-) -> Kept<S> {
+) -> Result<Kept<S>, Error> {
     let width = rhs.len() / m.max(1);
-    let k = orthogonalise(jacobian, rhs, m, n);
-    let kept = keep(&mut jacobian[..k * n], &mut rhs[..k * width], k, n, gap.cut());
-    normalise(&mut jacobian[..kept.rank * n], &mut rhs[..kept.rank * width], n);
-    kept
+    let k = orthogonalise(jacobian, rhs, m, n)?;
+    let (jacobian, rhs) = (rows_of_mut(jacobian, n, 0..k)?, rows_of_mut(rhs, width, 0..k)?);
+    let kept = keep(jacobian, rhs, k, n, gap.cut())?;
+    normalise(rows_of_mut(jacobian, n, 0..kept.rank)?, rows_of_mut(rhs, width, 0..kept.rank)?, n);
+    Ok(kept)
 }
 
 /// The closure equations J a = -gamma and room to solve them in.
@@ -62,71 +63,85 @@ impl<S: Scalar> Rows<'_, S> {
 
     /// Adds W^+ b to `y` by the Cholesky factor of W W^T, if that is safe: rows certainly
     /// independent and far from dependence.
-    pub fn direct(&mut self, y: &mut [S]) -> Option<Constraint> {
+    pub fn direct(&mut self, y: &mut [S]) -> Result<Option<Constraint>, Error> {
         let (c, n) = (self.gamma.len(), y.len());
         if c > n {
-            return None;
+            return Ok(None);
         }
-        self.weighted.copy_from_slice(self.jacobian);
+        copy(self.weighted, self.jacobian)?;
         weigh(self.mass, self.weighted, n);
-        let mut trace = S::ZERO;
-        for i in 0..c {
-            let row = |i: usize| &self.weighted[i * n..(i + 1) * n];
-            for j in 0..=i {
-                self.scratch[i * c + j] = dot(row(i), row(j));
-            }
-            trace += self.scratch[i * c + i];
+        let trace = self.set_products(c, n);
+        let safely =
+            factor(self.scratch, c).is_ok() && conditioning(self.scratch, c, trace) > safe();
+        if !safely {
+            return Ok(None);
         }
-        factor(self.scratch, c).ok()?;
-        if !(conditioning(self.scratch, c, trace) > safe()) {
-            return None;
-        }
-        self.rhs.copy_from_slice(self.gamma);
+        copy(self.rhs, self.gamma)?;
         self.set_wanted(c, y);
         forward(self.scratch, self.rhs);
         backward(self.scratch, self.rhs);
         self.push.fill(S::ZERO);
-        for (row, &value) in self.weighted.chunks_exact(n).zip(&*self.rhs) {
+        for (row, &value) in self.weighted.chunks_exact(n.max(1)).zip(&*self.rhs) {
             add_scaled(self.push, value, row);
         }
         add_scaled(y, S::ONE, self.push);
-        Some(Constraint::strong(c))
+        Ok(Some(Constraint::strong(c)))
+    }
+
+    /// The lower triangle of W W^T (C x C), into `scratch`; returns its trace.
+    fn set_products(&mut self, c: usize, n: usize) -> S {
+        let mut trace = S::ZERO;
+        let rows = self.weighted.chunks_exact(n.max(1));
+        let products = self.scratch.chunks_exact_mut(c.max(1)).zip(rows.clone());
+        for (i, (products, row)) in products.enumerate() {
+            let mut square = S::ZERO;
+            for (product, other) in products.iter_mut().zip(rows.clone()).take(i + 1) {
+                square = dot(row, other);
+                *product = square;
+            }
+            trace += square;
+        }
+        trace
     }
 
     /// Adds W^+ b to `y` whatever the rank.
-    pub fn general(&mut self, gap: Gap<S>, y: &mut [S]) -> Decided<S> {
+    pub fn general(&mut self, gap: Gap<S>, y: &mut [S]) -> Result<Decided<S>, Error> {
         let (c, n) = (self.gamma.len(), y.len());
-        self.weighted.copy_from_slice(self.jacobian);
-        self.rhs.copy_from_slice(self.gamma);
-        let kept = independent(self.weighted, self.rhs, [c, n], gap);
+        copy(self.weighted, self.jacobian)?;
+        copy(self.rhs, self.gamma)?;
+        let kept = independent(self.weighted, self.rhs, [c, n], gap)?;
         let k = kept.rank;
-        weigh(self.mass, &mut self.weighted[..k * n], n);
+        weigh(self.mass, rows_of_mut(self.weighted, n, 0..k)?, n);
         self.set_wanted(k, y);
-        orthogonalise(&mut self.weighted[..k * n], &mut self.rhs[..k], k, n);
-        combine(&self.weighted[..k * n], &self.rhs[..k], self.push);
+        let (weighted, rhs) =
+            (rows_of_mut(self.weighted, n, 0..k)?, rows_of_mut(self.rhs, 1, 0..k)?);
+        orthogonalise(weighted, rhs, k, n)?;
+        combine(weighted, rhs, self.push);
         add_scaled(y, S::ONE, self.push);
         let is_weak = gap.is_below(Fading::of_rounding().weak, &kept);
-        (Constraint { rank: k, is_weak, is_closed: gap.is_closed() }, Some(kept))
+        Ok((Constraint { rank: k, is_weak, is_closed: gap.is_closed() }, Some(kept)))
     }
 
     /// The smallest lambda with J^T lambda = L push: with the orthogonal rows B of J and their lengths
     /// s, lambda = J sum_i B_i (B_i . L push) / s_i^4.
-    pub fn multipliers(&mut self, gap: Gap<S>, lambda: &mut [S]) {
+    pub fn multipliers(&mut self, gap: Gap<S>, lambda: &mut [S]) -> Result<(), Error> {
         let (c, n) = (self.gamma.len(), self.push.len());
         times_lower(self.mass, self.push);
-        self.scratch.copy_from_slice(self.jacobian);
-        let k = orthogonalise(self.scratch, self.rhs, c, n);
-        let k = keep(&mut self.scratch[..k * n], &mut self.rhs[..k], k, n, gap.cut()).rank;
-        let row = |i: usize| &self.scratch[i * n..(i + 1) * n];
-        let sum = &mut self.weighted[..n];
+        copy(self.scratch, self.jacobian)?;
+        let k = orthogonalise(self.scratch, self.rhs, c, n)?;
+        let (orthogonal, rhs) =
+            (rows_of_mut(self.scratch, n, 0..k)?, rows_of_mut(self.rhs, 1, 0..k)?);
+        let k = keep(orthogonal, rhs, k, n, gap.cut())?.rank;
+        let sum = rows_of_mut(self.weighted, n, 0..1)?;
         sum.fill(S::ZERO);
-        for i in 0..k {
-            let square = dot(row(i), row(i));
-            add_scaled(sum, dot(row(i), self.push) / square / square, row(i));
+        for row in orthogonal.chunks_exact(n.max(1)).take(k) {
+            let square = dot(row, row);
+            add_scaled(sum, dot(row, self.push) / square / square, row);
         }
-        for (value, row) in lambda.iter_mut().zip(self.jacobian.chunks_exact(n)) {
+        for (value, row) in lambda.iter_mut().zip(self.jacobian.chunks_exact(n.max(1))) {
             *value = dot(row, sum);
         }
+        Ok(())
     }
 }
 
@@ -155,11 +170,11 @@ mod tests {
         };
         let gap = Gap::closed();
         if direct {
-            rows.direct(&mut y)?;
+            rows.direct(&mut y).unwrap()?;
         } else {
-            assert_eq!(rows.general(gap, &mut y).0.rank, c);
+            assert_eq!(rows.general(gap, &mut y).unwrap().0.rank, c);
         }
-        rows.multipliers(gap, &mut lambda);
+        rows.multipliers(gap, &mut lambda).unwrap();
         Some((y, lambda))
     }
 

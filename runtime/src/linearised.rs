@@ -90,10 +90,10 @@ impl<'a, Y: Mechanism> Linearised<'a, Y> {
             self.turn[i * m + i] = Y::Scalar::ONE;
         }
         if m > 0 {
-            let kept = independent(self.rows, self.turn, [m, n], gap);
+            let kept = independent(self.rows, self.turn, [m, n], gap)?;
             let k = kept.rank;
             weigh(self.mass, &mut self.rows[..k * n], n);
-            orthogonalise(&mut self.rows[..k * n], &mut self.turn[..k * m], k, n);
+            orthogonalise(&mut self.rows[..k * n], &mut self.turn[..k * m], k, n)?;
             let fading = Fading::of_rounding();
             self.rank = k;
             self.is_weak = gap.is_below(fading.weak, &kept);

@@ -25,7 +25,7 @@ use crate::constants::{
     NOISE_HALF, NOISE_INCREMENT, NOISE_SHIFT_1, NOISE_SHIFT_2, NOISE_STRIDE, RESTART_REACH,
     RESTARTS, RESULT_NEAR, SEARCH_NEAR, SIGN_RESTARTS,
 };
-use crate::linear::max_abs;
+use crate::linear::{copy, max_abs};
 use crate::plumbing::Dimensions;
 use crate::projection::worst_loop;
 use crate::scalar::{truncated, whole};
@@ -107,25 +107,25 @@ pub(crate) fn assemble_pinned<Y: Mechanism>(
     let attempt = split(&mut workspace, coordinates)?;
     let candidate = split(&mut workspace, coordinates)?;
     search.set_limits();
-    search.guess.copy_from_slice(q);
-    for joint in 0..joints {
-        search.guess[joint] = search.wrapped(joint, q[joint]);
+    copy(search.guess, q)?;
+    for (angle, limits) in search.guess.iter_mut().zip(limits(search.lower, search.upper)) {
+        *angle = wrapped(*angle, limits);
     }
     let holds: [&dyn Fn(usize) -> bool; 2] = [is_pinned, &|_| false];
     for held in holds {
-        if !search.find(attempt, candidate, held, 0..RESTARTS) {
+        if !search.find(attempt, candidate, held, 0..RESTARTS)? {
             if (0..joints).any(is_pinned) {
                 continue;
             }
             break;
         }
-        q.copy_from_slice(attempt);
+        copy(q, attempt)?;
         if !search.has_signs(q) {
-            search.improve(q, attempt, candidate, held);
+            search.improve(q, attempt, candidate, held)?;
         }
-        search.evaluate(q);
-        search.slide(q, candidate, held, RESULT_NEAR.of());
-        let residual = search.evaluate(q);
+        search.evaluate(q)?;
+        search.slide(q, candidate, held, RESULT_NEAR.of())?;
+        let residual = search.evaluate(q)?;
         return Ok(Assembly { iterations: search.iterations, residual });
     }
     Err(search.failure)
@@ -137,6 +137,42 @@ fn noise<S: Scalar>(restart: usize, joint: usize) -> S {
     bits = (bits ^ (bits >> NOISE_SHIFT_1)).wrapping_mul(NOISE_FACTOR_1);
     bits = (bits ^ (bits >> NOISE_SHIFT_2)).wrapping_mul(NOISE_FACTOR_2);
     whole::<S>(bits >> NOISE_DROPPED) / whole(NOISE_HALF) - S::ONE
+}
+
+/// Smallest and largest angle of each joint, rad.
+fn limits<'a, S: Scalar>(lower: &'a [S], upper: &'a [S]) -> impl Iterator<Item = [S; 2]> + 'a {
+    lower.iter().zip(upper).map(|(&lower, &upper)| [lower, upper])
+}
+
+fn clamped<S: Scalar>(angle: S, [lower, upper]: [S; 2]) -> S {
+    // Not `min` and `max`: with lower above upper this stays in order.
+    if angle < lower {
+        lower
+    } else if angle > upper {
+        upper
+    } else {
+        angle
+    }
+}
+
+/// Brings the joints within their limits.
+fn clamp<S: Scalar>(q: &mut [S], limits: impl Iterator<Item = [S; 2]>) {
+    for (angle, limits) in q.iter_mut().zip(limits) {
+        *angle = clamped(*angle, limits);
+    }
+}
+
+/// The same direction within the limits, or the nearest limit.
+fn wrapped<S: Scalar>(angle: S, limits: [S; 2]) -> S {
+    let of = S::from_f64;
+    let turns = angle / of(TAU);
+    if clamped(angle, limits) == angle || !(turns.abs() < of(MOST_TURNS)) {
+        return clamped(angle, limits);
+    }
+    let nearest = truncated(turns + of(if turns < S::ZERO { -0.5 } else { 0.5 }));
+    let wrapped = angle - nearest * of(TAU);
+    let inside = clamped(wrapped, limits) == wrapped;
+    clamped(if inside { wrapped } else { angle }, limits)
 }
 
 struct Search<'a, Y: Mechanism> {
@@ -175,29 +211,30 @@ struct Search<'a, Y: Mechanism> {
 impl<Y: Mechanism> Search<'_, Y> {
     fn set_limits(&mut self) {
         let half_turn = Y::Scalar::from_f64(PI);
-        for joint in 0..self.lower.len() {
+        for (joint, slots) in self.lower.iter_mut().zip(&mut *self.upper).enumerate() {
             let [lower, upper] = self.system.limits(joint);
-            self.lower[joint] = if lower.is_finite() { lower } else { -half_turn };
-            self.upper[joint] = if upper.is_finite() { upper } else { half_turn };
+            *slots.0 = if lower.is_finite() { lower } else { -half_turn };
+            *slots.1 = if upper.is_finite() { upper } else { half_turn };
         }
         // A driven joint is where it should be.
         self.system.drives(self.t, |drive| {
-            self.lower[drive.joint] = drive.position;
-            self.upper[drive.joint] = drive.position;
+            let slots = [self.lower.get_mut(drive.joint), self.upper.get_mut(drive.joint)];
+            slots.into_iter().flatten().for_each(|limit| *limit = drive.position);
         });
     }
 
     /// Lets no joint leave the side of zero on which its guess lies.
     fn set_signs(&mut self) {
         let zero = Y::Scalar::ZERO;
-        for joint in 0..self.lower.len() {
-            if self.lower[joint] == self.upper[joint] {
+        let limits = self.lower.iter_mut().zip(&mut *self.upper);
+        for ((lower, upper), &guess) in limits.zip(&*self.guess) {
+            if lower == upper {
                 continue;
             }
-            if self.guess[joint] > zero {
-                self.lower[joint] = self.lower[joint].max(zero);
-            } else if self.guess[joint] < zero {
-                self.upper[joint] = self.upper[joint].min(zero);
+            if guess > zero {
+                *lower = lower.max(zero);
+            } else if guess < zero {
+                *upper = upper.min(zero);
             }
         }
     }
@@ -213,44 +250,10 @@ impl<Y: Mechanism> Search<'_, Y> {
             .all(|(&guess, &q)| guess == zero || if guess > zero { q > clear } else { q < -clear })
     }
 
-    fn clamped(&self, joint: usize, angle: Y::Scalar) -> Y::Scalar {
-        // Not `min` and `max`: with lower above upper this stays in order.
-        if angle < self.lower[joint] {
-            self.lower[joint]
-        } else if angle > self.upper[joint] {
-            self.upper[joint]
-        } else {
-            angle
-        }
-    }
-
-    /// Brings the joints within their limits.
-    fn clamp(&self, q: &mut [Y::Scalar]) {
-        for joint in 0..self.lower.len() {
-            q[joint] = self.clamped(joint, q[joint]);
-        }
-    }
-
-    /// The same direction within the limits, or the nearest limit.
-    fn wrapped(&self, joint: usize, angle: Y::Scalar) -> Y::Scalar {
-        let of = Y::Scalar::from_f64;
-        let turns = angle / of(TAU);
-        if self.clamped(joint, angle) == angle || !(turns.abs() < of(MOST_TURNS)) {
-            return self.clamped(joint, angle);
-        }
-        let nearest = truncated(turns + of(if turns < Y::Scalar::ZERO { -0.5 } else { 0.5 }));
-        let wrapped = angle - nearest * of(TAU);
-        let inside = self.clamped(joint, wrapped) == wrapped;
-        self.clamped(joint, if inside { wrapped } else { angle })
-    }
-
     /// Residual and Jacobian at q; the largest residual.
-    fn evaluate(&mut self, q: &[Y::Scalar]) -> Y::Scalar {
-        match self.system.write_closure(q, self.residual, self.jacobian) {
-            Ok(()) => max_abs(self.residual),
-            // It cannot be the case: the slices have the lengths of the mechanism's own dimensions.
-            Err(_) => Y::Scalar::from_f64(f64::NAN),
-        }
+    fn evaluate(&mut self, q: &[Y::Scalar]) -> Result<Y::Scalar, Error> {
+        self.system.write_closure(q, self.residual, self.jacobian)?;
+        Ok(max_abs(self.residual))
     }
 
     /// Closes the loops from the guess, or from perturbed ones, and slides towards the guess.
@@ -260,24 +263,24 @@ impl<Y: Mechanism> Search<'_, Y> {
         candidate: &mut [Y::Scalar],
         held: &dyn Fn(usize) -> bool,
         restarts: Range<usize>,
-    ) -> bool {
+    ) -> Result<bool, Error> {
         for restart in restarts {
             let reach = Y::Scalar::from_f64(RESTART_REACH) * whole(restart as u64);
-            for direction in 0..self.step.len() {
+            for (direction, step) in self.step.iter_mut().enumerate() {
                 let share =
                     if held(direction) { Y::Scalar::ZERO } else { noise(restart, direction) };
-                self.step[direction] = reach * share;
+                *step = reach * share;
             }
-            q.copy_from_slice(self.guess);
+            copy(q, self.guess)?;
             self.system.advance(q, self.step);
-            self.clamp(q);
-            if self.close(q, held) {
-                self.slide(q, candidate, held, SEARCH_NEAR.of());
-                return true;
+            clamp(q, limits(self.lower, self.upper));
+            if self.close(q, held)? {
+                self.slide(q, candidate, held, SEARCH_NEAR.of())?;
+                return Ok(true);
             }
             self.note_failure(q);
         }
-        false
+        Ok(false)
     }
 
     /// Looks for a branch with the signs of the guess, or else for a nearer one: a guess between
@@ -288,35 +291,37 @@ impl<Y: Mechanism> Search<'_, Y> {
         attempt: &mut [Y::Scalar],
         candidate: &mut [Y::Scalar],
         held: &dyn Fn(usize) -> bool,
-    ) {
+    ) -> Result<(), Error> {
         self.set_signs();
-        let found = self.find(attempt, candidate, held, 0..SIGN_RESTARTS);
+        let found = self.find(attempt, candidate, held, 0..SIGN_RESTARTS)?;
         self.set_limits();
         if found && self.has_signs(attempt) {
-            q.copy_from_slice(attempt);
-            return;
+            return copy(q, attempt);
         }
         // Flat joints that should be bent: where branches meet.
         let clear = Y::Scalar::from_f64(BENT_ANGLE);
         let flat = |(&guess, &q): (&Y::Scalar, &Y::Scalar)| guess.abs() > clear && q.abs() <= clear;
         if !self.guess.iter().zip(&*q).take(self.lower.len()).any(flat) {
-            return;
+            return Ok(());
         }
         for restart in 1..BRANCH_RESTARTS {
-            let found = self.find(attempt, candidate, held, restart..restart + 1);
+            let found = self.find(attempt, candidate, held, restart..restart + 1)?;
             if found && self.distance(attempt) < self.distance(q) {
-                q.copy_from_slice(attempt);
+                copy(q, attempt)?;
             }
         }
+        Ok(())
     }
 
     fn note_failure(&mut self, q: &[Y::Scalar]) {
-        let (loop_index, residual) = worst_loop(self.residual);
+        let (loop_index, residual) = worst_loop(self.residual, self.system.dimensions().loops);
         if residual < self.closest {
-            let joint = (0..self.lower.len()).find(|&joint| {
+            let mut joints = q.iter().take(self.lower.len()).enumerate();
+            let at_limit = |&(joint, &angle): &(usize, &Y::Scalar)| {
                 let [lower, upper] = self.system.limits(joint);
-                q[joint] <= lower || q[joint] >= upper
-            });
+                angle <= lower || angle >= upper
+            };
+            let joint = joints.find(at_limit).map(|(joint, _)| joint);
             self.closest = residual;
             self.failure = Error::NotClosed { loop_index, residual: residual.to_f32(), joint };
         }

@@ -1,26 +1,32 @@
 //! The steps of an assembly: closing the loops, and sliding along the closure.
 
-use super::Search;
+use super::{Search, clamp, limits};
 use crate::constants::{
     CLOSING_STEPS, CLOSING_TRIALS, DAMPING_DECREASE, DAMPING_INCREASE, DAMPING_RESTART,
     FIRST_DAMPING, LEAST_DAMPING, LONGEST_SLIDE, LONGEST_STEP, SHORTEST_SLIDE, SINGULAR_INCREASE,
     SLIDING_DAMPING, SLIDING_DECREASE, SLIDING_STEPS, SLIDING_TRIALS, SLOW_RATIO, SLOW_STEPS,
 };
-use crate::linear::{add_scaled, backward, dot, factor, forward, max_abs, set_scaled};
+use crate::linear::{
+    add_scaled, backward, copy, diagonal, dot, factor, forward, max_abs, set_scaled,
+};
 use crate::rank::closed;
-use crate::{Arithmetic, Mechanism, Scalar};
+use crate::{Arithmetic, Error, Mechanism, Scalar};
 
 impl<Y: Mechanism> Search<'_, Y> {
     /// Levenberg-Marquardt from q. Leaves residual and Jacobian at the final q.
-    pub(super) fn close(&mut self, q: &mut [Y::Scalar], held: &dyn Fn(usize) -> bool) -> bool {
+    pub(super) fn close(
+        &mut self,
+        q: &mut [Y::Scalar],
+        held: &dyn Fn(usize) -> bool,
+    ) -> Result<bool, Error> {
         let enough = closed(self.system);
         let scale = self.system.size();
         let mut damping = Y::Scalar::from_f64(FIRST_DAMPING);
         let mut slow = 0;
-        let mut size = self.evaluate(q);
+        let mut size = self.evaluate(q)?;
         for _ in 0..CLOSING_STEPS {
             if size <= enough {
-                return true;
+                return Ok(true);
             }
             self.iterations += 1;
             let square = dot(self.residual, self.residual);
@@ -28,12 +34,12 @@ impl<Y: Mechanism> Search<'_, Y> {
             let share = (size / scale).min(Y::Scalar::ONE);
             let mut accepted = false;
             for _ in 0..CLOSING_TRIALS {
-                self.solve(damping * share);
-                self.try_step(q);
+                self.solve(damping * share)?;
+                self.try_step(q)?;
                 let next = max_abs(self.residual);
                 let ratio = dot(self.residual, self.residual) / square;
                 if ratio < Y::Scalar::ONE {
-                    q.copy_from_slice(self.trial);
+                    copy(q, self.trial)?;
                     size = next;
                     accepted = true;
                     slow = if ratio > Y::Scalar::from_f64(SLOW_RATIO) { slow + 1 } else { 0 };
@@ -47,28 +53,25 @@ impl<Y: Mechanism> Search<'_, Y> {
                 break;
             }
         }
-        self.evaluate(q) <= enough
+        Ok(self.evaluate(q)? <= enough)
     }
 
     /// Evaluates at `trial`, one step (shortened to the longest allowed) from q.
-    fn try_step(&mut self, q: &[Y::Scalar]) {
+    fn try_step(&mut self, q: &[Y::Scalar]) -> Result<(), Error> {
         let longest = Y::Scalar::from_f64(LONGEST_STEP);
         let length = max_abs(self.step);
         let factor = if length > longest { longest / length } else { Y::Scalar::ONE };
-        self.set_trial(q, factor);
-        let trial = core::mem::take(&mut self.trial);
-        self.evaluate(trial);
-        self.trial = trial;
+        self.set_trial(q, factor)?;
+        self.system.write_closure(self.trial, self.residual, self.jacobian)
     }
 
     /// `trial` lies so many steps from q, within the limits.
-    fn set_trial(&mut self, q: &[Y::Scalar], factor: Y::Scalar) {
+    fn set_trial(&mut self, q: &[Y::Scalar], factor: Y::Scalar) -> Result<(), Error> {
         set_scaled(self.across, factor, self.step);
-        self.trial.copy_from_slice(q);
+        copy(self.trial, q)?;
         self.system.advance(self.trial, self.across);
-        for joint in 0..self.lower.len() {
-            self.trial[joint] = self.clamped(joint, self.trial[joint]);
-        }
+        clamp(self.trial, limits(self.lower, self.upper));
+        Ok(())
     }
 
     /// J^T J and -J^T r of the joints that are free to go downhill.
@@ -78,20 +81,11 @@ impl<Y: Mechanism> Search<'_, Y> {
         for (row, &r) in self.jacobian.chunks_exact(n.max(1)).zip(&*self.residual) {
             add_scaled(self.rhs, -r, row);
         }
-        for direction in 0..n {
-            let stopped = self.is_at_limit(q, direction, self.rhs[direction]);
-            let fixed = stopped || held(direction);
-            self.free[direction] = if fixed { Y::Scalar::ZERO } else { Y::Scalar::ONE };
+        for (direction, (free, &way)) in self.free.iter_mut().zip(&*self.rhs).enumerate() {
+            let fixed = stops(direction, way, [q, self.lower, self.upper]) || held(direction);
+            *free = if fixed { Y::Scalar::ZERO } else { Y::Scalar::ONE };
         }
         self.square();
-    }
-
-    /// Whether a direction of u is that of a joint at a limit which a move this way would leave.
-    fn is_at_limit(&self, q: &[Y::Scalar], direction: usize, way: Y::Scalar) -> bool {
-        let (zero, joint) = (Y::Scalar::ZERO, direction);
-        joint < self.lower.len()
-            && ((q[joint] <= self.lower[joint] && way < zero)
-                || (q[joint] >= self.upper[joint] && way > zero))
     }
 
     /// J^T J, lower triangle, where both directions are free.
@@ -99,32 +93,33 @@ impl<Y: Mechanism> Search<'_, Y> {
         let n = self.system.dimensions().speeds;
         self.normal.fill(Y::Scalar::ZERO);
         for row in self.jacobian.chunks_exact(n.max(1)) {
-            for i in 0..n {
-                let value = row[i] * self.free[i];
+            let lines = self.normal.chunks_exact_mut(n.max(1)).zip(row).zip(&*self.free);
+            for (i, ((line, &entry), &free)) in lines.enumerate() {
+                let value = entry * free;
                 if value != Y::Scalar::ZERO {
-                    add_scaled(&mut self.normal[i * n..=i * n + i], value, &row[..=i]);
+                    for (sum, &entry) in line.iter_mut().zip(row).take(i + 1) {
+                        *sum += value * entry;
+                    }
                 }
             }
         }
-        for i in 0..n {
-            for k in 0..i {
-                self.normal[i * n + k] *= self.free[k];
-            }
+        for (i, line) in self.normal.chunks_exact_mut(n.max(1)).enumerate() {
+            line.iter_mut().zip(&*self.free).take(i).for_each(|(entry, &free)| *entry *= free);
         }
     }
 
     /// The step of (J^T J + mu) step = rhs; mu as a share of the largest entry of J^T J.
-    fn solve(&mut self, damping: Y::Scalar) {
+    fn solve(&mut self, damping: Y::Scalar) -> Result<(), Error> {
         let n = self.system.dimensions().speeds;
-        let largest = (0..n).fold(Y::Scalar::ZERO, |most, i| most.max(self.normal[i * n + i]));
+        let largest =
+            diagonal(self.normal, n).fold(Y::Scalar::ZERO, |most, &entry| most.max(entry));
         let mut damping = damping.max(LEAST_DAMPING.of());
         loop {
-            self.factor.copy_from_slice(self.normal);
-            for i in 0..n {
-                let fixed = self.free[i] == Y::Scalar::ZERO;
-                self.factor[i * n + i] += damping * largest;
-                if fixed {
-                    self.factor[i * n + i] = Y::Scalar::ONE;
+            copy(self.factor, self.normal)?;
+            for (entry, &free) in diagonal_mut(self.factor, n).zip(&*self.free) {
+                *entry += damping * largest;
+                if free == Y::Scalar::ZERO {
+                    *entry = Y::Scalar::ONE;
                 }
             }
             if factor(self.factor, n).is_ok() || !damping.is_finite() {
@@ -133,10 +128,11 @@ impl<Y: Mechanism> Search<'_, Y> {
             damping *= Y::Scalar::from_f64(SINGULAR_INCREASE);
             if !(largest > Y::Scalar::ZERO) {
                 self.step.fill(Y::Scalar::ZERO);
-                return;
+                return Ok(());
             }
         }
         self.substitute();
+        Ok(())
     }
 
     /// The step of another right-hand side.
@@ -155,34 +151,35 @@ impl<Y: Mechanism> Search<'_, Y> {
         candidate: &mut [Y::Scalar],
         held: &dyn Fn(usize) -> bool,
         arrived: Y::Scalar,
-    ) {
+    ) -> Result<(), Error> {
         for slid in 0..SLIDING_STEPS {
-            self.tangent(q, held);
+            self.tangent(q, held)?;
             if max_abs(self.step) <= arrived {
-                return;
+                return Ok(());
             }
             let distance = self.distance(q);
             let mut factor = if slid == 0 { Y::Scalar::ONE } else { self.length(q) };
-            self.last_q.copy_from_slice(q);
-            self.last_step.copy_from_slice(self.step);
+            copy(self.last_q, q)?;
+            copy(self.last_step, self.step)?;
             let mut accepted = false;
             for _ in 0..SLIDING_TRIALS {
-                self.set_trial(q, factor);
-                candidate.copy_from_slice(self.trial);
-                if self.close(candidate, held) && self.distance(candidate) < distance {
-                    q.copy_from_slice(candidate);
+                self.set_trial(q, factor)?;
+                copy(candidate, self.trial)?;
+                if self.close(candidate, held)? && self.distance(candidate) < distance {
+                    copy(q, candidate)?;
                     accepted = true;
                     break;
                 }
                 factor *= Y::Scalar::from_f64(SLIDING_DECREASE);
                 // `close` used what the direction was stored in.
-                self.evaluate(q);
-                self.tangent(q, held);
+                self.evaluate(q)?;
+                self.tangent(q, held)?;
             }
             if !accepted {
-                return;
+                return Ok(());
             }
         }
+        Ok(())
     }
 
     /// How far to go along the step: by what the last one made of the one before (J. Barzilai,
@@ -192,9 +189,9 @@ impl<Y: Mechanism> Search<'_, Y> {
         let of = Y::Scalar::from_f64;
         let (mut square, mut product) = (Y::Scalar::ZERO, Y::Scalar::ZERO);
         self.system.write_difference(self.last_q, q, self.across);
-        for (direction, &moved) in self.across.iter().enumerate() {
+        for ((&moved, &last), &step) in self.across.iter().zip(&*self.last_step).zip(&*self.step) {
             square += moved * moved;
-            product += moved * (self.last_step[direction] - self.step[direction]);
+            product += moved * (last - step);
         }
         if product > Y::Scalar::ZERO {
             (square / product).max(of(SHORTEST_SLIDE)).min(of(LONGEST_SLIDE))
@@ -211,11 +208,10 @@ impl<Y: Mechanism> Search<'_, Y> {
 
     /// The step towards the guess that keeps q closed to first order: g - q less its part
     /// J^+ (r + J (g - q)) across the closure.
-    fn tangent(&mut self, q: &[Y::Scalar], held: &dyn Fn(usize) -> bool) {
+    fn tangent(&mut self, q: &[Y::Scalar], held: &dyn Fn(usize) -> bool) -> Result<(), Error> {
         let n = self.system.dimensions().speeds;
-        for direction in 0..n {
-            let fixed = held(direction);
-            self.free[direction] = if fixed { Y::Scalar::ZERO } else { Y::Scalar::ONE };
+        for (direction, free) in self.free.iter_mut().enumerate() {
+            *free = if held(direction) { Y::Scalar::ZERO } else { Y::Scalar::ONE };
         }
         // Each pass holds the joints that would leave their limits; few ever do.
         for _ in 0..=n {
@@ -232,17 +228,17 @@ impl<Y: Mechanism> Search<'_, Y> {
                     add_scaled(self.rhs, -open, row);
                 }
                 if pass == 0 {
-                    self.solve(SLIDING_DAMPING.of());
+                    self.solve(SLIDING_DAMPING.of())?;
                 } else {
                     self.substitute();
                 }
                 add_scaled(self.across, Y::Scalar::ONE, self.step);
             }
-            self.step.copy_from_slice(self.across);
+            copy(self.step, self.across)?;
             let mut leaves = false;
-            for direction in 0..n {
-                if self.is_at_limit(q, direction, self.step[direction]) {
-                    self.free[direction] = Y::Scalar::ZERO;
+            for (direction, (free, &way)) in self.free.iter_mut().zip(&*self.step).enumerate() {
+                if stops(direction, way, [q, self.lower, self.upper]) {
+                    *free = Y::Scalar::ZERO;
                     leaves = true;
                 }
             }
@@ -250,5 +246,19 @@ impl<Y: Mechanism> Search<'_, Y> {
                 break;
             }
         }
+        Ok(())
     }
+}
+
+/// Whether a direction of u is that of a joint at a limit which a move this way would leave. Directions beyond
+/// those of the joints have no limits.
+fn stops<S: Scalar>(direction: usize, way: S, [q, lower, upper]: [&[S]; 3]) -> bool {
+    let place = (q.get(direction), lower.get(direction), upper.get(direction));
+    let (Some(angle), Some(lower), Some(upper)) = place else { return false };
+    (angle <= lower && way < S::ZERO) || (angle >= upper && way > S::ZERO)
+}
+
+/// The diagonal of a matrix (n x n), to write to.
+fn diagonal_mut<S>(matrix: &mut [S], n: usize) -> impl Iterator<Item = &mut S> {
+    matrix.chunks_exact_mut(n.max(1)).enumerate().filter_map(|(i, row)| row.get_mut(i))
 }

@@ -2,19 +2,20 @@
 //!
 //! The diagonal holds 1 / `l_ii`, so that substitutions multiply instead of dividing.
 
-use super::dot;
+use super::{add_scaled, diagonal, dot};
 use crate::Scalar;
 use crate::scalar::whole;
 
 /// Overwrites the lower triangle of `a` (n x n) by its factor; the rest is neither read nor
-/// written. Fails with the index of the first pivot that is not safely positive.
+/// written. Fails with the index of the first pivot that is not safely positive, or that is missing.
 pub(crate) fn factor<S: Scalar>(a: &mut [S], n: usize) -> Result<(), usize> {
     for i in 0..n {
-        let (above, rest) = a.split_at_mut(i * n);
-        let row = &mut rest[..=i];
-        for j in 0..i {
-            let other = &above[j * n..=j * n + j];
-            row[j] = (row[j] - dot(&row[..j], &other[..j])) * other[j];
+        let (above, rest) = a.split_at_mut_checked(i * n).ok_or(i)?;
+        let row = rest.get_mut(..=i).ok_or(i)?;
+        for (j, other) in (0..i).zip(above.chunks_exact(n)) {
+            let (done, rest) = row.split_at_mut_checked(j).ok_or(i)?;
+            let (entry, reciprocal) = rest.first_mut().zip(other.get(j)).ok_or(i)?;
+            *entry = (*entry - dot(done, other)) * *reciprocal;
         }
         let pivot = row[i] - dot(&row[..i], &row[..i]);
         // Written so that NaN and infinity fail too.
@@ -29,8 +30,7 @@ pub(crate) fn factor<S: Scalar>(a: &mut [S], n: usize) -> Result<(), usize> {
 /// `x = L^-1 x`.
 pub(crate) fn forward<S: Scalar>(l: &[S], x: &mut [S]) {
     let n = x.len();
-    for i in 0..n {
-        let row = &l[i * n..=i * n + i];
+    for (i, row) in (0..n).zip(l.chunks_exact(n.max(1))) {
         x[i] = (x[i] - dot(&row[..i], &x[..i])) * row[i];
     }
 }
@@ -38,19 +38,17 @@ pub(crate) fn forward<S: Scalar>(l: &[S], x: &mut [S]) {
 /// `x = L^-T x`.
 pub(crate) fn backward<S: Scalar>(l: &[S], x: &mut [S]) {
     let n = x.len();
-    for i in (0..n).rev() {
-        let row = &l[i * n..=i * n + i];
+    for (i, row) in (0..n).zip(l.chunks_exact(n.max(1))).rev() {
         let value = x[i] * row[i];
         x[i] = value;
-        super::add_scaled(&mut x[..i], -value, &row[..i]);
+        add_scaled(&mut x[..i], -value, &row[..i]);
     }
 }
 
 /// `x = L x`.
 pub(crate) fn times_lower<S: Scalar>(l: &[S], x: &mut [S]) {
     let n = x.len();
-    for i in (0..n).rev() {
-        let row = &l[i * n..=i * n + i];
+    for (i, row) in (0..n).zip(l.chunks_exact(n.max(1))).rev() {
         x[i] = x[i] / row[i] + dot(&row[..i], &x[..i]);
     }
 }
@@ -60,8 +58,7 @@ pub(crate) fn times_lower<S: Scalar>(l: &[S], x: &mut [S]) {
 /// `lambda_max` <= trace.
 pub(crate) fn conditioning<S: Scalar>(l: &[S], n: usize, trace: S) -> S {
     let scale = whole::<S>(n.saturating_sub(1) as u64) / trace;
-    (0..n).fold(S::ONE, |bound, i| {
-        let reciprocal = l[i * n + i];
+    diagonal(l, n).take(n).enumerate().fold(S::ONE, |bound, (i, &reciprocal)| {
         let weight = if i == 0 { S::ONE / trace } else { scale };
         bound * (weight / (reciprocal * reciprocal))
     })

@@ -1,17 +1,27 @@
 //! Small dense linear algebra on slices. Matrices are row-major.
+//!
+//! Nothing here indexes a slice where a wrong length could panic: entries are paired by iterators, and parts of a
+//! matrix are taken by [`rows_of`] and [`rows_of_mut`], which return [`Error::Length`]. `tests/embedded/run` checks that
+//! firmware links no function that panics.
 
 mod cholesky;
 mod householder;
 mod pseudoinverse;
+#[cfg(test)]
+#[path = "../../../tests/src/uniform.rs"]
+#[allow(dead_code, reason = "tests of this crate need a part of it")]
+mod uniform;
 
 pub(crate) use cholesky::{backward, conditioning, factor, forward, times_lower};
 pub(crate) use householder::{reflect, solve};
 pub(crate) use pseudoinverse::{Kept, combine, exchange, keep, normalise, orthogonalise, reduce};
 
-use crate::Arithmetic;
-use crate::constants::Tolerance;
+use core::ops::Range;
 
-/// Scalar product of equally long slices.
+use crate::constants::Tolerance;
+use crate::{Arithmetic, Error};
+
+/// Scalar product; entries that only one of the slices has do not count.
 #[inline]
 pub(crate) fn dot<S: Arithmetic>(a: &[S], b: &[S]) -> S {
     a.iter().zip(b).fold(S::ZERO, |sum, (&a, &b)| sum + a * b)
@@ -33,6 +43,41 @@ pub(crate) fn set_scaled<S: Arithmetic>(y: &mut [S], factor: S, x: &[S]) {
     }
 }
 
+/// Consecutive rows of a matrix of `n` columns; entries of a vector if `n` is 1.
+#[inline]
+pub(crate) fn rows_of<S>(matrix: &[S], n: usize, range: Range<usize>) -> Result<&[S], Error> {
+    let (expected, given) = (range.end * n, matrix.len());
+    matrix.get(range.start * n..expected).ok_or(Error::Length { expected, given })
+}
+
+/// As [`rows_of`], to write to.
+#[inline]
+pub(crate) fn rows_of_mut<S>(
+    matrix: &mut [S],
+    n: usize,
+    range: Range<usize>,
+) -> Result<&mut [S], Error> {
+    let (expected, given) = (range.end * n, matrix.len());
+    matrix.get_mut(range.start * n..expected).ok_or(Error::Length { expected, given })
+}
+
+/// The diagonal of a matrix (n x n).
+#[inline]
+pub(crate) fn diagonal<S>(matrix: &[S], n: usize) -> impl Iterator<Item = &S> {
+    matrix.chunks_exact(n.max(1)).enumerate().filter_map(|(i, row)| row.get(i))
+}
+
+/// Copies a slice of the same length.
+#[inline]
+pub(crate) fn copy<S: Copy>(to: &mut [S], from: &[S]) -> Result<(), Error> {
+    let (expected, given) = (to.len(), from.len());
+    if expected != given {
+        return Err(Error::Length { expected, given });
+    }
+    to.copy_from_slice(from);
+    Ok(())
+}
+
 /// Largest magnitude; NaN if any entry is.
 pub(crate) fn max_abs<S: Arithmetic>(values: &[S]) -> S {
     values.iter().fold(S::ZERO, |largest, value| largest.max(value.abs()))
@@ -47,9 +92,6 @@ pub(crate) fn tolerance<S: Arithmetic>(constant: f64, epsilons: f64) -> S {
 /// A matrix of numbers in -1 .. 1 that look random and never change.
 #[cfg(test)]
 pub(crate) fn test_matrix(rows: usize, columns: usize, seed: u64) -> nalgebra::DMatrix<f64> {
-    let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
-    nalgebra::DMatrix::from_fn(rows, columns, |_, _| {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963);
-        (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    })
+    let mut random = uniform::Random::new(seed);
+    nalgebra::DMatrix::from_fn(rows, columns, |_, _| random.range(-1.0, 1.0))
 }

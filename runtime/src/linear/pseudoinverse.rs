@@ -14,29 +14,38 @@
 //! After M. R. Hestenes, "Inversion of matrices by biorthogonalization", 1958; Golub and
 //! Van Loan, "Matrix Computations", 8.6.3.
 
-use super::{add_scaled, dot};
-use crate::Scalar;
+use super::{add_scaled, dot, rows_of, rows_of_mut};
 use crate::constants::{JACOBI_SWEEPS, NEGLIGIBLE_EPSILONS, ORTHOGONAL_EPSILONS};
+use crate::workspace::split;
+use crate::{Error, Scalar};
 
-/// Makes the rows of `a` (m x n) orthogonal and turns the rows of `b` (m x any) with them. Returns
+/// Makes the rows of `a` (m x n) orthogonal and turns the rows of `b` (m x any but 0) with them. Returns
 /// the number of rows that remain, at most min(m, n); what `a` and `b` hold beyond is meaningless.
-pub(crate) fn orthogonalise<S: Scalar>(a: &mut [S], b: &mut [S], m: usize, n: usize) -> usize {
-    let k = if m > n { reduce(a, b, m, n) } else { m };
-    if k > 0 {
-        let width = b.len() / m;
-        rotate(&mut a[..k * n], &mut b[..k * width], k, n);
-    }
-    k
+pub(crate) fn orthogonalise<S: Scalar>(
+    a: &mut [S],
+    b: &mut [S],
+    m: usize,
+    n: usize,
+) -> Result<usize, Error> {
+    let k = if m > n { reduce(a, b, m, n)? } else { m };
+    let width = b.len() / m.max(1);
+    rotate(rows_of_mut(a, n, 0..k)?, rows_of_mut(b, width, 0..k)?, n, width);
+    Ok(k)
 }
 
 /// Householder reflections of `a` (m x n) and with it of `b` (m x any) to the row echelon form:
 /// returns the number of rows that remain, at most min(m, n). Others are shorter than rounding.
-pub(crate) fn reduce<S: Scalar>(a: &mut [S], b: &mut [S], m: usize, n: usize) -> usize {
+pub(crate) fn reduce<S: Scalar>(
+    a: &mut [S],
+    b: &mut [S],
+    m: usize,
+    n: usize,
+) -> Result<usize, Error> {
     let negligible = negligible(a);
     let width = b.len() / m.max(1);
     let mut done = 0;
     for j in 0..n {
-        let (a, b) = (&mut a[done * n..], &mut b[done * width..]);
+        let (a, b) = (rows_of_mut(a, n, done..m)?, rows_of_mut(b, width, done..m)?);
         let square = a.chunks_exact(n).fold(S::ZERO, |sum, row| sum + row[j] * row[j]);
         // Written so that what is not finite is kept and seen.
         if square < negligible || square == S::ZERO {
@@ -68,7 +77,7 @@ pub(crate) fn reduce<S: Scalar>(a: &mut [S], b: &mut [S], m: usize, n: usize) ->
             break;
         }
     }
-    done
+    Ok(done)
 }
 
 /// The square of a length that is rounding beside the entries of `a`.
@@ -78,50 +87,53 @@ fn negligible<S: Scalar>(a: &[S]) -> S {
 }
 
 /// Plane rotations of pairs of rows until all are orthogonal to rounding.
-fn rotate<S: Scalar>(a: &mut [S], b: &mut [S], k: usize, n: usize) {
-    let width = b.len() / k;
+fn rotate<S: Scalar>(a: &mut [S], b: &mut [S], n: usize, width: usize) {
     let cosine = S::from_f64(ORTHOGONAL_EPSILONS) * S::EPSILON;
     let threshold = cosine * cosine;
     // Turning a row this short any further changes no other row.
     let negligible = negligible(a);
     for _ in 0..JACOBI_SWEEPS {
-        let mut done = true;
-        for p in 0..k {
-            for q in p + 1..k {
-                let (first, second) = two_rows(a, p, q, n);
-                let product = dot(first, second);
-                if product == S::ZERO {
-                    continue;
-                }
-                let (alpha, beta) = (dot(first, first), dot(second, second));
-                // Written so that NaN counts as done.
-                if !(product * product > threshold * alpha * beta)
-                    || !(alpha.min(beta) > negligible)
-                {
-                    continue;
-                }
-                done = false;
-                let zeta = (beta - alpha) / (product + product);
-                let root = zeta.abs() + (S::ONE + zeta * zeta).sqrt();
-                let tangent = if zeta < S::ZERO { -S::ONE / root } else { S::ONE / root };
-                let cosine = S::ONE / (S::ONE + tangent * tangent).sqrt();
-                let sine = cosine * tangent;
-                turn(first, second, cosine, sine);
-                let (first, second) = two_rows(b, p, q, width);
-                turn(first, second, cosine, sine);
-            }
-        }
-        if done {
+        if !sweep(a, b, [n, width], threshold, negligible) {
             break;
         }
     }
 }
 
-/// Rows p < q of a matrix of n columns.
-#[inline]
-fn two_rows<S>(a: &mut [S], p: usize, q: usize, n: usize) -> (&mut [S], &mut [S]) {
-    let (left, right) = a.split_at_mut(q * n);
-    (&mut left[p * n..(p + 1) * n], &mut right[..n])
+/// Rotates every pair of rows once; returns whether any was not orthogonal.
+fn sweep<S: Scalar>(
+    mut a: &mut [S],
+    mut b: &mut [S],
+    [n, width]: [usize; 2],
+    threshold: S,
+    negligible: S,
+) -> bool {
+    let mut turned = false;
+    while let (Some((first, later)), Some((first_b, later_b))) =
+        (a.split_at_mut_checked(n.max(1)), b.split_at_mut_checked(width.max(1)))
+    {
+        let pairs = later.chunks_exact_mut(n.max(1)).zip(later_b.chunks_exact_mut(width.max(1)));
+        for (second, second_b) in pairs {
+            let product = dot(first, second);
+            if product == S::ZERO {
+                continue;
+            }
+            let (alpha, beta) = (dot(first, first), dot(second, second));
+            // Written so that NaN counts as done.
+            if !(product * product > threshold * alpha * beta) || !(alpha.min(beta) > negligible) {
+                continue;
+            }
+            turned = true;
+            let zeta = (beta - alpha) / (product + product);
+            let root = zeta.abs() + (S::ONE + zeta * zeta).sqrt();
+            let tangent = if zeta < S::ZERO { -S::ONE / root } else { S::ONE / root };
+            let cosine = S::ONE / (S::ONE + tangent * tangent).sqrt();
+            let sine = cosine * tangent;
+            turn(first, second, cosine, sine);
+            turn(first_b, second_b, cosine, sine);
+        }
+        (a, b) = (later, later_b);
+    }
+    turned
 }
 
 fn turn<S: Scalar>(first: &mut [S], second: &mut [S], cosine: S, sine: S) {
@@ -143,16 +155,20 @@ pub(crate) struct Kept<S> {
 
 /// Of the orthogonal rows of `a` (m x n), moves those to the front whose singular value is more than
 /// `cut` times the largest, and the rows of `b` (m x any) with them.
-pub(crate) fn keep<S: Scalar>(a: &mut [S], b: &mut [S], m: usize, n: usize, cut: S) -> Kept<S> {
+pub(crate) fn keep<S: Scalar>(
+    a: &mut [S],
+    b: &mut [S],
+    m: usize,
+    n: usize,
+    cut: S,
+) -> Result<Kept<S>, Error> {
     let width = b.len() / m.max(1);
-    let length = |a: &[S], i: usize| {
-        let row = &a[i * n..(i + 1) * n];
-        dot(row, row).sqrt()
-    };
-    let largest = (0..m).fold(S::ZERO, |most, i| most.max(length(a, i)));
+    let length = |row: &[S]| dot(row, row).sqrt();
+    let all = a.chunks_exact(n.max(1)).take(m);
+    let largest = all.fold(S::ZERO, |most, row| most.max(length(row)));
     let mut kept = Kept { rank: 0, least: S::ONE, dropped: S::ZERO };
     for i in 0..m {
-        let value = length(a, i);
+        let value = length(rows_of(a, n, i..i + 1)?);
         // Written so that NaN is kept and seen.
         if value <= cut * largest {
             if value > S::ZERO {
@@ -161,19 +177,29 @@ pub(crate) fn keep<S: Scalar>(a: &mut [S], b: &mut [S], m: usize, n: usize, cut:
             continue;
         }
         kept.least = kept.least.min(value / largest);
-        exchange(a, n, i, kept.rank);
-        exchange(b, width, i, kept.rank);
+        exchange(a, n, i, kept.rank)?;
+        exchange(b, width, i, kept.rank)?;
         kept.rank += 1;
     }
-    kept
+    Ok(kept)
 }
 
-/// Exchanges two rows of a matrix of n columns. (Slices' own moves would bring a function of a library that
-/// is larger than all of these.)
-pub(crate) fn exchange<S: Copy>(matrix: &mut [S], n: usize, i: usize, k: usize) {
-    for column in 0..n {
-        matrix.swap(i * n + column, k * n + column);
+/// Exchanges row `i` of a matrix of n columns with a row `k` that is not after it. (Slices' own moves would bring
+/// a function of a library that is larger than all of these.)
+pub(crate) fn exchange<S: Copy>(
+    mut matrix: &mut [S],
+    n: usize,
+    i: usize,
+    k: usize,
+) -> Result<(), Error> {
+    let before = split(&mut matrix, i * n)?;
+    let from = split(&mut matrix, n)?;
+    if k < i {
+        for (x, y) in rows_of_mut(before, n, k..k + 1)?.iter_mut().zip(from) {
+            core::mem::swap(x, y);
+        }
     }
+    Ok(())
 }
 
 /// Divides the rows of `a` (of n columns), and those of `b` with them, by the lengths of the rows of `a`.
@@ -211,8 +237,8 @@ mod tests {
         n: usize,
         cut: f64,
     ) -> (Vec<f64>, usize) {
-        let k = orthogonalise(a, b, m, n);
-        let Kept { rank, .. } = keep(&mut a[..k * n], &mut b[..k], k, n, cut);
+        let k = orthogonalise(a, b, m, n).unwrap();
+        let Kept { rank, .. } = keep(&mut a[..k * n], &mut b[..k], k, n, cut).unwrap();
         let mut x = vec![0.0; n];
         normalise(&mut a[..rank * n], &mut b[..rank], n);
         combine(&a[..rank * n], &b[..rank], &mut x);

@@ -9,8 +9,8 @@ use crate::acceleration::{blame, not_finite};
 use crate::closure_rows::weigh;
 use crate::constants::{PROJECTION_STEPS, STEP_HALVINGS, UNDECIDED_FACTOR};
 use crate::linear::{
-    add_scaled, backward, combine, dot, factor, keep, max_abs, normalise, orthogonalise, reduce,
-    set_scaled,
+    add_scaled, backward, combine, copy, dot, factor, keep, max_abs, normalise, orthogonalise,
+    reduce, rows_of_mut, set_scaled,
 };
 use crate::plumbing::EquationsMut;
 use crate::rank::{Gap, closed_to_rounding};
@@ -72,7 +72,7 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
         for (value, row) in self.residual.iter_mut().zip(self.jacobian.chunks_exact(n.max(1))) {
             *value = a * dot(row, u) + b * *value;
         }
-        let mut driven = self.residual[9 * self.loops..].iter_mut();
+        let mut driven = self.residual.iter_mut().skip(9 * self.loops);
         system.drives(self.t, |drive| {
             if let Some(value) = driven.next() {
                 *value -= a * system.size() * drive.speed;
@@ -87,8 +87,9 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
         q: &[S],
     ) -> Result<S, Error> {
         let n = self.step.len();
-        let (residual, driven) = self.residual.split_at_mut(9 * self.loops);
-        let (jacobian, rows) = self.jacobian.split_at_mut(9 * self.loops * n);
+        let (mut driven, mut rows) = (&mut *self.residual, &mut *self.jacobian);
+        let residual = split(&mut driven, 9 * self.loops)?;
+        let jacobian = split(&mut rows, 9 * self.loops * n)?;
         system.write_closure(q, residual, jacobian)?;
         rows.fill(S::ZERO);
         let mut slots = driven.iter_mut().zip(rows.chunks_exact_mut(n.max(1)));
@@ -110,10 +111,9 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
 
     /// Which constraint is not met.
     pub(super) fn open<Y: Mechanism<Scalar = S>>(&self, system: &Y) -> Error {
-        let (residual, driven) = self.residual.split_at(9 * self.loops);
-        let (loop_index, largest) = worst_loop(residual);
+        let (loop_index, largest) = worst_loop(self.residual, self.loops);
         let mut error = Error::NotClosed { loop_index, residual: largest.to_f32(), joint: None };
-        let mut values = driven.iter();
+        let mut values = self.residual.iter().skip(9 * self.loops);
         system.drives(self.t, |drive| {
             if let Some(&value) = values.next()
                 && !(value.abs() <= largest)
@@ -127,27 +127,30 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
     /// The step of least weighted length that takes the residual away, and the rank. Residual and
     /// Jacobian are lost. Of a vector of this `length`, what lies across the closure is taken away
     /// only where it is more than the directions themselves are uncertain by.
-    pub(super) fn solve(&mut self, gap: Gap<S>, length: S) -> usize {
+    pub(super) fn solve(&mut self, gap: Gap<S>, length: S) -> Result<usize, Error> {
         let (n, rows) = (self.step.len(), self.residual.len());
         // Nine rows per loop are redundant: only what reduction leaves of them is looked at.
-        let k = reduce(self.jacobian, self.residual, rows, n);
-        let (jacobian, residual) = (&mut self.jacobian[..k * n], &mut self.residual[..k]);
-        let k = orthogonalise(jacobian, residual, k, n);
-        let k = keep(jacobian, residual, k, n, gap.cut()).rank;
-        let (jacobian, residual) = (&mut jacobian[..k * n], &mut residual[..k]);
+        let k = reduce(self.jacobian, self.residual, rows, n)?;
+        let (jacobian, residual) =
+            (rows_of_mut(self.jacobian, n, 0..k)?, rows_of_mut(self.residual, 1, 0..k)?);
+        let k = orthogonalise(jacobian, residual, k, n)?;
+        let k = keep(jacobian, residual, k, n, gap.cut())?.rank;
+        let (jacobian, residual) =
+            (rows_of_mut(jacobian, n, 0..k)?, rows_of_mut(residual, 1, 0..k)?);
         let singular = |row: &[S]| dot(row, row).sqrt();
-        let largest = jacobian.chunks_exact(n).fold(S::ZERO, |most, row| most.max(singular(row)));
-        for (value, row) in residual.iter_mut().zip(jacobian.chunks_exact(n)) {
+        let all = jacobian.chunks_exact(n.max(1));
+        let largest = all.clone().fold(S::ZERO, |most, row| most.max(singular(row)));
+        for (value, row) in residual.iter_mut().zip(all) {
             let uncertain = singular(row) * length * gap.uncertainty(singular(row) / largest);
             // Written so that NaN is kept and seen.
             *value = if value.abs() <= uncertain { S::ZERO } else { -*value };
         }
         normalise(jacobian, residual, n);
         weigh(self.mass, jacobian, n);
-        orthogonalise(jacobian, residual, k, n);
+        orthogonalise(jacobian, residual, k, n)?;
         combine(jacobian, residual, self.step);
         backward(self.mass, self.step);
-        k
+        Ok(k)
     }
 
     /// Leaves residual and Jacobian at the final q; returns the largest residual.
@@ -171,13 +174,13 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
             if size <= enough {
                 break;
             }
-            previous.copy_from_slice(q);
-            self.solve(Gap::of(system, if nearest { S::ZERO } else { size }), S::ZERO);
+            copy(previous, q)?;
+            self.solve(Gap::of(system, if nearest { S::ZERO } else { size }), S::ZERO)?;
             let (tries, progress) = if nearest { (STEP_HALVINGS, size) } else { (1, size * half) };
             let mut share = S::ONE;
             let mut found = None;
             for _ in 0..tries {
-                q.copy_from_slice(previous);
+                copy(q, previous)?;
                 set_scaled(trial.as_mut(), share, self.step);
                 system.advance(q, trial.as_ref());
                 let next = self.evaluate(system, q).ok().filter(|next| *next < progress);
@@ -191,7 +194,7 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
                 size = next;
                 continue;
             }
-            q.copy_from_slice(previous);
+            copy(q, previous)?;
             size = self.evaluate(system, q)?;
             if nearest || !decided || size <= far {
                 break;
@@ -208,10 +211,10 @@ impl<'a, S: Scalar> GaussNewton<'a, S> {
         system: &Y,
         u: &mut [S],
         gap: Gap<S>,
-    ) -> usize {
+    ) -> Result<usize, Error> {
         self.add_rates(system, u, S::ONE, S::ZERO);
-        let rank = self.solve(gap, dot(u, u).sqrt());
+        let rank = self.solve(gap, dot(u, u).sqrt())?;
         add_scaled(u, S::ONE, self.step);
-        rank
+        Ok(rank)
     }
 }

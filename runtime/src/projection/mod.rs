@@ -18,7 +18,7 @@ use gauss_newton::GaussNewton;
 
 use crate::acceleration::{holds, not_finite};
 use crate::constants::PROJECTION_STEPS;
-use crate::linear::{add_scaled, max_abs};
+use crate::linear::{add_scaled, copy, max_abs};
 use crate::plumbing::{Dimensions, ProjectionMut};
 use crate::rank::{Gap, acceptable_residual, closed, closed_to_rounding};
 use crate::workspace::{check, split};
@@ -35,10 +35,10 @@ pub struct Projected<S> {
     pub rank: usize,
 }
 
-/// The loop with the largest residual, and that residual.
-pub(crate) fn worst_loop<S: Scalar>(residual: &[S]) -> (usize, S) {
+/// The loop with the largest residual, and that residual; the first 9 L residuals are those of the loops.
+pub(crate) fn worst_loop<S: Scalar>(residual: &[S], loops: usize) -> (usize, S) {
     let mut worst = (0, S::ZERO);
-    for (index, part) in residual.chunks_exact(9).enumerate() {
+    for (index, part) in residual.chunks_exact(9).take(loops).enumerate() {
         let size = max_abs(part);
         if worst.1.is_finite() && !(size <= worst.1) {
             worst = (index, size);
@@ -108,7 +108,7 @@ pub(crate) fn project_stage<Y: Mechanism>(
     check(system, workspace, &[q.len()], &[u.len()])?;
     let (mut closure, previous) = GaussNewton::new(system, t, q, u, workspace)?;
     let residual = closure.move_coordinates(system, q, false, previous)?;
-    closure.move_speeds(system, u, Gap::of(system, residual));
+    closure.move_speeds(system, u, Gap::of(system, residual))?;
     Ok(())
 }
 
@@ -126,7 +126,7 @@ fn generally<Y: Mechanism>(
     if !(residual <= acceptable_residual(system)) {
         return Err(closure.open(system));
     }
-    let rank = closure.move_speeds(system, u, Gap::of(system, residual));
+    let rank = closure.move_speeds(system, u, Gap::of(system, residual))?;
     match not_finite(&[q, u]) {
         Some(joint) => Err(Error::NotFinite { joint }),
         None => Ok(Projected { residual, rank }),
@@ -151,7 +151,7 @@ fn directly<Y: Mechanism>(
     let positions = split(&mut workspace, n)?;
     let speeds = split(&mut workspace, n)?;
     let given = split(&mut workspace, coordinates)?;
-    given.copy_from_slice(q);
+    copy(given, q)?;
     let mut before = None;
     for _ in 0..PROJECTION_STEPS {
         let out = ProjectionMut { residual, positions, speeds };
@@ -173,7 +173,7 @@ fn directly<Y: Mechanism>(
         positions.iter_mut().for_each(|step| *step = -*step);
         system.advance(q, positions);
     }
-    q.copy_from_slice(given);
+    copy(q, given)?;
     Ok(None)
 }
 
@@ -191,7 +191,9 @@ fn subtract<S: Scalar>(x: &mut [S], y: &[S]) -> Result<(), Error> {
 }
 
 /// Adds to du/dt what restores the constraints, -M^-1 J^T (J M^-1 J^T)^+ (2 g J u + g^2 r), all
-/// nine rows per loop, with the gain g (1/s).
+/// nine rows per loop, with the gain g (1/s). It is not inlined: within the code of an acceleration it would take
+/// registers from it.
+#[inline(never)]
 pub(crate) fn restore<Y: Mechanism>(
     system: &Y,
     t: Y::Scalar,
@@ -208,7 +210,7 @@ pub(crate) fn restore<Y: Mechanism>(
     let (mut closure, _) = GaussNewton::new(system, t, q, u, workspace)?;
     let residual = closure.evaluate(system, q)?;
     closure.add_rates(system, u, gain + gain, gain * gain);
-    closure.solve(Gap::of(system, residual), Y::Scalar::ZERO);
+    closure.solve(Gap::of(system, residual), Y::Scalar::ZERO)?;
     add_scaled(acceleration, Y::Scalar::ONE, closure.step);
     Ok(())
 }

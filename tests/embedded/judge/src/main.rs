@@ -25,6 +25,10 @@ const FLASH: u64 = 44 * 1024;
 /// Bytes of stack, at most.
 const STACK: u64 = 4 * 1024;
 
+/// How far the motion in C in `f32` is from that in `f64` from the same initial state, measured on this machine: 8.6e-5
+/// rad or rad/s after its second.
+const ERROR_OF_SINGLE: f64 = 8.6e-5;
+
 /// The report of a target.
 #[derive(Deserialize)]
 struct Report {
@@ -59,6 +63,8 @@ struct Image {
     ram: u64,
     /// Routines of `f64` in software.
     double: Vec<String>,
+    /// What only code that can panic links.
+    panics: Vec<String>,
 }
 
 fn main() -> ExitCode {
@@ -101,9 +107,9 @@ fn judge(row: &str) -> Result<Vec<String>, Box<dyn Error>> {
     };
     let ours = reference.is_none();
     let (expected, allowed) = match (scalar, reference) {
-        // C on another processor: its compiler fuses other operations, and a second of motion makes a
-        // difference of rounding a thousand times larger.
-        ("f32", Some(reference)) => (reference, 2e-4),
+        // Of C only the platform's sine and cosine differ (`c/run` checks the rest bit by bit): a result may be as far
+        // from the exact one as that of this machine is.
+        ("f32", Some(reference)) => (reference, 2.0 * ERROR_OF_SINGLE),
         ("f64", Some(reference)) => (reference, 1e-9),
         ("f32", None) => (motion::<f32>()?, 1e-4),
         ("f64", None) => (motion::<f64>()?, 1e-9),
@@ -157,12 +163,13 @@ fn judge(row: &str) -> Result<Vec<String>, Box<dyn Error>> {
     }
     println!("{line}");
     complaints.extend(page::complaint(&line));
-    if ours
-        && scalar == "f32"
-        && let Some(image) = image
-        && !image.double.is_empty()
-    {
-        complaints.push(format!("contains arithmetic of f64: {}", image.double.join(", ")));
+    if ours && let Some(image) = image {
+        if scalar == "f32" && !image.double.is_empty() {
+            complaints.push(format!("contains arithmetic of f64: {}", image.double.join(", ")));
+        }
+        if !image.panics.is_empty() {
+            complaints.push(format!("can panic: {}", image.panics.join(", ")));
+        }
     }
     Ok(complaints)
 }
@@ -190,7 +197,7 @@ fn coordinates(report: &Report) -> Result<Vec<f64>, Box<dyn Error>> {
 fn image(path: &str) -> Result<Image, Box<dyn Error>> {
     let bytes = fs::read(path).map_err(|error| format!("{path}: {error}"))?;
     let file = object::File::parse(&*bytes)?;
-    let mut image = Image { flash: 0, ram: 0, double: Vec::new() };
+    let mut image = Image { flash: 0, ram: 0, double: Vec::new(), panics: Vec::new() };
     for section in file.sections() {
         let SectionFlags::Elf { sh_flags } = section.flags() else { continue };
         if sh_flags & u64::from(elf::SHF_ALLOC) == 0 {
@@ -200,10 +207,17 @@ fn image(path: &str) -> Result<Image, Box<dyn Error>> {
         image.flash += if stored { section.size() } else { 0 };
         image.ram += if sh_flags & u64::from(elf::SHF_WRITE) != 0 { section.size() } else { 0 };
     }
-    for symbol in file.symbols().filter_map(|symbol| symbol.name().ok()) {
-        let routine = symbol.starts_with("__aeabi_d") || symbol.ends_with("2d");
-        if routine {
+    let symbols: Vec<&str> = file.symbols().filter_map(|symbol| symbol.name().ok()).collect();
+    if !symbols.contains(&"main") {
+        return Err(format!("{path} has no table of symbols").into());
+    }
+    for symbol in symbols {
+        if symbol.starts_with("__aeabi_d") || symbol.ends_with("2d") {
             image.double.push(symbol.to_owned());
+        }
+        // The panic handler, which the linker removes if nothing calls it, and the functions that lead to it.
+        if ["rust_begin_unwind", "panicking", "_fail"].iter().any(|part| symbol.contains(part)) {
+            image.panics.push(symbol.to_owned());
         }
     }
     Ok(image)
