@@ -6,7 +6,8 @@ use common::compare::largest;
 use std::f64::consts::PI;
 
 use common::Tree;
-use common::designs::{ALL, PLACES, Random, four_vertex, planar, sixbar, two_loops};
+use common::designs::{ALL, PLACES, four_vertex, planar, sixbar, two_loops};
+use common::uniform::Random;
 use lamc_runtime::{Error, Mechanism, assemble};
 
 fn residual(system: &Tree<f64>, q: &[f64]) -> f64 {
@@ -18,7 +19,7 @@ fn residual(system: &Tree<f64>, q: &[f64]) -> f64 {
 
 /// How many of `count` random guesses close.
 fn closing(system: &Tree<f64>, sigma: f64, count: usize) -> usize {
-    let mut random = Random(7);
+    let mut random = Random::new(7);
     let n = system.bodies.len();
     let mut closed = 0;
     let mut iterations = 0;
@@ -78,7 +79,7 @@ fn single_precision_unfolds_too() {
         ("two loops", two_loops(&ALL)),
     ] {
         let n = system.bodies.len();
-        let mut random = Random(3);
+        let mut random = Random::new(3);
         for _ in 0..100 {
             let mut q: Vec<f32> = random.normals(n, 0.5).iter().map(|&q| q as f32).collect();
             let assembly = assemble(&system, 0.0, &mut q, &vec![false; n], &mut system.workspace());
@@ -149,7 +150,7 @@ fn a_pinned_joint_moves_only_if_it_must() {
 #[test]
 fn limits_hold_and_turns_are_taken_off() {
     let mut system = sixbar::<f64>(&ALL);
-    let mut random = Random(5);
+    let mut random = Random::new(5);
     for body in &mut system.bodies {
         body.limits = [-0.7, 0.7];
     }

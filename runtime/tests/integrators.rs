@@ -6,9 +6,10 @@ use common::compare::{keep_largest, largest};
 use std::f64::consts::PI;
 
 use common::Tree;
-use common::designs::{ALL, PLACES, Random, SIX, chain, four_vertex, planar, sixbar, two_loops};
+use common::designs::{ALL, PLACES, SIX, chain, four_vertex, planar, sixbar, two_loops};
 use common::failing::Failing;
 use common::planar::{FourBar, Pendulum};
+use common::uniform::Random;
 use lamc_runtime::constants::STEP_PIECES;
 use lamc_runtime::{
     Dopri5, Error, Integrator, Mechanism, Rk4, Scalar, SemiImplicitEuler, Stabilisation, State,
@@ -50,7 +51,7 @@ fn drift<Y: Mechanism<Scalar = f64>>(system: &Y, state: &StateOf<Y>) -> (f64, f6
 /// A closed state of a tree with loops, at some speed.
 fn closed_state(system: &Tree<f64>, seed: u64, speed: f64) -> StateOf<Tree<f64>> {
     let n = system.bodies.len();
-    let mut random = Random(seed);
+    let mut random = Random::new(seed);
     let mut state = State { t: 0.0, q: random.normals(n, 0.6), u: random.normals(n, speed) };
     let mut workspace = system.workspace();
     assemble(system, 0.0, &mut state.q, &vec![false; n], &mut workspace).unwrap();

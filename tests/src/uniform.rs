@@ -43,4 +43,9 @@ impl Random {
         let radius = (-2.0 * self.range(f64::MIN_POSITIVE, 1.0).ln()).sqrt();
         radius * (TAU * self.range(0.0, 1.0)).cos()
     }
+
+    /// Normally distributed numbers with mean 0 and standard deviation `sigma`.
+    pub fn normals(&mut self, count: usize, sigma: f64) -> Vec<f64> {
+        (0..count).map(|_| sigma * self.normal()).collect()
+    }
 }

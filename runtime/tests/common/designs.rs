@@ -123,21 +123,3 @@ pub fn chain<S>(n: usize) -> Tree<S> {
     }
     tree(bodies, vec![], &ALL, 0.02 * n as f64)
 }
-
-/// Numbers between -1 and 1 that look random and never change.
-pub struct Random(pub u64);
-
-impl Random {
-    pub fn uniform(&mut self) -> f64 {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-    /// Normal, sigma 1: twelve uniforms.
-    pub fn normal(&mut self) -> f64 {
-        (0..12).map(|_| self.uniform() / 2.0).sum()
-    }
-    pub fn normals(&mut self, n: usize, sigma: f64) -> Vec<f64> {
-        (0..n).map(|_| sigma * self.normal()).collect()
-    }
-}

@@ -9,6 +9,8 @@ pub mod designs;
 pub mod failing;
 pub mod free_body;
 pub mod planar;
+#[path = "../../../tests/src/uniform.rs"]
+pub mod uniform;
 
 use std::marker::PhantomData;
 
