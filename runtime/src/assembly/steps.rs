@@ -82,7 +82,7 @@ impl<Y: Mechanism> Search<'_, Y> {
             add_scaled(self.rhs, -r, row);
         }
         for (direction, (free, &way)) in self.free.iter_mut().zip(&*self.rhs).enumerate() {
-            let fixed = stops(direction, way, [q, self.lower, self.upper]) || held(direction);
+            let fixed = stops(direction, way, q, [self.lower, self.upper]) || held(direction);
             *free = if fixed { Y::Scalar::ZERO } else { Y::Scalar::ONE };
         }
         self.square();
@@ -237,7 +237,7 @@ impl<Y: Mechanism> Search<'_, Y> {
             copy(self.step, self.across)?;
             let mut leaves = false;
             for (direction, (free, &way)) in self.free.iter_mut().zip(&*self.step).enumerate() {
-                if stops(direction, way, [q, self.lower, self.upper]) {
+                if stops(direction, way, q, [self.lower, self.upper]) {
                     *free = Y::Scalar::ZERO;
                     leaves = true;
                 }
@@ -252,7 +252,7 @@ impl<Y: Mechanism> Search<'_, Y> {
 
 /// Whether a direction of u is that of a joint at a limit which a move this way would leave. Directions beyond
 /// those of the joints have no limits.
-fn stops<S: Scalar>(direction: usize, way: S, [q, lower, upper]: [&[S]; 3]) -> bool {
+fn stops<S: Scalar>(direction: usize, way: S, q: &[S], [lower, upper]: [&[S]; 2]) -> bool {
     let place = (q.get(direction), lower.get(direction), upper.get(direction));
     let (Some(angle), Some(lower), Some(upper)) = place else { return false };
     (angle <= lower && way < S::ZERO) || (angle >= upper && way > S::ZERO)
