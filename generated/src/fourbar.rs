@@ -103,6 +103,110 @@ pub mod point {
     pub const TIP: ::lamc_runtime::Point = ::lamc_runtime::Point::new(0);
 }
 
+/// Numbers of the model in SI units, without their signs:
+///
+/// - `MASS_..`: mass, kg
+/// - `FIRST_MOMENT_..`: mass times centre of mass, kg m
+/// - `SECOND_MOMENT_..`: second moments of mass about its origin, kg m^2
+/// - `MINIMAL_FIRST_MOMENT_..`: minimal inertial parameters: mass times centre of mass, kg m
+/// - `OFFSET_..`: origin of its frame in its parent's frame, m
+/// - `CLOSURE_POINT_..`: coordinates of a point in this body's frame, m
+/// - `DRAWN_ORIGIN_..`: origin of the drawing, in the frame of the body, m
+/// - `POINT_..`: in the frame of its body, m
+#[allow(
+    clippy::approx_constant,
+    clippy::excessive_precision,
+    reason = "numbers of the drawing"
+)]
+mod constants {
+    // mechanism
+    pub const GRAVITY_Z: f64 = 9.81;
+    pub const STIFFNESS_CRANK_HINGE_SQUARED: f64 = 100.0;
+    pub const DAMPING_CRANK_HINGE: f64 = 0.1;
+    // crank
+    pub const MASS_CRANK_TIMES_OFFSET_CRANK_Z: f64 = 1.6596130125000005e-6;
+    pub const FIRST_MOMENT_CRANK_Y: f64 = 1.7751658919535306e-4;
+    pub const SECOND_MOMENT_CRANK_XY: f64 = 2.2278278689040052e-5;
+    pub const MINIMAL_FIRST_MOMENT_CRANK_Y_TIMES_GRAVITY_Z: f64 = 3.1463985397908126e-3;
+    pub const OFFSET_CRANK_X: f64 = 0.3137601;
+    pub const OFFSET_CRANK_Z: f64 = 2.5e-3;
+    // rocker
+    pub const MASS_ROCKER_TIMES_OFFSET_ROCKER_Z: f64 = 1.593506625e-6;
+    pub const FIRST_MOMENT_ROCKER_X_TIMES_GRAVITY_Z: f64 = 7.784866636882511e-4;
+    pub const FIRST_MOMENT_ROCKER_Y: f64 = 1.63676778025815e-4;
+    pub const SECOND_MOMENT_ROCKER_XY: f64 = 2.037770976118056e-5;
+    pub const MINIMAL_FIRST_MOMENT_ROCKER_Y_TIMES_GRAVITY_Z: f64 = 2.954834596588329e-3;
+    pub const OFFSET_ROCKER_X: f64 = 0.1645431;
+    // coupler
+    pub const MASS_COUPLER: f64 = 2.67789314975e-4;
+    pub const FIRST_MOMENT_COUPLER_X: f64 = 9.998041607397091e-6;
+    pub const FIRST_MOMENT_COUPLER_Y: f64 = 4.3544099654316885e-5;
+    pub const FIRST_MOMENT_COUPLER_Y_TIMES_OFFSET_COUPLER_Y: f64 = 2.3287950568424175e-5;
+    pub const TWICE_FIRST_MOMENT_COUPLER_Y: f64 = 8.708819930863377e-5;
+    pub const SECOND_MOMENT_COUPLER_XY: f64 = 6.477762980113233e-7;
+    pub const OFFSET_COUPLER_Y: f64 = 0.534813;
+    pub const TWICE_OFFSET_COUPLER_Y: f64 = 1.069626;
+    pub const OFFSET_COUPLER_Y_TIMES_PIVOT_ROW_FORCE_COUPLER_Z: f64 = 2.6985090608508173;
+    pub const CLOSURE_POINT_COUPLER_Y: f64 = 0.12797789999999998;
+    pub const CLOSURE_POINT_COUPLER_Y_2: f64 = 0.5430958883848717;
+    pub const CLOSURE_POINT_COUPLER_Z: f64 = 0.4151179883848717;
+    pub const DRAWN_ORIGIN_COUPLER_Y: f64 = 0.2210529;
+    pub const DRAWN_ORIGIN_COUPLER_Z: f64 = 2.5e-3;
+    pub const POINT_TIP_Y: f64 = 0.1389471;
+    pub const MASS_COUPLER_CRANK_COUPLER_CRANK: f64 = 8.629932323103514e-6;
+    pub const INVERSE_PIVOT_COUPLER: f64 = 115875.76386003198;
+    pub const PROJECTED_MASS_COUPLER_ZZ: f64 = 2.1971071657526098e-4;
+    // coupler_ghost0
+    pub const MASS_COUPLER_GHOST0: f64 = 2.67789314975e-4;
+    pub const FIRST_MOMENT_COUPLER_GHOST0_X: f64 = 7.69453703511471e-5;
+    pub const FIRST_MOMENT_COUPLER_GHOST0_Y: f64 = 9.272985481377836e-6;
+    pub const TWICE_FIRST_MOMENT_COUPLER_GHOST0_Y: f64 = 1.8545970962755672e-5;
+    pub const SECOND_MOMENT_COUPLER_GHOST0_XY: f64 = 1.6864942993284786e-6;
+    pub const OFFSET_COUPLER_GHOST0_Y: f64 = 0.5135738999999999;
+    pub const TWICE_OFFSET_COUPLER_GHOST0_Y: f64 = 1.0271477999999998;
+    pub const CLOSURE_POINT_COUPLER_GHOST0_Y: f64 = 0.4151179883848717;
+    pub const MASS_COUPLER_ROCKER_COUPLER_ROCKER: f64 = 1.8705126833160895e-6;
+    pub const INVERSE_PIVOT_COUPLER_GHOST0: f64 = 534612.7876701569;
+    pub const PROJECTED_MASS_COUPLER_GHOST0_ZZ: f64 = 4.5970423245354375e-5;
+    // folded from several numbers, by the value that each is part of
+    pub const INERTIA_COUPLER_ROCKER_MOMENT_IN_PARENT_COUPLER_GHOST0_X_FACTOR: f64 = 4.762363318314592e-6;
+    pub const MASS_ROCKER_HINGE_ROCKER_HINGE_FACTOR: f64 = 9.524726636629184e-6;
+    pub const MASS_ROCKER_HINGE_ROCKER_HINGE_TERM: f64 = 1.2845628098354212e-4;
+    pub const MASS_CRANK_HINGE_CRANK_HINGE_FACTOR: f64 = 4.657590113684835e-5;
+    pub const MASS_CRANK_HINGE_CRANK_HINGE_TERM: f64 = 1.4842320434687952e-4;
+    pub const RESIDUAL_1_ENTRY: f64 = 6.938893903907228e-18;
+    pub const POINTS_0_1_ENTRY: f64 = 0.247;
+    pub const KINETIC_ENERGY_CRANK_FACTOR: f64 = 3.1599423972382714e-5;
+    pub const KINETIC_ENERGY_ROCKER_FACTOR: f64 = 2.7977076894404418e-5;
+    pub const KINETIC_FACTOR: f64 = 1.338946574875e-4;
+    pub const KINETIC_FACTOR_2: f64 = 4.314966161551757e-6;
+    pub const KINETIC_FACTOR_3: f64 = 9.352563416580447e-7;
+    pub const REACTIONS_0_1_FACTOR: f64 = 6.512321461050003e-3;
+    pub const REACTIONS_0_3_FACTOR: f64 = 1.7414377400064135e-3;
+    pub const REACTIONS_0_4_FACTOR: f64 = 8.172943896653371e-4;
+    pub const REACTIONS_1_1_FACTOR: f64 = 6.252919996500001e-3;
+    pub const REACTIONS_1_3_FACTOR: f64 = 1.6056691924332452e-3;
+    pub const REACTIONS_0_3_FACTOR_2: f64 = 6.319884794476543e-5;
+    pub const REACTIONS_1_3_FACTOR_2: f64 = 5.5954153788808836e-5;
+    pub const CLOSURE_0_FACTOR: f64 = 0.25595579999999996;
+    pub const PIVOT_ROW_MOMENT_IN_PARENT_COUPLER_GHOST0_X_FACTOR: f64 = 2.5460203295022628;
+    pub const ARTICULATED_INERTIA_ROCKER_XX_FACTOR: f64 = 0.2637581507612099;
+    pub const ARTICULATED_INERTIA_ROCKER_XX_TERM: f64 = 1.2658576830022603e-4;
+    pub const ARTICULATED_INERTIA_CRANK_XX_FACTOR: f64 = 0.286024944969;
+    pub const ARTICULATED_INERTIA_CRANK_XX_TERM: f64 = 1.39793272023776e-4;
+    pub const MINUS_Y0_1_CRANK_HINGE_FACTOR: f64 = 0.18946347726134022;
+    pub const Y0_2_CRANK_HINGE_FACTOR: f64 = 0.9307361757174004;
+    pub const MINUS_Y0_2_ROCKER_HINGE_FACTOR: f64 = 0.5433249375699676;
+    pub const S_LOOP0_1_1_TERM: f64 = 1897.8529929560304;
+    pub const S_LOOP0_2_2_TERM: f64 = 126303.97048310004;
+    pub const L_TIMES_PIVOT_LOOP0_2_1_TERM: f64 = 8053.860527742237;
+    pub const FORWARD_LAMBDA0_1_FACTOR: f64 = 14829.536919702783;
+    pub const FORWARD_LAMBDA0_2_FACTOR: f64 = 62931.65091583967;
+    pub const FORWARD_LAMBDA0_2_FACTOR_2: f64 = 221927.38498246408;
+}
+
+use constants::*;
+
 /// Numbers that can be changed at run time, SI.
 ///
 /// There are none.
@@ -542,87 +646,93 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         // coupler: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_x = u[0] + u[2];
         // coupler: velocity-product acceleration: a = R^T (a_parent + E_parent r)
-        let minus_velocity_product_on_hinge_coupler_y = omega_crank_xx * c(0.534813);
+        let minus_velocity_product_on_hinge_coupler_y = omega_crank_xx * c(OFFSET_COUPLER_Y);
         // coupler: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_coupler_xx = omega_coupler_x * omega_coupler_x;
         // coupler_ghost0: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_ghost0_x = u[1] + u[3];
         // coupler_ghost0: velocity-product acceleration: a = R^T (a_parent + E_parent r)
         let minus_velocity_product_on_hinge_coupler_ghost0_y =
-            omega_rocker_xx * c(0.5135738999999999);
+            omega_rocker_xx * c(OFFSET_COUPLER_GHOST0_Y);
         // coupler_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_coupler_ghost0_xx = omega_coupler_ghost0_x * omega_coupler_ghost0_x;
         // crank: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let minus_apparent_gravity_crank_z = cos_crank_hinge * c(9.81);
+        let minus_apparent_gravity_crank_z = cos_crank_hinge * c(GRAVITY_Z);
         // rocker: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let minus_apparent_gravity_rocker_z = cos_rocker_hinge * c(9.81);
+        let minus_apparent_gravity_rocker_z = cos_rocker_hinge * c(GRAVITY_Z);
         // coupler: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_coupler_y = mul_add(c(-9.81), sin_crank_hinge,
+        let apparent_gravity_in_parent_coupler_y = mul_add(c(-GRAVITY_Z), sin_crank_hinge,
             minus_velocity_product_on_hinge_coupler_y);
         let apparent_gravity_coupler_z = mul_add(-sin_coupler_crank,
             apparent_gravity_in_parent_coupler_y,
             -cos_coupler_crank * minus_apparent_gravity_crank_z);
         // coupler: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_force_coupler_y = omega_coupler_xx * c(4.3544099654316885e-5);
-        let bias_moment_coupler_x = apparent_gravity_coupler_z * c(4.3544099654316885e-5);
+        let bias_force_coupler_y = omega_coupler_xx * c(FIRST_MOMENT_COUPLER_Y);
+        let bias_moment_coupler_x = apparent_gravity_coupler_z * c(FIRST_MOMENT_COUPLER_Y);
         // coupler_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_coupler_ghost0_y = mul_add(c(-9.81), sin_rocker_hinge,
+        let apparent_gravity_in_parent_coupler_ghost0_y = mul_add(c(-GRAVITY_Z), sin_rocker_hinge,
             minus_velocity_product_on_hinge_coupler_ghost0_y);
         let apparent_gravity_coupler_ghost0_z = mul_add(-sin_coupler_rocker,
             apparent_gravity_in_parent_coupler_ghost0_y,
             -cos_coupler_rocker * minus_apparent_gravity_rocker_z);
         // coupler_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_force_coupler_ghost0_y = omega_coupler_ghost0_xx * c(9.272985481377836e-6);
+        let bias_force_coupler_ghost0_y =
+            omega_coupler_ghost0_xx * c(FIRST_MOMENT_COUPLER_GHOST0_Y);
         let bias_moment_coupler_ghost0_x =
-            apparent_gravity_coupler_ghost0_z * c(9.272985481377836e-6);
+            apparent_gravity_coupler_ghost0_z * c(FIRST_MOMENT_COUPLER_GHOST0_Y);
         // coupler_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_force_in_parent_coupler_ghost0_z =
             sin_coupler_rocker * bias_force_coupler_ghost0_y;
-        let generalized_force_coupler_rocker = bias_moment_coupler_ghost0_x - mul_add(c(0.1), u[3],
-            q[3] * c(10.0));
+        let generalized_force_coupler_rocker = bias_moment_coupler_ghost0_x
+            - mul_add(c(DAMPING_CRANK_HINGE), u[3], q[3] * c(10.0));
         // rocker: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let generalized_force_rocker_hinge = bias_moment_coupler_ghost0_x
-            + mul_add(c(0.5135738999999999), subtree_force_in_parent_coupler_ghost0_z,
-            mul_add(c(-2.954834596588329e-3), cos_rocker_hinge, -mul_add(c(0.1), u[1],
-            q[1] * c(10.0))));
+            + mul_add(c(OFFSET_COUPLER_GHOST0_Y), subtree_force_in_parent_coupler_ghost0_z,
+            mul_add(c(-MINIMAL_FIRST_MOMENT_ROCKER_Y_TIMES_GRAVITY_Z), cos_rocker_hinge,
+            -mul_add(c(DAMPING_CRANK_HINGE), u[1], q[1] * c(10.0))));
         // coupler: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_force_in_parent_coupler_z = sin_coupler_crank * bias_force_coupler_y;
-        let generalized_force_coupler_crank = bias_moment_coupler_x - mul_add(c(0.1), u[2],
-            q[2] * c(10.0));
+        let generalized_force_coupler_crank = bias_moment_coupler_x
+            - mul_add(c(DAMPING_CRANK_HINGE), u[2], q[2] * c(10.0));
         // crank: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let generalized_force_crank_hinge = bias_moment_coupler_x + mul_add(c(0.534813),
-            subtree_force_in_parent_coupler_z, mul_add(c(-3.1463985397908126e-3), cos_crank_hinge,
-            -mul_add(c(0.1), u[0], q[0] * c(10.0))));
+        let generalized_force_crank_hinge = bias_moment_coupler_x + mul_add(c(OFFSET_COUPLER_Y),
+            subtree_force_in_parent_coupler_z,
+            mul_add(c(-MINIMAL_FIRST_MOMENT_CRANK_Y_TIMES_GRAVITY_Z), cos_crank_hinge,
+            -mul_add(c(DAMPING_CRANK_HINGE), u[0], q[0] * c(10.0))));
         // coupler_ghost0: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let inertia_coupler_rocker_moment_in_parent_coupler_ghost0_x =
-            mul_add(c(4.762363318314592e-6), cos_coupler_rocker, c(1.8705126833160895e-6));
+            mul_add(c(INERTIA_COUPLER_ROCKER_MOMENT_IN_PARENT_COUPLER_GHOST0_X_FACTOR),
+            cos_coupler_rocker, c(MASS_COUPLER_ROCKER_COUPLER_ROCKER));
         // coupler: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let inertia_coupler_crank_moment_in_parent_coupler_x = mul_add(c(2.3287950568424175e-5),
-            cos_coupler_crank, c(8.629932323103514e-6));
+        let inertia_coupler_crank_moment_in_parent_coupler_x =
+            mul_add(c(FIRST_MOMENT_COUPLER_Y_TIMES_OFFSET_COUPLER_Y), cos_coupler_crank,
+            c(MASS_COUPLER_CRANK_COUPLER_CRANK));
         // rocker: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let mass_rocker_hinge_rocker_hinge = mul_add(c(9.524726636629184e-6), cos_coupler_rocker,
-            c(1.2845628098354212e-4));
+        let mass_rocker_hinge_rocker_hinge = mul_add(c(MASS_ROCKER_HINGE_ROCKER_HINGE_FACTOR),
+            cos_coupler_rocker, c(MASS_ROCKER_HINGE_ROCKER_HINGE_TERM));
         // crank: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let mass_crank_hinge_crank_hinge = mul_add(c(4.657590113684835e-5), cos_coupler_crank,
-            c(1.4842320434687952e-4));
+        let mass_crank_hinge_crank_hinge = mul_add(c(MASS_CRANK_HINGE_CRANK_HINGE_FACTOR),
+            cos_coupler_crank, c(MASS_CRANK_HINGE_CRANK_HINGE_TERM));
         // coupler_ghost0: partial velocities: dw/du, dv/du
-        let velocity_coupler_ghost0_y_by_rocker_hinge = sin_coupler_rocker * c(0.5135738999999999);
-        let velocity_coupler_ghost0_z_by_rocker_hinge = cos_coupler_rocker * c(0.5135738999999999);
+        let velocity_coupler_ghost0_y_by_rocker_hinge =
+            sin_coupler_rocker * c(OFFSET_COUPLER_GHOST0_Y);
+        let velocity_coupler_ghost0_z_by_rocker_hinge =
+            cos_coupler_rocker * c(OFFSET_COUPLER_GHOST0_Y);
         // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
         let gamma_loop0_0 = mul_add(-cos_coupler_rocker,
-            minus_velocity_product_on_hinge_coupler_ghost0_y, mul_add(c(0.12797789999999998),
+            minus_velocity_product_on_hinge_coupler_ghost0_y, mul_add(c(CLOSURE_POINT_COUPLER_Y),
             omega_coupler_xx, cos_coupler_crank * minus_velocity_product_on_hinge_coupler_y));
         let gamma_loop0_1 = mul_add(-sin_coupler_crank, minus_velocity_product_on_hinge_coupler_y,
             sin_coupler_rocker * minus_velocity_product_on_hinge_coupler_ghost0_y);
         // coupler: partial velocities: dw/du, dv/du
-        let velocity_coupler_z_by_crank_hinge = cos_coupler_crank * c(0.534813);
+        let velocity_coupler_z_by_crank_hinge = cos_coupler_crank * c(OFFSET_COUPLER_Y);
         // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
-        let jacobian_loop0_1_crank_hinge = c(-0.12797789999999998)
+        let jacobian_loop0_1_crank_hinge = c(-CLOSURE_POINT_COUPLER_Y)
             - velocity_coupler_z_by_crank_hinge;
         let jacobian_loop0_2_crank_hinge = -velocity_coupler_z_by_crank_hinge
-            - c(0.5430958883848717);
+            - c(CLOSURE_POINT_COUPLER_Y_2);
         let jacobian_loop0_2_rocker_hinge = velocity_coupler_ghost0_z_by_rocker_hinge
-            + c(0.4151179883848717);
+            + c(CLOSURE_POINT_COUPLER_GHOST0_Y);
         mass[0] = mass_crank_hinge_crank_hinge;
         mass[1] = c(0.0);
         mass[2] = inertia_coupler_crank_moment_in_parent_coupler_x;
@@ -633,28 +743,28 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         mass[7] = inertia_coupler_rocker_moment_in_parent_coupler_ghost0_x;
         mass[8] = inertia_coupler_crank_moment_in_parent_coupler_x;
         mass[9] = c(0.0);
-        mass[10] = c(8.629932323103514e-6);
+        mass[10] = c(MASS_COUPLER_CRANK_COUPLER_CRANK);
         mass[11] = c(0.0);
         mass[12] = c(0.0);
         mass[13] = inertia_coupler_rocker_moment_in_parent_coupler_ghost0_x;
         mass[14] = c(0.0);
-        mass[15] = c(1.8705126833160895e-6);
+        mass[15] = c(MASS_COUPLER_ROCKER_COUPLER_ROCKER);
         forcing[0] = generalized_force_crank_hinge;
         forcing[1] = generalized_force_rocker_hinge;
         forcing[2] = generalized_force_coupler_crank;
         forcing[3] = generalized_force_coupler_rocker;
-        jacobian[0] = sin_coupler_crank * c(-0.534813);
+        jacobian[0] = sin_coupler_crank * c(-OFFSET_COUPLER_Y);
         jacobian[1] = velocity_coupler_ghost0_y_by_rocker_hinge;
         jacobian[2] = c(0.0);
         jacobian[3] = c(0.0);
         jacobian[4] = jacobian_loop0_1_crank_hinge;
         jacobian[5] = velocity_coupler_ghost0_z_by_rocker_hinge;
-        jacobian[6] = c(-0.12797789999999998);
+        jacobian[6] = c(-CLOSURE_POINT_COUPLER_Y);
         jacobian[7] = c(0.0);
         jacobian[8] = jacobian_loop0_2_crank_hinge;
         jacobian[9] = jacobian_loop0_2_rocker_hinge;
-        jacobian[10] = c(-0.5430958883848717);
-        jacobian[11] = c(0.4151179883848717);
+        jacobian[10] = c(-CLOSURE_POINT_COUPLER_Y_2);
+        jacobian[11] = c(CLOSURE_POINT_COUPLER_GHOST0_Y);
         gamma[0] = gamma_loop0_0;
         gamma[1] = gamma_loop0_1;
         gamma[2] = gamma_loop0_1;
@@ -678,8 +788,9 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
             + cos_crank_hinge_times_sin_coupler_crank;
         let axis_z_coupler_x = -sin_crank_hinge_times_cos_coupler_crank
             - cos_crank_hinge_times_sin_coupler_crank;
-        let origin_coupler_x = mul_add(c(0.534813), cos_crank_hinge, c(-0.3137601));
-        let origin_coupler_z = mul_add(c(0.534813), sin_crank_hinge, c(2.5e-3));
+        let origin_coupler_x = mul_add(c(OFFSET_COUPLER_Y), cos_crank_hinge, c(-OFFSET_CRANK_X));
+        let origin_coupler_z = mul_add(c(OFFSET_COUPLER_Y), sin_crank_hinge,
+            c(DRAWN_ORIGIN_COUPLER_Z));
         // coupler_ghost0: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_coupler_ghost0_x = mul_add(-sin_rocker_hinge, sin_coupler_rocker,
             cos_rocker_hinge * cos_coupler_rocker);
@@ -689,61 +800,63 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
             + cos_rocker_hinge_times_sin_coupler_rocker;
         let axis_z_coupler_ghost0_x = -sin_rocker_hinge_times_cos_coupler_rocker
             - cos_rocker_hinge_times_sin_coupler_rocker;
-        let origin_coupler_ghost0_x = mul_add(c(0.5135738999999999), cos_rocker_hinge,
-            c(-0.1645431));
-        let origin_coupler_ghost0_z = mul_add(c(0.5135738999999999), sin_rocker_hinge, c(2.5e-3));
+        let origin_coupler_ghost0_x = mul_add(c(OFFSET_COUPLER_GHOST0_Y), cos_rocker_hinge,
+            c(-OFFSET_ROCKER_X));
+        let origin_coupler_ghost0_z = mul_add(c(OFFSET_COUPLER_GHOST0_Y), sin_rocker_hinge,
+            c(OFFSET_CRANK_Z));
         // coupler: closure points: P = p + A p_P, from the common ancestor of both sides
-        let point0_original_coupler_x = mul_add(c(0.12797789999999998), axis_y_coupler_x,
+        let point0_original_coupler_x = mul_add(c(CLOSURE_POINT_COUPLER_Y), axis_y_coupler_x,
             origin_coupler_x);
-        let point0_original_coupler_z = mul_add(c(0.12797789999999998), axis_y_coupler_z,
+        let point0_original_coupler_z = mul_add(c(CLOSURE_POINT_COUPLER_Y), axis_y_coupler_z,
             origin_coupler_z);
-        let point1_original_coupler_x = mul_add(c(0.5430958883848717), axis_y_coupler_x,
+        let point1_original_coupler_x = mul_add(c(CLOSURE_POINT_COUPLER_Y_2), axis_y_coupler_x,
             origin_coupler_x);
-        let point1_original_coupler_z = mul_add(c(0.5430958883848717), axis_y_coupler_z,
+        let point1_original_coupler_z = mul_add(c(CLOSURE_POINT_COUPLER_Y_2), axis_y_coupler_z,
             origin_coupler_z);
-        let point2_original_coupler_x = mul_add(c(0.4151179883848717), axis_z_coupler_x,
+        let point2_original_coupler_x = mul_add(c(CLOSURE_POINT_COUPLER_Z), axis_z_coupler_x,
             point0_original_coupler_x);
-        let point2_original_coupler_z = mul_add(c(0.4151179883848717), axis_y_coupler_x,
+        let point2_original_coupler_z = mul_add(c(CLOSURE_POINT_COUPLER_Z), axis_y_coupler_x,
             point0_original_coupler_z);
         // coupler: Jacobian of the closure residual: dP/dq = e_x x (P - p)
         let arm_loop0_0_coupler_z = point0_original_coupler_z - origin_coupler_z;
         let arm_loop0_1_coupler_z = point1_original_coupler_z - origin_coupler_z;
         let arm_loop0_2_coupler_z = point2_original_coupler_z - origin_coupler_z;
         // crank: Jacobian of the closure residual: dP/dq = e_x x (P - p)
-        let arm_loop0_0_crank_x = c(0.3137601) + point0_original_coupler_x;
-        let arm_loop0_0_crank_z = point0_original_coupler_z - c(2.5e-3);
-        let arm_loop0_1_crank_x = c(0.3137601) + point1_original_coupler_x;
-        let arm_loop0_1_crank_z = point1_original_coupler_z - c(2.5e-3);
-        let arm_loop0_2_crank_x = c(0.3137601) + point2_original_coupler_x;
-        let arm_loop0_2_crank_z = point2_original_coupler_z - c(2.5e-3);
+        let arm_loop0_0_crank_x = c(OFFSET_CRANK_X) + point0_original_coupler_x;
+        let arm_loop0_0_crank_z = point0_original_coupler_z - c(OFFSET_CRANK_Z);
+        let arm_loop0_1_crank_x = c(OFFSET_CRANK_X) + point1_original_coupler_x;
+        let arm_loop0_1_crank_z = point1_original_coupler_z - c(OFFSET_CRANK_Z);
+        let arm_loop0_2_crank_x = c(OFFSET_CRANK_X) + point2_original_coupler_x;
+        let arm_loop0_2_crank_z = point2_original_coupler_z - c(OFFSET_CRANK_Z);
         // coupler_ghost0: closure points: P = p + A p_P, from the common ancestor of both sides
-        let axis_y_coupler_ghost0_x_product = axis_y_coupler_ghost0_x * c(0.4151179883848717);
+        let axis_y_coupler_ghost0_x_product =
+            axis_y_coupler_ghost0_x * c(CLOSURE_POINT_COUPLER_GHOST0_Y);
         let point1_ghost_coupler_ghost0_x = origin_coupler_ghost0_x
             + axis_y_coupler_ghost0_x_product;
-        let point1_ghost_coupler_ghost0_z = mul_add(c(0.4151179883848717), axis_y_coupler_ghost0_z,
-            origin_coupler_ghost0_z);
-        let point2_ghost_coupler_ghost0_x = mul_add(c(0.4151179883848717), axis_z_coupler_ghost0_x,
-            origin_coupler_ghost0_x);
+        let point1_ghost_coupler_ghost0_z = mul_add(c(CLOSURE_POINT_COUPLER_GHOST0_Y),
+            axis_y_coupler_ghost0_z, origin_coupler_ghost0_z);
+        let point2_ghost_coupler_ghost0_x = mul_add(c(CLOSURE_POINT_COUPLER_GHOST0_Y),
+            axis_z_coupler_ghost0_x, origin_coupler_ghost0_x);
         let point2_ghost_coupler_ghost0_z = origin_coupler_ghost0_z
             + axis_y_coupler_ghost0_x_product;
         // rocker: Jacobian of the closure residual: dP/dq = e_x x (P - p)
-        let arm_loop0_0_rocker_x = c(0.1645431) + origin_coupler_ghost0_x;
-        let arm_loop0_1_rocker_x = c(0.1645431) + point1_ghost_coupler_ghost0_x;
-        let arm_loop0_2_rocker_x = c(0.1645431) + point2_ghost_coupler_ghost0_x;
+        let arm_loop0_0_rocker_x = c(OFFSET_ROCKER_X) + origin_coupler_ghost0_x;
+        let arm_loop0_1_rocker_x = c(OFFSET_ROCKER_X) + point1_ghost_coupler_ghost0_x;
+        let arm_loop0_2_rocker_x = c(OFFSET_ROCKER_X) + point2_ghost_coupler_ghost0_x;
         // coupler_ghost0: Jacobian of the closure residual: dP/dq = e_x x (P - p)
         let arm_loop0_1_coupler_ghost0_x = point1_ghost_coupler_ghost0_x - origin_coupler_ghost0_x;
         let arm_loop0_2_coupler_ghost0_x = point2_ghost_coupler_ghost0_x - origin_coupler_ghost0_x;
         residual[0] = origin_coupler_ghost0_x - point0_original_coupler_x;
-        residual[1] = c(6.938893903907228e-18);
+        residual[1] = c(RESIDUAL_1_ENTRY);
         residual[2] = origin_coupler_ghost0_z - point0_original_coupler_z;
         residual[3] = point1_ghost_coupler_ghost0_x - point1_original_coupler_x;
-        residual[4] = c(6.938893903907228e-18);
+        residual[4] = c(RESIDUAL_1_ENTRY);
         residual[5] = point1_ghost_coupler_ghost0_z - point1_original_coupler_z;
         residual[6] = point2_ghost_coupler_ghost0_x - point2_original_coupler_x;
-        residual[7] = c(6.938893903907228e-18);
+        residual[7] = c(RESIDUAL_1_ENTRY);
         residual[8] = point2_ghost_coupler_ghost0_z - point2_original_coupler_z;
         jacobian[0] = arm_loop0_0_crank_z;
-        jacobian[1] = c(2.5e-3) - origin_coupler_ghost0_z;
+        jacobian[1] = c(OFFSET_CRANK_Z) - origin_coupler_ghost0_z;
         jacobian[2] = arm_loop0_0_coupler_z;
         jacobian[3] = c(0.0);
         jacobian[4] = c(0.0);
@@ -755,7 +868,7 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         jacobian[10] = origin_coupler_x - point0_original_coupler_x;
         jacobian[11] = c(0.0);
         jacobian[12] = arm_loop0_1_crank_z;
-        jacobian[13] = c(2.5e-3) - point1_ghost_coupler_ghost0_z;
+        jacobian[13] = c(OFFSET_CRANK_Z) - point1_ghost_coupler_ghost0_z;
         jacobian[14] = arm_loop0_1_coupler_z;
         jacobian[15] = origin_coupler_ghost0_z - point1_ghost_coupler_ghost0_z;
         jacobian[16] = c(0.0);
@@ -767,7 +880,7 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         jacobian[22] = origin_coupler_x - point1_original_coupler_x;
         jacobian[23] = arm_loop0_1_coupler_ghost0_x;
         jacobian[24] = arm_loop0_2_crank_z;
-        jacobian[25] = c(2.5e-3) - point2_ghost_coupler_ghost0_z;
+        jacobian[25] = c(OFFSET_CRANK_Z) - point2_ghost_coupler_ghost0_z;
         jacobian[26] = arm_loop0_2_coupler_z;
         jacobian[27] = origin_coupler_ghost0_z - point2_ghost_coupler_ghost0_z;
         jacobian[28] = c(0.0);
@@ -818,11 +931,11 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         poses[18] = sin_crank_hinge;
         poses[19] = c(0.0);
         poses[20] = cos_crank_hinge;
-        poses[21] = mul_add(c(0.3137601), cos_crank_hinge, mul_add(c(2.5e-3), sin_crank_hinge,
-            c(-0.3137601)));
+        poses[21] = mul_add(c(OFFSET_CRANK_X), cos_crank_hinge, mul_add(c(OFFSET_CRANK_Z),
+            sin_crank_hinge, c(-OFFSET_CRANK_X)));
         poses[22] = c(0.0);
-        poses[23] = mul_add(c(-2.5e-3), cos_crank_hinge, mul_add(c(0.3137601), sin_crank_hinge,
-            c(2.5e-3)));
+        poses[23] = mul_add(c(-OFFSET_CRANK_Z), cos_crank_hinge, mul_add(c(OFFSET_CRANK_X),
+            sin_crank_hinge, c(OFFSET_CRANK_Z)));
         poses[24] = cos_rocker_hinge;
         poses[25] = c(0.0);
         poses[26] = -sin_rocker_hinge;
@@ -832,11 +945,11 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         poses[30] = sin_rocker_hinge;
         poses[31] = c(0.0);
         poses[32] = cos_rocker_hinge;
-        poses[33] = mul_add(c(0.1645431), cos_rocker_hinge, mul_add(c(2.5e-3), sin_rocker_hinge,
-            c(-0.1645431)));
+        poses[33] = mul_add(c(OFFSET_ROCKER_X), cos_rocker_hinge, mul_add(c(OFFSET_CRANK_Z),
+            sin_rocker_hinge, c(-OFFSET_ROCKER_X)));
         poses[34] = c(0.0);
-        poses[35] = mul_add(c(-2.5e-3), cos_rocker_hinge, mul_add(c(0.1645431), sin_rocker_hinge,
-            c(2.5e-3)));
+        poses[35] = mul_add(c(-OFFSET_CRANK_Z), cos_rocker_hinge, mul_add(c(OFFSET_ROCKER_X),
+            sin_rocker_hinge, c(OFFSET_CRANK_Z)));
         poses[36] = axis_y_coupler_x;
         poses[37] = c(0.0);
         poses[38] = axis_z_coupler_x;
@@ -846,11 +959,13 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         poses[42] = axis_y_coupler_z;
         poses[43] = c(0.0);
         poses[44] = axis_y_coupler_x;
-        poses[45] = mul_add(c(-2.5e-3), axis_z_coupler_x, mul_add(c(-0.2210529), axis_y_coupler_x,
-            mul_add(c(0.534813), cos_crank_hinge, c(-0.3137601))));
+        poses[45] = mul_add(c(-OFFSET_CRANK_Z), axis_z_coupler_x,
+            mul_add(c(-DRAWN_ORIGIN_COUPLER_Y), axis_y_coupler_x, mul_add(c(OFFSET_COUPLER_Y),
+            cos_crank_hinge, c(-OFFSET_CRANK_X))));
         poses[46] = c(0.0);
-        poses[47] = mul_add(c(-0.2210529), axis_y_coupler_z, mul_add(c(-2.5e-3), axis_y_coupler_x,
-            mul_add(c(0.534813), sin_crank_hinge, c(2.5e-3))));
+        poses[47] = mul_add(c(-DRAWN_ORIGIN_COUPLER_Y), axis_y_coupler_z,
+            mul_add(c(-OFFSET_CRANK_Z), axis_y_coupler_x, mul_add(c(OFFSET_COUPLER_Y),
+            sin_crank_hinge, c(OFFSET_CRANK_Z))));
     }
     /// The positions of the output points.
     fn points_into(&self, q: &[S; 4], points: &mut [S; 3]) {
@@ -865,11 +980,11 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
             cos_crank_hinge * cos_coupler_crank);
         let axis_y_coupler_z = mul_add(cos_crank_hinge, sin_coupler_crank,
             sin_crank_hinge * cos_coupler_crank);
-        points[0] = mul_add(c(0.1389471), axis_y_coupler_x, mul_add(c(0.534813), cos_crank_hinge,
-            c(-0.3137601)));
-        points[1] = c(-0.247);
-        points[2] = mul_add(c(0.1389471), axis_y_coupler_z, mul_add(c(0.534813), sin_crank_hinge,
-            c(2.5e-3)));
+        points[0] = mul_add(c(POINT_TIP_Y), axis_y_coupler_x, mul_add(c(OFFSET_COUPLER_Y),
+            cos_crank_hinge, c(-OFFSET_CRANK_X)));
+        points[1] = c(-POINTS_0_1_ENTRY);
+        points[2] = mul_add(c(POINT_TIP_Y), axis_y_coupler_z, mul_add(c(OFFSET_COUPLER_Y),
+            sin_crank_hinge, c(OFFSET_CRANK_Z)));
     }
     /// The energies of the whole mechanism.
     fn energy_into(
@@ -891,44 +1006,45 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         // coupler: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_x = u[0] + u[2];
         // coupler: velocity: v = R^T (v_parent + w_parent x r)
-        let u_crank_hinge_product = u[0] * c(0.534813);
+        let u_crank_hinge_product = u[0] * c(OFFSET_COUPLER_Y);
         let velocity_coupler_y = sin_coupler_crank * u_crank_hinge_product;
         let velocity_coupler_z = cos_coupler_crank * u_crank_hinge_product;
         // coupler: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_coupler_z = mul_add(cos_crank_hinge, sin_coupler_crank,
             sin_crank_hinge * cos_coupler_crank);
-        let origin_coupler_z = mul_add(c(0.534813), sin_crank_hinge, c(2.5e-3));
+        let origin_coupler_z = mul_add(c(OFFSET_COUPLER_Y), sin_crank_hinge,
+            c(DRAWN_ORIGIN_COUPLER_Z));
         // coupler_ghost0: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_ghost0_x = u[1] + u[3];
         // coupler_ghost0: velocity: v = R^T (v_parent + w_parent x r)
-        let u_rocker_hinge_product = u[1] * c(0.5135738999999999);
+        let u_rocker_hinge_product = u[1] * c(OFFSET_COUPLER_GHOST0_Y);
         let velocity_coupler_ghost0_y = sin_coupler_rocker * u_rocker_hinge_product;
         let velocity_coupler_ghost0_z = cos_coupler_rocker * u_rocker_hinge_product;
         // coupler_ghost0: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_coupler_ghost0_z = mul_add(cos_rocker_hinge, sin_coupler_rocker,
             sin_rocker_hinge * cos_coupler_rocker);
-        let origin_coupler_ghost0_z = mul_add(c(0.5135738999999999), sin_rocker_hinge, c(2.5e-3));
+        let origin_coupler_ghost0_z = mul_add(c(OFFSET_COUPLER_GHOST0_Y), sin_rocker_hinge,
+            c(OFFSET_CRANK_Z));
         // mechanism: results: what the function returns
-        let kinetic_sum = mul_add(c(2.7977076894404418e-5), u[1] * u[1],
-            u[0] * u[0] * c(3.1599423972382714e-5)) + mul_add(c(9.352563416580447e-7),
+        let kinetic_sum = mul_add(c(KINETIC_ENERGY_ROCKER_FACTOR), u[1] * u[1],
+            u[0] * u[0] * c(KINETIC_ENERGY_CRANK_FACTOR)) + mul_add(c(KINETIC_FACTOR_3),
             omega_coupler_ghost0_x * omega_coupler_ghost0_x,
-            omega_coupler_x * omega_coupler_x * c(4.314966161551757e-6));
+            omega_coupler_x * omega_coupler_x * c(KINETIC_FACTOR_2));
         let kinetic_2 = mul_add(velocity_coupler_ghost0_z,
-            omega_coupler_ghost0_x * c(9.272985481377836e-6), mul_add(velocity_coupler_z,
-            omega_coupler_x * c(4.3544099654316885e-5), kinetic_sum))
-            + mul_add(c(1.338946574875e-4), mul_add(velocity_coupler_ghost0_z,
-            velocity_coupler_ghost0_z, velocity_coupler_ghost0_y * velocity_coupler_ghost0_y),
-            mul_add(velocity_coupler_z, velocity_coupler_z,
-            velocity_coupler_y * velocity_coupler_y) * c(1.338946574875e-4));
+            omega_coupler_ghost0_x * c(FIRST_MOMENT_COUPLER_GHOST0_Y), mul_add(velocity_coupler_z,
+            omega_coupler_x * c(FIRST_MOMENT_COUPLER_Y), kinetic_sum)) + mul_add(c(KINETIC_FACTOR),
+            mul_add(velocity_coupler_ghost0_z, velocity_coupler_ghost0_z,
+            velocity_coupler_ghost0_y * velocity_coupler_ghost0_y), mul_add(velocity_coupler_z,
+            velocity_coupler_z, velocity_coupler_y * velocity_coupler_y) * c(KINETIC_FACTOR));
         let potential_sum = mul_add(c(5.0), q[1] * q[1], q[0] * q[0] * c(5.0)) + mul_add(c(5.0),
             q[3] * q[3], c(5.0) * (q[2] * q[2]));
-        let potential_2 = mul_add(c(9.81), mul_add(c(1.63676778025815e-4), sin_rocker_hinge,
-            c(1.593506625e-6)), mul_add(c(9.81), mul_add(c(1.7751658919535306e-4), sin_crank_hinge,
-            c(1.6596130125000005e-6)), potential_sum)) + mul_add(c(9.81),
-            mul_add(c(9.272985481377836e-6), axis_y_coupler_ghost0_z,
-            origin_coupler_ghost0_z * c(2.67789314975e-4)),
-            c(9.81) * mul_add(c(4.3544099654316885e-5), axis_y_coupler_z,
-            origin_coupler_z * c(2.67789314975e-4)));
+        let potential_2 = mul_add(c(GRAVITY_Z), mul_add(c(FIRST_MOMENT_ROCKER_Y), sin_rocker_hinge,
+            c(MASS_ROCKER_TIMES_OFFSET_ROCKER_Z)), mul_add(c(GRAVITY_Z),
+            mul_add(c(FIRST_MOMENT_CRANK_Y), sin_crank_hinge, c(MASS_CRANK_TIMES_OFFSET_CRANK_Z)),
+            potential_sum)) + mul_add(c(GRAVITY_Z), mul_add(c(FIRST_MOMENT_COUPLER_GHOST0_Y),
+            axis_y_coupler_ghost0_z, origin_coupler_ghost0_z * c(MASS_COUPLER_GHOST0)),
+            c(GRAVITY_Z) * mul_add(c(FIRST_MOMENT_COUPLER_Y), axis_y_coupler_z,
+            origin_coupler_z * c(MASS_COUPLER)));
         kinetic[0] = kinetic_2;
         potential[0] = potential_2;
     }
@@ -965,118 +1081,121 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         // coupler_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_coupler_ghost0_xx = omega_coupler_ghost0_x * omega_coupler_ghost0_x;
         // coupler: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_coupler_y = mul_add(c(-9.81), sin_crank_hinge,
-            omega_crank_xx * c(0.534813));
+        let apparent_gravity_in_parent_coupler_y = mul_add(c(-GRAVITY_Z), sin_crank_hinge,
+            omega_crank_xx * c(OFFSET_COUPLER_Y));
         // coupler_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_coupler_ghost0_y = mul_add(c(-9.81), sin_rocker_hinge,
-            omega_rocker_xx * c(0.5135738999999999));
+        let apparent_gravity_in_parent_coupler_ghost0_y = mul_add(c(-GRAVITY_Z), sin_rocker_hinge,
+            omega_rocker_xx * c(OFFSET_COUPLER_GHOST0_Y));
         // coupler: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let alpha_coupler_x = a[0] + a[2];
         // coupler_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let alpha_coupler_ghost0_x = a[1] + a[3];
         // coupler: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let apparent_gravity_in_parent_coupler_z = mul_add(c(-0.534813), a[0],
-            cos_crank_hinge * c(-9.81));
+        let apparent_gravity_in_parent_coupler_z = mul_add(c(-OFFSET_COUPLER_Y), a[0],
+            cos_crank_hinge * c(-GRAVITY_Z));
         let apparent_gravity_coupler_y = mul_add(cos_coupler_crank,
             apparent_gravity_in_parent_coupler_y,
             sin_coupler_crank * apparent_gravity_in_parent_coupler_z);
         let apparent_gravity_coupler_z = mul_add(-sin_coupler_crank,
             apparent_gravity_in_parent_coupler_y,
             cos_coupler_crank * apparent_gravity_in_parent_coupler_z);
-        let net_moment_coupler_x = mul_add(c(-8.629932323103514e-6), alpha_coupler_x,
-            apparent_gravity_coupler_z * c(4.3544099654316885e-5));
-        let net_force_coupler_y = mul_add(c(4.3544099654316885e-5), omega_coupler_xx,
-            apparent_gravity_coupler_y * c(2.67789314975e-4));
-        let net_force_coupler_z = mul_add(c(-4.3544099654316885e-5), alpha_coupler_x,
-            apparent_gravity_coupler_z * c(2.67789314975e-4));
-        let net_moment_coupler_y = mul_add(c(-9.998041607397091e-6), apparent_gravity_coupler_z,
-            alpha_coupler_x * c(6.477762980113233e-7));
-        let net_moment_coupler_z = mul_add(c(6.477762980113233e-7), omega_coupler_xx,
-            apparent_gravity_coupler_y * c(9.998041607397091e-6));
+        let net_moment_coupler_x = mul_add(c(-MASS_COUPLER_CRANK_COUPLER_CRANK), alpha_coupler_x,
+            apparent_gravity_coupler_z * c(FIRST_MOMENT_COUPLER_Y));
+        let net_force_coupler_y = mul_add(c(FIRST_MOMENT_COUPLER_Y), omega_coupler_xx,
+            apparent_gravity_coupler_y * c(MASS_COUPLER));
+        let net_force_coupler_z = mul_add(c(-FIRST_MOMENT_COUPLER_Y), alpha_coupler_x,
+            apparent_gravity_coupler_z * c(MASS_COUPLER));
+        let net_moment_coupler_y = mul_add(c(-FIRST_MOMENT_COUPLER_X), apparent_gravity_coupler_z,
+            alpha_coupler_x * c(SECOND_MOMENT_COUPLER_XY));
+        let net_moment_coupler_z = mul_add(c(SECOND_MOMENT_COUPLER_XY), omega_coupler_xx,
+            apparent_gravity_coupler_y * c(FIRST_MOMENT_COUPLER_X));
         let transmitted_force_in_parent_coupler_z = mul_add(cos_coupler_crank, net_force_coupler_z,
             sin_coupler_crank * net_force_coupler_y);
         // coupler_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let apparent_gravity_in_parent_coupler_ghost0_z = mul_add(c(-0.5135738999999999), a[1],
-            cos_rocker_hinge * c(-9.81));
+        let apparent_gravity_in_parent_coupler_ghost0_z = mul_add(c(-OFFSET_COUPLER_GHOST0_Y), a[1],
+            cos_rocker_hinge * c(-GRAVITY_Z));
         let apparent_gravity_coupler_ghost0_y = mul_add(cos_coupler_rocker,
             apparent_gravity_in_parent_coupler_ghost0_y,
             sin_coupler_rocker * apparent_gravity_in_parent_coupler_ghost0_z);
         let apparent_gravity_coupler_ghost0_z = mul_add(-sin_coupler_rocker,
             apparent_gravity_in_parent_coupler_ghost0_y,
             cos_coupler_rocker * apparent_gravity_in_parent_coupler_ghost0_z);
-        let net_moment_coupler_ghost0_x = mul_add(c(-1.8705126833160895e-6), alpha_coupler_ghost0_x,
-            apparent_gravity_coupler_ghost0_z * c(9.272985481377836e-6));
-        let net_force_coupler_ghost0_y = mul_add(c(9.272985481377836e-6), omega_coupler_ghost0_xx,
-            apparent_gravity_coupler_ghost0_y * c(2.67789314975e-4));
-        let net_force_coupler_ghost0_z = mul_add(c(-9.272985481377836e-6), alpha_coupler_ghost0_x,
-            apparent_gravity_coupler_ghost0_z * c(2.67789314975e-4));
-        let net_moment_coupler_ghost0_y = mul_add(c(-7.69453703511471e-5),
-            apparent_gravity_coupler_ghost0_z, alpha_coupler_ghost0_x * c(1.6864942993284786e-6));
-        let net_moment_coupler_ghost0_z = mul_add(c(1.6864942993284786e-6), omega_coupler_ghost0_xx,
-            apparent_gravity_coupler_ghost0_y * c(7.69453703511471e-5));
+        let net_moment_coupler_ghost0_x = mul_add(c(-MASS_COUPLER_ROCKER_COUPLER_ROCKER),
+            alpha_coupler_ghost0_x,
+            apparent_gravity_coupler_ghost0_z * c(FIRST_MOMENT_COUPLER_GHOST0_Y));
+        let net_force_coupler_ghost0_y = mul_add(c(FIRST_MOMENT_COUPLER_GHOST0_Y),
+            omega_coupler_ghost0_xx, apparent_gravity_coupler_ghost0_y * c(MASS_COUPLER_GHOST0));
+        let net_force_coupler_ghost0_z = mul_add(c(-FIRST_MOMENT_COUPLER_GHOST0_Y),
+            alpha_coupler_ghost0_x, apparent_gravity_coupler_ghost0_z * c(MASS_COUPLER_GHOST0));
+        let net_moment_coupler_ghost0_y = mul_add(c(-FIRST_MOMENT_COUPLER_GHOST0_X),
+            apparent_gravity_coupler_ghost0_z,
+            alpha_coupler_ghost0_x * c(SECOND_MOMENT_COUPLER_GHOST0_XY));
+        let net_moment_coupler_ghost0_z = mul_add(c(SECOND_MOMENT_COUPLER_GHOST0_XY),
+            omega_coupler_ghost0_xx,
+            apparent_gravity_coupler_ghost0_y * c(FIRST_MOMENT_COUPLER_GHOST0_X));
         let transmitted_force_in_parent_coupler_ghost0_z = mul_add(cos_coupler_rocker,
             net_force_coupler_ghost0_z, sin_coupler_rocker * net_force_coupler_ghost0_y);
         // rocker: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let transmitted_moment_rocker_y = mul_add(cos_coupler_rocker, net_moment_coupler_ghost0_y,
             mul_add(-sin_coupler_rocker, net_moment_coupler_ghost0_z,
-            mul_add(c(7.784866636882511e-4), cos_rocker_hinge, a[1] * c(2.037770976118056e-5))));
+            mul_add(c(FIRST_MOMENT_ROCKER_X_TIMES_GRAVITY_Z), cos_rocker_hinge,
+            a[1] * c(SECOND_MOMENT_ROCKER_XY))));
         let transmitted_moment_rocker_z = mul_add(cos_coupler_rocker, net_moment_coupler_ghost0_z,
             mul_add(sin_coupler_rocker, net_moment_coupler_ghost0_y,
-            mul_add(c(2.037770976118056e-5), omega_rocker_xx,
-            sin_rocker_hinge * c(-7.784866636882511e-4))));
+            mul_add(c(SECOND_MOMENT_ROCKER_XY), omega_rocker_xx,
+            sin_rocker_hinge * c(-FIRST_MOMENT_ROCKER_X_TIMES_GRAVITY_Z))));
         // coupler_ghost0: closure forces: (f, n) of lambda along the rows of the closure
         let closure_force_coupler_ghost0_z = lambda[1] + lambda[2];
-        let closure_moment_coupler_ghost0_x = lambda[2] * c(0.4151179883848717);
+        let closure_moment_coupler_ghost0_x = lambda[2] * c(CLOSURE_POINT_COUPLER_GHOST0_Y);
         let closure_force_in_parent_coupler_ghost0_z = mul_add(cos_coupler_rocker,
             closure_force_coupler_ghost0_z, sin_coupler_rocker * lambda[0]);
         // coupler: closure forces: (f, n) of lambda along the rows of the closure
         let closure_force_coupler_z = -lambda[1] - lambda[2];
-        let closure_moment_coupler_x = mul_add(c(-0.5430958883848717), lambda[2],
-            lambda[1] * c(-0.12797789999999998));
+        let closure_moment_coupler_x = mul_add(c(-CLOSURE_POINT_COUPLER_Y_2), lambda[2],
+            lambda[1] * c(-CLOSURE_POINT_COUPLER_Y));
         let closure_moment_coupler_y = mul_add(c(-0.25), lambda[2], lambda[1] * c(-0.25));
         let closure_moment_coupler_z = lambda[0] * c(0.25);
         let closure_force_in_parent_coupler_z = mul_add(-sin_coupler_crank, lambda[0],
             cos_coupler_crank * closure_force_coupler_z);
         // mechanism: results: what the function returns
         let reactions_0_1_sum = mul_add(cos_coupler_crank, net_force_coupler_y,
-            mul_add(-sin_coupler_crank, net_force_coupler_z, mul_add(c(1.7751658919535306e-4),
-            omega_crank_xx, sin_crank_hinge * c(-6.512321461050003e-3))
+            mul_add(-sin_coupler_crank, net_force_coupler_z, mul_add(c(FIRST_MOMENT_CRANK_Y),
+            omega_crank_xx, sin_crank_hinge * c(-REACTIONS_0_1_FACTOR))
             + mul_add(-cos_coupler_crank, lambda[0],
             -sin_coupler_crank * closure_force_coupler_z)));
         let reactions_0_4_sum = mul_add(cos_coupler_crank, net_moment_coupler_y,
-            mul_add(-sin_coupler_crank, net_moment_coupler_z, mul_add(c(8.172943896653371e-4),
-            cos_crank_hinge, a[0] * c(2.2278278689040052e-5)) + mul_add(-sin_coupler_crank,
+            mul_add(-sin_coupler_crank, net_moment_coupler_z, mul_add(c(REACTIONS_0_4_FACTOR),
+            cos_crank_hinge, a[0] * c(SECOND_MOMENT_CRANK_XY)) + mul_add(-sin_coupler_crank,
             closure_moment_coupler_z, cos_coupler_crank * closure_moment_coupler_y)));
         let reactions_0_5_sum = mul_add(cos_coupler_crank, net_moment_coupler_z,
-            mul_add(sin_coupler_crank, net_moment_coupler_y, mul_add(c(2.2278278689040052e-5),
-            omega_crank_xx, sin_crank_hinge * c(-8.172943896653371e-4)) + mul_add(cos_coupler_crank,
+            mul_add(sin_coupler_crank, net_moment_coupler_y, mul_add(c(SECOND_MOMENT_CRANK_XY),
+            omega_crank_xx, sin_crank_hinge * c(-REACTIONS_0_4_FACTOR)) + mul_add(cos_coupler_crank,
             closure_moment_coupler_z, sin_coupler_crank * closure_moment_coupler_y)));
         let reactions_1_1_sum = mul_add(cos_coupler_rocker, net_force_coupler_ghost0_y,
-            mul_add(-sin_coupler_rocker, net_force_coupler_ghost0_z, mul_add(c(1.63676778025815e-4),
-            omega_rocker_xx, sin_rocker_hinge * c(-6.252919996500001e-3))
-            + mul_add(-sin_coupler_rocker, closure_force_coupler_ghost0_z,
-            cos_coupler_rocker * lambda[0])));
+            mul_add(-sin_coupler_rocker, net_force_coupler_ghost0_z,
+            mul_add(c(FIRST_MOMENT_ROCKER_Y), omega_rocker_xx,
+            sin_rocker_hinge * c(-REACTIONS_1_1_FACTOR)) + mul_add(-sin_coupler_rocker,
+            closure_force_coupler_ghost0_z, cos_coupler_rocker * lambda[0])));
         reactions[0] = c(0.0);
         reactions[1] = -reactions_0_1_sum;
         reactions[2] = -(transmitted_force_in_parent_coupler_z + (closure_force_in_parent_coupler_z
-            + mul_add(c(-1.7751658919535306e-4), a[0],
-            cos_crank_hinge * c(-6.512321461050003e-3))));
-        reactions[3] = -mul_add(c(0.534813), transmitted_force_in_parent_coupler_z,
-            net_moment_coupler_x + mul_add(c(0.534813), closure_force_in_parent_coupler_z,
-            mul_add(c(-1.7414377400064135e-3), cos_crank_hinge, mul_add(c(-6.319884794476543e-5),
+            + mul_add(c(-FIRST_MOMENT_CRANK_Y), a[0], cos_crank_hinge * c(-REACTIONS_0_1_FACTOR))));
+        reactions[3] = -mul_add(c(OFFSET_COUPLER_Y), transmitted_force_in_parent_coupler_z,
+            net_moment_coupler_x + mul_add(c(OFFSET_COUPLER_Y), closure_force_in_parent_coupler_z,
+            mul_add(c(-REACTIONS_0_3_FACTOR), cos_crank_hinge, mul_add(c(-REACTIONS_0_3_FACTOR_2),
             a[0], closure_moment_coupler_x))));
         reactions[4] = -reactions_0_4_sum;
         reactions[5] = -reactions_0_5_sum;
         reactions[6] = c(0.0);
         reactions[7] = -reactions_1_1_sum;
         reactions[8] = -(transmitted_force_in_parent_coupler_ghost0_z
-            + (closure_force_in_parent_coupler_ghost0_z + mul_add(c(-1.63676778025815e-4), a[1],
-            cos_rocker_hinge * c(-6.252919996500001e-3))));
-        reactions[9] = -mul_add(c(0.5135738999999999), transmitted_force_in_parent_coupler_ghost0_z,
-            net_moment_coupler_ghost0_x + mul_add(c(0.5135738999999999),
-            closure_force_in_parent_coupler_ghost0_z, mul_add(c(-1.6056691924332452e-3),
-            cos_rocker_hinge, mul_add(c(-5.5954153788808836e-5), a[1],
-            closure_moment_coupler_ghost0_x))));
+            + (closure_force_in_parent_coupler_ghost0_z + mul_add(c(-FIRST_MOMENT_ROCKER_Y), a[1],
+            cos_rocker_hinge * c(-REACTIONS_1_1_FACTOR))));
+        reactions[9] = -mul_add(c(OFFSET_COUPLER_GHOST0_Y),
+            transmitted_force_in_parent_coupler_ghost0_z, net_moment_coupler_ghost0_x
+            + mul_add(c(OFFSET_COUPLER_GHOST0_Y), closure_force_in_parent_coupler_ghost0_z,
+            mul_add(c(-REACTIONS_1_3_FACTOR), cos_rocker_hinge, mul_add(c(-REACTIONS_1_3_FACTOR_2),
+            a[1], closure_moment_coupler_ghost0_x))));
         reactions[10] = -transmitted_moment_rocker_y;
         reactions[11] = -transmitted_moment_rocker_z;
         reactions[12] = c(0.0);
@@ -1131,15 +1250,15 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         // crank: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_crank_xx = u[0] * u[0];
         // coupler: velocity-product acceleration: a = R^T (a_parent + E_parent r)
-        let minus_velocity_product_on_hinge_coupler_y = omega_crank_xx * c(0.534813);
-        let minus_d_velocity_product_on_hinge_coupler_y = u[0] * du[0] * c(1.069626);
+        let minus_velocity_product_on_hinge_coupler_y = omega_crank_xx * c(OFFSET_COUPLER_Y);
+        let minus_d_velocity_product_on_hinge_coupler_y = u[0] * du[0] * c(TWICE_OFFSET_COUPLER_Y);
         // rocker: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_rocker_xx = u[1] * u[1];
         // coupler_ghost0: velocity-product acceleration: a = R^T (a_parent + E_parent r)
         let minus_velocity_product_on_hinge_coupler_ghost0_y =
-            omega_rocker_xx * c(0.5135738999999999);
+            omega_rocker_xx * c(OFFSET_COUPLER_GHOST0_Y);
         let minus_d_velocity_product_on_hinge_coupler_ghost0_y =
-            u[1] * du[1] * c(1.0271477999999998);
+            u[1] * du[1] * c(TWICE_OFFSET_COUPLER_GHOST0_Y);
         // coupler: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_x = u[0] + u[2];
         let d_omega_coupler_x = du[0] + du[2];
@@ -1152,95 +1271,98 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         // coupler_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_coupler_ghost0_xx = omega_coupler_ghost0_x * omega_coupler_ghost0_x;
         // coupler_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_force_coupler_ghost0_y = omega_coupler_ghost0_xx * c(9.272985481377836e-6);
-        let d_bias_force_coupler_ghost0_y =
-            omega_coupler_ghost0_x * d_omega_coupler_ghost0_x * c(1.8545970962755672e-5);
+        let bias_force_coupler_ghost0_y =
+            omega_coupler_ghost0_xx * c(FIRST_MOMENT_COUPLER_GHOST0_Y);
+        let d_bias_force_coupler_ghost0_y = omega_coupler_ghost0_x * d_omega_coupler_ghost0_x *
+            c(TWICE_FIRST_MOMENT_COUPLER_GHOST0_Y);
         // crank: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let minus_d_apparent_gravity_crank_z = minus_d_cos_crank_hinge * c(-9.81);
+        let minus_d_apparent_gravity_crank_z = minus_d_cos_crank_hinge * c(-GRAVITY_Z);
         // rocker: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let minus_d_apparent_gravity_rocker_z = minus_d_cos_rocker_hinge * c(-9.81);
+        let minus_d_apparent_gravity_rocker_z = minus_d_cos_rocker_hinge * c(-GRAVITY_Z);
         // coupler: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_coupler_y = mul_add(c(-9.81), sin_crank_hinge,
+        let apparent_gravity_in_parent_coupler_y = mul_add(c(-GRAVITY_Z), sin_crank_hinge,
             minus_velocity_product_on_hinge_coupler_y);
-        let d_apparent_gravity_in_parent_coupler_y = mul_add(c(-9.81), d_sin_crank_hinge,
+        let d_apparent_gravity_in_parent_coupler_y = mul_add(c(-GRAVITY_Z), d_sin_crank_hinge,
             minus_d_velocity_product_on_hinge_coupler_y);
         // coupler: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_force_coupler_y = omega_coupler_xx * c(4.3544099654316885e-5);
+        let bias_force_coupler_y = omega_coupler_xx * c(FIRST_MOMENT_COUPLER_Y);
         let d_bias_force_coupler_y =
-            omega_coupler_x_times_d_omega_coupler_x * c(8.708819930863377e-5);
+            omega_coupler_x_times_d_omega_coupler_x * c(TWICE_FIRST_MOMENT_COUPLER_Y);
         // coupler_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_coupler_ghost0_y = mul_add(c(-9.81), sin_rocker_hinge,
+        let apparent_gravity_in_parent_coupler_ghost0_y = mul_add(c(-GRAVITY_Z), sin_rocker_hinge,
             minus_velocity_product_on_hinge_coupler_ghost0_y);
-        let d_apparent_gravity_in_parent_coupler_ghost0_y = mul_add(c(-9.81), d_sin_rocker_hinge,
-            minus_d_velocity_product_on_hinge_coupler_ghost0_y);
+        let d_apparent_gravity_in_parent_coupler_ghost0_y = mul_add(c(-GRAVITY_Z),
+            d_sin_rocker_hinge, minus_d_velocity_product_on_hinge_coupler_ghost0_y);
         // coupler: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let alpha_coupler_x = a[0] + a[2];
         // mechanism: results: what the function returns
-        let closure_0 = mul_add(-a[0], d_sin_coupler_crank * c(0.534813),
-            a[1] * (d_sin_coupler_rocker * c(0.5135738999999999)))
+        let closure_0 = mul_add(-a[0], d_sin_coupler_crank * c(OFFSET_COUPLER_Y),
+            a[1] * (d_sin_coupler_rocker * c(OFFSET_COUPLER_GHOST0_Y)))
             + (mul_add(minus_d_cos_coupler_rocker, minus_velocity_product_on_hinge_coupler_ghost0_y,
-            mul_add(c(0.25595579999999996), omega_coupler_x_times_d_omega_coupler_x,
+            mul_add(c(CLOSURE_0_FACTOR), omega_coupler_x_times_d_omega_coupler_x,
             cos_coupler_crank * minus_d_velocity_product_on_hinge_coupler_y))
             - mul_add(cos_coupler_rocker, minus_d_velocity_product_on_hinge_coupler_ghost0_y,
             minus_d_cos_coupler_crank * minus_velocity_product_on_hinge_coupler_y));
-        let closure_1 = mul_add(a[1], minus_d_cos_coupler_rocker * c(-0.5135738999999999),
+        let closure_1 = mul_add(a[1], minus_d_cos_coupler_rocker * c(-OFFSET_COUPLER_GHOST0_Y),
             mul_add(-d_sin_coupler_crank, minus_velocity_product_on_hinge_coupler_y,
             mul_add(-sin_coupler_crank, minus_d_velocity_product_on_hinge_coupler_y,
             sin_coupler_rocker * minus_d_velocity_product_on_hinge_coupler_ghost0_y)))
             - mul_add(-d_sin_coupler_rocker, minus_velocity_product_on_hinge_coupler_ghost0_y,
-            a[0] * (minus_d_cos_coupler_crank * c(-0.534813)));
+            a[0] * (minus_d_cos_coupler_crank * c(-OFFSET_COUPLER_Y)));
         // coupler_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let alpha_coupler_ghost0_x = a[1] + a[3];
         // coupler: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let apparent_gravity_in_parent_coupler_z = mul_add(c(-0.534813), a[0],
-            cos_crank_hinge * c(-9.81));
+        let apparent_gravity_in_parent_coupler_z = mul_add(c(-OFFSET_COUPLER_Y), a[0],
+            cos_crank_hinge * c(-GRAVITY_Z));
         let d_apparent_gravity_coupler_z = mul_add(-sin_coupler_crank,
             d_apparent_gravity_in_parent_coupler_y,
             -minus_d_cos_coupler_crank * apparent_gravity_in_parent_coupler_z)
             - mul_add(cos_coupler_crank, minus_d_apparent_gravity_crank_z,
             d_sin_coupler_crank * apparent_gravity_in_parent_coupler_y);
-        let minus_net_force_coupler_z = c(4.3544099654316885e-5) * alpha_coupler_x;
-        let d_net_moment_coupler_x = c(4.3544099654316885e-5) * d_apparent_gravity_coupler_z;
+        let minus_net_force_coupler_z = c(FIRST_MOMENT_COUPLER_Y) * alpha_coupler_x;
+        let d_net_moment_coupler_x = c(FIRST_MOMENT_COUPLER_Y) * d_apparent_gravity_coupler_z;
         let d_balance_force_in_parent_coupler_z = mul_add(minus_d_cos_coupler_crank,
             minus_net_force_coupler_z, mul_add(sin_coupler_crank, d_bias_force_coupler_y,
             d_sin_coupler_crank * bias_force_coupler_y));
-        let d_imbalance_coupler_crank = d_net_moment_coupler_x - mul_add(c(0.1), du[2],
-            dq[2] * c(10.0));
+        let d_imbalance_coupler_crank = d_net_moment_coupler_x - mul_add(c(DAMPING_CRANK_HINGE),
+            du[2], dq[2] * c(10.0));
         // coupler_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let apparent_gravity_in_parent_coupler_ghost0_z = mul_add(c(-0.5135738999999999), a[1],
-            cos_rocker_hinge * c(-9.81));
+        let apparent_gravity_in_parent_coupler_ghost0_z = mul_add(c(-OFFSET_COUPLER_GHOST0_Y), a[1],
+            cos_rocker_hinge * c(-GRAVITY_Z));
         let d_apparent_gravity_coupler_ghost0_z = mul_add(-sin_coupler_rocker,
             d_apparent_gravity_in_parent_coupler_ghost0_y,
             -minus_d_cos_coupler_rocker * apparent_gravity_in_parent_coupler_ghost0_z)
             - mul_add(cos_coupler_rocker, minus_d_apparent_gravity_rocker_z,
             d_sin_coupler_rocker * apparent_gravity_in_parent_coupler_ghost0_y);
-        let minus_net_force_coupler_ghost0_z = c(9.272985481377836e-6) * alpha_coupler_ghost0_x;
+        let minus_net_force_coupler_ghost0_z =
+            c(FIRST_MOMENT_COUPLER_GHOST0_Y) * alpha_coupler_ghost0_x;
         let d_net_moment_coupler_ghost0_x =
-            c(9.272985481377836e-6) * d_apparent_gravity_coupler_ghost0_z;
+            c(FIRST_MOMENT_COUPLER_GHOST0_Y) * d_apparent_gravity_coupler_ghost0_z;
         let d_balance_force_in_parent_coupler_ghost0_z = mul_add(minus_d_cos_coupler_rocker,
             minus_net_force_coupler_ghost0_z, mul_add(sin_coupler_rocker,
             d_bias_force_coupler_ghost0_y, d_sin_coupler_rocker * bias_force_coupler_ghost0_y));
-        let d_imbalance_coupler_rocker = d_net_moment_coupler_ghost0_x - mul_add(c(0.1), du[3],
-            dq[3] * c(10.0));
+        let d_imbalance_coupler_rocker = d_net_moment_coupler_ghost0_x
+            - mul_add(c(DAMPING_CRANK_HINGE), du[3], dq[3] * c(10.0));
         // coupler_ghost0: closure forces: (f, n) of lambda along the rows of the closure
         let closure_force_coupler_ghost0_z = lambda[1] + lambda[2];
         let d_closure_force_in_parent_coupler_ghost0_z = mul_add(-minus_d_cos_coupler_rocker,
             closure_force_coupler_ghost0_z, d_sin_coupler_rocker * lambda[0]);
         // rocker: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_imbalance_rocker_hinge = d_net_moment_coupler_ghost0_x
-            + mul_add(c(0.5135738999999999), d_balance_force_in_parent_coupler_ghost0_z,
-            mul_add(c(0.5135738999999999), d_closure_force_in_parent_coupler_ghost0_z,
-            mul_add(c(2.954834596588329e-3), minus_d_cos_rocker_hinge, -mul_add(c(0.1), du[1],
-            dq[1] * c(10.0)))));
+            + mul_add(c(OFFSET_COUPLER_GHOST0_Y), d_balance_force_in_parent_coupler_ghost0_z,
+            mul_add(c(OFFSET_COUPLER_GHOST0_Y), d_closure_force_in_parent_coupler_ghost0_z,
+            mul_add(c(MINIMAL_FIRST_MOMENT_ROCKER_Y_TIMES_GRAVITY_Z), minus_d_cos_rocker_hinge,
+            -mul_add(c(DAMPING_CRANK_HINGE), du[1], dq[1] * c(10.0)))));
         // coupler: closure forces: (f, n) of lambda along the rows of the closure
         let closure_force_coupler_z = -lambda[1] - lambda[2];
         let d_closure_force_in_parent_coupler_z = mul_add(-d_sin_coupler_crank, lambda[0],
             -minus_d_cos_coupler_crank * closure_force_coupler_z);
         // crank: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_imbalance_crank_hinge = d_net_moment_coupler_x + mul_add(c(0.534813),
-            d_balance_force_in_parent_coupler_z, mul_add(c(0.534813),
-            d_closure_force_in_parent_coupler_z, mul_add(c(3.1463985397908126e-3),
-            minus_d_cos_crank_hinge, -mul_add(c(0.1), du[0], dq[0] * c(10.0)))));
+        let d_imbalance_crank_hinge = d_net_moment_coupler_x + mul_add(c(OFFSET_COUPLER_Y),
+            d_balance_force_in_parent_coupler_z, mul_add(c(OFFSET_COUPLER_Y),
+            d_closure_force_in_parent_coupler_z,
+            mul_add(c(MINIMAL_FIRST_MOMENT_CRANK_Y_TIMES_GRAVITY_Z), minus_d_cos_crank_hinge,
+            -mul_add(c(DAMPING_CRANK_HINGE), du[0], dq[0] * c(10.0)))));
         forces[0] = d_imbalance_crank_hinge;
         forces[1] = d_imbalance_rocker_hinge;
         forces[2] = d_imbalance_coupler_crank;
@@ -1273,95 +1395,99 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         // coupler: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_x = u[0] + u[2];
         // coupler: velocity-product acceleration: a = R^T (a_parent + E_parent r)
-        let minus_velocity_product_on_hinge_coupler_y = omega_crank_xx * c(0.534813);
+        let minus_velocity_product_on_hinge_coupler_y = omega_crank_xx * c(OFFSET_COUPLER_Y);
         // coupler: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_coupler_xx = omega_coupler_x * omega_coupler_x;
         // coupler_ghost0: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_ghost0_x = u[1] + u[3];
         // coupler_ghost0: velocity-product acceleration: a = R^T (a_parent + E_parent r)
         let minus_velocity_product_on_hinge_coupler_ghost0_y =
-            omega_rocker_xx * c(0.5135738999999999);
+            omega_rocker_xx * c(OFFSET_COUPLER_GHOST0_Y);
         // coupler_ghost0: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_coupler_ghost0_xx = omega_coupler_ghost0_x * omega_coupler_ghost0_x;
         // crank: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let minus_apparent_gravity_crank_z = cos_crank_hinge * c(9.81);
+        let minus_apparent_gravity_crank_z = cos_crank_hinge * c(GRAVITY_Z);
         // rocker: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let minus_apparent_gravity_rocker_z = cos_rocker_hinge * c(9.81);
+        let minus_apparent_gravity_rocker_z = cos_rocker_hinge * c(GRAVITY_Z);
         // coupler: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_coupler_y = mul_add(c(-9.81), sin_crank_hinge,
+        let apparent_gravity_in_parent_coupler_y = mul_add(c(-GRAVITY_Z), sin_crank_hinge,
             minus_velocity_product_on_hinge_coupler_y);
         let apparent_gravity_coupler_z = mul_add(-sin_coupler_crank,
             apparent_gravity_in_parent_coupler_y,
             -cos_coupler_crank * minus_apparent_gravity_crank_z);
         // coupler: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_force_coupler_y = omega_coupler_xx * c(4.3544099654316885e-5);
+        let bias_force_coupler_y = omega_coupler_xx * c(FIRST_MOMENT_COUPLER_Y);
         // coupler_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_coupler_ghost0_y = mul_add(c(-9.81), sin_rocker_hinge,
+        let apparent_gravity_in_parent_coupler_ghost0_y = mul_add(c(-GRAVITY_Z), sin_rocker_hinge,
             minus_velocity_product_on_hinge_coupler_ghost0_y);
         let apparent_gravity_coupler_ghost0_z = mul_add(-sin_coupler_rocker,
             apparent_gravity_in_parent_coupler_ghost0_y,
             -cos_coupler_rocker * minus_apparent_gravity_rocker_z);
         // coupler_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_force_coupler_ghost0_y = omega_coupler_ghost0_xx * c(9.272985481377836e-6);
+        let bias_force_coupler_ghost0_y =
+            omega_coupler_ghost0_xx * c(FIRST_MOMENT_COUPLER_GHOST0_Y);
         // coupler_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_force_in_parent_coupler_ghost0_z =
             sin_coupler_rocker * bias_force_coupler_ghost0_y;
         // coupler: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_force_in_parent_coupler_z = sin_coupler_crank * bias_force_coupler_y;
         // coupler_ghost0: partial velocities: dw/du, dv/du
-        let y0_0_rocker_hinge = sin_coupler_rocker * c(0.5135738999999999);
-        let y0_1_rocker_hinge = cos_coupler_rocker * c(0.5135738999999999);
+        let y0_0_rocker_hinge = sin_coupler_rocker * c(OFFSET_COUPLER_GHOST0_Y);
+        let y0_1_rocker_hinge = cos_coupler_rocker * c(OFFSET_COUPLER_GHOST0_Y);
         // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
         let gamma_loop0_1 = mul_add(-sin_coupler_crank, minus_velocity_product_on_hinge_coupler_y,
             sin_coupler_rocker * minus_velocity_product_on_hinge_coupler_ghost0_y);
         // coupler_ghost0: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let pivot_row_moment_in_parent_coupler_ghost0_x =
-            cos_coupler_rocker * c(2.5460203295022628);
+            cos_coupler_rocker * c(PIVOT_ROW_MOMENT_IN_PARENT_COUPLER_GHOST0_X_FACTOR);
         let minus_projected_mass_joint_deviator_coupler_ghost0 =
-            sin_coupler_rocker * c(-4.5970423245354375e-5);
+            sin_coupler_rocker * c(-PROJECTED_MASS_COUPLER_GHOST0_ZZ);
         let projected_in_parent_mass_coupler_ghost0_zz = mul_add(-sin_coupler_rocker,
-            minus_projected_mass_joint_deviator_coupler_ghost0, c(-4.5970423245354375e-5));
+            minus_projected_mass_joint_deviator_coupler_ghost0,
+            c(-PROJECTED_MASS_COUPLER_GHOST0_ZZ));
         // coupler: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let pivot_row_moment_in_parent_coupler_x = cos_coupler_crank * c(2.6985090608508173);
+        let pivot_row_moment_in_parent_coupler_x =
+            cos_coupler_crank * c(OFFSET_COUPLER_Y_TIMES_PIVOT_ROW_FORCE_COUPLER_Z);
         let minus_projected_mass_joint_deviator_coupler =
-            sin_coupler_crank * c(-2.1971071657526098e-4);
+            sin_coupler_crank * c(-PROJECTED_MASS_COUPLER_ZZ);
         let projected_in_parent_mass_coupler_zz = mul_add(-sin_coupler_crank,
-            minus_projected_mass_joint_deviator_coupler, c(-2.1971071657526098e-4));
+            minus_projected_mass_joint_deviator_coupler, c(-PROJECTED_MASS_COUPLER_ZZ));
         // rocker: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let articulated_inertia_rocker_xx = mul_add(c(0.2637581507612099),
-            projected_in_parent_mass_coupler_ghost0_zz, c(1.2658576830022603e-4));
+        let articulated_inertia_rocker_xx = mul_add(c(ARTICULATED_INERTIA_ROCKER_XX_FACTOR),
+            projected_in_parent_mass_coupler_ghost0_zz, c(ARTICULATED_INERTIA_ROCKER_XX_TERM));
         let inverse_pivot_rocker = c(1.0) / articulated_inertia_rocker_xx;
         // crank: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let articulated_inertia_crank_xx = mul_add(c(0.286024944969),
-            projected_in_parent_mass_coupler_zz, c(1.39793272023776e-4));
+        let articulated_inertia_crank_xx = mul_add(c(ARTICULATED_INERTIA_CRANK_XX_FACTOR),
+            projected_in_parent_mass_coupler_zz, c(ARTICULATED_INERTIA_CRANK_XX_TERM));
         let inverse_pivot_crank = c(1.0) / articulated_inertia_crank_xx;
         // coupler: joint torque: tau = torque - k (q - rest) - k3 (q - rest)^3 - d u - friction
-        let joint_torque_coupler_crank = mul_add(c(-0.1), u[2], q[2] * c(-10.0));
+        let joint_torque_coupler_crank = mul_add(c(-DAMPING_CRANK_HINGE), u[2], q[2] * c(-10.0));
         // coupler_ghost0: joint torque: tau = torque - k (q - rest) - k3 (q - rest)^3 - d u - friction
-        let joint_torque_coupler_rocker = mul_add(c(-0.1), u[3], q[3] * c(-10.0));
+        let joint_torque_coupler_rocker = mul_add(c(-DAMPING_CRANK_HINGE), u[3], q[3] * c(-10.0));
         // coupler_ghost0: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
-        let y_coupler_rocker = mul_add(c(9.272985481377836e-6), apparent_gravity_coupler_ghost0_z,
-            joint_torque_coupler_rocker);
+        let y_coupler_rocker = mul_add(c(FIRST_MOMENT_COUPLER_GHOST0_Y),
+            apparent_gravity_coupler_ghost0_z, joint_torque_coupler_rocker);
         // rocker: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
         let y_rocker_hinge = mul_add(-pivot_row_moment_in_parent_coupler_ghost0_x, y_coupler_rocker,
-            mul_add(c(0.5135738999999999), subtree_force_in_parent_coupler_ghost0_z,
-            mul_add(c(-2.954834596588329e-3), cos_rocker_hinge, mul_add(c(-0.1), u[1],
-            q[1] * c(-10.0)) - joint_torque_coupler_rocker)));
+            mul_add(c(OFFSET_COUPLER_GHOST0_Y), subtree_force_in_parent_coupler_ghost0_z,
+            mul_add(c(-MINIMAL_FIRST_MOMENT_ROCKER_Y_TIMES_GRAVITY_Z), cos_rocker_hinge,
+            mul_add(c(-DAMPING_CRANK_HINGE), u[1], q[1] * c(-10.0))
+            - joint_torque_coupler_rocker)));
         // coupler: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
-        let y_coupler_crank = mul_add(c(4.3544099654316885e-5), apparent_gravity_coupler_z,
+        let y_coupler_crank = mul_add(c(FIRST_MOMENT_COUPLER_Y), apparent_gravity_coupler_z,
             joint_torque_coupler_crank);
         // crank: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
         let y_crank_hinge = mul_add(-pivot_row_moment_in_parent_coupler_x, y_coupler_crank,
-            mul_add(c(0.534813), subtree_force_in_parent_coupler_z,
-            mul_add(c(-3.1463985397908126e-3), cos_crank_hinge, mul_add(c(-0.1), u[0],
-            q[0] * c(-10.0)) - joint_torque_coupler_crank)));
+            mul_add(c(OFFSET_COUPLER_Y), subtree_force_in_parent_coupler_z,
+            mul_add(c(-MINIMAL_FIRST_MOMENT_CRANK_Y_TIMES_GRAVITY_Z), cos_crank_hinge,
+            mul_add(c(-DAMPING_CRANK_HINGE), u[0], q[0] * c(-10.0)) - joint_torque_coupler_crank)));
         // coupler: reduced closure Jacobian: Y = J L^-1
-        let minus_row0_moment_in_parent_coupler_x = sin_coupler_crank * c(0.534813);
+        let minus_row0_moment_in_parent_coupler_x = sin_coupler_crank * c(OFFSET_COUPLER_Y);
         // crank: reduced closure Jacobian: Y = J L^-1
-        let minus_y0_1_crank_hinge = cos_coupler_crank * c(0.18946347726134022);
-        let y0_2_crank_hinge = cos_coupler_crank * c(0.9307361757174004);
+        let minus_y0_1_crank_hinge = cos_coupler_crank * c(MINUS_Y0_1_CRANK_HINGE_FACTOR);
+        let y0_2_crank_hinge = cos_coupler_crank * c(Y0_2_CRANK_HINGE_FACTOR);
         // rocker: reduced closure Jacobian: Y = J L^-1
-        let minus_y0_2_rocker_hinge = cos_coupler_rocker * c(0.5433249375699676);
+        let minus_y0_2_rocker_hinge = cos_coupler_rocker * c(MINUS_Y0_2_ROCKER_HINGE_FACTOR);
         // mechanism: factor of the closure: S = Y D^-1 Y^T = L_S D_S L_S^T
         let minus_y_over_d0_0_crank_hinge =
             inverse_pivot_crank * minus_row0_moment_in_parent_coupler_x;
@@ -1375,18 +1501,18 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         let s_loop0_1_0 = mul_add(y0_0_rocker_hinge, y_over_d0_1_rocker_hinge,
             minus_row0_moment_in_parent_coupler_x * minus_y_over_d0_1_crank_hinge);
         let s_loop0_1_1 = mul_add(y0_1_rocker_hinge, y_over_d0_1_rocker_hinge,
-            mul_add(minus_y0_1_crank_hinge, minus_y_over_d0_1_crank_hinge, c(1897.8529929560304)));
+            mul_add(minus_y0_1_crank_hinge, minus_y_over_d0_1_crank_hinge, c(S_LOOP0_1_1_TERM)));
         let s_loop0_2_0 = mul_add(-minus_row0_moment_in_parent_coupler_x, y_over_d0_2_crank_hinge,
             -y0_0_rocker_hinge * minus_y_over_d0_2_rocker_hinge);
         let s_loop0_2_2 = mul_add(minus_y0_2_rocker_hinge, minus_y_over_d0_2_rocker_hinge,
-            mul_add(y0_2_crank_hinge, y_over_d0_2_crank_hinge, c(126303.97048310004)));
+            mul_add(y0_2_crank_hinge, y_over_d0_2_crank_hinge, c(S_LOOP0_2_2_TERM)));
         let inverse_pivot_loop0_0 = c(1.0) / s_loop0_0_0;
         let l_loop0_1_0 = s_loop0_1_0 * inverse_pivot_loop0_0;
         let pivot_loop0_1 = mul_add(-s_loop0_1_0, l_loop0_1_0, s_loop0_1_1);
         let l_loop0_2_0 = s_loop0_2_0 * inverse_pivot_loop0_0;
         let l_times_pivot_loop0_2_1 = mul_add(-s_loop0_1_0, l_loop0_2_0,
             mul_add(-minus_y0_1_crank_hinge, y_over_d0_2_crank_hinge, mul_add(-y0_1_rocker_hinge,
-            minus_y_over_d0_2_rocker_hinge, c(8053.860527742237))));
+            minus_y_over_d0_2_rocker_hinge, c(L_TIMES_PIVOT_LOOP0_2_1_TERM))));
         let inverse_pivot_loop0_1 = c(1.0) / pivot_loop0_1;
         let l_loop0_2_1 = l_times_pivot_loop0_2_1 * inverse_pivot_loop0_1;
         let pivot_loop0_2 = mul_add(-l_times_pivot_loop0_2_1, l_loop0_2_1, mul_add(-s_loop0_2_0,
@@ -1395,16 +1521,17 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let minus_forward_lambda0_0 = mul_add(y_rocker_hinge, y_over_d0_0_rocker_hinge,
             mul_add(-y_crank_hinge, minus_y_over_d0_0_crank_hinge, mul_add(-cos_coupler_rocker,
-            minus_velocity_product_on_hinge_coupler_ghost0_y, mul_add(c(0.12797789999999998),
+            minus_velocity_product_on_hinge_coupler_ghost0_y, mul_add(c(CLOSURE_POINT_COUPLER_Y),
             omega_coupler_xx, cos_coupler_crank * minus_velocity_product_on_hinge_coupler_y))));
         let forward_lambda0_1 = mul_add(l_loop0_1_0, minus_forward_lambda0_0,
             mul_add(-y_rocker_hinge, y_over_d0_1_rocker_hinge, mul_add(y_crank_hinge,
-            minus_y_over_d0_1_crank_hinge, -mul_add(c(-14829.536919702783), y_coupler_crank,
+            minus_y_over_d0_1_crank_hinge, -mul_add(c(-FORWARD_LAMBDA0_1_FACTOR), y_coupler_crank,
             gamma_loop0_1))));
         let forward_lambda0_2 = mul_add(-l_loop0_2_1, forward_lambda0_1, mul_add(l_loop0_2_0,
             minus_forward_lambda0_0, mul_add(y_rocker_hinge, minus_y_over_d0_2_rocker_hinge,
-            -mul_add(y_crank_hinge, y_over_d0_2_crank_hinge, mul_add(c(221927.38498246408),
-            y_coupler_rocker, mul_add(c(-62931.65091583967), y_coupler_crank, gamma_loop0_1))))));
+            -mul_add(y_crank_hinge, y_over_d0_2_crank_hinge, mul_add(c(FORWARD_LAMBDA0_2_FACTOR_2),
+            y_coupler_rocker, mul_add(c(-FORWARD_LAMBDA0_2_FACTOR), y_coupler_crank,
+            gamma_loop0_1))))));
         let lambda0_2 = inverse_pivot_loop0_2 * forward_lambda0_2;
         let lambda0_1 = mul_add(-l_loop0_2_1, lambda0_2, inverse_pivot_loop0_1 * forward_lambda0_1);
         let lambda0_0 = mul_add(-l_loop0_1_0, lambda0_1, mul_add(-l_loop0_2_0, lambda0_2,
@@ -1426,20 +1553,20 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
             lambda0_2, inverse_pivot_rocker * y_rocker_hinge)));
         // mechanism: results: what the function returns
         let acceleration_coupler_crank = mul_add(-pivot_row_moment_in_parent_coupler_x,
-            acceleration_crank_hinge, mul_add(c(-14829.536919702783), lambda0_1,
-            mul_add(c(-62931.65091583967), lambda0_2, c(115875.76386003198) * y_coupler_crank))
-            - acceleration_crank_hinge);
+            acceleration_crank_hinge, mul_add(c(-FORWARD_LAMBDA0_1_FACTOR), lambda0_1,
+            mul_add(c(-FORWARD_LAMBDA0_2_FACTOR), lambda0_2,
+            c(INVERSE_PIVOT_COUPLER) * y_coupler_crank)) - acceleration_crank_hinge);
         let acceleration_coupler_rocker = mul_add(-pivot_row_moment_in_parent_coupler_ghost0_x,
-            acceleration_rocker_hinge, mul_add(c(221927.38498246408), lambda0_2,
-            c(534612.7876701569) * y_coupler_rocker) - acceleration_rocker_hinge);
+            acceleration_rocker_hinge, mul_add(c(FORWARD_LAMBDA0_2_FACTOR_2), lambda0_2,
+            c(INVERSE_PIVOT_COUPLER_GHOST0) * y_coupler_rocker) - acceleration_rocker_hinge);
         acceleration[0] = acceleration_crank_hinge;
         acceleration[1] = acceleration_rocker_hinge;
         acceleration[2] = acceleration_coupler_crank;
         acceleration[3] = acceleration_coupler_rocker;
         margin[0] = S::min(S::min(S::min(inverse_pivot_crank, inverse_pivot_rocker),
-            c(115875.76386003198)), c(534612.7876701569));
-        margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1),
-            s_loop0_2_2) * c(100.0)) / (bound_of_trace_of_inverse_s * trace_of_s);
+            c(INVERSE_PIVOT_COUPLER)), c(INVERSE_PIVOT_COUPLER_GHOST0));
+        margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1), s_loop0_2_2) *
+            c(STIFFNESS_CRANK_HINGE_SQUARED)) / (bound_of_trace_of_inverse_s * trace_of_s);
     }
     /// What closes the loops, to be taken from q and u.
     fn projection_into(
@@ -1462,7 +1589,7 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         // coupler: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_x = u[0] + u[2];
         // coupler: velocity: v = R^T (v_parent + w_parent x r)
-        let u_crank_hinge_product = u[0] * c(0.534813);
+        let u_crank_hinge_product = u[0] * c(OFFSET_COUPLER_Y);
         let velocity_coupler_z = cos_coupler_crank * u_crank_hinge_product;
         // coupler: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_coupler_x = mul_add(-sin_crank_hinge, sin_coupler_crank,
@@ -1473,12 +1600,13 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
             + cos_crank_hinge_times_sin_coupler_crank;
         let axis_z_coupler_x = -sin_crank_hinge_times_cos_coupler_crank
             - cos_crank_hinge_times_sin_coupler_crank;
-        let origin_coupler_x = mul_add(c(0.534813), cos_crank_hinge, c(-0.3137601));
-        let origin_coupler_z = mul_add(c(0.534813), sin_crank_hinge, c(2.5e-3));
+        let origin_coupler_x = mul_add(c(OFFSET_COUPLER_Y), cos_crank_hinge, c(-OFFSET_CRANK_X));
+        let origin_coupler_z = mul_add(c(OFFSET_COUPLER_Y), sin_crank_hinge,
+            c(DRAWN_ORIGIN_COUPLER_Z));
         // coupler_ghost0: angular velocity: w = R^T w_parent + u e_x
         let omega_coupler_ghost0_x = u[1] + u[3];
         // coupler_ghost0: velocity: v = R^T (v_parent + w_parent x r)
-        let u_rocker_hinge_product = u[1] * c(0.5135738999999999);
+        let u_rocker_hinge_product = u[1] * c(OFFSET_COUPLER_GHOST0_Y);
         let velocity_coupler_ghost0_z = cos_coupler_rocker * u_rocker_hinge_product;
         // coupler_ghost0: placement: A = A_parent R, p = p_parent + A_parent r
         let axis_y_coupler_ghost0_x = mul_add(-sin_rocker_hinge, sin_coupler_rocker,
@@ -1489,20 +1617,22 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
             + cos_rocker_hinge_times_sin_coupler_rocker;
         let axis_z_coupler_ghost0_x = -sin_rocker_hinge_times_cos_coupler_rocker
             - cos_rocker_hinge_times_sin_coupler_rocker;
-        let origin_coupler_ghost0_x = mul_add(c(0.5135738999999999), cos_rocker_hinge,
-            c(-0.1645431));
-        let origin_coupler_ghost0_z = mul_add(c(0.5135738999999999), sin_rocker_hinge, c(2.5e-3));
+        let origin_coupler_ghost0_x = mul_add(c(OFFSET_COUPLER_GHOST0_Y), cos_rocker_hinge,
+            c(-OFFSET_ROCKER_X));
+        let origin_coupler_ghost0_z = mul_add(c(OFFSET_COUPLER_GHOST0_Y), sin_rocker_hinge,
+            c(OFFSET_CRANK_Z));
         // coupler_ghost0: partial velocities: dw/du, dv/du
-        let y0_0_rocker_hinge = sin_coupler_rocker * c(0.5135738999999999);
-        let y0_1_rocker_hinge = cos_coupler_rocker * c(0.5135738999999999);
+        let y0_0_rocker_hinge = sin_coupler_rocker * c(OFFSET_COUPLER_GHOST0_Y);
+        let y0_1_rocker_hinge = cos_coupler_rocker * c(OFFSET_COUPLER_GHOST0_Y);
         // coupler: closure points: P = p + A p_P, from the common ancestor of both sides
-        let axis_y_coupler_z_product = axis_y_coupler_z * c(0.12797789999999998);
+        let axis_y_coupler_z_product = axis_y_coupler_z * c(CLOSURE_POINT_COUPLER_Y);
         // coupler_ghost0: closure points: P = p + A p_P, from the common ancestor of both sides
-        let axis_y_coupler_ghost0_x_product = axis_y_coupler_ghost0_x * c(0.4151179883848717);
+        let axis_y_coupler_ghost0_x_product =
+            axis_y_coupler_ghost0_x * c(CLOSURE_POINT_COUPLER_GHOST0_Y);
         // loop 0: closure residual: P_ghost - P_original
         let origin_coupler_ghost0_x_minus_origin_coupler_x = origin_coupler_ghost0_x
             - origin_coupler_x;
-        let residual_0 = mul_add(c(-0.12797789999999998), axis_y_coupler_x,
+        let residual_0 = mul_add(c(-CLOSURE_POINT_COUPLER_Y), axis_y_coupler_x,
             origin_coupler_ghost0_x_minus_origin_coupler_x);
         let origin_coupler_ghost0_z_minus_origin_coupler_z = origin_coupler_ghost0_z
             - origin_coupler_z;
@@ -1510,38 +1640,41 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         let forward_lambda_q0_0 = mul_add(axis_y_coupler_ghost0_z, residual_2,
             axis_y_coupler_ghost0_x * residual_0);
         let residual_5 = origin_coupler_ghost0_z_minus_origin_coupler_z
-            + mul_add(c(-0.5430958883848717), axis_y_coupler_z,
-            axis_y_coupler_ghost0_z * c(0.4151179883848717));
+            + mul_add(c(-CLOSURE_POINT_COUPLER_Y_2), axis_y_coupler_z,
+            axis_y_coupler_ghost0_z * c(CLOSURE_POINT_COUPLER_GHOST0_Y));
         let residual_3 = origin_coupler_ghost0_x_minus_origin_coupler_x
-            + mul_add(c(-0.5430958883848717), axis_y_coupler_x, axis_y_coupler_ghost0_x_product);
+            + mul_add(c(-CLOSURE_POINT_COUPLER_Y_2), axis_y_coupler_x,
+            axis_y_coupler_ghost0_x_product);
         // coupler_ghost0: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let pivot_row_moment_in_parent_coupler_ghost0_x =
-            cos_coupler_rocker * c(2.5460203295022628);
+            cos_coupler_rocker * c(PIVOT_ROW_MOMENT_IN_PARENT_COUPLER_GHOST0_X_FACTOR);
         let minus_projected_mass_joint_deviator_coupler_ghost0 =
-            sin_coupler_rocker * c(-4.5970423245354375e-5);
+            sin_coupler_rocker * c(-PROJECTED_MASS_COUPLER_GHOST0_ZZ);
         let projected_in_parent_mass_coupler_ghost0_zz = mul_add(-sin_coupler_rocker,
-            minus_projected_mass_joint_deviator_coupler_ghost0, c(-4.5970423245354375e-5));
+            minus_projected_mass_joint_deviator_coupler_ghost0,
+            c(-PROJECTED_MASS_COUPLER_GHOST0_ZZ));
         // coupler: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let pivot_row_moment_in_parent_coupler_x = cos_coupler_crank * c(2.6985090608508173);
+        let pivot_row_moment_in_parent_coupler_x =
+            cos_coupler_crank * c(OFFSET_COUPLER_Y_TIMES_PIVOT_ROW_FORCE_COUPLER_Z);
         let minus_projected_mass_joint_deviator_coupler =
-            sin_coupler_crank * c(-2.1971071657526098e-4);
+            sin_coupler_crank * c(-PROJECTED_MASS_COUPLER_ZZ);
         let projected_in_parent_mass_coupler_zz = mul_add(-sin_coupler_crank,
-            minus_projected_mass_joint_deviator_coupler, c(-2.1971071657526098e-4));
+            minus_projected_mass_joint_deviator_coupler, c(-PROJECTED_MASS_COUPLER_ZZ));
         // rocker: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let articulated_inertia_rocker_xx = mul_add(c(0.2637581507612099),
-            projected_in_parent_mass_coupler_ghost0_zz, c(1.2658576830022603e-4));
+        let articulated_inertia_rocker_xx = mul_add(c(ARTICULATED_INERTIA_ROCKER_XX_FACTOR),
+            projected_in_parent_mass_coupler_ghost0_zz, c(ARTICULATED_INERTIA_ROCKER_XX_TERM));
         let inverse_pivot_rocker = c(1.0) / articulated_inertia_rocker_xx;
         // crank: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let articulated_inertia_crank_xx = mul_add(c(0.286024944969),
-            projected_in_parent_mass_coupler_zz, c(1.39793272023776e-4));
+        let articulated_inertia_crank_xx = mul_add(c(ARTICULATED_INERTIA_CRANK_XX_FACTOR),
+            projected_in_parent_mass_coupler_zz, c(ARTICULATED_INERTIA_CRANK_XX_TERM));
         let inverse_pivot_crank = c(1.0) / articulated_inertia_crank_xx;
         // coupler: reduced closure Jacobian: Y = J L^-1
-        let minus_row0_moment_in_parent_coupler_x = sin_coupler_crank * c(0.534813);
+        let minus_row0_moment_in_parent_coupler_x = sin_coupler_crank * c(OFFSET_COUPLER_Y);
         // crank: reduced closure Jacobian: Y = J L^-1
-        let minus_y0_1_crank_hinge = cos_coupler_crank * c(0.18946347726134022);
-        let y0_2_crank_hinge = cos_coupler_crank * c(0.9307361757174004);
+        let minus_y0_1_crank_hinge = cos_coupler_crank * c(MINUS_Y0_1_CRANK_HINGE_FACTOR);
+        let y0_2_crank_hinge = cos_coupler_crank * c(Y0_2_CRANK_HINGE_FACTOR);
         // rocker: reduced closure Jacobian: Y = J L^-1
-        let minus_y0_2_rocker_hinge = cos_coupler_rocker * c(0.5433249375699676);
+        let minus_y0_2_rocker_hinge = cos_coupler_rocker * c(MINUS_Y0_2_ROCKER_HINGE_FACTOR);
         // mechanism: factor of the closure: S = Y D^-1 Y^T = L_S D_S L_S^T
         let minus_y_over_d0_0_crank_hinge =
             inverse_pivot_crank * minus_row0_moment_in_parent_coupler_x;
@@ -1555,18 +1688,18 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         let s_loop0_1_0 = mul_add(y0_0_rocker_hinge, y_over_d0_1_rocker_hinge,
             minus_row0_moment_in_parent_coupler_x * minus_y_over_d0_1_crank_hinge);
         let s_loop0_1_1 = mul_add(y0_1_rocker_hinge, y_over_d0_1_rocker_hinge,
-            mul_add(minus_y0_1_crank_hinge, minus_y_over_d0_1_crank_hinge, c(1897.8529929560304)));
+            mul_add(minus_y0_1_crank_hinge, minus_y_over_d0_1_crank_hinge, c(S_LOOP0_1_1_TERM)));
         let s_loop0_2_0 = mul_add(-minus_row0_moment_in_parent_coupler_x, y_over_d0_2_crank_hinge,
             -y0_0_rocker_hinge * minus_y_over_d0_2_rocker_hinge);
         let s_loop0_2_2 = mul_add(minus_y0_2_rocker_hinge, minus_y_over_d0_2_rocker_hinge,
-            mul_add(y0_2_crank_hinge, y_over_d0_2_crank_hinge, c(126303.97048310004)));
+            mul_add(y0_2_crank_hinge, y_over_d0_2_crank_hinge, c(S_LOOP0_2_2_TERM)));
         let inverse_pivot_loop0_0 = c(1.0) / s_loop0_0_0;
         let l_loop0_1_0 = s_loop0_1_0 * inverse_pivot_loop0_0;
         let pivot_loop0_1 = mul_add(-s_loop0_1_0, l_loop0_1_0, s_loop0_1_1);
         let l_loop0_2_0 = s_loop0_2_0 * inverse_pivot_loop0_0;
         let l_times_pivot_loop0_2_1 = mul_add(-s_loop0_1_0, l_loop0_2_0,
             mul_add(-minus_y0_1_crank_hinge, y_over_d0_2_crank_hinge, mul_add(-y0_1_rocker_hinge,
-            minus_y_over_d0_2_rocker_hinge, c(8053.860527742237))));
+            minus_y_over_d0_2_rocker_hinge, c(L_TIMES_PIVOT_LOOP0_2_1_TERM))));
         let inverse_pivot_loop0_1 = c(1.0) / pivot_loop0_1;
         let l_loop0_2_1 = l_times_pivot_loop0_2_1 * inverse_pivot_loop0_1;
         let pivot_loop0_2 = mul_add(-l_times_pivot_loop0_2_1, l_loop0_2_1, mul_add(-s_loop0_2_0,
@@ -1600,12 +1733,12 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         let forward_lambda_u0_0 = mul_add(-sin_coupler_crank, u_crank_hinge_product,
             sin_coupler_rocker * u_rocker_hinge_product);
         let forward_lambda_u0_1 = mul_add(-forward_lambda_u0_0, l_loop0_1_0,
-            velocity_coupler_ghost0_z - mul_add(c(0.12797789999999998), omega_coupler_x,
+            velocity_coupler_ghost0_z - mul_add(c(CLOSURE_POINT_COUPLER_Y), omega_coupler_x,
             velocity_coupler_z));
         let forward_lambda_u0_2 = mul_add(-l_loop0_2_1, forward_lambda_u0_1,
             mul_add(-forward_lambda_u0_0, l_loop0_2_0, velocity_coupler_ghost0_z
-            + (mul_add(c(-0.5430958883848717), omega_coupler_x,
-            omega_coupler_ghost0_x * c(0.4151179883848717)) - velocity_coupler_z)));
+            + (mul_add(c(-CLOSURE_POINT_COUPLER_Y_2), omega_coupler_x,
+            omega_coupler_ghost0_x * c(CLOSURE_POINT_COUPLER_GHOST0_Y)) - velocity_coupler_z)));
         let lambda_u0_2 = inverse_pivot_loop0_2 * forward_lambda_u0_2;
         let lambda_u0_1 = mul_add(-l_loop0_2_1, lambda_u0_2,
             inverse_pivot_loop0_1 * forward_lambda_u0_1);
@@ -1619,28 +1752,28 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
             y_over_d0_1_rocker_hinge * lambda_u0_1));
         // mechanism: results: what the function returns
         let correction_q_coupler_crank = mul_add(-pivot_row_moment_in_parent_coupler_x,
-            correction_q_crank_hinge, mul_add(c(-62931.65091583967), lambda_q0_2,
-            c(-14829.536919702783) * lambda_q0_1) - correction_q_crank_hinge);
+            correction_q_crank_hinge, mul_add(c(-FORWARD_LAMBDA0_2_FACTOR), lambda_q0_2,
+            c(-FORWARD_LAMBDA0_1_FACTOR) * lambda_q0_1) - correction_q_crank_hinge);
         let correction_q_coupler_rocker = mul_add(-pivot_row_moment_in_parent_coupler_ghost0_x,
-            correction_q_rocker_hinge, mul_add(c(221927.38498246408), lambda_q0_2,
+            correction_q_rocker_hinge, mul_add(c(FORWARD_LAMBDA0_2_FACTOR_2), lambda_q0_2,
             -correction_q_rocker_hinge));
         let correction_u_coupler_crank = mul_add(-pivot_row_moment_in_parent_coupler_x,
-            correction_u_crank_hinge, mul_add(c(-62931.65091583967), lambda_u0_2,
-            c(-14829.536919702783) * lambda_u0_1) - correction_u_crank_hinge);
+            correction_u_crank_hinge, mul_add(c(-FORWARD_LAMBDA0_2_FACTOR), lambda_u0_2,
+            c(-FORWARD_LAMBDA0_1_FACTOR) * lambda_u0_1) - correction_u_crank_hinge);
         let correction_u_coupler_rocker = mul_add(-pivot_row_moment_in_parent_coupler_ghost0_x,
-            correction_u_rocker_hinge, mul_add(c(221927.38498246408), lambda_u0_2,
+            correction_u_rocker_hinge, mul_add(c(FORWARD_LAMBDA0_2_FACTOR_2), lambda_u0_2,
             -correction_u_rocker_hinge));
         residual[0] = residual_0;
-        residual[1] = c(6.938893903907228e-18);
+        residual[1] = c(RESIDUAL_1_ENTRY);
         residual[2] = residual_2;
         residual[3] = residual_3;
-        residual[4] = c(6.938893903907228e-18);
+        residual[4] = c(RESIDUAL_1_ENTRY);
         residual[5] = residual_5;
-        residual[6] = residual_0 + mul_add(c(-0.4151179883848717), axis_z_coupler_x,
-            axis_z_coupler_ghost0_x * c(0.4151179883848717));
-        residual[7] = c(6.938893903907228e-18);
+        residual[6] = residual_0 + mul_add(c(-CLOSURE_POINT_COUPLER_GHOST0_Y), axis_z_coupler_x,
+            axis_z_coupler_ghost0_x * c(CLOSURE_POINT_COUPLER_GHOST0_Y));
+        residual[7] = c(RESIDUAL_1_ENTRY);
         residual[8] = axis_y_coupler_ghost0_x_product - axis_y_coupler_z_product
-            + mul_add(c(-0.4151179883848717), axis_y_coupler_x,
+            + mul_add(c(-CLOSURE_POINT_COUPLER_GHOST0_Y), axis_y_coupler_x,
             origin_coupler_ghost0_z_minus_origin_coupler_z);
         positions[0] = correction_q_crank_hinge;
         positions[1] = correction_q_rocker_hinge;
@@ -1651,9 +1784,9 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         speeds[2] = correction_u_coupler_crank;
         speeds[3] = correction_u_coupler_rocker;
         margin[0] = S::min(S::min(S::min(inverse_pivot_crank, inverse_pivot_rocker),
-            c(115875.76386003198)), c(534612.7876701569));
-        margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1),
-            s_loop0_2_2) * c(100.0)) / (bound_of_trace_of_inverse_s * trace_of_s);
+            c(INVERSE_PIVOT_COUPLER)), c(INVERSE_PIVOT_COUPLER_GHOST0));
+        margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1), s_loop0_2_2) *
+            c(STIFFNESS_CRANK_HINGE_SQUARED)) / (bound_of_trace_of_inverse_s * trace_of_s);
     }
 }
 

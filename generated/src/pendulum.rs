@@ -79,6 +79,43 @@ pub mod point {
     pub const TIP: ::lamc_runtime::Point = ::lamc_runtime::Point::new(0);
 }
 
+/// Numbers of the model in SI units, without their signs:
+///
+/// - `MASS_..`: mass, kg
+/// - `FIRST_MOMENT_..`: mass times centre of mass, kg m
+/// - `SECOND_MOMENT_..`: second moments of mass about its origin, kg m^2
+/// - `OFFSET_..`: origin of its frame in its parent's frame, m
+/// - `POINT_..`: in the frame of its body, m
+#[allow(
+    clippy::approx_constant,
+    clippy::excessive_precision,
+    reason = "numbers of the drawing"
+)]
+mod constants {
+    // mechanism
+    pub const GRAVITY_Z: f64 = 9.81;
+    pub const STIFFNESS_HINGE: f64 = 7.6e-3;
+    pub const HALF_STIFFNESS_HINGE: f64 = 3.8e-3;
+    pub const DAMPING_HINGE: f64 = 2.5e-5;
+    // arm
+    pub const MASS_ARM_TIMES_OFFSET_ARM_Z: f64 = 1.1060708461599998e-4;
+    pub const MASS_ARM_TIMES_GRAVITY_Z: f64 = 0.34228880128799993;
+    pub const FIRST_MOMENT_ARM_Y_TIMES_GRAVITY_Z: f64 = 0.0177798000739608;
+    pub const FIRST_MOMENT_ARM_Y: f64 = 1.81241590968e-3;
+    pub const SECOND_MOMENT_ARM_XY: f64 = 4.531021650040903e-5;
+    pub const OFFSET_ARM_Y: f64 = 0.022255;
+    pub const OFFSET_ARM_Z: f64 = 3.17e-3;
+    pub const POINT_TIP_Y: f64 = 0.1015;
+    pub const MASS_HINGE_HINGE: f64 = 1.2282610013696912e-4;
+    pub const HALF_MASS_HINGE_HINGE: f64 = 6.141305006848456e-5;
+    pub const INVERSE_PIVOT_ARM: f64 = 8141.592046681067;
+    // folded from several numbers, by the value that each is part of
+    pub const POINTS_0_0_ENTRY: f64 = 3.2000000000000015e-3;
+    pub const REACTIONS_0_4_FACTOR: f64 = 8.557185803319869e-3;
+}
+
+use constants::*;
+
 /// Numbers that can be changed at run time, SI.
 ///
 /// There are none.
@@ -462,9 +499,9 @@ impl<S: ::lamc_runtime::Arithmetic> Pendulum<S> {
         let mul_add = S::mul_add;
         let (_, cos_hinge) = S::sin_cos(q[0]);
         // arm: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let generalized_force_hinge = mul_add(c(0.0177798000739608), cos_hinge, -mul_add(c(2.5e-5),
-            u[0], q[0] * c(7.6e-3)));
-        mass[0] = c(1.2282610013696912e-4);
+        let generalized_force_hinge = mul_add(c(FIRST_MOMENT_ARM_Y_TIMES_GRAVITY_Z), cos_hinge,
+            -mul_add(c(DAMPING_HINGE), u[0], q[0] * c(STIFFNESS_HINGE)));
+        mass[0] = c(MASS_HINGE_HINGE);
         forcing[0] = generalized_force_hinge;
     }
     /// How far the loops are open.
@@ -496,17 +533,19 @@ impl<S: ::lamc_runtime::Arithmetic> Pendulum<S> {
         poses[19] = sin_hinge;
         poses[20] = cos_hinge;
         poses[21] = c(0.0);
-        poses[22] = mul_add(c(0.022255), cos_hinge, mul_add(c(3.17e-3), sin_hinge, c(-0.022255)));
-        poses[23] = mul_add(c(-3.17e-3), cos_hinge, mul_add(c(0.022255), sin_hinge, c(3.17e-3)));
+        poses[22] = mul_add(c(OFFSET_ARM_Y), cos_hinge, mul_add(c(OFFSET_ARM_Z), sin_hinge,
+            c(-OFFSET_ARM_Y)));
+        poses[23] = mul_add(c(-OFFSET_ARM_Z), cos_hinge, mul_add(c(OFFSET_ARM_Y), sin_hinge,
+            c(OFFSET_ARM_Z)));
     }
     /// The positions of the output points.
     fn points_into(&self, q: &[S; 1], points: &mut [S; 3]) {
         let c = S::from_f64;
         let mul_add = S::mul_add;
         let (sin_hinge, cos_hinge) = S::sin_cos(q[0]);
-        points[0] = c(-3.2000000000000015e-3);
-        points[1] = mul_add(c(-0.1015), cos_hinge, c(-0.022255));
-        points[2] = mul_add(c(-0.1015), sin_hinge, c(3.17e-3));
+        points[0] = c(-POINTS_0_0_ENTRY);
+        points[1] = mul_add(c(-POINT_TIP_Y), cos_hinge, c(-OFFSET_ARM_Y));
+        points[2] = mul_add(c(-POINT_TIP_Y), sin_hinge, c(OFFSET_ARM_Z));
     }
     /// The energies of the whole mechanism.
     fn energy_into(
@@ -521,10 +560,10 @@ impl<S: ::lamc_runtime::Arithmetic> Pendulum<S> {
         let mul_add = S::mul_add;
         let (sin_hinge, _) = S::sin_cos(q[0]);
         // arm: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2
-        let kinetic_energy_arm = u[0] * u[0] * c(6.141305006848456e-5);
+        let kinetic_energy_arm = u[0] * u[0] * c(HALF_MASS_HINGE_HINGE);
         kinetic[0] = kinetic_energy_arm;
-        potential[0] = mul_add(c(3.8e-3), q[0] * q[0], mul_add(c(-1.81241590968e-3), sin_hinge,
-            c(1.1060708461599998e-4)) * c(9.81));
+        potential[0] = mul_add(c(HALF_STIFFNESS_HINGE), q[0] * q[0], mul_add(c(-FIRST_MOMENT_ARM_Y),
+            sin_hinge, c(MASS_ARM_TIMES_OFFSET_ARM_Z)) * c(GRAVITY_Z));
     }
     /// The prescribed angle of each driven joint, in the order of the joints.
     fn drives_into(&self, t: S, drives: &mut [S; 0]) {}
@@ -544,16 +583,17 @@ impl<S: ::lamc_runtime::Arithmetic> Pendulum<S> {
         // arm: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_arm_xx = u[0] * u[0];
         // arm: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let net_force_arm_z = mul_add(c(1.81241590968e-3), a[0],
-            cos_hinge * c(-0.34228880128799993));
+        let net_force_arm_z = mul_add(c(FIRST_MOMENT_ARM_Y), a[0],
+            cos_hinge * c(-MASS_ARM_TIMES_GRAVITY_Z));
         reactions[0] = c(0.0);
-        reactions[1] = mul_add(c(0.34228880128799993), sin_hinge,
-            omega_arm_xx * c(1.81241590968e-3));
+        reactions[1] = mul_add(c(MASS_ARM_TIMES_GRAVITY_Z), sin_hinge,
+            omega_arm_xx * c(FIRST_MOMENT_ARM_Y));
         reactions[2] = -net_force_arm_z;
-        reactions[3] = mul_add(c(-0.0177798000739608), cos_hinge, a[0] * c(1.2282610013696912e-4));
-        reactions[4] = mul_add(c(-8.557185803319869e-3), cos_hinge, a[0] * c(4.531021650040903e-5));
-        reactions[5] = mul_add(c(8.557185803319869e-3), sin_hinge,
-            omega_arm_xx * c(4.531021650040903e-5));
+        reactions[3] = mul_add(c(-FIRST_MOMENT_ARM_Y_TIMES_GRAVITY_Z), cos_hinge,
+            a[0] * c(MASS_HINGE_HINGE));
+        reactions[4] = mul_add(c(-REACTIONS_0_4_FACTOR), cos_hinge, a[0] * c(SECOND_MOMENT_ARM_XY));
+        reactions[5] = mul_add(c(REACTIONS_0_4_FACTOR), sin_hinge,
+            omega_arm_xx * c(SECOND_MOMENT_ARM_XY));
     }
     /// The change of the equations' imbalance along a direction, at constant du/dt and lambda.
     fn tangent_into(
@@ -577,8 +617,8 @@ impl<S: ::lamc_runtime::Arithmetic> Pendulum<S> {
         // arm: hinge angle: s = sin q, c = cos q
         let minus_d_cos_hinge = dq[0] * minus_d_cos_hinge_sin;
         // arm: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_imbalance_hinge = mul_add(c(-0.0177798000739608), minus_d_cos_hinge,
-            -mul_add(c(2.5e-5), du[0], dq[0] * c(7.6e-3)));
+        let d_imbalance_hinge = mul_add(c(-FIRST_MOMENT_ARM_Y_TIMES_GRAVITY_Z), minus_d_cos_hinge,
+            -mul_add(c(DAMPING_HINGE), du[0], dq[0] * c(STIFFNESS_HINGE)));
         forces[0] = d_imbalance_hinge;
     }
     /// du/dt by elimination.
@@ -594,12 +634,12 @@ impl<S: ::lamc_runtime::Arithmetic> Pendulum<S> {
         let mul_add = S::mul_add;
         let (_, cos_hinge) = S::sin_cos(q[0]);
         // arm: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let generalized_force_hinge = mul_add(c(0.0177798000739608), cos_hinge, -mul_add(c(2.5e-5),
-            u[0], q[0] * c(7.6e-3)));
+        let generalized_force_hinge = mul_add(c(FIRST_MOMENT_ARM_Y_TIMES_GRAVITY_Z), cos_hinge,
+            -mul_add(c(DAMPING_HINGE), u[0], q[0] * c(STIFFNESS_HINGE)));
         // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
-        let acceleration_hinge = generalized_force_hinge * c(8141.592046681067);
+        let acceleration_hinge = generalized_force_hinge * c(INVERSE_PIVOT_ARM);
         acceleration[0] = acceleration_hinge;
-        margin[0] = c(8141.592046681067);
+        margin[0] = c(INVERSE_PIVOT_ARM);
         margin[1] = c(1.0);
     }
 }

@@ -126,6 +126,236 @@ pub mod point {
     pub const TIP: ::lamc_runtime::Point = ::lamc_runtime::Point::new(0);
 }
 
+/// Numbers of the model in SI units, without their signs:
+///
+/// - `MASS_..`: mass, kg
+/// - `FIRST_MOMENT_..`: mass times centre of mass, kg m
+/// - `SECOND_MOMENT_..`: second moments of mass about its origin, kg m^2
+/// - `MINIMAL_FIRST_MOMENT_..`: minimal inertial parameters: mass times centre of mass, kg m
+/// - `MINIMAL_SECOND_MOMENT_..`: minimal inertial parameters: second moments of mass about its origin, kg m^2
+/// - `OFFSET_..`: origin of its frame in its parent's frame, m
+/// - `HINGE_..`: cosine and sine of the angle about z from its parent's x axis to its hinge line
+/// - `CLOSURE_POINT_..`: coordinates of a point in this body's frame, m
+/// - `CLOSURE_DIRECTION_..`: components of a direction in this body's frame
+/// - `DRAWN_ORIGIN_..`: origin of the drawing, in the frame of the body, m
+/// - `DRAWN_X_..`: axis of the drawing, in the frame of the body
+/// - `POINT_..`: in the frame of its body, m
+#[allow(
+    clippy::approx_constant,
+    clippy::excessive_precision,
+    reason = "numbers of the drawing"
+)]
+mod constants {
+    // mechanism
+    pub const GRAVITY_Z: f64 = 9.81;
+    pub const STIFFNESS_GROUND_EAST: f64 = 0.0114;
+    pub const HALF_STIFFNESS_GROUND_EAST: f64 = 5.7e-3;
+    pub const DAMPING_GROUND_EAST: f64 = 3.5e-6;
+    // east
+    pub const MASS_EAST_TIMES_OFFSET_EAST_Z: f64 = 2.6259338451085914e-5;
+    pub const MASS_EAST_TIMES_GRAVITY_Z: f64 = 0.08377369437565946;
+    pub const FIRST_MOMENT_EAST_X_TIMES_GRAVITY_Z: f64 = 3.2095218013892565e-3;
+    pub const FIRST_MOMENT_EAST_Y: f64 = 1.2422592520055817e-4;
+    pub const SECOND_MOMENT_EAST_XY: f64 = 4.888494966109656e-6;
+    pub const MINIMAL_FIRST_MOMENT_EAST_Y_TIMES_GRAVITY_Z: f64 = 4.625527205006544e-3;
+    pub const OFFSET_EAST_X: f64 = 9.3319e-3;
+    pub const OFFSET_EAST_Y: f64 = 0.0293065;
+    pub const OFFSET_EAST_Z: f64 = 3.075e-3;
+    pub const HINGE_EAST_COS: f64 = 0.7071067811865475;
+    // west
+    pub const MASS_WEST_TIMES_OFFSET_WEST_Z: f64 = 3.271830984658037e-5;
+    pub const MASS_WEST_TIMES_GRAVITY_Z: f64 = 0.10437938848616371;
+    pub const FIRST_MOMENT_WEST_X_TIMES_GRAVITY_Z: f64 = 3.539652672546511e-3;
+    pub const FIRST_MOMENT_WEST_Y: f64 = 1.885487028387268e-4;
+    pub const SECOND_MOMENT_WEST_XY: f64 = 6.243161609895162e-6;
+    pub const MINIMAL_FIRST_MOMENT_WEST_Y_TIMES_GRAVITY_Z: f64 = 6.332769027236974e-3;
+    pub const HINGE_WEST_COS: f64 = 0.7071067811865475;
+    pub const DRAWN_ORIGIN_WEST_X: f64 = 0.027321474654198295;
+    pub const DRAWN_ORIGIN_WEST_Y: f64 = 0.01412417511148881;
+    // south_east
+    pub const MASS_SOUTH_EAST_TIMES_DRAWN_ORIGIN_SOUTH_EAST_Z: f64 = 3.271796768985903e-5;
+    pub const MASS_SOUTH_EAST: f64 = 0.010639989492637083;
+    pub const FIRST_MOMENT_SOUTH_EAST_X_TIMES_HINGE_SOUTH_EAST_COS: f64 = 2.4302844717773972e-4;
+    pub const FIRST_MOMENT_SOUTH_EAST_X: f64 = 3.4369412604123286e-4;
+    pub const FIRST_MOMENT_SOUTH_EAST_Y: f64 = 2.1820669112261221e-4;
+    pub const SECOND_MOMENT_SOUTH_EAST_XX: f64 = 1.2590551783216779e-5;
+    pub const SECOND_MOMENT_SOUTH_EAST_XY: f64 = 7.2072789294646456e-6;
+    pub const SECOND_MOMENT_SOUTH_EAST_YY: f64 = 6.4950011425050576e-6;
+    pub const SECOND_MOMENT_SOUTH_EAST_ZZ: f64 = 3.338573836000013e-8;
+    pub const MINIMAL_FIRST_MOMENT_SOUTH_EAST_Y: f64 = 4.7358339509453117e-4;
+    pub const MINIMAL_SECOND_MOMENT_SOUTH_EAST_XY: f64 = 1.2939941252175183e-5;
+    pub const MINIMAL_SECOND_MOMENT_SOUTH_EAST_YY: f64 = 1.642426710807345e-5;
+    pub const HINGE_SOUTH_EAST_COS: f64 = 0.7071067811865475;
+    pub const HINGE_SOUTH_EAST_COS_TIMES_GRAVITY_Z: f64 = 6.936717523440031;
+    pub const TWICE_HINGE_SOUTH_EAST_COS: f64 = 1.414213562373095;
+    // south_west
+    pub const MASS_SOUTH_WEST_TIMES_DRAWN_ORIGIN_SOUTH_WEST_Z: f64 = 2.6258770161227824e-5;
+    pub const MASS_SOUTH_WEST: f64 = 8.539437450805796e-3;
+    pub const FIRST_MOMENT_SOUTH_WEST_X_TIMES_HINGE_SOUTH_WEST_SIN: f64 = 2.7641520973715973e-4;
+    pub const FIRST_MOMENT_SOUTH_WEST_X: f64 = 3.191766616116623e-4;
+    pub const FIRST_MOMENT_SOUTH_WEST_Y: f64 = 1.4350139506894642e-4;
+    pub const SECOND_MOMENT_SOUTH_WEST_XX: f64 = 1.3250795162898888e-5;
+    pub const SECOND_MOMENT_SOUTH_WEST_XY: f64 = 5.7748035664558305e-6;
+    pub const SECOND_MOMENT_SOUTH_WEST_YY: f64 = 3.474122192279329e-6;
+    pub const SECOND_MOMENT_SOUTH_WEST_ZZ: f64 = 2.6789051216394143e-8;
+    pub const MINIMAL_FIRST_MOMENT_SOUTH_WEST_Y: f64 = 3.5201493204827953e-4;
+    pub const MINIMAL_SECOND_MOMENT_SOUTH_WEST_XY: f64 = 1.2394283547934888e-5;
+    pub const MINIMAL_SECOND_MOMENT_SOUTH_WEST_YY: f64 = 1.009359489758939e-5;
+    pub const HINGE_SOUTH_WEST_COS: f64 = 0.4999993895786978;
+    pub const HINGE_SOUTH_WEST_COS_TIMES_GRAVITY_Z: f64 = 4.904994011767025;
+    pub const TWICE_HINGE_SOUTH_WEST_COS: f64 = 0.9999987791573955;
+    pub const HINGE_SOUTH_WEST_SIN: f64 = 0.8660257562110547;
+    pub const HINGE_SOUTH_WEST_SIN_SQUARED: f64 = 0.7500006104209291;
+    pub const DRAWN_X_SOUTH_WEST_X: f64 = 0.9659256438592764;
+    pub const DRAWN_X_SOUTH_WEST_Y: f64 = 0.2588197259388131;
+    pub const DRAWN_ORIGIN_SOUTH_WEST_X: f64 = 1.428821217704556e-3;
+    pub const DRAWN_ORIGIN_SOUTH_WEST_Y: f64 = 0.030723179682250294;
+    // south
+    pub const MASS_SOUTH_TIMES_DRAWN_ORIGIN_SOUTH_Z: f64 = 2.3245895025686742e-5;
+    pub const MASS_SOUTH: f64 = 7.559640658759916e-3;
+    pub const FIRST_MOMENT_SOUTH_X: f64 = 2.948835911343091e-4;
+    pub const FIRST_MOMENT_SOUTH_Y: f64 = 1.7025018541990593e-4;
+    pub const SECOND_MOMENT_SOUTH_XX_PLUS_SECOND_MOMENT_SOUTH_ZZ: f64 = 1.3262745496786407e-5;
+    pub const SECOND_MOMENT_SOUTH_XX_PLUS_SECOND_MOMENT_SOUTH_YY: f64 = 1.8804327722141272e-5;
+    pub const SECOND_MOMENT_SOUTH_XX: f64 = 1.3239018914092994e-5;
+    pub const SECOND_MOMENT_SOUTH_XY: f64 = 6.645555056848842e-6;
+    pub const SECOND_MOMENT_SOUTH_XY_TIMES_HINGE_SOUTH_SIN: f64 = 5.75522001734236e-6;
+    pub const SECOND_MOMENT_SOUTH_XY_TIMES_HINGE_SOUTH_COS: f64 = 3.322776634923123e-6;
+    pub const SECOND_MOMENT_SOUTH_YY: f64 = 5.565308808048279e-6;
+    pub const SECOND_MOMENT_SOUTH_YY_MINUS_SECOND_MOMENT_SOUTH_ZZ: f64 = 5.541582225354866e-6;
+    pub const SECOND_MOMENT_SOUTH_ZZ: f64 = 2.3726582693412885e-8;
+    pub const HINGE_SOUTH_COS: f64 = 0.49999986554903386;
+    pub const HINGE_SOUTH_COS_TIMES_CLOSURE_DIRECTION_SOUTH_X: f64 = 0.43301250782896916;
+    pub const HINGE_SOUTH_COS_TIMES_PIVOT_ROW_MOMENT_SOUTH_Y: f64 = 0.5945170145866933;
+    pub const HINGE_SOUTH_COS_TIMES_ROW0_MOMENT_SOUTH_Z: f64 = 0.04034210718929071;
+    pub const HINGE_SOUTH_SIN: f64 = 0.8660254814097263;
+    pub const HINGE_SOUTH_SIN_TIMES_CLOSURE_DIRECTION_SOUTH_X: f64 = 0.749999932774463;
+    pub const HINGE_SOUTH_SIN_TIMES_PIVOT_ROW_MOMENT_SOUTH_Y: f64 = 1.029734044424903;
+    pub const HINGE_SOUTH_SIN_SQUARED: f64 = 0.7500001344509483;
+    pub const HINGE_SOUTH_SIN_TIMES_ROW0_MOMENT_SOUTH_Z: f64 = 0.06987460438879269;
+    pub const CLOSURE_DIRECTION_SOUTH_X: f64 = 0.866025248533801;
+    pub const HALF_CLOSURE_DIRECTION_SOUTH_X: f64 = 0.4330126242669005;
+    pub const CLOSURE_DIRECTION_SOUTH_Y: f64 = 0.5000002689018963;
+    pub const CLOSURE_POINT_SOUTH_X: f64 = 0.04034213973350828;
+    pub const CLOSURE_POINT_SOUTH_Y: f64 = 0.06987458559937651;
+    pub const DRAWN_ORIGIN_SOUTH_X: f64 = 0.030046124516251174;
+    pub const DRAWN_ORIGIN_SOUTH_Y: f64 = 6.571582869745334e-3;
+    pub const DRAWN_ORIGIN_SOUTH_Z: f64 = 3.075e-3;
+    pub const POINT_TIP_X: f64 = 0.05687629496727885;
+    pub const POINT_TIP_Y: f64 = 0.03287436738030243;
+    pub const MASS_SOUTH_SOUTH_EAST_SOUTH_SOUTH_EAST: f64 = 5.589035390741692e-6;
+    pub const INVERSE_PIVOT_SOUTH: f64 = 178921.751266151;
+    pub const PIVOT_ROW_MOMENT_SOUTH_Y: f64 = 1.1890343489070205;
+    pub const PROJECTED_INERTIA_SOUTH_YY: f64 = 7.878066647452608e-6;
+    pub const ROW0_MOMENT_SOUTH_Z: f64 = 0.0806842360747284;
+    // south_ghost0
+    pub const MASS_SOUTH_GHOST0: f64 = 7.559640658759916e-3;
+    pub const FIRST_MOMENT_SOUTH_GHOST0_X: f64 = 2.9488283400311115e-4;
+    pub const FIRST_MOMENT_SOUTH_GHOST0_Y: f64 = 1.7025149681007909e-4;
+    pub const SECOND_MOMENT_SOUTH_GHOST0_XX: f64 = 1.323895996296611e-5;
+    pub const SECOND_MOMENT_SOUTH_GHOST0_XY: f64 = 6.645589092322226e-6;
+    pub const SECOND_MOMENT_SOUTH_GHOST0_YY: f64 = 5.565367759175165e-6;
+    pub const SECOND_MOMENT_SOUTH_GHOST0_ZZ: f64 = 2.3726582693412885e-8;
+    pub const HINGE_SOUTH_GHOST0_COS: f64 = 0.7071071698144962;
+    pub const HINGE_SOUTH_GHOST0_COS_TIMES_HINGE_SOUTH_GHOST0_SIN: f64 = 0.499999999999698;
+    pub const HINGE_SOUTH_GHOST0_SIN: f64 = 0.7071063925583854;
+    pub const HINGE_SOUTH_GHOST0_SIN_TIMES_ROW0_MOMENT_SOUTH_GHOST0_Z: f64 = 0.05705233910713033;
+    pub const HINGE_SOUTH_GHOST0_SIN_SQUARED: f64 = 0.4999994503969334;
+    pub const CLOSURE_POINT_SOUTH_GHOST0_X: f64 = 0.0806842360747284;
+    pub const MASS_SOUTH_WEST_SOUTH_SOUTH_WEST_SOUTH: f64 = 5.589094341868578e-6;
+    pub const INVERSE_PIVOT_SOUTH_GHOST0: f64 = 178919.86408403947;
+    pub const PIVOT_ROW_MOMENT_SOUTH_GHOST0_Y: f64 = 1.189027897156668;
+    pub const PROJECTED_INERTIA_SOUTH_GHOST0_YY: f64 = 7.878064241117773e-6;
+    // loop 0
+    pub const JACOBIAN_LOOP0_2_WEST_SOUTH_WEST: f64 = 0.05705240181944587;
+    // folded from several numbers, by the value that each is part of
+    pub const BIAS_MOMENT_SOUTH_EAST_Z_FACTOR: f64 = 3.285114235562458e-3;
+    pub const BIAS_MOMENT_SOUTH_WEST_Z_FACTOR: f64 = 2.990617717679251e-3;
+    pub const APPARENT_GRAVITY_ON_HINGE_SOUTH_Y_FACTOR: f64 = 6.007374132640437;
+    pub const APPARENT_GRAVITY_SOUTH_X_FACTOR: f64 = 3.4683578290716426;
+    pub const APPARENT_GRAVITY_ON_HINGE_SOUTH_GHOST0_Y_FACTOR: f64 = 6.007372737186427;
+    pub const APPARENT_GRAVITY_SOUTH_GHOST0_X_FACTOR: f64 = 6.007379340531014;
+    pub const SUBTREE_MOMENT_SOUTH_WEST_X_FACTOR: f64 = 1.0066805846372997e-5;
+    pub const SUBTREE_MOMENT_SOUTH_EAST_X_FACTOR: f64 = 1.639088136971345e-5;
+    pub const INERTIA_SOUTH_WEST_SOUTH_MOMENT_IN_PARENT_SOUTH_GHOST0_X_FACTOR: f64 = 4.6991385294973235e-6;
+    pub const INERTIA_SOUTH_WEST_SOUTH_MOMENT_IN_PARENT_SOUTH_GHOST0_X_TERM: f64 = 3.9520886819049045e-6;
+    pub const INERTIA_SOUTH_WEST_SOUTH_MOMENT_IN_PARENT_SOUTH_GHOST0_Y_FACTOR: f64 = 4.6991436948220556e-6;
+    pub const INERTIA_SOUTH_WEST_SOUTH_MOMENT_IN_PARENT_SOUTH_GHOST0_Y_TERM: f64 = 3.952084337747174e-6;
+    pub const COMPOSITE_SECOND_MOMENT_JOINT_DEVIATOR_SOUTH_GHOST0_FACTOR: f64 = 5.541641176481752e-6;
+    pub const COMPOSITE_SECOND_MOMENT_HINGE_DEVIATOR_SOUTH_GHOST0_FACTOR: f64 = 9.398287389644111e-6;
+    pub const INERTIA_SOUTH_SOUTH_EAST_MOMENT_IN_PARENT_SOUTH_X_TERM: f64 = 2.794516943919638e-6;
+    pub const INERTIA_SOUTH_SOUTH_EAST_MOMENT_IN_PARENT_SOUTH_Y_TERM: f64 = 4.840247064883072e-6;
+    pub const COMPOSITE_SECOND_MOMENT_HINGE_DEVIATOR_SOUTH_FACTOR: f64 = 6.645553269846246e-6;
+    pub const PARENT_OMEGA_ON_HINGE_SOUTH_Y_BY_GROUND_EAST_FACTOR: f64 = 0.3535532955220838;
+    pub const PARENT_OMEGA_ON_HINGE_SOUTH_Y_BY_GROUND_EAST_TERM: f64 = 0.6123724905851617;
+    pub const PARENT_OMEGA_ON_HINGE_SOUTH_GHOST0_Y_BY_GROUND_WEST_FACTOR: f64 = 0.6123730214608577;
+    pub const PARENT_OMEGA_ON_HINGE_SOUTH_GHOST0_Y_BY_GROUND_WEST_TERM: f64 = 0.35355276464638774;
+    pub const PARENT_OMEGA_SOUTH_GHOST0_X_BY_GROUND_WEST_FACTOR: f64 = 0.6123723483370466;
+    pub const PARENT_OMEGA_SOUTH_GHOST0_X_BY_GROUND_WEST_TERM: f64 = 0.3535531532739687;
+    pub const JACOBIAN_LOOP0_1_SOUTH_EAST_EAST_FACTOR: f64 = 0.03493732098380996;
+    pub const JACOBIAN_LOOP0_1_SOUTH_EAST_EAST_TERM: f64 = 0.034937283404982714;
+    pub const JACOBIAN_LOOP0_2_SOUTH_EAST_EAST_FACTOR: f64 = 0.060513171632005175;
+    pub const JACOBIAN_LOOP0_2_SOUTH_EAST_EAST_TERM: f64 = 0.02017106444271448;
+    pub const COMPOSITE_SECOND_MOMENT_SOUTH_WEST_ZZ_TERM: f64 = 5.051563390980703e-8;
+    pub const MASS_GROUND_WEST_GROUND_WEST_TERM: f64 = 1.976125305527044e-5;
+    pub const COMPOSITE_SECOND_MOMENT_SOUTH_EAST_ZZ_TERM: f64 = 5.711232105341301e-8;
+    pub const MASS_GROUND_EAST_GROUND_EAST_TERM: f64 = 1.0564732298535837e-5;
+    pub const COS_GROUND_WEST_PRODUCT_FACTOR: f64 = 0.35355295896023153;
+    pub const AXIS_Y_ON_HINGE_SOUTH_WEST_X_TERM: f64 = 0.6123726848990445;
+    pub const POSES_0_9_FACTOR: f64 = 2.1743533521486336e-3;
+    pub const POSES_0_9_FACTOR_2: f64 = 9.987299999999994e-3;
+    pub const POSES_1_6_FACTOR: f64 = 0.8365164861668797;
+    pub const POSES_1_7_FACTOR: f64 = 0.22414454887849852;
+    pub const POSES_1_11_FACTOR: f64 = 1.237395975552988e-3;
+    pub const POSES_4_11_FACTOR: f64 = 6.598649771354743e-3;
+    pub const POSES_5_9_FACTOR: f64 = 0.0193192;
+    pub const KINETIC_ENERGY_EAST_FACTOR: f64 = 1.3072899663325737e-6;
+    pub const KINETIC_ENERGY_WEST_FACTOR: f64 = 2.429264555308989e-6;
+    pub const KINETIC_ENERGY_SOUTH_EAST_FACTOR: f64 = 1.2623937521576779e-5;
+    pub const KINETIC_ENERGY_SOUTH_EAST_FACTOR_2: f64 = 6.528386880865058e-6;
+    pub const KINETIC_ENERGY_SOUTH_EAST_FACTOR_3: f64 = 1.9085552925721835e-5;
+    pub const KINETIC_ENERGY_SOUTH_WEST_FACTOR: f64 = 1.3277584214115281e-5;
+    pub const KINETIC_ENERGY_SOUTH_WEST_FACTOR_2: f64 = 3.500911243495723e-6;
+    pub const KINETIC_ENERGY_SOUTH_WEST_FACTOR_3: f64 = 1.6724917355178218e-5;
+    pub const KINETIC_ENERGY_SOUTH_GHOST0_FACTOR: f64 = 1.3262686545659523e-5;
+    pub const NET_FORCE_SOUTH_EAST_X_FACTOR: f64 = 0.07380660156279345;
+    pub const NET_MOMENT_SOUTH_EAST_Z_FACTOR: f64 = 1.5136381780420903e-3;
+    pub const NET_FORCE_SOUTH_WEST_X_FACTOR: f64 = 0.07254860693208019;
+    pub const NET_MOMENT_SOUTH_WEST_Z_FACTOR: f64 = 1.2191466200246904e-3;
+    pub const REACTIONS_4_3_FACTOR: f64 = 1.2186563262174758e-3;
+    pub const REACTIONS_5_3_FACTOR: f64 = 1.84966277484791e-3;
+    pub const REACTIONS_4_3_FACTOR_2: f64 = 2.6145799326651474e-6;
+    pub const REACTIONS_5_3_FACTOR_2: f64 = 4.858529110617978e-6;
+    pub const MINUS_PIVOT_ROW_MOMENT_IN_PARENT_SOUTH_GHOST0_X_FACTOR: f64 = 0.8407692270097342;
+    pub const PIVOT_ROW_MOMENT_IN_PARENT_SOUTH_GHOST0_Y_FACTOR: f64 = 0.8407701511889333;
+    pub const PROJECTED_INERTIA_JOINT_DEVIATOR_SOUTH_GHOST0_FACTOR: f64 = 1.3443432000292938e-5;
+    pub const PROJECTED_INERTIA_JOINT_DEVIATOR_SOUTH_FACTOR: f64 = 1.3443375455500887e-5;
+    pub const ARTICULATED_INERTIA_SOUTH_WEST_XX_TERM: f64 = 1.0120383948805784e-5;
+    pub const PROJECTED_INERTIA_SOUTH_WEST_YY_FACTOR: f64 = 0.5000005496030666;
+    pub const PROJECTED_INERTIA_JOINT_DEVIATOR_SOUTH_WEST_TERM: f64 = 1.5658962656764556e-5;
+    pub const ARTICULATED_INERTIA_SOUTH_EAST_XX_TERM: f64 = 1.645765284643345e-5;
+    pub const PROJECTED_INERTIA_SOUTH_EAST_YY_FACTOR: f64 = 0.24999986554905174;
+    pub const PROJECTED_INERTIA_JOINT_DEVIATOR_SOUTH_EAST_TERM: f64 = 2.1989575916121727e-5;
+    pub const MINUS_ROW2_MOMENT_SOUTH_WEST_X_FACTOR: f64 = 0.06783682279642031;
+    pub const MINUS_ROW2_MOMENT_SOUTH_WEST_Y_FACTOR: f64 = 0.06783689736311298;
+    pub const MINUS_ROW2_MOMENT_SOUTH_WEST_Z_FACTOR: f64 = 0.09593580755362648;
+    pub const MINUS_Y0_1_SOUTH_EAST_EAST_FACTOR: f64 = 0.037014918647950104;
+    pub const MINUS_ROW1_MOMENT_SOUTH_EAST_Y_FACTOR: f64 = 0.021370565583309194;
+    pub const MINUS_ROW1_MOMENT_SOUTH_EAST_Z_FACTOR: f64 = 0.04274114265979424;
+    pub const Y0_2_SOUTH_EAST_EAST_FACTOR: f64 = 0.10205484634054524;
+    pub const ROW2_MOMENT_SOUTH_EAST_Y_FACTOR: f64 = 0.05892137188138727;
+    pub const ROW2_MOMENT_SOUTH_EAST_Z_FACTOR: f64 = 0.11784277545092457;
+    pub const S_LOOP0_1_1_TERM: f64 = 873.5778844364536;
+    pub const S_LOOP0_2_2_TERM: f64 = 1455.9516904984002;
+    pub const L_TIMES_PIVOT_LOOP0_2_1_TERM: f64 = 504.3607884001881;
+    pub const FORWARD_LAMBDA0_1_FACTOR: f64 = 12502.08322443702;
+    pub const FORWARD_LAMBDA0_2_FACTOR: f64 = 14436.01255221496;
+    pub const FORWARD_LAMBDA0_2_FACTOR_2: f64 = 7218.086290943076;
+    pub const MARGIN_1_FACTOR: f64 = 100.0;
+}
+
+use constants::*;
+
 /// Numbers that can be changed at run time, SI.
 ///
 /// There are none.
@@ -572,7 +802,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             (sin_south_west_south, cos_south_west_south),
         ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
         // south_east: angular velocity: w = R^T w_parent + u e_x
-        let parent_omega_on_hinge_south_east_y = u[4] * c(0.7071067811865475);
+        let parent_omega_on_hinge_south_east_y = u[4] * c(HINGE_SOUTH_EAST_COS);
         let parent_omega_south_east_y = cos_south_east_east * parent_omega_on_hinge_south_east_y;
         let minus_parent_omega_south_east_z =
             sin_south_east_east * parent_omega_on_hinge_south_east_y;
@@ -590,12 +820,12 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let velocity_product_gradient_south_east_zx = minus_velocity_product_alpha_south_east_y
             - minus_omega_south_east_xz;
         // south_west: angular velocity: w = R^T w_parent + u e_x
-        let minus_parent_omega_on_hinge_south_west_y = u[5] * c(0.8660257562110547);
+        let minus_parent_omega_on_hinge_south_west_y = u[5] * c(HINGE_SOUTH_WEST_SIN);
         let minus_parent_omega_south_west_y =
             cos_west_south_west * minus_parent_omega_on_hinge_south_west_y;
         let parent_omega_south_west_z =
             sin_west_south_west * minus_parent_omega_on_hinge_south_west_y;
-        let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
+        let omega_south_west_x = mul_add(c(HINGE_SOUTH_WEST_COS), u[5], u[2]);
         // south_west: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
         let velocity_product_alpha_south_west_y = parent_omega_south_west_z * u[2];
         let velocity_product_alpha_south_west_z = minus_parent_omega_south_west_y * u[2];
@@ -610,10 +840,10 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let velocity_product_gradient_south_west_zx = omega_south_west_xz
             - velocity_product_alpha_south_west_y;
         // south: angular velocity: w = R^T w_parent + u e_x
-        let parent_omega_on_hinge_south_y = mul_add(c(0.8660254814097263), omega_south_east_x,
-            parent_omega_south_east_y * c(0.49999986554903386));
-        let parent_omega_south_x = mul_add(c(-0.8660254814097263), parent_omega_south_east_y,
-            omega_south_east_x * c(0.49999986554903386));
+        let parent_omega_on_hinge_south_y = mul_add(c(HINGE_SOUTH_SIN), omega_south_east_x,
+            parent_omega_south_east_y * c(HINGE_SOUTH_COS));
+        let parent_omega_south_x = mul_add(c(-HINGE_SOUTH_SIN), parent_omega_south_east_y,
+            omega_south_east_x * c(HINGE_SOUTH_COS));
         let parent_omega_south_y = mul_add(-sin_south_south_east, minus_parent_omega_south_east_z,
             cos_south_south_east * parent_omega_on_hinge_south_y);
         let parent_omega_south_z = mul_add(-sin_south_south_east, parent_omega_on_hinge_south_y,
@@ -621,9 +851,9 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let omega_south_x = parent_omega_south_x + u[1];
         // south: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
         let velocity_product_alpha_on_hinge_south_y =
-            minus_velocity_product_alpha_south_east_y * c(-0.49999986554903386);
+            minus_velocity_product_alpha_south_east_y * c(-HINGE_SOUTH_COS);
         let minus_velocity_product_alpha_south_x =
-            minus_velocity_product_alpha_south_east_y * c(-0.8660254814097263);
+            minus_velocity_product_alpha_south_east_y * c(-HINGE_SOUTH_SIN);
         let velocity_product_alpha_south_y = mul_add(cos_south_south_east,
             velocity_product_alpha_on_hinge_south_y, mul_add(-sin_south_south_east,
             minus_velocity_product_alpha_south_east_z, parent_omega_south_z * u[1]));
@@ -648,10 +878,10 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let velocity_product_gradient_south_zy = omega_south_yz
             - minus_velocity_product_alpha_south_x;
         // south_ghost0: angular velocity: w = R^T w_parent + u e_x
-        let parent_omega_on_hinge_south_ghost0_y = mul_add(c(-0.7071063925583854),
-            omega_south_west_x, minus_parent_omega_south_west_y * c(-0.7071071698144962));
-        let parent_omega_south_ghost0_x = mul_add(c(-0.7071063925583854),
-            minus_parent_omega_south_west_y, omega_south_west_x * c(0.7071071698144962));
+        let parent_omega_on_hinge_south_ghost0_y = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
+            omega_south_west_x, minus_parent_omega_south_west_y * c(-HINGE_SOUTH_GHOST0_COS));
+        let parent_omega_south_ghost0_x = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
+            minus_parent_omega_south_west_y, omega_south_west_x * c(HINGE_SOUTH_GHOST0_COS));
         let parent_omega_south_ghost0_y = mul_add(cos_south_west_south,
             parent_omega_on_hinge_south_ghost0_y, sin_south_west_south * parent_omega_south_west_z);
         let parent_omega_south_ghost0_z = mul_add(-sin_south_west_south,
@@ -659,9 +889,9 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let omega_south_ghost0_x = parent_omega_south_ghost0_x + u[0];
         // south_ghost0: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
         let velocity_product_alpha_on_hinge_south_ghost0_y =
-            velocity_product_alpha_south_west_y * c(0.7071071698144962);
+            velocity_product_alpha_south_west_y * c(HINGE_SOUTH_GHOST0_COS);
         let velocity_product_alpha_south_ghost0_x =
-            velocity_product_alpha_south_west_y * c(0.7071063925583854);
+            velocity_product_alpha_south_west_y * c(HINGE_SOUTH_GHOST0_SIN);
         let velocity_product_alpha_south_ghost0_y = mul_add(cos_south_west_south,
             velocity_product_alpha_on_hinge_south_ghost0_y, mul_add(sin_south_west_south,
             velocity_product_alpha_south_west_z, parent_omega_south_ghost0_z * u[0]));
@@ -685,11 +915,12 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let velocity_product_gradient_south_ghost0_zy = velocity_product_alpha_south_ghost0_x
             + omega_south_ghost0_yz;
         // east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let minus_apparent_gravity_east_z = cos_ground_east * c(9.81);
+        let minus_apparent_gravity_east_z = cos_ground_east * c(GRAVITY_Z);
         // west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let minus_apparent_gravity_west_z = cos_ground_west * c(9.81);
+        let minus_apparent_gravity_west_z = cos_ground_west * c(GRAVITY_Z);
         // south_east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_east_y = sin_ground_east * c(-6.936717523440031);
+        let apparent_gravity_on_hinge_south_east_y =
+            sin_ground_east * c(-HINGE_SOUTH_EAST_COS_TIMES_GRAVITY_Z);
         let apparent_gravity_south_east_y = mul_add(-sin_south_east_east,
             minus_apparent_gravity_east_z,
             cos_south_east_east * apparent_gravity_on_hinge_south_east_y);
@@ -697,15 +928,17 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             apparent_gravity_on_hinge_south_east_y,
             -cos_south_east_east * minus_apparent_gravity_east_z);
         // south_east: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let minus_bias_moment_south_east_y = mul_add(c(-1.2939941252175183e-5),
+        let minus_bias_moment_south_east_y = mul_add(c(-MINIMAL_SECOND_MOMENT_SOUTH_EAST_XY),
             minus_omega_south_east_yz,
-            velocity_product_gradient_south_east_xz * c(3.338573836000013e-8));
-        let bias_moment_south_east_z = mul_add(c(3.285114235562458e-3), sin_ground_east,
-            -mul_add(c(-1.642426710807345e-5), velocity_product_gradient_south_east_xy,
-            c(-1.2939941252175183e-5) * mul_add(-omega_south_east_x, omega_south_east_x,
-            parent_omega_south_east_y * parent_omega_south_east_y)));
+            velocity_product_gradient_south_east_xz * c(SECOND_MOMENT_SOUTH_EAST_ZZ));
+        let bias_moment_south_east_z = mul_add(c(BIAS_MOMENT_SOUTH_EAST_Z_FACTOR), sin_ground_east,
+            -mul_add(c(-MINIMAL_SECOND_MOMENT_SOUTH_EAST_YY),
+            velocity_product_gradient_south_east_xy,
+            c(-MINIMAL_SECOND_MOMENT_SOUTH_EAST_XY) * mul_add(-omega_south_east_x,
+            omega_south_east_x, parent_omega_south_east_y * parent_omega_south_east_y)));
         // south_west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_west_y = sin_ground_west * c(-4.904994011767025);
+        let apparent_gravity_on_hinge_south_west_y =
+            sin_ground_west * c(-HINGE_SOUTH_WEST_COS_TIMES_GRAVITY_Z);
         let apparent_gravity_south_west_y = mul_add(-sin_west_south_west,
             minus_apparent_gravity_west_z,
             cos_west_south_west * apparent_gravity_on_hinge_south_west_y);
@@ -713,239 +946,260 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             apparent_gravity_on_hinge_south_west_y,
             -cos_west_south_west * minus_apparent_gravity_west_z);
         // south_west: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let minus_bias_moment_south_west_y = mul_add(c(1.2394283547934888e-5),
+        let minus_bias_moment_south_west_y = mul_add(c(MINIMAL_SECOND_MOMENT_SOUTH_WEST_XY),
             minus_omega_south_west_yz,
-            velocity_product_gradient_south_west_xz * c(2.6789051216394143e-8));
-        let bias_moment_south_west_z = mul_add(c(2.990617717679251e-3), sin_ground_west,
-            -mul_add(c(-1.009359489758939e-5), velocity_product_gradient_south_west_xy,
-            c(1.2394283547934888e-5) * mul_add(-omega_south_west_x, omega_south_west_x,
+            velocity_product_gradient_south_west_xz * c(SECOND_MOMENT_SOUTH_WEST_ZZ));
+        let bias_moment_south_west_z = mul_add(c(BIAS_MOMENT_SOUTH_WEST_Z_FACTOR), sin_ground_west,
+            -mul_add(c(-MINIMAL_SECOND_MOMENT_SOUTH_WEST_YY),
+            velocity_product_gradient_south_west_xy,
+            c(MINIMAL_SECOND_MOMENT_SOUTH_WEST_XY) * mul_add(-omega_south_west_x,
+            omega_south_west_x,
             minus_parent_omega_south_west_y * minus_parent_omega_south_west_y)));
         // south: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_y = mul_add(c(6.007374132640437), sin_ground_east,
-            c(0.49999986554903386) * apparent_gravity_south_east_y);
-        let apparent_gravity_south_x = mul_add(c(-0.8660254814097263),
-            apparent_gravity_south_east_y, sin_ground_east * c(3.4683578290716426));
+        let apparent_gravity_on_hinge_south_y = mul_add(c(APPARENT_GRAVITY_ON_HINGE_SOUTH_Y_FACTOR),
+            sin_ground_east, c(HINGE_SOUTH_COS) * apparent_gravity_south_east_y);
+        let apparent_gravity_south_x = mul_add(c(-HINGE_SOUTH_SIN), apparent_gravity_south_east_y,
+            sin_ground_east * c(APPARENT_GRAVITY_SOUTH_X_FACTOR));
         let apparent_gravity_south_z = mul_add(-sin_south_south_east,
             apparent_gravity_on_hinge_south_y,
             cos_south_south_east * apparent_gravity_south_east_z);
         // south: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_moment_south_x = mul_add(c(-1.7025018541990593e-4), apparent_gravity_south_z,
-            -mul_add(c(-2.3726582693412885e-8), velocity_product_gradient_south_yz,
-            mul_add(c(-6.645555056848842e-6), velocity_product_gradient_south_zx,
-            velocity_product_gradient_south_zy * c(5.565308808048279e-6))));
-        let minus_bias_moment_south_y = mul_add(c(2.3726582693412885e-8),
+        let bias_moment_south_x = mul_add(c(-FIRST_MOMENT_SOUTH_Y), apparent_gravity_south_z,
+            -mul_add(c(-SECOND_MOMENT_SOUTH_ZZ), velocity_product_gradient_south_yz,
+            mul_add(c(-SECOND_MOMENT_SOUTH_XY), velocity_product_gradient_south_zx,
+            velocity_product_gradient_south_zy * c(SECOND_MOMENT_SOUTH_YY))));
+        let minus_bias_moment_south_y = mul_add(c(SECOND_MOMENT_SOUTH_ZZ),
             velocity_product_gradient_south_xz,
-            velocity_product_gradient_south_zy * c(6.645555056848842e-6));
-        let bias_moment_south_z = mul_add(c(1.7025018541990593e-4), apparent_gravity_south_x,
-            -mul_add(c(-5.565308808048279e-6), velocity_product_gradient_south_xy, (omega_south_yy
-            - omega_south_xx) * c(-6.645555056848842e-6)));
+            velocity_product_gradient_south_zy * c(SECOND_MOMENT_SOUTH_XY));
+        let bias_moment_south_z = mul_add(c(FIRST_MOMENT_SOUTH_Y), apparent_gravity_south_x,
+            -mul_add(c(-SECOND_MOMENT_SOUTH_YY), velocity_product_gradient_south_xy, (omega_south_yy
+            - omega_south_xx) * c(-SECOND_MOMENT_SOUTH_XY)));
         // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_ghost0_y = mul_add(c(6.007372737186427),
-            sin_ground_west, c(0.7071071698144962) * apparent_gravity_south_west_y);
-        let apparent_gravity_south_ghost0_x = mul_add(c(0.7071063925583854),
-            apparent_gravity_south_west_y, sin_ground_west * c(-6.007379340531014));
+        let apparent_gravity_on_hinge_south_ghost0_y =
+            mul_add(c(APPARENT_GRAVITY_ON_HINGE_SOUTH_GHOST0_Y_FACTOR), sin_ground_west,
+            c(HINGE_SOUTH_GHOST0_COS) * apparent_gravity_south_west_y);
+        let apparent_gravity_south_ghost0_x = mul_add(c(HINGE_SOUTH_GHOST0_SIN),
+            apparent_gravity_south_west_y,
+            sin_ground_west * c(-APPARENT_GRAVITY_SOUTH_GHOST0_X_FACTOR));
         let apparent_gravity_south_ghost0_z = mul_add(-sin_south_west_south,
             apparent_gravity_on_hinge_south_ghost0_y,
             cos_south_west_south * apparent_gravity_south_west_z);
         // south_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_moment_south_ghost0_x = mul_add(c(1.7025149681007909e-4),
-            apparent_gravity_south_ghost0_z, -mul_add(c(5.565367759175165e-6),
-            velocity_product_gradient_south_ghost0_zy, mul_add(c(-2.3726582693412885e-8),
+        let bias_moment_south_ghost0_x = mul_add(c(FIRST_MOMENT_SOUTH_GHOST0_Y),
+            apparent_gravity_south_ghost0_z, -mul_add(c(SECOND_MOMENT_SOUTH_GHOST0_YY),
+            velocity_product_gradient_south_ghost0_zy, mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_ZZ),
             velocity_product_gradient_south_ghost0_yz,
-            velocity_product_gradient_south_ghost0_zx * c(6.645589092322226e-6))));
-        let minus_bias_moment_south_ghost0_y = mul_add(c(-6.645589092322226e-6),
+            velocity_product_gradient_south_ghost0_zx * c(SECOND_MOMENT_SOUTH_GHOST0_XY))));
+        let minus_bias_moment_south_ghost0_y = mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_XY),
             velocity_product_gradient_south_ghost0_zy,
-            velocity_product_gradient_south_ghost0_xz * c(2.3726582693412885e-8));
-        let bias_moment_south_ghost0_z = mul_add(c(-1.7025149681007909e-4),
-            apparent_gravity_south_ghost0_x, -mul_add(c(-5.565367759175165e-6),
+            velocity_product_gradient_south_ghost0_xz * c(SECOND_MOMENT_SOUTH_GHOST0_ZZ));
+        let bias_moment_south_ghost0_z = mul_add(c(-FIRST_MOMENT_SOUTH_GHOST0_Y),
+            apparent_gravity_south_ghost0_x, -mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_YY),
             velocity_product_gradient_south_ghost0_xy,
-            c(6.645589092322226e-6) * mul_add(-omega_south_ghost0_x, omega_south_ghost0_x,
+            c(SECOND_MOMENT_SOUTH_GHOST0_XY) * mul_add(-omega_south_ghost0_x, omega_south_ghost0_x,
             parent_omega_south_ghost0_y * parent_omega_south_ghost0_y)));
         // south_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_moment_on_hinge_south_ghost0_y = mul_add(-sin_south_west_south,
             bias_moment_south_ghost0_z, -cos_south_west_south * minus_bias_moment_south_ghost0_y);
-        let subtree_moment_in_parent_south_ghost0_y = mul_add(c(0.7071063925583854),
+        let subtree_moment_in_parent_south_ghost0_y = mul_add(c(HINGE_SOUTH_GHOST0_SIN),
             bias_moment_south_ghost0_x,
-            c(0.7071071698144962) * subtree_moment_on_hinge_south_ghost0_y);
+            c(HINGE_SOUTH_GHOST0_COS) * subtree_moment_on_hinge_south_ghost0_y);
         let subtree_moment_in_parent_south_ghost0_z = mul_add(-sin_south_west_south,
             minus_bias_moment_south_ghost0_y, cos_south_west_south * bias_moment_south_ghost0_z);
-        let generalized_force_south_west_south = mul_add(c(-3.5e-6), u[0], mul_add(c(-0.0114), q[0],
-            bias_moment_south_ghost0_x));
+        let generalized_force_south_west_south = mul_add(c(-DAMPING_GROUND_EAST), u[0],
+            mul_add(c(-STIFFNESS_GROUND_EAST), q[0], bias_moment_south_ghost0_x));
         // south_west: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let subtree_moment_south_west_x = mul_add(c(-0.7071063925583854),
-            subtree_moment_on_hinge_south_ghost0_y, mul_add(c(0.7071071698144962),
-            bias_moment_south_ghost0_x, mul_add(c(-1.2394283547934888e-5),
-            velocity_product_gradient_south_west_zx, mul_add(c(1.0066805846372997e-5),
-            minus_omega_south_west_yz, apparent_gravity_south_west_z * c(3.5201493204827953e-4)))));
+        let subtree_moment_south_west_x = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
+            subtree_moment_on_hinge_south_ghost0_y, mul_add(c(HINGE_SOUTH_GHOST0_COS),
+            bias_moment_south_ghost0_x, mul_add(c(-MINIMAL_SECOND_MOMENT_SOUTH_WEST_XY),
+            velocity_product_gradient_south_west_zx, mul_add(c(SUBTREE_MOMENT_SOUTH_WEST_X_FACTOR),
+            minus_omega_south_west_yz,
+            apparent_gravity_south_west_z * c(MINIMAL_FIRST_MOMENT_SOUTH_WEST_Y)))));
         let subtree_moment_south_west_y = subtree_moment_in_parent_south_ghost0_y
             - minus_bias_moment_south_west_y;
         let subtree_moment_south_west_z = bias_moment_south_west_z
             + subtree_moment_in_parent_south_ghost0_z;
         let subtree_moment_on_hinge_south_west_y = mul_add(-sin_west_south_west,
             subtree_moment_south_west_z, cos_west_south_west * subtree_moment_south_west_y);
-        let subtree_moment_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
+        let subtree_moment_in_parent_south_west_x = mul_add(c(-HINGE_SOUTH_WEST_SIN),
             subtree_moment_on_hinge_south_west_y,
-            c(0.4999993895786978) * subtree_moment_south_west_x);
-        let generalized_force_west_south_west = mul_add(c(-3.5e-6), u[2], mul_add(c(-0.0114), q[2],
-            subtree_moment_south_west_x));
+            c(HINGE_SOUTH_WEST_COS) * subtree_moment_south_west_x);
+        let generalized_force_west_south_west = mul_add(c(-DAMPING_GROUND_EAST), u[2],
+            mul_add(c(-STIFFNESS_GROUND_EAST), q[2], subtree_moment_south_west_x));
         // south: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_moment_on_hinge_south_y = mul_add(-sin_south_south_east, bias_moment_south_z,
             -cos_south_south_east * minus_bias_moment_south_y);
-        let subtree_moment_in_parent_south_y = mul_add(c(-0.8660254814097263), bias_moment_south_x,
-            c(0.49999986554903386) * subtree_moment_on_hinge_south_y);
+        let subtree_moment_in_parent_south_y = mul_add(c(-HINGE_SOUTH_SIN), bias_moment_south_x,
+            c(HINGE_SOUTH_COS) * subtree_moment_on_hinge_south_y);
         let subtree_moment_in_parent_south_z = mul_add(-sin_south_south_east,
             minus_bias_moment_south_y, cos_south_south_east * bias_moment_south_z);
-        let generalized_force_south_south_east = mul_add(c(-3.5e-6), u[1], mul_add(c(-0.0114), q[1],
-            bias_moment_south_x));
+        let generalized_force_south_south_east = mul_add(c(-DAMPING_GROUND_EAST), u[1],
+            mul_add(c(-STIFFNESS_GROUND_EAST), q[1], bias_moment_south_x));
         // south_east: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let subtree_moment_south_east_x = mul_add(c(0.8660254814097263),
-            subtree_moment_on_hinge_south_y, mul_add(c(0.49999986554903386), bias_moment_south_x,
-            mul_add(c(1.2939941252175183e-5), velocity_product_gradient_south_east_zx,
-            mul_add(c(1.639088136971345e-5), minus_omega_south_east_yz,
-            apparent_gravity_south_east_z * c(-4.7358339509453117e-4)))));
+        let subtree_moment_south_east_x = mul_add(c(HINGE_SOUTH_SIN),
+            subtree_moment_on_hinge_south_y, mul_add(c(HINGE_SOUTH_COS), bias_moment_south_x,
+            mul_add(c(MINIMAL_SECOND_MOMENT_SOUTH_EAST_XY), velocity_product_gradient_south_east_zx,
+            mul_add(c(SUBTREE_MOMENT_SOUTH_EAST_X_FACTOR), minus_omega_south_east_yz,
+            apparent_gravity_south_east_z * c(-MINIMAL_FIRST_MOMENT_SOUTH_EAST_Y)))));
         let subtree_moment_south_east_y = subtree_moment_in_parent_south_y
             - minus_bias_moment_south_east_y;
         let subtree_moment_south_east_z = bias_moment_south_east_z
             + subtree_moment_in_parent_south_z;
         let subtree_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
             subtree_moment_south_east_z, cos_south_east_east * subtree_moment_south_east_y);
-        let subtree_moment_in_parent_south_east_x = mul_add(c(0.7071067811865475),
+        let subtree_moment_in_parent_south_east_x = mul_add(c(HINGE_SOUTH_EAST_COS),
             subtree_moment_on_hinge_south_east_y,
-            c(0.7071067811865475) * subtree_moment_south_east_x);
-        let generalized_force_south_east_east = mul_add(c(-3.5e-6), u[3], mul_add(c(-0.0114), q[3],
-            subtree_moment_south_east_x));
+            c(HINGE_SOUTH_EAST_COS) * subtree_moment_south_east_x);
+        let generalized_force_south_east_east = mul_add(c(-DAMPING_GROUND_EAST), u[3],
+            mul_add(c(-STIFFNESS_GROUND_EAST), q[3], subtree_moment_south_east_x));
         // west: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let subtree_moment_west_x = mul_add(c(-6.332769027236974e-3), cos_ground_west,
-            subtree_moment_in_parent_south_west_x);
-        let generalized_force_ground_west = mul_add(c(-3.5e-6), u[5], mul_add(c(-0.0114), q[5],
-            subtree_moment_west_x));
+        let subtree_moment_west_x = mul_add(c(-MINIMAL_FIRST_MOMENT_WEST_Y_TIMES_GRAVITY_Z),
+            cos_ground_west, subtree_moment_in_parent_south_west_x);
+        let generalized_force_ground_west = mul_add(c(-DAMPING_GROUND_EAST), u[5],
+            mul_add(c(-STIFFNESS_GROUND_EAST), q[5], subtree_moment_west_x));
         // east: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
-        let subtree_moment_east_x = mul_add(c(4.625527205006544e-3), cos_ground_east,
-            subtree_moment_in_parent_south_east_x);
-        let generalized_force_ground_east = mul_add(c(-3.5e-6), u[4], mul_add(c(-0.0114), q[4],
-            subtree_moment_east_x));
+        let subtree_moment_east_x = mul_add(c(MINIMAL_FIRST_MOMENT_EAST_Y_TIMES_GRAVITY_Z),
+            cos_ground_east, subtree_moment_in_parent_south_east_x);
+        let generalized_force_ground_east = mul_add(c(-DAMPING_GROUND_EAST), u[4],
+            mul_add(c(-STIFFNESS_GROUND_EAST), q[4], subtree_moment_east_x));
         // south_ghost0: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let inertia_south_west_south_moment_in_parent_south_ghost0_x =
-            mul_add(c(4.6991385294973235e-6), cos_south_west_south, c(3.9520886819049045e-6));
+            mul_add(c(INERTIA_SOUTH_WEST_SOUTH_MOMENT_IN_PARENT_SOUTH_GHOST0_X_FACTOR),
+            cos_south_west_south, c(INERTIA_SOUTH_WEST_SOUTH_MOMENT_IN_PARENT_SOUTH_GHOST0_X_TERM));
         let inertia_south_west_south_moment_in_parent_south_ghost0_y =
-            mul_add(c(-4.6991436948220556e-6), cos_south_west_south, c(3.952084337747174e-6));
+            mul_add(c(-INERTIA_SOUTH_WEST_SOUTH_MOMENT_IN_PARENT_SOUTH_GHOST0_Y_FACTOR),
+            cos_south_west_south, c(INERTIA_SOUTH_WEST_SOUTH_MOMENT_IN_PARENT_SOUTH_GHOST0_Y_TERM));
         let minus_inertia_south_west_south_moment_in_parent_south_ghost0_z =
-            sin_south_west_south * c(6.645589092322226e-6);
+            sin_south_west_south * c(SECOND_MOMENT_SOUTH_GHOST0_XY);
         // south_ghost0: composite inertia: m, h, S of all beyond the hinge
         let composite_second_moment_joint_deviator_south_ghost0 =
-            sin_south_west_south * c(5.541641176481752e-6);
+            sin_south_west_south * c(COMPOSITE_SECOND_MOMENT_JOINT_DEVIATOR_SOUTH_GHOST0_FACTOR);
         let composite_second_moment_joint_deviator_sin_south_ghost0 =
             sin_south_west_south * composite_second_moment_joint_deviator_south_ghost0;
         let composite_second_moment_joint_deviator_cos_south_ghost0 =
             cos_south_west_south * composite_second_moment_joint_deviator_south_ghost0;
-        let composite_second_moment_on_hinge_south_ghost0_yy = c(5.565367759175165e-6)
+        let composite_second_moment_on_hinge_south_ghost0_yy = c(SECOND_MOMENT_SOUTH_GHOST0_YY)
             - composite_second_moment_joint_deviator_sin_south_ghost0;
-        let composite_second_moment_hinge_deviator_south_ghost0 = mul_add(c(-0.7071063925583854),
-            composite_second_moment_on_hinge_south_ghost0_yy,
-            cos_south_west_south * c(9.398287389644111e-6));
+        let composite_second_moment_hinge_deviator_south_ghost0 =
+            mul_add(c(-HINGE_SOUTH_GHOST0_SIN), composite_second_moment_on_hinge_south_ghost0_yy,
+            cos_south_west_south * c(COMPOSITE_SECOND_MOMENT_HINGE_DEVIATOR_SOUTH_GHOST0_FACTOR));
         let composite_second_moment_hinge_deviator_sin_south_ghost0 =
-            c(0.7071063925583854) * composite_second_moment_hinge_deviator_south_ghost0;
+            c(HINGE_SOUTH_GHOST0_SIN) * composite_second_moment_hinge_deviator_south_ghost0;
         // south: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let inertia_south_south_east_moment_in_parent_south_x = mul_add(c(5.75522001734236e-6),
-            cos_south_south_east, c(2.794516943919638e-6));
-        let inertia_south_south_east_moment_in_parent_south_y = mul_add(c(3.322776634923123e-6),
-            cos_south_south_east, c(-4.840247064883072e-6));
+        let inertia_south_south_east_moment_in_parent_south_x =
+            mul_add(c(SECOND_MOMENT_SOUTH_XY_TIMES_HINGE_SOUTH_SIN), cos_south_south_east,
+            c(INERTIA_SOUTH_SOUTH_EAST_MOMENT_IN_PARENT_SOUTH_X_TERM));
+        let inertia_south_south_east_moment_in_parent_south_y =
+            mul_add(c(SECOND_MOMENT_SOUTH_XY_TIMES_HINGE_SOUTH_COS), cos_south_south_east,
+            c(-INERTIA_SOUTH_SOUTH_EAST_MOMENT_IN_PARENT_SOUTH_Y_TERM));
         let inertia_south_south_east_moment_in_parent_south_z =
-            sin_south_south_east * c(6.645555056848842e-6);
+            sin_south_south_east * c(SECOND_MOMENT_SOUTH_XY);
         // south: composite inertia: m, h, S of all beyond the hinge
         let composite_second_moment_joint_deviator_south =
-            sin_south_south_east * c(5.541582225354866e-6);
+            sin_south_south_east * c(SECOND_MOMENT_SOUTH_YY_MINUS_SECOND_MOMENT_SOUTH_ZZ);
         let composite_second_moment_joint_deviator_sin_south =
             sin_south_south_east * composite_second_moment_joint_deviator_south;
         let composite_second_moment_joint_deviator_cos_south =
             cos_south_south_east * composite_second_moment_joint_deviator_south;
-        let composite_second_moment_on_hinge_south_yy = c(5.565308808048279e-6)
+        let composite_second_moment_on_hinge_south_yy = c(SECOND_MOMENT_SOUTH_YY)
             - composite_second_moment_joint_deviator_sin_south;
-        let composite_second_moment_hinge_deviator_south = mul_add(c(0.8660254814097263),
+        let composite_second_moment_hinge_deviator_south = mul_add(c(HINGE_SOUTH_SIN),
             composite_second_moment_on_hinge_south_yy,
-            cos_south_south_east * c(-6.645553269846246e-6));
+            cos_south_south_east * c(-COMPOSITE_SECOND_MOMENT_HINGE_DEVIATOR_SOUTH_FACTOR));
         let minus_composite_second_moment_hinge_deviator_sin_south =
-            c(0.8660254814097263) * composite_second_moment_hinge_deviator_south;
+            c(HINGE_SOUTH_SIN) * composite_second_moment_hinge_deviator_south;
         // south_east: partial velocities: dw/du, dv/du
         let minus_parent_omega_south_east_z_by_ground_east =
-            sin_south_east_east * c(0.7071067811865475);
+            sin_south_east_east * c(HINGE_SOUTH_EAST_COS);
         // south: partial velocities: dw/du, dv/du
-        let parent_omega_on_hinge_south_y_by_ground_east = mul_add(c(0.3535532955220838),
-            cos_south_east_east, c(0.6123724905851617));
+        let parent_omega_on_hinge_south_y_by_ground_east =
+            mul_add(c(PARENT_OMEGA_ON_HINGE_SOUTH_Y_BY_GROUND_EAST_FACTOR), cos_south_east_east,
+            c(PARENT_OMEGA_ON_HINGE_SOUTH_Y_BY_GROUND_EAST_TERM));
         let parent_omega_south_z_by_ground_east = mul_add(-sin_south_south_east,
             parent_omega_on_hinge_south_y_by_ground_east,
             -cos_south_south_east * minus_parent_omega_south_east_z_by_ground_east);
         let parent_omega_south_y_by_ground_east = mul_add(-sin_south_south_east,
             minus_parent_omega_south_east_z_by_ground_east,
             cos_south_south_east * parent_omega_on_hinge_south_y_by_ground_east);
-        let parent_omega_south_x_by_ground_east = mul_add(c(-0.6123724905851617),
-            cos_south_east_east, c(0.3535532955220838));
+        let parent_omega_south_x_by_ground_east =
+            mul_add(c(-PARENT_OMEGA_ON_HINGE_SOUTH_Y_BY_GROUND_EAST_TERM), cos_south_east_east,
+            c(PARENT_OMEGA_ON_HINGE_SOUTH_Y_BY_GROUND_EAST_FACTOR));
         // south_west: partial velocities: dw/du, dv/du
-        let parent_omega_south_west_z_by_ground_west = sin_west_south_west * c(0.8660257562110547);
+        let parent_omega_south_west_z_by_ground_west =
+            sin_west_south_west * c(HINGE_SOUTH_WEST_SIN);
         // south_ghost0: partial velocities: dw/du, dv/du
-        let parent_omega_on_hinge_south_ghost0_y_by_ground_west = mul_add(c(-0.6123730214608577),
-            cos_west_south_west, c(-0.35355276464638774));
+        let parent_omega_on_hinge_south_ghost0_y_by_ground_west =
+            mul_add(c(-PARENT_OMEGA_ON_HINGE_SOUTH_GHOST0_Y_BY_GROUND_WEST_FACTOR),
+            cos_west_south_west, c(-PARENT_OMEGA_ON_HINGE_SOUTH_GHOST0_Y_BY_GROUND_WEST_TERM));
         let parent_omega_south_ghost0_z_by_ground_west = mul_add(-sin_south_west_south,
             parent_omega_on_hinge_south_ghost0_y_by_ground_west,
             cos_south_west_south * parent_omega_south_west_z_by_ground_west);
         let parent_omega_south_ghost0_y_by_ground_west = mul_add(cos_south_west_south,
             parent_omega_on_hinge_south_ghost0_y_by_ground_west,
             sin_south_west_south * parent_omega_south_west_z_by_ground_west);
-        let parent_omega_south_ghost0_x_by_ground_west = mul_add(c(-0.6123723483370466),
-            cos_west_south_west, c(0.3535531532739687));
+        let parent_omega_south_ghost0_x_by_ground_west =
+            mul_add(c(-PARENT_OMEGA_SOUTH_GHOST0_X_BY_GROUND_WEST_FACTOR), cos_west_south_west,
+            c(PARENT_OMEGA_SOUTH_GHOST0_X_BY_GROUND_WEST_TERM));
         // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
-        let jacobian_loop0_0_west_south_west = sin_south_west_south * c(0.05705233910713033);
-        let jacobian_loop0_0_south_east_east = sin_south_south_east * c(0.06987460438879269);
+        let jacobian_loop0_0_west_south_west =
+            sin_south_west_south * c(HINGE_SOUTH_GHOST0_SIN_TIMES_ROW0_MOMENT_SOUTH_GHOST0_Z);
+        let jacobian_loop0_0_south_east_east =
+            sin_south_south_east * c(HINGE_SOUTH_SIN_TIMES_ROW0_MOMENT_SOUTH_Z);
         let jacobian_loop0_0_ground_east =
-            parent_omega_south_z_by_ground_east * c(-0.0806842360747284);
+            parent_omega_south_z_by_ground_east * c(-CLOSURE_POINT_SOUTH_GHOST0_X);
         let jacobian_loop0_0_ground_west =
-            c(0.0806842360747284) * parent_omega_south_ghost0_z_by_ground_west;
-        let jacobian_loop0_1_west_south_west = cos_south_west_south * c(0.05705233910713033);
-        let jacobian_loop0_1_south_east_east = mul_add(c(0.03493732098380996), cos_south_south_east,
-            c(0.034937283404982714));
-        let jacobian_loop0_1_ground_east = mul_add(c(0.06987458559937651),
+            c(CLOSURE_POINT_SOUTH_GHOST0_X) * parent_omega_south_ghost0_z_by_ground_west;
+        let jacobian_loop0_1_west_south_west =
+            cos_south_west_south * c(HINGE_SOUTH_GHOST0_SIN_TIMES_ROW0_MOMENT_SOUTH_GHOST0_Z);
+        let jacobian_loop0_1_south_east_east = mul_add(c(JACOBIAN_LOOP0_1_SOUTH_EAST_EAST_FACTOR),
+            cos_south_south_east, c(JACOBIAN_LOOP0_1_SOUTH_EAST_EAST_TERM));
+        let jacobian_loop0_1_ground_east = mul_add(c(CLOSURE_POINT_SOUTH_Y),
             parent_omega_south_x_by_ground_east,
-            c(0.04034213973350828) * parent_omega_south_y_by_ground_east);
+            c(CLOSURE_POINT_SOUTH_X) * parent_omega_south_y_by_ground_east);
         let jacobian_loop0_1_ground_west =
-            c(-0.0806842360747284) * parent_omega_south_ghost0_y_by_ground_west;
-        let jacobian_loop0_2_south_east_east = mul_add(c(0.060513171632005175),
-            cos_south_south_east, c(-0.02017106444271448));
-        let jacobian_loop0_2_ground_east = mul_add(c(-0.04034213973350828),
+            c(-CLOSURE_POINT_SOUTH_GHOST0_X) * parent_omega_south_ghost0_y_by_ground_west;
+        let jacobian_loop0_2_south_east_east = mul_add(c(JACOBIAN_LOOP0_2_SOUTH_EAST_EAST_FACTOR),
+            cos_south_south_east, c(-JACOBIAN_LOOP0_2_SOUTH_EAST_EAST_TERM));
+        let jacobian_loop0_2_ground_east = mul_add(c(-CLOSURE_POINT_SOUTH_X),
             parent_omega_south_x_by_ground_east,
-            c(0.06987458559937651) * parent_omega_south_y_by_ground_east);
+            c(CLOSURE_POINT_SOUTH_Y) * parent_omega_south_y_by_ground_east);
         let jacobian_loop0_2_ground_west =
-            c(0.0806842360747284) * parent_omega_south_ghost0_x_by_ground_west;
+            c(CLOSURE_POINT_SOUTH_GHOST0_X) * parent_omega_south_ghost0_x_by_ground_west;
         // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
-        let gamma_loop0_0 = mul_add(c(0.0806842360747284),
-            velocity_product_gradient_south_ghost0_yx, -mul_add(c(0.5000002689018963),
-            mul_add(c(0.06987458559937651), minus_velocity_product_gradient_south_yy,
-            velocity_product_gradient_south_yx * c(0.04034213973350828)),
-            mul_add(c(-0.06987458559937651), velocity_product_gradient_south_xy,
-            minus_velocity_product_gradient_south_xx * c(-0.04034213973350828)) *
-            c(0.866025248533801)));
-        let gamma_loop0_1 = mul_add(c(0.0806842360747284),
-            velocity_product_gradient_south_ghost0_zx, -mul_add(c(-0.06987458559937651),
+        let gamma_loop0_0 = mul_add(c(CLOSURE_POINT_SOUTH_GHOST0_X),
+            velocity_product_gradient_south_ghost0_yx, -mul_add(c(CLOSURE_DIRECTION_SOUTH_Y),
+            mul_add(c(CLOSURE_POINT_SOUTH_Y), minus_velocity_product_gradient_south_yy,
+            velocity_product_gradient_south_yx * c(CLOSURE_POINT_SOUTH_X)),
+            mul_add(c(-CLOSURE_POINT_SOUTH_Y), velocity_product_gradient_south_xy,
+            minus_velocity_product_gradient_south_xx * c(-CLOSURE_POINT_SOUTH_X)) *
+            c(CLOSURE_DIRECTION_SOUTH_X)));
+        let gamma_loop0_1 = mul_add(c(CLOSURE_POINT_SOUTH_GHOST0_X),
+            velocity_product_gradient_south_ghost0_zx, -mul_add(c(-CLOSURE_POINT_SOUTH_Y),
             velocity_product_gradient_south_zy,
-            velocity_product_gradient_south_zx * c(0.04034213973350828)));
-        let gamma_loop0_2 = mul_add(c(0.0806842360747284),
-            velocity_product_gradient_south_ghost0_zy, -mul_add(c(0.04034213973350828),
+            velocity_product_gradient_south_zx * c(CLOSURE_POINT_SOUTH_X)));
+        let gamma_loop0_2 = mul_add(c(CLOSURE_POINT_SOUTH_GHOST0_X),
+            velocity_product_gradient_south_ghost0_zy, -mul_add(c(CLOSURE_POINT_SOUTH_X),
             velocity_product_gradient_south_zy,
-            velocity_product_gradient_south_zx * c(0.06987458559937651)));
+            velocity_product_gradient_south_zx * c(CLOSURE_POINT_SOUTH_Y)));
         // south_west: composite inertia: m, h, S of all beyond the hinge
-        let composite_second_moment_south_west_xy = mul_add(c(0.7071071698144962),
-            composite_second_moment_hinge_deviator_south_ghost0, mul_add(c(-6.645589092322226e-6),
-            cos_south_west_south, c(1.2394283547934888e-5)));
-        let composite_second_moment_south_west_xz = mul_add(c(-0.7071063925583854),
-            composite_second_moment_joint_deviator_cos_south_ghost0,
-            sin_south_west_south * c(4.6991436948220556e-6));
+        let composite_second_moment_south_west_xy = mul_add(c(HINGE_SOUTH_GHOST0_COS),
+            composite_second_moment_hinge_deviator_south_ghost0,
+            mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_XY), cos_south_west_south,
+            c(MINIMAL_SECOND_MOMENT_SOUTH_WEST_XY)));
+        let composite_second_moment_south_west_xz = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
+            composite_second_moment_joint_deviator_cos_south_ghost0, sin_south_west_south *
+            c(INERTIA_SOUTH_WEST_SOUTH_MOMENT_IN_PARENT_SOUTH_GHOST0_Y_FACTOR));
         let composite_second_moment_south_west_yy =
-            composite_second_moment_hinge_deviator_sin_south_ghost0 + (c(1.009359489758939e-5)
+            composite_second_moment_hinge_deviator_sin_south_ghost0
+            + (c(MINIMAL_SECOND_MOMENT_SOUTH_WEST_YY)
             + composite_second_moment_on_hinge_south_ghost0_yy);
-        let composite_second_moment_south_west_yz = mul_add(c(4.6991385294973235e-6),
+        let composite_second_moment_south_west_yz =
+            mul_add(c(INERTIA_SOUTH_WEST_SOUTH_MOMENT_IN_PARENT_SOUTH_GHOST0_X_FACTOR),
             sin_south_west_south,
-            c(0.7071071698144962) * composite_second_moment_joint_deviator_cos_south_ghost0);
+            c(HINGE_SOUTH_GHOST0_COS) * composite_second_moment_joint_deviator_cos_south_ghost0);
         let composite_second_moment_south_west_zz =
-            composite_second_moment_joint_deviator_sin_south_ghost0 + c(5.051563390980703e-8);
+            composite_second_moment_joint_deviator_sin_south_ghost0
+            + c(COMPOSITE_SECOND_MOMENT_SOUTH_WEST_ZZ_TERM);
         let composite_second_moment_joint_deviator_south_west =
             mul_add(composite_second_moment_south_west_yz, cos_west_south_west * c(2.0),
             sin_west_south_west * (composite_second_moment_south_west_yy
@@ -958,44 +1212,45 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             - south_west_product;
         let composite_second_moment_on_hinge_south_west_yy = composite_second_moment_south_west_yy
             - composite_second_moment_joint_deviator_sin_south_west;
-        let composite_second_moment_hinge_deviator_south_west = mul_add(c(0.8660257562110547),
+        let composite_second_moment_hinge_deviator_south_west = mul_add(c(HINGE_SOUTH_WEST_SIN),
             -composite_second_moment_hinge_deviator_sin_south_ghost0
             - composite_second_moment_on_hinge_south_west_yy,
-            composite_second_moment_on_hinge_south_west_xy * c(0.9999987791573955));
+            composite_second_moment_on_hinge_south_west_xy * c(TWICE_HINGE_SOUTH_WEST_COS));
         // south_west: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let inertia_south_west_south_moment_on_hinge_south_west_y = mul_add(cos_west_south_west,
             inertia_south_west_south_moment_in_parent_south_ghost0_y,
             sin_west_south_west * minus_inertia_south_west_south_moment_in_parent_south_ghost0_z);
-        let inertia_south_west_south_moment_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
-            inertia_south_west_south_moment_on_hinge_south_west_y,
-            c(0.4999993895786978) * inertia_south_west_south_moment_in_parent_south_ghost0_x);
+        let inertia_south_west_south_moment_in_parent_south_west_x =
+            mul_add(c(-HINGE_SOUTH_WEST_SIN), inertia_south_west_south_moment_on_hinge_south_west_y,
+            c(HINGE_SOUTH_WEST_COS) * inertia_south_west_south_moment_in_parent_south_ghost0_x);
         let mass_west_south_west_west_south_west = composite_second_moment_south_west_yy
             + composite_second_moment_south_west_zz;
         let inertia_west_south_west_moment_on_hinge_south_west_y = south_west_product
             - south_west_product_2;
-        let inertia_west_south_west_moment_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
-            inertia_west_south_west_moment_on_hinge_south_west_y,
-            c(0.4999993895786978) * mass_west_south_west_west_south_west);
+        let inertia_west_south_west_moment_in_parent_south_west_x =
+            mul_add(c(-HINGE_SOUTH_WEST_SIN), inertia_west_south_west_moment_on_hinge_south_west_y,
+            c(HINGE_SOUTH_WEST_COS) * mass_west_south_west_west_south_west);
         // west: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let mass_ground_west_ground_west = composite_second_moment_south_west_zz
             + (composite_second_moment_joint_deviator_sin_south_west
-            + (mul_add(c(0.8660257562110547), composite_second_moment_hinge_deviator_south_west,
-            composite_second_moment_on_hinge_south_west_yy) + c(1.976125305527044e-5)));
+            + (mul_add(c(HINGE_SOUTH_WEST_SIN), composite_second_moment_hinge_deviator_south_west,
+            composite_second_moment_on_hinge_south_west_yy)
+            + c(MASS_GROUND_WEST_GROUND_WEST_TERM)));
         // south_east: composite inertia: m, h, S of all beyond the hinge
-        let composite_second_moment_south_east_xy = mul_add(c(6.645555056848842e-6),
-            cos_south_south_east, mul_add(c(0.49999986554903386),
-            composite_second_moment_hinge_deviator_south, c(-1.2939941252175183e-5)));
-        let composite_second_moment_south_east_xz = mul_add(c(0.8660254814097263),
+        let composite_second_moment_south_east_xy = mul_add(c(SECOND_MOMENT_SOUTH_XY),
+            cos_south_south_east, mul_add(c(HINGE_SOUTH_COS),
+            composite_second_moment_hinge_deviator_south, c(-MINIMAL_SECOND_MOMENT_SOUTH_EAST_XY)));
+        let composite_second_moment_south_east_xz = mul_add(c(HINGE_SOUTH_SIN),
             composite_second_moment_joint_deviator_cos_south,
-            sin_south_south_east * c(-3.322776634923123e-6));
-        let composite_second_moment_south_east_yy = c(1.642426710807345e-5)
+            sin_south_south_east * c(-SECOND_MOMENT_SOUTH_XY_TIMES_HINGE_SOUTH_COS));
+        let composite_second_moment_south_east_yy = c(MINIMAL_SECOND_MOMENT_SOUTH_EAST_YY)
             + composite_second_moment_on_hinge_south_yy
             - minus_composite_second_moment_hinge_deviator_sin_south;
-        let composite_second_moment_south_east_yz = mul_add(c(5.75522001734236e-6),
-            sin_south_south_east,
-            c(0.49999986554903386) * composite_second_moment_joint_deviator_cos_south);
+        let composite_second_moment_south_east_yz =
+            mul_add(c(SECOND_MOMENT_SOUTH_XY_TIMES_HINGE_SOUTH_SIN), sin_south_south_east,
+            c(HINGE_SOUTH_COS) * composite_second_moment_joint_deviator_cos_south);
         let composite_second_moment_south_east_zz = composite_second_moment_joint_deviator_sin_south
-            + c(5.711232105341301e-8);
+            + c(COMPOSITE_SECOND_MOMENT_SOUTH_EAST_ZZ_TERM);
         let composite_second_moment_joint_deviator_south_east =
             mul_add(composite_second_moment_south_east_yz, cos_south_east_east * c(2.0),
             sin_south_east_east * (composite_second_moment_south_east_yy
@@ -1008,37 +1263,37 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             - south_east_product;
         let composite_second_moment_on_hinge_south_east_yy = composite_second_moment_south_east_yy
             - composite_second_moment_joint_deviator_sin_south_east;
-        let composite_second_moment_hinge_deviator_south_east = mul_add(c(-0.7071067811865475),
+        let composite_second_moment_hinge_deviator_south_east = mul_add(c(-HINGE_SOUTH_EAST_COS),
             minus_composite_second_moment_hinge_deviator_sin_south
             - composite_second_moment_on_hinge_south_east_yy,
-            composite_second_moment_on_hinge_south_east_xy * c(1.414213562373095));
+            composite_second_moment_on_hinge_south_east_xy * c(TWICE_HINGE_SOUTH_EAST_COS));
         // south_east: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let inertia_south_south_east_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
             inertia_south_south_east_moment_in_parent_south_z,
             cos_south_east_east * inertia_south_south_east_moment_in_parent_south_y);
-        let inertia_south_south_east_moment_in_parent_south_east_x = mul_add(c(0.7071067811865475),
-            inertia_south_south_east_moment_on_hinge_south_east_y,
-            c(0.7071067811865475) * inertia_south_south_east_moment_in_parent_south_x);
+        let inertia_south_south_east_moment_in_parent_south_east_x =
+            mul_add(c(HINGE_SOUTH_EAST_COS), inertia_south_south_east_moment_on_hinge_south_east_y,
+            c(HINGE_SOUTH_EAST_COS) * inertia_south_south_east_moment_in_parent_south_x);
         let mass_south_east_east_south_east_east = composite_second_moment_south_east_yy
             + composite_second_moment_south_east_zz;
         let inertia_south_east_east_moment_on_hinge_south_east_y = south_east_product
             - south_east_product_2;
-        let inertia_south_east_east_moment_in_parent_south_east_x = mul_add(c(0.7071067811865475),
+        let inertia_south_east_east_moment_in_parent_south_east_x = mul_add(c(HINGE_SOUTH_EAST_COS),
             mass_south_east_east_south_east_east,
-            c(0.7071067811865475) * inertia_south_east_east_moment_on_hinge_south_east_y);
+            c(HINGE_SOUTH_EAST_COS) * inertia_south_east_east_moment_on_hinge_south_east_y);
         // east: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let mass_ground_east_ground_east = composite_second_moment_south_east_zz
             + (composite_second_moment_joint_deviator_sin_south_east
-            + mul_add(c(-0.7071067811865475), composite_second_moment_hinge_deviator_south_east,
-            composite_second_moment_on_hinge_south_east_yy + c(1.0564732298535837e-5)));
-        mass[0] = c(5.589094341868578e-6);
+            + mul_add(c(-HINGE_SOUTH_EAST_COS), composite_second_moment_hinge_deviator_south_east,
+            composite_second_moment_on_hinge_south_east_yy + c(MASS_GROUND_EAST_GROUND_EAST_TERM)));
+        mass[0] = c(MASS_SOUTH_WEST_SOUTH_SOUTH_WEST_SOUTH);
         mass[1] = c(0.0);
         mass[2] = inertia_south_west_south_moment_in_parent_south_ghost0_x;
         mass[3] = c(0.0);
         mass[4] = c(0.0);
         mass[5] = inertia_south_west_south_moment_in_parent_south_west_x;
         mass[6] = c(0.0);
-        mass[7] = c(5.589035390741692e-6);
+        mass[7] = c(MASS_SOUTH_SOUTH_EAST_SOUTH_SOUTH_EAST);
         mass[8] = c(0.0);
         mass[9] = inertia_south_south_east_moment_in_parent_south_x;
         mass[10] = inertia_south_south_east_moment_in_parent_south_east_x;
@@ -1080,14 +1335,14 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         jacobian[4] = jacobian_loop0_0_ground_east;
         jacobian[5] = jacobian_loop0_0_ground_west;
         jacobian[6] = c(0.0);
-        jacobian[7] = c(0.06987458559937651);
+        jacobian[7] = c(CLOSURE_POINT_SOUTH_Y);
         jacobian[8] = jacobian_loop0_1_west_south_west;
         jacobian[9] = jacobian_loop0_1_south_east_east;
         jacobian[10] = jacobian_loop0_1_ground_east;
         jacobian[11] = jacobian_loop0_1_ground_west;
-        jacobian[12] = c(0.0806842360747284);
-        jacobian[13] = c(-0.04034213973350828);
-        jacobian[14] = c(0.05705240181944587);
+        jacobian[12] = c(CLOSURE_POINT_SOUTH_GHOST0_X);
+        jacobian[13] = c(-CLOSURE_POINT_SOUTH_X);
+        jacobian[14] = c(JACOBIAN_LOOP0_2_WEST_SOUTH_WEST);
         jacobian[15] = jacobian_loop0_2_south_east_east;
         jacobian[16] = jacobian_loop0_2_ground_east;
         jacobian[17] = jacobian_loop0_2_ground_west;
@@ -1108,9 +1363,9 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             (sin_south_west_south, cos_south_west_south),
         ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
         // east: placement: A = A_parent R, p = p_parent + A_parent r
-        let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
+        let axis_z_east_x = sin_ground_east * c(HINGE_EAST_COS);
         // west: placement: A = A_parent R, p = p_parent + A_parent r
-        let axis_z_west_x = sin_ground_west * c(0.7071067811865475);
+        let axis_z_west_x = sin_ground_west * c(HINGE_WEST_COS);
         // south_east: placement: A = A_parent R, p = p_parent + A_parent r
         let cos_ground_east_product = cos_ground_east * c(-0.5);
         let axis_y_on_hinge_south_east_x = cos_ground_east_product + c(0.5);
@@ -1133,14 +1388,16 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east,
             -sin_south_east_east_times_axis_z_east_x);
         // south_west: placement: A = A_parent R, p = p_parent + A_parent r
-        let cos_ground_west_product = cos_ground_west * c(-0.35355295896023153);
-        let axis_y_on_hinge_south_west_x = c(0.6123726848990445) + cos_ground_west_product;
-        let axis_y_on_hinge_south_west_y = cos_ground_west_product - c(0.6123726848990445);
-        let axis_y_on_hinge_south_west_z = sin_ground_west * c(0.4999993895786978);
-        let cos_ground_west_product_2 = cos_ground_west * c(-0.6123726848990445);
-        let axis_x_south_west_x = cos_ground_west_product_2 - c(0.35355295896023153);
-        let axis_x_south_west_y = c(0.35355295896023153) + cos_ground_west_product_2;
-        let axis_x_south_west_z = sin_ground_west * c(0.8660257562110547);
+        let cos_ground_west_product = cos_ground_west * c(-COS_GROUND_WEST_PRODUCT_FACTOR);
+        let axis_y_on_hinge_south_west_x = c(AXIS_Y_ON_HINGE_SOUTH_WEST_X_TERM)
+            + cos_ground_west_product;
+        let axis_y_on_hinge_south_west_y = cos_ground_west_product
+            - c(AXIS_Y_ON_HINGE_SOUTH_WEST_X_TERM);
+        let axis_y_on_hinge_south_west_z = sin_ground_west * c(HINGE_SOUTH_WEST_COS);
+        let cos_ground_west_product_2 = cos_ground_west * c(-AXIS_Y_ON_HINGE_SOUTH_WEST_X_TERM);
+        let axis_x_south_west_x = cos_ground_west_product_2 - c(COS_GROUND_WEST_PRODUCT_FACTOR);
+        let axis_x_south_west_y = c(COS_GROUND_WEST_PRODUCT_FACTOR) + cos_ground_west_product_2;
+        let axis_x_south_west_z = sin_ground_west * c(HINGE_SOUTH_WEST_SIN);
         let sin_west_south_west_times_axis_z_west_x = sin_west_south_west * axis_z_west_x;
         let axis_y_south_west_x = mul_add(cos_west_south_west, axis_y_on_hinge_south_west_x,
             sin_west_south_west_times_axis_z_west_x);
@@ -1156,18 +1413,18 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let axis_z_south_west_z = mul_add(-sin_west_south_west, axis_y_on_hinge_south_west_z,
             cos_ground_west * cos_west_south_west);
         // south: placement: A = A_parent R, p = p_parent + A_parent r
-        let axis_y_on_hinge_south_x = mul_add(c(0.8660254814097263), axis_x_south_east_x,
-            axis_y_south_east_x * c(0.49999986554903386));
-        let axis_y_on_hinge_south_y = mul_add(c(0.8660254814097263), axis_x_south_east_y,
-            axis_y_south_east_y * c(0.49999986554903386));
-        let axis_y_on_hinge_south_z = mul_add(c(-0.6123724905851617), sin_ground_east,
-            axis_y_south_east_z * c(0.49999986554903386));
-        let axis_x_south_x = mul_add(c(-0.8660254814097263), axis_y_south_east_x,
-            axis_x_south_east_x * c(0.49999986554903386));
-        let axis_x_south_y = mul_add(c(-0.8660254814097263), axis_y_south_east_y,
-            axis_x_south_east_y * c(0.49999986554903386));
-        let axis_x_south_z = mul_add(c(-0.8660254814097263), axis_y_south_east_z,
-            sin_ground_east * c(-0.3535532955220838));
+        let axis_y_on_hinge_south_x = mul_add(c(HINGE_SOUTH_SIN), axis_x_south_east_x,
+            axis_y_south_east_x * c(HINGE_SOUTH_COS));
+        let axis_y_on_hinge_south_y = mul_add(c(HINGE_SOUTH_SIN), axis_x_south_east_y,
+            axis_y_south_east_y * c(HINGE_SOUTH_COS));
+        let axis_y_on_hinge_south_z = mul_add(c(-PARENT_OMEGA_ON_HINGE_SOUTH_Y_BY_GROUND_EAST_TERM),
+            sin_ground_east, axis_y_south_east_z * c(HINGE_SOUTH_COS));
+        let axis_x_south_x = mul_add(c(-HINGE_SOUTH_SIN), axis_y_south_east_x,
+            axis_x_south_east_x * c(HINGE_SOUTH_COS));
+        let axis_x_south_y = mul_add(c(-HINGE_SOUTH_SIN), axis_y_south_east_y,
+            axis_x_south_east_y * c(HINGE_SOUTH_COS));
+        let axis_x_south_z = mul_add(c(-HINGE_SOUTH_SIN), axis_y_south_east_z,
+            sin_ground_east * c(-PARENT_OMEGA_ON_HINGE_SOUTH_Y_BY_GROUND_EAST_FACTOR));
         let axis_y_south_x = mul_add(cos_south_south_east, axis_y_on_hinge_south_x,
             sin_south_south_east * axis_z_south_east_x);
         let axis_y_south_y = mul_add(cos_south_south_east, axis_y_on_hinge_south_y,
@@ -1175,18 +1432,19 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let axis_y_south_z = mul_add(cos_south_south_east, axis_y_on_hinge_south_z,
             sin_south_south_east * axis_z_south_east_z);
         // south_ghost0: placement: A = A_parent R, p = p_parent + A_parent r
-        let axis_y_on_hinge_south_ghost0_x = mul_add(c(-0.7071063925583854), axis_x_south_west_x,
-            axis_y_south_west_x * c(0.7071071698144962));
-        let axis_y_on_hinge_south_ghost0_y = mul_add(c(-0.7071063925583854), axis_x_south_west_y,
-            axis_y_south_west_y * c(0.7071071698144962));
-        let axis_y_on_hinge_south_ghost0_z = mul_add(c(-0.6123723483370466), sin_ground_west,
-            axis_y_south_west_z * c(0.7071071698144962));
-        let axis_x_south_ghost0_x = mul_add(c(0.7071063925583854), axis_y_south_west_x,
-            axis_x_south_west_x * c(0.7071071698144962));
-        let axis_x_south_ghost0_y = mul_add(c(0.7071063925583854), axis_y_south_west_y,
-            axis_x_south_west_y * c(0.7071071698144962));
-        let axis_x_south_ghost0_z = mul_add(c(0.7071063925583854), axis_y_south_west_z,
-            sin_ground_west * c(0.6123730214608577));
+        let axis_y_on_hinge_south_ghost0_x = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
+            axis_x_south_west_x, axis_y_south_west_x * c(HINGE_SOUTH_GHOST0_COS));
+        let axis_y_on_hinge_south_ghost0_y = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
+            axis_x_south_west_y, axis_y_south_west_y * c(HINGE_SOUTH_GHOST0_COS));
+        let axis_y_on_hinge_south_ghost0_z =
+            mul_add(c(-PARENT_OMEGA_SOUTH_GHOST0_X_BY_GROUND_WEST_FACTOR), sin_ground_west,
+            axis_y_south_west_z * c(HINGE_SOUTH_GHOST0_COS));
+        let axis_x_south_ghost0_x = mul_add(c(HINGE_SOUTH_GHOST0_SIN), axis_y_south_west_x,
+            axis_x_south_west_x * c(HINGE_SOUTH_GHOST0_COS));
+        let axis_x_south_ghost0_y = mul_add(c(HINGE_SOUTH_GHOST0_SIN), axis_y_south_west_y,
+            axis_x_south_west_y * c(HINGE_SOUTH_GHOST0_COS));
+        let axis_x_south_ghost0_z = mul_add(c(HINGE_SOUTH_GHOST0_SIN), axis_y_south_west_z,
+            sin_ground_west * c(PARENT_OMEGA_ON_HINGE_SOUTH_GHOST0_Y_BY_GROUND_WEST_FACTOR));
         let axis_y_south_ghost0_x = mul_add(cos_south_west_south, axis_y_on_hinge_south_ghost0_x,
             sin_south_west_south * axis_z_south_west_x);
         let axis_y_south_ghost0_y = mul_add(cos_south_west_south, axis_y_on_hinge_south_ghost0_y,
@@ -1194,50 +1452,50 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let axis_y_south_ghost0_z = mul_add(cos_south_west_south, axis_y_on_hinge_south_ghost0_z,
             sin_south_west_south * axis_z_south_west_z);
         // south_ghost0: closure points: P = p + A p_P, from the common ancestor of both sides
-        let point1_ghost_south_ghost0_x = mul_add(c(0.0806842360747284), axis_x_south_ghost0_x,
-            c(9.3319e-3));
-        let point1_ghost_south_ghost0_y = mul_add(c(0.0806842360747284), axis_x_south_ghost0_y,
-            c(-0.0293065));
-        let point1_ghost_south_ghost0_z = mul_add(c(0.0806842360747284), axis_x_south_ghost0_z,
-            c(3.075e-3));
-        let point2_ghost_south_ghost0_x = mul_add(c(0.0806842360747284), axis_y_south_ghost0_x,
-            c(9.3319e-3));
-        let point2_ghost_south_ghost0_y = mul_add(c(0.0806842360747284), axis_y_south_ghost0_y,
-            c(-0.0293065));
-        let point2_ghost_south_ghost0_z = mul_add(c(0.0806842360747284), axis_y_south_ghost0_z,
-            c(3.075e-3));
+        let point1_ghost_south_ghost0_x = mul_add(c(CLOSURE_POINT_SOUTH_GHOST0_X),
+            axis_x_south_ghost0_x, c(OFFSET_EAST_X));
+        let point1_ghost_south_ghost0_y = mul_add(c(CLOSURE_POINT_SOUTH_GHOST0_X),
+            axis_x_south_ghost0_y, c(-OFFSET_EAST_Y));
+        let point1_ghost_south_ghost0_z = mul_add(c(CLOSURE_POINT_SOUTH_GHOST0_X),
+            axis_x_south_ghost0_z, c(OFFSET_EAST_Z));
+        let point2_ghost_south_ghost0_x = mul_add(c(CLOSURE_POINT_SOUTH_GHOST0_X),
+            axis_y_south_ghost0_x, c(OFFSET_EAST_X));
+        let point2_ghost_south_ghost0_y = mul_add(c(CLOSURE_POINT_SOUTH_GHOST0_X),
+            axis_y_south_ghost0_y, c(-OFFSET_EAST_Y));
+        let point2_ghost_south_ghost0_z = mul_add(c(CLOSURE_POINT_SOUTH_GHOST0_X),
+            axis_y_south_ghost0_z, c(OFFSET_EAST_Z));
         // south: closure points: P = p + A p_P, from the common ancestor of both sides
-        let point1_original_south_x = mul_add(c(-0.06987458559937651), axis_y_south_x,
-            mul_add(c(0.04034213973350828), axis_x_south_x, c(9.3319e-3)));
-        let point1_original_south_y = mul_add(c(-0.06987458559937651), axis_y_south_y,
-            mul_add(c(0.04034213973350828), axis_x_south_y, c(-0.0293065)));
-        let point1_original_south_z = mul_add(c(-0.06987458559937651), axis_y_south_z,
-            mul_add(c(0.04034213973350828), axis_x_south_z, c(3.075e-3)));
-        let point2_original_south_x = mul_add(c(0.04034213973350828), axis_y_south_x,
-            mul_add(c(0.06987458559937651), axis_x_south_x, c(9.3319e-3)));
-        let point2_original_south_y = mul_add(c(0.04034213973350828), axis_y_south_y,
-            mul_add(c(0.06987458559937651), axis_x_south_y, c(-0.0293065)));
-        let point2_original_south_z = mul_add(c(0.04034213973350828), axis_y_south_z,
-            mul_add(c(0.06987458559937651), axis_x_south_z, c(3.075e-3)));
+        let point1_original_south_x = mul_add(c(-CLOSURE_POINT_SOUTH_Y), axis_y_south_x,
+            mul_add(c(CLOSURE_POINT_SOUTH_X), axis_x_south_x, c(OFFSET_EAST_X)));
+        let point1_original_south_y = mul_add(c(-CLOSURE_POINT_SOUTH_Y), axis_y_south_y,
+            mul_add(c(CLOSURE_POINT_SOUTH_X), axis_x_south_y, c(-OFFSET_EAST_Y)));
+        let point1_original_south_z = mul_add(c(-CLOSURE_POINT_SOUTH_Y), axis_y_south_z,
+            mul_add(c(CLOSURE_POINT_SOUTH_X), axis_x_south_z, c(DRAWN_ORIGIN_SOUTH_Z)));
+        let point2_original_south_x = mul_add(c(CLOSURE_POINT_SOUTH_X), axis_y_south_x,
+            mul_add(c(CLOSURE_POINT_SOUTH_Y), axis_x_south_x, c(OFFSET_EAST_X)));
+        let point2_original_south_y = mul_add(c(CLOSURE_POINT_SOUTH_X), axis_y_south_y,
+            mul_add(c(CLOSURE_POINT_SOUTH_Y), axis_x_south_y, c(-OFFSET_EAST_Y)));
+        let point2_original_south_z = mul_add(c(CLOSURE_POINT_SOUTH_X), axis_y_south_z,
+            mul_add(c(CLOSURE_POINT_SOUTH_Y), axis_x_south_z, c(DRAWN_ORIGIN_SOUTH_Z)));
         // south_ghost0: Jacobian of the closure residual: dP/dq = e_x x (P - p)
-        let arm_loop0_1_south_ghost0_x = point1_ghost_south_ghost0_x - c(9.3319e-3);
-        let arm_loop0_1_south_ghost0_y = c(0.0293065) + point1_ghost_south_ghost0_y;
-        let arm_loop0_1_south_ghost0_z = point1_ghost_south_ghost0_z - c(3.075e-3);
-        let arm_loop0_2_south_ghost0_x = point2_ghost_south_ghost0_x - c(9.3319e-3);
-        let arm_loop0_2_south_ghost0_y = c(0.0293065) + point2_ghost_south_ghost0_y;
-        let arm_loop0_2_south_ghost0_z = point2_ghost_south_ghost0_z - c(3.075e-3);
+        let arm_loop0_1_south_ghost0_x = point1_ghost_south_ghost0_x - c(OFFSET_EAST_X);
+        let arm_loop0_1_south_ghost0_y = c(OFFSET_EAST_Y) + point1_ghost_south_ghost0_y;
+        let arm_loop0_1_south_ghost0_z = point1_ghost_south_ghost0_z - c(OFFSET_EAST_Z);
+        let arm_loop0_2_south_ghost0_x = point2_ghost_south_ghost0_x - c(OFFSET_EAST_X);
+        let arm_loop0_2_south_ghost0_y = c(OFFSET_EAST_Y) + point2_ghost_south_ghost0_y;
+        let arm_loop0_2_south_ghost0_z = point2_ghost_south_ghost0_z - c(OFFSET_EAST_Z);
         // south: Jacobian of the closure residual: dP/dq = e_x x (P - p)
-        let arm_loop0_1_south_x = point1_original_south_x - c(9.3319e-3);
-        let arm_loop0_1_south_y = c(0.0293065) + point1_original_south_y;
-        let arm_loop0_1_south_z = point1_original_south_z - c(3.075e-3);
-        let arm_loop0_2_south_x = point2_original_south_x - c(9.3319e-3);
-        let arm_loop0_2_south_y = c(0.0293065) + point2_original_south_y;
-        let arm_loop0_2_south_z = point2_original_south_z - c(3.075e-3);
+        let arm_loop0_1_south_x = point1_original_south_x - c(OFFSET_EAST_X);
+        let arm_loop0_1_south_y = c(OFFSET_EAST_Y) + point1_original_south_y;
+        let arm_loop0_1_south_z = point1_original_south_z - c(DRAWN_ORIGIN_SOUTH_Z);
+        let arm_loop0_2_south_x = point2_original_south_x - c(OFFSET_EAST_X);
+        let arm_loop0_2_south_y = c(OFFSET_EAST_Y) + point2_original_south_y;
+        let arm_loop0_2_south_z = point2_original_south_z - c(DRAWN_ORIGIN_SOUTH_Z);
         // mechanism: results: what the function returns
-        let jacobian_4_4 = c(0.7071067811865475) * arm_loop0_1_south_z;
-        let jacobian_3_5 = c(0.7071067811865475) * arm_loop0_1_south_ghost0_z;
-        let jacobian_7_4 = c(0.7071067811865475) * arm_loop0_2_south_z;
-        let jacobian_6_5 = c(0.7071067811865475) * arm_loop0_2_south_ghost0_z;
+        let jacobian_4_4 = c(HINGE_EAST_COS) * arm_loop0_1_south_z;
+        let jacobian_3_5 = c(HINGE_EAST_COS) * arm_loop0_1_south_ghost0_z;
+        let jacobian_7_4 = c(HINGE_EAST_COS) * arm_loop0_2_south_z;
+        let jacobian_6_5 = c(HINGE_EAST_COS) * arm_loop0_2_south_ghost0_z;
         residual[0] = c(0.0);
         residual[1] = c(0.0);
         residual[2] = c(0.0);
@@ -1293,10 +1551,10 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             axis_x_south_west_x * arm_loop0_1_south_ghost0_y);
         jacobian[33] = mul_add(-axis_x_south_east_x, arm_loop0_1_south_y,
             axis_x_south_east_y * arm_loop0_1_south_x);
-        jacobian[34] = mul_add(c(-0.7071067811865475), arm_loop0_1_south_y,
-            c(0.7071067811865475) * arm_loop0_1_south_x);
-        jacobian[35] = mul_add(c(-0.7071067811865475), arm_loop0_1_south_ghost0_y,
-            arm_loop0_1_south_ghost0_x * c(-0.7071067811865475));
+        jacobian[34] = mul_add(c(-HINGE_EAST_COS), arm_loop0_1_south_y,
+            c(HINGE_EAST_COS) * arm_loop0_1_south_x);
+        jacobian[35] = mul_add(c(-HINGE_EAST_COS), arm_loop0_1_south_ghost0_y,
+            arm_loop0_1_south_ghost0_x * c(-HINGE_EAST_COS));
         jacobian[36] = mul_add(-axis_x_south_ghost0_z, arm_loop0_2_south_ghost0_y,
             axis_x_south_ghost0_y * arm_loop0_2_south_ghost0_z);
         jacobian[37] = mul_add(-axis_x_south_y, arm_loop0_2_south_z,
@@ -1325,10 +1583,10 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             axis_x_south_west_x * arm_loop0_2_south_ghost0_y);
         jacobian[51] = mul_add(-axis_x_south_east_x, arm_loop0_2_south_y,
             axis_x_south_east_y * arm_loop0_2_south_x);
-        jacobian[52] = mul_add(c(-0.7071067811865475), arm_loop0_2_south_y,
-            c(0.7071067811865475) * arm_loop0_2_south_x);
-        jacobian[53] = mul_add(c(-0.7071067811865475), arm_loop0_2_south_ghost0_y,
-            arm_loop0_2_south_ghost0_x * c(-0.7071067811865475));
+        jacobian[52] = mul_add(c(-HINGE_EAST_COS), arm_loop0_2_south_y,
+            c(HINGE_EAST_COS) * arm_loop0_2_south_x);
+        jacobian[53] = mul_add(c(-HINGE_EAST_COS), arm_loop0_2_south_ghost0_y,
+            arm_loop0_2_south_ghost0_x * c(-HINGE_EAST_COS));
     }
     /// The pose of each body: what is drawn at x lies at R x + p in the base frame.
     fn poses_into(&self, q: &[S; 6], poses: &mut [S; 72]) {
@@ -1342,10 +1600,10 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             (sin_south_south_east, cos_south_south_east),
         ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1]]);
         // east: placement: A = A_parent R, p = p_parent + A_parent r
-        let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
+        let axis_z_east_x = sin_ground_east * c(HINGE_EAST_COS);
         let axis_z_east_y = -axis_z_east_x;
         // west: placement: A = A_parent R, p = p_parent + A_parent r
-        let axis_z_west_x = sin_ground_west * c(0.7071067811865475);
+        let axis_z_west_x = sin_ground_west * c(HINGE_WEST_COS);
         // south_east: placement: A = A_parent R, p = p_parent + A_parent r
         let cos_ground_east_product = cos_ground_east * c(-0.5);
         let axis_y_on_hinge_south_east_x = cos_ground_east_product + c(0.5);
@@ -1368,13 +1626,15 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east,
             -sin_south_east_east_times_axis_z_east_x);
         // south_west: placement: A = A_parent R, p = p_parent + A_parent r
-        let cos_ground_west_product = cos_ground_west * c(-0.35355295896023153);
-        let axis_y_on_hinge_south_west_x = c(0.6123726848990445) + cos_ground_west_product;
-        let axis_y_on_hinge_south_west_y = cos_ground_west_product - c(0.6123726848990445);
-        let axis_y_on_hinge_south_west_z = sin_ground_west * c(0.4999993895786978);
-        let cos_ground_west_product_2 = cos_ground_west * c(-0.6123726848990445);
-        let axis_x_south_west_x = cos_ground_west_product_2 - c(0.35355295896023153);
-        let axis_x_south_west_y = c(0.35355295896023153) + cos_ground_west_product_2;
+        let cos_ground_west_product = cos_ground_west * c(-COS_GROUND_WEST_PRODUCT_FACTOR);
+        let axis_y_on_hinge_south_west_x = c(AXIS_Y_ON_HINGE_SOUTH_WEST_X_TERM)
+            + cos_ground_west_product;
+        let axis_y_on_hinge_south_west_y = cos_ground_west_product
+            - c(AXIS_Y_ON_HINGE_SOUTH_WEST_X_TERM);
+        let axis_y_on_hinge_south_west_z = sin_ground_west * c(HINGE_SOUTH_WEST_COS);
+        let cos_ground_west_product_2 = cos_ground_west * c(-AXIS_Y_ON_HINGE_SOUTH_WEST_X_TERM);
+        let axis_x_south_west_x = cos_ground_west_product_2 - c(COS_GROUND_WEST_PRODUCT_FACTOR);
+        let axis_x_south_west_y = c(COS_GROUND_WEST_PRODUCT_FACTOR) + cos_ground_west_product_2;
         let sin_west_south_west_times_axis_z_west_x = sin_west_south_west * axis_z_west_x;
         let axis_y_south_west_x = mul_add(cos_west_south_west, axis_y_on_hinge_south_west_x,
             sin_west_south_west_times_axis_z_west_x);
@@ -1390,18 +1650,18 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let axis_z_south_west_z = mul_add(-sin_west_south_west, axis_y_on_hinge_south_west_z,
             cos_ground_west * cos_west_south_west);
         // south: placement: A = A_parent R, p = p_parent + A_parent r
-        let axis_y_on_hinge_south_x = mul_add(c(0.8660254814097263), axis_x_south_east_x,
-            axis_y_south_east_x * c(0.49999986554903386));
-        let axis_y_on_hinge_south_y = mul_add(c(0.8660254814097263), axis_x_south_east_y,
-            axis_y_south_east_y * c(0.49999986554903386));
-        let axis_y_on_hinge_south_z = mul_add(c(-0.6123724905851617), sin_ground_east,
-            axis_y_south_east_z * c(0.49999986554903386));
-        let axis_x_south_x = mul_add(c(-0.8660254814097263), axis_y_south_east_x,
-            axis_x_south_east_x * c(0.49999986554903386));
-        let axis_x_south_y = mul_add(c(-0.8660254814097263), axis_y_south_east_y,
-            axis_x_south_east_y * c(0.49999986554903386));
-        let axis_x_south_z = mul_add(c(-0.8660254814097263), axis_y_south_east_z,
-            sin_ground_east * c(-0.3535532955220838));
+        let axis_y_on_hinge_south_x = mul_add(c(HINGE_SOUTH_SIN), axis_x_south_east_x,
+            axis_y_south_east_x * c(HINGE_SOUTH_COS));
+        let axis_y_on_hinge_south_y = mul_add(c(HINGE_SOUTH_SIN), axis_x_south_east_y,
+            axis_y_south_east_y * c(HINGE_SOUTH_COS));
+        let axis_y_on_hinge_south_z = mul_add(c(-PARENT_OMEGA_ON_HINGE_SOUTH_Y_BY_GROUND_EAST_TERM),
+            sin_ground_east, axis_y_south_east_z * c(HINGE_SOUTH_COS));
+        let axis_x_south_x = mul_add(c(-HINGE_SOUTH_SIN), axis_y_south_east_x,
+            axis_x_south_east_x * c(HINGE_SOUTH_COS));
+        let axis_x_south_y = mul_add(c(-HINGE_SOUTH_SIN), axis_y_south_east_y,
+            axis_x_south_east_y * c(HINGE_SOUTH_COS));
+        let axis_x_south_z = mul_add(c(-HINGE_SOUTH_SIN), axis_y_south_east_z,
+            sin_ground_east * c(-PARENT_OMEGA_ON_HINGE_SOUTH_Y_BY_GROUND_EAST_FACTOR));
         let axis_y_south_x = mul_add(cos_south_south_east, axis_y_on_hinge_south_x,
             sin_south_south_east * axis_z_south_east_x);
         let axis_y_south_y = mul_add(cos_south_south_east, axis_y_on_hinge_south_y,
@@ -1419,8 +1679,8 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let poses_0_0 = c(0.5) - cos_ground_west_product_3;
         let poses_0_1 = -cos_ground_west_product_3 - c(0.5);
         let poses_0_6 = -axis_z_west_x;
-        let poses_0_9 = mul_add(c(9.987299999999994e-3), cos_ground_west,
-            mul_add(c(-2.1743533521486336e-3), sin_ground_west, c(-9.987299999999994e-3)));
+        let poses_0_9 = mul_add(c(POSES_0_9_FACTOR_2), cos_ground_west,
+            mul_add(c(-POSES_0_9_FACTOR), sin_ground_west, c(-POSES_0_9_FACTOR_2)));
         poses[0] = poses_0_0;
         poses[1] = poses_0_1;
         poses[2] = axis_z_west_x;
@@ -1432,31 +1692,32 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         poses[8] = cos_ground_west;
         poses[9] = poses_0_9;
         poses[10] = poses_0_9;
-        poses[11] = mul_add(c(-3.075e-3), cos_ground_west, mul_add(c(-0.01412417511148881),
-            sin_ground_west, c(3.075e-3)));
-        poses[12] = mul_add(c(-0.9659256438592764), axis_x_south_west_x,
-            axis_y_south_west_x * c(0.2588197259388131));
-        poses[13] = mul_add(c(-0.9659256438592764), axis_y_south_west_x,
-            axis_x_south_west_x * c(-0.2588197259388131));
+        poses[11] = mul_add(c(-OFFSET_EAST_Z), cos_ground_west, mul_add(c(-DRAWN_ORIGIN_WEST_Y),
+            sin_ground_west, c(OFFSET_EAST_Z)));
+        poses[12] = mul_add(c(-DRAWN_X_SOUTH_WEST_X), axis_x_south_west_x,
+            axis_y_south_west_x * c(DRAWN_X_SOUTH_WEST_Y));
+        poses[13] = mul_add(c(-DRAWN_X_SOUTH_WEST_X), axis_y_south_west_x,
+            axis_x_south_west_x * c(-DRAWN_X_SOUTH_WEST_Y));
         poses[14] = axis_z_south_west_x;
-        poses[15] = mul_add(c(-0.9659256438592764), axis_x_south_west_y,
-            axis_y_south_west_y * c(0.2588197259388131));
-        poses[16] = mul_add(c(-0.9659256438592764), axis_y_south_west_y,
-            axis_x_south_west_y * c(-0.2588197259388131));
+        poses[15] = mul_add(c(-DRAWN_X_SOUTH_WEST_X), axis_x_south_west_y,
+            axis_y_south_west_y * c(DRAWN_X_SOUTH_WEST_Y));
+        poses[16] = mul_add(c(-DRAWN_X_SOUTH_WEST_X), axis_y_south_west_y,
+            axis_x_south_west_y * c(-DRAWN_X_SOUTH_WEST_Y));
         poses[17] = axis_z_south_west_y;
-        poses[18] = mul_add(c(-0.8365164861668797), sin_ground_west,
-            axis_y_south_west_z * c(0.2588197259388131));
-        poses[19] = mul_add(c(-0.9659256438592764), axis_y_south_west_z,
-            sin_ground_west * c(-0.22414454887849852));
+        poses[18] = mul_add(c(-POSES_1_6_FACTOR), sin_ground_west,
+            axis_y_south_west_z * c(DRAWN_X_SOUTH_WEST_Y));
+        poses[19] = mul_add(c(-DRAWN_X_SOUTH_WEST_X), axis_y_south_west_z,
+            sin_ground_west * c(-POSES_1_7_FACTOR));
         poses[20] = axis_z_south_west_z;
-        poses[21] = mul_add(c(-0.030723179682250294), axis_y_south_west_x, mul_add(c(-3.075e-3),
-            axis_z_south_west_x, mul_add(c(1.428821217704556e-3), axis_x_south_west_x,
-            c(9.3319e-3))));
-        poses[22] = mul_add(c(-0.030723179682250294), axis_y_south_west_y, mul_add(c(-3.075e-3),
-            axis_z_south_west_y, mul_add(c(1.428821217704556e-3), axis_x_south_west_y,
-            c(-0.0293065))));
-        poses[23] = mul_add(c(-0.030723179682250294), axis_y_south_west_z, mul_add(c(-3.075e-3),
-            axis_z_south_west_z, mul_add(c(1.237395975552988e-3), sin_ground_west, c(3.075e-3))));
+        poses[21] = mul_add(c(-DRAWN_ORIGIN_SOUTH_WEST_Y), axis_y_south_west_x,
+            mul_add(c(-OFFSET_EAST_Z), axis_z_south_west_x, mul_add(c(DRAWN_ORIGIN_SOUTH_WEST_X),
+            axis_x_south_west_x, c(OFFSET_EAST_X))));
+        poses[22] = mul_add(c(-DRAWN_ORIGIN_SOUTH_WEST_Y), axis_y_south_west_y,
+            mul_add(c(-OFFSET_EAST_Z), axis_z_south_west_y, mul_add(c(DRAWN_ORIGIN_SOUTH_WEST_X),
+            axis_x_south_west_y, c(-OFFSET_EAST_Y))));
+        poses[23] = mul_add(c(-DRAWN_ORIGIN_SOUTH_WEST_Y), axis_y_south_west_z,
+            mul_add(c(-OFFSET_EAST_Z), axis_z_south_west_z, mul_add(c(POSES_1_11_FACTOR),
+            sin_ground_west, c(OFFSET_EAST_Z))));
         poses[24] = c(1.0);
         poses[25] = c(0.0);
         poses[26] = c(0.0);
@@ -1469,27 +1730,27 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         poses[33] = c(0.0);
         poses[34] = c(0.0);
         poses[35] = c(0.0);
-        poses[36] = mul_add(c(0.8660254814097263), axis_y_south_x,
-            c(0.49999986554903386) * axis_x_south_x);
-        poses[37] = mul_add(c(-0.8660254814097263), axis_x_south_x,
-            c(0.49999986554903386) * axis_y_south_x);
+        poses[36] = mul_add(c(HINGE_SOUTH_SIN), axis_y_south_x,
+            c(HINGE_SOUTH_COS) * axis_x_south_x);
+        poses[37] = mul_add(c(-HINGE_SOUTH_SIN), axis_x_south_x,
+            c(HINGE_SOUTH_COS) * axis_y_south_x);
         poses[38] = axis_z_south_x;
-        poses[39] = mul_add(c(0.8660254814097263), axis_y_south_y,
-            c(0.49999986554903386) * axis_x_south_y);
-        poses[40] = mul_add(c(-0.8660254814097263), axis_x_south_y,
-            c(0.49999986554903386) * axis_y_south_y);
+        poses[39] = mul_add(c(HINGE_SOUTH_SIN), axis_y_south_y,
+            c(HINGE_SOUTH_COS) * axis_x_south_y);
+        poses[40] = mul_add(c(-HINGE_SOUTH_SIN), axis_x_south_y,
+            c(HINGE_SOUTH_COS) * axis_y_south_y);
         poses[41] = axis_z_south_y;
-        poses[42] = mul_add(c(0.8660254814097263), axis_y_south_z,
-            c(0.49999986554903386) * axis_x_south_z);
-        poses[43] = mul_add(c(-0.8660254814097263), axis_x_south_z,
-            c(0.49999986554903386) * axis_y_south_z);
+        poses[42] = mul_add(c(HINGE_SOUTH_SIN), axis_y_south_z,
+            c(HINGE_SOUTH_COS) * axis_x_south_z);
+        poses[43] = mul_add(c(-HINGE_SOUTH_SIN), axis_x_south_z,
+            c(HINGE_SOUTH_COS) * axis_y_south_z);
         poses[44] = axis_z_south_z;
-        poses[45] = mul_add(c(6.571582869745334e-3), axis_y_south_x, mul_add(c(-3.075e-3),
-            axis_z_south_x, mul_add(c(-0.030046124516251174), axis_x_south_x, c(9.3319e-3))));
-        poses[46] = mul_add(c(6.571582869745334e-3), axis_y_south_y, -mul_add(c(3.075e-3),
-            axis_z_south_y, mul_add(c(0.030046124516251174), axis_x_south_y, c(0.0293065))));
-        poses[47] = mul_add(c(6.571582869745334e-3), axis_y_south_z, mul_add(c(-3.075e-3),
-            axis_z_south_z, mul_add(c(-0.030046124516251174), axis_x_south_z, c(3.075e-3))));
+        poses[45] = mul_add(c(DRAWN_ORIGIN_SOUTH_Y), axis_y_south_x, mul_add(c(-OFFSET_EAST_Z),
+            axis_z_south_x, mul_add(c(-DRAWN_ORIGIN_SOUTH_X), axis_x_south_x, c(OFFSET_EAST_X))));
+        poses[46] = mul_add(c(DRAWN_ORIGIN_SOUTH_Y), axis_y_south_y, -mul_add(c(OFFSET_EAST_Z),
+            axis_z_south_y, mul_add(c(DRAWN_ORIGIN_SOUTH_X), axis_x_south_y, c(OFFSET_EAST_Y))));
+        poses[47] = mul_add(c(DRAWN_ORIGIN_SOUTH_Y), axis_y_south_z, mul_add(c(-OFFSET_EAST_Z),
+            axis_z_south_z, mul_add(c(-DRAWN_ORIGIN_SOUTH_X), axis_x_south_z, c(OFFSET_EAST_Z))));
         poses[48] = axis_x_south_east_x;
         poses[49] = axis_y_south_east_x;
         poses[50] = axis_z_south_east_x;
@@ -1499,12 +1760,14 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         poses[54] = axis_z_east_y;
         poses[55] = axis_y_south_east_z;
         poses[56] = axis_z_south_east_z;
-        poses[57] = mul_add(c(-3.075e-3), axis_z_south_east_x, mul_add(c(0.0293065),
-            axis_y_south_east_x, mul_add(c(-9.3319e-3), axis_x_south_east_x, c(9.3319e-3))));
-        poses[58] = mul_add(c(-3.075e-3), axis_z_south_east_y, mul_add(c(0.0293065),
-            axis_y_south_east_y, -mul_add(c(9.3319e-3), axis_x_south_east_y, c(0.0293065))));
-        poses[59] = mul_add(c(-3.075e-3), axis_z_south_east_z, mul_add(c(0.0293065),
-            axis_y_south_east_z, mul_add(c(6.598649771354743e-3), sin_ground_east, c(3.075e-3))));
+        poses[57] = mul_add(c(-OFFSET_EAST_Z), axis_z_south_east_x, mul_add(c(OFFSET_EAST_Y),
+            axis_y_south_east_x, mul_add(c(-OFFSET_EAST_X), axis_x_south_east_x,
+            c(OFFSET_EAST_X))));
+        poses[58] = mul_add(c(-OFFSET_EAST_Z), axis_z_south_east_y, mul_add(c(OFFSET_EAST_Y),
+            axis_y_south_east_y, -mul_add(c(OFFSET_EAST_X), axis_x_south_east_y,
+            c(OFFSET_EAST_Y))));
+        poses[59] = mul_add(c(-OFFSET_EAST_Z), axis_z_south_east_z, mul_add(c(OFFSET_EAST_Y),
+            axis_y_south_east_z, mul_add(c(POSES_4_11_FACTOR), sin_ground_east, c(OFFSET_EAST_Z))));
         poses[60] = axis_x_south_east_x;
         poses[61] = axis_y_on_hinge_south_east_x;
         poses[62] = axis_z_east_x;
@@ -1514,12 +1777,12 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         poses[66] = axis_z_east_y;
         poses[67] = axis_z_east_x;
         poses[68] = cos_ground_east;
-        poses[69] = mul_add(c(-0.0193192), cos_ground_east, mul_add(c(-2.1743533521486336e-3),
-            sin_ground_east, c(0.0193192)));
-        poses[70] = mul_add(c(0.0193192), cos_ground_east, mul_add(c(2.1743533521486336e-3),
-            sin_ground_east, c(-0.0193192)));
-        poses[71] = mul_add(c(-3.075e-3), cos_ground_east, mul_add(c(0.027321474654198295),
-            sin_ground_east, c(3.075e-3)));
+        poses[69] = mul_add(c(-POSES_5_9_FACTOR), cos_ground_east, mul_add(c(-POSES_0_9_FACTOR),
+            sin_ground_east, c(POSES_5_9_FACTOR)));
+        poses[70] = mul_add(c(POSES_5_9_FACTOR), cos_ground_east, mul_add(c(POSES_0_9_FACTOR),
+            sin_ground_east, c(-POSES_5_9_FACTOR)));
+        poses[71] = mul_add(c(-OFFSET_EAST_Z), cos_ground_east, mul_add(c(DRAWN_ORIGIN_WEST_X),
+            sin_ground_east, c(OFFSET_EAST_Z)));
     }
     /// The positions of the output points.
     fn points_into(&self, q: &[S; 6], points: &mut [S; 3]) {
@@ -1531,7 +1794,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             (sin_south_south_east, cos_south_south_east),
         ] = S::sin_cos_all([q[4], q[3], q[1]]);
         // east: placement: A = A_parent R, p = p_parent + A_parent r
-        let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
+        let axis_z_east_x = sin_ground_east * c(HINGE_EAST_COS);
         // south_east: placement: A = A_parent R, p = p_parent + A_parent r
         let cos_ground_east_product = cos_ground_east * c(-0.5);
         let axis_y_on_hinge_south_east_x = cos_ground_east_product + c(0.5);
@@ -1554,30 +1817,30 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east,
             -sin_south_east_east_times_axis_z_east_x);
         // south: placement: A = A_parent R, p = p_parent + A_parent r
-        let axis_y_on_hinge_south_x = mul_add(c(0.8660254814097263), axis_x_south_east_x,
-            axis_y_south_east_x * c(0.49999986554903386));
-        let axis_y_on_hinge_south_y = mul_add(c(0.8660254814097263), axis_x_south_east_y,
-            axis_y_south_east_y * c(0.49999986554903386));
-        let axis_y_on_hinge_south_z = mul_add(c(-0.6123724905851617), sin_ground_east,
-            axis_y_south_east_z * c(0.49999986554903386));
-        let axis_x_south_x = mul_add(c(-0.8660254814097263), axis_y_south_east_x,
-            axis_x_south_east_x * c(0.49999986554903386));
-        let axis_x_south_y = mul_add(c(-0.8660254814097263), axis_y_south_east_y,
-            axis_x_south_east_y * c(0.49999986554903386));
-        let axis_x_south_z = mul_add(c(-0.8660254814097263), axis_y_south_east_z,
-            sin_ground_east * c(-0.3535532955220838));
+        let axis_y_on_hinge_south_x = mul_add(c(HINGE_SOUTH_SIN), axis_x_south_east_x,
+            axis_y_south_east_x * c(HINGE_SOUTH_COS));
+        let axis_y_on_hinge_south_y = mul_add(c(HINGE_SOUTH_SIN), axis_x_south_east_y,
+            axis_y_south_east_y * c(HINGE_SOUTH_COS));
+        let axis_y_on_hinge_south_z = mul_add(c(-PARENT_OMEGA_ON_HINGE_SOUTH_Y_BY_GROUND_EAST_TERM),
+            sin_ground_east, axis_y_south_east_z * c(HINGE_SOUTH_COS));
+        let axis_x_south_x = mul_add(c(-HINGE_SOUTH_SIN), axis_y_south_east_x,
+            axis_x_south_east_x * c(HINGE_SOUTH_COS));
+        let axis_x_south_y = mul_add(c(-HINGE_SOUTH_SIN), axis_y_south_east_y,
+            axis_x_south_east_y * c(HINGE_SOUTH_COS));
+        let axis_x_south_z = mul_add(c(-HINGE_SOUTH_SIN), axis_y_south_east_z,
+            sin_ground_east * c(-PARENT_OMEGA_ON_HINGE_SOUTH_Y_BY_GROUND_EAST_FACTOR));
         let axis_y_south_x = mul_add(cos_south_south_east, axis_y_on_hinge_south_x,
             sin_south_south_east * axis_z_south_east_x);
         let axis_y_south_y = mul_add(cos_south_south_east, axis_y_on_hinge_south_y,
             sin_south_south_east * axis_z_south_east_y);
         let axis_y_south_z = mul_add(cos_south_south_east, axis_y_on_hinge_south_z,
             sin_south_south_east * axis_z_south_east_z);
-        points[0] = mul_add(c(-0.03287436738030243), axis_y_south_x, mul_add(c(0.05687629496727885),
-            axis_x_south_x, c(9.3319e-3)));
-        points[1] = mul_add(c(-0.03287436738030243), axis_y_south_y, mul_add(c(0.05687629496727885),
-            axis_x_south_y, c(-0.0293065)));
-        points[2] = mul_add(c(-0.03287436738030243), axis_y_south_z, mul_add(c(0.05687629496727885),
-            axis_x_south_z, c(3.075e-3)));
+        points[0] = mul_add(c(-POINT_TIP_Y), axis_y_south_x, mul_add(c(POINT_TIP_X), axis_x_south_x,
+            c(OFFSET_EAST_X)));
+        points[1] = mul_add(c(-POINT_TIP_Y), axis_y_south_y, mul_add(c(POINT_TIP_X), axis_x_south_y,
+            c(-OFFSET_EAST_Y)));
+        points[2] = mul_add(c(-POINT_TIP_Y), axis_y_south_z, mul_add(c(POINT_TIP_X), axis_x_south_z,
+            c(OFFSET_EAST_Z)));
     }
     /// The energies of the whole mechanism.
     fn energy_into(
@@ -1599,9 +1862,9 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             (sin_south_west_south, cos_south_west_south),
         ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
         // east: placement: A = A_parent R, p = p_parent + A_parent r
-        let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
+        let axis_z_east_x = sin_ground_east * c(HINGE_EAST_COS);
         // south_east: angular velocity: w = R^T w_parent + u e_x
-        let parent_omega_on_hinge_south_east_y = c(0.7071067811865475) * u[4];
+        let parent_omega_on_hinge_south_east_y = c(HINGE_SOUTH_EAST_COS) * u[4];
         let parent_omega_south_east_y = cos_south_east_east * parent_omega_on_hinge_south_east_y;
         let minus_parent_omega_south_east_z =
             sin_south_east_east * parent_omega_on_hinge_south_east_y;
@@ -1612,98 +1875,110 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let axis_z_south_east_z = mul_add(-sin_south_east_east, axis_z_east_x,
             cos_ground_east * cos_south_east_east);
         // south_west: angular velocity: w = R^T w_parent + u e_x
-        let minus_parent_omega_on_hinge_south_west_y = u[5] * c(0.8660257562110547);
+        let minus_parent_omega_on_hinge_south_west_y = u[5] * c(HINGE_SOUTH_WEST_SIN);
         let minus_parent_omega_south_west_y =
             cos_west_south_west * minus_parent_omega_on_hinge_south_west_y;
         let parent_omega_south_west_z =
             sin_west_south_west * minus_parent_omega_on_hinge_south_west_y;
-        let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
+        let omega_south_west_x = mul_add(c(HINGE_SOUTH_WEST_COS), u[5], u[2]);
         // south_west: placement: A = A_parent R, p = p_parent + A_parent r
-        let axis_y_on_hinge_south_west_z = sin_ground_west * c(0.4999993895786978);
+        let axis_y_on_hinge_south_west_z = sin_ground_west * c(HINGE_SOUTH_WEST_COS);
         let axis_y_south_west_z = mul_add(cos_west_south_west, axis_y_on_hinge_south_west_z,
             cos_ground_west * sin_west_south_west);
         let axis_z_south_west_z = mul_add(-sin_west_south_west, axis_y_on_hinge_south_west_z,
             cos_ground_west * cos_west_south_west);
         // south: angular velocity: w = R^T w_parent + u e_x
-        let parent_omega_on_hinge_south_y = mul_add(c(0.8660254814097263), omega_south_east_x,
-            parent_omega_south_east_y * c(0.49999986554903386));
+        let parent_omega_on_hinge_south_y = mul_add(c(HINGE_SOUTH_SIN), omega_south_east_x,
+            parent_omega_south_east_y * c(HINGE_SOUTH_COS));
         let parent_omega_south_y = mul_add(-sin_south_south_east, minus_parent_omega_south_east_z,
             cos_south_south_east * parent_omega_on_hinge_south_y);
         let parent_omega_south_z = mul_add(-sin_south_south_east, parent_omega_on_hinge_south_y,
             -cos_south_south_east * minus_parent_omega_south_east_z);
-        let omega_south_x = mul_add(c(-0.8660254814097263), parent_omega_south_east_y,
-            mul_add(c(0.49999986554903386), omega_south_east_x, u[1]));
+        let omega_south_x = mul_add(c(-HINGE_SOUTH_SIN), parent_omega_south_east_y,
+            mul_add(c(HINGE_SOUTH_COS), omega_south_east_x, u[1]));
         // south: placement: A = A_parent R, p = p_parent + A_parent r
-        let axis_y_on_hinge_south_z = mul_add(c(-0.6123724905851617), sin_ground_east,
-            axis_y_south_east_z * c(0.49999986554903386));
-        let axis_x_south_z = mul_add(c(-0.8660254814097263), axis_y_south_east_z,
-            sin_ground_east * c(-0.3535532955220838));
+        let axis_y_on_hinge_south_z = mul_add(c(-PARENT_OMEGA_ON_HINGE_SOUTH_Y_BY_GROUND_EAST_TERM),
+            sin_ground_east, axis_y_south_east_z * c(HINGE_SOUTH_COS));
+        let axis_x_south_z = mul_add(c(-HINGE_SOUTH_SIN), axis_y_south_east_z,
+            sin_ground_east * c(-PARENT_OMEGA_ON_HINGE_SOUTH_Y_BY_GROUND_EAST_FACTOR));
         let axis_y_south_z = mul_add(cos_south_south_east, axis_y_on_hinge_south_z,
             sin_south_south_east * axis_z_south_east_z);
         // south_ghost0: angular velocity: w = R^T w_parent + u e_x
-        let parent_omega_on_hinge_south_ghost0_y = mul_add(c(-0.7071063925583854),
-            omega_south_west_x, minus_parent_omega_south_west_y * c(-0.7071071698144962));
+        let parent_omega_on_hinge_south_ghost0_y = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
+            omega_south_west_x, minus_parent_omega_south_west_y * c(-HINGE_SOUTH_GHOST0_COS));
         let parent_omega_south_ghost0_y = mul_add(cos_south_west_south,
             parent_omega_on_hinge_south_ghost0_y, sin_south_west_south * parent_omega_south_west_z);
         let parent_omega_south_ghost0_z = mul_add(-sin_south_west_south,
             parent_omega_on_hinge_south_ghost0_y, cos_south_west_south * parent_omega_south_west_z);
-        let omega_south_ghost0_x = mul_add(c(-0.7071063925583854), minus_parent_omega_south_west_y,
-            mul_add(c(0.7071071698144962), omega_south_west_x, u[0]));
+        let omega_south_ghost0_x = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
+            minus_parent_omega_south_west_y, mul_add(c(HINGE_SOUTH_GHOST0_COS), omega_south_west_x,
+            u[0]));
         // south_ghost0: placement: A = A_parent R, p = p_parent + A_parent r
-        let axis_y_on_hinge_south_ghost0_z = mul_add(c(-0.6123723483370466), sin_ground_west,
-            axis_y_south_west_z * c(0.7071071698144962));
-        let axis_x_south_ghost0_z = mul_add(c(0.7071063925583854), axis_y_south_west_z,
-            sin_ground_west * c(0.6123730214608577));
+        let axis_y_on_hinge_south_ghost0_z =
+            mul_add(c(-PARENT_OMEGA_SOUTH_GHOST0_X_BY_GROUND_WEST_FACTOR), sin_ground_west,
+            axis_y_south_west_z * c(HINGE_SOUTH_GHOST0_COS));
+        let axis_x_south_ghost0_z = mul_add(c(HINGE_SOUTH_GHOST0_SIN), axis_y_south_west_z,
+            sin_ground_west * c(PARENT_OMEGA_ON_HINGE_SOUTH_GHOST0_Y_BY_GROUND_WEST_FACTOR));
         let axis_y_south_ghost0_z = mul_add(cos_south_west_south, axis_y_on_hinge_south_ghost0_z,
             sin_south_west_south * axis_z_south_west_z);
         // south_east: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2
         let kinetic_energy_south_east_sum = mul_add(omega_south_east_x,
-            mul_add(c(6.528386880865058e-6), omega_south_east_x,
-            parent_omega_south_east_y * c(7.2072789294646456e-6)), mul_add(c(1.9085552925721835e-5),
+            mul_add(c(KINETIC_ENERGY_SOUTH_EAST_FACTOR_2), omega_south_east_x,
+            parent_omega_south_east_y * c(SECOND_MOMENT_SOUTH_EAST_XY)),
+            mul_add(c(KINETIC_ENERGY_SOUTH_EAST_FACTOR_3),
             minus_parent_omega_south_east_z * minus_parent_omega_south_east_z,
-            parent_omega_south_east_y * mul_add(c(1.2623937521576779e-5), parent_omega_south_east_y,
-            omega_south_east_x * c(7.2072789294646456e-6))));
+            parent_omega_south_east_y * mul_add(c(KINETIC_ENERGY_SOUTH_EAST_FACTOR),
+            parent_omega_south_east_y, omega_south_east_x * c(SECOND_MOMENT_SOUTH_EAST_XY))));
         // south_west: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2
         let kinetic_energy_south_west_sum = mul_add(omega_south_west_x,
-            mul_add(c(5.7748035664558305e-6), minus_parent_omega_south_west_y,
-            omega_south_west_x * c(3.500911243495723e-6)), mul_add(-minus_parent_omega_south_west_y,
-            mul_add(c(-5.7748035664558305e-6), omega_south_west_x,
-            minus_parent_omega_south_west_y * c(-1.3277584214115281e-5)),
-            parent_omega_south_west_z * parent_omega_south_west_z * c(1.6724917355178218e-5)));
+            mul_add(c(SECOND_MOMENT_SOUTH_WEST_XY), minus_parent_omega_south_west_y,
+            omega_south_west_x * c(KINETIC_ENERGY_SOUTH_WEST_FACTOR_2)),
+            mul_add(-minus_parent_omega_south_west_y, mul_add(c(-SECOND_MOMENT_SOUTH_WEST_XY),
+            omega_south_west_x,
+            minus_parent_omega_south_west_y * c(-KINETIC_ENERGY_SOUTH_WEST_FACTOR)),
+            parent_omega_south_west_z * parent_omega_south_west_z *
+            c(KINETIC_ENERGY_SOUTH_WEST_FACTOR_3)));
         // south: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2
-        let kinetic_energy_south_sum = mul_add(omega_south_x, mul_add(c(5.589035390741692e-6),
-            omega_south_x, parent_omega_south_y * c(6.645555056848842e-6)),
-            mul_add(c(1.8804327722141272e-5), parent_omega_south_z * parent_omega_south_z,
-            parent_omega_south_y * mul_add(c(1.3262745496786407e-5), parent_omega_south_y,
-            omega_south_x * c(6.645555056848842e-6))));
+        let kinetic_energy_south_sum = mul_add(omega_south_x,
+            mul_add(c(MASS_SOUTH_SOUTH_EAST_SOUTH_SOUTH_EAST), omega_south_x,
+            parent_omega_south_y * c(SECOND_MOMENT_SOUTH_XY)),
+            mul_add(c(SECOND_MOMENT_SOUTH_XX_PLUS_SECOND_MOMENT_SOUTH_YY),
+            parent_omega_south_z * parent_omega_south_z,
+            parent_omega_south_y * mul_add(c(SECOND_MOMENT_SOUTH_XX_PLUS_SECOND_MOMENT_SOUTH_ZZ),
+            parent_omega_south_y, omega_south_x * c(SECOND_MOMENT_SOUTH_XY))));
         // south_ghost0: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2
         let kinetic_energy_south_ghost0_sum = mul_add(omega_south_ghost0_x,
-            mul_add(c(-6.645589092322226e-6), parent_omega_south_ghost0_y,
-            omega_south_ghost0_x * c(5.589094341868578e-6)), mul_add(c(1.8804327722141272e-5),
+            mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_XY), parent_omega_south_ghost0_y,
+            omega_south_ghost0_x * c(MASS_SOUTH_WEST_SOUTH_SOUTH_WEST_SOUTH)),
+            mul_add(c(SECOND_MOMENT_SOUTH_XX_PLUS_SECOND_MOMENT_SOUTH_YY),
             parent_omega_south_ghost0_z * parent_omega_south_ghost0_z,
-            parent_omega_south_ghost0_y * mul_add(c(-6.645589092322226e-6), omega_south_ghost0_x,
-            parent_omega_south_ghost0_y * c(1.3262686545659523e-5))));
+            parent_omega_south_ghost0_y * mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_XY),
+            omega_south_ghost0_x,
+            parent_omega_south_ghost0_y * c(KINETIC_ENERGY_SOUTH_GHOST0_FACTOR))));
         // mechanism: results: what the function returns
         let kinetic_sum = mul_add(c(0.5), kinetic_energy_south_sum, mul_add(c(0.5),
             kinetic_energy_south_west_sum, mul_add(c(0.5), kinetic_energy_south_east_sum,
-            mul_add(c(2.429264555308989e-6), u[5] * u[5],
-            u[4] * u[4] * c(1.3072899663325737e-6)))));
-        let potential_sum = mul_add(c(5.7e-3), q[5] * q[5], q[4] * q[4] * c(5.7e-3))
-            + mul_add(c(5.7e-3), q[2] * q[2], c(5.7e-3) * (q[3] * q[3]));
-        let potential_sum_2 = mul_add(c(9.81), mul_add(c(1.885487028387268e-4), sin_ground_west,
-            c(3.271830984658037e-5)), mul_add(c(9.81), mul_add(c(-1.2422592520055817e-4),
-            sin_ground_east, c(2.6259338451085914e-5)), mul_add(c(5.7e-3), q[0] * q[0],
-            c(5.7e-3) * (q[1] * q[1])) + potential_sum));
-        let potential_sum_3 = mul_add(c(9.81), mul_add(c(1.4350139506894642e-4),
-            axis_y_south_west_z, mul_add(c(2.7641520973715973e-4), sin_ground_west,
-            c(2.6258770161227824e-5))), mul_add(c(9.81), mul_add(c(-2.1820669112261221e-4),
-            axis_y_south_east_z, mul_add(c(-2.4302844717773972e-4), sin_ground_east,
-            c(3.271796768985903e-5))), potential_sum_2));
-        let potential_2 = mul_add(c(9.81), mul_add(c(1.7025149681007909e-4), axis_y_south_ghost0_z,
-            mul_add(c(2.9488283400311115e-4), axis_x_south_ghost0_z, c(2.3245895025686742e-5))),
-            mul_add(c(9.81), mul_add(c(-1.7025018541990593e-4), axis_y_south_z,
-            mul_add(c(2.948835911343091e-4), axis_x_south_z, c(2.3245895025686742e-5))),
-            potential_sum_3));
+            mul_add(c(KINETIC_ENERGY_WEST_FACTOR), u[5] * u[5],
+            u[4] * u[4] * c(KINETIC_ENERGY_EAST_FACTOR)))));
+        let potential_sum = mul_add(c(HALF_STIFFNESS_GROUND_EAST), q[5] * q[5],
+            q[4] * q[4] * c(HALF_STIFFNESS_GROUND_EAST)) + mul_add(c(HALF_STIFFNESS_GROUND_EAST),
+            q[2] * q[2], c(HALF_STIFFNESS_GROUND_EAST) * (q[3] * q[3]));
+        let potential_sum_2 = mul_add(c(GRAVITY_Z), mul_add(c(FIRST_MOMENT_WEST_Y), sin_ground_west,
+            c(MASS_WEST_TIMES_OFFSET_WEST_Z)), mul_add(c(GRAVITY_Z),
+            mul_add(c(-FIRST_MOMENT_EAST_Y), sin_ground_east, c(MASS_EAST_TIMES_OFFSET_EAST_Z)),
+            mul_add(c(HALF_STIFFNESS_GROUND_EAST), q[0] * q[0],
+            c(HALF_STIFFNESS_GROUND_EAST) * (q[1] * q[1])) + potential_sum));
+        let potential_sum_3 = mul_add(c(GRAVITY_Z), mul_add(c(FIRST_MOMENT_SOUTH_WEST_Y),
+            axis_y_south_west_z, mul_add(c(FIRST_MOMENT_SOUTH_WEST_X_TIMES_HINGE_SOUTH_WEST_SIN),
+            sin_ground_west, c(MASS_SOUTH_WEST_TIMES_DRAWN_ORIGIN_SOUTH_WEST_Z))),
+            mul_add(c(GRAVITY_Z), mul_add(c(-FIRST_MOMENT_SOUTH_EAST_Y), axis_y_south_east_z,
+            mul_add(c(-FIRST_MOMENT_SOUTH_EAST_X_TIMES_HINGE_SOUTH_EAST_COS), sin_ground_east,
+            c(MASS_SOUTH_EAST_TIMES_DRAWN_ORIGIN_SOUTH_EAST_Z))), potential_sum_2));
+        let potential_2 = mul_add(c(GRAVITY_Z), mul_add(c(FIRST_MOMENT_SOUTH_GHOST0_Y),
+            axis_y_south_ghost0_z, mul_add(c(FIRST_MOMENT_SOUTH_GHOST0_X), axis_x_south_ghost0_z,
+            c(MASS_SOUTH_TIMES_DRAWN_ORIGIN_SOUTH_Z))), mul_add(c(GRAVITY_Z),
+            mul_add(c(-FIRST_MOMENT_SOUTH_Y), axis_y_south_z, mul_add(c(FIRST_MOMENT_SOUTH_X),
+            axis_x_south_z, c(MASS_SOUTH_TIMES_DRAWN_ORIGIN_SOUTH_Z))), potential_sum_3));
         kinetic[0] = mul_add(c(0.5), kinetic_energy_south_ghost0_sum, kinetic_sum);
         potential[0] = potential_2;
     }
@@ -1734,7 +2009,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         // west: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_west_xx = u[5] * u[5];
         // south_east: angular velocity: w = R^T w_parent + u e_x
-        let parent_omega_on_hinge_south_east_y = u[4] * c(0.7071067811865475);
+        let parent_omega_on_hinge_south_east_y = u[4] * c(HINGE_SOUTH_EAST_COS);
         let parent_omega_south_east_y = cos_south_east_east * parent_omega_on_hinge_south_east_y;
         let minus_parent_omega_south_east_z =
             sin_south_east_east * parent_omega_on_hinge_south_east_y;
@@ -1751,12 +2026,12 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let minus_velocity_product_gradient_south_east_yy = omega_south_east_xx
             + omega_south_east_zz;
         // south_west: angular velocity: w = R^T w_parent + u e_x
-        let minus_parent_omega_on_hinge_south_west_y = u[5] * c(0.8660257562110547);
+        let minus_parent_omega_on_hinge_south_west_y = u[5] * c(HINGE_SOUTH_WEST_SIN);
         let minus_parent_omega_south_west_y =
             cos_west_south_west * minus_parent_omega_on_hinge_south_west_y;
         let parent_omega_south_west_z =
             sin_west_south_west * minus_parent_omega_on_hinge_south_west_y;
-        let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
+        let omega_south_west_x = mul_add(c(HINGE_SOUTH_WEST_COS), u[5], u[2]);
         // south_west: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_south_west_xx = omega_south_west_x * omega_south_west_x;
         let omega_south_west_yy = minus_parent_omega_south_west_y * minus_parent_omega_south_west_y;
@@ -1769,10 +2044,10 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let minus_velocity_product_gradient_south_west_yy = omega_south_west_xx
             + omega_south_west_zz;
         // south: angular velocity: w = R^T w_parent + u e_x
-        let parent_omega_on_hinge_south_y = mul_add(c(0.8660254814097263), omega_south_east_x,
-            parent_omega_south_east_y * c(0.49999986554903386));
-        let parent_omega_south_x = mul_add(c(-0.8660254814097263), parent_omega_south_east_y,
-            omega_south_east_x * c(0.49999986554903386));
+        let parent_omega_on_hinge_south_y = mul_add(c(HINGE_SOUTH_SIN), omega_south_east_x,
+            parent_omega_south_east_y * c(HINGE_SOUTH_COS));
+        let parent_omega_south_x = mul_add(c(-HINGE_SOUTH_SIN), parent_omega_south_east_y,
+            omega_south_east_x * c(HINGE_SOUTH_COS));
         let parent_omega_south_y = mul_add(-sin_south_south_east, minus_parent_omega_south_east_z,
             cos_south_south_east * parent_omega_on_hinge_south_y);
         let parent_omega_south_z = mul_add(-sin_south_south_east, parent_omega_on_hinge_south_y,
@@ -1788,10 +2063,10 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let minus_velocity_product_gradient_south_xx = omega_south_yy + omega_south_zz;
         let minus_velocity_product_gradient_south_yy = omega_south_xx + omega_south_zz;
         // south_ghost0: angular velocity: w = R^T w_parent + u e_x
-        let parent_omega_on_hinge_south_ghost0_y = mul_add(c(-0.7071063925583854),
-            omega_south_west_x, minus_parent_omega_south_west_y * c(-0.7071071698144962));
-        let parent_omega_south_ghost0_x = mul_add(c(-0.7071063925583854),
-            minus_parent_omega_south_west_y, omega_south_west_x * c(0.7071071698144962));
+        let parent_omega_on_hinge_south_ghost0_y = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
+            omega_south_west_x, minus_parent_omega_south_west_y * c(-HINGE_SOUTH_GHOST0_COS));
+        let parent_omega_south_ghost0_x = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
+            minus_parent_omega_south_west_y, omega_south_west_x * c(HINGE_SOUTH_GHOST0_COS));
         let parent_omega_south_ghost0_y = mul_add(cos_south_west_south,
             parent_omega_on_hinge_south_ghost0_y, sin_south_west_south * parent_omega_south_west_z);
         let parent_omega_south_ghost0_z = mul_add(-sin_south_west_south,
@@ -1809,11 +2084,12 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let minus_velocity_product_gradient_south_ghost0_yy = omega_south_ghost0_xx
             + omega_south_ghost0_zz;
         // east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let minus_apparent_gravity_east_z = cos_ground_east * c(9.81);
+        let minus_apparent_gravity_east_z = cos_ground_east * c(GRAVITY_Z);
         // west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let minus_apparent_gravity_west_z = cos_ground_west * c(9.81);
+        let minus_apparent_gravity_west_z = cos_ground_west * c(GRAVITY_Z);
         // south_east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_east_y = sin_ground_east * c(-6.936717523440031);
+        let apparent_gravity_on_hinge_south_east_y =
+            sin_ground_east * c(-HINGE_SOUTH_EAST_COS_TIMES_GRAVITY_Z);
         let apparent_gravity_south_east_y = mul_add(-sin_south_east_east,
             minus_apparent_gravity_east_z,
             cos_south_east_east * apparent_gravity_on_hinge_south_east_y);
@@ -1821,7 +2097,8 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             apparent_gravity_on_hinge_south_east_y,
             -cos_south_east_east * minus_apparent_gravity_east_z);
         // south_west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_west_y = sin_ground_west * c(-4.904994011767025);
+        let apparent_gravity_on_hinge_south_west_y =
+            sin_ground_west * c(-HINGE_SOUTH_WEST_COS_TIMES_GRAVITY_Z);
         let apparent_gravity_south_west_y = mul_add(-sin_west_south_west,
             minus_apparent_gravity_west_z,
             cos_west_south_west * apparent_gravity_on_hinge_south_west_y);
@@ -1829,10 +2106,10 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             apparent_gravity_on_hinge_south_west_y,
             -cos_west_south_west * minus_apparent_gravity_west_z);
         // south: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_y = mul_add(c(6.007374132640437), sin_ground_east,
-            c(0.49999986554903386) * apparent_gravity_south_east_y);
-        let apparent_gravity_south_x = mul_add(c(-0.8660254814097263),
-            apparent_gravity_south_east_y, sin_ground_east * c(3.4683578290716426));
+        let apparent_gravity_on_hinge_south_y = mul_add(c(APPARENT_GRAVITY_ON_HINGE_SOUTH_Y_FACTOR),
+            sin_ground_east, c(HINGE_SOUTH_COS) * apparent_gravity_south_east_y);
+        let apparent_gravity_south_x = mul_add(c(-HINGE_SOUTH_SIN), apparent_gravity_south_east_y,
+            sin_ground_east * c(APPARENT_GRAVITY_SOUTH_X_FACTOR));
         let apparent_gravity_south_y = mul_add(cos_south_south_east,
             apparent_gravity_on_hinge_south_y,
             sin_south_south_east * apparent_gravity_south_east_z);
@@ -1840,10 +2117,12 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             apparent_gravity_on_hinge_south_y,
             cos_south_south_east * apparent_gravity_south_east_z);
         // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_ghost0_y = mul_add(c(6.007372737186427),
-            sin_ground_west, c(0.7071071698144962) * apparent_gravity_south_west_y);
-        let apparent_gravity_south_ghost0_x = mul_add(c(0.7071063925583854),
-            apparent_gravity_south_west_y, sin_ground_west * c(-6.007379340531014));
+        let apparent_gravity_on_hinge_south_ghost0_y =
+            mul_add(c(APPARENT_GRAVITY_ON_HINGE_SOUTH_GHOST0_Y_FACTOR), sin_ground_west,
+            c(HINGE_SOUTH_GHOST0_COS) * apparent_gravity_south_west_y);
+        let apparent_gravity_south_ghost0_x = mul_add(c(HINGE_SOUTH_GHOST0_SIN),
+            apparent_gravity_south_west_y,
+            sin_ground_west * c(-APPARENT_GRAVITY_SOUTH_GHOST0_X_FACTOR));
         let apparent_gravity_south_ghost0_y = mul_add(cos_south_west_south,
             apparent_gravity_on_hinge_south_ghost0_y,
             sin_south_west_south * apparent_gravity_south_west_z);
@@ -1851,7 +2130,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             apparent_gravity_on_hinge_south_ghost0_y,
             cos_south_west_south * apparent_gravity_south_west_z);
         // south_east: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_on_hinge_south_east_y = c(0.7071067811865475) * a[4];
+        let alpha_on_hinge_south_east_y = c(HINGE_SOUTH_EAST_COS) * a[4];
         let alpha_south_east_x = alpha_on_hinge_south_east_y + a[3];
         let alpha_south_east_y = mul_add(-minus_parent_omega_south_east_z, u[3],
             cos_south_east_east * alpha_on_hinge_south_east_y);
@@ -1864,8 +2143,8 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let acceleration_gradient_south_east_zx = -minus_omega_south_east_xz - alpha_south_east_y;
         let acceleration_gradient_south_east_zy = alpha_south_east_x - minus_omega_south_east_yz;
         // south_west: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let minus_alpha_on_hinge_south_west_y = c(0.8660257562110547) * a[5];
-        let alpha_south_west_x = mul_add(c(0.4999993895786978), a[5], a[2]);
+        let minus_alpha_on_hinge_south_west_y = c(HINGE_SOUTH_WEST_SIN) * a[5];
+        let alpha_south_west_x = mul_add(c(HINGE_SOUTH_WEST_COS), a[5], a[2]);
         let alpha_south_west_y = mul_add(-cos_west_south_west, minus_alpha_on_hinge_south_west_y,
             parent_omega_south_west_z * u[2]);
         let alpha_south_west_z = mul_add(sin_west_south_west, minus_alpha_on_hinge_south_west_y,
@@ -1877,10 +2156,10 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let acceleration_gradient_south_west_zx = omega_south_west_xz - alpha_south_west_y;
         let acceleration_gradient_south_west_zy = alpha_south_west_x - minus_omega_south_west_yz;
         // south: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_on_hinge_south_y = mul_add(c(0.8660254814097263), alpha_south_east_x,
-            c(0.49999986554903386) * alpha_south_east_y);
-        let alpha_south_x = a[1] + mul_add(c(-0.8660254814097263), alpha_south_east_y,
-            c(0.49999986554903386) * alpha_south_east_x);
+        let alpha_on_hinge_south_y = mul_add(c(HINGE_SOUTH_SIN), alpha_south_east_x,
+            c(HINGE_SOUTH_COS) * alpha_south_east_y);
+        let alpha_south_x = a[1] + mul_add(c(-HINGE_SOUTH_SIN), alpha_south_east_y,
+            c(HINGE_SOUTH_COS) * alpha_south_east_x);
         let alpha_south_y = mul_add(cos_south_south_east, alpha_on_hinge_south_y,
             mul_add(sin_south_south_east, alpha_south_east_z, parent_omega_south_z * u[1]));
         let alpha_south_z = mul_add(-sin_south_south_east, alpha_on_hinge_south_y,
@@ -1892,10 +2171,10 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let acceleration_gradient_south_zx = omega_south_xz - alpha_south_y;
         let acceleration_gradient_south_zy = omega_south_yz + alpha_south_x;
         // south_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_on_hinge_south_ghost0_y = mul_add(c(-0.7071063925583854), alpha_south_west_x,
-            c(0.7071071698144962) * alpha_south_west_y);
-        let alpha_south_ghost0_x = a[0] + mul_add(c(0.7071063925583854), alpha_south_west_y,
-            c(0.7071071698144962) * alpha_south_west_x);
+        let alpha_on_hinge_south_ghost0_y = mul_add(c(-HINGE_SOUTH_GHOST0_SIN), alpha_south_west_x,
+            c(HINGE_SOUTH_GHOST0_COS) * alpha_south_west_y);
+        let alpha_south_ghost0_x = a[0] + mul_add(c(HINGE_SOUTH_GHOST0_SIN), alpha_south_west_y,
+            c(HINGE_SOUTH_GHOST0_COS) * alpha_south_west_x);
         let alpha_south_ghost0_y = mul_add(cos_south_west_south, alpha_on_hinge_south_ghost0_y,
             mul_add(sin_south_west_south, alpha_south_west_z, parent_omega_south_ghost0_z * u[0]));
         let alpha_south_ghost0_z = mul_add(-sin_south_west_south, alpha_on_hinge_south_ghost0_y,
@@ -1907,117 +2186,118 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let acceleration_gradient_south_ghost0_zx = omega_south_ghost0_xz - alpha_south_ghost0_y;
         let acceleration_gradient_south_ghost0_zy = omega_south_ghost0_yz + alpha_south_ghost0_x;
         // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let net_moment_south_x = mul_add(c(-1.7025018541990593e-4), apparent_gravity_south_z,
-            -mul_add(c(-2.3726582693412885e-8), acceleration_gradient_south_yz,
-            mul_add(c(-6.645555056848842e-6), acceleration_gradient_south_zx,
-            acceleration_gradient_south_zy * c(5.565308808048279e-6))));
-        let net_force_south_x = mul_add(c(7.559640658759916e-3), apparent_gravity_south_x,
-            -mul_add(c(-1.7025018541990593e-4), acceleration_gradient_south_xy,
-            minus_velocity_product_gradient_south_xx * c(-2.948835911343091e-4)));
-        let net_force_south_y = mul_add(c(7.559640658759916e-3), apparent_gravity_south_y,
-            -mul_add(c(1.7025018541990593e-4), minus_velocity_product_gradient_south_yy,
-            acceleration_gradient_south_yx * c(2.948835911343091e-4)));
-        let net_force_south_z = mul_add(c(7.559640658759916e-3), apparent_gravity_south_z,
-            -mul_add(c(-1.7025018541990593e-4), acceleration_gradient_south_zy,
-            acceleration_gradient_south_zx * c(2.948835911343091e-4)));
-        let net_moment_south_y = mul_add(c(-2.948835911343091e-4), apparent_gravity_south_z,
-            -mul_add(c(2.3726582693412885e-8), acceleration_gradient_south_xz,
-            mul_add(c(-1.3239018914092994e-5), acceleration_gradient_south_zx,
-            acceleration_gradient_south_zy * c(6.645555056848842e-6))));
-        let net_moment_south_z = mul_add(c(1.7025018541990593e-4), apparent_gravity_south_x,
-            apparent_gravity_south_y * c(2.948835911343091e-4)) - mul_add(c(-5.565308808048279e-6),
-            acceleration_gradient_south_xy, mul_add(c(-6.645555056848842e-6), omega_south_yy
-            - omega_south_xx, acceleration_gradient_south_yx * c(1.3239018914092994e-5)));
+        let net_moment_south_x = mul_add(c(-FIRST_MOMENT_SOUTH_Y), apparent_gravity_south_z,
+            -mul_add(c(-SECOND_MOMENT_SOUTH_ZZ), acceleration_gradient_south_yz,
+            mul_add(c(-SECOND_MOMENT_SOUTH_XY), acceleration_gradient_south_zx,
+            acceleration_gradient_south_zy * c(SECOND_MOMENT_SOUTH_YY))));
+        let net_force_south_x = mul_add(c(MASS_SOUTH), apparent_gravity_south_x,
+            -mul_add(c(-FIRST_MOMENT_SOUTH_Y), acceleration_gradient_south_xy,
+            minus_velocity_product_gradient_south_xx * c(-FIRST_MOMENT_SOUTH_X)));
+        let net_force_south_y = mul_add(c(MASS_SOUTH), apparent_gravity_south_y,
+            -mul_add(c(FIRST_MOMENT_SOUTH_Y), minus_velocity_product_gradient_south_yy,
+            acceleration_gradient_south_yx * c(FIRST_MOMENT_SOUTH_X)));
+        let net_force_south_z = mul_add(c(MASS_SOUTH), apparent_gravity_south_z,
+            -mul_add(c(-FIRST_MOMENT_SOUTH_Y), acceleration_gradient_south_zy,
+            acceleration_gradient_south_zx * c(FIRST_MOMENT_SOUTH_X)));
+        let net_moment_south_y = mul_add(c(-FIRST_MOMENT_SOUTH_X), apparent_gravity_south_z,
+            -mul_add(c(SECOND_MOMENT_SOUTH_ZZ), acceleration_gradient_south_xz,
+            mul_add(c(-SECOND_MOMENT_SOUTH_XX), acceleration_gradient_south_zx,
+            acceleration_gradient_south_zy * c(SECOND_MOMENT_SOUTH_XY))));
+        let net_moment_south_z = mul_add(c(FIRST_MOMENT_SOUTH_Y), apparent_gravity_south_x,
+            apparent_gravity_south_y * c(FIRST_MOMENT_SOUTH_X))
+            - mul_add(c(-SECOND_MOMENT_SOUTH_YY), acceleration_gradient_south_xy,
+            mul_add(c(-SECOND_MOMENT_SOUTH_XY), omega_south_yy - omega_south_xx,
+            acceleration_gradient_south_yx * c(SECOND_MOMENT_SOUTH_XX)));
         let transmitted_force_on_hinge_south_y = mul_add(-sin_south_south_east, net_force_south_z,
             cos_south_south_east * net_force_south_y);
-        let transmitted_force_in_parent_south_x = mul_add(c(0.8660254814097263),
-            transmitted_force_on_hinge_south_y, c(0.49999986554903386) * net_force_south_x);
-        let transmitted_force_in_parent_south_y = mul_add(c(-0.8660254814097263), net_force_south_x,
-            c(0.49999986554903386) * transmitted_force_on_hinge_south_y);
+        let transmitted_force_in_parent_south_x = mul_add(c(HINGE_SOUTH_SIN),
+            transmitted_force_on_hinge_south_y, c(HINGE_SOUTH_COS) * net_force_south_x);
+        let transmitted_force_in_parent_south_y = mul_add(c(-HINGE_SOUTH_SIN), net_force_south_x,
+            c(HINGE_SOUTH_COS) * transmitted_force_on_hinge_south_y);
         let transmitted_force_in_parent_south_z = mul_add(cos_south_south_east, net_force_south_z,
             sin_south_south_east * net_force_south_y);
         let transmitted_moment_on_hinge_south_y = mul_add(-sin_south_south_east, net_moment_south_z,
             cos_south_south_east * net_moment_south_y);
-        let transmitted_moment_in_parent_south_x = mul_add(c(0.8660254814097263),
-            transmitted_moment_on_hinge_south_y, c(0.49999986554903386) * net_moment_south_x);
-        let transmitted_moment_in_parent_south_y = mul_add(c(-0.8660254814097263),
-            net_moment_south_x, c(0.49999986554903386) * transmitted_moment_on_hinge_south_y);
+        let transmitted_moment_in_parent_south_x = mul_add(c(HINGE_SOUTH_SIN),
+            transmitted_moment_on_hinge_south_y, c(HINGE_SOUTH_COS) * net_moment_south_x);
+        let transmitted_moment_in_parent_south_y = mul_add(c(-HINGE_SOUTH_SIN), net_moment_south_x,
+            c(HINGE_SOUTH_COS) * transmitted_moment_on_hinge_south_y);
         let transmitted_moment_in_parent_south_z = mul_add(cos_south_south_east, net_moment_south_z,
             sin_south_south_east * net_moment_south_y);
         // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let net_moment_south_ghost0_x = mul_add(c(1.7025149681007909e-4),
-            apparent_gravity_south_ghost0_z, -mul_add(c(5.565367759175165e-6),
-            acceleration_gradient_south_ghost0_zy, mul_add(c(-2.3726582693412885e-8),
+        let net_moment_south_ghost0_x = mul_add(c(FIRST_MOMENT_SOUTH_GHOST0_Y),
+            apparent_gravity_south_ghost0_z, -mul_add(c(SECOND_MOMENT_SOUTH_GHOST0_YY),
+            acceleration_gradient_south_ghost0_zy, mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_ZZ),
             acceleration_gradient_south_ghost0_yz,
-            acceleration_gradient_south_ghost0_zx * c(6.645589092322226e-6))));
-        let net_force_south_ghost0_x = mul_add(c(7.559640658759916e-3),
-            apparent_gravity_south_ghost0_x, -mul_add(c(1.7025149681007909e-4),
+            acceleration_gradient_south_ghost0_zx * c(SECOND_MOMENT_SOUTH_GHOST0_XY))));
+        let net_force_south_ghost0_x = mul_add(c(MASS_SOUTH_GHOST0),
+            apparent_gravity_south_ghost0_x, -mul_add(c(FIRST_MOMENT_SOUTH_GHOST0_Y),
             acceleration_gradient_south_ghost0_xy,
-            minus_velocity_product_gradient_south_ghost0_xx * c(-2.9488283400311115e-4)));
-        let net_force_south_ghost0_y = mul_add(c(7.559640658759916e-3),
-            apparent_gravity_south_ghost0_y, -mul_add(c(-1.7025149681007909e-4),
+            minus_velocity_product_gradient_south_ghost0_xx * c(-FIRST_MOMENT_SOUTH_GHOST0_X)));
+        let net_force_south_ghost0_y = mul_add(c(MASS_SOUTH_GHOST0),
+            apparent_gravity_south_ghost0_y, -mul_add(c(-FIRST_MOMENT_SOUTH_GHOST0_Y),
             minus_velocity_product_gradient_south_ghost0_yy,
-            acceleration_gradient_south_ghost0_yx * c(2.9488283400311115e-4)));
-        let net_force_south_ghost0_z = mul_add(c(7.559640658759916e-3),
-            apparent_gravity_south_ghost0_z, -mul_add(c(1.7025149681007909e-4),
+            acceleration_gradient_south_ghost0_yx * c(FIRST_MOMENT_SOUTH_GHOST0_X)));
+        let net_force_south_ghost0_z = mul_add(c(MASS_SOUTH_GHOST0),
+            apparent_gravity_south_ghost0_z, -mul_add(c(FIRST_MOMENT_SOUTH_GHOST0_Y),
             acceleration_gradient_south_ghost0_zy,
-            acceleration_gradient_south_ghost0_zx * c(2.9488283400311115e-4)));
-        let net_moment_south_ghost0_y = mul_add(c(-2.9488283400311115e-4),
-            apparent_gravity_south_ghost0_z, -mul_add(c(-6.645589092322226e-6),
-            acceleration_gradient_south_ghost0_zy, mul_add(c(-1.323895996296611e-5),
+            acceleration_gradient_south_ghost0_zx * c(FIRST_MOMENT_SOUTH_GHOST0_X)));
+        let net_moment_south_ghost0_y = mul_add(c(-FIRST_MOMENT_SOUTH_GHOST0_X),
+            apparent_gravity_south_ghost0_z, -mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_XY),
+            acceleration_gradient_south_ghost0_zy, mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_XX),
             acceleration_gradient_south_ghost0_zx,
-            acceleration_gradient_south_ghost0_xz * c(2.3726582693412885e-8))));
-        let net_moment_south_ghost0_z = mul_add(c(-1.7025149681007909e-4),
+            acceleration_gradient_south_ghost0_xz * c(SECOND_MOMENT_SOUTH_GHOST0_ZZ))));
+        let net_moment_south_ghost0_z = mul_add(c(-FIRST_MOMENT_SOUTH_GHOST0_Y),
             apparent_gravity_south_ghost0_x,
-            apparent_gravity_south_ghost0_y * c(2.9488283400311115e-4))
-            - mul_add(c(-5.565367759175165e-6), acceleration_gradient_south_ghost0_xy,
-            mul_add(c(6.645589092322226e-6), omega_south_ghost0_yy - omega_south_ghost0_xx,
-            acceleration_gradient_south_ghost0_yx * c(1.323895996296611e-5)));
+            apparent_gravity_south_ghost0_y * c(FIRST_MOMENT_SOUTH_GHOST0_X))
+            - mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_YY), acceleration_gradient_south_ghost0_xy,
+            mul_add(c(SECOND_MOMENT_SOUTH_GHOST0_XY), omega_south_ghost0_yy - omega_south_ghost0_xx,
+            acceleration_gradient_south_ghost0_yx * c(SECOND_MOMENT_SOUTH_GHOST0_XX)));
         let transmitted_force_on_hinge_south_ghost0_y = mul_add(-sin_south_west_south,
             net_force_south_ghost0_z, cos_south_west_south * net_force_south_ghost0_y);
-        let transmitted_force_in_parent_south_ghost0_x = mul_add(c(-0.7071063925583854),
+        let transmitted_force_in_parent_south_ghost0_x = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
             transmitted_force_on_hinge_south_ghost0_y,
-            c(0.7071071698144962) * net_force_south_ghost0_x);
-        let transmitted_force_in_parent_south_ghost0_y = mul_add(c(0.7071063925583854),
+            c(HINGE_SOUTH_GHOST0_COS) * net_force_south_ghost0_x);
+        let transmitted_force_in_parent_south_ghost0_y = mul_add(c(HINGE_SOUTH_GHOST0_SIN),
             net_force_south_ghost0_x,
-            c(0.7071071698144962) * transmitted_force_on_hinge_south_ghost0_y);
+            c(HINGE_SOUTH_GHOST0_COS) * transmitted_force_on_hinge_south_ghost0_y);
         let transmitted_force_in_parent_south_ghost0_z = mul_add(cos_south_west_south,
             net_force_south_ghost0_z, sin_south_west_south * net_force_south_ghost0_y);
         let transmitted_moment_on_hinge_south_ghost0_y = mul_add(-sin_south_west_south,
             net_moment_south_ghost0_z, cos_south_west_south * net_moment_south_ghost0_y);
-        let transmitted_moment_in_parent_south_ghost0_x = mul_add(c(-0.7071063925583854),
+        let transmitted_moment_in_parent_south_ghost0_x = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
             transmitted_moment_on_hinge_south_ghost0_y,
-            c(0.7071071698144962) * net_moment_south_ghost0_x);
-        let transmitted_moment_in_parent_south_ghost0_y = mul_add(c(0.7071063925583854),
+            c(HINGE_SOUTH_GHOST0_COS) * net_moment_south_ghost0_x);
+        let transmitted_moment_in_parent_south_ghost0_y = mul_add(c(HINGE_SOUTH_GHOST0_SIN),
             net_moment_south_ghost0_x,
-            c(0.7071071698144962) * transmitted_moment_on_hinge_south_ghost0_y);
+            c(HINGE_SOUTH_GHOST0_COS) * transmitted_moment_on_hinge_south_ghost0_y);
         let transmitted_moment_in_parent_south_ghost0_z = mul_add(cos_south_west_south,
             net_moment_south_ghost0_z, sin_south_west_south * net_moment_south_ghost0_y);
         // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let net_force_south_east_x = mul_add(c(0.07380660156279345), sin_ground_east,
-            -mul_add(c(-2.1820669112261221e-4), acceleration_gradient_south_east_xy,
-            minus_velocity_product_gradient_south_east_xx * c(-3.4369412604123286e-4)));
-        let net_force_south_east_y = mul_add(c(0.010639989492637083), apparent_gravity_south_east_y,
-            -mul_add(c(2.1820669112261221e-4), minus_velocity_product_gradient_south_east_yy,
-            acceleration_gradient_south_east_yx * c(3.4369412604123286e-4)));
-        let net_force_south_east_z = mul_add(c(0.010639989492637083), apparent_gravity_south_east_z,
-            -mul_add(c(-2.1820669112261221e-4), acceleration_gradient_south_east_zy,
-            acceleration_gradient_south_east_zx * c(3.4369412604123286e-4)));
-        let net_moment_south_east_x = mul_add(c(-2.1820669112261221e-4),
-            apparent_gravity_south_east_z, -mul_add(c(-3.338573836000013e-8),
-            acceleration_gradient_south_east_yz, mul_add(c(-7.2072789294646456e-6),
+        let net_force_south_east_x = mul_add(c(NET_FORCE_SOUTH_EAST_X_FACTOR), sin_ground_east,
+            -mul_add(c(-FIRST_MOMENT_SOUTH_EAST_Y), acceleration_gradient_south_east_xy,
+            minus_velocity_product_gradient_south_east_xx * c(-FIRST_MOMENT_SOUTH_EAST_X)));
+        let net_force_south_east_y = mul_add(c(MASS_SOUTH_EAST), apparent_gravity_south_east_y,
+            -mul_add(c(FIRST_MOMENT_SOUTH_EAST_Y), minus_velocity_product_gradient_south_east_yy,
+            acceleration_gradient_south_east_yx * c(FIRST_MOMENT_SOUTH_EAST_X)));
+        let net_force_south_east_z = mul_add(c(MASS_SOUTH_EAST), apparent_gravity_south_east_z,
+            -mul_add(c(-FIRST_MOMENT_SOUTH_EAST_Y), acceleration_gradient_south_east_zy,
+            acceleration_gradient_south_east_zx * c(FIRST_MOMENT_SOUTH_EAST_X)));
+        let net_moment_south_east_x = mul_add(c(-FIRST_MOMENT_SOUTH_EAST_Y),
+            apparent_gravity_south_east_z, -mul_add(c(-SECOND_MOMENT_SOUTH_EAST_ZZ),
+            acceleration_gradient_south_east_yz, mul_add(c(-SECOND_MOMENT_SOUTH_EAST_XY),
             acceleration_gradient_south_east_zx,
-            acceleration_gradient_south_east_zy * c(6.4950011425050576e-6))));
-        let net_moment_south_east_y = mul_add(c(-3.4369412604123286e-4),
-            apparent_gravity_south_east_z, -mul_add(c(3.338573836000013e-8),
-            acceleration_gradient_south_east_xz, mul_add(c(-1.2590551783216779e-5),
+            acceleration_gradient_south_east_zy * c(SECOND_MOMENT_SOUTH_EAST_YY))));
+        let net_moment_south_east_y = mul_add(c(-FIRST_MOMENT_SOUTH_EAST_X),
+            apparent_gravity_south_east_z, -mul_add(c(SECOND_MOMENT_SOUTH_EAST_ZZ),
+            acceleration_gradient_south_east_xz, mul_add(c(-SECOND_MOMENT_SOUTH_EAST_XX),
             acceleration_gradient_south_east_zx,
-            acceleration_gradient_south_east_zy * c(7.2072789294646456e-6))));
-        let net_moment_south_east_z = mul_add(c(1.5136381780420903e-3), sin_ground_east,
-            apparent_gravity_south_east_y * c(3.4369412604123286e-4))
-            - mul_add(c(-6.4950011425050576e-6), acceleration_gradient_south_east_xy,
-            mul_add(c(-7.2072789294646456e-6), omega_south_east_yy - omega_south_east_xx,
-            acceleration_gradient_south_east_yx * c(1.2590551783216779e-5)));
+            acceleration_gradient_south_east_zy * c(SECOND_MOMENT_SOUTH_EAST_XY))));
+        let net_moment_south_east_z = mul_add(c(NET_MOMENT_SOUTH_EAST_Z_FACTOR), sin_ground_east,
+            apparent_gravity_south_east_y * c(FIRST_MOMENT_SOUTH_EAST_X))
+            - mul_add(c(-SECOND_MOMENT_SOUTH_EAST_YY), acceleration_gradient_south_east_xy,
+            mul_add(c(-SECOND_MOMENT_SOUTH_EAST_XY), omega_south_east_yy - omega_south_east_xx,
+            acceleration_gradient_south_east_yx * c(SECOND_MOMENT_SOUTH_EAST_XX)));
         let transmitted_force_south_east_x = net_force_south_east_x
             + transmitted_force_in_parent_south_x;
         let transmitted_force_south_east_y = net_force_south_east_y
@@ -2033,9 +2313,9 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let transmitted_force_on_hinge_south_east_y = mul_add(-sin_south_east_east,
             transmitted_force_south_east_z, cos_south_east_east * transmitted_force_south_east_y);
         let transmitted_force_south_east_x_product =
-            c(0.7071067811865475) * transmitted_force_south_east_x;
+            c(HINGE_SOUTH_EAST_COS) * transmitted_force_south_east_x;
         let transmitted_force_on_hinge_south_east_y_product =
-            c(0.7071067811865475) * transmitted_force_on_hinge_south_east_y;
+            c(HINGE_SOUTH_EAST_COS) * transmitted_force_on_hinge_south_east_y;
         let transmitted_force_in_parent_south_east_x = transmitted_force_south_east_x_product
             + transmitted_force_on_hinge_south_east_y_product;
         let transmitted_force_in_parent_south_east_y =
@@ -2046,23 +2326,23 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let transmitted_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
             transmitted_moment_south_east_z, cos_south_east_east * transmitted_moment_south_east_y);
         let transmitted_moment_south_east_x_product =
-            c(0.7071067811865475) * transmitted_moment_south_east_x;
+            c(HINGE_SOUTH_EAST_COS) * transmitted_moment_south_east_x;
         let transmitted_moment_on_hinge_south_east_y_product =
-            c(0.7071067811865475) * transmitted_moment_on_hinge_south_east_y;
+            c(HINGE_SOUTH_EAST_COS) * transmitted_moment_on_hinge_south_east_y;
         let transmitted_moment_in_parent_south_east_y =
             transmitted_moment_on_hinge_south_east_y_product
             - transmitted_moment_south_east_x_product;
         let transmitted_moment_in_parent_south_east_z = mul_add(cos_south_east_east,
             transmitted_moment_south_east_z, sin_south_east_east * transmitted_moment_south_east_y);
         // east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let net_force_east_y = mul_add(c(-1.2422592520055817e-4), omega_east_xx,
-            sin_ground_east * c(-0.08377369437565946));
-        let net_force_east_z = mul_add(c(1.2422592520055817e-4), a[4],
-            cos_ground_east * c(-0.08377369437565946));
-        let net_moment_east_y = mul_add(c(-4.888494966109656e-6), a[4],
-            cos_ground_east * c(3.2095218013892565e-3));
-        let net_moment_east_z = mul_add(c(-4.888494966109656e-6), omega_east_xx,
-            sin_ground_east * c(-3.2095218013892565e-3));
+        let net_force_east_y = mul_add(c(-FIRST_MOMENT_EAST_Y), omega_east_xx,
+            sin_ground_east * c(-MASS_EAST_TIMES_GRAVITY_Z));
+        let net_force_east_z = mul_add(c(FIRST_MOMENT_EAST_Y), a[4],
+            cos_ground_east * c(-MASS_EAST_TIMES_GRAVITY_Z));
+        let net_moment_east_y = mul_add(c(-SECOND_MOMENT_EAST_XY), a[4],
+            cos_ground_east * c(FIRST_MOMENT_EAST_X_TIMES_GRAVITY_Z));
+        let net_moment_east_z = mul_add(c(-SECOND_MOMENT_EAST_XY), omega_east_xx,
+            sin_ground_east * c(-FIRST_MOMENT_EAST_X_TIMES_GRAVITY_Z));
         let transmitted_force_east_y = net_force_east_y + transmitted_force_in_parent_south_east_y;
         let transmitted_force_east_z = net_force_east_z + transmitted_force_in_parent_south_east_z;
         let transmitted_moment_east_y = net_moment_east_y
@@ -2070,30 +2350,30 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let transmitted_moment_east_z = net_moment_east_z
             + transmitted_moment_in_parent_south_east_z;
         // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let net_force_south_west_x = mul_add(c(-0.07254860693208019), sin_ground_west,
-            -mul_add(c(1.4350139506894642e-4), acceleration_gradient_south_west_xy,
-            minus_velocity_product_gradient_south_west_xx * c(-3.191766616116623e-4)));
-        let net_force_south_west_y = mul_add(c(8.539437450805796e-3), apparent_gravity_south_west_y,
-            -mul_add(c(-1.4350139506894642e-4), minus_velocity_product_gradient_south_west_yy,
-            acceleration_gradient_south_west_yx * c(3.191766616116623e-4)));
-        let net_force_south_west_z = mul_add(c(8.539437450805796e-3), apparent_gravity_south_west_z,
-            -mul_add(c(1.4350139506894642e-4), acceleration_gradient_south_west_zy,
-            acceleration_gradient_south_west_zx * c(3.191766616116623e-4)));
-        let net_moment_south_west_x = mul_add(c(1.4350139506894642e-4),
-            apparent_gravity_south_west_z, -mul_add(c(-2.6789051216394143e-8),
-            acceleration_gradient_south_west_yz, mul_add(c(3.474122192279329e-6),
+        let net_force_south_west_x = mul_add(c(-NET_FORCE_SOUTH_WEST_X_FACTOR), sin_ground_west,
+            -mul_add(c(FIRST_MOMENT_SOUTH_WEST_Y), acceleration_gradient_south_west_xy,
+            minus_velocity_product_gradient_south_west_xx * c(-FIRST_MOMENT_SOUTH_WEST_X)));
+        let net_force_south_west_y = mul_add(c(MASS_SOUTH_WEST), apparent_gravity_south_west_y,
+            -mul_add(c(-FIRST_MOMENT_SOUTH_WEST_Y), minus_velocity_product_gradient_south_west_yy,
+            acceleration_gradient_south_west_yx * c(FIRST_MOMENT_SOUTH_WEST_X)));
+        let net_force_south_west_z = mul_add(c(MASS_SOUTH_WEST), apparent_gravity_south_west_z,
+            -mul_add(c(FIRST_MOMENT_SOUTH_WEST_Y), acceleration_gradient_south_west_zy,
+            acceleration_gradient_south_west_zx * c(FIRST_MOMENT_SOUTH_WEST_X)));
+        let net_moment_south_west_x = mul_add(c(FIRST_MOMENT_SOUTH_WEST_Y),
+            apparent_gravity_south_west_z, -mul_add(c(-SECOND_MOMENT_SOUTH_WEST_ZZ),
+            acceleration_gradient_south_west_yz, mul_add(c(SECOND_MOMENT_SOUTH_WEST_YY),
             acceleration_gradient_south_west_zy,
-            acceleration_gradient_south_west_zx * c(5.7748035664558305e-6))));
-        let net_moment_south_west_y = mul_add(c(-3.191766616116623e-4),
-            apparent_gravity_south_west_z, -mul_add(c(-5.7748035664558305e-6),
-            acceleration_gradient_south_west_zy, mul_add(c(-1.3250795162898888e-5),
+            acceleration_gradient_south_west_zx * c(SECOND_MOMENT_SOUTH_WEST_XY))));
+        let net_moment_south_west_y = mul_add(c(-FIRST_MOMENT_SOUTH_WEST_X),
+            apparent_gravity_south_west_z, -mul_add(c(-SECOND_MOMENT_SOUTH_WEST_XY),
+            acceleration_gradient_south_west_zy, mul_add(c(-SECOND_MOMENT_SOUTH_WEST_XX),
             acceleration_gradient_south_west_zx,
-            acceleration_gradient_south_west_xz * c(2.6789051216394143e-8))));
-        let net_moment_south_west_z = mul_add(c(1.2191466200246904e-3), sin_ground_west,
-            apparent_gravity_south_west_y * c(3.191766616116623e-4))
-            - mul_add(c(-3.474122192279329e-6), acceleration_gradient_south_west_xy,
-            mul_add(c(5.7748035664558305e-6), omega_south_west_yy - omega_south_west_xx,
-            acceleration_gradient_south_west_yx * c(1.3250795162898888e-5)));
+            acceleration_gradient_south_west_xz * c(SECOND_MOMENT_SOUTH_WEST_ZZ))));
+        let net_moment_south_west_z = mul_add(c(NET_MOMENT_SOUTH_WEST_Z_FACTOR), sin_ground_west,
+            apparent_gravity_south_west_y * c(FIRST_MOMENT_SOUTH_WEST_X))
+            - mul_add(c(-SECOND_MOMENT_SOUTH_WEST_YY), acceleration_gradient_south_west_xy,
+            mul_add(c(SECOND_MOMENT_SOUTH_WEST_XY), omega_south_west_yy - omega_south_west_xx,
+            acceleration_gradient_south_west_yx * c(SECOND_MOMENT_SOUTH_WEST_XX)));
         let transmitted_force_south_west_x = net_force_south_west_x
             + transmitted_force_in_parent_south_ghost0_x;
         let transmitted_force_south_west_y = net_force_south_west_y
@@ -2108,30 +2388,30 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             + transmitted_moment_in_parent_south_ghost0_z;
         let transmitted_force_on_hinge_south_west_y = mul_add(-sin_west_south_west,
             transmitted_force_south_west_z, cos_west_south_west * transmitted_force_south_west_y);
-        let transmitted_force_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
+        let transmitted_force_in_parent_south_west_x = mul_add(c(-HINGE_SOUTH_WEST_SIN),
             transmitted_force_on_hinge_south_west_y,
-            c(0.4999993895786978) * transmitted_force_south_west_x);
-        let transmitted_force_in_parent_south_west_y = mul_add(c(0.8660257562110547),
+            c(HINGE_SOUTH_WEST_COS) * transmitted_force_south_west_x);
+        let transmitted_force_in_parent_south_west_y = mul_add(c(HINGE_SOUTH_WEST_SIN),
             transmitted_force_south_west_x,
-            c(0.4999993895786978) * transmitted_force_on_hinge_south_west_y);
+            c(HINGE_SOUTH_WEST_COS) * transmitted_force_on_hinge_south_west_y);
         let transmitted_force_in_parent_south_west_z = mul_add(cos_west_south_west,
             transmitted_force_south_west_z, sin_west_south_west * transmitted_force_south_west_y);
         let transmitted_moment_on_hinge_south_west_y = mul_add(-sin_west_south_west,
             transmitted_moment_south_west_z, cos_west_south_west * transmitted_moment_south_west_y);
-        let transmitted_moment_in_parent_south_west_y = mul_add(c(0.8660257562110547),
+        let transmitted_moment_in_parent_south_west_y = mul_add(c(HINGE_SOUTH_WEST_SIN),
             transmitted_moment_south_west_x,
-            c(0.4999993895786978) * transmitted_moment_on_hinge_south_west_y);
+            c(HINGE_SOUTH_WEST_COS) * transmitted_moment_on_hinge_south_west_y);
         let transmitted_moment_in_parent_south_west_z = mul_add(cos_west_south_west,
             transmitted_moment_south_west_z, sin_west_south_west * transmitted_moment_south_west_y);
         // west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let net_force_west_y = mul_add(c(1.885487028387268e-4), omega_west_xx,
-            sin_ground_west * c(-0.10437938848616371));
-        let net_force_west_z = mul_add(c(-1.885487028387268e-4), a[5],
-            cos_ground_west * c(-0.10437938848616371));
-        let net_moment_west_y = mul_add(c(3.539652672546511e-3), cos_ground_west,
-            a[5] * c(6.243161609895162e-6));
-        let net_moment_west_z = mul_add(c(6.243161609895162e-6), omega_west_xx,
-            sin_ground_west * c(-3.539652672546511e-3));
+        let net_force_west_y = mul_add(c(FIRST_MOMENT_WEST_Y), omega_west_xx,
+            sin_ground_west * c(-MASS_WEST_TIMES_GRAVITY_Z));
+        let net_force_west_z = mul_add(c(-FIRST_MOMENT_WEST_Y), a[5],
+            cos_ground_west * c(-MASS_WEST_TIMES_GRAVITY_Z));
+        let net_moment_west_y = mul_add(c(FIRST_MOMENT_WEST_X_TIMES_GRAVITY_Z), cos_ground_west,
+            a[5] * c(SECOND_MOMENT_WEST_XY));
+        let net_moment_west_z = mul_add(c(SECOND_MOMENT_WEST_XY), omega_west_xx,
+            sin_ground_west * c(-FIRST_MOMENT_WEST_X_TIMES_GRAVITY_Z));
         let transmitted_force_west_y = net_force_west_y + transmitted_force_in_parent_south_west_y;
         let transmitted_force_west_z = net_force_west_z + transmitted_force_in_parent_south_west_z;
         let transmitted_moment_west_y = net_moment_west_y
@@ -2140,21 +2420,23 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             + transmitted_moment_in_parent_south_west_z;
         // south_ghost0: closure forces: (f, n) of lambda along the rows of the closure
         let closure_force_south_ghost0_z = lambda[1] + lambda[2];
-        let minus_closure_moment_south_ghost0_y = lambda[1] * c(0.0806842360747284);
-        let closure_moment_south_ghost0_z = lambda[0] * c(0.0806842360747284);
+        let minus_closure_moment_south_ghost0_y = lambda[1] * c(CLOSURE_POINT_SOUTH_GHOST0_X);
+        let closure_moment_south_ghost0_z = lambda[0] * c(CLOSURE_POINT_SOUTH_GHOST0_X);
         let closure_force_on_hinge_south_ghost0_y = mul_add(-sin_south_west_south,
             closure_force_south_ghost0_z, cos_south_west_south * lambda[0]);
         let closure_force_in_parent_south_ghost0_y =
-            c(0.7071071698144962) * closure_force_on_hinge_south_ghost0_y;
+            c(HINGE_SOUTH_GHOST0_COS) * closure_force_on_hinge_south_ghost0_y;
         let closure_force_in_parent_south_ghost0_z = mul_add(cos_south_west_south,
             closure_force_south_ghost0_z, sin_south_west_south * lambda[0]);
         let closure_moment_on_hinge_south_ghost0_y = mul_add(-sin_south_west_south,
             closure_moment_south_ghost0_z,
             -cos_south_west_south * minus_closure_moment_south_ghost0_y);
-        let closure_moment_in_parent_south_ghost0_x = mul_add(c(-0.7071063925583854),
-            closure_moment_on_hinge_south_ghost0_y, lambda[2] * c(0.05705240181944587));
-        let closure_moment_in_parent_south_ghost0_y = mul_add(c(0.05705233910713033), lambda[2],
-            c(0.7071071698144962) * closure_moment_on_hinge_south_ghost0_y);
+        let closure_moment_in_parent_south_ghost0_x = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
+            closure_moment_on_hinge_south_ghost0_y,
+            lambda[2] * c(JACOBIAN_LOOP0_2_WEST_SOUTH_WEST));
+        let closure_moment_in_parent_south_ghost0_y =
+            mul_add(c(HINGE_SOUTH_GHOST0_SIN_TIMES_ROW0_MOMENT_SOUTH_GHOST0_Z), lambda[2],
+            c(HINGE_SOUTH_GHOST0_COS) * closure_moment_on_hinge_south_ghost0_y);
         let closure_moment_in_parent_south_ghost0_z = mul_add(-sin_south_west_south,
             minus_closure_moment_south_ghost0_y,
             cos_south_west_south * closure_moment_south_ghost0_z);
@@ -2162,54 +2444,57 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let closure_force_on_hinge_south_west_y = mul_add(-sin_west_south_west,
             closure_force_in_parent_south_ghost0_z,
             cos_west_south_west * closure_force_in_parent_south_ghost0_y);
-        let closure_force_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
-            closure_force_on_hinge_south_west_y,
-            closure_force_on_hinge_south_ghost0_y * c(-0.35355276464638774));
-        let closure_force_in_parent_south_west_y = mul_add(c(-0.6123723483370466),
+        let closure_force_in_parent_south_west_x = mul_add(c(-HINGE_SOUTH_WEST_SIN),
+            closure_force_on_hinge_south_west_y, closure_force_on_hinge_south_ghost0_y *
+            c(-PARENT_OMEGA_ON_HINGE_SOUTH_GHOST0_Y_BY_GROUND_WEST_TERM));
+        let closure_force_in_parent_south_west_y =
+            mul_add(c(-PARENT_OMEGA_SOUTH_GHOST0_X_BY_GROUND_WEST_FACTOR),
             closure_force_on_hinge_south_ghost0_y,
-            c(0.4999993895786978) * closure_force_on_hinge_south_west_y);
+            c(HINGE_SOUTH_WEST_COS) * closure_force_on_hinge_south_west_y);
         let closure_force_in_parent_south_west_z = mul_add(cos_west_south_west,
             closure_force_in_parent_south_ghost0_z,
             sin_west_south_west * closure_force_in_parent_south_ghost0_y);
         let closure_moment_on_hinge_south_west_y = mul_add(-sin_west_south_west,
             closure_moment_in_parent_south_ghost0_z,
             cos_west_south_west * closure_moment_in_parent_south_ghost0_y);
-        let closure_moment_in_parent_south_west_y = mul_add(c(0.8660257562110547),
+        let closure_moment_in_parent_south_west_y = mul_add(c(HINGE_SOUTH_WEST_SIN),
             closure_moment_in_parent_south_ghost0_x,
-            c(0.4999993895786978) * closure_moment_on_hinge_south_west_y);
+            c(HINGE_SOUTH_WEST_COS) * closure_moment_on_hinge_south_west_y);
         let closure_moment_in_parent_south_west_z = mul_add(cos_west_south_west,
             closure_moment_in_parent_south_ghost0_z,
             sin_west_south_west * closure_moment_in_parent_south_ghost0_y);
         // south: closure forces: (f, n) of lambda along the rows of the closure
-        let minus_closure_force_south_y = lambda[0] * c(0.5000002689018963);
+        let minus_closure_force_south_y = lambda[0] * c(CLOSURE_DIRECTION_SOUTH_Y);
         let closure_force_south_z = -lambda[1] - lambda[2];
-        let closure_moment_south_x = mul_add(c(-0.04034213973350828), lambda[2],
-            lambda[1] * c(0.06987458559937651));
-        let closure_moment_south_y = mul_add(c(0.06987458559937651), lambda[2],
-            lambda[1] * c(0.04034213973350828));
+        let closure_moment_south_x = mul_add(c(-CLOSURE_POINT_SOUTH_X), lambda[2],
+            lambda[1] * c(CLOSURE_POINT_SOUTH_Y));
+        let closure_moment_south_y = mul_add(c(CLOSURE_POINT_SOUTH_Y), lambda[2],
+            lambda[1] * c(CLOSURE_POINT_SOUTH_X));
         let closure_force_on_hinge_south_y = mul_add(-sin_south_south_east, closure_force_south_z,
             -cos_south_south_east * minus_closure_force_south_y);
-        let closure_force_in_parent_south_x = mul_add(c(0.8660254814097263),
-            closure_force_on_hinge_south_y, lambda[0] * c(-0.43301250782896916));
-        let closure_force_in_parent_south_y = mul_add(c(0.749999932774463), lambda[0],
-            c(0.49999986554903386) * closure_force_on_hinge_south_y);
+        let closure_force_in_parent_south_x = mul_add(c(HINGE_SOUTH_SIN),
+            closure_force_on_hinge_south_y,
+            lambda[0] * c(-HINGE_SOUTH_COS_TIMES_CLOSURE_DIRECTION_SOUTH_X));
+        let closure_force_in_parent_south_y =
+            mul_add(c(HINGE_SOUTH_SIN_TIMES_CLOSURE_DIRECTION_SOUTH_X), lambda[0],
+            c(HINGE_SOUTH_COS) * closure_force_on_hinge_south_y);
         let closure_force_in_parent_south_z = mul_add(-sin_south_south_east,
             minus_closure_force_south_y, cos_south_south_east * closure_force_south_z);
         let closure_moment_on_hinge_south_y = mul_add(cos_south_south_east, closure_moment_south_y,
             sin_south_south_east * closure_moment_south_ghost0_z);
-        let closure_moment_in_parent_south_x = mul_add(c(0.8660254814097263),
-            closure_moment_on_hinge_south_y, c(0.49999986554903386) * closure_moment_south_x);
-        let closure_moment_in_parent_south_y = mul_add(c(-0.8660254814097263),
-            closure_moment_south_x, c(0.49999986554903386) * closure_moment_on_hinge_south_y);
+        let closure_moment_in_parent_south_x = mul_add(c(HINGE_SOUTH_SIN),
+            closure_moment_on_hinge_south_y, c(HINGE_SOUTH_COS) * closure_moment_south_x);
+        let closure_moment_in_parent_south_y = mul_add(c(-HINGE_SOUTH_SIN), closure_moment_south_x,
+            c(HINGE_SOUTH_COS) * closure_moment_on_hinge_south_y);
         let closure_moment_in_parent_south_z = mul_add(-cos_south_south_east,
             closure_moment_south_ghost0_z, sin_south_south_east * closure_moment_south_y);
         // south_east: closure forces: (f, n) of lambda along the rows of the closure
         let closure_force_on_hinge_south_east_y = mul_add(-sin_south_east_east,
             closure_force_in_parent_south_z, cos_south_east_east * closure_force_in_parent_south_y);
         let closure_force_in_parent_south_x_product =
-            c(0.7071067811865475) * closure_force_in_parent_south_x;
+            c(HINGE_SOUTH_EAST_COS) * closure_force_in_parent_south_x;
         let closure_force_on_hinge_south_east_y_product =
-            c(0.7071067811865475) * closure_force_on_hinge_south_east_y;
+            c(HINGE_SOUTH_EAST_COS) * closure_force_on_hinge_south_east_y;
         let closure_force_in_parent_south_east_x = closure_force_in_parent_south_x_product
             + closure_force_on_hinge_south_east_y_product;
         let closure_force_in_parent_south_east_y = closure_force_on_hinge_south_east_y_product
@@ -2220,33 +2505,35 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             closure_moment_in_parent_south_z,
             cos_south_east_east * closure_moment_in_parent_south_y);
         let closure_moment_in_parent_south_x_product =
-            c(0.7071067811865475) * closure_moment_in_parent_south_x;
+            c(HINGE_SOUTH_EAST_COS) * closure_moment_in_parent_south_x;
         let closure_moment_on_hinge_south_east_y_product =
-            c(0.7071067811865475) * closure_moment_on_hinge_south_east_y;
+            c(HINGE_SOUTH_EAST_COS) * closure_moment_on_hinge_south_east_y;
         let closure_moment_in_parent_south_east_y = closure_moment_on_hinge_south_east_y_product
             - closure_moment_in_parent_south_x_product;
         let closure_moment_in_parent_south_east_z = mul_add(cos_south_east_east,
             closure_moment_in_parent_south_z,
             sin_south_east_east * closure_moment_in_parent_south_y);
         // mechanism: results: what the function returns
-        let reactions_5_3 = mul_add(c(0.8660257562110547), closure_moment_on_hinge_south_west_y,
-            -mul_add(c(0.4999993895786978), closure_moment_in_parent_south_ghost0_x,
-            mul_add(c(-0.8660257562110547), transmitted_moment_on_hinge_south_west_y,
-            mul_add(c(0.4999993895786978), transmitted_moment_south_west_x,
-            mul_add(c(-4.858529110617978e-6), a[5], cos_ground_west * c(-1.84966277484791e-3))))));
+        let reactions_5_3 = mul_add(c(HINGE_SOUTH_WEST_SIN), closure_moment_on_hinge_south_west_y,
+            -mul_add(c(HINGE_SOUTH_WEST_COS), closure_moment_in_parent_south_ghost0_x,
+            mul_add(c(-HINGE_SOUTH_WEST_SIN), transmitted_moment_on_hinge_south_west_y,
+            mul_add(c(HINGE_SOUTH_WEST_COS), transmitted_moment_south_west_x,
+            mul_add(c(-REACTIONS_5_3_FACTOR_2), a[5],
+            cos_ground_west * c(-REACTIONS_5_3_FACTOR))))));
         reactions[0] = -net_force_south_ghost0_x;
         reactions[1] = -(net_force_south_ghost0_y + lambda[0]);
         reactions[2] = -(net_force_south_ghost0_z + closure_force_south_ghost0_z);
-        reactions[3] = -mul_add(c(0.0806842360747284), lambda[2], net_moment_south_ghost0_x);
+        reactions[3] = -mul_add(c(CLOSURE_POINT_SOUTH_GHOST0_X), lambda[2],
+            net_moment_south_ghost0_x);
         reactions[4] = minus_closure_moment_south_ghost0_y - net_moment_south_ghost0_y;
         reactions[5] = -(net_moment_south_ghost0_z + closure_moment_south_ghost0_z);
-        reactions[6] = mul_add(c(0.866025248533801), lambda[0], -net_force_south_x);
+        reactions[6] = mul_add(c(CLOSURE_DIRECTION_SOUTH_X), lambda[0], -net_force_south_x);
         reactions[7] = minus_closure_force_south_y - net_force_south_y;
         reactions[8] = -(net_force_south_z + closure_force_south_z);
         reactions[9] = -(net_moment_south_x + closure_moment_south_x);
         reactions[10] = -(net_moment_south_y + closure_moment_south_y);
         reactions[11] = closure_moment_south_ghost0_z - net_moment_south_z;
-        reactions[12] = mul_add(c(0.7071063925583854), closure_force_on_hinge_south_ghost0_y,
+        reactions[12] = mul_add(c(HINGE_SOUTH_GHOST0_SIN), closure_force_on_hinge_south_ghost0_y,
             -transmitted_force_south_west_x);
         reactions[13] = -(transmitted_force_south_west_y + closure_force_in_parent_south_ghost0_y);
         reactions[14] = -(transmitted_force_south_west_z + closure_force_in_parent_south_ghost0_z);
@@ -2269,8 +2556,8 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         reactions[27] = -(closure_moment_on_hinge_south_east_y_product
             + (closure_moment_in_parent_south_x_product
             + (transmitted_moment_on_hinge_south_east_y_product
-            + (transmitted_moment_south_east_x_product + mul_add(c(-2.6145799326651474e-6), a[4],
-            cos_ground_east * c(1.2186563262174758e-3))))));
+            + (transmitted_moment_south_east_x_product + mul_add(c(-REACTIONS_4_3_FACTOR_2), a[4],
+            cos_ground_east * c(REACTIONS_4_3_FACTOR))))));
         reactions[28] = -(transmitted_moment_east_y + closure_moment_in_parent_south_east_y);
         reactions[29] = -(transmitted_moment_east_z + closure_moment_in_parent_south_east_z);
         reactions[30] = -(transmitted_force_in_parent_south_west_x
@@ -2326,8 +2613,8 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let d_sin_south_west_south = dq[0] * cos_south_west_south;
         let minus_d_cos_south_west_south = dq[0] * sin_south_west_south;
         // south_east: angular velocity: w = R^T w_parent + u e_x
-        let parent_omega_on_hinge_south_east_y = u[4] * c(0.7071067811865475);
-        let d_parent_omega_on_hinge_south_east_y = du[4] * c(0.7071067811865475);
+        let parent_omega_on_hinge_south_east_y = u[4] * c(HINGE_SOUTH_EAST_COS);
+        let d_parent_omega_on_hinge_south_east_y = du[4] * c(HINGE_SOUTH_EAST_COS);
         let parent_omega_south_east_y = cos_south_east_east * parent_omega_on_hinge_south_east_y;
         let d_parent_omega_south_east_y = mul_add(-minus_d_cos_south_east_east,
             parent_omega_on_hinge_south_east_y,
@@ -2348,8 +2635,8 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             minus_d_parent_omega_south_east_z,
             -d_parent_omega_south_east_y * minus_parent_omega_south_east_z);
         // south_west: angular velocity: w = R^T w_parent + u e_x
-        let minus_parent_omega_on_hinge_south_west_y = u[5] * c(0.8660257562110547);
-        let minus_d_parent_omega_on_hinge_south_west_y = du[5] * c(0.8660257562110547);
+        let minus_parent_omega_on_hinge_south_west_y = u[5] * c(HINGE_SOUTH_WEST_SIN);
+        let minus_d_parent_omega_on_hinge_south_west_y = du[5] * c(HINGE_SOUTH_WEST_SIN);
         let minus_parent_omega_south_west_y =
             cos_west_south_west * minus_parent_omega_on_hinge_south_west_y;
         let d_parent_omega_south_west_y = mul_add(-cos_west_south_west,
@@ -2360,8 +2647,8 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let minus_d_parent_omega_south_west_z = mul_add(-sin_west_south_west,
             minus_d_parent_omega_on_hinge_south_west_y,
             -d_sin_west_south_west * minus_parent_omega_on_hinge_south_west_y);
-        let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
-        let d_omega_south_west_x = mul_add(c(0.4999993895786978), du[5], du[2]);
+        let omega_south_west_x = mul_add(c(HINGE_SOUTH_WEST_COS), u[5], u[2]);
+        let d_omega_south_west_x = mul_add(c(HINGE_SOUTH_WEST_COS), du[5], du[2]);
         // south_west: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let south_west_product = minus_parent_omega_south_west_y * d_parent_omega_south_west_y;
         let d_omega_south_west_yy = -south_west_product - south_west_product;
@@ -2374,14 +2661,14 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             minus_d_parent_omega_south_west_z,
             d_parent_omega_south_west_y * parent_omega_south_west_z);
         // south: angular velocity: w = R^T w_parent + u e_x
-        let parent_omega_on_hinge_south_y = mul_add(c(0.8660254814097263), omega_south_east_x,
-            parent_omega_south_east_y * c(0.49999986554903386));
-        let d_parent_omega_on_hinge_south_y = mul_add(c(0.8660254814097263), d_omega_south_east_x,
-            d_parent_omega_south_east_y * c(0.49999986554903386));
-        let parent_omega_south_x = mul_add(c(-0.8660254814097263), parent_omega_south_east_y,
-            omega_south_east_x * c(0.49999986554903386));
-        let d_parent_omega_south_x = mul_add(c(-0.8660254814097263), d_parent_omega_south_east_y,
-            d_omega_south_east_x * c(0.49999986554903386));
+        let parent_omega_on_hinge_south_y = mul_add(c(HINGE_SOUTH_SIN), omega_south_east_x,
+            parent_omega_south_east_y * c(HINGE_SOUTH_COS));
+        let d_parent_omega_on_hinge_south_y = mul_add(c(HINGE_SOUTH_SIN), d_omega_south_east_x,
+            d_parent_omega_south_east_y * c(HINGE_SOUTH_COS));
+        let parent_omega_south_x = mul_add(c(-HINGE_SOUTH_SIN), parent_omega_south_east_y,
+            omega_south_east_x * c(HINGE_SOUTH_COS));
+        let d_parent_omega_south_x = mul_add(c(-HINGE_SOUTH_SIN), d_parent_omega_south_east_y,
+            d_omega_south_east_x * c(HINGE_SOUTH_COS));
         let parent_omega_south_y = mul_add(-sin_south_south_east, minus_parent_omega_south_east_z,
             cos_south_south_east * parent_omega_on_hinge_south_y);
         let d_parent_omega_south_y = mul_add(-sin_south_south_east,
@@ -2413,14 +2700,14 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let minus_d_velocity_product_gradient_south_xx = d_omega_south_yy + d_omega_south_zz;
         let minus_d_velocity_product_gradient_south_yy = d_omega_south_xx + d_omega_south_zz;
         // south_ghost0: angular velocity: w = R^T w_parent + u e_x
-        let parent_omega_on_hinge_south_ghost0_y = mul_add(c(-0.7071063925583854),
-            omega_south_west_x, minus_parent_omega_south_west_y * c(-0.7071071698144962));
-        let d_parent_omega_on_hinge_south_ghost0_y = mul_add(c(-0.7071063925583854),
-            d_omega_south_west_x, d_parent_omega_south_west_y * c(0.7071071698144962));
-        let parent_omega_south_ghost0_x = mul_add(c(-0.7071063925583854),
-            minus_parent_omega_south_west_y, omega_south_west_x * c(0.7071071698144962));
-        let d_parent_omega_south_ghost0_x = mul_add(c(0.7071063925583854),
-            d_parent_omega_south_west_y, d_omega_south_west_x * c(0.7071071698144962));
+        let parent_omega_on_hinge_south_ghost0_y = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
+            omega_south_west_x, minus_parent_omega_south_west_y * c(-HINGE_SOUTH_GHOST0_COS));
+        let d_parent_omega_on_hinge_south_ghost0_y = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
+            d_omega_south_west_x, d_parent_omega_south_west_y * c(HINGE_SOUTH_GHOST0_COS));
+        let parent_omega_south_ghost0_x = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
+            minus_parent_omega_south_west_y, omega_south_west_x * c(HINGE_SOUTH_GHOST0_COS));
+        let d_parent_omega_south_ghost0_x = mul_add(c(HINGE_SOUTH_GHOST0_SIN),
+            d_parent_omega_south_west_y, d_omega_south_west_x * c(HINGE_SOUTH_GHOST0_COS));
         let parent_omega_south_ghost0_y = mul_add(cos_south_west_south,
             parent_omega_on_hinge_south_ghost0_y, sin_south_west_south * parent_omega_south_west_z);
         let d_parent_omega_south_ghost0_y = mul_add(-sin_south_west_south,
@@ -2447,14 +2734,16 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             d_parent_omega_south_ghost0_z,
             d_parent_omega_south_ghost0_y * parent_omega_south_ghost0_z);
         // east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let minus_apparent_gravity_east_z = cos_ground_east * c(9.81);
-        let minus_d_apparent_gravity_east_z = minus_d_cos_ground_east * c(-9.81);
+        let minus_apparent_gravity_east_z = cos_ground_east * c(GRAVITY_Z);
+        let minus_d_apparent_gravity_east_z = minus_d_cos_ground_east * c(-GRAVITY_Z);
         // west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let minus_apparent_gravity_west_z = cos_ground_west * c(9.81);
-        let minus_d_apparent_gravity_west_z = minus_d_cos_ground_west * c(-9.81);
+        let minus_apparent_gravity_west_z = cos_ground_west * c(GRAVITY_Z);
+        let minus_d_apparent_gravity_west_z = minus_d_cos_ground_west * c(-GRAVITY_Z);
         // south_east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_east_y = sin_ground_east * c(-6.936717523440031);
-        let d_apparent_gravity_on_hinge_south_east_y = d_sin_ground_east * c(-6.936717523440031);
+        let apparent_gravity_on_hinge_south_east_y =
+            sin_ground_east * c(-HINGE_SOUTH_EAST_COS_TIMES_GRAVITY_Z);
+        let d_apparent_gravity_on_hinge_south_east_y =
+            d_sin_ground_east * c(-HINGE_SOUTH_EAST_COS_TIMES_GRAVITY_Z);
         let apparent_gravity_south_east_y = mul_add(-sin_south_east_east,
             minus_apparent_gravity_east_z,
             cos_south_east_east * apparent_gravity_on_hinge_south_east_y);
@@ -2471,8 +2760,10 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             - mul_add(sin_south_east_east, d_apparent_gravity_on_hinge_south_east_y,
             d_sin_south_east_east * apparent_gravity_on_hinge_south_east_y);
         // south_west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_west_y = sin_ground_west * c(-4.904994011767025);
-        let d_apparent_gravity_on_hinge_south_west_y = d_sin_ground_west * c(-4.904994011767025);
+        let apparent_gravity_on_hinge_south_west_y =
+            sin_ground_west * c(-HINGE_SOUTH_WEST_COS_TIMES_GRAVITY_Z);
+        let d_apparent_gravity_on_hinge_south_west_y =
+            d_sin_ground_west * c(-HINGE_SOUTH_WEST_COS_TIMES_GRAVITY_Z);
         let apparent_gravity_south_west_y = mul_add(-sin_west_south_west,
             minus_apparent_gravity_west_z,
             cos_west_south_west * apparent_gravity_on_hinge_south_west_y);
@@ -2489,14 +2780,16 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             - mul_add(sin_west_south_west, d_apparent_gravity_on_hinge_south_west_y,
             d_sin_west_south_west * apparent_gravity_on_hinge_south_west_y);
         // south: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_y = mul_add(c(6.007374132640437), sin_ground_east,
-            c(0.49999986554903386) * apparent_gravity_south_east_y);
-        let d_apparent_gravity_on_hinge_south_y = mul_add(c(6.007374132640437), d_sin_ground_east,
-            c(0.49999986554903386) * d_apparent_gravity_south_east_y);
-        let apparent_gravity_south_x = mul_add(c(-0.8660254814097263),
-            apparent_gravity_south_east_y, sin_ground_east * c(3.4683578290716426));
-        let d_apparent_gravity_south_x = mul_add(c(-0.8660254814097263),
-            d_apparent_gravity_south_east_y, d_sin_ground_east * c(3.4683578290716426));
+        let apparent_gravity_on_hinge_south_y = mul_add(c(APPARENT_GRAVITY_ON_HINGE_SOUTH_Y_FACTOR),
+            sin_ground_east, c(HINGE_SOUTH_COS) * apparent_gravity_south_east_y);
+        let d_apparent_gravity_on_hinge_south_y =
+            mul_add(c(APPARENT_GRAVITY_ON_HINGE_SOUTH_Y_FACTOR), d_sin_ground_east,
+            c(HINGE_SOUTH_COS) * d_apparent_gravity_south_east_y);
+        let apparent_gravity_south_x = mul_add(c(-HINGE_SOUTH_SIN), apparent_gravity_south_east_y,
+            sin_ground_east * c(APPARENT_GRAVITY_SOUTH_X_FACTOR));
+        let d_apparent_gravity_south_x = mul_add(c(-HINGE_SOUTH_SIN),
+            d_apparent_gravity_south_east_y,
+            d_sin_ground_east * c(APPARENT_GRAVITY_SOUTH_X_FACTOR));
         let apparent_gravity_south_z = mul_add(-sin_south_south_east,
             apparent_gravity_on_hinge_south_y,
             cos_south_south_east * apparent_gravity_south_east_z);
@@ -2505,14 +2798,18 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             - mul_add(sin_south_south_east, d_apparent_gravity_on_hinge_south_y,
             d_sin_south_south_east * apparent_gravity_on_hinge_south_y);
         // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_ghost0_y = mul_add(c(6.007372737186427),
-            sin_ground_west, c(0.7071071698144962) * apparent_gravity_south_west_y);
-        let d_apparent_gravity_on_hinge_south_ghost0_y = mul_add(c(6.007372737186427),
-            d_sin_ground_west, c(0.7071071698144962) * d_apparent_gravity_south_west_y);
-        let apparent_gravity_south_ghost0_x = mul_add(c(0.7071063925583854),
-            apparent_gravity_south_west_y, sin_ground_west * c(-6.007379340531014));
-        let d_apparent_gravity_south_ghost0_x = mul_add(c(0.7071063925583854),
-            d_apparent_gravity_south_west_y, d_sin_ground_west * c(-6.007379340531014));
+        let apparent_gravity_on_hinge_south_ghost0_y =
+            mul_add(c(APPARENT_GRAVITY_ON_HINGE_SOUTH_GHOST0_Y_FACTOR), sin_ground_west,
+            c(HINGE_SOUTH_GHOST0_COS) * apparent_gravity_south_west_y);
+        let d_apparent_gravity_on_hinge_south_ghost0_y =
+            mul_add(c(APPARENT_GRAVITY_ON_HINGE_SOUTH_GHOST0_Y_FACTOR), d_sin_ground_west,
+            c(HINGE_SOUTH_GHOST0_COS) * d_apparent_gravity_south_west_y);
+        let apparent_gravity_south_ghost0_x = mul_add(c(HINGE_SOUTH_GHOST0_SIN),
+            apparent_gravity_south_west_y,
+            sin_ground_west * c(-APPARENT_GRAVITY_SOUTH_GHOST0_X_FACTOR));
+        let d_apparent_gravity_south_ghost0_x = mul_add(c(HINGE_SOUTH_GHOST0_SIN),
+            d_apparent_gravity_south_west_y,
+            d_sin_ground_west * c(-APPARENT_GRAVITY_SOUTH_GHOST0_X_FACTOR));
         let apparent_gravity_south_ghost0_z = mul_add(-sin_south_west_south,
             apparent_gravity_on_hinge_south_ghost0_y,
             cos_south_west_south * apparent_gravity_south_west_z);
@@ -2521,7 +2818,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             - mul_add(sin_south_west_south, d_apparent_gravity_on_hinge_south_ghost0_y,
             d_sin_south_west_south * apparent_gravity_on_hinge_south_ghost0_y);
         // south_east: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_on_hinge_south_east_y = c(0.7071067811865475) * a[4];
+        let alpha_on_hinge_south_east_y = c(HINGE_SOUTH_EAST_COS) * a[4];
         let alpha_south_east_x = alpha_on_hinge_south_east_y + a[3];
         let alpha_south_east_y = mul_add(-minus_parent_omega_south_east_z, u[3],
             cos_south_east_east * alpha_on_hinge_south_east_y);
@@ -2542,8 +2839,8 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let acceleration_gradient_south_east_zy = mul_add(-parent_omega_south_east_y,
             minus_parent_omega_south_east_z, alpha_south_east_x);
         // south_west: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let minus_alpha_on_hinge_south_west_y = c(0.8660257562110547) * a[5];
-        let alpha_south_west_x = mul_add(c(0.4999993895786978), a[5], a[2]);
+        let minus_alpha_on_hinge_south_west_y = c(HINGE_SOUTH_WEST_SIN) * a[5];
+        let alpha_south_west_x = mul_add(c(HINGE_SOUTH_WEST_COS), a[5], a[2]);
         let alpha_south_west_y = mul_add(-cos_west_south_west, minus_alpha_on_hinge_south_west_y,
             parent_omega_south_west_z * u[2]);
         let d_alpha_south_west_y = mul_add(minus_d_cos_west_south_west,
@@ -2562,12 +2859,12 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let acceleration_gradient_south_west_zy = mul_add(-minus_parent_omega_south_west_y,
             parent_omega_south_west_z, alpha_south_west_x);
         // south: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let d_alpha_on_hinge_south_y = c(0.49999986554903386) * d_alpha_south_east_y;
-        let alpha_on_hinge_south_y = mul_add(c(0.8660254814097263), alpha_south_east_x,
-            c(0.49999986554903386) * alpha_south_east_y);
-        let minus_d_alpha_south_x = c(0.8660254814097263) * d_alpha_south_east_y;
-        let alpha_south_x = a[1] + mul_add(c(-0.8660254814097263), alpha_south_east_y,
-            c(0.49999986554903386) * alpha_south_east_x);
+        let d_alpha_on_hinge_south_y = c(HINGE_SOUTH_COS) * d_alpha_south_east_y;
+        let alpha_on_hinge_south_y = mul_add(c(HINGE_SOUTH_SIN), alpha_south_east_x,
+            c(HINGE_SOUTH_COS) * alpha_south_east_y);
+        let minus_d_alpha_south_x = c(HINGE_SOUTH_SIN) * d_alpha_south_east_y;
+        let alpha_south_x = a[1] + mul_add(c(-HINGE_SOUTH_SIN), alpha_south_east_y,
+            c(HINGE_SOUTH_COS) * alpha_south_east_x);
         let alpha_south_y = mul_add(cos_south_south_east, alpha_on_hinge_south_y,
             mul_add(sin_south_south_east, alpha_south_east_z, parent_omega_south_z * u[1]));
         let d_alpha_south_y = mul_add(-minus_d_cos_south_south_east, alpha_on_hinge_south_y,
@@ -2593,12 +2890,12 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let acceleration_gradient_south_zy = omega_south_yz + alpha_south_x;
         let d_acceleration_gradient_south_zy = d_omega_south_yz - minus_d_alpha_south_x;
         // south_ghost0: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let d_alpha_on_hinge_south_ghost0_y = c(0.7071071698144962) * d_alpha_south_west_y;
-        let alpha_on_hinge_south_ghost0_y = mul_add(c(-0.7071063925583854), alpha_south_west_x,
-            c(0.7071071698144962) * alpha_south_west_y);
-        let d_alpha_south_ghost0_x = c(0.7071063925583854) * d_alpha_south_west_y;
-        let alpha_south_ghost0_x = a[0] + mul_add(c(0.7071063925583854), alpha_south_west_y,
-            c(0.7071071698144962) * alpha_south_west_x);
+        let d_alpha_on_hinge_south_ghost0_y = c(HINGE_SOUTH_GHOST0_COS) * d_alpha_south_west_y;
+        let alpha_on_hinge_south_ghost0_y = mul_add(c(-HINGE_SOUTH_GHOST0_SIN), alpha_south_west_x,
+            c(HINGE_SOUTH_GHOST0_COS) * alpha_south_west_y);
+        let d_alpha_south_ghost0_x = c(HINGE_SOUTH_GHOST0_SIN) * d_alpha_south_west_y;
+        let alpha_south_ghost0_x = a[0] + mul_add(c(HINGE_SOUTH_GHOST0_SIN), alpha_south_west_y,
+            c(HINGE_SOUTH_GHOST0_COS) * alpha_south_west_x);
         let alpha_south_ghost0_y = mul_add(cos_south_west_south, alpha_on_hinge_south_ghost0_y,
             mul_add(sin_south_west_south, alpha_south_west_z, parent_omega_south_ghost0_z * u[0]));
         let d_alpha_south_ghost0_y = mul_add(-minus_d_cos_south_west_south,
@@ -2632,30 +2929,31 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let d_acceleration_gradient_south_ghost0_zy = d_omega_south_ghost0_yz
             + d_alpha_south_ghost0_x;
         // south_ghost0: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let net_moment_south_ghost0_x = mul_add(c(1.7025149681007909e-4),
-            apparent_gravity_south_ghost0_z, -mul_add(c(5.565367759175165e-6),
-            acceleration_gradient_south_ghost0_zy, mul_add(c(-2.3726582693412885e-8),
+        let net_moment_south_ghost0_x = mul_add(c(FIRST_MOMENT_SOUTH_GHOST0_Y),
+            apparent_gravity_south_ghost0_z, -mul_add(c(SECOND_MOMENT_SOUTH_GHOST0_YY),
+            acceleration_gradient_south_ghost0_zy, mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_ZZ),
             acceleration_gradient_south_ghost0_yz,
-            acceleration_gradient_south_ghost0_zx * c(6.645589092322226e-6))));
-        let d_net_moment_south_ghost0_x = mul_add(c(1.7025149681007909e-4),
-            d_apparent_gravity_south_ghost0_z, -mul_add(c(5.565367759175165e-6),
-            d_acceleration_gradient_south_ghost0_zy, mul_add(c(-2.3726582693412885e-8),
+            acceleration_gradient_south_ghost0_zx * c(SECOND_MOMENT_SOUTH_GHOST0_XY))));
+        let d_net_moment_south_ghost0_x = mul_add(c(FIRST_MOMENT_SOUTH_GHOST0_Y),
+            d_apparent_gravity_south_ghost0_z, -mul_add(c(SECOND_MOMENT_SOUTH_GHOST0_YY),
+            d_acceleration_gradient_south_ghost0_zy, mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_ZZ),
             d_acceleration_gradient_south_ghost0_yz,
-            d_acceleration_gradient_south_ghost0_zx * c(6.645589092322226e-6))));
-        let minus_net_moment_south_ghost0_y = mul_add(c(-6.645589092322226e-6),
+            d_acceleration_gradient_south_ghost0_zx * c(SECOND_MOMENT_SOUTH_GHOST0_XY))));
+        let minus_net_moment_south_ghost0_y = mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_XY),
             acceleration_gradient_south_ghost0_zy,
-            acceleration_gradient_south_ghost0_xz * c(2.3726582693412885e-8));
-        let minus_d_net_moment_south_ghost0_y = mul_add(c(-6.645589092322226e-6),
+            acceleration_gradient_south_ghost0_xz * c(SECOND_MOMENT_SOUTH_GHOST0_ZZ));
+        let minus_d_net_moment_south_ghost0_y = mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_XY),
             d_acceleration_gradient_south_ghost0_zy,
-            d_acceleration_gradient_south_ghost0_xz * c(2.3726582693412885e-8));
-        let net_moment_south_ghost0_z = mul_add(c(-1.7025149681007909e-4),
-            apparent_gravity_south_ghost0_x, -mul_add(c(-5.565367759175165e-6),
+            d_acceleration_gradient_south_ghost0_xz * c(SECOND_MOMENT_SOUTH_GHOST0_ZZ));
+        let net_moment_south_ghost0_z = mul_add(c(-FIRST_MOMENT_SOUTH_GHOST0_Y),
+            apparent_gravity_south_ghost0_x, -mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_YY),
             acceleration_gradient_south_ghost0_xy,
-            c(6.645589092322226e-6) * mul_add(-omega_south_ghost0_x, omega_south_ghost0_x,
+            c(SECOND_MOMENT_SOUTH_GHOST0_XY) * mul_add(-omega_south_ghost0_x, omega_south_ghost0_x,
             parent_omega_south_ghost0_y * parent_omega_south_ghost0_y)));
-        let d_net_moment_south_ghost0_z = mul_add(c(-1.7025149681007909e-4),
-            d_apparent_gravity_south_ghost0_x, -mul_add(c(-5.565367759175165e-6),
-            d_acceleration_gradient_south_ghost0_xy, c(6.645589092322226e-6) * mul_add(c(-2.0),
+        let d_net_moment_south_ghost0_z = mul_add(c(-FIRST_MOMENT_SOUTH_GHOST0_Y),
+            d_apparent_gravity_south_ghost0_x, -mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_YY),
+            d_acceleration_gradient_south_ghost0_xy,
+            c(SECOND_MOMENT_SOUTH_GHOST0_XY) * mul_add(c(-2.0),
             omega_south_ghost0_x * d_omega_south_ghost0_x,
             c(2.0) * (parent_omega_south_ghost0_y * d_parent_omega_south_ghost0_y))));
         let balance_moment_on_hinge_south_ghost0_y = mul_add(-sin_south_west_south,
@@ -2665,12 +2963,12 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             minus_d_cos_south_west_south * minus_net_moment_south_ghost0_y)
             - mul_add(sin_south_west_south, d_net_moment_south_ghost0_z,
             d_sin_south_west_south * net_moment_south_ghost0_z);
-        let balance_moment_in_parent_south_ghost0_y = mul_add(c(0.7071063925583854),
+        let balance_moment_in_parent_south_ghost0_y = mul_add(c(HINGE_SOUTH_GHOST0_SIN),
             net_moment_south_ghost0_x,
-            c(0.7071071698144962) * balance_moment_on_hinge_south_ghost0_y);
-        let d_balance_moment_in_parent_south_ghost0_y = mul_add(c(0.7071063925583854),
+            c(HINGE_SOUTH_GHOST0_COS) * balance_moment_on_hinge_south_ghost0_y);
+        let d_balance_moment_in_parent_south_ghost0_y = mul_add(c(HINGE_SOUTH_GHOST0_SIN),
             d_net_moment_south_ghost0_x,
-            c(0.7071071698144962) * d_balance_moment_on_hinge_south_ghost0_y);
+            c(HINGE_SOUTH_GHOST0_COS) * d_balance_moment_on_hinge_south_ghost0_y);
         let balance_moment_in_parent_south_ghost0_z = mul_add(-sin_south_west_south,
             minus_net_moment_south_ghost0_y, cos_south_west_south * net_moment_south_ghost0_z);
         let d_balance_moment_in_parent_south_ghost0_z = mul_add(-sin_south_west_south,
@@ -2678,51 +2976,51 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             -d_sin_south_west_south * minus_net_moment_south_ghost0_y)
             + mul_add(-minus_d_cos_south_west_south, net_moment_south_ghost0_z,
             cos_south_west_south * d_net_moment_south_ghost0_z);
-        let d_imbalance_south_west_south = d_net_moment_south_ghost0_x + mul_add(c(-3.5e-6), du[0],
-            dq[0] * c(-0.0114));
+        let d_imbalance_south_west_south = d_net_moment_south_ghost0_x
+            + mul_add(c(-DAMPING_GROUND_EAST), du[0], dq[0] * c(-STIFFNESS_GROUND_EAST));
         // south: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let net_moment_south_x = mul_add(c(-1.7025018541990593e-4), apparent_gravity_south_z,
-            -mul_add(c(-2.3726582693412885e-8), acceleration_gradient_south_yz,
-            mul_add(c(-6.645555056848842e-6), acceleration_gradient_south_zx,
-            acceleration_gradient_south_zy * c(5.565308808048279e-6))));
-        let d_net_moment_south_x = mul_add(c(-1.7025018541990593e-4), d_apparent_gravity_south_z,
-            -mul_add(c(-2.3726582693412885e-8), d_acceleration_gradient_south_yz,
-            mul_add(c(-6.645555056848842e-6), d_acceleration_gradient_south_zx,
-            d_acceleration_gradient_south_zy * c(5.565308808048279e-6))));
-        let minus_net_moment_south_y = mul_add(c(2.3726582693412885e-8),
+        let net_moment_south_x = mul_add(c(-FIRST_MOMENT_SOUTH_Y), apparent_gravity_south_z,
+            -mul_add(c(-SECOND_MOMENT_SOUTH_ZZ), acceleration_gradient_south_yz,
+            mul_add(c(-SECOND_MOMENT_SOUTH_XY), acceleration_gradient_south_zx,
+            acceleration_gradient_south_zy * c(SECOND_MOMENT_SOUTH_YY))));
+        let d_net_moment_south_x = mul_add(c(-FIRST_MOMENT_SOUTH_Y), d_apparent_gravity_south_z,
+            -mul_add(c(-SECOND_MOMENT_SOUTH_ZZ), d_acceleration_gradient_south_yz,
+            mul_add(c(-SECOND_MOMENT_SOUTH_XY), d_acceleration_gradient_south_zx,
+            d_acceleration_gradient_south_zy * c(SECOND_MOMENT_SOUTH_YY))));
+        let minus_net_moment_south_y = mul_add(c(SECOND_MOMENT_SOUTH_ZZ),
             acceleration_gradient_south_xz,
-            acceleration_gradient_south_zy * c(6.645555056848842e-6));
-        let minus_d_net_moment_south_y = mul_add(c(2.3726582693412885e-8),
+            acceleration_gradient_south_zy * c(SECOND_MOMENT_SOUTH_XY));
+        let minus_d_net_moment_south_y = mul_add(c(SECOND_MOMENT_SOUTH_ZZ),
             d_acceleration_gradient_south_xz,
-            d_acceleration_gradient_south_zy * c(6.645555056848842e-6));
-        let net_moment_south_z = mul_add(c(1.7025018541990593e-4), apparent_gravity_south_x,
-            -mul_add(c(-5.565308808048279e-6), acceleration_gradient_south_xy,
+            d_acceleration_gradient_south_zy * c(SECOND_MOMENT_SOUTH_XY));
+        let net_moment_south_z = mul_add(c(FIRST_MOMENT_SOUTH_Y), apparent_gravity_south_x,
+            -mul_add(c(-SECOND_MOMENT_SOUTH_YY), acceleration_gradient_south_xy,
             mul_add(-omega_south_x, omega_south_x,
-            parent_omega_south_y * parent_omega_south_y) * c(-6.645555056848842e-6)));
-        let d_net_moment_south_z = mul_add(c(1.7025018541990593e-4), d_apparent_gravity_south_x,
-            -mul_add(c(-5.565308808048279e-6), d_acceleration_gradient_south_xy, (d_omega_south_yy
-            - d_omega_south_xx) * c(-6.645555056848842e-6)));
+            parent_omega_south_y * parent_omega_south_y) * c(-SECOND_MOMENT_SOUTH_XY)));
+        let d_net_moment_south_z = mul_add(c(FIRST_MOMENT_SOUTH_Y), d_apparent_gravity_south_x,
+            -mul_add(c(-SECOND_MOMENT_SOUTH_YY), d_acceleration_gradient_south_xy, (d_omega_south_yy
+            - d_omega_south_xx) * c(-SECOND_MOMENT_SOUTH_XY)));
         let balance_moment_on_hinge_south_y = mul_add(-sin_south_south_east, net_moment_south_z,
             -cos_south_south_east * minus_net_moment_south_y);
         let d_balance_moment_on_hinge_south_y = mul_add(-cos_south_south_east,
             minus_d_net_moment_south_y, minus_d_cos_south_south_east * minus_net_moment_south_y)
             - mul_add(sin_south_south_east, d_net_moment_south_z,
             d_sin_south_south_east * net_moment_south_z);
-        let balance_moment_in_parent_south_y = mul_add(c(-0.8660254814097263), net_moment_south_x,
-            c(0.49999986554903386) * balance_moment_on_hinge_south_y);
-        let d_balance_moment_in_parent_south_y = mul_add(c(-0.8660254814097263),
-            d_net_moment_south_x, c(0.49999986554903386) * d_balance_moment_on_hinge_south_y);
+        let balance_moment_in_parent_south_y = mul_add(c(-HINGE_SOUTH_SIN), net_moment_south_x,
+            c(HINGE_SOUTH_COS) * balance_moment_on_hinge_south_y);
+        let d_balance_moment_in_parent_south_y = mul_add(c(-HINGE_SOUTH_SIN), d_net_moment_south_x,
+            c(HINGE_SOUTH_COS) * d_balance_moment_on_hinge_south_y);
         let balance_moment_in_parent_south_z = mul_add(-sin_south_south_east,
             minus_net_moment_south_y, cos_south_south_east * net_moment_south_z);
         let d_balance_moment_in_parent_south_z = mul_add(-sin_south_south_east,
             minus_d_net_moment_south_y, -d_sin_south_south_east * minus_net_moment_south_y)
             + mul_add(-minus_d_cos_south_south_east, net_moment_south_z,
             cos_south_south_east * d_net_moment_south_z);
-        let d_imbalance_south_south_east = d_net_moment_south_x + mul_add(c(-3.5e-6), du[1],
-            dq[1] * c(-0.0114));
+        let d_imbalance_south_south_east = d_net_moment_south_x + mul_add(c(-DAMPING_GROUND_EAST),
+            du[1], dq[1] * c(-STIFFNESS_GROUND_EAST));
         // south_ghost0: closure forces: (f, n) of lambda along the rows of the closure
-        let minus_closure_moment_south_ghost0_y = c(0.0806842360747284) * lambda[1];
-        let closure_moment_south_ghost0_z = c(0.0806842360747284) * lambda[0];
+        let minus_closure_moment_south_ghost0_y = c(CLOSURE_POINT_SOUTH_GHOST0_X) * lambda[1];
+        let closure_moment_south_ghost0_z = c(CLOSURE_POINT_SOUTH_GHOST0_X) * lambda[0];
         let closure_moment_on_hinge_south_ghost0_y = mul_add(-sin_south_west_south,
             closure_moment_south_ghost0_z,
             -cos_south_west_south * minus_closure_moment_south_ghost0_y);
@@ -2730,9 +3028,10 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             closure_moment_south_ghost0_z,
             minus_d_cos_south_west_south * minus_closure_moment_south_ghost0_y);
         let d_closure_moment_in_parent_south_ghost0_y =
-            c(0.7071071698144962) * d_closure_moment_on_hinge_south_ghost0_y;
-        let closure_moment_in_parent_south_ghost0_y = mul_add(c(0.05705233910713033), lambda[2],
-            c(0.7071071698144962) * closure_moment_on_hinge_south_ghost0_y);
+            c(HINGE_SOUTH_GHOST0_COS) * d_closure_moment_on_hinge_south_ghost0_y;
+        let closure_moment_in_parent_south_ghost0_y =
+            mul_add(c(HINGE_SOUTH_GHOST0_SIN_TIMES_ROW0_MOMENT_SOUTH_GHOST0_Z), lambda[2],
+            c(HINGE_SOUTH_GHOST0_COS) * closure_moment_on_hinge_south_ghost0_y);
         let closure_moment_in_parent_south_ghost0_z = mul_add(-sin_south_west_south,
             minus_closure_moment_south_ghost0_y,
             cos_south_west_south * closure_moment_south_ghost0_z);
@@ -2740,25 +3039,28 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             closure_moment_south_ghost0_z,
             -d_sin_south_west_south * minus_closure_moment_south_ghost0_y);
         // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let minus_net_moment_south_west_y = mul_add(c(-1.2394283547934888e-5),
+        let minus_net_moment_south_west_y = mul_add(c(-MINIMAL_SECOND_MOMENT_SOUTH_WEST_XY),
             acceleration_gradient_south_west_zy,
-            acceleration_gradient_south_west_xz * c(2.6789051216394143e-8));
-        let minus_d_net_moment_south_west_y = mul_add(c(-1.2394283547934888e-5),
+            acceleration_gradient_south_west_xz * c(SECOND_MOMENT_SOUTH_WEST_ZZ));
+        let minus_d_net_moment_south_west_y = mul_add(c(-MINIMAL_SECOND_MOMENT_SOUTH_WEST_XY),
             d_omega_south_west_yz,
-            d_acceleration_gradient_south_west_xz * c(2.6789051216394143e-8));
-        let net_moment_south_west_z = mul_add(c(2.990617717679251e-3), sin_ground_west,
-            -mul_add(c(-1.009359489758939e-5), acceleration_gradient_south_west_xy,
-            c(1.2394283547934888e-5) * mul_add(-omega_south_west_x, omega_south_west_x,
+            d_acceleration_gradient_south_west_xz * c(SECOND_MOMENT_SOUTH_WEST_ZZ));
+        let net_moment_south_west_z = mul_add(c(BIAS_MOMENT_SOUTH_WEST_Z_FACTOR), sin_ground_west,
+            -mul_add(c(-MINIMAL_SECOND_MOMENT_SOUTH_WEST_YY), acceleration_gradient_south_west_xy,
+            c(MINIMAL_SECOND_MOMENT_SOUTH_WEST_XY) * mul_add(-omega_south_west_x,
+            omega_south_west_x,
             minus_parent_omega_south_west_y * minus_parent_omega_south_west_y)));
-        let d_net_moment_south_west_z = mul_add(c(2.990617717679251e-3), d_sin_ground_west,
-            -mul_add(c(-1.009359489758939e-5), d_acceleration_gradient_south_west_xy,
-            c(1.2394283547934888e-5) * mul_add(c(-2.0), omega_south_west_x * d_omega_south_west_x,
-            d_omega_south_west_yy)));
-        let d_balance_moment_south_west_x = mul_add(c(-0.7071063925583854),
-            d_balance_moment_on_hinge_south_ghost0_y, mul_add(c(0.7071071698144962),
-            d_net_moment_south_ghost0_x, mul_add(c(-1.2394283547934888e-5),
-            d_acceleration_gradient_south_west_zx, mul_add(c(-1.0066805846372997e-5),
-            d_omega_south_west_yz, d_apparent_gravity_south_west_z * c(3.5201493204827953e-4)))));
+        let d_net_moment_south_west_z = mul_add(c(BIAS_MOMENT_SOUTH_WEST_Z_FACTOR),
+            d_sin_ground_west, -mul_add(c(-MINIMAL_SECOND_MOMENT_SOUTH_WEST_YY),
+            d_acceleration_gradient_south_west_xy,
+            c(MINIMAL_SECOND_MOMENT_SOUTH_WEST_XY) * mul_add(c(-2.0),
+            omega_south_west_x * d_omega_south_west_x, d_omega_south_west_yy)));
+        let d_balance_moment_south_west_x = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
+            d_balance_moment_on_hinge_south_ghost0_y, mul_add(c(HINGE_SOUTH_GHOST0_COS),
+            d_net_moment_south_ghost0_x, mul_add(c(-MINIMAL_SECOND_MOMENT_SOUTH_WEST_XY),
+            d_acceleration_gradient_south_west_zx, mul_add(c(-SUBTREE_MOMENT_SOUTH_WEST_X_FACTOR),
+            d_omega_south_west_yz,
+            d_apparent_gravity_south_west_z * c(MINIMAL_FIRST_MOMENT_SOUTH_WEST_Y)))));
         let balance_moment_south_west_y = balance_moment_in_parent_south_ghost0_y
             - minus_net_moment_south_west_y;
         let d_balance_moment_south_west_y = d_balance_moment_in_parent_south_ghost0_y
@@ -2771,62 +3073,65 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             balance_moment_south_west_y, cos_west_south_west * d_balance_moment_south_west_y)
             - mul_add(sin_west_south_west, d_balance_moment_south_west_z,
             d_sin_west_south_west * balance_moment_south_west_z);
-        let d_balance_moment_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
+        let d_balance_moment_in_parent_south_west_x = mul_add(c(-HINGE_SOUTH_WEST_SIN),
             d_balance_moment_on_hinge_south_west_y,
-            c(0.4999993895786978) * d_balance_moment_south_west_x);
-        let d_imbalance_west_south_west = d_balance_moment_south_west_x + mul_add(c(-3.5e-6), du[2],
-            mul_add(c(-0.0114), dq[2],
-            c(-0.7071063925583854) * d_closure_moment_on_hinge_south_ghost0_y));
+            c(HINGE_SOUTH_WEST_COS) * d_balance_moment_south_west_x);
+        let d_imbalance_west_south_west = d_balance_moment_south_west_x
+            + mul_add(c(-DAMPING_GROUND_EAST), du[2], mul_add(c(-STIFFNESS_GROUND_EAST), dq[2],
+            c(-HINGE_SOUTH_GHOST0_SIN) * d_closure_moment_on_hinge_south_ghost0_y));
         // south_west: closure forces: (f, n) of lambda along the rows of the closure
         let d_closure_moment_on_hinge_south_west_y = mul_add(-minus_d_cos_west_south_west,
             closure_moment_in_parent_south_ghost0_y,
             cos_west_south_west * d_closure_moment_in_parent_south_ghost0_y)
             - mul_add(sin_west_south_west, d_closure_moment_in_parent_south_ghost0_z,
             d_sin_west_south_west * closure_moment_in_parent_south_ghost0_z);
-        let d_closure_moment_in_parent_south_west_x = mul_add(c(-0.8660257562110547),
-            d_closure_moment_on_hinge_south_west_y,
-            d_closure_moment_on_hinge_south_ghost0_y * c(-0.35355276464638774));
+        let d_closure_moment_in_parent_south_west_x = mul_add(c(-HINGE_SOUTH_WEST_SIN),
+            d_closure_moment_on_hinge_south_west_y, d_closure_moment_on_hinge_south_ghost0_y *
+            c(-PARENT_OMEGA_ON_HINGE_SOUTH_GHOST0_Y_BY_GROUND_WEST_TERM));
         // west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_moment_west_x = mul_add(c(6.332769027236974e-3), minus_d_cos_ground_west,
-            d_balance_moment_in_parent_south_west_x);
-        let d_imbalance_ground_west = d_balance_moment_west_x + mul_add(c(-3.5e-6), du[5],
-            mul_add(c(-0.0114), dq[5], d_closure_moment_in_parent_south_west_x));
+        let d_balance_moment_west_x = mul_add(c(MINIMAL_FIRST_MOMENT_WEST_Y_TIMES_GRAVITY_Z),
+            minus_d_cos_ground_west, d_balance_moment_in_parent_south_west_x);
+        let d_imbalance_ground_west = d_balance_moment_west_x + mul_add(c(-DAMPING_GROUND_EAST),
+            du[5], mul_add(c(-STIFFNESS_GROUND_EAST), dq[5],
+            d_closure_moment_in_parent_south_west_x));
         // south: closure forces: (f, n) of lambda along the rows of the closure
-        let closure_moment_south_x = mul_add(c(-0.04034213973350828), lambda[2],
-            lambda[1] * c(0.06987458559937651));
-        let closure_moment_south_y = mul_add(c(0.06987458559937651), lambda[2],
-            lambda[1] * c(0.04034213973350828));
+        let closure_moment_south_x = mul_add(c(-CLOSURE_POINT_SOUTH_X), lambda[2],
+            lambda[1] * c(CLOSURE_POINT_SOUTH_Y));
+        let closure_moment_south_y = mul_add(c(CLOSURE_POINT_SOUTH_Y), lambda[2],
+            lambda[1] * c(CLOSURE_POINT_SOUTH_X));
         let closure_moment_on_hinge_south_y = mul_add(cos_south_south_east, closure_moment_south_y,
             sin_south_south_east * closure_moment_south_ghost0_z);
         let d_closure_moment_on_hinge_south_y = mul_add(-minus_d_cos_south_south_east,
             closure_moment_south_y, d_sin_south_south_east * closure_moment_south_ghost0_z);
         let d_closure_moment_in_parent_south_y =
-            c(0.49999986554903386) * d_closure_moment_on_hinge_south_y;
-        let closure_moment_in_parent_south_y = mul_add(c(-0.8660254814097263),
-            closure_moment_south_x, c(0.49999986554903386) * closure_moment_on_hinge_south_y);
+            c(HINGE_SOUTH_COS) * d_closure_moment_on_hinge_south_y;
+        let closure_moment_in_parent_south_y = mul_add(c(-HINGE_SOUTH_SIN), closure_moment_south_x,
+            c(HINGE_SOUTH_COS) * closure_moment_on_hinge_south_y);
         let closure_moment_in_parent_south_z = mul_add(-cos_south_south_east,
             closure_moment_south_ghost0_z, sin_south_south_east * closure_moment_south_y);
         let d_closure_moment_in_parent_south_z = mul_add(minus_d_cos_south_south_east,
             closure_moment_south_ghost0_z, d_sin_south_south_east * closure_moment_south_y);
         // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let minus_net_moment_south_east_y = mul_add(c(1.2939941252175183e-5),
+        let minus_net_moment_south_east_y = mul_add(c(MINIMAL_SECOND_MOMENT_SOUTH_EAST_XY),
             acceleration_gradient_south_east_zy,
-            acceleration_gradient_south_east_xz * c(3.338573836000013e-8));
-        let minus_d_net_moment_south_east_y = mul_add(c(1.2939941252175183e-5),
-            d_omega_south_east_yz, d_acceleration_gradient_south_east_xz * c(3.338573836000013e-8));
-        let net_moment_south_east_z = mul_add(c(3.285114235562458e-3), sin_ground_east,
-            -mul_add(c(-1.642426710807345e-5), acceleration_gradient_south_east_xy,
-            mul_add(-omega_south_east_x, omega_south_east_x,
-            parent_omega_south_east_y * parent_omega_south_east_y) * c(-1.2939941252175183e-5)));
-        let d_net_moment_south_east_z = mul_add(c(3.285114235562458e-3), d_sin_ground_east,
-            -mul_add(c(-1.642426710807345e-5), d_acceleration_gradient_south_east_xy,
-            mul_add(c(-2.0), omega_south_east_x * d_omega_south_east_x, parent_omega_south_east_y *
-            d_parent_omega_south_east_y * c(2.0)) * c(-1.2939941252175183e-5)));
-        let d_balance_moment_south_east_x = mul_add(c(0.8660254814097263),
-            d_balance_moment_on_hinge_south_y, mul_add(c(0.49999986554903386), d_net_moment_south_x,
-            mul_add(c(1.2939941252175183e-5), d_acceleration_gradient_south_east_zx,
-            mul_add(c(-1.639088136971345e-5), d_omega_south_east_yz,
-            d_apparent_gravity_south_east_z * c(-4.7358339509453117e-4)))));
+            acceleration_gradient_south_east_xz * c(SECOND_MOMENT_SOUTH_EAST_ZZ));
+        let minus_d_net_moment_south_east_y = mul_add(c(MINIMAL_SECOND_MOMENT_SOUTH_EAST_XY),
+            d_omega_south_east_yz,
+            d_acceleration_gradient_south_east_xz * c(SECOND_MOMENT_SOUTH_EAST_ZZ));
+        let net_moment_south_east_z = mul_add(c(BIAS_MOMENT_SOUTH_EAST_Z_FACTOR), sin_ground_east,
+            -mul_add(c(-MINIMAL_SECOND_MOMENT_SOUTH_EAST_YY), acceleration_gradient_south_east_xy,
+            mul_add(-omega_south_east_x, omega_south_east_x, parent_omega_south_east_y *
+            parent_omega_south_east_y) * c(-MINIMAL_SECOND_MOMENT_SOUTH_EAST_XY)));
+        let d_net_moment_south_east_z = mul_add(c(BIAS_MOMENT_SOUTH_EAST_Z_FACTOR),
+            d_sin_ground_east, -mul_add(c(-MINIMAL_SECOND_MOMENT_SOUTH_EAST_YY),
+            d_acceleration_gradient_south_east_xy, mul_add(c(-2.0),
+            omega_south_east_x * d_omega_south_east_x, parent_omega_south_east_y *
+            d_parent_omega_south_east_y * c(2.0)) * c(-MINIMAL_SECOND_MOMENT_SOUTH_EAST_XY)));
+        let d_balance_moment_south_east_x = mul_add(c(HINGE_SOUTH_SIN),
+            d_balance_moment_on_hinge_south_y, mul_add(c(HINGE_SOUTH_COS), d_net_moment_south_x,
+            mul_add(c(MINIMAL_SECOND_MOMENT_SOUTH_EAST_XY), d_acceleration_gradient_south_east_zx,
+            mul_add(c(-SUBTREE_MOMENT_SOUTH_EAST_X_FACTOR), d_omega_south_east_yz,
+            d_apparent_gravity_south_east_z * c(-MINIMAL_FIRST_MOMENT_SOUTH_EAST_Y)))));
         let balance_moment_south_east_y = balance_moment_in_parent_south_y
             - minus_net_moment_south_east_y;
         let d_balance_moment_south_east_y = d_balance_moment_in_parent_south_y
@@ -2839,33 +3144,35 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             balance_moment_south_east_y, cos_south_east_east * d_balance_moment_south_east_y)
             - mul_add(sin_south_east_east, d_balance_moment_south_east_z,
             d_sin_south_east_east * balance_moment_south_east_z);
-        let d_balance_moment_in_parent_south_east_x = mul_add(c(0.7071067811865475),
+        let d_balance_moment_in_parent_south_east_x = mul_add(c(HINGE_SOUTH_EAST_COS),
             d_balance_moment_on_hinge_south_east_y,
-            c(0.7071067811865475) * d_balance_moment_south_east_x);
-        let d_imbalance_south_east_east = d_balance_moment_south_east_x + mul_add(c(-3.5e-6), du[3],
-            mul_add(c(-0.0114), dq[3], c(0.8660254814097263) * d_closure_moment_on_hinge_south_y));
+            c(HINGE_SOUTH_EAST_COS) * d_balance_moment_south_east_x);
+        let d_imbalance_south_east_east = d_balance_moment_south_east_x
+            + mul_add(c(-DAMPING_GROUND_EAST), du[3], mul_add(c(-STIFFNESS_GROUND_EAST), dq[3],
+            c(HINGE_SOUTH_SIN) * d_closure_moment_on_hinge_south_y));
         // south_east: closure forces: (f, n) of lambda along the rows of the closure
         let d_closure_moment_on_hinge_south_east_y = mul_add(-minus_d_cos_south_east_east,
             closure_moment_in_parent_south_y,
             cos_south_east_east * d_closure_moment_in_parent_south_y) - mul_add(sin_south_east_east,
             d_closure_moment_in_parent_south_z,
             d_sin_south_east_east * closure_moment_in_parent_south_z);
-        let d_closure_moment_in_parent_south_east_x = mul_add(c(0.7071067811865475),
-            d_closure_moment_on_hinge_south_east_y,
-            d_closure_moment_on_hinge_south_y * c(0.6123724905851617));
+        let d_closure_moment_in_parent_south_east_x = mul_add(c(HINGE_SOUTH_EAST_COS),
+            d_closure_moment_on_hinge_south_east_y, d_closure_moment_on_hinge_south_y *
+            c(PARENT_OMEGA_ON_HINGE_SOUTH_Y_BY_GROUND_EAST_TERM));
         // east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let d_balance_moment_east_x = mul_add(c(-4.625527205006544e-3), minus_d_cos_ground_east,
-            d_balance_moment_in_parent_south_east_x);
-        let d_imbalance_ground_east = d_balance_moment_east_x + mul_add(c(-3.5e-6), du[4],
-            mul_add(c(-0.0114), dq[4], d_closure_moment_in_parent_south_east_x));
+        let d_balance_moment_east_x = mul_add(c(-MINIMAL_FIRST_MOMENT_EAST_Y_TIMES_GRAVITY_Z),
+            minus_d_cos_ground_east, d_balance_moment_in_parent_south_east_x);
+        let d_imbalance_ground_east = d_balance_moment_east_x + mul_add(c(-DAMPING_GROUND_EAST),
+            du[4], mul_add(c(-STIFFNESS_GROUND_EAST), dq[4],
+            d_closure_moment_in_parent_south_east_x));
         // mechanism: results: what the function returns
-        let closure_0 = mul_add(c(0.0806842360747284), d_acceleration_gradient_south_ghost0_yx,
-            -mul_add(c(0.5000002689018963), mul_add(c(0.06987458559937651),
-            minus_d_velocity_product_gradient_south_yy,
-            d_acceleration_gradient_south_yx * c(0.04034213973350828)),
-            mul_add(c(-0.06987458559937651), d_acceleration_gradient_south_xy,
-            minus_d_velocity_product_gradient_south_xx * c(-0.04034213973350828)) *
-            c(0.866025248533801)));
+        let closure_0 = mul_add(c(CLOSURE_POINT_SOUTH_GHOST0_X),
+            d_acceleration_gradient_south_ghost0_yx, -mul_add(c(CLOSURE_DIRECTION_SOUTH_Y),
+            mul_add(c(CLOSURE_POINT_SOUTH_Y), minus_d_velocity_product_gradient_south_yy,
+            d_acceleration_gradient_south_yx * c(CLOSURE_POINT_SOUTH_X)),
+            mul_add(c(-CLOSURE_POINT_SOUTH_Y), d_acceleration_gradient_south_xy,
+            minus_d_velocity_product_gradient_south_xx * c(-CLOSURE_POINT_SOUTH_X)) *
+            c(CLOSURE_DIRECTION_SOUTH_X)));
         forces[0] = d_imbalance_south_west_south;
         forces[1] = d_imbalance_south_south_east;
         forces[2] = d_imbalance_west_south_west;
@@ -2873,12 +3180,14 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         forces[4] = d_imbalance_ground_east;
         forces[5] = d_imbalance_ground_west;
         closure[0] = closure_0;
-        closure[1] = mul_add(c(0.0806842360747284), d_acceleration_gradient_south_ghost0_zx,
-            -mul_add(c(-0.06987458559937651), d_acceleration_gradient_south_zy,
-            d_acceleration_gradient_south_zx * c(0.04034213973350828)));
-        closure[2] = mul_add(c(0.0806842360747284), d_acceleration_gradient_south_ghost0_zy,
-            -mul_add(c(0.06987458559937651), d_acceleration_gradient_south_zx,
-            d_acceleration_gradient_south_zy * c(0.04034213973350828)));
+        closure[1] = mul_add(c(CLOSURE_POINT_SOUTH_GHOST0_X),
+            d_acceleration_gradient_south_ghost0_zx, -mul_add(c(-CLOSURE_POINT_SOUTH_Y),
+            d_acceleration_gradient_south_zy,
+            d_acceleration_gradient_south_zx * c(CLOSURE_POINT_SOUTH_X)));
+        closure[2] = mul_add(c(CLOSURE_POINT_SOUTH_GHOST0_X),
+            d_acceleration_gradient_south_ghost0_zy, -mul_add(c(CLOSURE_POINT_SOUTH_Y),
+            d_acceleration_gradient_south_zx,
+            d_acceleration_gradient_south_zy * c(CLOSURE_POINT_SOUTH_X)));
     }
     /// du/dt by elimination.
     fn acceleration_into(
@@ -2900,7 +3209,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             (sin_south_west_south, cos_south_west_south),
         ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
         // south_east: angular velocity: w = R^T w_parent + u e_x
-        let parent_omega_on_hinge_south_east_y = u[4] * c(0.7071067811865475);
+        let parent_omega_on_hinge_south_east_y = u[4] * c(HINGE_SOUTH_EAST_COS);
         let parent_omega_south_east_y = cos_south_east_east * parent_omega_on_hinge_south_east_y;
         let minus_parent_omega_south_east_z =
             sin_south_east_east * parent_omega_on_hinge_south_east_y;
@@ -2918,12 +3227,12 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let velocity_product_gradient_south_east_zx = minus_velocity_product_alpha_south_east_y
             - minus_omega_south_east_xz;
         // south_west: angular velocity: w = R^T w_parent + u e_x
-        let minus_parent_omega_on_hinge_south_west_y = u[5] * c(0.8660257562110547);
+        let minus_parent_omega_on_hinge_south_west_y = u[5] * c(HINGE_SOUTH_WEST_SIN);
         let minus_parent_omega_south_west_y =
             cos_west_south_west * minus_parent_omega_on_hinge_south_west_y;
         let parent_omega_south_west_z =
             sin_west_south_west * minus_parent_omega_on_hinge_south_west_y;
-        let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
+        let omega_south_west_x = mul_add(c(HINGE_SOUTH_WEST_COS), u[5], u[2]);
         // south_west: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
         let velocity_product_alpha_south_west_y = parent_omega_south_west_z * u[2];
         let velocity_product_alpha_south_west_z = minus_parent_omega_south_west_y * u[2];
@@ -2938,19 +3247,19 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let velocity_product_gradient_south_west_zx = omega_south_west_xz
             - velocity_product_alpha_south_west_y;
         // south: angular velocity: w = R^T w_parent + u e_x
-        let parent_omega_on_hinge_south_y = mul_add(c(0.8660254814097263), omega_south_east_x,
-            parent_omega_south_east_y * c(0.49999986554903386));
+        let parent_omega_on_hinge_south_y = mul_add(c(HINGE_SOUTH_SIN), omega_south_east_x,
+            parent_omega_south_east_y * c(HINGE_SOUTH_COS));
         let parent_omega_south_y = mul_add(-sin_south_south_east, minus_parent_omega_south_east_z,
             cos_south_south_east * parent_omega_on_hinge_south_y);
         let parent_omega_south_z = mul_add(-sin_south_south_east, parent_omega_on_hinge_south_y,
             -cos_south_south_east * minus_parent_omega_south_east_z);
-        let omega_south_x = mul_add(c(-0.8660254814097263), parent_omega_south_east_y,
-            mul_add(c(0.49999986554903386), omega_south_east_x, u[1]));
+        let omega_south_x = mul_add(c(-HINGE_SOUTH_SIN), parent_omega_south_east_y,
+            mul_add(c(HINGE_SOUTH_COS), omega_south_east_x, u[1]));
         // south: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
         let velocity_product_alpha_on_hinge_south_y =
-            minus_velocity_product_alpha_south_east_y * c(-0.49999986554903386);
+            minus_velocity_product_alpha_south_east_y * c(-HINGE_SOUTH_COS);
         let minus_velocity_product_alpha_south_x =
-            minus_velocity_product_alpha_south_east_y * c(-0.8660254814097263);
+            minus_velocity_product_alpha_south_east_y * c(-HINGE_SOUTH_SIN);
         let velocity_product_alpha_south_y = mul_add(parent_omega_south_z, u[1],
             mul_add(-sin_south_south_east, minus_velocity_product_alpha_south_east_z,
             cos_south_south_east * velocity_product_alpha_on_hinge_south_y));
@@ -2975,19 +3284,20 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let velocity_product_gradient_south_zy = omega_south_yz
             - minus_velocity_product_alpha_south_x;
         // south_ghost0: angular velocity: w = R^T w_parent + u e_x
-        let parent_omega_on_hinge_south_ghost0_y = mul_add(c(-0.7071063925583854),
-            omega_south_west_x, minus_parent_omega_south_west_y * c(-0.7071071698144962));
+        let parent_omega_on_hinge_south_ghost0_y = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
+            omega_south_west_x, minus_parent_omega_south_west_y * c(-HINGE_SOUTH_GHOST0_COS));
         let parent_omega_south_ghost0_y = mul_add(cos_south_west_south,
             parent_omega_on_hinge_south_ghost0_y, sin_south_west_south * parent_omega_south_west_z);
         let parent_omega_south_ghost0_z = mul_add(-sin_south_west_south,
             parent_omega_on_hinge_south_ghost0_y, cos_south_west_south * parent_omega_south_west_z);
-        let omega_south_ghost0_x = mul_add(c(-0.7071063925583854), minus_parent_omega_south_west_y,
-            mul_add(c(0.7071071698144962), omega_south_west_x, u[0]));
+        let omega_south_ghost0_x = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
+            minus_parent_omega_south_west_y, mul_add(c(HINGE_SOUTH_GHOST0_COS), omega_south_west_x,
+            u[0]));
         // south_ghost0: velocity-product angular acceleration: alpha = R^T alpha_parent + w x u e_x
         let velocity_product_alpha_on_hinge_south_ghost0_y =
-            velocity_product_alpha_south_west_y * c(0.7071071698144962);
+            velocity_product_alpha_south_west_y * c(HINGE_SOUTH_GHOST0_COS);
         let velocity_product_alpha_south_ghost0_x =
-            velocity_product_alpha_south_west_y * c(0.7071063925583854);
+            velocity_product_alpha_south_west_y * c(HINGE_SOUTH_GHOST0_SIN);
         let velocity_product_alpha_south_ghost0_y = mul_add(parent_omega_south_ghost0_z, u[0],
             mul_add(cos_south_west_south, velocity_product_alpha_on_hinge_south_ghost0_y,
             sin_south_west_south * velocity_product_alpha_south_west_z));
@@ -3011,11 +3321,12 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let velocity_product_gradient_south_ghost0_zy = velocity_product_alpha_south_ghost0_x
             + omega_south_ghost0_yz;
         // east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let minus_apparent_gravity_east_z = cos_ground_east * c(9.81);
+        let minus_apparent_gravity_east_z = cos_ground_east * c(GRAVITY_Z);
         // west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let minus_apparent_gravity_west_z = cos_ground_west * c(9.81);
+        let minus_apparent_gravity_west_z = cos_ground_west * c(GRAVITY_Z);
         // south_east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_east_y = sin_ground_east * c(-6.936717523440031);
+        let apparent_gravity_on_hinge_south_east_y =
+            sin_ground_east * c(-HINGE_SOUTH_EAST_COS_TIMES_GRAVITY_Z);
         let apparent_gravity_south_east_y = mul_add(-sin_south_east_east,
             minus_apparent_gravity_east_z,
             cos_south_east_east * apparent_gravity_on_hinge_south_east_y);
@@ -3023,7 +3334,8 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             apparent_gravity_on_hinge_south_east_y,
             -cos_south_east_east * minus_apparent_gravity_east_z);
         // south_west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_west_y = sin_ground_west * c(-4.904994011767025);
+        let apparent_gravity_on_hinge_south_west_y =
+            sin_ground_west * c(-HINGE_SOUTH_WEST_COS_TIMES_GRAVITY_Z);
         let apparent_gravity_south_west_y = mul_add(-sin_west_south_west,
             minus_apparent_gravity_west_z,
             cos_west_south_west * apparent_gravity_on_hinge_south_west_y);
@@ -3031,37 +3343,39 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             apparent_gravity_on_hinge_south_west_y,
             -cos_west_south_west * minus_apparent_gravity_west_z);
         // south: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_y = mul_add(c(6.007374132640437), sin_ground_east,
-            c(0.49999986554903386) * apparent_gravity_south_east_y);
-        let apparent_gravity_south_x = mul_add(c(-0.8660254814097263),
-            apparent_gravity_south_east_y, sin_ground_east * c(3.4683578290716426));
+        let apparent_gravity_on_hinge_south_y = mul_add(c(APPARENT_GRAVITY_ON_HINGE_SOUTH_Y_FACTOR),
+            sin_ground_east, c(HINGE_SOUTH_COS) * apparent_gravity_south_east_y);
+        let apparent_gravity_south_x = mul_add(c(-HINGE_SOUTH_SIN), apparent_gravity_south_east_y,
+            sin_ground_east * c(APPARENT_GRAVITY_SOUTH_X_FACTOR));
         let apparent_gravity_south_z = mul_add(-sin_south_south_east,
             apparent_gravity_on_hinge_south_y,
             cos_south_south_east * apparent_gravity_south_east_z);
         // south: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let minus_bias_moment_south_y = mul_add(c(2.3726582693412885e-8),
+        let minus_bias_moment_south_y = mul_add(c(SECOND_MOMENT_SOUTH_ZZ),
             velocity_product_gradient_south_xz,
-            velocity_product_gradient_south_zy * c(6.645555056848842e-6));
-        let bias_moment_south_z = mul_add(c(5.565308808048279e-6),
-            velocity_product_gradient_south_xy, mul_add(c(6.645555056848842e-6), omega_south_yy
-            - omega_south_xx, apparent_gravity_south_x * c(1.7025018541990593e-4)));
+            velocity_product_gradient_south_zy * c(SECOND_MOMENT_SOUTH_XY));
+        let bias_moment_south_z = mul_add(c(SECOND_MOMENT_SOUTH_YY),
+            velocity_product_gradient_south_xy, mul_add(c(SECOND_MOMENT_SOUTH_XY), omega_south_yy
+            - omega_south_xx, apparent_gravity_south_x * c(FIRST_MOMENT_SOUTH_Y)));
         // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_on_hinge_south_ghost0_y = mul_add(c(6.007372737186427),
-            sin_ground_west, c(0.7071071698144962) * apparent_gravity_south_west_y);
-        let apparent_gravity_south_ghost0_x = mul_add(c(0.7071063925583854),
-            apparent_gravity_south_west_y, sin_ground_west * c(-6.007379340531014));
+        let apparent_gravity_on_hinge_south_ghost0_y =
+            mul_add(c(APPARENT_GRAVITY_ON_HINGE_SOUTH_GHOST0_Y_FACTOR), sin_ground_west,
+            c(HINGE_SOUTH_GHOST0_COS) * apparent_gravity_south_west_y);
+        let apparent_gravity_south_ghost0_x = mul_add(c(HINGE_SOUTH_GHOST0_SIN),
+            apparent_gravity_south_west_y,
+            sin_ground_west * c(-APPARENT_GRAVITY_SOUTH_GHOST0_X_FACTOR));
         let apparent_gravity_south_ghost0_z = mul_add(-sin_south_west_south,
             apparent_gravity_on_hinge_south_ghost0_y,
             cos_south_west_south * apparent_gravity_south_west_z);
         // south_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let minus_bias_moment_south_ghost0_y = mul_add(c(-6.645589092322226e-6),
+        let minus_bias_moment_south_ghost0_y = mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_XY),
             velocity_product_gradient_south_ghost0_zy,
-            velocity_product_gradient_south_ghost0_xz * c(2.3726582693412885e-8));
-        let bias_moment_south_ghost0_z = mul_add(c(5.565367759175165e-6),
-            velocity_product_gradient_south_ghost0_xy, mul_add(c(-6.645589092322226e-6),
+            velocity_product_gradient_south_ghost0_xz * c(SECOND_MOMENT_SOUTH_GHOST0_ZZ));
+        let bias_moment_south_ghost0_z = mul_add(c(SECOND_MOMENT_SOUTH_GHOST0_YY),
+            velocity_product_gradient_south_ghost0_xy, mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_XY),
             mul_add(-omega_south_ghost0_x, omega_south_ghost0_x,
             parent_omega_south_ghost0_y * parent_omega_south_ghost0_y),
-            apparent_gravity_south_ghost0_x * c(-1.7025149681007909e-4)));
+            apparent_gravity_south_ghost0_x * c(-FIRST_MOMENT_SOUTH_GHOST0_Y)));
         // south_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_moment_on_hinge_south_ghost0_y = mul_add(-sin_south_west_south,
             bias_moment_south_ghost0_z, -cos_south_west_south * minus_bias_moment_south_ghost0_y);
@@ -3070,40 +3384,43 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             -cos_south_south_east * minus_bias_moment_south_y);
         // south_ghost0: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let minus_pivot_row_moment_in_parent_south_ghost0_x =
-            cos_south_west_south * c(-0.8407692270097342);
+            cos_south_west_south * c(-MINUS_PIVOT_ROW_MOMENT_IN_PARENT_SOUTH_GHOST0_X_FACTOR);
         let pivot_row_moment_in_parent_south_ghost0_y =
-            cos_south_west_south * c(-0.8407701511889333);
+            cos_south_west_south * c(-PIVOT_ROW_MOMENT_IN_PARENT_SOUTH_GHOST0_Y_FACTOR);
         let pivot_row_moment_in_parent_south_ghost0_z =
-            sin_south_west_south * c(-1.189027897156668);
+            sin_south_west_south * c(-PIVOT_ROW_MOMENT_SOUTH_GHOST0_Y);
         let projected_inertia_joint_deviator_south_ghost0 =
-            sin_south_west_south * c(-1.3443432000292938e-5);
+            sin_south_west_south * c(-PROJECTED_INERTIA_JOINT_DEVIATOR_SOUTH_GHOST0_FACTOR);
         let projected_inertia_joint_deviator_sin_south_ghost0 =
             sin_south_west_south * projected_inertia_joint_deviator_south_ghost0;
         let projected_inertia_joint_deviator_cos_south_ghost0 =
             cos_south_west_south * projected_inertia_joint_deviator_south_ghost0;
-        let projected_inertia_on_hinge_south_ghost0_yy = c(-7.878064241117773e-6)
+        let projected_inertia_on_hinge_south_ghost0_yy = c(-PROJECTED_INERTIA_SOUTH_GHOST0_YY)
             - projected_inertia_joint_deviator_sin_south_ghost0;
         let minus_projected_in_parent_inertia_south_ghost0_xz =
-            c(0.7071063925583854) * projected_inertia_joint_deviator_cos_south_ghost0;
+            c(HINGE_SOUTH_GHOST0_SIN) * projected_inertia_joint_deviator_cos_south_ghost0;
         // south: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let pivot_row_moment_in_parent_south_x = cos_south_south_east * c(1.029734044424903);
-        let pivot_row_moment_in_parent_south_y = cos_south_south_east * c(0.5945170145866933);
-        let pivot_row_moment_in_parent_south_z = sin_south_south_east * c(1.1890343489070205);
+        let pivot_row_moment_in_parent_south_x =
+            cos_south_south_east * c(HINGE_SOUTH_SIN_TIMES_PIVOT_ROW_MOMENT_SOUTH_Y);
+        let pivot_row_moment_in_parent_south_y =
+            cos_south_south_east * c(HINGE_SOUTH_COS_TIMES_PIVOT_ROW_MOMENT_SOUTH_Y);
+        let pivot_row_moment_in_parent_south_z = sin_south_south_east * c(PIVOT_ROW_MOMENT_SOUTH_Y);
         let projected_inertia_joint_deviator_south =
-            sin_south_south_east * c(-1.3443375455500887e-5);
+            sin_south_south_east * c(-PROJECTED_INERTIA_JOINT_DEVIATOR_SOUTH_FACTOR);
         let projected_inertia_joint_deviator_sin_south =
             sin_south_south_east * projected_inertia_joint_deviator_south;
         let projected_inertia_joint_deviator_cos_south =
             cos_south_south_east * projected_inertia_joint_deviator_south;
-        let projected_inertia_on_hinge_south_yy = c(-7.878066647452608e-6)
+        let projected_inertia_on_hinge_south_yy = c(-PROJECTED_INERTIA_SOUTH_YY)
             - projected_inertia_joint_deviator_sin_south;
         let projected_in_parent_inertia_south_xz =
-            c(0.8660254814097263) * projected_inertia_joint_deviator_cos_south;
+            c(HINGE_SOUTH_SIN) * projected_inertia_joint_deviator_cos_south;
         // south_west: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let articulated_inertia_south_west_xx = mul_add(c(0.4999994503969334),
-            projected_inertia_on_hinge_south_ghost0_yy, c(1.0120383948805784e-5));
-        let articulated_inertia_south_west_xy = mul_add(c(-0.499999999999698),
-            projected_inertia_on_hinge_south_ghost0_yy, c(-1.2394283547934888e-5));
+        let articulated_inertia_south_west_xx = mul_add(c(HINGE_SOUTH_GHOST0_SIN_SQUARED),
+            projected_inertia_on_hinge_south_ghost0_yy, c(ARTICULATED_INERTIA_SOUTH_WEST_XX_TERM));
+        let articulated_inertia_south_west_xy =
+            mul_add(c(-HINGE_SOUTH_GHOST0_COS_TIMES_HINGE_SOUTH_GHOST0_SIN),
+            projected_inertia_on_hinge_south_ghost0_yy, c(-MINIMAL_SECOND_MOMENT_SOUTH_WEST_XY));
         let inverse_pivot_south_west = c(1.0) / articulated_inertia_south_west_xx;
         let pivot_row_moment_south_west_y =
             articulated_inertia_south_west_xy * inverse_pivot_south_west;
@@ -3113,25 +3430,25 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             pivot_row_moment_south_west_y,
             sin_west_south_west * minus_pivot_row_moment_south_west_z);
         let minus_pivot_row_moment_in_parent_south_west_x =
-            c(0.8660257562110547) * pivot_row_moment_on_hinge_south_west_y;
+            c(HINGE_SOUTH_WEST_SIN) * pivot_row_moment_on_hinge_south_west_y;
         let projected_inertia_south_west_yy = mul_add(-articulated_inertia_south_west_xy,
-            pivot_row_moment_south_west_y, mul_add(c(0.5000005496030666),
-            projected_inertia_on_hinge_south_ghost0_yy, c(2.6789051216394143e-8)));
+            pivot_row_moment_south_west_y, mul_add(c(PROJECTED_INERTIA_SOUTH_WEST_YY_FACTOR),
+            projected_inertia_on_hinge_south_ghost0_yy, c(SECOND_MOMENT_SOUTH_WEST_ZZ)));
         let projected_inertia_south_west_yz = mul_add(articulated_inertia_south_west_xy,
             minus_pivot_row_moment_south_west_z,
-            c(0.7071071698144962) * projected_inertia_joint_deviator_cos_south_ghost0);
+            c(HINGE_SOUTH_GHOST0_COS) * projected_inertia_joint_deviator_cos_south_ghost0);
         let projected_inertia_joint_deviator_south_west = mul_add(projected_inertia_south_west_yz,
             cos_west_south_west * c(2.0), sin_west_south_west * (projected_inertia_south_west_yy
             + mul_add(minus_projected_in_parent_inertia_south_ghost0_xz,
             minus_pivot_row_moment_south_west_z, -(projected_inertia_joint_deviator_sin_south_ghost0
-            + c(1.5658962656764556e-5)))));
+            + c(PROJECTED_INERTIA_JOINT_DEVIATOR_SOUTH_WEST_TERM)))));
         let projected_inertia_on_hinge_south_west_yy = mul_add(-sin_west_south_west,
             projected_inertia_joint_deviator_south_west, projected_inertia_south_west_yy);
         // south_east: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let articulated_inertia_south_east_xx = mul_add(c(0.7500001344509483),
-            projected_inertia_on_hinge_south_yy, c(1.645765284643345e-5));
-        let articulated_inertia_south_east_xy = mul_add(c(0.4330126242669005),
-            projected_inertia_on_hinge_south_yy, c(1.2939941252175183e-5));
+        let articulated_inertia_south_east_xx = mul_add(c(HINGE_SOUTH_SIN_SQUARED),
+            projected_inertia_on_hinge_south_yy, c(ARTICULATED_INERTIA_SOUTH_EAST_XX_TERM));
+        let articulated_inertia_south_east_xy = mul_add(c(HALF_CLOSURE_DIRECTION_SOUTH_X),
+            projected_inertia_on_hinge_south_yy, c(MINIMAL_SECOND_MOMENT_SOUTH_EAST_XY));
         let inverse_pivot_south_east = c(1.0) / articulated_inertia_south_east_xx;
         let pivot_row_moment_south_east_y =
             articulated_inertia_south_east_xy * inverse_pivot_south_east;
@@ -3140,123 +3457,136 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let pivot_row_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
             pivot_row_moment_south_east_z, cos_south_east_east * pivot_row_moment_south_east_y);
         let pivot_row_moment_in_parent_south_east_x =
-            c(0.7071067811865475) * pivot_row_moment_on_hinge_south_east_y;
+            c(HINGE_SOUTH_EAST_COS) * pivot_row_moment_on_hinge_south_east_y;
         let projected_inertia_south_east_yy = mul_add(-articulated_inertia_south_east_xy,
-            pivot_row_moment_south_east_y, mul_add(c(0.24999986554905174),
-            projected_inertia_on_hinge_south_yy, c(3.338573836000013e-8)));
+            pivot_row_moment_south_east_y, mul_add(c(PROJECTED_INERTIA_SOUTH_EAST_YY_FACTOR),
+            projected_inertia_on_hinge_south_yy, c(SECOND_MOMENT_SOUTH_EAST_ZZ)));
         let projected_inertia_south_east_yz = mul_add(-articulated_inertia_south_east_xy,
             pivot_row_moment_south_east_z,
-            c(0.49999986554903386) * projected_inertia_joint_deviator_cos_south);
+            c(HINGE_SOUTH_COS) * projected_inertia_joint_deviator_cos_south);
         let projected_inertia_joint_deviator_south_east = mul_add(projected_inertia_south_east_yz,
             cos_south_east_east * c(2.0), sin_south_east_east * (projected_inertia_south_east_yy
             + mul_add(projected_in_parent_inertia_south_xz, pivot_row_moment_south_east_z,
-            -(projected_inertia_joint_deviator_sin_south + c(2.1989575916121727e-5)))));
+            -(projected_inertia_joint_deviator_sin_south
+            + c(PROJECTED_INERTIA_JOINT_DEVIATOR_SOUTH_EAST_TERM)))));
         let projected_inertia_on_hinge_south_east_yy = mul_add(-sin_south_east_east,
             projected_inertia_joint_deviator_south_east, projected_inertia_south_east_yy);
         // west: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let articulated_inertia_west_xx = mul_add(c(0.7500006104209291),
-            projected_inertia_on_hinge_south_west_yy, c(1.976125305527044e-5));
+        let articulated_inertia_west_xx = mul_add(c(HINGE_SOUTH_WEST_SIN_SQUARED),
+            projected_inertia_on_hinge_south_west_yy, c(MASS_GROUND_WEST_GROUND_WEST_TERM));
         let inverse_pivot_west = c(1.0) / articulated_inertia_west_xx;
         // east: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let articulated_inertia_east_xx = mul_add(c(0.5), projected_inertia_on_hinge_south_east_yy,
-            c(1.0564732298535837e-5));
+            c(MASS_GROUND_EAST_GROUND_EAST_TERM));
         let inverse_pivot_east = c(1.0) / articulated_inertia_east_xx;
         // south_east: joint torque: tau = torque - k (q - rest) - k3 (q - rest)^3 - d u - friction
-        let joint_torque_south_east_east = mul_add(c(-3.5e-6), u[3], q[3] * c(-0.0114));
+        let joint_torque_south_east_east = mul_add(c(-DAMPING_GROUND_EAST), u[3],
+            q[3] * c(-STIFFNESS_GROUND_EAST));
         // south_west: joint torque: tau = torque - k (q - rest) - k3 (q - rest)^3 - d u - friction
-        let joint_torque_west_south_west = mul_add(c(-3.5e-6), u[2], q[2] * c(-0.0114));
+        let joint_torque_west_south_west = mul_add(c(-DAMPING_GROUND_EAST), u[2],
+            q[2] * c(-STIFFNESS_GROUND_EAST));
         // south: joint torque: tau = torque - k (q - rest) - k3 (q - rest)^3 - d u - friction
-        let joint_torque_south_south_east = mul_add(c(-3.5e-6), u[1], q[1] * c(-0.0114));
+        let joint_torque_south_south_east = mul_add(c(-DAMPING_GROUND_EAST), u[1],
+            q[1] * c(-STIFFNESS_GROUND_EAST));
         // south: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
-        let y_south_south_east = mul_add(c(-1.7025018541990593e-4), apparent_gravity_south_z,
-            velocity_product_gradient_south_yz * c(2.3726582693412885e-8))
-            + mul_add(c(6.645555056848842e-6), velocity_product_gradient_south_zx,
-            mul_add(c(-5.565308808048279e-6), velocity_product_gradient_south_zy,
+        let y_south_south_east = mul_add(c(-FIRST_MOMENT_SOUTH_Y), apparent_gravity_south_z,
+            velocity_product_gradient_south_yz * c(SECOND_MOMENT_SOUTH_ZZ))
+            + mul_add(c(SECOND_MOMENT_SOUTH_XY), velocity_product_gradient_south_zx,
+            mul_add(c(-SECOND_MOMENT_SOUTH_YY), velocity_product_gradient_south_zy,
             joint_torque_south_south_east));
         // south_east: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
-        let articulated_bias_moment_south_east_y = mul_add(c(0.49999986554903386),
+        let articulated_bias_moment_south_east_y = mul_add(c(HINGE_SOUTH_COS),
             subtree_moment_on_hinge_south_y, mul_add(-pivot_row_moment_in_parent_south_y,
-            y_south_south_east, mul_add(c(-3.338573836000013e-8),
-            velocity_product_gradient_south_east_xz, mul_add(c(1.2939941252175183e-5),
-            minus_omega_south_east_yz, c(0.8660254814097263) * joint_torque_south_south_east))));
+            y_south_south_east, mul_add(c(-SECOND_MOMENT_SOUTH_EAST_ZZ),
+            velocity_product_gradient_south_east_xz, mul_add(c(MINIMAL_SECOND_MOMENT_SOUTH_EAST_XY),
+            minus_omega_south_east_yz, c(HINGE_SOUTH_SIN) * joint_torque_south_south_east))));
         let articulated_bias_moment_south_east_z = mul_add(-sin_south_south_east,
-            minus_bias_moment_south_y, mul_add(c(1.2939941252175183e-5),
+            minus_bias_moment_south_y, mul_add(c(MINIMAL_SECOND_MOMENT_SOUTH_EAST_XY),
             mul_add(-omega_south_east_x, omega_south_east_x,
-            parent_omega_south_east_y * parent_omega_south_east_y), mul_add(c(1.642426710807345e-5),
-            velocity_product_gradient_south_east_xy, sin_ground_east * c(3.285114235562458e-3))))
+            parent_omega_south_east_y * parent_omega_south_east_y),
+            mul_add(c(MINIMAL_SECOND_MOMENT_SOUTH_EAST_YY), velocity_product_gradient_south_east_xy,
+            sin_ground_east * c(BIAS_MOMENT_SOUTH_EAST_Z_FACTOR))))
             + mul_add(-pivot_row_moment_in_parent_south_z, y_south_south_east,
             cos_south_south_east * bias_moment_south_z);
-        let y_south_east_east = mul_add(c(0.8660254814097263), subtree_moment_on_hinge_south_y,
+        let y_south_east_east = mul_add(c(HINGE_SOUTH_SIN), subtree_moment_on_hinge_south_y,
             mul_add(-pivot_row_moment_in_parent_south_x, y_south_south_east,
-            mul_add(c(-4.7358339509453117e-4), apparent_gravity_south_east_z,
-            mul_add(c(1.2939941252175183e-5), velocity_product_gradient_south_east_zx,
-            mul_add(c(1.639088136971345e-5), minus_omega_south_east_yz,
-            mul_add(c(-0.49999986554903386), joint_torque_south_south_east,
+            mul_add(c(-MINIMAL_FIRST_MOMENT_SOUTH_EAST_Y), apparent_gravity_south_east_z,
+            mul_add(c(MINIMAL_SECOND_MOMENT_SOUTH_EAST_XY), velocity_product_gradient_south_east_zx,
+            mul_add(c(SUBTREE_MOMENT_SOUTH_EAST_X_FACTOR), minus_omega_south_east_yz,
+            mul_add(c(-HINGE_SOUTH_COS), joint_torque_south_south_east,
             joint_torque_south_east_east))))));
         let articulated_bias_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
             articulated_bias_moment_south_east_z,
             cos_south_east_east * articulated_bias_moment_south_east_y);
         // east: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
-        let y_ground_east = mul_add(c(0.7071067811865475),
+        let y_ground_east = mul_add(c(HINGE_EAST_COS),
             articulated_bias_moment_on_hinge_south_east_y,
             mul_add(-pivot_row_moment_in_parent_south_east_x, y_south_east_east,
-            mul_add(c(4.625527205006544e-3), cos_ground_east, mul_add(c(-0.7071067811865475),
-            joint_torque_south_east_east, mul_add(c(-3.5e-6), u[4], q[4] * c(-0.0114))))));
+            mul_add(c(MINIMAL_FIRST_MOMENT_EAST_Y_TIMES_GRAVITY_Z), cos_ground_east,
+            mul_add(c(-HINGE_EAST_COS), joint_torque_south_east_east,
+            mul_add(c(-DAMPING_GROUND_EAST), u[4], q[4] * c(-STIFFNESS_GROUND_EAST))))));
         // south_ghost0: joint torque: tau = torque - k (q - rest) - k3 (q - rest)^3 - d u - friction
-        let joint_torque_south_west_south = mul_add(c(-3.5e-6), u[0], q[0] * c(-0.0114));
+        let joint_torque_south_west_south = mul_add(c(-DAMPING_GROUND_EAST), u[0],
+            q[0] * c(-STIFFNESS_GROUND_EAST));
         // south_ghost0: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
-        let y_south_west_south = mul_add(c(-5.565367759175165e-6),
+        let y_south_west_south = mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_YY),
             velocity_product_gradient_south_ghost0_zy,
-            velocity_product_gradient_south_ghost0_yz * c(2.3726582693412885e-8))
-            + mul_add(c(-6.645589092322226e-6), velocity_product_gradient_south_ghost0_zx,
-            mul_add(c(1.7025149681007909e-4), apparent_gravity_south_ghost0_z,
+            velocity_product_gradient_south_ghost0_yz * c(SECOND_MOMENT_SOUTH_GHOST0_ZZ))
+            + mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_XY), velocity_product_gradient_south_ghost0_zx,
+            mul_add(c(FIRST_MOMENT_SOUTH_GHOST0_Y), apparent_gravity_south_ghost0_z,
             joint_torque_south_west_south));
         // south_west: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
-        let articulated_bias_moment_south_west_y = mul_add(c(0.7071071698144962),
+        let articulated_bias_moment_south_west_y = mul_add(c(HINGE_SOUTH_GHOST0_COS),
             subtree_moment_on_hinge_south_ghost0_y,
             mul_add(-pivot_row_moment_in_parent_south_ghost0_y, y_south_west_south,
-            mul_add(c(-2.6789051216394143e-8), velocity_product_gradient_south_west_xz,
-            mul_add(c(-0.7071063925583854), joint_torque_south_west_south,
-            minus_omega_south_west_yz * c(-1.2394283547934888e-5)))));
+            mul_add(c(-SECOND_MOMENT_SOUTH_WEST_ZZ), velocity_product_gradient_south_west_xz,
+            mul_add(c(-HINGE_SOUTH_GHOST0_SIN), joint_torque_south_west_south,
+            minus_omega_south_west_yz * c(-MINIMAL_SECOND_MOMENT_SOUTH_WEST_XY)))));
         let articulated_bias_moment_south_west_z = mul_add(-sin_south_west_south,
-            minus_bias_moment_south_ghost0_y, mul_add(c(1.009359489758939e-5),
-            velocity_product_gradient_south_west_xy, mul_add(c(-1.2394283547934888e-5),
-            mul_add(-omega_south_west_x, omega_south_west_x,
-            minus_parent_omega_south_west_y * minus_parent_omega_south_west_y),
-            sin_ground_west * c(2.990617717679251e-3))))
+            minus_bias_moment_south_ghost0_y, mul_add(c(MINIMAL_SECOND_MOMENT_SOUTH_WEST_YY),
+            velocity_product_gradient_south_west_xy,
+            mul_add(c(-MINIMAL_SECOND_MOMENT_SOUTH_WEST_XY), mul_add(-omega_south_west_x,
+            omega_south_west_x, minus_parent_omega_south_west_y * minus_parent_omega_south_west_y),
+            sin_ground_west * c(BIAS_MOMENT_SOUTH_WEST_Z_FACTOR))))
             + mul_add(-pivot_row_moment_in_parent_south_ghost0_z, y_south_west_south,
             cos_south_west_south * bias_moment_south_ghost0_z);
-        let y_west_south_west = mul_add(c(-0.7071063925583854),
+        let y_west_south_west = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
             subtree_moment_on_hinge_south_ghost0_y,
             mul_add(minus_pivot_row_moment_in_parent_south_ghost0_x, y_south_west_south,
-            mul_add(c(3.5201493204827953e-4), apparent_gravity_south_west_z,
-            mul_add(c(-1.2394283547934888e-5), velocity_product_gradient_south_west_zx,
-            mul_add(c(1.0066805846372997e-5), minus_omega_south_west_yz,
-            mul_add(c(-0.7071071698144962), joint_torque_south_west_south,
-            joint_torque_west_south_west))))));
+            mul_add(c(MINIMAL_FIRST_MOMENT_SOUTH_WEST_Y), apparent_gravity_south_west_z,
+            mul_add(c(-MINIMAL_SECOND_MOMENT_SOUTH_WEST_XY),
+            velocity_product_gradient_south_west_zx, mul_add(c(SUBTREE_MOMENT_SOUTH_WEST_X_FACTOR),
+            minus_omega_south_west_yz, mul_add(c(-HINGE_SOUTH_GHOST0_COS),
+            joint_torque_south_west_south, joint_torque_west_south_west))))));
         let articulated_bias_moment_on_hinge_south_west_y = mul_add(-sin_west_south_west,
             articulated_bias_moment_south_west_z,
             cos_west_south_west * articulated_bias_moment_south_west_y);
         // west: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
-        let y_ground_west = mul_add(c(-0.8660257562110547),
+        let y_ground_west = mul_add(c(-HINGE_SOUTH_WEST_SIN),
             articulated_bias_moment_on_hinge_south_west_y,
             mul_add(minus_pivot_row_moment_in_parent_south_west_x, y_west_south_west,
-            mul_add(c(-6.332769027236974e-3), cos_ground_west, mul_add(c(-0.4999993895786978),
-            joint_torque_west_south_west, mul_add(c(-3.5e-6), u[5], q[5] * c(-0.0114))))));
+            mul_add(c(-MINIMAL_FIRST_MOMENT_WEST_Y_TIMES_GRAVITY_Z), cos_ground_west,
+            mul_add(c(-HINGE_SOUTH_WEST_COS), joint_torque_west_south_west,
+            mul_add(c(-DAMPING_GROUND_EAST), u[5], q[5] * c(-STIFFNESS_GROUND_EAST))))));
         // south_ghost0: reduced closure Jacobian: Y = J L^-1
         let minus_row0_moment_in_parent_south_ghost0_x =
-            sin_south_west_south * c(-0.05705233910713033);
-        let row0_moment_in_parent_south_ghost0_y = sin_south_west_south * c(-0.05705240181944587);
-        let row0_moment_in_parent_south_ghost0_z = cos_south_west_south * c(0.0806842360747284);
+            sin_south_west_south * c(-HINGE_SOUTH_GHOST0_SIN_TIMES_ROW0_MOMENT_SOUTH_GHOST0_Z);
+        let row0_moment_in_parent_south_ghost0_y =
+            sin_south_west_south * c(-JACOBIAN_LOOP0_2_WEST_SOUTH_WEST);
+        let row0_moment_in_parent_south_ghost0_z =
+            cos_south_west_south * c(CLOSURE_POINT_SOUTH_GHOST0_X);
         let minus_row1_moment_in_parent_south_ghost0_x =
-            cos_south_west_south * c(-0.05705233910713033);
-        let row1_moment_in_parent_south_ghost0_y = cos_south_west_south * c(-0.05705240181944587);
+            cos_south_west_south * c(-HINGE_SOUTH_GHOST0_SIN_TIMES_ROW0_MOMENT_SOUTH_GHOST0_Z);
+        let row1_moment_in_parent_south_ghost0_y =
+            cos_south_west_south * c(-JACOBIAN_LOOP0_2_WEST_SOUTH_WEST);
         let minus_row1_moment_in_parent_south_ghost0_z =
-            sin_south_west_south * c(0.0806842360747284);
+            sin_south_west_south * c(CLOSURE_POINT_SOUTH_GHOST0_X);
         // south: reduced closure Jacobian: Y = J L^-1
-        let y0_0_south_east_east = sin_south_south_east * c(0.06987460438879269);
-        let row0_moment_in_parent_south_y = sin_south_south_east * c(0.04034210718929071);
-        let row0_moment_in_parent_south_z = cos_south_south_east * c(-0.0806842360747284);
+        let y0_0_south_east_east =
+            sin_south_south_east * c(HINGE_SOUTH_SIN_TIMES_ROW0_MOMENT_SOUTH_Z);
+        let row0_moment_in_parent_south_y =
+            sin_south_south_east * c(HINGE_SOUTH_COS_TIMES_ROW0_MOMENT_SOUTH_Z);
+        let row0_moment_in_parent_south_z = cos_south_south_east * c(-ROW0_MOMENT_SOUTH_Z);
         // south_west: reduced closure Jacobian: Y = J L^-1
         let row0_moment_on_hinge_south_west_y = mul_add(-sin_west_south_west,
             row0_moment_in_parent_south_ghost0_z,
@@ -3264,41 +3594,48 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let row1_moment_on_hinge_south_west_y = mul_add(cos_west_south_west,
             row1_moment_in_parent_south_ghost0_y,
             sin_west_south_west * minus_row1_moment_in_parent_south_ghost0_z);
-        let minus_row2_moment_south_west_x = cos_south_west_south * c(0.06783682279642031);
-        let minus_row2_moment_south_west_y = cos_south_west_south * c(-0.06783689736311298);
-        let minus_row2_moment_south_west_z = sin_south_west_south * c(-0.09593580755362648);
+        let minus_row2_moment_south_west_x =
+            cos_south_west_south * c(MINUS_ROW2_MOMENT_SOUTH_WEST_X_FACTOR);
+        let minus_row2_moment_south_west_y =
+            cos_south_west_south * c(-MINUS_ROW2_MOMENT_SOUTH_WEST_Y_FACTOR);
+        let minus_row2_moment_south_west_z =
+            sin_south_west_south * c(-MINUS_ROW2_MOMENT_SOUTH_WEST_Z_FACTOR);
         let row2_moment_on_hinge_south_west_y = mul_add(-cos_west_south_west,
             minus_row2_moment_south_west_y, sin_west_south_west * minus_row2_moment_south_west_z);
         // south_east: reduced closure Jacobian: Y = J L^-1
         let row0_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
             row0_moment_in_parent_south_z, cos_south_east_east * row0_moment_in_parent_south_y);
-        let minus_y0_1_south_east_east = cos_south_south_east * c(0.037014918647950104);
-        let minus_row1_moment_south_east_y = cos_south_south_east * c(0.021370565583309194);
-        let minus_row1_moment_south_east_z = sin_south_south_east * c(0.04274114265979424);
+        let minus_y0_1_south_east_east =
+            cos_south_south_east * c(MINUS_Y0_1_SOUTH_EAST_EAST_FACTOR);
+        let minus_row1_moment_south_east_y =
+            cos_south_south_east * c(MINUS_ROW1_MOMENT_SOUTH_EAST_Y_FACTOR);
+        let minus_row1_moment_south_east_z =
+            sin_south_south_east * c(MINUS_ROW1_MOMENT_SOUTH_EAST_Z_FACTOR);
         let row1_moment_on_hinge_south_east_y = mul_add(-cos_south_east_east,
             minus_row1_moment_south_east_y, sin_south_east_east * minus_row1_moment_south_east_z);
-        let y0_2_south_east_east = cos_south_south_east * c(0.10205484634054524);
-        let row2_moment_south_east_y = cos_south_south_east * c(0.05892137188138727);
-        let row2_moment_south_east_z = sin_south_south_east * c(0.11784277545092457);
+        let y0_2_south_east_east = cos_south_south_east * c(Y0_2_SOUTH_EAST_EAST_FACTOR);
+        let row2_moment_south_east_y = cos_south_south_east * c(ROW2_MOMENT_SOUTH_EAST_Y_FACTOR);
+        let row2_moment_south_east_z = sin_south_south_east * c(ROW2_MOMENT_SOUTH_EAST_Z_FACTOR);
         let row2_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
             row2_moment_south_east_z, cos_south_east_east * row2_moment_south_east_y);
         // west: reduced closure Jacobian: Y = J L^-1
         let y0_0_ground_west = mul_add(-minus_pivot_row_moment_in_parent_south_west_x,
             minus_row0_moment_in_parent_south_ghost0_x,
-            row0_moment_on_hinge_south_west_y * c(-0.8660257562110547));
+            row0_moment_on_hinge_south_west_y * c(-HINGE_SOUTH_WEST_SIN));
         let y0_1_ground_west = mul_add(-minus_pivot_row_moment_in_parent_south_west_x,
             minus_row1_moment_in_parent_south_ghost0_x,
-            c(-0.8660257562110547) * row1_moment_on_hinge_south_west_y);
+            c(-HINGE_SOUTH_WEST_SIN) * row1_moment_on_hinge_south_west_y);
         let y0_2_ground_west = mul_add(-minus_pivot_row_moment_in_parent_south_west_x,
             minus_row2_moment_south_west_x,
-            c(-0.8660257562110547) * row2_moment_on_hinge_south_west_y);
+            c(-HINGE_SOUTH_WEST_SIN) * row2_moment_on_hinge_south_west_y);
         // east: reduced closure Jacobian: Y = J L^-1
         let y0_0_ground_east = mul_add(-pivot_row_moment_in_parent_south_east_x,
-            y0_0_south_east_east, c(0.7071067811865475) * row0_moment_on_hinge_south_east_y);
+            y0_0_south_east_east, c(HINGE_SOUTH_EAST_COS) * row0_moment_on_hinge_south_east_y);
         let y0_1_ground_east = mul_add(pivot_row_moment_in_parent_south_east_x,
-            minus_y0_1_south_east_east, c(0.7071067811865475) * row1_moment_on_hinge_south_east_y);
+            minus_y0_1_south_east_east,
+            c(HINGE_SOUTH_EAST_COS) * row1_moment_on_hinge_south_east_y);
         let y0_2_ground_east = mul_add(-pivot_row_moment_in_parent_south_east_x,
-            y0_2_south_east_east, c(0.7071067811865475) * row2_moment_on_hinge_south_east_y);
+            y0_2_south_east_east, c(HINGE_SOUTH_EAST_COS) * row2_moment_on_hinge_south_east_y);
         // mechanism: factor of the closure: S = Y D^-1 Y^T = L_S D_S L_S^T
         let minus_y_over_d0_0_west_south_west =
             inverse_pivot_south_west * minus_row0_moment_in_parent_south_ghost0_x;
@@ -3327,7 +3664,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let s_loop0_1_1 = mul_add(y0_1_ground_west, y_over_d0_1_ground_west,
             mul_add(y0_1_ground_east, y_over_d0_1_ground_east, mul_add(minus_y0_1_south_east_east,
             minus_y_over_d0_1_south_east_east, mul_add(minus_row1_moment_in_parent_south_ghost0_x,
-            minus_y_over_d0_1_west_south_west, c(873.5778844364536)))));
+            minus_y_over_d0_1_west_south_west, c(S_LOOP0_1_1_TERM)))));
         let s_loop0_2_0 = mul_add(y0_0_ground_west, y_over_d0_2_ground_west,
             mul_add(y0_0_ground_east, y_over_d0_2_ground_east, mul_add(y0_0_south_east_east,
             y_over_d0_2_south_east_east,
@@ -3335,7 +3672,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let s_loop0_2_2 = mul_add(y0_2_ground_west, y_over_d0_2_ground_west,
             mul_add(y0_2_ground_east, y_over_d0_2_ground_east, mul_add(y0_2_south_east_east,
             y_over_d0_2_south_east_east, mul_add(minus_row2_moment_south_west_x,
-            minus_y_over_d0_2_west_south_west, c(1455.9516904984002)))));
+            minus_y_over_d0_2_west_south_west, c(S_LOOP0_2_2_TERM)))));
         let inverse_pivot_loop0_0 = c(1.0) / s_loop0_0_0;
         let l_loop0_1_0 = s_loop0_1_0 * inverse_pivot_loop0_0;
         let pivot_loop0_1 = mul_add(-s_loop0_1_0, l_loop0_1_0, s_loop0_1_1);
@@ -3344,38 +3681,39 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             y_over_d0_2_ground_west, mul_add(y0_1_ground_east, y_over_d0_2_ground_east,
             mul_add(-minus_y0_1_south_east_east, y_over_d0_2_south_east_east,
             mul_add(minus_row1_moment_in_parent_south_ghost0_x, minus_y_over_d0_2_west_south_west,
-            c(-504.3607884001881))))));
+            c(-L_TIMES_PIVOT_LOOP0_2_1_TERM))))));
         let inverse_pivot_loop0_1 = c(1.0) / pivot_loop0_1;
         let l_loop0_2_1 = l_times_pivot_loop0_2_1 * inverse_pivot_loop0_1;
         let pivot_loop0_2 = mul_add(-l_times_pivot_loop0_2_1, l_loop0_2_1, mul_add(-s_loop0_2_0,
             l_loop0_2_0, s_loop0_2_2));
         let inverse_pivot_loop0_2 = c(1.0) / pivot_loop0_2;
         // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
-        let minus_forward_lambda0_0_sum = mul_add(c(-0.5000002689018963),
-            mul_add(c(0.06987458559937651), minus_velocity_product_gradient_south_yy,
-            velocity_product_gradient_south_yx * c(0.04034213973350828)),
-            mul_add(c(-0.866025248533801), mul_add(c(-0.06987458559937651),
+        let minus_forward_lambda0_0_sum = mul_add(c(-CLOSURE_DIRECTION_SOUTH_Y),
+            mul_add(c(CLOSURE_POINT_SOUTH_Y), minus_velocity_product_gradient_south_yy,
+            velocity_product_gradient_south_yx * c(CLOSURE_POINT_SOUTH_X)),
+            mul_add(c(-CLOSURE_DIRECTION_SOUTH_X), mul_add(c(-CLOSURE_POINT_SOUTH_Y),
             velocity_product_gradient_south_xy,
-            minus_velocity_product_gradient_south_xx * c(-0.04034213973350828)),
-            velocity_product_gradient_south_ghost0_yx * c(0.0806842360747284)));
+            minus_velocity_product_gradient_south_xx * c(-CLOSURE_POINT_SOUTH_X)),
+            velocity_product_gradient_south_ghost0_yx * c(CLOSURE_POINT_SOUTH_GHOST0_X)));
         let minus_forward_lambda0_0 = mul_add(y_ground_west, y_over_d0_0_ground_west,
             mul_add(y_ground_east, y_over_d0_0_ground_east, mul_add(y_south_east_east,
             y_over_d0_0_south_east_east, mul_add(-y_west_south_west,
             minus_y_over_d0_0_west_south_west, minus_forward_lambda0_0_sum))));
         let forward_lambda0_1_sum = mul_add(y_south_east_east, minus_y_over_d0_1_south_east_east,
             mul_add(y_west_south_west, minus_y_over_d0_1_west_south_west,
-            mul_add(c(-12502.08322443702), y_south_south_east, mul_add(c(0.04034213973350828),
-            velocity_product_gradient_south_zx, -mul_add(c(0.06987458559937651),
-            velocity_product_gradient_south_zy,
-            velocity_product_gradient_south_ghost0_zx * c(0.0806842360747284))))));
+            mul_add(c(-FORWARD_LAMBDA0_1_FACTOR), y_south_south_east,
+            mul_add(c(CLOSURE_POINT_SOUTH_X), velocity_product_gradient_south_zx,
+            -mul_add(c(CLOSURE_POINT_SOUTH_Y), velocity_product_gradient_south_zy,
+            velocity_product_gradient_south_ghost0_zx * c(CLOSURE_POINT_SOUTH_GHOST0_X))))));
         let forward_lambda0_1 = mul_add(l_loop0_1_0, minus_forward_lambda0_0,
             mul_add(-y_ground_west, y_over_d0_1_ground_west, mul_add(-y_ground_east,
             y_over_d0_1_ground_east, forward_lambda0_1_sum)));
         let forward_lambda0_2_sum = mul_add(y_west_south_west, minus_y_over_d0_2_west_south_west,
-            mul_add(c(7218.086290943076), y_south_south_east, mul_add(c(-14436.01255221496),
-            y_south_west_south, mul_add(c(0.06987458559937651), velocity_product_gradient_south_zx,
-            mul_add(c(-0.0806842360747284), velocity_product_gradient_south_ghost0_zy,
-            velocity_product_gradient_south_zy * c(0.04034213973350828))))));
+            mul_add(c(FORWARD_LAMBDA0_2_FACTOR_2), y_south_south_east,
+            mul_add(c(-FORWARD_LAMBDA0_2_FACTOR), y_south_west_south,
+            mul_add(c(CLOSURE_POINT_SOUTH_Y), velocity_product_gradient_south_zx,
+            mul_add(c(-CLOSURE_POINT_SOUTH_GHOST0_X), velocity_product_gradient_south_ghost0_zy,
+            velocity_product_gradient_south_zy * c(CLOSURE_POINT_SOUTH_X))))));
         let forward_lambda0_2 = mul_add(-l_loop0_2_1, forward_lambda0_1, mul_add(l_loop0_2_0,
             minus_forward_lambda0_0, mul_add(-y_ground_west, y_over_d0_2_ground_west,
             mul_add(-y_ground_east, y_over_d0_2_ground_east, mul_add(-y_south_east_east,
@@ -3400,7 +3738,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             mul_add(y_over_d0_1_ground_west, lambda0_1, mul_add(y_over_d0_2_ground_west, lambda0_2,
             inverse_pivot_west * y_ground_west)));
         // south_east: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let alpha_on_hinge_south_east_y = c(0.7071067811865475) * acceleration_ground_east;
+        let alpha_on_hinge_south_east_y = c(HINGE_SOUTH_EAST_COS) * acceleration_ground_east;
         // south_east: joint acceleration: du/dt = y / D - W . (a, alpha)_parent
         let parent_alpha_south_east_y = cos_south_east_east * alpha_on_hinge_south_east_y;
         let minus_parent_alpha_south_east_z = sin_south_east_east * alpha_on_hinge_south_east_y;
@@ -3410,7 +3748,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             mul_add(y_over_d0_2_south_east_east, lambda0_2,
             inverse_pivot_south_east * y_south_east_east))));
         // south_west: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let minus_alpha_on_hinge_south_west_y = c(0.8660257562110547) * acceleration_ground_west;
+        let minus_alpha_on_hinge_south_west_y = c(HINGE_SOUTH_WEST_SIN) * acceleration_ground_west;
         // south_west: joint acceleration: du/dt = y / D - W . (a, alpha)_parent
         let minus_parent_alpha_south_west_y =
             cos_west_south_west * minus_alpha_on_hinge_south_west_y;
@@ -3421,23 +3759,24 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             mul_add(-minus_y_over_d0_2_west_south_west, lambda0_2,
             inverse_pivot_south_west * y_west_south_west))));
         // mechanism: results: what the function returns
-        let acceleration_south_west_south = mul_add(c(-0.7071071698144962), alpha_south_west_x,
-            mul_add(c(14436.01255221496), lambda0_2, c(178919.86408403947) * y_south_west_south))
-            + mul_add(c(0.7071063925583854), minus_parent_alpha_south_west_y,
+        let acceleration_south_west_south = mul_add(c(-HINGE_SOUTH_GHOST0_COS), alpha_south_west_x,
+            mul_add(c(FORWARD_LAMBDA0_2_FACTOR), lambda0_2,
+            c(INVERSE_PIVOT_SOUTH_GHOST0) * y_south_west_south))
+            + mul_add(c(HINGE_SOUTH_GHOST0_SIN), minus_parent_alpha_south_west_y,
             pivot_row_moment_in_parent_south_ghost0_y * minus_parent_alpha_south_west_y)
             - mul_add(-minus_pivot_row_moment_in_parent_south_ghost0_x, alpha_south_west_x,
             pivot_row_moment_in_parent_south_ghost0_z * parent_alpha_south_west_z);
-        let acceleration_south_south_east_sum = mul_add(c(-0.49999986554903386), alpha_south_east_x,
-            mul_add(c(12502.08322443702), lambda0_1, mul_add(c(-7218.086290943076), lambda0_2,
-            c(178921.751266151) * y_south_south_east)))
+        let acceleration_south_south_east_sum = mul_add(c(-HINGE_SOUTH_COS), alpha_south_east_x,
+            mul_add(c(FORWARD_LAMBDA0_1_FACTOR), lambda0_1, mul_add(c(-FORWARD_LAMBDA0_2_FACTOR_2),
+            lambda0_2, c(INVERSE_PIVOT_SOUTH) * y_south_south_east)))
             + mul_add(-pivot_row_moment_in_parent_south_x, alpha_south_east_x,
-            c(0.8660254814097263) * parent_alpha_south_east_y);
+            c(HINGE_SOUTH_SIN) * parent_alpha_south_east_y);
         let acceleration_south_south_east = mul_add(-pivot_row_moment_in_parent_south_y,
             parent_alpha_south_east_y,
             pivot_row_moment_in_parent_south_z * minus_parent_alpha_south_east_z)
             + acceleration_south_south_east_sum;
-        let acceleration_west_south_west = mul_add(c(-0.4999993895786978), acceleration_ground_west,
-            alpha_south_west_x);
+        let acceleration_west_south_west = mul_add(c(-HINGE_SOUTH_WEST_COS),
+            acceleration_ground_west, alpha_south_west_x);
         let acceleration_south_east_east = alpha_south_east_x - alpha_on_hinge_south_east_y;
         acceleration[0] = acceleration_south_west_south;
         acceleration[1] = acceleration_south_south_east;
@@ -3445,10 +3784,11 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         acceleration[3] = acceleration_south_east_east;
         acceleration[4] = acceleration_ground_east;
         acceleration[5] = acceleration_ground_west;
-        margin[0] = S::min(S::min(S::min(S::min(c(178919.86408403947), inverse_pivot_south_west),
-            inverse_pivot_south_east), inverse_pivot_east), inverse_pivot_west);
+        margin[0] = S::min(S::min(S::min(S::min(c(INVERSE_PIVOT_SOUTH_GHOST0),
+            inverse_pivot_south_west), inverse_pivot_south_east), inverse_pivot_east),
+            inverse_pivot_west);
         margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1),
-            s_loop0_2_2) * c(100.0)) / (bound_of_trace_of_inverse_s * trace_of_s);
+            s_loop0_2_2) * c(MARGIN_1_FACTOR)) / (bound_of_trace_of_inverse_s * trace_of_s);
     }
     /// What closes the loops, to be taken from q and u.
     fn projection_into(
@@ -3471,11 +3811,11 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             (sin_south_west_south, cos_south_west_south),
         ] = S::sin_cos_all([q[4], q[5], q[3], q[2], q[1], q[0]]);
         // east: placement: A = A_parent R, p = p_parent + A_parent r
-        let axis_z_east_x = sin_ground_east * c(0.7071067811865475);
+        let axis_z_east_x = sin_ground_east * c(HINGE_EAST_COS);
         // west: placement: A = A_parent R, p = p_parent + A_parent r
-        let axis_z_west_x = sin_ground_west * c(0.7071067811865475);
+        let axis_z_west_x = sin_ground_west * c(HINGE_WEST_COS);
         // south_east: angular velocity: w = R^T w_parent + u e_x
-        let parent_omega_on_hinge_south_east_y = c(0.7071067811865475) * u[4];
+        let parent_omega_on_hinge_south_east_y = c(HINGE_SOUTH_EAST_COS) * u[4];
         let parent_omega_south_east_y = cos_south_east_east * parent_omega_on_hinge_south_east_y;
         let minus_parent_omega_south_east_z =
             sin_south_east_east * parent_omega_on_hinge_south_east_y;
@@ -3502,20 +3842,22 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let axis_z_south_east_z = mul_add(cos_ground_east, cos_south_east_east,
             -sin_south_east_east_times_axis_z_east_x);
         // south_west: angular velocity: w = R^T w_parent + u e_x
-        let minus_parent_omega_on_hinge_south_west_y = u[5] * c(0.8660257562110547);
+        let minus_parent_omega_on_hinge_south_west_y = u[5] * c(HINGE_SOUTH_WEST_SIN);
         let minus_parent_omega_south_west_y =
             cos_west_south_west * minus_parent_omega_on_hinge_south_west_y;
         let parent_omega_south_west_z =
             sin_west_south_west * minus_parent_omega_on_hinge_south_west_y;
-        let omega_south_west_x = mul_add(c(0.4999993895786978), u[5], u[2]);
+        let omega_south_west_x = mul_add(c(HINGE_SOUTH_WEST_COS), u[5], u[2]);
         // south_west: placement: A = A_parent R, p = p_parent + A_parent r
-        let cos_ground_west_product = cos_ground_west * c(-0.35355295896023153);
-        let axis_y_on_hinge_south_west_x = c(0.6123726848990445) + cos_ground_west_product;
-        let axis_y_on_hinge_south_west_y = cos_ground_west_product - c(0.6123726848990445);
-        let axis_y_on_hinge_south_west_z = sin_ground_west * c(0.4999993895786978);
-        let cos_ground_west_product_2 = cos_ground_west * c(-0.6123726848990445);
-        let axis_x_south_west_x = cos_ground_west_product_2 - c(0.35355295896023153);
-        let axis_x_south_west_y = c(0.35355295896023153) + cos_ground_west_product_2;
+        let cos_ground_west_product = cos_ground_west * c(-COS_GROUND_WEST_PRODUCT_FACTOR);
+        let axis_y_on_hinge_south_west_x = c(AXIS_Y_ON_HINGE_SOUTH_WEST_X_TERM)
+            + cos_ground_west_product;
+        let axis_y_on_hinge_south_west_y = cos_ground_west_product
+            - c(AXIS_Y_ON_HINGE_SOUTH_WEST_X_TERM);
+        let axis_y_on_hinge_south_west_z = sin_ground_west * c(HINGE_SOUTH_WEST_COS);
+        let cos_ground_west_product_2 = cos_ground_west * c(-AXIS_Y_ON_HINGE_SOUTH_WEST_X_TERM);
+        let axis_x_south_west_x = cos_ground_west_product_2 - c(COS_GROUND_WEST_PRODUCT_FACTOR);
+        let axis_x_south_west_y = c(COS_GROUND_WEST_PRODUCT_FACTOR) + cos_ground_west_product_2;
         let sin_west_south_west_times_axis_z_west_x = sin_west_south_west * axis_z_west_x;
         let axis_y_south_west_x = mul_add(cos_west_south_west, axis_y_on_hinge_south_west_x,
             sin_west_south_west_times_axis_z_west_x);
@@ -3531,27 +3873,27 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let axis_z_south_west_z = mul_add(-sin_west_south_west, axis_y_on_hinge_south_west_z,
             cos_ground_west * cos_west_south_west);
         // south: angular velocity: w = R^T w_parent + u e_x
-        let parent_omega_on_hinge_south_y = mul_add(c(0.8660254814097263), omega_south_east_x,
-            parent_omega_south_east_y * c(0.49999986554903386));
+        let parent_omega_on_hinge_south_y = mul_add(c(HINGE_SOUTH_SIN), omega_south_east_x,
+            parent_omega_south_east_y * c(HINGE_SOUTH_COS));
         let parent_omega_south_y = mul_add(-sin_south_south_east, minus_parent_omega_south_east_z,
             cos_south_south_east * parent_omega_on_hinge_south_y);
         let parent_omega_south_z = mul_add(-sin_south_south_east, parent_omega_on_hinge_south_y,
             -cos_south_south_east * minus_parent_omega_south_east_z);
-        let omega_south_x = mul_add(c(-0.8660254814097263), parent_omega_south_east_y,
-            mul_add(c(0.49999986554903386), omega_south_east_x, u[1]));
+        let omega_south_x = mul_add(c(-HINGE_SOUTH_SIN), parent_omega_south_east_y,
+            mul_add(c(HINGE_SOUTH_COS), omega_south_east_x, u[1]));
         // south: placement: A = A_parent R, p = p_parent + A_parent r
-        let axis_y_on_hinge_south_x = mul_add(c(0.8660254814097263), axis_x_south_east_x,
-            axis_y_south_east_x * c(0.49999986554903386));
-        let axis_y_on_hinge_south_y = mul_add(c(0.8660254814097263), axis_x_south_east_y,
-            axis_y_south_east_y * c(0.49999986554903386));
-        let axis_y_on_hinge_south_z = mul_add(c(-0.6123724905851617), sin_ground_east,
-            axis_y_south_east_z * c(0.49999986554903386));
-        let axis_x_south_x = mul_add(c(-0.8660254814097263), axis_y_south_east_x,
-            axis_x_south_east_x * c(0.49999986554903386));
-        let axis_x_south_y = mul_add(c(-0.8660254814097263), axis_y_south_east_y,
-            axis_x_south_east_y * c(0.49999986554903386));
-        let axis_x_south_z = mul_add(c(-0.8660254814097263), axis_y_south_east_z,
-            sin_ground_east * c(-0.3535532955220838));
+        let axis_y_on_hinge_south_x = mul_add(c(HINGE_SOUTH_SIN), axis_x_south_east_x,
+            axis_y_south_east_x * c(HINGE_SOUTH_COS));
+        let axis_y_on_hinge_south_y = mul_add(c(HINGE_SOUTH_SIN), axis_x_south_east_y,
+            axis_y_south_east_y * c(HINGE_SOUTH_COS));
+        let axis_y_on_hinge_south_z = mul_add(c(-PARENT_OMEGA_ON_HINGE_SOUTH_Y_BY_GROUND_EAST_TERM),
+            sin_ground_east, axis_y_south_east_z * c(HINGE_SOUTH_COS));
+        let axis_x_south_x = mul_add(c(-HINGE_SOUTH_SIN), axis_y_south_east_x,
+            axis_x_south_east_x * c(HINGE_SOUTH_COS));
+        let axis_x_south_y = mul_add(c(-HINGE_SOUTH_SIN), axis_y_south_east_y,
+            axis_x_south_east_y * c(HINGE_SOUTH_COS));
+        let axis_x_south_z = mul_add(c(-HINGE_SOUTH_SIN), axis_y_south_east_z,
+            sin_ground_east * c(-PARENT_OMEGA_ON_HINGE_SOUTH_Y_BY_GROUND_EAST_FACTOR));
         let axis_y_south_x = mul_add(cos_south_south_east, axis_y_on_hinge_south_x,
             sin_south_south_east * axis_z_south_east_x);
         let axis_y_south_y = mul_add(cos_south_south_east, axis_y_on_hinge_south_y,
@@ -3559,27 +3901,29 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let axis_y_south_z = mul_add(cos_south_south_east, axis_y_on_hinge_south_z,
             sin_south_south_east * axis_z_south_east_z);
         // south_ghost0: angular velocity: w = R^T w_parent + u e_x
-        let parent_omega_on_hinge_south_ghost0_y = mul_add(c(-0.7071063925583854),
-            omega_south_west_x, minus_parent_omega_south_west_y * c(-0.7071071698144962));
+        let parent_omega_on_hinge_south_ghost0_y = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
+            omega_south_west_x, minus_parent_omega_south_west_y * c(-HINGE_SOUTH_GHOST0_COS));
         let parent_omega_south_ghost0_y = mul_add(cos_south_west_south,
             parent_omega_on_hinge_south_ghost0_y, sin_south_west_south * parent_omega_south_west_z);
         let parent_omega_south_ghost0_z = mul_add(-sin_south_west_south,
             parent_omega_on_hinge_south_ghost0_y, cos_south_west_south * parent_omega_south_west_z);
-        let omega_south_ghost0_x = mul_add(c(-0.7071063925583854), minus_parent_omega_south_west_y,
-            mul_add(c(0.7071071698144962), omega_south_west_x, u[0]));
+        let omega_south_ghost0_x = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
+            minus_parent_omega_south_west_y, mul_add(c(HINGE_SOUTH_GHOST0_COS), omega_south_west_x,
+            u[0]));
         // south_ghost0: placement: A = A_parent R, p = p_parent + A_parent r
-        let axis_y_on_hinge_south_ghost0_x = mul_add(c(-0.7071063925583854), axis_x_south_west_x,
-            axis_y_south_west_x * c(0.7071071698144962));
-        let axis_y_on_hinge_south_ghost0_y = mul_add(c(-0.7071063925583854), axis_x_south_west_y,
-            axis_y_south_west_y * c(0.7071071698144962));
-        let axis_y_on_hinge_south_ghost0_z = mul_add(c(-0.6123723483370466), sin_ground_west,
-            axis_y_south_west_z * c(0.7071071698144962));
-        let axis_x_south_ghost0_x = mul_add(c(0.7071063925583854), axis_y_south_west_x,
-            axis_x_south_west_x * c(0.7071071698144962));
-        let axis_x_south_ghost0_y = mul_add(c(0.7071063925583854), axis_y_south_west_y,
-            axis_x_south_west_y * c(0.7071071698144962));
-        let axis_x_south_ghost0_z = mul_add(c(0.7071063925583854), axis_y_south_west_z,
-            sin_ground_west * c(0.6123730214608577));
+        let axis_y_on_hinge_south_ghost0_x = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
+            axis_x_south_west_x, axis_y_south_west_x * c(HINGE_SOUTH_GHOST0_COS));
+        let axis_y_on_hinge_south_ghost0_y = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
+            axis_x_south_west_y, axis_y_south_west_y * c(HINGE_SOUTH_GHOST0_COS));
+        let axis_y_on_hinge_south_ghost0_z =
+            mul_add(c(-PARENT_OMEGA_SOUTH_GHOST0_X_BY_GROUND_WEST_FACTOR), sin_ground_west,
+            axis_y_south_west_z * c(HINGE_SOUTH_GHOST0_COS));
+        let axis_x_south_ghost0_x = mul_add(c(HINGE_SOUTH_GHOST0_SIN), axis_y_south_west_x,
+            axis_x_south_west_x * c(HINGE_SOUTH_GHOST0_COS));
+        let axis_x_south_ghost0_y = mul_add(c(HINGE_SOUTH_GHOST0_SIN), axis_y_south_west_y,
+            axis_x_south_west_y * c(HINGE_SOUTH_GHOST0_COS));
+        let axis_x_south_ghost0_z = mul_add(c(HINGE_SOUTH_GHOST0_SIN), axis_y_south_west_z,
+            sin_ground_west * c(PARENT_OMEGA_ON_HINGE_SOUTH_GHOST0_Y_BY_GROUND_WEST_FACTOR));
         let axis_y_south_ghost0_x = mul_add(cos_south_west_south, axis_y_on_hinge_south_ghost0_x,
             sin_south_west_south * axis_z_south_west_x);
         let axis_y_south_ghost0_y = mul_add(cos_south_west_south, axis_y_on_hinge_south_ghost0_y,
@@ -3593,62 +3937,65 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let axis_z_south_ghost0_z = mul_add(-sin_south_west_south, axis_y_on_hinge_south_ghost0_z,
             cos_south_west_south * axis_z_south_west_z);
         // loop 0: closure residual: P_ghost - P_original
-        let residual_3 = mul_add(c(0.06987458559937651), axis_y_south_x,
-            mul_add(c(-0.04034213973350828), axis_x_south_x,
-            axis_x_south_ghost0_x * c(0.0806842360747284)));
-        let residual_4 = mul_add(c(0.06987458559937651), axis_y_south_y,
-            mul_add(c(-0.04034213973350828), axis_x_south_y,
-            axis_x_south_ghost0_y * c(0.0806842360747284)));
-        let residual_5 = mul_add(c(0.06987458559937651), axis_y_south_z,
-            mul_add(c(-0.04034213973350828), axis_x_south_z,
-            axis_x_south_ghost0_z * c(0.0806842360747284)));
+        let residual_3 = mul_add(c(CLOSURE_POINT_SOUTH_Y), axis_y_south_x,
+            mul_add(c(-CLOSURE_POINT_SOUTH_X), axis_x_south_x,
+            axis_x_south_ghost0_x * c(CLOSURE_POINT_SOUTH_GHOST0_X)));
+        let residual_4 = mul_add(c(CLOSURE_POINT_SOUTH_Y), axis_y_south_y,
+            mul_add(c(-CLOSURE_POINT_SOUTH_X), axis_x_south_y,
+            axis_x_south_ghost0_y * c(CLOSURE_POINT_SOUTH_GHOST0_X)));
+        let residual_5 = mul_add(c(CLOSURE_POINT_SOUTH_Y), axis_y_south_z,
+            mul_add(c(-CLOSURE_POINT_SOUTH_X), axis_x_south_z,
+            axis_x_south_ghost0_z * c(CLOSURE_POINT_SOUTH_GHOST0_X)));
         let forward_lambda_q0_0 = mul_add(axis_y_south_ghost0_y, residual_4,
             mul_add(axis_y_south_ghost0_z, residual_5, axis_y_south_ghost0_x * residual_3));
-        let residual_6 = mul_add(c(-0.04034213973350828), axis_y_south_x,
-            mul_add(c(-0.06987458559937651), axis_x_south_x,
-            axis_y_south_ghost0_x * c(0.0806842360747284)));
-        let residual_7 = mul_add(c(-0.04034213973350828), axis_y_south_y,
-            mul_add(c(-0.06987458559937651), axis_x_south_y,
-            axis_y_south_ghost0_y * c(0.0806842360747284)));
-        let residual_8 = mul_add(c(-0.04034213973350828), axis_y_south_z,
-            mul_add(c(-0.06987458559937651), axis_x_south_z,
-            axis_y_south_ghost0_z * c(0.0806842360747284)));
+        let residual_6 = mul_add(c(-CLOSURE_POINT_SOUTH_X), axis_y_south_x,
+            mul_add(c(-CLOSURE_POINT_SOUTH_Y), axis_x_south_x,
+            axis_y_south_ghost0_x * c(CLOSURE_POINT_SOUTH_GHOST0_X)));
+        let residual_7 = mul_add(c(-CLOSURE_POINT_SOUTH_X), axis_y_south_y,
+            mul_add(c(-CLOSURE_POINT_SOUTH_Y), axis_x_south_y,
+            axis_y_south_ghost0_y * c(CLOSURE_POINT_SOUTH_GHOST0_X)));
+        let residual_8 = mul_add(c(-CLOSURE_POINT_SOUTH_X), axis_y_south_z,
+            mul_add(c(-CLOSURE_POINT_SOUTH_Y), axis_x_south_z,
+            axis_y_south_ghost0_z * c(CLOSURE_POINT_SOUTH_GHOST0_X)));
         // south_ghost0: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let minus_pivot_row_moment_in_parent_south_ghost0_x =
-            cos_south_west_south * c(-0.8407692270097342);
+            cos_south_west_south * c(-MINUS_PIVOT_ROW_MOMENT_IN_PARENT_SOUTH_GHOST0_X_FACTOR);
         let pivot_row_moment_in_parent_south_ghost0_y =
-            cos_south_west_south * c(-0.8407701511889333);
+            cos_south_west_south * c(-PIVOT_ROW_MOMENT_IN_PARENT_SOUTH_GHOST0_Y_FACTOR);
         let pivot_row_moment_in_parent_south_ghost0_z =
-            sin_south_west_south * c(-1.189027897156668);
+            sin_south_west_south * c(-PIVOT_ROW_MOMENT_SOUTH_GHOST0_Y);
         let projected_inertia_joint_deviator_south_ghost0 =
-            sin_south_west_south * c(-1.3443432000292938e-5);
+            sin_south_west_south * c(-PROJECTED_INERTIA_JOINT_DEVIATOR_SOUTH_GHOST0_FACTOR);
         let projected_inertia_joint_deviator_sin_south_ghost0 =
             sin_south_west_south * projected_inertia_joint_deviator_south_ghost0;
         let projected_inertia_joint_deviator_cos_south_ghost0 =
             cos_south_west_south * projected_inertia_joint_deviator_south_ghost0;
-        let projected_inertia_on_hinge_south_ghost0_yy = c(-7.878064241117773e-6)
+        let projected_inertia_on_hinge_south_ghost0_yy = c(-PROJECTED_INERTIA_SOUTH_GHOST0_YY)
             - projected_inertia_joint_deviator_sin_south_ghost0;
         let minus_projected_in_parent_inertia_south_ghost0_xz =
-            c(0.7071063925583854) * projected_inertia_joint_deviator_cos_south_ghost0;
+            c(HINGE_SOUTH_GHOST0_SIN) * projected_inertia_joint_deviator_cos_south_ghost0;
         // south: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let pivot_row_moment_in_parent_south_x = cos_south_south_east * c(1.029734044424903);
-        let pivot_row_moment_in_parent_south_y = cos_south_south_east * c(0.5945170145866933);
-        let pivot_row_moment_in_parent_south_z = sin_south_south_east * c(1.1890343489070205);
+        let pivot_row_moment_in_parent_south_x =
+            cos_south_south_east * c(HINGE_SOUTH_SIN_TIMES_PIVOT_ROW_MOMENT_SOUTH_Y);
+        let pivot_row_moment_in_parent_south_y =
+            cos_south_south_east * c(HINGE_SOUTH_COS_TIMES_PIVOT_ROW_MOMENT_SOUTH_Y);
+        let pivot_row_moment_in_parent_south_z = sin_south_south_east * c(PIVOT_ROW_MOMENT_SOUTH_Y);
         let projected_inertia_joint_deviator_south =
-            sin_south_south_east * c(-1.3443375455500887e-5);
+            sin_south_south_east * c(-PROJECTED_INERTIA_JOINT_DEVIATOR_SOUTH_FACTOR);
         let projected_inertia_joint_deviator_sin_south =
             sin_south_south_east * projected_inertia_joint_deviator_south;
         let projected_inertia_joint_deviator_cos_south =
             cos_south_south_east * projected_inertia_joint_deviator_south;
-        let projected_inertia_on_hinge_south_yy = c(-7.878066647452608e-6)
+        let projected_inertia_on_hinge_south_yy = c(-PROJECTED_INERTIA_SOUTH_YY)
             - projected_inertia_joint_deviator_sin_south;
         let projected_in_parent_inertia_south_xz =
-            c(0.8660254814097263) * projected_inertia_joint_deviator_cos_south;
+            c(HINGE_SOUTH_SIN) * projected_inertia_joint_deviator_cos_south;
         // south_west: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let articulated_inertia_south_west_xx = mul_add(c(0.4999994503969334),
-            projected_inertia_on_hinge_south_ghost0_yy, c(1.0120383948805784e-5));
-        let articulated_inertia_south_west_xy = mul_add(c(-0.499999999999698),
-            projected_inertia_on_hinge_south_ghost0_yy, c(-1.2394283547934888e-5));
+        let articulated_inertia_south_west_xx = mul_add(c(HINGE_SOUTH_GHOST0_SIN_SQUARED),
+            projected_inertia_on_hinge_south_ghost0_yy, c(ARTICULATED_INERTIA_SOUTH_WEST_XX_TERM));
+        let articulated_inertia_south_west_xy =
+            mul_add(c(-HINGE_SOUTH_GHOST0_COS_TIMES_HINGE_SOUTH_GHOST0_SIN),
+            projected_inertia_on_hinge_south_ghost0_yy, c(-MINIMAL_SECOND_MOMENT_SOUTH_WEST_XY));
         let inverse_pivot_south_west = c(1.0) / articulated_inertia_south_west_xx;
         let pivot_row_moment_south_west_y =
             articulated_inertia_south_west_xy * inverse_pivot_south_west;
@@ -3658,25 +4005,25 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             pivot_row_moment_south_west_y,
             sin_west_south_west * minus_pivot_row_moment_south_west_z);
         let minus_pivot_row_moment_in_parent_south_west_x =
-            c(0.8660257562110547) * pivot_row_moment_on_hinge_south_west_y;
+            c(HINGE_SOUTH_WEST_SIN) * pivot_row_moment_on_hinge_south_west_y;
         let projected_inertia_south_west_yy = mul_add(-articulated_inertia_south_west_xy,
-            pivot_row_moment_south_west_y, mul_add(c(0.5000005496030666),
-            projected_inertia_on_hinge_south_ghost0_yy, c(2.6789051216394143e-8)));
+            pivot_row_moment_south_west_y, mul_add(c(PROJECTED_INERTIA_SOUTH_WEST_YY_FACTOR),
+            projected_inertia_on_hinge_south_ghost0_yy, c(SECOND_MOMENT_SOUTH_WEST_ZZ)));
         let projected_inertia_south_west_yz = mul_add(articulated_inertia_south_west_xy,
             minus_pivot_row_moment_south_west_z,
-            c(0.7071071698144962) * projected_inertia_joint_deviator_cos_south_ghost0);
+            c(HINGE_SOUTH_GHOST0_COS) * projected_inertia_joint_deviator_cos_south_ghost0);
         let projected_inertia_joint_deviator_south_west = mul_add(projected_inertia_south_west_yz,
             cos_west_south_west * c(2.0), sin_west_south_west * (projected_inertia_south_west_yy
             + mul_add(minus_projected_in_parent_inertia_south_ghost0_xz,
             minus_pivot_row_moment_south_west_z, -(projected_inertia_joint_deviator_sin_south_ghost0
-            + c(1.5658962656764556e-5)))));
+            + c(PROJECTED_INERTIA_JOINT_DEVIATOR_SOUTH_WEST_TERM)))));
         let projected_inertia_on_hinge_south_west_yy = mul_add(-sin_west_south_west,
             projected_inertia_joint_deviator_south_west, projected_inertia_south_west_yy);
         // south_east: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let articulated_inertia_south_east_xx = mul_add(c(0.7500001344509483),
-            projected_inertia_on_hinge_south_yy, c(1.645765284643345e-5));
-        let articulated_inertia_south_east_xy = mul_add(c(0.4330126242669005),
-            projected_inertia_on_hinge_south_yy, c(1.2939941252175183e-5));
+        let articulated_inertia_south_east_xx = mul_add(c(HINGE_SOUTH_SIN_SQUARED),
+            projected_inertia_on_hinge_south_yy, c(ARTICULATED_INERTIA_SOUTH_EAST_XX_TERM));
+        let articulated_inertia_south_east_xy = mul_add(c(HALF_CLOSURE_DIRECTION_SOUTH_X),
+            projected_inertia_on_hinge_south_yy, c(MINIMAL_SECOND_MOMENT_SOUTH_EAST_XY));
         let inverse_pivot_south_east = c(1.0) / articulated_inertia_south_east_xx;
         let pivot_row_moment_south_east_y =
             articulated_inertia_south_east_xy * inverse_pivot_south_east;
@@ -3685,41 +4032,47 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let pivot_row_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
             pivot_row_moment_south_east_z, cos_south_east_east * pivot_row_moment_south_east_y);
         let pivot_row_moment_in_parent_south_east_x =
-            c(0.7071067811865475) * pivot_row_moment_on_hinge_south_east_y;
+            c(HINGE_SOUTH_EAST_COS) * pivot_row_moment_on_hinge_south_east_y;
         let projected_inertia_south_east_yy = mul_add(-articulated_inertia_south_east_xy,
-            pivot_row_moment_south_east_y, mul_add(c(0.24999986554905174),
-            projected_inertia_on_hinge_south_yy, c(3.338573836000013e-8)));
+            pivot_row_moment_south_east_y, mul_add(c(PROJECTED_INERTIA_SOUTH_EAST_YY_FACTOR),
+            projected_inertia_on_hinge_south_yy, c(SECOND_MOMENT_SOUTH_EAST_ZZ)));
         let projected_inertia_south_east_yz = mul_add(-articulated_inertia_south_east_xy,
             pivot_row_moment_south_east_z,
-            c(0.49999986554903386) * projected_inertia_joint_deviator_cos_south);
+            c(HINGE_SOUTH_COS) * projected_inertia_joint_deviator_cos_south);
         let projected_inertia_joint_deviator_south_east = mul_add(projected_inertia_south_east_yz,
             cos_south_east_east * c(2.0), sin_south_east_east * (projected_inertia_south_east_yy
             + mul_add(projected_in_parent_inertia_south_xz, pivot_row_moment_south_east_z,
-            -(projected_inertia_joint_deviator_sin_south + c(2.1989575916121727e-5)))));
+            -(projected_inertia_joint_deviator_sin_south
+            + c(PROJECTED_INERTIA_JOINT_DEVIATOR_SOUTH_EAST_TERM)))));
         let projected_inertia_on_hinge_south_east_yy = mul_add(-sin_south_east_east,
             projected_inertia_joint_deviator_south_east, projected_inertia_south_east_yy);
         // west: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
-        let articulated_inertia_west_xx = mul_add(c(0.7500006104209291),
-            projected_inertia_on_hinge_south_west_yy, c(1.976125305527044e-5));
+        let articulated_inertia_west_xx = mul_add(c(HINGE_SOUTH_WEST_SIN_SQUARED),
+            projected_inertia_on_hinge_south_west_yy, c(MASS_GROUND_WEST_GROUND_WEST_TERM));
         let inverse_pivot_west = c(1.0) / articulated_inertia_west_xx;
         // east: articulated inertia: D = I_xx, W = (I, H)_x / D, to the parent: (I, H, M) - D W W^T
         let articulated_inertia_east_xx = mul_add(c(0.5), projected_inertia_on_hinge_south_east_yy,
-            c(1.0564732298535837e-5));
+            c(MASS_GROUND_EAST_GROUND_EAST_TERM));
         let inverse_pivot_east = c(1.0) / articulated_inertia_east_xx;
         // south_ghost0: reduced closure Jacobian: Y = J L^-1
         let minus_row0_moment_in_parent_south_ghost0_x =
-            sin_south_west_south * c(-0.05705233910713033);
-        let row0_moment_in_parent_south_ghost0_y = sin_south_west_south * c(-0.05705240181944587);
-        let row0_moment_in_parent_south_ghost0_z = cos_south_west_south * c(0.0806842360747284);
+            sin_south_west_south * c(-HINGE_SOUTH_GHOST0_SIN_TIMES_ROW0_MOMENT_SOUTH_GHOST0_Z);
+        let row0_moment_in_parent_south_ghost0_y =
+            sin_south_west_south * c(-JACOBIAN_LOOP0_2_WEST_SOUTH_WEST);
+        let row0_moment_in_parent_south_ghost0_z =
+            cos_south_west_south * c(CLOSURE_POINT_SOUTH_GHOST0_X);
         let minus_row1_moment_in_parent_south_ghost0_x =
-            cos_south_west_south * c(-0.05705233910713033);
-        let row1_moment_in_parent_south_ghost0_y = cos_south_west_south * c(-0.05705240181944587);
+            cos_south_west_south * c(-HINGE_SOUTH_GHOST0_SIN_TIMES_ROW0_MOMENT_SOUTH_GHOST0_Z);
+        let row1_moment_in_parent_south_ghost0_y =
+            cos_south_west_south * c(-JACOBIAN_LOOP0_2_WEST_SOUTH_WEST);
         let minus_row1_moment_in_parent_south_ghost0_z =
-            sin_south_west_south * c(0.0806842360747284);
+            sin_south_west_south * c(CLOSURE_POINT_SOUTH_GHOST0_X);
         // south: reduced closure Jacobian: Y = J L^-1
-        let y0_0_south_east_east = sin_south_south_east * c(0.06987460438879269);
-        let row0_moment_in_parent_south_y = sin_south_south_east * c(0.04034210718929071);
-        let row0_moment_in_parent_south_z = cos_south_south_east * c(-0.0806842360747284);
+        let y0_0_south_east_east =
+            sin_south_south_east * c(HINGE_SOUTH_SIN_TIMES_ROW0_MOMENT_SOUTH_Z);
+        let row0_moment_in_parent_south_y =
+            sin_south_south_east * c(HINGE_SOUTH_COS_TIMES_ROW0_MOMENT_SOUTH_Z);
+        let row0_moment_in_parent_south_z = cos_south_south_east * c(-ROW0_MOMENT_SOUTH_Z);
         // south_west: reduced closure Jacobian: Y = J L^-1
         let row0_moment_on_hinge_south_west_y = mul_add(-sin_west_south_west,
             row0_moment_in_parent_south_ghost0_z,
@@ -3727,41 +4080,48 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let row1_moment_on_hinge_south_west_y = mul_add(cos_west_south_west,
             row1_moment_in_parent_south_ghost0_y,
             sin_west_south_west * minus_row1_moment_in_parent_south_ghost0_z);
-        let minus_row2_moment_south_west_x = cos_south_west_south * c(0.06783682279642031);
-        let minus_row2_moment_south_west_y = cos_south_west_south * c(-0.06783689736311298);
-        let minus_row2_moment_south_west_z = sin_south_west_south * c(-0.09593580755362648);
+        let minus_row2_moment_south_west_x =
+            cos_south_west_south * c(MINUS_ROW2_MOMENT_SOUTH_WEST_X_FACTOR);
+        let minus_row2_moment_south_west_y =
+            cos_south_west_south * c(-MINUS_ROW2_MOMENT_SOUTH_WEST_Y_FACTOR);
+        let minus_row2_moment_south_west_z =
+            sin_south_west_south * c(-MINUS_ROW2_MOMENT_SOUTH_WEST_Z_FACTOR);
         let row2_moment_on_hinge_south_west_y = mul_add(-cos_west_south_west,
             minus_row2_moment_south_west_y, sin_west_south_west * minus_row2_moment_south_west_z);
         // south_east: reduced closure Jacobian: Y = J L^-1
         let row0_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
             row0_moment_in_parent_south_z, cos_south_east_east * row0_moment_in_parent_south_y);
-        let minus_y0_1_south_east_east = cos_south_south_east * c(0.037014918647950104);
-        let minus_row1_moment_south_east_y = cos_south_south_east * c(0.021370565583309194);
-        let minus_row1_moment_south_east_z = sin_south_south_east * c(0.04274114265979424);
+        let minus_y0_1_south_east_east =
+            cos_south_south_east * c(MINUS_Y0_1_SOUTH_EAST_EAST_FACTOR);
+        let minus_row1_moment_south_east_y =
+            cos_south_south_east * c(MINUS_ROW1_MOMENT_SOUTH_EAST_Y_FACTOR);
+        let minus_row1_moment_south_east_z =
+            sin_south_south_east * c(MINUS_ROW1_MOMENT_SOUTH_EAST_Z_FACTOR);
         let row1_moment_on_hinge_south_east_y = mul_add(-cos_south_east_east,
             minus_row1_moment_south_east_y, sin_south_east_east * minus_row1_moment_south_east_z);
-        let y0_2_south_east_east = cos_south_south_east * c(0.10205484634054524);
-        let row2_moment_south_east_y = cos_south_south_east * c(0.05892137188138727);
-        let row2_moment_south_east_z = sin_south_south_east * c(0.11784277545092457);
+        let y0_2_south_east_east = cos_south_south_east * c(Y0_2_SOUTH_EAST_EAST_FACTOR);
+        let row2_moment_south_east_y = cos_south_south_east * c(ROW2_MOMENT_SOUTH_EAST_Y_FACTOR);
+        let row2_moment_south_east_z = sin_south_south_east * c(ROW2_MOMENT_SOUTH_EAST_Z_FACTOR);
         let row2_moment_on_hinge_south_east_y = mul_add(-sin_south_east_east,
             row2_moment_south_east_z, cos_south_east_east * row2_moment_south_east_y);
         // west: reduced closure Jacobian: Y = J L^-1
         let y0_0_ground_west = mul_add(-minus_pivot_row_moment_in_parent_south_west_x,
             minus_row0_moment_in_parent_south_ghost0_x,
-            row0_moment_on_hinge_south_west_y * c(-0.8660257562110547));
+            row0_moment_on_hinge_south_west_y * c(-HINGE_SOUTH_WEST_SIN));
         let y0_1_ground_west = mul_add(-minus_pivot_row_moment_in_parent_south_west_x,
             minus_row1_moment_in_parent_south_ghost0_x,
-            c(-0.8660257562110547) * row1_moment_on_hinge_south_west_y);
+            c(-HINGE_SOUTH_WEST_SIN) * row1_moment_on_hinge_south_west_y);
         let y0_2_ground_west = mul_add(-minus_pivot_row_moment_in_parent_south_west_x,
             minus_row2_moment_south_west_x,
-            c(-0.8660257562110547) * row2_moment_on_hinge_south_west_y);
+            c(-HINGE_SOUTH_WEST_SIN) * row2_moment_on_hinge_south_west_y);
         // east: reduced closure Jacobian: Y = J L^-1
         let y0_0_ground_east = mul_add(-pivot_row_moment_in_parent_south_east_x,
-            y0_0_south_east_east, c(0.7071067811865475) * row0_moment_on_hinge_south_east_y);
+            y0_0_south_east_east, c(HINGE_SOUTH_EAST_COS) * row0_moment_on_hinge_south_east_y);
         let y0_1_ground_east = mul_add(pivot_row_moment_in_parent_south_east_x,
-            minus_y0_1_south_east_east, c(0.7071067811865475) * row1_moment_on_hinge_south_east_y);
+            minus_y0_1_south_east_east,
+            c(HINGE_SOUTH_EAST_COS) * row1_moment_on_hinge_south_east_y);
         let y0_2_ground_east = mul_add(-pivot_row_moment_in_parent_south_east_x,
-            y0_2_south_east_east, c(0.7071067811865475) * row2_moment_on_hinge_south_east_y);
+            y0_2_south_east_east, c(HINGE_SOUTH_EAST_COS) * row2_moment_on_hinge_south_east_y);
         // mechanism: factor of the closure: S = Y D^-1 Y^T = L_S D_S L_S^T
         let minus_y_over_d0_0_west_south_west =
             inverse_pivot_south_west * minus_row0_moment_in_parent_south_ghost0_x;
@@ -3790,7 +4150,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let s_loop0_1_1 = mul_add(y0_1_ground_west, y_over_d0_1_ground_west,
             mul_add(y0_1_ground_east, y_over_d0_1_ground_east, mul_add(minus_y0_1_south_east_east,
             minus_y_over_d0_1_south_east_east, mul_add(minus_row1_moment_in_parent_south_ghost0_x,
-            minus_y_over_d0_1_west_south_west, c(873.5778844364536)))));
+            minus_y_over_d0_1_west_south_west, c(S_LOOP0_1_1_TERM)))));
         let s_loop0_2_0 = mul_add(y0_0_ground_west, y_over_d0_2_ground_west,
             mul_add(y0_0_ground_east, y_over_d0_2_ground_east, mul_add(y0_0_south_east_east,
             y_over_d0_2_south_east_east,
@@ -3798,7 +4158,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let s_loop0_2_2 = mul_add(y0_2_ground_west, y_over_d0_2_ground_west,
             mul_add(y0_2_ground_east, y_over_d0_2_ground_east, mul_add(y0_2_south_east_east,
             y_over_d0_2_south_east_east, mul_add(minus_row2_moment_south_west_x,
-            minus_y_over_d0_2_west_south_west, c(1455.9516904984002)))));
+            minus_y_over_d0_2_west_south_west, c(S_LOOP0_2_2_TERM)))));
         let inverse_pivot_loop0_0 = c(1.0) / s_loop0_0_0;
         let l_loop0_1_0 = s_loop0_1_0 * inverse_pivot_loop0_0;
         let pivot_loop0_1 = mul_add(-s_loop0_1_0, l_loop0_1_0, s_loop0_1_1);
@@ -3807,7 +4167,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             y_over_d0_2_ground_west, mul_add(y0_1_ground_east, y_over_d0_2_ground_east,
             mul_add(-minus_y0_1_south_east_east, y_over_d0_2_south_east_east,
             mul_add(minus_row1_moment_in_parent_south_ghost0_x, minus_y_over_d0_2_west_south_west,
-            c(-504.3607884001881))))));
+            c(-L_TIMES_PIVOT_LOOP0_2_1_TERM))))));
         let inverse_pivot_loop0_1 = c(1.0) / pivot_loop0_1;
         let l_loop0_2_1 = l_times_pivot_loop0_2_1 * inverse_pivot_loop0_1;
         let pivot_loop0_2 = mul_add(-l_times_pivot_loop0_2_1, l_loop0_2_1, mul_add(-s_loop0_2_0,
@@ -3835,17 +4195,17 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             forward_lambda_q0_0 * inverse_pivot_loop0_0));
         let correction_q_ground_east = mul_add(y_over_d0_0_ground_east, lambda_q0_0,
             mul_add(y_over_d0_2_ground_east, lambda_q0_2, y_over_d0_1_ground_east * lambda_q0_1));
-        let alpha_on_hinge_south_east_y = c(0.7071067811865475) * correction_q_ground_east;
-        let forward_lambda_u0_0 = mul_add(c(-0.0806842360747284), parent_omega_south_z,
-            parent_omega_south_ghost0_z * c(0.0806842360747284));
+        let alpha_on_hinge_south_east_y = c(HINGE_SOUTH_EAST_COS) * correction_q_ground_east;
+        let forward_lambda_u0_0 = mul_add(c(-CLOSURE_POINT_SOUTH_GHOST0_X), parent_omega_south_z,
+            parent_omega_south_ghost0_z * c(CLOSURE_POINT_SOUTH_GHOST0_X));
         let forward_lambda_u0_1 = mul_add(-forward_lambda_u0_0, l_loop0_1_0,
-            mul_add(c(-0.0806842360747284), parent_omega_south_ghost0_y,
-            mul_add(c(0.04034213973350828), parent_omega_south_y,
-            omega_south_x * c(0.06987458559937651))));
+            mul_add(c(-CLOSURE_POINT_SOUTH_GHOST0_X), parent_omega_south_ghost0_y,
+            mul_add(c(CLOSURE_POINT_SOUTH_X), parent_omega_south_y,
+            omega_south_x * c(CLOSURE_POINT_SOUTH_Y))));
         let forward_lambda_u0_2 = mul_add(-l_loop0_2_1, forward_lambda_u0_1,
-            mul_add(-forward_lambda_u0_0, l_loop0_2_0, mul_add(c(0.06987458559937651),
-            parent_omega_south_y, mul_add(c(-0.04034213973350828), omega_south_x,
-            omega_south_ghost0_x * c(0.0806842360747284)))));
+            mul_add(-forward_lambda_u0_0, l_loop0_2_0, mul_add(c(CLOSURE_POINT_SOUTH_Y),
+            parent_omega_south_y, mul_add(c(-CLOSURE_POINT_SOUTH_X), omega_south_x,
+            omega_south_ghost0_x * c(CLOSURE_POINT_SOUTH_GHOST0_X)))));
         let lambda_u0_2 = inverse_pivot_loop0_2 * forward_lambda_u0_2;
         let lambda_u0_1 = mul_add(-l_loop0_2_1, lambda_u0_2,
             inverse_pivot_loop0_1 * forward_lambda_u0_1);
@@ -3853,7 +4213,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             forward_lambda_u0_0 * inverse_pivot_loop0_0));
         let correction_u_ground_east = mul_add(y_over_d0_0_ground_east, lambda_u0_0,
             mul_add(y_over_d0_2_ground_east, lambda_u0_2, y_over_d0_1_ground_east * lambda_u0_1));
-        let alpha_on_hinge_south_east_y_2 = c(0.7071067811865475) * correction_u_ground_east;
+        let alpha_on_hinge_south_east_y_2 = c(HINGE_SOUTH_EAST_COS) * correction_u_ground_east;
         // mechanism: projection: L^-1 D^-1 Y^T S^-1 x
         let correction_q_ground_west = mul_add(y_over_d0_0_ground_west, lambda_q0_0,
             mul_add(y_over_d0_2_ground_west, lambda_q0_2, y_over_d0_1_ground_west * lambda_q0_1));
@@ -3873,8 +4233,9 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             mul_add(-minus_y_over_d0_1_south_east_east, lambda_u0_1,
             y_over_d0_2_south_east_east * lambda_u0_2)));
         // south_west: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
-        let minus_alpha_on_hinge_south_west_y = c(0.8660257562110547) * correction_q_ground_west;
-        let minus_alpha_on_hinge_south_west_y_2 = c(0.8660257562110547) * correction_u_ground_west;
+        let minus_alpha_on_hinge_south_west_y = c(HINGE_SOUTH_WEST_SIN) * correction_q_ground_west;
+        let minus_alpha_on_hinge_south_west_y_2 =
+            c(HINGE_SOUTH_WEST_SIN) * correction_u_ground_west;
         // south_west: joint acceleration: du/dt = y / D - W . (a, alpha)_parent
         let minus_parent_alpha_south_west_y =
             cos_west_south_west * minus_alpha_on_hinge_south_west_y;
@@ -3891,8 +4252,8 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             - mul_add(minus_y_over_d0_2_west_south_west, lambda_u0_2,
             minus_y_over_d0_1_west_south_west * lambda_u0_1));
         // mechanism: results: what the function returns
-        let correction_q_south_west_south = mul_add(c(-0.7071071698144962), alpha_south_west_x,
-            c(14436.01255221496) * lambda_q0_2) + mul_add(c(0.7071063925583854),
+        let correction_q_south_west_south = mul_add(c(-HINGE_SOUTH_GHOST0_COS), alpha_south_west_x,
+            c(FORWARD_LAMBDA0_2_FACTOR) * lambda_q0_2) + mul_add(c(HINGE_SOUTH_GHOST0_SIN),
             minus_parent_alpha_south_west_y,
             pivot_row_moment_in_parent_south_ghost0_y * minus_parent_alpha_south_west_y)
             - mul_add(-minus_pivot_row_moment_in_parent_south_ghost0_x, alpha_south_west_x,
@@ -3900,28 +4261,30 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let correction_q_south_south_east = mul_add(-pivot_row_moment_in_parent_south_y,
             parent_alpha_south_east_y,
             pivot_row_moment_in_parent_south_z * minus_parent_alpha_south_east_z)
-            + (mul_add(c(-0.49999986554903386), alpha_south_east_x, mul_add(c(-7218.086290943076),
-            lambda_q0_2, c(12502.08322443702) * lambda_q0_1))
+            + (mul_add(c(-HINGE_SOUTH_COS), alpha_south_east_x,
+            mul_add(c(-FORWARD_LAMBDA0_2_FACTOR_2), lambda_q0_2,
+            c(FORWARD_LAMBDA0_1_FACTOR) * lambda_q0_1))
             + mul_add(-pivot_row_moment_in_parent_south_x, alpha_south_east_x,
-            c(0.8660254814097263) * parent_alpha_south_east_y));
-        let correction_q_west_south_west = mul_add(c(-0.4999993895786978), correction_q_ground_west,
-            alpha_south_west_x);
+            c(HINGE_SOUTH_SIN) * parent_alpha_south_east_y));
+        let correction_q_west_south_west = mul_add(c(-HINGE_SOUTH_WEST_COS),
+            correction_q_ground_west, alpha_south_west_x);
         let correction_q_south_east_east = alpha_south_east_x - alpha_on_hinge_south_east_y;
-        let correction_u_south_west_south = mul_add(c(-0.7071071698144962), alpha_south_west_x_2,
-            c(14436.01255221496) * lambda_u0_2) + mul_add(c(0.7071063925583854),
-            minus_parent_alpha_south_west_y_2,
+        let correction_u_south_west_south = mul_add(c(-HINGE_SOUTH_GHOST0_COS),
+            alpha_south_west_x_2, c(FORWARD_LAMBDA0_2_FACTOR) * lambda_u0_2)
+            + mul_add(c(HINGE_SOUTH_GHOST0_SIN), minus_parent_alpha_south_west_y_2,
             pivot_row_moment_in_parent_south_ghost0_y * minus_parent_alpha_south_west_y_2)
             - mul_add(-minus_pivot_row_moment_in_parent_south_ghost0_x, alpha_south_west_x_2,
             pivot_row_moment_in_parent_south_ghost0_z * parent_alpha_south_west_z_2);
         let correction_u_south_south_east = mul_add(-pivot_row_moment_in_parent_south_y,
             parent_alpha_south_east_y_2,
             pivot_row_moment_in_parent_south_z * minus_parent_alpha_south_east_z_2)
-            + (mul_add(c(-0.49999986554903386), alpha_south_east_x_2, mul_add(c(-7218.086290943076),
-            lambda_u0_2, c(12502.08322443702) * lambda_u0_1))
+            + (mul_add(c(-HINGE_SOUTH_COS), alpha_south_east_x_2,
+            mul_add(c(-FORWARD_LAMBDA0_2_FACTOR_2), lambda_u0_2,
+            c(FORWARD_LAMBDA0_1_FACTOR) * lambda_u0_1))
             + mul_add(-pivot_row_moment_in_parent_south_x, alpha_south_east_x_2,
-            c(0.8660254814097263) * parent_alpha_south_east_y_2));
-        let correction_u_west_south_west = mul_add(c(-0.4999993895786978), correction_u_ground_west,
-            alpha_south_west_x_2);
+            c(HINGE_SOUTH_SIN) * parent_alpha_south_east_y_2));
+        let correction_u_west_south_west = mul_add(c(-HINGE_SOUTH_WEST_COS),
+            correction_u_ground_west, alpha_south_west_x_2);
         let correction_u_south_east_east = alpha_south_east_x_2 - alpha_on_hinge_south_east_y_2;
         residual[0] = c(0.0);
         residual[1] = c(0.0);
@@ -3944,10 +4307,11 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         speeds[3] = correction_u_south_east_east;
         speeds[4] = correction_u_ground_east;
         speeds[5] = correction_u_ground_west;
-        margin[0] = S::min(S::min(S::min(S::min(c(178919.86408403947), inverse_pivot_south_west),
-            inverse_pivot_south_east), inverse_pivot_east), inverse_pivot_west);
+        margin[0] = S::min(S::min(S::min(S::min(c(INVERSE_PIVOT_SOUTH_GHOST0),
+            inverse_pivot_south_west), inverse_pivot_south_east), inverse_pivot_east),
+            inverse_pivot_west);
         margin[1] = S::min(trace_of_s, S::min(S::min(s_loop0_0_0, s_loop0_1_1),
-            s_loop0_2_2) * c(100.0)) / (bound_of_trace_of_inverse_s * trace_of_s);
+            s_loop0_2_2) * c(MARGIN_1_FACTOR)) / (bound_of_trace_of_inverse_s * trace_of_s);
     }
 }
 

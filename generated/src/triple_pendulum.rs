@@ -93,6 +93,54 @@ pub mod point {
     pub const TIP: ::lamc_runtime::Point = ::lamc_runtime::Point::new(0);
 }
 
+/// Numbers of the model in SI units, without their signs:
+///
+/// - `MASS_..`: mass, kg
+/// - `FIRST_MOMENT_..`: mass times centre of mass, kg m
+/// - `SECOND_MOMENT_..`: second moments of mass about its origin, kg m^2
+/// - `MINIMAL_FIRST_MOMENT_..`: minimal inertial parameters: mass times centre of mass, kg m
+#[allow(
+    clippy::approx_constant,
+    clippy::excessive_precision,
+    reason = "numbers of the drawing"
+)]
+mod constants {
+    // mechanism
+    pub const GRAVITY_Z: f64 = 9.81;
+    pub const STIFFNESS_SHOULDER: f64 = 100.0;
+    pub const HALF_STIFFNESS_SHOULDER: f64 = 50.0;
+    // upper
+    pub const MASS_UPPER_TIMES_GRAVITY_Z: f64 = 9.809839116000003;
+    pub const FIRST_MOMENT_UPPER_X: f64 = 0.4999918;
+    pub const FIRST_MOMENT_UPPER_X_TIMES_GRAVITY_Z: f64 = 4.904919558000001;
+    pub const SECOND_MOMENT_UPPER_XY: f64 = 0.2499959;
+    pub const MINIMAL_FIRST_MOMENT_UPPER_Y_TIMES_GRAVITY_Z: f64 = 24.524678232;
+    // middle
+    pub const MASS_MIDDLE: f64 = 0.9999836;
+    pub const FIRST_MOMENT_MIDDLE_X: f64 = 0.4999918;
+    pub const SECOND_MOMENT_MIDDLE_XY: f64 = 0.2499959;
+    pub const SECOND_MOMENT_MIDDLE_YY_PLUS_SECOND_MOMENT_MIDDLE_ZZ: f64 = 0.41665681208019945;
+    pub const MINIMAL_FIRST_MOMENT_MIDDLE_Y: f64 = 1.4999836;
+    pub const TWICE_MINIMAL_FIRST_MOMENT_MIDDLE_Y: f64 = 2.9999672;
+    // lower
+    pub const MASS_LOWER: f64 = 0.9999918;
+    pub const FIRST_MOMENT_LOWER_X: f64 = 0.4999959;
+    pub const FIRST_MOMENT_LOWER_Y: f64 = 0.4999999999599003;
+    pub const TWICE_FIRST_MOMENT_LOWER_Y: f64 = 0.9999999999198006;
+    pub const SECOND_MOMENT_LOWER_XY: f64 = 0.24999999997995015;
+    pub const SECOND_MOMENT_LOWER_YY_MINUS_SECOND_MOMENT_LOWER_ZZ: f64 = 0.25000082733333334;
+    pub const MASS_WRIST_WRIST: f64 = 0.4166658393333334;
+    pub const INVERSE_PIVOT_LOWER: f64 = 2.400004765449462;
+    // folded from several numbers, by the value that each is part of
+    pub const COMPOSITE_SECOND_MOMENT_MIDDLE_YY_TERM: f64 = 1.6666502667468661;
+    pub const COMPOSITE_SECOND_MOMENT_MIDDLE_ZZ_TERM: f64 = 0.1666641846666667;
+    pub const MASS_SHOULDER_SHOULDER_TERM: f64 = 2.4166322120801995;
+    pub const KINETIC_ENERGY_UPPER_FACTOR: f64 = 0.20832840604009972;
+    pub const KINETIC_FACTOR: f64 = 0.2083329196666667;
+}
+
+use constants::*;
+
 /// Numbers that can be changed at run time, SI.
 ///
 /// There are none.
@@ -494,9 +542,10 @@ impl<S: ::lamc_runtime::Arithmetic> TriplePendulum<S> {
         // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_lower_xx = omega_lower_x * omega_lower_x;
         // upper: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let minus_apparent_gravity_upper_z = cos_shoulder * c(9.81);
+        let minus_apparent_gravity_upper_z = cos_shoulder * c(GRAVITY_Z);
         // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_middle_y = mul_add(-u[0], u[0], sin_shoulder * c(-9.81));
+        let apparent_gravity_in_parent_middle_y = mul_add(-u[0], u[0],
+            sin_shoulder * c(-GRAVITY_Z));
         let apparent_gravity_middle_z = mul_add(-sin_elbow, apparent_gravity_in_parent_middle_y,
             -cos_elbow * minus_apparent_gravity_upper_z);
         // lower: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
@@ -506,37 +555,43 @@ impl<S: ::lamc_runtime::Arithmetic> TriplePendulum<S> {
         let apparent_gravity_lower_z = mul_add(cos_wrist, apparent_gravity_middle_z,
             sin_wrist * apparent_gravity_in_parent_lower_y);
         // lower: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_force_lower_y = omega_lower_xx * c(0.4999999999599003);
-        let bias_moment_lower_x = apparent_gravity_lower_z * c(0.4999999999599003);
+        let bias_force_lower_y = omega_lower_xx * c(FIRST_MOMENT_LOWER_Y);
+        let bias_moment_lower_x = apparent_gravity_lower_z * c(FIRST_MOMENT_LOWER_Y);
         // lower: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_force_in_parent_lower_z = sin_wrist * bias_force_lower_y;
-        let generalized_force_wrist = bias_moment_lower_x - mul_add(c(10.0), u[2], q[2] * c(100.0));
+        let generalized_force_wrist = bias_moment_lower_x - mul_add(c(10.0), u[2],
+            q[2] * c(STIFFNESS_SHOULDER));
         // middle: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_force_middle_y = mul_add(-cos_wrist, bias_force_lower_y,
-            omega_middle_xx * c(-1.4999836));
-        let subtree_moment_middle_x = -bias_moment_lower_x - mul_add(c(1.4999836),
-            apparent_gravity_middle_z, subtree_force_in_parent_lower_z);
+            omega_middle_xx * c(-MINIMAL_FIRST_MOMENT_MIDDLE_Y));
+        let subtree_moment_middle_x = -bias_moment_lower_x
+            - mul_add(c(MINIMAL_FIRST_MOMENT_MIDDLE_Y), apparent_gravity_middle_z,
+            subtree_force_in_parent_lower_z);
         let generalized_force_elbow = subtree_moment_middle_x - mul_add(c(10.0), u[1],
-            q[1] * c(100.0));
+            q[1] * c(STIFFNESS_SHOULDER));
         // upper: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let generalized_force_shoulder = subtree_moment_middle_x - mul_add(sin_elbow,
             subtree_force_middle_y, mul_add(cos_elbow, subtree_force_in_parent_lower_z,
-            mul_add(c(-24.524678232), cos_shoulder, mul_add(c(10.0), u[0], q[0] * c(100.0)))));
+            mul_add(c(-MINIMAL_FIRST_MOMENT_UPPER_Y_TIMES_GRAVITY_Z), cos_shoulder, mul_add(c(10.0),
+            u[0], q[0] * c(STIFFNESS_SHOULDER)))));
         // lower: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let minus_inertia_wrist_force_on_hinge_lower_y = sin_wrist * c(0.4999999999599003);
-        let inertia_wrist_force_in_parent_lower_z = cos_wrist * c(0.4999999999599003);
+        let minus_inertia_wrist_force_on_hinge_lower_y = sin_wrist * c(FIRST_MOMENT_LOWER_Y);
+        let inertia_wrist_force_in_parent_lower_z = cos_wrist * c(FIRST_MOMENT_LOWER_Y);
         let inertia_wrist_moment_in_parent_lower_x = -inertia_wrist_force_in_parent_lower_z
-            - c(0.4166658393333334);
+            - c(MASS_WRIST_WRIST);
         // lower: composite inertia: m, h, S of all beyond the hinge
-        let composite_second_moment_joint_deviator_lower = sin_wrist * c(0.25000082733333334);
+        let composite_second_moment_joint_deviator_lower =
+            sin_wrist * c(SECOND_MOMENT_LOWER_YY_MINUS_SECOND_MOMENT_LOWER_ZZ);
         let composite_second_moment_joint_deviator_sin_lower =
             sin_wrist * composite_second_moment_joint_deviator_lower;
         // middle: composite inertia: m, h, S of all beyond the hinge
-        let composite_first_moment_middle_y = c(-1.4999836) - inertia_wrist_force_in_parent_lower_z;
-        let composite_second_moment_middle_yy = mul_add(c(0.9999999999198006), cos_wrist,
-            c(1.6666502667468661)) - composite_second_moment_joint_deviator_sin_lower;
+        let composite_first_moment_middle_y = c(-MINIMAL_FIRST_MOMENT_MIDDLE_Y)
+            - inertia_wrist_force_in_parent_lower_z;
+        let composite_second_moment_middle_yy = mul_add(c(TWICE_FIRST_MOMENT_LOWER_Y), cos_wrist,
+            c(COMPOSITE_SECOND_MOMENT_MIDDLE_YY_TERM))
+            - composite_second_moment_joint_deviator_sin_lower;
         let composite_second_moment_middle_zz = composite_second_moment_joint_deviator_sin_lower
-            + c(0.1666641846666667);
+            + c(COMPOSITE_SECOND_MOMENT_MIDDLE_ZZ_TERM);
         // middle: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let middle_product = sin_elbow * minus_inertia_wrist_force_on_hinge_lower_y;
         let inertia_wrist_moment_in_parent_middle_x = inertia_wrist_moment_in_parent_lower_x
@@ -550,7 +605,7 @@ impl<S: ::lamc_runtime::Arithmetic> TriplePendulum<S> {
         // upper: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let mass_shoulder_shoulder = mul_add(c(-2.0), inertia_elbow_force_in_parent_middle_z,
             composite_second_moment_middle_zz + (composite_second_moment_middle_yy
-            + c(2.4166322120801995)));
+            + c(MASS_SHOULDER_SHOULDER_TERM)));
         mass[0] = mass_shoulder_shoulder;
         mass[1] = inertia_elbow_moment_in_parent_middle_x;
         mass[2] = inertia_wrist_moment_in_parent_middle_x;
@@ -559,7 +614,7 @@ impl<S: ::lamc_runtime::Arithmetic> TriplePendulum<S> {
         mass[5] = inertia_wrist_moment_in_parent_lower_x;
         mass[6] = inertia_wrist_moment_in_parent_middle_x;
         mass[7] = inertia_wrist_moment_in_parent_lower_x;
-        mass[8] = c(0.4166658393333334);
+        mass[8] = c(MASS_WRIST_WRIST);
         forcing[0] = generalized_force_shoulder;
         forcing[1] = generalized_force_elbow;
         forcing[2] = generalized_force_wrist;
@@ -698,21 +753,24 @@ impl<S: ::lamc_runtime::Arithmetic> TriplePendulum<S> {
         let axis_y_lower_z = mul_add(-cos_wrist, axis_y_middle_z, sin_wrist * axis_z_middle_z);
         let origin_lower_z = origin_middle_z - axis_y_middle_z;
         // mechanism: results: what the function returns
-        let kinetic_sum = mul_add(minus_velocity_middle_z, omega_middle_x * c(0.4999918),
-            mul_add(c(0.2083329196666667), omega_lower_x * omega_lower_x,
-            mul_add(c(0.20832840604009972), omega_middle_x * omega_middle_x,
-            u[0] * u[0] * c(0.20832840604009972))));
-        let kinetic_2 = mul_add(c(0.4999959), mul_add(velocity_lower_z, velocity_lower_z,
+        let kinetic_sum = mul_add(minus_velocity_middle_z, omega_middle_x * c(FIRST_MOMENT_UPPER_X),
+            mul_add(c(KINETIC_FACTOR), omega_lower_x * omega_lower_x,
+            mul_add(c(KINETIC_ENERGY_UPPER_FACTOR), omega_middle_x * omega_middle_x,
+            u[0] * u[0] * c(KINETIC_ENERGY_UPPER_FACTOR))));
+        let kinetic_2 = mul_add(c(FIRST_MOMENT_LOWER_X), mul_add(velocity_lower_z, velocity_lower_z,
             velocity_lower_y * velocity_lower_y), mul_add(velocity_lower_z,
-            omega_lower_x * c(0.4999999999599003), mul_add(c(0.4999918),
+            omega_lower_x * c(FIRST_MOMENT_LOWER_Y), mul_add(c(FIRST_MOMENT_UPPER_X),
             mul_add(minus_velocity_middle_z, minus_velocity_middle_z,
             minus_velocity_middle_y * minus_velocity_middle_y), kinetic_sum)));
-        let potential_sum = mul_add(c(9.81), mul_add(c(-0.4999918), sin_shoulder, c(0.4999918)),
-            mul_add(c(50.0), q[2] * q[2], mul_add(c(50.0), q[1] * q[1], q[0] * q[0] * c(50.0))));
+        let potential_sum = mul_add(c(GRAVITY_Z), mul_add(c(-FIRST_MOMENT_UPPER_X), sin_shoulder,
+            c(FIRST_MOMENT_UPPER_X)), mul_add(c(HALF_STIFFNESS_SHOULDER), q[2] * q[2],
+            mul_add(c(HALF_STIFFNESS_SHOULDER), q[1] * q[1],
+            q[0] * q[0] * c(HALF_STIFFNESS_SHOULDER))));
         kinetic[0] = kinetic_2;
-        potential[0] = mul_add(c(9.81), mul_add(c(0.4999999999599003), axis_y_lower_z,
-            origin_lower_z * c(0.9999918)), mul_add(c(9.81), mul_add(c(-0.4999918), axis_y_middle_z,
-            origin_middle_z * c(0.9999836)), potential_sum));
+        potential[0] = mul_add(c(GRAVITY_Z), mul_add(c(FIRST_MOMENT_LOWER_Y), axis_y_lower_z,
+            origin_lower_z * c(MASS_LOWER)), mul_add(c(GRAVITY_Z),
+            mul_add(c(-FIRST_MOMENT_MIDDLE_X), axis_y_middle_z, origin_middle_z * c(MASS_MIDDLE)),
+            potential_sum));
     }
     /// The prescribed angle of each driven joint, in the order of the joints.
     fn drives_into(&self, t: S, drives: &mut [S; 0]) {}
@@ -744,13 +802,14 @@ impl<S: ::lamc_runtime::Arithmetic> TriplePendulum<S> {
         // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_lower_xx = omega_lower_x * omega_lower_x;
         // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_middle_y = mul_add(c(-9.81), sin_shoulder, -omega_upper_xx);
+        let apparent_gravity_in_parent_middle_y = mul_add(c(-GRAVITY_Z), sin_shoulder,
+            -omega_upper_xx);
         // middle: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let alpha_middle_x = a[0] + a[1];
         // lower: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let alpha_lower_x = a[2] - alpha_middle_x;
         // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let apparent_gravity_in_parent_middle_z = mul_add(c(-9.81), cos_shoulder, a[0]);
+        let apparent_gravity_in_parent_middle_z = mul_add(c(-GRAVITY_Z), cos_shoulder, a[0]);
         let apparent_gravity_middle_y = mul_add(cos_elbow, apparent_gravity_in_parent_middle_y,
             sin_elbow * apparent_gravity_in_parent_middle_z);
         let apparent_gravity_in_parent_lower_y = apparent_gravity_middle_y - omega_middle_xx;
@@ -761,53 +820,56 @@ impl<S: ::lamc_runtime::Arithmetic> TriplePendulum<S> {
             sin_wrist * apparent_gravity_in_parent_lower_z);
         let apparent_gravity_lower_z = mul_add(cos_wrist, apparent_gravity_in_parent_lower_z,
             sin_wrist * apparent_gravity_in_parent_lower_y);
-        let net_force_lower_y = mul_add(c(0.4999999999599003), omega_lower_xx,
-            apparent_gravity_lower_y * c(0.9999918));
-        let net_force_lower_z = mul_add(c(-0.4999999999599003), alpha_lower_x,
-            apparent_gravity_lower_z * c(0.9999918));
-        let net_moment_lower_y = mul_add(c(-0.24999999997995015), alpha_lower_x,
-            apparent_gravity_lower_z * c(0.4999959));
-        let net_moment_lower_z = mul_add(c(-0.24999999997995015), omega_lower_xx,
-            apparent_gravity_lower_y * c(-0.4999959));
+        let net_force_lower_y = mul_add(c(FIRST_MOMENT_LOWER_Y), omega_lower_xx,
+            apparent_gravity_lower_y * c(MASS_LOWER));
+        let net_force_lower_z = mul_add(c(-FIRST_MOMENT_LOWER_Y), alpha_lower_x,
+            apparent_gravity_lower_z * c(MASS_LOWER));
+        let net_moment_lower_y = mul_add(c(-SECOND_MOMENT_LOWER_XY), alpha_lower_x,
+            apparent_gravity_lower_z * c(FIRST_MOMENT_LOWER_X));
+        let net_moment_lower_z = mul_add(c(-SECOND_MOMENT_LOWER_XY), omega_lower_xx,
+            apparent_gravity_lower_y * c(-FIRST_MOMENT_LOWER_X));
         let transmitted_force_in_parent_lower_z = mul_add(cos_wrist, net_force_lower_z,
             sin_wrist * net_force_lower_y);
-        let reactions_2_3 = mul_add(c(-0.4999999999599003), apparent_gravity_lower_z,
-            alpha_lower_x * c(0.4166658393333334));
+        let reactions_2_3 = mul_add(c(-FIRST_MOMENT_LOWER_Y), apparent_gravity_lower_z,
+            alpha_lower_x * c(MASS_WRIST_WRIST));
         // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let apparent_gravity_middle_z_product = apparent_gravity_middle_z * c(-0.4999918);
+        let apparent_gravity_middle_z_product =
+            apparent_gravity_middle_z * c(-FIRST_MOMENT_MIDDLE_X);
         let transmitted_force_middle_y = mul_add(-cos_wrist, net_force_lower_y, mul_add(sin_wrist,
-            net_force_lower_z, mul_add(c(-0.4999918), omega_middle_xx,
-            apparent_gravity_middle_y * c(0.9999836))));
-        let transmitted_force_middle_z = transmitted_force_in_parent_lower_z + mul_add(c(0.4999918),
-            alpha_middle_x, apparent_gravity_middle_z * c(0.9999836));
-        let transmitted_moment_middle_x = reactions_2_3 + mul_add(c(-0.41665681208019945),
-            alpha_middle_x, apparent_gravity_middle_z_product)
-            - transmitted_force_in_parent_lower_z;
+            net_force_lower_z, mul_add(c(-FIRST_MOMENT_MIDDLE_X), omega_middle_xx,
+            apparent_gravity_middle_y * c(MASS_MIDDLE))));
+        let transmitted_force_middle_z = transmitted_force_in_parent_lower_z
+            + mul_add(c(FIRST_MOMENT_MIDDLE_X), alpha_middle_x,
+            apparent_gravity_middle_z * c(MASS_MIDDLE));
+        let transmitted_moment_middle_x = reactions_2_3
+            + mul_add(c(-SECOND_MOMENT_MIDDLE_YY_PLUS_SECOND_MOMENT_MIDDLE_ZZ), alpha_middle_x,
+            apparent_gravity_middle_z_product) - transmitted_force_in_parent_lower_z;
         let transmitted_moment_middle_y = mul_add(-cos_wrist, net_moment_lower_y, mul_add(sin_wrist,
-            net_moment_lower_z, mul_add(c(-0.2499959), alpha_middle_x,
+            net_moment_lower_z, mul_add(c(-SECOND_MOMENT_MIDDLE_XY), alpha_middle_x,
             apparent_gravity_middle_z_product)));
         let transmitted_moment_middle_z = mul_add(cos_wrist, net_moment_lower_z, mul_add(sin_wrist,
-            net_moment_lower_y, mul_add(c(-0.2499959), omega_middle_xx,
-            apparent_gravity_middle_y * c(0.4999918))));
+            net_moment_lower_y, mul_add(c(-SECOND_MOMENT_MIDDLE_XY), omega_middle_xx,
+            apparent_gravity_middle_y * c(FIRST_MOMENT_MIDDLE_X))));
         let transmitted_force_in_parent_middle_z = mul_add(cos_elbow, transmitted_force_middle_z,
             sin_elbow * transmitted_force_middle_y);
         // upper: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let cos_shoulder_product = cos_shoulder * c(4.904919558000001);
+        let cos_shoulder_product = cos_shoulder * c(FIRST_MOMENT_UPPER_X_TIMES_GRAVITY_Z);
         let transmitted_force_upper_y = mul_add(cos_elbow, transmitted_force_middle_y,
-            mul_add(-sin_elbow, transmitted_force_middle_z, mul_add(c(-0.4999918), omega_upper_xx,
-            sin_shoulder * c(-9.809839116000003))));
-        let transmitted_force_upper_z = transmitted_force_in_parent_middle_z + mul_add(c(0.4999918),
-            a[0], cos_shoulder * c(-9.809839116000003));
+            mul_add(-sin_elbow, transmitted_force_middle_z, mul_add(c(-FIRST_MOMENT_UPPER_X),
+            omega_upper_xx, sin_shoulder * c(-MASS_UPPER_TIMES_GRAVITY_Z))));
+        let transmitted_force_upper_z = transmitted_force_in_parent_middle_z
+            + mul_add(c(FIRST_MOMENT_UPPER_X), a[0], cos_shoulder * c(-MASS_UPPER_TIMES_GRAVITY_Z));
         let transmitted_moment_upper_y = mul_add(cos_elbow, transmitted_moment_middle_y,
-            mul_add(-sin_elbow, transmitted_moment_middle_z, mul_add(c(-0.2499959), a[0],
-            cos_shoulder_product)));
+            mul_add(-sin_elbow, transmitted_moment_middle_z, mul_add(c(-SECOND_MOMENT_UPPER_XY),
+            a[0], cos_shoulder_product)));
         let transmitted_moment_upper_z = mul_add(cos_elbow, transmitted_moment_middle_z,
-            mul_add(sin_elbow, transmitted_moment_middle_y, mul_add(c(-0.2499959), omega_upper_xx,
-            sin_shoulder * c(-4.904919558000001))));
+            mul_add(sin_elbow, transmitted_moment_middle_y, mul_add(c(-SECOND_MOMENT_UPPER_XY),
+            omega_upper_xx, sin_shoulder * c(-FIRST_MOMENT_UPPER_X_TIMES_GRAVITY_Z))));
         reactions[0] = c(0.0);
         reactions[1] = -transmitted_force_upper_y;
         reactions[2] = -transmitted_force_upper_z;
-        reactions[3] = transmitted_force_in_parent_middle_z + (mul_add(c(0.41665681208019945), a[0],
+        reactions[3] = transmitted_force_in_parent_middle_z
+            + (mul_add(c(SECOND_MOMENT_MIDDLE_YY_PLUS_SECOND_MOMENT_MIDDLE_ZZ), a[0],
             -cos_shoulder_product) - transmitted_moment_middle_x);
         reactions[4] = -transmitted_moment_upper_y;
         reactions[5] = -transmitted_moment_upper_z;
@@ -868,20 +930,21 @@ impl<S: ::lamc_runtime::Arithmetic> TriplePendulum<S> {
         // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_lower_xx = omega_lower_x * omega_lower_x;
         // lower: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_force_lower_y = omega_lower_xx * c(0.4999999999599003);
-        let d_bias_force_lower_y = omega_lower_x * d_omega_lower_x * c(0.9999999999198006);
+        let bias_force_lower_y = omega_lower_xx * c(FIRST_MOMENT_LOWER_Y);
+        let d_bias_force_lower_y = omega_lower_x * d_omega_lower_x * c(TWICE_FIRST_MOMENT_LOWER_Y);
         // upper: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let minus_d_apparent_gravity_upper_z = minus_d_cos_shoulder * c(-9.81);
+        let minus_d_apparent_gravity_upper_z = minus_d_cos_shoulder * c(-GRAVITY_Z);
         // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_middle_y = mul_add(-u[0], u[0], sin_shoulder * c(-9.81));
+        let apparent_gravity_in_parent_middle_y = mul_add(-u[0], u[0],
+            sin_shoulder * c(-GRAVITY_Z));
         let d_apparent_gravity_in_parent_middle_y = mul_add(c(-2.0), u[0] * du[0],
-            d_sin_shoulder * c(-9.81));
+            d_sin_shoulder * c(-GRAVITY_Z));
         // middle: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let alpha_middle_x = a[0] + a[1];
         // lower: acceleration at given du/dt: alpha = R^T alpha_parent + w x u e_x + du/dt e_x
         let alpha_lower_x = a[2] - alpha_middle_x;
         // lower: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let apparent_gravity_in_parent_middle_z = mul_add(c(-9.81), cos_shoulder, a[0]);
+        let apparent_gravity_in_parent_middle_z = mul_add(c(-GRAVITY_Z), cos_shoulder, a[0]);
         let apparent_gravity_in_parent_lower_y = mul_add(cos_elbow,
             apparent_gravity_in_parent_middle_y, mul_add(sin_elbow,
             apparent_gravity_in_parent_middle_z, -omega_middle_xx));
@@ -900,29 +963,32 @@ impl<S: ::lamc_runtime::Arithmetic> TriplePendulum<S> {
             apparent_gravity_in_parent_lower_z, d_sin_wrist * apparent_gravity_in_parent_lower_y)
             + mul_add(cos_wrist, d_apparent_gravity_middle_z,
             sin_wrist * d_apparent_gravity_in_parent_lower_y);
-        let minus_net_force_lower_z = c(0.4999999999599003) * alpha_lower_x;
-        let d_net_moment_lower_x = c(0.4999999999599003) * d_apparent_gravity_lower_z;
+        let minus_net_force_lower_z = c(FIRST_MOMENT_LOWER_Y) * alpha_lower_x;
+        let d_net_moment_lower_x = c(FIRST_MOMENT_LOWER_Y) * d_apparent_gravity_lower_z;
         let d_balance_force_in_parent_lower_z = mul_add(minus_d_cos_wrist, minus_net_force_lower_z,
             mul_add(sin_wrist, d_bias_force_lower_y, d_sin_wrist * bias_force_lower_y));
-        let d_imbalance_wrist = d_net_moment_lower_x - mul_add(c(10.0), du[2], dq[2] * c(100.0));
+        let d_imbalance_wrist = d_net_moment_lower_x - mul_add(c(10.0), du[2],
+            dq[2] * c(STIFFNESS_SHOULDER));
         // middle: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let balance_force_middle_y = mul_add(-cos_wrist, bias_force_lower_y, mul_add(-sin_wrist,
-            minus_net_force_lower_z, omega_middle_xx * c(-1.4999836)));
+            minus_net_force_lower_z, omega_middle_xx * c(-MINIMAL_FIRST_MOMENT_MIDDLE_Y)));
         let d_balance_force_middle_y = mul_add(-cos_wrist, d_bias_force_lower_y,
-            omega_middle_x_times_d_omega_middle_x * c(-2.9999672)) + mul_add(-d_sin_wrist,
-            minus_net_force_lower_z, minus_d_cos_wrist * bias_force_lower_y);
+            omega_middle_x_times_d_omega_middle_x * c(-TWICE_MINIMAL_FIRST_MOMENT_MIDDLE_Y))
+            + mul_add(-d_sin_wrist, minus_net_force_lower_z,
+            minus_d_cos_wrist * bias_force_lower_y);
         let balance_force_middle_z = mul_add(-cos_wrist, minus_net_force_lower_z, mul_add(sin_wrist,
-            bias_force_lower_y, c(1.4999836) * alpha_middle_x));
-        let d_balance_moment_middle_x = -d_net_moment_lower_x - mul_add(c(1.4999836),
-            d_apparent_gravity_middle_z, d_balance_force_in_parent_lower_z);
+            bias_force_lower_y, c(MINIMAL_FIRST_MOMENT_MIDDLE_Y) * alpha_middle_x));
+        let d_balance_moment_middle_x = -d_net_moment_lower_x
+            - mul_add(c(MINIMAL_FIRST_MOMENT_MIDDLE_Y), d_apparent_gravity_middle_z,
+            d_balance_force_in_parent_lower_z);
         let d_imbalance_elbow = d_balance_moment_middle_x - mul_add(c(10.0), du[1],
-            dq[1] * c(100.0));
+            dq[1] * c(STIFFNESS_SHOULDER));
         // upper: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
         let d_imbalance_shoulder_sum = mul_add(-sin_elbow, d_balance_force_middle_y,
             minus_d_cos_elbow * balance_force_middle_z) - mul_add(cos_elbow,
             d_balance_force_in_parent_lower_z, mul_add(d_sin_elbow, balance_force_middle_y,
-            mul_add(c(24.524678232), minus_d_cos_shoulder, mul_add(c(10.0), du[0],
-            dq[0] * c(100.0)))));
+            mul_add(c(MINIMAL_FIRST_MOMENT_UPPER_Y_TIMES_GRAVITY_Z), minus_d_cos_shoulder,
+            mul_add(c(10.0), du[0], dq[0] * c(STIFFNESS_SHOULDER)))));
         let d_imbalance_shoulder = d_balance_moment_middle_x + d_imbalance_shoulder_sum;
         forces[0] = d_imbalance_shoulder;
         forces[1] = d_imbalance_elbow;
@@ -953,9 +1019,10 @@ impl<S: ::lamc_runtime::Arithmetic> TriplePendulum<S> {
         // lower: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let omega_lower_xx = omega_lower_x * omega_lower_x;
         // upper: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let minus_apparent_gravity_upper_z = cos_shoulder * c(9.81);
+        let minus_apparent_gravity_upper_z = cos_shoulder * c(GRAVITY_Z);
         // middle: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
-        let apparent_gravity_in_parent_middle_y = mul_add(-u[0], u[0], sin_shoulder * c(-9.81));
+        let apparent_gravity_in_parent_middle_y = mul_add(-u[0], u[0],
+            sin_shoulder * c(-GRAVITY_Z));
         let apparent_gravity_middle_z = mul_add(-sin_elbow, apparent_gravity_in_parent_middle_y,
             -cos_elbow * minus_apparent_gravity_upper_z);
         // lower: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
@@ -965,31 +1032,36 @@ impl<S: ::lamc_runtime::Arithmetic> TriplePendulum<S> {
         let apparent_gravity_lower_z = mul_add(cos_wrist, apparent_gravity_middle_z,
             sin_wrist * apparent_gravity_in_parent_lower_y);
         // lower: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let bias_force_lower_y = omega_lower_xx * c(0.4999999999599003);
-        let bias_moment_lower_x = apparent_gravity_lower_z * c(0.4999999999599003);
+        let bias_force_lower_y = omega_lower_xx * c(FIRST_MOMENT_LOWER_Y);
+        let bias_moment_lower_x = apparent_gravity_lower_z * c(FIRST_MOMENT_LOWER_Y);
         // lower: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_force_in_parent_lower_z = sin_wrist * bias_force_lower_y;
-        let generalized_force_wrist = bias_moment_lower_x - mul_add(c(10.0), u[2], q[2] * c(100.0));
+        let generalized_force_wrist = bias_moment_lower_x - mul_add(c(10.0), u[2],
+            q[2] * c(STIFFNESS_SHOULDER));
         // middle: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_force_middle_y = mul_add(-cos_wrist, bias_force_lower_y,
-            omega_middle_xx * c(-1.4999836));
-        let subtree_moment_middle_x = -bias_moment_lower_x - mul_add(c(1.4999836),
-            apparent_gravity_middle_z, subtree_force_in_parent_lower_z);
+            omega_middle_xx * c(-MINIMAL_FIRST_MOMENT_MIDDLE_Y));
+        let subtree_moment_middle_x = -bias_moment_lower_x
+            - mul_add(c(MINIMAL_FIRST_MOMENT_MIDDLE_Y), apparent_gravity_middle_z,
+            subtree_force_in_parent_lower_z);
         // lower: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let minus_inertia_wrist_force_on_hinge_lower_y = sin_wrist * c(0.4999999999599003);
-        let inertia_wrist_force_in_parent_lower_z = cos_wrist * c(0.4999999999599003);
+        let minus_inertia_wrist_force_on_hinge_lower_y = sin_wrist * c(FIRST_MOMENT_LOWER_Y);
+        let inertia_wrist_force_in_parent_lower_z = cos_wrist * c(FIRST_MOMENT_LOWER_Y);
         let inertia_wrist_moment_in_parent_lower_x = -inertia_wrist_force_in_parent_lower_z
-            - c(0.4166658393333334);
+            - c(MASS_WRIST_WRIST);
         // lower: composite inertia: m, h, S of all beyond the hinge
-        let composite_second_moment_joint_deviator_lower = sin_wrist * c(0.25000082733333334);
+        let composite_second_moment_joint_deviator_lower =
+            sin_wrist * c(SECOND_MOMENT_LOWER_YY_MINUS_SECOND_MOMENT_LOWER_ZZ);
         let composite_second_moment_joint_deviator_sin_lower =
             sin_wrist * composite_second_moment_joint_deviator_lower;
         // middle: composite inertia: m, h, S of all beyond the hinge
-        let composite_first_moment_middle_y = c(-1.4999836) - inertia_wrist_force_in_parent_lower_z;
-        let composite_second_moment_middle_yy = mul_add(c(0.9999999999198006), cos_wrist,
-            c(1.6666502667468661)) - composite_second_moment_joint_deviator_sin_lower;
+        let composite_first_moment_middle_y = c(-MINIMAL_FIRST_MOMENT_MIDDLE_Y)
+            - inertia_wrist_force_in_parent_lower_z;
+        let composite_second_moment_middle_yy = mul_add(c(TWICE_FIRST_MOMENT_LOWER_Y), cos_wrist,
+            c(COMPOSITE_SECOND_MOMENT_MIDDLE_YY_TERM))
+            - composite_second_moment_joint_deviator_sin_lower;
         let composite_second_moment_middle_zz = composite_second_moment_joint_deviator_sin_lower
-            + c(0.1666641846666667);
+            + c(COMPOSITE_SECOND_MOMENT_MIDDLE_ZZ_TERM);
         // middle: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let middle_product = sin_elbow * minus_inertia_wrist_force_on_hinge_lower_y;
         let inertia_wrist_moment_in_parent_middle_x = inertia_wrist_moment_in_parent_lower_x
@@ -999,8 +1071,8 @@ impl<S: ::lamc_runtime::Arithmetic> TriplePendulum<S> {
         let inertia_elbow_force_in_parent_middle_z = mul_add(cos_elbow,
             composite_first_moment_middle_y, -middle_product);
         // lower: factor of the mass matrix: M = L^T D L
-        let l_wrist_shoulder = inertia_wrist_moment_in_parent_middle_x * c(2.400004765449462);
-        let l_wrist_elbow = inertia_wrist_moment_in_parent_lower_x * c(2.400004765449462);
+        let l_wrist_shoulder = inertia_wrist_moment_in_parent_middle_x * c(INVERSE_PIVOT_LOWER);
+        let l_wrist_elbow = inertia_wrist_moment_in_parent_lower_x * c(INVERSE_PIVOT_LOWER);
         let lower_sum = mul_add(-inertia_wrist_moment_in_parent_middle_x, l_wrist_elbow,
             mass_elbow_elbow - inertia_elbow_force_in_parent_middle_z);
         // middle: factor of the mass matrix: M = L^T D L
@@ -1009,29 +1081,30 @@ impl<S: ::lamc_runtime::Arithmetic> TriplePendulum<S> {
         let l_elbow_shoulder = lower_sum * inverse_pivot_elbow;
         // mechanism: reduced force: y = L^-T f
         let y_elbow = mul_add(-generalized_force_wrist, l_wrist_elbow, subtree_moment_middle_x
-            - mul_add(c(10.0), u[1], q[1] * c(100.0)));
+            - mul_add(c(10.0), u[1], q[1] * c(STIFFNESS_SHOULDER)));
         let y_shoulder_sum = mul_add(-generalized_force_wrist, l_wrist_shoulder,
             subtree_moment_middle_x - mul_add(sin_elbow, subtree_force_middle_y, mul_add(cos_elbow,
-            subtree_force_in_parent_lower_z, mul_add(c(-24.524678232), cos_shoulder,
-            mul_add(c(10.0), u[0], q[0] * c(100.0))))));
+            subtree_force_in_parent_lower_z,
+            mul_add(c(-MINIMAL_FIRST_MOMENT_UPPER_Y_TIMES_GRAVITY_Z), cos_shoulder, mul_add(c(10.0),
+            u[0], q[0] * c(STIFFNESS_SHOULDER))))));
         let y_shoulder = mul_add(-l_elbow_shoulder, y_elbow, y_shoulder_sum);
         // upper: factor of the mass matrix: M = L^T D L
         let inverse_pivot_shoulder = c(1.0) / mul_add(-lower_sum, l_elbow_shoulder,
             mul_add(-inertia_wrist_moment_in_parent_middle_x, l_wrist_shoulder, mul_add(c(-2.0),
             inertia_elbow_force_in_parent_middle_z, composite_second_moment_middle_zz
-            + (composite_second_moment_middle_yy + c(2.4166322120801995)))));
+            + (composite_second_moment_middle_yy + c(MASS_SHOULDER_SHOULDER_TERM)))));
         // mechanism: acceleration: du/dt = L^-1 D^-1 (y + Y^T lambda)
         let acceleration_shoulder = inverse_pivot_shoulder * y_shoulder;
         let acceleration_elbow = mul_add(-l_elbow_shoulder, acceleration_shoulder,
             inverse_pivot_elbow * y_elbow);
         let acceleration_wrist = mul_add(-l_wrist_elbow, acceleration_elbow,
             mul_add(-l_wrist_shoulder, acceleration_shoulder,
-            generalized_force_wrist * c(2.400004765449462)));
+            generalized_force_wrist * c(INVERSE_PIVOT_LOWER)));
         acceleration[0] = acceleration_shoulder;
         acceleration[1] = acceleration_elbow;
         acceleration[2] = acceleration_wrist;
         margin[0] = S::min(S::min(inverse_pivot_shoulder, inverse_pivot_elbow),
-            c(2.400004765449462));
+            c(INVERSE_PIVOT_LOWER));
         margin[1] = c(1.0);
     }
 }

@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
 use std::process::ExitCode;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use std::{env, fs};
 
 use lamc_workbench::verify::{Check, Remark};
@@ -19,6 +19,9 @@ pub type Checks<'a> = &'a dyn Fn(&str) -> Result<Vec<Check>, String>;
 
 /// At most one model in so many may escape the checks.
 const ESCAPES: u64 = 5;
+
+/// How long a shorter model is looked for.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Runs the command `name` with the arguments of this process: `usual` models unless `--count` says
 /// otherwise, each written by `model` from its seed.
@@ -112,7 +115,11 @@ pub fn outcome(text: &str, checks: Checks<'_>) -> Outcome {
 
 /// The shortest model found that fails in the same check.
 fn shortest(text: &str, failed: &'static str, checks: Checks<'_>) -> String {
-    let same = |text: &str| matches!(outcome(text, checks), Outcome::Fails { check, .. } if check == failed);
+    let begin = Instant::now();
+    let same = |text: &str| {
+        begin.elapsed() < PATIENCE
+            && matches!(outcome(text, checks), Outcome::Fails { check, .. } if check == failed)
+    };
     shrunk(text, &same)
 }
 

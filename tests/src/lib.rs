@@ -7,6 +7,7 @@ pub mod compare;
 pub mod designs;
 pub mod golden;
 pub mod linkages;
+pub mod modules;
 pub mod near_flat;
 pub mod nine_rows;
 pub mod not_checked;
@@ -16,6 +17,7 @@ pub mod schema_cases;
 pub mod shrink;
 pub mod udwadia;
 pub mod uniform;
+pub mod varied;
 
 /// The Rust code of README.md and other pages, compiled and run as doc-tests.
 #[cfg(doctest)]

@@ -98,16 +98,16 @@ pub fn mechanism(seed: u64) -> String {
 }
 
 /// A hinge between two bodies; bodies 0 and 1 are fixed.
-struct Hinge {
-    bodies: [usize; 2],
-    axis: [[f64; 2]; 2],
-    z: f64,
+pub(crate) struct Hinge {
+    pub(crate) bodies: [usize; 2],
+    pub(crate) axis: [[f64; 2]; 2],
+    pub(crate) z: f64,
 }
 
 /// Bodies 0 .. FIXED are the ground.
-const FIXED: usize = 2;
+pub(crate) const FIXED: usize = 2;
 
-fn hinges(random: &mut Random, recipe: Recipe) -> Vec<Hinge> {
+pub(crate) fn hinges(random: &mut Random, recipe: Recipe) -> Vec<Hinge> {
     let centre = [random.range(-0.05, 0.05), random.range(-0.05, 0.05)];
     let height = random.range(0.0, 0.003);
     let common = random.range(0.0, TAU);

@@ -1,6 +1,7 @@
 //! Stage 6: [`Program`](crate::program::Program) -> text.
 
 pub mod c;
+mod constants;
 pub mod fmu;
 pub mod identifiers;
 pub mod literal;

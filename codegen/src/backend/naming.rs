@@ -84,15 +84,20 @@ impl<'a> Naming<'a> {
 
     /// A part of what uses it: the nearest user with a name.
     fn within(&self, user: Value, kind: &str) -> String {
-        let mut at = user;
+        format!("{}_{kind}", self.whole(user))
+    }
+
+    /// The name of the nearest value with a name that a value is part of.
+    pub fn whole(&self, value: Value) -> String {
+        let mut at = value;
         loop {
             let name = &self.function.instructions[at.index()].name;
             if let Some(name) = name.clone().or_else(|| self.entry(at)) {
-                return format!("{name}_{kind}");
+                return name;
             }
             match self.users[at.index()] {
                 Users::Sum(next) | Users::One(next) => at = next,
-                _ => return format!("{}_{kind}", self.made_of(at)),
+                _ => return self.made_of(at),
             }
         }
     }

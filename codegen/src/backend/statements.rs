@@ -1,12 +1,13 @@
 //! Function bodies in no particular language: instructions become statements, grouped by the body
 //! they belong to.
 //!
-//! Constants and reads are written where they are used, and so are unnamed values used once and
+//! Plain numbers, names of constants and reads are written where they are used, and so are unnamed values used once and
 //! products that one sum adds or subtracts: what remains has a name of the derivation.
 
+use super::constants::Constants;
 use super::identifiers::Names;
 use super::naming::{Naming, Users, users};
-use crate::kane::Section;
+use crate::kane::{Section, Subject};
 use crate::program::{Angle, Function, Op, Parts, Program, Slot, Value, angles, is_read};
 
 /// Operations written into one expression at most.
@@ -44,6 +45,11 @@ pub struct SineCosine {
 #[allow(missing_docs, reason = "each is the operation of its name")]
 pub enum Expression {
     Constant(f64),
+    /// A number by its name in the table of constants, or less that.
+    Number {
+        name: String,
+        negative: bool,
+    },
     Load(Slot),
     Name(String),
     Parenthesised(Box<Expression>),
@@ -101,7 +107,7 @@ impl Expression {
     /// Operations in it.
     fn size(&self) -> usize {
         match self {
-            Self::Constant(_) | Self::Load(_) | Self::Name(_) => 0,
+            Self::Constant(_) | Self::Number { .. } | Self::Load(_) | Self::Name(_) => 0,
             Self::Parenthesised(x) => x.size(),
             Self::Negated(x) => x.size() + 1,
             Self::Infix(x, _, y) => x.size() + y.size() + 1,
@@ -127,6 +133,7 @@ pub struct Stretch {
 /// `reserved`.
 pub fn statements(
     program: &Program,
+    constants: &Constants,
     function: &Function,
     parts: &Parts,
     reserved: &[&str],
@@ -135,6 +142,7 @@ pub fn statements(
     let mut writer = Writer {
         naming: Naming::new(program, function, &users),
         users: &users,
+        constants,
         function,
         parts,
         names: Names::reserving(reserved),
@@ -151,6 +159,7 @@ pub fn statements(
 struct Writer<'a> {
     naming: Naming<'a>,
     users: &'a [Users],
+    constants: &'a Constants,
     function: &'a Function,
     parts: &'a Parts,
     names: Names,
@@ -165,6 +174,17 @@ impl Writer<'_> {
         match &self.written[value.index()] {
             Some(expression) => expression,
             None => unreachable!("operands precede their use"),
+        }
+    }
+
+    /// An operand in code of a subject: numbers by their names.
+    fn operand(&self, value: Value, subject: Subject) -> Expression {
+        match self.of(value) {
+            Expression::Constant(number) => match self.constants.name(*number, subject) {
+                Some(name) => Expression::Number { name: name.to_owned(), negative: *number < 0.0 },
+                None => Expression::Constant(*number),
+            },
+            expression => expression.clone(),
         }
     }
 
@@ -187,7 +207,7 @@ impl Writer<'_> {
             if self.written[index].is_some() {
                 continue;
             }
-            let expression = self.expression(instruction.op);
+            let expression = self.expression(instruction.op, instruction.section.subject);
             let inline = self.is_inline(index, &expression);
             self.written[index] = Some(if inline {
                 expression
@@ -240,7 +260,8 @@ impl Writer<'_> {
     fn write_entries(&mut self) {
         for output in &self.function.outputs {
             for (index, &entry) in output.entries.iter().enumerate() {
-                let value = self.of(entry).clone();
+                let subject = self.function.instructions[entry.index()].section.subject;
+                let value = self.operand(entry, subject);
                 let home = self.parts.home[entry.index()];
                 self.stretches[home].entries.push((output.name, index, value));
             }
@@ -276,19 +297,20 @@ impl Writer<'_> {
         list.push(statement);
     }
 
-    fn expression(&self, op: Op) -> Expression {
+    fn expression(&self, op: Op, subject: Subject) -> Expression {
         use Binding::{Atom, Product, Sum};
         let infix = |x, operator, y, [left, right]: [Binding; 2]| {
-            Expression::Infix(self.of(x).within(left), operator, self.of(y).within(right))
+            let [x, y] = [x, y].map(|operand| self.operand(operand, subject));
+            Expression::Infix(x.within(left), operator, y.within(right))
         };
         match op {
-            Op::Neg(x) => Expression::Negated(self.of(x).within(Product)),
+            Op::Neg(x) => Expression::Negated(self.operand(x, subject).within(Product)),
             Op::Add(x, y) => infix(x, Infix::Add, y, [Sum, Product]),
             Op::Sub(x, y) => infix(x, Infix::Sub, y, [Sum, Product]),
             Op::Mul(x, y) => infix(x, Infix::Mul, y, [Product, Atom]),
             Op::Div(x, y) => infix(x, Infix::Div, y, [Product, Atom]),
             op => {
-                let arguments = op.operands().map(|x| self.of(x).clone()).collect();
+                let arguments = op.operands().map(|x| self.operand(x, subject)).collect();
                 Expression::Call(op.mnemonic(), arguments)
             }
         }

@@ -5,6 +5,7 @@
 //! statement with the name and the [`Section`] of the intermediate.
 
 use super::equations::{Binding, BindingId, Leaf};
+use super::fact::Fact;
 use super::section::{Phase, Section};
 use super::vector::{Tensor, Vector};
 use super::wrench::Wrench;
@@ -28,6 +29,7 @@ pub struct Binder<'a> {
     symbols: Symbols,
     /// By node.
     names: Vec<String>,
+    facts: Vec<Fact>,
     problems: Diagnostics,
 }
 
@@ -59,7 +61,14 @@ impl<'a> Binder<'a> {
                 .collect(),
         };
         let names = topology.node_names();
-        Self { topology, algebra, symbols, names, problems: Diagnostics::default() }
+        Self {
+            topology,
+            algebra,
+            symbols,
+            names,
+            facts: Vec::new(),
+            problems: Diagnostics::default(),
+        }
     }
 
     /// The tree and the loops.
@@ -81,6 +90,21 @@ impl<'a> Binder<'a> {
     pub fn joint_name(&self, node: NodeId) -> &'a str {
         let joint = self.topology.nodes[node.index()].joint;
         &self.mechanism().joints[joint.index()].name
+    }
+
+    /// The name of a node.
+    pub fn node_name(&self, node: NodeId) -> &str {
+        &self.names[node.index()]
+    }
+
+    /// Notes the name of a number.
+    pub fn name(&mut self, fact: Fact) {
+        self.facts.push(fact);
+    }
+
+    /// The named numbers, in the order in which they were noted.
+    pub fn facts(&mut self) -> Vec<Fact> {
+        std::mem::take(&mut self.facts)
     }
 
     /// t, s.
@@ -116,11 +140,6 @@ impl<'a> Binder<'a> {
     /// A number, exactly.
     pub fn constant(&mut self, value: f64) -> Expr {
         self.algebra.number(value)
-    }
-
-    /// Numbers, componentwise.
-    pub fn constants<const K: usize>(&mut self, values: [f64; K]) -> [Expr; K] {
-        values.map(|value| self.constant(value))
     }
 
     /// The number that an expression is, if it is one.

@@ -62,6 +62,9 @@ impl Row {
     }
 }
 
+/// The name of the points at which a loop closes.
+const CLOSURE_POINT: &str = "closure_point";
+
 impl Closure {
     /// Derives the closure of every loop.
     pub fn new(binder: &mut Binder, kinematics: &Kinematics) -> Self {
@@ -100,8 +103,8 @@ impl Closure {
             let along = closed.frame.column(row.axis).into_owned();
             let [ghost, original] = [closed.ghost, closed.original].map(|tip| {
                 let link = kinematics.link(tip);
-                let direction = link.direction(binder, &along);
-                RowSide { direction, arm: link.point(binder, point) }
+                let direction = link.direction(binder, "closure_direction", &along);
+                RowSide { direction, arm: link.point(binder, CLOSURE_POINT, point) }
             });
             let of = |node: NodeId, RowSide { direction, arm }: &RowSide| {
                 let motion = kinematics.on_loop(kinematics.closed(id), node).motion;
@@ -191,7 +194,7 @@ fn point(
     flat: &Vector3<f64>,
     name: &str,
 ) -> Vector {
-    let arm = kinematics.link(side.tip).point(binder, flat);
+    let arm = kinematics.link(side.tip).point(binder, CLOSURE_POINT, flat);
     let position = kinematics.on_loop(closed, side.tip).placement.place(&arm);
     if side.path.is_empty() {
         return position;

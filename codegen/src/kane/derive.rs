@@ -85,5 +85,6 @@ fn equations(
         kinetic_energy: b.tree(&energy.kinetic),
         potential_energy: b.tree(&energy.potential),
         bindings: b.bindings(),
+        facts: b.facts(),
     })
 }

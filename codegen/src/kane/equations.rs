@@ -6,6 +6,7 @@ use crate::source::{InputId, JointId, ParameterId};
 use crate::symbolic::Tree;
 use crate::topology::Topology;
 
+use super::fact::Fact;
 use super::section::Section;
 
 index!(
@@ -53,6 +54,8 @@ pub struct Binding {
 pub struct Equations {
     /// The mechanism with its tree and loops.
     pub topology: Topology,
+    /// Numbers of the model, by their names.
+    pub facts: Vec<Fact>,
     /// Intermediates, each over earlier ones.
     pub bindings: Vec<Binding>,
     /// M of `M du/dt = f`, N x N, symmetric, kg m^2.

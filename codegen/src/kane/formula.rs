@@ -4,7 +4,8 @@
 //! simplified into one with another domain.
 
 use super::binder::Binder;
-use super::section::{Phase, Section};
+use super::fact::Fact;
+use super::section::{Phase, Section, Subject};
 use crate::source::{Binary, Expression, Operator, Span, Unary};
 use crate::symbolic::{Expr, Function};
 
@@ -18,7 +19,7 @@ impl Binder<'_> {
             return self.folded(value, what, span);
         }
         let value = match expression {
-            Expression::Number(value) => self.constant(*value),
+            Expression::Number(value) => self.number_of(what, *value),
             Expression::Parameter(id) => self.parameter(*id),
             Expression::Input(id) => self.input(*id),
             Expression::Time => self.time(),
@@ -48,13 +49,20 @@ impl Binder<'_> {
 
     /// One operation of an expression, bound.
     fn operation(&mut self, what: &str, value: Expr) -> Expr {
-        self.bind(Section::mechanism(Phase::Formula), what.replace(['.', ' '], "_"), value)
+        self.bind(Section::mechanism(Phase::Formula), identifier(what), value)
+    }
+
+    /// A number of a formula, by the name of the formula.
+    fn number_of(&mut self, what: &str, value: f64) -> Expr {
+        let (name, subject) = (identifier(what), Subject::Mechanism);
+        self.name(Fact { name, quantity: None, subject, value });
+        self.constant(value)
     }
 
     /// A number: the formula's, or one that the algebra found, as in `exp(1000 + q.j - q.j)`.
     fn folded(&mut self, value: f64, what: &str, span: Option<Span>) -> Expr {
         if value.is_finite() {
-            return self.constant(value);
+            return self.number_of(what, value);
         }
         self.not_finite(value, span, what);
         Expr::zero()
@@ -79,7 +87,7 @@ impl Binder<'_> {
                 continue;
             }
             if let Some(number) = number.take() {
-                value = self.constant(number);
+                value = self.number_of(what, number);
             }
             let next = self.formula(next, what, span);
             let known = self.value(&next);
@@ -163,4 +171,9 @@ impl Binder<'_> {
             (Binary::Max, _) => Expr::apply(Function::Max, &[x, y]),
         }
     }
+}
+
+/// The name of a formula as part of an identifier.
+fn identifier(what: &str) -> String {
+    what.replace(['.', ' '], "_")
 }

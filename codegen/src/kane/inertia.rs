@@ -10,6 +10,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::binder::Binder;
+use super::fact::{AXES, Quantity, SYMMETRIC};
 use super::frame::Frames;
 use super::vector::{Tensor, Vector, add, apply, cross, scale};
 use super::wrench::Wrench;
@@ -18,6 +19,27 @@ use crate::topology::NodeId;
 
 /// Relative to the largest: moments below this are rounding of the drawing.
 const ROUNDING: f64 = 1e-14;
+
+/// The names of a spatial inertia's numbers: mass, first and second moments.
+type Quantities = [Quantity; 3];
+
+const WHOLE: Quantities = [
+    Quantity { name: "mass", meaning: "mass, kg" },
+    Quantity { name: "first_moment", meaning: "mass times centre of mass, kg m" },
+    Quantity { name: "second_moment", meaning: "second moments of mass about its origin, kg m^2" },
+];
+
+const MINIMAL: Quantities = [
+    Quantity { name: "minimal_mass", meaning: "minimal inertial parameter: mass, kg" },
+    Quantity {
+        name: "minimal_first_moment",
+        meaning: "minimal inertial parameters: mass times centre of mass, kg m",
+    },
+    Quantity {
+        name: "minimal_second_moment",
+        meaning: "minimal inertial parameters: second moments of mass about its origin, kg m^2",
+    },
+];
 
 /// Spatial inertia of a body or a composite about its frame's origin, in its frame.
 #[derive(Clone)]
@@ -68,8 +90,8 @@ impl Inertias {
     pub fn new(binder: &mut Binder, frames: &Frames) -> Self {
         let shares: Vec<Moments> =
             binder.nodes().map(|node| moments(binder, frames, node)).collect();
-        let whole = nodes(binder, &shares);
-        let minimal = nodes(binder, &minimal(binder, frames, shares));
+        let whole = nodes(binder, &WHOLE, &shares);
+        let minimal = nodes(binder, &MINIMAL, &minimal(binder, frames, shares));
         Self { whole, minimal }
     }
 
@@ -137,18 +159,25 @@ fn has_tunable_mass(binder: &Binder, node: NodeId) -> bool {
 }
 
 /// The moments of every node as expressions.
-fn nodes(binder: &mut Binder, moments: &[Moments]) -> Vec<SpatialInertia> {
-    binder.nodes().zip(moments).map(|(node, moments)| inertia(binder, node, moments)).collect()
+fn nodes(binder: &mut Binder, names: &Quantities, moments: &[Moments]) -> Vec<SpatialInertia> {
+    let nodes = binder.nodes().zip(moments);
+    nodes.map(|(node, moments)| inertia(binder, names, node, moments)).collect()
 }
 
-fn inertia(binder: &mut Binder, node: NodeId, moments: &Moments) -> SpatialInertia {
+fn inertia(
+    binder: &mut Binder,
+    names: &Quantities,
+    node: NodeId,
+    moments: &Moments,
+) -> SpatialInertia {
     let second = &moments.second;
     let least = ROUNDING * second.amax();
     let of = |at| if f64::abs(second[at]) <= least { 0.0 } else { second[at] };
     let second = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].map(of);
-    let mass = binder.constant(moments.mass);
-    let first_moment = binder.constants(moments.first.into());
-    let second_moment = binder.constants(second);
+    let [mass_name, first_name, second_name] = *names;
+    let mass = binder.fact(node, mass_name, moments.mass);
+    let first_moment = binder.facts_of(node, first_name, AXES, moments.first.into());
+    let second_moment = binder.facts_of(node, second_name, SYMMETRIC, second);
     let body = binder.topology().nodes[node.index()].body;
     match binder.mechanism().bodies[body.index()].mass_parameter {
         None => SpatialInertia { mass, first_moment, second_moment },

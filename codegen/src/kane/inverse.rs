@@ -187,7 +187,7 @@ fn closing_wrenches(
 /// the joint's frame: x along the hinge, z normal to the sheet when flat, fixed to `bodies[1]`.
 fn reaction(binder: &mut Binder, link: &Link, beyond: &Wrench) -> [Expr; 6] {
     let joint = &binder.mechanism().joints[link.joint.index()];
-    let arm = link.point(binder, &joint.point);
+    let arm = link.point(binder, "hinge_point", &joint.point);
     let moment = sub(&beyond.moment, &cross(&arm, &beyond.force));
     let backwards = binder.topology().nodes[link.node.index()].sense < 0.0;
     let turned = |[x, y, z]: &Vector| -> Vector {

@@ -189,12 +189,17 @@ impl Kinematics {
 
     /// The flat frame and the placement of a body; those of the base for the ground.
     pub fn body(&self, topology: &Topology, body: BodyId) -> (Frame, Placement) {
-        let is_original = |node: &Node| node.body == body && node.ghost.is_none();
-        match topology.nodes.iter().position(is_original).map(NodeId) {
+        match node_of(topology, body) {
             Some(node) => (self.link(node).frame.clone(), self.placement(node).clone()),
             None => (Frame::base(), Placement::identity()),
         }
     }
+}
+
+/// The node of a body that moves, not of its ghosts.
+pub fn node_of(topology: &Topology, body: BodyId) -> Option<NodeId> {
+    let is_original = |node: &Node| node.body == body && node.ghost.is_none();
+    topology.nodes.iter().position(is_original).map(NodeId)
 }
 
 /// The nodes from the root down to `tip`.

@@ -11,6 +11,7 @@
 use nalgebra::Vector3;
 
 use super::binder::Binder;
+use super::fact::{AXES, Quantity};
 use super::frame::{Frame, Frames};
 use super::section::{Phase, Section};
 use super::turn::Turn;
@@ -19,6 +20,14 @@ use super::wrench::Wrench;
 use crate::source::JointId;
 use crate::symbolic::{Expr, Function};
 use crate::topology::NodeId;
+
+const OFFSET: Quantity =
+    Quantity { name: "offset", meaning: "origin of its frame in its parent's frame, m" };
+
+const HINGE: Quantity = Quantity {
+    name: "hinge",
+    meaning: "cosine and sine of the angle about z from its parent's x axis to its hinge line",
+};
 
 /// A node with its hinge.
 pub struct Link {
@@ -49,9 +58,10 @@ pub fn links(binder: &mut Binder, frames: &Frames) -> Vec<Link> {
         let parent = topology.nodes[node.index()].parent;
         let joint = topology.nodes[node.index()].joint;
         let above = parent.map_or_else(Frame::base, |parent| frames.of(parent).clone());
-        let offset = binder.constants(above.coordinates(&frame.origin, size));
+        let offset = above.coordinates(&frame.origin, size);
+        let offset = binder.facts_of(node, OFFSET, AXES, offset);
         let [cos, sin, _] = above.direction(&frame.axes.column(0).into());
-        let [cos, sin] = binder.constants([cos, sin]);
+        let [cos, sin] = binder.facts_of(node, HINGE, ["cos", "sin"], [cos, sin]);
         links.push(Link {
             node,
             parent,
@@ -121,14 +131,22 @@ impl Link {
         Wrench { force, moment }
     }
 
-    /// Components in the node's frame of a direction of the flat state.
-    pub fn direction(&self, binder: &mut Binder, flat: &Vector3<f64>) -> Vector {
-        binder.constants(self.frame.direction(flat))
+    /// Components in the node's frame of a direction of the flat state. `name` is the direction's.
+    pub fn direction(
+        &self,
+        binder: &mut Binder,
+        name: &'static str,
+        flat: &Vector3<f64>,
+    ) -> Vector {
+        let meaning = "components of a direction in this body's frame";
+        let components = self.frame.direction(flat);
+        binder.facts_of(self.node, Quantity { name, meaning }, AXES, components)
     }
 
-    /// Coordinates in the node's frame of a point drawn at `flat`, m.
-    pub fn point(&self, binder: &mut Binder, flat: &Vector3<f64>) -> Vector {
-        let size = binder.mechanism().size;
-        binder.constants(self.frame.coordinates(flat, size))
+    /// Coordinates in the node's frame of a point drawn at `flat`, m. `name` is the point's.
+    pub fn point(&self, binder: &mut Binder, name: &'static str, flat: &Vector3<f64>) -> Vector {
+        let meaning = "coordinates of a point in this body's frame, m";
+        let coordinates = self.frame.coordinates(flat, binder.mechanism().size);
+        binder.facts_of(self.node, Quantity { name, meaning }, AXES, coordinates)
     }
 }

@@ -4,6 +4,7 @@
 use nalgebra::Vector3;
 
 use super::binder::Binder;
+use super::fact::{AXES, Quantity};
 use super::inertia::{Inertias, SpatialInertia};
 use super::kinematics::Kinematics;
 use super::link::Link;
@@ -12,6 +13,7 @@ use super::section::{Phase, Section};
 use super::vector::{Vector, cross, dot, scale, sub};
 use super::wrench::Wrench;
 use crate::laminate::Body;
+use crate::source::Expression;
 use crate::symbolic::{Expr, Function};
 use crate::topology::NodeId;
 
@@ -49,11 +51,16 @@ pub struct WrenchNames {
     pub name: &'static str,
 }
 
+const HALF_AREA: Quantity = Quantity { name: "half_area", meaning: "half the area of a part, m^2" };
+
+const FRICTION_RATE: Quantity =
+    Quantity { name: "friction_rate", meaning: "one over the speed of its friction, s/rad" };
+
 impl Loads {
     /// Derives the loads.
     pub fn new(binder: &mut Binder, kinematics: &Kinematics, inertias: &Inertias) -> Self {
         let gravity = &binder.mechanism().gravity;
-        let gravity = gravity.each_ref().map(|g| binder.formula(g, "gravity", None));
+        let gravity = vector(binder, gravity, "gravity");
         let applied = applied(binder, kinematics);
         let links = kinematics.links();
         let springs: Vec<Spring> = links.iter().map(|link| spring(binder, link)).collect();
@@ -171,7 +178,7 @@ fn applied(binder: &mut Binder, kinematics: &Kinematics) -> Vec<Wrench> {
         .iter()
         .map(|applied| {
             let name = format!("force_{}", applied.name);
-            applied.force.each_ref().map(|component| binder.formula(component, &name, None))
+            vector(binder, &applied.force, &name)
         })
         .collect();
     let topology = binder.topology();
@@ -191,7 +198,7 @@ fn applied(binder: &mut Binder, kinematics: &Kinematics) -> Vec<Wrench> {
                     let here = axes.each_ref().map(|axis| dot(axis, force));
                     let name = format!("force_{}", applied.name);
                     let here = binder.vector(link.node, Phase::AppliedForce, &name, here);
-                    let arm = link.point(binder, &point.at);
+                    let arm = link.point(binder, "force_point", &point.at);
                     sum = sum.plus(&Wrench::at(&arm, here));
                 }
             }
@@ -201,19 +208,28 @@ fn applied(binder: &mut Binder, kinematics: &Kinematics) -> Vec<Wrench> {
     wrenches
 }
 
+/// The components of a vector of the model, as formulas.
+fn vector(binder: &mut Binder, components: &[Expression; 3], name: &str) -> Vector {
+    let mut axes = AXES.into_iter();
+    components.each_ref().map(|component| {
+        let axis = axes.next().unwrap_or_default();
+        binder.formula(component, &format!("{name} {axis}"), None)
+    })
+}
+
 /// Force of the air on the plates of a node: density drag |v| v / 2 per area against the speed v
 /// along the normal. `pressure` is density times drag coefficient, kg/m^3.
 fn drag(binder: &mut Binder, link: &Link, body: &Body, motion: &Motion, pressure: &Expr) -> Wrench {
     let mut sum = Wrench::zero();
     let (node, phase) = (link.node, Phase::AirDrag);
-    let normal = link.direction(binder, &Vector3::z());
+    let normal = link.direction(binder, "normal", &Vector3::z());
     for (index, point) in body.surface.iter().enumerate() {
-        let arm = link.point(binder, &point.at);
+        let arm = link.point(binder, "surface", &point.at);
         let speed = dot(&normal, &motion.velocity_at(&arm));
         let speed = binder.scalar(node, phase, &format!("normal_speed_{index}"), speed);
         let size = Expr::apply(Function::Abs, std::slice::from_ref(&speed));
         let size = binder.scalar(node, phase, &format!("normal_speed_size_{index}"), size);
-        let half_area = binder.constant(0.5 * point.area);
+        let half_area = binder.fact(node, HALF_AREA, 0.5 * point.area);
         let drag = -&(&(&half_area * pressure) * &(&size * &speed));
         let drag = binder.scalar(node, phase, &format!("drag_{index}"), drag);
         sum = sum.plus(&Wrench::at(&arm, scale(&drag, &normal)));
@@ -235,7 +251,7 @@ fn joint_torque(binder: &mut Binder, link: &Link, spring: &Spring) -> Expr {
         None => stiffened,
         Some(friction) => {
             let torque = binder.formula(&friction.torque, &format!("friction_{name}"), span);
-            let speed = binder.constant(1.0 / friction.speed);
+            let speed = binder.fact(link.node, FRICTION_RATE, 1.0 / friction.speed);
             let sense = Expr::apply(Function::Tanh, &[&speed * u]);
             let section = Section::body(link.node, Phase::JointTorque);
             let sense = binder.bind(section, format!("friction_sense_{name}"), sense);

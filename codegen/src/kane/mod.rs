@@ -25,7 +25,7 @@
 //! | articulated bodies | M du/dt = b body by body | `articulated` |
 //!
 //! Modules that the phases share: `binder` names intermediates, `section` says where they belong
-//! and holds the equation of every phase, `formula` evaluates the model's expressions, `vector`,
+//! and holds the equation of every phase, `fact` names the model's numbers, `formula` evaluates the model's expressions, `vector`,
 //! `wrench` and `turn` are the algebra of vectors, forces and changes of frame.
 
 mod articulated;
@@ -34,6 +34,7 @@ mod closure;
 mod derive;
 mod energy;
 mod equations;
+mod fact;
 mod forces;
 mod formula;
 mod frame;
@@ -56,4 +57,5 @@ mod tests;
 
 pub use derive::{DeriveError, derive};
 pub use equations::*;
+pub use fact::{Fact, Quantity};
 pub use section::{Phase, Section, Subject};

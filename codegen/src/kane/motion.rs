@@ -43,7 +43,7 @@ struct AccelerationNames {
 
 const VELOCITY_PRODUCT: AccelerationNames = AccelerationNames {
     phases: [Phase::AngularVelocityProduct, Phase::VelocityProduct, Phase::AccelerationGradient],
-    names: ["velocity_product_alpha", "velocity_product", "velocity_product_gradient"],
+    names: ["velocity_product_alpha", "velocity_product", "gradient"],
 };
 
 const GIVEN: AccelerationNames = AccelerationNames {

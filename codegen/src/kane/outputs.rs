@@ -3,7 +3,9 @@
 use nalgebra::Vector3;
 
 use super::binder::Binder;
-use super::kinematics::Kinematics;
+use super::fact::{AXES, Quantity};
+use super::kinematics::{Kinematics, node_of};
+use super::section::Subject;
 use super::vector::Vector;
 use crate::source::BodyId;
 use crate::symbolic::Expr;
@@ -26,18 +28,48 @@ impl Outputs {
     }
 }
 
+/// A number of a body that may be part of the ground.
+struct Owner<'a> {
+    subject: Subject,
+    name: &'a str,
+}
+
+impl<'a> Owner<'a> {
+    fn new(binder: &Binder<'a>, body: BodyId) -> Self {
+        let node = node_of(binder.topology(), body);
+        let subject = node.map_or(Subject::Mechanism, Subject::Body);
+        Self { subject, name: &binder.mechanism().bodies[body.index()].name }
+    }
+
+    /// A vector's components in the frame of the body, by the vector's name.
+    fn vector(
+        &self,
+        binder: &mut Binder,
+        name: &'static str,
+        meaning: &'static str,
+        components: [f64; 3],
+    ) -> Vector {
+        let quantity = Quantity { name, meaning };
+        binder.facts_about(self.subject, self.name, quantity, AXES, components)
+    }
+}
+
 /// Per body: R row-major, then p, so that the point drawn at x lies at R x + p.
 fn poses(binder: &mut Binder, kinematics: &Kinematics) -> Vec<Expr> {
+    const DRAWN: [&str; 3] = ["drawn_x", "drawn_y", "drawn_z"];
     let (topology, size) = (binder.topology(), binder.mechanism().size);
     let mut poses = Vec::new();
-    for body in 0..binder.mechanism().bodies.len() {
-        let (frame, placement) = kinematics.body(topology, BodyId(body));
+    for body in (0..binder.mechanism().bodies.len()).map(BodyId) {
+        let owner = Owner::new(binder, body);
+        let (frame, placement) = kinematics.body(topology, body);
         let columns: [Vector; 3] = std::array::from_fn(|k| {
             let flat = frame.axes.row(k).transpose();
-            placement.turn(&binder.constants(flat.into()))
+            let meaning = "axis of the drawing, in the frame of the body";
+            placement.turn(&owner.vector(binder, DRAWN[k], meaning, flat.into()))
         });
-        let drawn_at_zero = binder.constants(frame.coordinates(&Vector3::zeros(), size));
-        let p = placement.place(&drawn_at_zero);
+        let origin = frame.coordinates(&Vector3::zeros(), size);
+        let meaning = "origin of the drawing, in the frame of the body, m";
+        let p = placement.place(&owner.vector(binder, "drawn_origin", meaning, origin));
         for row in 0..3 {
             poses.extend(columns.iter().map(|column| column[row].clone()));
         }
@@ -51,9 +83,10 @@ fn points(binder: &mut Binder, kinematics: &Kinematics) -> Vec<Expr> {
     let (topology, size) = (binder.topology(), binder.mechanism().size);
     let mut positions = Vec::new();
     for point in &binder.mechanism().points {
+        let owner = Owner { name: &point.name, ..Owner::new(binder, point.body) };
         let (frame, placement) = kinematics.body(topology, point.body);
-        let arm = binder.constants(frame.coordinates(&point.at, size));
-        positions.extend(placement.place(&arm));
+        let (at, meaning) = (frame.coordinates(&point.at, size), "in the frame of its body, m");
+        positions.extend(placement.place(&owner.vector(binder, "point", meaning, at)));
     }
     positions
 }

@@ -5,7 +5,7 @@
 //! defined earlier.
 
 use super::signature::FunctionKind;
-use crate::kane::Section;
+use crate::kane::{Fact, Section};
 use crate::source::ids::index;
 use crate::source::{InputId, JointId, ParameterId};
 
@@ -115,6 +115,8 @@ pub struct Output {
 pub struct Program {
     /// Names, sizes, defaults.
     pub interface: Interface,
+    /// The numbers of the model, by name.
+    pub facts: Vec<Fact>,
     /// One per [`FunctionKind`], in that order.
     pub functions: Vec<Function>,
 }

@@ -13,6 +13,7 @@ mod dead;
 mod differentiate;
 mod eliminate;
 mod executable;
+mod facts;
 mod fold;
 mod interface;
 mod interpreter;
@@ -34,6 +35,7 @@ mod verify;
 #[cfg(test)]
 mod tests;
 
+pub use constants::is_same;
 pub use cost::Cost;
 pub use executable::{Engine, Executable, UnknownName};
 pub use interpreter::{Interpretation, Interpreter};
@@ -69,7 +71,7 @@ pub fn lower(equations: &Equations, source_name: &str, source_text: &str) -> Pro
     constants::snap(&mut functions);
     let finished = |function| check(&interface, sections::sections(reduce(function)));
     let functions = functions.into_iter().map(finished).collect();
-    Program { interface, functions }
+    Program { interface, facts: facts::facts(equations), functions }
 }
 
 /// Passes a function through, after the verifier has seen it.

@@ -104,7 +104,11 @@ impl Program {
             }
             Function { kind: function.kind, instructions: Vec::new(), outputs: Vec::new() }
         });
-        Self { interface: self.interface.clone(), functions: functions.collect() }
+        Self {
+            interface: self.interface.clone(),
+            facts: self.facts.clone(),
+            functions: functions.collect(),
+        }
     }
 }
 

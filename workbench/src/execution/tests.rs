@@ -57,7 +57,7 @@ fn functions() -> impl Strategy<Value = Function> {
 /// A program of this one function.
 fn program(function: Function) -> Program {
     let interface = Interface { size: 1.0, ..Interface::default() };
-    Program { interface, functions: vec![function] }
+    Program { interface, facts: Vec::new(), functions: vec![function] }
 }
 
 proptest! {

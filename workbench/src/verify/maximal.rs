@@ -28,9 +28,10 @@ pub struct Solution {
     pub kinetic_energy: f64,
     /// Gravity of the moving bodies and springs, J.
     pub potential_energy: f64,
-    /// How badly the joint angles disagree about where a body is: m, or as a sine.
+    /// How badly the joint angles disagree about where a body is: a share of the model's size, or a sine.
     pub open_by: f64,
-    /// How badly the joint speeds disagree about how a body moves: m/s, or rad/s.
+    /// How badly the joint speeds disagree about how a body moves: a share of the largest speed, of turning or
+    /// by the model's size.
     pub speed_mismatch: f64,
     /// Independent equations of the hinges.
     pub rank: usize,
@@ -334,6 +335,8 @@ impl<'a> System<'a> {
     /// Largest disagreement over any hinge: of positions, of speeds.
     fn mismatch(&self) -> (f64, f64) {
         let mut open = (0.0_f64, 0.0_f64);
+        let size = self.mechanism.size;
+        let fastest = larger(largest(&self.values.u), f64::MIN_POSITIVE);
         for (j, joint) in self.mechanism.joints.iter().enumerate() {
             let [a, b] = joint.bodies.map(|id| id.index());
             let (first, second) = (&self.motions[a], &self.motions[b]);
@@ -342,13 +345,13 @@ impl<'a> System<'a> {
             let gap = second.rotation * joint.point + second.position
                 - first.rotation * joint.point
                 - first.position;
-            open.0 = larger(open.0, largest(&gap));
+            open.0 = larger(open.0, largest(&gap) / size);
             let hinge = self.hinge(j);
             let spin = second.omega - first.omega - hinge.direction * self.values.u[j];
             let slip = second.velocity + second.omega.cross(&hinge.arms[1])
                 - first.velocity
                 - first.omega.cross(&hinge.arms[0]);
-            open.1 = larger(open.1, largest(spin.iter().chain(&slip)));
+            open.1 = larger(open.1, larger(largest(&spin), largest(&slip) / size) / fastest);
         }
         open
     }

@@ -18,12 +18,15 @@ const GUESSES: usize = 30;
 const ANGLE: f64 = 1.2;
 const SPEED: f64 = 3.0;
 
+/// Decades between the largest and the smallest angles of every other guess: designs start flat.
+const DECADES: f64 = 4.0;
+
 /// Largest input: inputs have any unit.
 const INPUT: f64 = 1e-3;
 
 /// States with a singular value of the hinges' equations between these shares of the largest are left out:
 /// there the rank is a decision, not a fact.
-const DOUBTFUL: std::ops::Range<f64> = 1e-9..1e-5;
+const DOUBTFUL: std::ops::Range<f64> = 1e-13..1e-5;
 
 /// States at which the loops are closed, with what the independent formulation says there.
 pub fn closed(compiled: &Compiled, settings: &Settings) -> Result<Vec<(Values, Solution)>, Remark> {
@@ -109,12 +112,16 @@ impl<'a> Draw<'a> {
             let _ = self.system.set_input(&name, value);
         }
         let t = self.between(0.0, 1.0);
+        let near_flat = self.found % 2 == 1;
+        let exponent = if near_flat { self.between(-DECADES, 0.0) } else { 0.0 };
+        let angle = ANGLE * 10_f64.powf(exponent);
         let mut q: Vec<f64> = (0..n)
             .map(|joint| {
                 let [least, greatest] = self.system.limits(joint);
                 let (least, greatest) = (least.max(-FRAC_PI_2), greatest.min(FRAC_PI_2));
                 match least < greatest {
-                    true => self.between(least.max(-ANGLE), greatest.min(ANGLE)),
+                    true => self
+                        .between(least.max(-angle).min(greatest), greatest.min(angle).max(least)),
                     false => least,
                 }
             })

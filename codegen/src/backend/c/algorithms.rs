@@ -76,7 +76,14 @@ fn pasted(file: &str) -> String {
     file.replace("#include \"algorithms.h\"\n", "")
 }
 
+/// The words of the C files of which a module is made: macros, functions, types.
+pub fn words(interface: &Interface) -> BTreeSet<&'static str> {
+    let files = needed(interface).into_iter().chain([c::NUMBERS, lamc_templates::C_SOURCE]);
+    let constants = lamc_runtime::constants::ALL.iter().map(|constant| constant.name);
+    files.flat_map(identifiers).chain(constants).collect()
+}
+
 /// The words of a text that may be names.
-fn identifiers(text: &str) -> impl Iterator<Item = &str> {
+pub fn identifiers(text: &str) -> impl Iterator<Item = &str> {
     text.split(|c: char| !c.is_ascii_alphanumeric() && c != '_')
 }

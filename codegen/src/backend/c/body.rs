@@ -6,11 +6,14 @@ use serde::Serialize;
 use tera::Context;
 
 use super::Real;
+use super::algorithms::{identifiers, words};
 use super::description::{MACROS, fields};
+use crate::backend::constants::{self, Constant, Constants};
 use crate::backend::identifiers::reserved;
 use crate::backend::literal::digits;
 use crate::backend::statements::{Expression, SineCosine, Statement, statements};
 use crate::backend::text::wrap;
+use crate::kane::Quantity;
 use crate::program::{Argument, Function, FunctionKind, Op, Parts, Program, Shape, Slot};
 
 /// What C calls the operations that are functions there, without the suffix of `float`.
@@ -66,8 +69,15 @@ impl Switch {
     }
 }
 
-/// Adds the mechanism's functions, their costs, and what they use.
-pub fn insert(context: &mut Context, program: &Program, real: Real) {
+/// The constants of one group.
+#[derive(Serialize)]
+struct Group {
+    heading: String,
+    lines: Vec<String>,
+}
+
+/// Adds the mechanism's constants and functions, their costs, and what they use. `header` is the module's.
+pub fn insert(context: &mut Context, program: &Program, real: Real, header: &str) {
     let functions = functions(program);
     let ops: Vec<Op> = functions
         .iter()
@@ -89,8 +99,16 @@ pub fn insert(context: &mut Context, program: &Program, real: Real) {
         Switch::new("USES_STEP", uses(|op| matches!(op, Op::Step(_)))),
     ];
     context.insert("switches", &switches);
+    let words = words(&program.interface);
+    let reserved = words.into_iter().chain(identifiers(header)).map(str::to_ascii_lowercase);
+    let reserved: Vec<String> = reserved.collect();
+    let reserved: Vec<&str> = reserved.iter().map(String::as_str).collect();
+    let constants = Constants::of(program, functions.iter().copied(), &reserved);
+    context.insert("legend", &legend(&constants));
+    context.insert("model_constants", &groups(program, &constants, real));
     let printer = Printer {
         real,
+        constants,
         parameters: fields(program.interface.parameters.iter().map(|parameter| &parameter.name)),
         inputs: fields(&program.interface.inputs),
     };
@@ -136,6 +154,7 @@ fn library_function(op: Op) -> Option<&'static str> {
 
 struct Printer {
     real: Real,
+    constants: Constants,
     parameters: Vec<String>,
     inputs: Vec<String>,
 }
@@ -146,7 +165,7 @@ impl Printer {
         let signature = function.kind.signature();
         let parts = Parts::whole(function);
         let reserved = reserved(signature, helpers());
-        let stretch = statements(program, function, &parts, &reserved).remove(0);
+        let stretch = statements(program, &self.constants, function, &parts, &reserved).remove(0);
         let parameter = |argument: &Argument| match argument {
             Argument::Parameters => format!("const {model}_params *{}", argument.name()),
             Argument::Inputs => format!("const {model}_inputs *{}", argument.name()),
@@ -206,6 +225,8 @@ impl Printer {
     fn expression(&self, expression: &Expression) -> String {
         match expression {
             Expression::Constant(number) => constant(self.real, *number),
+            Expression::Number { name, negative: false } => name.clone(),
+            Expression::Number { name, negative: true } => format!("-{name}"),
             Expression::Load(slot) => self.load(*slot),
             Expression::Name(name) => name.clone(),
             Expression::Parenthesised(x) => format!("({})", self.expression(x)),
@@ -239,6 +260,26 @@ impl Printer {
             _ => format!("{name}[{index}]"),
         }
     }
+}
+
+/// What the names of the constants begin with.
+fn legend(constants: &Constants) -> Vec<String> {
+    let entry = |Quantity { name, meaning }: &Quantity| {
+        format!("{}_..: {meaning}", name.to_ascii_uppercase())
+    };
+    constants.legend().iter().map(entry).collect()
+}
+
+/// The table of constants.
+fn groups(program: &Program, constants: &Constants, real: Real) -> Vec<Group> {
+    let line = |Constant { name, value, .. }: &Constant| {
+        format!("static const real {name} = {};", constant(real, *value))
+    };
+    let group = |group: constants::Group<'_>| Group {
+        heading: group.heading(&program.interface.nodes),
+        lines: group.constants.iter().map(line).collect(),
+    };
+    constants.groups().map(group).collect()
 }
 
 /// A number of the module's type.

@@ -77,7 +77,7 @@ pub fn source_with(
     let mut context = description::of(program, real);
     context.insert("header_name", header_name);
     context.insert("offered", &offered::offered(program, "real"));
-    body::insert(&mut context, program, real);
+    body::insert(&mut context, program, real, &header(program, real));
     algorithms::insert(&mut context, program, real, constants);
     render(lamc_templates::C_SOURCE, &context)
 }

@@ -9,10 +9,12 @@ use quote::{format_ident, quote};
 
 use super::ScalarChoice;
 use super::items::{FieldNames, Syntax, number};
+use crate::backend::constants::{Constant, Constants};
 use crate::backend::identifiers::reserved;
 use crate::backend::literal::digits;
 use crate::backend::statements::{Expression, Infix, SineCosine, Statement, Stretch, statements};
 use crate::backend::text::wrap;
+use crate::kane::Quantity;
 use crate::program::{Argument, Function, Part, Parts, Program, Shape, Slot};
 
 /// What bodies call besides their arguments: the conversion of constants, the fused product, the
@@ -36,6 +38,7 @@ pub struct Bodies<'a> {
     scalar: ScalarChoice,
     syntax: &'a Syntax,
     fields: &'a FieldNames,
+    constants: Constants,
     texts: Vec<String>,
     parts: TokenStream,
 }
@@ -48,7 +51,16 @@ impl<'a> Bodies<'a> {
         syntax: &'a Syntax,
         fields: &'a FieldNames,
     ) -> Self {
-        Self { program, scalar, syntax, fields, texts: Vec::new(), parts: TokenStream::new() }
+        let constants = Constants::of(program, &program.functions, &[]);
+        Self {
+            program,
+            scalar,
+            syntax,
+            fields,
+            constants,
+            texts: Vec::new(),
+            parts: TokenStream::new(),
+        }
     }
 
     /// What assigns every output of `function` to the array of its name; what the function reads
@@ -56,7 +68,7 @@ impl<'a> Bodies<'a> {
     pub fn write(&mut self, function: &Function) -> TokenStream {
         let parts = parts(function);
         let reserved = reserved(function.kind.signature(), HELPERS);
-        let stretches = statements(self.program, function, &parts, &reserved);
+        let stretches = statements(self.program, &self.constants, function, &parts, &reserved);
         if let [stretch] = &stretches[..] {
             return self.text(stretch);
         }
@@ -122,6 +134,40 @@ impl<'a> Bodies<'a> {
         Some((format_ident!("{}", argument.name()), ty))
     }
 
+    /// The table of constants, as a module.
+    pub fn table(&mut self) -> TokenStream {
+        let ty = if self.scalar == ScalarChoice::F32 { "f32" } else { "f64" };
+        let mut lines = Vec::new();
+        for group in self.constants.groups() {
+            lines.push(format!("    // {}", group.heading(&self.program.interface.nodes)));
+            for Constant { name, value, .. } in group.constants {
+                let number = literal(self.scalar, *value);
+                lines.push(format!("    pub const {name}: {ty} = {number};"));
+            }
+        }
+        if lines.is_empty() {
+            return TokenStream::new();
+        }
+        self.texts.push(lines.join("\n"));
+        let index = number(self.texts.len() - 1);
+        let legend = self.constants.legend().iter().map(|Quantity { name, meaning }| {
+            format!(" - `{}_..`: {meaning}", name.to_ascii_uppercase())
+        });
+        quote! {
+            /// Numbers of the model in SI units, without their signs:
+            ///
+            #(#[doc = #legend])*
+            #[allow(
+                clippy::approx_constant, clippy::excessive_precision,
+                reason = "numbers of the drawing"
+            )]
+            mod constants {
+                __body!(#index);
+            }
+            use constants::*;
+        }
+    }
+
     /// What stands for a text among tokens.
     fn text(&mut self, stretch: &Stretch) -> TokenStream {
         let mut lines = Vec::new();
@@ -172,6 +218,7 @@ impl<'a> Bodies<'a> {
     fn expression(&self, expression: &Expression) -> String {
         match expression {
             Expression::Constant(number) => constant_text(self.scalar, *number),
+            Expression::Number { name, negative } => named(self.scalar, name, *negative),
             Expression::Load(slot) => self.load(*slot),
             Expression::Name(name) => name.clone(),
             Expression::Parenthesised(x) if fused(x).is_some() => self.expression(x),
@@ -180,7 +227,12 @@ impl<'a> Bodies<'a> {
             Expression::Infix(x, operator, y) => match fused(expression) {
                 Some(Fused { negative, factors: [a, b], sum, less }) => {
                     // The sign of a number is free.
-                    let [a, b] = if matches!(b, Expression::Constant(_)) { [b, a] } else { [a, b] };
+                    let [a, b] = if matches!(b, Expression::Constant(_) | Expression::Number { .. })
+                    {
+                        [b, a]
+                    } else {
+                        [a, b]
+                    };
                     let (a, b) = (self.signed(a, negative), self.signed(b, false));
                     let sum = self.signed(sum, less);
                     format!("mul_add({a}, {b}, {sum})")
@@ -202,6 +254,7 @@ impl<'a> Bodies<'a> {
         match bare(expression) {
             x if !negative => self.expression(x),
             Expression::Constant(number) => constant_text(self.scalar, -number),
+            Expression::Number { name, negative } => named(self.scalar, name, !negative),
             Expression::Negated(x) => self.expression(bare(x)),
             x @ Expression::Infix(_, Infix::Add | Infix::Sub, _) if fused(x).is_none() => {
                 format!("-({})", self.expression(x))
@@ -278,19 +331,33 @@ pub fn constant(scalar: ScalarChoice, number: f64) -> TokenStream {
     text.parse().unwrap_or_else(|error| unreachable!("{text} is no number: {error}"))
 }
 
+/// A constant of the table, or less that.
+fn named(scalar: ScalarChoice, name: &str, negative: bool) -> String {
+    let sign = if negative { "-" } else { "" };
+    match scalar {
+        ScalarChoice::Generic => format!("c({sign}{name})"),
+        _ => format!("{sign}{name}"),
+    }
+}
+
 fn constant_text(scalar: ScalarChoice, number: f64) -> String {
+    let literal = literal(scalar, number);
+    match scalar {
+        ScalarChoice::Generic => format!("c({literal})"),
+        ScalarChoice::F32 if !number.is_finite() => format!("{literal} as f32"),
+        _ => literal,
+    }
+}
+
+/// A number as Rust writes it.
+fn literal(scalar: ScalarChoice, number: f64) -> String {
     let sign = if number.is_sign_negative() { "-" } else { "" };
-    let literal = match number {
+    match number {
         _ if number.is_nan() => "f64::NAN".to_owned(),
         _ if number.is_infinite() && number > 0.0 => "f64::INFINITY".to_owned(),
         _ if number.is_infinite() => "f64::NEG_INFINITY".to_owned(),
         _ if scalar == ScalarChoice::F32 => format!("{sign}{}", digits(number.abs() as f32)),
         _ => format!("{sign}{}", digits(number.abs())),
-    };
-    match scalar {
-        ScalarChoice::Generic => format!("c({literal})"),
-        ScalarChoice::F32 if !number.is_finite() => format!("{literal} as f32"),
-        _ => literal,
     }
 }
 

@@ -83,7 +83,7 @@ pub fn module(program: &Program, options: &Options) -> (TokenStream, Vec<String>
     let syntax = Syntax::of(choice);
     let fields = FieldNames::of(program);
     let mut bodies = Bodies::new(program, choice, &syntax, &fields);
-    let constants = constants(program);
+    let sizes = sizes(program);
     let layout = if options.extern_c { quote!(#[repr(C)]) } else { quote!() };
     let parameters = parameters(program, choice, &syntax, &fields, &layout);
     let inputs = inputs(program, choice, &syntax, &fields, &layout);
@@ -94,10 +94,11 @@ pub fn module(program: &Program, options: &Options) -> (TokenStream, Vec<String>
     let straight_line = straight_line(program, &syntax, &mut bodies);
     let batch = batch(program, choice, &fields);
     let exports = if options.extern_c { exports(program, options, &syntax) } else { quote!() };
+    let table = bodies.table();
     let (parts, texts) = bodies.finish();
     let parts = parts_of(program, &syntax, &parts);
     let tokens = quote! {
-        #constants #names #parameters #inputs #model #methods #mechanism #straight_line #parts #batch #exports
+        #sizes #names #table #parameters #inputs #model #methods #mechanism #straight_line #parts #batch #exports
     };
     (tokens, texts)
 }
@@ -107,7 +108,7 @@ pub fn number(value: usize) -> Literal {
     Literal::usize_unsuffixed(value)
 }
 
-fn constants(program: &Program) -> TokenStream {
+fn sizes(program: &Program) -> TokenStream {
     let interface = &program.interface;
     let (n, rows) = (number(interface.joints.len()), number(interface.rows));
     let (loops, bodies) = (number(interface.loops.len()), number(interface.bodies.len()));
