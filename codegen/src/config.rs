@@ -7,7 +7,7 @@
 //! }
 //! ```
 //!
-//! writes `$OUT_DIR/sixbar.rs`, to be included where it is wanted:
+//! writes `$OUT_DIR/sixbar.rs`, which the crate includes:
 //!
 //! ```text
 //! mod sixbar {
@@ -25,7 +25,7 @@ use crate::pipeline::{self, CompileError};
 use crate::program::{Selection, UnknownFunction};
 use crate::source::{Diagnostics, ReadError, Severity, SourceFile, Span, Spanned, Tunable};
 
-/// How to compile models in a build script.
+/// Options for compiling models in a build script.
 #[derive(Clone, Debug, Default)]
 pub struct Config {
     precision: Precision,
@@ -39,30 +39,31 @@ pub struct Config {
 
 /// Why a model could not be compiled in a build script.
 ///
-/// Cargo shows the `Debug` form of what `main` of a build script returns: it is the same report.
+/// Cargo prints the `Debug` form of the error that `main` of a build script returns, so it is the same report as
+/// that of `Display`.
 #[derive(thiserror::Error)]
 pub enum BuildError {
     /// The model cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// The model is wrong: its diagnostics, with lines and columns.
+    /// The model has errors: the diagnostics, with lines and columns.
     #[error("{0}")]
     Model(String),
     /// The model cannot be compiled.
     #[error("{0}")]
     Compile(String),
-    /// No folder was given, and there is no `OUT_DIR`.
+    /// No folder was given, and `OUT_DIR` is not set.
     #[error("OUT_DIR is not set: call this from a build script, or set `out_dir`")]
     NoFolder,
     /// No function has a name that was given to [`Config::functions`].
     #[error(transparent)]
     Function(#[from] UnknownFunction),
-    /// The module cannot be written.
+    /// The module could not be written.
     #[error("cannot write {path}: {error}")]
     Write {
         /// The module.
         path: PathBuf,
-        /// The error of the system.
+        /// The error of the operating system.
         error: io::Error,
     },
 }
@@ -74,7 +75,7 @@ impl fmt::Debug for BuildError {
 }
 
 impl Config {
-    /// Modules generic over the number type, in `OUT_DIR`.
+    /// The default options: modules generic over the number type, in `OUT_DIR`.
     pub fn new() -> Self {
         Self::default()
     }
@@ -86,34 +87,34 @@ impl Config {
         self
     }
 
-    /// Where to write, instead of cargo's `OUT_DIR`.
+    /// Writes to this folder instead of cargo's `OUT_DIR`.
     #[must_use]
     pub fn out_dir(mut self, folder: impl Into<PathBuf>) -> Self {
         self.out_dir = Some(folder.into());
         self
     }
 
-    /// Makes these constants of every joint (body) parameters, as `tunable` in the model does.
+    /// Turns these constants of every joint (body) into parameters, as `tunable` in the model does.
     #[must_use]
     pub fn tunable(mut self, tunable: impl IntoIterator<Item = Tunable>) -> Self {
         self.tunable.extend(tunable);
         self
     }
 
-    /// Lets the modules export the functions of their C header (`lamc MODEL --header FILE`), which
-    /// is written beside each.
+    /// Makes the modules export the functions of their C header (`lamc MODEL --header FILE`), which
+    /// is written next to each module.
     #[must_use]
     pub fn extern_c(mut self, extern_c: bool) -> Self {
         self.extern_c = extern_c;
         self
     }
 
-    /// Which functions the modules have beside those that every motion needs: `poses`, `points`, `energy`,
-    /// `reactions`, `tangent`, `acceleration`, `projection`, `jacobian`; `all`; `none`. The default is all
+    /// Chooses the functions that the modules contain besides those that every motion needs: `poses`, `points`,
+    /// `energy`, `reactions`, `tangent`, `acceleration`, `projection`, `jacobian`; `all`; `none`. The default is all
     /// but `jacobian`, which is longer than the rest of a module.
     ///
-    /// Without `acceleration` or `projection`, the runtime solves by its own algorithms and needs more
-    /// time. Without `tangent`, nothing that needs derivatives works: Rosenbrock's method, equilibria, the
+    /// Without `acceleration` or `projection`, the runtime uses its own algorithms, which take more
+    /// time. Without `tangent`, nothing works that needs derivatives: Rosenbrock's method, equilibria, the
     /// Jacobian.
     #[must_use]
     pub fn functions<N: Into<String>>(mut self, names: impl IntoIterator<Item = N>) -> Self {
@@ -121,8 +122,8 @@ impl Config {
         self
     }
 
-    /// Cuts loops at these joints, where otherwise a breadth-first walk from the ground first closes
-    /// them. It changes how many operations the equations take (see the module's header), not the
+    /// Cuts loops at these joints. By default a loop is cut where a breadth-first search from the ground first closes
+    /// it. It changes how many operations the equations take (see the module's header), not the
     /// motion.
     #[must_use]
     pub fn cut<N: Into<String>>(mut self, joints: impl IntoIterator<Item = N>) -> Self {
@@ -130,7 +131,7 @@ impl Config {
         self
     }
 
-    /// Compiles models with up to this many hinges, instead of
+    /// Accepts models with up to this many hinges, instead of
     /// [`MAX_HINGES`](crate::source::MAX_HINGES): memory and time grow as the square of the number.
     #[must_use]
     pub fn max_hinges(mut self, most: usize) -> Self {
@@ -138,11 +139,11 @@ impl Config {
         self
     }
 
-    /// Compiles a model to a module named after its file; returns where it is. Tells cargo to run
-    /// the build script again when the model changes, and of the model's warnings.
+    /// Compiles a model to a module named after its file, and returns the path of the module. Cargo is told to run
+    /// the build script again when the model changes, and shows the model's warnings.
     ///
     /// # Errors
-    /// [`BuildError`]; nothing is written then.
+    /// [`BuildError`]; nothing is written in that case.
     pub fn compile(&self, model: impl AsRef<Path>) -> Result<PathBuf, BuildError> {
         let model = model.as_ref();
         println!("cargo:rerun-if-changed={}", model.display());
@@ -160,7 +161,7 @@ impl Config {
             CompileError::Model(problems) => BuildError::Model(problems.render(&file, false)),
             other => BuildError::Compile(other.to_string()),
         })?;
-        // Cargo knows warnings only: what need not be acted on is left to the command line.
+        // Cargo shows warnings only. Notes, which need no action, appear on the command line of `lamc`.
         let warnings = compiled.warnings.0.iter().filter(|d| d.severity == Severity::Warning);
         for line in Diagnostics(warnings.cloned().collect()).render(&file, false).lines() {
             println!("cargo:warning={line}");
@@ -198,7 +199,7 @@ impl Config {
     /// As [`compile`](Self::compile), for several models.
     ///
     /// # Errors
-    /// The first model's that fails.
+    /// The error of the first model that fails; the models before it have been written.
     pub fn compile_all<P: AsRef<Path>>(
         &self,
         models: impl IntoIterator<Item = P>,

@@ -1,4 +1,4 @@
-//! The way through the house: every stage, in order.
+//! The pipeline: every stage of the compiler, in order.
 
 use crate::backend::c::{self, Real};
 use crate::backend::fmu::{self, Version};
@@ -15,10 +15,10 @@ use crate::topology::{self, Topology};
 /// Why a model could not be compiled.
 #[derive(Debug, thiserror::Error)]
 pub enum CompileError {
-    /// The model is wrong.
+    /// The model has errors.
     #[error("{0}")]
     Model(Diagnostics),
-    /// A change asks for a joint or force that the model has not.
+    /// A change names a joint or force that the model does not have.
     #[error(transparent)]
     Edit(#[from] EditError),
     /// A number of the model is too large for the number type.
@@ -44,20 +44,20 @@ impl From<DeriveError> for CompileError {
     }
 }
 
-/// A model compiled to a program, with what was noticed on the way.
+/// A model compiled to a program, with the warnings of all stages.
 #[derive(Clone, Debug)]
 pub struct Compiled {
     /// The mechanism with its tree and loops.
     pub topology: Topology,
     /// Its equations as straight-line code.
     pub program: Program,
-    /// Units of numbers on a command line.
+    /// Units of numbers that are given on a command line.
     pub numbers: Numbers,
     /// Warnings of every stage, in the order of the stages.
     pub warnings: Diagnostics,
 }
 
-/// Stages that take long for large models.
+/// Stages that take a long time for large models.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     /// Tree, loops and mobility.
@@ -68,10 +68,10 @@ pub enum Stage {
     Program,
 }
 
-/// As [`compile`], after a change of the model as read.
+/// As [`compile`], after a change of the model that was read.
 ///
 /// # Errors
-/// As [`compile`]; [`CompileError::Edit`] when the change asks for something there is not.
+/// As [`compile`]; [`CompileError::Edit`] if the change names something that does not exist.
 pub fn compile_edited(
     file: &SourceFile,
     edit: impl FnOnce(&mut SourceModel) -> Result<(), EditError>,
@@ -79,7 +79,7 @@ pub fn compile_edited(
     compile_watched(file, edit, |_, _| ())
 }
 
-/// As [`compile_edited`]; `enter` is called with each stage before it begins and the number of
+/// As [`compile_edited`]; `enter` is called before each stage, with the stage and the number of
 /// joints.
 ///
 /// # Errors
@@ -102,15 +102,15 @@ pub fn compile_watched(
     Ok(Compiled { topology: equations.topology, program, numbers: model.numbers(), warnings })
 }
 
-/// Compiles a model as far as its program: every stage but the backend.
+/// Compiles a model to a program: every stage except the backend.
 ///
 /// # Errors
-/// Everything wrong with the model that one stage could see, together.
+/// All errors of the model that the first stage that fails found, together.
 pub fn compile(file: &SourceFile) -> Result<Compiled, CompileError> {
     compile_edited(file, |_| Ok(()))
 }
 
-/// The stages before the algebra: source, laminate, topology.
+/// Runs the stages before the algebra: source, laminate, topology.
 ///
 /// # Errors
 /// As [`compile`].
@@ -120,7 +120,7 @@ pub fn analyse(file: &SourceFile) -> Result<(Topology, Diagnostics), Diagnostics
     analysed(&model, warnings)
 }
 
-/// The stages between: laminate and topology.
+/// Runs the stages `laminate` and `topology`.
 fn analysed(
     model: &SourceModel,
     found: Diagnostics,
@@ -134,7 +134,7 @@ fn analysed(
     Ok((topology, Diagnostics(warnings)))
 }
 
-/// Refuses models whose equations would take more memory or time than anybody meant to spend.
+/// Refuses models whose equations would take more memory or time than the user expects.
 fn refuse_too_many_hinges(model: &SourceModel) -> Result<(), Diagnostics> {
     let (most, there) = (model.max_hinges, model.joints.len());
     let Some(first) = model.joints.get(most) else { return Ok(()) };
@@ -148,7 +148,7 @@ fn refuse_too_many_hinges(model: &SourceModel) -> Result<(), Diagnostics> {
     Err(problem.into())
 }
 
-/// The Rust module of a compiled model.
+/// Writes the Rust module of a compiled model.
 ///
 /// # Errors
 /// [`CompileError::OutOfRange`].
@@ -159,12 +159,12 @@ pub fn rust_module(compiled: &Compiled, options: &rust::Options) -> Result<Strin
     Ok(rust::write(&compiled.program, options))
 }
 
-/// The header of the C module, or of a Rust module that exports its functions.
+/// Writes the header of the C module, or of a Rust module that exports the same functions.
 pub fn c_header(compiled: &Compiled, real: Real) -> String {
     c::header(&compiled.program, real)
 }
 
-/// The C module of a compiled model, which includes its header by this name.
+/// Writes the C module of a compiled model, which includes its header by this name.
 ///
 /// # Errors
 /// [`CompileError::OutOfRange`].
@@ -179,7 +179,7 @@ pub fn c_source(
     Ok(c::source(&compiled.program, real, header_name))
 }
 
-/// Python around the C module, whose source and header lie beside it under these names.
+/// Writes the Python wrapper of the C module, whose source and header have these names in the same folder.
 pub fn python_module(
     compiled: &Compiled,
     real: Real,
@@ -189,12 +189,12 @@ pub fn python_module(
     python::write(&compiled.program, real, source_name, header_name)
 }
 
-/// The files of a source FMU, each with its path in the archive and its text.
+/// Writes the files of a source FMU: for each, its path in the archive and its text.
 pub fn fmu_files(compiled: &Compiled, version: Version) -> Vec<(String, String)> {
     fmu::files(&compiled.program, version)
 }
 
-/// Whether every finite constant is finite in single precision too.
+/// Checks that every finite constant is also finite in single precision.
 fn fits_single(program: &Program) -> Result<(), CompileError> {
     let instructions = program.functions.iter().flat_map(|function| &function.instructions);
     let constants = instructions.filter_map(|instruction| match instruction.op {

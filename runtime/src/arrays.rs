@@ -1,10 +1,10 @@
-//! Results of a mechanism whose sizes are constants, as arrays.
+//! Results as arrays, for mechanisms whose sizes are constants.
 
 use crate::jacobian::{JacobianMut, jacobian as write_jacobian};
 use crate::plumbing::{Balance, exactly};
 use crate::{Arithmetic, Error, Mechanism, acceleration_and_forces};
 
-/// M du/dt = f + J^T lambda, J du/dt = -gamma at a state.
+/// The equations of motion at a state: M du/dt = f + J^T lambda, J du/dt = -gamma.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Equations<S, const NU: usize, const C: usize> {
     /// M, kg m^2.
@@ -17,12 +17,12 @@ pub struct Equations<S, const NU: usize, const C: usize> {
     pub gamma: [S; C],
 }
 
-/// What holds the constraints at a state of J joints.
+/// The acceleration and the constraint forces at a state, for J joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Forces<S, const NU: usize, const C: usize, const J: usize> {
     /// du/dt, rad/s^2.
     pub acceleration: [S; NU],
-    /// lambda, N: J^T lambda acts on the coordinates. Of redundant rows the smallest that does.
+    /// lambda, N: J^T lambda acts on the coordinates. If rows are redundant, the smallest lambda with this effect.
     pub closure: [S; C],
     /// Torque of each driven joint's motor on its second body, N m; 0 for other joints.
     pub motor: [S; J],
@@ -43,7 +43,7 @@ pub struct Jacobian<S, const NU: usize> {
     pub dt: [S; NU],
 }
 
-/// All R = 9 L closure equations, nine of every loop.
+/// All R = 9 L closure equations, nine for every loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Closure<S, const NU: usize, const R: usize> {
     /// Residuals, m.
@@ -52,7 +52,7 @@ pub struct Closure<S, const NU: usize, const R: usize> {
     pub jacobian: [[S; NU]; R],
 }
 
-/// What holds the constraints: see [`acceleration_and_forces`].
+/// The acceleration and the constraint forces: see [`acceleration_and_forces`].
 ///
 /// # Errors
 ///
@@ -70,7 +70,7 @@ pub fn forces<M: Mechanism, const NU: usize, const C: usize, const J: usize>(
         motor: [zero; J],
         reactions: [[zero; 6]; J],
     };
-    // The multipliers of the closure and of the drives need less room than a workspace.
+    // The multipliers of the closure and of the drives need less storage than a workspace.
     let mut storage = mechanism.workspace();
     let lambda = storage.as_mut();
     forces.motor = solve_forces(mechanism, (t, q, u), &mut forces.acceleration, lambda)?;
@@ -96,8 +96,8 @@ pub fn motor_torques<M: Mechanism, const J: usize>(
     solve_forces(mechanism, (t, q, u), acceleration.as_mut(), lambda.as_mut())
 }
 
-/// du/dt, the multipliers of the closure and of the drives at the beginning of `lambda`, and the motors'
-/// torques.
+/// Writes du/dt, and the multipliers of the closure and of the drives to the beginning of `lambda`; returns the
+/// torques of the motors.
 fn solve_forces<M: Mechanism, const J: usize>(
     mechanism: &M,
     (t, q, u): (M::Scalar, &M::Coordinates, &M::Speeds),

@@ -1,11 +1,11 @@
-//! Mechanisms that are another mechanism but for its driven joints.
+//! Mechanisms that forward to another mechanism and may add driven joints.
 
 use crate::plumbing::{
     Balance, Change, Dimensions, Drive, EquationsMut, JacobianMut, Margin, ProjectionMut,
 };
 use crate::{Energy, Error, Mechanism, StateOf};
 
-/// A mechanism that answers as another does, and may have more driven joints.
+/// A mechanism that forwards to another one, and may have additional driven joints.
 pub trait Delegate {
     /// The other mechanism.
     type Inner: Mechanism;
@@ -13,12 +13,12 @@ pub trait Delegate {
     /// The other mechanism.
     fn inner(&self) -> &Self::Inner;
 
-    /// Its driven joints, and more.
+    /// The number of driven joints: those of the other mechanism and the additional ones.
     fn drive_count(&self) -> usize {
         self.inner().dimensions().drives
     }
 
-    /// Shows each driven joint.
+    /// Calls `visit` with each driven joint.
     fn visit_drives(
         &self,
         t: <Self::Inner as Mechanism>::Scalar,

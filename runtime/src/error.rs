@@ -1,9 +1,9 @@
-//! What can go wrong: a small enum that names the joint or the loop.
+//! The errors of the algorithms: a small enum that names the joint or the loop.
 
 use core::fmt;
 
-/// Why an algorithm stopped. Indices are those of q and of the loops; numbers are those of a message, in
-/// `f32` whatever the mechanism computes with.
+/// Why an algorithm stopped. Indices are those of q and of the loops. Numbers serve the message only and are `f32`,
+/// whatever the number type of the mechanism is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -15,7 +15,7 @@ pub enum Error {
         /// Numbers given.
         given: usize,
     },
-    /// A vector has not the length that belongs to the mechanism.
+    /// A vector does not have the length that the mechanism requires.
     Length {
         /// Entries expected.
         expected: usize,
@@ -24,7 +24,7 @@ pub enum Error {
     },
     /// The module of the mechanism was written without this function.
     LeftOut {
-        /// As in `lamc --functions`.
+        /// Its name, as in `lamc --functions`.
         function: &'static str,
     },
     /// The mass matrix is not positive definite at this joint.
@@ -34,7 +34,7 @@ pub enum Error {
     },
     /// A coordinate, speed, force or acceleration is infinite or not a number.
     NotFinite {
-        /// First joint concerned.
+        /// The first joint with such a value.
         joint: usize,
     },
     /// A loop cannot be closed.
@@ -46,19 +46,19 @@ pub enum Error {
         /// A joint that ran into its limit.
         joint: Option<usize>,
     },
-    /// A driven joint cannot be where it should be: the loops do not let it.
+    /// A driven joint cannot reach its prescribed angle, because the loops prevent it.
     NotDriven {
         /// The joint.
         joint: usize,
     },
     /// No state of rest was found.
     NoEquilibrium {
-        /// Largest generalised force left, N m.
+        /// The largest generalised force that remains, N m.
         force: f32,
     },
-    /// The adaptive step fell below the least one: the motion is too stiff or breaks off here.
+    /// The adaptive step fell below the shortest one allowed: the motion is too stiff, or cannot continue here.
     StepTooSmall {
-        /// Time reached, s: seven digits of that of the state.
+        /// The time that was reached, s, to seven digits.
         t: f32,
     },
     /// A step or an end time is not a finite number, or a step is not positive.

@@ -23,19 +23,19 @@ use lamc_workbench::verify::{Values, solve, tree_mass_matrix};
 const PUBLISHED: [&str; 4] =
     ["paper_pendulum", "paper_triple_pendulum", "paper_fourbar", "paper_sixbar"];
 const DRAWINGS: [&str; 4] = ["drawn_pendulum", "drawn_fourbar", "drawn_sixbar", "drawn_sarrus"];
-/// States of each drawing.
+/// The number of states of each drawing.
 const STATES: usize = 12;
 
-/// A mechanism with what is known about it.
+/// A mechanism with its reference values.
 #[derive(Debug)]
 pub struct Design {
     /// The file's name without its extension.
     pub name: &'static str,
     /// The model or drawing.
     pub path: PathBuf,
-    /// Result of lamc.
+    /// The result of lamc.
     pub compiled: Compiled,
-    /// Results of other programs.
+    /// The results of other programs.
     pub reference: Reference,
 }
 
@@ -47,7 +47,7 @@ pub fn published() -> impl Iterator<Item = Design> {
 /// A published mechanism.
 ///
 /// # Panics
-/// When there is none of this name.
+/// If there is none with this name.
 pub fn published_design(name: &str) -> Design {
     published().find(|design| design.name == name).expect("a published mechanism's name")
 }
@@ -61,7 +61,7 @@ pub fn drawings() -> impl Iterator<Item = Design> {
     })
 }
 
-/// All of them.
+/// All published mechanisms and drawings.
 pub fn designs() -> impl Iterator<Item = Design> {
     published().chain(drawings())
 }
@@ -83,7 +83,7 @@ impl Design {
             let state = closed_state(&system, &mut random);
             let values = Values { q: state.q, u: state.u, ..Values::default() };
             let solution = solve(&mechanism, &values).expect("bodies have inertia");
-            // lamc closed the state; that it is closed is for the other side to say.
+            // lamc closed the state; the independent formulation checks that it is closed.
             assert!(solution.open_by < 1e-10, "{}: open by {:e}", self.name, solution.open_by);
             let slip = solution.speed_mismatch;
             assert!(slip < 1e-9, "{}: speeds differ by {slip:e}", self.name);
@@ -179,12 +179,12 @@ impl Reference {
     /// The motion of a published mechanism.
     ///
     /// # Panics
-    /// Of a drawing, which has none.
+    /// If the mechanism is a drawing, which has no motion.
     pub fn trajectory(&self) -> &Trajectory {
         self.trajectory.as_ref().expect("published mechanisms have a trajectory")
     }
 
-    /// The mechanism made of the reference's own bodies and joints, past every stage of lamc.
+    /// The mechanism made directly of the bodies and joints of the reference, without the stages of lamc.
     pub fn mechanism(&self) -> Mechanism {
         let body = |name: &str| {
             BodyId(self.bodies.iter().position(|body| body.name == name).expect("a known body"))

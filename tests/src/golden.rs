@@ -12,7 +12,7 @@ use similar::TextDiff;
 /// file first.
 ///
 /// # Panics
-/// When the file cannot be written.
+/// If the file cannot be written.
 pub fn is_pinned(path: &Path, text: &str) -> bool {
     let pinned = fs::read_to_string(path).unwrap_or_default();
     if pinned == text {
@@ -27,10 +27,10 @@ pub fn is_pinned(path: &Path, text: &str) -> bool {
     blesses
 }
 
-/// Fails, with the difference printed, unless the text is the one pinned in the file.
+/// Fails and prints the difference if the text is not the one that the file pins.
 ///
 /// # Panics
-/// When it is not.
+/// If the texts differ.
 pub fn assert_pinned(path: &Path, text: &str) {
     let pinned = is_pinned(path, text);
     assert!(pinned, "{} differs; `cargo xtask bless` rewrites it", path.display());

@@ -18,16 +18,16 @@ pub struct Hinge {
     pub z: f64,
 }
 
-/// A linkage and what is known of it.
+/// A linkage with its known rank and mobility.
 #[derive(Clone, Debug)]
 pub struct Linkage {
     /// An identifier.
     pub name: &'static str,
     /// In the order of the coordinates.
     pub hinges: Vec<Hinge>,
-    /// Corners of the bodies' plates, where they are given.
+    /// The corners of the bodies' plates, if they are given.
     pub outlines: Vec<Vec<[f64; 2]>>,
-    /// A folded configuration to start from, rad; zeros where any will do.
+    /// A folded configuration to start from, rad; zeros if any configuration will do.
     pub folded: Vec<f64>,
     /// Generic rank of all closure equations.
     pub rank: usize,
@@ -163,7 +163,7 @@ pub fn sarrus() -> Linkage {
             hinges.push(ray(bodies, (from, angle, 0.0)));
         }
     }
-    // The other ways it folds turn a leg about itself and have two freedoms.
+    // In the other branches a leg turns about itself, and there are two degrees of freedom.
     let folded = [0.5, -1.0, 0.5, 0.6, -1.1, 0.5].to_vec();
     Linkage { folded, ..Linkage::new("sarrus", hinges, 5) }
 }

@@ -1,4 +1,4 @@
-//! States next to the flat one whose accelerations are known from 60 digits (`tests/near_flat/`).
+//! States next to the flat one whose accelerations were computed with 60 digits (`tests/near_flat/`).
 
 use serde::Deserialize;
 

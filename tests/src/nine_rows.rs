@@ -1,5 +1,5 @@
-//! All nine closure rows of every loop, differentiated twice along a motion: a kinematics apart
-//! from lamc's, which knows of its answers the spanning tree and the three points only.
+//! All nine closure rows of every loop, differentiated twice along a motion: kinematics that are independent of
+//! lamc's and take only the spanning tree and the three points from it.
 //!
 //! A point x of the tip goes through the hinges of its chain one after the other, from the tip to
 //! the common ancestor. With R the turn by theta about e through c, w = x - c and theta' = omega
@@ -11,8 +11,8 @@
 //! x" <- R w" + 2 omega e x (R w') + omega^2 e x (e x (R w))
 //! ```
 //!
-//! so that along q + u s the residual r has r' = J u and r" = dJ/dt u = gamma: exact, nothing is
-//! differenced.
+//! so that along q + u s the residual r has r' = J u and r" = dJ/dt u = gamma. This is exact, without finite
+//! differences.
 
 use lamc::topology::{Loop, NodeId, Topology};
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Unit, Vector3};

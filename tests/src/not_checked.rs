@@ -1,5 +1,4 @@
-//! What a test does about a program that this machine does not have. The one answer of all tests; crates
-//! below this one include the file by its path.
+//! How all tests report a program that is not installed. Crates below this one include the file by its path.
 
 use std::process::Command;
 
@@ -12,7 +11,7 @@ pub fn not_checked(what: &str) {
     eprintln!("NOT CHECKED: {what}");
 }
 
-/// Whether a command succeeds here; where it does not, the check is reported as one that is left out.
+/// Returns whether a command succeeds here. If it does not, the check is reported as left out.
 ///
 /// # Panics
 /// As [`not_checked`].

@@ -1,4 +1,4 @@
-//! Generated modules in a package of their own, compiled by rustc, which answers questions about them.
+//! Generated modules in a package of their own. A program in this package evaluates them and prints results.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -116,7 +116,7 @@ opt-level = 1
 [workspace]
 "#;
 
-/// A package that is being put together, and the questions to it.
+/// A package that is being put together, and the questions for its program.
 #[derive(Debug)]
 pub struct Package {
     folder: TempDir,
@@ -132,7 +132,7 @@ impl Default for Package {
 }
 
 impl Package {
-    /// An empty one in a temporary folder.
+    /// Creates an empty package in a temporary folder.
     pub fn new() -> Self {
         let folder = tempfile::tempdir().unwrap_or_else(|error| panic!("{error}"));
         fs::create_dir_all(folder.path().join("src")).unwrap_or_else(|error| panic!("{error}"));
@@ -170,7 +170,7 @@ impl Package {
         self.questions.push('\n');
     }
 
-    /// Compiles the package, without a warning, and answers the questions in their order.
+    /// Compiles the package, which must cause no warning, and returns the answers to the questions in their order.
     pub fn answers(self) -> impl Iterator<Item = Vec<f64>> {
         let folder = self.folder.path();
         let runtime = workspace().join("runtime");
@@ -207,7 +207,7 @@ fn run(folder: &Path, questions: String) -> String {
         .stdout(Stdio::piped())
         .spawn()
         .unwrap_or_else(|error| panic!("{error}"));
-    // The answers are longer than a pipe holds: ask from another thread.
+    // The answers are longer than the buffer of a pipe, so another thread writes the questions.
     let mut stdin = child.stdin.take();
     let asker =
         thread::spawn(move || stdin.as_mut().map(|stdin| stdin.write_all(questions.as_bytes())));

@@ -13,12 +13,12 @@ use lamc_runtime::{Mechanism, State, assemble, project};
 
 pub use crate::uniform::Random;
 
-/// Parts of a random mechanism.
+/// The parts of a random mechanism.
 #[derive(Clone, Copy, Debug)]
 pub struct Recipe {
-    /// Plates that hang on no more than one hinge each.
+    /// The number of plates with one hinge each.
     pub branches: usize,
-    /// Closed loops.
+    /// The number of closed loops.
     pub loops: usize,
     /// Class of their hinge lines.
     pub lines: Lines,
@@ -27,11 +27,11 @@ pub struct Recipe {
 /// Class of the hinge lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lines {
-    /// Nothing.
+    /// They have nothing in common.
     Any,
-    /// Their direction.
+    /// They have the same direction.
     Parallel,
-    /// One point.
+    /// They meet in one point.
     Concurrent,
 }
 
@@ -45,7 +45,7 @@ impl Lines {
         }
     }
 
-    /// Independent closure equations of one loop.
+    /// The number of independent closure equations of one loop.
     pub fn rank(self) -> usize {
         if self == Self::Any { 6 } else { 3 }
     }
@@ -125,7 +125,7 @@ pub(crate) fn hinges(random: &mut Random, recipe: Recipe) -> Vec<Hinge> {
     let mut bodies = FIXED;
     let mut connect = |random: &mut Random, from: usize, to: usize, lines: Lines| {
         let (axis, z) = line(random, lines);
-        // Which body comes first says which way q counts, not where the tree grows.
+        // The order of the two bodies determines the sign of q, not the direction of the tree.
         let bodies = if random.chance(0.5) { [from, to] } else { [to, from] };
         hinges.push(Hinge { bodies, axis, z });
     };
@@ -145,13 +145,13 @@ pub(crate) fn hinges(random: &mut Random, recipe: Recipe) -> Vec<Hinge> {
         connect(random, last, to, recipe.lines);
     }
     for _ in 0..recipe.branches {
-        // Mostly onto one of the last few: long chains with side branches.
+        // Mostly one of the last few bodies, which makes long chains with side branches.
         let nearby = bodies.min(if random.chance(0.7) { 2 } else { bodies });
         let from = bodies - 1 - random.below(nearby);
         connect(random, from, bodies, Lines::Any);
         bodies += 1;
     }
-    // File order is the order of coordinates and decides which hinge closes a loop.
+    // The order in the file is the order of the coordinates, and decides which hinge closes a loop.
     for i in (1..hinges.len()).rev() {
         hinges.swap(i, random.below(i + 1));
     }
@@ -328,7 +328,7 @@ impl Writer {
 /// The model with its first joint driven by time, a parameter and an input.
 ///
 /// # Panics
-/// When the model has no joint `j0` with a torque.
+/// If the model has no joint `j0` with a torque.
 pub fn driven(text: &str) -> String {
     let (mut lines, mut done) = (Vec::new(), false);
     for line in text.lines() {
@@ -345,10 +345,10 @@ pub fn driven(text: &str) -> String {
     lines.join("\n") + "\n"
 }
 
-/// Some closed configuration with speeds that the loops allow.
+/// A random closed configuration with speeds that the loops allow.
 ///
 /// # Panics
-/// When thirty guesses lead to none.
+/// If none of thirty guesses leads to one.
 pub fn closed_state(system: &Interpreter, random: &mut Random) -> State<Vec<f64>, f64> {
     let n = system.dimensions().coordinates;
     let mut workspace = system.workspace();

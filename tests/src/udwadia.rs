@@ -35,7 +35,7 @@ pub struct Equations {
     pub gamma: DVector<f64>,
 }
 
-/// What they say.
+/// The solution of the equations.
 #[derive(Clone, Debug)]
 pub struct Constrained {
     /// The equations.
@@ -58,7 +58,7 @@ pub struct Constrained {
     pub directions: DMatrix<f64>,
     /// S^T, rank x rank: triangular.
     pub triangle: DMatrix<f64>,
-    /// Columns: an orthonormal basis of those of L^-1 V.
+    /// An orthonormal basis of the columns of L^-1 V.
     pub weighted: DMatrix<f64>,
     /// p.
     pub particular: DVector<f64>,
@@ -71,7 +71,7 @@ impl Equations {
     ///
     /// # Panics
     ///
-    /// When M is not positive definite or the singular values of J are not those of its factors.
+    /// If M is not positive definite, or the singular values of J are not those of its factors.
     pub fn solve(self, cut: f64) -> Constrained {
         let lower = Cholesky::new(self.mass.clone()).expect("a positive definite matrix").l();
         let free = lower.solve_lower_triangular(&self.forcing).expect("a regular factor");
@@ -81,7 +81,7 @@ impl Equations {
         let spectrum: Vec<f64> = values.iter().map(|value| value / largest).collect();
         let rank = spectrum.iter().filter(|&&value| value > cut).count();
 
-        // Once to the rows of J and back, in the order of their size: what is weak keeps its digits.
+        // Once to the rows of J and back, in the order of their size, so that weak directions keep their digits.
         let directions = self.jacobian.tr_mul(&left.columns(0, rank)).qr().q();
         let range = (&self.jacobian * directions).qr().q();
         let (directions, triangle) = self.jacobian.tr_mul(&range).qr().unpack();

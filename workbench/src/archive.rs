@@ -5,11 +5,11 @@ use std::io::{Cursor, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
-/// The bytes of a ZIP archive of files, each with its path in the archive and its text. Equal files
-/// give equal bytes: neither the time nor the machine goes into them.
+/// Returns the bytes of a ZIP archive; each file is given by its path in the archive and its text. Equal files
+/// give equal bytes, because the archive contains neither the time nor the machine.
 ///
 /// # Panics
-/// Where a path or a text has 4 GiB or more, or the archive 65,536 files or more: such archives need
+/// If a path or a text has 4 GiB or more, or if there are 65,536 files or more: such archives need
 /// another format.
 pub fn pack(files: &[(String, String)]) -> Vec<u8> {
     match try_pack(files) {

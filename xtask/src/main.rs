@@ -7,8 +7,8 @@ use std::env;
 use std::path::Path;
 use std::process::{Command, ExitCode};
 
-/// A task by its name, its description, and its commands: words without blanks. Words before the
-/// program set environment variables.
+/// The name of a task, its description, and its commands. The words of a command are separated by blanks; words
+/// before the program set environment variables.
 type Task = (&'static str, &'static str, &'static [&'static str]);
 
 const TASKS: [Task; 6] = [
@@ -66,7 +66,7 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Runs a command in the workspace's folder; whether it succeeded.
+/// Runs a command in the folder of the workspace, and returns whether it succeeded.
 fn run(command: &str, further: &[String]) -> bool {
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let mut words = command.split(' ').peekable();

@@ -1,5 +1,5 @@
-//! A program with values for its parameters and inputs: a mechanism the runtime can integrate
-//! without a Rust compiler, whatever runs the functions.
+//! A program with values for its parameters and inputs: a mechanism that the runtime can integrate
+//! without a Rust compiler. An [`Engine`] evaluates its functions.
 
 use lamc_runtime::plumbing::{
     Balance, Dimensions, Drive, EquationsMut, Margin, ProjectionMut, workspace_len,
@@ -9,12 +9,12 @@ use lamc_runtime::{Change, Energy, Error, JacobianMut, Mechanism, StateOf};
 use super::ir::{Interface, Program, Slot};
 use super::signature::{Argument, FunctionKind};
 
-/// What evaluates the functions of a program.
+/// An interpreter or machine code: it evaluates the functions of a program.
 pub trait Engine: Sized {
     /// An engine for the functions of a program.
     fn new(program: &Program) -> Self;
 
-    /// Evaluates a function: `load` gives what it reads, `out` takes its outputs in order.
+    /// Evaluates a function: `load` returns the value of a slot that it reads, `out` receives its outputs in order.
     fn run(&self, kind: FunctionKind, load: impl Fn(Slot) -> f64, out: &mut [&mut [f64]]);
 }
 
@@ -23,7 +23,7 @@ pub trait Engine: Sized {
 #[error("no parameter or input is called `{0}`")]
 pub struct UnknownName(pub String);
 
-/// A program ready to be evaluated, at settable parameters and inputs.
+/// A program that can be evaluated, with parameters and inputs that can be set.
 #[derive(Clone, Debug)]
 pub struct Executable<E> {
     engine: E,
@@ -34,7 +34,7 @@ pub struct Executable<E> {
     inputs: Vec<f64>,
 }
 
-/// What a function is evaluated at; what it does not read may be empty.
+/// The arguments of a function; those that it does not read may be empty.
 #[derive(Clone, Copy, Default)]
 struct State<'a> {
     t: f64,
@@ -59,22 +59,22 @@ impl<E: Engine> Executable<E> {
         }
     }
 
-    /// What runs the functions.
+    /// The engine that evaluates the functions.
     pub fn engine(&self) -> &E {
         &self.engine
     }
 
-    /// What is known of the mechanism.
+    /// Data of the mechanism, such as its joints and bodies.
     pub fn interface(&self) -> &Interface {
         &self.interface
     }
 
-    /// The parameters in their order, SI.
+    /// The parameters, in the order of the model, SI.
     pub fn parameters(&self) -> &[f64] {
         &self.parameters
     }
 
-    /// The inputs in their order, SI.
+    /// The inputs, in the order of the model, SI.
     pub fn inputs(&self) -> &[f64] {
         &self.inputs
     }
@@ -82,7 +82,7 @@ impl<E: Engine> Executable<E> {
     /// Sets a parameter, SI.
     ///
     /// # Errors
-    /// When there is none of this name.
+    /// If there is none with this name.
     pub fn set_parameter(&mut self, name: &str, value: f64) -> Result<(), UnknownName> {
         let index = self.interface.parameters.iter().position(|p| p.name == name);
         let index = index.ok_or_else(|| UnknownName(name.to_owned()))?;
@@ -93,7 +93,7 @@ impl<E: Engine> Executable<E> {
     /// Sets an input, SI.
     ///
     /// # Errors
-    /// When there is none of this name.
+    /// If there is none with this name.
     pub fn set_input(&mut self, name: &str, value: f64) -> Result<(), UnknownName> {
         let index = self.interface.inputs.iter().position(|input| input == name);
         let index = index.ok_or_else(|| UnknownName(name.to_owned()))?;
@@ -107,7 +107,7 @@ impl<E: Engine> Executable<E> {
         (joint.initial_q, joint.initial_given) = (angle, true);
     }
 
-    /// Parameters and inputs go back to their defaults.
+    /// Resets parameters and inputs to their defaults.
     pub fn reset(&mut self) {
         self.parameters = self.interface.parameters.iter().map(|p| p.value).collect();
         self.inputs.fill(0.0);

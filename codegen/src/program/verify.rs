@@ -1,4 +1,4 @@
-//! The verifier: what every function must satisfy between passes.
+//! The verifier: the invariants that every function must satisfy between passes.
 
 use super::ir::{Function, Interface, Op, Program, Slot, Value};
 use super::signature::{FunctionKind, Role};
@@ -9,7 +9,7 @@ pub enum VerifyError {
     /// An instruction uses a value that is not defined before it.
     #[error("{0:?}: {1:?} uses a value that does not precede it")]
     Order(FunctionKind, Value),
-    /// An instruction reads what its function is not given, or what does not exist.
+    /// An instruction reads a slot that does not exist, or that is no argument of its function.
     #[error("{0:?}: {1:?} reads {2:?}")]
     Slot(FunctionKind, Value, Slot),
     /// The outputs are not those of the function's signature.
@@ -72,7 +72,7 @@ pub(super) fn function(interface: &Interface, function: &Function) -> Result<(),
     Ok(())
 }
 
-/// Whether a function of this kind is given this slot, and the slot exists.
+/// Returns whether a slot exists and is an argument of functions of this kind.
 fn readable(interface: &Interface, kind: FunctionKind, slot: Slot) -> bool {
     let (argument, index) = slot.place();
     kind.signature().inputs.contains(&argument) && index < argument.array().shape.length(interface)

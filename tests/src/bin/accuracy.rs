@@ -1,4 +1,4 @@
-//! Prints the tables of docs/ACCURACY.md: by how much accelerations next to the flat state are off.
+//! Prints the tables of docs/ACCURACY.md: the errors of accelerations next to the flat state.
 //!
 //! ```text
 //! cargo run -q -p lamc-tests --bin accuracy

@@ -1,4 +1,4 @@
-//! Data of lamc for `tests/peers/run`, for comparison with other programs.
+//! Writes data of lamc for `tests/peers/run`, which compares lamc with other programs.
 //!
 //! ```text
 //! peers chain 12            the chain of twelve hinges in lamc's schema, to standard output

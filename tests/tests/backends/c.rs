@@ -1,5 +1,5 @@
-//! Generated C modules, and Rust modules that export the same functions, compiled and asked by a
-//! C program, against the runtime on the interpreted program.
+//! Generated C modules, and Rust modules that export the same functions, compiled and called by a
+//! C program, against the runtime with the interpreted program.
 
 use std::fmt::Write as _;
 use std::fs;

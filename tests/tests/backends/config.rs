@@ -1,4 +1,4 @@
-//! Build scripts: what `lamc::Config` writes, and what it answers when it cannot.
+//! Build scripts: the files that `lamc::Config` writes, and its errors.
 
 use std::fs;
 use std::path::Path;

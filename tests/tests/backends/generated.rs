@@ -1,4 +1,4 @@
-//! The modules in `generated/` are what the compiler writes, whatever it compiled before.
+//! The modules in `generated/` are equal to the output of the compiler, whatever it compiled before.
 
 use lamc::backend::rust::Options;
 use lamc::pipeline::rust_module;

@@ -1,5 +1,5 @@
-//! Assembly that rustc generates for the functions: no panic and thus no check of an index, no call
-//! to `fma`, and fused instructions where the target has them. Read from its assembly.
+//! The assembly that rustc generates for the functions: it contains no panic and thus no bounds check, no call
+//! of `fma`, and fused instructions if the target has them.
 
 use std::fs;
 use std::path::Path;

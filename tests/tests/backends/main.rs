@@ -1,4 +1,4 @@
-//! What the backends write, compiled and run: Rust, C and machine code against the interpreter.
+//! The output of the backends, compiled and executed: Rust, C and machine code against the interpreter.
 
 mod c;
 mod c_algorithms;

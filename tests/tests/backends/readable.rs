@@ -1,4 +1,4 @@
-//! Generated modules are there to be read: every value is named for what it is, and the statements of
+//! Generated modules are readable: the name of every value says what it is, and the statements of
 //! a body and phase stand together under one heading with the equation.
 
 use std::collections::HashSet;

@@ -1,5 +1,5 @@
-//! Modules with some of the functions: what they have gives the results of the whole module, and what
-//! needs a function that was left out says so.
+//! Modules with some of the functions: these give the same results as those of the whole module, and everything
+//! that needs a function that was left out returns an error.
 
 use std::fmt::Write;
 use std::fs;

@@ -1,5 +1,5 @@
-//! Round trips: parameters come back from motions simulated with them, and with noise by as much as
-//! the standard errors say.
+//! Round trips: a fit recovers the parameters with which a motion was simulated; with noise, to within the
+//! standard errors.
 
 use lamc_runtime::{Integrator, Mechanism, State, assemble, project};
 use lamc_tests::compare::largest;

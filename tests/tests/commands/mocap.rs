@@ -1,5 +1,5 @@
-//! Joint angles from quaternions: those of simulated motions come back, whatever the signs of the
-//! quaternions, gaps and lengths.
+//! Joint angles from quaternions: the angles of simulated motions are recovered, whatever the signs and lengths of
+//! the quaternions, and in spite of gaps.
 
 use lamc_tests::compare::{keep_largest, largest};
 use std::f64::consts::TAU;

@@ -1,5 +1,5 @@
-//! `docs/SCHEMA.md`, and the reader by the tables that it is written from. `tests/schema/run` judges the same
-//! models by the JSON Schema.
+//! `docs/SCHEMA.md`, and the reader, which is tested with the tables from which the page is written.
+//! `tests/schema/run` judges the same models by the JSON Schema.
 
 use lamc::pipeline::analyse;
 use lamc::source::schema::{MAPPINGS, Presence};

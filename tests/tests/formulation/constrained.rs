@@ -1,7 +1,7 @@
 //! Accelerations of closed linkages against the dense pseudo-inverse over all nine closure rows of
 //! every loop: at random closed states, and at and next to the flat state, where rank is lost.
 //!
-//! M, f and the Jacobian of the nine rows are lamc's; their gamma is that of a kinematics apart.
+//! M, f and the Jacobian of the nine rows are lamc's; their gamma comes from independent kinematics.
 //!
 //! Nine rows and the C the runtime uses of them, C = T N, say the same where N du/dt = -gamma can
 //! be met and nothing but zeros is dropped: there the pseudo-inverse does not depend on the rows.

@@ -1,4 +1,4 @@
-//! Derivatives of the acceleration: the program's own against dual numbers through the compiled
+//! Derivatives of the acceleration: those of the program against dual numbers in the compiled
 //! modules and against finite differences.
 
 use lamc_tests::compare::keep_largest;

@@ -1,5 +1,5 @@
-//! A family of hinges: its polynomials against known ones, its cross-validation against fits with a
-//! specimen left out, its text in a mechanism.
+//! A family of hinges: its polynomials against known ones, its cross-validation against fits without one
+//! specimen, and its text in a mechanism.
 
 use lamc::pipeline::compile;
 use lamc::source::{SourceFile, parse, to_yaml as model_to_yaml};

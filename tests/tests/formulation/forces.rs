@@ -1,5 +1,5 @@
-//! Constraint forces: hinge reactions against Newton's and Euler's laws of each body, from nothing
-//! but poses; motor torques against closed forms and the balance of energy.
+//! Constraint forces: hinge reactions against Newton's and Euler's laws for each body, computed from poses
+//! alone; motor torques against closed forms and the balance of energy.
 
 use lamc::program::Interpreter;
 use lamc_runtime::plumbing::Balance;

@@ -1,5 +1,5 @@
-//! The functions of formulas: their values in a motion, where they have none, and formulas as long
-//! as they may be.
+//! The functions of formulas: their values in a motion, arguments for which they are undefined, and formulas of the
+//! largest allowed length.
 
 use lamc::pipeline::compile;
 use lamc::program::{FunctionKind, Interpreter};

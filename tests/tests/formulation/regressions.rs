@@ -1,4 +1,5 @@
-//! What the fuzzer found (`tests/fuzz`): texts that once made lamc panic, or write what it could not read.
+//! Faults that the fuzzer found (`tests/fuzz`): texts that once made lamc panic, or write a text
+//! that it could not read.
 
 use std::fs;
 

@@ -1,4 +1,4 @@
-//! Growth: the module of a chain grows no faster than the square of its hinges.
+//! Growth: the length of a chain's module grows no faster than the square of the number of hinges.
 
 use std::time::Instant;
 

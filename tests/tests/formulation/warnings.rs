@@ -1,4 +1,4 @@
-//! Warnings: odd drawings cause them, sound ones do not.
+//! Warnings: suspicious drawings cause them, correct ones do not.
 
 use lamc::pipeline::compile as compile_file;
 use lamc::source::SourceFile;

@@ -1,4 +1,4 @@
-//! Checks that cannot fail are not written: a maximum that loses NaN, a tolerance that is infinite, a test
+//! There are no checks that cannot fail: a maximum that loses NaN, a tolerance that is infinite, a test
 //! that depends on files outside the repository.
 
 use std::fs;

@@ -1,4 +1,4 @@
-//! Rust sources as the rules see them: files, and what these import.
+//! Rust sources for the rules: files, and their imports.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! States of rest: against the potential energy, by numbers that know nothing of forces.
+//! States of rest against the potential energy and its finite differences, which do not use the forces of a program.
 
 use lamc::program::Interpreter;
 use lamc_runtime::{Mechanism, assemble, equilibrium, project};

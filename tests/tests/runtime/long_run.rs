@@ -1,4 +1,4 @@
-//! A minute of the six-bar at 1 kHz.
+//! A motion of the six-bar over a minute, at 1 kHz.
 
 use lamc_generated::sixbar::Sixbar;
 use lamc_runtime::{Mechanism, Rk4, State};

@@ -1,5 +1,5 @@
 //! Undamped mechanisms whose springs carry them through the flat, singular state a hundred times: they
-//! keep their energy and their branch, whatever integrates them.
+//! keep their energy and their branch with every integrator.
 
 use lamc::program::Interpreter;
 use lamc_runtime::{Error, Integrator, Mechanism, Rk4, Rodas, State, assemble, project};

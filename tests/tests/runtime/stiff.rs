@@ -1,5 +1,5 @@
 //! The stiff four-bar of the paper: k = 10 N m/rad and b = 0.1 N m s/rad on plates of
-//! 0.6 g, at rest a ten-thousandth of a radian beside the flat, singular state. Its modes there decay
+//! 0.6 g, at rest 1e-4 rad from the flat, singular state. Its modes there decay
 //! at 107 and 1548 1/s.
 
 use std::time::Instant;

@@ -19,14 +19,14 @@ use cranelift_module::{ModuleError, default_libcall_names};
 
 use lamc::program::{Engine, Executable, Function, FunctionKind, Interpretation, Program, Slot};
 
-/// A program run as machine code.
+/// A program that is executed as machine code.
 pub type Jit = Executable<MachineCode>;
 
 /// Calls after which a function is compiled: by then interpreting it has taken as long as compiling
 /// it takes, so that neither choice can cost more than twice the better one.
 const WORTH: u32 = 600;
 
-/// Runs functions as machine code, those that are called seldom by interpretation. Clones share
+/// Executes functions as machine code, and interprets those that are rarely called. Clones share
 /// the code.
 #[derive(Clone)]
 pub struct MachineCode {
@@ -40,32 +40,32 @@ pub struct MachineCode {
 #[derive(Default)]
 struct Entry {
     calls: Cell<u32>,
-    /// Nothing in it where it cannot be compiled.
+    /// `None` if the function cannot be compiled.
     code: OnceCell<Option<Code>>,
 }
 
 /// A compiled function.
 struct Code {
-    /// What it reads, in the order of its first cells.
+    /// The slots that it reads, in the order of its first cells.
     loads: Vec<Slot>,
-    /// To be run one after the other on the same cells.
+    /// The parts of the function, executed one after the other on the same cells.
     parts: Vec<unsafe extern "C" fn(*mut f64)>,
-    /// What has been read, constants, results of one part for another, outputs.
+    /// The cells: values that were read, constants, results of one part for another, outputs.
     cells: RefCell<Vec<f64>>,
     /// The cells of each output.
     outputs: Vec<Vec<usize>>,
 }
 
-/// Where machine code lives, until nothing can call it any more.
+/// The memory of machine code. It lives until nothing can call the code any more.
 struct Memory(Option<JITModule>);
 
 impl MachineCode {
-    /// Compiles these functions now. False where the host has no machine code.
+    /// Compiles these functions now. Returns false if there is no machine code for the host.
     pub fn compile(&self, kinds: &[FunctionKind]) -> bool {
         kinds.iter().all(|&kind| self.compiled(kind).is_some())
     }
 
-    /// The function as machine code, compiled if it was not.
+    /// Returns the machine code of a function, and compiles it if necessary.
     fn compiled(&self, kind: FunctionKind) -> Option<&Code> {
         let code = &self.entries[kind as usize].code;
         let compile = || {
@@ -78,7 +78,7 @@ impl MachineCode {
 }
 
 impl Engine for MachineCode {
-    /// Nothing is compiled yet.
+    /// Creates an engine that has compiled nothing yet.
     fn new(program: &Program) -> Self {
         let module = host().ok().map(|module| Memory(Some(module)));
         Self {

@@ -1,4 +1,4 @@
-//! A function of the program -> machine code over an array of cells.
+//! Translation of a function of the program to machine code over an array of cells.
 //!
 //! The code comes in parts of bounded length, so that the time to compile grows as the program
 //! does. What one part computes and another needs goes through a cell, as do what the function
@@ -21,10 +21,10 @@ use super::Code;
 use lamc::arithmetic;
 use lamc::program::{Angle, Function, Op, Parts, Slot, Value, angles};
 
-/// What there is, or why the machine code cannot be had.
+/// A result, or the reason why there is no machine code.
 pub(super) type Translated<T> = Result<T, Box<ModuleError>>;
 
-/// Operations of a part.
+/// The largest number of operations in a part.
 const PART: usize = 1000;
 
 /// The name of [`sin_cos`].
@@ -36,7 +36,7 @@ macro_rules! host_functions {
         $(extern "C" fn $name($($x: f64),*) -> f64 {
             $value
         })*
-        /// What machine code calls: the functions of [`Op::evaluate`].
+        /// The functions of the host that machine code calls: those of [`Op::evaluate`].
         pub(super) const HOST_FUNCTIONS: &[(&str, fn() -> *const u8)] = &[
             $((concat!("lamc_", stringify!($name)), || $name as *const u8),)*
             (SIN_COS, || sin_cos as *const u8),
@@ -70,8 +70,8 @@ fn function_of_host(op: Op) -> Option<&'static str> {
     })
 }
 
-/// Writes sine and cosine of an angle one after the other: where one is wanted, so is the other,
-/// nearly always.
+/// Writes the sine and the cosine of an angle next to each other, because nearly all code that needs one needs
+/// the other.
 #[allow(unsafe_code)]
 unsafe extern "C" fn sin_cos(angle: f64, out: *mut [f64; 2]) {
     let (sine, cosine) = arithmetic::sin_cos(angle);
@@ -112,17 +112,17 @@ pub(super) fn function(module: &mut JITModule, function: &Function) -> Translate
     })
 }
 
-/// Which values have a cell: first what is read, then constants and outputs, then what one part
+/// The values that have a cell: first those that are read, then constants and outputs, then those that one part
 /// computes for another.
 struct Layout {
     parts: Parts,
     loads: Vec<Slot>,
-    /// Of each value, where it has one.
+    /// The cell of each value that has one.
     cells: Vec<Option<usize>>,
-    /// Constants where they belong, zeros elsewhere.
+    /// The initial cells: constants in their places, zeros elsewhere.
     initial: Vec<f64>,
     outputs: Vec<Vec<usize>>,
-    /// Of each angle whose sine and cosine are both wanted, these.
+    /// For each angle whose sine and cosine are both needed, these two values.
     pairs: HashMap<Value, [Value; 2]>,
 }
 
@@ -163,7 +163,7 @@ impl Layout {
         layout
     }
 
-    /// The cell of a value, a new one if it has none.
+    /// Returns the cell of a value, and creates it if there is none.
     fn cell(&mut self, value: Value, initial: f64) -> usize {
         *self.cells[value.index()].get_or_insert_with(|| {
             self.initial.push(initial);
@@ -172,18 +172,18 @@ impl Layout {
     }
 }
 
-/// A part being written.
+/// A part of a function while it is written.
 struct Part<'a, 'b> {
     module: &'a mut JITModule,
     builder: &'a mut FunctionBuilder<'b>,
     layout: &'a Layout,
     function: &'a Function,
-    /// Where the cells begin.
+    /// The address of the first cell.
     base: ir::Value,
-    /// Values in registers.
+    /// The values that are in registers.
     known: HashMap<usize, ir::Value>,
     host: HashMap<&'static str, FuncRef>,
-    /// Where [`sin_cos`] writes.
+    /// The place on the stack to which [`sin_cos`] writes.
     pair: Option<StackSlot>,
 }
 
@@ -236,7 +236,7 @@ impl<'a, 'b> Part<'a, 'b> {
         Ok(())
     }
 
-    /// A value computed in this part, or from its cell.
+    /// Returns a value that was computed in this part, or loads it from its cell.
     fn value(&mut self, value: Value) -> Translated<ir::Value> {
         if let Some(&known) = self.known.get(&value.index()) {
             return Ok(known);
@@ -346,7 +346,7 @@ impl<'a, 'b> Part<'a, 'b> {
     }
 }
 
-/// Bytes from the first cell.
+/// The offset of a cell, in bytes.
 fn offset(cell: usize) -> Translated<i32> {
     i32::try_from(cell * size_of::<f64>())
         .map_err(|error| ModuleError::Backend(error.into()).into())

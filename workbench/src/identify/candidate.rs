@@ -15,15 +15,16 @@ use super::start::{Begun, Start};
 use super::trajectory::{Direction, Trajectory, integrate};
 use crate::execution::Jit;
 
-/// A residual no motion has, where one cannot be integrated, rad: such steps are taken back.
+/// The residual of a motion that cannot be integrated, rad. It is larger than that of any motion, so that such
+/// steps are rejected.
 const REFUSED: f64 = 1e3;
-/// Singular values less than this fraction of the largest, columns of length one: the unknowns
-/// cannot be told apart.
+/// If a singular value is less than this fraction of the largest, for columns of length one, the unknowns
+/// cannot be distinguished.
 const TELLING: f64 = 1e-9;
-/// An unknown that moves the angles by less than this, rad, root mean square, moves nothing.
+/// An unknown that changes the angles by less than this, rad, root mean square, has no effect.
 const IDLE: f64 = 1e-10;
 
-/// The problem at one set of unknowns: free parameters, coordinates, speeds.
+/// The problem at one set of unknowns: free parameters, independent coordinates, speeds.
 pub struct Candidate<'p> {
     problem: &'p Problem<'p>,
     system: Jit,
@@ -31,13 +32,13 @@ pub struct Candidate<'p> {
     near: &'p [f64],
     steps: usize,
     unknowns: DVector<f64>,
-    /// Samples that count.
+    /// The number of samples that are compared.
     samples: usize,
     motion: Option<Trajectory>,
 }
 
 impl<'p> Candidate<'p> {
-    /// The motion at some unknowns, over all samples.
+    /// The motion for these unknowns, at all samples.
     pub fn new(
         problem: &'p Problem<'p>,
         start: &'p Start,
@@ -70,13 +71,13 @@ impl<'p> Candidate<'p> {
         &self.system
     }
 
-    /// Root of the mean square of what is left, rad.
+    /// The root mean square of the residuals, rad.
     pub fn rms(&self) -> f64 {
         let residuals = self.residuals().unwrap_or_default();
         (residuals.norm_squared() / residuals.len().max(1) as f64).sqrt()
     }
 
-    /// What is left over how far the measured motion goes from its first sample, root mean square.
+    /// The root mean square of the residuals, divided by that of the measured distance from the first sample.
     pub fn share(&self) -> f64 {
         let first = &self.problem.record.q[0];
         let measured = self.problem.measured(self.samples);
@@ -117,7 +118,7 @@ impl<'p> Candidate<'p> {
         integrate(&self.system, times, (&begun.q, &begun.u), &directions, self.steps)
     }
 
-    /// Estimates with their errors at the minimum.
+    /// The estimates and their standard errors at the minimum.
     pub fn report(&self, evaluations: usize) -> Result<Fit, FitError> {
         let (Some(residuals), Some(jacobian)) = (self.residuals(), self.jacobian()) else {
             let reason = "the motion found cannot be integrated".into();

@@ -20,7 +20,7 @@ const DEGREE: u8 = 2;
 /// Columns of length one that differ by less are the same.
 const DISTINCT: f64 = 1e-10;
 
-/// A hinge that was measured.
+/// A measured hinge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Specimen {
     /// l (m), w (m), a (m^2).
@@ -36,25 +36,25 @@ pub struct Specimen {
 pub struct Regression {
     /// By l, w and a.
     pub polynomial: Polynomial,
-    /// Mean of the absolute errors.
+    /// The mean absolute error.
     pub error: f64,
-    /// The same, each specimen against the fit to the others; infinite where the others do not
-    /// determine it.
+    /// The mean absolute error of prediction: each specimen is compared with the fit to the others. It is infinite if
+    /// the others do not determine the polynomial.
     pub validated: f64,
-    /// Mean of the measured values.
+    /// The mean of the measured values.
     pub mean: f64,
 }
 
-/// Why there is no regression.
+/// Why the regression failed.
 #[derive(Debug, thiserror::Error)]
 pub enum FamilyError {
-    /// Not CSV.
+    /// The text is not CSV.
     #[error("{0}")]
     Csv(#[from] csv::Error),
-    /// Its columns or numbers are wrong.
+    /// Columns are missing, or numbers are invalid.
     #[error("{0}")]
     Content(String),
-    /// Fewer specimens than coefficients.
+    /// There are fewer specimens than coefficients.
     #[error(
         "{specimens} specimens are not enough to determine the {terms} coefficients of \
              {what}"
@@ -75,7 +75,7 @@ pub enum FamilyError {
 /// Reads a table with the columns `l`, `w`, `a`, `k` and `b`, each with its unit or SI: `l [mm]`.
 ///
 /// # Errors
-/// Missing columns, units that do not fit, fields that are no positive numbers.
+/// Missing columns, units of another dimension, fields that are not positive numbers.
 pub fn read(text: impl Read) -> Result<Vec<Specimen>, FamilyError> {
     let wrong = FamilyError::Content;
     let mut reader =
@@ -114,7 +114,7 @@ pub fn read(text: impl Read) -> Result<Vec<Specimen>, FamilyError> {
 /// The polynomials k(l, w) and b(a, l, w) of a family.
 ///
 /// # Errors
-/// Too few specimens, or terms that they do not tell apart.
+/// Too few specimens, or specimens that do not distinguish the terms.
 pub fn regress(specimens: &[Specimen]) -> Result<[Regression; 2], FamilyError> {
     let of = |what: &'static str, variables: usize, value: fn(&Specimen) -> f64| {
         fit(specimens, &terms(specimens, variables), what, value)
@@ -125,7 +125,7 @@ pub fn regress(specimens: &[Specimen]) -> Result<[Regression; 2], FamilyError> {
     ])
 }
 
-/// The powers that the specimens may tell of the first variables.
+/// The powers of the first variables that the specimens can determine.
 fn terms(specimens: &[Specimen], variables: usize) -> Vec<[u8; 3]> {
     let mut terms = vec![[0; 3]];
     for variable in 0..variables {
@@ -186,7 +186,7 @@ fn fit(
     })
 }
 
-/// Why no mechanism could name a family so.
+/// Returns why this is not a valid name of a family.
 pub fn unusable(name: &str) -> Option<String> {
     if ["beam", "sharifzadeh2018"].contains(&name) {
         return Some(format!("`{name}` is the name of a built-in model"));
@@ -200,7 +200,7 @@ pub fn unusable(name: &str) -> Option<String> {
     })
 }
 
-/// The family as an entry of `hinge_models`.
+/// Writes the family as an entry of `hinge_models`.
 pub fn to_yaml(
     name: &str,
     [stiffness, damping]: &[Regression; 2],

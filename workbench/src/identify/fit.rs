@@ -15,29 +15,29 @@ use super::start::Start;
 use super::trajectory::enough_steps;
 use crate::execution::Jit;
 
-/// Error of integration for a start, rad.
+/// The error of integration that is allowed at first, rad.
 const COARSE: f64 = 1e-5;
-/// Error of integration over what is left of the angles.
+/// The error of integration that is allowed, as a share of the residuals.
 const BESIDE: f64 = 1e-4;
-/// A motion is near the measured one when it leaves less than this share of it.
+/// A motion is near the measured one if the residuals are less than this share of it.
 pub const NEAR: f64 = 0.3;
-/// How near, rad, a joint is to where it was seen, when the loops close with it there.
+/// A joint keeps its measured angle if the assembled angle is this near to it, rad.
 const SEEN: f64 = 1e-6;
-/// Evaluations per unknown before giving up.
+/// The largest number of evaluations per unknown.
 const PATIENCE: usize = 60;
 
-/// What is to be found.
+/// A problem of identification.
 #[derive(Clone, Debug)]
 pub struct Problem<'r> {
-    /// The mechanism, its parameters as a first guess.
+    /// The mechanism; its parameters are the first guess.
     pub system: Jit,
-    /// What was measured.
+    /// The measured angles.
     pub record: &'r Record,
     /// Indices of the free parameters.
     pub free: Vec<usize>,
-    /// Whether the motion starts from rest; else its speeds are unknown too.
+    /// Whether the motion starts from rest. If not, the initial speeds are unknowns, too.
     pub from_rest: bool,
-    /// Error of integration allowed, rad.
+    /// The error of integration that is allowed, rad.
     pub tolerance: f64,
 }
 
@@ -52,26 +52,26 @@ pub struct Estimate {
     pub standard_error: f64,
 }
 
-/// What was found.
+/// The result of a fit.
 #[derive(Clone, Debug)]
 pub struct Fit {
     /// The free parameters.
     pub estimates: Vec<Estimate>,
     /// Correlations of the estimates, row-major.
     pub correlations: Vec<f64>,
-    /// Root of the mean square of what is left, rad.
+    /// The root mean square of the residuals, rad.
     pub rms: f64,
-    /// That, over how far the motion goes: near 1 the model does not move as measured at all.
+    /// The same divided by the extent of the motion. If it is near 1, the model does not move as measured at all.
     pub share: f64,
     /// The fitted motion at the record's times, rad.
     pub q: Vec<Vec<f64>>,
     /// The fitted speeds at the start, rad/s.
     pub u: Vec<f64>,
-    /// Motions that were integrated.
+    /// The number of motions that were integrated.
     pub evaluations: usize,
 }
 
-/// Why nothing was found.
+/// Why a fit failed.
 #[derive(Debug, thiserror::Error)]
 pub enum FitError {
     /// No parameter is free.
@@ -80,13 +80,13 @@ pub enum FitError {
     /// The loops do not close near what was measured, or the motion cannot be integrated.
     #[error("the motion cannot be simulated from the first sample: {0}")]
     Motion(#[from] Error),
-    /// Fixed steps are too long for it.
+    /// The motion is too stiff for fixed steps.
     #[error(
         "the motion from the first sample is too stiff to be fitted, or passes a singular state, \
          such as the flat one: it would need more steps between samples than lamc takes"
     )]
     Stiff,
-    /// Fewer angles than unknowns.
+    /// There are fewer measured angles than unknowns.
     #[error("{angles} angles are not enough to determine {unknowns} unknowns")]
     TooFew {
         /// Measured.
@@ -94,10 +94,10 @@ pub enum FitError {
         /// Free parameters and initial values.
         unknowns: usize,
     },
-    /// A change of some unknowns changes nothing that was measured.
+    /// A change of some unknowns has no effect on the measured angles.
     #[error("the record does not determine {0}: keep one of them fixed")]
     Indistinct(String),
-    /// The method stopped elsewhere than at a minimum.
+    /// The method stopped before it reached a minimum.
     #[error(
         "no minimum was found after {evaluations} motions: {reason}; start from a better guess"
     )]
@@ -123,7 +123,7 @@ impl Problem<'_> {
         let mut x = self.first_guess(&start, &near)?;
         let mut evaluations = 0;
         let mut steps = self.first_steps(&start, &near, &x)?;
-        // Short pieces first: over a long one the phase of a wrong guess is anything.
+        // Short pieces first: over a long piece, a wrong guess leads to an arbitrary phase.
         let whole = self.record.t.len();
         let mut pieces = vec![whole / 2, whole / 4, whole / 8];
         pieces.retain(|samples| self.measured(*samples).count() > 2 * x.len());
@@ -227,19 +227,19 @@ impl Problem<'_> {
     }
 }
 
-/// Fails where the method ended elsewhere than at a minimum.
+/// Fails if the method ended before it reached a minimum.
 fn check(
     termination: &TerminationReason,
     solved: &Candidate<'_>,
     evaluations: usize,
 ) -> Result<(), FitError> {
-    // Where numbers have no more digits is a minimum, too.
+    // If rounding permits no further progress, this is a minimum, too.
     if termination.was_successful()
         || matches!(termination, TerminationReason::NoImprovementPossible(_))
     {
         return Ok(());
     }
-    // What the record does not tell has no minimum.
+    // An unknown that the record does not determine has no minimum.
     if let Err(told @ FitError::Indistinct(_)) = solved.report(evaluations) {
         return Err(told);
     }

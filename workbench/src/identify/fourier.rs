@@ -14,12 +14,12 @@ use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, DVector};
 
-/// Periods that are tried, over the length of the record.
+/// The periods that are tried, divided by the length of the record.
 const PERIODS: [f64; 3] = [1.0, 1.2, 1.6];
-/// Highest order that is tried.
+/// The highest order that is tried.
 const MOST_HARMONICS: usize = 80;
 
-/// A series.
+/// A Fourier series.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fourier {
     /// t_0, s.
@@ -28,7 +28,7 @@ pub struct Fourier {
     pub frequency: f64,
     /// a_0, a_1, b_1, a_2, b_2, ...
     pub coefficients: Vec<f64>,
-    /// Root of the mean square of what is left.
+    /// The root mean square of the residuals.
     pub rms: f64,
 }
 
@@ -41,7 +41,7 @@ impl Fourier {
             return None;
         }
         let length = t[m - 1] - t[0];
-        // A column per unknown and as many samples again, or noise is fitted.
+        // With fewer than two samples per unknown, the series would fit the noise.
         let harmonics = MOST_HARMONICS.min((m - 2) / 4).max(1);
         let right = DVector::from_column_slice(&y[..m]);
         let mut best: Option<(f64, Self)> = None;
@@ -81,7 +81,7 @@ impl Fourier {
         self.coefficients.len() / 2
     }
 
-    /// The series' derivative of this order (0: the series) at a time (s).
+    /// The derivative of this order (0: the series itself) at a time (s).
     pub fn derivative(&self, order: u32, t: f64) -> f64 {
         let terms = self.coefficients.iter().enumerate();
         terms.map(|(column, a)| a * basis(column, self.frequency, t - self.begin, order)).sum()
@@ -116,7 +116,7 @@ mod tests {
         (t, y)
     }
 
-    /// A series of its own kind is found again, with its derivatives.
+    /// A series is recovered from its samples, with its derivatives.
     #[test]
     fn a_series_is_its_own_fit() {
         let w = TAU / (1.2 * 1.995);
@@ -130,7 +130,7 @@ mod tests {
         }
     }
 
-    /// A decaying swing is no series: its derivatives are good away from the ends.
+    /// A decaying swing is not periodic: its derivatives are accurate except near the ends.
     #[test]
     fn a_decaying_swing_has_the_right_derivatives_inside() {
         let (decay, w) = (0.8, 9.0);

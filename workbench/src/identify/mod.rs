@@ -1,13 +1,13 @@
-//! Parameters from measurements: stiffness, damping and others that make a simulated motion the
+//! Identification: the stiffness, damping and other parameters with which a simulated motion agrees with a
 //! recorded one.
 //!
 //! ```text
-//! record (CSV) -> start (where the motion may begin) -> trajectory (motion and its derivatives)
+//! record (CSV) -> start (possible initial states) -> trajectory (motion and its derivatives)
 //!              -> fit (least squares, standard errors)
 //! ```
 //!
-//! [`swing`] is the pendulum of DETC2018-86359, with the paper's own way beside it: derivatives of a
-//! [`fourier`] series, and a linear fit. [`family`] makes polynomials of a table of such hinges.
+//! [`swing`] is the pendulum of DETC2018-86359, with the method of the paper for comparison: derivatives of a
+//! [`fourier`] series, and a linear fit. [`family`] fits polynomials to a table of such hinges.
 
 mod candidate;
 pub mod family;

@@ -1,13 +1,13 @@
 //! Recorded joint angles, from CSV.
 //!
 //! A header names the columns: `t [s]` (or `t`, `time`) and, per joint, `q.<joint> [rad]` as
-//! `lamc simulate --csv` writes it; `q.` may be left out, `[deg]` says degrees, no unit radians.
-//! Other columns are passed over, empty fields are angles that were not seen, lines that start with
+//! `lamc simulate --csv` writes it; `q.` may be left out; the unit is `[deg]` or `[rad]`, and radians if there is none.
+//! Other columns are ignored, empty fields are angles that were not measured, lines that start with
 //! `#` are comments.
 
 use std::io::Read;
 
-/// Angles over time; what was not seen is not a number.
+/// Angles over time; an angle that was not measured is NaN.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     /// Ascending, s.
@@ -19,19 +19,19 @@ pub struct Record {
 /// Why a record cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
-    /// Not CSV.
+    /// The text is not CSV.
     #[error("{0}")]
     Csv(#[from] csv::Error),
-    /// Its columns or numbers are wrong.
+    /// Columns are missing, or numbers are invalid.
     #[error("{0}")]
     Content(String),
 }
 
 impl Record {
-    /// Reads the angles of these joints; those without a column are not seen at all.
+    /// Reads the angles of these joints. A joint without a column has no measured angles.
     ///
     /// # Errors
-    /// No time, no joint, fewer than three samples, times that do not ascend, fields that are no
+    /// No column of times, no joint, fewer than three samples, times that do not ascend, fields that are not
     /// numbers.
     pub fn read(text: impl Read, joints: &[&str]) -> Result<Self, RecordError> {
         let wrong = RecordError::Content;
@@ -89,7 +89,7 @@ impl Record {
         Ok(record)
     }
 
-    /// Times (s) and angles (rad) of one joint, where it was seen.
+    /// The times (s) and angles (rad) of one joint, without the samples in which it was not measured.
     pub fn seen(&self, joint: usize) -> (Vec<f64>, Vec<f64>) {
         let both = self.t.iter().zip(&self.q).map(|(t, q)| (*t, q[joint]));
         both.filter(|(_, q)| !q.is_nan()).unzip()

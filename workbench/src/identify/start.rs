@@ -1,5 +1,5 @@
-//! Where a motion may begin: states with closed loops, by as many independent coordinates and
-//! speeds as the mechanism has freedoms.
+//! Initial states of a motion: states with closed loops, described by as many independent coordinates and
+//! speeds as the mechanism has degrees of freedom.
 //!
 //! With the coordinates split into independent and dependent ones, J = [J_i J_d],
 //!
@@ -8,7 +8,7 @@
 //! dq/dq_i = T,   du/du_i = T,   du/dq_i along v: [0; -J_d^+ (dJ/dq . T v) u]
 //! ```
 //!
-//! Prescribed angles are rows of J as closure equations are. (J. Garcia de Jalon, E. Bayo,
+//! Prescribed angles add rows to J, as closure equations do. (J. Garcia de Jalon, E. Bayo,
 //! "Kinematic and Dynamic Simulation of Multibody Systems", 1994, section 3.5, coordinate
 //! partitioning.)
 
@@ -17,21 +17,21 @@ use lamc_runtime::plumbing::Drive;
 use lamc_runtime::{Error, Mechanism};
 use nalgebra::{DMatrix, DVector};
 
-/// Pivots less than this fraction of the largest are none.
+/// Pivots less than this fraction of the largest count as zero.
 const RANK: f64 = 1e-7;
-/// Steps of Newton's method: it converges quadratically.
+/// The largest number of steps of Newton's method, which converges quadratically.
 const ITERATIONS: usize = 20;
-/// For differences of J, rad: the cube root of rounding.
+/// The step of finite differences of J, rad: the cube root of the rounding error.
 const DIFFERENCE: f64 = 6e-6;
 
 /// Independent coordinates of a mechanism near a closed state.
 pub struct Start {
-    /// Joints that are free.
+    /// The joints whose coordinates are independent.
     pub independent: Vec<usize>,
     dependent: Vec<usize>,
 }
 
-/// A start with its derivatives.
+/// An initial state with its derivatives.
 pub struct Begun {
     /// rad.
     pub q: Vec<f64>,
@@ -42,16 +42,16 @@ pub struct Begun {
 }
 
 impl Start {
-    /// The joints that determine the others best near q (rad, closed), by pivoting.
+    /// Selects the joints that determine the others best near q (rad, closed), by pivoting.
     ///
     /// # Errors
-    /// When `q` has not the length of the mechanism.
+    /// If `q` does not have the length that the mechanism requires.
     pub fn near<Y: Mechanism<Scalar = f64>>(system: &Y, t: f64, q: &[f64]) -> Result<Self, Error> {
         let (_, jacobian) = constraint(system, t, q)?;
         let n = q.len();
         let mut left = jacobian;
         let mut dependent = Vec::new();
-        // Gaussian elimination with full pivoting; what is left of the columns is free.
+        // Gaussian elimination with full pivoting; the columns without a pivot are independent.
         let mut rows: Vec<usize> = (0..left.nrows()).collect();
         let largest = left.amax();
         loop {
@@ -80,10 +80,11 @@ impl Start {
         Ok(Self { independent, dependent })
     }
 
-    /// The state of these independent coordinates (rad) and speeds (rad/s), the others from `near`.
+    /// The state with these independent coordinates (rad) and speeds (rad/s); the search for the others starts
+    /// at `near`.
     ///
     /// # Errors
-    /// [`Error::NotClosed`] where the loops do not close.
+    /// [`Error::NotClosed`] if the loops do not close.
     pub fn at<Y: Mechanism<Scalar = f64>>(
         &self,
         system: &Y,
@@ -127,8 +128,8 @@ impl Start {
         Ok(Begun { q, u, directions })
     }
 
-    /// Closed coordinates with the independent ones given, from a place near by: Newton's method on the
-    /// dependent ones.
+    /// Closes the loops for given independent coordinates, by Newton's method on the dependent ones from a nearby
+    /// configuration.
     fn closed<Y: Mechanism<Scalar = f64>>(
         &self,
         system: &Y,

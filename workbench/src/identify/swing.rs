@@ -16,10 +16,10 @@ use crate::execution::Jit;
 use lamc::pipeline::{self, CompileError};
 use lamc::source::SourceFile;
 
-/// Share of a record at each end where derivatives of the series are not used.
+/// The share of a record, at each end, in which the derivatives of the series are not used.
 const ENDS: f64 = 0.1;
 
-/// The body.
+/// The body that swings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Swing {
     /// I_G, about the centre of mass, kg m^2.
@@ -36,10 +36,10 @@ impl Swing {
     /// The swing as a mechanism of the joint `theta` with the parameters `k` and `b`.
     ///
     /// # Errors
-    /// A body that is impossible, or no symbolic engine.
+    /// The body is physically impossible, or the symbolic engine could not be started.
     pub fn compile(&self) -> Result<Jit, CompileError> {
         let Self { inertia, mass, arm, gravity } = self;
-        // It hangs along x, turns about y.
+        // It hangs along x and turns about y.
         let text = format!(
             "name: swing
 gravity: [{gravity:e}, 0, 0]
@@ -57,9 +57,9 @@ joints: {{ theta: {{ bodies: [base, body], axis: [[0, 0], [0, 1]], stiffness: k,
         Ok(Jit::new(&pipeline::compile(&file)?.program))
     }
 
-    /// k and b the paper's way: a Fourier series through the angles, and linear least squares of the
-    /// equation with its derivatives. Its standard errors take what is left of the equation for
-    /// independent noise, which it is not. `None` where there is no series or no motion.
+    /// k and b by the method of the paper: a Fourier series is fitted to the angles, and the equation with its
+    /// derivatives is solved by linear least squares. The standard errors assume that the residuals of the equation are
+    /// independent noise, which is not the case. `None` if there is no series or no motion.
     pub fn by_derivatives(&self, t: &[f64], theta: &[f64]) -> Option<([Estimate; 2], Fourier)> {
         let series = Fourier::fit(t, theta)?;
         let about_hinge = self.inertia + self.mass * self.arm * self.arm;
@@ -87,8 +87,8 @@ joints: {{ theta: {{ bodies: [base, body], axis: [[0, 0], [0, 1]], stiffness: k,
         Some(([estimate("k", 0), estimate("b", 1)], series))
     }
 
-    /// k and b by fitting the simulated swing, from those of [`by_derivatives`](Self::by_derivatives).
-    /// `system` is [`compile`](Self::compile)'s.
+    /// k and b by fitting the simulated swing; the first guess is that of [`by_derivatives`](Self::by_derivatives).
+    /// `system` is the result of [`compile`](Self::compile).
     ///
     /// # Errors
     /// [`FitError`].

@@ -1,4 +1,4 @@
-//! A motion and its derivatives by parameters and by where it starts.
+//! A motion and its derivatives by parameters and by the initial state.
 //!
 //! With z any of these, the variational equations of dq/dt = u, du/dt = a(t, q, u, p)
 //!
@@ -7,15 +7,15 @@
 //! d/dt du/dz = (da/dq) dq/dz + (da/du) du/dz + da/dp dp/dz
 //! ```
 //!
-//! are integrated beside them with the derivatives the program takes of itself, by the classical
-//! method of Runge and Kutta in fixed steps: what it computes is a smooth function of z, as least
-//! squares want it. After each step the state is projected onto the closed loops; the derivatives
-//! lie along these but for the method's own error.
+//! are integrated together with the motion. The program computes the derivatives of a, and the classical
+//! Runge-Kutta method takes fixed steps, so that the result is a smooth function of z, which least
+//! squares need. After each step the state is projected onto the closed loops; the derivatives
+//! are tangential to them up to the error of the method.
 
 use lamc::arithmetic::largest;
 use lamc_runtime::{Change, Error, Mechanism, derivatives_along, project};
 
-/// Most steps between two samples.
+/// The largest number of steps between two samples.
 const MOST_STEPS: usize = 256;
 
 /// A direction in which a motion may change.
@@ -38,7 +38,7 @@ pub struct Trajectory {
     pub derivatives: Vec<Vec<f64>>,
 }
 
-/// The motion from (q, u) at the first of some ascending times (s), in `steps` steps between two of
+/// Integrates the motion from (q, u) at the first of some ascending times (s), with `steps` steps between two of
 /// them.
 ///
 /// # Errors
@@ -131,8 +131,8 @@ impl<Y: Mechanism<Scalar = f64>> Sensitivities<'_, Y> {
     }
 }
 
-/// Steps between samples that keep the angles within `tolerance` (rad), by comparison with twice as
-/// many; `None` where not even [`MOST_STEPS`] do: the motion is too stiff.
+/// The number of steps between samples that keeps the error of the angles within `tolerance` (rad), found by comparison
+/// with twice as many. `None` if even [`MOST_STEPS`] are too few: the motion is too stiff.
 pub fn enough_steps<Y: Mechanism<Scalar = f64>>(
     system: &Y,
     times: &[f64],
@@ -147,7 +147,7 @@ pub fn enough_steps<Y: Mechanism<Scalar = f64>>(
         if let (Some(coarse), Some(fine)) = (&coarse, &fine) {
             let both = coarse.q.iter().flatten().zip(fine.q.iter().flatten());
             let error = largest(both.map(|(a, b)| a - b));
-            // Of order 4: the coarse one is off by 16/15 of the difference.
+            // The method has order 4: the error of the coarse motion is 16/15 of the difference.
             if error * 16.0 / 15.0 <= tolerance {
                 return Some(steps);
             }

@@ -2,7 +2,7 @@
 //!
 //! With r = q_i^-1 q_{i+1} = (w, v), the axis is the principal direction of the sum of v v^T over
 //! the record, on the side of the drawn one, and the angle 2 atan2(v . axis, w), continued by whole
-//! turns. The sign of r, and with it that of the axis a single sample would give, is of no account.
+//! turns. The sign of r, and thus that of the axis of a single sample, does not matter.
 
 use std::f64::consts::TAU;
 
@@ -12,31 +12,31 @@ use super::quaternions::Quaternions;
 use crate::identify::fourier::Fourier;
 use lamc::laminate::Mechanism;
 
-/// The measured axis counts where the hinge turns by more than this, rad, root mean square ...
+/// The measured axis is used if the hinge turns by more than this, rad, root mean square ...
 const LEAST_TURN: f64 = 0.02;
 /// ... and about it this many times as far as about any other.
 const LEAST_RATIO: f64 = 10.0;
 
-/// What was measured of a hinge.
+/// The measured motion of a hinge.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointMotion {
     /// The joint.
     pub name: String,
-    /// By sample, rad, positive as in the model; not a number in a gap.
+    /// The angle at each sample, rad, with the sign of the model; NaN in a gap.
     pub angle: Vec<f64>,
-    /// By sample, rad/s, from a Fourier series through the angles; not a number outside the record
-    /// of the joint, or where there are too few samples.
+    /// The rate at each sample, rad/s, from a Fourier series through the angles; NaN outside the record
+    /// of the joint, or if there are too few samples.
     pub rate: Vec<f64>,
-    /// The measured axis in the first body's frame; `None` where the hinge hardly turns, and the
-    /// drawn one is taken.
+    /// The measured axis in the first body's frame; `None` if the hinge hardly turns, in which case the
+    /// drawn axis is used.
     pub axis: Option<Vector3<f64>>,
-    /// Between the measured and the drawn axis, rad.
+    /// The angle between the measured and the drawn axis, rad.
     pub misalignment: f64,
-    /// Turns about other axes over those about this one, root mean square.
+    /// The rotation about other axes divided by that about this one, root mean square.
     pub wobble: f64,
 }
 
-/// The motion of every joint of a model, in order; `None` where a body was not seen.
+/// The motion of every joint of a model, in order; `None` if one of its bodies was not recorded.
 pub fn angles(mechanism: &Mechanism, measured: &Quaternions) -> Vec<Option<JointMotion>> {
     let motion = |joint: &lamc::laminate::Joint| {
         let [first, second] = joint.bodies.map(|body| &measured.bodies[body.index()]);
@@ -60,14 +60,14 @@ pub fn angles(mechanism: &Mechanism, measured: &Quaternions) -> Vec<Option<Joint
     mechanism.joints.iter().map(motion).collect()
 }
 
-/// The axis of rotations, on the side of the drawn one.
+/// The common axis of rotations, with the direction of the drawn one.
 fn axis<'r>(
     relative: impl Iterator<Item = &'r UnitQuaternion<f64>>,
     drawn: &Vector3<f64>,
 ) -> JointMotion {
     let (mut scatter, mut count) = (Matrix3::zeros(), 0.0_f64);
     for rotation in relative {
-        // Of a half turn this is the axis.
+        // For a half turn, this is the axis.
         let v = rotation.imag();
         scatter += v * v.transpose();
         count += 1.0;
@@ -106,7 +106,7 @@ fn unwrapped(relative: &[Option<UnitQuaternion<f64>>], axis: &Vector3<f64>) -> V
     relative.iter().map(angle).collect()
 }
 
-/// Rates at all times between the first and the last angle.
+/// The rates at all times between the first and the last angle.
 fn rates(t: &[f64], angle: &[f64]) -> Vec<f64> {
     let seen = || t.iter().zip(angle).filter(|(_, angle)| !angle.is_nan());
     let (times, angles): (Vec<f64>, Vec<f64>) = seen().unzip();

@@ -1,17 +1,17 @@
 //! Quaternions of bodies over time, from and to CSV.
 //!
 //! The header names `t [s]` (or `t`, `time`) and, for each body, `<body>.w`, `<body>.x`, `<body>.y`,
-//! `<body>.z`. Empty fields are gaps; fixed bodies without columns are where others are that have them,
-//! or else stay in the world as drawn.
+//! `<body>.z`. Empty fields are gaps. A fixed body without columns moves with a fixed body that has them;
+//! if there is none, it stays in the world as drawn.
 
 use std::fmt::Write;
 use std::io::Read;
 
 use nalgebra::{Quaternion, UnitQuaternion};
 
-/// Lengths this far from 1 are no rotations: the row is left out.
+/// A quaternion whose length is this far from 1 is not a rotation: the row is left out.
 const NO_ROTATION: f64 = 0.01;
-/// Lengths this far from 1 are more than printed digits, and told.
+/// A length this far from 1 is more than an error of printed digits, and is reported.
 const INEXACT: f64 = 1e-3;
 
 /// Rotations of bodies over time.
@@ -20,19 +20,19 @@ pub struct Quaternions {
     /// Ascending, s.
     pub t: Vec<f64>,
     /// By body of the model, then by sample: body to world; `None` in a gap. Empty for a body that
-    /// was not seen at all.
+    /// was not recorded.
     pub bodies: Vec<Vec<Option<UnitQuaternion<f64>>>>,
-    /// What was set right or left out.
+    /// Notes on rows that were corrected or left out.
     pub notes: Vec<String>,
 }
 
 /// Why quaternions cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum MocapError {
-    /// Not CSV.
+    /// The text is not CSV.
     #[error("{0}")]
     Csv(#[from] csv::Error),
-    /// Its columns or numbers are wrong.
+    /// Columns are missing, or numbers are invalid.
     #[error("{0}")]
     Content(String),
 }
@@ -41,10 +41,10 @@ fn wrong(message: impl Into<String>) -> MocapError {
     MocapError::Content(message.into())
 }
 
-/// Where a file has the time and the four parts of each body's rotation, w first.
+/// The columns of the time and of the four components of each body's rotation, w first.
 struct Columns {
     time: usize,
-    /// Nothing for a body that is not in the file.
+    /// `None` for a body that is not in the file.
     bodies: Vec<Option<[usize; 4]>>,
 }
 
@@ -72,7 +72,7 @@ impl Columns {
     }
 }
 
-/// Rows of a body that are not quite rotations.
+/// Counts of the rows of a body that are not exactly rotations.
 #[derive(Clone, Copy, Default)]
 struct Counts {
     refused: usize,
@@ -80,7 +80,7 @@ struct Counts {
 }
 
 impl Counts {
-    /// Whether a quaternion is a rotation, at least nearly; counts those that are not exactly.
+    /// Returns whether a quaternion is a rotation, at least nearly; counts those that are not exactly so.
     fn is_rotation(&mut self, quaternion: &Quaternion<f64>) -> bool {
         let off = (quaternion.norm() - 1.0).abs();
         let is_refused = off > NO_ROTATION;
@@ -107,8 +107,8 @@ impl Quaternions {
     /// Reads the rotations of these bodies, each with whether it is fixed.
     ///
     /// # Errors
-    /// No time, no body, only some of a body's four columns, times that do not ascend, fields that
-    /// are no numbers, fewer than two samples.
+    /// No column of times, no body, only some of a body's four columns, times that do not ascend, fields that
+    /// are not numbers, fewer than two samples.
     pub fn read(text: impl Read, bodies: &[(&str, bool)]) -> Result<Self, MocapError> {
         let mut reader =
             csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text);
@@ -168,7 +168,7 @@ impl Quaternions {
         Ok(())
     }
 
-    /// Gives fixed bodies that are not in the file the rotation of one that is.
+    /// Copies the rotation of a fixed body to the fixed bodies that are not in the file.
     fn add_fixed(&mut self, bodies: &[(&str, bool)], columns: &Columns) {
         let is_seen = |body: usize| columns.bodies[body].is_some();
         let ground = (0..bodies.len()).find(|&body| bodies[body].1 && is_seen(body));
@@ -185,11 +185,11 @@ impl Quaternions {
         }
     }
 
-    /// Makes all frames parallel to that of a fixed body as they are at the sample nearest to `t` (s)
-    /// at which all bodies that were seen are seen: the sheet lies flat there. `fixed` is by body.
+    /// Turns all frames so that they are parallel to that of a fixed body when the sheet lies flat: at the sample nearest
+    /// to `t` (s) at which all recorded bodies have a rotation. `fixed` has one entry per body.
     ///
     /// # Errors
-    /// When there is no such sample, or `t` is outside the record.
+    /// If there is no such sample, or `t` is outside the record.
     pub fn flatten(&mut self, t: f64, fixed: &[bool]) -> Result<(), MocapError> {
         let [first, last] = [self.t[0], self.t[self.t.len() - 1]];
         if !(first..=last).contains(&t) {

@@ -1,50 +1,50 @@
-//! Whether a motion gains energy that nothing feeds.
+//! Check that a motion does not gain energy without a source.
 //!
 //! ```text
 //! gain = (T + V) - (T + V at the start) - W      W: work of torques and dampers
 //! ```
 //!
-//! is zero but for errors of the integration. Equations that contradict each other, as those of a
-//! loop that rounding makes rigid, show in a gain as large as the motion's own energy.
+//! is zero up to errors of the integration. Contradicting equations, such as those of a loop that rounding makes
+//! rigid, cause a gain as large as the energy of the motion itself.
 
 use lamc::arithmetic::{larger, largest};
 use lamc_runtime::{Error, Mechanism, State};
 
 use super::Work;
 
-/// Gain, over the largest kinetic energy so far, that is a fault.
+/// A gain above this share of the largest kinetic energy so far is a fault.
 const FAULT: f64 = 1e-3;
-/// How many times the tolerance the error of one step may be: it is a mean over the coordinates.
+/// The error of one step may be this many times the tolerance, which is a mean over the coordinates.
 const STEP_ERRORS: f64 = 10.0;
-/// Next to a singular state, such as flat, loops are loose in directions they are not: what turning
-/// every joint by this, rad, does to the energy is not told apart from what that does. It is also
-/// the floor for motions from rest, which have no kinetic energy yet.
+/// Next to a singular state, such as the flat one, rounding leaves loops loose in additional directions. A change of
+/// the energy is therefore accepted if turning every joint by this angle, rad, causes it. This is also the lower bound
+/// for motions from rest, which have no kinetic energy yet.
 const LOOSE: f64 = 1e-3;
-/// Shorter steps than this, rad, say nothing about the forces on the way.
+/// Steps shorter than this, rad, say nothing about the forces along them.
 const SHORT: f64 = 1e-6;
-/// Rounding of energies, over those that were added.
+/// The rounding error of energies, as a share of those that were added.
 const ROUNDING: f64 = 1e-12;
 
-/// The energies of a motion on its way.
+/// The energies of a motion so far.
 #[derive(Clone, Debug)]
 pub struct Audit {
-    /// Error allowed per step, relative and absolute (rad, rad/s).
+    /// The error allowed per step, relative and absolute (rad, rad/s).
     tolerance: f64,
     /// T + V at the start, J.
     begin: f64,
     /// V after the last step, J.
     potential: f64,
-    /// Magnitude of the work after the last step, J.
+    /// The magnitude of the work after the last step, J.
     exchanged: f64,
-    /// What turning joints by `LOOSE` does to the energy where forces are largest, J.
+    /// The change of the energy if the joints turn by `LOOSE` where the forces are largest, J.
     floor: f64,
-    /// Largest T so far, J.
+    /// The largest T so far, J.
     largest_kinetic: f64,
-    /// What errors of the steps so far may have added, J.
+    /// The energy that errors of the steps so far may have added, J.
     allowed: f64,
 }
 
-/// Energy that nothing fed.
+/// A gain of energy without a source.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gain {
     /// J.
@@ -54,7 +54,7 @@ pub struct Gain {
 }
 
 impl Audit {
-    /// Of a motion that begins at a state and is integrated with this tolerance.
+    /// Starts the audit of a motion that begins at a state and is integrated with this tolerance.
     pub fn new<Y>(system: &Y, state: &State<Vec<f64>, f64>, tolerance: f64) -> Result<Self, Error>
     where
         Y: Mechanism<Scalar = f64, Coordinates = Vec<f64>, Speeds = Vec<f64>>,
@@ -71,7 +71,7 @@ impl Audit {
         })
     }
 
-    /// Looks at the end of a step, when its work has been added; `Some` where more energy was
+    /// Checks the end of a step, after its work has been added. Returns `Some` if more energy was
     /// gained than errors explain.
     pub fn look<Y>(
         &mut self,
@@ -104,8 +104,8 @@ impl Audit {
             .then_some(Gain { energy: gain, largest_kinetic }))
     }
 
-    /// What an error of the tolerance in every coordinate and speed adds to the energy, J: to T by
-    /// the inequality of Cauchy and Schwarz, to V by the forces so far.
+    /// The energy, J, that an error of the size of the tolerance in every coordinate and speed adds: to T by
+    /// the Cauchy-Schwarz inequality, to V by the forces so far.
     fn step_error<Y>(
         &self,
         system: &Y,
@@ -122,7 +122,7 @@ impl Audit {
     }
 }
 
-/// What turning each joint by `LOOSE` does to V, summed, J.
+/// The sum of the changes of V if each joint turns by `LOOSE`, J.
 fn loose<Y>(
     system: &Y,
     State { t, q, u }: &State<Vec<f64>, f64>,

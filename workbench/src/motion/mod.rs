@@ -1,5 +1,4 @@
-//! A motion as it was sampled: what `lamc simulate` records, and everything that writes or shows
-//! it reads.
+//! A sampled motion: `lamc simulate` records it, and tables, pictures and pages are made from it.
 
 mod audit;
 mod csv;
@@ -31,12 +30,12 @@ pub struct Motion {
     pub size: f64,
     /// By ascending time.
     pub samples: Vec<Sample>,
-    /// Whether the samples reach as far as they were meant to: not when the integration failed or
-    /// was interrupted on the way.
+    /// Whether the samples reach the intended end. They do not if the integration failed or
+    /// was interrupted.
     pub complete: bool,
 }
 
-/// A mechanism at one time.
+/// The state of a mechanism at one time, with what follows from it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
     /// s.
@@ -47,17 +46,17 @@ pub struct Sample {
     pub u: Vec<f64>,
     /// du/dt, N, rad/s^2.
     pub acceleration: Vec<f64>,
-    /// Of the whole mechanism, J.
+    /// The energies of the whole mechanism, J.
     pub energy: Energy<f64>,
     /// Largest component of the closure residuals, m.
     pub closure: f64,
     /// Positions in the base frame, m.
     pub points: Vec<[f64; 3]>,
-    /// Of every body, fixed ones included.
+    /// The poses of all bodies, including the fixed ones.
     pub poses: Vec<Pose>,
 }
 
-/// Where a body is: the point drawn at x lies at R x + p in the base frame.
+/// The pose of a body: the point drawn at x lies at R x + p in the base frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// R, by row.
@@ -67,7 +66,7 @@ pub struct Pose {
 }
 
 impl Motion {
-    /// Nothing recorded yet.
+    /// Creates a motion without samples.
     pub fn new(interface: &Interface) -> Self {
         Self {
             name: interface.name.clone(),
@@ -80,7 +79,7 @@ impl Motion {
         }
     }
 
-    /// Adds a state of the mechanism, evaluated.
+    /// Evaluates a state of the mechanism and adds it as a sample.
     ///
     /// # Errors
     /// Those of [`acceleration_in_motion`].

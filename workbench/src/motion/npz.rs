@@ -9,7 +9,7 @@ use zip::{CompressionMethod, ZipWriter};
 use super::{Motion, Sample};
 
 impl Motion {
-    /// Everything recorded, for T samples of N joints, P points and B bodies:
+    /// Writes everything that was recorded, for T samples of N joints, P points and B bodies:
     ///
     /// ```text
     /// joints N, points P, bodies B        names
@@ -24,7 +24,7 @@ impl Motion {
     /// ```
     ///
     /// # Errors
-    /// Those of the archive, as when it is too large.
+    /// Those of the archive, for example if it is too large.
     pub fn to_npz(&self) -> io::Result<Vec<u8>> {
         let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
         let (samples, n, points, bodies) =
@@ -53,7 +53,7 @@ impl Motion {
     }
 }
 
-/// Arrays on their way into the archive, as they are: floating-point numbers hardly shrink.
+/// The arrays of an archive. They are stored uncompressed, because floating-point numbers hardly shrink.
 struct Archive(ZipWriter<Cursor<Vec<u8>>>);
 
 impl Archive {

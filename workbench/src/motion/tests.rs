@@ -1,4 +1,4 @@
-//! Energies of a motion, looked at.
+//! Tests of the audit of energies.
 
 use lamc_runtime::{Mechanism, State};
 
@@ -7,7 +7,7 @@ use lamc::pipeline;
 use lamc::program::Interpreter;
 use lamc::source::SourceFile;
 
-/// A pendulum of 1 g at 0.1 m, and what follows its motion.
+/// A pendulum of 1 g at 0.1 m, and the audit of its motion.
 fn pendulum() -> (Interpreter, Work) {
     let text = "bodies:\n  base: { fixed: true }\n  \
                 arm: { mass: 1 g, com: [0.1, 0, 0], inertia: [[1e-8,0,0],[0,1e-8,0],[0,0,1e-8]] }\n\
@@ -30,7 +30,7 @@ fn energy_that_nothing_feeds_is_found() {
         energy.kinetic + energy.potential
     };
     let begin = state(0.0, 0.2, 0.0);
-    // As fast as it falls.
+    // The speed at an angle q if energy is conserved.
     let inertia = 2.0 * system.energy(0.0, &vec![0.2], &vec![1.0]).unwrap().kinetic;
     let falls = |q: f64| (2.0 * (energy(&begin) - energy(&state(0.0, q, 0.0))) / inertia).sqrt();
     let fair = state(0.1, 0.6, falls(0.6));
@@ -44,7 +44,7 @@ fn energy_that_nothing_feeds_is_found() {
     fast.u[0] *= 1.01_f64.sqrt();
     let gain = looked(&fast).unwrap();
     assert!((gain.energy - (energy(&fast) - energy(&begin))).abs() < 1e-12, "{gain:?}");
-    // What was lost is no gain.
+    // A loss is not a gain.
     fast.u[0] *= 0.9;
     assert_eq!(looked(&fast), None);
 }

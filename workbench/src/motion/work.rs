@@ -4,19 +4,19 @@
 //! W = integral of sum over j of (torque_j - b_j u_j) u_j dt
 //! ```
 //!
-//! from the model's own formulas, apart from the equations of motion: what the energy T + V changes
-//! by, where nothing else does work. Each step of the integrator is integrated by Simpson's rule.
+//! from the formulas of the model, independent of the equations of motion. It equals the change of the energy T + V
+//! if nothing else does work. Each step of the integrator is integrated by Simpson's rule.
 
 use lamc_runtime::State;
 
 use lamc::laminate::Mechanism;
 use lamc::source::Expression;
 
-/// Error of Simpson's rule over what it differs by from the trapezoidal rule: more than that of any
+/// The error of Simpson's rule as a share of its difference from the trapezoidal rule: more than for any
 /// power that the steps resolve.
 const DOUBT: f64 = 0.1;
 
-/// Work done so far.
+/// The work done so far.
 #[derive(Clone, Debug)]
 pub struct Work {
     /// Damping and torque of each joint.
@@ -27,12 +27,12 @@ pub struct Work {
     pub total: f64,
     /// Integral of the magnitude of the power, J.
     pub exchanged: f64,
-    /// How far `total` may be off, J: a part of what Simpson's rule and the trapezoidal one differ by.
+    /// The largest error of `total`, J: a share of the difference between Simpson's and the trapezoidal rule.
     pub doubt: f64,
 }
 
 impl Work {
-    /// None done yet. `None` where the energy changes by something else: forces, air, driven joints,
+    /// Starts with no work done. Returns `None` if something else changes the energy: forces, air, driven joints,
     /// friction, springs or gravity that change with time.
     pub fn new(mechanism: &Mechanism, parameters: &[f64], inputs: &[f64]) -> Option<Self> {
         let joints = &mechanism.joints;
@@ -53,7 +53,7 @@ impl Work {
         })
     }
 
-    /// Adds the work of a step, from the states at its begin, middle and end.
+    /// Adds the work of a step, from the states at its beginning, middle and end.
     pub fn add(&mut self, states: [&State<Vec<f64>, f64>; 3]) {
         let step = states[2].t - states[0].t;
         let power = states.map(|state| self.power(state));

@@ -1,4 +1,4 @@
-//! The viewer: one HTML file with a model, a motion, and everything needed to look at them.
+//! The viewer: one HTML file that contains a model, a motion, and the script that shows them.
 
 use std::f64::consts::PI;
 
@@ -12,13 +12,13 @@ use crate::picture::View;
 use crate::scene::{Placement, Rgb, Scene};
 use lamc::laminate::Mechanism;
 
-/// What a page shows. Lengths in m, angles in rad, most numbers of single precision.
+/// The data of a page. Lengths are in m and angles in rad; most numbers have single precision.
 #[derive(Serialize)]
 struct Shown<'a> {
     view: ViewFrom,
     model: Model<'a>,
     motion: Curves<'a>,
-    /// What can be tried out in a live page.
+    /// The parameters and joints that can be changed in a live page.
     controls: Controls<'a>,
 }
 
@@ -43,7 +43,7 @@ struct Parameter<'a> {
     doc: &'a str,
 }
 
-/// A joint whose angle at the start is given.
+/// A joint whose initial angle is given.
 #[derive(Serialize)]
 struct Initial<'a> {
     joint: &'a str,
@@ -89,7 +89,7 @@ struct Point<'a> {
     at: [f32; 3],
 }
 
-/// Lists by sample, one for each joint or body.
+/// Lists by sample, one list for each joint or body.
 #[derive(Serialize)]
 struct Curves<'a> {
     joints: &'a [String],
@@ -104,7 +104,7 @@ struct Curves<'a> {
     complete: bool,
 }
 
-/// What a page shows of a motion, first seen from `view`, as JSON in which there is no `<`: it may
+/// Returns the data of a page for a motion, first seen from `view`, as JSON. It contains no `<`, so that it may
 /// stand in a script element.
 pub fn data(scene: &Scene, motion: &Motion, mechanism: &Mechanism, view: View) -> String {
     let View { azimuth, elevation, zoom } = view;
@@ -116,12 +116,12 @@ pub fn data(scene: &Scene, motion: &Motion, mechanism: &Mechanism, view: View) -
     })
 }
 
-/// The page that shows such data.
+/// Returns the page that shows such data.
 pub fn write(title: &str, data: &str) -> String {
     fill_in(title, data, false)
 }
 
-/// The page that asks the server it came from for data.
+/// Returns the page that requests its data from the server.
 pub fn live(title: &str) -> String {
     fill_in(title, "null", true)
 }
@@ -136,7 +136,7 @@ fn fill_in(title: &str, data: &str, live: bool) -> String {
     context.insert("live", &live);
     match Tera::one_off(VIEWER, &context, true) {
         Ok(page) => page,
-        // The template is ours, and tests fill it in.
+        // The template is part of lamc, and tests render it.
         Err(error) => unreachable!("the viewer's template: {error:?}"),
     }
 }
@@ -148,7 +148,7 @@ fn json(shown: &Shown<'_>) -> String {
     }
 }
 
-/// Every parameter, and the joints whose guess was given; if none was, all that are not driven.
+/// All parameters, and the joints whose guess is given; if none is given, all joints that are not driven.
 fn controls(mechanism: &Mechanism) -> Controls<'_> {
     let is_free = |joint: &usize| mechanism.joints[*joint].drive.is_none();
     let given = mechanism.initial_given.iter().map(|joint| joint.index());
@@ -233,7 +233,7 @@ fn curves(motion: &Motion) -> Curves<'_> {
     }
 }
 
-/// A body's quaternion and origin.
+/// The quaternion and the origin of a body.
 fn pose(sample: &Sample, body: usize) -> [f32; 7] {
     let placement = Placement::of(&sample.poses, body);
     let q = placement.quaternion();

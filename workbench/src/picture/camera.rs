@@ -15,17 +15,17 @@ use nalgebra::Vector3;
 /// Half the angle of view across the shorter side at zoom 1, rad.
 const HALF_ANGLE: f64 = 0.22;
 
-/// Share of the picture that what is framed fills at zoom 1.
+/// The share of the picture that the framed points fill at zoom 1.
 const FILLED: f64 = 0.9;
 
-/// Where to look from.
+/// The view: from where the camera looks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// Direction the camera stands in, rad from x towards y.
+    /// The direction in which the camera stands, rad from x towards y.
     pub azimuth: f64,
     /// Its height above the horizon, rad.
     pub elevation: f64,
-    /// 1 shows everything; greater is closer.
+    /// 1 shows everything; a larger number shows less, from closer.
     pub zoom: f64,
 }
 
@@ -84,7 +84,7 @@ impl Camera {
         let back = Vector3::new(ce * ca, ce * sa, se);
         let [width, height] = size.map(|pixels| pixels as f64);
         let focal = width.min(height) / 2.0 / HALF_ANGLE.tan();
-        // What the picture shows at distance 1, half of it each way.
+        // Half the width and height of what the picture shows at distance 1.
         let [across, along] = [width, height].map(|pixels| FILLED * pixels / 2.0 / focal);
 
         let mut low = Vector3::repeat(f64::INFINITY);
@@ -96,7 +96,7 @@ impl Camera {
         if points.is_empty() {
             (low, high) = (Vector3::repeat(-1.0), Vector3::repeat(1.0));
         }
-        // Near things look larger: the middle of the picture is found by steps.
+        // Near things look larger, so the middle of the picture is found by iteration.
         let mut middle = (low + high) / 2.0;
         let mut distance = (high - low).norm().max(f64::MIN_POSITIVE);
         for _ in 0..8 {
@@ -123,7 +123,7 @@ impl Camera {
         Self { right, up, back, eye, focal: focal * view.zoom, size }
     }
 
-    /// Where a point is seen: x and y in pixels from the upper left corner, and its depth, m.
+    /// The place of a point in the picture: x and y in pixels from the upper left corner, and its depth, m.
     pub fn project(&self, point: &Vector3<f64>) -> [f64; 3] {
         let from_eye = point - self.eye;
         let depth = -self.back.dot(&from_eye);

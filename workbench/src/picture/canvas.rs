@@ -1,11 +1,11 @@
-//! The picture before it is one: light as numbers, lines blended in, ground and sky.
+//! The canvas: linear light per pixel, blended lines, ground and sky.
 
 use nalgebra::{Vector3, Vector4};
 
 use super::{Camera, Picture};
 use crate::scene::Rgb;
 
-/// Red, green and blue light, 0 to 1 and linear; the fourth number is none.
+/// Red, green and blue light, 0 to 1 and linear; the fourth number is unused.
 pub type Linear = Vector4<f32>;
 
 /// Light of a colour on the screen (sRGB's curve taken as a power of 2.2).
@@ -14,16 +14,16 @@ pub fn linear(color: Rgb) -> Linear {
     Linear::new(r, g, b, 0.0)
 }
 
-/// A picture being drawn.
+/// A picture while it is drawn.
 pub struct Canvas {
     width: usize,
     height: usize,
-    /// By rows from the top.
+    /// Pixels by rows, from the top.
     pub pixels: Vec<Linear>,
 }
 
 impl Canvas {
-    /// A black one.
+    /// Creates a black canvas.
     pub fn new(width: usize, height: usize) -> Self {
         Self { width, height, pixels: vec![Linear::zeros(); width * height] }
     }
@@ -79,7 +79,7 @@ impl Canvas {
         let unit = self.unit();
         let origin = [62.0 * unit, self.height as f64 - 62.0 * unit, 0.0];
         let mut axes = [0, 1, 2];
-        // Those that point away are drawn first.
+        // Axes that point away from the camera are drawn first.
         axes.sort_by(|a, b| camera.back[*a].total_cmp(&camera.back[*b]));
         for axis in axes {
             let color = linear(COLORS[axis]);
@@ -100,7 +100,7 @@ impl Canvas {
         }
     }
 
-    /// As the screen takes it.
+    /// Converts light to the numbers of a screen (sRGB).
     pub fn picture(&self) -> Picture {
         let curve: Vec<u8> = (0..=4095_u16)
             .map(|light| (255.0 * (f32::from(light) / 4095.0).powf(1.0 / 2.2)).round() as u8)
@@ -111,7 +111,7 @@ impl Canvas {
     }
 }
 
-/// Where the ground, at a height, is seen at a place of the picture.
+/// The point of the ground, at a height, that is seen at a place of the picture.
 pub fn on_ground(camera: &Camera, x: f64, y: f64, ground: f64) -> Option<Vector3<f64>> {
     let ray = camera.ray(x, y);
     let depth = (ground - camera.eye.z) / ray.z;

@@ -1,5 +1,5 @@
-//! The sun: its direction, and what it reaches. A grid perpendicular to its rays holds the heights
-//! of what it hits first; points below that are in shadow.
+//! The sun: its direction, and the points that it reaches. A grid perpendicular to its rays holds the heights
+//! of the first surfaces it hits; points below them are in shadow.
 
 use nalgebra::Vector3;
 
@@ -11,7 +11,7 @@ const SAMPLES: usize = 1024;
 /// Samples across the penumbra.
 const SOFT: i32 = 4;
 
-/// Parallel light with its shadows.
+/// Parallel light and its shadows.
 #[derive(Clone, Debug)]
 pub struct Light {
     /// Unit vector towards the sun, base frame.
@@ -56,7 +56,7 @@ impl Light {
         self.hit.clear();
     }
 
-    /// Lets a triangle cast its shadow.
+    /// Adds the shadow of a triangle.
     pub fn cast(&mut self, corners: &[Vector3<f64>; 3]) {
         self.hit.triangle(&[0, 1, 2].map(|corner| self.place(&corners[corner])), 0);
     }

@@ -1,4 +1,4 @@
-//! Pictures of a mechanism, drawn without help from the graphics hardware: a z-buffer of two by two
+//! Pictures of a mechanism, drawn in software: a z-buffer with two by two
 //! samples per pixel, sunlight with shadows, edges between faces, hinge lines.
 
 mod camera;
@@ -18,7 +18,7 @@ use self::raster::{NOTHING, Raster};
 use crate::motion::{Motion, Pose};
 use crate::scene::{Placement, Scene};
 
-/// Samples per pixel, each way.
+/// Samples per pixel in each direction.
 const FINE: usize = 2;
 
 /// A picture.
@@ -32,11 +32,11 @@ pub struct Picture {
     pub rgb: Vec<u8>,
 }
 
-/// Draws a scene from where a camera stands.
+/// Draws a scene as a camera sees it.
 #[derive(Clone, Debug)]
 pub struct Renderer<'a> {
     scene: &'a Scene,
-    /// Where it is seen from.
+    /// The camera.
     pub camera: Camera,
     light: Light,
     /// Height of the ground, m.
@@ -47,7 +47,7 @@ pub struct Renderer<'a> {
     surfaces: Vec<Surface>,
 }
 
-/// A triangle as it is in one picture.
+/// A triangle of one picture.
 #[derive(Clone, Copy, Debug)]
 struct Surface {
     color: Linear,
@@ -99,7 +99,7 @@ impl<'a> Renderer<'a> {
         canvas.picture()
     }
 
-    /// Which triangle is seen at each sample, and which the light hits.
+    /// Determines which triangle is seen at each sample, and which one the light hits.
     fn rasterise(&mut self, poses: &[Pose]) {
         self.seen.clear();
         self.light.clear();
@@ -186,7 +186,7 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// Hinge lines, points and the axes of the base frame, over what is drawn.
+    /// Draws hinge lines, points and the axes of the base frame over the bodies.
     fn annotate(&self, canvas: &mut Canvas, poses: &[Pose]) {
         // Hinge lines lie inside their sheet: they are brought forward by about its thickness.
         let forward = self.camera.back * (0.01 * self.scene.size);
@@ -223,10 +223,10 @@ impl<'a> Renderer<'a> {
 }
 
 impl Picture {
-    /// As a PNG file.
+    /// Encodes the picture as a PNG file.
     ///
     /// # Errors
-    /// When the picture is too large for one.
+    /// If the picture is too large for a PNG file.
     pub fn png(&self) -> Result<Vec<u8>, png::EncodingError> {
         let mut file = Vec::new();
         let [width, height] = [self.width, self.height].map(|pixels| pixels as u32);

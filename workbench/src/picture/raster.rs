@@ -1,15 +1,15 @@
-//! Triangles to samples: the nearest triangle at each sample of a grid.
+//! Rasterisation: the nearest triangle at each sample of a grid.
 
-/// What is nearest at each sample.
+/// The nearest triangle at each sample.
 #[derive(Clone, Debug)]
 pub struct Raster {
     /// Samples per row.
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// Nearness, by rows: greater hides less; 0 where there is nothing.
+    /// Nearness, by rows: a greater one hides a lesser one; 0 if there is no triangle.
     pub near: Vec<f32>,
-    /// What is there: the number given to [`triangle`](Self::triangle); [`NOTHING`] if nothing is.
+    /// The number of the triangle, as given to [`triangle`](Self::triangle); [`NOTHING`] if there is none.
     pub what: Vec<u32>,
 }
 
@@ -64,7 +64,7 @@ impl Raster {
             let at = row * self.width;
             let near = &mut self.near[at + first..at + last];
             let held = &mut self.what[at + first..at + last];
-            // Without a branch: several samples at once.
+            // This has no branch, so that the compiler computes several samples at once.
             for ((near, held), step) in near.iter_mut().zip(held).zip(0_i32..) {
                 let here = start + slope * step as f32;
                 let hides = here > *near;

@@ -1,4 +1,4 @@
-//! Pictures to a video: H.264 (constrained baseline, which everything plays) in an MP4 file.
+//! Videos: pictures encoded as H.264 (constrained baseline, which all players support) in an MP4 file.
 //!
 //! Colours are ITU-R BT.601, limited range, one colour per two by two pixels.
 
@@ -13,10 +13,10 @@ use shiguredo_mp4::{BoxSize, BoxType, TrackKind, Uint};
 
 use super::Picture;
 
-/// Quantisation: near 20 nothing is lost that an eye would see.
+/// Quantisation: near 20 no loss is visible.
 const QUALITY: u8 = 20;
 
-/// Types of the units an H.264 stream is made of.
+/// Types of the units in an H.264 stream.
 const SEQUENCE_PARAMETERS: u8 = 7;
 const PICTURE_PARAMETERS: u8 = 8;
 const KEY_PICTURE: u8 = 5;
@@ -27,15 +27,15 @@ pub enum VideoError {
     /// H.264 has one colour per two by two pixels.
     #[error("a video's width and height must be even, not {0} x {1}")]
     Odd(usize, usize),
-    /// From the encoder.
+    /// The encoder failed.
     #[error("cannot encode: {0}")]
     Encode(#[from] EncodeError),
-    /// From the file format.
+    /// The MP4 file could not be written.
     #[error("cannot write MP4: {0}")]
     Mux(#[from] MuxError),
 }
 
-/// Makes a video of pictures, one by one.
+/// Encodes a video, picture by picture.
 pub struct Encoder {
     coder: rusty_h264_encoder::Encoder,
     /// Pictures per second.

@@ -7,7 +7,7 @@ use lamc::source::Code;
 use lamc::source::codes::GROUPS;
 
 /// The page as it is in this program. It is a copy of `docs/ERRORS.md`, because the package of this crate has no
-/// `docs/`, and a symbolic link is a file with a path in it where the file system knows none.
+/// `docs/`, and some file systems do not support symbolic links.
 const PAGE: &str = include_str!("ERRORS.md");
 
 const BEGINNING: &str = "\
@@ -20,15 +20,15 @@ page explains the cause of each code, shows a short model with the report, and s
 This page is generated from the table of codes in the compiler and from the models in `tests/wrong`.
 ";
 
-/// A model that shows a code.
+/// An example model for a code.
 pub struct Example {
     /// Its text.
     pub model: String,
-    /// The report on it that has the code.
+    /// The diagnostic of the model that has the code.
     pub report: String,
 }
 
-/// The page, with the example that `of` finds for each code.
+/// Writes the page, with the example that `of` returns for each code.
 pub fn errors_page(of: impl Fn(Code) -> Option<Example>) -> String {
     let mut page = String::from(BEGINNING);
     for (title, codes) in GROUPS {
@@ -57,7 +57,7 @@ fn entry(code: Code, example: Option<&Example>) -> String {
     entry
 }
 
-/// The entry of a code, where there is such a code.
+/// The entry of a code, if there is such a code.
 pub fn explain(code: &str) -> Option<&'static str> {
     let heading = format!("\n### {code}\n");
     let (_, entry) = PAGE.split_once(&heading)?;

@@ -1,8 +1,8 @@
 //! The JSON Schema (draft 2020-12) of the model file, for editors and other tools.
 //!
-//! The schema refuses only what the reader refuses too. What no schema can say is left to the reader:
+//! The schema refuses only what the reader refuses too. What a schema cannot express is left to the reader:
 //! whether a name is declared, whether the dimension of a product of units fits, whether a formula can be
-//! read. Tuples are written as lists of a fixed length, which all versions of language servers know.
+//! read. Tuples are written as lists of a fixed length, which all versions of language servers support.
 
 use lamc::source::schema::{
     Choice, Key, Kind, MAPPINGS, MODEL, Mapping, Presence, QUANTITIES, Quantity, Range, Value,
@@ -10,17 +10,17 @@ use lamc::source::schema::{
 };
 use serde_json::{Map, Value as Json, json};
 
-/// What comes before a unit.
+/// The pattern of a number before a unit.
 const NUMBER: &str = r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?";
 /// A formula has no other characters.
 const FORMULA: &str = r"^[A-Za-z0-9_.+\-*/^(),\s]+$";
-/// What the reader takes for a unit if it follows a number, and not for a part of a formula.
+/// The pattern of a text after a number that the reader takes for a unit, not for a part of a formula.
 const UNIT: &str = r"[A-Za-z]([A-Za-z0-9 */]|\^-?)*";
 const IDENTIFIER: &str = "^[A-Za-z_][A-Za-z0-9_]*$";
-/// The spellings of YAML 1.1, which YAML 1.2 takes for text.
+/// The spellings of true and false in YAML 1.1, which are text in YAML 1.2.
 const SPELLINGS: [&str; 8] = ["y", "yes", "true", "on", "n", "no", "false", "off"];
 
-/// The schema.
+/// Returns the schema.
 pub fn json_schema() -> Json {
     let mut definitions = Map::new();
     for mapping in MAPPINGS.iter().filter(|mapping| mapping.name != MODEL.name) {
@@ -91,7 +91,7 @@ fn object(mapping: &Mapping) -> Json {
     object
 }
 
-/// Which keys are required beside a key.
+/// The keys that are required together with a key.
 fn together(mapping: &Mapping, key: &Key) -> Option<(String, Json)> {
     let needed: Vec<&str> = mapping
         .beside(key.name)
@@ -102,7 +102,7 @@ fn together(mapping: &Mapping, key: &Key) -> Option<(String, Json)> {
     (!needed.is_empty()).then(|| (key.name.to_owned(), json!(needed)))
 }
 
-/// Each pair of keys of different ways of a choice.
+/// All pairs of keys that exclude each other, because they belong to different alternatives.
 fn excluded(choice: &Choice) -> Vec<Json> {
     let mut pairs = Vec::new();
     for (index, way) in choice.iter().enumerate() {
@@ -145,7 +145,7 @@ fn property(key: &Key) -> Json {
 fn value(value: &Value) -> Json {
     match value {
         Value::Name(kind) => reference(name_definition(*kind)),
-        // Whether it is declared, only the reader knows.
+        // Only the reader can check whether it is declared.
         Value::Reference { .. } => json!({ "type": "string", "pattern": IDENTIFIER }),
         Value::Boolean => reference("boolean"),
         Value::Word(words) => json!({ "enum": words }),
@@ -216,7 +216,7 @@ fn number_in(unit: &str, description: &str) -> Json {
 
 fn one_of(units: &[&str]) -> String {
     let mut units = units.to_vec();
-    // The longest first: some engines take the first that fits.
+    // The longest come first, because some engines take the first alternative that fits.
     units.sort_by_key(|unit| std::cmp::Reverse(unit.len()));
     format!("({})", units.join("|"))
 }
@@ -259,7 +259,7 @@ fn capitalised(text: &str) -> String {
     text[..1].to_uppercase() + &text[1..]
 }
 
-/// Without links, whose targets are pages of the repository.
+/// Removes links, because their targets are pages of the repository.
 fn plain(text: &str) -> String {
     let mut plain = String::new();
     let mut rest = text;

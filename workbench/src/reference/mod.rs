@@ -1,4 +1,4 @@
-//! What a user looks up: the keys of the model file and the codes of diagnostics.
+//! Reference pages: the keys of the model file and the codes of diagnostics.
 //!
 //! The pages `docs/SCHEMA.md` and `docs/ERRORS.md`, the JSON Schema and the texts of `lamc explain` are
 //! written from the tables in `lamc::source::{schema, codes}`, which the reader itself uses.

@@ -9,10 +9,10 @@ use nalgebra::{Matrix3, Vector3};
 use super::palette::Rgb;
 use lamc::laminate::Sheet;
 
-/// Sides that meet at less than this, rad, are one curved wall without an edge between them.
+/// Sides that meet at an angle below this, rad, form one curved wall without an edge between them.
 const SMOOTH: f64 = 30.0 * PI / 180.0;
 
-/// Meridians of an ellipsoid, and twice its circles of latitude.
+/// The number of meridians of an ellipsoid; it has half as many circles of latitude.
 const MERIDIANS: usize = 32;
 
 /// A closed surface, flat coordinates, m.
@@ -20,11 +20,11 @@ const MERIDIANS: usize = 32;
 pub struct Mesh {
     /// Corners of the triangles.
     pub vertices: Vec<Vector3<f64>>,
-    /// Seen from outside, counter-clockwise.
+    /// The triangles; their corners are counter-clockwise if seen from outside.
     pub triangles: Vec<Triangle>,
 }
 
-/// A flat piece of surface.
+/// A flat triangle of the surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Triangle {
     /// Indices of its vertices.
@@ -33,7 +33,7 @@ pub struct Triangle {
     pub normal: Vector3<f64>,
     /// Its colour.
     pub color: Rgb,
-    /// The face it belongs to, from 0: faces have edges, triangles of one face have none between.
+    /// The index of its face: edges are drawn between faces, not between triangles of one face.
     pub face: usize,
 }
 
@@ -43,7 +43,7 @@ impl Mesh {
         self.triangles.last().map_or(0, |triangle| triangle.face + 1)
     }
 
-    /// Adds a triangle; one without area has no normal and is left out.
+    /// Adds a triangle. A triangle without area has no normal and is left out.
     fn push(&mut self, corners: [usize; 3], color: Rgb, face: usize) {
         let [a, b, c] = corners.map(|corner| self.vertices[corner]);
         if let Some(normal) = (b - a).cross(&(c - a)).try_normalize(0.0) {

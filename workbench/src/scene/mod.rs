@@ -1,4 +1,4 @@
-//! What a mechanism looks like: solids in flat coordinates, hinge lines, points. The pictures
+//! The appearance of a mechanism: solids in flat coordinates, hinge lines, points. The pictures
 //! (`picture/`) and the viewer page (`page/`) are drawn from it.
 
 mod mesh;
@@ -26,7 +26,7 @@ pub struct Scene {
     pub hinges: Vec<HingeLine>,
     /// Output points.
     pub points: Vec<Marker>,
-    /// Materials and their colours, as far as they are seen.
+    /// The visible materials and their colours.
     pub materials: Vec<(String, Rgb)>,
     /// Diagonal of the flat bounding box, m.
     pub size: f64,
@@ -37,18 +37,18 @@ pub struct Scene {
 pub struct Solid {
     /// Its name.
     pub name: String,
-    /// Part of the ground.
+    /// Whether it is part of the ground.
     pub fixed: bool,
     /// Its surface.
     pub mesh: Mesh,
 }
 
-/// The line two bodies turn about.
+/// The line about which two bodies turn.
 #[derive(Clone, Debug)]
 pub struct HingeLine {
     /// The joint's name.
     pub name: String,
-    /// The body that carries it: the joint's first.
+    /// The body that carries it: the first of the joint.
     pub body: usize,
     /// Both ends, flat coordinates, m.
     pub ends: [Vector3<f64>; 2],
@@ -65,11 +65,11 @@ pub struct Marker {
     pub at: Vector3<f64>,
 }
 
-/// Poses looked at to see how far a motion reaches.
+/// The number of poses from which the extent of a motion is computed.
 const MOST_SAMPLES: usize = 120;
 
 impl Scene {
-    /// What there is to see of a mechanism.
+    /// Creates the scene of a mechanism.
     pub fn new(mechanism: &Mechanism) -> Self {
         let materials = palette::of_materials(
             mechanism.bodies.iter().flat_map(|body| &body.sheets).map(|sheet| &*sheet.material),
@@ -113,8 +113,8 @@ impl Scene {
         }
     }
 
-    /// Everything's positions at given poses of the bodies, base frame, m: vertices, ends of
-    /// hinges, points.
+    /// The positions of vertices, ends of hinges and points at given poses of the bodies, base
+    /// frame, m.
     pub fn positions(&self, poses: &[Pose]) -> Vec<Vector3<f64>> {
         let mut all = Vec::new();
         for (index, body) in self.bodies.iter().enumerate() {
@@ -131,14 +131,14 @@ impl Scene {
         all
     }
 
-    /// Everything's positions in the course of a motion, base frame, m.
+    /// The same positions in the course of a motion, base frame, m.
     pub fn swept(&self, motion: &Motion) -> Vec<Vector3<f64>> {
         let every = motion.samples.len().div_ceil(MOST_SAMPLES).max(1);
         let looks = motion.samples.iter().step_by(every).chain(motion.samples.last());
         looks.flat_map(|sample| self.positions(&sample.poses)).collect()
     }
 
-    /// Lower and upper corner of the box around a motion, base frame, m.
+    /// The lower and the upper corner of the box around a motion, base frame, m.
     pub fn extent(&self, motion: &Motion) -> [Vector3<f64>; 2] {
         let swept = self.swept(motion);
         let first = swept.first().copied().unwrap_or_default();

@@ -1,12 +1,12 @@
-//! Colours of materials: the same name has the same colour in every model, as long as no other
-//! material of the model wants it too.
+//! Colours of materials: the same name has the same colour in every model, unless another
+//! material of the model has that colour already.
 
 use sha2::{Digest, Sha256};
 
-/// Red, green, blue, as screens take them (sRGB).
+/// Red, green, blue (sRGB).
 pub type Rgb = [u8; 3];
 
-/// Sheets, none of them dark, so that edges and hinges are seen on all.
+/// The colours of sheets. None of them is dark, so that edges and hinges are visible on all.
 const SHEETS: [Rgb; 8] = [
     [222, 184, 135], // wood
     [111, 168, 196], // steel blue
@@ -18,10 +18,10 @@ const SHEETS: [Rgb; 8] = [
     [214, 134, 156], // rose
 ];
 
-/// Bodies given by their mass alone, and point masses.
+/// The colour of point masses and of bodies that are given by their mass alone.
 pub const MASS: Rgb = [96, 108, 128];
 
-/// The colour on a body of the ground: half of it is grey.
+/// The colour on a body of the ground: a mixture with grey, half and half.
 pub fn grounded(color: Rgb) -> Rgb {
     color.map(|part| ((u16::from(part) + 190) / 2) as u8)
 }
@@ -33,7 +33,7 @@ pub fn of_materials<'a>(names: impl Iterator<Item = &'a str>) -> Vec<(String, Rg
         if found.iter().any(|(known, _)| known == name) {
             continue;
         }
-        // Any byte of the digest would do; with this one common names look well together.
+        // Any byte of the digest would do; with this one, the colours of common names go well together.
         let wish = usize::from(Sha256::digest(name)[5]) % SHEETS.len();
         let free = (0..SHEETS.len())
             .map(|step| SHEETS[(wish + step) % SHEETS.len()])

@@ -1,10 +1,10 @@
-//! Where bodies are at any time of a sampled motion.
+//! The poses of bodies at any time of a sampled motion.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use crate::motion::{Motion, Pose};
 
-/// A pose, ready to be applied.
+/// The pose of a body.
 #[derive(Clone, Copy, Debug)]
 pub struct Placement {
     /// R.
@@ -14,7 +14,7 @@ pub struct Placement {
 }
 
 impl Placement {
-    /// That of a body among the poses of all; flat where there are too few.
+    /// The pose of a body among those of all bodies; the flat pose if there are too few.
     pub fn of(poses: &[Pose], body: usize) -> Self {
         match poses.get(body) {
             Some(pose) => Self {
@@ -25,7 +25,7 @@ impl Placement {
         }
     }
 
-    /// Where a point of the body, given in flat coordinates, is in the base frame, m.
+    /// The position in the base frame, m, of a point of the body that is given in flat coordinates.
     pub fn apply(&self, x: &Vector3<f64>) -> Vector3<f64> {
         self.rotation * x + self.position
     }
@@ -37,7 +37,7 @@ impl Placement {
 }
 
 /// Poses of all bodies at a time, s: between samples, bodies turn uniformly and their origins move
-/// straight; before the first and after the last, they rest.
+/// on straight lines; before the first sample and after the last one, they rest.
 pub fn poses_at(motion: &Motion, t: f64) -> Vec<Pose> {
     let after = motion.samples.partition_point(|sample| sample.t < t);
     let (Some(before), Some(after)) = (

@@ -1,4 +1,4 @@
-//! The surface of a body: its sheets, or what stands for a mass without shape.
+//! The surface of a body: its sheets, or an ellipsoid for a mass without shape.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -6,12 +6,12 @@ use super::mesh::Mesh;
 use super::palette::{MASS, Rgb, grounded};
 use lamc::laminate::{Body, MassProperties};
 
-/// Half axes of a mass without extent, as a share of the mechanism's size.
+/// The half axes of a mass without extent, as a share of the mechanism's size.
 const DOT: f64 = 0.012;
-/// Width of the rods that join a mass to its hinges, likewise.
+/// The width of the rods that connect a mass with its hinges, as a share of the same size.
 const ROD: f64 = 0.008;
 
-/// A body's sheets; without any, the ellipsoid of its inertia with rods to the middles of its
+/// Returns the sheets of a body. If it has none, the ellipsoid of its inertia with rods to the middles of its
 /// hinges. Point masses are dots.
 pub fn mesh(body: &Body, hinges: &[Vector3<f64>], materials: &[(String, Rgb)], size: f64) -> Mesh {
     let mut mesh = Mesh::default();
