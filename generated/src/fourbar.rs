@@ -168,27 +168,12 @@ mod constants {
     pub const MASS_COUPLER_ROCKER_COUPLER_ROCKER: f64 = 1.8705126833160895e-6;
     pub const INVERSE_PIVOT_COUPLER_GHOST0: f64 = 534612.7876701569;
     pub const PROJECTED_MASS_COUPLER_GHOST0_ZZ: f64 = 4.5970423245354375e-5;
-    // folded from several numbers, by the value that each is part of
-    pub const INERTIA_COUPLER_ROCKER_MOMENT_IN_PARENT_COUPLER_GHOST0_X_FACTOR: f64 = 4.762363318314592e-6;
-    pub const MASS_ROCKER_HINGE_ROCKER_HINGE_FACTOR: f64 = 9.524726636629184e-6;
-    pub const MASS_ROCKER_HINGE_ROCKER_HINGE_TERM: f64 = 1.2845628098354212e-4;
-    pub const MASS_CRANK_HINGE_CRANK_HINGE_FACTOR: f64 = 4.657590113684835e-5;
-    pub const MASS_CRANK_HINGE_CRANK_HINGE_TERM: f64 = 1.4842320434687952e-4;
+    // folded from several numbers, by the first value that each is part of
     pub const RESIDUAL_1_ENTRY: f64 = 6.938893903907228e-18;
-    pub const POINTS_0_1_ENTRY: f64 = 0.247;
-    pub const KINETIC_ENERGY_CRANK_FACTOR: f64 = 3.1599423972382714e-5;
-    pub const KINETIC_ENERGY_ROCKER_FACTOR: f64 = 2.7977076894404418e-5;
     pub const KINETIC_FACTOR: f64 = 1.338946574875e-4;
-    pub const KINETIC_FACTOR_2: f64 = 4.314966161551757e-6;
-    pub const KINETIC_FACTOR_3: f64 = 9.352563416580447e-7;
     pub const REACTIONS_0_1_FACTOR: f64 = 6.512321461050003e-3;
-    pub const REACTIONS_0_3_FACTOR: f64 = 1.7414377400064135e-3;
     pub const REACTIONS_0_4_FACTOR: f64 = 8.172943896653371e-4;
     pub const REACTIONS_1_1_FACTOR: f64 = 6.252919996500001e-3;
-    pub const REACTIONS_1_3_FACTOR: f64 = 1.6056691924332452e-3;
-    pub const REACTIONS_0_3_FACTOR_2: f64 = 6.319884794476543e-5;
-    pub const REACTIONS_1_3_FACTOR_2: f64 = 5.5954153788808836e-5;
-    pub const CLOSURE_0_FACTOR: f64 = 0.25595579999999996;
     pub const PIVOT_ROW_MOMENT_IN_PARENT_COUPLER_GHOST0_X_FACTOR: f64 = 2.5460203295022628;
     pub const ARTICULATED_INERTIA_ROCKER_XX_FACTOR: f64 = 0.2637581507612099;
     pub const ARTICULATED_INERTIA_ROCKER_XX_TERM: f64 = 1.2658576830022603e-4;
@@ -701,18 +686,18 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
             -mul_add(c(DAMPING_CRANK_HINGE), u[0], q[0] * c(10.0))));
         // coupler_ghost0: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let inertia_coupler_rocker_moment_in_parent_coupler_ghost0_x =
-            mul_add(c(INERTIA_COUPLER_ROCKER_MOMENT_IN_PARENT_COUPLER_GHOST0_X_FACTOR),
-            cos_coupler_rocker, c(MASS_COUPLER_ROCKER_COUPLER_ROCKER));
+            mul_add(c(4.762363318314592e-6), cos_coupler_rocker,
+            c(MASS_COUPLER_ROCKER_COUPLER_ROCKER));
         // coupler: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let inertia_coupler_crank_moment_in_parent_coupler_x =
             mul_add(c(FIRST_MOMENT_COUPLER_Y_TIMES_OFFSET_COUPLER_Y), cos_coupler_crank,
             c(MASS_COUPLER_CRANK_COUPLER_CRANK));
         // rocker: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let mass_rocker_hinge_rocker_hinge = mul_add(c(MASS_ROCKER_HINGE_ROCKER_HINGE_FACTOR),
-            cos_coupler_rocker, c(MASS_ROCKER_HINGE_ROCKER_HINGE_TERM));
+        let mass_rocker_hinge_rocker_hinge = mul_add(c(9.524726636629184e-6), cos_coupler_rocker,
+            c(1.2845628098354212e-4));
         // crank: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
-        let mass_crank_hinge_crank_hinge = mul_add(c(MASS_CRANK_HINGE_CRANK_HINGE_FACTOR),
-            cos_coupler_crank, c(MASS_CRANK_HINGE_CRANK_HINGE_TERM));
+        let mass_crank_hinge_crank_hinge = mul_add(c(4.657590113684835e-5), cos_coupler_crank,
+            c(1.4842320434687952e-4));
         // coupler_ghost0: partial velocities: dw/du, dv/du
         let velocity_coupler_ghost0_y_by_rocker_hinge =
             sin_coupler_rocker * c(OFFSET_COUPLER_GHOST0_Y);
@@ -982,7 +967,7 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
             sin_crank_hinge * cos_coupler_crank);
         points[0] = mul_add(c(POINT_TIP_Y), axis_y_coupler_x, mul_add(c(OFFSET_COUPLER_Y),
             cos_crank_hinge, c(-OFFSET_CRANK_X)));
-        points[1] = c(-POINTS_0_1_ENTRY);
+        points[1] = c(-0.247);
         points[2] = mul_add(c(POINT_TIP_Y), axis_y_coupler_z, mul_add(c(OFFSET_COUPLER_Y),
             sin_crank_hinge, c(OFFSET_CRANK_Z)));
     }
@@ -1026,10 +1011,10 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         let origin_coupler_ghost0_z = mul_add(c(OFFSET_COUPLER_GHOST0_Y), sin_rocker_hinge,
             c(OFFSET_CRANK_Z));
         // mechanism: results: what the function returns
-        let kinetic_sum = mul_add(c(KINETIC_ENERGY_ROCKER_FACTOR), u[1] * u[1],
-            u[0] * u[0] * c(KINETIC_ENERGY_CRANK_FACTOR)) + mul_add(c(KINETIC_FACTOR_3),
+        let kinetic_sum = mul_add(c(2.7977076894404418e-5), u[1] * u[1],
+            u[0] * u[0] * c(3.1599423972382714e-5)) + mul_add(c(9.352563416580447e-7),
             omega_coupler_ghost0_x * omega_coupler_ghost0_x,
-            omega_coupler_x * omega_coupler_x * c(KINETIC_FACTOR_2));
+            omega_coupler_x * omega_coupler_x * c(4.314966161551757e-6));
         let kinetic_2 = mul_add(velocity_coupler_ghost0_z,
             omega_coupler_ghost0_x * c(FIRST_MOMENT_COUPLER_GHOST0_Y), mul_add(velocity_coupler_z,
             omega_coupler_x * c(FIRST_MOMENT_COUPLER_Y), kinetic_sum)) + mul_add(c(KINETIC_FACTOR),
@@ -1182,7 +1167,7 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
             + mul_add(c(-FIRST_MOMENT_CRANK_Y), a[0], cos_crank_hinge * c(-REACTIONS_0_1_FACTOR))));
         reactions[3] = -mul_add(c(OFFSET_COUPLER_Y), transmitted_force_in_parent_coupler_z,
             net_moment_coupler_x + mul_add(c(OFFSET_COUPLER_Y), closure_force_in_parent_coupler_z,
-            mul_add(c(-REACTIONS_0_3_FACTOR), cos_crank_hinge, mul_add(c(-REACTIONS_0_3_FACTOR_2),
+            mul_add(c(-1.7414377400064135e-3), cos_crank_hinge, mul_add(c(-6.319884794476543e-5),
             a[0], closure_moment_coupler_x))));
         reactions[4] = -reactions_0_4_sum;
         reactions[5] = -reactions_0_5_sum;
@@ -1194,7 +1179,7 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         reactions[9] = -mul_add(c(OFFSET_COUPLER_GHOST0_Y),
             transmitted_force_in_parent_coupler_ghost0_z, net_moment_coupler_ghost0_x
             + mul_add(c(OFFSET_COUPLER_GHOST0_Y), closure_force_in_parent_coupler_ghost0_z,
-            mul_add(c(-REACTIONS_1_3_FACTOR), cos_rocker_hinge, mul_add(c(-REACTIONS_1_3_FACTOR_2),
+            mul_add(c(-1.6056691924332452e-3), cos_rocker_hinge, mul_add(c(-5.5954153788808836e-5),
             a[1], closure_moment_coupler_ghost0_x))));
         reactions[10] = -transmitted_moment_rocker_y;
         reactions[11] = -transmitted_moment_rocker_z;
@@ -1299,7 +1284,7 @@ impl<S: ::lamc_runtime::Arithmetic> Fourbar<S> {
         let closure_0 = mul_add(-a[0], d_sin_coupler_crank * c(OFFSET_COUPLER_Y),
             a[1] * (d_sin_coupler_rocker * c(OFFSET_COUPLER_GHOST0_Y)))
             + (mul_add(minus_d_cos_coupler_rocker, minus_velocity_product_on_hinge_coupler_ghost0_y,
-            mul_add(c(CLOSURE_0_FACTOR), omega_coupler_x_times_d_omega_coupler_x,
+            mul_add(c(0.25595579999999996), omega_coupler_x_times_d_omega_coupler_x,
             cos_coupler_crank * minus_d_velocity_product_on_hinge_coupler_y))
             - mul_add(cos_coupler_rocker, minus_d_velocity_product_on_hinge_coupler_ghost0_y,
             minus_d_cos_coupler_crank * minus_velocity_product_on_hinge_coupler_y));

@@ -109,8 +109,7 @@ mod constants {
     pub const MASS_HINGE_HINGE: f64 = 1.2282610013696912e-4;
     pub const HALF_MASS_HINGE_HINGE: f64 = 6.141305006848456e-5;
     pub const INVERSE_PIVOT_ARM: f64 = 8141.592046681067;
-    // folded from several numbers, by the value that each is part of
-    pub const POINTS_0_0_ENTRY: f64 = 3.2000000000000015e-3;
+    // folded from several numbers, by the first value that each is part of
     pub const REACTIONS_0_4_FACTOR: f64 = 8.557185803319869e-3;
 }
 
@@ -543,7 +542,7 @@ impl<S: ::lamc_runtime::Arithmetic> Pendulum<S> {
         let c = S::from_f64;
         let mul_add = S::mul_add;
         let (sin_hinge, cos_hinge) = S::sin_cos(q[0]);
-        points[0] = c(-POINTS_0_0_ENTRY);
+        points[0] = c(-3.2000000000000015e-3);
         points[1] = mul_add(c(-POINT_TIP_Y), cos_hinge, c(-OFFSET_ARM_Y));
         points[2] = mul_add(c(-POINT_TIP_Y), sin_hinge, c(OFFSET_ARM_Z));
     }

@@ -268,7 +268,7 @@ mod constants {
     pub const PROJECTED_INERTIA_SOUTH_GHOST0_YY: f64 = 7.878064241117773e-6;
     // loop 0
     pub const JACOBIAN_LOOP0_2_WEST_SOUTH_WEST: f64 = 0.05705240181944587;
-    // folded from several numbers, by the value that each is part of
+    // folded from several numbers, by the first value that each is part of
     pub const BIAS_MOMENT_SOUTH_EAST_Z_FACTOR: f64 = 3.285114235562458e-3;
     pub const BIAS_MOMENT_SOUTH_WEST_Z_FACTOR: f64 = 2.990617717679251e-3;
     pub const APPARENT_GRAVITY_ON_HINGE_SOUTH_Y_FACTOR: f64 = 6.007374132640437;
@@ -278,54 +278,19 @@ mod constants {
     pub const SUBTREE_MOMENT_SOUTH_WEST_X_FACTOR: f64 = 1.0066805846372997e-5;
     pub const SUBTREE_MOMENT_SOUTH_EAST_X_FACTOR: f64 = 1.639088136971345e-5;
     pub const INERTIA_SOUTH_WEST_SOUTH_MOMENT_IN_PARENT_SOUTH_GHOST0_X_FACTOR: f64 = 4.6991385294973235e-6;
-    pub const INERTIA_SOUTH_WEST_SOUTH_MOMENT_IN_PARENT_SOUTH_GHOST0_X_TERM: f64 = 3.9520886819049045e-6;
     pub const INERTIA_SOUTH_WEST_SOUTH_MOMENT_IN_PARENT_SOUTH_GHOST0_Y_FACTOR: f64 = 4.6991436948220556e-6;
-    pub const INERTIA_SOUTH_WEST_SOUTH_MOMENT_IN_PARENT_SOUTH_GHOST0_Y_TERM: f64 = 3.952084337747174e-6;
-    pub const COMPOSITE_SECOND_MOMENT_JOINT_DEVIATOR_SOUTH_GHOST0_FACTOR: f64 = 5.541641176481752e-6;
-    pub const COMPOSITE_SECOND_MOMENT_HINGE_DEVIATOR_SOUTH_GHOST0_FACTOR: f64 = 9.398287389644111e-6;
-    pub const INERTIA_SOUTH_SOUTH_EAST_MOMENT_IN_PARENT_SOUTH_X_TERM: f64 = 2.794516943919638e-6;
-    pub const INERTIA_SOUTH_SOUTH_EAST_MOMENT_IN_PARENT_SOUTH_Y_TERM: f64 = 4.840247064883072e-6;
-    pub const COMPOSITE_SECOND_MOMENT_HINGE_DEVIATOR_SOUTH_FACTOR: f64 = 6.645553269846246e-6;
     pub const PARENT_OMEGA_ON_HINGE_SOUTH_Y_BY_GROUND_EAST_FACTOR: f64 = 0.3535532955220838;
     pub const PARENT_OMEGA_ON_HINGE_SOUTH_Y_BY_GROUND_EAST_TERM: f64 = 0.6123724905851617;
     pub const PARENT_OMEGA_ON_HINGE_SOUTH_GHOST0_Y_BY_GROUND_WEST_FACTOR: f64 = 0.6123730214608577;
     pub const PARENT_OMEGA_ON_HINGE_SOUTH_GHOST0_Y_BY_GROUND_WEST_TERM: f64 = 0.35355276464638774;
     pub const PARENT_OMEGA_SOUTH_GHOST0_X_BY_GROUND_WEST_FACTOR: f64 = 0.6123723483370466;
-    pub const PARENT_OMEGA_SOUTH_GHOST0_X_BY_GROUND_WEST_TERM: f64 = 0.3535531532739687;
-    pub const JACOBIAN_LOOP0_1_SOUTH_EAST_EAST_FACTOR: f64 = 0.03493732098380996;
-    pub const JACOBIAN_LOOP0_1_SOUTH_EAST_EAST_TERM: f64 = 0.034937283404982714;
-    pub const JACOBIAN_LOOP0_2_SOUTH_EAST_EAST_FACTOR: f64 = 0.060513171632005175;
-    pub const JACOBIAN_LOOP0_2_SOUTH_EAST_EAST_TERM: f64 = 0.02017106444271448;
-    pub const COMPOSITE_SECOND_MOMENT_SOUTH_WEST_ZZ_TERM: f64 = 5.051563390980703e-8;
     pub const MASS_GROUND_WEST_GROUND_WEST_TERM: f64 = 1.976125305527044e-5;
-    pub const COMPOSITE_SECOND_MOMENT_SOUTH_EAST_ZZ_TERM: f64 = 5.711232105341301e-8;
     pub const MASS_GROUND_EAST_GROUND_EAST_TERM: f64 = 1.0564732298535837e-5;
     pub const COS_GROUND_WEST_PRODUCT_FACTOR: f64 = 0.35355295896023153;
     pub const AXIS_Y_ON_HINGE_SOUTH_WEST_X_TERM: f64 = 0.6123726848990445;
     pub const POSES_0_9_FACTOR: f64 = 2.1743533521486336e-3;
     pub const POSES_0_9_FACTOR_2: f64 = 9.987299999999994e-3;
-    pub const POSES_1_6_FACTOR: f64 = 0.8365164861668797;
-    pub const POSES_1_7_FACTOR: f64 = 0.22414454887849852;
-    pub const POSES_1_11_FACTOR: f64 = 1.237395975552988e-3;
-    pub const POSES_4_11_FACTOR: f64 = 6.598649771354743e-3;
     pub const POSES_5_9_FACTOR: f64 = 0.0193192;
-    pub const KINETIC_ENERGY_EAST_FACTOR: f64 = 1.3072899663325737e-6;
-    pub const KINETIC_ENERGY_WEST_FACTOR: f64 = 2.429264555308989e-6;
-    pub const KINETIC_ENERGY_SOUTH_EAST_FACTOR: f64 = 1.2623937521576779e-5;
-    pub const KINETIC_ENERGY_SOUTH_EAST_FACTOR_2: f64 = 6.528386880865058e-6;
-    pub const KINETIC_ENERGY_SOUTH_EAST_FACTOR_3: f64 = 1.9085552925721835e-5;
-    pub const KINETIC_ENERGY_SOUTH_WEST_FACTOR: f64 = 1.3277584214115281e-5;
-    pub const KINETIC_ENERGY_SOUTH_WEST_FACTOR_2: f64 = 3.500911243495723e-6;
-    pub const KINETIC_ENERGY_SOUTH_WEST_FACTOR_3: f64 = 1.6724917355178218e-5;
-    pub const KINETIC_ENERGY_SOUTH_GHOST0_FACTOR: f64 = 1.3262686545659523e-5;
-    pub const NET_FORCE_SOUTH_EAST_X_FACTOR: f64 = 0.07380660156279345;
-    pub const NET_MOMENT_SOUTH_EAST_Z_FACTOR: f64 = 1.5136381780420903e-3;
-    pub const NET_FORCE_SOUTH_WEST_X_FACTOR: f64 = 0.07254860693208019;
-    pub const NET_MOMENT_SOUTH_WEST_Z_FACTOR: f64 = 1.2191466200246904e-3;
-    pub const REACTIONS_4_3_FACTOR: f64 = 1.2186563262174758e-3;
-    pub const REACTIONS_5_3_FACTOR: f64 = 1.84966277484791e-3;
-    pub const REACTIONS_4_3_FACTOR_2: f64 = 2.6145799326651474e-6;
-    pub const REACTIONS_5_3_FACTOR_2: f64 = 4.858529110617978e-6;
     pub const MINUS_PIVOT_ROW_MOMENT_IN_PARENT_SOUTH_GHOST0_X_FACTOR: f64 = 0.8407692270097342;
     pub const PIVOT_ROW_MOMENT_IN_PARENT_SOUTH_GHOST0_Y_FACTOR: f64 = 0.8407701511889333;
     pub const PROJECTED_INERTIA_JOINT_DEVIATOR_SOUTH_GHOST0_FACTOR: f64 = 1.3443432000292938e-5;
@@ -813,11 +778,11 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         // south_east: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let minus_omega_south_east_xz = minus_parent_omega_south_east_z * omega_south_east_x;
         let minus_omega_south_east_yz = parent_omega_south_east_y * minus_parent_omega_south_east_z;
-        let velocity_product_gradient_south_east_xy = mul_add(parent_omega_south_east_y,
-            omega_south_east_x, minus_velocity_product_alpha_south_east_z);
-        let velocity_product_gradient_south_east_xz = -minus_velocity_product_alpha_south_east_y
+        let gradient_south_east_xy = mul_add(parent_omega_south_east_y, omega_south_east_x,
+            minus_velocity_product_alpha_south_east_z);
+        let gradient_south_east_xz = -minus_velocity_product_alpha_south_east_y
             - minus_omega_south_east_xz;
-        let velocity_product_gradient_south_east_zx = minus_velocity_product_alpha_south_east_y
+        let gradient_south_east_zx = minus_velocity_product_alpha_south_east_y
             - minus_omega_south_east_xz;
         // south_west: angular velocity: w = R^T w_parent + u e_x
         let minus_parent_omega_on_hinge_south_west_y = u[5] * c(HINGE_SOUTH_WEST_SIN);
@@ -833,12 +798,10 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let minus_omega_south_west_xy = minus_parent_omega_south_west_y * omega_south_west_x;
         let omega_south_west_xz = parent_omega_south_west_z * omega_south_west_x;
         let minus_omega_south_west_yz = minus_parent_omega_south_west_y * parent_omega_south_west_z;
-        let velocity_product_gradient_south_west_xy = -minus_omega_south_west_xy
+        let gradient_south_west_xy = -minus_omega_south_west_xy
             - velocity_product_alpha_south_west_z;
-        let velocity_product_gradient_south_west_xz = velocity_product_alpha_south_west_y
-            + omega_south_west_xz;
-        let velocity_product_gradient_south_west_zx = omega_south_west_xz
-            - velocity_product_alpha_south_west_y;
+        let gradient_south_west_xz = velocity_product_alpha_south_west_y + omega_south_west_xz;
+        let gradient_south_west_zx = omega_south_west_xz - velocity_product_alpha_south_west_y;
         // south: angular velocity: w = R^T w_parent + u e_x
         let parent_omega_on_hinge_south_y = mul_add(c(HINGE_SOUTH_SIN), omega_south_east_x,
             parent_omega_south_east_y * c(HINGE_SOUTH_COS));
@@ -867,16 +830,14 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let omega_south_xy = parent_omega_south_y * omega_south_x;
         let omega_south_xz = parent_omega_south_z * omega_south_x;
         let omega_south_yz = parent_omega_south_y * parent_omega_south_z;
-        let minus_velocity_product_gradient_south_xx = omega_south_yy + omega_south_zz;
-        let velocity_product_gradient_south_xy = omega_south_xy - velocity_product_alpha_south_z;
-        let velocity_product_gradient_south_xz = velocity_product_alpha_south_y + omega_south_xz;
-        let velocity_product_gradient_south_yx = velocity_product_alpha_south_z + omega_south_xy;
-        let minus_velocity_product_gradient_south_yy = omega_south_xx + omega_south_zz;
-        let velocity_product_gradient_south_yz = minus_velocity_product_alpha_south_x
-            + omega_south_yz;
-        let velocity_product_gradient_south_zx = omega_south_xz - velocity_product_alpha_south_y;
-        let velocity_product_gradient_south_zy = omega_south_yz
-            - minus_velocity_product_alpha_south_x;
+        let minus_gradient_south_xx = omega_south_yy + omega_south_zz;
+        let gradient_south_xy = omega_south_xy - velocity_product_alpha_south_z;
+        let gradient_south_xz = velocity_product_alpha_south_y + omega_south_xz;
+        let gradient_south_yx = velocity_product_alpha_south_z + omega_south_xy;
+        let minus_gradient_south_yy = omega_south_xx + omega_south_zz;
+        let gradient_south_yz = minus_velocity_product_alpha_south_x + omega_south_yz;
+        let gradient_south_zx = omega_south_xz - velocity_product_alpha_south_y;
+        let gradient_south_zy = omega_south_yz - minus_velocity_product_alpha_south_x;
         // south_ghost0: angular velocity: w = R^T w_parent + u e_x
         let parent_omega_on_hinge_south_ghost0_y = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
             omega_south_west_x, minus_parent_omega_south_west_y * c(-HINGE_SOUTH_GHOST0_COS));
@@ -902,17 +863,17 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let omega_south_ghost0_xy = parent_omega_south_ghost0_y * omega_south_ghost0_x;
         let omega_south_ghost0_xz = parent_omega_south_ghost0_z * omega_south_ghost0_x;
         let omega_south_ghost0_yz = parent_omega_south_ghost0_y * parent_omega_south_ghost0_z;
-        let velocity_product_gradient_south_ghost0_xy = omega_south_ghost0_xy
+        let gradient_south_ghost0_xy = omega_south_ghost0_xy
             - velocity_product_alpha_south_ghost0_z;
-        let velocity_product_gradient_south_ghost0_xz = velocity_product_alpha_south_ghost0_y
+        let gradient_south_ghost0_xz = velocity_product_alpha_south_ghost0_y
             + omega_south_ghost0_xz;
-        let velocity_product_gradient_south_ghost0_yx = velocity_product_alpha_south_ghost0_z
+        let gradient_south_ghost0_yx = velocity_product_alpha_south_ghost0_z
             + omega_south_ghost0_xy;
-        let velocity_product_gradient_south_ghost0_yz = omega_south_ghost0_yz
+        let gradient_south_ghost0_yz = omega_south_ghost0_yz
             - velocity_product_alpha_south_ghost0_x;
-        let velocity_product_gradient_south_ghost0_zx = omega_south_ghost0_xz
+        let gradient_south_ghost0_zx = omega_south_ghost0_xz
             - velocity_product_alpha_south_ghost0_y;
-        let velocity_product_gradient_south_ghost0_zy = velocity_product_alpha_south_ghost0_x
+        let gradient_south_ghost0_zy = velocity_product_alpha_south_ghost0_x
             + omega_south_ghost0_yz;
         // east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let minus_apparent_gravity_east_z = cos_ground_east * c(GRAVITY_Z);
@@ -929,11 +890,9 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             -cos_south_east_east * minus_apparent_gravity_east_z);
         // south_east: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let minus_bias_moment_south_east_y = mul_add(c(-MINIMAL_SECOND_MOMENT_SOUTH_EAST_XY),
-            minus_omega_south_east_yz,
-            velocity_product_gradient_south_east_xz * c(SECOND_MOMENT_SOUTH_EAST_ZZ));
+            minus_omega_south_east_yz, gradient_south_east_xz * c(SECOND_MOMENT_SOUTH_EAST_ZZ));
         let bias_moment_south_east_z = mul_add(c(BIAS_MOMENT_SOUTH_EAST_Z_FACTOR), sin_ground_east,
-            -mul_add(c(-MINIMAL_SECOND_MOMENT_SOUTH_EAST_YY),
-            velocity_product_gradient_south_east_xy,
+            -mul_add(c(-MINIMAL_SECOND_MOMENT_SOUTH_EAST_YY), gradient_south_east_xy,
             c(-MINIMAL_SECOND_MOMENT_SOUTH_EAST_XY) * mul_add(-omega_south_east_x,
             omega_south_east_x, parent_omega_south_east_y * parent_omega_south_east_y)));
         // south_west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
@@ -947,11 +906,9 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             -cos_west_south_west * minus_apparent_gravity_west_z);
         // south_west: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let minus_bias_moment_south_west_y = mul_add(c(MINIMAL_SECOND_MOMENT_SOUTH_WEST_XY),
-            minus_omega_south_west_yz,
-            velocity_product_gradient_south_west_xz * c(SECOND_MOMENT_SOUTH_WEST_ZZ));
+            minus_omega_south_west_yz, gradient_south_west_xz * c(SECOND_MOMENT_SOUTH_WEST_ZZ));
         let bias_moment_south_west_z = mul_add(c(BIAS_MOMENT_SOUTH_WEST_Z_FACTOR), sin_ground_west,
-            -mul_add(c(-MINIMAL_SECOND_MOMENT_SOUTH_WEST_YY),
-            velocity_product_gradient_south_west_xy,
+            -mul_add(c(-MINIMAL_SECOND_MOMENT_SOUTH_WEST_YY), gradient_south_west_xy,
             c(MINIMAL_SECOND_MOMENT_SOUTH_WEST_XY) * mul_add(-omega_south_west_x,
             omega_south_west_x,
             minus_parent_omega_south_west_y * minus_parent_omega_south_west_y)));
@@ -965,14 +922,13 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             cos_south_south_east * apparent_gravity_south_east_z);
         // south: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let bias_moment_south_x = mul_add(c(-FIRST_MOMENT_SOUTH_Y), apparent_gravity_south_z,
-            -mul_add(c(-SECOND_MOMENT_SOUTH_ZZ), velocity_product_gradient_south_yz,
-            mul_add(c(-SECOND_MOMENT_SOUTH_XY), velocity_product_gradient_south_zx,
-            velocity_product_gradient_south_zy * c(SECOND_MOMENT_SOUTH_YY))));
-        let minus_bias_moment_south_y = mul_add(c(SECOND_MOMENT_SOUTH_ZZ),
-            velocity_product_gradient_south_xz,
-            velocity_product_gradient_south_zy * c(SECOND_MOMENT_SOUTH_XY));
+            -mul_add(c(-SECOND_MOMENT_SOUTH_ZZ), gradient_south_yz,
+            mul_add(c(-SECOND_MOMENT_SOUTH_XY), gradient_south_zx,
+            gradient_south_zy * c(SECOND_MOMENT_SOUTH_YY))));
+        let minus_bias_moment_south_y = mul_add(c(SECOND_MOMENT_SOUTH_ZZ), gradient_south_xz,
+            gradient_south_zy * c(SECOND_MOMENT_SOUTH_XY));
         let bias_moment_south_z = mul_add(c(FIRST_MOMENT_SOUTH_Y), apparent_gravity_south_x,
-            -mul_add(c(-SECOND_MOMENT_SOUTH_YY), velocity_product_gradient_south_xy, (omega_south_yy
+            -mul_add(c(-SECOND_MOMENT_SOUTH_YY), gradient_south_xy, (omega_south_yy
             - omega_south_xx) * c(-SECOND_MOMENT_SOUTH_XY)));
         // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let apparent_gravity_on_hinge_south_ghost0_y =
@@ -987,15 +943,14 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         // south_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let bias_moment_south_ghost0_x = mul_add(c(FIRST_MOMENT_SOUTH_GHOST0_Y),
             apparent_gravity_south_ghost0_z, -mul_add(c(SECOND_MOMENT_SOUTH_GHOST0_YY),
-            velocity_product_gradient_south_ghost0_zy, mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_ZZ),
-            velocity_product_gradient_south_ghost0_yz,
-            velocity_product_gradient_south_ghost0_zx * c(SECOND_MOMENT_SOUTH_GHOST0_XY))));
+            gradient_south_ghost0_zy, mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_ZZ),
+            gradient_south_ghost0_yz,
+            gradient_south_ghost0_zx * c(SECOND_MOMENT_SOUTH_GHOST0_XY))));
         let minus_bias_moment_south_ghost0_y = mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_XY),
-            velocity_product_gradient_south_ghost0_zy,
-            velocity_product_gradient_south_ghost0_xz * c(SECOND_MOMENT_SOUTH_GHOST0_ZZ));
+            gradient_south_ghost0_zy, gradient_south_ghost0_xz * c(SECOND_MOMENT_SOUTH_GHOST0_ZZ));
         let bias_moment_south_ghost0_z = mul_add(c(-FIRST_MOMENT_SOUTH_GHOST0_Y),
             apparent_gravity_south_ghost0_x, -mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_YY),
-            velocity_product_gradient_south_ghost0_xy,
+            gradient_south_ghost0_xy,
             c(SECOND_MOMENT_SOUTH_GHOST0_XY) * mul_add(-omega_south_ghost0_x, omega_south_ghost0_x,
             parent_omega_south_ghost0_y * parent_omega_south_ghost0_y)));
         // south_ghost0: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
@@ -1012,7 +967,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let subtree_moment_south_west_x = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
             subtree_moment_on_hinge_south_ghost0_y, mul_add(c(HINGE_SOUTH_GHOST0_COS),
             bias_moment_south_ghost0_x, mul_add(c(-MINIMAL_SECOND_MOMENT_SOUTH_WEST_XY),
-            velocity_product_gradient_south_west_zx, mul_add(c(SUBTREE_MOMENT_SOUTH_WEST_X_FACTOR),
+            gradient_south_west_zx, mul_add(c(SUBTREE_MOMENT_SOUTH_WEST_X_FACTOR),
             minus_omega_south_west_yz,
             apparent_gravity_south_west_z * c(MINIMAL_FIRST_MOMENT_SOUTH_WEST_Y)))));
         let subtree_moment_south_west_y = subtree_moment_in_parent_south_ghost0_y
@@ -1038,7 +993,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         // south_east: generalized force: F = dw/du . n + dv/du . f + tau, (f, n) of all beyond the hinge
         let subtree_moment_south_east_x = mul_add(c(HINGE_SOUTH_SIN),
             subtree_moment_on_hinge_south_y, mul_add(c(HINGE_SOUTH_COS), bias_moment_south_x,
-            mul_add(c(MINIMAL_SECOND_MOMENT_SOUTH_EAST_XY), velocity_product_gradient_south_east_zx,
+            mul_add(c(MINIMAL_SECOND_MOMENT_SOUTH_EAST_XY), gradient_south_east_zx,
             mul_add(c(SUBTREE_MOMENT_SOUTH_EAST_X_FACTOR), minus_omega_south_east_yz,
             apparent_gravity_south_east_z * c(-MINIMAL_FIRST_MOMENT_SOUTH_EAST_Y)))));
         let subtree_moment_south_east_y = subtree_moment_in_parent_south_y
@@ -1065,15 +1020,15 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         // south_ghost0: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let inertia_south_west_south_moment_in_parent_south_ghost0_x =
             mul_add(c(INERTIA_SOUTH_WEST_SOUTH_MOMENT_IN_PARENT_SOUTH_GHOST0_X_FACTOR),
-            cos_south_west_south, c(INERTIA_SOUTH_WEST_SOUTH_MOMENT_IN_PARENT_SOUTH_GHOST0_X_TERM));
+            cos_south_west_south, c(3.9520886819049045e-6));
         let inertia_south_west_south_moment_in_parent_south_ghost0_y =
             mul_add(c(-INERTIA_SOUTH_WEST_SOUTH_MOMENT_IN_PARENT_SOUTH_GHOST0_Y_FACTOR),
-            cos_south_west_south, c(INERTIA_SOUTH_WEST_SOUTH_MOMENT_IN_PARENT_SOUTH_GHOST0_Y_TERM));
+            cos_south_west_south, c(3.952084337747174e-6));
         let minus_inertia_south_west_south_moment_in_parent_south_ghost0_z =
             sin_south_west_south * c(SECOND_MOMENT_SOUTH_GHOST0_XY);
         // south_ghost0: composite inertia: m, h, S of all beyond the hinge
         let composite_second_moment_joint_deviator_south_ghost0 =
-            sin_south_west_south * c(COMPOSITE_SECOND_MOMENT_JOINT_DEVIATOR_SOUTH_GHOST0_FACTOR);
+            sin_south_west_south * c(5.541641176481752e-6);
         let composite_second_moment_joint_deviator_sin_south_ghost0 =
             sin_south_west_south * composite_second_moment_joint_deviator_south_ghost0;
         let composite_second_moment_joint_deviator_cos_south_ghost0 =
@@ -1082,16 +1037,16 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             - composite_second_moment_joint_deviator_sin_south_ghost0;
         let composite_second_moment_hinge_deviator_south_ghost0 =
             mul_add(c(-HINGE_SOUTH_GHOST0_SIN), composite_second_moment_on_hinge_south_ghost0_yy,
-            cos_south_west_south * c(COMPOSITE_SECOND_MOMENT_HINGE_DEVIATOR_SOUTH_GHOST0_FACTOR));
+            cos_south_west_south * c(9.398287389644111e-6));
         let composite_second_moment_hinge_deviator_sin_south_ghost0 =
             c(HINGE_SOUTH_GHOST0_SIN) * composite_second_moment_hinge_deviator_south_ghost0;
         // south: mass matrix: M_rs = dw_r . n_s + dv_r . f_s, (f_s, n_s) = inertia (dw_s, dv_s)
         let inertia_south_south_east_moment_in_parent_south_x =
             mul_add(c(SECOND_MOMENT_SOUTH_XY_TIMES_HINGE_SOUTH_SIN), cos_south_south_east,
-            c(INERTIA_SOUTH_SOUTH_EAST_MOMENT_IN_PARENT_SOUTH_X_TERM));
+            c(2.794516943919638e-6));
         let inertia_south_south_east_moment_in_parent_south_y =
             mul_add(c(SECOND_MOMENT_SOUTH_XY_TIMES_HINGE_SOUTH_COS), cos_south_south_east,
-            c(-INERTIA_SOUTH_SOUTH_EAST_MOMENT_IN_PARENT_SOUTH_Y_TERM));
+            c(-4.840247064883072e-6));
         let inertia_south_south_east_moment_in_parent_south_z =
             sin_south_south_east * c(SECOND_MOMENT_SOUTH_XY);
         // south: composite inertia: m, h, S of all beyond the hinge
@@ -1105,7 +1060,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             - composite_second_moment_joint_deviator_sin_south;
         let composite_second_moment_hinge_deviator_south = mul_add(c(HINGE_SOUTH_SIN),
             composite_second_moment_on_hinge_south_yy,
-            cos_south_south_east * c(-COMPOSITE_SECOND_MOMENT_HINGE_DEVIATOR_SOUTH_FACTOR));
+            cos_south_south_east * c(-6.645553269846246e-6));
         let minus_composite_second_moment_hinge_deviator_sin_south =
             c(HINGE_SOUTH_SIN) * composite_second_moment_hinge_deviator_south;
         // south_east: partial velocities: dw/du, dv/du
@@ -1139,7 +1094,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             sin_south_west_south * parent_omega_south_west_z_by_ground_west);
         let parent_omega_south_ghost0_x_by_ground_west =
             mul_add(c(-PARENT_OMEGA_SOUTH_GHOST0_X_BY_GROUND_WEST_FACTOR), cos_west_south_west,
-            c(PARENT_OMEGA_SOUTH_GHOST0_X_BY_GROUND_WEST_TERM));
+            c(0.3535531532739687));
         // loop 0: closure Jacobian: J = d(V_ghost - V_original)/du
         let jacobian_loop0_0_west_south_west =
             sin_south_west_south * c(HINGE_SOUTH_GHOST0_SIN_TIMES_ROW0_MOMENT_SOUTH_GHOST0_Z);
@@ -1151,36 +1106,32 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             c(CLOSURE_POINT_SOUTH_GHOST0_X) * parent_omega_south_ghost0_z_by_ground_west;
         let jacobian_loop0_1_west_south_west =
             cos_south_west_south * c(HINGE_SOUTH_GHOST0_SIN_TIMES_ROW0_MOMENT_SOUTH_GHOST0_Z);
-        let jacobian_loop0_1_south_east_east = mul_add(c(JACOBIAN_LOOP0_1_SOUTH_EAST_EAST_FACTOR),
-            cos_south_south_east, c(JACOBIAN_LOOP0_1_SOUTH_EAST_EAST_TERM));
+        let jacobian_loop0_1_south_east_east = mul_add(c(0.03493732098380996), cos_south_south_east,
+            c(0.034937283404982714));
         let jacobian_loop0_1_ground_east = mul_add(c(CLOSURE_POINT_SOUTH_Y),
             parent_omega_south_x_by_ground_east,
             c(CLOSURE_POINT_SOUTH_X) * parent_omega_south_y_by_ground_east);
         let jacobian_loop0_1_ground_west =
             c(-CLOSURE_POINT_SOUTH_GHOST0_X) * parent_omega_south_ghost0_y_by_ground_west;
-        let jacobian_loop0_2_south_east_east = mul_add(c(JACOBIAN_LOOP0_2_SOUTH_EAST_EAST_FACTOR),
-            cos_south_south_east, c(-JACOBIAN_LOOP0_2_SOUTH_EAST_EAST_TERM));
+        let jacobian_loop0_2_south_east_east = mul_add(c(0.060513171632005175),
+            cos_south_south_east, c(-0.02017106444271448));
         let jacobian_loop0_2_ground_east = mul_add(c(-CLOSURE_POINT_SOUTH_X),
             parent_omega_south_x_by_ground_east,
             c(CLOSURE_POINT_SOUTH_Y) * parent_omega_south_y_by_ground_east);
         let jacobian_loop0_2_ground_west =
             c(CLOSURE_POINT_SOUTH_GHOST0_X) * parent_omega_south_ghost0_x_by_ground_west;
         // loop 0: closure acceleration bias: gamma = A_ghost - A_original at du/dt = 0
-        let gamma_loop0_0 = mul_add(c(CLOSURE_POINT_SOUTH_GHOST0_X),
-            velocity_product_gradient_south_ghost0_yx, -mul_add(c(CLOSURE_DIRECTION_SOUTH_Y),
-            mul_add(c(CLOSURE_POINT_SOUTH_Y), minus_velocity_product_gradient_south_yy,
-            velocity_product_gradient_south_yx * c(CLOSURE_POINT_SOUTH_X)),
-            mul_add(c(-CLOSURE_POINT_SOUTH_Y), velocity_product_gradient_south_xy,
-            minus_velocity_product_gradient_south_xx * c(-CLOSURE_POINT_SOUTH_X)) *
-            c(CLOSURE_DIRECTION_SOUTH_X)));
-        let gamma_loop0_1 = mul_add(c(CLOSURE_POINT_SOUTH_GHOST0_X),
-            velocity_product_gradient_south_ghost0_zx, -mul_add(c(-CLOSURE_POINT_SOUTH_Y),
-            velocity_product_gradient_south_zy,
-            velocity_product_gradient_south_zx * c(CLOSURE_POINT_SOUTH_X)));
-        let gamma_loop0_2 = mul_add(c(CLOSURE_POINT_SOUTH_GHOST0_X),
-            velocity_product_gradient_south_ghost0_zy, -mul_add(c(CLOSURE_POINT_SOUTH_X),
-            velocity_product_gradient_south_zy,
-            velocity_product_gradient_south_zx * c(CLOSURE_POINT_SOUTH_Y)));
+        let gamma_loop0_0 = mul_add(c(CLOSURE_POINT_SOUTH_GHOST0_X), gradient_south_ghost0_yx,
+            -mul_add(c(CLOSURE_DIRECTION_SOUTH_Y), mul_add(c(CLOSURE_POINT_SOUTH_Y),
+            minus_gradient_south_yy, gradient_south_yx * c(CLOSURE_POINT_SOUTH_X)),
+            mul_add(c(-CLOSURE_POINT_SOUTH_Y), gradient_south_xy,
+            minus_gradient_south_xx * c(-CLOSURE_POINT_SOUTH_X)) * c(CLOSURE_DIRECTION_SOUTH_X)));
+        let gamma_loop0_1 = mul_add(c(CLOSURE_POINT_SOUTH_GHOST0_X), gradient_south_ghost0_zx,
+            -mul_add(c(-CLOSURE_POINT_SOUTH_Y), gradient_south_zy,
+            gradient_south_zx * c(CLOSURE_POINT_SOUTH_X)));
+        let gamma_loop0_2 = mul_add(c(CLOSURE_POINT_SOUTH_GHOST0_X), gradient_south_ghost0_zy,
+            -mul_add(c(CLOSURE_POINT_SOUTH_X), gradient_south_zy,
+            gradient_south_zx * c(CLOSURE_POINT_SOUTH_Y)));
         // south_west: composite inertia: m, h, S of all beyond the hinge
         let composite_second_moment_south_west_xy = mul_add(c(HINGE_SOUTH_GHOST0_COS),
             composite_second_moment_hinge_deviator_south_ghost0,
@@ -1198,8 +1149,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             sin_south_west_south,
             c(HINGE_SOUTH_GHOST0_COS) * composite_second_moment_joint_deviator_cos_south_ghost0);
         let composite_second_moment_south_west_zz =
-            composite_second_moment_joint_deviator_sin_south_ghost0
-            + c(COMPOSITE_SECOND_MOMENT_SOUTH_WEST_ZZ_TERM);
+            composite_second_moment_joint_deviator_sin_south_ghost0 + c(5.051563390980703e-8);
         let composite_second_moment_joint_deviator_south_west =
             mul_add(composite_second_moment_south_west_yz, cos_west_south_west * c(2.0),
             sin_west_south_west * (composite_second_moment_south_west_yy
@@ -1250,7 +1200,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             mul_add(c(SECOND_MOMENT_SOUTH_XY_TIMES_HINGE_SOUTH_SIN), sin_south_south_east,
             c(HINGE_SOUTH_COS) * composite_second_moment_joint_deviator_cos_south);
         let composite_second_moment_south_east_zz = composite_second_moment_joint_deviator_sin_south
-            + c(COMPOSITE_SECOND_MOMENT_SOUTH_EAST_ZZ_TERM);
+            + c(5.711232105341301e-8);
         let composite_second_moment_joint_deviator_south_east =
             mul_add(composite_second_moment_south_east_yz, cos_south_east_east * c(2.0),
             sin_south_east_east * (composite_second_moment_south_east_yy
@@ -1704,10 +1654,10 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         poses[16] = mul_add(c(-DRAWN_X_SOUTH_WEST_X), axis_y_south_west_y,
             axis_x_south_west_y * c(-DRAWN_X_SOUTH_WEST_Y));
         poses[17] = axis_z_south_west_y;
-        poses[18] = mul_add(c(-POSES_1_6_FACTOR), sin_ground_west,
+        poses[18] = mul_add(c(-0.8365164861668797), sin_ground_west,
             axis_y_south_west_z * c(DRAWN_X_SOUTH_WEST_Y));
         poses[19] = mul_add(c(-DRAWN_X_SOUTH_WEST_X), axis_y_south_west_z,
-            sin_ground_west * c(-POSES_1_7_FACTOR));
+            sin_ground_west * c(-0.22414454887849852));
         poses[20] = axis_z_south_west_z;
         poses[21] = mul_add(c(-DRAWN_ORIGIN_SOUTH_WEST_Y), axis_y_south_west_x,
             mul_add(c(-OFFSET_EAST_Z), axis_z_south_west_x, mul_add(c(DRAWN_ORIGIN_SOUTH_WEST_X),
@@ -1716,7 +1666,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             mul_add(c(-OFFSET_EAST_Z), axis_z_south_west_y, mul_add(c(DRAWN_ORIGIN_SOUTH_WEST_X),
             axis_x_south_west_y, c(-OFFSET_EAST_Y))));
         poses[23] = mul_add(c(-DRAWN_ORIGIN_SOUTH_WEST_Y), axis_y_south_west_z,
-            mul_add(c(-OFFSET_EAST_Z), axis_z_south_west_z, mul_add(c(POSES_1_11_FACTOR),
+            mul_add(c(-OFFSET_EAST_Z), axis_z_south_west_z, mul_add(c(1.237395975552988e-3),
             sin_ground_west, c(OFFSET_EAST_Z))));
         poses[24] = c(1.0);
         poses[25] = c(0.0);
@@ -1767,7 +1717,8 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             axis_y_south_east_y, -mul_add(c(OFFSET_EAST_X), axis_x_south_east_y,
             c(OFFSET_EAST_Y))));
         poses[59] = mul_add(c(-OFFSET_EAST_Z), axis_z_south_east_z, mul_add(c(OFFSET_EAST_Y),
-            axis_y_south_east_z, mul_add(c(POSES_4_11_FACTOR), sin_ground_east, c(OFFSET_EAST_Z))));
+            axis_y_south_east_z, mul_add(c(6.598649771354743e-3), sin_ground_east,
+            c(OFFSET_EAST_Z))));
         poses[60] = axis_x_south_east_x;
         poses[61] = axis_y_on_hinge_south_east_x;
         poses[62] = axis_z_east_x;
@@ -1923,21 +1874,19 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             sin_south_west_south * axis_z_south_west_z);
         // south_east: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2
         let kinetic_energy_south_east_sum = mul_add(omega_south_east_x,
-            mul_add(c(KINETIC_ENERGY_SOUTH_EAST_FACTOR_2), omega_south_east_x,
+            mul_add(c(6.528386880865058e-6), omega_south_east_x,
             parent_omega_south_east_y * c(SECOND_MOMENT_SOUTH_EAST_XY)),
-            mul_add(c(KINETIC_ENERGY_SOUTH_EAST_FACTOR_3),
+            mul_add(c(1.9085552925721835e-5),
             minus_parent_omega_south_east_z * minus_parent_omega_south_east_z,
-            parent_omega_south_east_y * mul_add(c(KINETIC_ENERGY_SOUTH_EAST_FACTOR),
-            parent_omega_south_east_y, omega_south_east_x * c(SECOND_MOMENT_SOUTH_EAST_XY))));
+            parent_omega_south_east_y * mul_add(c(1.2623937521576779e-5), parent_omega_south_east_y,
+            omega_south_east_x * c(SECOND_MOMENT_SOUTH_EAST_XY))));
         // south_west: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2
         let kinetic_energy_south_west_sum = mul_add(omega_south_west_x,
             mul_add(c(SECOND_MOMENT_SOUTH_WEST_XY), minus_parent_omega_south_west_y,
-            omega_south_west_x * c(KINETIC_ENERGY_SOUTH_WEST_FACTOR_2)),
-            mul_add(-minus_parent_omega_south_west_y, mul_add(c(-SECOND_MOMENT_SOUTH_WEST_XY),
-            omega_south_west_x,
-            minus_parent_omega_south_west_y * c(-KINETIC_ENERGY_SOUTH_WEST_FACTOR)),
-            parent_omega_south_west_z * parent_omega_south_west_z *
-            c(KINETIC_ENERGY_SOUTH_WEST_FACTOR_3)));
+            omega_south_west_x * c(3.500911243495723e-6)), mul_add(-minus_parent_omega_south_west_y,
+            mul_add(c(-SECOND_MOMENT_SOUTH_WEST_XY), omega_south_west_x,
+            minus_parent_omega_south_west_y * c(-1.3277584214115281e-5)),
+            parent_omega_south_west_z * parent_omega_south_west_z * c(1.6724917355178218e-5)));
         // south: kinetic energy: m v . v / 2 + v . (w x h) + w . I w / 2
         let kinetic_energy_south_sum = mul_add(omega_south_x,
             mul_add(c(MASS_SOUTH_SOUTH_EAST_SOUTH_SOUTH_EAST), omega_south_x,
@@ -1953,13 +1902,12 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             mul_add(c(SECOND_MOMENT_SOUTH_XX_PLUS_SECOND_MOMENT_SOUTH_YY),
             parent_omega_south_ghost0_z * parent_omega_south_ghost0_z,
             parent_omega_south_ghost0_y * mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_XY),
-            omega_south_ghost0_x,
-            parent_omega_south_ghost0_y * c(KINETIC_ENERGY_SOUTH_GHOST0_FACTOR))));
+            omega_south_ghost0_x, parent_omega_south_ghost0_y * c(1.3262686545659523e-5))));
         // mechanism: results: what the function returns
         let kinetic_sum = mul_add(c(0.5), kinetic_energy_south_sum, mul_add(c(0.5),
             kinetic_energy_south_west_sum, mul_add(c(0.5), kinetic_energy_south_east_sum,
-            mul_add(c(KINETIC_ENERGY_WEST_FACTOR), u[5] * u[5],
-            u[4] * u[4] * c(KINETIC_ENERGY_EAST_FACTOR)))));
+            mul_add(c(2.429264555308989e-6), u[5] * u[5],
+            u[4] * u[4] * c(1.3072899663325737e-6)))));
         let potential_sum = mul_add(c(HALF_STIFFNESS_GROUND_EAST), q[5] * q[5],
             q[4] * q[4] * c(HALF_STIFFNESS_GROUND_EAST)) + mul_add(c(HALF_STIFFNESS_GROUND_EAST),
             q[2] * q[2], c(HALF_STIFFNESS_GROUND_EAST) * (q[3] * q[3]));
@@ -2021,10 +1969,8 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let omega_south_east_xy = parent_omega_south_east_y * omega_south_east_x;
         let minus_omega_south_east_xz = minus_parent_omega_south_east_z * omega_south_east_x;
         let minus_omega_south_east_yz = parent_omega_south_east_y * minus_parent_omega_south_east_z;
-        let minus_velocity_product_gradient_south_east_xx = omega_south_east_yy
-            + omega_south_east_zz;
-        let minus_velocity_product_gradient_south_east_yy = omega_south_east_xx
-            + omega_south_east_zz;
+        let minus_gradient_south_east_xx = omega_south_east_yy + omega_south_east_zz;
+        let minus_gradient_south_east_yy = omega_south_east_xx + omega_south_east_zz;
         // south_west: angular velocity: w = R^T w_parent + u e_x
         let minus_parent_omega_on_hinge_south_west_y = u[5] * c(HINGE_SOUTH_WEST_SIN);
         let minus_parent_omega_south_west_y =
@@ -2039,10 +1985,8 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let minus_omega_south_west_xy = minus_parent_omega_south_west_y * omega_south_west_x;
         let omega_south_west_xz = parent_omega_south_west_z * omega_south_west_x;
         let minus_omega_south_west_yz = minus_parent_omega_south_west_y * parent_omega_south_west_z;
-        let minus_velocity_product_gradient_south_west_xx = omega_south_west_yy
-            + omega_south_west_zz;
-        let minus_velocity_product_gradient_south_west_yy = omega_south_west_xx
-            + omega_south_west_zz;
+        let minus_gradient_south_west_xx = omega_south_west_yy + omega_south_west_zz;
+        let minus_gradient_south_west_yy = omega_south_west_xx + omega_south_west_zz;
         // south: angular velocity: w = R^T w_parent + u e_x
         let parent_omega_on_hinge_south_y = mul_add(c(HINGE_SOUTH_SIN), omega_south_east_x,
             parent_omega_south_east_y * c(HINGE_SOUTH_COS));
@@ -2060,8 +2004,8 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let omega_south_xy = parent_omega_south_y * omega_south_x;
         let omega_south_xz = parent_omega_south_z * omega_south_x;
         let omega_south_yz = parent_omega_south_y * parent_omega_south_z;
-        let minus_velocity_product_gradient_south_xx = omega_south_yy + omega_south_zz;
-        let minus_velocity_product_gradient_south_yy = omega_south_xx + omega_south_zz;
+        let minus_gradient_south_xx = omega_south_yy + omega_south_zz;
+        let minus_gradient_south_yy = omega_south_xx + omega_south_zz;
         // south_ghost0: angular velocity: w = R^T w_parent + u e_x
         let parent_omega_on_hinge_south_ghost0_y = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
             omega_south_west_x, minus_parent_omega_south_west_y * c(-HINGE_SOUTH_GHOST0_COS));
@@ -2079,10 +2023,8 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let omega_south_ghost0_xy = parent_omega_south_ghost0_y * omega_south_ghost0_x;
         let omega_south_ghost0_xz = parent_omega_south_ghost0_z * omega_south_ghost0_x;
         let omega_south_ghost0_yz = parent_omega_south_ghost0_y * parent_omega_south_ghost0_z;
-        let minus_velocity_product_gradient_south_ghost0_xx = omega_south_ghost0_yy
-            + omega_south_ghost0_zz;
-        let minus_velocity_product_gradient_south_ghost0_yy = omega_south_ghost0_xx
-            + omega_south_ghost0_zz;
+        let minus_gradient_south_ghost0_xx = omega_south_ghost0_yy + omega_south_ghost0_zz;
+        let minus_gradient_south_ghost0_yy = omega_south_ghost0_xx + omega_south_ghost0_zz;
         // east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let minus_apparent_gravity_east_z = cos_ground_east * c(GRAVITY_Z);
         // west: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
@@ -2192,9 +2134,9 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             acceleration_gradient_south_zy * c(SECOND_MOMENT_SOUTH_YY))));
         let net_force_south_x = mul_add(c(MASS_SOUTH), apparent_gravity_south_x,
             -mul_add(c(-FIRST_MOMENT_SOUTH_Y), acceleration_gradient_south_xy,
-            minus_velocity_product_gradient_south_xx * c(-FIRST_MOMENT_SOUTH_X)));
+            minus_gradient_south_xx * c(-FIRST_MOMENT_SOUTH_X)));
         let net_force_south_y = mul_add(c(MASS_SOUTH), apparent_gravity_south_y,
-            -mul_add(c(FIRST_MOMENT_SOUTH_Y), minus_velocity_product_gradient_south_yy,
+            -mul_add(c(FIRST_MOMENT_SOUTH_Y), minus_gradient_south_yy,
             acceleration_gradient_south_yx * c(FIRST_MOMENT_SOUTH_X)));
         let net_force_south_z = mul_add(c(MASS_SOUTH), apparent_gravity_south_z,
             -mul_add(c(-FIRST_MOMENT_SOUTH_Y), acceleration_gradient_south_zy,
@@ -2233,10 +2175,10 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let net_force_south_ghost0_x = mul_add(c(MASS_SOUTH_GHOST0),
             apparent_gravity_south_ghost0_x, -mul_add(c(FIRST_MOMENT_SOUTH_GHOST0_Y),
             acceleration_gradient_south_ghost0_xy,
-            minus_velocity_product_gradient_south_ghost0_xx * c(-FIRST_MOMENT_SOUTH_GHOST0_X)));
+            minus_gradient_south_ghost0_xx * c(-FIRST_MOMENT_SOUTH_GHOST0_X)));
         let net_force_south_ghost0_y = mul_add(c(MASS_SOUTH_GHOST0),
             apparent_gravity_south_ghost0_y, -mul_add(c(-FIRST_MOMENT_SOUTH_GHOST0_Y),
-            minus_velocity_product_gradient_south_ghost0_yy,
+            minus_gradient_south_ghost0_yy,
             acceleration_gradient_south_ghost0_yx * c(FIRST_MOMENT_SOUTH_GHOST0_X)));
         let net_force_south_ghost0_z = mul_add(c(MASS_SOUTH_GHOST0),
             apparent_gravity_south_ghost0_z, -mul_add(c(FIRST_MOMENT_SOUTH_GHOST0_Y),
@@ -2274,11 +2216,11 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let transmitted_moment_in_parent_south_ghost0_z = mul_add(cos_south_west_south,
             net_moment_south_ghost0_z, sin_south_west_south * net_moment_south_ghost0_y);
         // south_east: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let net_force_south_east_x = mul_add(c(NET_FORCE_SOUTH_EAST_X_FACTOR), sin_ground_east,
+        let net_force_south_east_x = mul_add(c(0.07380660156279345), sin_ground_east,
             -mul_add(c(-FIRST_MOMENT_SOUTH_EAST_Y), acceleration_gradient_south_east_xy,
-            minus_velocity_product_gradient_south_east_xx * c(-FIRST_MOMENT_SOUTH_EAST_X)));
+            minus_gradient_south_east_xx * c(-FIRST_MOMENT_SOUTH_EAST_X)));
         let net_force_south_east_y = mul_add(c(MASS_SOUTH_EAST), apparent_gravity_south_east_y,
-            -mul_add(c(FIRST_MOMENT_SOUTH_EAST_Y), minus_velocity_product_gradient_south_east_yy,
+            -mul_add(c(FIRST_MOMENT_SOUTH_EAST_Y), minus_gradient_south_east_yy,
             acceleration_gradient_south_east_yx * c(FIRST_MOMENT_SOUTH_EAST_X)));
         let net_force_south_east_z = mul_add(c(MASS_SOUTH_EAST), apparent_gravity_south_east_z,
             -mul_add(c(-FIRST_MOMENT_SOUTH_EAST_Y), acceleration_gradient_south_east_zy,
@@ -2293,7 +2235,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             acceleration_gradient_south_east_xz, mul_add(c(-SECOND_MOMENT_SOUTH_EAST_XX),
             acceleration_gradient_south_east_zx,
             acceleration_gradient_south_east_zy * c(SECOND_MOMENT_SOUTH_EAST_XY))));
-        let net_moment_south_east_z = mul_add(c(NET_MOMENT_SOUTH_EAST_Z_FACTOR), sin_ground_east,
+        let net_moment_south_east_z = mul_add(c(1.5136381780420903e-3), sin_ground_east,
             apparent_gravity_south_east_y * c(FIRST_MOMENT_SOUTH_EAST_X))
             - mul_add(c(-SECOND_MOMENT_SOUTH_EAST_YY), acceleration_gradient_south_east_xy,
             mul_add(c(-SECOND_MOMENT_SOUTH_EAST_XY), omega_south_east_yy - omega_south_east_xx,
@@ -2350,11 +2292,11 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let transmitted_moment_east_z = net_moment_east_z
             + transmitted_moment_in_parent_south_east_z;
         // south_west: inverse dynamics: (f, n) of all beyond the hinge at given du/dt
-        let net_force_south_west_x = mul_add(c(-NET_FORCE_SOUTH_WEST_X_FACTOR), sin_ground_west,
+        let net_force_south_west_x = mul_add(c(-0.07254860693208019), sin_ground_west,
             -mul_add(c(FIRST_MOMENT_SOUTH_WEST_Y), acceleration_gradient_south_west_xy,
-            minus_velocity_product_gradient_south_west_xx * c(-FIRST_MOMENT_SOUTH_WEST_X)));
+            minus_gradient_south_west_xx * c(-FIRST_MOMENT_SOUTH_WEST_X)));
         let net_force_south_west_y = mul_add(c(MASS_SOUTH_WEST), apparent_gravity_south_west_y,
-            -mul_add(c(-FIRST_MOMENT_SOUTH_WEST_Y), minus_velocity_product_gradient_south_west_yy,
+            -mul_add(c(-FIRST_MOMENT_SOUTH_WEST_Y), minus_gradient_south_west_yy,
             acceleration_gradient_south_west_yx * c(FIRST_MOMENT_SOUTH_WEST_X)));
         let net_force_south_west_z = mul_add(c(MASS_SOUTH_WEST), apparent_gravity_south_west_z,
             -mul_add(c(FIRST_MOMENT_SOUTH_WEST_Y), acceleration_gradient_south_west_zy,
@@ -2369,7 +2311,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             acceleration_gradient_south_west_zy, mul_add(c(-SECOND_MOMENT_SOUTH_WEST_XX),
             acceleration_gradient_south_west_zx,
             acceleration_gradient_south_west_xz * c(SECOND_MOMENT_SOUTH_WEST_ZZ))));
-        let net_moment_south_west_z = mul_add(c(NET_MOMENT_SOUTH_WEST_Z_FACTOR), sin_ground_west,
+        let net_moment_south_west_z = mul_add(c(1.2191466200246904e-3), sin_ground_west,
             apparent_gravity_south_west_y * c(FIRST_MOMENT_SOUTH_WEST_X))
             - mul_add(c(-SECOND_MOMENT_SOUTH_WEST_YY), acceleration_gradient_south_west_xy,
             mul_add(c(SECOND_MOMENT_SOUTH_WEST_XY), omega_south_west_yy - omega_south_west_xx,
@@ -2518,8 +2460,7 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             -mul_add(c(HINGE_SOUTH_WEST_COS), closure_moment_in_parent_south_ghost0_x,
             mul_add(c(-HINGE_SOUTH_WEST_SIN), transmitted_moment_on_hinge_south_west_y,
             mul_add(c(HINGE_SOUTH_WEST_COS), transmitted_moment_south_west_x,
-            mul_add(c(-REACTIONS_5_3_FACTOR_2), a[5],
-            cos_ground_west * c(-REACTIONS_5_3_FACTOR))))));
+            mul_add(c(-4.858529110617978e-6), a[5], cos_ground_west * c(-1.84966277484791e-3))))));
         reactions[0] = -net_force_south_ghost0_x;
         reactions[1] = -(net_force_south_ghost0_y + lambda[0]);
         reactions[2] = -(net_force_south_ghost0_z + closure_force_south_ghost0_z);
@@ -2556,8 +2497,8 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         reactions[27] = -(closure_moment_on_hinge_south_east_y_product
             + (closure_moment_in_parent_south_x_product
             + (transmitted_moment_on_hinge_south_east_y_product
-            + (transmitted_moment_south_east_x_product + mul_add(c(-REACTIONS_4_3_FACTOR_2), a[4],
-            cos_ground_east * c(REACTIONS_4_3_FACTOR))))));
+            + (transmitted_moment_south_east_x_product + mul_add(c(-2.6145799326651474e-6), a[4],
+            cos_ground_east * c(1.2186563262174758e-3))))));
         reactions[28] = -(transmitted_moment_east_y + closure_moment_in_parent_south_east_y);
         reactions[29] = -(transmitted_moment_east_z + closure_moment_in_parent_south_east_z);
         reactions[30] = -(transmitted_force_in_parent_south_west_x
@@ -2697,8 +2638,8 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let omega_south_yz = parent_omega_south_y * parent_omega_south_z;
         let d_omega_south_yz = mul_add(parent_omega_south_y, d_parent_omega_south_z,
             d_parent_omega_south_y * parent_omega_south_z);
-        let minus_d_velocity_product_gradient_south_xx = d_omega_south_yy + d_omega_south_zz;
-        let minus_d_velocity_product_gradient_south_yy = d_omega_south_xx + d_omega_south_zz;
+        let minus_d_gradient_south_xx = d_omega_south_yy + d_omega_south_zz;
+        let minus_d_gradient_south_yy = d_omega_south_xx + d_omega_south_zz;
         // south_ghost0: angular velocity: w = R^T w_parent + u e_x
         let parent_omega_on_hinge_south_ghost0_y = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
             omega_south_west_x, minus_parent_omega_south_west_y * c(-HINGE_SOUTH_GHOST0_COS));
@@ -3168,11 +3109,10 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         // mechanism: results: what the function returns
         let closure_0 = mul_add(c(CLOSURE_POINT_SOUTH_GHOST0_X),
             d_acceleration_gradient_south_ghost0_yx, -mul_add(c(CLOSURE_DIRECTION_SOUTH_Y),
-            mul_add(c(CLOSURE_POINT_SOUTH_Y), minus_d_velocity_product_gradient_south_yy,
+            mul_add(c(CLOSURE_POINT_SOUTH_Y), minus_d_gradient_south_yy,
             d_acceleration_gradient_south_yx * c(CLOSURE_POINT_SOUTH_X)),
             mul_add(c(-CLOSURE_POINT_SOUTH_Y), d_acceleration_gradient_south_xy,
-            minus_d_velocity_product_gradient_south_xx * c(-CLOSURE_POINT_SOUTH_X)) *
-            c(CLOSURE_DIRECTION_SOUTH_X)));
+            minus_d_gradient_south_xx * c(-CLOSURE_POINT_SOUTH_X)) * c(CLOSURE_DIRECTION_SOUTH_X)));
         forces[0] = d_imbalance_south_west_south;
         forces[1] = d_imbalance_south_south_east;
         forces[2] = d_imbalance_west_south_west;
@@ -3220,11 +3160,11 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         // south_east: acceleration gradient: E = [alpha]x + w w^T - (w . w) 1
         let minus_omega_south_east_xz = minus_parent_omega_south_east_z * omega_south_east_x;
         let minus_omega_south_east_yz = parent_omega_south_east_y * minus_parent_omega_south_east_z;
-        let velocity_product_gradient_south_east_xy = mul_add(parent_omega_south_east_y,
-            omega_south_east_x, minus_velocity_product_alpha_south_east_z);
-        let velocity_product_gradient_south_east_xz = -minus_velocity_product_alpha_south_east_y
+        let gradient_south_east_xy = mul_add(parent_omega_south_east_y, omega_south_east_x,
+            minus_velocity_product_alpha_south_east_z);
+        let gradient_south_east_xz = -minus_velocity_product_alpha_south_east_y
             - minus_omega_south_east_xz;
-        let velocity_product_gradient_south_east_zx = minus_velocity_product_alpha_south_east_y
+        let gradient_south_east_zx = minus_velocity_product_alpha_south_east_y
             - minus_omega_south_east_xz;
         // south_west: angular velocity: w = R^T w_parent + u e_x
         let minus_parent_omega_on_hinge_south_west_y = u[5] * c(HINGE_SOUTH_WEST_SIN);
@@ -3240,12 +3180,10 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let minus_omega_south_west_xy = minus_parent_omega_south_west_y * omega_south_west_x;
         let omega_south_west_xz = parent_omega_south_west_z * omega_south_west_x;
         let minus_omega_south_west_yz = minus_parent_omega_south_west_y * parent_omega_south_west_z;
-        let velocity_product_gradient_south_west_xy = -minus_omega_south_west_xy
+        let gradient_south_west_xy = -minus_omega_south_west_xy
             - velocity_product_alpha_south_west_z;
-        let velocity_product_gradient_south_west_xz = velocity_product_alpha_south_west_y
-            + omega_south_west_xz;
-        let velocity_product_gradient_south_west_zx = omega_south_west_xz
-            - velocity_product_alpha_south_west_y;
+        let gradient_south_west_xz = velocity_product_alpha_south_west_y + omega_south_west_xz;
+        let gradient_south_west_zx = omega_south_west_xz - velocity_product_alpha_south_west_y;
         // south: angular velocity: w = R^T w_parent + u e_x
         let parent_omega_on_hinge_south_y = mul_add(c(HINGE_SOUTH_SIN), omega_south_east_x,
             parent_omega_south_east_y * c(HINGE_SOUTH_COS));
@@ -3273,16 +3211,14 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let omega_south_xy = parent_omega_south_y * omega_south_x;
         let omega_south_xz = parent_omega_south_z * omega_south_x;
         let omega_south_yz = parent_omega_south_y * parent_omega_south_z;
-        let minus_velocity_product_gradient_south_xx = omega_south_yy + omega_south_zz;
-        let velocity_product_gradient_south_xy = omega_south_xy - velocity_product_alpha_south_z;
-        let velocity_product_gradient_south_xz = velocity_product_alpha_south_y + omega_south_xz;
-        let velocity_product_gradient_south_yx = velocity_product_alpha_south_z + omega_south_xy;
-        let minus_velocity_product_gradient_south_yy = omega_south_xx + omega_south_zz;
-        let velocity_product_gradient_south_yz = minus_velocity_product_alpha_south_x
-            + omega_south_yz;
-        let velocity_product_gradient_south_zx = omega_south_xz - velocity_product_alpha_south_y;
-        let velocity_product_gradient_south_zy = omega_south_yz
-            - minus_velocity_product_alpha_south_x;
+        let minus_gradient_south_xx = omega_south_yy + omega_south_zz;
+        let gradient_south_xy = omega_south_xy - velocity_product_alpha_south_z;
+        let gradient_south_xz = velocity_product_alpha_south_y + omega_south_xz;
+        let gradient_south_yx = velocity_product_alpha_south_z + omega_south_xy;
+        let minus_gradient_south_yy = omega_south_xx + omega_south_zz;
+        let gradient_south_yz = minus_velocity_product_alpha_south_x + omega_south_yz;
+        let gradient_south_zx = omega_south_xz - velocity_product_alpha_south_y;
+        let gradient_south_zy = omega_south_yz - minus_velocity_product_alpha_south_x;
         // south_ghost0: angular velocity: w = R^T w_parent + u e_x
         let parent_omega_on_hinge_south_ghost0_y = mul_add(c(-HINGE_SOUTH_GHOST0_SIN),
             omega_south_west_x, minus_parent_omega_south_west_y * c(-HINGE_SOUTH_GHOST0_COS));
@@ -3308,17 +3244,17 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let omega_south_ghost0_xy = parent_omega_south_ghost0_y * omega_south_ghost0_x;
         let omega_south_ghost0_xz = parent_omega_south_ghost0_z * omega_south_ghost0_x;
         let omega_south_ghost0_yz = parent_omega_south_ghost0_y * parent_omega_south_ghost0_z;
-        let velocity_product_gradient_south_ghost0_xy = omega_south_ghost0_xy
+        let gradient_south_ghost0_xy = omega_south_ghost0_xy
             - velocity_product_alpha_south_ghost0_z;
-        let velocity_product_gradient_south_ghost0_xz = velocity_product_alpha_south_ghost0_y
+        let gradient_south_ghost0_xz = velocity_product_alpha_south_ghost0_y
             + omega_south_ghost0_xz;
-        let velocity_product_gradient_south_ghost0_yx = velocity_product_alpha_south_ghost0_z
+        let gradient_south_ghost0_yx = velocity_product_alpha_south_ghost0_z
             + omega_south_ghost0_xy;
-        let velocity_product_gradient_south_ghost0_yz = omega_south_ghost0_yz
+        let gradient_south_ghost0_yz = omega_south_ghost0_yz
             - velocity_product_alpha_south_ghost0_x;
-        let velocity_product_gradient_south_ghost0_zx = omega_south_ghost0_xz
+        let gradient_south_ghost0_zx = omega_south_ghost0_xz
             - velocity_product_alpha_south_ghost0_y;
-        let velocity_product_gradient_south_ghost0_zy = velocity_product_alpha_south_ghost0_x
+        let gradient_south_ghost0_zy = velocity_product_alpha_south_ghost0_x
             + omega_south_ghost0_yz;
         // east: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let minus_apparent_gravity_east_z = cos_ground_east * c(GRAVITY_Z);
@@ -3351,12 +3287,11 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             apparent_gravity_on_hinge_south_y,
             cos_south_south_east * apparent_gravity_south_east_z);
         // south: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
-        let minus_bias_moment_south_y = mul_add(c(SECOND_MOMENT_SOUTH_ZZ),
-            velocity_product_gradient_south_xz,
-            velocity_product_gradient_south_zy * c(SECOND_MOMENT_SOUTH_XY));
-        let bias_moment_south_z = mul_add(c(SECOND_MOMENT_SOUTH_YY),
-            velocity_product_gradient_south_xy, mul_add(c(SECOND_MOMENT_SOUTH_XY), omega_south_yy
-            - omega_south_xx, apparent_gravity_south_x * c(FIRST_MOMENT_SOUTH_Y)));
+        let minus_bias_moment_south_y = mul_add(c(SECOND_MOMENT_SOUTH_ZZ), gradient_south_xz,
+            gradient_south_zy * c(SECOND_MOMENT_SOUTH_XY));
+        let bias_moment_south_z = mul_add(c(SECOND_MOMENT_SOUTH_YY), gradient_south_xy,
+            mul_add(c(SECOND_MOMENT_SOUTH_XY), omega_south_yy - omega_south_xx,
+            apparent_gravity_south_x * c(FIRST_MOMENT_SOUTH_Y)));
         // south_ghost0: apparent gravity: g - a = R^T ((g - a)_parent - E_parent r)
         let apparent_gravity_on_hinge_south_ghost0_y =
             mul_add(c(APPARENT_GRAVITY_ON_HINGE_SOUTH_GHOST0_Y_FACTOR), sin_ground_west,
@@ -3369,10 +3304,9 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             cos_south_west_south * apparent_gravity_south_west_z);
         // south_ghost0: bias force: f = m (g - a) - E h + applied, n = h x (g - a) - E x S + applied
         let minus_bias_moment_south_ghost0_y = mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_XY),
-            velocity_product_gradient_south_ghost0_zy,
-            velocity_product_gradient_south_ghost0_xz * c(SECOND_MOMENT_SOUTH_GHOST0_ZZ));
+            gradient_south_ghost0_zy, gradient_south_ghost0_xz * c(SECOND_MOMENT_SOUTH_GHOST0_ZZ));
         let bias_moment_south_ghost0_z = mul_add(c(SECOND_MOMENT_SOUTH_GHOST0_YY),
-            velocity_product_gradient_south_ghost0_xy, mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_XY),
+            gradient_south_ghost0_xy, mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_XY),
             mul_add(-omega_south_ghost0_x, omega_south_ghost0_x,
             parent_omega_south_ghost0_y * parent_omega_south_ghost0_y),
             apparent_gravity_south_ghost0_x * c(-FIRST_MOMENT_SOUTH_GHOST0_Y)));
@@ -3490,28 +3424,27 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             q[1] * c(-STIFFNESS_GROUND_EAST));
         // south: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
         let y_south_south_east = mul_add(c(-FIRST_MOMENT_SOUTH_Y), apparent_gravity_south_z,
-            velocity_product_gradient_south_yz * c(SECOND_MOMENT_SOUTH_ZZ))
-            + mul_add(c(SECOND_MOMENT_SOUTH_XY), velocity_product_gradient_south_zx,
-            mul_add(c(-SECOND_MOMENT_SOUTH_YY), velocity_product_gradient_south_zy,
+            gradient_south_yz * c(SECOND_MOMENT_SOUTH_ZZ)) + mul_add(c(SECOND_MOMENT_SOUTH_XY),
+            gradient_south_zx, mul_add(c(-SECOND_MOMENT_SOUTH_YY), gradient_south_zy,
             joint_torque_south_south_east));
         // south_east: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
         let articulated_bias_moment_south_east_y = mul_add(c(HINGE_SOUTH_COS),
             subtree_moment_on_hinge_south_y, mul_add(-pivot_row_moment_in_parent_south_y,
-            y_south_south_east, mul_add(c(-SECOND_MOMENT_SOUTH_EAST_ZZ),
-            velocity_product_gradient_south_east_xz, mul_add(c(MINIMAL_SECOND_MOMENT_SOUTH_EAST_XY),
-            minus_omega_south_east_yz, c(HINGE_SOUTH_SIN) * joint_torque_south_south_east))));
+            y_south_south_east, mul_add(c(-SECOND_MOMENT_SOUTH_EAST_ZZ), gradient_south_east_xz,
+            mul_add(c(MINIMAL_SECOND_MOMENT_SOUTH_EAST_XY), minus_omega_south_east_yz,
+            c(HINGE_SOUTH_SIN) * joint_torque_south_south_east))));
         let articulated_bias_moment_south_east_z = mul_add(-sin_south_south_east,
             minus_bias_moment_south_y, mul_add(c(MINIMAL_SECOND_MOMENT_SOUTH_EAST_XY),
             mul_add(-omega_south_east_x, omega_south_east_x,
             parent_omega_south_east_y * parent_omega_south_east_y),
-            mul_add(c(MINIMAL_SECOND_MOMENT_SOUTH_EAST_YY), velocity_product_gradient_south_east_xy,
+            mul_add(c(MINIMAL_SECOND_MOMENT_SOUTH_EAST_YY), gradient_south_east_xy,
             sin_ground_east * c(BIAS_MOMENT_SOUTH_EAST_Z_FACTOR))))
             + mul_add(-pivot_row_moment_in_parent_south_z, y_south_south_east,
             cos_south_south_east * bias_moment_south_z);
         let y_south_east_east = mul_add(c(HINGE_SOUTH_SIN), subtree_moment_on_hinge_south_y,
             mul_add(-pivot_row_moment_in_parent_south_x, y_south_south_east,
             mul_add(c(-MINIMAL_FIRST_MOMENT_SOUTH_EAST_Y), apparent_gravity_south_east_z,
-            mul_add(c(MINIMAL_SECOND_MOMENT_SOUTH_EAST_XY), velocity_product_gradient_south_east_zx,
+            mul_add(c(MINIMAL_SECOND_MOMENT_SOUTH_EAST_XY), gradient_south_east_zx,
             mul_add(c(SUBTREE_MOMENT_SOUTH_EAST_X_FACTOR), minus_omega_south_east_yz,
             mul_add(c(-HINGE_SOUTH_COS), joint_torque_south_south_east,
             joint_torque_south_east_east))))));
@@ -3530,23 +3463,22 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             q[0] * c(-STIFFNESS_GROUND_EAST));
         // south_ghost0: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
         let y_south_west_south = mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_YY),
-            velocity_product_gradient_south_ghost0_zy,
-            velocity_product_gradient_south_ghost0_yz * c(SECOND_MOMENT_SOUTH_GHOST0_ZZ))
-            + mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_XY), velocity_product_gradient_south_ghost0_zx,
+            gradient_south_ghost0_zy, gradient_south_ghost0_yz * c(SECOND_MOMENT_SOUTH_GHOST0_ZZ))
+            + mul_add(c(-SECOND_MOMENT_SOUTH_GHOST0_XY), gradient_south_ghost0_zx,
             mul_add(c(FIRST_MOMENT_SOUTH_GHOST0_Y), apparent_gravity_south_ghost0_z,
             joint_torque_south_west_south));
         // south_west: articulated bias force: y = tau + n_x, to the parent: (f, n) - W y
         let articulated_bias_moment_south_west_y = mul_add(c(HINGE_SOUTH_GHOST0_COS),
             subtree_moment_on_hinge_south_ghost0_y,
             mul_add(-pivot_row_moment_in_parent_south_ghost0_y, y_south_west_south,
-            mul_add(c(-SECOND_MOMENT_SOUTH_WEST_ZZ), velocity_product_gradient_south_west_xz,
+            mul_add(c(-SECOND_MOMENT_SOUTH_WEST_ZZ), gradient_south_west_xz,
             mul_add(c(-HINGE_SOUTH_GHOST0_SIN), joint_torque_south_west_south,
             minus_omega_south_west_yz * c(-MINIMAL_SECOND_MOMENT_SOUTH_WEST_XY)))));
         let articulated_bias_moment_south_west_z = mul_add(-sin_south_west_south,
             minus_bias_moment_south_ghost0_y, mul_add(c(MINIMAL_SECOND_MOMENT_SOUTH_WEST_YY),
-            velocity_product_gradient_south_west_xy,
-            mul_add(c(-MINIMAL_SECOND_MOMENT_SOUTH_WEST_XY), mul_add(-omega_south_west_x,
-            omega_south_west_x, minus_parent_omega_south_west_y * minus_parent_omega_south_west_y),
+            gradient_south_west_xy, mul_add(c(-MINIMAL_SECOND_MOMENT_SOUTH_WEST_XY),
+            mul_add(-omega_south_west_x, omega_south_west_x,
+            minus_parent_omega_south_west_y * minus_parent_omega_south_west_y),
             sin_ground_west * c(BIAS_MOMENT_SOUTH_WEST_Z_FACTOR))))
             + mul_add(-pivot_row_moment_in_parent_south_ghost0_z, y_south_west_south,
             cos_south_west_south * bias_moment_south_ghost0_z);
@@ -3554,10 +3486,10 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
             subtree_moment_on_hinge_south_ghost0_y,
             mul_add(minus_pivot_row_moment_in_parent_south_ghost0_x, y_south_west_south,
             mul_add(c(MINIMAL_FIRST_MOMENT_SOUTH_WEST_Y), apparent_gravity_south_west_z,
-            mul_add(c(-MINIMAL_SECOND_MOMENT_SOUTH_WEST_XY),
-            velocity_product_gradient_south_west_zx, mul_add(c(SUBTREE_MOMENT_SOUTH_WEST_X_FACTOR),
-            minus_omega_south_west_yz, mul_add(c(-HINGE_SOUTH_GHOST0_COS),
-            joint_torque_south_west_south, joint_torque_west_south_west))))));
+            mul_add(c(-MINIMAL_SECOND_MOMENT_SOUTH_WEST_XY), gradient_south_west_zx,
+            mul_add(c(SUBTREE_MOMENT_SOUTH_WEST_X_FACTOR), minus_omega_south_west_yz,
+            mul_add(c(-HINGE_SOUTH_GHOST0_COS), joint_torque_south_west_south,
+            joint_torque_west_south_west))))));
         let articulated_bias_moment_on_hinge_south_west_y = mul_add(-sin_west_south_west,
             articulated_bias_moment_south_west_z,
             cos_west_south_west * articulated_bias_moment_south_west_y);
@@ -3689,12 +3621,11 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let inverse_pivot_loop0_2 = c(1.0) / pivot_loop0_2;
         // mechanism: closure multipliers: S lambda = -gamma - Y D^-1 y
         let minus_forward_lambda0_0_sum = mul_add(c(-CLOSURE_DIRECTION_SOUTH_Y),
-            mul_add(c(CLOSURE_POINT_SOUTH_Y), minus_velocity_product_gradient_south_yy,
-            velocity_product_gradient_south_yx * c(CLOSURE_POINT_SOUTH_X)),
-            mul_add(c(-CLOSURE_DIRECTION_SOUTH_X), mul_add(c(-CLOSURE_POINT_SOUTH_Y),
-            velocity_product_gradient_south_xy,
-            minus_velocity_product_gradient_south_xx * c(-CLOSURE_POINT_SOUTH_X)),
-            velocity_product_gradient_south_ghost0_yx * c(CLOSURE_POINT_SOUTH_GHOST0_X)));
+            mul_add(c(CLOSURE_POINT_SOUTH_Y), minus_gradient_south_yy,
+            gradient_south_yx * c(CLOSURE_POINT_SOUTH_X)), mul_add(c(-CLOSURE_DIRECTION_SOUTH_X),
+            mul_add(c(-CLOSURE_POINT_SOUTH_Y), gradient_south_xy,
+            minus_gradient_south_xx * c(-CLOSURE_POINT_SOUTH_X)),
+            gradient_south_ghost0_yx * c(CLOSURE_POINT_SOUTH_GHOST0_X)));
         let minus_forward_lambda0_0 = mul_add(y_ground_west, y_over_d0_0_ground_west,
             mul_add(y_ground_east, y_over_d0_0_ground_east, mul_add(y_south_east_east,
             y_over_d0_0_south_east_east, mul_add(-y_west_south_west,
@@ -3702,18 +3633,17 @@ impl<S: ::lamc_runtime::Arithmetic> Sixbar<S> {
         let forward_lambda0_1_sum = mul_add(y_south_east_east, minus_y_over_d0_1_south_east_east,
             mul_add(y_west_south_west, minus_y_over_d0_1_west_south_west,
             mul_add(c(-FORWARD_LAMBDA0_1_FACTOR), y_south_south_east,
-            mul_add(c(CLOSURE_POINT_SOUTH_X), velocity_product_gradient_south_zx,
-            -mul_add(c(CLOSURE_POINT_SOUTH_Y), velocity_product_gradient_south_zy,
-            velocity_product_gradient_south_ghost0_zx * c(CLOSURE_POINT_SOUTH_GHOST0_X))))));
+            mul_add(c(CLOSURE_POINT_SOUTH_X), gradient_south_zx, -mul_add(c(CLOSURE_POINT_SOUTH_Y),
+            gradient_south_zy, gradient_south_ghost0_zx * c(CLOSURE_POINT_SOUTH_GHOST0_X))))));
         let forward_lambda0_1 = mul_add(l_loop0_1_0, minus_forward_lambda0_0,
             mul_add(-y_ground_west, y_over_d0_1_ground_west, mul_add(-y_ground_east,
             y_over_d0_1_ground_east, forward_lambda0_1_sum)));
         let forward_lambda0_2_sum = mul_add(y_west_south_west, minus_y_over_d0_2_west_south_west,
             mul_add(c(FORWARD_LAMBDA0_2_FACTOR_2), y_south_south_east,
             mul_add(c(-FORWARD_LAMBDA0_2_FACTOR), y_south_west_south,
-            mul_add(c(CLOSURE_POINT_SOUTH_Y), velocity_product_gradient_south_zx,
-            mul_add(c(-CLOSURE_POINT_SOUTH_GHOST0_X), velocity_product_gradient_south_ghost0_zy,
-            velocity_product_gradient_south_zy * c(CLOSURE_POINT_SOUTH_X))))));
+            mul_add(c(CLOSURE_POINT_SOUTH_Y), gradient_south_zx,
+            mul_add(c(-CLOSURE_POINT_SOUTH_GHOST0_X), gradient_south_ghost0_zy,
+            gradient_south_zy * c(CLOSURE_POINT_SOUTH_X))))));
         let forward_lambda0_2 = mul_add(-l_loop0_2_1, forward_lambda0_1, mul_add(l_loop0_2_0,
             minus_forward_lambda0_0, mul_add(-y_ground_west, y_over_d0_2_ground_west,
             mul_add(-y_ground_east, y_over_d0_2_ground_east, mul_add(-y_south_east_east,

@@ -131,12 +131,11 @@ mod constants {
     pub const SECOND_MOMENT_LOWER_YY_MINUS_SECOND_MOMENT_LOWER_ZZ: f64 = 0.25000082733333334;
     pub const MASS_WRIST_WRIST: f64 = 0.4166658393333334;
     pub const INVERSE_PIVOT_LOWER: f64 = 2.400004765449462;
-    // folded from several numbers, by the value that each is part of
+    // folded from several numbers, by the first value that each is part of
     pub const COMPOSITE_SECOND_MOMENT_MIDDLE_YY_TERM: f64 = 1.6666502667468661;
     pub const COMPOSITE_SECOND_MOMENT_MIDDLE_ZZ_TERM: f64 = 0.1666641846666667;
     pub const MASS_SHOULDER_SHOULDER_TERM: f64 = 2.4166322120801995;
     pub const KINETIC_ENERGY_UPPER_FACTOR: f64 = 0.20832840604009972;
-    pub const KINETIC_FACTOR: f64 = 0.2083329196666667;
 }
 
 use constants::*;
@@ -754,7 +753,7 @@ impl<S: ::lamc_runtime::Arithmetic> TriplePendulum<S> {
         let origin_lower_z = origin_middle_z - axis_y_middle_z;
         // mechanism: results: what the function returns
         let kinetic_sum = mul_add(minus_velocity_middle_z, omega_middle_x * c(FIRST_MOMENT_UPPER_X),
-            mul_add(c(KINETIC_FACTOR), omega_lower_x * omega_lower_x,
+            mul_add(c(0.2083329196666667), omega_lower_x * omega_lower_x,
             mul_add(c(KINETIC_ENERGY_UPPER_FACTOR), omega_middle_x * omega_middle_x,
             u[0] * u[0] * c(KINETIC_ENERGY_UPPER_FACTOR))));
         let kinetic_2 = mul_add(c(FIRST_MOMENT_LOWER_X), mul_add(velocity_lower_z, velocity_lower_z,

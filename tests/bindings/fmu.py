@@ -278,17 +278,23 @@ def same_bytes():
         assert printed == (FOLDER / f"crank_{version}.fmu").read_bytes()
 
 
-if sys.argv[1:2] == ["build"]:
-    build_platform_binary(sys.argv[2], all_warnings=True)
-elif sys.argv[1:2] == ["calls"]:
-    calls(int(sys.argv[2]), pathlib.Path(sys.argv[3]))
-    for kind in KINDS:
-        fmpy.simulate_fmu(sys.argv[3], fmi_type=kind, stop_time=0.05)
-else:
-    for version in (2, 3):
-        motions(version)
-        calls(version, FOLDER / f"crank_{version}")
-        sanitised(version, FOLDER / f"crank_{version}")
-        print(f"FMI {version}: ok", flush=True)
-    drift()
-    same_bytes()
+def main():
+    """All checks, or a part of them in a process of its own."""
+    if sys.argv[1:2] == ["build"]:
+        build_platform_binary(sys.argv[2], all_warnings=True)
+    elif sys.argv[1:2] == ["calls"]:
+        calls(int(sys.argv[2]), pathlib.Path(sys.argv[3]))
+        for kind in KINDS:
+            fmpy.simulate_fmu(sys.argv[3], fmi_type=kind, stop_time=0.05)
+    else:
+        for version in (2, 3):
+            motions(version)
+            calls(version, FOLDER / f"crank_{version}")
+            sanitised(version, FOLDER / f"crank_{version}")
+            print(f"FMI {version}: ok", flush=True)
+        drift()
+        same_bytes()
+
+
+if __name__ == "__main__":
+    main()

@@ -39,15 +39,23 @@ def loaded(path):
     return found
 
 
-def closed_states(mechanism, rng):
-    """States about the initial one, closed by the C, at random times, parameters and inputs."""
+def closed_states(mechanism, rng, count=12, guesses=1000, plain=False):
+    """States about the initial one, closed by the C, at random times, parameters and inputs; with those of the
+    model if `plain`. Fewer than `count` where `guesses` lead to no more."""
     robot = mechanism()
     states = []
-    start, _ = robot.initial()
-    while len(states) < 12:
+    try:
+        start, _ = robot.initial()
+    except mechanism.Error:
+        start = np.zeros(mechanism.N)
+    for _ in range(guesses):
+        if len(states) == count:
+            break
         t = rng.uniform(0.0, 2.0)
         values = {name: value * rng.uniform(0.5, 1.5) for name, value in mechanism.PARAMETERS.items()}
         inputs = {name: rng.uniform(-1e-3, 1e-3) for name in mechanism.INPUTS}
+        if plain:
+            values, inputs = {}, {}
         robot = mechanism(values, **inputs)
         try:
             q = robot.assemble(start + rng.uniform(-0.5, 0.5, mechanism.N), t=t)
@@ -213,6 +221,7 @@ def misuse():
     assert "crank.c is missing" in run().stderr
 
 
-for check in (agreement, motions, geometry, misuse):
-    check()
-    print(f"{check.__name__}: ok", flush=True)
+if __name__ == "__main__":
+    for check in (agreement, motions, geometry, misuse):
+        check()
+        print(f"{check.__name__}: ok", flush=True)

@@ -16,7 +16,6 @@ use lamc_runtime::{Mechanism, acceleration};
 use lamc_tests::campaign;
 use lamc_tests::compare::keep_largest;
 use lamc_tests::modules::{Answer, Workshop};
-use lamc_tests::relative_error;
 use lamc_tests::varied::mechanism;
 use lamc_workbench::verify::{
     ACCELERATION, Check, ENERGY, Settings, Solution, Values, closed_states,
@@ -83,7 +82,7 @@ fn errors(answer: &Answer, expected: &Solution) -> [f64; 2] {
     let total = energy[0].abs() + energy[1].abs();
     let off = keep_largest((energies[0] - energy[0]).abs(), (energies[1] - energy[1]).abs());
     let share = if off == 0.0 { 0.0 } else { off / total };
-    [relative_error(rates, &expected.acceleration), share]
+    [expected.relative_error(rates), share]
 }
 
 /// What the interpreter answers.

@@ -100,11 +100,27 @@ fn write_bodies(text: &mut String, mechanism: &Mechanism) -> fmt::Result {
         let [a, b, c] = moments.into();
         let mass = properties.mass * 1e3;
         let name = format!("{}{}", body.name, if body.fixed { " (fixed)" } else { "" });
-        let centre = format!("{x:.4} {y:.4} {z:.4}");
-        let moments = format!("{a:.4} {b:.4} {c:.4}");
-        writeln!(text, "{name:<16} {mass:>12.5} {centre:>34} {moments:>40}")?;
+        let size = mechanism.size * 1e3;
+        let centre = [x, y, z].map(|length| decimals(length, size, 4)).join(" ");
+        let moments = [a, b, c].map(|moment| decimals(moment, c, 4)).join(" ");
+        let mass = decimals(mass, mass, 5);
+        writeln!(text, "{name:<16} {mass:>12} {centre:>34} {moments:>40}")?;
     }
     Ok(())
+}
+
+/// A number with so many decimals, or with an exponent where these would not show the numbers of its kind, of
+/// which the largest is some `scale`.
+fn decimals(value: f64, scale: f64, decimals: usize) -> String {
+    /// Above which numbers are shown with decimals, and below which.
+    const PLAIN: std::ops::Range<f64> = 1e-2..1e6;
+    /// A share of the scale that is rounding.
+    const ROUNDING: f64 = 1e-12;
+    match PLAIN.contains(&scale.abs()) || scale == 0.0 {
+        true => format!("{value:.decimals$}"),
+        false if value.abs() < ROUNDING * scale.abs() => "0".to_owned(),
+        false => format!("{value:.3e}"),
+    }
 }
 
 /// Of the hinges that have one.

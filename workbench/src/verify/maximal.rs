@@ -24,6 +24,9 @@ use super::placement::{Motion, motions, turn};
 pub struct Solution {
     /// Joint accelerations, rad/s^2.
     pub acceleration: Vec<f64>,
+    /// The largest of them, and of those that there would be if no joint were driven: motors hold against the
+    /// rest.
+    pub magnitude: f64,
     /// J.
     pub kinetic_energy: f64,
     /// Gravity of the moving bodies and springs, J.
@@ -45,6 +48,12 @@ impl Solution {
         6 * bodies - self.rank
     }
 
+    /// The largest difference of joint accelerations from these, over the magnitude.
+    pub fn relative_error(&self, found: &[f64]) -> f64 {
+        let difference = largest(found.iter().zip(&self.acceleration).map(|(a, b)| a - b));
+        if difference == 0.0 { 0.0 } else { difference / self.magnitude }
+    }
+
     /// The condition number: the largest singular value over the smallest that counts.
     pub fn condition(&self) -> f64 {
         self.rank.checked_sub(1).map_or(1.0, |last| 1.0 / self.spectrum[last])
@@ -63,9 +72,10 @@ pub struct Massless(pub usize);
 pub fn solve(mechanism: &Mechanism, values: &Values) -> Result<Solution, Massless> {
     let system = System::new(mechanism, values);
     let (open_by, speed_mismatch) = system.mismatch();
-    let (acceleration, rank, spectrum) = system.accelerations()?;
+    let Accelerations { joints, magnitude, rank, spectrum } = system.accelerations()?;
     Ok(Solution {
-        acceleration,
+        acceleration: joints,
+        magnitude,
         kinetic_energy: system.kinetic_energy(),
         potential_energy: system.potential_energy(),
         open_by,
@@ -92,6 +102,14 @@ pub fn tree_mass_matrix(mechanism: &Mechanism, values: &Values) -> Vec<Vec<f64>>
         r.moving().iter().map(of).sum()
     };
     systems.iter().map(|r| systems.iter().map(|s| entry(r, s)).collect()).collect()
+}
+
+/// Joint accelerations, their magnitude, the rank of the hinges' equations and their singular values.
+struct Accelerations {
+    joints: Vec<f64>,
+    magnitude: f64,
+    rank: usize,
+    spectrum: Vec<f64>,
 }
 
 /// A mechanism at a state.
@@ -221,22 +239,32 @@ impl<'a> System<'a> {
         self.mechanism.bodies[body].surface.iter().map(force).collect()
     }
 
-    /// The joint accelerations by Gauss's principle over the accelerations of all moving bodies, the rank of
-    /// the hinges' equations and their singular values.
-    #[allow(clippy::type_complexity, reason = "three results")]
-    fn accelerations(&self) -> Result<(Vec<f64>, usize, Vec<f64>), Massless> {
+    /// The joint accelerations by Gauss's principle over the accelerations of all moving bodies.
+    fn accelerations(&self) -> Result<Accelerations, Massless> {
         let moving = self.moving();
         let column = |body: usize| moving.iter().position(|&b| b == body).map(|i| 6 * i);
         let hinges: Vec<_> = (0..self.mechanism.joints.len()).map(|j| self.hinge(j)).collect();
         let (free, root) = self.free_bodies(&moving)?;
         let (rows, rhs) = self.hinge_equations(&hinges, 6 * moving.len(), &column);
-        let Constrained { accelerations, rank, spectrum } = constrain(&rows, &rhs, &free, &root);
-        let alpha = |body: usize| {
-            column(body).map_or(Vector3::zeros(), |c| accelerations.fixed_rows::<3>(c + 3).into())
+        let about_hinges = |accelerations: &DVector<f64>| -> Vec<f64> {
+            let alpha = |body: usize| {
+                let rows = |c: usize| accelerations.fixed_rows::<3>(c + 3).into_owned();
+                column(body).map_or(Vector3::zeros(), rows)
+            };
+            let relative = |hinge: &Hinge| alpha(hinge.bodies[1]) - alpha(hinge.bodies[0]);
+            hinges.iter().map(|hinge| hinge.direction.dot(&relative(hinge))).collect()
         };
-        let relative = |hinge: &Hinge| alpha(hinge.bodies[1]) - alpha(hinge.bodies[0]);
-        let joints = hinges.iter().map(|hinge| hinge.direction.dot(&relative(hinge))).collect();
-        Ok((joints, rank, spectrum))
+        let Constrained { accelerations, rank, spectrum } = constrain(&rows, &rhs, &free, &root);
+        let joints = about_hinges(&accelerations);
+        let mut magnitude = largest(&joints);
+        let undriven = 5 * hinges.len();
+        if undriven < rows.nrows() {
+            let (rows, rhs) =
+                (rows.rows(0, undriven).into_owned(), rhs.rows(0, undriven).into_owned());
+            let free = about_hinges(&constrain(&rows, &rhs, &free, &root).accelerations);
+            magnitude = larger(magnitude, largest(&free));
+        }
+        Ok(Accelerations { joints, magnitude, rank, spectrum })
     }
 
     /// The accelerations without hinges, and W^-1/2 (S^-T of the Cholesky factor S of W), six rows per body.

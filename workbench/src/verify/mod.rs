@@ -181,7 +181,7 @@ impl Systems<'_> {
         errors.closure = larger(errors.closure, closed);
 
         let (found, constraint) = accelerated(&self.machine, values);
-        let error = relative(&found, &expected.acceleration) / expected.condition();
+        let error = expected.relative_error(&found) / expected.condition();
         errors.acceleration = larger(errors.acceleration, error);
         let n = values.q.len();
         let moving = self.compiled.topology.mechanism.bodies.iter().filter(|body| !body.fixed);
