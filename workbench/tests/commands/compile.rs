@@ -170,3 +170,27 @@ fn check_prints_the_longest_stable_step() {
         assert!((step / expected - 1.0).abs() < 2e-3, "{law}: {step} is not {expected}");
     }
 }
+
+#[test]
+fn check_shows_bodies_of_any_size() {
+    let (_guard, folder) = folder();
+    let file = folder.join("speck.yaml").display().to_string();
+    // A square of a micrometre and of a tenth of it, 700 kg/m^3, in grams and millimetres.
+    let model = "units: { length: um }\nmaterials: { card: { density: 700, thickness: 0.1 } }\nlayup: [card]\n\
+                 bodies:\n  base: { fixed: true }\n  \
+                 flake: { outline: [[0, 0], [1, 0], [1, 1], [0, 1]] }\njoints:\n  \
+                 j: { bodies: [base, flake], axis: [[0, 0], [0, 1]] }\n";
+    fs::write(&file, model).unwrap();
+    let output = run(&["check", &file]);
+    let report = text(&output.stdout);
+    let line = report.lines().find(|line| line.starts_with("flake")).expect(&report);
+    let numbers: Vec<f64> =
+        line.split_whitespace().skip(1).map(|word| word.parse().unwrap()).collect();
+    let mass = 7e-14;
+    let side = mass * 1e-6 * (1.0 + 0.01) / 12.0;
+    let expected = [mass, 5e-4, 5e-4, 5e-5, side, side, mass * 1e-6 / 6.0];
+    assert_eq!(numbers.len(), expected.len(), "{line}");
+    for (found, expected) in numbers.iter().zip(expected) {
+        assert!((found / expected - 1.0).abs() < 1e-3, "{line}: {found} is not {expected}");
+    }
+}
