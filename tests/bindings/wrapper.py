@@ -39,23 +39,15 @@ def loaded(path):
     return found
 
 
-def closed_states(mechanism, rng, count=12, guesses=1000, plain=False):
-    """States about the initial one, closed by the C, at random times, parameters and inputs; with those of the
-    model if `plain`. Fewer than `count` where `guesses` lead to no more."""
+def closed_states(mechanism, rng):
+    """States about the initial one, closed by the C, at random times, parameters and inputs."""
     robot = mechanism()
     states = []
-    try:
-        start, _ = robot.initial()
-    except mechanism.Error:
-        start = np.zeros(mechanism.N)
-    for _ in range(guesses):
-        if len(states) == count:
-            break
+    start, _ = robot.initial()
+    while len(states) < 12:
         t = rng.uniform(0.0, 2.0)
         values = {name: value * rng.uniform(0.5, 1.5) for name, value in mechanism.PARAMETERS.items()}
         inputs = {name: rng.uniform(-1e-3, 1e-3) for name in mechanism.INPUTS}
-        if plain:
-            values, inputs = {}, {}
         robot = mechanism(values, **inputs)
         try:
             q = robot.assemble(start + rng.uniform(-0.5, 0.5, mechanism.N), t=t)

@@ -41,7 +41,9 @@ pub fn closed(compiled: &Compiled, settings: &Settings) -> Result<Vec<(Values, S
                 "`{name}` has no moment of inertia about some axis, which the comparison needs"
             ))
         })?;
-        if !solution.spectrum.iter().any(|value| DOUBTFUL.contains(value)) {
+        let is_doubtful = solution.spectrum.iter().any(|value| DOUBTFUL.contains(value));
+        // Where a formula of the model has no value, there is nothing to compare.
+        if !is_doubtful && solution.acceleration.iter().all(|value| value.is_finite()) {
             states.push((values, solution));
         }
         Ok(())
@@ -54,7 +56,10 @@ pub fn closed(compiled: &Compiled, settings: &Settings) -> Result<Vec<(Values, S
         }
     }
     if states.is_empty() {
-        return Err(Remark::NotChecked("no closed state was found away from singular ones".into()));
+        return Err(Remark::NotChecked(
+            "no closed state was found away from singular ones at which all formulas have a value"
+                .into(),
+        ));
     }
     Ok(states)
 }
