@@ -76,9 +76,10 @@ class Model:
             )
 
     def _origin(self, data, raw, point, direction):
-        """The point of the hinge line nearest to the parent's (or a child's) hinge line."""
+        """The centre of a spherical loop of the hinge, or the point of its line nearest to that of its parent (or a
+        child)."""
         for loop in data["loops"]:
-            if loop["centre"] is not None:
+            if loop["centre"] is not None and raw["joint"] in loop["joints"]:
                 return np.array(loop["centre"])
         if raw["parent"] is None:
             index = data["nodes"].index(raw)

@@ -8,7 +8,7 @@ import peers as p
 DOCUMENT = p.WORKSPACE / "docs" / "PERFORMANCE.md"
 FIGURES = p.WORKSPACE / "docs" / "figures"
 COLUMNS = ("CasADi", "CasADi by hand", "MuJoCo", "Pinocchio, g++", "Pinocchio, clang++")
-NAMES = {"sixbar": "six-bar"}
+NAMES = {"sixbar": "six-bar", "miura3x3": "Miura 3x3", "miura4x4": "Miura 4x4"}
 
 
 def operations(check):

@@ -14,6 +14,7 @@ pub mod not_checked;
 pub mod package;
 pub mod random;
 pub mod schema_cases;
+pub mod sheets;
 pub mod shrink;
 pub mod udwadia;
 pub mod uniform;

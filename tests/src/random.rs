@@ -351,10 +351,35 @@ pub fn driven(text: &str) -> String {
 /// If none of thirty guesses leads to one.
 pub fn closed_state(system: &Interpreter, random: &mut Random) -> State<Vec<f64>, f64> {
     let n = system.dimensions().coordinates;
+    closed_state_from(system, random, |random| (0..n).map(|_| random.range(-1.2, 1.2)).collect())
+}
+
+/// A closed configuration where all angles are about some share of the given ones, with speeds that the loops
+/// allow.
+///
+/// # Panics
+/// If none of thirty guesses leads to one.
+pub fn closed_state_about(
+    system: &Interpreter,
+    folded: &[f64],
+    random: &mut Random,
+) -> State<Vec<f64>, f64> {
+    closed_state_from(system, random, |random| {
+        let share = random.range(0.3, 1.5);
+        folded.iter().map(|angle| share * angle + random.range(-0.05, 0.05)).collect()
+    })
+}
+
+fn closed_state_from(
+    system: &Interpreter,
+    random: &mut Random,
+    guess: impl Fn(&mut Random) -> Vec<f64>,
+) -> State<Vec<f64>, f64> {
+    let n = system.dimensions().coordinates;
     let mut workspace = system.workspace();
     for _ in 0..30 {
         let t = random.range(0.0, 1.0);
-        let mut q: Vec<f64> = (0..n).map(|_| random.range(-1.2, 1.2)).collect();
+        let mut q = guess(random);
         let mut u: Vec<f64> = (0..n).map(|_| random.range(-3.0, 3.0)).collect();
         if assemble(system, t, &mut q, &vec![false; n], &mut workspace).is_ok()
             && project(system, t, &mut q, &mut u, &mut workspace).is_ok()

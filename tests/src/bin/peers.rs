@@ -2,6 +2,8 @@
 //!
 //! ```text
 //! peers chain 12            the chain of twelve hinges in lamc's schema, to standard output
+//! peers miura 3 4           a sheet of three by four parallelograms, to standard output
+//! peers yoshimura 3 4       a sheet of three strips of eight triangles, to standard output
 //! peers export MODEL 64     the numeric model and 64 of its states as JSON, to standard output
 //! ```
 //!
@@ -15,7 +17,8 @@ use lamc::topology::{LoopClass, Topology};
 use lamc_runtime::{Mechanism, acceleration};
 use lamc_tests::chain::chain;
 use lamc_tests::compile;
-use lamc_tests::random::{Random, closed_state};
+use lamc_tests::random::{Random, closed_state, closed_state_about};
+use lamc_tests::sheets::{miura, yoshimura};
 use nalgebra::Matrix3;
 use serde_json::{Value, json};
 
@@ -23,13 +26,17 @@ fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["chain", hinges] => print!("{}", chain(number(hinges))),
+        ["miura", rows, columns] => print!("{}", miura(number(rows), number(columns))),
+        ["yoshimura", rows, columns] => print!("{}", yoshimura(number(rows), number(columns))),
         ["export", model, states] => println!("{}", export(Path::new(model), number(states))),
         _ => usage(),
     }
 }
 
 fn usage() -> ! {
-    eprintln!("usage: peers chain HINGES | peers export MODEL STATES");
+    eprintln!(
+        "usage: peers chain HINGES | peers miura|yoshimura ROWS COLUMNS | peers export MODEL STATES"
+    );
     std::process::exit(2)
 }
 
@@ -43,9 +50,14 @@ fn export(path: &Path, states: usize) -> Value {
     let mut model = numeric(topology);
     let system = Interpreter::new(&compiled.program);
     let mut workspace = system.workspace();
+    let initial = &topology.mechanism.initial_q;
     let mut random = Random::new(7);
     let mut state = || {
-        let state = closed_state(&system, &mut random);
+        // Few of the random angles of a sheet lead to one that is folded everywhere.
+        let state = match topology.loops.len() {
+            0 | 1 => closed_state(&system, &mut random),
+            _ => closed_state_about(&system, initial, &mut random),
+        };
         // The models compared do not depend on time.
         let mut rates = |u: &[f64]| {
             let mut rates = vec![0.0; state.q.len()];
@@ -109,6 +121,7 @@ fn numeric(topology: &Topology) -> Value {
             "frame": rows(&closed.frame),
             "rows": closed.rows.iter().map(|row| [row.point, row.axis]).collect::<Vec<_>>(),
             "rank": closed.rank,
+            "joints": closed.joints.iter().map(|joint| joint.index()).collect::<Vec<_>>(),
         })
     });
     json!({
