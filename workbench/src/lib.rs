@@ -13,6 +13,7 @@ pub mod mocap;
 pub mod motion;
 pub mod page;
 pub mod picture;
+pub mod reading;
 pub mod reference;
 pub mod scene;
 pub mod simulation;

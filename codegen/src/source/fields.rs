@@ -3,9 +3,9 @@
 
 use super::codes;
 use super::diagnostic::{Diagnostic, Diagnostics, Span};
-use super::names::{alternatives, quote_list};
+use super::names::{hint, quote_list};
 use super::schema::{Mapping, Presence, Value};
-use super::yaml::{Content, Entry, Node};
+use super::yaml::{Content, Entry, Node, shorten};
 
 /// A mapping of the file, with the table of its keys.
 pub(super) struct Fields<'n> {
@@ -40,15 +40,11 @@ impl<'n> Fields<'n> {
         };
         for Entry { key, value } in entries {
             if !known.contains(&key.value.as_str()) {
-                diagnostics.push(
-                    Diagnostic::error(
-                        codes::UNKNOWN_KEY,
-                        key.span,
-                        format!("unknown key `{}`", key.value),
-                    )
-                    .label(format!("{owner} has no such key"))
-                    .hint(alternatives(&key.value, &known, "keys")),
-                );
+                let hint = hint(diagnostics.0.len(), &key.value, || known.clone(), "keys");
+                let message = format!("unknown key `{}`", shorten(&key.value));
+                let error = Diagnostic::error(codes::UNKNOWN_KEY, key.span, message)
+                    .label(format!("{owner} has no such key"));
+                diagnostics.push(Diagnostic { hint, ..error });
             } else if value.is_null() {
                 diagnostics.push(
                     Diagnostic::error(

@@ -5,6 +5,7 @@ use std::io::Read;
 
 use thiserror::Error;
 
+use super::codes;
 use super::diagnostic::SourceFile;
 
 /// Largest source text, bytes: 16 MiB. The largest published design has 23 kB.
@@ -24,14 +25,27 @@ pub enum ReadError {
         /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The file is longer than [`MAX_FILE_BYTES`].
-    #[error("{path} is larger than {} MiB, the largest size that lamc reads", MAX_FILE_BYTES >> 20)]
+    /// The file is longer than lamc reads such a file, [`MAX_FILE_BYTES`] for a model.
+    #[error(
+        "{path}:{line}:{column}: [{}] the file is larger than {} MiB, the largest size that lamc reads",
+        codes::FILE_TOO_LARGE,
+        limit >> 20
+    )]
     TooLarge {
         /// Path as the user gave it.
         path: String,
+        /// Line of the first byte that is not read, counted from 1.
+        line: usize,
+        /// Column of that byte in characters, counted from 1.
+        column: usize,
+        /// Most bytes of such a file.
+        limit: usize,
     },
     /// The file is not UTF-8 text.
-    #[error("{path}:{line}:{column}: not UTF-8 text (byte 0x{byte:02x}); save the file as UTF-8")]
+    #[error(
+        "{path}:{line}:{column}: [{}] not UTF-8 text (byte 0x{byte:02x}); save the file as UTF-8",
+        codes::NOT_UTF8
+    )]
     NotUtf8 {
         /// Path as the user gave it.
         path: String,
@@ -45,8 +59,13 @@ pub enum ReadError {
 }
 
 impl SourceFile {
-    /// Reads `path`; `-` is standard input, shown as `<stdin>`. A byte order mark is dropped.
+    /// Reads a model from `path`; `-` is standard input, shown as `<stdin>`. A byte order mark is dropped.
     pub fn read(path: &str) -> Result<Self, ReadError> {
+        Self::read_at_most(path, MAX_FILE_BYTES)
+    }
+
+    /// As [`read`](Self::read), for a file of at most `limit` bytes.
+    pub fn read_at_most(path: &str, limit: usize) -> Result<Self, ReadError> {
         let name = if path == "-" { STDIN } else { path };
         let io = |source| ReadError::Io { path: name.into(), source };
         let reader: Box<dyn Read> = if path == "-" {
@@ -55,9 +74,10 @@ impl SourceFile {
             Box::new(File::open(path).map_err(io)?)
         };
         let mut bytes = Vec::new();
-        reader.take(MAX_FILE_BYTES as u64 + 1).read_to_end(&mut bytes).map_err(io)?;
-        if bytes.len() > MAX_FILE_BYTES {
-            return Err(ReadError::TooLarge { path: name.into() });
+        reader.take(limit as u64 + 1).read_to_end(&mut bytes).map_err(io)?;
+        if bytes.len() > limit {
+            let (line, column) = place(&bytes[..limit]);
+            return Err(ReadError::TooLarge { path: name.into(), line, column, limit });
         }
         let text = String::from_utf8(bytes).map_err(|error| not_utf8(name, &error))?;
         let text = text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text);
@@ -90,14 +110,15 @@ impl SourceFile {
 
 fn not_utf8(path: &str, error: &std::string::FromUtf8Error) -> ReadError {
     let at = error.utf8_error().valid_up_to();
-    let before = String::from_utf8_lossy(&error.as_bytes()[..at]);
+    let (line, column) = place(&error.as_bytes()[..at]);
+    ReadError::NotUtf8 { path: path.into(), line, column, byte: error.as_bytes()[at] }
+}
+
+/// Returns the line and the column, in characters, of the byte after these.
+fn place(before: &[u8]) -> (usize, usize) {
+    let before = String::from_utf8_lossy(before);
     let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
-    ReadError::NotUtf8 {
-        path: path.into(),
-        line: before.matches('\n').count() + 1,
-        column: before[line_start..].chars().count() + 1,
-        byte: error.as_bytes()[at],
-    }
+    (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
 }
 
 #[cfg(test)]
@@ -129,7 +150,12 @@ mod tests {
     #[test]
     fn a_file_of_the_limit_is_read_and_one_byte_more_is_not() {
         assert!(read(&vec![b'#'; MAX_FILE_BYTES]).is_ok());
-        assert!(matches!(read(&vec![b'#'; MAX_FILE_BYTES + 1]), Err(ReadError::TooLarge { .. })));
+        let mut bytes = vec![b'#'; MAX_FILE_BYTES + 1];
+        bytes[MAX_FILE_BYTES - 3] = b'\n';
+        let error = read(&bytes).unwrap_err();
+        assert!(matches!(error, ReadError::TooLarge { line: 2, column: 3, .. }), "{error}");
+        let says = ":2:3: [file-too-large] the file is larger than 16 MiB, the largest size that lamc reads";
+        assert!(error.to_string().ends_with(says), "{error}");
     }
 
     #[test]

@@ -11,6 +11,8 @@ use super::units::{ANGLE, DAMPING, Dimension, MASS, STIFFNESS};
 /// Default limit of the number of hinges: the size of the equations and the time to derive them
 /// grow as the square of this number.
 pub const MAX_HINGES: usize = 2000;
+/// Most vertices of an outline or a hole: whether it crosses itself is found from all pairs of its edges.
+pub const MAX_VERTICES: usize = 10_000;
 
 /// A mechanism as its file describes it. All numbers are in SI units (m, kg, s, rad).
 #[derive(Clone, Debug)]

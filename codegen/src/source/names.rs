@@ -5,6 +5,8 @@
 use super::codes;
 use super::diagnostic::{Diagnostic, Diagnostics, Spanned};
 use super::formula;
+use super::render::MOST_SHOWN;
+use super::yaml::shorten;
 
 #[rustfmt::skip]
 const RUST_KEYWORDS: &[&str] = &[
@@ -96,7 +98,7 @@ pub(super) fn check(name: &Spanned<String>, kind: Kind, diagnostics: &mut Diagno
     let text = name.value.as_str();
     let (Kind::Symbol(what) | Kind::Other(what)) = kind;
     if !is_identifier(text) {
-        let message = format!("`{}` cannot be the name of {what}", super::yaml::shorten(text));
+        let message = format!("`{}` cannot be the name of {what}", shorten(text));
         diagnostics.push(
             Diagnostic::error(codes::BAD_NAME, name.span, message)
                 .label("a name has letters, digits and `_`, and does not start with a digit")
@@ -138,8 +140,15 @@ pub(super) fn identifier_from(text: &str) -> String {
 pub fn closest<'k>(name: &str, known: &[&'k str]) -> Option<&'k str> {
     /// Least similarity: suggestions below it are not useful.
     const SIMILAR: f64 = 0.8;
+    /// Longest name, in bytes, that is compared: the time grows as the product of the lengths.
+    const LONGEST: usize = 100;
+    /// Most names that are compared. The largest models have some thousand bodies.
+    const MOST: usize = 5000;
+    if name.len() > LONGEST {
+        return None;
+    }
+    let known = known.iter().take(MOST).filter(|candidate| candidate.len() <= LONGEST);
     known
-        .iter()
         .map(|candidate| {
             let similarity = strsim::jaro_winkler(&name.to_lowercase(), &candidate.to_lowercase());
             (similarity, *candidate)
@@ -156,12 +165,23 @@ fn is_slip(name: &str, candidate: &str) -> bool {
     name.chars().count() >= SHORTEST && strsim::damerau_levenshtein(name, candidate) == 1
 }
 
+/// Returns a hint for an unknown name, as [`alternatives`] does, if a report can still show it after `earlier`
+/// mistakes. Otherwise thousands of mistakes would each be compared with thousands of names.
+pub(super) fn hint<'k>(
+    earlier: usize,
+    name: &str,
+    known: impl FnOnce() -> Vec<&'k str>,
+    plural: &str,
+) -> Option<String> {
+    (earlier < MOST_SHOWN).then(|| alternatives(name, &known(), plural))
+}
+
 /// Returns a hint for an unknown name: a similar name, or all known names.
 pub(super) fn alternatives(name: &str, known: &[&str], plural: &str) -> String {
     match closest(name, known) {
         Some(meant) => format!("did you mean `{meant}`?"),
         None if known.is_empty() => format!("there are no {plural}"),
-        None if known.len() == 1 => format!("there is only `{}`", known[0]),
+        None if known.len() == 1 => format!("there is only `{}`", shorten(known[0])),
         None => format!("the {plural} are {}", quote_list(known)),
     }
 }
@@ -169,7 +189,8 @@ pub(super) fn alternatives(name: &str, known: &[&str], plural: &str) -> String {
 /// Returns a list such as `` `a`, `b` and `c` ``; long lists are cut.
 pub(super) fn quote_list(names: &[&str]) -> String {
     const MOST: usize = 16;
-    let quoted: Vec<_> = names.iter().take(MOST).map(|name| format!("`{name}`")).collect();
+    let quoted: Vec<_> =
+        names.iter().take(MOST).map(|name| format!("`{}`", shorten(name))).collect();
     match quoted.as_slice() {
         _ if names.len() > MOST => format!("{} and {} more", quoted.join(", "), names.len() - MOST),
         [first @ .., last] if !first.is_empty() => format!("{} and {last}", first.join(", ")),

@@ -9,7 +9,7 @@ use super::diagnostic::{Diagnostic, Diagnostics, Severity, SourceFile, Span};
 /// Columns of a rendered line; longer source lines are trimmed around the caret.
 const WIDTH: usize = 100;
 /// Largest number of diagnostics in one report: longer reports are not read.
-const MOST_SHOWN: usize = 100;
+pub(super) const MOST_SHOWN: usize = 100;
 
 impl Diagnostics {
     /// Renders all diagnostics in the order of the file, each as a block of text; `color` is for

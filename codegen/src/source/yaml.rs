@@ -22,6 +22,8 @@ mod merge;
 const MAX_DEPTH: usize = 64;
 /// Largest number of nodes of a file, with aliases expanded.
 const MAX_NODES: usize = 1_000_000;
+/// A text counts as one more node for each of so many bytes, because aliases copy keys too.
+const BYTES_PER_NODE: usize = 64;
 
 /// A value of the file.
 #[derive(Clone, Debug)]
@@ -263,8 +265,9 @@ impl Builder<'_> {
                 let at = span.start + usize::from(!plain);
                 let verbatim = self.text.get(at..).is_some_and(|t| t.starts_with(&*text));
                 let scalar = Scalar { text: text.into(), plain, verbatim: verbatim.then_some(at) };
+                let size = 1 + scalar.text.len() / BYTES_PER_NODE;
                 let node = Node { content: Content::Scalar(scalar), tag: tag(written_tag), span };
-                self.finish(anchor, Built { node, size: 1, depth: 0 })?;
+                self.finish(anchor, Built { node, size, depth: 0 })?;
             }
             Event::Alias(anchor) => match self.anchors.get(&anchor).cloned().flatten() {
                 Some(built) => self.add(built, span)?,
@@ -326,13 +329,17 @@ impl Builder<'_> {
     }
 
     fn finish(&mut self, anchor: usize, built: Built) -> Result<(), Diagnostics> {
-        if anchor != 0 {
-            self.anchors.insert(anchor, Some(built.clone()));
-        }
         self.nodes += 1;
+        if anchor != 0 {
+            self.nodes = self.nodes.saturating_add(built.size);
+        }
         let at = built.node.span;
         if self.nodes > MAX_NODES {
             return Err(too_many(at));
+        }
+        // The copy counts too: anchors within anchors copy their values once for each.
+        if anchor != 0 {
+            self.anchors.insert(anchor, Some(built.clone()));
         }
         self.insert(built, at)
     }

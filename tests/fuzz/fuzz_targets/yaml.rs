@@ -1,4 +1,4 @@
-//! Any text as a model, in lamc's schema or popupCAD's.
+//! The target `yaml` of the fuzzer.
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|text: &str| lamc_fuzz::read(text));
+libfuzzer_sys::fuzz_target!(|input: &[u8]| lamc_fuzz::run("yaml", input));

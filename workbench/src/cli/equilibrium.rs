@@ -5,15 +5,15 @@ use std::fmt::Write;
 use clap::Args;
 use lamc_runtime::{Equilibrium, Mechanism, State, Stopped, equilibrium, project};
 use lamc_workbench::execution::Jit;
+use lamc_workbench::reading::{Configuration, configurations};
 use lamc_workbench::simulation::describe;
 use serde::Serialize;
 
-use super::fit::open;
 use super::linear::{KinkReport, Motions, Stability};
 use super::paths::Paths;
 use super::start::Start;
 
-use super::{Failed, Outcome, fail, output};
+use super::{Failed, Outcome, fail, output, read_numbers};
 
 /// Find the equilibrium of a model under gravity, springs, torques and forces.
 #[derive(Args)]
@@ -46,19 +46,17 @@ struct Report<'a> {
     iterations: usize,
 }
 
-/// A configuration to compare with.
-struct Row {
-    name: String,
-    q: Vec<f64>,
-}
-
 pub fn run(arguments: &Arguments) -> Outcome {
     let paths = Paths::default().input("the model", [&arguments.start.model]);
     paths.input("--compare", &arguments.compare).check()?;
     let compiled = arguments.start.compile(&arguments.release)?;
     let system = arguments.start.system(&compiled)?;
     let rows = match &arguments.compare {
-        Some(path) => rows(path, &system)?,
+        Some(path) => {
+            let joints = system.interface().joints.iter().map(|joint| &*joint.name);
+            let joints: Vec<&str> = joints.collect();
+            read_numbers(path, |text| configurations(text, &joints))?
+        }
         None => Vec::new(),
     };
     let mut state = arguments.start.assembled(&compiled, &system)?;
@@ -136,7 +134,7 @@ fn opening(system: &Jit, q: &[f64]) -> f64 {
 }
 
 /// Angles in degrees: ours, then the others with how far they are from closing.
-fn table(system: &Jit, q: &[f64], rows: &[Row]) -> String {
+fn table(system: &Jit, q: &[f64], rows: &[Configuration]) -> String {
     let mut text = format!("{:<20} {:>12}", "joint", "deg");
     for row in rows {
         let _ = write!(text, " {:>12}", row.name);
@@ -173,42 +171,4 @@ fn table(system: &Jit, q: &[f64], rows: &[Row]) -> String {
     }
     text.push('\n');
     text
-}
-
-/// Reads the configurations to compare with.
-fn rows(path: &str, system: &Jit) -> Result<Vec<Row>, Failed> {
-    let bad = |what: String| fail(format_args!("{path}: {what}"));
-    let mut reader =
-        csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(open(path)?);
-    let header = reader.headers().map_err(|error| bad(error.to_string()))?.clone();
-    let joints = &system.interface().joints;
-    let mut columns = Vec::new();
-    for joint in joints {
-        let degrees = format!("{} [deg]", joint.name);
-        let found = header.iter().enumerate().find_map(|(column, name)| {
-            let unit = if name == degrees { 1.0_f64.to_radians() } else { 1.0 };
-            (name == degrees || name == joint.name).then_some((column, unit))
-        });
-        columns.push(found.ok_or_else(|| bad(format!("no column for joint `{}`", joint.name)))?);
-    }
-    let mut rows = Vec::new();
-    for (line, record) in reader.records().enumerate() {
-        let record = record.map_err(|error| bad(error.to_string()))?;
-        let mut q = Vec::new();
-        for &(column, unit) in &columns {
-            let text = record.get(column).unwrap_or_default();
-            let number = text.parse::<f64>().ok().filter(|number| number.is_finite());
-            q.push(
-                unit * number.ok_or_else(|| {
-                    bad(format!(
-                        "row {}, column {}: `{text}` is not a number",
-                        line + 1,
-                        column + 1
-                    ))
-                })?,
-            );
-        }
-        rows.push(Row { name: record.get(0).unwrap_or_default().to_owned(), q });
-    }
-    Ok(rows)
 }

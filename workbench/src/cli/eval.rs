@@ -1,22 +1,22 @@
 //! `lamc eval MODEL --states FILE`: numbers at given states, or at the assembled initial one.
 
 use std::collections::BTreeMap;
-use std::io::Read;
 
 use lamc::laminate::{Mechanism, verdicts};
 use lamc::source::Severity;
 use lamc_runtime::plumbing::{Balance, EquationsMut};
 use lamc_runtime::{Constraint, Error, Mechanism as _, acceleration_and_forces, project};
 use lamc_workbench::execution::Jit;
+use lamc_workbench::reading::{StateInput, states};
 use lamc_workbench::simulation::describe;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use clap::Args;
 
 use super::paths::Paths;
 use super::start::Start;
 
-use super::{Failed, Outcome, fail, output};
+use super::{Outcome, fail, output, read_numbers};
 
 /// Evaluate a model (JSON in, JSON out).
 #[derive(Args)]
@@ -27,25 +27,6 @@ pub struct Arguments {
     /// this option, the assembled initial configuration is evaluated
     #[arg(long, value_name = "FILE", conflicts_with = "initial")]
     states: Option<String>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Input {
-    states: Vec<StateInput>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct StateInput {
-    q: Vec<f64>,
-    u: Option<Vec<f64>>,
-    #[serde(default)]
-    t: f64,
-    #[serde(default)]
-    inputs: BTreeMap<String, f64>,
-    #[serde(default)]
-    params: BTreeMap<String, f64>,
 }
 
 #[derive(Serialize)]
@@ -78,14 +59,15 @@ struct StateReport {
 pub fn run(arguments: &Arguments) -> Outcome {
     let paths = Paths::default().input("the model", [&arguments.start.model]);
     paths.input("--states", &arguments.states).check()?;
-    let input = arguments.states.as_deref().map(read).transpose()?;
+    let given = arguments.states.as_deref();
+    let given = given.map(|path| read_numbers(path, states)).transpose()?;
     let compiled = arguments.start.compile(&[])?;
     let system = arguments.start.system(&compiled)?;
     let mechanism = &compiled.topology.mechanism;
     let mut reports = Vec::new();
-    match (&arguments.states, input) {
-        (Some(path), Some(input)) => {
-            for (index, state) in input.states.iter().enumerate() {
+    match (&arguments.states, given) {
+        (Some(path), Some(states)) => {
+            for (index, state) in states.iter().enumerate() {
                 // Parameters and inputs that a state sets apply to this state only.
                 let report = evaluate(mechanism, &mut system.clone(), state)
                     .map_err(|problem| fail(format_args!("{path}: state {index}: {problem}")))?;
@@ -106,17 +88,6 @@ pub fn run(arguments: &Arguments) -> Outcome {
     };
     let json = serde_json::to_string_pretty(&report).map_err(fail)?;
     output::print(&(json + "\n"))
-}
-
-fn read(states: &str) -> Result<Input, Failed> {
-    let text = if states == "-" {
-        let mut text = String::new();
-        std::io::stdin().read_to_string(&mut text).map(|_| text)
-    } else {
-        std::fs::read_to_string(states)
-    };
-    let text = text.map_err(|error| fail(format_args!("cannot read {states}: {error}")))?;
-    serde_json::from_str(&text).map_err(|error| fail(format_args!("{states}: {error}")))
 }
 
 /// Sets the parameters and inputs of a state.

@@ -1,8 +1,6 @@
 //! `lamc fit MODEL --data run.csv --free stiffness,damping`: parameters from measured joint angles.
 
 use std::fmt::Write;
-use std::fs::File;
-use std::io::{self, Read};
 
 use clap::Args;
 use lamc::laminate::Mechanism;
@@ -13,7 +11,7 @@ use lamc_workbench::identify::{Fit, NEAR, Problem, Record};
 use super::curves::Curve;
 use super::paths::Paths;
 use super::start::Start;
-use super::{Failed, Outcome, curves, fail, output, warn};
+use super::{Failed, Outcome, curves, fail, output, read_numbers, warn};
 
 /// Identify parameters from a measured motion.
 #[derive(Args)]
@@ -153,20 +151,9 @@ fn warn_of_unknown_start(interface: &Interface, record: &Record) {
     }
 }
 
-/// A file, or standard input.
-pub fn open(path: &str) -> Result<Box<dyn Read>, Failed> {
-    match path {
-        "-" => Ok(Box::new(io::stdin())),
-        _ => match File::open(path) {
-            Ok(file) => Ok(Box::new(file)),
-            Err(error) => Err(fail(format_args!("{path}: {error}"))),
-        },
-    }
-}
-
 /// Reads measured angles of these joints.
 pub fn read(path: &str, joints: &[&str]) -> Result<Record, Failed> {
-    Record::read(open(path)?, joints).map_err(|error| fail(format_args!("{path}: {error}")))
+    read_numbers(path, |text| Record::read(text, joints))
 }
 
 /// Prints estimates, standard errors and residuals.

@@ -9,9 +9,9 @@ use lamc::source::read_in;
 use lamc_workbench::identify::family;
 use lamc_workbench::identify::swing::Swing;
 
-use super::fit::{Report, open, read, summary};
+use super::fit::{Report, read, summary};
 use super::paths::Paths;
-use super::{Outcome, fail, misused, output};
+use super::{Outcome, fail, misused, output, read_numbers};
 
 #[derive(Subcommand)]
 pub enum Command {
@@ -216,7 +216,7 @@ fn family_of(given: &FamilyArguments) -> Outcome {
     let paths = Paths::default().input("the table", [&given.table]);
     paths.output("--output", [&given.output]).check()?;
     let located = |error| fail(format_args!("{}: {error}", given.table));
-    let specimens = family::read(open(&given.table)?).map_err(located)?;
+    let specimens = read_numbers(&given.table, family::read)?;
     let regressions = family::regress(&specimens).map_err(located)?;
     output::write(&given.output, &family::to_yaml(&given.name, &regressions, &specimens))
 }

@@ -15,9 +15,8 @@ use rand_chacha::rand_core::{RngCore, SeedableRng};
 use rand_distr::{Distribution, Normal};
 
 use super::curves::{self, Curve};
-use super::fit::open;
 use super::paths::Paths;
-use super::{Failed, Outcome, Size, fail, load, misused, output, warn};
+use super::{Failed, Outcome, Size, fail, load, misused, output, read_numbers, warn};
 
 /// An axis this far from the drawn one, rad, may as well be the opposite one of frames that are
 /// farther off.
@@ -83,14 +82,13 @@ pub fn run(arguments: &Arguments) -> Outcome {
         return synthesize(arguments, mechanism, &system, seconds);
     }
     let path = &arguments.quaternions;
-    let text = open(path)?;
     let bodies: Vec<_> =
         mechanism.bodies.iter().map(|body| (body.name.as_str(), body.fixed)).collect();
-    let located = |error| fail(format_args!("{path}: {error}"));
-    let mut measured = Quaternions::read(text, &bodies).map_err(located)?;
+    let mut measured = read_numbers(path, |text| Quaternions::read(text, &bodies))?;
     measured.notes.iter().for_each(warn);
     if let Some(t) = arguments.flat_at {
         let fixed: Vec<bool> = bodies.iter().map(|(_, fixed)| *fixed).collect();
+        let located = |error| fail(format_args!("{path}: {error}"));
         measured.flatten(t, &fixed).map_err(located)?;
     }
     let joints = angles(mechanism, &measured);

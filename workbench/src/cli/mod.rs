@@ -37,6 +37,7 @@ use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use lamc::backend::rust::ScalarChoice;
 use lamc::pipeline::{self, CompileError, Compiled, Stage};
 use lamc::source::{Diagnostics, EditError, MAX_HINGES, SourceFile, SourceModel, closest_name};
+use lamc_workbench::reading::MAX_TABLE_BYTES;
 
 use progress::Busy;
 
@@ -284,6 +285,18 @@ fn report(diagnostics: &Diagnostics, file: &SourceFile) {
 
 fn read(path: &str) -> Result<SourceFile, Failed> {
     SourceFile::read(path).map_err(fail)
+}
+
+/// Reads a table or another file of numbers with `parse`, and reports what is wrong with it.
+fn read_numbers<T>(
+    path: &str,
+    parse: impl FnOnce(&str) -> Result<T, Diagnostics>,
+) -> Result<T, Failed> {
+    let file = SourceFile::read_at_most(path, MAX_TABLE_BYTES).map_err(fail)?;
+    parse(&file.text).map_err(|problems| {
+        report(&problems, &file);
+        Failed(1)
+    })
 }
 
 /// Reads and compiles a model, reporting errors and warnings.

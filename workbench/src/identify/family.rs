@@ -8,12 +8,12 @@
 //! and a method for prediction", 1974).
 
 use std::fmt::Write;
-use std::io::Read;
 
 use nalgebra::{DMatrix, DVector};
 
-use lamc::source::{Polynomial, Term, read_in};
-use lamc::source::{is_identifier, is_keyword};
+use lamc::source::{Diagnostics, Polynomial, Term, is_identifier, is_keyword, read_in};
+
+use crate::reading::Table;
 
 /// Highest power of a variable.
 const DEGREE: u8 = 2;
@@ -48,12 +48,6 @@ pub struct Regression {
 /// Why the regression failed.
 #[derive(Debug, thiserror::Error)]
 pub enum FamilyError {
-    /// The text is not CSV.
-    #[error("{0}")]
-    Csv(#[from] csv::Error),
-    /// Columns are missing, or numbers are invalid.
-    #[error("{0}")]
-    Content(String),
     /// There are fewer specimens than coefficients.
     #[error(
         "{specimens} specimens are not enough to determine the {terms} coefficients of \
@@ -76,38 +70,34 @@ pub enum FamilyError {
 ///
 /// # Errors
 /// Missing columns, units of another dimension, fields that are not positive numbers.
-pub fn read(text: impl Read) -> Result<Vec<Specimen>, FamilyError> {
-    let wrong = FamilyError::Content;
-    let mut reader =
-        csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text);
-    let header = reader.headers()?.clone();
+pub fn read(text: &str) -> Result<Vec<Specimen>, Diagnostics> {
+    let table = Table::read(text)?;
     let known = [("l", "m"), ("w", "m"), ("a", "m^2"), ("k", "N*m/rad"), ("b", "N*m*s/rad")];
     let mut columns = [(0, 0.0); 5];
     for (place, (name, unit)) in columns.iter_mut().zip(known) {
         let named = |title: &str| title.split('[').next().is_some_and(|head| head.trim() == name);
-        let column = header.iter().position(named);
-        let column =
-            column.ok_or_else(|| wrong(format!("there is no column `{name} [{unit}]`")))?;
-        let given = header[column].split_once('[').map(|(_, rest)| rest.trim_end_matches(']'));
+        let found = table.names().enumerate().find(|(_, title)| named(title));
+        let (column, title) =
+            found.ok_or_else(|| table.missing(format!("there is no column `{name} [{unit}]`")))?;
+        let given = title.split_once('[').map(|(_, rest)| rest.trim_end_matches(']'));
         let factor = given.map_or(Ok(1.0), |given| read_in(&format!("1 {given}"), unit));
         let factor = factor.map_err(|_| {
-            wrong(format!("`{}` has no unit of `{name}`, as in `{name} [{unit}]`", &header[column]))
+            let message = format!("`{title}` has no unit of `{name}`, as in `{name} [{unit}]`");
+            table.wrong_column(column, message)
         })?;
         *place = (column, factor);
     }
     let mut specimens = Vec::new();
-    for row in reader.records() {
-        let row = row?;
-        let line = row.position().map_or(0, csv::Position::line);
+    table.rows(|row| {
         let number = |(column, factor): (usize, f64)| {
-            let text = row.get(column).unwrap_or_default();
-            let number = text.parse::<f64>().ok().filter(|x| x.is_finite() && *x > 0.0);
-            let number = number.map(|number| number * factor);
-            number.ok_or_else(|| wrong(format!("line {line}: `{text}` is not a positive number")))
+            let number = row.number(column)?.map(|number| number * factor);
+            let positive = number.filter(|x| x.is_finite() && *x > 0.0);
+            positive.ok_or_else(|| row.wrong(column, "a positive number"))
         };
         let [l, w, a, k, b] = columns.map(number);
         specimens.push(Specimen { at: [l?, w?, a?], stiffness: k?, damping: b? });
-    }
+        Ok(())
+    })?;
     Ok(specimens)
 }
 

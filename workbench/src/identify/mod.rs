@@ -21,4 +21,4 @@ mod tests;
 mod trajectory;
 
 pub use fit::{Estimate, Fit, FitError, NEAR, Problem};
-pub use record::{Record, RecordError};
+pub use record::Record;

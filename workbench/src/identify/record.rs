@@ -5,7 +5,12 @@
 //! Other columns are ignored, empty fields are angles that were not measured, lines that start with
 //! `#` are comments.
 
-use std::io::Read;
+use lamc::source::{Diagnostic, Diagnostics, Span, codes};
+
+use crate::reading::{Row, Table};
+
+/// Least number of samples.
+const FEWEST: usize = 3;
 
 /// Angles over time; an angle that was not measured is NaN.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,16 +21,8 @@ pub struct Record {
     pub q: Vec<Vec<f64>>,
 }
 
-/// Why a record cannot be read.
-#[derive(Debug, thiserror::Error)]
-pub enum RecordError {
-    /// The text is not CSV.
-    #[error("{0}")]
-    Csv(#[from] csv::Error),
-    /// Columns are missing, or numbers are invalid.
-    #[error("{0}")]
-    Content(String),
-}
+/// A column of angles, and its unit in radians.
+type Column = (usize, f64);
 
 impl Record {
     /// Reads the angles of these joints. A joint without a column has no measured angles.
@@ -33,58 +30,27 @@ impl Record {
     /// # Errors
     /// No column of times, no joint, fewer than three samples, times that do not ascend, fields that are not
     /// numbers.
-    pub fn read(text: impl Read, joints: &[&str]) -> Result<Self, RecordError> {
-        let wrong = RecordError::Content;
-        let mut reader =
-            csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text);
-        let header = reader.headers()?.clone();
-        let column = |names: &[String]| {
-            header.iter().position(|found| names.iter().any(|name| name == found))
-        };
-        let time = column(&["t [s]", "t", "time [s]", "time"].map(String::from))
-            .ok_or_else(|| wrong("there is no column `t [s]`".into()))?;
-        let columns: Vec<Option<(usize, f64)>> = joints
-            .iter()
-            .map(|joint| {
-                let named =
-                    |unit: &str| column(&[format!("{joint}{unit}"), format!("q.{joint}{unit}")]);
-                let radians = named(" [rad]").or_else(|| named("")).map(|column| (column, 1.0));
-                radians.or_else(|| named(" [deg]").map(|column| (column, 1_f64.to_radians())))
-            })
-            .collect();
+    pub fn read(text: &str, joints: &[&str]) -> Result<Self, Diagnostics> {
+        let table = Table::read(text)?;
+        let time = table.time()?;
+        let columns: Vec<Option<Column>> =
+            joints.iter().map(|joint| column_of(&table, joint)).collect();
         if columns.iter().all(Option::is_none) {
-            let known = joints.iter().map(|joint| format!("`{joint} [rad]`")).collect::<Vec<_>>();
-            return Err(wrong(format!(
-                "no column is an angle; possible columns are {}",
-                known.join(", ")
-            )));
+            return Err(no_angle(&table, joints).into());
         }
         let mut record = Self { t: Vec::new(), q: Vec::new() };
-        for row in reader.records() {
-            let row = row?;
-            let line = row.position().map_or(0, csv::Position::line);
-            let number = |column: usize| -> Result<f64, RecordError> {
-                let text = row.get(column).unwrap_or_default();
-                match text.parse::<f64>() {
-                    _ if text.is_empty() => Ok(f64::NAN),
-                    Ok(number) if number.is_finite() => Ok(number),
-                    _ => Err(wrong(format!("line {line}: `{text}` is not a number"))),
-                }
-            };
-            let t = number(time)?;
-            if t.is_nan() || record.t.last().is_some_and(|last| *last >= t) {
-                return Err(wrong(format!("line {line}: times do not increase")));
-            }
-            let angle = |column: &Option<(usize, f64)>| match column {
-                Some((column, unit)) => Ok(number(*column)? * unit),
-                None => Ok(f64::NAN),
-            };
-            let q = columns.iter().map(angle).collect::<Result<Vec<f64>, RecordError>>()?;
+        let count = table.rows(|row| {
+            let t = row.time(time, record.t.last().copied())?;
+            let angle = |column: &Option<Column>| angle_in(row, *column);
+            let q = columns.iter().map(angle).collect::<Result<_, _>>()?;
             record.t.push(t);
             record.q.push(q);
-        }
-        if record.t.len() < 3 {
-            return Err(wrong(format!("{} samples are too few", record.t.len())));
+            Ok(())
+        })?;
+        if count < FEWEST {
+            let end = Span { start: text.len(), end: text.len() };
+            let message = format!("{count} samples are too few");
+            return Err(Diagnostic::error(codes::TOO_FEW_ROWS, end, message).into());
         }
         Ok(record)
     }
@@ -96,12 +62,33 @@ impl Record {
     }
 }
 
+fn column_of(table: &Table, joint: &str) -> Option<Column> {
+    let named = |unit: &str| {
+        let [bare, with_symbol] = [format!("{joint}{unit}"), format!("q.{joint}{unit}")];
+        let found = [table.column(&bare), table.column(&with_symbol)];
+        found.into_iter().flatten().min()
+    };
+    let radians = named(" [rad]").or_else(|| named("")).map(|column| (column, 1.0));
+    radians.or_else(|| named(" [deg]").map(|column| (column, 1_f64.to_radians())))
+}
+
+fn angle_in(row: &Row, column: Option<Column>) -> Result<f64, Diagnostic> {
+    let Some((column, unit)) = column else { return Ok(f64::NAN) };
+    Ok(row.number(column)?.map_or(f64::NAN, |number| number * unit))
+}
+
+fn no_angle(table: &Table, joints: &[&str]) -> Diagnostic {
+    let known = joints.iter().map(|joint| format!("`{joint} [rad]`")).collect::<Vec<_>>();
+    let columns = known.join(", ");
+    table.missing(format!("no column is an angle; possible columns are {columns}"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn read(text: &str) -> Result<Record, RecordError> {
-        Record::read(text.as_bytes(), &["knee", "hip"])
+    fn read(text: &str) -> Result<Record, Diagnostics> {
+        Record::read(text, &["knee", "hip"])
     }
 
     #[test]
@@ -117,19 +104,62 @@ mod tests {
 
     #[test]
     fn what_is_wrong_is_said() {
-        for (text, says) in [
-            ("knee\n1\n2\n3\n", "there is no column `t [s]`"),
+        for (text, at, says) in [
             (
-                "t,neck\n0,1\n",
-                "no column is an angle; possible columns are `knee [rad]`, `hip \
-                               [rad]`",
+                "knee
+1
+2
+3
+",
+                "knee",
+                "there is no column `t [s]`",
             ),
-            ("t,knee\n0,1\n0,2\n1,3\n", "line 3: times do not increase"),
-            ("t,knee\n0,1\n1,x\n2,3\n", "line 3: `x` is not a number"),
-            ("t,knee\n0,1\n1,inf\n2,3\n", "line 3: `inf` is not a number"),
-            ("t,knee\n0,1\n1,2\n", "2 samples are too few"),
+            (
+                "t,neck
+0,1
+",
+                "t,neck",
+                "no column is an angle; possible columns are `knee [rad]`, `hip [rad]`",
+            ),
+            (
+                "t,knee
+0,1
+0,2
+1,3
+",
+                "0",
+                "times do not increase",
+            ),
+            (
+                "t,knee
+0,1
+1, x
+2,3
+",
+                "x",
+                "`x` is not a number",
+            ),
+            (
+                "t,knee
+0,1
+1,inf
+2,3
+",
+                "inf",
+                "`inf` is not a number",
+            ),
+            (
+                "t,knee
+0,1
+1,2
+",
+                "",
+                "2 samples are too few",
+            ),
         ] {
-            assert_eq!(read(text).unwrap_err().to_string(), says, "{text}");
+            let Diagnostic { message, span, .. } = read(text).unwrap_err().0.remove(0);
+            let span = span.unwrap();
+            assert_eq!((message.as_str(), &text[span.start..span.end]), (says, at), "{text}");
         }
     }
 }

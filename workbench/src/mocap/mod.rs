@@ -16,4 +16,4 @@ mod angles;
 mod quaternions;
 
 pub use angles::{JointMotion, angles};
-pub use quaternions::{MocapError, Quaternions, write};
+pub use quaternions::{FlattenError, Quaternions, write};

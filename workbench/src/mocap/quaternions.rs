@@ -4,10 +4,18 @@
 //! `<body>.z`. Empty fields are gaps. A fixed body without columns moves with a fixed body that has them;
 //! if there is none, it stays in the world as drawn.
 
+use std::collections::HashSet;
 use std::fmt::Write;
-use std::io::Read;
 
+use lamc::source::{Diagnostic, Diagnostics, Span, codes};
 use nalgebra::{Quaternion, UnitQuaternion};
+
+use crate::reading::{Row, Table};
+
+/// Least number of samples.
+const FEWEST: usize = 2;
+/// Most notes about bodies that the model does not have.
+const MOST_NOTES: usize = 20;
 
 /// A quaternion whose length is this far from 1 is not a rotation: the row is left out.
 const NO_ROTATION: f64 = 0.01;
@@ -26,19 +34,22 @@ pub struct Quaternions {
     pub notes: Vec<String>,
 }
 
-/// Why quaternions cannot be read.
-#[derive(Debug, thiserror::Error)]
-pub enum MocapError {
-    /// The text is not CSV.
-    #[error("{0}")]
-    Csv(#[from] csv::Error),
-    /// Columns are missing, or numbers are invalid.
-    #[error("{0}")]
-    Content(String),
-}
-
-fn wrong(message: impl Into<String>) -> MocapError {
-    MocapError::Content(message.into())
+/// Why frames cannot be made parallel.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FlattenError {
+    /// The time is outside the record.
+    #[error("{t} s is not within the record, {first} .. {last} s")]
+    Outside {
+        /// The time that was given, s.
+        t: f64,
+        /// First sample of the record, s.
+        first: f64,
+        /// Last sample of the record, s.
+        last: f64,
+    },
+    /// At every sample the rotation of a body is missing.
+    #[error("there is no time at which all bodies were measured")]
+    Incomplete,
 }
 
 /// The columns of the time and of the four components of each body's rotation, w first.
@@ -49,24 +60,21 @@ struct Columns {
 }
 
 impl Columns {
-    fn find(header: &csv::StringRecord, bodies: &[(&str, bool)]) -> Result<Self, MocapError> {
-        let column = |name: &str| header.iter().position(|found| found == name);
-        let time = ["t [s]", "t", "time [s]", "time"].into_iter().find_map(column);
-        let time = time.ok_or_else(|| wrong("there is no column `t [s]`"))?;
+    fn find(table: &Table, bodies: &[(&str, bool)]) -> Result<Self, Diagnostic> {
+        let time = table.time()?;
         let of_body = |(body, _): &(&str, bool)| match ["w", "x", "y", "z"]
-            .map(|part| column(&format!("{body}.{part}")))
+            .map(|part| table.column(&format!("{body}.{part}")))
         {
             [Some(w), Some(x), Some(y), Some(z)] => Ok(Some([w, x, y, z])),
             [None, None, None, None] => Ok(None),
-            _ => Err(wrong(format!("`{body}` needs all of .w, .x, .y and .z"))),
+            _ => Err(table.missing(format!("`{body}` needs all of .w, .x, .y and .z"))),
         };
         let found = bodies.iter().map(of_body).collect::<Result<Vec<_>, _>>()?;
         if found.iter().all(Option::is_none) {
             let names: Vec<_> = bodies.iter().map(|(name, _)| format!("`{name}.w`")).collect();
-            return Err(wrong(format!(
-                "no column belongs to a body; possible columns are {}",
-                names.join(", ")
-            )));
+            let columns = names.join(", ");
+            let message = format!("no column belongs to a body; possible columns are {columns}");
+            return Err(table.missing(message));
         }
         Ok(Self { time, bodies: found })
     }
@@ -109,26 +117,21 @@ impl Quaternions {
     /// # Errors
     /// No column of times, no body, only some of a body's four columns, times that do not ascend, fields that
     /// are not numbers, fewer than two samples.
-    pub fn read(text: impl Read, bodies: &[(&str, bool)]) -> Result<Self, MocapError> {
-        let mut reader =
-            csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text);
-        let header = reader.headers()?.clone();
-        let columns = Columns::find(&header, bodies)?;
+    pub fn read(text: &str, bodies: &[(&str, bool)]) -> Result<Self, Diagnostics> {
+        let table = Table::read(text)?;
+        let columns = Columns::find(&table, bodies)?;
+        let strangers = strangers(&table, bodies);
         let mut all =
             Self { t: Vec::new(), bodies: vec![Vec::new(); bodies.len()], notes: Vec::new() };
         let mut counts = vec![Counts::default(); bodies.len()];
-        for row in reader.records() {
-            all.add(&row?, &columns, &mut counts)?;
-        }
-        if all.t.len() < 2 {
-            return Err(wrong(format!("{} samples are too few", all.t.len())));
+        let count = table.rows(|row| all.add(row, &columns, &mut counts))?;
+        if count < FEWEST {
+            let end = Span { start: text.len(), end: text.len() };
+            let message = format!("{count} samples are too few");
+            return Err(Diagnostic::error(codes::TOO_FEW_ROWS, end, message).into());
         }
         all.add_fixed(bodies, &columns);
-        for name in header.iter().filter_map(|column| column.strip_suffix(".w")) {
-            if bodies.iter().all(|(body, _)| *body != name) {
-                all.notes.push(format!("there is no body `{name}`: its columns are left out"));
-            }
-        }
+        all.notes.extend(strangers);
         for ((name, _), counts) in bodies.iter().zip(&counts) {
             all.notes.extend(counts.notes(name));
         }
@@ -138,25 +141,16 @@ impl Quaternions {
     /// Adds a row.
     fn add(
         &mut self,
-        row: &csv::StringRecord,
+        row: &Row,
         columns: &Columns,
         counts: &mut [Counts],
-    ) -> Result<(), MocapError> {
-        let line = row.position().map_or(0, csv::Position::line);
-        let number = |column: usize| match row.get(column).unwrap_or_default() {
-            "" => Ok(None),
-            text => match text.parse::<f64>() {
-                Ok(number) if number.is_finite() => Ok(Some(number)),
-                _ => Err(wrong(format!("line {line}: `{text}` is not a number"))),
-            },
-        };
-        let t = number(columns.time)?.filter(|t| self.t.last().is_none_or(|last| last < t));
-        self.t.push(t.ok_or_else(|| wrong(format!("line {line}: times do not increase")))?);
+    ) -> Result<(), Diagnostic> {
+        self.t.push(row.time(columns.time, self.t.last().copied())?);
         for (body, columns) in columns.bodies.iter().enumerate() {
             let Some(columns) = columns else { continue };
             let mut parts = [None; 4];
             for (part, column) in parts.iter_mut().zip(columns) {
-                *part = number(*column)?;
+                *part = row.number(*column)?;
             }
             let rotation = match parts {
                 [Some(w), Some(x), Some(y), Some(z)] => Some(Quaternion::new(w, x, y, z)),
@@ -190,11 +184,10 @@ impl Quaternions {
     ///
     /// # Errors
     /// If there is no such sample, or `t` is outside the record.
-    pub fn flatten(&mut self, t: f64, fixed: &[bool]) -> Result<(), MocapError> {
+    pub fn flatten(&mut self, t: f64, fixed: &[bool]) -> Result<(), FlattenError> {
         let [first, last] = [self.t[0], self.t[self.t.len() - 1]];
         if !(first..=last).contains(&t) {
-            let message = format!("{t} s is not within the record, {first} .. {last} s");
-            return Err(MocapError::Content(message));
+            return Err(FlattenError::Outside { t, first, last });
         }
         let complete = |sample: &usize| {
             self.bodies.iter().all(|body| body.is_empty() || body[*sample].is_some())
@@ -203,13 +196,7 @@ impl Quaternions {
         let flat = (0..self.t.len())
             .filter(complete)
             .min_by(|a, b| away(a).total_cmp(&away(b)))
-            .ok_or_else(|| {
-                MocapError::Content(
-                    "there is no time at which all bodies were \
-                                                measured"
-                        .into(),
-                )
-            })?;
+            .ok_or(FlattenError::Incomplete)?;
         let at = |body: &Vec<Option<UnitQuaternion<f64>>>| body.get(flat).copied().flatten();
         let mut grounds = self.bodies.iter().zip(fixed).filter(|(_, fixed)| **fixed);
         let ground = grounds.find_map(|(body, _)| at(body)).unwrap_or_default();
@@ -221,6 +208,19 @@ impl Quaternions {
         }
         Ok(())
     }
+}
+
+/// Notes on the bodies of a table that the model does not have.
+fn strangers(table: &Table, bodies: &[(&str, bool)]) -> Vec<String> {
+    let known: HashSet<&str> = bodies.iter().map(|(body, _)| *body).collect();
+    let names = table.names().filter_map(|column| column.strip_suffix(".w"));
+    let mut names = names.filter(|name| !known.contains(name));
+    let note = |name| format!("there is no body `{name}`: its columns are left out");
+    let mut notes: Vec<String> = names.by_ref().take(MOST_NOTES).map(note).collect();
+    if let more @ 1.. = names.count() {
+        notes.push(format!("the columns of {more} more bodies are left out"));
+    }
+    notes
 }
 
 /// Rotations as CSV, as [`Quaternions::read`] reads it: by sample, then by body.

@@ -4,6 +4,13 @@ codes! {
     SHORT_OUTLINE "short-outline"
         "An outline or a hole has fewer than three different vertices."
         "Add vertices.";
+    TOO_MANY_VERTICES "too-many-vertices"
+        "An outline or a hole has more than 10,000 vertices."
+        "Draw curves with fewer vertices. A circle with a hundred vertices encloses 0.07 % less than its area."
+        no example "the outline would have more than 10,000 vertices";
+    TOO_MANY_LAYERS "too-many-layers"
+        "The layup has more than 64 layers."
+        "Combine layers of the same material into one with the sum of their thicknesses.";
     REPEATED_VERTEX "repeated-vertex"
         "An outline lists the same vertex twice in a row."
         "Remove one of the two. Only the first vertex may be repeated, at the end.";

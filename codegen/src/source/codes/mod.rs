@@ -69,6 +69,7 @@ mod mechanism;
 mod names;
 mod physics;
 mod popupcad;
+mod tables;
 mod text;
 mod values;
 
@@ -78,6 +79,7 @@ pub use mechanism::*;
 pub use names::*;
 pub use physics::*;
 pub use popupcad::*;
+pub use tables::*;
 pub use text::*;
 pub use values::*;
 
@@ -91,6 +93,7 @@ pub const GROUPS: &[(&str, &[Code])] = &[
     ("Masses, springs and angles", physics::ALL),
     ("The mechanism", mechanism::ALL),
     ("Files of popupCAD", popupcad::ALL),
+    ("Measurements, configurations and states", tables::ALL),
 ];
 
 /// Returns the code with this name.

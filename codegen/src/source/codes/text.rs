@@ -1,6 +1,16 @@
 //! Codes of the YAML syntax, before the text is read as a model.
 
 codes! {
+    FILE_TOO_LARGE "file-too-large"
+        "A model has more than 16 MiB, or another file that lamc reads has more than 256 MiB. The position is \
+         that of the first byte that is not read."
+        "Check that this is the right file. Remove what is not needed, or divide a long measurement."
+        no example "the file would be larger than 16 MiB";
+    NOT_UTF8 "not-utf8"
+        "The file has bytes that are not text in UTF-8. It may have been saved in another encoding, or it is \
+         not a text."
+        "Save the file as UTF-8."
+        no example "an example would not be text";
     EMPTY_FILE "empty-file"
         "The file contains only blanks and comments."
         "Describe a mechanism. A model needs at least `bodies` and `joints`.";
@@ -14,14 +24,12 @@ codes! {
         "Keep one mechanism in a file and remove the line.";
     TOO_DEEP "too-deep"
         "Lists and mappings are nested more than 64 levels deep after aliases have been \
-         expanded, or a formula has more than 64 parentheses, calls, signs and powers nested in \
-         each other."
-        "Write the value with less nesting. A model needs about ten levels. A long sum needs no \
-         parentheses.";
+         expanded."
+        "Write the value with less nesting. A model needs about ten levels.";
     TOO_LARGE "too-large"
-        "The file has more than two million values after aliases have been expanded, or the \
-         layup has more than 64 layers."
-        "Write the values out. Aliases of aliases multiply the number of values. Combine layers.";
+        "The file has more than one million values after aliases have been expanded. A long text counts as one \
+         value for each 64 bytes."
+        "Write the values out. Aliases of aliases multiply the number of values.";
     UNKNOWN_ALIAS "unknown-alias"
         "An alias `*name` has no anchor `&name` before it."
         "Put `&name` in front of the value that the alias refers to, above the alias.";

@@ -36,6 +36,9 @@ codes! {
          it contains a unit."
         "Correct it at the marked position. Products need `*`, powers are written `^`, and \
          numbers in formulas are in SI units and radians, without a unit.";
+    NESTED_FORMULA "nested-formula"
+        "A formula has more than 64 parentheses, calls, signs, powers and right operands nested in each other."
+        "Write the formula with less nesting. A long sum needs no parentheses.";
     TOO_LONG "too-long"
         "A formula has more than 100,000 numbers and names."
         "Divide the formula, or use a function with fewer terms."

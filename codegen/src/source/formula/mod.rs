@@ -8,7 +8,7 @@ use std::ops::Range;
 use super::codes::{self, Code};
 use super::expression::{Binary, Expression, Unary};
 use super::ids::JointId;
-use super::names::alternatives;
+use super::names;
 use super::units::split_number;
 use super::yaml::shorten;
 
@@ -52,6 +52,10 @@ pub(super) trait Scope {
     fn joints(&self) -> Vec<&str>;
     /// Why the expression must not depend on `q` and `u`; `None` if it may.
     fn motion_refused(&self) -> Option<&'static str>;
+    /// The number of mistakes that were found in the file before this expression.
+    fn earlier_mistakes(&self) -> usize {
+        0
+    }
 }
 
 /// Parses `text`. All unknown names are reported together; a syntax error stops the parser.
@@ -122,6 +126,17 @@ impl<'t> Parser<'t> {
         Problem { code, range, message, label: label.into(), hint: None }
     }
 
+    /// A hint for an unknown name.
+    fn hint<'k>(
+        &self,
+        name: &str,
+        known: impl FnOnce() -> Vec<&'k str>,
+        plural: &str,
+    ) -> Option<String> {
+        let earlier = self.scope.earlier_mistakes() + self.problems.len();
+        names::hint(earlier, name, known, plural)
+    }
+
     /// The next token is not the expected one.
     fn expected(&self, what: &str) -> Problem {
         let (token, range) = self.token();
@@ -174,7 +189,7 @@ impl<'t> Parser<'t> {
         self.nesting += 1;
         if self.nesting > MAX_NESTING {
             return Err(self.limit(
-                codes::TOO_DEEP,
+                codes::NESTED_FORMULA,
                 "this expression is nested too deeply",
                 format!(
                     "at most {MAX_NESTING} parentheses, calls, signs and powers nested in each \
@@ -293,11 +308,11 @@ impl<'t> Parser<'t> {
             return None;
         }
         let Some(id) = self.scope.joint(joint) else {
-            let message = format!("there is no joint `{joint}`");
+            let message = format!("there is no joint `{}`", shorten(joint));
             let start = range.start + prefix.len() + 1;
             let mut problem =
                 self.problem(codes::UNKNOWN_JOINT, start..range.end, message, "unknown joint");
-            problem.hint = Some(alternatives(joint, &self.scope.joints(), "joints"));
+            problem.hint = self.hint(joint, || self.scope.joints(), "joints");
             self.problems.push(problem);
             return None;
         };
@@ -311,22 +326,21 @@ impl<'t> Parser<'t> {
         let mut problem = self.problem(
             codes::UNKNOWN_NAME,
             range.clone(),
-            format!("unknown name `{name}`"),
+            format!("unknown name `{}`", shorten(name)),
             "unknown name",
         );
-        problem.hint = Some(if is_function(name) {
+        problem.hint = if is_function(name) {
             problem.message = format!("`{name}` is a function");
             problem.label = "the arguments are missing".into();
-            format!("write `{name}(..)`")
+            Some(format!("write `{name}(..)`"))
         } else if self.scope.joint(name).is_some() {
-            format!("write `q.{name}` for the joint's angle, `u.{name}` for its speed")
+            Some(format!("write `q.{name}` for the joint's angle, `u.{name}` for its speed"))
         } else if matches!(name, "q" | "u") {
-            format!("write `{name}.` and the joint's name")
+            Some(format!("write `{name}.` and the joint's name"))
         } else {
-            let mut known = self.scope.symbols();
-            known.extend(["t", "pi"]);
-            alternatives(name, &known, "names an expression may use")
-        });
+            let known = || self.scope.symbols().into_iter().chain(["t", "pi"]).collect();
+            self.hint(name, known, "names an expression may use")
+        };
         self.problems.push(problem);
         None
     }
@@ -343,16 +357,14 @@ impl<'t> Parser<'t> {
         self.close()?;
         let whole = range.start..self.at;
         let Some(function) = function(name) else {
-            let message = format!("unknown function `{name}`");
+            let message = format!("unknown function `{}`", shorten(name));
             let mut problem =
                 self.problem(codes::UNKNOWN_FUNCTION, range, message, "unknown function");
-            let known: Vec<_> = functions().collect();
-            problem.hint =
-                Some(if self.scope.symbol(name).is_some() || matches!(name, "t" | "pi") {
-                    format!("`{name}` is a number: a product is written `{name}*(..)`")
-                } else {
-                    alternatives(name, &known, "functions")
-                });
+            problem.hint = if self.scope.symbol(name).is_some() || matches!(name, "t" | "pi") {
+                Some(format!("`{name}` is a number: a product is written `{name}*(..)`"))
+            } else {
+                self.hint(name, || functions().collect(), "functions")
+            };
             self.problems.push(problem);
             return Ok(Expression::ZERO);
         };

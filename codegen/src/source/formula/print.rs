@@ -73,7 +73,10 @@ fn write(expression: &Expression, least: u8, model: &SourceModel, text: &mut Str
         Expression::Binary(Binary::Pow, x, y) => {
             write(x, POWER.0, model, text);
             text.push('^');
-            write(y, POWER.1, model, text);
+            // A sign may begin any operand. Parentheses around it would nest the text one level deeper than the
+            // text that was read, and the next reader might refuse it.
+            let least = if binding(y) == SIGN { SIGN } else { POWER.1 };
+            write(y, least, model, text);
         }
         Expression::Binary(function, x, y) => {
             text.push_str(name_of(|known| matches!(known, Function::Two(f) if f == *function)));

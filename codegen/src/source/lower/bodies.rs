@@ -3,9 +3,9 @@
 use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, Spanned};
 use crate::source::fields::{Fields, array, items};
-use crate::source::model::{Body, Plate, PointMass, Shape};
+use crate::source::model::{Body, MAX_VERTICES, Plate, PointMass, Shape};
 use crate::source::schema::{BODY, INERTIA_ROW, PLATE, PLATES, POINT_MASS, RING, Value};
-use crate::source::yaml::{Entry, Node};
+use crate::source::yaml::{Entry, Node, shorten};
 
 use super::Lowering;
 
@@ -59,7 +59,7 @@ impl Lowering<'_> {
     /// read.
     pub(super) fn body(&mut self, entry: &Entry, layers: Option<usize>) -> Option<Body> {
         let at = entry.key.span;
-        let owner = format!("body `{}`", entry.key.value);
+        let owner = format!("body `{}`", shorten(&entry.key.value));
         let fields = Fields::new(&entry.value, at, owner, &BODY, &mut self.diagnostics)?;
         let fixed = match fields.get("fixed") {
             None => Some(false),
@@ -180,6 +180,13 @@ impl Lowering<'_> {
     /// A closed line; the first vertex may be repeated at the end.
     fn ring(&mut self, node: &Node) -> Option<Spanned<Vec<[f64; 2]>>> {
         let nodes = items(node, RING.form(), &mut self.diagnostics)?;
+        if let Some(beyond) = nodes.get(MAX_VERTICES) {
+            let message =
+                format!("{} vertices, but lamc reads at most {MAX_VERTICES}", nodes.len());
+            let error = Diagnostic::error(codes::TOO_MANY_VERTICES, beyond.span, message);
+            self.note(error.label("the first vertex beyond the limit"));
+            return None;
+        }
         let vertices: Vec<_> = nodes.iter().map(|node| self.drawn_point(node)).collect();
         let mut vertices: Vec<[f64; 2]> = vertices.into_iter().collect::<Option<_>>()?;
         if let Some(i) = vertices.windows(2).position(|pair| pair[0] == pair[1]) {

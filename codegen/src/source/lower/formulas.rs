@@ -16,25 +16,27 @@ use super::{Lowering, Names};
 struct Symbols<'n> {
     names: &'n Names,
     uses: Uses,
+    /// The number of mistakes in the file before this formula.
+    earlier: usize,
 }
 
 impl Scope for Symbols<'_> {
     fn symbol(&self, name: &str) -> Option<Expression> {
-        let at = |list: &[String]| list.iter().position(|known| known == name);
-        let parameter = at(&self.names.parameters).map(|i| Expression::Parameter(ParameterId(i)));
-        parameter.or_else(|| at(&self.names.inputs).map(|i| Expression::Input(InputId(i))))
+        let Names { parameters, inputs, .. } = self.names;
+        let parameter = parameters.position(name).map(|i| Expression::Parameter(ParameterId(i)));
+        parameter.or_else(|| inputs.position(name).map(|i| Expression::Input(InputId(i))))
     }
 
     fn symbols(&self) -> Vec<&str> {
-        self.names.parameters.iter().chain(&self.names.inputs).map(String::as_str).collect()
+        self.names.parameters.names().chain(self.names.inputs.names()).collect()
     }
 
     fn joint(&self, name: &str) -> Option<JointId> {
-        self.names.joints.iter().position(|known| known == name).map(JointId)
+        self.names.joints.position(name).map(JointId)
     }
 
     fn joints(&self) -> Vec<&str> {
-        self.names.joints.iter().map(String::as_str).collect()
+        self.names.joints.names().collect()
     }
 
     fn motion_refused(&self) -> Option<&'static str> {
@@ -42,6 +44,10 @@ impl Scope for Symbols<'_> {
             Uses::Constants(reason) => Some(reason),
             Uses::Motion => None,
         }
+    }
+
+    fn earlier_mistakes(&self) -> usize {
+        self.earlier
     }
 }
 
@@ -73,7 +79,8 @@ impl Lowering<'_> {
                     return None;
                 }
                 let text = &*scalar.text;
-                match formula::parse(text, &Symbols { names: &self.names, uses }) {
+                let earlier = self.diagnostics.0.len();
+                match formula::parse(text, &Symbols { names: &self.names, uses, earlier }) {
                     Ok(expression) => expression,
                     Err(problems) => {
                         problems.into_iter().for_each(|problem| self.problem(node, problem));
@@ -158,14 +165,7 @@ impl Lowering<'_> {
                     `30*pi/180`";
         let warning =
             Diagnostic::warning(codes::MANY_TURNS, span, turns).label("an angle in radians");
-        if self
-            .diagnostics
-            .0
-            .iter()
-            .all(|known| (known.code, known.span) != (codes::MANY_TURNS, Some(span)))
-        {
-            self.note(warning.hint(hint));
-        }
+        self.note(warning.hint(hint));
     }
 
     fn problem(&mut self, node: &Node, problem: formula::Problem) {

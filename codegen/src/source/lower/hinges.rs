@@ -4,7 +4,7 @@ use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, Span, Spanned};
 use crate::source::fields::{Fields, items};
 use crate::source::model::{HingeModel, Material, Spring};
-use crate::source::names::alternatives;
+use crate::source::names::hint;
 use crate::source::polynomial::{Polynomial, Term};
 use crate::source::schema::{
     HINGE_BEAM, HINGE_FAMILY, HINGE_MODEL, HINGE_SHARIFZADEH2018, HINGES, SPECIMEN, TERM,
@@ -62,14 +62,18 @@ impl Lowering<'_> {
             "sharifzadeh2018" => self.sharifzadeh2018(node, at, joint),
             other => {
                 let named = &self.names.hinge_models;
-                if let Some(model) = named.iter().position(|known| known == other) {
+                if let Some(model) = named.position(other) {
                     return self.family(node, at, joint, model);
                 }
-                let mut known: Vec<&str> = built_in().collect();
-                known.extend(named.iter().map(String::as_str));
+                let known = || {
+                    let mut known: Vec<&str> = built_in().collect();
+                    known.extend(named.names());
+                    known
+                };
                 let message = format!("there is no hinge model `{}`", shorten(other));
-                let hint = alternatives(other, &known, "hinge models");
-                self.note(Diagnostic::error(codes::UNKNOWN_HINGE, name.span, message).hint(hint));
+                let hint = hint(self.diagnostics.0.len(), other, known, "hinge models");
+                let error = Diagnostic::error(codes::UNKNOWN_HINGE, name.span, message);
+                self.note(Diagnostic { hint, ..error });
                 None
             }
         }
@@ -107,10 +111,10 @@ impl Lowering<'_> {
         let found = known.iter().position(|known| *known == name.value);
         if found.is_none() {
             let message = format!("there are no coefficients `{}`", shorten(&name.value));
-            let hint = alternatives(&name.value, &known, "coefficients");
-            self.note(
-                Diagnostic::error(codes::UNKNOWN_COEFFICIENTS, name.span, message).hint(hint),
-            );
+            let earlier = self.diagnostics.0.len();
+            let hint = hint(earlier, &name.value, || known.to_vec(), "coefficients");
+            let error = Diagnostic::error(codes::UNKNOWN_COEFFICIENTS, name.span, message);
+            self.note(Diagnostic { hint, ..error });
         }
         found.map(|index| index == 1)
     }
@@ -137,7 +141,7 @@ impl Lowering<'_> {
 
     /// Reads the polynomials of a family of hinges, which are in SI whatever `units` says.
     pub(super) fn hinge_model(&mut self, entry: &Entry) -> Option<HingeModel> {
-        let owner = format!("hinge model `{}`", entry.key.value);
+        let owner = format!("hinge model `{}`", shorten(&entry.key.value));
         let at = entry.key.span;
         if built_in().any(|name| name == entry.key.value) {
             let message = format!("`{}` is a built-in hinge model", entry.key.value);

@@ -8,7 +8,7 @@ use crate::source::fields::{Fields, array};
 use crate::source::ids::BodyId;
 use crate::source::model::{Friction, Joint, Material};
 use crate::source::schema::{FRICTION, JOINT};
-use crate::source::yaml::{Entry, Node};
+use crate::source::yaml::{Entry, Node, shorten};
 
 use super::Lowering;
 
@@ -21,7 +21,7 @@ impl Lowering<'_> {
     ) -> Option<Joint> {
         let name = &entry.key.value;
         let at = entry.key.span;
-        let owner = format!("joint `{name}`");
+        let owner = format!("joint `{}`", shorten(name));
         let fields = Fields::new(&entry.value, at, owner, &JOINT, &mut self.diagnostics)?;
         let bodies = self.joint_bodies(&fields, fixed);
         let axis = self.axis(&fields);

@@ -3,13 +3,13 @@
 use crate::source::fields::Fields;
 use crate::source::model::{Force, Point};
 use crate::source::schema::{FORCE, POINT};
-use crate::source::yaml::Entry;
+use crate::source::yaml::{Entry, shorten};
 
 use super::Lowering;
 
 impl Lowering<'_> {
     pub(super) fn point(&mut self, entry: &Entry) -> Option<Point> {
-        let owner = format!("point `{}`", entry.key.value);
+        let owner = format!("point `{}`", shorten(&entry.key.value));
         let found = &mut self.diagnostics;
         let fields = Fields::new(&entry.value, entry.key.span, owner, &POINT, found)?;
         let body = fields.read("body", &mut self.diagnostics);
@@ -19,7 +19,7 @@ impl Lowering<'_> {
     }
 
     pub(super) fn force(&mut self, entry: &Entry) -> Option<Force> {
-        let owner = format!("force `{}`", entry.key.value);
+        let owner = format!("force `{}`", shorten(&entry.key.value));
         let found = &mut self.diagnostics;
         let fields = Fields::new(&entry.value, entry.key.span, owner, &FORCE, found)?;
         let point = fields.read("point", &mut self.diagnostics);

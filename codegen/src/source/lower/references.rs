@@ -1,10 +1,12 @@
 //! Names in the file: declarations and references.
 
+use std::collections::HashMap;
+
 use crate::source::codes;
-use crate::source::diagnostic::{Diagnostic, Spanned};
+use crate::source::diagnostic::{Diagnostic, Span, Spanned};
 use crate::source::fields::{Fields, entries};
 use crate::source::ids::{BodyId, PointId};
-use crate::source::names::{self, alternatives};
+use crate::source::names::{self, hint};
 use crate::source::schema::Value;
 use crate::source::yaml::{Entry, Node, shorten};
 
@@ -21,29 +23,56 @@ pub(super) struct Declared<'n> {
     pub hinge_models: &'n [Entry],
 }
 
+/// Names of one kind, in the order of the file.
+#[derive(Default)]
+pub(super) struct Known {
+    pub all: Vec<String>,
+    positions: HashMap<String, usize>,
+}
+
+impl Known {
+    fn of<'n>(names: impl Iterator<Item = &'n String>) -> Self {
+        let all: Vec<String> = names.cloned().collect();
+        let mut positions = HashMap::with_capacity(all.len());
+        for (position, name) in all.iter().enumerate() {
+            positions.entry(name.clone()).or_insert(position);
+        }
+        Self { all, positions }
+    }
+
+    /// Returns the position of a name.
+    pub fn position(&self, name: &str) -> Option<usize> {
+        self.positions.get(name).copied()
+    }
+
+    /// Iterates over the names.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.all.iter().map(String::as_str)
+    }
+}
+
 /// All names in the file, collected before anything that may refer to them is read.
 #[derive(Default)]
 pub(super) struct Names {
-    pub materials: Vec<String>,
-    pub bodies: Vec<String>,
-    pub joints: Vec<String>,
-    pub parameters: Vec<String>,
-    pub inputs: Vec<String>,
-    pub points: Vec<String>,
-    pub hinge_models: Vec<String>,
+    pub materials: Known,
+    pub bodies: Known,
+    pub joints: Known,
+    pub parameters: Known,
+    pub inputs: Known,
+    pub points: Known,
+    pub hinge_models: Known,
 }
 
 impl Names {
     /// The names of entries and inputs.
     pub fn of(declared: &Declared, inputs: &[Spanned<String>]) -> Self {
-        let names =
-            |entries: &[Entry]| entries.iter().map(|entry| entry.key.value.clone()).collect();
+        let names = |entries: &[Entry]| Known::of(entries.iter().map(|entry| &entry.key.value));
         Self {
             materials: names(declared.materials),
             bodies: names(declared.bodies),
             joints: names(declared.joints),
             parameters: names(declared.parameters),
-            inputs: inputs.iter().map(|input| input.value.clone()).collect(),
+            inputs: Known::of(inputs.iter().map(|input| &input.value)),
             points: names(declared.points),
             hinge_models: names(declared.hinge_models),
         }
@@ -90,7 +119,7 @@ impl Lowering<'_> {
         node: &Node,
         kind: &str,
         plural: &str,
-        list: impl Fn(&Names) -> &Vec<String>,
+        list: impl Fn(&Names) -> &Known,
     ) -> Option<usize> {
         let name = self.text(node, &format!("the name of a {kind}"))?;
         self.look_up(&name, kind, plural, list)
@@ -101,12 +130,13 @@ impl Lowering<'_> {
         name: &Spanned<String>,
         kind: &str,
         plural: &str,
-        list: impl Fn(&Names) -> &Vec<String>,
+        list: impl Fn(&Names) -> &Known,
     ) -> Option<usize> {
-        let names: Vec<&str> = list(&self.names).iter().map(String::as_str).collect();
-        let position = names.iter().position(|known| *known == name.value);
+        let names = list(&self.names);
+        let position = names.position(&name.value);
         if position.is_none() {
-            let hint = alternatives(&name.value, &names, plural);
+            let earlier = self.diagnostics.0.len();
+            let hint = hint(earlier, &name.value, || names.names().collect(), plural);
             let message = format!("there is no {kind} `{}`", shorten(&name.value));
             let code = match kind {
                 "material" => codes::UNKNOWN_MATERIAL,
@@ -114,19 +144,24 @@ impl Lowering<'_> {
                 "joint" => codes::UNKNOWN_JOINT,
                 _ => codes::UNKNOWN_POINT,
             };
-            self.note(Diagnostic::error(code, name.span, message).hint(hint));
+            self.note(Diagnostic { hint, ..Diagnostic::error(code, name.span, message) });
         }
         position
     }
 
-    /// Returns false and reports a name that is already in the list.
-    pub(super) fn once(&mut self, earlier: &[Spanned<String>], name: &Spanned<String>) -> bool {
-        if let Some(first) = earlier.iter().find(|other| other.value == name.value) {
-            let message = format!("`{}` is listed twice", name.value);
+    /// Remembers a name; returns false and reports it if it was there before.
+    pub(super) fn once(
+        &mut self,
+        earlier: &mut HashMap<String, Span>,
+        name: &Spanned<String>,
+    ) -> bool {
+        if let Some(first) = earlier.get(&name.value) {
+            let message = format!("`{}` is listed twice", shorten(&name.value));
             let error = Diagnostic::error(codes::DUPLICATE_NAME, name.span, message);
-            self.note(error.label("second time").also(first.span, "first time"));
+            self.note(error.label("second time").also(*first, "first time"));
             return false;
         }
+        earlier.insert(name.value.clone(), name.span);
         true
     }
 }

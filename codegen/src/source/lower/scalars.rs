@@ -3,12 +3,12 @@
 use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, Span, Spanned};
 use crate::source::fields::{Fields, array};
-use crate::source::names::alternatives;
+use crate::source::names::{closest, hint};
 use crate::source::schema::{VERTEX, Value};
 use crate::source::units::{self, ANGLE, Dimension, Quantity, SI, Unit, UnitError};
 use crate::source::yaml::{Content, Node, shorten};
 
-use super::Lowering;
+use super::{Lowering, Names};
 
 impl Lowering<'_> {
     /// Reads a text, such as a name.
@@ -172,17 +172,12 @@ impl Lowering<'_> {
             },
             Err(UnitError::Unknown(range)) => {
                 let name = &unit[range.clone()];
-                let symbols = self.names.parameters.iter().chain(&self.names.inputs);
-                let hint = if symbols.map(String::as_str).chain(["t", "pi"]).any(|n| n == name) {
+                let Names { parameters, inputs, .. } = &self.names;
+                let is_symbol = [parameters, inputs].iter().any(|it| it.position(name).is_some());
+                let hint = if is_symbol || matches!(name, "t" | "pi") {
                     format!("`{name}` is a name and not a unit: write a product with `*`")
                 } else {
-                    let known = units::all_units();
-                    match (crate::source::names::closest(name, &known), quantity) {
-                        (None, Some(quantity)) => {
-                            format!("{} is in {}", quantity.name, quantity.examples)
-                        }
-                        _ => alternatives(name, &known, "units"),
-                    }
+                    self.unit_hint(name, quantity)
                 };
                 let message = format!("unknown unit `{}`", shorten(name));
                 (codes::UNKNOWN_UNIT, within(&range), message, "unknown unit".into(), hint)
@@ -197,6 +192,16 @@ impl Lowering<'_> {
         };
         self.note(Diagnostic::error(code, span, message).label(label).hint(hint));
         None
+    }
+
+    /// A hint for an unknown unit.
+    fn unit_hint(&self, name: &str, quantity: Option<&Quantity>) -> String {
+        let known = || units::all_units();
+        match (hint(self.diagnostics.0.len(), name, known, "units"), quantity) {
+            (Some(hint), _) if closest(name, &known()).is_some() => hint,
+            (_, Some(quantity)) => format!("{} is in {}", quantity.name, quantity.examples),
+            (hint, None) => hint.unwrap_or_default(),
+        }
     }
 
     /// Reads a list of numbers of known length.

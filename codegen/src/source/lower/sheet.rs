@@ -9,7 +9,7 @@ use crate::source::ids::JointId;
 use crate::source::model::{Air, Body, Joint, Material};
 use crate::source::names::{self, Kind};
 use crate::source::schema::{self, MAX_LAYERS, Value};
-use crate::source::yaml::{Entry, Node};
+use crate::source::yaml::{Entry, Node, shorten};
 use crate::source::{rounding, units};
 
 use super::{Lowering, STANDARD_GRAVITY};
@@ -57,7 +57,7 @@ impl Lowering<'_> {
     }
 
     pub(super) fn material(&mut self, entry: &Entry) -> Option<Material> {
-        let owner = format!("material `{}`", entry.key.value);
+        let owner = format!("material `{}`", shorten(&entry.key.value));
         let (at, found) = (entry.key.span, &mut self.diagnostics);
         let fields = Fields::new(&entry.value, at, owner, &schema::MATERIAL, found)?;
         let density = self.required(&fields, "density");
@@ -83,7 +83,7 @@ impl Lowering<'_> {
         }
         if items.len() > MAX_LAYERS {
             let message = format!("{} layers, but lamc reads at most {MAX_LAYERS}", items.len());
-            self.note(Diagnostic::error(codes::TOO_LARGE, node.span, message));
+            self.note(Diagnostic::error(codes::TOO_MANY_LAYERS, node.span, message));
             return None;
         }
         let found: Vec<_> = items.iter().map(|item| self.material_named(item)).collect();

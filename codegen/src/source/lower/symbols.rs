@@ -1,10 +1,12 @@
 //! Parameters, inputs, and the constants that `tunable` turns into parameters.
 
+use std::collections::HashMap;
+
 use crate::source::codes;
-use crate::source::diagnostic::{Diagnostic, Spanned};
+use crate::source::diagnostic::{Diagnostic, Span, Spanned};
 use crate::source::fields::{Fields, items};
 use crate::source::model::{Parameter, Tunable};
-use crate::source::names::{self, Kind, alternatives};
+use crate::source::names::{self, Kind, hint};
 use crate::source::yaml::{Entry, shorten};
 
 use super::Lowering;
@@ -20,11 +22,11 @@ impl Lowering<'_> {
         let Some(node) = model.get("inputs") else { return Vec::new() };
         let form = model.expected("inputs").form();
         let nodes = items(node, form, &mut self.diagnostics).unwrap_or_default();
-        let mut inputs: Vec<Spanned<String>> = Vec::new();
+        let (mut inputs, mut seen) = (Vec::new(), HashMap::new());
         for node in nodes {
             let Some(name) = self.text(node, "the name of an input") else { continue };
             names::check(&name, Kind::Symbol("an input"), &mut self.diagnostics);
-            if self.once(&inputs, &name) {
+            if self.once(&mut seen, &name) {
                 inputs.push(name);
             }
         }
@@ -40,21 +42,22 @@ impl Lowering<'_> {
         inputs: &[Spanned<String>],
         fixed: &[bool],
     ) -> Vec<Spanned<Tunable>> {
-        let parameters: Vec<_> = parameters.iter().map(|entry| entry.key.clone()).collect();
+        let parameters = parameters.iter().map(|entry| (entry.key.value.as_str(), entry.key.span));
+        let mut symbols: HashMap<&str, Span> = parameters.collect();
         for input in inputs {
-            if let Some(first) = parameters.iter().find(|name| name.value == input.value) {
+            if let Some(first) = symbols.get(input.value.as_str()) {
                 let message = format!("`{}` is both a parameter and an input", input.value);
                 let error = Diagnostic::error(codes::DUPLICATE_NAME, input.span, message);
-                self.note(error.label("the input").also(first.span, "the parameter"));
+                self.note(error.label("the input").also(*first, "the parameter"));
             }
         }
+        symbols.extend(inputs.iter().map(|input| (input.value.as_str(), input.span)));
         let tunable = self.tunable_constants(model);
         for kind in &tunable {
             for made in self.made_by(kind.value, fixed) {
-                if let Some(clash) = parameters.iter().chain(inputs).find(|name| name.value == made)
-                {
+                if let Some(clash) = symbols.get(made.as_str()) {
                     let message = format!("`{made}` is the name of a parameter made by `tunable`");
-                    let error = Diagnostic::error(codes::DUPLICATE_NAME, clash.span, message);
+                    let error = Diagnostic::error(codes::DUPLICATE_NAME, *clash, message);
                     self.note(error.label("declared here").also(kind.span, "made here"));
                 }
             }
@@ -66,10 +69,10 @@ impl Lowering<'_> {
     fn made_by(&self, kind: Tunable, fixed: &[bool]) -> Vec<String> {
         match kind {
             Tunable::Mass => {
-                let moving = self.names.bodies.iter().zip(fixed).filter(|(_, fixed)| !**fixed);
+                let moving = self.names.bodies.all.iter().zip(fixed).filter(|(_, fixed)| !**fixed);
                 moving.map(|(name, _)| kind.parameter_name(name)).collect()
             }
-            _ => self.names.joints.iter().map(|name| kind.parameter_name(name)).collect(),
+            _ => self.names.joints.all.iter().map(|name| kind.parameter_name(name)).collect(),
         }
     }
 
@@ -77,7 +80,7 @@ impl Lowering<'_> {
         let form = model.expected("tunable").form();
         let nodes = model.get("tunable").and_then(|node| items(node, form, &mut self.diagnostics));
         let mut tunable: Vec<Spanned<Tunable>> = Vec::new();
-        let mut seen: Vec<Spanned<String>> = Vec::new();
+        let mut seen = HashMap::new();
         for node in nodes.unwrap_or_default() {
             let Some(name) = self.text(node, "the name of a constant that becomes tunable") else {
                 continue;
@@ -85,12 +88,13 @@ impl Lowering<'_> {
             let known: Vec<_> = Tunable::ALL.iter().map(|kind| kind.name()).collect();
             let Some(kind) = Tunable::ALL.into_iter().find(|kind| kind.name() == name.value) else {
                 let message = format!("`{}` cannot be tunable", shorten(&name.value));
-                let hint = alternatives(&name.value, &known, "tunable constants");
-                self.note(Diagnostic::error(codes::UNKNOWN_TUNABLE, name.span, message).hint(hint));
+                let earlier = self.diagnostics.0.len();
+                let hint = hint(earlier, &name.value, || known, "tunable constants");
+                let error = Diagnostic::error(codes::UNKNOWN_TUNABLE, name.span, message);
+                self.note(Diagnostic { hint, ..error });
                 continue;
             };
-            if self.once(&seen, &name) {
-                seen.push(name);
+            if self.once(&mut seen, &name) {
                 tunable.push(Spanned { value: kind, span: node.span });
             }
         }

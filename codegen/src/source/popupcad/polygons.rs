@@ -6,16 +6,28 @@ use wkt::Wkt;
 use wkt::types::{LineString, Polygon};
 
 use super::{Import, head};
-use crate::source::codes;
+use crate::source::codes::{self, Code};
 use crate::source::diagnostic::{Diagnostic, Spanned};
 use crate::source::fields::items;
-use crate::source::model::Plate;
+use crate::source::model::{MAX_VERTICES, Plate};
 use crate::source::units;
 use crate::source::yaml::Node;
 
 /// Deepest nesting of parentheses, because the reader is recursive. A collection of multipolygons
 /// has five levels.
 const MAX_DEPTH: usize = 8;
+
+/// Why a text is not read as polygons.
+struct Refusal {
+    code: Code,
+    reason: String,
+}
+
+impl<T: Into<String>> From<T> for Refusal {
+    fn from(reason: T) -> Self {
+        Self { code: codes::BAD_POLYGON, reason: reason.into() }
+    }
+}
 
 impl Import {
     /// Returns all plates of a layer, in file order.
@@ -29,7 +41,7 @@ impl Import {
     fn geometry(&mut self, node: &Node) -> Option<Vec<Plate>> {
         let text = node.scalar().map_or("", |scalar| &scalar.text);
         let read = balanced(text).and_then(|()| Wkt::<f64>::from_str(text));
-        let read = read.map_err(str::to_owned).and_then(|geometry| {
+        let read = read.map_err(Refusal::from).and_then(|geometry| {
             let mut plates = Vec::new();
             collect(geometry, node, &mut plates).map(|()| plates)
         });
@@ -40,14 +52,10 @@ impl Import {
                 numbers.for_each(|number| self.decimals.note(number, units::SI));
                 Some(plates)
             }
-            Err(reason) => {
+            Err(Refusal { code, reason }) => {
                 self.diagnostics.push(
-                    Diagnostic::error(
-                        codes::BAD_POLYGON,
-                        node.span,
-                        format!("not a polygon: {reason}"),
-                    )
-                    .hint("a layer holds `POLYGON ((x y, ..))` or `MULTIPOLYGON`, with holes"),
+                    Diagnostic::error(code, node.span, format!("not a polygon: {reason}"))
+                        .hint("a layer holds `POLYGON ((x y, ..))` or `MULTIPOLYGON`, with holes"),
                 );
                 None
             }
@@ -78,7 +86,7 @@ fn balanced(text: &str) -> Result<(), &'static str> {
 }
 
 /// Adds the geometry's polygons.
-fn collect(geometry: Wkt<f64>, node: &Node, plates: &mut Vec<Plate>) -> Result<(), String> {
+fn collect(geometry: Wkt<f64>, node: &Node, plates: &mut Vec<Plate>) -> Result<(), Refusal> {
     match geometry {
         Wkt::Polygon(polygon) => plates.extend(plate(&polygon, node)?),
         Wkt::MultiPolygon(polygons) => {
@@ -100,7 +108,7 @@ fn collect(geometry: Wkt<f64>, node: &Node, plates: &mut Vec<Plate>) -> Result<(
 }
 
 /// Reads a polygon with its holes; `None` if it is empty.
-fn plate(polygon: &Polygon<f64>, node: &Node) -> Result<Option<Plate>, String> {
+fn plate(polygon: &Polygon<f64>, node: &Node) -> Result<Option<Plate>, Refusal> {
     let Some((outline, holes)) = polygon.rings().split_first() else { return Ok(None) };
     if outline.coords().is_empty() {
         return Ok(None);
@@ -111,7 +119,7 @@ fn plate(polygon: &Polygon<f64>, node: &Node) -> Result<Option<Plate>, String> {
 
 /// Reads the vertices without repetitions: the first vertex at the end, and equal neighbours, which
 /// shapely may write.
-fn ring(line: &LineString<f64>, node: &Node) -> Result<Spanned<Vec<[f64; 2]>>, String> {
+fn ring(line: &LineString<f64>, node: &Node) -> Result<Spanned<Vec<[f64; 2]>>, Refusal> {
     let mut vertices: Vec<[f64; 2]> = line.coords().iter().map(|c| [c.x, c.y]).collect();
     vertices.dedup();
     if vertices.len() > 1 && vertices.first() == vertices.last() {
@@ -121,7 +129,12 @@ fn ring(line: &LineString<f64>, node: &Node) -> Result<Spanned<Vec<[f64; 2]>>, S
         return Err(format!(
             "a ring needs at least three vertices, this one has {}",
             vertices.len()
-        ));
+        )
+        .into());
+    }
+    if vertices.len() > MAX_VERTICES {
+        let reason = format!("{} vertices, but lamc reads at most {MAX_VERTICES}", vertices.len());
+        return Err(Refusal { code: codes::TOO_MANY_VERTICES, reason });
     }
     if !vertices.iter().flatten().all(|x| x.is_finite()) {
         return Err("a vertex is not finite".into());

@@ -9,7 +9,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::{Content, Entry, Node};
+use super::{Content, Entry, Node, shorten};
 use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, Diagnostics, Span, Spanned};
 
@@ -49,8 +49,11 @@ pub(super) fn distinct(entries: Vec<Entry>, diagnostics: &mut Diagnostics) -> Ve
     for entry in entries {
         let Spanned { value: key, span } = &entry.key;
         if let Some(&first) = seen.get(key) {
-            let error =
-                Diagnostic::error(codes::DUPLICATE_KEY, *span, format!("duplicate key `{key}`"));
+            let error = Diagnostic::error(
+                codes::DUPLICATE_KEY,
+                *span,
+                format!("duplicate key `{}`", shorten(key)),
+            );
             diagnostics.push(error.label("second time").also(first, "first time"));
             continue;
         }
