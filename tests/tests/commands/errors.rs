@@ -29,27 +29,37 @@ fn code_of(report: &str) -> &str {
     rest.split_once(']').unwrap().0
 }
 
-/// Every model in `tests/wrong` beside the reports on it, the shortest together first.
-fn wrong_models() -> Vec<(String, Vec<String>)> {
+/// A file of `tests/wrong`, and the reports on it.
+struct Wrong {
+    /// The extension of its name.
+    language: String,
+    text: String,
+    reports: Vec<String>,
+}
+
+/// Every file in `tests/wrong` beside the reports on it, the shortest together first.
+fn wrong_models() -> Vec<Wrong> {
     let mut models = Vec::new();
     for entry in fs::read_dir(workspace().join("tests/wrong")).unwrap() {
         let path = entry.unwrap().path();
-        if path.extension().is_some_and(|extension| extension == "yaml") {
+        let language = path.extension().unwrap().to_str().unwrap().to_owned();
+        if language != "stderr" {
             let snapshot = fs::read_to_string(path.with_extension("stderr")).unwrap();
-            models.push((fs::read_to_string(&path).unwrap(), reports(&snapshot)));
+            let text = fs::read_to_string(&path).unwrap();
+            models.push(Wrong { language, text, reports: reports(&snapshot) });
         }
     }
-    let size = |(model, reports): &(String, Vec<String>)| {
-        (model.len() + reports.iter().map(String::len).sum::<usize>(), model.clone())
+    let size = |Wrong { text, reports, .. }: &Wrong| {
+        (text.len() + reports.iter().map(String::len).sum::<usize>(), text.clone())
     };
     models.sort_by_key(size);
     models
 }
 
-fn example(models: &[(String, Vec<String>)], code: Code) -> Option<Example> {
-    models.iter().find_map(|(model, reports)| {
-        let report = reports.iter().find(|report| code_of(report) == code.name)?;
-        Some(Example { model: model.clone(), report: report.clone() })
+fn example(models: &[Wrong], code: Code) -> Option<Example> {
+    models.iter().find_map(|Wrong { language, text, reports }| {
+        let report = reports.iter().find(|report| code_of(report) == code.name)?.clone();
+        Some(Example { language: language.clone(), text: text.clone(), report })
     })
 }
 
@@ -74,7 +84,7 @@ fn every_code_has_an_example_or_a_reason() {
             "{code}: a model in tests/wrong, or the reason why there is none"
         );
     }
-    let shown = models.iter().flat_map(|(_, reports)| reports).map(|report| code_of(report));
+    let shown = models.iter().flat_map(|it| &it.reports).map(|report| code_of(report));
     for name in shown {
         assert!(codes::find(name).is_some(), "{name} is in a snapshot, but not in the table");
     }
@@ -87,6 +97,9 @@ fn no_code_is_stale() {
     let mut text = String::new();
     for stage in stages {
         read_sources(&workspace().join("codegen/src").join(stage), &mut text);
+    }
+    for reader in ["reading", "identify", "mocap"] {
+        read_sources(&workspace().join("workbench/src").join(reader), &mut text);
     }
     for code in codes::all() {
         let constant = format!("codes::{}", code.name.replace('-', "_").to_uppercase());
@@ -116,7 +129,9 @@ fn each_code_is_explained() {
         let entry = explain(code.name).unwrap_or_else(|| panic!("{code} is not explained"));
         assert!(entry.starts_with(code.cause), "{entry}");
         assert!(entry.ends_with(code.cure), "{entry}");
-        assert_eq!(entry.contains("```yaml"), code.no_example.is_none(), "{entry}");
+        let has_example =
+            ["yaml", "csv", "json"].iter().any(|it| entry.contains(&format!("```{it}")));
+        assert_eq!(has_example, code.no_example.is_none(), "{entry}");
     }
     assert!(explain("no-such-code").is_none());
 }

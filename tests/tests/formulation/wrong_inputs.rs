@@ -1,13 +1,17 @@
 //! Snapshots of the diagnostics for invalid or odd models: `wrong/<name>.yaml` is the model, and
 //! `wrong/<name>.stderr` is what the user reads ([`golden`](lamc_tests::golden) says how to change them).
-//! The examples in `docs/ERRORS.md` are the smallest of these models.
+//! The examples in `docs/ERRORS.md` are the smallest of these models. Files of numbers have the name of their reader
+//! before the extension: `wrong/<name>.angles.csv`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use lamc::pipeline::{CompileError, compile};
-use lamc::source::SourceFile;
+use lamc::source::{Diagnostics, SourceFile};
 use lamc_tests::golden::is_pinned;
+use lamc_workbench::identify::{Record, family};
+use lamc_workbench::mocap::Quaternions;
+use lamc_workbench::reading::{configurations, states};
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("wrong")
@@ -18,12 +22,33 @@ fn check(path: &Path) -> String {
     let mut file = SourceFile::read(path.to_str().expect("a fixture's path is UTF-8")).unwrap();
     // The same text wherever the project lies.
     file.path = format!("wrong/{}", path.file_name().unwrap().to_str().unwrap());
-    let diagnostics = match compile(&file) {
-        Ok(compiled) => compiled.warnings,
-        Err(CompileError::Model(errors)) => errors,
-        Err(error) => panic!("{error}"),
+    let diagnostics = match numbers(&file) {
+        Some(diagnostics) => diagnostics,
+        None => match compile(&file) {
+            Ok(compiled) => compiled.warnings,
+            Err(CompileError::Model(errors)) => errors,
+            Err(error) => panic!("{error}"),
+        },
     };
     diagnostics.render(&file, false)
+}
+
+/// What is wrong with a file of numbers; `None` for a model.
+fn numbers(file: &SourceFile) -> Option<Diagnostics> {
+    let text = &file.text;
+    let joints = ["knee", "hip"];
+    let bodies = [("base", true), ("arm", false)];
+    let mut words = file.path.rsplit('.');
+    let read = match (words.next()?, words.next()?) {
+        ("csv", "angles") => Record::read(text, &joints).map(drop),
+        ("csv", "rotations") => Quaternions::read(text, &bodies).map(drop),
+        ("csv", "specimens") => family::read(text).map(drop),
+        ("csv", "configurations") => configurations(text, &joints).map(drop),
+        ("json", "states") => states(text).map(drop),
+        ("yaml", _) => return None,
+        _ => panic!("{}: no reader has this name", file.path),
+    };
+    Some(read.expect_err("a file with a mistake"))
 }
 
 #[test]
@@ -31,7 +56,7 @@ fn diagnostics_are_as_pinned() {
     let mut inputs: Vec<_> = fs::read_dir(folder())
         .unwrap()
         .map(|entry| entry.unwrap().path())
-        .filter(|path| path.extension().is_some_and(|extension| extension == "yaml"))
+        .filter(|path| path.extension().is_some_and(|extension| extension != "stderr"))
         .collect();
     inputs.sort();
     assert!(inputs.len() >= 30, "only {} invalid models", inputs.len());
@@ -50,7 +75,8 @@ fn diagnostics_are_as_pinned() {
 fn every_snapshot_has_its_model() {
     for entry in fs::read_dir(folder()).unwrap() {
         let path = entry.unwrap().path();
-        assert!(path.with_extension("yaml").is_file(), "{} is left over", path.display());
+        let has_input = ["yaml", "csv", "json"].iter().any(|it| path.with_extension(it).is_file());
+        assert!(has_input, "{} is left over", path.display());
     }
 }
 
@@ -60,7 +86,7 @@ fn text_that_is_not_utf8_is_located() {
     fs::write(file.path(), b"name: fine\nbodies: { b\xe4se: {} }\n").unwrap();
     let error = SourceFile::read(file.path().to_str().unwrap()).unwrap_err().to_string();
     assert!(
-        error.ends_with(":2:12: not UTF-8 text (byte 0xe4); save the file as UTF-8"),
+        error.ends_with(":2:12: [not-utf8] not UTF-8 text (byte 0xe4); save the file as UTF-8"),
         "{error}"
     );
 }

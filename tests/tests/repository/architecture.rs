@@ -57,8 +57,9 @@ const FLOORS: [Floors; 5] = [
         entries: &[
             ("archive", &[]),
             ("execution", &[]),
-            ("identify", &["execution"]),
-            ("mocap", &["identify"]),
+            ("reading", &[]),
+            ("identify", &["execution", "reading"]),
+            ("mocap", &["reading", "identify"]),
             ("motion", &[]),
             ("simulation", &["execution", "motion"]),
             ("verify", &["execution", "motion", "simulation"]),

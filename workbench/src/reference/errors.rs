@@ -13,18 +13,20 @@ const PAGE: &str = include_str!("ERRORS.md");
 const BEGINNING: &str = "\
 # Errors and warnings
 
-lamc reports mistakes and unusual values in a model file with their position in the file and a code. This
-page explains the cause of each code, shows a short model with the report, and says how to correct it.
+lamc reports mistakes and unusual values in a file with their position in the file and a code. This
+page explains the cause of each code, shows a short file with the report, and says how to correct it.
 `lamc explain CODE` prints the entry of one code. Errors stop the compilation; warnings and notes do not.
 
-This page is generated from the table of codes in the compiler and from the models in `tests/wrong`.
+This page is generated from the table of codes in the compiler and from the files in `tests/wrong`.
 ";
 
-/// An example model for a code.
+/// An example of a file with a mistake.
 pub struct Example {
+    /// The extension of its name: `yaml`, `csv` or `json`.
+    pub language: String,
     /// Its text.
-    pub model: String,
-    /// The diagnostic of the model that has the code.
+    pub text: String,
+    /// The diagnostic of the file that has the code.
     pub report: String,
 }
 
@@ -44,9 +46,9 @@ pub fn errors_page(of: impl Fn(Code) -> Option<Example>) -> String {
 fn entry(code: Code, example: Option<&Example>) -> String {
     let mut entry = format!("\n### {}\n\n{}\n\n", code.name, code.cause);
     match (example, code.no_example) {
-        (Some(Example { model, report }), _) => {
-            let (model, report) = (model.trim_end(), report.trim_end());
-            let _ = write!(entry, "```yaml\n{model}\n```\n\n```text\n{report}\n```\n\n");
+        (Some(Example { language, text, report }), _) => {
+            let (text, report) = (text.trim_end(), report.trim_end());
+            let _ = write!(entry, "```{language}\n{text}\n```\n\n```text\n{report}\n```\n\n");
         }
         (None, Some(reason)) => {
             let _ = write!(entry, "No example is shown: {reason}.\n\n");

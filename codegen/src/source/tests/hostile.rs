@@ -1,6 +1,10 @@
 //! Texts that are out to break the reader: each must end in a diagnostic, soon and without panic.
 
+use std::fmt::Write;
+use std::time::{Duration, Instant};
+
 use super::*;
+use crate::source::model::MAX_VERTICES;
 use crate::uniform::Random;
 
 fn code(text: &str) -> &'static str {
@@ -17,6 +21,68 @@ fn aliases_do_not_multiply() {
     assert_eq!(code(&bomb), "too-large");
     assert_eq!(code("a: &a [*a]"), "self-alias");
     assert_eq!(code("a: *nowhere"), "unknown-alias");
+}
+
+/// Aliases copy keys, and anchors copy what they name: a megabyte must not become gigabytes.
+#[test]
+fn copies_are_counted() {
+    let key = "k".repeat(1 << 16);
+    let long = format!("a: &a {{ {key}: 1 }}\nb: [{}]\n", vec!["*a"; 10_000].join(", "));
+    assert_eq!(code(&long), "too-large");
+    let anchors: String = (0..60).map(|level| format!("&a{level} [")).collect();
+    let nested = format!("a: {anchors}{}{}", "x, ".repeat(100_000), "]".repeat(60));
+    assert_eq!(code(&nested), "too-large");
+}
+
+/// A report shows a hundred mistakes, so similar names are sought for a hundred.
+#[test]
+fn many_mistakes_are_found_in_linear_time() {
+    const COUNT: usize = 20_000;
+    let mut text = String::from("units: { angle: deg }\nparameters:\n");
+    let mut add = |line: String| writeln!(text, "  {line}").unwrap();
+    (0..COUNT).for_each(|i| add(format!("parameter{i}: 1")));
+    add("x: 1\nbodies:\n  base: { fixed: true }".into());
+    (0..COUNT).for_each(|i| add(format!("body{i}: {{ mas{i}: 1 }}")));
+    add("x: {}\njoints:".into());
+    (0..COUNT).for_each(|i| {
+        add(format!(
+            "j{i}: {{ bodies: [bodi{i}, x], torque: paramter{i} + q.k{i}, rest: {i} rod }}"
+        ));
+    });
+    let begin = Instant::now();
+    let file = file(&text);
+    let errors = parse(&file).unwrap_err();
+    assert!(errors.0.len() > 5 * COUNT, "{} mistakes", errors.0.len());
+    assert!(errors.render(&file, false).contains("did you mean"));
+    assert!(begin.elapsed() < Duration::from_secs(20), "{:?}", begin.elapsed());
+    // The time of a comparison grows as the product of the lengths.
+    let begin = Instant::now();
+    assert_eq!(code(&format!("{}: 1", "bodys".repeat(1 << 20))), "unknown-key");
+    assert!(begin.elapsed() < Duration::from_secs(5), "{:?}", begin.elapsed());
+}
+
+#[test]
+fn outlines_are_bounded() {
+    let model = |vertices: usize| {
+        let point = |k: usize| {
+            let angle = 2.0 * PI * k as f64 / vertices as f64;
+            format!("[{}, {}]", angle.cos(), angle.sin())
+        };
+        let outline: Vec<_> = (0..vertices).map(point).collect();
+        format!(
+            "name: disc\nmaterials: {{ card: {{ density: 700, thickness: 1 mm }} }}\nlayup: [card]
+bodies: {{ base: {{ fixed: true }}, arm: {{ outline: [{}] }} }}
+joints: {{ j: {{ bodies: [base, arm], axis: [[0, 0], [0, 1]] }} }}",
+            outline.join(", ")
+        )
+    };
+    read(&model(MAX_VERTICES));
+    let faults = faults(&model(MAX_VERTICES + 1));
+    assert_eq!((faults[0].0, faults.len()), ("too-many-vertices", 1));
+    let drawn = (0..=MAX_VERTICES).map(|k| format!("{k} {}", k * k)).collect::<Vec<_>>().join(", ");
+    let popupcad = include_str!("two_plates.joints");
+    let drawn = popupcad.replacen("0 0, 0.1 0, 0.1 0.1, 0 0.1, 0 0", &drawn, 1);
+    assert_eq!(code(&drawn), "too-many-vertices");
 }
 
 #[test]

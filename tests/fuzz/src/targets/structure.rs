@@ -2,9 +2,8 @@
 
 use std::fmt::Write;
 
-use arbitrary::{Arbitrary, Unstructured};
+use arbitrary::{Arbitrary, Result, Unstructured};
 
-#[derive(Arbitrary, Debug)]
 struct Hinge {
     bodies: [u8; 2],
     axis: [[i8; 2]; 2],
@@ -14,14 +13,12 @@ struct Hinge {
     rest: i8,
 }
 
-#[derive(Arbitrary, Debug)]
 struct Body {
     is_fixed: bool,
     corners: Vec<[i8; 2]>,
     point_mass: Option<[i8; 3]>,
 }
 
-#[derive(Arbitrary, Debug)]
 struct Mechanism {
     bodies: Vec<Body>,
     hinges: Vec<Hinge>,
@@ -29,9 +26,42 @@ struct Mechanism {
     scale: u8,
 }
 
+impl Arbitrary<'_> for Hinge {
+    fn arbitrary(bytes: &mut Unstructured) -> Result<Self> {
+        Ok(Self {
+            bodies: bytes.arbitrary()?,
+            axis: bytes.arbitrary()?,
+            z: bytes.arbitrary()?,
+            limits: bytes.arbitrary()?,
+            guess: bytes.arbitrary()?,
+            rest: bytes.arbitrary()?,
+        })
+    }
+}
+
+impl Arbitrary<'_> for Body {
+    fn arbitrary(bytes: &mut Unstructured) -> Result<Self> {
+        Ok(Self {
+            is_fixed: bytes.arbitrary()?,
+            corners: bytes.arbitrary()?,
+            point_mass: bytes.arbitrary()?,
+        })
+    }
+}
+
+impl Arbitrary<'_> for Mechanism {
+    fn arbitrary(bytes: &mut Unstructured) -> Result<Self> {
+        Ok(Self {
+            scale: bytes.arbitrary()?,
+            bodies: bytes.arbitrary()?,
+            hinges: bytes.arbitrary()?,
+        })
+    }
+}
+
 /// Any bytes as a mechanism.
 pub fn structure(input: &[u8]) {
-    if let Ok(mechanism) = Mechanism::arbitrary_take_rest(Unstructured::new(input)) {
+    if let Ok::<Mechanism, _>(mechanism) = Unstructured::new(input).arbitrary() {
         super::read(&text(&mechanism));
     }
 }
