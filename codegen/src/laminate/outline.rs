@@ -28,6 +28,9 @@ pub fn silhouette(layers: &[Vec<Plate>]) -> Vec<Plate> {
     unary_union(&polygons).iter().map(plate).collect()
 }
 
+/// Largest number of overlaps in a layer of a body that are reported: to find all of a thousand plates takes minutes.
+const MOST_OVERLAPS: usize = 20;
+
 /// Checks the plates of one layer of one body.
 pub fn check(plates: &[Plate], found: &mut Diagnostics) {
     let scale = scale(plates);
@@ -46,9 +49,14 @@ pub fn check(plates: &[Plate], found: &mut Diagnostics) {
             found.push(error);
         }
     }
+    let mut reported = 0;
     for (i, (plate, polygon)) in sound.iter().enumerate() {
         for (other, neighbour) in &sound[..i] {
+            if reported == MOST_OVERLAPS {
+                return;
+            }
             if let Some(area) = overlap(polygon, neighbour) {
+                reported += 1;
                 let area = area / (scale * scale) * 1e6;
                 let line = "the overlapping area counts twice in the mass";
                 found.push(

@@ -60,3 +60,19 @@ fn odd_drawings_are_warned_of() {
     let warnings = compile_file(&file).unwrap_or_else(|error| panic!("{error}")).warnings;
     assert_eq!(warnings.render(&file, false), ANSWER);
 }
+
+/// A thousand plates on top of each other have half a million overlaps.
+#[test]
+fn overlaps_are_bounded() {
+    let plate = |k: usize| format!("{{ outline: [[{k}, 0], [{}, 0], [{k}, 2000]] }}", k + 2000);
+    let plates: Vec<_> = (0..1000).map(plate).collect();
+    let text = format!(
+        "units: {{ length: mm }}\nmaterials: {{ card: {{ density: 700, thickness: 0.4 }} }}
+layup: [card]\nbodies: {{ base: {{ fixed: true }}, arm: {{ layers: [[{}]] }} }}
+joints: {{ j: {{ bodies: [base, arm], axis: [[0, 0], [0, 20]] }} }}",
+        plates.join(", ")
+    );
+    let compiled = compile_file(&SourceFile { path: "plates.yaml".into(), text }).unwrap();
+    let codes: Vec<_> = compiled.warnings.0.iter().map(|warning| warning.code.name).collect();
+    assert_eq!(codes, ["overlapping-plates"; 20]);
+}

@@ -31,7 +31,7 @@ codes! {
         "Draw both as one hole.";
     OVERLAPPING_PLATES "overlapping-plates"
         "Two plates of one body overlap in a layer. The overlapping area counts twice in the \
-         mass. The model is compiled nevertheless."
+         mass. At most 20 pairs of a layer are reported. The model is compiled nevertheless."
         "Cut one of them back, or draw both as one outline.";
     OVERLAPPING_BODIES "overlapping-bodies"
         "Plates of two bodies overlap in a layer, although the material of a sheet can belong to \
