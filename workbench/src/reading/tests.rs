@@ -57,7 +57,7 @@ fn states_are_counted() {
     let of =
         |count: usize| format!("{{\"states\":[\n{}\n]}}", vec!["{\"q\":[]}"; count].join(",\n"));
     assert_eq!(states(&of(MAX_STATES)).unwrap().len(), MAX_STATES);
-    let text = of(MAX_STATES + 1);
+    let text = of(MAX_STATES + 2);
     let (code, _, count) = mistake(&text, states(&text));
     assert_eq!((code, count), ("too-many-states", 1));
     let at = states(&text).unwrap_err().0[0].span.unwrap().start;
@@ -69,7 +69,7 @@ fn states_have_defaults() {
     let read = states("{\"states\": [{\"q\": [1, 2.5]}]}").unwrap();
     assert_eq!(read, [StateInput { q: vec![1.0, 2.5], ..StateInput::default() }]);
     for (text, marked) in [
-        ("{\"states\": [{\"q\": [1, no]}]}", "n"),
+        ("{\"states\": [{\"q\": [1, no]}]}", "o"),
         ("{\n\"states\": [{\"u\": [1]}]\n}", "}"),
         ("", ""),
     ] {

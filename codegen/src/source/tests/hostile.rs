@@ -27,7 +27,7 @@ fn aliases_do_not_multiply() {
 #[test]
 fn copies_are_counted() {
     let key = "k".repeat(1 << 16);
-    let long = format!("a: &a {{ {key}: 1 }}\nb: [{}]\n", vec!["*a"; 10_000].join(", "));
+    let long = format!("a: &a\n  ? {key}\n  : 1\nb: [{}]\n", vec!["*a"; 10_000].join(", "));
     assert_eq!(code(&long), "too-large");
     let anchors: String = (0..60).map(|level| format!("&a{level} [")).collect();
     let nested = format!("a: {anchors}{}{}", "x, ".repeat(100_000), "]".repeat(60));
@@ -57,7 +57,7 @@ fn many_mistakes_are_found_in_linear_time() {
     assert!(begin.elapsed() < Duration::from_secs(20), "{:?}", begin.elapsed());
     // The time of a comparison grows as the product of the lengths.
     let begin = Instant::now();
-    assert_eq!(code(&format!("{}: 1", "bodys".repeat(1 << 20))), "unknown-key");
+    assert_eq!(code(&format!("? {}\n: 1", "bodys".repeat(1 << 20))), "unknown-key");
     assert!(begin.elapsed() < Duration::from_secs(5), "{:?}", begin.elapsed());
 }
 
