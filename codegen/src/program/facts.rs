@@ -1,5 +1,6 @@
 //! The numbers of the model by name, for the table of constants of the generated code.
 
+use crate::arithmetic::powi;
 use crate::kane::{Binding, Equations, Fact, Leaf};
 use crate::symbolic::Tree;
 
@@ -31,7 +32,7 @@ fn number(tree: &Tree<Leaf>, known: &[Option<f64>]) -> Option<f64> {
         Tree::Product(factors) => factors.iter().map(|factor| number(factor, known)).product(),
         Tree::Power(base, exponent) => {
             let exponent = i32::try_from(*exponent).ok()?;
-            number(base, known).map(|base| base.powi(exponent))
+            number(base, known).map(|base| powi(base, exponent))
         }
     }
 }

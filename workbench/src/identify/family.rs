@@ -89,10 +89,10 @@ pub fn read(text: &str) -> Result<Vec<Specimen>, Diagnostics> {
     }
     let mut specimens = Vec::new();
     table.rows(|row| {
-        let number = |(column, factor): (usize, f64)| {
+        let number = |(column, factor): (usize, f64)| -> Result<f64, Diagnostics> {
             let number = row.number(column)?.map(|number| number * factor);
             let positive = number.filter(|x| x.is_finite() && *x > 0.0);
-            positive.ok_or_else(|| row.wrong(column, "a positive number"))
+            positive.ok_or_else(|| row.wrong(column, "a positive number").into())
         };
         let [l, w, a, k, b] = columns.map(number);
         specimens.push(Specimen { at: [l?, w?, a?], stiffness: k?, damping: b? });

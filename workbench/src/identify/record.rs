@@ -72,7 +72,7 @@ fn column_of(table: &Table, joint: &str) -> Option<Column> {
     radians.or_else(|| named(" [deg]").map(|column| (column, 1_f64.to_radians())))
 }
 
-fn angle_in(row: &Row, column: Option<Column>) -> Result<f64, Diagnostic> {
+fn angle_in(row: &Row, column: Option<Column>) -> Result<f64, Diagnostics> {
     let Some((column, unit)) = column else { return Ok(f64::NAN) };
     Ok(row.number(column)?.map_or(f64::NAN, |number| number * unit))
 }

@@ -60,21 +60,21 @@ struct Columns {
 }
 
 impl Columns {
-    fn find(table: &Table, bodies: &[(&str, bool)]) -> Result<Self, Diagnostic> {
+    fn find(table: &Table, bodies: &[(&str, bool)]) -> Result<Self, Diagnostics> {
         let time = table.time()?;
         let of_body = |(body, _): &(&str, bool)| match ["w", "x", "y", "z"]
             .map(|part| table.column(&format!("{body}.{part}")))
         {
             [Some(w), Some(x), Some(y), Some(z)] => Ok(Some([w, x, y, z])),
             [None, None, None, None] => Ok(None),
-            _ => Err(table.missing(format!("`{body}` needs all of .w, .x, .y and .z"))),
+            _ => Err(table.missing(format!("`{body}` needs all of .w, .x, .y and .z")).into()),
         };
-        let found = bodies.iter().map(of_body).collect::<Result<Vec<_>, _>>()?;
+        let found = bodies.iter().map(of_body).collect::<Result<Vec<_>, Diagnostics>>()?;
         if found.iter().all(Option::is_none) {
             let names: Vec<_> = bodies.iter().map(|(name, _)| format!("`{name}.w`")).collect();
             let columns = names.join(", ");
             let message = format!("no column belongs to a body; possible columns are {columns}");
-            return Err(table.missing(message));
+            return Err(table.missing(message).into());
         }
         Ok(Self { time, bodies: found })
     }
@@ -144,7 +144,7 @@ impl Quaternions {
         row: &Row,
         columns: &Columns,
         counts: &mut [Counts],
-    ) -> Result<(), Diagnostic> {
+    ) -> Result<(), Diagnostics> {
         self.t.push(row.time(columns.time, self.t.last().copied())?);
         for (body, columns) in columns.bodies.iter().enumerate() {
             let Some(columns) = columns else { continue };

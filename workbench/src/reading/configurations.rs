@@ -34,9 +34,9 @@ pub fn configurations(text: &str, joints: &[&str]) -> Result<Vec<Configuration>,
     }
     let mut all = Vec::new();
     table.rows(|row| {
-        let angle = |&(column, unit): &(usize, f64)| {
-            let number = row.number(column)?.ok_or_else(|| row.wrong(column, "a number"))?;
-            Ok(unit * number)
+        let angle = |&(column, unit): &(usize, f64)| -> Result<f64, Diagnostics> {
+            let number = row.number(column)?.map(|number| unit * number);
+            number.ok_or_else(|| row.wrong(column, "a number").into())
         };
         let q = columns.iter().map(angle).collect::<Result<_, _>>()?;
         all.push(Configuration { name: row.field(0).to_owned(), q });

@@ -60,11 +60,12 @@ impl<'t> Table<'t> {
     ///
     /// # Errors
     /// Returns an error if there is none.
-    pub fn time(&self) -> Result<usize, Diagnostic> {
+    pub fn time(&self) -> Result<usize, Diagnostics> {
         let found = TIME.into_iter().find_map(|name| self.column(name));
         found.ok_or_else(|| {
             self.missing("there is no column `t [s]`")
                 .hint("the times, in seconds, are in the column `t [s]`, `t`, `time [s]` or `time`")
+                .into()
         })
     }
 
@@ -86,7 +87,7 @@ impl<'t> Table<'t> {
     /// [`MAX_ROWS`] rows.
     pub fn rows(
         mut self,
-        mut each: impl FnMut(&Row) -> Result<(), Diagnostic>,
+        mut each: impl FnMut(&Row) -> Result<(), Diagnostics>,
     ) -> Result<usize, Diagnostics> {
         let mut mistakes = Diagnostics::default();
         let mut record = StringRecord::new();
@@ -110,7 +111,9 @@ impl<'t> Table<'t> {
                 break;
             }
             let row = Row { text: self.text, record: &record, span };
-            mistakes.extend(each(&row).err());
+            if let Err(wrong) = each(&row) {
+                mistakes.extend(wrong.0);
+            }
         }
         if mistakes.has_errors() { Err(mistakes) } else { Ok(count) }
     }
@@ -133,12 +136,12 @@ impl Row<'_> {
     ///
     /// # Errors
     /// Returns an error if the field is not a finite number.
-    pub fn number(&self, column: usize) -> Result<Option<f64>, Diagnostic> {
+    pub fn number(&self, column: usize) -> Result<Option<f64>, Diagnostics> {
         match self.field(column) {
             "" => Ok(None),
             text => match text.parse::<f64>() {
                 Ok(number) if number.is_finite() => Ok(Some(number)),
-                _ => Err(self.wrong(column, "a number")),
+                _ => Err(self.wrong(column, "a number").into()),
             },
         }
     }
@@ -147,11 +150,11 @@ impl Row<'_> {
     ///
     /// # Errors
     /// Returns an error if the field is not a number, or not greater than the time before.
-    pub fn time(&self, column: usize, last: Option<f64>) -> Result<f64, Diagnostic> {
+    pub fn time(&self, column: usize, last: Option<f64>) -> Result<f64, Diagnostics> {
         let later = self.number(column)?.filter(|t| last.is_none_or(|last| last < *t));
         later.ok_or_else(|| {
             let span = field_of(self.text, self.span, column);
-            Diagnostic::error(codes::BAD_TIME, span, "times do not increase")
+            Diagnostic::error(codes::BAD_TIME, span, "times do not increase").into()
         })
     }
 
