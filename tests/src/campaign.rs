@@ -17,7 +17,7 @@ use crate::shrink::shrunk;
 /// The checks of a model, or why lamc refuses it.
 pub type Checks<'a> = &'a dyn Fn(&str) -> Result<Vec<Check>, String>;
 
-/// At most one model in so many may escape the checks.
+/// At most one model in so many may escape a check that applies to it.
 const ESCAPES: u64 = 5;
 
 /// How long a shorter model is looked for.
@@ -43,7 +43,7 @@ pub fn run(name: &str, usual: u64, model: &dyn Fn(u64) -> String, checks: Checks
         }
     }
     tally.print(begin.elapsed().as_secs_f64());
-    match tally.failures == 0 && tally.skipped() * ESCAPES <= arguments.count {
+    match tally.failures == 0 && !tally.escapes() {
         true => ExitCode::SUCCESS,
         false => ExitCode::FAILURE,
     }
@@ -74,7 +74,7 @@ fn arguments(usual: u64, mut words: impl Iterator<Item = String>) -> Option<Argu
 pub enum Outcome {
     /// All checks that could be made pass.
     Passes(Vec<Check>),
-    /// The model is refused, or its first check, on which the others depend, could not be made.
+    /// The model is refused, or no check could be made.
     NotCompared(String),
     /// The first check that failed, and its error.
     #[allow(missing_docs, reason = "the line above says what the fields are")]
@@ -105,11 +105,11 @@ pub fn outcome(text: &str, checks: Checks<'_>) -> Outcome {
         };
         return Outcome::Fails { check: failed.name, error };
     }
-    match checks.first().and_then(|check| check.remark.as_ref()) {
-        Some(Remark::NotChecked(reason) | Remark::Failed(reason)) => {
+    match checks.iter().map(|check| check.remark.as_ref()).collect::<Option<Vec<_>>>().as_deref() {
+        Some([Remark::NotChecked(reason) | Remark::Failed(reason), ..]) => {
             Outcome::NotCompared(reason.clone())
         }
-        None => Outcome::Passes(checks),
+        _ => Outcome::Passes(checks),
     }
 }
 
@@ -152,6 +152,8 @@ struct Total {
     error: f64,
     /// The largest error as a share of what is allowed.
     share: f64,
+    /// How many models it could not be made for, by reason.
+    escaped: BTreeMap<String, u64>,
 }
 
 impl Tally {
@@ -170,13 +172,21 @@ impl Tally {
         let place = self.checks.iter().position(|total| total.name == check.name);
         let place = place.unwrap_or_else(|| {
             let name = check.name;
-            self.checks.push(Total { name, cases: 0, models: 0, error: 0.0, share: 0.0 });
+            self.checks.push(Total {
+                name,
+                cases: 0,
+                models: 0,
+                error: 0.0,
+                share: 0.0,
+                escaped: BTreeMap::new(),
+            });
             self.checks.len() - 1
         });
-        if check.remark.is_some() {
+        let total = &mut self.checks[place];
+        if let Some(Remark::NotChecked(reason) | Remark::Failed(reason)) = &check.remark {
+            *total.escaped.entry(reason.clone()).or_default() += 1;
             return;
         }
-        let total = &mut self.checks[place];
         total.cases += check.cases;
         total.models += 1;
         total.error = keep_largest(total.error, check.error);
@@ -184,18 +194,31 @@ impl Tally {
         total.share = keep_largest(total.share, share);
     }
 
-    fn skipped(&self) -> u64 {
-        self.skipped.values().sum()
+    /// Whether too many models escape a check.
+    fn escapes(&self) -> bool {
+        let skipped: u64 = self.skipped.values().sum();
+        let is_too_much =
+            |escaped: u64, made: u64| (escaped + skipped) * ESCAPES > escaped + skipped + made;
+        let models = self.models + self.failures;
+        let mut checks = self.checks.iter();
+        is_too_much(0, models)
+            || checks.any(|total| is_too_much(total.escaped.values().sum(), total.models))
     }
 
     fn print(&self, seconds: f64) {
         println!("{} models pass, {} fail; {seconds:.0} s", self.models, self.failures);
         println!(
-            "{:<18}{:>8}{:>9}{:>10}{:>18}",
-            "check", "models", "cases", "error", "share of allowed"
+            "{:<18}{:>8}{:>13}{:>9}{:>10}{:>18}",
+            "check", "models", "not checked", "cases", "error", "share of allowed"
         );
-        for Total { name, models, cases, error, share } in &self.checks {
-            println!("{name:<18}{models:>8}{cases:>9}{error:>10.1e}{share:>18.1e}");
+        for Total { name, models, cases, error, share, escaped } in &self.checks {
+            let escaped: u64 = escaped.values().sum();
+            println!("{name:<18}{models:>8}{escaped:>13}{cases:>9}{error:>10.1e}{share:>18.1e}");
+        }
+        for Total { name, escaped, .. } in &self.checks {
+            for (reason, count) in escaped {
+                println!("{count} without {name}: {reason}");
+            }
         }
         for (reason, count) in &self.skipped {
             println!("{count} not compared: {reason}");

@@ -8,6 +8,7 @@ pub mod designs;
 pub mod golden;
 pub mod linkages;
 pub mod modules;
+pub mod motions;
 pub mod near_flat;
 pub mod nine_rows;
 pub mod not_checked;

@@ -27,6 +27,7 @@ mod tests;
 
 pub use expression::{Jet, Values};
 pub use maximal::{Massless, Solution, solve, tree_mass_matrix};
+pub use placement::{Motion, motions};
 pub use states::closed as closed_states;
 
 use lamc::arithmetic::{larger, largest};

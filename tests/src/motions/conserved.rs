@@ -1,0 +1,124 @@
+//! Energy and angular momentum along a motion.
+
+use lamc_runtime::Mechanism;
+use lamc_workbench::verify::motions;
+use nalgebra::Vector3;
+
+use crate::compare::{keep_largest, largest};
+
+use super::path::{PARTS, Path, ROUNDING};
+use super::subject::{Pair, Point, Subject};
+use super::work::{angular_momentum, mass, power};
+use super::{Found, edits};
+
+/// Parts of a motion between states at which the effect of errors of the integration is evaluated.
+const APART: usize = 8;
+
+/// The largest effect of errors of the integration on a function of the state.
+fn doubt(path: &Path, of: &dyn Fn(&Point) -> f64) -> f64 {
+    largest((0..=PARTS).step_by(APART).map(|k| path.spread(k, of)))
+}
+
+fn total(subject: &Subject, at: &Point) -> f64 {
+    let energy = subject.system.energy(at.t, &at.q, &at.u);
+    energy.map_or(f64::NAN, |energy| energy.kinetic + energy.potential)
+}
+
+/// The magnitudes of the terms of the energy, J: their rounding is that of the energy.
+fn terms(subject: &Subject, at: &Point) -> f64 {
+    let mechanism = &subject.compiled.topology.mechanism;
+    let values = subject.values(at);
+    let motions = motions(mechanism, &values);
+    let gravity = Vector3::from_fn(|i, _| values.of(&mechanism.gravity[i]));
+    let bodies = mechanism.bodies.iter().zip(&motions).filter(|(body, _)| !body.fixed);
+    let weights = bodies.map(|(body, motion)| {
+        let arm = motion.rotation * body.mass_properties.com;
+        mass(body, &values) * gravity.norm() * (arm.norm() + motion.position.norm())
+    });
+    let weights: f64 = weights.sum();
+    let kinetic = subject.system.energy(at.t, &at.q, &at.u).map_or(f64::NAN, |e| e.kinetic);
+    weights + kinetic + (total(subject, at) - kinetic).abs()
+}
+
+/// The scale of a motion's energy, J: the largest T, and how far V goes.
+fn scale(subject: &Subject, path: &Path) -> f64 {
+    let energies: Vec<_> = path
+        .precise
+        .iter()
+        .map(|at| subject.system.energy(at.t, &at.q, &at.u))
+        .map(|energy| energy.map_or([f64::NAN; 2], |energy| [energy.kinetic, energy.potential]))
+        .collect();
+    let begin = energies[0][1];
+    largest(energies.iter().map(|[kinetic, _]| kinetic))
+        + largest(energies.iter().map(|[_, potential]| potential - begin))
+}
+
+/// The change of T + V with the work of everything, by Romberg's method over equal parts. Allowed are the effect
+/// of errors of the integration on energy and power, the difference between the last two orders of Romberg's
+/// method, and rounding.
+pub fn energy(pair: &Pair, path: &Path) -> Result<Found, String> {
+    let says = &pair.says;
+    let powers: Vec<f64> = path.precise.iter().map(|at| power(says, at)).collect();
+    let [work, off] = romberg(&powers, path.duration);
+    let exchanged = largest(&powers) * path.duration;
+    let change = total(says, path.end()) - total(says, &path.precise[0]);
+    let doubt = path.spread(PARTS, &|at| total(says, at))
+        + path.duration * doubt(path, &|at| power(says, at))
+        + off
+        + ROUNDING * (terms(says, &path.precise[0]) + terms(says, path.end()) + exchanged);
+    let scale = scale(says, path) + exchanged;
+    let mut found = Found::NONE;
+    found.add((change - work).abs() / scale, doubt / scale);
+    Ok(found)
+}
+
+/// The integral of equidistant values, and the difference between its last two orders. Levels beyond the fourth
+/// gain nothing where laws have kinks.
+fn romberg(values: &[f64], duration: f64) -> [f64; 2] {
+    const LEVELS: usize = 4;
+    let trapezoid = |apart: usize| {
+        let step = duration * apart as f64 / (values.len() - 1) as f64;
+        let inner: f64 = values.iter().step_by(apart).sum();
+        step * (inner - 0.5 * (values[0] + values[values.len() - 1]))
+    };
+    // From coarse to fine; each order needs one value less.
+    let mut row: Vec<f64> = (0..LEVELS).rev().map(|level| trapezoid(1 << level)).collect();
+    let mut last = row[LEVELS - 1];
+    for order in 1..LEVELS {
+        last = row[row.len() - 1];
+        let gain = 4_f64.powi(order as i32) - 1.0;
+        row = row.windows(2).map(|pair| pair[1] + (pair[1] - pair[0]) / gain).collect();
+    }
+    [row[0], (row[0] - last).abs()]
+}
+
+/// T + V along a motion on which nothing does work. Allowed are the effect of errors of the integration, and
+/// rounding.
+pub fn conserved(pair: &Pair, path: &Path) -> Result<Found, String> {
+    let says = &pair.says;
+    let begin = total(says, &path.precise[0]);
+    let off = largest(path.precise.iter().map(|at| total(says, at) - begin));
+    let terms = largest([0, PARTS / 2, PARTS].map(|k| terms(says, &path.precise[k])));
+    let allowed = doubt(path, &|at| total(says, at)) + ROUNDING * terms;
+    let scale = scale(says, path);
+    Ok(Found { cases: PARTS, error: off / scale, allowed: allowed / scale })
+}
+
+/// The angular momentum about the axis of a turntable on which the whole mechanism stands, relative to the sum of
+/// the magnitudes of its terms. Allowed are the effect of errors of the integration, and rounding.
+pub fn momentum(plain: &Pair) -> Result<Found, String> {
+    let pair = plain.edited(edits::turntable)?;
+    let path = Path::of(&pair)?;
+    let joints = &pair.says.compiled.topology.mechanism.joints;
+    let table = joints.last().ok_or("there are no joints")?;
+    let line = [table.point, table.direction];
+    let of = |at: &Point| angular_momentum(&pair.says, at, line);
+    let begin = of(&path.precise[0])[0];
+    let (mut off, mut scale) = (0.0, 0.0);
+    for [sum, magnitude] in path.precise.iter().map(of) {
+        off = keep_largest(off, (sum - begin).abs());
+        scale = keep_largest(scale, magnitude);
+    }
+    let allowed = doubt(&path, &|at| of(at)[0]) + ROUNDING * scale;
+    Ok(Found { cases: PARTS, error: off / scale, allowed: allowed / scale })
+}

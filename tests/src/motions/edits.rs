@@ -1,0 +1,98 @@
+//! Changes of a model after which more must hold.
+
+use lamc::arithmetic::hypot;
+use lamc::pipeline::Compiled;
+use lamc::source::{
+    Body, BodyId, Expression, Joint, Operator, Shape, SourceModel, Span, Spanned, Spring,
+};
+
+/// The time at which laws are frozen, s, and what inputs are then.
+const FROZEN: f64 = 0.5;
+const INPUT: f64 = 1e-3;
+
+/// Directions of the turntable's axis in the plane: neither along a side of the drawing nor through its origin.
+const TABLE: [[f64; 2]; 2] = [[-0.3, 0.2], [0.5, 0.6]];
+
+/// A value that no file has.
+pub fn spanned<T>(value: T) -> Spanned<T> {
+    Spanned { value, span: Span::default() }
+}
+
+/// Only gravity and springs are left, as they are at one time; driven joints are held.
+pub fn conservative(model: &mut SourceModel, compiled: &Compiled) {
+    let mechanism = &compiled.topology.mechanism;
+    let frozen = |law: &Expression| {
+        let leaf = |leaf: &Expression| match leaf {
+            Expression::Time => FROZEN,
+            Expression::Input(_) => INPUT,
+            Expression::Parameter(id) => mechanism.parameters[id.index()].value,
+            _ => f64::NAN,
+        };
+        Expression::Number(law.evaluate(&leaf))
+    };
+    model.tunable.clear();
+    model.forces.clear();
+    model.air = None;
+    model.gravity = mechanism.gravity.each_ref().map(frozen);
+    for (joint, law) in model.joints.iter_mut().zip(&mechanism.joints) {
+        joint.spring = Spring::Stiffness(spanned(frozen(&law.stiffness)));
+        joint.cubic_stiffness.value = frozen(&law.cubic_stiffness);
+        joint.rest.value = frozen(&law.rest);
+        joint.damping.value = Expression::ZERO;
+        joint.torque.value = Expression::ZERO;
+        joint.friction = None;
+        joint.drive = law.drive.as_ref().map(|drive| spanned(frozen(drive)));
+    }
+}
+
+/// The ground itself turns freely about a line in the plane. Nothing acts from outside but gravity along this
+/// line.
+pub fn turntable(model: &mut SourceModel, compiled: &Compiled) {
+    let size = compiled.topology.mechanism.size;
+    let Some(ground) = model.bodies.iter().position(|body| body.fixed) else { return };
+    model.bodies[ground].fixed = false;
+    let fixed: Vec<bool> = model.bodies.iter().map(|body| body.fixed).collect();
+    // All fixed bodies are one: now the one that turns.
+    for body in model.joints.iter_mut().flat_map(|joint| &mut joint.bodies) {
+        if fixed[body.value.index()] {
+            body.value = BodyId(ground);
+        }
+    }
+    let earth = BodyId(model.bodies.len());
+    let (name, point_masses) = (spanned("earth".to_owned()), Vec::new());
+    let span = Span::default();
+    model.bodies.push(Body { name, fixed: true, shape: Shape::None, point_masses, span });
+    let axis = TABLE.map(|point| point.map(|share| share * size));
+    model.joints.push(Joint {
+        name: spanned("turntable".to_owned()),
+        bodies: [earth, BodyId(ground)].map(spanned),
+        axis: spanned(axis),
+        z: 0.0,
+        spring: Spring::Stiffness(spanned(Expression::ZERO)),
+        damping: spanned(Expression::ZERO),
+        rest: spanned(Expression::ZERO),
+        cubic_stiffness: spanned(Expression::ZERO),
+        friction: None,
+        limits: None,
+        torque: spanned(Expression::ZERO),
+        drive: None,
+        span: Span::default(),
+    });
+    model.forces.clear();
+    model.air = None;
+    let along = [0, 1].map(|i| axis[1][i] - axis[0][i]);
+    let length = hypot(along[0], along[1]);
+    let strength = model.gravity[0].clone();
+    let component = |share: f64| times(strength.clone(), share / length);
+    model.gravity = [component(along[0]), component(along[1]), Expression::ZERO];
+}
+
+/// A law times a number.
+pub fn times(law: Expression, factor: f64) -> Expression {
+    Expression::Chain(Box::new(law), vec![(Operator::Mul, Expression::Number(factor))])
+}
+
+/// A law plus another.
+pub fn plus(law: Expression, other: Expression) -> Expression {
+    Expression::Chain(Box::new(law), vec![(Operator::Add, other)])
+}

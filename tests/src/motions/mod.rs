@@ -1,0 +1,138 @@
+//! Random mechanisms in motion, and the same mechanism described in another way: what must hold whatever the
+//! equations are.
+//!
+//! | check | what must hold |
+//! |---|---|
+//! | energy | T + V changes by the work of everything ([`work`]) |
+//! | conserved | T + V stays, where nothing does work |
+//! | momentum | the mechanism on a turntable keeps its angular momentum about the table's axis |
+//! | reversed | where nothing dissipates, the motion goes back the way it came |
+//! | dopri5, rodas | the adaptive methods, as they are used, end where a precise motion ends |
+//! | rk4, euler | the methods of fixed step converge to it with their order |
+//! | derivative | u is the derivative of q along a motion, and du/dt that of u |
+//! | rotated, reordered, swapped, units, other cut | accelerations, energies and reactions do not depend on the description |
+//!
+//! Every check compares a model that moves with a model that says what must hold. They are the same, but for
+//! tests of the checks themselves, which spoil the second.
+
+mod along;
+mod conserved;
+mod descriptions;
+mod edits;
+mod path;
+mod same;
+mod subject;
+mod work;
+
+use lamc_workbench::verify::{Check, Remark};
+
+use along::{convergence, derivative, methods, reversed};
+use conserved::{conserved, energy, momentum};
+use path::Path;
+use subject::Pair;
+
+/// Errors above this share decide nothing: a check that allows more is not made.
+const VAGUE: f64 = 1e-3;
+
+/// Why a motion says nothing.
+const TOO_SENSITIVE: &str = "the motion is too sensitive to errors of its integration";
+
+/// The names of all checks.
+pub const NAMES: [&str; 14] = [
+    "energy",
+    "conserved",
+    "momentum",
+    "reversed",
+    "dopri5",
+    "rodas",
+    "rk4",
+    "euler",
+    "derivative",
+    "rotated",
+    "reordered",
+    "swapped",
+    "units",
+    "other cut",
+];
+
+/// An error, and what is allowed.
+#[derive(Clone, Copy, Debug)]
+struct Found {
+    cases: usize,
+    error: f64,
+    allowed: f64,
+}
+
+impl Found {
+    const NONE: Self = Self { cases: 0, error: 0.0, allowed: f64::MIN_POSITIVE };
+
+    /// Adds a comparison; of all, that with the largest share of what is allowed is kept. NaN is larger than
+    /// any.
+    fn add(&mut self, error: f64, allowed: f64) {
+        self.cases += 1;
+        let is_worse = !(error / allowed <= self.error / self.allowed);
+        if is_worse {
+            (self.error, self.allowed) = (error, allowed);
+        }
+    }
+}
+
+/// The check, or why it could not be made.
+fn check(name: &'static str, found: Result<Found, String>) -> Check {
+    match found {
+        Ok(Found { cases, error, allowed }) => Check::new(name, cases, error, allowed),
+        Err(reason) => Check::without(name, Remark::NotChecked(reason)),
+    }
+}
+
+/// As [`check`], of a motion: not if more is allowed than [`VAGUE`].
+fn clear(name: &'static str, found: Result<Found, String>) -> Check {
+    let found = found.and_then(|found| match found.allowed <= VAGUE {
+        true => Ok(found),
+        false => Err(TOO_SENSITIVE.to_owned()),
+    });
+    check(name, found)
+}
+
+/// All checks that apply to a model.
+///
+/// # Errors
+/// Why lamc refuses the model, or that it has no closed state.
+pub fn checks(text: &str) -> Result<Vec<Check>, String> {
+    compared(text, text)
+}
+
+/// As [`checks`]; what must hold is said by another model with the same bodies and joints.
+///
+/// # Errors
+/// As [`checks`].
+pub fn compared(moves: &str, says: &str) -> Result<Vec<Check>, String> {
+    let plain = Pair::new(moves, says)?;
+    let mut checks = in_motion(&plain);
+    checks.extend(descriptions::checks(&plain));
+    Ok(checks)
+}
+
+fn in_motion(plain: &Pair) -> Vec<Check> {
+    let path = Path::of(plain);
+    let along = |check: &dyn Fn(&Path) -> Result<Found, String>| {
+        path.as_ref().map_err(Clone::clone).and_then(check)
+    };
+    let still = plain.edited(edits::conservative);
+    let motion = still.as_ref().map_err(Clone::clone).and_then(Path::of);
+    let without_loss = |check: &dyn Fn(&Pair, &Path) -> Result<Found, String>| {
+        let (still, motion) = (still.as_ref(), motion.as_ref());
+        check(still.map_err(Clone::clone)?, motion.map_err(Clone::clone)?)
+    };
+    vec![
+        clear(NAMES[0], along(&|path| energy(plain, path))),
+        clear(NAMES[1], without_loss(&conserved)),
+        clear(NAMES[2], momentum(plain)),
+        clear(NAMES[3], without_loss(&reversed)),
+        clear(NAMES[4], along(&|path| methods::dopri5(plain, path))),
+        clear(NAMES[5], along(&|path| methods::rodas(plain, path))),
+        check(NAMES[6], without_loss(&convergence::rk4)),
+        check(NAMES[7], without_loss(&convergence::euler)),
+        clear(NAMES[8], along(&|path| derivative(plain, path))),
+    ]
+}
