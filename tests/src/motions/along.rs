@@ -6,7 +6,7 @@ use lamc_workbench::execution::Jit;
 use crate::compare::{keep_largest, largest};
 
 use super::Found;
-use super::path::{PARTS, Path, ROUNDING, follow};
+use super::path::{BREAKS_OFF, PARTS, Path, ROUNDING, TOLERANCES, follow};
 use super::subject::{Pair, Point};
 
 /// The motion backwards: forward with the speeds of the end reversed. Compared is how far it ends from the start,
@@ -20,7 +20,7 @@ pub fn reversed(pair: &Pair, path: &Path) -> Result<Found, String> {
         end.u.iter_mut().for_each(|u| *u = -*u);
         Ok::<Point, String>(end)
     };
-    let [precise, rough] = [(&path.precise, 1e-11), (&path.rough, 1e-9)]
+    let [precise, rough] = [(&path.precise, TOLERANCES[0]), (&path.rough, TOLERANCES[1])]
         .map(|(states, tolerance)| back(&states[PARTS], tolerance));
     let (precise, rough) = (precise?, rough?);
     let allowed = path.distance(&precise, &rough) + 2.0 * ROUNDING * path.growth;
@@ -109,7 +109,7 @@ pub mod methods {
         let mut state = path.precise[0].clone();
         let mut steps = 0;
         let run = integrator.run(&pair.says.system, &mut state, path.end().t, |_| steps += 1);
-        run.map_err(|_| "the motion cannot be continued".to_owned())?;
+        run.map_err(|_| BREAKS_OFF.to_owned())?;
         let largest_of = |of: fn(&Point) -> &[f64]| largest(path.precise.iter().flat_map(of));
         let q = absolute + relative * largest_of(|state| &state.q);
         let u = absolute + relative * largest_of(|state| &state.u);
@@ -154,14 +154,17 @@ pub mod convergence {
         })
     }
 
+    /// The order is that of short steps where it changes by less than this from one halving to the next.
+    const STEADY: f64 = 0.5;
+
     type Run<'a> = &'a mut dyn FnMut(&mut Point, f64, f64) -> Result<(), String>;
 
     /// What extrapolation from two step lengths leaves of the error of the shorter, as a share of that. The
-    /// shortest steps with a clear error are compared.
+    /// shortest steps are compared whose error is clear and falls as steadily as before.
     fn converges(order: i32, path: &Path, run: Run<'_>) -> Result<Found, String> {
         let gain = 2_f64.powi(order) - 1.0;
-        let mut last: Option<Point> = None;
-        let mut share = None;
+        let mut last: Option<(Point, f64)> = None;
+        let (mut fall, mut share) = (f64::NAN, None);
         for steps in STEPS {
             let mut state = path.precise[0].clone();
             let step = path.duration / f64::from(steps);
@@ -173,16 +176,27 @@ pub mod convergence {
             if error < CLEAR * path.doubt() {
                 break;
             }
-            if let Some(longer) = &last {
+            if let Some((longer, before)) = &last {
+                let is_steady = (before / error / fall).log2().abs() < STEADY;
+                fall = before / error;
                 let mut better = state.clone();
                 let numbers = better.q.iter_mut().chain(&mut better.u);
                 let pairs = numbers.zip(longer.q.iter().chain(&longer.u));
                 pairs.for_each(|(number, longer)| *number += (*number - longer) / gain);
-                share = Some(path.distance(&better, path.end()) / error);
+                if is_steady {
+                    share = Some(path.distance(&better, path.end()) / error);
+                }
             }
-            last = Some(state);
+            if std::env::var("DBG").is_ok() {
+                eprintln!(
+                    "order {order} steps {steps} error {error:.3e} doubt {:.1e} share {share:?} growth {:.1e}",
+                    path.doubt(),
+                    path.growth
+                );
+            }
+            last = Some((state, error));
         }
-        let share = share.ok_or("the method is exact, or too far off, at all step lengths")?;
+        let share = share.ok_or("no two step lengths have clear errors of the same order")?;
         Ok(Found { cases: 1, error: share, allowed: LEFT })
     }
 }

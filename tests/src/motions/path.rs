@@ -3,27 +3,32 @@
 use lamc_runtime::{Integrator, Mechanism, project};
 use lamc_workbench::execution::Jit;
 
+use crate::compare::{keep_largest, largest};
+use crate::dopri5;
 use crate::uniform::Random;
-use crate::{dopri5, largest};
 
 use super::subject::{Pair, Point};
 
-/// Equal parts of a motion. A power of two: Romberg's method halves them.
+/// Equal parts of a motion, a multiple of eight for Simpson's rule at three distances.
 pub const PARTS: usize = 128;
 
 /// Errors per step of the precise motion, and of the one that measures its error. That of the second is larger
 /// by some power of their ratio, so that their difference bounds the error of the first.
-const TOLERANCES: [f64; 2] = [1e-11, 1e-9];
-
-/// Steps that may be taken for a motion.
-const MOST_STEPS: usize = 6_000;
+pub const TOLERANCES: [f64; 2] = [1e-11, 1e-9];
 
 /// How far the fastest joint turns in the time that a motion takes, rad, as far as speeds and accelerations at
 /// its start say.
 const TURN: f64 = 2.0;
 
-/// Shares of that time that are tried while it takes too many steps.
-const SHARES: [f64; 3] = [1.0, 0.1, 0.01];
+/// A motion ends where the rough one has taken so many steps,
+const ENOUGH_STEPS: usize = 250;
+
+/// but says nothing if that is before this share of its time.
+const LEAST_SHARE: f64 = 1e-3;
+
+/// The precise motion has a hundredth of the error by a method of order 5, which takes three times the steps, and
+/// a step ends at the end of each part.
+const MOST_STEPS: usize = 10 * ENOUGH_STEPS;
 
 /// What rounding and the closing of loops leave of angles, rad, and of energies, as a share.
 pub const ROUNDING: f64 = 1e-12;
@@ -33,6 +38,9 @@ const PERTURBATION: f64 = 1e-7;
 
 /// The sensitivity above which a motion says nothing.
 const WILD: f64 = 1e6;
+
+/// Why a motion is not followed to its end.
+pub const BREAKS_OFF: &str = "the motion cannot be continued";
 
 /// A motion.
 pub struct Path {
@@ -50,20 +58,9 @@ impl Path {
     /// The motion from the start of a model.
     pub fn of(pair: &Pair) -> Result<Self, String> {
         let (system, start) = (&pair.moves.system, pair.start()?);
-        let mut reason = String::new();
-        for share in SHARES {
-            let duration = share * TURN / rate(system, &start)?;
-            match Self::lasting(system, &start, duration) {
-                Ok(path) => return Ok(path),
-                Err(failure) => reason = failure,
-            }
-        }
-        Err(reason)
-    }
-
-    fn lasting(system: &Jit, start: &Point, duration: f64) -> Result<Self, String> {
+        let duration = duration(system, &start)?;
         let [precise, rough] =
-            TOLERANCES.map(|tolerance| follow(system, start, duration, tolerance));
+            TOLERANCES.map(|tolerance| follow(system, &start, duration, tolerance));
         let (precise, rough) = (precise?, rough?);
         let mut path = Self { precise, rough, duration, growth: 1.0 };
         path.growth = path.sensitivity(system)?;
@@ -101,7 +98,7 @@ impl Path {
     /// How far two states are apart, rad: speeds count by what they turn in the time of the motion.
     pub fn distance(&self, a: &Point, b: &Point) -> f64 {
         let difference = |a: &[f64], b: &[f64]| largest(a.iter().zip(b).map(|(a, b)| a - b));
-        difference(&a.q, &b.q).max(difference(&a.u, &b.u) * self.duration)
+        keep_largest(difference(&a.q, &b.q), difference(&a.u, &b.u) * self.duration)
     }
 
     /// What the error of the last state may be, rad.
@@ -127,14 +124,28 @@ impl Path {
     }
 }
 
-/// The rate at which a state changes, 1/s: speeds, and accelerations over an angle of 1 rad.
-fn rate(system: &Jit, start: &Point) -> Result<f64, String> {
+/// How long a motion is followed, s.
+fn duration(system: &Jit, start: &Point) -> Result<f64, String> {
     let acceleration = system.acceleration(start.t, &start.q, &start.u);
     let acceleration = acceleration.map_err(|error| error.to_string())?;
-    let rate = largest(&start.u).max(largest(&acceleration).sqrt());
-    match rate.is_finite() && rate > 0.0 {
-        true => Ok(rate),
-        false => Err("nothing moves".to_owned()),
+    let rate = keep_largest(largest(&start.u), largest(&acceleration).sqrt());
+    if rate == 0.0 || !rate.is_finite() {
+        return Err("nothing moves".to_owned());
+    }
+    let intended = TURN / rate;
+    let mut integrator = dopri5(system, TOLERANCES[1]);
+    let mut state = start.clone();
+    for _ in 0..ENOUGH_STEPS {
+        if state.t >= start.t + intended {
+            break;
+        }
+        let outcome = integrator.step(system, &mut state, start.t + intended);
+        outcome.map_err(|_| BREAKS_OFF.to_owned())?;
+    }
+    let reached = state.t - start.t;
+    match reached >= LEAST_SHARE * intended {
+        true => Ok(reached),
+        false => Err(format!("the motion hardly advances in {ENOUGH_STEPS} steps")),
     }
 }
 
@@ -157,7 +168,7 @@ pub fn follow(
                 return Err(format!("the motion takes more than {MOST_STEPS} steps"));
             }
             let outcome = integrator.step(system, &mut state, end);
-            outcome.map_err(|_| "the motion cannot be continued".to_owned())?;
+            outcome.map_err(|_| BREAKS_OFF.to_owned())?;
         }
         states.push(state.clone());
     }
