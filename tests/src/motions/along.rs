@@ -1,80 +1,82 @@
 //! Methods of integration against a precise motion, and the motion against its derivatives.
 
-use lamc_runtime::{Integrator, Mechanism, Rk4, Rodas, SemiImplicitEuler, acceleration_in_motion};
+use lamc_runtime::{
+    Dopri5, Integrator, Mechanism, Rk4, Rodas, SemiImplicitEuler, acceleration_in_motion,
+};
 use lamc_workbench::execution::Jit;
 
 use crate::compare::{keep_largest, largest};
 
 use super::Found;
-use super::path::{BREAKS_OFF, PARTS, Path, ROUNDING, TOLERANCES, follow};
+use super::path::{BREAKS_OFF, PARTS, Path, ROUNDING, TOLERANCES, follow, steps};
 use super::subject::{Pair, Point};
 
 /// The motion backwards: forward with the speeds of the end reversed. Compared is how far it ends from the start,
-/// rad. The same with larger errors on both ways is a bound, and rounding on both ways.
+/// rad. Allowed is the error of the end, which grows on the way back, and that of the way back.
 pub fn reversed(pair: &Pair, path: &Path) -> Result<Found, String> {
-    let back = |from: &Point, tolerance: f64| {
-        let mut start = from.clone();
-        start.u.iter_mut().for_each(|u| *u = -*u);
-        let states = follow(&pair.says.system, &start, path.duration, tolerance)?;
-        let mut end = states.last().cloned().ok_or("no motion")?;
-        end.u.iter_mut().for_each(|u| *u = -*u);
-        Ok::<Point, String>(end)
-    };
-    let [precise, rough] = [(&path.precise, TOLERANCES[0]), (&path.rough, TOLERANCES[1])]
-        .map(|(states, tolerance)| back(&states[PARTS], tolerance));
-    let (precise, rough) = (precise?, rough?);
-    let allowed = path.distance(&precise, &rough) + 2.0 * ROUNDING * path.growth;
+    let mut start = path.end().clone();
+    start.u.iter_mut().for_each(|u| *u = -*u);
+    let states = follow(&pair.says.system, &start, path.duration, TOLERANCES[0])?;
+    let mut end = states[PARTS].clone();
+    end.u.iter_mut().for_each(|u| *u = -*u);
     let mut found = Found::NONE;
-    found.add(path.distance(&precise, &path.precise[0]), allowed);
+    let allowed = path.doubt(PARTS) * (1.0 + path.growth);
+    found.add(path.distance(&end, &path.precise[0]), allowed);
     Ok(found)
 }
 
-/// u against the derivative of q along the motion, and du/dt against that of u, by central differences over one,
-/// two and four parts, extrapolated twice. Allowed are the difference between both extrapolations, what errors of
-/// the integration change, and rounding.
+/// u against the derivative of q along the motion, and du/dt against that of u: central differences over parts of
+/// a step of the precise motion, extrapolated twice, at a quarter, half and three quarters of all steps. Allowed
+/// are the difference between both extrapolations, what errors of the integration change, and rounding.
 pub fn derivative(pair: &Pair, path: &Path) -> Result<Found, String> {
+    let steps = steps(&pair.moves.system, &path.precise[0], path.duration)?;
     let mut found = Found::NONE;
-    for middle in [PARTS / 4, PARTS / 2, 3 * PARTS / 4] {
-        let at = &path.precise[middle];
-        let system = &pair.says.system;
-        let mut rates = vec![0.0; at.u.len()];
-        let workspace = &mut system.workspace();
-        acceleration_in_motion(system, at.t, &at.q, &at.u, workspace, &mut rates)
-            .map_err(|error| error.to_string())?;
-        let part = path.duration / PARTS as f64;
-        let numbers: [(fn(&Point) -> &[f64], &[f64]); 2] =
-            [(|state| &state.q, &at.u), (|state| &state.u, &rates)];
-        for (of, expected) in numbers {
-            let mut errors = [0.0_f64; 2];
-            for (k, expected) in expected.iter().enumerate() {
-                let precise = extrapolated(&path.precise, middle, part, &|state| of(state)[k]);
-                let rough = extrapolated(&path.rough, middle, part, &|state| of(state)[k]);
-                let doubt = (precise[1] - precise[0]).abs() + (precise[0] - rough[0]).abs();
-                errors = [
-                    keep_largest(errors[0], (precise[0] - expected).abs()),
-                    keep_largest(errors[1], doubt),
-                ];
-            }
-            let scale = largest(expected);
-            let rounding = ROUNDING * largest(of(at)) / part;
-            found.add(errors[0] / scale, (errors[1] + rounding) / scale);
-        }
+    for quarter in 1..4 {
+        let step = &steps[quarter * steps.len() / 4];
+        let duration = step[4].t - step[0].t;
+        let around = |tolerance| follow(&pair.moves.system, &step[0], duration, tolerance);
+        let [precise, rough] = TOLERANCES.map(around);
+        differences(&pair.says.system, [&precise?, &rough?], duration, &mut found)?;
     }
     Ok(found)
 }
 
-/// The derivative by time after two extrapolations, and after one.
-fn extrapolated(
-    states: &[Point],
-    middle: usize,
-    part: f64,
-    of: &dyn Fn(&Point) -> f64,
-) -> [f64; 2] {
+/// Compares the derivatives in the middle of a motion.
+fn differences(
+    system: &Jit,
+    motions: [&[Point]; 2],
+    duration: f64,
+    found: &mut Found,
+) -> Result<(), String> {
+    let at = &motions[0][PARTS / 2];
+    let mut rates = vec![0.0; at.u.len()];
+    let workspace = &mut system.workspace();
+    acceleration_in_motion(system, at.t, &at.q, &at.u, workspace, &mut rates)
+        .map_err(|error| error.to_string())?;
+    let numbers: [(fn(&Point) -> &[f64], &[f64]); 2] =
+        [(|state| &state.q, &at.u), (|state| &state.u, &rates)];
+    for (of, expected) in numbers {
+        let (mut off, mut doubt) = (0.0, 0.0);
+        for (k, expected) in expected.iter().enumerate() {
+            let [precise, rough] =
+                motions.map(|states| extrapolated(states, duration, &|state| of(state)[k]));
+            off = keep_largest(off, (precise[0] - expected).abs());
+            let differs = (precise[1] - precise[0]).abs() + (precise[0] - rough[0]).abs();
+            doubt = keep_largest(doubt, differs);
+        }
+        let rounding = ROUNDING * largest(of(at)) / duration;
+        found.add(off / largest(expected), (doubt + rounding) / largest(expected));
+    }
+    Ok(())
+}
+
+/// The derivative by time in the middle of a motion after two extrapolations, and after one.
+fn extrapolated(states: &[Point], duration: f64, of: &dyn Fn(&Point) -> f64) -> [f64; 2] {
     let difference = |apart: usize| {
-        let [before, after] = [middle - apart, middle + apart].map(|k| of(&states[k]));
-        (after - before) / (2.0 * apart as f64 * part)
+        let [before, after] = [PARTS / 2 - apart, PARTS / 2 + apart].map(|k| of(&states[k]));
+        (after - before) / (2.0 * apart as f64 * duration / PARTS as f64)
     };
-    let [fine, middling, coarse] = [1, 2, 4].map(difference);
+    let [fine, middling, coarse] = [PARTS / 8, PARTS / 4, PARTS / 2].map(difference);
     let once = |fine: f64, coarse: f64| fine + (fine - coarse) / 3.0;
     let (near, far) = (once(fine, middling), once(middling, coarse));
     [near + (near - far) / 15.0, near]
@@ -84,40 +86,52 @@ fn extrapolated(
 pub mod methods {
     use super::*;
 
+    /// Larger tolerances, relative to the usual, and by how much the error falls at least from each to the one
+    /// before: by the order 4 of the error estimate of a method of order 5, ten to the power of 4/5; of one of
+    /// order 4, 3/4.
+    const LARGER: [f64; 3] = [1.0, 10.0, 100.0];
+    const FALL: f64 = 5.6;
+
     /// The explicit method.
     pub fn dopri5(pair: &Pair, path: &Path) -> Result<Found, String> {
-        let mut integrator = lamc_runtime::Dopri5::new(&pair.says.system);
-        let tolerances = [integrator.relative, integrator.absolute];
-        adaptive(&mut integrator, tolerances, pair, path)
+        adaptive(pair, path, |factor| {
+            let mut method = Dopri5::new(&pair.says.system);
+            method.relative *= factor;
+            method.absolute *= factor;
+            method
+        })
     }
 
     /// The implicit method.
     pub fn rodas(pair: &Pair, path: &Path) -> Result<Found, String> {
-        let mut integrator = Rodas::new(&pair.says.system);
-        let tolerances = [integrator.relative, integrator.absolute];
-        adaptive(&mut integrator, tolerances, pair, path)
+        adaptive(pair, path, |factor| {
+            let mut method = Rodas::new(&pair.says.system);
+            method.relative *= factor;
+            method.absolute *= factor;
+            method
+        })
     }
 
-    /// How far the method ends from the end of the precise motion, rad. Allowed is the error of one step, which
-    /// is a mean over 2 N numbers, times the number of steps and the growth of errors.
-    fn adaptive(
-        integrator: &mut impl Integrator<Jit>,
-        [relative, absolute]: [f64; 2],
+    /// How far the method ends from the end of the precise motion, rad. Allowed is by how much larger tolerances
+    /// change the end, each difference as a share by which errors fall, and what is left of the precise motion's
+    /// error.
+    fn adaptive<I: Integrator<Jit>>(
         pair: &Pair,
         path: &Path,
+        method: impl Fn(f64) -> I,
     ) -> Result<Found, String> {
-        let mut state = path.precise[0].clone();
-        let mut steps = 0;
-        let run = integrator.run(&pair.says.system, &mut state, path.end().t, |_| steps += 1);
-        run.map_err(|_| BREAKS_OFF.to_owned())?;
-        let largest_of = |of: fn(&Point) -> &[f64]| largest(path.precise.iter().flat_map(of));
-        let q = absolute + relative * largest_of(|state| &state.q);
-        let u = absolute + relative * largest_of(|state| &state.u);
-        let mean = (2.0 * state.q.len() as f64).sqrt();
-        let step = mean * q.max(u * path.duration);
-        let allowed = f64::from(steps) * step * path.growth + path.doubt();
+        let end = |factor: f64| {
+            let mut state = path.precise[0].clone();
+            let run = method(factor).run(&pair.says.system, &mut state, path.end().t, |_| ());
+            run.map(|()| state).map_err(|_| BREAKS_OFF.to_owned())
+        };
+        let [usual, larger, largest] = LARGER.map(end);
+        let (usual, larger, largest) = (usual?, larger?, largest?);
+        let allowed = path.distance(&usual, &larger)
+            + path.distance(&larger, &largest) / FALL
+            + path.doubt(PARTS);
         let mut found = Found::NONE;
-        found.add(path.distance(&state, path.end()), allowed);
+        found.add(path.distance(&usual, path.end()), allowed);
         Ok(found)
     }
 }
@@ -129,27 +143,28 @@ pub mod convergence {
     /// Numbers of steps that are tried.
     const STEPS: [u32; 9] = [4, 8, 16, 32, 64, 128, 256, 512, 1024];
 
-    /// An error is one of the method while it is so many times what the precise motion may be off.
-    const CLEAR: f64 = 100.0;
+    /// An error is one of the method while it is so many times the difference of the rough motion from the precise
+    /// one, whose error is a fortieth of that: the tolerance is a hundredth, to the power of 4/5.
+    const CLEAR: f64 = 3.0;
 
     /// Extrapolation with the right order leaves less than this share of an error. If the order is lower by one
     /// it leaves more: of order 3 instead of 4, 8/15; of order 0 instead of 1, all.
     const LEFT: f64 = 0.5;
 
-    /// The method of order 4.
+    /// The method of order 4, over a quarter of the motion: errors grow.
     pub fn rk4(pair: &Pair, path: &Path) -> Result<Found, String> {
         let system = &pair.says.system;
         let mut method = Rk4::new(system);
-        converges(4, path, &mut |state, end, dt| {
+        converges(4, PARTS / 4, path, &mut |state, end, dt| {
             method.run(system, state, end, dt, |_| ()).map_err(|error| error.to_string())
         })
     }
 
-    /// The method of order 1.
+    /// The method of order 1, over so short a part that its steps are short enough.
     pub fn euler(pair: &Pair, path: &Path) -> Result<Found, String> {
         let system = &pair.says.system;
         let mut method = SemiImplicitEuler::new(system);
-        converges(1, path, &mut |state, end, dt| {
+        converges(1, PARTS / 32, path, &mut |state, end, dt| {
             method.run(system, state, end, dt, |_| ()).map_err(|error| error.to_string())
         })
     }
@@ -161,19 +176,20 @@ pub mod convergence {
 
     /// What extrapolation from two step lengths leaves of the error of the shorter, as a share of that. The
     /// shortest steps are compared whose error is clear and falls as steadily as before.
-    fn converges(order: i32, path: &Path, run: Run<'_>) -> Result<Found, String> {
+    fn converges(order: i32, part: usize, path: &Path, run: Run<'_>) -> Result<Found, String> {
         let gain = 2_f64.powi(order) - 1.0;
+        let end = &path.precise[part];
         let mut last: Option<(Point, f64)> = None;
         let (mut fall, mut share) = (f64::NAN, None);
         for steps in STEPS {
             let mut state = path.precise[0].clone();
-            let step = path.duration / f64::from(steps);
-            if run(&mut state, path.end().t, step).is_err() {
-                last = None;
+            let step = (end.t - state.t) / f64::from(steps);
+            if run(&mut state, end.t, step).is_err() {
+                (last, fall) = (None, f64::NAN);
                 continue;
             }
-            let error = path.distance(&state, path.end());
-            if error < CLEAR * path.doubt() {
+            let error = path.distance(&state, end);
+            if error < CLEAR * path.doubt(part) {
                 break;
             }
             if let Some((longer, before)) = &last {
@@ -183,16 +199,7 @@ pub mod convergence {
                 let numbers = better.q.iter_mut().chain(&mut better.u);
                 let pairs = numbers.zip(longer.q.iter().chain(&longer.u));
                 pairs.for_each(|(number, longer)| *number += (*number - longer) / gain);
-                if is_steady {
-                    share = Some(path.distance(&better, path.end()) / error);
-                }
-            }
-            if std::env::var("DBG").is_ok() {
-                eprintln!(
-                    "order {order} steps {steps} error {error:.3e} doubt {:.1e} share {share:?} growth {:.1e}",
-                    path.doubt(),
-                    path.growth
-                );
+                share = is_steady.then(|| path.distance(&better, end) / error);
             }
             last = Some((state, error));
         }

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use crate::compare::{keep_largest, largest};
 
-use super::path::{PARTS, Path, ROUNDING};
+use super::path::{PARTS, Path, ROUNDING, steps};
 use super::subject::{Pair, Point, Subject};
 use super::work::{angular_momentum, mass, power};
 use super::{Found, edits};
@@ -53,45 +53,32 @@ fn scale(subject: &Subject, path: &Path) -> f64 {
         + largest(energies.iter().map(|[_, potential]| potential - begin))
 }
 
-/// The change of T + V with the work of everything. Allowed are the effect of errors of the integration on energy
-/// and power, the error of the integral, and rounding.
+/// The change of T + V with the work of everything, step by step by Gauss's rule. Allowed are the effect of errors
+/// of the integration on energy and power, the error of the integral, and rounding.
 pub fn energy(pair: &Pair, path: &Path) -> Result<Found, String> {
     let says = &pair.says;
-    let powers: Vec<f64> = path.precise.iter().map(|at| power(says, at)).collect();
-    let [work, off] = simpson(&powers, path.duration);
-    let exchanged = largest(&powers) * path.duration;
-    let change = total(says, path.end()) - total(says, &path.precise[0]);
+    let steps = steps(&pair.moves.system, &path.precise[0], path.duration)?;
+    let end = &steps.last().ok_or("nothing moves")?[4];
+    let (mut work, mut off, mut exchanged) = (0.0, 0.0, 0.0);
+    for step in &steps {
+        let powers = step.each_ref().map(|at| power(says, at));
+        let length = step[4].t - step[0].t;
+        let gauss = length * (5.0 * powers[1] + 8.0 * powers[2] + 5.0 * powers[3]) / 18.0;
+        let simpson = length * (powers[0] + 4.0 * powers[2] + powers[4]) / 6.0;
+        work += gauss;
+        // The error of Simpson's rule, which is of a lower order.
+        off += (gauss - simpson).abs();
+        exchanged += gauss.abs();
+    }
+    let change = total(says, end) - total(says, &path.precise[0]);
     let doubt = path.spread(PARTS, &|at| total(says, at))
         + path.duration * doubt(path, &|at| power(says, at))
         + off
-        + ROUNDING * (terms(says, &path.precise[0]) + terms(says, path.end()) + exchanged);
+        + ROUNDING * (terms(says, &path.precise[0]) + terms(says, end) + exchanged);
     let scale = scale(says, path) + exchanged;
     let mut found = Found::NONE;
     found.add((change - work).abs() / scale, doubt / scale);
     Ok(found)
-}
-
-/// The integral of equidistant values by Simpson's rule, and what its error may be. Where the law has a kink, the
-/// error falls as the square of the distance of the values, in irregular steps: the differences from the rule at
-/// twice and, by this law, at four times the distance are added, part by part.
-fn simpson(values: &[f64], duration: f64) -> [f64; 2] {
-    /// Twice four times the shortest distance.
-    const PANEL: usize = 8;
-    let part = duration / (values.len() - 1) as f64;
-    let mut sums = [0.0; 2];
-    for first in (0..values.len() - 1).step_by(PANEL) {
-        let panel = &values[first..=first + PANEL];
-        let rule = |apart: usize| {
-            let at = |k: usize| panel[k * apart];
-            let three = |k: usize| at(k) + 4.0 * at(k + 1) + at(k + 2);
-            let sum: f64 = (0..PANEL / apart).step_by(2).map(three).sum();
-            sum * part * apart as f64 / 3.0
-        };
-        let [fine, middling, coarse] = [1, 2, 4].map(rule);
-        sums[0] += fine;
-        sums[1] += (fine - middling).abs() + (middling - coarse).abs() / 4.0;
-    }
-    sums
 }
 
 /// T + V along a motion on which nothing does work. Allowed are the effect of errors of the integration, and

@@ -35,7 +35,8 @@ use subject::Pair;
 const VAGUE: f64 = 1e-3;
 
 /// Why a motion says nothing.
-const TOO_SENSITIVE: &str = "the motion is too sensitive to errors of its integration";
+const VAGUELY: &str =
+    "what errors of integration and rounding change is as large as what is compared";
 
 /// The names of all checks.
 pub const NAMES: [&str; 14] = [
@@ -89,7 +90,7 @@ fn check(name: &'static str, found: Result<Found, String>) -> Check {
 fn clear(name: &'static str, found: Result<Found, String>) -> Check {
     let found = found.and_then(|found| match found.allowed <= VAGUE {
         true => Ok(found),
-        false => Err(TOO_SENSITIVE.to_owned()),
+        false => Err(VAGUELY.to_owned()),
     });
     check(name, found)
 }

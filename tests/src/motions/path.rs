@@ -9,7 +9,7 @@ use crate::uniform::Random;
 
 use super::subject::{Pair, Point};
 
-/// Equal parts of a motion, a multiple of eight for Simpson's rule at three distances.
+/// Equal parts of a motion, at whose ends errors are known.
 pub const PARTS: usize = 128;
 
 /// Errors per step of the precise motion, and of the one that measures its error. That of the second is larger
@@ -20,11 +20,8 @@ pub const TOLERANCES: [f64; 2] = [1e-11, 1e-9];
 /// its start say.
 const TURN: f64 = 2.0;
 
-/// A motion ends where the rough one has taken so many steps,
+/// A motion ends where the rough one has taken so many steps.
 const ENOUGH_STEPS: usize = 250;
-
-/// but says nothing if that is before this share of its time.
-const LEAST_SHARE: f64 = 1e-3;
 
 /// The precise motion has a hundredth of the error by a method of order 5, which takes three times the steps, and
 /// a step ends at the end of each part.
@@ -38,6 +35,12 @@ const PERTURBATION: f64 = 1e-7;
 
 /// The sensitivity above which a motion says nothing.
 const WILD: f64 = 1e6;
+
+/// Share of the time until a motion breaks off that is followed.
+const BEFORE_AN_END: f64 = 0.5;
+
+/// The outer nodes of Gauss's rule of three points in -1 .. 1: the square root of 3/5.
+const GAUSS: f64 = 0.774_596_669_241_483_4;
 
 /// Why a motion is not followed to its end.
 pub const BREAKS_OFF: &str = "the motion cannot be continued";
@@ -66,7 +69,7 @@ impl Path {
         path.growth = path.sensitivity(system)?;
         match path.growth < WILD {
             true => Ok(path),
-            false => Err(super::TOO_SENSITIVE.to_owned()),
+            false => Err(super::VAGUELY.to_owned()),
         }
     }
 
@@ -101,9 +104,9 @@ impl Path {
         keep_largest(difference(&a.q, &b.q), difference(&a.u, &b.u) * self.duration)
     }
 
-    /// What the error of the last state may be, rad.
-    pub fn doubt(&self) -> f64 {
-        self.distance(self.end(), &self.rough[PARTS]) + ROUNDING * self.growth
+    /// What the error of the precise state number k may be, rad.
+    pub fn doubt(&self, k: usize) -> f64 {
+        self.distance(&self.precise[k], &self.rough[k]) + ROUNDING * self.growth
     }
 
     /// What the error of a function of the precise state number k may be: each coordinate and speed of the rough
@@ -139,14 +142,40 @@ fn duration(system: &Jit, start: &Point) -> Result<f64, String> {
         if state.t >= start.t + intended {
             break;
         }
-        let outcome = integrator.step(system, &mut state, start.t + intended);
+        // Where it cannot be continued it ends before.
+        if integrator.step(system, &mut state, start.t + intended).is_err() {
+            return some(BEFORE_AN_END * (state.t - start.t));
+        }
+    }
+    some(state.t - start.t)
+}
+
+fn some(duration: f64) -> Result<f64, String> {
+    if duration > 0.0 { Ok(duration) } else { Err(BREAKS_OFF.to_owned()) }
+}
+
+/// The steps of the precise motion: its states at the beginning, at the three nodes of Gauss's rule, and at the
+/// end.
+pub fn steps(system: &Jit, start: &Point, duration: f64) -> Result<Vec<[Point; 5]>, String> {
+    let mut integrator = dopri5(system, TOLERANCES[0]);
+    let mut state = start.clone();
+    let mut steps = Vec::new();
+    while state.t < start.t + duration {
+        if steps.len() > MOST_STEPS {
+            return Err(format!("the motion takes more than {MOST_STEPS} steps"));
+        }
+        let before = state.clone();
+        let outcome = integrator.step(system, &mut state, start.t + duration);
         outcome.map_err(|_| BREAKS_OFF.to_owned())?;
+        let mut at = |node: f64| {
+            let t = before.t + (state.t - before.t) * (0.5 + 0.5 * node);
+            integrator.between(system, t).map_err(|_| BREAKS_OFF.to_owned())
+        };
+        let nodes = [at(-GAUSS)?, at(0.0)?, at(GAUSS)?];
+        let [first, middle, last] = nodes;
+        steps.push([before, first, middle, last, state.clone()]);
     }
-    let reached = state.t - start.t;
-    match reached >= LEAST_SHARE * intended {
-        true => Ok(reached),
-        false => Err(format!("the motion hardly advances in {ENOUGH_STEPS} steps")),
-    }
+    Ok(steps)
 }
 
 /// The states at the ends of all parts of a motion.
