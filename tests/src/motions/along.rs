@@ -8,7 +8,7 @@ use lamc_workbench::execution::Jit;
 use crate::compare::{keep_largest, largest};
 
 use super::Found;
-use super::path::{BREAKS_OFF, PARTS, Path, ROUNDING, TOLERANCES, follow, steps};
+use super::path::{BREAKS_OFF, PARTS, Path, ROUNDING, follow, steps};
 use super::subject::{Pair, Point};
 
 /// The motion backwards: forward with the speeds of the end reversed. Compared is how far it ends from the start,
@@ -16,7 +16,7 @@ use super::subject::{Pair, Point};
 pub fn reversed(pair: &Pair, path: &Path) -> Result<Found, String> {
     let mut start = path.end().clone();
     start.u.iter_mut().for_each(|u| *u = -*u);
-    let states = follow(&pair.says.system, &start, path.duration, TOLERANCES[0])?;
+    let states = follow(&pair.says.system, &start, path.duration, path.tolerances[0])?;
     let mut end = states[PARTS].clone();
     end.u.iter_mut().for_each(|u| *u = -*u);
     let mut found = Found::NONE;
@@ -29,13 +29,13 @@ pub fn reversed(pair: &Pair, path: &Path) -> Result<Found, String> {
 /// a step of the precise motion, extrapolated twice, at a quarter, half and three quarters of all steps. Allowed
 /// are the difference between both extrapolations, what errors of the integration change, and rounding.
 pub fn derivative(pair: &Pair, path: &Path) -> Result<Found, String> {
-    let steps = steps(&pair.moves.system, &path.precise[0], path.duration)?;
+    let steps = steps(&pair.moves.system, path)?;
     let mut found = Found::NONE;
     for quarter in 1..4 {
         let step = &steps[quarter * steps.len() / 4];
         let duration = step[4].t - step[0].t;
         let around = |tolerance| follow(&pair.moves.system, &step[0], duration, tolerance);
-        let [precise, rough] = TOLERANCES.map(around);
+        let [precise, rough] = path.tolerances.map(around);
         differences(&pair.says.system, [&precise?, &rough?], duration, &mut found)?;
     }
     Ok(found)
@@ -123,7 +123,7 @@ pub mod methods {
         let end = |factor: f64| {
             let mut state = path.precise[0].clone();
             let run = method(factor).run(&pair.says.system, &mut state, path.end().t, |_| ());
-            run.map(|()| state).map_err(|_| BREAKS_OFF.to_owned())
+            run.map(|()| state).map_err(|error| format!("{BREAKS_OFF}: {error}"))
         };
         let [usual, larger, largest] = LARGER.map(end);
         let (usual, larger, largest) = (usual?, larger?, largest?);

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use crate::compare::{keep_largest, largest};
 
 use super::path::{PARTS, Path, ROUNDING, steps};
-use super::subject::{Pair, Point, Subject};
+use super::subject::{NOTHING_MOVES, Pair, Point, Subject};
 use super::work::{angular_momentum, mass, power};
 use super::{Found, edits};
 
@@ -57,8 +57,8 @@ fn scale(subject: &Subject, path: &Path) -> f64 {
 /// of the integration on energy and power, the error of the integral, and rounding.
 pub fn energy(pair: &Pair, path: &Path) -> Result<Found, String> {
     let says = &pair.says;
-    let steps = steps(&pair.moves.system, &path.precise[0], path.duration)?;
-    let end = &steps.last().ok_or("nothing moves")?[4];
+    let steps = steps(&pair.moves.system, path)?;
+    let end = &steps.last().ok_or(NOTHING_MOVES)?[4];
     let (mut work, mut off, mut exchanged) = (0.0, 0.0, 0.0);
     for step in &steps {
         let powers = step.each_ref().map(|at| power(says, at));

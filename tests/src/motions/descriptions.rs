@@ -5,7 +5,7 @@ use lamc::source::{Expression, JointId, Shape, SourceModel, to_yaml};
 use lamc_workbench::verify::{Check, Values};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
-use super::edits::{plus, times};
+use super::edits::{changed, laws, plus, times};
 use super::same::{Other, compare};
 use super::subject::{Pair, Subject};
 use super::{NAMES, check};
@@ -120,9 +120,12 @@ fn swapped(model: &mut SourceModel) -> Other {
     }
     let guesses = model.initial_q.iter_mut().chain(&mut model.initial_u);
     guesses.for_each(|(_, value)| *value = -*value);
-    let torques = model.joints.iter_mut().map(|joint| &mut joint.torque.value);
-    let forces = model.forces.iter_mut().flat_map(|force| &mut force.force);
-    torques.chain(forces).for_each(|law| *law = turned(law));
+    for law in laws(model) {
+        *law = changed(law, &|leaf| match leaf {
+            Expression::Position(_) | Expression::Rate(_) => negative(leaf.clone()),
+            other => other.clone(),
+        });
+    }
     let joints = model.joints.len();
     Other { swapped: true, ..Other::of(joints) }
 }
@@ -132,22 +135,6 @@ fn negative(law: Expression) -> Expression {
     match law {
         Expression::Number(number) => Expression::Number(-number),
         law => times(law, -1.0),
-    }
-}
-
-/// A law with -q and -u for every q and u.
-fn turned(law: &Expression) -> Expression {
-    match law {
-        Expression::Position(_) | Expression::Rate(_) => negative(law.clone()),
-        Expression::Unary(function, x) => Expression::Unary(*function, turned(x).into()),
-        Expression::Binary(function, x, y) => {
-            Expression::Binary(*function, turned(x).into(), turned(y).into())
-        }
-        Expression::Chain(first, rest) => {
-            let rest = rest.iter().map(|(operator, x)| (*operator, turned(x)));
-            Expression::Chain(turned(first).into(), rest.collect())
-        }
-        leaf => leaf.clone(),
     }
 }
 

@@ -18,6 +18,54 @@ pub fn spanned<T>(value: T) -> Spanned<T> {
     Spanned { value, span: Span::default() }
 }
 
+/// All laws of a model.
+pub fn laws(model: &mut SourceModel) -> impl Iterator<Item = &mut Expression> {
+    let joints = model.joints.iter_mut().flat_map(|joint| {
+        let stiffness = match &mut joint.spring {
+            Spring::Stiffness(stiffness) => Some(stiffness),
+            Spring::Beam { .. } | Spring::Sharifzadeh2018 { .. } | Spring::Family { .. } => None,
+        };
+        let friction = joint.friction.as_mut().map(|friction| &mut friction.torque);
+        let always = [&mut joint.damping, &mut joint.rest, &mut joint.torque];
+        let others = [stiffness, friction, joint.drive.as_mut(), Some(&mut joint.cubic_stiffness)];
+        let laws = always.into_iter().chain(others.into_iter().flatten());
+        laws.map(|law| &mut law.value)
+    });
+    let forces = model.forces.iter_mut().flat_map(|force| &mut force.force);
+    let air = model.air.iter_mut().flat_map(|air| [&mut air.density.value, &mut air.drag.value]);
+    joints.chain(forces).chain(air).chain(&mut model.gravity)
+}
+
+/// A law with some of its leaves changed.
+pub fn changed(law: &Expression, leaf: &dyn Fn(&Expression) -> Expression) -> Expression {
+    let same = |x: &Expression| changed(x, leaf);
+    match law {
+        Expression::Unary(function, x) => Expression::Unary(*function, same(x).into()),
+        Expression::Binary(function, x, y) => {
+            Expression::Binary(*function, same(x).into(), same(y).into())
+        }
+        Expression::Chain(first, rest) => {
+            let rest = rest.iter().map(|(operator, x)| (*operator, same(x)));
+            Expression::Chain(same(first).into(), rest.collect())
+        }
+        other => leaf(other),
+    }
+}
+
+/// The laws as they are from a time (s) on, which becomes zero: next to a large time, short steps are rounded.
+pub fn from_time(model: &mut SourceModel, begin: f64) {
+    replace_time(model, &plus(Expression::Time, Expression::Number(begin)));
+}
+
+fn replace_time(model: &mut SourceModel, new: &Expression) {
+    for law in laws(model) {
+        *law = changed(law, &|leaf| match leaf {
+            Expression::Time => new.clone(),
+            other => other.clone(),
+        });
+    }
+}
+
 /// Only gravity and springs are left, as they are at one time; driven joints are held.
 pub fn conservative(model: &mut SourceModel, compiled: &Compiled) {
     let mechanism = &compiled.topology.mechanism;
@@ -41,12 +89,13 @@ pub fn conservative(model: &mut SourceModel, compiled: &Compiled) {
         joint.damping.value = Expression::ZERO;
         joint.torque.value = Expression::ZERO;
         joint.friction = None;
+        joint.limits = None;
         joint.drive = law.drive.as_ref().map(|drive| spanned(frozen(drive)));
     }
 }
 
 /// The ground itself turns freely about a line in the plane. Nothing acts from outside but gravity along this
-/// line.
+/// line; the laws inside do not change with time.
 pub fn turntable(model: &mut SourceModel, compiled: &Compiled) {
     let size = compiled.topology.mechanism.size;
     let Some(ground) = model.bodies.iter().position(|body| body.fixed) else { return };
@@ -80,6 +129,7 @@ pub fn turntable(model: &mut SourceModel, compiled: &Compiled) {
     });
     model.forces.clear();
     model.air = None;
+    replace_time(model, &Expression::Number(FROZEN));
     let along = [0, 1].map(|i| axis[1][i] - axis[0][i]);
     let length = hypot(along[0], along[1]);
     let strength = model.gravity[0].clone();

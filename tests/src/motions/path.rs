@@ -7,14 +7,15 @@ use crate::compare::{keep_largest, largest};
 use crate::dopri5;
 use crate::uniform::Random;
 
-use super::subject::{Pair, Point};
+use super::subject::{NOTHING_MOVES, Pair, Point};
 
 /// Equal parts of a motion, at whose ends errors are known.
 pub const PARTS: usize = 128;
 
 /// Errors per step of the precise motion, and of the one that measures its error. That of the second is larger
-/// by some power of their ratio, so that their difference bounds the error of the first.
-pub const TOLERANCES: [f64; 2] = [1e-11, 1e-9];
+/// by some power of their ratio, so that their difference bounds the error of the first. The second pair is for
+/// stiff motions, in which rounding changes accelerations by more than the first allows.
+const TOLERANCES: [[f64; 2]; 2] = [[1e-11, 1e-9], [1e-9, 1e-7]];
 
 /// How far the fastest joint turns in the time that a motion takes, rad, as far as speeds and accelerations at
 /// its start say.
@@ -53,6 +54,8 @@ pub struct Path {
     pub rough: Vec<Point>,
     /// s.
     pub duration: f64,
+    /// The errors per step of both.
+    pub tolerances: [f64; 2],
     /// By how much a small deviation grows at most along the motion, in any direction.
     pub growth: f64,
 }
@@ -60,17 +63,32 @@ pub struct Path {
 impl Path {
     /// The motion from the start of a model.
     pub fn of(pair: &Pair) -> Result<Self, String> {
-        let (system, start) = (&pair.moves.system, pair.start()?);
+        let (system, start) = (&pair.moves.system, pair.start()?.0);
         let duration = duration(system, &start)?;
-        let [precise, rough] =
-            TOLERANCES.map(|tolerance| follow(system, &start, duration, tolerance));
-        let (precise, rough) = (precise?, rough?);
-        let mut path = Self { precise, rough, duration, growth: 1.0 };
+        let mut path = Err(String::new());
+        for tolerances in TOLERANCES {
+            path = Self::within(system, &start, duration, tolerances);
+            if path.is_ok() {
+                break;
+            }
+        }
+        let mut path = path?;
         path.growth = path.sensitivity(system)?;
         match path.growth < WILD {
             true => Ok(path),
             false => Err(super::VAGUELY.to_owned()),
         }
+    }
+
+    fn within(
+        system: &Jit,
+        start: &Point,
+        duration: f64,
+        tolerances: [f64; 2],
+    ) -> Result<Self, String> {
+        let [precise, rough] =
+            tolerances.map(|tolerance| follow(system, start, duration, tolerance));
+        Ok(Self { precise: precise?, rough: rough?, duration, tolerances, growth: 1.0 })
     }
 
     /// By how much a perturbation of all coordinates and speeds grows. Its direction is random: that of the
@@ -87,7 +105,7 @@ impl Path {
         if begin < PERTURBATION * 1e-3 {
             return Ok(1.0);
         }
-        let perturbed = follow(system, &start, self.duration, TOLERANCES[1])?;
+        let perturbed = follow(system, &start, self.duration, self.tolerances[1])?;
         let pairs = perturbed.iter().zip(&self.precise);
         let most = largest(pairs.map(|(a, b)| self.distance(a, b)));
         Ok(2.0 * start.q.len() as f64 * most / begin)
@@ -133,31 +151,31 @@ fn duration(system: &Jit, start: &Point) -> Result<f64, String> {
     let acceleration = acceleration.map_err(|error| error.to_string())?;
     let rate = keep_largest(largest(&start.u), largest(&acceleration).sqrt());
     if rate == 0.0 || !rate.is_finite() {
-        return Err("nothing moves".to_owned());
+        return Err(NOTHING_MOVES.to_owned());
     }
     let intended = TURN / rate;
-    let mut integrator = dopri5(system, TOLERANCES[1]);
+    let mut integrator = dopri5(system, TOLERANCES[0][1]);
     let mut state = start.clone();
     for _ in 0..ENOUGH_STEPS {
         if state.t >= start.t + intended {
             break;
         }
         // Where it cannot be continued it ends before.
-        if integrator.step(system, &mut state, start.t + intended).is_err() {
-            return some(BEFORE_AN_END * (state.t - start.t));
+        if let Err(error) = integrator.step(system, &mut state, start.t + intended) {
+            return match state.t > start.t {
+                true => Ok(BEFORE_AN_END * (state.t - start.t)),
+                false => Err(format!("{BREAKS_OFF}: {error}")),
+            };
         }
     }
-    some(state.t - start.t)
-}
-
-fn some(duration: f64) -> Result<f64, String> {
-    if duration > 0.0 { Ok(duration) } else { Err(BREAKS_OFF.to_owned()) }
+    Ok(state.t - start.t)
 }
 
 /// The steps of the precise motion: its states at the beginning, at the three nodes of Gauss's rule, and at the
 /// end.
-pub fn steps(system: &Jit, start: &Point, duration: f64) -> Result<Vec<[Point; 5]>, String> {
-    let mut integrator = dopri5(system, TOLERANCES[0]);
+pub fn steps(system: &Jit, path: &Path) -> Result<Vec<[Point; 5]>, String> {
+    let mut integrator = dopri5(system, path.tolerances[0]);
+    let (start, duration) = (&path.precise[0], path.duration);
     let mut state = start.clone();
     let mut steps = Vec::new();
     while state.t < start.t + duration {
@@ -166,10 +184,10 @@ pub fn steps(system: &Jit, start: &Point, duration: f64) -> Result<Vec<[Point; 5
         }
         let before = state.clone();
         let outcome = integrator.step(system, &mut state, start.t + duration);
-        outcome.map_err(|_| BREAKS_OFF.to_owned())?;
+        outcome.map_err(|error| format!("{BREAKS_OFF}: {error}"))?;
         let mut at = |node: f64| {
             let t = before.t + (state.t - before.t) * (0.5 + 0.5 * node);
-            integrator.between(system, t).map_err(|_| BREAKS_OFF.to_owned())
+            integrator.between(system, t).map_err(|error| format!("{BREAKS_OFF}: {error}"))
         };
         let nodes = [at(-GAUSS)?, at(0.0)?, at(GAUSS)?];
         let [first, middle, last] = nodes;
@@ -197,7 +215,7 @@ pub fn follow(
                 return Err(format!("the motion takes more than {MOST_STEPS} steps"));
             }
             let outcome = integrator.step(system, &mut state, end);
-            outcome.map_err(|_| BREAKS_OFF.to_owned())?;
+            outcome.map_err(|error| format!("{BREAKS_OFF}: {error}"))?;
         }
         states.push(state.clone());
     }

@@ -6,11 +6,21 @@ use lamc_runtime::State;
 use lamc_workbench::execution::Jit;
 use lamc_workbench::verify::{Remark, Settings, Solution, Values, closed_states};
 
+use crate::largest;
+
+use super::edits;
+
 /// A state of all joints.
 pub type Point = State<Vec<f64>, f64>;
 
 /// Closed states for each model.
 const STATES: usize = 4;
+
+/// Slower joints rest, rad/s: those of random states have up to 3 rad/s.
+const RESTS: f64 = 1e-6;
+
+/// Why there is no motion to check.
+pub const NOTHING_MOVES: &str = "nothing moves";
 
 /// A compiled model.
 pub struct Subject {
@@ -70,7 +80,7 @@ pub struct Pair {
     pub moves: Subject,
     pub says: Subject,
     /// Closed states of the first, each with inputs of its own; that with the best condition first. The systems
-    /// have the inputs of this one.
+    /// have the inputs of the first that moves.
     pub states: Vec<(Values, Solution)>,
 }
 
@@ -87,9 +97,23 @@ impl Pair {
         Self::of(self.texts.each_ref().map(String::as_str), [&moves, &says])
     }
 
+    /// Both as they are from the time on at which their motion starts.
+    pub fn from_start(&self) -> Result<Self, String> {
+        let begin = self.start()?.0.t;
+        let later = |model: &mut SourceModel| edits::from_time(model, begin);
+        let [moves, says] = self.texts.each_ref().map(|text| Subject::edited(text, later));
+        let (mut moves, mut says) = (moves?, says?);
+        let mut states = self.states.clone();
+        states.iter_mut().for_each(|(values, _)| values.t -= begin);
+        let inputs = &self.start()?.1;
+        moves.system = moves.with_inputs(inputs);
+        says.system = says.with_inputs(inputs);
+        Ok(Self { texts: self.texts.clone(), moves, says, states })
+    }
+
     fn of(texts: [&str; 2], edits: [&dyn Fn(&mut SourceModel); 2]) -> Result<Self, String> {
-        let mut moves = Subject::edited(texts[0], edits[0])?;
-        let mut says = Subject::edited(texts[1], edits[1])?;
+        let moves = Subject::edited(texts[0], edits[0])?;
+        let says = Subject::edited(texts[1], edits[1])?;
         let settings = Settings { states: STATES, seed: 1, duration: 0.0 };
         let states = closed_states(&moves.compiled, &settings);
         let mut states = states.map_err(|remark| match remark {
@@ -100,10 +124,12 @@ impl Pair {
         states.retain(|(_, solution)| Some(solution.rank) == most);
         // Motions start from the state with the best condition.
         states.sort_by(|(_, a), (_, b)| a.condition().total_cmp(&b.condition()));
-        let inputs = states.first().map(|(values, _)| values.inputs.clone()).unwrap_or_default();
-        moves.system = moves.with_inputs(&inputs);
-        says.system = says.with_inputs(&inputs);
-        Ok(Self { texts: texts.map(str::to_owned), moves, says, states })
+        let mut pair = Self { texts: texts.map(str::to_owned), moves, says, states };
+        if let Ok((_, inputs)) = pair.start() {
+            pair.moves.system = pair.moves.with_inputs(&inputs);
+            pair.says.system = pair.says.with_inputs(&inputs);
+        }
+        Ok(pair)
     }
 
     /// The text of the model that says what must hold.
@@ -111,9 +137,11 @@ impl Pair {
         &self.texts[1]
     }
 
-    /// The state from which motions start.
-    pub fn start(&self) -> Result<Point, String> {
-        let (values, _) = self.states.first().ok_or("no closed state was found")?;
-        Ok(State { t: values.t, q: values.q.clone(), u: values.u.clone() })
+    /// The state from which motions start, and its inputs: the first that moves.
+    pub fn start(&self) -> Result<(Point, Vec<f64>), String> {
+        let moves = |(values, _): &&(Values, Solution)| largest(&values.u) > RESTS;
+        let (values, _) = self.states.iter().find(moves).ok_or(NOTHING_MOVES)?;
+        let Values { t, q, u, inputs, .. } = values.clone();
+        Ok((State { t, q, u }, inputs))
     }
 }
