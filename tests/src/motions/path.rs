@@ -32,7 +32,7 @@ const MOST_STEPS: usize = 10 * ENOUGH_STEPS;
 pub const ROUNDING: f64 = 1e-12;
 
 /// Size of the perturbation that measures the sensitivity, rad: its square is rounding.
-const PERTURBATION: f64 = 1e-7;
+pub const PERTURBATION: f64 = 1e-7;
 
 /// The sensitivity above which a motion says nothing.
 const WILD: f64 = 1e6;

@@ -9,10 +9,12 @@ use lamc_workbench::verify::{ACCELERATION, ENERGY, Solution, Values};
 use nalgebra::{Rotation3, Vector3};
 
 use crate::compare::{keep_largest, largest, largest_difference};
+use crate::uniform::Random;
 
-use super::Found;
+use super::path::{PERTURBATION, ROUNDING};
 use super::subject::{Pair, Subject};
 use super::work::mass;
+use super::{Found, VAGUE, VAGUELY};
 
 /// Another description.
 pub struct Other {
@@ -36,8 +38,9 @@ struct Said {
 }
 
 /// Accelerations, energies and, where the hinges determine them, reactions. Errors of accelerations and reactions
-/// are relative to the largest, divided by the condition number of the hinges' equations, as in `lamc verify`;
-/// what is allowed is the same.
+/// are relative to the largest, divided by the condition number of the hinges' equations, as in `lamc verify`.
+/// What is allowed is the same, and what rounding of the angles changes: in another description loops close at
+/// others.
 pub fn compare(pair: &Pair, other: &Other) -> Result<Found, String> {
     let subject = other.subject.as_ref().ok_or("there is no other description")?;
     let mut found = Found::NONE;
@@ -49,7 +52,14 @@ pub fn compare(pair: &Pair, other: &Other) -> Result<Found, String> {
 
         let accelerations = other.numbers(&expected.acceleration);
         let off = largest_difference(&got.acceleration, &accelerations);
-        add(&mut found, off, largest(&accelerations) * solution.condition(), ACCELERATION);
+        let scale = largest(&accelerations) * solution.condition();
+        let rounding = ROUNDING * sensitivity(&pair.moves, values, &expected) / scale;
+        let allowed = ACCELERATION + rounding;
+        // A state at which rounding decides says nothing.
+        if allowed > VAGUE {
+            continue;
+        }
+        add(&mut found, off, scale, allowed);
 
         let lifted = lifted(&pair.moves.compiled, values, other.moved);
         let total = expected.kinetic + expected.potential.abs() + lifted.abs();
@@ -57,10 +67,26 @@ pub fn compare(pair: &Pair, other: &Other) -> Result<Found, String> {
         add(&mut found, got.potential - expected.potential - lifted, total, ENERGY);
 
         if is_determined(&pair.moves.compiled, solution) {
-            compare_reactions(&expected, &got, other, values, solution, &mut found);
+            let scale = (solution.condition(), allowed);
+            compare_reactions(&expected, &got, other, values, scale, &mut found);
         }
     }
-    Ok(found)
+    match found.cases {
+        0 => Err(VAGUELY.to_owned()),
+        _ => Ok(found),
+    }
+}
+
+/// By how much accelerations change with the angles, rad/s^2 per rad: in a random direction, in which that of the
+/// largest change has a share of one in N on average.
+fn sensitivity(subject: &Subject, values: &Values, expected: &Said) -> f64 {
+    let system = subject.with_inputs(&values.inputs);
+    let mut random = Random::new(values.q.len() as u64);
+    let mut moved = values.clone();
+    moved.q.iter_mut().for_each(|q| *q += random.range(-PERTURBATION, PERTURBATION));
+    let Ok(said) = said(&system, &moved) else { return f64::INFINITY };
+    let change = largest_difference(&said.acceleration, &expected.acceleration);
+    values.q.len() as f64 * change / PERTURBATION
 }
 
 fn add(found: &mut Found, off: f64, scale: f64, allowed: f64) {
@@ -82,7 +108,7 @@ fn compare_reactions(
     got: &Said,
     other: &Other,
     values: &Values,
-    solution: &Solution,
+    (condition, allowed): (f64, f64),
     found: &mut Found,
 ) {
     for kind in [0, 1] {
@@ -96,7 +122,7 @@ fn compare_reactions(
             off = keep_largest(off, largest(&(got[kind] - reaction)));
             scale = keep_largest(scale, largest(&reaction));
         }
-        add(found, off, scale * solution.condition(), ACCELERATION);
+        add(found, off, scale * condition, allowed);
     }
 }
 

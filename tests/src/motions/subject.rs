@@ -90,11 +90,13 @@ impl Pair {
         Self::of([moves, says], [&same, &same])
     }
 
-    /// Both after a change that depends on the compiled model.
+    /// Both after a change that depends on the compiled model, and after which no law depends on time.
     pub fn edited(&self, edit: fn(&mut SourceModel, &Compiled)) -> Result<Self, String> {
         let [moves, says] = [&self.moves, &self.says]
             .map(|subject| |model: &mut SourceModel| edit(model, &subject.compiled));
-        Self::of(self.texts.each_ref().map(String::as_str), [&moves, &says])
+        let mut pair = Self::of(self.texts.each_ref().map(String::as_str), [&moves, &says])?;
+        pair.states.iter_mut().for_each(|(values, _)| values.t = 0.0);
+        Ok(pair)
     }
 
     /// Both as they are from the time on at which their motion starts.

@@ -10,6 +10,7 @@ mod family;
 mod forces;
 mod formulas;
 mod hinges;
+mod motions;
 mod near_flat;
 mod newton_euler;
 mod reference;
