@@ -4,12 +4,13 @@ use lamc_runtime::{
     Dopri5, Integrator, Mechanism, Rk4, Rodas, SemiImplicitEuler, acceleration_in_motion,
 };
 use lamc_workbench::execution::Jit;
+use lamc_workbench::verify::solve;
 
 use crate::compare::{keep_largest, largest};
 
 use super::Found;
 use super::path::{BREAKS_OFF, PARTS, Path, ROUNDING, follow, steps};
-use super::subject::{Pair, Point};
+use super::subject::{Pair, Point, Subject};
 
 /// The motion backwards: forward with the speeds of the end reversed. Compared is how far it ends from the start,
 /// rad. Allowed is the error of the end, which grows on the way back, and that of the way back.
@@ -36,26 +37,30 @@ pub fn derivative(pair: &Pair, path: &Path) -> Result<Found, String> {
         let duration = step[4].t - step[0].t;
         let around = |tolerance| follow(&pair.moves.system, &step[0], duration, tolerance);
         let [precise, rough] = path.tolerances.map(around);
-        differences(&pair.says.system, [&precise?, &rough?], duration, &mut found)?;
+        differences(&pair.says, [&precise?, &rough?], duration, &mut found)?;
     }
     Ok(found)
 }
 
 /// Compares the derivatives in the middle of a motion.
 fn differences(
-    system: &Jit,
+    says: &Subject,
     motions: [&[Point]; 2],
     duration: f64,
     found: &mut Found,
 ) -> Result<(), String> {
-    let at = &motions[0][PARTS / 2];
+    let (system, at) = (&says.system, &motions[0][PARTS / 2]);
+    let solution = solve(&says.compiled.topology.mechanism, &says.values(at));
+    let solution = solution.map_err(|massless| massless.to_string())?;
+    // What motors hold against is rounded, too.
+    let rounded = ROUNDING * solution.magnitude * solution.condition();
     let mut rates = vec![0.0; at.u.len()];
     let workspace = &mut system.workspace();
     acceleration_in_motion(system, at.t, &at.q, &at.u, workspace, &mut rates)
         .map_err(|error| error.to_string())?;
-    let numbers: [(fn(&Point) -> &[f64], &[f64]); 2] =
-        [(|state| &state.q, &at.u), (|state| &state.u, &rates)];
-    for (of, expected) in numbers {
+    let numbers: [(fn(&Point) -> &[f64], &[f64], f64); 2] =
+        [(|state| &state.q, &at.u, 0.0), (|state| &state.u, &rates, rounded)];
+    for (of, expected, rounded) in numbers {
         let (mut off, mut doubt) = (0.0, 0.0);
         for (k, expected) in expected.iter().enumerate() {
             let [precise, rough] =
@@ -64,7 +69,7 @@ fn differences(
             let differs = (precise[1] - precise[0]).abs() + (precise[0] - rough[0]).abs();
             doubt = keep_largest(doubt, differs);
         }
-        let rounding = ROUNDING * largest(of(at)) / duration;
+        let rounding = ROUNDING * largest(of(at)) / duration + rounded;
         found.add(off / largest(expected), (doubt + rounding) / largest(expected));
     }
     Ok(())

@@ -37,8 +37,9 @@ struct Said {
     reactions: Vec<[Vector3<f64>; 2]>,
 }
 
-/// Accelerations, energies and, where the hinges determine them, reactions. Errors of accelerations and reactions
-/// are relative to the largest, divided by the condition number of the hinges' equations, as in `lamc verify`.
+/// Accelerations, energies and, where the hinges determine them, reactions. Errors of accelerations are
+/// relative to what they would be without drives, too, those of reactions to the largest, both divided by the
+/// condition number of the hinges' equations, as in `lamc verify`.
 /// What is allowed is the same, and what rounding of the angles changes: in another description loops close at
 /// others.
 pub fn compare(pair: &Pair, other: &Other) -> Result<Found, String> {
@@ -52,7 +53,7 @@ pub fn compare(pair: &Pair, other: &Other) -> Result<Found, String> {
 
         let accelerations = other.numbers(&expected.acceleration);
         let off = largest_difference(&got.acceleration, &accelerations);
-        let scale = largest(&accelerations) * solution.condition();
+        let scale = solution.magnitude * solution.condition();
         let rounding = ROUNDING * sensitivity(&pair.moves, values, &expected) / scale;
         let allowed = ACCELERATION + rounding;
         // A state at which rounding decides says nothing.
