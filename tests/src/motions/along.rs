@@ -160,7 +160,7 @@ pub mod convergence {
     pub fn rk4(pair: &Pair, path: &Path) -> Result<Found, String> {
         let system = &pair.says.system;
         let mut method = Rk4::new(system);
-        converges(4, PARTS / 4, path, &mut |state, end, dt| {
+        converges(4, [PARTS / 4, PARTS, PARTS / 16, PARTS / 64], path, &mut |state, end, dt| {
             method.run(system, state, end, dt, |_| ()).map_err(|error| error.to_string())
         })
     }
@@ -169,9 +169,14 @@ pub mod convergence {
     pub fn euler(pair: &Pair, path: &Path) -> Result<Found, String> {
         let system = &pair.says.system;
         let mut method = SemiImplicitEuler::new(system);
-        converges(1, PARTS / 32, path, &mut |state, end, dt| {
-            method.run(system, state, end, dt, |_| ()).map_err(|error| error.to_string())
-        })
+        converges(
+            1,
+            [PARTS / 32, PARTS / 128, PARTS / 8, PARTS / 2],
+            path,
+            &mut |state, end, dt| {
+                method.run(system, state, end, dt, |_| ()).map_err(|error| error.to_string())
+            },
+        )
     }
 
     /// The order is that of short steps where it changes by less than this from one halving to the next.
@@ -179,9 +184,25 @@ pub mod convergence {
 
     type Run<'a> = &'a mut dyn FnMut(&mut Point, f64, f64) -> Result<(), String>;
 
+    /// The share that extrapolation leaves, along the first of some parts of the motion that shows an order: errors
+    /// may be too small along a short one, and grow along a long one.
+    fn converges(
+        order: i32,
+        parts: [usize; 4],
+        path: &Path,
+        run: Run<'_>,
+    ) -> Result<Found, String> {
+        for part in parts {
+            if let Some(share) = left(order, part, path, run) {
+                return Ok(Found { cases: 1, error: share, allowed: LEFT });
+            }
+        }
+        Err("no two step lengths have clear errors of the same order".to_owned())
+    }
+
     /// What extrapolation from two step lengths leaves of the error of the shorter, as a share of that. The
     /// shortest steps are compared whose error is clear and falls as steadily as before.
-    fn converges(order: i32, part: usize, path: &Path, run: Run<'_>) -> Result<Found, String> {
+    fn left(order: i32, part: usize, path: &Path, run: Run<'_>) -> Option<f64> {
         let gain = 2_f64.powi(order) - 1.0;
         let end = &path.precise[part];
         let mut last: Option<(Point, f64)> = None;
@@ -208,7 +229,6 @@ pub mod convergence {
             }
             last = Some((state, error));
         }
-        let share = share.ok_or("no two step lengths have clear errors of the same order")?;
-        Ok(Found { cases: 1, error: share, allowed: LEFT })
+        share
     }
 }
