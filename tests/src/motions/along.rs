@@ -8,9 +8,9 @@ use lamc_workbench::verify::solve;
 
 use crate::compare::{keep_largest, largest};
 
-use super::Found;
 use super::path::{BREAKS_OFF, PARTS, Path, ROUNDING, follow, steps};
 use super::subject::{Pair, Point, Subject};
+use super::{Found, VAGUE, VAGUELY};
 
 /// The motion backwards: forward with the speeds of the end reversed. Compared is how far it ends from the start,
 /// rad. Allowed is the error of the end, which grows on the way back, and that of the way back.
@@ -39,7 +39,10 @@ pub fn derivative(pair: &Pair, path: &Path) -> Result<Found, String> {
         let [precise, rough] = path.tolerances.map(around);
         differences(&pair.says, [&precise?, &rough?], duration, &mut found)?;
     }
-    Ok(found)
+    match found.cases {
+        0 => Err(VAGUELY.to_owned()),
+        _ => Ok(found),
+    }
 }
 
 /// Compares the derivatives in the middle of a motion.
@@ -61,18 +64,50 @@ fn differences(
     let numbers: [(fn(&Point) -> &[f64], &[f64], f64); 2] =
         [(|state| &state.q, &at.u, 0.0), (|state| &state.u, &rates, rounded)];
     for (of, expected, rounded) in numbers {
-        let (mut off, mut doubt) = (0.0, 0.0);
+        let (mut off, mut doubt, mut bent) = (0.0, 0.0, [0.0; 2]);
         for (k, expected) in expected.iter().enumerate() {
             let [precise, rough] =
                 motions.map(|states| extrapolated(states, duration, &|state| of(state)[k]));
             off = keep_largest(off, (precise[0] - expected).abs());
             let differs = (precise[1] - precise[0]).abs() + (precise[0] - rough[0]).abs();
             doubt = keep_largest(doubt, differs);
+            let bends = [PARTS / 8, PARTS / 4]
+                .map(|apart| bend(motions[0], duration, apart, &|state| of(state)[k]));
+            bent = [0, 1].map(|i| keep_largest(bent[i], bends[i]));
         }
         let rounding = ROUNDING * largest(of(at)) / duration + rounded;
-        found.add(off / largest(expected), (doubt + rounding) / largest(expected));
+        if std::env::var("TIMED").is_ok() {
+            eprintln!(
+                "D off {off:e} doubt {doubt:e} rounding {rounding:e} rounded {rounded:e} bent {bent:?} of {:e}",
+                largest(expected)
+            );
+        } // TEMPORARY
+        // A difference across a kink is no derivative.
+        let [near, far] = bent;
+        if near > doubt + rounding && near > STRAIGHTER * far {
+            continue;
+        }
+        // Nor does one over a time in which rounding decides.
+        let allowed = (doubt + rounding) / largest(expected);
+        if allowed <= VAGUE {
+            found.add(off / largest(expected), allowed);
+        }
     }
     Ok(())
+}
+
+/// Where a function has two derivatives, halving the distance makes the difference of those from both sides smaller
+/// by four; at a kink, it stays.
+const STRAIGHTER: f64 = 0.5;
+
+/// By how much the derivatives from both sides differ in the middle of a motion.
+fn bend(states: &[Point], duration: f64, apart: usize, of: &dyn Fn(&Point) -> f64) -> f64 {
+    let length = apart as f64 * duration / PARTS as f64;
+    let slope = |near: usize, far: usize| {
+        (4.0 * of(&states[near]) - 3.0 * of(&states[PARTS / 2]) - of(&states[far])) / (2.0 * length)
+    };
+    let middle = PARTS / 2;
+    (slope(middle + apart, middle + 2 * apart) + slope(middle - apart, middle - 2 * apart)).abs()
 }
 
 /// The derivative by time in the middle of a motion after two extrapolations, and after one.

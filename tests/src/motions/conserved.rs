@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use crate::compare::{keep_largest, largest};
 
-use super::path::{PARTS, Path, ROUNDING, steps};
+use super::path::{PARTS, Path, rounding_steps, steps};
 use super::subject::{NOTHING_MOVES, Pair, Point, Subject};
 use super::work::{angular_momentum, mass, power};
 use super::{Found, edits};
@@ -17,6 +17,19 @@ const APART: usize = 8;
 /// The largest effect of errors of the integration on a function of the state.
 fn doubt(path: &Path, of: &dyn Fn(&Point) -> f64) -> f64 {
     largest((0..=PARTS).step_by(APART).map(|k| path.spread(k, of)))
+}
+
+/// What errors of the integration change in the integral of a function of the state over the motion: those of each
+/// stretch, as large as the larger of its ends.
+fn integral(path: &Path, of: &dyn Fn(&Point) -> f64) -> f64 {
+    let ends: Vec<_> = (0..=PARTS).step_by(APART).map(|k| path.spread(k, of)).collect();
+    let stretch = path.duration * APART as f64 / PARTS as f64;
+    ends.windows(2).map(|ends| stretch * largest(ends)).sum()
+}
+
+/// What rounding leaves of a sum over all bodies, as a share of its terms.
+fn rounded(subject: &Subject) -> f64 {
+    rounding_steps(subject) as f64 * f64::EPSILON
 }
 
 fn total(subject: &Subject, at: &Point) -> f64 {
@@ -72,10 +85,27 @@ pub fn energy(pair: &Pair, path: &Path) -> Result<Found, String> {
     }
     let change = total(says, end) - total(says, &path.precise[0]);
     let doubt = path.spread(PARTS, &|at| total(says, at))
-        + path.duration * doubt(path, &|at| power(says, at))
+        + integral(path, &|at| power(says, at))
         + off
-        + ROUNDING * (terms(says, &path.precise[0]) + terms(says, end) + exchanged);
+        + path.rounded(says, &|at| total(says, at))
+        + rounded(says) * (terms(says, &path.precise[0]) + terms(says, end) + exchanged);
     let scale = scale(says, path) + exchanged;
+    if std::env::var("TIMED").is_ok() {
+        eprintln!(
+            "E steps {} spread {:e} power {:e} off {:e} round {:e} scale {:e} growth {:e} dur {:e} tol {:?} change {:e} work {:e}",
+            steps.len(),
+            path.spread(PARTS, &|at| total(says, at)),
+            integral(path, &|at| power(says, at)),
+            off,
+            rounded(says) * (terms(says, &path.precise[0]) + terms(says, end) + exchanged),
+            scale,
+            path.growth,
+            path.duration,
+            path.tolerances,
+            change,
+            work
+        );
+    } // TEMPORARY
     let mut found = Found::NONE;
     found.add((change - work).abs() / scale, doubt / scale);
     Ok(found)
@@ -88,8 +118,16 @@ pub fn conserved(pair: &Pair, path: &Path) -> Result<Found, String> {
     let begin = total(says, &path.precise[0]);
     let off = largest(path.precise.iter().map(|at| total(says, at) - begin));
     let terms = largest([0, PARTS / 2, PARTS].map(|k| terms(says, &path.precise[k])));
-    let allowed = doubt(path, &|at| total(says, at)) + ROUNDING * terms;
+    let of = |at: &Point| total(says, at);
+    let allowed = doubt(path, &of) + path.rounded(says, &of) + 2.0 * rounded(says) * terms;
     let scale = scale(says, path);
+    if std::env::var("TIMED").is_ok() {
+        eprintln!(
+            "C doubt {:e} round {:e} off {off:e} scale {scale:e}",
+            doubt(path, &|at| total(says, at)),
+            rounded(says) * terms
+        );
+    } // TEMPORARY
     Ok(Found { cases: PARTS, error: off / scale, allowed: allowed / scale })
 }
 
@@ -108,6 +146,8 @@ pub fn momentum(plain: &Pair) -> Result<Found, String> {
         off = keep_largest(off, (sum - begin).abs());
         scale = keep_largest(scale, magnitude);
     }
-    let allowed = doubt(&path, &|at| of(at)[0]) + ROUNDING * scale;
+    let sum = |at: &Point| of(at)[0];
+    let allowed =
+        doubt(&path, &sum) + path.rounded(&pair.says, &sum) + 2.0 * rounded(&pair.says) * scale;
     Ok(Found { cases: PARTS, error: off / scale, allowed: allowed / scale })
 }

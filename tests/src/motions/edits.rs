@@ -57,6 +57,27 @@ pub fn from_time(model: &mut SourceModel, begin: f64) {
     replace_time(model, &plus(Expression::Time, Expression::Number(begin)));
 }
 
+/// Only a share of damping, friction and air is left; models of hinges become the laws that they led to.
+pub fn damped(model: &mut SourceModel, compiled: &Compiled, share: f64) {
+    let mechanism = &compiled.topology.mechanism;
+    let fixed = |law: &Expression| {
+        changed(law, &|leaf| match leaf {
+            Expression::Parameter(id) => Expression::Number(mechanism.parameters[id.index()].value),
+            other => other.clone(),
+        })
+    };
+    model.tunable.clear();
+    for (joint, law) in model.joints.iter_mut().zip(&mechanism.joints) {
+        joint.spring = Spring::Stiffness(spanned(fixed(&law.stiffness)));
+        joint.damping.value = times(fixed(&law.damping), share);
+        if let Some(friction) = &mut joint.friction {
+            friction.torque.value = times(friction.torque.value.clone(), share);
+        }
+    }
+    let air = model.air.iter_mut().map(|air| &mut air.density.value);
+    air.for_each(|law| *law = times(law.clone(), share));
+}
+
 fn replace_time(model: &mut SourceModel, new: &Expression) {
     for law in laws(model) {
         *law = changed(law, &|leaf| match leaf {

@@ -2,12 +2,13 @@
 
 use lamc_runtime::{Integrator, Mechanism, project};
 use lamc_workbench::execution::Jit;
+use lamc_workbench::verify::solve;
 
 use crate::compare::{keep_largest, largest};
 use crate::dopri5;
 use crate::uniform::Random;
 
-use super::subject::{NOTHING_MOVES, Pair, Point};
+use super::subject::{NOTHING_MOVES, Pair, Point, Subject};
 
 /// Equal parts of a motion, at whose ends errors are known.
 pub const PARTS: usize = 128;
@@ -22,7 +23,7 @@ const TOLERANCES: [[f64; 2]; 2] = [[1e-11, 1e-9], [1e-9, 1e-7]];
 const TURN: f64 = 2.0;
 
 /// A motion ends where the rough one has taken so many steps.
-const ENOUGH_STEPS: usize = 250;
+pub const ENOUGH_STEPS: usize = 250;
 
 /// The precise motion has a hundredth of the error by a method of order 5, which takes three times the steps, and
 /// a step ends at the end of each part.
@@ -54,6 +55,10 @@ pub struct Path {
     pub rough: Vec<Point>,
     /// s.
     pub duration: f64,
+    /// The time in which the fastest joint turns, s, as far as the start says.
+    pub intended: f64,
+    /// Of the precise motion.
+    pub steps: usize,
     /// The errors per step of both.
     pub tolerances: [f64; 2],
     /// By how much a small deviation grows at most along the motion, in any direction.
@@ -64,7 +69,7 @@ impl Path {
     /// The motion from the start of a model.
     pub fn of(pair: &Pair) -> Result<Self, String> {
         let (system, start) = (&pair.moves.system, pair.start()?.0);
-        let duration = duration(system, &start)?;
+        let [duration, intended] = duration(system, &start)?;
         let mut path = Err(String::new());
         for tolerances in TOLERANCES {
             path = Self::within(system, &start, duration, tolerances);
@@ -73,6 +78,7 @@ impl Path {
             }
         }
         let mut path = path?;
+        path.intended = intended;
         path.growth = path.sensitivity(system)?;
         match path.growth < WILD {
             true => Ok(path),
@@ -87,8 +93,9 @@ impl Path {
         tolerances: [f64; 2],
     ) -> Result<Self, String> {
         let [precise, rough] =
-            tolerances.map(|tolerance| follow(system, start, duration, tolerance));
-        Ok(Self { precise: precise?, rough: rough?, duration, tolerances, growth: 1.0 })
+            tolerances.map(|tolerance| counted(system, start, duration, tolerance));
+        let ((precise, steps), (rough, _)) = (precise?, rough?);
+        Ok(Self { precise, rough, duration, intended: duration, steps, tolerances, growth: 1.0 })
     }
 
     /// By how much a perturbation of all coordinates and speeds grows. Its direction is random: that of the
@@ -127,6 +134,32 @@ impl Path {
         self.distance(&self.precise[k], &self.rough[k]) + ROUNDING * self.growth
     }
 
+    /// What rounding of the states changes in a quantity that should stay the same: per step, the operations that
+    /// lead to accelerations, and closing the loops, leave their rounding times the condition number of the
+    /// hinges' equations in every angle (1 rad) and speed (the largest), and no step takes it away.
+    pub fn rounded(&self, subject: &Subject, of: &dyn Fn(&Point) -> f64) -> f64 {
+        let mechanism = &subject.compiled.topology.mechanism;
+        let steps = (self.steps * rounding_steps(subject)) as f64;
+        let at = |k: usize| {
+            let at = &self.precise[k];
+            let solution = solve(mechanism, &subject.values(at));
+            let condition = solution.map_or(f64::NAN, |solution| solution.condition());
+            let value = of(at);
+            let fastest = largest(&at.u);
+            let n = at.q.len();
+            let change = |index: usize| {
+                let mut moved = at.clone();
+                match index.checked_sub(n) {
+                    None => moved.q[index] += PERTURBATION,
+                    Some(speed) => moved.u[speed] += PERTURBATION * fastest,
+                }
+                (of(&moved) - value).abs() / PERTURBATION
+            };
+            condition * (0..2 * n).map(change).sum::<f64>()
+        };
+        steps * f64::EPSILON * largest([0, PARTS / 2, PARTS].map(at))
+    }
+
     /// What the error of a function of the precise state number k may be: each coordinate and speed of the rough
     /// state, put in its place, changes the function by so much.
     pub fn spread(&self, k: usize, of: &dyn Fn(&Point) -> f64) -> f64 {
@@ -145,8 +178,17 @@ impl Path {
     }
 }
 
-/// How long a motion is followed, s.
-fn duration(system: &Jit, start: &Point) -> Result<f64, String> {
+/// Roundings in the longest chain of operations: for each joint a turn, sine or cosine, a product and a sum, of
+/// orientation, position, velocity and the bias of the acceleration, and as many on the way back with forces.
+const ROUNDINGS: usize = 24;
+
+/// Roundings between the states of all joints and what is computed from them.
+pub fn rounding_steps(subject: &Subject) -> usize {
+    ROUNDINGS * subject.compiled.topology.mechanism.joints.len()
+}
+
+/// How long a motion is followed, and how long it should be, s.
+fn duration(system: &Jit, start: &Point) -> Result<[f64; 2], String> {
     let acceleration = system.acceleration(start.t, &start.q, &start.u);
     let acceleration = acceleration.map_err(|error| error.to_string())?;
     let rate = keep_largest(largest(&start.u), largest(&acceleration).sqrt());
@@ -163,12 +205,12 @@ fn duration(system: &Jit, start: &Point) -> Result<f64, String> {
         // Where it cannot be continued it ends before.
         if let Err(error) = integrator.step(system, &mut state, start.t + intended) {
             return match state.t > start.t {
-                true => Ok(BEFORE_AN_END * (state.t - start.t)),
+                true => Ok([BEFORE_AN_END * (state.t - start.t), intended]),
                 false => Err(format!("{BREAKS_OFF}: {error}")),
             };
         }
     }
-    Ok(state.t - start.t)
+    Ok([state.t - start.t, intended])
 }
 
 /// The steps of the precise motion: its states at the beginning, at the three nodes of Gauss's rule, and at the
@@ -203,6 +245,16 @@ pub fn follow(
     duration: f64,
     tolerance: f64,
 ) -> Result<Vec<Point>, String> {
+    counted(system, start, duration, tolerance).map(|(states, _)| states)
+}
+
+/// As [`follow`], with the number of steps.
+fn counted(
+    system: &Jit,
+    start: &Point,
+    duration: f64,
+    tolerance: f64,
+) -> Result<(Vec<Point>, usize), String> {
     let mut integrator = dopri5(system, tolerance);
     let mut state = start.clone();
     let mut states = vec![state.clone()];
@@ -219,7 +271,7 @@ pub fn follow(
         }
         states.push(state.clone());
     }
-    Ok(states)
+    Ok((states, steps))
 }
 
 /// Moves a state onto the closure.

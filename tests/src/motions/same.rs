@@ -68,8 +68,9 @@ pub fn compare(pair: &Pair, other: &Other) -> Result<Found, String> {
         add(&mut found, got.potential - expected.potential - lifted, total, ENERGY);
 
         if is_determined(&pair.moves.compiled, solution) {
+            let least = held(&pair.moves.compiled, values, solution, &expected);
             let scale = (solution.condition(), allowed);
-            compare_reactions(&expected, &got, other, values, scale, &mut found);
+            compare_reactions([&expected, &got], other, values, least, scale, &mut found);
         }
     }
     match found.cases {
@@ -95,6 +96,19 @@ fn add(found: &mut Found, off: f64, scale: f64, allowed: f64) {
     found.add(error, allowed);
 }
 
+/// The forces, N, and moments, N m, to which the reactions are rounded where motors hold against more than what
+/// is left: those of all moving masses at the accelerations that there would be without drives.
+fn held(compiled: &Compiled, values: &Values, solution: &Solution, expected: &Said) -> [f64; 2] {
+    if solution.magnitude <= 2.0 * largest(&expected.acceleration) {
+        return [0.0; 2];
+    }
+    let mechanism = &compiled.topology.mechanism;
+    let moving = mechanism.bodies.iter().filter(|body| !body.fixed);
+    let masses: f64 = moving.map(|body| mass(body, values)).sum();
+    let force = masses * mechanism.size * solution.magnitude;
+    [force, force * mechanism.size]
+}
+
 /// Whether no two equations of the hinges say the same: otherwise many reactions have the same effect.
 fn is_determined(compiled: &Compiled, solution: &Solution) -> bool {
     let joints = &compiled.topology.mechanism.joints;
@@ -105,15 +119,15 @@ fn is_determined(compiled: &Compiled, solution: &Solution) -> bool {
 /// The reactions are those on the second body in its frame: of a joint whose bodies have changed places, the
 /// opposite in the frame of the other body, from which the second is turned by q about the hinge.
 fn compare_reactions(
-    expected: &Said,
-    got: &Said,
+    [expected, got]: [&Said; 2],
     other: &Other,
     values: &Values,
+    least: [f64; 2],
     (condition, allowed): (f64, f64),
     found: &mut Found,
 ) {
     for kind in [0, 1] {
-        let (mut off, mut scale) = (0.0_f64, 0.0_f64);
+        let (mut off, mut scale) = (0.0_f64, least[kind]);
         for (got, &joint) in got.reactions.iter().zip(&other.order) {
             let mut reaction = expected.reactions[joint][kind];
             if other.swapped {

@@ -23,6 +23,7 @@ const RESTS: f64 = 1e-6;
 pub const NOTHING_MOVES: &str = "nothing moves";
 
 /// A compiled model.
+#[derive(Clone)]
 pub struct Subject {
     /// As it was read.
     pub model: SourceModel,
@@ -99,12 +100,20 @@ impl Pair {
         Ok(pair)
     }
 
-    /// Both as they are from the time on at which their motion starts.
-    pub fn from_start(&self) -> Result<Self, String> {
+    /// Both as they are from the time on at which their motion starts, with this share of all damping, friction and
+    /// air.
+    pub fn from_start(&self, damped: f64) -> Result<Self, String> {
         let begin = self.start()?.0.t;
-        let later = |model: &mut SourceModel| edits::from_time(model, begin);
-        let [moves, says] = self.texts.each_ref().map(|text| Subject::edited(text, later));
-        let (mut moves, mut says) = (moves?, says?);
+        let [moves, says] = [&self.moves, &self.says].map(|subject| {
+            move |model: &mut SourceModel| {
+                if damped != 1.0 {
+                    edits::damped(model, &subject.compiled, damped);
+                }
+                edits::from_time(model, begin);
+            }
+        });
+        let [mut moves, mut says] =
+            both(&self.texts.each_ref().map(String::as_str), [&moves, &says])?;
         let mut states = self.states.clone();
         states.iter_mut().for_each(|(values, _)| values.t -= begin);
         let inputs = &self.start()?.1;
@@ -114,8 +123,7 @@ impl Pair {
     }
 
     fn of(texts: [&str; 2], edits: [&dyn Fn(&mut SourceModel); 2]) -> Result<Self, String> {
-        let moves = Subject::edited(texts[0], edits[0])?;
-        let says = Subject::edited(texts[1], edits[1])?;
+        let [moves, says] = both(&texts, edits)?;
         let settings = Settings { states: STATES, seed: 1, duration: 0.0 };
         let states = closed_states(&moves.compiled, &settings);
         let mut states = states.map_err(|remark| match remark {
@@ -146,4 +154,14 @@ impl Pair {
         let Values { t, q, u, inputs, .. } = values.clone();
         Ok((State { t, q, u }, inputs))
     }
+}
+
+/// Both models after their changes; the same text is compiled once.
+fn both(texts: &[&str; 2], edits: [&dyn Fn(&mut SourceModel); 2]) -> Result<[Subject; 2], String> {
+    let moves = Subject::edited(texts[0], edits[0])?;
+    let says = match texts[0] == texts[1] {
+        true => moves.clone(),
+        false => Subject::edited(texts[1], edits[1])?,
+    };
+    Ok([moves, says])
 }
