@@ -76,12 +76,6 @@ fn differences(
             bent = [0, 1].map(|i| keep_largest(bent[i], bends[i]));
         }
         let rounding = ROUNDING * largest(of(at)) / duration + rounded;
-        if std::env::var("TIMED").is_ok() {
-            eprintln!(
-                "D off {off:e} doubt {doubt:e} rounding {rounding:e} rounded {rounded:e} bent {bent:?} of {:e}",
-                largest(expected)
-            );
-        } // TEMPORARY
         // A difference across a kink is no derivative.
         let [near, far] = bent;
         if near > doubt + rounding && near > STRAIGHTER * far {
@@ -256,11 +250,13 @@ pub mod convergence {
             if let Some((longer, before)) = &last {
                 let is_steady = (before / error / fall).log2().abs() < STEADY;
                 fall = before / error;
+                // Where errors fall faster, those of higher order are still the larger part.
+                let is_short = fall.log2() < f64::from(order) + STEADY;
                 let mut better = state.clone();
                 let numbers = better.q.iter_mut().chain(&mut better.u);
                 let pairs = numbers.zip(longer.q.iter().chain(&longer.u));
                 pairs.for_each(|(number, longer)| *number += (*number - longer) / gain);
-                share = is_steady.then(|| path.distance(&better, end) / error);
+                share = (is_steady && is_short).then(|| path.distance(&better, end) / error);
             }
             last = Some((state, error));
         }

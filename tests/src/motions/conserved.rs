@@ -90,22 +90,6 @@ pub fn energy(pair: &Pair, path: &Path) -> Result<Found, String> {
         + path.rounded(says, &|at| total(says, at))
         + rounded(says) * (terms(says, &path.precise[0]) + terms(says, end) + exchanged);
     let scale = scale(says, path) + exchanged;
-    if std::env::var("TIMED").is_ok() {
-        eprintln!(
-            "E steps {} spread {:e} power {:e} off {:e} round {:e} scale {:e} growth {:e} dur {:e} tol {:?} change {:e} work {:e}",
-            steps.len(),
-            path.spread(PARTS, &|at| total(says, at)),
-            integral(path, &|at| power(says, at)),
-            off,
-            rounded(says) * (terms(says, &path.precise[0]) + terms(says, end) + exchanged),
-            scale,
-            path.growth,
-            path.duration,
-            path.tolerances,
-            change,
-            work
-        );
-    } // TEMPORARY
     let mut found = Found::NONE;
     found.add((change - work).abs() / scale, doubt / scale);
     Ok(found)
@@ -121,13 +105,6 @@ pub fn conserved(pair: &Pair, path: &Path) -> Result<Found, String> {
     let of = |at: &Point| total(says, at);
     let allowed = doubt(path, &of) + path.rounded(says, &of) + 2.0 * rounded(says) * terms;
     let scale = scale(says, path);
-    if std::env::var("TIMED").is_ok() {
-        eprintln!(
-            "C doubt {:e} round {:e} off {off:e} scale {scale:e}",
-            doubt(path, &|at| total(says, at)),
-            rounded(says) * terms
-        );
-    } // TEMPORARY
     Ok(Found { cases: PARTS, error: off / scale, allowed: allowed / scale })
 }
 

@@ -113,27 +113,21 @@ pub fn checks(text: &str) -> Result<Vec<Check>, String> {
 /// # Errors
 /// As [`checks`].
 pub fn compared(moves: &str, says: &str) -> Result<Vec<Check>, String> {
-    let plain = timed("pair", || Pair::new(moves, says))?;
+    let plain = Pair::new(moves, says)?;
     let mut checks = in_motion(&plain);
-    checks.extend(timed("descr", || descriptions::checks(&plain)));
-    if std::env::var("TIMED").is_ok() {
-        for c in &checks {
-            eprintln!("  {} {:e} {:e} {:?}", c.name, c.error, c.allowed, c.remark);
-        }
-    }
+    checks.extend(descriptions::checks(&plain));
     Ok(checks)
 }
 
 fn in_motion(plain: &Pair) -> Vec<Check> {
-    let all = timed("all", || Motion::with_dampers(plain));
-    let lossless =
-        timed("lossless", || Motion::of(timed("edited", || plain.edited(edits::conservative))));
-    let along = |check: Along| timed("along", || all.check(check));
-    let without_loss = |check: Along| timed("without_loss", || lossless.check(check));
+    let all = Motion::with_dampers(plain);
+    let lossless = Motion::of(plain.edited(edits::conservative));
+    let along = |check: Along| all.check(check);
+    let without_loss = |check: Along| lossless.check(check);
     let mut checks = vec![
         clear(NAMES[0], along(energy)),
         clear(NAMES[1], without_loss(conserved)),
-        clear(NAMES[2], timed("momentum", || momentum(plain))),
+        clear(NAMES[2], momentum(plain)),
         clear(NAMES[3], without_loss(reversed)),
         clear(NAMES[4], along(methods::dopri5)),
         clear(NAMES[5], along(methods::rodas)),
@@ -184,14 +178,4 @@ impl Motion {
         let (pair, path) = self.0.as_ref().map_err(Clone::clone)?;
         check(pair, path)
     }
-}
-
-fn timed<T>(name: &str, f: impl FnOnce() -> T) -> T {
-    // TEMPORARY
-    let t = std::time::Instant::now();
-    let r = f();
-    if std::env::var("TIMED").is_ok() {
-        eprintln!("{name} {:.3}", t.elapsed().as_secs_f64());
-    }
-    r
 }
