@@ -61,7 +61,8 @@ fn differences(
     let workspace = &mut system.workspace();
     acceleration_in_motion(system, at.t, &at.q, &at.u, workspace, &mut rates)
         .map_err(|error| error.to_string())?;
-    let numbers: [(fn(&Point) -> &[f64], &[f64], f64); 2] =
+    type Numbers = fn(&Point) -> &[f64];
+    let numbers: [(Numbers, &[f64], f64); 2] =
         [(|state| &state.q, &at.u, 0.0), (|state| &state.u, &rates, rounded)];
     for (of, expected, rounded) in numbers {
         let (mut off, mut doubt, mut bent) = (0.0, 0.0, [0.0; 2]);

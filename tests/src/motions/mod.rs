@@ -76,7 +76,8 @@ impl Found {
     /// any.
     fn add(&mut self, error: f64, allowed: f64) {
         self.cases += 1;
-        let is_worse = !(error / allowed <= self.error / self.allowed);
+        let share = error / allowed;
+        let is_worse = share.is_nan() || share > self.error / self.allowed;
         if is_worse {
             (self.error, self.allowed) = (error, allowed);
         }
@@ -158,14 +159,14 @@ impl Motion {
     /// are weakened until the motion takes a time in which its fastest joint turns.
     fn with_dampers(plain: &Pair) -> Self {
         let mut share = 1.0;
-        let mut motion = Self::of(plain.from_start(share));
+        let mut motion = Self::of(plain.begun(share));
         for _ in 0..WEAKENED {
             let Ok((_, path)) = &motion.0 else { break };
             if path.duration > SHORT * path.intended {
                 break;
             }
             share *= path.duration / path.intended / path::ENOUGH_STEPS as f64;
-            let weaker = Self::of(plain.from_start(share));
+            let weaker = Self::of(plain.begun(share));
             if weaker.0.is_err() {
                 break;
             }

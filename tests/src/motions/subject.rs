@@ -102,7 +102,7 @@ impl Pair {
 
     /// Both as they are from the time on at which their motion starts, with this share of all damping, friction and
     /// air.
-    pub fn from_start(&self, damped: f64) -> Result<Self, String> {
+    pub fn begun(&self, damped: f64) -> Result<Self, String> {
         let begin = self.start()?.0.t;
         let [moves, says] = [&self.moves, &self.says].map(|subject| {
             move |model: &mut SourceModel| {
