@@ -13,8 +13,8 @@ const JITTER: f64 = 0.25;
 
 /// A sheet; the first triangle is the ground.
 pub fn triangulated(random: &mut Random) -> Drawing {
-    let [columns, rows] = MOST.map(|most| 1 + random.below(most));
-    let columns = columns.max(2);
+    let [drawn, rows] = MOST.map(|most| 1 + random.below(most));
+    let columns = drawn.max(2);
     let vertices: Vec<[f64; 2]> = (0..(columns + 1) * (rows + 1))
         .map(|index| {
             let grid = [index % (columns + 1), index / (columns + 1)];
