@@ -1,8 +1,9 @@
-//! The table of constants of a generated module: the numbers of the model, each under its name.
+//! The table of constants of a generated module: the numbers of the model, each with its name.
 //!
-//! A number of the code is a fact of the model, a simple combination of two facts of one body, or folded from
-//! more. One that is folded from more has a name if it stands in several places; where it stands in one, a
-//! name would say nothing that the statement does not say. Signs stay where the number is used.
+//! A number in the code is a fact of the model, a simple combination of two facts of one body, or the
+//! result of constant folding over more facts. A folded number gets a name if the code uses it in
+//! several places. If the code uses it only once, a name would add nothing to the statement. The table
+//! holds magnitudes; the sign is written where the number is used.
 
 use std::collections::HashMap;
 
@@ -11,38 +12,38 @@ use super::naming::{Naming, users};
 use crate::kane::{Fact, Quantity, Subject};
 use crate::program::{Function, Op, Program, Value, is_same};
 
-/// Letters of a name that is made of the names of two facts.
+/// Maximum number of letters in a name that joins the names of two facts.
 const LONGEST_PAIR: usize = 56;
 
-/// The largest number, and the parts of one, of those that need no name.
+/// A number needs no name if it is at most `PLAIN` and a multiple of `1 / PLAIN_PARTS`.
 const PLAIN: f64 = 16.0;
 const PLAIN_PARTS: f64 = 4.0;
 
-/// A constant of a module.
+/// A named constant of a generated module.
 #[derive(Clone, Debug)]
 pub struct Constant {
-    /// In upper case.
+    /// Name, in upper case.
     pub name: String,
-    /// Greater than 0.
+    /// Magnitude, greater than 0.
     pub value: f64,
-    /// Where it stands in the table.
+    /// Position in the table.
     place: Place,
 }
 
-/// The order of the table: by subject and fact, then what is folded from several.
+/// The order of the table: first by subject and fact, then the folded numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Place {
     Fact(Subject, usize),
     Folded,
 }
 
-/// The constants of a module.
+/// The table of constants of a generated module.
 #[derive(Debug, Default)]
 pub struct Constants {
     list: Vec<Constant>,
-    /// Indices into the list, by the bits of the number and by the subject of the code that uses it.
+    /// Indices into `list`, by the bits of the number and the subject of the code that uses it.
     uses: HashMap<(u64, Subject), usize>,
-    /// The quantities of the facts.
+    /// Quantities of the facts in the table.
     legend: Vec<Quantity>,
 }
 
@@ -50,12 +51,12 @@ pub struct Constants {
 #[derive(Clone, Copy, Debug)]
 pub struct Group<'a> {
     subject: Option<Subject>,
-    /// In the order of the facts.
+    /// The constants, in the order of the facts.
     pub constants: &'a [Constant],
 }
 
 impl Group<'_> {
-    /// One line about the group. `nodes` are the names of the nodes.
+    /// Returns one line that describes the group. `nodes` are the names of the nodes.
     pub fn heading(&self, nodes: &[String]) -> String {
         match self.subject {
             Some(subject) => subject.name(nodes),
@@ -67,7 +68,8 @@ impl Group<'_> {
 }
 
 impl Constants {
-    /// The constants that functions of a program use; no name is one of `reserved` (in lower case).
+    /// Collects the constants that functions of a program use. No constant gets a name in `reserved`
+    /// (in lower case).
     pub fn of<'a>(
         program: &Program,
         functions: impl IntoIterator<Item = &'a Function> + Clone,
@@ -88,7 +90,7 @@ impl Constants {
         table.finish()
     }
 
-    /// The constants by subject.
+    /// Returns the constants, grouped by subject.
     pub fn groups(&self) -> impl Iterator<Item = Group<'_>> {
         let subject = |constant: &Constant| match constant.place {
             Place::Fact(subject, _) => Some(subject),
@@ -99,44 +101,44 @@ impl Constants {
             .map(move |constants| Group { subject: subject(&constants[0]), constants })
     }
 
-    /// What the names of the facts begin with, and what these facts are.
+    /// Returns the prefixes of the facts' names, and the meaning of each prefix.
     pub fn legend(&self) -> &[Quantity] {
         &self.legend
     }
 
-    /// The name of a number in code of a subject; none where the number speaks for itself.
+    /// Returns the name of a number in the code of a subject, or `None` if the number needs no name.
     pub fn name(&self, number: f64, subject: Subject) -> Option<&str> {
         let index = self.uses.get(&(number.abs().to_bits(), subject))?;
         Some(&self.list[*index].name)
     }
 }
 
-/// The constants in the making.
+/// The table of constants while it is built.
 struct Table<'a> {
     program: &'a Program,
     names: Names,
-    /// Constants by the name that they asked for and their number.
+    /// Constants by the name that was requested for them and by their number.
     by_name: HashMap<(String, u64), usize>,
     /// The first constant of each number.
     by_value: HashMap<u64, usize>,
-    /// How often a number stands in the code that is no fact there.
+    /// How many times the code uses each number where it is not a fact.
     places: HashMap<u64, usize>,
-    /// Whether a fact is part of a constant.
+    /// For each fact, whether it is part of a constant.
     legend: Vec<bool>,
     constants: Constants,
 }
 
-/// Where a function uses a number.
+/// A use of a number in a function.
 struct Use {
     magnitude: f64,
     subject: Subject,
-    /// The instruction that uses it, none for an entry of an output.
+    /// The instruction that uses the number, or `None` if an entry of an output does.
     user: Option<Value>,
     number: Value,
 }
 
 impl Table<'_> {
-    /// Names the numbers that are facts or follow from two.
+    /// Names the numbers that are facts or that are computed from at most two facts.
     fn facts(&mut self, function: &Function) {
         for Use { magnitude, subject, .. } in uses(function) {
             let key = (magnitude.to_bits(), subject);
@@ -153,7 +155,7 @@ impl Table<'_> {
         }
     }
 
-    /// Counts where the other numbers stand.
+    /// Counts the uses of the other numbers.
     fn count(&mut self, function: &Function) {
         for Use { magnitude, subject, .. } in uses(function) {
             let bits = magnitude.to_bits();
@@ -163,7 +165,8 @@ impl Table<'_> {
         }
     }
 
-    /// Names those that are constants already or stand in several places, by what they are part of.
+    /// Names the remaining numbers that are already in the table or are used in several places. The
+    /// name says what the number is part of.
     fn folded(&mut self, function: &Function) {
         let users = users(function);
         let naming = Naming::new(self.program, function, &users);
@@ -203,7 +206,8 @@ impl Table<'_> {
         index
     }
 
-    /// The name of a number that is a fact, or a simple combination of facts of the subject, and the facts.
+    /// Returns the name of a number that is a fact or a simple combination of the subject's facts, and
+    /// these facts.
     fn combination(&self, magnitude: f64, subject: Subject) -> Option<(String, Vec<usize>)> {
         let facts = &self.program.facts;
         let is = |value: f64| is_same(value.abs(), magnitude);
@@ -259,7 +263,7 @@ impl Table<'_> {
     }
 }
 
-/// The word between two facts that make a number.
+/// Returns the word that joins the names of two facts whose combination is the number, if there is one.
 fn relation(first: &Fact, second: &Fact, is: &dyn Fn(f64) -> bool) -> Option<&'static str> {
     let (x, y) = (first.value, second.value);
     let alike = first.quantity.is_some() && first.quantity == second.quantity;
@@ -271,7 +275,7 @@ fn relation(first: &Fact, second: &Fact, is: &dyn Fn(f64) -> bool) -> Option<&'s
     }
 }
 
-/// Where a function uses numbers that need a name.
+/// Returns the uses of all numbers that need a name in a function.
 fn uses(function: &Function) -> impl Iterator<Item = Use> {
     let instructions = function.instructions.iter().enumerate();
     let operands = instructions.flat_map(|(user, instruction)| {
@@ -290,7 +294,7 @@ fn uses(function: &Function) -> impl Iterator<Item = Use> {
     })
 }
 
-/// Whether a number needs no name: 2, 0.5.
+/// Returns whether a number needs no name, for example 2 or 0.5.
 fn is_plain(magnitude: f64) -> bool {
     !magnitude.is_finite() || magnitude <= PLAIN && (magnitude * PLAIN_PARTS).fract() == 0.0
 }

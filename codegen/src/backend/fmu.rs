@@ -1,8 +1,8 @@
 //! The FMU backend: the C module and its model description as a source FMU of FMI 2.0 or 3.0, for
 //! Model Exchange and Co-Simulation.
 //!
-//! Variables are scalars. Where each stands in an instance's memory is its value reference; the
-//! blocks are given out by `Layout`.
+//! All variables are scalars. The value reference of a variable is its index in the memory of an
+//! instance; `Layout` assigns the indices.
 
 use serde::Serialize;
 use sha2::{Digest, Sha256};
@@ -11,10 +11,10 @@ use tera::{Context, Tera};
 use super::c::{self, Real, STATUS};
 use crate::program::{Interface, Program};
 
-/// Longest step of Co-Simulation unless it is set, s.
+/// Default for the longest step of Co-Simulation, s.
 const STEP: f64 = 1e-3;
 
-/// Which FMI.
+/// Version of the FMI standard.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Version {
     /// FMI 2.0.
@@ -24,7 +24,7 @@ pub enum Version {
     Fmi3,
 }
 
-/// Where blocks of values begin.
+/// The index at which each block of values begins in the memory of an instance.
 #[derive(Clone, Copy, Serialize)]
 struct Layout {
     time: usize,
@@ -37,7 +37,7 @@ struct Layout {
     points: usize,
     kinetic: usize,
     potential: usize,
-    /// One of each joint, driven or not.
+    /// Motor torques: one value per joint, whether the joint is driven or not.
     motors: usize,
     count: usize,
 }
@@ -57,16 +57,16 @@ impl Layout {
     }
 }
 
-/// A variable by both names that FMI has for it.
+/// The two ways in which FMI refers to a variable.
 #[derive(Clone, Copy, Serialize)]
 struct Key {
-    /// FMI 2.0: its place among the variables, from 1.
+    /// Position among the variables, counted from 1 (FMI 2.0).
     index: usize,
-    /// Its value reference.
+    /// Value reference.
     reference: usize,
 }
 
-/// A scalar variable as the model description has it.
+/// A scalar variable, with its attributes in the model description.
 #[derive(Clone, Serialize)]
 struct Variable {
     name: String,
@@ -86,7 +86,7 @@ impl Variable {
         Self {
             name: name.into(),
             reference,
-            // What XML cannot hold, in whatever way it is written.
+            // XML 1.0 cannot represent most control characters, not even as escapes.
             description: description.into().replace(char::is_control, " "),
             causality: "output",
             variability: "continuous",
@@ -111,7 +111,8 @@ impl Variable {
         self
     }
 
-    /// Of the state: found from a guess, unless it is prescribed.
+    /// Marks a state variable. If it has a guess, initialization solves for its value, starting from
+    /// the guess; otherwise it is prescribed.
     fn state(mut self, guess: Option<f64>) -> Self {
         self.is_state = true;
         if let Some(guess) = guess {
@@ -122,7 +123,7 @@ impl Variable {
     }
 }
 
-/// Every variable, in the order of the model description.
+/// Returns all variables, in the order of the model description.
 fn variables(interface: &Interface, layout: &Layout) -> Vec<Variable> {
     let mut time = Variable::new("time", layout.time, "Time").unit("s");
     (time.causality, time.initial) = ("independent", None);
@@ -178,7 +179,8 @@ fn variables(interface: &Interface, layout: &Layout) -> Vec<Variable> {
     all
 }
 
-/// The files of the FMU with their paths in the archive: the same for the same program.
+/// Returns the files of the FMU with their paths in the archive. The same program always gives the same
+/// files.
 pub fn files(program: &Program, version: Version) -> Vec<(String, String)> {
     let interface = &program.interface;
     let name = &interface.name;
@@ -213,7 +215,7 @@ fn context(interface: &Interface, version: Version, token: &str) -> Context {
     let outputs = keys.clone().filter(|(v, _)| v.causality == "output").map(|(_, key)| key);
     let mut derivatives: Vec<Key> =
         keys.filter(|(v, _)| v.derivative_of.is_some()).map(|(_, key)| key).collect();
-    // As the states: all q, then all u.
+    // Derivatives have the order of the states: all q, then all u.
     derivatives.sort_by_key(|key| key.reference);
     let mut context = Context::new();
     context.insert("version", env!("CARGO_PKG_VERSION"));
@@ -245,7 +247,8 @@ fn context(interface: &Interface, version: Version, token: &str) -> Context {
     context
 }
 
-/// What tells that description and code belong together, in the form of a GUID.
+/// Returns a token in the form of a GUID, by which an importer checks that the description and the code
+/// belong together.
 fn token(source: &str, header: &str) -> String {
     let digest = Sha256::new().chain_update(source).chain_update(header).finalize();
     let hex: Vec<String> = digest.iter().map(|byte| format!("{byte:02x}")).collect();
@@ -253,7 +256,7 @@ fn token(source: &str, header: &str) -> String {
     format!("{{{}-{}-{}-{}-{}}}", part(0, 4), part(4, 6), part(6, 8), part(8, 10), part(10, 16))
 }
 
-/// Fills in a template; what it prints is escaped where it begins like XML.
+/// Fills in a template. The output is escaped if the template begins with an XML declaration.
 fn render(template: &str, context: &Context) -> String {
     let is_xml = template.starts_with("<?xml");
     let main = if is_xml { "main.xml" } else { "main" };

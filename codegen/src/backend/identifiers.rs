@@ -1,15 +1,15 @@
-//! Every identifier of generated code is made here.
+//! Makes every identifier of the generated code.
 
 use std::collections::HashMap;
 
 use crate::program::Signature;
 use crate::source::is_keyword;
 
-/// Types of a generated Rust module besides the mechanism's: of its parameters, of its inputs, and
-/// of its numbers.
+/// Types of a generated Rust module besides the mechanism's type: its parameters, its inputs, and its
+/// number type.
 pub const RUST_TYPES: [&str; 3] = ["Params", "Inputs", "S"];
 
-/// `four_bar` -> `FourBar`, which is none of [`RUST_TYPES`].
+/// Returns a type name in camel case (`four_bar` -> `FourBar`) that differs from all [`RUST_TYPES`].
 pub fn type_name(name: &str) -> String {
     let mut camel = String::new();
     for word in name.split('_').filter(|word| !word.is_empty()) {
@@ -17,7 +17,7 @@ pub fn type_name(name: &str) -> String {
         camel.extend(letters.next().map(|first| first.to_ascii_uppercase()));
         camel.push_str(letters.as_str());
     }
-    // `_1a` is an identifier, `1a` is none.
+    // `_1a` is an identifier, but `1a` is not.
     if !camel.starts_with(|c: char| c.is_ascii_alphabetic()) {
         camel.insert_str(0, "Model");
     } else if RUST_TYPES.contains(&camel.as_str()) {
@@ -26,8 +26,8 @@ pub fn type_name(name: &str) -> String {
     camel
 }
 
-/// What the locals of a function must not be called: its arguments, its outputs, and the `helpers`
-/// that bodies in its language call.
+/// Returns the names that local variables of a function must not have: its arguments, its outputs, and
+/// the `helpers` that function bodies in the target language call.
 pub fn reserved(
     signature: &Signature,
     helpers: impl IntoIterator<Item = &'static str>,
@@ -37,21 +37,21 @@ pub fn reserved(
     inputs.chain(outputs).chain(helpers).collect()
 }
 
-/// Gives out identifiers in snake case, each once.
+/// Makes identifiers in snake case and never returns the same one twice.
 #[derive(Debug, Default)]
 pub struct Names {
-    /// What was given out or is reserved, and the number it was last given out with.
+    /// Every name that was returned or is reserved, with the last number that was appended to it.
     taken: HashMap<String, usize>,
 }
 
 impl Names {
-    /// No identifier is given out twice, nor any of `reserved`.
+    /// Creates a generator of identifiers that never returns one of `reserved`.
     pub fn reserving(reserved: &[&str]) -> Self {
         Self { taken: reserved.iter().map(|&name| (name.to_owned(), 1)).collect() }
     }
 
-    /// An identifier for `name`: in lower case, numbered when it was given out before or is a
-    /// keyword.
+    /// Returns an identifier for `name` in lower case. A number is appended if the identifier was
+    /// returned before, is reserved, or is a keyword.
     pub fn give(&mut self, name: &str) -> String {
         let lower = name.to_ascii_lowercase();
         let mut candidate = lower.clone();

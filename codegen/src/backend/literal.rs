@@ -1,14 +1,15 @@
-//! Numbers as Rust and C write them.
+//! Number literals for Rust and C.
 
 use std::fmt::Debug;
 
-/// The shortest digits that read back as the same number, of a magnitude; Rust's `{:?}` chooses
-/// exponents well but for the zeros in front.
+/// Returns the shortest digits of a magnitude that read back as the same number. Rust's `{:?}` chooses
+/// between plain and exponent notation well, except that it writes leading zeros after the decimal
+/// point.
 pub fn digits(magnitude: impl Debug + Into<f64> + Copy) -> String {
     let plain = format!("{magnitude:?}");
     let value: f64 = magnitude.into();
     match plain.strip_prefix("0.") {
-        // Rust would write up to five leading zeros.
+        // Rust would write up to five leading zeros here.
         Some(fraction) if value != 0.0 && value < 1e-2 => {
             let digits = fraction.trim_start_matches('0');
             let exponent = fraction.len() - digits.len() + 1;

@@ -1,30 +1,31 @@
-//! Names of local values: what the program calls them, or else what they are part of, or made of.
+//! Names of local values. The program may have named a value; otherwise the name says what the value is
+//! part of, or from which operands it is computed.
 //!
-//! Most values have a name from the derivation. Those without are terms of a sum or factors of a
-//! product that grew too long for one line (`omega_left_x_sum`), entries of an output (`mass_2_1`),
-//! or were met in several places (`cos_left_times_u_left`).
+//! Most values have a name from the derivation. The others are terms of a sum or factors of a product
+//! that became too long for one line (`omega_left_x_sum`), entries of an output (`mass_2_1`), or common
+//! subexpressions that are used in several places (`cos_left_times_u_left`).
 
 use crate::program::{Function, Moving, Op, Program, Slot, Value};
 
-/// Letters of a name that is made of the names of two operands.
+/// Maximum number of letters in a name that joins the names of two operands.
 const LONGEST_PAIR: usize = 48;
 
-/// Who uses a value.
+/// The users of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Users {
-    /// Nobody.
+    /// The value has no user.
     None,
-    /// One addition or subtraction.
+    /// The only user is an addition or subtraction.
     Sum(Value),
-    /// One instruction of another kind.
+    /// The only user is an instruction of another kind.
     One(Value),
-    /// One entry of an output.
+    /// The only user is an entry of an output.
     Entry,
-    /// Several.
+    /// The value has several users.
     Many,
 }
 
-/// Who uses each value.
+/// Returns the users of each value.
 pub fn users(function: &Function) -> Vec<Users> {
     let mut users = vec![Users::None; function.instructions.len()];
     let mut note = |value: Value, user: Users| {
@@ -41,7 +42,7 @@ pub fn users(function: &Function) -> Vec<Users> {
     users
 }
 
-/// What the values of a function are called.
+/// Chooses the names of a function's values.
 pub struct Naming<'a> {
     program: &'a Program,
     function: &'a Function,
@@ -49,12 +50,12 @@ pub struct Naming<'a> {
 }
 
 impl<'a> Naming<'a> {
-    /// For the values of a function.
+    /// Prepares to name the values of a function.
     pub fn new(program: &'a Program, function: &'a Function, users: &'a [Users]) -> Self {
         Self { program, function, users }
     }
 
-    /// What to call a value.
+    /// Returns the name of a value.
     pub fn of(&self, value: Value) -> String {
         let instruction = &self.function.instructions[value.index()];
         if let Some(name) = &instruction.name {
@@ -69,7 +70,7 @@ impl<'a> Naming<'a> {
         }
     }
 
-    /// The first entry of an output that a value is: `mass_2_1`.
+    /// Returns the first entry of an output that is equal to a value: `mass_2_1`.
     fn entry(&self, value: Value) -> Option<String> {
         self.function.outputs.iter().find_map(|output| {
             let index = output.entries.iter().position(|&entry| entry == value)?;
@@ -82,12 +83,12 @@ impl<'a> Naming<'a> {
         })
     }
 
-    /// A part of what uses it: the nearest user with a name.
+    /// Returns the name of a value as a part of the nearest named value that uses it.
     fn within(&self, user: Value, kind: &str) -> String {
         format!("{}_{kind}", self.whole(user))
     }
 
-    /// The name of the nearest value with a name that a value is part of.
+    /// Returns the name of the nearest named value that a value is part of.
     pub fn whole(&self, value: Value) -> String {
         let mut at = value;
         loop {
@@ -102,7 +103,7 @@ impl<'a> Naming<'a> {
         }
     }
 
-    /// What kind of expression a value is.
+    /// Returns the kind of expression that computes a value.
     fn kind(&self, value: Value) -> &'static str {
         match self.function.instructions[value.index()].op {
             Op::Add(..) | Op::Sub(..) => "sum",
@@ -112,7 +113,7 @@ impl<'a> Naming<'a> {
         }
     }
 
-    /// The operation and its operands.
+    /// Returns a name made of the operation and its operands.
     fn made_of(&self, value: Value) -> String {
         let (x, y) = match self.function.instructions[value.index()].op {
             Op::Mul(x, y) if x == y => {
@@ -155,7 +156,7 @@ impl<'a> Naming<'a> {
         if pair.len() <= LONGEST_PAIR { pair } else { self.subject(value) }
     }
 
-    /// The name of an operand, if it has one.
+    /// Returns the name of an operand, if it has one.
     fn operand(&self, value: Value) -> Option<String> {
         let instruction = &self.function.instructions[value.index()];
         match instruction.op {
@@ -165,7 +166,8 @@ impl<'a> Naming<'a> {
         }
     }
 
-    /// The body or loop that it belongs to, and what kind of expression it is.
+    /// Returns a name made of the body or loop that the value belongs to and the kind of its
+    /// expression.
     fn subject(&self, value: Value) -> String {
         let subject = self.function.instructions[value.index()].section.subject;
         let subject = subject.name(&self.program.interface.nodes).replace(' ', "");

@@ -1,4 +1,5 @@
-//! The Python backend: NumPy and ctypes around the C module, with loops over rows in C.
+//! The Python backend: a module that calls the C module through NumPy and ctypes. Loops over rows run
+//! in C.
 
 use serde::Serialize;
 use tera::{Context, Tera};
@@ -15,7 +16,8 @@ struct Value {
     doc: String,
 }
 
-/// The Python module that compiles and calls the C source and header of these names beside it.
+/// Returns the Python module that compiles and calls the C source and header with these names in its
+/// own folder.
 pub fn write(program: &Program, real: Real, source_name: &str, header_name: &str) -> String {
     let interface = &program.interface;
     let mut context = Context::new();
@@ -59,7 +61,7 @@ pub fn write(program: &Program, real: Real, source_name: &str, header_name: &str
     }
 }
 
-/// A string literal: Python's are JSON's here.
+/// Returns a string literal. Python accepts the JSON notation for the strings that occur here.
 fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }

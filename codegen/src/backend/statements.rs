@@ -1,8 +1,9 @@
-//! Function bodies in no particular language: instructions become statements, grouped by the body
-//! they belong to.
+//! Function bodies that are independent of the target language: instructions become statements, grouped
+//! by the body that they belong to.
 //!
-//! Plain numbers, names of constants and reads are written where they are used, and so are unnamed values used once and
-//! products that one sum adds or subtracts: what remains has a name of the derivation.
+//! Plain numbers, names of constants and reads are written inline where they are used. So are unnamed
+//! values that are used once, and products that only one sum uses. The remaining values have names from
+//! the derivation.
 
 use super::constants::Constants;
 use super::identifiers::Names;
@@ -10,42 +11,42 @@ use super::naming::{Naming, Users, users};
 use crate::kane::{Section, Subject};
 use crate::program::{Angle, Function, Op, Parts, Program, Slot, Value, angles, is_read};
 
-/// Operations written into one expression at most.
+/// Maximum number of operations in one expression.
 const LONGEST_EXPRESSION: usize = 10;
 
 /// A statement of straight-line code.
 #[derive(Clone, Debug)]
 pub enum Statement {
-    /// What follows belongs to this body or loop and phase.
+    /// A heading: the following statements belong to this body or loop and this phase.
     Section(Section),
-    /// A new name for a value.
+    /// A local variable that holds a value.
     Let {
-        /// The name.
+        /// Name of the variable.
         name: String,
-        /// The value.
+        /// Value of the variable.
         value: Expression,
     },
-    /// New names for sines and cosines, to be computed together.
+    /// Local variables for sines and cosines that are computed together.
     SineCosine(Vec<SineCosine>),
 }
 
-/// New names for sine, cosine or both of an angle.
+/// Local variables for the sine, the cosine or both of an angle.
 #[derive(Clone, Debug)]
 pub struct SineCosine {
-    /// Of the sine.
+    /// Name of the sine, if it is needed.
     pub sine: Option<String>,
-    /// Of the cosine.
+    /// Name of the cosine, if it is needed.
     pub cosine: Option<String>,
     /// The angle, rad.
     pub angle: Expression,
 }
 
-/// An expression; parentheses are there where the order of operations needs them.
+/// An expression. It has parentheses where the precedence of the operators requires them.
 #[derive(Clone, Debug)]
 #[allow(missing_docs, reason = "each is the operation of its name")]
 pub enum Expression {
     Constant(f64),
-    /// A number by its name in the table of constants, or less that.
+    /// A number by its name in the table of constants, negated if `negative` is set.
     Number {
         name: String,
         negative: bool,
@@ -55,7 +56,7 @@ pub enum Expression {
     Parenthesised(Box<Expression>),
     Negated(Box<Expression>),
     Infix(Box<Expression>, Infix, Box<Expression>),
-    /// A function by its mnemonic.
+    /// A call of a function, given by its mnemonic.
     Call(&'static str, Vec<Expression>),
 }
 
@@ -70,7 +71,7 @@ pub enum Infix {
 }
 
 impl Infix {
-    /// As Rust and C write it.
+    /// Returns the operator as Rust and C write it.
     pub fn symbol(self) -> char {
         match self {
             Self::Add => '+',
@@ -81,7 +82,7 @@ impl Infix {
     }
 }
 
-/// How tightly an expression holds together, loosest first.
+/// Precedence of an expression, lowest first.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Binding {
     Sum,
@@ -98,13 +99,13 @@ impl Expression {
         }
     }
 
-    /// As an operand that must hold at least as tightly as `least`.
+    /// Returns the expression as an operand, in parentheses if its precedence is lower than `least`.
     fn within(&self, least: Binding) -> Box<Self> {
         let operand = Box::new(self.clone());
         if self.binding() < least { Box::new(Self::Parenthesised(operand)) } else { operand }
     }
 
-    /// Operations in it.
+    /// Returns the number of operations in the expression.
     fn size(&self) -> usize {
         match self {
             Self::Constant(_) | Self::Number { .. } | Self::Load(_) | Self::Name(_) => 0,
@@ -119,18 +120,18 @@ impl Expression {
 /// The statements of a part of a function.
 #[derive(Clone, Debug, Default)]
 pub struct Stretch {
-    /// Names of values of earlier parts, and the cells to read them from first.
+    /// Values from earlier parts: the name of each, and the cell from which this part reads it first.
     pub takes: Vec<(String, usize)>,
     /// The statements, in order.
     pub list: Vec<Statement>,
-    /// Entries of outputs that are known here: the output's name, the index, the value.
+    /// Entries of outputs that this part computes: the output's name, the index, and the value.
     pub entries: Vec<(&'static str, usize, Expression)>,
-    /// Names of values for later parts, and the cells to put them in.
+    /// Values for later parts: the name of each, and the cell in which this part stores it.
     pub leaves: Vec<(String, usize)>,
 }
 
-/// The statements of every instruction of `function`, by its `parts`; no local name is one of
-/// `reserved`.
+/// Returns the statements for all instructions of `function`, one stretch for each of its `parts`. No
+/// local variable has a name in `reserved`.
 pub fn statements(
     program: &Program,
     constants: &Constants,
@@ -165,7 +166,7 @@ struct Writer<'a> {
     names: Names,
     written: Vec<Option<Expression>>,
     stretches: Vec<Stretch>,
-    /// The part and section of the last statement.
+    /// Part and section of the last statement.
     section: Option<(usize, Section)>,
 }
 
@@ -177,7 +178,7 @@ impl Writer<'_> {
         }
     }
 
-    /// An operand in code of a subject: numbers by their names.
+    /// Returns an operand in the code of a subject. Constants of the table are replaced by their names.
     fn operand(&self, value: Value, subject: Subject) -> Expression {
         match self.of(value) {
             Expression::Constant(number) => match self.constants.name(*number, subject) {
@@ -219,7 +220,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Whether a value is written where it is used.
+    /// Returns whether a value is written inline where it is used.
     fn is_inline(&self, index: usize, expression: &Expression) -> bool {
         let instruction = &self.function.instructions[index];
         let is_term = matches!(instruction.op, Op::Mul(..) | Op::Neg(_));
@@ -234,7 +235,8 @@ impl Writer<'_> {
             }
     }
 
-    /// Sines and cosines of what is read, first of all; returns the others.
+    /// Writes the sines and cosines of values that are read from arguments before everything else, and
+    /// returns the other angles.
     fn write_first_angles(&mut self) -> Vec<Angle> {
         let (first, later): (Vec<_>, Vec<_>) =
             angles(self.function).into_iter().partition(|a| is_read(self.function, a.angle));
@@ -256,7 +258,7 @@ impl Writer<'_> {
         SineCosine { sine, cosine, angle: self.of(angle).clone() }
     }
 
-    /// Every entry of an output, in the part where it is known.
+    /// Adds every entry of the outputs to the part that computes it.
     fn write_entries(&mut self) {
         for output in &self.function.outputs {
             for (index, &entry) in output.entries.iter().enumerate() {
@@ -287,7 +289,7 @@ impl Writer<'_> {
         self.names.give(&self.naming.of(Value(index)))
     }
 
-    /// A statement, after a heading where another section begins.
+    /// Appends a statement, after a heading if another section begins.
     fn push(&mut self, index: usize, statement: Statement) {
         let place = (self.parts.home[index], self.function.instructions[index].section);
         let list = &mut self.stretches[place.0].list;

@@ -1,14 +1,14 @@
-//! Lines and comments of every backend.
+//! Lines and comments that all backends write.
 
 use serde::Serialize;
 
 use crate::program::{Interface, JointInfo};
 
-/// Columns of a line.
+/// Maximum number of columns in a line.
 const WIDTH: usize = 100;
 
-/// Cuts a line where it is too long: behind a comma or before the sign of a sum, or else at any
-/// space.
+/// Breaks a line that is too long, if possible after a comma or before the sign of a term, otherwise at
+/// any space.
 pub fn wrap(line: &str, lines: &mut Vec<String>) {
     let text = line.trim_start();
     let indent = line.len() - text.len();
@@ -30,7 +30,7 @@ pub fn wrap(line: &str, lines: &mut Vec<String>) {
     lines.push(current);
 }
 
-/// What is better not cut.
+/// Splits a text into pieces within which a line break is undesirable.
 fn pieces(text: &str) -> Vec<&str> {
     let mut pieces = Vec::new();
     let (mut begin, mut end, mut before) = (0, 0, "");
@@ -47,13 +47,13 @@ fn pieces(text: &str) -> Vec<&str> {
     pieces
 }
 
-/// Text that may stand in a comment of Rust or C: no line break, which would end the one, and
-/// nothing that would end the other or seem to begin another.
+/// Returns text that is safe in a comment of Rust or C: without line breaks, which would end a line
+/// comment, and without anything that would end or begin a block comment.
 pub fn comment(text: &str) -> String {
     text.replace(char::is_control, "?").replace("*/", "* /").replace("/*", "/ *")
 }
 
-/// The options that cut loops, for the command in a module's header.
+/// Returns the options that select the cut joints, for the command line in a module's header.
 pub fn cuts(interface: &Interface) -> String {
     interface.cuts.iter().map(|joint| format!(" --cut {joint}")).collect()
 }
@@ -68,7 +68,7 @@ pub struct Joint {
     limits: String,
 }
 
-/// The table of joints, in the order of q.
+/// Returns the table of joints, in the order of q.
 pub fn joints(interface: &Interface) -> Vec<Joint> {
     let joint = |(index, joint): (usize, &JointInfo)| Joint {
         index,

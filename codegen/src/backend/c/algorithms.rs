@@ -1,5 +1,5 @@
-//! The runtime's algorithms in C: which of them a mechanism needs, with its sizes and the constants that
-//! they name.
+//! Selects the runtime's algorithms in C that a mechanism needs, and fills in its sizes and the
+//! constants that the algorithms use.
 
 use std::collections::BTreeSet;
 use std::f64::consts::{PI, TAU};
@@ -12,7 +12,7 @@ use super::Real;
 use super::body::constant;
 use crate::program::{Interface, JointInfo, Program};
 
-/// Adds the algorithms, the constants, and the mechanism's numbers.
+/// Adds the algorithms, the constants, and the mechanism's numbers to the template context.
 pub fn insert(context: &mut Context, program: &Program, real: Real, constants: &[Constant]) {
     let interface = &program.interface;
     let is_float = real == Real::Float;
@@ -32,7 +32,7 @@ pub fn insert(context: &mut Context, program: &Program, real: Real, constants: &
     context.insert("algorithms", &algorithms);
 }
 
-/// What is known of each joint.
+/// Adds the tables with one entry per joint, and the list of driven joints.
 fn insert_joints(context: &mut Context, interface: &Interface, real: Real) {
     let driven: Vec<usize> = interface.driven().iter().map(|joint| joint.index()).collect();
     context.insert("driven", &driven);
@@ -48,7 +48,7 @@ fn insert_joints(context: &mut Context, interface: &Interface, real: Real) {
     context.insert("given", &given);
 }
 
-/// The files that a mechanism needs, each behind those whose functions it calls.
+/// Returns the C files that a mechanism needs, each after the files whose functions it calls.
 fn needed(interface: &Interface) -> Vec<&'static str> {
     let (loops, drives) = (!interface.loops.is_empty(), !interface.driven().is_empty());
     let constrained = loops || drives;
@@ -71,19 +71,20 @@ fn needed(interface: &Interface) -> Vec<&'static str> {
     files
 }
 
-/// A file without the declarations that it needs when it is compiled by itself.
+/// Returns a file without the `#include` line that it needs only when it is compiled separately.
 fn pasted(file: &str) -> String {
     file.replace("#include \"algorithms.h\"\n", "")
 }
 
-/// The words of the C files of which a module is made: macros, functions, types.
+/// Returns all identifiers in the C files from which a module is assembled: macros, functions and
+/// types.
 pub fn words(interface: &Interface) -> BTreeSet<&'static str> {
     let files = needed(interface).into_iter().chain([c::NUMBERS, lamc_templates::C_SOURCE]);
     let constants = lamc_runtime::constants::ALL.iter().map(|constant| constant.name);
     files.flat_map(identifiers).chain(constants).collect()
 }
 
-/// The words of a text that may be names.
+/// Returns the words of a text that may be identifiers.
 pub fn identifiers(text: &str) -> impl Iterator<Item = &str> {
     text.split(|c: char| !c.is_ascii_alphanumeric() && c != '_')
 }

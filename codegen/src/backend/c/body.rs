@@ -1,4 +1,4 @@
-//! The mechanism's functions as C.
+//! Prints the mechanism's functions as C.
 
 use std::collections::BTreeSet;
 
@@ -16,7 +16,8 @@ use crate::backend::text::wrap;
 use crate::kane::Quantity;
 use crate::program::{Argument, Function, FunctionKind, Op, Parts, Program, Shape, Slot};
 
-/// What C calls the operations that are functions there, without the suffix of `float`.
+/// Mnemonic of each operation that is a function call in C, and the name of that function without the
+/// suffix that it has for `float`.
 const CALLS: [(&str, &str); 13] = [
     ("sqrt", "sqrt"),
     ("sin", "sin"),
@@ -33,16 +34,16 @@ const CALLS: [(&str, &str); 13] = [
     ("step", "step_of"),
 ];
 
-/// Those of [`CALLS`] that the module defines itself.
+/// Functions of [`CALLS`] that the module defines itself.
 const OWN: [&str; 4] = ["magnitude", "smaller", "larger", "step_of"];
 
-/// What bodies use besides their arguments: types, functions, and names that are macros of
-/// compilers which were not told to follow the standard.
+/// Returns the names that function bodies use besides their arguments: types, functions, and names that
+/// some compilers define as macros unless they are told to follow the standard.
 pub fn helpers() -> impl Iterator<Item = &'static str> {
     CALLS.into_iter().map(|(_, name)| name).chain(["real"]).chain(MACROS)
 }
 
-/// A static function: its head, the parameters that it does not read, its lines.
+/// A static function: its signature, the parameters that it does not read, and its lines.
 #[derive(Serialize)]
 struct Written {
     signature: String,
@@ -56,7 +57,7 @@ struct Cost {
     cost: String,
 }
 
-/// A macro by which the algorithms know what the mechanism's functions offer and use.
+/// A macro that tells the algorithms which functions the mechanism offers and which operations it uses.
 #[derive(Serialize)]
 struct Switch {
     name: &'static str,
@@ -76,7 +77,8 @@ struct Group {
     lines: Vec<String>,
 }
 
-/// Adds the mechanism's constants and functions, their costs, and what they use. `header` is the module's.
+/// Adds the mechanism's constants and functions, the costs of the functions, and the library functions
+/// and macros that they use. `header` is the text of the module's header.
 pub fn insert(context: &mut Context, program: &Program, real: Real, header: &str) {
     let functions = functions(program);
     let ops: Vec<Op> = functions
@@ -134,19 +136,20 @@ const KINDS: [FunctionKind; 8] = [
     FunctionKind::Projection,
 ];
 
-/// The functions a mechanism has: those that write nothing are left out.
+/// Returns the functions that a mechanism has, without those that write nothing.
 fn functions(program: &Program) -> Vec<&Function> {
     let writes =
         |function: &&Function| function.outputs.iter().any(|output| !output.entries.is_empty());
     KINDS.into_iter().map(|kind| program.function_of(kind)).filter(writes).collect()
 }
 
-/// The name of a static function: none that a public one can have, whatever the model's name.
+/// Returns the name of a static function. No public function can have the same name, whatever the model
+/// is called.
 pub fn static_name(kind: FunctionKind) -> String {
     format!("{}_of", kind.name())
 }
 
-/// The library's function behind an operation.
+/// Returns the function of the C library that computes an operation.
 fn library_function(op: Op) -> Option<&'static str> {
     let (_, name) = CALLS.into_iter().find(|(mnemonic, _)| *mnemonic == op.mnemonic())?;
     (!OWN.contains(&name)).then_some(name)
@@ -262,7 +265,7 @@ impl Printer {
     }
 }
 
-/// What the names of the constants begin with.
+/// Returns the comment lines that explain the prefixes of the constants' names.
 fn legend(constants: &Constants) -> Vec<String> {
     let entry = |Quantity { name, meaning }: &Quantity| {
         format!("{}_..: {meaning}", name.to_ascii_uppercase())
@@ -270,7 +273,7 @@ fn legend(constants: &Constants) -> Vec<String> {
     constants.legend().iter().map(entry).collect()
 }
 
-/// The table of constants.
+/// Returns the table of constants, by group.
 fn groups(program: &Program, constants: &Constants, real: Real) -> Vec<Group> {
     let line = |Constant { name, value, .. }: &Constant| {
         format!("static const real {name} = {};", constant(real, *value))
@@ -282,7 +285,7 @@ fn groups(program: &Program, constants: &Constants, real: Real) -> Vec<Group> {
     constants.groups().map(group).collect()
 }
 
-/// A number of the module's type.
+/// Returns a number as a literal of the module's number type.
 pub fn constant(real: Real, number: f64) -> String {
     let suffix = real.suffix();
     let sign = if number.is_sign_negative() { "-" } else { "" };

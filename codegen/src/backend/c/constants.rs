@@ -1,4 +1,4 @@
-//! The runtime's constants as macros.
+//! Prints the runtime's constants as macros.
 
 use lamc_runtime::constants::{Constant, Value};
 use serde::Serialize;
@@ -7,7 +7,7 @@ use super::Real;
 use super::body::constant as number;
 use crate::backend::text::wrap;
 
-/// A macro and the comment above it.
+/// A macro and the comment that stands above it.
 #[derive(Debug, Serialize)]
 pub struct Definition {
     comment: Vec<String>,
@@ -15,7 +15,7 @@ pub struct Definition {
     value: String,
 }
 
-/// The constant as a macro, in a type of number.
+/// Returns the macro that defines the constant in the number type `real`.
 pub fn define(constant: &Constant, real: Real) -> Definition {
     let value = match constant.value {
         Value::Number(value) => number(real, value),

@@ -1,4 +1,4 @@
-//! What header and source say of a mechanism besides its functions.
+//! What the header and the source contain about a mechanism besides its functions.
 
 use lamc_runtime::constants::STEP_PIECES;
 use serde::Serialize;
@@ -10,18 +10,18 @@ use crate::backend::identifiers::Names;
 use crate::backend::text::{comment, cuts, joints};
 use crate::program::{Program, Selection};
 
-/// A code that functions return.
+/// A status code that functions return.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Status {
-    /// Without the module's prefix.
+    /// Name, without the module's prefix.
     pub name: &'static str,
-    /// As `lamc_runtime::Error::code`.
+    /// Number, the same as `lamc_runtime::Error::code` returns.
     pub number: i32,
-    /// What it means.
+    /// Meaning of the code.
     pub what: &'static str,
 }
 
-/// Every code, in order.
+/// All status codes, in the order of their numbers.
 pub const STATUS: [Status; 6] = [
     Status { name: "OK", number: 0, what: "done" },
     Status { name: "MASS_MATRIX", number: 1, what: "the mass matrix is not positive definite" },
@@ -38,7 +38,7 @@ struct Field {
     value: String,
 }
 
-/// Named indices into one kind of array.
+/// Named indices into one kind of array, for example the joints.
 #[derive(Serialize)]
 struct Indices {
     what: &'static str,
@@ -46,16 +46,16 @@ struct Indices {
     names: Vec<String>,
 }
 
-/// Macros of the library, and of compilers that were not told to follow the standard.
+/// Names that are macros of the C library, or of compilers that are not told to follow the standard.
 pub const MACROS: [&str; 4] = ["linux", "unix", "i386", "errno"];
 
-/// The fields of parameters or inputs.
+/// Returns the names of the struct fields for parameters or inputs.
 pub fn fields<'a>(names: impl IntoIterator<Item = &'a String>) -> Vec<String> {
     let mut given = Names::reserving(&MACROS);
     names.into_iter().map(|name| given.give(name)).collect()
 }
 
-/// What both templates are filled with.
+/// Returns the values that the templates of the header and of the source have in common.
 pub fn of(program: &Program, real: Real) -> Context {
     let interface = &program.interface;
     let mut context = Context::new();
@@ -66,7 +66,7 @@ pub fn of(program: &Program, real: Real) -> Context {
     context.insert("source_hash", &interface.source_hash);
     let name = &interface.name;
     let scalar = if real == Real::Float { " --scalar f32" } else { "" };
-    // C does not have the unrolled Jacobian.
+    // The C module does not have the unrolled Jacobian.
     let functions = program.selection().and(Selection::default()).option();
     let flags = format!("{scalar}{functions} --c {name}.c --header {name}.h{}", cuts(interface));
     context.insert("flags", &flags);
@@ -112,7 +112,7 @@ pub fn of(program: &Program, real: Real) -> Context {
     context
 }
 
-/// In capitals, numbered where that makes two the same.
+/// Returns the names in upper case. Names that differ only in case are numbered.
 fn upper(names: &[&String]) -> Vec<String> {
     let mut given = Names::default();
     names.iter().map(|name| given.give(name).to_ascii_uppercase()).collect()

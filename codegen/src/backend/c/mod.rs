@@ -1,8 +1,9 @@
 //! The C backend: freestanding C99, a source and its header, in `double` or `float`.
 //!
-//! The algorithms are those of the runtime, written for fixed sizes in C files of their own, which are
-//! pasted in behind the mechanism's functions; these are written here. What is not public is static and
-//! ends in no suffix of a public name, so that no model's name can clash with it.
+//! The algorithms are those of the runtime, written for fixed sizes in C files of their own. They are
+//! pasted in after the mechanism's functions, which this backend writes. Everything that is not public
+//! is static, and its name does not end in a suffix of a public name, so that it cannot clash with the
+//! name of any model.
 
 mod algorithms;
 mod body;
@@ -20,17 +21,17 @@ pub(super) use description::fields;
 pub use description::{MACROS, STATUS, Status};
 pub use offered::OFFERED;
 
-/// The number type of C.
+/// The number type of a C module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Real {
-    /// `double`.
+    /// The type `double`.
     Double,
-    /// `float`.
+    /// The type `float`.
     Float,
 }
 
 impl Real {
-    /// The type's name.
+    /// Returns the name of the type.
     pub fn name(self) -> &'static str {
         match self {
             Self::Double => "double",
@@ -38,7 +39,7 @@ impl Real {
         }
     }
 
-    /// What the library's functions and the literals of this type end in.
+    /// Returns the suffix of the library's functions and of the literals for this type.
     fn suffix(self) -> &'static str {
         match self {
             Self::Double => "",
@@ -46,7 +47,7 @@ impl Real {
         }
     }
 
-    /// Bytes of a number.
+    /// Returns the size of a number in bytes.
     pub fn bytes(self) -> usize {
         match self {
             Self::Double => 8,
@@ -55,19 +56,20 @@ impl Real {
     }
 }
 
-/// The header: types, constants, and the functions' declarations with units.
+/// Returns the header: types, constants, and the declarations of the functions with units.
 pub fn header(program: &Program, real: Real) -> String {
     let mut context = description::of(program, real);
     context.insert("offered", &offered::offered(program, real.name()));
     render(lamc_templates::C_HEADER, &context)
 }
 
-/// The source, which includes its header by this name.
+/// Returns the source, which includes its header by the name `header_name`.
 pub fn source(program: &Program, real: Real, header_name: &str) -> String {
     source_with(program, real, header_name, ALL)
 }
 
-/// As [`source`], with these values of the constants that are the runtime's as well.
+/// Returns the same text as [`source`], but with these values of the constants that are shared with the
+/// runtime.
 pub fn source_with(
     program: &Program,
     real: Real,
@@ -82,7 +84,7 @@ pub fn source_with(
     render(lamc_templates::C_SOURCE, &context)
 }
 
-/// The constants as macros, each under its meaning.
+/// Returns the constants as macros, each below a comment with its meaning.
 pub fn constants<'a>(constants: impl IntoIterator<Item = &'a Constant>, real: Real) -> String {
     let definitions: Vec<_> =
         constants.into_iter().map(|constant| constants::define(constant, real)).collect();

@@ -1,5 +1,5 @@
-//! The functions of the program that a C module offers as they are: comment, declaration and
-//! definition, all from the table of signatures.
+//! The functions of the program that a C module offers directly to its users. The comment, the
+//! declaration and the definition of each come from the table of signatures.
 
 use serde::Serialize;
 
@@ -7,7 +7,7 @@ use super::body::static_name;
 use crate::backend::text::wrap;
 use crate::program::{Argument, Array, FunctionKind, Interface, Program, Shape, Size};
 
-/// The functions of the program that the C interface offers as they are.
+/// The functions of the program that the C interface offers directly.
 pub const OFFERED: [FunctionKind; 5] = [
     FunctionKind::Equations,
     FunctionKind::Closure,
@@ -16,18 +16,18 @@ pub const OFFERED: [FunctionKind; 5] = [
     FunctionKind::Energy,
 ];
 
-/// A function that is offered as it is.
+/// A function that the C interface offers directly.
 #[derive(Serialize)]
 pub struct Offered {
-    /// What it computes, with the unit of each output.
+    /// Comment: what the function computes, with the unit of each output.
     comment: String,
-    /// Its head, with this type of numbers.
+    /// Head of the function, with this module's number type.
     head: String,
-    /// The call of the static function behind it.
+    /// Call of the static function that computes the outputs.
     call: String,
 }
 
-/// The functions that write something, with `number` as the type of numbers.
+/// Returns the functions that write something, with `number` as the number type.
 pub fn offered(program: &Program, number: &str) -> Vec<Offered> {
     let selection = program.selection();
     let kinds = OFFERED.into_iter().filter(|&kind| selection.contains(kind));
@@ -72,7 +72,7 @@ fn of(interface: &Interface, kind: FunctionKind, number: &str) -> Option<Offered
     })
 }
 
-/// A name with its rows, and its columns if it has several: `mass[6][6]`.
+/// Returns a name with its rows, and with its columns if it has more than one: `mass[6][6]`.
 fn dimensioned(interface: &Interface, array: &Array) -> String {
     let [rows, columns] = array.shape.of(interface);
     match array.shape {

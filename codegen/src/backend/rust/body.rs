@@ -1,6 +1,7 @@
-//! Function bodies as Rust: text, of which there is far too much for tokens.
+//! Prints function bodies as Rust. They are text, because they are far too long for tokens.
 //!
-//! Products that are added or subtracted are fused with the sum, wherever the target can.
+//! A product that is added or subtracted becomes one fused operation with the sum, if the target has
+//! one.
 
 use std::collections::BTreeSet;
 
@@ -17,22 +18,23 @@ use crate::backend::text::wrap;
 use crate::kane::Quantity;
 use crate::program::{Argument, Function, Part, Parts, Program, Shape, Slot};
 
-/// What bodies call besides their arguments: the conversion of constants, the fused product, the
-/// array that parts of a function share, and the closure that takes the drives.
+/// Names that function bodies use besides their arguments: the conversion of constants, the fused
+/// multiply-add, the array that the parts of a function share, and the closure that receives the
+/// drives.
 pub const HELPERS: [&str; 4] = ["c", "mul_add", "kept", "visit"];
 
-/// Instructions of a function that is written as one: rustc 1.95 with optimisation and debug
-/// information overflows its stack at some 8,000 `let`s one after the other.
+/// Largest number of instructions of a function that is not split: rustc 1.95 with optimisation and
+/// debug information overflows its stack at some 8,000 consecutive `let`s.
 const WHOLE: usize = 4000;
 
-/// Instructions of a part at most: shorter ones move more values through memory, longer ones take
-/// more time per instruction to compile.
+/// Largest number of instructions of a part. Shorter parts move more values through memory; longer
+/// parts take more compile time per instruction.
 const PART: usize = 1000;
 
-/// Spaces in front of a statement.
+/// Indentation of a statement.
 const INDENT: &str = "        ";
 
-/// The bodies of a module's functions, and the functions that parts of long ones are.
+/// The function bodies of a module, and the functions into which long bodies are split.
 pub struct Bodies<'a> {
     program: &'a Program,
     scalar: ScalarChoice,
@@ -44,7 +46,7 @@ pub struct Bodies<'a> {
 }
 
 impl<'a> Bodies<'a> {
-    /// None yet.
+    /// Creates the collection without any body.
     pub fn new(
         program: &'a Program,
         scalar: ScalarChoice,
@@ -63,8 +65,8 @@ impl<'a> Bodies<'a> {
         }
     }
 
-    /// What assigns every output of `function` to the array of its name; what the function reads
-    /// has the names of [`given`].
+    /// Returns the statements that assign every output of `function` to the array with the output's
+    /// name. The values that the function reads have the names from [`given`].
     pub fn write(&mut self, function: &Function) -> TokenStream {
         let parts = parts(function);
         let reserved = reserved(function.kind.signature(), HELPERS);
@@ -97,18 +99,19 @@ impl<'a> Bodies<'a> {
         calls
     }
 
-    /// The functions that parts of others are, and the texts by what stands for them.
+    /// Returns the functions for the parts of long bodies, and the texts that the `__body!`
+    /// placeholders stand for.
     pub fn finish(self) -> (TokenStream, Vec<String>) {
         (self.parts, self.texts)
     }
 
-    /// Parameters for what a part reads, and their types.
+    /// Returns the parameters for what a part reads, and their types.
     fn given(&self, part: &Part) -> Vec<(proc_macro2::Ident, TokenStream)> {
         let arguments: BTreeSet<_> = part.reads.iter().map(|slot| slot.place().0).collect();
         arguments.into_iter().filter_map(|argument| self.parameter(argument)).collect()
     }
 
-    /// The parameters of a function, and their types: what it reads, then what it writes.
+    /// Returns the parameters of a function and their types: first what it reads, then what it writes.
     pub fn arguments(&self, function: &Function) -> (Vec<proc_macro2::Ident>, Vec<TokenStream>) {
         let signature = function.kind.signature();
         let inputs = signature.inputs.iter().filter_map(|&argument| self.parameter(argument));
@@ -120,7 +123,7 @@ impl<'a> Bodies<'a> {
         inputs.chain(outputs).unzip()
     }
 
-    /// The parameter for an argument, unless it is a field.
+    /// Returns the parameter for an argument, or `None` if the argument is a field of the mechanism.
     fn parameter(&self, argument: Argument) -> Option<(proc_macro2::Ident, TokenStream)> {
         let scalar = &self.syntax.scalar;
         let ty = match (argument, argument.array().shape) {
@@ -134,7 +137,7 @@ impl<'a> Bodies<'a> {
         Some((format_ident!("{}", argument.name()), ty))
     }
 
-    /// The table of constants, as a module.
+    /// Returns the table of constants as a module.
     pub fn table(&mut self) -> TokenStream {
         let ty = if self.scalar == ScalarChoice::F32 { "f32" } else { "f64" };
         let mut lines = Vec::new();
@@ -168,7 +171,7 @@ impl<'a> Bodies<'a> {
         }
     }
 
-    /// What stands for a text among tokens.
+    /// Stores the text of a stretch and returns the tokens of its placeholder.
     fn text(&mut self, stretch: &Stretch) -> TokenStream {
         let mut lines = Vec::new();
         for (name, cell) in &stretch.takes {
@@ -226,7 +229,8 @@ impl<'a> Bodies<'a> {
             Expression::Negated(x) => negated(self.expression(x)),
             Expression::Infix(x, operator, y) => match fused(expression) {
                 Some(Fused { negative, factors: [a, b], sum, less }) => {
-                    // The sign of a number is free.
+                    // A constant comes first, so that it takes the sign of the product: negating a
+                    // constant costs nothing.
                     let [a, b] = if matches!(b, Expression::Constant(_) | Expression::Number { .. })
                     {
                         [b, a]
@@ -249,7 +253,7 @@ impl<'a> Bodies<'a> {
         }
     }
 
-    /// An argument of a function, or less that.
+    /// Returns the text of an argument, or of its negative.
     fn signed(&self, expression: &Expression, negative: bool) -> String {
         match bare(expression) {
             x if !negative => self.expression(x),
@@ -274,12 +278,12 @@ impl<'a> Bodies<'a> {
     }
 }
 
-/// A line of a function, wrapped.
+/// Appends a statement to the lines of a function, wrapped to the line width.
 fn line(lines: &mut Vec<String>, text: String) {
     wrap(&format!("{INDENT}{text}"), lines);
 }
 
-/// Where the operations are that have no operator.
+/// Returns the path of the type or trait that has the operations without an operator.
 fn trait_path(scalar: ScalarChoice) -> &'static str {
     match scalar {
         ScalarChoice::Generic => "S",
@@ -287,7 +291,7 @@ fn trait_path(scalar: ScalarChoice) -> &'static str {
     }
 }
 
-/// factors[0] factors[1] + sum; `negative`: less the product, `less`: less the sum.
+/// The operation factors[0] factors[1] + sum. `negative` negates the product, `less` negates the sum.
 struct Fused<'a> {
     negative: bool,
     factors: [&'a Expression; 2],
@@ -295,8 +299,8 @@ struct Fused<'a> {
     less: bool,
 }
 
-/// The sum of a product and something else, in one operation. Of two products the later one is
-/// taken, whose factors are more likely to be waited for.
+/// Returns a sum or difference with a product as one fused operation. If both operands are products,
+/// the second is fused, because its factors are more likely to be computed late.
 fn fused(expression: &Expression) -> Option<Fused<'_>> {
     let Expression::Infix(x, operator @ (Infix::Add | Infix::Sub), y) = expression else {
         return None;
@@ -313,7 +317,7 @@ fn fused(expression: &Expression) -> Option<Fused<'_>> {
     }
 }
 
-/// Without parentheses around it.
+/// Returns the expression without the parentheses around it.
 fn bare(expression: &Expression) -> &Expression {
     match expression {
         Expression::Parenthesised(x) => bare(x),
@@ -325,13 +329,13 @@ fn negated(text: String) -> String {
     if text.starts_with('-') { format!("-({text})") } else { format!("-{text}") }
 }
 
-/// A number of the module's type.
+/// Returns a number as a literal of the module's number type.
 pub fn constant(scalar: ScalarChoice, number: f64) -> TokenStream {
     let text = constant_text(scalar, number);
     text.parse().unwrap_or_else(|error| unreachable!("{text} is no number: {error}"))
 }
 
-/// A constant of the table, or less that.
+/// Returns a constant of the table, or its negative.
 fn named(scalar: ScalarChoice, name: &str, negative: bool) -> String {
     let sign = if negative { "-" } else { "" };
     match scalar {
@@ -349,7 +353,7 @@ fn constant_text(scalar: ScalarChoice, number: f64) -> String {
     }
 }
 
-/// A number as Rust writes it.
+/// Returns a number as a Rust literal.
 fn literal(scalar: ScalarChoice, number: f64) -> String {
     let sign = if number.is_sign_negative() { "-" } else { "" };
     match number {
@@ -361,7 +365,7 @@ fn literal(scalar: ScalarChoice, number: f64) -> String {
     }
 }
 
-/// One part where the function is short, else parts of bounded length.
+/// Splits a function into parts of bounded length, or into a single part if it is short.
 fn parts(function: &Function) -> Parts {
     let is_short = function.instructions.len() <= WHOLE;
     Parts::of_at_most(function, if is_short { WHOLE } else { PART })

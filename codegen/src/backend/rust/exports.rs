@@ -1,4 +1,4 @@
-//! The functions of the C header, exported by the Rust module.
+//! The functions of the C header, which the Rust module exports.
 
 use proc_macro2::{Ident, TokenStream};
 use quote::{format_ident, quote};
@@ -9,7 +9,7 @@ use super::straight_line::has;
 use crate::backend::c::OFFERED;
 use crate::program::{Argument, Array, FunctionKind, Program, Shape, Size};
 
-/// The exported functions, around the module's type.
+/// Returns the exported functions, which call the methods of the mechanism's type.
 pub fn exports(program: &Program, options: &Options, syntax: &Syntax) -> TokenStream {
     let exports = Exports::new(program, options, syntax);
     let (starting, moving) = (exports.starting(), exports.moving());
@@ -31,15 +31,16 @@ pub fn exports(program: &Program, options: &Options, syntax: &Syntax) -> TokenSt
     }
 }
 
-/// What the exported functions share.
+/// Values that all exported functions need.
 struct Exports<'a> {
     program: &'a Program,
-    /// The type of numbers.
+    /// The number type.
     real: Ident,
-    /// The types of parameters and inputs.
+    /// The types of the parameters and of the inputs.
     params: TokenStream,
     inputs: TokenStream,
-    /// Binds `robot`, with the caller's parameters and inputs or with those of the model.
+    /// Statements that bind `robot`: with the parameters and inputs of the caller, or with those of the
+    /// model.
     with_numbers: TokenStream,
     with_defaults: TokenStream,
 }
@@ -69,7 +70,8 @@ impl<'a> Exports<'a> {
         }
     }
 
-    /// A function, named as in the header. One that can fail returns its status.
+    /// Returns a function with the name that it has in the header. A function that can fail returns its
+    /// status.
     fn function(
         &self,
         name: &str,
@@ -89,13 +91,13 @@ impl<'a> Exports<'a> {
             #[allow(unsafe_code, reason = "the C interface")]
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn #name(#arguments) #returns {
-                // SAFETY: what is asked of the caller.
+                // SAFETY: The caller guarantees what the section above requires.
                 unsafe { #body }
             }
         }
     }
 
-    /// Default parameters and inputs, and the closed states to start from.
+    /// Returns the functions for default parameters and inputs, and for the closed initial states.
     fn starting(&self) -> TokenStream {
         let Self { real, params, inputs, with_numbers, .. } = self;
         let constants = quote!(p: *const #params, inputs: *const #inputs);
@@ -137,7 +139,7 @@ impl<'a> Exports<'a> {
         quote!(#params_default #inputs_default #initial #assemble)
     }
 
-    /// Projection, the acceleration, and steps of a motion.
+    /// Returns the functions for projection, the acceleration, and the steps of a motion.
     fn moving(&self) -> TokenStream {
         let Self { real, params, inputs, with_numbers, .. } = self;
         let constants = quote!(p: *const #params, inputs: *const #inputs);
@@ -204,7 +206,8 @@ impl<'a> Exports<'a> {
         )
     }
 
-    /// A function of the program as it is; none if this mechanism has nothing for it to write.
+    /// Returns an exported function that offers a function of the program directly, or `None` if the
+    /// function writes nothing for this mechanism.
     fn offered(&self, kind: FunctionKind) -> Option<TokenStream> {
         let signature = kind.signature();
         let outputs: Vec<&Array> = signature.written(&self.program.interface).collect();
@@ -226,7 +229,7 @@ impl<'a> Exports<'a> {
         let method = format_ident!("{}", signature.name);
         let assignments = outputs.iter().map(|output| {
             let name = format_ident!("{}", output.name);
-            // A method that finds several things returns them as the fields of a struct.
+            // A method with several results returns them as the fields of a struct.
             let field = (signature.outputs.len() > 1).then(|| quote!(.#name));
             quote!(*#name = found #field;)
         });
@@ -245,7 +248,7 @@ impl<'a> Exports<'a> {
         })
     }
 
-    /// What a function reads, as parameters of an exported one.
+    /// Returns what a function reads, as parameters of an exported function.
     fn inputs_of(&self, kind: FunctionKind) -> TokenStream {
         let Self { real, params, inputs, .. } = self;
         let parameters = kind.signature().inputs.iter().map(|argument| match argument {
@@ -261,7 +264,7 @@ impl<'a> Exports<'a> {
         quote!(#(#parameters),*)
     }
 
-    /// The type of an array: rows of columns, a row, or a number.
+    /// Returns the type of an array: a matrix of rows and columns, a row, or a single number.
     fn array(&self, shape: Shape) -> TokenStream {
         let real = &self.real;
         let length = |size: Size| match size {
@@ -288,7 +291,7 @@ impl<'a> Exports<'a> {
     }
 }
 
-/// What an exported function returns.
+/// The return type of an exported function.
 #[derive(Clone, Copy)]
 enum Returns {
     Nothing,

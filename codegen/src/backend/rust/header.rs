@@ -13,7 +13,7 @@ struct Cost {
     cost: String,
 }
 
-/// The header of a program's module.
+/// Returns the header comment of a program's module.
 pub fn header(program: &Program, options: &Options) -> String {
     let interface = &program.interface;
     let mut context = Context::new();

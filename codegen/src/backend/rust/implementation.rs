@@ -1,4 +1,5 @@
-//! The implementations of the runtime's traits: `Mechanism`, and `Batch` for a design in each lane.
+//! Implementations of the runtime's traits: `Mechanism`, and `Batch`, which computes one design per
+//! SIMD lane.
 
 use proc_macro2::{Ident, TokenStream};
 use quote::{format_ident, quote};
@@ -9,7 +10,7 @@ use super::items::{FieldNames, Syntax, allowances, model, needs_marker, number};
 use super::straight_line::{has, method};
 use crate::program::{FunctionKind, JointInfo, Program};
 
-/// `Mechanism`.
+/// Returns the implementation of `Mechanism`.
 pub fn mechanism(program: &Program, choice: ScalarChoice, syntax: &Syntax) -> TokenStream {
     let Syntax { scalar, generic, bound, constants, zero, .. } = syntax;
     let (model, interface) = (model(program), &program.interface);
@@ -67,7 +68,8 @@ pub fn mechanism(program: &Program, choice: ScalarChoice, syntax: &Syntax) -> To
     }
 }
 
-/// What a state has besides its equations, as far as the program has functions for it.
+/// Returns the trait methods that evaluate a state besides its equations, if the program has functions
+/// for them.
 fn evaluations(program: &Program, syntax: &Syntax) -> TokenStream {
     let scalar = &syntax.scalar;
     let model = model(program);
@@ -123,7 +125,7 @@ fn dimensions(program: &Program) -> TokenStream {
     }
 }
 
-/// The functions that read and write slices.
+/// Returns the trait methods that read and write slices.
 fn functions(program: &Program, syntax: &Syntax) -> TokenStream {
     let Syntax { scalar, zero, .. } = syntax;
     let [equations, closure] = [FunctionKind::Equations, FunctionKind::Closure].map(method);
@@ -154,7 +156,8 @@ fn functions(program: &Program, syntax: &Syntax) -> TokenStream {
     }
 }
 
-/// The functions that read a state with its accelerations and closure forces, where the program has them.
+/// Returns the trait methods that read a state with its accelerations and closure forces, if the
+/// program has functions for them.
 fn balances(program: &Program, scalar: &TokenStream) -> TokenStream {
     let [reactions, tangent] = [FunctionKind::Reactions, FunctionKind::Tangent].map(method);
     let balance = quote! {
@@ -192,7 +195,7 @@ fn balances(program: &Program, scalar: &TokenStream) -> TokenStream {
     functions
 }
 
-/// The functions that solve, where the program has them.
+/// Returns the trait methods that solve the equations, if the program has functions for them.
 fn solutions(program: &Program, scalar: &TokenStream, zero: &TokenStream) -> TokenStream {
     let mut functions = writers(program, scalar, zero);
     if has(program, FunctionKind::Jacobian) {
@@ -219,7 +222,8 @@ fn solutions(program: &Program, scalar: &TokenStream, zero: &TokenStream) -> Tok
     functions
 }
 
-/// Acceleration and projection, for numbers or for lanes, where the program has them.
+/// Returns the trait methods for acceleration and projection, for single numbers or for lanes, if the
+/// program has functions for them.
 fn writers(program: &Program, scalar: &TokenStream, zero: &TokenStream) -> TokenStream {
     let margin = quote! {
         ::core::result::Result<
@@ -263,7 +267,7 @@ fn writers(program: &Program, scalar: &TokenStream, zero: &TokenStream) -> Token
     functions
 }
 
-/// One visit per driven joint.
+/// Returns the method that visits each driven joint once.
 fn drives(program: &Program, syntax: &Syntax) -> TokenStream {
     let Syntax { scalar, zero, .. } = syntax;
     let driven = program.interface.driven();
@@ -293,7 +297,7 @@ fn drives(program: &Program, syntax: &Syntax) -> TokenStream {
     }
 }
 
-/// A design in each lane, of a module for every number type.
+/// Returns the implementation of `Batch` for a module that is generic over the number type.
 pub fn batch(program: &Program, choice: ScalarChoice, fields: &FieldNames) -> TokenStream {
     if choice != ScalarChoice::Generic {
         return TokenStream::new();
@@ -330,7 +334,7 @@ pub fn batch(program: &Program, choice: ScalarChoice, fields: &FieldNames) -> To
     }
 }
 
-/// The functions of lanes that the program has.
+/// Returns the methods of `Batch` for which the program has functions.
 fn batch_functions(program: &Program) -> TokenStream {
     writers(program, &quote!(S), &quote!(S::ZERO))
 }

@@ -12,7 +12,7 @@ use super::{Options, ScalarChoice};
 use crate::backend::identifiers::{Names, type_name};
 use crate::program::{Interface, Program};
 
-/// The fields that hold parameters and inputs.
+/// The names of the fields that hold parameters and inputs.
 pub struct FieldNames {
     pub parameters: Vec<Ident>,
     pub inputs: Vec<Ident>,
@@ -32,21 +32,22 @@ impl FieldNames {
     }
 }
 
-/// The pieces of syntax that depend on the number type.
+/// The parts of the syntax that depend on the number type.
 pub struct Syntax {
-    /// `S`, `f64` or `f32`.
+    /// The number type: `S`, `f64` or `f32`.
     pub scalar: TokenStream,
-    /// `<S>` or nothing.
+    /// The generic argument `<S>`, or nothing.
     pub generic: TokenStream,
-    /// `<S: ::lamc_runtime::Scalar>` or nothing.
+    /// The bound `<S: ::lamc_runtime::Scalar>`, or nothing.
     pub bound: TokenStream,
-    /// `<S: ::lamc_runtime::Arithmetic>` or nothing.
+    /// The bound `<S: ::lamc_runtime::Arithmetic>`, or nothing.
     pub arithmetic: TokenStream,
-    /// `let c = S::from_f64;` or nothing.
+    /// The statement `let c = S::from_f64;`, or nothing.
     pub constants: TokenStream,
     /// Zero: `S::ZERO` or `0.0`.
     pub zero: TokenStream,
-    /// What function bodies call: that and `let mul_add = S::mul_add;`.
+    /// The statements that define what function bodies call: `constants` and `let mul_add =
+    /// S::mul_add;`.
     pub locals: TokenStream,
 }
 
@@ -77,7 +78,7 @@ impl Syntax {
     }
 }
 
-/// The whole module, where `__body!(index);` stands for a text, and the texts.
+/// Returns the whole module, in which `__body!(index);` is a placeholder for a text, and these texts.
 pub fn module(program: &Program, options: &Options) -> (TokenStream, Vec<String>) {
     let choice = options.scalar;
     let syntax = Syntax::of(choice);
@@ -103,7 +104,7 @@ pub fn module(program: &Program, options: &Options) -> (TokenStream, Vec<String>
     (tokens, texts)
 }
 
-/// A count without a suffix.
+/// Returns a count as a literal without a type suffix.
 pub fn number(value: usize) -> Literal {
     Literal::usize_unsuffixed(value)
 }
@@ -142,12 +143,12 @@ fn sizes(program: &Program) -> TokenStream {
     }
 }
 
-/// What a program that includes the module may leave out, without a warning.
+/// Returns the attribute that silences the warning about items that a program does not use.
 pub fn unused() -> TokenStream {
     quote!(#[allow(dead_code, reason = "a program uses what it needs")])
 }
 
-/// A module of typed indices for each kind of name that there is.
+/// Returns a module of typed indices for each kind of named item that the mechanism has.
 fn names(program: &Program) -> TokenStream {
     let interface = &program.interface;
     let joint = |joint: &crate::program::JointInfo| {
@@ -192,7 +193,8 @@ fn names(program: &Program) -> TokenStream {
     modules.collect()
 }
 
-/// A field for each name, its documentation, and the alias where its spelling changed.
+/// Returns a field for each name, with its documentation, and with a doc alias if the spelling had to
+/// change.
 fn declarations<'a>(
     names: &'a [String],
     docs: &'a [String],
@@ -206,7 +208,7 @@ fn declarations<'a>(
     })
 }
 
-/// A struct of numbers and its default.
+/// A struct of numbers and its default values.
 struct Numbers<'a> {
     name: &'a str,
     doc: &'a str,
@@ -217,7 +219,7 @@ struct Numbers<'a> {
 }
 
 impl Numbers<'_> {
-    /// The struct; without members, one without a type parameter.
+    /// Returns the struct. If it has no members, it has no type parameter either.
     fn write(self, syntax: &Syntax) -> TokenStream {
         let Syntax { generic, arithmetic, constants, .. } = syntax;
         let Self { name, doc, members, fields, values, layout } = self;
@@ -292,7 +294,7 @@ fn inputs(
     .write(syntax)
 }
 
-/// The types of the structs of parameters and of inputs, with this number type.
+/// Returns the types of the parameter struct and the input struct for this number type.
 pub fn number_types(program: &Program, generic: &TokenStream) -> [TokenStream; 2] {
     let Interface { parameters, inputs, .. } = &program.interface;
     let ty = |name: TokenStream, is_empty: bool| match is_empty {
@@ -302,13 +304,14 @@ pub fn number_types(program: &Program, generic: &TokenStream) -> [TokenStream; 2
     [ty(quote!(Params), parameters.is_empty()), ty(quote!(Inputs), inputs.is_empty())]
 }
 
-/// Whether nothing but a private field has the number type.
+/// Returns whether the number type occurs in no public field, so that a private marker field must hold
+/// it.
 pub fn needs_marker(program: &Program, choice: ScalarChoice) -> bool {
     let Interface { parameters, inputs, .. } = &program.interface;
     choice == ScalarChoice::Generic && parameters.is_empty() && inputs.is_empty()
 }
 
-/// The type's name.
+/// Returns the name of the mechanism's type.
 pub fn model(program: &Program) -> Ident {
     format_ident!("{}", type_name(&program.interface.name))
 }
@@ -363,7 +366,7 @@ fn model_item(program: &Program, choice: ScalarChoice, syntax: &Syntax) -> Token
     }
 }
 
-/// What is allowed to functions of many statements.
+/// Returns the attributes that silence lints in functions with many statements.
 pub fn allowances() -> TokenStream {
     quote! {
         #[allow(
@@ -375,7 +378,7 @@ pub fn allowances() -> TokenStream {
     }
 }
 
-/// The functions that parts of long ones are.
+/// Returns the functions into which long bodies are split.
 fn parts_of(program: &Program, syntax: &Syntax, parts: &TokenStream) -> TokenStream {
     if parts.is_empty() {
         return TokenStream::new();

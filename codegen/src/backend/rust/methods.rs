@@ -1,4 +1,4 @@
-//! The methods of the mechanism's type: arrays in, arrays out, and no trait to import.
+//! The methods of the mechanism's type. They take and return arrays, and users need not import a trait.
 
 use proc_macro2::TokenStream;
 use quote::quote;
@@ -7,7 +7,7 @@ use super::items::{Syntax, model, number, unused};
 use super::straight_line::{has, method};
 use crate::program::{FunctionKind, Program};
 
-/// The methods.
+/// Returns all methods.
 pub fn methods(program: &Program, syntax: &Syntax) -> TokenStream {
     let Syntax { generic, bound, .. } = syntax;
     let (model, unused) = (model(program), unused());
@@ -20,7 +20,8 @@ pub fn methods(program: &Program, syntax: &Syntax) -> TokenStream {
     }
 }
 
-/// Those that iterate or decide.
+/// Returns the methods that run an algorithm of the runtime: assembly, equilibrium, projection, steps
+/// and the acceleration.
 fn algorithms(program: &Program, syntax: &Syntax) -> TokenStream {
     let scalar = &syntax.scalar;
     let n = number(program.interface.joints.len());
@@ -72,7 +73,7 @@ fn algorithms(program: &Program, syntax: &Syntax) -> TokenStream {
     }
 }
 
-/// The state of rest, which is searched for with derivatives.
+/// Returns the method that finds the state of rest, which needs derivatives.
 fn settled(state: &TokenStream, scalar: &TokenStream) -> TokenStream {
     let error = quote!(::lamc_runtime::Error);
     quote! {
@@ -91,7 +92,7 @@ fn settled(state: &TokenStream, scalar: &TokenStream) -> TokenStream {
     }
 }
 
-/// Those that solve the equations at a state, and say more than the acceleration.
+/// Returns the methods that solve the equations at a state and return more than the acceleration.
 fn solutions(program: &Program, syntax: &Syntax) -> TokenStream {
     let scalar = &syntax.scalar;
     let (n, rows) = (number(program.interface.joints.len()), number(program.interface.rows));
@@ -129,7 +130,7 @@ fn solutions(program: &Program, syntax: &Syntax) -> TokenStream {
     methods
 }
 
-/// Those that evaluate a state.
+/// Returns the methods that evaluate functions of a state.
 fn evaluations(program: &Program, syntax: &Syntax) -> TokenStream {
     let Syntax { scalar, zero, .. } = syntax;
     let interface = &program.interface;
@@ -155,7 +156,7 @@ fn evaluations(program: &Program, syntax: &Syntax) -> TokenStream {
     }
 }
 
-/// Those that not every mechanism and not every module has.
+/// Returns the methods that exist only for some mechanisms and some selections of functions.
 fn optional(program: &Program, syntax: &Syntax) -> TokenStream {
     let Syntax { scalar, zero, .. } = syntax;
     let interface = &program.interface;

@@ -1,7 +1,7 @@
 //! The Rust backend: a module generic over the runtime's `Scalar`, or for one float type.
 //!
-//! Items are tokens, formatted by prettyplease; bodies of functions are text, put in afterwards
-//! where the tokens say `__body!(index);`, and the header is put in front.
+//! Items are tokens, which prettyplease formats. The bodies of functions are text: they replace the
+//! placeholders `__body!(index);` afterwards. The header comment is put in front at the end.
 
 mod body;
 mod exports;
@@ -18,29 +18,30 @@ pub use body::HELPERS;
 /// The number type of a generated module.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ScalarChoice {
-    /// `struct Model<S>`, for every `lamc_runtime::Scalar`.
+    /// The struct is generic, `struct Model<S>`, for every `lamc_runtime::Scalar`.
     #[default]
     Generic,
-    /// `f64` throughout.
+    /// All numbers are `f64`.
     F64,
-    /// `f32` throughout.
+    /// All numbers are `f32`.
     F32,
 }
 
-/// How to write a module.
+/// Options for the generated Rust module.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Options {
     /// The number type.
     pub scalar: ScalarChoice,
-    /// Whether the module exports the functions of the C header; a generic one in `f64`.
+    /// Whether the module exports the functions of the C header. A generic module exports them in
+    /// `f64`.
     pub extern_c: bool,
-    /// Which of the functions that solve the module has: where one is left out, the runtime solves
-    /// by its own algorithms, in more time.
+    /// Which of the solving functions the module has. If one is left out, the runtime solves with its
+    /// own algorithms instead, which takes more time.
     pub functions: Selection,
 }
 
 impl Options {
-    /// The number type of the C interface.
+    /// Returns the number type of the C interface.
     pub fn c_real(&self) -> Real {
         match self.scalar {
             ScalarChoice::F32 => Real::Float,
@@ -49,10 +50,10 @@ impl Options {
     }
 }
 
-/// The module's text: the same bytes for the same program and options.
+/// Returns the text of the module. The same program and options always give the same bytes.
 ///
 /// # Panics
-/// When the tokens are not Rust: a bug of this backend.
+/// Panics if the tokens are not valid Rust, which is a bug of this backend.
 pub fn write(program: &Program, options: &Options) -> String {
     let program = &program.only(options.functions);
     let (tokens, bodies) = items::module(program, options);
@@ -64,7 +65,8 @@ pub fn write(program: &Program, options: &Options) -> String {
     let mut text = header::header(program, options);
     let mut within_item = false;
     for line in code.lines() {
-        // prettyplease sets items close together: a blank line before each, documented or not.
+        // prettyplease puts no blank lines between items, so one is added before each item, documented
+        // or not.
         let begins = line.starts_with(|c: char| !c.is_whitespace() && c != '}' && c != ')');
         if begins && !within_item {
             text.push('\n');
@@ -80,7 +82,7 @@ pub fn write(program: &Program, options: &Options) -> String {
     text
 }
 
-/// The text a line stands for.
+/// Returns the text that replaces a line, if the line is a placeholder.
 fn body<'a>(bodies: &'a [String], line: &str) -> Option<&'a str> {
     let index = line.trim_start().strip_prefix("__body!(")?.strip_suffix(");")?;
     bodies.get(index.parse::<usize>().ok()?).map(String::as_str)

@@ -1,5 +1,5 @@
-//! The functions of the program in straight-line code: private methods that read and write arrays, for
-//! numbers and for lanes.
+//! The functions of the program as straight-line code: private methods that read and write arrays, for
+//! single numbers and for SIMD lanes.
 
 use proc_macro2::{Ident, TokenStream};
 use quote::{format_ident, quote};
@@ -8,17 +8,17 @@ use super::body::Bodies;
 use super::items::{Syntax, allowances, model, unused};
 use crate::program::{FunctionKind, Program};
 
-/// The method that a function is.
+/// Returns the name of the method for a function of the program.
 pub fn method(kind: FunctionKind) -> Ident {
     format_ident!("{}_into", kind.name())
 }
 
-/// Whether the program has a function.
+/// Returns whether the program has a function of this kind.
 pub fn has(program: &Program, kind: FunctionKind) -> bool {
     !program.function_of(kind).outputs.is_empty()
 }
 
-/// A method for each function that writes anything.
+/// Returns a method for each function that writes at least one output.
 pub fn straight_line(program: &Program, syntax: &Syntax, bodies: &mut Bodies) -> TokenStream {
     let Syntax { generic, arithmetic, locals, .. } = syntax;
     let (model, allowances, unused) = (model(program), allowances(), unused());
