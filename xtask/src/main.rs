@@ -1,4 +1,4 @@
-//! `cargo xtask TASK`: the daily commands of contributors, each a list of other commands.
+//! The command `cargo xtask TASK`: the daily commands of contributors, each a list of other commands.
 //!
 //! A task stops at the first command that fails. Further arguments go to the last command:
 //! `cargo xtask test --test formulation`.
@@ -7,8 +7,8 @@ use std::env;
 use std::path::Path;
 use std::process::{Command, ExitCode};
 
-/// The name of a task, its description, and its commands. The words of a command are separated by blanks; words
-/// before the program set environment variables.
+/// The name of a task, its description, and its commands. The words of a command are separated by
+/// spaces. Words before the program set environment variables.
 type Task = (&'static str, &'static str, &'static [&'static str]);
 
 const TASKS: [Task; 6] = [

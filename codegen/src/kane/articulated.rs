@@ -11,11 +11,11 @@
 //! du/dt = y / D - W . (alpha, a) of the parent's motion
 //! ```
 //!
-//! W of a hinge is carried to the parent by itself, so that neither sweep has to wait for the y or
-//! the du/dt of one joint before it can turn to the next.
+//! W of a hinge is carried to the parent separately, so that no sweep has to wait for the y or the
+//! du/dt of one joint before it continues with the next.
 //!
 //! This is M = L^T D L, y = L^-T b, du/dt = L^-1 (y / D), at a cost that grows as N. Velocities enter
-//! b only: accelerations at du/dt = 0 are in the bias forces of [`loads`](super::loads).
+//! only through b: the accelerations at du/dt = 0 are in the bias forces of [`loads`](super::loads).
 
 use super::binder::Binder;
 use super::closure::{Closure, Row};
@@ -30,7 +30,7 @@ use super::wrench::{Wrench, accumulate};
 use crate::symbolic::Expr;
 use crate::topology::NodeId;
 
-/// The elimination; see [`Elimination`](super::Elimination) for shapes.
+/// Results of the elimination; see [`Elimination`](super::Elimination) for shapes.
 pub struct ArticulatedBodies {
     pub inverse_pivots: Vec<Expr>,
     pub reduced: Vec<Expr>,
@@ -41,19 +41,19 @@ pub struct ArticulatedBodies {
 /// Articulated inertia and bias force of the subtree beyond a hinge, about the node's origin.
 #[derive(Clone)]
 struct ArticulatedInertia {
-    /// I, moment by angular acceleration.
+    /// I: moment per angular acceleration.
     inertia: Tensor,
-    /// H, moment by acceleration, rows.
+    /// H: moment per acceleration, by rows.
     coupling: [Vector; 3],
-    /// M, force by acceleration.
+    /// M: force per acceleration.
     mass: Tensor,
 }
 
-/// A node after elimination of its hinge.
+/// The result of eliminating a node's hinge.
 struct EliminatedHinge {
-    /// W: (I, H) in row x over D, without the first entry, which is 1.
+    /// W: row x of (I, H) divided by D, without the first entry, which is 1.
     pivot_row: Wrench,
-    /// The same about the parent's origin, in its frame.
+    /// W about the parent's origin, in the parent's frame.
     in_parent: Wrench,
     /// 1 / D.
     inverse_pivot: Expr,
@@ -71,7 +71,7 @@ impl ArticulatedBodies {
     ) -> Self {
         let hinges = eliminated(binder, kinematics, inertias.minimal());
         let links = kinematics.links();
-        // By joint.
+        // Sorts values of the nodes by joint.
         let sorted = |values: &[Expr]| {
             let mut sorted = vec![Expr::zero(); values.len()];
             for (link, value) in links.iter().zip(values) {
@@ -146,7 +146,8 @@ impl ArticulatedInertia {
         }
     }
 
-    /// About a point from which this one's is at `r`: H' = H + [r]x M, I' = I - H' [r]x + [r]x H^T.
+    /// Returns the same inertia about a point from which this inertia's reference point is at `r`: H' =
+    /// H + [r]x M, I' = I - H' [r]x + [r]x H^T.
     fn about(&self, r: &Vector) -> Self {
         let [xx, xy, xz, yy, yz, zz] = self.mass.clone();
         let mass = [[xx, xy.clone(), xz.clone()], [xy, yy, yz.clone()], [xz, yz, zz]];
@@ -162,7 +163,7 @@ impl ArticulatedInertia {
     }
 }
 
-/// Hinge by hinge, from the leaves to the root.
+/// Eliminates every hinge, from the leaves to the root.
 fn eliminated(
     binder: &mut Binder,
     kinematics: &Kinematics,
@@ -220,7 +221,8 @@ fn carried(
     turned.bound(binder, link.node, "projected_in_parent").about(&link.offset)
 }
 
-/// A sweep from the leaves to the root that reduces torques and loads to y, and what it calls them.
+/// A sweep from the leaves to the root that reduces torques and loads to y. It holds the names of the
+/// intermediates that it binds.
 struct Sweep<'a> {
     kinematics: &'a Kinematics,
     hinges: &'a [EliminatedHinge],
@@ -230,7 +232,7 @@ struct Sweep<'a> {
 }
 
 impl Sweep<'_> {
-    /// y by node, for torques of the hinges and loads on the nodes.
+    /// Returns y by node, for torques of the hinges and loads on the nodes.
     fn run(
         &self,
         binder: &mut Binder,
@@ -247,7 +249,7 @@ impl Sweep<'_> {
             let torque = reduced[node.index()].clone();
             let value = binder.scalar(node, phase, &self.reduced, &torque + &x);
             if let Some(parent) = link.parent {
-                // Along the hinge only the negative torque remains.
+                // After the elimination, the moment along the hinge is the negative torque.
                 let load = Wrench { force: load.force, moment: [-&torque, y, z] };
                 let load = link.carry_wrench(binder, phase, &self.load, &load);
                 let carried = load.minus(&self.hinges[node.index()].in_parent.times(&value));
@@ -259,8 +261,8 @@ impl Sweep<'_> {
     }
 }
 
-/// The loads of a closure force of 1 along one row: on both tips, and, where their sum is not zero,
-/// on the node on which both sides meet.
+/// Returns the loads of a closure force of 1 along one row: on both tips, and, if their sum is not
+/// zero, on the node at which the two sides meet.
 fn row_loads(
     binder: &mut Binder,
     kinematics: &Kinematics,
@@ -288,7 +290,7 @@ fn row_loads(
     loads
 }
 
-/// du/dt by node, from the root to the leaves: given accelerations are y / D.
+/// Returns du/dt by node, computed from the root to the leaves. The given accelerations are y / D.
 fn substituted(
     binder: &mut Binder,
     kinematics: &Kinematics,

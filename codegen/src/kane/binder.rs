@@ -1,7 +1,7 @@
-//! The binder: gives names to intermediates, so that no expression is ever expanded.
+//! The binder names intermediates, so that no expression is ever expanded.
 //!
-//! Written out, the velocity of the n-th body of a chain has some 3^n terms. Every phase therefore
-//! binds what it computes: the algebra goes on with a symbol, and the generated code gets a
+//! If the velocity of the n-th body of a chain were expanded, it would have some 3^n terms. Every phase
+//! therefore binds what it computes: the algebra continues with a symbol, and the generated code gets a
 //! statement with the name and the [`Section`] of the intermediate.
 
 use super::equations::{Binding, BindingId, Leaf};
@@ -22,30 +22,30 @@ pub struct Label {
     section: Section,
 }
 
-/// Binds intermediates, and collects what is wrong with the formulas of the model.
+/// Binds intermediates, and collects the errors in the formulas of the model.
 pub struct Binder<'a> {
     topology: &'a Topology,
     algebra: &'a mut Algebra<Leaf, Label>,
     symbols: Symbols,
-    /// By node.
+    /// Names of the nodes, by node.
     names: Vec<String>,
     facts: Vec<Fact>,
     problems: Diagnostics,
 }
 
-/// Variables of the model's formulas.
+/// Symbols of the variables in the model's formulas.
 struct Symbols {
     time: Expr,
-    /// By joint.
+    /// q, by joint.
     coordinates: Vec<Expr>,
-    /// By joint.
+    /// u, by joint.
     speeds: Vec<Expr>,
     parameters: Vec<Expr>,
     inputs: Vec<Expr>,
 }
 
 impl<'a> Binder<'a> {
-    /// A binder with nothing bound yet.
+    /// Creates a binder without any bindings.
     pub fn new(topology: &'a Topology, algebra: &'a mut Algebra<Leaf, Label>) -> Self {
         let mechanism = &topology.mechanism;
         let joints = || (0..mechanism.joints.len()).map(JointId);
@@ -71,78 +71,78 @@ impl<'a> Binder<'a> {
         }
     }
 
-    /// The tree and the loops.
+    /// Returns the tree and the loops.
     pub fn topology(&self) -> &'a Topology {
         self.topology
     }
 
-    /// The mechanism.
+    /// Returns the mechanism.
     pub fn mechanism(&self) -> &'a Mechanism {
         &self.topology.mechanism
     }
 
-    /// Every node, parents before their children.
+    /// Returns every node, parents before their children.
     pub fn nodes(&self) -> impl DoubleEndedIterator<Item = NodeId> + use<> {
         (0..self.topology.nodes.len()).map(NodeId)
     }
 
-    /// The name of a node's joint.
+    /// Returns the name of a node's joint.
     pub fn joint_name(&self, node: NodeId) -> &'a str {
         let joint = self.topology.nodes[node.index()].joint;
         &self.mechanism().joints[joint.index()].name
     }
 
-    /// The name of a node.
+    /// Returns the name of a node.
     pub fn node_name(&self, node: NodeId) -> &str {
         &self.names[node.index()]
     }
 
-    /// Notes the name of a number.
+    /// Records a named number of the model.
     pub fn name(&mut self, fact: Fact) {
         self.facts.push(fact);
     }
 
-    /// The named numbers, in the order in which they were noted.
+    /// Takes the recorded numbers, in the order in which they were recorded.
     pub fn facts(&mut self) -> Vec<Fact> {
         std::mem::take(&mut self.facts)
     }
 
-    /// t, s.
+    /// Returns t, s.
     pub fn time(&self) -> Expr {
         self.symbols.time.clone()
     }
 
-    /// q of a joint, rad.
+    /// Returns q of a joint, rad.
     pub fn coordinate(&self, joint: JointId) -> Expr {
         self.symbols.coordinates[joint.index()].clone()
     }
 
-    /// u = dq/dt of a joint, rad/s.
+    /// Returns u = dq/dt of a joint, rad/s.
     pub fn speed(&self, joint: JointId) -> Expr {
         self.symbols.speeds[joint.index()].clone()
     }
 
-    /// A parameter of the model.
+    /// Returns a parameter of the model.
     pub fn parameter(&self, id: ParameterId) -> Expr {
         self.symbols.parameters[id.index()].clone()
     }
 
-    /// An input of the model.
+    /// Returns an input of the model.
     pub fn input(&self, id: InputId) -> Expr {
         self.symbols.inputs[id.index()].clone()
     }
 
-    /// A new symbol for something that is given.
+    /// Creates a symbol for a given quantity.
     pub fn given(&mut self, leaf: Leaf) -> Expr {
         self.algebra.leaf(leaf)
     }
 
-    /// A number, exactly.
+    /// Returns a number, exactly.
     pub fn constant(&mut self, value: f64) -> Expr {
         self.algebra.number(value)
     }
 
-    /// The number that an expression is, if it is one.
+    /// Returns the value of an expression that is a number, otherwise `None`.
     pub fn value(&self, value: &Expr) -> Option<f64> {
         self.algebra.value(value)
     }
@@ -208,7 +208,7 @@ impl<'a> Binder<'a> {
         }
     }
 
-    /// The partial derivative of a velocity by a speed, through every intermediate.
+    /// Returns the partial derivative of a velocity by a speed, through all intermediates.
     pub fn by_speed(&mut self, value: &Expr, joint: JointId) -> Expr {
         let suffix = &self.mechanism().joints[joint.index()].name;
         let label = |label: &Label| Label {
@@ -237,12 +237,12 @@ impl<'a> Binder<'a> {
         self.problems.push(problem);
     }
 
-    /// Errors of the model's formulas.
+    /// Takes the errors in the model's formulas.
     pub fn problems(&mut self) -> Diagnostics {
         std::mem::take(&mut self.problems)
     }
 
-    /// Every intermediate, in the order in which they were bound.
+    /// Returns every intermediate, in the order in which they were bound.
     pub fn bindings(&self) -> Vec<Binding> {
         self.algebra
             .definitions(&bound)
@@ -251,12 +251,12 @@ impl<'a> Binder<'a> {
             .collect()
     }
 
-    /// An expression as plain data.
+    /// Returns an expression as plain data.
     pub fn tree(&self, value: &Expr) -> Tree<Leaf> {
         self.algebra.tree(value, &bound)
     }
 
-    /// Expressions as plain data.
+    /// Returns expressions as plain data.
     pub fn trees(&self, values: &[Expr]) -> Vec<Tree<Leaf>> {
         values.iter().map(|value| self.tree(value)).collect()
     }

@@ -6,9 +6,9 @@
 //! J du/dt  = -gamma                        the same, differentiated twice
 //! ```
 //!
-//! Everything is relative to the nearest common ancestor of ghost and original, whose own motion
-//! cancels. The rows of J are components along directions fixed to the cut body: each side is
-//! written in its own copy of the frame, which is the same wherever the loop is closed.
+//! All quantities are relative to the nearest common ancestor of ghost and original, whose own motion
+//! cancels. The rows of J are components along directions that are fixed to the cut body: each side is
+//! written in its own copy of the frame, and both copies coincide if the loop is closed.
 
 use nalgebra::Vector3;
 
@@ -40,15 +40,16 @@ pub struct Row {
     pub original: RowSide,
 }
 
-/// A row on one of the two copies of the cut body, in the copy's frame.
+/// One side of a row: the row's direction and point on one of the two copies of the cut body, in the
+/// frame of that copy.
 pub struct RowSide {
     pub direction: Vector,
-    /// The point, m.
+    /// Position of the point, m.
     pub arm: Vector,
 }
 
 impl RowSide {
-    /// A force of `sign` (1 or -1) along the direction, at the point.
+    /// Returns the wrench of a force of `sign` (1 or -1) along the direction, at the point.
     pub fn unit_wrench(&self, sign: f64) -> Wrench {
         let wrench = Wrench::at(&self.arm, self.direction.clone());
         if sign < 0.0 { wrench.opposite() } else { wrench }
@@ -56,13 +57,13 @@ impl RowSide {
 }
 
 impl Row {
-    /// Both sides, ghost first, as [`LoopKinematics::sides`].
+    /// Returns both sides, ghost first, in the same order as [`LoopKinematics::sides`].
     pub fn sides(&self) -> [&RowSide; 2] {
         [&self.ghost, &self.original]
     }
 }
 
-/// The name of the points at which a loop closes.
+/// Name of the points at which a loop closes.
 const CLOSURE_POINT: &str = "closure_point";
 
 impl Closure {
@@ -79,17 +80,17 @@ impl Closure {
         closure
     }
 
-    /// The rows of J, of all loops in order.
+    /// Returns the rows of J of all loops, in order.
     pub fn rows(&self) -> &[Row] {
         &self.rows
     }
 
-    /// The rows of J of one loop, with their numbers among all rows.
+    /// Returns the rows of J of one loop, with their indices among all rows.
     pub fn rows_of(&self, id: LoopId) -> impl Iterator<Item = (usize, &Row)> {
         self.rows.iter().enumerate().filter(move |(_, row)| row.closed == id)
     }
 
-    /// Rows of J and gamma: V_ghost - V_original and its acceleration at du/dt = 0.
+    /// Derives the rows of J and gamma: V_ghost - V_original and its acceleration at du/dt = 0.
     fn acceleration_rows(
         &mut self,
         binder: &mut Binder,
@@ -131,7 +132,7 @@ impl Closure {
         }
     }
 
-    /// All nine residuals and their Jacobian; returns the residuals by point.
+    /// Derives all nine residuals and their Jacobian, and returns the residuals by point.
     fn residuals(
         &mut self,
         binder: &mut Binder,
@@ -164,7 +165,7 @@ impl Closure {
         gaps
     }
 
-    /// The residuals along the rows of J, of which `first` is the first of this loop.
+    /// Derives the residuals along the rows of J. `first` is the index of the first row of this loop.
     fn row_residuals(
         &mut self,
         binder: &mut Binder,
@@ -185,7 +186,7 @@ impl Closure {
     }
 }
 
-/// A point of a tip relative to the common ancestor, bound.
+/// Binds the position of a point of a tip relative to the common ancestor.
 fn point(
     binder: &mut Binder,
     kinematics: &Kinematics,
@@ -202,8 +203,8 @@ fn point(
     binder.vector(side.tip, Phase::ClosurePoint, name, position)
 }
 
-/// Velocity of the point at `at` per radian of each hinge on a side: e_x x (P - origin of the
-/// hinge).
+/// Returns the velocity of the point at `at` per unit speed of each hinge on a side: e_x x (P - origin
+/// of the hinge).
 fn moved(
     binder: &mut Binder,
     kinematics: &Kinematics,

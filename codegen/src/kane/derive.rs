@@ -1,6 +1,7 @@
-//! The derivation: every phase in its order.
+//! The derivation, which runs all phases in order.
 //!
-//! A phase is a type whose constructor takes the phases that it needs, so the order cannot be wrong.
+//! A phase is a type whose constructor takes the phases that it needs, so the compiler checks the
+//! order.
 
 use super::articulated::ArticulatedBodies;
 use super::binder::{Binder, Label};
@@ -19,7 +20,7 @@ use crate::source::Diagnostics;
 use crate::symbolic::{self, Algebra, SessionError};
 use crate::topology::Topology;
 
-/// Why no equations could be derived.
+/// The reason why no equations could be derived.
 #[derive(Debug, thiserror::Error)]
 pub enum DeriveError {
     /// The symbolic engine could not be started.
@@ -33,8 +34,8 @@ pub enum DeriveError {
 /// Derives the equations of motion.
 ///
 /// # Errors
-/// When the symbolic engine cannot be started, or a formula of the model divides by zero or is not
-/// finite for all values of what it depends on.
+/// Returns an error if the symbolic engine cannot be started, or if a formula of the model divides by
+/// zero or is not finite for all values of what it depends on.
 pub fn derive(topology: &Topology) -> Result<Equations, DeriveError> {
     symbolic::session(|algebra| equations(topology, algebra))?.map_err(DeriveError::Model)
 }

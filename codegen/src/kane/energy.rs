@@ -10,9 +10,9 @@ use crate::symbolic::Expr;
 
 /// The energies of the tree.
 pub struct Energy {
-    /// J.
+    /// Kinetic energy, J.
     pub kinetic: Expr,
-    /// J.
+    /// Potential energy, J.
     pub potential: Expr,
 }
 
@@ -31,7 +31,7 @@ impl Energy {
     }
 }
 
-/// Sum over nodes of m v.v / 2 + v.(w x h) + w.I w / 2.
+/// Derives the kinetic energy: the sum over nodes of m v.v / 2 + v.(w x h) + w.I w / 2.
 fn kinetic(binder: &mut Binder, kinematics: &Kinematics, inertias: &Inertias) -> Expr {
     let half = binder.constant(0.5);
     let mut total = Expr::zero();
@@ -47,7 +47,7 @@ fn kinetic(binder: &mut Binder, kinematics: &Kinematics, inertias: &Inertias) ->
     total
 }
 
-/// Sum over nodes of -g . (m p + A h).
+/// Derives the potential energy of gravity: the sum over nodes of -g . (m p + A h).
 fn gravity(
     binder: &mut Binder,
     kinematics: &Kinematics,
@@ -65,7 +65,7 @@ fn gravity(
     total
 }
 
-/// Sum over joints of k bend^2 / 2 + k3 bend^4 / 4.
+/// Derives the potential energy of the springs: the sum over joints of k bend^2 / 2 + k3 bend^4 / 4.
 fn springs(binder: &mut Binder, kinematics: &Kinematics, loads: &Loads) -> Expr {
     let half = binder.constant(0.5);
     let mut total = Expr::zero();

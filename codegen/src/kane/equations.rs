@@ -1,4 +1,4 @@
-//! Kane's equations as bound symbolic expressions, in the order they were formed.
+//! Kane's equations as bound symbolic expressions, in the order in which they were formed.
 
 use crate::laminate::Mechanism;
 use crate::source::ids::index;
@@ -38,11 +38,11 @@ pub enum Leaf {
 /// A named intermediate: `name = tree`.
 #[derive(Clone, Debug)]
 pub struct Binding {
-    /// Name for the reader of the generated module: `omega_left_x`.
+    /// Name that the reader of the generated module sees: `omega_left_x`.
     pub name: String,
     /// The body or loop and the phase of the derivation that it belongs to.
     pub section: Section,
-    /// Its value, over leaves and earlier bindings.
+    /// Its value, as an expression of leaves and earlier bindings.
     pub tree: Tree<Leaf>,
 }
 
@@ -54,9 +54,9 @@ pub struct Binding {
 pub struct Equations {
     /// The mechanism with its tree and loops.
     pub topology: Topology,
-    /// Numbers of the model, by their names.
+    /// Named numbers of the model.
     pub facts: Vec<Fact>,
-    /// Intermediates, each over earlier ones.
+    /// Intermediates, each an expression of earlier ones.
     pub bindings: Vec<Binding>,
     /// M of `M du/dt = f`, N x N, symmetric, kg m^2.
     pub mass: Vec<Tree<Leaf>>,
@@ -66,21 +66,22 @@ pub struct Equations {
     pub jacobian: Vec<Tree<Leaf>>,
     /// gamma(q, u), C, m/s^2.
     pub gamma: Vec<Tree<Leaf>>,
-    /// The same equations of the tree, eliminated without M.
+    /// The same equations of the tree, solved by elimination without M.
     pub elimination: Elimination,
     /// J u, C, m/s.
     pub row_velocity: Vec<Tree<Leaf>>,
-    /// The closure residuals along the rows of J, C, m: their rate of change is J u where the loops
-    /// are closed.
+    /// Closure residuals along the rows of J, C, m. Their rate of change is J u if the loops are
+    /// closed.
     pub row_residual: Vec<Tree<Leaf>>,
-    /// Closure residuals, 9 L, m: per loop ghost less original of P1, P2, P3, components in the
-    /// frame of the nearest common ancestor of the two.
+    /// Closure residuals, 9 L, m. For each loop, they are the position in the ghost minus the position
+    /// in the original of P1, P2 and P3, in components of the frame of the nearest common ancestor of
+    /// the two.
     pub residual: Vec<Tree<Leaf>>,
     /// Jacobian of all nine closure rows by q, 9 L x N, m.
     pub residual_jacobian: Vec<Tree<Leaf>>,
-    /// Per body 12 numbers: R row-major, then p, so that the point drawn at x lies at R x + p.
+    /// Poses, 12 numbers per body: R row-major, then p, so that the point drawn at x lies at R x + p.
     pub poses: Vec<Tree<Leaf>>,
-    /// Per point its position in the base frame, m.
+    /// Position of each point in the base frame, m.
     pub points: Vec<Tree<Leaf>>,
     /// Prescribed angles of the driven joints, rad.
     pub drives: Vec<Tree<Leaf>>,
@@ -88,8 +89,8 @@ pub struct Equations {
     pub imbalance: Vec<Tree<Leaf>>,
     /// gamma + J du/dt at given du/dt, C, m/s^2.
     pub opening: Vec<Tree<Leaf>>,
-    /// Per joint the force (N) and the moment (N m) that the hinge passes on at given du/dt and
-    /// lambda, N x 6.
+    /// Force (N) and moment (N m) that the hinge of each joint transmits at given du/dt and lambda, N x
+    /// 6.
     pub reactions: Vec<Tree<Leaf>>,
     /// Kinetic energy, J.
     pub kinetic_energy: Tree<Leaf>,
@@ -111,7 +112,7 @@ pub struct Elimination {
 }
 
 impl Equations {
-    /// The mechanism the equations describe.
+    /// Returns the mechanism that the equations describe.
     pub fn mechanism(&self) -> &Mechanism {
         &self.topology.mechanism
     }

@@ -1,7 +1,7 @@
-//! Facts: the numbers of the model under their names.
+//! Facts: the named numbers of the model.
 //!
-//! The algebra computes with the numbers alone. The generated code has a table of their names, from which a
-//! reader sees where each number comes from.
+//! The algebra computes only with the numbers. The generated code has a table of their names, which
+//! tells a reader where each number comes from.
 
 use super::binder::Binder;
 use super::section::Subject;
@@ -11,22 +11,23 @@ use crate::topology::NodeId;
 /// A number of the model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fact {
-    /// `offset_south_x`.
+    /// Name, for example `offset_south_x`.
     pub name: String,
-    /// What it is; a number of a formula, or of an intermediate, has the name of that.
+    /// Quantity that the number measures. Numbers in formulas and intermediates have none: they are
+    /// named after the formula or the intermediate.
     pub quantity: Option<Quantity>,
-    /// What it belongs to.
+    /// The body, the loop or the mechanism that it belongs to.
     pub subject: Subject,
-    /// In SI units.
+    /// Value, in SI units.
     pub value: f64,
 }
 
-/// What facts of a kind are called and what they are.
+/// A kind of facts, with the prefix of their names and their meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Quantity {
-    /// The beginning of their names.
+    /// Prefix of the facts' names.
     pub name: &'static str,
-    /// With the unit.
+    /// Meaning, with the unit.
     pub meaning: &'static str,
 }
 
@@ -35,13 +36,13 @@ pub const AXES: [&str; 3] = ["x", "y", "z"];
 pub const SYMMETRIC: [&str; 6] = ["xx", "xy", "xz", "yy", "yz", "zz"];
 
 impl Binder<'_> {
-    /// A number of a node, exactly: `mass_south`.
+    /// Returns a number of a node, exactly, and records its name: `mass_south`.
     pub fn fact(&mut self, node: NodeId, quantity: Quantity, value: f64) -> Expr {
         let [expression] = self.facts_of(node, quantity, [""], [value]);
         expression
     }
 
-    /// Numbers of a node, componentwise: `offset_south_x`.
+    /// Returns the components of a quantity of a node and records their names: `offset_south_x`.
     pub fn facts_of<const K: usize>(
         &mut self,
         node: NodeId,
@@ -53,7 +54,8 @@ impl Binder<'_> {
         self.facts_about(Subject::Body(node), &owner, quantity, axes, values)
     }
 
-    /// Numbers of a subject that is called `owner`, componentwise.
+    /// Returns the components of a quantity of a subject with the name `owner`, and records their
+    /// names.
     pub fn facts_about<const K: usize>(
         &mut self,
         subject: Subject,

@@ -2,14 +2,14 @@
 //!
 //! A body's velocities depend on the speed u_r of an ancestor (or its own) joint r only through the
 //! frame of joint r, so its partial velocities are those of that frame, transformed as in a rigid
-//! body. Kane's sums over the bodies beyond joint r are therefore one wrench (force f, moment n
-//! about the frame's origin) against one pair of partial velocities:
+//! body. Kane's sums over the bodies beyond joint r therefore reduce to one wrench (force f, moment n
+//! about the frame's origin) and one pair of partial velocities:
 //!
 //! ```text
 //! F_r + F_r* = dw_r/du_r . n_r + dv_r/du_r . f_r + tau_r
 //! ```
 //!
-//! Wrenches are gathered from the leaves to the root.
+//! Wrenches are summed from the leaves to the root.
 
 use super::binder::Binder;
 use super::kinematics::Kinematics;
@@ -43,7 +43,8 @@ impl GeneralizedForces {
     }
 }
 
-/// Per node the sum of the wrenches on it and on all beyond it, about its origin.
+/// Returns, for each node, the sum of the wrenches on it and on all nodes beyond it, about the node's
+/// origin.
 pub fn gathered(
     binder: &mut Binder,
     kinematics: &Kinematics,
@@ -63,7 +64,7 @@ pub fn gathered(
     wrenches
 }
 
-/// dw/du . n + dv/du . f: what a wrench on a node does along its hinge.
+/// Returns the generalized force of a wrench on a node along the node's hinge: dw/du . n + dv/du . f.
 pub fn along_hinge(kinematics: &Kinematics, node: NodeId, wrench: &Wrench) -> Expr {
     let partial = kinematics.partial(node);
     &dot(&partial.omega, &wrench.moment) + &dot(&partial.velocity, &wrench.force)

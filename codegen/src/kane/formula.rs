@@ -1,7 +1,7 @@
 //! Expressions of the model (torques, forces, stiffness, ...) in the algebra.
 //!
-//! Every operation is bound by itself: the user's formula is evaluated as written, never
-//! simplified into one with another domain.
+//! Every operation is bound separately: the user's formula is evaluated as written, and never
+//! simplified into a formula with a different domain.
 
 use super::binder::Binder;
 use super::fact::Fact;
@@ -9,11 +9,12 @@ use super::section::{Phase, Section, Subject};
 use crate::source::{Binary, Expression, Operator, Span, Unary};
 use crate::symbolic::{Expr, Function};
 
-/// Largest magnitude of an exponent that becomes multiplications.
+/// Largest magnitude of an exponent for which a power becomes multiplications.
 const LARGEST_POWER: f64 = 16.0;
 
 impl Binder<'_> {
-    /// An expression of the model as a bound symbol. `what` and `span` name it in an error.
+    /// Returns an expression of the model as a bound symbol. `what` and `span` identify it in an error
+    /// message.
     pub fn formula(&mut self, expression: &Expression, what: &str, span: Option<Span>) -> Expr {
         if let Some(value) = expression.constant() {
             return self.folded(value, what, span);
@@ -47,19 +48,20 @@ impl Binder<'_> {
         self.operation(what, value)
     }
 
-    /// One operation of an expression, bound.
+    /// Binds one operation of an expression.
     fn operation(&mut self, what: &str, value: Expr) -> Expr {
         self.bind(Section::mechanism(Phase::Formula), identifier(what), value)
     }
 
-    /// A number of a formula, by the name of the formula.
+    /// Returns a number that occurs in a formula, named after the formula.
     fn number_of(&mut self, what: &str, value: f64) -> Expr {
         let (name, subject) = (identifier(what), Subject::Mechanism);
         self.name(Fact { name, quantity: None, subject, value });
         self.constant(value)
     }
 
-    /// A number: the formula's, or one that the algebra found, as in `exp(1000 + q.j - q.j)`.
+    /// Returns a number that is in the formula or that the algebra computed, as in `exp(1000 + q.j -
+    /// q.j)`.
     fn folded(&mut self, value: f64, what: &str, span: Option<Span>) -> Expr {
         if value.is_finite() {
             return self.number_of(what, value);
@@ -68,7 +70,7 @@ impl Binder<'_> {
         Expr::zero()
     }
 
-    /// Applies the operations from the left; constant parts are evaluated to numbers.
+    /// Applies the operations from left to right. Constant parts are evaluated to numbers.
     fn chain(
         &mut self,
         first: &Expression,
@@ -110,8 +112,8 @@ impl Binder<'_> {
         value
     }
 
-    /// A function of one argument. The inverse sine and cosine are angles of a point on the unit
-    /// circle, so that near 1 and -1 they keep their digits.
+    /// Applies a function of one argument. The inverse sine and cosine are computed as angles of a
+    /// point on the unit circle, so that they keep their digits near 1 and -1.
     fn unary(&mut self, function: Unary, x: Expr, what: &str) -> Expr {
         match function {
             Unary::Neg => -&x,
@@ -141,7 +143,7 @@ impl Binder<'_> {
         }
     }
 
-    /// sqrt((1 - x) (1 + x)): not a number beyond -1 and 1.
+    /// Returns sqrt((1 - x) (1 + x)), which is not a number if x is beyond -1 or 1.
     fn beside(&mut self, x: &Expr, what: &str) -> Expr {
         let [less, more] = [&Expr::one() - x, &Expr::one() + x].map(|x| self.operation(what, x));
         let square = self.operation(what, &less * &more);
@@ -173,7 +175,7 @@ impl Binder<'_> {
     }
 }
 
-/// The name of a formula as part of an identifier.
+/// Returns the name of a formula in a form that can be part of an identifier.
 fn identifier(what: &str) -> String {
     what.replace(['.', ' '], "_")
 }

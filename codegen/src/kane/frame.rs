@@ -1,48 +1,50 @@
-//! Frames of the nodes: aligned with their hinges, origins slid along the hinge lines.
+//! Frames of the nodes, which are aligned with the hinges and have their origins on the hinge lines.
 //!
-//! The x axis of a node's frame lies along its hinge and z along the base frame's z in the flat
-//! state, so the rotation from parent to node is a constant turn about z (the drawing is flat) and
-//! one elementary turn about x. The origin may lie anywhere on the hinge line: where that line
-//! meets the parent's, the offset between origins has one component or none.
+//! The x axis of a node's frame lies along its hinge. The z axis points along the base frame's z in the
+//! flat state, so the rotation from parent to node is a constant turn about z (the drawing is flat) and
+//! one elementary turn about x. The origin may lie anywhere on the hinge line: if it is where that line
+//! meets the parent's line, the offset between the origins has at most one component.
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::laminate::Joint;
 use crate::topology::{LoopClass, Node, NodeId, Topology};
 
-/// Origins farther than this many sizes from the drawing would cost digits.
+/// Largest distance of an origin from the drawing, in sizes of the mechanism. A more distant origin
+/// would cost digits.
 const FARTHEST_ORIGIN: f64 = 4.0;
-/// Relative to the size or to 1: differences below this are rounding of the drawing.
+/// Differences below this, relative to the size or to 1, are rounding errors of the drawing.
 const ROUNDING: f64 = 1e-14;
 
 /// A node's frame in the flat state.
 #[derive(Clone, Debug)]
 pub struct Frame {
-    /// Columns: the axes in flat coordinates.
+    /// Axes of the frame as columns, in flat coordinates.
     pub axes: Matrix3<f64>,
-    /// The origin, a point of the hinge line, flat coordinates, m.
+    /// Origin, a point of the hinge line, in flat coordinates, m.
     pub origin: Vector3<f64>,
 }
 
 impl Frame {
-    /// The base frame.
+    /// Returns the base frame.
     pub fn base() -> Self {
         Self { axes: Matrix3::identity(), origin: Vector3::zeros() }
     }
 
-    /// Components of a flat-state direction in this frame.
+    /// Returns the components in this frame of a direction in the flat state.
     pub fn direction(&self, flat: &Vector3<f64>) -> [f64; 3] {
         let length = flat.norm();
         self.axes.tr_mul(flat).map(|x| if x.abs() <= ROUNDING * length { 0.0 } else { x }).into()
     }
 
-    /// Coordinates in this frame of a point drawn at `flat`, m; `size` is the mechanism's.
+    /// Returns the coordinates in this frame of a point drawn at `flat`, m. `size` is the size of the
+    /// mechanism.
     pub fn coordinates(&self, flat: &Vector3<f64>, size: f64) -> [f64; 3] {
         let offset = self.axes.tr_mul(&(flat - self.origin));
         offset.map(|x| if x.abs() <= ROUNDING * size { 0.0 } else { x }).into()
     }
 
-    /// Components in this frame of a tensor given in flat axes.
+    /// Returns the components in this frame of a tensor given in flat axes.
     pub fn tensor(&self, flat: &Matrix3<f64>) -> Matrix3<f64> {
         let largest = flat.amax();
         let turned = self.axes.tr_mul(flat) * self.axes;
@@ -54,7 +56,7 @@ impl Frame {
 pub struct Frames(Vec<Frame>);
 
 impl Frames {
-    /// The frames of a tree.
+    /// Places the frames of a tree.
     pub fn new(topology: &Topology) -> Self {
         let mut frames: Vec<Frame> = Vec::new();
         for (index, node) in topology.nodes.iter().enumerate() {
@@ -68,7 +70,7 @@ impl Frames {
         Self(frames)
     }
 
-    /// The frame of a node.
+    /// Returns the frame of a node.
     pub fn of(&self, node: NodeId) -> &Frame {
         &self.0[node.index()]
     }
@@ -78,7 +80,7 @@ fn joint<'a>(topology: &'a Topology, node: &Node) -> &'a Joint {
     &topology.mechanism.joints[node.joint.index()]
 }
 
-/// The point of a node's hinge line that makes offsets sparsest.
+/// Returns the point of a node's hinge line that makes most components of the offsets zero.
 fn origin(topology: &Topology, placed: &[Frame], id: NodeId) -> Vector3<f64> {
     let node = &topology.nodes[id.index()];
     let hinge = joint(topology, node);
@@ -106,7 +108,7 @@ fn origin(topology: &Topology, placed: &[Frame], id: NodeId) -> Vector3<f64> {
     }
 }
 
-/// The point of `hinge`'s line nearest to `other`'s line; `None` when they are parallel.
+/// Returns the point of `hinge`'s line nearest to `other`'s line, or `None` if the lines are parallel.
 fn crossing(hinge: &Joint, other: &Joint) -> Option<Vector3<f64>> {
     let normal = hinge.direction.cross(&other.direction);
     let square = normal.norm_squared();

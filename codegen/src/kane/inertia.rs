@@ -1,11 +1,12 @@
-//! Phase 1, spatial inertia: of each node's share of its body, and the part of it that moves a hinge.
+//! Phase 1, spatial inertia: the inertia of each node's share of its body, and the part of it that
+//! affects a hinge.
 //!
-//! Mass spread along a hinge line moves the same whether it belongs to the body beyond the hinge
-//! or to the one before. Such a line has three numbers (mass, first and second moment along the
-//! line, of any sign): those of each node are passed on to its parent, and at the ground they move
-//! nothing. Seven parameters of ten are left per node, while M and f stay the same. (The minimal
-//! inertial parameters of M. Gautier and W. Khalil, "Direct calculation of minimum set of inertial
-//! parameters of serial robots", 1990.)
+//! Mass distributed along a hinge line moves in the same way whether it belongs to the body beyond the
+//! hinge or to the body before it. Such a line has three numbers (mass, first and second moment along
+//! the line, of any sign). The three numbers of each node are passed on to its parent, and at the
+//! ground they have no effect. Seven of ten parameters are left per node, while M and f stay the same.
+//! (The minimal inertial parameters of M. Gautier and W. Khalil, "Direct calculation of minimum set of
+//! inertial parameters of serial robots", 1990.)
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -17,10 +18,10 @@ use super::wrench::Wrench;
 use crate::symbolic::Expr;
 use crate::topology::NodeId;
 
-/// Relative to the largest: moments below this are rounding of the drawing.
+/// Moments below this, relative to the largest, are rounding errors of the drawing.
 const ROUNDING: f64 = 1e-14;
 
-/// The names of a spatial inertia's numbers: mass, first and second moments.
+/// Names of the numbers of a spatial inertia: mass, first moments and second moments.
 type Quantities = [Quantity; 3];
 
 const WHOLE: Quantities = [
@@ -59,13 +60,13 @@ pub struct Inertias {
 }
 
 impl SpatialInertia {
-    /// I = tr(S) 1 - S, kg m^2.
+    /// Returns the rotational inertia I = tr(S) 1 - S, kg m^2.
     pub fn rotational(&self) -> Tensor {
         let [xx, xy, xz, yy, yz, zz] = &self.second_moment;
         [yy + zz, -xy, -xz, xx + zz, -yz, xx + yy]
     }
 
-    /// The sum of two about the same point.
+    /// Returns the sum of two inertias about the same point.
     pub fn plus(&self, other: &Self) -> Self {
         Self {
             mass: &self.mass + &other.mass,
@@ -74,8 +75,8 @@ impl SpatialInertia {
         }
     }
 
-    /// The wrench that gives a body at rest the accelerations alpha and a, also its momentum at the
-    /// velocities alpha and a: f = alpha x h + m a, n = I alpha + h x a.
+    /// Returns the wrench that gives a body at rest the accelerations alpha and a: f = alpha x h + m a,
+    /// n = I alpha + h x a. The same formula gives the momentum at the velocities alpha and a.
     pub fn wrench(&self, alpha: &Vector, a: &Vector) -> Wrench {
         let h = &self.first_moment;
         Wrench {
@@ -95,29 +96,30 @@ impl Inertias {
         Self { whole, minimal }
     }
 
-    /// By node: its share of its body. Needed for energies and hinge reactions.
+    /// Returns, by node, the inertia of its share of its body, which energies and hinge reactions need.
     pub fn whole(&self) -> &[SpatialInertia] {
         &self.whole
     }
 
-    /// By node: the minimal inertial parameters. Enough for M and f.
+    /// Returns, by node, the minimal inertial parameters, which suffice for M and f.
     pub fn minimal(&self) -> &[SpatialInertia] {
         &self.minimal
     }
 }
 
-/// Moments of a distribution of mass about a frame's origin.
+/// Moments of a mass distribution about a frame's origin.
 #[derive(Clone)]
 struct Moments {
-    /// kg.
+    /// Mass: int dm, kg.
     mass: f64,
-    /// int x dm, kg m.
+    /// First moment: int x dm, kg m.
     first: Vector3<f64>,
-    /// int x x^T dm, kg m^2.
+    /// Second moment: int x x^T dm, kg m^2.
     second: Matrix3<f64>,
 }
 
-/// Moments of a node's share of its body; with a tunable mass, of one kilogram of the body.
+/// Returns the moments of a node's share of its body. If the mass is tunable, they are per kilogram of
+/// the body.
 fn moments(binder: &Binder, frames: &Frames, id: NodeId) -> Moments {
     let mechanism = binder.mechanism();
     let (node, frame) = (&binder.topology().nodes[id.index()], frames.of(id));
@@ -131,13 +133,13 @@ fn moments(binder: &Binder, frames: &Frames, id: NodeId) -> Moments {
     Moments { mass, first: com * mass, second: spread * share + com * com.transpose() * mass }
 }
 
-/// Remaining inertia of each node and of the parts that its children pass on, after the part that
-/// does not affect the mass matrix is passed on to the parent.
+/// Returns the minimal moments of each node: its own moments and those that its children pass on,
+/// without the part that does not affect the mass matrix, which is passed on to the parent.
 fn minimal(binder: &Binder, frames: &Frames, mut moments: Vec<Moments>) -> Vec<Moments> {
     let size = binder.mechanism().size;
     for node in binder.nodes().rev() {
         let parent = binder.topology().nodes[node.index()].parent;
-        // A mass that scales with a parameter stays where it is.
+        // A mass that scales with a parameter is not passed on.
         let mut ends = [Some(node), parent].into_iter().flatten();
         if ends.any(|node| has_tunable_mass(binder, node)) {
             continue;
@@ -158,7 +160,7 @@ fn has_tunable_mass(binder: &Binder, node: NodeId) -> bool {
     binder.mechanism().bodies[body.index()].mass_parameter.is_some()
 }
 
-/// The moments of every node as expressions.
+/// Returns the moments of every node as expressions.
 fn nodes(binder: &mut Binder, names: &Quantities, moments: &[Moments]) -> Vec<SpatialInertia> {
     let nodes = binder.nodes().zip(moments);
     nodes.map(|(node, moments)| inertia(binder, names, node, moments)).collect()
@@ -193,8 +195,8 @@ fn inertia(
 }
 
 impl Moments {
-    /// Removes the line along x that leaves no mass, no first and no second moment along x:
-    /// returns these three.
+    /// Removes from the moments a line of mass along x, so that no mass and no first and second moment
+    /// along x are left, and returns these three numbers.
     fn take_line(&mut self) -> [f64; 3] {
         let line = [self.mass, self.first.x, self.second[(0, 0)]];
         self.mass = 0.0;
@@ -203,7 +205,7 @@ impl Moments {
         line
     }
 
-    /// Adds a line through `origin`.
+    /// Adds a line of mass through `origin`.
     fn add_line(
         &mut self,
         [mass, first, second]: [f64; 3],

@@ -4,12 +4,13 @@
 //! ```text
 //! imbalance  = f - M du/dt + J^T lambda        zero in motion
 //! opening    = gamma + J du/dt                 zero in motion
-//! reaction_r = -(sum of wrenches beyond r)     force and moment that the hinge passes on
+//! reaction_r = -(sum of wrenches beyond r)     force and moment that the hinge transmits
 //! ```
 //!
-//! No matrix is formed: accelerations run from the root to the leaves and wrenches back (J. Y. S.
-//! Luh, M. W. Walker, R. P. C. Paul, "On-line computational scheme for mechanical manipulators",
-//! 1980), so the cost grows as N. Differentiated, this is how the equations of motion change.
+//! No matrix is formed: accelerations are propagated from the root to the leaves and wrenches back (J.
+//! Y. S. Luh, M. W. Walker, R. P. C. Paul, "On-line computational scheme for mechanical manipulators",
+//! 1980), so the cost grows as N. The derivatives of these residuals are the derivatives of the
+//! equations of motion.
 
 use std::collections::BTreeMap;
 
@@ -29,16 +30,16 @@ use crate::source::JointId;
 use crate::symbolic::Expr;
 use crate::topology::{LoopId, NodeId};
 
-/// du/dt and lambda as symbols.
+/// Given du/dt and lambda, as symbols.
 pub struct Given {
-    /// du/dt by joint, rad/s^2.
+    /// Given du/dt by joint, rad/s^2.
     accelerations: Vec<Expr>,
-    /// lambda by row of the closure, N.
+    /// Given lambda by row of the closure, N.
     multipliers: Vec<Expr>,
 }
 
 impl Given {
-    /// New symbols.
+    /// Creates the symbols.
     pub fn new(binder: &mut Binder, closure: &Closure) -> Self {
         let joints = (0..binder.mechanism().joints.len()).map(JointId);
         let rows = 0..closure.rows().len();
@@ -48,13 +49,13 @@ impl Given {
         }
     }
 
-    /// du/dt of a joint.
+    /// Returns the given du/dt of a joint.
     pub fn acceleration(&self, joint: JointId) -> &Expr {
         &self.accelerations[joint.index()]
     }
 }
 
-/// Inverse dynamics; see [`Equations`](super::Equations) for shapes.
+/// Results of inverse dynamics; see [`Equations`](super::Equations) for shapes.
 pub struct InverseDynamics {
     pub imbalance: Vec<Expr>,
     pub opening: Vec<Expr>,
@@ -78,7 +79,8 @@ impl InverseDynamics {
         let mut beyond = |inertias: &[SpatialInertia], name: &'static str| {
             motion.wrenches(binder, kinematics, inertias, loads, name)
         };
-        // The minimal inertia is enough for the balance; hinges carry all the inertia.
+        // The minimal inertia is enough for the balance, but the hinge reactions need the whole
+        // inertia.
         let balance = beyond(inertias.minimal(), "balance");
         let transmitted = beyond(inertias.whole(), "transmitted");
         let closing = closing_wrenches(binder, kinematics, closure, given);
@@ -120,7 +122,8 @@ impl GivenMotion {
         Self(subtrees)
     }
 
-    /// Active and inertia wrenches of each node and all beyond it, about its origin.
+    /// Returns the active and inertia wrenches of each node and all nodes beyond it, about the node's
+    /// origin.
     fn wrenches(
         &self,
         binder: &mut Binder,
@@ -136,7 +139,7 @@ impl GivenMotion {
         gathered(binder, kinematics, phase, name, wrenches)
     }
 
-    /// gamma + J du/dt.
+    /// Returns gamma + J du/dt.
     fn openings(&self, kinematics: &Kinematics, closure: &Closure) -> Vec<Expr> {
         let opening = |row: &super::closure::Row| {
             let closed = kinematics.closed(row.closed);
@@ -153,8 +156,8 @@ impl GivenMotion {
     }
 }
 
-/// Contribution of the closure forces lambda along both sides of each loop, up to the common
-/// ancestor, where they cancel.
+/// Returns the contribution of the closure forces lambda along both sides of each loop, up to the
+/// common ancestor, where they cancel.
 fn closing_wrenches(
     binder: &mut Binder,
     kinematics: &Kinematics,
@@ -183,8 +186,9 @@ fn closing_wrenches(
     sums
 }
 
-/// Force and moment about the hinge's first drawn point that `bodies[0]` exerts on `bodies[1]`, in
-/// the joint's frame: x along the hinge, z normal to the sheet when flat, fixed to `bodies[1]`.
+/// Returns the force and the moment about the hinge's first drawn point that `bodies[0]` exerts on
+/// `bodies[1]`, in the joint's frame: x along the hinge, z normal to the sheet when flat, fixed to
+/// `bodies[1]`.
 fn reaction(binder: &mut Binder, link: &Link, beyond: &Wrench) -> [Expr; 6] {
     let joint = &binder.mechanism().joints[link.joint.index()];
     let arm = link.point(binder, "hinge_point", &joint.point);
@@ -194,8 +198,8 @@ fn reaction(binder: &mut Binder, link: &Link, beyond: &Wrench) -> [Expr; 6] {
         if !backwards {
             return [-x, -y, -z];
         }
-        // The parent is `bodies[1]`, x points the other way, and the wrench on the node is
-        // the opposite of the wrench on its parent.
+        // The parent is `bodies[1]`, x points the other way, and the wrench on the node is the opposite
+        // of the wrench on its parent.
         let [y, z] = link.joint_turn.forth(y, z);
         [-x, -&y, z]
     };

@@ -1,6 +1,6 @@
-//! Phase 2, kinematics: placements, velocities, velocity-product accelerations and partial
-//! velocities of every node, relative to the ground and, for the sides of each loop, relative to
-//! the node on which the two sides meet.
+//! Phase 2, kinematics: placements, velocities, velocity-product accelerations and partial velocities
+//! of every node. They are relative to the ground and, for the sides of each loop, relative to the node
+//! at which the two sides meet.
 
 use std::collections::BTreeMap;
 
@@ -16,58 +16,61 @@ use crate::topology::{Loop, LoopId, Node, NodeId, Topology};
 /// The kinematics of the tree and of the loops.
 pub struct Kinematics {
     links: Vec<Link>,
-    /// The tree relative to the ground first, then what loops need relative to other nodes.
+    /// The subtree relative to the ground first, then the subtrees that loops need relative to other
+    /// nodes.
     subtrees: Vec<Subtree>,
-    /// By node.
+    /// Partial velocities, by node.
     partial: Vec<PartialVelocity>,
     loops: Vec<LoopKinematics>,
 }
 
-/// Nodes relative to one ancestor of theirs.
+/// Nodes with their placements and motions relative to a common ancestor.
 pub struct Subtree {
-    /// `None`: the ground.
+    /// The ancestor, or `None` for the ground.
     ancestor: Option<NodeId>,
-    /// Parents before their children; every parent but the ancestor is there.
+    /// The nodes, parents before their children. The map has the parent of every node, unless it is the
+    /// ancestor.
     relatives: BTreeMap<NodeId, Relative>,
 }
 
-/// Where a node is, and how it moves, relative to an ancestor.
+/// Placement and motion of a node relative to an ancestor.
 #[derive(Clone)]
 pub struct Relative {
     pub placement: Placement,
     pub motion: Motion,
 }
 
-/// dw/du and dv/du of a node by the speed of its own joint.
+/// Partial velocities dw/du and dv/du of a node by the speed of its own joint.
 pub struct PartialVelocity {
     pub omega: Vector,
     pub velocity: Vector,
 }
 
-/// The two sides of a loop, from the node on which they meet to the cut body and its ghost.
+/// The two sides of a loop, from the node at which they meet to the cut body and its ghost.
 pub struct LoopKinematics {
-    /// `None`: the ground.
+    /// The common ancestor, or `None` for the ground.
     pub ancestor: Option<NodeId>,
     pub ghost: Side,
     pub original: Side,
-    /// Number of the subtree of the ancestor.
+    /// Index of the ancestor's subtree in `Kinematics::subtrees`.
     pub subtree: usize,
 }
 
 /// One side of a loop.
 pub struct Side {
     pub tip: NodeId,
-    /// The nodes beyond the common ancestor, up to the tip; none where the tip is the ancestor.
+    /// The nodes beyond the common ancestor, up to the tip. The path is empty if the tip is the
+    /// ancestor.
     pub path: Vec<NodeId>,
 }
 
 impl Relative {
-    /// Of the ancestor relative to itself.
+    /// Returns the placement and motion of the ancestor relative to itself.
     fn identity() -> Self {
         Self { placement: Placement::identity(), motion: Motion::rest() }
     }
 
-    /// Of a node, by its parent.
+    /// Derives the placement and motion of a node from those of its parent.
     fn new(binder: &mut Binder, link: &Link, parent: &Self) -> Self {
         Self {
             motion: Motion::new(binder, link, &parent.motion),
@@ -77,19 +80,19 @@ impl Relative {
 }
 
 impl LoopKinematics {
-    /// Both sides with the sign of their closure forces, those on the ghost positive.
+    /// Returns both sides with the sign of their closure forces, which is positive for the ghost.
     pub fn sides(&self) -> [(&Side, f64); 2] {
         [(&self.ghost, 1.0), (&self.original, -1.0)]
     }
 }
 
 impl Subtree {
-    /// With nothing but the ancestor in it.
+    /// Creates a subtree that contains only the ancestor.
     fn new(ancestor: Option<NodeId>) -> Self {
         Self { ancestor, relatives: BTreeMap::new() }
     }
 
-    /// Adds the node of a link, whose parent is the ancestor or was added before.
+    /// Adds the node of a link whose parent is the ancestor or was added before.
     fn add(&mut self, binder: &mut Binder, link: &Link) {
         if !self.relatives.contains_key(&link.node) {
             let relative = match link.parent.and_then(|parent| self.relatives.get(&parent)) {
@@ -100,7 +103,7 @@ impl Subtree {
         }
     }
 
-    /// The nodes, parents first, with their motions.
+    /// Returns the nodes with their motions, parents first.
     pub fn motions(&self) -> impl Iterator<Item = (NodeId, &Motion)> {
         self.relatives.iter().map(|(&node, relative)| (node, &relative.motion))
     }
@@ -146,48 +149,51 @@ impl Kinematics {
         self.loops.push(LoopKinematics { ancestor, ghost, original, subtree });
     }
 
-    /// The links, by node.
+    /// Returns the links, by node.
     pub fn links(&self) -> &[Link] {
         &self.links
     }
 
-    /// The link of a node.
+    /// Returns the link of a node.
     pub fn link(&self, node: NodeId) -> &Link {
         &self.links[node.index()]
     }
 
-    /// A node's motion relative to the ground.
+    /// Returns a node's motion relative to the ground.
     pub fn motion(&self, node: NodeId) -> &Motion {
         &self.subtrees[0].relatives[&node].motion
     }
 
-    /// A node's placement relative to the ground.
+    /// Returns a node's placement relative to the ground.
     pub fn placement(&self, node: NodeId) -> &Placement {
         &self.subtrees[0].relatives[&node].placement
     }
 
-    /// The subtrees: of the ground first, then of other common ancestors of loops.
+    /// Returns the subtrees: first the one of the ground, then those of other common ancestors of
+    /// loops.
     pub fn subtrees(&self) -> &[Subtree] {
         &self.subtrees
     }
 
-    /// A node on a loop relative to the common ancestor of the loop's sides.
+    /// Returns the placement and motion of a node on a loop, relative to the common ancestor of the
+    /// loop's sides.
     pub fn on_loop(&self, closed: &LoopKinematics, node: NodeId) -> Relative {
         let relative = self.subtrees[closed.subtree].relatives.get(&node);
         relative.cloned().unwrap_or_else(Relative::identity)
     }
 
-    /// A node's partial velocities by the speed of its own joint.
+    /// Returns a node's partial velocities by the speed of its own joint.
     pub fn partial(&self, node: NodeId) -> &PartialVelocity {
         &self.partial[node.index()]
     }
 
-    /// The sides of a loop.
+    /// Returns the sides of a loop.
     pub fn closed(&self, id: LoopId) -> &LoopKinematics {
         &self.loops[id.index()]
     }
 
-    /// The flat frame and the placement of a body; those of the base for the ground.
+    /// Returns the flat frame and the placement of a body. For the ground, both are those of the base
+    /// frame.
     pub fn body(&self, topology: &Topology, body: BodyId) -> (Frame, Placement) {
         match node_of(topology, body) {
             Some(node) => (self.link(node).frame.clone(), self.placement(node).clone()),
@@ -196,13 +202,13 @@ impl Kinematics {
     }
 }
 
-/// The node of a body that moves, not of its ghosts.
+/// Returns the node of a moving body, not one of its ghosts. The ground has none.
 pub fn node_of(topology: &Topology, body: BodyId) -> Option<NodeId> {
     let is_original = |node: &Node| node.body == body && node.ghost.is_none();
     topology.nodes.iter().position(is_original).map(NodeId)
 }
 
-/// The nodes from the root down to `tip`.
+/// Returns the nodes from the root down to `tip`.
 fn path_to(links: &[Link], tip: NodeId) -> Vec<NodeId> {
     let mut path: Vec<_> =
         std::iter::successors(Some(tip), |node| links[node.index()].parent).collect();
@@ -210,14 +216,14 @@ fn path_to(links: &[Link], tip: NodeId) -> Vec<NodeId> {
     path
 }
 
-/// The nodes beyond `ancestor` down to `tip`.
+/// Returns the nodes beyond `ancestor` down to `tip`.
 fn path_between(links: &[Link], ancestor: Option<NodeId>, tip: NodeId) -> Vec<NodeId> {
     let mut path = path_to(links, tip);
     let beyond = path.iter().position(|&node| Some(node) == ancestor).map_or(0, |at| at + 1);
     path.split_off(beyond)
 }
 
-/// The node on which the ways to two nodes part; `None`: the ground.
+/// Returns the node at which the paths to two nodes separate, or `None` for the ground.
 fn common_ancestor(links: &[Link], left: NodeId, right: NodeId) -> Option<NodeId> {
     let (left, right) = (path_to(links, left), path_to(links, right));
     let shared = left.iter().zip(&right).take_while(|(left, right)| left == right);

@@ -1,8 +1,8 @@
-//! A node's hinge, and changes of frame across it.
+//! The hinge of a node, and the changes of frame across it.
 //!
-//! From the parent's frame to the node's it is a constant turn about z, to the hinge line, and the
-//! turn by q about x. With both as one rotation R from the node's frame to the parent's, and r the
-//! constant offset of the origins in the parent's frame:
+//! From the parent's frame to the node's frame there is a constant turn about z, to the hinge line, and
+//! then the turn by q about x. Let R be both as one rotation, from the node's frame to the parent's
+//! frame, and r the constant offset of the origins in the parent's frame:
 //!
 //! ```text
 //! down(x) = R^T x        up(x) = R x        carried wrench: f_parent = R f, n_parent = R n + r x f_parent
@@ -32,22 +32,22 @@ const HINGE: Quantity = Quantity {
 /// A node with its hinge.
 pub struct Link {
     pub node: NodeId,
-    /// `None`: the ground.
+    /// The parent node, or `None` for the ground.
     pub parent: Option<NodeId>,
     pub joint: JointId,
     /// The node's frame in the flat state.
     pub frame: Frame,
-    /// r: the node's origin in its parent's frame, m.
+    /// r: position of the node's origin in its parent's frame, m.
     pub offset: Vector,
-    /// u, rad/s.
+    /// u of the joint, rad/s.
     pub speed: Expr,
-    /// About z, from the parent's x axis to the hinge line.
+    /// Turn about z, from the parent's x axis to the hinge line.
     pub hinge_turn: Turn,
-    /// About x, by q.
+    /// Turn about x, by q.
     pub joint_turn: Turn,
 }
 
-/// The links of every node.
+/// Returns the links of all nodes.
 pub fn links(binder: &mut Binder, frames: &Frames) -> Vec<Link> {
     let topology = binder.topology();
     let turns: Vec<Turn> = binder.nodes().map(|node| joint_turn(binder, node)).collect();
@@ -88,8 +88,8 @@ fn joint_turn(binder: &mut Binder, node: NodeId) -> Turn {
 }
 
 impl Link {
-    /// R^T x: components in the node's frame of a vector given in the parent's. `name` is the
-    /// vector's.
+    /// Returns R^T x: the components in the node's frame of a vector given in the parent's frame.
+    /// `name` is the name of the vector.
     pub fn down(&self, binder: &mut Binder, phase: Phase, name: &str, v: &Vector) -> Vector {
         let [x, y, z] = v;
         let [x, y] = self.hinge_turn.back(x, y);
@@ -98,8 +98,8 @@ impl Link {
         [x, y, z]
     }
 
-    /// R x: components in the parent's frame of a vector given in the node's. `name` is the
-    /// vector's.
+    /// Returns R x: the components in the parent's frame of a vector given in the node's frame. `name`
+    /// is the name of the vector.
     pub fn up(&self, binder: &mut Binder, phase: Phase, name: &str, v: &Vector) -> Vector {
         let [x, y, z] = v;
         let [y, z] = self.joint_turn.forth(y, z);
@@ -108,13 +108,13 @@ impl Link {
         [x, y, z]
     }
 
-    /// Binds the component between the two turns: in axes along the hinge line, before the turn by q.
+    /// Binds the y component between the two turns, in axes along the hinge line, before the turn by q.
     fn on_hinge(&self, binder: &mut Binder, phase: Phase, name: &str, y: Expr) -> Expr {
         let [y] = binder.components(self.node, phase, &format!("{name}_on_hinge"), ["y"], [y]);
         y
     }
 
-    /// The same wrench about the parent's origin, in the parent's frame.
+    /// Returns the same wrench about the parent's origin, in the parent's frame.
     pub fn carry_wrench(
         &self,
         binder: &mut Binder,
@@ -131,7 +131,8 @@ impl Link {
         Wrench { force, moment }
     }
 
-    /// Components in the node's frame of a direction of the flat state. `name` is the direction's.
+    /// Returns the components in the node's frame of a direction in the flat state. `name` is the name
+    /// of the direction.
     pub fn direction(
         &self,
         binder: &mut Binder,
@@ -143,7 +144,8 @@ impl Link {
         binder.facts_of(self.node, Quantity { name, meaning }, AXES, components)
     }
 
-    /// Coordinates in the node's frame of a point drawn at `flat`, m. `name` is the point's.
+    /// Returns the coordinates in the node's frame of a point drawn at `flat`, m. `name` is the name of
+    /// the point.
     pub fn point(&self, binder: &mut Binder, name: &'static str, flat: &Vector3<f64>) -> Vector {
         let meaning = "coordinates of a point in this body's frame, m";
         let coordinates = self.frame.coordinates(flat, binder.mechanism().size);

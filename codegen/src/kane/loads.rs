@@ -19,19 +19,19 @@ use crate::topology::NodeId;
 
 /// The forces and torques on the tree.
 pub struct Loads {
-    /// In the base frame, m/s^2.
+    /// Gravity in the base frame, m/s^2.
     gravity: Vector,
-    /// By node: forces at points and the air.
+    /// Wrenches of applied forces and of air drag, by node.
     applied: Vec<Wrench>,
-    /// By node, for the minimal inertia.
+    /// Bias forces for the minimal inertia, by node.
     bias: Vec<Wrench>,
-    /// By node.
+    /// Springs, by node.
     springs: Vec<Spring>,
-    /// By node.
+    /// Joint torques, by node.
     torques: Vec<Expr>,
 }
 
-/// A joint's spring: its torque is -k bend - k3 bend^3.
+/// The spring of a joint. Its torque is -k bend - k3 bend^3.
 pub struct Spring {
     /// k, N m/rad.
     pub stiffness: Expr,
@@ -43,11 +43,11 @@ pub struct Spring {
 
 /// The phases and the name of the wrenches that [`Loads::on_bodies`] binds.
 pub struct WrenchNames {
-    /// Of g - a.
+    /// Phase in which g - a is bound.
     pub gravity_phase: Phase,
-    /// Of the wrench.
+    /// Phase in which the wrench is bound.
     pub phase: Phase,
-    /// Of the wrench.
+    /// Name of the wrench.
     pub name: &'static str,
 }
 
@@ -77,28 +77,28 @@ impl Loads {
         loads
     }
 
-    /// Gravity in the base frame, m/s^2.
+    /// Returns gravity in the base frame, m/s^2.
     pub fn gravity(&self) -> &Vector {
         &self.gravity
     }
 
-    /// By node: the bias force, for the minimal inertia.
+    /// Returns the bias forces for the minimal inertia, by node.
     pub fn bias(&self) -> &[Wrench] {
         &self.bias
     }
 
-    /// The spring of a node's joint.
+    /// Returns the spring of a node's joint.
     pub fn spring(&self, node: NodeId) -> &Spring {
         &self.springs[node.index()]
     }
 
-    /// tau: the torque of a node's joint on the node about the hinge, along u, N m.
+    /// Returns tau: the torque of a node's joint on the node about the hinge, along u, N m.
     pub fn torque(&self, node: NodeId) -> &Expr {
         &self.torques[node.index()]
     }
 
-    /// By node, by its motion: gravity, applied forces and inertia forces, the summands of F_r and
-    /// F_r* without their partial velocities.
+    /// Returns, by node, the sum of gravity, applied forces and inertia forces for a given motion of
+    /// the nodes. These are the terms of F_r and F_r* without their partial velocities.
     pub fn on_bodies<'m>(
         &self,
         binder: &mut Binder,
@@ -126,8 +126,8 @@ impl Loads {
     }
 }
 
-/// g - a at a node's origin, its own components, m/s^2, by g - a of its parent (the base) and the
-/// parent's motion relative to the ground.
+/// Returns g - a at a node's origin in the node's components, m/s^2, from g - a of its parent (or of
+/// the base) and the parent's motion relative to the ground.
 fn apparent_gravity(
     binder: &mut Binder,
     link: &Link,
@@ -142,7 +142,8 @@ fn apparent_gravity(
     binder.vector(link.node, phase, NAME, here)
 }
 
-/// Gravity and inertia, with the second moments S of the node and its motion's E:
+/// Returns the wrench of gravity and inertia, from the second moments S of the node and the E of its
+/// motion:
 ///
 /// ```text
 /// f = m (g - a) - E h        n_i = (h x (g - a))_i - sum_jk eps_ijk (E S)_kj
@@ -151,7 +152,7 @@ fn inertial_wrench(inertia: &SpatialInertia, motion: &Motion, gravity: &Vector) 
     let SpatialInertia { mass, first_moment: h, second_moment } = inertia;
     let [sxx, sxy, sxz, syy, syz, szz] = second_moment;
     let [[_, xy, xz], [yx, _, yz], [zx, zy, _]] = &motion.gradient;
-    // Only differences of the diagonal of E count.
+    // The result depends only on differences between the diagonal entries of E.
     let [x, y, z] = &motion.squares;
     let twist = [
         &(&(&(zx * sxy) - &(yx * sxz)) + &(&(zy * syy) - &(yz * szz))) + &(&(z - y) * syz),
@@ -164,7 +165,7 @@ fn inertial_wrench(inertia: &SpatialInertia, motion: &Motion, gravity: &Vector) 
     }
 }
 
-/// By node: forces at points and the air. Ghosts carry none.
+/// Returns, by node, the wrenches of forces at points and of the air. Ghosts carry none.
 fn applied(binder: &mut Binder, kinematics: &Kinematics) -> Vec<Wrench> {
     let mechanism = binder.mechanism();
     let pressure = mechanism.air.as_ref().map(|air| {
@@ -208,7 +209,7 @@ fn applied(binder: &mut Binder, kinematics: &Kinematics) -> Vec<Wrench> {
     wrenches
 }
 
-/// The components of a vector of the model, as formulas.
+/// Returns the components of a vector of the model, which are formulas.
 fn vector(binder: &mut Binder, components: &[Expression; 3], name: &str) -> Vector {
     let mut axes = AXES.into_iter();
     components.each_ref().map(|component| {
@@ -217,8 +218,8 @@ fn vector(binder: &mut Binder, components: &[Expression; 3], name: &str) -> Vect
     })
 }
 
-/// Force of the air on the plates of a node: density drag |v| v / 2 per area against the speed v
-/// along the normal. `pressure` is density times drag coefficient, kg/m^3.
+/// Returns the force of the air on the plates of a node: density drag |v| v / 2 per area, against the
+/// speed v along the normal. `pressure` is the density times the drag coefficient, kg/m^3.
 fn drag(binder: &mut Binder, link: &Link, body: &Body, motion: &Motion, pressure: &Expr) -> Wrench {
     let mut sum = Wrench::zero();
     let (node, phase) = (link.node, Phase::AirDrag);
@@ -237,7 +238,7 @@ fn drag(binder: &mut Binder, link: &Link, body: &Body, motion: &Motion, pressure
     sum
 }
 
-/// tau of a joint, N m.
+/// Returns the torque tau of a joint, N m.
 fn joint_torque(binder: &mut Binder, link: &Link, spring: &Spring) -> Expr {
     let hinge = &binder.mechanism().joints[link.joint.index()];
     let (name, span) = (&hinge.name, Some(hinge.span));
@@ -260,7 +261,7 @@ fn joint_torque(binder: &mut Binder, link: &Link, spring: &Spring) -> Expr {
     }
 }
 
-/// The spring of a joint.
+/// Returns the spring of a joint.
 fn spring(binder: &mut Binder, link: &Link) -> Spring {
     let hinge = &binder.mechanism().joints[link.joint.index()];
     let (name, span) = (&hinge.name, Some(hinge.span));

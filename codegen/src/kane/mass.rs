@@ -1,14 +1,15 @@
 //! Phase 5, mass matrix: M, the coefficients of du/dt in -F_r*.
 //!
-//! Gathered from the leaves to the root from composite bodies (mass m, first moment h, second
-//! moments S about the origin, I = tr(S) - S). With the partial velocities of joint s,
+//! The matrix is computed from composite bodies (mass m, first moment h, second moments S about the
+//! origin, I = tr(S) - S), which are summed from the leaves to the root. With the partial velocities of
+//! joint s,
 //!
 //! ```text
 //! f_s = dw_s x h + m dv_s        n_s = I dw_s + h x dv_s        M_rs = dw_r . n_s + dv_r . f_s
 //! ```
 //!
-//! where (f_s, n_s) is carried to every ancestor r (Walker & Orin 1982; one entry costs the same
-//! whatever lies beyond it, so the whole grows as N^2).
+//! where (f_s, n_s) is carried to every ancestor r (Walker & Orin 1982). The cost of one entry does not
+//! depend on the number of bodies beyond it, so the total cost grows as N^2.
 
 use super::binder::Binder;
 use super::forces::along_hinge;
@@ -20,7 +21,7 @@ use super::vector::{add, cross, dot, scale, twice_symmetric};
 use super::wrench::Wrench;
 use crate::symbolic::Expr;
 
-/// Mean number of hinges from the ground to a node beyond which a tree is deep.
+/// A tree is deep if the mean number of hinges from the ground to a node is greater than this.
 const DEEP: usize = 8;
 
 /// The mass matrix of the tree.
@@ -36,8 +37,9 @@ impl MassMatrix {
         let mut composites = inertias.minimal().to_vec();
         let n = composites.len();
         let mut matrix = Self { n, entries: vec![Expr::zero(); n * n] };
-        // A wrench carried from node to node meets each hinge where it lies; carried to the ground it
-        // meets all of them with a third of the operations, at the cost of the way there.
+        // A wrench can be carried from node to node and combined with each hinge in the hinge's own
+        // frame. If it is carried to the ground instead, combining it with a hinge takes a third of the
+        // operations, but carrying it there costs extra, which pays off only in deep trees.
         let is_deep = binder.topology().depths().iter().sum::<usize>() > DEEP * n;
         for link in links.iter().rev() {
             let composite = composites[link.node.index()].clone();
@@ -55,12 +57,13 @@ impl MassMatrix {
         matrix
     }
 
-    /// M, N x N row-major, kg m^2.
+    /// Returns M, N x N row-major, kg m^2.
     pub fn entries(&self) -> &[Expr] {
         &self.entries
     }
 
-    /// The entries of a joint's column, from its own row to the root's, the wrench carried along.
+    /// Computes the entries of a joint's column, from its own row to the row of the root, by carrying
+    /// the wrench from node to node.
     fn column(
         &mut self,
         binder: &mut Binder,
@@ -80,7 +83,7 @@ impl MassMatrix {
         }
     }
 
-    /// The same entries, the wrench and the hinges taken about the ground's origin.
+    /// Computes the same entries with the wrench and the hinges about the ground's origin.
     fn column_at_ground(
         &mut self,
         binder: &mut Binder,
@@ -99,7 +102,7 @@ impl MassMatrix {
         let moment = binder.vector(link.node, Phase::MassMatrix, &format!("{name}_moment"), moment);
         let mut at = link.parent;
         while let Some(node) = at {
-            // The hinge's partial velocities at the ground's origin, base frame.
+            // Partial velocities of the hinge at the ground's origin, in the base frame.
             let placement = kinematics.placement(node);
             let [axis, ..] = &placement.axes;
             let velocity = cross(&placement.origin, axis);
@@ -111,7 +114,7 @@ impl MassMatrix {
         }
     }
 
-    /// Binds an entry and its mirror image.
+    /// Binds an entry, and stores it in both symmetric places.
     fn set(&mut self, binder: &mut Binder, row: &Link, column: &Link, entry: Expr) {
         let [r, c] = [row, column].map(|link| binder.joint_name(link.node));
         let section = Section::body(column.node, Phase::MassMatrix);
@@ -122,7 +125,7 @@ impl MassMatrix {
     }
 }
 
-/// The wrench that a unit of du/dt of a hinge takes.
+/// Returns the wrench that a unit du/dt of a hinge requires.
 fn unit_wrench(kinematics: &Kinematics, link: &Link, composite: &SpatialInertia) -> Wrench {
     let partial = kinematics.partial(link.node);
     composite.wrench(&partial.omega, &partial.velocity)
@@ -137,14 +140,14 @@ fn bind_composite(binder: &mut Binder, link: &Link, body: SpatialInertia) -> Spa
     }
 }
 
-/// The same composite about the parent's origin, in the parent's frame.
+/// Returns the same composite about the parent's origin, in the parent's frame.
 fn carry_composite(binder: &mut Binder, link: &Link, body: &SpatialInertia) -> SpatialInertia {
     let (node, phase, r) = (link.node, Phase::CompositeInertia, &link.offset);
     let first = link.up(binder, phase, "composite_first_moment", &body.first_moment);
     let first = binder.vector(node, phase, "composite_first_moment_in_parent", first);
     let name = "composite_second_moment";
     let turned = link.turn_tensor(binder, phase, name, &body.second_moment);
-    // int (x + r)(x + r)^T dm.
+    // The second moment is int (x + r)(x + r)^T dm.
     let half = binder.constant(0.5);
     let middle = add(&first, &scale(&(&half * &body.mass), r));
     SpatialInertia {

@@ -9,7 +9,7 @@
 //! M du/dt = f,  J du/dt = -gamma                            closure
 //! ```
 //!
-//! Each phase is a type, built from the phases that it needs; `derive` names them in their order.
+//! Each phase is a type that is built from the phases that it needs; `derive` runs them in order.
 //!
 //! | phase | quantities | where |
 //! |---|---|---|
@@ -21,12 +21,12 @@
 //! | energies | kinetic and potential energy | `energy` |
 //! | closure | residual, J, gamma | `closure` |
 //! | outputs | poses, points, drives | `outputs` |
-//! | inverse dynamics | what is left at given du/dt and lambda, hinge reactions | `inverse` |
+//! | inverse dynamics | residuals at given du/dt and lambda, hinge reactions | `inverse` |
 //! | articulated bodies | M du/dt = b body by body | `articulated` |
 //!
-//! Modules that the phases share: `binder` names intermediates, `section` says where they belong
-//! and holds the equation of every phase, `fact` names the model's numbers, `formula` evaluates the model's expressions, `vector`,
-//! `wrench` and `turn` are the algebra of vectors, forces and changes of frame.
+//! Modules that the phases share: `binder` names intermediates, `section` says where they belong and
+//! holds the equation of every phase, `fact` names the model's numbers, `formula` evaluates the model's
+//! expressions, `vector`, `wrench` and `turn` are the algebra of vectors, forces and changes of frame.
 
 mod articulated;
 mod binder;

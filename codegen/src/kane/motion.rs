@@ -10,7 +10,7 @@
 //! ```
 //!
 //! (Kane & Levinson, Dynamics, sections 2.4-2.8; alpha and a are the velocity-product accelerations,
-//! the terms without du/dt. Given du/dt, du/dt e_x is added to alpha.)
+//! which are the terms without du/dt. At given du/dt, du/dt e_x is added to alpha.)
 
 use super::binder::Binder;
 use super::link::Link;
@@ -27,15 +27,16 @@ pub struct Motion {
     pub velocity: Vector,
     /// alpha: angular acceleration at du/dt = 0 or at given du/dt, rad/s^2.
     pub alpha: Vector,
-    /// a: acceleration of the origin, as `alpha`, m/s^2.
+    /// a: acceleration of the origin, at the same du/dt as `alpha`, m/s^2.
     pub acceleration: Vector,
-    /// E, rows: how the acceleration grows with the distance from the origin, 1/s^2.
+    /// E, by rows: the gradient of the acceleration with respect to the position, 1/s^2.
     pub gradient: [Vector; 3],
-    /// The squares of the components of w, rad^2/s^2.
+    /// Squares of the components of w, rad^2/s^2.
     pub squares: Vector,
 }
 
-/// The phases and names of an acceleration: of its angular part, its linear part and its gradient.
+/// Phases and names of the intermediates of an acceleration: its angular part, its linear part and its
+/// gradient.
 struct AccelerationNames {
     phases: [Phase; 3],
     names: [&'static str; 3],
@@ -52,7 +53,7 @@ const GIVEN: AccelerationNames = AccelerationNames {
 };
 
 impl Motion {
-    /// Of the ancestor relative to itself.
+    /// Returns the motion of the ancestor relative to itself.
     pub fn rest() -> Self {
         let gradient = std::array::from_fn(|_| zero());
         Self {
@@ -65,7 +66,7 @@ impl Motion {
         }
     }
 
-    /// Of a node at du/dt = 0, by its parent's.
+    /// Derives the motion of a node at du/dt = 0 from the motion of its parent.
     pub fn new(binder: &mut Binder, link: &Link, parent: &Self) -> Self {
         let (node, u) = (link.node, &link.speed);
         let omega = link.down(binder, Phase::AngularVelocity, "parent_omega", &parent.omega);
@@ -79,14 +80,15 @@ impl Motion {
         moving.accelerated(binder, link, parent, &turning, &VELOCITY_PRODUCT)
     }
 
-    /// The same motion of a node at given du/dt, by its parent's at given du/dt.
+    /// Derives the same motion of a node at given du/dt from the motion of its parent at given du/dt.
     pub fn at_given(&self, binder: &mut Binder, link: &Link, parent: &Self, rate: Expr) -> Self {
         let [_, y, z] = &self.omega;
         let turning = [rate, z * &link.speed, -&(y * &link.speed)];
         self.accelerated(binder, link, parent, &turning, &GIVEN)
     }
 
-    /// With the parent's accelerations carried over; `turning` is the acceleration across the hinge.
+    /// Derives the accelerations from those of the parent. `turning` is the angular acceleration across
+    /// the hinge.
     fn accelerated(
         &self,
         binder: &mut Binder,
@@ -107,23 +109,23 @@ impl Motion {
         Self { omega, velocity, alpha, acceleration, gradient, squares }
     }
 
-    /// Velocity of the point at `arm` in the node's frame.
+    /// Returns the velocity of the point at `arm` in the node's frame.
     pub fn velocity_at(&self, arm: &Vector) -> Vector {
         add(&self.velocity, &cross(&self.omega, arm))
     }
 
-    /// Acceleration of the point at `arm` in the node's frame.
+    /// Returns the acceleration of the point at `arm` in the node's frame.
     pub fn acceleration_at(&self, arm: &Vector) -> Vector {
         add(&self.acceleration, &self.relative_acceleration(arm))
     }
 
-    /// E r.
+    /// Returns E r.
     pub fn relative_acceleration(&self, r: &Vector) -> Vector {
         [0, 1, 2].map(|row| dot(&self.gradient[row], r))
     }
 }
 
-/// E = [alpha]x + w w^T - (w . w) 1, and the squares in it.
+/// Derives E = [alpha]x + w w^T - (w . w) 1, and returns it with the squares in it.
 fn gradient(
     binder: &mut Binder,
     link: &Link,

@@ -28,7 +28,7 @@ impl Outputs {
     }
 }
 
-/// A number of a body that may be part of the ground.
+/// The owner of numbers: a body, which may be part of the ground.
 struct Owner<'a> {
     subject: Subject,
     name: &'a str,
@@ -41,7 +41,8 @@ impl<'a> Owner<'a> {
         Self { subject, name: &binder.mechanism().bodies[body.index()].name }
     }
 
-    /// A vector's components in the frame of the body, by the vector's name.
+    /// Returns the components of a vector in the frame of the body. The facts are named after the
+    /// vector.
     fn vector(
         &self,
         binder: &mut Binder,
@@ -54,7 +55,7 @@ impl<'a> Owner<'a> {
     }
 }
 
-/// Per body: R row-major, then p, so that the point drawn at x lies at R x + p.
+/// Derives the pose of each body: R row-major, then p, so that the point drawn at x lies at R x + p.
 fn poses(binder: &mut Binder, kinematics: &Kinematics) -> Vec<Expr> {
     const DRAWN: [&str; 3] = ["drawn_x", "drawn_y", "drawn_z"];
     let (topology, size) = (binder.topology(), binder.mechanism().size);
@@ -78,7 +79,7 @@ fn poses(binder: &mut Binder, kinematics: &Kinematics) -> Vec<Expr> {
     poses
 }
 
-/// Positions of the output points in the base frame, m.
+/// Derives the positions of the output points in the base frame, m.
 fn points(binder: &mut Binder, kinematics: &Kinematics) -> Vec<Expr> {
     let (topology, size) = (binder.topology(), binder.mechanism().size);
     let mut positions = Vec::new();
@@ -91,7 +92,7 @@ fn points(binder: &mut Binder, kinematics: &Kinematics) -> Vec<Expr> {
     positions
 }
 
-/// Prescribed angles of the driven joints, in their order, rad.
+/// Derives the prescribed angles of the driven joints, in the order of the joints, rad.
 fn drives(binder: &mut Binder) -> Vec<Expr> {
     let joints = &binder.mechanism().joints;
     let driven = joints.iter().filter_map(|joint| Some((joint, joint.drive.as_ref()?)));

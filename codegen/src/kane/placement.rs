@@ -1,6 +1,7 @@
-//! Where the nodes are: axes and origins of their frames along the tree.
+//! Placements of the nodes: axes and origins of their frames along the tree.
 //!
-//! With A the rotation from the node's frame to the ancestor's and p the node's origin there,
+//! Let A be the rotation from the node's frame to the ancestor's frame, and p the node's origin in the
+//! ancestor's frame:
 //!
 //! ```text
 //! A = A_parent R        p = p_parent + A_parent r
@@ -12,7 +13,7 @@ use super::section::Phase;
 use super::vector::{Vector, add, zero};
 use crate::symbolic::Expr;
 
-/// Where a node's frame is relative to an ancestor's, in the ancestor's components.
+/// Axes and origin of a node's frame relative to an ancestor, in the ancestor's components.
 #[derive(Clone)]
 pub struct Placement {
     /// The x, y and z axes.
@@ -22,13 +23,13 @@ pub struct Placement {
 }
 
 impl Placement {
-    /// Of the ancestor relative to itself.
+    /// Returns the placement of the ancestor relative to itself.
     pub fn identity() -> Self {
         let unit = |i: usize, j: usize| if i == j { Expr::one() } else { Expr::zero() };
         Self { axes: [0, 1, 2].map(|i| [0, 1, 2].map(|j| unit(i, j))), origin: zero() }
     }
 
-    /// Of a node, by its parent's.
+    /// Derives the placement of a node from the placement of its parent.
     pub fn new(binder: &mut Binder, link: &Link, parent: &Self) -> Self {
         let turned = |turn: &super::turn::Turn, x: &Vector, y: &Vector| {
             let pairs = [0, 1, 2].map(|i| turn.back(&x[i], &y[i]));
@@ -45,7 +46,7 @@ impl Placement {
         Self { axes, origin }
     }
 
-    /// Components in the ancestor's frame of a vector given in the node's.
+    /// Returns the components in the ancestor's frame of a vector given in the node's frame.
     pub fn turn(&self, v: &Vector) -> Vector {
         std::array::from_fn(|i| {
             let along = |k: usize| &self.axes[k][i] * &v[k];
@@ -53,7 +54,7 @@ impl Placement {
         })
     }
 
-    /// Position in the ancestor's frame of a point given in the node's.
+    /// Returns the position in the ancestor's frame of a point given in the node's frame.
     pub fn place(&self, point: &Vector) -> Vector {
         add(&self.origin, &self.turn(point))
     }

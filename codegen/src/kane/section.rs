@@ -1,6 +1,7 @@
-//! The sections of the generated code: of which body or loop, and of which phase of the derivation.
+//! Sections of the generated code. A section belongs to one body or loop and to one phase of the
+//! derivation.
 //!
-//! The equation of every phase is defined here only; printers show it above the statements of the
+//! The equation of every phase is defined only here; printers show it above the statements of the
 //! phase.
 //!
 //! Symbols of the equations: R rotation from a body's frame to its parent's, e_x hinge axis,
@@ -10,7 +11,7 @@
 
 use crate::topology::{LoopId, NodeId};
 
-/// Where an intermediate belongs.
+/// The place of an intermediate in the generated code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Section {
     /// The body or loop.
@@ -31,23 +32,23 @@ pub enum Subject {
 }
 
 impl Section {
-    /// A phase of the whole mechanism.
+    /// Returns the section of a phase of the whole mechanism.
     pub fn mechanism(phase: Phase) -> Self {
         Self { subject: Subject::Mechanism, phase }
     }
 
-    /// A phase of a body.
+    /// Returns the section of a phase of a body.
     pub fn body(node: NodeId, phase: Phase) -> Self {
         Self { subject: Subject::Body(node), phase }
     }
 
-    /// A phase of a loop.
+    /// Returns the section of a phase of a loop.
     pub fn closure(closed: LoopId, phase: Phase) -> Self {
         Self { subject: Subject::Loop(closed), phase }
     }
 
-    /// One line for the reader of the generated code:
-    /// `south: angular velocity: w = R^T w_parent + u e_x`. `names` are those of the nodes.
+    /// Returns one line for the reader of the generated code, `south: angular velocity: w = R^T
+    /// w_parent + u e_x`. `names` are the names of the nodes.
     pub fn heading(self, names: &[String]) -> String {
         let (subject, phase) = (self.subject.name(names), self.phase);
         format!("{subject}: {}: {}", phase.title(), phase.equation())
@@ -55,7 +56,7 @@ impl Section {
 }
 
 impl Subject {
-    /// `mechanism`, the body's name out of those of the nodes, or `loop 0`.
+    /// Returns `mechanism`, the name of the body, or `loop 0`. `names` are the names of the nodes.
     pub fn name(self, names: &[String]) -> String {
         match self {
             Self::Mechanism => "mechanism".to_owned(),
@@ -65,7 +66,7 @@ impl Subject {
     }
 }
 
-/// Declares [`Phase`] from one table: variant, title, equation.
+/// Declares [`Phase`] from one table with variant, title and equation.
 macro_rules! phases {
     ($($variant:ident, $title:literal, $equation:literal;)*) => {
         /// A phase of the derivation, in the order of the derivation.
@@ -81,14 +82,15 @@ macro_rules! phases {
             /// Every phase, in order.
             pub const ALL: &[Self] = &[$(Self::$variant),*];
 
-            /// What the phase computes: `angular velocity`.
+            /// Returns what the phase computes, for example `angular velocity`.
             pub fn title(self) -> &'static str {
                 match self {
                     $(Self::$variant => $title,)*
                 }
             }
 
-            /// The equation of the phase, for a reader: `w = R^T w_parent + u e_x`.
+            /// Returns the equation of the phase in readable form, for example `w = R^T w_parent + u
+            /// e_x`.
             pub fn equation(self) -> &'static str {
                 match self {
                     $(Self::$variant => $equation,)*
@@ -152,7 +154,7 @@ phases! {
 mod tests {
     use super::*;
 
-    /// Columns of a heading without the body's name.
+    /// Maximum number of columns in a heading, without the name of the body.
     const WIDEST_HEADING: usize = 88;
 
     #[test]

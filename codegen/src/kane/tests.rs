@@ -1,4 +1,4 @@
-//! Kane's equations of small mechanisms against closed forms.
+//! Compares Kane's equations of small mechanisms with closed forms.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -8,7 +8,7 @@ use crate::source::{BodyId, Expression, JointId, Span};
 use crate::symbolic::{Function, Tree};
 use crate::topology::{Node, NodeId, Topology};
 
-/// Plain evaluation of trees: the reference for everything downstream.
+/// Evaluates trees directly, as the reference for all later stages.
 struct Evaluator<'a> {
     equations: &'a Equations,
     bound: Vec<f64>,
@@ -52,7 +52,7 @@ impl<'a> Evaluator<'a> {
     }
 }
 
-/// A chain of equal rods along x, hinged along y at x = 0, 1, 2, ..., gravity along -z.
+/// Returns a chain of equal rods along x, hinged along y at x = 0, 1, 2, ..., with gravity along -z.
 fn chain(n: usize, mass: f64, inertia: f64) -> Topology {
     let number = Expression::Number;
     let body = |k: usize| Body {
@@ -133,7 +133,7 @@ fn pendulum_is_the_textbook_one() {
     let at = Evaluator::new(&equations, &q, &u);
     let about_hinge = 0.3 + 2.0 * 0.25;
     assert_close(at.value(&equations.mass[0]), about_hinge);
-    // Turning about +y lowers the rod's far end: gravity's moment is +m g l cos q.
+    // A turn about +y lowers the rod's far end, so the moment of gravity is +m g l cos q.
     let gravity = 2.0 * 9.81 * 0.5 * 0.7_f64.cos();
     assert_close(at.value(&equations.forcing[0]), gravity - 3.0 * (0.7 - 0.1) - 0.2 * 1.3);
     assert_close(at.value(&equations.kinetic_energy), 0.5 * about_hinge * 1.69);

@@ -1,8 +1,8 @@
-//! Elementary turns, and changes of frame of tensors from a node's frame to its parent's: about x by
-//! the joint's angle, then about z by the constant angle between the hinge lines.
+//! Elementary turns, and changes of frame for tensors from a node's frame to its parent's: first about
+//! x by the joint's angle, then about z by the constant angle between the hinge lines.
 //!
-//! A turn leaves the trace and the antisymmetric part of a 2 x 2 block as they are, which halves the
-//! multiplications. With c and s the cosine and sine of the angle and d the deviator,
+//! A turn does not change the trace and the antisymmetric part of a 2 x 2 block, which halves the
+//! number of multiplications. With the cosine c and the sine s of the angle and the deviator d,
 //!
 //! ```text
 //! d = s (m11 - m22) + c (m12 + m21)
@@ -15,35 +15,36 @@ use super::section::Phase;
 use super::vector::{Tensor, Vector};
 use crate::symbolic::Expr;
 
-/// Cosine and sine of a turn.
+/// Cosine and sine of the angle of a turn.
 pub struct Turn {
     pub cos: Expr,
     pub sin: Expr,
 }
 
 impl Turn {
-    /// Components before the turn, in its plane, of a vector given after it.
+    /// Returns the components before the turn, in its plane, of a vector given after it.
     pub fn back(&self, x: &Expr, y: &Expr) -> [Expr; 2] {
         [&(&self.cos * x) + &(&self.sin * y), &(&self.cos * y) - &(&self.sin * x)]
     }
 
-    /// Components after the turn, in its plane, of a vector given before it.
+    /// Returns the components after the turn, in its plane, of a vector given before it.
     pub fn forth(&self, x: &Expr, y: &Expr) -> [Expr; 2] {
         [&(&self.cos * x) - &(&self.sin * y), &(&self.sin * x) + &(&self.cos * y)]
     }
 }
 
-/// Binds what the turns of one tensor share.
+/// Binds the intermediates of the two turns of one tensor.
 struct TensorTurn<'b, 'a> {
     binder: &'b mut Binder<'a>,
     link: &'b Link,
     phase: Phase,
-    /// Of the tensor.
+    /// Name of the tensor.
     name: &'b str,
 }
 
 impl TensorTurn<'_, '_> {
-    /// The 2 x 2 block m11, m12, m21, m22 in the plane of a turn: about the `joint` or the `hinge`.
+    /// Turns the 2 x 2 block m11, m12, m21, m22 in the plane of a turn, which is the turn about the
+    /// `joint` or about the `hinge`.
     fn block(&mut self, which: &str, turn: &Turn, m: [&Expr; 4]) -> [Expr; 4] {
         let [m11, m12, m21, m22] = m;
         let d = &(&turn.sin * &(m11 - m22)) + &(&turn.cos * &(m12 + m21));
@@ -60,7 +61,7 @@ impl TensorTurn<'_, '_> {
 }
 
 impl Link {
-    /// R T R^T: a symmetric tensor's components in the parent's frame.
+    /// Returns R T R^T: the components of a symmetric tensor in the parent's frame.
     pub fn turn_tensor(
         &self,
         binder: &mut Binder,
@@ -83,7 +84,7 @@ impl Link {
         [xx, xy, xz, yy, yz, zz]
     }
 
-    /// R T R^T: the components in the parent's frame of any tensor, rows.
+    /// Returns R T R^T: the components of any tensor in the parent's frame, by rows.
     pub fn turn_matrix(
         &self,
         binder: &mut Binder,

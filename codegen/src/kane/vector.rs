@@ -1,41 +1,41 @@
-//! Vectors and symmetric tensors of symbolic components.
+//! Vectors and symmetric tensors with symbolic components.
 
 use std::array;
 
 use crate::symbolic::Expr;
 
-/// Three components in some frame.
+/// Three components of a vector in some frame.
 pub type Vector = [Expr; 3];
 
-/// A symmetric 3x3 tensor: xx, xy, xz, yy, yz, zz.
+/// Components of a symmetric 3x3 tensor: xx, xy, xz, yy, yz, zz.
 pub type Tensor = [Expr; 6];
 
-/// The zero vector.
+/// Returns the zero vector.
 pub fn zero() -> Vector {
     array::from_fn(|_| Expr::zero())
 }
 
-/// a + b.
+/// Returns a + b.
 pub fn add<const K: usize>(a: &[Expr; K], b: &[Expr; K]) -> [Expr; K] {
     array::from_fn(|i| &a[i] + &b[i])
 }
 
-/// a - b.
+/// Returns a - b.
 pub fn sub(a: &Vector, b: &Vector) -> Vector {
     array::from_fn(|i| &a[i] - &b[i])
 }
 
-/// s a.
+/// Returns s a.
 pub fn scale<const K: usize>(s: &Expr, a: &[Expr; K]) -> [Expr; K] {
     array::from_fn(|i| s * &a[i])
 }
 
-/// a . b.
+/// Returns a . b.
 pub fn dot(a: &Vector, b: &Vector) -> Expr {
     &(&(&a[0] * &b[0]) + &(&a[1] * &b[1])) + &(&a[2] * &b[2])
 }
 
-/// a x b.
+/// Returns a x b.
 pub fn cross(a: &Vector, b: &Vector) -> Vector {
     array::from_fn(|i| {
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
@@ -43,13 +43,13 @@ pub fn cross(a: &Vector, b: &Vector) -> Vector {
     })
 }
 
-/// T a.
+/// Returns T a.
 pub fn apply(t: &Tensor, a: &Vector) -> Vector {
     let [xx, xy, xz, yy, yz, zz] = t.clone();
     [[xx, xy.clone(), xz.clone()], [xy, yy, yz.clone()], [xz, yz, zz]].map(|row| dot(&row, a))
 }
 
-/// a b^T + b a^T.
+/// Returns a b^T + b a^T.
 pub fn twice_symmetric(a: &Vector, b: &Vector) -> Tensor {
     let entry = |i: usize, j: usize| &(&a[i] * &b[j]) + &(&b[i] * &a[j]);
     [entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2)]

@@ -1,4 +1,4 @@
-//! Forces and moments.
+//! Wrenches: pairs of a force and a moment.
 
 use super::vector::{Vector, add, cross, scale, sub, zero};
 use crate::symbolic::Expr;
@@ -11,32 +11,32 @@ pub struct Wrench {
 }
 
 impl Wrench {
-    /// No force, no moment.
+    /// Returns the wrench without force and moment.
     pub fn zero() -> Self {
         Self { force: zero(), moment: zero() }
     }
 
-    /// A force at the point `arm`.
+    /// Returns the wrench of a force at the point `arm`.
     pub fn at(arm: &Vector, force: Vector) -> Self {
         Self { moment: cross(arm, &force), force }
     }
 
-    /// The sum of two about the same point.
+    /// Returns the sum of two wrenches about the same point.
     pub fn plus(&self, other: &Self) -> Self {
         Self { force: add(&self.force, &other.force), moment: add(&self.moment, &other.moment) }
     }
 
-    /// The difference of two about the same point.
+    /// Returns the difference of two wrenches about the same point.
     pub fn minus(&self, other: &Self) -> Self {
         Self { force: sub(&self.force, &other.force), moment: sub(&self.moment, &other.moment) }
     }
 
-    /// The wrench times a factor.
+    /// Returns the wrench times a factor.
     pub fn times(&self, factor: &Expr) -> Self {
         Self { force: scale(factor, &self.force), moment: scale(factor, &self.moment) }
     }
 
-    /// The opposite wrench.
+    /// Returns the opposite wrench.
     pub fn opposite(&self) -> Self {
         let negated = |v: &Vector| v.clone().map(|x| -&x);
         Self { force: negated(&self.force), moment: negated(&self.moment) }

@@ -1,4 +1,4 @@
-//! A symbolic expression: the arithmetic of the engine under our own name.
+//! Symbolic expressions: a wrapper of the engine's expressions and their arithmetic.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
@@ -12,32 +12,33 @@ use super::tree::Function;
 pub struct Expr(pub(super) Atom);
 
 impl Expr {
-    /// The number 0.
+    /// Returns the number 0.
     pub fn zero() -> Self {
         Self::integer(0)
     }
 
-    /// The number 1.
+    /// Returns the number 1.
     pub fn one() -> Self {
         Self::integer(1)
     }
 
-    /// A whole number.
+    /// Returns a whole number.
     pub(super) fn integer(value: i64) -> Self {
         Self(Atom::num(value))
     }
 
-    /// Whether this is the number 0.
+    /// Returns whether this is the number 0.
     pub fn is_zero(&self) -> bool {
         self.0.is_zero()
     }
 
-    /// The whole number this is.
+    /// Returns the value, if this is a whole number.
     pub(super) fn as_integer(&self) -> Option<i64> {
         i64::try_from(&self.0).ok()
     }
 
-    /// Whether this is a number, a symbol, or the negative of a symbol: not worth a name.
+    /// Returns whether this is a number, a symbol, or the negative of a symbol, which is not worth a
+    /// name.
     pub(super) fn is_atomic(&self) -> bool {
         match self.0.as_view() {
             AtomView::Num(_) | AtomView::Var(_) => true,
@@ -55,8 +56,8 @@ impl Expr {
         }
     }
 
-    /// An integer power; negative exponents divide. The power 0 is 1, also of 0, as in floating
-    /// point: the engine leaves 0^0 undefined.
+    /// Returns an integer power; negative exponents divide. The power with exponent 0 is 1, also for
+    /// base 0, as in floating point: the engine leaves 0^0 undefined.
     pub fn power(&self, exponent: i64) -> Self {
         match exponent {
             0 => Self::one(),
@@ -64,10 +65,11 @@ impl Expr {
         }
     }
 
-    /// A function of one or two arguments.
+    /// Applies a function to one or two arguments.
     ///
-    /// Sine and cosine are the engine's own, whose derivatives it knows. The others occur only in
-    /// the user's expressions and stay opaque, so that no rewriting changes their domain.
+    /// Sine and cosine are the engine's own functions, and it knows their derivatives. The others occur
+    /// only in the user's expressions. They stay opaque, so that the engine cannot rewrite them into an
+    /// expression with a different domain.
     pub fn apply(function: Function, arguments: &[Expr]) -> Self {
         match (function, arguments) {
             (Function::Sin, [x]) => Self(x.0.sin()),
@@ -85,7 +87,7 @@ impl Expr {
     }
 }
 
-/// Opaque functions and their names in the engine.
+/// Functions that the engine treats as opaque.
 const OPAQUE: [Function; 11] = [
     Function::Tan,
     Function::Exp,
@@ -100,12 +102,12 @@ const OPAQUE: [Function; 11] = [
     Function::Pow,
 ];
 
-/// The engine's name of an opaque function.
+/// Returns the engine's name of an opaque function.
 fn opaque_name(function: Function) -> String {
     format!("lamc::{function:?}")
 }
 
-/// The opaque function of this name (without its namespace).
+/// Returns the opaque function with this name (without its namespace).
 pub(super) fn opaque_function(name: &str) -> Option<Function> {
     OPAQUE.into_iter().find(|function| format!("{function:?}") == name)
 }

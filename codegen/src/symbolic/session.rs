@@ -1,13 +1,13 @@
-//! Sessions of the engine, bindings, and derivatives that follow them.
+//! Sessions of the engine, bindings, and derivatives through bindings.
 //!
-//! Without a licence key the engine serves one thread of one process of a user at a time and ends
-//! the process that asks for a second. So there is one session at a time: on a thread of its own
-//! that lives as long as the session, behind a lock within the process and a locked file between
-//! processes, where others wait their turn.
+//! Without a licence key, each user may run the engine in only one thread of one process at a time, and
+//! the engine ends the process that requests a second one. Therefore only one session runs at a time.
+//! It has its own thread, which lives as long as the session. A lock within the process and a locked
+//! file between processes make other sessions wait.
 //!
-//! The engine orders the terms of a sum by the age of their symbols in the process. Symbols are
-//! therefore drawn from one pool (`v0`, `v1`, ...) in the order in which a session makes them: the
-//! order of terms depends on the session alone, not on what the process derived before.
+//! The engine orders the terms of a sum by the age of their symbols in the process. Each session
+//! therefore takes its symbols from one pool (`v0`, `v1`, ...), in the order in which it needs them. So
+//! the order of terms depends only on the session, and not on what the process derived before.
 
 use std::collections::HashMap;
 use std::fs::{self, File, TryLockError};
@@ -25,15 +25,15 @@ use symbolica::symbol;
 use super::expr::{Expr, opaque_function};
 use super::tree::{Function, Tree};
 
-/// Why no session could be held.
+/// The reason why no session could be started.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {
-    /// The file that makes processes take turns cannot be opened or locked.
+    /// The lock file, which lets only one process at a time hold a session, cannot be opened or locked.
     #[error("cannot lock {path}: {error}")]
     Lock {
-        /// The file.
+        /// Path of the lock file.
         path: PathBuf,
-        /// Error of the operating system.
+        /// Error from the operating system.
         error: io::Error,
     },
     /// No thread could be started.
@@ -41,14 +41,15 @@ pub enum SessionError {
     Thread(io::Error),
 }
 
-/// Stack of the session's thread: derivatives recurse once per binding on the way to a leaf.
+/// Stack size of the session's thread. A derivative recurses once per binding on the path to a leaf.
 const STACK_BYTES: usize = 256 << 20;
 
-/// Holds a session: runs `work` with an empty [`Algebra`], after waiting for any other session of
-/// this user.
+/// Starts a session and runs `work` with an empty [`Algebra`], after all other sessions of this user
+/// have ended.
 ///
 /// # Errors
-/// When the lock file cannot be locked or the thread cannot be started. A panic in `work` is passed on.
+/// Returns an error if the lock file cannot be locked or the thread cannot be started. A panic in
+/// `work` is propagated.
 pub fn session<L, B, R>(
     work: impl FnOnce(&mut Algebra<L, B>) -> R + Send,
 ) -> Result<R, SessionError>
@@ -70,11 +71,12 @@ where
     })
 }
 
-/// How long another process may hold the file before we say that we wait for it.
+/// Time after which we print that we wait for another process to release the lock file.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// Waits for the file that serialises the processes of one user; unlocked when dropped. It holds
-/// the number of the process that has it, for those that wait.
+/// Waits for the lock on the file that serialises the processes of one user. The file is unlocked when
+/// it is dropped. It contains the id of the process that holds the lock, so that waiting processes can
+/// print it.
 fn lock_file() -> Result<File, SessionError> {
     let folder = env::home_dir().map(|home| home.join(".cache").join("lamc"));
     let folder = folder.filter(|folder| fs::create_dir_all(folder).is_ok());
@@ -87,7 +89,8 @@ fn lock_file() -> Result<File, SessionError> {
         .open(&path)
         .and_then(|file| wait_for(&file).map(|()| file))
         .map(|mut file| {
-            // For others to read. That it cannot be written does no harm to us.
+            // Other processes read this id. If it cannot be written, only their message is less
+            // precise.
             let cleared = file.set_len(0).and_then(|()| file.rewind());
             let _ = cleared.and_then(|()| write!(file, "{}", process::id()));
             file
@@ -95,8 +98,8 @@ fn lock_file() -> Result<File, SessionError> {
         .map_err(|error| SessionError::Lock { path, error })
 }
 
-/// Locks the file, and says so when another process makes us wait: one that was stopped would do
-/// so until it is continued.
+/// Locks the file, and prints a message if another process makes us wait. A process that was suspended
+/// would block us until it is resumed.
 fn wait_for(file: &File) -> io::Result<()> {
     match file.try_lock() {
         Ok(()) => return Ok(()),
@@ -117,7 +120,7 @@ fn wait_for(file: &File) -> io::Result<()> {
     })
 }
 
-/// The process that holds the file, as ` (pid 123)`: nothing where it cannot be read.
+/// Returns the process that holds the lock as ` (pid 123)`, or nothing if its id cannot be read.
 fn holder(mut file: &File) -> String {
     let mut text = String::new();
     match file.rewind().and_then(|()| file.take(20).read_to_string(&mut text)) {
@@ -126,21 +129,22 @@ fn holder(mut file: &File) -> String {
     }
 }
 
-/// Asks the engine, by its documented switch, not to print its banner on our standard output.
+/// Tells the engine, by its documented environment variable, not to print its banner to our standard
+/// output.
 #[allow(unsafe_code, reason = "the switch is an environment variable")]
 fn hide_banner() {
     const SWITCH: &str = "SYMBOLICA_HIDE_BANNER";
     if env::var_os(SWITCH).is_none() {
-        // SAFETY: Rust code reads the environment through the standard library's lock, and so do
-        // the threads of this crate. This is set once, before the engine's first use.
+        // SAFETY: Rust code reads the environment through the standard library's lock, and so do the
+        // threads of this crate. The variable is set once, before the engine's first use.
         unsafe { env::set_var(SWITCH, "1") }
     }
 }
 
-/// Meaning of a symbol.
+/// The meaning of a symbol.
 enum Meaning<L> {
     Leaf(L),
-    /// Greater than 0.
+    /// A number greater than 0.
     Number(f64),
     Bound(usize),
 }
@@ -151,7 +155,7 @@ struct Definition<B> {
     value: Expr,
 }
 
-/// The expressions of one session: leaves `L`, and intermediates labelled `B`.
+/// The expressions of one session, with leaves `L` and intermediates that have labels `B`.
 pub struct Algebra<L, B> {
     meanings: Vec<Meaning<L>>,
     index: HashMap<Symbol, usize>,
@@ -185,12 +189,12 @@ impl<L, B> Algebra<L, B> {
         Expr(symbol.to_atom())
     }
 
-    /// A new symbol that stands for `leaf`.
+    /// Creates a symbol that stands for `leaf`.
     pub fn leaf(&mut self, leaf: L) -> Expr {
         self.symbol(Meaning::Leaf(leaf))
     }
 
-    /// The number `value`, exactly: -1, 0 and 1 as such, others as symbols.
+    /// Returns the number `value`, exactly: -1, 0 and 1 as numbers, all others as symbols.
     pub fn number(&mut self, value: f64) -> Expr {
         if value == 0.0 || value.abs() == 1.0 {
             return Expr::integer(value as i64);
@@ -209,7 +213,8 @@ impl<L, B> Algebra<L, B> {
         if value < 0.0 { -&symbol } else { symbol }
     }
 
-    /// The number that an expression is: a whole number, or what [`Self::number`] returned.
+    /// Returns the value of an expression that is a number: a whole number, or an expression that
+    /// [`Self::number`] returned.
     pub fn value(&self, expr: &Expr) -> Option<f64> {
         match expr.as_integer() {
             Some(number) => Some(number as f64),
@@ -217,10 +222,10 @@ impl<L, B> Algebra<L, B> {
         }
     }
 
-    /// Names `value`: returns a symbol bound to it, or `value` itself where a name gains nothing.
+    /// Names `value`: returns a symbol bound to it, or `value` itself if a name has no benefit.
     ///
-    /// A value bound before keeps its first name. Whole numbers become [`Self::number`]s, so that
-    /// arithmetic on bound values cannot overflow.
+    /// A value that was bound before keeps its first name. Whole numbers become [`Self::number`]s, so
+    /// that arithmetic with bound values cannot overflow.
     pub fn bind(&mut self, value: Expr, label: B) -> Expr {
         if let Some(number) = value.as_integer() {
             return self.number(number as f64);
@@ -237,11 +242,11 @@ impl<L, B> Algebra<L, B> {
         symbol
     }
 
-    /// The total derivative of `expr` by the symbol `by`: the chain rule through every binding,
-    /// whose own derivatives are bound in turn under `label(label of the binding)`.
+    /// Returns the total derivative of `expr` by the symbol `by`. It applies the chain rule through
+    /// every binding, and binds the derivatives of bindings under `label(label of the binding)`.
     ///
     /// # Panics
-    /// When `by` is not a symbol.
+    /// Panics if `by` is not a symbol.
     pub fn derivative(&mut self, expr: &Expr, by: &Expr, label: &impl Fn(&B) -> B) -> Expr {
         let AtomView::Var(by_symbol) = by.0.as_view() else {
             unreachable!("derivatives are taken by symbols");
@@ -267,7 +272,7 @@ impl<L, B> Algebra<L, B> {
         total
     }
 
-    /// The bound symbols in `expr`, in the order they were made.
+    /// Returns the bound symbols in `expr`, in the order in which they were created.
     fn bindings_in(&self, expr: &Expr) -> Vec<(Symbol, usize)> {
         let symbols = expr.0.get_all_symbols(false);
         let mut found: Vec<_> = symbols
@@ -281,7 +286,7 @@ impl<L, B> Algebra<L, B> {
         found
     }
 
-    /// Every binding in the order it was made, with its value as plain data.
+    /// Returns every binding in the order in which it was created, with its value as plain data.
     pub fn definitions(&self, bound: &impl Fn(usize) -> L) -> Vec<(B, Tree<L>)>
     where
         L: Clone,
@@ -291,7 +296,7 @@ impl<L, B> Algebra<L, B> {
         self.definitions.iter().map(tree).collect()
     }
 
-    /// `expr` as plain data; `bound` makes the leaf that refers to a binding by its number.
+    /// Returns `expr` as plain data. `bound` creates the leaf that refers to a binding by its index.
     pub fn tree(&self, expr: &Expr, bound: &impl Fn(usize) -> L) -> Tree<L>
     where
         L: Clone,

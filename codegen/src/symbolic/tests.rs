@@ -1,8 +1,8 @@
-//! Properties of the algebra: order of terms, exact numbers, derivatives through bindings.
+//! Tests properties of the algebra: order of terms, exact numbers, derivatives through bindings.
 
 use super::{Algebra, Expr, Tree, session};
 
-/// A sum and its trees, out of symbols made in a fixed order.
+/// Returns the tree of a sum of symbols that are created in a fixed order.
 fn sum_of_three() -> Tree<char> {
     session(|algebra: &mut Algebra<char, ()>| {
         let [a, b, c] = ['a', 'b', 'c'].map(|leaf| algebra.leaf(leaf));
