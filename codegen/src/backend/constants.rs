@@ -119,7 +119,7 @@ struct Table<'a> {
     names: Names,
     /// Constants by the name that was requested for them and by their number.
     by_name: HashMap<(String, u64), usize>,
-    /// The first constant of each number.
+    /// Index of the first constant with each number.
     by_value: HashMap<u64, usize>,
     /// How many times the code uses each number where it is not a fact.
     places: HashMap<u64, usize>,

@@ -38,7 +38,7 @@ pub struct ArticulatedBodies {
     pub accelerations: Vec<Expr>,
 }
 
-/// Articulated inertia and bias force of the subtree beyond a hinge, about the node's origin.
+/// Articulated inertia of the subtree beyond a hinge, about the node's origin.
 #[derive(Clone)]
 struct ArticulatedInertia {
     /// I: moment per angular acceleration.
@@ -146,8 +146,8 @@ impl ArticulatedInertia {
         }
     }
 
-    /// Returns the same inertia about a point from which this inertia's reference point is at `r`: H' =
-    /// H + [r]x M, I' = I - H' [r]x + [r]x H^T.
+    /// Returns the same inertia about a point from which this inertia's reference point is at `r`:
+    /// H' = H + [r]x M, I' = I - H' [r]x + [r]x H^T.
     fn about(&self, r: &Vector) -> Self {
         let [xx, xy, xz, yy, yz, zz] = self.mass.clone();
         let mass = [[xx, xy.clone(), xz.clone()], [xy, yy, yz.clone()], [xz, yz, zz]];

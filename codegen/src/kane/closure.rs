@@ -203,8 +203,8 @@ fn point(
     binder.vector(side.tip, Phase::ClosurePoint, name, position)
 }
 
-/// Returns the velocity of the point at `at` per unit speed of each hinge on a side: e_x x (P - origin
-/// of the hinge).
+/// Returns the velocity of the point at `at` per unit speed of each hinge on a side:
+/// e_x x (P - origin of the hinge).
 fn moved(
     binder: &mut Binder,
     kinematics: &Kinematics,

@@ -89,8 +89,8 @@ pub struct Equations {
     pub imbalance: Vec<Tree<Leaf>>,
     /// gamma + J du/dt at given du/dt, C, m/s^2.
     pub opening: Vec<Tree<Leaf>>,
-    /// Force (N) and moment (N m) that the hinge of each joint transmits at given du/dt and lambda, N x
-    /// 6.
+    /// Force (N) and moment (N m) that the hinge of each joint transmits at given du/dt and lambda,
+    /// N x 6.
     pub reactions: Vec<Tree<Leaf>>,
     /// Kinetic energy, J.
     pub kinetic_energy: Tree<Leaf>,

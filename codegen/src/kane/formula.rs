@@ -60,8 +60,8 @@ impl Binder<'_> {
         self.constant(value)
     }
 
-    /// Returns a number that is in the formula or that the algebra computed, as in `exp(1000 + q.j -
-    /// q.j)`.
+    /// Returns a number that is in the formula or that the algebra computed, as in
+    /// `exp(1000 + q.j - q.j)`.
     fn folded(&mut self, value: f64, what: &str, span: Option<Span>) -> Expr {
         if value.is_finite() {
             return self.number_of(what, value);

@@ -139,7 +139,7 @@ fn minimal(binder: &Binder, frames: &Frames, mut moments: Vec<Moments>) -> Vec<M
     let size = binder.mechanism().size;
     for node in binder.nodes().rev() {
         let parent = binder.topology().nodes[node.index()].parent;
-        // A mass that scales with a parameter is not passed on.
+        // Nothing is passed on from or to a node whose mass scales with a parameter.
         let mut ends = [Some(node), parent].into_iter().flatten();
         if ends.any(|node| has_tunable_mass(binder, node)) {
             continue;

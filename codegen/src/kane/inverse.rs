@@ -7,8 +7,8 @@
 //! reaction_r = -(sum of wrenches beyond r)     force and moment that the hinge transmits
 //! ```
 //!
-//! No matrix is formed: accelerations are propagated from the root to the leaves and wrenches back (J.
-//! Y. S. Luh, M. W. Walker, R. P. C. Paul, "On-line computational scheme for mechanical manipulators",
+//! No matrix is formed: accelerations are propagated from the root to the leaves and wrenches back
+//! (J. Y. S. Luh, M. W. Walker, R. P. C. Paul, "On-line computational scheme for mechanical manipulators",
 //! 1980), so the cost grows as N. The derivatives of these residuals are the derivatives of the
 //! equations of motion.
 

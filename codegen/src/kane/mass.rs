@@ -39,7 +39,7 @@ impl MassMatrix {
         let mut matrix = Self { n, entries: vec![Expr::zero(); n * n] };
         // A wrench can be carried from node to node and combined with each hinge in the hinge's own
         // frame. If it is carried to the ground instead, combining it with a hinge takes a third of the
-        // operations, but carrying it there costs extra, which pays off only in deep trees.
+        // operations, but carrying it there costs extra. This pays off only in deep trees.
         let is_deep = binder.topology().depths().iter().sum::<usize>() > DEEP * n;
         for link in links.iter().rev() {
             let composite = composites[link.node.index()].clone();

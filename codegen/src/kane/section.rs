@@ -47,8 +47,8 @@ impl Section {
         Self { subject: Subject::Loop(closed), phase }
     }
 
-    /// Returns one line for the reader of the generated code, `south: angular velocity: w = R^T
-    /// w_parent + u e_x`. `names` are the names of the nodes.
+    /// Returns one line for the reader of the generated code,
+    /// `south: angular velocity: w = R^T w_parent + u e_x`. `names` are the names of the nodes.
     pub fn heading(self, names: &[String]) -> String {
         let (subject, phase) = (self.subject.name(names), self.phase);
         format!("{subject}: {}: {}", phase.title(), phase.equation())
@@ -89,8 +89,8 @@ macro_rules! phases {
                 }
             }
 
-            /// Returns the equation of the phase in readable form, for example `w = R^T w_parent + u
-            /// e_x`.
+            /// Returns the equation of the phase in readable form, for example
+            /// `w = R^T w_parent + u e_x`.
             pub fn equation(self) -> &'static str {
                 match self {
                     $(Self::$variant => $equation,)*

@@ -46,8 +46,8 @@ pub struct Syntax {
     pub constants: TokenStream,
     /// Zero: `S::ZERO` or `0.0`.
     pub zero: TokenStream,
-    /// The statements that define what function bodies call: `constants` and `let mul_add =
-    /// S::mul_add;`.
+    /// The statements that define what function bodies call: `constants` and
+    /// `let mul_add = S::mul_add;`.
     pub locals: TokenStream,
 }
 
