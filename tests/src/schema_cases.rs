@@ -122,6 +122,7 @@ const OF_THE_SCHEMA: &[&str] = &[
     "mixed-shape",
     "no-value",
     "not-a-number",
+    "too-many-layers",
     "two-springs",
     "unknown-coefficients",
     "unknown-key",
