@@ -3,7 +3,7 @@
 //!
 //! | check | what must hold |
 //! |---|---|
-//! | energy | T + V changes by the work of everything ([`work`]) |
+//! | energy | T + V changes by the work of everything (`work`) |
 //! | conserved | T + V stays, where nothing does work |
 //! | momentum | the mechanism on a turntable keeps its angular momentum about the table's axis |
 //! | reversed | where nothing dissipates, the motion goes back the way it came |
