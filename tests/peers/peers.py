@@ -305,7 +305,7 @@ def pinocchio_peers(name, path, quick):
         lib.create.restype = ctypes.c_void_p
         if model.loops:
             add(compiler, lib, "constraintDynamics", 1, 1e-6, tolerance=1e-7, most=ITERATIONS)
-            add(compiler, lib, "lcaba", 2, 1e-2, tolerance=1e-7, most=ITERATIONS)
+            add(compiler, lib, "lcaba", 2, 1e-1, tolerance=1e-7, most=ITERATIONS)
         else:
             add(compiler, lib, "aba", 0, 1e-6, tolerance=1e-8, most=1)
     return peers
