@@ -109,12 +109,12 @@ fn write_bodies(text: &mut String, mechanism: &Mechanism) -> fmt::Result {
     Ok(())
 }
 
-/// A number with so many decimals, or with an exponent where these would not show the numbers of its kind, of
-/// which the largest is some `scale`.
+/// Returns a number with this many decimals. If decimals do not suit numbers as large as `scale`, which is the
+/// largest of its kind, it is written with an exponent.
 fn decimals(value: f64, scale: f64, decimals: usize) -> String {
-    /// Above which numbers are shown with decimals, and below which.
+    /// Scales at which decimals suit.
     const PLAIN: std::ops::Range<f64> = 1e-2..1e6;
-    /// A share of the scale that is rounding.
+    /// Numbers below this share of the scale are rounding errors.
     const ROUNDING: f64 = 1e-12;
     match PLAIN.contains(&scale.abs()) || scale == 0.0 {
         true => format!("{value:.decimals$}"),

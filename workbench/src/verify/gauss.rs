@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 /// above rounding, and below anything but a configuration next to a singular one.
 const RANK_TOLERANCE: f64 = 1e-9;
 
-/// Each gains some digits: sixteen less twice those of the condition number.
+/// Number of passes. Each pass gains sixteen digits less twice those of the condition number.
 const PASSES: usize = 6;
 
 /// The accelerations that meet the equations.
