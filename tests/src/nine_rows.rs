@@ -71,12 +71,12 @@ struct Chains {
 impl Chains {
     fn new(topology: &Topology, closed: &Loop) -> Self {
         let [mut ghost, mut original] = [closed.ghost, closed.original].map(|tip| {
-            let parent = |node: &NodeId| topology.nodes[node.index()].parent;
+            let parent = |node: &NodeId| topology.node(*node).parent;
             std::iter::successors(Some(tip), parent).collect::<Vec<_>>()
         });
         let mut axes = Matrix3::identity();
         while let Some(&shared) = ghost.last().filter(|&node| original.last() == Some(node)) {
-            let node = &topology.nodes[shared.index()];
+            let node = topology.node(shared);
             let x = topology.mechanism.joints[node.joint.index()].direction * node.sense;
             axes = Matrix3::from_columns(&[x, Vector3::z().cross(&x), Vector3::z()]);
             ghost.pop();
@@ -97,7 +97,7 @@ fn carried(
 ) -> [Vector3<f64>; 3] {
     let (mut x, mut v, mut a) = (point, Vector3::zeros(), Vector3::zeros());
     for node in chain {
-        let node = &topology.nodes[node.index()];
+        let node = topology.node(*node);
         let joint = &topology.mechanism.joints[node.joint.index()];
         let e = joint.direction;
         let theta = node.sense * q[node.joint.index()];

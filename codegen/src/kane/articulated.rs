@@ -106,9 +106,12 @@ impl ArticulatedBodies {
                 load: format!("row{number}"),
                 reduced: format!("reduced_jacobian_{number}"),
             };
-            let loads = row_loads(binder, kinematics, row, number);
-            let none = vec![Expr::zero(); hinges.len()];
-            reduced_rows.extend(sorted(&sweep.run(binder, none, loads)));
+            let torques = vec![Expr::zero(); hinges.len()];
+            let (torques, loads) = match kinematics.closed(row.closed).is_in_tree {
+                true => (torques, row_loads(binder, kinematics, row, number)),
+                false => row_torques(kinematics, closure, number),
+            };
+            reduced_rows.extend(sorted(&sweep.run(binder, torques, loads)));
         }
         let accelerations = sorted(&substituted(binder, kinematics, &hinges, given));
         Self { inverse_pivots: sorted(&pivots), reduced, reduced_rows, accelerations }
@@ -288,6 +291,21 @@ fn row_loads(
         loads[side.tip.index()] = Some(load);
     }
     loads
+}
+
+/// Returns the torques by node of a closure force of 1 along a row of a loop of copies, and loads that
+/// make the sweep begin at these nodes.
+fn row_torques(
+    kinematics: &Kinematics,
+    closure: &Closure,
+    number: usize,
+) -> (Vec<Expr>, Vec<Option<Wrench>>) {
+    let links = kinematics.links();
+    let row = &closure.jacobian[number * links.len()..][..links.len()];
+    let torques: Vec<Expr> = links.iter().map(|link| row[link.joint.index()].clone()).collect();
+    let begins = |torque: &Expr| (!torque.is_zero()).then(Wrench::zero);
+    let loads = torques.iter().map(begins).collect();
+    (torques, loads)
 }
 
 /// Returns du/dt by node, computed from the root to the leaves. The given accelerations are y / D.

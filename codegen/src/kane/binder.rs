@@ -81,14 +81,14 @@ impl<'a> Binder<'a> {
         &self.topology.mechanism
     }
 
-    /// Returns every node, parents before their children.
+    /// Returns every node of the tree, parents before their children.
     pub fn nodes(&self) -> impl DoubleEndedIterator<Item = NodeId> + use<> {
         (0..self.topology.nodes.len()).map(NodeId)
     }
 
     /// Returns the name of a node's joint.
     pub fn joint_name(&self, node: NodeId) -> &'a str {
-        let joint = self.topology.nodes[node.index()].joint;
+        let joint = self.topology.node(node).joint;
         &self.mechanism().joints[joint.index()].name
     }
 

@@ -52,14 +52,14 @@ impl Frame {
     }
 }
 
-/// The frame of every node.
+/// The frame of every node of the tree and of every copy in a loop.
 pub struct Frames(Vec<Frame>);
 
 impl Frames {
-    /// Places the frames of a tree.
+    /// Places the frames.
     pub fn new(topology: &Topology) -> Self {
         let mut frames: Vec<Frame> = Vec::new();
-        for (index, node) in topology.nodes.iter().enumerate() {
+        for (index, node) in topology.all_nodes().enumerate() {
             let hinge = joint(topology, node);
             let x = hinge.direction * node.sense;
             let z = Vector3::z();
@@ -74,6 +74,19 @@ impl Frames {
     pub fn of(&self, node: NodeId) -> &Frame {
         &self.0[node.index()]
     }
+
+    /// Returns the frame that a node's frame is placed in: its parent's, or the base frame. For a copy in
+    /// a loop the base frame has its origin at the loop, so that no digits are lost.
+    pub fn above(&self, topology: &Topology, node: NodeId) -> Frame {
+        let Node { parent, ghost, .. } = topology.node(node);
+        match (parent, ghost) {
+            (Some(parent), _) => self.of(*parent).clone(),
+            (None, Some(closed)) if node.index() >= topology.nodes.len() => {
+                Frame { origin: topology.loops[closed.index()].points[0], ..Frame::base() }
+            }
+            _ => Frame::base(),
+        }
+    }
 }
 
 fn joint<'a>(topology: &'a Topology, node: &Node) -> &'a Joint {
@@ -82,13 +95,19 @@ fn joint<'a>(topology: &'a Topology, node: &Node) -> &'a Joint {
 
 /// Returns the point of a node's hinge line that makes most components of the offsets zero.
 fn origin(topology: &Topology, placed: &[Frame], id: NodeId) -> Vector3<f64> {
-    let node = &topology.nodes[id.index()];
+    let node = topology.node(id);
     let hinge = joint(topology, node);
+    let loops = match node.ghost {
+        Some(own) if id.index() >= topology.nodes.len() => {
+            std::slice::from_ref(&topology.loops[own.index()])
+        }
+        _ => &topology.loops[..],
+    };
     let size = topology.mechanism.size;
     let on_line = |point: &Vector3<f64>| {
         hinge.point + hinge.direction * hinge.direction.dot(&(point - hinge.point))
     };
-    for closed in &topology.loops {
+    for closed in loops {
         if let LoopClass::Spherical { centre } = closed.class {
             let miss = (on_line(&centre) - centre).norm();
             if closed.joints.contains(&node.joint) && miss <= ROUNDING * 10.0 * size {
@@ -97,8 +116,8 @@ fn origin(topology: &Topology, placed: &[Frame], id: NodeId) -> Vector3<f64> {
         }
     }
     let neighbour = match node.parent {
-        Some(parent) => Some(joint(topology, &topology.nodes[parent.index()])),
-        None => topology.nodes.iter().find(|n| n.parent == Some(id)).map(|n| joint(topology, n)),
+        Some(parent) => Some(joint(topology, topology.node(parent))),
+        None => topology.all_nodes().find(|n| n.parent == Some(id)).map(|n| joint(topology, n)),
     };
     let crossing = neighbour.and_then(|other| crossing(hinge, other));
     match (crossing, node.parent) {

@@ -100,6 +100,15 @@ impl InverseDynamics {
                 reactions[6 * joint + k] = component;
             }
         }
+        // A closure force along copies in a loop acts on the hinges between them.
+        for link in kinematics.copies() {
+            let (wrench, joint) = (&closing[link.node.index()], link.joint.index());
+            imbalance[joint] = &imbalance[joint] + &wrench.moment[0];
+            for (k, component) in reaction(binder, link, wrench).into_iter().enumerate() {
+                let sum = &mut reactions[6 * joint + k];
+                *sum = &*sum + &component;
+            }
+        }
         Self { imbalance, opening: motion.openings(kinematics, closure), reactions }
     }
 }
@@ -156,15 +165,16 @@ impl GivenMotion {
     }
 }
 
-/// Returns the contribution of the closure forces lambda along both sides of each loop, up to the
-/// common ancestor, where they cancel.
+/// Returns the contribution of the closure forces lambda along both sides of each loop, up to the body at
+/// which they meet, where they cancel.
 fn closing_wrenches(
     binder: &mut Binder,
     kinematics: &Kinematics,
     closure: &Closure,
     given: &Given,
 ) -> Vec<Wrench> {
-    let mut sums = vec![Wrench::zero(); kinematics.links().len()];
+    let nodes = kinematics.links().len() + kinematics.copies().len();
+    let mut sums = vec![Wrench::zero(); nodes];
     for index in 0..binder.topology().loops.len() {
         let id = LoopId(index);
         for (which, (side, sign)) in kinematics.closed(id).sides().into_iter().enumerate() {
@@ -193,7 +203,7 @@ fn reaction(binder: &mut Binder, link: &Link, beyond: &Wrench) -> [Expr; 6] {
     let joint = &binder.mechanism().joints[link.joint.index()];
     let arm = link.point(binder, "hinge_point", &joint.point);
     let moment = sub(&beyond.moment, &cross(&arm, &beyond.force));
-    let backwards = binder.topology().nodes[link.node.index()].sense < 0.0;
+    let backwards = binder.topology().node(link.node).sense < 0.0;
     let turned = |[x, y, z]: &Vector| -> Vector {
         if !backwards {
             return [-x, -y, -z];

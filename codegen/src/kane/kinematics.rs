@@ -1,5 +1,5 @@
 //! Phase 2, kinematics: placements, velocities, velocity-product accelerations and partial velocities
-//! of every node. They are relative to the ground and, for the sides of each loop, relative to the node
+//! of every node. They are relative to the ground and, for the sides of each loop, relative to the body
 //! at which the two sides meet.
 
 use std::collections::BTreeMap;
@@ -15,7 +15,10 @@ use crate::topology::{Loop, LoopId, Node, NodeId, Topology};
 
 /// The kinematics of the tree and of the loops.
 pub struct Kinematics {
+    /// The links of the tree, then those of the copies in loops.
     links: Vec<Link>,
+    /// Number of nodes of the tree.
+    nodes: usize,
     /// The subtree relative to the ground first, then the subtrees that loops need relative to other
     /// nodes.
     subtrees: Vec<Subtree>,
@@ -26,11 +29,20 @@ pub struct Kinematics {
 
 /// Nodes with their placements and motions relative to a common ancestor.
 pub struct Subtree {
-    /// The ancestor, or `None` for the ground.
-    ancestor: Option<NodeId>,
+    /// What the nodes are relative to.
+    base: Base,
     /// The nodes, parents before their children. The map has the parent of every node, unless it is the
     /// ancestor.
     relatives: BTreeMap<NodeId, Relative>,
+}
+
+/// What a subtree is relative to.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Base {
+    /// A node of the tree, or `None` for the ground.
+    Node(Option<NodeId>),
+    /// The body at which the sides of a loop of copies meet.
+    Meeting(LoopId),
 }
 
 /// Placement and motion of a node relative to an ancestor.
@@ -48,8 +60,10 @@ pub struct PartialVelocity {
 
 /// The two sides of a loop, from the node at which they meet to the cut body and its ghost.
 pub struct LoopKinematics {
-    /// The common ancestor, or `None` for the ground.
+    /// The common ancestor, or `None` for the ground and for a loop of copies.
     pub ancestor: Option<NodeId>,
+    /// Whether the sides are paths of the tree, not of copies.
+    pub is_in_tree: bool,
     pub ghost: Side,
     pub original: Side,
     /// Index of the ancestor's subtree in `Kinematics::subtrees`.
@@ -87,9 +101,9 @@ impl LoopKinematics {
 }
 
 impl Subtree {
-    /// Creates a subtree that contains only the ancestor.
-    fn new(ancestor: Option<NodeId>) -> Self {
-        Self { ancestor, relatives: BTreeMap::new() }
+    /// Creates a subtree that contains only what it is relative to.
+    fn new(base: Base) -> Self {
+        Self { base, relatives: BTreeMap::new() }
     }
 
     /// Adds the node of a link whose parent is the ancestor or was added before.
@@ -113,8 +127,9 @@ impl Kinematics {
     /// Derives the kinematics.
     pub fn new(binder: &mut Binder, frames: &Frames) -> Self {
         let links = links(binder, frames);
-        let mut ground = Subtree::new(None);
-        links.iter().for_each(|link| ground.add(binder, link));
+        let nodes = binder.topology().nodes.len();
+        let mut ground = Subtree::new(Base::Node(None));
+        links[..nodes].iter().for_each(|link| ground.add(binder, link));
         let partial = ground
             .motions()
             .zip(&links)
@@ -123,38 +138,44 @@ impl Kinematics {
                 velocity: motion.velocity.each_ref().map(|x| binder.by_speed(x, link.joint)),
             })
             .collect();
-        let mut kinematics = Self { links, subtrees: vec![ground], partial, loops: Vec::new() };
-        for closed in &binder.topology().loops {
-            kinematics.add_loop(binder, closed);
+        let subtrees = vec![ground];
+        let mut kinematics = Self { links, nodes, subtrees, partial, loops: Vec::new() };
+        for (index, closed) in binder.topology().loops.iter().enumerate() {
+            kinematics.add_loop(binder, LoopId(index), closed);
         }
         kinematics
     }
 
     /// Adds the sides of a loop.
-    fn add_loop(&mut self, binder: &mut Binder, closed: &Loop) {
-        let links = &self.links;
-        let ancestor = common_ancestor(links, closed.ghost, closed.original);
-        let known = self.subtrees.iter().position(|subtree| subtree.ancestor == ancestor);
+    fn add_loop(&mut self, binder: &mut Binder, id: LoopId, closed: &Loop) {
+        let is_in_tree = binder.topology().is_in_tree(closed);
+        let ancestor = closed.sides[0].first().and_then(|node| self.link(*node).parent);
+        let base = if is_in_tree { Base::Node(ancestor) } else { Base::Meeting(id) };
+        let known = self.subtrees.iter().position(|subtree| subtree.base == base);
         let subtree = known.unwrap_or_else(|| {
-            self.subtrees.push(Subtree::new(ancestor));
+            self.subtrees.push(Subtree::new(base));
             self.subtrees.len() - 1
         });
-        let [ghost, original] = [closed.ghost, closed.original].map(|tip| {
-            let path = path_between(links, ancestor, tip);
-            for node in &path {
-                self.subtrees[subtree].add(binder, &links[node.index()]);
-            }
-            Side { tip, path }
-        });
-        self.loops.push(LoopKinematics { ancestor, ghost, original, subtree });
+        for node in closed.sides.iter().flatten() {
+            self.subtrees[subtree].add(binder, &self.links[node.index()]);
+        }
+        let [ghost, original] = closed.sides.clone();
+        let ghost = Side { tip: closed.ghost, path: ghost };
+        let original = Side { tip: closed.original, path: original };
+        self.loops.push(LoopKinematics { ancestor, is_in_tree, ghost, original, subtree });
     }
 
-    /// Returns the links, by node.
+    /// Returns the links of the tree, by node.
     pub fn links(&self) -> &[Link] {
-        &self.links
+        &self.links[..self.nodes]
     }
 
-    /// Returns the link of a node.
+    /// Returns the links of the copies in loops.
+    pub fn copies(&self) -> &[Link] {
+        &self.links[self.nodes..]
+    }
+
+    /// Returns the link of a node or of a copy.
     pub fn link(&self, node: NodeId) -> &Link {
         &self.links[node.index()]
     }
@@ -206,26 +227,4 @@ impl Kinematics {
 pub fn node_of(topology: &Topology, body: BodyId) -> Option<NodeId> {
     let is_original = |node: &Node| node.body == body && node.ghost.is_none();
     topology.nodes.iter().position(is_original).map(NodeId)
-}
-
-/// Returns the nodes from the root down to `tip`.
-fn path_to(links: &[Link], tip: NodeId) -> Vec<NodeId> {
-    let mut path: Vec<_> =
-        std::iter::successors(Some(tip), |node| links[node.index()].parent).collect();
-    path.reverse();
-    path
-}
-
-/// Returns the nodes beyond `ancestor` down to `tip`.
-fn path_between(links: &[Link], ancestor: Option<NodeId>, tip: NodeId) -> Vec<NodeId> {
-    let mut path = path_to(links, tip);
-    let beyond = path.iter().position(|&node| Some(node) == ancestor).map_or(0, |at| at + 1);
-    path.split_off(beyond)
-}
-
-/// Returns the node at which the paths to two nodes separate, or `None` for the ground.
-fn common_ancestor(links: &[Link], left: NodeId, right: NodeId) -> Option<NodeId> {
-    let (left, right) = (path_to(links, left), path_to(links, right));
-    let shared = left.iter().zip(&right).take_while(|(left, right)| left == right);
-    shared.last().map(|(&node, _)| node)
 }

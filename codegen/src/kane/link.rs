@@ -19,7 +19,7 @@ use super::vector::{Vector, add, cross};
 use super::wrench::Wrench;
 use crate::source::JointId;
 use crate::symbolic::{Expr, Function};
-use crate::topology::NodeId;
+use crate::topology::{Node, NodeId};
 
 const OFFSET: Quantity =
     Quantity { name: "offset", meaning: "origin of its frame in its parent's frame, m" };
@@ -29,10 +29,10 @@ const HINGE: Quantity = Quantity {
     meaning: "cosine and sine of the angle about z from its parent's x axis to its hinge line",
 };
 
-/// A node with its hinge.
+/// A node, or a copy in a loop, with its hinge.
 pub struct Link {
     pub node: NodeId,
-    /// The parent node, or `None` for the ground.
+    /// The parent node, or `None` for the ground and for the body at which the sides of a loop meet.
     pub parent: Option<NodeId>,
     pub joint: JointId,
     /// The node's frame in the flat state.
@@ -47,17 +47,21 @@ pub struct Link {
     pub joint_turn: Turn,
 }
 
-/// Returns the links of all nodes.
+/// Returns the links of all nodes of the tree, then those of the copies in loops.
 pub fn links(binder: &mut Binder, frames: &Frames) -> Vec<Link> {
     let topology = binder.topology();
-    let turns: Vec<Turn> = binder.nodes().map(|node| joint_turn(binder, node)).collect();
+    let mut turns: Vec<Option<Turn>> = vec![None; topology.nodes.len()];
+    for node in binder.nodes() {
+        let joint = topology.node(node).joint;
+        turns[joint.index()] = Some(joint_turn(binder, node));
+    }
     let size = topology.mechanism.size;
     let mut links = Vec::with_capacity(turns.len());
-    for (node, joint_turn) in binder.nodes().zip(turns) {
+    for (index, &Node { parent, joint, .. }) in topology.all_nodes().enumerate() {
+        let node = NodeId(index);
+        let Some(joint_turn) = turns[joint.index()].clone() else { continue };
         let frame = frames.of(node);
-        let parent = topology.nodes[node.index()].parent;
-        let joint = topology.nodes[node.index()].joint;
-        let above = parent.map_or_else(Frame::base, |parent| frames.of(parent).clone());
+        let above = frames.above(topology, node);
         let offset = above.coordinates(&frame.origin, size);
         let offset = binder.facts_of(node, OFFSET, AXES, offset);
         let [cos, sin, _] = above.direction(&frame.axes.column(0).into());
@@ -78,7 +82,7 @@ pub fn links(binder: &mut Binder, frames: &Frames) -> Vec<Link> {
 
 /// Binds sin q and cos q of a node's joint.
 fn joint_turn(binder: &mut Binder, node: NodeId) -> Turn {
-    let joint = binder.topology().nodes[node.index()].joint;
+    let joint = binder.topology().node(node).joint;
     let name = binder.joint_name(node);
     let q = [binder.coordinate(joint)];
     let section = Section::body(node, Phase::HingeAngle);

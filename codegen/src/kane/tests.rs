@@ -112,6 +112,7 @@ fn chain(n: usize, mass: f64, inertia: f64) -> Topology {
         size: n as f64,
     };
     Topology {
+        copies: Vec::new(),
         mechanism,
         nodes: (0..n).map(node).collect(),
         loops: Vec::new(),

@@ -16,6 +16,7 @@ use super::vector::{Tensor, Vector};
 use crate::symbolic::Expr;
 
 /// Cosine and sine of the angle of a turn.
+#[derive(Clone)]
 pub struct Turn {
     pub cos: Expr,
     pub sin: Expr,

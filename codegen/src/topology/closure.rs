@@ -5,12 +5,11 @@
 //! J_j = +- a_j x (P - c_j),       a_j: direction of joint j, c_j: a point of its line
 //! ```
 //!
-//! Both chains start at their common ancestor, whose own motion cancels.
+//! Both chains start at the body at which they meet, whose own motion cancels.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, SVector, Unit, Vector3};
 
-use super::graph::Loop;
-use super::tree::{Cut, Tree};
+use super::graph::{Loop, Node, NodeId};
 use crate::arithmetic::{larger, largest};
 use crate::laminate::{Joint, Mechanism};
 use crate::source::JointId;
@@ -42,17 +41,17 @@ impl<'a> Closure<'a> {
     /// Creates the closure of these loops as a function of these joints.
     pub fn new<'b>(
         mechanism: &'a Mechanism,
-        tree: &Tree,
-        loops: impl IntoIterator<Item = (&'b Cut, &'b Loop)>,
+        nodes: &[Node],
+        loops: impl IntoIterator<Item = &'b Loop>,
         joints: Vec<JointId>,
     ) -> Self {
-        let hinges = |path: &[super::NodeId]| {
-            let node = |node: &super::NodeId| &tree.nodes[node.index()];
+        let hinges = |path: &[NodeId]| {
+            let node = |node: &NodeId| &nodes[node.index()];
             path.iter().map(node).map(|node| (node.joint, node.sense)).collect()
         };
-        let chains = |(cut, closed): (&Cut, &Loop)| Chains {
-            ghost: hinges(&cut.ghost_path),
-            original: hinges(&cut.original_path),
+        let chains = |closed: &Loop| Chains {
+            ghost: hinges(&closed.sides[0]),
+            original: hinges(&closed.sides[1]),
             near: closed.points[0],
             points: closed.points.map(|point| point - closed.points[0]),
             length: (closed.points[1] - closed.points[0]).norm(),
@@ -141,7 +140,7 @@ impl<'a> Closure<'a> {
     }
 }
 
-/// A loop at given angles, relative to the common ancestor.
+/// A loop at given angles, relative to the body at which its sides meet.
 struct Placed {
     hinges: Vec<PlacedHinge>,
     ghost: [Vector3<f64>; 3],

@@ -3,6 +3,9 @@
 //! Every joint has exactly one node, the body (or copy of a body) whose parent joint it is, so
 //! nodes and joints correspond one to one. A joint that closes a loop carries a ghost: a second
 //! copy of a body that is already in the tree, which must coincide with the original.
+//!
+//! The loops are the shortest ones. A loop whose two sides are not paths of the tree has copies of
+//! its bodies of its own, which carry no mass: its closure depends only on the joints around it.
 
 use std::fmt;
 
@@ -13,7 +16,8 @@ use crate::source::ids::index;
 use crate::source::{BodyId, Diagnostics, JointId};
 
 index!(
-    /// A node of the spanning tree; parents come before children.
+    /// A node of the spanning tree, or beyond these a copy of a body in a loop; parents come before
+    /// children.
     NodeId
 );
 index!(
@@ -26,8 +30,12 @@ index!(
 pub struct Topology {
     /// The mechanism.
     pub mechanism: Mechanism,
-    /// Nodes; parents before children.
+    /// Nodes of the spanning tree; parents before children.
     pub nodes: Vec<Node>,
+    /// Copies of bodies along the sides of loops whose sides are not paths of the tree, relative to
+    /// the body at which the sides meet; parents before children. Their numbers follow those of the
+    /// nodes.
+    pub copies: Vec<Node>,
     /// Loops.
     pub loops: Vec<Loop>,
     /// Generic rank of the closure Jacobian of all loops together.
@@ -48,28 +56,33 @@ pub struct Node {
     pub joint: JointId,
     /// The body, or the body of which it is a copy.
     pub body: BodyId,
-    /// The loop whose ghost it is; `None` for an original.
+    /// The loop whose ghost it is; `None` for an original. A copy in a loop has that loop.
     pub ghost: Option<LoopId>,
-    /// The parent node; `None` for the ground.
+    /// The parent node; `None` for the ground, and for a copy next to the body at which the sides of
+    /// its loop meet.
     pub parent: Option<NodeId>,
     /// +1 when the node is the joint's second body, -1 when it is the first: the node turns by
     /// `sense * q` about the joint's direction, relative to its parent.
     pub sense: f64,
-    /// Its share of the body's mass and inertia: 1 / number of copies.
+    /// Its share of the body's mass and inertia: 1 / number of nodes with the body, 0 for a copy in a
+    /// loop.
     pub share: f64,
 }
 
 /// A loop: the ghost must coincide with the original.
 #[derive(Clone, Debug)]
 pub struct Loop {
-    /// The joint that closes it.
+    /// The joint that closes it; each closes one loop.
     pub joint: JointId,
     /// The original of the cut body.
     pub original: NodeId,
     /// Its ghost, whose parent joint is `joint`.
     pub ghost: NodeId,
-    /// The joints around the loop: from the ghost up to the common ancestor, then down to the
-    /// original.
+    /// The sides of the loop, from the body at which they meet: the nodes down to the ghost, and those
+    /// down to the original. The second side is empty if the sides meet at the original.
+    pub sides: [Vec<NodeId>; 2],
+    /// The joints around the loop: from the ghost up to the body at which the sides meet, then down to
+    /// the original.
     pub joints: Vec<JointId>,
     /// Class of the hinge lines in the flat state.
     pub class: LoopClass,
@@ -141,17 +154,40 @@ impl Topology {
         depths
     }
 
-    /// Returns the names of the nodes: the names of their bodies, for ghosts with the loop they
-    /// close.
+    /// Returns a node of the tree or a copy in a loop.
+    pub fn node(&self, id: NodeId) -> &Node {
+        let copy = id.index().checked_sub(self.nodes.len());
+        copy.map_or_else(|| &self.nodes[id.index()], |copy| &self.copies[copy])
+    }
+
+    /// Returns the nodes of the tree and after them the copies in loops.
+    pub fn all_nodes(&self) -> impl Iterator<Item = &Node> {
+        self.nodes.iter().chain(&self.copies)
+    }
+
+    /// Returns whether the sides of a loop are paths of the spanning tree.
+    pub fn is_in_tree(&self, closed: &Loop) -> bool {
+        closed.ghost.index() < self.nodes.len()
+    }
+
+    /// Returns the names of all nodes: the names of their bodies, for ghosts with the loop they
+    /// close, for copies in a loop with the loop.
     pub fn node_names(&self) -> Vec<String> {
         let name = |node: &Node| &self.mechanism.bodies[node.body.index()].name;
-        self.nodes
+        let mut names: Vec<String> = self
+            .nodes
             .iter()
             .map(|node| match node.ghost {
                 None => name(node).clone(),
                 Some(closed) => format!("{}_ghost{}", name(node), closed.index()),
             })
-            .collect()
+            .collect();
+        for (index, copy) in (self.nodes.len()..).map(NodeId).zip(&self.copies) {
+            let Some(closed) = copy.ghost else { continue };
+            let ghost = if self.loops[closed.index()].ghost == index { "_ghost" } else { "" };
+            names.push(format!("{}{ghost}_in_loop{}", name(copy), closed.index()));
+        }
+        names
     }
 
     /// Returns one line per loop: `loop 0: spherical, 9 equations, 3 independent, mobility 3`.

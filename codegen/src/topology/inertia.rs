@@ -66,8 +66,7 @@ pub fn grow(mechanism: &Mechanism) -> Result<Tree, Diagnostics> {
 
 /// Returns the joints of all loops that pass through one of these nodes.
 fn around(tree: &Tree, nodes: &[NodeId]) -> BTreeSet<JointId> {
-    let path =
-        |cut: &Cut| cut.ghost_path.iter().chain(&cut.original_path).copied().collect::<Vec<_>>();
+    let path = |cut: &Cut| cut.sides.concat();
     let paths = tree.cuts.iter().map(path);
     let through = paths.filter(|path| nodes.iter().any(|node| path.contains(node)));
     through.flatten().map(|node| tree.nodes[node.index()].joint).collect()

@@ -3,10 +3,12 @@
 
 mod class;
 mod closure;
+mod cycles;
 mod graph;
 mod inertia;
 mod mobility;
 mod rounded;
+mod sides;
 #[cfg(test)]
 mod tests;
 mod tree;
@@ -21,7 +23,7 @@ use crate::source::{Diagnostic, Diagnostics, JointId};
 use class::HingeLines;
 use closure::Closure;
 use mobility::mobility;
-use tree::{Cut, Tree};
+use tree::Cut;
 
 /// Makes nearly parallel and concurrent hinge lines exact, grows a spanning tree, cuts the loops
 /// and computes the mobility.
@@ -33,14 +35,18 @@ pub fn build(mut mechanism: Mechanism) -> Result<Topology, Diagnostics> {
     let tree = inertia::grow(&mechanism)?;
     let mut warnings = Diagnostics::default();
     warnings.extend(rounded::straighten(&mut mechanism));
-    let loops: Vec<Loop> =
-        tree.cuts.iter().map(|cut| closed_loop(&mechanism, &tree, cut, &mut warnings)).collect();
-    let whole = whole(&mechanism, &tree, &loops, &mut warnings);
+    let (cuts, copies) = sides::shortest(&mechanism, &tree);
+    let nodes: Vec<Node> = tree.nodes.iter().chain(&copies).cloned().collect();
+    let mut closing =
+        |cut: &Cut| closed_loop(&mechanism, &nodes, cut, &mut warnings);
+    let loops: Vec<Loop> = cuts.iter().map(&mut closing).collect();
+    let whole = whole(&mechanism, &nodes, &loops, &mut warnings);
     if let Some(warning) = overdriven(&mechanism, whole.mobility) {
         warnings.push(warning);
     }
     Ok(Topology {
         nodes: tree.nodes,
+        copies,
         loops,
         rank: whole.rank,
         mobility: whole.mobility,
@@ -67,17 +73,23 @@ fn overdriven(mechanism: &Mechanism, mobility: usize) -> Option<Diagnostic> {
 }
 
 /// Computes the mobility of one loop alone.
-fn closed_loop(mechanism: &Mechanism, tree: &Tree, cut: &Cut, warnings: &mut Diagnostics) -> Loop {
-    let joint_of = |node: &NodeId| tree.nodes[node.index()].joint;
-    let joints: Vec<JointId> =
-        cut.ghost_path.iter().rev().chain(&cut.original_path).map(joint_of).collect();
+fn closed_loop(
+    mechanism: &Mechanism,
+    nodes: &[Node],
+    cut: &Cut,
+    warnings: &mut Diagnostics,
+) -> Loop {
+    let [ghost_side, original_side] = &cut.sides;
+    let joint_of = |node: &NodeId| nodes[node.index()].joint;
+    let joints: Vec<JointId> = ghost_side.iter().rev().chain(original_side).map(joint_of).collect();
     let lines = HingeLines::new(mechanism, &joints);
     let class = lines.class();
-    let writing = lines.writing(&class, tree.nodes[cut.ghost.index()].sense);
+    let writing = lines.writing(&class, nodes[cut.ghost.index()].sense);
     let mut closed = Loop {
         joint: cut.joint,
         original: cut.original,
         ghost: cut.ghost,
+        sides: cut.sides.clone(),
         joints: joints.clone(),
         class,
         points: writing.points,
@@ -91,7 +103,7 @@ fn closed_loop(mechanism: &Mechanism, tree: &Tree, cut: &Cut, warnings: &mut Dia
     }
     let mut columns = joints;
     columns.sort();
-    let closure = Closure::new(mechanism, tree, [(cut, &closed)], columns);
+    let closure = Closure::new(mechanism, nodes, [&closed], columns);
     let found = mobility(&closure, &guess(mechanism, &closure));
     (closed.rank, closed.mobility) = (found.rank, found.mobility);
     if found.mobility == 0 {
@@ -126,7 +138,12 @@ struct Whole {
 ///
 /// Loops that cannot move alone cannot move together with others: their joints stay as drawn. The
 /// others form groups that share joints, and ranks and mobilities of the groups add.
-fn whole(mechanism: &Mechanism, tree: &Tree, loops: &[Loop], warnings: &mut Diagnostics) -> Whole {
+fn whole(
+    mechanism: &Mechanism,
+    nodes: &[Node],
+    loops: &[Loop],
+    warnings: &mut Diagnostics,
+) -> Whole {
     let n = mechanism.joints.len();
     let mut whole = Whole { rank: 0, mobility: n, assembled: None };
     let mut q = vec![0.0; n];
@@ -134,7 +151,7 @@ fn whole(mechanism: &Mechanism, tree: &Tree, loops: &[Loop], warnings: &mut Diag
     let (rigid, moving): (Vec<usize>, Vec<usize>) =
         (0..loops.len()).partition(|i| loops[*i].mobility == 0);
     for group in groups(loops, &rigid, &held) {
-        let closure = Closure::new(mechanism, tree, pairs(tree, loops, &group.loops), group.joints);
+        let closure = Closure::new(mechanism, nodes, chosen(loops, &group.loops), group.joints);
         for joint in &closure.joints {
             held[joint.index()] = true;
         }
@@ -142,7 +159,7 @@ fn whole(mechanism: &Mechanism, tree: &Tree, loops: &[Loop], warnings: &mut Diag
         whole.rank += mobility(&closure, &DVector::zeros(closure.joints.len())).rank;
     }
     for group in groups(loops, &moving, &held) {
-        let closure = Closure::new(mechanism, tree, pairs(tree, loops, &group.loops), group.joints);
+        let closure = Closure::new(mechanism, nodes, chosen(loops, &group.loops), group.joints);
         let found = mobility(&closure, &guess(mechanism, &closure));
         whole.rank += found.rank;
         whole.mobility = whole.mobility + found.mobility - closure.joints.len();
@@ -188,12 +205,8 @@ fn groups(loops: &[Loop], chosen: &[usize], held: &[bool]) -> Vec<Group> {
     groups
 }
 
-fn pairs<'a>(
-    tree: &'a Tree,
-    loops: &'a [Loop],
-    chosen: &'a [usize],
-) -> impl Iterator<Item = (&'a Cut, &'a Loop)> {
-    chosen.iter().map(|index| (&tree.cuts[*index], &loops[*index]))
+fn chosen<'a>(loops: &'a [Loop], indices: &'a [usize]) -> impl Iterator<Item = &'a Loop> {
+    indices.iter().map(|index| &loops[*index])
 }
 
 fn jointly_immobile(

@@ -16,6 +16,7 @@ pub struct Tree {
 }
 
 /// The cut of a loop.
+#[derive(Clone, Debug)]
 pub struct Cut {
     /// The joint that closes the loop.
     pub joint: JointId,
@@ -23,10 +24,8 @@ pub struct Cut {
     pub original: NodeId,
     /// Its ghost.
     pub ghost: NodeId,
-    /// The nodes from the common ancestor of both down to the ghost.
-    pub ghost_path: Vec<NodeId>,
-    /// The nodes from the common ancestor down to the original.
-    pub original_path: Vec<NodeId>,
+    /// The nodes from the body at which both sides meet: down to the ghost, and down to the original.
+    pub sides: [Vec<NodeId>; 2],
 }
 
 /// Grows the tree; loops are cut at the joints `to_cut`.
@@ -157,7 +156,7 @@ fn cuts(nodes: &mut [Node], placed: &[Option<NodeId>]) -> Vec<Cut> {
         let shared = ghost_path.iter().zip(&original_path).take_while(|(a, b)| a == b).count();
         ghost_path.drain(..shared);
         original_path.drain(..shared);
-        cuts.push(Cut { joint, original, ghost, ghost_path, original_path });
+        cuts.push(Cut { joint, original, ghost, sides: [ghost_path, original_path] });
     }
     cuts
 }

@@ -8,7 +8,6 @@
 //! linkage), or two in line. Groups that share hinges are then made exact together, with the
 //! smallest movement ([`fit`]).
 
-mod cycles;
 mod fit;
 mod line;
 mod place;
@@ -18,6 +17,7 @@ use std::collections::BTreeSet;
 use self::fit::{Bundle, Common, WITHIN};
 use self::line::Line;
 use super::class::{self, CONCURRENT, PARALLEL};
+use super::cycles;
 use crate::arithmetic::largest;
 use crate::laminate::{Joint, Mechanism};
 use crate::source::Diagnostic;

@@ -105,7 +105,7 @@ pub fn codes(warnings: &Diagnostics) -> Vec<&'static str> {
 /// The pose of every node, hinge by hinge: written apart from what it checks.
 fn poses(topology: &Topology, q: &[f64]) -> Vec<Isometry3<f64>> {
     let mut poses: Vec<Isometry3<f64>> = Vec::new();
-    for node in &topology.nodes {
+    for node in topology.all_nodes() {
         let joint = &topology.mechanism.joints[node.joint.index()];
         let turn = joint.direction * (node.sense * q[node.joint.index()]);
         let about = Translation3::from(joint.point)

@@ -1,5 +1,7 @@
 //! Rigid origami: sheets of facets joined by their creases.
 
+use crate::topology::LoopClass;
+
 use super::{Hinge, codes, hinge, largest_gap, topology};
 
 /// A Miura-ori sheet of n x n facets: parallelograms in columns that zigzag.
@@ -34,6 +36,11 @@ fn miura_sheets_have_one_degree_of_freedom() {
         assert_eq!(topology.loops.len(), (n - 1) * (n - 1));
         assert_eq!((topology.rank, topology.mobility), (hinges.len() - 1, 1), "{n} x {n}");
         assert_eq!(codes(&topology.warnings), [""; 0]);
+        // The loops are those about the inner vertices, wherever they are in the tree.
+        for closed in &topology.loops {
+            let spherical = matches!(closed.class, LoopClass::Spherical { .. });
+            assert!(spherical && closed.joints.len() == 4, "{closed}");
+        }
         let q = topology.assembled.as_ref().unwrap();
         assert!(largest_gap(&topology, q) < 1e-10);
         // The Miura motion folds every crease; larger sheets have many others of its rank.

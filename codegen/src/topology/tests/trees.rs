@@ -33,8 +33,10 @@ fn assert_consistent(topology: &Topology) {
         }
     }
     for (index, closed) in topology.loops.iter().enumerate() {
-        assert_eq!(topology.nodes[closed.ghost.index()].ghost, Some(LoopId(index)));
-        assert_eq!(topology.nodes[closed.original.index()].ghost, None);
+        let [ghost, original] = [closed.ghost, closed.original].map(|tip| topology.node(tip));
+        assert_eq!((ghost.ghost, ghost.joint), (Some(LoopId(index)), closed.joint));
+        assert_eq!(original.ghost, (!topology.is_in_tree(closed)).then_some(LoopId(index)));
+        assert_eq!(ghost.body, original.body);
         assert_eq!(closed.joints[0], closed.joint);
     }
     assert!(topology.loops.is_sorted_by_key(|closed| closed.joint));

@@ -1,8 +1,8 @@
 //! The shortest loops of a mechanism: a minimum cycle basis of the graph of its bodies and joints
 //! (J. D. Horton, "A polynomial-time algorithm to find the shortest cycle basis of a graph", 1987).
 //!
-//! The loops of the spanning tree may enclose several shorter loops. Whether hinge lines should be
-//! parallel or concurrent is visible in the shortest loops.
+//! The loops of the spanning tree may enclose several shorter loops. Whether hinge lines are parallel or
+//! concurrent is visible in the shortest loops, and their closure has the fewest terms.
 
 use std::collections::VecDeque;
 
