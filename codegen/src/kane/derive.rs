@@ -7,9 +7,10 @@ use super::articulated::ArticulatedBodies;
 use super::binder::{Binder, Label};
 use super::closure::Closure;
 use super::energy::Energy;
-use super::equations::{Elimination, Equations, Leaf};
+use super::equations::{Elimination, Equations, Leaf, Reduced};
 use super::forces::GeneralizedForces;
 use super::frame::Frames;
+use super::independent::{IndependentSpeeds, Phases};
 use super::inertia::Inertias;
 use super::inverse::{Given, InverseDynamics};
 use super::kinematics::Kinematics;
@@ -57,6 +58,10 @@ fn equations(
     let given = Given::new(b, &closure);
     let inverse = InverseDynamics::new(b, &kinematics, &inertias, &loads, &closure, &given);
     let bodies = ArticulatedBodies::new(b, &kinematics, &inertias, &loads, &closure, &given);
+    let reduction = topology.reduction.as_ref().filter(|_| topology.loops.len() > 1);
+    let phases =
+        Phases { frames: &frames, kinematics: &kinematics, loads: &loads, closure: &closure };
+    let reduced = reduction.map(|reduction| IndependentSpeeds::new(b, &phases, reduction));
     let problems = b.problems();
     if problems.has_errors() {
         return Err(problems);
@@ -73,6 +78,12 @@ fn equations(
             reduced_rows: b.trees(&bodies.reduced_rows),
             accelerations: b.trees(&bodies.accelerations),
         },
+        reduced: reduced.map(|reduced| Reduced {
+            accelerations: b.trees(&reduced.accelerations),
+            positions: b.trees(&reduced.positions),
+            speeds: b.trees(&reduced.speeds),
+            margin: b.trees(&reduced.margin),
+        }),
         row_residual: b.trees(&closure.row_residual),
         row_velocity: b.trees(&closure.row_velocity),
         residual: b.trees(&closure.residual),

@@ -68,6 +68,9 @@ pub struct Equations {
     pub gamma: Vec<Tree<Leaf>>,
     /// The same equations of the tree, solved by elimination without M.
     pub elimination: Elimination,
+    /// The equations of motion with all loops, solved for independent speeds. Only mechanisms of several
+    /// loops have it.
+    pub reduced: Option<Reduced>,
     /// J u, C, m/s.
     pub row_velocity: Vec<Tree<Leaf>>,
     /// Closure residuals along the rows of J, C, m. Their rate of change is J u if the loops are
@@ -109,6 +112,20 @@ pub struct Elimination {
     pub reduced_rows: Vec<Tree<Leaf>>,
     /// L^-1 a at given a, N, rad/s^2: du/dt where a = D^-1 L^-T (f + J^T lambda).
     pub accelerations: Vec<Tree<Leaf>>,
+}
+
+/// The solution for independent speeds: no row of the closure has to be independent of the others.
+#[derive(Clone, Debug)]
+pub struct Reduced {
+    /// du/dt, N, rad/s^2.
+    pub accelerations: Vec<Tree<Leaf>>,
+    /// What closes the loops, to be taken from q, to first order, N, rad.
+    pub positions: Vec<Tree<Leaf>>,
+    /// What keeps them closed, to be taken from u, N, rad/s.
+    pub speeds: Vec<Tree<Leaf>>,
+    /// How far all these can be trusted, 2: the least inverse pivot of the reduced mass matrix, and the
+    /// square of the smallest pivot of the closure over the loop's length.
+    pub margin: Vec<Tree<Leaf>>,
 }
 
 impl Equations {

@@ -16,7 +16,7 @@ use super::frame::Frames;
 use super::vector::{Tensor, Vector, add, apply, cross, scale};
 use super::wrench::Wrench;
 use crate::symbolic::Expr;
-use crate::topology::NodeId;
+use crate::topology::{Node, NodeId};
 
 /// Moments below this, relative to the largest, are rounding errors of the drawing.
 const ROUNDING: f64 = 1e-14;
@@ -86,14 +86,37 @@ impl SpatialInertia {
     }
 }
 
+const UNDIVIDED: Quantities = [
+    Quantity { name: "undivided_mass", meaning: "as minimal_mass, if no body is cut, kg" },
+    Quantity {
+        name: "undivided_first_moment",
+        meaning: "as minimal_first_moment, if no body is cut, kg m",
+    },
+    Quantity {
+        name: "undivided_second_moment",
+        meaning: "as minimal_second_moment, if no body is cut, kg m^2",
+    },
+];
+
 impl Inertias {
     /// Derives both inertias of every node.
     pub fn new(binder: &mut Binder, frames: &Frames) -> Self {
+        let share = |node: &Node| node.share;
         let shares: Vec<Moments> =
-            binder.nodes().map(|node| moments(binder, frames, node)).collect();
+            binder.nodes().map(|node| moments(binder, frames, node, share)).collect();
         let whole = nodes(binder, &WHOLE, &shares);
         let minimal = nodes(binder, &MINIMAL, &minimal(binder, frames, shares));
         Self { whole, minimal }
+    }
+
+    /// Derives the minimal inertial parameters of every node for bodies that are not shared with their
+    /// ghosts, which have none.
+    pub fn of_whole_bodies(binder: &mut Binder, frames: &Frames) -> Self {
+        let share = |node: &Node| if node.ghost.is_none() { 1.0 } else { 0.0 };
+        let moments: Vec<Moments> =
+            binder.nodes().map(|node| moments(binder, frames, node, share)).collect();
+        let minimal = nodes(binder, &UNDIVIDED, &minimal(binder, frames, moments));
+        Self { whole: Vec::new(), minimal }
     }
 
     /// Returns, by node, the inertia of its share of its body, which energies and hinge reactions need.
@@ -120,14 +143,20 @@ struct Moments {
 
 /// Returns the moments of a node's share of its body. If the mass is tunable, they are per kilogram of
 /// the body.
-fn moments(binder: &Binder, frames: &Frames, id: NodeId) -> Moments {
+fn moments(
+    binder: &Binder,
+    frames: &Frames,
+    id: NodeId,
+    share: impl Fn(&Node) -> f64,
+) -> Moments {
     let mechanism = binder.mechanism();
     let (node, frame) = (&binder.topology().nodes[id.index()], frames.of(id));
     let properties = &mechanism.bodies[node.body.index()].mass_properties;
     let com = Vector3::from(frame.coordinates(&properties.com, mechanism.size));
     let central = frame.tensor(&properties.inertia);
     let is_tunable = has_tunable_mass(binder, id);
-    let share = if is_tunable { node.share / properties.mass } else { node.share };
+    let share = share(node);
+    let share = if is_tunable { share / properties.mass } else { share };
     let mass = properties.mass * share;
     let spread = Matrix3::identity() * (0.5 * central.trace()) - central;
     Moments { mass, first: com * mass, second: spread * share + com * com.transpose() * mass }

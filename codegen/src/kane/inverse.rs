@@ -19,7 +19,7 @@ use super::closure::Closure;
 use super::equations::Leaf;
 use super::forces::{along_hinge, gathered};
 use super::inertia::{Inertias, SpatialInertia};
-use super::kinematics::Kinematics;
+use super::kinematics::{Kinematics, Subtree};
 use super::link::Link;
 use super::loads::{Loads, WrenchNames};
 use super::motion::Motion;
@@ -49,6 +49,11 @@ impl Given {
         }
     }
 
+    /// Takes du/dt by joint, rad/s^2; closure forces are zero.
+    pub fn of(accelerations: Vec<Expr>) -> Self {
+        Self { accelerations, multipliers: Vec::new() }
+    }
+
     /// Returns the given du/dt of a joint.
     pub fn acceleration(&self, joint: JointId) -> &Expr {
         &self.accelerations[joint.index()]
@@ -63,7 +68,7 @@ pub struct InverseDynamics {
 }
 
 /// The motions at given du/dt, by subtree of the kinematics.
-struct GivenMotion(Vec<BTreeMap<NodeId, Motion>>);
+pub struct GivenMotion(Vec<BTreeMap<NodeId, Motion>>);
 
 impl InverseDynamics {
     /// Derives the inverse dynamics.
@@ -115,20 +120,19 @@ impl InverseDynamics {
 
 impl GivenMotion {
     fn new(binder: &mut Binder, kinematics: &Kinematics, given: &Given) -> Self {
-        let rest = Motion::rest();
-        let mut subtrees = Vec::new();
-        for subtree in kinematics.subtrees() {
-            let mut motions: BTreeMap<NodeId, Motion> = BTreeMap::new();
-            for (node, motion) in subtree.motions() {
-                let link = kinematics.link(node);
-                let parent = link.parent.and_then(|parent| motions.get(&parent)).unwrap_or(&rest);
-                let rate = given.acceleration(link.joint).clone();
-                let motion = motion.at_given(binder, link, parent, rate);
-                motions.insert(node, motion);
-            }
-            subtrees.push(motions);
-        }
-        Self(subtrees)
+        let subtrees = kinematics.subtrees().iter();
+        Self(subtrees.map(|subtree| on_subtree(binder, kinematics, given, subtree)).collect())
+    }
+
+    /// Derives the motions of the nodes relative to the ground only.
+    pub fn on_tree(binder: &mut Binder, kinematics: &Kinematics, given: &Given) -> Self {
+        let tree = &kinematics.subtrees()[..1];
+        Self(tree.iter().map(|tree| on_subtree(binder, kinematics, given, tree)).collect())
+    }
+
+    /// Returns the motion of a node of the tree relative to the ground.
+    pub fn of(&self, node: NodeId) -> &Motion {
+        &self.0[0][&node]
     }
 
     /// Returns the active and inertia wrenches of each node and all nodes beyond it, about the node's
@@ -143,7 +147,7 @@ impl GivenMotion {
     ) -> Vec<Wrench> {
         let phase = Phase::InverseDynamics;
         let names = WrenchNames { gravity_phase: phase, phase, name: "net" };
-        let motion = |node: NodeId| &self.0[0][&node];
+        let motion = |node: NodeId| self.of(node);
         let wrenches = loads.on_bodies(binder, kinematics, inertias, motion, &names);
         gathered(binder, kinematics, phase, name, wrenches)
     }
@@ -163,6 +167,25 @@ impl GivenMotion {
         };
         closure.rows().iter().map(opening).collect()
     }
+}
+
+/// Derives the motions of the nodes of a subtree at given du/dt.
+fn on_subtree(
+    binder: &mut Binder,
+    kinematics: &Kinematics,
+    given: &Given,
+    subtree: &Subtree,
+) -> BTreeMap<NodeId, Motion> {
+    let rest = Motion::rest();
+    let mut motions: BTreeMap<NodeId, Motion> = BTreeMap::new();
+    for (node, motion) in subtree.motions() {
+        let link = kinematics.link(node);
+        let parent = link.parent.and_then(|parent| motions.get(&parent)).unwrap_or(&rest);
+        let rate = given.acceleration(link.joint).clone();
+        let motion = motion.at_given(binder, link, parent, rate);
+        motions.insert(node, motion);
+    }
+    motions
 }
 
 /// Returns the contribution of the closure forces lambda along both sides of each loop, up to the body at

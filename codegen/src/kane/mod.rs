@@ -23,6 +23,7 @@
 //! | outputs | poses, points, drives | `outputs` |
 //! | inverse dynamics | residuals at given du/dt and lambda, hinge reactions | `inverse` |
 //! | articulated bodies | M du/dt = b body by body | `articulated` |
+//! | independent speeds | du/dt = N y + p without closure forces | `independent` |
 //!
 //! Modules that the phases share: `binder` names intermediates, `section` says where they belong and
 //! holds the equation of every phase, `fact` names the model's numbers, `formula` evaluates the model's
@@ -38,6 +39,7 @@ mod fact;
 mod forces;
 mod formula;
 mod frame;
+mod independent;
 mod inertia;
 mod inverse;
 mod kinematics;

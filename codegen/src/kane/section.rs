@@ -147,6 +147,14 @@ phases! {
     Multiplier, "closure multipliers", "S lambda = -gamma - Y D^-1 y";
     Acceleration, "acceleration", "du/dt = L^-1 D^-1 (y + Y^T lambda)";
     Correction, "projection", "L^-1 D^-1 Y^T S^-1 x";
+    Elimination, "elimination of the closure", "rows of J less multiples of pivot rows";
+    NullSpace, "null space of the closure", "J N = 0";
+    DependentPart, "speeds that follow from the closure", "J p = b, zero for independent joints";
+    NullSpaceMotion, "motion along the null space", "w, v at u = N e_k, momenta m v + w x h, I w + h x v";
+    IndependentInertia, "inertia of the independent speeds", "N^T M N = L D L^T";
+    IndependentAcceleration, "independent accelerations", "N^T M N y = N^T (f - M p)";
+    Combination, "accelerations of all joints", "du/dt = N y + p";
+    EliminationMargin, "margin of the elimination", "its smallest pivot, its largest entry of N";
     Output, "results", "what the function returns";
 }
 

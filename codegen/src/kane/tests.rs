@@ -113,6 +113,7 @@ fn chain(n: usize, mass: f64, inertia: f64) -> Topology {
     };
     Topology {
         copies: Vec::new(),
+        reduction: None,
         mechanism,
         nodes: (0..n).map(node).collect(),
         loops: Vec::new(),

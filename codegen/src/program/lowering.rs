@@ -5,7 +5,7 @@
 //! name. A sum is a chain of additions and subtractions, a product multiplies its numbers first
 //! and divides once.
 
-use crate::kane::{Equations, Leaf, Phase, Section};
+use crate::kane::{Equations, Leaf, Phase, Reduced, Section};
 use crate::symbolic::{Function as SymbolicFunction, Tree};
 
 use super::differentiate;
@@ -80,6 +80,24 @@ pub fn by_body(equations: &Equations, kind: FunctionKind) -> [Function; 2] {
     }
     let substitution = [("acceleration", n, 1, elimination.accelerations.as_slice())];
     [function(equations, kind, &outputs), function(equations, kind, &substitution)]
+}
+
+/// The solution for independent speeds.
+pub fn reduced(equations: &Equations, reduced: &Reduced, kind: FunctionKind) -> Function {
+    let n = equations.mechanism().joints.len();
+    let margin = ("margin", 2, 1, reduced.margin.as_slice());
+    let residual = ("residual", equations.residual.len(), 1, equations.residual.as_slice());
+    match kind {
+        FunctionKind::Acceleration => {
+            let accelerations = reduced.accelerations.as_slice();
+            function(equations, kind, &[("acceleration", n, 1, accelerations), margin])
+        }
+        _ => {
+            let positions = ("positions", n, 1, reduced.positions.as_slice());
+            let speeds = ("speeds", n, 1, reduced.speeds.as_slice());
+            function(equations, kind, &[residual, positions, speeds, margin])
+        }
+    }
 }
 
 /// How far the loops are open, and how fast they open.

@@ -19,6 +19,10 @@ const MOST_OPERATIONS: usize = 60_000;
 /// The same of derivatives, of which there are as many functions as directions.
 const MOST_DERIVATIVES: usize = 10_000;
 
+/// Entries of the closure's rows beyond which they are not reduced one by one, if independent speeds are
+/// known: those rows cost more than everything else.
+const MOST_ROW_ENTRIES: usize = 600;
+
 /// Terms of a factor by entry beyond which it is not tried: an elimination by body is cheaper.
 const MOST_ENTRIES: usize = 4_000;
 
@@ -33,8 +37,9 @@ pub fn functions(
     let topology = &equations.topology;
     let none = |kind| Function { kind, instructions: Vec::new(), outputs: Vec::new() };
     let driven = topology.mechanism.joints.iter().any(|joint| joint.drive.is_some());
-    // Rows that depend on each other everywhere need the runtime's decision everywhere.
+    // Rows that depend on each other everywhere have no factor.
     let regular = topology.rank == equations.gamma.len() && !driven;
+    let solvable = regular || (equations.reduced.is_some() && !driven);
     let best = |kind, most: usize, candidates: Vec<Function>| {
         // Operations, and what they wait for each other.
         let time = |function: &Function| function.cost().total() as u32 + function.critical_path();
@@ -42,7 +47,7 @@ pub fn functions(
         best.filter(|function| function.cost().total() <= most).unwrap_or_else(|| none(kind))
     };
     let solved = |kind, wanted: bool| {
-        let candidates = if wanted { candidates(equations, kind) } else { Vec::new() };
+        let candidates = if wanted { candidates(equations, kind, regular) } else { Vec::new() };
         best(kind, MOST_OPERATIONS, candidates)
     };
     let directions = 2 * topology.mechanism.joints.len() + 1;
@@ -50,15 +55,22 @@ pub fn functions(
     let differentiable = regular && small && entries(equations) <= MOST_ENTRIES;
     let derivatives = differentiable.then(|| jacobian(equations, tangent));
     [
-        solved(Acceleration, regular),
-        solved(Projection, regular && !topology.loops.is_empty()),
+        solved(Acceleration, solvable),
+        solved(Projection, solvable && !topology.loops.is_empty()),
         best(Jacobian, MOST_DERIVATIVES, derivatives.into_iter().collect()),
     ]
 }
 
-/// The solution by every elimination that is worth trying.
-fn candidates(equations: &Equations, kind: FunctionKind) -> Vec<Function> {
+/// The solution by every elimination that is worth trying; with closure forces only if the rows of the
+/// closure are `regular`, that is, independent.
+fn candidates(equations: &Equations, kind: FunctionKind, regular: bool) -> Vec<Function> {
     let mut candidates = Vec::new();
+    let reduced = equations.reduced.as_ref();
+    candidates.extend(reduced.map(|reduced| lowering::reduced(equations, reduced, kind)));
+    let few = equations.jacobian.len() <= MOST_ROW_ENTRIES || reduced.is_none();
+    if !regular || !few {
+        return candidates;
+    }
     if entries(equations) <= MOST_ENTRIES {
         candidates.push(by_entry(equations, kind));
     }

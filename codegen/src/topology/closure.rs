@@ -9,7 +9,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, SVector, Unit, Vector3};
 
-use super::graph::{Loop, Node, NodeId};
+use super::graph::{Loop, Node, NodeId, Row};
 use crate::arithmetic::{larger, largest};
 use crate::laminate::{Joint, Mechanism};
 use crate::source::JointId;
@@ -29,6 +29,7 @@ pub struct Closure<'a> {
 
 /// A loop as two chains of hinges.
 struct Chains {
+    rows: Vec<Row>,
     ghost: Vec<(JointId, f64)>,
     original: Vec<(JointId, f64)>,
     /// The points of the hinge lines are relative to this point, to keep digits.
@@ -50,6 +51,7 @@ impl<'a> Closure<'a> {
             path.iter().map(node).map(|node| (node.joint, node.sense)).collect()
         };
         let chains = |closed: &Loop| Chains {
+            rows: closed.rows.clone(),
             ghost: hinges(&closed.sides[0]),
             original: hinges(&closed.sides[1]),
             near: closed.points[0],
@@ -137,6 +139,26 @@ impl<'a> Closure<'a> {
             }
         }
         twists
+    }
+}
+
+impl Closure<'_> {
+    /// Returns the rows of all loops that the acceleration uses, with their columns, over the loops'
+    /// lengths.
+    pub fn rows(&self, q: &DVector<f64>) -> Vec<Vec<(usize, f64)>> {
+        let mut rows = Vec::new();
+        for chains in &self.loops {
+            let placed = self.place(chains, q);
+            let [origin, x, y] = placed.ghost;
+            let [x, y] = [x, y].map(|point| (point - origin) / placed.length);
+            let frame = [x, y, x.cross(&y)];
+            let columns = placed.columns();
+            for Row { point, axis } in &chains.rows {
+                let along = |entry: &Nine| frame[*axis].dot(&entry.fixed_rows::<3>(3 * point));
+                rows.push(columns.iter().map(|(column, entry)| (*column, along(entry))).collect());
+            }
+        }
+        rows
     }
 }
 

@@ -43,10 +43,31 @@ pub struct Topology {
     /// Degrees of freedom: number of joints minus `rank`. They are fewer if loops close in isolated
     /// configurations only, although they have fewer equations than joints.
     pub mobility: usize,
+    /// How the speeds of all joints follow from independent ones, if pivots were found that suit the
+    /// motion; nothing without loops.
+    pub reduction: Option<Reduction>,
     /// Joint angles of one closed configuration away from the flat state, if one was found.
     pub assembled: Option<Vec<f64>>,
     /// Warnings (near misses, immobile loops).
     pub warnings: Diagnostics,
+}
+
+/// An elimination of the dependent speeds, with the same pivots at every state.
+#[derive(Clone, Debug)]
+pub struct Reduction {
+    /// The joints whose speeds are independent, in order.
+    pub independent: Vec<JointId>,
+    /// The pivots, in the order of the elimination. Closure rows that are none follow from the others.
+    pub pivots: Vec<Pivot>,
+}
+
+/// A closure row and the joint whose speed it determines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pivot {
+    /// Number of the row among those of all loops.
+    pub row: usize,
+    /// The joint.
+    pub joint: JointId,
 }
 
 /// A body, or the ghost of a body, with its parent joint.

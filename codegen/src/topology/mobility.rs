@@ -63,7 +63,7 @@ struct Sample {
 /// Samples closed configurations, first from `guess` if it is not the flat state.
 pub fn mobility(closure: &Closure, guess: &DVector<f64>) -> Mobility {
     let n = closure.joints.len();
-    let mut random = Random(0);
+    let mut random = Random::new();
     let mut best: Option<Sample> = None;
     let mut agreeing = 0;
     let attempts = ATTEMPTS * MANY_JOINTS.pow(3) / n.max(MANY_JOINTS).pow(3);
@@ -182,7 +182,7 @@ fn explore(closure: &Closure, start: DVector<f64>, random: &mut Random) -> Sampl
 }
 
 /// Finds a closed configuration near `start` by damped Gauss-Newton steps.
-fn assemble(closure: &Closure, start: &DVector<f64>) -> Option<DVector<f64>> {
+pub(super) fn assemble(closure: &Closure, start: &DVector<f64>) -> Option<DVector<f64>> {
     const ITERATIONS: usize = 120;
     let n = start.len();
     let mut q = start.clone();
@@ -267,9 +267,14 @@ fn null_space(jacobian: &DMatrix<f64>) -> DMatrix<f64> {
 
 /// Deterministic pseudorandom numbers (Steele, Lea & Flood, "Fast splittable pseudorandom number
 /// generators", 2014): the same mechanism always gives the same report.
-struct Random(u64);
+pub(super) struct Random(u64);
 
 impl Random {
+    /// Returns the generator at its start.
+    pub fn new() -> Self {
+        Self(0)
+    }
+
     /// Returns a number between -1 and 1.
     fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -280,7 +285,8 @@ impl Random {
         (z >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
-    fn vector(&mut self, n: usize, spread: f64) -> DVector<f64> {
+    /// Returns numbers between -`spread` and `spread`.
+    pub fn vector(&mut self, n: usize, spread: f64) -> DVector<f64> {
         DVector::from_fn(n, |_, _| spread * self.next())
     }
 }

@@ -7,6 +7,7 @@ mod cycles;
 mod graph;
 mod inertia;
 mod mobility;
+mod reduction;
 mod rounded;
 mod sides;
 #[cfg(test)]
@@ -41,6 +42,11 @@ pub fn build(mut mechanism: Mechanism) -> Result<Topology, Diagnostics> {
         |cut: &Cut| closed_loop(&mechanism, &nodes, cut, &mut warnings);
     let loops: Vec<Loop> = cuts.iter().map(&mut closing).collect();
     let whole = whole(&mechanism, &nodes, &loops, &mut warnings);
+    let reduction = whole.assembled.as_ref().and_then(|q| {
+        let joints: Vec<JointId> = (0..mechanism.joints.len()).map(JointId).collect();
+        let closure = Closure::new(&mechanism, &nodes, &loops, joints);
+        reduction::reduction(&closure, &DVector::from_column_slice(q), whole.rank)
+    });
     if let Some(warning) = overdriven(&mechanism, whole.mobility) {
         warnings.push(warning);
     }
@@ -50,6 +56,7 @@ pub fn build(mut mechanism: Mechanism) -> Result<Topology, Diagnostics> {
         loops,
         rank: whole.rank,
         mobility: whole.mobility,
+        reduction,
         assembled: whole.assembled,
         warnings,
         mechanism,
