@@ -391,6 +391,7 @@ const DIMENSIONS: ::lamc_runtime::plumbing::Dimensions = ::lamc_runtime::plumbin
     speeds: 4,
     joints: 4,
     rows: 3,
+    rank: 3,
     loops: 1,
     bodies: 4,
     points: 1,

@@ -301,6 +301,7 @@ const DIMENSIONS: ::lamc_runtime::plumbing::Dimensions = ::lamc_runtime::plumbin
     speeds: 1,
     joints: 1,
     rows: 0,
+    rank: 0,
     loops: 0,
     bodies: 2,
     points: 1,

@@ -522,6 +522,7 @@ const DIMENSIONS: ::lamc_runtime::plumbing::Dimensions = ::lamc_runtime::plumbin
     speeds: 6,
     joints: 6,
     rows: 3,
+    rank: 3,
     loops: 1,
     bodies: 6,
     points: 1,

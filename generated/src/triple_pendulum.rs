@@ -328,6 +328,7 @@ const DIMENSIONS: ::lamc_runtime::plumbing::Dimensions = ::lamc_runtime::plumbin
     speeds: 3,
     joints: 3,
     rows: 0,
+    rank: 0,
     loops: 0,
     bodies: 4,
     points: 1,

@@ -136,13 +136,13 @@ pub(crate) fn direct<Y: Mechanism>(
     (t, q, u): (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
     out: &mut [Y::Scalar],
 ) -> Result<Option<Constraint>, Error> {
-    let Dimensions { rows, drives, .. } = system.dimensions();
+    let Dimensions { rank, drives, .. } = system.dimensions();
     if drives != 0 {
         return Ok(None);
     }
     let margin = system.write_acceleration(t, q, u, out)?;
     let good = holds(margin) && out.iter().all(|x| x.is_finite());
-    Ok(good.then_some(Constraint::strong(rows)))
+    Ok(good.then_some(Constraint::strong(rank)))
 }
 
 /// du/dt at (t, q, u), and lambda if there is a place for it. Directions that have faded to less than
@@ -164,18 +164,6 @@ fn solve<Y: Mechanism>(
         return Ok(constraint);
     }
     decide(system, dimensions, state, zone(), workspace, out, lambda)
-}
-
-/// As [`acceleration_in_motion`], if no elimination can be trusted.
-pub(crate) fn acceleration_with_rank<Y: Mechanism>(
-    system: &Y,
-    state: (Y::Scalar, &[Y::Scalar], &[Y::Scalar]),
-    workspace: &mut [Y::Scalar],
-    out: &mut [Y::Scalar],
-) -> Result<(), Error> {
-    let dimensions = check(system, workspace, &[state.1.len()], &[state.2.len(), out.len()])?;
-    let zone = Fading::of_rounding().passing;
-    decide(system, dimensions, state, zone, workspace, out, None).map(|_| ())
 }
 
 /// With a decision on the rank. Much code, seldom needed: not to be inlined.

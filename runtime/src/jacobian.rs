@@ -73,8 +73,8 @@ pub(crate) enum Differentiated {
     Rough,
 }
 
-/// As [`jacobian`]; next to a singular state of the acceleration at the nearest closed state, if
-/// that is `wanted`: what an implicit integrator follows there.
+/// As [`jacobian`]; next to a singular state, and for rows that depend on each other, of the acceleration at
+/// the nearest closed state, if that is `wanted`: what an implicit integrator follows there.
 pub(crate) fn differentiate<Y: Mechanism>(
     system: &Y,
     t: Y::Scalar,
@@ -84,7 +84,7 @@ pub(crate) fn differentiate<Y: Mechanism>(
     workspace: &mut [Y::Scalar],
     mut out: JacobianMut<'_, Y::Scalar>,
 ) -> Result<Differentiated, Error> {
-    let Dimensions { speeds: n, drives, .. } = system.dimensions();
+    let Dimensions { speeds: n, drives, rows, rank, .. } = system.dimensions();
     if drives == 0 {
         let JacobianMut { acceleration, dq, du, dt } = &mut out;
         let slices = JacobianMut { acceleration, dq, du, dt };
@@ -95,7 +95,9 @@ pub(crate) fn differentiate<Y: Mechanism>(
     }
     let mut linear = Linearised::at(system, t, q, u, workspace)?;
     out.acceleration.copy_from_slice(linear.acceleration);
-    let which = if !(wanted && linear.is_weak) {
+    // Where rows depend on each other, what they say of an open state depends on which of them are used.
+    let is_redundant = rank < rows;
+    let which = if !(wanted && (linear.is_weak || is_redundant)) {
         Differentiated::Given
     } else if linear.is_rough {
         Differentiated::Rough

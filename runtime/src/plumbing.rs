@@ -22,6 +22,8 @@ pub struct Dimensions {
     pub joints: usize,
     /// C, closure rows of the acceleration.
     pub rows: usize,
+    /// How many of these rows are independent where the mechanism is not singular.
+    pub rank: usize,
     /// L, loops: nine residuals each.
     pub loops: usize,
     /// B, bodies.
@@ -47,6 +49,7 @@ impl Dimensions {
             speeds: joints,
             joints,
             rows: 0,
+            rank: 0,
             loops: 0,
             bodies: 0,
             points: 0,
@@ -87,7 +90,9 @@ pub struct ProjectionMut<'a, S> {
 pub struct Margin<S> {
     /// The least of the inverse pivots of M.
     pub inverse_pivot: S,
-    /// A lower bound of smallest over largest eigenvalue of J M^-1 J^T; 1 without rows.
+    /// A lower bound of smallest over largest eigenvalue of J M^-1 J^T; 1 without rows. For a reduction
+    /// to independent speeds, the square of the smallest pivot of the closure instead, as a share of
+    /// its loop's length.
     pub conditioning: S,
 }
 

@@ -24,8 +24,8 @@ import report
 from model import Model
 
 CHAINS = [1, 2, 3, 6, 12, 24, 48, 96]
-# Kind, rows, columns. lamc takes minutes to compile larger ones.
-SHEETS = [("miura", 3, 3), ("miura", 4, 4)]
+# Kind, rows, columns.
+SHEETS = [("miura", 3, 3), ("miura", 4, 4), ("miura", 6, 6), ("miura", 8, 8), ("yoshimura", 4, 5)]
 STATES = 64
 # Other functions of lamc's module.
 OWN = ("chained_accelerations", "rk4_steps", "rodas_steps", "jacobians")

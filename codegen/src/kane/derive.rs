@@ -21,6 +21,9 @@ use crate::source::Diagnostics;
 use crate::symbolic::{self, Algebra, SessionError};
 use crate::topology::Topology;
 
+/// Entries of J up to which its rows are reduced one by one although independent speeds are known.
+const MOST_ROW_ENTRIES: usize = 600;
+
 /// The reason why no equations could be derived.
 #[derive(Debug, thiserror::Error)]
 pub enum DeriveError {
@@ -57,11 +60,23 @@ fn equations(
     let outputs = Outputs::new(b, &kinematics);
     let given = Given::new(b, &closure);
     let inverse = InverseDynamics::new(b, &kinematics, &inertias, &loads, &closure, &given);
-    let bodies = ArticulatedBodies::new(b, &kinematics, &inertias, &loads, &closure, &given);
-    let reduction = topology.reduction.as_ref().filter(|_| topology.loops.len() > 1);
-    let phases =
-        Phases { frames: &frames, kinematics: &kinematics, loads: &loads, closure: &closure };
-    let reduced = reduction.map(|reduction| IndependentSpeeds::new(b, &phases, reduction));
+    let phases = Phases {
+        frames: &frames,
+        kinematics: &kinematics,
+        inertias: &inertias,
+        loads: &loads,
+        closure: &closure,
+    };
+    let reduced = reduced(b, &phases);
+    let elimination = (reduced.is_none() || is_eliminated_by_rows(topology, &closure)).then(|| {
+        let bodies = ArticulatedBodies::new(b, &kinematics, &inertias, &loads, &closure, &given);
+        Elimination {
+            inverse_pivots: b.trees(&bodies.inverse_pivots),
+            reduced: b.trees(&bodies.reduced),
+            reduced_rows: b.trees(&bodies.reduced_rows),
+            accelerations: b.trees(&bodies.accelerations),
+        }
+    });
     let problems = b.problems();
     if problems.has_errors() {
         return Err(problems);
@@ -72,18 +87,8 @@ fn equations(
         forcing: b.trees(&forces.forcing),
         jacobian: b.trees(&closure.jacobian),
         gamma: b.trees(&closure.gamma),
-        elimination: Elimination {
-            inverse_pivots: b.trees(&bodies.inverse_pivots),
-            reduced: b.trees(&bodies.reduced),
-            reduced_rows: b.trees(&bodies.reduced_rows),
-            accelerations: b.trees(&bodies.accelerations),
-        },
-        reduced: reduced.map(|reduced| Reduced {
-            accelerations: b.trees(&reduced.accelerations),
-            positions: b.trees(&reduced.positions),
-            speeds: b.trees(&reduced.speeds),
-            margin: b.trees(&reduced.margin),
-        }),
+        elimination,
+        reduced,
         row_residual: b.trees(&closure.row_residual),
         row_velocity: b.trees(&closure.row_velocity),
         residual: b.trees(&closure.residual),
@@ -99,4 +104,25 @@ fn equations(
         bindings: b.bindings(),
         facts: b.facts(),
     })
+}
+
+/// Derives the solution for independent speeds, for mechanisms of several loops.
+fn reduced(binder: &mut Binder, phases: &Phases) -> Option<Reduced> {
+    let topology = binder.topology();
+    let reduction = topology.reduction.as_ref().filter(|_| topology.loops.len() > 1)?;
+    let reduced = IndependentSpeeds::new(binder, phases, reduction);
+    Some(Reduced {
+        accelerations: binder.trees(&reduced.accelerations),
+        positions: binder.trees(&reduced.positions),
+        speeds: binder.trees(&reduced.speeds),
+        margin: binder.trees(&reduced.margin),
+        projection_margin: binder.trees(&reduced.projection_margin),
+    })
+}
+
+/// Returns whether the rows of J are worth reducing one by one although independent speeds are known.
+/// Rows that depend on each other have no factor, and each row of a large sheet is carried through many
+/// bodies.
+fn is_eliminated_by_rows(topology: &Topology, closure: &Closure) -> bool {
+    topology.rank == closure.rows().len() && closure.jacobian.len() <= MOST_ROW_ENTRIES
 }

@@ -66,8 +66,9 @@ pub struct Equations {
     pub jacobian: Vec<Tree<Leaf>>,
     /// gamma(q, u), C, m/s^2.
     pub gamma: Vec<Tree<Leaf>>,
-    /// The same equations of the tree, solved by elimination without M.
-    pub elimination: Elimination,
+    /// The same equations of the tree, solved by elimination without M. Missing if it would cost more than
+    /// the reduction to independent speeds.
+    pub elimination: Option<Elimination>,
     /// The equations of motion with all loops, solved for independent speeds. Only mechanisms of several
     /// loops have it.
     pub reduced: Option<Reduced>,
@@ -119,13 +120,15 @@ pub struct Elimination {
 pub struct Reduced {
     /// du/dt, N, rad/s^2.
     pub accelerations: Vec<Tree<Leaf>>,
+    /// How far du/dt can be trusted, 2: the least inverse pivot of N^T M N, and the square of the smallest
+    /// pivot of the closure over its loop's length.
+    pub margin: Vec<Tree<Leaf>>,
     /// What closes the loops, to be taken from q, to first order, N, rad.
     pub positions: Vec<Tree<Leaf>>,
     /// What keeps them closed, to be taken from u, N, rad/s.
     pub speeds: Vec<Tree<Leaf>>,
-    /// How far all these can be trusted, 2: the least inverse pivot of the reduced mass matrix, and the
-    /// square of the smallest pivot of the closure over the loop's length.
-    pub margin: Vec<Tree<Leaf>>,
+    /// How far these two can be trusted, 2, as `margin`.
+    pub projection_margin: Vec<Tree<Leaf>>,
 }
 
 impl Equations {

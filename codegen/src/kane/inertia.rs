@@ -143,12 +143,7 @@ struct Moments {
 
 /// Returns the moments of a node's share of its body. If the mass is tunable, they are per kilogram of
 /// the body.
-fn moments(
-    binder: &Binder,
-    frames: &Frames,
-    id: NodeId,
-    share: impl Fn(&Node) -> f64,
-) -> Moments {
+fn moments(binder: &Binder, frames: &Frames, id: NodeId, share: impl Fn(&Node) -> f64) -> Moments {
     let mechanism = binder.mechanism();
     let (node, frame) = (&binder.topology().nodes[id.index()], frames.of(id));
     let properties = &mechanism.bodies[node.body.index()].mass_properties;

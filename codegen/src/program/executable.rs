@@ -206,6 +206,7 @@ impl<E: Engine> Mechanism for Executable<E> {
         let interface = &self.interface;
         Dimensions {
             rows: interface.rows,
+            rank: interface.rank,
             loops: interface.loops.len(),
             bodies: interface.bodies.len(),
             points: interface.points.len(),

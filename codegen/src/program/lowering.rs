@@ -5,7 +5,7 @@
 //! name. A sum is a chain of additions and subtractions, a product multiplies its numbers first
 //! and divides once.
 
-use crate::kane::{Equations, Leaf, Phase, Reduced, Section};
+use crate::kane::{Elimination, Equations, Leaf, Phase, Reduced, Section};
 use crate::symbolic::{Function as SymbolicFunction, Tree};
 
 use super::differentiate;
@@ -63,10 +63,13 @@ pub fn by_entry(equations: &Equations, kind: FunctionKind) -> Function {
 
 /// Inputs of the elimination by body: `inverse_pivots`, `rows`, and either `reduced` and `gamma` or
 /// what a projection wants; and the substitution.
-pub fn by_body(equations: &Equations, kind: FunctionKind) -> [Function; 2] {
+pub fn by_body(
+    equations: &Equations,
+    elimination: &Elimination,
+    kind: FunctionKind,
+) -> [Function; 2] {
     let n = equations.mechanism().joints.len();
     let rows = equations.gamma.len();
-    let elimination = &equations.elimination;
     let mut outputs: Vec<(_, _, _, &[_])> = vec![
         ("inverse_pivots", n, 1, &elimination.inverse_pivots),
         ("rows", rows, n, &elimination.reduced_rows),
@@ -85,16 +88,17 @@ pub fn by_body(equations: &Equations, kind: FunctionKind) -> [Function; 2] {
 /// The solution for independent speeds.
 pub fn reduced(equations: &Equations, reduced: &Reduced, kind: FunctionKind) -> Function {
     let n = equations.mechanism().joints.len();
-    let margin = ("margin", 2, 1, reduced.margin.as_slice());
-    let residual = ("residual", equations.residual.len(), 1, equations.residual.as_slice());
     match kind {
         FunctionKind::Acceleration => {
             let accelerations = reduced.accelerations.as_slice();
+            let margin = ("margin", 2, 1, reduced.margin.as_slice());
             function(equations, kind, &[("acceleration", n, 1, accelerations), margin])
         }
         _ => {
+            let residual = ("residual", equations.residual.len(), 1, equations.residual.as_slice());
             let positions = ("positions", n, 1, reduced.positions.as_slice());
             let speeds = ("speeds", n, 1, reduced.speeds.as_slice());
+            let margin = ("margin", 2, 1, reduced.projection_margin.as_slice());
             function(equations, kind, &[residual, positions, speeds, margin])
         }
     }

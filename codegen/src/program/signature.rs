@@ -193,7 +193,7 @@ const MARGIN: Array = vector(
     "margin",
     Size::Fixed(2),
     "",
-    "the least inverse pivot of M, then a lower bound of the conditioning of J M^-1 J^T",
+    "the least inverse pivot of M, then how far the closure is from singular",
 );
 
 /// Every function, in the order of [`FunctionKind`].

@@ -9,19 +9,18 @@ use super::ir::{Function, Moving, Output, Slot, Value};
 use super::labels::{Called, Labels};
 use super::lowering;
 use super::signature::FunctionKind;
-use crate::kane::{Equations, Phase};
+use crate::kane::{Elimination, Equations, Phase};
 use crate::source::JointId;
 
 /// Operations beyond which a solution is left to the runtime's loops: such a function would be
 /// larger than the processor's caches.
 const MOST_OPERATIONS: usize = 60_000;
 
+/// The same if loops depend on each other: the runtime's way costs much more for them.
+const MOST_OF_SHEETS: usize = 400_000;
+
 /// The same of derivatives, of which there are as many functions as directions.
 const MOST_DERIVATIVES: usize = 10_000;
-
-/// Entries of the closure's rows beyond which they are not reduced one by one, if independent speeds are
-/// known: those rows cost more than everything else.
-const MOST_ROW_ENTRIES: usize = 600;
 
 /// Terms of a factor by entry beyond which it is not tried: an elimination by body is cheaper.
 const MOST_ENTRIES: usize = 4_000;
@@ -40,6 +39,7 @@ pub fn functions(
     // Rows that depend on each other everywhere have no factor.
     let regular = topology.rank == equations.gamma.len() && !driven;
     let solvable = regular || (equations.reduced.is_some() && !driven);
+    let most = if equations.reduced.is_some() { MOST_OF_SHEETS } else { MOST_OPERATIONS };
     let best = |kind, most: usize, candidates: Vec<Function>| {
         // Operations, and what they wait for each other.
         let time = |function: &Function| function.cost().total() as u32 + function.critical_path();
@@ -48,7 +48,7 @@ pub fn functions(
     };
     let solved = |kind, wanted: bool| {
         let candidates = if wanted { candidates(equations, kind, regular) } else { Vec::new() };
-        best(kind, MOST_OPERATIONS, candidates)
+        best(kind, most, candidates)
     };
     let directions = 2 * topology.mechanism.joints.len() + 1;
     let small = tangent.instructions.len() * directions <= 10 * MOST_DERIVATIVES;
@@ -67,14 +67,13 @@ fn candidates(equations: &Equations, kind: FunctionKind, regular: bool) -> Vec<F
     let mut candidates = Vec::new();
     let reduced = equations.reduced.as_ref();
     candidates.extend(reduced.map(|reduced| lowering::reduced(equations, reduced, kind)));
-    let few = equations.jacobian.len() <= MOST_ROW_ENTRIES || reduced.is_none();
-    if !regular || !few {
+    let Some(elimination) = equations.elimination.as_ref().filter(|_| regular) else {
         return candidates;
-    }
+    };
     if entries(equations) <= MOST_ENTRIES {
         candidates.push(by_entry(equations, kind));
     }
-    candidates.push(by_body(equations, kind));
+    candidates.push(by_body(equations, elimination, kind));
     candidates
 }
 
@@ -132,8 +131,8 @@ fn factored(
     (mass, closure)
 }
 
-fn by_body(equations: &Equations, kind: FunctionKind) -> Function {
-    let [function, substitution] = lowering::by_body(equations, kind).map(fold::fold);
+fn by_body(equations: &Equations, elimination: &Elimination, kind: FunctionKind) -> Function {
+    let [function, substitution] = lowering::by_body(equations, elimination, kind).map(fold::fold);
     let (mut code, outputs) = Code::after(function);
     let inverse_pivots = entries_of(&outputs, "inverse_pivots").to_vec();
     let n = inverse_pivots.len();

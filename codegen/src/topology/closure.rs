@@ -9,7 +9,8 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, SVector, Unit, Vector3};
 
-use super::graph::{Loop, Node, NodeId, Row};
+use super::graph::{self, Loop, Node, NodeId};
+use super::sparse::Row;
 use crate::arithmetic::{larger, largest};
 use crate::laminate::{Joint, Mechanism};
 use crate::source::JointId;
@@ -29,7 +30,7 @@ pub struct Closure<'a> {
 
 /// A loop as two chains of hinges.
 struct Chains {
-    rows: Vec<Row>,
+    rows: Vec<graph::Row>,
     ghost: Vec<(JointId, f64)>,
     original: Vec<(JointId, f64)>,
     /// The points of the hinge lines are relative to this point, to keep digits.
@@ -119,6 +120,12 @@ impl<'a> Closure<'a> {
         (matrix, right, open)
     }
 
+    /// Returns the largest residual.
+    pub fn largest_residual(&self, q: &DVector<f64>) -> f64 {
+        let each = self.loops.iter().map(|chains| largest(&self.place(chains, q).residual()));
+        each.fold(0.0, larger)
+    }
+
     /// Returns the sum of the squares of all residuals.
     pub fn squared_residual(&self, q: &DVector<f64>) -> f64 {
         self.loops.iter().map(|chains| self.place(chains, q).residual().norm_squared()).sum()
@@ -127,18 +134,23 @@ impl<'a> Closure<'a> {
     /// Returns six rows per loop: the twist of the ghost relative to the original at the ghost's
     /// P1, per radian of each joint. If the loop is closed, they have the same rank as the nine
     /// closure rows; otherwise they have the rank of the hinges' twists.
-    pub fn twists(&self, q: &DVector<f64>) -> DMatrix<f64> {
-        let mut twists = DMatrix::zeros(6 * self.loops.len(), self.joints.len());
-        for (i, chains) in self.loops.iter().enumerate() {
+    pub fn twists(&self, q: &DVector<f64>) -> Vec<Row> {
+        self.loops.iter().flat_map(|chains| self.place(chains, q).twists()).collect()
+    }
+
+    /// Returns the same rows with one more column: the twist that leads from the original to the ghost,
+    /// for loops that are nearly closed.
+    pub fn gaps(&self, q: &DVector<f64>) -> Vec<Row> {
+        let mut gaps = Vec::new();
+        for chains in &self.loops {
             let placed = self.place(chains, q);
-            for hinge in &placed.hinges {
-                let moment = hinge.axis.cross(&(placed.ghost[0] - hinge.line)) / placed.length;
-                let mut column = twists.fixed_view_mut::<6, 1>(6 * i, hinge.column);
-                column.fixed_rows_mut::<3>(0).copy_from(&hinge.axis);
-                column.fixed_rows_mut::<3>(3).copy_from(&moment);
+            let mut rows = placed.twists();
+            for (row, gap) in rows.iter_mut().zip(&placed.gap()) {
+                row.insert(self.joints.len(), *gap);
             }
+            gaps.extend(rows);
         }
-        twists
+        gaps
     }
 }
 
@@ -153,7 +165,7 @@ impl Closure<'_> {
             let [x, y] = [x, y].map(|point| (point - origin) / placed.length);
             let frame = [x, y, x.cross(&y)];
             let columns = placed.columns();
-            for Row { point, axis } in &chains.rows {
+            for graph::Row { point, axis } in &chains.rows {
                 let along = |entry: &Nine| frame[*axis].dot(&entry.fixed_rows::<3>(3 * point));
                 rows.push(columns.iter().map(|(column, entry)| (*column, along(entry))).collect());
             }
@@ -180,6 +192,32 @@ struct PlacedHinge {
 }
 
 impl Placed {
+    /// Returns the rows of [`Closure::twists`].
+    fn twists(&self) -> [Row; 6] {
+        let mut rows: [Row; 6] = Default::default();
+        for hinge in &self.hinges {
+            let moment = hinge.axis.cross(&(self.ghost[0] - hinge.line)) / self.length;
+            let entries = hinge.axis.iter().chain(&moment);
+            for (row, entry) in rows.iter_mut().zip(entries) {
+                row.insert(hinge.column, *entry);
+            }
+        }
+        rows
+    }
+
+    /// Returns the rotation and the translation from the original to the ghost, to first order.
+    fn gap(&self) -> [f64; 6] {
+        let axes = |[origin, x, y]: &[Vector3<f64>; 3]| {
+            let [x, y] = [x, y].map(|point| (point - origin) / self.length);
+            [x, y, x.cross(&y)]
+        };
+        let pairs = axes(&self.original).into_iter().zip(axes(&self.ghost));
+        let turn: Vector3<f64> =
+            pairs.map(|(from, to)| from.cross(&to)).sum::<Vector3<f64>>() / 2.0;
+        let shift = (self.ghost[0] - self.original[0]) / self.length;
+        [turn.x, turn.y, turn.z, shift.x, shift.y, shift.z]
+    }
+
     fn residual(&self) -> Nine {
         let mut residual = Nine::zeros();
         for (i, (ghost, original)) in self.ghost.iter().zip(&self.original).enumerate() {

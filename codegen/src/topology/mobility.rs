@@ -19,10 +19,11 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::{DMatrix, DVector};
 
 use super::closure::Closure;
+use super::sparse::Echelon;
 
 /// Largest residual of a closed configuration, relative to a loop's length.
 const CLOSED: f64 = 1e-12;
-/// Singular values below this fraction of the largest count as zero.
+/// What is left of a row below this fraction of the largest entry counts as zero.
 const RANK_TOLERANCE: f64 = 1e-7;
 /// Angles below this count as the flat state. At a double root the rounding error is its square.
 const FLAT: f64 = 1e-3;
@@ -30,6 +31,9 @@ const FLAT: f64 = 1e-3;
 const STEP: f64 = 0.1;
 /// Number of steps along a motion.
 const STEPS: usize = 12;
+/// The same for many joints. A large sheet that is folded far has singular values near zero, and rounding
+/// errors divided by them make redundant rows seem independent.
+const STEPS_OF_MANY: usize = 3;
 /// Ranges of random angles, used in turn: small angles follow the motions out of the flat state,
 /// large angles find closed configurations that no path connects with it.
 const SPREADS: [f64; 6] = [0.3, 0.8, 1.2, 0.1, 2.0, PI];
@@ -75,14 +79,7 @@ pub fn mobility(closure: &Closure, guess: &DVector<f64>) -> Mobility {
         } else if attempt % 2 == 1
             && let Some(best) = &best
         {
-            // Folding the hinges that the best sample leaves flat, and keeping most of the others,
-            // finds the motions that fold all hinges. In large sheets random angles are hardly ever
-            // near these.
-            for (angle, kept) in start.iter_mut().zip(best.q.iter()) {
-                if kept.abs() > FLAT && random.next() < 0.5 {
-                    *angle = *kept;
-                }
-            }
+            keep_folded(&mut start, &best.q, &mut random);
         }
         let Some(q) = assemble(closure, &start) else { continue };
         let q = within_turn(closure, q);
@@ -104,7 +101,9 @@ pub fn mobility(closure: &Closure, guess: &DVector<f64>) -> Mobility {
             best = Some(sample);
         }
         let unfolded = |best: &Sample| best.moves && best.q.iter().all(|q| q.abs() > FLAT);
-        if agreeing >= AGREEING && best.as_ref().is_some_and(unfolded) {
+        // Random angles of many joints hardly ever lead to a better state than the file's.
+        let enough = if guessed && n > MANY_JOINTS { 1 } else { AGREEING };
+        if agreeing >= enough && best.as_ref().is_some_and(unfolded) {
             break;
         }
     }
@@ -117,7 +116,19 @@ pub fn mobility(closure: &Closure, guess: &DVector<f64>) -> Mobility {
         isolated => {
             let beside = random_angles(closure, 1.0, &mut random);
             let assembled = isolated.map(|sample| sample.q).filter(|q| q.amax() > FLAT);
-            Mobility { rank: rank(&closure.twists(&beside)), mobility: 0, assembled }
+            Mobility { rank: eliminated(closure, &beside).rank(), mobility: 0, assembled }
+        }
+    }
+}
+
+/// Gives half the hinges that a sample folds their angles in the sample.
+///
+/// Folding the hinges that the best sample leaves flat, and keeping most of the others, finds the motions
+/// that fold all hinges. In large sheets random angles are hardly ever near these.
+fn keep_folded(start: &mut DVector<f64>, best: &DVector<f64>, random: &mut Random) {
+    for (angle, kept) in start.iter_mut().zip(best.iter()) {
+        if kept.abs() > FLAT && random.next() < 0.5 {
+            *angle = *kept;
         }
     }
 }
@@ -146,9 +157,10 @@ fn explore(closure: &Closure, start: DVector<f64>, random: &mut Random) -> Sampl
     let mut moves = false;
     let mut heading = q.clone();
     let mut in_limits = inside_limits(closure, &q);
-    for _ in 0..STEPS {
-        let null = null_space(&closure.twists(&q));
-        if null.ncols() == 0 {
+    let steps = if q.len() > MANY_JOINTS { STEPS_OF_MANY } else { STEPS };
+    for _ in 0..steps {
+        let echelon = eliminated(closure, &q);
+        if echelon.rank() == q.len() {
             break;
         }
         let mut stepped = None;
@@ -156,8 +168,7 @@ fn explore(closure: &Closure, start: DVector<f64>, random: &mut Random) -> Sampl
             if turn > 0 {
                 heading = random.vector(q.len(), 1.0);
             }
-            let direction = &null * null.tr_mul(&heading);
-            let Some(direction) = direction.try_normalize(1e-9) else { continue };
+            let Some(direction) = echelon.projected(&heading).try_normalize(1e-9) else { continue };
             let step = direction.scale(STEP / direction.amax());
             let Some(next) = assemble(closure, &(&q + &step)) else { continue };
             let moved = &next - &q;
@@ -177,7 +188,7 @@ fn explore(closure: &Closure, start: DVector<f64>, random: &mut Random) -> Sampl
         in_limits = inside_limits(closure, &next);
         q = next;
     }
-    let rank = rank(&closure.twists(&q));
+    let rank = eliminated(closure, &q).rank();
     Sample { q: within_turn(closure, q), rank, moves, guessed: false }
 }
 
@@ -185,12 +196,17 @@ fn explore(closure: &Closure, start: DVector<f64>, random: &mut Random) -> Sampl
 pub(super) fn assemble(closure: &Closure, start: &DVector<f64>) -> Option<DVector<f64>> {
     const ITERATIONS: usize = 120;
     let n = start.len();
+    if n > MANY_JOINTS
+        && let Some(q) = closed_by_newton(closure, start)
+    {
+        return Some(q);
+    }
     let mut q = start.clone();
     let mut trust = 1.0;
     for _ in 0..ITERATIONS {
         let (matrix, right, largest) = closure.normal_equations(&q);
         if largest <= CLOSED {
-            return Some(q);
+            return Some(polished(closure, q));
         }
         let squared = closure.squared_residual(&q);
         let mut accepted = false;
@@ -222,6 +238,48 @@ pub(super) fn assemble(closure: &Closure, start: &DVector<f64>) -> Option<DVecto
     None
 }
 
+/// Finds the closed configuration next to `start` by Newton's method, at a cost that grows with the number
+/// of entries. Returns nothing if a step does not help.
+fn closed_by_newton(closure: &Closure, start: &DVector<f64>) -> Option<DVector<f64>> {
+    const ITERATIONS: usize = 12;
+    let mut q = start.clone();
+    let mut squared = closure.squared_residual(&q);
+    for _ in 0..ITERATIONS {
+        if closure.largest_residual(&q) <= CLOSED {
+            return Some(polished(closure, q));
+        }
+        let echelon = Echelon::new(closure.gaps(&q), q.len(), RANK_TOLERANCE);
+        let solution = echelon.solution();
+        let step = &solution - echelon.projected(&solution);
+        let next = &q - step;
+        let left = closure.squared_residual(&next);
+        // Written so that NaN is no progress.
+        if !(4.0 * left < squared) {
+            return None;
+        }
+        (q, squared) = (next, left);
+    }
+    None
+}
+
+/// Takes Newton steps as long as they help, so that only rounding errors are left. The normal equations
+/// above leave more in large sheets, whose smallest singular values are small.
+fn polished(closure: &Closure, mut q: DVector<f64>) -> DVector<f64> {
+    const STEPS: usize = 4;
+    let mut squared = closure.squared_residual(&q);
+    for _ in 0..STEPS {
+        let echelon = Echelon::new(closure.gaps(&q), q.len(), RANK_TOLERANCE);
+        let next = &q - echelon.solution();
+        let left = closure.squared_residual(&next);
+        // Written so that NaN is no progress.
+        if !(4.0 * left < squared) {
+            break;
+        }
+        (q, squared) = (next, left);
+    }
+    q
+}
+
 /// Wraps the angles of joints without limits to half a turn.
 fn within_turn(closure: &Closure, mut q: DVector<f64>) -> DVector<f64> {
     for (column, angle) in q.iter_mut().enumerate() {
@@ -241,28 +299,9 @@ fn random_angles(closure: &Closure, spread: f64, random: &mut Random) -> DVector
     q
 }
 
-/// Returns the number of singular values that are not zero compared with the largest.
-fn rank(jacobian: &DMatrix<f64>) -> usize {
-    if jacobian.is_empty() {
-        return 0;
-    }
-    let values = jacobian.singular_values();
-    values.iter().filter(|value| **value > RANK_TOLERANCE * values.amax()).count()
-}
-
-/// Returns an orthonormal basis, as columns, of the motions that the closure allows to first order.
-fn null_space(jacobian: &DMatrix<f64>) -> DMatrix<f64> {
-    let n = jacobian.ncols();
-    // The matrix has at least as many rows as columns, so that the decomposition has all n right
-    // vectors.
-    let svd = jacobian.clone().resize(jacobian.nrows().max(n), n, 0.0).svd(false, true);
-    let Some(right) = svd.v_t else { return DMatrix::zeros(n, 0) };
-    let largest = svd.singular_values.amax();
-    let free: Vec<_> = (0..n)
-        .filter(|i| svd.singular_values[*i] <= RANK_TOLERANCE * largest)
-        .map(|i| right.row(i).transpose())
-        .collect();
-    if free.is_empty() { DMatrix::zeros(n, 0) } else { DMatrix::from_columns(&free) }
+/// Returns the elimination of the hinges' twists.
+fn eliminated(closure: &Closure, q: &DVector<f64>) -> Echelon {
+    Echelon::new(closure.twists(q), closure.joints.len(), RANK_TOLERANCE)
 }
 
 /// Deterministic pseudorandom numbers (Steele, Lea & Flood, "Fast splittable pseudorandom number

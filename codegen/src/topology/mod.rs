@@ -10,6 +10,7 @@ mod mobility;
 mod reduction;
 mod rounded;
 mod sides;
+mod sparse;
 #[cfg(test)]
 mod tests;
 mod tree;
@@ -38,8 +39,7 @@ pub fn build(mut mechanism: Mechanism) -> Result<Topology, Diagnostics> {
     warnings.extend(rounded::straighten(&mut mechanism));
     let (cuts, copies) = sides::shortest(&mechanism, &tree);
     let nodes: Vec<Node> = tree.nodes.iter().chain(&copies).cloned().collect();
-    let mut closing =
-        |cut: &Cut| closed_loop(&mechanism, &nodes, cut, &mut warnings);
+    let mut closing = |cut: &Cut| closed_loop(&mechanism, &nodes, cut, &mut warnings);
     let loops: Vec<Loop> = cuts.iter().map(&mut closing).collect();
     let whole = whole(&mechanism, &nodes, &loops, &mut warnings);
     let reduction = whole.assembled.as_ref().and_then(|q| {

@@ -23,7 +23,6 @@ pub use rk4::Rk4;
 pub(crate) use rk4::Stages;
 pub use rodas::Rodas;
 
-use crate::acceleration::acceleration_with_rank;
 use crate::projection::{project_stage, restore};
 use crate::{Arithmetic, Error, Mechanism, StateOf, acceleration_in_motion, project};
 
@@ -92,7 +91,7 @@ impl Stabilisation {
 /// singular state, division by a nearly lost constraint would make this error large. It is rarely
 /// needed, so it is not inlined.
 #[inline(never)]
-fn accelerate_beside<Y: Mechanism>(
+pub(super) fn accelerate_beside<Y: Mechanism>(
     system: &Y,
     (t, q, u): (Y::Scalar, &Y::Coordinates, &Y::Speeds),
     workspace: &mut [Y::Scalar],
@@ -100,7 +99,7 @@ fn accelerate_beside<Y: Mechanism>(
 ) -> Result<(), Error> {
     let (mut q, mut u) = (q.clone(), u.clone());
     project_stage(system, t, q.as_mut(), u.as_mut(), workspace)?;
-    acceleration_with_rank(system, (t, q.as_ref(), u.as_ref()), workspace, out)
+    acceleration_in_motion(system, t, q.as_ref(), u.as_ref(), workspace, out).map(|_| ())
 }
 
 /// Returns whether two states are equal, number by number.

@@ -13,7 +13,7 @@
 //! Steps end with a projection onto the closure, as everywhere.
 
 use super::steps::{Steps, first_step};
-use super::{Integrator, Stabilisation, strayed};
+use super::{Integrator, Stabilisation, accelerate_beside, strayed};
 use crate::jacobian::{Differentiated, differentiate};
 use crate::linear::{add_scaled, dot, reflect, set_scaled, solve, tolerance};
 use crate::projection::{project_stage, project_to_rounding};
@@ -103,7 +103,7 @@ pub struct Rodas<Y: Mechanism> {
     rate: Y::Coordinates,
     start: StateOf<Y>,
     end: StateOf<Y>,
-    /// Whether the step begins next to a singular state: the acceleration is then that of the nearest
+    /// Whether the step begins next to a singular state, or rows depend on each other: the acceleration is then that of the nearest
     /// closed state, at every stage, and its Jacobian, too.
     closed: bool,
     steps: Steps<Y::Scalar>,
@@ -263,7 +263,11 @@ impl<Y: Mechanism> Rodas<Y> {
         } else {
             let t = start.t + step * of(PLACE[stage]);
             let (q, u, out) = (&end.q, &end.u, &mut speeds[stage]);
-            if *closed {
+            let is_redundant = system.dimensions().rank < system.dimensions().rows;
+            if *closed && is_redundant {
+                let workspace = workspace.as_mut();
+                accelerate_beside(system, (t, q, u), workspace, out.as_mut())?;
+            } else if *closed {
                 let none = Y::Scalar::ZERO;
                 Stabilisation::Projection.accelerate(system, none, (t, q, u), workspace, out)?;
             } else {

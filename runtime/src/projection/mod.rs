@@ -106,6 +106,9 @@ pub(crate) fn project_stage<Y: Mechanism>(
     workspace: &mut [Y::Scalar],
 ) -> Result<(), Error> {
     check(system, workspace, &[q.len()], &[u.len()])?;
+    if directly(system, q, u, closed_to_rounding(system), workspace)?.is_some() {
+        return Ok(());
+    }
     let (mut closure, previous) = GaussNewton::new(system, t, q, u, workspace)?;
     let residual = closure.move_coordinates(system, q, false, previous)?;
     closure.move_speeds(system, u, Gap::of(system, residual))?;
@@ -143,7 +146,7 @@ fn directly<Y: Mechanism>(
     enough: Y::Scalar,
     mut workspace: &mut [Y::Scalar],
 ) -> Result<Option<Projected<Y::Scalar>>, Error> {
-    let Dimensions { coordinates, speeds: n, rows, loops, drives, .. } = system.dimensions();
+    let Dimensions { coordinates, speeds: n, rank, loops, drives, .. } = system.dimensions();
     if drives != 0 {
         return Ok(None);
     }
@@ -162,7 +165,7 @@ fn directly<Y: Mechanism>(
         // Written so that NaN is not closed.
         if residual.iter().all(|x| x.abs() <= enough) {
             subtract(u, speeds)?;
-            return Ok(Some(Projected { residual: max_abs(residual), rank: rows }));
+            return Ok(Some(Projected { residual: max_abs(residual), rank }));
         }
         // Written so that NaN is no progress.
         let size = max_abs(residual);

@@ -205,6 +205,7 @@ impl<S: Scalar> Mechanism for Tree<S> {
     fn dimensions(&self) -> Dimensions {
         Dimensions {
             rows: self.rows.len() * self.loops.len(),
+            rank: self.rows.len() * self.loops.len(),
             loops: self.loops.len(),
             bodies: self.bodies.len(),
             ..Dimensions::of_joints(self.bodies.len())

@@ -98,7 +98,8 @@ pub struct FourBar<S> {
     pub guess: [S; 4],
 }
 
-const FOURBAR: Dimensions = Dimensions { rows: 3, loops: 1, bodies: 4, ..Dimensions::of_joints(4) };
+const FOURBAR: Dimensions =
+    Dimensions { rows: 3, rank: 3, loops: 1, bodies: 4, ..Dimensions::of_joints(4) };
 
 impl<S: Scalar> FourBar<S> {
     /// Four different links of a few centimetres.

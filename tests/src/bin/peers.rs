@@ -13,7 +13,7 @@ use std::path::Path;
 
 use lamc::program::Interpreter;
 use lamc::source::Expression;
-use lamc::topology::{LoopClass, Topology};
+use lamc::topology::{LoopClass, Node, Topology};
 use lamc_runtime::{Mechanism, acceleration};
 use lamc_tests::chain::chain;
 use lamc_tests::compile;
@@ -112,9 +112,13 @@ fn numeric(topology: &Topology) -> Value {
             LoopClass::Spherical { centre } => Some(centre.as_slice().to_vec()),
             LoopClass::Planar { .. } | LoopClass::Spatial => None,
         };
+        // The peers close the loops of the tree, each at the joint that closes the short one.
+        let ghost = topology.nodes.iter().position(|node| node.joint == closed.joint);
+        let body = ghost.map(|ghost| topology.nodes[ghost].body);
+        let is_original = |node: &Node| Some(node.body) == body && node.ghost.is_none();
         json!({
-            "original": closed.original.index(),
-            "ghost": closed.ghost.index(),
+            "original": topology.nodes.iter().position(is_original),
+            "ghost": ghost,
             "class": closed.class.to_string(),
             "centre": centre,
             "points": closed.points.each_ref().map(|point| point.as_slice()),

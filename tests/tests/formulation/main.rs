@@ -15,6 +15,7 @@ mod near_flat;
 mod newton_euler;
 mod reference;
 mod regressions;
+mod sheets;
 mod shrink;
 mod size;
 mod warnings;

@@ -105,8 +105,9 @@ fn evaluations(program: &Program, syntax: &Syntax) -> TokenStream {
 fn dimensions(program: &Program) -> TokenStream {
     let interface = &program.interface;
     let n = number(interface.joints.len());
-    let [rows, loops, bodies, points, drives, parameters, inputs] = [
+    let [rows, rank, loops, bodies, points, drives, parameters, inputs] = [
         interface.rows,
+        interface.rank,
         interface.loops.len(),
         interface.bodies.len(),
         interface.points.len(),
@@ -118,7 +119,7 @@ fn dimensions(program: &Program) -> TokenStream {
     quote! {
         const DIMENSIONS: ::lamc_runtime::plumbing::Dimensions =
             ::lamc_runtime::plumbing::Dimensions {
-                coordinates: #n, speeds: #n, joints: #n, rows: #rows, loops: #loops,
+                coordinates: #n, speeds: #n, joints: #n, rows: #rows, rank: #rank, loops: #loops,
                 bodies: #bodies, points: #points, drives: #drives, parameters: #parameters,
                 inputs: #inputs,
             };

@@ -1,0 +1,149 @@
+//! Elimination of the closure with chosen pivots: N and p of a = N y + p.
+
+use std::collections::BTreeMap;
+
+use crate::kane::binder::Binder;
+use crate::kane::closure::Closure;
+use crate::kane::section::{Phase, Section};
+use crate::source::JointId;
+use crate::symbolic::Expr;
+use crate::topology::{Pivot, Reduction};
+
+/// The closure after its elimination.
+pub struct Elimination {
+    /// Pivots with the other entries of their row, by column.
+    rows: Vec<(Pivot, BTreeMap<usize, Expr>)>,
+    /// 1 / pivot.
+    inverse_pivots: Vec<Expr>,
+    /// Multiples of an earlier pivot row that were taken from each pivot row: its place and the factor.
+    factors: Vec<Vec<(usize, Expr)>>,
+    /// N, by joint, one number per independent joint.
+    pub null_space: Vec<Vec<Expr>>,
+}
+
+impl Elimination {
+    pub fn new(binder: &mut Binder, closure: &Closure, reduction: &Reduction) -> Self {
+        let phase = Section::mechanism(Phase::Elimination);
+        let n = binder.mechanism().joints.len();
+        let entries = |row: usize| -> BTreeMap<usize, Expr> {
+            let row = closure.jacobian[row * n..][..n].iter().enumerate();
+            row.filter(|(_, entry)| !entry.is_zero()).map(|(j, x)| (j, x.clone())).collect()
+        };
+        let mut waiting: Vec<_> =
+            reduction.pivots.iter().map(|&pivot| (pivot, entries(pivot.row))).collect();
+        let mut factors = vec![Vec::new(); waiting.len()];
+        let mut inverse_pivots = Vec::with_capacity(waiting.len());
+        for done in 0..waiting.len() {
+            let (head, later) = waiting.split_at_mut(done + 1);
+            let (Pivot { row, joint }, pivot_row) = &mut head[done];
+            let pivot = pivot_row.remove(&joint.index()).unwrap_or_else(Expr::zero);
+            let pivot = binder.bind(phase, format!("pivot_row{row}"), pivot);
+            let inverse = binder.bind(phase, format!("inverse_pivot_row{row}"), pivot.power(-1));
+            for (ahead, (Pivot { row: other, .. }, entries)) in later.iter_mut().enumerate() {
+                let Some(entry) = entries.remove(&joint.index()) else { continue };
+                let factor =
+                    binder.bind(phase, format!("factor_row{other}_{row}"), &entry * &inverse);
+                for (&column, value) in pivot_row.iter() {
+                    let name = &binder.mechanism().joints[column].name;
+                    let name = format!("row{other}_less_{row}_{name}");
+                    let entry = entries.entry(column).or_insert_with(Expr::zero);
+                    *entry = binder.bind(phase, name, &*entry - &(&factor * value));
+                }
+                factors[done + 1 + ahead].push((done, factor));
+            }
+            inverse_pivots.push(inverse);
+        }
+        let mut elimination =
+            Self { rows: waiting, inverse_pivots, factors, null_space: Vec::new() };
+        elimination.null_space = elimination.null_space(binder, reduction, n);
+        elimination
+    }
+
+    /// Returns the pivots in their order, with their inverses.
+    pub fn pivots(&self) -> impl Iterator<Item = (Pivot, &Expr)> {
+        self.rows.iter().map(|(pivot, _)| *pivot).zip(&self.inverse_pivots)
+    }
+
+    /// Returns the speed of a joint per unit of each independent speed.
+    pub fn speeds_by(&self, joint: JointId) -> &[Expr] {
+        &self.null_space[joint.index()]
+    }
+
+    fn null_space(&self, binder: &mut Binder, reduction: &Reduction, n: usize) -> Vec<Vec<Expr>> {
+        let d = reduction.independent.len();
+        let mut table = vec![vec![Expr::zero(); d]; n];
+        for (k, joint) in reduction.independent.iter().enumerate() {
+            table[joint.index()][k] = Expr::one();
+        }
+        let section = Section::mechanism(Phase::NullSpace);
+        for ((Pivot { joint, .. }, row), inverse) in
+            self.rows.iter().zip(&self.inverse_pivots).rev()
+        {
+            for k in 0..d {
+                let mut sum = Expr::zero();
+                for (&column, value) in row {
+                    sum = &sum - &(value * &table[column][k]);
+                }
+                let name = format!("{}_by_{k}", binder.mechanism().joints[joint.index()].name);
+                table[joint.index()][k] = binder.bind(section, name, inverse * &sum);
+            }
+        }
+        table
+    }
+
+    /// Returns p, by joint, with zeros for the independent joints, for b by row.
+    pub fn solve(&self, binder: &mut Binder, wanted: &[Expr], name: &str) -> Vec<Expr> {
+        let section = Section::mechanism(Phase::DependentPart);
+        let mut right: Vec<Expr> = Vec::with_capacity(self.rows.len());
+        for ((Pivot { row, .. }, _), factors) in self.rows.iter().zip(&self.factors) {
+            let mut sum = wanted[*row].clone();
+            for (earlier, factor) in factors {
+                sum = &sum - &(factor * &right[*earlier]);
+            }
+            right.push(binder.bind(section, format!("{name}_row{row}"), sum));
+        }
+        let mut solution = vec![Expr::zero(); self.null_space.len()];
+        for (at, (Pivot { joint, .. }, row)) in self.rows.iter().enumerate().rev() {
+            let mut sum = right[at].clone();
+            for (&column, value) in row {
+                sum = &sum - &(value * &solution[column]);
+            }
+            let name = format!("{name}_{}", binder.mechanism().joints[joint.index()].name);
+            solution[joint.index()] = binder.bind(section, name, &self.inverse_pivots[at] * &sum);
+        }
+        solution
+    }
+
+    /// Returns p + `sign` N y, by joint.
+    pub fn combined(
+        &self,
+        binder: &mut Binder,
+        given: &[Expr],
+        y: &[Expr],
+        name: &str,
+        sign: f64,
+    ) -> Vec<Expr> {
+        let section = Section::mechanism(Phase::Combination);
+        let mut solution = Vec::with_capacity(given.len());
+        for (joint, (given, row)) in given.iter().zip(&self.null_space).enumerate() {
+            let mut sum = given.clone();
+            for (n, y) in row.iter().zip(y) {
+                let term = n * y;
+                sum = if sign < 0.0 { &sum - &term } else { &sum + &term };
+            }
+            let name = format!("{name}_{}", binder.mechanism().joints[joint].name);
+            solution.push(binder.bind(section, name, sum));
+        }
+        solution
+    }
+}
+
+/// Returns N^T x.
+pub fn transposed(null_space: &[Vec<Expr>], x: &[Expr]) -> Vec<Expr> {
+    let d = null_space.first().map_or(0, Vec::len);
+    let sum = |k: usize| {
+        let terms = null_space.iter().zip(x).map(|(row, x)| &row[k] * x);
+        terms.fold(Expr::zero(), |sum, term| &sum + &term)
+    };
+    (0..d).map(sum).collect()
+}

@@ -1,0 +1,231 @@
+//! Inertia of the independent speeds: N^T M N and its factor.
+
+use super::elimination::{Elimination, transposed};
+use super::folded;
+use crate::kane::binder::Binder;
+use crate::kane::inertia::Inertias;
+use crate::kane::kinematics::Kinematics;
+use crate::kane::mass::MassMatrix;
+use crate::kane::section::{Phase, Section};
+use crate::kane::vector::{Vector, add, cross, dot, zero};
+use crate::kane::wrench::Wrench;
+use crate::symbolic::{Expr, Function};
+use crate::topology::Reduction;
+
+/// Number of independent speeds up to which N^T M N is summed over the bodies' velocities; for more of
+/// them it is computed from M.
+const FEW: usize = 2;
+
+/// N^T M N, factored, and what else of M is needed.
+pub struct Inertia {
+    /// L below its diagonal, by rows.
+    lower: Vec<Vec<Expr>>,
+    inverse_pivots: Vec<Expr>,
+    moving: Moving,
+}
+
+/// The columns of N as motions of the bodies, with their momenta, or M N.
+enum Moving {
+    /// By independent joint, by node.
+    Bodies(Vec<Vec<(Twist, Wrench)>>),
+    /// By joint, one number per independent joint.
+    Joints(Vec<Vec<Expr>>),
+}
+
+/// Angular velocity and velocity of the origin of a node's frame, in its components.
+#[derive(Clone)]
+struct Twist {
+    omega: Vector,
+    velocity: Vector,
+}
+
+impl Inertia {
+    pub fn new(
+        binder: &mut Binder,
+        kinematics: &Kinematics,
+        inertias: &Inertias,
+        elimination: &Elimination,
+        reduction: &Reduction,
+    ) -> Self {
+        let table = &elimination.null_space;
+        let d = reduction.independent.len();
+        let moving = if d <= FEW {
+            let column = |k: usize| table.iter().map(|row| row[k].clone()).collect::<Vec<_>>();
+            let mut columns = Vec::new();
+            for k in 0..d {
+                let name = format!("partial{k}");
+                let twists = twists(binder, kinematics, &column(k), &name);
+                columns.push(with_momenta(binder, kinematics, inertias, twists, &name));
+            }
+            Moving::Bodies(columns)
+        } else {
+            Moving::Joints(products(binder, kinematics, inertias, table))
+        };
+        let mut entries = vec![vec![Expr::zero(); d]; d];
+        for k in 0..d {
+            for l in 0..=k {
+                entries[k][l] = match &moving {
+                    Moving::Bodies(columns) => columns[k]
+                        .iter()
+                        .zip(&columns[l])
+                        .fold(Expr::zero(), |sum, ((twist, _), (_, momentum))| {
+                            &sum + &twist.with(momentum)
+                        }),
+                    Moving::Joints(products) => table
+                        .iter()
+                        .zip(products)
+                        .fold(Expr::zero(), |sum, (n, mn)| &sum + &(&n[k] * &mn[l])),
+                };
+            }
+        }
+        let (lower, inverse_pivots) = factored(binder, entries);
+        Self { lower, inverse_pivots, moving }
+    }
+
+    /// Returns the least of 1 / D.
+    pub fn least_inverse_pivot(&self, binder: &mut Binder) -> Expr {
+        folded(binder, Function::Min, "inverse_inertia", self.inverse_pivots.clone())
+    }
+
+    /// Returns N^T M x.
+    pub fn momentum(
+        &self,
+        binder: &mut Binder,
+        kinematics: &Kinematics,
+        x: &[Expr],
+        name: &str,
+    ) -> Vec<Expr> {
+        match &self.moving {
+            Moving::Bodies(columns) => {
+                let twists = twists(binder, kinematics, x, &format!("closing_{name}"));
+                let product = |column: &Vec<(Twist, Wrench)>| {
+                    let pairs = twists.iter().zip(column);
+                    pairs.fold(Expr::zero(), |sum, (x, (_, momentum))| &sum + &x.with(momentum))
+                };
+                columns.iter().map(product).collect()
+            }
+            Moving::Joints(products) => transposed(products, x),
+        }
+    }
+
+    /// Returns (N^T M N)^-1 b.
+    pub fn solve(&self, binder: &mut Binder, mut b: Vec<Expr>, name: &str) -> Vec<Expr> {
+        let section = Section::mechanism(Phase::IndependentAcceleration);
+        let d = b.len();
+        for k in 0..d {
+            let mut sum = b[k].clone();
+            for l in 0..k {
+                sum = &sum - &(&self.lower[k][l] * &b[l]);
+            }
+            b[k] = binder.bind(section, format!("reduced_{name}_{k}"), sum);
+        }
+        for k in (0..d).rev() {
+            let mut sum = &self.inverse_pivots[k] * &b[k];
+            for l in k + 1..d {
+                sum = &sum - &(&self.lower[l][k] * &b[l]);
+            }
+            b[k] = binder.bind(section, format!("{name}_{k}"), sum);
+        }
+        b
+    }
+}
+
+/// Returns L and 1 / D of a symmetric matrix L D L^T.
+fn factored(binder: &mut Binder, mut entries: Vec<Vec<Expr>>) -> (Vec<Vec<Expr>>, Vec<Expr>) {
+    let section = Section::mechanism(Phase::IndependentInertia);
+    let d = entries.len();
+    let mut lower = vec![vec![Expr::zero(); d]; d];
+    let mut inverse_pivots = Vec::with_capacity(d);
+    for k in 0..d {
+        for row in k..d {
+            let mut sum = entries[row][k].clone();
+            for earlier in 0..k {
+                // lower holds L D until the column is divided.
+                sum = &sum - &(&lower[row][earlier] * &entries[k][earlier]);
+            }
+            entries[row][k] = binder.bind(section, format!("inertia_{row}_{k}"), sum);
+        }
+        let inverse = entries[k][k].power(-1);
+        let inverse = binder.bind(section, format!("inverse_inertia_{k}"), inverse);
+        for row in k + 1..d {
+            let value = &entries[row][k] * &inverse;
+            lower[row][k] = binder.bind(section, format!("lower_{row}_{k}"), value);
+        }
+        inverse_pivots.push(inverse);
+    }
+    (lower, inverse_pivots)
+}
+
+/// Returns M N.
+fn products(
+    binder: &mut Binder,
+    kinematics: &Kinematics,
+    inertias: &Inertias,
+    table: &[Vec<Expr>],
+) -> Vec<Vec<Expr>> {
+    let mass = MassMatrix::new(binder, kinematics, inertias);
+    let section = Section::mechanism(Phase::IndependentInertia);
+    let n = table.len();
+    let mut products = Vec::with_capacity(n);
+    for (joint, row) in mass.entries().chunks_exact(n).enumerate() {
+        let name = binder.mechanism().joints[joint].name.clone();
+        products.push(
+            transposed(table, row)
+                .into_iter()
+                .enumerate()
+                .map(|(k, x)| binder.bind(section, format!("momentum_{name}_by_{k}"), x))
+                .collect(),
+        );
+    }
+    products
+}
+
+impl Twist {
+    /// Returns w . n + v . f.
+    fn with(&self, momentum: &Wrench) -> Expr {
+        &dot(&self.omega, &momentum.moment) + &dot(&self.velocity, &momentum.force)
+    }
+}
+
+/// Returns the velocities of the nodes of the tree at speeds u, by node.
+fn twists(binder: &mut Binder, kinematics: &Kinematics, u: &[Expr], name: &str) -> Vec<Twist> {
+    let phase = Phase::NullSpaceMotion;
+    let mut twists: Vec<Twist> = Vec::with_capacity(kinematics.links().len());
+    for link in kinematics.links() {
+        let rate = &u[link.joint.index()];
+        let (above, carried) = match link.parent {
+            None => (zero(), zero()),
+            Some(parent) => {
+                let Twist { omega, velocity } = &twists[parent.index()];
+                (omega.clone(), add(velocity, &cross(omega, &link.offset)))
+            }
+        };
+        let [x, y, z] = link.down(binder, phase, &format!("{name}_omega"), &above);
+        let omega = binder.vector(link.node, phase, &format!("{name}_omega"), [&x + rate, y, z]);
+        let carried =
+            binder.vector(link.node, phase, &format!("{name}_velocity_in_parent"), carried);
+        let velocity = link.down(binder, phase, &format!("{name}_velocity"), &carried);
+        let velocity = binder.vector(link.node, phase, &format!("{name}_velocity"), velocity);
+        twists.push(Twist { omega, velocity });
+    }
+    twists
+}
+
+fn with_momenta(
+    binder: &mut Binder,
+    kinematics: &Kinematics,
+    inertias: &Inertias,
+    twists: Vec<Twist>,
+    name: &str,
+) -> Vec<(Twist, Wrench)> {
+    let links = kinematics.links().iter().zip(inertias.minimal());
+    links
+        .zip(twists)
+        .map(|((link, inertia), twist)| {
+            let momentum = inertia.wrench(&twist.omega, &twist.velocity);
+            let name = format!("{name}_momentum");
+            let momentum = binder.wrench(link.node, Phase::NullSpaceMotion, &name, momentum);
+            (twist, momentum)
+        })
+        .collect()
+}

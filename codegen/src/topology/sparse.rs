@@ -1,0 +1,159 @@
+//! Rank and null space of the hinges' twists around loops, by sparse elimination row by row.
+//!
+//! A loop has entries only for its own hinges, so the rows of a sheet stay short. The pivot of a row is
+//! its largest entry after the earlier pivot rows are taken from it.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::arithmetic::larger;
+
+/// Pivots are at first at least this fraction of the largest entry, then this fraction of that, and so on.
+const STEP: f64 = 0.1;
+
+/// Entries of a row by column. A column beyond those of the matrix is the right-hand side.
+pub type Row = BTreeMap<usize, f64>;
+
+/// Rows in echelon form.
+pub struct Echelon {
+    columns: usize,
+    /// Pivot column and the row divided by its pivot, without the pivot.
+    rows: Vec<(usize, Row)>,
+}
+
+impl Echelon {
+    /// Eliminates rows of so many columns. What remains of a row counts as zero up to `tolerance` times
+    /// the largest entry of all rows.
+    pub fn new(rows: Vec<Row>, columns: usize, tolerance: f64) -> Self {
+        let scale = rows
+            .iter()
+            .filter_map(|row| largest(row, columns))
+            .map(|(_, x)| x.abs())
+            .fold(0.0, larger);
+        let mut echelon = Self { columns, rows: Vec::new() };
+        let mut place: Vec<Option<usize>> = vec![None; columns];
+        let mut waiting = rows;
+        // Rows with small pivots come last, because division by them enlarges rounding errors.
+        let mut least = 1.0;
+        while least > tolerance {
+            least = (STEP * least).max(tolerance);
+            for mut row in std::mem::take(&mut waiting) {
+                echelon.reduce(&mut row, &place);
+                match largest(&row, columns).filter(|(_, x)| x.abs() > least * scale) {
+                    None => waiting.push(row),
+                    Some((pivot, value)) => {
+                        row.remove(&pivot);
+                        row.values_mut().for_each(|x| *x /= value);
+                        place[pivot] = Some(echelon.rows.len());
+                        echelon.rows.push((pivot, row));
+                    }
+                }
+            }
+        }
+        echelon
+    }
+
+    /// Takes multiples of the pivot rows from a row, so that it has no entries in their columns. `place`
+    /// is the pivot row of each column.
+    fn reduce(&self, row: &mut Row, place: &[Option<usize>]) {
+        // Pivot rows have entries in columns of later pivot rows only.
+        let pivot_row = |column: &usize| place.get(*column).copied().flatten();
+        while let Some(first) = row.keys().filter_map(pivot_row).min() {
+            let (pivot, pivot_row) = &self.rows[first];
+            let Some(factor) = row.remove(pivot) else { break };
+            for (column, value) in pivot_row {
+                *row.entry(*column).or_default() -= factor * value;
+            }
+        }
+    }
+
+    /// Returns the number of independent rows.
+    pub fn rank(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Returns the projections of vectors onto the null space: for each the nearest vector x with
+    /// J x = 0.
+    pub fn projected(&self, vector: &DVector<f64>) -> DVector<f64> {
+        let basis = self.null_space();
+        if basis.ncols() == 0 {
+            return DVector::zeros(self.columns);
+        }
+        let products = basis.tr_mul(&basis);
+        let along = products.cholesky().map(|factors| factors.solve(&basis.tr_mul(vector)));
+        along.map_or_else(|| DVector::zeros(self.columns), |along| &basis * along)
+    }
+
+    /// Returns the x with J x = b that is zero in the columns without pivot.
+    pub fn solution(&self) -> DVector<f64> {
+        let mut x = DVector::zeros(self.columns);
+        for (pivot, row) in self.rows.iter().rev() {
+            let (within, right) = (row.range(..self.columns), row.get(&self.columns));
+            let sum: f64 = within.map(|(column, value)| value * x[*column]).sum();
+            x[*pivot] = right.unwrap_or(&0.0) - sum;
+        }
+        x
+    }
+
+    /// Returns a basis of the null space, as columns.
+    fn null_space(&self) -> DMatrix<f64> {
+        let mut is_pivot = vec![false; self.columns];
+        self.rows.iter().for_each(|(pivot, _)| is_pivot[*pivot] = true);
+        let free: Vec<usize> = (0..self.columns).filter(|column| !is_pivot[*column]).collect();
+        // Columns of the transposed basis belong to the columns of J, so each is contiguous.
+        let mut basis: DMatrix<f64> = DMatrix::zeros(free.len(), self.columns);
+        for (k, column) in free.iter().enumerate() {
+            basis[(k, *column)] = 1.0;
+        }
+        for (pivot, row) in self.rows.iter().rev() {
+            let mut sum = DVector::zeros(free.len());
+            for (column, value) in row.range(..self.columns) {
+                sum.axpy(-value, &basis.column(*column), 1.0);
+            }
+            basis.set_column(*pivot, &sum);
+        }
+        basis.transpose()
+    }
+}
+
+/// Returns the entry of largest magnitude in the columns of the matrix.
+fn largest(row: &Row, columns: usize) -> Option<(usize, f64)> {
+    let entries = row.range(..columns).map(|(&column, &value)| (column, value));
+    entries.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows(matrix: &DMatrix<f64>) -> Vec<Row> {
+        let entries = |i: usize| matrix.row(i).iter().copied().enumerate().collect::<Row>();
+        (0..matrix.nrows()).map(entries).collect()
+    }
+
+    #[test]
+    fn rank_and_null_space_are_those_of_the_factors() {
+        for rank in 0..5_usize {
+            let left = DMatrix::from_fn(7, rank, |i, j| ((i * i + 3 * j * j * i + j) as f64).sin());
+            let right = DMatrix::from_fn(rank, 6, |i, j| ((i * j * j + 2 * j + i) as f64).cos());
+            let matrix = left * &right;
+            let echelon = Echelon::new(rows(&matrix), 6, 1e-9);
+            assert_eq!(echelon.rank(), rank);
+            let vector = DVector::from_fn(6, |i, _| (i as f64).exp());
+            let nearest = echelon.projected(&vector);
+            assert!((&right * &nearest).amax() <= 1e-9, "rank {rank}");
+            let mut equations = rows(&matrix);
+            let right = &matrix * &vector;
+            equations.iter_mut().zip(&right).for_each(|(row, b)| {
+                row.insert(6, *b);
+            });
+            let solution = Echelon::new(equations, 6, 1e-9).solution();
+            assert!((&matrix * solution - right).amax() <= 1e-9);
+            // What was taken away is a combination of the rows.
+            let removed = &vector - &nearest;
+            assert!(removed.dot(&nearest).abs() <= 1e-9 * vector.norm_squared());
+            assert!((echelon.projected(&nearest) - &nearest).amax() <= 1e-9 * vector.norm());
+        }
+    }
+}
