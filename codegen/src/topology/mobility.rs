@@ -262,6 +262,20 @@ fn closed_by_newton(closure: &Closure, start: &DVector<f64>) -> Option<DVector<f
     None
 }
 
+/// Returns the configuration next to `start` in which the loops close as far as rows allow whose pivots
+/// are not small: rows that only rounding makes independent stay open.
+pub(super) fn nearly_closed(closure: &Closure, start: &DVector<f64>) -> DVector<f64> {
+    const ITERATIONS: usize = 10;
+    const SMALL: f64 = 2e-2;
+    let mut q = start.clone();
+    for _ in 0..ITERATIONS {
+        let echelon = Echelon::new(closure.gaps(&q), q.len(), SMALL);
+        let solution = echelon.solution();
+        q -= &solution - echelon.projected(&solution);
+    }
+    q
+}
+
 /// Takes Newton steps as long as they help, so that only rounding errors are left. The normal equations
 /// above leave more in large sheets, whose smallest singular values are small.
 fn polished(closure: &Closure, mut q: DVector<f64>) -> DVector<f64> {

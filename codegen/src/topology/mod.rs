@@ -19,12 +19,13 @@ pub use graph::*;
 
 use nalgebra::DVector;
 
-use crate::laminate::Mechanism;
+use crate::laminate::{Joint, Mechanism};
 use crate::source::codes;
 use crate::source::{Diagnostic, Diagnostics, JointId};
 use class::HingeLines;
 use closure::Closure;
 use mobility::mobility;
+use rounded::Vertex;
 use tree::Cut;
 
 /// Makes nearly parallel and concurrent hinge lines exact, grows a spanning tree, cuts the loops
@@ -35,13 +36,19 @@ use tree::Cut;
 /// bodies that no chain of joints connects with the ground.
 pub fn build(mut mechanism: Mechanism) -> Result<Topology, Diagnostics> {
     let tree = inertia::grow(&mechanism)?;
-    let mut warnings = Diagnostics::default();
-    warnings.extend(rounded::straighten(&mut mechanism));
+    let drawn = mechanism.joints.clone();
+    rounded::straighten(&mut mechanism);
     let (cuts, copies) = sides::shortest(&mechanism, &tree);
     let nodes: Vec<Node> = tree.nodes.iter().chain(&copies).cloned().collect();
-    let mut closing = |cut: &Cut| closed_loop(&mechanism, &nodes, cut, &mut warnings);
-    let loops: Vec<Loop> = cuts.iter().map(&mut closing).collect();
-    let whole = whole(&mechanism, &nodes, &loops, &mut warnings);
+    let mut found = Found::new(&mechanism, &nodes, &cuts);
+    if let Some(joints) = unlocked(&mechanism, &drawn, &nodes, &found.loops) {
+        mechanism.joints = joints;
+        found = Found::new(&mechanism, &nodes, &cuts);
+    }
+    let Found { loops, whole, warnings: found } = found;
+    let mut warnings = Diagnostics::default();
+    warnings.extend(rounded::report(&mechanism, &drawn));
+    warnings.extend(found.0);
     let reduction = whole.assembled.as_ref().and_then(|q| {
         let joints: Vec<JointId> = (0..mechanism.joints.len()).map(JointId).collect();
         let closure = Closure::new(&mechanism, &nodes, &loops, joints);
@@ -61,6 +68,72 @@ pub fn build(mut mechanism: Mechanism) -> Result<Topology, Diagnostics> {
         warnings,
         mechanism,
     })
+}
+
+/// The loops of a mechanism, and how they move.
+struct Found {
+    loops: Vec<Loop>,
+    whole: Whole,
+    warnings: Diagnostics,
+}
+
+impl Found {
+    fn new(mechanism: &Mechanism, nodes: &[Node], cuts: &[Cut]) -> Self {
+        let mut warnings = Diagnostics::default();
+        let closing = |cut: &Cut| closed_loop(mechanism, nodes, cut, &mut warnings);
+        let loops: Vec<Loop> = cuts.iter().map(closing).collect();
+        let whole = whole(mechanism, nodes, &loops, &mut warnings);
+        Self { loops, whole, warnings }
+    }
+}
+
+/// Angles of the states at which a sheet that locks is made to close, over those of the file's guess.
+const FOLDS: [f64; 4] = [1.0, 0.7, 0.4, 1.2];
+
+/// Loops are open that are open by more than this, over their length, next to the file's guess.
+const OPEN: f64 = 1e-10;
+
+/// Returns the joints after the least movement within the drawing's tolerance with which vertices move
+/// that lock each other as drawn; nothing if they do not, or if the file has no guess of a folded state.
+fn unlocked(
+    mechanism: &Mechanism,
+    drawn: &[Joint],
+    nodes: &[Node],
+    loops: &[Loop],
+) -> Option<Vec<Joint>> {
+    let moving: Vec<usize> = (0..loops.len()).filter(|index| loops[*index].mobility > 0).collect();
+    if mechanism.tolerance <= 0.0 || moving.len() < 2 {
+        return None;
+    }
+    let vertices = moving.iter().map(|index| vertex(&loops[*index], nodes));
+    let vertices: Vec<Vertex> = vertices.collect::<Option<_>>()?;
+    let joints: Vec<JointId> = (0..mechanism.joints.len()).map(JointId).collect();
+    let closure = Closure::new(mechanism, nodes, chosen(loops, &moving), joints.clone());
+    let guess = guess(mechanism, &closure);
+    if guess.amax() == 0.0 {
+        return None;
+    }
+    let states = FOLDS.map(|fold| mobility::nearly_closed(&closure, &(&guess * fold)));
+    if closure.largest_residual(&states[0]) <= OPEN {
+        return None;
+    }
+    let moved = rounded::unlocked(mechanism, drawn, &vertices, &states)?;
+    let mechanism = Mechanism { joints: moved, ..mechanism.clone() };
+    let closure = Closure::new(&mechanism, nodes, chosen(loops, &moving), joints);
+    let state = mobility::nearly_closed(&closure, &guess);
+    (closure.largest_residual(&state) <= OPEN).then_some(mechanism.joints)
+}
+
+/// Returns a spherical loop as a vertex: its hinges in order, along one side and back along the other.
+fn vertex(closed: &Loop, nodes: &[Node]) -> Option<Vertex> {
+    let LoopClass::Spherical { centre } = closed.class else { return None };
+    let hinge = |node: &NodeId, along: f64| {
+        let Node { joint, sense, .. } = nodes[node.index()];
+        (joint.index(), along * sense)
+    };
+    let there = closed.sides[0].iter().map(|node| hinge(node, 1.0));
+    let back = closed.sides[1].iter().rev().map(|node| hinge(node, -1.0));
+    Some(Vertex { hinges: there.chain(back).collect(), centre: centre.xy() })
 }
 
 /// Warns of more prescribed joints than degrees of freedom.

@@ -247,9 +247,8 @@ impl<'a> Problem<'a> {
                 Common::Point => {
                     let point = Vector2::new(self.x[*start], self.x[start + 1]);
                     for &i in members {
-                        let (mut row, value) = self.through(i, &point);
-                        let along = moved(i).1 / self.lines[i].length;
-                        row.extend([(*start, -along.y), (start + 1, along.x)]);
+                        let (mut row, by_point, value) = self.through(i, &point);
+                        row.extend([(*start, by_point.x), (start + 1, by_point.y)]);
                         rows.push((row, value));
                     }
                 }
@@ -259,7 +258,7 @@ impl<'a> Problem<'a> {
                     let along = moved(i).1 / self.lines[i].length;
                     let shift = cross(&along, &self.lines[j].normal);
                     for (end, point) in [from, from + to].into_iter().enumerate() {
-                        let (mut row, value) = self.through(i, &point);
+                        let (mut row, _, value) = self.through(i, &point);
                         row.push((2 * j + end, shift));
                         rows.push((row, value));
                     }
@@ -275,15 +274,12 @@ impl<'a> Problem<'a> {
         (matrix, values)
     }
 
-    /// Returns the distance of a point from the moved line i, with its derivatives by the ends of
-    /// i.
-    fn through(&self, i: usize, point: &Vector2<f64>) -> (Vec<(usize, f64)>, f64) {
-        let line = self.lines[i];
-        let (from, along) = line.moved([self.x[2 * i], self.x[2 * i + 1]]);
-        let arm = point - from;
-        let turn = cross(&line.normal, &arm) / line.length;
-        let shift = cross(&along, &line.normal) / line.length;
-        (vec![(2 * i, -turn - shift), (2 * i + 1, turn)], cross(&along, &arm) / line.length)
+    /// Returns the distance of a point from the moved line i, with its derivatives by the ends of i and by
+    /// the point.
+    fn through(&self, i: usize, point: &Vector2<f64>) -> (Vec<(usize, f64)>, Vector2<f64>, f64) {
+        let moves = [self.x[2 * i], self.x[2 * i + 1]];
+        let ([from, to], by_point, value) = self.lines[i].through(moves, point);
+        (vec![(2 * i, from), (2 * i + 1, to)], by_point, value)
     }
 
     fn raise_weights(&mut self, strains: &[f64]) {

@@ -61,6 +61,17 @@ impl Line {
         (from, self.ends[1] - self.ends[0] + self.normal * (second - first))
     }
 
+    /// Returns the distance of a point from the moved line, with its derivatives by the movements of both
+    /// ends and by the point.
+    pub fn through(&self, moves: [f64; 2], point: &Vector2<f64>) -> ([f64; 2], Vector2<f64>, f64) {
+        let (from, along) = self.moved(moves);
+        let arm = point - from;
+        let turn = cross(&self.normal, &arm) / self.length;
+        let shift = cross(&along, &self.normal) / self.length;
+        let by_point = Vector2::new(-along.y, along.x) / self.length;
+        ([-turn - shift, turn], by_point, cross(&along, &arm) / self.length)
+    }
+
     /// Returns the distance of a point from the line as drawn, m.
     pub fn distance(&self, point: &Vector2<f64>) -> f64 {
         (point - self.ends[0]).dot(&self.normal).abs()

@@ -11,11 +11,15 @@
 mod fit;
 mod line;
 mod place;
+mod sheet;
 
 use std::collections::BTreeSet;
 
+use nalgebra::DVector;
+
 use self::fit::{Bundle, Common, WITHIN};
 use self::line::Line;
+pub use self::sheet::Vertex;
 use super::class::{self, CONCURRENT, PARALLEL};
 use super::cycles;
 use crate::arithmetic::largest;
@@ -50,22 +54,39 @@ impl Found {
     }
 }
 
-/// Makes relations of hinge lines that hold within the tolerance exact, and reports the largest
-/// movement.
-pub fn straighten(mechanism: &mut Mechanism) -> Option<Diagnostic> {
+/// Makes relations of hinge lines that hold within the tolerance exact.
+pub fn straighten(mechanism: &mut Mechanism) {
     if mechanism.tolerance <= 0.0 {
-        return None;
+        return;
     }
-    let drawn = mechanism.joints.clone();
     let drawing = Drawing::new(mechanism);
-    for group in connected(drawing.everything_found(mechanism), drawn.len()) {
+    let groups = connected(drawing.everything_found(mechanism), mechanism.joints.len());
+    for group in groups {
         drawing.make_exact(&mut mechanism.joints, group);
     }
+}
+
+/// Returns the joints after the least movement within the tolerance with which vertices that lock each other
+/// move together, if there is one. `drawn` are the joints as drawn, `states` nearly closed configurations.
+pub fn unlocked(
+    mechanism: &Mechanism,
+    drawn: &[Joint],
+    vertices: &[Vertex],
+    states: &[DVector<f64>],
+) -> Option<Vec<Joint>> {
+    let Mechanism { joints, tolerance, size, .. } = mechanism;
+    let lines: Vec<Line> = drawn.iter().map(|joint| Line::new(joint, *tolerance)).collect();
+    sheet::unlocked(joints, &lines, vertices, states, *size)
+}
+
+/// Reports the largest movement of a hinge line from where it is drawn.
+pub fn report(mechanism: &Mechanism, drawn: &[Joint]) -> Option<Diagnostic> {
     let moved = drawn.iter().zip(&mechanism.joints).map(|(before, after)| movement(before, after));
     let (farthest, most) = moved.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
     (most > UNNOTICED * mechanism.size).then(|| {
         let message = format!(
-            "hinge lines were moved by at most {} to be exactly parallel, concurrent or in line",
+            "hinge lines were moved by at most {} to be exactly parallel, concurrent or in line, or \
+             to close all loops together",
             class::millimetres(most)
         );
         let tolerance = class::millimetres(mechanism.tolerance);

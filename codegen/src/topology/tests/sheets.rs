@@ -2,7 +2,8 @@
 
 use crate::topology::LoopClass;
 
-use super::{Hinge, codes, hinge, largest_gap, topology};
+use super::{Hinge, codes, hinge, largest_gap, mechanism, topology};
+use crate::topology::build;
 
 /// A Miura-ori sheet of n x n facets: parallelograms in columns that zigzag.
 fn miura(n: usize) -> Vec<Hinge> {
@@ -45,5 +46,60 @@ fn miura_sheets_have_one_degree_of_freedom() {
         assert!(largest_gap(&topology, q) < 1e-10);
         // The Miura motion folds every crease; larger sheets have many others of its rank.
         assert!(n > 4 || q.iter().all(|q| q.abs() > 1e-2), "{q:?}");
+    }
+}
+
+/// The angles of a Miura sheet whose zigzag creases are folded by `zigzag`, in the order of its hinges.
+fn folded(n: usize, zigzag: f64) -> Vec<f64> {
+    let corner = 1.0_f64.atan2(0.6);
+    let straight = 2.0 * (corner.cos() * (zigzag / 2.0).tan()).atan();
+    let sign = |even: bool| if even { 1.0 } else { -1.0 };
+    let mut angles = Vec::new();
+    for row in 0..n {
+        for column in 0..n {
+            if column + 1 < n {
+                angles.push(sign(column % 2 == 0) * zigzag);
+            }
+            if row + 1 < n {
+                angles.push(sign((row + column) % 2 == 0) * straight);
+            }
+        }
+    }
+    angles
+}
+
+/// A sheet whose drawing is turned and rounded moves, by hinge lines that move less than the rounding.
+#[test]
+fn rounded_miura_sheets_move() {
+    for (n, degrees, decimals) in
+        [(3, 37.3, 4), (3, 0.0, 2), (4, 71.0, 12), (6, 37.3, 2), (6, 123.4, 3), (10, 11.0, 6)]
+    {
+        let (sin, cos) = f64::to_radians(degrees).sin_cos();
+        let unit = 10.0_f64.powi(-decimals);
+        let rounded = |x: f64| (x / unit).round() * unit;
+        // Plates of 30 mm, in mm.
+        let turned = |[x, y]: [f64; 2]| {
+            [rounded(30.0 * (cos * x - sin * y)), rounded(30.0 * (sin * x + cos * y))]
+        };
+        let mut hinges = miura(n);
+        hinges.iter_mut().for_each(|hinge| hinge.line = hinge.line.map(turned));
+        let mut drawn = mechanism(&hinges);
+        drawn.tolerance = 0.5 * unit;
+        drawn.initial_q = folded(n, 0.7);
+        let topology = build(drawn.clone()).unwrap();
+        let name = format!("{n} x {n}, turned by {degrees} deg, {decimals} decimals");
+        assert_eq!((topology.rank, topology.mobility), (hinges.len() - 1, 1), "{name}");
+        let q = topology.assembled.as_ref().unwrap();
+        assert!(largest_gap(&topology, q) < 1e-10 * drawn.size, "{name}");
+        let most = q.iter().zip(&drawn.initial_q).map(|(q, guess)| (q - guess).abs());
+        assert!(most.fold(0.0, f64::max) < 0.05, "{name}: {q:?}");
+        // Along both axes by the tolerance, and what ends a search.
+        let allowed = 1.05 * 2.0_f64.sqrt() * drawn.tolerance;
+        for (joint, drawn) in topology.mechanism.joints.iter().zip(&drawn.joints) {
+            for end in [drawn.point, drawn.point + drawn.direction * drawn.length] {
+                let off = (end - joint.point).cross(&joint.direction).norm();
+                assert!(off <= allowed, "{name}: {off:e}");
+            }
+        }
     }
 }

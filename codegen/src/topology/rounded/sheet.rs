@@ -1,0 +1,300 @@
+//! Sheets of many vertices: the least movement of hinge lines with which all loops close together.
+//!
+//! Every vertex of a sheet moves by itself, but coordinates with a few decimals let the vertices lock each
+//! other: a sheet of Miura-ori moves only because its angles have certain ratios. Whatever these are, loops
+//! that depend on each other close at any folded state. The lines are therefore moved until all loops close
+//! at several states at once:
+//!
+//! ```text
+//! min sum over ends of w (e / slack)^2   subject to   lines of a vertex pass through its point,
+//!                                                    product of R(a(e), q_s) around each vertex = 1 for each s
+//! e: how far each end moves across its line     points, angles q_s of the states s: free of cost
+//! ```
+//!
+//! Newton's method, each step of which is the solution of least norm (C. C. Paige, M. A. Saunders, "LSQR: an
+//! algorithm for sparse linear equations and sparse least squares", 1982). As for other relations of lines, the
+//! result must be a drawing that rounds to the given one.
+
+use nalgebra::{DVector, Matrix3, Rotation3, Unit, Vector2, Vector3};
+
+use super::fit::WITHIN;
+use super::line::Line;
+use crate::arithmetic::{larger, largest};
+use crate::laminate::{Joint, direction};
+
+/// Ratio of the cost of moving a line by its slack to that of free unknowns: points, m, and angles, rad.
+const FREE: f64 = 1e3;
+/// Largest gap of a loop at the states from which the search begins, rad.
+const NEARLY: f64 = 3e-2;
+/// Loops count as closed below this gap, rad, and points as met below this distance over the size.
+const CLOSED: f64 = 1e-14;
+/// Largest number of Newton steps, and of rounds in which weights are raised.
+const STEPS: usize = 16;
+const ROUNDS: usize = 8;
+/// Largest number of steps of the linear solver, per unknown.
+const SOLVER_STEPS: usize = 4;
+
+/// A vertex: its lines in their order around it, each with the sense in which its angle turns.
+pub struct Vertex {
+    /// Joints with their senses.
+    pub hinges: Vec<(usize, f64)>,
+    /// Its point in the drawing, m.
+    pub centre: Vector2<f64>,
+}
+
+/// Entries of an equation by unknown, and its value.
+type Equation = (Vec<(usize, f64)>, f64);
+
+/// The unknowns: movements of ends, points of the vertices, angles of the states.
+struct Problem<'a> {
+    lines: &'a [Line],
+    vertices: &'a [Vertex],
+    size: f64,
+    states: usize,
+    /// Unknowns in the drawing, at which movements are zero.
+    origin: DVector<f64>,
+    /// What each unknown is measured in.
+    scale: DVector<f64>,
+    x: DVector<f64>,
+}
+
+/// Returns the joints after the least movement that lets all vertices close at all of these states, which
+/// are nearly closed. Returns nothing if the tolerance does not allow it. `drawn` are the lines as drawn.
+pub fn unlocked(
+    joints: &[Joint],
+    drawn: &[Line],
+    vertices: &[Vertex],
+    states: &[DVector<f64>],
+    size: f64,
+) -> Option<Vec<Joint>> {
+    let mut problem = Problem::new(joints, drawn, vertices, states, size);
+    let nearly = states.len() >= 2 && problem.largest_gap() <= NEARLY;
+    let mut weights = vec![1.0; 2 * joints.len()];
+    for _ in 0..if nearly { ROUNDS } else { 0 } {
+        problem.weigh(&weights);
+        problem.solve()?;
+        let moved = problem.placed(joints);
+        let strains = problem.strains(&moved);
+        if largest(&strains) <= WITHIN {
+            return Some(moved);
+        }
+        let mean = strains.iter().sum::<f64>() / strains.len() as f64;
+        for (weight, strain) in weights.iter_mut().zip(&strains) {
+            *weight = (*weight * strain / mean).max(1e-4);
+        }
+    }
+    None
+}
+
+impl<'a> Problem<'a> {
+    fn new(
+        joints: &[Joint],
+        lines: &'a [Line],
+        vertices: &'a [Vertex],
+        states: &[DVector<f64>],
+        size: f64,
+    ) -> Self {
+        let n = joints.len();
+        let points = vertices.iter().flat_map(|vertex| [vertex.centre.x, vertex.centre.y]);
+        let angles = states.iter().flat_map(|state| state.iter().copied());
+        let origin: Vec<f64> =
+            std::iter::repeat_n(0.0, 2 * n).chain(points).chain(angles).collect();
+        let origin = DVector::from_vec(origin);
+        let scale = DVector::from_element(origin.len(), 1.0);
+        let x = origin.clone();
+        Self { lines, vertices, size, states: states.len(), origin, scale, x }
+    }
+
+    /// Sets what unknowns are measured in: movements in their slack, less for ends with more weight.
+    fn weigh(&mut self, weights: &[f64]) {
+        let ends = 2 * self.lines.len();
+        let points = ends + 2 * self.vertices.len();
+        for (i, scale) in self.scale.iter_mut().enumerate() {
+            *scale = match i {
+                _ if i < ends => self.lines[i / 2].slack / weights[i].sqrt(),
+                _ if i < points => FREE * self.lines[0].slack,
+                _ => FREE * self.lines[0].angle_slack(),
+            };
+        }
+    }
+
+    /// Takes Newton steps until all equations are met; `None` if they are not.
+    fn solve(&mut self) -> Option<()> {
+        self.x.clone_from(&self.origin);
+        for _ in 0..STEPS {
+            let equations = self.equations();
+            if equations.iter().all(|(_, value)| value.abs() <= CLOSED) {
+                return Some(());
+            }
+            let rows: Vec<Vec<(usize, f64)>> = equations
+                .iter()
+                .map(|(row, _)| row.iter().map(|&(i, a)| (i, a * self.scale[i])).collect())
+                .collect();
+            let from_origin = &self.x - &self.origin;
+            let right = equations
+                .iter()
+                .map(|(row, value)| row.iter().map(|&(i, a)| a * from_origin[i]).sum::<f64>() - value);
+            let right = DVector::from_iterator(rows.len(), right);
+            let step = least_norm(&rows, right, self.x.len()).component_mul(&self.scale);
+            self.x = &self.origin + step;
+        }
+        // Rounding may end the search a little earlier.
+        let open = self.equations().iter().map(|(_, value)| value.abs()).fold(0.0, larger);
+        (open <= 100.0 * CLOSED).then_some(())
+    }
+
+    fn moves(&self, joint: usize) -> [f64; 2] {
+        [self.x[2 * joint], self.x[2 * joint + 1]]
+    }
+
+    fn point(&self, vertex: usize) -> Vector2<f64> {
+        let start = 2 * self.lines.len() + 2 * vertex;
+        Vector2::new(self.x[start], self.x[start + 1])
+    }
+
+    fn angle(&self, state: usize, joint: usize) -> usize {
+        2 * (self.lines.len() + self.vertices.len()) + state * self.lines.len() + joint
+    }
+
+    /// Returns the largest gap of a vertex at its states.
+    fn largest_gap(&self) -> f64 {
+        let states = 0..self.states;
+        let gaps = states.flat_map(|state| self.vertices.iter().map(move |v| (state, v)));
+        let gaps = gaps.flat_map(|(state, vertex)| self.closure(state, vertex)).map(|e| e.1.abs());
+        gaps.fold(0.0, larger)
+    }
+
+    fn equations(&self) -> Vec<Equation> {
+        let mut equations = Vec::new();
+        for (index, vertex) in self.vertices.iter().enumerate() {
+            let point = self.point(index);
+            let at = 2 * self.lines.len() + 2 * index;
+            for &(joint, _) in &vertex.hinges {
+                let ([from, to], by_point, value) =
+                    self.lines[joint].through(self.moves(joint), &point);
+                let row = vec![
+                    (2 * joint, from / self.size),
+                    (2 * joint + 1, to / self.size),
+                    (at, by_point.x / self.size),
+                    (at + 1, by_point.y / self.size),
+                ];
+                equations.push((row, value / self.size));
+            }
+            for state in 0..self.states {
+                equations.extend(self.closure(state, vertex));
+            }
+        }
+        equations
+    }
+
+    /// Returns the rotation around a vertex at a state, which should be none.
+    fn closure(&self, state: usize, vertex: &Vertex) -> [Equation; 3] {
+        let mut turn: Matrix3<f64> = Matrix3::identity();
+        let mut rows: [Vec<(usize, f64)>; 3] = Default::default();
+        let mut add = |unknown: usize, by: Vector3<f64>| {
+            for (row, entry) in rows.iter_mut().zip(&by) {
+                row.push((unknown, *entry));
+            }
+        };
+        for &(joint, sense) in &vertex.hinges {
+            let along = self.lines[joint].moved(self.moves(joint)).1;
+            let axis = Unit::new_normalize(Vector3::new(along.x, along.y, 0.0));
+            let angle = self.angle(state, joint);
+            let rotation = Rotation3::from_axis_angle(&axis, sense * self.x[angle]).into_inner();
+            add(angle, turn * axis.into_inner() * sense);
+            // A line that turns about z by an angle takes its rotation with it.
+            let by_turn = turn * (Vector3::z() - rotation * Vector3::z()) / along.norm();
+            add(2 * joint, -by_turn);
+            add(2 * joint + 1, by_turn);
+            turn *= rotation;
+        }
+        let gap = [turn.m32 - turn.m23, turn.m13 - turn.m31, turn.m21 - turn.m12];
+        let [x, y, z] = rows;
+        [(x, 0.5 * gap[0]), (y, 0.5 * gap[1]), (z, 0.5 * gap[2])]
+    }
+
+    /// Returns the joints along the moved lines, exactly through the points of their vertices.
+    fn placed(&self, joints: &[Joint]) -> Vec<Joint> {
+        let mut through: Vec<Vec<Vector2<f64>>> = vec![Vec::new(); joints.len()];
+        for (index, vertex) in self.vertices.iter().enumerate() {
+            for &(joint, _) in &vertex.hinges {
+                through[joint].push(self.point(index));
+            }
+        }
+        let place = |(index, joint): (usize, &Joint)| {
+            let (from, along) = self.lines[index].moved(self.moves(index));
+            let (base, along) = match through[index][..] {
+                [first, second, ..] => (first, second - first),
+                [first] => (first, along),
+                [] => (from, along),
+            };
+            let mut along = direction(along.x, along.y);
+            if along.dot(&joint.direction) < 0.0 {
+                along = -along;
+            }
+            let at = base + along.xy() * (joint.point.xy() - base).dot(&along.xy());
+            Joint {
+                point: Vector3::new(at.x, at.y, joint.point.z),
+                direction: along,
+                ..joint.clone()
+            }
+        };
+        joints.iter().enumerate().map(place).collect()
+    }
+
+    /// Returns how far the drawn ends are from the moved lines, over their slack.
+    fn strains(&self, moved: &[Joint]) -> Vec<f64> {
+        let ends = self.lines.iter().zip(moved).flat_map(|(line, joint)| {
+            line.ends.map(|end| {
+                let normal = Vector2::new(-joint.direction.y, joint.direction.x);
+                ((end - joint.point.xy()).dot(&normal) / line.slack).abs()
+            })
+        });
+        ends.collect()
+    }
+}
+
+/// Returns the solution of least norm of sparse equations, by LSQR.
+fn least_norm(rows: &[Vec<(usize, f64)>], right: DVector<f64>, unknowns: usize) -> DVector<f64> {
+    let times = |x: &DVector<f64>| {
+        let products = rows.iter().map(|row| row.iter().map(|&(i, a)| a * x[i]).sum::<f64>());
+        DVector::from_iterator(rows.len(), products)
+    };
+    let transposed = |y: &DVector<f64>| {
+        let mut x = DVector::zeros(unknowns);
+        for (row, y) in rows.iter().zip(y) {
+            row.iter().for_each(|&(i, a)| x[i] += a * y);
+        }
+        x
+    };
+    let mut x = DVector::zeros(unknowns);
+    let mut u = right;
+    let start = u.norm();
+    if start == 0.0 {
+        return x;
+    }
+    u /= start;
+    let mut v = transposed(&u);
+    let mut alpha = v.norm();
+    v /= alpha;
+    let mut w = v.clone();
+    let (mut phi, mut rho) = (start, alpha);
+    for _ in 0..SOLVER_STEPS * unknowns {
+        u = times(&v) - &u * alpha;
+        let beta = u.norm();
+        u /= beta.max(f64::MIN_POSITIVE);
+        v = transposed(&u) - &v * beta;
+        alpha = v.norm();
+        v /= alpha.max(f64::MIN_POSITIVE);
+        let length = (rho * rho + beta * beta).sqrt();
+        let (cosine, sine) = (rho / length, beta / length);
+        x.axpy(cosine * phi / length, &w, 1.0);
+        w = &v - &w * (sine * alpha / length);
+        rho = -cosine * alpha;
+        phi *= sine;
+        if phi.abs() <= f64::EPSILON * start || !(alpha * phi.abs() > f64::EPSILON * start) {
+            break;
+        }
+    }
+    x
+}
