@@ -249,7 +249,7 @@ fn closed_by_newton(closure: &Closure, start: &DVector<f64>) -> Option<DVector<f
             return Some(polished(closure, q));
         }
         let echelon = Echelon::new(closure.gaps(&q), q.len(), RANK_TOLERANCE);
-        let solution = echelon.solution();
+        let solution = echelon.solution(&[]);
         let step = &solution - echelon.projected(&solution);
         let next = &q - step;
         let left = closure.squared_residual(&next);
@@ -270,7 +270,7 @@ pub(super) fn nearly_closed(closure: &Closure, start: &DVector<f64>) -> DVector<
     let mut q = start.clone();
     for _ in 0..ITERATIONS {
         let echelon = Echelon::new(closure.gaps(&q), q.len(), SMALL);
-        let solution = echelon.solution();
+        let solution = echelon.solution(&[]);
         q -= &solution - echelon.projected(&solution);
     }
     q
@@ -283,7 +283,7 @@ fn polished(closure: &Closure, mut q: DVector<f64>) -> DVector<f64> {
     let mut squared = closure.squared_residual(&q);
     for _ in 0..STEPS {
         let echelon = Echelon::new(closure.gaps(&q), q.len(), RANK_TOLERANCE);
-        let next = &q - echelon.solution();
+        let next = &q - echelon.solution(&[]);
         let left = closure.squared_residual(&next);
         // Written so that NaN is no progress.
         if !(4.0 * left < squared) {

@@ -304,8 +304,9 @@ fn jointly_immobile(
         names.join(", "),
         closure.joints.len()
     );
-    Diagnostic::warning(codes::IMMOBILE, hinge(group[0]).span, message)
-        .hint("remove a joint, or split a body by another hinge")
+    Diagnostic::warning(codes::IMMOBILE, hinge(group[0]).span, message).hint(
+        "remove a joint, or split bodies by further hinges, for instance all facets into triangles",
+    )
 }
 
 /// Returns the guess of the file for the joints that move.

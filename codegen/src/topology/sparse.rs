@@ -12,7 +12,8 @@ use crate::arithmetic::larger;
 /// Pivots are at first at least this fraction of the largest entry, then this fraction of that, and so on.
 const STEP: f64 = 0.1;
 
-/// Entries of a row by column. A column beyond those of the matrix is the right-hand side.
+/// Entries of a row by column. Columns beyond those of the matrix are known unknowns and, after them, the
+/// right-hand side.
 pub type Row = BTreeMap<usize, f64>;
 
 /// Rows in echelon form.
@@ -20,6 +21,8 @@ pub struct Echelon {
     columns: usize,
     /// Pivot column and the row divided by its pivot, without the pivot.
     rows: Vec<(usize, Row)>,
+    /// What is left of the other rows.
+    pub rest: Vec<Row>,
 }
 
 impl Echelon {
@@ -31,7 +34,7 @@ impl Echelon {
             .filter_map(|row| largest(row, columns))
             .map(|(_, x)| x.abs())
             .fold(0.0, larger);
-        let mut echelon = Self { columns, rows: Vec::new() };
+        let mut echelon = Self { columns, rows: Vec::new(), rest: Vec::new() };
         let mut place: Vec<Option<usize>> = vec![None; columns];
         let mut waiting = rows;
         // Rows with small pivots come last, because division by them enlarges rounding errors.
@@ -51,6 +54,7 @@ impl Echelon {
                 }
             }
         }
+        echelon.rest = waiting;
         echelon
     }
 
@@ -85,13 +89,17 @@ impl Echelon {
         along.map_or_else(|| DVector::zeros(self.columns), |along| &basis * along)
     }
 
-    /// Returns the x with J x = b that is zero in the columns without pivot.
-    pub fn solution(&self) -> DVector<f64> {
+    /// Returns the x with J x = b that is zero in the columns without pivot. `known` are the values of the
+    /// columns beyond those of the matrix.
+    pub fn solution(&self, known: &[f64]) -> DVector<f64> {
+        let known_at = |column: usize| known.get(column - self.columns).copied();
         let mut x = DVector::zeros(self.columns);
         for (pivot, row) in self.rows.iter().rev() {
-            let (within, right) = (row.range(..self.columns), row.get(&self.columns));
-            let sum: f64 = within.map(|(column, value)| value * x[*column]).sum();
-            x[*pivot] = right.unwrap_or(&0.0) - sum;
+            let within = row.range(..self.columns).map(|(column, value)| value * x[*column]);
+            // The right-hand side enters with the other sign.
+            let beyond = row.range(self.columns..);
+            let beyond = beyond.map(|(column, value)| value * known_at(*column).unwrap_or(-1.0));
+            x[*pivot] = -(within.sum::<f64>() + beyond.sum::<f64>());
         }
         x
     }
@@ -148,7 +156,7 @@ mod tests {
             equations.iter_mut().zip(&right).for_each(|(row, b)| {
                 row.insert(6, *b);
             });
-            let solution = Echelon::new(equations, 6, 1e-9).solution();
+            let solution = Echelon::new(equations, 6, 1e-9).solution(&[]);
             assert!((&matrix * solution - right).amax() <= 1e-9);
             // What was taken away is a combination of the rows.
             let removed = &vector - &nearest;

@@ -11,28 +11,30 @@
 //! e: how far each end moves across its line     points, angles q_s of the states s: free of cost
 //! ```
 //!
-//! Newton's method, each step of which is the solution of least norm (C. C. Paige, M. A. Saunders, "LSQR: an
-//! algorithm for sparse linear equations and sparse least squares", 1982). As for other relations of lines, the
-//! result must be a drawing that rounds to the given one.
+//! by Newton's method. Elimination of the free unknowns leaves a few equations for the movements, one for each
+//! row that only rounding makes independent, and of these the solution of least norm is taken. As for other
+//! relations of lines, the result must be a drawing that rounds to the given one.
 
-use nalgebra::{DVector, Matrix3, Rotation3, Unit, Vector2, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Unit, Vector2, Vector3};
 
+use super::super::sparse::{Echelon, Row};
 use super::fit::WITHIN;
 use super::line::Line;
 use crate::arithmetic::{larger, largest};
 use crate::laminate::{Joint, direction};
 
-/// Ratio of the cost of moving a line by its slack to that of free unknowns: points, m, and angles, rad.
-const FREE: f64 = 1e3;
+/// Pivots below this, relative to the size or to 1, are due to rounding: no free unknown is determined by
+/// them.
+const SMALL: f64 = 2e-2;
+/// Squares of singular values below this, relative to the largest, are lost.
+const LOST: f64 = 1e-12;
 /// Largest gap of a loop at the states from which the search begins, rad.
 const NEARLY: f64 = 3e-2;
 /// Loops count as closed below this gap, rad, and points as met below this distance over the size.
-const CLOSED: f64 = 1e-14;
+const CLOSED: f64 = 1e-12;
 /// Largest number of Newton steps, and of rounds in which weights are raised.
 const STEPS: usize = 16;
 const ROUNDS: usize = 8;
-/// Largest number of steps of the linear solver, per unknown.
-const SOLVER_STEPS: usize = 4;
 
 /// A vertex: its lines in their order around it, each with the sense in which its angle turns.
 pub struct Vertex {
@@ -105,42 +107,63 @@ impl<'a> Problem<'a> {
         Self { lines, vertices, size, states: states.len(), origin, scale, x }
     }
 
-    /// Sets what unknowns are measured in: movements in their slack, less for ends with more weight.
+    /// Sets what unknowns are measured in: movements in their slack, less for ends with more weight; points in
+    /// the size.
     fn weigh(&mut self, weights: &[f64]) {
         let ends = 2 * self.lines.len();
         let points = ends + 2 * self.vertices.len();
         for (i, scale) in self.scale.iter_mut().enumerate() {
             *scale = match i {
                 _ if i < ends => self.lines[i / 2].slack / weights[i].sqrt(),
-                _ if i < points => FREE * self.lines[0].slack,
-                _ => FREE * self.lines[0].angle_slack(),
+                _ if i < points => self.size,
+                _ => 1.0,
             };
         }
     }
 
-    /// Takes Newton steps until all equations are met; `None` if they are not.
+    /// Takes Newton steps as long as they help; `None` if the equations are not met then.
     fn solve(&mut self) -> Option<()> {
         self.x.clone_from(&self.origin);
+        let mut open = f64::INFINITY;
         for _ in 0..STEPS {
             let equations = self.equations();
-            if equations.iter().all(|(_, value)| value.abs() <= CLOSED) {
-                return Some(());
+            let left = equations.iter().map(|(_, value)| value.abs()).fold(0.0, larger);
+            // Written so that NaN is no progress.
+            if !(2.0 * left < open) {
+                break;
             }
-            let rows: Vec<Vec<(usize, f64)>> = equations
-                .iter()
-                .map(|(row, _)| row.iter().map(|&(i, a)| (i, a * self.scale[i])).collect())
-                .collect();
-            let from_origin = &self.x - &self.origin;
-            let right = equations
-                .iter()
-                .map(|(row, value)| row.iter().map(|&(i, a)| a * from_origin[i]).sum::<f64>() - value);
-            let right = DVector::from_iterator(rows.len(), right);
-            let step = least_norm(&rows, right, self.x.len()).component_mul(&self.scale);
-            self.x = &self.origin + step;
+            open = left;
+            self.x = &self.origin + self.step(&equations);
         }
-        // Rounding may end the search a little earlier.
-        let open = self.equations().iter().map(|(_, value)| value.abs()).fold(0.0, larger);
-        (open <= 100.0 * CLOSED).then_some(())
+        (open <= CLOSED).then_some(())
+    }
+
+    /// Returns the unknowns, less those in the drawing, that solve the linearised equations.
+    fn step(&self, equations: &[Equation]) -> DVector<f64> {
+        let (ends, unknowns) = (2 * self.lines.len(), self.x.len());
+        let free = unknowns - ends;
+        // Free unknowns come first, then movements, then the right-hand side.
+        let place = |unknown: usize| (unknown + free) % unknowns;
+        let from_origin = &self.x - &self.origin;
+        let rows = equations.iter().map(|(entries, value)| {
+            let mut row = Row::from([(unknowns, -value)]);
+            for &(unknown, entry) in entries {
+                *row.entry(place(unknown)).or_default() += entry * self.scale[unknown];
+                *row.entry(unknowns).or_default() += entry * from_origin[unknown];
+            }
+            row
+        });
+        let echelon = Echelon::new(rows.collect(), free, SMALL);
+        let count = echelon.rest.len();
+        let entry = |row: usize, column: usize| {
+            echelon.rest[row].get(&(free + column)).copied().unwrap_or_default()
+        };
+        let matrix = DMatrix::from_fn(count, ends, entry);
+        let right = DVector::from_fn(count, |row, _| entry(row, ends));
+        let moves = least_norm(&matrix, &right);
+        let solved = echelon.solution(moves.as_slice());
+        let scaled = moves.iter().chain(&solved).zip(&self.scale).map(|(x, scale)| x * scale);
+        DVector::from_iterator(unknowns, scaled)
     }
 
     fn moves(&self, joint: usize) -> [f64; 2] {
@@ -254,47 +277,14 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// Returns the solution of least norm of sparse equations, by LSQR.
-fn least_norm(rows: &[Vec<(usize, f64)>], right: DVector<f64>, unknowns: usize) -> DVector<f64> {
-    let times = |x: &DVector<f64>| {
-        let products = rows.iter().map(|row| row.iter().map(|&(i, a)| a * x[i]).sum::<f64>());
-        DVector::from_iterator(rows.len(), products)
-    };
-    let transposed = |y: &DVector<f64>| {
-        let mut x = DVector::zeros(unknowns);
-        for (row, y) in rows.iter().zip(y) {
-            row.iter().for_each(|&(i, a)| x[i] += a * y);
-        }
-        x
-    };
-    let mut x = DVector::zeros(unknowns);
-    let mut u = right;
-    let start = u.norm();
-    if start == 0.0 {
-        return x;
+/// Returns the solution of least norm of a few dense equations; directions that are nearly lost are left
+/// out.
+fn least_norm(rows: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
+    let eigen = (rows * rows.transpose()).symmetric_eigen();
+    let largest = eigen.eigenvalues.amax();
+    let mut shares = eigen.eigenvectors.tr_mul(right);
+    for (share, value) in shares.iter_mut().zip(&eigen.eigenvalues) {
+        *share = if *value > LOST * largest { *share / value } else { 0.0 };
     }
-    u /= start;
-    let mut v = transposed(&u);
-    let mut alpha = v.norm();
-    v /= alpha;
-    let mut w = v.clone();
-    let (mut phi, mut rho) = (start, alpha);
-    for _ in 0..SOLVER_STEPS * unknowns {
-        u = times(&v) - &u * alpha;
-        let beta = u.norm();
-        u /= beta.max(f64::MIN_POSITIVE);
-        v = transposed(&u) - &v * beta;
-        alpha = v.norm();
-        v /= alpha.max(f64::MIN_POSITIVE);
-        let length = (rho * rho + beta * beta).sqrt();
-        let (cosine, sine) = (rho / length, beta / length);
-        x.axpy(cosine * phi / length, &w, 1.0);
-        w = &v - &w * (sine * alpha / length);
-        rho = -cosine * alpha;
-        phi *= sine;
-        if phi.abs() <= f64::EPSILON * start || !(alpha * phi.abs() > f64::EPSILON * start) {
-            break;
-        }
-    }
-    x
+    rows.tr_mul(&(&eigen.eigenvectors * shares))
 }
