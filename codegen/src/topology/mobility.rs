@@ -22,7 +22,7 @@ use super::closure::Closure;
 use super::sparse::Echelon;
 
 /// Largest residual of a closed configuration, relative to a loop's length.
-const CLOSED: f64 = 1e-12;
+const CLOSED: f64 = 1e-11;
 /// What is left of a row below this fraction of the largest entry counts as zero.
 const RANK_TOLERANCE: f64 = 1e-7;
 /// Angles below this count as the flat state. At a double root the rounding error is its square.
@@ -263,13 +263,12 @@ fn closed_by_newton(closure: &Closure, start: &DVector<f64>) -> Option<DVector<f
 }
 
 /// Returns the configuration next to `start` in which the loops close as far as rows allow whose pivots
-/// are not small: rows that only rounding makes independent stay open.
-pub(super) fn nearly_closed(closure: &Closure, start: &DVector<f64>) -> DVector<f64> {
+/// are not below `small`: rows that only rounding makes independent stay open.
+pub(super) fn nearly_closed(closure: &Closure, start: &DVector<f64>, small: f64) -> DVector<f64> {
     const ITERATIONS: usize = 10;
-    const SMALL: f64 = 2e-2;
     let mut q = start.clone();
     for _ in 0..ITERATIONS {
-        let echelon = Echelon::new(closure.gaps(&q), q.len(), SMALL);
+        let echelon = Echelon::new(closure.gaps(&q), q.len(), small);
         let solution = echelon.solution(&[]);
         q -= &solution - echelon.projected(&solution);
     }

@@ -90,6 +90,9 @@ impl Found {
 /// Angles of the states at which a sheet that locks is made to close, over those of the file's guess.
 const FOLDS: [f64; 4] = [1.0, 0.7, 0.4, 1.2];
 
+/// Pivots of the closure that are due to rounding, as thresholds that are tried in turn.
+const PIVOTS: [f64; 4] = [0.1, 0.05, 0.02, 0.01];
+
 /// Loops are open that are open by more than this, over their length, next to the file's guess.
 const OPEN: f64 = 1e-10;
 
@@ -113,15 +116,17 @@ fn unlocked(
     if guess.amax() == 0.0 {
         return None;
     }
-    let states = FOLDS.map(|fold| mobility::nearly_closed(&closure, &(&guess * fold)));
-    if closure.largest_residual(&states[0]) <= OPEN {
-        return None;
-    }
-    let moved = rounded::unlocked(mechanism, drawn, &vertices, &states)?;
-    let mechanism = Mechanism { joints: moved, ..mechanism.clone() };
-    let closure = Closure::new(&mechanism, nodes, chosen(loops, &moving), joints);
-    let state = mobility::nearly_closed(&closure, &guess);
-    (closure.largest_residual(&state) <= OPEN).then_some(mechanism.joints)
+    PIVOTS.iter().find_map(|&small| {
+        let states = FOLDS.map(|fold| mobility::nearly_closed(&closure, &(&guess * fold), small));
+        if closure.largest_residual(&states[0]) <= OPEN {
+            return None;
+        }
+        let moved = rounded::unlocked(mechanism, drawn, &vertices, &states, small)?;
+        let mechanism = Mechanism { joints: moved, ..mechanism.clone() };
+        let closure = Closure::new(&mechanism, nodes, chosen(loops, &moving), joints.clone());
+        let state = mobility::nearly_closed(&closure, &guess, small);
+        (closure.largest_residual(&state) <= OPEN).then_some(mechanism.joints)
+    })
 }
 
 /// Returns a spherical loop as a vertex: its hinges in order, along one side and back along the other.

@@ -67,16 +67,18 @@ pub fn straighten(mechanism: &mut Mechanism) {
 }
 
 /// Returns the joints after the least movement within the tolerance with which vertices that lock each other
-/// move together, if there is one. `drawn` are the joints as drawn, `states` nearly closed configurations.
+/// move together, if there is one. `drawn` are the joints as drawn, `states` nearly closed
+/// configurations, in which pivots of the closure below `small` are due to rounding.
 pub fn unlocked(
     mechanism: &Mechanism,
     drawn: &[Joint],
     vertices: &[Vertex],
     states: &[DVector<f64>],
+    small: f64,
 ) -> Option<Vec<Joint>> {
     let Mechanism { joints, tolerance, size, .. } = mechanism;
     let lines: Vec<Line> = drawn.iter().map(|joint| Line::new(joint, *tolerance)).collect();
-    sheet::unlocked(joints, &lines, vertices, states, *size)
+    sheet::unlocked(joints, &lines, vertices, states, [*size, small])
 }
 
 /// Reports the largest movement of a hinge line from where it is drawn.

@@ -12,7 +12,7 @@
 //! ```
 //!
 //! by Newton's method. Elimination of the free unknowns leaves a few equations for the movements, one for each
-//! row that only rounding makes independent, and of these the solution of least norm is taken. As for other
+//! row that only rounding makes independent, and of these a solution of small norm is taken. As for other
 //! relations of lines, the result must be a drawing that rounds to the given one.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Unit, Vector2, Vector3};
@@ -23,18 +23,18 @@ use super::line::Line;
 use crate::arithmetic::{larger, largest};
 use crate::laminate::{Joint, direction};
 
-/// Pivots below this, relative to the size or to 1, are due to rounding: no free unknown is determined by
-/// them.
-const SMALL: f64 = 2e-2;
-/// Squares of singular values below this, relative to the largest, are lost.
-const LOST: f64 = 1e-12;
+/// Squares of singular values below this, relative to the largest, are damped at first: what the linear
+/// equations neglect would be divided by them. The bound falls to a tenth whenever a step does not help.
+const LOST: f64 = 1e-4;
 /// Largest gap of a loop at the states from which the search begins, rad.
 const NEARLY: f64 = 3e-2;
 /// Loops count as closed below this gap, rad, and points as met below this distance over the size.
-const CLOSED: f64 = 1e-12;
+const CLOSED: f64 = 5e-12;
 /// Largest number of Newton steps, and of rounds in which weights are raised.
-const STEPS: usize = 16;
+const STEPS: usize = 60;
 const ROUNDS: usize = 8;
+/// Steps in a row that do not help before the search ends.
+const MOST_STALLED: usize = 4;
 
 /// A vertex: its lines in their order around it, each with the sense in which its angle turns.
 pub struct Vertex {
@@ -53,6 +53,8 @@ struct Problem<'a> {
     vertices: &'a [Vertex],
     size: f64,
     states: usize,
+    /// Pivots below this, relative to the size or to 1, are due to rounding.
+    small: f64,
     /// Unknowns in the drawing, at which movements are zero.
     origin: DVector<f64>,
     /// What each unknown is measured in.
@@ -67,9 +69,9 @@ pub fn unlocked(
     drawn: &[Line],
     vertices: &[Vertex],
     states: &[DVector<f64>],
-    size: f64,
+    [size, small]: [f64; 2],
 ) -> Option<Vec<Joint>> {
-    let mut problem = Problem::new(joints, drawn, vertices, states, size);
+    let mut problem = Problem::new(joints, drawn, vertices, states, [size, small]);
     let nearly = states.len() >= 2 && problem.largest_gap() <= NEARLY;
     let mut weights = vec![1.0; 2 * joints.len()];
     for _ in 0..if nearly { ROUNDS } else { 0 } {
@@ -94,7 +96,7 @@ impl<'a> Problem<'a> {
         lines: &'a [Line],
         vertices: &'a [Vertex],
         states: &[DVector<f64>],
-        size: f64,
+        [size, small]: [f64; 2],
     ) -> Self {
         let n = joints.len();
         let points = vertices.iter().flat_map(|vertex| [vertex.centre.x, vertex.centre.y]);
@@ -104,7 +106,7 @@ impl<'a> Problem<'a> {
         let origin = DVector::from_vec(origin);
         let scale = DVector::from_element(origin.len(), 1.0);
         let x = origin.clone();
-        Self { lines, vertices, size, states: states.len(), origin, scale, x }
+        Self { lines, vertices, size, states: states.len(), small, origin, scale, x }
     }
 
     /// Sets what unknowns are measured in: movements in their slack, less for ends with more weight; points in
@@ -124,43 +126,47 @@ impl<'a> Problem<'a> {
     /// Takes Newton steps as long as they help; `None` if the equations are not met then.
     fn solve(&mut self) -> Option<()> {
         self.x.clone_from(&self.origin);
-        let mut open = f64::INFINITY;
+        let (mut least, mut lost, mut stalled) = (f64::INFINITY, LOST, 0);
         for _ in 0..STEPS {
             let equations = self.equations();
-            let left = equations.iter().map(|(_, value)| value.abs()).fold(0.0, larger);
+            let open = equations.iter().map(|(_, value)| value.abs()).fold(0.0, larger);
             // Written so that NaN is no progress.
-            if !(2.0 * left < open) {
+            if !(2.0 * open < least) {
+                (stalled, lost) = (stalled + 1, 0.1 * lost);
+            } else {
+                stalled = 0;
+            }
+            if stalled > MOST_STALLED || (stalled > 0 && least <= CLOSED) {
                 break;
             }
-            open = left;
-            self.x = &self.origin + self.step(&equations);
+            least = least.min(open);
+            let step = self.step(&equations, lost);
+            self.x += step;
         }
-        (open <= CLOSED).then_some(())
+        (least <= CLOSED).then_some(())
     }
 
-    /// Returns the unknowns, less those in the drawing, that solve the linearised equations.
-    fn step(&self, equations: &[Equation]) -> DVector<f64> {
+    /// Returns the step of the unknowns that solves the linearised equations.
+    fn step(&self, equations: &[Equation], lost: f64) -> DVector<f64> {
         let (ends, unknowns) = (2 * self.lines.len(), self.x.len());
         let free = unknowns - ends;
         // Free unknowns come first, then movements, then the right-hand side.
         let place = |unknown: usize| (unknown + free) % unknowns;
-        let from_origin = &self.x - &self.origin;
         let rows = equations.iter().map(|(entries, value)| {
             let mut row = Row::from([(unknowns, -value)]);
             for &(unknown, entry) in entries {
                 *row.entry(place(unknown)).or_default() += entry * self.scale[unknown];
-                *row.entry(unknowns).or_default() += entry * from_origin[unknown];
             }
             row
         });
-        let echelon = Echelon::new(rows.collect(), free, SMALL);
+        let echelon = Echelon::new(rows.collect(), free, self.small);
         let count = echelon.rest.len();
         let entry = |row: usize, column: usize| {
             echelon.rest[row].get(&(free + column)).copied().unwrap_or_default()
         };
         let matrix = DMatrix::from_fn(count, ends, entry);
         let right = DVector::from_fn(count, |row, _| entry(row, ends));
-        let moves = least_norm(&matrix, &right);
+        let moves = least_norm(&matrix, &right, lost);
         let solved = echelon.solution(moves.as_slice());
         let scaled = moves.iter().chain(&solved).zip(&self.scale).map(|(x, scale)| x * scale);
         DVector::from_iterator(unknowns, scaled)
@@ -277,14 +283,15 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// Returns the solution of least norm of a few dense equations; directions that are nearly lost are left
-/// out.
-fn least_norm(rows: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
+/// Returns the solution of a few dense equations whose norm is small (K. Levenberg, "A method for the solution
+/// of certain non-linear problems in least squares", 1944): directions whose squared singular value is below
+/// `lost`, relative to the largest, are damped.
+fn least_norm(rows: &DMatrix<f64>, right: &DVector<f64>, lost: f64) -> DVector<f64> {
     let eigen = (rows * rows.transpose()).symmetric_eigen();
     let largest = eigen.eigenvalues.amax();
     let mut shares = eigen.eigenvectors.tr_mul(right);
     for (share, value) in shares.iter_mut().zip(&eigen.eigenvalues) {
-        *share = if *value > LOST * largest { *share / value } else { 0.0 };
+        *share /= value.max(0.0) + lost * largest;
     }
     rows.tr_mul(&(&eigen.eigenvectors * shares))
 }
