@@ -19,6 +19,7 @@
 
 use super::binder::Binder;
 use super::closure::{Closure, Row};
+use super::equations::Elimination;
 use super::inertia::{Inertias, SpatialInertia};
 use super::inverse::Given;
 use super::kinematics::Kinematics;
@@ -32,10 +33,10 @@ use crate::topology::NodeId;
 
 /// Results of the elimination; see [`Elimination`](super::Elimination) for shapes.
 pub struct ArticulatedBodies {
-    pub inverse_pivots: Vec<Expr>,
-    pub reduced: Vec<Expr>,
-    pub reduced_rows: Vec<Expr>,
-    pub accelerations: Vec<Expr>,
+    inverse_pivots: Vec<Expr>,
+    reduced: Vec<Expr>,
+    reduced_rows: Vec<Expr>,
+    accelerations: Vec<Expr>,
 }
 
 /// Articulated inertia of the subtree beyond a hinge, about the node's origin.
@@ -115,6 +116,18 @@ impl ArticulatedBodies {
         }
         let accelerations = sorted(&substituted(binder, kinematics, &hinges, given));
         Self { inverse_pivots: sorted(&pivots), reduced, reduced_rows, accelerations }
+    }
+}
+
+impl ArticulatedBodies {
+    /// Returns the results as plain data.
+    pub fn elimination(&self, binder: &Binder) -> Elimination {
+        Elimination {
+            inverse_pivots: binder.trees(&self.inverse_pivots),
+            reduced: binder.trees(&self.reduced),
+            reduced_rows: binder.trees(&self.reduced_rows),
+            accelerations: binder.trees(&self.accelerations),
+        }
     }
 }
 

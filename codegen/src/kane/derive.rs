@@ -7,7 +7,7 @@ use super::articulated::ArticulatedBodies;
 use super::binder::{Binder, Label};
 use super::closure::Closure;
 use super::energy::Energy;
-use super::equations::{Elimination, Equations, Leaf, Reduced};
+use super::equations::{Equations, Leaf, Reduced};
 use super::forces::GeneralizedForces;
 use super::frame::Frames;
 use super::independent::{IndependentSpeeds, Phases};
@@ -60,22 +60,20 @@ fn equations(
     let outputs = Outputs::new(b, &kinematics);
     let given = Given::new(b, &closure);
     let inverse = InverseDynamics::new(b, &kinematics, &inertias, &loads, &closure, &given);
-    let phases = Phases {
-        frames: &frames,
-        kinematics: &kinematics,
-        inertias: &inertias,
-        loads: &loads,
-        closure: &closure,
-    };
-    let reduced = reduced(b, &phases);
-    let elimination = (reduced.is_none() || is_eliminated_by_rows(topology, &closure)).then(|| {
+    let reduced = reduced(
+        b,
+        &Phases {
+            frames: &frames,
+            kinematics: &kinematics,
+            inertias: &inertias,
+            loads: &loads,
+            closure: &closure,
+        },
+    );
+    let by_rows = reduced.is_none() || is_eliminated_by_rows(topology, &closure);
+    let elimination = by_rows.then(|| {
         let bodies = ArticulatedBodies::new(b, &kinematics, &inertias, &loads, &closure, &given);
-        Elimination {
-            inverse_pivots: b.trees(&bodies.inverse_pivots),
-            reduced: b.trees(&bodies.reduced),
-            reduced_rows: b.trees(&bodies.reduced_rows),
-            accelerations: b.trees(&bodies.accelerations),
-        }
+        bodies.elimination(b)
     });
     let problems = b.problems();
     if problems.has_errors() {

@@ -253,8 +253,9 @@ fn closed_by_newton(closure: &Closure, start: &DVector<f64>) -> Option<DVector<f
         let step = &solution - echelon.projected(&solution);
         let next = &q - step;
         let left = closure.squared_residual(&next);
-        // Written so that NaN is no progress.
-        if !(4.0 * left < squared) {
+        // NaN is no progress.
+        let helps = 4.0 * left < squared;
+        if !helps {
             return None;
         }
         (q, squared) = (next, left);
@@ -284,8 +285,9 @@ fn polished(closure: &Closure, mut q: DVector<f64>) -> DVector<f64> {
         let echelon = Echelon::new(closure.gaps(&q), q.len(), RANK_TOLERANCE);
         let next = &q - echelon.solution(&[]);
         let left = closure.squared_residual(&next);
-        // Written so that NaN is no progress.
-        if !(4.0 * left < squared) {
+        // NaN is no progress.
+        let helps = 4.0 * left < squared;
+        if !helps {
             break;
         }
         (q, squared) = (next, left);

@@ -33,8 +33,8 @@ const FOLDS: [f64; 5] = [1.0, 0.5, 0.2, 0.05, 0.01];
 /// Number of states beside the assembled one along random motions, and how far away they are, rad.
 const BESIDE: usize = 6;
 const REACH: f64 = 0.2;
-/// Gain of log volume below which an exchange of joints is not worth making.
-const GAIN: f64 = 1e-3;
+/// Factor of volume below which an exchange of joints is not worth making.
+const GAIN: f64 = 1.001;
 
 /// Entries of a row by column, one number for each state.
 type Row = BTreeMap<usize, Vec<f64>>;
@@ -175,9 +175,8 @@ fn largest_volume(elimination: &Elimination, n: usize, states: usize) -> Vec<usi
     let mut tables: Vec<Vec<Vec<f64>>> =
         (0..states).map(|state| null_space(elimination, &free, n, state)).collect();
     loop {
-        let gain = |i: usize, k: usize| -> f64 {
-            tables.iter().map(|table| table[i][k].abs().max(1e-300).ln()).sum()
-        };
+        let gain =
+            |i: usize, k: usize| -> f64 { tables.iter().map(|table| table[i][k].abs()).product() };
         let pairs = (0..dependent.len()).flat_map(|i| (0..free.len()).map(move |k| (i, k)));
         let best = pairs.map(|(i, k)| (gain(i, k), i, k)).max_by(|a, b| a.0.total_cmp(&b.0));
         let Some((_, i, k)) = best.filter(|(gain, ..)| *gain > GAIN) else { break };

@@ -79,14 +79,13 @@ impl Elimination {
         for ((Pivot { joint, .. }, row), inverse) in
             self.rows.iter().zip(&self.inverse_pivots).rev()
         {
-            for k in 0..d {
-                let mut sum = Expr::zero();
-                for (&column, value) in row {
-                    sum = &sum - &(value * &table[column][k]);
-                }
+            let mut speed = |k: usize| {
+                let terms = row.iter().map(|(column, value)| value * &table[*column][k]);
+                let sum = terms.fold(Expr::zero(), |sum, term| &sum - &term);
                 let name = format!("{}_by_{k}", binder.mechanism().joints[joint.index()].name);
-                table[joint.index()][k] = binder.bind(section, name, inverse * &sum);
-            }
+                binder.bind(section, name, inverse * &sum)
+            };
+            table[joint.index()] = (0..d).map(&mut speed).collect();
         }
         table
     }

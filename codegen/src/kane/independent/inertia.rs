@@ -113,17 +113,13 @@ impl Inertia {
         let section = Section::mechanism(Phase::IndependentAcceleration);
         let d = b.len();
         for k in 0..d {
-            let mut sum = b[k].clone();
-            for l in 0..k {
-                sum = &sum - &(&self.lower[k][l] * &b[l]);
-            }
+            let terms = self.lower[k].iter().zip(&b[..k]).map(|(l, b)| l * b);
+            let sum = terms.fold(b[k].clone(), |sum, term| &sum - &term);
             b[k] = binder.bind(section, format!("reduced_{name}_{k}"), sum);
         }
         for k in (0..d).rev() {
-            let mut sum = &self.inverse_pivots[k] * &b[k];
-            for l in k + 1..d {
-                sum = &sum - &(&self.lower[l][k] * &b[l]);
-            }
+            let later = self.lower.iter().zip(&b).skip(k + 1).map(|(row, b)| &row[k] * b);
+            let sum = later.fold(&self.inverse_pivots[k] * &b[k], |sum, term| &sum - &term);
             b[k] = binder.bind(section, format!("{name}_{k}"), sum);
         }
         b

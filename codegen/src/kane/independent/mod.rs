@@ -127,7 +127,8 @@ fn conditioning(binder: &mut Binder, closure: &Closure, elimination: &Eliminatio
     let smallest = folded(binder, Function::Max, "inverse_pivot", sizes);
     let entries = elimination.pivots().flat_map(|(pivot, _)| elimination.speeds_by(pivot.joint));
     let entries = entries.filter(|entry| !entry.is_zero());
-    let sizes = entries.map(|entry| Expr::apply(Function::Abs, &[entry.clone()])).collect();
+    let sizes =
+        entries.map(|entry| Expr::apply(Function::Abs, std::slice::from_ref(entry))).collect();
     let largest = folded(binder, Function::Max, "entry", sizes);
     let largest = &binder.constant(GROWTH) * &largest;
     let worst = folded(binder, Function::Max, "worst", vec![smallest, largest]);

@@ -130,12 +130,9 @@ impl<'a> Problem<'a> {
         for _ in 0..STEPS {
             let equations = self.equations();
             let open = equations.iter().map(|(_, value)| value.abs()).fold(0.0, larger);
-            // Written so that NaN is no progress.
-            if !(2.0 * open < least) {
-                (stalled, lost) = (stalled + 1, 0.1 * lost);
-            } else {
-                stalled = 0;
-            }
+            // NaN is no progress.
+            let helps = 2.0 * open < least;
+            (stalled, lost) = if helps { (0, lost) } else { (stalled + 1, 0.1 * lost) };
             if stalled > MOST_STALLED || (stalled > 0 && least <= CLOSED) {
                 break;
             }
