@@ -8,7 +8,14 @@ import peers as p
 DOCUMENT = p.WORKSPACE / "docs" / "PERFORMANCE.md"
 FIGURES = p.WORKSPACE / "docs" / "figures"
 COLUMNS = ("CasADi", "CasADi by hand", "MuJoCo", "Pinocchio, g++", "Pinocchio, clang++")
-NAMES = {"sixbar": "six-bar", "miura3x3": "Miura 3x3", "miura4x4": "Miura 4x4"}
+NAMES = {
+    "sixbar": "six-bar",
+    "miura3x3": "Miura 3x3",
+    "miura4x4": "Miura 4x4",
+    "miura6x6": "Miura 6x6",
+    "miura8x8": "Miura 8x8",
+    "yoshimura4x5": "Yoshimura 4x5",
+}
 
 
 def operations(check):
