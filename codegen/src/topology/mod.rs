@@ -41,13 +41,15 @@ pub fn build(mut mechanism: Mechanism) -> Result<Topology, Diagnostics> {
     let (cuts, copies) = sides::shortest(&mechanism, &tree);
     let nodes: Vec<Node> = tree.nodes.iter().chain(&copies).cloned().collect();
     let mut found = Found::new(&mechanism, &nodes, &cuts);
-    if let Some(joints) = unlocked(&mechanism, &drawn, &nodes, &found.loops) {
+    let unlocked = unlocked(&mechanism, &drawn, &nodes, &found.loops);
+    let is_unlocked = unlocked.is_some();
+    if let Some(joints) = unlocked {
         mechanism.joints = joints;
         found = Found::new(&mechanism, &nodes, &cuts);
     }
     let Found { loops, whole, warnings: found } = found;
     let mut warnings = Diagnostics::default();
-    warnings.extend(rounded::report(&mechanism, &drawn));
+    warnings.extend(rounded::report(&mechanism, &drawn, is_unlocked));
     warnings.extend(found.0);
     let reduction = whole.assembled.as_ref().and_then(|q| {
         let joints: Vec<JointId> = (0..mechanism.joints.len()).map(JointId).collect();

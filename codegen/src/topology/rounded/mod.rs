@@ -81,16 +81,18 @@ pub fn unlocked(
     sheet::unlocked(joints, &lines, vertices, states, [*size, small])
 }
 
-/// Reports the largest movement of a hinge line from where it is drawn.
-pub fn report(mechanism: &Mechanism, drawn: &[Joint]) -> Option<Diagnostic> {
+/// Reports the largest movement of a hinge line from where it is drawn, and whether it lets all loops close
+/// `together`.
+pub fn report(mechanism: &Mechanism, drawn: &[Joint], together: bool) -> Option<Diagnostic> {
     let moved = drawn.iter().zip(&mechanism.joints).map(|(before, after)| movement(before, after));
     let (farthest, most) = moved.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let purpose = match together {
+        true => "so that all loops close together",
+        false => "to be exactly parallel, concurrent or in line",
+    };
     (most > UNNOTICED * mechanism.size).then(|| {
-        let message = format!(
-            "hinge lines were moved by at most {} to be exactly parallel, concurrent or in line, or \
-             to close all loops together",
-            class::millimetres(most)
-        );
+        let most = class::millimetres(most);
+        let message = format!("hinge lines were moved by at most {most} {purpose}");
         let tolerance = class::millimetres(mechanism.tolerance);
         Diagnostic::note(codes::ROUNDED, drawn[farthest].span, message)
             .label("this one was moved most")
