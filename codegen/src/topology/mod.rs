@@ -98,7 +98,7 @@ const PIVOTS: [f64; 4] = [0.1, 0.05, 0.02, 0.01];
 /// Loops are open that are open by more than this, over their length, next to the file's guess.
 const OPEN: f64 = 1e-10;
 
-/// Returns the joints after the least movement within the drawing's tolerance with which vertices move
+/// Returns the joints after a small movement within the drawing's tolerance with which vertices move
 /// that lock each other as drawn; nothing if they do not, or if the file has no guess of a folded state.
 fn unlocked(
     mechanism: &Mechanism,

@@ -66,8 +66,8 @@ pub fn straighten(mechanism: &mut Mechanism) {
     }
 }
 
-/// Returns the joints after the least movement within the tolerance with which vertices that lock each other
-/// move together, if there is one. `drawn` are the joints as drawn, `states` nearly closed
+/// Returns the joints after a small movement within the tolerance with which vertices that lock each other
+/// move together, if there is one that is more than rounding of doubles. `drawn` are the joints as drawn, `states` nearly closed
 /// configurations, in which pivots of the closure below `small` are due to rounding.
 pub fn unlocked(
     mechanism: &Mechanism,
@@ -78,7 +78,9 @@ pub fn unlocked(
 ) -> Option<Vec<Joint>> {
     let Mechanism { joints, tolerance, size, .. } = mechanism;
     let lines: Vec<Line> = drawn.iter().map(|joint| Line::new(joint, *tolerance)).collect();
-    sheet::unlocked(joints, &lines, vertices, states, [*size, small])
+    let moved = sheet::unlocked(joints, &lines, vertices, states, [*size, small])?;
+    let farthest = largest(joints.iter().zip(&moved).map(|(a, b)| movement(a, b)));
+    (farthest > UNNOTICED * size).then_some(moved)
 }
 
 /// Reports the largest movement of a hinge line from where it is drawn, and whether it lets all loops close

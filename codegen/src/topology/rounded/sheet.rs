@@ -1,4 +1,4 @@
-//! Sheets of many vertices: the least movement of hinge lines with which all loops close together.
+//! Sheets of many vertices: a small movement of hinge lines with which all loops close together.
 //!
 //! Every vertex of a sheet moves by itself, but coordinates with a few decimals let the vertices lock each
 //! other: a sheet of Miura-ori moves only because its angles have certain ratios. Whatever these are, loops
@@ -12,7 +12,8 @@
 //! ```
 //!
 //! by Newton's method. Elimination of the free unknowns leaves a few equations for the movements, one for each
-//! row that only rounding makes independent, and of these a solution of small norm is taken. As for other
+//! row that only rounding makes independent, and of these a solution of small norm is taken, not always the
+//! least: what the damping leaves open is closed by later steps. As for other
 //! relations of lines, the result must be a drawing that rounds to the given one.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Unit, Vector2, Vector3};
@@ -62,7 +63,7 @@ struct Problem<'a> {
     x: DVector<f64>,
 }
 
-/// Returns the joints after the least movement that lets all vertices close at all of these states, which
+/// Returns the joints after a small movement that lets all vertices close at all of these states, which
 /// are nearly closed. Returns nothing if the tolerance does not allow it. `drawn` are the lines as drawn.
 pub fn unlocked(
     joints: &[Joint],
@@ -137,14 +138,15 @@ impl<'a> Problem<'a> {
                 break;
             }
             least = least.min(open);
-            let step = self.step(&equations, lost);
+            let step = self.step(&equations, lost)?;
             self.x += step;
         }
         (least <= CLOSED).then_some(())
     }
 
-    /// Returns the step of the unknowns that solves the linearised equations.
-    fn step(&self, equations: &[Equation], lost: f64) -> DVector<f64> {
+    /// Returns the step of the unknowns that solves the linearised equations; nothing if no row is left that
+    /// only rounding makes independent, so that the vertices do not lock each other.
+    fn step(&self, equations: &[Equation], lost: f64) -> Option<DVector<f64>> {
         let (ends, unknowns) = (2 * self.lines.len(), self.x.len());
         let free = unknowns - ends;
         // Free unknowns come first, then movements, then the right-hand side.
@@ -158,6 +160,9 @@ impl<'a> Problem<'a> {
         });
         let echelon = Echelon::new(rows.collect(), free, self.small);
         let count = echelon.rest.len();
+        if count == 0 {
+            return None;
+        }
         let entry = |row: usize, column: usize| {
             echelon.rest[row].get(&(free + column)).copied().unwrap_or_default()
         };
@@ -166,7 +171,7 @@ impl<'a> Problem<'a> {
         let moves = least_norm(&matrix, &right, lost);
         let solved = echelon.solution(moves.as_slice());
         let scaled = moves.iter().chain(&solved).zip(&self.scale).map(|(x, scale)| x * scale);
-        DVector::from_iterator(unknowns, scaled)
+        Some(DVector::from_iterator(unknowns, scaled))
     }
 
     fn moves(&self, joint: usize) -> [f64; 2] {

@@ -1,10 +1,11 @@
 //! Rigid origami: sheets of facets joined by their creases.
 
-use crate::topology::LoopClass;
+use nalgebra::{DVector, Vector2};
 
-use super::{Hinge, codes, hinge, largest_gap, mechanism, topology};
+use super::{Hinge, codes, hinge, largest_gap, mechanism, ray, topology};
 use crate::arithmetic::largest;
-use crate::topology::build;
+use crate::topology::rounded::{Vertex, unlocked};
+use crate::topology::{LoopClass, build};
 
 /// A Miura-ori sheet of n x n facets: parallelograms in columns that zigzag.
 fn miura(n: usize) -> Vec<Hinge> {
@@ -103,4 +104,36 @@ fn rounded_miura_sheets_move() {
             }
         }
     }
+}
+
+/// A guess that is far from closed does not move the lines of exact drawings.
+#[test]
+fn exact_sheets_keep_their_bits() {
+    let hinges = miura(3);
+    let mut drawn = mechanism(&hinges);
+    drawn.tolerance = 1e-4;
+    for wild in [0.1, 0.4, 0.9] {
+        let angles = folded(3, 0.7).into_iter().enumerate();
+        drawn.initial_q = angles.map(|(i, q)| q + wild * (i as f64).sin()).collect();
+        let topology = build(drawn.clone()).unwrap();
+        assert_eq!(topology.mobility, 1);
+        for (joint, drawn) in topology.mechanism.joints.iter().zip(&drawn.joints) {
+            assert_eq!((joint.point, joint.direction), (drawn.point, drawn.direction), "{wild}");
+        }
+    }
+}
+
+/// Where no row depends on the others there is nothing to unlock.
+#[test]
+fn a_vertex_alone_is_not_moved() {
+    let rays: Vec<Hinge> =
+        (0..5).map(|i| ray([i, (i + 1) % 5], [0.0, 0.0], 1.2 * i as f64, 0.0)).collect();
+    let mut drawn = mechanism(&rays);
+    drawn.tolerance = 1e-4;
+    let hinges = (0..5).map(|joint| (joint, 1.0)).collect();
+    let vertex = Vertex { hinges, centre: Vector2::zeros() };
+    let states = [0.3, 0.5].map(|angle| {
+        DVector::from_iterator(5, (0..5).map(|i| 0.02 * angle * (i as f64 + angle).sin()))
+    });
+    assert!(unlocked(&drawn, &drawn.joints, &[vertex], &states, 1e-3).is_none());
 }
