@@ -10,7 +10,7 @@ use crate::constants::PROJECTION_STEPS;
 use crate::integrate::{Stages, is_forward};
 use crate::linear::max_abs;
 use crate::plumbing::{Margin, ProjectionMut};
-use crate::rank::closed;
+use crate::rank::{acceptable_residual, closed};
 use crate::{Arithmetic, Error, Mechanism, Rk4, State, StateOf};
 
 /// A vector of numbers. Sets of lanes are bits: bit k is lane k.
@@ -346,6 +346,8 @@ fn project<V: Lanes, B: Batch<V>>(batch: &B, state: &mut StatesOf<B, V>) -> u32 
         return finite(q) & finite(u);
     }
     let enough = V::splat(closed(&mechanism));
+    let acceptable = V::splat(acceptable_residual(&mechanism));
+    let extent = V::splat(mechanism.size());
     let mut residual = batch.residual();
     let [mut positions, mut speeds] = [batch.zeros().u, batch.zeros().u];
     let (mut open, mut done) = (all::<V>(), 0);
@@ -358,7 +360,8 @@ fn project<V: Lanes, B: Batch<V>>(batch: &B, state: &mut StatesOf<B, V>) -> u32 
         let size = max_abs(residual);
         // Lanes that fail are open no more, and never done.
         open &= holds(&margin) & finite(&[size]);
-        let closing = open & !enough.less(size);
+        let follows = !acceptable.less(size) & !enough.less(extent * max_abs(positions));
+        let closing = open & (!enough.less(size) | follows);
         let step = |x: &mut V, lanes: u32| *x = -kept(*x, lanes);
         speeds.iter_mut().for_each(|speed| step(speed, closing));
         for (u, &step) in u.iter_mut().zip(&*speeds) {

@@ -16,6 +16,7 @@ mod tests;
 mod tree;
 
 pub use graph::*;
+pub use sparse::{Echelon, Row as SparseRow};
 
 use nalgebra::DVector;
 

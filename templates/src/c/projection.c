@@ -95,7 +95,8 @@ static int status_of_residual(const struct constraints *constraints)
 #if PROJECTION_IS_DIRECT
 
 /* By elimination in straight-line code, where that holds and closes the loops; otherwise q and u stay as
- * they are, and the result is 0. */
+ * they are, and the result is 0. In a rounded drawing, rows that follow from others may remain open a little
+ * when the others are closed: where the correction of q is less than rounding. */
 static int move_directly(real *q, real *u, const parameters *p)
 {
     real residual[LOOP_RESIDUALS], positions[COORDINATES], speeds[COORDINATES], margin[2];
@@ -105,7 +106,10 @@ static int move_directly(real *q, real *u, const parameters *p)
         real largest;
         projection_of(q, u, p, residual, positions, speeds, margin);
         largest = largest_magnitude(residual, LOOP_RESIDUALS);
-        if (holds(margin) && largest <= closed()) {
+        if (holds(margin)
+            && (largest <= closed()
+                || (largest <= ACCEPTABLE * MECHANISM_SIZE
+                    && MECHANISM_SIZE * largest_magnitude(positions, COORDINATES) <= closed()))) {
             add_scaled(u, -1, speeds, COORDINATES);
             return 1;
         }

@@ -24,9 +24,9 @@ use super::line::Line;
 use crate::arithmetic::{larger, largest};
 use crate::laminate::{Joint, direction};
 
-/// Squares of singular values below this, relative to the largest, are damped at first: what the linear
-/// equations neglect would be divided by them. The bound falls to a tenth whenever a step does not help.
-const LOST: f64 = 1e-4;
+/// Equations of which less than this remains beside the others, relative to the first, are left out at first:
+/// what the linear equations neglect would be divided by it. The bound falls whenever a step does not help.
+const LOST: f64 = 1e-2;
 /// Largest gap of a loop at the states from which the search begins, rad.
 const NEARLY: f64 = 3e-2;
 /// Loops count as closed below this gap, rad, and points as met below this distance over the size.
@@ -124,24 +124,29 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Takes Newton steps as long as they help; `None` if the equations are not met then.
+    /// Takes Newton steps as long as they help, and keeps the best of the states; `None` if the equations are
+    /// not met there.
     fn solve(&mut self) -> Option<()> {
         self.x.clone_from(&self.origin);
-        let (mut least, mut lost, mut stalled) = (f64::INFINITY, LOST, 0);
+        let mut best = (f64::INFINITY, self.x.clone());
+        let (mut lost, mut stalled) = (LOST, 0);
         for _ in 0..STEPS {
             let equations = self.equations();
             let open = equations.iter().map(|(_, value)| value.abs()).fold(0.0, larger);
             // NaN is no progress.
-            let helps = 2.0 * open < least;
-            (stalled, lost) = if helps { (0, lost) } else { (stalled + 1, 0.1 * lost) };
-            if stalled > MOST_STALLED || (stalled > 0 && least <= CLOSED) {
+            let helps = 2.0 * open < best.0;
+            (stalled, lost) = if helps { (0, lost) } else { (stalled + 1, 0.3 * lost) };
+            if open < best.0 {
+                best = (open, self.x.clone());
+            }
+            if stalled > MOST_STALLED || (stalled > 0 && best.0 <= CLOSED) {
                 break;
             }
-            least = least.min(open);
             let step = self.step(&equations, lost)?;
             self.x += step;
         }
-        (least <= CLOSED).then_some(())
+        self.x = best.1;
+        (best.0 <= CLOSED).then_some(())
     }
 
     /// Returns the step of the unknowns that solves the linearised equations; nothing if no row is left that
@@ -285,15 +290,20 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// Returns the solution of a few dense equations whose norm is small (K. Levenberg, "A method for the solution
-/// of certain non-linear problems in least squares", 1944): directions whose squared singular value is below
-/// `lost`, relative to the largest, are damped.
+/// Returns the solution of least norm of a few dense equations (G. H. Golub, C. F. Van Loan, "Matrix
+/// Computations", 5.5.6), by reflections with exchange of columns. Equations of which less than `lost` remains
+/// beside those that were chosen before them, relative to the first, are left out.
 fn least_norm(rows: &DMatrix<f64>, right: &DVector<f64>, lost: f64) -> DVector<f64> {
-    let eigen = (rows * rows.transpose()).symmetric_eigen();
-    let largest = eigen.eigenvalues.amax();
-    let mut shares = eigen.eigenvectors.tr_mul(right);
-    for (share, value) in shares.iter_mut().zip(&eigen.eigenvalues) {
-        *share /= value.max(0.0) + lost * largest;
+    let factors = rows.transpose().col_piv_qr();
+    let (basis, triangle) = (factors.q(), factors.r());
+    let mut right = right.transpose();
+    factors.p().permute_columns(&mut right);
+    let pivot = |row: usize| triangle[(row, row)].abs();
+    let rank = (0..triangle.nrows()).take_while(|row| pivot(*row) > lost * pivot(0)).count();
+    let mut shares: DVector<f64> = DVector::zeros(rank);
+    for row in 0..rank {
+        let known = triangle.column(row).rows(0, row).dot(&shares.rows(0, row));
+        shares[row] = (right[row] - known) / triangle[(row, row)];
     }
-    rows.tr_mul(&(&eigen.eigenvectors * shares))
+    basis.columns(0, rank) * shares
 }
