@@ -8,6 +8,7 @@ use super::*;
 mod designs;
 mod hostile;
 mod merging;
+mod older;
 mod tolerance;
 
 fn file(text: &str) -> SourceFile {
@@ -86,8 +87,8 @@ joints:
         rest: 10, limits: [-180, 180], torque: "motor - 0.02*sin(2*pi*t) - 1e-3*u.j1*max(q.j0, 0)" }
   j1: { bodies: [left, right], axis: [[40,0],[40,20]], damping: 1e-6,
         hinge: { model: beam, material: polyester, length: 1, width: 20 } }
-  j2: { bodies: [right, hub], axis: [[80,0],[80,20]], rest: "0.5*turn" }
-initial: { q: { j0: 30, j2: -0.5 rad }, u: { j1: 90 } }
+  j2: { bodies: [right, hub], axis: [[80,0],[80,20]], rest: "0.5*turn", fold: -180 }
+initial: { q: { j0: 30, j2: -0.5 rad }, u: { j1: 90 }, fold: 30% }
 points: { tip: { body: right, at: [40, 10, 0.5] }, mark: { body: base, at: [0, 0, 0] } }
 forces: { pull: { point: tip, force: [0, 5 mN, "0.01*t - b*u.j2"] } }
 "#;
@@ -148,6 +149,9 @@ fn every_key_is_read() {
 
     assert_eq!(model.initial_q, [(JointId(0), 30f64.to_radians()), (JointId(2), -0.5)]);
     assert_eq!(model.initial_u, [(JointId(1), PI / 2.0)]);
+    assert_eq!(model.initial_fold.as_ref().map(|share| share.value), Some(0.3));
+    let folds = [j0, j1, j2].map(|joint| joint.fold.as_ref().map(|fold| fold.value));
+    assert_eq!(folds, [None, None, Some(-PI)]);
     assert_eq!((model.points[0].body, model.points[0].at), (BodyId(3), [0.04, 0.01, 0.5e-3]));
     assert_eq!(model.forces[0].point, PointId(0));
     assert_eq!(model.forces[0].force[1], Expression::Number(5e-3));

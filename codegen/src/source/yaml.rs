@@ -9,14 +9,16 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use serde_saphyr::granit_parser::{
-    self, ErrorKind, Event, Parser, ScalarStyle, ScanError, StructureStyle,
-};
+use serde_saphyr::granit_parser::{self, Event, Parser, ScalarStyle, StructureStyle};
 
 use super::codes;
 use super::diagnostic::{Diagnostic, Diagnostics, Span, Spanned};
 
+mod alias_keys;
+mod errors;
 mod merge;
+
+use errors::{syntax_error, too_deep, too_many};
 
 /// Deepest nesting of mappings and sequences, with aliases expanded.
 const MAX_DEPTH: usize = 64;
@@ -57,6 +59,9 @@ pub(super) struct Scalar {
 #[derive(Clone, Debug)]
 pub(super) struct Entry {
     pub key: Spanned<String>,
+    /// The key itself if it is an object of a Python program. `key` is then a text that no other object
+    /// of the file has.
+    pub object: Option<Box<Node>>,
     pub value: Node,
 }
 
@@ -67,7 +72,15 @@ impl Entry {
     }
 }
 
+/// Prefix of the tags of Python objects.
+pub(super) const PYTHON_TAG: &str = "tag:yaml.org,2002:python/";
+
 impl Node {
+    /// Returns whether the node is an object of a Python program.
+    pub fn is_python(&self) -> bool {
+        self.tag.as_ref().is_some_and(|tag| tag.value.starts_with(PYTHON_TAG))
+    }
+
     /// Returns the scalar if the node is a scalar.
     pub fn scalar(&self) -> Option<&Scalar> {
         match &self.content {
@@ -151,8 +164,9 @@ pub(super) fn parse(text: &str) -> Result<(Node, Diagnostics), Diagnostics> {
         block_nesting_limit: MAX_DEPTH,
     };
     options.set_emit_comments(false);
+    let spaced = alias_keys::spaced(text);
     let mut builder = Builder { text, ..Builder::default() };
-    for event in Parser::new_from_str_with_options(text, options) {
+    for event in Parser::new_from_str_with_options(&spaced, options) {
         let (event, span) = event.map_err(|error| syntax_error(text, &error, &builder.open))?;
         builder.event(event, span)?;
     }
@@ -162,40 +176,6 @@ pub(super) fn parse(text: &str) -> Result<(Node, Diagnostics), Diagnostics> {
             .hint("a model needs at least `bodies` and `joints`")
             .into()),
     }
-}
-
-/// Converts an error of the parser, with its position.
-fn syntax_error(text: &str, error: &ScanError, open: &[Open]) -> Diagnostics {
-    let at = error.marker().byte_offset().unwrap_or(text.len()).min(text.len());
-    let next = text.get(at..).and_then(|rest| rest.chars().next());
-    let width = next.filter(|c| !matches!(c, '\n' | '\r')).map_or(0, char::len_utf8);
-    let span = Span { start: at, end: at + width };
-    if *error.kind() == ErrorKind::RecursionLimitExceeded {
-        return too_deep(span).into();
-    }
-    if *error.kind() == ErrorKind::UnknownAnchor && super::popupcad::is_older_export(text, at) {
-        return super::popupcad::older_export(span).into();
-    }
-    if *error.kind() == ErrorKind::UnknownAnchor {
-        return Diagnostic::error(codes::UNKNOWN_ALIAS, span, "this alias has no anchor before it")
-            .hint("write `&name` in front of the value that `*name` refers to")
-            .into();
-    }
-    let message = format!("not valid YAML: {}", error.info());
-    let found =
-        Diagnostic::error(codes::YAML_SYNTAX, span, message).label("the parser stopped here");
-    match open.last().filter(|open| open.flow) {
-        // The end of this is missing; it often begins several lines above.
-        Some(Open { start, .. }) => {
-            found.also(Span { start: *start, end: start + 1 }, "opened here").into()
-        }
-        None => found.into(),
-    }
-}
-
-fn too_deep(span: Span) -> Diagnostic {
-    Diagnostic::error(codes::TOO_DEEP, span, format!("nested more than {MAX_DEPTH} levels deep"))
-        .hint("a model needs about ten")
 }
 
 /// A finished value, with its size and depth after expansion of aliases.
@@ -369,6 +349,13 @@ impl Builder<'_> {
             Children::Entries { key: key @ None, .. } => *key = Some(built.node),
             Children::Entries { entries, key, merge } => {
                 let Some(key) = key.take() else { return Ok(()) };
+                if key.is_python() && key.scalar().is_none() {
+                    let value = format!("object {}", key.span.start);
+                    let text = Spanned { value, span: key.span };
+                    let object = Some(Box::new(key));
+                    entries.push(Entry { key: text, object, value: built.node });
+                    return Ok(());
+                }
                 let Some(scalar) = key.scalar() else {
                     let error = Diagnostic::error(codes::BAD_KEY, key.span, "a key must be text");
                     self.diagnostics.push(error.label(format!("this is {}", key.describe())));
@@ -378,19 +365,9 @@ impl Builder<'_> {
                     merge.get_or_insert(key.span);
                 }
                 let key = Spanned { value: scalar.text.to_string(), span: key.span };
-                entries.push(Entry { key, value: built.node });
+                entries.push(Entry { key, object: None, value: built.node });
             }
         }
         Ok(())
     }
-}
-
-fn too_many(at: Span) -> Diagnostics {
-    Diagnostic::error(
-        codes::TOO_LARGE,
-        at,
-        format!("the file expands to more than {MAX_NODES} values"),
-    )
-    .hint("aliases of aliases multiply: write the values out")
-    .into()
 }

@@ -5,19 +5,23 @@ use super::{Import, head};
 use crate::source::diagnostic::Spanned;
 use crate::source::model::Material;
 use crate::source::names::identifier_from;
+use crate::source::units;
 use crate::source::yaml::Node;
 
-/// The contents of a `MaterialProperty`.
+/// The contents of a `MaterialProperty`, and of the `Material2` of older exports.
 #[rustfmt::skip]
 const KEYS: &[&str] = &[
-    "E1", "E2", "color", "density", "is_adhesive", "is_conductive", "is_flexible", "is_rigid",
+    "E1", "E2", "color", "density", "id", "is_adhesive", "is_conductive", "is_flexible", "is_rigid",
     "name", "poisson", "thickness",
 ];
 
 impl Import {
     /// Returns the materials, and the material of each layer (bottom to top).
-    pub(super) fn materials(&mut self, layers: &[Node]) -> Option<(Vec<Material>, Vec<usize>)> {
-        let read: Vec<_> = layers.iter().map(|layer| self.material(layer)).collect();
+    pub(super) fn materials<'n>(
+        &mut self,
+        layers: impl IntoIterator<Item = &'n Node>,
+    ) -> Option<(Vec<Material>, Vec<usize>)> {
+        let read: Vec<_> = layers.into_iter().map(|layer| self.material(layer)).collect();
         let mut materials: Vec<Material> = Vec::new();
         let mut layup = Vec::new();
         for mut material in read.into_iter().collect::<Option<Vec<_>>>()? {
@@ -54,8 +58,8 @@ impl Import {
             let value = identifier_from(&self.id(node)?);
             Some(Spanned { value, span: node.span })
         });
-        let density = self.required_number(node, at, "density");
-        let thickness = self.required_number(node, at, "thickness");
+        let density = self.required_number(node, at, "density", units::SI);
+        let thickness = self.required_number(node, at, "thickness", self.length);
         Some(Material {
             name: name?,
             density: density?,

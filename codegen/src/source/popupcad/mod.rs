@@ -1,4 +1,5 @@
-//! Files of popupCAD / foldable_robotics: a pickled `DynamicsInfo` -> [`SourceModel`].
+//! Files of popupCAD / foldable_robotics: a pickled `DynamicsInfo` -> [`SourceModel`]. `older` reads
+//! what popupCAD wrote before that.
 //!
 //! Bodies `b0..` and joints `j0..` in file order, layer `i` of material `i`, bodies of
 //! `newtonian_ids` fixed, angles in degrees, everything else SI (github.com/idealabasu,
@@ -14,31 +15,39 @@ use super::expression::Expression;
 use super::fields::items;
 use super::ids::BodyId;
 use super::lower::STANDARD_GRAVITY;
-use super::model::{Body, Joint, MAX_HINGES, Shape, SourceModel};
+use super::model::{Body, Joint, MAX_HINGES, Material, Plate, Shape, SourceModel};
 use super::names;
 use super::rounding::Decimals;
-use super::units;
+use super::units::{self, Unit};
 use super::yaml::{Content, Node, shorten};
 
 mod joints;
 mod materials;
+mod older;
 mod orientation;
 mod origin;
 mod polygons;
 
-pub(super) use origin::{
-    Origin, beginning, is_older_export, no_model, older_export, origin, other_object,
-};
+pub(super) use origin::{Origin, beginning, no_model, origin, other_object};
 
 /// Reads a `DynamicsInfo`. Errors are in the diagnostics; without errors there is a model.
 pub(super) fn import(root: &Node, file: &SourceFile) -> (Option<SourceModel>, Diagnostics) {
-    let mut import = Import { diagnostics: Diagnostics::default(), decimals: Decimals::default() };
+    let mut import = Import::new(units::SI);
     let model = import.model(root, file);
+    (model, import.diagnostics)
+}
+
+/// Reads an export of popupCAD from before `DynamicsInfo`, as [`import`] does.
+pub(super) fn import_older(root: &Node, file: &SourceFile) -> (Option<SourceModel>, Diagnostics) {
+    let mut import = Import::new(units::MILLIMETRE);
+    let model = import.older(root, file);
     (model, import.diagnostics)
 }
 
 struct Import {
     diagnostics: Diagnostics,
+    /// The unit of lengths.
+    length: Unit,
     /// The decimals of the coordinates read so far.
     decimals: Decimals,
 }
@@ -48,7 +57,7 @@ type Ids = HashMap<String, BodyId>;
 
 /// Returns a model with the gravity of the Earth and defaults for everything that such files do not
 /// contain.
-fn empty(name: String) -> SourceModel {
+pub(super) fn empty(name: String) -> SourceModel {
     SourceModel {
         cuts: Vec::new(),
         max_hinges: MAX_HINGES,
@@ -64,15 +73,42 @@ fn empty(name: String) -> SourceModel {
         tunable: Vec::new(),
         initial_q: Vec::new(),
         initial_u: Vec::new(),
+        initial_fold: None,
         points: Vec::new(),
         forces: Vec::new(),
         hinge_models: Vec::new(),
         air: None,
         tolerance: 0.0,
+        drawing: None,
     }
 }
 
+/// What a file holds, of which parts may be missing or wrong.
+struct Parts<'n> {
+    /// Where the file begins.
+    at: Span,
+    /// The number of layers, if there is a list of them.
+    layers: Option<usize>,
+    /// The materials and the layup, if they could be read.
+    stack: Option<(Vec<Material>, Vec<usize>)>,
+    /// Whether there are lists of bodies, of joints and of fixed bodies.
+    complete: bool,
+    /// Each body, if it could be read.
+    bodies: Vec<Option<Body>>,
+    /// Each joint, if it could be read.
+    joints: Vec<Option<Joint>>,
+    fixed: Vec<BodyId>,
+    /// How many fixed bodies are listed, also those that are unknown; None without a list.
+    listed: Option<usize>,
+    /// What the file calls this list.
+    list: &'n str,
+}
+
 impl Import {
+    fn new(length: Unit) -> Self {
+        Self { diagnostics: Diagnostics::default(), length, decimals: Decimals::default() }
+    }
+
     fn model(&mut self, root: &Node, file: &SourceFile) -> Option<SourceModel> {
         let known = ["connected_items", "connections", "material_properties", "newtonian_ids"];
         self.warn_of_others(root, &known);
@@ -96,22 +132,28 @@ impl Import {
             .enumerate()
             .map(|(i, connection)| self.joint(i, connection, &ids, &fixed))
             .collect();
+        let (listed, list) = (newtonian.map(<[Node]>::len), "`newtonian_ids`");
+        let parts = Parts { at, layers, stack, complete, bodies, joints, fixed, listed, list };
+        self.assembled(parts, file)
+    }
+
+    /// Makes a model of the parts, or reports which of them are empty.
+    fn assembled(&mut self, parts: Parts<'_>, file: &SourceFile) -> Option<SourceModel> {
+        let Parts { at, layers, stack, complete, bodies, joints, fixed, listed, list } = parts;
         if layers == Some(0) {
-            let message = "the design has no `material_properties`";
             let hint = "without layers no body has mass: export the design again";
-            self.report(codes::EMPTY_LAYUP, at, message, hint);
+            self.report(codes::EMPTY_LAYUP, at, "the design has no layers", hint);
         }
-        if newtonian.is_some_and(<[Node]>::is_empty) {
-            let hint = "list the ground's id in `newtonian_ids`";
-            self.report(codes::NO_FIXED_BODY, at, "no body is fixed", hint);
+        if listed == Some(0) {
+            let hint = format!("list the ground in {list}");
+            self.report(codes::NO_FIXED_BODY, at, "no body is fixed", &hint);
         }
-        if complete && connections.is_empty() {
+        if complete && joints.is_empty() {
             let hint = "nothing can move: a mechanism needs a joint";
-            self.report(codes::NO_JOINTS, at, "the design has no `connections`", hint);
+            self.report(codes::NO_JOINTS, at, "the design has no connections", hint);
         }
         let mut joints: Vec<Joint> = joints.into_iter().collect::<Option<_>>()?;
-        orientation::orient(&mut joints, &fixed, items.len());
-
+        orientation::orient(&mut joints, &fixed, bodies.len());
         let (materials, layup) = stack.filter(|_| complete)?;
         let name = names::identifier_from(file.stem());
         let bodies: Vec<Body> = bodies.into_iter().collect::<Option<_>>()?;
@@ -149,10 +191,10 @@ impl Import {
         items(value, &format!("`{key}` as a list"), &mut self.diagnostics)
     }
 
-    fn number(&mut self, node: &Node) -> Option<f64> {
+    fn number(&mut self, node: &Node, unit: Unit) -> Option<f64> {
         let text = node.scalar().map_or("", |scalar| &scalar.text);
         let value = match units::split_number(text) {
-            Some((number, "")) => units::SI.to_si(number),
+            Some((number, "")) => unit.to_si(number),
             _ => f64::NAN,
         };
         if !value.is_finite() {
@@ -166,15 +208,21 @@ impl Import {
 
     /// Reads a coordinate, whose decimals determine the tolerance of the drawing.
     fn coordinate(&mut self, node: &Node) -> Option<f64> {
-        let value = self.number(node)?;
+        let value = self.number(node, self.length)?;
         let text = node.scalar().map_or("", |scalar| &scalar.text);
-        self.decimals.note(text, units::SI);
+        self.decimals.note(text, self.length);
         Some(value)
     }
 
-    fn required_number(&mut self, node: &Node, at: Span, key: &str) -> Option<Spanned<f64>> {
+    fn required_number(
+        &mut self,
+        node: &Node,
+        at: Span,
+        key: &str,
+        unit: Unit,
+    ) -> Option<Spanned<f64>> {
         let node = self.require(node, at, key)?;
-        Some(Spanned { value: self.number(node)?, span: node.span })
+        Some(Spanned { value: self.number(node, unit)?, span: node.span })
     }
 
     fn ids(&mut self, items: &[Node]) -> Ids {
@@ -235,13 +283,19 @@ impl Import {
             self.diagnostics.push(error.hint("layer i is of material i: export the design again"));
         }
         let plates: Vec<_> = nodes.iter().map(|layer| self.layer(layer)).collect();
-        Some(Body {
-            name: Spanned { value: format!("b{i}"), span: head(item) },
-            fixed,
-            shape: Shape::Plates(plates.into_iter().collect::<Option<_>>()?),
-            point_masses: Vec::new(),
-            span: item.span,
-        })
+        let plates = plates.into_iter().collect::<Option<_>>()?;
+        Some(laminate(i, item, plates, fixed))
+    }
+}
+
+/// Returns body `i` with these plates, a list for each layer.
+fn laminate(i: usize, node: &Node, plates: Vec<Vec<Plate>>, fixed: bool) -> Body {
+    Body {
+        name: Spanned { value: format!("b{i}"), span: head(node) },
+        fixed,
+        shape: Shape::Plates(plates),
+        point_masses: Vec::new(),
+        span: node.span,
     }
 }
 

@@ -7,10 +7,9 @@ use wkt::types::{LineString, Polygon};
 
 use super::{Import, head};
 use crate::source::codes::{self, Code};
-use crate::source::diagnostic::{Diagnostic, Spanned};
+use crate::source::diagnostic::{Diagnostic, Span, Spanned};
 use crate::source::fields::items;
 use crate::source::model::{MAX_VERTICES, Plate};
-use crate::source::units;
 use crate::source::yaml::Node;
 
 /// Deepest nesting of parentheses, because the reader is recursive. A collection of multipolygons
@@ -49,17 +48,30 @@ impl Import {
             Ok(plates) => {
                 let is_number = |c: char| c.is_ascii_digit() || "+-.eE".contains(c);
                 let numbers = text.split(|c| !is_number(c)).filter(|word| word.contains('.'));
-                numbers.for_each(|number| self.decimals.note(number, units::SI));
+                numbers.for_each(|number| self.decimals.note(number, self.length));
                 Some(plates)
             }
-            Err(Refusal { code, reason }) => {
-                self.diagnostics.push(
-                    Diagnostic::error(code, node.span, format!("not a polygon: {reason}"))
-                        .hint("a layer holds `POLYGON ((x y, ..))` or `MULTIPOLYGON`, with holes"),
-                );
-                None
+            Err(refusal) => {
+                let hint = "a layer holds `POLYGON ((x y, ..))` or `MULTIPOLYGON`, with holes";
+                self.refuse(refusal, node.span, hint)
             }
         }
+    }
+
+    /// Reads a ring of vertices.
+    pub(super) fn ring(
+        &mut self,
+        vertices: Vec<[f64; 2]>,
+        node: &Node,
+    ) -> Option<Spanned<Vec<[f64; 2]>>> {
+        let hint = "a layer holds polygons, with holes";
+        ring(vertices, node).map_or_else(|refusal| self.refuse(refusal, node.span, hint), Some)
+    }
+
+    fn refuse<T>(&mut self, refusal: Refusal, at: Span, hint: &str) -> Option<T> {
+        let message = format!("not a polygon: {}", refusal.reason);
+        self.diagnostics.push(Diagnostic::error(refusal.code, at, message).hint(hint));
+        None
     }
 }
 
@@ -113,14 +125,14 @@ fn plate(polygon: &Polygon<f64>, node: &Node) -> Result<Option<Plate>, Refusal> 
     if outline.coords().is_empty() {
         return Ok(None);
     }
-    let holes = holes.iter().map(|hole| ring(hole, node)).collect::<Result<_, _>>()?;
-    Ok(Some(Plate { outline: ring(outline, node)?, holes }))
+    let corners = |line: &LineString<f64>| line.coords().iter().map(|c| [c.x, c.y]).collect();
+    let holes = holes.iter().map(|hole| ring(corners(hole), node)).collect::<Result<_, _>>()?;
+    Ok(Some(Plate { outline: ring(corners(outline), node)?, holes }))
 }
 
 /// Reads the vertices without repetitions: the first vertex at the end, and equal neighbours, which
 /// shapely may write.
-fn ring(line: &LineString<f64>, node: &Node) -> Result<Spanned<Vec<[f64; 2]>>, Refusal> {
-    let mut vertices: Vec<[f64; 2]> = line.coords().iter().map(|c| [c.x, c.y]).collect();
+fn ring(mut vertices: Vec<[f64; 2]>, node: &Node) -> Result<Spanned<Vec<[f64; 2]>>, Refusal> {
     vertices.dedup();
     if vertices.len() > 1 && vertices.first() == vertices.last() {
         vertices.pop();
@@ -145,11 +157,11 @@ fn ring(line: &LineString<f64>, node: &Node) -> Result<Spanned<Vec<[f64; 2]>>, R
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::source::yaml;
+    use crate::source::{units, yaml};
 
     fn plates(wkt: &str) -> Result<Vec<Plate>, String> {
         let (node, _) = yaml::parse(&format!("geoms: ['{wkt}']")).unwrap();
-        let mut import = Import { diagnostics: Default::default(), decimals: Default::default() };
+        let mut import = Import::new(units::SI);
         import.layer(&node).ok_or_else(|| import.diagnostics.to_string())
     }
 

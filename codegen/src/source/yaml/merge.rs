@@ -15,7 +15,7 @@ use crate::source::diagnostic::{Diagnostic, Diagnostics, Span, Spanned};
 
 /// Replaces the merge key at `at` by the entries that it inserts.
 pub(super) fn entries_of(entries: &mut Vec<Entry>, at: usize, diagnostics: &mut Diagnostics) {
-    let Entry { key, value } = entries.remove(at);
+    let Entry { key, value, .. } = entries.remove(at);
     let mut known: HashSet<String> = entries.iter().map(|entry| entry.key.value.clone()).collect();
     let sources = match value.content {
         Content::Sequence(items) => items,
