@@ -11,7 +11,7 @@
 use std::borrow::Borrow;
 
 pub use lamc_runtime::sin_cos_unfused as sin_cos;
-pub use libm::{acos, asin, atan, atan2, exp, exp2, hypot, log as ln, log2, pow, tan, tanh};
+pub use libm::{acos, asin, atan, atan2, exp, exp2, hypot, log as ln, log2, log10, pow, tan, tanh};
 
 /// The sine of an angle, rad.
 pub fn sin(angle: f64) -> f64 {

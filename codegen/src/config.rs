@@ -140,7 +140,7 @@ impl Config {
     }
 
     /// Compiles a model to a module named after its file, and returns the path of the module. Cargo is told to run
-    /// the build script again when the model changes, and shows the model's warnings.
+    /// the build script again when the model or its drawing changes, and shows the model's warnings.
     ///
     /// # Errors
     /// [`BuildError`]; nothing is written in that case.
@@ -148,6 +148,9 @@ impl Config {
         let model = model.as_ref();
         println!("cargo:rerun-if-changed={}", model.display());
         let file = SourceFile::read(&model.display().to_string())?;
+        for other in file.others() {
+            println!("cargo:rerun-if-changed={}", other.display());
+        }
         let compiled = pipeline::compile_edited(&file, |source| {
             for &value in &self.tunable {
                 if source.tunable.iter().all(|there| there.value != value) {

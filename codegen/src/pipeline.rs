@@ -98,7 +98,9 @@ pub fn compile_watched(
     enter(Stage::Equations, joints);
     let equations: Equations = kane::derive(&topology)?;
     enter(Stage::Program, joints);
-    let program = program::lower(&equations, file.name(), &file.text);
+    // The module says from which texts it was made.
+    let drawing = model.drawing.as_ref().map_or("", |drawing| drawing.text.as_str());
+    let program = program::lower(&equations, file.name(), &(file.text.clone() + drawing));
     Ok(Compiled { topology: equations.topology, program, numbers: model.numbers(), warnings })
 }
 
@@ -115,9 +117,23 @@ pub fn compile(file: &SourceFile) -> Result<Compiled, CompileError> {
 /// # Errors
 /// As [`compile`].
 pub fn analyse(file: &SourceFile) -> Result<(Topology, Diagnostics), Diagnostics> {
-    let (model, warnings) = source::parse(file)?;
+    let (_, topology, warnings) = analyse_edited(file, |_| ())?;
+    Ok((topology, warnings))
+}
+
+/// As [`analyse`], after a change of the model that was read; returns the changed model too.
+///
+/// # Errors
+/// As [`analyse`].
+pub fn analyse_edited(
+    file: &SourceFile,
+    edit: impl FnOnce(&mut SourceModel),
+) -> Result<(SourceModel, Topology, Diagnostics), Diagnostics> {
+    let (mut model, warnings) = source::parse(file)?;
+    edit(&mut model);
     refuse_too_many_hinges(&model)?;
-    analysed(&model, warnings)
+    let (topology, warnings) = analysed(&model, warnings)?;
+    Ok((model, topology, warnings))
 }
 
 /// Runs the stages `laminate` and `topology`.

@@ -39,7 +39,7 @@ bodies:
     point_masses: [{ mass: 1 g, at: [20, 10, 0] }]
   toe: { mass: 1.5 g, com: [50, 10, 0], inertia: [[1e-7, 0, 0], [0, 1e-7, 0], [0, 0, 1e-7]] }
 joints:
-  knee: { bodies: [base, arm], axis: [[0, 0], [0, 20]], friction: { torque: 1e-4, speed: 2 } }
+  knee: { bodies: [base, arm], axis: [[0, 0], [0, 20]], fold: 1 rad, friction: { torque: 1e-4, speed: 2 } }
   wrist:
     bodies: [arm, hand]
     axis: [[40, 0], [40, 20]]
@@ -52,6 +52,12 @@ joints:
     bodies: [foot, toe]
     axis: [[40, 0], [40, 20]]
     hinge: { model: tape, length: 1 mm, width: 40 mm }
+pattern:
+  file: miura_sheet.svg
+  scale: 1 mm
+  crease: { width: 1 mm, hinge: { model: beam, material: film } }
+  fold: { mountain: -170 deg }
+  layers: { cut: OUTLINE }
 initial: { q: { knee: 20 } }
 points: { tip: { body: arm, at: [40, 10, 0.5] } }
 forces: { pull: { point: tip, force: [0, 0, 0.01] } }
@@ -61,7 +67,7 @@ hinge_models:
 ";
 
 /// Numbers at a key of a joint, and whether it takes them.
-const NUMBERS: [(&str, &[&str], &[&str]); 3] = [
+const NUMBERS: [(&str, &[&str], &[&str]); 4] = [
     (
         "z",
         &[
@@ -98,6 +104,7 @@ const NUMBERS: [(&str, &[&str], &[&str]); 3] = [
         ],
         &["1 N", "1 W", "1 furlong", "2 k", "1 N*·m", "50 %", "k & k"],
     ),
+    ("fold", &["30 deg", "-180°", "0.5 rev", "-1"], &["50 %", "2*k", "1 rad^2"]),
     ("rest", &["30 deg", "30°", "0.1 rev", "0.5"], &["30 mm", "1 rad^0", "30 degrees"]),
 ];
 
@@ -210,6 +217,8 @@ impl Cases {
         let without = changed(mapping, |entries| drop(entries.remove(key.name)));
         match key.presence {
             Presence::Required => self.add(format!("no {what}"), without, false),
+            // The rest of the whole model refers to what these keys declare.
+            Presence::Without(_) => {}
             Presence::Together => {
                 for other in mapping.beside(key.name).filter_map(|other| mapping.key(other)) {
                     let mut model = with(mapping, other, example(other));
@@ -219,6 +228,8 @@ impl Cases {
             }
             // Entries of the whole model are referred to, and a body that moves needs a joint.
             _ if mapping.name == "model" || key.name == "fixed" => {}
+            // The hinge of the whole model is a beam, which needs both.
+            _ if key.name == "material" || (mapping.name == "crease" && key.name == "width") => {}
             Presence::Default(_) | Presence::Optional(_) => {
                 self.add(format!("no {what}"), without, true);
             }
@@ -284,7 +295,7 @@ pub fn repository_models() -> Vec<Case> {
     yaml_files(&workspace(), &mut files);
     let models = files.into_iter().filter_map(|path| {
         let model = as_json(&fs::read_to_string(&path).unwrap());
-        let is_model = model.get("bodies").is_some();
+        let is_model = model.get("bodies").or(model.get("pattern")).is_some();
         is_model.then(|| Case { what: path.display().to_string(), model, is_sound: true })
     });
     models.collect()
@@ -349,6 +360,11 @@ fn pointer(mapping: &Mapping) -> &'static str {
         "beam" => "/joints/wrist/hinge",
         "sharifzadeh2018" => "/joints/ankle/hinge",
         "family" => "/joints/tip/hinge",
+        "pattern" => "/pattern",
+        "crease" => "/pattern/crease",
+        "crease hinge" => "/pattern/crease/hinge",
+        "fold" => "/pattern/fold",
+        "layers" => "/pattern/layers",
         "initial" => "/initial",
         "point" => "/points/tip",
         "force" => "/forces/pull",

@@ -145,7 +145,8 @@ bodies:
         let _ = writeln!(
             text,
             "  {name}: {{ bodies: [f{first}, f{second}], axis: [{from}, {to}], stiffness: 1.3e-3, \
-             damping: 2e-6, rest: {rest} }}"
+             damping: 2e-6, rest: {rest}, fold: {} }}",
+            180.0_f64.copysign(*rest)
         );
     }
     let angles: Vec<String> =

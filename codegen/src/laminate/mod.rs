@@ -4,6 +4,7 @@
 mod air;
 mod check;
 pub mod flexure;
+mod fold;
 mod hinge;
 mod kinks;
 mod linear;
@@ -51,7 +52,7 @@ pub fn build(model: &SourceModel, warnings: &mut Diagnostics) -> Result<Mechanis
         inputs: model.inputs.iter().map(|input| input.value.clone()).collect(),
         points: points(model),
         forces: forces(model),
-        initial_q: per_joint(model, &model.initial_q),
+        initial_q: fold::initial_angles(model, &mut found),
         cuts: model.cuts.clone(),
         initial_given: model.initial_q.iter().map(|(joint, _)| *joint).collect(),
         initial_u: per_joint(model, &model.initial_u),

@@ -1,7 +1,9 @@
 //! Diagnostics: where a mistake in the source text is, what is wrong, and how to correct it.
 
-use super::codes::Code;
 use std::fmt;
+use std::sync::Arc;
+
+use super::codes::Code;
 
 /// A half-open range of bytes in the source text.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -58,6 +60,8 @@ pub struct Diagnostic {
     pub also: Option<(Span, String)>,
     /// How to correct the mistake.
     pub hint: Option<String>,
+    /// The file that the positions are in, if it is not that of the model: a drawing.
+    pub file: Option<Arc<SourceFile>>,
 }
 
 impl Diagnostic {
@@ -71,6 +75,7 @@ impl Diagnostic {
             label: String::new(),
             also: None,
             hint: None,
+            file: None,
         }
     }
 
@@ -108,7 +113,7 @@ impl Diagnostic {
     }
 }
 
-/// All diagnostics of one source text, reported together.
+/// All diagnostics of one model, reported together.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Diagnostics(pub Vec<Diagnostic>);
 

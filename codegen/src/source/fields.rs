@@ -38,7 +38,7 @@ impl<'n> Fields<'n> {
             diagnostics.push(error.label(format!("this is {}", node.describe())));
             return None;
         };
-        for Entry { key, value } in entries {
+        for Entry { key, value, .. } in entries {
             if !known.contains(&key.value.as_str()) {
                 let hint = hint(diagnostics.0.len(), &key.value, || known.clone(), "keys");
                 let message = format!("unknown key `{}`", shorten(&key.value));
@@ -75,6 +75,8 @@ impl<'n> Fields<'n> {
     pub fn read(&self, key: &str, diagnostics: &mut Diagnostics) -> Option<&'n Node> {
         match self.table.key(key).map(|key| key.presence) {
             Some(Presence::Required) => self.require(key, diagnostics),
+            // A key without value (reported already) is there too.
+            Some(Presence::Without(other)) if !self.has(other) => self.require(key, diagnostics),
             _ => self.get(key),
         }
     }
@@ -89,6 +91,11 @@ impl<'n> Fields<'n> {
         self.entries.iter().find(|entry| entry.key.value == key && !entry.value.is_null())
     }
 
+    /// Returns whether the key is there, with or without a value.
+    fn has(&self, key: &str) -> bool {
+        self.entries.iter().any(|entry| entry.key.value == key)
+    }
+
     /// Returns the value of a key that is required by the table or by another key.
     pub fn require(&self, key: &str, diagnostics: &mut Diagnostics) -> Option<&'n Node> {
         debug_assert!(
@@ -97,7 +104,7 @@ impl<'n> Fields<'n> {
             self.table.name
         );
         // A key without value has been reported already.
-        if !self.entries.iter().any(|entry| entry.key.value == key) {
+        if !self.has(key) {
             diagnostics.push(
                 Diagnostic::error(
                     codes::MISSING_KEY,

@@ -2,11 +2,12 @@
 
 use std::fs::File;
 use std::io::Read;
+use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use super::codes;
 use super::diagnostic::SourceFile;
+use super::{codes, yaml};
 
 /// Largest source text, bytes: 16 MiB. The largest published design has 23 kB.
 pub const MAX_FILE_BYTES: usize = 16 << 20;
@@ -89,6 +90,23 @@ impl SourceFile {
         self.path.rsplit(['/', '\\']).next().unwrap_or_default()
     }
 
+    /// Returns the path of a file that this one names: it is relative to the folder of this one.
+    pub fn beside(&self, path: &str) -> PathBuf {
+        match Path::new(&self.path).parent() {
+            Some(folder) => folder.join(path),
+            None => path.into(),
+        }
+    }
+
+    /// Returns the files besides this one from which a model is made: the drawing of its `pattern`. They are also
+    /// known if the model or the drawing has mistakes.
+    pub fn others(&self) -> Vec<PathBuf> {
+        let Ok((root, _)) = yaml::parse(&self.text) else { return Vec::new() };
+        let file = root.get("pattern").and_then(|pattern| pattern.get("file"));
+        let path = file.and_then(|file| file.scalar()).map(|path| self.beside(&path.text));
+        path.into_iter().collect()
+    }
+
     /// Returns an identifier made from the file's stem: `designs/4th_Design.cad.joints` ->
     /// `m4th_Design`.
     pub fn module_name(&self) -> String {
@@ -101,7 +119,9 @@ impl SourceFile {
             return "model";
         }
         let mut stem = self.name();
-        while let Some((rest, "yaml" | "yml" | "joints" | "cad")) = stem.rsplit_once('.') {
+        while let Some((rest, "yaml" | "yml" | "joints" | "cad" | "svg" | "fold" | "dxf")) =
+            stem.rsplit_once('.')
+        {
             stem = rest;
         }
         stem
@@ -156,6 +176,21 @@ mod tests {
         assert!(matches!(error, ReadError::TooLarge { line: 2, column: 3, .. }), "{error}");
         let says = ":2:3: [file-too-large] the file is larger than 16 MiB, the largest size that lamc reads";
         assert!(error.to_string().ends_with(says), "{error}");
+    }
+
+    #[test]
+    fn a_drawing_is_a_file_of_the_model() {
+        for (text, expected) in [
+            ("pattern: { file: sheet.svg }", vec!["robots/sheet.svg"]),
+            ("pattern: { file: ../sheet.svg, scale: none }", vec!["robots/../sheet.svg"]),
+            ("pattern: { scale: 1 mm }", vec![]),
+            ("pattern: [", vec![]),
+        ] {
+            let file = SourceFile { path: "robots/m.yaml".into(), text: text.into() };
+            assert_eq!(file.others(), expected.into_iter().map(PathBuf::from).collect::<Vec<_>>());
+        }
+        let file = SourceFile { path: STDIN.into(), text: String::new() };
+        assert_eq!(file.beside("sheet.svg"), PathBuf::from("sheet.svg"));
     }
 
     #[test]

@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! text -> yaml (nodes with spans) -> lower    (our schema)  -> SourceModel
-//!                                    popupcad (DynamicsInfo)
+//!                                    popupcad (DynamicsInfo, older exports)
 //! ```
 
 use std::collections::BTreeSet;
@@ -22,6 +22,8 @@ pub mod ids;
 mod lower;
 mod model;
 mod names;
+#[cfg(feature = "drawings")]
+pub mod pattern;
 mod polynomial;
 mod popupcad;
 mod render;
@@ -51,7 +53,7 @@ pub use uses::Numbers;
 pub use write::to_yaml;
 
 use popupcad::Origin;
-use yaml::{Content, Node};
+use yaml::{Content, Entry, Node};
 
 /// Reads a model. All errors are reported together; a model is returned with its warnings.
 pub fn parse(file: &SourceFile) -> Result<(SourceModel, Diagnostics), Diagnostics> {
@@ -62,9 +64,7 @@ pub fn parse(file: &SourceFile) -> Result<(SourceModel, Diagnostics), Diagnostic
             lower::lower(&root, file)
         }
         Origin::DynamicsInfo => popupcad::import(&root, file),
-        Origin::OlderExport => {
-            return Err(popupcad::older_export(popupcad::beginning(&root)).into());
-        }
+        Origin::OlderExport => popupcad::import_older(&root, file),
         Origin::OtherObject => {
             return Err(popupcad::other_object(popupcad::beginning(&root)).into());
         }
@@ -99,7 +99,10 @@ fn refuse_tags(node: &Node, diagnostics: &mut Diagnostics) {
         Content::Scalar(_) => {}
         Content::Sequence(items) => items.iter().for_each(|item| refuse_tags(item, diagnostics)),
         Content::Mapping(entries) => {
-            entries.iter().for_each(|entry| refuse_tags(&entry.value, diagnostics));
+            for Entry { object, value, .. } in entries {
+                object.iter().for_each(|key| refuse_tags(key, diagnostics));
+                refuse_tags(value, diagnostics);
+            }
         }
     }
 }

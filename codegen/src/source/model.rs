@@ -1,8 +1,10 @@
 //! The model as written in the file, with names resolved and quantities in SI and radians. Nothing
 //! is derived yet.
 
+use std::sync::Arc;
+
 use super::argument::AngleUnit;
-use super::diagnostic::{Span, Spanned};
+use super::diagnostic::{SourceFile, Span, Spanned};
 use super::expression::Expression;
 use super::ids::{BodyId, InputId, JointId, PointId};
 use super::polynomial::Polynomial;
@@ -41,6 +43,8 @@ pub struct SourceModel {
     pub initial_q: Vec<(JointId, f64)>,
     /// Guess of the initial speeds, rad/s, for the joints under `initial`.
     pub initial_u: Vec<(JointId, f64)>,
+    /// Share of the joints' `fold` at which those start that are not in `initial_q`: from 0 to 1.
+    pub initial_fold: Option<Spanned<f64>>,
     /// Output points.
     pub points: Vec<Point>,
     /// Forces at points.
@@ -55,6 +59,8 @@ pub struct SourceModel {
     pub max_hinges: usize,
     /// Largest rounding error of each coordinate of a hinge line, m.
     pub tolerance: f64,
+    /// The drawing of its `pattern`.
+    pub drawing: Option<Arc<SourceFile>>,
 }
 
 /// Stiffness and damping of a family of hinges.
@@ -172,6 +178,8 @@ pub struct Joint {
     pub torque: Spanned<Expression>,
     /// Prescribed angle, rad: a function of t, parameters and inputs.
     pub drive: Option<Spanned<Expression>>,
+    /// Angle of the finished fold, from -pi (mountain) to pi (valley), rad.
+    pub fold: Option<Spanned<f64>>,
     /// Position of the joint's entry in the file.
     pub span: Span,
 }

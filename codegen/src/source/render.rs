@@ -12,12 +12,12 @@ const WIDTH: usize = 100;
 pub(super) const MOST_SHOWN: usize = 100;
 
 impl Diagnostics {
-    /// Renders all diagnostics in the order of the file, each as a block of text; `color` is for
-    /// terminals.
+    /// Renders all diagnostics in the order of the file, then those of its drawing, each as a block of
+    /// text; `color` is for terminals.
     pub fn render(&self, file: &SourceFile, color: bool) -> String {
         let renderer = if color { Renderer::styled() } else { Renderer::plain() }.term_width(WIDTH);
         let mut ordered: Vec<&Diagnostic> = self.0.iter().collect();
-        ordered.sort_by_key(|diagnostic| diagnostic.span.map(|span| span.start));
+        ordered.sort_by_key(|it| (it.file.is_some(), it.span.map(|span| span.start)));
         let shown = ordered.iter().take(MOST_SHOWN);
         let mut text: String = shown.map(|one| render(one, file, &renderer) + "\n").collect();
         if let Some(more) = ordered.len().checked_sub(MOST_SHOWN).filter(|more| *more > 0) {
@@ -28,6 +28,7 @@ impl Diagnostics {
 }
 
 fn render(diagnostic: &Diagnostic, file: &SourceFile, renderer: &Renderer) -> String {
+    let file = diagnostic.file.as_deref().unwrap_or(file);
     let level = match diagnostic.severity {
         Severity::Error => Level::ERROR,
         Severity::Warning => Level::WARNING,

@@ -14,7 +14,7 @@ use super::model::{Body, Joint, Shape};
 use super::units::Unit;
 
 /// Upper bound of the default, relative to the drawing's size.
-const LARGEST_SHARE: f64 = 1e-4;
+pub(super) const LARGEST_SHARE: f64 = 1e-4;
 /// Default for drawings whose coordinates are whole numbers, relative to the drawing's size.
 const WHOLE: f64 = 1e-9;
 /// Coordinates below this bound, relative to the drawing's size, are zeros with the rounding error

@@ -115,6 +115,8 @@ quantities! {
     PRESSURE = "a pressure or stress", (1, -1, -2, 0), "`Pa`, `MPa` or `GPa`";
     STIFFNESS = "a rotational stiffness", (1, 2, -2, -1), "`N*m/rad` or `mN*m/deg`";
     CUBIC_STIFFNESS = "a cubic rotational stiffness", (1, 2, -2, -3), "`N*m/rad^3`";
+    LINE_STIFFNESS = "a rotational stiffness per length", (1, 1, -2, -1), "`N/rad` or `mN*m/rad/mm`";
+    LINE_DAMPING = "a rotational damping per length", (1, 1, -1, -1), "`N*s/rad`";
     DAMPING = "a rotational damping", (1, 2, -1, -1), "`N*m*s/rad`";
     TORQUE = "a torque", (1, 2, -2, 0), "`N*m` or `mN*m`";
     FORCE = "a force", (1, 1, -2, 0), "`N` or `mN`";
@@ -124,6 +126,7 @@ quantities! {
     SPEED = "a speed", (0, 1, -1, 0), "`m/s`";
     AREA = "an area", (0, 2, 0, 0), "`m^2` or `cm^2`";
     NUMBER = "a number", (0, 0, 0, 0), "no unit";
+    SHARE = "a share", (0, 0, 0, 0), "`%`";
 }
 
 /// A unit as a factor to SI: `mantissa * 10^exponent`.
@@ -136,6 +139,8 @@ pub(super) struct Unit {
 
 /// SI itself.
 pub(super) const SI: Unit = unit(1.0, 0, dimension(0, 0, 0, 0));
+/// The millimetre.
+pub(super) const MILLIMETRE: Unit = unit(1.0, -3, LENGTH.dimension);
 
 const fn unit(mantissa: f64, exponent: i32, dimension: Dimension) -> Unit {
     Unit { mantissa, exponent, dimension }
@@ -145,7 +150,7 @@ const fn unit(mantissa: f64, exponent: i32, dimension: Dimension) -> Unit {
 const UNITS: &[(&str, Unit)] = &[
     ("m", unit(1.0, 0, LENGTH.dimension)),
     ("cm", unit(1.0, -2, LENGTH.dimension)),
-    ("mm", unit(1.0, -3, LENGTH.dimension)),
+    ("mm", MILLIMETRE),
     ("um", unit(1.0, -6, LENGTH.dimension)),
     ("µm", unit(1.0, -6, LENGTH.dimension)),
     ("μm", unit(1.0, -6, LENGTH.dimension)),
@@ -179,6 +184,7 @@ const UNITS: &[(&str, Unit)] = &[
     ("J", unit(1.0, 0, TORQUE.dimension)),
     ("mJ", unit(1.0, -3, TORQUE.dimension)),
     ("W", unit(1.0, 0, dimension(1, 2, -3, 0))),
+    ("%", unit(1.0, -2, NUMBER.dimension)),
 ];
 
 /// Returns the names of all units.
@@ -267,11 +273,16 @@ pub(super) fn split_number(text: &str) -> Option<(&str, &str)> {
 pub(super) fn split_quantity(text: &str) -> Option<(&str, &str)> {
     let (number, rest) = split_number(text)?;
     let unit = rest.trim_start();
-    let starts = unit.starts_with(|c: char| c.is_alphabetic() || c == '°');
+    let starts = unit.starts_with(is_of_name);
     // A minus sign can be part of a power (`s^-1`); anywhere else it makes the text an expression.
-    let of_units = |c: char| c.is_alphanumeric() || " */^·°²³".contains(c);
+    let of_units = |c: char| c.is_alphanumeric() || " */^·°%²³".contains(c);
     let is_unit = starts && unit.replace("^-", "^").chars().all(of_units);
     (unit.is_empty() || is_unit).then_some((number, unit))
+}
+
+/// Returns whether the names of units have this character.
+fn is_of_name(c: char) -> bool {
+    c.is_alphabetic() || "°%".contains(c)
 }
 
 /// Reads a unit: names with powers, between `*`, `·`, blanks and `/`. A `/` divides by the next
@@ -282,7 +293,7 @@ pub(super) fn parse_unit(text: &str) -> Result<Unit, UnitError> {
     let mut sign = 1;
     loop {
         let rest = &text[at..];
-        let length = rest.find(|c: char| !(c.is_alphabetic() || c == '°')).unwrap_or(rest.len());
+        let length = rest.find(|c: char| !is_of_name(c)).unwrap_or(rest.len());
         let name = &rest[..length];
         if name.is_empty() {
             return Err(UnitError::Malformed(at..text.len().max(at)));

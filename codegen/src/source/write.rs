@@ -93,8 +93,10 @@ fn initial(out: &mut String, model: &SourceModel) {
         });
         format!("{{ {} }}", named.collect::<Vec<_>>().join(", "))
     };
-    if !(model.initial_q.is_empty() && model.initial_u.is_empty()) {
+    let share = model.initial_fold.as_ref();
+    if share.is_some() || !(model.initial_q.is_empty() && model.initial_u.is_empty()) {
         line(out, 0, "initial:");
+        share.into_iter().for_each(|fold| line(out, 1, &format!("fold: {}", number(fold.value))));
         for (key, values) in [("q", &model.initial_q), ("u", &model.initial_u)] {
             if !values.is_empty() {
                 line(out, 1, &format!("{key}: {}", guess(values)));
@@ -276,6 +278,9 @@ fn joint(out: &mut String, joint: &Joint, model: &SourceModel) {
     law("torque", &joint.torque.value);
     if let Some(drive) = &joint.drive {
         line(out, 2, &format!("drive: {}", expression(&drive.value, model)));
+    }
+    if let Some(fold) = &joint.fold {
+        line(out, 2, &format!("fold: {}", number(fold.value)));
     }
     if let Some(friction) = &joint.friction {
         let torque = expression(&friction.torque.value, model);

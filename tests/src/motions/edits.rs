@@ -146,6 +146,7 @@ pub fn turntable(model: &mut SourceModel, compiled: &Compiled) {
         limits: None,
         torque: spanned(Expression::ZERO),
         drive: None,
+        fold: None,
         span: Span::default(),
     });
     model.forces.clear();

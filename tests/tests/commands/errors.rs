@@ -129,8 +129,9 @@ fn each_code_is_explained() {
         let entry = explain(code.name).unwrap_or_else(|| panic!("{code} is not explained"));
         assert!(entry.starts_with(code.cause), "{entry}");
         assert!(entry.ends_with(code.cure), "{entry}");
-        let has_example =
-            ["yaml", "csv", "json"].iter().any(|it| entry.contains(&format!("```{it}")));
+        let has_example = ["yaml", "csv", "json", "svg", "fold"]
+            .iter()
+            .any(|it| entry.contains(&format!("```{it}")));
         assert_eq!(has_example, code.no_example.is_none(), "{entry}");
     }
     assert!(explain("no-such-code").is_none());

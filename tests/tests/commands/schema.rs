@@ -11,7 +11,9 @@ use lamc_workbench::reference::schema_page;
 use serde_json::Value;
 
 fn file(model: &Value) -> SourceFile {
-    SourceFile { path: "model.yaml".into(), text: model.to_string() }
+    // Drawings are beside the model.
+    let path = workspace().join("examples/model.yaml").display().to_string();
+    SourceFile { path, text: model.to_string() }
 }
 
 #[test]

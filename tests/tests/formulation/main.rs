@@ -13,6 +13,7 @@ mod hinges;
 mod motions;
 mod near_flat;
 mod newton_euler;
+mod patterns;
 mod reference;
 mod regressions;
 mod sheets;

@@ -1,12 +1,13 @@
 //! Snapshots of the diagnostics for invalid or odd models: `wrong/<name>.yaml` is the model, and
 //! `wrong/<name>.stderr` is what the user reads ([`golden`](lamc_tests::golden) says how to change them).
 //! The examples in `docs/ERRORS.md` are the smallest of these models. Files of numbers have the name of their reader
-//! before the extension: `wrong/<name>.angles.csv`.
+//! before the extension: `wrong/<name>.angles.csv`. Drawings are imported.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use lamc::pipeline::{CompileError, compile};
+use lamc::source::pattern::{Options, import};
 use lamc::source::{Diagnostics, SourceFile};
 use lamc_tests::golden::is_pinned;
 use lamc_workbench::identify::{Record, family};
@@ -33,7 +34,7 @@ fn check(path: &Path) -> String {
     diagnostics.render(&file, false)
 }
 
-/// What is wrong with a file of numbers; `None` for a model.
+/// What is wrong with a drawing or a file of numbers; `None` for a model.
 fn numbers(file: &SourceFile) -> Option<Diagnostics> {
     let text = &file.text;
     let joints = ["knee", "hip"];
@@ -45,6 +46,10 @@ fn numbers(file: &SourceFile) -> Option<Diagnostics> {
         ("csv", "specimens") => family::read(text).map(drop),
         ("csv", "configurations") => configurations(text, &joints).map(drop),
         ("json", "states") => states(text).map(drop),
+        ("svg" | "fold" | "dxf", _) => {
+            let bytes = text.clone().into_bytes();
+            return Some(import(&file.path, bytes, "wrong", &Options::default()).found);
+        }
         ("yaml", _) => return None,
         _ => panic!("{}: no reader has this name", file.path),
     };
@@ -75,7 +80,9 @@ fn diagnostics_are_as_pinned() {
 fn every_snapshot_has_its_model() {
     for entry in fs::read_dir(folder()).unwrap() {
         let path = entry.unwrap().path();
-        let has_input = ["yaml", "csv", "json"].iter().any(|it| path.with_extension(it).is_file());
+        let has_input = ["yaml", "csv", "json", "svg", "fold", "dxf"]
+            .iter()
+            .any(|it| path.with_extension(it).is_file());
         assert!(has_input, "{} is left over", path.display());
     }
 }

@@ -8,13 +8,24 @@ use lamc_tests::workspace;
 use crate::source::{entries, imports, is_test, rust_files};
 
 /// A crate's folder, and which crates of the workspace it may depend on.
-const CRATES: [(&str, &[&str]); 7] = [
+const CRATES: [(&str, &[&str]); 8] = [
     ("runtime", &[]),
     ("templates", &[]),
-    ("codegen", &["lamc-runtime", "lamc-templates"]),
-    ("workbench", &["lamc-runtime", "lamc-templates", "lamc"]),
+    ("drawings", &[]),
+    ("codegen", &["lamc-runtime", "lamc-templates", "lamc-drawings"]),
+    ("workbench", &["lamc-runtime", "lamc-templates", "lamc-drawings", "lamc"]),
     ("generated", &["lamc-runtime"]),
-    ("tests", &["lamc-runtime", "lamc-templates", "lamc", "lamc-workbench", "lamc-generated"]),
+    (
+        "tests",
+        &[
+            "lamc-runtime",
+            "lamc-templates",
+            "lamc-drawings",
+            "lamc",
+            "lamc-workbench",
+            "lamc-generated",
+        ],
+    ),
     ("xtask", &[]),
 ];
 
@@ -56,6 +67,7 @@ const FLOORS: [Floors; 5] = [
         folder: "workbench/src",
         entries: &[
             ("archive", &[]),
+            ("cut", &[]),
             ("execution", &[]),
             ("reading", &[]),
             ("identify", &["execution", "reading"]),
@@ -64,7 +76,9 @@ const FLOORS: [Floors; 5] = [
             ("simulation", &["execution", "motion"]),
             ("verify", &["execution", "motion", "simulation"]),
             ("scene", &["motion"]),
+            ("folding", &["motion", "scene"]),
             ("picture", &["motion", "scene"]),
+            ("export", &["motion", "scene"]),
             ("page", &["motion", "scene", "picture"]),
             ("reference", &[]),
             ("main", &["cli"]),
@@ -195,6 +209,7 @@ fn package(folder: &str) -> &'static str {
     match folder {
         "runtime" => "lamc-runtime",
         "templates" => "lamc-templates",
+        "drawings" => "lamc-drawings",
         "codegen" => "lamc",
         "workbench" => "lamc-workbench",
         "generated" => "lamc-generated",

@@ -84,6 +84,21 @@ fn values_not_given_are_zero_and_unlimited() {
 }
 
 #[test]
+fn a_share_of_the_fold_is_a_guess_within_the_limits() {
+    let mut pendulum = pendulum();
+    pendulum.joints[0].fold = Some(spanned(-2.0));
+    pendulum.initial_fold = Some(spanned(0.25));
+    let built = mechanism(&pendulum);
+    // A share is not an angle that was given.
+    assert_eq!((built.initial_q, built.initial_given), (vec![-0.5], vec![]));
+    pendulum.joints[0].limits = Some(spanned([-0.3, 1.0]));
+    assert_eq!(mechanism(&pendulum).initial_q, [-0.3]);
+    pendulum.initial_q = vec![(JointId(0), 0.7)];
+    let built = mechanism(&pendulum);
+    assert_eq!((built.initial_q, built.initial_given), (vec![0.7], vec![JointId(0)]));
+}
+
+#[test]
 fn size_spans_plates_and_hinge_lines() {
     // The plate spans x 0..0.04, the hinge line y 0..1, the sheet z 0..4e-4.
     let size = mechanism(&pendulum()).size;

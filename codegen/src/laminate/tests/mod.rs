@@ -57,6 +57,7 @@ pub fn model(materials: Vec<Material>, bodies: Vec<Body>) -> SourceModel {
     let zero = || spanned(Expression::ZERO);
     SourceModel {
         tolerance: 0.0,
+        drawing: None,
         cuts: Vec::new(),
         max_hinges: crate::source::MAX_HINGES,
         name: named("test"),
@@ -78,6 +79,7 @@ pub fn model(materials: Vec<Material>, bodies: Vec<Body>) -> SourceModel {
             limits: None,
             torque: zero(),
             drive: None,
+            fold: None,
             span: Span { start: 3, end: 9 },
         }],
         parameters: Vec::new(),
@@ -85,6 +87,7 @@ pub fn model(materials: Vec<Material>, bodies: Vec<Body>) -> SourceModel {
         tunable: Vec::new(),
         initial_q: Vec::new(),
         initial_u: Vec::new(),
+        initial_fold: None,
         points: Vec::new(),
         forces: Vec::new(),
         hinge_models: Vec::new(),

@@ -67,6 +67,7 @@ mod drawing;
 mod keys;
 mod mechanism;
 mod names;
+mod pattern;
 mod physics;
 mod popupcad;
 mod tables;
@@ -77,6 +78,7 @@ pub use drawing::*;
 pub use keys::*;
 pub use mechanism::*;
 pub use names::*;
+pub use pattern::*;
 pub use physics::*;
 pub use popupcad::*;
 pub use tables::*;
@@ -92,6 +94,7 @@ pub const GROUPS: &[(&str, &[Code])] = &[
     ("The drawing", drawing::ALL),
     ("Masses, springs and angles", physics::ALL),
     ("The mechanism", mechanism::ALL),
+    ("Patterns", pattern::ALL),
     ("Files of popupCAD", popupcad::ALL),
     ("Measurements, configurations and states", tables::ALL),
 ];

@@ -56,6 +56,16 @@ codes! {
     INITIAL_OUTSIDE_LIMITS "initial-outside-limits"
         "The initial angle of a joint is outside of its `limits`."
         "Change the angle or the limits.";
+    FOLD_ANGLE "fold-angle"
+        "The `fold` of a joint, the angle of the finished fold, is more than half a turn."
+        "Give an angle from -180 deg (a mountain) to 180 deg (a valley).";
+    FOLD_SHARE "fold-share"
+        "The `fold` of the initial state is less than nothing or more than the finished fold."
+        "Give a share from 0 to 100 %: `30%`, which is the same as `0.3`.";
+    NO_FOLD "no-fold"
+        "The initial state is given as a share of the finished fold, or `lamc fold` is called, but no \
+         joint has a `fold`."
+        "Give the joints that fold their angle, as in `fold: -180 deg` for a mountain.";
     DRIVEN_OUTSIDE_LIMITS "driven-outside-limits"
         "The constant angle that a joint is driven to is outside of its `limits`."
         "Change the angle or the limits.";

@@ -57,6 +57,7 @@ fn model() -> SourceModel {
     let body = Spanned { value: crate::source::BodyId(0), span: Span::default() };
     SourceModel {
         tolerance: 0.0,
+        drawing: None,
         cuts: Vec::new(),
         max_hinges: crate::source::MAX_HINGES,
         name: named("m"),
@@ -78,6 +79,7 @@ fn model() -> SourceModel {
             limits: None,
             torque: zero,
             drive: None,
+            fold: None,
             span: Span::default(),
         }],
         parameters: vec![Parameter { name: named("k"), value: 0.0, dimension: None }],
@@ -85,6 +87,7 @@ fn model() -> SourceModel {
         tunable: vec![],
         initial_q: vec![],
         initial_u: vec![],
+        initial_fold: None,
         points: vec![],
         forces: vec![],
         hinge_models: vec![],

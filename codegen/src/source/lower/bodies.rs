@@ -27,7 +27,7 @@ pub(super) fn none_fixed(bodies: &[Entry]) -> bool {
 
 /// Reads a truth value in every spelling of YAML 1.1, which other tools write: lower case, upper
 /// case, or with a capital first letter.
-fn boolean(node: &Node) -> Option<bool> {
+pub(super) fn boolean(node: &Node) -> Option<bool> {
     const TRUE: [&str; 4] = ["y", "yes", "true", "on"];
     const FALSE: [&str; 4] = ["n", "no", "false", "off"];
     let text = &*node.scalar()?.text;

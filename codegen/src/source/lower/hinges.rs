@@ -26,16 +26,7 @@ impl Lowering<'_> {
     ) -> Option<Spring> {
         match (fields.entry("hinge"), fields.entry("stiffness")) {
             (Some(hinge), Some(stiffness)) => {
-                self.note(
-                    Diagnostic::error(
-                        codes::TWO_SPRINGS,
-                        stiffness.key.span,
-                        "both `stiffness` and `hinge`",
-                    )
-                    .label("a second stiffness")
-                    .also(hinge.key.span, "the first is computed from this")
-                    .hint("keep one of them"),
-                );
+                self.two_springs(hinge.key.span, stiffness.key.span);
                 None
             }
             (Some(hinge), None) => self.hinge(&hinge.value, hinge.key.span, fields, materials),
@@ -65,18 +56,33 @@ impl Lowering<'_> {
                 if let Some(model) = named.position(other) {
                     return self.family(node, at, joint, model);
                 }
-                let known = || {
-                    let mut known: Vec<&str> = built_in().collect();
-                    known.extend(named.names());
-                    known
-                };
-                let message = format!("there is no hinge model `{}`", shorten(other));
-                let hint = hint(self.diagnostics.0.len(), other, known, "hinge models");
-                let error = Diagnostic::error(codes::UNKNOWN_HINGE, name.span, message);
-                self.note(Diagnostic { hint, ..error });
+                self.unknown_hinge(&name);
                 None
             }
         }
+    }
+
+    /// Reports a `stiffness` in addition to a model that computes it.
+    pub(super) fn two_springs(&mut self, hinge: Span, stiffness: Span) {
+        self.note(
+            Diagnostic::error(codes::TWO_SPRINGS, stiffness, "both `stiffness` and `hinge`")
+                .label("a second stiffness")
+                .also(hinge, "the first is computed from this")
+                .hint("keep one of them"),
+        );
+    }
+
+    pub(super) fn unknown_hinge(&mut self, name: &Spanned<String>) {
+        let named = &self.names.hinge_models;
+        let known = || {
+            let mut known: Vec<&str> = built_in().collect();
+            known.extend(named.names());
+            known
+        };
+        let message = format!("there is no hinge model `{}`", shorten(&name.value));
+        let hint = hint(self.diagnostics.0.len(), &name.value, known, "hinge models");
+        let error = Diagnostic::error(codes::UNKNOWN_HINGE, name.span, message);
+        self.note(Diagnostic { hint, ..error });
     }
 
     fn beam(&mut self, node: &Node, at: Span, materials: &Option<Vec<Material>>) -> Option<Spring> {
@@ -128,7 +134,7 @@ impl Lowering<'_> {
     }
 
     /// Reports a `damping` in addition to a model that computes it.
-    fn no_other_damping(&mut self, joint: &Fields, hinge: Span) -> Option<()> {
+    pub(super) fn no_other_damping(&mut self, joint: &Fields, hinge: Span) -> Option<()> {
         let Some(damping) = joint.entry("damping") else { return Some(()) };
         self.note(
             Diagnostic::error(codes::TWO_DAMPINGS, damping.key.span, "both `damping` and `hinge`")
@@ -187,7 +193,7 @@ impl Lowering<'_> {
 
     /// Checks that the material of a beam has a Young's modulus. A material that could not be read
     /// has been reported already.
-    fn stiff_material(
+    pub(super) fn stiff_material(
         &mut self,
         node: &Node,
         material: usize,

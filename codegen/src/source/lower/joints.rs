@@ -1,16 +1,22 @@
 //! Joints: hinge line, spring, damper, limits, torque.
 
+use std::f64::consts::PI;
+
 use crate::arithmetic::hypot;
 use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, Spanned};
 use crate::source::expression::Expression;
 use crate::source::fields::{Fields, array};
+use crate::source::formula::number;
 use crate::source::ids::BodyId;
 use crate::source::model::{Friction, Joint, Material};
 use crate::source::schema::{FRICTION, JOINT};
 use crate::source::yaml::{Entry, Node, shorten};
 
 use super::Lowering;
+
+/// Largest angle of a fold, rad: half a turn, and the rounding error of other units than degrees.
+const MOST_FOLDED: f64 = PI * (1.0 + 4.0 * f64::EPSILON);
 
 impl Lowering<'_> {
     pub(super) fn joint(
@@ -35,6 +41,7 @@ impl Lowering<'_> {
         let torque = self.law(&fields, "torque");
         let drive = self.drive(&fields);
         let limits = self.limits(&fields);
+        let fold = self.fold(&fields);
         Some(Joint {
             name: entry.key.clone(),
             bodies: bodies?,
@@ -48,6 +55,7 @@ impl Lowering<'_> {
             limits: limits?,
             torque: torque?,
             drive: drive?,
+            fold: fold?,
             span: entry.span(),
         })
     }
@@ -125,6 +133,25 @@ impl Lowering<'_> {
             return None;
         }
         Some(Some(Spanned { value, span: node.span }))
+    }
+
+    /// Reads the angle of the finished fold.
+    #[allow(
+        clippy::option_option,
+        reason = "a missing value and a wrong value are different \
+                                             cases"
+    )]
+    fn fold(&mut self, fields: &Fields) -> Option<Option<Spanned<f64>>> {
+        let fold = self.optional(fields, "fold")?;
+        if let Some(fold) = fold.as_ref().filter(|fold| fold.value.abs() > MOST_FOLDED) {
+            let message = format!("a fold by {} deg", number(fold.value.to_degrees()));
+            let error = Diagnostic::error(codes::FOLD_ANGLE, fold.span, message);
+            self.note(error.label("more than half a turn").hint(
+                "give the angle of the finished fold, from -180 deg (mountain) to 180 deg (valley)",
+            ));
+            return None;
+        }
+        Some(fold)
     }
 
     /// Reads the prescribed angle, which replaces a torque.

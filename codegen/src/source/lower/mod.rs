@@ -7,7 +7,7 @@
 
 use super::argument::AngleUnit;
 use super::codes;
-use super::diagnostic::{Diagnostic, Diagnostics, SourceFile, Span};
+use super::diagnostic::{Diagnostic, Diagnostics, SourceFile, Span, Spanned};
 use super::fields::Fields;
 use super::model::{MAX_HINGES, Parameter, SourceModel};
 use super::rounding::Decimals;
@@ -20,11 +20,17 @@ mod formulas;
 mod hinges;
 mod joints;
 mod outputs;
+#[cfg(feature = "drawings")]
+mod pattern;
+#[cfg(not(feature = "drawings"))]
+#[path = "without_drawings.rs"]
+mod pattern;
 mod references;
 mod scalars;
 mod sheet;
 mod symbols;
 
+use pattern::Patterned;
 use references::{Declared, Names};
 
 /// Acceleration of gravity on Earth, along -z, m/s^2.
@@ -73,21 +79,26 @@ impl Lowering<'_> {
         let gravity = self.gravity(&fields);
         let materials = self.each(declared.materials, Self::material);
         let layup = self.layup(&fields);
+        let tolerance = self.optional(&fields, "tolerance");
+        let sheet = (&materials, &layup);
+        let given = tolerance.iter().flatten().map(|tolerance| tolerance.value).next();
+        let pattern = self.pattern(&fields, file, &declared, sheet, given);
         let layers = fields.get("layup").map(|_| layup.as_ref().map_or(0, Vec::len));
         let bodies = self.each(declared.bodies, |this, entry| this.body(entry, layers));
-        let fixed = bodies::fixed(declared.bodies);
-        self.refuse_without_motion(&fields, &declared);
+        let mut fixed = bodies::fixed(declared.bodies);
+        fixed.extend(pattern.iter().flatten().flat_map(|pattern| pattern.fixed()));
+        self.refuse_without_motion(&fields, &declared, &pattern);
         let hinge_models = self.each(declared.hinge_models, Self::hinge_model);
         let joints = self.each(declared.joints, |this, it| this.joint(it, &fixed, &materials));
         let tunable = self.tunable(&fields, declared.parameters, &inputs, &fixed);
-        let [initial_q, initial_u] = self.initial(&fields);
+        let initial = self.initial(&fields);
         let points = self.each(declared.points, Self::point);
         let forces = self.each(declared.forces, Self::force);
         let air = self.air(&fields);
-        let tolerance = self.optional(&fields, "tolerance");
-        let (bodies, joints) = (bodies?, joints?);
-        let tolerance = self.tolerance(tolerance?, &bodies, &joints);
-        Some(SourceModel {
+        if pattern.is_none() {
+            self.forget_consequences();
+        }
+        let mut model = SourceModel {
             cuts: Vec::new(),
             max_hinges: MAX_HINGES,
             name: name?,
@@ -95,30 +106,66 @@ impl Lowering<'_> {
             gravity: gravity?,
             materials: materials?,
             layup: layup?,
-            bodies,
-            joints,
+            bodies: bodies?,
+            joints: joints?,
             parameters: std::mem::take(&mut self.parameters).into_iter().collect::<Option<_>>()?,
             inputs,
             tunable,
-            initial_q,
-            initial_u,
+            initial_q: initial.q,
+            initial_u: initial.u,
+            initial_fold: initial.fold,
             points: points?,
             forces: forces?,
             hinge_models: hinge_models?,
             air: air?,
-            tolerance: tolerance?,
-        })
+            tolerance: 0.0,
+            drawing: None,
+        };
+        self.finish(&mut model, pattern?, tolerance?)?;
+        Some(model)
     }
 
-    /// Reports a model without a fixed body or without joints.
-    fn refuse_without_motion(&mut self, model: &Fields, declared: &Declared) {
-        if !declared.bodies.is_empty() && bodies::none_fixed(declared.bodies) {
+    /// Adds the bodies and joints of the pattern, and finds the tolerance.
+    fn finish(
+        &mut self,
+        model: &mut SourceModel,
+        pattern: Option<Patterned>,
+        tolerance: Option<Spanned<f64>>,
+    ) -> Option<()> {
+        if let Some(pattern) = &pattern {
+            pattern.add(model, &mut self.diagnostics)?;
+        }
+        model.tolerance = match (tolerance, &pattern) {
+            (None, Some(pattern)) => pattern.tolerance(),
+            (given, _) => self.tolerance(given, &model.bodies, &model.joints)?,
+        };
+        Some(())
+    }
+
+    /// Reports a model without a fixed body or without joints. A pattern that could not be read may have
+    /// both.
+    fn refuse_without_motion(
+        &mut self,
+        model: &Fields,
+        declared: &Declared,
+        pattern: &Option<Option<Patterned>>,
+    ) {
+        let Some(pattern) = pattern else { return };
+        let is_grounded = pattern.as_ref().is_some_and(Patterned::is_grounded);
+        if !declared.bodies.is_empty() && bodies::none_fixed(declared.bodies) && !is_grounded {
             self.no_fixed_body(model, declared.bodies);
         }
-        if let Some(entry) = model.entry("joints").filter(|_| declared.joints.is_empty()) {
+        let has_joints = !declared.joints.is_empty() || pattern.is_some();
+        if let Some(entry) = model.entry("joints").filter(|_| !has_joints) {
             let error = Diagnostic::error(codes::NO_JOINTS, entry.span(), "there are no joints");
             self.note(error.hint("nothing can move: a mechanism needs a joint"));
         }
+    }
+
+    /// Forgets mistakes that follow from a pattern that could not be read: what refers to its facets.
+    fn forget_consequences(&mut self) {
+        let follows = [codes::UNKNOWN_BODY, codes::UNKNOWN_JOINT];
+        self.diagnostics.0.retain(|found| !follows.contains(&found.code));
     }
 
     fn note(&mut self, diagnostic: Diagnostic) {

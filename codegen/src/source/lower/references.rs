@@ -40,6 +40,15 @@ impl Known {
         Self { all, positions }
     }
 
+    /// Adds names that are not in the file.
+    #[cfg(feature = "drawings")]
+    pub fn extend<'n>(&mut self, names: impl Iterator<Item = &'n String>) {
+        for name in names {
+            self.positions.entry(name.clone()).or_insert(self.all.len());
+            self.all.push(name.clone());
+        }
+    }
+
     /// Returns the position of a name.
     pub fn position(&self, name: &str) -> Option<usize> {
         self.positions.get(name).copied()

@@ -5,6 +5,7 @@ use crate::source::codes;
 use crate::source::diagnostic::{Diagnostic, SourceFile, Span, Spanned};
 use crate::source::expression::Expression;
 use crate::source::fields::{Fields, entries, items};
+use crate::source::formula::number;
 use crate::source::ids::JointId;
 use crate::source::model::{Air, Body, Joint, Material};
 use crate::source::names::{self, Kind};
@@ -16,6 +17,17 @@ use super::{Lowering, STANDARD_GRAVITY};
 
 /// Largest tolerance, relative to the size of the drawing: a larger one would change the drawing.
 const LARGEST_TOLERANCE: f64 = 1e-2;
+
+/// The entries of `initial`.
+#[derive(Default)]
+pub(super) struct Initial {
+    /// Angles, rad.
+    pub q: Vec<(JointId, f64)>,
+    /// Speeds, rad/s.
+    pub u: Vec<(JointId, f64)>,
+    /// Share of the joints' folds.
+    pub fold: Option<Spanned<f64>>,
+}
 
 impl Lowering<'_> {
     /// Reads the units of numbers without a unit.
@@ -112,15 +124,15 @@ impl Lowering<'_> {
     }
 
     /// Reads the coordinates and speeds of joints under `initial`.
-    pub(super) fn initial(&mut self, model: &Fields) -> [Vec<(JointId, f64)>; 2] {
-        let none = [Vec::new(), Vec::new()];
+    pub(super) fn initial(&mut self, model: &Fields) -> Initial {
+        let none = Initial::default();
         let Some(node) = model.get("initial") else { return none };
         let found = &mut self.diagnostics;
         let Some(fields) = Fields::new(node, node.span, "`initial`", &schema::INITIAL, found)
         else {
             return none;
         };
-        ["q", "u"].map(|key| {
+        let [q, u] = ["q", "u"].map(|key| {
             let (quantity, _) = fields.expected(key).measured();
             let entries = entries(fields.get(key), "joints", &mut self.diagnostics);
             let mut values = Vec::new();
@@ -131,7 +143,24 @@ impl Lowering<'_> {
                 values.extend(joint.zip(value.map(|value| value.value)));
             }
             values
-        })
+        });
+        Initial { q, u, fold: self.initial_fold(&fields) }
+    }
+
+    /// Reads the share of the joints' folds at the start.
+    fn initial_fold(&mut self, initial: &Fields) -> Option<Spanned<f64>> {
+        let share = self.optional(initial, "fold")??;
+        if (0.0..=1.0).contains(&share.value) {
+            return Some(share);
+        }
+        let percent = number(100.0 * share.value);
+        let message = format!("a fold of {percent} % at the start");
+        let error = Diagnostic::error(codes::FOLD_SHARE, share.span, message);
+        self.note(error.label("not from 0 to 100 %").hint(
+            "give the share of the joints' `fold`, such as `30%` or `0.3`; `initial.q` sets the \
+             angles of single joints",
+        ));
+        None
     }
 
     /// Returns how far the coordinates of hinge lines may be moved, m: the given tolerance, or one

@@ -11,6 +11,7 @@ pub use super::units::{QUANTITIES, Quantity, all_units, units_of};
 
 mod model;
 mod parts;
+mod pattern;
 
 pub use model::{AIR, FORCE, HINGE_MODEL, INITIAL, MATERIAL, MODEL, POINT, UNITS};
 pub(super) use model::{SPECIMEN, TERM};
@@ -18,6 +19,9 @@ pub use parts::{
     BODY, FRICTION, HINGE_BEAM, HINGE_FAMILY, HINGE_SHARIFZADEH2018, JOINT, PLATE, POINT_MASS,
 };
 pub(super) use parts::{HINGES, INERTIA_ROW, MAX_LAYERS, PLATES, RING, VERTEX};
+pub use pattern::{CREASE, CREASE_HINGE, FOLD, LAYERS, PATTERN};
+#[cfg(feature = "drawings")]
+pub(super) use pattern::{DRAWN, LAYER_NAMES};
 
 /// A mapping with a fixed set of keys.
 #[derive(Debug)]
@@ -61,6 +65,8 @@ pub struct Key {
 pub enum Presence {
     /// The key is required.
     Required,
+    /// The key is required unless this other key is given.
+    Without(&'static str),
     /// The key is required together with the other keys of its alternative in a [`Choice`].
     Together,
     /// The default is this value (YAML).
@@ -92,6 +98,8 @@ pub enum Value {
         /// The key of the model under which it is declared: `bodies`.
         among: &'static str,
     },
+    /// Any text.
+    Text,
     /// `true` or `false`.
     Boolean,
     /// One of these words.
@@ -104,6 +112,8 @@ pub enum Value {
     Formula(&'static Quantity, Uses),
     /// A number with or without a unit; the unit determines the dimension of the parameter.
     Parameter,
+    /// A value of the one or of the other type.
+    Either(&'static Value, &'static Value),
     /// A list of fixed length.
     Array {
         /// Type of each item.
@@ -165,6 +175,11 @@ pub const MAPPINGS: &[&Mapping] = &[
     &HINGE_BEAM,
     &HINGE_SHARIFZADEH2018,
     &HINGE_FAMILY,
+    &PATTERN,
+    &CREASE,
+    &CREASE_HINGE,
+    &FOLD,
+    &LAYERS,
     &INITIAL,
     &POINT,
     &FORCE,
@@ -192,9 +207,9 @@ impl Mapping {
 }
 
 impl Presence {
-    /// Returns whether the key is required, always or together with certain other keys.
+    /// Returns whether the key is required, always, without another key or together with others.
     pub fn may_be_required(self) -> bool {
-        matches!(self, Self::Required | Self::Together)
+        matches!(self, Self::Required | Self::Without(_) | Self::Together)
     }
 }
 

@@ -2,10 +2,12 @@
 //! points, forces, air and families of hinges.
 
 use super::parts::{BODY, JOINT, MAX_LAYERS, POSITION};
+use super::pattern::PATTERN;
 use super::{Mapping, Presence, Range, TUNABLE, Uses, Value, key, optional, required};
 use crate::source::names::Kind;
 use crate::source::units::{
     ACCELERATION, ANGLE, ANGULAR_SPEED, DENSITY, FORCE as FORCE_QUANTITY, LENGTH, NUMBER, PRESSURE,
+    SHARE,
 };
 
 const SAME_FOR_EVERY_POSE: Uses =
@@ -32,7 +34,7 @@ pub static MODEL: Mapping = Mapping {
     name: "model",
     title: "The file",
     path: "",
-    doc: "The file is one mapping. Only `bodies` and `joints` are required.",
+    doc: "The file is one mapping. Only `bodies` and `joints` are required, or a `pattern` that makes them.",
     keys: &[
         optional(
             "name",
@@ -78,9 +80,17 @@ pub static MODEL: Mapping = Mapping {
             "The materials of the layers, from the bottom (z = 0) to the top. All bodies are cut from \
              this stack.",
         ),
-        required(
+        optional(
+            "pattern",
+            Value::Mapping(&PATTERN),
+            "all bodies and joints are under `bodies` and `joints`",
+            "{ file: miura_sheet.svg, scale: 1 mm }",
+            "A drawing whose facets become bodies and whose creases become joints.",
+        ),
+        key(
             "bodies",
             Value::Named(Kind::Other("a body"), &Value::Mapping(&BODY)),
+            Presence::Without("pattern"),
             "{ base: { fixed: true }, arm: { outline: [[0, 0], [40, 0], [40, 20], [0, 20]] } }",
             "Rigid bodies by name. At least one of them is fixed.",
         ),
@@ -117,9 +127,10 @@ pub static MODEL: Mapping = Mapping {
             "Constants that become parameters, for every joint (`stiffness_<joint>`) or for every moving \
              body (`mass_<body>`, with which the inertia scales).",
         ),
-        required(
+        key(
             "joints",
             Value::Named(Kind::Other("a joint"), &Value::Mapping(&JOINT)),
+            Presence::Without("pattern"),
             "{ knee: { bodies: [base, arm], axis: [[0, 0], [0, 20]] } }",
             "Flexure hinges by name. Their order is the order of the coordinates q and the speeds u.",
         ),
@@ -246,6 +257,15 @@ pub static INITIAL: Mapping = Mapping {
             "{ knee: 1.5 rad/s }",
             "Angular speeds.",
         ),
+        optional(
+            "fold",
+            Value::Number(&SHARE),
+            "all other angles start at 0",
+            "30 %",
+            "A share of the joints' `fold`, from 0 to 100 %: where those joints start that `q` does not \
+             name. The angle of a joint with `limits` stays within them.",
+        )
+        .range(Range::NotNegative),
     ],
     choices: &[],
 };

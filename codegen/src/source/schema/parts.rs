@@ -12,7 +12,7 @@ const PRESCRIBED: Uses = Uses::Constants(
     "a prescribed angle is a function of t, parameters and inputs; write a formula with q and u \
      into `torque`",
 );
-const NO_MOTION: Uses = Uses::Constants(
+pub(super) const NO_MOTION: Uses = Uses::Constants(
     "the spring k*(q - rest) and the damper b*u already contain q and u; write other formulas \
      with q and u into `torque`",
 );
@@ -244,6 +244,15 @@ pub static JOINT: Mapping = Mapping {
             "\"0.3*sin(2*pi*t)\"",
             "The prescribed angle. The torque of the motor is then computed. Constant angles lie \
              within `limits`.",
+        ),
+        optional(
+            "fold",
+            Value::Number(&ANGLE),
+            "the joint has no part in the fold",
+            "-180 deg",
+            "The angle of the finished fold, from -180 to 180 deg: positive for a valley, whose sides come \
+             up, and negative for a mountain, if the first body is to the right of the way along \
+             the axis. `initial` and `lamc fold` use it. See [FOLDING.md](FOLDING.md).",
         ),
         law(
             "cubic_stiffness",

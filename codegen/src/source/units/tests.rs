@@ -30,6 +30,8 @@ fn quantities_are_the_nearest_doubles() {
         ("9.81 m s^-2", 9.81, ACCELERATION),
         ("3.5e-6 N*m*s/rad", 3.5e-6, DAMPING),
         ("1e400 mm", f64::INFINITY, LENGTH),
+        ("30%", 0.3, SHARE),
+        ("80 %", 0.8, NUMBER),
     ] {
         let (got, dimension) = si(text);
         assert_eq!(dimension, of.dimension, "{text}");

@@ -1,0 +1,385 @@
+//! `pattern`: a drawing whose facets become bodies and whose creases become joints.
+
+use std::collections::HashSet;
+
+use lamc_drawings::{Reading, Role};
+
+use crate::source::codes;
+use crate::source::diagnostic::{Diagnostic, Diagnostics, SourceFile, Span, Spanned};
+use crate::source::expression::Expression;
+use crate::source::fields::{Fields, items};
+use crate::source::ids::JointId;
+use crate::source::model::{Material, SourceModel};
+use crate::source::pattern::{
+    Bytes, Crease, CreaseSpring, Drawn, FOLDED, Ground, Lines, Link, Settings, Sheet, Stack,
+};
+use crate::source::schema::{CREASE, CREASE_HINGE, DRAWN, FOLD, LAYER_NAMES, LAYERS, PATTERN};
+use crate::source::yaml::{Content, Entry, Node};
+
+use super::references::Declared;
+use super::{Lowering, bodies};
+
+/// A pattern that was read, before its bodies and joints are made.
+pub(super) struct Patterned {
+    drawn: Drawn,
+    pub sheet: Sheet,
+    settings: Settings,
+    span: Span,
+}
+
+impl Patterned {
+    /// Which of its bodies are fixed.
+    pub fn fixed(&self) -> impl Iterator<Item = bool> {
+        (0..self.sheet.parts.len()).map(|part| self.sheet.ground == Some(part))
+    }
+
+    /// Default of the tolerance of the model, m.
+    pub fn tolerance(&self) -> f64 {
+        self.drawn.tolerance() * self.settings.scale
+    }
+
+    /// Whether a facet is fixed.
+    pub fn is_grounded(&self) -> bool {
+        self.sheet.ground.is_some()
+    }
+
+    /// Adds its bodies and joints to the model, after those that the model has.
+    pub fn add(&self, model: &mut SourceModel, found: &mut Diagnostics) -> Option<()> {
+        let before = [model.bodies.len(), model.joints.len()];
+        let stack = Stack { materials: &model.materials, layup: &model.layup };
+        let Self { drawn, sheet, settings, span } = self;
+        let built = sheet.build(drawn, settings, &stack, *span, before, found)?;
+        model.bodies.extend(built.bodies);
+        model.joints.extend(built.joints);
+        model.drawing = Some(drawn.file.clone());
+        // The model may give other angles than the folded state of the drawing.
+        let given: HashSet<JointId> = model.initial_q.iter().map(|(joint, _)| *joint).collect();
+        let others = built.initial_q.into_iter().filter(|(joint, _)| !given.contains(joint));
+        model.initial_q.extend(others);
+        Some(())
+    }
+}
+
+impl Lowering<'_> {
+    /// Reads the pattern, if there is one, and makes its names known.
+    #[allow(
+        clippy::option_option,
+        reason = "a missing pattern and a wrong pattern are different cases"
+    )]
+    pub(super) fn pattern(
+        &mut self,
+        model: &Fields,
+        file: &SourceFile,
+        declared: &Declared,
+        sheet: (&Option<Vec<Material>>, &Option<Vec<usize>>),
+        tolerance: Option<f64>,
+    ) -> Option<Option<Patterned>> {
+        let Some(entry) = model.entry("pattern") else { return Some(None) };
+        let (at, found) = (entry.key.span, &mut self.diagnostics);
+        let fields = Fields::new(&entry.value, at, "`pattern`", &PATTERN, found)?;
+        let path = fields.require("file", &mut self.diagnostics);
+        let path = path.and_then(|node| self.text(node, "the path of a drawing"));
+        let scale = self.scale(&fields);
+        let ground = self.ground(&fields, declared);
+        let triangulate = self.truth(&fields, "triangulate");
+        let crease = self.crease(&fields, sheet);
+        let fold = self.folds(&fields);
+        let layers = self.layers_of_drawing(&fields);
+        if model.get("layup").is_none() {
+            let error = Diagnostic::error(codes::NO_LAYUP, at, "`pattern` needs a `layup`");
+            self.note(
+                error
+                    .label("the materials of the sheet are missing")
+                    .hint("add `layup: [..]`, the materials from bottom to top"),
+            );
+        }
+        let (path, layers) = (path?, layers?);
+        let reading = Reading { layers, ..Reading::default() };
+        let (drawn, scale) = self.drawing(&path, file, &reading, scale?, tolerance)?;
+        let (links, fixed) = (links(declared.joints), fixed_names(declared.bodies));
+        let sheet =
+            Sheet::of(&drawn, triangulate?, ground?, (&links, &fixed), &mut self.diagnostics)?;
+        self.declare(&sheet, declared)?;
+        let settings = Settings { scale, fold: fold?, crease: crease? };
+        Some(Some(Patterned { drawn, sheet, settings, span: path.span }))
+    }
+
+    /// Reads the drawing itself, and returns it with the length of its unit, m.
+    fn drawing(
+        &mut self,
+        path: &Spanned<String>,
+        file: &SourceFile,
+        reading: &Reading,
+        scale: Option<f64>,
+        tolerance: Option<f64>,
+    ) -> Option<(Drawn, f64)> {
+        let bytes = match Bytes::read(&file.beside(&path.value)) {
+            Ok(bytes) => bytes,
+            Err(message) => {
+                let error = Diagnostic::error(codes::UNREADABLE_DRAWING, path.span, message);
+                self.note(error.hint("the path is relative to the folder of the model"));
+                return None;
+            }
+        };
+        let lines = match Lines::read(&bytes, reading) {
+            Ok(lines) => lines,
+            Err(errors) => {
+                self.diagnostics.extend(errors.0);
+                return None;
+            }
+        };
+        let Some(scale) = scale.or(lines.drawing.unit) else {
+            let message = format!("{} does not say how long its unit is", bytes.path);
+            let error = Diagnostic::error(codes::NO_SCALE, path.span, message);
+            self.note(error.hint("give the length of one unit, as in `scale: 1 mm`"));
+            return None;
+        };
+        // A tolerance of 0 is for the hinge lines, as they are after the drawing is mended.
+        let tolerance = tolerance.filter(|tolerance| *tolerance > 0.0);
+        match lines.drawn(tolerance.map(|tolerance| tolerance / scale)) {
+            Ok(drawn) => {
+                self.diagnostics.extend(drawn.notes().0);
+                Some((drawn, scale))
+            }
+            Err(wrong) => {
+                self.diagnostics.extend(wrong.found.0);
+                None
+            }
+        }
+    }
+
+    /// Makes the names of facets and creases known, and refuses those that the model has too.
+    fn declare(&mut self, sheet: &Sheet, declared: &Declared) -> Option<()> {
+        let parts = sheet.parts.iter().map(|part| &part.name);
+        let lines = sheet.lines.iter().map(|line| &line.name);
+        let clash = |entries: &[Entry], names: &mut dyn Iterator<Item = &String>| {
+            let names: HashSet<&String> = names.collect();
+            entries.iter().find(|entry| names.contains(&entry.key.value)).map(|it| it.key.clone())
+        };
+        let clashes = [
+            (clash(declared.bodies, &mut parts.clone()), "facet"),
+            (clash(declared.joints, &mut lines.clone()), "crease"),
+        ];
+        let mut is_clear = true;
+        for (name, what) in clashes {
+            let Some(name) = name else { continue };
+            let message = format!("`{}` is the name of a {what} of the pattern", name.value);
+            let error = Diagnostic::error(codes::DUPLICATE_NAME, name.span, message);
+            self.note(error.hint("choose another name"));
+            is_clear = false;
+        }
+        self.names.bodies.extend(parts);
+        self.names.joints.extend(lines);
+        is_clear.then_some(())
+    }
+
+    #[allow(
+        clippy::option_option,
+        reason = "a missing value and a wrong value are different cases"
+    )]
+    fn scale(&mut self, fields: &Fields) -> Option<Option<f64>> {
+        let Some(scale) = self.optional(fields, "scale")? else { return Some(None) };
+        if scale.value > 0.0 {
+            return Some(Some(scale.value));
+        }
+        let error = Diagnostic::error(codes::NOT_POSITIVE, scale.span, "the scale is not positive");
+        self.note(error.hint("give the length of one unit of the drawing"));
+        None
+    }
+
+    fn ground(&mut self, fields: &Fields, declared: &Declared) -> Option<Ground> {
+        let Some(node) = fields.get("ground") else { return Some(Ground::Largest) };
+        if let Content::Sequence(_) = node.content {
+            return self.numbers::<2>(node, &DRAWN).map(Ground::Around);
+        }
+        match node.scalar().map(|scalar| &*scalar.text) {
+            Some("largest") => Some(Ground::Largest),
+            Some("none") if bodies::none_fixed(declared.bodies) => {
+                let message = "`ground: none` needs a fixed body under `bodies`";
+                let error = Diagnostic::error(codes::NO_FIXED_BODY, node.span, message);
+                self.note(error.hint("add `base: { fixed: true }`, and joints to facets"));
+                None
+            }
+            Some("none") => Some(Ground::None),
+            _ => {
+                let message = "expected `largest`, `none` or a point `[x, y]`";
+                let error = Diagnostic::error(codes::WRONG_TYPE, node.span, message);
+                self.note(error.label(format!("this is {}", node.describe())));
+                None
+            }
+        }
+    }
+
+    /// Reads an optional truth value that is false if it is left out.
+    fn truth(&mut self, fields: &Fields, key: &str) -> Option<bool> {
+        let Some(node) = fields.get(key) else { return Some(false) };
+        let truth = bodies::boolean(node);
+        if truth.is_none() {
+            let message = format!("`{key}` must be true or false");
+            let error = Diagnostic::error(codes::WRONG_TYPE, node.span, message);
+            self.note(error.label(format!("this is {}", node.describe())));
+        }
+        truth
+    }
+
+    /// Reads the angles of the finished fold: of mountains, then of valleys.
+    fn folds(&mut self, pattern: &Fields) -> Option<[f64; 2]> {
+        let Some(entry) = pattern.entry("fold") else { return Some(FOLDED) };
+        let (at, found) = (entry.key.span, &mut self.diagnostics);
+        let fields = Fields::new(&entry.value, at, "`fold`", &FOLD, found)?;
+        let signed = [("mountain", -1.0, "-180 to 0"), ("valley", 1.0, "0 to 180")];
+        let read = signed.map(|(key, sign, range)| {
+            let Some(fold) = self.optional(&fields, key)? else { return Some(sign * FOLDED[1]) };
+            if (0.0..=FOLDED[1]).contains(&(sign * fold.value)) {
+                return Some(fold.value);
+            }
+            let message = format!("a {key} folds by {range} deg");
+            self.note(Diagnostic::error(codes::FOLD_SIGN, fold.span, message));
+            None
+        });
+        Some([read[0]?, read[1]?])
+    }
+
+    fn layers_of_drawing(&mut self, pattern: &Fields) -> Option<Vec<(Role, String)>> {
+        let Some(entry) = pattern.entry("layers") else { return Some(Vec::new()) };
+        let (at, found) = (entry.key.span, &mut self.diagnostics);
+        let fields = Fields::new(&entry.value, at, "`layers`", &LAYERS, found)?;
+        let roles = [
+            ("border", Role::Border),
+            ("mountain", Role::Mountain),
+            ("valley", Role::Valley),
+            ("flat", Role::Flat),
+            ("hinge", Role::Hinge),
+            ("cut", Role::Cut),
+        ];
+        let mut layers = Vec::new();
+        for (key, role) in roles {
+            let Some(node) = fields.get(key) else { continue };
+            let names = match node.content {
+                Content::Sequence(_) => items(node, LAYER_NAMES.form(), &mut self.diagnostics)?,
+                _ => std::slice::from_ref(node),
+            };
+            for name in names {
+                layers.push((role, self.text(name, "the name of a layer")?.value));
+            }
+        }
+        Some(layers)
+    }
+
+    fn crease(
+        &mut self,
+        pattern: &Fields,
+        (materials, layup): (&Option<Vec<Material>>, &Option<Vec<usize>>),
+    ) -> Option<Crease> {
+        let zero = |span| Spanned { value: Expression::ZERO, span };
+        let Some(entry) = pattern.entry("crease") else {
+            let spring = CreaseSpring::Stiffness(zero(pattern.at()));
+            let damping = zero(pattern.at());
+            return Some(Crease { width: 0.0, spring, flexible: None, damping });
+        };
+        let (at, found) = (entry.key.span, &mut self.diagnostics);
+        let fields = Fields::new(&entry.value, at, "`crease`", &CREASE, found)?;
+        let width = self.width(&fields);
+        let damping = self.law(&fields, "damping");
+        let Some(hinge) = fields.entry("hinge") else {
+            let spring = CreaseSpring::Stiffness(self.law(&fields, "stiffness")?);
+            return Some(Crease { width: width?, spring, flexible: None, damping: damping? });
+        };
+        let mut is_sound = true;
+        if let Some(stiffness) = fields.entry("stiffness") {
+            self.two_springs(hinge.key.span, stiffness.key.span);
+            is_sound = false;
+        }
+        let (spring, flexible) = self.crease_hinge(hinge, &fields, materials, layup)?;
+        let width = width?;
+        if width == 0.0 {
+            let message = "a `hinge` needs the `width` of the crease";
+            let error = Diagnostic::error(codes::NO_CREASE_WIDTH, hinge.key.span, message);
+            self.note(error.hint("give the width of the gap between the plates: `width: 1 mm`"));
+            return None;
+        }
+        is_sound.then_some(Crease { width, spring, flexible, damping: damping? })
+    }
+
+    fn width(&mut self, crease: &Fields) -> Option<f64> {
+        let Some(width) = self.optional(crease, "width")? else { return Some(0.0) };
+        if width.value >= 0.0 {
+            return Some(width.value);
+        }
+        let message = "the width of a crease is negative";
+        self.note(Diagnostic::error(codes::NOT_POSITIVE, width.span, message));
+        None
+    }
+
+    /// Reads the model of the hinges and the material of the flexible layer.
+    fn crease_hinge(
+        &mut self,
+        entry: &Entry,
+        crease: &Fields,
+        materials: &Option<Vec<Material>>,
+        layup: &Option<Vec<usize>>,
+    ) -> Option<(CreaseSpring, Option<usize>)> {
+        let (at, found) = (entry.key.span, &mut self.diagnostics);
+        let fields = Fields::new(&entry.value, at, "`hinge`", &CREASE_HINGE, found)?;
+        let model = fields.require("model", &mut self.diagnostics);
+        let model = model.and_then(|node| self.text(node, "the name of a hinge model"));
+        let node = fields.get("material");
+        let flexible = match node {
+            None => None,
+            Some(node) => Some(self.layer_named(node, layup)?),
+        };
+        let model = model?;
+        let spring = match model.value.as_str() {
+            "beam" => {
+                let (Some(node), Some(value)) = (node, flexible) else {
+                    let message = "a `beam` needs its `material`";
+                    let error = Diagnostic::error(codes::NO_CREASE_MATERIAL, at, message);
+                    self.note(error.hint("name the flexible material of the `layup`"));
+                    return None;
+                };
+                self.stiff_material(node, value, materials)?;
+                return Some((CreaseSpring::Beam(Spanned { value, span: node.span }), flexible));
+            }
+            "sharifzadeh2018" => CreaseSpring::Sharifzadeh2018,
+            other => match self.names.hinge_models.position(other) {
+                Some(family) => CreaseSpring::Family(family),
+                None => {
+                    self.unknown_hinge(&model);
+                    return None;
+                }
+            },
+        };
+        self.no_other_damping(crease, at)?;
+        Some((spring, flexible))
+    }
+
+    /// Returns the material of a layer.
+    fn layer_named(&mut self, node: &Node, layup: &Option<Vec<usize>>) -> Option<usize> {
+        let material = self.material_named(node)?;
+        // A layup that could not be read has been reported.
+        if layup.as_ref().is_none_or(|layup| layup.contains(&material)) {
+            return Some(material);
+        }
+        let message = format!("{} is not in the `layup`", node.describe());
+        let error = Diagnostic::error(codes::NO_CREASE_MATERIAL, node.span, message);
+        self.note(error.hint("name the material of the layer that bends at the creases"));
+        None
+    }
+}
+
+/// The bodies of the joints of the model, as far as they can be read.
+fn links(joints: &[Entry]) -> Vec<Link<'_>> {
+    fn of(entry: &Entry) -> Option<Link<'_>> {
+        let Content::Sequence(bodies) = &entry.value.get("bodies")?.content else { return None };
+        let [one, other] = bodies.as_slice() else { return None };
+        Some([&*one.scalar()?.text, &*other.scalar()?.text])
+    }
+    joints.iter().filter_map(of).collect()
+}
+
+/// The names of the fixed bodies of the model.
+fn fixed_names(bodies: &[Entry]) -> Vec<&str> {
+    let fixed = bodies::fixed(bodies);
+    let named = bodies.iter().zip(fixed).filter(|(_, fixed)| *fixed);
+    named.map(|(entry, _)| entry.key.value.as_str()).collect()
+}
