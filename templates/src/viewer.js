@@ -173,7 +173,8 @@
     ];
     const holder = $("plots");
     holder.replaceChildren();
-    plots = shown.map((plot) => {
+    // A fold has neither speeds nor energies.
+    plots = shown.slice(0, motion.unit === "s" ? 3 : 1).map((plot) => {
       const title = document.createElement("h2");
       title.textContent = plot.title;
       const canvas = document.createElement("canvas");
@@ -276,7 +277,7 @@
     }
     pen.textAlign = "center";
     pen.textBaseline = "top";
-    for (const tick of ticks(motion.t[0], end(), 5)) pen.fillText(`${digits(tick)} s`, Math.min(to.x(tick), box.width - 16), box.height - MARGIN.bottom + 5);
+    for (const tick of ticks(motion.t[0], end(), 5)) pen.fillText(`${digits(tick)} ${motion.unit}`, Math.min(to.x(tick), box.width - 16), box.height - MARGIN.bottom + 5);
     plot.curves.forEach((values, index) => {
       const dim = plot.joints && state.hovered >= 0 && state.hovered !== index;
       pen.globalAlpha = dim ? 0.2 : 1;
@@ -363,7 +364,7 @@
     const passed = Math.min((now - last) / 1000, 0.1);
     last = now;
     if (state.playing && motion) {
-      const t = state.t + passed * state.speed;
+      const t = state.t + passed * state.speed * motion.rate;
       // The end is seen before it begins again.
       go(state.t >= end() ? motion.t[0] : t);
     }
@@ -382,7 +383,7 @@
       stale = false;
       pose();
       $("scrub").value = state.t;
-      $("time").textContent = `${state.t.toFixed(3)} s`;
+      $("time").textContent = `${state.t.toFixed(motion.unit === "s" ? 3 : 1)} ${motion.unit}`;
       plots.forEach(drawPlot);
       renderer.render(scene, camera);
     }
@@ -400,7 +401,7 @@
     const problem = $("problem");
     if (!motion.complete && problem.hidden) {
       problem.hidden = false;
-      problem.textContent = `The simulation ended early: the motion ends at t = ${end()} s.`;
+      problem.textContent = `The ${motion.unit === "s" ? "simulation" : "fold"} ended early: the motion ends at ${end()} ${motion.unit}.`;
     }
     const { extent, ...shape } = model;
     if (built !== JSON.stringify(shape)) {

@@ -7,7 +7,10 @@ pub mod archive;
 #[allow(dead_code, reason = "a part of it serves here")]
 #[path = "../../tests/src/compare.rs"]
 mod compare;
+pub mod cut;
 pub mod execution;
+pub mod export;
+pub mod folding;
 pub mod identify;
 pub mod mocap;
 pub mod motion;

@@ -2,6 +2,7 @@
 
 use std::fmt::{self, Write};
 
+use lamc::kane::Phase;
 use lamc::laminate::{Mechanism, excursions};
 use lamc::pipeline::Compiled;
 use lamc::program::{FunctionKind, Interpreter, Program};
@@ -62,6 +63,7 @@ fn report(compiled: &Compiled) -> String {
     let mut text = format!("{}\n\n", compiled.topology.mechanism.name);
     // Writing to a String cannot fail.
     let _ = write_mobility(&mut text, &compiled.topology);
+    let _ = write_method(&mut text, compiled);
     let _ = write_bodies(&mut text, &compiled.topology.mechanism);
     let _ = write_linear_ranges(&mut text, &compiled.topology.mechanism);
     if let Some(step) = longest_step(compiled) {
@@ -86,6 +88,37 @@ fn write_mobility(text: &mut String, topology: &Topology) -> fmt::Result {
         writeln!(text, "  driven: {}", driven.join(", "))?;
     }
     topology.summary_lines().into_iter().try_for_each(|line| writeln!(text, "  {line}"))
+}
+
+/// Writes which method the compiler chose for the accelerations: the one with the fewest operations of those
+/// that suit the loops.
+fn write_method(text: &mut String, compiled: &Compiled) -> fmt::Result {
+    let topology = &compiled.topology;
+    let acceleration = compiled.program.function_of(FunctionKind::Acceleration);
+    let has = |phase| acceleration.instructions.iter().any(|step| step.section.phase == phase);
+    match &topology.reduction {
+        Some(reduction) if has(Phase::IndependentAcceleration) => {
+            let joints = &topology.mechanism.joints;
+            let chosen = reduction.independent.iter().map(|joint| &joints[joint.index()].name);
+            let chosen: Vec<_> = chosen.map(|name| format!("`{name}`")).collect();
+            let rows: usize = topology.loops.iter().map(|closed| closed.rows.len()).sum();
+            let pivots = reduction.pivots.len();
+            writeln!(text, "acceleration: by independent speeds")?;
+            writeln!(text, "  independent: {}", chosen.join(", "))?;
+            writeln!(
+                text,
+                "  {pivots} of {rows} closure equations determine the other speeds; {} follow from them",
+                rows - pivots
+            )
+        }
+        _ if has(Phase::MassFactor) => {
+            writeln!(text, "acceleration: by a factor of the mass matrix")
+        }
+        _ if has(Phase::ArticulatedInertia) => {
+            writeln!(text, "acceleration: by articulated inertias, body by body")
+        }
+        _ => writeln!(text, "acceleration: solved by the runtime, without straight-line code"),
+    }
 }
 
 fn write_bodies(text: &mut String, mechanism: &Mechanism) -> fmt::Result {

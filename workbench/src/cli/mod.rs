@@ -5,10 +5,12 @@
 mod check;
 mod compile;
 mod curves;
+mod cut;
 mod equilibrium;
 mod eval;
 mod explain;
 mod fit;
+mod fold;
 mod hinge;
 mod import;
 mod interrupt;
@@ -23,6 +25,7 @@ mod pictures;
 mod plot;
 mod progress;
 mod schema;
+mod shapes;
 mod shell;
 mod simulate;
 mod start;
@@ -172,19 +175,17 @@ enum Command {
     Modes(modes::Arguments),
     /// Identify parameters from a measured motion
     Fit(fit::Arguments),
+    /// Fold a sheet: from the flat state towards the angles of the finished fold
+    Fold(Box<fold::Arguments>),
     /// Stiffness, damping and linear range of a hinge
     #[command(subcommand)]
     Hinge(hinge::Command),
     /// Joint angles from motion capture: unit quaternions of the bodies over time
     Mocap(mocap::Arguments),
-    /// Write any readable model (popupCAD files too) in lamc's schema
-    Import {
-        /// The design
-        design: String,
-        /// Where to write it; `-` writes standard output
-        #[arg(short, long, value_name = "FILE")]
-        output: String,
-    },
+    /// Write a crease pattern (SVG, FOLD, DXF) or a model (popupCAD files too) in lamc's schema
+    Import(import::Arguments),
+    /// Write outlines and holes of each layer for a laser cutter, as SVG and DXF
+    Cut(cut::Arguments),
     /// Explain the code of an error or warning with cause, example and cure
     Explain {
         /// The code, as in `error[unknown-key]`; without one, all codes are listed
@@ -225,9 +226,11 @@ pub fn run() -> ExitCode {
         (Some(Command::Equilibrium(arguments)), _) => equilibrium::run(&arguments),
         (Some(Command::Modes(arguments)), _) => modes::run(&arguments),
         (Some(Command::Fit(arguments)), _) => fit::run(&arguments),
+        (Some(Command::Fold(arguments)), _) => fold::run(&arguments),
         (Some(Command::Hinge(command)), _) => hinge::run(&command),
         (Some(Command::Mocap(arguments)), _) => mocap::run(&arguments),
-        (Some(Command::Import { design, output }), _) => import::run(&design, &output),
+        (Some(Command::Import(arguments)), _) => import::run(&arguments),
+        (Some(Command::Cut(arguments)), _) => cut::run(&arguments),
         (Some(Command::Explain { code }), _) => explain::run(code.as_deref()),
         (Some(Command::Schema), _) => schema::run(),
         (Some(Command::Completions { shell }), _) => shell::completions(shell),

@@ -129,18 +129,18 @@ impl Pictures {
         }
     }
 
-    /// The times a video shows, s.
+    /// The times a video shows, s, or percents of a fold.
     fn times(&self, motion: &Motion) -> Result<Vec<f64>, Failed> {
         let [Some(start), Some(end)] =
             [motion.samples.first(), motion.samples.last()].map(|sample| sample.map(|s| s.t))
         else {
             return Ok(Vec::new());
         };
-        let step = self.speed / f64::from(RATE.get());
+        let step = self.speed * motion.course.per_second() / f64::from(RATE.get());
         let pictures = ((end - start) / step + 1e-9).floor() + 1.0;
         if pictures > MOST {
             return Err(misused(format_args!(
-                "{pictures:.0} frames are too many: lower --duration or raise --speed"
+                "{pictures:.0} frames are too many: raise --speed, or shorten the motion"
             )));
         }
         Ok((0..pictures as usize).map(|picture| start + step * picture as f64).collect())

@@ -122,7 +122,7 @@ impl Panel {
     fn chart(self, motion: &Motion, radians: bool) -> Chart {
         let (angle, unit) = if radians { (1.0, "rad") } else { (1.0_f64.to_degrees(), "deg") };
         let over_time = |what: String, curves| {
-            let labels = ["time, s".to_owned(), what];
+            let labels = [format!("{}, {}", motion.course.name(), motion.course.unit()), what];
             Chart { labels, curves, kind: Kind::OverTime }
         };
         let joints = |of: fn(&Sample) -> &Vec<f64>| {

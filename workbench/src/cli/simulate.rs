@@ -21,6 +21,7 @@ use super::paths::Paths;
 use super::pictures::Pictures;
 use super::plot::{self, Panel};
 use super::progress;
+use super::shapes::Shapes;
 use super::start::Start;
 
 use super::{Failed, Outcome, fail, misused, output, warn};
@@ -100,6 +101,8 @@ struct Files {
     #[arg(long)]
     radians: bool,
     #[command(flatten)]
+    shapes: Shapes,
+    #[command(flatten)]
     pictures: Pictures,
 }
 
@@ -150,6 +153,7 @@ impl Files {
         if let Some(path) = &self.plot {
             plot::format(path).map_err(misused)?;
         }
+        self.shapes.check()?;
         self.pictures.check()
     }
 
@@ -159,7 +163,7 @@ impl Files {
             .output("--csv", &self.csv)
             .output("--npz", &self.npz)
             .output("--plot", &self.plot);
-        self.pictures.paths(paths)
+        self.pictures.paths(self.shapes.paths(paths))
     }
 
     fn write(&self, mechanism: &Mechanism, motion: &Motion) -> Outcome {
@@ -173,6 +177,7 @@ impl Files {
             let picture = plot::draw(motion, &self.panels, self.radians, path);
             output::write(path, &picture.map_err(fail)?)?;
         }
+        self.shapes.write(mechanism, motion)?;
         self.pictures.write(mechanism, motion)
     }
 }

@@ -195,24 +195,41 @@ impl Start {
     }
 }
 
-/// Warns of joints with a given guess (rad) that start elsewhere.
+/// Joints that start elsewhere are named one by one up to this number.
+const MOST_NAMED: usize = 6;
+
+/// Warns of joints with a given guess (rad) that start elsewhere: of each, or of a sheet's in one line.
 pub fn warn_of_moves(interface: &Interface, given: &[bool], asked: &[f64], q: &[f64]) {
+    const REASON: &str = "the loops do not close with this angle and the other given angles";
     let joints = interface.joints.iter().zip(given).zip(asked.iter().zip(q));
+    let mut moves = Vec::new();
     for ((joint, given), (asked, q)) in joints {
         // Whole turns do not matter.
         let moved = (q - asked + PI).rem_euclid(TAU) - PI;
         let is_flipped =
             asked.abs().min(q.abs()) > BENT && asked * q < 0.0 && (q - asked).abs() < PI;
         if *given && !joint.driven && (moved.abs() > FAR || is_flipped) {
-            warn(format_args!(
-                "`{}` should start at {:.4} deg but starts at {:.4} deg: the loops do not close \
-                 with this angle and the other given angles",
+            let text = format!(
+                "`{}` should start at {:.4} deg but starts at {:.4} deg",
                 joint.name,
                 asked.to_degrees(),
                 q.to_degrees()
-            ));
+            );
+            moves.push((moved.abs(), text));
         }
     }
+    if moves.len() <= MOST_NAMED {
+        moves.iter().for_each(|(_, text)| warn(format_args!("{text}: {REASON}")));
+        return;
+    }
+    let farthest = moves.iter().max_by(|(a, _), (b, _)| a.total_cmp(b));
+    let farthest = farthest.map_or("", |(_, text)| text);
+    warn(format_args!(
+        "{} of {} joints do not start at the angle that is given, because the loops do not close with \
+         these angles; the farthest: {farthest}",
+        moves.len(),
+        q.len()
+    ));
 }
 
 /// How options are written.

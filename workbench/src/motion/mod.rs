@@ -20,6 +20,8 @@ use lamc::program::Interface;
 pub struct Motion {
     /// The model's name.
     pub name: String,
+    /// What [`Sample::t`] is.
+    pub course: Course,
     /// Joints, in the order of q and u.
     pub joints: Vec<String>,
     /// Bodies, in the order of [`Sample::poses`].
@@ -35,10 +37,46 @@ pub struct Motion {
     pub complete: bool,
 }
 
+/// What the samples of a motion follow each other by.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Course {
+    /// Time, s.
+    #[default]
+    Time,
+    /// The progress of a fold, percent.
+    Progress,
+}
+
+impl Course {
+    /// Returns its name for labels.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Time => "time",
+            Self::Progress => "progress",
+        }
+    }
+
+    /// Returns its unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Time => "s",
+            Self::Progress => "%",
+        }
+    }
+
+    /// Returns how much of it a second of a video shows: a whole fold takes five seconds.
+    pub fn per_second(self) -> f64 {
+        match self {
+            Self::Time => 1.0,
+            Self::Progress => 20.0,
+        }
+    }
+}
+
 /// The state of a mechanism at one time, with what follows from it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
-    /// s.
+    /// Time, s, or what the motion's [`Course`] is.
     pub t: f64,
     /// q, N, rad.
     pub q: Vec<f64>,
@@ -70,6 +108,7 @@ impl Motion {
     pub fn new(interface: &Interface) -> Self {
         Self {
             name: interface.name.clone(),
+            course: Course::Time,
             joints: interface.joints.iter().map(|joint| joint.name.clone()).collect(),
             bodies: interface.bodies.iter().map(|body| body.name.clone()).collect(),
             points: interface.points.clone(),

@@ -92,6 +92,9 @@ struct Point<'a> {
 /// Lists by sample, one list for each joint or body.
 #[derive(Serialize)]
 struct Curves<'a> {
+    /// What `t` is measured in, and how much of it a second shows.
+    unit: &'static str,
+    rate: f64,
     joints: &'a [String],
     t: Vec<f64>,
     q: Vec<Vec<f32>>,
@@ -220,6 +223,8 @@ fn curves(motion: &Motion) -> Curves<'_> {
     };
     let joints = 0..motion.joints.len();
     Curves {
+        unit: motion.course.unit(),
+        rate: motion.course.per_second(),
         complete: motion.complete,
         joints: &motion.joints,
         t: samples.iter().map(|sample| sample.t).collect(),

@@ -79,6 +79,10 @@ fn object(mapping: &Mapping) -> Json {
     if !required.is_empty() {
         object["required"] = json!(required);
     }
+    let instead: Vec<Json> = mapping.keys.iter().filter_map(instead).collect();
+    if !instead.is_empty() {
+        object["allOf"] = json!(instead);
+    }
     let together: Map<String, Json> =
         mapping.keys.iter().filter_map(|key| together(mapping, key)).collect();
     if !together.is_empty() {
@@ -89,6 +93,12 @@ fn object(mapping: &Mapping) -> Json {
         object["not"] = json!({ "anyOf": excluded });
     }
     object
+}
+
+/// The condition of a key that is required unless another is given.
+fn instead(key: &Key) -> Option<Json> {
+    let Presence::Without(other) = key.presence else { return None };
+    Some(json!({ "anyOf": [{ "required": [key.name] }, { "required": [other] }] }))
 }
 
 /// The keys that are required together with a key.
@@ -120,6 +130,7 @@ fn property(key: &Key) -> Json {
     let default = match key.presence {
         Presence::Default(default) => format!(" Default: `{default}`."),
         Presence::Optional(without) => format!(" If it is left out, {without}."),
+        Presence::Without(other) => format!(" Required without `{other}`."),
         Presence::Required | Presence::Together => String::new(),
     };
     let units = match key.value.quantity() {
@@ -147,6 +158,11 @@ fn value(value: &Value) -> Json {
         Value::Name(kind) => reference(name_definition(*kind)),
         // Only the reader can check whether it is declared.
         Value::Reference { .. } => json!({ "type": "string", "pattern": IDENTIFIER }),
+        // A number is read as the text that it is written as.
+        Value::Text => json!({ "type": ["string", "number"] }),
+        Value::Either(one, other) => {
+            json!({ "anyOf": [self::value(one), self::value(other)] })
+        }
         Value::Boolean => reference("boolean"),
         Value::Word(words) => json!({ "enum": words }),
         Value::Unit(quantity) => json!({ "enum": units_of(quantity.dimension) }),

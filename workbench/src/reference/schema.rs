@@ -99,6 +99,8 @@ fn described(value: &Value) -> String {
     match value {
         Value::Name(_) => "a name".into(),
         Value::Reference { to, among } => format!("the name of a {to} in `{among}`"),
+        Value::Text => "a text".into(),
+        Value::Either(one, other) => format!("{} or {}", described(one), described(other)),
         Value::Boolean => "`true` or `false`".into(),
         Value::Word(words) => {
             let words: Vec<String> = words.iter().map(|word| format!("`{word}`")).collect();
@@ -147,6 +149,7 @@ fn range(range: Range) -> &'static str {
 fn presence(mapping: &Mapping, key: &Key) -> String {
     match key.presence {
         Presence::Required => "**required**".into(),
+        Presence::Without(other) => format!("**required** without `{other}`"),
         Presence::Together => {
             let beside: Vec<&str> = mapping.beside(key.name).collect();
             format!("required with {}", quoted(&beside))

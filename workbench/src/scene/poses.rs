@@ -66,7 +66,7 @@ mod tests {
     use lamc_runtime::Energy;
 
     use super::*;
-    use crate::motion::Sample;
+    use crate::motion::{Course, Sample};
 
     /// A body that turns about z at 3 rad/s while its origin moves along x at 2 m/s.
     fn pose(t: f64) -> Pose {
@@ -91,6 +91,7 @@ mod tests {
         };
         let motion = Motion {
             name: String::new(),
+            course: Course::Time,
             joints: Vec::new(),
             bodies: vec!["body".to_owned()],
             points: Vec::new(),

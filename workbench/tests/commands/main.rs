@@ -6,8 +6,10 @@ mod common;
 #[path = "../../../tests/src/compare.rs"]
 mod compare;
 mod compile;
+mod cut;
 mod figures;
 mod files;
+mod fold;
 mod meaning;
 mod measured;
 #[path = "../../../tests/src/not_checked.rs"]

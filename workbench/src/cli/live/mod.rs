@@ -1,8 +1,8 @@
-//! `lamc live MODEL`: the viewer in a browser, updated whenever the model is saved or a slider
-//! moves.
+//! `lamc live MODEL`: the viewer in a browser, updated whenever the model or its drawing is saved or a
+//! slider moves.
 //!
 //! Every motion is simulated by a separate process (`lamc simulate`), so errors and long
-//! computations do not affect the server. One thread watches the file, one runs simulations, and
+//! computations do not affect the server. One thread watches the files, one runs simulations, and
 //! each HTTP request has its own thread; they share a [`Board`].
 
 mod board;
@@ -10,11 +10,13 @@ mod server;
 mod simulation;
 
 use std::fs;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
 use clap::Args;
+use lamc::source::SourceFile;
 use tiny_http::Server;
 
 use self::board::Board;
@@ -68,17 +70,26 @@ pub fn run(arguments: &Arguments) -> Outcome {
     })
 }
 
-/// Requests a new motion whenever the file changes. Polling is cheap, and it notices every way in
-/// which editors replace a file on any file system.
+/// Requests a new motion whenever the model or its drawing changes. Polling is cheap, and it notices every
+/// way in which editors replace a file on any file system.
 fn watch(path: &str, board: &Board) {
-    let look = || fs::metadata(path).and_then(|found| Ok((found.modified()?, found.len()))).ok();
-    let mut before = look();
+    let look = |path: &PathBuf| {
+        fs::metadata(path).and_then(|found| Ok((found.modified()?, found.len()))).ok()
+    };
+    let all = || {
+        let others = SourceFile::read(path).map_or(Vec::new(), |file| file.others());
+        std::iter::once(path.into()).chain(others).collect::<Vec<PathBuf>>()
+    };
+    let mut files = all();
+    let mut before: Vec<_> = files.iter().map(look).collect();
     loop {
         thread::sleep(LOOK);
-        let now = look();
-        // The file is missing for a moment while it is being replaced.
-        if now.is_some() && now != before {
-            before = now;
+        let now: Vec<_> = files.iter().map(look).collect();
+        // A file is missing for a moment while it is being replaced.
+        if now.iter().zip(&before).any(|(now, before)| now.is_some() && now != before) {
+            // The model may name another drawing now.
+            files = all();
+            before = files.iter().map(look).collect();
             board.saved();
         }
     }
